@@ -14,7 +14,9 @@ import sympy as sp
 from chasles.derive import Joint, Robot, Rotation, artifacts, derive, load
 from chasles.derive.cli import ROBOTS
 from chasles.derive.description.conventions import dh
-from chasles.derive.terms.casadi_graph import count_operations, lower
+from chasles.derive.program.counting import count_operations
+from chasles.derive.program.reading import programs
+from chasles.derive.terms.casadi_graph import lower
 
 from .report import Plan, alternated, seconds, table
 
@@ -137,8 +139,8 @@ def operations(rounds: int) -> dict[str, dict[str, int]]:
 
 
 def _own(robot: Robot) -> int:
-    (function,) = lower(derive(robot, ("fk",)).functions, robot.name)
-    return count_operations(function).total
+    (program,) = programs(lower(derive(robot, ("fk",)).functions, robot.name))
+    return count_operations(program).total
 
 
 def _placements(robot: Robot):
@@ -162,7 +164,7 @@ def _casadi_product(robot: Robot) -> int:
     for motion in motions:
         T = T @ _casadi_motion(motion, values, dict(zip(q, range(len(q)), strict=True)), symbols)
     function = ca.Function("fk", [symbols], [ca.cse(ca.densify(T))])
-    return count_operations(function).total
+    return count_operations(programs([function])[0]).total
 
 
 def _casadi_motion(motion, values, index, symbols):

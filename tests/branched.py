@@ -6,10 +6,9 @@ import sympy as sp
 from derivations import derivation
 
 from chasles.derive.derivation import Derivation
-from chasles.derive.emit.c import batch, branch_lanes, scalar
+from chasles.derive.emit.c import language
 from chasles.derive.emit.manifest import manifest
-from chasles.derive.program.statements import bodies
-from chasles.derive.terms.casadi_graph import lower
+from chasles.derive.program.programs import Programs, programs
 from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFunction
 from chasles.derive.terms.terms import Terms
 
@@ -139,25 +138,26 @@ def every_kind(n_signs, name=None):
 
 def files(functions, robot):
     """The C of functions, as of a robot, by file name."""
-    lowered = [kernel for function in functions for kernel in lower([function], robot.name)]
-    statements = bodies(lowered)
-    return {
-        f"{robot.name}.c": scalar.source(robot, functions, statements),
-        f"{robot.name}.h": scalar.header(robot, functions),
-        scalar.SUPPORT: scalar.support(scalar.SUPPORT),
-        **branch_lanes.files(robot, functions),
-        **batch.files(robot, functions, statements),
-    }
+    derived = Derivation(robot, functions[0].terms, (), tuple(functions))
+    return language.files(derived, programs_of(functions, robot.name))
+
+
+def programs_of(functions, prefix):
+    """The programs of functions that share no terms."""
+    made = [programs([function], prefix) for function in functions]
+    return Programs(
+        {name: program for each in made for name, program in each.whole.items()},
+        {name: program for each in made for name, program in each.branch.items()},
+    )
 
 
 def write(folder: Path, functions):
     """A generated robot with these functions alone, to be loaded."""
     derived = derivation("ur5e")
     robot = derived.robot
-    texts = files(functions, robot)
-    lowered = [kernel for function in functions for kernel in lower([function], robot.name)]
+    texts = dict(files(functions, robot))
     whole = Derivation(robot, derived.terms, (), tuple(functions))
-    texts["manifest.json"] = manifest(whole, lowered, texts)
+    texts["manifest.json"] = manifest(whole, programs_of(functions, robot.name), {"c": texts})
     for name, text in texts.items():
         (folder / name).write_text(text)
     return folder

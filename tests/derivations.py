@@ -7,6 +7,7 @@ import numpy as np
 
 import chasles.derive
 from chasles.derive import Derivation, Robot, derive, load
+from chasles.derive.program.programs import Programs, programs
 from chasles.derive.terms.casadi_graph import lower
 
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"
@@ -29,6 +30,12 @@ def kernels(name: str) -> dict:
     derived = derivation(name)
     names = [function.name for function in derived.functions]
     return dict(zip(names, lower(derived.functions, name), strict=True))
+
+
+@cache
+def made(name: str) -> Programs:
+    """The programs of a shipped robot's functions."""
+    return programs(derivation(name).functions, name)
 
 
 def shaped(name: str, function: str, *arguments) -> np.ndarray:

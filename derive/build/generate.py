@@ -1,57 +1,53 @@
 """From a robot to its generated folder: everything is made in memory, then written at once."""
 
+import json
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from ..emit.c import batch
-from ..emit.c import branch_lanes
-from ..emit.c import scalar
-from ..emit import casadi_file
-from .. import latex
-from ..emit import python_package
 from ..derivation import derive
-from ..terms.casadi_graph import lower
+from ..emit.emitter import Emitter
+from ..emit.languages import EMITTERS
 from ..emit.manifest import manifest
+from ..model.errors import RobotError
 from ..model.mechanism import Described
-from ..program.statements import bodies
+from ..program.programs import programs
 
 MANIFEST = "manifest.json"
 
 
-def artifacts(robot: Described, functions: Sequence[str] | None = None) -> dict[str, str]:
+def artifacts(
+    robot: Described,
+    functions: Sequence[str] | None = None,
+    emitters: Sequence[Emitter] = EMITTERS,
+) -> dict[str, str]:
     """Every generated file of a robot: its path inside the robot's folder, and its text.
 
     Args:
         robot: The description.
         functions: The functions to derive, all by default.
+        emitters: The languages to write, all that chasles has by default.
 
     Returns:
-        C source and header, LaTeX, CasADi functions, the Python package and the manifest; the
-        same bytes for the same description on any machine.
+        The files of every language and the manifest; the same bytes for the same description on
+        any machine.
+
+    Raises:
+        RobotError: The description or a function's name is wrong, or two languages write one file.
     """
     derivation = derive(robot, functions)
-    lowered = lower(derivation.functions, robot.name)
-    statements = bodies(lowered)
-    written, every = derivation.written, (*derivation.functions, *derivation.written)
-    files = {
-        f"{robot.name}.c": scalar.source(robot, derivation.functions, statements, written),
-        f"{robot.name}.h": scalar.header(robot, every),
-        scalar.SUPPORT: scalar.support(scalar.SUPPORT),
-        **scalar.written_files(robot, written),
-        **branch_lanes.files(robot, derivation.functions),
-        **batch.files(robot, derivation.functions, statements, written),
-        **casadi_file.files(derivation),
-        **python_package.files(robot, every),
-        f"{robot.name}.tex": latex.document(derivation),
-        **{f"{latex.FOLDER}/{n}": text for n, text in latex.fragments(derivation).items()},
-    }
-    files[MANIFEST] = manifest(derivation, lowered, files)
-    return dict(sorted(files.items()))
+    made = programs(derivation.functions, robot.name)
+    files = {emitter.language: emitter.files(derivation, made) for emitter in emitters}
+    texts = _merged(files)
+    texts[MANIFEST] = manifest(derivation, made, files)
+    return dict(sorted(texts.items()))
 
 
 def write(
-    robot: Described, folder: str | Path, functions: Sequence[str] | None = None
+    robot: Described,
+    folder: str | Path,
+    functions: Sequence[str] | None = None,
+    emitters: Sequence[Emitter] = EMITTERS,
 ) -> list[Path]:
     """Derives a robot and writes its folder, to be loaded by ``chasles.load(folder)``.
 
@@ -61,18 +57,21 @@ def write(
         robot: The description.
         folder: The robot's own folder, made where it does not exist; by custom named as the robot.
         functions: The functions to derive, all by default.
+        emitters: The languages to write, all that chasles has by default.
 
     Returns:
         The files written.
+
+    Raises:
+        RobotError: The description or a function's name is wrong, or two languages write one file.
     """
-    files = artifacts(robot, functions)
-    return put(files, Path(folder))
+    return put(artifacts(robot, functions, emitters), Path(folder))
 
 
-def put(files: dict[str, str], folder: Path) -> list[Path]:
+def put(files: Mapping[str, str], folder: Path) -> list[Path]:
     """Writes files into a folder, each one whole or not at all, the manifest last."""
-    for stale in sorted(generated_files(folder) - files.keys()):
-        (folder / stale).unlink()
+    for stale in sorted(_listed(folder) - files.keys()):
+        (folder / stale).unlink(missing_ok=True)
     ordered = sorted(files, key=lambda name: name == MANIFEST)
     for name in ordered:
         path = folder / name
@@ -83,7 +82,34 @@ def put(files: dict[str, str], folder: Path) -> list[Path]:
     return [folder / name for name in ordered]
 
 
-def generated_files(folder: Path) -> set[str]:
-    """The files that earlier runs made in a folder, by their kinds."""
-    kinds = ("*.c", "*.h", "*.casadi", "*.tex", "*/*.tex", "__init__.py*", MANIFEST)
-    return {path.relative_to(folder).as_posix() for kind in kinds for path in folder.glob(kind)}
+def strays(files: Mapping[str, str], folder: Path) -> list[str]:
+    """Files in a folder that look generated, by their endings, and are not among those made."""
+    endings = {Path(name).suffix for name in files}
+    there = {
+        path.relative_to(folder).as_posix()
+        for path in folder.rglob("*")
+        if path.suffix in endings and "__pycache__" not in path.parts
+    }
+    return sorted(there - files.keys())
+
+
+def _merged(files: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
+    """The files of all languages in one folder."""
+    merged: dict[str, str] = {}
+    for language, texts in files.items():
+        if twice := sorted(merged.keys() & texts.keys()):
+            raise RobotError(f"{language} writes {', '.join(twice)}, which another language writes")
+        merged |= texts
+    return merged
+
+
+def _listed(folder: Path) -> set[str]:
+    """The files that the manifest of an earlier run lists; none where there is no such manifest."""
+    try:
+        found = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return set()
+    listed = found.get("files") if isinstance(found, dict) else None
+    return {
+        name for name in listed or () if (folder / name).resolve().is_relative_to(folder.resolve())
+    }

@@ -9,12 +9,12 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from ..description.robot_files import load
-from ..model.errors import RobotError
-from .freshness import Job, stamp
-from .generate import MANIFEST, artifacts, generated_files, put
-from ..inverse.explanation import explain
-from ..model.mechanism import Described
 from ..description.urdf import from_urdf
+from ..inverse.explanation import explain
+from ..model.errors import RobotError
+from ..model.mechanism import Described
+from .freshness import Job, stamp
+from .generate import MANIFEST, artifacts, put, strays
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ def _compare(job: Job) -> Report:
     files = artifacts(robot, job.functions or None)
     folder = job.to / robot.name
     differing = [name for name, text in files.items() if _text(folder / name) != text]
-    differing += sorted(generated_files(folder) - files.keys())
+    differing += strays(files, folder)
     if differing:
         return Report(False, f"{robot.name:<12} out of date: {', '.join(differing)}")
     return Report(True, f"{robot.name:<12} agrees, {len(files)} files")

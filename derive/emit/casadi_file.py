@@ -6,6 +6,7 @@ from pathlib import Path
 import casadi as ca
 
 from ..derivation import Derivation
+from ..program.programs import Programs
 from ..terms.casadi_graph import whole
 
 KEPT = (
@@ -18,11 +19,11 @@ KEPT = (
 """Positions, which differentiating no other function gives."""
 
 
-def files(derivation: Derivation) -> dict[str, str]:
+def files(derivation: Derivation, _: Programs) -> dict[str, str]:
     """The file that ``casadi.Function.load`` reads, by name: one function with an output each.
 
     It holds positions alone, :data:`KEPT`: CasADi differentiates them. There is no file where
-    none of them was derived.
+    none of them was derived. CasADi prints its own graph; the programs are not needed.
     """
     kept = [function for function in derivation.functions if function.name in KEPT]
     if not kept:

@@ -2,11 +2,10 @@
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from importlib.metadata import version
 from typing import Any
 
-import casadi as ca
 import sympy as sp
 
 from ..derivation import Derivation
@@ -14,23 +13,26 @@ from ..inverse.serial_inverse import Inverses
 from ..loops.hybrid import Hybrid
 from ..model.mechanism import Coordinate, Described
 from ..model.robot import UNITS, Joint, Parameter
-from ..terms.casadi_graph import count_operations
+from ..program.counting import count_operations
+from ..program.operations import Program
+from ..program.programs import Programs
 from ..terms.symbolic_function import Argument, Result, Signature, SymbolicFunction, WrittenFunction
+from .emitter import Files
 
 FORMAT = 1
 
 
 def manifest(
     derivation: Derivation,
-    lowered: Sequence[ca.Function],
-    files: Mapping[str, str],
+    programs: Programs,
+    files: Mapping[str, Files],
 ) -> str:
     """The manifest as JSON: no date, host or path, so that equal robots give equal bytes.
 
     Args:
         derivation: The robot with what was derived.
-        lowered: Its functions, lowered, for the operation counts.
-        files: Name and text of every other generated file, for their hashes.
+        programs: The programs of its functions, for the operation counts.
+        files: What each language wrote, by its name: every other generated file, for its hash.
     """
     robot, hybrid = derivation.robot, derivation.hybrid
     content = {
@@ -47,17 +49,23 @@ def manifest(
         "parameters": [_parameter(parameter) for parameter in robot.parameters],
         "notes": [*robot.notes, *(hybrid.mobility.disagreements if hybrid else ())],
         "functions": [
-            _function(robot, function, kernel)
-            for function, kernel in zip(derivation.functions, lowered, strict=True)
+            _function(robot, function, programs.whole[function.name])
+            for function in derivation.functions
         ]
         + [_written(robot, function) for function in derivation.written],
         **({} if hybrid is None else _loops(hybrid)),
         **({} if derivation.inverse is None else _inverse(derivation.inverse)),
         "description_sha256": sha256(repr(robot)),
-        "files": {name: sha256(text) for name, text in sorted(files.items())},
+        "languages": {language: sorted(texts) for language, texts in sorted(files.items())},
+        "files": {name: sha256(text) for name, text in sorted(_together(files).items())},
         "versions": {package: version(package) for package in ("casadi", "sympy")},
     }
     return json.dumps(content, indent=1, ensure_ascii=False) + "\n"
+
+
+def _together(files: Mapping[str, Files]) -> dict[str, str]:
+    """The texts of all languages, by file name."""
+    return {name: text for texts in files.values() for name, text in texts.items()}
 
 
 def sha256(text: str) -> str:
@@ -124,10 +132,10 @@ def _parameter(parameter: Parameter) -> dict[str, Any]:
     }
 
 
-def _function(robot: Described, function: SymbolicFunction, kernel: ca.Function) -> dict[str, Any]:
+def _function(robot: Described, function: SymbolicFunction, program: Program) -> dict[str, Any]:
     return {
         **_signature(robot, function),
-        "operations": count_operations(kernel).as_dict(),
+        "operations": count_operations(program).as_dict(),
         **({"margin": function.margin} if function.margin else {}),
         **({"branches": function.branches} if _is_inverse(function) else {}),
         **({"steps": list(function.steps)} if function.steps else {}),

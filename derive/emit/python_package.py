@@ -1,9 +1,9 @@
 """The Python face of a generated robot: a package that loads itself, and stubs for editors."""
 
 import textwrap
-from collections.abc import Sequence
 
-from ..model.mechanism import Described
+from ..derivation import Derivation
+from ..program.programs import Programs
 from ..terms.symbolic_function import Argument, Result, Signature
 
 INIT = '''\
@@ -28,8 +28,9 @@ robot: Robot
 BRANCHES = ["q", "residual", "margin"]
 
 
-def files(robot: Described, functions: Sequence[Signature]) -> dict[str, str]:
+def files(derivation: Derivation, _: Programs) -> dict[str, str]:
     """``__init__.py``, which loads the compiled functions at first use, and its typed stub."""
+    robot, functions = derivation.robot, (*derivation.functions, *derivation.written)
     title = robot.title.replace("\\", "\\\\").replace('"', "'")
     stubs = "\n\n".join(_stub(function) for function in functions)
     imported = "Robot, Solutions" if any(map(_is_inverse, functions)) else "Robot"

@@ -5,7 +5,7 @@ Every equation exists as SymPy objects in short symbols before it is printed (:c
 so that numbers can be put through what the reader sees.
 """
 
-from .document import FOLDER, document, fragments
+from .document import FOLDER, document, files, fragments
 from .setting.sharing import Equations, Printed, equations
 
-__all__ = ["FOLDER", "Equations", "Printed", "document", "equations", "fragments"]
+__all__ = ["FOLDER", "Equations", "Printed", "document", "equations", "files", "fragments"]

@@ -6,6 +6,7 @@ from functools import partial
 from ..derivation import Derivation
 from ..loops.platforms import is_platform
 from ..model.mechanism import Mechanism
+from ..program.programs import Programs
 from .chain.functions_fragment import forward_kinematics, jacobians
 from .chain.geometry_fragment import link_transforms, screws
 from .chain.given_fragment import parameters, symbols
@@ -53,6 +54,15 @@ _OF_LOOPS: Mapping[str, tuple[str, Callable[[LoopPage], str]]] = {
 }
 """The same of a robot with loops, or with motors behind gears."""
 _NEED_LOOPS = ("loops", "mobility")
+
+
+def files(derivation: Derivation, _: Programs) -> dict[str, str]:
+    """The article of a robot and the fragments that it reads in, by their paths.
+
+    LaTeX prints the equations; the programs made of them are not needed.
+    """
+    parts = {f"{FOLDER}/{name}": text for name, text in fragments(derivation).items()}
+    return {f"{derivation.robot.name}.tex": document(derivation), **parts}
 
 
 def fragments(derivation: Derivation) -> dict[str, str]:

@@ -9,7 +9,6 @@ evaluated at 40 digits and rounded once.
 import operator
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
 from functools import reduce
 
 import casadi as ca
@@ -25,46 +24,6 @@ from .terms import Terms
 
 class LoweringError(RobotError):
     """An expression holds what no rule lowers; the message names it."""
-
-
-@dataclass(frozen=True)
-class Operations:
-    """Operations of one function, as they stand in the generated C."""
-
-    multiply: int = 0
-    add: int = 0
-    negate: int = 0
-    trig: int = 0
-    other: int = 0
-
-    @property
-    def total(self) -> int:
-        """All of them."""
-        return self.multiply + self.add + self.negate + self.trig + self.other
-
-    def as_dict(self) -> dict[str, int]:
-        """The counts and their total, by name."""
-        return {**asdict(self), "total": self.total}
-
-
-_KINDS = {
-    **dict.fromkeys((ca.OP_MUL, ca.OP_SQ, ca.OP_TWICE), "multiply"),
-    **dict.fromkeys((ca.OP_ADD, ca.OP_SUB), "add"),
-    ca.OP_NEG: "negate",
-    **dict.fromkeys((ca.OP_SIN, ca.OP_COS, ca.OP_TAN, ca.OP_ATAN, ca.OP_ATAN2), "trig"),
-}
-_FREE = (ca.OP_CONST, ca.OP_INPUT, ca.OP_OUTPUT, ca.OP_PARAMETER)
-
-
-def count_operations(function: ca.Function) -> Operations:
-    """Counts the instructions of a lowered function by kind; loads, stores, constants are free."""
-    counts: dict[str, int] = {}
-    for k in range(function.n_instructions()):
-        operation = function.instruction_id(k)
-        if operation not in _FREE:
-            kind = _KINDS.get(operation, "other")
-            counts[kind] = counts.get(kind, 0) + 1
-    return Operations(**counts)
 
 
 def lower(functions: Sequence[SymbolicFunction], prefix: str) -> list[ca.Function]:

@@ -64,22 +64,26 @@ class Signature:
     outputs: tuple[Result, ...]
 
 
+Table = float | tuple["Table", ...]
+"""A number, or an array as nested rows; whole numbers stay ints."""
+
+
 @dataclass(frozen=True)
 class WrittenFunction(Signature):
-    """A function whose C is written by hand, over tables of the robot; its results have no entries.
+    """A function that a solver written by hand computes from tables; its results have no entries.
 
     Attributes:
-        text: The header ``<robot>_<name>.h`` that defines it, to stand after all other functions.
-        support: The file of C, the same for every robot, that it rests on.
+        solver: Name of the solver, the same for every robot; each language has its files.
+        tables: The robot's numbers, in the order in which the solver takes them.
+        calls: Names of the functions that the solver calls, in the order in which it takes them.
         branches: How many slots it fills.
-        calls: Names of the functions that it calls.
         operations: About how many operations it takes, by which a batch is divided over threads.
     """
 
-    text: str
-    support: str
-    branches: int
+    solver: str
+    tables: tuple[Table, ...]
     calls: tuple[str, ...]
+    branches: int
     operations: int
 
 

@@ -4,16 +4,18 @@
 #include "chasles_cos_sin.h"
 #include "board_installer_branches.h"
 
-static double sq(double x) { return x * x; }
-
+// Pose of the tool (ee) in the base frame (0).
+// 101 operations: multiply 46, add 38, negate 5, trig 8, other 4
 void board_installer_fk(const double q[6], double T_0_ee[16]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
   const double q_5 = q[5];
-  const double v9 = sq(q_4);
+  // shared terms
+  const double v9 = q_4 * q_4;
   const double v10 = 0.42 * q_4;
   const double v11 = 5.0 * q_1;
   const double v12 = -0.2 + q_1;
@@ -45,13 +47,16 @@ void board_installer_fk(const double q[6], double T_0_ee[16]) {
   const double v67 = 0.12 - v62;
   const double v70 = -v60;
   const double v73 = v63 + 0.3;
+  // cosines and sines
   const double angle[4] = {q_0, q_3, q_5, q_2};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // constant entries of T_0_ee
   T_0_ee[12] = 0.0;
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
+  // shared terms; column 1 of T_0_ee
   const double v13 = c[0] * c[1];
   const double v14 = s[0] * s[1];
   const double v16 = c[0] * s[1];
@@ -66,12 +71,12 @@ void board_installer_fk(const double q[6], double T_0_ee[16]) {
   const double v28 = 1.0 + v22;
   const double v30 = c[2] * v25;
   const double v31 = s[2] * v25;
-  const double v33 = sq(v27);
+  const double v33 = v27 * v27;
   const double v34 = v26 + v21;
   const double v35 = c[2] * v23;
   const double v36 = s[2] * v23;
   const double v40 = v32 + v19;
-  const double v43 = sq(v40);
+  const double v43 = v40 * v40;
   const double v46 = v43 + v33;
   const double v51 = 0.1936 - v46;
   const double v52 = v46 - 0.0016;
@@ -97,6 +102,7 @@ void board_installer_fk(const double q[6], double T_0_ee[16]) {
   T_0_ee[8] = v70;
   const double v83 = -v71;
   const double v84 = -v72;
+  // shared terms; columns 1, 2 and 3 of T_0_ee
   T_0_ee[0] = v74;
   const double v85 = v75 - v30;
   const double v86 = v31 + v76;
@@ -109,16 +115,19 @@ void board_installer_fk(const double q[6], double T_0_ee[16]) {
   T_0_ee[9] = v83;
   T_0_ee[10] = v84;
   const double v92 = v77 + v28;
+  // shared terms; columns 2 and 3 of T_0_ee
   T_0_ee[1] = v85;
   T_0_ee[2] = v86;
   const double v93 = v87 + 0.1;
   T_0_ee[5] = v89;
   T_0_ee[6] = v90;
   const double v94 = v92 - v73;
+  // shared terms; column 4 of T_0_ee
   const double v95 = v93 + v78;
   const double v96 = v94 + 0.54;
   const double v97 = v95 + v12;
   T_0_ee[11] = v96;
+  // shared terms; column 4 of T_0_ee
   const double v98 = c[0] * v97;
   const double v99 = s[0] * v97;
   const double v100 = v98 - v88;
@@ -127,16 +136,20 @@ void board_installer_fk(const double q[6], double T_0_ee[16]) {
   T_0_ee[7] = v101;
 }
 
+// Pose of every link's frame in the base frame, in order from the base.
+// 129 operations: multiply 62, add 42, negate 13, trig 8, other 4
 void board_installer_link_poses(const double q[6], double T[128]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
   const double q_5 = q[5];
+  // shared terms
   const double v9 = -0.2 + q_1;
   const double v10 = 5.0 * q_1;
-  const double v11 = sq(q_4);
+  const double v11 = q_4 * q_4;
   const double v12 = 0.42 * q_4;
   const double v16 = 1.2 - v10;
   const double v25 = 0.0801 + v11;
@@ -163,9 +176,11 @@ void board_installer_link_poses(const double q[6], double T[128]) {
   const double v69 = 6.666666666666666 * v65;
   const double v77 = -v69;
   const double v78 = -v68;
+  // cosines and sines
   const double angle[4] = {q_0, q_2, q_3, q_5};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // constant entries of T
   T[2] = 0.0;
   T[3] = 0.0;
   T[6] = 0.0;
@@ -226,6 +241,7 @@ void board_installer_link_poses(const double q[6], double T[128]) {
   T[125] = 0.0;
   T[126] = 0.0;
   T[127] = 1.0;
+  // shared terms; T
   T[0] = c[0];
   const double v13 = -s[0];
   T[4] = s[0];
@@ -248,6 +264,7 @@ void board_installer_link_poses(const double q[6], double T[128]) {
   const double v22 = s[0] * c[2];
   const double v23 = 0.1 * c[0];
   const double v24 = 0.1 * s[0];
+  // shared terms; T
   T[1] = v13;
   T[17] = v13;
   T[19] = v14;
@@ -260,7 +277,8 @@ void board_installer_link_poses(const double q[6], double T[128]) {
   T[65] = v13;
   const double v28 = v19 - v20;
   const double v29 = v21 + v22;
-  const double v32 = sq(v27);
+  // shared terms; T
+  const double v32 = v27 * v27;
   T[80] = v28;
   const double v33 = -v29;
   T[84] = v29;
@@ -272,10 +290,12 @@ void board_installer_link_poses(const double q[6], double T[128]) {
   const double v38 = s[3] * v29;
   const double v39 = c[3] * v28;
   const double v40 = s[3] * v28;
+  // shared terms; T
   const double v41 = v31 + v17;
   T[81] = v33;
   T[97] = v33;
-  const double v45 = sq(v41);
+  // shared terms; T
+  const double v45 = v41 * v41;
   const double v48 = v45 + v32;
   const double v51 = 0.5 * v48;
   const double v52 = 0.1936 - v48;
@@ -310,6 +330,7 @@ void board_installer_link_poses(const double q[6], double T[128]) {
   T[120] = v77;
   const double v89 = -v79;
   const double v90 = -v80;
+  // shared terms; T
   const double v91 = v70 + v81;
   const double v92 = v72 - v82;
   T[96] = v83;
@@ -322,6 +343,7 @@ void board_installer_link_poses(const double q[6], double T[128]) {
   const double v96 = v88 - v40;
   T[121] = v89;
   T[122] = v90;
+  // shared terms; T
   const double v97 = 5.0 * v91;
   const double v98 = 5.0 * v92;
   const double v99 = v92 - v41;
@@ -330,6 +352,7 @@ void board_installer_link_poses(const double q[6], double T[128]) {
   T[114] = v94;
   T[117] = v95;
   T[118] = v96;
+  // shared terms; T
   const double v101 = c[0] * v97;
   const double v102 = c[0] * v98;
   const double v103 = s[0] * v97;
@@ -340,6 +363,7 @@ void board_installer_link_poses(const double q[6], double T[128]) {
   const double v107 = 4.166666666666666 * v100;
   const double v108 = 0.54 + v97;
   const double v109 = 4.999999999999999 * v100;
+  // shared terms; T
   T[32] = v101;
   T[34] = v102;
   T[36] = v103;
@@ -355,6 +379,7 @@ void board_installer_link_poses(const double q[6], double T[128]) {
   const double v117 = -v106;
   T[59] = v108;
   const double v118 = v108 - v109;
+  // shared terms; T
   const double v119 = -v110;
   T[50] = v111;
   T[51] = v112;
@@ -368,34 +393,42 @@ void board_installer_link_poses(const double q[6], double T[128]) {
   T[75] = v118;
   T[91] = v118;
   const double v123 = v118 - 0.3;
+  // shared terms; T
   T[48] = v119;
   T[52] = v120;
   const double v124 = v112 - v121;
   const double v125 = v115 - v122;
   T[107] = v123;
   T[123] = v123;
+  // shared terms; T
   T[67] = v124;
   T[71] = v125;
   const double v126 = v124 + v23;
   const double v127 = v125 + v24;
+  // shared terms; T
   T[83] = v126;
   T[87] = v127;
   const double v128 = v126 + v35;
   const double v129 = v127 + v36;
+  // T
   T[99] = v128;
   T[103] = v129;
   T[115] = v128;
   T[119] = v129;
 }
 
+// Pose of the tool and mixed Jacobian in one call.
+// 132 operations: multiply 62, add 51, negate 6, trig 8, other 5
 void board_installer_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
   const double q_5 = q[5];
-  const double v9 = sq(q_4);
+  // shared terms
+  const double v9 = q_4 * q_4;
   const double v10 = 0.42 * q_4;
   const double v11 = 5.0 * q_1;
   const double v12 = -0.2 + q_1;
@@ -431,9 +464,11 @@ void board_installer_fk_jacobian_mixed(const double q[6], double T_0_ee[16], dou
   const double v76 = -v65;
   const double v79 = v68 + 0.3;
   const double v82 = v67 * v58;
+  // cosines and sines
   const double angle[4] = {q_0, q_3, q_5, q_2};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // constant entries of T_0_ee; constant entries of J
   T_0_ee[12] = 0.0;
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
@@ -451,6 +486,7 @@ void board_installer_fk_jacobian_mixed(const double q[6], double T_0_ee[16], dou
   J[32] = 0.0;
   J[33] = 1.0;
   J[34] = 0.0;
+  // shared terms; column 5 of J
   const double v14 = c[0] * c[1];
   const double v15 = s[0] * s[1];
   const double v17 = c[0] * s[1];
@@ -465,12 +501,12 @@ void board_installer_fk_jacobian_mixed(const double q[6], double T_0_ee[16], dou
   const double v29 = 1.0 + v23;
   const double v31 = c[2] * v26;
   const double v32 = s[2] * v26;
-  const double v34 = sq(v28);
+  const double v34 = v28 * v28;
   const double v35 = v27 + v22;
   const double v36 = c[2] * v24;
   const double v37 = s[2] * v24;
   const double v41 = v33 + v20;
-  const double v44 = sq(v41);
+  const double v44 = v41 * v41;
   const double v47 = v44 + v34;
   const double v52 = 0.1936 - v47;
   const double v53 = v47 - 0.0016;
@@ -481,6 +517,7 @@ void board_installer_fk_jacobian_mixed(const double q[6], double T_0_ee[16], dou
   const int v66 = 0.0 <= v61;
   J[22] = v62;
   const double v69 = -v63;
+  // shared terms; column 5 of J
   const double v70 = v24 * v64;
   const double v71 = v24 * v65;
   const double v72 = v66 ? 0.0 : -1.0;
@@ -491,6 +528,7 @@ void board_installer_fk_jacobian_mixed(const double q[6], double T_0_ee[16], dou
   const double v80 = v24 * v68;
   const double v81 = v26 * v68;
   J[28] = v69;
+  // shared terms; column 1 of T_0_ee; column 6 of J
   const double v83 = -v70;
   const double v84 = s[2] * v71;
   const double v85 = c[2] * v71;
@@ -508,6 +546,7 @@ void board_installer_fk_jacobian_mixed(const double q[6], double T_0_ee[16], dou
   const double v96 = v24 * v73;
   const double v97 = v81 * v58;
   J[35] = v76;
+  // shared terms; columns 1, 2 and 3 of T_0_ee; columns 1, 2, 4 and 6 of J
   T_0_ee[0] = v83;
   const double v98 = v84 - v31;
   const double v99 = v32 + v85;
@@ -532,6 +571,7 @@ void board_installer_fk_jacobian_mixed(const double q[6], double T_0_ee[16], dou
   J[17] = v86;
   J[23] = v83;
   J[29] = v89;
+  // shared terms; columns 2 and 3 of T_0_ee; columns 3, 5 and 6 of J
   T_0_ee[1] = v98;
   T_0_ee[2] = v99;
   const double v112 = v100 + 0.1;
@@ -550,6 +590,7 @@ void board_installer_fk_jacobian_mixed(const double q[6], double T_0_ee[16], dou
   J[11] = v109;
   J[14] = v110;
   J[16] = v111;
+  // shared terms; columns 3, 4 and 5 of J
   const double v122 = v112 + v87;
   const double v123 = v113 + 0.54;
   const double v124 = c[0] + v114;
@@ -560,10 +601,12 @@ void board_installer_fk_jacobian_mixed(const double q[6], double T_0_ee[16], dou
   J[8] = v119;
   J[9] = v120;
   J[10] = v121;
+  // shared terms; column 4 of T_0_ee; column 2 of J
   const double v126 = v122 + v12;
   T_0_ee[11] = v123;
   J[1] = v124;
   J[7] = v125;
+  // shared terms; column 4 of T_0_ee
   const double v127 = c[0] * v126;
   const double v128 = s[0] * v126;
   const double v129 = v127 - v101;
@@ -572,20 +615,26 @@ void board_installer_fk_jacobian_mixed(const double q[6], double T_0_ee[16], dou
   T_0_ee[7] = v130;
   const double v131 = v106 - v130;
   const double v132 = v129 + v109;
+  // column 1 of J
   J[0] = v131;
   J[6] = v132;
 }
 
+// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
+// axes.
+// 115 operations: multiply 53, add 47, negate 4, trig 6, other 5
 void board_installer_jacobian_space(const double q[6], double J[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
+  // shared terms
   const double v7 = 5.0 * q_1;
   const double v8 = -0.2 + q_1;
   const double v9 = q_4 + 0.21;
-  const double v10 = sq(q_4);
+  const double v10 = q_4 * q_4;
   const double v11 = 0.42 * q_4;
   const double v12 = 1.2 - v7;
   const double v17 = 0.0801 + v10;
@@ -613,9 +662,11 @@ void board_installer_jacobian_space(const double q[6], double J[36]) {
   const double v59 = 6.666666666666666 * v54;
   const double v60 = 6.666666666666666 * v55;
   const double v67 = -v59;
+  // cosines and sines
   const double angle[3] = {q_2, q_0, q_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of J
   J[18] = 0.0;
   J[19] = 0.0;
   J[20] = 0.0;
@@ -629,6 +680,7 @@ void board_installer_jacobian_space(const double q[6], double J[36]) {
   J[32] = 0.0;
   J[33] = 1.0;
   J[34] = 0.0;
+  // shared terms; column 5 of J
   const double v13 = 0.16 * c[0];
   const double v14 = 0.16 * s[0];
   const double v15 = 0.8 * s[0];
@@ -641,10 +693,10 @@ void board_installer_jacobian_space(const double q[6], double J[36]) {
   const double v25 = v18 - v19;
   const double v26 = 1.0 + v15;
   const double v27 = v20 + v21;
-  const double v29 = sq(v23);
+  const double v29 = v23 * v23;
   const double v30 = v22 + v16;
   const double v32 = v28 + v13;
-  const double v36 = sq(v32);
+  const double v36 = v32 * v32;
   const double v39 = v36 + v29;
   const double v42 = 0.1936 - v39;
   const double v43 = v39 - 0.0016;
@@ -655,16 +707,19 @@ void board_installer_jacobian_space(const double q[6], double J[36]) {
   const int v58 = 0.0 <= v53;
   J[22] = v56;
   const double v61 = -v57;
+  // shared terms; column 5 of J
   const double v62 = v58 ? 0.0 : -1.0;
   const double v63 = v25 * v59;
   const double v64 = v27 * v59;
   const double v65 = v25 * v60;
   J[28] = v61;
   const double v66 = v27 * v60;
+  // shared terms; column 6 of J
   const double v68 = sqrt(v62);
   const double v69 = -v65;
   const double v70 = -v66;
   J[35] = v67;
+  // shared terms; columns 1, 2, 4 and 6 of J
   const double v71 = v68 * c[1];
   const double v72 = v68 - 5.0;
   const double v73 = v68 - v15;
@@ -677,6 +732,7 @@ void board_installer_jacobian_space(const double q[6], double J[36]) {
   J[15] = v68;
   J[23] = v69;
   J[29] = v70;
+  // shared terms; columns 1 and 3 of J
   J[0] = v71;
   const double v78 = c[1] * v72;
   const double v79 = c[1] * v73;
@@ -686,12 +742,14 @@ void board_installer_jacobian_space(const double q[6], double J[36]) {
   const double v82 = s[1] * v72;
   const double v83 = s[1] * v73;
   J[14] = v77;
+  // shared terms; column 3 of J
   const double v84 = c[1] + v78;
   J[2] = v79;
   const double v85 = v80 + v8;
   const double v86 = 0.3 - v81;
   const double v87 = s[1] + v82;
   J[8] = v83;
+  // shared terms; column 2 of J
   J[1] = v84;
   const double v88 = s[1] * v85;
   const double v89 = v25 * v86;
@@ -701,6 +759,7 @@ void board_installer_jacobian_space(const double q[6], double J[36]) {
   J[7] = v87;
   const double v93 = c[1] * v85;
   const double v94 = v27 * v86;
+  // shared terms; column 4 of J
   const double v95 = v71 + v88;
   const double v96 = v50 * v89;
   const double v97 = v63 * v90;
@@ -716,14 +775,17 @@ void board_installer_jacobian_space(const double q[6], double J[36]) {
   const double v105 = v76 - v100;
   const double v106 = v50 * v98;
   const double v107 = v68 - v102;
+  // shared terms; columns 5 and 6 of J
   J[4] = v103;
   const double v108 = v104 + v92;
   J[10] = v105;
   const double v109 = v68 - v106;
   J[17] = v107;
+  // shared terms; column 5 of J
   const double v110 = v27 * v108;
   const double v111 = v25 * v108;
   J[16] = v109;
+  // shared terms; column 6 of J
   const double v112 = v97 - v110;
   const double v113 = v111 + v101;
   const double v114 = v71 + v112;
@@ -732,15 +794,19 @@ void board_installer_jacobian_space(const double q[6], double J[36]) {
   J[11] = v115;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+// 170 operations: multiply 83, add 66, negate 8, trig 8, other 5
 void board_installer_jacobian_body(const double q[6], double J[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
   const double q_5 = q[5];
+  // shared terms
   const double v9 = 5.0 * q_1;
-  const double v10 = sq(q_4);
+  const double v10 = q_4 * q_4;
   const double v11 = 0.42 * q_4;
   const double v12 = -0.2 + q_1;
   const double v13 = q_4 + 0.21;
@@ -772,9 +838,11 @@ void board_installer_jacobian_body(const double q[6], double J[36]) {
   const double v64 = 6.666666666666666 * v56;
   const double v67 = 0.12 - v63;
   const double v74 = -v62;
+  // cosines and sines
   const double angle[4] = {q_2, q_0, q_3, q_5};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // constant entries of J
   J[19] = 0.0;
   J[20] = 0.0;
   J[22] = 0.0;
@@ -785,6 +853,7 @@ void board_installer_jacobian_body(const double q[6], double J[36]) {
   J[31] = 0.0;
   J[32] = 0.0;
   J[35] = 0.0;
+  // shared terms; column 5 of J
   const double v15 = 0.16 * c[0];
   const double v16 = 0.16 * s[0];
   const double v18 = 0.8 * c[0];
@@ -796,10 +865,10 @@ void board_installer_jacobian_body(const double q[6], double J[36]) {
   const double v24 = s[2] * s[3];
   const double v25 = 0.28 * c[3];
   const double v27 = 0.2 + v16;
-  const double v30 = sq(v27);
+  const double v30 = v27 * v27;
   const double v32 = v26 + v18;
   const double v33 = v29 + v15;
-  const double v37 = sq(v33);
+  const double v37 = v33 * v33;
   const double v40 = v37 + v30;
   const double v43 = 0.1936 - v40;
   const double v44 = v40 - 0.0016;
@@ -812,6 +881,7 @@ void board_installer_jacobian_body(const double q[6], double J[36]) {
   const int v61 = 0.0 <= v54;
   const double v65 = -v59;
   J[34] = v60;
+  // shared terms; column 5 of J
   const double v66 = v61 ? 0.0 : -1.0;
   const double v68 = s[2] * v64;
   const double v69 = c[2] * v64;
@@ -820,6 +890,7 @@ void board_installer_jacobian_body(const double q[6], double J[36]) {
   const double v72 = c[3] * v62;
   const double v73 = c[3] * v64;
   J[28] = v65;
+  // shared terms; columns 1 and 4 of J
   const double v75 = sqrt(v66);
   const double v76 = c[2] * v67;
   const double v77 = s[2] * v67;
@@ -837,6 +908,7 @@ void board_installer_jacobian_body(const double q[6], double J[36]) {
   J[21] = v74;
   const double v88 = -v71;
   const double v89 = -v73;
+  // shared terms; columns 1 and 4 of J
   const double v90 = v75 * v62;
   const double v91 = v75 + v32;
   const double v92 = s[1] * v77;
@@ -857,6 +929,7 @@ void board_installer_jacobian_body(const double q[6], double J[36]) {
   J[27] = v88;
   J[30] = v89;
   J[33] = v89;
+  // shared terms; columns 3, 4, 5 and 6 of J
   const double v106 = v91 + 0.1;
   const double v107 = v97 * v69;
   const double v108 = v98 * v69;
@@ -908,6 +981,7 @@ void board_installer_jacobian_body(const double q[6], double J[36]) {
   const double v148 = v140 - v87;
   const double v149 = v140 + v58;
   J[17] = v140;
+  // shared terms; columns 2, 3, 4 and 5 of J
   const double v150 = c[1] * v141;
   const double v151 = s[1] * v141;
   const double v152 = -v142;
@@ -918,9 +992,11 @@ void board_installer_jacobian_body(const double q[6], double J[36]) {
   J[13] = v147;
   J[15] = v148;
   J[16] = v149;
+  // shared terms; column 2 of J
   const double v153 = v150 - v92;
   const double v154 = v94 + v151;
   J[1] = v152;
+  // shared terms; column 1 of J
   const double v155 = v153 * v93;
   const double v156 = v154 * v95;
   const double v157 = v153 * v131;
@@ -939,17 +1015,22 @@ void board_installer_jacobian_body(const double q[6], double J[36]) {
   const double v170 = -v167;
   J[6] = v168;
   J[12] = v169;
+  // column 1 of J
   J[0] = v170;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+// 107 operations: multiply 50, add 42, negate 4, trig 6, other 5
 void board_installer_jacobian_mixed(const double q[6], double J[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
+  // shared terms
   const double v7 = 5.0 * q_1;
-  const double v8 = sq(q_4);
+  const double v8 = q_4 * q_4;
   const double v9 = 0.42 * q_4;
   const double v10 = -0.2 + q_1;
   const double v11 = q_4 + 0.21;
@@ -983,9 +1064,11 @@ void board_installer_jacobian_mixed(const double q[6], double J[36]) {
   const double v64 = 0.12 - v58;
   const double v67 = v58 * v51;
   const double v70 = -v62;
+  // cosines and sines
   const double angle[3] = {q_2, q_0, q_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of J
   J[18] = 0.0;
   J[19] = 0.0;
   J[20] = 0.0;
@@ -999,6 +1082,7 @@ void board_installer_jacobian_mixed(const double q[6], double J[36]) {
   J[32] = 0.0;
   J[33] = 1.0;
   J[34] = 0.0;
+  // shared terms; column 5 of J
   const double v13 = 0.16 * c[0];
   const double v14 = 0.16 * s[0];
   const double v16 = 0.8 * c[0];
@@ -1010,10 +1094,10 @@ void board_installer_jacobian_mixed(const double q[6], double J[36]) {
   const double v23 = 0.2 + v14;
   const double v25 = v18 + v19;
   const double v26 = v20 - v21;
-  const double v28 = sq(v23);
+  const double v28 = v23 * v23;
   const double v30 = v22 + v16;
   const double v31 = v27 + v13;
-  const double v35 = sq(v31);
+  const double v35 = v31 * v31;
   const double v38 = v35 + v28;
   const double v41 = 0.1936 - v38;
   const double v42 = v38 - 0.0016;
@@ -1024,12 +1108,14 @@ void board_installer_jacobian_mixed(const double q[6], double J[36]) {
   const int v57 = 0.0 <= v52;
   J[22] = v55;
   const double v61 = -v56;
+  // shared terms; column 5 of J
   const double v63 = v57 ? 0.0 : -1.0;
   const double v65 = v26 * v59;
   const double v66 = v25 * v59;
   const double v68 = v26 * v60;
   J[28] = v61;
   const double v69 = v25 * v60;
+  // shared terms; column 6 of J
   const double v71 = sqrt(v63);
   const double v72 = s[2] * v64;
   const double v73 = c[2] * v64;
@@ -1040,6 +1126,7 @@ void board_installer_jacobian_mixed(const double q[6], double J[36]) {
   const double v78 = -v68;
   const double v79 = -v69;
   J[35] = v70;
+  // shared terms; columns 1, 2, 4 and 6 of J
   const double v80 = v71 * c[1];
   const double v81 = c[1] * v72;
   const double v82 = v71 + v30;
@@ -1055,6 +1142,7 @@ void board_installer_jacobian_mixed(const double q[6], double J[36]) {
   J[17] = v71;
   J[23] = v78;
   J[29] = v79;
+  // shared terms; columns 3, 5 and 6 of J
   const double v89 = v82 + 0.1;
   const double v90 = c[1] * v83;
   const double v91 = c[1] * v84;
@@ -1068,6 +1156,7 @@ void board_installer_jacobian_mixed(const double q[6], double J[36]) {
   J[11] = v86;
   J[14] = v87;
   J[16] = v88;
+  // shared terms; columns 3, 4 and 5 of J
   const double v98 = v89 + v73;
   const double v99 = c[1] + v90;
   J[2] = v91;
@@ -1077,9 +1166,11 @@ void board_installer_jacobian_mixed(const double q[6], double J[36]) {
   J[8] = v95;
   J[9] = v96;
   J[10] = v97;
+  // shared terms; column 2 of J
   const double v101 = v98 + v10;
   J[1] = v99;
   J[7] = v100;
+  // shared terms; column 1 of J
   const double v102 = s[1] * v101;
   const double v103 = c[1] * v101;
   const double v104 = v81 + v102;
@@ -1090,7 +1181,10 @@ void board_installer_jacobian_mixed(const double q[6], double J[36]) {
   J[6] = v107;
 }
 
+// Time derivative of jacobian_space at joint rates qd.
+// 228 operations: multiply 116, add 96, negate 1, trig 6, other 9
 void board_installer_jacobian_space_dot(const double q[6], const double qd[6], double J_dot[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -1101,11 +1195,12 @@ void board_installer_jacobian_space_dot(const double q[6], const double qd[6], d
   const double qd_2 = qd[2];
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
+  // shared terms
   const double v7 = 5.0 * q_1;
   const double v8 = 5.0 * qd_1;
   const double v9 = -0.2 + q_1;
   const double v10 = q_4 + 0.21;
-  const double v11 = sq(q_4);
+  const double v11 = q_4 * q_4;
   const double v12 = 0.42 * q_4;
   const double v13 = qd_0 + qd_3;
   const double v14 = 2.0 * q_4;
@@ -1137,7 +1232,7 @@ void board_installer_jacobian_space_dot(const double q[6], const double qd[6], d
   const double v71 = v10 / v64;
   const double v72 = qd_4 / v64;
   const double v73 = v60 * v65;
-  const double v74 = sq(v64);
+  const double v74 = v64 * v64;
   const double v75 = v66 - v67;
   const double v76 = v30 / v64;
   const double v77 = v68 + v69;
@@ -1148,9 +1243,11 @@ void board_installer_jacobian_space_dot(const double q[6], const double qd[6], d
   const double v88 = 6.666666666666666 * v80;
   const double v89 = 6.666666666666666 * v82;
   const double v91 = v72 - v87;
+  // cosines and sines
   const double angle[3] = {q_2, q_0, q_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of J_dot
   J_dot[18] = 0.0;
   J_dot[19] = 0.0;
   J_dot[20] = 0.0;
@@ -1164,6 +1261,7 @@ void board_installer_jacobian_space_dot(const double q[6], const double qd[6], d
   J_dot[32] = 0.0;
   J_dot[33] = 0.0;
   J_dot[34] = 0.0;
+  // shared terms; columns 1, 2 and 4 of J_dot
   const double v16 = 0.16 * c[0];
   const double v17 = 0.16 * s[0];
   const double v18 = s[1] * qd_0;
@@ -1184,13 +1282,13 @@ void board_installer_jacobian_space_dot(const double q[6], const double qd[6], d
   const double v38 = v25 + v26;
   const double v39 = 1.0 + v20;
   const double v40 = v27 - v28;
-  const double v43 = sq(v34);
+  const double v43 = v34 * v34;
   const double v44 = v8 + v36;
   const double v45 = v33 + v23;
   const double v47 = v40 * v13;
   const double v48 = v38 * v13;
   const double v49 = v42 + v16;
-  const double v53 = sq(v49);
+  const double v53 = v49 * v49;
   const double v58 = v53 + v43;
   const double v62 = 0.1936 - v58;
   const double v63 = v58 - 0.0016;
@@ -1235,6 +1333,7 @@ void board_installer_jacobian_space_dot(const double q[6], const double qd[6], d
   const double v119 = v85 - v101;
   const double v120 = v97 - v102;
   const double v121 = v103 + v104;
+  // shared terms; columns 3, 5 and 6 of J_dot
   const double v122 = v105 - v106;
   const double v123 = v107 * v18;
   const double v124 = c[1] * v108;
@@ -1255,6 +1354,7 @@ void board_installer_jacobian_space_dot(const double q[6], const double qd[6], d
   J_dot[28] = v119;
   J_dot[29] = v120;
   const double v136 = -v121;
+  // shared terms; columns 1 and 6 of J_dot
   J_dot[0] = v122;
   const double v137 = v18 + v123;
   const double v138 = v124 - v125;
@@ -1266,6 +1366,7 @@ void board_installer_jacobian_space_dot(const double q[6], const double qd[6], d
   const double v143 = v132 + v133;
   const double v144 = v32 + v134;
   J_dot[35] = v136;
+  // shared terms; column 3 of J_dot
   const double v145 = v105 - v137;
   J_dot[2] = v138;
   const double v146 = c[1] * v140;
@@ -1277,6 +1378,7 @@ void board_installer_jacobian_space_dot(const double q[6], const double qd[6], d
   const double v152 = v114 + v142;
   J_dot[8] = v143;
   const double v153 = s[1] * v140;
+  // shared terms; column 2 of J_dot
   J_dot[1] = v145;
   const double v154 = v146 * qd_0;
   const double v155 = v147 * v13;
@@ -1293,6 +1395,7 @@ void board_installer_jacobian_space_dot(const double q[6], const double qd[6], d
   const double v165 = v94 * v149;
   const double v166 = v153 * qd_3;
   const double v167 = v148 * v76;
+  // shared terms; column 4 of J_dot
   const double v168 = v139 + v154;
   const double v169 = v155 + v129;
   const double v170 = v105 - v156;
@@ -1340,6 +1443,7 @@ void board_installer_jacobian_space_dot(const double q[6], const double qd[6], d
   const double v210 = v200 - v201;
   const double v211 = v71 * v202;
   const double v212 = v203 - v204;
+  // shared terms; column 5 of J_dot
   J_dot[4] = v205;
   const double v213 = v206 * v13;
   J_dot[10] = v208;
@@ -1347,10 +1451,12 @@ void board_installer_jacobian_space_dot(const double q[6], const double qd[6], d
   const double v215 = v189 - v211;
   const double v216 = v209 * v81;
   const double v217 = v206 * v83;
+  // shared terms; column 5 of J_dot
   const double v218 = v171 - v213;
   const double v219 = v214 + v178;
   J_dot[16] = v215;
   const double v220 = v216 + v217;
+  // shared terms; column 6 of J_dot
   const double v221 = v218 + v207;
   const double v222 = v219 + v210;
   const double v223 = v220 + v212;
@@ -1360,11 +1466,15 @@ void board_installer_jacobian_space_dot(const double q[6], const double qd[6], d
   const double v227 = v105 + v224;
   const double v228 = v114 + v225;
   J_dot[17] = v226;
+  // column 6 of J_dot
   J_dot[5] = v227;
   J_dot[11] = v228;
 }
 
+// Time derivative of jacobian_body at joint rates qd.
+// 329 operations: multiply 172, add 138, negate 2, trig 8, other 9
 void board_installer_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -1376,7 +1486,8 @@ void board_installer_jacobian_body_dot(const double q[6], const double qd[6], do
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
   const double qd_5 = qd[5];
-  const double v9 = sq(q_4);
+  // shared terms
+  const double v9 = q_4 * q_4;
   const double v10 = 0.42 * q_4;
   const double v11 = 5.0 * q_1;
   const double v12 = 5.0 * qd_1;
@@ -1414,7 +1525,7 @@ void board_installer_jacobian_body_dot(const double q[6], const double qd[6], do
   const double v72 = v13 / v66;
   const double v73 = qd_4 / v66;
   const double v74 = v59 * v67;
-  const double v75 = sq(v66);
+  const double v75 = v66 * v66;
   const double v76 = v68 - 0.12;
   const double v77 = 0.20784609690826528 - v69;
   const double v84 = v13 / v75;
@@ -1426,9 +1537,11 @@ void board_installer_jacobian_body_dot(const double q[6], const double qd[6], do
   const double v100 = v89 * qd_3;
   const double v103 = v73 - v92;
   const double v120 = qd_5 - v100;
+  // cosines and sines
   const double angle[4] = {q_5, q_3, q_2, q_0};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // constant entries of J_dot
   J_dot[19] = 0.0;
   J_dot[20] = 0.0;
   J_dot[22] = 0.0;
@@ -1439,6 +1552,7 @@ void board_installer_jacobian_body_dot(const double q[6], const double qd[6], do
   J_dot[31] = 0.0;
   J_dot[32] = 0.0;
   J_dot[35] = 0.0;
+  // shared terms; columns 4 and 5 of J_dot
   const double v17 = s[1] * c[0];
   const double v19 = 0.16 * c[2];
   const double v20 = 0.16 * s[2];
@@ -1458,11 +1572,11 @@ void board_installer_jacobian_body_dot(const double q[6], const double qd[6], do
   const double v38 = 0.8 * v24;
   const double v39 = v26 * qd_5;
   const double v41 = v22 * qd_5;
-  const double v44 = sq(v36);
+  const double v44 = v36 * v36;
   const double v45 = v12 + v37;
   const double v46 = v35 + v27;
   const double v50 = v43 + v19;
-  const double v53 = sq(v50);
+  const double v53 = v50 * v50;
   const double v58 = v53 + v44;
   const double v64 = 0.1936 - v58;
   const double v65 = v58 - 0.0016;
@@ -1596,6 +1710,7 @@ void board_installer_jacobian_body_dot(const double q[6], const double qd[6], do
   J_dot[28] = v167;
   J_dot[33] = v168;
   J_dot[34] = v169;
+  // shared terms; column 4 of J_dot
   const double v212 = v172 - v173;
   const double v213 = v176 - v177;
   const double v214 = v178 + v112;
@@ -1617,6 +1732,7 @@ void board_installer_jacobian_body_dot(const double q[6], const double qd[6], do
   const double v230 = v206 - v207;
   const double v231 = v208 - v209;
   J_dot[21] = v211;
+  // shared terms; column 1 of J_dot
   const double v232 = v171 + v212;
   const double v233 = v175 + v213;
   const double v234 = v214 + v14;
@@ -1641,6 +1757,7 @@ void board_installer_jacobian_body_dot(const double q[6], const double qd[6], do
   const double v253 = -v220;
   J_dot[24] = v224;
   J_dot[30] = v229;
+  // shared terms; column 1 of J_dot
   const double v254 = v170 + v232;
   const double v255 = v174 + v233;
   const double v256 = c[3] * v234;
@@ -1657,6 +1774,7 @@ void board_installer_jacobian_body_dot(const double q[6], const double qd[6], do
   const double v267 = v250 + v251;
   const double v268 = v248 + v247;
   J_dot[18] = v253;
+  // shared terms; columns 3, 5 and 6 of J_dot
   const double v269 = v93 * v254;
   const double v270 = v97 * v255;
   const double v271 = v256 - v141;
@@ -1701,6 +1819,7 @@ void board_installer_jacobian_body_dot(const double q[6], const double qd[6], do
   const double v304 = v228 + v286;
   const double v305 = v287 + v252;
   J_dot[17] = v288;
+  // shared terms; columns 2, 4 and 5 of J_dot
   const double v306 = v290 - v291;
   const double v307 = v292 - v293;
   J_dot[1] = v294;
@@ -1712,6 +1831,7 @@ void board_installer_jacobian_body_dot(const double q[6], const double qd[6], do
   J_dot[13] = v303;
   J_dot[15] = v304;
   J_dot[16] = v305;
+  // shared terms; column 1 of J_dot
   const double v309 = v306 * v144;
   const double v310 = v307 * v146;
   const double v311 = v308 * v144;
@@ -1738,7 +1858,10 @@ void board_installer_jacobian_body_dot(const double q[6], const double qd[6], do
   J_dot[12] = v329;
 }
 
+// Time derivative of jacobian_mixed at joint rates qd.
+// 200 operations: multiply 102, add 82, negate 1, trig 6, other 9
 void board_installer_jacobian_mixed_dot(const double q[6], const double qd[6], double J_dot[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -1749,8 +1872,9 @@ void board_installer_jacobian_mixed_dot(const double q[6], const double qd[6], d
   const double qd_2 = qd[2];
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
+  // shared terms
   const double v7 = 5.0 * q_1;
-  const double v8 = sq(q_4);
+  const double v8 = q_4 * q_4;
   const double v9 = 0.42 * q_4;
   const double v10 = -0.2 + q_1;
   const double v11 = 5.0 * qd_1;
@@ -1788,7 +1912,7 @@ void board_installer_jacobian_mixed_dot(const double q[6], const double qd[6], d
   const double v73 = v12 / v67;
   const double v74 = qd_4 / v67;
   const double v75 = v60 * v68;
-  const double v76 = sq(v67);
+  const double v76 = v67 * v67;
   const double v78 = v70 - 0.12;
   const double v79 = 0.20784609690826528 - v71;
   const double v81 = v12 / v76;
@@ -1800,9 +1924,11 @@ void board_installer_jacobian_mixed_dot(const double q[6], const double qd[6], d
   const double v92 = 0.12 - v86;
   const double v96 = v74 - v88;
   const double v115 = v86 * v96;
+  // cosines and sines
   const double angle[3] = {q_2, q_0, q_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of J_dot
   J_dot[18] = 0.0;
   J_dot[19] = 0.0;
   J_dot[20] = 0.0;
@@ -1816,6 +1942,7 @@ void board_installer_jacobian_mixed_dot(const double q[6], const double qd[6], d
   J_dot[32] = 0.0;
   J_dot[33] = 0.0;
   J_dot[34] = 0.0;
+  // shared terms; columns 1, 2, 4 and 6 of J_dot
   const double v16 = 0.16 * c[0];
   const double v17 = 0.16 * s[0];
   const double v18 = s[1] * qd_0;
@@ -1835,13 +1962,13 @@ void board_installer_jacobian_mixed_dot(const double q[6], const double qd[6], d
   const double v37 = v23 - v24;
   const double v38 = v25 + v26;
   const double v39 = 0.8 * v28;
-  const double v42 = sq(v34);
+  const double v42 = v34 * v34;
   const double v43 = v33 + v19;
   const double v45 = v11 + v36;
   const double v46 = v37 * v13;
   const double v47 = v38 * v13;
   const double v48 = v41 + v16;
-  const double v52 = sq(v48);
+  const double v52 = v48 * v48;
   const double v57 = v52 + v42;
   const double v61 = 0.1936 - v57;
   const double v62 = v57 - 0.0016;
@@ -1909,6 +2036,7 @@ void board_installer_jacobian_mixed_dot(const double q[6], const double qd[6], d
   const double v144 = v84 - v118;
   const double v145 = v100 - v119;
   const double v146 = v120 + v121;
+  // shared terms; columns 3, 5 and 6 of J_dot
   const double v147 = v124 + 0.1;
   const double v148 = s[1] * v126;
   const double v149 = v127 + v106;
@@ -1935,6 +2063,7 @@ void board_installer_jacobian_mixed_dot(const double q[6], const double qd[6], d
   J_dot[28] = v144;
   J_dot[29] = v145;
   const double v167 = -v146;
+  // shared terms; column 6 of J_dot
   const double v168 = v147 + v103;
   const double v169 = v148 + v149;
   const double v170 = v18 + v150;
@@ -1950,6 +2079,7 @@ void board_installer_jacobian_mixed_dot(const double q[6], const double qd[6], d
   J_dot[11] = v165;
   const double v179 = v166 + v141;
   J_dot[35] = v167;
+  // shared terms; columns 3 and 5 of J_dot
   const double v180 = v168 + v10;
   const double v181 = v21 + v169;
   const double v182 = v122 - v170;
@@ -1962,6 +2092,7 @@ void board_installer_jacobian_mixed_dot(const double q[6], const double qd[6], d
   const double v187 = v133 + v177;
   const double v188 = v178 + v164;
   J_dot[16] = v179;
+  // shared terms; columns 2, 4 and 5 of J_dot
   const double v189 = c[1] * v180;
   J_dot[1] = v182;
   J_dot[3] = v183;
@@ -1970,6 +2101,7 @@ void board_installer_jacobian_mixed_dot(const double q[6], const double qd[6], d
   J_dot[7] = v186;
   J_dot[9] = v187;
   J_dot[10] = v188;
+  // shared terms; column 1 of J_dot
   const double v191 = v189 - v125;
   const double v192 = v136 + v190;
   const double v193 = v191 * qd_0;
@@ -1984,14 +2116,18 @@ void board_installer_jacobian_mixed_dot(const double q[6], const double qd[6], d
   J_dot[6] = v200;
 }
 
+// Derivative of jacobian_mixed by the joint coordinates.
+// 166 operations: multiply 79, add 70, negate 3, trig 6, other 8
 void board_installer_hessian_mixed(const double q[6], double H[216]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
+  // shared terms
   const double v7 = 5.0 * q_1;
-  const double v8 = sq(q_4);
+  const double v8 = q_4 * q_4;
   const double v9 = 0.42 * q_4;
   const double v10 = -0.2 + q_1;
   const double v11 = q_4 + 0.21;
@@ -2023,7 +2159,7 @@ void board_installer_hessian_mixed(const double q[6], double H[216]) {
   const double v56 = v50 + v51;
   const double v57 = v11 / v52;
   const double v58 = 1.0 / v52;
-  const double v59 = sq(v52);
+  const double v59 = v52 * v52;
   const double v60 = v53 * v45;
   const double v62 = v55 - 0.12;
   const double v63 = 0.20784609690826528 - v56;
@@ -2036,9 +2172,11 @@ void board_installer_hessian_mixed(const double q[6], double H[216]) {
   const double v74 = 0.12 - v68;
   const double v78 = v58 - v70;
   const double v97 = v68 * v78;
+  // cosines and sines
   const double angle[3] = {q_2, q_0, q_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of H
   H[108] = 0.0;
   H[109] = 0.0;
   H[110] = 0.0;
@@ -2134,6 +2272,7 @@ void board_installer_hessian_mixed(const double q[6], double H[216]) {
   H[212] = 0.0;
   H[213] = 0.0;
   H[215] = 0.0;
+  // shared terms; H
   const double v14 = 0.16 * c[0];
   const double v15 = 0.16 * s[0];
   const double v16 = 0.8 * c[0];
@@ -2145,10 +2284,10 @@ void board_installer_hessian_mixed(const double q[6], double H[216]) {
   const double v25 = 0.2 + v15;
   const double v27 = v19 - v20;
   const double v28 = v21 + v22;
-  const double v30 = sq(v25);
+  const double v30 = v25 * v25;
   const double v31 = v24 + v16;
   const double v33 = v29 + v14;
-  const double v37 = sq(v33);
+  const double v37 = v33 * v33;
   const double v42 = v37 + v30;
   const double v46 = 0.1936 - v42;
   const double v47 = v42 - 0.0016;
@@ -2161,6 +2300,7 @@ void board_installer_hessian_mixed(const double q[6], double H[216]) {
   H[135] = v65;
   H[168] = v66;
   H[171] = v66;
+  // shared terms; H
   const double v73 = v67 ? 0.0 : -1.0;
   const double v75 = v28 * v69;
   const double v76 = v27 * v68;
@@ -2192,6 +2332,7 @@ void board_installer_hessian_mixed(const double q[6], double H[216]) {
   const double v102 = v83 * v57;
   const double v103 = v27 * v82;
   const double v104 = v28 * v80;
+  // shared terms; H
   const double v105 = v84 * c[1];
   const double v106 = v84 * s[1];
   const double v107 = v84 + v31;
@@ -2245,6 +2386,7 @@ void board_installer_hessian_mixed(const double q[6], double H[216]) {
   H[177] = v101;
   H[178] = v102;
   const double v118 = v103 + v104;
+  // shared terms; H
   const double v119 = v107 + 0.1;
   const double v120 = s[1] * v109;
   const double v121 = s[1] * v110;
@@ -2308,6 +2450,7 @@ void board_installer_hessian_mixed(const double q[6], double H[216]) {
   const double v138 = v57 * v115;
   H[172] = v117;
   const double v139 = v57 * v118;
+  // shared terms; H
   const double v140 = v119 + v85;
   const double v141 = s[1] + v120;
   const double v142 = v105 - v121;
@@ -2333,6 +2476,7 @@ void board_installer_hessian_mixed(const double q[6], double H[216]) {
   H[66] = v133;
   const double v151 = v57 * v138;
   const double v152 = -v139;
+  // shared terms; H
   const double v153 = v140 + v10;
   const double v154 = v105 - v141;
   H[2] = v142;
@@ -2352,6 +2496,7 @@ void board_installer_hessian_mixed(const double q[6], double H[216]) {
   H[64] = v150;
   const double v156 = v151 + v116;
   H[214] = v152;
+  // shared terms; H
   const double v157 = c[1] * v153;
   H[1] = v154;
   H[6] = v154;
@@ -2359,6 +2504,7 @@ void board_installer_hessian_mixed(const double q[6], double H[216]) {
   H[37] = v155;
   H[42] = v155;
   H[100] = v156;
+  // shared terms; H
   const double v159 = v157 - v108;
   const double v160 = v113 + v158;
   const double v161 = v159 + v106;
@@ -2371,7 +2517,10 @@ void board_installer_hessian_mixed(const double q[6], double H[216]) {
   H[36] = v166;
 }
 
+// Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+// 128 operations: multiply 65, add 51, negate 1, trig 6, other 5
 void board_installer_twist_space(const double q[6], const double qd[6], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -2383,7 +2532,8 @@ void board_installer_twist_space(const double q[6], const double qd[6], double V
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
   const double qd_5 = qd[5];
-  const double v7 = sq(q_4);
+  // shared terms
+  const double v7 = q_4 * q_4;
   const double v8 = 0.42 * q_4;
   const double v9 = 5.0 * q_1;
   const double v10 = -0.2 + q_1;
@@ -2418,9 +2568,11 @@ void board_installer_twist_space(const double q[6], const double qd[6], double V
   const double v70 = 6.666666666666666 * v65;
   const double v76 = v68 * qd_5;
   const double v80 = v13 - v76;
+  // cosines and sines
   const double angle[3] = {q_0, q_3, q_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // shared terms; V
   const double v14 = c[0] * c[1];
   const double v15 = s[0] * s[1];
   const double v18 = 0.16 * c[2];
@@ -2439,11 +2591,11 @@ void board_installer_twist_space(const double q[6], const double qd[6], double V
   const double v34 = 1.0 + v23;
   const double v35 = 0.8 * v25;
   const double v36 = 0.8 * v28;
-  const double v39 = sq(v32);
+  const double v39 = v32 * v32;
   const double v40 = v31 + v20;
   const double v41 = v11 + v35;
   const double v45 = v38 + v18;
-  const double v48 = sq(v45);
+  const double v48 = v45 * v45;
   const double v51 = v48 + v39;
   const double v54 = 0.1936 - v51;
   const double v55 = v51 - 0.0016;
@@ -2467,17 +2619,20 @@ void board_installer_twist_space(const double q[6], const double qd[6], double V
   const double v85 = v66 - v78;
   const double v86 = v67 + v79;
   V[5] = v80;
+  // shared terms; V
   const double v87 = v81 + 0.1;
   const double v88 = v82 + 0.54;
   const double v89 = c[0] * v83;
   const double v90 = s[0] * v83;
   V[3] = v85;
   const double v91 = -v86;
+  // shared terms; V
   const double v92 = v87 + v10;
   const double v93 = 0.3 - v88;
   const double v94 = v24 + v89;
   const double v95 = v27 + v90;
   V[4] = v91;
+  // shared terms; V
   const double v96 = s[1] * v92;
   const double v97 = c[1] * v92;
   const double v98 = v93 * v70;
@@ -2508,6 +2663,7 @@ void board_installer_twist_space(const double q[6], const double qd[6], double V
   const double v123 = v103 - v120;
   const double v124 = v121 + v107;
   V[2] = v122;
+  // shared terms; V
   const double v125 = v123 * qd_5;
   const double v126 = v124 * qd_5;
   const double v127 = v125 + v117;
@@ -2516,7 +2672,10 @@ void board_installer_twist_space(const double q[6], const double qd[6], double V
   V[1] = v128;
 }
 
+// Twist (v, omega) of the tool's origin, in tool axes.
+// 171 operations: multiply 93, add 63, negate 2, trig 8, other 5
 void board_installer_twist_body(const double q[6], const double qd[6], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -2529,8 +2688,9 @@ void board_installer_twist_body(const double q[6], const double qd[6], double V[
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
   const double qd_5 = qd[5];
+  // shared terms
   const double v9 = 5.0 * q_1;
-  const double v10 = sq(q_4);
+  const double v10 = q_4 * q_4;
   const double v11 = 0.42 * q_4;
   const double v12 = 5.0 * qd_1;
   const double v13 = -0.2 + q_1;
@@ -2567,9 +2727,11 @@ void board_installer_twist_body(const double q[6], const double qd[6], double V[
   const double v80 = v68 * qd_3;
   const double v95 = v79 + v80;
   const double v113 = qd_5 - v95;
+  // cosines and sines
   const double angle[4] = {q_2, q_3, q_0, q_5};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // shared terms; V
   const double v16 = 0.16 * c[0];
   const double v17 = 0.16 * s[0];
   const double v18 = c[0] * qd_2;
@@ -2584,11 +2746,11 @@ void board_installer_twist_body(const double q[6], const double qd[6], double V[
   const double v30 = 0.2 + v17;
   const double v31 = 0.8 * v18;
   const double v33 = 0.8 * v20;
-  const double v35 = sq(v30);
+  const double v35 = v30 * v30;
   const double v37 = v12 + v33;
   const double v38 = v29 + v21;
   const double v39 = v34 + v16;
-  const double v43 = sq(v39);
+  const double v43 = v39 * v39;
   const double v46 = v43 + v35;
   const double v49 = 0.1936 - v46;
   const double v50 = v46 - 0.0016;
@@ -2659,6 +2821,7 @@ void board_installer_twist_body(const double q[6], const double qd[6], double V[
   V[3] = v113;
   const double v133 = v65 + v114;
   const double v134 = v66 - v115;
+  // shared terms; V
   const double v135 = v118 + v82;
   const double v136 = v120 + v121;
   const double v137 = v122 - v123;
@@ -2666,8 +2829,10 @@ void board_installer_twist_body(const double q[6], const double qd[6], double V[
   const double v139 = v129 - v130;
   const double v140 = -v133;
   V[5] = v134;
+  // shared terms; V
   const double v141 = v135 + v13;
   V[4] = v140;
+  // shared terms; V
   const double v142 = c[2] * v141;
   const double v143 = s[2] * v141;
   const double v144 = v142 - v103;
@@ -2699,11 +2864,15 @@ void board_installer_twist_body(const double q[6], const double qd[6], double V[
   V[0] = v167;
   const double v170 = v63 + v168;
   const double v171 = v64 + v169;
+  // V
   V[1] = v170;
   V[2] = v171;
 }
 
+// Twist (v, omega) of the tool's origin, in base axes.
+// 118 operations: multiply 60, add 46, negate 1, trig 6, other 5
 void board_installer_twist_mixed(const double q[6], const double qd[6], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -2715,7 +2884,8 @@ void board_installer_twist_mixed(const double q[6], const double qd[6], double V
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
   const double qd_5 = qd[5];
-  const double v7 = sq(q_4);
+  // shared terms
+  const double v7 = q_4 * q_4;
   const double v8 = 0.42 * q_4;
   const double v9 = q_4 + 0.21;
   const double v10 = 5.0 * q_1;
@@ -2754,9 +2924,11 @@ void board_installer_twist_mixed(const double q[6], const double qd[6], double V
   const double v75 = v68 * v58;
   const double v78 = v70 * qd_5;
   const double v88 = v13 - v78;
+  // cosines and sines
   const double angle[3] = {q_0, q_3, q_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // shared terms; V
   const double v14 = c[0] * c[1];
   const double v15 = s[0] * s[1];
   const double v19 = 0.16 * c[2];
@@ -2773,11 +2945,11 @@ void board_installer_twist_mixed(const double q[6], const double qd[6], double V
   const double v32 = 0.8 * v21;
   const double v33 = v24 + v25;
   const double v34 = 0.8 * v27;
-  const double v37 = sq(v31);
+  const double v37 = v31 * v31;
   const double v38 = v11 + v32;
   const double v39 = v30 + v23;
   const double v43 = v36 + v19;
-  const double v46 = sq(v43);
+  const double v46 = v43 * v43;
   const double v49 = v46 + v37;
   const double v53 = 0.1936 - v49;
   const double v54 = v49 - 0.0016;
@@ -2810,15 +2982,18 @@ void board_installer_twist_mixed(const double q[6], const double qd[6], double V
   const double v96 = v64 - v86;
   const double v97 = v65 + v87;
   V[5] = v88;
+  // shared terms; V
   const double v98 = c[0] * v89;
   const double v99 = v91 + 0.1;
   const double v100 = s[0] * v89;
   const double v101 = v95 - v75;
   V[3] = v96;
   const double v102 = -v97;
+  // shared terms; V
   const double v103 = v99 + v82;
   V[2] = v101;
   V[4] = v102;
+  // shared terms; V
   const double v104 = v103 + v12;
   const double v105 = s[0] * v104;
   const double v106 = c[0] * v104;
@@ -2838,7 +3013,10 @@ void board_installer_twist_mixed(const double q[6], const double qd[6], double V
   V[1] = v118;
 }
 
+// Time derivative of twist_space at rates qd and accelerations qdd.
+// 255 operations: multiply 139, add 102, trig 6, other 8
 void board_installer_acceleration_space(const double q[6], const double qd[6], const double qdd[6], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -2856,12 +3034,13 @@ void board_installer_acceleration_space(const double q[6], const double qd[6], c
   const double qdd_3 = qdd[3];
   const double qdd_4 = qdd[4];
   const double qdd_5 = qdd[5];
-  const double v7 = sq(q_4);
+  // shared terms
+  const double v7 = q_4 * q_4;
   const double v8 = 0.42 * q_4;
   const double v9 = 5.0 * q_1;
   const double v10 = -0.2 + q_1;
   const double v11 = 5.0 * qdd_1;
-  const double v12 = sq(qd_4);
+  const double v12 = qd_4 * qd_4;
   const double v13 = q_4 + 0.21;
   const double v14 = 2.0 * q_4;
   const double v15 = qd_0 + qd_3;
@@ -2898,7 +3077,7 @@ void board_installer_acceleration_space(const double q[6], const double qd[6], c
   const double v90 = v84 - v85;
   const double v91 = v48 / v86;
   const double v92 = v79 * v87;
-  const double v93 = sq(v86);
+  const double v93 = v86 * v86;
   const double v94 = v33 / v86;
   const double v95 = 0.20784609690826528 - v88;
   const double v97 = v90 - 0.12;
@@ -2909,9 +3088,11 @@ void board_installer_acceleration_space(const double q[6], const double qd[6], c
   const double v109 = v91 - v106;
   const double v115 = v103 * qdd_5;
   const double v123 = v17 - v115;
+  // cosines and sines
   const double angle[3] = {q_0, q_3, q_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // shared terms; A
   const double v18 = c[0] * c[1];
   const double v19 = s[0] * s[1];
   const double v22 = 0.16 * c[2];
@@ -2940,7 +3121,7 @@ void board_installer_acceleration_space(const double q[6], const double qd[6], c
   const double v52 = v36 * qd_1;
   const double v53 = v39 * qd_1;
   const double v54 = v35 * qd_2;
-  const double v57 = sq(v44);
+  const double v57 = v44 * v44;
   const double v58 = v43 + v24;
   const double v59 = v29 + v47;
   const double v60 = v16 + v51;
@@ -2950,7 +3131,7 @@ void board_installer_acceleration_space(const double q[6], const double qd[6], c
   const double v67 = v56 + v22;
   const double v68 = 0.8 * v59;
   const double v69 = 0.8 * v61;
-  const double v72 = sq(v67);
+  const double v72 = v67 * v67;
   const double v73 = v11 + v68;
   const double v78 = v72 + v57;
   const double v82 = 0.1936 - v78;
@@ -3023,6 +3204,7 @@ void board_installer_acceleration_space(const double q[6], const double qd[6], c
   const double v168 = v132 + v158;
   const double v169 = v159 - v135;
   A[5] = v160;
+  // shared terms; A
   const double v170 = v107 * v161;
   const double v171 = v162 + 0.12;
   const double v172 = v164 * qdd_3;
@@ -3041,6 +3223,7 @@ void board_installer_acceleration_space(const double q[6], const double qd[6], c
   const double v185 = v164 * qd_0;
   A[3] = v168;
   A[4] = v169;
+  // shared terms; A
   const double v186 = v171 * v103;
   const double v187 = v172 + v152;
   const double v188 = v174 * v99;
@@ -3116,7 +3299,10 @@ void board_installer_acceleration_space(const double q[6], const double qd[6], c
   A[2] = v255;
 }
 
+// Time derivative of twist_body at rates qd and accelerations qdd.
+// 343 operations: multiply 194, add 133, trig 8, other 8
 void board_installer_acceleration_body(const double q[6], const double qd[6], const double qdd[6], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -3135,14 +3321,15 @@ void board_installer_acceleration_body(const double q[6], const double qd[6], co
   const double qdd_3 = qdd[3];
   const double qdd_4 = qdd[4];
   const double qdd_5 = qdd[5];
-  const double v9 = sq(q_4);
+  // shared terms
+  const double v9 = q_4 * q_4;
   const double v10 = 0.42 * q_4;
   const double v11 = q_4 + 0.21;
   const double v12 = 5.0 * q_1;
   const double v13 = 5.0 * qd_1;
   const double v14 = -0.2 + q_1;
   const double v15 = 5.0 * qdd_1;
-  const double v16 = sq(qd_4);
+  const double v16 = qd_4 * qd_4;
   const double v17 = 2.0 * q_4;
   const double v18 = 0.0801 + v9;
   const double v20 = v11 * qd_4;
@@ -3176,7 +3363,7 @@ void board_installer_acceleration_body(const double q[6], const double qd[6], co
   const double v83 = v77 + v78;
   const double v84 = v45 / v74;
   const double v85 = v71 * v79;
-  const double v86 = sq(v74);
+  const double v86 = v74 * v74;
   const double v87 = v80 - 0.12;
   const double v93 = 0.20784609690826528 - v83;
   const double v94 = v20 / v86;
@@ -3192,9 +3379,11 @@ void board_installer_acceleration_body(const double q[6], const double qd[6], co
   const double v139 = qd_5 - v114;
   const double v142 = v116 + v117;
   const double v179 = qdd_5 - v142;
+  // cosines and sines
   const double angle[4] = {q_5, q_2, q_3, q_0};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // shared terms; A
   const double v19 = 0.28 * s[0];
   const double v21 = 0.28 * c[0];
   const double v23 = 0.16 * c[1];
@@ -3217,7 +3406,7 @@ void board_installer_acceleration_body(const double q[6], const double qd[6], co
   const double v44 = v28 * qd_2;
   const double v47 = v21 * qd_5;
   const double v48 = v19 * qd_5;
-  const double v51 = sq(v40);
+  const double v51 = v40 * v40;
   const double v52 = v13 + v41;
   const double v53 = v39 + v29;
   const double v54 = v32 - v43;
@@ -3225,7 +3414,7 @@ void board_installer_acceleration_body(const double q[6], const double qd[6], co
   const double v59 = v50 + v23;
   const double v60 = 0.8 * v54;
   const double v61 = 0.8 * v55;
-  const double v64 = sq(v59);
+  const double v64 = v59 * v59;
   const double v65 = v15 + v61;
   const double v70 = v64 + v51;
   const double v75 = 0.1936 - v70;
@@ -3423,11 +3612,13 @@ void board_installer_acceleration_body(const double q[6], const double qd[6], co
   A[3] = v279;
   const double v291 = v280 - v227;
   const double v292 = v228 + v281;
+  // shared terms; A
   const double v293 = v283 - v284;
   const double v294 = v285 - v286;
   const double v295 = v287 + v288;
   A[4] = v291;
   A[5] = v292;
+  // shared terms; A
   const double v296 = v293 * v158;
   const double v297 = v294 * v160;
   const double v298 = v295 * qdd_0;
@@ -3477,11 +3668,15 @@ void board_installer_acceleration_body(const double q[6], const double qd[6], co
   A[0] = v339;
   const double v342 = v329 + v340;
   const double v343 = v331 + v341;
+  // A
   A[1] = v342;
   A[2] = v343;
 }
 
+// Time derivative of twist_mixed at rates qd and accelerations qdd.
+// 222 operations: multiply 121, add 87, trig 6, other 8
 void board_installer_acceleration_mixed(const double q[6], const double qd[6], const double qdd[6], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -3499,12 +3694,13 @@ void board_installer_acceleration_mixed(const double q[6], const double qd[6], c
   const double qdd_3 = qdd[3];
   const double qdd_4 = qdd[4];
   const double qdd_5 = qdd[5];
+  // shared terms
   const double v7 = 5.0 * q_1;
   const double v8 = 5.0 * qdd_1;
-  const double v9 = sq(q_4);
+  const double v9 = q_4 * q_4;
   const double v10 = 0.42 * q_4;
   const double v11 = -0.2 + q_1;
-  const double v12 = sq(qd_4);
+  const double v12 = qd_4 * qd_4;
   const double v13 = q_4 + 0.21;
   const double v14 = 2.0 * q_4;
   const double v15 = qd_0 + qd_3;
@@ -3541,7 +3737,7 @@ void board_installer_acceleration_mixed(const double q[6], const double qd[6], c
   const double v87 = v81 + v82;
   const double v88 = v46 / v83;
   const double v89 = v76 * v84;
-  const double v90 = sq(v83);
+  const double v90 = v83 * v83;
   const double v91 = v32 / v83;
   const double v93 = v86 - 0.12;
   const double v94 = 0.20784609690826528 - v87;
@@ -3556,9 +3752,11 @@ void board_installer_acceleration_mixed(const double q[6], const double qd[6], c
   const double v117 = v105 * qdd_5;
   const double v129 = v101 * v109;
   const double v138 = v17 - v117;
+  // cosines and sines
   const double angle[3] = {q_0, q_2, q_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // shared terms; A
   const double v19 = 0.16 * c[1];
   const double v20 = 0.16 * s[1];
   const double v21 = s[1] * qdd_2;
@@ -3584,7 +3782,7 @@ void board_installer_acceleration_mixed(const double q[6], const double qd[6], c
   const double v49 = v35 * qd_1;
   const double v50 = v38 * qd_1;
   const double v51 = v34 * qd_2;
-  const double v53 = sq(v41);
+  const double v53 = v41 * v41;
   const double v54 = v21 + v42;
   const double v56 = v40 + v25;
   const double v57 = v16 + v48;
@@ -3594,7 +3792,7 @@ void board_installer_acceleration_mixed(const double q[6], const double qd[6], c
   const double v61 = v52 + v19;
   const double v62 = 0.8 * v54;
   const double v66 = 0.8 * v58;
-  const double v67 = sq(v61);
+  const double v67 = v61 * v61;
   const double v68 = v8 + v62;
   const double v73 = v67 + v53;
   const double v77 = 0.1936 - v73;
@@ -3690,10 +3888,12 @@ void board_installer_acceleration_mixed(const double q[6], const double qd[6], c
   const double v191 = v156 + v185;
   const double v192 = v186 - v159;
   A[5] = v187;
+  // shared terms; A
   const double v193 = s[0] * v188;
   const double v194 = c[0] * v188;
   A[3] = v191;
   A[4] = v192;
+  // shared terms; A
   const double v195 = v142 + v193;
   const double v196 = v194 - v147;
   const double v197 = v195 * qdd_0;
@@ -3726,15 +3926,19 @@ void board_installer_acceleration_mixed(const double q[6], const double qd[6], c
   A[1] = v222;
 }
 
+// Joints of the main chain, angles between -pi and pi.
+// 72 operations: multiply 31, add 26, negate 5, trig 6, other 4
 void board_installer_chain(const double q[6], double theta[8]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
   const double q_5 = q[5];
+  // shared terms
   const double v1 = 5.0 * q_1;
-  const double v4 = sq(q_4);
+  const double v4 = q_4 * q_4;
   const double v5 = 0.42 * q_4;
   const double v6 = 1.2 - v1;
   const double v9 = 0.0801 + v4;
@@ -3762,19 +3966,22 @@ void board_installer_chain(const double q[6], double theta[8]) {
   const double v48 = -v44;
   const double v51 = atan2(v43, v48);
   const double v54 = -v51;
+  // cosines and sines
   const double angle[1] = {q_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // theta
   theta[0] = q_0;
   theta[1] = q_1;
   theta[5] = q_3;
   theta[7] = q_5;
+  // shared terms; theta
   const double v7 = 0.16 * c[0];
   const double v8 = 0.16 * s[0];
   const double v11 = 0.2 + v8;
-  const double v14 = sq(v11);
+  const double v14 = v11 * v11;
   const double v16 = v13 + v7;
-  const double v20 = sq(v16);
+  const double v20 = v16 * v16;
   const double v23 = v20 + v14;
   const double v26 = 0.5 * v23;
   const double v27 = 0.1936 - v23;
@@ -3797,6 +4004,7 @@ void board_installer_chain(const double q[6], double theta[8]) {
   const double v57 = v53 - v11;
   const double v58 = v52 - v16;
   theta[6] = v54;
+  // shared terms; theta
   const double v59 = atan2(v55, v56);
   const double v60 = 4.166666666666666 * v57;
   const double v61 = 4.166666666666666 * v58;
@@ -3810,19 +4018,25 @@ void board_installer_chain(const double q[6], double theta[8]) {
   const double v69 = v64 - v65;
   const double v70 = atan2(v60, v66);
   theta[2] = v67;
+  // shared terms; theta
   const double v71 = atan2(v68, v69);
   theta[4] = v70;
+  // shared terms; theta
   const double v72 = -v71;
   theta[3] = v72;
 }
 
+// Derivative of the main chain's joints by the actuated coordinates.
+// 57 operations: multiply 21, add 23, negate 2, trig 2, other 9
 void board_installer_chain_D_q(const double q[6], double theta_D_q[48]) {
+  // inputs
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_4 = q[4];
+  // shared terms
   const double v3 = 5.0 * q_1;
   const double v4 = q_4 + 0.21;
-  const double v5 = sq(q_4);
+  const double v5 = q_4 * q_4;
   const double v6 = 0.42 * q_4;
   const double v7 = 1.2 - v3;
   const double v10 = 0.0801 + v5;
@@ -3836,9 +4050,11 @@ void board_installer_chain_D_q(const double q[6], double theta_D_q[48]) {
   const double v23 = sqrt(v21);
   const double v27 = 0.5 * v23;
   const double v30 = v4 / v27;
+  // cosines and sines
   const double angle[1] = {q_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of theta_D_q
   theta_D_q[0] = 1.0;
   theta_D_q[1] = 0.0;
   theta_D_q[2] = 0.0;
@@ -3880,12 +4096,13 @@ void board_installer_chain_D_q(const double q[6], double theta_D_q[48]) {
   theta_D_q[45] = 0.0;
   theta_D_q[46] = 0.0;
   theta_D_q[47] = 1.0;
+  // shared terms; column 5 of theta_D_q
   const double v8 = 0.16 * c[0];
   const double v9 = 0.16 * s[0];
   const double v12 = 0.2 + v9;
-  const double v15 = sq(v12);
+  const double v15 = v12 * v12;
   const double v17 = v14 + v8;
-  const double v20 = sq(v17);
+  const double v20 = v17 * v17;
   const double v22 = v20 + v15;
   const double v24 = 0.5 * v22;
   const double v25 = 0.1936 - v22;
@@ -3895,6 +4112,7 @@ void board_installer_chain_D_q(const double q[6], double theta_D_q[48]) {
   const double v31 = v28 - 0.0288;
   const double v32 = sqrt(v29);
   theta_D_q[40] = v30;
+  // shared terms; column 2 of theta_D_q
   const double v33 = v31 / v22;
   const double v34 = 0.5 * v32;
   const double v35 = v33 * v17;
@@ -3914,6 +4132,7 @@ void board_installer_chain_D_q(const double q[6], double theta_D_q[48]) {
   const double v49 = v9 * v42;
   const double v50 = v45 - v46;
   theta_D_q[25] = v44;
+  // shared terms; column 2 of theta_D_q
   const double v51 = -v47;
   const double v52 = v48 - v49;
   const double v53 = v47 - v44;
@@ -3922,13 +4141,18 @@ void board_installer_chain_D_q(const double q[6], double theta_D_q[48]) {
   const double v55 = v52 / v34;
   theta_D_q[19] = v53;
   const double v56 = -v54;
+  // shared terms; column 3 of theta_D_q
   theta_D_q[14] = v55;
   const double v57 = v54 - v55;
   theta_D_q[26] = v56;
+  // column 3 of theta_D_q
   theta_D_q[20] = v57;
 }
 
+// Joint rates of the main chain.
+// 59 operations: multiply 26, add 23, negate 1, trig 2, other 7
 void board_installer_chain_rates(const double q[6], const double qd[6], double thetad[8]) {
+  // inputs
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_4 = q[4];
@@ -3938,9 +4162,10 @@ void board_installer_chain_rates(const double q[6], const double qd[6], double t
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
   const double qd_5 = qd[5];
+  // shared terms
   const double v3 = 5.0 * q_1;
   const double v4 = q_4 + 0.21;
-  const double v5 = sq(q_4);
+  const double v5 = q_4 * q_4;
   const double v6 = 0.42 * q_4;
   const double v8 = 1.2 - v3;
   const double v12 = v4 * qd_4;
@@ -3955,13 +4180,16 @@ void board_installer_chain_rates(const double q[6], const double qd[6], double t
   const double v29 = sqrt(v27);
   const double v33 = 0.5 * v29;
   const double v36 = v12 / v33;
+  // cosines and sines
   const double angle[1] = {q_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // thetad
   thetad[0] = qd_0;
   thetad[1] = qd_1;
   thetad[5] = qd_3;
   thetad[7] = qd_5;
+  // shared terms; thetad
   const double v7 = c[0] * qd_2;
   const double v9 = 0.16 * c[0];
   const double v10 = 0.16 * s[0];
@@ -3969,10 +4197,10 @@ void board_installer_chain_rates(const double q[6], const double qd[6], double t
   const double v14 = 0.16 * v7;
   const double v16 = 0.2 + v10;
   const double v17 = 0.16 * v11;
-  const double v20 = sq(v16);
+  const double v20 = v16 * v16;
   const double v21 = qd_1 + v17;
   const double v23 = v19 + v9;
-  const double v26 = sq(v23);
+  const double v26 = v23 * v23;
   const double v28 = v26 + v20;
   const double v30 = 0.5 * v28;
   const double v31 = 0.1936 - v28;
@@ -3982,6 +4210,7 @@ void board_installer_chain_rates(const double q[6], const double qd[6], double t
   const double v37 = v34 - 0.0288;
   const double v38 = sqrt(v35);
   thetad[6] = v36;
+  // shared terms; thetad
   const double v39 = v37 / v28;
   const double v40 = 0.5 * v38;
   const double v41 = v39 * v16;
@@ -4005,10 +4234,14 @@ void board_installer_chain_rates(const double q[6], const double qd[6], double t
   thetad[2] = v57;
   const double v59 = v56 - v57;
   thetad[4] = v58;
+  // thetad
   thetad[3] = v59;
 }
 
+// Joint accelerations of the main chain.
+// 140 operations: multiply 71, add 50, negate 1, trig 2, other 16
 void board_installer_chain_accelerations(const double q[6], const double qd[6], const double qdd[6], double thetadd[8]) {
+  // inputs
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_4 = q[4];
@@ -4021,10 +4254,11 @@ void board_installer_chain_accelerations(const double q[6], const double qd[6], 
   const double qdd_3 = qdd[3];
   const double qdd_4 = qdd[4];
   const double qdd_5 = qdd[5];
+  // shared terms
   const double v3 = 5.0 * q_1;
-  const double v4 = sq(qd_4);
+  const double v4 = qd_4 * qd_4;
   const double v5 = q_4 + 0.21;
-  const double v6 = sq(q_4);
+  const double v6 = q_4 * q_4;
   const double v7 = 0.42 * q_4;
   const double v8 = 2.0 * q_4;
   const double v10 = 1.2 - v3;
@@ -4049,17 +4283,20 @@ void board_installer_chain_accelerations(const double q[6], const double qd[6], 
   const double v58 = 0.25 / v50;
   const double v64 = v26 / v57;
   const double v65 = v51 * v58;
-  const double v66 = sq(v57);
+  const double v66 = v57 * v57;
   const double v71 = v19 / v66;
   const double v76 = v65 * v71;
   const double v86 = v64 - v76;
+  // cosines and sines
   const double angle[1] = {q_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // thetadd
   thetadd[0] = qdd_0;
   thetadd[1] = qdd_1;
   thetadd[5] = qdd_3;
   thetadd[7] = qdd_5;
+  // shared terms; thetadd
   const double v9 = c[0] * qd_2;
   const double v11 = 0.16 * c[0];
   const double v12 = 0.16 * s[0];
@@ -4071,7 +4308,7 @@ void board_installer_chain_accelerations(const double q[6], const double qd[6], 
   const double v23 = 0.16 * v13;
   const double v24 = v13 * qd_2;
   const double v25 = v9 * qd_2;
-  const double v30 = sq(v22);
+  const double v30 = v22 * v22;
   const double v31 = 2.0 * v22;
   const double v32 = qd_1 + v23;
   const double v33 = v14 - v24;
@@ -4080,14 +4317,14 @@ void board_installer_chain_accelerations(const double q[6], const double qd[6], 
   const double v37 = v20 * v31;
   const double v38 = 0.16 * v33;
   const double v39 = 0.16 * v34;
-  const double v42 = sq(v36);
+  const double v42 = v36 * v36;
   const double v43 = 2.0 * v36;
   const double v44 = qdd_1 + v39;
   const double v48 = v42 + v30;
   const double v49 = v32 * v43;
   const double v52 = 0.5 * v48;
   const double v53 = v37 - v49;
-  const double v54 = sq(v48);
+  const double v54 = v48 * v48;
   const double v55 = 0.1936 - v48;
   const double v56 = v48 - 0.0016;
   const double v59 = 0.02 + v52;
@@ -4111,7 +4348,7 @@ void board_installer_chain_accelerations(const double q[6], const double qd[6], 
   const double v82 = v72 * v22;
   const double v83 = v32 * v72;
   const double v84 = v72 * v36;
-  const double v85 = sq(v75);
+  const double v85 = v75 * v75;
   const double v87 = v68 - v78;
   const double v88 = v79 / v48;
   const double v89 = v53 * v80;
@@ -4120,6 +4357,7 @@ void board_installer_chain_accelerations(const double q[6], const double qd[6], 
   const double v92 = v20 * v81;
   const double v93 = v81 * v22;
   thetadd[6] = v86;
+  // shared terms; thetadd
   const double v94 = v87 * v22;
   const double v95 = v88 - v89;
   const double v96 = v82 + v91;
@@ -4169,16 +4407,21 @@ void board_installer_chain_accelerations(const double q[6], const double qd[6], 
   thetadd[2] = v138;
   const double v140 = v137 - v138;
   thetadd[4] = v139;
+  // thetadd
   thetadd[3] = v140;
 }
 
+// Passive joints that are not in the main chain, angles between -pi and pi.
+// 75 operations: multiply 31, add 25, negate 5, trig 8, other 6
 void board_installer_passive(const double q[6], double passive[6]) {
+  // inputs
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_4 = q[4];
+  // shared terms
   const double v1 = 5.0 * q_1;
   const double v4 = q_4 + 0.21;
-  const double v5 = sq(q_4);
+  const double v5 = q_4 * q_4;
   const double v6 = 0.42 * q_4;
   const double v7 = 1.2 - v1;
   const double v10 = 0.0801 + v5;
@@ -4205,15 +4448,17 @@ void board_installer_passive(const double q[6], double passive[6]) {
   const double v45 = v41 / v16;
   const double v49 = atan2(v44, v45);
   const double v52 = -v49;
+  // cosines and sines
   const double angle[1] = {q_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; passive
   const double v8 = 0.16 * c[0];
   const double v9 = 0.16 * s[0];
   const double v12 = 0.2 + v9;
-  const double v15 = sq(v12);
+  const double v15 = v12 * v12;
   const double v17 = v14 + v8;
-  const double v21 = sq(v17);
+  const double v21 = v17 * v17;
   const double v24 = v21 + v15;
   const double v27 = 0.5 * v24;
   const double v28 = 0.1936 - v24;
@@ -4232,6 +4477,7 @@ void board_installer_passive(const double q[6], double passive[6]) {
   const double v53 = v46 - v50;
   const double v54 = v48 + v51;
   passive[5] = v52;
+  // shared terms; passive
   const double v55 = 5.0 * v53;
   const double v56 = 5.0 * v54;
   const double v57 = v54 - v12;
@@ -4247,6 +4493,7 @@ void board_installer_passive(const double q[6], double passive[6]) {
   const double v67 = -v61;
   passive[0] = v59;
   passive[3] = v62;
+  // shared terms; passive
   const double v68 = v63 + v64;
   const double v69 = v65 - v66;
   const double v70 = atan2(v60, v67);
@@ -4256,16 +4503,21 @@ void board_installer_passive(const double q[6], double passive[6]) {
   const double v74 = -v71;
   const double v75 = -v72;
   passive[4] = v73;
+  // passive
   passive[1] = v74;
   passive[2] = v75;
 }
 
+// Derivative of the passive joints by the actuated coordinates.
+// 79 operations: multiply 30, add 30, negate 6, trig 2, other 11
 void board_installer_passive_D_q(const double q[6], double passive_D_q[36]) {
+  // inputs
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_4 = q[4];
+  // shared terms
   const double v3 = 5.0 * q_1;
-  const double v4 = sq(q_4);
+  const double v4 = q_4 * q_4;
   const double v5 = 0.42 * q_4;
   const double v6 = q_4 + 0.21;
   const double v7 = 1.2 - v3;
@@ -4299,9 +4551,11 @@ void board_installer_passive_D_q(const double q[6], double passive_D_q[36]) {
   const double v56 = v52 - v53;
   const double v59 = v56 / v34;
   const double v65 = -v59;
+  // cosines and sines
   const double angle[1] = {q_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of passive_D_q
   passive_D_q[0] = 0.0;
   passive_D_q[3] = 0.0;
   passive_D_q[4] = 0.0;
@@ -4327,12 +4581,13 @@ void board_installer_passive_D_q(const double q[6], double passive_D_q[36]) {
   passive_D_q[32] = 0.0;
   passive_D_q[33] = 0.0;
   passive_D_q[35] = 0.0;
+  // shared terms; column 5 of passive_D_q
   const double v8 = 0.16 * c[0];
   const double v9 = 0.16 * s[0];
   const double v12 = 0.2 + v9;
-  const double v15 = sq(v12);
+  const double v15 = v12 * v12;
   const double v17 = v14 + v8;
-  const double v21 = sq(v17);
+  const double v21 = v17 * v17;
   const double v24 = v21 + v15;
   const double v27 = 0.5 * v24;
   const double v28 = 0.1936 - v24;
@@ -4361,36 +4616,45 @@ void board_installer_passive_D_q(const double q[6], double passive_D_q[36]) {
   const double v69 = v63 - v64;
   const double v70 = -v62;
   passive_D_q[34] = v65;
+  // shared terms; column 2 of passive_D_q
   passive_D_q[1] = v66;
   const double v71 = v67 - v68;
   const double v72 = v66 - v62;
   const double v73 = v69 / v46;
   const double v74 = -v66;
   passive_D_q[25] = v70;
+  // shared terms; columns 2 and 3 of passive_D_q
   const double v75 = v71 / v46;
   passive_D_q[7] = v72;
   const double v76 = -v72;
   passive_D_q[19] = v74;
   passive_D_q[26] = v73;
+  // shared terms; columns 2 and 3 of passive_D_q
   const double v77 = -v75;
   const double v78 = v73 - v75;
   passive_D_q[13] = v76;
   passive_D_q[20] = v75;
+  // shared terms; column 3 of passive_D_q
   passive_D_q[2] = v77;
   passive_D_q[8] = v78;
   const double v79 = -v78;
+  // column 3 of passive_D_q
   passive_D_q[14] = v79;
 }
 
+// All joints, swings and cylinder lengths, angles between -pi and pi.
+// 83 operations: multiply 33, add 27, negate 8, trig 9, other 6
 void board_installer_configuration(const double q[6], double z[16]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
   const double q_5 = q[5];
+  // shared terms
   const double v1 = 5.0 * q_1;
-  const double v4 = sq(q_4);
+  const double v4 = q_4 * q_4;
   const double v5 = 0.42 * q_4;
   const double v6 = q_4 + 0.21;
   const double v7 = 1.2 - v1;
@@ -4425,21 +4689,24 @@ void board_installer_configuration(const double q[6], double z[16]) {
   const double v57 = atan2(v46, v53);
   const double v58 = -v54;
   const double v61 = -v57;
+  // cosines and sines
   const double angle[1] = {q_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // z
   z[0] = q_0;
   z[1] = q_1;
   z[5] = q_3;
   z[7] = q_5;
   z[8] = q_2;
   z[14] = q_4;
+  // shared terms; z
   const double v8 = 0.16 * c[0];
   const double v9 = 0.16 * s[0];
   const double v12 = 0.2 + v9;
-  const double v15 = sq(v12);
+  const double v15 = v12 * v12;
   const double v17 = v14 + v8;
-  const double v21 = sq(v17);
+  const double v21 = v17 * v17;
   const double v24 = v21 + v15;
   const double v27 = 0.5 * v24;
   const double v28 = 0.1936 - v24;
@@ -4458,11 +4725,13 @@ void board_installer_configuration(const double q[6], double z[16]) {
   const double v59 = v50 - v55;
   const double v60 = v52 + v56;
   z[15] = v58;
+  // shared terms; z
   const double v62 = 5.0 * v59;
   const double v63 = 5.0 * v60;
   const double v64 = v60 - v12;
   const double v65 = v59 - v17;
   z[6] = v61;
+  // shared terms; z
   const double v66 = atan2(v62, v63);
   const double v67 = 4.166666666666666 * v64;
   const double v68 = 4.166666666666666 * v65;
@@ -4475,28 +4744,36 @@ void board_installer_configuration(const double q[6], double z[16]) {
   const double v75 = -v66;
   z[9] = v66;
   z[12] = v69;
+  // shared terms; z
   const double v76 = v70 + v71;
   const double v77 = v72 - v73;
   const double v78 = atan2(v67, v74);
   z[2] = v75;
+  // shared terms; z
   const double v79 = atan2(v76, v77);
   const double v80 = atan2(v77, v76);
   z[4] = v78;
   const double v81 = -v78;
+  // shared terms; z
   const double v82 = -v79;
   const double v83 = -v80;
   z[13] = v81;
+  // z
   z[3] = v82;
   z[10] = v82;
   z[11] = v83;
 }
 
+// How far each step of the loops' solution is from its dead point.
+// 27 operations: multiply 12, add 12, trig 2, other 1
 void board_installer_margin(const double q[6], double margin[2]) {
+  // inputs
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_4 = q[4];
+  // shared terms
   const double v3 = 5.0 * q_1;
-  const double v4 = sq(q_4);
+  const double v4 = q_4 * q_4;
   const double v5 = 0.42 * q_4;
   const double v6 = 1.2 - v3;
   const double v9 = 0.0801 + v4;
@@ -4509,33 +4786,40 @@ void board_installer_margin(const double q[6], double margin[2]) {
   const double v20 = v17 * v18;
   const double v22 = 11.11111111111111 * v20;
   const double v25 = v22 / v15;
+  // cosines and sines
   const double angle[1] = {q_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; margin
   const double v7 = 0.16 * c[0];
   const double v8 = 0.16 * s[0];
   const double v11 = 0.2 + v8;
-  const double v14 = sq(v11);
+  const double v14 = v11 * v11;
   const double v16 = v13 + v7;
-  const double v19 = sq(v16);
+  const double v19 = v16 * v16;
   const double v21 = v19 + v14;
   const double v23 = 0.1936 - v21;
   const double v24 = v21 - 0.0016;
   const double v26 = v23 * v24;
   margin[1] = v25;
+  // shared terms; margin
   const double v27 = 108.50694444444444 * v26;
   margin[0] = v27;
 }
 
+// Every branch of the loops' solution, NaN where it does not close.
+// 104 operations: multiply 43, add 36, negate 10, trig 10, other 5
 void board_installer_chain_all(const double q[6], double theta[32], double margin[8]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
   const double q_5 = q[5];
+  // shared terms
   const double v1 = 5.0 * q_1;
-  const double v4 = sq(q_4);
+  const double v4 = q_4 * q_4;
   const double v5 = 0.42 * q_4;
   const double v6 = 1.2 - v1;
   const double v9 = 0.0801 + v4;
@@ -4574,9 +4858,11 @@ void board_installer_chain_all(const double q[6], double theta[32], double margi
   const double v62 = atan2(v52, v58);
   const double v67 = -v61;
   const double v68 = -v62;
+  // cosines and sines
   const double angle[1] = {q_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // columns 1, 2, 6 and 8 of theta
   theta[0] = q_0;
   theta[1] = q_1;
   theta[5] = q_3;
@@ -4593,12 +4879,13 @@ void board_installer_chain_all(const double q[6], double theta[32], double margi
   theta[25] = q_1;
   theta[29] = q_3;
   theta[31] = q_5;
+  // shared terms; column 2 of margin
   const double v7 = 0.16 * c[0];
   const double v8 = 0.16 * s[0];
   const double v11 = 0.2 + v8;
-  const double v14 = sq(v11);
+  const double v14 = v11 * v11;
   const double v16 = v13 + v7;
-  const double v20 = sq(v16);
+  const double v20 = v16 * v16;
   const double v23 = v20 + v14;
   const double v27 = 0.5 * v23;
   const double v28 = 0.1936 - v23;
@@ -4609,6 +4896,7 @@ void board_installer_chain_all(const double q[6], double theta[32], double margi
   margin[3] = v34;
   margin[5] = v34;
   margin[7] = v34;
+  // shared terms; column 1 of margin
   const double v41 = v35 - 0.0288;
   const double v42 = sqrt(v36);
   const double v47 = 108.50694444444444 * v36;
@@ -4618,6 +4906,7 @@ void board_installer_chain_all(const double q[6], double theta[32], double margi
   margin[2] = v47;
   margin[4] = v47;
   margin[6] = v47;
+  // shared terms; column 7 of theta
   const double v54 = v48 * v16;
   const double v55 = v49 / v23;
   const double v56 = v48 * v11;
@@ -4639,6 +4928,7 @@ void board_installer_chain_all(const double q[6], double theta[32], double margi
   theta[14] = v68;
   theta[22] = v67;
   theta[30] = v68;
+  // shared terms; column 3 of theta
   const double v77 = atan2(v69, v70);
   const double v78 = 4.166666666666666 * v71;
   const double v79 = 4.166666666666666 * v72;
@@ -4667,12 +4957,14 @@ void board_installer_chain_all(const double q[6], double theta[32], double margi
   theta[10] = v93;
   theta[18] = v94;
   theta[26] = v94;
+  // shared terms; column 5 of theta
   const double v101 = atan2(v95, v96);
   const double v102 = atan2(v98, v99);
   theta[4] = v97;
   theta[12] = v97;
   theta[20] = v100;
   theta[28] = v100;
+  // shared terms; column 4 of theta
   const double v103 = -v101;
   const double v104 = -v102;
   theta[3] = v103;
@@ -4681,7 +4973,10 @@ void board_installer_chain_all(const double q[6], double theta[32], double margi
   theta[27] = v104;
 }
 
+// Actuated coordinates from the joints of the main chain.
+// 38 operations: multiply 15, add 12, trig 7, other 4
 void board_installer_actuators(const double theta[8], double q[6]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
@@ -4689,18 +4984,22 @@ void board_installer_actuators(const double theta[8], double q[6]) {
   const double theta_5 = theta[5];
   const double theta_6 = theta[6];
   const double theta_7 = theta[7];
+  // shared terms
   const double v2 = theta_2 + theta_3;
   const double v3 = 5.0 * theta_1;
   const double v9 = v3 + 0.8;
   const double v15 = v9 - 1.2;
   const double v20 = 0.2 * v15;
+  // cosines and sines
   const double angle[3] = {theta_2, theta_6, v2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // q
   q[0] = theta_0;
   q[1] = theta_1;
   q[3] = theta_5;
   q[5] = theta_7;
+  // shared terms; q
   const double v7 = 0.2 * c[0];
   const double v11 = 0.2 * s[0];
   const double v12 = 0.15 * c[1];
@@ -4710,20 +5009,21 @@ void board_installer_actuators(const double theta[8], double q[6]) {
   const double v17 = 0.12 - v12;
   const double v18 = 0.20784609690826528 + v13;
   const double v19 = v7 + v14;
-  const double v21 = sq(v17);
-  const double v22 = sq(v18);
+  const double v21 = v17 * v17;
+  const double v22 = v18 * v18;
   const double v23 = v19 - 0.2;
   const double v24 = v20 + v16;
   const double v25 = v21 + v22;
   const double v26 = 0.16 * v23;
   const double v27 = v24 - v11;
-  const double v28 = sq(v23);
+  const double v28 = v23 * v23;
   const double v29 = sqrt(v25);
-  const double v30 = sq(v27);
+  const double v30 = v27 * v27;
   const double v31 = 0.16 * v27;
   const double v32 = v29 - 0.21;
   const double v33 = v30 + v28;
   q[4] = v32;
+  // shared terms; q
   const double v34 = 0.0256 * v33;
   const double v35 = sqrt(v34);
   const double v36 = v26 / v35;
@@ -4732,19 +5032,25 @@ void board_installer_actuators(const double theta[8], double q[6]) {
   q[2] = v38;
 }
 
+// Derivative of the actuated coordinates by the main chain's joints.
+// 48 operations: multiply 21, add 15, negate 1, trig 6, other 5
 void board_installer_actuators_D_chain(const double theta[8], double q_D_theta[48]) {
+  // inputs
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
   const double theta_3 = theta[3];
   const double theta_6 = theta[6];
+  // shared terms
   const double v2 = theta_2 + theta_3;
   const double v6 = 5.0 * theta_1;
   const double v10 = v6 + 0.8;
   const double v15 = v10 - 1.2;
   const double v20 = 0.2 * v15;
+  // cosines and sines
   const double angle[3] = {theta_2, theta_6, v2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of q_D_theta
   q_D_theta[0] = 1.0;
   q_D_theta[1] = 0.0;
   q_D_theta[2] = 0.0;
@@ -4789,6 +5095,7 @@ void board_installer_actuators_D_chain(const double theta[8], double q_D_theta[4
   q_D_theta[45] = 0.0;
   q_D_theta[46] = 0.0;
   q_D_theta[47] = 1.0;
+  // shared terms; column 7 of q_D_theta
   const double v9 = 0.2 * c[0];
   const double v11 = 0.2 * s[0];
   const double v12 = 0.15 * s[1];
@@ -4801,20 +5108,20 @@ void board_installer_actuators_D_chain(const double theta[8], double q_D_theta[4
   const double v21 = v16 - v11;
   const double v22 = 2.0 * v17;
   const double v23 = 2.0 * v18;
-  const double v24 = sq(v17);
-  const double v25 = sq(v18);
+  const double v24 = v17 * v17;
+  const double v25 = v18 * v18;
   const double v26 = v19 - 0.2;
   const double v27 = v20 + v16;
   const double v28 = v12 * v22;
   const double v29 = v13 * v23;
   const double v30 = v24 + v25;
   const double v31 = v27 - v11;
-  const double v32 = sq(v26);
+  const double v32 = v26 * v26;
   const double v33 = v19 * v26;
   const double v34 = v14 * v26;
   const double v35 = v28 + v29;
   const double v36 = sqrt(v30);
-  const double v37 = sq(v31);
+  const double v37 = v31 * v31;
   const double v38 = v21 * v31;
   const double v39 = v16 * v31;
   const double v40 = 0.5 / v36;
@@ -4826,13 +5133,18 @@ void board_installer_actuators_D_chain(const double theta[8], double q_D_theta[4
   const double v46 = v42 / v41;
   const double v47 = v43 / v41;
   q_D_theta[38] = v44;
+  // shared terms; columns 3 and 4 of q_D_theta
   const double v48 = -v45;
   q_D_theta[18] = v46;
   q_D_theta[19] = v47;
+  // column 2 of q_D_theta
   q_D_theta[17] = v48;
 }
 
+// Rates of the actuated coordinates.
+// 60 operations: multiply 33, add 18, trig 6, other 3
 void board_installer_actuator_rates(const double theta[8], const double thetad[8], double qd[6]) {
+  // inputs
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
   const double theta_3 = theta[3];
@@ -4844,18 +5156,22 @@ void board_installer_actuator_rates(const double theta[8], const double thetad[8
   const double thetad_5 = thetad[5];
   const double thetad_6 = thetad[6];
   const double thetad_7 = thetad[7];
+  // shared terms
   const double v1 = theta_2 + theta_3;
   const double v6 = 5.0 * theta_1;
   const double v10 = v6 + 0.8;
   const double v21 = v10 - 1.2;
   const double v32 = 0.2 * v21;
+  // cosines and sines
   const double angle[3] = {theta_2, theta_6, v1};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // qd
   qd[0] = thetad_0;
   qd[1] = thetad_1;
   qd[3] = thetad_5;
   qd[5] = thetad_7;
+  // shared terms; qd
   const double v9 = s[0] * thetad_2;
   const double v11 = 0.2 * s[0];
   const double v12 = c[0] * thetad_2;
@@ -4880,8 +5196,8 @@ void board_installer_actuator_rates(const double theta[8], const double thetad[8
   const double v33 = thetad_1 - v23;
   const double v34 = v24 + v25;
   const double v35 = v13 + v26;
-  const double v36 = sq(v27);
-  const double v37 = sq(v28);
+  const double v36 = v27 * v27;
+  const double v37 = v28 * v28;
   const double v38 = 2.0 * v27;
   const double v39 = 2.0 * v28;
   const double v40 = 0.24 * v31;
@@ -4894,22 +5210,26 @@ void board_installer_actuator_rates(const double theta[8], const double thetad[8
   const double v47 = v40 - v20;
   const double v48 = v41 - v11;
   const double v49 = v33 - v42;
-  const double v50 = sq(v43);
+  const double v50 = v43 * v43;
   const double v51 = sqrt(v44);
   const double v52 = v45 + v46;
   const double v53 = v47 * v48;
   const double v54 = v49 * v43;
-  const double v55 = sq(v48);
+  const double v55 = v48 * v48;
   const double v56 = 0.5 / v51;
   const double v57 = v53 - v54;
   const double v58 = v55 + v50;
   const double v59 = v56 * v52;
   const double v60 = v57 / v58;
   qd[4] = v59;
+  // qd
   qd[2] = v60;
 }
 
+// Accelerations of the actuated coordinates.
+// 118 operations: multiply 70, add 37, trig 6, other 5
 void board_installer_actuator_accelerations(const double theta[8], const double thetad[8], const double thetadd[8], double qdd[6]) {
+  // inputs
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
   const double theta_3 = theta[3];
@@ -4925,19 +5245,23 @@ void board_installer_actuator_accelerations(const double theta[8], const double 
   const double thetadd_5 = thetadd[5];
   const double thetadd_6 = thetadd[6];
   const double thetadd_7 = thetadd[7];
+  // shared terms
   const double v1 = theta_2 + theta_3;
   const double v6 = thetad_2 + thetad_3;
   const double v7 = 5.0 * theta_1;
   const double v12 = v7 + 0.8;
   const double v28 = v12 - 1.2;
   const double v49 = 0.2 * v28;
+  // cosines and sines
   const double angle[3] = {theta_2, theta_6, v1};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // qdd
   qdd[0] = thetadd_0;
   qdd[1] = thetadd_1;
   qdd[3] = thetadd_5;
   qdd[5] = thetadd_7;
+  // shared terms; qdd
   const double v10 = c[0] * thetad_2;
   const double v11 = s[0] * thetadd_2;
   const double v13 = 0.2 * s[0];
@@ -4979,8 +5303,8 @@ void board_installer_actuator_accelerations(const double theta[8], const double 
   const double v51 = v31 + v32;
   const double v52 = v16 + v35;
   const double v53 = thetad_1 - v36;
-  const double v54 = sq(v38);
-  const double v55 = sq(v39);
+  const double v54 = v38 * v38;
+  const double v55 = v39 * v39;
   const double v56 = 2.0 * v38;
   const double v57 = v40 + v20;
   const double v58 = 2.0 * v39;
@@ -5004,7 +5328,7 @@ void board_installer_actuator_accelerations(const double theta[8], const double 
   const double v76 = v64 - v13;
   const double v77 = thetadd_1 - v65;
   const double v78 = v66 + v33;
-  const double v79 = sq(v67);
+  const double v79 = v67 * v67;
   const double v80 = v53 - v68;
   const double v81 = v69 - v37;
   const double v82 = 2.0 * v67;
@@ -5014,7 +5338,7 @@ void board_installer_actuator_accelerations(const double theta[8], const double 
   const double v86 = v73 + v74;
   const double v87 = 0.24 * v75;
   const double v88 = v78 + v34;
-  const double v89 = sq(v76);
+  const double v89 = v76 * v76;
   const double v90 = 2.0 * v76;
   const double v91 = v81 * v82;
   const double v92 = v81 * v76;
@@ -5032,7 +5356,7 @@ void board_installer_actuator_accelerations(const double theta[8], const double 
   const double v104 = v97 * v76;
   const double v105 = v77 - v98;
   const double v106 = v100 + v91;
-  const double v107 = sq(v99);
+  const double v107 = v99 * v99;
   const double v108 = v102 + v61;
   const double v109 = v86 * v103;
   const double v110 = v105 * v67;
@@ -5044,11 +5368,15 @@ void board_installer_actuator_accelerations(const double theta[8], const double 
   const double v116 = v112 - v113;
   const double v117 = v114 / v99;
   qdd[4] = v116;
+  // shared terms; qdd
   const double v118 = v117 - v115;
   qdd[2] = v118;
 }
 
+// What the full configuration leaves open in the loops, zero where they are closed.
+// 91 operations: multiply 26, add 39, trig 26
 void board_installer_constraint(const double z[16], double residual[10]) {
+  // inputs
   const double z_1 = z[1];
   const double z_2 = z[2];
   const double z_3 = z[3];
@@ -5062,6 +5390,7 @@ void board_installer_constraint(const double z[16], double residual[10]) {
   const double z_13 = z[13];
   const double z_14 = z[14];
   const double z_15 = z[15];
+  // shared terms
   const double v1 = z_10 + z_2;
   const double v6 = z_2 + z_3;
   const double v7 = z_11 + z_2;
@@ -5074,9 +5403,11 @@ void board_installer_constraint(const double z[16], double residual[10]) {
   const double v34 = v21 + 0.8;
   const double v50 = v34 - 1.2;
   const double v63 = 0.2 * v50;
+  // cosines and sines
   const double angle[13] = {z_2, z_8, z_12, z_3, z_9, z_6, z_15, v1, v6, v9, v11, v12, v26};
   double c[13], s[13];
   chasles_cos_sin(13, angle, c, s);
+  // shared terms; residual
   const double v35 = 0.2 * s[0];
   const double v36 = 0.16 * c[1];
   const double v37 = 0.2 * c[0];
@@ -5122,6 +5453,7 @@ void board_installer_constraint(const double z[16], double residual[10]) {
   const double v81 = v71 - v43;
   residual[8] = v72;
   residual[9] = v73;
+  // shared terms; residual
   const double v82 = v74 - v35;
   const double v83 = v75 - v38;
   const double v84 = v76 + v65;
@@ -5130,19 +5462,25 @@ void board_installer_constraint(const double z[16], double residual[10]) {
   residual[5] = v79;
   const double v86 = v80 - v41;
   const double v87 = v81 - v60;
+  // shared terms; residual
   const double v88 = v82 - v36;
   residual[1] = v83;
   const double v89 = v84 - s[0];
   const double v90 = v85 - v38;
   residual[6] = v86;
   residual[7] = v87;
+  // shared terms; residual
   residual[0] = v88;
   const double v91 = v89 - v36;
   residual[3] = v90;
+  // residual
   residual[2] = v91;
 }
 
+// Derivative of the loops' equations by the full configuration.
+// 83 operations: multiply 24, add 21, negate 12, trig 26
 void board_installer_constraint_D_z(const double z[16], double residual_D_z[160]) {
+  // inputs
   const double z_2 = z[2];
   const double z_3 = z[3];
   const double z_4 = z[4];
@@ -5155,6 +5493,7 @@ void board_installer_constraint_D_z(const double z[16], double residual_D_z[160]
   const double z_13 = z[13];
   const double z_14 = z[14];
   const double z_15 = z[15];
+  // shared terms
   const double v2 = z_10 + z_2;
   const double v6 = z_2 + z_3;
   const double v7 = z_11 + z_2;
@@ -5163,9 +5502,11 @@ void board_installer_constraint_D_z(const double z[16], double residual_D_z[160]
   const double v13 = z_9 + z_13;
   const double v21 = z_14 + 0.21;
   const double v25 = v7 + z_3;
+  // cosines and sines
   const double angle[13] = {z_2, z_8, z_12, z_3, z_9, z_6, z_15, v2, v6, v8, v12, v13, v25};
   double c[13], s[13];
   chasles_cos_sin(13, angle, c, s);
+  // constant entries of residual_D_z
   residual_D_z[0] = 0.0;
   residual_D_z[1] = 1.0;
   residual_D_z[3] = 0.0;
@@ -5292,6 +5633,7 @@ void board_installer_constraint_D_z(const double z[16], double residual_D_z[160]
   residual_D_z[155] = 0.0;
   residual_D_z[156] = 0.0;
   residual_D_z[157] = 0.0;
+  // shared terms; columns 13 and 15 of residual_D_z
   const double v33 = 0.2 * c[0];
   const double v34 = 0.16 * s[1];
   const double v35 = 0.2 * s[0];
@@ -5308,6 +5650,7 @@ void board_installer_constraint_D_z(const double z[16], double residual_D_z[160]
   const double v44 = 0.15 * c[5];
   residual_D_z[158] = s[6];
   const double v45 = v21 * c[6];
+  // shared terms; columns 7, 9, 13 and 16 of residual_D_z
   const double v48 = 0.24 * s[7];
   residual_D_z[8] = v34;
   const double v49 = 0.24 * c[7];
@@ -5326,6 +5669,7 @@ void board_installer_constraint_D_z(const double z[16], double residual_D_z[160]
   const double v60 = -v43;
   residual_D_z[150] = v44;
   residual_D_z[159] = v45;
+  // shared terms; columns 5, 7, 9, 10, 11, 14 and 16 of residual_D_z
   const double v61 = v33 + v48;
   const double v62 = -v48;
   const double v63 = v49 - v35;
@@ -5349,6 +5693,7 @@ void board_installer_constraint_D_z(const double z[16], double residual_D_z[160]
   residual_D_z[125] = v58;
   residual_D_z[134] = v59;
   residual_D_z[143] = v60;
+  // shared terms; columns 3, 4, 10, 11, 12 and 14 of residual_D_z
   const double v75 = -v61;
   residual_D_z[10] = v62;
   residual_D_z[18] = v63;
@@ -5365,6 +5710,7 @@ void board_installer_constraint_D_z(const double z[16], double residual_D_z[160]
   residual_D_z[109] = v72;
   residual_D_z[115] = v73;
   residual_D_z[121] = v74;
+  // shared terms; columns 3, 4, 10 and 12 of residual_D_z
   residual_D_z[2] = v75;
   const double v81 = -v76;
   const double v82 = -v77;
@@ -5372,12 +5718,16 @@ void board_installer_constraint_D_z(const double z[16], double residual_D_z[160]
   const double v83 = v79 - s[0];
   residual_D_z[51] = v79;
   residual_D_z[105] = v80;
+  // columns 3 and 4 of residual_D_z
   residual_D_z[34] = v81;
   residual_D_z[35] = v82;
   residual_D_z[50] = v83;
 }
 
+// Time derivative of the constraint Jacobian.
+// 153 operations: multiply 66, add 37, negate 24, trig 26
 void board_installer_constraint_D_z_dot(const double z[16], const double zd[16], double residual_D_z_dot[160]) {
+  // inputs
   const double z_2 = z[2];
   const double z_3 = z[3];
   const double z_4 = z[4];
@@ -5402,6 +5752,7 @@ void board_installer_constraint_D_z_dot(const double z[16], const double zd[16],
   const double zd_13 = zd[13];
   const double zd_14 = zd[14];
   const double zd_15 = zd[15];
+  // shared terms
   const double v1 = z_10 + z_2;
   const double v6 = z_2 + z_3;
   const double v7 = z_11 + z_2;
@@ -5410,9 +5761,11 @@ void board_installer_constraint_D_z_dot(const double z[16], const double zd[16],
   const double v13 = z_9 + z_13;
   const double v21 = z_14 + 0.21;
   const double v25 = v7 + z_3;
+  // cosines and sines
   const double angle[13] = {z_2, z_8, z_12, z_3, z_9, z_6, z_15, v1, v6, v8, v12, v13, v25};
   double c[13], s[13];
   chasles_cos_sin(13, angle, c, s);
+  // constant entries of residual_D_z_dot
   residual_D_z_dot[0] = 0.0;
   residual_D_z_dot[1] = 0.0;
   residual_D_z_dot[3] = 0.0;
@@ -5539,6 +5892,7 @@ void board_installer_constraint_D_z_dot(const double z[16], const double zd[16],
   residual_D_z_dot[155] = 0.0;
   residual_D_z_dot[156] = 0.0;
   residual_D_z_dot[157] = 0.0;
+  // shared terms; column 15 of residual_D_z_dot
   const double v33 = s[0] * zd_2;
   const double v34 = c[1] * zd_8;
   const double v35 = c[0] * zd_2;
@@ -5591,6 +5945,7 @@ void board_installer_constraint_D_z_dot(const double z[16], const double zd[16],
   const double v84 = 0.15 * v47;
   residual_D_z_dot[158] = v45;
   const double v85 = v21 * v44;
+  // shared terms; columns 9, 13 and 15 of residual_D_z_dot
   const double v86 = v51 + v52;
   residual_D_z_dot[8] = v54;
   const double v87 = v56 + v57;
@@ -5618,6 +5973,7 @@ void board_installer_constraint_D_z_dot(const double z[16], const double zd[16],
   const double v103 = v83 + v46;
   const double v104 = -v84;
   const double v105 = v48 - v85;
+  // shared terms; columns 7 and 16 of residual_D_z_dot
   const double v106 = 0.24 * v86;
   const double v107 = 0.24 * v87;
   const double v108 = 0.24 * v88;
@@ -5634,6 +5990,7 @@ void board_installer_constraint_D_z_dot(const double z[16], const double zd[16],
   const double v118 = -v103;
   residual_D_z_dot[150] = v104;
   residual_D_z_dot[159] = v105;
+  // shared terms; columns 5 and 16 of residual_D_z_dot
   const double v119 = v106 - v53;
   const double v120 = -v106;
   const double v121 = v55 + v107;
@@ -5654,6 +6011,7 @@ void board_installer_constraint_D_z_dot(const double z[16], const double zd[16],
   const double v135 = v117 + v80;
   const double v136 = -v117;
   residual_D_z_dot[143] = v118;
+  // shared terms; columns 3, 4, 5, 10, 11 and 14 of residual_D_z_dot
   const double v137 = -v119;
   residual_D_z_dot[10] = v120;
   const double v138 = -v121;
@@ -5671,6 +6029,7 @@ void board_installer_constraint_D_z_dot(const double z[16], const double zd[16],
   residual_D_z_dot[115] = v134;
   const double v143 = -v135;
   residual_D_z_dot[125] = v136;
+  // shared terms; columns 3 and 10 of residual_D_z_dot
   residual_D_z_dot[2] = v137;
   residual_D_z_dot[18] = v138;
   const double v144 = v108 + v139;
@@ -5681,21 +6040,27 @@ void board_installer_constraint_D_z_dot(const double z[16], const double zd[16],
   residual_D_z_dot[66] = v141;
   residual_D_z_dot[105] = v142;
   residual_D_z_dot[121] = v143;
+  // shared terms; column 12 of residual_D_z_dot
   const double v149 = v144 - v33;
   const double v150 = -v144;
   residual_D_z_dot[43] = v145;
   const double v151 = -v146;
   const double v152 = -v147;
   residual_D_z_dot[59] = v148;
+  // shared terms; columns 3 and 4 of residual_D_z_dot
   const double v153 = -v149;
   residual_D_z_dot[35] = v150;
   residual_D_z_dot[50] = v151;
   residual_D_z_dot[51] = v152;
+  // column 3 of residual_D_z_dot
   residual_D_z_dot[34] = v153;
 }
 
 #if !BOARD_INSTALLER_BRANCHES
+// One branch of ik.
+// 230 operations: multiply 103, add 94, negate 4, trig 4, other 25
 static void board_installer_ik_branch(const double T[16], const double choice[3], double q[6], double residual[1], double margin[1]) {
+  // inputs
   const double T_0 = T[0];
   const double T_1 = T[1];
   const double T_2 = T[2];
@@ -5711,13 +6076,14 @@ static void board_installer_ik_branch(const double T[16], const double choice[3]
   const double choice_0 = choice[0];
   const double choice_1 = choice[1];
   const double choice_2 = choice[2];
-  const double v1 = sq(T_4);
+  // shared terms
+  const double v1 = T_4 * T_4;
   const double v2 = 1e-150 - T_0;
   const double v3 = 0.28 * T_4;
   const double v4 = 0.28 * T_0;
   const double v5 = 0.28 * T_8;
-  const double v6 = sq(T_8);
-  const double v7 = sq(v2);
+  const double v6 = T_8 * T_8;
+  const double v7 = v2 * v2;
   const double v8 = T_7 - v3;
   const double v9 = T_3 - v4;
   const double v10 = T_11 - v5;
@@ -5733,7 +6099,7 @@ static void board_installer_ik_branch(const double T[16], const double choice[3]
   const double v20 = -4.0 - v17;
   const double v21 = 0.12 * v18;
   const double v22 = 0.12 * v19;
-  const double v23 = sq(v20);
+  const double v23 = v20 * v20;
   const double v24 = 0.3125 * v20;
   const int v25 = v20 < 0.0;
   const double v26 = T_0 * v19;
@@ -5749,14 +6115,14 @@ static void board_installer_ik_branch(const double T[16], const double choice[3]
   const double v36 = v26 - v27;
   const double v37 = v28 + v29;
   const double v38 = v30 - v31;
-  const double v39 = sq(v32);
+  const double v39 = v32 * v32;
   const double v40 = 1e-150 + v33;
   const int v41 = 4.096e-14 < v34;
   const double v42 = sqrt(v34);
-  const double v43 = sq(v36);
-  const double v44 = sq(v37);
+  const double v43 = v36 * v36;
+  const double v44 = v37 * v37;
   const double v45 = 0.09765625 * v34;
-  const double v46 = sq(v40);
+  const double v46 = v40 * v40;
   const double v47 = 0.3125 * v42;
   const double v48 = v41 ? v24 : v35;
   const double v49 = v6 + v43;
@@ -5780,7 +6146,7 @@ static void board_installer_ik_branch(const double T[16], const double choice[3]
   const double v67 = 0.15 * v57;
   const double v68 = 0.15 * v58;
   const double v69 = 0.16 * v56;
-  const double v70 = sq(v59);
+  const double v70 = v59 * v59;
   const double v71 = choice_1 * v62;
   const double v72 = choice_1 * v61;
   const double v73 = atan2(v48, v63);
@@ -5792,11 +6158,11 @@ static void board_installer_ik_branch(const double T[16], const double choice[3]
   const double v79 = v18 * v71;
   const double v80 = v19 * v71;
   const double v81 = v18 * v72;
-  const double v82 = sq(v74);
+  const double v82 = v74 * v74;
   const double v83 = v33 * v71;
   const double v84 = v32 * v72;
-  const double v85 = sq(v75);
-  const double v86 = sq(v76);
+  const double v85 = v75 * v75;
+  const double v86 = v76 * v76;
   const double v87 = v78 + v79;
   const double v88 = v80 - v81;
   const double v89 = v44 + v82;
@@ -5820,7 +6186,7 @@ static void board_installer_ik_branch(const double T[16], const double choice[3]
   const double v107 = v99 - v100;
   const double v108 = atan2(v101, v102);
   const double v109 = v103 + v66;
-  const double v110 = sq(v105);
+  const double v110 = v105 * v105;
   const double v111 = 0.42 * v105;
   const double v112 = v102 * v107;
   const double v113 = v101 * v107;
@@ -5846,7 +6212,7 @@ static void board_installer_ik_branch(const double T[16], const double choice[3]
   const double v133 = v129 - v69;
   const double v134 = 0.0288 + v130;
   const double v135 = v131 * v132;
-  const double v136 = sq(v133);
+  const double v136 = v133 * v133;
   const double v137 = v134 - 0.01125;
   const double v138 = sqrt(v135);
   const double v139 = v136 + v70;
@@ -5885,20 +6251,20 @@ static void board_installer_ik_branch(const double T[16], const double choice[3]
   const double v172 = T_4 + v161;
   const double v173 = v101 * v162;
   const double v174 = v102 * v162;
-  const double v175 = sq(v163);
+  const double v175 = v163 * v163;
   const double v176 = v164 - T_9;
   const double v177 = T_10 + v165;
   const double v178 = sqrt(v166);
   const double v179 = v72 * v168;
   const double v180 = v71 * v168;
-  const double v181 = sq(v169);
+  const double v181 = v169 * v169;
   const double v182 = v112 + v170;
   const double v183 = v171 - v113;
-  const double v184 = sq(v172);
+  const double v184 = v172 * v172;
   const double v185 = v114 - v173;
   const double v186 = v174 + v115;
-  const double v187 = sq(v176);
-  const double v188 = sq(v177);
+  const double v187 = v176 * v176;
+  const double v188 = v177 * v177;
   const double v189 = v128 + v178;
   const double v190 = v60 + v178;
   const double v191 = T_1 + v182;
@@ -5907,10 +6273,10 @@ static void board_installer_ik_branch(const double T[16], const double choice[3]
   const double v194 = v186 - T_6;
   const double v195 = v189 + 0.1;
   const double v196 = v190 - v158;
-  const double v197 = sq(v191);
-  const double v198 = sq(v192);
-  const double v199 = sq(v193);
-  const double v200 = sq(v194);
+  const double v197 = v191 * v191;
+  const double v198 = v192 * v192;
+  const double v199 = v193 * v193;
+  const double v200 = v194 * v194;
   const double v201 = v195 + v167;
   const double v202 = v196 + 0.54;
   const double v203 = v181 + v197;
@@ -5919,7 +6285,7 @@ static void board_installer_ik_branch(const double T[16], const double choice[3]
   const double v206 = v203 + v198;
   const double v207 = v71 * v204;
   const double v208 = v72 * v204;
-  const double v209 = sq(v205);
+  const double v209 = v205 * v205;
   const double v210 = v206 + v184;
   const double v211 = v207 + v179;
   const double v212 = v208 - v180;
@@ -5927,8 +6293,8 @@ static void board_installer_ik_branch(const double T[16], const double choice[3]
   const double v214 = v211 - T_3;
   const double v215 = v212 - T_7;
   const double v216 = v213 + v200;
-  const double v217 = sq(v214);
-  const double v218 = sq(v215);
+  const double v217 = v214 * v214;
+  const double v218 = v215 * v215;
   const double v219 = v216 + v175;
   const double v220 = v217 + v218;
   const double v221 = v219 + v187;
@@ -5941,13 +6307,20 @@ static void board_installer_ik_branch(const double T[16], const double choice[3]
   const double v228 = v225 + v227;
   const double v229 = 0.5 * v228;
   const double v230 = sqrt(v229);
+  // margin
   margin[0] = v45;
+  // q
   q[2] = v73;
+  // q
   q[0] = v90;
+  // q
   q[3] = v104;
   q[4] = v105;
+  // q
   q[5] = v117;
+  // q
   q[1] = v122;
+  // residual
   residual[0] = v230;
 }
 #endif

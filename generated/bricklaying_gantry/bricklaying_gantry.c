@@ -3,15 +3,18 @@
 
 #include "chasles_cos_sin.h"
 
-static double sq(double x) { return x * x; }
-
+// Pose of the tool (ee) in the base frame (0).
+// 3 operations: multiply 3
 void bricklaying_gantry_fk(const double q[3], double T_0_ee[16]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // shared terms
   const double v1 = 0.01 * q_0;
   const double v2 = 0.01 * q_1;
   const double v3 = 0.015 * q_2;
+  // constant entries of T_0_ee
   T_0_ee[0] = 1.0;
   T_0_ee[1] = 0.0;
   T_0_ee[2] = 0.0;
@@ -25,18 +28,24 @@ void bricklaying_gantry_fk(const double q[3], double T_0_ee[16]) {
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
+  // column 4 of T_0_ee
   T_0_ee[3] = v1;
   T_0_ee[7] = v2;
   T_0_ee[11] = v3;
 }
 
+// Pose of every link's frame in the base frame, in order from the base.
+// 3 operations: multiply 3
 void bricklaying_gantry_link_poses(const double q[3], double T[48]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // shared terms
   const double v1 = 0.01 * q_1;
   const double v2 = 0.01 * q_0;
   const double v3 = 0.015 * q_2;
+  // constant entries of T
   T[0] = 1.0;
   T[1] = 0.0;
   T[2] = 0.0;
@@ -79,6 +88,7 @@ void bricklaying_gantry_link_poses(const double q[3], double T[48]) {
   T[45] = 0.0;
   T[46] = 0.0;
   T[47] = 1.0;
+  // T
   T[7] = v1;
   T[19] = v2;
   T[23] = v1;
@@ -87,13 +97,18 @@ void bricklaying_gantry_link_poses(const double q[3], double T[48]) {
   T[43] = v3;
 }
 
+// Pose of the tool and mixed Jacobian in one call.
+// 3 operations: multiply 3
 void bricklaying_gantry_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double J[18]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // shared terms
   const double v1 = 0.01 * q_0;
   const double v2 = 0.01 * q_1;
   const double v3 = 0.015 * q_2;
+  // constant entries of T_0_ee; constant entries of J
   T_0_ee[0] = 1.0;
   T_0_ee[1] = 0.0;
   T_0_ee[2] = 0.0;
@@ -125,13 +140,18 @@ void bricklaying_gantry_fk_jacobian_mixed(const double q[3], double T_0_ee[16], 
   J[15] = 0.0;
   J[16] = 0.0;
   J[17] = 0.0;
+  // column 4 of T_0_ee
   T_0_ee[3] = v1;
   T_0_ee[7] = v2;
   T_0_ee[11] = v3;
 }
 
+// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
+// axes.
+// 0 operations
 void bricklaying_gantry_jacobian_space(const double q[3], double J[18]) {
   (void)q;
+  // constant entries of J
   J[0] = 0.01;
   J[1] = 0.0;
   J[2] = 0.0;
@@ -152,8 +172,11 @@ void bricklaying_gantry_jacobian_space(const double q[3], double J[18]) {
   J[17] = 0.0;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+// 0 operations
 void bricklaying_gantry_jacobian_body(const double q[3], double J[18]) {
   (void)q;
+  // constant entries of J
   J[0] = 0.01;
   J[1] = 0.0;
   J[2] = 0.0;
@@ -174,8 +197,11 @@ void bricklaying_gantry_jacobian_body(const double q[3], double J[18]) {
   J[17] = 0.0;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+// 0 operations
 void bricklaying_gantry_jacobian_mixed(const double q[3], double J[18]) {
   (void)q;
+  // constant entries of J
   J[0] = 0.01;
   J[1] = 0.0;
   J[2] = 0.0;
@@ -196,9 +222,12 @@ void bricklaying_gantry_jacobian_mixed(const double q[3], double J[18]) {
   J[17] = 0.0;
 }
 
+// Time derivative of jacobian_space at joint rates qd.
+// 0 operations
 void bricklaying_gantry_jacobian_space_dot(const double q[3], const double qd[3], double J_dot[18]) {
   (void)q;
   (void)qd;
+  // constant entries of J_dot
   J_dot[0] = 0.0;
   J_dot[1] = 0.0;
   J_dot[2] = 0.0;
@@ -219,9 +248,12 @@ void bricklaying_gantry_jacobian_space_dot(const double q[3], const double qd[3]
   J_dot[17] = 0.0;
 }
 
+// Time derivative of jacobian_body at joint rates qd.
+// 0 operations
 void bricklaying_gantry_jacobian_body_dot(const double q[3], const double qd[3], double J_dot[18]) {
   (void)q;
   (void)qd;
+  // constant entries of J_dot
   J_dot[0] = 0.0;
   J_dot[1] = 0.0;
   J_dot[2] = 0.0;
@@ -242,9 +274,12 @@ void bricklaying_gantry_jacobian_body_dot(const double q[3], const double qd[3],
   J_dot[17] = 0.0;
 }
 
+// Time derivative of jacobian_mixed at joint rates qd.
+// 0 operations
 void bricklaying_gantry_jacobian_mixed_dot(const double q[3], const double qd[3], double J_dot[18]) {
   (void)q;
   (void)qd;
+  // constant entries of J_dot
   J_dot[0] = 0.0;
   J_dot[1] = 0.0;
   J_dot[2] = 0.0;
@@ -265,8 +300,11 @@ void bricklaying_gantry_jacobian_mixed_dot(const double q[3], const double qd[3]
   J_dot[17] = 0.0;
 }
 
+// Derivative of jacobian_mixed by the joint coordinates.
+// 0 operations
 void bricklaying_gantry_hessian_mixed(const double q[3], double H[54]) {
   (void)q;
+  // constant entries of H
   H[0] = 0.0;
   H[1] = 0.0;
   H[2] = 0.0;
@@ -323,119 +361,163 @@ void bricklaying_gantry_hessian_mixed(const double q[3], double H[54]) {
   H[53] = 0.0;
 }
 
+// Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+// 3 operations: multiply 3
 void bricklaying_gantry_twist_space(const double q[3], const double qd[3], double V[6]) {
   (void)q;
+  // inputs
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
   const double qd_2 = qd[2];
+  // shared terms
   const double v1 = 0.01 * qd_0;
   const double v2 = 0.01 * qd_1;
   const double v3 = 0.015 * qd_2;
+  // constant entries of V
   V[3] = 0.0;
   V[4] = 0.0;
   V[5] = 0.0;
+  // V
   V[0] = v1;
   V[1] = v2;
   V[2] = v3;
 }
 
+// Twist (v, omega) of the tool's origin, in tool axes.
+// 3 operations: multiply 3
 void bricklaying_gantry_twist_body(const double q[3], const double qd[3], double V[6]) {
   (void)q;
+  // inputs
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
   const double qd_2 = qd[2];
+  // shared terms
   const double v1 = 0.01 * qd_0;
   const double v2 = 0.01 * qd_1;
   const double v3 = 0.015 * qd_2;
+  // constant entries of V
   V[3] = 0.0;
   V[4] = 0.0;
   V[5] = 0.0;
+  // V
   V[0] = v1;
   V[1] = v2;
   V[2] = v3;
 }
 
+// Twist (v, omega) of the tool's origin, in base axes.
+// 3 operations: multiply 3
 void bricklaying_gantry_twist_mixed(const double q[3], const double qd[3], double V[6]) {
   (void)q;
+  // inputs
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
   const double qd_2 = qd[2];
+  // shared terms
   const double v1 = 0.01 * qd_0;
   const double v2 = 0.01 * qd_1;
   const double v3 = 0.015 * qd_2;
+  // constant entries of V
   V[3] = 0.0;
   V[4] = 0.0;
   V[5] = 0.0;
+  // V
   V[0] = v1;
   V[1] = v2;
   V[2] = v3;
 }
 
+// Time derivative of twist_space at rates qd and accelerations qdd.
+// 3 operations: multiply 3
 void bricklaying_gantry_acceleration_space(const double q[3], const double qd[3], const double qdd[3], double A[6]) {
   (void)q;
   (void)qd;
+  // inputs
   const double qdd_0 = qdd[0];
   const double qdd_1 = qdd[1];
   const double qdd_2 = qdd[2];
+  // shared terms
   const double v1 = 0.01 * qdd_0;
   const double v2 = 0.01 * qdd_1;
   const double v3 = 0.015 * qdd_2;
+  // constant entries of A
   A[3] = 0.0;
   A[4] = 0.0;
   A[5] = 0.0;
+  // A
   A[0] = v1;
   A[1] = v2;
   A[2] = v3;
 }
 
+// Time derivative of twist_body at rates qd and accelerations qdd.
+// 3 operations: multiply 3
 void bricklaying_gantry_acceleration_body(const double q[3], const double qd[3], const double qdd[3], double A[6]) {
   (void)q;
   (void)qd;
+  // inputs
   const double qdd_0 = qdd[0];
   const double qdd_1 = qdd[1];
   const double qdd_2 = qdd[2];
+  // shared terms
   const double v1 = 0.01 * qdd_0;
   const double v2 = 0.01 * qdd_1;
   const double v3 = 0.015 * qdd_2;
+  // constant entries of A
   A[3] = 0.0;
   A[4] = 0.0;
   A[5] = 0.0;
+  // A
   A[0] = v1;
   A[1] = v2;
   A[2] = v3;
 }
 
+// Time derivative of twist_mixed at rates qd and accelerations qdd.
+// 3 operations: multiply 3
 void bricklaying_gantry_acceleration_mixed(const double q[3], const double qd[3], const double qdd[3], double A[6]) {
   (void)q;
   (void)qd;
+  // inputs
   const double qdd_0 = qdd[0];
   const double qdd_1 = qdd[1];
   const double qdd_2 = qdd[2];
+  // shared terms
   const double v1 = 0.01 * qdd_0;
   const double v2 = 0.01 * qdd_1;
   const double v3 = 0.015 * qdd_2;
+  // constant entries of A
   A[3] = 0.0;
   A[4] = 0.0;
   A[5] = 0.0;
+  // A
   A[0] = v1;
   A[1] = v2;
   A[2] = v3;
 }
 
+// Joints of the main chain, angles between -pi and pi.
+// 3 operations: multiply 3
 void bricklaying_gantry_chain(const double q[3], double theta[3]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // shared terms
   const double v1 = 0.01 * q_1;
   const double v2 = 0.01 * q_0;
   const double v3 = 0.015 * q_2;
+  // theta
   theta[0] = v1;
   theta[1] = v2;
   theta[2] = v3;
 }
 
+// Derivative of the main chain's joints by the actuated coordinates.
+// 0 operations
 void bricklaying_gantry_chain_D_q(const double q[3], double theta_D_q[9]) {
   (void)q;
+  // constant entries of theta_D_q
   theta_D_q[0] = 0.0;
   theta_D_q[1] = 0.01;
   theta_D_q[2] = 0.0;
@@ -447,59 +529,82 @@ void bricklaying_gantry_chain_D_q(const double q[3], double theta_D_q[9]) {
   theta_D_q[8] = 0.015;
 }
 
+// Joint rates of the main chain.
+// 3 operations: multiply 3
 void bricklaying_gantry_chain_rates(const double q[3], const double qd[3], double thetad[3]) {
   (void)q;
+  // inputs
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
   const double qd_2 = qd[2];
+  // shared terms
   const double v1 = 0.01 * qd_1;
   const double v2 = 0.01 * qd_0;
   const double v3 = 0.015 * qd_2;
+  // thetad
   thetad[0] = v1;
   thetad[1] = v2;
   thetad[2] = v3;
 }
 
+// Joint accelerations of the main chain.
+// 3 operations: multiply 3
 void bricklaying_gantry_chain_accelerations(const double q[3], const double qd[3], const double qdd[3], double thetadd[3]) {
   (void)q;
   (void)qd;
+  // inputs
   const double qdd_0 = qdd[0];
   const double qdd_1 = qdd[1];
   const double qdd_2 = qdd[2];
+  // shared terms
   const double v1 = 0.01 * qdd_1;
   const double v2 = 0.01 * qdd_0;
   const double v3 = 0.015 * qdd_2;
+  // thetadd
   thetadd[0] = v1;
   thetadd[1] = v2;
   thetadd[2] = v3;
 }
 
+// All joints, swings and cylinder lengths, angles between -pi and pi.
+// 3 operations: multiply 3
 void bricklaying_gantry_configuration(const double q[3], double z[3]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // shared terms
   const double v1 = 0.01 * q_1;
   const double v2 = 0.01 * q_0;
   const double v3 = 0.015 * q_2;
+  // z
   z[0] = v1;
   z[1] = v2;
   z[2] = v3;
 }
 
+// Actuated coordinates from the joints of the main chain.
+// 3 operations: multiply 3
 void bricklaying_gantry_actuators(const double theta[3], double q[3]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
+  // shared terms
   const double v1 = 100.0 * theta_1;
   const double v2 = 100.0 * theta_0;
   const double v3 = 66.66666666666667 * theta_2;
+  // q
   q[0] = v1;
   q[1] = v2;
   q[2] = v3;
 }
 
+// Derivative of the actuated coordinates by the main chain's joints.
+// 0 operations
 void bricklaying_gantry_actuators_D_chain(const double theta[3], double q_D_theta[9]) {
   (void)theta;
+  // constant entries of q_D_theta
   q_D_theta[0] = 0.0;
   q_D_theta[1] = 100.0;
   q_D_theta[2] = 0.0;
@@ -511,34 +616,47 @@ void bricklaying_gantry_actuators_D_chain(const double theta[3], double q_D_thet
   q_D_theta[8] = 66.66666666666667;
 }
 
+// Rates of the actuated coordinates.
+// 3 operations: multiply 3
 void bricklaying_gantry_actuator_rates(const double theta[3], const double thetad[3], double qd[3]) {
   (void)theta;
+  // inputs
   const double thetad_0 = thetad[0];
   const double thetad_1 = thetad[1];
   const double thetad_2 = thetad[2];
+  // shared terms
   const double v1 = 100.0 * thetad_1;
   const double v2 = 100.0 * thetad_0;
   const double v3 = 66.66666666666667 * thetad_2;
+  // qd
   qd[0] = v1;
   qd[1] = v2;
   qd[2] = v3;
 }
 
+// Accelerations of the actuated coordinates.
+// 3 operations: multiply 3
 void bricklaying_gantry_actuator_accelerations(const double theta[3], const double thetad[3], const double thetadd[3], double qdd[3]) {
   (void)theta;
   (void)thetad;
+  // inputs
   const double thetadd_0 = thetadd[0];
   const double thetadd_1 = thetadd[1];
   const double thetadd_2 = thetadd[2];
+  // shared terms
   const double v1 = 100.0 * thetadd_1;
   const double v2 = 100.0 * thetadd_0;
   const double v3 = 66.66666666666667 * thetadd_2;
+  // qdd
   qdd[0] = v1;
   qdd[1] = v2;
   qdd[2] = v3;
 }
 
+// Every solution of the inverse kinematics, in 1 slots.
+// 28 operations: multiply 14, add 12, other 2
 void bricklaying_gantry_ik(const double T[16], double q[3], double residual[1], double margin[1]) {
+  // inputs
   const double T_0 = T[0];
   const double T_1 = T[1];
   const double T_2 = T[2];
@@ -551,22 +669,23 @@ void bricklaying_gantry_ik(const double T[16], double q[3], double residual[1], 
   const double T_9 = T[9];
   const double T_10 = T[10];
   const double T_11 = T[11];
+  // shared terms
   const double v1 = 100.0 * T_3;
   const double v2 = 100.0 * T_7;
   const double v3 = 66.66666666666667 * T_11;
-  const double v4 = sq(T_1);
-  const double v5 = sq(T_2);
-  const double v6 = sq(T_4);
-  const double v7 = sq(T_6);
-  const double v8 = sq(T_8);
-  const double v9 = sq(T_9);
+  const double v4 = T_1 * T_1;
+  const double v5 = T_2 * T_2;
+  const double v6 = T_4 * T_4;
+  const double v7 = T_6 * T_6;
+  const double v8 = T_8 * T_8;
+  const double v9 = T_9 * T_9;
   const double v10 = 1.0 - T_0;
   const double v11 = 1.0 - T_5;
   const double v12 = 1.0 - T_10;
   const double v13 = v4 + v5;
-  const double v14 = sq(v10);
-  const double v15 = sq(v11);
-  const double v16 = sq(v12);
+  const double v14 = v10 * v10;
+  const double v15 = v11 * v11;
+  const double v16 = v12 * v12;
   const double v17 = v13 + v6;
   const double v18 = v17 + v7;
   const double v19 = v18 + v8;
@@ -579,9 +698,12 @@ void bricklaying_gantry_ik(const double T[16], double q[3], double residual[1], 
   const double v26 = v24 + v25;
   const double v27 = 0.5 * v26;
   const double v28 = sqrt(v27);
+  // constant entries of margin
   margin[0] = 1.0;
+  // q
   q[0] = v1;
   q[1] = v2;
   q[2] = v3;
+  // residual
   residual[0] = v28;
 }

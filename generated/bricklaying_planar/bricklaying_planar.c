@@ -4,19 +4,21 @@
 #include "chasles_cos_sin.h"
 #include "bricklaying_planar_branches.h"
 
-#if !BRICKLAYING_PLANAR_BRANCHES
-static double sq(double x) { return x * x; }
-#endif
-
+// Pose of the tool (ee) in the base frame (0).
+// 19 operations: multiply 6, add 6, negate 1, trig 6
 void bricklaying_planar_fk(const double q[3], double T_0_ee[16]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // shared terms
   const double v1 = q_0 + q_1;
   const double v4 = v1 + q_2;
+  // cosines and sines
   const double angle[3] = {q_0, v1, v4};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of T_0_ee
   T_0_ee[2] = 0.0;
   T_0_ee[6] = 0.0;
   T_0_ee[8] = 0.0;
@@ -27,6 +29,7 @@ void bricklaying_planar_fk(const double q[3], double T_0_ee[16]) {
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
+  // shared terms; columns 1 and 2 of T_0_ee
   const double v7 = 0.1778 * c[0];
   const double v8 = 0.1778 * s[0];
   const double v11 = 0.127 * c[1];
@@ -37,24 +40,32 @@ void bricklaying_planar_fk(const double q[3], double T_0_ee[16]) {
   T_0_ee[4] = s[2];
   T_0_ee[5] = c[2];
   const double v15 = 0.127 * s[2];
+  // shared terms; column 2 of T_0_ee
   T_0_ee[1] = v13;
   const double v16 = v11 + v14;
   const double v17 = v15 + v12;
+  // shared terms; column 4 of T_0_ee
   const double v18 = v16 + v7;
   const double v19 = v17 + v8;
   T_0_ee[3] = v18;
   T_0_ee[7] = v19;
 }
 
+// Pose of every link's frame in the base frame, in order from the base.
+// 21 operations: multiply 6, add 6, negate 3, trig 6
 void bricklaying_planar_link_poses(const double q[3], double T[48]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // shared terms
   const double v3 = q_0 + q_1;
   const double v6 = v3 + q_2;
+  // cosines and sines
   const double angle[3] = {q_0, v3, v6};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of T
   T[2] = 0.0;
   T[6] = 0.0;
   T[8] = 0.0;
@@ -85,12 +96,14 @@ void bricklaying_planar_link_poses(const double q[3], double T[48]) {
   T[45] = 0.0;
   T[46] = 0.0;
   T[47] = 1.0;
+  // shared terms; T
   T[0] = c[0];
   const double v7 = -s[0];
   const double v8 = 0.1778 * c[0];
   T[4] = s[0];
   T[5] = c[0];
   const double v9 = 0.1778 * s[0];
+  // shared terms; T
   T[1] = v7;
   T[3] = v8;
   T[7] = v9;
@@ -100,6 +113,7 @@ void bricklaying_planar_link_poses(const double q[3], double T[48]) {
   T[20] = s[1];
   T[21] = c[1];
   const double v14 = 0.127 * s[1];
+  // shared terms; T
   T[17] = v12;
   const double v15 = v8 + v13;
   const double v16 = v9 + v14;
@@ -109,24 +123,32 @@ void bricklaying_planar_link_poses(const double q[3], double T[48]) {
   T[36] = s[2];
   T[37] = c[2];
   const double v19 = 0.127 * s[2];
+  // shared terms; T
   T[19] = v15;
   T[23] = v16;
   T[33] = v17;
   const double v20 = v15 + v18;
   const double v21 = v16 + v19;
+  // T
   T[35] = v20;
   T[39] = v21;
 }
 
+// Pose of the tool and mixed Jacobian in one call.
+// 22 operations: multiply 6, add 6, negate 4, trig 6
 void bricklaying_planar_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double J[18]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // shared terms
   const double v1 = q_0 + q_1;
   const double v4 = v1 + q_2;
+  // cosines and sines
   const double angle[3] = {q_0, v1, v4};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of T_0_ee; constant entries of J
   T_0_ee[2] = 0.0;
   T_0_ee[6] = 0.0;
   T_0_ee[8] = 0.0;
@@ -149,6 +171,7 @@ void bricklaying_planar_fk_jacobian_mixed(const double q[3], double T_0_ee[16], 
   J[15] = 1.0;
   J[16] = 1.0;
   J[17] = 1.0;
+  // shared terms; columns 1 and 2 of T_0_ee
   const double v7 = 0.1778 * c[0];
   const double v8 = 0.1778 * s[0];
   const double v11 = 0.127 * c[1];
@@ -159,31 +182,42 @@ void bricklaying_planar_fk_jacobian_mixed(const double q[3], double T_0_ee[16], 
   T_0_ee[4] = s[2];
   T_0_ee[5] = c[2];
   const double v15 = 0.127 * s[2];
+  // shared terms; column 2 of T_0_ee; column 3 of J
   T_0_ee[1] = v13;
   const double v16 = v11 + v14;
   const double v17 = v15 + v12;
   const double v18 = -v15;
   J[5] = v14;
+  // shared terms; columns 2 and 3 of J
   const double v19 = v16 + v7;
   const double v20 = v17 + v8;
   const double v21 = -v17;
   J[2] = v18;
   J[4] = v16;
+  // shared terms; column 4 of T_0_ee; columns 1 and 2 of J
   T_0_ee[3] = v19;
   T_0_ee[7] = v20;
   const double v22 = -v20;
   J[1] = v21;
   J[3] = v19;
+  // column 1 of J
   J[0] = v22;
 }
 
+// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
+// axes.
+// 13 operations: multiply 4, add 3, negate 2, trig 4
 void bricklaying_planar_jacobian_space(const double q[3], double J[18]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
+  // shared terms
   const double v2 = q_0 + q_1;
+  // cosines and sines
   const double angle[2] = {q_0, v2};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of J
   J[0] = 0.0;
   J[3] = 0.0;
   J[6] = 0.0;
@@ -198,29 +232,39 @@ void bricklaying_planar_jacobian_space(const double q[3], double J[18]) {
   J[15] = 1.0;
   J[16] = 1.0;
   J[17] = 1.0;
+  // shared terms; column 2 of J
   const double v6 = 0.1778 * s[0];
   const double v7 = 0.1778 * c[0];
   J[1] = v6;
   const double v8 = 0.127 * s[1];
   const double v9 = -v7;
   const double v10 = 0.127 * c[1];
+  // shared terms; column 2 of J
   const double v11 = v8 + v6;
   J[4] = v9;
   const double v12 = v10 + v7;
+  // shared terms; column 3 of J
   J[2] = v11;
   const double v13 = -v12;
+  // column 3 of J
   J[5] = v13;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+// 30 operations: multiply 14, add 10, trig 6
 void bricklaying_planar_jacobian_body(const double q[3], double J[18]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // shared terms
   const double v1 = q_0 + q_1;
   const double v5 = v1 + q_2;
+  // cosines and sines
   const double angle[3] = {q_0, v1, v5};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of J
   J[2] = 0.0;
   J[5] = 0.127;
   J[6] = 0.0;
@@ -235,6 +279,7 @@ void bricklaying_planar_jacobian_body(const double q[3], double J[18]) {
   J[15] = 1.0;
   J[16] = 1.0;
   J[17] = 1.0;
+  // shared terms; column 2 of J
   const double v7 = 0.1778 * c[0];
   const double v8 = 0.1778 * s[0];
   const double v11 = 0.127 * c[1];
@@ -259,19 +304,26 @@ void bricklaying_planar_jacobian_body(const double q[3], double J[18]) {
   J[1] = v25;
   const double v30 = v26 + v27;
   J[4] = v28;
+  // column 1 of J
   J[0] = v29;
   J[3] = v30;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+// 21 operations: multiply 6, add 6, negate 3, trig 6
 void bricklaying_planar_jacobian_mixed(const double q[3], double J[18]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // shared terms
   const double v1 = q_0 + q_1;
   const double v4 = v1 + q_2;
+  // cosines and sines
   const double angle[3] = {q_0, v1, v4};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of J
   J[6] = 0.0;
   J[7] = 0.0;
   J[8] = 0.0;
@@ -284,6 +336,7 @@ void bricklaying_planar_jacobian_mixed(const double q[3], double J[18]) {
   J[15] = 1.0;
   J[16] = 1.0;
   J[17] = 1.0;
+  // shared terms; column 3 of J
   const double v7 = 0.1778 * s[0];
   const double v8 = 0.1778 * c[0];
   const double v11 = 0.127 * s[1];
@@ -294,27 +347,36 @@ void bricklaying_planar_jacobian_mixed(const double q[3], double J[18]) {
   const double v16 = -v13;
   const double v17 = v12 + v14;
   J[5] = v14;
+  // shared terms; columns 2 and 3 of J
   const double v18 = v15 + v7;
   const double v19 = -v15;
   J[2] = v16;
   const double v20 = v17 + v8;
   J[4] = v17;
+  // shared terms; columns 1 and 2 of J
   const double v21 = -v18;
   J[1] = v19;
   J[3] = v20;
+  // column 1 of J
   J[0] = v21;
 }
 
+// Time derivative of jacobian_space at joint rates qd.
+// 20 operations: multiply 10, add 6, trig 4
 void bricklaying_planar_jacobian_space_dot(const double q[3], const double qd[3], double J_dot[18]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
+  // shared terms
   const double v2 = q_0 + q_1;
   const double v4 = qd_0 + qd_1;
+  // cosines and sines
   const double angle[2] = {q_0, v2};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of J_dot
   J_dot[0] = 0.0;
   J_dot[3] = 0.0;
   J_dot[6] = 0.0;
@@ -329,6 +391,7 @@ void bricklaying_planar_jacobian_space_dot(const double q[3], const double qd[3]
   J_dot[15] = 0.0;
   J_dot[16] = 0.0;
   J_dot[17] = 0.0;
+  // shared terms; column 2 of J_dot
   const double v7 = 0.1778 * c[0];
   const double v8 = 0.1778 * s[0];
   const double v9 = v7 * qd_0;
@@ -341,6 +404,7 @@ void bricklaying_planar_jacobian_space_dot(const double q[3], const double qd[3]
   const double v15 = v10 + v7;
   J_dot[4] = v12;
   const double v16 = v13 + v8;
+  // shared terms; column 3 of J_dot
   const double v17 = v15 * v4;
   const double v18 = v16 * v4;
   const double v19 = v17 - v11;
@@ -349,19 +413,25 @@ void bricklaying_planar_jacobian_space_dot(const double q[3], const double qd[3]
   J_dot[5] = v20;
 }
 
+// Time derivative of jacobian_body at joint rates qd.
+// 43 operations: multiply 21, add 15, negate 1, trig 6
 void bricklaying_planar_jacobian_body_dot(const double q[3], const double qd[3], double J_dot[18]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double qd_1 = qd[1];
   const double qd_2 = qd[2];
+  // shared terms
   const double v1 = q_0 + q_1;
   const double v4 = qd_1 + qd_2;
   const double v5 = 0.127 * qd_2;
   const double v7 = v1 + q_2;
+  // cosines and sines
   const double angle[3] = {q_0, v1, v7};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of J_dot
   J_dot[2] = 0.0;
   J_dot[5] = 0.0;
   J_dot[6] = 0.0;
@@ -376,6 +446,7 @@ void bricklaying_planar_jacobian_body_dot(const double q[3], const double qd[3],
   J_dot[15] = 0.0;
   J_dot[16] = 0.0;
   J_dot[17] = 0.0;
+  // shared terms; column 2 of J_dot
   const double v9 = 0.1778 * c[0];
   const double v10 = 0.1778 * s[0];
   const double v13 = 0.127 * c[1];
@@ -411,24 +482,31 @@ void bricklaying_planar_jacobian_body_dot(const double q[3], const double qd[3],
   J_dot[1] = v39;
   const double v43 = v34 - v40;
   J_dot[4] = v41;
+  // column 1 of J_dot
   J_dot[0] = v42;
   J_dot[3] = v43;
 }
 
+// Time derivative of jacobian_mixed at joint rates qd.
+// 42 operations: multiply 16, add 14, negate 6, trig 6
 void bricklaying_planar_jacobian_mixed_dot(const double q[3], const double qd[3], double J_dot[18]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
   const double qd_2 = qd[2];
+  // shared terms
   const double v1 = q_0 + q_1;
   const double v4 = qd_0 + qd_1;
   const double v6 = v1 + q_2;
   const double v9 = v4 + qd_2;
+  // cosines and sines
   const double angle[3] = {q_0, v1, v6};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of J_dot
   J_dot[6] = 0.0;
   J_dot[7] = 0.0;
   J_dot[8] = 0.0;
@@ -441,6 +519,7 @@ void bricklaying_planar_jacobian_mixed_dot(const double q[3], const double qd[3]
   J_dot[15] = 0.0;
   J_dot[16] = 0.0;
   J_dot[17] = 0.0;
+  // shared terms; column 3 of J_dot
   const double v8 = 0.1778 * c[0];
   const double v10 = 0.1778 * s[0];
   const double v13 = 0.127 * c[1];
@@ -469,6 +548,7 @@ void bricklaying_planar_jacobian_mixed_dot(const double q[3], const double qd[3]
   const double v35 = v28 + v21;
   const double v36 = v21 + v29;
   J_dot[5] = v30;
+  // shared terms; column 2 of J_dot
   const double v37 = v31 + v32;
   const double v38 = -v33;
   const double v39 = v34 + v35;
@@ -477,19 +557,26 @@ void bricklaying_planar_jacobian_mixed_dot(const double q[3], const double qd[3]
   J_dot[1] = v38;
   const double v42 = -v39;
   J_dot[4] = v40;
+  // column 1 of J_dot
   J_dot[0] = v41;
   J_dot[3] = v42;
 }
 
+// Derivative of jacobian_mixed by the joint coordinates.
+// 24 operations: multiply 6, add 6, negate 6, trig 6
 void bricklaying_planar_hessian_mixed(const double q[3], double H[54]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // shared terms
   const double v1 = q_0 + q_1;
   const double v5 = v1 + q_2;
+  // cosines and sines
   const double angle[3] = {q_0, v1, v5};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of H
   H[18] = 0.0;
   H[19] = 0.0;
   H[20] = 0.0;
@@ -526,6 +613,7 @@ void bricklaying_planar_hessian_mixed(const double q[3], double H[54]) {
   H[51] = 0.0;
   H[52] = 0.0;
   H[53] = 0.0;
+  // shared terms; H
   const double v7 = 0.1778 * c[0];
   const double v8 = 0.1778 * s[0];
   const double v11 = 0.127 * c[1];
@@ -550,6 +638,7 @@ void bricklaying_planar_hessian_mixed(const double q[3], double H[54]) {
   H[15] = v18;
   H[16] = v18;
   H[17] = v18;
+  // shared terms; H
   const double v23 = -v19;
   H[1] = v20;
   H[3] = v20;
@@ -558,25 +647,33 @@ void bricklaying_planar_hessian_mixed(const double q[3], double H[54]) {
   H[10] = v22;
   H[12] = v22;
   H[13] = v22;
+  // H
   H[0] = v23;
   H[9] = v24;
 }
 
+// Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+// 20 operations: multiply 8, add 7, negate 1, trig 4
 void bricklaying_planar_twist_space(const double q[3], const double qd[3], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
   const double qd_2 = qd[2];
+  // shared terms
   const double v2 = q_0 + q_1;
   const double v4 = qd_0 + qd_1;
   const double v9 = v4 + qd_2;
+  // cosines and sines
   const double angle[2] = {q_0, v2};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of V
   V[2] = 0.0;
   V[3] = 0.0;
   V[4] = 0.0;
+  // shared terms; V
   const double v7 = 0.1778 * s[0];
   const double v8 = 0.1778 * c[0];
   const double v10 = v7 * qd_1;
@@ -584,6 +681,7 @@ void bricklaying_planar_twist_space(const double q[3], const double qd[3], doubl
   const double v12 = v8 * qd_1;
   const double v13 = 0.127 * c[1];
   V[5] = v9;
+  // shared terms; V
   const double v14 = v11 + v7;
   const double v15 = v13 + v8;
   const double v16 = v14 * qd_2;
@@ -592,32 +690,41 @@ void bricklaying_planar_twist_space(const double q[3], const double qd[3], doubl
   const double v19 = v12 + v17;
   V[0] = v18;
   const double v20 = -v19;
+  // V
   V[1] = v20;
 }
 
+// Twist (v, omega) of the tool's origin, in tool axes.
+// 40 operations: multiply 19, add 15, trig 6
 void bricklaying_planar_twist_body(const double q[3], const double qd[3], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
   const double qd_2 = qd[2];
+  // shared terms
   const double v1 = q_0 + q_1;
   const double v4 = 0.127 * qd_2;
   const double v5 = qd_0 + qd_1;
   const double v7 = v1 + q_2;
   const double v11 = v5 + qd_2;
+  // cosines and sines
   const double angle[3] = {q_0, v1, v7};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of V
   V[2] = 0.0;
   V[3] = 0.0;
   V[4] = 0.0;
+  // shared terms; V
   const double v9 = 0.1778 * c[0];
   const double v10 = 0.1778 * s[0];
   const double v14 = 0.127 * c[1];
   const double v15 = 0.127 * s[1];
   V[5] = v11;
+  // shared terms; V
   const double v16 = 0.127 * c[2];
   const double v17 = 0.127 * s[2];
   const double v18 = v14 + v16;
@@ -644,31 +751,40 @@ void bricklaying_planar_twist_body(const double q[3], const double qd[3], double
   const double v39 = v37 + v35;
   V[0] = v38;
   const double v40 = v4 + v39;
+  // V
   V[1] = v40;
 }
 
+// Twist (v, omega) of the tool's origin, in base axes.
+// 31 operations: multiply 12, add 12, negate 1, trig 6
 void bricklaying_planar_twist_mixed(const double q[3], const double qd[3], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
   const double qd_2 = qd[2];
+  // shared terms
   const double v1 = q_0 + q_1;
   const double v4 = qd_0 + qd_1;
   const double v5 = v1 + q_2;
   const double v10 = v4 + qd_2;
+  // cosines and sines
   const double angle[3] = {q_0, v1, v5};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of V
   V[2] = 0.0;
   V[3] = 0.0;
   V[4] = 0.0;
+  // shared terms; V
   const double v8 = 0.1778 * s[0];
   const double v9 = 0.1778 * c[0];
   const double v13 = 0.127 * s[1];
   const double v14 = 0.127 * c[1];
   V[5] = v10;
+  // shared terms; V
   const double v15 = 0.127 * s[2];
   const double v16 = 0.127 * c[2];
   const double v17 = v15 * qd_2;
@@ -687,10 +803,14 @@ void bricklaying_planar_twist_mixed(const double q[3], const double qd[3], doubl
   const double v30 = v19 + v28;
   const double v31 = -v29;
   V[1] = v30;
+  // V
   V[0] = v31;
 }
 
+// Time derivative of twist_space at rates qd and accelerations qdd.
+// 36 operations: multiply 18, add 14, trig 4
 void bricklaying_planar_acceleration_space(const double q[3], const double qd[3], const double qdd[3], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double qd_0 = qd[0];
@@ -699,16 +819,20 @@ void bricklaying_planar_acceleration_space(const double q[3], const double qd[3]
   const double qdd_0 = qdd[0];
   const double qdd_1 = qdd[1];
   const double qdd_2 = qdd[2];
+  // shared terms
   const double v2 = q_0 + q_1;
   const double v4 = qd_0 + qd_1;
   const double v5 = qdd_0 + qdd_1;
   const double v10 = v5 + qdd_2;
+  // cosines and sines
   const double angle[2] = {q_0, v2};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of A
   A[2] = 0.0;
   A[3] = 0.0;
   A[4] = 0.0;
+  // shared terms; A
   const double v8 = 0.1778 * s[0];
   const double v9 = 0.1778 * c[0];
   const double v11 = v8 * qdd_1;
@@ -720,6 +844,7 @@ void bricklaying_planar_acceleration_space(const double q[3], const double qd[3]
   const double v17 = v8 * qd_1;
   const double v18 = v9 * qdd_1;
   A[5] = v10;
+  // shared terms; A
   const double v19 = v12 + v8;
   const double v20 = v13 * qd_1;
   const double v21 = v14 + v9;
@@ -742,7 +867,10 @@ void bricklaying_planar_acceleration_space(const double q[3], const double qd[3]
   A[1] = v36;
 }
 
+// Time derivative of twist_body at rates qd and accelerations qdd.
+// 60 operations: multiply 30, add 24, trig 6
 void bricklaying_planar_acceleration_body(const double q[3], const double qd[3], const double qdd[3], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -752,6 +880,7 @@ void bricklaying_planar_acceleration_body(const double q[3], const double qd[3],
   const double qdd_0 = qdd[0];
   const double qdd_1 = qdd[1];
   const double qdd_2 = qdd[2];
+  // shared terms
   const double v1 = q_0 + q_1;
   const double v4 = qd_1 + qd_2;
   const double v5 = 0.127 * qd_2;
@@ -759,17 +888,21 @@ void bricklaying_planar_acceleration_body(const double q[3], const double qd[3],
   const double v7 = qdd_0 + qdd_1;
   const double v9 = v1 + q_2;
   const double v13 = v7 + qdd_2;
+  // cosines and sines
   const double angle[3] = {q_0, v1, v9};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of A
   A[2] = 0.0;
   A[3] = 0.0;
   A[4] = 0.0;
+  // shared terms; A
   const double v11 = 0.1778 * c[0];
   const double v12 = 0.1778 * s[0];
   const double v16 = 0.127 * c[1];
   const double v17 = 0.127 * s[1];
   A[5] = v13;
+  // shared terms; A
   const double v18 = 0.127 * c[2];
   const double v19 = 0.127 * s[2];
   const double v20 = v16 + v18;
@@ -817,7 +950,10 @@ void bricklaying_planar_acceleration_body(const double q[3], const double qd[3],
   A[1] = v60;
 }
 
+// Time derivative of twist_mixed at rates qd and accelerations qdd.
+// 61 operations: multiply 28, add 26, negate 1, trig 6
 void bricklaying_planar_acceleration_mixed(const double q[3], const double qd[3], const double qdd[3], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -827,23 +963,28 @@ void bricklaying_planar_acceleration_mixed(const double q[3], const double qd[3]
   const double qdd_0 = qdd[0];
   const double qdd_1 = qdd[1];
   const double qdd_2 = qdd[2];
+  // shared terms
   const double v1 = q_0 + q_1;
   const double v4 = qd_0 + qd_1;
   const double v5 = qdd_0 + qdd_1;
   const double v6 = v1 + q_2;
   const double v10 = v4 + qd_2;
   const double v12 = v5 + qdd_2;
+  // cosines and sines
   const double angle[3] = {q_0, v1, v6};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of A
   A[2] = 0.0;
   A[3] = 0.0;
   A[4] = 0.0;
+  // shared terms; A
   const double v9 = 0.1778 * s[0];
   const double v11 = 0.1778 * c[0];
   const double v15 = 0.127 * s[1];
   const double v16 = 0.127 * c[1];
   A[5] = v12;
+  // shared terms; A
   const double v17 = 0.127 * s[2];
   const double v18 = 0.127 * c[2];
   const double v19 = v17 * qdd_2;
@@ -890,11 +1031,15 @@ void bricklaying_planar_acceleration_mixed(const double q[3], const double qd[3]
   const double v60 = v53 - v58;
   const double v61 = -v59;
   A[1] = v60;
+  // A
   A[0] = v61;
 }
 
 #if !BRICKLAYING_PLANAR_BRANCHES
+// One branch of ik.
+// 107 operations: multiply 43, add 43, trig 3, other 18
 static void bricklaying_planar_ik_branch(const double T[16], const double choice[1], double q[3], double residual[1], double margin[1]) {
+  // inputs
   const double T_0 = T[0];
   const double T_1 = T[1];
   const double T_2 = T[2];
@@ -908,23 +1053,24 @@ static void bricklaying_planar_ik_branch(const double T[16], const double choice
   const double T_10 = T[10];
   const double T_11 = T[11];
   const double choice_0 = choice[0];
+  // shared terms
   const double v1 = 0.127 * T_4;
   const double v2 = 0.127 * T_0;
-  const double v3 = sq(T_4);
+  const double v3 = T_4 * T_4;
   const double v4 = 1e-150 + T_0;
-  const double v5 = sq(T_11);
-  const double v6 = sq(T_2);
-  const double v7 = sq(T_6);
-  const double v8 = sq(T_8);
-  const double v9 = sq(T_9);
+  const double v5 = T_11 * T_11;
+  const double v6 = T_2 * T_2;
+  const double v7 = T_6 * T_6;
+  const double v8 = T_8 * T_8;
+  const double v9 = T_9 * T_9;
   const double v10 = 1.0 - T_10;
   const double v11 = T_7 - v1;
   const double v12 = T_3 - v2;
-  const double v13 = sq(v4);
+  const double v13 = v4 * v4;
   const double v14 = v6 + v7;
-  const double v15 = sq(v10);
-  const double v16 = sq(v12);
-  const double v17 = sq(v11);
+  const double v15 = v10 * v10;
+  const double v16 = v12 * v12;
+  const double v17 = v11 * v11;
   const double v18 = v3 + v13;
   const double v19 = v14 + v8;
   const double v20 = v16 + v17;
@@ -948,10 +1094,10 @@ static void bricklaying_planar_ik_branch(const double T[16], const double choice
   const int v38 = 8.15813594176e-18 < v28;
   const double v39 = v30 ? -1.0 : 1.0;
   const double v40 = sqrt(v28);
-  const double v41 = sq(v34);
-  const double v42 = sq(v35);
-  const double v43 = sq(v36);
-  const double v44 = sq(v37);
+  const double v41 = v34 * v34;
+  const double v42 = v35 * v35;
+  const double v43 = v36 * v36;
+  const double v44 = v37 * v37;
   const double v45 = 490.3080836793531 * v28;
   const double v46 = v38 ? v29 : v39;
   const double v47 = 22.14290142866 * v40;
@@ -973,9 +1119,9 @@ static void bricklaying_planar_ik_branch(const double T[16], const double choice
   const double v63 = v55 - v60;
   const double v64 = v57 + v61;
   const double v65 = 0.5 * v62;
-  const double v66 = sq(v63);
+  const double v66 = v63 * v63;
   const double v67 = 1e-150 + v64;
-  const double v68 = sq(v67);
+  const double v68 = v67 * v67;
   const double v69 = v66 + v68;
   const double v70 = sqrt(v69);
   const double v71 = v63 / v70;
@@ -1005,8 +1151,8 @@ static void bricklaying_planar_ik_branch(const double T[16], const double choice
   const double v95 = v86 ? v87 : v92;
   const double v96 = v93 - T_3;
   const double v97 = v94 - T_7;
-  const double v98 = sq(v96);
-  const double v99 = sq(v97);
+  const double v98 = v96 * v96;
+  const double v99 = v97 * v97;
   const double v100 = v5 + v98;
   const double v101 = v100 + v99;
   const double v102 = v101 + v65;
@@ -1015,10 +1161,15 @@ static void bricklaying_planar_ik_branch(const double T[16], const double choice
   const double v105 = v102 + v104;
   const double v106 = 0.5 * v105;
   const double v107 = sqrt(v106);
+  // margin
   margin[0] = v45;
+  // q
   q[1] = v58;
+  // q
   q[0] = v73;
+  // q
   q[2] = v95;
+  // residual
   residual[0] = v107;
 }
 #endif
@@ -1039,23 +1190,28 @@ void bricklaying_planar_ik(const double T[16], double q[6], double residual[2], 
 }
 
 #if !BRICKLAYING_PLANAR_BRANCHES
+// One branch of ik_planar.
+// 89 operations: multiply 34, add 32, trig 5, other 18
 static void bricklaying_planar_ik_planar_branch(const double x[3], const double choice[1], double q[3], double residual[1], double margin[1]) {
+  // inputs
   const double x_0 = x[0];
   const double x_1 = x[1];
   const double x_2 = x[2];
   const double choice_0 = choice[0];
+  // cosines and sines
   const double angle[1] = {x_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; margin
   const double v3 = 0.127 * s[0];
   const double v4 = 0.127 * c[0];
-  const double v5 = sq(s[0]);
+  const double v5 = s[0] * s[0];
   const double v6 = 1e-150 + c[0];
   const double v7 = x_1 - v3;
   const double v8 = x_0 - v4;
-  const double v9 = sq(v6);
-  const double v10 = sq(v8);
-  const double v11 = sq(v7);
+  const double v9 = v6 * v6;
+  const double v10 = v8 * v8;
+  const double v11 = v7 * v7;
   const double v12 = v5 + v9;
   const double v13 = v10 + v11;
   const double v14 = sqrt(v12);
@@ -1075,13 +1231,14 @@ static void bricklaying_planar_ik_planar_branch(const double x[3], const double 
   const int v28 = 8.15813594176e-18 < v20;
   const double v29 = v22 ? -1.0 : 1.0;
   const double v30 = sqrt(v20);
-  const double v31 = sq(v26);
-  const double v32 = sq(v27);
+  const double v31 = v26 * v26;
+  const double v32 = v27 * v27;
   const double v33 = 490.3080836793531 * v20;
   const double v34 = v28 ? v21 : v29;
   const double v35 = 22.14290142866 * v30;
   const double v36 = v31 + v32;
   margin[0] = v33;
+  // shared terms; q
   const double v37 = 0.127 * v34;
   const double v38 = v28 ? v35 : 0.0;
   const double v39 = v37 + 0.1778;
@@ -1093,11 +1250,12 @@ static void bricklaying_planar_ik_planar_branch(const double x[3], const double 
   const double v45 = v8 * v42;
   const double v46 = v7 * v42;
   q[1] = v44;
+  // shared terms; q
   const double v47 = v41 - v45;
   const double v48 = v43 + v46;
-  const double v49 = sq(v47);
+  const double v49 = v47 * v47;
   const double v50 = 1e-150 + v48;
-  const double v51 = sq(v50);
+  const double v51 = v50 * v50;
   const double v52 = v49 + v51;
   const double v53 = sqrt(v52);
   const double v54 = v47 / v53;
@@ -1113,6 +1271,7 @@ static void bricklaying_planar_ik_planar_branch(const double x[3], const double 
   const double v63 = v23 - v56;
   const double v64 = v57 - v58;
   const double v65 = v60 + v61;
+  // shared terms; q
   const double v66 = v63 - v44;
   const double v67 = 0.127 * v64;
   const double v68 = 0.127 * v65;
@@ -1129,8 +1288,9 @@ static void bricklaying_planar_ik_planar_branch(const double x[3], const double 
   const double v79 = v76 - x_0;
   const double v80 = v77 - x_1;
   q[2] = v78;
-  const double v81 = sq(v79);
-  const double v82 = sq(v80);
+  const double v81 = v79 * v79;
+  const double v82 = v80 * v80;
+  // shared terms; residual
   const double v83 = v81 + v82;
   const double v84 = v83 + v36;
   const double v85 = v83 - v36;

@@ -14,6 +14,7 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
+// One branch of ik: 108 operations: multiply 48, add 43, trig 3, other 14
 LANES_INLINE void LANES_NAME(bricklaying_planar_ik_branch)(
     const double *T, const double (*choice)[8], int b, lanes *out)
 {
@@ -84,6 +85,7 @@ static LANES_SCHEDULED LANES_TARGET void LANES_NAME(bricklaying_planar_ik_branch
   }
 }
 
+// One branch of ik_planar: 90 operations: multiply 39, add 32, trig 5, other 14
 LANES_INLINE void LANES_NAME(bricklaying_planar_ik_planar_branch)(
     const double *x, const double (*choice)[8], int b, lanes *out)
 {

@@ -3,23 +3,28 @@
 
 #include "chasles_cos_sin.h"
 
-static double sq(double x) { return x * x; }
-
+// Pose of the tool (ee) in the base frame (0).
+// 95 operations: multiply 54, add 27, negate 2, trig 12
 void crx10_fk(const double q[6], double T_0_ee[16]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
   const double q_5 = q[5];
+  // shared terms
   const double v4 = q_1 - q_2;
+  // cosines and sines
   const double angle[6] = {q_5, q_4, q_0, q_3, q_1, v4};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
+  // constant entries of T_0_ee
   T_0_ee[12] = 0.0;
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
+  // shared terms; column 3 of T_0_ee
   const double v14 = s[2] * s[3];
   const double v15 = s[2] * c[3];
   const double v16 = 0.16 * s[1];
@@ -89,6 +94,7 @@ void crx10_fk(const double q[6], double T_0_ee[16]) {
   const double v80 = v48 + v71;
   T_0_ee[10] = v72;
   const double v81 = v73 - v23;
+  // shared terms; columns 1, 2 and 3 of T_0_ee
   const double v82 = c[0] * v74;
   const double v83 = s[0] * v74;
   T_0_ee[2] = v75;
@@ -100,6 +106,7 @@ void crx10_fk(const double q[6], double T_0_ee[16]) {
   T_0_ee[8] = v79;
   T_0_ee[9] = v80;
   const double v88 = 0.245 - v81;
+  // shared terms; column 4 of T_0_ee
   const double v89 = v82 - v62;
   const double v90 = v63 + v83;
   const double v91 = v84 - v54;
@@ -107,26 +114,34 @@ void crx10_fk(const double q[6], double T_0_ee[16]) {
   const double v93 = v68 - v86;
   const double v94 = v57 + v87;
   T_0_ee[11] = v88;
+  // shared terms; columns 1, 2 and 4 of T_0_ee
   T_0_ee[0] = v89;
   T_0_ee[1] = v90;
   T_0_ee[3] = v91;
   T_0_ee[4] = v92;
   const double v95 = -v93;
   T_0_ee[7] = v94;
+  // column 2 of T_0_ee
   T_0_ee[5] = v95;
 }
 
+// Pose of every link's frame in the base frame, in order from the base.
+// 106 operations: multiply 54, add 27, negate 13, trig 12
 void crx10_link_poses(const double q[6], double T[96]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
   const double q_5 = q[5];
+  // shared terms
   const double v5 = q_1 - q_2;
+  // cosines and sines
   const double angle[6] = {q_0, q_1, q_3, q_4, q_5, v5};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
+  // constant entries of T
   T[1] = 0.0;
   T[3] = 0.0;
   T[5] = 0.0;
@@ -161,6 +176,7 @@ void crx10_link_poses(const double q[6], double T[96]) {
   T[93] = 0.0;
   T[94] = 0.0;
   T[95] = 1.0;
+  // shared terms; T
   T[0] = c[0];
   const double v14 = -s[0];
   T[4] = s[0];
@@ -179,6 +195,7 @@ void crx10_link_poses(const double q[6], double T[96]) {
   const double v22 = s[0] * c[2];
   const double v23 = c[0] * s[2];
   const double v24 = c[0] * c[2];
+  // shared terms; T
   T[2] = v14;
   T[16] = v15;
   const double v25 = -v16;
@@ -201,6 +218,7 @@ void crx10_link_poses(const double q[6], double T[96]) {
   const double v36 = 0.54 * s[5];
   const double v37 = s[3] * s[5];
   const double v38 = c[3] * s[5];
+  // shared terms; T
   T[17] = v25;
   T[19] = v26;
   T[21] = v27;
@@ -232,6 +250,7 @@ void crx10_link_poses(const double q[6], double T[96]) {
   const double v55 = 0.15 * v35;
   const double v56 = s[4] * v35;
   const double v57 = c[4] * v35;
+  // shared terms; T
   T[34] = v39;
   T[38] = v40;
   const double v58 = v41 - v21;
@@ -247,6 +266,7 @@ void crx10_link_poses(const double q[6], double T[96]) {
   T[73] = v53;
   const double v65 = v38 - v54;
   const double v66 = v47 + v55;
+  // shared terms; T
   T[48] = v58;
   T[50] = v59;
   T[51] = v60;
@@ -272,6 +292,7 @@ void crx10_link_poses(const double q[6], double T[96]) {
   const double v80 = s[4] * v64;
   const double v81 = -v65;
   const double v82 = 0.16 * v65;
+  // shared terms; T
   T[54] = v67;
   const double v83 = v68 - v48;
   T[65] = v69;
@@ -284,6 +305,7 @@ void crx10_link_poses(const double q[6], double T[96]) {
   const double v90 = v57 + v80;
   T[90] = v81;
   const double v91 = v66 - v82;
+  // shared terms; T
   T[64] = v83;
   const double v92 = -v84;
   T[67] = v85;
@@ -301,6 +323,7 @@ void crx10_link_poses(const double q[6], double T[96]) {
   T[88] = v89;
   T[89] = v90;
   T[91] = v91;
+  // shared terms; T
   T[66] = v92;
   T[70] = v93;
   const double v100 = v94 - v75;
@@ -309,26 +332,34 @@ void crx10_link_poses(const double q[6], double T[96]) {
   const double v103 = v97 + v77;
   const double v104 = v78 - v98;
   const double v105 = v88 + v99;
+  // shared terms; T
   T[80] = v100;
   T[81] = v101;
   T[83] = v102;
   T[84] = v103;
   const double v106 = -v104;
   T[87] = v105;
+  // T
   T[85] = v106;
 }
 
+// Pose of the tool and mixed Jacobian in one call.
+// 122 operations: multiply 66, add 29, negate 15, trig 12
 void crx10_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
   const double q_5 = q[5];
+  // shared terms
   const double v4 = q_1 - q_2;
+  // cosines and sines
   const double angle[6] = {q_5, q_4, q_0, q_3, q_1, v4};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
+  // constant entries of T_0_ee; constant entries of J
   T_0_ee[12] = 0.0;
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
@@ -342,6 +373,7 @@ void crx10_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36])
   J[30] = 1.0;
   J[31] = 0.0;
   J[32] = 0.0;
+  // shared terms; columns 2 and 3 of J
   const double v14 = s[2] * s[3];
   const double v15 = s[2] * c[3];
   const double v16 = 0.16 * s[1];
@@ -356,6 +388,7 @@ void crx10_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36])
   J[20] = s[2];
   J[25] = c[2];
   const double v25 = -c[2];
+  // shared terms; columns 2, 3 and 4 of J
   const double v26 = c[2] * s[5];
   const double v27 = c[2] * c[5];
   const double v28 = v16 * c[3];
@@ -370,6 +403,7 @@ void crx10_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36])
   J[19] = v24;
   J[26] = v25;
   J[33] = s[5];
+  // shared terms; column 5 of J
   const double v37 = v26 * c[3];
   const double v38 = s[1] * v27;
   const double v39 = v26 * s[3];
@@ -389,6 +423,7 @@ void crx10_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36])
   const double v53 = -v27;
   const double v54 = -v32;
   J[34] = v35;
+  // shared terms; column 4 of J
   const double v55 = v37 - v14;
   const double v56 = v39 + v15;
   const double v57 = v41 * s[5];
@@ -406,6 +441,7 @@ void crx10_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36])
   const double v69 = v43 * c[5];
   J[21] = v53;
   J[27] = v54;
+  // shared terms; columns 5 and 6 of J
   const double v70 = c[1] * v55;
   const double v71 = s[0] * v56;
   const double v72 = c[0] * v56;
@@ -426,6 +462,7 @@ void crx10_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36])
   J[22] = v56;
   const double v87 = -v60;
   J[35] = v63;
+  // shared terms; column 3 of T_0_ee; columns 3, 4 and 5 of J
   const double v88 = v70 - v38;
   const double v89 = v40 + v73;
   const double v90 = v74 + v19;
@@ -443,6 +480,7 @@ void crx10_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36])
   J[15] = v85;
   J[16] = v86;
   J[28] = v87;
+  // shared terms; columns 1, 2 and 3 of T_0_ee; columns 3 and 4 of J
   const double v99 = c[0] * v88;
   const double v100 = s[0] * v88;
   T_0_ee[2] = v89;
@@ -464,6 +502,7 @@ void crx10_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36])
   const double v110 = -v90;
   const double v111 = -v89;
   const double v112 = -v92;
+  // shared terms; column 4 of T_0_ee; columns 2, 5 and 6 of J
   const double v113 = v99 - v71;
   const double v114 = v72 + v100;
   const double v115 = v101 - v58;
@@ -478,6 +517,7 @@ void crx10_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36])
   J[13] = v110;
   J[23] = v111;
   J[29] = v112;
+  // shared terms; columns 1, 2 and 4 of T_0_ee; columns 1 and 2 of J
   T_0_ee[0] = v113;
   T_0_ee[1] = v114;
   T_0_ee[3] = v115;
@@ -488,20 +528,28 @@ void crx10_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36])
   J[1] = v119;
   J[6] = v115;
   J[7] = v120;
+  // column 2 of T_0_ee; column 1 of J
   T_0_ee[5] = v121;
   J[0] = v122;
 }
 
+// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
+// axes.
+// 99 operations: multiply 54, add 23, negate 12, trig 10
 void crx10_jacobian_space(const double q[6], double J[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
+  // shared terms
   const double v5 = q_1 - q_2;
+  // cosines and sines
   const double angle[5] = {q_0, q_1, q_3, q_4, v5};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // constant entries of J
   J[0] = 0.0;
   J[6] = 0.0;
   J[12] = 0.0;
@@ -512,6 +560,7 @@ void crx10_jacobian_space(const double q[6], double J[36]) {
   J[30] = 1.0;
   J[31] = 0.0;
   J[32] = 0.0;
+  // shared terms; columns 2 and 3 of J
   const double v12 = 0.245 * c[0];
   const double v13 = 0.71 * c[1];
   const double v14 = 0.71 * s[1];
@@ -524,6 +573,7 @@ void crx10_jacobian_space(const double q[6], double J[36]) {
   J[20] = s[0];
   J[25] = c[0];
   const double v21 = -c[0];
+  // shared terms; columns 2, 3 and 4 of J
   const double v22 = -v12;
   const double v23 = v13 + 0.245;
   const double v24 = v14 * s[4];
@@ -541,6 +591,7 @@ void crx10_jacobian_space(const double q[6], double J[36]) {
   J[26] = v21;
   J[33] = s[4];
   const double v35 = c[3] * s[4];
+  // shared terms; columns 2, 3 and 5 of J
   J[1] = v22;
   const double v36 = c[0] * v23;
   const double v37 = c[4] * v23;
@@ -561,6 +612,7 @@ void crx10_jacobian_space(const double q[6], double J[36]) {
   const double v50 = c[3] * v29;
   J[34] = v33;
   const double v51 = s[3] * v32;
+  // shared terms; columns 3 and 4 of J
   J[2] = v36;
   const double v52 = v24 + v37;
   const double v53 = v38 - v15;
@@ -573,6 +625,7 @@ void crx10_jacobian_space(const double q[6], double J[36]) {
   J[21] = v47;
   J[27] = v49;
   const double v59 = v35 - v51;
+  // shared terms; columns 5 and 6 of J
   const double v60 = s[0] * v52;
   const double v61 = v52 * c[2];
   const double v62 = v54 - 0.54;
@@ -585,6 +638,7 @@ void crx10_jacobian_space(const double q[6], double J[36]) {
   const double v68 = -v57;
   const double v69 = s[3] * v56;
   J[35] = v59;
+  // shared terms; columns 4 and 5 of J
   J[3] = v60;
   const double v70 = v25 * v61;
   const double v71 = v53 * v62;
@@ -601,6 +655,7 @@ void crx10_jacobian_space(const double q[6], double J[36]) {
   const double v82 = v48 + v67;
   J[28] = v68;
   const double v83 = v50 + v69;
+  // shared terms; column 4 of J
   const double v84 = v70 + v71;
   const double v85 = v72 + v73;
   const double v86 = v74 * v75;
@@ -611,6 +666,7 @@ void crx10_jacobian_space(const double q[6], double J[36]) {
   const double v90 = v58 * v75;
   const double v91 = -v82;
   const double v92 = -v83;
+  // shared terms; columns 5 and 6 of J
   J[4] = v84;
   const double v93 = v55 * v85;
   J[10] = v87;
@@ -619,26 +675,34 @@ void crx10_jacobian_space(const double q[6], double J[36]) {
   const double v95 = v33 * v85;
   J[23] = v91;
   J[29] = v92;
+  // shared terms; column 6 of J
   const double v96 = v93 - v86;
   const double v97 = v94 + v88;
   const double v98 = v95 - v90;
   J[5] = v96;
   const double v99 = -v97;
   J[17] = v98;
+  // column 6 of J
   J[11] = v99;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+// 136 operations: multiply 79, add 37, negate 8, trig 12
 void crx10_jacobian_body(const double q[6], double J[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
   const double q_5 = q[5];
+  // shared terms
   const double v7 = q_1 - q_2;
+  // cosines and sines
   const double angle[6] = {q_4, q_5, q_3, q_0, q_1, v7};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
+  // constant entries of J
   J[5] = 0.0;
   J[11] = 0.0;
   J[16] = 0.0;
@@ -647,6 +711,7 @@ void crx10_jacobian_body(const double q[6], double J[36]) {
   J[29] = 0.0;
   J[34] = 0.0;
   J[35] = -1.0;
+  // shared terms; column 5 of J
   const double v14 = c[0] * c[1];
   const double v15 = s[1] * c[2];
   const double v16 = s[1] * s[2];
@@ -669,6 +734,7 @@ void crx10_jacobian_body(const double q[6], double J[36]) {
   const double v33 = -s[1];
   J[28] = c[1];
   const double v34 = -c[0];
+  // shared terms; columns 2, 4 and 5 of J
   const double v35 = v14 * s[2];
   const double v36 = v14 * c[2];
   const double v37 = v17 * c[5];
@@ -699,6 +765,7 @@ void crx10_jacobian_body(const double q[6], double J[36]) {
   J[31] = v30;
   const double v56 = -v30;
   J[33] = v34;
+  // shared terms; column 3 of J
   const double v57 = v35 + v15;
   const double v58 = v36 - v16;
   const double v59 = v38 + v19;
@@ -712,6 +779,7 @@ void crx10_jacobian_body(const double q[6], double J[36]) {
   const double v67 = v51 + v52;
   const double v68 = v54 - v55;
   J[32] = v56;
+  // shared terms; columns 2 and 4 of J
   const double v69 = v57 * c[3];
   const double v70 = v58 * s[5];
   const double v71 = v59 * s[5];
@@ -733,6 +801,7 @@ void crx10_jacobian_body(const double q[6], double J[36]) {
   J[25] = v64;
   const double v84 = -v64;
   const double v85 = -v68;
+  // shared terms; columns 1 and 3 of J
   const double v86 = v70 - v37;
   const double v87 = v71 + v60;
   const double v88 = v62 - v75;
@@ -744,6 +813,7 @@ void crx10_jacobian_body(const double q[6], double J[36]) {
   J[20] = v83;
   J[26] = v84;
   J[30] = v85;
+  // shared terms; column 1 of J
   const double v94 = v86 * s[3];
   const double v95 = v87 + v21;
   const double v96 = v86 * c[3];
@@ -758,6 +828,7 @@ void crx10_jacobian_body(const double q[6], double J[36]) {
   const double v105 = v68 * v87;
   J[18] = v89;
   J[24] = v91;
+  // shared terms; column 3 of J
   const double v106 = v69 + v94;
   const double v107 = c[3] * v95;
   const double v108 = v96 - v73;
@@ -781,6 +852,7 @@ void crx10_jacobian_body(const double q[6], double J[36]) {
   J[8] = v117;
   const double v125 = v118 - v119;
   J[14] = v120;
+  // shared terms; column 2 of J
   const double v126 = v106 * v121;
   const double v127 = v108 * v122;
   const double v128 = -v123;
@@ -790,26 +862,34 @@ void crx10_jacobian_body(const double q[6], double J[36]) {
   const double v132 = v92 * v121;
   const double v133 = v93 * v122;
   J[13] = v125;
+  // shared terms; column 2 of J
   const double v134 = v126 - v127;
   J[1] = v128;
   const double v135 = v129 - v130;
   J[7] = v131;
   const double v136 = v132 - v133;
+  // column 1 of J
   J[0] = v134;
   J[6] = v135;
   J[12] = v136;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+// 99 operations: multiply 54, add 22, negate 13, trig 10
 void crx10_jacobian_mixed(const double q[6], double J[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
+  // shared terms
   const double v6 = q_1 - q_2;
+  // cosines and sines
   const double angle[5] = {q_0, q_4, q_3, q_1, v6};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // constant entries of J
   J[5] = 0.0;
   J[11] = 0.0;
   J[12] = 0.0;
@@ -819,6 +899,7 @@ void crx10_jacobian_mixed(const double q[6], double J[36]) {
   J[30] = 1.0;
   J[31] = 0.0;
   J[32] = 0.0;
+  // shared terms; columns 2 and 3 of J
   const double v12 = 0.16 * s[1];
   const double v13 = 0.15 * c[2];
   const double v14 = 0.15 * s[2];
@@ -833,6 +914,7 @@ void crx10_jacobian_mixed(const double q[6], double J[36]) {
   J[25] = c[0];
   const double v22 = -c[0];
   const double v23 = c[0] * c[2];
+  // shared terms; columns 2, 3 and 4 of J
   const double v24 = v12 * s[2];
   const double v25 = v12 * c[2];
   const double v26 = v15 + 0.54;
@@ -847,6 +929,7 @@ void crx10_jacobian_mixed(const double q[6], double J[36]) {
   J[33] = s[4];
   const double v33 = c[4] * s[2];
   const double v34 = c[1] * s[4];
+  // shared terms; column 5 of J
   const double v35 = v24 - v13;
   const double v36 = v25 + v14;
   const double v37 = v26 * c[4];
@@ -864,6 +947,7 @@ void crx10_jacobian_mixed(const double q[6], double J[36]) {
   const double v49 = c[1] * v30;
   J[34] = v33;
   const double v50 = s[1] * v31;
+  // shared terms; column 4 of J
   const double v51 = c[0] * v35;
   const double v52 = v36 * s[4];
   const double v53 = v36 * c[4];
@@ -881,6 +965,7 @@ void crx10_jacobian_mixed(const double q[6], double J[36]) {
   J[27] = v47;
   const double v64 = v23 - v48;
   const double v65 = v34 - v50;
+  // shared terms; columns 5 and 6 of J
   const double v66 = v52 + v37;
   const double v67 = v38 - v53;
   const double v68 = v54 + v55;
@@ -894,6 +979,7 @@ void crx10_jacobian_mixed(const double q[6], double J[36]) {
   const double v75 = -v64;
   const double v76 = s[1] * v60;
   J[35] = v65;
+  // shared terms; columns 3, 4 and 5 of J
   const double v77 = v66 + v16;
   const double v78 = v67 - v17;
   const double v79 = c[0] * v67;
@@ -908,6 +994,7 @@ void crx10_jacobian_mixed(const double q[6], double J[36]) {
   const double v84 = v46 + v74;
   J[28] = v75;
   const double v85 = v49 + v76;
+  // shared terms; columns 3 and 4 of J
   const double v86 = s[0] * v77;
   const double v87 = c[0] * v78;
   J[2] = v79;
@@ -920,6 +1007,7 @@ void crx10_jacobian_mixed(const double q[6], double J[36]) {
   const double v92 = -v77;
   const double v93 = -v84;
   const double v94 = -v85;
+  // shared terms; columns 2, 5 and 6 of J
   const double v95 = v51 + v86;
   const double v96 = -v87;
   J[4] = v88;
@@ -929,14 +1017,19 @@ void crx10_jacobian_mixed(const double q[6], double J[36]) {
   J[13] = v92;
   J[23] = v93;
   J[29] = v94;
+  // shared terms; columns 1 and 2 of J
   const double v99 = -v95;
   J[1] = v96;
   J[6] = v97;
   J[7] = v98;
+  // column 1 of J
   J[0] = v99;
 }
 
+// Time derivative of jacobian_space at joint rates qd.
+// 235 operations: multiply 140, add 78, negate 7, trig 10
 void crx10_jacobian_space_dot(const double q[6], const double qd[6], double J_dot[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -947,10 +1040,13 @@ void crx10_jacobian_space_dot(const double q[6], const double qd[6], double J_do
   const double qd_2 = qd[2];
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
+  // shared terms
   const double v5 = q_1 - q_2;
+  // cosines and sines
   const double angle[5] = {q_0, q_1, q_3, q_4, v5};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // constant entries of J_dot
   J_dot[0] = 0.0;
   J_dot[6] = 0.0;
   J_dot[12] = 0.0;
@@ -959,6 +1055,7 @@ void crx10_jacobian_space_dot(const double q[6], const double qd[6], double J_do
   J_dot[24] = 0.0;
   J_dot[30] = 0.0;
   J_dot[31] = 0.0;
+  // shared terms; column 3 of J_dot
   const double v12 = 0.245 * s[0];
   const double v13 = c[0] * qd_1;
   const double v14 = 0.71 * s[1];
@@ -1000,6 +1097,7 @@ void crx10_jacobian_space_dot(const double q[6], const double qd[6], double J_do
   J_dot[26] = v25;
   const double v49 = v20 * c[0];
   const double v50 = v13 * s[0];
+  // shared terms; column 2 of J_dot
   J_dot[1] = v26;
   const double v51 = s[0] * v28;
   const double v52 = c[4] * v28;
@@ -1033,6 +1131,7 @@ void crx10_jacobian_space_dot(const double q[6], const double qd[6], double J_do
   const double v78 = v49 - v50;
   const double v79 = v43 * v33;
   const double v80 = v46 * v32;
+  // shared terms; columns 2 and 3 of J_dot
   const double v81 = v51 * qd_0;
   const double v82 = v29 + v52;
   const double v83 = v51 * qd_2;
@@ -1056,6 +1155,7 @@ void crx10_jacobian_space_dot(const double q[6], const double qd[6], double J_do
   const double v100 = v76 + v77;
   J_dot[32] = v78;
   const double v101 = v79 - v80;
+  // shared terms; column 4 of J_dot
   const double v102 = v27 + v81;
   const double v103 = c[0] * v82;
   const double v104 = v83 - v30;
@@ -1083,6 +1183,7 @@ void crx10_jacobian_space_dot(const double q[6], const double qd[6], double J_do
   J_dot[33] = v101;
   const double v125 = v94 * v87;
   const double v126 = v84 * v95;
+  // shared terms; columns 3 and 4 of J_dot
   const double v127 = -v102;
   const double v128 = v103 * qd_0;
   const double v129 = v104 * s[4];
@@ -1115,6 +1216,7 @@ void crx10_jacobian_space_dot(const double q[6], const double qd[6], double J_do
   J_dot[27] = v122;
   const double v155 = v123 - v124;
   const double v156 = v125 + v126;
+  // shared terms; columns 3 and 5 of J_dot
   J_dot[2] = v127;
   const double v157 = v129 - v53;
   const double v158 = v130 - v131;
@@ -1139,6 +1241,7 @@ void crx10_jacobian_space_dot(const double q[6], const double qd[6], double J_do
   const double v174 = -v156;
   const double v175 = v135 * v148;
   const double v176 = v147 * v140;
+  // shared terms; column 5 of J_dot
   const double v177 = v128 + v157;
   const double v178 = v84 * v158;
   const double v179 = v56 * v159;
@@ -1162,6 +1265,7 @@ void crx10_jacobian_space_dot(const double q[6], const double qd[6], double J_do
   const double v197 = v172 + v173;
   J_dot[34] = v174;
   const double v198 = v175 - v176;
+  // shared terms; columns 4 and 6 of J_dot
   J_dot[3] = v177;
   const double v199 = v178 - v179;
   const double v200 = v180 - v107;
@@ -1180,6 +1284,7 @@ void crx10_jacobian_space_dot(const double q[6], const double qd[6], double J_do
   J_dot[23] = v196;
   const double v211 = -v197;
   J_dot[35] = v198;
+  // shared terms; column 6 of J_dot
   const double v212 = v199 + v200;
   const double v213 = v135 * v201;
   const double v214 = v89 * v202;
@@ -1196,6 +1301,7 @@ void crx10_jacobian_space_dot(const double q[6], const double qd[6], double J_do
   const double v225 = v147 * v202;
   const double v226 = v135 * v207;
   J_dot[29] = v211;
+  // shared terms; column 5 of J_dot
   J_dot[4] = v212;
   const double v227 = v213 + v214;
   const double v228 = v215 + v216;
@@ -1205,6 +1311,7 @@ void crx10_jacobian_space_dot(const double q[6], const double qd[6], double J_do
   J_dot[16] = v222;
   const double v231 = v223 - v224;
   const double v232 = v225 + v226;
+  // shared terms; column 6 of J_dot
   const double v233 = v227 + v228;
   const double v234 = v229 - v230;
   const double v235 = v231 - v232;
@@ -1213,7 +1320,10 @@ void crx10_jacobian_space_dot(const double q[6], const double qd[6], double J_do
   J_dot[17] = v235;
 }
 
+// Time derivative of jacobian_body at joint rates qd.
+// 293 operations: multiply 175, add 100, negate 6, trig 12
 void crx10_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -1225,10 +1335,13 @@ void crx10_jacobian_body_dot(const double q[6], const double qd[6], double J_dot
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
   const double qd_5 = qd[5];
+  // shared terms
   const double v3 = q_1 - q_2;
+  // cosines and sines
   const double angle[6] = {q_4, q_5, q_3, q_1, q_0, v3};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
+  // constant entries of J_dot
   J_dot[5] = 0.0;
   J_dot[11] = 0.0;
   J_dot[16] = 0.0;
@@ -1237,6 +1350,7 @@ void crx10_jacobian_body_dot(const double q[6], const double qd[6], double J_dot
   J_dot[29] = 0.0;
   J_dot[34] = 0.0;
   J_dot[35] = 0.0;
+  // shared terms; column 5 of J_dot
   const double v14 = s[0] * s[1];
   const double v15 = c[0] * s[1];
   const double v16 = c[1] * s[2];
@@ -1328,6 +1442,7 @@ void crx10_jacobian_body_dot(const double q[6], const double qd[6], double J_dot
   const double v100 = v74 + v75;
   J_dot[28] = v76;
   const double v101 = v77 + v78;
+  // shared terms; columns 4 and 5 of J_dot
   const double v102 = v79 * c[5];
   const double v103 = v81 * s[5];
   const double v104 = v81 * c[5];
@@ -1368,6 +1483,7 @@ void crx10_jacobian_body_dot(const double q[6], const double qd[6], double J_dot
   const double v136 = v86 * v93;
   const double v137 = v92 * v89;
   J_dot[33] = v101;
+  // shared terms; column 3 of J_dot
   const double v138 = v38 + v102;
   const double v139 = v103 + v82;
   const double v140 = v84 - v104;
@@ -1416,6 +1532,7 @@ void crx10_jacobian_body_dot(const double q[6], const double qd[6], double J_dot
   const double v182 = v92 * v145;
   const double v183 = v86 * v147;
   J_dot[32] = v155;
+  // shared terms; columns 3 and 4 of J_dot
   const double v184 = v80 * v156;
   const double v185 = v83 * v157;
   const double v186 = v158 - v159;
@@ -1445,6 +1562,7 @@ void crx10_jacobian_body_dot(const double q[6], const double qd[6], double J_dot
   const double v206 = v149 * v164;
   const double v207 = v138 * v167;
   const double v208 = v182 - v183;
+  // shared terms; column 2 of J_dot
   const double v209 = v184 - v185;
   const double v210 = v186 * qd_2;
   const double v211 = v187 * qd_2;
@@ -1465,6 +1583,7 @@ void crx10_jacobian_body_dot(const double q[6], const double qd[6], double J_dot
   J_dot[25] = v205;
   const double v226 = v206 - v207;
   J_dot[31] = v208;
+  // shared terms; columns 1 and 2 of J_dot
   const double v227 = v209 * qd_1;
   const double v228 = v210 + v46;
   const double v229 = v211 + v142;
@@ -1490,6 +1609,7 @@ void crx10_jacobian_body_dot(const double q[6], const double qd[6], double J_dot
   J_dot[19] = v224;
   const double v248 = -v225;
   J_dot[30] = v226;
+  // shared terms; column 1 of J_dot
   const double v249 = v227 + v228;
   const double v250 = v229 - v230;
   const double v251 = v231 - v232;
@@ -1509,6 +1629,7 @@ void crx10_jacobian_body_dot(const double q[6], const double qd[6], double J_dot
   const double v265 = v245 - v246;
   const double v266 = v201 + v247;
   J_dot[24] = v248;
+  // shared terms; column 3 of J_dot
   const double v267 = v138 * v249;
   const double v268 = v80 * v250;
   const double v269 = v251 * v111;
@@ -1527,6 +1648,7 @@ void crx10_jacobian_body_dot(const double q[6], const double qd[6], double J_dot
   const double v280 = v251 * v167;
   const double v281 = v263 - v264;
   J_dot[14] = v266;
+  // shared terms; column 2 of J_dot
   const double v282 = v267 + v268;
   const double v283 = v269 - v270;
   const double v284 = v271 + v255;
@@ -1542,12 +1664,16 @@ void crx10_jacobian_body_dot(const double q[6], const double qd[6], double J_dot
   J_dot[7] = v287;
   const double v293 = v288 + v289;
   J_dot[13] = v290;
+  // column 1 of J_dot
   J_dot[0] = v291;
   J_dot[6] = v292;
   J_dot[12] = v293;
 }
 
+// Time derivative of jacobian_mixed at joint rates qd.
+// 230 operations: multiply 137, add 76, negate 7, trig 10
 void crx10_jacobian_mixed_dot(const double q[6], const double qd[6], double J_dot[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -1558,10 +1684,13 @@ void crx10_jacobian_mixed_dot(const double q[6], const double qd[6], double J_do
   const double qd_2 = qd[2];
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
+  // shared terms
   const double v5 = q_1 - q_2;
+  // cosines and sines
   const double angle[5] = {q_0, q_4, q_3, q_1, v5};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // constant entries of J_dot
   J_dot[5] = 0.0;
   J_dot[11] = 0.0;
   J_dot[12] = 0.0;
@@ -1570,6 +1699,7 @@ void crx10_jacobian_mixed_dot(const double q[6], const double qd[6], double J_do
   J_dot[24] = 0.0;
   J_dot[30] = 0.0;
   J_dot[31] = 0.0;
+  // shared terms; column 3 of J_dot
   const double v12 = 0.16 * s[1];
   const double v13 = 0.15 * s[2];
   const double v14 = 0.16 * c[1];
@@ -1606,6 +1736,7 @@ void crx10_jacobian_mixed_dot(const double q[6], const double qd[6], double J_do
   J_dot[26] = v27;
   const double v44 = v23 * c[0];
   const double v45 = v19 * s[0];
+  // shared terms; column 2 of J_dot
   const double v46 = v28 + v13;
   const double v47 = v29 * c[4];
   const double v48 = v30 - v16;
@@ -1633,6 +1764,7 @@ void crx10_jacobian_mixed_dot(const double q[6], const double qd[6], double J_do
   const double v68 = v44 - v45;
   const double v69 = v39 * v35;
   const double v70 = v40 * v32;
+  // shared terms; column 3 of J_dot
   const double v71 = v46 * s[4];
   const double v72 = s[0] * v48;
   const double v73 = v46 * c[4];
@@ -1655,6 +1787,7 @@ void crx10_jacobian_mixed_dot(const double q[6], const double qd[6], double J_do
   const double v90 = v65 + v66;
   J_dot[32] = v68;
   const double v91 = v69 - v70;
+  // shared terms; column 4 of J_dot
   const double v92 = v71 + v47;
   const double v93 = v49 - v73;
   const double v94 = v74 - v75;
@@ -1678,6 +1811,7 @@ void crx10_jacobian_mixed_dot(const double q[6], const double qd[6], double J_do
   J_dot[33] = v91;
   const double v111 = v86 * v80;
   const double v112 = v79 * v87;
+  // shared terms; column 4 of J_dot
   const double v113 = v92 + v15;
   const double v114 = s[0] * v93;
   const double v115 = v94 * qd_3;
@@ -1702,6 +1836,7 @@ void crx10_jacobian_mixed_dot(const double q[6], const double qd[6], double J_do
   const double v133 = v108 - v109;
   const double v134 = v67 + v110;
   const double v135 = v111 + v112;
+  // shared terms; column 5 of J_dot
   const double v136 = c[0] * v113;
   const double v137 = v114 * qd_2;
   const double v138 = 0.16 * v116;
@@ -1733,6 +1868,7 @@ void crx10_jacobian_mixed_dot(const double q[6], const double qd[6], double J_do
   const double v162 = -v135;
   const double v163 = v122 * v134;
   const double v164 = v128 * v132;
+  // shared terms; column 5 of J_dot
   const double v165 = v136 - v72;
   const double v166 = v138 * qd_4;
   const double v167 = v139 * qd_1;
@@ -1757,6 +1893,7 @@ void crx10_jacobian_mixed_dot(const double q[6], const double qd[6], double J_do
   const double v186 = v160 + v161;
   J_dot[34] = v162;
   const double v187 = v163 - v164;
+  // shared terms; column 6 of J_dot
   const double v188 = v165 * qd_0;
   const double v189 = v115 + v166;
   const double v190 = v168 - v140;
@@ -1778,6 +1915,7 @@ void crx10_jacobian_mixed_dot(const double q[6], const double qd[6], double J_do
   J_dot[23] = v185;
   const double v206 = -v186;
   J_dot[35] = v187;
+  // shared terms; columns 3, 5 and 6 of J_dot
   const double v207 = v137 + v189;
   const double v208 = v190 + v191;
   J_dot[2] = v192;
@@ -1793,6 +1931,7 @@ void crx10_jacobian_mixed_dot(const double q[6], const double qd[6], double J_do
   const double v215 = v203 - v204;
   J_dot[16] = v205;
   J_dot[29] = v206;
+  // shared terms; column 2 of J_dot
   const double v216 = v207 - v167;
   J_dot[1] = v208;
   const double v217 = v143 + v209;
@@ -1803,6 +1942,7 @@ void crx10_jacobian_mixed_dot(const double q[6], const double qd[6], double J_do
   const double v221 = s[0] * v207;
   const double v222 = v213 + v214;
   const double v223 = v157 + v215;
+  // shared terms; column 4 of J_dot
   const double v224 = v188 + v216;
   const double v225 = -v217;
   const double v226 = v218 - v196;
@@ -1810,25 +1950,33 @@ void crx10_jacobian_mixed_dot(const double q[6], const double qd[6], double J_do
   const double v227 = v220 + v221;
   const double v228 = v182 + v222;
   J_dot[15] = v223;
+  // shared terms; columns 1, 3 and 4 of J_dot
   const double v229 = -v224;
   J_dot[3] = v225;
   J_dot[6] = v226;
   const double v230 = v202 - v227;
   J_dot[14] = v228;
+  // columns 1 and 2 of J_dot
   J_dot[0] = v229;
   J_dot[13] = v230;
 }
 
+// Derivative of jacobian_mixed by the joint coordinates.
+// 208 operations: multiply 114, add 47, negate 37, trig 10
 void crx10_hessian_mixed(const double q[6], double H[216]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
+  // shared terms
   const double v5 = q_1 - q_2;
+  // cosines and sines
   const double angle[5] = {q_0, q_4, q_3, q_1, v5};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // constant entries of H
   H[5] = 0.0;
   H[11] = 0.0;
   H[17] = 0.0;
@@ -1942,6 +2090,7 @@ void crx10_hessian_mixed(const double q[6], double H[216]) {
   H[209] = 0.0;
   H[210] = 0.0;
   H[215] = 0.0;
+  // shared terms; H
   const double v12 = 0.16 * s[1];
   const double v13 = 0.15 * s[2];
   const double v14 = 0.16 * c[1];
@@ -1956,6 +2105,7 @@ void crx10_hessian_mixed(const double q[6], double H[216]) {
   H[120] = c[0];
   const double v23 = -s[0];
   H[156] = s[0];
+  // shared terms; H
   const double v24 = v12 * c[2];
   const double v25 = v14 + 0.54;
   const double v26 = v12 * s[2];
@@ -1969,6 +2119,7 @@ void crx10_hessian_mixed(const double q[6], double H[216]) {
   H[114] = v22;
   const double v34 = c[1] * s[4];
   H[150] = v23;
+  // shared terms; H
   const double v35 = v24 + v13;
   const double v36 = v25 * c[4];
   const double v37 = v26 - v16;
@@ -1995,6 +2146,7 @@ void crx10_hessian_mixed(const double q[6], double H[216]) {
   const double v55 = c[1] * v33;
   const double v56 = v33 * c[0];
   const double v57 = v28 * s[0];
+  // shared terms; H
   const double v58 = v35 * s[4];
   const double v59 = s[0] * v37;
   const double v60 = v35 * c[4];
@@ -2018,6 +2170,7 @@ void crx10_hessian_mixed(const double q[6], double H[216]) {
   H[169] = v53;
   const double v74 = -v53;
   const double v75 = v56 + v57;
+  // shared terms; H
   const double v76 = v58 + v36;
   const double v77 = v38 - v60;
   const double v78 = v61 - v62;
@@ -2049,6 +2202,7 @@ void crx10_hessian_mixed(const double q[6], double H[216]) {
   const double v99 = c[0] * v71;
   const double v100 = v33 * v66;
   const double v101 = v28 * v71;
+  // shared terms; H
   const double v102 = v76 + v15;
   const double v103 = v77 - v17;
   const double v104 = s[0] * v77;
@@ -2088,6 +2242,7 @@ void crx10_hessian_mixed(const double q[6], double H[216]) {
   H[200] = v97;
   const double v132 = v98 - v99;
   const double v133 = v100 + v101;
+  // shared terms; H
   const double v134 = c[0] * v102;
   const double v135 = s[0] * v103;
   const double v136 = -v104;
@@ -2142,6 +2297,7 @@ void crx10_hessian_mixed(const double q[6], double H[216]) {
   const double v160 = v28 * v130;
   const double v161 = v71 * v127;
   const double v162 = v66 * v130;
+  // shared terms; H
   const double v163 = v134 - v59;
   H[1] = v135;
   H[2] = v136;
@@ -2188,6 +2344,7 @@ void crx10_hessian_mixed(const double q[6], double H[216]) {
   const double v189 = v157 + v158;
   const double v190 = v159 - v160;
   const double v191 = v161 + v162;
+  // shared terms; H
   const double v192 = -v163;
   H[4] = v164;
   H[7] = v165;
@@ -2218,6 +2375,7 @@ void crx10_hessian_mixed(const double q[6], double H[216]) {
   const double v204 = -v189;
   H[213] = v190;
   const double v205 = -v191;
+  // shared terms; H
   H[0] = v192;
   const double v206 = -v193;
   const double v207 = -v194;
@@ -2237,6 +2395,7 @@ void crx10_hessian_mixed(const double q[6], double H[216]) {
   H[178] = v203;
   H[212] = v204;
   H[214] = v205;
+  // H
   H[22] = v206;
   H[27] = v206;
   H[28] = v207;
@@ -2244,7 +2403,10 @@ void crx10_hessian_mixed(const double q[6], double H[216]) {
   H[97] = v208;
 }
 
+// Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+// 134 operations: multiply 80, add 44, trig 10
 void crx10_twist_space(const double q[6], const double qd[6], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -2256,10 +2418,13 @@ void crx10_twist_space(const double q[6], const double qd[6], double V[6]) {
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
   const double qd_5 = qd[5];
+  // shared terms
   const double v2 = q_1 - q_2;
+  // cosines and sines
   const double angle[5] = {q_0, q_3, q_4, q_1, v2};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // shared terms; V
   const double v12 = s[0] * c[1];
   const double v13 = 0.71 * s[3];
   const double v14 = 0.71 * c[3];
@@ -2364,6 +2529,7 @@ void crx10_twist_space(const double q[6], const double qd[6], double V[6]) {
   const double v113 = v100 * qd_5;
   const double v114 = v102 * qd_5;
   V[5] = v103;
+  // shared terms; V
   const double v115 = v59 * v104;
   const double v116 = v106 * qd_4;
   const double v117 = v108 * qd_4;
@@ -2380,6 +2546,7 @@ void crx10_twist_space(const double q[6], const double qd[6], double V[6]) {
   const double v128 = v120 - v36;
   V[3] = v121;
   V[4] = v122;
+  // shared terms; V
   const double v129 = v123 * qd_5;
   const double v130 = v126 * qd_5;
   const double v131 = v127 * qd_5;
@@ -2391,7 +2558,10 @@ void crx10_twist_space(const double q[6], const double qd[6], double V[6]) {
   V[2] = v134;
 }
 
+// Twist (v, omega) of the tool's origin, in tool axes.
+// 179 operations: multiply 107, add 60, trig 12
 void crx10_twist_body(const double q[6], const double qd[6], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -2404,10 +2574,13 @@ void crx10_twist_body(const double q[6], const double qd[6], double V[6]) {
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
   const double qd_5 = qd[5];
+  // shared terms
   const double v7 = q_1 - q_2;
+  // cosines and sines
   const double angle[6] = {q_5, q_4, q_3, q_0, q_1, v7};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
+  // shared terms; V
   const double v14 = 0.16 * c[0];
   const double v15 = c[1] * c[0];
   const double v16 = 0.16 * s[1];
@@ -2556,6 +2729,7 @@ void crx10_twist_body(const double q[6], const double qd[6], double V[6]) {
   const double v159 = v60 + v147;
   const double v160 = v61 + v148;
   V[5] = v149;
+  // shared terms; V
   const double v161 = v150 - v151;
   const double v162 = v153 - v154;
   const double v163 = v156 - v157;
@@ -2566,6 +2740,7 @@ void crx10_twist_body(const double q[6], const double qd[6], double V[6]) {
   const double v168 = v163 * qd_0;
   V[3] = v164;
   V[4] = v165;
+  // shared terms; V
   const double v169 = v166 - v152;
   const double v170 = v167 - v155;
   const double v171 = v168 + v158;
@@ -2578,11 +2753,15 @@ void crx10_twist_body(const double q[6], const double qd[6], double V[6]) {
   const double v178 = v36 + v175;
   const double v179 = v46 + v176;
   V[2] = v177;
+  // V
   V[0] = v178;
   V[1] = v179;
 }
 
+// Twist (v, omega) of the tool's origin, in base axes.
+// 135 operations: multiply 81, add 44, trig 10
 void crx10_twist_mixed(const double q[6], const double qd[6], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -2594,10 +2773,13 @@ void crx10_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
   const double qd_5 = qd[5];
+  // shared terms
   const double v3 = q_1 - q_2;
+  // cosines and sines
   const double angle[5] = {q_4, q_0, q_3, q_1, v3};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // shared terms; V
   const double v12 = s[1] * s[2];
   const double v13 = 0.16 * c[0];
   const double v14 = 0.16 * s[0];
@@ -2702,6 +2884,7 @@ void crx10_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   const double v113 = v100 * qd_5;
   const double v114 = v102 * qd_5;
   V[5] = v103;
+  // shared terms; V
   const double v115 = v104 * qd_4;
   const double v116 = v60 + v106;
   const double v117 = v107 * qd_1;
@@ -2716,12 +2899,14 @@ void crx10_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   const double v126 = v121 - v83;
   V[3] = v122;
   V[4] = v123;
+  // shared terms; V
   const double v127 = v124 + v117;
   const double v128 = v125 - v120;
   const double v129 = v97 + v126;
   const double v130 = v105 - v127;
   const double v131 = v109 + v128;
   V[2] = v129;
+  // shared terms; V
   const double v132 = v130 - v93;
   const double v133 = v95 + v131;
   const double v134 = v115 + v132;
@@ -2730,7 +2915,10 @@ void crx10_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   V[1] = v135;
 }
 
+// Time derivative of twist_space at rates qd and accelerations qdd.
+// 331 operations: multiply 194, add 127, trig 10
 void crx10_acceleration_space(const double q[6], const double qd[6], const double qdd[6], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -2748,10 +2936,13 @@ void crx10_acceleration_space(const double q[6], const double qd[6], const doubl
   const double qdd_3 = qdd[3];
   const double qdd_4 = qdd[4];
   const double qdd_5 = qdd[5];
+  // shared terms
   const double v2 = q_1 - q_2;
+  // cosines and sines
   const double angle[5] = {q_0, q_3, q_4, q_1, v2};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // shared terms; A
   const double v12 = s[0] * c[1];
   const double v13 = 0.71 * s[3];
   const double v14 = 0.71 * c[3];
@@ -3066,6 +3257,7 @@ void crx10_acceleration_space(const double q[6], const double qd[6], const doubl
   A[3] = v314;
   A[4] = v315;
   A[5] = v316;
+  // shared terms; A
   const double v323 = v317 * qd_5;
   const double v324 = v319 * qd_5;
   const double v325 = v321 * qd_5;
@@ -3080,7 +3272,10 @@ void crx10_acceleration_space(const double q[6], const double qd[6], const doubl
   A[2] = v331;
 }
 
+// Time derivative of twist_body at rates qd and accelerations qdd.
+// 394 operations: multiply 231, add 151, trig 12
 void crx10_acceleration_body(const double q[6], const double qd[6], const double qdd[6], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -3099,10 +3294,13 @@ void crx10_acceleration_body(const double q[6], const double qd[6], const double
   const double qdd_3 = qdd[3];
   const double qdd_4 = qdd[4];
   const double qdd_5 = qdd[5];
+  // shared terms
   const double v7 = q_1 - q_2;
+  // cosines and sines
   const double angle[6] = {q_5, q_4, q_3, q_0, q_1, v7};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
+  // shared terms; A
   const double v14 = 0.16 * c[0];
   const double v15 = c[1] * c[0];
   const double v16 = 0.16 * s[1];
@@ -3469,6 +3667,7 @@ void crx10_acceleration_body(const double q[6], const double qd[6], const double
   const double v377 = v315 + v368;
   const double v378 = v317 + v369;
   A[5] = v370;
+  // shared terms; A
   const double v379 = v41 + v371;
   const double v380 = v372 + v361;
   const double v381 = v71 + v373;
@@ -3476,6 +3675,7 @@ void crx10_acceleration_body(const double q[6], const double qd[6], const double
   const double v383 = v376 + v367;
   A[3] = v377;
   A[4] = v378;
+  // shared terms; A
   const double v384 = v321 + v380;
   const double v385 = v328 + v382;
   const double v386 = v335 + v383;
@@ -3488,11 +3688,15 @@ void crx10_acceleration_body(const double q[6], const double qd[6], const double
   const double v393 = v379 + v390;
   const double v394 = v381 + v391;
   A[2] = v392;
+  // A
   A[0] = v393;
   A[1] = v394;
 }
 
+// Time derivative of twist_mixed at rates qd and accelerations qdd.
+// 328 operations: multiply 192, add 126, trig 10
 void crx10_acceleration_mixed(const double q[6], const double qd[6], const double qdd[6], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -3510,10 +3714,13 @@ void crx10_acceleration_mixed(const double q[6], const double qd[6], const doubl
   const double qdd_3 = qdd[3];
   const double qdd_4 = qdd[4];
   const double qdd_5 = qdd[5];
+  // shared terms
   const double v3 = q_1 - q_2;
+  // cosines and sines
   const double angle[5] = {q_4, q_0, q_3, q_1, v3};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // shared terms; A
   const double v12 = s[1] * s[2];
   const double v13 = 0.16 * c[0];
   const double v14 = 0.16 * s[0];
@@ -3813,6 +4020,7 @@ void crx10_acceleration_mixed(const double q[6], const double qd[6], const doubl
   A[3] = v296;
   A[4] = v297;
   A[5] = v298;
+  // shared terms; A
   const double v308 = v207 + v299;
   const double v309 = v300 * qd_0;
   const double v310 = v218 + v302;
@@ -3839,7 +4047,10 @@ void crx10_acceleration_mixed(const double q[6], const double qd[6], const doubl
   A[2] = v328;
 }
 
+// Left side of Raghavan and Roth's equations, which are free of joint_5.
+// 140 operations: multiply 78, add 50, negate 12
 void crx10_ik_matrices(const double T[16], double left[126]) {
+  // inputs
   const double T_0 = T[0];
   const double T_1 = T[1];
   const double T_2 = T[2];
@@ -3852,6 +4063,7 @@ void crx10_ik_matrices(const double T[16], double left[126]) {
   const double T_9 = T[9];
   const double T_10 = T[10];
   const double T_11 = T[11];
+  // shared terms
   const double v1 = T_11 - 0.245;
   const double v2 = 0.16 * T_10;
   const double v3 = 0.16 * T_2;
@@ -3860,8 +4072,8 @@ void crx10_ik_matrices(const double T[16], double left[126]) {
   const double v6 = -T_0;
   const double v7 = -T_4;
   const double v8 = -T_1;
-  const double v9 = sq(T_3);
-  const double v10 = sq(T_7);
+  const double v9 = T_3 * T_3;
+  const double v10 = T_7 * T_7;
   const double v11 = 2.0 * T_3;
   const double v12 = 2.0 * T_7;
   const double v13 = 2.0 * T_10;
@@ -3897,7 +4109,7 @@ void crx10_ik_matrices(const double T[16], double left[126]) {
   const double v43 = T_3 - v3;
   const double v44 = T_7 - v4;
   const double v45 = v9 + v10;
-  const double v46 = sq(v1);
+  const double v46 = v1 * v1;
   const double v47 = v11 * T_2;
   const double v48 = v12 * T_6;
   const double v49 = v13 * v1;
@@ -3992,6 +4204,7 @@ void crx10_ik_matrices(const double T[16], double left[126]) {
   const double v138 = -v135;
   const double v139 = -v136;
   const double v140 = -v133;
+  // left
   left[1] = 0.0;
   left[2] = 0.0;
   left[3] = 0.0;
@@ -4085,19 +4298,23 @@ void crx10_ik_matrices(const double T[16], double left[126]) {
   left[119] = 0.0;
   left[120] = 0.0;
   left[123] = 0.0;
+  // columns 6, 7, 8 and 9 of left
   left[33] = v5;
   left[43] = v6;
   left[44] = v7;
   left[50] = v8;
   left[52] = v7;
+  // columns 1, 2 and 3 of left
   left[0] = v42;
   left[10] = v43;
   left[11] = v44;
   left[19] = v44;
+  // columns 3, 4 and 7 of left
   left[20] = v73;
   left[66] = v76;
   left[75] = v78;
   left[78] = v79;
+  // columns 5, 6, 7, 8 and 9 of left
   left[69] = v92;
   left[85] = v93;
   left[86] = v94;
@@ -4105,14 +4322,18 @@ void crx10_ik_matrices(const double T[16], double left[126]) {
   left[89] = v96;
   left[94] = v94;
   left[97] = v96;
+  // columns 6 and 9 of left
   left[95] = v116;
   left[98] = v117;
+  // column 1 of left
   left[54] = v124;
+  // columns 4, 5, 6 and 9 of left
   left[102] = v131;
   left[112] = v133;
   left[113] = v134;
   left[121] = v134;
   left[125] = v135;
+  // columns 6, 7, 8 and 9 of left
   left[105] = v137;
   left[115] = v138;
   left[116] = v139;

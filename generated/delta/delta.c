@@ -4,15 +4,18 @@
 #include "chasles_cos_sin.h"
 #include "delta_branches.h"
 
-static double sq(double x) { return x * x; }
-
+// Pose of the tool (ee) in the base frame (0).
+// 104 operations: multiply 51, add 42, trig 6, other 5
 void delta_fk(const double q[3], double T_0_ee[16]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // cosines and sines
   const double angle[3] = {q_0, q_1, q_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of T_0_ee
   T_0_ee[0] = 1.0;
   T_0_ee[1] = 0.0;
   T_0_ee[2] = 0.0;
@@ -26,6 +29,7 @@ void delta_fk(const double q[3], double T_0_ee[16]) {
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
+  // shared terms; column 4 of T_0_ee
   const double v7 = 0.26 * c[0];
   const double v8 = 0.26 * c[1];
   const double v9 = 0.26 * s[0];
@@ -40,10 +44,10 @@ void delta_fk(const double q[3], double T_0_ee[16]) {
   const double v18 = v13 - 0.05;
   const double v19 = 0.8660254037844386 * v14;
   const double v20 = 0.5 * v14;
-  const double v21 = sq(v15);
+  const double v21 = v15 * v15;
   const double v22 = 0.8660254037844386 * v16;
   const double v23 = 0.5 * v16;
-  const double v24 = sq(v17);
+  const double v24 = v17 * v17;
   const double v25 = v19 - 0.02;
   const double v26 = v20 + 0.034641016151377546;
   const double v27 = 0.02 + v22;
@@ -52,24 +56,24 @@ void delta_fk(const double q[3], double T_0_ee[16]) {
   const double v30 = 0.05964101615137755 - v26;
   const double v31 = 0.06330127018922194 - v27;
   const double v32 = v28 - 0.009641016151377546;
-  const double v33 = sq(v29);
+  const double v33 = v29 * v29;
   const double v34 = v30 - v18;
   const double v35 = v32 - v18;
-  const double v36 = sq(v31);
+  const double v36 = v31 * v31;
   const double v37 = v29 * v17;
   const double v38 = v31 * v15;
-  const double v39 = sq(v34);
+  const double v39 = v34 * v34;
   const double v40 = v31 * v34;
   const double v41 = v29 * v35;
   const double v42 = v15 * v35;
   const double v43 = v34 * v17;
-  const double v44 = sq(v35);
+  const double v44 = v35 * v35;
   const double v45 = v37 - v38;
   const double v46 = v33 + v39;
   const double v47 = v40 - v41;
   const double v48 = v42 - v43;
   const double v49 = v36 + v44;
-  const double v50 = sq(v45);
+  const double v50 = v45 * v45;
   const double v51 = v17 * v45;
   const double v52 = v15 * v45;
   const double v53 = v31 * v45;
@@ -80,8 +84,8 @@ void delta_fk(const double q[3], double T_0_ee[16]) {
   const double v58 = v49 + v24;
   const double v59 = v15 * v48;
   const double v60 = v29 * v47;
-  const double v61 = sq(v48);
-  const double v62 = sq(v47);
+  const double v61 = v48 * v48;
+  const double v62 = v47 * v47;
   const double v63 = v35 * v47;
   const double v64 = v34 * v47;
   const double v65 = v35 * v48;
@@ -109,9 +113,9 @@ void delta_fk(const double q[3], double T_0_ee[16]) {
   const double v87 = v84 / v78;
   const double v88 = v85 / v78;
   const double v89 = v18 + v86;
-  const double v90 = sq(v86);
-  const double v91 = sq(v87);
-  const double v92 = sq(v88);
+  const double v90 = v86 * v86;
+  const double v91 = v87 * v87;
+  const double v92 = v88 * v88;
   const double v93 = v88 - v9;
   const double v94 = v90 + v91;
   const double v95 = v94 + v92;
@@ -129,13 +133,18 @@ void delta_fk(const double q[3], double T_0_ee[16]) {
   T_0_ee[11] = v104;
 }
 
+// Pose of every link's frame in the base frame, in order from the base.
+// 104 operations: multiply 51, add 42, trig 6, other 5
 void delta_link_poses(const double q[3], double T[96]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // cosines and sines
   const double angle[3] = {q_0, q_1, q_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of T
   T[0] = 1.0;
   T[1] = 0.0;
   T[2] = 0.0;
@@ -217,6 +226,7 @@ void delta_link_poses(const double q[3], double T[96]) {
   T[93] = 0.0;
   T[94] = 0.0;
   T[95] = 1.0;
+  // shared terms; T
   const double v7 = 0.26 * c[0];
   const double v8 = 0.26 * c[1];
   const double v9 = 0.26 * s[0];
@@ -231,10 +241,10 @@ void delta_link_poses(const double q[3], double T[96]) {
   const double v18 = v13 - 0.05;
   const double v19 = 0.8660254037844386 * v14;
   const double v20 = 0.5 * v14;
-  const double v21 = sq(v15);
+  const double v21 = v15 * v15;
   const double v22 = 0.8660254037844386 * v16;
   const double v23 = 0.5 * v16;
-  const double v24 = sq(v17);
+  const double v24 = v17 * v17;
   const double v25 = v19 - 0.02;
   const double v26 = v20 + 0.034641016151377546;
   const double v27 = 0.02 + v22;
@@ -243,24 +253,24 @@ void delta_link_poses(const double q[3], double T[96]) {
   const double v30 = 0.05964101615137755 - v26;
   const double v31 = 0.06330127018922194 - v27;
   const double v32 = v28 - 0.009641016151377546;
-  const double v33 = sq(v29);
+  const double v33 = v29 * v29;
   const double v34 = v30 - v18;
   const double v35 = v32 - v18;
-  const double v36 = sq(v31);
+  const double v36 = v31 * v31;
   const double v37 = v29 * v17;
   const double v38 = v31 * v15;
-  const double v39 = sq(v34);
+  const double v39 = v34 * v34;
   const double v40 = v31 * v34;
   const double v41 = v29 * v35;
   const double v42 = v15 * v35;
   const double v43 = v34 * v17;
-  const double v44 = sq(v35);
+  const double v44 = v35 * v35;
   const double v45 = v37 - v38;
   const double v46 = v33 + v39;
   const double v47 = v40 - v41;
   const double v48 = v42 - v43;
   const double v49 = v36 + v44;
-  const double v50 = sq(v45);
+  const double v50 = v45 * v45;
   const double v51 = v17 * v45;
   const double v52 = v15 * v45;
   const double v53 = v31 * v45;
@@ -271,8 +281,8 @@ void delta_link_poses(const double q[3], double T[96]) {
   const double v58 = v49 + v24;
   const double v59 = v15 * v48;
   const double v60 = v29 * v47;
-  const double v61 = sq(v48);
-  const double v62 = sq(v47);
+  const double v61 = v48 * v48;
+  const double v62 = v47 * v47;
   const double v63 = v35 * v47;
   const double v64 = v34 * v47;
   const double v65 = v35 * v48;
@@ -300,9 +310,9 @@ void delta_link_poses(const double q[3], double T[96]) {
   const double v87 = v84 / v78;
   const double v88 = v85 / v78;
   const double v89 = v18 + v86;
-  const double v90 = sq(v86);
-  const double v91 = sq(v87);
-  const double v92 = sq(v88);
+  const double v90 = v86 * v86;
+  const double v91 = v87 * v87;
+  const double v92 = v88 * v88;
   const double v93 = v88 - v9;
   const double v94 = v90 + v91;
   const double v95 = v94 + v92;
@@ -332,13 +342,18 @@ void delta_link_poses(const double q[3], double T[96]) {
   T[91] = v104;
 }
 
+// Pose of the tool and mixed Jacobian in one call.
+// 182 operations: multiply 93, add 66, negate 3, trig 6, other 14
 void delta_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double J[18]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // cosines and sines
   const double angle[3] = {q_0, q_1, q_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of T_0_ee; constant entries of J
   T_0_ee[0] = 1.0;
   T_0_ee[1] = 0.0;
   T_0_ee[2] = 0.0;
@@ -361,6 +376,7 @@ void delta_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double J[18])
   J[15] = 0.0;
   J[16] = 0.0;
   J[17] = 0.0;
+  // shared terms; column 4 of T_0_ee
   const double v7 = 0.26 * c[0];
   const double v8 = 0.26 * c[1];
   const double v9 = 0.26 * s[0];
@@ -379,10 +395,10 @@ void delta_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double J[18])
   const double v22 = v17 - 0.05;
   const double v23 = 0.8660254037844386 * v18;
   const double v24 = 0.5 * v18;
-  const double v25 = sq(v19);
+  const double v25 = v19 * v19;
   const double v26 = 0.8660254037844386 * v20;
   const double v27 = 0.5 * v20;
-  const double v28 = sq(v21);
+  const double v28 = v21 * v21;
   const double v29 = v23 - 0.02;
   const double v30 = v24 + 0.034641016151377546;
   const double v31 = 0.02 + v26;
@@ -391,24 +407,24 @@ void delta_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double J[18])
   const double v34 = 0.05964101615137755 - v30;
   const double v35 = 0.06330127018922194 - v31;
   const double v36 = v32 - 0.009641016151377546;
-  const double v37 = sq(v33);
+  const double v37 = v33 * v33;
   const double v38 = v34 - v22;
   const double v39 = v36 - v22;
-  const double v40 = sq(v35);
+  const double v40 = v35 * v35;
   const double v41 = v33 * v21;
   const double v42 = v35 * v19;
-  const double v43 = sq(v38);
+  const double v43 = v38 * v38;
   const double v44 = v35 * v38;
   const double v45 = v33 * v39;
   const double v46 = v19 * v39;
   const double v47 = v38 * v21;
-  const double v48 = sq(v39);
+  const double v48 = v39 * v39;
   const double v49 = v41 - v42;
   const double v50 = v37 + v43;
   const double v51 = v44 - v45;
   const double v52 = v46 - v47;
   const double v53 = v40 + v48;
-  const double v54 = sq(v49);
+  const double v54 = v49 * v49;
   const double v55 = v21 * v49;
   const double v56 = v19 * v49;
   const double v57 = v35 * v49;
@@ -419,8 +435,8 @@ void delta_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double J[18])
   const double v62 = v53 + v28;
   const double v63 = v19 * v52;
   const double v64 = v33 * v51;
-  const double v65 = sq(v52);
-  const double v66 = sq(v51);
+  const double v65 = v52 * v52;
+  const double v66 = v51 * v51;
   const double v67 = v39 * v51;
   const double v68 = v38 * v51;
   const double v69 = v39 * v52;
@@ -448,9 +464,9 @@ void delta_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double J[18])
   const double v91 = v88 / v82;
   const double v92 = v89 / v82;
   const double v93 = v22 + v90;
-  const double v94 = sq(v90);
-  const double v95 = sq(v91);
-  const double v96 = sq(v92);
+  const double v94 = v90 * v90;
+  const double v95 = v91 * v91;
+  const double v96 = v92 * v92;
   const double v97 = v92 - v9;
   const double v98 = v94 + v95;
   const double v99 = v98 + v96;
@@ -474,6 +490,7 @@ void delta_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double J[18])
   const double v114 = v107 - v35;
   const double v115 = v106 - v36;
   const double v116 = v106 - v34;
+  // shared terms; columns 2 and 3 of J
   const double v117 = v7 * v109;
   const double v118 = v9 * v110;
   const double v119 = v111 * v112;
@@ -546,18 +563,25 @@ void delta_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double J[18])
   const double v182 = -v177;
   J[7] = v178;
   J[8] = v179;
+  // column 1 of J
   J[0] = v180;
   J[3] = v181;
   J[6] = v182;
 }
 
+// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
+// axes.
+// 182 operations: multiply 93, add 66, negate 3, trig 6, other 14
 void delta_jacobian_space(const double q[3], double J[18]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // cosines and sines
   const double angle[3] = {q_0, q_1, q_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of J
   J[9] = 0.0;
   J[10] = 0.0;
   J[11] = 0.0;
@@ -567,6 +591,7 @@ void delta_jacobian_space(const double q[3], double J[18]) {
   J[15] = 0.0;
   J[16] = 0.0;
   J[17] = 0.0;
+  // shared terms; columns 2 and 3 of J
   const double v7 = 0.26 * c[0];
   const double v8 = 0.26 * s[0];
   const double v9 = 0.26 * c[1];
@@ -585,10 +610,10 @@ void delta_jacobian_space(const double q[3], double J[18]) {
   const double v22 = 0.8660254037844386 * v17;
   const double v23 = 0.5 * v17;
   const double v24 = v18 - 0.05;
-  const double v25 = sq(v19);
+  const double v25 = v19 * v19;
   const double v26 = 0.5 * v20;
   const double v27 = 0.8660254037844386 * v20;
-  const double v28 = sq(v21);
+  const double v28 = v21 * v21;
   const double v29 = v22 - 0.02;
   const double v30 = v23 + 0.034641016151377546;
   const double v31 = 0.034641016151377546 - v26;
@@ -597,17 +622,17 @@ void delta_jacobian_space(const double q[3], double J[18]) {
   const double v34 = 0.05964101615137755 - v30;
   const double v35 = v31 - 0.009641016151377546;
   const double v36 = 0.06330127018922194 - v32;
-  const double v37 = sq(v33);
+  const double v37 = v33 * v33;
   const double v38 = v34 - v24;
   const double v39 = v35 - v24;
   const double v40 = v33 * v21;
   const double v41 = v36 * v19;
-  const double v42 = sq(v36);
-  const double v43 = sq(v38);
+  const double v42 = v36 * v36;
+  const double v43 = v38 * v38;
   const double v44 = v19 * v39;
   const double v45 = v38 * v21;
   const double v46 = v40 - v41;
-  const double v47 = sq(v39);
+  const double v47 = v39 * v39;
   const double v48 = v36 * v38;
   const double v49 = v33 * v39;
   const double v50 = v37 + v43;
@@ -615,7 +640,7 @@ void delta_jacobian_space(const double q[3], double J[18]) {
   const double v52 = v36 * v46;
   const double v53 = v42 + v47;
   const double v54 = v33 * v46;
-  const double v55 = sq(v46);
+  const double v55 = v46 * v46;
   const double v56 = v48 - v49;
   const double v57 = v21 * v46;
   const double v58 = v19 * v46;
@@ -623,8 +648,8 @@ void delta_jacobian_space(const double q[3], double J[18]) {
   const double v60 = v39 * v51;
   const double v61 = v53 + v28;
   const double v62 = v38 * v51;
-  const double v63 = sq(v51);
-  const double v64 = sq(v56);
+  const double v63 = v51 * v51;
+  const double v64 = v56 * v56;
   const double v65 = v36 * v56;
   const double v66 = v21 * v51;
   const double v67 = v19 * v51;
@@ -654,9 +679,9 @@ void delta_jacobian_space(const double q[3], double J[18]) {
   const double v91 = v88 / v82;
   const double v92 = v89 / v82;
   const double v93 = v90 - v8;
-  const double v94 = sq(v91);
-  const double v95 = sq(v92);
-  const double v96 = sq(v90);
+  const double v94 = v91 * v91;
+  const double v95 = v92 * v92;
+  const double v96 = v90 * v90;
   const double v97 = v24 + v91;
   const double v98 = v94 + v95;
   const double v99 = v98 + v96;
@@ -749,18 +774,24 @@ void delta_jacobian_space(const double q[3], double J[18]) {
   const double v182 = -v177;
   J[7] = v178;
   J[8] = v179;
+  // column 1 of J
   J[0] = v180;
   J[3] = v181;
   J[6] = v182;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+// 182 operations: multiply 93, add 66, negate 3, trig 6, other 14
 void delta_jacobian_body(const double q[3], double J[18]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // cosines and sines
   const double angle[3] = {q_0, q_1, q_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of J
   J[9] = 0.0;
   J[10] = 0.0;
   J[11] = 0.0;
@@ -770,6 +801,7 @@ void delta_jacobian_body(const double q[3], double J[18]) {
   J[15] = 0.0;
   J[16] = 0.0;
   J[17] = 0.0;
+  // shared terms; columns 2 and 3 of J
   const double v7 = 0.26 * c[0];
   const double v8 = 0.26 * s[0];
   const double v9 = 0.26 * c[1];
@@ -788,10 +820,10 @@ void delta_jacobian_body(const double q[3], double J[18]) {
   const double v22 = 0.8660254037844386 * v17;
   const double v23 = 0.5 * v17;
   const double v24 = v18 - 0.05;
-  const double v25 = sq(v19);
+  const double v25 = v19 * v19;
   const double v26 = 0.5 * v20;
   const double v27 = 0.8660254037844386 * v20;
-  const double v28 = sq(v21);
+  const double v28 = v21 * v21;
   const double v29 = v22 - 0.02;
   const double v30 = v23 + 0.034641016151377546;
   const double v31 = 0.034641016151377546 - v26;
@@ -800,17 +832,17 @@ void delta_jacobian_body(const double q[3], double J[18]) {
   const double v34 = 0.05964101615137755 - v30;
   const double v35 = v31 - 0.009641016151377546;
   const double v36 = 0.06330127018922194 - v32;
-  const double v37 = sq(v33);
+  const double v37 = v33 * v33;
   const double v38 = v34 - v24;
   const double v39 = v35 - v24;
   const double v40 = v33 * v21;
   const double v41 = v36 * v19;
-  const double v42 = sq(v36);
-  const double v43 = sq(v38);
+  const double v42 = v36 * v36;
+  const double v43 = v38 * v38;
   const double v44 = v19 * v39;
   const double v45 = v38 * v21;
   const double v46 = v40 - v41;
-  const double v47 = sq(v39);
+  const double v47 = v39 * v39;
   const double v48 = v36 * v38;
   const double v49 = v33 * v39;
   const double v50 = v37 + v43;
@@ -818,7 +850,7 @@ void delta_jacobian_body(const double q[3], double J[18]) {
   const double v52 = v36 * v46;
   const double v53 = v42 + v47;
   const double v54 = v33 * v46;
-  const double v55 = sq(v46);
+  const double v55 = v46 * v46;
   const double v56 = v48 - v49;
   const double v57 = v21 * v46;
   const double v58 = v19 * v46;
@@ -826,8 +858,8 @@ void delta_jacobian_body(const double q[3], double J[18]) {
   const double v60 = v39 * v51;
   const double v61 = v53 + v28;
   const double v62 = v38 * v51;
-  const double v63 = sq(v51);
-  const double v64 = sq(v56);
+  const double v63 = v51 * v51;
+  const double v64 = v56 * v56;
   const double v65 = v36 * v56;
   const double v66 = v21 * v51;
   const double v67 = v19 * v51;
@@ -857,9 +889,9 @@ void delta_jacobian_body(const double q[3], double J[18]) {
   const double v91 = v88 / v82;
   const double v92 = v89 / v82;
   const double v93 = v90 - v8;
-  const double v94 = sq(v91);
-  const double v95 = sq(v92);
-  const double v96 = sq(v90);
+  const double v94 = v91 * v91;
+  const double v95 = v92 * v92;
+  const double v96 = v90 * v90;
   const double v97 = v24 + v91;
   const double v98 = v94 + v95;
   const double v99 = v98 + v96;
@@ -952,18 +984,24 @@ void delta_jacobian_body(const double q[3], double J[18]) {
   const double v182 = -v177;
   J[7] = v178;
   J[8] = v179;
+  // column 1 of J
   J[0] = v180;
   J[3] = v181;
   J[6] = v182;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+// 182 operations: multiply 93, add 66, negate 3, trig 6, other 14
 void delta_jacobian_mixed(const double q[3], double J[18]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // cosines and sines
   const double angle[3] = {q_0, q_1, q_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of J
   J[9] = 0.0;
   J[10] = 0.0;
   J[11] = 0.0;
@@ -973,6 +1011,7 @@ void delta_jacobian_mixed(const double q[3], double J[18]) {
   J[15] = 0.0;
   J[16] = 0.0;
   J[17] = 0.0;
+  // shared terms; columns 2 and 3 of J
   const double v7 = 0.26 * c[0];
   const double v8 = 0.26 * s[0];
   const double v9 = 0.26 * c[1];
@@ -991,10 +1030,10 @@ void delta_jacobian_mixed(const double q[3], double J[18]) {
   const double v22 = 0.8660254037844386 * v17;
   const double v23 = 0.5 * v17;
   const double v24 = v18 - 0.05;
-  const double v25 = sq(v19);
+  const double v25 = v19 * v19;
   const double v26 = 0.5 * v20;
   const double v27 = 0.8660254037844386 * v20;
-  const double v28 = sq(v21);
+  const double v28 = v21 * v21;
   const double v29 = v22 - 0.02;
   const double v30 = v23 + 0.034641016151377546;
   const double v31 = 0.034641016151377546 - v26;
@@ -1003,17 +1042,17 @@ void delta_jacobian_mixed(const double q[3], double J[18]) {
   const double v34 = 0.05964101615137755 - v30;
   const double v35 = v31 - 0.009641016151377546;
   const double v36 = 0.06330127018922194 - v32;
-  const double v37 = sq(v33);
+  const double v37 = v33 * v33;
   const double v38 = v34 - v24;
   const double v39 = v35 - v24;
   const double v40 = v33 * v21;
   const double v41 = v36 * v19;
-  const double v42 = sq(v36);
-  const double v43 = sq(v38);
+  const double v42 = v36 * v36;
+  const double v43 = v38 * v38;
   const double v44 = v19 * v39;
   const double v45 = v38 * v21;
   const double v46 = v40 - v41;
-  const double v47 = sq(v39);
+  const double v47 = v39 * v39;
   const double v48 = v36 * v38;
   const double v49 = v33 * v39;
   const double v50 = v37 + v43;
@@ -1021,7 +1060,7 @@ void delta_jacobian_mixed(const double q[3], double J[18]) {
   const double v52 = v36 * v46;
   const double v53 = v42 + v47;
   const double v54 = v33 * v46;
-  const double v55 = sq(v46);
+  const double v55 = v46 * v46;
   const double v56 = v48 - v49;
   const double v57 = v21 * v46;
   const double v58 = v19 * v46;
@@ -1029,8 +1068,8 @@ void delta_jacobian_mixed(const double q[3], double J[18]) {
   const double v60 = v39 * v51;
   const double v61 = v53 + v28;
   const double v62 = v38 * v51;
-  const double v63 = sq(v51);
-  const double v64 = sq(v56);
+  const double v63 = v51 * v51;
+  const double v64 = v56 * v56;
   const double v65 = v36 * v56;
   const double v66 = v21 * v51;
   const double v67 = v19 * v51;
@@ -1060,9 +1099,9 @@ void delta_jacobian_mixed(const double q[3], double J[18]) {
   const double v91 = v88 / v82;
   const double v92 = v89 / v82;
   const double v93 = v90 - v8;
-  const double v94 = sq(v91);
-  const double v95 = sq(v92);
-  const double v96 = sq(v90);
+  const double v94 = v91 * v91;
+  const double v95 = v92 * v92;
+  const double v96 = v90 * v90;
   const double v97 = v24 + v91;
   const double v98 = v94 + v95;
   const double v99 = v98 + v96;
@@ -1155,21 +1194,27 @@ void delta_jacobian_mixed(const double q[3], double J[18]) {
   const double v182 = -v177;
   J[7] = v178;
   J[8] = v179;
+  // column 1 of J
   J[0] = v180;
   J[3] = v181;
   J[6] = v182;
 }
 
+// Time derivative of jacobian_space at joint rates qd.
+// 396 operations: multiply 207, add 148, negate 3, trig 6, other 32
 void delta_jacobian_space_dot(const double q[3], const double qd[3], double J_dot[18]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
   const double qd_2 = qd[2];
+  // cosines and sines
   const double angle[3] = {q_0, q_1, q_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of J_dot
   J_dot[9] = 0.0;
   J_dot[10] = 0.0;
   J_dot[11] = 0.0;
@@ -1179,6 +1224,7 @@ void delta_jacobian_space_dot(const double q[3], const double qd[3], double J_do
   J_dot[15] = 0.0;
   J_dot[16] = 0.0;
   J_dot[17] = 0.0;
+  // shared terms; columns 2 and 3 of J_dot
   const double v7 = 0.26 * c[0];
   const double v8 = 0.26 * s[0];
   const double v9 = 0.26 * c[1];
@@ -1217,10 +1263,10 @@ void delta_jacobian_space_dot(const double q[3], const double qd[3], double J_do
   const double v42 = 0.8660254037844386 * v23;
   const double v43 = 0.5 * v23;
   const double v44 = v24 - 0.05;
-  const double v45 = sq(v25);
+  const double v45 = v25 * v25;
   const double v46 = 0.5 * v26;
   const double v47 = 0.8660254037844386 * v26;
-  const double v48 = sq(v27);
+  const double v48 = v27 * v27;
   const double v49 = v42 - 0.02;
   const double v50 = v43 + 0.034641016151377546;
   const double v51 = 0.034641016151377546 - v46;
@@ -1229,17 +1275,17 @@ void delta_jacobian_space_dot(const double q[3], const double qd[3], double J_do
   const double v54 = 0.05964101615137755 - v50;
   const double v55 = v51 - 0.009641016151377546;
   const double v56 = 0.06330127018922194 - v52;
-  const double v57 = sq(v53);
+  const double v57 = v53 * v53;
   const double v58 = v54 - v44;
   const double v59 = v55 - v44;
   const double v60 = v53 * v27;
   const double v61 = v56 * v25;
-  const double v62 = sq(v56);
-  const double v63 = sq(v58);
+  const double v62 = v56 * v56;
+  const double v63 = v58 * v58;
   const double v64 = v25 * v59;
   const double v65 = v58 * v27;
   const double v66 = v60 - v61;
-  const double v67 = sq(v59);
+  const double v67 = v59 * v59;
   const double v68 = v56 * v58;
   const double v69 = v53 * v59;
   const double v70 = v57 + v63;
@@ -1247,7 +1293,7 @@ void delta_jacobian_space_dot(const double q[3], const double qd[3], double J_do
   const double v72 = v56 * v66;
   const double v73 = v62 + v67;
   const double v74 = v53 * v66;
-  const double v75 = sq(v66);
+  const double v75 = v66 * v66;
   const double v76 = v68 - v69;
   const double v77 = v27 * v66;
   const double v78 = v25 * v66;
@@ -1255,8 +1301,8 @@ void delta_jacobian_space_dot(const double q[3], const double qd[3], double J_do
   const double v80 = v59 * v71;
   const double v81 = v73 + v48;
   const double v82 = v58 * v71;
-  const double v83 = sq(v71);
-  const double v84 = sq(v76);
+  const double v83 = v71 * v71;
+  const double v84 = v76 * v76;
   const double v85 = v56 * v76;
   const double v86 = v27 * v71;
   const double v87 = v25 * v71;
@@ -1286,9 +1332,9 @@ void delta_jacobian_space_dot(const double q[3], const double qd[3], double J_do
   const double v111 = v108 / v102;
   const double v112 = v109 / v102;
   const double v113 = v110 - v8;
-  const double v114 = sq(v111);
-  const double v115 = sq(v112);
-  const double v116 = sq(v110);
+  const double v114 = v111 * v111;
+  const double v115 = v112 * v112;
+  const double v116 = v110 * v110;
   const double v117 = v44 + v111;
   const double v118 = v114 + v115;
   const double v119 = v118 + v116;
@@ -1384,7 +1430,7 @@ void delta_jacobian_space_dot(const double q[3], const double qd[3], double J_do
   const double v209 = v190 / v202;
   const double v210 = v191 / v202;
   const double v211 = v183 / v202;
-  const double v212 = sq(v202);
+  const double v212 = v202 * v202;
   const double v213 = v194 * v203;
   const double v214 = v198 * v204;
   const double v215 = v187 * v205;
@@ -1575,21 +1621,27 @@ void delta_jacobian_space_dot(const double q[3], const double qd[3], double J_do
   const double v396 = -v391;
   J_dot[7] = v392;
   J_dot[8] = v393;
+  // column 1 of J_dot
   J_dot[0] = v394;
   J_dot[3] = v395;
   J_dot[6] = v396;
 }
 
+// Time derivative of jacobian_body at joint rates qd.
+// 396 operations: multiply 207, add 148, negate 3, trig 6, other 32
 void delta_jacobian_body_dot(const double q[3], const double qd[3], double J_dot[18]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
   const double qd_2 = qd[2];
+  // cosines and sines
   const double angle[3] = {q_0, q_1, q_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of J_dot
   J_dot[9] = 0.0;
   J_dot[10] = 0.0;
   J_dot[11] = 0.0;
@@ -1599,6 +1651,7 @@ void delta_jacobian_body_dot(const double q[3], const double qd[3], double J_dot
   J_dot[15] = 0.0;
   J_dot[16] = 0.0;
   J_dot[17] = 0.0;
+  // shared terms; columns 2 and 3 of J_dot
   const double v7 = 0.26 * c[0];
   const double v8 = 0.26 * s[0];
   const double v9 = 0.26 * c[1];
@@ -1637,10 +1690,10 @@ void delta_jacobian_body_dot(const double q[3], const double qd[3], double J_dot
   const double v42 = 0.8660254037844386 * v23;
   const double v43 = 0.5 * v23;
   const double v44 = v24 - 0.05;
-  const double v45 = sq(v25);
+  const double v45 = v25 * v25;
   const double v46 = 0.5 * v26;
   const double v47 = 0.8660254037844386 * v26;
-  const double v48 = sq(v27);
+  const double v48 = v27 * v27;
   const double v49 = v42 - 0.02;
   const double v50 = v43 + 0.034641016151377546;
   const double v51 = 0.034641016151377546 - v46;
@@ -1649,17 +1702,17 @@ void delta_jacobian_body_dot(const double q[3], const double qd[3], double J_dot
   const double v54 = 0.05964101615137755 - v50;
   const double v55 = v51 - 0.009641016151377546;
   const double v56 = 0.06330127018922194 - v52;
-  const double v57 = sq(v53);
+  const double v57 = v53 * v53;
   const double v58 = v54 - v44;
   const double v59 = v55 - v44;
   const double v60 = v53 * v27;
   const double v61 = v56 * v25;
-  const double v62 = sq(v56);
-  const double v63 = sq(v58);
+  const double v62 = v56 * v56;
+  const double v63 = v58 * v58;
   const double v64 = v25 * v59;
   const double v65 = v58 * v27;
   const double v66 = v60 - v61;
-  const double v67 = sq(v59);
+  const double v67 = v59 * v59;
   const double v68 = v56 * v58;
   const double v69 = v53 * v59;
   const double v70 = v57 + v63;
@@ -1667,7 +1720,7 @@ void delta_jacobian_body_dot(const double q[3], const double qd[3], double J_dot
   const double v72 = v56 * v66;
   const double v73 = v62 + v67;
   const double v74 = v53 * v66;
-  const double v75 = sq(v66);
+  const double v75 = v66 * v66;
   const double v76 = v68 - v69;
   const double v77 = v27 * v66;
   const double v78 = v25 * v66;
@@ -1675,8 +1728,8 @@ void delta_jacobian_body_dot(const double q[3], const double qd[3], double J_dot
   const double v80 = v59 * v71;
   const double v81 = v73 + v48;
   const double v82 = v58 * v71;
-  const double v83 = sq(v71);
-  const double v84 = sq(v76);
+  const double v83 = v71 * v71;
+  const double v84 = v76 * v76;
   const double v85 = v56 * v76;
   const double v86 = v27 * v71;
   const double v87 = v25 * v71;
@@ -1706,9 +1759,9 @@ void delta_jacobian_body_dot(const double q[3], const double qd[3], double J_dot
   const double v111 = v108 / v102;
   const double v112 = v109 / v102;
   const double v113 = v110 - v8;
-  const double v114 = sq(v111);
-  const double v115 = sq(v112);
-  const double v116 = sq(v110);
+  const double v114 = v111 * v111;
+  const double v115 = v112 * v112;
+  const double v116 = v110 * v110;
   const double v117 = v44 + v111;
   const double v118 = v114 + v115;
   const double v119 = v118 + v116;
@@ -1804,7 +1857,7 @@ void delta_jacobian_body_dot(const double q[3], const double qd[3], double J_dot
   const double v209 = v190 / v202;
   const double v210 = v191 / v202;
   const double v211 = v183 / v202;
-  const double v212 = sq(v202);
+  const double v212 = v202 * v202;
   const double v213 = v194 * v203;
   const double v214 = v198 * v204;
   const double v215 = v187 * v205;
@@ -1995,21 +2048,27 @@ void delta_jacobian_body_dot(const double q[3], const double qd[3], double J_dot
   const double v396 = -v391;
   J_dot[7] = v392;
   J_dot[8] = v393;
+  // column 1 of J_dot
   J_dot[0] = v394;
   J_dot[3] = v395;
   J_dot[6] = v396;
 }
 
+// Time derivative of jacobian_mixed at joint rates qd.
+// 396 operations: multiply 207, add 148, negate 3, trig 6, other 32
 void delta_jacobian_mixed_dot(const double q[3], const double qd[3], double J_dot[18]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
   const double qd_2 = qd[2];
+  // cosines and sines
   const double angle[3] = {q_0, q_1, q_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of J_dot
   J_dot[9] = 0.0;
   J_dot[10] = 0.0;
   J_dot[11] = 0.0;
@@ -2019,6 +2078,7 @@ void delta_jacobian_mixed_dot(const double q[3], const double qd[3], double J_do
   J_dot[15] = 0.0;
   J_dot[16] = 0.0;
   J_dot[17] = 0.0;
+  // shared terms; columns 2 and 3 of J_dot
   const double v7 = 0.26 * c[0];
   const double v8 = 0.26 * s[0];
   const double v9 = 0.26 * c[1];
@@ -2057,10 +2117,10 @@ void delta_jacobian_mixed_dot(const double q[3], const double qd[3], double J_do
   const double v42 = 0.8660254037844386 * v23;
   const double v43 = 0.5 * v23;
   const double v44 = v24 - 0.05;
-  const double v45 = sq(v25);
+  const double v45 = v25 * v25;
   const double v46 = 0.5 * v26;
   const double v47 = 0.8660254037844386 * v26;
-  const double v48 = sq(v27);
+  const double v48 = v27 * v27;
   const double v49 = v42 - 0.02;
   const double v50 = v43 + 0.034641016151377546;
   const double v51 = 0.034641016151377546 - v46;
@@ -2069,17 +2129,17 @@ void delta_jacobian_mixed_dot(const double q[3], const double qd[3], double J_do
   const double v54 = 0.05964101615137755 - v50;
   const double v55 = v51 - 0.009641016151377546;
   const double v56 = 0.06330127018922194 - v52;
-  const double v57 = sq(v53);
+  const double v57 = v53 * v53;
   const double v58 = v54 - v44;
   const double v59 = v55 - v44;
   const double v60 = v53 * v27;
   const double v61 = v56 * v25;
-  const double v62 = sq(v56);
-  const double v63 = sq(v58);
+  const double v62 = v56 * v56;
+  const double v63 = v58 * v58;
   const double v64 = v25 * v59;
   const double v65 = v58 * v27;
   const double v66 = v60 - v61;
-  const double v67 = sq(v59);
+  const double v67 = v59 * v59;
   const double v68 = v56 * v58;
   const double v69 = v53 * v59;
   const double v70 = v57 + v63;
@@ -2087,7 +2147,7 @@ void delta_jacobian_mixed_dot(const double q[3], const double qd[3], double J_do
   const double v72 = v56 * v66;
   const double v73 = v62 + v67;
   const double v74 = v53 * v66;
-  const double v75 = sq(v66);
+  const double v75 = v66 * v66;
   const double v76 = v68 - v69;
   const double v77 = v27 * v66;
   const double v78 = v25 * v66;
@@ -2095,8 +2155,8 @@ void delta_jacobian_mixed_dot(const double q[3], const double qd[3], double J_do
   const double v80 = v59 * v71;
   const double v81 = v73 + v48;
   const double v82 = v58 * v71;
-  const double v83 = sq(v71);
-  const double v84 = sq(v76);
+  const double v83 = v71 * v71;
+  const double v84 = v76 * v76;
   const double v85 = v56 * v76;
   const double v86 = v27 * v71;
   const double v87 = v25 * v71;
@@ -2126,9 +2186,9 @@ void delta_jacobian_mixed_dot(const double q[3], const double qd[3], double J_do
   const double v111 = v108 / v102;
   const double v112 = v109 / v102;
   const double v113 = v110 - v8;
-  const double v114 = sq(v111);
-  const double v115 = sq(v112);
-  const double v116 = sq(v110);
+  const double v114 = v111 * v111;
+  const double v115 = v112 * v112;
+  const double v116 = v110 * v110;
   const double v117 = v44 + v111;
   const double v118 = v114 + v115;
   const double v119 = v118 + v116;
@@ -2224,7 +2284,7 @@ void delta_jacobian_mixed_dot(const double q[3], const double qd[3], double J_do
   const double v209 = v190 / v202;
   const double v210 = v191 / v202;
   const double v211 = v183 / v202;
-  const double v212 = sq(v202);
+  const double v212 = v202 * v202;
   const double v213 = v194 * v203;
   const double v214 = v198 * v204;
   const double v215 = v187 * v205;
@@ -2415,18 +2475,24 @@ void delta_jacobian_mixed_dot(const double q[3], const double qd[3], double J_do
   const double v396 = -v391;
   J_dot[7] = v392;
   J_dot[8] = v393;
+  // column 1 of J_dot
   J_dot[0] = v394;
   J_dot[3] = v395;
   J_dot[6] = v396;
 }
 
+// Derivative of jacobian_mixed by the joint coordinates.
+// 627 operations: multiply 315, add 247, negate 9, trig 6, other 50
 void delta_hessian_mixed(const double q[3], double H[54]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // cosines and sines
   const double angle[3] = {q_0, q_1, q_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of H
   H[27] = 0.0;
   H[28] = 0.0;
   H[29] = 0.0;
@@ -2454,6 +2520,7 @@ void delta_hessian_mixed(const double q[3], double H[54]) {
   H[51] = 0.0;
   H[52] = 0.0;
   H[53] = 0.0;
+  // shared terms; H
   const double v7 = 0.26 * c[0];
   const double v8 = 0.26 * s[0];
   const double v9 = 0.26 * c[1];
@@ -2476,10 +2543,10 @@ void delta_hessian_mixed(const double q[3], double H[54]) {
   const double v26 = 0.8660254037844386 * v21;
   const double v27 = 0.5 * v21;
   const double v28 = v22 - 0.05;
-  const double v29 = sq(v23);
+  const double v29 = v23 * v23;
   const double v30 = 0.5 * v24;
   const double v31 = 0.8660254037844386 * v24;
-  const double v32 = sq(v25);
+  const double v32 = v25 * v25;
   const double v33 = v26 - 0.02;
   const double v34 = v27 + 0.034641016151377546;
   const double v35 = 0.034641016151377546 - v30;
@@ -2488,17 +2555,17 @@ void delta_hessian_mixed(const double q[3], double H[54]) {
   const double v38 = 0.05964101615137755 - v34;
   const double v39 = v35 - 0.009641016151377546;
   const double v40 = 0.06330127018922194 - v36;
-  const double v41 = sq(v37);
+  const double v41 = v37 * v37;
   const double v42 = v38 - v28;
   const double v43 = v39 - v28;
   const double v44 = v37 * v25;
   const double v45 = v40 * v23;
-  const double v46 = sq(v40);
-  const double v47 = sq(v42);
+  const double v46 = v40 * v40;
+  const double v47 = v42 * v42;
   const double v48 = v23 * v43;
   const double v49 = v42 * v25;
   const double v50 = v44 - v45;
-  const double v51 = sq(v43);
+  const double v51 = v43 * v43;
   const double v52 = v40 * v42;
   const double v53 = v37 * v43;
   const double v54 = v41 + v47;
@@ -2506,7 +2573,7 @@ void delta_hessian_mixed(const double q[3], double H[54]) {
   const double v56 = v40 * v50;
   const double v57 = v46 + v51;
   const double v58 = v37 * v50;
-  const double v59 = sq(v50);
+  const double v59 = v50 * v50;
   const double v60 = v52 - v53;
   const double v61 = v25 * v50;
   const double v62 = v23 * v50;
@@ -2514,8 +2581,8 @@ void delta_hessian_mixed(const double q[3], double H[54]) {
   const double v64 = v43 * v55;
   const double v65 = v57 + v32;
   const double v66 = v42 * v55;
-  const double v67 = sq(v55);
-  const double v68 = sq(v60);
+  const double v67 = v55 * v55;
+  const double v68 = v60 * v60;
   const double v69 = v40 * v60;
   const double v70 = v25 * v55;
   const double v71 = v23 * v55;
@@ -2545,9 +2612,9 @@ void delta_hessian_mixed(const double q[3], double H[54]) {
   const double v95 = v92 / v86;
   const double v96 = v93 / v86;
   const double v97 = v94 - v8;
-  const double v98 = sq(v95);
-  const double v99 = sq(v96);
-  const double v100 = sq(v94);
+  const double v98 = v95 * v95;
+  const double v99 = v96 * v96;
+  const double v100 = v94 * v94;
   const double v101 = v28 + v95;
   const double v102 = v98 + v99;
   const double v103 = v102 + v100;
@@ -2623,7 +2690,7 @@ void delta_hessian_mixed(const double q[3], double H[54]) {
   const double v173 = v172 + v169;
   const double v174 = v156 / v173;
   const double v175 = v158 / v173;
-  const double v176 = sq(v173);
+  const double v176 = v173 * v173;
   const double v177 = v157 / v173;
   const double v178 = v159 / v173;
   const double v179 = v161 / v173;
@@ -3084,6 +3151,7 @@ void delta_hessian_mixed(const double q[3], double H[54]) {
   const double v624 = v429 + v607;
   H[25] = v608;
   H[26] = v609;
+  // shared terms; H
   const double v625 = -v610;
   H[1] = v611;
   H[2] = v612;
@@ -3099,24 +3167,31 @@ void delta_hessian_mixed(const double q[3], double H[54]) {
   H[20] = v622;
   H[21] = v623;
   H[24] = v624;
+  // H
   H[0] = v625;
   H[9] = v626;
   H[18] = v627;
 }
 
+// Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+// 195 operations: multiply 103, add 72, trig 6, other 14
 void delta_twist_space(const double q[3], const double qd[3], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
   const double qd_2 = qd[2];
+  // cosines and sines
   const double angle[3] = {q_1, q_0, q_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of V
   V[3] = 0.0;
   V[4] = 0.0;
   V[5] = 0.0;
+  // shared terms; V
   const double v7 = s[0] * qd_1;
   const double v8 = 0.26 * c[1];
   const double v9 = 0.26 * c[0];
@@ -3145,10 +3220,10 @@ void delta_twist_space(const double q[3], const double qd[3], double V[6]) {
   const double v32 = v20 - 0.05;
   const double v33 = 0.8660254037844386 * v21;
   const double v34 = 0.5 * v21;
-  const double v35 = sq(v22);
+  const double v35 = v22 * v22;
   const double v36 = 0.8660254037844386 * v23;
   const double v37 = 0.5 * v23;
-  const double v38 = sq(v24);
+  const double v38 = v24 * v24;
   const double v39 = v33 - 0.02;
   const double v40 = v34 + 0.034641016151377546;
   const double v41 = 0.02 + v36;
@@ -3157,24 +3232,24 @@ void delta_twist_space(const double q[3], const double qd[3], double V[6]) {
   const double v44 = 0.05964101615137755 - v40;
   const double v45 = 0.06330127018922194 - v41;
   const double v46 = v42 - 0.009641016151377546;
-  const double v47 = sq(v43);
+  const double v47 = v43 * v43;
   const double v48 = v44 - v32;
   const double v49 = v46 - v32;
-  const double v50 = sq(v45);
+  const double v50 = v45 * v45;
   const double v51 = v43 * v24;
   const double v52 = v45 * v22;
-  const double v53 = sq(v48);
+  const double v53 = v48 * v48;
   const double v54 = v45 * v48;
   const double v55 = v43 * v49;
   const double v56 = v22 * v49;
   const double v57 = v48 * v24;
-  const double v58 = sq(v49);
+  const double v58 = v49 * v49;
   const double v59 = v51 - v52;
   const double v60 = v47 + v53;
   const double v61 = v54 - v55;
   const double v62 = v56 - v57;
   const double v63 = v50 + v58;
-  const double v64 = sq(v59);
+  const double v64 = v59 * v59;
   const double v65 = v24 * v59;
   const double v66 = v22 * v59;
   const double v67 = v45 * v59;
@@ -3185,8 +3260,8 @@ void delta_twist_space(const double q[3], const double qd[3], double V[6]) {
   const double v72 = v63 + v38;
   const double v73 = v22 * v62;
   const double v74 = v43 * v61;
-  const double v75 = sq(v62);
-  const double v76 = sq(v61);
+  const double v75 = v62 * v62;
+  const double v76 = v61 * v61;
   const double v77 = v49 * v61;
   const double v78 = v48 * v61;
   const double v79 = v49 * v62;
@@ -3214,9 +3289,9 @@ void delta_twist_space(const double q[3], const double qd[3], double V[6]) {
   const double v101 = v98 / v92;
   const double v102 = v99 / v92;
   const double v103 = v32 + v100;
-  const double v104 = sq(v100);
-  const double v105 = sq(v101);
-  const double v106 = sq(v102);
+  const double v104 = v100 * v100;
+  const double v105 = v101 * v101;
+  const double v106 = v102 * v102;
   const double v107 = v102 - v10;
   const double v108 = v104 + v105;
   const double v109 = v108 + v106;
@@ -3311,19 +3386,25 @@ void delta_twist_space(const double q[3], const double qd[3], double V[6]) {
   V[2] = v195;
 }
 
+// Twist (v, omega) of the tool's origin, in tool axes.
+// 195 operations: multiply 103, add 72, trig 6, other 14
 void delta_twist_body(const double q[3], const double qd[3], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
   const double qd_2 = qd[2];
+  // cosines and sines
   const double angle[3] = {q_1, q_0, q_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of V
   V[3] = 0.0;
   V[4] = 0.0;
   V[5] = 0.0;
+  // shared terms; V
   const double v7 = s[0] * qd_1;
   const double v8 = 0.26 * c[1];
   const double v9 = 0.26 * c[0];
@@ -3352,10 +3433,10 @@ void delta_twist_body(const double q[3], const double qd[3], double V[6]) {
   const double v32 = v20 - 0.05;
   const double v33 = 0.8660254037844386 * v21;
   const double v34 = 0.5 * v21;
-  const double v35 = sq(v22);
+  const double v35 = v22 * v22;
   const double v36 = 0.8660254037844386 * v23;
   const double v37 = 0.5 * v23;
-  const double v38 = sq(v24);
+  const double v38 = v24 * v24;
   const double v39 = v33 - 0.02;
   const double v40 = v34 + 0.034641016151377546;
   const double v41 = 0.02 + v36;
@@ -3364,24 +3445,24 @@ void delta_twist_body(const double q[3], const double qd[3], double V[6]) {
   const double v44 = 0.05964101615137755 - v40;
   const double v45 = 0.06330127018922194 - v41;
   const double v46 = v42 - 0.009641016151377546;
-  const double v47 = sq(v43);
+  const double v47 = v43 * v43;
   const double v48 = v44 - v32;
   const double v49 = v46 - v32;
-  const double v50 = sq(v45);
+  const double v50 = v45 * v45;
   const double v51 = v43 * v24;
   const double v52 = v45 * v22;
-  const double v53 = sq(v48);
+  const double v53 = v48 * v48;
   const double v54 = v45 * v48;
   const double v55 = v43 * v49;
   const double v56 = v22 * v49;
   const double v57 = v48 * v24;
-  const double v58 = sq(v49);
+  const double v58 = v49 * v49;
   const double v59 = v51 - v52;
   const double v60 = v47 + v53;
   const double v61 = v54 - v55;
   const double v62 = v56 - v57;
   const double v63 = v50 + v58;
-  const double v64 = sq(v59);
+  const double v64 = v59 * v59;
   const double v65 = v24 * v59;
   const double v66 = v22 * v59;
   const double v67 = v45 * v59;
@@ -3392,8 +3473,8 @@ void delta_twist_body(const double q[3], const double qd[3], double V[6]) {
   const double v72 = v63 + v38;
   const double v73 = v22 * v62;
   const double v74 = v43 * v61;
-  const double v75 = sq(v62);
-  const double v76 = sq(v61);
+  const double v75 = v62 * v62;
+  const double v76 = v61 * v61;
   const double v77 = v49 * v61;
   const double v78 = v48 * v61;
   const double v79 = v49 * v62;
@@ -3421,9 +3502,9 @@ void delta_twist_body(const double q[3], const double qd[3], double V[6]) {
   const double v101 = v98 / v92;
   const double v102 = v99 / v92;
   const double v103 = v32 + v100;
-  const double v104 = sq(v100);
-  const double v105 = sq(v101);
-  const double v106 = sq(v102);
+  const double v104 = v100 * v100;
+  const double v105 = v101 * v101;
+  const double v106 = v102 * v102;
   const double v107 = v102 - v10;
   const double v108 = v104 + v105;
   const double v109 = v108 + v106;
@@ -3518,19 +3599,25 @@ void delta_twist_body(const double q[3], const double qd[3], double V[6]) {
   V[2] = v195;
 }
 
+// Twist (v, omega) of the tool's origin, in base axes.
+// 195 operations: multiply 103, add 72, trig 6, other 14
 void delta_twist_mixed(const double q[3], const double qd[3], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
   const double qd_2 = qd[2];
+  // cosines and sines
   const double angle[3] = {q_1, q_0, q_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of V
   V[3] = 0.0;
   V[4] = 0.0;
   V[5] = 0.0;
+  // shared terms; V
   const double v7 = s[0] * qd_1;
   const double v8 = 0.26 * c[1];
   const double v9 = 0.26 * c[0];
@@ -3559,10 +3646,10 @@ void delta_twist_mixed(const double q[3], const double qd[3], double V[6]) {
   const double v32 = v20 - 0.05;
   const double v33 = 0.8660254037844386 * v21;
   const double v34 = 0.5 * v21;
-  const double v35 = sq(v22);
+  const double v35 = v22 * v22;
   const double v36 = 0.8660254037844386 * v23;
   const double v37 = 0.5 * v23;
-  const double v38 = sq(v24);
+  const double v38 = v24 * v24;
   const double v39 = v33 - 0.02;
   const double v40 = v34 + 0.034641016151377546;
   const double v41 = 0.02 + v36;
@@ -3571,24 +3658,24 @@ void delta_twist_mixed(const double q[3], const double qd[3], double V[6]) {
   const double v44 = 0.05964101615137755 - v40;
   const double v45 = 0.06330127018922194 - v41;
   const double v46 = v42 - 0.009641016151377546;
-  const double v47 = sq(v43);
+  const double v47 = v43 * v43;
   const double v48 = v44 - v32;
   const double v49 = v46 - v32;
-  const double v50 = sq(v45);
+  const double v50 = v45 * v45;
   const double v51 = v43 * v24;
   const double v52 = v45 * v22;
-  const double v53 = sq(v48);
+  const double v53 = v48 * v48;
   const double v54 = v45 * v48;
   const double v55 = v43 * v49;
   const double v56 = v22 * v49;
   const double v57 = v48 * v24;
-  const double v58 = sq(v49);
+  const double v58 = v49 * v49;
   const double v59 = v51 - v52;
   const double v60 = v47 + v53;
   const double v61 = v54 - v55;
   const double v62 = v56 - v57;
   const double v63 = v50 + v58;
-  const double v64 = sq(v59);
+  const double v64 = v59 * v59;
   const double v65 = v24 * v59;
   const double v66 = v22 * v59;
   const double v67 = v45 * v59;
@@ -3599,8 +3686,8 @@ void delta_twist_mixed(const double q[3], const double qd[3], double V[6]) {
   const double v72 = v63 + v38;
   const double v73 = v22 * v62;
   const double v74 = v43 * v61;
-  const double v75 = sq(v62);
-  const double v76 = sq(v61);
+  const double v75 = v62 * v62;
+  const double v76 = v61 * v61;
   const double v77 = v49 * v61;
   const double v78 = v48 * v61;
   const double v79 = v49 * v62;
@@ -3628,9 +3715,9 @@ void delta_twist_mixed(const double q[3], const double qd[3], double V[6]) {
   const double v101 = v98 / v92;
   const double v102 = v99 / v92;
   const double v103 = v32 + v100;
-  const double v104 = sq(v100);
-  const double v105 = sq(v101);
-  const double v106 = sq(v102);
+  const double v104 = v100 * v100;
+  const double v105 = v101 * v101;
+  const double v106 = v102 * v102;
   const double v107 = v102 - v10;
   const double v108 = v104 + v105;
   const double v109 = v108 + v106;
@@ -3725,7 +3812,10 @@ void delta_twist_mixed(const double q[3], const double qd[3], double V[6]) {
   V[2] = v195;
 }
 
+// Time derivative of twist_space at rates qd and accelerations qdd.
+// 402 operations: multiply 209, add 155, trig 6, other 32
 void delta_acceleration_space(const double q[3], const double qd[3], const double qdd[3], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -3735,12 +3825,15 @@ void delta_acceleration_space(const double q[3], const double qd[3], const doubl
   const double qdd_0 = qdd[0];
   const double qdd_1 = qdd[1];
   const double qdd_2 = qdd[2];
+  // cosines and sines
   const double angle[3] = {q_1, q_0, q_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of A
   A[3] = 0.0;
   A[4] = 0.0;
   A[5] = 0.0;
+  // shared terms; A
   const double v7 = s[0] * qd_1;
   const double v8 = 0.26 * c[1];
   const double v9 = 0.26 * c[0];
@@ -3781,10 +3874,10 @@ void delta_acceleration_space(const double q[3], const double qd[3], const doubl
   const double v44 = v26 - 0.05;
   const double v45 = 0.8660254037844386 * v27;
   const double v46 = 0.5 * v27;
-  const double v47 = sq(v28);
+  const double v47 = v28 * v28;
   const double v48 = 0.8660254037844386 * v29;
   const double v49 = 0.5 * v29;
-  const double v50 = sq(v30);
+  const double v50 = v30 * v30;
   const double v51 = v38 + v19;
   const double v52 = v20 - v39;
   const double v53 = v21 + v40;
@@ -3807,24 +3900,24 @@ void delta_acceleration_space(const double q[3], const double qd[3], const doubl
   const double v70 = 0.05964101615137755 - v58;
   const double v71 = 0.06330127018922194 - v59;
   const double v72 = v60 - 0.009641016151377546;
-  const double v73 = sq(v69);
+  const double v73 = v69 * v69;
   const double v74 = v70 - v44;
   const double v75 = v72 - v44;
-  const double v76 = sq(v71);
+  const double v76 = v71 * v71;
   const double v77 = v69 * v30;
   const double v78 = v71 * v28;
-  const double v79 = sq(v74);
+  const double v79 = v74 * v74;
   const double v80 = v71 * v74;
   const double v81 = v69 * v75;
   const double v82 = v28 * v75;
   const double v83 = v74 * v30;
-  const double v84 = sq(v75);
+  const double v84 = v75 * v75;
   const double v85 = v77 - v78;
   const double v86 = v73 + v79;
   const double v87 = v80 - v81;
   const double v88 = v82 - v83;
   const double v89 = v76 + v84;
-  const double v90 = sq(v85);
+  const double v90 = v85 * v85;
   const double v91 = v30 * v85;
   const double v92 = v28 * v85;
   const double v93 = v71 * v85;
@@ -3835,8 +3928,8 @@ void delta_acceleration_space(const double q[3], const double qd[3], const doubl
   const double v98 = v89 + v50;
   const double v99 = v28 * v88;
   const double v100 = v69 * v87;
-  const double v101 = sq(v88);
-  const double v102 = sq(v87);
+  const double v101 = v88 * v88;
+  const double v102 = v87 * v87;
   const double v103 = v75 * v87;
   const double v104 = v74 * v87;
   const double v105 = v75 * v88;
@@ -3864,9 +3957,9 @@ void delta_acceleration_space(const double q[3], const double qd[3], const doubl
   const double v127 = v124 / v118;
   const double v128 = v125 / v118;
   const double v129 = v44 + v126;
-  const double v130 = sq(v126);
-  const double v131 = sq(v127);
-  const double v132 = sq(v128);
+  const double v130 = v126 * v126;
+  const double v131 = v127 * v127;
+  const double v132 = v128 * v128;
   const double v133 = v128 - v10;
   const double v134 = v130 + v131;
   const double v135 = v134 + v132;
@@ -3949,7 +4042,7 @@ void delta_acceleration_space(const double q[3], const double qd[3], const doubl
   const double v212 = v197 / v205;
   const double v213 = v198 / v205;
   const double v214 = v190 / v205;
-  const double v215 = sq(v205);
+  const double v215 = v205 * v205;
   const double v216 = v199 * v206;
   const double v217 = v203 * v207;
   const double v218 = v194 * v208;
@@ -4138,11 +4231,15 @@ void delta_acceleration_space(const double q[3], const double qd[3], const doubl
   const double v401 = v398 - v339;
   const double v402 = v399 - v343;
   A[2] = v400;
+  // A
   A[0] = v401;
   A[1] = v402;
 }
 
+// Time derivative of twist_body at rates qd and accelerations qdd.
+// 402 operations: multiply 209, add 155, trig 6, other 32
 void delta_acceleration_body(const double q[3], const double qd[3], const double qdd[3], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -4152,12 +4249,15 @@ void delta_acceleration_body(const double q[3], const double qd[3], const double
   const double qdd_0 = qdd[0];
   const double qdd_1 = qdd[1];
   const double qdd_2 = qdd[2];
+  // cosines and sines
   const double angle[3] = {q_1, q_0, q_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of A
   A[3] = 0.0;
   A[4] = 0.0;
   A[5] = 0.0;
+  // shared terms; A
   const double v7 = s[0] * qd_1;
   const double v8 = 0.26 * c[1];
   const double v9 = 0.26 * c[0];
@@ -4198,10 +4298,10 @@ void delta_acceleration_body(const double q[3], const double qd[3], const double
   const double v44 = v26 - 0.05;
   const double v45 = 0.8660254037844386 * v27;
   const double v46 = 0.5 * v27;
-  const double v47 = sq(v28);
+  const double v47 = v28 * v28;
   const double v48 = 0.8660254037844386 * v29;
   const double v49 = 0.5 * v29;
-  const double v50 = sq(v30);
+  const double v50 = v30 * v30;
   const double v51 = v38 + v19;
   const double v52 = v20 - v39;
   const double v53 = v21 + v40;
@@ -4224,24 +4324,24 @@ void delta_acceleration_body(const double q[3], const double qd[3], const double
   const double v70 = 0.05964101615137755 - v58;
   const double v71 = 0.06330127018922194 - v59;
   const double v72 = v60 - 0.009641016151377546;
-  const double v73 = sq(v69);
+  const double v73 = v69 * v69;
   const double v74 = v70 - v44;
   const double v75 = v72 - v44;
-  const double v76 = sq(v71);
+  const double v76 = v71 * v71;
   const double v77 = v69 * v30;
   const double v78 = v71 * v28;
-  const double v79 = sq(v74);
+  const double v79 = v74 * v74;
   const double v80 = v71 * v74;
   const double v81 = v69 * v75;
   const double v82 = v28 * v75;
   const double v83 = v74 * v30;
-  const double v84 = sq(v75);
+  const double v84 = v75 * v75;
   const double v85 = v77 - v78;
   const double v86 = v73 + v79;
   const double v87 = v80 - v81;
   const double v88 = v82 - v83;
   const double v89 = v76 + v84;
-  const double v90 = sq(v85);
+  const double v90 = v85 * v85;
   const double v91 = v30 * v85;
   const double v92 = v28 * v85;
   const double v93 = v71 * v85;
@@ -4252,8 +4352,8 @@ void delta_acceleration_body(const double q[3], const double qd[3], const double
   const double v98 = v89 + v50;
   const double v99 = v28 * v88;
   const double v100 = v69 * v87;
-  const double v101 = sq(v88);
-  const double v102 = sq(v87);
+  const double v101 = v88 * v88;
+  const double v102 = v87 * v87;
   const double v103 = v75 * v87;
   const double v104 = v74 * v87;
   const double v105 = v75 * v88;
@@ -4281,9 +4381,9 @@ void delta_acceleration_body(const double q[3], const double qd[3], const double
   const double v127 = v124 / v118;
   const double v128 = v125 / v118;
   const double v129 = v44 + v126;
-  const double v130 = sq(v126);
-  const double v131 = sq(v127);
-  const double v132 = sq(v128);
+  const double v130 = v126 * v126;
+  const double v131 = v127 * v127;
+  const double v132 = v128 * v128;
   const double v133 = v128 - v10;
   const double v134 = v130 + v131;
   const double v135 = v134 + v132;
@@ -4366,7 +4466,7 @@ void delta_acceleration_body(const double q[3], const double qd[3], const double
   const double v212 = v197 / v205;
   const double v213 = v198 / v205;
   const double v214 = v190 / v205;
-  const double v215 = sq(v205);
+  const double v215 = v205 * v205;
   const double v216 = v199 * v206;
   const double v217 = v203 * v207;
   const double v218 = v194 * v208;
@@ -4555,11 +4655,15 @@ void delta_acceleration_body(const double q[3], const double qd[3], const double
   const double v401 = v398 - v339;
   const double v402 = v399 - v343;
   A[2] = v400;
+  // A
   A[0] = v401;
   A[1] = v402;
 }
 
+// Time derivative of twist_mixed at rates qd and accelerations qdd.
+// 402 operations: multiply 209, add 155, trig 6, other 32
 void delta_acceleration_mixed(const double q[3], const double qd[3], const double qdd[3], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -4569,12 +4673,15 @@ void delta_acceleration_mixed(const double q[3], const double qd[3], const doubl
   const double qdd_0 = qdd[0];
   const double qdd_1 = qdd[1];
   const double qdd_2 = qdd[2];
+  // cosines and sines
   const double angle[3] = {q_1, q_0, q_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of A
   A[3] = 0.0;
   A[4] = 0.0;
   A[5] = 0.0;
+  // shared terms; A
   const double v7 = s[0] * qd_1;
   const double v8 = 0.26 * c[1];
   const double v9 = 0.26 * c[0];
@@ -4615,10 +4722,10 @@ void delta_acceleration_mixed(const double q[3], const double qd[3], const doubl
   const double v44 = v26 - 0.05;
   const double v45 = 0.8660254037844386 * v27;
   const double v46 = 0.5 * v27;
-  const double v47 = sq(v28);
+  const double v47 = v28 * v28;
   const double v48 = 0.8660254037844386 * v29;
   const double v49 = 0.5 * v29;
-  const double v50 = sq(v30);
+  const double v50 = v30 * v30;
   const double v51 = v38 + v19;
   const double v52 = v20 - v39;
   const double v53 = v21 + v40;
@@ -4641,24 +4748,24 @@ void delta_acceleration_mixed(const double q[3], const double qd[3], const doubl
   const double v70 = 0.05964101615137755 - v58;
   const double v71 = 0.06330127018922194 - v59;
   const double v72 = v60 - 0.009641016151377546;
-  const double v73 = sq(v69);
+  const double v73 = v69 * v69;
   const double v74 = v70 - v44;
   const double v75 = v72 - v44;
-  const double v76 = sq(v71);
+  const double v76 = v71 * v71;
   const double v77 = v69 * v30;
   const double v78 = v71 * v28;
-  const double v79 = sq(v74);
+  const double v79 = v74 * v74;
   const double v80 = v71 * v74;
   const double v81 = v69 * v75;
   const double v82 = v28 * v75;
   const double v83 = v74 * v30;
-  const double v84 = sq(v75);
+  const double v84 = v75 * v75;
   const double v85 = v77 - v78;
   const double v86 = v73 + v79;
   const double v87 = v80 - v81;
   const double v88 = v82 - v83;
   const double v89 = v76 + v84;
-  const double v90 = sq(v85);
+  const double v90 = v85 * v85;
   const double v91 = v30 * v85;
   const double v92 = v28 * v85;
   const double v93 = v71 * v85;
@@ -4669,8 +4776,8 @@ void delta_acceleration_mixed(const double q[3], const double qd[3], const doubl
   const double v98 = v89 + v50;
   const double v99 = v28 * v88;
   const double v100 = v69 * v87;
-  const double v101 = sq(v88);
-  const double v102 = sq(v87);
+  const double v101 = v88 * v88;
+  const double v102 = v87 * v87;
   const double v103 = v75 * v87;
   const double v104 = v74 * v87;
   const double v105 = v75 * v88;
@@ -4698,9 +4805,9 @@ void delta_acceleration_mixed(const double q[3], const double qd[3], const doubl
   const double v127 = v124 / v118;
   const double v128 = v125 / v118;
   const double v129 = v44 + v126;
-  const double v130 = sq(v126);
-  const double v131 = sq(v127);
-  const double v132 = sq(v128);
+  const double v130 = v126 * v126;
+  const double v131 = v127 * v127;
+  const double v132 = v128 * v128;
   const double v133 = v128 - v10;
   const double v134 = v130 + v131;
   const double v135 = v134 + v132;
@@ -4783,7 +4890,7 @@ void delta_acceleration_mixed(const double q[3], const double qd[3], const doubl
   const double v212 = v197 / v205;
   const double v213 = v198 / v205;
   const double v214 = v190 / v205;
-  const double v215 = sq(v205);
+  const double v215 = v205 * v205;
   const double v216 = v199 * v206;
   const double v217 = v203 * v207;
   const double v218 = v194 * v208;
@@ -4972,20 +5079,27 @@ void delta_acceleration_mixed(const double q[3], const double qd[3], const doubl
   const double v401 = v398 - v339;
   const double v402 = v399 - v343;
   A[2] = v400;
+  // A
   A[0] = v401;
   A[1] = v402;
 }
 
+// Joints of the main chain, angles between -pi and pi.
+// 104 operations: multiply 51, add 42, trig 6, other 5
 void delta_chain(const double q[3], double theta[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // cosines and sines
   const double angle[3] = {q_0, q_1, q_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of theta
   theta[3] = 0.0;
   theta[4] = 0.0;
   theta[5] = 0.0;
+  // shared terms; theta
   const double v7 = 0.26 * c[0];
   const double v8 = 0.26 * c[1];
   const double v9 = 0.26 * s[0];
@@ -5000,10 +5114,10 @@ void delta_chain(const double q[3], double theta[6]) {
   const double v18 = v13 - 0.05;
   const double v19 = 0.8660254037844386 * v14;
   const double v20 = 0.5 * v14;
-  const double v21 = sq(v15);
+  const double v21 = v15 * v15;
   const double v22 = 0.8660254037844386 * v16;
   const double v23 = 0.5 * v16;
-  const double v24 = sq(v17);
+  const double v24 = v17 * v17;
   const double v25 = v19 - 0.02;
   const double v26 = v20 + 0.034641016151377546;
   const double v27 = 0.02 + v22;
@@ -5012,24 +5126,24 @@ void delta_chain(const double q[3], double theta[6]) {
   const double v30 = 0.05964101615137755 - v26;
   const double v31 = 0.06330127018922194 - v27;
   const double v32 = v28 - 0.009641016151377546;
-  const double v33 = sq(v29);
+  const double v33 = v29 * v29;
   const double v34 = v30 - v18;
   const double v35 = v32 - v18;
-  const double v36 = sq(v31);
+  const double v36 = v31 * v31;
   const double v37 = v29 * v17;
   const double v38 = v31 * v15;
-  const double v39 = sq(v34);
+  const double v39 = v34 * v34;
   const double v40 = v31 * v34;
   const double v41 = v29 * v35;
   const double v42 = v15 * v35;
   const double v43 = v34 * v17;
-  const double v44 = sq(v35);
+  const double v44 = v35 * v35;
   const double v45 = v37 - v38;
   const double v46 = v33 + v39;
   const double v47 = v40 - v41;
   const double v48 = v42 - v43;
   const double v49 = v36 + v44;
-  const double v50 = sq(v45);
+  const double v50 = v45 * v45;
   const double v51 = v17 * v45;
   const double v52 = v15 * v45;
   const double v53 = v31 * v45;
@@ -5040,8 +5154,8 @@ void delta_chain(const double q[3], double theta[6]) {
   const double v58 = v49 + v24;
   const double v59 = v15 * v48;
   const double v60 = v29 * v47;
-  const double v61 = sq(v48);
-  const double v62 = sq(v47);
+  const double v61 = v48 * v48;
+  const double v62 = v47 * v47;
   const double v63 = v35 * v47;
   const double v64 = v34 * v47;
   const double v65 = v35 * v48;
@@ -5069,9 +5183,9 @@ void delta_chain(const double q[3], double theta[6]) {
   const double v87 = v84 / v78;
   const double v88 = v85 / v78;
   const double v89 = v18 + v86;
-  const double v90 = sq(v86);
-  const double v91 = sq(v87);
-  const double v92 = sq(v88);
+  const double v90 = v86 * v86;
+  const double v91 = v87 * v87;
+  const double v92 = v88 * v88;
   const double v93 = v88 - v9;
   const double v94 = v90 + v91;
   const double v95 = v94 + v92;
@@ -5089,13 +5203,18 @@ void delta_chain(const double q[3], double theta[6]) {
   theta[2] = v104;
 }
 
+// Derivative of the main chain's joints by the actuated coordinates.
+// 182 operations: multiply 93, add 66, negate 3, trig 6, other 14
 void delta_chain_D_q(const double q[3], double theta_D_q[18]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // cosines and sines
   const double angle[3] = {q_0, q_1, q_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of theta_D_q
   theta_D_q[9] = 0.0;
   theta_D_q[10] = 0.0;
   theta_D_q[11] = 0.0;
@@ -5105,6 +5224,7 @@ void delta_chain_D_q(const double q[3], double theta_D_q[18]) {
   theta_D_q[15] = 0.0;
   theta_D_q[16] = 0.0;
   theta_D_q[17] = 0.0;
+  // shared terms; columns 2 and 3 of theta_D_q
   const double v7 = 0.26 * c[0];
   const double v8 = 0.26 * s[0];
   const double v9 = 0.26 * c[1];
@@ -5123,10 +5243,10 @@ void delta_chain_D_q(const double q[3], double theta_D_q[18]) {
   const double v22 = 0.8660254037844386 * v17;
   const double v23 = 0.5 * v17;
   const double v24 = v18 - 0.05;
-  const double v25 = sq(v19);
+  const double v25 = v19 * v19;
   const double v26 = 0.5 * v20;
   const double v27 = 0.8660254037844386 * v20;
-  const double v28 = sq(v21);
+  const double v28 = v21 * v21;
   const double v29 = v22 - 0.02;
   const double v30 = v23 + 0.034641016151377546;
   const double v31 = 0.034641016151377546 - v26;
@@ -5135,17 +5255,17 @@ void delta_chain_D_q(const double q[3], double theta_D_q[18]) {
   const double v34 = 0.05964101615137755 - v30;
   const double v35 = v31 - 0.009641016151377546;
   const double v36 = 0.06330127018922194 - v32;
-  const double v37 = sq(v33);
+  const double v37 = v33 * v33;
   const double v38 = v34 - v24;
   const double v39 = v35 - v24;
   const double v40 = v33 * v21;
   const double v41 = v36 * v19;
-  const double v42 = sq(v36);
-  const double v43 = sq(v38);
+  const double v42 = v36 * v36;
+  const double v43 = v38 * v38;
   const double v44 = v19 * v39;
   const double v45 = v38 * v21;
   const double v46 = v40 - v41;
-  const double v47 = sq(v39);
+  const double v47 = v39 * v39;
   const double v48 = v36 * v38;
   const double v49 = v33 * v39;
   const double v50 = v37 + v43;
@@ -5153,7 +5273,7 @@ void delta_chain_D_q(const double q[3], double theta_D_q[18]) {
   const double v52 = v36 * v46;
   const double v53 = v42 + v47;
   const double v54 = v33 * v46;
-  const double v55 = sq(v46);
+  const double v55 = v46 * v46;
   const double v56 = v48 - v49;
   const double v57 = v21 * v46;
   const double v58 = v19 * v46;
@@ -5161,8 +5281,8 @@ void delta_chain_D_q(const double q[3], double theta_D_q[18]) {
   const double v60 = v39 * v51;
   const double v61 = v53 + v28;
   const double v62 = v38 * v51;
-  const double v63 = sq(v51);
-  const double v64 = sq(v56);
+  const double v63 = v51 * v51;
+  const double v64 = v56 * v56;
   const double v65 = v36 * v56;
   const double v66 = v21 * v51;
   const double v67 = v19 * v51;
@@ -5192,9 +5312,9 @@ void delta_chain_D_q(const double q[3], double theta_D_q[18]) {
   const double v91 = v88 / v82;
   const double v92 = v89 / v82;
   const double v93 = v90 - v8;
-  const double v94 = sq(v91);
-  const double v95 = sq(v92);
-  const double v96 = sq(v90);
+  const double v94 = v91 * v91;
+  const double v95 = v92 * v92;
+  const double v96 = v90 * v90;
   const double v97 = v24 + v91;
   const double v98 = v94 + v95;
   const double v99 = v98 + v96;
@@ -5287,24 +5407,31 @@ void delta_chain_D_q(const double q[3], double theta_D_q[18]) {
   const double v182 = -v177;
   theta_D_q[7] = v178;
   theta_D_q[8] = v179;
+  // column 1 of theta_D_q
   theta_D_q[0] = v180;
   theta_D_q[3] = v181;
   theta_D_q[6] = v182;
 }
 
+// Joint rates of the main chain.
+// 195 operations: multiply 103, add 72, trig 6, other 14
 void delta_chain_rates(const double q[3], const double qd[3], double thetad[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
   const double qd_2 = qd[2];
+  // cosines and sines
   const double angle[3] = {q_1, q_0, q_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of thetad
   thetad[3] = 0.0;
   thetad[4] = 0.0;
   thetad[5] = 0.0;
+  // shared terms; thetad
   const double v7 = s[0] * qd_1;
   const double v8 = 0.26 * c[1];
   const double v9 = 0.26 * c[0];
@@ -5333,10 +5460,10 @@ void delta_chain_rates(const double q[3], const double qd[3], double thetad[6]) 
   const double v32 = v20 - 0.05;
   const double v33 = 0.8660254037844386 * v21;
   const double v34 = 0.5 * v21;
-  const double v35 = sq(v22);
+  const double v35 = v22 * v22;
   const double v36 = 0.8660254037844386 * v23;
   const double v37 = 0.5 * v23;
-  const double v38 = sq(v24);
+  const double v38 = v24 * v24;
   const double v39 = v33 - 0.02;
   const double v40 = v34 + 0.034641016151377546;
   const double v41 = 0.02 + v36;
@@ -5345,24 +5472,24 @@ void delta_chain_rates(const double q[3], const double qd[3], double thetad[6]) 
   const double v44 = 0.05964101615137755 - v40;
   const double v45 = 0.06330127018922194 - v41;
   const double v46 = v42 - 0.009641016151377546;
-  const double v47 = sq(v43);
+  const double v47 = v43 * v43;
   const double v48 = v44 - v32;
   const double v49 = v46 - v32;
-  const double v50 = sq(v45);
+  const double v50 = v45 * v45;
   const double v51 = v43 * v24;
   const double v52 = v45 * v22;
-  const double v53 = sq(v48);
+  const double v53 = v48 * v48;
   const double v54 = v45 * v48;
   const double v55 = v43 * v49;
   const double v56 = v22 * v49;
   const double v57 = v48 * v24;
-  const double v58 = sq(v49);
+  const double v58 = v49 * v49;
   const double v59 = v51 - v52;
   const double v60 = v47 + v53;
   const double v61 = v54 - v55;
   const double v62 = v56 - v57;
   const double v63 = v50 + v58;
-  const double v64 = sq(v59);
+  const double v64 = v59 * v59;
   const double v65 = v24 * v59;
   const double v66 = v22 * v59;
   const double v67 = v45 * v59;
@@ -5373,8 +5500,8 @@ void delta_chain_rates(const double q[3], const double qd[3], double thetad[6]) 
   const double v72 = v63 + v38;
   const double v73 = v22 * v62;
   const double v74 = v43 * v61;
-  const double v75 = sq(v62);
-  const double v76 = sq(v61);
+  const double v75 = v62 * v62;
+  const double v76 = v61 * v61;
   const double v77 = v49 * v61;
   const double v78 = v48 * v61;
   const double v79 = v49 * v62;
@@ -5402,9 +5529,9 @@ void delta_chain_rates(const double q[3], const double qd[3], double thetad[6]) 
   const double v101 = v98 / v92;
   const double v102 = v99 / v92;
   const double v103 = v32 + v100;
-  const double v104 = sq(v100);
-  const double v105 = sq(v101);
-  const double v106 = sq(v102);
+  const double v104 = v100 * v100;
+  const double v105 = v101 * v101;
+  const double v106 = v102 * v102;
   const double v107 = v102 - v10;
   const double v108 = v104 + v105;
   const double v109 = v108 + v106;
@@ -5499,7 +5626,10 @@ void delta_chain_rates(const double q[3], const double qd[3], double thetad[6]) 
   thetad[2] = v195;
 }
 
+// Joint accelerations of the main chain.
+// 402 operations: multiply 209, add 155, trig 6, other 32
 void delta_chain_accelerations(const double q[3], const double qd[3], const double qdd[3], double thetadd[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -5509,12 +5639,15 @@ void delta_chain_accelerations(const double q[3], const double qd[3], const doub
   const double qdd_0 = qdd[0];
   const double qdd_1 = qdd[1];
   const double qdd_2 = qdd[2];
+  // cosines and sines
   const double angle[3] = {q_1, q_0, q_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of thetadd
   thetadd[3] = 0.0;
   thetadd[4] = 0.0;
   thetadd[5] = 0.0;
+  // shared terms; thetadd
   const double v7 = s[0] * qd_1;
   const double v8 = 0.26 * c[1];
   const double v9 = 0.26 * c[0];
@@ -5555,10 +5688,10 @@ void delta_chain_accelerations(const double q[3], const double qd[3], const doub
   const double v44 = v26 - 0.05;
   const double v45 = 0.8660254037844386 * v27;
   const double v46 = 0.5 * v27;
-  const double v47 = sq(v28);
+  const double v47 = v28 * v28;
   const double v48 = 0.8660254037844386 * v29;
   const double v49 = 0.5 * v29;
-  const double v50 = sq(v30);
+  const double v50 = v30 * v30;
   const double v51 = v38 + v19;
   const double v52 = v20 - v39;
   const double v53 = v21 + v40;
@@ -5581,24 +5714,24 @@ void delta_chain_accelerations(const double q[3], const double qd[3], const doub
   const double v70 = 0.05964101615137755 - v58;
   const double v71 = 0.06330127018922194 - v59;
   const double v72 = v60 - 0.009641016151377546;
-  const double v73 = sq(v69);
+  const double v73 = v69 * v69;
   const double v74 = v70 - v44;
   const double v75 = v72 - v44;
-  const double v76 = sq(v71);
+  const double v76 = v71 * v71;
   const double v77 = v69 * v30;
   const double v78 = v71 * v28;
-  const double v79 = sq(v74);
+  const double v79 = v74 * v74;
   const double v80 = v71 * v74;
   const double v81 = v69 * v75;
   const double v82 = v28 * v75;
   const double v83 = v74 * v30;
-  const double v84 = sq(v75);
+  const double v84 = v75 * v75;
   const double v85 = v77 - v78;
   const double v86 = v73 + v79;
   const double v87 = v80 - v81;
   const double v88 = v82 - v83;
   const double v89 = v76 + v84;
-  const double v90 = sq(v85);
+  const double v90 = v85 * v85;
   const double v91 = v30 * v85;
   const double v92 = v28 * v85;
   const double v93 = v71 * v85;
@@ -5609,8 +5742,8 @@ void delta_chain_accelerations(const double q[3], const double qd[3], const doub
   const double v98 = v89 + v50;
   const double v99 = v28 * v88;
   const double v100 = v69 * v87;
-  const double v101 = sq(v88);
-  const double v102 = sq(v87);
+  const double v101 = v88 * v88;
+  const double v102 = v87 * v87;
   const double v103 = v75 * v87;
   const double v104 = v74 * v87;
   const double v105 = v75 * v88;
@@ -5638,9 +5771,9 @@ void delta_chain_accelerations(const double q[3], const double qd[3], const doub
   const double v127 = v124 / v118;
   const double v128 = v125 / v118;
   const double v129 = v44 + v126;
-  const double v130 = sq(v126);
-  const double v131 = sq(v127);
-  const double v132 = sq(v128);
+  const double v130 = v126 * v126;
+  const double v131 = v127 * v127;
+  const double v132 = v128 * v128;
   const double v133 = v128 - v10;
   const double v134 = v130 + v131;
   const double v135 = v134 + v132;
@@ -5723,7 +5856,7 @@ void delta_chain_accelerations(const double q[3], const double qd[3], const doub
   const double v212 = v197 / v205;
   const double v213 = v198 / v205;
   const double v214 = v190 / v205;
-  const double v215 = sq(v205);
+  const double v215 = v205 * v205;
   const double v216 = v199 * v206;
   const double v217 = v203 * v207;
   const double v218 = v194 * v208;
@@ -5912,23 +6045,30 @@ void delta_chain_accelerations(const double q[3], const double qd[3], const doub
   const double v401 = v398 - v339;
   const double v402 = v399 - v343;
   thetadd[2] = v400;
+  // thetadd
   thetadd[0] = v401;
   thetadd[1] = v402;
 }
 
+// All joints, swings and cylinder lengths, angles between -pi and pi.
+// 104 operations: multiply 51, add 42, trig 6, other 5
 void delta_configuration(const double q[3], double z[9]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // cosines and sines
   const double angle[3] = {q_0, q_1, q_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // z
   z[3] = 0.0;
   z[4] = 0.0;
   z[5] = 0.0;
   z[6] = q_0;
   z[7] = q_1;
   z[8] = q_2;
+  // shared terms; z
   const double v7 = 0.26 * c[0];
   const double v8 = 0.26 * c[1];
   const double v9 = 0.26 * s[0];
@@ -5943,10 +6083,10 @@ void delta_configuration(const double q[3], double z[9]) {
   const double v18 = v13 - 0.05;
   const double v19 = 0.8660254037844386 * v14;
   const double v20 = 0.5 * v14;
-  const double v21 = sq(v15);
+  const double v21 = v15 * v15;
   const double v22 = 0.8660254037844386 * v16;
   const double v23 = 0.5 * v16;
-  const double v24 = sq(v17);
+  const double v24 = v17 * v17;
   const double v25 = v19 - 0.02;
   const double v26 = v20 + 0.034641016151377546;
   const double v27 = 0.02 + v22;
@@ -5955,24 +6095,24 @@ void delta_configuration(const double q[3], double z[9]) {
   const double v30 = 0.05964101615137755 - v26;
   const double v31 = 0.06330127018922194 - v27;
   const double v32 = v28 - 0.009641016151377546;
-  const double v33 = sq(v29);
+  const double v33 = v29 * v29;
   const double v34 = v30 - v18;
   const double v35 = v32 - v18;
-  const double v36 = sq(v31);
+  const double v36 = v31 * v31;
   const double v37 = v29 * v17;
   const double v38 = v31 * v15;
-  const double v39 = sq(v34);
+  const double v39 = v34 * v34;
   const double v40 = v31 * v34;
   const double v41 = v29 * v35;
   const double v42 = v15 * v35;
   const double v43 = v34 * v17;
-  const double v44 = sq(v35);
+  const double v44 = v35 * v35;
   const double v45 = v37 - v38;
   const double v46 = v33 + v39;
   const double v47 = v40 - v41;
   const double v48 = v42 - v43;
   const double v49 = v36 + v44;
-  const double v50 = sq(v45);
+  const double v50 = v45 * v45;
   const double v51 = v17 * v45;
   const double v52 = v15 * v45;
   const double v53 = v31 * v45;
@@ -5983,8 +6123,8 @@ void delta_configuration(const double q[3], double z[9]) {
   const double v58 = v49 + v24;
   const double v59 = v15 * v48;
   const double v60 = v29 * v47;
-  const double v61 = sq(v48);
-  const double v62 = sq(v47);
+  const double v61 = v48 * v48;
+  const double v62 = v47 * v47;
   const double v63 = v35 * v47;
   const double v64 = v34 * v47;
   const double v65 = v35 * v48;
@@ -6012,9 +6152,9 @@ void delta_configuration(const double q[3], double z[9]) {
   const double v87 = v84 / v78;
   const double v88 = v85 / v78;
   const double v89 = v18 + v86;
-  const double v90 = sq(v86);
-  const double v91 = sq(v87);
-  const double v92 = sq(v88);
+  const double v90 = v86 * v86;
+  const double v91 = v87 * v87;
+  const double v92 = v88 * v88;
   const double v93 = v88 - v9;
   const double v94 = v90 + v91;
   const double v95 = v94 + v92;
@@ -6032,13 +6172,18 @@ void delta_configuration(const double q[3], double z[9]) {
   z[2] = v104;
 }
 
+// How far each step of the loops' solution is from its dead point.
+// 95 operations: multiply 49, add 37, trig 6, other 3
 void delta_margin(const double q[3], double margin[1]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // cosines and sines
   const double angle[3] = {q_1, q_0, q_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // shared terms; margin
   const double v7 = 0.26 * c[0];
   const double v8 = 0.26 * c[1];
   const double v9 = 0.26 * s[1];
@@ -6053,10 +6198,10 @@ void delta_margin(const double q[3], double margin[1]) {
   const double v18 = 0.8660254037844386 * v13;
   const double v19 = 0.5 * v13;
   const double v20 = v14 - 0.05;
-  const double v21 = sq(v15);
+  const double v21 = v15 * v15;
   const double v22 = 0.8660254037844386 * v16;
   const double v23 = 0.5 * v16;
-  const double v24 = sq(v17);
+  const double v24 = v17 * v17;
   const double v25 = v18 - 0.02;
   const double v26 = v19 + 0.034641016151377546;
   const double v27 = 0.02 + v22;
@@ -6065,24 +6210,24 @@ void delta_margin(const double q[3], double margin[1]) {
   const double v30 = 0.05964101615137755 - v26;
   const double v31 = 0.06330127018922194 - v27;
   const double v32 = v28 - 0.009641016151377546;
-  const double v33 = sq(v29);
+  const double v33 = v29 * v29;
   const double v34 = v30 - v20;
   const double v35 = v32 - v20;
-  const double v36 = sq(v31);
+  const double v36 = v31 * v31;
   const double v37 = v29 * v17;
   const double v38 = v31 * v15;
-  const double v39 = sq(v34);
+  const double v39 = v34 * v34;
   const double v40 = v31 * v34;
   const double v41 = v29 * v35;
   const double v42 = v15 * v35;
   const double v43 = v34 * v17;
-  const double v44 = sq(v35);
+  const double v44 = v35 * v35;
   const double v45 = v37 - v38;
   const double v46 = v33 + v39;
   const double v47 = v40 - v41;
   const double v48 = v42 - v43;
   const double v49 = v36 + v44;
-  const double v50 = sq(v45);
+  const double v50 = v45 * v45;
   const double v51 = v17 * v45;
   const double v52 = v15 * v45;
   const double v53 = v31 * v45;
@@ -6093,8 +6238,8 @@ void delta_margin(const double q[3], double margin[1]) {
   const double v58 = v49 + v24;
   const double v59 = v15 * v48;
   const double v60 = v29 * v47;
-  const double v61 = sq(v48);
-  const double v62 = sq(v47);
+  const double v61 = v48 * v48;
+  const double v62 = v47 * v47;
   const double v63 = v35 * v47;
   const double v64 = v34 * v47;
   const double v65 = v35 * v48;
@@ -6121,9 +6266,9 @@ void delta_margin(const double q[3], double margin[1]) {
   const double v86 = v83 / v78;
   const double v87 = v84 / v78;
   const double v88 = v85 / v78;
-  const double v89 = sq(v86);
-  const double v90 = sq(v87);
-  const double v91 = sq(v88);
+  const double v89 = v86 * v86;
+  const double v90 = v87 * v87;
+  const double v91 = v88 * v88;
   const double v92 = v89 + v90;
   const double v93 = v92 + v91;
   const double v94 = 0.64 - v93;
@@ -6131,19 +6276,25 @@ void delta_margin(const double q[3], double margin[1]) {
   margin[0] = v95;
 }
 
+// Every branch of the loops' solution, NaN where it does not close.
+// 109 operations: multiply 52, add 46, trig 6, other 5
 void delta_chain_all(const double q[3], double theta[12], double margin[2]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // cosines and sines
   const double angle[3] = {q_0, q_1, q_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of theta
   theta[3] = 0.0;
   theta[4] = 0.0;
   theta[5] = 0.0;
   theta[9] = 0.0;
   theta[10] = 0.0;
   theta[11] = 0.0;
+  // shared terms; margin
   const double v7 = 0.26 * c[0];
   const double v8 = 0.26 * c[1];
   const double v9 = 0.26 * s[0];
@@ -6158,10 +6309,10 @@ void delta_chain_all(const double q[3], double theta[12], double margin[2]) {
   const double v18 = v13 - 0.05;
   const double v19 = 0.8660254037844386 * v14;
   const double v20 = 0.5 * v14;
-  const double v21 = sq(v15);
+  const double v21 = v15 * v15;
   const double v22 = 0.8660254037844386 * v16;
   const double v23 = 0.5 * v16;
-  const double v24 = sq(v17);
+  const double v24 = v17 * v17;
   const double v25 = v19 - 0.02;
   const double v26 = v20 + 0.034641016151377546;
   const double v27 = 0.02 + v22;
@@ -6170,24 +6321,24 @@ void delta_chain_all(const double q[3], double theta[12], double margin[2]) {
   const double v30 = 0.05964101615137755 - v26;
   const double v31 = 0.06330127018922194 - v27;
   const double v32 = v28 - 0.009641016151377546;
-  const double v33 = sq(v29);
+  const double v33 = v29 * v29;
   const double v34 = v30 - v18;
   const double v35 = v32 - v18;
-  const double v36 = sq(v31);
+  const double v36 = v31 * v31;
   const double v37 = v29 * v17;
   const double v38 = v31 * v15;
-  const double v39 = sq(v34);
+  const double v39 = v34 * v34;
   const double v40 = v31 * v34;
   const double v41 = v29 * v35;
   const double v42 = v15 * v35;
   const double v43 = v34 * v17;
-  const double v44 = sq(v35);
+  const double v44 = v35 * v35;
   const double v45 = v37 - v38;
   const double v46 = v33 + v39;
   const double v47 = v40 - v41;
   const double v48 = v42 - v43;
   const double v49 = v36 + v44;
-  const double v50 = sq(v45);
+  const double v50 = v45 * v45;
   const double v51 = v17 * v45;
   const double v52 = v15 * v45;
   const double v53 = v31 * v45;
@@ -6198,8 +6349,8 @@ void delta_chain_all(const double q[3], double theta[12], double margin[2]) {
   const double v58 = v49 + v24;
   const double v59 = v15 * v48;
   const double v60 = v29 * v47;
-  const double v61 = sq(v48);
-  const double v62 = sq(v47);
+  const double v61 = v48 * v48;
+  const double v62 = v47 * v47;
   const double v63 = v35 * v47;
   const double v64 = v34 * v47;
   const double v65 = v35 * v48;
@@ -6227,9 +6378,9 @@ void delta_chain_all(const double q[3], double theta[12], double margin[2]) {
   const double v87 = v84 / v78;
   const double v88 = v85 / v78;
   const double v89 = v18 + v86;
-  const double v90 = sq(v86);
-  const double v91 = sq(v87);
-  const double v92 = sq(v88);
+  const double v90 = v86 * v86;
+  const double v91 = v87 * v87;
+  const double v92 = v88 * v88;
   const double v93 = v88 - v9;
   const double v94 = v90 + v91;
   const double v95 = v94 + v92;
@@ -6239,6 +6390,7 @@ void delta_chain_all(const double q[3], double theta[12], double margin[2]) {
   const double v99 = sqrt(v97);
   margin[0] = v98;
   margin[1] = v98;
+  // shared terms; columns 1, 2 and 3 of theta
   const double v100 = v45 * v99;
   const double v101 = v48 * v99;
   const double v102 = v47 * v99;
@@ -6254,19 +6406,25 @@ void delta_chain_all(const double q[3], double theta[12], double margin[2]) {
   theta[6] = v106;
   theta[7] = v107;
   const double v109 = v108 - v9;
+  // column 3 of theta
   theta[8] = v109;
 }
 
+// Actuated coordinates from the joints of the main chain.
+// 173 operations: multiply 83, add 63, negate 6, trig 9, other 12
 void delta_actuators(const double theta[6], double q[3]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
   const double theta_3 = theta[3];
   const double theta_4 = theta[4];
   const double theta_5 = theta[5];
+  // cosines and sines
   const double angle[3] = {theta_4, theta_5, theta_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // shared terms; q
   const double v7 = 0.04 * s[1];
   const double v8 = 0.05 * s[0];
   const double v9 = 0.05 * c[0];
@@ -6306,13 +6464,13 @@ void delta_actuators(const double theta[6], double q[3]) {
   const double v43 = theta_2 - v35;
   const double v44 = c[2] * v36;
   const double v45 = s[2] * v36;
-  const double v46 = sq(v37);
+  const double v46 = v37 * v37;
   const double v47 = v38 - v21;
   const double v48 = v22 + v39;
-  const double v49 = sq(v40);
+  const double v49 = v40 * v40;
   const double v50 = v41 + v25;
   const double v51 = v26 - v42;
-  const double v52 = sq(v43);
+  const double v52 = v43 * v43;
   const double v53 = v28 - v44;
   const double v54 = v30 + v45;
   const double v55 = v47 + theta_0;
@@ -6327,8 +6485,8 @@ void delta_actuators(const double theta[6], double q[3]) {
   const double v64 = v58 - 0.17320508075688773;
   const double v65 = 0.1 + v59;
   const double v66 = 0.17320508075688773 + v60;
-  const double v67 = sq(v61);
-  const double v68 = sq(v62);
+  const double v67 = v61 * v61;
+  const double v68 = v62 * v62;
   const double v69 = 0.5 * v63;
   const double v70 = 0.8660254037844386 * v64;
   const double v71 = 0.5 * v64;
@@ -6346,20 +6504,20 @@ void delta_actuators(const double theta[6], double q[3]) {
   const double v83 = 0.5 * v77;
   const double v84 = 0.5 * v78;
   const double v85 = sqrt(v77);
-  const double v86 = sq(v79);
+  const double v86 = v79 * v79;
   const double v87 = 0.04 + v80;
-  const double v88 = sq(v81);
+  const double v88 = v81 * v81;
   const double v89 = v82 - 0.04;
   const double v90 = 0.0338 + v83;
   const double v91 = 0.26 + v85;
   const double v92 = v85 - 0.26;
   const double v93 = v49 + v86;
-  const double v94 = sq(v87);
+  const double v94 = v87 * v87;
   const double v95 = v52 + v88;
-  const double v96 = sq(v89);
+  const double v96 = v89 * v89;
   const double v97 = v90 - v84;
-  const double v98 = sq(v91);
-  const double v99 = sq(v92);
+  const double v98 = v91 * v91;
+  const double v99 = v92 * v92;
   const double v100 = 0.5 * v93;
   const double v101 = 0.64 - v94;
   const double v102 = sqrt(v93);
@@ -6381,11 +6539,11 @@ void delta_actuators(const double theta[6], double q[3]) {
   const double v118 = v107 * v108;
   const double v119 = v61 * v106;
   const double v120 = v109 - v110;
-  const double v121 = sq(v111);
-  const double v122 = sq(v112);
+  const double v121 = v111 * v111;
+  const double v122 = v112 * v112;
   const double v123 = v113 - v114;
-  const double v124 = sq(v115);
-  const double v125 = sq(v116);
+  const double v124 = v115 * v115;
+  const double v125 = v116 * v116;
   const double v126 = sqrt(v118);
   const double v127 = v120 / v93;
   const double v128 = v121 - v101;
@@ -6433,22 +6591,28 @@ void delta_actuators(const double theta[6], double q[3]) {
   const double v170 = atan2(v163, v167);
   const double v171 = atan2(v165, v168);
   q[0] = v169;
+  // shared terms; q
   const double v172 = -v170;
   const double v173 = -v171;
   q[1] = v172;
   q[2] = v173;
 }
 
+// Derivative of the actuated coordinates by the main chain's joints.
+// 347 operations: multiply 186, add 106, negate 13, trig 6, other 36
 void delta_actuators_D_chain(const double theta[6], double q_D_theta[18]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
   const double theta_3 = theta[3];
   const double theta_4 = theta[4];
   const double theta_5 = theta[5];
+  // cosines and sines
   const double angle[3] = {theta_3, theta_4, theta_5};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // shared terms; column 2 of q_D_theta
   const double v7 = 0.04 * s[2];
   const double v8 = 0.05 * c[1];
   const double v9 = 0.04 * c[2];
@@ -6519,9 +6683,9 @@ void delta_actuators_D_chain(const double theta[6], double q_D_theta[18]) {
   const double v74 = v53 - v40;
   const double v75 = v54 + v41;
   const double v76 = v55 - v20;
-  const double v77 = sq(v56);
+  const double v77 = v56 * v56;
   const double v78 = v22 + v57;
-  const double v79 = sq(v62);
+  const double v79 = v62 * v62;
   const double v80 = v63 + v29;
   const double v81 = v30 - v64;
   const double v82 = 0.5 * v65;
@@ -6532,7 +6696,7 @@ void delta_actuators_D_chain(const double theta[6], double q_D_theta[18]) {
   const double v87 = 0.8660254037844386 * v68;
   const double v88 = 0.5 * v68;
   const double v89 = 0.8660254037844386 * v67;
-  const double v90 = sq(v69);
+  const double v90 = v69 * v69;
   const double v91 = v36 - v70;
   const double v92 = v38 + v71;
   const double v93 = 0.5 * v72;
@@ -6575,8 +6739,8 @@ void delta_actuators_D_chain(const double theta[6], double q_D_theta[18]) {
   const double v130 = 0.17320508075688773 + v114;
   const double v131 = v115 + v116;
   const double v132 = v117 - v118;
-  const double v133 = sq(v123);
-  const double v134 = sq(v124);
+  const double v133 = v123 * v123;
+  const double v134 = v124 * v124;
   const double v135 = 2.0 * v124;
   const double v136 = 0.5 * v125;
   const double v137 = 0.8660254037844386 * v126;
@@ -6599,24 +6763,24 @@ void delta_actuators_D_chain(const double theta[6], double q_D_theta[18]) {
   const double v154 = 0.5 * v144;
   const double v155 = 0.5 * v145;
   const double v156 = sqrt(v145);
-  const double v157 = sq(v149);
+  const double v157 = v149 * v149;
   const double v158 = 0.04 + v150;
-  const double v159 = sq(v151);
+  const double v159 = v151 * v151;
   const double v160 = v152 - 0.04;
   const double v161 = 0.26 + v153;
   const double v162 = v153 - 0.26;
   const double v163 = 0.0338 + v154;
   const double v164 = 0.5 / v156;
   const double v165 = v79 + v157;
-  const double v166 = sq(v158);
+  const double v166 = v158 * v158;
   const double v167 = 1.7320508075688772 * v158;
   const double v168 = 2.0 * v158;
   const double v169 = v90 + v159;
-  const double v170 = sq(v160);
+  const double v170 = v160 * v160;
   const double v171 = 1.7320508075688772 * v160;
   const double v172 = 2.0 * v160;
-  const double v173 = sq(v161);
-  const double v174 = sq(v162);
+  const double v173 = v161 * v161;
+  const double v174 = v162 * v162;
   const double v175 = v163 - v155;
   const double v176 = v135 * v164;
   const double v177 = v164 * v146;
@@ -6654,12 +6818,12 @@ void delta_actuators_D_chain(const double theta[6], double q_D_theta[18]) {
   const double v209 = v192 * v193;
   const double v210 = v123 * v194;
   const double v211 = v56 * v194;
-  const double v212 = sq(v199);
-  const double v213 = sq(v200);
+  const double v212 = v199 * v199;
+  const double v213 = v200 * v200;
   const double v214 = v201 - v202;
   const double v215 = 0.5 / v203;
-  const double v216 = sq(v204);
-  const double v217 = sq(v205);
+  const double v216 = v204 * v204;
+  const double v217 = v205 * v205;
   const double v218 = v206 - v207;
   const double v219 = 0.5 / v208;
   const double v220 = sqrt(v209);
@@ -6705,6 +6869,7 @@ void delta_actuators_D_chain(const double theta[6], double q_D_theta[18]) {
   const double v259 = v123 * v254;
   const double v260 = 0.5 * v256;
   const double v261 = 0.5 * v257;
+  // shared terms; column 1 of q_D_theta
   const double v262 = v258 - v210;
   const double v263 = v211 + v259;
   const double v264 = v260 / v165;
@@ -6735,6 +6900,7 @@ void delta_actuators_D_chain(const double theta[6], double q_D_theta[18]) {
   const double v288 = v280 - v62;
   const double v289 = v281 - v151;
   const double v290 = v282 - v69;
+  // shared terms; column 3 of q_D_theta
   q_D_theta[2] = v283;
   const double v291 = v284 / v237;
   const double v292 = v285 + v276;
@@ -6755,6 +6921,7 @@ void delta_actuators_D_chain(const double theta[6], double q_D_theta[18]) {
   const double v307 = v289 * v120;
   const double v308 = v289 * v122;
   const double v309 = v290 * v42;
+  // shared terms; columns 3, 4 and 5 of q_D_theta
   const double v310 = -v291;
   const double v311 = v292 / v237;
   const double v312 = v293 / v237;
@@ -6785,6 +6952,7 @@ void delta_actuators_D_chain(const double theta[6], double q_D_theta[18]) {
   const double v333 = v322 / v261;
   const double v334 = v323 - v307;
   const double v335 = v324 + v309;
+  // shared terms; columns 2 and 6 of q_D_theta
   q_D_theta[5] = v325;
   const double v336 = -v326;
   q_D_theta[7] = v327;
@@ -6796,6 +6964,7 @@ void delta_actuators_D_chain(const double theta[6], double q_D_theta[18]) {
   const double v342 = -v333;
   const double v343 = v334 / v261;
   const double v344 = v335 / v261;
+  // shared terms; columns 1, 2, 4 and 6 of q_D_theta
   q_D_theta[6] = v336;
   q_D_theta[9] = v337;
   const double v345 = -v338;
@@ -6805,12 +6974,16 @@ void delta_actuators_D_chain(const double theta[6], double q_D_theta[18]) {
   q_D_theta[15] = v342;
   const double v347 = -v343;
   q_D_theta[17] = v344;
+  // columns 5 and 6 of q_D_theta
   q_D_theta[10] = v345;
   q_D_theta[11] = v346;
   q_D_theta[16] = v347;
 }
 
+// Rates of the actuated coordinates.
+// 305 operations: multiply 157, add 118, negate 3, trig 6, other 21
 void delta_actuator_rates(const double theta[6], const double thetad[6], double qd[3]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
@@ -6823,9 +6996,11 @@ void delta_actuator_rates(const double theta[6], const double thetad[6], double 
   const double thetad_3 = thetad[3];
   const double thetad_4 = thetad[4];
   const double thetad_5 = thetad[5];
+  // cosines and sines
   const double angle[3] = {theta_4, theta_5, theta_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // shared terms; qd
   const double v7 = 0.04 * s[1];
   const double v8 = 0.05 * s[0];
   const double v9 = 0.05 * c[0];
@@ -6919,17 +7094,17 @@ void delta_actuator_rates(const double theta[6], const double thetad[6], double 
   const double v97 = v54 + v75;
   const double v98 = v74 * v14;
   const double v99 = v59 + v78;
-  const double v100 = sq(v79);
+  const double v100 = v79 * v79;
   const double v101 = v80 - v27;
   const double v102 = v28 + v81;
   const double v103 = v82 - v31;
   const double v104 = v83 - v33;
-  const double v105 = sq(v86);
+  const double v105 = v86 * v86;
   const double v106 = v87 + v39;
   const double v107 = v40 - v88;
   const double v108 = v89 + v44;
   const double v109 = v92 - v48;
-  const double v110 = sq(v93);
+  const double v110 = v93 * v93;
   const double v111 = v50 - v94;
   const double v112 = v52 + v95;
   const double v113 = v53 + v96;
@@ -6962,8 +7137,8 @@ void delta_actuator_rates(const double theta[6], const double thetad[6], double 
   const double v140 = 0.17320508075688773 + v127;
   const double v141 = v113 - v128;
   const double v142 = v129 + v98;
-  const double v143 = sq(v131);
-  const double v144 = sq(v132);
+  const double v143 = v131 * v131;
+  const double v144 = v132 * v132;
   const double v145 = 2.0 * v132;
   const double v146 = v133 - v65;
   const double v147 = v134 - v36;
@@ -6997,11 +7172,11 @@ void delta_actuator_rates(const double theta[6], const double thetad[6], double 
   const double v175 = sqrt(v161);
   const double v176 = v162 + thetad_1;
   const double v177 = v163 + thetad_0;
-  const double v178 = sq(v164);
+  const double v178 = v164 * v164;
   const double v179 = 0.04 + v165;
   const double v180 = thetad_0 - v166;
   const double v181 = v167 + thetad_1;
-  const double v182 = sq(v168);
+  const double v182 = v168 * v168;
   const double v183 = v169 - 0.04;
   const double v184 = 0.5 * v170;
   const double v185 = thetad_1 - v171;
@@ -7012,20 +7187,20 @@ void delta_actuator_rates(const double theta[6], const double thetad[6], double 
   const double v190 = 0.5 / v175;
   const double v191 = v145 * v176;
   const double v192 = v105 + v178;
-  const double v193 = sq(v179);
+  const double v193 = v179 * v179;
   const double v194 = 0.5 * v180;
   const double v195 = 0.8660254037844386 * v181;
   const double v196 = 2.0 * v179;
   const double v197 = 0.5 * v181;
   const double v198 = 0.8660254037844386 * v180;
   const double v199 = v110 + v182;
-  const double v200 = sq(v183);
+  const double v200 = v183 * v183;
   const double v201 = 0.8660254037844386 * v185;
   const double v202 = 2.0 * v183;
   const double v203 = 0.5 * v185;
   const double v204 = v187 - v173;
-  const double v205 = sq(v188);
-  const double v206 = sq(v189);
+  const double v205 = v188 * v188;
+  const double v206 = v189 * v189;
   const double v207 = v190 * v191;
   const double v208 = sqrt(v192);
   const double v209 = 0.64 - v193;
@@ -7056,12 +7231,12 @@ void delta_actuator_rates(const double theta[6], const double thetad[6], double 
   const double v234 = v79 * v218;
   const double v235 = v219 * v220;
   const double v236 = v131 * v218;
-  const double v237 = sq(v222);
-  const double v238 = sq(v223);
+  const double v237 = v222 * v222;
+  const double v238 = v223 * v223;
   const double v239 = v224 - v225;
   const double v240 = 0.5 / v226;
-  const double v241 = sq(v228);
-  const double v242 = sq(v229);
+  const double v241 = v228 * v228;
+  const double v242 = v229 * v229;
   const double v243 = v230 - v231;
   const double v244 = 0.5 / v232;
   const double v245 = sqrt(v235);
@@ -7124,13 +7299,17 @@ void delta_actuator_rates(const double theta[6], const double thetad[6], double 
   qd[0] = v299;
   const double v302 = v300 / v268;
   const double v303 = v301 / v269;
+  // shared terms; qd
   const double v304 = -v302;
   const double v305 = -v303;
   qd[1] = v304;
   qd[2] = v305;
 }
 
+// Accelerations of the actuated coordinates.
+// 678 operations: multiply 364, add 260, negate 3, trig 6, other 45
 void delta_actuator_accelerations(const double theta[6], const double thetad[6], const double thetadd[6], double qdd[3]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
@@ -7149,9 +7328,11 @@ void delta_actuator_accelerations(const double theta[6], const double thetad[6],
   const double thetadd_3 = thetadd[3];
   const double thetadd_4 = thetadd[4];
   const double thetadd_5 = thetadd[5];
+  // cosines and sines
   const double angle[3] = {theta_3, theta_5, theta_4};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // shared terms; qdd
   const double v7 = 0.04 * c[1];
   const double v8 = 0.04 * s[1];
   const double v9 = 0.05 * c[2];
@@ -7311,7 +7492,7 @@ void delta_actuator_accelerations(const double theta[6], const double thetad[6],
   const double v163 = v75 + v112;
   const double v164 = v31 + v113;
   const double v165 = v114 - v35;
-  const double v166 = sq(v116);
+  const double v166 = v116 * v116;
   const double v167 = v117 - v39;
   const double v168 = c[2] * v118;
   const double v169 = v121 - v45;
@@ -7322,7 +7503,7 @@ void delta_actuator_accelerations(const double theta[6], const double thetad[6],
   const double v174 = v53 - v130;
   const double v175 = v131 + v55;
   const double v176 = v132 + v58;
-  const double v177 = sq(v135);
+  const double v177 = v135 * v135;
   const double v178 = s[2] * v138;
   const double v179 = s[0] * v140;
   const double v180 = c[0] * v140;
@@ -7333,7 +7514,7 @@ void delta_actuator_accelerations(const double theta[6], const double thetad[6],
   const double v185 = v67 + v148;
   const double v186 = v68 + v149;
   const double v187 = v150 + v71;
-  const double v188 = sq(v152);
+  const double v188 = v152 * v152;
   const double v189 = v153 + v154;
   const double v190 = s[2] * v156;
   const double v191 = s[0] * v158;
@@ -7391,10 +7572,10 @@ void delta_actuator_accelerations(const double theta[6], const double thetad[6],
   const double v243 = v219 + v157;
   const double v244 = v221 - v162;
   const double v245 = v222 * v195;
-  const double v246 = sq(v223);
+  const double v246 = v223 * v223;
   const double v247 = 2.0 * v223;
   const double v248 = v224 - v79;
-  const double v249 = sq(v225);
+  const double v249 = v225 * v225;
   const double v250 = v226 - v84;
   const double v251 = v227 - v46;
   const double v252 = 2.0 * v225;
@@ -7442,20 +7623,20 @@ void delta_actuator_accelerations(const double theta[6], const double thetad[6],
   const double v294 = 0.5 * v270;
   const double v295 = sqrt(v272);
   const double v296 = v274 + thetad_0;
-  const double v297 = sq(v272);
+  const double v297 = v272 * v272;
   const double v298 = v275 + v125;
   const double v299 = v276 + v173;
   const double v300 = 0.04 + v277;
   const double v301 = v278 + thetad_1;
   const double v302 = thetad_0 - v279;
-  const double v303 = sq(v280);
+  const double v303 = v280 * v280;
   const double v304 = v234 - v281;
   const double v305 = v282 + v100;
   const double v306 = 2.0 * v280;
   const double v307 = v284 - 0.04;
   const double v308 = 0.8660254037844386 * v285;
   const double v309 = thetad_1 - v286;
-  const double v310 = sq(v287);
+  const double v310 = v287 * v287;
   const double v311 = v242 - v288;
   const double v312 = v289 + v159;
   const double v313 = 0.5 * v285;
@@ -7472,7 +7653,7 @@ void delta_actuator_accelerations(const double theta[6], const double thetad[6],
   const double v324 = 2.0 * v292;
   const double v325 = v291 * v270;
   const double v326 = v299 + v92;
-  const double v327 = sq(v300);
+  const double v327 = v300 * v300;
   const double v328 = 2.0 * v300;
   const double v329 = 0.5 * v301;
   const double v330 = 0.8660254037844386 * v302;
@@ -7481,7 +7662,7 @@ void delta_actuator_accelerations(const double theta[6], const double thetad[6],
   const double v333 = v305 + v211;
   const double v334 = 0.5 * v302;
   const double v335 = 0.8660254037844386 * v301;
-  const double v336 = sq(v307);
+  const double v336 = v307 * v307;
   const double v337 = 2.0 * v307;
   const double v338 = 0.5 * v309;
   const double v339 = v188 + v310;
@@ -7490,8 +7671,8 @@ void delta_actuator_accelerations(const double theta[6], const double thetad[6],
   const double v342 = 0.8660254037844386 * v309;
   const double v343 = v315 * v316;
   const double v344 = v317 - v294;
-  const double v345 = sq(v318);
-  const double v346 = sq(v319);
+  const double v345 = v318 * v318;
+  const double v346 = v319 * v319;
   const double v347 = 0.5 * v316;
   const double v348 = v320 + v228;
   const double v349 = 0.52 + v322;
@@ -7507,7 +7688,7 @@ void delta_actuator_accelerations(const double theta[6], const double thetad[6],
   const double v359 = v332 - v141;
   const double v360 = v333 - v180;
   const double v361 = v334 - v335;
-  const double v362 = sq(v331);
+  const double v362 = v331 * v331;
   const double v363 = 0.64 - v336;
   const double v364 = v308 - v338;
   const double v365 = sqrt(v339);
@@ -7515,8 +7696,8 @@ void delta_actuator_accelerations(const double theta[6], const double thetad[6],
   const double v367 = v340 - v109;
   const double v368 = v341 + v220;
   const double v369 = v313 + v342;
-  const double v370 = sq(v339);
-  const double v371 = sq(v343);
+  const double v370 = v339 * v339;
+  const double v371 = v343 * v343;
   const double v372 = v344 / v272;
   const double v373 = v345 - v270;
   const double v374 = v270 - v346;
@@ -7564,8 +7745,8 @@ void delta_actuator_accelerations(const double theta[6], const double thetad[6],
   const double v416 = v380 - v204;
   const double v417 = v372 * v296;
   const double v418 = 0.5 / v382;
-  const double v419 = sq(v384);
-  const double v420 = sq(v385);
+  const double v419 = v384 * v384;
+  const double v420 = v385 * v385;
   const double v421 = v386 - v387;
   const double v422 = thetadd_0 - v388;
   const double v423 = v389 - v143;
@@ -7576,8 +7757,8 @@ void delta_actuator_accelerations(const double theta[6], const double thetad[6],
   const double v428 = v356 * v393;
   const double v429 = v382 * v355;
   const double v430 = 0.5 / v394;
-  const double v431 = sq(v396);
-  const double v432 = sq(v397);
+  const double v431 = v396 * v396;
+  const double v432 = v397 * v397;
   const double v433 = v398 - v399;
   const double v434 = 0.5 * v400;
   const double v435 = v401 - v160;
@@ -7620,7 +7801,7 @@ void delta_actuator_accelerations(const double theta[6], const double thetad[6],
   const double v472 = v373 * v446;
   const double v473 = 0.25 / v443;
   const double v474 = v247 * v447;
-  const double v475 = sq(v449);
+  const double v475 = v449 * v449;
   const double v476 = v450 * v451;
   const double v477 = v280 * v452;
   const double v478 = 0.8660254037844386 * v454;
@@ -7634,7 +7815,7 @@ void delta_actuator_accelerations(const double theta[6], const double thetad[6],
   const double v486 = 0.5 * v454;
   const double v487 = v383 * v459;
   const double v488 = v382 * v449;
-  const double v489 = sq(v460);
+  const double v489 = v460 * v460;
   const double v490 = v461 * v462;
   const double v491 = v287 * v463;
   const double v492 = 0.8660254037844386 * v464;
@@ -7654,7 +7835,7 @@ void delta_actuator_accelerations(const double theta[6], const double thetad[6],
   const double v506 = v469 / v297;
   const double v507 = v474 + v352;
   const double v508 = v225 * v470;
-  const double v509 = sq(v469);
+  const double v509 = v469 * v469;
   const double v510 = sqrt(v476);
   const double v511 = v453 - v478;
   const double v512 = v383 + v480;
@@ -7698,14 +7879,14 @@ void delta_actuator_accelerations(const double theta[6], const double thetad[6],
   const double v550 = v280 * v535;
   const double v551 = v135 * v535;
   const double v552 = v536 + v428;
-  const double v553 = sq(v531);
+  const double v553 = v531 * v531;
   const double v554 = v537 / v339;
   const double v555 = v538 - v539;
   const double v556 = v537 / v370;
   const double v557 = v287 * v541;
   const double v558 = v152 * v541;
   const double v559 = v542 + v441;
-  const double v560 = sq(v537);
+  const double v560 = v537 * v537;
   const double v561 = v543 - v116;
   const double v562 = v544 - v526;
   const double v563 = v291 * v545;
@@ -7825,20 +8006,26 @@ void delta_actuator_accelerations(const double theta[6], const double thetad[6],
   qdd[0] = v674;
   const double v677 = -v675;
   const double v678 = -v676;
+  // qdd
   qdd[1] = v677;
   qdd[2] = v678;
 }
 
+// How far each step of the loops' solution is from its dead point.
+// 128 operations: multiply 65, add 51, trig 6, other 6
 void delta_actuator_margin(const double theta[6], double margin[3]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
   const double theta_3 = theta[3];
   const double theta_4 = theta[4];
   const double theta_5 = theta[5];
+  // cosines and sines
   const double angle[3] = {theta_4, theta_5, theta_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // shared terms; margin
   const double v7 = 0.04 * s[1];
   const double v8 = 0.05 * s[0];
   const double v9 = 0.05 * c[0];
@@ -7878,13 +8065,13 @@ void delta_actuator_margin(const double theta[6], double margin[3]) {
   const double v43 = theta_2 - v35;
   const double v44 = c[2] * v36;
   const double v45 = s[2] * v36;
-  const double v46 = sq(v37);
+  const double v46 = v37 * v37;
   const double v47 = v38 - v21;
   const double v48 = v22 + v39;
-  const double v49 = sq(v40);
+  const double v49 = v40 * v40;
   const double v50 = v41 + v25;
   const double v51 = v26 - v42;
-  const double v52 = sq(v43);
+  const double v52 = v43 * v43;
   const double v53 = v28 - v44;
   const double v54 = v30 + v45;
   const double v55 = v47 + theta_0;
@@ -7899,8 +8086,8 @@ void delta_actuator_margin(const double theta[6], double margin[3]) {
   const double v64 = v58 - 0.17320508075688773;
   const double v65 = 0.1 + v59;
   const double v66 = 0.17320508075688773 + v60;
-  const double v67 = sq(v61);
-  const double v68 = sq(v62);
+  const double v67 = v61 * v61;
+  const double v68 = v62 * v62;
   const double v69 = 0.5 * v63;
   const double v70 = 0.8660254037844386 * v64;
   const double v71 = 0.5 * v64;
@@ -7917,18 +8104,18 @@ void delta_actuator_margin(const double theta[6], double margin[3]) {
   const double v82 = v75 - v76;
   const double v83 = sqrt(v77);
   const double v84 = 1.5625 * v78;
-  const double v85 = sq(v79);
+  const double v85 = v79 * v79;
   const double v86 = 0.04 + v80;
-  const double v87 = sq(v81);
+  const double v87 = v81 * v81;
   const double v88 = v82 - 0.04;
   const double v89 = 0.26 + v83;
   const double v90 = v83 - 0.26;
   const double v91 = v49 + v85;
-  const double v92 = sq(v86);
+  const double v92 = v86 * v86;
   const double v93 = v52 + v87;
-  const double v94 = sq(v88);
-  const double v95 = sq(v89);
-  const double v96 = sq(v90);
+  const double v94 = v88 * v88;
+  const double v95 = v89 * v89;
+  const double v96 = v90 * v90;
   const double v97 = sqrt(v91);
   const double v98 = 0.64 - v92;
   const double v99 = sqrt(v93);
@@ -7942,10 +8129,10 @@ void delta_actuator_margin(const double theta[6], double margin[3]) {
   const double v107 = v99 - 0.26;
   const double v108 = 1.5625 * v100;
   const double v109 = v101 * v102;
-  const double v110 = sq(v103);
-  const double v111 = sq(v104);
-  const double v112 = sq(v106);
-  const double v113 = sq(v107);
+  const double v110 = v103 * v103;
+  const double v111 = v104 * v104;
+  const double v112 = v106 * v106;
+  const double v113 = v107 * v107;
   const double v114 = 3.698224852071006 * v109;
   const double v115 = v110 - v98;
   const double v116 = v98 - v111;
@@ -7960,22 +8147,28 @@ void delta_actuator_margin(const double theta[6], double margin[3]) {
   margin[0] = v122;
   const double v125 = v123 / v98;
   const double v126 = v124 / v100;
+  // shared terms; margin
   const double v127 = v125 * v105;
   const double v128 = v126 * v108;
   margin[1] = v127;
   margin[2] = v128;
 }
 
+// Every branch of the loops' solution, NaN where it does not close.
+// 205 operations: multiply 98, add 69, negate 11, trig 12, other 15
 void delta_actuators_all(const double theta[6], double q[24], double margin[24]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
   const double theta_3 = theta[3];
   const double theta_4 = theta[4];
   const double theta_5 = theta[5];
+  // cosines and sines
   const double angle[3] = {theta_4, theta_5, theta_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // shared terms; column 1 of margin
   const double v7 = 0.04 * s[1];
   const double v8 = 0.05 * s[0];
   const double v9 = 0.05 * c[0];
@@ -8015,13 +8208,13 @@ void delta_actuators_all(const double theta[6], double q[24], double margin[24])
   const double v43 = theta_2 - v35;
   const double v44 = c[2] * v36;
   const double v45 = s[2] * v36;
-  const double v46 = sq(v37);
+  const double v46 = v37 * v37;
   const double v47 = v38 - v21;
   const double v48 = v22 + v39;
-  const double v49 = sq(v40);
+  const double v49 = v40 * v40;
   const double v50 = v41 + v25;
   const double v51 = v26 - v42;
-  const double v52 = sq(v43);
+  const double v52 = v43 * v43;
   const double v53 = v28 - v44;
   const double v54 = v30 + v45;
   const double v55 = v47 + theta_0;
@@ -8036,8 +8229,8 @@ void delta_actuators_all(const double theta[6], double q[24], double margin[24])
   const double v64 = v58 - 0.17320508075688773;
   const double v65 = 0.1 + v59;
   const double v66 = 0.17320508075688773 + v60;
-  const double v67 = sq(v61);
-  const double v68 = sq(v62);
+  const double v67 = v61 * v61;
+  const double v68 = v62 * v62;
   const double v69 = 0.5 * v63;
   const double v70 = 0.8660254037844386 * v64;
   const double v71 = 0.5 * v64;
@@ -8055,21 +8248,21 @@ void delta_actuators_all(const double theta[6], double q[24], double margin[24])
   const double v83 = 0.5 * v77;
   const double v84 = 0.5 * v78;
   const double v85 = sqrt(v77);
-  const double v86 = sq(v79);
+  const double v86 = v79 * v79;
   const double v87 = 0.04 + v80;
-  const double v88 = sq(v81);
+  const double v88 = v81 * v81;
   const double v89 = v82 - 0.04;
   const double v90 = 1.5625 * v78;
   const double v91 = 0.0338 + v83;
   const double v92 = 0.26 + v85;
   const double v93 = v85 - 0.26;
   const double v94 = v49 + v86;
-  const double v95 = sq(v87);
+  const double v95 = v87 * v87;
   const double v96 = v52 + v88;
-  const double v97 = sq(v89);
+  const double v97 = v89 * v89;
   const double v98 = v91 - v84;
-  const double v99 = sq(v92);
-  const double v100 = sq(v93);
+  const double v99 = v92 * v92;
+  const double v100 = v93 * v93;
   const double v101 = 0.5 * v94;
   const double v102 = 0.64 - v95;
   const double v103 = sqrt(v94);
@@ -8093,11 +8286,11 @@ void delta_actuators_all(const double theta[6], double q[24], double margin[24])
   const double v121 = v108 * v109;
   const double v122 = v61 * v107;
   const double v123 = v110 - v111;
-  const double v124 = sq(v112);
-  const double v125 = sq(v113);
+  const double v124 = v112 * v112;
+  const double v125 = v113 * v113;
   const double v126 = v114 - v115;
-  const double v127 = sq(v116);
-  const double v128 = sq(v117);
+  const double v127 = v116 * v116;
+  const double v128 = v117 * v117;
   const double v129 = sqrt(v121);
   const double v130 = v123 / v94;
   const double v131 = v124 - v102;
@@ -8134,6 +8327,7 @@ void delta_actuators_all(const double theta[6], double q[24], double margin[24])
   margin[15] = v148;
   margin[18] = v148;
   margin[21] = v148;
+  // shared terms; columns 2 and 3 of margin
   const double v157 = v120 + v151;
   const double v158 = v152 - v122;
   const double v159 = v153 / v94;
@@ -8166,6 +8360,7 @@ void delta_actuators_all(const double theta[6], double q[24], double margin[24])
   margin[20] = v164;
   margin[22] = v163;
   margin[23] = v164;
+  // shared terms; column 1 of q
   const double v173 = -v166;
   const double v174 = v138 - v167;
   const double v175 = v168 + v140;
@@ -8195,6 +8390,7 @@ void delta_actuators_all(const double theta[6], double q[24], double margin[24])
   q[15] = v192;
   q[18] = v192;
   q[21] = v192;
+  // shared terms; column 1 of q
   const double v198 = atan2(v184, v193);
   const double v199 = atan2(v186, v194);
   const double v200 = atan2(v188, v195);
@@ -8203,6 +8399,7 @@ void delta_actuators_all(const double theta[6], double q[24], double margin[24])
   q[3] = v197;
   q[6] = v197;
   q[9] = v197;
+  // shared terms; columns 2 and 3 of q
   const double v202 = -v198;
   const double v203 = -v199;
   const double v204 = -v200;
@@ -8225,7 +8422,10 @@ void delta_actuators_all(const double theta[6], double q[24], double margin[24])
   q[23] = v204;
 }
 
+// What the full configuration leaves open in the loops, zero where they are closed.
+// 171 operations: multiply 64, add 89, trig 12, other 6
 void delta_constraint(const double z[9], double residual[6]) {
+  // inputs
   const double z_0 = z[0];
   const double z_1 = z[1];
   const double z_2 = z[2];
@@ -8235,9 +8435,11 @@ void delta_constraint(const double z[9], double residual[6]) {
   const double z_6 = z[6];
   const double z_7 = z[7];
   const double z_8 = z[8];
+  // cosines and sines
   const double angle[6] = {z_6, z_3, z_4, z_5, z_7, z_8};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
+  // shared terms; residual
   const double v13 = 0.26 * c[0];
   const double v14 = 0.04 * s[3];
   const double v15 = 0.05 * c[2];
@@ -8333,22 +8535,22 @@ void delta_constraint(const double z[9], double residual[6]) {
   const double v105 = v30 + v87;
   const double v106 = v88 + z_0;
   const double v107 = v89 + z_1;
-  const double v108 = sq(v90);
+  const double v108 = v90 * v90;
   const double v109 = v91 + z_0;
   const double v110 = z_1 - v92;
-  const double v111 = sq(v93);
+  const double v111 = v93 * v93;
   const double v112 = z_0 - v94;
   const double v113 = v95 + z_1;
-  const double v114 = sq(v96);
+  const double v114 = v96 * v96;
   const double v115 = v97 + z_0;
   const double v116 = v98 + z_1;
-  const double v117 = sq(v99);
+  const double v117 = v99 * v99;
   const double v118 = v100 + z_0;
   const double v119 = z_1 - v101;
-  const double v120 = sq(v102);
+  const double v120 = v102 * v102;
   const double v121 = v103 + z_0;
   const double v122 = z_1 - v104;
-  const double v123 = sq(v105);
+  const double v123 = v105 * v105;
   const double v124 = v31 - v106;
   const double v125 = 0.04 - v107;
   const double v126 = v31 - v109;
@@ -8361,18 +8563,18 @@ void delta_constraint(const double z[9], double residual[6]) {
   const double v133 = v80 + v119;
   const double v134 = v83 + v121;
   const double v135 = v85 - v122;
-  const double v136 = sq(v124);
-  const double v137 = sq(v125);
-  const double v138 = sq(v126);
-  const double v139 = sq(v127);
-  const double v140 = sq(v128);
-  const double v141 = sq(v129);
-  const double v142 = sq(v130);
-  const double v143 = sq(v131);
-  const double v144 = sq(v132);
-  const double v145 = sq(v133);
-  const double v146 = sq(v134);
-  const double v147 = sq(v135);
+  const double v136 = v124 * v124;
+  const double v137 = v125 * v125;
+  const double v138 = v126 * v126;
+  const double v139 = v127 * v127;
+  const double v140 = v128 * v128;
+  const double v141 = v129 * v129;
+  const double v142 = v130 * v130;
+  const double v143 = v131 * v131;
+  const double v144 = v132 * v132;
+  const double v145 = v133 * v133;
+  const double v146 = v134 * v134;
+  const double v147 = v135 * v135;
   const double v148 = v136 + v137;
   const double v149 = v138 + v139;
   const double v150 = v140 + v141;
@@ -8405,7 +8607,10 @@ void delta_constraint(const double z[9], double residual[6]) {
   residual[5] = v171;
 }
 
+// Derivative of the loops' equations by the full configuration.
+// 385 operations: multiply 222, add 129, negate 10, trig 12, other 12
 void delta_constraint_D_z(const double z[9], double residual_D_z[54]) {
+  // inputs
   const double z_0 = z[0];
   const double z_1 = z[1];
   const double z_2 = z[2];
@@ -8415,9 +8620,11 @@ void delta_constraint_D_z(const double z[9], double residual_D_z[54]) {
   const double z_6 = z[6];
   const double z_7 = z[7];
   const double z_8 = z[8];
+  // cosines and sines
   const double angle[6] = {z_6, z_3, z_4, z_5, z_7, z_8};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
+  // constant entries of residual_D_z
   residual_D_z[7] = 0.0;
   residual_D_z[8] = 0.0;
   residual_D_z[16] = 0.0;
@@ -8430,6 +8637,7 @@ void delta_constraint_D_z(const double z[9], double residual_D_z[54]) {
   residual_D_z[43] = 0.0;
   residual_D_z[51] = 0.0;
   residual_D_z[52] = 0.0;
+  // shared terms; residual_D_z
   const double v13 = 0.26 * c[0];
   const double v14 = 0.04 * s[3];
   const double v15 = 0.05 * c[2];
@@ -8565,27 +8773,27 @@ void delta_constraint_D_z(const double z[9], double residual_D_z[54]) {
   const double v145 = v32 + v125;
   const double v146 = v128 + z_0;
   const double v147 = v129 + z_1;
-  const double v148 = sq(v130);
+  const double v148 = v130 * v130;
   const double v149 = 2.0 * v130;
   const double v150 = v131 + z_0;
   const double v151 = z_1 - v132;
-  const double v152 = sq(v133);
+  const double v152 = v133 * v133;
   const double v153 = 2.0 * v133;
   const double v154 = z_0 - v134;
   const double v155 = v135 + z_1;
-  const double v156 = sq(v136);
+  const double v156 = v136 * v136;
   const double v157 = 2.0 * v136;
   const double v158 = v137 + z_0;
   const double v159 = v138 + z_1;
-  const double v160 = sq(v139);
+  const double v160 = v139 * v139;
   const double v161 = 2.0 * v139;
   const double v162 = v140 + z_0;
   const double v163 = z_1 - v141;
-  const double v164 = sq(v142);
+  const double v164 = v142 * v142;
   const double v165 = 2.0 * v142;
   const double v166 = v143 + z_0;
   const double v167 = z_1 - v144;
-  const double v168 = sq(v145);
+  const double v168 = v145 * v145;
   const double v169 = 2.0 * v145;
   const double v170 = v35 - v146;
   const double v171 = 0.04 - v147;
@@ -8618,28 +8826,28 @@ void delta_constraint_D_z(const double z[9], double residual_D_z[54]) {
   const double v198 = v169 * v51;
   const double v199 = v31 * v169;
   const double v200 = 2.0 * v170;
-  const double v201 = sq(v170);
-  const double v202 = sq(v171);
+  const double v201 = v170 * v170;
+  const double v202 = v171 * v171;
   const double v203 = 2.0 * v171;
   const double v204 = 2.0 * v175;
-  const double v205 = sq(v175);
-  const double v206 = sq(v176);
+  const double v205 = v175 * v175;
+  const double v206 = v176 * v176;
   const double v207 = 2.0 * v176;
   const double v208 = 2.0 * v180;
-  const double v209 = sq(v180);
-  const double v210 = sq(v181);
+  const double v209 = v180 * v180;
+  const double v210 = v181 * v181;
   const double v211 = 2.0 * v181;
   const double v212 = 2.0 * v185;
-  const double v213 = sq(v185);
-  const double v214 = sq(v186);
+  const double v213 = v185 * v185;
+  const double v214 = v186 * v186;
   const double v215 = 2.0 * v186;
   const double v216 = 2.0 * v190;
-  const double v217 = sq(v190);
-  const double v218 = sq(v191);
+  const double v217 = v190 * v190;
+  const double v218 = v191 * v191;
   const double v219 = 2.0 * v191;
   const double v220 = 2.0 * v195;
-  const double v221 = sq(v195);
-  const double v222 = sq(v196);
+  const double v221 = v195 * v195;
+  const double v222 = v196 * v196;
   const double v223 = 2.0 * v196;
   const double v224 = v201 + v202;
   const double v225 = v200 * v129;
@@ -8835,6 +9043,7 @@ void delta_constraint_D_z(const double z[9], double residual_D_z[54]) {
   residual_D_z[49] = v373;
   residual_D_z[50] = v374;
   residual_D_z[53] = v375;
+  // columns 1, 2 and 5 of residual_D_z
   residual_D_z[0] = v376;
   residual_D_z[1] = v377;
   residual_D_z[4] = v378;
@@ -8847,7 +9056,10 @@ void delta_constraint_D_z(const double z[9], double residual_D_z[54]) {
   residual_D_z[46] = v385;
 }
 
+// Time derivative of the constraint Jacobian.
+// 1038 operations: multiply 586, add 417, negate 5, trig 12, other 18
 void delta_constraint_D_z_dot(const double z[9], const double zd[9], double residual_D_z_dot[54]) {
+  // inputs
   const double z_0 = z[0];
   const double z_1 = z[1];
   const double z_2 = z[2];
@@ -8866,9 +9078,11 @@ void delta_constraint_D_z_dot(const double z[9], const double zd[9], double resi
   const double zd_6 = zd[6];
   const double zd_7 = zd[7];
   const double zd_8 = zd[8];
+  // cosines and sines
   const double angle[6] = {z_6, z_3, z_4, z_5, z_7, z_8};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
+  // constant entries of residual_D_z_dot
   residual_D_z_dot[7] = 0.0;
   residual_D_z_dot[8] = 0.0;
   residual_D_z_dot[16] = 0.0;
@@ -8881,6 +9095,7 @@ void delta_constraint_D_z_dot(const double z[9], const double zd[9], double resi
   residual_D_z_dot[43] = 0.0;
   residual_D_z_dot[51] = 0.0;
   residual_D_z_dot[52] = 0.0;
+  // shared terms; residual_D_z_dot
   const double v13 = 0.26 * c[0];
   const double v14 = 0.04 * s[3];
   const double v15 = 0.05 * c[2];
@@ -9191,7 +9406,7 @@ void delta_constraint_D_z_dot(const double z[9], const double zd[9], double resi
   const double v320 = v275 * c[1];
   const double v321 = v276 + z_1;
   const double v322 = v275 * s[1];
-  const double v323 = sq(v273);
+  const double v323 = v273 * v273;
   const double v324 = v274 * c[1];
   const double v325 = v274 * s[1];
   const double v326 = v192 + v277;
@@ -9202,12 +9417,12 @@ void delta_constraint_D_z_dot(const double z[9], const double zd[9], double resi
   const double v331 = 2.0 * v282;
   const double v332 = zd_2 - v283;
   const double v333 = v284 - v127;
-  const double v334 = sq(v282);
+  const double v334 = v282 * v282;
   const double v335 = v283 * c[1];
   const double v336 = v283 * s[1];
   const double v337 = z_0 - v286;
   const double v338 = v287 + z_1;
-  const double v339 = sq(v288);
+  const double v339 = v288 * v288;
   const double v340 = v289 - v145;
   const double v341 = 2.0 * v288;
   const double v342 = v291 + zd_2;
@@ -9218,7 +9433,7 @@ void delta_constraint_D_z_dot(const double z[9], const double zd[9], double resi
   const double v347 = v225 + v294;
   const double v348 = v295 + z_0;
   const double v349 = v296 + z_1;
-  const double v350 = sq(v297);
+  const double v350 = v297 * v297;
   const double v351 = v298 * c[1];
   const double v352 = 2.0 * v297;
   const double v353 = v299 + zd_2;
@@ -9229,7 +9444,7 @@ void delta_constraint_D_z_dot(const double z[9], const double zd[9], double resi
   const double v358 = v244 + v301;
   const double v359 = v302 + z_0;
   const double v360 = z_1 - v303;
-  const double v361 = sq(v304);
+  const double v361 = v304 * v304;
   const double v362 = v305 - v160;
   const double v363 = v253 + v307;
   const double v364 = 2.0 * v304;
@@ -9238,7 +9453,7 @@ void delta_constraint_D_z_dot(const double z[9], const double zd[9], double resi
   const double v367 = v308 * s[1];
   const double v368 = v309 + z_0;
   const double v369 = z_1 - v310;
-  const double v370 = sq(v311);
+  const double v370 = v311 * v311;
   const double v371 = v312 - v145;
   const double v372 = v313 * c[1];
   const double v373 = v313 * s[1];
@@ -9334,43 +9549,43 @@ void delta_constraint_D_z_dot(const double z[9], const double zd[9], double resi
   const double v463 = v380 - v184;
   const double v464 = 2.0 * v381;
   const double v465 = v382 - v61;
-  const double v466 = sq(v378);
-  const double v467 = sq(v381);
+  const double v466 = v378 * v378;
+  const double v467 = v381 * v381;
   const double v468 = 2.0 * v379;
   const double v469 = 2.0 * v393;
   const double v470 = 2.0 * v394;
   const double v471 = v395 - v129;
   const double v472 = v331 * v396;
   const double v473 = v397 + zd_0;
-  const double v474 = sq(v393);
-  const double v475 = sq(v394);
+  const double v474 = v393 * v393;
+  const double v475 = v394 * v394;
   const double v476 = 2.0 * v396;
-  const double v477 = sq(v406);
-  const double v478 = sq(v407);
+  const double v477 = v406 * v406;
+  const double v478 = v407 * v407;
   const double v479 = zd_0 - v408;
   const double v480 = 2.0 * v406;
   const double v481 = v341 * v409;
   const double v482 = 2.0 * v407;
   const double v483 = v410 - v149;
   const double v484 = 2.0 * v409;
-  const double v485 = sq(v421);
-  const double v486 = sq(v422);
+  const double v485 = v421 * v421;
+  const double v486 = v422 * v422;
   const double v487 = v423 - v105;
   const double v488 = 2.0 * v421;
   const double v489 = v352 * v424;
   const double v490 = 2.0 * v422;
   const double v491 = v425 - v108;
   const double v492 = 2.0 * v424;
-  const double v493 = sq(v436);
-  const double v494 = sq(v437);
+  const double v493 = v436 * v436;
+  const double v494 = v437 * v437;
   const double v495 = v438 + zd_0;
   const double v496 = 2.0 * v436;
   const double v497 = 2.0 * v437;
   const double v498 = v439 - v163;
   const double v499 = v364 * v440;
   const double v500 = 2.0 * v440;
-  const double v501 = sq(v449);
-  const double v502 = sq(v450);
+  const double v501 = v449 * v449;
+  const double v502 = v450 * v450;
   const double v503 = v451 + zd_0;
   const double v504 = 2.0 * v449;
   const double v505 = 2.0 * v450;
@@ -9915,6 +10130,7 @@ void delta_constraint_D_z_dot(const double z[9], const double zd[9], double resi
   const double v1025 = v999 - v1000;
   const double v1026 = v798 * v1001;
   const double v1027 = v798 * v1003;
+  // shared terms; columns 1, 2, 3, 4, 5, 6 and 7 of residual_D_z_dot
   residual_D_z_dot[0] = v1005;
   residual_D_z_dot[1] = v1006;
   residual_D_z_dot[2] = v1007;
@@ -9938,6 +10154,7 @@ void delta_constraint_D_z_dot(const double z[9], const double zd[9], double resi
   residual_D_z_dot[49] = v1025;
   const double v1035 = v1026 - v1002;
   const double v1036 = v1027 - v1004;
+  // shared terms; columns 1, 2, 6, 8 and 9 of residual_D_z_dot
   const double v1037 = -v1028;
   residual_D_z_dot[5] = v1029;
   residual_D_z_dot[27] = v1030;
@@ -9947,11 +10164,15 @@ void delta_constraint_D_z_dot(const double z[9], const double zd[9], double resi
   residual_D_z_dot[46] = v1034;
   residual_D_z_dot[50] = v1035;
   residual_D_z_dot[53] = v1036;
+  // column 5 of residual_D_z_dot
   residual_D_z_dot[4] = v1037;
   residual_D_z_dot[31] = v1038;
 }
 
+// By how much the ends of each rod or cylinder are further apart than its length.
+// 171 operations: multiply 64, add 89, trig 12, other 6
 void delta_rods(const double theta[6], const double q[3], double residual[6]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
@@ -9961,9 +10182,11 @@ void delta_rods(const double theta[6], const double q[3], double residual[6]) {
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // cosines and sines
   const double angle[6] = {theta_3, theta_5, theta_4, q_0, q_1, q_2};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
+  // shared terms; residual
   const double v13 = 0.04 * c[1];
   const double v14 = 0.04 * s[1];
   const double v15 = 0.05 * c[2];
@@ -10059,22 +10282,22 @@ void delta_rods(const double theta[6], const double q[3], double residual[6]) {
   const double v105 = v87 + v30;
   const double v106 = v88 + theta_1;
   const double v107 = v89 + theta_0;
-  const double v108 = sq(v90);
+  const double v108 = v90 * v90;
   const double v109 = v91 + theta_0;
   const double v110 = theta_1 - v92;
-  const double v111 = sq(v93);
+  const double v111 = v93 * v93;
   const double v112 = theta_0 - v94;
   const double v113 = v95 + theta_1;
-  const double v114 = sq(v96);
+  const double v114 = v96 * v96;
   const double v115 = v97 + theta_0;
   const double v116 = v98 + theta_1;
-  const double v117 = sq(v99);
+  const double v117 = v99 * v99;
   const double v118 = v100 + theta_0;
   const double v119 = theta_1 - v101;
-  const double v120 = sq(v102);
+  const double v120 = v102 * v102;
   const double v121 = v103 + theta_0;
   const double v122 = theta_1 - v104;
-  const double v123 = sq(v105);
+  const double v123 = v105 * v105;
   const double v124 = v106 - 0.04;
   const double v125 = v107 - v34;
   const double v126 = v109 - v34;
@@ -10087,18 +10310,18 @@ void delta_rods(const double theta[6], const double q[3], double residual[6]) {
   const double v133 = v119 + v81;
   const double v134 = v121 + v84;
   const double v135 = v122 - v86;
-  const double v136 = sq(v124);
-  const double v137 = sq(v125);
-  const double v138 = sq(v126);
-  const double v139 = sq(v127);
-  const double v140 = sq(v128);
-  const double v141 = sq(v129);
-  const double v142 = sq(v130);
-  const double v143 = sq(v131);
-  const double v144 = sq(v132);
-  const double v145 = sq(v133);
-  const double v146 = sq(v134);
-  const double v147 = sq(v135);
+  const double v136 = v124 * v124;
+  const double v137 = v125 * v125;
+  const double v138 = v126 * v126;
+  const double v139 = v127 * v127;
+  const double v140 = v128 * v128;
+  const double v141 = v129 * v129;
+  const double v142 = v130 * v130;
+  const double v143 = v131 * v131;
+  const double v144 = v132 * v132;
+  const double v145 = v133 * v133;
+  const double v146 = v134 * v134;
+  const double v147 = v135 * v135;
   const double v148 = v136 + v137;
   const double v149 = v138 + v139;
   const double v150 = v140 + v141;
@@ -10131,7 +10354,10 @@ void delta_rods(const double theta[6], const double q[3], double residual[6]) {
   residual[5] = v171;
 }
 
+// Derivative of the rods' residuals by the main chain's joints.
+// 343 operations: multiply 196, add 119, negate 4, trig 12, other 12
 void delta_rods_D_chain(const double theta[6], const double q[3], double residual_D_theta[36]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
@@ -10141,9 +10367,11 @@ void delta_rods_D_chain(const double theta[6], const double q[3], double residua
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // cosines and sines
   const double angle[6] = {theta_3, theta_4, theta_5, q_0, q_1, q_2};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
+  // shared terms; residual_D_theta
   const double v13 = 0.04 * s[2];
   const double v14 = 0.05 * c[1];
   const double v15 = 0.04 * c[2];
@@ -10275,27 +10503,27 @@ void delta_rods_D_chain(const double theta[6], const double q[3], double residua
   const double v141 = v121 + v30;
   const double v142 = v124 + theta_0;
   const double v143 = v125 + theta_1;
-  const double v144 = sq(v126);
+  const double v144 = v126 * v126;
   const double v145 = 2.0 * v126;
   const double v146 = v127 + theta_0;
   const double v147 = theta_1 - v128;
-  const double v148 = sq(v129);
+  const double v148 = v129 * v129;
   const double v149 = 2.0 * v129;
   const double v150 = theta_0 - v130;
   const double v151 = v131 + theta_1;
-  const double v152 = sq(v132);
+  const double v152 = v132 * v132;
   const double v153 = 2.0 * v132;
   const double v154 = v133 + theta_0;
   const double v155 = v134 + theta_1;
-  const double v156 = sq(v135);
+  const double v156 = v135 * v135;
   const double v157 = 2.0 * v135;
   const double v158 = v136 + theta_0;
   const double v159 = theta_1 - v137;
-  const double v160 = sq(v138);
+  const double v160 = v138 * v138;
   const double v161 = 2.0 * v138;
   const double v162 = v139 + theta_0;
   const double v163 = theta_1 - v140;
-  const double v164 = sq(v141);
+  const double v164 = v141 * v141;
   const double v165 = 2.0 * v141;
   const double v166 = v142 - v33;
   const double v167 = v143 - 0.04;
@@ -10322,28 +10550,28 @@ void delta_rods_D_chain(const double theta[6], const double q[3], double residua
   const double v188 = v78 * v165;
   const double v189 = v165 * v48;
   const double v190 = 2.0 * v166;
-  const double v191 = sq(v167);
-  const double v192 = sq(v166);
+  const double v191 = v167 * v167;
+  const double v192 = v166 * v166;
   const double v193 = 2.0 * v167;
   const double v194 = 2.0 * v170;
-  const double v195 = sq(v170);
-  const double v196 = sq(v171);
+  const double v195 = v170 * v170;
+  const double v196 = v171 * v171;
   const double v197 = 2.0 * v171;
   const double v198 = 2.0 * v174;
-  const double v199 = sq(v174);
-  const double v200 = sq(v175);
+  const double v199 = v174 * v174;
+  const double v200 = v175 * v175;
   const double v201 = 2.0 * v175;
   const double v202 = 2.0 * v178;
-  const double v203 = sq(v178);
-  const double v204 = sq(v179);
+  const double v203 = v178 * v178;
+  const double v204 = v179 * v179;
   const double v205 = 2.0 * v179;
   const double v206 = 2.0 * v182;
-  const double v207 = sq(v182);
-  const double v208 = sq(v183);
+  const double v207 = v182 * v182;
+  const double v208 = v183 * v183;
   const double v209 = 2.0 * v183;
   const double v210 = 2.0 * v186;
-  const double v211 = sq(v186);
-  const double v212 = sq(v187);
+  const double v211 = v186 * v186;
+  const double v212 = v187 * v187;
   const double v213 = 2.0 * v187;
   const double v214 = v191 + v192;
   const double v215 = v124 * v193;
@@ -10507,13 +10735,17 @@ void delta_rods_D_chain(const double theta[6], const double q[3], double residua
   residual_D_theta[33] = v337;
   residual_D_theta[34] = v338;
   const double v343 = -v339;
+  // columns 4 and 6 of residual_D_theta
   residual_D_theta[11] = v340;
   residual_D_theta[15] = v341;
   residual_D_theta[29] = v342;
   residual_D_theta[35] = v343;
 }
 
+// Both matrices of the velocity relation of a platform on legs.
+// 303 operations: multiply 142, add 117, negate 2, trig 12, other 30
 void delta_velocity_relation(const double theta[6], const double q[3], double J_x[36], double J_q[18]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
@@ -10523,9 +10755,11 @@ void delta_velocity_relation(const double theta[6], const double q[3], double J_
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // cosines and sines
   const double angle[6] = {theta_3, theta_4, theta_5, q_0, q_1, q_2};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
+  // constant entries of J_q
   J_q[1] = 0.0;
   J_q[2] = 0.0;
   J_q[4] = 0.0;
@@ -10538,6 +10772,7 @@ void delta_velocity_relation(const double theta[6], const double q[3], double J_
   J_q[13] = 0.0;
   J_q[15] = 0.0;
   J_q[16] = 0.0;
+  // shared terms; columns 1, 2 and 3 of J_x
   const double v13 = 0.04 * s[2];
   const double v14 = 0.05 * c[1];
   const double v15 = 0.04 * c[2];
@@ -10639,22 +10874,22 @@ void delta_velocity_relation(const double theta[6], const double q[3], double J_
   const double v111 = v91 + v30;
   const double v112 = v92 + theta_0;
   const double v113 = v93 + theta_1;
-  const double v114 = sq(v94);
+  const double v114 = v94 * v94;
   const double v115 = v95 + theta_0;
   const double v116 = theta_1 - v96;
-  const double v117 = sq(v97);
+  const double v117 = v97 * v97;
   const double v118 = theta_0 - v99;
   const double v119 = v100 + theta_1;
-  const double v120 = sq(v101);
+  const double v120 = v101 * v101;
   const double v121 = v102 + theta_0;
   const double v122 = v103 + theta_1;
-  const double v123 = sq(v104);
+  const double v123 = v104 * v104;
   const double v124 = v105 + theta_0;
   const double v125 = theta_1 - v106;
-  const double v126 = sq(v107);
+  const double v126 = v107 * v107;
   const double v127 = v109 + theta_0;
   const double v128 = theta_1 - v110;
-  const double v129 = sq(v111);
+  const double v129 = v111 * v111;
   const double v130 = 2.0 * v94;
   const double v131 = 2.0 * v97;
   const double v132 = 2.0 * v101;
@@ -10683,18 +10918,18 @@ void delta_velocity_relation(const double theta[6], const double q[3], double J_
   const double v155 = v19 * v133;
   const double v156 = v134 * v29;
   const double v157 = v135 * v29;
-  const double v158 = sq(v137);
-  const double v159 = sq(v136);
-  const double v160 = sq(v138);
-  const double v161 = sq(v139);
-  const double v162 = sq(v141);
-  const double v163 = sq(v142);
-  const double v164 = sq(v144);
-  const double v165 = sq(v145);
-  const double v166 = sq(v146);
-  const double v167 = sq(v147);
-  const double v168 = sq(v149);
-  const double v169 = sq(v150);
+  const double v158 = v137 * v137;
+  const double v159 = v136 * v136;
+  const double v160 = v138 * v138;
+  const double v161 = v139 * v139;
+  const double v162 = v141 * v141;
+  const double v163 = v142 * v142;
+  const double v164 = v144 * v144;
+  const double v165 = v145 * v145;
+  const double v166 = v146 * v146;
+  const double v167 = v147 * v147;
+  const double v168 = v149 * v149;
+  const double v169 = v150 * v150;
   const double v170 = 2.0 * v136;
   const double v171 = 2.0 * v138;
   const double v172 = 2.0 * v141;
@@ -10827,6 +11062,7 @@ void delta_velocity_relation(const double theta[6], const double q[3], double J_
   const double v281 = v239 * v215;
   const double v282 = v240 * v216;
   const double v283 = v241 * v217;
+  // shared terms; columns 2 and 3 of J_q
   const double v284 = v242 - v243;
   const double v285 = v244 - v245;
   const double v286 = v246 - v247;
@@ -10851,6 +11087,7 @@ void delta_velocity_relation(const double theta[6], const double q[3], double J_
   J_q[10] = v281;
   J_q[14] = v282;
   J_q[17] = v283;
+  // columns 4, 5 and 6 of J_x; column 1 of J_q
   J_x[3] = v284;
   J_x[4] = v285;
   J_x[5] = v286;
@@ -10874,7 +11111,10 @@ void delta_velocity_relation(const double theta[6], const double q[3], double J_
 }
 
 #if !DELTA_BRANCHES
+// One branch of ik.
+// 325 operations: multiply 156, add 132, negate 6, trig 3, other 28
 static void delta_ik_branch(const double T[16], const double choice[1], double q[3], double residual[1], double margin[1]) {
+  // inputs
   const double T_0 = T[0];
   const double T_1 = T[1];
   const double T_2 = T[2];
@@ -10888,21 +11128,22 @@ static void delta_ik_branch(const double T[16], const double choice[1], double q
   const double T_10 = T[10];
   const double T_11 = T[11];
   const double choice_0 = choice[0];
-  const double v1 = sq(T_8);
+  // shared terms
+  const double v1 = T_8 * T_8;
   const double v2 = 1e-150 + T_0;
-  const double v3 = sq(T_4);
-  const double v4 = sq(T_1);
-  const double v5 = sq(T_2);
-  const double v6 = sq(T_6);
-  const double v7 = sq(T_9);
+  const double v3 = T_4 * T_4;
+  const double v4 = T_1 * T_1;
+  const double v5 = T_2 * T_2;
+  const double v6 = T_6 * T_6;
+  const double v7 = T_9 * T_9;
   const double v8 = 1.0 - T_0;
   const double v9 = 1.0 - T_5;
   const double v10 = 1.0 - T_10;
-  const double v11 = sq(v2);
+  const double v11 = v2 * v2;
   const double v12 = v4 + v5;
-  const double v13 = sq(v8);
-  const double v14 = sq(v9);
-  const double v15 = sq(v10);
+  const double v13 = v8 * v8;
+  const double v14 = v9 * v9;
+  const double v15 = v10 * v10;
   const double v16 = v3 + v11;
   const double v17 = v12 + v3;
   const double v18 = sqrt(v16);
@@ -10924,8 +11165,8 @@ static void delta_ik_branch(const double T[16], const double choice[1], double q
   const double v34 = v28 - v29;
   const double v35 = v30 + v31;
   const double v36 = v32 + v14;
-  const double v37 = sq(v33);
-  const double v38 = sq(v34);
+  const double v37 = v33 * v33;
+  const double v38 = v34 * v34;
   const double v39 = v36 + v15;
   const double v40 = v1 + v37;
   const double v41 = 0.5 * v39;
@@ -10941,7 +11182,7 @@ static void delta_ik_branch(const double T[16], const double choice[1], double q
   const double v51 = 0.009641016151377546 * v43;
   const double v52 = 0.009641016151377546 * v44;
   const double v53 = v46 - v47;
-  const double v54 = sq(v53);
+  const double v54 = v53 * v53;
   const double v55 = v38 + v54;
   const double v56 = sqrt(v55);
   const double v57 = v34 / v56;
@@ -10979,13 +11220,13 @@ static void delta_ik_branch(const double T[16], const double choice[1], double q
   const double v89 = T_11 + v81;
   const double v90 = v23 * v82;
   const double v91 = v24 * v82;
-  const double v92 = sq(v83);
+  const double v92 = v83 * v83;
   const double v93 = v84 - v67;
   const double v94 = v68 + v85;
-  const double v95 = sq(v86);
+  const double v95 = v86 * v86;
   const double v96 = v87 + v71;
   const double v97 = v72 - v88;
-  const double v98 = sq(v89);
+  const double v98 = v89 * v89;
   const double v99 = v74 - v90;
   const double v100 = v76 + v91;
   const double v101 = T_3 + v93;
@@ -11000,8 +11241,8 @@ static void delta_ik_branch(const double T[16], const double choice[1], double q
   const double v110 = v104 - 0.17320508075688773;
   const double v111 = 0.1 + v105;
   const double v112 = 0.17320508075688773 + v106;
-  const double v113 = sq(v107);
-  const double v114 = sq(v108);
+  const double v113 = v107 * v107;
+  const double v114 = v108 * v108;
   const double v115 = 0.5 * v109;
   const double v116 = 0.8660254037844386 * v110;
   const double v117 = 0.5 * v110;
@@ -11019,20 +11260,20 @@ static void delta_ik_branch(const double T[16], const double choice[1], double q
   const double v129 = 0.5 * v123;
   const double v130 = 0.5 * v124;
   const double v131 = sqrt(v123);
-  const double v132 = sq(v125);
+  const double v132 = v125 * v125;
   const double v133 = 0.04 + v126;
-  const double v134 = sq(v127);
+  const double v134 = v127 * v127;
   const double v135 = v128 - 0.04;
   const double v136 = 0.0338 + v129;
   const double v137 = 0.26 + v131;
   const double v138 = v131 - 0.26;
   const double v139 = v95 + v132;
-  const double v140 = sq(v133);
+  const double v140 = v133 * v133;
   const double v141 = v98 + v134;
-  const double v142 = sq(v135);
+  const double v142 = v135 * v135;
   const double v143 = v136 - v130;
-  const double v144 = sq(v137);
-  const double v145 = sq(v138);
+  const double v144 = v137 * v137;
+  const double v145 = v138 * v138;
   const double v146 = 0.5 * v139;
   const double v147 = 0.64 - v140;
   const double v148 = sqrt(v139);
@@ -11054,11 +11295,11 @@ static void delta_ik_branch(const double T[16], const double choice[1], double q
   const double v164 = v153 * v154;
   const double v165 = v107 * v152;
   const double v166 = v155 - v156;
-  const double v167 = sq(v157);
-  const double v168 = sq(v158);
+  const double v167 = v157 * v157;
+  const double v168 = v158 * v158;
   const double v169 = v159 - v160;
-  const double v170 = sq(v161);
-  const double v171 = sq(v162);
+  const double v170 = v161 * v161;
+  const double v171 = v162 * v162;
   const double v172 = sqrt(v164);
   const double v173 = v166 / v139;
   const double v174 = v167 - v147;
@@ -11111,10 +11352,10 @@ static void delta_ik_branch(const double T[16], const double choice[1], double q
   const double v221 = -v210;
   const double v222 = 0.8660254037844386 * v215;
   const double v223 = 0.5 * v215;
-  const double v224 = sq(v216);
+  const double v224 = v216 * v216;
   const double v225 = 0.8660254037844386 * v217;
   const double v226 = 0.5 * v217;
-  const double v227 = sq(v218);
+  const double v227 = v218 * v218;
   const double v228 = atan2(v211, v219);
   const double v229 = atan2(v213, v220);
   const double v230 = v222 - 0.02;
@@ -11127,24 +11368,24 @@ static void delta_ik_branch(const double T[16], const double choice[1], double q
   const double v237 = 0.05964101615137755 - v231;
   const double v238 = 0.06330127018922194 - v232;
   const double v239 = v233 - 0.009641016151377546;
-  const double v240 = sq(v236);
+  const double v240 = v236 * v236;
   const double v241 = v237 - v209;
   const double v242 = v239 - v209;
-  const double v243 = sq(v238);
+  const double v243 = v238 * v238;
   const double v244 = v236 * v218;
   const double v245 = v238 * v216;
-  const double v246 = sq(v241);
+  const double v246 = v241 * v241;
   const double v247 = v238 * v241;
   const double v248 = v236 * v242;
   const double v249 = v216 * v242;
   const double v250 = v241 * v218;
-  const double v251 = sq(v242);
+  const double v251 = v242 * v242;
   const double v252 = v244 - v245;
   const double v253 = v240 + v246;
   const double v254 = v247 - v248;
   const double v255 = v249 - v250;
   const double v256 = v243 + v251;
-  const double v257 = sq(v252);
+  const double v257 = v252 * v252;
   const double v258 = v218 * v252;
   const double v259 = v216 * v252;
   const double v260 = v238 * v252;
@@ -11155,8 +11396,8 @@ static void delta_ik_branch(const double T[16], const double choice[1], double q
   const double v265 = v256 + v227;
   const double v266 = v216 * v255;
   const double v267 = v236 * v254;
-  const double v268 = sq(v255);
-  const double v269 = sq(v254);
+  const double v268 = v255 * v255;
+  const double v269 = v254 * v254;
   const double v270 = v242 * v254;
   const double v271 = v241 * v254;
   const double v272 = v242 * v255;
@@ -11184,9 +11425,9 @@ static void delta_ik_branch(const double T[16], const double choice[1], double q
   const double v294 = v291 / v285;
   const double v295 = v292 / v285;
   const double v296 = v209 + v293;
-  const double v297 = sq(v293);
-  const double v298 = sq(v294);
-  const double v299 = sq(v295);
+  const double v297 = v293 * v293;
+  const double v298 = v294 * v294;
+  const double v299 = v295 * v295;
   const double v300 = v193 + v295;
   const double v301 = v297 + v298;
   const double v302 = v301 + v299;
@@ -11202,9 +11443,9 @@ static void delta_ik_branch(const double T[16], const double choice[1], double q
   const double v312 = v309 - T_3;
   const double v313 = v310 - T_7;
   const double v314 = v311 - T_11;
-  const double v315 = sq(v312);
-  const double v316 = sq(v313);
-  const double v317 = sq(v314);
+  const double v315 = v312 * v312;
+  const double v316 = v313 * v313;
+  const double v317 = v314 * v314;
   const double v318 = v315 + v316;
   const double v319 = v318 + v317;
   const double v320 = v319 + v41;
@@ -11213,10 +11454,14 @@ static void delta_ik_branch(const double T[16], const double choice[1], double q
   const double v323 = v320 + v322;
   const double v324 = 0.5 * v323;
   const double v325 = sqrt(v324);
+  // constant entries of margin
   margin[0] = 1.0;
+  // q
   q[0] = v221;
+  // q
   q[1] = v234;
   q[2] = v235;
+  // residual
   residual[0] = v325;
 }
 #endif

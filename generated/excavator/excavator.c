@@ -4,18 +4,20 @@
 #include "chasles_cos_sin.h"
 #include "excavator_branches.h"
 
-static double sq(double x) { return x * x; }
-
+// Pose of the tool (tip) in the base frame (0).
+// 135 operations: multiply 73, add 51, negate 3, trig 2, other 6
 void excavator_fk(const double q[4], double T_0_tip[16]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
-  const double v3 = sq(q_1);
+  // shared terms
+  const double v3 = q_1 * q_1;
   const double v4 = 3.96 * q_1;
-  const double v5 = sq(q_2);
+  const double v5 = q_2 * q_2;
   const double v6 = 4.8 * q_2;
-  const double v7 = sq(q_3);
+  const double v7 = q_3 * q_3;
   const double v8 = 3.2 * q_3;
   const double v9 = 3.9204 + v3;
   const double v10 = 5.76 + v5;
@@ -85,8 +87,8 @@ void excavator_fk(const double q[4], double T_0_tip[16]) {
   const double v75 = 1.4234875444839858 * v69;
   const double v76 = 0.13364517206815904 * v70;
   const double v77 = 1.4234875444839858 * v71;
-  const double v78 = sq(v73);
-  const double v79 = sq(v72);
+  const double v78 = v73 * v73;
+  const double v79 = v72 * v72;
   const double v80 = 0.7617774807885066 * v68;
   const double v81 = 0.7617774807885066 * v70;
   const double v82 = v74 * v75;
@@ -135,46 +137,59 @@ void excavator_fk(const double q[4], double T_0_tip[16]) {
   const double v131 = v129 + v81;
   const double v132 = 0.15 + v130;
   const double v133 = 1.75 + v131;
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of T_0_tip
   T_0_tip[9] = 0.0;
   T_0_tip[12] = 0.0;
   T_0_tip[13] = 0.0;
   T_0_tip[14] = 0.0;
   T_0_tip[15] = 1.0;
+  // shared terms; column 2 of T_0_tip
   const double v12 = -s[0];
   T_0_tip[5] = c[0];
+  // column 2 of T_0_tip
   T_0_tip[1] = v12;
+  // shared terms; columns 1 and 3 of T_0_tip
   const double v120 = c[0] * v118;
   const double v121 = c[0] * v119;
   const double v123 = s[0] * v118;
   const double v124 = s[0] * v119;
   T_0_tip[8] = v119;
   T_0_tip[10] = v118;
+  // shared terms; column 1 of T_0_tip
   T_0_tip[0] = v120;
   const double v126 = -v121;
   T_0_tip[4] = v123;
   const double v128 = -v124;
+  // column 3 of T_0_tip
   T_0_tip[2] = v126;
   T_0_tip[6] = v128;
+  // shared terms; column 4 of T_0_tip
   const double v134 = c[0] * v132;
   const double v135 = s[0] * v132;
   T_0_tip[11] = v133;
+  // column 4 of T_0_tip
   T_0_tip[3] = v134;
   T_0_tip[7] = v135;
 }
 
+// Pose of every link's frame in the base frame, in order from the base.
+// 147 operations: multiply 81, add 51, negate 7, trig 2, other 6
 void excavator_link_poses(const double q[4], double T[64]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
-  const double v3 = sq(q_1);
+  // shared terms
+  const double v3 = q_1 * q_1;
   const double v4 = 3.96 * q_1;
-  const double v5 = sq(q_2);
+  const double v5 = q_2 * q_2;
   const double v6 = 4.8 * q_2;
-  const double v7 = sq(q_3);
+  const double v7 = q_3 * q_3;
   const double v8 = 3.2 * q_3;
   const double v10 = 3.9204 + v3;
   const double v13 = 5.76 + v5;
@@ -245,8 +260,8 @@ void excavator_link_poses(const double q[4], double T[64]) {
   const double v78 = 1.4234875444839858 * v72;
   const double v79 = 1.4234875444839858 * v73;
   const double v80 = 0.7617774807885066 * v71;
-  const double v81 = sq(v75);
-  const double v82 = sq(v74);
+  const double v81 = v75 * v75;
+  const double v82 = v74 * v74;
   const double v87 = v76 * v78;
   const double v88 = v77 * v79;
   const double v89 = v77 * v78;
@@ -286,9 +301,11 @@ void excavator_link_poses(const double q[4], double T[64]) {
   const double v139 = v95 * v135;
   const double v140 = v136 + v137;
   const double v141 = v138 - v139;
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of T
   T[2] = 0.0;
   T[3] = 0.0;
   T[6] = 0.0;
@@ -317,6 +334,7 @@ void excavator_link_poses(const double q[4], double T[64]) {
   T[61] = 0.0;
   T[62] = 0.0;
   T[63] = 1.0;
+  // shared terms; T
   T[0] = c[0];
   const double v9 = -s[0];
   T[4] = s[0];
@@ -326,18 +344,21 @@ void excavator_link_poses(const double q[4], double T[64]) {
   const double v12 = 0.15 * s[0];
   T[37] = c[0];
   T[53] = c[0];
+  // T
   T[1] = v9;
   T[17] = v9;
   T[19] = v11;
   T[23] = v12;
   T[33] = v9;
   T[49] = v9;
+  // shared terms; T
   const double v83 = v76 * c[0];
   const double v84 = v77 * c[0];
   const double v85 = v76 * s[0];
   const double v86 = v77 * s[0];
   T[24] = v77;
   T[26] = v76;
+  // shared terms; T
   T[16] = v83;
   const double v93 = -v84;
   T[20] = v85;
@@ -345,6 +366,7 @@ void excavator_link_poses(const double q[4], double T[64]) {
   const double v97 = 5.7 * v83;
   const double v98 = 5.7 * v85;
   T[43] = v91;
+  // shared terms; T
   T[18] = v93;
   T[22] = v94;
   const double v102 = c[0] * v95;
@@ -355,6 +377,7 @@ void excavator_link_poses(const double q[4], double T[64]) {
   const double v107 = v12 + v98;
   T[40] = v96;
   T[42] = v95;
+  // shared terms; T
   T[32] = v102;
   const double v111 = -v103;
   T[35] = v104;
@@ -363,37 +386,46 @@ void excavator_link_poses(const double q[4], double T[64]) {
   T[39] = v107;
   const double v115 = 2.9 * v102;
   const double v116 = 2.9 * v105;
+  // shared terms; T
   T[34] = v111;
   T[38] = v112;
   const double v121 = v104 + v115;
   const double v122 = v107 + v116;
   T[59] = v117;
+  // T
   T[51] = v121;
   T[55] = v122;
+  // shared terms; T
   const double v142 = c[0] * v140;
   const double v143 = c[0] * v141;
   const double v144 = s[0] * v140;
   const double v145 = s[0] * v141;
   T[56] = v141;
   T[58] = v140;
+  // shared terms; T
   T[48] = v142;
   const double v146 = -v143;
   T[52] = v144;
   const double v147 = -v145;
+  // T
   T[50] = v146;
   T[54] = v147;
 }
 
+// Pose of the tool and mixed Jacobian in one call.
+// 185 operations: multiply 105, add 57, negate 11, trig 2, other 10
 void excavator_fk_jacobian_mixed(const double q[4], double T_0_tip[16], double J[24]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
-  const double v3 = sq(q_1);
+  // shared terms
+  const double v3 = q_1 * q_1;
   const double v4 = 3.96 * q_1;
-  const double v5 = sq(q_2);
+  const double v5 = q_2 * q_2;
   const double v6 = 4.8 * q_2;
-  const double v7 = sq(q_3);
+  const double v7 = q_3 * q_3;
   const double v8 = 3.2 * q_3;
   const double v9 = 1.98 + q_1;
   const double v10 = 2.4 + q_2;
@@ -476,8 +508,8 @@ void excavator_fk_jacobian_mixed(const double q[4], double T_0_tip[16], double J
   const double v94 = 1.4234875444839858 * v86;
   const double v95 = 0.13364517206815904 * v87;
   const double v96 = 1.4234875444839858 * v88;
-  const double v97 = sq(v90);
-  const double v98 = sq(v89);
+  const double v97 = v90 * v90;
+  const double v98 = v89 * v89;
   const double v99 = 0.7617774807885066 * v85;
   const double v100 = 0.7617774807885066 * v87;
   const double v101 = 0.62 * v91;
@@ -539,9 +571,11 @@ void excavator_fk_jacobian_mixed(const double q[4], double T_0_tip[16], double J
   const double v172 = 1.75 + v164;
   const double v177 = v163 * v58;
   const double v178 = -v169;
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of T_0_tip; constant entries of J
   T_0_tip[9] = 0.0;
   T_0_tip[12] = 0.0;
   T_0_tip[13] = 0.0;
@@ -554,9 +588,12 @@ void excavator_fk_jacobian_mixed(const double q[4], double T_0_tip[16], double J
   J[21] = 0.0;
   J[22] = 0.0;
   J[23] = 0.0;
+  // shared terms; column 2 of T_0_tip
   const double v15 = -s[0];
   T_0_tip[5] = c[0];
+  // column 2 of T_0_tip
   T_0_tip[1] = v15;
+  // shared terms; columns 2 and 3 of J
   const double v67 = s[0] * v58;
   const double v68 = s[0] * v59;
   const double v69 = c[0] * v58;
@@ -565,8 +602,10 @@ void excavator_fk_jacobian_mixed(const double q[4], double T_0_tip[16], double J
   const double v83 = -v68;
   const double v84 = -v69;
   J[18] = v70;
+  // columns 2 and 3 of J
   J[14] = v83;
   J[17] = v84;
+  // shared terms; columns 1 and 3 of T_0_tip; column 4 of J
   const double v147 = s[0] * v144;
   const double v148 = c[0] * v144;
   const double v149 = c[0] * v145;
@@ -577,6 +616,7 @@ void excavator_fk_jacobian_mixed(const double q[4], double T_0_tip[16], double J
   T_0_tip[10] = v145;
   const double v155 = -v147;
   J[19] = v148;
+  // shared terms; column 1 of T_0_tip; column 4 of J
   T_0_tip[0] = v149;
   const double v156 = -v150;
   T_0_tip[4] = v152;
@@ -584,12 +624,14 @@ void excavator_fk_jacobian_mixed(const double q[4], double T_0_tip[16], double J
   const double v160 = c[0] * v154;
   const double v161 = s[0] * v154;
   J[15] = v155;
+  // shared terms; column 3 of T_0_tip
   T_0_tip[2] = v156;
   T_0_tip[6] = v158;
   const double v165 = c[0] * v159;
   const double v166 = v160 * v144;
   const double v167 = s[0] * v159;
   const double v168 = v161 * v144;
+  // shared terms; column 4 of J
   const double v173 = c[0] * v164;
   const double v174 = v165 * v59;
   J[3] = v166;
@@ -597,6 +639,7 @@ void excavator_fk_jacobian_mixed(const double q[4], double T_0_tip[16], double J
   const double v176 = v167 * v59;
   J[7] = v168;
   J[11] = v170;
+  // shared terms; column 4 of T_0_tip; columns 2 and 3 of J
   const double v179 = c[0] * v171;
   const double v180 = s[0] * v171;
   T_0_tip[11] = v172;
@@ -606,30 +649,37 @@ void excavator_fk_jacobian_mixed(const double q[4], double T_0_tip[16], double J
   J[6] = v176;
   J[9] = v177;
   J[10] = v178;
+  // shared terms; column 4 of T_0_tip; column 1 of J
   T_0_tip[3] = v179;
   T_0_tip[7] = v180;
   const double v183 = -v180;
   const double v184 = -v181;
   J[4] = v179;
   const double v185 = -v182;
+  // columns 1 and 2 of J
   J[0] = v183;
   J[1] = v184;
   J[5] = v185;
 }
 
+// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
+// axes.
+// 158 operations: multiply 87, add 51, negate 8, trig 2, other 10
 void excavator_jacobian_space(const double q[4], double J[24]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
+  // shared terms
   const double v3 = 1.98 + q_1;
-  const double v4 = sq(q_1);
+  const double v4 = q_1 * q_1;
   const double v5 = 3.96 * q_1;
   const double v6 = 2.4 + q_2;
-  const double v7 = sq(q_2);
+  const double v7 = q_2 * q_2;
   const double v8 = 4.8 * q_2;
   const double v9 = 1.6 + q_3;
-  const double v10 = sq(q_3);
+  const double v10 = q_3 * q_3;
   const double v11 = 3.2 * q_3;
   const double v12 = 3.9204 + v4;
   const double v14 = 5.76 + v7;
@@ -709,8 +759,8 @@ void excavator_jacobian_space(const double q[4], double J[24]) {
   const double v97 = v85 + v86;
   const double v98 = 0.7617774807885066 * v90;
   const double v99 = 0.62 * v91;
-  const double v100 = sq(v92);
-  const double v101 = sq(v93);
+  const double v100 = v92 * v92;
+  const double v101 = v93 * v93;
   const double v102 = 0.62 * v94;
   const double v103 = 0.13364517206815904 * v90;
   const double v104 = 1.4234875444839858 * v95;
@@ -753,9 +803,11 @@ void excavator_jacobian_space(const double q[4], double J[24]) {
   const double v149 = v147 - v148;
   const double v150 = v149 / v136;
   const double v153 = v150 * v134;
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of J
   J[0] = 0.0;
   J[4] = 0.0;
   J[8] = 0.0;
@@ -765,6 +817,7 @@ void excavator_jacobian_space(const double q[4], double J[24]) {
   J[21] = 0.0;
   J[22] = 0.0;
   J[23] = 0.0;
+  // shared terms; columns 2 and 3 of J
   const double v13 = 1.75 * c[0];
   const double v16 = 1.75 * s[0];
   const double v62 = v53 * v13;
@@ -779,20 +832,24 @@ void excavator_jacobian_space(const double q[4], double J[24]) {
   const double v88 = -v72;
   const double v89 = -v73;
   J[18] = v74;
+  // columns 2 and 3 of J
   J[9] = v87;
   J[14] = v88;
   J[17] = v89;
+  // shared terms; column 3 of J
   const double v115 = c[0] * v108;
   const double v120 = s[0] * v108;
   const double v123 = v54 * v115;
   const double v127 = v54 * v120;
   J[10] = v121;
+  // shared terms; column 3 of J
   const double v129 = -v123;
   const double v133 = -v127;
   J[2] = v129;
   const double v138 = c[0] * v132;
   J[6] = v133;
   const double v139 = s[0] * v132;
+  // shared terms; column 4 of J
   const double v151 = v150 * v138;
   const double v152 = v150 * v139;
   const double v154 = s[0] * v150;
@@ -802,21 +859,26 @@ void excavator_jacobian_space(const double q[4], double J[24]) {
   J[11] = v153;
   const double v158 = -v154;
   J[19] = v155;
+  // column 4 of J
   J[3] = v156;
   J[7] = v157;
   J[15] = v158;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+// 165 operations: multiply 91, add 60, negate 4, other 10
 void excavator_jacobian_body(const double q[4], double J[24]) {
+  // inputs
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
+  // shared terms
   const double v1 = 1.98 + q_1;
-  const double v2 = sq(q_1);
+  const double v2 = q_1 * q_1;
   const double v3 = 3.96 * q_1;
-  const double v4 = sq(q_2);
+  const double v4 = q_2 * q_2;
   const double v5 = 4.8 * q_2;
-  const double v6 = sq(q_3);
+  const double v6 = q_3 * q_3;
   const double v7 = 3.2 * q_3;
   const double v8 = 2.4 + q_2;
   const double v9 = 1.6 + q_3;
@@ -899,8 +961,8 @@ void excavator_jacobian_body(const double q[4], double J[24]) {
   const double v86 = 1.4234875444839858 * v78;
   const double v87 = 0.13364517206815904 * v79;
   const double v88 = 1.4234875444839858 * v80;
-  const double v89 = sq(v82);
-  const double v90 = sq(v81);
+  const double v89 = v82 * v82;
+  const double v90 = v81 * v81;
   const double v91 = 0.7617774807885066 * v79;
   const double v92 = 0.7617774807885066 * v77;
   const double v93 = 0.62 * v83;
@@ -976,6 +1038,7 @@ void excavator_jacobian_body(const double q[4], double J[24]) {
   const double v163 = -v159;
   const double v164 = v49 * v160;
   const double v165 = -v161;
+  // constant entries of J
   J[0] = 0.0;
   J[3] = 0.0;
   J[5] = 0.0;
@@ -989,29 +1052,40 @@ void excavator_jacobian_body(const double q[4], double J[24]) {
   J[21] = 0.0;
   J[22] = 0.0;
   J[23] = 0.0;
+  // column 3 of J
   J[18] = v56;
+  // column 2 of J
   J[17] = v64;
+  // column 4 of J
   J[19] = v136;
+  // column 1 of J
   J[12] = v137;
   J[20] = v138;
+  // column 4 of J
   J[11] = v142;
+  // column 1 of J
   J[4] = v154;
+  // columns 2 and 3 of J
   J[1] = v162;
   J[2] = v163;
   J[9] = v164;
   J[10] = v165;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+// 177 operations: multiply 101, add 56, negate 8, trig 2, other 10
 void excavator_jacobian_mixed(const double q[4], double J[24]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
-  const double v3 = sq(q_1);
+  // shared terms
+  const double v3 = q_1 * q_1;
   const double v4 = 3.96 * q_1;
-  const double v5 = sq(q_2);
+  const double v5 = q_2 * q_2;
   const double v6 = 4.8 * q_2;
-  const double v7 = sq(q_3);
+  const double v7 = q_3 * q_3;
   const double v8 = 3.2 * q_3;
   const double v9 = 1.98 + q_1;
   const double v10 = 2.4 + q_2;
@@ -1094,8 +1168,8 @@ void excavator_jacobian_mixed(const double q[4], double J[24]) {
   const double v93 = 1.4234875444839858 * v85;
   const double v94 = 0.13364517206815904 * v86;
   const double v95 = 1.4234875444839858 * v87;
-  const double v96 = sq(v89);
-  const double v97 = sq(v88);
+  const double v96 = v89 * v89;
+  const double v97 = v88 * v88;
   const double v98 = 0.7617774807885066 * v84;
   const double v99 = 0.7617774807885066 * v86;
   const double v100 = 0.62 * v90;
@@ -1156,9 +1230,11 @@ void excavator_jacobian_mixed(const double q[4], double J[24]) {
   const double v164 = 0.15 + v156;
   const double v169 = v156 * v57;
   const double v170 = -v162;
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of J
   J[8] = 0.0;
   J[12] = 0.0;
   J[16] = 0.0;
@@ -1166,6 +1242,7 @@ void excavator_jacobian_mixed(const double q[4], double J[24]) {
   J[21] = 0.0;
   J[22] = 0.0;
   J[23] = 0.0;
+  // shared terms; columns 2 and 3 of J
   const double v66 = s[0] * v57;
   const double v67 = s[0] * v58;
   const double v68 = c[0] * v57;
@@ -1174,15 +1251,19 @@ void excavator_jacobian_mixed(const double q[4], double J[24]) {
   const double v82 = -v67;
   const double v83 = -v68;
   J[18] = v69;
+  // columns 2 and 3 of J
   J[14] = v82;
   J[17] = v83;
+  // shared terms; column 4 of J
   const double v146 = s[0] * v143;
   const double v147 = c[0] * v143;
   const double v150 = -v146;
   J[19] = v147;
+  // shared terms; column 4 of J
   const double v153 = c[0] * v149;
   const double v154 = s[0] * v149;
   J[15] = v150;
+  // shared terms; column 4 of J
   const double v158 = c[0] * v152;
   const double v159 = v153 * v143;
   const double v160 = s[0] * v152;
@@ -1194,6 +1275,7 @@ void excavator_jacobian_mixed(const double q[4], double J[24]) {
   const double v168 = v160 * v58;
   J[7] = v161;
   J[11] = v163;
+  // shared terms; columns 2 and 3 of J
   const double v171 = s[0] * v164;
   const double v172 = v165 * v57;
   J[2] = v166;
@@ -1202,16 +1284,21 @@ void excavator_jacobian_mixed(const double q[4], double J[24]) {
   J[6] = v168;
   J[9] = v169;
   J[10] = v170;
+  // shared terms; column 1 of J
   const double v175 = -v171;
   const double v176 = -v172;
   J[4] = v173;
   const double v177 = -v174;
+  // columns 1 and 2 of J
   J[0] = v175;
   J[1] = v176;
   J[5] = v177;
 }
 
+// Time derivative of jacobian_space at joint rates qd.
+// 352 operations: multiply 200, add 113, negate 8, trig 2, other 29
 void excavator_jacobian_space_dot(const double q[4], const double qd[4], double J_dot[24]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -1220,16 +1307,17 @@ void excavator_jacobian_space_dot(const double q[4], const double qd[4], double 
   const double qd_1 = qd[1];
   const double qd_2 = qd[2];
   const double qd_3 = qd[3];
-  const double v3 = sq(q_1);
+  // shared terms
+  const double v3 = q_1 * q_1;
   const double v4 = 3.96 * q_1;
   const double v5 = 2.0 * q_1;
   const double v6 = 1.98 + q_1;
   const double v7 = 2.4 + q_2;
-  const double v8 = sq(q_2);
+  const double v8 = q_2 * q_2;
   const double v9 = 4.8 * q_2;
   const double v10 = 2.0 * q_2;
   const double v11 = 1.6 + q_3;
-  const double v12 = sq(q_3);
+  const double v12 = q_3 * q_3;
   const double v13 = 3.2 * q_3;
   const double v14 = 2.0 * q_3;
   const double v16 = 3.9204 + v3;
@@ -1294,7 +1382,7 @@ void excavator_jacobian_space_dot(const double q[4], const double qd[4], double 
   const double v80 = 0.25 / v63;
   const double v81 = qd_1 / v69;
   const double v82 = v58 * v70;
-  const double v83 = sq(v69);
+  const double v83 = v69 * v69;
   const double v84 = v6 / v69;
   const double v85 = v7 / v71;
   const double v86 = v72 - v60;
@@ -1302,7 +1390,7 @@ void excavator_jacobian_space_dot(const double q[4], const double qd[4], double 
   const double v88 = v20 / v69;
   const double v89 = qd_2 / v71;
   const double v90 = v62 * v74;
-  const double v91 = sq(v71);
+  const double v91 = v71 * v71;
   const double v92 = v11 / v75;
   const double v93 = v76 - v64;
   const double v94 = v77 + v65;
@@ -1312,7 +1400,7 @@ void excavator_jacobian_space_dot(const double q[4], const double qd[4], double 
   const double v98 = v24 / v75;
   const double v99 = qd_3 / v75;
   const double v100 = v68 * v80;
-  const double v101 = sq(v75);
+  const double v101 = v75 * v75;
   const double v102 = v6 / v83;
   const double v104 = 0.55 + v86;
   const double v105 = v87 - 0.65;
@@ -1354,8 +1442,8 @@ void excavator_jacobian_space_dot(const double q[4], const double qd[4], double 
   const double v165 = 0.7617774807885066 * v148;
   const double v166 = 0.7617774807885066 * v149;
   const double v167 = 0.62 * v151;
-  const double v168 = sq(v152);
-  const double v169 = sq(v153);
+  const double v168 = v152 * v152;
+  const double v169 = v153 * v153;
   const double v170 = 0.62 * v154;
   const double v171 = 0.13364517206815904 * v148;
   const double v172 = 1.4234875444839858 * v155;
@@ -1389,7 +1477,7 @@ void excavator_jacobian_space_dot(const double q[4], const double qd[4], double 
   const double v217 = v195 + v196;
   const double v218 = v197 - v198;
   const double v219 = v199 - v200;
-  const double v220 = sq(v194);
+  const double v220 = v194 * v194;
   const double v221 = 0.62 * v201;
   const double v222 = 0.62 * v202;
   const double v224 = v192 * v150;
@@ -1419,7 +1507,7 @@ void excavator_jacobian_space_dot(const double q[4], const double qd[4], double 
   const double v275 = v248 - v264;
   const double v276 = v250 * v265;
   const double v277 = v258 / v220;
-  const double v278 = sq(v258);
+  const double v278 = v258 * v258;
   const double v286 = v153 * v273;
   const double v287 = v152 * v273;
   const double v289 = v275 * v152;
@@ -1459,9 +1547,11 @@ void excavator_jacobian_space_dot(const double q[4], const double qd[4], double 
   const double v338 = v337 / v258;
   const double v339 = v338 - v329;
   const double v342 = v246 * v339;
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of J_dot
   J_dot[0] = 0.0;
   J_dot[4] = 0.0;
   J_dot[8] = 0.0;
@@ -1469,6 +1559,7 @@ void excavator_jacobian_space_dot(const double q[4], const double qd[4], double 
   J_dot[16] = 0.0;
   J_dot[20] = 0.0;
   J_dot[21] = 0.0;
+  // shared terms; columns 2 and 3 of J_dot
   const double v15 = 1.75 * c[0];
   const double v18 = 1.75 * s[0];
   const double v26 = c[0] * qd_0;
@@ -1526,6 +1617,7 @@ void excavator_jacobian_space_dot(const double q[4], const double qd[4], double 
   J_dot[17] = v207;
   J_dot[18] = v208;
   J_dot[22] = v209;
+  // shared terms; column 3 of J_dot
   const double v226 = v211 * qd_0;
   const double v227 = v212 * v150;
   const double v236 = v212 * qd_0;
@@ -1535,6 +1627,7 @@ void excavator_jacobian_space_dot(const double q[4], const double qd[4], double 
   const double v240 = v212 * v95;
   const double v241 = v211 * v95;
   J_dot[14] = v225;
+  // shared terms; column 3 of J_dot
   const double v242 = v210 - v226;
   const double v245 = c[0] * v230;
   const double v251 = v223 + v236;
@@ -1571,8 +1664,10 @@ void excavator_jacobian_space_dot(const double q[4], const double qd[4], double 
   const double v307 = v296 + v252;
   J_dot[10] = v297;
   const double v308 = v298 - v284;
+  // column 3 of J_dot
   J_dot[2] = v299;
   J_dot[6] = v306;
+  // shared terms; column 4 of J_dot
   const double v327 = v323 * v302;
   const double v330 = v323 * v307;
   const double v331 = v323 * v308;
@@ -1580,6 +1675,7 @@ void excavator_jacobian_space_dot(const double q[4], const double qd[4], double 
   const double v333 = v323 * v27;
   const double v334 = v323 * v190;
   J_dot[23] = v334;
+  // shared terms; column 4 of J_dot
   const double v340 = v262 * v339;
   const double v341 = v261 * v339;
   const double v343 = s[0] * v339;
@@ -1594,24 +1690,29 @@ void excavator_jacobian_space_dot(const double q[4], const double qd[4], double 
   J_dot[11] = v347;
   const double v352 = -v348;
   J_dot[19] = v349;
+  // column 4 of J_dot
   J_dot[3] = v350;
   J_dot[7] = v351;
   J_dot[15] = v352;
 }
 
+// Time derivative of jacobian_body at joint rates qd.
+// 303 operations: multiply 169, add 100, negate 5, other 29
 void excavator_jacobian_body_dot(const double q[4], const double qd[4], double J_dot[24]) {
+  // inputs
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double qd_1 = qd[1];
   const double qd_2 = qd[2];
   const double qd_3 = qd[3];
+  // shared terms
   const double v1 = 1.98 + q_1;
-  const double v2 = sq(q_1);
+  const double v2 = q_1 * q_1;
   const double v3 = 3.96 * q_1;
-  const double v4 = sq(q_2);
+  const double v4 = q_2 * q_2;
   const double v5 = 4.8 * q_2;
-  const double v6 = sq(q_3);
+  const double v6 = q_3 * q_3;
   const double v7 = 3.2 * q_3;
   const double v8 = 2.4 + q_2;
   const double v9 = 1.6 + q_3;
@@ -1689,16 +1790,16 @@ void excavator_jacobian_body_dot(const double q[4], const double qd[4], double J
   const double v81 = v17 / v69;
   const double v82 = qd_1 / v61;
   const double v83 = v58 * v70;
-  const double v84 = sq(v61);
+  const double v84 = v61 * v61;
   const double v85 = v8 / v68;
   const double v86 = qd_2 / v68;
   const double v87 = v59 * v71;
-  const double v88 = sq(v68);
+  const double v88 = v68 * v68;
   const double v89 = v20 / v61;
   const double v90 = v9 / v69;
   const double v91 = qd_3 / v69;
   const double v92 = v60 * v72;
-  const double v93 = sq(v69);
+  const double v93 = v69 * v69;
   const double v94 = 0.55 + v74;
   const double v95 = v75 - 0.65;
   const double v96 = 1.25 + v76;
@@ -1740,8 +1841,8 @@ void excavator_jacobian_body_dot(const double q[4], const double qd[4], double J
   const double v132 = 1.4234875444839858 * v119;
   const double v133 = 0.13364517206815904 * v120;
   const double v134 = 1.4234875444839858 * v121;
-  const double v135 = sq(v123);
-  const double v136 = sq(v122);
+  const double v135 = v123 * v123;
+  const double v136 = v122 * v122;
   const double v137 = 0.62 * v124;
   const double v138 = 0.62 * v125;
   const double v139 = 0.7617774807885066 * v118;
@@ -1770,7 +1871,7 @@ void excavator_jacobian_body_dot(const double q[4], const double qd[4], double J
   const double v162 = v152 - 0.01398640793945492;
   const double v163 = v153 - v154;
   const double v164 = v155 - v156;
-  const double v165 = sq(v152);
+  const double v165 = v152 * v152;
   const double v166 = 0.62 * v157;
   const double v167 = 0.62 * v158;
   const double v168 = v160 - 0.0616;
@@ -1796,7 +1897,7 @@ void excavator_jacobian_body_dot(const double q[4], const double qd[4], double J
   const double v188 = v177 - v184;
   const double v189 = v179 * v185;
   const double v190 = v181 / v165;
-  const double v191 = sq(v181);
+  const double v191 = v181 * v181;
   const double v192 = v123 * v187;
   const double v193 = v122 * v187;
   const double v194 = v188 * v123;
@@ -1909,6 +2010,7 @@ void excavator_jacobian_body_dot(const double q[4], const double qd[4], double J
   const double v301 = -v295;
   const double v302 = v296 - v297;
   const double v303 = v298 + v284;
+  // constant entries of J_dot
   J_dot[0] = 0.0;
   J_dot[3] = 0.0;
   J_dot[5] = 0.0;
@@ -1922,20 +2024,31 @@ void excavator_jacobian_body_dot(const double q[4], const double qd[4], double J
   J_dot[21] = 0.0;
   J_dot[22] = 0.0;
   J_dot[23] = 0.0;
+  // column 3 of J_dot
   J_dot[18] = v127;
+  // column 2 of J_dot
   J_dot[17] = v149;
+  // column 1 of J_dot
   J_dot[20] = v252;
+  // column 1 of J_dot
   J_dot[12] = v260;
+  // column 4 of J_dot
   J_dot[19] = v276;
+  // column 4 of J_dot
   J_dot[11] = v293;
+  // column 3 of J_dot
   J_dot[10] = v299;
+  // columns 1, 2 and 3 of J_dot
   J_dot[1] = v300;
   J_dot[2] = v301;
   J_dot[4] = v302;
   J_dot[9] = v303;
 }
 
+// Time derivative of jacobian_mixed at joint rates qd.
+// 394 operations: multiply 227, add 129, negate 6, trig 2, other 30
 void excavator_jacobian_mixed_dot(const double q[4], const double qd[4], double J_dot[24]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -1944,11 +2057,12 @@ void excavator_jacobian_mixed_dot(const double q[4], const double qd[4], double 
   const double qd_1 = qd[1];
   const double qd_2 = qd[2];
   const double qd_3 = qd[3];
-  const double v3 = sq(q_1);
+  // shared terms
+  const double v3 = q_1 * q_1;
   const double v4 = 3.96 * q_1;
-  const double v5 = sq(q_2);
+  const double v5 = q_2 * q_2;
   const double v6 = 4.8 * q_2;
-  const double v7 = sq(q_3);
+  const double v7 = q_3 * q_3;
   const double v8 = 3.2 * q_3;
   const double v9 = 2.4 + q_2;
   const double v10 = 1.6 + q_3;
@@ -2028,15 +2142,15 @@ void excavator_jacobian_mixed_dot(const double q[4], const double qd[4], double 
   const double v86 = v11 / v73;
   const double v87 = qd_1 / v73;
   const double v88 = v62 * v74;
-  const double v89 = sq(v73);
+  const double v89 = v73 * v73;
   const double v90 = qd_2 / v71;
   const double v91 = v63 * v75;
-  const double v92 = sq(v71);
+  const double v92 = v71 * v71;
   const double v93 = v9 / v71;
   const double v94 = v10 / v72;
   const double v95 = qd_3 / v72;
   const double v96 = v64 * v76;
-  const double v97 = sq(v72);
+  const double v97 = v72 * v72;
   const double v98 = 0.55 + v77;
   const double v99 = v78 - 0.65;
   const double v100 = 1.25 + v79;
@@ -2078,8 +2192,8 @@ void excavator_jacobian_mixed_dot(const double q[4], const double qd[4], double 
   const double v151 = 1.4234875444839858 * v135;
   const double v152 = 0.13364517206815904 * v136;
   const double v153 = 1.4234875444839858 * v137;
-  const double v154 = sq(v139);
-  const double v155 = sq(v138);
+  const double v154 = v139 * v139;
+  const double v155 = v138 * v138;
   const double v156 = 0.7617774807885066 * v134;
   const double v157 = 0.62 * v140;
   const double v158 = 0.62 * v141;
@@ -2107,7 +2221,7 @@ void excavator_jacobian_mixed_dot(const double q[4], const double qd[4], double 
   const double v191 = v176 - 0.01398640793945492;
   const double v192 = v177 - v178;
   const double v193 = v179 - v180;
-  const double v194 = sq(v176);
+  const double v194 = v176 * v176;
   const double v195 = 0.62 * v181;
   const double v196 = 0.62 * v182;
   const double v198 = v189 - 0.0616;
@@ -2133,7 +2247,7 @@ void excavator_jacobian_mixed_dot(const double q[4], const double qd[4], double 
   const double v218 = v207 - v214;
   const double v219 = v209 * v215;
   const double v220 = v211 / v194;
-  const double v221 = sq(v211);
+  const double v221 = v211 * v211;
   const double v222 = v139 * v217;
   const double v223 = v138 * v217;
   const double v224 = v218 * v139;
@@ -2203,14 +2317,17 @@ void excavator_jacobian_mixed_dot(const double q[4], const double qd[4], double 
   const double v323 = v291 * v142;
   const double v336 = v316 - v272;
   const double v365 = v278 * v336;
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of J_dot
   J_dot[8] = 0.0;
   J_dot[12] = 0.0;
   J_dot[16] = 0.0;
   J_dot[20] = 0.0;
   J_dot[21] = 0.0;
+  // shared terms; columns 2 and 3 of J_dot
   const double v24 = c[0] * qd_0;
   const double v25 = s[0] * qd_0;
   const double v104 = c[0] * v85;
@@ -2244,7 +2361,9 @@ void excavator_jacobian_mixed_dot(const double q[4], const double qd[4], double 
   J_dot[17] = v185;
   J_dot[18] = v186;
   J_dot[22] = v187;
+  // column 3 of J_dot
   J_dot[14] = v197;
+  // shared terms; column 4 of J_dot
   const double v273 = c[0] * v264;
   const double v274 = s[0] * v264;
   const double v275 = v268 * v24;
@@ -2253,6 +2372,7 @@ void excavator_jacobian_mixed_dot(const double q[4], const double qd[4], double 
   const double v281 = v273 + v129;
   const double v282 = v131 - v274;
   J_dot[23] = v277;
+  // shared terms; columns 1 and 4 of J_dot
   const double v285 = s[0] * v279;
   const double v287 = c[0] * v279;
   const double v289 = v278 * v281;
@@ -2349,6 +2469,7 @@ void excavator_jacobian_mixed_dot(const double q[4], const double qd[4], double 
   const double v388 = -v378;
   const double v389 = -v379;
   J_dot[19] = v380;
+  // shared terms; columns 1, 3 and 4 of J_dot
   J_dot[0] = v381;
   const double v390 = v382 - v334;
   J_dot[2] = v383;
@@ -2358,23 +2479,29 @@ void excavator_jacobian_mixed_dot(const double q[4], const double qd[4], double 
   const double v393 = -v387;
   J_dot[11] = v388;
   J_dot[15] = v389;
+  // shared terms; columns 2 and 3 of J_dot
   J_dot[1] = v390;
   J_dot[5] = v391;
   const double v394 = v392 + v323;
   J_dot[10] = v393;
+  // column 2 of J_dot
   J_dot[9] = v394;
 }
 
+// Derivative of jacobian_mixed by the joint coordinates.
+// 364 operations: multiply 219, add 95, negate 22, trig 2, other 26
 void excavator_hessian_mixed(const double q[4], double H[96]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
-  const double v3 = sq(q_1);
+  // shared terms
+  const double v3 = q_1 * q_1;
   const double v4 = 3.96 * q_1;
-  const double v5 = sq(q_2);
+  const double v5 = q_2 * q_2;
   const double v6 = 4.8 * q_2;
-  const double v7 = sq(q_3);
+  const double v7 = q_3 * q_3;
   const double v8 = 3.2 * q_3;
   const double v9 = 1.98 + q_1;
   const double v10 = 2.4 + q_2;
@@ -2446,13 +2573,13 @@ void excavator_hessian_mixed(const double q[4], double H[96]) {
   const double v76 = v10 / v64;
   const double v77 = v11 / v65;
   const double v78 = 1.0 / v63;
-  const double v79 = sq(v63);
+  const double v79 = v63 * v63;
   const double v80 = v66 * v54;
   const double v81 = 1.0 / v64;
-  const double v82 = sq(v64);
+  const double v82 = v64 * v64;
   const double v83 = v67 * v55;
   const double v84 = 1.0 / v65;
-  const double v85 = sq(v65);
+  const double v85 = v65 * v65;
   const double v86 = v68 * v56;
   const double v87 = 0.55 + v69;
   const double v88 = v70 - 0.65;
@@ -2493,8 +2620,8 @@ void excavator_hessian_mixed(const double q[4], double H[96]) {
   const double v129 = 1.4234875444839858 * v118;
   const double v130 = 0.13364517206815904 * v119;
   const double v131 = 1.4234875444839858 * v120;
-  const double v132 = sq(v122);
-  const double v133 = sq(v121);
+  const double v132 = v122 * v122;
+  const double v133 = v121 * v121;
   const double v134 = 0.7617774807885066 * v117;
   const double v135 = 0.7617774807885066 * v119;
   const double v136 = 0.62 * v123;
@@ -2520,7 +2647,7 @@ void excavator_hessian_mixed(const double q[4], double H[96]) {
   const double v162 = v150 - 0.01398640793945492;
   const double v163 = v151 - v152;
   const double v164 = v153 - v154;
-  const double v165 = sq(v150);
+  const double v165 = v150 * v150;
   const double v166 = 0.62 * v155;
   const double v167 = 0.62 * v156;
   const double v168 = v160 - 0.0616;
@@ -2546,7 +2673,7 @@ void excavator_hessian_mixed(const double q[4], double H[96]) {
   const double v188 = v177 - v184;
   const double v189 = v185 * v179;
   const double v190 = v181 / v165;
-  const double v191 = sq(v181);
+  const double v191 = v181 * v181;
   const double v192 = v122 * v187;
   const double v193 = v121 * v187;
   const double v194 = v122 * v188;
@@ -2609,9 +2736,11 @@ void excavator_hessian_mixed(const double q[4], double H[96]) {
   const double v296 = v253 * v125;
   const double v310 = v284 - v238;
   const double v343 = v241 * v310;
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of H
   H[32] = 0.0;
   H[33] = 0.0;
   H[34] = 0.0;
@@ -2655,6 +2784,7 @@ void excavator_hessian_mixed(const double q[4], double H[96]) {
   H[93] = 0.0;
   H[94] = 0.0;
   H[95] = 0.0;
+  // shared terms; H
   const double v96 = c[0] * v75;
   const double v97 = c[0] * v76;
   const double v98 = s[0] * v75;
@@ -2663,8 +2793,10 @@ void excavator_hessian_mixed(const double q[4], double H[96]) {
   const double v115 = -v97;
   H[68] = v98;
   const double v116 = -v99;
+  // H
   H[56] = v115;
   H[72] = v116;
+  // shared terms; H
   const double v144 = s[0] * v125;
   const double v145 = s[0] * v126;
   const double v146 = c[0] * v125;
@@ -2673,8 +2805,10 @@ void excavator_hessian_mixed(const double q[4], double H[96]) {
   const double v157 = -v145;
   const double v158 = -v146;
   H[74] = v147;
+  // H
   H[58] = v157;
   H[69] = v158;
+  // shared terms; H
   const double v239 = c[0] * v231;
   const double v240 = s[0] * v231;
   const double v244 = -v239;
@@ -2685,6 +2819,7 @@ void excavator_hessian_mixed(const double q[4], double H[96]) {
   const double v252 = s[0] * v241;
   H[60] = v244;
   H[76] = v245;
+  // shared terms; H
   const double v255 = s[0] * v247;
   const double v256 = v248 * v231;
   const double v257 = c[0] * v246;
@@ -2727,6 +2862,7 @@ void excavator_hessian_mixed(const double q[4], double H[96]) {
   const double v297 = c[0] * v259;
   const double v298 = s[0] * v255;
   const double v299 = v268 + v269;
+  // shared terms; H
   const double v300 = c[0] * v271;
   const double v301 = v272 * v75;
   const double v302 = -v273;
@@ -2760,6 +2896,7 @@ void excavator_hessian_mixed(const double q[4], double H[96]) {
   const double v323 = v231 * v299;
   const double v324 = v75 * v299;
   const double v325 = v76 * v299;
+  // shared terms; H
   const double v326 = -v300;
   H[1] = v301;
   H[2] = v302;
@@ -2791,6 +2928,7 @@ void excavator_hessian_mixed(const double q[4], double H[96]) {
   const double v342 = v231 * v323;
   const double v344 = s[0] * v310;
   const double v345 = c[0] * v310;
+  // shared terms; H
   H[0] = v326;
   const double v346 = v327 + v304;
   H[10] = v328;
@@ -2812,6 +2950,7 @@ void excavator_hessian_mixed(const double q[4], double H[96]) {
   const double v356 = v342 + v343;
   const double v357 = -v344;
   H[79] = v345;
+  // shared terms; H
   const double v358 = -v346;
   H[15] = v347;
   const double v359 = -v348;
@@ -2824,16 +2963,21 @@ void excavator_hessian_mixed(const double q[4], double H[96]) {
   H[46] = v355;
   const double v362 = -v356;
   H[63] = v357;
+  // shared terms; H
   H[5] = v358;
   H[21] = v359;
   const double v363 = v296 - v360;
   const double v364 = -v361;
   H[47] = v362;
+  // H
   H[37] = v363;
   H[42] = v364;
 }
 
+// Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+// 163 operations: multiply 90, add 61, trig 2, other 10
 void excavator_twist_space(const double q[4], const double qd[4], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -2842,14 +2986,15 @@ void excavator_twist_space(const double q[4], const double qd[4], double V[6]) {
   const double qd_1 = qd[1];
   const double qd_2 = qd[2];
   const double qd_3 = qd[3];
+  // shared terms
   const double v3 = 1.98 + q_1;
-  const double v4 = sq(q_1);
+  const double v4 = q_1 * q_1;
   const double v5 = 3.96 * q_1;
   const double v6 = 2.4 + q_2;
-  const double v7 = sq(q_2);
+  const double v7 = q_2 * q_2;
   const double v8 = 4.8 * q_2;
   const double v9 = 1.6 + q_3;
-  const double v10 = sq(q_3);
+  const double v10 = q_3 * q_3;
   const double v11 = 3.2 * q_3;
   const double v13 = v3 * qd_1;
   const double v14 = 3.9204 + v4;
@@ -2935,8 +3080,8 @@ void excavator_twist_space(const double q[4], const double qd[4], double V[6]) {
   const double v103 = 0.13364517206815904 * v94;
   const double v104 = 1.4234875444839858 * v95;
   const double v105 = 0.62 * v96;
-  const double v106 = sq(v97);
-  const double v107 = sq(v98);
+  const double v106 = v97 * v97;
+  const double v107 = v98 * v98;
   const double v108 = 0.62 * v99;
   const double v109 = 0.7617774807885066 * v94;
   const double v110 = 1.75 + v100;
@@ -2977,10 +3122,13 @@ void excavator_twist_space(const double q[4], const double qd[4], double V[6]) {
   const double v153 = v152 / v140;
   const double v156 = v137 * v153;
   const double v161 = v156 + v131;
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // V
   V[5] = qd_0;
+  // shared terms; V
   const double v12 = 1.75 * c[0];
   const double v19 = 1.75 * s[0];
   const double v65 = v12 * v56;
@@ -3014,7 +3162,10 @@ void excavator_twist_space(const double q[4], const double qd[4], double V[6]) {
   V[4] = v163;
 }
 
+// Twist (v, omega) of the tool's origin, in tool axes.
+// 172 operations: multiply 97, add 65, other 10
 void excavator_twist_body(const double q[4], const double qd[4], double V[6]) {
+  // inputs
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
@@ -3022,11 +3173,12 @@ void excavator_twist_body(const double q[4], const double qd[4], double V[6]) {
   const double qd_1 = qd[1];
   const double qd_2 = qd[2];
   const double qd_3 = qd[3];
-  const double v1 = sq(q_1);
+  // shared terms
+  const double v1 = q_1 * q_1;
   const double v2 = 3.96 * q_1;
-  const double v3 = sq(q_2);
+  const double v3 = q_2 * q_2;
   const double v4 = 4.8 * q_2;
-  const double v5 = sq(q_3);
+  const double v5 = q_3 * q_3;
   const double v6 = 3.2 * q_3;
   const double v7 = 1.98 + q_1;
   const double v8 = 2.4 + q_2;
@@ -3113,8 +3265,8 @@ void excavator_twist_body(const double q[4], const double qd[4], double V[6]) {
   const double v89 = 1.4234875444839858 * v81;
   const double v90 = 0.13364517206815904 * v82;
   const double v91 = 1.4234875444839858 * v83;
-  const double v92 = sq(v85);
-  const double v93 = sq(v84);
+  const double v92 = v85 * v85;
+  const double v93 = v84 * v84;
   const double v94 = 0.7617774807885066 * v82;
   const double v95 = 0.7617774807885066 * v80;
   const double v96 = 0.62 * v86;
@@ -3194,15 +3346,23 @@ void excavator_twist_body(const double q[4], const double qd[4], double V[6]) {
   const double v170 = v168 - v164;
   const double v171 = v169 - v167;
   const double v172 = v171 - v142;
+  // V
   V[4] = v143;
+  // V
   V[3] = v146;
   V[5] = v147;
+  // V
   V[1] = v165;
+  // V
   V[0] = v170;
+  // V
   V[2] = v172;
 }
 
+// Twist (v, omega) of the tool's origin, in base axes.
+// 186 operations: multiply 106, add 68, trig 2, other 10
 void excavator_twist_mixed(const double q[4], const double qd[4], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -3211,11 +3371,12 @@ void excavator_twist_mixed(const double q[4], const double qd[4], double V[6]) {
   const double qd_1 = qd[1];
   const double qd_2 = qd[2];
   const double qd_3 = qd[3];
-  const double v3 = sq(q_1);
+  // shared terms
+  const double v3 = q_1 * q_1;
   const double v4 = 3.96 * q_1;
-  const double v5 = sq(q_2);
+  const double v5 = q_2 * q_2;
   const double v6 = 4.8 * q_2;
-  const double v7 = sq(q_3);
+  const double v7 = q_3 * q_3;
   const double v8 = 3.2 * q_3;
   const double v9 = 1.6 + q_3;
   const double v10 = 2.4 + q_2;
@@ -3301,8 +3462,8 @@ void excavator_twist_mixed(const double q[4], const double qd[4], double V[6]) {
   const double v96 = 1.4234875444839858 * v88;
   const double v97 = 0.13364517206815904 * v89;
   const double v98 = 1.4234875444839858 * v90;
-  const double v99 = sq(v92);
-  const double v100 = sq(v91);
+  const double v99 = v92 * v92;
+  const double v100 = v91 * v91;
   const double v101 = 0.62 * v93;
   const double v102 = 0.62 * v94;
   const double v103 = 0.7617774807885066 * v89;
@@ -3363,10 +3524,13 @@ void excavator_twist_mixed(const double q[4], const double qd[4], double V[6]) {
   const double v172 = v162 * v62;
   const double v177 = v172 - v166;
   const double v180 = v177 - v159;
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // V
   V[5] = qd_0;
+  // shared terms; V
   const double v69 = s[0] * v62;
   const double v70 = s[0] * v61;
   const double v71 = c[0] * v61;
@@ -3381,6 +3545,7 @@ void excavator_twist_mixed(const double q[4], const double qd[4], double V[6]) {
   const double v158 = s[0] * v151;
   V[3] = v153;
   V[4] = v154;
+  // shared terms; V
   const double v160 = v155 * v144;
   const double v161 = c[0] * v156;
   const double v164 = v158 * v144;
@@ -3398,6 +3563,7 @@ void excavator_twist_mixed(const double q[4], const double qd[4], double V[6]) {
   const double v181 = v178 + v174;
   const double v182 = v179 - v176;
   V[2] = v180;
+  // shared terms; V
   const double v183 = v167 - v181;
   const double v184 = v170 + v182;
   const double v185 = v160 + v183;
@@ -3406,7 +3572,10 @@ void excavator_twist_mixed(const double q[4], const double qd[4], double V[6]) {
   V[1] = v186;
 }
 
+// Time derivative of twist_space at rates qd and accelerations qdd.
+// 358 operations: multiply 202, add 128, trig 2, other 26
 void excavator_acceleration_space(const double q[4], const double qd[4], const double qdd[4], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -3419,20 +3588,21 @@ void excavator_acceleration_space(const double q[4], const double qd[4], const d
   const double qdd_1 = qdd[1];
   const double qdd_2 = qdd[2];
   const double qdd_3 = qdd[3];
-  const double v3 = sq(qd_1);
+  // shared terms
+  const double v3 = qd_1 * qd_1;
   const double v4 = 1.98 + q_1;
-  const double v5 = sq(q_1);
+  const double v5 = q_1 * q_1;
   const double v6 = 3.96 * q_1;
   const double v7 = 2.0 * q_1;
-  const double v8 = sq(qd_2);
+  const double v8 = qd_2 * qd_2;
   const double v9 = 2.4 + q_2;
-  const double v10 = sq(q_2);
+  const double v10 = q_2 * q_2;
   const double v11 = 4.8 * q_2;
   const double v12 = 2.0 * q_2;
   const double v13 = 1.6 + q_3;
-  const double v14 = sq(q_3);
+  const double v14 = q_3 * q_3;
   const double v15 = 3.2 * q_3;
-  const double v16 = sq(qd_3);
+  const double v16 = qd_3 * qd_3;
   const double v17 = 2.0 * q_3;
   const double v19 = v4 * qdd_1;
   const double v20 = 3.9204 + v5;
@@ -3502,12 +3672,12 @@ void excavator_acceleration_space(const double q[4], const double qd[4], const d
   const double v89 = 0.25 / v74;
   const double v90 = v34 / v78;
   const double v91 = v67 * v79;
-  const double v92 = sq(v78);
+  const double v92 = v78 * v78;
   const double v93 = v80 + v68;
   const double v94 = v81 - v69;
   const double v95 = v37 / v82;
   const double v96 = v71 * v83;
-  const double v97 = sq(v82);
+  const double v97 = v82 * v82;
   const double v98 = v84 - v72;
   const double v99 = v85 + v73;
   const double v100 = v27 / v86;
@@ -3515,7 +3685,7 @@ void excavator_acceleration_space(const double q[4], const double qd[4], const d
   const double v102 = v88 + v76;
   const double v103 = v41 / v86;
   const double v104 = v77 * v89;
-  const double v105 = sq(v86);
+  const double v105 = v86 * v86;
   const double v106 = v26 / v82;
   const double v107 = v22 / v78;
   const double v108 = v22 / v92;
@@ -3560,8 +3730,8 @@ void excavator_acceleration_space(const double q[4], const double qd[4], const d
   const double v174 = 0.13364517206815904 * v159;
   const double v175 = 1.4234875444839858 * v160;
   const double v176 = 0.62 * v161;
-  const double v177 = sq(v162);
-  const double v178 = sq(v163);
+  const double v177 = v162 * v162;
+  const double v178 = v163 * v163;
   const double v179 = 2.0 * v162;
   const double v180 = 0.62 * v164;
   const double v181 = 2.0 * v163;
@@ -3585,7 +3755,7 @@ void excavator_acceleration_space(const double q[4], const double qd[4], const d
   const double v209 = v196 - v197;
   const double v210 = 0.5 * v198;
   const double v211 = v199 - v200;
-  const double v212 = sq(v198);
+  const double v212 = v198 * v198;
   const double v213 = 1.085213592060545 - v198;
   const double v214 = v198 - 0.01398640793945492;
   const double v215 = 0.62 * v201;
@@ -3620,7 +3790,7 @@ void excavator_acceleration_space(const double q[4], const double qd[4], const d
   const double v273 = v245 * v259;
   const double v274 = v260 / v212;
   const double v275 = v260 / v198;
-  const double v276 = sq(v260);
+  const double v276 = v260 * v260;
   const double v285 = v272 * v162;
   const double v286 = v273 / v198;
   const double v287 = v211 * v274;
@@ -3661,9 +3831,11 @@ void excavator_acceleration_space(const double q[4], const double qd[4], const d
   const double v343 = v342 - v325;
   const double v346 = v248 * v343;
   const double v351 = v346 + v235;
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; A
   const double v18 = 1.75 * c[0];
   const double v31 = 1.75 * s[0];
   const double v32 = c[0] * qd_0;
@@ -3766,6 +3938,7 @@ void excavator_acceleration_space(const double q[4], const double qd[4], const d
   const double v338 = v331 - v194;
   const double v340 = v338 + qdd_0;
   A[5] = v340;
+  // shared terms; A
   const double v344 = v256 * v343;
   const double v345 = v265 * v343;
   const double v347 = s[0] * v343;
@@ -3786,7 +3959,10 @@ void excavator_acceleration_space(const double q[4], const double qd[4], const d
   A[4] = v358;
 }
 
+// Time derivative of twist_body at rates qd and accelerations qdd.
+// 312 operations: multiply 175, add 111, other 26
 void excavator_acceleration_body(const double q[4], const double qd[4], const double qdd[4], double A[6]) {
+  // inputs
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
@@ -3798,20 +3974,21 @@ void excavator_acceleration_body(const double q[4], const double qd[4], const do
   const double qdd_1 = qdd[1];
   const double qdd_2 = qdd[2];
   const double qdd_3 = qdd[3];
-  const double v1 = sq(q_1);
+  // shared terms
+  const double v1 = q_1 * q_1;
   const double v2 = 3.96 * q_1;
-  const double v3 = sq(q_2);
+  const double v3 = q_2 * q_2;
   const double v4 = 4.8 * q_2;
-  const double v5 = sq(q_3);
+  const double v5 = q_3 * q_3;
   const double v6 = 3.2 * q_3;
-  const double v7 = sq(qd_1);
+  const double v7 = qd_1 * qd_1;
   const double v8 = 1.98 + q_1;
   const double v9 = 2.0 * q_1;
-  const double v10 = sq(qd_2);
+  const double v10 = qd_2 * qd_2;
   const double v11 = 2.4 + q_2;
   const double v12 = 2.0 * q_2;
   const double v13 = 1.6 + q_3;
-  const double v14 = sq(qd_3);
+  const double v14 = qd_3 * qd_3;
   const double v15 = 2.0 * q_3;
   const double v16 = 3.9204 + v1;
   const double v17 = 5.76 + v3;
@@ -3887,16 +4064,16 @@ void excavator_acceleration_body(const double q[4], const double qd[4], const do
   const double v87 = v75 + v66;
   const double v88 = v31 / v76;
   const double v89 = v67 * v77;
-  const double v90 = sq(v76);
+  const double v90 = v76 * v76;
   const double v91 = v33 / v78;
   const double v92 = v68 * v79;
-  const double v93 = sq(v78);
+  const double v93 = v78 * v78;
   const double v94 = v21 / v76;
   const double v95 = v24 / v78;
   const double v96 = v25 / v80;
   const double v97 = v35 / v80;
   const double v98 = v69 * v81;
-  const double v99 = sq(v80);
+  const double v99 = v80 * v80;
   const double v100 = v82 - 0.65;
   const double v101 = 0.55 + v83;
   const double v102 = 1.25 + v84;
@@ -3936,8 +4113,8 @@ void excavator_acceleration_body(const double q[4], const double qd[4], const do
   const double v136 = 1.4234875444839858 * v125;
   const double v137 = 0.13364517206815904 * v126;
   const double v138 = 1.4234875444839858 * v127;
-  const double v139 = sq(v129);
-  const double v140 = sq(v128);
+  const double v139 = v129 * v129;
+  const double v140 = v128 * v128;
   const double v141 = 0.7617774807885066 * v126;
   const double v142 = 0.7617774807885066 * v124;
   const double v143 = 0.62 * v132;
@@ -3964,7 +4141,7 @@ void excavator_acceleration_body(const double q[4], const double qd[4], const do
   const double v164 = v154 - 0.01398640793945492;
   const double v165 = v155 + v156;
   const double v166 = v157 - v158;
-  const double v167 = sq(v154);
+  const double v167 = v154 * v154;
   const double v168 = 0.62 * v159;
   const double v169 = 0.62 * v160;
   const double v170 = v162 - 0.0616;
@@ -3990,7 +4167,7 @@ void excavator_acceleration_body(const double q[4], const double qd[4], const do
   const double v190 = v179 - v186;
   const double v191 = v181 * v187;
   const double v192 = v183 / v167;
-  const double v193 = sq(v183);
+  const double v193 = v183 * v183;
   const double v194 = v129 * v189;
   const double v195 = v128 * v189;
   const double v196 = v190 * v129;
@@ -4110,15 +4287,22 @@ void excavator_acceleration_body(const double q[4], const double qd[4], const do
   const double v310 = v307 * qd_0;
   const double v311 = v304 + v308;
   const double v312 = v278 + v310;
+  // A
   A[3] = v271;
   A[5] = v272;
+  // A
   A[4] = v293;
+  // A
   A[0] = v309;
   A[2] = v311;
+  // A
   A[1] = v312;
 }
 
+// Time derivative of twist_mixed at rates qd and accelerations qdd.
+// 406 operations: multiply 231, add 147, trig 2, other 26
 void excavator_acceleration_mixed(const double q[4], const double qd[4], const double qdd[4], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -4131,19 +4315,20 @@ void excavator_acceleration_mixed(const double q[4], const double qd[4], const d
   const double qdd_1 = qdd[1];
   const double qdd_2 = qdd[2];
   const double qdd_3 = qdd[3];
-  const double v3 = sq(q_1);
+  // shared terms
+  const double v3 = q_1 * q_1;
   const double v4 = 3.96 * q_1;
-  const double v5 = sq(q_2);
+  const double v5 = q_2 * q_2;
   const double v6 = 4.8 * q_2;
-  const double v7 = sq(q_3);
+  const double v7 = q_3 * q_3;
   const double v8 = 3.2 * q_3;
   const double v9 = 1.6 + q_3;
-  const double v10 = sq(qd_3);
+  const double v10 = qd_3 * qd_3;
   const double v11 = 2.0 * q_3;
-  const double v12 = sq(qd_2);
+  const double v12 = qd_2 * qd_2;
   const double v13 = 2.4 + q_2;
   const double v14 = 2.0 * q_2;
-  const double v15 = sq(qd_1);
+  const double v15 = qd_1 * qd_1;
   const double v16 = 1.98 + q_1;
   const double v17 = 2.0 * q_1;
   const double v18 = 3.9204 + v3;
@@ -4221,13 +4406,13 @@ void excavator_acceleration_mixed(const double q[4], const double qd[4], const d
   const double v92 = v21 / v80;
   const double v93 = v35 / v80;
   const double v94 = v71 * v81;
-  const double v95 = sq(v80);
+  const double v95 = v80 * v80;
   const double v96 = v37 / v82;
   const double v97 = v72 * v83;
-  const double v98 = sq(v82);
+  const double v98 = v82 * v82;
   const double v99 = v39 / v84;
   const double v100 = v73 * v85;
-  const double v101 = sq(v84);
+  const double v101 = v84 * v84;
   const double v102 = v29 / v84;
   const double v103 = v26 / v82;
   const double v104 = v86 - 0.65;
@@ -4269,8 +4454,8 @@ void excavator_acceleration_mixed(const double q[4], const double qd[4], const d
   const double v157 = 1.4234875444839858 * v143;
   const double v158 = 0.13364517206815904 * v144;
   const double v159 = 1.4234875444839858 * v145;
-  const double v160 = sq(v147);
-  const double v161 = sq(v146);
+  const double v160 = v147 * v147;
+  const double v161 = v146 * v146;
   const double v162 = 0.62 * v148;
   const double v163 = 2.0 * v147;
   const double v164 = 0.62 * v149;
@@ -4296,7 +4481,7 @@ void excavator_acceleration_mixed(const double q[4], const double qd[4], const d
   const double v192 = v180 - 0.01398640793945492;
   const double v193 = v181 + v182;
   const double v194 = v183 - v184;
-  const double v195 = sq(v180);
+  const double v195 = v180 * v180;
   const double v196 = 0.62 * v185;
   const double v197 = 0.62 * v186;
   const double v198 = v190 - 0.0616;
@@ -4322,7 +4507,7 @@ void excavator_acceleration_mixed(const double q[4], const double qd[4], const d
   const double v218 = v207 - v214;
   const double v219 = v209 * v215;
   const double v220 = v211 / v195;
-  const double v221 = sq(v211);
+  const double v221 = v211 * v211;
   const double v222 = v147 * v217;
   const double v223 = v146 * v217;
   const double v224 = v218 * v147;
@@ -4390,9 +4575,11 @@ void excavator_acceleration_mixed(const double q[4], const double qd[4], const d
   const double v346 = v323 - v305;
   const double v364 = v276 * v329;
   const double v379 = v346 - v364;
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; A
   const double v30 = c[0] * qd_0;
   const double v31 = s[0] * qd_0;
   const double v113 = c[0] * v102;
@@ -4448,6 +4635,7 @@ void excavator_acceleration_mixed(const double q[4], const double qd[4], const d
   const double v306 = v282 * v277;
   const double v307 = v287 * v278;
   A[5] = v290;
+  // shared terms; A
   const double v309 = v292 * v151;
   const double v311 = c[0] * v294;
   const double v312 = s[0] * v294;
@@ -4532,6 +4720,7 @@ void excavator_acceleration_mixed(const double q[4], const double qd[4], const d
   const double v397 = v102 * v390;
   A[3] = v391;
   A[4] = v392;
+  // shared terms; A
   const double v398 = v394 - v374;
   const double v399 = v396 - v378;
   const double v400 = v397 - v381;
@@ -4546,16 +4735,20 @@ void excavator_acceleration_mixed(const double q[4], const double qd[4], const d
   A[2] = v406;
 }
 
+// Joints of the main chain, angles between -pi and pi.
+// 105 operations: multiply 53, add 41, negate 2, trig 3, other 6
 void excavator_chain(const double q[4], double theta[4]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
-  const double v1 = sq(q_1);
+  // shared terms
+  const double v1 = q_1 * q_1;
   const double v2 = 3.96 * q_1;
-  const double v3 = sq(q_2);
+  const double v3 = q_2 * q_2;
   const double v4 = 4.8 * q_2;
-  const double v5 = sq(q_3);
+  const double v5 = q_3 * q_3;
   const double v6 = 3.2 * q_3;
   const double v7 = 3.9204 + v1;
   const double v8 = 5.76 + v3;
@@ -4625,8 +4818,8 @@ void excavator_chain(const double q[4], double theta[4]) {
   const double v72 = 0.13364517206815904 * v66;
   const double v73 = 1.4234875444839858 * v67;
   const double v74 = 1.4234875444839858 * v68;
-  const double v75 = sq(v70);
-  const double v76 = sq(v69);
+  const double v75 = v70 * v70;
+  const double v76 = v69 * v69;
   const double v77 = atan2(v71, v72);
   const double v78 = atan2(v73, v74);
   const double v79 = v75 + v76;
@@ -4656,24 +4849,32 @@ void excavator_chain(const double q[4], double theta[4]) {
   const double v103 = 4.690431519699812 * v101;
   const double v104 = atan2(v102, v103);
   const double v105 = -v104;
+  // theta
   theta[0] = q_0;
+  // theta
   theta[1] = v77;
+  // theta
   theta[2] = v83;
+  // theta
   theta[3] = v105;
 }
 
+// Derivative of the main chain's joints by the actuated coordinates.
+// 79 operations: multiply 36, add 31, negate 2, other 10
 void excavator_chain_D_q(const double q[4], double theta_D_q[16]) {
+  // inputs
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
+  // shared terms
   const double v1 = 1.98 + q_1;
-  const double v2 = sq(q_1);
+  const double v2 = q_1 * q_1;
   const double v3 = 3.96 * q_1;
   const double v4 = 2.4 + q_2;
-  const double v5 = sq(q_2);
+  const double v5 = q_2 * q_2;
   const double v6 = 4.8 * q_2;
   const double v7 = 1.6 + q_3;
-  const double v8 = sq(q_3);
+  const double v8 = q_3 * q_3;
   const double v9 = 3.2 * q_3;
   const double v10 = 3.9204 + v2;
   const double v11 = 5.76 + v5;
@@ -4719,8 +4920,8 @@ void excavator_chain_D_q(const double q[4], double theta_D_q[16]) {
   const double v51 = 0.04 + v47;
   const double v52 = v39 * v48;
   const double v53 = 0.62 * v49;
-  const double v54 = sq(v50);
-  const double v55 = sq(v51);
+  const double v54 = v50 * v50;
+  const double v55 = v51 * v51;
   const double v56 = 0.62 * v52;
   const double v57 = v54 + v55;
   const double v58 = 0.5 * v57;
@@ -4745,6 +4946,7 @@ void excavator_chain_D_q(const double q[4], double theta_D_q[16]) {
   const double v77 = v75 - v76;
   const double v78 = v77 / v66;
   const double v79 = -v78;
+  // constant entries of theta_D_q
   theta_D_q[0] = 1.0;
   theta_D_q[1] = 0.0;
   theta_D_q[2] = 0.0;
@@ -4758,12 +4960,18 @@ void excavator_chain_D_q(const double q[4], double theta_D_q[16]) {
   theta_D_q[12] = 0.0;
   theta_D_q[13] = 0.0;
   theta_D_q[14] = 0.0;
+  // column 2 of theta_D_q
   theta_D_q[5] = v37;
+  // column 3 of theta_D_q
   theta_D_q[10] = v42;
+  // column 4 of theta_D_q
   theta_D_q[15] = v79;
 }
 
+// Joint rates of the main chain.
+// 82 operations: multiply 39, add 31, negate 2, other 10
 void excavator_chain_rates(const double q[4], const double qd[4], double thetad[4]) {
+  // inputs
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
@@ -4771,14 +4979,15 @@ void excavator_chain_rates(const double q[4], const double qd[4], double thetad[
   const double qd_1 = qd[1];
   const double qd_2 = qd[2];
   const double qd_3 = qd[3];
+  // shared terms
   const double v1 = 1.98 + q_1;
-  const double v2 = sq(q_1);
+  const double v2 = q_1 * q_1;
   const double v3 = 3.96 * q_1;
   const double v4 = 2.4 + q_2;
-  const double v5 = sq(q_2);
+  const double v5 = q_2 * q_2;
   const double v6 = 4.8 * q_2;
   const double v7 = 1.6 + q_3;
-  const double v8 = sq(q_3);
+  const double v8 = q_3 * q_3;
   const double v9 = 3.2 * q_3;
   const double v10 = v1 * qd_1;
   const double v11 = 3.9204 + v2;
@@ -4827,8 +5036,8 @@ void excavator_chain_rates(const double q[4], const double qd[4], double thetad[
   const double v54 = 0.04 + v50;
   const double v55 = v42 * v51;
   const double v56 = 0.62 * v52;
-  const double v57 = sq(v53);
-  const double v58 = sq(v54);
+  const double v57 = v53 * v53;
+  const double v58 = v54 * v54;
   const double v59 = 0.62 * v55;
   const double v60 = v57 + v58;
   const double v61 = 0.5 * v60;
@@ -4853,13 +5062,20 @@ void excavator_chain_rates(const double q[4], const double qd[4], double thetad[
   const double v80 = v78 - v79;
   const double v81 = v80 / v69;
   const double v82 = -v81;
+  // thetad
   thetad[0] = qd_0;
+  // thetad
   thetad[1] = v40;
+  // thetad
   thetad[2] = v45;
+  // thetad
   thetad[3] = v82;
 }
 
+// Joint accelerations of the main chain.
+// 183 operations: multiply 97, add 61, negate 2, other 23
 void excavator_chain_accelerations(const double q[4], const double qd[4], const double qdd[4], double thetadd[4]) {
+  // inputs
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
@@ -4870,20 +5086,21 @@ void excavator_chain_accelerations(const double q[4], const double qd[4], const 
   const double qdd_1 = qdd[1];
   const double qdd_2 = qdd[2];
   const double qdd_3 = qdd[3];
-  const double v1 = sq(qd_1);
+  // shared terms
+  const double v1 = qd_1 * qd_1;
   const double v2 = 1.98 + q_1;
-  const double v3 = sq(q_1);
+  const double v3 = q_1 * q_1;
   const double v4 = 3.96 * q_1;
   const double v5 = 2.0 * q_1;
-  const double v6 = sq(qd_2);
+  const double v6 = qd_2 * qd_2;
   const double v7 = 2.4 + q_2;
-  const double v8 = sq(q_2);
+  const double v8 = q_2 * q_2;
   const double v9 = 4.8 * q_2;
   const double v10 = 2.0 * q_2;
   const double v11 = 1.6 + q_3;
-  const double v12 = sq(q_3);
+  const double v12 = q_3 * q_3;
   const double v13 = 3.2 * q_3;
-  const double v14 = sq(qd_3);
+  const double v14 = qd_3 * qd_3;
   const double v15 = 2.0 * q_3;
   const double v16 = v2 * qdd_1;
   const double v17 = 3.9204 + v3;
@@ -4941,16 +5158,16 @@ void excavator_chain_accelerations(const double q[4], const double qd[4], const 
   const double v69 = 0.25 / v58;
   const double v70 = v28 / v62;
   const double v71 = v55 * v63;
-  const double v72 = sq(v62);
+  const double v72 = v62 * v62;
   const double v73 = v31 / v64;
   const double v74 = v57 * v65;
-  const double v75 = sq(v64);
+  const double v75 = v64 * v64;
   const double v76 = v24 / v66;
   const double v77 = v67 - v59;
   const double v78 = v68 + v60;
   const double v79 = v35 / v66;
   const double v80 = v61 * v69;
-  const double v81 = sq(v66);
+  const double v81 = v66 * v66;
   const double v82 = v19 / v72;
   const double v83 = v23 / v75;
   const double v84 = 0.51 + v77;
@@ -4972,8 +5189,8 @@ void excavator_chain_accelerations(const double q[4], const double qd[4], const 
   const double v100 = v79 - v93;
   const double v101 = -v95;
   const double v102 = 0.62 * v96;
-  const double v103 = sq(v97);
-  const double v104 = sq(v98);
+  const double v103 = v97 * v97;
+  const double v104 = v98 * v98;
   const double v105 = 2.0 * v97;
   const double v106 = 0.62 * v99;
   const double v107 = 2.0 * v98;
@@ -4988,7 +5205,7 @@ void excavator_chain_accelerations(const double q[4], const double qd[4], const 
   const double v116 = v110 + v111;
   const double v117 = 0.5 * v112;
   const double v118 = v113 - v114;
-  const double v119 = sq(v112);
+  const double v119 = v112 * v112;
   const double v120 = 1.085213592060545 - v112;
   const double v121 = v112 - 0.01398640793945492;
   const double v122 = 0.62 * v115;
@@ -5014,7 +5231,7 @@ void excavator_chain_accelerations(const double q[4], const double qd[4], const 
   const double v142 = v132 * v136;
   const double v143 = v137 / v119;
   const double v144 = v137 / v112;
-  const double v145 = sq(v137);
+  const double v145 = v137 * v137;
   const double v146 = v141 * v97;
   const double v147 = v142 / v112;
   const double v148 = v118 * v143;
@@ -5053,23 +5270,31 @@ void excavator_chain_accelerations(const double q[4], const double qd[4], const 
   const double v181 = v180 / v137;
   const double v182 = v181 - v177;
   const double v183 = -v182;
+  // thetadd
   thetadd[0] = qdd_0;
+  // thetadd
   thetadd[1] = v94;
+  // thetadd
   thetadd[2] = v101;
+  // thetadd
   thetadd[3] = v183;
 }
 
+// Passive joints that are not in the main chain, angles between -pi and pi.
+// 104 operations: multiply 49, add 38, trig 5, other 12
 void excavator_passive(const double q[4], double passive[5]) {
+  // inputs
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
-  const double v1 = sq(q_3);
+  // shared terms
+  const double v1 = q_3 * q_3;
   const double v2 = 3.2 * q_3;
   const double v3 = 1.98 + q_1;
-  const double v4 = sq(q_1);
+  const double v4 = q_1 * q_1;
   const double v5 = 3.96 * q_1;
   const double v6 = 2.4 + q_2;
-  const double v7 = sq(q_2);
+  const double v7 = q_2 * q_2;
   const double v8 = 4.8 * q_2;
   const double v9 = 1.6 + q_3;
   const double v10 = 2.56 + v1;
@@ -5138,8 +5363,8 @@ void excavator_passive(const double q[4], double passive[5]) {
   const double v73 = atan2(v64, v65);
   const double v74 = atan2(v66, v67);
   const double v75 = atan2(v68, v69);
-  const double v76 = sq(v72);
-  const double v77 = sq(v71);
+  const double v76 = v72 * v72;
+  const double v77 = v71 * v71;
   const double v78 = v76 + v77;
   const double v79 = 0.5 * v78;
   const double v80 = 1.085213592060545 - v78;
@@ -5167,24 +5392,30 @@ void excavator_passive(const double q[4], double passive[5]) {
   const double v102 = v98 - v99;
   const double v103 = v100 + v101;
   const double v104 = atan2(v102, v103);
+  // passive
   passive[0] = v70;
   passive[2] = v73;
   passive[3] = v74;
   passive[4] = v75;
+  // passive
   passive[1] = v104;
 }
 
+// Derivative of the passive joints by the actuated coordinates.
+// 121 operations: multiply 58, add 43, negate 3, other 17
 void excavator_passive_D_q(const double q[4], double passive_D_q[20]) {
+  // inputs
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
+  // shared terms
   const double v1 = 1.6 + q_3;
-  const double v2 = sq(q_3);
+  const double v2 = q_3 * q_3;
   const double v3 = 3.2 * q_3;
-  const double v4 = sq(q_1);
+  const double v4 = q_1 * q_1;
   const double v5 = 3.96 * q_1;
   const double v6 = 1.98 + q_1;
-  const double v7 = sq(q_2);
+  const double v7 = q_2 * q_2;
   const double v8 = 4.8 * q_2;
   const double v9 = 2.4 + q_2;
   const double v10 = 2.56 + v2;
@@ -5267,8 +5498,8 @@ void excavator_passive_D_q(const double q[4], double passive_D_q[20]) {
   const double v87 = v58 * v77;
   const double v88 = v57 * v78;
   const double v89 = 0.62 * v79;
-  const double v90 = sq(v80);
-  const double v91 = sq(v81);
+  const double v90 = v80 * v80;
+  const double v91 = v81 * v81;
   const double v92 = 0.62 * v82;
   const double v93 = v83 + v84;
   const double v94 = v85 + v86;
@@ -5299,6 +5530,7 @@ void excavator_passive_D_q(const double q[4], double passive_D_q[20]) {
   const double v119 = v117 - v118;
   const double v120 = v119 / v110;
   const double v121 = v49 - v120;
+  // constant entries of passive_D_q
   passive_D_q[0] = 0.0;
   passive_D_q[1] = 0.0;
   passive_D_q[2] = 0.0;
@@ -5314,23 +5546,31 @@ void excavator_passive_D_q(const double q[4], double passive_D_q[20]) {
   passive_D_q[16] = 0.0;
   passive_D_q[17] = 0.0;
   passive_D_q[18] = 0.0;
+  // column 4 of passive_D_q
   passive_D_q[3] = v56;
+  // column 2 of passive_D_q
   passive_D_q[9] = v97;
+  // columns 3 and 4 of passive_D_q
   passive_D_q[14] = v103;
   passive_D_q[19] = v104;
+  // column 4 of passive_D_q
   passive_D_q[7] = v121;
 }
 
+// All joints, swings and cylinder lengths, angles between -pi and pi.
+// 137 operations: multiply 67, add 48, negate 2, trig 8, other 12
 void excavator_configuration(const double q[4], double z[12]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
-  const double v1 = sq(q_1);
+  // shared terms
+  const double v1 = q_1 * q_1;
   const double v2 = 3.96 * q_1;
-  const double v3 = sq(q_2);
+  const double v3 = q_2 * q_2;
   const double v4 = 4.8 * q_2;
-  const double v5 = sq(q_3);
+  const double v5 = q_3 * q_3;
   const double v6 = 3.2 * q_3;
   const double v7 = 1.98 + q_1;
   const double v8 = 2.4 + q_2;
@@ -5421,8 +5661,8 @@ void excavator_configuration(const double q[4], double z[12]) {
   const double v93 = 0.13364517206815904 * v83;
   const double v94 = 1.4234875444839858 * v84;
   const double v95 = 1.4234875444839858 * v85;
-  const double v96 = sq(v87);
-  const double v97 = sq(v86);
+  const double v96 = v87 * v87;
+  const double v97 = v86 * v86;
   const double v98 = atan2(v92, v93);
   const double v99 = atan2(v94, v95);
   const double v100 = v96 + v97;
@@ -5463,29 +5703,38 @@ void excavator_configuration(const double q[4], double z[12]) {
   const double v135 = v131 + v132;
   const double v136 = atan2(v134, v135);
   const double v137 = -v133;
+  // z
   z[0] = q_0;
   z[6] = q_1;
   z[8] = q_2;
   z[10] = q_3;
+  // z
   z[4] = v88;
   z[7] = v89;
   z[9] = v90;
   z[11] = v91;
+  // z
   z[1] = v98;
+  // z
   z[2] = v104;
+  // z
   z[3] = v137;
   z[5] = v136;
 }
 
+// How far each step of the loops' solution is from its dead point.
+// 49 operations: multiply 23, add 22, other 4
 void excavator_margin(const double q[4], double margin[4]) {
+  // inputs
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
-  const double v1 = sq(q_1);
+  // shared terms
+  const double v1 = q_1 * q_1;
   const double v2 = 3.96 * q_1;
-  const double v3 = sq(q_2);
+  const double v3 = q_2 * q_2;
   const double v4 = 4.8 * q_2;
-  const double v5 = sq(q_3);
+  const double v5 = q_3 * q_3;
   const double v6 = 3.2 * q_3;
   const double v7 = 3.9204 + v1;
   const double v8 = 5.76 + v3;
@@ -5523,29 +5772,35 @@ void excavator_margin(const double q[4], double margin[4]) {
   const double v40 = 0.9999999999999999 * v38;
   const double v41 = v39 - 0.42;
   const double v42 = 0.04 + v40;
-  const double v43 = sq(v41);
-  const double v44 = sq(v42);
+  const double v43 = v41 * v41;
+  const double v44 = v42 * v42;
   const double v45 = v43 + v44;
   const double v46 = 1.085213592060545 - v45;
   const double v47 = v45 - 0.01398640793945492;
   const double v48 = v46 * v47;
   const double v49 = 3.485754696566448 * v48;
+  // margin
   margin[0] = v30;
   margin[1] = v31;
   margin[2] = v32;
+  // margin
   margin[3] = v49;
 }
 
+// Every branch of the loops' solution, NaN where it does not close.
+// 200 operations: multiply 99, add 75, negate 6, trig 8, other 12
 void excavator_chain_all(const double q[4], double theta[64], double margin[64]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
-  const double v1 = sq(q_1);
+  // shared terms
+  const double v1 = q_1 * q_1;
   const double v2 = 3.96 * q_1;
-  const double v3 = sq(q_2);
+  const double v3 = q_2 * q_2;
   const double v4 = 4.8 * q_2;
-  const double v5 = sq(q_3);
+  const double v5 = q_3 * q_3;
   const double v6 = 3.2 * q_3;
   const double v7 = 3.9204 + v1;
   const double v8 = 5.76 + v3;
@@ -5649,10 +5904,10 @@ void excavator_chain_all(const double q[4], double theta[64], double margin[64])
   const double v106 = 0.13364517206815904 * v94;
   const double v107 = 1.4234875444839858 * v95;
   const double v108 = 1.4234875444839858 * v96;
-  const double v109 = sq(v98);
-  const double v110 = sq(v97);
-  const double v111 = sq(v100);
-  const double v112 = sq(v99);
+  const double v109 = v98 * v98;
+  const double v110 = v97 * v97;
+  const double v111 = v100 * v100;
+  const double v112 = v99 * v99;
   const double v113 = 1.4234875444839858 * v101;
   const double v114 = 1.4234875444839858 * v102;
   const double v115 = 0.13364517206815904 * v103;
@@ -5741,6 +5996,7 @@ void excavator_chain_all(const double q[4], double theta[64], double margin[64])
   const double v198 = -v194;
   const double v199 = -v195;
   const double v200 = -v196;
+  // column 1 of theta
   theta[0] = q_0;
   theta[4] = q_0;
   theta[8] = q_0;
@@ -5757,6 +6013,7 @@ void excavator_chain_all(const double q[4], double theta[64], double margin[64])
   theta[52] = q_0;
   theta[56] = q_0;
   theta[60] = q_0;
+  // columns 1, 2 and 3 of margin
   margin[0] = v46;
   margin[1] = v47;
   margin[2] = v48;
@@ -5805,6 +6062,7 @@ void excavator_chain_all(const double q[4], double theta[64], double margin[64])
   margin[60] = v46;
   margin[61] = v47;
   margin[62] = v48;
+  // column 2 of theta
   theta[1] = v117;
   theta[5] = v117;
   theta[9] = v117;
@@ -5821,6 +6079,7 @@ void excavator_chain_all(const double q[4], double theta[64], double margin[64])
   theta[53] = v122;
   theta[57] = v122;
   theta[61] = v122;
+  // column 3 of theta
   theta[2] = v129;
   theta[6] = v129;
   theta[10] = v129;
@@ -5837,6 +6096,7 @@ void excavator_chain_all(const double q[4], double theta[64], double margin[64])
   theta[54] = v130;
   theta[58] = v130;
   theta[62] = v130;
+  // column 4 of margin
   margin[3] = v139;
   margin[7] = v139;
   margin[11] = v140;
@@ -5853,6 +6113,7 @@ void excavator_chain_all(const double q[4], double theta[64], double margin[64])
   margin[55] = v139;
   margin[59] = v140;
   margin[63] = v140;
+  // column 4 of theta
   theta[3] = v197;
   theta[7] = v198;
   theta[11] = v199;
@@ -5871,15 +6132,21 @@ void excavator_chain_all(const double q[4], double theta[64], double margin[64])
   theta[63] = v200;
 }
 
+// Actuated coordinates from the joints of the main chain.
+// 67 operations: multiply 29, add 26, trig 6, other 6
 void excavator_actuators(const double theta[4], double q[4]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
   const double theta_3 = theta[3];
+  // cosines and sines
   const double angle[3] = {theta_1, theta_2, theta_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // q
   q[0] = theta_0;
+  // shared terms; q
   const double v7 = 2.6 * c[0];
   const double v8 = 0.85 * s[0];
   const double v9 = 2.6 * s[0];
@@ -5904,12 +6171,12 @@ void excavator_actuators(const double theta[4], double q[4]) {
   const double v28 = v22 - v14;
   const double v29 = v23 - v16;
   const double v30 = v24 - v18;
-  const double v31 = sq(v25);
-  const double v32 = sq(v26);
-  const double v33 = sq(v27);
-  const double v34 = sq(v28);
-  const double v35 = sq(v29);
-  const double v36 = sq(v30);
+  const double v31 = v25 * v25;
+  const double v32 = v26 * v26;
+  const double v33 = v27 * v27;
+  const double v34 = v28 * v28;
+  const double v35 = v29 * v29;
+  const double v36 = v30 * v30;
   const double v37 = v31 + v32;
   const double v38 = v33 + v34;
   const double v39 = v35 + v36;
@@ -5926,6 +6193,7 @@ void excavator_actuators(const double theta[4], double q[4]) {
   q[2] = v46;
   const double v49 = v47 / v39;
   const double v50 = sqrt(v48);
+  // shared terms; q
   const double v51 = v29 * v49;
   const double v52 = 0.5 * v50;
   const double v53 = v30 * v49;
@@ -5938,21 +6206,26 @@ void excavator_actuators(const double theta[4], double q[4]) {
   const double v60 = 0.9999999999999999 * v58;
   const double v61 = 1.98 + v59;
   const double v62 = v60 - 0.51;
-  const double v63 = sq(v61);
-  const double v64 = sq(v62);
+  const double v63 = v61 * v61;
+  const double v64 = v62 * v62;
   const double v65 = v63 + v64;
   const double v66 = sqrt(v65);
   const double v67 = v66 - 1.6;
   q[3] = v67;
 }
 
+// Derivative of the actuated coordinates by the main chain's joints.
+// 103 operations: multiply 52, add 35, trig 6, other 10
 void excavator_actuators_D_chain(const double theta[4], double q_D_theta[16]) {
+  // inputs
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
   const double theta_3 = theta[3];
+  // cosines and sines
   const double angle[3] = {theta_1, theta_2, theta_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of q_D_theta
   q_D_theta[0] = 1.0;
   q_D_theta[1] = 0.0;
   q_D_theta[2] = 0.0;
@@ -5966,6 +6239,7 @@ void excavator_actuators_D_chain(const double theta[4], double q_D_theta[16]) {
   q_D_theta[12] = 0.0;
   q_D_theta[13] = 0.0;
   q_D_theta[14] = 0.0;
+  // shared terms; columns 2 and 3 of q_D_theta
   const double v7 = 2.6 * c[0];
   const double v8 = 0.85 * s[0];
   const double v9 = 2.6 * s[0];
@@ -5998,14 +6272,14 @@ void excavator_actuators_D_chain(const double theta[4], double q_D_theta[16]) {
   const double v36 = v29 - v15;
   const double v37 = 2.0 * v31;
   const double v38 = 2.0 * v32;
-  const double v39 = sq(v32);
-  const double v40 = sq(v31);
+  const double v39 = v32 * v32;
+  const double v40 = v31 * v31;
   const double v41 = 2.0 * v33;
   const double v42 = 2.0 * v34;
-  const double v43 = sq(v33);
-  const double v44 = sq(v34);
-  const double v45 = sq(v35);
-  const double v46 = sq(v36);
+  const double v43 = v33 * v33;
+  const double v44 = v34 * v34;
+  const double v45 = v35 * v35;
+  const double v46 = v36 * v36;
   const double v47 = v19 * v37;
   const double v48 = v21 * v38;
   const double v49 = v39 + v40;
@@ -6033,6 +6307,7 @@ void excavator_actuators_D_chain(const double theta[4], double q_D_theta[16]) {
   const double v69 = v35 * v67;
   const double v70 = 0.5 * v68;
   const double v71 = v36 * v67;
+  // shared terms; column 4 of q_D_theta
   const double v72 = v70 / v53;
   const double v73 = v36 * v72;
   const double v74 = v35 * v72;
@@ -6051,8 +6326,8 @@ void excavator_actuators_D_chain(const double theta[4], double q_D_theta[16]) {
   const double v87 = v83 - v84;
   const double v88 = 2.0 * v85;
   const double v89 = 2.0 * v86;
-  const double v90 = sq(v86);
-  const double v91 = sq(v85);
+  const double v90 = v86 * v86;
+  const double v91 = v85 * v85;
   const double v92 = v87 / v70;
   const double v93 = v90 + v91;
   const double v94 = v92 * v79;
@@ -6068,7 +6343,10 @@ void excavator_actuators_D_chain(const double theta[4], double q_D_theta[16]) {
   q_D_theta[15] = v103;
 }
 
+// Rates of the actuated coordinates.
+// 121 operations: multiply 70, add 35, trig 6, other 10
 void excavator_actuator_rates(const double theta[4], const double thetad[4], double qd[4]) {
+  // inputs
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
   const double theta_3 = theta[3];
@@ -6076,10 +6354,13 @@ void excavator_actuator_rates(const double theta[4], const double thetad[4], dou
   const double thetad_1 = thetad[1];
   const double thetad_2 = thetad[2];
   const double thetad_3 = thetad[3];
+  // cosines and sines
   const double angle[3] = {theta_1, theta_2, theta_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // qd
   qd[0] = thetad_0;
+  // shared terms; qd
   const double v7 = 2.6 * c[0];
   const double v8 = 0.85 * s[0];
   const double v9 = 2.6 * s[0];
@@ -6128,16 +6409,16 @@ void excavator_actuator_rates(const double theta[4], const double thetad[4], dou
   const double v52 = v38 - v22;
   const double v53 = v39 - v40;
   const double v54 = v41 + v42;
-  const double v55 = sq(v43);
-  const double v56 = sq(v44);
+  const double v55 = v43 * v43;
+  const double v56 = v44 * v44;
   const double v57 = 2.0 * v44;
   const double v58 = 2.0 * v43;
-  const double v59 = sq(v47);
-  const double v60 = sq(v48);
+  const double v59 = v47 * v47;
+  const double v60 = v48 * v48;
   const double v61 = 2.0 * v47;
   const double v62 = 2.0 * v48;
-  const double v63 = sq(v51);
-  const double v64 = sq(v52);
+  const double v63 = v51 * v51;
+  const double v64 = v52 * v52;
   const double v65 = v55 + v56;
   const double v66 = v57 * v45;
   const double v67 = v58 * v46;
@@ -6165,6 +6446,7 @@ void excavator_actuator_rates(const double theta[4], const double thetad[4], dou
   const double v87 = v51 * v85;
   const double v88 = 0.5 * v86;
   const double v89 = v52 * v85;
+  // shared terms; qd
   const double v90 = v88 / v71;
   const double v91 = v52 * v90;
   const double v92 = v51 * v90;
@@ -6180,8 +6462,8 @@ void excavator_actuator_rates(const double theta[4], const double thetad[4], dou
   const double v102 = v96 - 0.51;
   const double v103 = v53 * v97;
   const double v104 = v54 * v98;
-  const double v105 = sq(v101);
-  const double v106 = sq(v102);
+  const double v105 = v101 * v101;
+  const double v106 = v102 * v102;
   const double v107 = 2.0 * v102;
   const double v108 = v103 - v104;
   const double v109 = 2.0 * v101;
@@ -6200,7 +6482,10 @@ void excavator_actuator_rates(const double theta[4], const double thetad[4], dou
   qd[3] = v121;
 }
 
+// Accelerations of the actuated coordinates.
+// 255 operations: multiply 152, add 77, trig 6, other 20
 void excavator_actuator_accelerations(const double theta[4], const double thetad[4], const double thetadd[4], double qdd[4]) {
+  // inputs
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
   const double theta_3 = theta[3];
@@ -6211,10 +6496,13 @@ void excavator_actuator_accelerations(const double theta[4], const double thetad
   const double thetadd_1 = thetadd[1];
   const double thetadd_2 = thetadd[2];
   const double thetadd_3 = thetadd[3];
+  // cosines and sines
   const double angle[3] = {theta_1, theta_2, theta_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // qdd
   qdd[0] = thetadd_0;
+  // shared terms; qdd
   const double v7 = 2.6 * c[0];
   const double v8 = 0.85 * s[0];
   const double v9 = 2.6 * s[0];
@@ -6281,8 +6569,8 @@ void excavator_actuator_accelerations(const double theta[4], const double thetad
   const double v70 = v51 + v52;
   const double v71 = v53 + v29;
   const double v72 = v30 - v54;
-  const double v73 = sq(v55);
-  const double v74 = sq(v56);
+  const double v73 = v55 * v55;
+  const double v74 = v56 * v56;
   const double v75 = 2.0 * v56;
   const double v76 = 2.6 * v57;
   const double v77 = 0.85 * v58;
@@ -6291,8 +6579,8 @@ void excavator_actuator_accelerations(const double theta[4], const double thetad
   const double v80 = 2.0 * v55;
   const double v81 = 2.6 * v58;
   const double v82 = 0.85 * v57;
-  const double v83 = sq(v61);
-  const double v84 = sq(v62);
+  const double v83 = v61 * v61;
+  const double v84 = v62 * v62;
   const double v85 = 2.0 * v61;
   const double v86 = 0.8 * v63;
   const double v87 = 0.25 * v64;
@@ -6301,8 +6589,8 @@ void excavator_actuator_accelerations(const double theta[4], const double thetad
   const double v90 = 2.0 * v62;
   const double v91 = 0.25 * v63;
   const double v92 = 0.8 * v64;
-  const double v93 = sq(v67);
-  const double v94 = sq(v68);
+  const double v93 = v67 * v67;
+  const double v94 = v68 * v68;
   const double v95 = 2.0 * v67;
   const double v96 = 2.0 * v68;
   const double v97 = 0.04 * v71;
@@ -6340,7 +6628,7 @@ void excavator_actuator_accelerations(const double theta[4], const double thetad
   const double v129 = 1.44 - v115;
   const double v130 = v115 - 0.0016;
   const double v131 = v116 - v117;
-  const double v132 = sq(v115);
+  const double v132 = v115 * v115;
   const double v133 = 0.5 / v120;
   const double v134 = v121 + v103;
   const double v135 = v120 * v101;
@@ -6380,7 +6668,7 @@ void excavator_actuator_accelerations(const double theta[4], const double thetad
   const double v169 = v150 - v161;
   const double v170 = v152 * v162;
   const double v171 = v158 / v132;
-  const double v172 = sq(v158);
+  const double v172 = v158 * v158;
   const double v173 = v164 - v165;
   const double v174 = v166 - v167;
   const double v175 = v68 * v168;
@@ -6398,6 +6686,7 @@ void excavator_actuator_accelerations(const double theta[4], const double thetad
   const double v185 = v160 + v177;
   const double v186 = v179 - v180;
   const double v187 = v181 + v182;
+  // shared terms; qdd
   const double v188 = 0.9999999999999999 * v183;
   const double v189 = 0.9999999999999999 * v184;
   const double v190 = v185 + v178;
@@ -6415,8 +6704,8 @@ void excavator_actuator_accelerations(const double theta[4], const double thetad
   const double v202 = v119 * v194;
   const double v203 = v69 * v192;
   const double v204 = v70 * v194;
-  const double v205 = sq(v197);
-  const double v206 = sq(v198);
+  const double v205 = v197 * v197;
+  const double v206 = v198 * v198;
   const double v207 = 2.0 * v198;
   const double v208 = v199 - v69;
   const double v209 = v201 - v163;
@@ -6469,11 +6758,16 @@ void excavator_actuator_accelerations(const double theta[4], const double thetad
   qdd[3] = v255;
 }
 
+// How far each step of the loops' solution is from its dead point.
+// 17 operations: multiply 8, add 7, trig 2
 void excavator_actuator_margin(const double theta[4], double margin[1]) {
+  // inputs
   const double theta_3 = theta[3];
+  // cosines and sines
   const double angle[1] = {theta_3};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; margin
   const double v3 = 0.46 * s[0];
   const double v4 = 0.04 * c[0];
   const double v5 = 0.46 * c[0];
@@ -6482,8 +6776,8 @@ void excavator_actuator_margin(const double theta[4], double margin[1]) {
   const double v8 = v5 - 0.04;
   const double v9 = v7 - v4;
   const double v10 = v8 - v6;
-  const double v11 = sq(v9);
-  const double v12 = sq(v10);
+  const double v11 = v9 * v9;
+  const double v12 = v10 * v10;
   const double v13 = v11 + v12;
   const double v14 = 1.44 - v13;
   const double v15 = v13 - 0.0016;
@@ -6492,14 +6786,19 @@ void excavator_actuator_margin(const double theta[4], double margin[1]) {
   margin[0] = v17;
 }
 
+// Every branch of the loops' solution, NaN where it does not close.
+// 87 operations: multiply 34, add 36, negate 4, trig 6, other 7
 void excavator_actuators_all(const double theta[4], double q[64], double margin[16]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
   const double theta_3 = theta[3];
+  // cosines and sines
   const double angle[3] = {theta_1, theta_2, theta_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // column 1 of q
   q[0] = theta_0;
   q[4] = theta_0;
   q[8] = theta_0;
@@ -6516,6 +6815,7 @@ void excavator_actuators_all(const double theta[4], double q[64], double margin[
   q[52] = theta_0;
   q[56] = theta_0;
   q[60] = theta_0;
+  // shared terms; columns 2 and 3 of q
   const double v7 = 2.6 * c[0];
   const double v8 = 0.85 * s[0];
   const double v9 = 2.6 * s[0];
@@ -6540,12 +6840,12 @@ void excavator_actuators_all(const double theta[4], double q[64], double margin[
   const double v28 = v22 - v14;
   const double v29 = v23 - v16;
   const double v30 = v24 - v18;
-  const double v31 = sq(v25);
-  const double v32 = sq(v26);
-  const double v33 = sq(v27);
-  const double v34 = sq(v28);
-  const double v35 = sq(v29);
-  const double v36 = sq(v30);
+  const double v31 = v25 * v25;
+  const double v32 = v26 * v26;
+  const double v33 = v27 * v27;
+  const double v34 = v28 * v28;
+  const double v35 = v29 * v29;
+  const double v36 = v30 * v30;
   const double v37 = v31 + v32;
   const double v38 = v33 + v34;
   const double v39 = v35 + v36;
@@ -6581,6 +6881,7 @@ void excavator_actuators_all(const double theta[4], double q[64], double margin[
   q[42] = v46;
   q[46] = v46;
   const double v55 = 1.9333061948698405 * v48;
+  // shared terms; columns 2 and 3 of q; margin
   const double v56 = v29 * v51;
   const double v57 = 0.5 * v52;
   const double v58 = v30 * v51;
@@ -6616,6 +6917,7 @@ void excavator_actuators_all(const double theta[4], double q[64], double margin[
   margin[13] = v55;
   margin[14] = v55;
   margin[15] = v55;
+  // shared terms; column 4 of q
   const double v59 = v57 / v39;
   const double v60 = v30 * v59;
   const double v61 = v29 * v59;
@@ -6631,10 +6933,10 @@ void excavator_actuators_all(const double theta[4], double q[64], double margin[
   const double v71 = v67 - 0.51;
   const double v72 = 1.98 + v68;
   const double v73 = v69 - 0.51;
-  const double v74 = sq(v70);
-  const double v75 = sq(v71);
-  const double v76 = sq(v72);
-  const double v77 = sq(v73);
+  const double v74 = v70 * v70;
+  const double v75 = v71 * v71;
+  const double v76 = v72 * v72;
+  const double v77 = v73 * v73;
   const double v78 = v74 + v75;
   const double v79 = v76 + v77;
   const double v80 = sqrt(v78);
@@ -6653,6 +6955,7 @@ void excavator_actuators_all(const double theta[4], double q[64], double margin[
   q[43] = v84;
   q[51] = v82;
   q[59] = v84;
+  // column 4 of q
   q[7] = v86;
   q[15] = v87;
   q[23] = v86;
@@ -6663,7 +6966,10 @@ void excavator_actuators_all(const double theta[4], double q[64], double margin[
   q[63] = v87;
 }
 
+// What the full configuration leaves open in the loops, zero where they are closed.
+// 66 operations: multiply 22, add 28, trig 16
 void excavator_constraint(const double z[12], double residual[8]) {
+  // inputs
   const double z_1 = z[1];
   const double z_2 = z[2];
   const double z_3 = z[3];
@@ -6675,13 +6981,16 @@ void excavator_constraint(const double z[12], double residual[8]) {
   const double z_9 = z[9];
   const double z_10 = z[10];
   const double z_11 = z[11];
+  // shared terms
   const double v3 = z_4 + z_5;
   const double v16 = 1.98 + z_6;
   const double v17 = 2.4 + z_8;
   const double v18 = 1.6 + z_10;
+  // cosines and sines
   const double angle[8] = {z_3, z_4, z_1, z_7, z_2, z_9, z_11, v3};
   double c[8], s[8];
   chasles_cos_sin(8, angle, c, s);
+  // shared terms; residual
   const double v21 = 0.04 * c[0];
   const double v22 = 0.46 * s[0];
   const double v23 = 0.62 * c[1];
@@ -6728,17 +7037,22 @@ void excavator_constraint(const double z[12], double residual[8]) {
   const double v64 = v56 - v38;
   residual[6] = v57;
   residual[7] = v58;
+  // shared terms; residual
   const double v65 = v59 - 0.42;
   const double v66 = v60 - v26;
   residual[2] = v61;
   residual[3] = v62;
   residual[4] = v63;
   residual[5] = v64;
+  // residual
   residual[0] = v65;
   residual[1] = v66;
 }
 
+// Derivative of the loops' equations by the full configuration.
+// 56 operations: multiply 22, add 12, negate 6, trig 16
 void excavator_constraint_D_z(const double z[12], double residual_D_z[96]) {
+  // inputs
   const double z_1 = z[1];
   const double z_2 = z[2];
   const double z_3 = z[3];
@@ -6750,13 +7064,16 @@ void excavator_constraint_D_z(const double z[12], double residual_D_z[96]) {
   const double z_9 = z[9];
   const double z_10 = z[10];
   const double z_11 = z[11];
+  // shared terms
   const double v3 = z_4 + z_5;
   const double v16 = 1.98 + z_6;
   const double v17 = 2.4 + z_8;
   const double v18 = 1.6 + z_10;
+  // cosines and sines
   const double angle[8] = {z_3, z_4, z_1, z_7, z_2, z_9, z_11, v3};
   double c[8], s[8];
   chasles_cos_sin(8, angle, c, s);
+  // constant entries of residual_D_z
   residual_D_z[0] = 0.0;
   residual_D_z[1] = 0.0;
   residual_D_z[2] = 0.0;
@@ -6829,6 +7146,7 @@ void excavator_constraint_D_z(const double z[12], double residual_D_z[96]) {
   residual_D_z[91] = 0.0;
   residual_D_z[92] = 0.0;
   residual_D_z[93] = 0.0;
+  // shared terms; columns 7, 9 and 11 of residual_D_z
   const double v21 = 0.46 * c[0];
   const double v22 = 0.04 * s[0];
   const double v23 = 0.62 * s[1];
@@ -6855,6 +7173,7 @@ void excavator_constraint_D_z(const double z[12], double residual_D_z[96]) {
   const double v39 = v18 * s[6];
   residual_D_z[94] = s[6];
   const double v40 = v18 * c[6];
+  // shared terms; columns 5, 8, 10 and 12 of residual_D_z
   const double v41 = v21 - v22;
   const double v42 = 0.58 * s[7];
   const double v43 = v24 + v25;
@@ -6871,6 +7190,7 @@ void excavator_constraint_D_z(const double z[12], double residual_D_z[96]) {
   const double v51 = -v39;
   const double v52 = -v26;
   residual_D_z[95] = v40;
+  // shared terms; columns 2, 3, 4, 5, 6, 8, 10 and 12 of residual_D_z
   residual_D_z[3] = v41;
   const double v53 = v42 + v23;
   const double v54 = -v42;
@@ -6885,13 +7205,18 @@ void excavator_constraint_D_z(const double z[12], double residual_D_z[96]) {
   residual_D_z[62] = v50;
   residual_D_z[83] = v51;
   residual_D_z[88] = v52;
+  // shared terms; columns 5 and 6 of residual_D_z
   const double v56 = -v53;
   residual_D_z[5] = v54;
   residual_D_z[16] = v55;
+  // column 5 of residual_D_z
   residual_D_z[4] = v56;
 }
 
+// Time derivative of the constraint Jacobian.
+// 94 operations: multiply 46, add 20, negate 12, trig 16
 void excavator_constraint_D_z_dot(const double z[12], const double zd[12], double residual_D_z_dot[96]) {
+  // inputs
   const double z_1 = z[1];
   const double z_2 = z[2];
   const double z_3 = z[3];
@@ -6914,13 +7239,16 @@ void excavator_constraint_D_z_dot(const double z[12], const double zd[12], doubl
   const double zd_9 = zd[9];
   const double zd_10 = zd[10];
   const double zd_11 = zd[11];
+  // shared terms
   const double v3 = z_4 + z_5;
   const double v16 = 1.98 + z_6;
   const double v17 = 2.4 + z_8;
   const double v18 = 1.6 + z_10;
+  // cosines and sines
   const double angle[8] = {z_3, z_4, z_1, z_7, z_2, z_9, z_11, v3};
   double c[8], s[8];
   chasles_cos_sin(8, angle, c, s);
+  // constant entries of residual_D_z_dot
   residual_D_z_dot[0] = 0.0;
   residual_D_z_dot[1] = 0.0;
   residual_D_z_dot[2] = 0.0;
@@ -6993,6 +7321,7 @@ void excavator_constraint_D_z_dot(const double z[12], const double zd[12], doubl
   residual_D_z_dot[91] = 0.0;
   residual_D_z_dot[92] = 0.0;
   residual_D_z_dot[93] = 0.0;
+  // shared terms; columns 7, 9 and 11 of residual_D_z_dot
   const double v21 = c[0] * zd_3;
   const double v22 = s[0] * zd_3;
   const double v23 = c[1] * zd_4;
@@ -7043,6 +7372,7 @@ void excavator_constraint_D_z_dot(const double z[12], const double zd[12], doubl
   const double v66 = v18 * v38;
   residual_D_z_dot[94] = v38;
   const double v67 = v18 * v37;
+  // shared terms; columns 5, 7, 9 and 11 of residual_D_z_dot
   const double v68 = v41 + v42;
   const double v69 = v43 + v44;
   const double v70 = v46 - v47;
@@ -7062,6 +7392,7 @@ void excavator_constraint_D_z_dot(const double z[12], const double zd[12], doubl
   const double v80 = v66 + v39;
   residual_D_z_dot[88] = v50;
   const double v81 = v40 - v67;
+  // shared terms; columns 2, 3, 4, 8, 10 and 12 of residual_D_z_dot
   const double v82 = -v68;
   const double v83 = 0.58 * v69;
   residual_D_z_dot[15] = v70;
@@ -7076,6 +7407,7 @@ void excavator_constraint_D_z_dot(const double z[12], const double zd[12], doubl
   residual_D_z_dot[69] = v79;
   const double v88 = -v80;
   residual_D_z_dot[95] = v81;
+  // shared terms; columns 3, 4, 8, 10 and 12 of residual_D_z_dot
   residual_D_z_dot[3] = v82;
   const double v89 = v83 + v45;
   const double v90 = -v83;
@@ -7085,16 +7417,21 @@ void excavator_constraint_D_z_dot(const double z[12], const double zd[12], doubl
   residual_D_z_dot[50] = v86;
   residual_D_z_dot[57] = v87;
   residual_D_z_dot[83] = v88;
+  // shared terms; column 6 of residual_D_z_dot
   const double v93 = -v89;
   residual_D_z_dot[5] = v90;
   const double v94 = -v91;
   residual_D_z_dot[17] = v92;
+  // column 5 of residual_D_z_dot
   residual_D_z_dot[4] = v93;
   residual_D_z_dot[16] = v94;
 }
 
 #if !EXCAVATOR_BRANCHES
+// One branch of ik.
+// 307 operations: multiply 152, add 124, negate 1, trig 1, other 29
 static void excavator_ik_branch(const double T[16], const double choice[2], double q[4], double residual[1], double margin[1]) {
+  // inputs
   const double T_0 = T[0];
   const double T_1 = T[1];
   const double T_2 = T[2];
@@ -7109,13 +7446,14 @@ static void excavator_ik_branch(const double T[16], const double choice[2], doub
   const double T_11 = T[11];
   const double choice_0 = choice[0];
   const double choice_1 = choice[1];
-  const double v1 = sq(T_7);
+  // shared terms
+  const double v1 = T_7 * T_7;
   const double v2 = 1e-150 - T_3;
   const double v3 = 1e-150 + T_10;
   const double v4 = T_11 - 1.75;
-  const double v5 = sq(T_9);
-  const double v6 = sq(v2);
-  const double v7 = sq(v3);
+  const double v5 = T_9 * T_9;
+  const double v6 = v2 * v2;
+  const double v7 = v3 * v3;
   const double v8 = v1 + v6;
   const double v9 = sqrt(v8);
   const double v10 = T_7 / v9;
@@ -7132,11 +7470,11 @@ static void excavator_ik_branch(const double T[16], const double choice[2], doub
   const double v21 = choice_0 * v14;
   const double v22 = v15 - v16;
   const double v23 = v17 - v18;
-  const double v24 = sq(v19);
-  const double v25 = sq(v20);
+  const double v24 = v19 * v19;
+  const double v25 = v20 * v20;
   const double v26 = -v21;
   const double v27 = v22 - 0.15;
-  const double v28 = sq(v23);
+  const double v28 = v23 * v23;
   const double v29 = v28 + v7;
   const double v30 = sqrt(v29);
   const double v31 = v3 / v30;
@@ -7145,8 +7483,8 @@ static void excavator_ik_branch(const double T[16], const double choice[2], doub
   const double v34 = 1.45 * v32;
   const double v35 = v27 - v33;
   const double v36 = v4 + v34;
-  const double v37 = sq(v35);
-  const double v38 = sq(v36);
+  const double v37 = v35 * v35;
+  const double v38 = v36 * v36;
   const double v39 = v37 + v38;
   const double v40 = v39 - 7.84;
   const double v41 = 73.96 - v39;
@@ -7179,17 +7517,17 @@ static void excavator_ik_branch(const double T[16], const double choice[2], doub
   const double v68 = v59 - v64;
   const double v69 = v60 + v65;
   const double v70 = v62 - v66;
-  const double v71 = sq(v67);
-  const double v72 = sq(v68);
+  const double v71 = v67 * v67;
+  const double v72 = v68 * v68;
   const double v73 = 1e-150 + v69;
-  const double v74 = sq(v70);
+  const double v74 = v70 * v70;
   const double v75 = v71 + v72;
-  const double v76 = sq(v73);
+  const double v76 = v73 * v73;
   const double v77 = sqrt(v75);
   const double v78 = v74 + v76;
   const double v79 = v77 - 2.4;
   const double v80 = sqrt(v78);
-  const double v81 = sq(v79);
+  const double v81 = v79 * v79;
   const double v82 = 4.8 * v79;
   const double v83 = v73 / v80;
   const double v84 = v70 / v80;
@@ -7218,8 +7556,8 @@ static void excavator_ik_branch(const double T[16], const double choice[2], doub
   const double v107 = v32 * v97;
   const double v108 = v99 * v100;
   const double v109 = 4.35 + v101;
-  const double v110 = sq(v102);
-  const double v111 = sq(v103);
+  const double v110 = v102 * v102;
+  const double v111 = v103 * v103;
   const double v112 = v104 + v105;
   const double v113 = v106 - v107;
   const double v114 = sqrt(v108);
@@ -7242,9 +7580,9 @@ static void excavator_ik_branch(const double T[16], const double choice[2], doub
   const double v131 = v126 - 0.04;
   const double v132 = 1.25 + v127;
   const double v133 = v128 - 2.8;
-  const double v134 = sq(v130);
-  const double v135 = sq(v131);
-  const double v136 = sq(v129);
+  const double v134 = v130 * v130;
+  const double v135 = v131 * v131;
+  const double v136 = v129 * v129;
   const double v137 = 3.96 * v129;
   const double v138 = 0.25 * v132;
   const double v139 = 0.8 * v133;
@@ -7296,8 +7634,8 @@ static void excavator_ik_branch(const double T[16], const double choice[2], doub
   const double v185 = v179 - 0.51;
   const double v186 = v180 + v181;
   const double v187 = v182 - v183;
-  const double v188 = sq(v184);
-  const double v189 = sq(v185);
+  const double v188 = v184 * v184;
+  const double v189 = v185 * v185;
   const double v190 = 0.13364517206815904 * v186;
   const double v191 = 0.13364517206815904 * v187;
   const double v192 = 0.7617774807885066 * v186;
@@ -7313,7 +7651,7 @@ static void excavator_ik_branch(const double T[16], const double choice[2], doub
   const double v202 = v199 - 1.6;
   const double v203 = 2.9 * v200;
   const double v204 = 2.9 * v201;
-  const double v205 = sq(v202);
+  const double v205 = v202 * v202;
   const double v206 = 3.2 * v202;
   const double v207 = 2.56 + v205;
   const double v208 = v207 + v206;
@@ -7335,8 +7673,8 @@ static void excavator_ik_branch(const double T[16], const double choice[2], doub
   const double v224 = 0.9999999999999999 * v222;
   const double v225 = 0.04 + v223;
   const double v226 = v224 - 0.42;
-  const double v227 = sq(v226);
-  const double v228 = sq(v225);
+  const double v227 = v226 * v226;
+  const double v228 = v225 * v225;
   const double v229 = v227 + v228;
   const double v230 = 0.5 * v229;
   const double v231 = 1.085213592060545 - v229;
@@ -7381,14 +7719,14 @@ static void excavator_ik_branch(const double T[16], const double choice[2], doub
   const double v270 = T_2 + v262;
   const double v271 = T_4 + v263;
   const double v272 = v264 - T_6;
-  const double v273 = sq(v265);
-  const double v274 = sq(v266);
+  const double v273 = v265 * v265;
+  const double v274 = v266 * v266;
   const double v275 = v267 + v192;
   const double v276 = v268 + v193;
-  const double v277 = sq(v269);
-  const double v278 = sq(v270);
-  const double v279 = sq(v271);
-  const double v280 = sq(v272);
+  const double v277 = v269 * v269;
+  const double v278 = v270 * v270;
+  const double v279 = v271 * v271;
+  const double v280 = v272 * v272;
   const double v281 = 0.15 + v275;
   const double v282 = 1.75 + v276;
   const double v283 = v5 + v277;
@@ -7398,10 +7736,10 @@ static void excavator_ik_branch(const double T[16], const double choice[2], doub
   const double v287 = v283 + v24;
   const double v288 = v284 - T_3;
   const double v289 = T_7 + v285;
-  const double v290 = sq(v286);
+  const double v290 = v286 * v286;
   const double v291 = v287 + v278;
-  const double v292 = sq(v288);
-  const double v293 = sq(v289);
+  const double v292 = v288 * v288;
+  const double v293 = v289 * v289;
   const double v294 = v291 + v279;
   const double v295 = v292 + v293;
   const double v296 = v294 + v25;
@@ -7416,11 +7754,17 @@ static void excavator_ik_branch(const double T[16], const double choice[2], doub
   const double v305 = v302 + v304;
   const double v306 = 0.5 * v305;
   const double v307 = sqrt(v306);
+  // q
   q[0] = v26;
+  // margin
   margin[0] = v49;
+  // q
   q[2] = v79;
+  // q
   q[1] = v129;
+  // q
   q[3] = v202;
+  // residual
   residual[0] = v307;
 }
 #endif

@@ -14,6 +14,7 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
+// One branch of ik: 308 operations: multiply 159, add 124, negate 1, trig 1, other 23
 LANES_INLINE void LANES_NAME(excavator_ik_branch)(
     const double *T, const double (*choice)[8], int b, lanes *out)
 {

@@ -4,14 +4,17 @@
 #include "chasles_cos_sin.h"
 #include "five_bar_branches.h"
 
-static double sq(double x) { return x * x; }
-
+// Pose of the tool (ee) in the base frame (0).
+// 33 operations: multiply 16, add 10, negate 1, trig 4, other 2
 void five_bar_fk(const double q[2], double T_0_ee[16]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
+  // cosines and sines
   const double angle[2] = {q_1, q_0};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of T_0_ee
   T_0_ee[2] = 0.0;
   T_0_ee[6] = 0.0;
   T_0_ee[8] = 0.0;
@@ -22,6 +25,7 @@ void five_bar_fk(const double q[2], double T_0_ee[16]) {
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
+  // shared terms; columns 1 and 2 of T_0_ee
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
   const double v7 = 0.2 * s[0];
@@ -29,10 +33,10 @@ void five_bar_fk(const double q[2], double T_0_ee[16]) {
   const double v9 = 0.2 + v5;
   const double v10 = v7 - v8;
   const double v11 = v9 - v6;
-  const double v12 = sq(v10);
+  const double v12 = v10 * v10;
   const double v13 = 0.5 * v10;
   const double v14 = 0.5 * v11;
-  const double v15 = sq(v11);
+  const double v15 = v11 * v11;
   const double v16 = v15 + v12;
   const double v17 = 0.36 - v16;
   const double v18 = v16 * v17;
@@ -53,18 +57,25 @@ void five_bar_fk(const double q[2], double T_0_ee[16]) {
   T_0_ee[4] = v27;
   T_0_ee[5] = v26;
   const double v32 = v29 + v8;
+  // shared terms; columns 2 and 4 of T_0_ee
   T_0_ee[1] = v30;
   const double v33 = v31 - 0.1;
   T_0_ee[7] = v32;
+  // column 4 of T_0_ee
   T_0_ee[3] = v33;
 }
 
+// Pose of every link's frame in the base frame, in order from the base.
+// 30 operations: multiply 14, add 8, negate 2, trig 4, other 2
 void five_bar_link_poses(const double q[2], double T[32]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
+  // cosines and sines
   const double angle[2] = {q_0, q_1};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of T
   T[2] = 0.0;
   T[3] = -0.1;
   T[6] = 0.0;
@@ -87,6 +98,7 @@ void five_bar_link_poses(const double q[2], double T[32]) {
   T[29] = 0.0;
   T[30] = 0.0;
   T[31] = 1.0;
+  // shared terms; T
   T[0] = c[0];
   const double v5 = -s[0];
   T[4] = s[0];
@@ -95,17 +107,20 @@ void five_bar_link_poses(const double q[2], double T[32]) {
   const double v7 = 0.2 * c[0];
   const double v8 = 0.2 * s[1];
   const double v9 = 0.2 * s[0];
+  // shared terms; T
   T[1] = v5;
   const double v10 = 0.2 + v6;
   const double v11 = v8 - v9;
   const double v12 = v7 - 0.1;
   T[23] = v9;
+  // shared terms; T
   const double v13 = v10 - v7;
-  const double v14 = sq(v11);
+  const double v14 = v11 * v11;
   const double v15 = 0.5 * v11;
   T[19] = v12;
+  // shared terms; T
   const double v16 = 0.5 * v13;
-  const double v17 = sq(v13);
+  const double v17 = v13 * v13;
   const double v18 = v17 + v14;
   const double v19 = 0.36 - v18;
   const double v20 = v18 * v19;
@@ -122,15 +137,21 @@ void five_bar_link_poses(const double q[2], double T[32]) {
   const double v30 = -v29;
   T[20] = v29;
   T[21] = v28;
+  // T
   T[17] = v30;
 }
 
+// Pose of the tool and mixed Jacobian in one call.
+// 52 operations: multiply 24, add 17, negate 3, trig 4, other 4
 void five_bar_fk_jacobian_mixed(const double q[2], double T_0_ee[16], double J[12]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
+  // cosines and sines
   const double angle[2] = {q_1, q_0};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of T_0_ee; constant entries of J
   T_0_ee[2] = 0.0;
   T_0_ee[6] = 0.0;
   T_0_ee[8] = 0.0;
@@ -147,6 +168,7 @@ void five_bar_fk_jacobian_mixed(const double q[2], double T_0_ee[16], double J[1
   J[7] = 0.0;
   J[8] = 0.0;
   J[9] = 0.0;
+  // shared terms; columns 1 and 2 of T_0_ee
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
   const double v7 = 0.2 * s[0];
@@ -154,10 +176,10 @@ void five_bar_fk_jacobian_mixed(const double q[2], double T_0_ee[16], double J[1
   const double v9 = 0.2 + v5;
   const double v10 = v7 - v8;
   const double v11 = v9 - v6;
-  const double v12 = sq(v10);
+  const double v12 = v10 * v10;
   const double v13 = 0.5 * v10;
   const double v14 = 0.5 * v11;
-  const double v15 = sq(v11);
+  const double v15 = v11 * v11;
   const double v16 = v15 + v12;
   const double v17 = 0.36 - v16;
   const double v18 = v16 * v17;
@@ -184,43 +206,57 @@ void five_bar_fk_jacobian_mixed(const double q[2], double T_0_ee[16], double J[1
   const double v36 = v6 * v31;
   const double v37 = v5 * v31;
   const double v38 = v7 * v30;
+  // shared terms; columns 2 and 4 of T_0_ee
   T_0_ee[1] = v32;
   const double v39 = v33 - 0.1;
   T_0_ee[7] = v34;
   const double v40 = v35 - v36;
   const double v41 = v37 - v38;
+  // shared terms; column 4 of T_0_ee
   T_0_ee[3] = v39;
   const double v42 = v40 / v20;
   const double v43 = v41 / v20;
+  // shared terms; J
   const double v44 = v42 - 1.0;
   const double v45 = v29 * v43;
   const double v46 = v28 * v43;
   J[10] = v42;
   J[11] = v43;
+  // shared terms; column 2 of J
   const double v47 = v29 * v44;
   const double v48 = -v45;
   const double v49 = v28 * v44;
   J[3] = v46;
+  // shared terms; column 2 of J
   const double v50 = v34 + v47;
   J[1] = v48;
   const double v51 = v33 + v49;
+  // shared terms; column 1 of J
   const double v52 = -v50;
   J[2] = v51;
+  // column 1 of J
   J[0] = v52;
 }
 
+// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
+// axes.
+// 42 operations: multiply 20, add 14, trig 4, other 4
 void five_bar_jacobian_space(const double q[2], double J[12]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
+  // cosines and sines
   const double angle[2] = {q_0, q_1};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of J
   J[4] = 0.0;
   J[5] = 0.0;
   J[6] = 0.0;
   J[7] = 0.0;
   J[8] = 0.0;
   J[9] = 0.0;
+  // shared terms; J
   const double v5 = 0.2 * s[0];
   const double v6 = 0.2 * c[1];
   const double v7 = 0.2 * c[0];
@@ -229,10 +265,10 @@ void five_bar_jacobian_space(const double q[2], double J[12]) {
   const double v10 = v8 - v5;
   const double v11 = 0.1 - v7;
   const double v12 = v9 - v7;
-  const double v13 = sq(v10);
+  const double v13 = v10 * v10;
   const double v14 = 0.5 * v10;
   const double v15 = 0.5 * v12;
-  const double v16 = sq(v12);
+  const double v16 = v12 * v12;
   const double v17 = v16 + v13;
   const double v18 = 0.36 - v17;
   const double v19 = v17 * v18;
@@ -258,21 +294,29 @@ void five_bar_jacobian_space(const double q[2], double J[12]) {
   const double v39 = v36 * v11;
   J[10] = v35;
   J[11] = v36;
+  // shared terms; column 2 of J
   const double v40 = v5 * v37;
   J[1] = v38;
   const double v41 = v37 * v11;
   J[3] = v39;
+  // shared terms; column 1 of J
   J[0] = v40;
   const double v42 = v41 + 0.1;
+  // column 1 of J
   J[2] = v42;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+// 51 operations: multiply 26, add 17, trig 4, other 4
 void five_bar_jacobian_body(const double q[2], double J[12]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
+  // cosines and sines
   const double angle[2] = {q_1, q_0};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of J
   J[1] = 0.0;
   J[4] = 0.0;
   J[5] = 0.0;
@@ -280,6 +324,7 @@ void five_bar_jacobian_body(const double q[2], double J[12]) {
   J[7] = 0.0;
   J[8] = 0.0;
   J[9] = 0.0;
+  // shared terms; J
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
   const double v7 = 0.2 * s[0];
@@ -287,10 +332,10 @@ void five_bar_jacobian_body(const double q[2], double J[12]) {
   const double v9 = 0.2 + v5;
   const double v10 = v7 - v8;
   const double v11 = v9 - v6;
-  const double v12 = sq(v10);
+  const double v12 = v10 * v10;
   const double v13 = 0.5 * v10;
   const double v14 = 0.5 * v11;
-  const double v15 = sq(v11);
+  const double v15 = v11 * v11;
   const double v16 = v15 + v12;
   const double v17 = 0.36 - v16;
   const double v18 = v16 * v17;
@@ -328,24 +373,32 @@ void five_bar_jacobian_body(const double q[2], double J[12]) {
   const double v49 = 0.3 * v47;
   J[10] = v46;
   J[11] = v47;
+  // shared terms; column 2 of J
   const double v50 = 0.3 * v48;
   J[3] = v49;
+  // shared terms; column 1 of J
   const double v51 = v45 + v50;
   J[2] = v51;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+// 48 operations: multiply 22, add 16, negate 2, trig 4, other 4
 void five_bar_jacobian_mixed(const double q[2], double J[12]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
+  // cosines and sines
   const double angle[2] = {q_1, q_0};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of J
   J[4] = 0.0;
   J[5] = 0.0;
   J[6] = 0.0;
   J[7] = 0.0;
   J[8] = 0.0;
   J[9] = 0.0;
+  // shared terms; J
   const double v5 = 0.2 * s[0];
   const double v6 = 0.2 * s[1];
   const double v7 = 0.2 * c[0];
@@ -354,8 +407,8 @@ void five_bar_jacobian_mixed(const double q[2], double J[12]) {
   const double v10 = 0.2 + v7;
   const double v11 = 0.5 * v9;
   const double v12 = v10 - v8;
-  const double v13 = sq(v9);
-  const double v14 = sq(v12);
+  const double v13 = v9 * v9;
+  const double v14 = v12 * v12;
   const double v15 = 0.5 * v12;
   const double v16 = v14 + v13;
   const double v17 = 0.36 - v16;
@@ -386,33 +439,44 @@ void five_bar_jacobian_mixed(const double q[2], double J[12]) {
   const double v42 = v29 * v39;
   J[10] = v38;
   J[11] = v39;
+  // shared terms; column 2 of J
   const double v43 = v26 * v40;
   const double v44 = -v41;
   const double v45 = v29 * v40;
   J[3] = v42;
+  // shared terms; column 2 of J
   const double v46 = v30 + v43;
   J[1] = v44;
   const double v47 = v35 + v45;
+  // shared terms; column 1 of J
   const double v48 = -v46;
   J[2] = v47;
+  // column 1 of J
   J[0] = v48;
 }
 
+// Time derivative of jacobian_space at joint rates qd.
+// 123 operations: multiply 66, add 40, trig 4, other 13
 void five_bar_jacobian_space_dot(const double q[2], const double qd[2], double J_dot[12]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
+  // shared terms
   const double v5 = 0.1 * qd_0;
+  // cosines and sines
   const double angle[2] = {q_0, q_1};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of J_dot
   J_dot[4] = 0.0;
   J_dot[5] = 0.0;
   J_dot[6] = 0.0;
   J_dot[7] = 0.0;
   J_dot[8] = 0.0;
   J_dot[9] = 0.0;
+  // shared terms; J_dot
   const double v6 = 0.2 * s[0];
   const double v7 = 0.2 * c[1];
   const double v8 = 0.2 * c[0];
@@ -430,14 +494,14 @@ void five_bar_jacobian_space_dot(const double q[2], const double qd[2], double J
   const double v20 = 0.2 * v13;
   const double v21 = v6 * qd_0;
   const double v22 = v14 - v8;
-  const double v23 = sq(v15);
+  const double v23 = v15 * v15;
   const double v24 = 0.5 * v15;
   const double v25 = v16 * qd_0;
   const double v26 = v17 - v18;
   const double v27 = v19 - v20;
   const double v28 = 2.0 * v15;
   const double v29 = 0.5 * v22;
-  const double v30 = sq(v22);
+  const double v30 = v22 * v22;
   const double v31 = v5 - v25;
   const double v32 = 0.5 * v26;
   const double v33 = 2.0 * v22;
@@ -448,7 +512,7 @@ void five_bar_jacobian_space_dot(const double q[2], const double qd[2], double J
   const double v38 = 0.36 - v36;
   const double v39 = v37 + v34;
   const double v40 = 0.5 * v36;
-  const double v41 = sq(v36);
+  const double v41 = v36 * v36;
   const double v42 = v36 * v38;
   const double v43 = 0.5 * v39;
   const double v44 = v40 / v41;
@@ -466,7 +530,7 @@ void five_bar_jacobian_space_dot(const double q[2], const double qd[2], double J
   const double v56 = v50 * v53;
   const double v57 = v51 / v41;
   const double v58 = v52 * v15;
-  const double v59 = sq(v51);
+  const double v59 = v51 * v51;
   const double v60 = v54 * v15;
   const double v61 = v54 * v22;
   const double v62 = v32 + v55;
@@ -529,6 +593,7 @@ void five_bar_jacobian_space_dot(const double q[2], const double qd[2], double J
   const double v119 = v16 * v115;
   J_dot[10] = v114;
   J_dot[11] = v115;
+  // shared terms; J_dot
   const double v120 = v106 + v116;
   const double v121 = v102 + v117;
   const double v122 = v109 + v118;
@@ -539,14 +604,19 @@ void five_bar_jacobian_space_dot(const double q[2], const double qd[2], double J
   J_dot[3] = v123;
 }
 
+// Time derivative of jacobian_body at joint rates qd.
+// 127 operations: multiply 70, add 41, trig 4, other 12
 void five_bar_jacobian_body_dot(const double q[2], const double qd[2], double J_dot[12]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
+  // cosines and sines
   const double angle[2] = {q_1, q_0};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of J_dot
   J_dot[1] = 0.0;
   J_dot[4] = 0.0;
   J_dot[5] = 0.0;
@@ -554,6 +624,7 @@ void five_bar_jacobian_body_dot(const double q[2], const double qd[2], double J_
   J_dot[7] = 0.0;
   J_dot[8] = 0.0;
   J_dot[9] = 0.0;
+  // shared terms; column 1 of J_dot
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
   const double v7 = 0.2 * s[0];
@@ -569,13 +640,13 @@ void five_bar_jacobian_body_dot(const double q[2], const double qd[2], double J_
   const double v17 = 0.2 * v11;
   const double v18 = 0.2 * v12;
   const double v19 = v13 - v6;
-  const double v20 = sq(v14);
+  const double v20 = v14 * v14;
   const double v21 = 0.5 * v14;
   const double v22 = v15 - v16;
   const double v23 = v17 - v18;
   const double v24 = 2.0 * v14;
   const double v25 = 0.5 * v19;
-  const double v26 = sq(v19);
+  const double v26 = v19 * v19;
   const double v27 = 0.5 * v22;
   const double v28 = 2.0 * v19;
   const double v29 = v23 * v24;
@@ -585,7 +656,7 @@ void five_bar_jacobian_body_dot(const double q[2], const double qd[2], double J_
   const double v33 = 0.36 - v31;
   const double v34 = v32 + v29;
   const double v35 = 0.5 * v31;
-  const double v36 = sq(v31);
+  const double v36 = v31 * v31;
   const double v37 = v31 * v33;
   const double v38 = 0.5 * v34;
   const double v39 = v35 / v36;
@@ -603,7 +674,7 @@ void five_bar_jacobian_body_dot(const double q[2], const double qd[2], double J_
   const double v51 = v45 * v48;
   const double v52 = v46 / v36;
   const double v53 = v47 * v14;
-  const double v54 = sq(v46);
+  const double v54 = v46 * v46;
   const double v55 = v49 * v14;
   const double v56 = v49 * v19;
   const double v57 = v27 + v50;
@@ -673,31 +744,40 @@ void five_bar_jacobian_body_dot(const double q[2], const double qd[2], double J_
   J_dot[0] = v118;
   const double v121 = v119 / v46;
   const double v122 = v120 / v46;
+  // shared terms; J_dot
   const double v123 = v121 - v110;
   const double v124 = v122 - v112;
   const double v125 = 0.3 * v123;
   const double v126 = 0.3 * v124;
   J_dot[10] = v123;
   J_dot[11] = v124;
+  // shared terms; column 2 of J_dot
   const double v127 = v125 - v116;
   J_dot[3] = v126;
+  // column 1 of J_dot
   J_dot[2] = v127;
 }
 
+// Time derivative of jacobian_mixed at joint rates qd.
+// 139 operations: multiply 73, add 46, negate 2, trig 4, other 14
 void five_bar_jacobian_mixed_dot(const double q[2], const double qd[2], double J_dot[12]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
+  // cosines and sines
   const double angle[2] = {q_1, q_0};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of J_dot
   J_dot[4] = 0.0;
   J_dot[5] = 0.0;
   J_dot[6] = 0.0;
   J_dot[7] = 0.0;
   J_dot[8] = 0.0;
   J_dot[9] = 0.0;
+  // shared terms; J_dot
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
   const double v7 = 0.2 * s[0];
@@ -713,13 +793,13 @@ void five_bar_jacobian_mixed_dot(const double q[2], const double qd[2], double J
   const double v17 = 0.2 * v11;
   const double v18 = 0.2 * v12;
   const double v19 = v13 - v6;
-  const double v20 = sq(v14);
+  const double v20 = v14 * v14;
   const double v21 = v15 - v16;
   const double v22 = 0.5 * v14;
   const double v23 = v17 - v18;
   const double v24 = 2.0 * v14;
   const double v25 = 0.5 * v19;
-  const double v26 = sq(v19);
+  const double v26 = v19 * v19;
   const double v27 = 0.5 * v21;
   const double v28 = 2.0 * v19;
   const double v29 = v23 * v24;
@@ -729,7 +809,7 @@ void five_bar_jacobian_mixed_dot(const double q[2], const double qd[2], double J
   const double v33 = 0.36 - v31;
   const double v34 = v32 + v29;
   const double v35 = 0.5 * v31;
-  const double v36 = sq(v31);
+  const double v36 = v31 * v31;
   const double v37 = v31 * v33;
   const double v38 = 0.5 * v34;
   const double v39 = v35 / v36;
@@ -747,7 +827,7 @@ void five_bar_jacobian_mixed_dot(const double q[2], const double qd[2], double J
   const double v51 = v45 * v48;
   const double v52 = v46 / v36;
   const double v53 = v47 * v14;
-  const double v54 = sq(v46);
+  const double v54 = v46 * v46;
   const double v55 = v49 * v14;
   const double v56 = v49 * v19;
   const double v57 = v27 + v50;
@@ -829,6 +909,7 @@ void five_bar_jacobian_mixed_dot(const double q[2], const double qd[2], double J
   const double v133 = v67 * v129;
   J_dot[10] = v128;
   J_dot[11] = v129;
+  // shared terms; J_dot
   const double v134 = v124 + v130;
   const double v135 = v115 + v131;
   const double v136 = v132 - v127;
@@ -837,16 +918,22 @@ void five_bar_jacobian_mixed_dot(const double q[2], const double qd[2], double J
   const double v139 = -v135;
   J_dot[2] = v136;
   J_dot[3] = v137;
+  // J_dot
   J_dot[0] = v138;
   J_dot[1] = v139;
 }
 
+// Derivative of jacobian_mixed by the joint coordinates.
+// 182 operations: multiply 91, add 66, negate 4, trig 4, other 17
 void five_bar_hessian_mixed(const double q[2], double H[24]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
+  // cosines and sines
   const double angle[2] = {q_1, q_0};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of H
   H[8] = 0.0;
   H[9] = 0.0;
   H[10] = 0.0;
@@ -859,6 +946,7 @@ void five_bar_hessian_mixed(const double q[2], double H[24]) {
   H[17] = 0.0;
   H[18] = 0.0;
   H[19] = 0.0;
+  // shared terms; H
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
   const double v7 = 0.2 * s[0];
@@ -870,11 +958,11 @@ void five_bar_hessian_mixed(const double q[2], double H[24]) {
   const double v13 = 0.2 + v5;
   const double v14 = v7 - v8;
   const double v15 = v13 - v6;
-  const double v16 = sq(v14);
+  const double v16 = v14 * v14;
   const double v17 = 0.5 * v14;
   const double v18 = 2.0 * v14;
   const double v19 = 0.5 * v15;
-  const double v20 = sq(v15);
+  const double v20 = v15 * v15;
   const double v21 = 2.0 * v15;
   const double v22 = v6 * v18;
   const double v23 = v5 * v18;
@@ -884,7 +972,7 @@ void five_bar_hessian_mixed(const double q[2], double H[24]) {
   const double v27 = 0.36 - v24;
   const double v28 = v25 - v22;
   const double v29 = 0.5 * v24;
-  const double v30 = sq(v24);
+  const double v30 = v24 * v24;
   const double v31 = v23 - v26;
   const double v32 = v24 * v27;
   const double v33 = 0.5 * v28;
@@ -910,7 +998,7 @@ void five_bar_hessian_mixed(const double q[2], double H[24]) {
   const double v53 = v49 * v43;
   const double v54 = v47 / v30;
   const double v55 = v48 * v14;
-  const double v56 = sq(v47);
+  const double v56 = v47 * v47;
   const double v57 = v50 * v15;
   const double v58 = v49 * v46;
   const double v59 = v50 * v14;
@@ -1025,6 +1113,7 @@ void five_bar_hessian_mixed(const double q[2], double H[24]) {
   H[20] = v152;
   H[21] = v153;
   H[22] = v155;
+  // shared terms; H
   const double v168 = v159 + v160;
   const double v169 = v144 + v161;
   const double v170 = v154 + v162;
@@ -1041,28 +1130,38 @@ void five_bar_hessian_mixed(const double q[2], double H[24]) {
   H[6] = v174;
   const double v179 = v79 * v171;
   H[23] = v171;
+  // shared terms; H
   H[0] = v175;
   H[1] = v176;
   H[2] = v177;
   const double v180 = v136 + v178;
   const double v181 = v179 - v140;
+  // shared terms; H
   const double v182 = -v180;
   H[7] = v181;
+  // H
   H[3] = v182;
 }
 
+// Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+// 47 operations: multiply 25, add 15, trig 4, other 3
 void five_bar_twist_space(const double q[2], const double qd[2], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
+  // shared terms
   const double v5 = 0.1 * qd_0;
+  // cosines and sines
   const double angle[2] = {q_0, q_1};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of V
   V[2] = 0.0;
   V[3] = 0.0;
   V[4] = 0.0;
+  // shared terms; V
   const double v6 = 0.2 * s[0];
   const double v7 = 0.2 * c[1];
   const double v8 = 0.2 * c[0];
@@ -1079,12 +1178,12 @@ void five_bar_twist_space(const double q[2], const double qd[2], double V[6]) {
   const double v19 = 0.2 * v13;
   const double v20 = 0.1 - v8;
   const double v21 = v14 - v8;
-  const double v22 = sq(v15);
+  const double v22 = v15 * v15;
   const double v23 = v16 - v17;
   const double v24 = 0.5 * v15;
   const double v25 = v18 - v19;
   const double v26 = 0.5 * v21;
-  const double v27 = sq(v21);
+  const double v27 = v21 * v21;
   const double v28 = v27 + v22;
   const double v29 = 0.36 - v28;
   const double v30 = v28 * v29;
@@ -1103,24 +1202,32 @@ void five_bar_twist_space(const double q[2], const double qd[2], double V[6]) {
   const double v43 = v42 / v32;
   const double v44 = v43 - qd_0;
   V[5] = v43;
+  // shared terms; V
   const double v45 = v6 * v44;
   const double v46 = v20 * v44;
   V[0] = v45;
   const double v47 = v5 + v46;
+  // V
   V[1] = v47;
 }
 
+// Twist (v, omega) of the tool's origin, in tool axes.
+// 58 operations: multiply 33, add 18, trig 4, other 3
 void five_bar_twist_body(const double q[2], const double qd[2], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
+  // cosines and sines
   const double angle[2] = {q_1, q_0};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of V
   V[2] = 0.0;
   V[3] = 0.0;
   V[4] = 0.0;
+  // shared terms; V
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
   const double v7 = 0.2 * s[0];
@@ -1136,12 +1243,12 @@ void five_bar_twist_body(const double q[2], const double qd[2], double V[6]) {
   const double v17 = 0.2 * v11;
   const double v18 = 0.2 * v12;
   const double v19 = v13 - v6;
-  const double v20 = sq(v14);
+  const double v20 = v14 * v14;
   const double v21 = 0.5 * v14;
   const double v22 = v15 - v16;
   const double v23 = v17 - v18;
   const double v24 = 0.5 * v19;
-  const double v25 = sq(v19);
+  const double v25 = v19 * v19;
   const double v26 = v25 + v20;
   const double v27 = 0.36 - v26;
   const double v28 = v26 * v27;
@@ -1174,23 +1281,31 @@ void five_bar_twist_body(const double q[2], const double qd[2], double V[6]) {
   const double v55 = v52 * qd_0;
   const double v56 = v53 - qd_0;
   V[5] = v53;
+  // shared terms; V
   V[0] = v54;
   const double v57 = 0.3 * v56;
+  // shared terms; V
   const double v58 = v55 + v57;
   V[1] = v58;
 }
 
+// Twist (v, omega) of the tool's origin, in base axes.
+// 53 operations: multiply 28, add 17, negate 1, trig 4, other 3
 void five_bar_twist_mixed(const double q[2], const double qd[2], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
+  // cosines and sines
   const double angle[2] = {q_1, q_0};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of V
   V[2] = 0.0;
   V[3] = 0.0;
   V[4] = 0.0;
+  // shared terms; V
   const double v5 = 0.2 * s[0];
   const double v6 = 0.2 * s[1];
   const double v7 = 0.2 * c[0];
@@ -1207,10 +1322,10 @@ void five_bar_twist_mixed(const double q[2], const double qd[2], double V[6]) {
   const double v18 = 0.2 * v12;
   const double v19 = 0.5 * v13;
   const double v20 = v14 - v8;
-  const double v21 = sq(v13);
+  const double v21 = v13 * v13;
   const double v22 = v15 - v16;
   const double v23 = v17 - v18;
-  const double v24 = sq(v20);
+  const double v24 = v20 * v20;
   const double v25 = 0.5 * v20;
   const double v26 = v24 + v21;
   const double v27 = 0.36 - v26;
@@ -1236,30 +1351,39 @@ void five_bar_twist_mixed(const double q[2], const double qd[2], double V[6]) {
   const double v47 = v45 / v30;
   const double v48 = v47 - qd_0;
   V[5] = v47;
+  // shared terms; V
   const double v49 = v36 * v48;
   const double v50 = v39 * v48;
   const double v51 = v44 + v49;
   const double v52 = v46 + v50;
   const double v53 = -v51;
   V[1] = v52;
+  // V
   V[0] = v53;
 }
 
+// Time derivative of twist_space at rates qd and accelerations qdd.
+// 123 operations: multiply 68, add 41, trig 4, other 10
 void five_bar_acceleration_space(const double q[2], const double qd[2], const double qdd[2], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
   const double qdd_0 = qdd[0];
   const double qdd_1 = qdd[1];
+  // shared terms
   const double v5 = 0.1 * qd_0;
   const double v6 = 0.1 * qdd_0;
+  // cosines and sines
   const double angle[2] = {q_0, q_1};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of A
   A[2] = 0.0;
   A[3] = 0.0;
   A[4] = 0.0;
+  // shared terms; A
   const double v7 = 0.2 * s[0];
   const double v8 = 0.2 * c[1];
   const double v9 = 0.2 * c[0];
@@ -1285,7 +1409,7 @@ void five_bar_acceleration_space(const double q[2], const double qd[2], const do
   const double v29 = 0.1 - v9;
   const double v30 = v7 * qd_0;
   const double v31 = v19 - v9;
-  const double v32 = sq(v20);
+  const double v32 = v20 * v20;
   const double v33 = v21 + v12;
   const double v34 = v22 + v14;
   const double v35 = 0.5 * v20;
@@ -1296,7 +1420,7 @@ void five_bar_acceleration_space(const double q[2], const double qd[2], const do
   const double v40 = 2.0 * v20;
   const double v41 = v29 * qd_0;
   const double v42 = 0.5 * v31;
-  const double v43 = sq(v31);
+  const double v43 = v31 * v31;
   const double v44 = 0.2 * v33;
   const double v45 = 0.2 * v34;
   const double v46 = 0.2 * v36;
@@ -1313,7 +1437,7 @@ void five_bar_acceleration_space(const double q[2], const double qd[2], const do
   const double v57 = 0.36 - v53;
   const double v58 = v56 + v50;
   const double v59 = 0.5 * v53;
-  const double v60 = sq(v53);
+  const double v60 = v53 * v53;
   const double v61 = v53 * v57;
   const double v62 = 0.5 * v58;
   const double v63 = v59 / v60;
@@ -1331,7 +1455,7 @@ void five_bar_acceleration_space(const double q[2], const double qd[2], const do
   const double v75 = v69 * v72;
   const double v76 = v70 / v60;
   const double v77 = v71 * v20;
-  const double v78 = sq(v70);
+  const double v78 = v70 * v70;
   const double v79 = v73 * v20;
   const double v80 = v73 * v31;
   const double v81 = v48 + v74;
@@ -1373,28 +1497,36 @@ void five_bar_acceleration_space(const double q[2], const double qd[2], const do
   const double v117 = v116 - v111;
   const double v118 = v117 - qdd_0;
   A[5] = v117;
+  // shared terms; A
   const double v119 = v7 * v118;
   const double v120 = v29 * v118;
   const double v121 = v119 + v114;
   const double v122 = v6 + v120;
   A[0] = v121;
   const double v123 = v122 + v115;
+  // A
   A[1] = v123;
 }
 
+// Time derivative of twist_body at rates qd and accelerations qdd.
+// 134 operations: multiply 76, add 44, trig 4, other 10
 void five_bar_acceleration_body(const double q[2], const double qd[2], const double qdd[2], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
   const double qdd_0 = qdd[0];
   const double qdd_1 = qdd[1];
+  // cosines and sines
   const double angle[2] = {q_1, q_0};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of A
   A[2] = 0.0;
   A[3] = 0.0;
   A[4] = 0.0;
+  // shared terms; A
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
   const double v7 = 0.2 * s[0];
@@ -1418,7 +1550,7 @@ void five_bar_acceleration_body(const double q[2], const double qd[2], const dou
   const double v25 = v10 * qd_1;
   const double v26 = v9 * qd_0;
   const double v27 = v17 - v6;
-  const double v28 = sq(v18);
+  const double v28 = v18 * v18;
   const double v29 = 0.5 * v18;
   const double v30 = v19 - v20;
   const double v31 = v21 - v22;
@@ -1428,7 +1560,7 @@ void five_bar_acceleration_body(const double q[2], const double qd[2], const dou
   const double v35 = v16 - v26;
   const double v36 = 2.0 * v18;
   const double v37 = 0.5 * v27;
-  const double v38 = sq(v27);
+  const double v38 = v27 * v27;
   const double v39 = 0.2 * v32;
   const double v40 = 0.2 * v33;
   const double v41 = 0.2 * v34;
@@ -1444,7 +1576,7 @@ void five_bar_acceleration_body(const double q[2], const double qd[2], const dou
   const double v51 = 0.36 - v47;
   const double v52 = v50 + v45;
   const double v53 = 0.5 * v47;
-  const double v54 = sq(v47);
+  const double v54 = v47 * v47;
   const double v55 = v47 * v51;
   const double v56 = 0.5 * v52;
   const double v57 = v53 / v54;
@@ -1462,7 +1594,7 @@ void five_bar_acceleration_body(const double q[2], const double qd[2], const dou
   const double v69 = v63 * v66;
   const double v70 = v64 / v54;
   const double v71 = v65 * v18;
-  const double v72 = sq(v64);
+  const double v72 = v64 * v64;
   const double v73 = v67 * v18;
   const double v74 = v67 * v27;
   const double v75 = v43 + v68;
@@ -1523,26 +1655,34 @@ void five_bar_acceleration_body(const double q[2], const double qd[2], const dou
   const double v130 = v116 + v128;
   const double v131 = v129 - qdd_0;
   A[5] = v129;
+  // shared terms; A
   A[0] = v130;
   const double v132 = 0.3 * v131;
+  // shared terms; A
   const double v133 = v118 + v132;
   const double v134 = v133 - v127;
   A[1] = v134;
 }
 
+// Time derivative of twist_mixed at rates qd and accelerations qdd.
+// 137 operations: multiply 76, add 46, negate 1, trig 4, other 10
 void five_bar_acceleration_mixed(const double q[2], const double qd[2], const double qdd[2], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
   const double qdd_0 = qdd[0];
   const double qdd_1 = qdd[1];
+  // cosines and sines
   const double angle[2] = {q_1, q_0};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of A
   A[2] = 0.0;
   A[3] = 0.0;
   A[4] = 0.0;
+  // shared terms; A
   const double v5 = 0.2 * s[0];
   const double v6 = 0.2 * s[1];
   const double v7 = 0.2 * c[0];
@@ -1567,7 +1707,7 @@ void five_bar_acceleration_mixed(const double q[2], const double qd[2], const do
   const double v26 = 0.2 * v9;
   const double v27 = 0.5 * v17;
   const double v28 = v18 - v8;
-  const double v29 = sq(v17);
+  const double v29 = v17 * v17;
   const double v30 = v19 + v10;
   const double v31 = v20 + v12;
   const double v32 = v13 - v21;
@@ -1575,7 +1715,7 @@ void five_bar_acceleration_mixed(const double q[2], const double qd[2], const do
   const double v34 = v23 - v24;
   const double v35 = v25 - v26;
   const double v36 = 2.0 * v17;
-  const double v37 = sq(v28);
+  const double v37 = v28 * v28;
   const double v38 = 0.5 * v28;
   const double v39 = 0.2 * v30;
   const double v40 = 0.2 * v31;
@@ -1592,7 +1732,7 @@ void five_bar_acceleration_mixed(const double q[2], const double qd[2], const do
   const double v51 = 0.36 - v47;
   const double v52 = v50 + v45;
   const double v53 = 0.5 * v47;
-  const double v54 = sq(v47);
+  const double v54 = v47 * v47;
   const double v55 = v47 * v51;
   const double v56 = 0.5 * v52;
   const double v57 = v53 / v54;
@@ -1610,7 +1750,7 @@ void five_bar_acceleration_mixed(const double q[2], const double qd[2], const do
   const double v69 = v63 * v66;
   const double v70 = v64 / v54;
   const double v71 = v65 * v17;
-  const double v72 = sq(v64);
+  const double v72 = v64 * v64;
   const double v73 = v67 * v28;
   const double v74 = v67 * v17;
   const double v75 = v43 + v68;
@@ -1670,6 +1810,7 @@ void five_bar_acceleration_mixed(const double q[2], const double qd[2], const do
   const double v129 = v126 + v119;
   const double v130 = v127 + v121;
   A[5] = v125;
+  // shared terms; A
   const double v131 = v85 * v128;
   const double v132 = v91 * v128;
   const double v133 = v100 + v131;
@@ -1678,16 +1819,23 @@ void five_bar_acceleration_mixed(const double q[2], const double qd[2], const do
   const double v136 = v134 - v130;
   const double v137 = -v135;
   A[1] = v136;
+  // A
   A[0] = v137;
 }
 
+// Joints of the main chain, angles between -pi and pi.
+// 34 operations: multiply 18, add 9, trig 5, other 2
 void five_bar_chain(const double q[2], double theta[2]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
+  // cosines and sines
   const double angle[2] = {q_0, q_1};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // theta
   theta[0] = q_0;
+  // shared terms; theta
   const double v5 = 0.2 * s[1];
   const double v6 = 0.2 * s[0];
   const double v7 = 0.2 * c[1];
@@ -1696,8 +1844,8 @@ void five_bar_chain(const double q[2], double theta[2]) {
   const double v10 = 0.2 + v7;
   const double v11 = 0.5 * v9;
   const double v12 = v10 - v8;
-  const double v13 = sq(v9);
-  const double v14 = sq(v12);
+  const double v13 = v9 * v9;
+  const double v14 = v12 * v12;
   const double v15 = 0.5 * v12;
   const double v16 = v14 + v13;
   const double v17 = 0.36 - v16;
@@ -1721,14 +1869,20 @@ void five_bar_chain(const double q[2], double theta[2]) {
   theta[1] = v34;
 }
 
+// Derivative of the main chain's joints by the actuated coordinates.
+// 36 operations: multiply 16, add 12, trig 4, other 4
 void five_bar_chain_D_q(const double q[2], double theta_D_q[4]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
+  // cosines and sines
   const double angle[2] = {q_0, q_1};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of theta_D_q
   theta_D_q[0] = 1.0;
   theta_D_q[1] = 0.0;
+  // shared terms; column 2 of theta_D_q
   const double v5 = 0.2 * s[0];
   const double v6 = 0.2 * c[1];
   const double v7 = 0.2 * c[0];
@@ -1736,10 +1890,10 @@ void five_bar_chain_D_q(const double q[2], double theta_D_q[4]) {
   const double v9 = 0.2 + v6;
   const double v10 = v8 - v5;
   const double v11 = v9 - v7;
-  const double v12 = sq(v10);
+  const double v12 = v10 * v10;
   const double v13 = 0.5 * v10;
   const double v14 = 0.5 * v11;
-  const double v15 = sq(v11);
+  const double v15 = v11 * v11;
   const double v16 = v15 + v12;
   const double v17 = 0.36 - v16;
   const double v18 = v16 * v17;
@@ -1762,18 +1916,25 @@ void five_bar_chain_D_q(const double q[2], double theta_D_q[4]) {
   const double v35 = v33 / v20;
   const double v36 = v34 - 1.0;
   theta_D_q[3] = v35;
+  // column 1 of theta_D_q
   theta_D_q[2] = v36;
 }
 
+// Joint rates of the main chain.
+// 42 operations: multiply 22, add 13, trig 4, other 3
 void five_bar_chain_rates(const double q[2], const double qd[2], double thetad[2]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
+  // cosines and sines
   const double angle[2] = {q_1, q_0};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // thetad
   thetad[0] = qd_0;
+  // shared terms; thetad
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
   const double v7 = 0.2 * s[0];
@@ -1789,12 +1950,12 @@ void five_bar_chain_rates(const double q[2], const double qd[2], double thetad[2
   const double v17 = 0.2 * v11;
   const double v18 = 0.2 * v12;
   const double v19 = v13 - v6;
-  const double v20 = sq(v14);
+  const double v20 = v14 * v14;
   const double v21 = v15 - v16;
   const double v22 = 0.5 * v14;
   const double v23 = v17 - v18;
   const double v24 = 0.5 * v19;
-  const double v25 = sq(v19);
+  const double v25 = v19 * v19;
   const double v26 = v25 + v20;
   const double v27 = 0.36 - v26;
   const double v28 = v26 * v27;
@@ -1815,17 +1976,23 @@ void five_bar_chain_rates(const double q[2], const double qd[2], double thetad[2
   thetad[1] = v42;
 }
 
+// Joint accelerations of the main chain.
+// 108 operations: multiply 60, add 35, trig 4, other 9
 void five_bar_chain_accelerations(const double q[2], const double qd[2], const double qdd[2], double thetadd[2]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
   const double qdd_0 = qdd[0];
   const double qdd_1 = qdd[1];
+  // cosines and sines
   const double angle[2] = {q_1, q_0};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // thetadd
   thetadd[0] = qdd_0;
+  // shared terms; thetadd
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
   const double v7 = 0.2 * s[0];
@@ -1849,7 +2016,7 @@ void five_bar_chain_accelerations(const double q[2], const double qd[2], const d
   const double v25 = 0.2 * v11;
   const double v26 = 0.2 * v9;
   const double v27 = v17 - v6;
-  const double v28 = sq(v18);
+  const double v28 = v18 * v18;
   const double v29 = v19 + v10;
   const double v30 = v20 + v12;
   const double v31 = 0.5 * v18;
@@ -1859,7 +2026,7 @@ void five_bar_chain_accelerations(const double q[2], const double qd[2], const d
   const double v35 = v25 - v26;
   const double v36 = 2.0 * v18;
   const double v37 = 0.5 * v27;
-  const double v38 = sq(v27);
+  const double v38 = v27 * v27;
   const double v39 = 0.2 * v29;
   const double v40 = 0.2 * v30;
   const double v41 = 0.2 * v32;
@@ -1875,7 +2042,7 @@ void five_bar_chain_accelerations(const double q[2], const double qd[2], const d
   const double v51 = 0.36 - v47;
   const double v52 = v50 + v45;
   const double v53 = 0.5 * v47;
-  const double v54 = sq(v47);
+  const double v54 = v47 * v47;
   const double v55 = v47 * v51;
   const double v56 = 0.5 * v52;
   const double v57 = v53 / v54;
@@ -1893,7 +2060,7 @@ void five_bar_chain_accelerations(const double q[2], const double qd[2], const d
   const double v69 = v63 * v66;
   const double v70 = v64 / v54;
   const double v71 = v65 * v18;
-  const double v72 = sq(v64);
+  const double v72 = v64 * v64;
   const double v73 = v67 * v18;
   const double v74 = v67 * v27;
   const double v75 = v43 + v68;
@@ -1933,12 +2100,17 @@ void five_bar_chain_accelerations(const double q[2], const double qd[2], const d
   thetadd[1] = v108;
 }
 
+// Passive joints that are not in the main chain, angles between -pi and pi.
+// 36 operations: multiply 18, add 11, trig 5, other 2
 void five_bar_passive(const double q[2], double passive[1]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
+  // cosines and sines
   const double angle[2] = {q_1, q_0};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // shared terms; passive
   const double v5 = 0.2 * s[0];
   const double v6 = 0.2 * s[1];
   const double v7 = 0.2 * c[0];
@@ -1947,8 +2119,8 @@ void five_bar_passive(const double q[2], double passive[1]) {
   const double v10 = 0.2 + v7;
   const double v11 = 0.5 * v9;
   const double v12 = v10 - v8;
-  const double v13 = sq(v9);
-  const double v14 = sq(v12);
+  const double v13 = v9 * v9;
+  const double v14 = v12 * v12;
   const double v15 = 0.5 * v12;
   const double v16 = v14 + v13;
   const double v17 = 0.36 - v16;
@@ -1974,12 +2146,17 @@ void five_bar_passive(const double q[2], double passive[1]) {
   passive[0] = v36;
 }
 
+// Derivative of the passive joints by the actuated coordinates.
+// 34 operations: multiply 16, add 10, trig 4, other 4
 void five_bar_passive_D_q(const double q[2], double passive_D_q[2]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
+  // cosines and sines
   const double angle[2] = {q_0, q_1};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // shared terms; column 1 of passive_D_q
   const double v5 = 0.2 * s[0];
   const double v6 = 0.2 * c[1];
   const double v7 = 0.2 * c[0];
@@ -1987,10 +2164,10 @@ void five_bar_passive_D_q(const double q[2], double passive_D_q[2]) {
   const double v9 = 0.2 + v6;
   const double v10 = v8 - v5;
   const double v11 = v9 - v7;
-  const double v12 = sq(v10);
+  const double v12 = v10 * v10;
   const double v13 = 0.5 * v10;
   const double v14 = 0.5 * v11;
-  const double v15 = sq(v11);
+  const double v15 = v11 * v11;
   const double v16 = v15 + v12;
   const double v17 = 0.36 - v16;
   const double v18 = v16 * v17;
@@ -2011,17 +2188,24 @@ void five_bar_passive_D_q(const double q[2], double passive_D_q[2]) {
   const double v33 = v31 / v20;
   passive_D_q[0] = v32;
   const double v34 = v33 - 1.0;
+  // column 2 of passive_D_q
   passive_D_q[1] = v34;
 }
 
+// All joints, swings and cylinder lengths, angles between -pi and pi.
+// 45 operations: multiply 24, add 13, trig 6, other 2
 void five_bar_configuration(const double q[2], double z[4]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
+  // cosines and sines
   const double angle[2] = {q_0, q_1};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // z
   z[0] = q_0;
   z[2] = q_1;
+  // shared terms; z
   const double v5 = 0.2 * s[1];
   const double v6 = 0.2 * s[0];
   const double v7 = 0.2 * c[1];
@@ -2030,8 +2214,8 @@ void five_bar_configuration(const double q[2], double z[4]) {
   const double v10 = 0.2 + v7;
   const double v11 = 0.5 * v9;
   const double v12 = v10 - v8;
-  const double v13 = sq(v9);
-  const double v14 = sq(v12);
+  const double v13 = v9 * v9;
+  const double v14 = v12 * v12;
   const double v15 = 0.5 * v12;
   const double v16 = v14 + v13;
   const double v17 = 0.36 - v16;
@@ -2064,15 +2248,21 @@ void five_bar_configuration(const double q[2], double z[4]) {
   const double v44 = v40 + v41;
   const double v45 = atan2(v43, v44);
   z[1] = v42;
+  // z
   z[3] = v45;
 }
 
+// How far each step of the loops' solution is from its dead point.
+// 17 operations: multiply 8, add 5, trig 4
 void five_bar_margin(const double q[2], double margin[1]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
+  // cosines and sines
   const double angle[2] = {q_1, q_0};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // shared terms; margin
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
   const double v7 = 0.2 * s[0];
@@ -2080,8 +2270,8 @@ void five_bar_margin(const double q[2], double margin[1]) {
   const double v9 = 0.2 + v5;
   const double v10 = v7 - v8;
   const double v11 = v9 - v6;
-  const double v12 = sq(v10);
-  const double v13 = sq(v11);
+  const double v12 = v10 * v10;
+  const double v13 = v11 * v11;
   const double v14 = v13 + v12;
   const double v15 = 0.36 - v14;
   const double v16 = v14 * v15;
@@ -2089,14 +2279,20 @@ void five_bar_margin(const double q[2], double margin[1]) {
   margin[0] = v17;
 }
 
+// Every branch of the loops' solution, NaN where it does not close.
+// 46 operations: multiply 25, add 13, trig 6, other 2
 void five_bar_chain_all(const double q[2], double theta[4], double margin[2]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
+  // cosines and sines
   const double angle[2] = {q_0, q_1};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // column 1 of theta
   theta[0] = q_0;
   theta[2] = q_0;
+  // shared terms; margin
   const double v5 = 0.2 * s[1];
   const double v6 = 0.2 * s[0];
   const double v7 = 0.2 * c[1];
@@ -2105,8 +2301,8 @@ void five_bar_chain_all(const double q[2], double theta[4], double margin[2]) {
   const double v10 = 0.2 + v7;
   const double v11 = 0.5 * v9;
   const double v12 = v10 - v8;
-  const double v13 = sq(v9);
-  const double v14 = sq(v12);
+  const double v13 = v9 * v9;
+  const double v14 = v12 * v12;
   const double v15 = 0.5 * v12;
   const double v16 = v14 + v13;
   const double v17 = 0.36 - v16;
@@ -2116,6 +2312,7 @@ void five_bar_chain_all(const double q[2], double theta[4], double margin[2]) {
   const double v21 = 0.5 * v19;
   margin[0] = v20;
   margin[1] = v20;
+  // shared terms; column 2 of theta
   const double v22 = v21 / v16;
   const double v23 = v22 * v12;
   const double v24 = v22 * v9;
@@ -2145,14 +2342,21 @@ void five_bar_chain_all(const double q[2], double theta[4], double margin[2]) {
   theta[3] = v46;
 }
 
+// Actuated coordinates from the joints of the main chain.
+// 34 operations: multiply 15, add 11, trig 5, other 3
 void five_bar_actuators(const double theta[2], double q[2]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
+  // shared terms
   const double v2 = theta_0 + theta_1;
+  // cosines and sines
   const double angle[2] = {theta_0, v2};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // q
   q[0] = theta_0;
+  // shared terms; q
   const double v4 = 0.2 * s[0];
   const double v6 = 0.2 * c[0];
   const double v8 = 0.3 * s[1];
@@ -2160,8 +2364,8 @@ void five_bar_actuators(const double theta[2], double q[2]) {
   const double v10 = v4 + v8;
   const double v11 = v6 + v9;
   const double v12 = v11 - 0.2;
-  const double v13 = sq(v10);
-  const double v14 = sq(v12);
+  const double v13 = v10 * v10;
+  const double v14 = v12 * v12;
   const double v15 = v14 + v13;
   const double v16 = 0.5 * v15;
   const double v17 = 0.25 - v15;
@@ -2185,15 +2389,22 @@ void five_bar_actuators(const double theta[2], double q[2]) {
   q[1] = v34;
 }
 
+// Derivative of the actuated coordinates by the main chain's joints.
+// 43 operations: multiply 17, add 15, negate 2, trig 4, other 5
 void five_bar_actuators_D_chain(const double theta[2], double q_D_theta[4]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
+  // shared terms
   const double v2 = theta_0 + theta_1;
+  // cosines and sines
   const double angle[2] = {theta_0, v2};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of q_D_theta
   q_D_theta[0] = 1.0;
   q_D_theta[1] = 0.0;
+  // shared terms; q_D_theta
   const double v6 = 0.2 * c[0];
   const double v7 = 0.2 * s[0];
   const double v8 = 0.3 * c[1];
@@ -2201,8 +2412,8 @@ void five_bar_actuators_D_chain(const double theta[2], double q_D_theta[4]) {
   const double v10 = v6 + v8;
   const double v11 = v7 + v9;
   const double v12 = v10 - 0.2;
-  const double v13 = sq(v11);
-  const double v14 = sq(v12);
+  const double v13 = v11 * v11;
+  const double v14 = v12 * v12;
   const double v15 = v14 + v13;
   const double v16 = 0.5 * v15;
   const double v17 = 0.25 - v15;
@@ -2236,16 +2447,23 @@ void five_bar_actuators_D_chain(const double theta[2], double q_D_theta[4]) {
   q_D_theta[3] = v43;
 }
 
+// Rates of the actuated coordinates.
+// 52 operations: multiply 25, add 18, negate 1, trig 4, other 4
 void five_bar_actuator_rates(const double theta[2], const double thetad[2], double qd[2]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double thetad_0 = thetad[0];
   const double thetad_1 = thetad[1];
+  // shared terms
   const double v2 = theta_0 + theta_1;
+  // cosines and sines
   const double angle[2] = {theta_0, v2};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // qd
   qd[0] = thetad_0;
+  // shared terms; qd
   const double v6 = c[0] * thetad_0;
   const double v7 = 0.2 * s[0];
   const double v8 = 0.2 * c[0];
@@ -2264,10 +2482,10 @@ void five_bar_actuator_rates(const double theta[2], const double thetad[2], doub
   const double v21 = v16 + v17;
   const double v22 = 0.3 * v18;
   const double v23 = v20 - 0.2;
-  const double v24 = sq(v19);
+  const double v24 = v19 * v19;
   const double v25 = 0.3 * v21;
   const double v26 = v10 + v22;
-  const double v27 = sq(v23);
+  const double v27 = v23 * v23;
   const double v28 = v15 + v25;
   const double v29 = v27 + v24;
   const double v30 = 0.5 * v29;
@@ -2296,19 +2514,26 @@ void five_bar_actuator_rates(const double theta[2], const double thetad[2], doub
   qd[1] = v52;
 }
 
+// Accelerations of the actuated coordinates.
+// 122 operations: multiply 64, add 43, negate 1, trig 4, other 10
 void five_bar_actuator_accelerations(const double theta[2], const double thetad[2], const double thetadd[2], double qdd[2]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double thetad_0 = thetad[0];
   const double thetad_1 = thetad[1];
   const double thetadd_0 = thetadd[0];
   const double thetadd_1 = thetadd[1];
+  // shared terms
   const double v2 = theta_0 + theta_1;
   const double v4 = thetad_0 + thetad_1;
+  // cosines and sines
   const double angle[2] = {theta_0, v2};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // qdd
   qdd[0] = thetadd_0;
+  // shared terms; qdd
   const double v7 = c[0] * thetad_0;
   const double v8 = 0.2 * s[0];
   const double v9 = s[0] * thetad_0;
@@ -2341,7 +2566,7 @@ void five_bar_actuator_accelerations(const double theta[2], const double thetad[
   const double v36 = 2.0 * v28;
   const double v37 = 0.3 * v29;
   const double v38 = v30 - 0.2;
-  const double v39 = sq(v28);
+  const double v39 = v28 * v28;
   const double v40 = 0.2 * v31;
   const double v41 = v29 * v4;
   const double v42 = 0.2 * v33;
@@ -2349,7 +2574,7 @@ void five_bar_actuator_accelerations(const double theta[2], const double thetad[
   const double v44 = v13 + v35;
   const double v45 = v17 + v37;
   const double v46 = 2.0 * v38;
-  const double v47 = sq(v38);
+  const double v47 = v38 * v38;
   const double v48 = v32 - v41;
   const double v49 = v34 + v43;
   const double v50 = v44 * v36;
@@ -2359,7 +2584,7 @@ void five_bar_actuator_accelerations(const double theta[2], const double thetad[
   const double v54 = 0.3 * v49;
   const double v55 = v50 - v51;
   const double v56 = 0.5 * v52;
-  const double v57 = sq(v52);
+  const double v57 = v52 * v52;
   const double v58 = 0.25 - v52;
   const double v59 = v52 - 0.01;
   const double v60 = v40 + v53;
@@ -2385,7 +2610,7 @@ void five_bar_actuator_accelerations(const double theta[2], const double thetad[
   const double v80 = v28 * v73;
   const double v81 = v45 * v73;
   const double v82 = v38 * v73;
-  const double v83 = sq(v72);
+  const double v83 = v72 * v72;
   const double v84 = v67 - v75;
   const double v85 = v45 * v76;
   const double v86 = v78 / v52;
@@ -2428,13 +2653,19 @@ void five_bar_actuator_accelerations(const double theta[2], const double thetad[
   qdd[1] = v122;
 }
 
+// How far each step of the loops' solution is from its dead point.
+// 19 operations: multiply 8, add 7, trig 4
 void five_bar_actuator_margin(const double theta[2], double margin[1]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
+  // shared terms
   const double v2 = theta_0 + theta_1;
+  // cosines and sines
   const double angle[2] = {theta_0, v2};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // shared terms; margin
   const double v6 = 0.2 * c[0];
   const double v7 = 0.2 * s[0];
   const double v8 = 0.3 * c[1];
@@ -2442,8 +2673,8 @@ void five_bar_actuator_margin(const double theta[2], double margin[1]) {
   const double v10 = v6 + v8;
   const double v11 = v7 + v9;
   const double v12 = v10 - 0.2;
-  const double v13 = sq(v11);
-  const double v14 = sq(v12);
+  const double v13 = v11 * v11;
+  const double v14 = v12 * v12;
   const double v15 = v14 + v13;
   const double v16 = 0.25 - v15;
   const double v17 = v15 - 0.01;
@@ -2452,15 +2683,22 @@ void five_bar_actuator_margin(const double theta[2], double margin[1]) {
   margin[0] = v19;
 }
 
+// Every branch of the loops' solution, NaN where it does not close.
+// 40 operations: multiply 18, add 13, trig 6, other 3
 void five_bar_actuators_all(const double theta[2], double q[4], double margin[2]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
+  // shared terms
   const double v2 = theta_0 + theta_1;
+  // cosines and sines
   const double angle[2] = {theta_0, v2};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // column 1 of q
   q[0] = theta_0;
   q[2] = theta_0;
+  // shared terms; margin
   const double v4 = 0.2 * s[0];
   const double v6 = 0.2 * c[0];
   const double v8 = 0.3 * s[1];
@@ -2468,8 +2706,8 @@ void five_bar_actuators_all(const double theta[2], double q[4], double margin[2]
   const double v10 = v4 + v8;
   const double v11 = v6 + v9;
   const double v12 = v11 - 0.2;
-  const double v13 = sq(v10);
-  const double v14 = sq(v12);
+  const double v13 = v10 * v10;
+  const double v14 = v12 * v12;
   const double v15 = v14 + v13;
   const double v16 = 0.5 * v15;
   const double v17 = 0.25 - v15;
@@ -2483,6 +2721,7 @@ void five_bar_actuators_all(const double theta[2], double q[4], double margin[2]
   const double v25 = 0.5 * v22;
   margin[0] = v23;
   margin[1] = v23;
+  // shared terms; column 2 of q
   const double v26 = v10 * v24;
   const double v27 = v25 / v15;
   const double v28 = v12 * v24;
@@ -2502,16 +2741,22 @@ void five_bar_actuators_all(const double theta[2], double q[4], double margin[2]
   q[3] = v40;
 }
 
+// What the full configuration leaves open in the loops, zero where they are closed.
+// 25 operations: multiply 8, add 9, trig 8
 void five_bar_constraint(const double z[4], double residual[2]) {
+  // inputs
   const double z_0 = z[0];
   const double z_1 = z[1];
   const double z_2 = z[2];
   const double z_3 = z[3];
+  // shared terms
   const double v2 = z_2 + z_3;
   const double v4 = z_0 + z_1;
+  // cosines and sines
   const double angle[4] = {z_2, z_0, v2, v4};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // shared terms; residual
   const double v11 = 0.2 * c[0];
   const double v12 = 0.2 * c[1];
   const double v13 = 0.2 * s[0];
@@ -2531,16 +2776,22 @@ void five_bar_constraint(const double z[4], double residual[2]) {
   residual[1] = v25;
 }
 
+// Derivative of the loops' equations by the full configuration.
+// 26 operations: multiply 8, add 6, negate 4, trig 8
 void five_bar_constraint_D_z(const double z[4], double residual_D_z[8]) {
+  // inputs
   const double z_0 = z[0];
   const double z_1 = z[1];
   const double z_2 = z[2];
   const double z_3 = z[3];
+  // shared terms
   const double v2 = z_0 + z_1;
   const double v4 = z_2 + z_3;
+  // cosines and sines
   const double angle[4] = {z_0, z_2, v2, v4};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // shared terms; columns 2 and 4 of residual_D_z
   const double v11 = 0.2 * s[0];
   const double v12 = 0.2 * s[1];
   const double v13 = 0.2 * c[0];
@@ -2557,17 +2808,22 @@ void five_bar_constraint_D_z(const double z[4], double residual_D_z[8]) {
   const double v23 = -v17;
   const double v24 = v14 + v18;
   residual_D_z[7] = v18;
+  // shared terms; residual_D_z
   residual_D_z[0] = v19;
   const double v25 = -v20;
   residual_D_z[3] = v21;
   const double v26 = -v22;
   residual_D_z[5] = v23;
   residual_D_z[6] = v24;
+  // columns 1 and 3 of residual_D_z
   residual_D_z[2] = v25;
   residual_D_z[4] = v26;
 }
 
+// Time derivative of the constraint Jacobian.
+// 42 operations: multiply 20, add 10, negate 4, trig 8
 void five_bar_constraint_D_z_dot(const double z[4], const double zd[4], double residual_D_z_dot[8]) {
+  // inputs
   const double z_0 = z[0];
   const double z_1 = z[1];
   const double z_2 = z[2];
@@ -2576,11 +2832,14 @@ void five_bar_constraint_D_z_dot(const double z[4], const double zd[4], double r
   const double zd_1 = zd[1];
   const double zd_2 = zd[2];
   const double zd_3 = zd[3];
+  // shared terms
   const double v2 = z_0 + z_1;
   const double v4 = z_2 + z_3;
+  // cosines and sines
   const double angle[4] = {z_0, z_2, v2, v4};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // shared terms; column 2 of residual_D_z_dot
   const double v11 = c[0] * zd_0;
   const double v12 = c[1] * zd_2;
   const double v13 = s[0] * zd_0;
@@ -2613,18 +2872,23 @@ void five_bar_constraint_D_z_dot(const double z[4], const double zd[4], double r
   residual_D_z_dot[5] = v33;
   const double v39 = v24 + v34;
   const double v40 = -v34;
+  // shared terms; columns 1 and 4 of residual_D_z_dot
   residual_D_z_dot[0] = v35;
   const double v41 = -v36;
   residual_D_z_dot[3] = v37;
   residual_D_z_dot[4] = v38;
   const double v42 = -v39;
   residual_D_z_dot[7] = v40;
+  // column 3 of residual_D_z_dot
   residual_D_z_dot[2] = v41;
   residual_D_z_dot[6] = v42;
 }
 
 #if !FIVE_BAR_BRANCHES
+// One branch of ik.
+// 130 operations: multiply 60, add 52, trig 2, other 16
 static void five_bar_ik_branch(const double T[16], const double choice[1], double q[2], double residual[1], double margin[1]) {
+  // inputs
   const double T_0 = T[0];
   const double T_1 = T[1];
   const double T_2 = T[2];
@@ -2638,17 +2902,18 @@ static void five_bar_ik_branch(const double T[16], const double choice[1], doubl
   const double T_10 = T[10];
   const double T_11 = T[11];
   const double choice_0 = choice[0];
-  const double v1 = sq(T_7);
+  // shared terms
+  const double v1 = T_7 * T_7;
   const double v2 = T_3 + 0.1;
-  const double v3 = sq(T_11);
-  const double v4 = sq(T_2);
-  const double v5 = sq(T_6);
-  const double v6 = sq(T_8);
-  const double v7 = sq(T_9);
+  const double v3 = T_11 * T_11;
+  const double v4 = T_2 * T_2;
+  const double v5 = T_6 * T_6;
+  const double v6 = T_8 * T_8;
+  const double v7 = T_9 * T_9;
   const double v8 = 1.0 - T_10;
-  const double v9 = sq(v2);
+  const double v9 = v2 * v2;
   const double v10 = v4 + v5;
-  const double v11 = sq(v8);
+  const double v11 = v8 * v8;
   const double v12 = v1 + v9;
   const double v13 = v10 + v6;
   const double v14 = v12 - 0.01;
@@ -2675,9 +2940,9 @@ static void five_bar_ik_branch(const double T[16], const double choice[1], doubl
   const double v35 = T_7 * v32;
   const double v36 = v31 - v34;
   const double v37 = v35 + v33;
-  const double v38 = sq(v36);
+  const double v38 = v36 * v36;
   const double v39 = 1e-150 + v37;
-  const double v40 = sq(v39);
+  const double v40 = v39 * v39;
   const double v41 = v38 + v40;
   const double v42 = sqrt(v41);
   const double v43 = v36 / v42;
@@ -2696,8 +2961,8 @@ static void five_bar_ik_branch(const double T[16], const double choice[1], doubl
   const double v56 = v46 + v54;
   const double v57 = v49 + v55;
   const double v58 = v57 - 0.2;
-  const double v59 = sq(v56);
-  const double v60 = sq(v58);
+  const double v59 = v56 * v56;
+  const double v60 = v58 * v58;
   const double v61 = v60 + v59;
   const double v62 = 0.5 * v61;
   const double v63 = 0.25 - v61;
@@ -2721,10 +2986,10 @@ static void five_bar_ik_branch(const double T[16], const double choice[1], doubl
   const double v81 = v76 - v46;
   const double v82 = atan2(v78, v79);
   const double v83 = v80 - v49;
-  const double v84 = sq(v81);
+  const double v84 = v81 * v81;
   const double v85 = 0.5 * v81;
   const double v86 = 0.5 * v83;
-  const double v87 = sq(v83);
+  const double v87 = v83 * v83;
   const double v88 = v87 + v84;
   const double v89 = 0.36 - v88;
   const double v90 = v88 * v89;
@@ -2747,14 +3012,14 @@ static void five_bar_ik_branch(const double T[16], const double choice[1], doubl
   const double v107 = v100 - T_5;
   const double v108 = v102 - 0.1;
   const double v109 = v103 - T_7;
-  const double v110 = sq(v104);
-  const double v111 = sq(v105);
-  const double v112 = sq(v106);
-  const double v113 = sq(v107);
+  const double v110 = v104 * v104;
+  const double v111 = v105 * v105;
+  const double v112 = v106 * v106;
+  const double v113 = v107 * v107;
   const double v114 = v108 - T_3;
-  const double v115 = sq(v109);
+  const double v115 = v109 * v109;
   const double v116 = v17 + v110;
-  const double v117 = sq(v114);
+  const double v117 = v114 * v114;
   const double v118 = v116 + v111;
   const double v119 = v3 + v117;
   const double v120 = v118 + v112;
@@ -2768,9 +3033,13 @@ static void five_bar_ik_branch(const double T[16], const double choice[1], doubl
   const double v128 = v125 + v127;
   const double v129 = 0.5 * v128;
   const double v130 = sqrt(v129);
+  // margin
   margin[0] = v24;
+  // q
   q[0] = v45;
+  // q
   q[1] = v82;
+  // residual
   residual[0] = v130;
 }
 #endif

@@ -4,13 +4,16 @@
 #include "chasles_cos_sin.h"
 #include "four_bar_branches.h"
 
-static double sq(double x) { return x * x; }
-
+// Pose of the tool (ee) in the base frame (0).
+// 35 operations: multiply 17, add 12, negate 1, trig 2, other 3
 void four_bar_fk(const double q[1], double T_0_ee[16]) {
+  // inputs
   const double q_0 = q[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of T_0_ee
   T_0_ee[2] = 0.0;
   T_0_ee[6] = 0.0;
   T_0_ee[8] = 0.0;
@@ -21,11 +24,12 @@ void four_bar_fk(const double q[1], double T_0_ee[16]) {
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
+  // shared terms; columns 1 and 2 of T_0_ee
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = 0.35 - v3;
-  const double v6 = sq(v4);
-  const double v7 = sq(v5);
+  const double v6 = v4 * v4;
+  const double v7 = v5 * v5;
   const double v8 = v7 + v6;
   const double v9 = 0.5 * v8;
   const double v10 = 0.3025 - v8;
@@ -55,18 +59,25 @@ void four_bar_fk(const double q[1], double T_0_ee[16]) {
   T_0_ee[4] = v26;
   T_0_ee[5] = v25;
   const double v33 = v29 + v30;
+  // shared terms; column 2 of T_0_ee
   T_0_ee[1] = v31;
   const double v34 = v32 + v3;
   const double v35 = v4 + v33;
+  // column 4 of T_0_ee
   T_0_ee[3] = v34;
   T_0_ee[7] = v35;
 }
 
+// Pose of every link's frame in the base frame, in order from the base.
+// 28 operations: multiply 13, add 8, negate 2, trig 2, other 3
 void four_bar_link_poses(const double q[1], double T[32]) {
+  // inputs
   const double q_0 = q[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of T
   T[2] = 0.0;
   T[3] = 0.0;
   T[6] = 0.0;
@@ -89,18 +100,21 @@ void four_bar_link_poses(const double q[1], double T[32]) {
   T[29] = 0.0;
   T[30] = 0.0;
   T[31] = 1.0;
+  // shared terms; T
   T[0] = c[0];
   const double v3 = -s[0];
   T[4] = s[0];
   T[5] = c[0];
   const double v4 = 0.1 * c[0];
   const double v5 = 0.1 * s[0];
+  // shared terms; T
   T[1] = v3;
   const double v6 = 0.35 - v4;
-  const double v7 = sq(v5);
+  const double v7 = v5 * v5;
   T[19] = v4;
   T[23] = v5;
-  const double v8 = sq(v6);
+  // shared terms; T
+  const double v8 = v6 * v6;
   const double v9 = v8 + v7;
   const double v10 = 0.5 * v9;
   const double v11 = 0.3025 - v9;
@@ -124,14 +138,20 @@ void four_bar_link_poses(const double q[1], double T[32]) {
   const double v28 = -v27;
   T[20] = v27;
   T[21] = v26;
+  // T
   T[17] = v28;
 }
 
+// Pose of the tool and mixed Jacobian in one call.
+// 47 operations: multiply 21, add 18, negate 2, trig 2, other 4
 void four_bar_fk_jacobian_mixed(const double q[1], double T_0_ee[16], double J[6]) {
+  // inputs
   const double q_0 = q[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of T_0_ee; constant entries of J
   T_0_ee[2] = 0.0;
   T_0_ee[6] = 0.0;
   T_0_ee[8] = 0.0;
@@ -145,11 +165,12 @@ void four_bar_fk_jacobian_mixed(const double q[1], double T_0_ee[16], double J[6
   J[2] = 0.0;
   J[3] = 0.0;
   J[4] = 0.0;
+  // shared terms; columns 1 and 2 of T_0_ee
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = 0.35 - v3;
-  const double v6 = sq(v4);
-  const double v7 = sq(v5);
+  const double v6 = v4 * v4;
+  const double v7 = v5 * v5;
   const double v8 = v7 + v6;
   const double v9 = 0.5 * v8;
   const double v10 = 0.3025 - v8;
@@ -183,37 +204,49 @@ void four_bar_fk_jacobian_mixed(const double q[1], double T_0_ee[16], double J[6
   const double v35 = v29 + v30;
   const double v36 = v31 * v4;
   const double v37 = v32 * v3;
+  // shared terms; column 2 of T_0_ee
   T_0_ee[1] = v33;
   const double v38 = v34 + v3;
   const double v39 = v4 + v35;
   const double v40 = v36 - v37;
+  // shared terms; column 4 of T_0_ee
   T_0_ee[3] = v38;
   T_0_ee[7] = v39;
   const double v41 = v40 / v17;
+  // shared terms; J
   const double v42 = v41 - 1.0;
   J[5] = v41;
+  // shared terms; J
   const double v43 = v42 * v35;
   const double v44 = v42 * v34;
   const double v45 = v43 + v39;
   const double v46 = v44 + v38;
   const double v47 = -v45;
   J[1] = v46;
+  // J
   J[0] = v47;
 }
 
+// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
+// axes.
+// 34 operations: multiply 15, add 12, negate 1, trig 2, other 4
 void four_bar_jacobian_space(const double q[1], double J[6]) {
+  // inputs
   const double q_0 = q[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of J
   J[2] = 0.0;
   J[3] = 0.0;
   J[4] = 0.0;
+  // shared terms; J
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = 0.35 - v3;
-  const double v6 = sq(v4);
-  const double v7 = sq(v5);
+  const double v6 = v4 * v4;
+  const double v7 = v5 * v5;
   const double v8 = v7 + v6;
   const double v9 = 0.5 * v8;
   const double v10 = 0.3025 - v8;
@@ -239,26 +272,34 @@ void four_bar_jacobian_space(const double q[1], double J[6]) {
   const double v30 = v29 / v17;
   const double v31 = v30 - 1.0;
   J[5] = v30;
+  // shared terms; J
   const double v32 = v31 * v4;
   const double v33 = v31 * v3;
   J[0] = v32;
   const double v34 = -v33;
+  // J
   J[1] = v34;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+// 51 operations: multiply 25, add 20, trig 2, other 4
 void four_bar_jacobian_body(const double q[1], double J[6]) {
+  // inputs
   const double q_0 = q[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of J
   J[2] = 0.0;
   J[3] = 0.0;
   J[4] = 0.0;
+  // shared terms; J
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = 0.35 - v3;
-  const double v6 = sq(v4);
-  const double v7 = sq(v5);
+  const double v6 = v4 * v4;
+  const double v7 = v5 * v5;
   const double v8 = v7 + v6;
   const double v9 = 0.3025 - v8;
   const double v10 = v8 - 0.0025;
@@ -300,6 +341,7 @@ void four_bar_jacobian_body(const double q[1], double J[6]) {
   const double v46 = v42 - 1.0;
   const double v47 = v43 + v44;
   J[5] = v42;
+  // shared terms; J
   const double v48 = 0.12 * v46;
   const double v49 = 0.15 * v46;
   const double v50 = v45 - v48;
@@ -308,19 +350,25 @@ void four_bar_jacobian_body(const double q[1], double J[6]) {
   J[1] = v51;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+// 44 operations: multiply 19, add 18, negate 1, trig 2, other 4
 void four_bar_jacobian_mixed(const double q[1], double J[6]) {
+  // inputs
   const double q_0 = q[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of J
   J[2] = 0.0;
   J[3] = 0.0;
   J[4] = 0.0;
+  // shared terms; J
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = 0.35 - v3;
-  const double v6 = sq(v4);
-  const double v7 = sq(v5);
+  const double v6 = v4 * v4;
+  const double v7 = v5 * v5;
   const double v8 = v7 + v6;
   const double v9 = 0.5 * v8;
   const double v10 = 0.3025 - v8;
@@ -354,36 +402,44 @@ void four_bar_jacobian_mixed(const double q[1], double J[6]) {
   const double v38 = v35 / v17;
   const double v39 = v38 - 1.0;
   J[5] = v38;
+  // shared terms; J
   const double v40 = v39 * v33;
   const double v41 = v39 * v34;
   const double v42 = v40 + v36;
   const double v43 = v41 + v37;
   const double v44 = -v42;
   J[1] = v43;
+  // J
   J[0] = v44;
 }
 
+// Time derivative of jacobian_space at joint rates qd.
+// 91 operations: multiply 48, add 30, trig 2, other 11
 void four_bar_jacobian_space_dot(const double q[1], const double qd[1], double J_dot[6]) {
+  // inputs
   const double q_0 = q[0];
   const double qd_0 = qd[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of J_dot
   J_dot[2] = 0.0;
   J_dot[3] = 0.0;
   J_dot[4] = 0.0;
+  // shared terms; J_dot
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = s[0] * qd_0;
   const double v6 = c[0] * qd_0;
   const double v7 = 0.2 * s[0];
   const double v8 = 0.35 - v3;
-  const double v9 = sq(v4);
+  const double v9 = v4 * v4;
   const double v10 = v3 * qd_0;
   const double v11 = 0.1 * v5;
   const double v12 = 0.1 * v6;
   const double v13 = v4 * qd_0;
-  const double v14 = sq(v8);
+  const double v14 = v8 * v8;
   const double v15 = 2.0 * v8;
   const double v16 = v12 * v7;
   const double v17 = v14 + v9;
@@ -392,7 +448,7 @@ void four_bar_jacobian_space_dot(const double q[1], const double qd[1], double J
   const double v20 = 0.3025 - v17;
   const double v21 = v17 - 0.0025;
   const double v22 = v18 + v16;
-  const double v23 = sq(v17);
+  const double v23 = v17 * v17;
   const double v24 = 0.045 + v19;
   const double v25 = v20 * v21;
   const double v26 = 0.5 * v22;
@@ -414,7 +470,7 @@ void four_bar_jacobian_space_dot(const double q[1], const double qd[1], double J
   const double v42 = v32 * v36;
   const double v43 = v34 / v23;
   const double v44 = v33 * v12;
-  const double v45 = sq(v34);
+  const double v45 = v34 * v34;
   const double v46 = v38 * v4;
   const double v47 = v38 * v8;
   const double v48 = v38 * v12;
@@ -460,31 +516,38 @@ void four_bar_jacobian_space_dot(const double q[1], const double qd[1], double J
   const double v88 = v87 * v4;
   const double v89 = v87 * v3;
   J_dot[5] = v87;
+  // shared terms; J_dot
   const double v90 = v82 + v88;
   const double v91 = v84 - v89;
   J_dot[0] = v90;
   J_dot[1] = v91;
 }
 
+// Time derivative of jacobian_body at joint rates qd.
+// 112 operations: multiply 60, add 39, trig 2, other 11
 void four_bar_jacobian_body_dot(const double q[1], const double qd[1], double J_dot[6]) {
+  // inputs
   const double q_0 = q[0];
   const double qd_0 = qd[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of J_dot
   J_dot[2] = 0.0;
   J_dot[3] = 0.0;
   J_dot[4] = 0.0;
+  // shared terms; J_dot
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = s[0] * qd_0;
   const double v6 = c[0] * qd_0;
   const double v7 = 0.2 * s[0];
   const double v8 = 0.35 - v3;
-  const double v9 = sq(v4);
+  const double v9 = v4 * v4;
   const double v10 = 0.1 * v5;
   const double v11 = 0.1 * v6;
-  const double v12 = sq(v8);
+  const double v12 = v8 * v8;
   const double v13 = 2.0 * v8;
   const double v14 = v11 * v7;
   const double v15 = v12 + v9;
@@ -493,7 +556,7 @@ void four_bar_jacobian_body_dot(const double q[1], const double qd[1], double J_
   const double v18 = 0.3025 - v15;
   const double v19 = v15 - 0.0025;
   const double v20 = v16 + v14;
-  const double v21 = sq(v15);
+  const double v21 = v15 * v15;
   const double v22 = 0.045 + v17;
   const double v23 = v18 * v19;
   const double v24 = 0.5 * v20;
@@ -515,7 +578,7 @@ void four_bar_jacobian_body_dot(const double q[1], const double qd[1], double J_
   const double v40 = v30 * v34;
   const double v41 = v32 / v21;
   const double v42 = v31 * v11;
-  const double v43 = sq(v32);
+  const double v43 = v32 * v32;
   const double v44 = v36 * v4;
   const double v45 = v36 * v8;
   const double v46 = v36 * v11;
@@ -584,31 +647,38 @@ void four_bar_jacobian_body_dot(const double q[1], const double qd[1], double J_
   const double v109 = 0.12 * v108;
   const double v110 = 0.15 * v108;
   J_dot[5] = v108;
+  // shared terms; J_dot
   const double v111 = v104 - v109;
   const double v112 = v110 - v106;
   J_dot[0] = v111;
   J_dot[1] = v112;
 }
 
+// Time derivative of jacobian_mixed at joint rates qd.
+// 113 operations: multiply 58, add 40, negate 1, trig 2, other 12
 void four_bar_jacobian_mixed_dot(const double q[1], const double qd[1], double J_dot[6]) {
+  // inputs
   const double q_0 = q[0];
   const double qd_0 = qd[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of J_dot
   J_dot[2] = 0.0;
   J_dot[3] = 0.0;
   J_dot[4] = 0.0;
+  // shared terms; J_dot
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = s[0] * qd_0;
   const double v6 = c[0] * qd_0;
   const double v7 = 0.2 * s[0];
   const double v8 = 0.35 - v3;
-  const double v9 = sq(v4);
+  const double v9 = v4 * v4;
   const double v10 = 0.1 * v5;
   const double v11 = 0.1 * v6;
-  const double v12 = sq(v8);
+  const double v12 = v8 * v8;
   const double v13 = 2.0 * v8;
   const double v14 = v11 * v7;
   const double v15 = v12 + v9;
@@ -617,7 +687,7 @@ void four_bar_jacobian_mixed_dot(const double q[1], const double qd[1], double J
   const double v18 = 0.3025 - v15;
   const double v19 = v15 - 0.0025;
   const double v20 = v16 + v14;
-  const double v21 = sq(v15);
+  const double v21 = v15 * v15;
   const double v22 = 0.045 + v17;
   const double v23 = v18 * v19;
   const double v24 = 0.5 * v20;
@@ -639,7 +709,7 @@ void four_bar_jacobian_mixed_dot(const double q[1], const double qd[1], double J
   const double v40 = v30 * v34;
   const double v41 = v32 / v21;
   const double v42 = v31 * v11;
-  const double v43 = sq(v32);
+  const double v43 = v32 * v32;
   const double v44 = v36 * v4;
   const double v45 = v36 * v8;
   const double v46 = v36 * v11;
@@ -708,28 +778,36 @@ void four_bar_jacobian_mixed_dot(const double q[1], const double qd[1], double J
   const double v109 = v108 * v75;
   const double v110 = v108 * v66;
   J_dot[5] = v108;
+  // shared terms; J_dot
   const double v111 = v105 + v109;
   const double v112 = v110 - v107;
   const double v113 = -v111;
   J_dot[1] = v112;
+  // J_dot
   J_dot[0] = v113;
 }
 
+// Derivative of jacobian_mixed by the joint coordinates.
+// 100 operations: multiply 46, add 40, negate 1, trig 2, other 11
 void four_bar_hessian_mixed(const double q[1], double H[6]) {
+  // inputs
   const double q_0 = q[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of H
   H[2] = 0.0;
   H[3] = 0.0;
   H[4] = 0.0;
+  // shared terms; H
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = 0.2 * s[0];
   const double v6 = 0.35 - v3;
-  const double v7 = sq(v4);
+  const double v7 = v4 * v4;
   const double v8 = v5 * v3;
-  const double v9 = sq(v6);
+  const double v9 = v6 * v6;
   const double v10 = 2.0 * v6;
   const double v11 = v9 + v7;
   const double v12 = v10 * v4;
@@ -737,7 +815,7 @@ void four_bar_hessian_mixed(const double q[1], double H[6]) {
   const double v14 = 0.3025 - v11;
   const double v15 = v11 - 0.0025;
   const double v16 = v12 + v8;
-  const double v17 = sq(v11);
+  const double v17 = v11 * v11;
   const double v18 = 0.045 + v13;
   const double v19 = v14 * v15;
   const double v20 = 0.5 * v16;
@@ -758,7 +836,7 @@ void four_bar_hessian_mixed(const double q[1], double H[6]) {
   const double v35 = v30 * v26;
   const double v36 = v28 / v17;
   const double v37 = v27 * v3;
-  const double v38 = sq(v28);
+  const double v38 = v28 * v28;
   const double v39 = v32 * v4;
   const double v40 = v32 * v6;
   const double v41 = v32 * v3;
@@ -819,31 +897,39 @@ void four_bar_hessian_mixed(const double q[1], double H[6]) {
   const double v96 = v94 * v67;
   const double v97 = v94 * v62;
   H[5] = v94;
+  // shared terms; H
   const double v98 = v93 + v96;
   const double v99 = v97 - v95;
   const double v100 = -v98;
   H[1] = v99;
+  // H
   H[0] = v100;
 }
 
+// Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+// 38 operations: multiply 19, add 12, negate 1, trig 2, other 4
 void four_bar_twist_space(const double q[1], const double qd[1], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double qd_0 = qd[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of V
   V[2] = 0.0;
   V[3] = 0.0;
   V[4] = 0.0;
+  // shared terms; V
   const double v3 = s[0] * qd_0;
   const double v4 = 0.1 * c[0];
   const double v5 = 0.1 * s[0];
   const double v6 = c[0] * qd_0;
   const double v7 = 0.1 * v3;
   const double v8 = 0.35 - v4;
-  const double v9 = sq(v5);
+  const double v9 = v5 * v5;
   const double v10 = 0.1 * v6;
-  const double v11 = sq(v8);
+  const double v11 = v8 * v8;
   const double v12 = v11 + v9;
   const double v13 = 0.5 * v12;
   const double v14 = 0.3025 - v12;
@@ -869,31 +955,39 @@ void four_bar_twist_space(const double q[1], const double qd[1], double V[6]) {
   const double v34 = v33 / v21;
   const double v35 = v34 - qd_0;
   V[5] = v34;
+  // shared terms; V
   const double v36 = v35 * v5;
   const double v37 = v35 * v4;
   V[0] = v36;
   const double v38 = -v37;
+  // V
   V[1] = v38;
 }
 
+// Twist (v, omega) of the tool's origin, in tool axes.
+// 57 operations: multiply 31, add 20, trig 2, other 4
 void four_bar_twist_body(const double q[1], const double qd[1], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double qd_0 = qd[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of V
   V[2] = 0.0;
   V[3] = 0.0;
   V[4] = 0.0;
+  // shared terms; V
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = s[0] * qd_0;
   const double v6 = c[0] * qd_0;
   const double v7 = 0.35 - v3;
-  const double v8 = sq(v4);
+  const double v8 = v4 * v4;
   const double v9 = 0.1 * v5;
   const double v10 = 0.1 * v6;
-  const double v11 = sq(v7);
+  const double v11 = v7 * v7;
   const double v12 = v11 + v8;
   const double v13 = 0.3025 - v12;
   const double v14 = v12 - 0.0025;
@@ -935,6 +1029,7 @@ void four_bar_twist_body(const double q[1], const double qd[1], double V[6]) {
   const double v50 = v46 - qd_0;
   const double v51 = v47 + v48;
   V[5] = v46;
+  // shared terms; V
   const double v52 = v49 * qd_0;
   const double v53 = 0.12 * v50;
   const double v54 = v51 * qd_0;
@@ -945,24 +1040,30 @@ void four_bar_twist_body(const double q[1], const double qd[1], double V[6]) {
   V[1] = v57;
 }
 
+// Twist (v, omega) of the tool's origin, in base axes.
+// 50 operations: multiply 25, add 18, negate 1, trig 2, other 4
 void four_bar_twist_mixed(const double q[1], const double qd[1], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double qd_0 = qd[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of V
   V[2] = 0.0;
   V[3] = 0.0;
   V[4] = 0.0;
+  // shared terms; V
   const double v3 = 0.1 * s[0];
   const double v4 = 0.1 * c[0];
   const double v5 = s[0] * qd_0;
   const double v6 = c[0] * qd_0;
   const double v7 = 0.35 - v4;
-  const double v8 = sq(v3);
+  const double v8 = v3 * v3;
   const double v9 = 0.1 * v5;
   const double v10 = 0.1 * v6;
-  const double v11 = sq(v7);
+  const double v11 = v7 * v7;
   const double v12 = v11 + v8;
   const double v13 = 0.3025 - v12;
   const double v14 = v12 - 0.0025;
@@ -998,25 +1099,33 @@ void four_bar_twist_mixed(const double q[1], const double qd[1], double V[6]) {
   const double v44 = v41 * qd_0;
   const double v45 = v43 - qd_0;
   V[5] = v43;
+  // shared terms; V
   const double v46 = v45 * v35;
   const double v47 = v45 * v38;
   const double v48 = v42 + v46;
   const double v49 = v44 + v47;
   const double v50 = -v48;
   V[1] = v49;
+  // V
   V[0] = v50;
 }
 
+// Time derivative of twist_space at rates qd and accelerations qdd.
+// 100 operations: multiply 54, add 33, trig 2, other 11
 void four_bar_acceleration_space(const double q[1], const double qd[1], const double qdd[1], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double qd_0 = qd[0];
   const double qdd_0 = qdd[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of A
   A[2] = 0.0;
   A[3] = 0.0;
   A[4] = 0.0;
+  // shared terms; A
   const double v3 = s[0] * qd_0;
   const double v4 = 0.1 * c[0];
   const double v5 = 0.1 * s[0];
@@ -1026,13 +1135,13 @@ void four_bar_acceleration_space(const double q[1], const double qd[1], const do
   const double v9 = c[0] * qdd_0;
   const double v10 = 0.1 * v3;
   const double v11 = 0.35 - v4;
-  const double v12 = sq(v5);
+  const double v12 = v5 * v5;
   const double v13 = 0.1 * v6;
   const double v14 = v6 * qd_0;
   const double v15 = v3 * qd_0;
   const double v16 = v4 * qd_0;
   const double v17 = v5 * qd_0;
-  const double v18 = sq(v11);
+  const double v18 = v11 * v11;
   const double v19 = 2.0 * v11;
   const double v20 = v13 * v7;
   const double v21 = v14 + v8;
@@ -1045,7 +1154,7 @@ void four_bar_acceleration_space(const double q[1], const double qd[1], const do
   const double v28 = 0.3025 - v23;
   const double v29 = v23 - 0.0025;
   const double v30 = v24 + v20;
-  const double v31 = sq(v23);
+  const double v31 = v23 * v23;
   const double v32 = 0.045 + v27;
   const double v33 = v28 * v29;
   const double v34 = 0.5 * v30;
@@ -1067,7 +1176,7 @@ void four_bar_acceleration_space(const double q[1], const double qd[1], const do
   const double v50 = v41 * v11;
   const double v51 = v41 * v13;
   const double v52 = v41 * v5;
-  const double v53 = sq(v42);
+  const double v53 = v42 * v42;
   const double v54 = v46 * v13;
   const double v55 = v39 - v47;
   const double v56 = v48 / v23;
@@ -1112,6 +1221,7 @@ void four_bar_acceleration_space(const double q[1], const double qd[1], const do
   const double v95 = v94 - v87;
   const double v96 = v95 - qdd_0;
   A[5] = v95;
+  // shared terms; A
   const double v97 = v96 * v5;
   const double v98 = v96 * v4;
   const double v99 = v97 + v90;
@@ -1120,16 +1230,22 @@ void four_bar_acceleration_space(const double q[1], const double qd[1], const do
   A[1] = v100;
 }
 
+// Time derivative of twist_body at rates qd and accelerations qdd.
+// 124 operations: multiply 68, add 43, trig 2, other 11
 void four_bar_acceleration_body(const double q[1], const double qd[1], const double qdd[1], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double qd_0 = qd[0];
   const double qdd_0 = qdd[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of A
   A[2] = 0.0;
   A[3] = 0.0;
   A[4] = 0.0;
+  // shared terms; A
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = s[0] * qd_0;
@@ -1138,12 +1254,12 @@ void four_bar_acceleration_body(const double q[1], const double qd[1], const dou
   const double v8 = s[0] * qdd_0;
   const double v9 = c[0] * qdd_0;
   const double v10 = 0.35 - v3;
-  const double v11 = sq(v4);
+  const double v11 = v4 * v4;
   const double v12 = 0.1 * v5;
   const double v13 = 0.1 * v6;
   const double v14 = v6 * qd_0;
   const double v15 = v5 * qd_0;
-  const double v16 = sq(v10);
+  const double v16 = v10 * v10;
   const double v17 = 2.0 * v10;
   const double v18 = v13 * v7;
   const double v19 = v14 + v8;
@@ -1156,7 +1272,7 @@ void four_bar_acceleration_body(const double q[1], const double qd[1], const dou
   const double v26 = v21 - 0.0025;
   const double v27 = 0.5 * v21;
   const double v28 = v22 + v18;
-  const double v29 = sq(v21);
+  const double v29 = v21 * v21;
   const double v30 = v25 * v26;
   const double v31 = 0.045 + v27;
   const double v32 = 0.5 * v28;
@@ -1178,7 +1294,7 @@ void four_bar_acceleration_body(const double q[1], const double qd[1], const dou
   const double v48 = v38 * v42;
   const double v49 = v39 / v29;
   const double v50 = v40 * v13;
-  const double v51 = sq(v39);
+  const double v51 = v39 * v39;
   const double v52 = v43 * v10;
   const double v53 = v43 * v4;
   const double v54 = v43 * v13;
@@ -1247,6 +1363,7 @@ void four_bar_acceleration_body(const double q[1], const double qd[1], const dou
   const double v117 = v116 - v100;
   const double v118 = v117 - qdd_0;
   A[5] = v117;
+  // shared terms; A
   const double v119 = 0.12 * v118;
   const double v120 = 0.15 * v118;
   const double v121 = v103 - v119;
@@ -1257,16 +1374,22 @@ void four_bar_acceleration_body(const double q[1], const double qd[1], const dou
   A[1] = v124;
 }
 
+// Time derivative of twist_mixed at rates qd and accelerations qdd.
+// 123 operations: multiply 66, add 43, negate 1, trig 2, other 11
 void four_bar_acceleration_mixed(const double q[1], const double qd[1], const double qdd[1], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double qd_0 = qd[0];
   const double qdd_0 = qdd[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of A
   A[2] = 0.0;
   A[3] = 0.0;
   A[4] = 0.0;
+  // shared terms; A
   const double v3 = 0.1 * s[0];
   const double v4 = 0.1 * c[0];
   const double v5 = s[0] * qd_0;
@@ -1275,12 +1398,12 @@ void four_bar_acceleration_mixed(const double q[1], const double qd[1], const do
   const double v8 = s[0] * qdd_0;
   const double v9 = c[0] * qdd_0;
   const double v10 = 0.35 - v4;
-  const double v11 = sq(v3);
+  const double v11 = v3 * v3;
   const double v12 = 0.1 * v5;
   const double v13 = 0.1 * v6;
   const double v14 = v6 * qd_0;
   const double v15 = v5 * qd_0;
-  const double v16 = sq(v10);
+  const double v16 = v10 * v10;
   const double v17 = 2.0 * v10;
   const double v18 = v13 * v7;
   const double v19 = v14 + v8;
@@ -1293,7 +1416,7 @@ void four_bar_acceleration_mixed(const double q[1], const double qd[1], const do
   const double v26 = v21 - 0.0025;
   const double v27 = 0.5 * v21;
   const double v28 = v22 + v18;
-  const double v29 = sq(v21);
+  const double v29 = v21 * v21;
   const double v30 = v25 * v26;
   const double v31 = 0.045 + v27;
   const double v32 = 0.5 * v28;
@@ -1315,7 +1438,7 @@ void four_bar_acceleration_mixed(const double q[1], const double qd[1], const do
   const double v48 = v38 * v42;
   const double v49 = v39 / v29;
   const double v50 = v40 * v13;
-  const double v51 = sq(v39);
+  const double v51 = v39 * v39;
   const double v52 = v43 * v10;
   const double v53 = v43 * v3;
   const double v54 = v43 * v13;
@@ -1382,6 +1505,7 @@ void four_bar_acceleration_mixed(const double q[1], const double qd[1], const do
   const double v115 = v112 - v97;
   const double v116 = v115 - qdd_0;
   A[5] = v115;
+  // shared terms; A
   const double v117 = v116 * v74;
   const double v118 = v116 * v81;
   const double v119 = v87 + v117;
@@ -1390,20 +1514,27 @@ void four_bar_acceleration_mixed(const double q[1], const double qd[1], const do
   const double v122 = v120 - v114;
   const double v123 = -v121;
   A[1] = v122;
+  // A
   A[0] = v123;
 }
 
+// Joints of the main chain, angles between -pi and pi.
+// 33 operations: multiply 17, add 10, trig 3, other 3
 void four_bar_chain(const double q[1], double theta[2]) {
+  // inputs
   const double q_0 = q[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // theta
   theta[0] = q_0;
+  // shared terms; theta
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = 0.35 - v3;
-  const double v6 = sq(v4);
-  const double v7 = sq(v5);
+  const double v6 = v4 * v4;
+  const double v7 = v5 * v5;
   const double v8 = v7 + v6;
   const double v9 = 0.3025 - v8;
   const double v10 = v8 - 0.0025;
@@ -1433,17 +1564,23 @@ void four_bar_chain(const double q[1], double theta[2]) {
   theta[1] = v33;
 }
 
+// Derivative of the main chain's joints by the actuated coordinates.
+// 31 operations: multiply 13, add 12, trig 2, other 4
 void four_bar_chain_D_q(const double q[1], double theta_D_q[2]) {
+  // inputs
   const double q_0 = q[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of theta_D_q
   theta_D_q[0] = 1.0;
+  // shared terms; theta_D_q
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = 0.35 - v3;
-  const double v6 = sq(v4);
-  const double v7 = sq(v5);
+  const double v6 = v4 * v4;
+  const double v7 = v5 * v5;
   const double v8 = v7 + v6;
   const double v9 = 0.5 * v8;
   const double v10 = 0.3025 - v8;
@@ -1471,22 +1608,28 @@ void four_bar_chain_D_q(const double q[1], double theta_D_q[2]) {
   theta_D_q[1] = v31;
 }
 
+// Joint rates of the main chain.
+// 35 operations: multiply 17, add 12, trig 2, other 4
 void four_bar_chain_rates(const double q[1], const double qd[1], double thetad[2]) {
+  // inputs
   const double q_0 = q[0];
   const double qd_0 = qd[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // thetad
   thetad[0] = qd_0;
+  // shared terms; thetad
   const double v3 = s[0] * qd_0;
   const double v4 = 0.1 * c[0];
   const double v5 = 0.1 * s[0];
   const double v6 = c[0] * qd_0;
   const double v7 = 0.1 * v3;
   const double v8 = 0.35 - v4;
-  const double v9 = sq(v5);
+  const double v9 = v5 * v5;
   const double v10 = 0.1 * v6;
-  const double v11 = sq(v8);
+  const double v11 = v8 * v8;
   const double v12 = v11 + v9;
   const double v13 = 0.5 * v12;
   const double v14 = 0.3025 - v12;
@@ -1514,14 +1657,20 @@ void four_bar_chain_rates(const double q[1], const double qd[1], double thetad[2
   thetad[1] = v35;
 }
 
+// Joint accelerations of the main chain.
+// 90 operations: multiply 48, add 30, trig 2, other 10
 void four_bar_chain_accelerations(const double q[1], const double qd[1], const double qdd[1], double thetadd[2]) {
+  // inputs
   const double q_0 = q[0];
   const double qd_0 = qd[0];
   const double qdd_0 = qdd[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // thetadd
   thetadd[0] = qdd_0;
+  // shared terms; thetadd
   const double v3 = s[0] * qd_0;
   const double v4 = 0.1 * c[0];
   const double v5 = 0.1 * s[0];
@@ -1531,11 +1680,11 @@ void four_bar_chain_accelerations(const double q[1], const double qd[1], const d
   const double v9 = c[0] * qdd_0;
   const double v10 = 0.1 * v3;
   const double v11 = 0.35 - v4;
-  const double v12 = sq(v5);
+  const double v12 = v5 * v5;
   const double v13 = 0.1 * v6;
   const double v14 = v6 * qd_0;
   const double v15 = v3 * qd_0;
-  const double v16 = sq(v11);
+  const double v16 = v11 * v11;
   const double v17 = 2.0 * v11;
   const double v18 = v13 * v7;
   const double v19 = v14 + v8;
@@ -1548,7 +1697,7 @@ void four_bar_chain_accelerations(const double q[1], const double qd[1], const d
   const double v26 = 0.3025 - v21;
   const double v27 = v21 - 0.0025;
   const double v28 = v22 + v18;
-  const double v29 = sq(v21);
+  const double v29 = v21 * v21;
   const double v30 = 0.045 + v25;
   const double v31 = v26 * v27;
   const double v32 = 0.5 * v28;
@@ -1570,7 +1719,7 @@ void four_bar_chain_accelerations(const double q[1], const double qd[1], const d
   const double v48 = v39 * v11;
   const double v49 = v39 * v13;
   const double v50 = v39 * v5;
-  const double v51 = sq(v40);
+  const double v51 = v40 * v40;
   const double v52 = v44 * v13;
   const double v53 = v37 - v45;
   const double v54 = v46 / v21;
@@ -1613,16 +1762,21 @@ void four_bar_chain_accelerations(const double q[1], const double qd[1], const d
   thetadd[1] = v90;
 }
 
+// Passive joints that are not in the main chain, angles between -pi and pi.
+// 29 operations: multiply 13, add 10, trig 3, other 3
 void four_bar_passive(const double q[1], double passive[1]) {
+  // inputs
   const double q_0 = q[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; passive
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = 0.35 - v3;
-  const double v6 = sq(v4);
-  const double v7 = sq(v5);
+  const double v6 = v4 * v4;
+  const double v7 = v5 * v5;
   const double v8 = v7 + v6;
   const double v9 = 0.3025 - v8;
   const double v10 = v8 - 0.0025;
@@ -1648,16 +1802,21 @@ void four_bar_passive(const double q[1], double passive[1]) {
   passive[0] = v29;
 }
 
+// Derivative of the passive joints by the actuated coordinates.
+// 28 operations: multiply 13, add 9, trig 2, other 4
 void four_bar_passive_D_q(const double q[1], double passive_D_q[1]) {
+  // inputs
   const double q_0 = q[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; passive_D_q
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = 0.35 - v3;
-  const double v6 = sq(v4);
-  const double v7 = sq(v5);
+  const double v6 = v4 * v4;
+  const double v7 = v5 * v5;
   const double v8 = v7 + v6;
   const double v9 = 0.5 * v8;
   const double v10 = 0.3025 - v8;
@@ -1682,17 +1841,23 @@ void four_bar_passive_D_q(const double q[1], double passive_D_q[1]) {
   passive_D_q[0] = v28;
 }
 
+// All joints, swings and cylinder lengths, angles between -pi and pi.
+// 38 operations: multiply 19, add 12, trig 4, other 3
 void four_bar_configuration(const double q[1], double z[3]) {
+  // inputs
   const double q_0 = q[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // z
   z[0] = q_0;
+  // shared terms; z
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = 0.35 - v3;
-  const double v6 = sq(v4);
-  const double v7 = sq(v5);
+  const double v6 = v4 * v4;
+  const double v7 = v5 * v5;
   const double v8 = v7 + v6;
   const double v9 = 0.3025 - v8;
   const double v10 = v8 - 0.0025;
@@ -1725,19 +1890,25 @@ void four_bar_configuration(const double q[1], double z[3]) {
   const double v37 = atan2(v33, v34);
   const double v38 = atan2(v35, v36);
   z[2] = v37;
+  // z
   z[1] = v38;
 }
 
+// How far each step of the loops' solution is from its dead point.
+// 12 operations: multiply 6, add 4, trig 2
 void four_bar_margin(const double q[1], double margin[1]) {
+  // inputs
   const double q_0 = q[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; margin
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = 0.35 - v3;
-  const double v6 = sq(v4);
-  const double v7 = sq(v5);
+  const double v6 = v4 * v4;
+  const double v7 = v5 * v5;
   const double v8 = v7 + v6;
   const double v9 = 0.3025 - v8;
   const double v10 = v8 - 0.0025;
@@ -1746,18 +1917,24 @@ void four_bar_margin(const double q[1], double margin[1]) {
   margin[0] = v12;
 }
 
+// Every branch of the loops' solution, NaN where it does not close.
+// 46 operations: multiply 24, add 14, negate 1, trig 4, other 3
 void four_bar_chain_all(const double q[1], double theta[4], double margin[2]) {
+  // inputs
   const double q_0 = q[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // column 1 of theta
   theta[0] = q_0;
   theta[2] = q_0;
+  // shared terms; margin
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = 0.35 - v3;
-  const double v6 = sq(v4);
-  const double v7 = sq(v5);
+  const double v6 = v4 * v4;
+  const double v7 = v5 * v5;
   const double v8 = v7 + v6;
   const double v9 = 0.3025 - v8;
   const double v10 = v8 - 0.0025;
@@ -1771,6 +1948,7 @@ void four_bar_chain_all(const double q[1], double theta[4], double margin[2]) {
   const double v18 = v15 / v8;
   margin[0] = v16;
   margin[1] = v16;
+  // shared terms; column 2 of theta
   const double v19 = v17 / v8;
   const double v20 = v18 * v4;
   const double v21 = v18 * v5;
@@ -1800,41 +1978,63 @@ void four_bar_chain_all(const double q[1], double theta[4], double margin[2]) {
   const double v45 = atan2(v42, v43);
   theta[1] = v44;
   const double v46 = -v45;
+  // column 2 of theta
   theta[3] = v46;
 }
 
+// Actuated coordinates from the joints of the main chain.
+// 0 operations
 void four_bar_actuators(const double theta[2], double q[1]) {
+  // inputs
   const double theta_0 = theta[0];
+  // q
   q[0] = theta_0;
 }
 
+// Derivative of the actuated coordinates by the main chain's joints.
+// 0 operations
 void four_bar_actuators_D_chain(const double theta[2], double q_D_theta[2]) {
   (void)theta;
+  // constant entries of q_D_theta
   q_D_theta[0] = 1.0;
   q_D_theta[1] = 0.0;
 }
 
+// Rates of the actuated coordinates.
+// 0 operations
 void four_bar_actuator_rates(const double theta[2], const double thetad[2], double qd[1]) {
   (void)theta;
+  // inputs
   const double thetad_0 = thetad[0];
+  // qd
   qd[0] = thetad_0;
 }
 
+// Accelerations of the actuated coordinates.
+// 0 operations
 void four_bar_actuator_accelerations(const double theta[2], const double thetad[2], const double thetadd[2], double qdd[1]) {
   (void)theta;
   (void)thetad;
+  // inputs
   const double thetadd_0 = thetadd[0];
+  // qdd
   qdd[0] = thetadd_0;
 }
 
+// What the full configuration leaves open in the loops, zero where they are closed.
+// 18 operations: multiply 6, add 6, trig 6
 void four_bar_constraint(const double z[3], double residual[2]) {
+  // inputs
   const double z_0 = z[0];
   const double z_1 = z[1];
   const double z_2 = z[2];
+  // shared terms
   const double v2 = z_0 + z_1;
+  // cosines and sines
   const double angle[3] = {z_0, z_2, v2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // shared terms; residual
   const double v8 = 0.1 * c[0];
   const double v9 = 0.25 * c[1];
   const double v10 = 0.1 * s[0];
@@ -1847,17 +2047,24 @@ void four_bar_constraint(const double z[3], double residual[2]) {
   const double v17 = v15 - v11;
   const double v18 = v16 - v9;
   residual[1] = v17;
+  // residual
   residual[0] = v18;
 }
 
+// Derivative of the loops' equations by the full configuration.
+// 18 operations: multiply 6, add 3, negate 3, trig 6
 void four_bar_constraint_D_z(const double z[3], double residual_D_z[6]) {
+  // inputs
   const double z_0 = z[0];
   const double z_1 = z[1];
   const double z_2 = z[2];
+  // shared terms
   const double v2 = z_0 + z_1;
+  // cosines and sines
   const double angle[3] = {z_0, z_2, v2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // shared terms; column 3 of residual_D_z
   const double v8 = 0.1 * s[0];
   const double v9 = 0.25 * s[1];
   const double v10 = 0.1 * c[0];
@@ -1866,28 +2073,37 @@ void four_bar_constraint_D_z(const double z[3], double residual_D_z[6]) {
   residual_D_z[2] = v9;
   const double v13 = 0.3 * c[2];
   const double v14 = -v11;
+  // shared terms; columns 2 and 3 of residual_D_z
   const double v15 = v8 + v12;
   const double v16 = -v12;
   const double v17 = v10 + v13;
   residual_D_z[4] = v13;
   residual_D_z[5] = v14;
+  // shared terms; columns 1 and 2 of residual_D_z
   const double v18 = -v15;
   residual_D_z[1] = v16;
   residual_D_z[3] = v17;
+  // column 1 of residual_D_z
   residual_D_z[0] = v18;
 }
 
+// Time derivative of the constraint Jacobian.
+// 29 operations: multiply 14, add 5, negate 4, trig 6
 void four_bar_constraint_D_z_dot(const double z[3], const double zd[3], double residual_D_z_dot[6]) {
+  // inputs
   const double z_0 = z[0];
   const double z_1 = z[1];
   const double z_2 = z[2];
   const double zd_0 = zd[0];
   const double zd_1 = zd[1];
   const double zd_2 = zd[2];
+  // shared terms
   const double v2 = z_0 + z_1;
+  // cosines and sines
   const double angle[3] = {z_0, z_2, v2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // shared terms; column 3 of residual_D_z_dot
   const double v8 = c[0] * zd_0;
   const double v9 = c[1] * zd_2;
   const double v10 = s[0] * zd_0;
@@ -1904,6 +2120,7 @@ void four_bar_constraint_D_z_dot(const double z[3], const double zd[3], double r
   residual_D_z_dot[2] = v15;
   const double v21 = v17 + v18;
   residual_D_z_dot[5] = v19;
+  // shared terms; column 2 of residual_D_z_dot
   const double v22 = 0.3 * v20;
   const double v23 = 0.3 * v21;
   const double v24 = v12 + v22;
@@ -1914,12 +2131,16 @@ void four_bar_constraint_D_z_dot(const double z[3], const double zd[3], double r
   residual_D_z_dot[1] = v25;
   const double v29 = -v26;
   residual_D_z_dot[4] = v27;
+  // column 1 of residual_D_z_dot
   residual_D_z_dot[0] = v28;
   residual_D_z_dot[3] = v29;
 }
 
 #if !FOUR_BAR_BRANCHES
+// One branch of ik.
+// 112 operations: multiply 52, add 45, trig 1, other 14
 static void four_bar_ik_branch(const double T[16], const double choice[1], double q[1], double residual[1], double margin[1]) {
+  // inputs
   const double T_0 = T[0];
   const double T_1 = T[1];
   const double T_2 = T[2];
@@ -1933,17 +2154,18 @@ static void four_bar_ik_branch(const double T[16], const double choice[1], doubl
   const double T_10 = T[10];
   const double T_11 = T[11];
   const double choice_0 = choice[0];
-  const double v1 = sq(T_3);
-  const double v2 = sq(T_7);
-  const double v3 = sq(T_2);
-  const double v4 = sq(T_6);
-  const double v5 = sq(T_8);
-  const double v6 = sq(T_9);
+  // shared terms
+  const double v1 = T_3 * T_3;
+  const double v2 = T_7 * T_7;
+  const double v3 = T_2 * T_2;
+  const double v4 = T_6 * T_6;
+  const double v5 = T_8 * T_8;
+  const double v6 = T_9 * T_9;
   const double v7 = 1.0 - T_10;
-  const double v8 = sq(T_11);
+  const double v8 = T_11 * T_11;
   const double v9 = v1 + v2;
   const double v10 = v3 + v4;
-  const double v11 = sq(v7);
+  const double v11 = v7 * v7;
   const double v12 = v9 - 0.008481254575402908;
   const double v13 = 0.0853187454245971 - v9;
   const double v14 = v9 - 0.0469;
@@ -1979,9 +2201,9 @@ static void four_bar_ik_branch(const double T[16], const double choice[1], doubl
   const double v44 = T_3 * v40;
   const double v45 = v43 - v41;
   const double v46 = v44 + v42;
-  const double v47 = sq(v45);
+  const double v47 = v45 * v45;
   const double v48 = 1e-150 + v46;
-  const double v49 = sq(v48);
+  const double v49 = v48 * v48;
   const double v50 = v47 + v49;
   const double v51 = sqrt(v50);
   const double v52 = v45 / v51;
@@ -1990,8 +2212,8 @@ static void four_bar_ik_branch(const double T[16], const double choice[1], doubl
   const double v55 = 0.1 * v53;
   const double v56 = 0.1 * v52;
   const double v57 = 0.35 - v55;
-  const double v58 = sq(v56);
-  const double v59 = sq(v57);
+  const double v58 = v56 * v56;
+  const double v59 = v57 * v57;
   const double v60 = v59 + v58;
   const double v61 = 0.5 * v60;
   const double v62 = 0.3025 - v60;
@@ -2021,18 +2243,18 @@ static void four_bar_ik_branch(const double T[16], const double choice[1], doubl
   const double v86 = v78 - T_4;
   const double v87 = v79 - v80;
   const double v88 = v81 + v82;
-  const double v89 = sq(v83);
-  const double v90 = sq(v84);
-  const double v91 = sq(v85);
-  const double v92 = sq(v86);
+  const double v89 = v83 * v83;
+  const double v90 = v84 * v84;
+  const double v91 = v85 * v85;
+  const double v92 = v86 * v86;
   const double v93 = v87 + v55;
   const double v94 = v56 + v88;
   const double v95 = v19 + v89;
   const double v96 = v93 - T_3;
   const double v97 = v94 - T_7;
   const double v98 = v95 + v11;
-  const double v99 = sq(v96);
-  const double v100 = sq(v97);
+  const double v99 = v96 * v96;
+  const double v100 = v97 * v97;
   const double v101 = v98 + v90;
   const double v102 = v8 + v99;
   const double v103 = v101 + v91;
@@ -2045,8 +2267,11 @@ static void four_bar_ik_branch(const double T[16], const double choice[1], doubl
   const double v110 = v107 + v109;
   const double v111 = 0.5 * v110;
   const double v112 = sqrt(v111);
+  // margin
   margin[0] = v23;
+  // q
   q[0] = v54;
+  // residual
   residual[0] = v112;
 }
 #endif

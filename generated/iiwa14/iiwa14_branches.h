@@ -18,6 +18,7 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
+// One branch of ik: 404 operations: multiply 237, add 131, negate 4, trig 9, other 23
 LANES_INLINE void LANES_NAME(iiwa14_ik_branch)(
     const double *T, const double *swivel, const double (*choice)[8], int b, lanes *out)
 {

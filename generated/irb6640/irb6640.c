@@ -4,25 +4,28 @@
 #include "chasles_cos_sin.h"
 #include "irb6640_branches.h"
 
-#if !IRB6640_BRANCHES
-static double sq(double x) { return x * x; }
-#endif
-
+// Pose of the tool (ee) in the base frame (0).
+// 93 operations: multiply 52, add 27, negate 2, trig 12
 void irb6640_fk(const double q[6], double T_0_ee[16]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
   const double q_5 = q[5];
+  // shared terms
   const double v4 = q_1 + q_2;
+  // cosines and sines
   const double angle[6] = {q_5, q_4, q_0, q_3, q_1, v4};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
+  // constant entries of T_0_ee
   T_0_ee[12] = 0.0;
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
+  // shared terms; column 3 of T_0_ee
   const double v14 = s[2] * s[3];
   const double v15 = s[2] * c[3];
   const double v16 = 0.2 * s[1];
@@ -89,6 +92,7 @@ void irb6640_fk(const double q[6], double T_0_ee[16]) {
   const double v77 = v47 + v68;
   T_0_ee[10] = v69;
   const double v78 = v70 - v21;
+  // shared terms; columns 1, 2 and 3 of T_0_ee
   const double v79 = c[0] * v71;
   const double v80 = s[0] * v71;
   T_0_ee[2] = v72;
@@ -99,6 +103,7 @@ void irb6640_fk(const double q[6], double T_0_ee[16]) {
   T_0_ee[8] = v76;
   T_0_ee[9] = v77;
   const double v84 = 0.78 - v78;
+  // shared terms; column 4 of T_0_ee
   const double v85 = v79 + v59;
   const double v86 = v80 - v60;
   const double v87 = c[2] * v81;
@@ -106,28 +111,36 @@ void irb6640_fk(const double q[6], double T_0_ee[16]) {
   const double v89 = v65 + v83;
   const double v90 = s[2] * v81;
   T_0_ee[11] = v84;
+  // shared terms; columns 1 and 2 of T_0_ee
   const double v91 = -v85;
   T_0_ee[1] = v86;
   const double v92 = v87 - v39;
   T_0_ee[4] = v88;
   T_0_ee[5] = v89;
   const double v93 = v44 + v90;
+  // columns 1 and 4 of T_0_ee
   T_0_ee[0] = v91;
   T_0_ee[3] = v92;
   T_0_ee[7] = v93;
 }
 
+// Pose of every link's frame in the base frame, in order from the base.
+// 106 operations: multiply 56, add 29, negate 9, trig 12
 void irb6640_link_poses(const double q[6], double T[96]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
   const double q_5 = q[5];
+  // shared terms
   const double v5 = q_1 + q_2;
+  // cosines and sines
   const double angle[6] = {q_0, q_1, q_3, q_4, q_5, v5};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
+  // constant entries of T
   T[1] = 0.0;
   T[5] = 0.0;
   T[8] = 0.0;
@@ -160,6 +173,7 @@ void irb6640_link_poses(const double q[6], double T[96]) {
   T[93] = 0.0;
   T[94] = 0.0;
   T[95] = 1.0;
+  // shared terms; T
   T[0] = c[0];
   const double v14 = -s[0];
   const double v15 = 0.32 * c[0];
@@ -180,6 +194,7 @@ void irb6640_link_poses(const double q[6], double T[96]) {
   const double v25 = s[0] * c[2];
   const double v26 = c[0] * s[2];
   const double v27 = c[0] * c[2];
+  // shared terms; T
   T[2] = v14;
   T[3] = v15;
   T[7] = v16;
@@ -205,6 +220,7 @@ void irb6640_link_poses(const double q[6], double T[96]) {
   const double v39 = 1.1425 * s[5];
   const double v40 = s[3] * s[5];
   const double v41 = c[3] * s[5];
+  // shared terms; T
   const double v42 = v15 + v28;
   const double v43 = v16 + v29;
   T[27] = v30;
@@ -236,6 +252,7 @@ void irb6640_link_poses(const double q[6], double T[96]) {
   const double v59 = s[3] * v37;
   const double v60 = s[4] * v38;
   const double v61 = c[4] * v38;
+  // shared terms; T
   T[19] = v42;
   T[23] = v43;
   const double v62 = v42 + v44;
@@ -249,6 +266,7 @@ void irb6640_link_poses(const double q[6], double T[96]) {
   const double v69 = v57 - v40;
   T[73] = v58;
   const double v70 = v41 + v59;
+  // shared terms; T
   T[35] = v62;
   T[39] = v63;
   T[48] = v64;
@@ -274,6 +292,7 @@ void irb6640_link_poses(const double q[6], double T[96]) {
   const double v84 = c[4] * v69;
   const double v85 = s[4] * v69;
   const double v86 = 0.2 * v70;
+  // shared terms; T
   T[50] = v71;
   T[51] = v72;
   T[55] = v73;
@@ -289,6 +308,7 @@ void irb6640_link_poses(const double q[6], double T[96]) {
   const double v92 = v61 + v85;
   T[90] = v79;
   const double v93 = v68 - v86;
+  // shared terms; T
   T[64] = v87;
   T[66] = v88;
   T[68] = v89;
@@ -304,6 +324,7 @@ void irb6640_link_poses(const double q[6], double T[96]) {
   T[88] = v91;
   T[89] = v92;
   T[91] = v93;
+  // shared terms; T
   const double v100 = v94 + v80;
   const double v101 = v95 - v81;
   const double v102 = v72 + v96;
@@ -316,20 +337,27 @@ void irb6640_link_poses(const double q[6], double T[96]) {
   T[84] = v103;
   T[85] = v104;
   T[87] = v105;
+  // T
   T[80] = v106;
 }
 
+// Pose of the tool and mixed Jacobian in one call.
+// 117 operations: multiply 62, add 27, negate 16, trig 12
 void irb6640_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
   const double q_5 = q[5];
+  // shared terms
   const double v4 = q_1 + q_2;
+  // cosines and sines
   const double angle[6] = {q_5, q_4, q_0, q_3, q_1, v4};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
+  // constant entries of T_0_ee; constant entries of J
   T_0_ee[12] = 0.0;
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
@@ -343,6 +371,7 @@ void irb6640_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   J[30] = 1.0;
   J[31] = 0.0;
   J[32] = 0.0;
+  // shared terms; columns 2 and 3 of J
   const double v14 = s[2] * s[3];
   const double v15 = s[2] * c[3];
   const double v16 = 0.2 * s[1];
@@ -354,6 +383,7 @@ void irb6640_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   const double v22 = -s[2];
   J[25] = c[2];
   J[26] = c[2];
+  // shared terms; columns 2 and 3 of J
   const double v23 = c[2] * s[5];
   const double v24 = c[2] * c[5];
   const double v25 = v16 * c[3];
@@ -368,6 +398,7 @@ void irb6640_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   J[19] = v22;
   J[20] = v22;
   const double v34 = -s[5];
+  // shared terms; columns 4 and 5 of J
   const double v35 = v23 * c[3];
   const double v36 = s[1] * v24;
   const double v37 = v23 * s[3];
@@ -390,6 +421,7 @@ void irb6640_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   J[27] = v29;
   J[33] = v34;
   J[34] = v30;
+  // shared terms; column 4 of J
   const double v53 = v35 + v14;
   const double v54 = v15 - v37;
   const double v55 = v39 * s[5];
@@ -399,6 +431,7 @@ void irb6640_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   const double v59 = v33 + v50;
   const double v60 = v39 * c[5];
   J[15] = v52;
+  // shared terms; column 5 of J
   const double v61 = c[1] * v53;
   const double v62 = s[0] * v54;
   const double v63 = c[0] * v54;
@@ -417,6 +450,7 @@ void irb6640_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   const double v76 = 0.2 * v58;
   const double v77 = -v54;
   J[28] = v56;
+  // shared terms; column 3 of T_0_ee; columns 4, 5 and 6 of J
   const double v78 = v61 + v36;
   const double v79 = v38 - v64;
   const double v80 = v65 + v18;
@@ -434,6 +468,7 @@ void irb6640_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   const double v90 = -v76;
   J[22] = v77;
   J[35] = v72;
+  // shared terms; columns 1, 2 and 3 of T_0_ee; columns 3, 4, 5 and 6 of J
   const double v91 = c[0] * v78;
   const double v92 = s[0] * v78;
   T_0_ee[2] = v79;
@@ -456,6 +491,7 @@ void irb6640_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   J[16] = v90;
   J[23] = v79;
   J[29] = v82;
+  // shared terms; column 4 of T_0_ee; columns 2 and 3 of J
   const double v104 = v91 + v62;
   const double v105 = v92 - v63;
   const double v106 = c[2] * v93;
@@ -470,6 +506,7 @@ void irb6640_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   J[8] = v101;
   const double v113 = -v102;
   J[13] = v103;
+  // shared terms; columns 1 and 2 of T_0_ee; columns 2 and 5 of J
   const double v114 = -v104;
   T_0_ee[1] = v105;
   const double v115 = v106 - v41;
@@ -480,24 +517,33 @@ void irb6640_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   J[4] = v111;
   J[7] = v112;
   J[10] = v113;
+  // shared terms; columns 1 and 4 of T_0_ee; column 1 of J
   T_0_ee[0] = v114;
   T_0_ee[3] = v115;
   T_0_ee[7] = v116;
   const double v117 = -v116;
   J[6] = v115;
+  // column 1 of J
   J[0] = v117;
 }
 
+// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
+// axes.
+// 101 operations: multiply 54, add 24, negate 13, trig 10
 void irb6640_jacobian_space(const double q[6], double J[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
+  // shared terms
   const double v4 = q_1 + q_2;
+  // cosines and sines
   const double angle[5] = {q_0, q_1, q_3, q_4, v4};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // constant entries of J
   J[0] = 0.0;
   J[6] = 0.0;
   J[12] = 0.0;
@@ -508,6 +554,7 @@ void irb6640_jacobian_space(const double q[6], double J[36]) {
   J[30] = 1.0;
   J[31] = 0.0;
   J[32] = 0.0;
+  // shared terms; columns 2 and 3 of J
   const double v12 = 0.78 * c[0];
   const double v13 = 1.075 * c[1];
   const double v14 = 1.075 * s[1];
@@ -519,6 +566,7 @@ void irb6640_jacobian_space(const double q[6], double J[36]) {
   const double v20 = -s[0];
   J[25] = c[0];
   J[26] = c[0];
+  // shared terms; columns 2 and 3 of J
   const double v21 = -v12;
   const double v22 = v13 + 0.78;
   const double v23 = v14 + 0.32;
@@ -534,6 +582,7 @@ void irb6640_jacobian_space(const double q[6], double J[36]) {
   J[20] = v20;
   const double v32 = -s[4];
   const double v33 = c[3] * s[4];
+  // shared terms; columns 2, 3, 4 and 5 of J
   J[1] = v21;
   const double v34 = c[0] * v22;
   const double v35 = s[4] * v23;
@@ -557,6 +606,7 @@ void irb6640_jacobian_space(const double q[6], double J[36]) {
   J[33] = v32;
   J[34] = v30;
   const double v49 = s[3] * v29;
+  // shared terms; columns 3 and 5 of J
   const double v50 = -v34;
   const double v51 = v35 + v36;
   const double v52 = v37 + v15;
@@ -578,6 +628,7 @@ void irb6640_jacobian_space(const double q[6], double J[36]) {
   J[28] = v57;
   const double v66 = s[3] * v56;
   const double v67 = -v59;
+  // shared terms; columns 5 and 6 of J
   const double v68 = s[0] * v60;
   const double v69 = c[2] * v60;
   const double v70 = v52 * v61;
@@ -592,6 +643,7 @@ void irb6640_jacobian_space(const double q[6], double J[36]) {
   const double v78 = v47 - v65;
   const double v79 = v48 - v66;
   J[35] = v67;
+  // shared terms; columns 4 and 6 of J
   const double v80 = -v68;
   const double v81 = v24 * v69;
   const double v82 = c[3] * v69;
@@ -603,40 +655,51 @@ void irb6640_jacobian_space(const double q[6], double J[36]) {
   const double v87 = v58 * v73;
   J[23] = v78;
   J[29] = v79;
+  // shared terms; column 4 of J
   J[3] = v80;
   const double v88 = v81 + v70;
   const double v89 = v71 - v82;
   const double v90 = v84 + v75;
   const double v91 = v86 - v77;
+  // shared terms; column 5 of J
   const double v92 = -v88;
   const double v93 = v54 * v89;
   const double v94 = -v90;
   const double v95 = v57 * v89;
   J[16] = v91;
   const double v96 = v30 * v89;
+  // shared terms; column 5 of J
   J[4] = v92;
   const double v97 = v93 - v83;
   J[10] = v94;
   const double v98 = v95 + v85;
   const double v99 = v96 + v87;
+  // shared terms; column 6 of J
   J[5] = v97;
   const double v100 = -v98;
   const double v101 = -v99;
+  // column 6 of J
   J[11] = v100;
   J[17] = v101;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+// 128 operations: multiply 74, add 35, negate 7, trig 12
 void irb6640_jacobian_body(const double q[6], double J[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
   const double q_5 = q[5];
+  // shared terms
   const double v7 = q_1 + q_2;
+  // cosines and sines
   const double angle[6] = {q_4, q_5, q_3, q_0, q_1, v7};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
+  // constant entries of J
   J[5] = 0.0;
   J[11] = 0.0;
   J[15] = 0.0;
@@ -646,6 +709,7 @@ void irb6640_jacobian_body(const double q[6], double J[36]) {
   J[29] = 0.0;
   J[34] = 0.0;
   J[35] = 1.0;
+  // shared terms; columns 4 and 5 of J
   const double v14 = c[0] * c[1];
   const double v15 = s[1] * c[2];
   const double v16 = s[1] * s[2];
@@ -665,6 +729,7 @@ void irb6640_jacobian_body(const double q[6], double J[36]) {
   J[22] = s[1];
   J[28] = c[1];
   J[33] = c[0];
+  // shared terms; columns 2, 3, 4 and 5 of J
   const double v30 = v14 * s[2];
   const double v31 = v14 * c[2];
   const double v32 = v17 * c[5];
@@ -690,6 +755,7 @@ void irb6640_jacobian_body(const double q[6], double J[36]) {
   J[27] = v23;
   J[31] = v28;
   J[32] = v28;
+  // shared terms; columns 4 and 5 of J
   const double v51 = v30 + v15;
   const double v52 = v16 - v31;
   const double v53 = 0.2 - v33;
@@ -705,6 +771,7 @@ void irb6640_jacobian_body(const double q[6], double J[36]) {
   const double v60 = v45 - v46;
   const double v61 = v48 + v49;
   J[21] = v50;
+  // shared terms; columns 2 and 3 of J
   const double v62 = v51 * c[3];
   const double v63 = v52 * s[5];
   const double v64 = v53 * s[5];
@@ -721,6 +788,7 @@ void irb6640_jacobian_body(const double q[6], double J[36]) {
   J[20] = v51;
   const double v74 = -v59;
   const double v75 = -v61;
+  // shared terms; columns 1, 2 and 3 of J
   const double v76 = v63 - v32;
   const double v77 = v64 + v54;
   const double v78 = v57 - v66;
@@ -732,6 +800,7 @@ void irb6640_jacobian_body(const double q[6], double J[36]) {
   J[25] = v74;
   J[26] = v74;
   J[30] = v75;
+  // shared terms; column 1 of J
   const double v84 = v76 * s[3];
   const double v85 = v77 + v20;
   const double v86 = v76 * c[3];
@@ -746,6 +815,7 @@ void irb6640_jacobian_body(const double q[6], double J[36]) {
   const double v95 = v60 * v78;
   J[18] = v79;
   const double v96 = -v81;
+  // shared terms; column 1 of J
   const double v97 = v62 + v84;
   const double v98 = v85 + 0.32;
   const double v99 = v86 - v65;
@@ -761,6 +831,7 @@ void irb6640_jacobian_body(const double q[6], double J[36]) {
   const double v109 = v60 * v87;
   const double v110 = v94 - v95;
   J[24] = v96;
+  // shared terms; column 3 of J
   const double v111 = c[3] * v98;
   const double v112 = s[3] * v98;
   const double v113 = v100 + v101;
@@ -769,12 +840,14 @@ void irb6640_jacobian_body(const double q[6], double J[36]) {
   J[8] = v107;
   const double v116 = v108 - v109;
   J[14] = v110;
+  // shared terms; columns 2 and 3 of J
   const double v117 = v111 - v55;
   const double v118 = v56 + v112;
   const double v119 = -v113;
   J[2] = v114;
   J[7] = v115;
   J[13] = v116;
+  // shared terms; column 2 of J
   const double v120 = v97 * v117;
   const double v121 = v99 * v118;
   J[1] = v119;
@@ -782,6 +855,7 @@ void irb6640_jacobian_body(const double q[6], double J[36]) {
   const double v123 = v104 * v118;
   const double v124 = v82 * v117;
   const double v125 = v83 * v118;
+  // shared terms; column 1 of J
   const double v126 = v120 - v121;
   const double v127 = v122 - v123;
   const double v128 = v124 - v125;
@@ -790,16 +864,22 @@ void irb6640_jacobian_body(const double q[6], double J[36]) {
   J[12] = v128;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+// 95 operations: multiply 50, add 20, negate 15, trig 10
 void irb6640_jacobian_mixed(const double q[6], double J[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
+  // shared terms
   const double v6 = q_1 + q_2;
+  // cosines and sines
   const double angle[5] = {q_0, q_4, q_3, q_1, v6};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // constant entries of J
   J[5] = 0.0;
   J[11] = 0.0;
   J[12] = 0.0;
@@ -809,6 +889,7 @@ void irb6640_jacobian_mixed(const double q[6], double J[36]) {
   J[30] = 1.0;
   J[31] = 0.0;
   J[32] = 0.0;
+  // shared terms; columns 2 and 3 of J
   const double v12 = 0.2 * s[1];
   const double v13 = 0.2 * c[1];
   const double v14 = 1.075 * s[3];
@@ -820,6 +901,7 @@ void irb6640_jacobian_mixed(const double q[6], double J[36]) {
   const double v20 = -s[0];
   J[25] = c[0];
   J[26] = c[0];
+  // shared terms; columns 2 and 3 of J
   const double v21 = v12 * s[2];
   const double v22 = v12 * c[2];
   const double v23 = v13 + 1.1425;
@@ -834,6 +916,7 @@ void irb6640_jacobian_mixed(const double q[6], double J[36]) {
   J[20] = v20;
   const double v31 = -s[4];
   const double v32 = c[1] * s[4];
+  // shared terms; columns 4 and 5 of J
   const double v33 = c[0] * v21;
   const double v34 = 0.2 - v22;
   const double v35 = v23 * c[4];
@@ -854,6 +937,7 @@ void irb6640_jacobian_mixed(const double q[6], double J[36]) {
   J[33] = v31;
   J[34] = v28;
   const double v48 = s[1] * v29;
+  // shared terms; column 4 of J
   const double v49 = v34 * s[4];
   const double v50 = v34 * c[4];
   const double v51 = v16 - v37;
@@ -863,6 +947,7 @@ void irb6640_jacobian_mixed(const double q[6], double J[36]) {
   J[15] = v44;
   const double v55 = v45 - v30;
   const double v56 = v32 + v48;
+  // shared terms; column 5 of J
   const double v57 = v49 + v35;
   const double v58 = v36 - v50;
   const double v59 = v51 * v12;
@@ -875,6 +960,7 @@ void irb6640_jacobian_mixed(const double q[6], double J[36]) {
   J[28] = v53;
   const double v66 = s[1] * v54;
   const double v67 = -v56;
+  // shared terms; columns 4, 5 and 6 of J
   const double v68 = v57 + v14;
   const double v69 = v58 - v15;
   const double v70 = c[0] * v58;
@@ -889,6 +975,7 @@ void irb6640_jacobian_mixed(const double q[6], double J[36]) {
   const double v77 = v46 - v65;
   const double v78 = v47 - v66;
   J[35] = v67;
+  // shared terms; columns 3, 4, 5 and 6 of J
   const double v79 = v68 + 0.32;
   const double v80 = c[0] * v69;
   const double v81 = -v70;
@@ -902,6 +989,7 @@ void irb6640_jacobian_mixed(const double q[6], double J[36]) {
   J[16] = v76;
   J[23] = v77;
   J[29] = v78;
+  // shared terms; columns 2 and 3 of J
   const double v87 = s[0] * v79;
   const double v88 = -v80;
   J[2] = v81;
@@ -911,18 +999,24 @@ void irb6640_jacobian_mixed(const double q[6], double J[36]) {
   J[8] = v84;
   const double v92 = -v85;
   J[13] = v86;
+  // shared terms; columns 2 and 5 of J
   const double v93 = v33 + v87;
   J[1] = v88;
   J[4] = v89;
   const double v94 = v90 - v40;
   J[7] = v91;
   J[10] = v92;
+  // shared terms; column 1 of J
   const double v95 = -v93;
   J[6] = v94;
+  // column 1 of J
   J[0] = v95;
 }
 
+// Time derivative of jacobian_space at joint rates qd.
+// 243 operations: multiply 143, add 82, negate 8, trig 10
 void irb6640_jacobian_space_dot(const double q[6], const double qd[6], double J_dot[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -933,11 +1027,14 @@ void irb6640_jacobian_space_dot(const double q[6], const double qd[6], double J_
   const double qd_2 = qd[2];
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
+  // shared terms
   const double v5 = q_1 + q_2;
   const double v10 = 0.32 * qd_1;
+  // cosines and sines
   const double angle[5] = {q_0, q_1, q_3, q_4, v5};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // constant entries of J_dot
   J_dot[0] = 0.0;
   J_dot[6] = 0.0;
   J_dot[12] = 0.0;
@@ -946,6 +1043,7 @@ void irb6640_jacobian_space_dot(const double q[6], const double qd[6], double J_
   J_dot[24] = 0.0;
   J_dot[30] = 0.0;
   J_dot[31] = 0.0;
+  // shared terms; columns 2 and 3 of J_dot
   const double v13 = 0.78 * s[0];
   const double v14 = c[0] * qd_1;
   const double v15 = 1.075 * s[1];
@@ -1021,6 +1119,7 @@ void irb6640_jacobian_space_dot(const double q[6], const double qd[6], double J_
   const double v80 = v48 - v49;
   const double v81 = v42 * v37;
   const double v82 = v33 * v45;
+  // shared terms; columns 2 and 3 of J_dot
   const double v83 = v51 * qd_0;
   const double v84 = v51 * qd_2;
   const double v85 = v10 + v52;
@@ -1045,6 +1144,7 @@ void irb6640_jacobian_space_dot(const double q[6], const double qd[6], double J_
   const double v103 = v78 - v79;
   J_dot[32] = v80;
   const double v104 = v81 + v82;
+  // shared terms; column 4 of J_dot
   const double v105 = v50 + v83;
   const double v106 = v32 + v84;
   const double v107 = v85 * v33;
@@ -1071,6 +1171,7 @@ void irb6640_jacobian_space_dot(const double q[6], const double qd[6], double J_
   const double v127 = -v104;
   const double v128 = v97 * v90;
   const double v129 = v89 * v96;
+  // shared terms; column 4 of J_dot
   const double v130 = v105 - v17;
   const double v131 = v106 * s[4];
   const double v132 = c[0] * v108;
@@ -1097,6 +1198,7 @@ void irb6640_jacobian_space_dot(const double q[6], const double qd[6], double J_
   const double v152 = v125 + v126;
   J_dot[33] = v127;
   const double v153 = v128 + v129;
+  // shared terms; columns 3 and 5 of J_dot
   J_dot[2] = v130;
   const double v154 = v131 - v107;
   const double v155 = v132 * qd_0;
@@ -1125,6 +1227,7 @@ void irb6640_jacobian_space_dot(const double q[6], const double qd[6], double J_
   J_dot[34] = v153;
   const double v175 = v146 * v140;
   const double v176 = v139 * v147;
+  // shared terms; column 5 of J_dot
   const double v177 = v154 - v155;
   const double v178 = v156 + v134;
   const double v179 = v157 - v135;
@@ -1138,6 +1241,7 @@ void irb6640_jacobian_space_dot(const double q[6], const double qd[6], double J_
   J_dot[28] = v172;
   const double v187 = v173 + v174;
   const double v188 = v175 - v176;
+  // shared terms; columns 4 and 6 of J_dot
   J_dot[3] = v177;
   const double v189 = v178 * v58;
   const double v190 = v179 * v89;
@@ -1160,6 +1264,7 @@ void irb6640_jacobian_space_dot(const double q[6], const double qd[6], double J_
   const double v206 = -v186;
   J_dot[29] = v187;
   J_dot[35] = v188;
+  // shared terms; columns 4 and 6 of J_dot
   const double v207 = v189 + v190;
   const double v208 = v191 - v110;
   const double v209 = v192 + v160;
@@ -1174,6 +1279,7 @@ void irb6640_jacobian_space_dot(const double q[6], const double qd[6], double J_
   const double v217 = v202 - v203;
   const double v218 = v204 - v205;
   J_dot[23] = v206;
+  // shared terms; column 5 of J_dot
   const double v219 = v207 + v208;
   const double v220 = v209 * v91;
   const double v221 = v210 * v139;
@@ -1198,16 +1304,21 @@ void irb6640_jacobian_space_dot(const double q[6], const double qd[6], double J_
   J_dot[16] = v229;
   const double v238 = v230 + v231;
   const double v239 = v232 + v233;
+  // shared terms; column 6 of J_dot
   const double v240 = v234 - v235;
   const double v241 = v236 + v237;
   const double v242 = v238 + v239;
   J_dot[5] = v240;
   J_dot[11] = v241;
   const double v243 = -v242;
+  // column 6 of J_dot
   J_dot[17] = v243;
 }
 
+// Time derivative of jacobian_body at joint rates qd.
+// 277 operations: multiply 165, add 93, negate 7, trig 12
 void irb6640_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -1219,10 +1330,13 @@ void irb6640_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
   const double qd_5 = qd[5];
+  // shared terms
   const double v2 = q_1 + q_2;
+  // cosines and sines
   const double angle[6] = {q_4, q_3, q_5, q_1, q_0, v2};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
+  // constant entries of J_dot
   J_dot[5] = 0.0;
   J_dot[11] = 0.0;
   J_dot[16] = 0.0;
@@ -1231,6 +1345,7 @@ void irb6640_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   J_dot[29] = 0.0;
   J_dot[34] = 0.0;
   J_dot[35] = 0.0;
+  // shared terms; column 5 of J_dot
   const double v14 = s[0] * c[1];
   const double v15 = s[0] * s[2];
   const double v16 = c[0] * s[2];
@@ -1288,6 +1403,7 @@ void irb6640_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   const double v67 = -v34;
   const double v68 = v30 * v26;
   const double v69 = v15 * v29;
+  // shared terms; column 5 of J_dot
   const double v70 = v35 + v36;
   const double v71 = v38 + v17;
   const double v72 = 0.2 - v39;
@@ -1318,6 +1434,7 @@ void irb6640_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   const double v97 = v65 + v66;
   J_dot[28] = v67;
   const double v98 = v68 + v69;
+  // shared terms; columns 4 and 5 of J_dot
   const double v99 = v71 * c[5];
   const double v100 = v72 * s[5];
   const double v101 = v71 * s[5];
@@ -1354,6 +1471,7 @@ void irb6640_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   const double v128 = v85 * v81;
   const double v129 = v77 * v86;
   const double v130 = -v98;
+  // shared terms; column 4 of J_dot
   const double v131 = v37 - v99;
   const double v132 = v100 + v73;
   const double v133 = v41 + v101;
@@ -1375,6 +1493,7 @@ void irb6640_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   const double v147 = v126 - v127;
   const double v148 = v128 + v129;
   J_dot[33] = v130;
+  // shared terms; columns 3 and 4 of J_dot
   const double v149 = v132 + v20;
   const double v150 = v134 - v21;
   const double v151 = v131 * v132;
@@ -1400,6 +1519,7 @@ void irb6640_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   const double v169 = v85 * v137;
   const double v170 = v77 * v139;
   J_dot[32] = v148;
+  // shared terms; column 3 of J_dot
   const double v171 = v131 * v149;
   const double v172 = v133 * v150;
   const double v173 = v151 - v152;
@@ -1422,6 +1542,7 @@ void irb6640_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   const double v189 = v141 * v157;
   const double v190 = v131 * v158;
   const double v191 = v169 + v170;
+  // shared terms; column 2 of J_dot
   const double v192 = v171 - v172;
   const double v193 = v173 * qd_2;
   const double v194 = v174 - v175;
@@ -1442,6 +1563,7 @@ void irb6640_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   J_dot[25] = v188;
   const double v209 = v189 + v190;
   J_dot[31] = v191;
+  // shared terms; columns 1 and 2 of J_dot
   const double v210 = v192 * qd_1;
   const double v211 = v193 + v103;
   const double v212 = v194 * qd_1;
@@ -1464,6 +1586,7 @@ void irb6640_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   J_dot[19] = v207;
   const double v228 = -v208;
   J_dot[30] = v209;
+  // shared terms; column 1 of J_dot
   const double v229 = v210 + v211;
   const double v230 = v212 + v195;
   const double v231 = v177 * v213;
@@ -1484,6 +1607,7 @@ void irb6640_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   const double v246 = v225 + v226;
   const double v247 = v163 - v227;
   J_dot[24] = v228;
+  // shared terms; column 3 of J_dot
   const double v248 = v70 * v229;
   const double v249 = v131 * v230;
   const double v250 = v231 - v232;
@@ -1499,6 +1623,7 @@ void irb6640_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   const double v258 = v131 * v240;
   const double v259 = v244 + v245;
   J_dot[14] = v247;
+  // shared terms; column 2 of J_dot
   const double v260 = v248 - v249;
   const double v261 = v250 * v106;
   const double v262 = v251 * v157;
@@ -1517,6 +1642,7 @@ void irb6640_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   J_dot[7] = v267;
   const double v274 = v269 - v270;
   J_dot[13] = v271;
+  // shared terms; column 1 of J_dot
   const double v275 = v260 + v272;
   const double v276 = v273 - v266;
   const double v277 = v268 + v274;
@@ -1525,7 +1651,10 @@ void irb6640_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   J_dot[12] = v277;
 }
 
+// Time derivative of jacobian_mixed at joint rates qd.
+// 225 operations: multiply 133, add 74, negate 8, trig 10
 void irb6640_jacobian_mixed_dot(const double q[6], const double qd[6], double J_dot[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -1536,10 +1665,13 @@ void irb6640_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   const double qd_2 = qd[2];
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
+  // shared terms
   const double v4 = q_1 + q_2;
+  // cosines and sines
   const double angle[5] = {q_0, q_4, q_3, q_1, v4};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // constant entries of J_dot
   J_dot[5] = 0.0;
   J_dot[11] = 0.0;
   J_dot[12] = 0.0;
@@ -1548,6 +1680,7 @@ void irb6640_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   J_dot[24] = 0.0;
   J_dot[30] = 0.0;
   J_dot[31] = 0.0;
+  // shared terms; columns 2 and 3 of J_dot
   const double v12 = 0.2 * s[1];
   const double v13 = 0.2 * c[1];
   const double v14 = 1.075 * s[3];
@@ -1611,6 +1744,7 @@ void irb6640_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   const double v68 = v42 - v43;
   const double v69 = v37 * v34;
   const double v70 = v30 * v38;
+  // shared terms; column 3 of J_dot
   const double v71 = v44 * s[4];
   const double v72 = v47 + v15;
   const double v73 = v48 - v16;
@@ -1627,6 +1761,7 @@ void irb6640_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   const double v84 = v65 - v66;
   J_dot[32] = v68;
   const double v85 = v69 + v70;
+  // shared terms; column 4 of J_dot
   const double v86 = v71 + v45;
   const double v87 = v72 * v12;
   const double v88 = c[1] * v73;
@@ -1649,6 +1784,7 @@ void irb6640_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   const double v104 = -v85;
   const double v105 = v81 * v72;
   const double v106 = v77 * v79;
+  // shared terms; column 4 of J_dot
   const double v107 = v86 + v14;
   const double v108 = v87 * qd_3;
   const double v109 = v88 + v49;
@@ -1674,6 +1810,7 @@ void irb6640_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   const double v128 = v67 - v103;
   J_dot[33] = v104;
   const double v129 = v105 + v106;
+  // shared terms; column 5 of J_dot
   const double v130 = v107 + 0.32;
   const double v131 = 0.2 * v109;
   const double v132 = v110 * qd_2;
@@ -1704,6 +1841,7 @@ void irb6640_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   J_dot[34] = v129;
   const double v156 = v122 * v126;
   const double v157 = v116 * v128;
+  // shared terms; column 5 of J_dot
   const double v158 = c[0] * v130;
   const double v159 = v131 * qd_4;
   const double v160 = v133 * qd_1;
@@ -1728,6 +1866,7 @@ void irb6640_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   J_dot[28] = v153;
   const double v179 = v154 + v155;
   const double v180 = v156 - v157;
+  // shared terms; column 6 of J_dot
   const double v181 = v158 - v46;
   const double v182 = v108 - v159;
   const double v183 = v161 - v134;
@@ -1749,6 +1888,7 @@ void irb6640_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   const double v199 = -v178;
   J_dot[29] = v179;
   J_dot[35] = v180;
+  // shared terms; columns 3, 5 and 6 of J_dot
   const double v200 = v181 * qd_0;
   const double v201 = v182 - v132;
   const double v202 = v183 + v184;
@@ -1766,6 +1906,7 @@ void irb6640_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   const double v210 = v196 - v197;
   J_dot[16] = v198;
   J_dot[23] = v199;
+  // shared terms; column 2 of J_dot
   const double v211 = v201 - v160;
   J_dot[1] = v202;
   const double v212 = v137 - v203;
@@ -1776,6 +1917,7 @@ void irb6640_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   const double v216 = s[0] * v201;
   const double v217 = v208 - v209;
   const double v218 = v150 + v210;
+  // shared terms; column 4 of J_dot
   const double v219 = v200 + v211;
   J_dot[3] = v212;
   const double v220 = v204 + v213;
@@ -1783,25 +1925,33 @@ void irb6640_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   const double v221 = v215 - v216;
   const double v222 = v175 + v217;
   J_dot[15] = v218;
+  // shared terms; column 3 of J_dot
   const double v223 = -v219;
   const double v224 = -v220;
   const double v225 = v195 + v221;
   J_dot[14] = v222;
+  // columns 1 and 2 of J_dot
   J_dot[0] = v223;
   J_dot[6] = v224;
   J_dot[13] = v225;
 }
 
+// Derivative of jacobian_mixed by the joint coordinates.
+// 196 operations: multiply 112, add 45, negate 29, trig 10
 void irb6640_hessian_mixed(const double q[6], double H[216]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
+  // shared terms
   const double v4 = q_1 + q_2;
+  // cosines and sines
   const double angle[5] = {q_0, q_4, q_3, q_1, v4};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // constant entries of H
   H[5] = 0.0;
   H[11] = 0.0;
   H[17] = 0.0;
@@ -1915,6 +2065,7 @@ void irb6640_hessian_mixed(const double q[6], double H[216]) {
   H[209] = 0.0;
   H[210] = 0.0;
   H[215] = 0.0;
+  // shared terms; H
   const double v12 = 0.2 * s[1];
   const double v13 = 0.2 * c[1];
   const double v14 = 1.075 * s[3];
@@ -1940,6 +2091,7 @@ void irb6640_hessian_mixed(const double q[6], double H[216]) {
   const double v32 = c[1] * s[4];
   H[150] = v21;
   H[156] = v21;
+  // shared terms; H
   const double v33 = 0.2 - v22;
   const double v34 = v23 * c[4];
   const double v35 = s[0] * v24;
@@ -1966,6 +2118,7 @@ void irb6640_hessian_mixed(const double q[6], double H[216]) {
   const double v55 = c[1] * v31;
   const double v56 = v31 * c[0];
   const double v57 = v26 * s[0];
+  // shared terms; H
   const double v58 = v33 * s[4];
   const double v59 = v33 * c[4];
   const double v60 = v37 + v16;
@@ -1988,6 +2141,7 @@ void irb6640_hessian_mixed(const double q[6], double H[216]) {
   H[169] = v53;
   H[170] = v53;
   const double v70 = v56 + v57;
+  // shared terms; H
   const double v71 = v58 + v34;
   const double v72 = v36 - v59;
   const double v73 = v60 * v12;
@@ -2020,6 +2174,7 @@ void irb6640_hessian_mixed(const double q[6], double H[216]) {
   const double v92 = v60 * s[0];
   const double v93 = v31 * v60;
   const double v94 = v26 * v65;
+  // shared terms; H
   const double v95 = v71 + v14;
   const double v96 = v72 - v15;
   const double v97 = s[0] * v72;
@@ -2054,6 +2209,7 @@ void irb6640_hessian_mixed(const double q[6], double H[216]) {
   H[200] = v90;
   const double v123 = v91 - v92;
   const double v124 = v93 + v94;
+  // shared terms; H
   const double v125 = v95 + 0.32;
   const double v126 = s[0] * v96;
   H[2] = v97;
@@ -2099,6 +2255,7 @@ void irb6640_hessian_mixed(const double q[6], double H[216]) {
   const double v151 = v26 * v121;
   const double v152 = v65 * v118;
   const double v153 = v60 * v121;
+  // shared terms; H
   const double v154 = c[0] * v125;
   H[1] = v126;
   H[4] = v127;
@@ -2153,6 +2310,7 @@ void irb6640_hessian_mixed(const double q[6], double H[216]) {
   const double v177 = v148 + v149;
   const double v178 = v150 - v151;
   const double v179 = v152 + v153;
+  // shared terms; H
   const double v180 = v154 - v35;
   H[7] = v155;
   const double v181 = v103 + v156;
@@ -2179,6 +2337,7 @@ void irb6640_hessian_mixed(const double q[6], double H[216]) {
   const double v191 = -v177;
   H[213] = v178;
   const double v192 = -v179;
+  // shared terms; H
   const double v193 = -v180;
   const double v194 = -v181;
   H[28] = v182;
@@ -2198,6 +2357,7 @@ void irb6640_hessian_mixed(const double q[6], double H[216]) {
   H[211] = v191;
   H[212] = v191;
   H[214] = v192;
+  // H
   H[0] = v193;
   H[22] = v194;
   H[27] = v194;
@@ -2205,7 +2365,10 @@ void irb6640_hessian_mixed(const double q[6], double H[216]) {
   H[64] = v196;
 }
 
+// Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+// 137 operations: multiply 81, add 46, trig 10
 void irb6640_twist_space(const double q[6], const double qd[6], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -2217,11 +2380,14 @@ void irb6640_twist_space(const double q[6], const double qd[6], double V[6]) {
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
   const double qd_5 = qd[5];
+  // shared terms
   const double v4 = q_1 + q_2;
   const double v10 = 0.32 * qd_1;
+  // cosines and sines
   const double angle[5] = {q_0, q_3, q_4, q_1, v4};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // shared terms; V
   const double v13 = s[0] * c[1];
   const double v14 = 1.075 * c[3];
   const double v15 = 1.075 * s[3];
@@ -2322,6 +2488,7 @@ void irb6640_twist_space(const double q[6], const double qd[6], double V[6]) {
   const double v110 = v96 * qd_5;
   const double v111 = v98 * qd_5;
   V[5] = v100;
+  // shared terms; V
   const double v112 = v86 - v101;
   const double v113 = v103 + v90;
   const double v114 = v104 + v78;
@@ -2338,6 +2505,7 @@ void irb6640_twist_space(const double q[6], const double qd[6], double V[6]) {
   const double v125 = v34 * v112;
   V[3] = v118;
   V[4] = v119;
+  // shared terms; V
   const double v126 = v120 - v102;
   const double v127 = v121 + v114;
   const double v128 = v115 - v122;
@@ -2355,7 +2523,10 @@ void irb6640_twist_space(const double q[6], const double qd[6], double V[6]) {
   V[2] = v137;
 }
 
+// Twist (v, omega) of the tool's origin, in tool axes.
+// 170 operations: multiply 101, add 57, trig 12
 void irb6640_twist_body(const double q[6], const double qd[6], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -2368,10 +2539,13 @@ void irb6640_twist_body(const double q[6], const double qd[6], double V[6]) {
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
   const double qd_5 = qd[5];
+  // shared terms
   const double v8 = q_1 + q_2;
+  // cosines and sines
   const double angle[6] = {q_5, q_4, q_3, q_0, q_1, v8};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
+  // shared terms; V
   const double v14 = 0.2 * c[0];
   const double v15 = 0.2 * s[1];
   const double v16 = c[1] * c[0];
@@ -2506,6 +2680,7 @@ void irb6640_twist_body(const double q[6], const double qd[6], double V[6]) {
   const double v145 = v137 - v54;
   const double v146 = v55 - v138;
   V[5] = v139;
+  // shared terms; V
   const double v147 = v112 * v140;
   const double v148 = v114 * v141;
   const double v149 = v119 * v140;
@@ -2519,6 +2694,7 @@ void irb6640_twist_body(const double q[6], const double qd[6], double V[6]) {
   const double v157 = v151 - v152;
   V[3] = v153;
   V[4] = v154;
+  // shared terms; V
   const double v158 = v155 * qd_0;
   const double v159 = v156 * qd_0;
   const double v160 = v157 * qd_0;
@@ -2531,13 +2707,17 @@ void irb6640_twist_body(const double q[6], const double qd[6], double V[6]) {
   const double v167 = v58 + v164;
   const double v168 = v66 + v165;
   V[2] = v166;
+  // shared terms; V
   const double v169 = v33 + v167;
   const double v170 = v168 - v47;
   V[0] = v169;
   V[1] = v170;
 }
 
+// Twist (v, omega) of the tool's origin, in base axes.
+// 130 operations: multiply 77, add 42, negate 1, trig 10
 void irb6640_twist_mixed(const double q[6], const double qd[6], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -2549,10 +2729,13 @@ void irb6640_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
   const double qd_5 = qd[5];
+  // shared terms
   const double v3 = q_1 + q_2;
+  // cosines and sines
   const double angle[5] = {q_4, q_0, q_3, q_1, v3};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // shared terms; V
   const double v12 = s[1] * s[2];
   const double v13 = s[1] * c[2];
   const double v14 = 0.2 * s[0];
@@ -2649,6 +2832,7 @@ void irb6640_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   const double v105 = v92 * qd_5;
   const double v106 = v94 * qd_5;
   V[5] = v96;
+  // shared terms; V
   const double v107 = v97 * qd_4;
   const double v108 = s[1] * v99;
   const double v109 = v100 * qd_1;
@@ -2663,12 +2847,14 @@ void irb6640_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   const double v118 = v64 - v113;
   V[3] = v114;
   V[4] = v115;
+  // shared terms; V
   const double v119 = v116 * qd_0;
   const double v120 = v117 * qd_0;
   const double v121 = v118 - v91;
   const double v122 = v119 + v109;
   const double v123 = v120 - v111;
   V[2] = v121;
+  // shared terms; V
   const double v124 = v98 + v122;
   const double v125 = v123 - v102;
   const double v126 = v83 + v124;
@@ -2677,10 +2863,14 @@ void irb6640_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   const double v129 = v127 - v112;
   const double v130 = -v128;
   V[1] = v129;
+  // V
   V[0] = v130;
 }
 
+// Time derivative of twist_space at rates qd and accelerations qdd.
+// 340 operations: multiply 198, add 132, trig 10
 void irb6640_acceleration_space(const double q[6], const double qd[6], const double qdd[6], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -2698,12 +2888,15 @@ void irb6640_acceleration_space(const double q[6], const double qd[6], const dou
   const double qdd_3 = qdd[3];
   const double qdd_4 = qdd[4];
   const double qdd_5 = qdd[5];
+  // shared terms
   const double v4 = q_1 + q_2;
   const double v10 = 0.32 * qd_1;
   const double v11 = 0.32 * qdd_1;
+  // cosines and sines
   const double angle[5] = {q_0, q_3, q_4, q_1, v4};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // shared terms; A
   const double v14 = s[0] * c[1];
   const double v15 = 1.075 * c[3];
   const double v16 = 1.075 * s[3];
@@ -3019,6 +3212,7 @@ void irb6640_acceleration_space(const double q[6], const double qd[6], const dou
   A[3] = v311;
   A[4] = v312;
   A[5] = v313;
+  // shared terms; A
   const double v326 = v315 - v316;
   const double v327 = v317 + v279;
   const double v328 = v319 + v320;
@@ -3039,7 +3233,10 @@ void irb6640_acceleration_space(const double q[6], const double qd[6], const dou
   A[2] = v340;
 }
 
+// Time derivative of twist_body at rates qd and accelerations qdd.
+// 375 operations: multiply 220, add 143, trig 12
 void irb6640_acceleration_body(const double q[6], const double qd[6], const double qdd[6], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -3058,10 +3255,13 @@ void irb6640_acceleration_body(const double q[6], const double qd[6], const doub
   const double qdd_3 = qdd[3];
   const double qdd_4 = qdd[4];
   const double qdd_5 = qdd[5];
+  // shared terms
   const double v8 = q_1 + q_2;
+  // cosines and sines
   const double angle[6] = {q_5, q_4, q_3, q_0, q_1, v8};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
+  // shared terms; A
   const double v14 = 0.2 * c[0];
   const double v15 = 0.2 * s[1];
   const double v16 = c[1] * c[0];
@@ -3404,6 +3604,7 @@ void irb6640_acceleration_body(const double q[6], const double qd[6], const doub
   const double v353 = v294 + v344;
   const double v354 = v296 + v345;
   A[5] = v346;
+  // shared terms; A
   const double v355 = v80 + v347;
   const double v356 = v348 * qd_0;
   const double v357 = v98 + v349;
@@ -3411,6 +3612,7 @@ void irb6640_acceleration_body(const double q[6], const double qd[6], const doub
   const double v359 = v352 * qd_0;
   A[3] = v353;
   A[4] = v354;
+  // shared terms; A
   const double v360 = v38 + v355;
   const double v361 = v356 + v337;
   const double v362 = v357 - v64;
@@ -3428,11 +3630,15 @@ void irb6640_acceleration_body(const double q[6], const double qd[6], const doub
   const double v374 = v360 + v371;
   const double v375 = v362 + v372;
   A[2] = v373;
+  // A
   A[0] = v374;
   A[1] = v375;
 }
 
+// Time derivative of twist_mixed at rates qd and accelerations qdd.
+// 322 operations: multiply 188, add 124, trig 10
 void irb6640_acceleration_mixed(const double q[6], const double qd[6], const double qdd[6], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -3450,10 +3656,13 @@ void irb6640_acceleration_mixed(const double q[6], const double qd[6], const dou
   const double qdd_3 = qdd[3];
   const double qdd_4 = qdd[4];
   const double qdd_5 = qdd[5];
+  // shared terms
   const double v1 = q_1 + q_2;
+  // cosines and sines
   const double angle[5] = {q_3, q_4, q_0, q_1, v1};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // shared terms; A
   const double v12 = c[2] * s[0];
   const double v13 = c[2] * c[0];
   const double v14 = c[2] * qd_1;
@@ -3745,6 +3954,7 @@ void irb6640_acceleration_mixed(const double q[6], const double qd[6], const dou
   A[3] = v288;
   A[4] = v289;
   A[5] = v290;
+  // shared terms; A
   const double v300 = v292 * qd_0;
   const double v301 = v142 + v293;
   const double v302 = v144 + v294;
@@ -3774,7 +3984,10 @@ void irb6640_acceleration_mixed(const double q[6], const double qd[6], const dou
 }
 
 #if !IRB6640_BRANCHES
+// One branch of ik.
+// 267 operations: multiply 142, add 94, negate 2, trig 6, other 23
 static void irb6640_ik_branch(const double T[16], const double choice[3], double q[6], double residual[1], double margin[1]) {
+  // inputs
   const double T_0 = T[0];
   const double T_1 = T[1];
   const double T_2 = T[2];
@@ -3790,17 +4003,18 @@ static void irb6640_ik_branch(const double T[16], const double choice[3], double
   const double choice_0 = choice[0];
   const double choice_1 = choice[1];
   const double choice_2 = choice[2];
+  // shared terms
   const double v1 = 0.2 * T_6;
   const double v2 = 0.2 * T_2;
   const double v3 = 0.2 * T_10;
   const double v4 = T_7 - v1;
   const double v5 = T_3 - v2;
   const double v6 = T_11 - v3;
-  const double v7 = sq(v4);
+  const double v7 = v4 * v4;
   const double v8 = 1e-150 + v5;
   const double v9 = v6 - 0.78;
-  const double v10 = sq(v8);
-  const double v11 = sq(v9);
+  const double v10 = v8 * v8;
+  const double v11 = v9 * v9;
   const double v12 = v7 + v10;
   const double v13 = sqrt(v12);
   const double v14 = v4 / v13;
@@ -3825,8 +4039,8 @@ static void irb6640_ik_branch(const double T[16], const double choice[3], double
   const double v33 = v27 + v28;
   const double v34 = choice_0 * v18;
   const double v35 = v29 - 0.32;
-  const double v36 = sq(v30);
-  const double v37 = sq(v35);
+  const double v36 = v30 * v30;
+  const double v37 = v35 * v35;
   const double v38 = v37 + v11;
   const double v39 = v38 - 0.007203490074109453;
   const double v40 = 4.994659009925891 - v38;
@@ -3862,9 +4076,9 @@ static void irb6640_ik_branch(const double T[16], const double choice[3], double
   const double v70 = v9 * v66;
   const double v71 = v69 - v67;
   const double v72 = v68 + v70;
-  const double v73 = sq(v71);
+  const double v73 = v71 * v71;
   const double v74 = 1e-150 + v72;
-  const double v75 = sq(v74);
+  const double v75 = v74 * v74;
   const double v76 = v73 + v75;
   const double v77 = sqrt(v76);
   const double v78 = v71 / v77;
@@ -3907,8 +4121,8 @@ static void irb6640_ik_branch(const double T[16], const double choice[3], double
   const double v115 = v105 - v106;
   const double v116 = v107 + v108;
   const double v117 = 1e-150 - v113;
-  const double v118 = sq(v114);
-  const double v119 = sq(v117);
+  const double v118 = v114 * v114;
+  const double v119 = v117 * v117;
   const double v120 = v36 + v119;
   const double v121 = sqrt(v120);
   const double v122 = v30 / v121;
@@ -3940,8 +4154,8 @@ static void irb6640_ik_branch(const double T[16], const double choice[3], double
   const double v148 = v135 + v136;
   const double v149 = v137 - v138;
   const double v150 = v139 + v140;
-  const double v151 = sq(v143);
-  const double v152 = sq(v144);
+  const double v151 = v143 * v143;
+  const double v152 = v144 * v144;
   const double v153 = v118 + v151;
   const double v154 = sqrt(v153);
   const double v155 = v143 / v154;
@@ -3974,7 +4188,7 @@ static void irb6640_ik_branch(const double T[16], const double choice[3], double
   const double v182 = v168 - v169;
   const double v183 = v170 - v171;
   const double v184 = v172 + v173;
-  const double v185 = sq(v174);
+  const double v185 = v174 * v174;
   const double v186 = v176 + 0.2;
   const double v187 = v100 * v177;
   const double v188 = v17 * v178;
@@ -3986,9 +4200,9 @@ static void irb6640_ik_branch(const double T[16], const double choice[3], double
   const double v194 = v152 + v185;
   const double v195 = v99 * v186;
   const double v196 = v100 * v186;
-  const double v197 = sq(v191);
-  const double v198 = sq(v192);
-  const double v199 = sq(v193);
+  const double v197 = v191 * v191;
+  const double v198 = v192 * v192;
+  const double v199 = v193 * v193;
   const double v200 = sqrt(v194);
   const double v201 = v195 - v187;
   const double v202 = v190 + v196;
@@ -4023,7 +4237,7 @@ static void irb6640_ik_branch(const double T[16], const double choice[3], double
   const double v231 = v220 + v221;
   const double v232 = v223 + v188;
   const double v233 = v224 - v189;
-  const double v234 = sq(v225);
+  const double v234 = v225 * v225;
   const double v235 = v226 - T_0;
   const double v236 = T_1 + v227;
   const double v237 = T_4 + v228;
@@ -4032,14 +4246,14 @@ static void irb6640_ik_branch(const double T[16], const double choice[3], double
   const double v240 = T_9 + v231;
   const double v241 = v232 - T_3;
   const double v242 = v233 - T_7;
-  const double v243 = sq(v235);
-  const double v244 = sq(v236);
-  const double v245 = sq(v237);
-  const double v246 = sq(v238);
-  const double v247 = sq(v239);
-  const double v248 = sq(v240);
-  const double v249 = sq(v241);
-  const double v250 = sq(v242);
+  const double v243 = v235 * v235;
+  const double v244 = v236 * v236;
+  const double v245 = v237 * v237;
+  const double v246 = v238 * v238;
+  const double v247 = v239 * v239;
+  const double v248 = v240 * v240;
+  const double v249 = v241 * v241;
+  const double v250 = v242 * v242;
   const double v251 = v243 + v244;
   const double v252 = v249 + v250;
   const double v253 = v251 + v197;
@@ -4057,13 +4271,21 @@ static void irb6640_ik_branch(const double T[16], const double choice[3], double
   const double v265 = v262 + v264;
   const double v266 = 0.5 * v265;
   const double v267 = sqrt(v266);
+  // q
   q[0] = v34;
+  // margin
   margin[0] = v48;
+  // q
   q[2] = v63;
+  // q
   q[1] = v80;
+  // q
   q[3] = v146;
+  // q
   q[4] = v175;
+  // q
   q[5] = v222;
+  // residual
   residual[0] = v267;
 }
 #endif

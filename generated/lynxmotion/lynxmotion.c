@@ -4,25 +4,28 @@
 #include "chasles_cos_sin.h"
 #include "lynxmotion_branches.h"
 
-#if !LYNXMOTION_BRANCHES
-static double sq(double x) { return x * x; }
-#endif
-
+// Pose of the tool (ee) in the base frame (0).
+// 47 operations: multiply 22, add 11, negate 4, trig 10
 void lynxmotion_fk(const double q[5], double T_0_ee[16]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
+  // shared terms
   const double v3 = q_1 + q_2;
   const double v8 = v3 + q_3;
+  // cosines and sines
   const double angle[5] = {q_4, q_0, q_1, v3, v8};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // constant entries of T_0_ee
   T_0_ee[12] = 0.0;
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
+  // shared terms; column 3 of T_0_ee
   const double v11 = s[0] * s[1];
   const double v12 = c[0] * s[1];
   const double v13 = 0.1 * c[2];
@@ -40,6 +43,7 @@ void lynxmotion_fk(const double q[5], double T_0_ee[16]) {
   const double v27 = s[4] * s[0];
   T_0_ee[10] = c[4];
   const double v28 = 0.1 * c[4];
+  // shared terms; column 1 of T_0_ee
   const double v29 = c[0] * v21;
   const double v30 = s[0] * v21;
   const double v31 = -v22;
@@ -50,6 +54,7 @@ void lynxmotion_fk(const double q[5], double T_0_ee[16]) {
   T_0_ee[8] = v26;
   const double v36 = -v27;
   const double v37 = v28 + v20;
+  // shared terms; columns 2 and 3 of T_0_ee
   const double v38 = v29 - v11;
   const double v39 = v12 + v30;
   T_0_ee[2] = v31;
@@ -59,6 +64,7 @@ void lynxmotion_fk(const double q[5], double T_0_ee[16]) {
   T_0_ee[6] = v35;
   T_0_ee[9] = v36;
   const double v43 = v37 + v16;
+  // shared terms; columns 1 and 2 of T_0_ee
   T_0_ee[0] = v38;
   const double v44 = -v39;
   const double v45 = c[1] * v40;
@@ -66,23 +72,30 @@ void lynxmotion_fk(const double q[5], double T_0_ee[16]) {
   T_0_ee[5] = v42;
   const double v46 = v40 * s[1];
   const double v47 = v43 + 0.1;
+  // columns 2 and 4 of T_0_ee
   T_0_ee[1] = v44;
   T_0_ee[3] = v45;
   T_0_ee[7] = v46;
   T_0_ee[11] = v47;
 }
 
+// Pose of every link's frame in the base frame, in order from the base.
+// 64 operations: multiply 31, add 13, negate 10, trig 10
 void lynxmotion_link_poses(const double q[5], double T[80]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
+  // shared terms
   const double v5 = q_1 + q_2;
   const double v10 = v5 + q_3;
+  // cosines and sines
   const double angle[5] = {q_0, q_1, q_4, v5, v10};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // constant entries of T
   T[2] = 0.0;
   T[3] = 0.0;
   T[6] = 0.0;
@@ -117,6 +130,7 @@ void lynxmotion_link_poses(const double q[5], double T[80]) {
   T[77] = 0.0;
   T[78] = 0.0;
   T[79] = 1.0;
+  // shared terms; T
   T[0] = c[0];
   const double v11 = -s[0];
   T[4] = s[0];
@@ -136,6 +150,7 @@ void lynxmotion_link_poses(const double q[5], double T[80]) {
   const double v19 = c[2] * s[0];
   const double v20 = s[2] * c[0];
   const double v21 = c[2] * c[0];
+  // shared terms; T
   T[1] = v11;
   T[16] = v12;
   const double v24 = -v13;
@@ -154,6 +169,7 @@ void lynxmotion_link_poses(const double q[5], double T[80]) {
   const double v32 = 0.1 + v17;
   T[54] = v16;
   const double v33 = 0.1 * s[3];
+  // shared terms; T
   T[17] = v24;
   T[21] = v25;
   T[32] = v26;
@@ -176,6 +192,7 @@ void lynxmotion_link_poses(const double q[5], double T[80]) {
   const double v44 = s[4] * s[2];
   T[74] = c[4];
   const double v45 = 0.1 * c[4];
+  // shared terms; T
   T[33] = v34;
   T[37] = v35;
   T[48] = v36;
@@ -194,6 +211,7 @@ void lynxmotion_link_poses(const double q[5], double T[80]) {
   T[72] = v43;
   const double v56 = -v44;
   const double v57 = v42 + v45;
+  // shared terms; T
   T[49] = v46;
   T[51] = v47;
   T[53] = v48;
@@ -208,26 +226,34 @@ void lynxmotion_link_poses(const double q[5], double T[80]) {
   const double v63 = v49 - v55;
   T[73] = v56;
   T[75] = v57;
+  // shared terms; T
   T[64] = v58;
   const double v64 = -v59;
   T[67] = v60;
   T[68] = v61;
   T[69] = v62;
   T[71] = v63;
+  // T
   T[65] = v64;
 }
 
+// Pose of the tool and mixed Jacobian in one call.
+// 62 operations: multiply 28, add 11, negate 13, trig 10
 void lynxmotion_fk_jacobian_mixed(const double q[5], double T_0_ee[16], double J[30]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
+  // shared terms
   const double v3 = q_1 + q_2;
   const double v8 = v3 + q_3;
+  // cosines and sines
   const double angle[5] = {q_4, q_0, q_1, v3, v8};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // constant entries of T_0_ee; constant entries of J
   T_0_ee[12] = 0.0;
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
@@ -242,6 +268,7 @@ void lynxmotion_fk_jacobian_mixed(const double q[5], double T_0_ee[16], double J
   J[26] = 0.0;
   J[27] = 0.0;
   J[28] = 0.0;
+  // shared terms; columns 2, 3 and 4 of J
   const double v11 = s[0] * s[1];
   const double v12 = c[0] * s[1];
   const double v13 = 0.1 * c[2];
@@ -252,11 +279,13 @@ void lynxmotion_fk_jacobian_mixed(const double q[5], double T_0_ee[16], double J
   J[17] = s[1];
   J[18] = s[1];
   const double v17 = -c[1];
+  // shared terms; columns 2, 3 and 4 of J
   const double v20 = 0.1 * c[3];
   const double v21 = 0.1 * s[3];
   J[21] = v17;
   J[22] = v17;
   J[23] = v17;
+  // shared terms; column 3 of T_0_ee; column 5 of J
   const double v22 = c[1] * c[4];
   const double v23 = s[4] * c[1];
   const double v24 = 0.1 * s[4];
@@ -267,6 +296,7 @@ void lynxmotion_fk_jacobian_mixed(const double q[5], double T_0_ee[16], double J
   T_0_ee[10] = c[4];
   const double v29 = 0.1 * c[4];
   J[29] = c[4];
+  // shared terms; column 1 of T_0_ee
   const double v30 = c[0] * v22;
   const double v31 = s[0] * v22;
   const double v32 = -v23;
@@ -280,6 +310,7 @@ void lynxmotion_fk_jacobian_mixed(const double q[5], double T_0_ee[16], double J
   const double v39 = v29 * c[1];
   const double v40 = v29 * s[1];
   const double v41 = -v24;
+  // shared terms; columns 2 and 3 of T_0_ee; columns 3, 4 and 5 of J
   const double v42 = v30 - v11;
   const double v43 = v12 + v31;
   T_0_ee[2] = v32;
@@ -297,6 +328,7 @@ void lynxmotion_fk_jacobian_mixed(const double q[5], double T_0_ee[16], double J
   J[13] = v41;
   J[19] = v32;
   J[24] = v36;
+  // shared terms; columns 1 and 2 of T_0_ee; columns 2 and 4 of J
   T_0_ee[0] = v42;
   const double v52 = -v43;
   const double v53 = c[1] * v44;
@@ -311,6 +343,7 @@ void lynxmotion_fk_jacobian_mixed(const double q[5], double T_0_ee[16], double J
   const double v59 = -v50;
   J[8] = v51;
   J[11] = v44;
+  // shared terms; columns 2 and 4 of T_0_ee; columns 1 and 3 of J
   T_0_ee[1] = v52;
   T_0_ee[3] = v53;
   T_0_ee[7] = v54;
@@ -321,21 +354,29 @@ void lynxmotion_fk_jacobian_mixed(const double q[5], double T_0_ee[16], double J
   J[5] = v53;
   const double v62 = -v58;
   J[7] = v59;
+  // columns 1 and 2 of J
   J[0] = v60;
   J[1] = v61;
   J[6] = v62;
 }
 
+// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
+// axes.
+// 36 operations: multiply 16, add 6, negate 6, trig 8
 void lynxmotion_jacobian_space(const double q[5], double J[30]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
+  // shared terms
   const double v3 = q_1 + q_2;
   const double v7 = v3 + q_3;
+  // cosines and sines
   const double angle[4] = {q_0, q_1, v3, v7};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // constant entries of J
   J[0] = 0.0;
   J[5] = 0.0;
   J[10] = 0.0;
@@ -347,6 +388,7 @@ void lynxmotion_jacobian_space(const double q[5], double J[30]) {
   J[26] = 0.0;
   J[27] = 0.0;
   J[28] = 0.0;
+  // shared terms; columns 2, 3 and 4 of J
   const double v9 = 0.1 * c[0];
   const double v10 = 0.1 * s[1];
   const double v11 = 0.1 * c[1];
@@ -355,6 +397,7 @@ void lynxmotion_jacobian_space(const double q[5], double J[30]) {
   J[17] = s[0];
   J[18] = s[0];
   const double v13 = -c[0];
+  // shared terms; columns 2, 3 and 4 of J
   J[1] = v9;
   const double v16 = v10 + 0.1;
   const double v17 = 0.1 * s[2];
@@ -364,6 +407,7 @@ void lynxmotion_jacobian_space(const double q[5], double J[30]) {
   J[21] = v13;
   J[22] = v13;
   J[23] = v13;
+  // shared terms; columns 3 and 5 of J
   const double v20 = c[0] * v16;
   const double v21 = v17 + v16;
   const double v22 = v18 + v11;
@@ -372,6 +416,7 @@ void lynxmotion_jacobian_space(const double q[5], double J[30]) {
   const double v24 = s[3] * c[0];
   const double v25 = s[3] * s[0];
   J[29] = c[3];
+  // shared terms; column 3 of J
   J[2] = v20;
   const double v26 = c[0] * v21;
   const double v27 = s[3] * v21;
@@ -381,29 +426,38 @@ void lynxmotion_jacobian_space(const double q[5], double J[30]) {
   const double v30 = -v22;
   const double v31 = -v24;
   const double v32 = -v25;
+  // shared terms; columns 4 and 5 of J
   J[3] = v26;
   const double v33 = v27 + v28;
   J[8] = v29;
   J[13] = v30;
   J[19] = v31;
   J[24] = v32;
+  // shared terms; column 5 of J
   const double v34 = s[0] * v33;
   const double v35 = c[0] * v33;
   J[4] = v34;
   const double v36 = -v35;
+  // column 5 of J
   J[9] = v36;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+// 50 operations: multiply 26, add 12, negate 4, trig 8
 void lynxmotion_jacobian_body(const double q[5], double J[30]) {
+  // inputs
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
+  // shared terms
   const double v2 = q_1 + q_2;
   const double v7 = v2 + q_3;
+  // cosines and sines
   const double angle[4] = {q_4, q_1, v2, v7};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // constant entries of J
   J[4] = 0.0;
   J[9] = 0.0;
   J[10] = 0.0;
@@ -415,6 +469,7 @@ void lynxmotion_jacobian_body(const double q[5], double J[30]) {
   J[27] = 0.0;
   J[28] = 0.0;
   J[29] = 1.0;
+  // shared terms; columns 2, 3 and 4 of J
   const double v9 = 0.1 * c[1];
   const double v10 = 0.1 * s[1];
   const double v11 = 0.1 * c[0];
@@ -431,6 +486,7 @@ void lynxmotion_jacobian_body(const double q[5], double J[30]) {
   J[21] = v14;
   J[22] = v14;
   J[23] = v14;
+  // shared terms; columns 1 and 4 of J
   const double v20 = 0.1 * s[3];
   const double v21 = s[3] * c[0];
   const double v22 = 0.1 * c[3];
@@ -439,10 +495,12 @@ void lynxmotion_jacobian_body(const double q[5], double J[30]) {
   const double v24 = s[0] * c[3];
   const double v25 = s[3] * s[0];
   J[25] = c[3];
+  // shared terms; column 1 of J
   const double v26 = v17 - v20;
   const double v27 = v22 + v18;
   J[15] = v21;
   const double v28 = -v25;
+  // shared terms; column 1 of J
   const double v29 = v26 + v9;
   const double v30 = v27 + v10;
   const double v31 = v21 * v26;
@@ -452,6 +510,7 @@ void lynxmotion_jacobian_body(const double q[5], double J[30]) {
   const double v35 = s[3] * v27;
   const double v36 = v26 * c[3];
   J[20] = v28;
+  // shared terms; columns 1 and 3 of J
   const double v37 = s[0] * v29;
   const double v38 = v21 * v29;
   const double v39 = v30 * v23;
@@ -471,21 +530,28 @@ void lynxmotion_jacobian_body(const double q[5], double J[30]) {
   J[7] = v44;
   const double v50 = v45 + v46;
   J[12] = v47;
+  // column 2 of J
   J[1] = v48;
   J[6] = v49;
   J[11] = v50;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+// 41 operations: multiply 16, add 6, negate 11, trig 8
 void lynxmotion_jacobian_mixed(const double q[5], double J[30]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
+  // shared terms
   const double v1 = q_1 + q_2;
   const double v7 = v1 + q_3;
+  // cosines and sines
   const double angle[4] = {q_1, q_0, v1, v7};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // constant entries of J
   J[4] = 0.0;
   J[9] = 0.0;
   J[10] = 0.0;
@@ -496,22 +562,26 @@ void lynxmotion_jacobian_mixed(const double q[5], double J[30]) {
   J[26] = 0.0;
   J[27] = 0.0;
   J[28] = 0.0;
+  // shared terms; columns 2, 3 and 4 of J
   const double v9 = 0.1 * c[0];
   const double v10 = 0.1 * s[0];
   J[16] = s[1];
   J[17] = s[1];
   J[18] = s[1];
   const double v11 = -c[1];
+  // shared terms; columns 2, 3 and 4 of J
   const double v14 = 0.1 * c[2];
   const double v15 = 0.1 * s[2];
   J[21] = v11;
   J[22] = v11;
   J[23] = v11;
+  // shared terms; column 5 of J
   const double v16 = 0.1 * s[3];
   const double v17 = 0.1 * c[3];
   const double v18 = s[3] * c[1];
   const double v19 = s[3] * s[1];
   J[29] = c[3];
+  // shared terms; columns 3, 4 and 5 of J
   const double v20 = v14 - v16;
   const double v21 = v17 + v15;
   const double v22 = v17 * c[1];
@@ -529,6 +599,7 @@ void lynxmotion_jacobian_mixed(const double q[5], double J[30]) {
   J[13] = v24;
   J[19] = v25;
   J[24] = v26;
+  // shared terms; columns 2 and 4 of J
   const double v33 = v27 * s[1];
   const double v34 = c[1] * v28;
   const double v35 = -v29;
@@ -538,18 +609,23 @@ void lynxmotion_jacobian_mixed(const double q[5], double J[30]) {
   const double v38 = -v31;
   J[8] = v32;
   J[11] = v27;
+  // shared terms; columns 1 and 3 of J
   const double v39 = -v33;
   const double v40 = -v34;
   J[2] = v35;
   J[5] = v36;
   const double v41 = -v37;
   J[7] = v38;
+  // columns 1 and 2 of J
   J[0] = v39;
   J[1] = v40;
   J[6] = v41;
 }
 
+// Time derivative of jacobian_space at joint rates qd.
+// 122 operations: multiply 72, add 39, negate 3, trig 8
 void lynxmotion_jacobian_space_dot(const double q[5], const double qd[5], double J_dot[30]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -558,11 +634,14 @@ void lynxmotion_jacobian_space_dot(const double q[5], const double qd[5], double
   const double qd_1 = qd[1];
   const double qd_2 = qd[2];
   const double qd_3 = qd[3];
+  // shared terms
   const double v5 = q_1 + q_2;
   const double v8 = v5 + q_3;
+  // cosines and sines
   const double angle[4] = {q_0, q_1, v5, v8};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // constant entries of J_dot
   J_dot[0] = 0.0;
   J_dot[5] = 0.0;
   J_dot[10] = 0.0;
@@ -571,6 +650,7 @@ void lynxmotion_jacobian_space_dot(const double q[5], const double qd[5], double
   J_dot[20] = 0.0;
   J_dot[25] = 0.0;
   J_dot[26] = 0.0;
+  // shared terms; columns 2, 3 and 4 of J_dot
   const double v9 = 0.1 * s[0];
   const double v10 = 0.1 * c[1];
   const double v11 = c[0] * qd_1;
@@ -603,6 +683,7 @@ void lynxmotion_jacobian_space_dot(const double q[5], const double qd[5], double
   J_dot[23] = v20;
   const double v35 = s[0] * v11;
   const double v36 = c[0] * v15;
+  // shared terms; column 2 of J_dot
   const double v37 = -v23;
   const double v38 = s[0] * v25;
   const double v39 = v27 + v10;
@@ -620,6 +701,7 @@ void lynxmotion_jacobian_space_dot(const double q[5], const double qd[5], double
   const double v50 = v35 - v36;
   const double v51 = v26 * s[0];
   const double v52 = v33 * c[0];
+  // shared terms; columns 2 and 3 of J_dot
   J_dot[1] = v37;
   const double v53 = v38 * qd_0;
   const double v54 = v26 * v39;
@@ -643,6 +725,7 @@ void lynxmotion_jacobian_space_dot(const double q[5], const double qd[5], double
   const double v71 = v51 - v52;
   const double v72 = v49 * v42;
   const double v73 = v48 * v45;
+  // shared terms; column 4 of J_dot
   const double v74 = v24 - v53;
   const double v75 = v55 * qd_0;
   const double v76 = v56 + v57;
@@ -660,6 +743,7 @@ void lynxmotion_jacobian_space_dot(const double q[5], const double qd[5], double
   const double v88 = v69 + v70;
   J_dot[28] = v71;
   const double v89 = v72 + v73;
+  // shared terms; columns 3 and 5 of J_dot
   J_dot[2] = v74;
   const double v90 = v54 - v75;
   const double v91 = c[0] * v76;
@@ -677,6 +761,7 @@ void lynxmotion_jacobian_space_dot(const double q[5], const double qd[5], double
   J_dot[19] = v87;
   const double v102 = -v88;
   const double v103 = -v89;
+  // shared terms; columns 3 and 5 of J_dot
   const double v104 = v90 - v41;
   const double v105 = v91 * qd_0;
   const double v106 = v92 * c[3];
@@ -691,6 +776,7 @@ void lynxmotion_jacobian_space_dot(const double q[5], const double qd[5], double
   const double v114 = v97 * v42;
   J_dot[24] = v102;
   J_dot[29] = v103;
+  // shared terms; column 4 of J_dot
   J_dot[3] = v104;
   const double v115 = v106 - v93;
   J_dot[8] = v107;
@@ -698,16 +784,21 @@ void lynxmotion_jacobian_space_dot(const double q[5], const double qd[5], double
   const double v117 = v99 - v110;
   const double v118 = v111 - v112;
   const double v119 = v113 - v114;
+  // shared terms; column 4 of J_dot
   const double v120 = v105 + v115;
   const double v121 = v108 + v116;
   J_dot[13] = v117;
   const double v122 = v118 + v119;
+  // column 5 of J_dot
   J_dot[4] = v120;
   J_dot[9] = v121;
   J_dot[14] = v122;
 }
 
+// Time derivative of jacobian_body at joint rates qd.
+// 139 operations: multiply 82, add 45, negate 4, trig 8
 void lynxmotion_jacobian_body_dot(const double q[5], const double qd[5], double J_dot[30]) {
+  // inputs
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
@@ -716,11 +807,14 @@ void lynxmotion_jacobian_body_dot(const double q[5], const double qd[5], double 
   const double qd_2 = qd[2];
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
+  // shared terms
   const double v2 = q_1 + q_2;
   const double v7 = v2 + q_3;
+  // cosines and sines
   const double angle[4] = {q_4, q_1, v2, v7};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // constant entries of J_dot
   J_dot[4] = 0.0;
   J_dot[9] = 0.0;
   J_dot[13] = 0.0;
@@ -729,6 +823,7 @@ void lynxmotion_jacobian_body_dot(const double q[5], const double qd[5], double 
   J_dot[24] = 0.0;
   J_dot[28] = 0.0;
   J_dot[29] = 0.0;
+  // shared terms; columns 2, 3 and 4 of J_dot
   const double v9 = 0.1 * c[1];
   const double v10 = 0.1 * s[1];
   const double v11 = 0.1 * s[0];
@@ -755,6 +850,7 @@ void lynxmotion_jacobian_body_dot(const double q[5], const double qd[5], double 
   J_dot[23] = v20;
   const double v32 = s[0] * v13;
   const double v33 = c[0] * v16;
+  // shared terms; columns 2, 3 and 4 of J_dot
   const double v34 = 0.1 * s[3];
   const double v35 = 0.1 * c[3];
   const double v36 = s[3] * s[0];
@@ -773,6 +869,7 @@ void lynxmotion_jacobian_body_dot(const double q[5], const double qd[5], double 
   const double v44 = s[0] * v26;
   const double v45 = c[0] * v29;
   const double v46 = v32 - v33;
+  // shared terms; column 3 of J_dot
   const double v47 = v23 - v34;
   const double v48 = v35 + v24;
   const double v49 = v42 + v43;
@@ -784,6 +881,7 @@ void lynxmotion_jacobian_body_dot(const double q[5], const double qd[5], double 
   const double v55 = v40 * v36;
   const double v56 = v44 - v45;
   J_dot[27] = v46;
+  // shared terms; column 2 of J_dot
   const double v57 = v47 + v9;
   const double v58 = v48 + v10;
   const double v59 = s[3] * v48;
@@ -796,6 +894,7 @@ void lynxmotion_jacobian_body_dot(const double q[5], const double qd[5], double 
   const double v66 = v52 + v53;
   const double v67 = v54 + v55;
   J_dot[26] = v56;
+  // shared terms; column 1 of J_dot
   const double v68 = c[0] * v57;
   const double v69 = s[3] * v58;
   const double v70 = v57 * c[3];
@@ -810,6 +909,7 @@ void lynxmotion_jacobian_body_dot(const double q[5], const double qd[5], double 
   J_dot[15] = v65;
   const double v79 = -v66;
   const double v80 = -v67;
+  // shared terms; column 1 of J_dot
   const double v81 = v68 * qd_4;
   const double v82 = v69 + v70;
   const double v83 = v71 * qd_2;
@@ -828,6 +928,7 @@ void lynxmotion_jacobian_body_dot(const double q[5], const double qd[5], double 
   const double v96 = v13 * v77;
   J_dot[20] = v79;
   J_dot[25] = v80;
+  // shared terms; column 3 of J_dot
   const double v97 = v82 * qd_1;
   const double v98 = v84 * qd_1;
   const double v99 = v85 + v25;
@@ -856,6 +957,7 @@ void lynxmotion_jacobian_body_dot(const double q[5], const double qd[5], double 
   const double v121 = s[0] * v99;
   const double v122 = v111 - v112;
   const double v123 = v113 - v49;
+  // shared terms; column 3 of J_dot
   const double v124 = v114 * v36;
   const double v125 = v115 * c[3];
   const double v126 = v116 - v102;
@@ -867,22 +969,28 @@ void lynxmotion_jacobian_body_dot(const double q[5], const double qd[5], double 
   const double v131 = v117 * v36;
   const double v132 = v120 - v121;
   J_dot[12] = v123;
+  // shared terms; column 2 of J_dot
   const double v133 = v124 + v125;
   J_dot[1] = v126;
   const double v134 = v127 - v128;
   J_dot[6] = v129;
   const double v135 = v130 + v131;
   const double v136 = v132 + v122;
+  // shared terms; column 2 of J_dot
   const double v137 = v81 - v133;
   const double v138 = v134 - v90;
   const double v139 = v135 + v110;
   J_dot[11] = v136;
+  // column 1 of J_dot
   J_dot[0] = v137;
   J_dot[5] = v138;
   J_dot[10] = v139;
 }
 
+// Time derivative of jacobian_mixed at joint rates qd.
+// 124 operations: multiply 70, add 39, negate 7, trig 8
 void lynxmotion_jacobian_mixed_dot(const double q[5], const double qd[5], double J_dot[30]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -891,11 +999,14 @@ void lynxmotion_jacobian_mixed_dot(const double q[5], const double qd[5], double
   const double qd_1 = qd[1];
   const double qd_2 = qd[2];
   const double qd_3 = qd[3];
+  // shared terms
   const double v1 = q_1 + q_2;
   const double v6 = v1 + q_3;
+  // cosines and sines
   const double angle[4] = {q_1, q_0, v1, v6};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // constant entries of J_dot
   J_dot[4] = 0.0;
   J_dot[9] = 0.0;
   J_dot[10] = 0.0;
@@ -904,6 +1015,7 @@ void lynxmotion_jacobian_mixed_dot(const double q[5], const double qd[5], double
   J_dot[20] = 0.0;
   J_dot[25] = 0.0;
   J_dot[26] = 0.0;
+  // shared terms; columns 2, 3 and 4 of J_dot
   const double v9 = 0.1 * s[0];
   const double v10 = 0.1 * c[0];
   const double v11 = c[1] * qd_1;
@@ -926,6 +1038,7 @@ void lynxmotion_jacobian_mixed_dot(const double q[5], const double qd[5], double
   J_dot[23] = v18;
   const double v25 = s[1] * v11;
   const double v26 = c[1] * v14;
+  // shared terms; column 3 of J_dot
   const double v27 = 0.1 * c[3];
   const double v28 = 0.1 * s[3];
   const double v29 = v13 + v23;
@@ -950,6 +1063,7 @@ void lynxmotion_jacobian_mixed_dot(const double q[5], const double qd[5], double
   const double v47 = v34 - v35;
   const double v48 = v30 * v31;
   const double v49 = v29 * v32;
+  // shared terms; column 4 of J_dot
   const double v50 = v36 + v9;
   const double v51 = v36 * s[1];
   const double v52 = v37 * qd_3;
@@ -969,6 +1083,7 @@ void lynxmotion_jacobian_mixed_dot(const double q[5], const double qd[5], double
   const double v66 = v45 + v46;
   J_dot[28] = v47;
   const double v67 = v48 + v49;
+  // shared terms; column 5 of J_dot
   const double v68 = v50 * s[1];
   const double v69 = v51 * qd_2;
   const double v70 = c[1] * v53;
@@ -990,6 +1105,7 @@ void lynxmotion_jacobian_mixed_dot(const double q[5], const double qd[5], double
   J_dot[19] = v65;
   const double v86 = -v66;
   const double v87 = -v67;
+  // shared terms; columns 4 and 5 of J_dot
   const double v88 = v68 * qd_1;
   const double v89 = v69 + v52;
   const double v90 = v70 * qd_0;
@@ -1011,6 +1127,7 @@ void lynxmotion_jacobian_mixed_dot(const double q[5], const double qd[5], double
   const double v104 = -v85;
   J_dot[24] = v86;
   J_dot[29] = v87;
+  // shared terms; column 4 of J_dot
   const double v105 = v88 + v89;
   const double v106 = v91 - v71;
   const double v107 = v93 + v56;
@@ -1022,6 +1139,7 @@ void lynxmotion_jacobian_mixed_dot(const double q[5], const double qd[5], double
   const double v113 = v89 * s[1];
   const double v114 = v102 + v103;
   J_dot[13] = v104;
+  // shared terms; column 3 of J_dot
   const double v115 = v105 - v90;
   const double v116 = v106 - v92;
   J_dot[2] = v107;
@@ -1030,28 +1148,37 @@ void lynxmotion_jacobian_mixed_dot(const double q[5], const double qd[5], double
   J_dot[7] = v110;
   const double v119 = v112 + v113;
   const double v120 = -v114;
+  // shared terms; columns 1, 2 and 3 of J_dot
   J_dot[0] = v115;
   J_dot[1] = v116;
   const double v121 = -v117;
   const double v122 = -v118;
   const double v123 = v111 + v119;
   J_dot[12] = v120;
+  // shared terms; columns 1 and 2 of J_dot
   J_dot[5] = v121;
   J_dot[6] = v122;
   const double v124 = -v123;
+  // column 2 of J_dot
   J_dot[11] = v124;
 }
 
+// Derivative of jacobian_mixed by the joint coordinates.
+// 62 operations: multiply 30, add 10, negate 14, trig 8
 void lynxmotion_hessian_mixed(const double q[5], double H[150]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
+  // shared terms
   const double v2 = q_1 + q_2;
   const double v7 = v2 + q_3;
+  // cosines and sines
   const double angle[4] = {q_0, q_1, v2, v7};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // constant entries of H
   H[4] = 0.0;
   H[9] = 0.0;
   H[14] = 0.0;
@@ -1144,6 +1271,7 @@ void lynxmotion_hessian_mixed(const double q[5], double H[150]) {
   H[144] = 0.0;
   H[145] = 0.0;
   H[149] = 0.0;
+  // shared terms; H
   const double v9 = 0.1 * c[1];
   const double v10 = 0.1 * s[1];
   H[80] = c[0];
@@ -1152,6 +1280,7 @@ void lynxmotion_hessian_mixed(const double q[5], double H[150]) {
   H[105] = s[0];
   H[110] = s[0];
   H[115] = s[0];
+  // shared terms; H
   const double v13 = 0.1 * c[2];
   const double v14 = 0.1 * s[2];
   const double v15 = 0.1 * s[3];
@@ -1172,6 +1301,7 @@ void lynxmotion_hessian_mixed(const double q[5], double H[150]) {
   const double v29 = -v20;
   const double v30 = v19 * c[0];
   const double v31 = v17 * s[0];
+  // shared terms; H
   const double v32 = v21 + v9;
   const double v33 = v22 + v10;
   const double v34 = v22 * s[0];
@@ -1201,6 +1331,7 @@ void lynxmotion_hessian_mixed(const double q[5], double H[150]) {
   H[122] = v29;
   H[123] = v29;
   const double v41 = v30 + v31;
+  // shared terms; H
   const double v42 = c[0] * v32;
   const double v43 = v33 * s[0];
   H[2] = v34;
@@ -1216,6 +1347,7 @@ void lynxmotion_hessian_mixed(const double q[5], double H[150]) {
   const double v50 = s[0] * v34;
   const double v51 = v39 + v40;
   const double v52 = -v41;
+  // shared terms; H
   const double v53 = -v42;
   H[1] = v43;
   H[5] = v43;
@@ -1236,6 +1368,7 @@ void lynxmotion_hessian_mixed(const double q[5], double H[150]) {
   H[146] = v52;
   H[147] = v52;
   H[148] = v52;
+  // shared terms; H
   H[0] = v53;
   H[6] = v53;
   H[25] = v54;
@@ -1249,14 +1382,19 @@ void lynxmotion_hessian_mixed(const double q[5], double H[150]) {
   H[66] = v59;
   H[67] = v59;
   H[68] = v59;
+  // shared terms; H
   const double v62 = -v60;
   H[57] = v61;
   H[61] = v61;
   H[62] = v61;
+  // H
   H[56] = v62;
 }
 
+// Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+// 65 operations: multiply 35, add 20, negate 2, trig 8
 void lynxmotion_twist_space(const double q[5], const double qd[5], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -1266,11 +1404,14 @@ void lynxmotion_twist_space(const double q[5], const double qd[5], double V[6]) 
   const double qd_2 = qd[2];
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
+  // shared terms
   const double v2 = q_1 + q_2;
   const double v6 = v2 + q_3;
+  // cosines and sines
   const double angle[4] = {q_0, q_1, v2, v6};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // shared terms; V
   const double v9 = 0.1 * s[1];
   const double v10 = 0.1 * c[1];
   const double v11 = 0.1 * c[0];
@@ -1317,6 +1458,7 @@ void lynxmotion_twist_space(const double q[5], const double qd[5], double V[6]) 
   const double v54 = v33 - v45;
   const double v55 = v46 + v36;
   V[5] = v47;
+  // shared terms; V
   const double v56 = s[0] * v48;
   const double v57 = v49 + v50;
   const double v58 = v51 + v52;
@@ -1324,17 +1466,22 @@ void lynxmotion_twist_space(const double q[5], const double qd[5], double V[6]) 
   const double v60 = -v53;
   V[3] = v54;
   const double v61 = -v55;
+  // shared terms; V
   const double v62 = v56 * qd_4;
   const double v63 = v59 * qd_4;
   V[2] = v60;
   V[4] = v61;
+  // shared terms; V
   const double v64 = v62 + v57;
   const double v65 = v58 - v63;
   V[0] = v64;
   V[1] = v65;
 }
 
+// Twist (v, omega) of the tool's origin, in tool axes.
+// 80 operations: multiply 45, add 26, negate 1, trig 8
 void lynxmotion_twist_body(const double q[5], const double qd[5], double V[6]) {
+  // inputs
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
@@ -1344,11 +1491,14 @@ void lynxmotion_twist_body(const double q[5], const double qd[5], double V[6]) {
   const double qd_2 = qd[2];
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
+  // shared terms
   const double v1 = q_1 + q_2;
   const double v6 = v1 + q_3;
+  // cosines and sines
   const double angle[4] = {q_4, q_1, v1, v6};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // shared terms; V
   const double v9 = 0.1 * c[1];
   const double v10 = 0.1 * s[1];
   const double v11 = 0.1 * c[0];
@@ -1386,6 +1536,7 @@ void lynxmotion_twist_body(const double q[5], const double qd[5], double V[6]) {
   const double v45 = v34 - v13;
   const double v46 = v35 + v18;
   V[5] = v36;
+  // shared terms; V
   const double v47 = v37 - v38;
   const double v48 = s[0] * v39;
   const double v49 = v25 * v39;
@@ -1414,20 +1565,26 @@ void lynxmotion_twist_body(const double q[5], const double qd[5], double V[6]) {
   const double v72 = v66 * qd_1;
   V[3] = v68;
   const double v73 = -v69;
+  // shared terms; V
   const double v74 = v61 + v70;
   const double v75 = v64 + v71;
   const double v76 = v72 + v67;
   V[4] = v73;
+  // shared terms; V
   const double v77 = v60 + v74;
   const double v78 = v63 + v75;
   V[2] = v76;
+  // shared terms; V
   const double v79 = v77 - v23;
   const double v80 = v24 + v78;
   V[0] = v79;
   V[1] = v80;
 }
 
+// Twist (v, omega) of the tool's origin, in base axes.
+// 67 operations: multiply 36, add 21, negate 2, trig 8
 void lynxmotion_twist_mixed(const double q[5], const double qd[5], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -1437,11 +1594,14 @@ void lynxmotion_twist_mixed(const double q[5], const double qd[5], double V[6]) 
   const double qd_2 = qd[2];
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
+  // shared terms
   const double v1 = q_1 + q_2;
   const double v6 = v1 + q_3;
+  // cosines and sines
   const double angle[4] = {q_0, q_1, v1, v6};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // shared terms; V
   const double v9 = 0.1 * c[1];
   const double v10 = 0.1 * s[1];
   const double v11 = s[0] * qd_3;
@@ -1479,6 +1639,7 @@ void lynxmotion_twist_mixed(const double q[5], const double qd[5], double V[6]) 
   const double v45 = v25 - v35;
   const double v46 = v36 + v28;
   V[5] = v37;
+  // shared terms; V
   const double v47 = v39 * qd_2;
   const double v48 = v40 * s[0];
   const double v49 = c[0] * v41;
@@ -1488,26 +1649,33 @@ void lynxmotion_twist_mixed(const double q[5], const double qd[5], double V[6]) 
   const double v53 = v40 * qd_1;
   V[3] = v45;
   const double v54 = -v46;
+  // shared terms; V
   const double v55 = v48 * qd_0;
   const double v56 = v49 * qd_1;
   const double v57 = v50 * qd_0;
   const double v58 = v51 * qd_1;
   const double v59 = v53 + v44;
   V[4] = v54;
+  // shared terms; V
   const double v60 = v55 + v56;
   const double v61 = v57 - v58;
   const double v62 = v59 - v34;
   const double v63 = v47 + v60;
   const double v64 = v61 - v52;
   V[2] = v62;
+  // shared terms; V
   const double v65 = v38 + v63;
   const double v66 = v64 - v43;
   const double v67 = -v65;
   V[1] = v66;
+  // V
   V[0] = v67;
 }
 
+// Time derivative of twist_space at rates qd and accelerations qdd.
+// 196 operations: multiply 113, add 75, trig 8
 void lynxmotion_acceleration_space(const double q[5], const double qd[5], const double qdd[5], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -1522,11 +1690,14 @@ void lynxmotion_acceleration_space(const double q[5], const double qd[5], const 
   const double qdd_2 = qdd[2];
   const double qdd_3 = qdd[3];
   const double qdd_4 = qdd[4];
+  // shared terms
   const double v2 = q_1 + q_2;
   const double v6 = v2 + q_3;
+  // cosines and sines
   const double angle[4] = {q_0, q_1, v2, v6};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // shared terms; A
   const double v9 = 0.1 * s[1];
   const double v10 = 0.1 * c[1];
   const double v11 = 0.1 * c[0];
@@ -1706,6 +1877,7 @@ void lynxmotion_acceleration_space(const double q[5], const double qd[5], const 
   A[3] = v178;
   A[4] = v179;
   A[5] = v180;
+  // shared terms; A
   const double v187 = v181 * qd_4;
   const double v188 = v183 * qd_4;
   const double v189 = v185 * qd_4;
@@ -1721,7 +1893,10 @@ void lynxmotion_acceleration_space(const double q[5], const double qd[5], const 
   A[2] = v196;
 }
 
+// Time derivative of twist_body at rates qd and accelerations qdd.
+// 212 operations: multiply 123, add 81, trig 8
 void lynxmotion_acceleration_body(const double q[5], const double qd[5], const double qdd[5], double A[6]) {
+  // inputs
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
@@ -1736,11 +1911,14 @@ void lynxmotion_acceleration_body(const double q[5], const double qd[5], const d
   const double qdd_2 = qdd[2];
   const double qdd_3 = qdd[3];
   const double qdd_4 = qdd[4];
+  // shared terms
   const double v1 = q_1 + q_2;
   const double v6 = v1 + q_3;
+  // cosines and sines
   const double angle[4] = {q_4, q_1, v1, v6};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // shared terms; A
   const double v9 = 0.1 * c[1];
   const double v10 = 0.1 * s[1];
   const double v11 = 0.1 * c[0];
@@ -1918,6 +2096,7 @@ void lynxmotion_acceleration_body(const double q[5], const double qd[5], const d
   const double v185 = v128 + v170;
   const double v186 = v171 - v131;
   A[5] = v172;
+  // shared terms; A
   const double v187 = v173 - v31;
   const double v188 = v174 + v175;
   const double v189 = v176 * qd_1;
@@ -1928,6 +2107,7 @@ void lynxmotion_acceleration_body(const double q[5], const double qd[5], const d
   const double v194 = v184 + v169;
   A[3] = v185;
   A[4] = v186;
+  // shared terms; A
   const double v195 = v112 - v188;
   const double v196 = v191 - v120;
   const double v197 = v193 + v150;
@@ -1947,11 +2127,15 @@ void lynxmotion_acceleration_body(const double q[5], const double qd[5], const d
   const double v211 = v187 + v208;
   const double v212 = v190 + v209;
   A[2] = v210;
+  // A
   A[0] = v211;
   A[1] = v212;
 }
 
+// Time derivative of twist_mixed at rates qd and accelerations qdd.
+// 196 operations: multiply 112, add 76, trig 8
 void lynxmotion_acceleration_mixed(const double q[5], const double qd[5], const double qdd[5], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -1966,11 +2150,14 @@ void lynxmotion_acceleration_mixed(const double q[5], const double qd[5], const 
   const double qdd_2 = qdd[2];
   const double qdd_3 = qdd[3];
   const double qdd_4 = qdd[4];
+  // shared terms
   const double v2 = q_1 + q_2;
   const double v6 = v2 + q_3;
+  // cosines and sines
   const double angle[4] = {q_0, q_1, v2, v6};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // shared terms; A
   const double v9 = c[0] * qd_3;
   const double v10 = c[0] * qd_1;
   const double v11 = c[0] * qd_2;
@@ -2141,6 +2328,7 @@ void lynxmotion_acceleration_mixed(const double q[5], const double qd[5], const 
   A[3] = v165;
   A[4] = v166;
   A[5] = v167;
+  // shared terms; A
   const double v178 = v169 * qd_0;
   const double v179 = v170 * qd_1;
   const double v180 = v84 + v171;
@@ -2166,7 +2354,10 @@ void lynxmotion_acceleration_mixed(const double q[5], const double qd[5], const 
 }
 
 #if !LYNXMOTION_BRANCHES
+// One branch of ik.
+// 174 operations: multiply 77, add 65, negate 3, trig 5, other 24
 static void lynxmotion_ik_branch(const double T[16], const double choice[2], double q[5], double residual[1], double margin[1]) {
+  // inputs
   const double T_0 = T[0];
   const double T_1 = T[1];
   const double T_2 = T[2];
@@ -2181,6 +2372,7 @@ static void lynxmotion_ik_branch(const double T[16], const double choice[2], dou
   const double T_11 = T[11];
   const double choice_0 = choice[0];
   const double choice_1 = choice[1];
+  // shared terms
   const double v1 = 0.2 * T_6;
   const double v2 = 0.2 * T_2;
   const double v3 = 0.2 * T_10;
@@ -2188,11 +2380,11 @@ static void lynxmotion_ik_branch(const double T[16], const double choice[2], dou
   const double v5 = T_7 - v1;
   const double v6 = T_3 - v2;
   const double v7 = T_11 - v3;
-  const double v8 = sq(v4);
-  const double v9 = sq(v5);
+  const double v8 = v4 * v4;
+  const double v9 = v5 * v5;
   const double v10 = 1e-150 - v6;
   const double v11 = v7 - 0.1;
-  const double v12 = sq(v10);
+  const double v12 = v10 * v10;
   const double v13 = v9 + v12;
   const double v14 = sqrt(v13);
   const double v15 = v5 / v14;
@@ -2213,8 +2405,8 @@ static void lynxmotion_ik_branch(const double T[16], const double choice[2], dou
   const double v30 = v24 + v25;
   const double v31 = v26 - v27;
   const double v32 = choice_0 * v19;
-  const double v33 = sq(v28);
-  const double v34 = sq(v30);
+  const double v33 = v28 * v28;
+  const double v34 = v30 * v30;
   const double v35 = -v32;
   const double v36 = v33 + v8;
   const double v37 = sqrt(v36);
@@ -2235,14 +2427,14 @@ static void lynxmotion_ik_branch(const double T[16], const double choice[2], dou
   const double v52 = v43 - v44;
   const double v53 = v46 - T_2;
   const double v54 = T_6 + v48;
-  const double v55 = sq(v49);
-  const double v56 = sq(v51);
-  const double v57 = sq(v50);
+  const double v55 = v49 * v49;
+  const double v56 = v51 * v51;
+  const double v57 = v50 * v50;
   const double v58 = 1e-150 + v52;
-  const double v59 = sq(v53);
-  const double v60 = sq(v54);
+  const double v59 = v53 * v53;
+  const double v60 = v54 * v54;
   const double v61 = v56 + v57;
-  const double v62 = sq(v58);
+  const double v62 = v58 * v58;
   const double v63 = 0.04 - v61;
   const double v64 = v61 - 0.02;
   const double v65 = v34 + v62;
@@ -2283,26 +2475,26 @@ static void lynxmotion_ik_branch(const double T[16], const double choice[2], dou
   const double v100 = v92 - T_1;
   const double v101 = v93 - T_4;
   const double v102 = v94 - T_5;
-  const double v103 = sq(v95);
-  const double v104 = sq(v96);
+  const double v103 = v95 * v95;
+  const double v104 = v96 * v96;
   const double v105 = v50 * v97;
   const double v106 = 0.1 * v98;
   const double v107 = v51 * v97;
   const double v108 = atan2(v98, v76);
-  const double v109 = sq(v99);
-  const double v110 = sq(v100);
-  const double v111 = sq(v101);
-  const double v112 = sq(v102);
+  const double v109 = v99 * v99;
+  const double v110 = v100 * v100;
+  const double v111 = v101 * v101;
+  const double v112 = v102 * v102;
   const double v113 = v51 * v106;
   const double v114 = v50 * v106;
   const double v115 = v109 + v110;
   const double v116 = v105 - v113;
   const double v117 = v107 + v114;
   const double v118 = v115 + v59;
-  const double v119 = sq(v116);
+  const double v119 = v116 * v116;
   const double v120 = 1e-150 + v117;
   const double v121 = v118 + v111;
-  const double v122 = sq(v120);
+  const double v122 = v120 * v120;
   const double v123 = v121 + v112;
   const double v124 = v119 + v122;
   const double v125 = v123 + v60;
@@ -2344,9 +2536,9 @@ static void lynxmotion_ik_branch(const double T[16], const double choice[2], dou
   const double v161 = v157 - T_3;
   const double v162 = T_7 + v158;
   const double v163 = v159 - T_11;
-  const double v164 = sq(v161);
-  const double v165 = sq(v162);
-  const double v166 = sq(v163);
+  const double v164 = v161 * v161;
+  const double v165 = v162 * v162;
+  const double v166 = v163 * v163;
   const double v167 = v164 + v165;
   const double v168 = v167 + v166;
   const double v169 = v168 + v142;
@@ -2355,12 +2547,19 @@ static void lynxmotion_ik_branch(const double T[16], const double choice[2], dou
   const double v172 = v169 + v171;
   const double v173 = 0.5 * v172;
   const double v174 = sqrt(v173);
+  // q
   q[0] = v35;
+  // margin
   margin[0] = v75;
+  // q
   q[4] = v78;
+  // q
   q[2] = v108;
+  // q
   q[1] = v131;
+  // q
   q[3] = v160;
+  // residual
   residual[0] = v174;
 }
 #endif
@@ -2381,17 +2580,21 @@ void lynxmotion_ik(const double T[16], double q[20], double residual[4], double 
 }
 
 #if !LYNXMOTION_BRANCHES
+// One branch of ik_position.
+// 83 operations: multiply 37, add 29, negate 1, trig 3, other 13
 static void lynxmotion_ik_position_branch(const double p[3], const double choice[2], double q[5], double residual[1], double margin[1]) {
+  // inputs
   const double p_0 = p[0];
   const double p_1 = p[1];
   const double p_2 = p[2];
   const double choice_0 = choice[0];
   const double choice_1 = choice[1];
+  // shared terms
   const double v1 = 1e-150 - p_0;
-  const double v2 = sq(p_1);
+  const double v2 = p_1 * p_1;
   const double v3 = p_2 - 0.1;
-  const double v4 = sq(v1);
-  const double v5 = sq(v3);
+  const double v4 = v1 * v1;
+  const double v5 = v3 * v3;
   const double v6 = v4 + v2;
   const double v7 = sqrt(v6);
   const double v8 = p_1 / v7;
@@ -2403,7 +2606,7 @@ static void lynxmotion_ik_position_branch(const double p[3], const double choice
   const double v14 = v11 * p_1;
   const double v15 = v13 - v14;
   const double v16 = choice_0 * v12;
-  const double v17 = sq(v15);
+  const double v17 = v15 * v15;
   const double v18 = -v16;
   const double v19 = v17 + v5;
   const double v20 = v19 - 0.001715728752538099;
@@ -2436,9 +2639,9 @@ static void lynxmotion_ik_position_branch(const double p[3], const double choice
   const double v47 = v15 * v43;
   const double v48 = v46 - v44;
   const double v49 = v47 + v45;
-  const double v50 = sq(v48);
+  const double v50 = v48 * v48;
   const double v51 = 1e-150 + v49;
-  const double v52 = sq(v51);
+  const double v52 = v51 * v51;
   const double v53 = v50 + v52;
   const double v54 = sqrt(v53);
   const double v55 = v48 / v54;
@@ -2464,18 +2667,24 @@ static void lynxmotion_ik_position_branch(const double p[3], const double choice
   const double v75 = v72 - p_0;
   const double v76 = v73 + p_1;
   const double v77 = v74 - p_2;
-  const double v78 = sq(v75);
-  const double v79 = sq(v76);
-  const double v80 = sq(v77);
+  const double v78 = v75 * v75;
+  const double v79 = v76 * v76;
+  const double v80 = v77 * v77;
   const double v81 = v78 + v79;
   const double v82 = v81 + v80;
   const double v83 = sqrt(v82);
+  // constant entries of q
   q[3] = 0.0;
   q[4] = 0.0;
+  // q
   q[0] = v18;
+  // margin
   margin[0] = v29;
+  // q
   q[2] = v40;
+  // q
   q[1] = v57;
+  // residual
   residual[0] = v83;
 }
 #endif
@@ -2496,7 +2705,10 @@ void lynxmotion_ik_position(const double p[3], double q[20], double residual[4],
 }
 
 #if !LYNXMOTION_BRANCHES
+// One branch of ik_position_pitch.
+// 116 operations: multiply 47, add 39, negate 1, trig 6, other 23
 static void lynxmotion_ik_position_pitch_branch(const double x[4], const double choice[3], double q[5], double residual[1], double margin[1]) {
+  // inputs
   const double x_0 = x[0];
   const double x_1 = x[1];
   const double x_2 = x[2];
@@ -2504,10 +2716,11 @@ static void lynxmotion_ik_position_pitch_branch(const double x[4], const double 
   const double choice_0 = choice[0];
   const double choice_1 = choice[1];
   const double choice_2 = choice[2];
+  // shared terms
   const double v1 = 1e-150 - x_0;
-  const double v2 = sq(x_1);
+  const double v2 = x_1 * x_1;
   const double v3 = x_2 - 0.1;
-  const double v6 = sq(v1);
+  const double v6 = v1 * v1;
   const double v10 = v6 + v2;
   const double v13 = sqrt(v10);
   const double v15 = x_1 / v13;
@@ -2520,15 +2733,18 @@ static void lynxmotion_ik_position_pitch_branch(const double x[4], const double 
   const double v32 = v24 - v25;
   const double v33 = choice_0 * v22;
   const double v39 = -v33;
+  // cosines and sines
   const double angle[1] = {x_3};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of q
   q[4] = 0.0;
+  // shared terms; q
   const double v7 = 1e-150 + s[0];
   const double v8 = choice_1 * c[0];
   const double v9 = fabs(c[0]);
-  const double v11 = sq(v8);
-  const double v12 = sq(v7);
+  const double v11 = v8 * v8;
+  const double v12 = v7 * v7;
   const double v14 = v11 + v12;
   const double v17 = sqrt(v14);
   const double v19 = v7 / v17;
@@ -2540,20 +2756,21 @@ static void lynxmotion_ik_position_pitch_branch(const double x[4], const double 
   const double v29 = v18 * v21;
   const double v30 = v20 * v21;
   const double v31 = v3 - v23;
-  const double v34 = sq(v28);
-  const double v35 = sq(v29);
-  const double v36 = sq(v30);
+  const double v34 = v28 * v28;
+  const double v35 = v29 * v29;
+  const double v36 = v30 * v30;
   const double v37 = v32 + v26;
-  const double v38 = sq(v31);
+  const double v38 = v31 * v31;
   const double v40 = v35 + v36;
-  const double v41 = sq(v37);
+  const double v41 = v37 * v37;
   q[0] = v39;
   const double v42 = sqrt(v40);
+  // shared terms; margin
   const double v43 = v41 + v38;
   const double v44 = v42 - v9;
   const double v45 = 0.04 - v43;
   const double v46 = v43 - 0.02;
-  const double v47 = sq(v44);
+  const double v47 = v44 * v44;
   const double v48 = v43 * v45;
   const double v49 = 50.0 * v46;
   const int v50 = v46 < 0.0;
@@ -2565,6 +2782,7 @@ static void lynxmotion_ik_position_pitch_branch(const double x[4], const double 
   const double v56 = v52 ? v49 : v53;
   const double v57 = 50.0 * v54;
   margin[0] = v55;
+  // shared terms; q
   const double v58 = 0.1 * v56;
   const double v59 = v52 ? v57 : 0.0;
   const double v60 = v58 + 0.1;
@@ -2576,11 +2794,12 @@ static void lynxmotion_ik_position_pitch_branch(const double x[4], const double 
   const double v66 = v37 * v63;
   const double v67 = v31 * v63;
   q[2] = v65;
+  // shared terms; q
   const double v68 = v62 - v66;
   const double v69 = v64 + v67;
-  const double v70 = sq(v68);
+  const double v70 = v68 * v68;
   const double v71 = 1e-150 + v69;
-  const double v72 = sq(v71);
+  const double v72 = v71 * v71;
   const double v73 = v70 + v72;
   const double v74 = sqrt(v73);
   const double v75 = v68 / v74;
@@ -2596,6 +2815,7 @@ static void lynxmotion_ik_position_pitch_branch(const double x[4], const double 
   const double v84 = v27 - v77;
   const double v85 = v78 - v79;
   const double v86 = v81 + v82;
+  // shared terms; q
   const double v87 = v84 - v65;
   const double v88 = 0.1 * v85;
   const double v89 = 0.1 * v86;
@@ -2616,9 +2836,10 @@ static void lynxmotion_ik_position_pitch_branch(const double x[4], const double 
   const double v103 = v100 - x_0;
   const double v104 = v101 + x_1;
   const double v105 = v102 - x_2;
-  const double v106 = sq(v103);
-  const double v107 = sq(v104);
-  const double v108 = sq(v105);
+  // shared terms; residual
+  const double v106 = v103 * v103;
+  const double v107 = v104 * v104;
+  const double v108 = v105 * v105;
   const double v109 = v106 + v107;
   const double v110 = v109 + v108;
   const double v111 = v110 + v51;
@@ -2647,7 +2868,10 @@ void lynxmotion_ik_position_pitch(const double x[4], double q[40], double residu
 }
 
 #if !LYNXMOTION_BRANCHES
+// One branch of ik_position_direction.
+// 116 operations: multiply 47, add 41, negate 3, trig 4, other 21
 static void lynxmotion_ik_position_direction_branch(const double x[6], const double choice[2], double q[5], double residual[1], double margin[1]) {
+  // inputs
   const double x_0 = x[0];
   const double x_1 = x[1];
   const double x_2 = x[2];
@@ -2656,12 +2880,13 @@ static void lynxmotion_ik_position_direction_branch(const double x[6], const dou
   const double x_5 = x[5];
   const double choice_0 = choice[0];
   const double choice_1 = choice[1];
+  // shared terms
   const double v1 = 1e-150 - x_0;
-  const double v2 = sq(x_1);
+  const double v2 = x_1 * x_1;
   const double v3 = x_2 - 0.1;
   const double v4 = 1e-150 + x_5;
-  const double v5 = sq(v1);
-  const double v6 = sq(v4);
+  const double v5 = v1 * v1;
+  const double v6 = v4 * v4;
   const double v7 = v5 + v2;
   const double v8 = sqrt(v7);
   const double v9 = x_1 / v8;
@@ -2676,7 +2901,7 @@ static void lynxmotion_ik_position_direction_branch(const double x[6], const dou
   const double v18 = v14 - v15;
   const double v19 = v16 - v17;
   const double v20 = choice_0 * v13;
-  const double v21 = sq(v18);
+  const double v21 = v18 * v18;
   const double v22 = -v20;
   const double v23 = v21 + v6;
   const double v24 = sqrt(v23);
@@ -2692,11 +2917,11 @@ static void lynxmotion_ik_position_direction_branch(const double x[6], const dou
   const double v34 = v19 - v28;
   const double v35 = v30 - x_3;
   const double v36 = v31 + x_4;
-  const double v37 = sq(v32);
-  const double v38 = sq(v34);
-  const double v39 = sq(v33);
-  const double v40 = sq(v35);
-  const double v41 = sq(v36);
+  const double v37 = v32 * v32;
+  const double v38 = v34 * v34;
+  const double v39 = v33 * v33;
+  const double v40 = v35 * v35;
+  const double v41 = v36 * v36;
   const double v42 = v38 + v39;
   const double v43 = v40 + v41;
   const double v44 = 0.04 - v42;
@@ -2723,9 +2948,9 @@ static void lynxmotion_ik_position_direction_branch(const double x[6], const dou
   const double v65 = v33 * v61;
   const double v66 = v60 - v64;
   const double v67 = v62 + v65;
-  const double v68 = sq(v66);
+  const double v68 = v66 * v66;
   const double v69 = 1e-150 + v67;
-  const double v70 = sq(v69);
+  const double v70 = v69 * v69;
   const double v71 = v68 + v70;
   const double v72 = sqrt(v71);
   const double v73 = v66 / v72;
@@ -2761,9 +2986,9 @@ static void lynxmotion_ik_position_direction_branch(const double x[6], const dou
   const double v103 = v99 - x_0;
   const double v104 = v100 + x_1;
   const double v105 = v101 - x_2;
-  const double v106 = sq(v103);
-  const double v107 = sq(v104);
-  const double v108 = sq(v105);
+  const double v106 = v103 * v103;
+  const double v107 = v104 * v104;
+  const double v108 = v105 * v105;
   const double v109 = v106 + v107;
   const double v110 = v109 + v108;
   const double v111 = v110 + v46;
@@ -2772,12 +2997,19 @@ static void lynxmotion_ik_position_direction_branch(const double x[6], const dou
   const double v114 = v111 + v113;
   const double v115 = 0.5 * v114;
   const double v116 = sqrt(v115);
+  // constant entries of q
   q[4] = 0.0;
+  // q
   q[0] = v22;
+  // margin
   margin[0] = v53;
+  // q
   q[2] = v63;
+  // q
   q[1] = v75;
+  // q
   q[3] = v102;
+  // residual
   residual[0] = v116;
 }
 #endif

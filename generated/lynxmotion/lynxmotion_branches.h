@@ -18,6 +18,7 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
+// One branch of ik: 176 operations: multiply 87, add 65, negate 3, trig 5, other 16
 LANES_INLINE void LANES_NAME(lynxmotion_ik_branch)(
     const double *T, const double (*choice)[8], int b, lanes *out)
 {
@@ -107,6 +108,7 @@ static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_branches)(cons
   }
 }
 
+// One branch of ik_position: 84 operations: multiply 42, add 29, negate 1, trig 3, other 9
 LANES_INLINE void LANES_NAME(lynxmotion_ik_position_branch)(
     const double *p, const double (*choice)[8], int b, lanes *out)
 {
@@ -166,6 +168,7 @@ static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_branc
   }
 }
 
+// One branch of ik_position_pitch: 118 operations: multiply 55, add 39, negate 1, trig 6, other 17
 LANES_INLINE void LANES_NAME(lynxmotion_ik_position_pitch_branch)(
     const double *x, const double (*choice)[8], int b, lanes *out)
 {
@@ -250,6 +253,7 @@ static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch
   }
 }
 
+// One branch of ik_position_direction: 118 operations: multiply 55, add 41, negate 3, trig 4, other 15
 LANES_INLINE void LANES_NAME(lynxmotion_ik_position_direction_branch)(
     const double *x, const double (*choice)[8], int b, lanes *out)
 {

@@ -18,6 +18,7 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
+// One branch of ik: 379 operations: multiply 208, add 133, negate 4, trig 10, other 24
 LANES_INLINE void LANES_NAME(panda_ik_branch)(
     const double *T, const double *q7, const double (*choice)[8], int b, lanes *out)
 {

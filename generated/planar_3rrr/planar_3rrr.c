@@ -3,19 +3,23 @@
 
 #include "chasles_cos_sin.h"
 
-static double sq(double x) { return x * x; }
-
+// Actuated coordinates from the joints of the main chain.
+// 94 operations: multiply 41, add 38, negate 1, trig 5, other 9
 void planar_3rrr_actuators(const double theta[3], double q[3]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
+  // shared terms
   const double v1 = theta_0 + 0.2511473670974872;
   const double v4 = theta_1 + 0.145;
   const double v5 = theta_0 - 0.2511473670974872;
   const double v6 = theta_1 - 0.29;
+  // cosines and sines
   const double angle[1] = {theta_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; q
   const double v7 = 0.065 * s[0];
   const double v8 = 0.11258330249197702 * c[0];
   const double v9 = 0.11258330249197702 * s[0];
@@ -32,12 +36,12 @@ void planar_3rrr_actuators(const double theta[3], double q[3]) {
   const double v20 = v14 - v10;
   const double v21 = v15 + v7;
   const double v22 = v16 - v10;
-  const double v23 = sq(v17);
-  const double v24 = sq(v18);
-  const double v25 = sq(v19);
-  const double v26 = sq(v20);
-  const double v27 = sq(v21);
-  const double v28 = sq(v22);
+  const double v23 = v17 * v17;
+  const double v24 = v18 * v18;
+  const double v25 = v19 * v19;
+  const double v26 = v20 * v20;
+  const double v27 = v21 * v21;
+  const double v28 = v22 * v22;
   const double v29 = v23 + v24;
   const double v30 = v25 + v26;
   const double v31 = v27 + v28;
@@ -102,24 +106,32 @@ void planar_3rrr_actuators(const double theta[3], double q[3]) {
   const double v90 = v84 - v85;
   const double v91 = v86 + v87;
   q[2] = v88;
+  // shared terms; q
   const double v92 = -v91;
   q[0] = v89;
+  // shared terms; q
   const double v93 = atan2(v90, v92);
   const double v94 = v93 + 3.3335788713091694;
   q[1] = v94;
 }
 
+// Derivative of the actuated coordinates by the main chain's joints.
+// 108 operations: multiply 39, add 48, negate 1, trig 2, other 18
 void planar_3rrr_actuators_D_chain(const double theta[3], double q_D_theta[9]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
+  // shared terms
   const double v3 = theta_0 + 0.2511473670974872;
   const double v4 = theta_1 + 0.145;
   const double v5 = theta_0 - 0.2511473670974872;
   const double v6 = theta_1 - 0.29;
+  // cosines and sines
   const double angle[1] = {theta_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; columns 1 and 2 of q_D_theta
   const double v7 = 0.065 * s[0];
   const double v8 = 0.11258330249197702 * c[0];
   const double v9 = 0.11258330249197702 * s[0];
@@ -140,12 +152,12 @@ void planar_3rrr_actuators_D_chain(const double theta[3], double q_D_theta[9]) {
   const double v24 = v14 - v10;
   const double v25 = v17 + v7;
   const double v26 = v18 - v10;
-  const double v27 = sq(v21);
-  const double v28 = sq(v22);
-  const double v29 = sq(v23);
-  const double v30 = sq(v24);
-  const double v31 = sq(v25);
-  const double v32 = sq(v26);
+  const double v27 = v21 * v21;
+  const double v28 = v22 * v22;
+  const double v29 = v23 * v23;
+  const double v30 = v24 * v24;
+  const double v31 = v25 * v25;
+  const double v32 = v26 * v26;
   const double v33 = v27 + v28;
   const double v34 = v29 + v30;
   const double v35 = v31 + v32;
@@ -218,6 +230,7 @@ void planar_3rrr_actuators_D_chain(const double theta[3], double q_D_theta[9]) {
   q_D_theta[6] = v90;
   q_D_theta[7] = v91;
   const double v102 = v92 + v93;
+  // shared terms; columns 1 and 2 of q_D_theta
   q_D_theta[0] = v94;
   q_D_theta[1] = v95;
   const double v103 = v96 + v97;
@@ -225,6 +238,7 @@ void planar_3rrr_actuators_D_chain(const double theta[3], double q_D_theta[9]) {
   q_D_theta[4] = v99;
   const double v104 = v100 + v101;
   const double v105 = v102 / v58;
+  // shared terms; column 3 of q_D_theta
   const double v106 = v103 / v60;
   const double v107 = v104 / v62;
   const double v108 = -v105;
@@ -233,20 +247,26 @@ void planar_3rrr_actuators_D_chain(const double theta[3], double q_D_theta[9]) {
   q_D_theta[8] = v108;
 }
 
+// Rates of the actuated coordinates.
+// 115 operations: multiply 47, add 54, trig 2, other 12
 void planar_3rrr_actuator_rates(const double theta[3], const double thetad[3], double qd[3]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
   const double thetad_0 = thetad[0];
   const double thetad_1 = thetad[1];
   const double thetad_2 = thetad[2];
+  // shared terms
   const double v3 = theta_0 + 0.2511473670974872;
   const double v4 = theta_1 + 0.145;
   const double v5 = theta_0 - 0.2511473670974872;
   const double v6 = theta_1 - 0.29;
+  // cosines and sines
   const double angle[1] = {theta_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; qd
   const double v7 = s[0] * thetad_2;
   const double v8 = c[0] * thetad_2;
   const double v9 = 0.065 * s[0];
@@ -276,16 +296,16 @@ void planar_3rrr_actuator_rates(const double theta[3], const double thetad[3], d
   const double v33 = v22 - v12;
   const double v34 = thetad_1 + v20;
   const double v35 = thetad_0 - v23;
-  const double v36 = sq(v24);
-  const double v37 = sq(v25);
+  const double v36 = v24 * v24;
+  const double v37 = v25 * v25;
   const double v38 = thetad_1 - v26;
   const double v39 = v27 + v16;
-  const double v40 = sq(v28);
-  const double v41 = sq(v29);
+  const double v40 = v28 * v28;
+  const double v41 = v29 * v29;
   const double v42 = v30 - v20;
   const double v43 = v31 - v15;
-  const double v44 = sq(v32);
-  const double v45 = sq(v33);
+  const double v44 = v32 * v32;
+  const double v45 = v33 * v33;
   const double v46 = v34 + v19;
   const double v47 = v36 + v37;
   const double v48 = v40 + v41;
@@ -357,11 +377,15 @@ void planar_3rrr_actuator_rates(const double theta[3], const double thetad[3], d
   const double v114 = v111 / v74;
   const double v115 = v112 / v76;
   qd[2] = v113;
+  // qd
   qd[0] = v114;
   qd[1] = v115;
 }
 
+// Accelerations of the actuated coordinates.
+// 278 operations: multiply 132, add 114, trig 2, other 30
 void planar_3rrr_actuator_accelerations(const double theta[3], const double thetad[3], const double thetadd[3], double qdd[3]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
@@ -371,13 +395,16 @@ void planar_3rrr_actuator_accelerations(const double theta[3], const double thet
   const double thetadd_0 = thetadd[0];
   const double thetadd_1 = thetadd[1];
   const double thetadd_2 = thetadd[2];
+  // shared terms
   const double v3 = theta_0 + 0.2511473670974872;
   const double v4 = theta_1 + 0.145;
   const double v5 = theta_0 - 0.2511473670974872;
   const double v6 = theta_1 - 0.29;
+  // cosines and sines
   const double angle[1] = {theta_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; qdd
   const double v7 = s[0] * thetad_2;
   const double v8 = c[0] * thetad_2;
   const double v9 = 0.065 * s[0];
@@ -413,14 +440,14 @@ void planar_3rrr_actuator_accelerations(const double theta[3], const double thet
   const double v39 = v26 - v12;
   const double v40 = thetad_1 + v22;
   const double v41 = thetad_0 - v27;
-  const double v42 = sq(v28);
-  const double v43 = sq(v29);
+  const double v42 = v28 * v28;
+  const double v43 = v29 * v29;
   const double v44 = 2.0 * v28;
   const double v45 = thetad_1 - v30;
   const double v46 = 2.0 * v29;
   const double v47 = v31 + v18;
-  const double v48 = sq(v32);
-  const double v49 = sq(v33);
+  const double v48 = v32 * v32;
+  const double v49 = v33 * v33;
   const double v50 = 2.0 * v32;
   const double v51 = v34 - v22;
   const double v52 = 2.0 * v33;
@@ -429,8 +456,8 @@ void planar_3rrr_actuator_accelerations(const double theta[3], const double thet
   const double v55 = 0.065 * v35;
   const double v56 = 0.11258330249197702 * v36;
   const double v57 = v37 - v17;
-  const double v58 = sq(v38);
-  const double v59 = sq(v39);
+  const double v58 = v38 * v38;
+  const double v59 = v39 * v39;
   const double v60 = 2.0 * v38;
   const double v61 = v40 + v21;
   const double v62 = 2.0 * v39;
@@ -451,21 +478,21 @@ void planar_3rrr_actuator_accelerations(const double theta[3], const double thet
   const double v77 = thetadd_1 + v56;
   const double v78 = 0.5 * v63;
   const double v79 = v64 + v65;
-  const double v80 = sq(v63);
+  const double v80 = v63 * v63;
   const double v81 = 0.09 - v63;
   const double v82 = v63 - 0.0016;
   const double v83 = thetadd_0 - v66;
   const double v84 = thetadd_1 - v67;
   const double v85 = 0.5 * v68;
   const double v86 = v69 + v70;
-  const double v87 = sq(v68);
+  const double v87 = v68 * v68;
   const double v88 = v68 - 0.0016;
   const double v89 = 0.09 - v68;
   const double v90 = v71 + v54;
   const double v91 = v72 - v56;
   const double v92 = 0.5 * v73;
   const double v93 = v74 + v75;
-  const double v94 = sq(v73);
+  const double v94 = v73 * v73;
   const double v95 = 0.09 - v73;
   const double v96 = v73 - 0.0016;
   const double v97 = v76 - v53;
@@ -517,7 +544,7 @@ void planar_3rrr_actuator_accelerations(const double theta[3], const double thet
   const double v143 = v45 * v126;
   const double v144 = v28 * v126;
   const double v145 = v29 * v126;
-  const double v146 = sq(v128);
+  const double v146 = v128 * v128;
   const double v147 = v47 * v130;
   const double v148 = v86 * v131;
   const double v149 = v132 / v68;
@@ -526,7 +553,7 @@ void planar_3rrr_actuator_accelerations(const double theta[3], const double thet
   const double v152 = v51 * v130;
   const double v153 = v130 * v32;
   const double v154 = v130 * v33;
-  const double v155 = sq(v132);
+  const double v155 = v132 * v132;
   const double v156 = v57 * v134;
   const double v157 = v93 * v135;
   const double v158 = v136 / v73;
@@ -535,7 +562,7 @@ void planar_3rrr_actuator_accelerations(const double theta[3], const double thet
   const double v161 = v61 * v134;
   const double v162 = v38 * v134;
   const double v163 = v39 * v134;
-  const double v164 = sq(v136);
+  const double v164 = v136 * v136;
   const double v165 = v115 - v139;
   const double v166 = v45 * v140;
   const double v167 = v141 / v63;
@@ -651,21 +678,28 @@ void planar_3rrr_actuator_accelerations(const double theta[3], const double thet
   const double v277 = v274 - v261;
   const double v278 = v275 - v263;
   qdd[2] = v276;
+  // qdd
   qdd[0] = v277;
   qdd[1] = v278;
 }
 
+// How far each step of the loops' solution is from its dead point.
+// 43 operations: multiply 18, add 23, trig 2
 void planar_3rrr_actuator_margin(const double theta[3], double margin[3]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
+  // shared terms
   const double v3 = theta_0 + 0.2511473670974872;
   const double v4 = theta_1 + 0.145;
   const double v5 = theta_0 - 0.2511473670974872;
   const double v6 = theta_1 - 0.29;
+  // cosines and sines
   const double angle[1] = {theta_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; margin
   const double v7 = 0.065 * s[0];
   const double v8 = 0.11258330249197702 * c[0];
   const double v9 = 0.11258330249197702 * s[0];
@@ -682,12 +716,12 @@ void planar_3rrr_actuator_margin(const double theta[3], double margin[3]) {
   const double v20 = v14 - v10;
   const double v21 = v15 + v7;
   const double v22 = v16 - v10;
-  const double v23 = sq(v17);
-  const double v24 = sq(v18);
-  const double v25 = sq(v19);
-  const double v26 = sq(v20);
-  const double v27 = sq(v21);
-  const double v28 = sq(v22);
+  const double v23 = v17 * v17;
+  const double v24 = v18 * v18;
+  const double v25 = v19 * v19;
+  const double v26 = v20 * v20;
+  const double v27 = v21 * v21;
+  const double v28 = v22 * v22;
   const double v29 = v23 + v24;
   const double v30 = v25 + v26;
   const double v31 = v27 + v28;
@@ -704,21 +738,28 @@ void planar_3rrr_actuator_margin(const double theta[3], double margin[3]) {
   const double v42 = 511.8650314285129 * v39;
   const double v43 = 511.8650314285129 * v40;
   margin[2] = v41;
+  // margin
   margin[0] = v42;
   margin[1] = v43;
 }
 
+// Every branch of the loops' solution, NaN where it does not close.
+// 118 operations: multiply 52, add 47, negate 2, trig 8, other 9
 void planar_3rrr_actuators_all(const double theta[3], double q[24], double margin[24]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
+  // shared terms
   const double v1 = theta_0 + 0.2511473670974872;
   const double v4 = theta_1 + 0.145;
   const double v5 = theta_0 - 0.2511473670974872;
   const double v6 = theta_1 - 0.29;
+  // cosines and sines
   const double angle[1] = {theta_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; column 3 of margin
   const double v7 = 0.065 * s[0];
   const double v8 = 0.11258330249197702 * c[0];
   const double v9 = 0.11258330249197702 * s[0];
@@ -735,12 +776,12 @@ void planar_3rrr_actuators_all(const double theta[3], double q[24], double margi
   const double v20 = v14 - v10;
   const double v21 = v15 + v7;
   const double v22 = v16 - v10;
-  const double v23 = sq(v17);
-  const double v24 = sq(v18);
-  const double v25 = sq(v19);
-  const double v26 = sq(v20);
-  const double v27 = sq(v21);
-  const double v28 = sq(v22);
+  const double v23 = v17 * v17;
+  const double v24 = v18 * v18;
+  const double v25 = v19 * v19;
+  const double v26 = v20 * v20;
+  const double v27 = v21 * v21;
+  const double v28 = v22 * v22;
   const double v29 = v23 + v24;
   const double v30 = v25 + v26;
   const double v31 = v27 + v28;
@@ -778,6 +819,7 @@ void planar_3rrr_actuators_all(const double theta[3], double q[24], double margi
   margin[17] = v49;
   margin[20] = v49;
   margin[23] = v49;
+  // shared terms; columns 1 and 2 of margin
   const double v58 = v50 / v30;
   const double v59 = 0.5 * v51;
   const double v60 = v52 / v31;
@@ -801,6 +843,7 @@ void planar_3rrr_actuators_all(const double theta[3], double q[24], double margi
   margin[19] = v57;
   margin[21] = v56;
   margin[22] = v57;
+  // shared terms; column 3 of q
   const double v65 = v58 * v20;
   const double v66 = v59 / v30;
   const double v67 = v58 * v19;
@@ -857,6 +900,7 @@ void planar_3rrr_actuators_all(const double theta[3], double q[24], double margi
   q[17] = v100;
   q[20] = v99;
   q[23] = v100;
+  // shared terms; column 1 of q
   const double v113 = -v109;
   const double v114 = -v111;
   q[0] = v107;
@@ -867,6 +911,7 @@ void planar_3rrr_actuators_all(const double theta[3], double q[24], double margi
   q[15] = v112;
   q[18] = v112;
   q[21] = v112;
+  // shared terms; column 2 of q
   const double v115 = atan2(v108, v113);
   const double v116 = atan2(v110, v114);
   const double v117 = v115 + 3.3335788713091694;
@@ -881,7 +926,10 @@ void planar_3rrr_actuators_all(const double theta[3], double q[24], double margi
   q[22] = v118;
 }
 
+// What the full configuration leaves open in the loops, zero where they are closed.
+// 61 operations: multiply 18, add 29, trig 14
 void planar_3rrr_constraint(const double z[9], double residual[6]) {
+  // inputs
   const double z_0 = z[0];
   const double z_1 = z[1];
   const double z_2 = z[2];
@@ -891,6 +939,7 @@ void planar_3rrr_constraint(const double z[9], double residual[6]) {
   const double z_6 = z[6];
   const double z_7 = z[7];
   const double z_8 = z[8];
+  // shared terms
   const double v1 = z_3 + z_6;
   const double v6 = z_4 + z_7;
   const double v9 = z_5 + z_8;
@@ -898,9 +947,11 @@ void planar_3rrr_constraint(const double z[9], double residual[6]) {
   const double v13 = z_1 + 0.145;
   const double v14 = 0.2511473670974872 - z_0;
   const double v15 = 0.29 - z_1;
+  // cosines and sines
   const double angle[7] = {z_3, z_2, z_4, z_5, v1, v6, v9};
   double c[7], s[7];
   chasles_cos_sin(7, angle, c, s);
+  // shared terms; residual
   const double v22 = 0.17 * c[0];
   const double v23 = 0.11258330249197702 * c[1];
   const double v24 = 0.065 * s[1];
@@ -943,13 +994,17 @@ void planar_3rrr_constraint(const double z[9], double residual[6]) {
   const double v61 = v55 - v26;
   residual[4] = v56;
   residual[5] = v57;
+  // residual
   residual[0] = v58;
   residual[1] = v59;
   residual[2] = v60;
   residual[3] = v61;
 }
 
+// Derivative of the loops' equations by the full configuration.
+// 53 operations: multiply 18, add 13, negate 8, trig 14
 void planar_3rrr_constraint_D_z(const double z[9], double residual_D_z[54]) {
+  // inputs
   const double z_2 = z[2];
   const double z_3 = z[3];
   const double z_4 = z[4];
@@ -957,12 +1012,15 @@ void planar_3rrr_constraint_D_z(const double z[9], double residual_D_z[54]) {
   const double z_6 = z[6];
   const double z_7 = z[7];
   const double z_8 = z[8];
+  // shared terms
   const double v3 = z_3 + z_6;
   const double v6 = z_4 + z_7;
   const double v9 = z_5 + z_8;
+  // cosines and sines
   const double angle[7] = {z_2, z_3, z_4, z_5, v3, v6, v9};
   double c[7], s[7];
   chasles_cos_sin(7, angle, c, s);
+  // constant entries of residual_D_z
   residual_D_z[0] = -1.0;
   residual_D_z[1] = 0.0;
   residual_D_z[4] = 0.0;
@@ -999,6 +1057,7 @@ void planar_3rrr_constraint_D_z(const double z[9], double residual_D_z[54]) {
   residual_D_z[49] = 0.0;
   residual_D_z[51] = 0.0;
   residual_D_z[52] = 0.0;
+  // shared terms; column 3 of residual_D_z
   const double v18 = 0.11258330249197702 * s[0];
   const double v19 = 0.065 * c[0];
   const double v20 = 0.17 * s[1];
@@ -1023,6 +1082,7 @@ void planar_3rrr_constraint_D_z(const double z[9], double residual_D_z[54]) {
   const double v38 = 0.13 * s[6];
   residual_D_z[47] = v28;
   const double v39 = 0.13 * c[6];
+  // shared terms; columns 3, 7, 8 and 9 of residual_D_z
   const double v40 = -v30;
   const double v41 = v31 + v20;
   const double v42 = -v31;
@@ -1039,6 +1099,7 @@ void planar_3rrr_constraint_D_z(const double z[9], double residual_D_z[54]) {
   const double v49 = -v38;
   const double v50 = v39 + v29;
   residual_D_z[53] = v39;
+  // shared terms; columns 3, 4, 5, 6, 7, 8 and 9 of residual_D_z
   residual_D_z[2] = v40;
   const double v51 = -v41;
   residual_D_z[6] = v42;
@@ -1050,12 +1111,16 @@ void planar_3rrr_constraint_D_z(const double z[9], double residual_D_z[54]) {
   const double v53 = -v48;
   residual_D_z[44] = v49;
   residual_D_z[50] = v50;
+  // columns 4, 5 and 6 of residual_D_z
   residual_D_z[3] = v51;
   residual_D_z[22] = v52;
   residual_D_z[41] = v53;
 }
 
+// Time derivative of the constraint Jacobian.
+// 87 operations: multiply 38, add 19, negate 16, trig 14
 void planar_3rrr_constraint_D_z_dot(const double z[9], const double zd[9], double residual_D_z_dot[54]) {
+  // inputs
   const double z_2 = z[2];
   const double z_3 = z[3];
   const double z_4 = z[4];
@@ -1070,12 +1135,15 @@ void planar_3rrr_constraint_D_z_dot(const double z[9], const double zd[9], doubl
   const double zd_6 = zd[6];
   const double zd_7 = zd[7];
   const double zd_8 = zd[8];
+  // shared terms
   const double v3 = z_3 + z_6;
   const double v6 = z_4 + z_7;
   const double v9 = z_5 + z_8;
+  // cosines and sines
   const double angle[7] = {z_2, z_3, z_4, z_5, v3, v6, v9};
   double c[7], s[7];
   chasles_cos_sin(7, angle, c, s);
+  // constant entries of residual_D_z_dot
   residual_D_z_dot[0] = 0.0;
   residual_D_z_dot[1] = 0.0;
   residual_D_z_dot[4] = 0.0;
@@ -1112,6 +1180,7 @@ void planar_3rrr_constraint_D_z_dot(const double z[9], const double zd[9], doubl
   residual_D_z_dot[49] = 0.0;
   residual_D_z_dot[51] = 0.0;
   residual_D_z_dot[52] = 0.0;
+  // shared terms; column 3 of residual_D_z_dot
   const double v18 = c[0] * zd_2;
   const double v19 = s[0] * zd_2;
   const double v20 = c[1] * zd_3;
@@ -1156,6 +1225,7 @@ void planar_3rrr_constraint_D_z_dot(const double z[9], const double zd[9], doubl
   const double v59 = v43 + v44;
   residual_D_z_dot[47] = v46;
   const double v60 = v47 + v48;
+  // shared terms; column 3 of residual_D_z_dot
   const double v61 = -v50;
   const double v62 = 0.13 * v51;
   const double v63 = -v52;
@@ -1167,6 +1237,7 @@ void planar_3rrr_constraint_D_z_dot(const double z[9], const double zd[9], doubl
   residual_D_z_dot[38] = v58;
   const double v68 = 0.13 * v59;
   const double v69 = 0.13 * v60;
+  // shared terms; column 3 of residual_D_z_dot
   residual_D_z_dot[2] = v61;
   const double v70 = v62 + v30;
   const double v71 = -v62;
@@ -1182,6 +1253,7 @@ void planar_3rrr_constraint_D_z_dot(const double z[9], const double zd[9], doubl
   const double v79 = -v68;
   const double v80 = v69 + v49;
   const double v81 = -v69;
+  // shared terms; columns 7, 8 and 9 of residual_D_z_dot
   const double v82 = -v70;
   residual_D_z_dot[6] = v71;
   const double v83 = -v72;
@@ -1194,6 +1266,7 @@ void planar_3rrr_constraint_D_z_dot(const double z[9], const double zd[9], doubl
   residual_D_z_dot[44] = v79;
   const double v87 = -v80;
   residual_D_z_dot[53] = v81;
+  // columns 4, 5 and 6 of residual_D_z_dot
   residual_D_z_dot[3] = v82;
   residual_D_z_dot[12] = v83;
   residual_D_z_dot[22] = v84;
@@ -1202,13 +1275,18 @@ void planar_3rrr_constraint_D_z_dot(const double z[9], const double zd[9], doubl
   residual_D_z_dot[50] = v87;
 }
 
+// Pose of the tool (ee) in the base frame (0), from the main chain's joints.
+// 3 operations: negate 1, trig 2
 void planar_3rrr_chain_fk(const double theta[3], double T_0_ee[16]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
+  // cosines and sines
   const double angle[1] = {theta_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // T_0_ee
   T_0_ee[2] = 0.0;
   T_0_ee[3] = theta_0;
   T_0_ee[6] = 0.0;
@@ -1221,20 +1299,28 @@ void planar_3rrr_chain_fk(const double theta[3], double T_0_ee[16]) {
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
+  // shared terms; columns 1 and 2 of T_0_ee
   T_0_ee[0] = c[0];
   const double v3 = -s[0];
   T_0_ee[4] = s[0];
   T_0_ee[5] = c[0];
+  // column 2 of T_0_ee
   T_0_ee[1] = v3;
 }
 
+// Pose of every link's frame in the base frame, in order from the base, from the main chain's
+// joints.
+// 3 operations: negate 1, trig 2
 void planar_3rrr_chain_link_poses(const double theta[3], double T[48]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
+  // cosines and sines
   const double angle[1] = {theta_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // T
   T[0] = 1.0;
   T[1] = 0.0;
   T[2] = 0.0;
@@ -1279,17 +1365,25 @@ void planar_3rrr_chain_link_poses(const double theta[3], double T[48]) {
   T[45] = 0.0;
   T[46] = 0.0;
   T[47] = 1.0;
+  // shared terms; T
   T[32] = c[0];
   const double v3 = -s[0];
   T[36] = s[0];
   T[37] = c[0];
+  // T
   T[33] = v3;
 }
 
+// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
+// axes, from the main chain's joints.
+// 1 operations: negate 1
 void planar_3rrr_chain_jacobian_space(const double theta[3], double J[18]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
+  // shared terms
   const double v1 = -theta_0;
+  // J
   J[0] = 1.0;
   J[1] = 0.0;
   J[2] = theta_1;
@@ -1307,14 +1401,21 @@ void planar_3rrr_chain_jacobian_space(const double theta[3], double J[18]) {
   J[15] = 0.0;
   J[16] = 0.0;
   J[17] = 1.0;
+  // column 3 of J
   J[5] = v1;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes, from the main chain's
+// joints.
+// 3 operations: negate 1, trig 2
 void planar_3rrr_chain_jacobian_body(const double theta[3], double J[18]) {
+  // inputs
   const double theta_2 = theta[2];
+  // cosines and sines
   const double angle[1] = {theta_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of J
   J[2] = 0.0;
   J[5] = 0.0;
   J[6] = 0.0;
@@ -1329,15 +1430,21 @@ void planar_3rrr_chain_jacobian_body(const double theta[3], double J[18]) {
   J[15] = 0.0;
   J[16] = 0.0;
   J[17] = 1.0;
+  // shared terms; columns 1 and 2 of J
   J[0] = c[0];
   J[1] = s[0];
   const double v3 = -s[0];
   J[4] = c[0];
+  // column 1 of J
   J[3] = v3;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in base axes, from the main chain's
+// joints.
+// 0 operations
 void planar_3rrr_chain_jacobian_mixed(const double theta[3], double J[18]) {
   (void)theta;
+  // constant entries of J
   J[0] = 1.0;
   J[1] = 0.0;
   J[2] = 0.0;
@@ -1358,16 +1465,21 @@ void planar_3rrr_chain_jacobian_mixed(const double theta[3], double J[18]) {
   J[17] = 1.0;
 }
 
+// By how much the ends of each rod or cylinder are further apart than its length.
+// 56 operations: multiply 18, add 27, trig 8, other 3
 void planar_3rrr_rods(const double theta[3], const double q[3], double residual[3]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // cosines and sines
   const double angle[4] = {theta_2, q_0, q_1, q_2};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // shared terms; residual
   const double v9 = 0.065 * s[0];
   const double v10 = 0.11258330249197702 * c[0];
   const double v11 = 0.17 * c[1];
@@ -1401,12 +1513,12 @@ void planar_3rrr_rods(const double theta[3], const double q[3], double residual[
   const double v39 = v33 - v24;
   const double v40 = v34 - v26;
   const double v41 = v35 - v28;
-  const double v42 = sq(v36);
-  const double v43 = sq(v37);
-  const double v44 = sq(v38);
-  const double v45 = sq(v39);
-  const double v46 = sq(v40);
-  const double v47 = sq(v41);
+  const double v42 = v36 * v36;
+  const double v43 = v37 * v37;
+  const double v44 = v38 * v38;
+  const double v45 = v39 * v39;
+  const double v46 = v40 * v40;
+  const double v47 = v41 * v41;
   const double v48 = v42 + v43;
   const double v49 = v44 + v45;
   const double v50 = v46 + v47;
@@ -1417,20 +1529,26 @@ void planar_3rrr_rods(const double theta[3], const double q[3], double residual[
   const double v55 = v52 - 0.13;
   const double v56 = v53 - 0.13;
   residual[2] = v54;
+  // residual
   residual[0] = v55;
   residual[1] = v56;
 }
 
+// Derivative of the rods' residuals by the main chain's joints.
+// 81 operations: multiply 39, add 27, negate 1, trig 8, other 6
 void planar_3rrr_rods_D_chain(const double theta[3], const double q[3], double residual_D_theta[9]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // cosines and sines
   const double angle[4] = {theta_2, q_0, q_1, q_2};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // shared terms; columns 1 and 2 of residual_D_theta
   const double v9 = 0.065 * s[0];
   const double v10 = 0.11258330249197702 * c[0];
   const double v11 = 0.17 * c[1];
@@ -1465,16 +1583,16 @@ void planar_3rrr_rods_D_chain(const double theta[3], const double q[3], double r
   const double v40 = v34 - v26;
   const double v41 = v35 - v28;
   const double v42 = 2.0 * v36;
-  const double v43 = sq(v36);
-  const double v44 = sq(v37);
+  const double v43 = v36 * v36;
+  const double v44 = v37 * v37;
   const double v45 = 2.0 * v37;
   const double v46 = 2.0 * v38;
-  const double v47 = sq(v38);
-  const double v48 = sq(v39);
+  const double v47 = v38 * v38;
+  const double v48 = v39 * v39;
   const double v49 = 2.0 * v39;
   const double v50 = 2.0 * v40;
-  const double v51 = sq(v40);
-  const double v52 = sq(v41);
+  const double v51 = v40 * v40;
+  const double v52 = v41 * v41;
   const double v53 = 2.0 * v41;
   const double v54 = v43 + v44;
   const double v55 = v19 * v42;
@@ -1506,6 +1624,7 @@ void planar_3rrr_rods_D_chain(const double theta[3], const double q[3], double r
   residual_D_theta[6] = v72;
   residual_D_theta[7] = v73;
   const double v81 = -v74;
+  // residual_D_theta
   residual_D_theta[0] = v75;
   residual_D_theta[1] = v76;
   residual_D_theta[2] = v77;
@@ -1515,22 +1634,28 @@ void planar_3rrr_rods_D_chain(const double theta[3], const double q[3], double r
   residual_D_theta[8] = v81;
 }
 
+// Both matrices of the velocity relation of a platform on legs.
+// 92 operations: multiply 39, add 33, trig 8, other 12
 void planar_3rrr_velocity_relation(const double theta[3], const double q[3], double J_x[9], double J_q[9]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // cosines and sines
   const double angle[4] = {theta_2, q_0, q_1, q_2};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // constant entries of J_q
   J_q[1] = 0.0;
   J_q[2] = 0.0;
   J_q[3] = 0.0;
   J_q[5] = 0.0;
   J_q[6] = 0.0;
   J_q[7] = 0.0;
+  // shared terms; columns 1 and 2 of J_x
   const double v9 = 0.065 * s[0];
   const double v10 = 0.11258330249197702 * c[0];
   const double v11 = 0.17 * c[1];
@@ -1567,14 +1692,14 @@ void planar_3rrr_velocity_relation(const double theta[3], const double q[3], dou
   const double v42 = v34 - v26;
   const double v43 = v35 - v28;
   const double v44 = v35 - theta_1;
-  const double v45 = sq(v36);
-  const double v46 = sq(v37);
+  const double v45 = v36 * v36;
+  const double v46 = v37 * v37;
   const double v47 = 2.0 * v37;
   const double v48 = 2.0 * v36;
-  const double v49 = sq(v39);
-  const double v50 = sq(v40);
-  const double v51 = sq(v42);
-  const double v52 = sq(v43);
+  const double v49 = v39 * v39;
+  const double v50 = v40 * v40;
+  const double v51 = v42 * v42;
+  const double v52 = v43 * v43;
   const double v53 = v45 + v46;
   const double v54 = 2.0 * v40;
   const double v55 = 2.0 * v39;
@@ -1608,6 +1733,7 @@ void planar_3rrr_velocity_relation(const double theta[3], const double q[3], dou
   const double v81 = 0.5 / v68;
   const double v82 = 0.5 / v69;
   const double v83 = v74 * v67;
+  // shared terms; columns 1 and 2 of J_x; column 3 of J_q
   J_x[0] = v75;
   J_x[1] = v76;
   const double v84 = v76 * v21;
@@ -1620,22 +1746,29 @@ void planar_3rrr_velocity_relation(const double theta[3], const double q[3], dou
   const double v89 = v81 * v72;
   const double v90 = v82 * v73;
   J_q[8] = v83;
+  // shared terms; column 3 of J_x; columns 1 and 2 of J_q
   const double v91 = v84 - v85;
   const double v92 = v86 - v87;
   J_x[8] = v88;
   J_q[0] = v89;
   J_q[4] = v90;
+  // column 3 of J_x
   J_x[2] = v91;
   J_x[5] = v92;
 }
 
+// Coefficients of the polynomial whose zeros are the platform's angles in all modes.
+// 242 operations: multiply 130, add 103, negate 3, trig 6
 void planar_3rrr_assembly_polynomial(const double q[3], double coefficients[7]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // cosines and sines
   const double angle[3] = {q_2, q_0, q_1};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // shared terms; coefficients
   const double v7 = 0.17 * c[0];
   const double v8 = 0.17 * c[1];
   const double v9 = 0.17 * s[0];
@@ -1651,10 +1784,10 @@ void planar_3rrr_assembly_polynomial(const double q[3], double coefficients[7]) 
   const double v19 = v14 - v15;
   const double v20 = v16 - v13;
   const double v21 = v17 - v15;
-  const double v22 = sq(v18);
-  const double v23 = sq(v19);
-  const double v24 = sq(v20);
-  const double v25 = sq(v21);
+  const double v22 = v18 * v18;
+  const double v23 = v19 * v19;
+  const double v24 = v20 * v20;
+  const double v25 = v21 * v21;
   const double v26 = 0.22516660498395405 * v20;
   const double v27 = 0.22516660498395405 * v21;
   const double v28 = 0.39 * v19;
@@ -1673,8 +1806,8 @@ void planar_3rrr_assembly_polynomial(const double q[3], double coefficients[7]) 
   const double v41 = 0.4503332099679081 * v21;
   const double v42 = 0.0507 + v22;
   const double v43 = 0.0507 + v24;
-  const double v44 = sq(v26);
-  const double v45 = sq(v27);
+  const double v44 = v26 * v26;
+  const double v45 = v27 * v27;
   const double v46 = v28 + v29;
   const double v47 = v30 - v31;
   const double v48 = 0.02535 + v32;
@@ -1700,17 +1833,17 @@ void planar_3rrr_assembly_polynomial(const double q[3], double coefficients[7]) 
   const double v68 = v56 * v26;
   const double v69 = v56 * v27;
   const double v70 = 0.5 * v55;
-  const double v71 = sq(v59);
-  const double v72 = sq(v60);
+  const double v71 = v59 * v59;
+  const double v72 = v60 * v60;
   const double v73 = v55 * v59;
   const double v74 = v55 * v60;
   const double v75 = v34 * v59;
   const double v76 = v35 * v60;
   const double v77 = 0.5 * v62;
   const double v78 = 0.5 * v63;
-  const double v79 = sq(v64);
-  const double v80 = sq(v65);
-  const double v81 = sq(v66);
+  const double v79 = v64 * v64;
+  const double v80 = v65 * v65;
+  const double v81 = v66 * v66;
   const double v82 = v34 * v60;
   const double v83 = v35 * v59;
   const double v84 = v57 - v58;
@@ -1720,10 +1853,10 @@ void planar_3rrr_assembly_polynomial(const double q[3], double coefficients[7]) 
   const double v88 = v59 * v54;
   const double v89 = v55 * v54;
   const double v90 = v65 * v66;
-  const double v91 = sq(v67);
+  const double v91 = v67 * v67;
   const double v92 = v59 * v68;
   const double v93 = v60 * v69;
-  const double v94 = sq(v70);
+  const double v94 = v70 * v70;
   const double v95 = 0.5 * v71;
   const double v96 = 0.5 * v72;
   const double v97 = v26 * v73;
@@ -1859,37 +1992,48 @@ void planar_3rrr_assembly_polynomial(const double q[3], double coefficients[7]) 
   const double v227 = v219 - v162;
   coefficients[5] = v220;
   const double v228 = -v221;
+  // shared terms; coefficients
   const double v229 = v222 - v168;
   const double v230 = v223 - v213;
   const double v231 = v224 - v225;
   const double v232 = 3237.1282973906777 * v226;
   const double v233 = v227 - v124;
   coefficients[6] = v228;
+  // shared terms; coefficients
   const double v234 = 3237.1282973906777 * v229;
   const double v235 = v230 - v214;
   const double v236 = v231 - v137;
   coefficients[3] = v232;
   const double v237 = 3237.1282973906777 * v233;
+  // shared terms; coefficients
   coefficients[0] = v234;
   const double v238 = v235 - v134;
   const double v239 = 3237.1282973906777 * v236;
   const double v240 = -v237;
+  // shared terms; coefficients
   const double v241 = 3237.1282973906777 * v238;
   const double v242 = -v239;
   coefficients[4] = v240;
+  // coefficients
   coefficients[1] = v241;
   coefficients[2] = v242;
 }
 
+// Pose of the platform in the assembly mode of an angle.
+// 85 operations: multiply 31, add 29, negate 4, trig 8, other 13
 void planar_3rrr_assembly_position(const double q[3], const double phi[1], double theta[3]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double phi_0 = phi[0];
+  // cosines and sines
   const double angle[4] = {phi_0, q_2, q_0, q_1};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // theta
   theta[2] = phi_0;
+  // shared terms; theta
   const double v9 = 0.11258330249197702 * c[0];
   const double v10 = 0.195 * s[0];
   const double v11 = 0.17 * c[1];
@@ -1921,10 +2065,10 @@ void planar_3rrr_assembly_position(const double q[3], const double phi[1], doubl
   const double v37 = v25 - v33;
   const double v38 = v17 - v34;
   const double v39 = v19 - v35;
-  const double v40 = sq(v36);
-  const double v41 = sq(v37);
-  const double v42 = sq(v38);
-  const double v43 = sq(v39);
+  const double v40 = v36 * v36;
+  const double v41 = v37 * v37;
+  const double v42 = v38 * v38;
+  const double v43 = v39 * v39;
   const double v44 = v38 * v37;
   const double v45 = v39 * v36;
   const double v46 = v38 * v36;
@@ -1949,7 +2093,7 @@ void planar_3rrr_assembly_position(const double q[3], const double phi[1], doubl
   const double v65 = v62 / v59;
   const double v66 = v56 * v65;
   const double v67 = v65 * v51;
-  const double v68 = sq(v65);
+  const double v68 = v65 * v65;
   const double v69 = v60 * v65;
   const double v70 = v63 - v67;
   const double v71 = v64 - v68;
@@ -1971,15 +2115,21 @@ void planar_3rrr_assembly_position(const double q[3], const double phi[1], doubl
   theta[1] = v85;
 }
 
+// Pose of the platform in the assembly mode of an angle, mirrored in the line of two centres.
+// 85 operations: multiply 31, add 29, negate 4, trig 8, other 13
 void planar_3rrr_assembly_mirror(const double q[3], const double phi[1], double theta[3]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double phi_0 = phi[0];
+  // cosines and sines
   const double angle[4] = {phi_0, q_2, q_0, q_1};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // theta
   theta[2] = phi_0;
+  // shared terms; theta
   const double v9 = 0.11258330249197702 * c[0];
   const double v10 = 0.195 * s[0];
   const double v11 = 0.17 * c[1];
@@ -2011,10 +2161,10 @@ void planar_3rrr_assembly_mirror(const double q[3], const double phi[1], double 
   const double v37 = v25 - v33;
   const double v38 = v17 - v34;
   const double v39 = v19 - v35;
-  const double v40 = sq(v36);
-  const double v41 = sq(v37);
-  const double v42 = sq(v38);
-  const double v43 = sq(v39);
+  const double v40 = v36 * v36;
+  const double v41 = v37 * v37;
+  const double v42 = v38 * v38;
+  const double v43 = v39 * v39;
   const double v44 = v38 * v37;
   const double v45 = v39 * v36;
   const double v46 = v38 * v36;
@@ -2039,7 +2189,7 @@ void planar_3rrr_assembly_mirror(const double q[3], const double phi[1], double 
   const double v65 = v62 / v59;
   const double v66 = v56 * v65;
   const double v67 = v65 * v51;
-  const double v68 = sq(v65);
+  const double v68 = v65 * v65;
   const double v69 = v60 * v65;
   const double v70 = v63 - v67;
   const double v71 = v64 - v68;

@@ -3,19 +3,23 @@
 
 #include "chasles_cos_sin.h"
 
-static double sq(double x) { return x * x; }
-
+// Actuated coordinates from the joints of the main chain.
+// 79 operations: multiply 38, add 29, negate 1, trig 5, other 6
 void planar_3rrr_170_actuators(const double theta[3], double q[3]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
+  // shared terms
   const double v1 = theta_1 + 0.145;
   const double v4 = theta_0 + 0.2511473670974872;
   const double v5 = theta_0 - 0.2511473670974872;
   const double v6 = theta_1 - 0.29;
+  // cosines and sines
   const double angle[1] = {theta_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; q
   const double v7 = 0.11258330249197702 * s[0];
   const double v8 = 0.065 * c[0];
   const double v9 = 0.065 * s[0];
@@ -32,17 +36,17 @@ void planar_3rrr_170_actuators(const double theta[3], double q[3]) {
   const double v20 = v14 - v10;
   const double v21 = v15 + v9;
   const double v22 = v16 - v8;
-  const double v23 = sq(v17);
-  const double v24 = sq(v18);
+  const double v23 = v17 * v17;
+  const double v24 = v18 * v18;
   const double v25 = 0.5 * v18;
   const double v26 = 0.5 * v17;
   const double v27 = 0.5 * v19;
-  const double v28 = sq(v20);
-  const double v29 = sq(v19);
+  const double v28 = v20 * v20;
+  const double v29 = v19 * v19;
   const double v30 = 0.5 * v20;
   const double v31 = 0.5 * v21;
-  const double v32 = sq(v21);
-  const double v33 = sq(v22);
+  const double v32 = v21 * v21;
+  const double v33 = v22 * v22;
   const double v34 = 0.5 * v22;
   const double v35 = v23 + v24;
   const double v36 = v28 + v29;
@@ -87,24 +91,32 @@ void planar_3rrr_170_actuators(const double theta[3], double q[3]) {
   const double v75 = v69 - v70;
   const double v76 = v71 + v72;
   q[2] = v73;
+  // shared terms; q
   const double v77 = -v76;
   q[0] = v74;
+  // shared terms; q
   const double v78 = atan2(v75, v77);
   const double v79 = v78 + 3.3335788713091694;
   q[1] = v79;
 }
 
+// Derivative of the actuated coordinates by the main chain's joints.
+// 93 operations: multiply 36, add 39, negate 1, trig 2, other 15
 void planar_3rrr_170_actuators_D_chain(const double theta[3], double q_D_theta[9]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
+  // shared terms
   const double v3 = theta_0 + 0.2511473670974872;
   const double v4 = theta_1 + 0.145;
   const double v5 = theta_0 - 0.2511473670974872;
   const double v6 = theta_1 - 0.29;
+  // cosines and sines
   const double angle[1] = {theta_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; columns 1 and 2 of q_D_theta
   const double v7 = 0.065 * s[0];
   const double v8 = 0.11258330249197702 * c[0];
   const double v9 = 0.11258330249197702 * s[0];
@@ -126,16 +138,16 @@ void planar_3rrr_170_actuators_D_chain(const double theta[3], double q_D_theta[9
   const double v25 = v17 + v7;
   const double v26 = v18 - v10;
   const double v27 = 0.5 * v21;
-  const double v28 = sq(v21);
-  const double v29 = sq(v22);
+  const double v28 = v21 * v21;
+  const double v29 = v22 * v22;
   const double v30 = 0.5 * v22;
   const double v31 = 0.5 * v23;
-  const double v32 = sq(v23);
-  const double v33 = sq(v24);
+  const double v32 = v23 * v23;
+  const double v33 = v24 * v24;
   const double v34 = 0.5 * v24;
   const double v35 = 0.5 * v25;
-  const double v36 = sq(v25);
-  const double v37 = sq(v26);
+  const double v36 = v25 * v25;
+  const double v37 = v26 * v26;
   const double v38 = 0.5 * v26;
   const double v39 = v28 + v29;
   const double v40 = v32 + v33;
@@ -188,6 +200,7 @@ void planar_3rrr_170_actuators_D_chain(const double theta[3], double q_D_theta[9
   q_D_theta[6] = v75;
   q_D_theta[7] = v76;
   const double v87 = v77 + v78;
+  // shared terms; columns 1 and 2 of q_D_theta
   q_D_theta[0] = v79;
   q_D_theta[1] = v80;
   const double v88 = v81 + v82;
@@ -195,6 +208,7 @@ void planar_3rrr_170_actuators_D_chain(const double theta[3], double q_D_theta[9
   q_D_theta[4] = v84;
   const double v89 = v85 + v86;
   const double v90 = v87 / v51;
+  // shared terms; column 3 of q_D_theta
   const double v91 = v88 / v52;
   const double v92 = v89 / v53;
   const double v93 = -v90;
@@ -203,20 +217,26 @@ void planar_3rrr_170_actuators_D_chain(const double theta[3], double q_D_theta[9
   q_D_theta[8] = v93;
 }
 
+// Rates of the actuated coordinates.
+// 100 operations: multiply 44, add 45, trig 2, other 9
 void planar_3rrr_170_actuator_rates(const double theta[3], const double thetad[3], double qd[3]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
   const double thetad_0 = thetad[0];
   const double thetad_1 = thetad[1];
   const double thetad_2 = thetad[2];
+  // shared terms
   const double v3 = theta_0 + 0.2511473670974872;
   const double v4 = theta_1 + 0.145;
   const double v5 = theta_0 - 0.2511473670974872;
   const double v6 = theta_1 - 0.29;
+  // cosines and sines
   const double angle[1] = {theta_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; qd
   const double v7 = s[0] * thetad_2;
   const double v8 = c[0] * thetad_2;
   const double v9 = 0.065 * s[0];
@@ -247,20 +267,20 @@ void planar_3rrr_170_actuator_rates(const double theta[3], const double thetad[3
   const double v34 = thetad_1 + v20;
   const double v35 = thetad_0 - v23;
   const double v36 = 0.5 * v24;
-  const double v37 = sq(v24);
-  const double v38 = sq(v25);
+  const double v37 = v24 * v24;
+  const double v38 = v25 * v25;
   const double v39 = thetad_1 - v26;
   const double v40 = 0.5 * v25;
   const double v41 = v27 + v16;
   const double v42 = 0.5 * v28;
-  const double v43 = sq(v28);
-  const double v44 = sq(v29);
+  const double v43 = v28 * v28;
+  const double v44 = v29 * v29;
   const double v45 = v30 - v20;
   const double v46 = 0.5 * v29;
   const double v47 = v31 - v15;
   const double v48 = 0.5 * v32;
-  const double v49 = sq(v32);
-  const double v50 = sq(v33);
+  const double v49 = v32 * v32;
+  const double v50 = v33 * v33;
   const double v51 = v34 + v19;
   const double v52 = 0.5 * v33;
   const double v53 = v37 + v38;
@@ -312,11 +332,15 @@ void planar_3rrr_170_actuator_rates(const double theta[3], const double thetad[3
   const double v99 = v96 / v66;
   const double v100 = v97 / v67;
   qd[2] = v98;
+  // qd
   qd[0] = v99;
   qd[1] = v100;
 }
 
+// Accelerations of the actuated coordinates.
+// 266 operations: multiply 132, add 105, trig 2, other 27
 void planar_3rrr_170_actuator_accelerations(const double theta[3], const double thetad[3], const double thetadd[3], double qdd[3]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
@@ -326,13 +350,16 @@ void planar_3rrr_170_actuator_accelerations(const double theta[3], const double 
   const double thetadd_0 = thetadd[0];
   const double thetadd_1 = thetadd[1];
   const double thetadd_2 = thetadd[2];
+  // shared terms
   const double v3 = theta_0 + 0.2511473670974872;
   const double v4 = theta_1 + 0.145;
   const double v5 = theta_0 - 0.2511473670974872;
   const double v6 = theta_1 - 0.29;
+  // cosines and sines
   const double angle[1] = {theta_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; qdd
   const double v7 = s[0] * thetad_2;
   const double v8 = c[0] * thetad_2;
   const double v9 = 0.065 * s[0];
@@ -371,16 +398,16 @@ void planar_3rrr_170_actuator_accelerations(const double theta[3], const double 
   const double v42 = 2.0 * v28;
   const double v43 = thetad_1 - v29;
   const double v44 = 2.0 * v30;
-  const double v45 = sq(v28);
-  const double v46 = sq(v30);
+  const double v45 = v28 * v28;
+  const double v46 = v30 * v30;
   const double v47 = 0.5 * v28;
   const double v48 = 0.5 * v30;
   const double v49 = v31 + v18;
   const double v50 = 2.0 * v32;
   const double v51 = v33 - v21;
   const double v52 = 2.0 * v34;
-  const double v53 = sq(v32);
-  const double v54 = sq(v34);
+  const double v53 = v32 * v32;
+  const double v54 = v34 * v34;
   const double v55 = 0.11258330249197702 * v35;
   const double v56 = 0.065 * v36;
   const double v57 = 0.5 * v32;
@@ -391,8 +418,8 @@ void planar_3rrr_170_actuator_accelerations(const double theta[3], const double 
   const double v62 = 2.0 * v38;
   const double v63 = v39 + v20;
   const double v64 = 2.0 * v40;
-  const double v65 = sq(v38);
-  const double v66 = sq(v40);
+  const double v65 = v38 * v38;
+  const double v66 = v40 * v40;
   const double v67 = 0.5 * v38;
   const double v68 = 0.5 * v40;
   const double v69 = 0.5 * v41;
@@ -418,19 +445,19 @@ void planar_3rrr_170_actuator_accelerations(const double theta[3], const double 
   const double v89 = thetadd_1 + v59;
   const double v90 = v70 + v71;
   const double v91 = 0.5 * v72;
-  const double v92 = sq(v72);
+  const double v92 = v72 * v72;
   const double v93 = 0.1156 - v72;
   const double v94 = thetadd_0 - v74;
   const double v95 = thetadd_1 - v75;
   const double v96 = v77 + v78;
   const double v97 = 0.5 * v79;
-  const double v98 = sq(v79);
+  const double v98 = v79 * v79;
   const double v99 = 0.1156 - v79;
   const double v100 = v81 + v56;
   const double v101 = v82 - v59;
   const double v102 = v84 + v85;
   const double v103 = 0.5 * v86;
-  const double v104 = sq(v86);
+  const double v104 = v86 * v86;
   const double v105 = 0.1156 - v86;
   const double v106 = v88 - v55;
   const double v107 = v89 + v58;
@@ -475,19 +502,19 @@ void planar_3rrr_170_actuator_accelerations(const double theta[3], const double 
   const double v146 = v126 * v137;
   const double v147 = v136 / v92;
   const double v148 = v135 * v30;
-  const double v149 = sq(v136);
+  const double v149 = v136 * v136;
   const double v150 = v138 * v32;
   const double v151 = v139 / v79;
   const double v152 = v130 * v140;
   const double v153 = v139 / v98;
   const double v154 = v138 * v34;
-  const double v155 = sq(v139);
+  const double v155 = v139 * v139;
   const double v156 = v141 * v38;
   const double v157 = v142 / v86;
   const double v158 = v134 * v143;
   const double v159 = v142 / v104;
   const double v160 = v141 * v40;
-  const double v161 = sq(v142);
+  const double v161 = v142 * v142;
   const double v162 = v69 + v144;
   const double v163 = v43 * v145;
   const double v164 = v146 / v72;
@@ -594,21 +621,28 @@ void planar_3rrr_170_actuator_accelerations(const double theta[3], const double 
   const double v265 = v262 - v252;
   const double v266 = v263 - v254;
   qdd[2] = v264;
+  // qdd
   qdd[0] = v265;
   qdd[1] = v266;
 }
 
+// How far each step of the loops' solution is from its dead point.
+// 40 operations: multiply 18, add 20, trig 2
 void planar_3rrr_170_actuator_margin(const double theta[3], double margin[3]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
+  // shared terms
   const double v3 = theta_0 + 0.2511473670974872;
   const double v4 = theta_1 + 0.145;
   const double v5 = theta_0 - 0.2511473670974872;
   const double v6 = theta_1 - 0.29;
+  // cosines and sines
   const double angle[1] = {theta_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; margin
   const double v7 = 0.065 * s[0];
   const double v8 = 0.11258330249197702 * c[0];
   const double v9 = 0.11258330249197702 * s[0];
@@ -625,12 +659,12 @@ void planar_3rrr_170_actuator_margin(const double theta[3], double margin[3]) {
   const double v20 = v14 - v10;
   const double v21 = v15 + v7;
   const double v22 = v16 - v10;
-  const double v23 = sq(v17);
-  const double v24 = sq(v18);
-  const double v25 = sq(v19);
-  const double v26 = sq(v20);
-  const double v27 = sq(v21);
-  const double v28 = sq(v22);
+  const double v23 = v17 * v17;
+  const double v24 = v18 * v18;
+  const double v25 = v19 * v19;
+  const double v26 = v20 * v20;
+  const double v27 = v21 * v21;
+  const double v28 = v22 * v22;
   const double v29 = v23 + v24;
   const double v30 = v25 + v26;
   const double v31 = v27 + v28;
@@ -644,21 +678,28 @@ void planar_3rrr_170_actuator_margin(const double theta[3], double margin[3]) {
   const double v39 = 299.3259180325906 * v36;
   const double v40 = 299.3259180325906 * v37;
   margin[2] = v38;
+  // margin
   margin[0] = v39;
   margin[1] = v40;
 }
 
+// Every branch of the loops' solution, NaN where it does not close.
+// 103 operations: multiply 49, add 38, negate 2, trig 8, other 6
 void planar_3rrr_170_actuators_all(const double theta[3], double q[24], double margin[24]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
+  // shared terms
   const double v1 = theta_1 + 0.145;
   const double v4 = theta_0 + 0.2511473670974872;
   const double v5 = theta_0 - 0.2511473670974872;
   const double v6 = theta_1 - 0.29;
+  // cosines and sines
   const double angle[1] = {theta_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; column 3 of margin
   const double v7 = 0.11258330249197702 * s[0];
   const double v8 = 0.065 * c[0];
   const double v9 = 0.065 * s[0];
@@ -675,17 +716,17 @@ void planar_3rrr_170_actuators_all(const double theta[3], double q[24], double m
   const double v20 = v14 - v10;
   const double v21 = v15 + v9;
   const double v22 = v16 - v8;
-  const double v23 = sq(v17);
-  const double v24 = sq(v18);
+  const double v23 = v17 * v17;
+  const double v24 = v18 * v18;
   const double v25 = 0.5 * v18;
   const double v26 = 0.5 * v17;
   const double v27 = 0.5 * v19;
-  const double v28 = sq(v20);
-  const double v29 = sq(v19);
+  const double v28 = v20 * v20;
+  const double v29 = v19 * v19;
   const double v30 = 0.5 * v20;
   const double v31 = 0.5 * v21;
-  const double v32 = sq(v21);
-  const double v33 = sq(v22);
+  const double v32 = v21 * v21;
+  const double v33 = v22 * v22;
   const double v34 = 0.5 * v22;
   const double v35 = v23 + v24;
   const double v36 = v28 + v29;
@@ -711,6 +752,7 @@ void planar_3rrr_170_actuators_all(const double theta[3], double q[24], double m
   margin[17] = v45;
   margin[20] = v45;
   margin[23] = v45;
+  // shared terms; columns 1 and 2 of margin
   const double v51 = 0.5 * v46;
   const double v52 = 0.5 * v47;
   const double v53 = v48 / v35;
@@ -730,6 +772,7 @@ void planar_3rrr_170_actuators_all(const double theta[3], double q[24], double m
   margin[19] = v50;
   margin[21] = v49;
   margin[22] = v50;
+  // shared terms; column 3 of q
   const double v54 = v51 / v36;
   const double v55 = v52 / v37;
   const double v56 = v17 * v53;
@@ -782,6 +825,7 @@ void planar_3rrr_170_actuators_all(const double theta[3], double q[24], double m
   q[17] = v85;
   q[20] = v84;
   q[23] = v85;
+  // shared terms; column 1 of q
   const double v98 = -v94;
   const double v99 = -v96;
   q[0] = v92;
@@ -792,6 +836,7 @@ void planar_3rrr_170_actuators_all(const double theta[3], double q[24], double m
   q[15] = v97;
   q[18] = v97;
   q[21] = v97;
+  // shared terms; column 2 of q
   const double v100 = atan2(v93, v98);
   const double v101 = atan2(v95, v99);
   const double v102 = v100 + 3.3335788713091694;
@@ -806,7 +851,10 @@ void planar_3rrr_170_actuators_all(const double theta[3], double q[24], double m
   q[22] = v103;
 }
 
+// What the full configuration leaves open in the loops, zero where they are closed.
+// 61 operations: multiply 18, add 29, trig 14
 void planar_3rrr_170_constraint(const double z[9], double residual[6]) {
+  // inputs
   const double z_0 = z[0];
   const double z_1 = z[1];
   const double z_2 = z[2];
@@ -816,6 +864,7 @@ void planar_3rrr_170_constraint(const double z[9], double residual[6]) {
   const double z_6 = z[6];
   const double z_7 = z[7];
   const double z_8 = z[8];
+  // shared terms
   const double v1 = z_3 + z_6;
   const double v6 = z_4 + z_7;
   const double v9 = z_5 + z_8;
@@ -823,9 +872,11 @@ void planar_3rrr_170_constraint(const double z[9], double residual[6]) {
   const double v13 = z_1 + 0.145;
   const double v14 = 0.2511473670974872 - z_0;
   const double v15 = 0.29 - z_1;
+  // cosines and sines
   const double angle[7] = {z_3, z_2, z_4, z_5, v1, v6, v9};
   double c[7], s[7];
   chasles_cos_sin(7, angle, c, s);
+  // shared terms; residual
   const double v22 = 0.17 * c[0];
   const double v23 = 0.11258330249197702 * c[1];
   const double v24 = 0.065 * s[1];
@@ -868,13 +919,17 @@ void planar_3rrr_170_constraint(const double z[9], double residual[6]) {
   const double v61 = v55 - v26;
   residual[4] = v56;
   residual[5] = v57;
+  // residual
   residual[0] = v58;
   residual[1] = v59;
   residual[2] = v60;
   residual[3] = v61;
 }
 
+// Derivative of the loops' equations by the full configuration.
+// 53 operations: multiply 18, add 13, negate 8, trig 14
 void planar_3rrr_170_constraint_D_z(const double z[9], double residual_D_z[54]) {
+  // inputs
   const double z_2 = z[2];
   const double z_3 = z[3];
   const double z_4 = z[4];
@@ -882,12 +937,15 @@ void planar_3rrr_170_constraint_D_z(const double z[9], double residual_D_z[54]) 
   const double z_6 = z[6];
   const double z_7 = z[7];
   const double z_8 = z[8];
+  // shared terms
   const double v3 = z_3 + z_6;
   const double v6 = z_4 + z_7;
   const double v9 = z_5 + z_8;
+  // cosines and sines
   const double angle[7] = {z_2, z_3, z_4, z_5, v3, v6, v9};
   double c[7], s[7];
   chasles_cos_sin(7, angle, c, s);
+  // constant entries of residual_D_z
   residual_D_z[0] = -1.0;
   residual_D_z[1] = 0.0;
   residual_D_z[4] = 0.0;
@@ -924,6 +982,7 @@ void planar_3rrr_170_constraint_D_z(const double z[9], double residual_D_z[54]) 
   residual_D_z[49] = 0.0;
   residual_D_z[51] = 0.0;
   residual_D_z[52] = 0.0;
+  // shared terms; column 3 of residual_D_z
   const double v18 = 0.11258330249197702 * s[0];
   const double v19 = 0.065 * c[0];
   const double v20 = 0.17 * s[1];
@@ -948,6 +1007,7 @@ void planar_3rrr_170_constraint_D_z(const double z[9], double residual_D_z[54]) 
   const double v38 = 0.17 * s[6];
   residual_D_z[47] = v28;
   const double v39 = 0.17 * c[6];
+  // shared terms; columns 3, 7, 8 and 9 of residual_D_z
   const double v40 = -v30;
   const double v41 = v31 + v20;
   const double v42 = -v31;
@@ -964,6 +1024,7 @@ void planar_3rrr_170_constraint_D_z(const double z[9], double residual_D_z[54]) 
   const double v49 = -v38;
   const double v50 = v39 + v29;
   residual_D_z[53] = v39;
+  // shared terms; columns 3, 4, 5, 6, 7, 8 and 9 of residual_D_z
   residual_D_z[2] = v40;
   const double v51 = -v41;
   residual_D_z[6] = v42;
@@ -975,12 +1036,16 @@ void planar_3rrr_170_constraint_D_z(const double z[9], double residual_D_z[54]) 
   const double v53 = -v48;
   residual_D_z[44] = v49;
   residual_D_z[50] = v50;
+  // columns 4, 5 and 6 of residual_D_z
   residual_D_z[3] = v51;
   residual_D_z[22] = v52;
   residual_D_z[41] = v53;
 }
 
+// Time derivative of the constraint Jacobian.
+// 87 operations: multiply 38, add 19, negate 16, trig 14
 void planar_3rrr_170_constraint_D_z_dot(const double z[9], const double zd[9], double residual_D_z_dot[54]) {
+  // inputs
   const double z_2 = z[2];
   const double z_3 = z[3];
   const double z_4 = z[4];
@@ -995,12 +1060,15 @@ void planar_3rrr_170_constraint_D_z_dot(const double z[9], const double zd[9], d
   const double zd_6 = zd[6];
   const double zd_7 = zd[7];
   const double zd_8 = zd[8];
+  // shared terms
   const double v3 = z_3 + z_6;
   const double v6 = z_4 + z_7;
   const double v9 = z_5 + z_8;
+  // cosines and sines
   const double angle[7] = {z_2, z_3, z_4, z_5, v3, v6, v9};
   double c[7], s[7];
   chasles_cos_sin(7, angle, c, s);
+  // constant entries of residual_D_z_dot
   residual_D_z_dot[0] = 0.0;
   residual_D_z_dot[1] = 0.0;
   residual_D_z_dot[4] = 0.0;
@@ -1037,6 +1105,7 @@ void planar_3rrr_170_constraint_D_z_dot(const double z[9], const double zd[9], d
   residual_D_z_dot[49] = 0.0;
   residual_D_z_dot[51] = 0.0;
   residual_D_z_dot[52] = 0.0;
+  // shared terms; column 3 of residual_D_z_dot
   const double v18 = c[0] * zd_2;
   const double v19 = s[0] * zd_2;
   const double v20 = c[1] * zd_3;
@@ -1081,6 +1150,7 @@ void planar_3rrr_170_constraint_D_z_dot(const double z[9], const double zd[9], d
   const double v59 = v43 + v44;
   residual_D_z_dot[47] = v46;
   const double v60 = v47 + v48;
+  // shared terms; column 3 of residual_D_z_dot
   const double v61 = -v50;
   const double v62 = 0.17 * v51;
   const double v63 = -v52;
@@ -1092,6 +1162,7 @@ void planar_3rrr_170_constraint_D_z_dot(const double z[9], const double zd[9], d
   residual_D_z_dot[38] = v58;
   const double v68 = 0.17 * v59;
   const double v69 = 0.17 * v60;
+  // shared terms; column 3 of residual_D_z_dot
   residual_D_z_dot[2] = v61;
   const double v70 = v62 + v30;
   const double v71 = -v62;
@@ -1107,6 +1178,7 @@ void planar_3rrr_170_constraint_D_z_dot(const double z[9], const double zd[9], d
   const double v79 = -v68;
   const double v80 = v69 + v49;
   const double v81 = -v69;
+  // shared terms; columns 7, 8 and 9 of residual_D_z_dot
   const double v82 = -v70;
   residual_D_z_dot[6] = v71;
   const double v83 = -v72;
@@ -1119,6 +1191,7 @@ void planar_3rrr_170_constraint_D_z_dot(const double z[9], const double zd[9], d
   residual_D_z_dot[44] = v79;
   const double v87 = -v80;
   residual_D_z_dot[53] = v81;
+  // columns 4, 5 and 6 of residual_D_z_dot
   residual_D_z_dot[3] = v82;
   residual_D_z_dot[12] = v83;
   residual_D_z_dot[22] = v84;
@@ -1127,13 +1200,18 @@ void planar_3rrr_170_constraint_D_z_dot(const double z[9], const double zd[9], d
   residual_D_z_dot[50] = v87;
 }
 
+// Pose of the tool (ee) in the base frame (0), from the main chain's joints.
+// 3 operations: negate 1, trig 2
 void planar_3rrr_170_chain_fk(const double theta[3], double T_0_ee[16]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
+  // cosines and sines
   const double angle[1] = {theta_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // T_0_ee
   T_0_ee[2] = 0.0;
   T_0_ee[3] = theta_0;
   T_0_ee[6] = 0.0;
@@ -1146,20 +1224,28 @@ void planar_3rrr_170_chain_fk(const double theta[3], double T_0_ee[16]) {
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
+  // shared terms; columns 1 and 2 of T_0_ee
   T_0_ee[0] = c[0];
   const double v3 = -s[0];
   T_0_ee[4] = s[0];
   T_0_ee[5] = c[0];
+  // column 2 of T_0_ee
   T_0_ee[1] = v3;
 }
 
+// Pose of every link's frame in the base frame, in order from the base, from the main chain's
+// joints.
+// 3 operations: negate 1, trig 2
 void planar_3rrr_170_chain_link_poses(const double theta[3], double T[48]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
+  // cosines and sines
   const double angle[1] = {theta_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // T
   T[0] = 1.0;
   T[1] = 0.0;
   T[2] = 0.0;
@@ -1204,17 +1290,25 @@ void planar_3rrr_170_chain_link_poses(const double theta[3], double T[48]) {
   T[45] = 0.0;
   T[46] = 0.0;
   T[47] = 1.0;
+  // shared terms; T
   T[32] = c[0];
   const double v3 = -s[0];
   T[36] = s[0];
   T[37] = c[0];
+  // T
   T[33] = v3;
 }
 
+// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
+// axes, from the main chain's joints.
+// 1 operations: negate 1
 void planar_3rrr_170_chain_jacobian_space(const double theta[3], double J[18]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
+  // shared terms
   const double v1 = -theta_0;
+  // J
   J[0] = 1.0;
   J[1] = 0.0;
   J[2] = theta_1;
@@ -1232,14 +1326,21 @@ void planar_3rrr_170_chain_jacobian_space(const double theta[3], double J[18]) {
   J[15] = 0.0;
   J[16] = 0.0;
   J[17] = 1.0;
+  // column 3 of J
   J[5] = v1;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes, from the main chain's
+// joints.
+// 3 operations: negate 1, trig 2
 void planar_3rrr_170_chain_jacobian_body(const double theta[3], double J[18]) {
+  // inputs
   const double theta_2 = theta[2];
+  // cosines and sines
   const double angle[1] = {theta_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of J
   J[2] = 0.0;
   J[5] = 0.0;
   J[6] = 0.0;
@@ -1254,15 +1355,21 @@ void planar_3rrr_170_chain_jacobian_body(const double theta[3], double J[18]) {
   J[15] = 0.0;
   J[16] = 0.0;
   J[17] = 1.0;
+  // shared terms; columns 1 and 2 of J
   J[0] = c[0];
   J[1] = s[0];
   const double v3 = -s[0];
   J[4] = c[0];
+  // column 1 of J
   J[3] = v3;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in base axes, from the main chain's
+// joints.
+// 0 operations
 void planar_3rrr_170_chain_jacobian_mixed(const double theta[3], double J[18]) {
   (void)theta;
+  // constant entries of J
   J[0] = 1.0;
   J[1] = 0.0;
   J[2] = 0.0;
@@ -1283,16 +1390,21 @@ void planar_3rrr_170_chain_jacobian_mixed(const double theta[3], double J[18]) {
   J[17] = 1.0;
 }
 
+// By how much the ends of each rod or cylinder are further apart than its length.
+// 56 operations: multiply 18, add 27, trig 8, other 3
 void planar_3rrr_170_rods(const double theta[3], const double q[3], double residual[3]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // cosines and sines
   const double angle[4] = {theta_2, q_0, q_1, q_2};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // shared terms; residual
   const double v9 = 0.065 * s[0];
   const double v10 = 0.11258330249197702 * c[0];
   const double v11 = 0.17 * c[1];
@@ -1326,12 +1438,12 @@ void planar_3rrr_170_rods(const double theta[3], const double q[3], double resid
   const double v39 = v33 - v24;
   const double v40 = v34 - v26;
   const double v41 = v35 - v28;
-  const double v42 = sq(v36);
-  const double v43 = sq(v37);
-  const double v44 = sq(v38);
-  const double v45 = sq(v39);
-  const double v46 = sq(v40);
-  const double v47 = sq(v41);
+  const double v42 = v36 * v36;
+  const double v43 = v37 * v37;
+  const double v44 = v38 * v38;
+  const double v45 = v39 * v39;
+  const double v46 = v40 * v40;
+  const double v47 = v41 * v41;
   const double v48 = v42 + v43;
   const double v49 = v44 + v45;
   const double v50 = v46 + v47;
@@ -1342,20 +1454,26 @@ void planar_3rrr_170_rods(const double theta[3], const double q[3], double resid
   const double v55 = v52 - 0.17;
   const double v56 = v53 - 0.17;
   residual[2] = v54;
+  // residual
   residual[0] = v55;
   residual[1] = v56;
 }
 
+// Derivative of the rods' residuals by the main chain's joints.
+// 81 operations: multiply 39, add 27, negate 1, trig 8, other 6
 void planar_3rrr_170_rods_D_chain(const double theta[3], const double q[3], double residual_D_theta[9]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // cosines and sines
   const double angle[4] = {theta_2, q_0, q_1, q_2};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // shared terms; columns 1 and 2 of residual_D_theta
   const double v9 = 0.065 * s[0];
   const double v10 = 0.11258330249197702 * c[0];
   const double v11 = 0.17 * c[1];
@@ -1390,16 +1508,16 @@ void planar_3rrr_170_rods_D_chain(const double theta[3], const double q[3], doub
   const double v40 = v34 - v26;
   const double v41 = v35 - v28;
   const double v42 = 2.0 * v36;
-  const double v43 = sq(v36);
-  const double v44 = sq(v37);
+  const double v43 = v36 * v36;
+  const double v44 = v37 * v37;
   const double v45 = 2.0 * v37;
   const double v46 = 2.0 * v38;
-  const double v47 = sq(v38);
-  const double v48 = sq(v39);
+  const double v47 = v38 * v38;
+  const double v48 = v39 * v39;
   const double v49 = 2.0 * v39;
   const double v50 = 2.0 * v40;
-  const double v51 = sq(v40);
-  const double v52 = sq(v41);
+  const double v51 = v40 * v40;
+  const double v52 = v41 * v41;
   const double v53 = 2.0 * v41;
   const double v54 = v43 + v44;
   const double v55 = v19 * v42;
@@ -1431,6 +1549,7 @@ void planar_3rrr_170_rods_D_chain(const double theta[3], const double q[3], doub
   residual_D_theta[6] = v72;
   residual_D_theta[7] = v73;
   const double v81 = -v74;
+  // residual_D_theta
   residual_D_theta[0] = v75;
   residual_D_theta[1] = v76;
   residual_D_theta[2] = v77;
@@ -1440,22 +1559,28 @@ void planar_3rrr_170_rods_D_chain(const double theta[3], const double q[3], doub
   residual_D_theta[8] = v81;
 }
 
+// Both matrices of the velocity relation of a platform on legs.
+// 92 operations: multiply 39, add 33, trig 8, other 12
 void planar_3rrr_170_velocity_relation(const double theta[3], const double q[3], double J_x[9], double J_q[9]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // cosines and sines
   const double angle[4] = {theta_2, q_0, q_1, q_2};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // constant entries of J_q
   J_q[1] = 0.0;
   J_q[2] = 0.0;
   J_q[3] = 0.0;
   J_q[5] = 0.0;
   J_q[6] = 0.0;
   J_q[7] = 0.0;
+  // shared terms; columns 1 and 2 of J_x
   const double v9 = 0.065 * s[0];
   const double v10 = 0.11258330249197702 * c[0];
   const double v11 = 0.17 * c[1];
@@ -1492,14 +1617,14 @@ void planar_3rrr_170_velocity_relation(const double theta[3], const double q[3],
   const double v42 = v34 - v26;
   const double v43 = v35 - v28;
   const double v44 = v35 - theta_1;
-  const double v45 = sq(v36);
-  const double v46 = sq(v37);
+  const double v45 = v36 * v36;
+  const double v46 = v37 * v37;
   const double v47 = 2.0 * v37;
   const double v48 = 2.0 * v36;
-  const double v49 = sq(v39);
-  const double v50 = sq(v40);
-  const double v51 = sq(v42);
-  const double v52 = sq(v43);
+  const double v49 = v39 * v39;
+  const double v50 = v40 * v40;
+  const double v51 = v42 * v42;
+  const double v52 = v43 * v43;
   const double v53 = v45 + v46;
   const double v54 = 2.0 * v40;
   const double v55 = 2.0 * v39;
@@ -1533,6 +1658,7 @@ void planar_3rrr_170_velocity_relation(const double theta[3], const double q[3],
   const double v81 = 0.5 / v68;
   const double v82 = 0.5 / v69;
   const double v83 = v74 * v67;
+  // shared terms; columns 1 and 2 of J_x; column 3 of J_q
   J_x[0] = v75;
   J_x[1] = v76;
   const double v84 = v76 * v21;
@@ -1545,22 +1671,29 @@ void planar_3rrr_170_velocity_relation(const double theta[3], const double q[3],
   const double v89 = v81 * v72;
   const double v90 = v82 * v73;
   J_q[8] = v83;
+  // shared terms; column 3 of J_x; columns 1 and 2 of J_q
   const double v91 = v84 - v85;
   const double v92 = v86 - v87;
   J_x[8] = v88;
   J_q[0] = v89;
   J_q[4] = v90;
+  // column 3 of J_x
   J_x[2] = v91;
   J_x[5] = v92;
 }
 
+// Coefficients of the polynomial whose zeros are the platform's angles in all modes.
+// 242 operations: multiply 130, add 103, negate 3, trig 6
 void planar_3rrr_170_assembly_polynomial(const double q[3], double coefficients[7]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
+  // cosines and sines
   const double angle[3] = {q_2, q_0, q_1};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // shared terms; coefficients
   const double v7 = 0.17 * c[0];
   const double v8 = 0.17 * c[1];
   const double v9 = 0.17 * s[0];
@@ -1576,10 +1709,10 @@ void planar_3rrr_170_assembly_polynomial(const double q[3], double coefficients[
   const double v19 = v14 - v15;
   const double v20 = v16 - v13;
   const double v21 = v17 - v15;
-  const double v22 = sq(v18);
-  const double v23 = sq(v19);
-  const double v24 = sq(v20);
-  const double v25 = sq(v21);
+  const double v22 = v18 * v18;
+  const double v23 = v19 * v19;
+  const double v24 = v20 * v20;
+  const double v25 = v21 * v21;
   const double v26 = 0.22516660498395405 * v20;
   const double v27 = 0.22516660498395405 * v21;
   const double v28 = 0.39 * v19;
@@ -1598,8 +1731,8 @@ void planar_3rrr_170_assembly_polynomial(const double q[3], double coefficients[
   const double v41 = 0.4503332099679081 * v21;
   const double v42 = 0.0507 + v22;
   const double v43 = 0.0507 + v24;
-  const double v44 = sq(v26);
-  const double v45 = sq(v27);
+  const double v44 = v26 * v26;
+  const double v45 = v27 * v27;
   const double v46 = v28 + v29;
   const double v47 = v30 - v31;
   const double v48 = 0.02535 + v32;
@@ -1625,17 +1758,17 @@ void planar_3rrr_170_assembly_polynomial(const double q[3], double coefficients[
   const double v68 = v56 * v26;
   const double v69 = v56 * v27;
   const double v70 = 0.5 * v55;
-  const double v71 = sq(v59);
-  const double v72 = sq(v60);
+  const double v71 = v59 * v59;
+  const double v72 = v60 * v60;
   const double v73 = v55 * v59;
   const double v74 = v55 * v60;
   const double v75 = v34 * v59;
   const double v76 = v35 * v60;
   const double v77 = 0.5 * v62;
   const double v78 = 0.5 * v63;
-  const double v79 = sq(v64);
-  const double v80 = sq(v65);
-  const double v81 = sq(v66);
+  const double v79 = v64 * v64;
+  const double v80 = v65 * v65;
+  const double v81 = v66 * v66;
   const double v82 = v34 * v60;
   const double v83 = v35 * v59;
   const double v84 = v57 - v58;
@@ -1645,10 +1778,10 @@ void planar_3rrr_170_assembly_polynomial(const double q[3], double coefficients[
   const double v88 = v59 * v54;
   const double v89 = v55 * v54;
   const double v90 = v65 * v66;
-  const double v91 = sq(v67);
+  const double v91 = v67 * v67;
   const double v92 = v59 * v68;
   const double v93 = v60 * v69;
-  const double v94 = sq(v70);
+  const double v94 = v70 * v70;
   const double v95 = 0.5 * v71;
   const double v96 = 0.5 * v72;
   const double v97 = v26 * v73;
@@ -1784,37 +1917,48 @@ void planar_3rrr_170_assembly_polynomial(const double q[3], double coefficients[
   const double v227 = v219 - v162;
   coefficients[5] = v220;
   const double v228 = -v221;
+  // shared terms; coefficients
   const double v229 = v222 - v168;
   const double v230 = v223 - v213;
   const double v231 = v224 - v225;
   const double v232 = 1982.7173035958308 * v226;
   const double v233 = v227 - v124;
   coefficients[6] = v228;
+  // shared terms; coefficients
   const double v234 = 1982.7173035958308 * v229;
   const double v235 = v230 - v214;
   const double v236 = v231 - v137;
   coefficients[3] = v232;
   const double v237 = 1982.7173035958308 * v233;
+  // shared terms; coefficients
   coefficients[0] = v234;
   const double v238 = v235 - v134;
   const double v239 = 1982.7173035958308 * v236;
   const double v240 = -v237;
+  // shared terms; coefficients
   const double v241 = 1982.7173035958308 * v238;
   const double v242 = -v239;
   coefficients[4] = v240;
+  // coefficients
   coefficients[1] = v241;
   coefficients[2] = v242;
 }
 
+// Pose of the platform in the assembly mode of an angle.
+// 85 operations: multiply 31, add 29, negate 4, trig 8, other 13
 void planar_3rrr_170_assembly_position(const double q[3], const double phi[1], double theta[3]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double phi_0 = phi[0];
+  // cosines and sines
   const double angle[4] = {phi_0, q_2, q_0, q_1};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // theta
   theta[2] = phi_0;
+  // shared terms; theta
   const double v9 = 0.11258330249197702 * c[0];
   const double v10 = 0.195 * s[0];
   const double v11 = 0.17 * c[1];
@@ -1846,10 +1990,10 @@ void planar_3rrr_170_assembly_position(const double q[3], const double phi[1], d
   const double v37 = v25 - v33;
   const double v38 = v17 - v34;
   const double v39 = v19 - v35;
-  const double v40 = sq(v36);
-  const double v41 = sq(v37);
-  const double v42 = sq(v38);
-  const double v43 = sq(v39);
+  const double v40 = v36 * v36;
+  const double v41 = v37 * v37;
+  const double v42 = v38 * v38;
+  const double v43 = v39 * v39;
   const double v44 = v38 * v37;
   const double v45 = v39 * v36;
   const double v46 = v38 * v36;
@@ -1874,7 +2018,7 @@ void planar_3rrr_170_assembly_position(const double q[3], const double phi[1], d
   const double v65 = v62 / v59;
   const double v66 = v56 * v65;
   const double v67 = v65 * v51;
-  const double v68 = sq(v65);
+  const double v68 = v65 * v65;
   const double v69 = v60 * v65;
   const double v70 = v63 - v67;
   const double v71 = v64 - v68;
@@ -1896,15 +2040,21 @@ void planar_3rrr_170_assembly_position(const double q[3], const double phi[1], d
   theta[1] = v85;
 }
 
+// Pose of the platform in the assembly mode of an angle, mirrored in the line of two centres.
+// 85 operations: multiply 31, add 29, negate 4, trig 8, other 13
 void planar_3rrr_170_assembly_mirror(const double q[3], const double phi[1], double theta[3]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double phi_0 = phi[0];
+  // cosines and sines
   const double angle[4] = {phi_0, q_2, q_0, q_1};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // theta
   theta[2] = phi_0;
+  // shared terms; theta
   const double v9 = 0.11258330249197702 * c[0];
   const double v10 = 0.195 * s[0];
   const double v11 = 0.17 * c[1];
@@ -1936,10 +2086,10 @@ void planar_3rrr_170_assembly_mirror(const double q[3], const double phi[1], dou
   const double v37 = v25 - v33;
   const double v38 = v17 - v34;
   const double v39 = v19 - v35;
-  const double v40 = sq(v36);
-  const double v41 = sq(v37);
-  const double v42 = sq(v38);
-  const double v43 = sq(v39);
+  const double v40 = v36 * v36;
+  const double v41 = v37 * v37;
+  const double v42 = v38 * v38;
+  const double v43 = v39 * v39;
   const double v44 = v38 * v37;
   const double v45 = v39 * v36;
   const double v46 = v38 * v36;
@@ -1964,7 +2114,7 @@ void planar_3rrr_170_assembly_mirror(const double q[3], const double phi[1], dou
   const double v65 = v62 / v59;
   const double v66 = v56 * v65;
   const double v67 = v65 * v51;
-  const double v68 = sq(v65);
+  const double v68 = v65 * v65;
   const double v69 = v60 * v65;
   const double v70 = v63 - v67;
   const double v71 = v64 - v68;

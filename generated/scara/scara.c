@@ -4,22 +4,24 @@
 #include "chasles_cos_sin.h"
 #include "scara_branches.h"
 
-#if !SCARA_BRANCHES
-static double sq(double x) { return x * x; }
-#endif
-
+// Pose of the tool (ee) in the base frame (0).
+// 17 operations: multiply 4, add 6, negate 1, trig 6
 void scara_fk(const double q[4], double T_0_ee[16]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
+  // shared terms
   const double v1 = q_0 + q_1;
   const double v4 = 0.2 + q_2;
   const double v5 = v1 - q_3;
   const double v10 = 0.877 - v4;
+  // cosines and sines
   const double angle[3] = {q_0, v1, v5};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of T_0_ee
   T_0_ee[2] = 0.0;
   T_0_ee[6] = 0.0;
   T_0_ee[8] = 0.0;
@@ -29,35 +31,44 @@ void scara_fk(const double q[4], double T_0_ee[16]) {
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
+  // shared terms; column 4 of T_0_ee
   const double v8 = 0.425 * c[0];
   const double v9 = 0.425 * s[0];
   const double v13 = 0.375 * c[1];
   const double v14 = 0.375 * s[1];
   T_0_ee[11] = v10;
+  // shared terms; columns 1 and 2 of T_0_ee
   T_0_ee[0] = c[2];
   T_0_ee[1] = s[2];
   const double v15 = v13 + v8;
   T_0_ee[4] = s[2];
   const double v16 = -c[2];
   const double v17 = v14 + v9;
+  // columns 2 and 4 of T_0_ee
   T_0_ee[3] = v15;
   T_0_ee[5] = v16;
   T_0_ee[7] = v17;
 }
 
+// Pose of every link's frame in the base frame, in order from the base.
+// 20 operations: multiply 4, add 7, negate 3, trig 6
 void scara_link_poses(const double q[4], double T[64]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
+  // shared terms
   const double v3 = q_0 + q_1;
   const double v4 = 0.877 - q_2;
   const double v5 = 0.2 + q_2;
   const double v8 = v3 - q_3;
   const double v12 = 0.877 - v5;
+  // cosines and sines
   const double angle[3] = {q_0, v3, v8};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of T
   T[2] = 0.0;
   T[6] = 0.0;
   T[8] = 0.0;
@@ -96,6 +107,7 @@ void scara_link_poses(const double q[4], double T[64]) {
   T[61] = 0.0;
   T[62] = 0.0;
   T[63] = 1.0;
+  // shared terms; T
   T[0] = c[0];
   const double v9 = -s[0];
   const double v10 = 0.425 * c[0];
@@ -103,6 +115,7 @@ void scara_link_poses(const double q[4], double T[64]) {
   T[5] = c[0];
   const double v11 = 0.425 * s[0];
   T[43] = v4;
+  // shared terms; T
   T[1] = v9;
   T[3] = v10;
   T[7] = v11;
@@ -116,6 +129,7 @@ void scara_link_poses(const double q[4], double T[64]) {
   T[33] = s[1];
   T[36] = s[1];
   T[59] = v12;
+  // shared terms; T
   const double v18 = v10 + v15;
   T[21] = v16;
   const double v19 = v11 + v17;
@@ -124,6 +138,7 @@ void scara_link_poses(const double q[4], double T[64]) {
   T[49] = s[2];
   T[52] = s[2];
   const double v20 = -c[2];
+  // T
   T[19] = v18;
   T[23] = v19;
   T[35] = v18;
@@ -133,18 +148,24 @@ void scara_link_poses(const double q[4], double T[64]) {
   T[55] = v19;
 }
 
+// Pose of the tool and mixed Jacobian in one call.
+// 19 operations: multiply 4, add 6, negate 3, trig 6
 void scara_fk_jacobian_mixed(const double q[4], double T_0_ee[16], double J[24]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
+  // shared terms
   const double v1 = q_0 + q_1;
   const double v4 = 0.2 + q_2;
   const double v5 = v1 - q_3;
   const double v10 = 0.877 - v4;
+  // cosines and sines
   const double angle[3] = {q_0, v1, v5};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of T_0_ee; constant entries of J
   T_0_ee[2] = 0.0;
   T_0_ee[6] = 0.0;
   T_0_ee[8] = 0.0;
@@ -174,11 +195,13 @@ void scara_fk_jacobian_mixed(const double q[4], double T_0_ee[16], double J[24])
   J[21] = 1.0;
   J[22] = 0.0;
   J[23] = -1.0;
+  // shared terms; column 4 of T_0_ee
   const double v8 = 0.425 * c[0];
   const double v9 = 0.425 * s[0];
   const double v13 = 0.375 * c[1];
   const double v14 = 0.375 * s[1];
   T_0_ee[11] = v10;
+  // shared terms; columns 1 and 2 of T_0_ee; column 2 of J
   T_0_ee[0] = c[2];
   T_0_ee[1] = s[2];
   const double v15 = v13 + v8;
@@ -187,22 +210,31 @@ void scara_fk_jacobian_mixed(const double q[4], double T_0_ee[16], double J[24])
   const double v17 = v14 + v9;
   const double v18 = -v14;
   J[5] = v13;
+  // shared terms; columns 2 and 4 of T_0_ee; columns 1 and 2 of J
   T_0_ee[3] = v15;
   T_0_ee[5] = v16;
   T_0_ee[7] = v17;
   const double v19 = -v17;
   J[1] = v18;
   J[4] = v15;
+  // column 1 of J
   J[0] = v19;
 }
 
+// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
+// axes.
+// 13 operations: multiply 4, add 3, negate 2, trig 4
 void scara_jacobian_space(const double q[4], double J[24]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
+  // shared terms
   const double v2 = q_0 + q_1;
+  // cosines and sines
   const double angle[2] = {q_0, v2};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of J
   J[0] = 0.0;
   J[2] = 0.0;
   J[4] = 0.0;
@@ -223,29 +255,39 @@ void scara_jacobian_space(const double q[4], double J[24]) {
   J[21] = 1.0;
   J[22] = 0.0;
   J[23] = -1.0;
+  // shared terms; column 2 of J
   const double v6 = 0.425 * s[0];
   const double v7 = 0.425 * c[0];
   J[1] = v6;
   const double v8 = 0.375 * s[1];
   const double v9 = -v7;
   const double v10 = 0.375 * c[1];
+  // shared terms; column 2 of J
   const double v11 = v8 + v6;
   J[5] = v9;
   const double v12 = v10 + v7;
+  // shared terms; column 4 of J
   const double v13 = -v11;
   J[7] = v12;
+  // column 4 of J
   J[3] = v13;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+// 28 operations: multiply 12, add 8, negate 2, trig 6
 void scara_jacobian_body(const double q[4], double J[24]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_3 = q[3];
+  // shared terms
   const double v1 = q_0 + q_1;
   const double v5 = v1 - q_3;
+  // cosines and sines
   const double angle[3] = {q_0, v1, v5};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of J
   J[2] = 0.0;
   J[3] = 0.0;
   J[6] = 0.0;
@@ -266,6 +308,7 @@ void scara_jacobian_body(const double q[4], double J[24]) {
   J[21] = -1.0;
   J[22] = 0.0;
   J[23] = 1.0;
+  // shared terms; column 2 of J
   const double v7 = 0.425 * c[0];
   const double v8 = 0.425 * s[0];
   const double v11 = 0.375 * c[1];
@@ -286,19 +329,27 @@ void scara_jacobian_body(const double q[4], double J[24]) {
   J[1] = v21;
   const double v26 = v22 + v23;
   const double v27 = -v24;
+  // shared terms; columns 1 and 2 of J
   J[0] = v25;
   const double v28 = -v26;
   J[5] = v27;
+  // column 1 of J
   J[4] = v28;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+// 13 operations: multiply 4, add 3, negate 2, trig 4
 void scara_jacobian_mixed(const double q[4], double J[24]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
+  // shared terms
   const double v1 = q_0 + q_1;
+  // cosines and sines
   const double angle[2] = {q_0, v1};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of J
   J[2] = 0.0;
   J[3] = 0.0;
   J[6] = 0.0;
@@ -319,6 +370,7 @@ void scara_jacobian_mixed(const double q[4], double J[24]) {
   J[21] = 1.0;
   J[22] = 0.0;
   J[23] = -1.0;
+  // shared terms; column 2 of J
   const double v6 = 0.425 * s[0];
   const double v7 = 0.425 * c[0];
   const double v8 = 0.375 * s[1];
@@ -327,22 +379,30 @@ void scara_jacobian_mixed(const double q[4], double J[24]) {
   const double v11 = -v8;
   const double v12 = v9 + v7;
   J[5] = v9;
+  // shared terms; columns 1 and 2 of J
   const double v13 = -v10;
   J[1] = v11;
   J[4] = v12;
+  // column 1 of J
   J[0] = v13;
 }
 
+// Time derivative of jacobian_space at joint rates qd.
+// 20 operations: multiply 10, add 6, trig 4
 void scara_jacobian_space_dot(const double q[4], const double qd[4], double J_dot[24]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
+  // shared terms
   const double v2 = q_0 + q_1;
   const double v4 = qd_0 + qd_1;
+  // cosines and sines
   const double angle[2] = {q_0, v2};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of J_dot
   J_dot[0] = 0.0;
   J_dot[2] = 0.0;
   J_dot[4] = 0.0;
@@ -363,6 +423,7 @@ void scara_jacobian_space_dot(const double q[4], const double qd[4], double J_do
   J_dot[21] = 0.0;
   J_dot[22] = 0.0;
   J_dot[23] = 0.0;
+  // shared terms; column 2 of J_dot
   const double v7 = 0.425 * c[0];
   const double v8 = 0.425 * s[0];
   const double v9 = v7 * qd_0;
@@ -375,6 +436,7 @@ void scara_jacobian_space_dot(const double q[4], const double qd[4], double J_do
   const double v15 = v11 + v7;
   J_dot[5] = v12;
   const double v16 = v14 + v8;
+  // shared terms; column 4 of J_dot
   const double v17 = v15 * v4;
   const double v18 = v16 * v4;
   const double v19 = v10 - v17;
@@ -383,18 +445,24 @@ void scara_jacobian_space_dot(const double q[4], const double qd[4], double J_do
   J_dot[7] = v20;
 }
 
+// Time derivative of jacobian_body at joint rates qd.
+// 37 operations: multiply 18, add 11, negate 2, trig 6
 void scara_jacobian_body_dot(const double q[4], const double qd[4], double J_dot[24]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_3 = q[3];
   const double qd_1 = qd[1];
   const double qd_3 = qd[3];
+  // shared terms
   const double v1 = q_0 + q_1;
   const double v4 = qd_1 - qd_3;
   const double v6 = v1 - q_3;
+  // cosines and sines
   const double angle[3] = {q_0, v1, v6};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of J_dot
   J_dot[2] = 0.0;
   J_dot[3] = 0.0;
   J_dot[6] = 0.0;
@@ -415,6 +483,7 @@ void scara_jacobian_body_dot(const double q[4], const double qd[4], double J_dot
   J_dot[21] = 0.0;
   J_dot[22] = 0.0;
   J_dot[23] = 0.0;
+  // shared terms; column 2 of J_dot
   const double v8 = 0.425 * c[0];
   const double v9 = 0.425 * s[0];
   const double v12 = 0.375 * c[1];
@@ -445,20 +514,27 @@ void scara_jacobian_body_dot(const double q[4], const double qd[4], double J_dot
   J_dot[1] = v33;
   const double v37 = v34 - v30;
   J_dot[5] = v35;
+  // column 1 of J_dot
   J_dot[0] = v36;
   J_dot[4] = v37;
 }
 
+// Time derivative of jacobian_mixed at joint rates qd.
+// 24 operations: multiply 10, add 6, negate 4, trig 4
 void scara_jacobian_mixed_dot(const double q[4], const double qd[4], double J_dot[24]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
+  // shared terms
   const double v1 = q_0 + q_1;
   const double v4 = qd_0 + qd_1;
+  // cosines and sines
   const double angle[2] = {q_0, v1};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of J_dot
   J_dot[2] = 0.0;
   J_dot[3] = 0.0;
   J_dot[6] = 0.0;
@@ -479,6 +555,7 @@ void scara_jacobian_mixed_dot(const double q[4], const double qd[4], double J_do
   J_dot[21] = 0.0;
   J_dot[22] = 0.0;
   J_dot[23] = 0.0;
+  // shared terms; column 2 of J_dot
   const double v7 = 0.425 * c[0];
   const double v8 = 0.425 * s[0];
   const double v9 = 0.375 * c[1];
@@ -497,19 +574,26 @@ void scara_jacobian_mixed_dot(const double q[4], const double qd[4], double J_do
   J_dot[1] = v18;
   const double v22 = v19 + v15;
   J_dot[5] = v20;
+  // shared terms; column 1 of J_dot
   const double v23 = -v21;
   const double v24 = -v22;
   J_dot[0] = v23;
   J_dot[4] = v24;
 }
 
+// Derivative of jacobian_mixed by the joint coordinates.
+// 15 operations: multiply 4, add 3, negate 4, trig 4
 void scara_hessian_mixed(const double q[4], double H[96]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
+  // shared terms
   const double v1 = q_0 + q_1;
+  // cosines and sines
   const double angle[2] = {q_0, v1};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of H
   H[2] = 0.0;
   H[3] = 0.0;
   H[6] = 0.0;
@@ -598,6 +682,7 @@ void scara_hessian_mixed(const double q[4], double H[96]) {
   H[93] = 0.0;
   H[94] = 0.0;
   H[95] = 0.0;
+  // shared terms; H
   const double v6 = 0.425 * c[0];
   const double v7 = 0.425 * s[0];
   const double v8 = 0.375 * c[1];
@@ -614,34 +699,44 @@ void scara_hessian_mixed(const double q[4], double H[96]) {
   H[17] = v13;
   H[20] = v13;
   H[21] = v13;
+  // H
   H[0] = v14;
   H[16] = v15;
 }
 
+// Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+// 20 operations: multiply 8, add 7, negate 1, trig 4
 void scara_twist_space(const double q[4], const double qd[4], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
   const double qd_2 = qd[2];
   const double qd_3 = qd[3];
+  // shared terms
   const double v2 = q_0 + q_1;
   const double v4 = -qd_2;
   const double v5 = qd_0 + qd_1;
   const double v10 = v5 - qd_3;
+  // cosines and sines
   const double angle[2] = {q_0, v2};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of V
   V[3] = 0.0;
   V[4] = 0.0;
+  // shared terms; V
   const double v8 = 0.425 * s[0];
   const double v9 = 0.425 * c[0];
   V[2] = v4;
+  // shared terms; V
   const double v11 = v8 * qd_1;
   const double v12 = 0.375 * s[1];
   const double v13 = 0.375 * c[1];
   const double v14 = v9 * qd_1;
   V[5] = v10;
+  // shared terms; V
   const double v15 = v12 + v8;
   const double v16 = v13 + v9;
   const double v17 = v15 * qd_3;
@@ -652,7 +747,10 @@ void scara_twist_space(const double q[4], const double qd[4], double V[6]) {
   V[1] = v20;
 }
 
+// Twist (v, omega) of the tool's origin, in tool axes.
+// 36 operations: multiply 16, add 12, negate 2, trig 6
 void scara_twist_body(const double q[4], const double qd[4], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_3 = q[3];
@@ -660,17 +758,21 @@ void scara_twist_body(const double q[4], const double qd[4], double V[6]) {
   const double qd_1 = qd[1];
   const double qd_2 = qd[2];
   const double qd_3 = qd[3];
+  // shared terms
   const double v1 = q_0 + q_1;
   const double v4 = qd_0 + qd_1;
   const double v6 = v1 - q_3;
   const double v10 = v4 - qd_3;
   const double v15 = -v10;
+  // cosines and sines
   const double angle[3] = {q_0, v1, v6};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // V
   V[2] = qd_2;
   V[3] = 0.0;
   V[4] = 0.0;
+  // shared terms; V
   const double v8 = 0.425 * c[0];
   const double v9 = 0.425 * s[0];
   const double v13 = 0.375 * c[1];
@@ -682,6 +784,7 @@ void scara_twist_body(const double q[4], const double qd[4], double V[6]) {
   const double v20 = v13 * c[2];
   const double v21 = v14 * s[2];
   V[5] = v15;
+  // shared terms; V
   const double v22 = v16 * s[2];
   const double v23 = v17 * c[2];
   const double v24 = v18 - v19;
@@ -698,31 +801,41 @@ void scara_twist_body(const double q[4], const double qd[4], double V[6]) {
   const double v35 = v33 + v31;
   V[0] = v34;
   const double v36 = -v35;
+  // V
   V[1] = v36;
 }
 
+// Twist (v, omega) of the tool's origin, in base axes.
+// 21 operations: multiply 8, add 7, negate 2, trig 4
 void scara_twist_mixed(const double q[4], const double qd[4], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
   const double qd_2 = qd[2];
   const double qd_3 = qd[3];
+  // shared terms
   const double v1 = q_0 + q_1;
   const double v4 = -qd_2;
   const double v5 = qd_0 + qd_1;
   const double v10 = v5 - qd_3;
+  // cosines and sines
   const double angle[2] = {q_0, v1};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of V
   V[3] = 0.0;
   V[4] = 0.0;
+  // shared terms; V
   const double v8 = 0.425 * s[0];
   const double v9 = 0.425 * c[0];
   V[2] = v4;
+  // shared terms; V
   const double v11 = 0.375 * s[1];
   const double v12 = 0.375 * c[1];
   V[5] = v10;
+  // shared terms; V
   const double v13 = v11 + v8;
   const double v14 = v11 * qd_1;
   const double v15 = v12 + v9;
@@ -733,10 +846,14 @@ void scara_twist_mixed(const double q[4], const double qd[4], double V[6]) {
   const double v20 = v18 + v16;
   const double v21 = -v19;
   V[1] = v20;
+  // V
   V[0] = v21;
 }
 
+// Time derivative of twist_space at rates qd and accelerations qdd.
+// 37 operations: multiply 18, add 14, negate 1, trig 4
 void scara_acceleration_space(const double q[4], const double qd[4], const double qdd[4], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double qd_0 = qd[0];
@@ -746,19 +863,24 @@ void scara_acceleration_space(const double q[4], const double qd[4], const doubl
   const double qdd_1 = qdd[1];
   const double qdd_2 = qdd[2];
   const double qdd_3 = qdd[3];
+  // shared terms
   const double v2 = q_0 + q_1;
   const double v4 = qd_0 + qd_1;
   const double v5 = -qdd_2;
   const double v6 = qdd_0 + qdd_1;
   const double v11 = v6 - qdd_3;
+  // cosines and sines
   const double angle[2] = {q_0, v2};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of A
   A[3] = 0.0;
   A[4] = 0.0;
+  // shared terms; A
   const double v9 = 0.425 * s[0];
   const double v10 = 0.425 * c[0];
   A[2] = v5;
+  // shared terms; A
   const double v12 = v9 * qdd_1;
   const double v13 = 0.375 * s[1];
   const double v14 = v10 * qd_0;
@@ -768,6 +890,7 @@ void scara_acceleration_space(const double q[4], const double qd[4], const doubl
   const double v18 = v9 * qd_0;
   const double v19 = v9 * qd_1;
   A[5] = v11;
+  // shared terms; A
   const double v20 = v13 + v9;
   const double v21 = v14 * qd_1;
   const double v22 = v16 + v10;
@@ -790,7 +913,10 @@ void scara_acceleration_space(const double q[4], const double qd[4], const doubl
   A[1] = v37;
 }
 
+// Time derivative of twist_body at rates qd and accelerations qdd.
+// 52 operations: multiply 26, add 19, negate 1, trig 6
 void scara_acceleration_body(const double q[4], const double qd[4], const double qdd[4], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_3 = q[3];
@@ -801,18 +927,22 @@ void scara_acceleration_body(const double q[4], const double qd[4], const double
   const double qdd_1 = qdd[1];
   const double qdd_2 = qdd[2];
   const double qdd_3 = qdd[3];
+  // shared terms
   const double v1 = q_0 + q_1;
   const double v4 = qd_1 - qd_3;
   const double v5 = qdd_0 + qdd_1;
   const double v7 = v1 - q_3;
   const double v11 = v5 - qdd_3;
   const double v16 = -v11;
+  // cosines and sines
   const double angle[3] = {q_0, v1, v7};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // A
   A[2] = qdd_2;
   A[3] = 0.0;
   A[4] = 0.0;
+  // shared terms; A
   const double v9 = 0.425 * c[0];
   const double v10 = 0.425 * s[0];
   const double v14 = 0.375 * c[1];
@@ -824,6 +954,7 @@ void scara_acceleration_body(const double q[4], const double qd[4], const double
   const double v21 = v14 * c[2];
   const double v22 = v15 * s[2];
   A[5] = v16;
+  // shared terms; A
   const double v23 = v17 * s[2];
   const double v24 = v18 * c[2];
   const double v25 = v19 - v20;
@@ -858,7 +989,10 @@ void scara_acceleration_body(const double q[4], const double qd[4], const double
   A[1] = v52;
 }
 
+// Time derivative of twist_mixed at rates qd and accelerations qdd.
+// 38 operations: multiply 18, add 14, negate 2, trig 4
 void scara_acceleration_mixed(const double q[4], const double qd[4], const double qdd[4], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double qd_0 = qd[0];
@@ -867,22 +1001,28 @@ void scara_acceleration_mixed(const double q[4], const double qd[4], const doubl
   const double qdd_1 = qdd[1];
   const double qdd_2 = qdd[2];
   const double qdd_3 = qdd[3];
+  // shared terms
   const double v1 = q_0 + q_1;
   const double v4 = qd_0 + qd_1;
   const double v5 = -qdd_2;
   const double v6 = qdd_0 + qdd_1;
   const double v11 = v6 - qdd_3;
+  // cosines and sines
   const double angle[2] = {q_0, v1};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of A
   A[3] = 0.0;
   A[4] = 0.0;
+  // shared terms; A
   const double v9 = 0.425 * s[0];
   const double v10 = 0.425 * c[0];
   A[2] = v5;
+  // shared terms; A
   const double v12 = 0.375 * s[1];
   const double v13 = 0.375 * c[1];
   A[5] = v11;
+  // shared terms; A
   const double v14 = v12 + v9;
   const double v15 = v12 * qdd_1;
   const double v16 = v13 + v10;
@@ -909,11 +1049,15 @@ void scara_acceleration_mixed(const double q[4], const double qd[4], const doubl
   const double v37 = v30 - v35;
   const double v38 = -v36;
   A[1] = v37;
+  // A
   A[0] = v38;
 }
 
 #if !SCARA_BRANCHES
+// One branch of ik.
+// 109 operations: multiply 42, add 45, negate 1, trig 3, other 18
 static void scara_ik_branch(const double T[16], const double choice[1], double q[4], double residual[1], double margin[1]) {
+  // inputs
   const double T_0 = T[0];
   const double T_1 = T[1];
   const double T_2 = T[2];
@@ -927,24 +1071,25 @@ static void scara_ik_branch(const double T[16], const double choice[1], double q
   const double T_10 = T[10];
   const double T_11 = T[11];
   const double choice_0 = choice[0];
+  // shared terms
   const double v1 = 0.677 * T_6;
   const double v2 = 0.677 * T_2;
-  const double v3 = sq(T_4);
+  const double v3 = T_4 * T_4;
   const double v4 = 1e-150 + T_0;
   const double v5 = 0.677 * T_10;
-  const double v6 = sq(T_2);
-  const double v7 = sq(T_6);
-  const double v8 = sq(T_8);
-  const double v9 = sq(T_9);
+  const double v6 = T_2 * T_2;
+  const double v7 = T_6 * T_6;
+  const double v8 = T_8 * T_8;
+  const double v9 = T_9 * T_9;
   const double v10 = 1.0 + T_10;
   const double v11 = T_7 + v1;
   const double v12 = T_3 + v2;
-  const double v13 = sq(v4);
+  const double v13 = v4 * v4;
   const double v14 = T_11 + v5;
   const double v15 = v6 + v7;
-  const double v16 = sq(v10);
-  const double v17 = sq(v12);
-  const double v18 = sq(v11);
+  const double v16 = v10 * v10;
+  const double v17 = v12 * v12;
+  const double v18 = v11 * v11;
   const double v19 = v3 + v13;
   const double v20 = -v14;
   const double v21 = v14 - 0.2;
@@ -963,7 +1108,7 @@ static void scara_ik_branch(const double T[16], const double choice[1], double q
   const double v34 = 3.1372549019607843 * v29;
   const int v35 = v29 < 0.0;
   const double v36 = atan2(v30, v31);
-  const double v37 = sq(v32);
+  const double v37 = v32 * v32;
   const double v38 = v31 - T_0;
   const double v39 = v30 - T_1;
   const double v40 = v30 - T_4;
@@ -971,10 +1116,10 @@ static void scara_ik_branch(const double T[16], const double choice[1], double q
   const int v42 = 4.0640625e-16 < v33;
   const double v43 = v35 ? -1.0 : 1.0;
   const double v44 = sqrt(v33);
-  const double v45 = sq(v38);
-  const double v46 = sq(v39);
-  const double v47 = sq(v40);
-  const double v48 = sq(v41);
+  const double v45 = v38 * v38;
+  const double v46 = v39 * v39;
+  const double v47 = v40 * v40;
+  const double v48 = v41 * v41;
   const double v49 = 9.84236831987697 * v33;
   const double v50 = v42 ? v34 : v43;
   const double v51 = 3.1372549019607843 * v44;
@@ -996,9 +1141,9 @@ static void scara_ik_branch(const double T[16], const double choice[1], double q
   const double v67 = v59 - v64;
   const double v68 = v61 + v65;
   const double v69 = 0.5 * v66;
-  const double v70 = sq(v67);
+  const double v70 = v67 * v67;
   const double v71 = 1e-150 + v68;
-  const double v72 = sq(v71);
+  const double v72 = v71 * v71;
   const double v73 = v70 + v72;
   const double v74 = sqrt(v73);
   const double v75 = v67 / v74;
@@ -1026,8 +1171,8 @@ static void scara_ik_branch(const double T[16], const double choice[1], double q
   const double v97 = v94 - T_3;
   const double v98 = v95 - T_7;
   const double v99 = v90 ? v91 : v96;
-  const double v100 = sq(v97);
-  const double v101 = sq(v98);
+  const double v100 = v97 * v97;
+  const double v101 = v98 * v98;
   const double v102 = v100 + v101;
   const double v103 = v102 + v37;
   const double v104 = v103 + v69;
@@ -1036,11 +1181,17 @@ static void scara_ik_branch(const double T[16], const double choice[1], double q
   const double v107 = v104 + v106;
   const double v108 = 0.5 * v107;
   const double v109 = sqrt(v108);
+  // q
   q[2] = v20;
+  // margin
   margin[0] = v49;
+  // q
   q[1] = v62;
+  // q
   q[0] = v77;
+  // q
   q[3] = v99;
+  // residual
   residual[0] = v109;
 }
 #endif

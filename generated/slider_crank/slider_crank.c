@@ -3,13 +3,16 @@
 
 #include "chasles_cos_sin.h"
 
-static double sq(double x) { return x * x; }
-
+// Pose of the tool (ee) in the base frame (0).
+// 9 operations: multiply 3, add 3, trig 2, other 1
 void slider_crank_fk(const double q[1], double T_0_ee[16]) {
+  // inputs
   const double q_0 = q[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of T_0_ee
   T_0_ee[0] = 1.0;
   T_0_ee[1] = 0.0;
   T_0_ee[2] = 0.0;
@@ -25,6 +28,7 @@ void slider_crank_fk(const double q[1], double T_0_ee[16]) {
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
+  // shared terms; column 4 of T_0_ee
   const double v3 = 0.05 * c[0];
   const double v4 = 0.05 * s[0];
   const double v5 = 0.18 + v4;
@@ -35,11 +39,16 @@ void slider_crank_fk(const double q[1], double T_0_ee[16]) {
   T_0_ee[3] = v9;
 }
 
+// Pose of every link's frame in the base frame, in order from the base.
+// 9 operations: multiply 3, add 3, trig 2, other 1
 void slider_crank_link_poses(const double q[1], double T[16]) {
+  // inputs
   const double q_0 = q[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of T
   T[0] = 1.0;
   T[1] = 0.0;
   T[2] = 0.0;
@@ -55,6 +64,7 @@ void slider_crank_link_poses(const double q[1], double T[16]) {
   T[13] = 0.0;
   T[14] = 0.0;
   T[15] = 1.0;
+  // shared terms; T
   const double v3 = 0.05 * c[0];
   const double v4 = 0.05 * s[0];
   const double v5 = 0.18 + v4;
@@ -65,11 +75,16 @@ void slider_crank_link_poses(const double q[1], double T[16]) {
   T[3] = v9;
 }
 
+// Pose of the tool and mixed Jacobian in one call.
+// 15 operations: multiply 6, add 5, trig 2, other 2
 void slider_crank_fk_jacobian_mixed(const double q[1], double T_0_ee[16], double J[6]) {
+  // inputs
   const double q_0 = q[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of T_0_ee; constant entries of J
   T_0_ee[0] = 1.0;
   T_0_ee[1] = 0.0;
   T_0_ee[2] = 0.0;
@@ -90,6 +105,7 @@ void slider_crank_fk_jacobian_mixed(const double q[1], double T_0_ee[16], double
   J[3] = 0.0;
   J[4] = 0.0;
   J[5] = 0.0;
+  // shared terms; column 4 of T_0_ee
   const double v3 = 0.05 * c[0];
   const double v4 = 0.05 * s[0];
   const double v5 = 0.18 + v4;
@@ -103,20 +119,28 @@ void slider_crank_fk_jacobian_mixed(const double q[1], double T_0_ee[16], double
   const double v13 = 0.5 / v10;
   T_0_ee[3] = v12;
   const double v14 = v11 * v13;
+  // shared terms; J
   const double v15 = v14 - v4;
   J[0] = v15;
 }
 
+// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
+// axes.
+// 14 operations: multiply 6, add 4, trig 2, other 2
 void slider_crank_jacobian_space(const double q[1], double J[6]) {
+  // inputs
   const double q_0 = q[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of J
   J[1] = 0.0;
   J[2] = 0.0;
   J[3] = 0.0;
   J[4] = 0.0;
   J[5] = 0.0;
+  // shared terms; J
   const double v3 = 0.05 * c[0];
   const double v4 = 0.05 * s[0];
   const double v5 = 0.18 - v4;
@@ -132,16 +156,22 @@ void slider_crank_jacobian_space(const double q[1], double J[6]) {
   J[0] = v14;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+// 14 operations: multiply 6, add 4, trig 2, other 2
 void slider_crank_jacobian_body(const double q[1], double J[6]) {
+  // inputs
   const double q_0 = q[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of J
   J[1] = 0.0;
   J[2] = 0.0;
   J[3] = 0.0;
   J[4] = 0.0;
   J[5] = 0.0;
+  // shared terms; J
   const double v3 = 0.05 * c[0];
   const double v4 = 0.05 * s[0];
   const double v5 = 0.18 - v4;
@@ -157,16 +187,22 @@ void slider_crank_jacobian_body(const double q[1], double J[6]) {
   J[0] = v14;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+// 14 operations: multiply 6, add 4, trig 2, other 2
 void slider_crank_jacobian_mixed(const double q[1], double J[6]) {
+  // inputs
   const double q_0 = q[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of J
   J[1] = 0.0;
   J[2] = 0.0;
   J[3] = 0.0;
   J[4] = 0.0;
   J[5] = 0.0;
+  // shared terms; J
   const double v3 = 0.05 * c[0];
   const double v4 = 0.05 * s[0];
   const double v5 = 0.18 - v4;
@@ -182,17 +218,23 @@ void slider_crank_jacobian_mixed(const double q[1], double J[6]) {
   J[0] = v14;
 }
 
+// Time derivative of jacobian_space at joint rates qd.
+// 32 operations: multiply 18, add 8, negate 1, trig 2, other 3
 void slider_crank_jacobian_space_dot(const double q[1], const double qd[1], double J_dot[6]) {
+  // inputs
   const double q_0 = q[0];
   const double qd_0 = qd[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of J_dot
   J_dot[1] = 0.0;
   J_dot[2] = 0.0;
   J_dot[3] = 0.0;
   J_dot[4] = 0.0;
   J_dot[5] = 0.0;
+  // shared terms; J_dot
   const double v3 = c[0] * qd_0;
   const double v4 = 0.05 * c[0];
   const double v5 = 0.05 * s[0];
@@ -226,17 +268,23 @@ void slider_crank_jacobian_space_dot(const double q[1], const double qd[1], doub
   J_dot[0] = v32;
 }
 
+// Time derivative of jacobian_body at joint rates qd.
+// 32 operations: multiply 18, add 8, negate 1, trig 2, other 3
 void slider_crank_jacobian_body_dot(const double q[1], const double qd[1], double J_dot[6]) {
+  // inputs
   const double q_0 = q[0];
   const double qd_0 = qd[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of J_dot
   J_dot[1] = 0.0;
   J_dot[2] = 0.0;
   J_dot[3] = 0.0;
   J_dot[4] = 0.0;
   J_dot[5] = 0.0;
+  // shared terms; J_dot
   const double v3 = c[0] * qd_0;
   const double v4 = 0.05 * c[0];
   const double v5 = 0.05 * s[0];
@@ -270,17 +318,23 @@ void slider_crank_jacobian_body_dot(const double q[1], const double qd[1], doubl
   J_dot[0] = v32;
 }
 
+// Time derivative of jacobian_mixed at joint rates qd.
+// 32 operations: multiply 18, add 8, negate 1, trig 2, other 3
 void slider_crank_jacobian_mixed_dot(const double q[1], const double qd[1], double J_dot[6]) {
+  // inputs
   const double q_0 = q[0];
   const double qd_0 = qd[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of J_dot
   J_dot[1] = 0.0;
   J_dot[2] = 0.0;
   J_dot[3] = 0.0;
   J_dot[4] = 0.0;
   J_dot[5] = 0.0;
+  // shared terms; J_dot
   const double v3 = c[0] * qd_0;
   const double v4 = 0.05 * c[0];
   const double v5 = 0.05 * s[0];
@@ -314,21 +368,27 @@ void slider_crank_jacobian_mixed_dot(const double q[1], const double qd[1], doub
   J_dot[0] = v32;
 }
 
+// Derivative of jacobian_mixed by the joint coordinates.
+// 25 operations: multiply 12, add 7, negate 1, trig 2, other 3
 void slider_crank_hessian_mixed(const double q[1], double H[6]) {
+  // inputs
   const double q_0 = q[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of H
   H[1] = 0.0;
   H[2] = 0.0;
   H[3] = 0.0;
   H[4] = 0.0;
   H[5] = 0.0;
+  // shared terms; H
   const double v3 = 0.05 * c[0];
   const double v4 = 0.05 * s[0];
   const double v5 = 0.18 - v4;
   const double v6 = 0.18 + v4;
-  const double v7 = sq(v3);
+  const double v7 = v3 * v3;
   const double v8 = v3 * v5;
   const double v9 = v3 * v6;
   const double v10 = v6 * v5;
@@ -350,17 +410,23 @@ void slider_crank_hessian_mixed(const double q[1], double H[6]) {
   H[0] = v25;
 }
 
+// Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+// 17 operations: multiply 9, add 4, trig 2, other 2
 void slider_crank_twist_space(const double q[1], const double qd[1], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double qd_0 = qd[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of V
   V[1] = 0.0;
   V[2] = 0.0;
   V[3] = 0.0;
   V[4] = 0.0;
   V[5] = 0.0;
+  // shared terms; V
   const double v3 = 0.05 * s[0];
   const double v4 = c[0] * qd_0;
   const double v5 = s[0] * qd_0;
@@ -379,17 +445,23 @@ void slider_crank_twist_space(const double q[1], const double qd[1], double V[6]
   V[0] = v17;
 }
 
+// Twist (v, omega) of the tool's origin, in tool axes.
+// 17 operations: multiply 9, add 4, trig 2, other 2
 void slider_crank_twist_body(const double q[1], const double qd[1], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double qd_0 = qd[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of V
   V[1] = 0.0;
   V[2] = 0.0;
   V[3] = 0.0;
   V[4] = 0.0;
   V[5] = 0.0;
+  // shared terms; V
   const double v3 = 0.05 * s[0];
   const double v4 = c[0] * qd_0;
   const double v5 = s[0] * qd_0;
@@ -408,17 +480,23 @@ void slider_crank_twist_body(const double q[1], const double qd[1], double V[6])
   V[0] = v17;
 }
 
+// Twist (v, omega) of the tool's origin, in base axes.
+// 17 operations: multiply 9, add 4, trig 2, other 2
 void slider_crank_twist_mixed(const double q[1], const double qd[1], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double qd_0 = qd[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of V
   V[1] = 0.0;
   V[2] = 0.0;
   V[3] = 0.0;
   V[4] = 0.0;
   V[5] = 0.0;
+  // shared terms; V
   const double v3 = 0.05 * s[0];
   const double v4 = c[0] * qd_0;
   const double v5 = s[0] * qd_0;
@@ -437,18 +515,24 @@ void slider_crank_twist_mixed(const double q[1], const double qd[1], double V[6]
   V[0] = v17;
 }
 
+// Time derivative of twist_space at rates qd and accelerations qdd.
+// 34 operations: multiply 20, add 9, trig 2, other 3
 void slider_crank_acceleration_space(const double q[1], const double qd[1], const double qdd[1], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double qd_0 = qd[0];
   const double qdd_0 = qdd[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of A
   A[1] = 0.0;
   A[2] = 0.0;
   A[3] = 0.0;
   A[4] = 0.0;
   A[5] = 0.0;
+  // shared terms; A
   const double v3 = 0.05 * s[0];
   const double v4 = c[0] * qdd_0;
   const double v5 = s[0] * qd_0;
@@ -462,7 +546,7 @@ void slider_crank_acceleration_space(const double q[1], const double qd[1], cons
   const double v13 = v8 * v9;
   const double v14 = v9 - v8;
   const double v15 = v4 - v10;
-  const double v16 = sq(v11);
+  const double v16 = v11 * v11;
   const double v17 = v11 * v9;
   const double v18 = v11 * v8;
   const double v19 = v7 + v12;
@@ -484,18 +568,24 @@ void slider_crank_acceleration_space(const double q[1], const double qd[1], cons
   A[0] = v34;
 }
 
+// Time derivative of twist_body at rates qd and accelerations qdd.
+// 34 operations: multiply 20, add 9, trig 2, other 3
 void slider_crank_acceleration_body(const double q[1], const double qd[1], const double qdd[1], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double qd_0 = qd[0];
   const double qdd_0 = qdd[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of A
   A[1] = 0.0;
   A[2] = 0.0;
   A[3] = 0.0;
   A[4] = 0.0;
   A[5] = 0.0;
+  // shared terms; A
   const double v3 = 0.05 * s[0];
   const double v4 = c[0] * qdd_0;
   const double v5 = s[0] * qd_0;
@@ -509,7 +599,7 @@ void slider_crank_acceleration_body(const double q[1], const double qd[1], const
   const double v13 = v8 * v9;
   const double v14 = v9 - v8;
   const double v15 = v4 - v10;
-  const double v16 = sq(v11);
+  const double v16 = v11 * v11;
   const double v17 = v11 * v9;
   const double v18 = v11 * v8;
   const double v19 = v7 + v12;
@@ -531,18 +621,24 @@ void slider_crank_acceleration_body(const double q[1], const double qd[1], const
   A[0] = v34;
 }
 
+// Time derivative of twist_mixed at rates qd and accelerations qdd.
+// 34 operations: multiply 20, add 9, trig 2, other 3
 void slider_crank_acceleration_mixed(const double q[1], const double qd[1], const double qdd[1], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double qd_0 = qd[0];
   const double qdd_0 = qdd[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of A
   A[1] = 0.0;
   A[2] = 0.0;
   A[3] = 0.0;
   A[4] = 0.0;
   A[5] = 0.0;
+  // shared terms; A
   const double v3 = 0.05 * s[0];
   const double v4 = c[0] * qdd_0;
   const double v5 = s[0] * qd_0;
@@ -556,7 +652,7 @@ void slider_crank_acceleration_mixed(const double q[1], const double qd[1], cons
   const double v13 = v8 * v9;
   const double v14 = v9 - v8;
   const double v15 = v4 - v10;
-  const double v16 = sq(v11);
+  const double v16 = v11 * v11;
   const double v17 = v11 * v9;
   const double v18 = v11 * v8;
   const double v19 = v7 + v12;
@@ -578,11 +674,16 @@ void slider_crank_acceleration_mixed(const double q[1], const double qd[1], cons
   A[0] = v34;
 }
 
+// Joints of the main chain, angles between -pi and pi.
+// 9 operations: multiply 3, add 3, trig 2, other 1
 void slider_crank_chain(const double q[1], double theta[1]) {
+  // inputs
   const double q_0 = q[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; theta
   const double v3 = 0.05 * c[0];
   const double v4 = 0.05 * s[0];
   const double v5 = 0.18 + v4;
@@ -593,11 +694,16 @@ void slider_crank_chain(const double q[1], double theta[1]) {
   theta[0] = v9;
 }
 
+// Derivative of the main chain's joints by the actuated coordinates.
+// 14 operations: multiply 6, add 4, trig 2, other 2
 void slider_crank_chain_D_q(const double q[1], double theta_D_q[1]) {
+  // inputs
   const double q_0 = q[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; theta_D_q
   const double v3 = 0.05 * c[0];
   const double v4 = 0.05 * s[0];
   const double v5 = 0.18 - v4;
@@ -613,12 +719,17 @@ void slider_crank_chain_D_q(const double q[1], double theta_D_q[1]) {
   theta_D_q[0] = v14;
 }
 
+// Joint rates of the main chain.
+// 17 operations: multiply 9, add 4, trig 2, other 2
 void slider_crank_chain_rates(const double q[1], const double qd[1], double thetad[1]) {
+  // inputs
   const double q_0 = q[0];
   const double qd_0 = qd[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; thetad
   const double v3 = 0.05 * s[0];
   const double v4 = c[0] * qd_0;
   const double v5 = s[0] * qd_0;
@@ -637,13 +748,18 @@ void slider_crank_chain_rates(const double q[1], const double qd[1], double thet
   thetad[0] = v17;
 }
 
+// Joint accelerations of the main chain.
+// 34 operations: multiply 20, add 9, trig 2, other 3
 void slider_crank_chain_accelerations(const double q[1], const double qd[1], const double qdd[1], double thetadd[1]) {
+  // inputs
   const double q_0 = q[0];
   const double qd_0 = qd[0];
   const double qdd_0 = qdd[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; thetadd
   const double v3 = 0.05 * s[0];
   const double v4 = c[0] * qdd_0;
   const double v5 = s[0] * qd_0;
@@ -657,7 +773,7 @@ void slider_crank_chain_accelerations(const double q[1], const double qd[1], con
   const double v13 = v8 * v9;
   const double v14 = v9 - v8;
   const double v15 = v4 - v10;
-  const double v16 = sq(v11);
+  const double v16 = v11 * v11;
   const double v17 = v11 * v9;
   const double v18 = v11 * v8;
   const double v19 = v7 + v12;
@@ -679,11 +795,16 @@ void slider_crank_chain_accelerations(const double q[1], const double qd[1], con
   thetadd[0] = v34;
 }
 
+// Passive joints that are not in the main chain, angles between -pi and pi.
+// 17 operations: multiply 8, add 4, negate 1, trig 3, other 1
 void slider_crank_passive(const double q[1], double passive[1]) {
+  // inputs
   const double q_0 = q[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; passive
   const double v3 = 0.27777777777777773 * s[0];
   const double v4 = 0.05 * s[0];
   const double v5 = c[0] * v3;
@@ -702,11 +823,16 @@ void slider_crank_passive(const double q[1], double passive[1]) {
   passive[0] = v17;
 }
 
+// Derivative of the passive joints by the actuated coordinates.
+// 19 operations: multiply 9, add 5, negate 1, trig 2, other 2
 void slider_crank_passive_D_q(const double q[1], double passive_D_q[1]) {
+  // inputs
   const double q_0 = q[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; passive_D_q
   const double v3 = 0.05 * c[0];
   const double v4 = 0.05 * s[0];
   const double v5 = 0.18 + v4;
@@ -727,12 +853,18 @@ void slider_crank_passive_D_q(const double q[1], double passive_D_q[1]) {
   passive_D_q[0] = v19;
 }
 
+// All joints, swings and cylinder lengths, angles between -pi and pi.
+// 19 operations: multiply 9, add 5, negate 1, trig 3, other 1
 void slider_crank_configuration(const double q[1], double z[3]) {
+  // inputs
   const double q_0 = q[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // z
   z[1] = q_0;
+  // shared terms; z
   const double v3 = 0.05 * s[0];
   const double v4 = 0.27777777777777773 * s[0];
   const double v5 = 0.05 * c[0];
@@ -747,6 +879,7 @@ void slider_crank_configuration(const double q[1], double z[3]) {
   const double v14 = v12 * s[0];
   const double v15 = c[0] * v12;
   z[0] = v13;
+  // shared terms; z
   const double v16 = v8 + v14;
   const double v17 = v15 - v9;
   const double v18 = -v16;
@@ -754,11 +887,16 @@ void slider_crank_configuration(const double q[1], double z[3]) {
   z[2] = v19;
 }
 
+// How far each step of the loops' solution is from its dead point.
+// 6 operations: multiply 3, add 2, trig 1
 void slider_crank_margin(const double q[1], double margin[1]) {
+  // inputs
   const double q_0 = q[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; margin
   const double v2 = 0.05 * s[0];
   const double v3 = 0.18 + v2;
   const double v4 = 0.18 - v2;
@@ -767,11 +905,16 @@ void slider_crank_margin(const double q[1], double margin[1]) {
   margin[0] = v6;
 }
 
+// Every branch of the loops' solution, NaN where it does not close.
+// 11 operations: multiply 4, add 4, trig 2, other 1
 void slider_crank_chain_all(const double q[1], double theta[2], double margin[2]) {
+  // inputs
   const double q_0 = q[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; margin
   const double v3 = 0.05 * c[0];
   const double v4 = 0.05 * s[0];
   const double v5 = 0.18 + v4;
@@ -783,13 +926,18 @@ void slider_crank_chain_all(const double q[1], double theta[2], double margin[2]
   const double v11 = v3 - v8;
   margin[0] = v9;
   margin[1] = v9;
+  // theta
   theta[0] = v10;
   theta[1] = v11;
 }
 
+// Actuated coordinates from the joints of the main chain.
+// 16 operations: multiply 8, add 4, trig 1, other 3
 void slider_crank_actuators(const double theta[1], double q[1]) {
+  // inputs
   const double theta_0 = theta[0];
-  const double v1 = sq(theta_0);
+  // shared terms
+  const double v1 = theta_0 * theta_0;
   const double v2 = 0.0529 - v1;
   const double v3 = v1 - 0.0169;
   const double v4 = 0.5 * v1;
@@ -805,12 +953,17 @@ void slider_crank_actuators(const double theta[1], double q[1]) {
   const double v14 = 20.0 * v12;
   const double v15 = 20.0 * v13;
   const double v16 = atan2(v15, v14);
+  // q
   q[0] = v16;
 }
 
+// Derivative of the actuated coordinates by the main chain's joints.
+// 13 operations: multiply 5, add 5, other 3
 void slider_crank_actuators_D_chain(const double theta[1], double q_D_theta[1]) {
+  // inputs
   const double theta_0 = theta[0];
-  const double v1 = sq(theta_0);
+  // shared terms
+  const double v1 = theta_0 * theta_0;
   const double v2 = 0.5 * v1;
   const double v3 = 0.0529 - v1;
   const double v4 = v1 - 0.0169;
@@ -823,13 +976,18 @@ void slider_crank_actuators_D_chain(const double theta[1], double q_D_theta[1]) 
   const double v11 = v9 * theta_0;
   const double v12 = v11 - theta_0;
   const double v13 = v12 / v10;
+  // q_D_theta
   q_D_theta[0] = v13;
 }
 
+// Rates of the actuated coordinates.
+// 14 operations: multiply 6, add 5, other 3
 void slider_crank_actuator_rates(const double theta[1], const double thetad[1], double qd[1]) {
+  // inputs
   const double theta_0 = theta[0];
   const double thetad_0 = thetad[0];
-  const double v1 = sq(theta_0);
+  // shared terms
+  const double v1 = theta_0 * theta_0;
   const double v2 = 0.5 * v1;
   const double v3 = 0.0529 - v1;
   const double v4 = v1 - 0.0169;
@@ -843,18 +1001,23 @@ void slider_crank_actuator_rates(const double theta[1], const double thetad[1], 
   const double v12 = v11 - theta_0;
   const double v13 = v12 * thetad_0;
   const double v14 = v13 / v10;
+  // qd
   qd[0] = v14;
 }
 
+// Accelerations of the actuated coordinates.
+// 38 operations: multiply 20, add 11, other 7
 void slider_crank_actuator_accelerations(const double theta[1], const double thetad[1], const double thetadd[1], double qdd[1]) {
+  // inputs
   const double theta_0 = theta[0];
   const double thetad_0 = thetad[0];
   const double thetadd_0 = thetadd[0];
-  const double v1 = sq(theta_0);
+  // shared terms
+  const double v1 = theta_0 * theta_0;
   const double v2 = 2.0 * theta_0;
   const double v3 = 0.5 * v1;
   const double v4 = v2 * thetad_0;
-  const double v5 = sq(v1);
+  const double v5 = v1 * v1;
   const double v6 = 0.0529 - v1;
   const double v7 = v1 - 0.0169;
   const double v8 = 0.00125 + v3;
@@ -874,7 +1037,7 @@ void slider_crank_actuator_accelerations(const double theta[1], const double the
   const double v22 = v17 * thetad_0;
   const double v23 = v4 * v18;
   const double v24 = v16 * v20;
-  const double v25 = sq(v19);
+  const double v25 = v19 * v19;
   const double v26 = v21 - theta_0;
   const double v27 = v14 - v23;
   const double v28 = v26 * thetadd_0;
@@ -888,22 +1051,32 @@ void slider_crank_actuator_accelerations(const double theta[1], const double the
   const double v36 = v28 + v35;
   const double v37 = v36 / v19;
   const double v38 = v37 - v34;
+  // qdd
   qdd[0] = v38;
 }
 
+// How far each step of the loops' solution is from its dead point.
+// 5 operations: multiply 3, add 2
 void slider_crank_actuator_margin(const double theta[1], double margin[1]) {
+  // inputs
   const double theta_0 = theta[0];
-  const double v1 = sq(theta_0);
+  // shared terms
+  const double v1 = theta_0 * theta_0;
   const double v2 = 0.0529 - v1;
   const double v3 = v1 - 0.0169;
   const double v4 = v2 * v3;
   const double v5 = 3086.41975308642 * v4;
+  // margin
   margin[0] = v5;
 }
 
+// Every branch of the loops' solution, NaN where it does not close.
+// 19 operations: multiply 9, add 4, negate 1, trig 2, other 3
 void slider_crank_actuators_all(const double theta[1], double q[2], double margin[2]) {
+  // inputs
   const double theta_0 = theta[0];
-  const double v1 = sq(theta_0);
+  // shared terms
+  const double v1 = theta_0 * theta_0;
   const double v2 = 0.0529 - v1;
   const double v3 = v1 - 0.0169;
   const double v4 = 0.5 * v1;
@@ -922,20 +1095,29 @@ void slider_crank_actuators_all(const double theta[1], double q[2], double margi
   const double v17 = atan2(v16, v15);
   const double v18 = -v16;
   const double v19 = atan2(v18, v15);
+  // margin
   margin[0] = v9;
   margin[1] = v9;
+  // q
   q[0] = v17;
+  // q
   q[1] = v19;
 }
 
+// What the full configuration leaves open in the loops, zero where they are closed.
+// 12 operations: multiply 4, add 4, trig 4
 void slider_crank_constraint(const double z[3], double residual[2]) {
+  // inputs
   const double z_0 = z[0];
   const double z_1 = z[1];
   const double z_2 = z[2];
+  // shared terms
   const double v2 = z_1 + z_2;
+  // cosines and sines
   const double angle[2] = {z_1, v2};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // shared terms; residual
   const double v6 = 0.05 * c[0];
   const double v7 = 0.05 * s[0];
   const double v8 = 0.18 * c[1];
@@ -944,18 +1126,26 @@ void slider_crank_constraint(const double z[3], double residual[2]) {
   const double v11 = v7 + v9;
   const double v12 = v10 - z_0;
   residual[1] = v11;
+  // residual
   residual[0] = v12;
 }
 
+// Derivative of the loops' equations by the full configuration.
+// 13 operations: multiply 4, add 3, negate 2, trig 4
 void slider_crank_constraint_D_z(const double z[3], double residual_D_z[6]) {
+  // inputs
   const double z_1 = z[1];
   const double z_2 = z[2];
+  // shared terms
   const double v2 = z_1 + z_2;
+  // cosines and sines
   const double angle[2] = {z_1, v2};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of residual_D_z
   residual_D_z[0] = -1.0;
   residual_D_z[3] = 0.0;
+  // shared terms; column 3 of residual_D_z
   const double v6 = 0.05 * s[0];
   const double v7 = 0.05 * c[0];
   const double v8 = 0.18 * s[1];
@@ -964,23 +1154,32 @@ void slider_crank_constraint_D_z(const double z[3], double residual_D_z[6]) {
   const double v11 = -v8;
   const double v12 = v7 + v9;
   residual_D_z[5] = v9;
+  // shared terms; columns 2 and 3 of residual_D_z
   const double v13 = -v10;
   residual_D_z[2] = v11;
   residual_D_z[4] = v12;
+  // column 2 of residual_D_z
   residual_D_z[1] = v13;
 }
 
+// Time derivative of the constraint Jacobian.
+// 23 operations: multiply 10, add 5, negate 4, trig 4
 void slider_crank_constraint_D_z_dot(const double z[3], const double zd[3], double residual_D_z_dot[6]) {
+  // inputs
   const double z_1 = z[1];
   const double z_2 = z[2];
   const double zd_1 = zd[1];
   const double zd_2 = zd[2];
+  // shared terms
   const double v2 = z_1 + z_2;
+  // cosines and sines
   const double angle[2] = {z_1, v2};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of residual_D_z_dot
   residual_D_z_dot[0] = 0.0;
   residual_D_z_dot[3] = 0.0;
+  // shared terms; column 3 of residual_D_z_dot
   const double v6 = c[0] * zd_1;
   const double v7 = s[0] * zd_1;
   const double v8 = 0.05 * v6;
@@ -1001,39 +1200,50 @@ void slider_crank_constraint_D_z_dot(const double z[3], const double zd[3], doub
   residual_D_z_dot[2] = v19;
   const double v23 = -v20;
   residual_D_z_dot[5] = v21;
+  // column 2 of residual_D_z_dot
   residual_D_z_dot[1] = v22;
   residual_D_z_dot[4] = v23;
 }
 
+// By how much the ends of each rod or cylinder are further apart than its length.
+// 10 operations: multiply 4, add 3, trig 2, other 1
 void slider_crank_rods(const double theta[1], const double q[1], double residual[1]) {
+  // inputs
   const double theta_0 = theta[0];
   const double q_0 = q[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; residual
   const double v3 = 0.05 * c[0];
   const double v4 = 0.05 * s[0];
   const double v5 = theta_0 - v3;
-  const double v6 = sq(v4);
-  const double v7 = sq(v5);
+  const double v6 = v4 * v4;
+  const double v7 = v5 * v5;
   const double v8 = v7 + v6;
   const double v9 = sqrt(v8);
   const double v10 = v9 - 0.18;
   residual[0] = v10;
 }
 
+// Derivative of the rods' residuals by the main chain's joints.
+// 12 operations: multiply 6, add 2, trig 2, other 2
 void slider_crank_rods_D_chain(const double theta[1], const double q[1], double residual_D_theta[1]) {
+  // inputs
   const double theta_0 = theta[0];
   const double q_0 = q[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; residual_D_theta
   const double v3 = 0.05 * c[0];
   const double v4 = 0.05 * s[0];
   const double v5 = theta_0 - v3;
-  const double v6 = sq(v4);
+  const double v6 = v4 * v4;
   const double v7 = 2.0 * v5;
-  const double v8 = sq(v5);
+  const double v8 = v5 * v5;
   const double v9 = v8 + v6;
   const double v10 = sqrt(v9);
   const double v11 = 0.5 / v10;
@@ -1041,18 +1251,23 @@ void slider_crank_rods_D_chain(const double theta[1], const double q[1], double 
   residual_D_theta[0] = v12;
 }
 
+// Both matrices of the velocity relation of a platform on legs.
+// 18 operations: multiply 9, add 3, negate 1, trig 2, other 3
 void slider_crank_velocity_relation(const double theta[1], const double q[1], double J_x[1], double J_q[1]) {
+  // inputs
   const double theta_0 = theta[0];
   const double q_0 = q[0];
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; J_x
   const double v3 = 0.05 * c[0];
   const double v4 = 0.05 * s[0];
   const double v5 = theta_0 - v3;
-  const double v6 = sq(v4);
+  const double v6 = v4 * v4;
   const double v7 = -v4;
-  const double v8 = sq(v5);
+  const double v8 = v5 * v5;
   const double v9 = 2.0 * v7;
   const double v10 = 2.0 * v5;
   const double v11 = v8 + v6;
@@ -1064,5 +1279,6 @@ void slider_crank_velocity_relation(const double theta[1], const double q[1], do
   const double v17 = 0.5 / v14;
   J_x[0] = v16;
   const double v18 = v17 * v15;
+  // J_q
   J_q[0] = v18;
 }

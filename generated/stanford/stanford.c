@@ -4,24 +4,26 @@
 #include "chasles_cos_sin.h"
 #include "stanford_branches.h"
 
-#if !STANFORD_BRANCHES
-static double sq(double x) { return x * x; }
-#endif
-
+// Pose of the tool (ee) in the base frame (0).
+// 85 operations: multiply 50, add 23, negate 2, trig 10
 void stanford_fk(const double q[6], double T_0_ee[16]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
   const double q_5 = q[5];
+  // cosines and sines
   const double angle[5] = {q_5, q_0, q_1, q_3, q_4};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // constant entries of T_0_ee
   T_0_ee[12] = 0.0;
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
+  // shared terms; column 3 of T_0_ee
   const double v11 = c[1] * c[2];
   const double v12 = s[1] * s[3];
   const double v13 = s[1] * c[3];
@@ -87,6 +89,7 @@ void stanford_fk(const double q[6], double T_0_ee[16]) {
   const double v73 = v63 - v38;
   T_0_ee[10] = v64;
   const double v74 = 0.411988 - v65;
+  // shared terms; columns 2, 3 and 4 of T_0_ee
   const double v75 = v66 * c[0];
   const double v76 = s[0] * v66;
   T_0_ee[2] = v67;
@@ -98,6 +101,7 @@ void stanford_fk(const double q[6], double T_0_ee[16]) {
   const double v81 = -v72;
   T_0_ee[9] = v73;
   T_0_ee[11] = v74;
+  // shared terms; columns 1 and 4 of T_0_ee
   const double v82 = v51 + v75;
   const double v83 = v53 - v76;
   T_0_ee[3] = v77;
@@ -105,22 +109,28 @@ void stanford_fk(const double q[6], double T_0_ee[16]) {
   const double v85 = v59 - v79;
   T_0_ee[7] = v80;
   T_0_ee[8] = v81;
+  // columns 1 and 2 of T_0_ee
   T_0_ee[0] = v82;
   T_0_ee[1] = v83;
   T_0_ee[4] = v84;
   T_0_ee[5] = v85;
 }
 
+// Pose of every link's frame in the base frame, in order from the base.
+// 90 operations: multiply 46, add 22, negate 12, trig 10
 void stanford_link_poses(const double q[6], double T[96]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
   const double q_5 = q[5];
+  // cosines and sines
   const double angle[5] = {q_0, q_1, q_3, q_4, q_5};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // constant entries of T
   T[1] = 0.0;
   T[3] = 0.0;
   T[5] = 0.0;
@@ -156,6 +166,7 @@ void stanford_link_poses(const double q[6], double T[96]) {
   T[93] = 0.0;
   T[94] = 0.0;
   T[95] = 1.0;
+  // shared terms; T
   T[0] = c[0];
   const double v11 = -s[0];
   T[4] = s[0];
@@ -182,6 +193,7 @@ void stanford_link_poses(const double q[6], double T[96]) {
   const double v27 = s[1] * c[2];
   const double v28 = c[1] * s[3];
   const double v29 = c[1] * c[3];
+  // shared terms; T
   T[2] = v11;
   T[16] = v12;
   T[17] = v11;
@@ -217,6 +229,7 @@ void stanford_link_poses(const double q[6], double T[96]) {
   const double v47 = v25 * s[3];
   const double v48 = s[4] * v27;
   const double v49 = v27 * c[4];
+  // shared terms; T
   T[19] = v30;
   const double v50 = v31 - v14;
   const double v51 = v17 + v32;
@@ -234,6 +247,7 @@ void stanford_link_poses(const double q[6], double T[96]) {
   T[73] = v41;
   const double v57 = v47 - v29;
   T[75] = v33;
+  // shared terms; T
   T[35] = v50;
   T[39] = v51;
   T[48] = v52;
@@ -259,6 +273,7 @@ void stanford_link_poses(const double q[6], double T[96]) {
   const double v68 = v56 * c[4];
   const double v69 = s[4] * v56;
   const double v70 = 0.26289 * v57;
+  // shared terms; T
   const double v71 = v58 - v42;
   const double v72 = v43 + v59;
   const double v73 = v60 - v44;
@@ -269,6 +284,7 @@ void stanford_link_poses(const double q[6], double T[96]) {
   const double v76 = v69 - v49;
   T[90] = v63;
   const double v77 = v33 - v70;
+  // shared terms; T
   T[64] = v71;
   T[66] = v72;
   T[68] = v73;
@@ -284,6 +300,7 @@ void stanford_link_poses(const double q[6], double T[96]) {
   const double v84 = -v75;
   T[89] = v76;
   T[91] = v77;
+  // shared terms; T
   const double v85 = v64 + v78;
   const double v86 = v65 - v79;
   const double v87 = v50 + v80;
@@ -291,6 +308,7 @@ void stanford_link_poses(const double q[6], double T[96]) {
   const double v89 = v67 - v82;
   const double v90 = v51 + v83;
   T[88] = v84;
+  // T
   T[80] = v85;
   T[81] = v86;
   T[83] = v87;
@@ -299,16 +317,21 @@ void stanford_link_poses(const double q[6], double T[96]) {
   T[87] = v90;
 }
 
+// Pose of the tool and mixed Jacobian in one call.
+// 101 operations: multiply 58, add 23, negate 10, trig 10
 void stanford_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
   const double q_5 = q[5];
+  // cosines and sines
   const double angle[5] = {q_5, q_0, q_1, q_3, q_4};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // constant entries of T_0_ee; constant entries of J
   T_0_ee[12] = 0.0;
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
@@ -324,6 +347,7 @@ void stanford_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[3
   J[30] = 1.0;
   J[31] = 0.0;
   J[32] = 0.0;
+  // shared terms; columns 2, 3 and 4 of J
   const double v11 = c[1] * c[2];
   const double v12 = s[1] * s[3];
   const double v13 = s[1] * c[3];
@@ -342,6 +366,7 @@ void stanford_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[3
   const double v25 = -s[1];
   J[25] = c[1];
   J[33] = c[2];
+  // shared terms; columns 2, 3 and 4 of J
   const double v26 = v11 * c[3];
   const double v27 = v11 * s[3];
   const double v28 = v14 * s[4];
@@ -364,6 +389,7 @@ void stanford_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[3
   J[21] = v14;
   J[27] = v20;
   const double v42 = -v21;
+  // shared terms; column 5 of J
   const double v43 = v26 - v12;
   const double v44 = v27 + v13;
   const double v45 = c[2] * v30;
@@ -377,6 +403,7 @@ void stanford_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[3
   const double v53 = c[2] * v31;
   const double v54 = -v41;
   J[34] = v42;
+  // shared terms; columns 4 and 5 of J
   const double v55 = s[0] * v43;
   const double v56 = v44 * c[4];
   const double v57 = v43 * c[0];
@@ -398,6 +425,7 @@ void stanford_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[3
   const double v72 = 0.26289 * v50;
   J[22] = v43;
   J[28] = v48;
+  // shared terms; column 3 of T_0_ee; columns 4 and 6 of J
   const double v73 = v56 - v28;
   const double v74 = v29 + v58;
   const double v75 = c[1] * v59;
@@ -415,6 +443,7 @@ void stanford_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[3
   const double v84 = -v59;
   const double v85 = -v72;
   J[35] = v68;
+  // shared terms; columns 2, 3 and 4 of T_0_ee; columns 2, 5 and 6 of J
   const double v86 = v73 * c[0];
   const double v87 = s[0] * v73;
   T_0_ee[2] = v74;
@@ -434,6 +463,7 @@ void stanford_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[3
   J[16] = v85;
   J[23] = v74;
   J[29] = v77;
+  // shared terms; columns 1 and 4 of T_0_ee; columns 1, 2 and 5 of J
   const double v97 = v55 + v86;
   const double v98 = v57 - v87;
   T_0_ee[3] = v88;
@@ -447,6 +477,7 @@ void stanford_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[3
   J[6] = v88;
   J[7] = v95;
   J[10] = v96;
+  // columns 1 and 2 of T_0_ee; column 1 of J
   T_0_ee[0] = v97;
   T_0_ee[1] = v98;
   T_0_ee[4] = v99;
@@ -454,15 +485,21 @@ void stanford_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[3
   J[0] = v101;
 }
 
+// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
+// axes.
+// 91 operations: multiply 53, add 22, negate 8, trig 8
 void stanford_jacobian_space(const double q[6], double J[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
+  // cosines and sines
   const double angle[4] = {q_0, q_1, q_3, q_4};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // constant entries of J
   J[0] = 0.0;
   J[6] = 0.0;
   J[12] = 0.0;
@@ -474,6 +511,7 @@ void stanford_jacobian_space(const double q[6], double J[36]) {
   J[30] = 1.0;
   J[31] = 0.0;
   J[32] = 0.0;
+  // shared terms; columns 2, 3 and 4 of J
   const double v9 = 0.411988 * c[0];
   const double v10 = c[0] * s[1];
   const double v11 = c[0] * c[1];
@@ -497,6 +535,7 @@ void stanford_jacobian_space(const double q[6], double J[36]) {
   J[25] = c[0];
   J[33] = c[1];
   const double v28 = c[1] * c[3];
+  // shared terms; columns 2, 3 and 4 of J
   const double v29 = -v9;
   J[2] = v10;
   const double v30 = 0.15367 * v11;
@@ -523,6 +562,7 @@ void stanford_jacobian_space(const double q[6], double J[36]) {
   const double v47 = v19 * c[3];
   const double v48 = -v26;
   const double v49 = v24 * s[3];
+  // shared terms; columns 2, 4 and 5 of J
   J[1] = v29;
   const double v50 = v30 - v31;
   const double v51 = v32 + v13;
@@ -539,6 +579,7 @@ void stanford_jacobian_space(const double q[6], double J[36]) {
   const double v60 = v45 + v25;
   J[34] = v48;
   const double v61 = v49 - v28;
+  // shared terms; columns 4 and 5 of J
   J[3] = v50;
   const double v62 = v10 * v51;
   const double v63 = v52 * v34;
@@ -555,6 +596,7 @@ void stanford_jacobian_space(const double q[6], double J[36]) {
   J[28] = v58;
   const double v72 = v57 * s[3];
   const double v73 = -v61;
+  // shared terms; column 6 of J
   const double v74 = v62 + v63;
   const double v75 = v54 + v64;
   const double v76 = v65 - v36;
@@ -564,6 +606,7 @@ void stanford_jacobian_space(const double q[6], double J[36]) {
   const double v80 = v46 + v71;
   const double v81 = v47 + v72;
   J[35] = v73;
+  // shared terms; columns 5 and 6 of J
   const double v82 = -v74;
   const double v83 = v53 * v75;
   const double v84 = v76 * v55;
@@ -574,26 +617,33 @@ void stanford_jacobian_space(const double q[6], double J[36]) {
   const double v88 = v26 * v75;
   J[23] = v80;
   J[29] = v81;
+  // shared terms; column 5 of J
   J[4] = v82;
   const double v89 = v83 - v84;
   J[10] = v85;
   const double v90 = v86 - v87;
   const double v91 = v70 - v88;
+  // column 6 of J
   J[5] = v89;
   J[11] = v90;
   J[17] = v91;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+// 110 operations: multiply 66, add 28, negate 6, trig 10
 void stanford_jacobian_body(const double q[6], double J[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
   const double q_5 = q[5];
+  // cosines and sines
   const double angle[5] = {q_0, q_5, q_3, q_4, q_1};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // constant entries of J
   J[5] = 0.0;
   J[11] = 0.0;
   J[15] = 0.0;
@@ -606,6 +656,7 @@ void stanford_jacobian_body(const double q[6], double J[36]) {
   J[32] = 0.0;
   J[34] = 0.0;
   J[35] = 1.0;
+  // shared terms; columns 3, 4 and 5 of J
   const double v11 = s[1] * s[2];
   const double v12 = c[3] * c[1];
   const double v13 = s[1] * c[2];
@@ -626,6 +677,7 @@ void stanford_jacobian_body(const double q[6], double J[36]) {
   J[22] = s[1];
   J[28] = c[1];
   J[33] = c[3];
+  // shared terms; columns 3, 4 and 5 of J
   const double v27 = c[2] * v12;
   const double v28 = s[2] * v12;
   const double v29 = s[4] * v14;
@@ -649,6 +701,7 @@ void stanford_jacobian_body(const double q[6], double J[36]) {
   const double v45 = s[4] * v23;
   J[27] = v21;
   const double v46 = -v25;
+  // shared terms; columns 2, 3, 4 and 5 of J
   const double v47 = v11 - v27;
   const double v48 = v13 + v28;
   const double v49 = c[4] * v30;
@@ -666,6 +719,7 @@ void stanford_jacobian_body(const double q[6], double J[36]) {
   const double v57 = v45 - v26;
   J[21] = v34;
   J[31] = v46;
+  // shared terms; column 2 of J
   const double v58 = c[0] * v47;
   const double v59 = c[4] * v48;
   const double v60 = v49 + v50;
@@ -683,6 +737,7 @@ void stanford_jacobian_body(const double q[6], double J[36]) {
   J[19] = v47;
   J[25] = v54;
   const double v72 = -v57;
+  // shared terms; column 1 of J
   const double v73 = v59 - v29;
   const double v74 = c[0] * v60;
   const double v75 = s[0] * v60;
@@ -694,6 +749,7 @@ void stanford_jacobian_body(const double q[6], double J[36]) {
   const double v81 = v60 * v57;
   const double v82 = v65 * v56;
   J[30] = v72;
+  // shared terms; columns 1 and 2 of J
   const double v83 = s[0] * v73;
   const double v84 = v74 - v61;
   const double v85 = v62 + v75;
@@ -718,6 +774,7 @@ void stanford_jacobian_body(const double q[6], double J[36]) {
   J[13] = v93;
   J[18] = v94;
   J[24] = v95;
+  // shared terms; column 2 of J
   const double v104 = v96 * v84;
   const double v105 = v85 * v97;
   J[1] = v98;
@@ -725,22 +782,29 @@ void stanford_jacobian_body(const double q[6], double J[36]) {
   const double v107 = v85 * v100;
   J[7] = v101;
   const double v108 = v102 - v103;
+  // shared terms; column 1 of J
   const double v109 = v104 - v105;
   const double v110 = v106 - v107;
   J[12] = v108;
+  // column 1 of J
   J[0] = v109;
   J[6] = v110;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+// 79 operations: multiply 46, add 16, negate 9, trig 8
 void stanford_jacobian_mixed(const double q[6], double J[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
+  // cosines and sines
   const double angle[4] = {q_0, q_4, q_3, q_1};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // constant entries of J
   J[5] = 0.0;
   J[11] = 0.0;
   J[12] = 0.0;
@@ -752,6 +816,7 @@ void stanford_jacobian_mixed(const double q[6], double J[36]) {
   J[30] = 1.0;
   J[31] = 0.0;
   J[32] = 0.0;
+  // shared terms; columns 2, 3 and 4 of J
   const double v9 = 0.26289 * s[1];
   const double v10 = 0.26289 * c[1];
   const double v11 = c[0] * s[3];
@@ -770,6 +835,7 @@ void stanford_jacobian_mixed(const double q[6], double J[36]) {
   J[25] = c[0];
   J[33] = c[3];
   const double v23 = c[3] * c[1];
+  // shared terms; columns 2, 3 and 4 of J
   const double v24 = v9 * c[2];
   const double v25 = v9 * s[2];
   const double v26 = v10 + q_2;
@@ -790,6 +856,7 @@ void stanford_jacobian_mixed(const double q[6], double J[36]) {
   const double v36 = v15 * c[1];
   const double v37 = -v19;
   const double v38 = v20 * s[1];
+  // shared terms; column 5 of J
   const double v39 = 0.15367 - v24;
   const double v40 = c[3] * v25;
   const double v41 = v26 * s[3];
@@ -803,6 +870,7 @@ void stanford_jacobian_mixed(const double q[6], double J[36]) {
   const double v49 = v34 + v21;
   J[34] = v37;
   const double v50 = v38 - v23;
+  // shared terms; columns 4 and 5 of J
   const double v51 = c[0] * v39;
   const double v52 = v40 + v41;
   const double v53 = v42 - v43;
@@ -818,6 +886,7 @@ void stanford_jacobian_mixed(const double q[6], double J[36]) {
   J[28] = v46;
   const double v61 = v47 * s[1];
   const double v62 = -v50;
+  // shared terms; columns 4 and 6 of J
   const double v63 = s[0] * v52;
   const double v64 = c[0] * v53;
   J[3] = v54;
@@ -831,6 +900,7 @@ void stanford_jacobian_mixed(const double q[6], double J[36]) {
   const double v71 = v35 + v60;
   const double v72 = v36 + v61;
   J[35] = v62;
+  // shared terms; columns 2, 5 and 6 of J
   const double v73 = v51 + v63;
   const double v74 = -v64;
   const double v75 = 0.26289 * v65;
@@ -841,16 +911,21 @@ void stanford_jacobian_mixed(const double q[6], double J[36]) {
   J[16] = v70;
   J[23] = v71;
   J[29] = v72;
+  // shared terms; columns 1, 2 and 5 of J
   const double v79 = -v73;
   J[1] = v74;
   J[4] = v75;
   J[6] = v76;
   J[7] = v77;
   J[10] = v78;
+  // column 1 of J
   J[0] = v79;
 }
 
+// Time derivative of jacobian_space at joint rates qd.
+// 216 operations: multiply 130, add 72, negate 6, trig 8
 void stanford_jacobian_space_dot(const double q[6], const double qd[6], double J_dot[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -861,9 +936,11 @@ void stanford_jacobian_space_dot(const double q[6], const double qd[6], double J
   const double qd_2 = qd[2];
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
+  // cosines and sines
   const double angle[4] = {q_0, q_1, q_3, q_4};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // constant entries of J_dot
   J_dot[0] = 0.0;
   J_dot[6] = 0.0;
   J_dot[12] = 0.0;
@@ -875,6 +952,7 @@ void stanford_jacobian_space_dot(const double q[6], const double qd[6], double J
   J_dot[30] = 0.0;
   J_dot[31] = 0.0;
   J_dot[32] = 0.0;
+  // shared terms; column 2 of J_dot
   const double v9 = 0.411988 * s[0];
   const double v10 = c[0] * qd_1;
   const double v11 = s[0] * s[1];
@@ -965,6 +1043,7 @@ void stanford_jacobian_space_dot(const double q[6], const double qd[6], double J
   const double v95 = v70 + v71;
   J_dot[19] = v72;
   J_dot[25] = v73;
+  // shared terms; columns 2, 3 and 4 of J_dot
   J_dot[2] = v74;
   const double v96 = v75 * c[1];
   const double v97 = v76 * qd_0;
@@ -1002,6 +1081,7 @@ void stanford_jacobian_space_dot(const double q[6], const double qd[6], double J
   const double v125 = v46 * v92;
   const double v126 = v93 * v82;
   const double v127 = v77 * v92;
+  // shared terms; columns 3 and 4 of J_dot
   const double v128 = v96 - v39;
   const double v129 = v40 + v97;
   const double v130 = v78 - v98;
@@ -1025,6 +1105,7 @@ void stanford_jacobian_space_dot(const double q[6], const double qd[6], double J
   const double v147 = v124 + v125;
   J_dot[33] = v117;
   const double v148 = v126 - v127;
+  // shared terms; column 5 of J_dot
   const double v149 = v128 - v129;
   const double v150 = v77 * v130;
   const double v151 = v46 * v131;
@@ -1055,6 +1136,7 @@ void stanford_jacobian_space_dot(const double q[6], const double qd[6], double J
   J_dot[34] = v148;
   const double v175 = v142 * v136;
   const double v176 = v133 * v143;
+  // shared terms; columns 4 and 5 of J_dot
   J_dot[3] = v149;
   const double v177 = v150 + v151;
   const double v178 = v152 + v102;
@@ -1074,6 +1156,7 @@ void stanford_jacobian_space_dot(const double q[6], const double qd[6], double J
   const double v189 = v171 + v172;
   const double v190 = v173 + v174;
   const double v191 = v175 - v176;
+  // shared terms; column 6 of J_dot
   const double v192 = v177 - v178;
   const double v193 = v133 * v179;
   const double v194 = v86 * v180;
@@ -1092,6 +1175,7 @@ void stanford_jacobian_space_dot(const double q[6], const double qd[6], double J
   const double v207 = -v189;
   J_dot[29] = v190;
   J_dot[35] = v191;
+  // shared terms; columns 5 and 6 of J_dot
   J_dot[4] = v192;
   const double v208 = v193 - v194;
   const double v209 = v195 + v196;
@@ -1102,6 +1186,7 @@ void stanford_jacobian_space_dot(const double q[6], const double qd[6], double J
   const double v212 = v203 - v204;
   const double v213 = v205 - v206;
   J_dot[23] = v207;
+  // shared terms; column 6 of J_dot
   const double v214 = v208 - v209;
   const double v215 = v210 + v211;
   const double v216 = v212 + v213;
@@ -1110,7 +1195,10 @@ void stanford_jacobian_space_dot(const double q[6], const double qd[6], double J
   J_dot[17] = v216;
 }
 
+// Time derivative of jacobian_body at joint rates qd.
+// 236 operations: multiply 144, add 76, negate 6, trig 10
 void stanford_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -1122,9 +1210,11 @@ void stanford_jacobian_body_dot(const double q[6], const double qd[6], double J_
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
   const double qd_5 = qd[5];
+  // cosines and sines
   const double angle[5] = {q_1, q_4, q_3, q_5, q_0};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // constant entries of J_dot
   J_dot[5] = 0.0;
   J_dot[11] = 0.0;
   J_dot[16] = 0.0;
@@ -1136,6 +1226,7 @@ void stanford_jacobian_body_dot(const double q[6], const double qd[6], double J_
   J_dot[32] = 0.0;
   J_dot[34] = 0.0;
   J_dot[35] = 0.0;
+  // shared terms; column 5 of J_dot
   const double v11 = 0.26289 * s[1];
   const double v12 = 0.26289 * c[1];
   const double v13 = c[2] * c[3];
@@ -1193,6 +1284,7 @@ void stanford_jacobian_body_dot(const double q[6], const double qd[6], double J_
   const double v64 = -v32;
   const double v65 = v30 * v15;
   const double v66 = v24 * v25;
+  // shared terms; column 5 of J_dot
   const double v67 = c[0] * v33;
   const double v68 = v34 * s[0];
   const double v69 = v13 - v35;
@@ -1225,6 +1317,7 @@ void stanford_jacobian_body_dot(const double q[6], const double qd[6], double J_
   const double v96 = v62 + v63;
   J_dot[28] = v64;
   const double v97 = v65 + v66;
+  // shared terms; columns 4 and 5 of J_dot
   const double v98 = v67 + v68;
   const double v99 = s[0] * v69;
   const double v100 = v70 - v71;
@@ -1264,6 +1357,7 @@ void stanford_jacobian_body_dot(const double q[6], const double qd[6], double J_
   const double v130 = v78 * v85;
   const double v131 = v86 * v75;
   const double v132 = -v97;
+  // shared terms; column 4 of J_dot
   const double v133 = v99 - v36;
   const double v134 = v101 + v37;
   const double v135 = v38 + v102;
@@ -1288,6 +1382,7 @@ void stanford_jacobian_body_dot(const double q[6], const double qd[6], double J_
   const double v152 = v128 + v129;
   const double v153 = v130 - v131;
   J_dot[33] = v132;
+  // shared terms; columns 2, 3 and 4 of J_dot
   const double v154 = v98 * v133;
   const double v155 = v100 * v134;
   const double v156 = v136 - v137;
@@ -1316,6 +1411,7 @@ void stanford_jacobian_body_dot(const double q[6], const double qd[6], double J_
   const double v175 = v147 * v133;
   const double v176 = v142 * v144;
   J_dot[31] = v153;
+  // shared terms; columns 2 and 3 of J_dot
   const double v177 = v154 - v155;
   const double v178 = v156 * qd_1;
   const double v179 = v103 + v157;
@@ -1335,6 +1431,7 @@ void stanford_jacobian_body_dot(const double q[6], const double qd[6], double J_
   const double v192 = v172 - v173;
   J_dot[25] = v174;
   const double v193 = v175 - v176;
+  // shared terms; column 1 of J_dot
   const double v194 = v177 * qd_1;
   const double v195 = v178 + v20;
   const double v196 = v179 * v158;
@@ -1350,6 +1447,7 @@ void stanford_jacobian_body_dot(const double q[6], const double qd[6], double J_
   J_dot[18] = v191;
   J_dot[24] = v192;
   J_dot[30] = v193;
+  // shared terms; column 2 of J_dot
   const double v206 = v194 + v135;
   const double v207 = v195 * v133;
   const double v208 = v196 - v197;
@@ -1381,6 +1479,7 @@ void stanford_jacobian_body_dot(const double q[6], const double qd[6], double J_
   const double v232 = v223 - v224;
   const double v233 = v225 - v226;
   J_dot[13] = v227;
+  // shared terms; column 1 of J_dot
   const double v234 = v228 + v229;
   const double v235 = v230 + v231;
   const double v236 = v232 + v233;
@@ -1389,7 +1488,10 @@ void stanford_jacobian_body_dot(const double q[6], const double qd[6], double J_
   J_dot[12] = v236;
 }
 
+// Time derivative of jacobian_mixed at joint rates qd.
+// 191 operations: multiply 115, add 60, negate 8, trig 8
 void stanford_jacobian_mixed_dot(const double q[6], const double qd[6], double J_dot[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -1400,9 +1502,11 @@ void stanford_jacobian_mixed_dot(const double q[6], const double qd[6], double J
   const double qd_2 = qd[2];
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
+  // cosines and sines
   const double angle[4] = {q_0, q_1, q_4, q_3};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // constant entries of J_dot
   J_dot[5] = 0.0;
   J_dot[11] = 0.0;
   J_dot[12] = 0.0;
@@ -1414,6 +1518,7 @@ void stanford_jacobian_mixed_dot(const double q[6], const double qd[6], double J
   J_dot[30] = 0.0;
   J_dot[31] = 0.0;
   J_dot[32] = 0.0;
+  // shared terms; column 2 of J_dot
   const double v9 = 0.26289 * s[2];
   const double v10 = 0.26289 * c[2];
   const double v11 = s[0] * s[1];
@@ -1482,6 +1587,7 @@ void stanford_jacobian_mixed_dot(const double q[6], const double qd[6], double J
   J_dot[19] = v52;
   const double v74 = v53 - v27;
   J_dot[25] = v55;
+  // shared terms; columns 3 and 4 of J_dot
   const double v75 = v57 + v58;
   const double v76 = s[0] * v59;
   const double v77 = v60 * v9;
@@ -1508,6 +1614,7 @@ void stanford_jacobian_mixed_dot(const double q[6], const double qd[6], double J
   const double v94 = v70 * s[2];
   const double v95 = v72 * v60;
   const double v96 = v67 * v69;
+  // shared terms; columns 3 and 4 of J_dot
   const double v97 = c[0] * v75;
   const double v98 = v77 * qd_3;
   const double v99 = v78 - v35;
@@ -1532,6 +1639,7 @@ void stanford_jacobian_mixed_dot(const double q[6], const double qd[6], double J
   const double v117 = v56 + v94;
   J_dot[33] = v88;
   const double v118 = v95 - v96;
+  // shared terms; column 5 of J_dot
   const double v119 = v97 - v76;
   const double v120 = 0.26289 * v99;
   const double v121 = v100 * qd_1;
@@ -1559,6 +1667,7 @@ void stanford_jacobian_mixed_dot(const double q[6], const double qd[6], double J
   J_dot[34] = v118;
   const double v142 = v111 * v115;
   const double v143 = v104 * v117;
+  // shared terms; column 5 of J_dot
   const double v144 = v119 * qd_0;
   const double v145 = v120 * qd_4;
   const double v146 = v122 - v101;
@@ -1575,6 +1684,7 @@ void stanford_jacobian_mixed_dot(const double q[6], const double qd[6], double J
   const double v156 = v138 + v139;
   const double v157 = v140 + v141;
   const double v158 = v142 - v143;
+  // shared terms; column 6 of J_dot
   const double v159 = v98 + v145;
   const double v160 = c[0] * v147;
   const double v161 = c[1] * v145;
@@ -1589,6 +1699,7 @@ void stanford_jacobian_mixed_dot(const double q[6], const double qd[6], double J
   const double v170 = -v156;
   J_dot[29] = v157;
   J_dot[35] = v158;
+  // shared terms; columns 5 and 6 of J_dot
   const double v171 = v32 + v159;
   const double v172 = v146 + v160;
   const double v173 = v125 + v161;
@@ -1600,6 +1711,7 @@ void stanford_jacobian_mixed_dot(const double q[6], const double qd[6], double J
   const double v178 = v167 - v168;
   J_dot[16] = v169;
   J_dot[23] = v170;
+  // shared terms; columns 2 and 5 of J_dot
   const double v179 = v171 - v121;
   J_dot[1] = v172;
   const double v180 = v124 + v173;
@@ -1610,29 +1722,37 @@ void stanford_jacobian_mixed_dot(const double q[6], const double qd[6], double J
   const double v183 = c[0] * v175;
   const double v184 = s[0] * v171;
   const double v185 = v136 + v178;
+  // shared terms; column 4 of J_dot
   const double v186 = v144 + v179;
   const double v187 = -v180;
   const double v188 = v181 - v150;
   J_dot[9] = v182;
   const double v189 = v183 + v184;
   J_dot[15] = v185;
+  // shared terms; columns 1 and 4 of J_dot
   const double v190 = -v186;
   J_dot[3] = v187;
   J_dot[6] = v188;
   const double v191 = v153 - v189;
+  // columns 1 and 2 of J_dot
   J_dot[0] = v190;
   J_dot[13] = v191;
 }
 
+// Derivative of jacobian_mixed by the joint coordinates.
+// 179 operations: multiply 102, add 40, negate 29, trig 8
 void stanford_hessian_mixed(const double q[6], double H[216]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
+  // cosines and sines
   const double angle[4] = {q_0, q_1, q_4, q_3};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // constant entries of H
   H[5] = 0.0;
   H[11] = 0.0;
   H[14] = 0.0;
@@ -1772,6 +1892,7 @@ void stanford_hessian_mixed(const double q[6], double H[216]) {
   H[210] = 0.0;
   H[212] = 0.0;
   H[215] = 0.0;
+  // shared terms; H
   const double v9 = 0.26289 * s[2];
   const double v10 = 0.26289 * c[2];
   const double v11 = s[0] * s[1];
@@ -1820,6 +1941,7 @@ void stanford_hessian_mixed(const double q[6], double H[216]) {
   const double v43 = s[0] * v16;
   const double v44 = v19 * v16;
   const double v45 = v19 * c[2];
+  // shared terms; H
   const double v46 = c[1] * v25;
   const double v47 = v26 * s[1];
   const double v48 = 0.15367 - v27;
@@ -1841,6 +1963,7 @@ void stanford_hessian_mixed(const double q[6], double H[216]) {
   const double v61 = -v39;
   const double v62 = v42 - v23;
   const double v63 = -v43;
+  // shared terms; H
   const double v64 = v46 + v47;
   const double v65 = s[0] * v48;
   const double v66 = v49 - v50;
@@ -1871,6 +1994,7 @@ void stanford_hessian_mixed(const double q[6], double H[216]) {
   const double v88 = v51 * s[0];
   const double v89 = v19 * v51;
   const double v90 = v11 * v56;
+  // shared terms; H
   const double v91 = c[0] * v64;
   const double v92 = s[0] * v66;
   const double v93 = -v67;
@@ -1908,6 +2032,7 @@ void stanford_hessian_mixed(const double q[6], double H[216]) {
   H[199] = v75;
   const double v116 = v87 + v88;
   const double v117 = v89 - v90;
+  // shared terms; H
   const double v118 = v91 - v65;
   H[1] = v92;
   H[3] = v93;
@@ -1945,6 +2070,7 @@ void stanford_hessian_mixed(const double q[6], double H[216]) {
   const double v143 = v11 * v114;
   const double v144 = v56 * v111;
   const double v145 = v51 * v114;
+  // shared terms; H
   const double v146 = -v118;
   const double v147 = -v119;
   H[7] = v120;
@@ -1983,6 +2109,7 @@ void stanford_hessian_mixed(const double q[6], double H[216]) {
   const double v166 = v140 + v141;
   const double v167 = v142 - v143;
   const double v168 = v144 - v145;
+  // shared terms; H
   H[0] = v146;
   H[4] = v147;
   H[21] = v148;
@@ -2005,6 +2132,7 @@ void stanford_hessian_mixed(const double q[6], double H[216]) {
   const double v177 = -v166;
   H[213] = v167;
   H[214] = v168;
+  // shared terms; H
   const double v178 = -v169;
   H[28] = v170;
   H[58] = v171;
@@ -2016,13 +2144,17 @@ void stanford_hessian_mixed(const double q[6], double H[216]) {
   H[100] = v175;
   H[141] = v176;
   H[211] = v177;
+  // H
   H[22] = v178;
   H[27] = v178;
   H[82] = v179;
   H[97] = v179;
 }
 
+// Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+// 128 operations: multiply 78, add 42, trig 8
 void stanford_twist_space(const double q[6], const double qd[6], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -2034,9 +2166,11 @@ void stanford_twist_space(const double q[6], const double qd[6], double V[6]) {
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
   const double qd_5 = qd[5];
+  // cosines and sines
   const double angle[4] = {q_0, q_1, q_3, q_4};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // shared terms; V
   const double v9 = c[0] * c[1];
   const double v10 = s[0] * s[2];
   const double v11 = 0.411988 * c[1];
@@ -2144,6 +2278,7 @@ void stanford_twist_space(const double q[6], const double qd[6], double V[6]) {
   const double v113 = v100 * qd_5;
   const double v114 = v102 * qd_5;
   V[5] = v104;
+  // shared terms; V
   const double v115 = v105 - v106;
   const double v116 = v94 - v107;
   const double v117 = v108 - v109;
@@ -2157,6 +2292,7 @@ void stanford_twist_space(const double q[6], const double qd[6], double V[6]) {
   const double v125 = v119 * qd_5;
   V[3] = v121;
   V[4] = v122;
+  // shared terms; V
   const double v126 = v123 + v116;
   const double v127 = v124 + v118;
   const double v128 = v125 + v120;
@@ -2165,7 +2301,10 @@ void stanford_twist_space(const double q[6], const double qd[6], double V[6]) {
   V[2] = v128;
 }
 
+// Twist (v, omega) of the tool's origin, in tool axes.
+// 147 operations: multiply 90, add 47, trig 10
 void stanford_twist_body(const double q[6], const double qd[6], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -2178,9 +2317,11 @@ void stanford_twist_body(const double q[6], const double qd[6], double V[6]) {
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
   const double qd_5 = qd[5];
+  // cosines and sines
   const double angle[5] = {q_5, q_4, q_0, q_3, q_1};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // shared terms; V
   const double v11 = 0.26289 * c[0];
   const double v12 = 0.26289 * s[1];
   const double v13 = s[0] * s[3];
@@ -2302,6 +2443,7 @@ void stanford_twist_body(const double q[6], const double qd[6], double V[6]) {
   const double v129 = v119 - v52;
   const double v130 = v53 + v120;
   V[5] = v121;
+  // shared terms; V
   const double v131 = v122 - v123;
   const double v132 = v125 - v126;
   const double v133 = v128 * qd_0;
@@ -2312,12 +2454,14 @@ void stanford_twist_body(const double q[6], const double qd[6], double V[6]) {
   const double v138 = v133 + v118;
   V[3] = v134;
   V[4] = v135;
+  // shared terms; V
   const double v139 = v136 + v124;
   const double v140 = v137 + v127;
   const double v141 = v23 + v138;
   const double v142 = v139 - v40;
   const double v143 = v42 + v140;
   V[2] = v141;
+  // shared terms; V
   const double v144 = v55 + v142;
   const double v145 = v63 + v143;
   const double v146 = v31 + v144;
@@ -2326,7 +2470,10 @@ void stanford_twist_body(const double q[6], const double qd[6], double V[6]) {
   V[1] = v147;
 }
 
+// Twist (v, omega) of the tool's origin, in base axes.
+// 115 operations: multiply 71, add 36, trig 8
 void stanford_twist_mixed(const double q[6], const double qd[6], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -2338,9 +2485,11 @@ void stanford_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
   const double qd_5 = qd[5];
+  // cosines and sines
   const double angle[4] = {q_0, q_1, q_3, q_4};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // shared terms; V
   const double v9 = c[0] * c[1];
   const double v10 = s[0] * c[2];
   const double v11 = c[0] * s[1];
@@ -2433,6 +2582,7 @@ void stanford_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   const double v98 = v86 * qd_5;
   const double v99 = v88 * qd_5;
   V[5] = v90;
+  // shared terms; V
   const double v100 = v91 * qd_4;
   const double v101 = v92 * qd_0;
   const double v102 = v94 * qd_4;
@@ -2445,9 +2595,11 @@ void stanford_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   const double v109 = v104 - v85;
   V[3] = v105;
   V[4] = v106;
+  // shared terms; V
   const double v110 = v30 - v107;
   const double v111 = v37 + v108;
   V[2] = v109;
+  // shared terms; V
   const double v112 = v77 + v110;
   const double v113 = v81 + v111;
   const double v114 = v100 + v112;
@@ -2456,7 +2608,10 @@ void stanford_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   V[1] = v115;
 }
 
+// Time derivative of twist_space at rates qd and accelerations qdd.
+// 305 operations: multiply 180, add 117, trig 8
 void stanford_acceleration_space(const double q[6], const double qd[6], const double qdd[6], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -2474,9 +2629,11 @@ void stanford_acceleration_space(const double q[6], const double qd[6], const do
   const double qdd_3 = qdd[3];
   const double qdd_4 = qdd[4];
   const double qdd_5 = qdd[5];
+  // cosines and sines
   const double angle[4] = {q_0, q_1, q_3, q_4};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // shared terms; A
   const double v9 = c[0] * c[1];
   const double v10 = s[0] * s[2];
   const double v11 = 0.411988 * c[1];
@@ -2771,6 +2928,7 @@ void stanford_acceleration_space(const double q[6], const double qd[6], const do
   A[3] = v294;
   A[4] = v295;
   A[5] = v296;
+  // shared terms; A
   const double v300 = v297 + v289;
   const double v301 = v298 + v291;
   const double v302 = v299 + v293;
@@ -2782,7 +2940,10 @@ void stanford_acceleration_space(const double q[6], const double qd[6], const do
   A[2] = v305;
 }
 
+// Time derivative of twist_body at rates qd and accelerations qdd.
+// 323 operations: multiply 193, add 120, trig 10
 void stanford_acceleration_body(const double q[6], const double qd[6], const double qdd[6], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -2801,9 +2962,11 @@ void stanford_acceleration_body(const double q[6], const double qd[6], const dou
   const double qdd_3 = qdd[3];
   const double qdd_4 = qdd[4];
   const double qdd_5 = qdd[5];
+  // cosines and sines
   const double angle[5] = {q_5, q_4, q_0, q_3, q_1};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // shared terms; A
   const double v11 = 0.26289 * c[0];
   const double v12 = 0.26289 * s[1];
   const double v13 = s[0] * s[3];
@@ -3097,6 +3260,7 @@ void stanford_acceleration_body(const double q[6], const double qd[6], const dou
   const double v301 = v259 + v293;
   const double v302 = v261 + v294;
   A[5] = v295;
+  // shared terms; A
   const double v303 = v79 + v296;
   const double v304 = v297 * qd_0;
   const double v305 = v98 + v298;
@@ -3104,6 +3268,7 @@ void stanford_acceleration_body(const double q[6], const double qd[6], const dou
   const double v307 = v300 * qd_0;
   A[3] = v301;
   A[4] = v302;
+  // shared terms; A
   const double v308 = v37 + v303;
   const double v309 = v304 + v284;
   const double v310 = v305 - v63;
@@ -3121,11 +3286,15 @@ void stanford_acceleration_body(const double q[6], const double qd[6], const dou
   const double v322 = v308 + v319;
   const double v323 = v310 + v320;
   A[2] = v321;
+  // A
   A[0] = v322;
   A[1] = v323;
 }
 
+// Time derivative of twist_mixed at rates qd and accelerations qdd.
+// 278 operations: multiply 165, add 105, trig 8
 void stanford_acceleration_mixed(const double q[6], const double qd[6], const double qdd[6], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -3143,9 +3312,11 @@ void stanford_acceleration_mixed(const double q[6], const double qd[6], const do
   const double qdd_3 = qdd[3];
   const double qdd_4 = qdd[4];
   const double qdd_5 = qdd[5];
+  // cosines and sines
   const double angle[4] = {q_0, q_1, q_3, q_4};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // shared terms; A
   const double v9 = c[0] * c[1];
   const double v10 = s[0] * c[2];
   const double v11 = c[0] * s[1];
@@ -3401,6 +3572,7 @@ void stanford_acceleration_mixed(const double q[6], const double qd[6], const do
   A[3] = v250;
   A[4] = v251;
   A[5] = v252;
+  // shared terms; A
   const double v261 = v254 * qd_0;
   const double v262 = v258 * qd_0;
   const double v263 = v198 - v260;
@@ -3425,7 +3597,10 @@ void stanford_acceleration_mixed(const double q[6], const double qd[6], const do
 }
 
 #if !STANFORD_BRANCHES
+// One branch of ik.
+// 239 operations: multiply 120, add 83, negate 2, trig 5, other 29
 static void stanford_ik_branch(const double T[16], const double choice[3], double q[6], double residual[1], double margin[1]) {
+  // inputs
   const double T_0 = T[0];
   const double T_1 = T[1];
   const double T_2 = T[2];
@@ -3441,19 +3616,20 @@ static void stanford_ik_branch(const double T[16], const double choice[3], doubl
   const double choice_0 = choice[0];
   const double choice_1 = choice[1];
   const double choice_2 = choice[2];
+  // shared terms
   const double v1 = 0.26289 * T_6;
   const double v2 = 0.26289 * T_2;
   const double v3 = 0.26289 * T_10;
   const double v4 = T_7 - v1;
   const double v5 = T_3 - v2;
   const double v6 = T_11 - v3;
-  const double v7 = sq(v5);
-  const double v8 = sq(v4);
+  const double v7 = v5 * v5;
+  const double v8 = v4 * v4;
   const double v9 = v6 - 0.411988;
   const double v10 = 0.15367 * v5;
   const double v11 = 0.15367 * v4;
   const double v12 = v7 + v8;
-  const double v13 = sq(v9);
+  const double v13 = v9 * v9;
   const double v14 = v12 + v13;
   const double v15 = v12 - 0.0236144689;
   const double v16 = 0.0236144689 + v14;
@@ -3465,7 +3641,7 @@ static void stanford_ik_branch(const double T[16], const double choice[3], doubl
   const double v22 = v17 / v20;
   const double v23 = v21 ? v19 : 0.0;
   const double v24 = choice_0 * v23;
-  const double v25 = sq(v24);
+  const double v25 = v24 * v24;
   const double v26 = v9 * v24;
   const double v27 = fmin(v25, v12);
   const int v28 = v25 < v12;
@@ -3473,7 +3649,7 @@ static void stanford_ik_branch(const double T[16], const double choice[3], doubl
   const double v30 = 1e-150 + v26;
   const double v31 = 4e-15 * v27;
   const double v32 = v28 ? v29 : v15;
-  const double v33 = sq(v30);
+  const double v33 = v30 * v30;
   const double v34 = 1e-300 + v27;
   const int v35 = v31 < v32;
   const double v36 = sqrt(v32);
@@ -3485,9 +3661,9 @@ static void stanford_ik_branch(const double T[16], const double choice[3], doubl
   const double v42 = v5 * v40;
   const double v43 = v41 - v10;
   const double v44 = v42 + v11;
-  const double v45 = sq(v43);
+  const double v45 = v43 * v43;
   const double v46 = 1e-150 + v44;
-  const double v47 = sq(v46);
+  const double v47 = v46 * v46;
   const double v48 = v45 + v47;
   const double v49 = sqrt(v48);
   const double v50 = v43 / v49;
@@ -3510,8 +3686,8 @@ static void stanford_ik_branch(const double T[16], const double choice[3], doubl
   const double v67 = v61 - v62;
   const double v68 = v24 * v63;
   const double v69 = 1e-150 - v65;
-  const double v70 = sq(v68);
-  const double v71 = sq(v69);
+  const double v70 = v68 * v68;
+  const double v71 = v69 * v69;
   const double v72 = v70 + v33;
   const double v73 = sqrt(v72);
   const double v74 = v68 / v73;
@@ -3533,8 +3709,8 @@ static void stanford_ik_branch(const double T[16], const double choice[3], doubl
   const double v90 = v79 + v80;
   const double v91 = v81 - v82;
   const double v92 = v83 + v84;
-  const double v93 = sq(v89);
-  const double v94 = sq(v90);
+  const double v93 = v89 * v89;
+  const double v94 = v90 * v90;
   const double v95 = v93 + v71;
   const double v96 = sqrt(v95);
   const double v97 = v89 / v96;
@@ -3566,8 +3742,8 @@ static void stanford_ik_branch(const double T[16], const double choice[3], doubl
   const double v123 = v110 - v111;
   const double v124 = v112 - v113;
   const double v125 = v114 + v115;
-  const double v126 = sq(v118);
-  const double v127 = sq(v119);
+  const double v126 = v118 * v118;
+  const double v127 = v119 * v119;
   const double v128 = v94 + v126;
   const double v129 = sqrt(v128);
   const double v130 = v118 / v129;
@@ -3600,7 +3776,7 @@ static void stanford_ik_branch(const double T[16], const double choice[3], doubl
   const double v157 = v143 - v144;
   const double v158 = v145 - v146;
   const double v159 = v147 + v148;
-  const double v160 = sq(v149);
+  const double v160 = v149 * v149;
   const double v161 = v74 * v151;
   const double v162 = v75 * v152;
   const double v163 = v153 + 0.15367;
@@ -3614,9 +3790,9 @@ static void stanford_ik_branch(const double T[16], const double choice[3], doubl
   const double v171 = v50 * v163;
   const double v172 = v51 * v163;
   const double v173 = v164 + v165;
-  const double v174 = sq(v166);
-  const double v175 = sq(v167);
-  const double v176 = sq(v168);
+  const double v174 = v166 * v166;
+  const double v175 = v167 * v167;
+  const double v176 = v168 * v168;
   const double v177 = sqrt(v169);
   const double v178 = v51 * v170;
   const double v179 = v50 * v170;
@@ -3629,7 +3805,7 @@ static void stanford_ik_branch(const double T[16], const double choice[3], doubl
   const double v186 = atan2(v181, v182);
   const double v187 = v183 - T_3;
   const double v188 = v184 - T_7;
-  const double v189 = sq(v185);
+  const double v189 = v185 * v185;
   const double v190 = v182 * v154;
   const double v191 = v181 * v123;
   const double v192 = v182 * v123;
@@ -3643,8 +3819,8 @@ static void stanford_ik_branch(const double T[16], const double choice[3], doubl
   const double v200 = v181 * v158;
   const double v201 = v182 * v117;
   const double v202 = -v186;
-  const double v203 = sq(v187);
-  const double v204 = sq(v188);
+  const double v203 = v187 * v187;
+  const double v204 = v188 * v188;
   const double v205 = v190 - v191;
   const double v206 = v192 + v193;
   const double v207 = v194 - v195;
@@ -3659,12 +3835,12 @@ static void stanford_ik_branch(const double T[16], const double choice[3], doubl
   const double v216 = v209 - T_8;
   const double v217 = v210 - T_9;
   const double v218 = v211 + v189;
-  const double v219 = sq(v212);
-  const double v220 = sq(v213);
-  const double v221 = sq(v214);
-  const double v222 = sq(v215);
-  const double v223 = sq(v216);
-  const double v224 = sq(v217);
+  const double v219 = v212 * v212;
+  const double v220 = v213 * v213;
+  const double v221 = v214 * v214;
+  const double v222 = v215 * v215;
+  const double v223 = v216 * v216;
+  const double v224 = v217 * v217;
   const double v225 = v219 + v220;
   const double v226 = v225 + v174;
   const double v227 = v226 + v221;
@@ -3680,13 +3856,21 @@ static void stanford_ik_branch(const double T[16], const double choice[3], doubl
   const double v237 = v234 + v236;
   const double v238 = 0.5 * v237;
   const double v239 = sqrt(v238);
+  // q
   q[2] = v24;
+  // margin
   margin[0] = v39;
+  // q
   q[0] = v52;
+  // q
   q[1] = v76;
+  // q
   q[3] = v121;
+  // q
   q[4] = v150;
+  // q
   q[5] = v202;
+  // residual
   residual[0] = v239;
 }
 #endif

@@ -3,18 +3,21 @@
 
 #include "chasles_cos_sin.h"
 
-static double sq(double x) { return x * x; }
-
+// Actuated coordinates from the joints of the main chain.
+// 138 operations: multiply 54, add 72, trig 6, other 6
 void stewart_gough_actuators(const double theta[6], double q[6]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
   const double theta_3 = theta[3];
   const double theta_4 = theta[4];
   const double theta_5 = theta[5];
+  // cosines and sines
   const double angle[3] = {theta_4, theta_5, theta_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // shared terms; q
   const double v7 = 0.16069690242163484 * s[0];
   const double v8 = 0.1915111107797445 * s[1];
   const double v9 = 0.1915111107797445 * c[1];
@@ -69,22 +72,22 @@ void stewart_gough_actuators(const double theta[6], double q[6]) {
   const double v58 = theta_2 - v41;
   const double v59 = c[2] * v42;
   const double v60 = s[2] * v42;
-  const double v61 = sq(v43);
+  const double v61 = v43 * v43;
   const double v62 = v20 - v44;
   const double v63 = v22 + v45;
-  const double v64 = sq(v46);
+  const double v64 = v46 * v46;
   const double v65 = v47 - v20;
   const double v66 = v22 + v48;
-  const double v67 = sq(v49);
+  const double v67 = v49 * v49;
   const double v68 = v50 - v25;
   const double v69 = v26 + v51;
-  const double v70 = sq(v52);
+  const double v70 = v52 * v52;
   const double v71 = v28 + v53;
   const double v72 = v30 - v54;
-  const double v73 = sq(v55);
+  const double v73 = v55 * v55;
   const double v74 = v28 - v56;
   const double v75 = v30 + v57;
-  const double v76 = sq(v58);
+  const double v76 = v58 * v58;
   const double v77 = v25 - v59;
   const double v78 = v26 + v60;
   const double v79 = v62 + theta_0;
@@ -111,18 +114,18 @@ void stewart_gough_actuators(const double theta[6], double q[6]) {
   const double v100 = 0.3064177772475912 + v88;
   const double v101 = 0.1368080573302675 + v89;
   const double v102 = 0.37587704831436336 + v90;
-  const double v103 = sq(v91);
-  const double v104 = sq(v92);
-  const double v105 = sq(v93);
-  const double v106 = sq(v94);
-  const double v107 = sq(v95);
-  const double v108 = sq(v96);
-  const double v109 = sq(v97);
-  const double v110 = sq(v98);
-  const double v111 = sq(v99);
-  const double v112 = sq(v100);
-  const double v113 = sq(v101);
-  const double v114 = sq(v102);
+  const double v103 = v91 * v91;
+  const double v104 = v92 * v92;
+  const double v105 = v93 * v93;
+  const double v106 = v94 * v94;
+  const double v107 = v95 * v95;
+  const double v108 = v96 * v96;
+  const double v109 = v97 * v97;
+  const double v110 = v98 * v98;
+  const double v111 = v99 * v99;
+  const double v112 = v100 * v100;
+  const double v113 = v101 * v101;
+  const double v114 = v102 * v102;
   const double v115 = v61 + v103;
   const double v116 = v64 + v105;
   const double v117 = v67 + v107;
@@ -155,16 +158,21 @@ void stewart_gough_actuators(const double theta[6], double q[6]) {
   q[5] = v138;
 }
 
+// Derivative of the actuated coordinates by the main chain's joints.
+// 310 operations: multiply 186, add 102, negate 4, trig 6, other 12
 void stewart_gough_actuators_D_chain(const double theta[6], double q_D_theta[36]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
   const double theta_3 = theta[3];
   const double theta_4 = theta[4];
   const double theta_5 = theta[5];
+  // cosines and sines
   const double angle[3] = {theta_5, theta_3, theta_4};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // shared terms; q_D_theta
   const double v7 = 0.1915111107797445 * c[0];
   const double v8 = 0.1915111107797445 * s[0];
   const double v9 = 0.16069690242163484 * c[2];
@@ -256,27 +264,27 @@ void stewart_gough_actuators_D_chain(const double theta[6], double q_D_theta[36]
   const double v95 = c[1] * v60;
   const double v96 = s[1] * v60;
   const double v97 = v19 - v61;
-  const double v98 = sq(v62);
+  const double v98 = v62 * v62;
   const double v99 = v22 + v63;
   const double v100 = 2.0 * v62;
   const double v101 = v68 - v19;
-  const double v102 = sq(v69);
+  const double v102 = v69 * v69;
   const double v103 = v22 + v70;
   const double v104 = 2.0 * v69;
   const double v105 = v73 - v28;
-  const double v106 = sq(v74);
+  const double v106 = v74 * v74;
   const double v107 = v30 + v75;
   const double v108 = 2.0 * v74;
   const double v109 = v35 + v80;
-  const double v110 = sq(v81);
+  const double v110 = v81 * v81;
   const double v111 = v38 - v82;
   const double v112 = 2.0 * v81;
   const double v113 = v35 - v87;
-  const double v114 = sq(v88);
+  const double v114 = v88 * v88;
   const double v115 = v38 + v89;
   const double v116 = 2.0 * v88;
   const double v117 = v28 - v92;
-  const double v118 = sq(v93);
+  const double v118 = v93 * v93;
   const double v119 = v30 + v94;
   const double v120 = 2.0 * v93;
   const double v121 = v97 + theta_0;
@@ -316,28 +324,28 @@ void stewart_gough_actuators_D_chain(const double theta[6], double q_D_theta[36]
   const double v155 = 0.1368080573302675 + v141;
   const double v156 = 0.37587704831436336 + v142;
   const double v157 = 2.0 * v145;
-  const double v158 = sq(v145);
-  const double v159 = sq(v146);
+  const double v158 = v145 * v145;
+  const double v159 = v146 * v146;
   const double v160 = 2.0 * v146;
   const double v161 = 2.0 * v147;
-  const double v162 = sq(v147);
-  const double v163 = sq(v148);
+  const double v162 = v147 * v147;
+  const double v163 = v148 * v148;
   const double v164 = 2.0 * v148;
   const double v165 = 2.0 * v149;
-  const double v166 = sq(v149);
-  const double v167 = sq(v150);
+  const double v166 = v149 * v149;
+  const double v167 = v150 * v150;
   const double v168 = 2.0 * v150;
   const double v169 = 2.0 * v151;
-  const double v170 = sq(v151);
-  const double v171 = sq(v152);
+  const double v170 = v151 * v151;
+  const double v171 = v152 * v152;
   const double v172 = 2.0 * v152;
   const double v173 = 2.0 * v153;
-  const double v174 = sq(v153);
-  const double v175 = sq(v154);
+  const double v174 = v153 * v153;
+  const double v175 = v154 * v154;
   const double v176 = 2.0 * v154;
   const double v177 = 2.0 * v155;
-  const double v178 = sq(v155);
-  const double v179 = sq(v156);
+  const double v178 = v155 * v155;
+  const double v179 = v156 * v156;
   const double v180 = 2.0 * v156;
   const double v181 = v98 + v158;
   const double v182 = v157 * v99;
@@ -501,13 +509,17 @@ void stewart_gough_actuators_D_chain(const double theta[6], double q_D_theta[36]
   q_D_theta[33] = v304;
   q_D_theta[34] = v305;
   const double v310 = -v306;
+  // columns 4 and 6 of q_D_theta
   q_D_theta[5] = v307;
   q_D_theta[21] = v308;
   q_D_theta[29] = v309;
   q_D_theta[35] = v310;
 }
 
+// Rates of the actuated coordinates.
+// 336 operations: multiply 162, add 156, trig 6, other 12
 void stewart_gough_actuator_rates(const double theta[6], const double thetad[6], double qd[6]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
@@ -520,9 +532,11 @@ void stewart_gough_actuator_rates(const double theta[6], const double thetad[6],
   const double thetad_3 = thetad[3];
   const double thetad_4 = thetad[4];
   const double thetad_5 = thetad[5];
+  // cosines and sines
   const double angle[3] = {theta_4, theta_5, theta_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // shared terms; qd
   const double v7 = 0.16069690242163484 * s[0];
   const double v8 = 0.1915111107797445 * s[1];
   const double v9 = 0.1915111107797445 * c[1];
@@ -647,7 +661,7 @@ void stewart_gough_actuator_rates(const double theta[6], const double thetad[6],
   const double v128 = v88 + v73;
   const double v129 = v12 * v87;
   const double v130 = v47 + v75;
-  const double v131 = sq(v89);
+  const double v131 = v89 * v89;
   const double v132 = v26 - v90;
   const double v133 = v28 + v91;
   const double v134 = v92 + v29;
@@ -655,19 +669,19 @@ void stewart_gough_actuator_rates(const double theta[6], const double thetad[6],
   const double v136 = v93 * s[2];
   const double v137 = 2.0 * v89;
   const double v138 = v95 - v36;
-  const double v139 = sq(v96);
+  const double v139 = v96 * v96;
   const double v140 = v97 - v26;
   const double v141 = v28 + v98;
   const double v142 = v99 - v31;
   const double v143 = 2.0 * v96;
   const double v144 = v102 - v36;
-  const double v145 = sq(v103);
+  const double v145 = v103 * v103;
   const double v146 = v104 - v39;
   const double v147 = v40 + v105;
   const double v148 = v106 - v44;
   const double v149 = 2.0 * v103;
   const double v150 = v109 - v48;
-  const double v151 = sq(v110);
+  const double v151 = v110 * v110;
   const double v152 = v50 + v111;
   const double v153 = v52 - v112;
   const double v154 = v53 - v113;
@@ -675,14 +689,14 @@ void stewart_gough_actuator_rates(const double theta[6], const double thetad[6],
   const double v156 = v114 * s[2];
   const double v157 = 2.0 * v110;
   const double v158 = v116 - v60;
-  const double v159 = sq(v117);
+  const double v159 = v117 * v117;
   const double v160 = v50 - v118;
   const double v161 = v52 + v119;
   const double v162 = v120 + v53;
   const double v163 = v121 - v55;
   const double v164 = 2.0 * v117;
   const double v165 = v123 + thetad_2;
-  const double v166 = sq(v124);
+  const double v166 = v124 * v124;
   const double v167 = v39 - v125;
   const double v168 = v40 + v126;
   const double v169 = v127 + v45;
@@ -750,38 +764,38 @@ void stewart_gough_actuator_rates(const double theta[6], const double thetad[6],
   const double v231 = v202 - v170;
   const double v232 = v203 - v46;
   const double v233 = v172 * v204;
-  const double v234 = sq(v205);
-  const double v235 = sq(v206);
+  const double v234 = v205 * v205;
+  const double v235 = v206 * v206;
   const double v236 = 2.0 * v205;
   const double v237 = v207 + thetad_0;
   const double v238 = 2.0 * v206;
   const double v239 = v208 - v66;
-  const double v240 = sq(v210);
-  const double v241 = sq(v211);
+  const double v240 = v210 * v210;
+  const double v241 = v211 * v211;
   const double v242 = 2.0 * v210;
   const double v243 = v212 - v100;
   const double v244 = 2.0 * v211;
   const double v245 = v213 - v34;
-  const double v246 = sq(v215);
-  const double v247 = sq(v216);
+  const double v246 = v215 * v215;
+  const double v247 = v216 * v216;
   const double v248 = 2.0 * v215;
   const double v249 = v217 - v107;
   const double v250 = 2.0 * v216;
   const double v251 = v218 - v46;
-  const double v252 = sq(v220);
-  const double v253 = sq(v221);
+  const double v252 = v220 * v220;
+  const double v253 = v221 * v221;
   const double v254 = 2.0 * v220;
   const double v255 = thetad_0 - v222;
   const double v256 = 2.0 * v221;
   const double v257 = v223 - v81;
-  const double v258 = sq(v225);
-  const double v259 = sq(v226);
+  const double v258 = v225 * v225;
+  const double v259 = v226 * v226;
   const double v260 = 2.0 * v225;
   const double v261 = v227 + thetad_0;
   const double v262 = 2.0 * v226;
   const double v263 = v228 - v58;
-  const double v264 = sq(v229);
-  const double v265 = sq(v230);
+  const double v264 = v229 * v229;
+  const double v265 = v230 * v230;
   const double v266 = 2.0 * v229;
   const double v267 = v231 + thetad_0;
   const double v268 = 2.0 * v230;
@@ -856,12 +870,16 @@ void stewart_gough_actuator_rates(const double theta[6], const double thetad[6],
   qd[3] = v331;
   const double v336 = v324 * v332;
   qd[5] = v333;
+  // qd
   qd[1] = v334;
   qd[2] = v335;
   qd[4] = v336;
 }
 
+// Accelerations of the actuated coordinates.
+// 670 operations: multiply 334, add 312, trig 6, other 18
 void stewart_gough_actuator_accelerations(const double theta[6], const double thetad[6], const double thetadd[6], double qdd[6]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
@@ -880,9 +898,11 @@ void stewart_gough_actuator_accelerations(const double theta[6], const double th
   const double thetadd_3 = thetadd[3];
   const double thetadd_4 = thetadd[4];
   const double thetadd_5 = thetadd[5];
+  // cosines and sines
   const double angle[3] = {theta_4, theta_5, theta_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // shared terms; qdd
   const double v7 = 0.16069690242163484 * s[0];
   const double v8 = 0.1915111107797445 * s[1];
   const double v9 = 0.1915111107797445 * c[1];
@@ -1077,7 +1097,7 @@ void stewart_gough_actuator_accelerations(const double theta[6], const double th
   const double v198 = v61 + v103;
   const double v199 = v12 * v121;
   const double v200 = v13 * v121;
-  const double v201 = sq(v123);
+  const double v201 = v123 * v123;
   const double v202 = v32 - v124;
   const double v203 = v34 + v125;
   const double v204 = v126 + v127;
@@ -1093,13 +1113,13 @@ void stewart_gough_actuator_accelerations(const double theta[6], const double th
   const double v214 = v138 + v51;
   const double v215 = v128 * c[2];
   const double v216 = v128 * s[2];
-  const double v217 = sq(v140);
+  const double v217 = v140 * v140;
   const double v218 = v141 - v32;
   const double v219 = v34 + v142;
   const double v220 = v144 - v38;
   const double v221 = 2.0 * v140;
   const double v222 = v146 - v50;
-  const double v223 = sq(v149);
+  const double v223 = v149 * v149;
   const double v224 = v150 - v55;
   const double v225 = v56 + v151;
   const double v226 = v152 * s[2];
@@ -1109,7 +1129,7 @@ void stewart_gough_actuator_accelerations(const double theta[6], const double th
   const double v230 = 2.0 * v149;
   const double v231 = c[0] * v154;
   const double v232 = v163 - v62;
-  const double v233 = sq(v166);
+  const double v233 = v166 * v166;
   const double v234 = v66 + v167;
   const double v235 = v68 - v168;
   const double v236 = v37 * v170;
@@ -1124,7 +1144,7 @@ void stewart_gough_actuator_accelerations(const double theta[6], const double th
   const double v245 = v75 - v181;
   const double v246 = v170 * c[2];
   const double v247 = v170 * s[2];
-  const double v248 = sq(v183);
+  const double v248 = v183 * v183;
   const double v249 = v66 - v184;
   const double v250 = v68 + v185;
   const double v251 = v186 + v169;
@@ -1133,7 +1153,7 @@ void stewart_gough_actuator_accelerations(const double theta[6], const double th
   const double v254 = v178 + v179;
   const double v255 = v189 + thetad_2;
   const double v256 = v190 + v75;
-  const double v257 = sq(v192);
+  const double v257 = v192 * v192;
   const double v258 = v55 - v193;
   const double v259 = v56 + v194;
   const double v260 = v195 + v157;
@@ -1249,8 +1269,8 @@ void stewart_gough_actuator_accelerations(const double theta[6], const double th
   const double v370 = v320 - v267;
   const double v371 = v321 - v64;
   const double v372 = v264 * v319;
-  const double v373 = sq(v322);
-  const double v374 = sq(v323);
+  const double v373 = v322 * v322;
+  const double v374 = v323 * v323;
   const double v375 = 2.0 * v322;
   const double v376 = v325 * c[2];
   const double v377 = 2.0 * v323;
@@ -1259,8 +1279,8 @@ void stewart_gough_actuator_accelerations(const double theta[6], const double th
   const double v380 = v274 * v327;
   const double v381 = v328 + thetad_0;
   const double v382 = v329 - v93;
-  const double v383 = sq(v331);
-  const double v384 = sq(v332);
+  const double v383 = v331 * v331;
+  const double v384 = v332 * v332;
   const double v385 = 2.0 * v331;
   const double v386 = v333 - v130;
   const double v387 = 2.0 * v332;
@@ -1268,8 +1288,8 @@ void stewart_gough_actuator_accelerations(const double theta[6], const double th
   const double v389 = v283 * v335;
   const double v390 = v336 - v147;
   const double v391 = v337 - v52;
-  const double v392 = sq(v339);
-  const double v393 = sq(v340);
+  const double v392 = v339 * v339;
+  const double v393 = v340 * v340;
   const double v394 = 2.0 * v339;
   const double v395 = v341 - v155;
   const double v396 = 2.0 * v340;
@@ -1277,8 +1297,8 @@ void stewart_gough_actuator_accelerations(const double theta[6], const double th
   const double v398 = v292 * v343;
   const double v399 = v344 - v164;
   const double v400 = v345 - v64;
-  const double v401 = sq(v347);
-  const double v402 = sq(v348);
+  const double v401 = v347 * v347;
+  const double v402 = v348 * v348;
   const double v403 = 2.0 * v347;
   const double v404 = v349 - v237;
   const double v405 = v350 * c[2];
@@ -1288,8 +1308,8 @@ void stewart_gough_actuator_accelerations(const double theta[6], const double th
   const double v409 = v300 * v352;
   const double v410 = thetad_0 - v353;
   const double v411 = v354 - v116;
-  const double v412 = sq(v356);
-  const double v413 = sq(v357);
+  const double v412 = v356 * v356;
+  const double v413 = v357 * v357;
   const double v414 = 2.0 * v356;
   const double v415 = v358 - v237;
   const double v416 = v359 - v173;
@@ -1297,8 +1317,8 @@ void stewart_gough_actuator_accelerations(const double theta[6], const double th
   const double v418 = v360 + thetadd_2;
   const double v419 = v362 + thetad_0;
   const double v420 = v363 - v76;
-  const double v421 = sq(v364);
-  const double v422 = sq(v365);
+  const double v421 = v364 * v364;
+  const double v422 = v365 * v365;
   const double v423 = 2.0 * v364;
   const double v424 = v367 * c[2];
   const double v425 = 2.0 * v365;
@@ -1550,12 +1570,16 @@ void stewart_gough_actuator_accelerations(const double theta[6], const double th
   qdd[3] = v665;
   const double v670 = v666 - v621;
   qdd[5] = v667;
+  // qdd
   qdd[1] = v668;
   qdd[2] = v669;
   qdd[4] = v670;
 }
 
+// What the full configuration leaves open in the loops, zero where they are closed.
+// 144 operations: multiply 54, add 78, trig 6, other 6
 void stewart_gough_constraint(const double z[12], double residual[6]) {
+  // inputs
   const double z_0 = z[0];
   const double z_1 = z[1];
   const double z_2 = z[2];
@@ -1568,9 +1592,11 @@ void stewart_gough_constraint(const double z[12], double residual[6]) {
   const double z_9 = z[9];
   const double z_10 = z[10];
   const double z_11 = z[11];
+  // cosines and sines
   const double angle[3] = {z_3, z_5, z_4};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // shared terms; residual
   const double v7 = 0.1915111107797445 * c[1];
   const double v8 = 0.1915111107797445 * s[1];
   const double v9 = 0.16069690242163484 * c[2];
@@ -1627,22 +1653,22 @@ void stewart_gough_constraint(const double z[12], double residual[6]) {
   const double v60 = z_2 - v42;
   const double v61 = v19 - v43;
   const double v62 = v21 + v44;
-  const double v63 = sq(v45);
+  const double v63 = v45 * v45;
   const double v64 = v46 - v19;
   const double v65 = v21 + v47;
-  const double v66 = sq(v48);
+  const double v66 = v48 * v48;
   const double v67 = v49 - v24;
   const double v68 = v25 + v50;
-  const double v69 = sq(v51);
+  const double v69 = v51 * v51;
   const double v70 = v52 + v28;
   const double v71 = v29 - v53;
-  const double v72 = sq(v54);
+  const double v72 = v54 * v54;
   const double v73 = v28 - v55;
   const double v74 = v29 + v56;
-  const double v75 = sq(v57);
+  const double v75 = v57 * v57;
   const double v76 = v24 - v58;
   const double v77 = v25 + v59;
-  const double v78 = sq(v60);
+  const double v78 = v60 * v60;
   const double v79 = v61 + z_0;
   const double v80 = z_1 - v62;
   const double v81 = v64 + z_0;
@@ -1667,18 +1693,18 @@ void stewart_gough_constraint(const double z[12], double residual[6]) {
   const double v100 = 0.3064177772475912 + v88;
   const double v101 = 0.1368080573302675 + v89;
   const double v102 = 0.37587704831436336 + v90;
-  const double v103 = sq(v91);
-  const double v104 = sq(v92);
-  const double v105 = sq(v93);
-  const double v106 = sq(v94);
-  const double v107 = sq(v95);
-  const double v108 = sq(v96);
-  const double v109 = sq(v97);
-  const double v110 = sq(v98);
-  const double v111 = sq(v99);
-  const double v112 = sq(v100);
-  const double v113 = sq(v101);
-  const double v114 = sq(v102);
+  const double v103 = v91 * v91;
+  const double v104 = v92 * v92;
+  const double v105 = v93 * v93;
+  const double v106 = v94 * v94;
+  const double v107 = v95 * v95;
+  const double v108 = v96 * v96;
+  const double v109 = v97 * v97;
+  const double v110 = v98 * v98;
+  const double v111 = v99 * v99;
+  const double v112 = v100 * v100;
+  const double v113 = v101 * v101;
+  const double v114 = v102 * v102;
   const double v115 = v103 + v104;
   const double v116 = v105 + v106;
   const double v117 = v107 + v108;
@@ -1717,16 +1743,21 @@ void stewart_gough_constraint(const double z[12], double residual[6]) {
   residual[5] = v144;
 }
 
+// Derivative of the loops' equations by the full configuration.
+// 315 operations: multiply 186, add 102, negate 9, trig 6, other 12
 void stewart_gough_constraint_D_z(const double z[12], double residual_D_z[72]) {
+  // inputs
   const double z_0 = z[0];
   const double z_1 = z[1];
   const double z_2 = z[2];
   const double z_3 = z[3];
   const double z_4 = z[4];
   const double z_5 = z[5];
+  // cosines and sines
   const double angle[3] = {z_3, z_5, z_4};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of residual_D_z
   residual_D_z[6] = -1.0;
   residual_D_z[7] = 0.0;
   residual_D_z[8] = 0.0;
@@ -1763,6 +1794,7 @@ void stewart_gough_constraint_D_z(const double z[12], double residual_D_z[72]) {
   residual_D_z[69] = 0.0;
   residual_D_z[70] = 0.0;
   residual_D_z[71] = -1.0;
+  // shared terms; columns 1, 2, 3, 4, 5 and 6 of residual_D_z
   const double v7 = 0.1915111107797445 * c[1];
   const double v8 = 0.1915111107797445 * s[1];
   const double v9 = 0.16069690242163484 * c[2];
@@ -1855,27 +1887,27 @@ void stewart_gough_constraint_D_z(const double z[12], double residual_D_z[72]) {
   const double v96 = s[0] * v60;
   const double v97 = v19 - v61;
   const double v98 = v21 + v62;
-  const double v99 = sq(v63);
+  const double v99 = v63 * v63;
   const double v100 = 2.0 * v63;
   const double v101 = v68 - v19;
   const double v102 = v21 + v69;
-  const double v103 = sq(v70);
+  const double v103 = v70 * v70;
   const double v104 = 2.0 * v70;
   const double v105 = v73 - v28;
   const double v106 = v29 + v74;
-  const double v107 = sq(v75);
+  const double v107 = v75 * v75;
   const double v108 = 2.0 * v75;
   const double v109 = v80 + v36;
   const double v110 = v37 - v81;
-  const double v111 = sq(v82);
+  const double v111 = v82 * v82;
   const double v112 = 2.0 * v82;
   const double v113 = v36 - v87;
   const double v114 = v37 + v88;
-  const double v115 = sq(v89);
+  const double v115 = v89 * v89;
   const double v116 = 2.0 * v89;
   const double v117 = v28 - v92;
   const double v118 = v29 + v93;
-  const double v119 = sq(v94);
+  const double v119 = v94 * v94;
   const double v120 = 2.0 * v94;
   const double v121 = v97 + z_0;
   const double v122 = z_1 - v98;
@@ -1914,28 +1946,28 @@ void stewart_gough_constraint_D_z(const double z[12], double residual_D_z[72]) {
   const double v155 = 0.1368080573302675 + v141;
   const double v156 = 0.37587704831436336 + v142;
   const double v157 = 2.0 * v145;
-  const double v158 = sq(v145);
-  const double v159 = sq(v146);
+  const double v158 = v145 * v145;
+  const double v159 = v146 * v146;
   const double v160 = 2.0 * v146;
   const double v161 = 2.0 * v147;
-  const double v162 = sq(v147);
-  const double v163 = sq(v148);
+  const double v162 = v147 * v147;
+  const double v163 = v148 * v148;
   const double v164 = 2.0 * v148;
   const double v165 = 2.0 * v149;
-  const double v166 = sq(v149);
-  const double v167 = sq(v150);
+  const double v166 = v149 * v149;
+  const double v167 = v150 * v150;
   const double v168 = 2.0 * v150;
   const double v169 = 2.0 * v151;
-  const double v170 = sq(v151);
-  const double v171 = sq(v152);
+  const double v170 = v151 * v151;
+  const double v171 = v152 * v152;
   const double v172 = 2.0 * v152;
   const double v173 = 2.0 * v153;
-  const double v174 = sq(v153);
-  const double v175 = sq(v154);
+  const double v174 = v153 * v153;
+  const double v175 = v154 * v154;
   const double v176 = 2.0 * v154;
   const double v177 = 2.0 * v155;
-  const double v178 = sq(v155);
-  const double v179 = sq(v156);
+  const double v178 = v155 * v155;
+  const double v179 = v156 * v156;
   const double v180 = 2.0 * v156;
   const double v181 = v158 + v159;
   const double v182 = v97 * v160;
@@ -2099,6 +2131,7 @@ void stewart_gough_constraint_D_z(const double z[12], double residual_D_z[72]) {
   residual_D_z[63] = v304;
   residual_D_z[64] = v305;
   const double v315 = -v306;
+  // columns 1, 2, 4, 5 and 6 of residual_D_z
   residual_D_z[0] = v307;
   residual_D_z[12] = v308;
   residual_D_z[13] = v309;
@@ -2110,7 +2143,10 @@ void stewart_gough_constraint_D_z(const double z[12], double residual_D_z[72]) {
   residual_D_z[65] = v315;
 }
 
+// Time derivative of the constraint Jacobian.
+// 862 operations: multiply 492, add 342, negate 4, trig 6, other 18
 void stewart_gough_constraint_D_z_dot(const double z[12], const double zd[12], double residual_D_z_dot[72]) {
+  // inputs
   const double z_0 = z[0];
   const double z_1 = z[1];
   const double z_2 = z[2];
@@ -2123,9 +2159,11 @@ void stewart_gough_constraint_D_z_dot(const double z[12], const double zd[12], d
   const double zd_3 = zd[3];
   const double zd_4 = zd[4];
   const double zd_5 = zd[5];
+  // cosines and sines
   const double angle[3] = {z_3, z_5, z_4};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of residual_D_z_dot
   residual_D_z_dot[6] = 0.0;
   residual_D_z_dot[7] = 0.0;
   residual_D_z_dot[8] = 0.0;
@@ -2162,6 +2200,7 @@ void stewart_gough_constraint_D_z_dot(const double z[12], const double zd[12], d
   residual_D_z_dot[69] = 0.0;
   residual_D_z_dot[70] = 0.0;
   residual_D_z_dot[71] = 0.0;
+  // shared terms; columns 1, 2, 3, 4 and 5 of residual_D_z_dot
   const double v7 = 0.1915111107797445 * c[1];
   const double v8 = 0.1915111107797445 * s[1];
   const double v9 = 0.16069690242163484 * c[2];
@@ -2373,7 +2412,7 @@ void stewart_gough_constraint_D_z_dot(const double z[12], const double zd[12], d
   const double v215 = 2.0 * v138;
   const double v216 = v139 - v35;
   const double v217 = v36 + v140;
-  const double v218 = sq(v138);
+  const double v218 = v138 * v138;
   const double v219 = c[0] * v145;
   const double v220 = s[0] * v145;
   const double v221 = v149 - v25;
@@ -2381,10 +2420,10 @@ void stewart_gough_constraint_D_z_dot(const double z[12], const double zd[12], d
   const double v223 = v151 - v35;
   const double v224 = v152 - v28;
   const double v225 = v27 + v154;
-  const double v226 = sq(v150);
+  const double v226 = v150 * v150;
   const double v227 = v160 - v46;
   const double v228 = v47 + v161;
-  const double v229 = sq(v162);
+  const double v229 = v162 * v162;
   const double v230 = v163 - v51;
   const double v231 = 2.0 * v162;
   const double v232 = v165 - v55;
@@ -2392,7 +2431,7 @@ void stewart_gough_constraint_D_z_dot(const double z[12], const double zd[12], d
   const double v234 = s[0] * v171;
   const double v235 = v175 + v66;
   const double v236 = v67 - v176;
-  const double v237 = sq(v177);
+  const double v237 = v177 * v177;
   const double v238 = v178 + v72;
   const double v239 = 2.0 * v177;
   const double v240 = v180 - v75;
@@ -2400,7 +2439,7 @@ void stewart_gough_constraint_D_z_dot(const double z[12], const double zd[12], d
   const double v242 = s[0] * v186;
   const double v243 = v66 - v190;
   const double v244 = v67 + v191;
-  const double v245 = sq(v192);
+  const double v245 = v192 * v192;
   const double v246 = v69 + v193;
   const double v247 = v194 - v70;
   const double v248 = 2.0 * v192;
@@ -2409,7 +2448,7 @@ void stewart_gough_constraint_D_z_dot(const double z[12], const double zd[12], d
   const double v251 = s[0] * v196;
   const double v252 = v46 - v201;
   const double v253 = v47 + v202;
-  const double v254 = sq(v203);
+  const double v254 = v203 * v203;
   const double v255 = v53 + v204;
   const double v256 = v205 + v50;
   const double v257 = 2.0 * v203;
@@ -2543,8 +2582,8 @@ void stewart_gough_constraint_D_z_dot(const double z[12], const double zd[12], d
   const double v385 = 2.0 * v333;
   const double v386 = v334 - v87;
   const double v387 = v336 - v90;
-  const double v388 = sq(v332);
-  const double v389 = sq(v333);
+  const double v388 = v332 * v332;
+  const double v389 = v333 * v333;
   const double v390 = v85 * v337;
   const double v391 = v340 - v93;
   const double v392 = v341 - v96;
@@ -2553,12 +2592,12 @@ void stewart_gough_constraint_D_z_dot(const double z[12], const double zd[12], d
   const double v395 = v344 - v36;
   const double v396 = 2.0 * v345;
   const double v397 = v346 - v87;
-  const double v398 = sq(v342);
-  const double v399 = sq(v345);
+  const double v398 = v342 * v342;
+  const double v399 = v345 * v345;
   const double v400 = v99 * v347;
   const double v401 = v43 * v347;
-  const double v402 = sq(v350);
-  const double v403 = sq(v351);
+  const double v402 = v350 * v350;
+  const double v403 = v351 * v351;
   const double v404 = v352 - v53;
   const double v405 = 2.0 * v350;
   const double v406 = 2.0 * v351;
@@ -2567,8 +2606,8 @@ void stewart_gough_constraint_D_z_dot(const double z[12], const double zd[12], d
   const double v409 = v358 - v109;
   const double v410 = v61 * v355;
   const double v411 = v359 - v113;
-  const double v412 = sq(v360);
-  const double v413 = sq(v361);
+  const double v412 = v360 * v360;
+  const double v413 = v361 * v361;
   const double v414 = v362 - v118;
   const double v415 = 2.0 * v360;
   const double v416 = 2.0 * v361;
@@ -2577,16 +2616,16 @@ void stewart_gough_constraint_D_z_dot(const double z[12], const double zd[12], d
   const double v419 = v368 - v123;
   const double v420 = v81 * v365;
   const double v421 = v369 - v127;
-  const double v422 = sq(v370);
-  const double v423 = sq(v371);
+  const double v422 = v370 * v370;
+  const double v423 = v371 * v371;
   const double v424 = v372 - v118;
   const double v425 = 2.0 * v370;
   const double v426 = 2.0 * v371;
   const double v427 = v373 - v120;
   const double v428 = v374 + v317;
   const double v429 = v375 - v319;
-  const double v430 = sq(v376);
-  const double v431 = sq(v377);
+  const double v430 = v376 * v376;
+  const double v431 = v377 * v377;
   const double v432 = v378 - v104;
   const double v433 = 2.0 * v376;
   const double v434 = 2.0 * v377;
@@ -3040,6 +3079,7 @@ void stewart_gough_constraint_D_z_dot(const double z[12], const double zd[12], d
   residual_D_z_dot[63] = v846;
   residual_D_z_dot[64] = v847;
   const double v859 = v848 - v812;
+  // shared terms; columns 4, 5 and 6 of residual_D_z_dot
   residual_D_z_dot[5] = v849;
   const double v860 = -v850;
   residual_D_z_dot[17] = v851;
@@ -3051,21 +3091,27 @@ void stewart_gough_constraint_D_z_dot(const double z[12], const double zd[12], d
   residual_D_z_dot[52] = v857;
   const double v861 = -v858;
   const double v862 = -v859;
+  // columns 5 and 6 of residual_D_z_dot
   residual_D_z_dot[16] = v860;
   residual_D_z_dot[53] = v861;
   residual_D_z_dot[65] = v862;
 }
 
+// Pose of the tool (ee) in the base frame (0), from the main chain's joints.
+// 25 operations: multiply 14, add 4, negate 1, trig 6
 void stewart_gough_chain_fk(const double theta[6], double T_0_ee[16]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
   const double theta_3 = theta[3];
   const double theta_4 = theta[4];
   const double theta_5 = theta[5];
+  // cosines and sines
   const double angle[3] = {theta_4, theta_3, theta_5};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // T_0_ee
   T_0_ee[3] = theta_0;
   T_0_ee[7] = theta_1;
   T_0_ee[11] = theta_2;
@@ -3073,6 +3119,7 @@ void stewart_gough_chain_fk(const double theta[6], double T_0_ee[16]) {
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
+  // shared terms; columns 1, 2 and 3 of T_0_ee
   const double v7 = c[0] * c[1];
   const double v8 = c[1] * s[0];
   const double v9 = c[2] * s[1];
@@ -3093,6 +3140,7 @@ void stewart_gough_chain_fk(const double theta[6], double T_0_ee[16]) {
   T_0_ee[8] = v15;
   T_0_ee[9] = v16;
   T_0_ee[10] = v17;
+  // shared terms; columns 2 and 3 of T_0_ee
   const double v22 = v18 - v9;
   const double v23 = v10 + v19;
   const double v24 = v20 + v13;
@@ -3103,16 +3151,22 @@ void stewart_gough_chain_fk(const double theta[6], double T_0_ee[16]) {
   T_0_ee[6] = v25;
 }
 
+// Pose of every link's frame in the base frame, in order from the base, from the main chain's
+// joints.
+// 26 operations: multiply 14, add 4, negate 2, trig 6
 void stewart_gough_chain_link_poses(const double theta[6], double T[96]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
   const double theta_3 = theta[3];
   const double theta_4 = theta[4];
   const double theta_5 = theta[5];
+  // cosines and sines
   const double angle[3] = {theta_3, theta_4, theta_5};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // T
   T[0] = 1.0;
   T[1] = 0.0;
   T[2] = 0.0;
@@ -3188,6 +3242,7 @@ void stewart_gough_chain_link_poses(const double theta[6], double T[96]) {
   T[93] = 0.0;
   T[94] = 0.0;
   T[95] = 1.0;
+  // shared terms; T
   T[48] = c[0];
   const double v7 = -s[0];
   T[52] = s[0];
@@ -3205,6 +3260,7 @@ void stewart_gough_chain_link_poses(const double theta[6], double T[96]) {
   const double v16 = s[2] * c[0];
   const double v17 = c[1] * s[2];
   const double v18 = c[1] * c[2];
+  // shared terms; T
   T[49] = v7;
   T[64] = v8;
   T[65] = v7;
@@ -3221,6 +3277,7 @@ void stewart_gough_chain_link_poses(const double theta[6], double T[96]) {
   T[88] = v12;
   T[89] = v17;
   T[90] = v18;
+  // shared terms; T
   const double v23 = v19 - v13;
   const double v24 = v14 + v20;
   const double v25 = v21 + v15;
@@ -3231,16 +3288,23 @@ void stewart_gough_chain_link_poses(const double theta[6], double T[96]) {
   T[86] = v26;
 }
 
+// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
+// axes, from the main chain's joints.
+// 33 operations: multiply 17, add 5, negate 7, trig 4
 void stewart_gough_chain_jacobian_space(const double theta[6], double J[36]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
   const double theta_3 = theta[3];
   const double theta_4 = theta[4];
+  // shared terms
   const double v5 = -theta_0;
+  // cosines and sines
   const double angle[2] = {theta_3, theta_4};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // columns 1, 2, 3, 4 and 5 of J
   J[0] = 1.0;
   J[1] = 0.0;
   J[2] = 0.0;
@@ -3265,6 +3329,7 @@ void stewart_gough_chain_jacobian_space(const double theta[6], double J[36]) {
   J[32] = 0.0;
   J[33] = 1.0;
   J[34] = 0.0;
+  // shared terms; columns 4 and 5 of J
   const double v6 = c[0] * theta_2;
   const double v7 = c[0] * s[1];
   const double v8 = c[0] * theta_1;
@@ -3280,6 +3345,7 @@ void stewart_gough_chain_jacobian_space(const double theta[6], double J[36]) {
   J[28] = c[0];
   const double v17 = c[1] * s[0];
   const double v18 = -s[1];
+  // shared terms; columns 5 and 6 of J
   const double v19 = -v6;
   const double v20 = v8 - v9;
   const double v21 = v11 + v12;
@@ -3288,6 +3354,7 @@ void stewart_gough_chain_jacobian_space(const double theta[6], double J[36]) {
   J[23] = v16;
   J[29] = v17;
   J[35] = v18;
+  // shared terms; column 5 of J
   J[4] = v19;
   const double v23 = v7 * v20;
   const double v24 = v21 * s[1];
@@ -3295,25 +3362,34 @@ void stewart_gough_chain_jacobian_space(const double theta[6], double J[36]) {
   const double v25 = v14 * v20;
   J[16] = v21;
   const double v26 = c[1] * v20;
+  // shared terms; column 6 of J
   const double v27 = v10 + v24;
   const double v28 = -v26;
   const double v29 = s[0] * v27;
   const double v30 = c[0] * v27;
   J[17] = v28;
+  // shared terms; column 6 of J
   const double v31 = v23 + v29;
   const double v32 = v30 - v25;
   const double v33 = -v31;
   J[11] = v32;
+  // column 6 of J
   J[5] = v33;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes, from the main chain's
+// joints.
+// 26 operations: multiply 14, add 4, negate 2, trig 6
 void stewart_gough_chain_jacobian_body(const double theta[6], double J[36]) {
+  // inputs
   const double theta_3 = theta[3];
   const double theta_4 = theta[4];
   const double theta_5 = theta[5];
+  // cosines and sines
   const double angle[3] = {theta_4, theta_3, theta_5};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of J
   J[3] = 0.0;
   J[4] = 0.0;
   J[5] = 0.0;
@@ -3336,6 +3412,7 @@ void stewart_gough_chain_jacobian_body(const double theta[6], double J[36]) {
   J[31] = 0.0;
   J[32] = 0.0;
   J[35] = 0.0;
+  // shared terms; column 5 of J
   const double v7 = c[0] * c[1];
   const double v8 = c[0] * s[1];
   const double v9 = -s[0];
@@ -3349,6 +3426,7 @@ void stewart_gough_chain_jacobian_body(const double theta[6], double J[36]) {
   const double v17 = c[0] * c[2];
   J[28] = c[2];
   const double v18 = -s[2];
+  // shared terms; columns 1, 2, 3, 4 and 5 of J
   J[0] = v7;
   J[1] = v8;
   J[2] = v9;
@@ -3362,6 +3440,7 @@ void stewart_gough_chain_jacobian_body(const double theta[6], double J[36]) {
   J[27] = v13;
   J[33] = v17;
   J[34] = v18;
+  // shared terms; columns 1 and 2 of J
   const double v23 = v19 - v11;
   const double v24 = v12 + v20;
   const double v25 = v14 + v21;
@@ -3372,12 +3451,18 @@ void stewart_gough_chain_jacobian_body(const double theta[6], double J[36]) {
   J[13] = v26;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in base axes, from the main chain's
+// joints.
+// 8 operations: multiply 2, negate 2, trig 4
 void stewart_gough_chain_jacobian_mixed(const double theta[6], double J[36]) {
+  // inputs
   const double theta_3 = theta[3];
   const double theta_4 = theta[4];
+  // cosines and sines
   const double angle[2] = {theta_3, theta_4};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
+  // constant entries of J
   J[0] = 1.0;
   J[1] = 0.0;
   J[2] = 0.0;
@@ -3409,18 +3494,23 @@ void stewart_gough_chain_jacobian_mixed(const double theta[6], double J[36]) {
   J[32] = 0.0;
   J[33] = 1.0;
   J[34] = 0.0;
+  // shared terms; column 5 of J
   const double v5 = -s[0];
   const double v6 = c[1] * c[0];
   J[28] = c[0];
   const double v7 = c[1] * s[0];
   const double v8 = -s[1];
+  // columns 5 and 6 of J
   J[22] = v5;
   J[23] = v6;
   J[29] = v7;
   J[35] = v8;
 }
 
+// By how much the ends of each rod or cylinder are further apart than its length.
+// 144 operations: multiply 54, add 78, trig 6, other 6
 void stewart_gough_rods(const double theta[6], const double q[6], double residual[6]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
@@ -3433,9 +3523,11 @@ void stewart_gough_rods(const double theta[6], const double q[6], double residua
   const double q_3 = q[3];
   const double q_4 = q[4];
   const double q_5 = q[5];
+  // cosines and sines
   const double angle[3] = {theta_4, theta_5, theta_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // shared terms; residual
   const double v7 = 0.16069690242163484 * s[0];
   const double v8 = 0.1915111107797445 * s[1];
   const double v9 = 0.1915111107797445 * c[1];
@@ -3490,22 +3582,22 @@ void stewart_gough_rods(const double theta[6], const double q[6], double residua
   const double v58 = theta_2 - v41;
   const double v59 = c[2] * v42;
   const double v60 = s[2] * v42;
-  const double v61 = sq(v43);
+  const double v61 = v43 * v43;
   const double v62 = v20 - v44;
   const double v63 = v22 + v45;
-  const double v64 = sq(v46);
+  const double v64 = v46 * v46;
   const double v65 = v47 - v20;
   const double v66 = v22 + v48;
-  const double v67 = sq(v49);
+  const double v67 = v49 * v49;
   const double v68 = v50 - v25;
   const double v69 = v26 + v51;
-  const double v70 = sq(v52);
+  const double v70 = v52 * v52;
   const double v71 = v28 + v53;
   const double v72 = v30 - v54;
-  const double v73 = sq(v55);
+  const double v73 = v55 * v55;
   const double v74 = v28 - v56;
   const double v75 = v30 + v57;
-  const double v76 = sq(v58);
+  const double v76 = v58 * v58;
   const double v77 = v25 - v59;
   const double v78 = v26 + v60;
   const double v79 = v62 + theta_0;
@@ -3532,18 +3624,18 @@ void stewart_gough_rods(const double theta[6], const double q[6], double residua
   const double v100 = 0.3064177772475912 + v88;
   const double v101 = 0.1368080573302675 + v89;
   const double v102 = 0.37587704831436336 + v90;
-  const double v103 = sq(v91);
-  const double v104 = sq(v92);
-  const double v105 = sq(v93);
-  const double v106 = sq(v94);
-  const double v107 = sq(v95);
-  const double v108 = sq(v96);
-  const double v109 = sq(v97);
-  const double v110 = sq(v98);
-  const double v111 = sq(v99);
-  const double v112 = sq(v100);
-  const double v113 = sq(v101);
-  const double v114 = sq(v102);
+  const double v103 = v91 * v91;
+  const double v104 = v92 * v92;
+  const double v105 = v93 * v93;
+  const double v106 = v94 * v94;
+  const double v107 = v95 * v95;
+  const double v108 = v96 * v96;
+  const double v109 = v97 * v97;
+  const double v110 = v98 * v98;
+  const double v111 = v99 * v99;
+  const double v112 = v100 * v100;
+  const double v113 = v101 * v101;
+  const double v114 = v102 * v102;
   const double v115 = v61 + v103;
   const double v116 = v64 + v105;
   const double v117 = v67 + v107;
@@ -3582,17 +3674,22 @@ void stewart_gough_rods(const double theta[6], const double q[6], double residua
   residual[5] = v144;
 }
 
+// Derivative of the rods' residuals by the main chain's joints.
+// 310 operations: multiply 186, add 102, negate 4, trig 6, other 12
 void stewart_gough_rods_D_chain(const double theta[6], const double q[6], double residual_D_theta[36]) {
   (void)q;
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
   const double theta_3 = theta[3];
   const double theta_4 = theta[4];
   const double theta_5 = theta[5];
+  // cosines and sines
   const double angle[3] = {theta_5, theta_3, theta_4};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // shared terms; residual_D_theta
   const double v7 = 0.1915111107797445 * c[0];
   const double v8 = 0.1915111107797445 * s[0];
   const double v9 = 0.16069690242163484 * c[2];
@@ -3684,27 +3781,27 @@ void stewart_gough_rods_D_chain(const double theta[6], const double q[6], double
   const double v95 = c[1] * v60;
   const double v96 = s[1] * v60;
   const double v97 = v19 - v61;
-  const double v98 = sq(v62);
+  const double v98 = v62 * v62;
   const double v99 = v22 + v63;
   const double v100 = 2.0 * v62;
   const double v101 = v68 - v19;
-  const double v102 = sq(v69);
+  const double v102 = v69 * v69;
   const double v103 = v22 + v70;
   const double v104 = 2.0 * v69;
   const double v105 = v73 - v28;
-  const double v106 = sq(v74);
+  const double v106 = v74 * v74;
   const double v107 = v30 + v75;
   const double v108 = 2.0 * v74;
   const double v109 = v35 + v80;
-  const double v110 = sq(v81);
+  const double v110 = v81 * v81;
   const double v111 = v38 - v82;
   const double v112 = 2.0 * v81;
   const double v113 = v35 - v87;
-  const double v114 = sq(v88);
+  const double v114 = v88 * v88;
   const double v115 = v38 + v89;
   const double v116 = 2.0 * v88;
   const double v117 = v28 - v92;
-  const double v118 = sq(v93);
+  const double v118 = v93 * v93;
   const double v119 = v30 + v94;
   const double v120 = 2.0 * v93;
   const double v121 = v97 + theta_0;
@@ -3744,28 +3841,28 @@ void stewart_gough_rods_D_chain(const double theta[6], const double q[6], double
   const double v155 = 0.1368080573302675 + v141;
   const double v156 = 0.37587704831436336 + v142;
   const double v157 = 2.0 * v145;
-  const double v158 = sq(v145);
-  const double v159 = sq(v146);
+  const double v158 = v145 * v145;
+  const double v159 = v146 * v146;
   const double v160 = 2.0 * v146;
   const double v161 = 2.0 * v147;
-  const double v162 = sq(v147);
-  const double v163 = sq(v148);
+  const double v162 = v147 * v147;
+  const double v163 = v148 * v148;
   const double v164 = 2.0 * v148;
   const double v165 = 2.0 * v149;
-  const double v166 = sq(v149);
-  const double v167 = sq(v150);
+  const double v166 = v149 * v149;
+  const double v167 = v150 * v150;
   const double v168 = 2.0 * v150;
   const double v169 = 2.0 * v151;
-  const double v170 = sq(v151);
-  const double v171 = sq(v152);
+  const double v170 = v151 * v151;
+  const double v171 = v152 * v152;
   const double v172 = 2.0 * v152;
   const double v173 = 2.0 * v153;
-  const double v174 = sq(v153);
-  const double v175 = sq(v154);
+  const double v174 = v153 * v153;
+  const double v175 = v154 * v154;
   const double v176 = 2.0 * v154;
   const double v177 = 2.0 * v155;
-  const double v178 = sq(v155);
-  const double v179 = sq(v156);
+  const double v178 = v155 * v155;
+  const double v179 = v156 * v156;
   const double v180 = 2.0 * v156;
   const double v181 = v98 + v158;
   const double v182 = v157 * v99;
@@ -3929,23 +4026,29 @@ void stewart_gough_rods_D_chain(const double theta[6], const double q[6], double
   residual_D_theta[33] = v304;
   residual_D_theta[34] = v305;
   const double v310 = -v306;
+  // columns 4 and 6 of residual_D_theta
   residual_D_theta[5] = v307;
   residual_D_theta[21] = v308;
   residual_D_theta[29] = v309;
   residual_D_theta[35] = v310;
 }
 
+// Both matrices of the velocity relation of a platform on legs.
+// 210 operations: multiply 90, add 90, trig 6, other 24
 void stewart_gough_velocity_relation(const double theta[6], const double q[6], double J_x[36], double J_q[36]) {
   (void)q;
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
   const double theta_3 = theta[3];
   const double theta_4 = theta[4];
   const double theta_5 = theta[5];
+  // cosines and sines
   const double angle[3] = {theta_5, theta_3, theta_4};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
+  // constant entries of J_q
   J_q[0] = 1.0;
   J_q[1] = 0.0;
   J_q[2] = 0.0;
@@ -3982,6 +4085,7 @@ void stewart_gough_velocity_relation(const double theta[6], const double q[6], d
   J_q[33] = 0.0;
   J_q[34] = 0.0;
   J_q[35] = 1.0;
+  // shared terms; columns 1, 2 and 3 of J_x
   const double v7 = 0.1915111107797445 * c[0];
   const double v8 = 0.1915111107797445 * s[0];
   const double v9 = 0.16069690242163484 * c[2];
@@ -4037,23 +4141,23 @@ void stewart_gough_velocity_relation(const double theta[6], const double q[6], d
   const double v59 = theta_2 - v42;
   const double v60 = s[1] * v41;
   const double v61 = v19 - v43;
-  const double v62 = sq(v44);
+  const double v62 = v44 * v44;
   const double v63 = v22 + v45;
   const double v64 = v44 - theta_2;
   const double v65 = v46 - v19;
-  const double v66 = sq(v47);
+  const double v66 = v47 * v47;
   const double v67 = v22 + v48;
   const double v68 = v49 - v24;
-  const double v69 = sq(v50);
+  const double v69 = v50 * v50;
   const double v70 = v26 + v51;
   const double v71 = v27 + v52;
-  const double v72 = sq(v53);
+  const double v72 = v53 * v53;
   const double v73 = v30 - v54;
   const double v74 = v27 - v55;
-  const double v75 = sq(v56);
+  const double v75 = v56 * v56;
   const double v76 = v30 + v57;
   const double v77 = v24 - v58;
-  const double v78 = sq(v59);
+  const double v78 = v59 * v59;
   const double v79 = v26 + v60;
   const double v80 = v59 - theta_2;
   const double v81 = v61 + theta_0;
@@ -4084,18 +4188,18 @@ void stewart_gough_velocity_relation(const double theta[6], const double q[6], d
   const double v106 = 0.1368080573302675 + v91;
   const double v107 = 0.37587704831436336 + v92;
   const double v108 = v92 - theta_1;
-  const double v109 = sq(v93);
-  const double v110 = sq(v94);
-  const double v111 = sq(v96);
-  const double v112 = sq(v97);
-  const double v113 = sq(v98);
-  const double v114 = sq(v99);
-  const double v115 = sq(v100);
-  const double v116 = sq(v101);
-  const double v117 = sq(v103);
-  const double v118 = sq(v104);
-  const double v119 = sq(v106);
-  const double v120 = sq(v107);
+  const double v109 = v93 * v93;
+  const double v110 = v94 * v94;
+  const double v111 = v96 * v96;
+  const double v112 = v97 * v97;
+  const double v113 = v98 * v98;
+  const double v114 = v99 * v99;
+  const double v115 = v100 * v100;
+  const double v116 = v101 * v101;
+  const double v117 = v103 * v103;
+  const double v118 = v104 * v104;
+  const double v119 = v106 * v106;
+  const double v120 = v107 * v107;
   const double v121 = v62 + v109;
   const double v122 = v66 + v111;
   const double v123 = v69 + v113;
@@ -4186,6 +4290,7 @@ void stewart_gough_velocity_relation(const double theta[6], const double q[6], d
   const double v190 = v156 * v77;
   const double v191 = v155 * v77;
   const double v192 = v154 * v108;
+  // shared terms; columns 4, 5 and 6 of J_x
   const double v193 = v157 - v158;
   const double v194 = v159 - v160;
   const double v195 = v161 - v162;

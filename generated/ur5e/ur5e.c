@@ -4,26 +4,29 @@
 #include "chasles_cos_sin.h"
 #include "ur5e_branches.h"
 
-#if !UR5E_BRANCHES
-static double sq(double x) { return x * x; }
-#endif
-
+// Pose of the tool (ee) in the base frame (0).
+// 78 operations: multiply 40, add 22, negate 4, trig 12
 void ur5e_fk(const double q[6], double T_0_ee[16]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
   const double q_5 = q[5];
+  // shared terms
   const double v4 = q_1 + q_2;
   const double v10 = v4 + q_3;
+  // cosines and sines
   const double angle[6] = {q_5, q_4, q_0, q_1, v4, v10};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
+  // constant entries of T_0_ee
   T_0_ee[12] = 0.0;
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
+  // shared terms; column 3 of T_0_ee
   const double v13 = s[1] * s[2];
   const double v14 = c[1] * s[2];
   const double v15 = 0.0996 * s[1];
@@ -71,6 +74,7 @@ void ur5e_fk(const double q[6], double T_0_ee[16]) {
   const double v59 = v36 - v50;
   T_0_ee[10] = v51;
   const double v60 = v25 - v52;
+  // shared terms; columns 1, 2 and 3 of T_0_ee
   const double v61 = c[0] * v53;
   const double v62 = s[0] * v53;
   T_0_ee[2] = v54;
@@ -81,6 +85,7 @@ void ur5e_fk(const double q[6], double T_0_ee[16]) {
   T_0_ee[8] = v58;
   T_0_ee[9] = v59;
   const double v67 = v60 + v20;
+  // shared terms; column 3 of T_0_ee
   const double v68 = v61 - v41;
   const double v69 = v42 + v62;
   const double v70 = c[2] * v63;
@@ -89,6 +94,7 @@ void ur5e_fk(const double q[6], double T_0_ee[16]) {
   T_0_ee[6] = v66;
   const double v73 = s[2] * v63;
   const double v74 = v67 + 0.1625;
+  // shared terms; columns 1 and 4 of T_0_ee
   T_0_ee[0] = v68;
   const double v75 = -v69;
   const double v76 = v70 + v30;
@@ -96,24 +102,31 @@ void ur5e_fk(const double q[6], double T_0_ee[16]) {
   const double v77 = -v72;
   const double v78 = v73 - v33;
   T_0_ee[11] = v74;
+  // columns 2 and 4 of T_0_ee
   T_0_ee[1] = v75;
   T_0_ee[3] = v76;
   T_0_ee[5] = v77;
   T_0_ee[7] = v78;
 }
 
+// Pose of every link's frame in the base frame, in order from the base.
+// 97 operations: multiply 48, add 25, negate 12, trig 12
 void ur5e_link_poses(const double q[6], double T[96]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
   const double q_5 = q[5];
+  // shared terms
   const double v5 = q_1 + q_2;
   const double v12 = v5 + q_3;
+  // cosines and sines
   const double angle[6] = {q_0, q_1, q_4, q_5, v5, v12};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
+  // constant entries of T
   T[1] = 0.0;
   T[3] = 0.0;
   T[5] = 0.0;
@@ -149,6 +162,7 @@ void ur5e_link_poses(const double q[6], double T[96]) {
   T[93] = 0.0;
   T[94] = 0.0;
   T[95] = 1.0;
+  // shared terms; T
   T[0] = c[0];
   T[2] = s[0];
   T[4] = s[0];
@@ -169,6 +183,7 @@ void ur5e_link_poses(const double q[6], double T[96]) {
   const double v22 = c[2] * s[0];
   const double v23 = s[2] * c[0];
   const double v24 = c[2] * c[0];
+  // shared terms; T
   T[6] = v13;
   T[16] = v14;
   const double v27 = -v15;
@@ -187,6 +202,7 @@ void ur5e_link_poses(const double q[6], double T[96]) {
   T[41] = c[4];
   const double v36 = -0.3922 * s[4];
   T[53] = v13;
+  // shared terms; T
   T[17] = v27;
   T[19] = v28;
   T[21] = v29;
@@ -212,6 +228,7 @@ void ur5e_link_poses(const double q[6], double T[96]) {
   const double v50 = 0.0997 * c[5];
   const double v51 = s[3] * c[5];
   const double v52 = c[3] * c[5];
+  // shared terms; T
   T[33] = v37;
   const double v53 = v28 + v38;
   T[37] = v39;
@@ -242,6 +259,7 @@ void ur5e_link_poses(const double q[6], double T[96]) {
   const double v70 = c[3] * v48;
   const double v71 = s[3] * v48;
   const double v72 = 0.0996 * v49;
+  // shared terms; T
   T[35] = v53;
   T[39] = v54;
   T[51] = v55;
@@ -259,6 +277,7 @@ void ur5e_link_poses(const double q[6], double T[96]) {
   const double v80 = v52 - v71;
   T[90] = v64;
   const double v81 = v65 - v72;
+  // shared terms; T
   T[55] = v73;
   T[64] = v74;
   T[66] = v75;
@@ -276,6 +295,7 @@ void ur5e_link_poses(const double q[6], double T[96]) {
   T[88] = v79;
   T[89] = v80;
   T[91] = v81;
+  // shared terms; T
   T[70] = v82;
   T[71] = v83;
   const double v90 = v84 - v66;
@@ -285,28 +305,36 @@ void ur5e_link_poses(const double q[6], double T[96]) {
   const double v94 = v69 + v88;
   T[86] = v82;
   const double v95 = v83 - v89;
+  // shared terms; T
   T[80] = v90;
   const double v96 = -v91;
   T[83] = v92;
   T[84] = v93;
   const double v97 = -v94;
   T[87] = v95;
+  // T
   T[81] = v96;
   T[85] = v97;
 }
 
+// Pose of the tool and mixed Jacobian in one call.
+// 97 operations: multiply 49, add 22, negate 14, trig 12
 void ur5e_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
   const double q_5 = q[5];
+  // shared terms
   const double v4 = q_1 + q_2;
   const double v10 = v4 + q_3;
+  // cosines and sines
   const double angle[6] = {q_5, q_4, q_0, q_1, v4, v10};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
+  // constant entries of T_0_ee; constant entries of J
   T_0_ee[12] = 0.0;
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
@@ -321,6 +349,7 @@ void ur5e_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]) 
   J[31] = 0.0;
   J[32] = 0.0;
   J[33] = 0.0;
+  // shared terms; columns 2, 3 and 4 of J
   const double v13 = s[1] * s[2];
   const double v14 = c[1] * s[2];
   const double v15 = 0.0996 * s[1];
@@ -333,12 +362,14 @@ void ur5e_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]) 
   J[20] = s[2];
   J[21] = s[2];
   const double v21 = -c[2];
+  // shared terms; columns 2, 3 and 4 of J
   const double v24 = -0.3922 * c[4];
   const double v25 = v17 + 0.1333;
   const double v26 = -0.3922 * s[4];
   J[25] = v21;
   J[26] = v21;
   J[27] = v21;
+  // shared terms; column 5 of J
   const double v27 = c[2] * c[5];
   const double v28 = s[5] * c[2];
   const double v29 = 0.0997 * s[5];
@@ -371,6 +402,7 @@ void ur5e_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]) 
   J[22] = v28;
   J[28] = v33;
   J[34] = v41;
+  // shared terms; column 3 of T_0_ee; columns 4 and 6 of J
   const double v56 = v42 + v13;
   const double v57 = v14 - v45;
   const double v58 = v46 + v24;
@@ -385,6 +417,7 @@ void ur5e_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]) 
   J[15] = v46;
   const double v66 = -v55;
   J[35] = v53;
+  // shared terms; columns 1, 2 and 3 of T_0_ee; columns 3, 4, 5 and 6 of J
   const double v67 = c[0] * v56;
   const double v68 = s[0] * v56;
   T_0_ee[2] = v57;
@@ -404,6 +437,7 @@ void ur5e_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]) 
   J[14] = v58;
   J[16] = v66;
   J[23] = v57;
+  // shared terms; column 3 of T_0_ee; columns 2 and 6 of J
   const double v78 = v67 - v43;
   const double v79 = v44 + v68;
   const double v80 = c[2] * v69;
@@ -420,6 +454,7 @@ void ur5e_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]) 
   const double v90 = -v77;
   J[13] = v69;
   J[29] = v72;
+  // shared terms; columns 1 and 4 of T_0_ee; columns 3 and 5 of J
   T_0_ee[0] = v78;
   const double v91 = -v79;
   const double v92 = v80 + v31;
@@ -433,6 +468,7 @@ void ur5e_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]) 
   const double v96 = -v88;
   J[8] = v89;
   J[10] = v90;
+  // shared terms; columns 2 and 4 of T_0_ee; columns 1 and 2 of J
   T_0_ee[1] = v91;
   T_0_ee[3] = v92;
   T_0_ee[5] = v93;
@@ -441,20 +477,28 @@ void ur5e_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]) 
   J[1] = v95;
   J[6] = v92;
   J[7] = v96;
+  // column 1 of J
   J[0] = v97;
 }
 
+// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
+// axes.
+// 76 operations: multiply 41, add 18, negate 7, trig 10
 void ur5e_jacobian_space(const double q[6], double J[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
+  // shared terms
   const double v3 = q_1 + q_2;
   const double v9 = v3 + q_3;
+  // cosines and sines
   const double angle[5] = {q_0, q_1, q_4, v3, v9};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // constant entries of J
   J[0] = 0.0;
   J[6] = 0.0;
   J[12] = 0.0;
@@ -465,6 +509,7 @@ void ur5e_jacobian_space(const double q[6], double J[36]) {
   J[31] = 0.0;
   J[32] = 0.0;
   J[33] = 0.0;
+  // shared terms; columns 2, 3 and 4 of J
   const double v11 = 0.1625 * c[0];
   const double v12 = -0.425 * s[1];
   const double v13 = -0.425 * c[1];
@@ -478,6 +523,7 @@ void ur5e_jacobian_space(const double q[6], double J[36]) {
   const double v18 = c[2] * s[0];
   const double v19 = -c[0];
   const double v20 = c[2] * c[0];
+  // shared terms; columns 2, 3 and 4 of J
   J[1] = v11;
   const double v23 = v12 + 0.1625;
   const double v24 = -0.3922 * s[3];
@@ -487,6 +533,7 @@ void ur5e_jacobian_space(const double q[6], double J[36]) {
   J[25] = v19;
   J[26] = v19;
   J[27] = v19;
+  // shared terms; column 3 of J
   const double v27 = c[0] * v23;
   const double v28 = v24 + v23;
   const double v29 = c[0] * c[4];
@@ -500,6 +547,7 @@ void ur5e_jacobian_space(const double q[6], double J[36]) {
   const double v36 = s[4] * c[2];
   const double v37 = -c[4];
   const double v38 = s[4] * s[2];
+  // shared terms; columns 3 and 5 of J
   J[2] = v27;
   const double v39 = c[0] * v28;
   const double v40 = 0.1333 * v29;
@@ -520,6 +568,7 @@ void ur5e_jacobian_space(const double q[6], double J[36]) {
   const double v51 = s[2] * v33;
   J[34] = v37;
   const double v52 = -v38;
+  // shared terms; columns 4 and 6 of J
   J[3] = v39;
   const double v53 = v41 + v42;
   const double v54 = v43 + v15;
@@ -530,12 +579,14 @@ void ur5e_jacobian_space(const double q[6], double J[36]) {
   const double v57 = v18 - v50;
   const double v58 = v20 + v51;
   J[35] = v52;
+  // shared terms; column 6 of J
   const double v59 = s[0] * v53;
   const double v60 = c[2] * v53;
   const double v61 = v55 + 0.0997;
   const double v62 = c[0] * v53;
   J[23] = v57;
   const double v63 = -v58;
+  // shared terms; column 6 of J
   const double v64 = v40 - v59;
   const double v65 = v60 + v14;
   const double v66 = v54 * v61;
@@ -543,32 +594,41 @@ void ur5e_jacobian_space(const double q[6], double J[36]) {
   const double v68 = v56 * v61;
   const double v69 = v36 * v61;
   J[29] = v63;
+  // shared terms; column 5 of J
   J[4] = v64;
   const double v70 = v31 * v65;
   J[10] = v67;
   const double v71 = v34 * v65;
   const double v72 = v65 * c[4];
+  // shared terms; column 6 of J
   const double v73 = v70 - v66;
   const double v74 = v71 - v68;
   const double v75 = v69 + v72;
   J[5] = v73;
   J[11] = v74;
   const double v76 = -v75;
+  // column 6 of J
   J[17] = v76;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+// 117 operations: multiply 65, add 32, negate 8, trig 12
 void ur5e_jacobian_body(const double q[6], double J[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
   const double q_5 = q[5];
+  // shared terms
   const double v3 = q_1 + q_2;
   const double v10 = v3 + q_3;
+  // cosines and sines
   const double angle[6] = {q_4, q_5, q_0, q_1, v3, v10};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
+  // constant entries of J
   J[5] = 0.0;
   J[11] = 0.0;
   J[16] = 0.0;
@@ -577,6 +637,7 @@ void ur5e_jacobian_body(const double q[6], double J[36]) {
   J[29] = 0.0;
   J[34] = 0.0;
   J[35] = 1.0;
+  // shared terms; columns 2, 3 and 4 of J
   const double v13 = c[0] * c[1];
   const double v14 = s[0] * c[1];
   const double v15 = 0.0996 * s[0];
@@ -595,6 +656,7 @@ void ur5e_jacobian_body(const double q[6], double J[36]) {
   J[31] = c[0];
   J[32] = c[0];
   J[33] = c[0];
+  // shared terms; columns 2, 3, 4 and 5 of J
   const double v30 = v14 * c[2];
   const double v31 = -0.3922 * c[4];
   const double v32 = v17 + 0.1333;
@@ -615,6 +677,7 @@ void ur5e_jacobian_body(const double q[6], double J[36]) {
   J[22] = v26;
   const double v43 = -v20;
   J[28] = v27;
+  // shared terms; columns 2, 3, 4 and 5 of J
   const double v44 = v13 * c[5];
   const double v45 = s[5] * s[1];
   const double v46 = 0.0997 * s[5];
@@ -638,6 +701,7 @@ void ur5e_jacobian_body(const double q[6], double J[36]) {
   J[25] = v43;
   J[26] = v43;
   J[27] = v43;
+  // shared terms; column 4 of J
   const double v62 = v44 - v45;
   const double v63 = v46 - v47;
   const double v64 = v50 + v51;
@@ -649,6 +713,7 @@ void ur5e_jacobian_body(const double q[6], double J[36]) {
   const double v69 = v60 * c[2];
   const double v70 = v60 * s[2];
   const double v71 = -v61;
+  // shared terms; columns 1 and 4 of J
   const double v72 = v62 * s[2];
   const double v73 = v63 + v31;
   const double v74 = v62 * c[2];
@@ -661,6 +726,7 @@ void ur5e_jacobian_body(const double q[6], double J[36]) {
   J[18] = v64;
   J[24] = v67;
   J[30] = v71;
+  // shared terms; column 3 of J
   const double v80 = v72 - v30;
   const double v81 = v73 + v16;
   const double v82 = v33 + v74;
@@ -692,6 +758,7 @@ void ur5e_jacobian_body(const double q[6], double J[36]) {
   J[8] = v99;
   const double v107 = v100 - v101;
   J[14] = v102;
+  // shared terms; column 2 of J
   const double v108 = v80 * v103;
   const double v109 = v82 * v104;
   J[1] = v105;
@@ -701,26 +768,34 @@ void ur5e_jacobian_body(const double q[6], double J[36]) {
   const double v112 = v78 * v104;
   const double v113 = v79 * v103;
   J[13] = v107;
+  // shared terms; column 1 of J
   const double v114 = v108 - v109;
   const double v115 = v110 + v111;
   const double v116 = v112 + v113;
   J[0] = v114;
   J[6] = v115;
   const double v117 = -v116;
+  // column 1 of J
   J[12] = v117;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+// 74 operations: multiply 37, add 15, negate 12, trig 10
 void ur5e_jacobian_mixed(const double q[6], double J[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
+  // shared terms
   const double v2 = q_1 + q_2;
   const double v8 = v2 + q_3;
+  // cosines and sines
   const double angle[5] = {q_0, q_4, q_1, v2, v8};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // constant entries of J
   J[5] = 0.0;
   J[11] = 0.0;
   J[12] = 0.0;
@@ -731,6 +806,7 @@ void ur5e_jacobian_mixed(const double q[6], double J[36]) {
   J[31] = 0.0;
   J[32] = 0.0;
   J[33] = 0.0;
+  // shared terms; columns 2, 3 and 4 of J
   const double v11 = 0.0996 * s[1];
   const double v12 = -0.425 * c[2];
   const double v13 = 0.0996 * c[1];
@@ -743,12 +819,14 @@ void ur5e_jacobian_mixed(const double q[6], double J[36]) {
   const double v17 = c[1] * s[0];
   const double v18 = -c[0];
   const double v19 = c[1] * c[0];
+  // shared terms; columns 2, 3 and 4 of J
   const double v22 = -0.3922 * c[3];
   const double v23 = v13 + 0.1333;
   const double v24 = -0.3922 * s[3];
   J[25] = v18;
   J[26] = v18;
   J[27] = v18;
+  // shared terms; column 5 of J
   const double v25 = 0.0997 * s[4];
   const double v26 = v11 * c[4];
   const double v27 = c[0] * v23;
@@ -773,6 +851,7 @@ void ur5e_jacobian_mixed(const double q[6], double J[36]) {
   const double v44 = s[1] * v32;
   J[34] = v36;
   const double v45 = -v37;
+  // shared terms; columns 4 and 6 of J
   const double v46 = v38 + v22;
   const double v47 = v24 - v39;
   const double v48 = c[0] * v39;
@@ -784,6 +863,7 @@ void ur5e_jacobian_mixed(const double q[6], double J[36]) {
   const double v53 = v17 - v43;
   const double v54 = v19 + v44;
   J[35] = v45;
+  // shared terms; columns 3, 4, 5 and 6 of J
   const double v55 = v46 + v12;
   const double v56 = v47 + v14;
   const double v57 = c[0] * v47;
@@ -796,6 +876,7 @@ void ur5e_jacobian_mixed(const double q[6], double J[36]) {
   J[16] = v52;
   J[23] = v53;
   const double v61 = -v54;
+  // shared terms; columns 2 and 6 of J
   const double v62 = s[0] * v55;
   const double v63 = c[0] * v56;
   const double v64 = -v57;
@@ -806,6 +887,7 @@ void ur5e_jacobian_mixed(const double q[6], double J[36]) {
   const double v69 = -v60;
   J[13] = v55;
   J[29] = v61;
+  // shared terms; columns 3 and 5 of J
   const double v70 = v62 - v27;
   const double v71 = -v63;
   J[2] = v64;
@@ -814,14 +896,19 @@ void ur5e_jacobian_mixed(const double q[6], double J[36]) {
   const double v73 = -v67;
   J[8] = v68;
   J[10] = v69;
+  // shared terms; columns 1 and 2 of J
   const double v74 = -v70;
   J[1] = v71;
   J[6] = v72;
   J[7] = v73;
+  // column 1 of J
   J[0] = v74;
 }
 
+// Time derivative of jacobian_space at joint rates qd.
+// 206 operations: multiply 123, add 71, negate 2, trig 10
 void ur5e_jacobian_space_dot(const double q[6], const double qd[6], double J_dot[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -832,11 +919,14 @@ void ur5e_jacobian_space_dot(const double q[6], const double qd[6], double J_dot
   const double qd_2 = qd[2];
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
+  // shared terms
   const double v5 = q_1 + q_2;
   const double v10 = v5 + q_3;
+  // cosines and sines
   const double angle[5] = {q_0, q_1, q_4, v5, v10};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // constant entries of J_dot
   J_dot[0] = 0.0;
   J_dot[6] = 0.0;
   J_dot[12] = 0.0;
@@ -845,6 +935,7 @@ void ur5e_jacobian_space_dot(const double q[6], const double qd[6], double J_dot
   J_dot[24] = 0.0;
   J_dot[30] = 0.0;
   J_dot[31] = 0.0;
+  // shared terms; columns 2, 3 and 4 of J_dot
   const double v11 = 0.1625 * s[0];
   const double v12 = c[0] * qd_1;
   const double v13 = -0.425 * c[1];
@@ -882,6 +973,7 @@ void ur5e_jacobian_space_dot(const double q[6], const double qd[6], double J_dot
   J_dot[27] = v27;
   const double v42 = v12 * s[0];
   const double v43 = v21 * c[0];
+  // shared terms; column 2 of J_dot
   const double v44 = -v30;
   const double v45 = s[0] * v32;
   const double v46 = v34 + v13;
@@ -905,6 +997,7 @@ void ur5e_jacobian_space_dot(const double q[6], const double qd[6], double J_dot
   const double v63 = v42 - v43;
   const double v64 = v33 * s[0];
   const double v65 = v40 * c[0];
+  // shared terms; columns 2 and 3 of J_dot
   J_dot[1] = v44;
   const double v66 = v45 * qd_0;
   const double v67 = v33 * v46;
@@ -942,6 +1035,7 @@ void ur5e_jacobian_space_dot(const double q[6], const double qd[6], double J_dot
   const double v98 = v64 - v65;
   const double v99 = v59 * v49;
   const double v100 = v50 * v60;
+  // shared terms; column 4 of J_dot
   const double v101 = v31 - v66;
   const double v102 = v68 * qd_0;
   const double v103 = v36 + v69;
@@ -966,6 +1060,7 @@ void ur5e_jacobian_space_dot(const double q[6], const double qd[6], double J_dot
   const double v122 = v96 + v97;
   J_dot[33] = v98;
   const double v123 = v99 + v100;
+  // shared terms; columns 3 and 5 of J_dot
   J_dot[2] = v101;
   const double v124 = v67 - v102;
   const double v125 = v103 * v49;
@@ -992,6 +1087,7 @@ void ur5e_jacobian_space_dot(const double q[6], const double qd[6], double J_dot
   J_dot[34] = v123;
   const double v143 = v115 * v107;
   const double v144 = v109 * v117;
+  // shared terms; column 3 of J_dot
   const double v145 = v124 - v48;
   const double v146 = v126 * c[4];
   const double v147 = v72 + v127;
@@ -1011,6 +1107,7 @@ void ur5e_jacobian_space_dot(const double q[6], const double qd[6], double J_dot
   const double v160 = v139 - v140;
   const double v161 = v141 + v142;
   const double v162 = v143 + v144;
+  // shared terms; columns 4 and 6 of J_dot
   J_dot[3] = v145;
   const double v163 = v125 - v146;
   const double v164 = v147 * qd_0;
@@ -1029,6 +1126,7 @@ void ur5e_jacobian_space_dot(const double q[6], const double qd[6], double J_dot
   J_dot[23] = v160;
   J_dot[29] = v161;
   const double v176 = -v162;
+  // shared terms; columns 4 and 6 of J_dot
   const double v177 = v71 + v164;
   const double v178 = v165 + v126;
   const double v179 = v149 + v166;
@@ -1039,6 +1137,7 @@ void ur5e_jacobian_space_dot(const double q[6], const double qd[6], double J_dot
   J_dot[15] = v172;
   const double v184 = v173 + v174;
   J_dot[35] = v176;
+  // shared terms; column 5 of J_dot
   const double v185 = v163 - v177;
   const double v186 = v178 * v53;
   const double v187 = v179 * v109;
@@ -1061,6 +1160,7 @@ void ur5e_jacobian_space_dot(const double q[6], const double qd[6], double J_dot
   J_dot[16] = v193;
   const double v202 = v194 - v195;
   const double v203 = v196 + v197;
+  // shared terms; column 6 of J_dot
   const double v204 = v198 - v199;
   const double v205 = v200 + v201;
   const double v206 = v202 - v203;
@@ -1069,7 +1169,10 @@ void ur5e_jacobian_space_dot(const double q[6], const double qd[6], double J_dot
   J_dot[17] = v206;
 }
 
+// Time derivative of jacobian_body at joint rates qd.
+// 275 operations: multiply 161, add 95, negate 7, trig 12
 void ur5e_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -1081,11 +1184,14 @@ void ur5e_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
   const double qd_5 = qd[5];
+  // shared terms
   const double v2 = q_1 + q_2;
   const double v10 = v2 + q_3;
+  // cosines and sines
   const double angle[6] = {q_5, q_4, q_1, q_0, v2, v10};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
+  // constant entries of J_dot
   J_dot[5] = 0.0;
   J_dot[11] = 0.0;
   J_dot[16] = 0.0;
@@ -1094,6 +1200,7 @@ void ur5e_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[
   J_dot[29] = 0.0;
   J_dot[34] = 0.0;
   J_dot[35] = 0.0;
+  // shared terms; column 5 of J_dot
   const double v13 = c[1] * s[0];
   const double v14 = 0.0996 * s[1];
   const double v15 = -0.425 * s[2];
@@ -1147,6 +1254,7 @@ void ur5e_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[
   J_dot[28] = v32;
   const double v65 = v29 * v26;
   const double v66 = v19 * v30;
+  // shared terms; column 5 of J_dot
   const double v67 = c[0] * c[5];
   const double v68 = s[5] * v13;
   const double v69 = s[1] * c[5];
@@ -1182,6 +1290,7 @@ void ur5e_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[
   const double v96 = v29 * v44;
   const double v97 = v63 + v64;
   const double v98 = v65 + v66;
+  // shared terms; column 4 of J_dot
   const double v99 = v67 - v68;
   const double v100 = v70 + v71;
   const double v101 = v73 - v74;
@@ -1209,6 +1318,7 @@ void ur5e_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[
   const double v122 = v19 * v89;
   const double v123 = v29 * v81;
   const double v124 = -v98;
+  // shared terms; column 4 of J_dot
   const double v125 = v35 - v100;
   const double v126 = v101 + v36;
   const double v127 = v38 - v103;
@@ -1235,6 +1345,7 @@ void ur5e_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[
   const double v147 = v29 * v107;
   const double v148 = v122 - v123;
   J_dot[33] = v124;
+  // shared terms; column 3 of J_dot
   const double v149 = v125 + v15;
   const double v150 = v126 + v16;
   const double v151 = v69 * v125;
@@ -1264,6 +1375,7 @@ void ur5e_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[
   const double v173 = v99 * v137;
   const double v174 = v146 - v147;
   J_dot[32] = v148;
+  // shared terms; columns 2 and 4 of J_dot
   const double v175 = v69 * v149;
   const double v176 = v72 * v150;
   const double v177 = v151 - v152;
@@ -1287,6 +1399,7 @@ void ur5e_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[
   J_dot[25] = v171;
   const double v192 = v172 + v173;
   J_dot[31] = v174;
+  // shared terms; columns 1 and 4 of J_dot
   const double v193 = v175 - v176;
   const double v194 = v177 * qd_2;
   const double v195 = v178 + v179;
@@ -1305,6 +1418,7 @@ void ur5e_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[
   J_dot[18] = v190;
   const double v207 = -v191;
   const double v208 = -v192;
+  // shared terms; column 1 of J_dot
   const double v209 = v193 * qd_1;
   const double v210 = v194 - v37;
   const double v211 = v195 * qd_1;
@@ -1328,6 +1442,7 @@ void ur5e_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[
   const double v229 = v205 + v206;
   J_dot[24] = v207;
   J_dot[30] = v208;
+  // shared terms; column 3 of J_dot
   const double v230 = v209 + v210;
   const double v231 = v211 + v212;
   const double v232 = v213 + v214;
@@ -1364,6 +1479,7 @@ void ur5e_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[
   const double v261 = v232 * v137;
   const double v262 = v244 + v245;
   J_dot[14] = v247;
+  // shared terms; column 2 of J_dot
   const double v263 = v248 + v249;
   const double v264 = v250 - v251;
   const double v265 = v234 - v252;
@@ -1379,13 +1495,18 @@ void ur5e_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[
   J_dot[7] = v268;
   const double v274 = v269 - v270;
   J_dot[13] = v271;
+  // shared terms; column 1 of J_dot
   J_dot[0] = v272;
   const double v275 = -v273;
   J_dot[12] = v274;
+  // column 1 of J_dot
   J_dot[6] = v275;
 }
 
+// Time derivative of jacobian_mixed at joint rates qd.
+// 191 operations: multiply 113, add 64, negate 4, trig 10
 void ur5e_jacobian_mixed_dot(const double q[6], const double qd[6], double J_dot[36]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -1396,11 +1517,14 @@ void ur5e_jacobian_mixed_dot(const double q[6], const double qd[6], double J_dot
   const double qd_2 = qd[2];
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
+  // shared terms
   const double v2 = q_1 + q_2;
   const double v8 = v2 + q_3;
+  // cosines and sines
   const double angle[5] = {q_0, q_4, q_1, v2, v8};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // constant entries of J_dot
   J_dot[5] = 0.0;
   J_dot[11] = 0.0;
   J_dot[12] = 0.0;
@@ -1409,6 +1533,7 @@ void ur5e_jacobian_mixed_dot(const double q[6], const double qd[6], double J_dot
   J_dot[24] = 0.0;
   J_dot[30] = 0.0;
   J_dot[31] = 0.0;
+  // shared terms; columns 2, 3 and 4 of J_dot
   const double v11 = 0.0996 * s[1];
   const double v12 = -0.425 * c[2];
   const double v13 = 0.0996 * c[1];
@@ -1438,6 +1563,7 @@ void ur5e_jacobian_mixed_dot(const double q[6], const double qd[6], double J_dot
   J_dot[27] = v25;
   const double v34 = v16 * s[0];
   const double v35 = v20 * c[0];
+  // shared terms; column 3 of J_dot
   const double v36 = 0.0997 * s[4];
   const double v37 = v11 * c[4];
   const double v38 = v30 * s[0];
@@ -1474,6 +1600,7 @@ void ur5e_jacobian_mixed_dot(const double q[6], const double qd[6], double J_dot
   const double v68 = v52 - v53;
   const double v69 = v48 * v45;
   const double v70 = v43 * v49;
+  // shared terms; column 4 of J_dot
   const double v71 = v54 + v29;
   const double v72 = v55 * s[0];
   const double v73 = v56 - v14;
@@ -1492,6 +1619,7 @@ void ur5e_jacobian_mixed_dot(const double q[6], const double qd[6], double J_dot
   const double v86 = v26 - v67;
   J_dot[33] = v68;
   const double v87 = v69 + v70;
+  // shared terms; column 5 of J_dot
   const double v88 = v71 + v12;
   const double v89 = v72 * qd_3;
   const double v90 = 0.0996 * v73;
@@ -1521,6 +1649,7 @@ void ur5e_jacobian_mixed_dot(const double q[6], const double qd[6], double J_dot
   J_dot[34] = v87;
   const double v112 = v82 * v84;
   const double v113 = v78 * v86;
+  // shared terms; column 6 of J_dot
   const double v114 = c[0] * v88;
   const double v115 = v90 * qd_4;
   const double v116 = v91 * qd_2;
@@ -1573,6 +1702,7 @@ void ur5e_jacobian_mixed_dot(const double q[6], const double qd[6], double J_dot
   J_dot[23] = v138;
   J_dot[29] = v139;
   const double v163 = -v140;
+  // shared terms; columns 4, 5 and 6 of J_dot
   const double v164 = v141 * qd_0;
   const double v165 = v142 - v116;
   const double v166 = v144 - v118;
@@ -1591,6 +1721,7 @@ void ur5e_jacobian_mixed_dot(const double q[6], const double qd[6], double J_dot
   const double v175 = v160 + v161;
   J_dot[16] = v162;
   J_dot[35] = v163;
+  // shared terms; column 3 of J_dot
   const double v176 = v165 - v143;
   const double v177 = v166 - v145;
   J_dot[2] = v167;
@@ -1601,6 +1732,7 @@ void ur5e_jacobian_mixed_dot(const double q[6], const double qd[6], double J_dot
   const double v182 = v165 * s[0];
   const double v183 = v173 + v174;
   const double v184 = v135 - v175;
+  // shared terms; columns 2, 3 and 4 of J_dot
   const double v185 = v164 + v176;
   J_dot[1] = v177;
   const double v186 = v178 - v169;
@@ -1609,26 +1741,34 @@ void ur5e_jacobian_mixed_dot(const double q[6], const double qd[6], double J_dot
   const double v188 = v181 + v182;
   const double v189 = v183 - v159;
   J_dot[15] = v184;
+  // shared terms; columns 1, 2 and 3 of J_dot
   const double v190 = -v185;
   J_dot[6] = v186;
   J_dot[7] = v187;
   const double v191 = v188 - v172;
   J_dot[14] = v189;
+  // columns 1 and 2 of J_dot
   J_dot[0] = v190;
   J_dot[13] = v191;
 }
 
+// Derivative of jacobian_mixed by the joint coordinates.
+// 125 operations: multiply 69, add 27, negate 19, trig 10
 void ur5e_hessian_mixed(const double q[6], double H[216]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
+  // shared terms
   const double v2 = q_1 + q_2;
   const double v8 = v2 + q_3;
+  // cosines and sines
   const double angle[5] = {q_0, q_4, q_1, v2, v8};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // constant entries of H
   H[5] = 0.0;
   H[11] = 0.0;
   H[17] = 0.0;
@@ -1748,6 +1888,7 @@ void ur5e_hessian_mixed(const double q[6], double H[216]) {
   H[209] = 0.0;
   H[210] = 0.0;
   H[215] = 0.0;
+  // shared terms; H
   const double v11 = 0.0996 * s[1];
   const double v12 = -0.425 * c[2];
   const double v13 = 0.0996 * c[1];
@@ -1762,6 +1903,7 @@ void ur5e_hessian_mixed(const double q[6], double H[216]) {
   H[156] = s[0];
   H[162] = s[0];
   const double v18 = c[1] * s[0];
+  // shared terms; H
   const double v21 = -0.3922 * c[3];
   const double v22 = v13 + 0.1333;
   const double v23 = -0.3922 * s[3];
@@ -1798,6 +1940,7 @@ void ur5e_hessian_mixed(const double q[6], double H[216]) {
   const double v47 = v34 * v35;
   const double v48 = v34 * c[0];
   const double v49 = v31 * s[0];
+  // shared terms; H
   const double v50 = v36 + v21;
   const double v51 = v23 - v37;
   const double v52 = v37 * s[0];
@@ -1820,6 +1963,7 @@ void ur5e_hessian_mixed(const double q[6], double H[216]) {
   H[176] = v46;
   H[177] = v46;
   const double v64 = v48 + v49;
+  // shared terms; H
   const double v65 = v50 + v12;
   const double v66 = v51 + v14;
   const double v67 = v51 * s[0];
@@ -1858,6 +2002,7 @@ void ur5e_hessian_mixed(const double q[6], double H[216]) {
   const double v81 = v62 * s[0];
   const double v82 = v34 * v62;
   const double v83 = v31 * v63;
+  // shared terms; H
   const double v84 = c[0] * v65;
   const double v85 = s[0] * v66;
   H[2] = v67;
@@ -1895,6 +2040,7 @@ void ur5e_hessian_mixed(const double q[6], double H[216]) {
   const double v102 = v47 - v79;
   const double v103 = v80 - v81;
   const double v104 = v82 + v83;
+  // shared terms; H
   const double v105 = v84 + v26;
   H[1] = v85;
   H[6] = v85;
@@ -1930,6 +2076,7 @@ void ur5e_hessian_mixed(const double q[6], double H[216]) {
   H[212] = v103;
   H[213] = v103;
   const double v118 = -v104;
+  // shared terms; H
   const double v119 = -v105;
   H[7] = v106;
   const double v120 = -v107;
@@ -1944,6 +2091,7 @@ void ur5e_hessian_mixed(const double q[6], double H[216]) {
   H[100] = v116;
   H[142] = v117;
   H[214] = v118;
+  // shared terms; H
   H[0] = v119;
   H[28] = v120;
   H[36] = v121;
@@ -1957,10 +2105,14 @@ void ur5e_hessian_mixed(const double q[6], double H[216]) {
   H[97] = v124;
   H[98] = v124;
   H[99] = v124;
+  // H
   H[79] = v125;
 }
 
+// Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+// 116 operations: multiply 67, add 39, trig 10
 void ur5e_twist_space(const double q[6], const double qd[6], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -1972,11 +2124,14 @@ void ur5e_twist_space(const double q[6], const double qd[6], double V[6]) {
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
   const double qd_5 = qd[5];
+  // shared terms
   const double v1 = q_1 + q_2;
   const double v8 = v1 + q_3;
+  // cosines and sines
   const double angle[5] = {q_0, q_4, q_1, v1, v8};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // shared terms; V
   const double v11 = -0.425 * s[2];
   const double v12 = -0.425 * c[2];
   const double v13 = 0.1333 * s[1];
@@ -2058,6 +2213,7 @@ void ur5e_twist_space(const double q[6], const double qd[6], double V[6]) {
   const double v91 = v79 * qd_5;
   const double v92 = v82 * qd_5;
   V[5] = v83;
+  // shared terms; V
   const double v93 = v84 + v13;
   const double v94 = v71 * v85;
   const double v95 = v55 - v86;
@@ -2073,6 +2229,7 @@ void ur5e_twist_space(const double q[6], const double qd[6], double V[6]) {
   const double v105 = v93 * c[4];
   V[3] = v99;
   V[4] = v100;
+  // shared terms; V
   const double v106 = v101 - v94;
   const double v107 = v102 + v87;
   const double v108 = v103 - v96;
@@ -2089,7 +2246,10 @@ void ur5e_twist_space(const double q[6], const double qd[6], double V[6]) {
   V[2] = v116;
 }
 
+// Twist (v, omega) of the tool's origin, in tool axes.
+// 160 operations: multiply 93, add 55, trig 12
 void ur5e_twist_body(const double q[6], const double qd[6], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -2102,11 +2262,14 @@ void ur5e_twist_body(const double q[6], const double qd[6], double V[6]) {
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
   const double qd_5 = qd[5];
+  // shared terms
   const double v5 = q_1 + q_2;
   const double v10 = v5 + q_3;
+  // cosines and sines
   const double angle[6] = {q_4, q_5, q_0, q_1, v5, v10};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
+  // shared terms; V
   const double v13 = c[0] * c[1];
   const double v14 = 0.0996 * s[0];
   const double v15 = s[0] * c[1];
@@ -2237,11 +2400,13 @@ void ur5e_twist_body(const double q[6], const double qd[6], double V[6]) {
   const double v142 = v130 - v26;
   const double v143 = v131 - v27;
   V[5] = v132;
+  // shared terms; V
   const double v144 = v133 - v134;
   const double v145 = v136 + v137;
   const double v146 = v140 + v141;
   V[3] = v142;
   V[4] = v143;
+  // shared terms; V
   const double v147 = v144 * qd_0;
   const double v148 = v145 * qd_0;
   const double v149 = v146 * qd_0;
@@ -2257,11 +2422,15 @@ void ur5e_twist_body(const double q[6], const double qd[6], double V[6]) {
   const double v159 = v156 - v40;
   const double v160 = v41 + v157;
   V[2] = v158;
+  // V
   V[0] = v159;
   V[1] = v160;
 }
 
+// Twist (v, omega) of the tool's origin, in base axes.
+// 109 operations: multiply 63, add 36, trig 10
 void ur5e_twist_mixed(const double q[6], const double qd[6], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -2273,11 +2442,14 @@ void ur5e_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   const double qd_3 = qd[3];
   const double qd_4 = qd[4];
   const double qd_5 = qd[5];
+  // shared terms
   const double v2 = q_1 + q_2;
   const double v8 = v2 + q_3;
+  // cosines and sines
   const double angle[5] = {q_0, q_4, q_1, v2, v8};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // shared terms; V
   const double v11 = 0.0996 * s[1];
   const double v12 = -0.425 * c[2];
   const double v13 = 0.0996 * c[1];
@@ -2348,6 +2520,7 @@ void ur5e_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   const double v80 = v66 * qd_5;
   const double v81 = v69 * qd_5;
   V[5] = v70;
+  // shared terms; V
   const double v82 = v72 * qd_2;
   const double v83 = s[0] * v73;
   const double v84 = c[0] * v74;
@@ -2366,6 +2539,7 @@ void ur5e_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   const double v97 = v90 + v79;
   V[3] = v91;
   V[4] = v92;
+  // shared terms; V
   const double v98 = v93 * qd_0;
   const double v99 = v95 * qd_0;
   const double v100 = v64 + v97;
@@ -2375,6 +2549,7 @@ void ur5e_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   const double v104 = v82 + v101;
   const double v105 = v102 - v88;
   V[2] = v103;
+  // shared terms; V
   const double v106 = v71 - v104;
   const double v107 = v76 + v105;
   const double v108 = v106 - v85;
@@ -2383,7 +2558,10 @@ void ur5e_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   V[1] = v109;
 }
 
+// Time derivative of twist_space at rates qd and accelerations qdd.
+// 307 operations: multiply 177, add 120, trig 10
 void ur5e_acceleration_space(const double q[6], const double qd[6], const double qdd[6], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -2401,11 +2579,14 @@ void ur5e_acceleration_space(const double q[6], const double qd[6], const double
   const double qdd_3 = qdd[3];
   const double qdd_4 = qdd[4];
   const double qdd_5 = qdd[5];
+  // shared terms
   const double v1 = q_1 + q_2;
   const double v8 = v1 + q_3;
+  // cosines and sines
   const double angle[5] = {q_0, q_4, q_1, v1, v8};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // shared terms; A
   const double v11 = -0.425 * s[2];
   const double v12 = -0.425 * c[2];
   const double v13 = 0.1333 * s[1];
@@ -2689,6 +2870,7 @@ void ur5e_acceleration_space(const double q[6], const double qd[6], const double
   A[3] = v278;
   A[4] = v279;
   A[5] = v280;
+  // shared terms; A
   const double v293 = v282 - v283;
   const double v294 = v284 + v251;
   const double v295 = v286 + v287;
@@ -2709,7 +2891,10 @@ void ur5e_acceleration_space(const double q[6], const double qd[6], const double
   A[2] = v307;
 }
 
+// Time derivative of twist_body at rates qd and accelerations qdd.
+// 375 operations: multiply 217, add 146, trig 12
 void ur5e_acceleration_body(const double q[6], const double qd[6], const double qdd[6], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -2728,11 +2913,14 @@ void ur5e_acceleration_body(const double q[6], const double qd[6], const double 
   const double qdd_3 = qdd[3];
   const double qdd_4 = qdd[4];
   const double qdd_5 = qdd[5];
+  // shared terms
   const double v5 = q_1 + q_2;
   const double v10 = v5 + q_3;
+  // cosines and sines
   const double angle[6] = {q_4, q_5, q_0, q_1, v5, v10};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
+  // shared terms; A
   const double v13 = c[0] * c[1];
   const double v14 = 0.0996 * s[0];
   const double v15 = s[0] * c[1];
@@ -3073,6 +3261,7 @@ void ur5e_acceleration_body(const double q[6], const double qd[6], const double 
   const double v352 = v278 + v340;
   const double v353 = v280 + v341;
   A[5] = v342;
+  // shared terms; A
   const double v354 = v116 + v343;
   const double v355 = v344 * qd_0;
   const double v356 = v346 - v129;
@@ -3081,6 +3270,7 @@ void ur5e_acceleration_body(const double q[6], const double qd[6], const double 
   const double v359 = v350 * qd_0;
   A[3] = v352;
   A[4] = v353;
+  // shared terms; A
   const double v360 = v354 - v47;
   const double v361 = v355 + v345;
   const double v362 = v60 + v356;
@@ -3098,11 +3288,15 @@ void ur5e_acceleration_body(const double q[6], const double qd[6], const double 
   const double v374 = v360 + v371;
   const double v375 = v362 + v372;
   A[2] = v373;
+  // A
   A[0] = v374;
   A[1] = v375;
 }
 
+// Time derivative of twist_mixed at rates qd and accelerations qdd.
+// 290 operations: multiply 167, add 113, trig 10
 void ur5e_acceleration_mixed(const double q[6], const double qd[6], const double qdd[6], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -3120,11 +3314,14 @@ void ur5e_acceleration_mixed(const double q[6], const double qd[6], const double
   const double qdd_3 = qdd[3];
   const double qdd_4 = qdd[4];
   const double qdd_5 = qdd[5];
+  // shared terms
   const double v2 = q_1 + q_2;
   const double v8 = v2 + q_3;
+  // cosines and sines
   const double angle[5] = {q_0, q_4, q_1, v2, v8};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
+  // shared terms; A
   const double v11 = 0.0996 * s[1];
   const double v12 = -0.425 * c[2];
   const double v13 = 0.0996 * c[1];
@@ -3383,6 +3580,7 @@ void ur5e_acceleration_mixed(const double q[6], const double qd[6], const double
   A[3] = v256;
   A[4] = v257;
   A[5] = v258;
+  // shared terms; A
   const double v268 = v120 - v259;
   const double v269 = v261 * qd_0;
   const double v270 = v134 + v262;
@@ -3412,7 +3610,10 @@ void ur5e_acceleration_mixed(const double q[6], const double qd[6], const double
 }
 
 #if !UR5E_BRANCHES
+// One branch of ik.
+// 280 operations: multiply 128, add 94, negate 3, trig 6, other 49
 static void ur5e_ik_branch(const double T[16], const double choice[3], double q[6], double residual[1], double margin[1]) {
+  // inputs
   const double T_0 = T[0];
   const double T_1 = T[1];
   const double T_2 = T[2];
@@ -3428,28 +3629,29 @@ static void ur5e_ik_branch(const double T[16], const double choice[3], double q[
   const double choice_0 = choice[0];
   const double choice_1 = choice[1];
   const double choice_2 = choice[2];
+  // shared terms
   const double v1 = 0.0996 * T_6;
   const double v2 = 0.0996 * T_2;
-  const double v3 = sq(T_10);
+  const double v3 = T_10 * T_10;
   const double v4 = 0.0996 * T_10;
   const double v5 = T_7 - v1;
   const double v6 = T_3 - v2;
   const double v7 = T_11 - v4;
   const double v8 = 1e-150 - v5;
-  const double v9 = sq(v6);
-  const double v10 = sq(v5);
+  const double v9 = v6 * v6;
+  const double v10 = v5 * v5;
   const double v11 = v7 - 0.1625;
-  const double v12 = sq(v8);
+  const double v12 = v8 * v8;
   const double v13 = v9 + v10;
   const double v14 = 0.1994 * v11;
-  const double v15 = sq(v11);
+  const double v15 = v11 * v11;
   const double v16 = v9 + v12;
   const double v17 = v13 - 0.01776889;
   const double v18 = 1e-150 + v14;
   const double v19 = sqrt(v16);
   const double v20 = 4e-15 * v16;
   const double v21 = sqrt(v17);
-  const double v22 = sq(v18);
+  const double v22 = v18 * v18;
   const double v23 = v8 / v19;
   const int v24 = v20 < v17;
   const double v25 = v21 / v19;
@@ -3458,7 +3660,7 @@ static void ur5e_ik_branch(const double T[16], const double choice[3], double q[
   const double v28 = 1.0 / v19;
   const double v29 = v24 ? v25 : 0.0;
   const double v30 = v24 ? v27 : 1.0;
-  const double v31 = sq(v28);
+  const double v31 = v28 * v28;
   const double v32 = choice_0 * v29;
   const double v33 = v26 * v30;
   const double v34 = v23 * v30;
@@ -3483,14 +3685,14 @@ static void ur5e_ik_branch(const double T[16], const double choice[3], double q[
   const double v53 = v45 - v46;
   const double v54 = v47 + v48;
   const double v55 = v49 - v50;
-  const double v56 = sq(v52);
+  const double v56 = v52 * v52;
   const double v57 = 1e-150 - v52;
   const double v58 = 0.1994 * v51;
-  const double v59 = sq(v51);
-  const double v60 = sq(v53);
+  const double v59 = v51 * v51;
+  const double v60 = v53 * v53;
   const double v61 = v3 + v56;
-  const double v62 = sq(v57);
-  const double v63 = sq(v58);
+  const double v62 = v57 * v57;
+  const double v63 = v58 * v58;
   const double v64 = v59 + v15;
   const int v65 = 2.5e-19 < v61;
   const double v66 = v3 + v62;
@@ -3503,7 +3705,7 @@ static void ur5e_ik_branch(const double T[16], const double choice[3], double q[
   const double v73 = 0.33444584 - v69;
   const double v74 = T_10 / v70;
   const double v75 = v18 / v71;
-  const double v76 = sq(v73);
+  const double v76 = v73 * v73;
   const double v77 = v58 / v71;
   const double v78 = v73 / v71;
   const int v79 = v73 < 0.0;
@@ -3545,10 +3747,10 @@ static void ur5e_ik_branch(const double T[16], const double choice[3], double q[
   const double v115 = v103 + v104;
   const double v116 = v105 - v106;
   const double v117 = v107 + v108;
-  const double v118 = sq(v113);
-  const double v119 = sq(v114);
-  const double v120 = sq(v115);
-  const double v121 = sq(v116);
+  const double v118 = v113 * v113;
+  const double v119 = v114 * v114;
+  const double v120 = v115 * v115;
+  const double v121 = v116 * v116;
   const double v122 = v118 + v119;
   const double v123 = v60 + v120;
   const double v124 = v122 - 0.00107584;
@@ -3594,7 +3796,7 @@ static void ur5e_ik_branch(const double T[16], const double choice[3], double q[
   const double v164 = fmin(v35, v151);
   const double v165 = v133 ? v152 : 0.0;
   const double v166 = 0.3922 * v153;
-  const double v167 = sq(v155);
+  const double v167 = v155 * v155;
   const double v168 = -v154;
   const double v169 = v156 + v100;
   const double v170 = v38 * v157;
@@ -3602,12 +3804,12 @@ static void ur5e_ik_branch(const double T[16], const double choice[3], double q[
   const double v172 = v158 - v101;
   const double v173 = v160 - T_2;
   const double v174 = v162 - T_6;
-  const double v175 = sq(v163);
+  const double v175 = v163 * v163;
   const double v176 = choice_2 * v165;
   const double v177 = -0.425 - v166;
   const double v178 = v121 + v167;
-  const double v179 = sq(v173);
-  const double v180 = sq(v174);
+  const double v179 = v173 * v173;
+  const double v180 = v174 * v174;
   const double v181 = 0.3922 * v176;
   const double v182 = v114 * v177;
   const double v183 = v113 * v177;
@@ -3632,7 +3834,7 @@ static void ur5e_ik_branch(const double T[16], const double choice[3], double q[
   const double v202 = v189 * v149;
   const double v203 = v99 * v189;
   const double v204 = v188 * v149;
-  const double v205 = sq(v190);
+  const double v205 = v190 * v190;
   const double v206 = 1e-150 + v191;
   const double v207 = v193 + v194;
   const double v208 = v195 - v196;
@@ -3640,7 +3842,7 @@ static void ur5e_ik_branch(const double T[16], const double choice[3], double q[
   const double v210 = v199 + v200;
   const double v211 = v201 - v202;
   const double v212 = v203 + v204;
-  const double v213 = sq(v206);
+  const double v213 = v206 * v206;
   const double v214 = T_0 + v207;
   const double v215 = v208 - T_1;
   const double v216 = v209 - T_4;
@@ -3648,12 +3850,12 @@ static void ur5e_ik_branch(const double T[16], const double choice[3], double q[
   const double v218 = v211 - T_8;
   const double v219 = v212 - T_9;
   const double v220 = v205 + v213;
-  const double v221 = sq(v214);
-  const double v222 = sq(v215);
-  const double v223 = sq(v216);
-  const double v224 = sq(v217);
-  const double v225 = sq(v218);
-  const double v226 = sq(v219);
+  const double v221 = v214 * v214;
+  const double v222 = v215 * v215;
+  const double v223 = v216 * v216;
+  const double v224 = v217 * v217;
+  const double v225 = v218 * v218;
+  const double v226 = v219 * v219;
   const double v227 = sqrt(v220);
   const double v228 = v221 + v222;
   const double v229 = v190 / v227;
@@ -3697,9 +3899,9 @@ static void ur5e_ik_branch(const double T[16], const double choice[3], double q[
   const double v267 = 0.5 * v263;
   const double v268 = v264 - T_3;
   const double v269 = v265 - T_7;
-  const double v270 = sq(v266);
-  const double v271 = sq(v268);
-  const double v272 = sq(v269);
+  const double v270 = v266 * v266;
+  const double v271 = v268 * v268;
+  const double v272 = v269 * v269;
   const double v273 = v271 + v272;
   const double v274 = v273 + v270;
   const double v275 = v274 + v267;
@@ -3708,13 +3910,21 @@ static void ur5e_ik_branch(const double T[16], const double choice[3], double q[
   const double v278 = v275 + v277;
   const double v279 = 0.5 * v278;
   const double v280 = sqrt(v279);
+  // q
   q[0] = v40;
+  // margin
   margin[0] = v164;
+  // q
   q[4] = v168;
+  // q
   q[2] = v184;
+  // q
   q[5] = v192;
+  // q
   q[1] = v232;
+  // q
   q[3] = v259;
+  // residual
   residual[0] = v280;
 }
 #endif

@@ -18,6 +18,7 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
+// One branch of ik: 281 operations: multiply 146, add 94, negate 3, trig 6, other 32
 LANES_INLINE void LANES_NAME(ur5e_ik_branch)(
     const double *T, const double (*choice)[8], int b, lanes *out)
 {

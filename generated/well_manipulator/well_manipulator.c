@@ -4,9 +4,10 @@
 #include "chasles_cos_sin.h"
 #include "well_manipulator_branches.h"
 
-static double sq(double x) { return x * x; }
-
+// Pose of the tool (R) in the base frame (0).
+// 182 operations: multiply 100, add 73, negate 3, trig 2, other 4
 void well_manipulator_fk(const double q[7], double T_0_R[16]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -14,10 +15,11 @@ void well_manipulator_fk(const double q[7], double T_0_R[16]) {
   const double q_4 = q[4];
   const double q_5 = q[5];
   const double q_6 = q[6];
-  const double v3 = sq(q_1);
-  const double v4 = sq(q_2);
-  const double v5 = sq(q_4);
-  const double v6 = sq(q_6);
+  // shared terms
+  const double v3 = q_1 * q_1;
+  const double v4 = q_2 * q_2;
+  const double v5 = q_4 * q_4;
+  const double v6 = q_6 * q_6;
   const double v7 = 0.999842782540088 * q_5;
   const double v8 = 0.01773161590195061 * q_5;
   const double v9 = 0.9997828710780122 * q_3;
@@ -185,29 +187,37 @@ void well_manipulator_fk(const double q[7], double T_0_R[16]) {
   const double v178 = v176 + v112;
   const double v179 = v177 - v113;
   const double v182 = v179 + 1.03;
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of T_0_R
   T_0_R[10] = 0.0;
   T_0_R[12] = 0.0;
   T_0_R[13] = 0.0;
   T_0_R[14] = 0.0;
   T_0_R[15] = 1.0;
+  // shared terms; column 3 of T_0_R
   T_0_R[2] = s[0];
   const double v27 = -c[0];
+  // column 3 of T_0_R
   T_0_R[6] = v27;
+  // shared terms; columns 1 and 2 of T_0_R
   const double v162 = c[0] * v158;
   const double v163 = c[0] * v159;
   const double v166 = s[0] * v158;
   const double v167 = s[0] * v159;
   T_0_R[8] = v159;
   T_0_R[9] = v158;
+  // shared terms; column 1 of T_0_R
   T_0_R[0] = v162;
   const double v170 = -v163;
   T_0_R[4] = v166;
   const double v172 = -v167;
+  // column 2 of T_0_R
   T_0_R[1] = v170;
   T_0_R[5] = v172;
+  // shared terms; column 4 of T_0_R
   const double v180 = c[0] * v178;
   const double v181 = s[0] * v178;
   T_0_R[3] = v180;
@@ -215,7 +225,10 @@ void well_manipulator_fk(const double q[7], double T_0_R[16]) {
   T_0_R[11] = v182;
 }
 
+// Pose of every link's frame in the base frame, in order from the base.
+// 253 operations: multiply 143, add 95, negate 9, trig 2, other 4
 void well_manipulator_link_poses(const double q[7], double T[112]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -223,14 +236,15 @@ void well_manipulator_link_poses(const double q[7], double T[112]) {
   const double q_4 = q[4];
   const double q_5 = q[5];
   const double q_6 = q[6];
-  const double v3 = sq(q_1);
-  const double v4 = sq(q_2);
+  // shared terms
+  const double v3 = q_1 * q_1;
+  const double v4 = q_2 * q_2;
   const double v5 = 0.9997828710780122 * q_3;
   const double v6 = 0.020837722980371797 * q_3;
-  const double v7 = sq(q_4);
+  const double v7 = q_4 * q_4;
   const double v8 = 0.999842782540088 * q_5;
   const double v9 = 0.01773161590195061 * q_5;
-  const double v10 = sq(q_6);
+  const double v10 = q_6 * q_6;
   const double v12 = 1.3215098366089841 - v3;
   const double v13 = v3 - 0.3717842633910159;
   const double v14 = 0.5 * v3;
@@ -396,9 +410,11 @@ void well_manipulator_link_poses(const double q[7], double T[112]) {
   const double v239 = -v223;
   const double v240 = v225 - v204;
   const double v247 = v232 - v210;
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of T
   T[2] = 0.0;
   T[3] = 0.0;
   T[6] = 0.0;
@@ -444,6 +460,7 @@ void well_manipulator_link_poses(const double q[7], double T[112]) {
   T[109] = 0.0;
   T[110] = 0.0;
   T[111] = 1.0;
+  // shared terms; T
   T[0] = c[0];
   const double v11 = -s[0];
   T[4] = s[0];
@@ -455,6 +472,7 @@ void well_manipulator_link_poses(const double q[7], double T[112]) {
   T[66] = s[0];
   T[82] = s[0];
   T[98] = s[0];
+  // T
   T[1] = v11;
   T[22] = v15;
   T[38] = v15;
@@ -462,11 +480,13 @@ void well_manipulator_link_poses(const double q[7], double T[112]) {
   T[70] = v15;
   T[86] = v15;
   T[102] = v15;
+  // shared terms; T
   const double v114 = v105 * c[0];
   const double v115 = v106 * c[0];
   const double v116 = v105 * s[0];
   const double v117 = v106 * s[0];
   T[25] = v105;
+  // shared terms; T
   T[16] = v114;
   T[17] = v115;
   T[20] = v116;
@@ -475,6 +495,7 @@ void well_manipulator_link_poses(const double q[7], double T[112]) {
   const double v126 = 0.9687 * v114;
   const double v127 = 0.9687 * v116;
   T[43] = v123;
+  // shared terms; T
   const double v128 = c[0] * v124;
   const double v129 = c[0] * v125;
   T[35] = v126;
@@ -482,6 +503,7 @@ void well_manipulator_link_poses(const double q[7], double T[112]) {
   const double v131 = s[0] * v125;
   T[39] = v127;
   T[41] = v124;
+  // shared terms; T
   T[32] = v128;
   T[33] = v129;
   T[36] = v130;
@@ -503,6 +525,7 @@ void well_manipulator_link_poses(const double q[7], double T[112]) {
   const double v161 = v36 * v129;
   const double v162 = v48 * v130;
   const double v163 = v36 * v131;
+  // shared terms; T
   const double v167 = v145 - v146;
   const double v168 = v147 + v148;
   const double v169 = v126 + v149;
@@ -512,6 +535,7 @@ void well_manipulator_link_poses(const double q[7], double T[112]) {
   T[57] = v158;
   const double v179 = v126 + v160;
   const double v180 = v127 + v162;
+  // shared terms; T
   T[48] = v167;
   T[49] = v168;
   const double v186 = v169 - v150;
@@ -523,6 +547,7 @@ void well_manipulator_link_poses(const double q[7], double T[112]) {
   const double v190 = v179 + v161;
   const double v191 = v180 + v163;
   T[75] = v181;
+  // shared terms; T
   T[51] = v186;
   T[55] = v187;
   const double v194 = c[0] * v188;
@@ -532,6 +557,7 @@ void well_manipulator_link_poses(const double q[7], double T[112]) {
   const double v197 = s[0] * v189;
   T[71] = v191;
   T[73] = v188;
+  // shared terms; T
   T[64] = v194;
   T[65] = v195;
   T[68] = v196;
@@ -553,6 +579,7 @@ void well_manipulator_link_poses(const double q[7], double T[112]) {
   const double v229 = v40 * v195;
   const double v230 = v52 * v196;
   const double v231 = v40 * v197;
+  // shared terms; T
   const double v233 = v211 - v212;
   const double v234 = v213 + v214;
   const double v235 = v190 + v215;
@@ -568,6 +595,7 @@ void well_manipulator_link_poses(const double q[7], double T[112]) {
   const double v246 = v191 + v230;
   T[104] = v227;
   T[105] = v226;
+  // shared terms; T
   T[80] = v233;
   T[81] = v234;
   const double v248 = v235 - v216;
@@ -583,6 +611,7 @@ void well_manipulator_link_poses(const double q[7], double T[112]) {
   const double v252 = -v245;
   const double v253 = v246 + v231;
   T[107] = v247;
+  // T
   T[83] = v248;
   T[87] = v249;
   T[97] = v250;
@@ -591,7 +620,10 @@ void well_manipulator_link_poses(const double q[7], double T[112]) {
   T[103] = v253;
 }
 
+// Pose of the tool and mixed Jacobian in one call.
+// 239 operations: multiply 140, add 75, negate 14, trig 2, other 8
 void well_manipulator_fk_jacobian_mixed(const double q[7], double T_0_R[16], double J[42]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -599,10 +631,11 @@ void well_manipulator_fk_jacobian_mixed(const double q[7], double T_0_R[16], dou
   const double q_4 = q[4];
   const double q_5 = q[5];
   const double q_6 = q[6];
-  const double v3 = sq(q_1);
-  const double v4 = sq(q_2);
-  const double v5 = sq(q_4);
-  const double v6 = sq(q_6);
+  // shared terms
+  const double v3 = q_1 * q_1;
+  const double v4 = q_2 * q_2;
+  const double v5 = q_4 * q_4;
+  const double v6 = q_6 * q_6;
   const double v7 = 0.999842782540088 * q_5;
   const double v8 = 0.01773161590195061 * q_5;
   const double v9 = 0.9997828710780122 * q_3;
@@ -794,9 +827,11 @@ void well_manipulator_fk_jacobian_mixed(const double q[7], double T_0_R[16], dou
   const double v234 = v219 * v76;
   const double v235 = -v225;
   const double v239 = -v234;
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of T_0_R; constant entries of J
   T_0_R[10] = 0.0;
   T_0_R[12] = 0.0;
   T_0_R[13] = 0.0;
@@ -816,9 +851,12 @@ void well_manipulator_fk_jacobian_mixed(const double q[7], double T_0_R[16], dou
   J[39] = 0.0;
   J[40] = 0.0;
   J[41] = 0.0;
+  // shared terms; column 3 of T_0_R
   T_0_R[2] = s[0];
   const double v27 = -c[0];
+  // column 3 of T_0_R
   T_0_R[6] = v27;
+  // shared terms; columns 2, 3, 5 and 7 of J
   const double v88 = s[0] * v76;
   const double v89 = s[0] * v77;
   const double v90 = s[0] * v78;
@@ -835,15 +873,18 @@ void well_manipulator_fk_jacobian_mixed(const double q[7], double T_0_R[16], dou
   J[30] = v93;
   J[32] = v94;
   J[34] = v95;
+  // columns 2, 3, 5 and 7 of J
   J[22] = v112;
   J[23] = v113;
   J[25] = v114;
   J[27] = v115;
+  // shared terms; column 4 of J
   const double v166 = c[0] * v154;
   const double v167 = s[0] * v154;
   J[3] = v166;
   J[10] = v167;
   J[17] = v168;
+  // shared terms; columns 1 and 2 of T_0_R
   const double v191 = c[0] * v185;
   const double v192 = c[0] * v186;
   const double v195 = s[0] * v185;
@@ -852,6 +893,7 @@ void well_manipulator_fk_jacobian_mixed(const double q[7], double T_0_R[16], dou
   T_0_R[9] = v185;
   const double v199 = c[0] * v189;
   const double v200 = s[0] * v189;
+  // shared terms; column 1 of T_0_R; column 6 of J
   T_0_R[0] = v191;
   const double v202 = -v192;
   T_0_R[4] = v195;
@@ -859,10 +901,12 @@ void well_manipulator_fk_jacobian_mixed(const double q[7], double T_0_R[16], dou
   J[5] = v199;
   J[12] = v200;
   J[19] = v201;
+  // shared terms; column 2 of T_0_R
   T_0_R[1] = v202;
   T_0_R[5] = v204;
   const double v208 = c[0] * v205;
   const double v209 = s[0] * v205;
+  // shared terms; column 7 of J
   const double v213 = c[0] * v207;
   const double v214 = v208 * v79;
   const double v215 = s[0] * v207;
@@ -874,6 +918,7 @@ void well_manipulator_fk_jacobian_mixed(const double q[7], double T_0_R[16], dou
   const double v224 = v215 * v78;
   J[13] = v216;
   J[20] = v218;
+  // shared terms; column 5 of J
   const double v227 = c[0] * v219;
   const double v228 = s[0] * v219;
   const double v230 = c[0] * v220;
@@ -883,6 +928,7 @@ void well_manipulator_fk_jacobian_mixed(const double q[7], double T_0_R[16], dou
   const double v233 = v223 * v77;
   J[11] = v224;
   J[18] = v226;
+  // shared terms; column 4 of T_0_R; columns 1 and 3 of J
   T_0_R[3] = v227;
   T_0_R[7] = v228;
   T_0_R[11] = v229;
@@ -893,13 +939,18 @@ void well_manipulator_fk_jacobian_mixed(const double q[7], double T_0_R[16], dou
   const double v238 = v232 * v76;
   J[9] = v233;
   J[16] = v235;
+  // columns 1 and 2 of J
   J[0] = v236;
   J[1] = v237;
   J[8] = v238;
   J[15] = v239;
 }
 
+// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
+// axes.
+// 182 operations: multiply 106, add 58, negate 8, trig 2, other 8
 void well_manipulator_jacobian_space(const double q[7], double J[42]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -907,12 +958,13 @@ void well_manipulator_jacobian_space(const double q[7], double J[42]) {
   const double q_4 = q[4];
   const double q_5 = q[5];
   const double q_6 = q[6];
-  const double v3 = sq(q_1);
-  const double v4 = sq(q_2);
-  const double v5 = sq(q_4);
+  // shared terms
+  const double v3 = q_1 * q_1;
+  const double v4 = q_2 * q_2;
+  const double v5 = q_4 * q_4;
   const double v6 = 0.020837722980371797 * q_3;
   const double v7 = 0.9997828710780122 * q_3;
-  const double v8 = sq(q_6);
+  const double v8 = q_6 * q_6;
   const double v9 = 0.01773161590195061 * q_5;
   const double v10 = 0.999842782540088 * q_5;
   const double v11 = 1.3215098366089841 - v3;
@@ -1053,9 +1105,11 @@ void well_manipulator_jacobian_space(const double q[7], double J[42]) {
   const double v176 = -v171;
   const double v177 = v172 + v153;
   const double v180 = v72 * v177;
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of J
   J[0] = 0.0;
   J[7] = 0.0;
   J[14] = 0.0;
@@ -1073,6 +1127,7 @@ void well_manipulator_jacobian_space(const double q[7], double J[42]) {
   J[39] = 0.0;
   J[40] = 0.0;
   J[41] = 0.0;
+  // shared terms; columns 2, 3, 5 and 7 of J
   const double v13 = 1.03 * c[0];
   const double v27 = 1.03 * s[0];
   const double v73 = v63 * v13;
@@ -1095,19 +1150,23 @@ void well_manipulator_jacobian_space(const double q[7], double J[42]) {
   J[30] = v86;
   J[32] = v87;
   J[34] = v88;
+  // columns 2, 3, 5 and 7 of J
   J[1] = v89;
   J[8] = v102;
   J[22] = v103;
   J[23] = v104;
   J[25] = v105;
   J[27] = v106;
+  // shared terms; column 3 of J
   const double v127 = c[0] * v121;
   const double v130 = s[0] * v121;
   J[16] = v126;
+  // shared terms; column 3 of J
   const double v131 = v64 * v127;
   const double v138 = v64 * v130;
   J[2] = v131;
   J[9] = v138;
+  // shared terms; column 4 of J
   const double v145 = c[0] * v141;
   const double v151 = s[0] * v141;
   J[3] = v145;
@@ -1115,11 +1174,14 @@ void well_manipulator_jacobian_space(const double q[7], double J[42]) {
   J[10] = v151;
   const double v157 = s[0] * v146;
   J[17] = v152;
+  // shared terms; column 5 of J
   const double v159 = v69 * v154;
   const double v164 = v69 * v157;
   J[18] = v158;
+  // column 5 of J
   J[4] = v159;
   J[11] = v164;
+  // shared terms; column 6 of J
   const double v173 = c[0] * v169;
   const double v175 = s[0] * v169;
   J[5] = v173;
@@ -1127,24 +1189,30 @@ void well_manipulator_jacobian_space(const double q[7], double J[42]) {
   J[12] = v175;
   const double v179 = s[0] * v174;
   J[19] = v176;
+  // shared terms; column 7 of J
   const double v181 = v72 * v178;
   const double v182 = v72 * v179;
   J[20] = v180;
+  // column 7 of J
   J[6] = v181;
   J[13] = v182;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+// 237 operations: multiply 130, add 84, negate 15, other 8
 void well_manipulator_jacobian_body(const double q[7], double J[42]) {
+  // inputs
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
   const double q_4 = q[4];
   const double q_5 = q[5];
   const double q_6 = q[6];
-  const double v1 = sq(q_1);
-  const double v2 = sq(q_2);
-  const double v3 = sq(q_4);
-  const double v4 = sq(q_6);
+  // shared terms
+  const double v1 = q_1 * q_1;
+  const double v2 = q_2 * q_2;
+  const double v3 = q_4 * q_4;
+  const double v4 = q_6 * q_6;
   const double v5 = 0.999842782540088 * q_5;
   const double v6 = 0.01773161590195061 * q_5;
   const double v7 = 0.9997828710780122 * q_3;
@@ -1378,6 +1446,7 @@ void well_manipulator_jacobian_body(const double q[7], double J[42]) {
   const double v235 = -v230;
   const double v236 = -v232;
   const double v237 = -v234;
+  // constant entries of J
   J[0] = 0.0;
   J[7] = 0.0;
   J[15] = 0.0;
@@ -1401,28 +1470,40 @@ void well_manipulator_jacobian_body(const double q[7], double J[42]) {
   J[35] = 0.0;
   J[38] = 0.0;
   J[40] = 0.0;
+  // columns 2, 3, 5 and 7 of J
   J[36] = v87;
   J[37] = v88;
   J[39] = v89;
   J[41] = v90;
+  // column 7 of J
   J[6] = v107;
   J[13] = v108;
+  // column 1 of J
   J[21] = v175;
   J[28] = v176;
+  // columns 4 and 6 of J
   J[3] = v195;
   J[5] = v196;
+  // columns 4 and 6 of J
   J[10] = v201;
   J[12] = v202;
+  // column 1 of J
   J[14] = v225;
+  // column 5 of J
   J[4] = v228;
   J[11] = v231;
+  // column 3 of J
   J[2] = v233;
   J[9] = v235;
+  // column 2 of J
   J[1] = v236;
   J[8] = v237;
 }
 
+// Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+// 231 operations: multiply 136, add 74, negate 11, trig 2, other 8
 void well_manipulator_jacobian_mixed(const double q[7], double J[42]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -1430,10 +1511,11 @@ void well_manipulator_jacobian_mixed(const double q[7], double J[42]) {
   const double q_4 = q[4];
   const double q_5 = q[5];
   const double q_6 = q[6];
-  const double v3 = sq(q_1);
-  const double v4 = sq(q_2);
-  const double v5 = sq(q_4);
-  const double v6 = sq(q_6);
+  // shared terms
+  const double v3 = q_1 * q_1;
+  const double v4 = q_2 * q_2;
+  const double v5 = q_4 * q_4;
+  const double v6 = q_6 * q_6;
   const double v7 = 0.999842782540088 * q_5;
   const double v8 = 0.01773161590195061 * q_5;
   const double v9 = 0.9997828710780122 * q_3;
@@ -1624,9 +1706,11 @@ void well_manipulator_jacobian_mixed(const double q[7], double J[42]) {
   const double v226 = v212 * v75;
   const double v227 = -v218;
   const double v231 = -v226;
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of J
   J[14] = 0.0;
   J[21] = 0.0;
   J[24] = 0.0;
@@ -1641,6 +1725,7 @@ void well_manipulator_jacobian_mixed(const double q[7], double J[42]) {
   J[39] = 0.0;
   J[40] = 0.0;
   J[41] = 0.0;
+  // shared terms; columns 2, 3, 5 and 7 of J
   const double v87 = s[0] * v75;
   const double v88 = s[0] * v76;
   const double v89 = s[0] * v77;
@@ -1657,20 +1742,24 @@ void well_manipulator_jacobian_mixed(const double q[7], double J[42]) {
   J[30] = v92;
   J[32] = v93;
   J[34] = v94;
+  // columns 2, 3, 5 and 7 of J
   J[22] = v111;
   J[23] = v112;
   J[25] = v113;
   J[27] = v114;
+  // shared terms; column 4 of J
   const double v165 = c[0] * v153;
   const double v166 = s[0] * v153;
   J[3] = v165;
   J[10] = v166;
   J[17] = v167;
+  // shared terms; column 6 of J
   const double v194 = c[0] * v188;
   const double v195 = s[0] * v188;
   J[5] = v194;
   J[12] = v195;
   J[19] = v196;
+  // shared terms; column 7 of J
   const double v201 = c[0] * v198;
   const double v202 = s[0] * v198;
   const double v206 = c[0] * v200;
@@ -1684,6 +1773,7 @@ void well_manipulator_jacobian_mixed(const double q[7], double J[42]) {
   const double v217 = v208 * v77;
   J[13] = v209;
   J[20] = v211;
+  // shared terms; column 5 of J
   const double v220 = s[0] * v212;
   const double v221 = c[0] * v213;
   const double v222 = v214 * v76;
@@ -1693,6 +1783,7 @@ void well_manipulator_jacobian_mixed(const double q[7], double J[42]) {
   const double v225 = v216 * v76;
   J[11] = v217;
   J[18] = v219;
+  // shared terms; columns 1 and 3 of J
   const double v228 = -v220;
   const double v229 = v221 * v75;
   J[2] = v222;
@@ -1700,13 +1791,17 @@ void well_manipulator_jacobian_mixed(const double q[7], double J[42]) {
   const double v230 = v224 * v75;
   J[9] = v225;
   J[16] = v227;
+  // columns 1 and 2 of J
   J[0] = v228;
   J[1] = v229;
   J[8] = v230;
   J[15] = v231;
 }
 
+// Time derivative of jacobian_space at joint rates qd.
+// 394 operations: multiply 229, add 128, negate 12, trig 2, other 23
 void well_manipulator_jacobian_space_dot(const double q[7], const double qd[7], double J_dot[42]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -1721,20 +1816,21 @@ void well_manipulator_jacobian_space_dot(const double q[7], const double qd[7], 
   const double qd_4 = qd[4];
   const double qd_5 = qd[5];
   const double qd_6 = qd[6];
-  const double v3 = sq(q_1);
+  // shared terms
+  const double v3 = q_1 * q_1;
   const double v4 = 2.0 * q_1;
-  const double v5 = sq(q_2);
+  const double v5 = q_2 * q_2;
   const double v6 = 2.0 * q_2;
   const double v7 = q_1 * qd_1;
   const double v8 = q_2 * qd_2;
   const double v9 = 0.020837722980371797 * q_3;
   const double v10 = 0.9997828710780122 * q_3;
-  const double v11 = sq(q_4);
+  const double v11 = q_4 * q_4;
   const double v12 = 2.0 * q_4;
   const double v13 = q_4 * qd_4;
   const double v14 = 0.01773161590195061 * q_5;
   const double v15 = 0.999842782540088 * q_5;
-  const double v16 = sq(q_6);
+  const double v16 = q_6 * q_6;
   const double v17 = 2.0 * q_6;
   const double v18 = 1.3215098366089841 - v3;
   const double v19 = v3 - 0.3717842633910159;
@@ -1809,12 +1905,12 @@ void well_manipulator_jacobian_space_dot(const double q[7], const double qd[7], 
   const double v94 = q_1 / v76;
   const double v95 = qd_1 / v76;
   const double v96 = v63 * v77;
-  const double v97 = sq(v76);
+  const double v97 = v76 * v76;
   const double v98 = v78 + v79;
   const double v99 = v80 - v81;
   const double v100 = qd_2 / v82;
   const double v101 = v66 * v83;
-  const double v102 = sq(v82);
+  const double v102 = v82 * v82;
   const double v103 = q_2 / v82;
   const double v104 = v7 / v76;
   const double v105 = v84 - v85;
@@ -1822,14 +1918,14 @@ void well_manipulator_jacobian_space_dot(const double q[7], const double qd[7], 
   const double v107 = v8 / v82;
   const double v108 = qd_4 / v88;
   const double v109 = v70 * v89;
-  const double v110 = sq(v88);
+  const double v110 = v88 * v88;
   const double v111 = q_4 / v88;
   const double v112 = v90 + v71;
   const double v113 = v91 - v72;
   const double v114 = v13 / v88;
   const double v115 = qd_6 / v92;
   const double v116 = v75 * v93;
-  const double v117 = sq(v92);
+  const double v117 = v92 * v92;
   const double v118 = q_6 / v92;
   const double v120 = q_1 / v97;
   const double v121 = v98 - 0.8755;
@@ -1926,9 +2022,11 @@ void well_manipulator_jacobian_space_dot(const double q[7], const double qd[7], 
   const double v341 = v325 * qd_5;
   const double v351 = v310 - v341;
   const double v358 = v340 * v179;
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of J_dot
   J_dot[0] = 0.0;
   J_dot[7] = 0.0;
   J_dot[14] = 0.0;
@@ -1943,6 +2041,7 @@ void well_manipulator_jacobian_space_dot(const double q[7], const double qd[7], 
   J_dot[36] = 0.0;
   J_dot[38] = 0.0;
   J_dot[40] = 0.0;
+  // shared terms; columns 2, 3, 5 and 7 of J_dot
   const double v20 = 1.03 * s[0];
   const double v21 = 1.03 * c[0];
   const double v39 = c[0] * qd_0;
@@ -2023,6 +2122,7 @@ void well_manipulator_jacobian_space_dot(const double q[7], const double qd[7], 
   J_dot[37] = v226;
   const double v238 = -v227;
   const double v239 = v118 * v228;
+  // shared terms; columns 2, 3, 5 and 7 of J_dot
   const double v240 = v229 * v171;
   const double v241 = v230 * qd_0;
   J_dot[8] = v233;
@@ -2038,12 +2138,14 @@ void well_manipulator_jacobian_space_dot(const double q[7], const double qd[7], 
   J_dot[27] = v237;
   J_dot[39] = v238;
   const double v256 = -v239;
+  // shared terms; column 7 of J_dot
   const double v257 = v241 - v209;
   const double v262 = v216 + v250;
   const double v263 = v252 + v253;
   const double v264 = v254 - v137;
   const double v265 = v255 - v138;
   J_dot[41] = v256;
+  // shared terms; column 3 of J_dot
   const double v266 = v103 * v257;
   const double v267 = v258 * v157;
   const double v268 = s[0] * v259;
@@ -2082,6 +2184,7 @@ void well_manipulator_jacobian_space_dot(const double q[7], const double qd[7], 
   const double v320 = v297 + v265;
   const double v321 = v282 * v114;
   const double v322 = v283 * v114;
+  // shared terms; columns 3 and 4 of J_dot
   const double v323 = -v298;
   const double v324 = v300 - v284;
   J_dot[10] = v311;
@@ -2093,6 +2196,7 @@ void well_manipulator_jacobian_space_dot(const double q[7], const double qd[7], 
   const double v333 = s[0] * v320;
   const double v334 = v321 + v319;
   const double v335 = v322 + v320;
+  // shared terms; column 4 of J_dot
   J_dot[3] = v323;
   const double v336 = v324 + v301;
   const double v337 = v325 * v178;
@@ -2102,6 +2206,7 @@ void well_manipulator_jacobian_space_dot(const double q[7], const double qd[7], 
   const double v344 = v325 * v180;
   J_dot[17] = v330;
   const double v345 = v332 + v333;
+  // shared terms; columns 5 and 6 of J_dot
   const double v346 = v111 * v336;
   const double v347 = v338 * qd_0;
   const double v348 = c[0] * v339;
@@ -2142,12 +2247,14 @@ void well_manipulator_jacobian_space_dot(const double q[7], const double qd[7], 
   const double v382 = v373 + v374;
   const double v383 = c[0] * v375;
   const double v384 = s[0] * v376;
+  // shared terms; columns 5 and 6 of J_dot
   J_dot[5] = v377;
   const double v385 = v378 + v365;
   const double v386 = v369 - v379;
   J_dot[18] = v380;
   J_dot[19] = v381;
   const double v387 = v383 + v384;
+  // shared terms; column 7 of J_dot
   const double v388 = v118 * v385;
   const double v389 = v118 * v386;
   const double v390 = v382 - v387;
@@ -2157,10 +2264,14 @@ void well_manipulator_jacobian_space_dot(const double q[7], const double qd[7], 
   J_dot[6] = v391;
   J_dot[13] = v392;
   const double v394 = v358 - v393;
+  // column 7 of J_dot
   J_dot[20] = v394;
 }
 
+// Time derivative of jacobian_body at joint rates qd.
+// 349 operations: multiply 194, add 118, negate 14, other 23
 void well_manipulator_jacobian_body_dot(const double q[7], const double qd[7], double J_dot[42]) {
+  // inputs
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
@@ -2173,10 +2284,11 @@ void well_manipulator_jacobian_body_dot(const double q[7], const double qd[7], d
   const double qd_4 = qd[4];
   const double qd_5 = qd[5];
   const double qd_6 = qd[6];
-  const double v1 = sq(q_1);
-  const double v2 = sq(q_2);
-  const double v3 = sq(q_4);
-  const double v4 = sq(q_6);
+  // shared terms
+  const double v1 = q_1 * q_1;
+  const double v2 = q_2 * q_2;
+  const double v3 = q_4 * q_4;
+  const double v4 = q_6 * q_6;
   const double v5 = 0.999842782540088 * q_5;
   const double v6 = 0.01773161590195061 * q_5;
   const double v7 = 0.9997828710780122 * q_3;
@@ -2279,18 +2391,18 @@ void well_manipulator_jacobian_body_dot(const double q[7], const double qd[7], d
   const double v104 = v11 / v88;
   const double v105 = qd_1 / v73;
   const double v106 = v69 * v89;
-  const double v107 = sq(v73);
+  const double v107 = v73 * v73;
   const double v108 = q_2 / v86;
   const double v109 = qd_2 / v86;
   const double v110 = v70 * v90;
-  const double v111 = sq(v86);
+  const double v111 = v86 * v86;
   const double v112 = q_4 / v87;
   const double v113 = qd_4 / v87;
   const double v114 = v71 * v91;
-  const double v115 = sq(v87);
+  const double v115 = v87 * v87;
   const double v116 = qd_6 / v88;
   const double v117 = v72 * v92;
-  const double v118 = sq(v88);
+  const double v118 = v88 * v88;
   const double v119 = v16 / v73;
   const double v120 = v94 - 0.8755;
   const double v121 = v95 - 0.0854;
@@ -2522,6 +2634,7 @@ void well_manipulator_jacobian_body_dot(const double q[7], const double qd[7], d
   const double v347 = -v342;
   const double v348 = -v344;
   const double v349 = -v346;
+  // constant entries of J_dot
   J_dot[0] = 0.0;
   J_dot[7] = 0.0;
   J_dot[15] = 0.0;
@@ -2545,28 +2658,39 @@ void well_manipulator_jacobian_body_dot(const double q[7], const double qd[7], d
   J_dot[35] = 0.0;
   J_dot[38] = 0.0;
   J_dot[40] = 0.0;
+  // columns 2, 3, 5 and 7 of J_dot
   J_dot[36] = v181;
   J_dot[37] = v182;
   J_dot[39] = v183;
   J_dot[41] = v184;
+  // column 7 of J_dot
   J_dot[6] = v189;
   J_dot[13] = v190;
+  // column 1 of J_dot
   J_dot[28] = v254;
+  // column 1 of J_dot
   J_dot[21] = v261;
+  // columns 4 and 6 of J_dot
   J_dot[3] = v266;
   J_dot[5] = v267;
   J_dot[10] = v270;
   J_dot[12] = v271;
+  // column 5 of J_dot
   J_dot[4] = v330;
   J_dot[11] = v333;
+  // column 3 of J_dot
   J_dot[2] = v343;
   J_dot[9] = v345;
+  // columns 1 and 2 of J_dot
   J_dot[1] = v347;
   J_dot[8] = v348;
   J_dot[14] = v349;
 }
 
+// Time derivative of jacobian_mixed at joint rates qd.
+// 473 operations: multiply 274, add 157, negate 16, trig 2, other 24
 void well_manipulator_jacobian_mixed_dot(const double q[7], const double qd[7], double J_dot[42]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -2581,10 +2705,11 @@ void well_manipulator_jacobian_mixed_dot(const double q[7], const double qd[7], 
   const double qd_4 = qd[4];
   const double qd_5 = qd[5];
   const double qd_6 = qd[6];
-  const double v3 = sq(q_1);
-  const double v4 = sq(q_2);
-  const double v5 = sq(q_4);
-  const double v6 = sq(q_6);
+  // shared terms
+  const double v3 = q_1 * q_1;
+  const double v4 = q_2 * q_2;
+  const double v5 = q_4 * q_4;
+  const double v6 = q_6 * q_6;
   const double v7 = 0.999842782540088 * q_5;
   const double v8 = 0.01773161590195061 * q_5;
   const double v9 = 0.9997828710780122 * q_3;
@@ -2687,19 +2812,19 @@ void well_manipulator_jacobian_mixed_dot(const double q[7], const double qd[7], 
   const double v108 = v14 / v92;
   const double v109 = qd_1 / v89;
   const double v110 = v73 * v93;
-  const double v111 = sq(v89);
+  const double v111 = v89 * v89;
   const double v112 = q_1 / v89;
   const double v113 = qd_2 / v90;
   const double v114 = v74 * v94;
-  const double v115 = sq(v90);
+  const double v115 = v90 * v90;
   const double v116 = q_2 / v90;
   const double v117 = qd_4 / v91;
   const double v118 = v75 * v95;
-  const double v119 = sq(v91);
+  const double v119 = v91 * v91;
   const double v120 = q_4 / v91;
   const double v121 = qd_6 / v92;
   const double v122 = v76 * v96;
-  const double v123 = sq(v92);
+  const double v123 = v92 * v92;
   const double v124 = q_6 / v92;
   const double v125 = v97 - 0.8755;
   const double v126 = v98 - 0.0854;
@@ -2834,9 +2959,11 @@ void well_manipulator_jacobian_mixed_dot(const double q[7], const double qd[7], 
   const double v383 = v269 + v359;
   const double v396 = v353 * v185;
   const double v408 = v358 + v383;
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of J_dot
   J_dot[14] = 0.0;
   J_dot[21] = 0.0;
   J_dot[24] = 0.0;
@@ -2848,6 +2975,7 @@ void well_manipulator_jacobian_mixed_dot(const double q[7], const double qd[7], 
   J_dot[36] = 0.0;
   J_dot[38] = 0.0;
   J_dot[40] = 0.0;
+  // shared terms; columns 2, 3, 5 and 7 of J_dot
   const double v39 = c[0] * qd_0;
   const double v40 = s[0] * qd_0;
   const double v134 = c[0] * v105;
@@ -2911,13 +3039,16 @@ void well_manipulator_jacobian_mixed_dot(const double q[7], const double qd[7], 
   J_dot[37] = v230;
   const double v239 = -v231;
   const double v240 = v124 * v232;
+  // shared terms; columns 2, 3, 5 and 7 of J_dot
   J_dot[22] = v235;
   J_dot[23] = v236;
   J_dot[25] = v237;
   J_dot[27] = v238;
   J_dot[39] = v239;
   const double v253 = -v240;
+  // column 7 of J_dot
   J_dot[41] = v253;
+  // shared terms; column 4 of J_dot
   const double v268 = s[0] * v256;
   const double v270 = v257 * v171;
   const double v271 = c[0] * v256;
@@ -2934,12 +3065,14 @@ void well_manipulator_jacobian_mixed_dot(const double q[7], const double qd[7], 
   const double v304 = -v295;
   J_dot[10] = v296;
   const double v305 = -v297;
+  // shared terms; column 4 of J_dot
   const double v310 = s[0] * v302;
   J_dot[3] = v304;
   const double v312 = v303 * v188;
   const double v313 = c[0] * v302;
   const double v314 = v303 * v190;
   J_dot[17] = v305;
+  // shared terms; column 6 of J_dot
   const double v317 = v310 * qd_5;
   const double v318 = v310 * qd_0;
   const double v319 = v313 * qd_5;
@@ -2968,6 +3101,7 @@ void well_manipulator_jacobian_mixed_dot(const double q[7], const double qd[7], 
   const double v350 = -v332;
   const double v351 = v328 * v204;
   const double v352 = v325 * v205;
+  // shared terms; column 6 of J_dot
   const double v355 = s[0] * v335;
   const double v356 = v336 * v107;
   const double v357 = v317 + v337;
@@ -2989,6 +3123,7 @@ void well_manipulator_jacobian_mixed_dot(const double q[7], const double qd[7], 
   const double v375 = v336 * v190;
   J_dot[19] = v350;
   const double v376 = v351 + v352;
+  // shared terms; column 7 of J_dot
   const double v377 = c[0] * v353;
   const double v378 = s[0] * v354;
   const double v379 = v355 * v106;
@@ -3053,6 +3188,7 @@ void well_manipulator_jacobian_mixed_dot(const double q[7], const double qd[7], 
   const double v439 = s[0] * v405;
   const double v440 = v399 + v425;
   const double v441 = -v426;
+  // shared terms; column 7 of J_dot
   const double v442 = v404 + v427;
   const double v443 = v428 + v429;
   const double v444 = v116 * v430;
@@ -3066,6 +3202,7 @@ void well_manipulator_jacobian_mixed_dot(const double q[7], const double qd[7], 
   const double v452 = v438 + v439;
   const double v453 = v120 * v440;
   J_dot[20] = v441;
+  // shared terms; column 5 of J_dot
   const double v454 = v403 + v442;
   const double v455 = v112 * v443;
   const double v456 = v384 - v444;
@@ -3077,6 +3214,7 @@ void well_manipulator_jacobian_mixed_dot(const double q[7], const double qd[7], 
   const double v460 = v450 + v451;
   const double v461 = v424 + v452;
   const double v462 = v453 + v349;
+  // shared terms; columns 1 and 3 of J_dot
   const double v463 = -v454;
   const double v464 = v406 - v455;
   J_dot[2] = v456;
@@ -3086,20 +3224,26 @@ void well_manipulator_jacobian_mixed_dot(const double q[7], const double qd[7], 
   const double v466 = v437 + v460;
   const double v467 = v116 * v461;
   const double v468 = -v462;
+  // shared terms; columns 1, 2 and 5 of J_dot
   J_dot[0] = v463;
   J_dot[1] = v464;
   J_dot[8] = v465;
   const double v469 = v112 * v466;
   const double v470 = v467 + v373;
   J_dot[18] = v468;
+  // shared terms; column 3 of J_dot
   const double v471 = v469 + v396;
   const double v472 = -v470;
   const double v473 = -v471;
   J_dot[16] = v472;
+  // column 2 of J_dot
   J_dot[15] = v473;
 }
 
+// Derivative of jacobian_mixed by the joint coordinates.
+// 488 operations: multiply 291, add 100, negate 75, trig 2, other 20
 void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -3107,10 +3251,11 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   const double q_4 = q[4];
   const double q_5 = q[5];
   const double q_6 = q[6];
-  const double v3 = sq(q_1);
-  const double v4 = sq(q_2);
-  const double v5 = sq(q_4);
-  const double v6 = sq(q_6);
+  // shared terms
+  const double v3 = q_1 * q_1;
+  const double v4 = q_2 * q_2;
+  const double v5 = q_4 * q_4;
+  const double v6 = q_6 * q_6;
   const double v7 = 0.999842782540088 * q_5;
   const double v8 = 0.01773161590195061 * q_5;
   const double v9 = 0.9997828710780122 * q_3;
@@ -3205,16 +3350,16 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   const double v98 = q_6 / v82;
   const double v99 = 1.0 / v79;
   const double v100 = v63 * v83;
-  const double v101 = sq(v79);
+  const double v101 = v79 * v79;
   const double v102 = 1.0 / v80;
   const double v103 = v64 * v84;
-  const double v104 = sq(v80);
+  const double v104 = v80 * v80;
   const double v105 = 1.0 / v81;
   const double v106 = v65 * v85;
-  const double v107 = sq(v81);
+  const double v107 = v81 * v81;
   const double v108 = 1.0 / v82;
   const double v109 = v66 * v86;
-  const double v110 = sq(v82);
+  const double v110 = v82 * v82;
   const double v111 = v87 - 0.8755;
   const double v112 = v88 - 0.0854;
   const double v113 = 0.2478 + v89;
@@ -3339,9 +3484,11 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   const double v325 = v301 - v180;
   const double v359 = v168 * v300;
   const double v399 = v167 * v324;
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // constant entries of H
   H[24] = 0.0;
   H[25] = 0.0;
   H[26] = 0.0;
@@ -3516,6 +3663,7 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   H[291] = 0.0;
   H[292] = 0.0;
   H[293] = 0.0;
+  // shared terms; H
   const double v123 = c[0] * v95;
   const double v124 = c[0] * v96;
   const double v125 = c[0] * v97;
@@ -3540,6 +3688,7 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   H[210] = v156;
   H[224] = v157;
   H[238] = v158;
+  // shared terms; H
   const double v181 = v167 * s[0];
   const double v182 = v168 * s[0];
   const double v183 = v169 * s[0];
@@ -3556,10 +3705,12 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   H[212] = v186;
   H[228] = v187;
   H[244] = v188;
+  // H
   H[155] = v193;
   H[163] = v194;
   H[179] = v195;
   H[195] = v196;
+  // shared terms; H
   const double v225 = s[0] * v213;
   const double v226 = c[0] * v214;
   const double v227 = c[0] * v213;
@@ -3573,6 +3724,7 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   H[70] = v227;
   const double v238 = c[0] * v227;
   const double v239 = s[0] * v225;
+  // shared terms; H
   H[3] = v233;
   const double v250 = -v234;
   const double v253 = -v235;
@@ -3580,6 +3732,7 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   const double v254 = -v236;
   const double v255 = -v237;
   const double v256 = v238 + v239;
+  // shared terms; H
   H[10] = v250;
   H[17] = v253;
   H[22] = v250;
@@ -3590,6 +3743,7 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   H[72] = v255;
   const double v263 = v95 * v256;
   const double v264 = v96 * v256;
+  // shared terms; H
   const double v269 = s[0] * v261;
   const double v270 = c[0] * v262;
   const double v271 = c[0] * v261;
@@ -3611,6 +3765,7 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   H[115] = v274;
   H[120] = v273;
   H[121] = v274;
+  // shared terms; H
   H[5] = v277;
   const double v288 = s[0] * v276;
   const double v289 = -v278;
@@ -3624,6 +3779,7 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   const double v296 = -v282;
   const double v297 = -v283;
   const double v298 = v284 + v285;
+  // shared terms; H
   const double v302 = s[0] * v287;
   const double v303 = v288 * v98;
   const double v304 = c[0] * v286;
@@ -3657,6 +3813,7 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   const double v320 = s[0] * v288;
   const double v321 = v96 * v298;
   const double v323 = v97 * v298;
+  // shared terms; H
   const double v326 = s[0] * v301;
   const double v327 = v302 * v97;
   const double v328 = -v303;
@@ -3694,6 +3851,7 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   const double v358 = v319 + v320;
   const double v360 = -v321;
   const double v361 = -v323;
+  // shared terms; H
   const double v362 = c[0] * v324;
   const double v363 = s[0] * v325;
   const double v364 = v326 * v96;
@@ -3748,6 +3906,7 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   const double v404 = v95 * v358;
   const double v405 = v96 * v358;
   const double v406 = v97 * v358;
+  // shared terms; H
   const double v407 = -v362;
   const double v408 = v363 * v95;
   const double v409 = -v364;
@@ -3804,6 +3963,7 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   const double v442 = v98 * v405;
   const double v443 = v98 * v406;
   const double v444 = v98 * v403;
+  // shared terms; H
   H[0] = v407;
   const double v445 = -v408;
   H[2] = v409;
@@ -3844,6 +4004,7 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   const double v466 = -v442;
   const double v467 = -v443;
   const double v468 = v444 + v299;
+  // shared terms; H
   H[1] = v445;
   H[7] = v445;
   const double v469 = v410 - v446;
@@ -3870,6 +4031,7 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   H[142] = v466;
   H[144] = v467;
   const double v480 = -v468;
+  // shared terms; H
   H[8] = v469;
   H[57] = v470;
   const double v481 = v95 * v471;
@@ -3882,17 +4044,23 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   H[128] = v478;
   const double v485 = -v479;
   H[146] = v480;
+  // shared terms; H
   const double v486 = v399 + v481;
   H[107] = v482;
   H[113] = v483;
   const double v487 = -v484;
   H[130] = v485;
+  // shared terms; H
   const double v488 = -v486;
   H[114] = v487;
+  // H
   H[106] = v488;
 }
 
+// Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+// 205 operations: multiply 116, add 78, negate 1, trig 2, other 8
 void well_manipulator_twist_space(const double q[7], const double qd[7], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -3907,15 +4075,16 @@ void well_manipulator_twist_space(const double q[7], const double qd[7], double 
   const double qd_4 = qd[4];
   const double qd_5 = qd[5];
   const double qd_6 = qd[6];
-  const double v3 = sq(q_1);
+  // shared terms
+  const double v3 = q_1 * q_1;
   const double v4 = 0.020837722980371797 * q_3;
-  const double v5 = sq(q_2);
+  const double v5 = q_2 * q_2;
   const double v6 = 0.9997828710780122 * q_3;
   const double v7 = 0.01773161590195061 * q_5;
-  const double v8 = sq(q_4);
+  const double v8 = q_4 * q_4;
   const double v9 = 0.999842782540088 * q_5;
   const double v10 = q_6 * qd_6;
-  const double v11 = sq(q_6);
+  const double v11 = q_6 * q_6;
   const double v12 = q_4 * qd_4;
   const double v13 = q_2 * qd_2;
   const double v14 = q_1 * qd_1;
@@ -4061,10 +4230,13 @@ void well_manipulator_twist_space(const double q[7], const double qd[7], double 
   const double v197 = v191 * v73;
   const double v198 = v179 - v192;
   const double v203 = v197 + v198;
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // V
   V[5] = qd_0;
+  // shared terms; V
   const double v30 = 1.03 * c[0];
   const double v31 = 1.03 * s[0];
   const double v83 = v30 * v76;
@@ -4085,9 +4257,11 @@ void well_manipulator_twist_space(const double q[7], const double qd[7], double 
   const double v124 = v89 + v114;
   const double v131 = -v123;
   V[4] = v124;
+  // shared terms; V
   const double v134 = c[0] * v125;
   const double v135 = s[0] * v125;
   V[3] = v131;
+  // shared terms; V
   const double v142 = v134 * v75;
   const double v143 = v135 * v75;
   const double v149 = v142 - v83;
@@ -4117,11 +4291,15 @@ void well_manipulator_twist_space(const double q[7], const double qd[7], double 
   const double v204 = v199 + v200;
   const double v205 = v201 + v202;
   V[2] = v203;
+  // V
   V[0] = v204;
   V[1] = v205;
 }
 
+// Twist (v, omega) of the tool's origin, in tool axes.
+// 249 operations: multiply 141, add 97, negate 3, other 8
 void well_manipulator_twist_body(const double q[7], const double qd[7], double V[6]) {
+  // inputs
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
@@ -4135,10 +4313,11 @@ void well_manipulator_twist_body(const double q[7], const double qd[7], double V
   const double qd_4 = qd[4];
   const double qd_5 = qd[5];
   const double qd_6 = qd[6];
-  const double v1 = sq(q_1);
-  const double v2 = sq(q_2);
-  const double v3 = sq(q_4);
-  const double v4 = sq(q_6);
+  // shared terms
+  const double v1 = q_1 * q_1;
+  const double v2 = q_2 * q_2;
+  const double v3 = q_4 * q_4;
+  const double v4 = q_6 * q_6;
   const double v5 = 0.999842782540088 * q_5;
   const double v6 = 0.01773161590195061 * q_5;
   const double v7 = 0.9997828710780122 * q_3;
@@ -4384,15 +4563,23 @@ void well_manipulator_twist_body(const double q[7], const double qd[7], double V
   const double v247 = v245 - v89;
   const double v248 = v90 + v246;
   const double v249 = -v248;
+  // V
   V[5] = v128;
+  // V
   V[3] = v195;
   V[4] = v196;
+  // V
   V[2] = v236;
+  // V
   V[0] = v247;
+  // V
   V[1] = v249;
 }
 
+// Twist (v, omega) of the tool's origin, in base axes.
+// 257 operations: multiply 148, add 97, negate 2, trig 2, other 8
 void well_manipulator_twist_mixed(const double q[7], const double qd[7], double V[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -4407,10 +4594,11 @@ void well_manipulator_twist_mixed(const double q[7], const double qd[7], double 
   const double qd_4 = qd[4];
   const double qd_5 = qd[5];
   const double qd_6 = qd[6];
-  const double v3 = sq(q_1);
-  const double v4 = sq(q_2);
-  const double v5 = sq(q_4);
-  const double v6 = sq(q_6);
+  // shared terms
+  const double v3 = q_1 * q_1;
+  const double v4 = q_2 * q_2;
+  const double v5 = q_4 * q_4;
+  const double v6 = q_6 * q_6;
   const double v7 = q_6 * qd_6;
   const double v8 = 0.01773161590195061 * q_5;
   const double v9 = 0.999842782540088 * q_5;
@@ -4607,10 +4795,13 @@ void well_manipulator_twist_mixed(const double q[7], const double qd[7], double 
   const double v249 = v205 + v246;
   const double v252 = v214 + v249;
   const double v255 = -v252;
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // V
   V[5] = qd_0;
+  // shared terms; V
   const double v91 = s[0] * v79;
   const double v92 = s[0] * v80;
   const double v93 = s[0] * v82;
@@ -4627,7 +4818,9 @@ void well_manipulator_twist_mixed(const double q[7], const double qd[7], double 
   const double v138 = v95 + v126;
   const double v143 = -v137;
   V[4] = v138;
+  // V
   V[3] = v143;
+  // shared terms; V
   const double v172 = c[0] * v160;
   const double v173 = s[0] * v160;
   const double v179 = v172 * qd_3;
@@ -4669,11 +4862,15 @@ void well_manipulator_twist_mixed(const double q[7], const double qd[7], double 
   const double v256 = v215 + v253;
   const double v257 = v219 + v254;
   V[2] = v255;
+  // V
   V[0] = v256;
   V[1] = v257;
 }
 
+// Time derivative of twist_space at rates qd and accelerations qdd.
+// 434 operations: multiply 250, add 161, negate 1, trig 2, other 20
 void well_manipulator_acceleration_space(const double q[7], const double qd[7], const double qdd[7], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -4695,27 +4892,28 @@ void well_manipulator_acceleration_space(const double q[7], const double qd[7], 
   const double qdd_4 = qdd[4];
   const double qdd_5 = qdd[5];
   const double qdd_6 = qdd[6];
-  const double v3 = sq(qd_6);
+  // shared terms
+  const double v3 = qd_6 * qd_6;
   const double v4 = q_6 * qdd_6;
-  const double v5 = sq(q_6);
+  const double v5 = q_6 * q_6;
   const double v6 = q_6 * qd_6;
   const double v7 = 2.0 * q_6;
-  const double v8 = sq(q_1);
+  const double v8 = q_1 * q_1;
   const double v9 = 0.020837722980371797 * q_3;
-  const double v10 = sq(q_2);
+  const double v10 = q_2 * q_2;
   const double v11 = 0.9997828710780122 * q_3;
   const double v12 = 0.01773161590195061 * q_5;
-  const double v13 = sq(q_4);
+  const double v13 = q_4 * q_4;
   const double v14 = 0.999842782540088 * q_5;
-  const double v15 = sq(qd_4);
+  const double v15 = qd_4 * qd_4;
   const double v16 = q_4 * qdd_4;
   const double v17 = q_4 * qd_4;
   const double v18 = 2.0 * q_4;
-  const double v19 = sq(qd_2);
+  const double v19 = qd_2 * qd_2;
   const double v20 = q_2 * qdd_2;
   const double v21 = q_2 * qd_2;
   const double v22 = 2.0 * q_2;
-  const double v23 = sq(qd_1);
+  const double v23 = qd_1 * qd_1;
   const double v24 = q_1 * qdd_1;
   const double v25 = q_1 * qd_1;
   const double v26 = 2.0 * q_1;
@@ -4794,7 +4992,7 @@ void well_manipulator_acceleration_space(const double q[7], const double qd[7], 
   const double v105 = 0.5 * v77;
   const double v106 = 0.25 / v77;
   const double v107 = v27 / v89;
-  const double v108 = sq(v89);
+  const double v108 = v89 * v89;
   const double v109 = v76 * v90;
   const double v110 = v91 + v92;
   const double v111 = v93 - v94;
@@ -4803,13 +5001,13 @@ void well_manipulator_acceleration_space(const double q[7], const double qd[7], 
   const double v114 = v99 - v83;
   const double v115 = v100 + v84;
   const double v116 = v44 / v101;
-  const double v117 = sq(v101);
+  const double v117 = v101 * v101;
   const double v118 = v86 * v102;
   const double v119 = v46 / v103;
-  const double v120 = sq(v103);
+  const double v120 = v103 * v103;
   const double v121 = v87 * v104;
   const double v122 = v48 / v105;
-  const double v123 = sq(v105);
+  const double v123 = v105 * v105;
   const double v124 = v88 * v106;
   const double v125 = v25 / v105;
   const double v126 = v21 / v103;
@@ -4916,9 +5114,11 @@ void well_manipulator_acceleration_space(const double q[7], const double qd[7], 
   const double v382 = v181 * v363;
   const double v383 = v333 - v368;
   const double v401 = v382 + v383;
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; A
   const double v50 = 1.03 * c[0];
   const double v51 = 1.03 * s[0];
   const double v52 = c[0] * qd_0;
@@ -5018,6 +5218,7 @@ void well_manipulator_acceleration_space(const double q[7], const double qd[7], 
   const double v292 = -v274;
   A[4] = v275;
   A[5] = v276;
+  // shared terms; A
   const double v295 = c[0] * v277;
   const double v296 = v282 * qdd_3;
   const double v297 = v139 - v283;
@@ -5034,6 +5235,7 @@ void well_manipulator_acceleration_space(const double q[7], const double qd[7], 
   const double v312 = v282 * v173;
   const double v313 = v285 * v174;
   A[3] = v292;
+  // shared terms; A
   const double v318 = v188 * v295;
   const double v319 = v296 + v266;
   const double v320 = v284 + v298;
@@ -5135,10 +5337,14 @@ void well_manipulator_acceleration_space(const double q[7], const double qd[7], 
   A[0] = v431;
   A[1] = v432;
   const double v434 = v401 - v433;
+  // A
   A[2] = v434;
 }
 
+// Time derivative of twist_body at rates qd and accelerations qdd.
+// 380 operations: multiply 216, add 142, negate 2, other 20
 void well_manipulator_acceleration_body(const double q[7], const double qd[7], const double qdd[7], double A[6]) {
+  // inputs
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_3 = q[3];
@@ -5159,11 +5365,12 @@ void well_manipulator_acceleration_body(const double q[7], const double qd[7], c
   const double qdd_4 = qdd[4];
   const double qdd_5 = qdd[5];
   const double qdd_6 = qdd[6];
-  const double v1 = sq(q_1);
-  const double v2 = sq(q_2);
-  const double v3 = sq(q_4);
-  const double v4 = sq(q_6);
-  const double v5 = sq(qd_1);
+  // shared terms
+  const double v1 = q_1 * q_1;
+  const double v2 = q_2 * q_2;
+  const double v3 = q_4 * q_4;
+  const double v4 = q_6 * q_6;
+  const double v5 = qd_1 * qd_1;
   const double v6 = q_1 * qdd_1;
   const double v7 = q_1 * qd_1;
   const double v8 = 2.0 * q_1;
@@ -5171,15 +5378,15 @@ void well_manipulator_acceleration_body(const double q[7], const double qd[7], c
   const double v10 = 0.01773161590195061 * q_5;
   const double v11 = 0.9997828710780122 * q_3;
   const double v12 = 0.020837722980371797 * q_3;
-  const double v13 = sq(qd_2);
+  const double v13 = qd_2 * qd_2;
   const double v14 = q_2 * qdd_2;
   const double v15 = q_2 * qd_2;
   const double v16 = 2.0 * q_2;
-  const double v17 = sq(qd_4);
+  const double v17 = qd_4 * qd_4;
   const double v18 = q_4 * qdd_4;
   const double v19 = q_4 * qd_4;
   const double v20 = 2.0 * q_4;
-  const double v21 = sq(qd_6);
+  const double v21 = qd_6 * qd_6;
   const double v22 = q_6 * qdd_6;
   const double v23 = q_6 * qd_6;
   const double v24 = 2.0 * q_6;
@@ -5272,16 +5479,16 @@ void well_manipulator_acceleration_body(const double q[7], const double qd[7], c
   const double v111 = v76 + v95;
   const double v112 = v96 - v78;
   const double v113 = v37 / v97;
-  const double v114 = sq(v97);
+  const double v114 = v97 * v97;
   const double v115 = v79 * v98;
   const double v116 = v43 / v99;
-  const double v117 = sq(v99);
+  const double v117 = v99 * v99;
   const double v118 = v82 * v100;
   const double v119 = v45 / v101;
-  const double v120 = sq(v101);
+  const double v120 = v101 * v101;
   const double v121 = v83 * v102;
   const double v122 = v47 / v103;
-  const double v123 = sq(v103);
+  const double v123 = v103 * v103;
   const double v124 = v84 * v104;
   const double v125 = v23 / v103;
   const double v126 = v19 / v101;
@@ -5539,15 +5746,22 @@ void well_manipulator_acceleration_body(const double q[7], const double qd[7], c
   const double v378 = -v375;
   const double v379 = v368 + v376;
   const double v380 = v377 - v371;
+  // A
   A[5] = v211;
+  // A
   A[3] = v286;
   A[4] = v287;
+  // A
   A[2] = v378;
+  // A
   A[0] = v379;
   A[1] = v380;
 }
 
+// Time derivative of twist_mixed at rates qd and accelerations qdd.
+// 517 operations: multiply 298, add 195, negate 2, trig 2, other 20
 void well_manipulator_acceleration_mixed(const double q[7], const double qd[7], const double qdd[7], double A[6]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -5569,27 +5783,28 @@ void well_manipulator_acceleration_mixed(const double q[7], const double qd[7], 
   const double qdd_4 = qdd[4];
   const double qdd_5 = qdd[5];
   const double qdd_6 = qdd[6];
-  const double v3 = sq(qd_6);
+  // shared terms
+  const double v3 = qd_6 * qd_6;
   const double v4 = q_6 * qdd_6;
-  const double v5 = sq(q_6);
+  const double v5 = q_6 * q_6;
   const double v6 = q_6 * qd_6;
   const double v7 = 2.0 * q_6;
-  const double v8 = sq(q_1);
-  const double v9 = sq(q_2);
-  const double v10 = sq(q_4);
-  const double v11 = sq(qd_4);
+  const double v8 = q_1 * q_1;
+  const double v9 = q_2 * q_2;
+  const double v10 = q_4 * q_4;
+  const double v11 = qd_4 * qd_4;
   const double v12 = q_4 * qdd_4;
   const double v13 = q_4 * qd_4;
   const double v14 = 2.0 * q_4;
   const double v15 = 0.01773161590195061 * q_5;
   const double v16 = 0.999842782540088 * q_5;
-  const double v17 = sq(qd_2);
+  const double v17 = qd_2 * qd_2;
   const double v18 = q_2 * qdd_2;
   const double v19 = q_2 * qd_2;
   const double v20 = 2.0 * q_2;
   const double v21 = 0.020837722980371797 * q_3;
   const double v22 = 0.9997828710780122 * q_3;
-  const double v23 = sq(qd_1);
+  const double v23 = qd_1 * qd_1;
   const double v24 = q_1 * qdd_1;
   const double v25 = q_1 * qd_1;
   const double v26 = 2.0 * q_1;
@@ -5674,7 +5889,7 @@ void well_manipulator_acceleration_mixed(const double q[7], const double qd[7], 
   const double v107 = 0.5 * v75;
   const double v108 = 0.25 / v75;
   const double v109 = v27 / v89;
-  const double v110 = sq(v89);
+  const double v110 = v89 * v89;
   const double v111 = v74 * v90;
   const double v112 = v91 + v92;
   const double v113 = v93 - v94;
@@ -5685,13 +5900,13 @@ void well_manipulator_acceleration_mixed(const double q[7], const double qd[7], 
   const double v118 = v82 + v101;
   const double v119 = v102 - v83;
   const double v120 = v41 / v103;
-  const double v121 = sq(v103);
+  const double v121 = v103 * v103;
   const double v122 = v84 * v104;
   const double v123 = v45 / v105;
-  const double v124 = sq(v105);
+  const double v124 = v105 * v105;
   const double v125 = v86 * v106;
   const double v126 = v49 / v107;
-  const double v127 = sq(v107);
+  const double v127 = v107 * v107;
   const double v128 = v88 * v108;
   const double v129 = v6 / v89;
   const double v130 = v13 / v103;
@@ -5837,9 +6052,11 @@ void well_manipulator_acceleration_mixed(const double q[7], const double qd[7], 
   const double v471 = v368 + v458;
   const double v482 = v330 + v471;
   const double v489 = v350 + v482;
+  // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // shared terms; A
   const double v51 = c[0] * qd_0;
   const double v52 = s[0] * qd_0;
   const double v145 = c[0] * v129;
@@ -5908,6 +6125,7 @@ void well_manipulator_acceleration_mixed(const double q[7], const double qd[7], 
   const double v284 = -v267;
   A[4] = v268;
   A[5] = v269;
+  // shared terms; A
   const double v289 = v278 * qdd_3;
   const double v290 = v280 * qd_0;
   const double v291 = v280 * qd_3;
@@ -5917,6 +6135,7 @@ void well_manipulator_acceleration_mixed(const double q[7], const double qd[7], 
   const double v295 = v278 * v181;
   const double v296 = v280 * v182;
   A[3] = v284;
+  // shared terms; A
   const double v309 = v279 + v290;
   const double v310 = v293 - v282;
   const double v311 = v295 + v296;
@@ -6092,10 +6311,14 @@ void well_manipulator_acceleration_mixed(const double q[7], const double qd[7], 
   A[0] = v514;
   A[1] = v515;
   const double v517 = -v516;
+  // A
   A[2] = v517;
 }
 
+// Joints of the main chain, angles between -pi and pi.
+// 101 operations: multiply 52, add 38, negate 3, trig 4, other 4
 void well_manipulator_chain(const double q[7], double theta[7]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -6103,10 +6326,11 @@ void well_manipulator_chain(const double q[7], double theta[7]) {
   const double q_4 = q[4];
   const double q_5 = q[5];
   const double q_6 = q[6];
-  const double v1 = sq(q_1);
-  const double v2 = sq(q_2);
-  const double v3 = sq(q_4);
-  const double v4 = sq(q_6);
+  // shared terms
+  const double v1 = q_1 * q_1;
+  const double v2 = q_2 * q_2;
+  const double v3 = q_4 * q_4;
+  const double v4 = q_6 * q_6;
   const double v5 = 1.3215098366089841 - v1;
   const double v6 = v1 - 0.3717842633910159;
   const double v7 = 0.5 * v1;
@@ -6204,24 +6428,31 @@ void well_manipulator_chain(const double q[7], double theta[7]) {
   const double v99 = -v95;
   const double v100 = -v96;
   const double v101 = -v97;
+  // theta
   theta[0] = q_0;
   theta[3] = q_3;
   theta[5] = q_5;
+  // theta
   theta[6] = v98;
+  // theta
   theta[1] = v99;
   theta[2] = v100;
   theta[4] = v101;
 }
 
+// Derivative of the main chain's joints by the actuated coordinates.
+// 32 operations: multiply 12, add 8, negate 4, other 8
 void well_manipulator_chain_D_q(const double q[7], double theta_D_q[49]) {
+  // inputs
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_4 = q[4];
   const double q_6 = q[6];
-  const double v1 = sq(q_1);
-  const double v2 = sq(q_2);
-  const double v3 = sq(q_4);
-  const double v4 = sq(q_6);
+  // shared terms
+  const double v1 = q_1 * q_1;
+  const double v2 = q_2 * q_2;
+  const double v3 = q_4 * q_4;
+  const double v4 = q_6 * q_6;
   const double v5 = 1.3215098366089841 - v1;
   const double v6 = v1 - 0.3717842633910159;
   const double v7 = 1.0578131478133972 - v2;
@@ -6250,6 +6481,7 @@ void well_manipulator_chain_D_q(const double q[7], double theta_D_q[49]) {
   const double v30 = -v26;
   const double v31 = -v27;
   const double v32 = -v28;
+  // constant entries of theta_D_q
   theta_D_q[0] = 1.0;
   theta_D_q[1] = 0.0;
   theta_D_q[2] = 0.0;
@@ -6295,13 +6527,17 @@ void well_manipulator_chain_D_q(const double q[7], double theta_D_q[49]) {
   theta_D_q[45] = 0.0;
   theta_D_q[46] = 0.0;
   theta_D_q[47] = 0.0;
+  // columns 2, 3, 5 and 7 of theta_D_q
   theta_D_q[8] = v29;
   theta_D_q[16] = v30;
   theta_D_q[32] = v31;
   theta_D_q[48] = v32;
 }
 
+// Joint rates of the main chain.
+// 36 operations: multiply 16, add 8, negate 4, other 8
 void well_manipulator_chain_rates(const double q[7], const double qd[7], double thetad[7]) {
+  // inputs
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_4 = q[4];
@@ -6313,14 +6549,15 @@ void well_manipulator_chain_rates(const double q[7], const double qd[7], double 
   const double qd_4 = qd[4];
   const double qd_5 = qd[5];
   const double qd_6 = qd[6];
+  // shared terms
   const double v1 = q_1 * qd_1;
-  const double v2 = sq(q_1);
+  const double v2 = q_1 * q_1;
   const double v3 = q_2 * qd_2;
-  const double v4 = sq(q_2);
+  const double v4 = q_2 * q_2;
   const double v5 = q_4 * qd_4;
-  const double v6 = sq(q_4);
+  const double v6 = q_4 * q_4;
   const double v7 = q_6 * qd_6;
-  const double v8 = sq(q_6);
+  const double v8 = q_6 * q_6;
   const double v9 = 1.3215098366089841 - v2;
   const double v10 = v2 - 0.3717842633910159;
   const double v11 = 1.0578131478133972 - v4;
@@ -6349,16 +6586,21 @@ void well_manipulator_chain_rates(const double q[7], const double qd[7], double 
   const double v34 = -v30;
   const double v35 = -v31;
   const double v36 = -v32;
+  // thetad
   thetad[0] = qd_0;
   thetad[3] = qd_3;
   thetad[5] = qd_5;
+  // thetad
   thetad[1] = v33;
   thetad[2] = v34;
   thetad[4] = v35;
   thetad[6] = v36;
 }
 
+// Joint accelerations of the main chain.
+// 92 operations: multiply 52, add 20, negate 4, other 16
 void well_manipulator_chain_accelerations(const double q[7], const double qd[7], const double qdd[7], double thetadd[7]) {
+  // inputs
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_4 = q[4];
@@ -6374,24 +6616,25 @@ void well_manipulator_chain_accelerations(const double q[7], const double qd[7],
   const double qdd_4 = qdd[4];
   const double qdd_5 = qdd[5];
   const double qdd_6 = qdd[6];
-  const double v1 = sq(qd_1);
+  // shared terms
+  const double v1 = qd_1 * qd_1;
   const double v2 = q_1 * qdd_1;
-  const double v3 = sq(q_1);
+  const double v3 = q_1 * q_1;
   const double v4 = q_1 * qd_1;
   const double v5 = 2.0 * q_1;
-  const double v6 = sq(qd_2);
+  const double v6 = qd_2 * qd_2;
   const double v7 = q_2 * qdd_2;
-  const double v8 = sq(q_2);
+  const double v8 = q_2 * q_2;
   const double v9 = q_2 * qd_2;
   const double v10 = 2.0 * q_2;
-  const double v11 = sq(qd_4);
+  const double v11 = qd_4 * qd_4;
   const double v12 = q_4 * qdd_4;
-  const double v13 = sq(q_4);
+  const double v13 = q_4 * q_4;
   const double v14 = q_4 * qd_4;
   const double v15 = 2.0 * q_4;
-  const double v16 = sq(qd_6);
+  const double v16 = qd_6 * qd_6;
   const double v17 = q_6 * qdd_6;
-  const double v18 = sq(q_6);
+  const double v18 = q_6 * q_6;
   const double v19 = q_6 * qd_6;
   const double v20 = 2.0 * q_6;
   const double v21 = v1 + v2;
@@ -6439,16 +6682,16 @@ void well_manipulator_chain_accelerations(const double q[7], const double qd[7],
   const double v63 = 0.5 * v55;
   const double v64 = 0.25 / v55;
   const double v65 = v21 / v57;
-  const double v66 = sq(v57);
+  const double v66 = v57 * v57;
   const double v67 = v50 * v58;
   const double v68 = v25 / v59;
-  const double v69 = sq(v59);
+  const double v69 = v59 * v59;
   const double v70 = v52 * v60;
   const double v71 = v29 / v61;
-  const double v72 = sq(v61);
+  const double v72 = v61 * v61;
   const double v73 = v54 * v62;
   const double v74 = v33 / v63;
-  const double v75 = sq(v63);
+  const double v75 = v63 * v63;
   const double v76 = v56 * v64;
   const double v77 = v4 / v66;
   const double v78 = v9 / v69;
@@ -6466,24 +6709,30 @@ void well_manipulator_chain_accelerations(const double q[7], const double qd[7],
   const double v90 = -v86;
   const double v91 = -v87;
   const double v92 = -v88;
+  // thetadd
   thetadd[0] = qdd_0;
   thetadd[3] = qdd_3;
   thetadd[5] = qdd_5;
+  // thetadd
   thetadd[1] = v89;
   thetadd[2] = v90;
   thetadd[4] = v91;
   thetadd[6] = v92;
 }
 
+// Passive joints that are not in the main chain, angles between -pi and pi.
+// 75 operations: multiply 36, add 22, negate 1, trig 4, other 12
 void well_manipulator_passive(const double q[7], double passive[4]) {
+  // inputs
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_4 = q[4];
   const double q_6 = q[6];
-  const double v1 = sq(q_1);
-  const double v2 = sq(q_2);
-  const double v3 = sq(q_4);
-  const double v4 = sq(q_6);
+  // shared terms
+  const double v1 = q_1 * q_1;
+  const double v2 = q_2 * q_2;
+  const double v3 = q_4 * q_4;
+  const double v4 = q_6 * q_6;
   const double v5 = 1.3215098366089841 - v1;
   const double v6 = v1 - 0.3717842633910159;
   const double v7 = 0.5 * v1;
@@ -6555,21 +6804,27 @@ void well_manipulator_passive(const double q[7], double passive[4]) {
   const double v73 = atan2(v67, v68);
   const double v74 = atan2(v69, v70);
   const double v75 = -v74;
+  // passive
   passive[0] = v71;
   passive[1] = v72;
   passive[2] = v73;
+  // passive
   passive[3] = v75;
 }
 
+// Derivative of the passive joints by the actuated coordinates.
+// 101 operations: multiply 48, add 34, negate 3, other 16
 void well_manipulator_passive_D_q(const double q[7], double passive_D_q[28]) {
+  // inputs
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_4 = q[4];
   const double q_6 = q[6];
-  const double v1 = sq(q_1);
-  const double v2 = sq(q_2);
-  const double v3 = sq(q_4);
-  const double v4 = sq(q_6);
+  // shared terms
+  const double v1 = q_1 * q_1;
+  const double v2 = q_2 * q_2;
+  const double v3 = q_4 * q_4;
+  const double v4 = q_6 * q_6;
   const double v5 = 1.3215098366089841 - v1;
   const double v6 = v1 - 0.3717842633910159;
   const double v7 = 0.5 * v1;
@@ -6667,6 +6922,7 @@ void well_manipulator_passive_D_q(const double q[7], double passive_D_q[28]) {
   const double v99 = -v95;
   const double v100 = -v96;
   const double v101 = -v97;
+  // constant entries of passive_D_q
   passive_D_q[0] = 0.0;
   passive_D_q[2] = 0.0;
   passive_D_q[3] = 0.0;
@@ -6691,13 +6947,18 @@ void well_manipulator_passive_D_q(const double q[7], double passive_D_q[28]) {
   passive_D_q[24] = 0.0;
   passive_D_q[25] = 0.0;
   passive_D_q[26] = 0.0;
+  // column 7 of passive_D_q
   passive_D_q[27] = v98;
+  // columns 2, 3 and 5 of passive_D_q
   passive_D_q[1] = v99;
   passive_D_q[9] = v100;
   passive_D_q[18] = v101;
 }
 
+// All joints, swings and cylinder lengths, angles between -pi and pi.
+// 122 operations: multiply 60, add 38, negate 4, trig 8, other 12
 void well_manipulator_configuration(const double q[7], double z[15]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -6705,10 +6966,11 @@ void well_manipulator_configuration(const double q[7], double z[15]) {
   const double q_4 = q[4];
   const double q_5 = q[5];
   const double q_6 = q[6];
-  const double v1 = sq(q_1);
-  const double v2 = sq(q_2);
-  const double v3 = sq(q_4);
-  const double v4 = sq(q_6);
+  // shared terms
+  const double v1 = q_1 * q_1;
+  const double v2 = q_2 * q_2;
+  const double v3 = q_4 * q_4;
+  const double v4 = q_6 * q_6;
   const double v5 = 1.3215098366089841 - v1;
   const double v6 = v1 - 0.3717842633910159;
   const double v7 = 0.5 * v1;
@@ -6827,6 +7089,7 @@ void well_manipulator_configuration(const double q[7], double z[15]) {
   const double v120 = -v116;
   const double v121 = -v117;
   const double v122 = -v118;
+  // z
   z[0] = q_0;
   z[3] = q_3;
   z[5] = q_5;
@@ -6834,25 +7097,33 @@ void well_manipulator_configuration(const double q[7], double z[15]) {
   z[9] = q_2;
   z[11] = q_4;
   z[13] = q_6;
+  // z
   z[8] = v103;
   z[10] = v104;
   z[12] = v105;
+  // z
   z[14] = v115;
+  // z
   z[6] = v119;
+  // z
   z[1] = v120;
   z[2] = v121;
   z[4] = v122;
 }
 
+// How far each step of the loops' solution is from its dead point.
+// 24 operations: multiply 12, add 8, other 4
 void well_manipulator_margin(const double q[7], double margin[4]) {
+  // inputs
   const double q_1 = q[1];
   const double q_2 = q[2];
   const double q_4 = q[4];
   const double q_6 = q[6];
-  const double v1 = sq(q_1);
-  const double v2 = sq(q_2);
-  const double v3 = sq(q_4);
-  const double v4 = sq(q_6);
+  // shared terms
+  const double v1 = q_1 * q_1;
+  const double v2 = q_2 * q_2;
+  const double v3 = q_4 * q_4;
+  const double v4 = q_6 * q_6;
   const double v5 = 1.3215098366089841 - v1;
   const double v6 = v1 - 0.3717842633910159;
   const double v7 = 1.0578131478133972 - v2;
@@ -6873,13 +7144,17 @@ void well_manipulator_margin(const double q[7], double margin[4]) {
   const double v22 = v18 / v2;
   const double v23 = v19 / v3;
   const double v24 = v20 / v4;
+  // margin
   margin[0] = v21;
   margin[1] = v22;
   margin[2] = v23;
   margin[3] = v24;
 }
 
+// Every branch of the loops' solution, NaN where it does not close.
+// 164 operations: multiply 80, add 62, negate 6, trig 8, other 8
 void well_manipulator_chain_all(const double q[7], double theta[112], double margin[64]) {
+  // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   const double q_2 = q[2];
@@ -6887,10 +7162,11 @@ void well_manipulator_chain_all(const double q[7], double theta[112], double mar
   const double q_4 = q[4];
   const double q_5 = q[5];
   const double q_6 = q[6];
-  const double v1 = sq(q_1);
-  const double v2 = sq(q_2);
-  const double v3 = sq(q_4);
-  const double v4 = sq(q_6);
+  // shared terms
+  const double v1 = q_1 * q_1;
+  const double v2 = q_2 * q_2;
+  const double v3 = q_4 * q_4;
+  const double v4 = q_6 * q_6;
   const double v5 = 1.3215098366089841 - v1;
   const double v6 = v1 - 0.3717842633910159;
   const double v7 = 0.5 * v1;
@@ -7051,6 +7327,7 @@ void well_manipulator_chain_all(const double q[7], double theta[112], double mar
   const double v162 = -v156;
   const double v163 = -v157;
   const double v164 = -v158;
+  // columns 1, 4 and 6 of theta
   theta[0] = q_0;
   theta[3] = q_3;
   theta[5] = q_5;
@@ -7099,6 +7376,7 @@ void well_manipulator_chain_all(const double q[7], double theta[112], double mar
   theta[105] = q_0;
   theta[108] = q_3;
   theta[110] = q_5;
+  // margin
   margin[0] = v51;
   margin[1] = v52;
   margin[2] = v53;
@@ -7163,6 +7441,7 @@ void well_manipulator_chain_all(const double q[7], double theta[112], double mar
   margin[61] = v52;
   margin[62] = v53;
   margin[63] = v54;
+  // column 7 of theta
   theta[6] = v154;
   theta[13] = v155;
   theta[20] = v154;
@@ -7179,6 +7458,7 @@ void well_manipulator_chain_all(const double q[7], double theta[112], double mar
   theta[97] = v155;
   theta[104] = v154;
   theta[111] = v155;
+  // columns 2, 3 and 5 of theta
   theta[1] = v159;
   theta[2] = v160;
   theta[4] = v161;
@@ -7229,7 +7509,10 @@ void well_manipulator_chain_all(const double q[7], double theta[112], double mar
   theta[109] = v162;
 }
 
+// Actuated coordinates from the joints of the main chain.
+// 56 operations: multiply 24, add 20, trig 8, other 4
 void well_manipulator_actuators(const double theta[7], double q[7]) {
+  // inputs
   const double theta_0 = theta[0];
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
@@ -7237,12 +7520,15 @@ void well_manipulator_actuators(const double theta[7], double q[7]) {
   const double theta_4 = theta[4];
   const double theta_5 = theta[5];
   const double theta_6 = theta[6];
+  // cosines and sines
   const double angle[4] = {theta_1, theta_2, theta_4, theta_6};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // q
   q[0] = theta_0;
   q[3] = theta_3;
   q[5] = theta_5;
+  // shared terms; q
   const double v9 = 0.1708 * s[0];
   const double v10 = 0.209 * c[0];
   const double v11 = 0.1708 * c[0];
@@ -7275,14 +7561,14 @@ void well_manipulator_actuators(const double theta[7], double q[7]) {
   const double v38 = v30 - v20;
   const double v39 = v31 - v22;
   const double v40 = v32 - 0.1031;
-  const double v41 = sq(v33);
-  const double v42 = sq(v34);
-  const double v43 = sq(v35);
-  const double v44 = sq(v36);
-  const double v45 = sq(v37);
-  const double v46 = sq(v38);
-  const double v47 = sq(v39);
-  const double v48 = sq(v40);
+  const double v41 = v33 * v33;
+  const double v42 = v34 * v34;
+  const double v43 = v35 * v35;
+  const double v44 = v36 * v36;
+  const double v45 = v37 * v37;
+  const double v46 = v38 * v38;
+  const double v47 = v39 * v39;
+  const double v48 = v40 * v40;
   const double v49 = v41 + v42;
   const double v50 = v43 + v44;
   const double v51 = v45 + v46;
@@ -7297,14 +7583,19 @@ void well_manipulator_actuators(const double theta[7], double q[7]) {
   q[6] = v56;
 }
 
+// Derivative of the actuated coordinates by the main chain's joints.
+// 91 operations: multiply 44, add 31, trig 8, other 8
 void well_manipulator_actuators_D_chain(const double theta[7], double q_D_theta[49]) {
+  // inputs
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
   const double theta_4 = theta[4];
   const double theta_6 = theta[6];
+  // cosines and sines
   const double angle[4] = {theta_1, theta_2, theta_4, theta_6};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // constant entries of q_D_theta
   q_D_theta[0] = 1.0;
   q_D_theta[1] = 0.0;
   q_D_theta[2] = 0.0;
@@ -7350,6 +7641,7 @@ void well_manipulator_actuators_D_chain(const double theta[7], double q_D_theta[
   q_D_theta[45] = 0.0;
   q_D_theta[46] = 0.0;
   q_D_theta[47] = 0.0;
+  // shared terms; columns 2, 3, 5 and 7 of q_D_theta
   const double v9 = 0.209 * s[0];
   const double v10 = 0.1708 * c[0];
   const double v11 = 0.1708 * s[0];
@@ -7391,20 +7683,20 @@ void well_manipulator_actuators_D_chain(const double theta[7], double q_D_theta[
   const double v47 = v39 - v22;
   const double v48 = 2.0 * v40;
   const double v49 = 2.0 * v41;
-  const double v50 = sq(v40);
-  const double v51 = sq(v41);
+  const double v50 = v40 * v40;
+  const double v51 = v41 * v41;
   const double v52 = 2.0 * v42;
   const double v53 = 2.0 * v43;
-  const double v54 = sq(v42);
-  const double v55 = sq(v43);
+  const double v54 = v42 * v42;
+  const double v55 = v43 * v43;
   const double v56 = 2.0 * v44;
   const double v57 = 2.0 * v45;
-  const double v58 = sq(v44);
-  const double v59 = sq(v45);
+  const double v58 = v44 * v44;
+  const double v59 = v45 * v45;
   const double v60 = 2.0 * v46;
   const double v61 = 2.0 * v47;
-  const double v62 = sq(v47);
-  const double v63 = sq(v46);
+  const double v62 = v47 * v47;
+  const double v63 = v46 * v46;
   const double v64 = v25 * v48;
   const double v65 = v27 * v49;
   const double v66 = v50 + v51;
@@ -7439,7 +7731,10 @@ void well_manipulator_actuators_D_chain(const double theta[7], double q_D_theta[
   q_D_theta[48] = v91;
 }
 
+// Rates of the actuated coordinates.
+// 116 operations: multiply 68, add 32, trig 8, other 8
 void well_manipulator_actuator_rates(const double theta[7], const double thetad[7], double qd[7]) {
+  // inputs
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
   const double theta_4 = theta[4];
@@ -7451,12 +7746,15 @@ void well_manipulator_actuator_rates(const double theta[7], const double thetad[
   const double thetad_4 = thetad[4];
   const double thetad_5 = thetad[5];
   const double thetad_6 = thetad[6];
+  // cosines and sines
   const double angle[4] = {theta_1, theta_2, theta_4, theta_6};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // qd
   qd[0] = thetad_0;
   qd[3] = thetad_3;
   qd[5] = thetad_5;
+  // shared terms; qd
   const double v9 = 0.1708 * s[0];
   const double v10 = 0.209 * c[0];
   const double v11 = 0.1708 * c[0];
@@ -7521,20 +7819,20 @@ void well_manipulator_actuator_rates(const double theta[7], const double thetad[
   const double v70 = v52 - 0.1031;
   const double v71 = v53 - v54;
   const double v72 = v55 + v56;
-  const double v73 = sq(v57);
-  const double v74 = sq(v58);
+  const double v73 = v57 * v57;
+  const double v74 = v58 * v58;
   const double v75 = 2.0 * v57;
   const double v76 = 2.0 * v58;
-  const double v77 = sq(v61);
-  const double v78 = sq(v62);
+  const double v77 = v61 * v61;
+  const double v78 = v62 * v62;
   const double v79 = 2.0 * v61;
   const double v80 = 2.0 * v62;
-  const double v81 = sq(v65);
-  const double v82 = sq(v66);
+  const double v81 = v65 * v65;
+  const double v82 = v66 * v66;
   const double v83 = 2.0 * v65;
   const double v84 = 2.0 * v66;
-  const double v85 = sq(v69);
-  const double v86 = sq(v70);
+  const double v85 = v69 * v69;
+  const double v86 = v70 * v70;
   const double v87 = 2.0 * v70;
   const double v88 = 2.0 * v69;
   const double v89 = v73 + v74;
@@ -7571,7 +7869,10 @@ void well_manipulator_actuator_rates(const double theta[7], const double thetad[
   qd[6] = v116;
 }
 
+// Accelerations of the actuated coordinates.
+// 220 operations: multiply 136, add 64, trig 8, other 12
 void well_manipulator_actuator_accelerations(const double theta[7], const double thetad[7], const double thetadd[7], double qdd[7]) {
+  // inputs
   const double theta_1 = theta[1];
   const double theta_2 = theta[2];
   const double theta_4 = theta[4];
@@ -7587,12 +7888,15 @@ void well_manipulator_actuator_accelerations(const double theta[7], const double
   const double thetadd_4 = thetadd[4];
   const double thetadd_5 = thetadd[5];
   const double thetadd_6 = thetadd[6];
+  // cosines and sines
   const double angle[4] = {theta_1, theta_2, theta_4, theta_6};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
+  // qdd
   qdd[0] = thetadd_0;
   qdd[3] = thetadd_3;
   qdd[5] = thetadd_5;
+  // shared terms; qdd
   const double v9 = 0.1708 * s[0];
   const double v10 = 0.209 * c[0];
   const double v11 = 0.1708 * c[0];
@@ -7681,8 +7985,8 @@ void well_manipulator_actuator_accelerations(const double theta[7], const double
   const double v94 = v39 + v68;
   const double v95 = v69 + v70;
   const double v96 = v71 - v72;
-  const double v97 = sq(v73);
-  const double v98 = sq(v74);
+  const double v97 = v73 * v73;
+  const double v98 = v74 * v74;
   const double v99 = 2.0 * v73;
   const double v100 = 0.209 * v75;
   const double v101 = 0.1708 * v76;
@@ -7691,8 +7995,8 @@ void well_manipulator_actuator_accelerations(const double theta[7], const double
   const double v104 = 2.0 * v74;
   const double v105 = 0.209 * v76;
   const double v106 = 0.1708 * v75;
-  const double v107 = sq(v79);
-  const double v108 = sq(v80);
+  const double v107 = v79 * v79;
+  const double v108 = v80 * v80;
   const double v109 = 2.0 * v79;
   const double v110 = 0.1772 * v81;
   const double v111 = 0.0991 * v82;
@@ -7701,8 +8005,8 @@ void well_manipulator_actuator_accelerations(const double theta[7], const double
   const double v114 = 2.0 * v80;
   const double v115 = 0.1772 * v82;
   const double v116 = 0.0991 * v81;
-  const double v117 = sq(v85);
-  const double v118 = sq(v86);
+  const double v117 = v85 * v85;
+  const double v118 = v86 * v86;
   const double v119 = 2.0 * v85;
   const double v120 = 0.1369 * v87;
   const double v121 = 0.1139 * v88;
@@ -7711,8 +8015,8 @@ void well_manipulator_actuator_accelerations(const double theta[7], const double
   const double v124 = 2.0 * v86;
   const double v125 = 0.1139 * v87;
   const double v126 = 0.1369 * v88;
-  const double v127 = sq(v91);
-  const double v128 = sq(v92);
+  const double v127 = v91 * v91;
+  const double v128 = v92 * v92;
   const double v129 = 2.0 * v92;
   const double v130 = 0.6996 * v93;
   const double v131 = 0.0974 * v94;
@@ -7811,7 +8115,10 @@ void well_manipulator_actuator_accelerations(const double theta[7], const double
   qdd[6] = v220;
 }
 
+// What the full configuration leaves open in the loops, zero where they are closed.
+// 64 operations: multiply 24, add 24, trig 16
 void well_manipulator_constraint(const double z[15], double residual[8]) {
+  // inputs
   const double z_1 = z[1];
   const double z_2 = z[2];
   const double z_4 = z[4];
@@ -7824,9 +8131,11 @@ void well_manipulator_constraint(const double z[15], double residual[8]) {
   const double z_12 = z[12];
   const double z_13 = z[13];
   const double z_14 = z[14];
+  // cosines and sines
   const double angle[8] = {z_1, z_8, z_2, z_10, z_4, z_12, z_6, z_14};
   double c[8], s[8];
   chasles_cos_sin(8, angle, c, s);
+  // shared terms; residual
   const double v17 = 0.209 * c[0];
   const double v18 = 0.1708 * s[0];
   const double v19 = c[1] * z_7;
@@ -7885,7 +8194,10 @@ void well_manipulator_constraint(const double z[15], double residual[8]) {
   residual[7] = v64;
 }
 
+// Derivative of the loops' equations by the full configuration.
+// 52 operations: multiply 24, add 8, negate 4, trig 16
 void well_manipulator_constraint_D_z(const double z[15], double residual_D_z[120]) {
+  // inputs
   const double z_1 = z[1];
   const double z_2 = z[2];
   const double z_4 = z[4];
@@ -7898,9 +8210,11 @@ void well_manipulator_constraint_D_z(const double z[15], double residual_D_z[120
   const double z_12 = z[12];
   const double z_13 = z[13];
   const double z_14 = z[14];
+  // cosines and sines
   const double angle[8] = {z_1, z_8, z_2, z_10, z_4, z_12, z_6, z_14};
   double c[8], s[8];
   chasles_cos_sin(8, angle, c, s);
+  // constant entries of residual_D_z
   residual_D_z[0] = 0.0;
   residual_D_z[2] = 0.0;
   residual_D_z[3] = 0.0;
@@ -7997,6 +8311,7 @@ void well_manipulator_constraint_D_z(const double z[15], double residual_D_z[120
   residual_D_z[115] = 0.0;
   residual_D_z[116] = 0.0;
   residual_D_z[117] = 0.0;
+  // shared terms; columns 8, 10, 12 and 14 of residual_D_z
   const double v17 = 0.1708 * c[0];
   const double v18 = 0.209 * s[0];
   residual_D_z[7] = c[1];
@@ -8029,6 +8344,7 @@ void well_manipulator_constraint_D_z(const double z[15], double residual_D_z[120
   const double v39 = 0.6996 * c[6];
   residual_D_z[118] = s[7];
   const double v40 = c[7] * z_13;
+  // shared terms; columns 9, 11, 13 and 15 of residual_D_z
   const double v41 = v17 - v18;
   const double v42 = -v19;
   const double v43 = v20 + v21;
@@ -8045,6 +8361,7 @@ void well_manipulator_constraint_D_z(const double z[15], double residual_D_z[120
   const double v51 = -v37;
   const double v52 = v38 - v39;
   residual_D_z[119] = v40;
+  // columns 2, 3, 5, 7, 9, 11, 13 and 15 of residual_D_z
   residual_D_z[1] = v41;
   residual_D_z[8] = v42;
   residual_D_z[16] = v43;
@@ -8059,7 +8376,10 @@ void well_manipulator_constraint_D_z(const double z[15], double residual_D_z[120
   residual_D_z[111] = v52;
 }
 
+// Time derivative of the constraint Jacobian.
+// 91 operations: multiply 48, add 16, negate 11, trig 16
 void well_manipulator_constraint_D_z_dot(const double z[15], const double zd[15], double residual_D_z_dot[120]) {
+  // inputs
   const double z_1 = z[1];
   const double z_2 = z[2];
   const double z_4 = z[4];
@@ -8084,9 +8404,11 @@ void well_manipulator_constraint_D_z_dot(const double z[15], const double zd[15]
   const double zd_12 = zd[12];
   const double zd_13 = zd[13];
   const double zd_14 = zd[14];
+  // cosines and sines
   const double angle[8] = {z_1, z_8, z_2, z_10, z_4, z_12, z_6, z_14};
   double c[8], s[8];
   chasles_cos_sin(8, angle, c, s);
+  // constant entries of residual_D_z_dot
   residual_D_z_dot[0] = 0.0;
   residual_D_z_dot[2] = 0.0;
   residual_D_z_dot[3] = 0.0;
@@ -8183,6 +8505,7 @@ void well_manipulator_constraint_D_z_dot(const double z[15], const double zd[15]
   residual_D_z_dot[115] = 0.0;
   residual_D_z_dot[116] = 0.0;
   residual_D_z_dot[117] = 0.0;
+  // shared terms; columns 8, 10, 12 and 14 of residual_D_z_dot
   const double v17 = c[0] * zd_1;
   const double v18 = s[0] * zd_1;
   const double v19 = s[1] * zd_8;
@@ -8239,6 +8562,7 @@ void well_manipulator_constraint_D_z_dot(const double z[15], const double zd[15]
   const double v67 = 0.6996 * v36;
   residual_D_z_dot[118] = v39;
   const double v68 = v37 * z_13;
+  // shared terms; columns 8, 10, 12 and 14 of residual_D_z_dot
   const double v69 = v41 + v42;
   residual_D_z_dot[7] = v43;
   const double v70 = v20 + v44;
@@ -8259,6 +8583,7 @@ void well_manipulator_constraint_D_z_dot(const double z[15], const double zd[15]
   const double v82 = v38 + v65;
   const double v83 = v66 + v67;
   const double v84 = v40 - v68;
+  // shared terms; columns 2, 3, 5, 7, 9, 11, 13 and 15 of residual_D_z_dot
   const double v85 = -v69;
   const double v86 = -v70;
   residual_D_z_dot[16] = v71;
@@ -8275,6 +8600,7 @@ void well_manipulator_constraint_D_z_dot(const double z[15], const double zd[15]
   const double v91 = -v82;
   residual_D_z_dot[111] = v83;
   residual_D_z_dot[119] = v84;
+  // columns 2, 3, 5, 9, 11, 13 and 15 of residual_D_z_dot
   residual_D_z_dot[1] = v85;
   residual_D_z_dot[8] = v86;
   residual_D_z_dot[32] = v87;
@@ -8285,7 +8611,10 @@ void well_manipulator_constraint_D_z_dot(const double z[15], const double zd[15]
 }
 
 #if !WELL_MANIPULATOR_BRANCHES
+// One branch of ik.
+// 415 operations: multiply 209, add 171, negate 1, trig 3, other 31
 static void well_manipulator_ik_branch(const double T[16], const double l_HI[1], const double l_MN[1], const double theta7[1], const double choice[2], double q[7], double residual[1], double margin[1]) {
+  // inputs
   const double T_0 = T[0];
   const double T_1 = T[1];
   const double T_2 = T[2];
@@ -8303,7 +8632,8 @@ static void well_manipulator_ik_branch(const double T[16], const double l_HI[1],
   const double theta7_0 = theta7[0];
   const double choice_0 = choice[0];
   const double choice_1 = choice[1];
-  const double v1 = sq(T_7);
+  // shared terms
+  const double v1 = T_7 * T_7;
   const double v2 = 1e-150 - T_3;
   const double v5 = T_11 - 1.03;
   const double v6 = 0.9992562012543986 * T_9;
@@ -8324,8 +8654,8 @@ static void well_manipulator_ik_branch(const double T[16], const double l_HI[1],
   const double v21 = 0.9997828710780122 * l_HI_0;
   const double v22 = 0.999842782540088 * l_MN_0;
   const double v23 = 0.01773161590195061 * l_MN_0;
-  const double v24 = sq(T_10);
-  const double v25 = sq(v2);
+  const double v24 = T_10 * T_10;
+  const double v25 = v2 * v2;
   const double v26 = v6 - v7;
   const double v27 = v8 + v9;
   const double v28 = v10 - v11;
@@ -8348,18 +8678,18 @@ static void well_manipulator_ik_branch(const double T[16], const double l_HI[1],
   const double v63 = sqrt(v46);
   const double v69 = 1.9374 * v55;
   const double v70 = 1.9374 * v56;
-  const double v71 = sq(v55);
-  const double v72 = sq(v56);
+  const double v71 = v55 * v55;
+  const double v72 = v56 * v56;
   const double v75 = v59 + 0.8200710502393802;
   const double v76 = v61 + 0.8571138553751799;
   const double v77 = T_7 / v63;
   const double v78 = v2 / v63;
   const double v82 = 1e-150 + v69;
-  const double v83 = sq(v70);
+  const double v83 = v70 * v70;
   const double v84 = v71 + v72;
   const double v87 = choice_0 * v78;
   const double v88 = choice_0 * v77;
-  const double v92 = sq(v82);
+  const double v92 = v82 * v82;
   const double v93 = 3.75351876 * v84;
   const double v94 = 0.93837969 + v84;
   const double v96 = atan2(v77, v87);
@@ -8372,18 +8702,21 @@ static void well_manipulator_ik_branch(const double T[16], const double l_HI[1],
   const double v112 = sqrt(v101);
   const double v113 = 4e-15 * v101;
   const double v114 = v102 - v103;
-  const double v117 = sq(v108);
-  const double v118 = sq(v109);
+  const double v117 = v108 * v108;
+  const double v118 = v109 * v109;
   const double v119 = -v110;
   const double v121 = v82 / v112;
   const double v122 = v70 / v112;
   const double v126 = 1.0 / v112;
-  const double v130 = sq(v126);
+  const double v130 = v126 * v126;
+  // cosines and sines
   const double angle[1] = {theta7_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
+  // q
   q[3] = l_HI_0;
   q[5] = l_MN_0;
+  // shared terms; q
   const double v32 = 1.274228688026137 * s[0];
   const double v33 = 0.10681652779972366 * c[0];
   const double v35 = 1.274228688026137 * c[0];
@@ -8412,9 +8745,9 @@ static void well_manipulator_ik_branch(const double T[16], const double l_HI[1],
   const double v79 = 1e-150 + v64;
   const double v80 = v67 - v18;
   const double v81 = v68 + v20;
-  const double v85 = sq(v73);
-  const double v86 = sq(v74);
-  const double v89 = sq(v79);
+  const double v85 = v73 * v73;
+  const double v86 = v74 * v74;
+  const double v89 = v79 * v79;
   const double v90 = v80 - v19;
   const double v91 = v81 + v21;
   const double v95 = v85 + v86;
@@ -8430,7 +8763,8 @@ static void well_manipulator_ik_branch(const double T[16], const double l_HI[1],
   q[6] = v104;
   const double v115 = v105 - 0.235090075;
   const double v116 = v106 * v107;
-  const double v120 = sq(v111);
+  // shared terms; q
+  const double v120 = v111 * v111;
   const double v123 = 3.5864898908642604 * v115;
   const double v124 = sqrt(v116);
   const double v125 = 4.682265172748104 * v115;
@@ -8438,6 +8772,7 @@ static void well_manipulator_ik_branch(const double T[16], const double l_HI[1],
   const double v127 = v120 + v89;
   const double v128 = 2.341132586374052 * v124;
   const double v129 = 1.7932449454321302 * v124;
+  // shared terms; margin
   const double v131 = sqrt(v127);
   const double v132 = v123 + v128;
   const double v133 = v129 - v125;
@@ -8461,11 +8796,11 @@ static void well_manipulator_ik_branch(const double T[16], const double l_HI[1],
   const double v151 = v114 - v147;
   const double v152 = 2.004301551818451 * v148;
   const double v153 = 2.004301551818451 * v149;
-  const double v154 = sq(v151);
-  const double v155 = sq(v150);
+  const double v154 = v151 * v151;
+  const double v155 = v150 * v150;
   const double v156 = v154 + v155;
   const double v157 = v156 - v94;
-  const double v158 = sq(v157);
+  const double v158 = v157 * v157;
   const double v159 = v157 / v112;
   const int v160 = v157 < 0.0;
   const double v161 = v93 - v158;
@@ -8476,6 +8811,7 @@ static void well_manipulator_ik_branch(const double T[16], const double l_HI[1],
   const double v166 = v163 ? v159 : v162;
   const double v167 = v164 / v112;
   margin[0] = v165;
+  // shared terms; q
   const double v168 = v121 * v166;
   const double v169 = v163 ? v167 : 0.0;
   const double v170 = v122 * v166;
@@ -8503,21 +8839,22 @@ static void well_manipulator_ik_branch(const double T[16], const double l_HI[1],
   const double v192 = v187 - v183;
   const double v193 = v150 * v188;
   const double v194 = v151 * v188;
-  const double v195 = sq(v191);
-  const double v196 = sq(v192);
+  const double v195 = v191 * v191;
+  const double v196 = v192 * v192;
   const double v197 = v193 - v189;
   const double v198 = v194 + v190;
   const double v199 = v195 + v196;
-  const double v200 = sq(v197);
+  const double v200 = v197 * v197;
   const double v201 = 1e-150 + v198;
   const double v202 = sqrt(v199);
   const double v203 = 1.0578131478133972 - v199;
   const double v204 = v199 - 0.38743535218660285;
   const double v205 = 0.5 * v199;
-  const double v206 = sq(v201);
+  const double v206 = v201 * v201;
   q[2] = v202;
   const double v207 = v203 * v204;
   const double v208 = 0.3407018 + v205;
+  // shared terms; q
   const double v209 = v200 + v206;
   const double v210 = sqrt(v207);
   const double v211 = v208 - 0.020610325;
@@ -8556,8 +8893,8 @@ static void well_manipulator_ik_branch(const double T[16], const double l_HI[1],
   const double v244 = v135 * v233;
   const double v245 = v235 - v236;
   const double v246 = v237 + v238;
-  const double v247 = sq(v239);
-  const double v248 = sq(v240);
+  const double v247 = v239 * v239;
+  const double v248 = v240 * v240;
   const double v249 = v241 + v242;
   const double v250 = v243 - v244;
   const double v251 = 24.259685376140357 * v245;
@@ -8578,8 +8915,9 @@ static void well_manipulator_ik_branch(const double T[16], const double l_HI[1],
   const double v265 = v260 - 0.11;
   const double v266 = v261 * v262;
   const double v267 = 0.386896705 + v263;
-  const double v268 = sq(v264);
-  const double v269 = sq(v265);
+  // shared terms; q
+  const double v268 = v264 * v264;
+  const double v269 = v265 * v265;
   const double v270 = sqrt(v266);
   const double v271 = v267 - 0.03642682;
   const double v272 = v268 + v269;
@@ -8598,6 +8936,7 @@ static void well_manipulator_ik_branch(const double T[16], const double l_HI[1],
   const double v284 = 0.202158195 + v280;
   const double v285 = v281 - 0.8755;
   const double v286 = v282 - 0.0854;
+  // shared terms; residual
   const double v287 = sqrt(v283);
   const double v288 = 0.2522755194519218 * v284;
   const double v289 = 1.4932417337740571 * v284;
@@ -8689,14 +9028,14 @@ static void well_manipulator_ik_branch(const double T[16], const double l_HI[1],
   const double v375 = T_1 + v367;
   const double v376 = T_4 + v368;
   const double v377 = v369 - T_5;
-  const double v378 = sq(v370);
-  const double v379 = sq(v371);
+  const double v378 = v370 * v370;
+  const double v379 = v371 * v371;
   const double v380 = v372 + v360;
   const double v381 = v373 + v361;
-  const double v382 = sq(v374);
-  const double v383 = sq(v375);
-  const double v384 = sq(v376);
-  const double v385 = sq(v377);
+  const double v382 = v374 * v374;
+  const double v383 = v375 * v375;
+  const double v384 = v376 * v376;
+  const double v385 = v377 * v377;
   const double v386 = v380 + v336;
   const double v387 = v381 + v337;
   const double v388 = v24 + v382;
@@ -8711,9 +9050,9 @@ static void well_manipulator_ik_branch(const double T[16], const double l_HI[1],
   const double v397 = T_7 + v393;
   const double v398 = v394 - T_11;
   const double v399 = v395 + v384;
-  const double v400 = sq(v396);
-  const double v401 = sq(v397);
-  const double v402 = sq(v398);
+  const double v400 = v396 * v396;
+  const double v401 = v397 * v397;
+  const double v402 = v398 * v398;
   const double v403 = v399 + v385;
   const double v404 = v400 + v401;
   const double v405 = v403 + v118;

@@ -19,10 +19,10 @@ from tolerances import EXACT_CODE, NEAR_ROOT, RECIPROCAL_ROOT
 
 import chasles
 from chasles.contract.manifest import read_manifest
-from chasles.derive.emit.c import scalar
-from chasles.derive.program.statements import bodies
+from chasles.derive.emit.c.header import support
+from chasles.derive.program.operations import Operation
+from chasles.derive.program.programs import programs
 from chasles.derive.terms.branches import patterns
-from chasles.derive.terms.casadi_graph import lower, lower_branch
 from chasles.errors import ManifestError
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
@@ -268,7 +268,7 @@ def on_lanes(request, tmp_path):
     number, needed = LANES[request.param]
     require(needed)
     (tmp_path / "calls.c").write_text(CALLS.format(number))
-    (tmp_path / "chasles_lanes.h").write_text(scalar.support("chasles_lanes.h"))
+    (tmp_path / "chasles_lanes.h").write_text(support("chasles_lanes.h"))
     flags = ("-O2", "-Wno-psabi", "-shared", "-fPIC", *(f"-m{f}" for f in sorted(needed)))
     subprocess.run(["gcc", *flags, "calls.c", "-o", "calls.so"], cwd=tmp_path, check=True)
     library = ctypes.CDLL(str(tmp_path / "calls.so"))
@@ -305,12 +305,13 @@ def test_supplements_are_the_angles_of_opposite_points(on_lanes):
     assert np.isnan(on_lanes("supplement", np.array([np.nan]), np.array([1.0]))).all()
 
 
-def angles(body):
-    return [s.expression for s in body.computed if s.expression.startswith("atan2(")]
+def angles(program):
+    return [s.operands for s in program.computed if s.operation is Operation.ATAN2]
 
 
 def test_what_branches_share_is_computed_once():
-    flat, branch = bodies([*lower([ARM], "arm"), lower_branch(ARM, "arm")])
+    made = programs([ARM], "arm")
+    flat, branch = made.whole["ik"], made.branch["ik"]
     # Of the joints in order; those of the elbow and of the fifth do not depend on their own sign.
     assert len(angles(flat)) == 2 + 8 + 4 + 8 + 2 + 4
     assert len(set(angles(flat))) == len(angles(flat))

@@ -17,9 +17,9 @@ import sympy as sp
 from derivations import derivation
 from tolerances import ANGLE, COS_SIN, LIBMVEC
 
-from chasles.derive.emit.c import scalar
-from chasles.derive.emit.c.batch import files as batch_files
-from chasles.derive.program.statements import bodies
+from chasles.derive.derivation import Derivation
+from chasles.derive.emit.c import language
+from chasles.derive.program.programs import programs
 from chasles.derive.terms.casadi_graph import LoweringError, lower
 from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFunction
 from chasles.derive.terms.terms import Terms
@@ -129,12 +129,9 @@ FUNCTIONS.append(function("turn", sp.cos(x), sp.sin(x)))
 def sources(tmp_path_factory):
     """A folder with the C of all cases."""
     folder = tmp_path_factory.mktemp("elementary")
-    statements = bodies(lower(FUNCTIONS, ROBOT.name))
+    derived = Derivation(ROBOT, SCOPE, (), tuple(FUNCTIONS))
     files = {
-        f"{ROBOT.name}.c": scalar.source(ROBOT, FUNCTIONS, statements),
-        f"{ROBOT.name}.h": scalar.header(ROBOT, FUNCTIONS),
-        scalar.SUPPORT: scalar.support(scalar.SUPPORT),
-        **batch_files(ROBOT, FUNCTIONS, statements),
+        **language.files(derived, programs(FUNCTIONS, ROBOT.name)),
         "old_glibc.h": OLD_GLIBC,
     }
     for name, text in files.items():
@@ -399,5 +396,5 @@ def test_conditions_on_parameters_are_decided_when_lowering():
     expression = sp.Piecewise((x, a > 1), (sp.sqrt(x), True))
     result = Result("value", (expression,), (1,), "1", "a number")
     arguments = (Argument("x", (x,), (1,), "1", "a number"),)
-    (body,) = bodies(lower([SymbolicFunction("f", "", "", arguments, (result,), terms)], "robot"))
-    assert body.computed == []
+    function = SymbolicFunction("f", "", "", arguments, (result,), terms)
+    assert programs([function], "robot").whole["f"].computed == []

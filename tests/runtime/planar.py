@@ -9,10 +9,10 @@ import numpy as np
 import sympy as sp
 
 from chasles.derive.emit.c import scalar
+from chasles.derive.emit.c.header import header, support
 from chasles.derive.loops.planar.triad import triad_mirror, triad_polynomial, triad_position
 from chasles.derive.model.robot import Joint, Robot
-from chasles.derive.program.statements import bodies
-from chasles.derive.terms.casadi_graph import lower
+from chasles.derive.program.programs import programs
 from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFunction
 from chasles.derive.terms.terms import Terms
 
@@ -121,11 +121,11 @@ def write(folder: Path, rod="13/100"):
     derived = functions(rod)
     joints = tuple(Joint(f"crank_{k}", "revolute") for k in (1, 2, 3))
     robot = Robot("planar", joints, title="A planar platform")
-    statements = bodies(lower(derived, "planar"))
+    made = programs(derived, "planar")
     files = {
-        "planar.c": scalar.source(robot, derived, statements),
-        "planar.h": scalar.header(robot, derived),
-        scalar.SUPPORT: scalar.support(scalar.SUPPORT),
+        "planar.c": scalar.source(robot, derived, made),
+        "planar.h": header(robot, derived, made),
+        scalar.SUPPORT: support(scalar.SUPPORT),
     }
 
     def described(item):

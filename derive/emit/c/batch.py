@@ -8,11 +8,15 @@ compiles it for every instruction set and chooses by the processor, with a plain
 from collections.abc import Sequence
 
 from ...model.mechanism import Described
-from ...program.statements import Body
+from ...program.counting import count_operations
+from ...program.operations import Program
+from ...program.programs import Programs
 from ...program.strength import reduced
 from ...terms.symbolic_function import Signature, SymbolicFunction, WrittenFunction
+from .expressions import naming
+from .header import notice, support
 from .lanes import SUPPORT, Sizes, kernel, offsets, sizes
-from .scalar import notice, support
+from .sections import summary
 
 RUN = "chasles_batch.h"
 MOST_INPUTS, MOST_OUTPUTS, MOST_ARGUMENTS = 256, 512, 8
@@ -28,16 +32,15 @@ _SETS = (
 def files(
     robot: Described,
     functions: Sequence[SymbolicFunction],
-    bodies: Sequence[Body],
+    programs: Programs,
     written: Sequence[WrittenFunction] = (),
 ) -> dict[str, str]:
     """Header, source, lanes and support of a robot's batches, by file name."""
-    pairs = list(zip(functions, bodies, strict=True))
     vector = [function for function in functions if has_lanes(function)]
     return {
         f"{robot.name}_batch.h": _header(robot, [*functions, *written]),
         f"{robot.name}_batch.c": _source(robot, [*functions, *written], vector),
-        f"{robot.name}_lanes.h": _lanes(robot, [p for p in pairs if p[0] in vector]),
+        f"{robot.name}_lanes.h": _lanes(robot, vector, programs),
         SUPPORT: support(SUPPORT),
         RUN: support(RUN),
     }
@@ -45,10 +48,10 @@ def files(
 
 def has_lanes(function: SymbolicFunction) -> bool:
     """Whether a function is small enough to be written on lanes."""
-    of = sizes(function)
+    size = sizes(function)
     return (
-        sum(of.inputs) <= MOST_INPUTS
-        and sum(of.outputs) <= MOST_OUTPUTS
+        sum(size.inputs) <= MOST_INPUTS
+        and sum(size.outputs) <= MOST_OUTPUTS
         and max(len(function.inputs), len(function.outputs)) <= MOST_ARGUMENTS
     )
 
@@ -137,16 +140,16 @@ extern "C" {{
 
 def _definition(robot: Described, function: Signature, vector: bool) -> str:
     name = f"{robot.name}_{function.name}"
-    of = sizes(function)
-    pointers = [f"inputs[{i}] + k * input_steps[{i}]" for i in range(len(of.inputs))]
-    pointers += [f"outputs[{i}] + k * output_steps[{i}]" for i in range(len(of.outputs))]
-    steps_in, steps_out = (", ".join(map(str, rows)) for rows in (of.inputs, of.outputs))
+    size = sizes(function)
+    pointers = [f"inputs[{i}] + k * input_steps[{i}]" for i in range(len(size.inputs))]
+    pointers += [f"outputs[{i}] + k * output_steps[{i}]" for i in range(len(size.outputs))]
+    steps_in, steps_out = (", ".join(map(str, rows)) for rows in (size.inputs, size.outputs))
     return f"""\
 /* Rows of any step, in doubles. */
 static void {name}_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {{
-{_choice(name, of) if vector else ""}\
+{_choice(name, size) if vector else ""}\
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {{
     {name}({", ".join(pointers)});
   }}
@@ -162,12 +165,12 @@ static void {name}_rows(size_t n, const double *const *inputs, const ptrdiff_t *
 """
 
 
-def _choice(name: str, of: Sizes) -> str:
+def _choice(name: str, size: Sizes) -> str:
     runs = "".join(f"  CHASLES_RUN_{isa.upper()}({name}_{isa})\n" for _, isa, _ in _SETS)
     return f"""\
 #if CHASLES_LANES
-  static const int sizes[] = {{{", ".join(map(str, (*of.inputs, *of.outputs)))}}};
-  static const lanes_shape shape = {{{len(of.inputs)}, {len(of.outputs)}, sizes}};
+  static const int sizes[] = {{{", ".join(map(str, (*size.inputs, *size.outputs)))}}};
+  static const lanes_shape shape = {{{len(size.inputs)}, {len(size.outputs)}, sizes}};
 {runs}#endif
 """
 
@@ -194,22 +197,27 @@ def _signature(robot: Described, function: Signature) -> str:
     return f"void {robot.name}_{function.name}_batch(size_t n, {', '.join(inputs + outputs)})"
 
 
-def _lanes(robot: Described, pairs: Sequence[tuple[SymbolicFunction, Body]]) -> str:
+def _lanes(robot: Described, functions: Sequence[SymbolicFunction], programs: Programs) -> str:
     parts = [
         notice(robot),
         f"/* {robot.name}.h on lanes: all inputs in one array, all outputs in another. */\n",
     ]
-    for function, body in pairs:
+    for function in functions:
+        program = programs.whole[function.name]
         sparing = "LANES_SPARING " if function.signs else ""
         head = f"static {sparing}LANES_TARGET void LANES_NAME({robot.name}_{function.name})"
-        of = sizes(function)
-        first = offsets(of.inputs)
-        loads = [
-            f"  const lanes {function.inputs[i].name}_{k} = in[{first[i] + k}];"
-            for i, k in body.loads
-        ]
         # Branches are chains side by side, of lengths and angles; other functions are sums.
-        cheap = reduced(body) if function.signs else body
-        lines = kernel(cheap, loads or ["  (void)in;"], of)
-        parts.append("\n".join([f"{head}(const lanes *in, lanes *out)", "{", *lines, "}\n"]))
+        cheap = reduced(program) if function.signs else program
+        lines = kernel(cheap, _loads(cheap, sizes(function)), sizes(function))
+        comment = f"// {function.name}: {summary(count_operations(cheap))}"
+        head = f"{comment}\n{head}(const lanes *in, lanes *out)"
+        parts.append("\n".join([head, "{", *lines, "}\n"]))
     return "\n".join(parts)
+
+
+def _loads(program: Program, size: Sizes) -> list[str]:
+    name, first = naming(program), offsets(size.inputs)
+    loads = [
+        f"  const lanes {name(e)} = in[{first[e.argument] + e.entry}];" for e in program.inputs
+    ]
+    return loads or ["  (void)in;"]

@@ -4,32 +4,34 @@
 elsewhere that file has the branches one after the other, in plain C.
 """
 
-import re
 from collections.abc import Sequence
 from dataclasses import replace
 
 from ...model.mechanism import Described
-from ...program.statements import Body, Compute, Store, bodies
+from ...program.counting import count_operations
+from ...program.operations import Input, Operand, Operation, Program, Statement, Store, Variable
+from ...program.programs import Programs
 from ...program.strength import reduced
 from ...terms.branches import branch, patterns
-from ...terms.casadi_graph import lower_branch
 from ...terms.symbolic_function import SymbolicFunction
+from .expressions import naming
+from .header import notice
 from .lanes import SUPPORT, Sizes, kernel, offsets, sizes
-from .scalar import branches_file, branches_flag, notice
+from .scalar import branches_file, branches_flag
+from .sections import summary
 
 WIDEST = 8
 """Branches that one vector of AVX-512 holds."""
-_WORD = re.compile(r"\w+")
 
 
-def files(robot: Described, functions: Sequence[SymbolicFunction]) -> dict[str, str]:
+def files(
+    robot: Described, functions: Sequence[SymbolicFunction], programs: Programs
+) -> dict[str, str]:
     """The header of a robot's branches, by file name; none for a robot without branches."""
     branched = [function for function in functions if function.signs]
     if not branched:
         return {}
-    lowered = [lower_branch(function, robot.name) for function in branched]
-    pairs = zip(branched, bodies(lowered), strict=True)
-    kernels = "\n".join(_branch(robot.name, *pair) for pair in pairs)
+    kernels = "\n".join(_branch(robot.name, f, programs.branch[f.name]) for f in branched)
     return {branches_file(robot): _header(robot, kernels, max(f.branches for f in branched))}
 
 
@@ -68,35 +70,37 @@ extern "C" {{
 """
 
 
-def _branch(prefix: str, function: SymbolicFunction, body: Body) -> str:
+def _branch(prefix: str, function: SymbolicFunction, program: Program) -> str:
     """The C of a function's branches: some of them on lanes, and the function of one pose."""
     name = f"{prefix}_{function.name}"
-    k, n_signs = function.branches, len(function.signs)
-    of = sizes(branch(function))
-    fastest = f"choice_{n_signs - 1}"
-    body, alike = _angles_last(reduced(body, fastest), fastest)
-    lines = kernel(body, _loads(function, body), of, alike)
+    k, size = function.branches, sizes(branch(function))
+    # The signs are the last argument; the last of them changes from lane to lane.
+    fastest = Input(len(function.inputs), len(function.signs) - 1)
+    program, alike = _angles_last(reduced(program, fastest), fastest)
+    lines = kernel(program, _loads(function, program), size, alike)
     parameters = [f"const double *{a.name}" for a in function.inputs]
     head = (
+        f"// One branch of {function.name}: {summary(count_operations(program))}\n"
         f"LANES_INLINE void LANES_NAME({name}_branch)(\n"
         f"    {', '.join(parameters)}, const double (*choice)[{max(k, WIDEST)}], int b, lanes *out)"
     )
-    return "\n".join([head, "{", *lines, "}\n", _all_branches(name, function, of)])
+    return "\n".join([head, "{", *lines, "}\n", _all_branches(name, function, size)])
 
 
-def _loads(function: SymbolicFunction, body: Body) -> list[str]:
+def _loads(function: SymbolicFunction, program: Program) -> list[str]:
+    name = naming(program)
     lines = []
-    for i, k in body.loads:
-        if i < len(function.inputs):
-            name = function.inputs[i].name
-            lines.append(f"  const lanes {name}_{k} = LANES_OF({name}[{k}]);")
+    for entry in program.inputs:
+        if entry.argument < len(function.inputs):
+            argument = function.inputs[entry.argument].name
+            lines.append(f"  const lanes {name(entry)} = LANES_OF({argument}[{entry.entry}]);")
         else:
-            row = f"*(const LANES_NAME(lanes_row) *)(choice[{k}] + b)"
-            lines.append(f"  const lanes choice_{k} = {row};")
+            row = f"*(const LANES_NAME(lanes_row) *)(choice[{entry.entry}] + b)"
+            lines.append(f"  const lanes {name(entry)} = {row};")
     return lines
 
 
-def _all_branches(name: str, function: SymbolicFunction, of: Sizes) -> str:
+def _all_branches(name: str, function: SymbolicFunction, size: Sizes) -> str:
     """The function of one pose: kernels, then lanes to rows."""
     k = function.branches
     width = max(k, WIDEST)
@@ -107,7 +111,7 @@ def _all_branches(name: str, function: SymbolicFunction, of: Sizes) -> str:
     lines = [
         f"  static const double choice[{len(columns)}][{width}] = {{\n{table}}};",
         f"  enum {{ BRANCHES = {k}, COUNT = BRANCHES < LANES ? BRANCHES : LANES }};",
-        f"  lanes out[BRANCHES / COUNT][{sum(of.outputs)}];",
+        f"  lanes out[BRANCHES / COUNT][{sum(size.outputs)}];",
         f"  for (int b = 0; b < BRANCHES; b += {WIDEST}) {{",
         f"    {call}, b, out[b / COUNT]);",
     ]
@@ -118,8 +122,10 @@ def _all_branches(name: str, function: SymbolicFunction, of: Sizes) -> str:
         "  for (int b = 0; b < BRANCHES; b += COUNT) {",
         "    const lanes *from = out[b / COUNT];",
     ]
-    for result, size, first in zip(function.outputs, of.outputs, offsets(of.outputs), strict=True):
-        rows = f"(from + {first}, {size}, COUNT, {result.name} + b * {size}, {size})"
+    for result, count, first in zip(
+        function.outputs, size.outputs, offsets(size.outputs), strict=True
+    ):
+        rows = f"(from + {first}, {count}, COUNT, {result.name} + b * {count}, {count})"
         lines.append(f"    LANES_NAME(lanes_scatter){rows};")
     lines.append("  }")
     parameters = [f"const double *{a.name}" for a in function.inputs]
@@ -128,26 +134,27 @@ def _all_branches(name: str, function: SymbolicFunction, of: Sizes) -> str:
     return "\n".join([f"{head}({', '.join(parameters)})", "{", *lines, "}\n"])
 
 
-def _angles_last(body: Body, sign: str) -> tuple[Body, list[str]]:
-    """A body with the angles that do not depend on a sign, and what depends on them, at its end.
+def _angles_last(program: Program, sign: Input) -> tuple[Program, list[Variable]]:
+    """A program with the angles that do not depend on a sign, and what depends on them, at its end.
 
     Returns:
-        The body, and the names of those angles.
+        The program, and those angles.
     """
-    varying, late = {sign}, set[str]()
-    angles: list[str] = []
-    for statement in body.computed:
-        parts = set(_WORD.findall(statement.expression))
-        if parts & varying:
-            varying.add(statement.name)
-        if parts & late.union(angles):
-            late.add(statement.name)
-        elif statement.name not in varying and statement.expression.startswith("atan2("):
-            angles.append(statement.name)
+    varying: set[Operand] = {sign}
+    late: set[Operand] = set()
+    angles: list[Variable] = []
+    for statement in program.computed:
+        operands = set(statement.operands)
+        if operands & varying:
+            varying.add(statement.result)
+        if operands & late.union(angles):
+            late.add(statement.result)
+        elif statement.result not in varying and statement.operation is Operation.ATAN2:
+            angles.append(statement.result)
 
-    def place(statement: Compute | Store) -> int:
+    def position(statement: Statement) -> int:
         if isinstance(statement, Store):
             return 2 if statement.value in late or statement.value in angles else 0
-        return 2 if statement.name in late else int(statement.name in angles)
+        return 2 if statement.result in late else int(statement.result in angles)
 
-    return replace(body, statements=tuple(sorted(body.statements, key=place))), angles
+    return replace(program, statements=tuple(sorted(program.statements, key=position))), angles

@@ -1,23 +1,37 @@
-"""A function on lanes: its statements on vectors, by the names of ``chasles_lanes.h``."""
+"""A program on lanes: its statements on vectors, by the names of ``chasles_lanes.h``."""
 
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from ...program.statements import CALLS, ELEMENTARY, INSTRUCTIONS, NAME, Body, Compute, Store
-from ...program.strength import FUNCTIONS
+from ...program.operations import (
+    COMPARISONS,
+    Compute,
+    Constant,
+    Operand,
+    Operation,
+    Program,
+    Store,
+    Variable,
+    variables,
+)
 from ...terms.symbolic_function import Signature
-from .scalar import WIDTH
+from .expressions import FUNCTIONS, WIDTH, expression, naming
 
 SUPPORT = "chasles_lanes.h"
-_CALLED = re.compile(rf"({'|'.join((*CALLS, *INSTRUCTIONS, *FUNCTIONS))})\((.*)\)")
-_SQUARE = re.compile(r"sq\((\w+)\)")
-_COMPARISON = re.compile(r"(\S+) (<=?|[!=]=) (\S+)")
-_COMPARISONS = {"<": "LT", "<=": "LE", "==": "EQ", "!=": "NE"}
-_CONNECTION = re.compile(r"(\S+) (&&|\|\|) (\S+)")
-_CONNECTIONS = {"&&": "AND", "||": "OR"}
-_SELECTION = re.compile(r"(\S+) \? (\S+) : (\S+)")
-_EXTREMES = {"fmin": "MIN", "fmax": "MAX"}
+_COMPARISONS = {
+    Operation.LESS: "LT",
+    Operation.LESS_EQUAL: "LE",
+    Operation.EQUAL: "EQ",
+    Operation.NOT_EQUAL: "NE",
+}
+_CONNECTIONS = {Operation.AND: "AND", Operation.OR: "OR"}
+_EXTREMES = {Operation.MIN: "MIN", Operation.MAX: "MAX"}
+_CALLED = {
+    **FUNCTIONS,
+    Operation.SIGN: "sign",
+    Operation.RECIPROCAL_SQRT: "rsqrt",
+    Operation.SUPPLEMENT: "supplement",
+}
 _PAIR = 2
 _CONSTANT = "const lanes "
 
@@ -36,24 +50,31 @@ def sizes(function: Signature) -> Sizes:
     return Sizes(inputs, tuple(result.size for result in function.outputs))
 
 
-def kernel(body: Body, loads: Sequence[str], of: Sizes, alike: Sequence[str] = ()) -> list[str]:
+def offsets(lengths: Sequence[int]) -> list[int]:
+    """Where each of several arrays begins, one behind the other."""
+    return [sum(lengths[:k]) for k in range(len(lengths))]
+
+
+def kernel(
+    program: Program, loads: Sequence[str], size: Sizes, alike: Sequence[Variable] = ()
+) -> list[str]:
     """The lines of a C function that puts its results into ``out``, one output behind the other.
 
     Args:
-        body: Its statements.
+        program: The program.
         loads: The lines that give names to what it reads.
-        of: Sizes of inputs and outputs.
-        alike: Names of angles that are the same in lanes 2 k and 2 k + 1 of every vector; two such
-            angles are computed at once, one in the even lanes and one in the odd.
+        size: Sizes of inputs and outputs.
+        alike: Angles that are the same in lanes 2 k and 2 k + 1 of every vector; two such angles
+            are computed at once, one in the even lanes and one in the odd.
     """
-    first = offsets(of.outputs)
-    given = {**_cosines_and_sines(body), **_angles_at_once(body, alike)}
-    writer = _Writer(body)
+    first = offsets(size.outputs)
+    writer = _Writer(program)
+    given = {**writer.cosines_and_sines(), **writer.angles_at_once(alike)}
     lines = list(loads)
-    for statement in body.statements:
+    for statement in program.statements:
         match statement:
-            case Compute(name) if name in given:
-                lines += given[name]
+            case Compute(result) if result in given:
+                lines += given[result]
             case Compute():
                 lines += writer.computed(statement)
             case Store(i, entry, value):
@@ -80,115 +101,111 @@ def _filled(lines: Iterable[str]) -> list[str]:
     return filled
 
 
-def offsets(of: Sequence[int]) -> list[int]:
-    """Where each of several arrays begins, one behind the other."""
-    return [sum(of[:k]) for k in range(len(of))]
-
-
 class _Writer:
-    """Writes statements; knows which names are conditions, that is, masks."""
+    """Writes statements; knows which variables are conditions, that is, masks."""
 
-    def __init__(self, body: Body) -> None:
-        self.conditions = {s.name for s in body.computed if s.is_condition}
-        self.numbers: set[str] = set()
-        for statement in body.statements:
-            if isinstance(statement, Store):
-                self.numbers.add(statement.value)
-            elif selection := _SELECTION.fullmatch(statement.expression):
-                self.numbers.update(selection.groups()[1:])
-            elif not statement.is_condition or _COMPARISON.fullmatch(statement.expression):
-                self.numbers.update(NAME.findall(statement.expression))
+    def __init__(self, program: Program) -> None:
+        self._program = program
+        self._name = naming(program)
+        self._conditions = {s.result for s in program.computed if s.is_condition}
+        self._numbers = _taken_as_numbers(program)
 
     def computed(self, statement: Compute) -> list[str]:
-        name, expression = statement.name, statement.expression
-        if name in self.conditions:
-            lines = [f"  const lanes_where {name} = {self._condition(expression)};"]
-            if name in self.numbers:
-                lines.append(f"  const lanes {self.number(name)} = LANES_NUMBER({name});")
+        """The lines of one statement."""
+        name, operation = self._name(statement.result), statement.operation
+        if statement.is_condition:
+            lines = [f"  const lanes_where {name} = {self._condition(statement)};"]
+            if statement.result in self._numbers:
+                lines.append(f"  const lanes {name}_number = LANES_NUMBER({name});")
             return lines
-        if call := _CALLED.fullmatch(expression):
-            return self._called(name, *call.groups())
-        if selection := _SELECTION.fullmatch(expression):
-            condition, this, other = selection.groups()
-            terms = ", ".join((self._where(condition), self.number(this), self.number(other)))
-            value = f"LANES_CHOICE({terms})"
-        else:
-            value = NAME.sub(lambda match: self.number(match.group()), expression)
-            value = _SQUARE.sub(r"\1 * \1", value)
-        return [f"  const lanes {name} = {value};"]
+        if operation in _CALLED:
+            return self._called(name, statement)
+        if operation is Operation.SELECT:
+            condition, *values = statement.operands
+            terms = ", ".join((self._where(condition), *map(self.number, values)))
+            return [f"  const lanes {name} = LANES_CHOICE({terms});"]
+        return [f"  const lanes {name} = {expression(statement, self.number)};"]
 
-    def number(self, term: str) -> str:
-        """A term as a number: of a condition, 1 or 0."""
-        return f"{term}_number" if term in self.conditions else term
+    def number(self, operand: Operand) -> str:
+        """An operand as a number: 1 or 0 for a condition."""
+        name = self._name(operand)
+        return f"{name}_number" if operand in self._conditions else name
 
-    def vector(self, term: str) -> str:
-        """A term as lanes."""
-        return f"LANES_OF({term})" if _is_number(term) else self.number(term)
+    def vector(self, operand: Operand) -> str:
+        """An operand as lanes."""
+        number = self.number(operand)
+        return f"LANES_OF({number})" if isinstance(operand, Constant) else number
 
-    def _where(self, term: str) -> str:
-        return term if term in self.conditions else f"LANES_NE({term}, 0.0)"
+    def cosines_and_sines(self) -> dict[Variable, list[str]]:
+        """Calls that give both of an angle: at the first's statement, nothing at the other's."""
+        found: dict[Operand, dict[Operation, Variable]] = {}
+        for statement in self._program.computed:
+            if statement.operation in (Operation.COS, Operation.SIN):
+                results = found.setdefault(statement.operands[0], {})
+                results[statement.operation] = statement.result
+        calls: dict[Variable, list[str]] = {}
+        for angle, results in found.items():
+            if len(results) == _PAIR:
+                first, second = results.values()
+                both = (results[Operation.COS], results[Operation.SIN], angle)
+                calls[first] = [f"  LANES_COS_SIN({', '.join(map(self._name, both))});"]
+                calls[second] = []
+        return calls
 
-    def _condition(self, expression: str) -> str:
-        if expression.startswith("!"):
-            return f"LANES_NOT({self._where(expression[1:])})"
-        if connection := _CONNECTION.fullmatch(expression):
-            left, sign, right = connection.groups()
-            return f"LANES_{_CONNECTIONS[sign]}({self._where(left)}, {self._where(right)})"
-        comparison = _COMPARISON.fullmatch(expression)
-        assert comparison
-        left, sign, right = comparison.groups()
-        return f"LANES_{_COMPARISONS[sign]}({self.number(left)}, {self.number(right)})"
+    def angles_at_once(self, alike: Sequence[Variable]) -> dict[Variable, list[str]]:
+        """Calls that give two angles: at the second's statement, nothing at the first's."""
+        points = {s.result: s.operands for s in self._program.computed}
+        calls: dict[Variable, list[str]] = {}
+        for first, second in zip(alike[::2], alike[1::2], strict=False):
+            named = [self._name(o) for o in (*points[first], *points[second], first, second)]
+            addresses = ", ".join(f"&{name}" for name in named)
+            declared = ", ".join(named[-_PAIR:])
+            calls[first] = []
+            calls[second] = [f"  lanes {declared}; LANES_NAME(lanes_two_atan2)({addresses});"]
+        return calls
 
-    def _called(self, name: str, function: str, arguments: str) -> list[str]:
+    def _where(self, operand: Operand) -> str:
+        name = self._name(operand)
+        return name if operand in self._conditions else f"LANES_NE({name}, 0.0)"
+
+    def _condition(self, statement: Compute) -> str:
+        operation = statement.operation
+        if operation is Operation.NOT:
+            return f"LANES_NOT({self._where(statement.operands[0])})"
+        if operation in _CONNECTIONS:
+            sides = ", ".join(map(self._where, statement.operands))
+            return f"LANES_{_CONNECTIONS[operation]}({sides})"
+        sides = ", ".join(map(self.number, statement.operands))
+        return f"LANES_{_COMPARISONS[operation]}({sides})"
+
+    def _called(self, name: str, statement: Compute) -> list[str]:
         """A call, by address; numbers among its arguments get a name of their own."""
-        terms = arguments.split(", ")
-        if function in _EXTREMES and any(map(_is_number, terms)):
+        operation, operands = statement.operation, statement.operands
+        if operation in _EXTREMES and any(isinstance(o, Constant) for o in operands):
             # A number is not NaN: it stands second, so that it takes the place of one.
-            first, second = sorted(terms, key=_is_number)
-            value = f"LANES_{_EXTREMES[function]}({self.number(first)}, {second})"
+            first, second = sorted(operands, key=lambda o: isinstance(o, Constant))
+            value = f"LANES_{_EXTREMES[operation]}({self.number(first)}, {self._name(second)})"
             return [f"  const lanes {name} = {value};"]
         lines: list[str] = []
         names: list[str] = []
-        for k, argument in enumerate(terms):
-            names.append(f"{name}_{k}" if _is_number(argument) else self.number(argument))
-            if _is_number(argument):
-                lines.append(f"  const lanes {names[-1]} = LANES_OF({argument});")
-        return [*lines, f"  LANES_LET{len(names)}({name}, {function}, {', '.join(names)});"]
+        for k, operand in enumerate(operands):
+            if isinstance(operand, Constant):
+                lines.append(f"  const lanes {name}_{k} = {self.vector(operand)};")
+                names.append(f"{name}_{k}")
+            else:
+                names.append(self.number(operand))
+        terms = ", ".join((name, _CALLED[operation], *names))
+        return [*lines, f"  LANES_LET{len(names)}({terms});"]
 
 
-def _cosines_and_sines(body: Body) -> dict[str, list[str]]:
-    """Calls that give both of an angle: the call at the first's name, nothing at the other's."""
-    names: dict[str, dict[str, str]] = {}
-    for statement in body.computed:
-        call = ELEMENTARY.fullmatch(statement.expression)
-        if call and call.group(1) in ("cos", "sin"):
-            names.setdefault(call.group(2), {})[call.group(1)] = statement.name
-    calls: dict[str, list[str]] = {}
-    for angle, of in names.items():
-        if len(of) == _PAIR:
-            c, s = of["cos"], of["sin"]
-            first, second = of.values()
-            calls[first] = [f"  LANES_COS_SIN({c}, {s}, {angle});"]
-            calls[second] = []
-    return calls
-
-
-def _angles_at_once(body: Body, alike: Sequence[str]) -> dict[str, list[str]]:
-    """Calls that give two angles: the call at the second's name, nothing at the first's."""
-    calls: dict[str, list[str]] = {}
-    for first, second in zip(alike[::2], alike[1::2], strict=False):
-        points = [
-            call.group(2)
-            for statement in body.computed
-            if statement.name in (first, second)
-            and (call := ELEMENTARY.fullmatch(statement.expression))
-        ]
-        (y1, x1), (y2, x2) = (point.split(", ") for point in points)
-        addresses = ", ".join(f"&{name}" for name in (y1, x1, y2, x2, first, second))
-        calls[first] = []
-        calls[second] = [f"  lanes {first}, {second}; LANES_NAME(lanes_two_atan2)({addresses});"]
-    return calls
-
-
-def _is_number(value: str) -> bool:
-    return value[0] in "-0123456789"
+def _taken_as_numbers(program: Program) -> set[Operand]:
+    """The variables that are taken as numbers somewhere, not as conditions."""
+    found: set[Operand] = set()
+    for statement in program.statements:
+        if isinstance(statement, Compute) and statement.operation is Operation.SELECT:
+            found.update(variables(statement.operands[1:]))
+        elif isinstance(statement, Store) or not (
+            statement.is_condition and statement.operation not in COMPARISONS
+        ):
+            found.update(variables(statement.operands))
+    return found

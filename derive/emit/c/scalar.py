@@ -1,118 +1,48 @@
-"""The C of a robot: its header and its functions, one pose a call."""
+"""The C of a robot's functions, one pose a call."""
 
 import textwrap
-from collections.abc import Sequence
-from pathlib import Path
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
-from ...model.mechanism import Coordinate, Described
-from ...model.robot import Joint
-from ...program.statements import ELEMENTARY, NAME, Body, Compute, Store
-from ...program.statements import bodies as bodies_of
+from ...model.mechanism import Described
+from ...program.counting import count_operations
+from ...program.operations import Compute, Operand, Operation, Program, Statement, Store
+from ...program.programs import Programs
+from ...program.schedule import by_depth, levels
 from ...terms.branches import branch
-from ...terms.casadi_graph import lower_branch
-from ...terms.symbolic_function import (
-    Argument,
-    Result,
-    Signature,
-    SymbolicFunction,
-    WrittenFunction,
-)
+from ...terms.symbolic_function import Argument, Result, SymbolicFunction, WrittenFunction
+from .expressions import WIDTH, Naming, expression, naming
+from .header import notice, signature
+from .sections import summary, title
+from .written import written_file
 
 SUPPORT = "chasles_cos_sin.h"
-WIDTH = 100
-_OWN = {
-    "sq": "static double sq(double x) { return x * x; }",
-    "sign": "static double sign(double x) { return x < 0.0 ? -1.0 : x > 0.0 ? 1.0 : x; }",
-}
-"""What a file defines where it calls it: C has no such function."""
+_TURNS = {Operation.COS: "c", Operation.SIN: "s"}
 
 
 def source(
     robot: Described,
     functions: Sequence[SymbolicFunction],
-    bodies: Sequence[Body],
+    programs: Programs,
     written: Sequence[WrittenFunction] = (),
 ) -> str:
     """The C99 file of a robot: every function, depending on libm alone.
 
-    Of a function with branches it has one branch, and a loop over them.
+    A function with branches is one branch, and a loop over them.
 
     Args:
         robot: The robot; its name is the prefix.
         functions: What the functions mean.
-        bodies: Their statements, in the same order.
-        written: What stands in files of its own, to be included.
+        programs: Their programs.
+        written: Functions that stand in files of their own, to be included.
     """
-    bodies = [
-        bodies_of([lower_branch(function, robot.name)])[0] if function.signs else body
-        for function, body in zip(functions, bodies, strict=True)
-    ]
-    parts = [notice(robot), f'#include "{robot.name}.h"\n\n#include "{SUPPORT}"']
-    parts[-1] += (
-        f'\n#include "{branches_file(robot)}"\n' if any(f.signs for f in functions) else "\n"
-    )
-    for name, text in _OWN.items():
-        callers = [f for f, body in zip(functions, bodies, strict=True) if body.calls(name)]
-        if callers and all(f.signs for f in callers):
-            parts.append(f"#if !{branches_flag(robot)}\n{text}\n#endif\n")
-        elif callers:
-            parts.append(f"{text}\n")
-    parts += [
-        _definition(robot, function, body) for function, body in zip(functions, bodies, strict=True)
-    ]
+    included = f'#include "{robot.name}.h"\n\n#include "{SUPPORT}"'
+    if any(function.signs for function in functions):
+        included += f'\n#include "{branches_file(robot)}"'
+    parts = [notice(robot), f"{included}\n"]
+    parts += [_definition(robot, function, programs.alone(function)) for function in functions]
     parts += [f'#include "{written_file(robot, function)}"\n' for function in written]
     return "\n".join(parts)
-
-
-def written_files(robot: Described, written: Sequence[WrittenFunction]) -> dict[str, str]:
-    """The files of functions written by hand, and what they rest on, by file name."""
-    own = {written_file(robot, function): function.text for function in written}
-    return own | {function.support: support(function.support) for function in written}
-
-
-def written_file(robot: Described, function: WrittenFunction) -> str:
-    """Name of the file of a function written by hand."""
-    return f"{robot.name}_{function.name}.h"
-
-
-def header(robot: Described, functions: Sequence[Signature]) -> str:
-    """The header of a robot, as a firmware engineer reads it."""
-    guard = f"CHASLES_{robot.name.upper()}_H"
-    moved: Sequence[Joint | Coordinate] = robot.coordinates
-    coordinates = "\n".join(
-        f" *   q[{k}]  {joint.name} ({joint.kind}, {joint.unit})" for k, joint in enumerate(moved)
-    )
-    declarations = "\n\n".join(_declaration(robot.name, function) for function in functions)
-    return f"""\
-{notice(robot)}
-/* Metres, radians, seconds. Matrices are dense and row by row. Twists are (v, omega), linear first.
- * No function allocates, keeps state or fails; NaN in gives NaN out. All inputs are read before an
- * output is written, so that an output may take the place of an input.
- *
-{coordinates}
- */
-#ifndef {guard}
-#define {guard}
-
-#ifdef __cplusplus
-extern "C" {{
-#endif
-
-#define {robot.name.upper()}_N {len(robot.coordinates)} /* coordinates */
-
-{declarations}
-
-#ifdef __cplusplus
-}}
-#endif
-
-#endif
-"""
-
-
-def support(name: str) -> str:
-    """A file of C that is the same for every robot, written by hand."""
-    return (Path(__file__).parent / "support" / name).read_text(encoding="utf-8")
 
 
 def branches_file(robot: Described) -> str:
@@ -125,35 +55,21 @@ def branches_flag(robot: Described) -> str:
     return f"{robot.name.upper()}_BRANCHES"
 
 
-def notice(robot: Described) -> str:
-    """The first line of every generated C file."""
-    title = robot.title.replace("*/", "* /")
-    return f"/* Kinematics of {title}: generated by chasles, do not edit. */"
-
-
-def _signature(prefix: str, function: Signature) -> str:
-    inputs = [f"const double {a.name}[{a.size}]" for a in function.inputs]
-    outputs = [f"double {r.name}[{r.size}]" for r in function.outputs]
-    return f"void {prefix}_{function.name}({', '.join(inputs + outputs)})"
-
-
-def _declaration(prefix: str, function: Signature) -> str:
-    lines = [function.summary, *textwrap.wrap(function.identity, WIDTH - 4)]
-    described: list[Argument | Result] = [*function.inputs, *function.outputs]
-    for what in described:
-        shape = " x ".join(map(str, what.shape))
-        lines.append(f"  {what.name}: {what.meaning}, {shape} ({what.unit})")
-    comment = "\n * ".join(lines)
-    return f"/* {comment} */\n{_signature(prefix, function)};"
-
-
-def _definition(robot: Described, function: SymbolicFunction, body: Body) -> str:
+def _definition(robot: Described, function: SymbolicFunction, program: Program) -> str:
     if function.signs:
-        return _branched(robot, function, body)
-    return "\n".join([f"{_signature(robot.name, function)} {{", *_straight(function, body), "}\n"])
+        return _branched(robot, function, program)
+    lines = _straight(function, program)
+    head = f"{signature(robot.name, function)} {{"
+    return "\n".join([_comment(function, program), head, *lines, "}\n"])
 
 
-def _branched(robot: Described, function: SymbolicFunction, body: Body) -> str:
+def _comment(function: SymbolicFunction, program: Program) -> str:
+    """What a function computes, and of how many operations it consists."""
+    lines = textwrap.wrap(function.summary, WIDTH - len("// "))
+    return "\n".join(f"// {line}" for line in [*lines, summary(count_operations(program))])
+
+
+def _branched(robot: Described, function: SymbolicFunction, program: Program) -> str:
     """A function of one branch, and the function that loops over branches."""
     flag, name, one = branches_flag(robot), f"{robot.name}_{function.name}", branch(function)
     described: list[Argument | Result] = [*function.inputs, *function.outputs]
@@ -164,11 +80,12 @@ def _branched(robot: Described, function: SymbolicFunction, body: Body) -> str:
     return "\n".join(
         [
             f"#if !{flag}",
-            f"static {_signature(robot.name, one)} {{",
-            *_straight(one, body),
+            _comment(replace(one, summary=f"One branch of {function.name}."), program),
+            f"static {signature(robot.name, one)} {{",
+            *_straight(one, program),
             "}",
             "#endif\n",
-            f"{_signature(robot.name, function)} {{",
+            f"{signature(robot.name, function)} {{",
             f"#if {flag}",
             f"  LANES_NAME({name}_branches)({', '.join(what.name for what in described)});",
             "#else",
@@ -195,34 +112,69 @@ def _kept(argument: Argument) -> list[str]:
     ]
 
 
-def _straight(function: SymbolicFunction, body: Body) -> list[str]:
+def _straight(function: SymbolicFunction, program: Program) -> list[str]:
     """The lines of a function, one statement after the other."""
-    inputs = [argument.name for argument in function.inputs]
-    used = {i for i, _ in body.loads}
-    lines = [f"  (void){name};" for i, name in enumerate(inputs) if i not in used]
+    plain = naming(program)
+    used = {entry.argument for entry in program.inputs}
+    lines = [f"  (void){a.name};" for i, a in enumerate(function.inputs) if i not in used]
     # All is read before anything is written: outputs may overlap inputs.
-    lines += [f"  const double {inputs[i]}_{k} = {inputs[i]}[{k}];" for i, k in body.loads]
-    before, angles, after = _together(body.by_depth())
-    lines += [_computed(statement) for statement in before]
-    if angles:
-        count = len(angles)
+    lines += _section(
+        "inputs",
+        [
+            f"  const double {plain(entry)} = {program.arguments[entry.argument]}[{entry.entry}];"
+            for entry in program.inputs
+        ],
+    )
+    ordered = by_depth(program)
+    parts = _together(ordered)
+    lines += _section("shared terms", [_computed(s, plain) for s in parts.before])
+    if parts.angles:
+        count, angles = len(parts.angles), ", ".join(map(plain, parts.angles))
         lines += [
-            *_wrapped(f"const double angle[{count}] = {{{', '.join(angles)}}};"),
+            "  // cosines and sines",
+            *_wrapped(f"const double angle[{count}] = {{{angles}}};"),
             f"  double c[{count}], s[{count}];",
             f"  chasles_cos_sin({count}, angle, c, s);",
         ]
-    for statement in after:
-        match statement:
-            case Compute():
-                lines.append(_computed(statement))
-            case Store(i, entry, value):
-                lines.append(f"  {function.outputs[i].name}[{entry}] = {value};")
+
+    def name(operand: Operand) -> str:
+        return parts.turns.get(operand) or plain(operand)
+
+    rest = set(parts.after)
+    for section in _sections([s for s in level if s in rest] for level in levels(ordered)):
+        written = [_written(statement, function, name) for statement in section]
+        lines += _section(title(section, function.outputs), written)
     return lines
 
 
-def _computed(statement: Compute) -> str:
+def _section(name: str, lines: list[str]) -> list[str]:
+    """Lines under a comment; nothing where there are none."""
+    return [f"  // {name}", *lines] if lines else []
+
+
+def _sections(levels_of: Iterable[list[Statement]]) -> Iterator[list[Statement]]:
+    """Levels of statements, those that store nothing together with the next that does."""
+    section: list[Statement] = []
+    for level in levels_of:
+        section += level
+        if any(isinstance(statement, Store) for statement in level):
+            yield section
+            section = []
+    if section:
+        yield section
+
+
+def _written(statement: Statement, function: SymbolicFunction, name: Naming) -> str:
+    match statement:
+        case Compute():
+            return _computed(statement, name)
+        case Store(i, entry, value):
+            return f"  {function.outputs[i].name}[{entry}] = {name(value)};"
+
+
+def _computed(statement: Compute, name: Naming) -> str:
     kind = "int" if statement.is_condition else "double"
-    return f"  const {kind} {statement.name} = {statement.expression};"
+    return f"  const {kind} {name(statement.result)} = {expression(statement, name)};"
 
 
 def _wrapped(line: str) -> list[str]:
@@ -230,34 +182,39 @@ def _wrapped(line: str) -> list[str]:
     return textwrap.wrap(line, WIDTH, initial_indent="  ", subsequent_indent="    ")
 
 
-def _together(
-    body: Body,
-) -> tuple[list[Compute], list[str], list[Compute | Store]]:
-    """What comes before the cosines and sines that depend on no other, their angles, and the rest.
+@dataclass(frozen=True)
+class _Parts:
+    """A program around the cosines and sines that depend on no other, which are computed at once.
 
-    In the rest they are called c[k] and s[k].
+    Attributes:
+        before: What comes before them.
+        angles: Their angles.
+        turns: What their results are called: ``c[k]`` and ``s[k]``, of angle k.
+        after: What comes behind them.
     """
-    names: dict[str, str] = {}
-    angles: dict[str, int] = {}
+
+    before: tuple[Compute, ...]
+    angles: tuple[Operand, ...]
+    turns: Mapping[Operand, str]
+    after: tuple[Statement, ...]
+
+
+def _together(program: Program) -> _Parts:
+    """A program parted at its first cosines and sines."""
+    turns: dict[Operand, str] = {}
+    angles: dict[Operand, int] = {}
     before: list[Compute] = []
-    after: list[Compute | Store] = []
-    late: set[str] = set()
-    for statement in body.statements:
+    after: list[Statement] = []
+    late: set[Operand] = set()
+    for statement in program.statements:
         if isinstance(statement, Store):
-            after.append(Store(statement.output, statement.entry, _renamed(statement.value, names)))
-            continue
-        parts = set(NAME.findall(statement.expression))
-        call = ELEMENTARY.fullmatch(statement.expression)
-        if parts & (late | names.keys()):
-            late.add(statement.name)
-            after.append(Compute(statement.name, _renamed(statement.expression, names)))
-        elif call and call.group(1) in ("cos", "sin"):
-            k = angles.setdefault(call.group(2), len(angles))
-            names[statement.name] = f"{call.group(1)[0]}[{k}]"
+            after.append(statement)
+        elif not (late | turns.keys()).isdisjoint(statement.operands):
+            late.add(statement.result)
+            after.append(statement)
+        elif statement.operation in _TURNS:
+            k = angles.setdefault(statement.operands[0], len(angles))
+            turns[statement.result] = f"{_TURNS[statement.operation]}[{k}]"
         else:
             before.append(statement)
-    return before, list(angles), after
-
-
-def _renamed(text: str, names: dict[str, str]) -> str:
-    return NAME.sub(lambda match: names.get(match.group(), match.group()), text)
+    return _Parts(tuple(before), tuple(angles), turns, tuple(after))

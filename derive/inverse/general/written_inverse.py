@@ -1,18 +1,15 @@
-"""The C of a general arm's inverse: its tables, and the function ``ik`` over them."""
-
-import textwrap
+"""The inverse of a general arm: the function ``ik``, solved by eigenvalues over its tables."""
 
 import numpy as np
 
-from ...emit.c.scalar import notice
 from ...model.robot import Robot
-from ...terms.symbolic_function import Result, WrittenFunction
+from ...terms.symbolic_function import Result, Table, WrittenFunction
 from ..slots import pose_argument
 from .eigenvalue_tables import tables
 from .line_quantities import Array
 from .raghavan_roth import Split, signs
 
-SUPPORT = "chasles_general.h"
+SOLVER = "general"
 SLOTS = 16
 OPERATIONS = 100_000
 """About: 13,000 for the reflections of the equations, 17,000 for the matrix, 55,000 for its sixteen
@@ -40,65 +37,26 @@ def inverse(robot: Robot, split: Split) -> WrittenFunction:
             "distance from a singularity; in a slot without a solution the negative residual",
         ),
     )
+    numbers = tables(robot, split)
     return WrittenFunction(
         "ik",
         f"Every solution of the inverse kinematics, in {SLOTS} slots, solutions first.",
         "fk(q[k]) = T wherever residual[k] is rounding",
         (pose_argument(robot),),
         outputs,
-        source(robot, split),
-        SUPPORT,
-        SLOTS,
+        SOLVER,
+        (
+            split.joints,
+            tuple(map(float, signs(robot, split))),
+            float(numbers.length),
+            *(_table(values) for values in (numbers.right, numbers.own, numbers.back)),
+        ),
         CALLS,
+        SLOTS,
         OPERATIONS,
     )
 
 
-def source(robot: Robot, split: Split) -> str:
-    """The file ``<robot>_ik.h``: ``void <robot>_ik(T, q, residual, margin)`` and its tables.
-
-    It stands behind ``ik_matrices`` and ``fk_jacobian_mixed``, which it calls.
-    """
-    numbers = tables(robot, split)
-    joints = ", ".join(map(str, split.joints))
-    senses = ", ".join(f"{sign}.0" for sign in signs(robot, split))
-    rows = [
-        f"  {robot.name}_ik_matrices,",
-        f"  {robot.name}_fk_jacobian_mixed,",
-        f"  {{{joints}}},",
-        f"  {{{senses}}},",
-        f"  {float(numbers.length)!r},",
-        _table(numbers.right),
-        _table(numbers.own),
-        _table(numbers.back),
-    ]
-    arm = "\n".join(rows)
-    return f"""\
-{notice(robot)}
-#include "{SUPPORT}"
-
-static const chasles_general_arm {robot.name}_arm = {{
-{arm}
-}};
-
-void {robot.name}_ik(const double T[16], double q[{6 * SLOTS}], double residual[{SLOTS}],
-    double margin[{SLOTS}])
-{{
-  double pose[16];
-  memcpy(pose, T, sizeof pose);
-  chasles_general_ik(&{robot.name}_arm, pose, q, residual, margin);
-}}
-"""
-
-
-def _table(values: Array) -> str:
-    text = _braces(values)
-    return "\n".join(textwrap.wrap(f"{text},", 100, initial_indent="  ", subsequent_indent="    "))
-
-
-def _braces(values: Array) -> str:
-    rows = (
-        _braces(row) if row.ndim else repr(float(row.item()) + 0.0)
-        for row in map(np.asarray, values)
-    )
-    return "{" + ", ".join(rows) + "}"
+def _table(values: Array) -> Table:
+    """Nested rows of doubles."""
+    return tuple(_table(row) if row.ndim else float(row.item()) for row in map(np.asarray, values))

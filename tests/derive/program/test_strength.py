@@ -1,76 +1,135 @@
 """Strength reduction: which statements become cheaper ones, and which must stay."""
 
+import re
+
 import pytest
 
-from chasles.derive.program.statements import Body, Compute, Store
+from chasles.derive.program.operations import (
+    Compute,
+    Constant,
+    Input,
+    Operation,
+    Program,
+    Store,
+    Variable,
+)
 from chasles.derive.program.strength import reduced
 
+NAMES = {
+    "+": Operation.ADD,
+    "*": Operation.MULTIPLY,
+    "/": Operation.DIVIDE,
+    "<": Operation.LESS,
+    "neg": Operation.NEGATE,
+    "sq": Operation.SQUARE,
+    "sqrt": Operation.SQRT,
+    "rsqrt": Operation.RECIPROCAL_SQRT,
+    "atan2": Operation.ATAN2,
+    "max": Operation.MAX,
+    "select": Operation.SELECT,
+    "supplement": Operation.SUPPLEMENT,
+}
+SYMBOLS = {operation: name for name, operation in NAMES.items()}
 
-def expressions(*given):
-    computed = [Compute(f"v{k}", expression) for k, expression in enumerate(given, 1)]
-    stored = [Store(0, k, statement.name) for k, statement in enumerate(computed[1:])]
-    return [s.expression for s in reduced(Body((), (*computed, *stored))).computed]
+
+def operand(text):
+    """``v1`` is a variable, ``x2`` an input, all else a number."""
+    if found := re.fullmatch(r"([vx])(\d+)", text):
+        number = int(found[2])
+        return Variable(number) if found[1] == "v" else Input(0, number)
+    return Constant(float(text))
+
+
+def shown(value):
+    match value:
+        case Variable(number):
+            return f"v{number}"
+        case Input(_, entry):
+            return f"x{entry}"
+        case _:
+            return str(value.value)
+
+
+def computed(number, text):
+    """A statement from its operation and operands: ``* x1 v2``."""
+    name, *operands = text.split()
+    return Compute(Variable(number), NAMES[name], tuple(map(operand, operands)))
+
+
+def texts(program):
+    return [" ".join([SYMBOLS[s.operation], *map(shown, s.operands)]) for s in program.computed]
+
+
+def program(given, stored):
+    statements = [computed(k, text) for k, text in enumerate(given, 1)]
+    stores = [Store(0, k, Variable(v)) for k, v in enumerate(stored)]
+    return Program("f", ("x",), ("y",), (), (*statements, *stores))
+
+
+def all_stored(*given):
+    """What is left of statements that are all results but the first."""
+    return texts(reduced(program(given, range(2, len(given) + 1))))
+
+
+def after(*given, sign=None):
+    """What is left of statements of which the last is the only result."""
+    return texts(reduced(program(given, [len(given)]), sign))
 
 
 def test_a_length_that_only_divides_is_a_reciprocal_root():
-    given = (Compute("v1", "sqrt(x_0)"), Compute("v2", "x_1 / v1"), Store(0, 0, "v2"))
-    body = reduced(Body((), given))
-    assert [s.expression for s in body.computed] == ["rsqrt(x_0)", "x_1 * v1"]
+    assert all_stored("sqrt x0", "/ x1 v1") == ["rsqrt x0", "* x1 v1"]
 
 
 @pytest.mark.parametrize(
-    "other", ["v1 + x_1", "v1 / v1", "v1 / x_1", "sq(v1)", "x_1 ? v1 : x_2", "fmax(v1, x_1)"]
+    "other", ["+ v1 x1", "/ v1 v1", "/ v1 x1", "sq v1", "select x1 v1 x2", "max v1 x1"]
 )
 def test_a_length_that_is_taken_otherwise_stays(other):
-    given = ("sqrt(x_0)", "x_1 / v1", other)
-    assert expressions(*given) == list(given)
+    given = ("sqrt x0", "/ x1 v1", other)
+    assert all_stored(*given) == list(given)
 
 
 def test_a_length_that_is_a_result_stays():
-    given = (Compute("v1", "sqrt(x_0)"), Compute("v2", "x_1 / v1"), Store(0, 0, "v1"))
-    assert reduced(Body((), (*given, Store(0, 1, "v2")))).computed == list(given[:2])
+    given = ("sqrt x0", "/ x1 v1")
+    assert texts(reduced(program(given, [1, 2]))) == list(given)
 
 
 @pytest.mark.parametrize(
     ("y", "x", "expected"),
     [
-        ("v1", "x_1", ["atan2(x_0, x_1)", "-v1"]),
-        ("x_0", "v2", ["atan2(x_0, x_1)", "supplement(v1, x_0)"]),
-        ("v1", "v2", ["-x_0", "atan2(x_0, x_1)", "supplement(v2, v1)"]),
+        ("v1", "x1", ["atan2 x0 x1", "neg v1"]),
+        ("x0", "v2", ["atan2 x0 x1", "supplement v1 x0"]),
+        ("v1", "v2", ["neg x0", "atan2 x0 x1", "supplement v2 v1"]),
     ],
 )
 def test_opposite_points_share_an_angle(y, x, expected):
-    given = (
-        *(Compute("v1", "-x_0"), Compute("v2", "-x_1"), Compute("v3", "atan2(x_0, x_1)")),
-        *(Compute("v4", f"atan2({y}, {x})"), Store(0, 0, "v3"), Store(0, 1, "v4")),
-    )
-    assert [s.expression for s in reduced(Body((), given)).computed] == expected
-
-
-def after(*given, sign=""):
-    """What is left of statements of which the last is the only result."""
-    computed = [Compute(f"v{k}", expression) for k, expression in enumerate(given, 1)]
-    body = Body((), (*computed, Store(0, 0, computed[-1].name)))
-    return [s.expression for s in reduced(body, sign).computed]
+    given = ("neg x0", "neg x1", "atan2 x0 x1", f"atan2 {y} {x}")
+    assert texts(reduced(program(given, [3, 4]))) == expected
 
 
 def test_an_angle_does_not_wait_for_a_length():
-    point = ("sqrt(x_0)", "x_1 / v1", "x_2 / v1")
-    assert after(*point, "atan2(v2, v3)") == ["atan2(x_1, x_2)"]
-    assert after(*point, "-v3", "atan2(v2, v4)") == ["-x_2", "atan2(x_1, v1)"]
-    assert after(*point, "x_3 * v3", "atan2(v2, v4)") == ["x_2 * x_3", "atan2(x_1, v1)"]
+    point = ("sqrt x0", "/ x1 v1", "/ x2 v1")
+    assert after(*point, "atan2 v2 v3") == ["atan2 x1 x2"]
+    assert after(*point, "neg v3", "atan2 v2 v4") == ["neg x2", "atan2 x1 v1"]
+    assert after(*point, "* x3 v3", "atan2 v2 v4") == ["* x2 x3", "atan2 x1 v1"]
+
+
+def test_the_negative_of_a_number_is_a_number():
+    given = ("sqrt x0", "/ 0.5 v1", "neg v2", "/ x1 v1", "atan2 v3 v4")
+    assert after(*given) == ["atan2 -0.5 x1"]
 
 
 def test_an_angle_waits_for_a_length_that_only_one_coordinate_has():
-    given = ("sqrt(x_0)", "x_1 / v1", "atan2(v2, x_2)")
-    assert after(*given) == ["rsqrt(x_0)", "x_1 * v1", "atan2(v2, x_2)"]
+    given = ("sqrt x0", "/ x1 v1", "atan2 v2 x2")
+    assert after(*given) == ["rsqrt x0", "* x1 v1", "atan2 v2 x2"]
 
 
 def test_an_angle_does_not_wait_for_a_sign():
-    assert after("x_0 * x_1", "atan2(v1, x_2)", sign="x_0") == ["atan2(x_1, x_2)", "x_0 * v1"]
-    expected = ["atan2(x_2, x_1)", "0.0 < x_0", "supplement(v1, x_2)", "v2 ? v1 : v3"]
-    assert after("x_0 * x_1", "atan2(x_2, v1)", sign="x_0") == expected
-    both = after("x_0 * x_1", "x_0 * x_2", "atan2(v1, v2)", sign="x_0")
-    assert both[-1].endswith(" ? v2 : v4")
-    assert "atan2(x_1, x_2)" in both
-    assert "supplement(v2, v1)" in both
+    sign = Input(0, 0)
+    assert after("* x0 x1", "atan2 v1 x2", sign=sign) == ["atan2 x1 x2", "* x0 v1"]
+    expected = ["atan2 x2 x1", "< 0.0 x0", "supplement v1 x2", "select v2 v1 v3"]
+    assert after("* x0 x1", "atan2 x2 v1", sign=sign) == expected
+    both = after("* x0 x1", "* x0 x2", "atan2 v1 v2", sign=sign)
+    assert both[-1].startswith("select ")
+    assert both[-1].endswith(" v2 v4")
+    assert "atan2 x1 x2" in both
+    assert "supplement v2 v1" in both

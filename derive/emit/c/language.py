@@ -1,0 +1,19 @@
+"""The C of a robot: functions of one pose, branches side by side, batches on lanes."""
+
+from ...derivation import Derivation
+from ...program.programs import Programs
+from . import batch, branch_lanes, scalar, written
+from .header import header, support
+
+
+def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
+    """Sources and headers of a robot, and the C that is the same for every robot, by file name."""
+    robot, functions = derivation.robot, derivation.functions
+    return {
+        f"{robot.name}.c": scalar.source(robot, functions, programs, derivation.written),
+        f"{robot.name}.h": header(robot, (*functions, *derivation.written), programs),
+        scalar.SUPPORT: support(scalar.SUPPORT),
+        **written.written_files(robot, derivation.written),
+        **branch_lanes.files(robot, functions, programs),
+        **batch.files(robot, functions, programs, derivation.written),
+    }

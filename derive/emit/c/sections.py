@@ -1,0 +1,40 @@
+"""What the comments in a function's C say: its operations, and what each section of it gives."""
+
+from collections.abc import Iterable, Sequence
+
+from ...program.counting import Operations
+from ...program.operations import Compute, Constant, Statement, Store
+from ...terms.symbolic_function import Result
+
+_MATRIX = 2
+
+
+def summary(operations: Operations) -> str:
+    """How many operations a function takes: ``35 operations: multiply 12, add 13, trig 10``."""
+    kinds = {kind: n for kind, n in operations.as_dict().items() if n and kind != "total"}
+    listed = ", ".join(f"{kind} {n}" for kind, n in kinds.items())
+    return f"{operations.total} operations" + (f": {listed}" if listed else "")
+
+
+def title(statements: Sequence[Statement], results: Sequence[Result]) -> str:
+    """What a section of statements gives: ``shared terms``, ``column 3 of J``, or both."""
+    stores = [statement for statement in statements if isinstance(statement, Store)]
+    parts = ["shared terms"] if any(isinstance(s, Compute) for s in statements) else []
+    constant = bool(stores) and all(isinstance(store.value, Constant) for store in stores)
+    for k in sorted({store.output for store in stores}):
+        entries = _entries(results[k], [s.entry for s in stores if s.output == k])
+        parts.append(f"constant entries of {results[k].name}" if constant else entries)
+    return "; ".join(parts)
+
+
+def _entries(result: Result, entries: Iterable[int]) -> str:
+    """Entries of an output, by columns where it is a matrix."""
+    if len(result.shape) != _MATRIX:
+        return result.name
+    width = result.shape[-1]
+    columns = sorted({entry % width + 1 for entry in entries})
+    if len(columns) == width:
+        return result.name
+    *first, last = map(str, columns)
+    listed = f"columns {', '.join(first)} and {last}" if first else f"column {last}"
+    return f"{listed} of {result.name}"

@@ -1,0 +1,75 @@
+"""The C of functions that a solver written by hand computes from tables of the robot."""
+
+import textwrap
+from collections.abc import Sequence
+
+from ...model.mechanism import Described
+from ...terms.symbolic_function import Table, WrittenFunction
+from .expressions import WIDTH, number
+from .header import notice, signature, support
+
+SUPPORTS = {
+    "general": (
+        "chasles_general.h",
+        "chasles_general_equations.h",
+        "chasles_general_newton.h",
+        "chasles_eigenvalues.h",
+    )
+}
+"""The files of each solver, the one to be included first."""
+
+
+def written_files(robot: Described, written: Sequence[WrittenFunction]) -> dict[str, str]:
+    """The files of functions written by hand, and what they rest on, by file name."""
+    own = {written_file(robot, function): _source(robot, function) for function in written}
+    names = {name for function in written for name in SUPPORTS[function.solver]}
+    return own | {name: support(name) for name in sorted(names)}
+
+
+def written_file(robot: Described, function: WrittenFunction) -> str:
+    """Name of the file of a function written by hand."""
+    return f"{robot.name}_{function.name}.h"
+
+
+def _source(robot: Described, function: WrittenFunction) -> str:
+    """The tables of a function, and the function: a call of its solver with them.
+
+    It stands behind the functions that the solver calls.
+    """
+    prefix, solver = f"chasles_{function.solver}", SUPPORTS[function.solver][0]
+    table = f"{robot.name}_{function.name}_tables"
+    fields = [f"  {robot.name}_{name}," for name in function.calls]
+    fields += [line for values in function.tables for line in _field(values)]
+    copies = [f"  double own_{a.name}[{a.size}];" for a in function.inputs]
+    copies += [f"  memcpy(own_{a.name}, {a.name}, sizeof own_{a.name});" for a in function.inputs]
+    passed = [f"&{table}", *(f"own_{a.name}" for a in function.inputs)]
+    passed += [result.name for result in function.outputs]
+    return "\n".join(
+        [
+            notice(robot),
+            f'#include "{solver}"\n',
+            f"static const {prefix}_arm {table} = {{",
+            *fields,
+            "};\n",
+            *textwrap.wrap(f"{signature(robot.name, function)}", WIDTH, subsequent_indent="    "),
+            "{",
+            *copies,
+            f"  {prefix}_{function.name}({', '.join(passed)});",
+            "}\n",
+        ]
+    )
+
+
+def _field(values: Table) -> list[str]:
+    text = f"{_braces(values)},"
+    return textwrap.wrap(text, WIDTH, initial_indent="  ", subsequent_indent="    ")
+
+
+def _braces(values: Table) -> str:
+    match values:
+        case tuple():
+            return f"{{{', '.join(map(_braces, values))}}}"
+        case int():
+            return str(values)
+        case _:
+            return number(values + 0.0)

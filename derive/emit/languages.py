@@ -1,0 +1,13 @@
+"""The list of languages: a new one is a folder or a file with ``files``, and a line here."""
+
+from .. import latex
+from . import casadi_file, python_package
+from .c import language as c
+from .emitter import Emitter
+
+EMITTERS = (
+    Emitter("c", c.files),
+    Emitter("casadi", casadi_file.files),
+    Emitter("python", python_package.files),
+    Emitter("latex", latex.files),
+)

@@ -1,0 +1,41 @@
+"""How many operations of each kind a program has."""
+
+from collections import Counter
+from dataclasses import asdict, dataclass
+
+from .operations import CALLS, Operation, Program
+
+_KINDS = {
+    Operation.MULTIPLY: "multiply",
+    Operation.SQUARE: "multiply",
+    Operation.ADD: "add",
+    Operation.SUBTRACT: "add",
+    Operation.NEGATE: "negate",
+    **dict.fromkeys(CALLS, "trig"),
+}
+
+
+@dataclass(frozen=True)
+class Operations:
+    """Operations of one function, as they stand in the generated C."""
+
+    multiply: int = 0
+    add: int = 0
+    negate: int = 0
+    trig: int = 0
+    other: int = 0
+
+    @property
+    def total(self) -> int:
+        """The sum of all kinds."""
+        return self.multiply + self.add + self.negate + self.trig + self.other
+
+    def as_dict(self) -> dict[str, int]:
+        """The counts and their total, by name."""
+        return {**asdict(self), "total": self.total}
+
+
+def count_operations(program: Program) -> Operations:
+    """Counts a program's operations by kind; reading, storing and constants are free."""
+    kinds = (_KINDS.get(statement.operation, "other") for statement in program.computed)
+    return Operations(**Counter(kinds))

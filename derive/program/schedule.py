@@ -1,0 +1,72 @@
+"""The order of a program's statements: which come first, which are left out, how they are named."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from .operations import CALLS, Compute, Operand, Program, Statement, Store, Variable, variables
+
+
+def by_depth(program: Program) -> Program:
+    """The same program, each statement as early as what it depends on allows.
+
+    CasADi's order ends one sum before it begins the next. In a long chain those sums are further
+    apart than a processor looks ahead: it would wait for one product after the other.
+    """
+    return _numbered(program, [s for level in levels(program) for s in level])
+
+
+def levels(program: Program) -> list[list[Statement]]:
+    """The statements of a program by how many others each must wait for, one after the other."""
+    depth: dict[Variable, int] = {}
+    found: dict[int, list[Statement]] = {}
+    for statement in program.statements:
+        own = max((depth[v] for v in variables(statement.operands)), default=0)
+        found.setdefault(own, []).append(statement)
+        if isinstance(statement, Compute):
+            depth[statement.result] = own + 1
+    return [found[own] for own in sorted(found)]
+
+
+def needed_only(program: Program) -> Program:
+    """The same program without statements whose result nothing takes, its numbers unchanged."""
+    needed: set[Variable] = set()
+    kept: list[Statement] = []
+    for statement in reversed(program.statements):
+        if isinstance(statement, Store) or statement.result in needed:
+            needed.update(variables(statement.operands))
+            kept.append(statement)
+    return replace(program, statements=tuple(kept[::-1]))
+
+
+def calls_first(program: Program) -> Program:
+    """The same program, calls of the library and what they need before everything else.
+
+    A call ends the life of all registers: the arithmetic is best left in one piece behind them.
+    """
+    needed: set[Variable] = set()
+    early: set[Variable] = set()
+    for statement in reversed(program.computed):
+        if statement.result in needed or statement.operation in CALLS:
+            early.add(statement.result)
+            needed.update(variables(statement.operands))
+    first = [s for s in program.computed if s.result in early]
+    rest = [s for s in program.statements if isinstance(s, Store) or s.result not in early]
+    return _numbered(program, [*first, *rest])
+
+
+def _numbered(program: Program, statements: Sequence[Statement]) -> Program:
+    """A program of these statements, its variables counted in their order."""
+    names: dict[Variable, Variable] = {}
+
+    def renamed(operand: Operand) -> Operand:
+        return names[operand] if isinstance(operand, Variable) else operand
+
+    numbered: list[Statement] = []
+    for statement in statements:
+        if isinstance(statement, Store):
+            numbered.append(replace(statement, value=renamed(statement.value)))
+            continue
+        operands = tuple(map(renamed, statement.operands))
+        names[statement.result] = Variable(len(names) + 1)
+        numbered.append(Compute(names[statement.result], statement.operation, operands))
+    return replace(program, statements=tuple(numbered))

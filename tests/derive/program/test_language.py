@@ -1,0 +1,145 @@
+"""A language from outside: plain Python with ``math``, written, run, and compared with the C."""
+
+import json
+import runpy
+
+import numpy as np
+import pytest
+from derivations import ROBOTS
+
+import chasles
+from chasles.derive import RobotError, load, write
+from chasles.derive.emit.emitter import Emitter
+from chasles.derive.emit.languages import EMITTERS
+from chasles.derive.program.operations import Compute, Constant, Input, Operation
+
+TEMPLATES = {
+    Operation.ADD: "{0} + {1}",
+    Operation.SUBTRACT: "{0} - {1}",
+    Operation.MULTIPLY: "{0} * {1}",
+    Operation.DIVIDE: "{0} / {1} if {1} else math.nan",
+    Operation.SQUARE: "{0} * {0}",
+    Operation.NEGATE: "-{0}",
+    Operation.SQRT: "math.sqrt({0}) if {0} >= 0 else math.nan",
+    Operation.SIN: "math.sin({0})",
+    Operation.COS: "math.cos({0})",
+    Operation.TAN: "math.tan({0})",
+    Operation.ATAN: "math.atan({0})",
+    Operation.ATAN2: "math.atan2({0}, {1})",
+    Operation.ABS: "abs({0})",
+    Operation.SIGN: "math.copysign(1.0, {0}) if {0} else {0}",
+    Operation.MIN: "min({0}, {1})",
+    Operation.MAX: "max({0}, {1})",
+    Operation.LESS: "{0} < {1}",
+    Operation.LESS_EQUAL: "{0} <= {1}",
+    Operation.EQUAL: "{0} == {1}",
+    Operation.NOT_EQUAL: "{0} != {1}",
+    Operation.NOT: "not {0}",
+    Operation.AND: "bool({0} and {1})",
+    Operation.OR: "bool({0} or {1})",
+    Operation.SELECT: "{1} if {0} else {2}",
+}
+
+
+def text(program, operand):
+    match operand:
+        case Constant(value):
+            return f"({value!r})"
+        case Input(argument, entry):
+            return f"{program.arguments[argument]}[{entry}]"
+        case _:
+            return f"v{operand.number}"
+
+
+def printed(name, program):
+    """One function of Python: flat sequences in, flat lists out."""
+    sizes = [
+        1 + max(s.entry for s in program.stored if s.output == k)
+        for k in range(len(program.results))
+    ]
+    lines = [f"def {name}({', '.join(program.arguments)}):"]
+    lines += [f"    {r} = [None] * {n}" for r, n in zip(program.results, sizes, strict=True)]
+    for statement in program.statements:
+        terms = [text(program, operand) for operand in statement.operands]
+        if isinstance(statement, Compute):
+            right = TEMPLATES[statement.operation].format(*terms)
+            lines.append(f"    v{statement.result.number} = {right}")
+        else:
+            lines.append(f"    {program.results[statement.output]}[{statement.entry}] = {terms[0]}")
+    return "\n".join([*lines, f"    return [{', '.join(program.results)}]", ""])
+
+
+def plain_python(derivation, programs):
+    parts = ["import math", *(printed(name, p) for name, p in programs.whole.items())]
+    return {f"plain/{derivation.robot.name}_plain.py": "\n\n".join(parts)}
+
+
+EMITTER = Emitter("plain python", plain_python)
+
+
+@pytest.fixture(scope="module", params=["scara", "ur5e", "five_bar", "delta"])
+def folder(request, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("plain") / request.param
+    write(load(ROBOTS / f"{request.param}.toml"), folder, emitters=(*EMITTERS, EMITTER))
+    return folder
+
+
+def test_it_computes_what_the_c_computes(folder):
+    robot = chasles.load(folder)
+    plain = runpy.run_path(str(folder / "plain" / f"{robot.name}_plain.py"))
+    rng = np.random.default_rng(3)
+    q = (
+        rng.uniform(-1, 1, robot.n)
+        if robot.name in ("scara", "ur5e")
+        else np.array(robot.reference.q)
+    )
+    given = {"q": q, "qd": rng.uniform(-1, 1, robot.n), "qdd": rng.uniform(-1, 1, robot.n)}
+    given["T"] = robot.fk(q)
+    compared = 0
+    for name, function in robot.functions.items():
+        arguments = plain[name].__code__.co_varnames[: plain[name].__code__.co_argcount]
+        if not set(arguments) <= given.keys() or name == "ik":
+            continue
+        expected = function(*(given[a] for a in arguments))
+        expected = expected if isinstance(expected, tuple) else (expected,)
+        found = plain[name](*(np.ravel(given[a]).tolist() for a in arguments))
+        for ours, theirs in zip(found, expected, strict=True):
+            np.testing.assert_allclose(ours, np.ravel(theirs), rtol=1e-12, atol=1e-12, err_msg=name)
+        compared += 1
+    assert compared >= 14
+
+
+def test_every_branch_of_the_inverse(tmp_path):
+    folder = tmp_path / "ur5e"
+    write(load(ROBOTS / "ur5e.toml"), folder, emitters=(*EMITTERS, EMITTER))
+    robot = chasles.load(folder)
+    plain = runpy.run_path(str(folder / "plain" / "ur5e_plain.py"))
+    T = robot.fk([0.3, -1.1, 1.2, 0.4, 0.9, -0.5])
+    found = robot.ik(T)
+    q, residual, margin = plain["ik"](T.ravel().tolist())
+    np.testing.assert_allclose(np.reshape(q, (8, 6)), found.q, atol=1e-12)
+    np.testing.assert_allclose(margin, found.margin, atol=1e-12)
+    assert max(residual) < 1e-13
+
+
+def test_the_manifest_tells_its_files_and_a_later_run_without_it_removes_them(folder):
+    manifest = json.loads((folder / "manifest.json").read_text())
+    name = f"plain/{manifest['name']}_plain.py"
+    assert manifest["languages"]["plain python"] == [name]
+    assert name in manifest["files"]
+    assert set(manifest["languages"]) == {e.language for e in (*EMITTERS, EMITTER)}
+    own = folder / "plain" / "notes.py"
+    own.write_text("")
+    write(load(ROBOTS / f"{manifest['name']}.toml"), folder)
+    assert not (folder / name).exists()
+    assert own.exists()
+    assert "plain python" not in json.loads((folder / "manifest.json").read_text())["languages"]
+
+
+def test_two_languages_may_not_write_one_file(tmp_path):
+    twice = (*EMITTERS, Emitter("another c", lambda derivation, programs: {"scara.c": ""}))
+    with pytest.raises(
+        RobotError, match=r"another c writes scara\.c, which another language writes"
+    ):
+        write(load(ROBOTS / "scara.toml"), tmp_path, ("fk",), emitters=twice)
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,90 @@
+"""The order of a program's statements."""
+
+from collections import Counter
+
+import pytest
+from derivations import NAMES, made
+
+from chasles.derive.program.operations import (
+    Compute,
+    Constant,
+    Input,
+    Operation,
+    Program,
+    Store,
+    Variable,
+    variables,
+)
+from chasles.derive.program.schedule import by_depth, calls_first, needed_only
+
+X, Y = Input(0, 0), Input(0, 1)
+A, B, C, D = map(Variable, range(1, 5))
+
+
+def program(*statements):
+    return Program("f", ("x",), ("y",), (X, Y), statements)
+
+
+def depths(found: Program) -> list[int]:
+    """How many statements must be done before each, one after the other."""
+    depth: dict[Variable, int] = {}
+    told = []
+    for statement in found.statements:
+        told.append(max((depth[v] for v in variables(statement.operands)), default=0))
+        if isinstance(statement, Compute):
+            depth[statement.result] = told[-1] + 1
+    return told
+
+
+def kinds(found: Program) -> Counter:
+    """Statements by what is left of them without the names of variables."""
+    return Counter(
+        (
+            getattr(s, "operation", None) or (s.output, s.entry),
+            tuple(None if isinstance(o, Variable) else o for o in s.operands),
+        )
+        for s in found.statements
+    )
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_by_depth_nothing_waits_for_what_comes_later(name):
+    for found in made(name).whole.values():
+        ordered = by_depth(found)
+        assert depths(ordered) == sorted(depths(found))
+        assert kinds(ordered) == kinds(found)
+        assert ordered.inputs == found.inputs
+
+
+def test_statements_that_nothing_takes_go():
+    given = (
+        Compute(A, Operation.ADD, (X, Y)),
+        Compute(B, Operation.SIN, (A,)),
+        Compute(C, Operation.NEGATE, (A,)),
+        Store(0, 0, C),
+    )
+    assert needed_only(program(*given)).statements == (given[0], *given[2:])
+
+
+def test_calls_and_what_they_need_come_first_and_are_numbered():
+    given = (
+        Compute(A, Operation.MULTIPLY, (X, X)),
+        Compute(B, Operation.ADD, (X, Y)),
+        Store(0, 0, A),
+        Compute(C, Operation.SIN, (B,)),
+        Compute(D, Operation.ADD, (C, A)),
+        Store(0, 1, D),
+    )
+    assert calls_first(program(*given)).statements == (
+        Compute(A, Operation.ADD, (X, Y)),
+        Compute(B, Operation.SIN, (A,)),
+        Compute(C, Operation.MULTIPLY, (X, X)),
+        Store(0, 0, C),
+        Compute(D, Operation.ADD, (B, C)),
+        Store(0, 1, D),
+    )
+
+
+def test_a_zero_has_a_sign():
+    assert Constant(0.0) != Constant(-0.0)
+    assert len({Constant(0.0), Constant(-0.0), Constant(0.0)}) == 2
