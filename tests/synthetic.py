@@ -26,7 +26,7 @@ from bench.screws import Screws
 from bench.verdict import VALID
 from chasles.derive import Robot, loads
 from chasles.derive.inverse.serial_inverse import Inverses, inverses
-from chasles.derive.terms.casadi_graph import lower_branch
+from chasles.derive.terms.casadi_graph import lower
 from chasles.derive.terms.symbolic_function import SymbolicFunction
 from chasles.derive.terms.terms import Terms
 
@@ -120,7 +120,7 @@ class Function:
     def __init__(self, function: SymbolicFunction) -> None:
         """Lowers the function, its signs as inputs."""
         self.inputs, self.outputs, self.signs = function.inputs, function.outputs, function.signs
-        self.kernel = lower_branch(function, "arm")
+        self.kernel = lower([function], "arm")[0]
 
     def __call__(self, *arguments: np.ndarray) -> Found | np.ndarray:
         """Slots where the function has some, or else the values of its one output."""

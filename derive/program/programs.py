@@ -3,10 +3,12 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from ..terms.casadi_graph import lower, lower_branch
+from ..terms.branches import patterns
+from ..terms.casadi_graph import lower
 from ..terms.symbolic_function import SymbolicFunction
 from .operations import Program
-from .reading import programs as programs_of
+from .reading import programs as read_programs
+from .unrolling import unrolled
 
 
 @dataclass(frozen=True)
@@ -38,12 +40,10 @@ def programs(functions: Sequence[SymbolicFunction], prefix: str) -> Programs:
     Raises:
         LoweringError: An expression or an operation has no rule.
     """
-    if not functions:
-        return Programs({}, {})
-    names = [function.name for function in functions]
-    branched = [function for function in functions if function.signs]
-    branches = programs_of([lower_branch(function, prefix) for function in branched])
-    return Programs(
-        dict(zip(names, programs_of(lower(functions, prefix)), strict=True)),
-        {function.name: program for function, program in zip(branched, branches, strict=True)},
-    )
+    read = read_programs(lower(functions, prefix))
+    branch = {f.name: program for f, program in zip(functions, read, strict=True) if f.signs}
+    whole = {
+        f.name: unrolled(program, patterns(f), f"{prefix}_{f.name}") if f.signs else program
+        for f, program in zip(functions, read, strict=True)
+    }
+    return Programs(whole, branch)

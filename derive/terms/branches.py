@@ -1,13 +1,10 @@
-"""The branches of a function side by side: what one function of signs gives for all of them."""
+"""The branches of a function: the signs of each, and one of them as a function of its signs."""
 
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 
-import sympy as sp
-
 from .symbolic_function import Argument, SymbolicFunction
-from .terms import Terms
 
 
 def patterns(function: SymbolicFunction) -> Iterator[tuple[int, ...]]:
@@ -26,59 +23,3 @@ def branch(function: SymbolicFunction) -> SymbolicFunction:
         outputs=tuple(replace(result, shape=result.shape[1:]) for result in function.outputs),
         signs=(),
     )
-
-
-def unrolled(function: SymbolicFunction) -> SymbolicFunction:
-    """The same function without signs, its branches one after the other.
-
-    What two branches have in common, up to sign, is named once. Satisfies: entry i of branch b of
-    an output is entry i of that output with the signs of branch b put in.
-
-    Args:
-        function: A function with signs, or one without, which is returned as it is.
-
-    Returns:
-        A function over terms of its own, whose results hold all entries that their shapes tell.
-    """
-    if not function.signs:
-        return function
-    terms = Terms(function.terms.parameters)
-    common: dict[sp.Basic, sp.Expr] = {}
-    for symbol, constant in function.terms.constants.items():
-        common[symbol] = terms.let(constant.xreplace(common))
-    definitions = function.definitions()
-    varying: set[sp.Basic] = set(function.signs)
-    for symbol, term in definitions:
-        if varying.isdisjoint(term.free_symbols):
-            common[symbol] = terms.let(substituted(term, common))
-        else:
-            varying.add(symbol)
-    entries: list[list[sp.Expr]] = [[] for _ in function.outputs]
-    for signs in patterns(function):
-        here = common | dict(zip(function.signs, map(sp.Integer, signs), strict=True))
-        for symbol, term in definitions:
-            if symbol in varying:
-                here[symbol] = terms.let(substituted(term, here))
-        for found, result in zip(entries, function.outputs, strict=True):
-            found += [substituted(entry, here) for entry in result.entries]
-    outputs = tuple(
-        replace(result, entries=tuple(found))
-        for result, found in zip(function.outputs, entries, strict=True)
-    )
-    return replace(function, outputs=outputs, terms=terms, signs=())
-
-
-def substituted(expression: sp.Expr, values: Mapping[sp.Basic, sp.Expr]) -> sp.Expr:
-    """An expression with symbols replaced; angles of points stay what they are, but for a sign.
-
-    SymPy would make atan(y / x) of atan2(y, x) where it knows that x is positive.
-    """
-    if not expression.has(sp.atan2):
-        return expression.xreplace(values)
-    arguments = [substituted(argument, values) for argument in expression.args]
-    if expression.func is not sp.atan2:
-        return expression.func(*arguments)
-    y, x = arguments
-    if y.as_coeff_Mul()[0].is_negative:
-        return -sp.atan2(-y, x, evaluate=False)
-    return sp.atan2(y, x, evaluate=False)

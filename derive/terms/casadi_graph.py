@@ -17,7 +17,7 @@ from sympy.core.relational import Relational
 from sympy.logic.boolalg import Boolean
 
 from ..model.errors import RobotError
-from .branches import branch, unrolled
+from .branches import branch
 from .symbolic_function import SymbolicFunction
 from .terms import Terms
 
@@ -29,34 +29,23 @@ class LoweringError(RobotError):
 def lower(functions: Sequence[SymbolicFunction], prefix: str) -> list[ca.Function]:
     """CasADi functions named ``<prefix>_<name>``; outputs are dense vectors in row-major order.
 
+    A function with signs is lowered as one branch, ``<prefix>_<name>_branch``, with the signs as a
+    last input, ``choice``.
+
     Args:
-        functions: One or more functions over the same terms; what they share is lowered once.
-            Those with signs are unrolled: their outputs hold all branches.
+        functions: Functions over the same terms; what those without signs share is lowered once.
         prefix: The robot's name.
 
     Raises:
         LoweringError: An expression holds something that no rule lowers.
     """
-    visitor = _Visitor(functions[0].terms)
+    shared = _Visitor(functions[0].terms) if functions else None
     return [
-        _Visitor(flat.terms).function(flat, prefix)
-        if flat is not function
-        else visitor.function(function, prefix)
-        for function, flat in zip(functions, map(unrolled, functions), strict=True)
+        _Visitor(function.terms, function.signs).function(branch(function), prefix)
+        if function.signs or shared is None
+        else shared.function(function, prefix)
+        for function in functions
     ]
-
-
-def lower_branch(function: SymbolicFunction, prefix: str) -> ca.Function:
-    """One branch of a function, ``<prefix>_<name>_branch``, its signs a last input, ``choice``.
-
-    Args:
-        function: A function with signs.
-        prefix: The robot's name.
-
-    Raises:
-        LoweringError: An expression holds something that no rule lowers.
-    """
-    return _Visitor(function.terms, function.signs).function(branch(function), prefix)
 
 
 def whole(functions: Sequence[SymbolicFunction], name: str) -> ca.Function:

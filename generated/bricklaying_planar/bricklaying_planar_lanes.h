@@ -382,69 +382,70 @@ static LANES_SPARING LANES_TARGET void LANES_NAME(bricklaying_planar_ik)(const l
 {
   const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
       T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
-      v1 = 0.127 * T_0, v2 = 0.127 * T_4, v3 = T_4 * T_4, v4 = 1e-150 + T_0, v5 = T_2 * T_2,
-      v6 = T_6 * T_6, v7 = T_8 * T_8, v8 = T_9 * T_9, v9 = 1.0 - T_10, v10 = T_11 * T_11,
-      v11 = T_3 - v1, v12 = T_7 - v2, v13 = v4 * v4;
+      v1 = 0.127 * T_4, v2 = 0.127 * T_0, v3 = T_4 * T_4, v4 = 1e-150 + T_0, v5 = T_11 * T_11,
+      v6 = T_2 * T_2, v7 = T_6 * T_6, v8 = T_8 * T_8, v9 = T_9 * T_9, v10 = 1.0 - T_10,
+      v11 = T_7 - v1, v12 = T_3 - v2, v13 = v4 * v4;
   LANES_LET2(v14, atan2, T_4, v4);
-  const lanes v15 = v5 + v6, v16 = v9 * v9, v17 = v11 * v11, v18 = v12 * v12, v19 = v3 + v13,
-      v20 = v15 + v7, v21 = v17 + v18;
+  const lanes v15 = v6 + v7, v16 = v10 * v10, v17 = v12 * v12, v18 = v11 * v11, v19 = v3 + v13,
+      v20 = v15 + v8, v21 = v17 + v18;
   LANES_LET1(v22, rsqrt, v19);
-  const lanes v23 = v20 + v8, v24 = v21 - 0.00258064, v25 = 0.09290304 - v21,
+  const lanes v23 = v20 + v9, v24 = v21 - 0.00258064, v25 = 0.09290304 - v21,
       v26 = v21 - 0.04774184, v27 = T_4 * v22, v28 = v4 * v22, v29 = v24 * v25,
       v30 = 22.14290142866 * v26;
   const lanes_where v31 = LANES_LT(v26, 0.0);
-  const lanes v32 = v28 - T_0, v33 = T_1 + v27, v34 = v27 - T_4, v35 = v28 - T_5, v36 = 0.127 * v28,
-      v37 = 0.127 * v27;
+  const lanes v32 = 0.127 * v28, v33 = 0.127 * v27, v34 = v28 - T_0, v35 = T_1 + v27,
+      v36 = v27 - T_4, v37 = v28 - T_5;
   const lanes_where v38 = LANES_LT(8.15813594176e-18, v29);
   const lanes v39 = LANES_CHOICE(v31, -1.0, 1.0);
   LANES_LET1(v40, sqrt, v29);
-  const lanes v41 = v32 * v32, v42 = v33 * v33, v43 = v34 * v34, v44 = v35 * v35,
+  const lanes v41 = v34 * v34, v42 = v35 * v35, v43 = v36 * v36, v44 = v37 * v37,
       v45 = 490.3080836793531 * v29, v46 = LANES_CHOICE(v38, v30, v39), v47 = 22.14290142866 * v40,
       v48 = v23 + v41;
   out[8] = v45; out[9] = v45;
   const lanes v49 = 0.127 * v46, v50 = LANES_CHOICE(v38, v47, 0.0), v51 = v48 + v42,
       v52 = v49 + 0.1778, v53 = 0.127 * v50;
   LANES_LET2(v54, atan2, v50, v46);
-  const lanes v55 = v51 + v43, v56 = v52 * v12, v57 = v11 * v53, v58 = v52 * v11, v59 = v53 * v12;
+  const lanes v55 = v51 + v43, v56 = v11 * v52, v57 = v12 * v53, v58 = v12 * v52, v59 = v11 * v53;
   out[1] = v54;
-  const lanes v60 = -v54, v61 = v14 + v54, v62 = v55 + v44, v63 = v56 - v57, v64 = v58 + v59,
-      v65 = v56 + v57, v66 = v58 - v59;
-  out[4] = v60;
-  const lanes v67 = v62 + v16, v68 = v63 * v63, v69 = 1e-150 + v64, v70 = v65 * v65,
-      v71 = 1e-150 + v66, v72 = 0.5 * v67, v73 = v69 * v69;
-  LANES_LET2(v74, atan2, v63, v69);
-  const lanes v75 = v71 * v71;
-  LANES_LET2(v76, atan2, v65, v71);
-  const lanes v77 = v68 + v73, v78 = v70 + v75;
-  out[0] = v74;
-  const lanes v79 = v14 - v74;
-  out[3] = v76;
-  const lanes v80 = v61 - v76;
-  LANES_LET1(v81, rsqrt, v77); LANES_LET1(v82, rsqrt, v78);
-  const lanes v83 = v79 - v54;
-  const lanes_where v84 = LANES_LT(3.141592653589793, v80);
-  const lanes v85 = v80 - 6.283185307179586;
-  const lanes_where v86 = LANES_LT(v80, -3.141592653589793);
-  const lanes v87 = v80 + 6.283185307179586, v88 = v63 * v81, v89 = v69 * v81, v90 = v65 * v82,
-      v91 = v71 * v82;
+  const lanes v60 = v55 + v44, v61 = -v54, v62 = v56 - v57, v63 = v58 + v59, v64 = v56 + v57,
+      v65 = v58 - v59, v66 = v60 + v16;
+  out[4] = v61;
+  const lanes v67 = v62 * v62, v68 = 1e-150 + v63, v69 = v64 * v64, v70 = 1e-150 + v65,
+      v71 = 0.5 * v66, v72 = v68 * v68;
+  LANES_LET2(v73, atan2, v62, v68);
+  const lanes v74 = v70 * v70;
+  LANES_LET2(v75, atan2, v64, v70);
+  const lanes v76 = v67 + v72, v77 = v69 + v74;
+  out[0] = v73;
+  const lanes v78 = v14 - v73;
+  out[3] = v75;
+  const lanes v79 = v14 - v75;
+  LANES_LET1(v80, rsqrt, v76); LANES_LET1(v81, rsqrt, v77);
+  const lanes v82 = v78 - v54, v83 = v79 + v54, v84 = v62 * v80, v85 = v68 * v80, v86 = v64 * v81,
+      v87 = v70 * v81;
+  const lanes_where v88 = LANES_LT(3.141592653589793, v82);
+  const lanes v89 = v82 - 6.283185307179586;
+  const lanes_where v90 = LANES_LT(v82, -3.141592653589793);
+  const lanes v91 = v82 + 6.283185307179586;
   const lanes_where v92 = LANES_LT(3.141592653589793, v83);
   const lanes v93 = v83 - 6.283185307179586;
   const lanes_where v94 = LANES_LT(v83, -3.141592653589793);
-  const lanes v95 = v83 + 6.283185307179586, v96 = LANES_CHOICE(v86, v87, v80),
-      v97 = LANES_CHOICE(v94, v95, v83), v98 = LANES_CHOICE(v84, v85, v96), v99 = v46 * v89,
-      v100 = v50 * v88, v101 = 0.1778 * v89, v102 = v46 * v88, v103 = v50 * v89,
-      v104 = 0.1778 * v88, v105 = v46 * v91, v106 = v50 * v90, v107 = 0.1778 * v91,
-      v108 = v46 * v90, v109 = v50 * v91, v110 = 0.1778 * v90, v111 = LANES_CHOICE(v92, v93, v97);
-  out[5] = v98;
-  const lanes v112 = v99 - v100, v113 = v102 + v103, v114 = v105 + v106, v115 = v108 - v109;
-  out[2] = v111;
-  const lanes v116 = 0.127 * v112, v117 = 0.127 * v113, v118 = 0.127 * v114, v119 = 0.127 * v115,
-      v120 = v36 + v116, v121 = v37 + v117, v122 = v36 + v118, v123 = v37 + v119,
-      v124 = v120 + v101, v125 = v121 + v104, v126 = v122 + v107, v127 = v123 + v110,
-      v128 = v124 - T_3, v129 = v125 - T_7, v130 = v126 - T_3, v131 = v127 - T_7,
-      v132 = v128 * v128, v133 = v129 * v129, v134 = v130 * v130, v135 = v131 * v131,
-      v136 = v10 + v132, v137 = v10 + v134, v138 = v136 + v133, v139 = v137 + v135,
-      v140 = v72 + v138, v141 = v138 - v72, v142 = v72 + v139, v143 = v139 - v72;
+  const lanes v95 = v83 + 6.283185307179586, v96 = LANES_CHOICE(v90, v91, v82), v97 = v46 * v85,
+      v98 = v50 * v84, v99 = 0.1778 * v85, v100 = v46 * v84, v101 = v50 * v85, v102 = 0.1778 * v84,
+      v103 = LANES_CHOICE(v94, v95, v83), v104 = v46 * v87, v105 = v50 * v86, v106 = 0.1778 * v87,
+      v107 = v46 * v86, v108 = v50 * v87, v109 = 0.1778 * v86, v110 = LANES_CHOICE(v88, v89, v96),
+      v111 = v97 - v98, v112 = v100 + v101, v113 = LANES_CHOICE(v92, v93, v103), v114 = v104 + v105,
+      v115 = v107 - v108;
+  out[2] = v110;
+  const lanes v116 = 0.127 * v111, v117 = 0.127 * v112;
+  out[5] = v113;
+  const lanes v118 = 0.127 * v114, v119 = 0.127 * v115, v120 = v32 + v116, v121 = v33 + v117,
+      v122 = v32 + v118, v123 = v33 + v119, v124 = v120 + v99, v125 = v121 + v102,
+      v126 = v122 + v106, v127 = v123 + v109, v128 = v124 - T_3, v129 = v125 - T_7,
+      v130 = v126 - T_3, v131 = v127 - T_7, v132 = v128 * v128, v133 = v129 * v129,
+      v134 = v130 * v130, v135 = v131 * v131, v136 = v5 + v132, v137 = v5 + v134,
+      v138 = v136 + v133, v139 = v137 + v135, v140 = v138 + v71, v141 = v138 - v71,
+      v142 = v139 + v71, v143 = v139 - v71;
   LANES_LET1(v144, fabs, v141); LANES_LET1(v145, fabs, v143);
   const lanes v146 = v140 + v144, v147 = v142 + v145, v148 = 0.5 * v146, v149 = 0.5 * v147;
   LANES_LET1(v150, sqrt, v148); LANES_LET1(v151, sqrt, v149); out[6] = v150; out[7] = v151;
@@ -454,64 +455,64 @@ static LANES_SPARING LANES_TARGET void LANES_NAME(bricklaying_planar_ik)(const l
 static LANES_SPARING LANES_TARGET void LANES_NAME(bricklaying_planar_ik_planar)(const lanes *in, lanes *out)
 {
   const lanes x_0 = in[0], x_1 = in[1], x_2 = in[2];
-  LANES_COS_SIN(v1, v2, x_2);
-  const lanes v3 = 0.127 * v1, v4 = 0.127 * v2, v5 = v2 * v2, v6 = 1e-150 + v1, v7 = x_0 - v3,
-      v8 = x_1 - v4, v9 = v6 * v6;
-  LANES_LET2(v10, atan2, v2, v6);
-  const lanes v11 = v7 * v7, v12 = v8 * v8, v13 = v5 + v9, v14 = v11 + v12;
+  LANES_COS_SIN(v2, v1, x_2);
+  const lanes v3 = 0.127 * v1, v4 = 0.127 * v2, v5 = v1 * v1, v6 = 1e-150 + v2, v7 = x_1 - v3,
+      v8 = x_0 - v4, v9 = v6 * v6;
+  LANES_LET2(v10, atan2, v1, v6);
+  const lanes v11 = v8 * v8, v12 = v7 * v7, v13 = v5 + v9, v14 = v11 + v12;
   LANES_LET1(v15, rsqrt, v13);
-  const lanes v16 = 0.09290304 - v14, v17 = v14 - 0.00258064, v18 = v14 - 0.04774184,
-      v19 = v2 * v15, v20 = v6 * v15, v21 = v16 * v17, v22 = 22.14290142866 * v18;
+  const lanes v16 = v14 - 0.00258064, v17 = 0.09290304 - v14, v18 = v14 - 0.04774184,
+      v19 = v1 * v15, v20 = v6 * v15, v21 = v16 * v17, v22 = 22.14290142866 * v18;
   const lanes_where v23 = LANES_LT(v18, 0.0);
-  const lanes v24 = v20 - v1, v25 = v19 - v2, v26 = 0.127 * v20, v27 = 0.127 * v19;
+  const lanes v24 = 0.127 * v20, v25 = 0.127 * v19, v26 = v20 - v2, v27 = v19 - v1;
   const lanes_where v28 = LANES_LT(8.15813594176e-18, v21);
   const lanes v29 = LANES_CHOICE(v23, -1.0, 1.0);
   LANES_LET1(v30, sqrt, v21);
-  const lanes v31 = v24 * v24, v32 = v25 * v25, v33 = 490.3080836793531 * v21,
+  const lanes v31 = v26 * v26, v32 = v27 * v27, v33 = 490.3080836793531 * v21,
       v34 = LANES_CHOICE(v28, v22, v29), v35 = 22.14290142866 * v30, v36 = v31 + v32;
   out[8] = v33; out[9] = v33;
   const lanes v37 = 0.127 * v34, v38 = LANES_CHOICE(v28, v35, 0.0), v39 = v37 + 0.1778,
       v40 = 0.127 * v38;
   LANES_LET2(v41, atan2, v38, v34);
-  const lanes v42 = v39 * v8, v43 = v40 * v7, v44 = v39 * v7, v45 = v40 * v8;
+  const lanes v42 = v7 * v39, v43 = v8 * v40, v44 = v8 * v39, v45 = v7 * v40;
   out[1] = v41;
-  const lanes v46 = -v41, v47 = v10 + v41, v48 = v42 - v43, v49 = v44 + v45, v50 = v42 + v43,
-      v51 = v44 - v45;
+  const lanes v46 = -v41, v47 = v42 - v43, v48 = v44 + v45, v49 = v42 + v43, v50 = v44 - v45;
   out[4] = v46;
-  const lanes v52 = v48 * v48, v53 = 1e-150 + v49, v54 = v50 * v50, v55 = 1e-150 + v51,
-      v56 = v53 * v53;
-  LANES_LET2(v57, atan2, v48, v53);
-  const lanes v58 = v55 * v55;
-  LANES_LET2(v59, atan2, v50, v55);
-  const lanes v60 = v52 + v56, v61 = v54 + v58;
-  out[0] = v57;
-  const lanes v62 = v10 - v57;
-  out[3] = v59;
-  const lanes v63 = v47 - v59;
-  LANES_LET1(v64, rsqrt, v60); LANES_LET1(v65, rsqrt, v61);
-  const lanes v66 = v62 - v41;
-  const lanes_where v67 = LANES_LT(3.141592653589793, v63);
-  const lanes v68 = v63 - 6.283185307179586;
-  const lanes_where v69 = LANES_LT(v63, -3.141592653589793);
-  const lanes v70 = v63 + 6.283185307179586, v71 = v48 * v64, v72 = v53 * v64, v73 = v50 * v65,
-      v74 = v55 * v65;
+  const lanes v51 = v47 * v47, v52 = 1e-150 + v48, v53 = v49 * v49, v54 = 1e-150 + v50,
+      v55 = v52 * v52;
+  LANES_LET2(v56, atan2, v47, v52);
+  const lanes v57 = v54 * v54;
+  LANES_LET2(v58, atan2, v49, v54);
+  const lanes v59 = v51 + v55, v60 = v53 + v57;
+  out[0] = v56;
+  const lanes v61 = v10 - v56;
+  out[3] = v58;
+  const lanes v62 = v10 - v58;
+  LANES_LET1(v63, rsqrt, v59); LANES_LET1(v64, rsqrt, v60);
+  const lanes v65 = v61 - v41, v66 = v62 + v41, v67 = v47 * v63, v68 = v52 * v63, v69 = v49 * v64,
+      v70 = v54 * v64;
+  const lanes_where v71 = LANES_LT(3.141592653589793, v65);
+  const lanes v72 = v65 - 6.283185307179586;
+  const lanes_where v73 = LANES_LT(v65, -3.141592653589793);
+  const lanes v74 = v65 + 6.283185307179586;
   const lanes_where v75 = LANES_LT(3.141592653589793, v66);
   const lanes v76 = v66 - 6.283185307179586;
   const lanes_where v77 = LANES_LT(v66, -3.141592653589793);
-  const lanes v78 = v66 + 6.283185307179586, v79 = LANES_CHOICE(v69, v70, v63),
-      v80 = LANES_CHOICE(v77, v78, v66), v81 = LANES_CHOICE(v67, v68, v79), v82 = v34 * v72,
-      v83 = v38 * v71, v84 = 0.1778 * v72, v85 = v34 * v71, v86 = v38 * v72, v87 = 0.1778 * v71,
-      v88 = v34 * v74, v89 = v38 * v73, v90 = 0.1778 * v74, v91 = v34 * v73, v92 = v38 * v74,
-      v93 = 0.1778 * v73, v94 = LANES_CHOICE(v75, v76, v80);
-  out[5] = v81;
-  const lanes v95 = v82 - v83, v96 = v85 + v86, v97 = v88 + v89, v98 = v91 - v92;
-  out[2] = v94;
-  const lanes v99 = 0.127 * v95, v100 = 0.127 * v96, v101 = 0.127 * v97, v102 = 0.127 * v98,
-      v103 = v26 + v99, v104 = v27 + v100, v105 = v26 + v101, v106 = v27 + v102, v107 = v103 + v84,
-      v108 = v104 + v87, v109 = v105 + v90, v110 = v106 + v93, v111 = v107 - x_0, v112 = v108 - x_1,
-      v113 = v109 - x_0, v114 = v110 - x_1, v115 = v111 * v111, v116 = v112 * v112,
-      v117 = v113 * v113, v118 = v114 * v114, v119 = v115 + v116, v120 = v117 + v118,
-      v121 = v36 + v119, v122 = v119 - v36, v123 = v36 + v120, v124 = v120 - v36;
+  const lanes v78 = v66 + 6.283185307179586, v79 = LANES_CHOICE(v73, v74, v65), v80 = v34 * v68,
+      v81 = v38 * v67, v82 = 0.1778 * v68, v83 = v34 * v67, v84 = v38 * v68, v85 = 0.1778 * v67,
+      v86 = LANES_CHOICE(v77, v78, v66), v87 = v34 * v70, v88 = v38 * v69, v89 = 0.1778 * v70,
+      v90 = v34 * v69, v91 = v38 * v70, v92 = 0.1778 * v69, v93 = LANES_CHOICE(v71, v72, v79),
+      v94 = v80 - v81, v95 = v83 + v84, v96 = LANES_CHOICE(v75, v76, v86), v97 = v87 + v88,
+      v98 = v90 - v91;
+  out[2] = v93;
+  const lanes v99 = 0.127 * v94, v100 = 0.127 * v95;
+  out[5] = v96;
+  const lanes v101 = 0.127 * v97, v102 = 0.127 * v98, v103 = v24 + v99, v104 = v25 + v100,
+      v105 = v24 + v101, v106 = v25 + v102, v107 = v103 + v82, v108 = v104 + v85, v109 = v105 + v89,
+      v110 = v106 + v92, v111 = v107 - x_0, v112 = v108 - x_1, v113 = v109 - x_0, v114 = v110 - x_1,
+      v115 = v111 * v111, v116 = v112 * v112, v117 = v113 * v113, v118 = v114 * v114,
+      v119 = v115 + v116, v120 = v117 + v118, v121 = v119 + v36, v122 = v119 - v36,
+      v123 = v120 + v36, v124 = v120 - v36;
   LANES_LET1(v125, fabs, v122); LANES_LET1(v126, fabs, v124);
   const lanes v127 = v121 + v125, v128 = v123 + v126, v129 = 0.5 * v127, v130 = 0.5 * v128;
   LANES_LET1(v131, sqrt, v129); LANES_LET1(v132, sqrt, v130); out[6] = v131; out[7] = v132;

@@ -288,7 +288,7 @@ void excavator_constraint_D_z_dot(const double z[12], const double zd[12], doubl
 
 /* Every solution of the inverse kinematics, in 4 slots.
  * fk(q[k]) = T wherever residual[k] is rounding
- * 1068 operations: multiply 523, add 455, negate 2, trig 2, other 86.
+ * 1064 operations: multiply 523, add 451, negate 2, trig 2, other 86.
  *   T: pose of the tool, T_0_tip, 4 x 4 (1, m)
  *   q: joint coordinates, one solution a row, 4 x 4 (rad or m)
  *   residual: distance of fk(q[k]) from the target, 4 (m or rad)

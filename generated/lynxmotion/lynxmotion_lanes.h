@@ -834,130 +834,137 @@ static LANES_SPARING LANES_TARGET void LANES_NAME(lynxmotion_ik)(const lanes *in
   LANES_LET2(v13, atan2, v5, v10);
   const lanes v14 = v9 + v12, v15 = -v13;
   LANES_LET1(v16, rsqrt, v14); out[0] = v15; out[5] = v15;
-  const lanes v17 = v5 * v16, v18 = v10 * v16, v19 = T_2 * v18, v20 = T_6 * v17, v21 = v18 * v6,
-      v22 = v17 * v5, v23 = T_0 * v17, v24 = T_4 * v18, v25 = T_0 * v18, v26 = T_4 * v17;
+  const lanes v17 = v5 * v16, v18 = v10 * v16, v19 = T_2 * v18, v20 = T_6 * v17, v21 = v6 * v18,
+      v22 = v5 * v17, v23 = T_0 * v17, v24 = T_4 * v18, v25 = T_0 * v18, v26 = T_4 * v17;
   LANES_LET2(v27, supplement, v13, v17);
   const lanes v28 = v19 - v20, v29 = v21 - v22, v30 = v23 + v24, v31 = v25 - v26;
   out[10] = v27; out[15] = v27;
   const lanes v32 = v28 * v28;
   LANES_LET2(v33, atan2, v28, v4);
-  const lanes v34 = v30 * v30, v35 = v8 + v32;
+  const lanes v34 = v30 * v30, v35 = v32 + v8;
   LANES_LET1(v36, rsqrt, v35);
   const lanes v37 = v4 * v36, v38 = v28 * v36, v39 = 0.1 * v37, v40 = 0.1 * v38, v41 = v37 * v31,
-      v42 = T_8 * v38, v43 = v17 * v38, v44 = v37 - T_10, v45 = v18 * v37, v46 = v18 * v38,
-      v47 = v17 * v37, v48 = v11 + v39, v49 = v29 + v40, v50 = v41 - v42, v51 = T_6 + v43,
-      v52 = v44 * v44, v53 = v46 - T_2, v54 = v49 * v49, v55 = v48 * v48, v56 = 1e-150 + v50,
-      v57 = 1e-150 - v50, v58 = v51 * v51, v59 = v53 * v53, v60 = v54 + v55, v61 = v56 * v56;
+      v42 = T_8 * v38, v43 = v18 * v37, v44 = v18 * v38, v45 = v17 * v37, v46 = v17 * v38,
+      v47 = v37 - T_10, v48 = v11 + v39, v49 = v29 + v40, v50 = v41 - v42, v51 = v44 - T_2,
+      v52 = T_6 + v46, v53 = v47 * v47, v54 = v49 * v49, v55 = v48 * v48, v56 = 1e-150 + v50,
+      v57 = 1e-150 - v50, v58 = v51 * v51, v59 = v52 * v52, v60 = v54 + v55, v61 = v56 * v56;
   LANES_LET2(v62, atan2, v30, v56);
   const lanes v63 = v57 * v57;
   LANES_LET2(v64, atan2, v30, v57);
-  const lanes v65 = v58 + v52, v66 = 0.04 - v60, v67 = v60 - 0.02, v68 = v34 + v61, v69 = v63 + v34;
+  const lanes v65 = 0.04 - v60, v66 = v60 - 0.02, v67 = v34 + v61, v68 = v34 + v63;
   out[4] = v62; out[9] = v62;
-  const lanes v70 = -v64, v71 = v60 * v66, v72 = 50.0 * v67;
-  const lanes_where v73 = LANES_LT(v67, 0.0); LANES_LET1(v74, rsqrt, v68);
-  LANES_LET1(v75, rsqrt, v69); out[14] = v70; out[19] = v70;
-  const lanes_where v76 = LANES_LT(1.6e-18, v71);
-  const lanes v77 = LANES_CHOICE(v73, -1.0, 1.0);
-  LANES_LET1(v78, sqrt, v71);
-  const lanes v79 = v30 * v74, v80 = v56 * v74, v81 = v30 * v75, v82 = v57 * v75,
-      v83 = 2500.0 * v71, v84 = LANES_CHOICE(v76, v72, v77), v85 = 50.0 * v78, v86 = v38 * v80,
-      v87 = v38 * v79, v88 = v17 * v79, v89 = v80 * v45, v90 = v17 * v80, v91 = v79 * v45,
-      v92 = v18 * v79, v93 = v80 * v47, v94 = v18 * v80, v95 = v79 * v47, v96 = v17 * v81,
-      v97 = v82 * v45, v98 = v17 * v82, v99 = v81 * v45, v100 = v18 * v81, v101 = v82 * v47,
-      v102 = v81 * v47, v103 = v18 * v82, v104 = v82 * v38, v105 = v81 * v38;
-  out[24] = v83; out[25] = v83; out[26] = v83; out[27] = v83;
-  const lanes v106 = 0.1 * v84, v107 = LANES_CHOICE(v76, v85, 0.0), v108 = T_8 + v86,
-      v109 = v87 - T_9, v110 = v88 + v89, v111 = v90 - v91, v112 = v92 - v93, v113 = v94 + v95,
-      v114 = v96 - v97, v115 = v98 + v99, v116 = v100 + v101, v117 = v102 - v103, v118 = T_8 - v104,
-      v119 = v105 - T_9, v120 = v106 + 0.1, v121 = 0.1 * v107;
-  LANES_LET2(v122, atan2, v107, v84);
-  const lanes v123 = v108 * v108, v124 = v109 * v109, v125 = v110 - T_0, v126 = v111 - T_1,
-      v127 = v112 - T_4, v128 = v113 - T_5, v129 = v114 - T_0, v130 = T_1 + v115, v131 = v116 - T_4,
-      v132 = v117 - T_5, v133 = v118 * v118, v134 = v119 * v119, v135 = v48 * v120,
-      v136 = v49 * v121, v137 = v49 * v120, v138 = v48 * v121;
-  out[2] = v122;
-  const lanes v139 = -v122;
-  out[12] = v122;
-  const lanes v140 = v122 + v33, v141 = v58 + v123, v142 = v125 * v125, v143 = v126 * v126,
-      v144 = v127 * v127, v145 = v128 * v128, v146 = v129 * v129, v147 = v130 * v130,
-      v148 = v131 * v131, v149 = v132 * v132, v150 = v135 - v136, v151 = v137 + v138,
-      v152 = v136 + v135, v153 = v137 - v138;
-  out[7] = v139; out[17] = v139;
-  const lanes v154 = v141 + v124, v155 = v65 + v146, v156 = v150 * v150, v157 = 1e-150 + v151,
-      v158 = v152 * v152, v159 = 1e-150 + v153, v160 = 1e-150 - v153, v161 = 1e-150 - v151,
-      v162 = v154 + v52, v163 = v155 + v147, v164 = v157 * v157;
-  LANES_LET2(v165, atan2, v150, v157);
-  const lanes v166 = v159 * v159;
-  LANES_LET2(v167, atan2, v152, v159);
-  const lanes v168 = v160 * v160;
-  LANES_LET2(v169, atan2, v152, v160);
-  const lanes v170 = v161 * v161;
-  LANES_LET2(v171, atan2, v150, v161);
-  const lanes v172 = v162 + v142, v173 = v163 + v148, v174 = v156 + v164, v175 = v158 + v166,
-      v176 = v158 + v168, v177 = v170 + v156;
-  out[1] = v165;
-  const lanes v178 = v165 + v122;
-  out[6] = v167;
-  const lanes v179 = v122 - v167;
-  out[11] = v169;
-  const lanes v180 = v33 - v169;
-  out[16] = v171;
-  const lanes v181 = v140 - v171, v182 = v172 + v143, v183 = v173 + v149;
-  LANES_LET1(v184, rsqrt, v174); LANES_LET1(v185, rsqrt, v175); LANES_LET1(v186, rsqrt, v176);
-  LANES_LET1(v187, rsqrt, v177);
-  const lanes v188 = v178 + v33, v189 = v179 - v33, v190 = v180 - v122;
-  const lanes_where v191 = LANES_LT(3.141592653589793, v181);
-  const lanes v192 = v181 - 6.283185307179586;
-  const lanes_where v193 = LANES_LT(v181, -3.141592653589793);
-  const lanes v194 = v181 + 6.283185307179586, v195 = v182 + v59, v196 = v183 + v133,
-      v197 = v150 * v184, v198 = v157 * v184, v199 = v152 * v185, v200 = v159 * v185,
-      v201 = v152 * v186, v202 = v160 * v186, v203 = v150 * v187, v204 = v161 * v187;
-  const lanes_where v205 = LANES_LT(v188, -3.141592653589793);
-  const lanes v206 = v188 + 6.283185307179586;
-  const lanes_where v207 = LANES_LT(3.141592653589793, v188);
-  const lanes v208 = 6.283185307179586 - v188, v209 = -v188;
-  const lanes_where v210 = LANES_LT(3.141592653589793, v189);
-  const lanes v211 = v189 - 6.283185307179586;
-  const lanes_where v212 = LANES_LT(v189, -3.141592653589793);
-  const lanes v213 = v189 + 6.283185307179586;
+  const lanes v69 = -v64, v70 = v60 * v65, v71 = 50.0 * v66;
+  const lanes_where v72 = LANES_LT(v66, 0.0); LANES_LET1(v73, rsqrt, v67);
+  LANES_LET1(v74, rsqrt, v68); out[14] = v69; out[19] = v69;
+  const lanes_where v75 = LANES_LT(1.6e-18, v70);
+  const lanes v76 = LANES_CHOICE(v72, -1.0, 1.0);
+  LANES_LET1(v77, sqrt, v70);
+  const lanes v78 = v30 * v73, v79 = v56 * v73, v80 = v30 * v74, v81 = v57 * v74,
+      v82 = 2500.0 * v70, v83 = LANES_CHOICE(v75, v71, v76), v84 = 50.0 * v77, v85 = v17 * v78,
+      v86 = v79 * v43, v87 = v17 * v79, v88 = v78 * v43, v89 = v18 * v78, v90 = v79 * v45,
+      v91 = v18 * v79, v92 = v78 * v45, v93 = v38 * v79, v94 = v38 * v78;
+  out[24] = v82; out[25] = v82;
+  const lanes v95 = v17 * v80, v96 = v81 * v43, v97 = v17 * v81, v98 = v80 * v43, v99 = v18 * v80,
+      v100 = v81 * v45, v101 = v18 * v81, v102 = v80 * v45, v103 = v38 * v81, v104 = v38 * v80;
+  out[26] = v82; out[27] = v82;
+  const lanes v105 = 0.1 * v83, v106 = LANES_CHOICE(v75, v84, 0.0), v107 = v85 + v86,
+      v108 = v87 - v88, v109 = v89 - v90, v110 = v91 + v92, v111 = T_8 + v93, v112 = v94 - T_9,
+      v113 = v95 - v96, v114 = v97 + v98, v115 = v99 + v100, v116 = v102 - v101, v117 = T_8 - v103,
+      v118 = v104 - T_9, v119 = v105 + 0.1, v120 = 0.1 * v106;
+  LANES_LET2(v121, atan2, v106, v83);
+  const lanes v122 = v107 - T_0, v123 = v108 - T_1, v124 = v109 - T_4, v125 = v110 - T_5,
+      v126 = v111 * v111, v127 = v112 * v112, v128 = v113 - T_0, v129 = v114 + T_1,
+      v130 = v115 - T_4, v131 = v116 - T_5, v132 = v117 * v117, v133 = v118 * v118,
+      v134 = v48 * v119, v135 = v49 * v120, v136 = v49 * v119, v137 = v48 * v120;
+  out[2] = v121;
+  const lanes v138 = v122 * v122, v139 = v123 * v123, v140 = v124 * v124, v141 = v125 * v125,
+      v142 = -v121;
+  out[12] = v121;
+  const lanes v143 = v128 * v128, v144 = v129 * v129, v145 = v130 * v130, v146 = v131 * v131,
+      v147 = v134 - v135, v148 = v136 + v137, v149 = v134 + v135, v150 = v136 - v137,
+      v151 = v138 + v139;
+  out[7] = v142;
+  const lanes v152 = v143 + v144;
+  out[17] = v142;
+  const lanes v153 = v147 * v147, v154 = 1e-150 + v148, v155 = v149 * v149, v156 = 1e-150 + v150,
+      v157 = 1e-150 - v150, v158 = 1e-150 - v148, v159 = v151 + v58, v160 = v152 + v58,
+      v161 = v154 * v154;
+  LANES_LET2(v162, atan2, v147, v154);
+  const lanes v163 = v156 * v156;
+  LANES_LET2(v164, atan2, v149, v156);
+  const lanes v165 = v157 * v157;
+  LANES_LET2(v166, atan2, v149, v157);
+  const lanes v167 = v158 * v158;
+  LANES_LET2(v168, atan2, v147, v158);
+  const lanes v169 = v159 + v140, v170 = v160 + v145, v171 = v153 + v161, v172 = v155 + v163,
+      v173 = v155 + v165, v174 = v153 + v167;
+  out[1] = v162;
+  const lanes v175 = v33 + v162, v176 = v169 + v141;
+  out[6] = v164;
+  const lanes v177 = v33 + v164;
+  out[11] = v166;
+  const lanes v178 = v33 - v166, v179 = v170 + v146;
+  out[16] = v168;
+  const lanes v180 = v168 - v33;
+  LANES_LET1(v181, rsqrt, v171); LANES_LET1(v182, rsqrt, v172); LANES_LET1(v183, rsqrt, v173);
+  LANES_LET1(v184, rsqrt, v174);
+  const lanes v185 = v175 + v121, v186 = v176 + v59, v187 = v121 - v177, v188 = v178 - v121,
+      v189 = v179 + v59, v190 = v121 - v180, v191 = v147 * v181, v192 = v154 * v181,
+      v193 = v149 * v182, v194 = v156 * v182, v195 = v149 * v183, v196 = v157 * v183,
+      v197 = v147 * v184, v198 = v158 * v184;
+  const lanes_where v199 = LANES_LT(v185, -3.141592653589793);
+  const lanes v200 = v185 + 6.283185307179586;
+  const lanes_where v201 = LANES_LT(3.141592653589793, v185);
+  const lanes v202 = 6.283185307179586 - v185, v203 = -v185, v204 = v186 + v126;
+  const lanes_where v205 = LANES_LT(3.141592653589793, v187);
+  const lanes v206 = v187 - 6.283185307179586;
+  const lanes_where v207 = LANES_LT(v187, -3.141592653589793);
+  const lanes v208 = 6.283185307179586 + v187;
+  const lanes_where v209 = LANES_LT(3.141592653589793, v188);
+  const lanes v210 = v188 - 6.283185307179586;
+  const lanes_where v211 = LANES_LT(v188, -3.141592653589793);
+  const lanes v212 = 6.283185307179586 + v188, v213 = v189 + v132;
   const lanes_where v214 = LANES_LT(3.141592653589793, v190);
   const lanes v215 = v190 - 6.283185307179586;
   const lanes_where v216 = LANES_LT(v190, -3.141592653589793);
-  const lanes v217 = v190 + 6.283185307179586, v218 = LANES_CHOICE(v193, v194, v181),
-      v219 = v195 + v144, v220 = v196 + v134, v221 = -v206, v222 = LANES_CHOICE(v207, v208, v209),
-      v223 = LANES_CHOICE(v212, v213, v189), v224 = LANES_CHOICE(v216, v217, v190),
-      v225 = LANES_CHOICE(v191, v192, v218), v226 = v219 + v145, v227 = v84 * v198,
-      v228 = v107 * v197, v229 = 0.1 * v198, v230 = v84 * v197, v231 = v107 * v198,
-      v232 = 0.1 * v197, v233 = v200 * v84, v234 = v199 * v107, v235 = 0.1 * v200,
-      v236 = v199 * v84, v237 = v200 * v107, v238 = 0.1 * v199, v239 = v202 * v84,
-      v240 = v201 * v107, v241 = 0.1 * v202, v242 = v202 * v107, v243 = v201 * v84,
-      v244 = 0.1 * v201, v245 = v220 + v59, v246 = v204 * v84, v247 = v203 * v107,
-      v248 = 0.1 * v204, v249 = v203 * v84, v250 = v204 * v107, v251 = 0.1 * v203,
-      v252 = LANES_CHOICE(v205, v221, v222), v253 = LANES_CHOICE(v210, v211, v223),
-      v254 = LANES_CHOICE(v214, v215, v224);
-  out[18] = v225;
-  const lanes v255 = 0.5 * v226, v256 = v227 - v228, v257 = v230 + v231, v258 = v233 + v234,
-      v259 = v236 - v237, v260 = v239 - v240, v261 = v242 + v243, v262 = 0.5 * v245,
-      v263 = v246 + v247, v264 = v249 - v250;
-  out[3] = v252; out[8] = v253; out[13] = v254;
-  const lanes v265 = 0.1 * v256, v266 = 0.1 * v257, v267 = 0.1 * v258, v268 = 0.1 * v259,
-      v269 = 0.1 * v260, v270 = 0.1 * v261, v271 = 0.1 * v263, v272 = 0.1 * v264, v273 = v40 + v265,
-      v274 = v39 + v266, v275 = v267 + v40, v276 = v268 + v39, v277 = v269 - v40, v278 = v270 + v39,
-      v279 = v271 - v40, v280 = v272 + v39, v281 = v273 + v229, v282 = v274 + v232,
-      v283 = v275 + v235, v284 = v276 + v238, v285 = v277 + v241, v286 = v278 + v244,
-      v287 = v279 + v248, v288 = v280 + v251, v289 = v18 * v281, v290 = v17 * v281,
-      v291 = v282 + 0.1, v292 = v18 * v283, v293 = v17 * v283, v294 = v284 + 0.1, v295 = v18 * v285,
-      v296 = v17 * v285, v297 = v286 + 0.1, v298 = v18 * v287, v299 = v17 * v287, v300 = v288 + 0.1,
-      v301 = v289 - T_3, v302 = T_7 + v290, v303 = v291 - T_11, v304 = v292 - T_3,
-      v305 = T_7 + v293, v306 = v294 - T_11, v307 = T_3 + v295, v308 = T_7 - v296,
-      v309 = v297 - T_11, v310 = T_3 + v298, v311 = T_7 - v299, v312 = v300 - T_11,
-      v313 = v301 * v301, v314 = v302 * v302, v315 = v303 * v303, v316 = v304 * v304,
-      v317 = v305 * v305, v318 = v306 * v306, v319 = v307 * v307, v320 = v308 * v308,
-      v321 = v309 * v309, v322 = v310 * v310, v323 = v311 * v311, v324 = v312 * v312,
-      v325 = v313 + v314, v326 = v316 + v317, v327 = v319 + v320, v328 = v322 + v323,
-      v329 = v325 + v315, v330 = v326 + v318, v331 = v327 + v321, v332 = v328 + v324,
-      v333 = v255 + v329, v334 = v329 - v255, v335 = v255 + v330, v336 = v330 - v255,
-      v337 = v331 + v262, v338 = v331 - v262, v339 = v262 + v332, v340 = v332 - v262;
+  const lanes v217 = 6.283185307179586 + v190, v218 = LANES_CHOICE(v201, v202, v203), v219 = -v200,
+      v220 = v83 * v192, v221 = v106 * v191, v222 = 0.1 * v192, v223 = v83 * v191,
+      v224 = v106 * v192, v225 = 0.1 * v191, v226 = v204 + v127,
+      v227 = LANES_CHOICE(v207, v208, v187), v228 = v83 * v194, v229 = v106 * v193,
+      v230 = 0.1 * v194, v231 = v83 * v193, v232 = v106 * v194, v233 = 0.1 * v193,
+      v234 = LANES_CHOICE(v211, v212, v188), v235 = v83 * v196, v236 = v106 * v195,
+      v237 = 0.1 * v196, v238 = v83 * v195, v239 = v106 * v196, v240 = 0.1 * v195,
+      v241 = v213 + v133, v242 = LANES_CHOICE(v216, v217, v190), v243 = v83 * v198,
+      v244 = v106 * v197, v245 = 0.1 * v198, v246 = v83 * v197, v247 = v106 * v198,
+      v248 = 0.1 * v197, v249 = LANES_CHOICE(v199, v219, v218), v250 = v220 - v221,
+      v251 = v223 + v224, v252 = v226 + v53, v253 = LANES_CHOICE(v205, v206, v227),
+      v254 = v228 + v229, v255 = v231 - v232, v256 = LANES_CHOICE(v209, v210, v234),
+      v257 = v235 - v236, v258 = v238 + v239, v259 = v241 + v53,
+      v260 = LANES_CHOICE(v214, v215, v242), v261 = v243 + v244, v262 = v246 - v247;
+  out[3] = v249;
+  const lanes v263 = 0.1 * v250, v264 = 0.1 * v251, v265 = 0.5 * v252;
+  out[8] = v253;
+  const lanes v266 = 0.1 * v254, v267 = 0.1 * v255;
+  out[13] = v256;
+  const lanes v268 = 0.1 * v257, v269 = 0.1 * v258, v270 = 0.5 * v259;
+  out[18] = v260;
+  const lanes v271 = 0.1 * v261, v272 = 0.1 * v262, v273 = v40 + v263, v274 = v39 + v264,
+      v275 = v40 + v266, v276 = v39 + v267, v277 = v268 - v40, v278 = v39 + v269, v279 = v271 - v40,
+      v280 = v39 + v272, v281 = v273 + v222, v282 = v274 + v225, v283 = v275 + v230,
+      v284 = v276 + v233, v285 = v277 + v237, v286 = v278 + v240, v287 = v279 + v245,
+      v288 = v280 + v248, v289 = v18 * v281, v290 = v17 * v281, v291 = v282 + 0.1,
+      v292 = v18 * v283, v293 = v17 * v283, v294 = v284 + 0.1, v295 = v18 * v285, v296 = v17 * v285,
+      v297 = v286 + 0.1, v298 = v18 * v287, v299 = v17 * v287, v300 = v288 + 0.1, v301 = v289 - T_3,
+      v302 = T_7 + v290, v303 = v291 - T_11, v304 = v292 - T_3, v305 = T_7 + v293,
+      v306 = v294 - T_11, v307 = v295 + T_3, v308 = T_7 - v296, v309 = v297 - T_11,
+      v310 = v298 + T_3, v311 = T_7 - v299, v312 = v300 - T_11, v313 = v301 * v301,
+      v314 = v302 * v302, v315 = v303 * v303, v316 = v304 * v304, v317 = v305 * v305,
+      v318 = v306 * v306, v319 = v307 * v307, v320 = v308 * v308, v321 = v309 * v309,
+      v322 = v310 * v310, v323 = v311 * v311, v324 = v312 * v312, v325 = v313 + v314,
+      v326 = v316 + v317, v327 = v319 + v320, v328 = v322 + v323, v329 = v325 + v315,
+      v330 = v326 + v318, v331 = v327 + v321, v332 = v328 + v324, v333 = v329 + v265,
+      v334 = v329 - v265, v335 = v330 + v265, v336 = v330 - v265, v337 = v331 + v270,
+      v338 = v331 - v270, v339 = v332 + v270, v340 = v332 - v270;
   LANES_LET1(v341, fabs, v334); LANES_LET1(v342, fabs, v336); LANES_LET1(v343, fabs, v338);
   LANES_LET1(v344, fabs, v340);
   const lanes v345 = v333 + v341, v346 = v335 + v342, v347 = v337 + v343, v348 = v339 + v344,
@@ -966,7 +973,7 @@ static LANES_SPARING LANES_TARGET void LANES_NAME(lynxmotion_ik)(const lanes *in
   LANES_LET1(v356, sqrt, v352); out[20] = v353; out[21] = v354; out[22] = v355; out[23] = v356;
 }
 
-// ik_position: 201 operations: multiply 94, add 82, negate 2, trig 7, other 16
+// ik_position: 185 operations: multiply 86, add 73, negate 3, trig 7, other 16
 static LANES_SPARING LANES_TARGET void LANES_NAME(lynxmotion_ik_position)(const lanes *in, lanes *out)
 {
   const lanes p_0 = in[0], p_1 = in[1], p_2 = in[2], v1 = 1e-150 - p_0, v2 = p_1 * p_1,
@@ -982,7 +989,7 @@ static LANES_SPARING LANES_TARGET void LANES_NAME(lynxmotion_ik_position)(const 
   LANES_LET2(v14, supplement, v5, v10);
   const lanes v15 = v12 - v13;
   out[10] = v14; out[15] = v14;
-  const lanes v16 = v15 * v15, v17 = v6 + v16, v18 = v17 - 0.001715728752538099,
+  const lanes v16 = v15 * v15, v17 = v16 + v6, v18 = v17 - 0.001715728752538099,
       v19 = 0.058284271247461904 - v17, v20 = v17 - 0.03, v21 = v18 * v19,
       v22 = 35.35533905932738 * v20;
   const lanes_where v23 = LANES_LT(v20, 0.0); const lanes_where v24 = LANES_LT(3.2e-18, v21);
@@ -991,59 +998,53 @@ static LANES_SPARING LANES_TARGET void LANES_NAME(lynxmotion_ik_position)(const 
   const lanes v27 = 1250.0 * v21, v28 = LANES_CHOICE(v24, v22, v25), v29 = 35.35533905932738 * v26;
   out[24] = v27; out[25] = v27; out[26] = v27; out[27] = v27;
   const lanes v30 = 0.7071067811865476 * v28, v31 = LANES_CHOICE(v24, v29, 0.0),
-      v32 = 0.7071067811865476 * v31, v33 = v30 + v32, v34 = v32 - v30, v35 = v32 + v30,
-      v36 = v30 - v32, v37 = 0.1 * v33, v38 = 0.1 * v34;
-  LANES_LET2(v39, atan2, v34, v33);
-  const lanes v40 = 0.1 * v35, v41 = 0.1 * v36;
-  LANES_LET2(v42, atan2, v35, v36);
-  const lanes v43 = v37 - v38, v44 = v37 + v38, v45 = v40 + v41, v46 = v41 - v40;
-  out[2] = v39;
-  const lanes v47 = -v42;
-  out[12] = v39;
-  const lanes v48 = v43 + 0.1, v49 = v44 * v15, v50 = v44 * v3, v51 = v45 + 0.1, v52 = v46 * v15,
-      v53 = v46 * v3;
-  out[7] = v47; out[17] = v47;
-  const lanes v54 = v48 * v3, v55 = v48 * v15, v56 = v51 * v3, v57 = v51 * v15, v58 = v54 - v49,
-      v59 = v50 + v55, v60 = v56 - v52, v61 = v53 + v57, v62 = v49 + v54, v63 = v50 - v55,
-      v64 = v52 + v56, v65 = v53 - v57, v66 = v58 * v58, v67 = 1e-150 + v59, v68 = v60 * v60,
-      v69 = 1e-150 + v61, v70 = v62 * v62, v71 = 1e-150 + v63, v72 = v64 * v64, v73 = 1e-150 + v65,
-      v74 = v67 * v67;
-  LANES_LET2(v75, atan2, v58, v67);
-  const lanes v76 = v69 * v69;
-  LANES_LET2(v77, atan2, v60, v69);
-  const lanes v78 = v71 * v71;
-  LANES_LET2(v79, atan2, v62, v71);
-  const lanes v80 = v73 * v73;
-  LANES_LET2(v81, atan2, v64, v73);
-  const lanes v82 = v66 + v74, v83 = v68 + v76, v84 = v70 + v78, v85 = v72 + v80;
-  out[1] = v75; out[6] = v77; out[11] = v79; out[16] = v81; LANES_LET1(v86, rsqrt, v82);
-  LANES_LET1(v87, rsqrt, v83); LANES_LET1(v88, rsqrt, v84); LANES_LET1(v89, rsqrt, v85);
-  const lanes v90 = v58 * v86, v91 = v67 * v86, v92 = v60 * v87, v93 = v69 * v87, v94 = v62 * v88,
-      v95 = v71 * v88, v96 = v64 * v89, v97 = v73 * v89, v98 = v33 * v91, v99 = v34 * v90,
-      v100 = v33 * v90, v101 = v34 * v91, v102 = 0.1 * v91, v103 = 0.1 * v90, v104 = v36 * v93,
-      v105 = v35 * v92, v106 = v36 * v92, v107 = v35 * v93, v108 = 0.1 * v93, v109 = 0.1 * v92,
-      v110 = v33 * v95, v111 = v34 * v94, v112 = v33 * v94, v113 = v34 * v95, v114 = 0.1 * v95,
-      v115 = 0.1 * v94, v116 = v97 * v36, v117 = v96 * v35, v118 = v96 * v36, v119 = v97 * v35,
-      v120 = 0.1 * v97, v121 = 0.1 * v96, v122 = v98 - v99, v123 = v100 + v101, v124 = v104 + v105,
-      v125 = v106 - v107, v126 = v110 - v111, v127 = v112 + v113, v128 = v116 + v117,
-      v129 = v118 - v119, v130 = 0.1 * v122, v131 = 0.1 * v123, v132 = 0.1 * v124,
-      v133 = 0.1 * v125, v134 = 0.1 * v126, v135 = 0.1 * v127, v136 = 0.1 * v128, v137 = 0.1 * v129,
-      v138 = v130 - v131, v139 = v130 + v131, v140 = v132 - v133, v141 = v132 + v133,
-      v142 = v134 - v135, v143 = v134 + v135, v144 = v136 - v137, v145 = v136 + v137,
-      v146 = v138 + v102, v147 = v139 + v103, v148 = v140 + v108, v149 = v141 + v109,
-      v150 = v142 + v114, v151 = v143 + v115, v152 = v144 + v120, v153 = v145 + v121,
-      v154 = v146 * v11, v155 = v146 * v10, v156 = v147 + 0.1, v157 = v11 * v148, v158 = v10 * v148,
-      v159 = v149 + 0.1, v160 = v150 * v11, v161 = v150 * v10, v162 = v151 + 0.1, v163 = v152 * v11,
-      v164 = v152 * v10, v165 = v153 + 0.1, v166 = v154 - p_0, v167 = v155 + p_1, v168 = v156 - p_2,
-      v169 = v157 - p_0, v170 = v158 + p_1, v171 = v159 - p_2, v172 = v160 + p_0, v173 = p_1 - v161,
-      v174 = v162 - p_2, v175 = v163 + p_0, v176 = p_1 - v164, v177 = v165 - p_2,
-      v178 = v166 * v166, v179 = v167 * v167, v180 = v168 * v168, v181 = v169 * v169,
-      v182 = v170 * v170, v183 = v171 * v171, v184 = v172 * v172, v185 = v173 * v173,
-      v186 = v174 * v174, v187 = v175 * v175, v188 = v176 * v176, v189 = v177 * v177,
-      v190 = v178 + v179, v191 = v181 + v182, v192 = v184 + v185, v193 = v187 + v188,
-      v194 = v190 + v180, v195 = v191 + v183, v196 = v192 + v186, v197 = v193 + v189;
-  LANES_LET1(v198, sqrt, v194); LANES_LET1(v199, sqrt, v195); LANES_LET1(v200, sqrt, v196);
-  LANES_LET1(v201, sqrt, v197); out[20] = v198; out[21] = v199; out[22] = v200; out[23] = v201;
+      v32 = 0.7071067811865476 * v31, v33 = v30 + v32, v34 = v32 - v30, v35 = 0.1 * v33,
+      v36 = 0.1 * v34;
+  LANES_LET2(v37, atan2, v34, v33);
+  const lanes v38 = -v34, v39 = v35 - v36, v40 = v35 + v36;
+  LANES_LET2(v41, atan2, v33, v38); out[2] = v37; out[12] = v37;
+  const lanes v42 = v39 + 0.1, v43 = v15 * v40, v44 = v3 * v40, v45 = -v41, v46 = v3 * v42,
+      v47 = v15 * v42;
+  out[7] = v45; out[17] = v45;
+  const lanes v48 = v46 - v43, v49 = v47 + v44, v50 = v46 + v43, v51 = v47 - v44, v52 = v48 * v48,
+      v53 = 1e-150 + v49, v54 = v50 * v50, v55 = 1e-150 + v51, v56 = 1e-150 - v51,
+      v57 = 1e-150 - v49, v58 = v53 * v53;
+  LANES_LET2(v59, atan2, v48, v53);
+  const lanes v60 = v55 * v55;
+  LANES_LET2(v61, atan2, v50, v55);
+  const lanes v62 = v56 * v56;
+  LANES_LET2(v63, atan2, v50, v56);
+  const lanes v64 = v57 * v57;
+  LANES_LET2(v65, atan2, v48, v57);
+  const lanes v66 = v52 + v58, v67 = v54 + v60, v68 = v54 + v62, v69 = v52 + v64;
+  out[1] = v59; out[6] = v61; out[11] = v63; out[16] = v65; LANES_LET1(v70, rsqrt, v66);
+  LANES_LET1(v71, rsqrt, v67); LANES_LET1(v72, rsqrt, v68); LANES_LET1(v73, rsqrt, v69);
+  const lanes v74 = v48 * v70, v75 = v53 * v70, v76 = v50 * v71, v77 = v55 * v71, v78 = v50 * v72,
+      v79 = v56 * v72, v80 = v48 * v73, v81 = v57 * v73, v82 = v33 * v75, v83 = v34 * v74,
+      v84 = v33 * v74, v85 = v34 * v75, v86 = 0.1 * v75, v87 = 0.1 * v74, v88 = v34 * v77,
+      v89 = v33 * v76, v90 = v34 * v76, v91 = v33 * v77, v92 = 0.1 * v77, v93 = 0.1 * v76,
+      v94 = v33 * v79, v95 = v34 * v78, v96 = v33 * v78, v97 = v34 * v79, v98 = 0.1 * v79,
+      v99 = 0.1 * v78, v100 = v34 * v81, v101 = v33 * v80, v102 = v34 * v80, v103 = v33 * v81,
+      v104 = 0.1 * v81, v105 = 0.1 * v80, v106 = v82 - v83, v107 = v84 + v85, v108 = v89 - v88,
+      v109 = v90 + v91, v110 = v94 - v95, v111 = v96 + v97, v112 = v101 - v100, v113 = v102 + v103,
+      v114 = 0.1 * v106, v115 = 0.1 * v107, v116 = 0.1 * v108, v117 = 0.1 * v109, v118 = 0.1 * v110,
+      v119 = 0.1 * v111, v120 = 0.1 * v112, v121 = 0.1 * v113, v122 = v114 - v115,
+      v123 = v114 + v115, v124 = v116 + v117, v125 = v116 - v117, v126 = v118 - v119,
+      v127 = v118 + v119, v128 = v120 + v121, v129 = v120 - v121, v130 = v122 + v86,
+      v131 = v123 + v87, v132 = v124 + v92, v133 = v125 + v93, v134 = v126 + v98, v135 = v127 + v99,
+      v136 = v128 + v104, v137 = v129 + v105, v138 = v11 * v130, v139 = v10 * v130,
+      v140 = v131 + 0.1, v141 = v11 * v132, v142 = v10 * v132, v143 = v133 + 0.1, v144 = v11 * v134,
+      v145 = v10 * v134, v146 = v135 + 0.1, v147 = v11 * v136, v148 = v10 * v136, v149 = v137 + 0.1,
+      v150 = v138 - p_0, v151 = v139 + p_1, v152 = v140 - p_2, v153 = v141 - p_0, v154 = v142 + p_1,
+      v155 = v143 - p_2, v156 = v144 + p_0, v157 = p_1 - v145, v158 = v146 - p_2, v159 = v147 + p_0,
+      v160 = p_1 - v148, v161 = v149 - p_2, v162 = v150 * v150, v163 = v151 * v151,
+      v164 = v152 * v152, v165 = v153 * v153, v166 = v154 * v154, v167 = v155 * v155,
+      v168 = v156 * v156, v169 = v157 * v157, v170 = v158 * v158, v171 = v159 * v159,
+      v172 = v160 * v160, v173 = v161 * v161, v174 = v162 + v163, v175 = v165 + v166,
+      v176 = v168 + v169, v177 = v171 + v172, v178 = v174 + v164, v179 = v175 + v167,
+      v180 = v176 + v170, v181 = v177 + v173;
+  LANES_LET1(v182, sqrt, v178); LANES_LET1(v183, sqrt, v179); LANES_LET1(v184, sqrt, v180);
+  LANES_LET1(v185, sqrt, v181); out[20] = v182; out[21] = v183; out[22] = v184; out[23] = v185;
 }
 
 // ik_position_pitch: 472 operations: multiply 181, add 197, negate 7, trig 14, other 73
@@ -1062,17 +1063,18 @@ static LANES_SPARING LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch)(
   LANES_LET2(v13, atan2, v5, v8);
   const lanes v14 = -v7;
   LANES_LET1(v15, rsqrt, v11);
-  const lanes v16 = v12 + v9;
+  const lanes v16 = v9 + v12;
   out[0] = v14; out[5] = v14; out[10] = v14; out[15] = v14;
   const lanes v17 = x_1 * v15, v18 = v1 * v15;
   LANES_LET1(v19, rsqrt, v16);
   const lanes v20 = v8 * v19, v21 = v18 * x_0, v22 = v17 * x_1, v23 = v5 * v19;
   LANES_LET2(v24, supplement, v7, v17);
-  const lanes v25 = 0.1 * v20, v26 = v21 - v22, v27 = 0.1 * v23;
+  const lanes v25 = 0.1 * v20, v26 = v21 - v22, v27 = 0.1 * v23, v28 = v20 - v4, v29 = v18 * v23,
+      v30 = v17 * v23;
   out[20] = v24; out[25] = v24; out[30] = v24; out[35] = v24;
-  const lanes v28 = v20 - v4, v29 = v23 * v18, v30 = v23 * v17, v31 = v3 - v25, v32 = v26 + v27,
-      v33 = v26 - v27, v34 = v28 * v28, v35 = v29 * v29, v36 = v30 * v30, v37 = v32 * v32,
-      v38 = v31 * v31, v39 = v33 * v33, v40 = v35 + v36, v41 = v37 + v38, v42 = v39 + v38;
+  const lanes v31 = v3 - v25, v32 = v26 + v27, v33 = v26 - v27, v34 = v28 * v28, v35 = v29 * v29,
+      v36 = v30 * v30, v37 = v32 * v32, v38 = v31 * v31, v39 = v33 * v33, v40 = v35 + v36,
+      v41 = v37 + v38, v42 = v39 + v38;
   LANES_LET1(v43, sqrt, v40);
   const lanes v44 = 0.04 - v41, v45 = v41 - 0.02, v46 = 0.04 - v42, v47 = v42 - 0.02,
       v48 = v43 - v10, v49 = v41 * v44, v50 = 50.0 * v45;
@@ -1095,153 +1097,163 @@ static LANES_SPARING LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch)(
   LANES_LET2(v75, atan2, v70, v65);
   const lanes v76 = v71 + 0.1, v77 = 0.1 * v72;
   LANES_LET2(v78, atan2, v72, v67);
-  const lanes v79 = v31 * v73, v80 = v32 * v74, v81 = v32 * v73, v82 = v31 * v74, v83 = v76 * v31,
-      v84 = v33 * v77, v85 = v33 * v76, v86 = v77 * v31;
+  const lanes v79 = v31 * v73, v80 = v32 * v74, v81 = v32 * v73, v82 = v31 * v74, v83 = v31 * v76,
+      v84 = v33 * v77, v85 = v33 * v76, v86 = v31 * v77;
   out[2] = v75;
-  const lanes v87 = -v75, v88 = v75 + v13;
+  const lanes v87 = -v75;
   out[12] = v78;
-  const lanes v89 = -v78;
-  out[22] = v78;
-  const lanes v90 = v13 - v78, v91 = v78 + v13;
-  out[32] = v75;
-  const lanes v92 = v79 - v80, v93 = v81 + v82, v94 = v80 + v79, v95 = v81 - v82, v96 = v83 - v84,
-      v97 = v85 + v86, v98 = v84 + v83, v99 = v85 - v86;
-  out[7] = v87; out[17] = v89; out[27] = v89; out[37] = v87;
-  const lanes v100 = v92 * v92, v101 = 1e-150 + v93, v102 = v94 * v94, v103 = 1e-150 + v95,
-      v104 = v96 * v96, v105 = 1e-150 + v97, v106 = v98 * v98, v107 = 1e-150 + v99,
-      v108 = 1e-150 - v99, v109 = 1e-150 - v97, v110 = 1e-150 - v95, v111 = 1e-150 - v93,
-      v112 = v101 * v101;
-  LANES_LET2(v113, atan2, v92, v101);
-  const lanes v114 = v103 * v103;
-  LANES_LET2(v115, atan2, v94, v103);
-  const lanes v116 = v105 * v105;
-  LANES_LET2(v117, atan2, v96, v105);
-  const lanes v118 = v107 * v107;
-  LANES_LET2(v119, atan2, v98, v107);
-  const lanes v120 = v108 * v108;
-  LANES_LET2(v121, atan2, v98, v108);
-  const lanes v122 = v109 * v109;
-  LANES_LET2(v123, atan2, v96, v109);
-  const lanes v124 = v110 * v110;
-  LANES_LET2(v125, atan2, v94, v110);
-  const lanes v126 = v111 * v111;
-  LANES_LET2(v127, atan2, v92, v111);
-  const lanes v128 = v100 + v112, v129 = v102 + v114, v130 = v104 + v116, v131 = v106 + v118,
-      v132 = v106 + v120, v133 = v104 + v122, v134 = v124 + v102, v135 = v126 + v100;
-  out[1] = v113;
-  const lanes v136 = v13 - v113;
-  out[6] = v115;
-  const lanes v137 = v88 - v115;
-  out[11] = v117;
-  const lanes v138 = v117 + v78;
-  out[16] = v119;
-  const lanes v139 = v78 - v119;
-  out[21] = v121;
-  const lanes v140 = v90 - v121;
-  out[26] = v123;
-  const lanes v141 = v91 - v123;
-  out[31] = v125;
-  const lanes v142 = v125 + v75;
-  out[36] = v127;
-  const lanes v143 = v75 - v127;
+  const lanes v88 = -v78;
+  out[22] = v78; out[32] = v75;
+  const lanes v89 = v79 - v80, v90 = v81 + v82, v91 = v79 + v80, v92 = v81 - v82, v93 = v83 - v84,
+      v94 = v85 + v86, v95 = v83 + v84, v96 = v85 - v86;
+  out[7] = v87; out[17] = v88; out[27] = v88; out[37] = v87;
+  const lanes v97 = v89 * v89, v98 = 1e-150 + v90, v99 = v91 * v91, v100 = 1e-150 + v92,
+      v101 = v93 * v93, v102 = 1e-150 + v94, v103 = v95 * v95, v104 = 1e-150 + v96,
+      v105 = 1e-150 - v96, v106 = 1e-150 - v94, v107 = 1e-150 - v92, v108 = 1e-150 - v90,
+      v109 = v98 * v98;
+  LANES_LET2(v110, atan2, v89, v98);
+  const lanes v111 = v100 * v100;
+  LANES_LET2(v112, atan2, v91, v100);
+  const lanes v113 = v102 * v102;
+  LANES_LET2(v114, atan2, v93, v102);
+  const lanes v115 = v104 * v104;
+  LANES_LET2(v116, atan2, v95, v104);
+  const lanes v117 = v105 * v105;
+  LANES_LET2(v118, atan2, v95, v105);
+  const lanes v119 = v106 * v106;
+  LANES_LET2(v120, atan2, v93, v106);
+  const lanes v121 = v107 * v107;
+  LANES_LET2(v122, atan2, v91, v107);
+  const lanes v123 = v108 * v108;
+  LANES_LET2(v124, atan2, v89, v108);
+  const lanes v125 = v97 + v109, v126 = v99 + v111, v127 = v101 + v113, v128 = v103 + v115,
+      v129 = v103 + v117, v130 = v101 + v119, v131 = v99 + v121, v132 = v97 + v123;
+  out[1] = v110;
+  const lanes v133 = v13 - v110;
+  out[6] = v112;
+  const lanes v134 = v13 - v112;
+  out[11] = v114;
+  const lanes v135 = v13 + v114;
+  out[16] = v116;
+  const lanes v136 = v13 + v116;
+  out[21] = v118;
+  const lanes v137 = v13 - v118;
+  out[26] = v120;
+  const lanes v138 = v13 - v120;
+  out[31] = v122;
+  const lanes v139 = v13 + v122;
+  out[36] = v124;
+  const lanes v140 = v13 + v124;
+  LANES_LET1(v141, rsqrt, v125); LANES_LET1(v142, rsqrt, v126); LANES_LET1(v143, rsqrt, v127);
   LANES_LET1(v144, rsqrt, v128); LANES_LET1(v145, rsqrt, v129); LANES_LET1(v146, rsqrt, v130);
-  LANES_LET1(v147, rsqrt, v131); LANES_LET1(v148, rsqrt, v132); LANES_LET1(v149, rsqrt, v133);
-  LANES_LET1(v150, rsqrt, v134); LANES_LET1(v151, rsqrt, v135);
-  const lanes v152 = v136 - v75;
-  const lanes_where v153 = LANES_LT(3.141592653589793, v137);
-  const lanes v154 = v137 - 6.283185307179586;
-  const lanes_where v155 = LANES_LT(v137, -3.141592653589793);
-  const lanes v156 = v137 + 6.283185307179586, v157 = v138 + v13, v158 = v139 - v13;
-  const lanes_where v159 = LANES_LT(3.141592653589793, v140);
-  const lanes v160 = v140 - 6.283185307179586;
-  const lanes_where v161 = LANES_LT(v140, -3.141592653589793);
-  const lanes v162 = v140 + 6.283185307179586;
-  const lanes_where v163 = LANES_LT(3.141592653589793, v141);
-  const lanes v164 = v141 - 6.283185307179586;
-  const lanes_where v165 = LANES_LT(v141, -3.141592653589793);
-  const lanes v166 = v141 + 6.283185307179586, v167 = v142 + v13, v168 = v143 - v13,
-      v169 = v92 * v144, v170 = v101 * v144, v171 = v94 * v145, v172 = v103 * v145,
-      v173 = v96 * v146, v174 = v105 * v146, v175 = v98 * v147, v176 = v107 * v147,
-      v177 = v98 * v148, v178 = v108 * v148, v179 = v96 * v149, v180 = v109 * v149,
-      v181 = v94 * v150, v182 = v110 * v150, v183 = v92 * v151, v184 = v111 * v151;
-  const lanes_where v185 = LANES_LT(3.141592653589793, v152);
-  const lanes v186 = v152 - 6.283185307179586;
-  const lanes_where v187 = LANES_LT(v152, -3.141592653589793);
-  const lanes v188 = v152 + 6.283185307179586, v189 = LANES_CHOICE(v155, v156, v137);
-  const lanes_where v190 = LANES_LT(v157, -3.141592653589793);
-  const lanes v191 = v157 + 6.283185307179586;
-  const lanes_where v192 = LANES_LT(3.141592653589793, v157);
-  const lanes v193 = 6.283185307179586 - v157, v194 = -v157;
-  const lanes_where v195 = LANES_LT(3.141592653589793, v158);
-  const lanes v196 = v158 - 6.283185307179586;
-  const lanes_where v197 = LANES_LT(v158, -3.141592653589793);
-  const lanes v198 = v158 + 6.283185307179586, v199 = LANES_CHOICE(v161, v162, v140),
-      v200 = LANES_CHOICE(v165, v166, v141);
-  const lanes_where v201 = LANES_LT(v167, -3.141592653589793);
-  const lanes v202 = v167 + 6.283185307179586;
-  const lanes_where v203 = LANES_LT(3.141592653589793, v167);
-  const lanes v204 = 6.283185307179586 - v167, v205 = -v167;
-  const lanes_where v206 = LANES_LT(3.141592653589793, v168);
-  const lanes v207 = v168 - 6.283185307179586;
-  const lanes_where v208 = LANES_LT(v168, -3.141592653589793);
-  const lanes v209 = v168 + 6.283185307179586, v210 = LANES_CHOICE(v187, v188, v152),
-      v211 = LANES_CHOICE(v153, v154, v189), v212 = -v191, v213 = LANES_CHOICE(v192, v193, v194),
-      v214 = LANES_CHOICE(v197, v198, v158), v215 = LANES_CHOICE(v159, v160, v199),
-      v216 = LANES_CHOICE(v163, v164, v200), v217 = -v202, v218 = LANES_CHOICE(v203, v204, v205),
-      v219 = LANES_CHOICE(v208, v209, v168), v220 = v65 * v170, v221 = v70 * v169,
-      v222 = 0.1 * v170, v223 = v65 * v169, v224 = v70 * v170, v225 = 0.1 * v169, v226 = 0.1 * v172,
-      v227 = v65 * v172, v228 = v70 * v171, v229 = v65 * v171, v230 = v70 * v172, v231 = 0.1 * v171,
-      v232 = v67 * v174, v233 = v72 * v173, v234 = 0.1 * v174, v235 = v67 * v173, v236 = v72 * v174,
-      v237 = 0.1 * v173, v238 = v67 * v176, v239 = v72 * v175, v240 = 0.1 * v176, v241 = v67 * v175,
-      v242 = v72 * v176, v243 = 0.1 * v175, v244 = v67 * v178, v245 = v72 * v177, v246 = 0.1 * v178,
-      v247 = v67 * v177, v248 = v72 * v178, v249 = 0.1 * v177, v250 = v67 * v180, v251 = v72 * v179,
-      v252 = 0.1 * v180, v253 = v67 * v179, v254 = v72 * v180, v255 = 0.1 * v179, v256 = v182 * v65,
-      v257 = v181 * v70, v258 = 0.1 * v182, v259 = v182 * v70, v260 = v181 * v65, v261 = 0.1 * v181,
-      v262 = v184 * v65, v263 = v183 * v70, v264 = 0.1 * v184, v265 = v183 * v65, v266 = v184 * v70,
-      v267 = 0.1 * v183, v268 = LANES_CHOICE(v185, v186, v210);
-  out[8] = v211;
-  const lanes v269 = LANES_CHOICE(v190, v212, v213), v270 = LANES_CHOICE(v195, v196, v214);
-  out[23] = v215; out[28] = v216;
-  const lanes v271 = LANES_CHOICE(v201, v217, v218), v272 = LANES_CHOICE(v206, v207, v219),
-      v273 = v220 - v221, v274 = v223 + v224, v275 = v227 + v228, v276 = v229 - v230,
-      v277 = v232 - v233, v278 = v235 + v236, v279 = v238 + v239, v280 = v241 - v242,
-      v281 = v244 - v245, v282 = v247 + v248, v283 = v250 + v251, v284 = v253 - v254,
-      v285 = v256 - v257, v286 = v259 + v260, v287 = v262 + v263, v288 = v265 - v266;
-  out[3] = v268; out[13] = v269; out[18] = v270; out[33] = v271; out[38] = v272;
-  const lanes v289 = 0.1 * v273, v290 = 0.1 * v274, v291 = 0.1 * v275, v292 = 0.1 * v276,
-      v293 = 0.1 * v277, v294 = 0.1 * v278, v295 = 0.1 * v279, v296 = 0.1 * v280, v297 = 0.1 * v281,
-      v298 = 0.1 * v282, v299 = 0.1 * v283, v300 = 0.1 * v284, v301 = 0.1 * v285, v302 = 0.1 * v286,
-      v303 = 0.1 * v287, v304 = 0.1 * v288, v305 = v289 - v27, v306 = v25 + v290, v307 = v291 - v27,
-      v308 = v25 + v292, v309 = v293 + v27, v310 = v294 + v25, v311 = v295 + v27, v312 = v296 + v25,
-      v313 = v297 - v27, v314 = v298 + v25, v315 = v299 - v27, v316 = v300 + v25, v317 = v301 + v27,
-      v318 = v302 + v25, v319 = v303 + v27, v320 = v304 + v25, v321 = v305 + v222,
-      v322 = v306 + v225, v323 = v226 + v307, v324 = v308 + v231, v325 = v309 + v234,
-      v326 = v310 + v237, v327 = v311 + v240, v328 = v312 + v243, v329 = v313 + v246,
-      v330 = v314 + v249, v331 = v315 + v252, v332 = v316 + v255, v333 = v317 + v258,
-      v334 = v318 + v261, v335 = v319 + v264, v336 = v320 + v267, v337 = v18 * v321,
-      v338 = v17 * v321, v339 = v322 + 0.1, v340 = v323 * v18, v341 = v323 * v17, v342 = v324 + 0.1,
-      v343 = v325 * v18, v344 = v325 * v17, v345 = v326 + 0.1, v346 = v327 * v18, v347 = v327 * v17,
-      v348 = v328 + 0.1, v349 = v329 * v18, v350 = v329 * v17, v351 = v330 + 0.1, v352 = v331 * v18,
-      v353 = v331 * v17, v354 = v332 + 0.1, v355 = v333 * v18, v356 = v333 * v17, v357 = v334 + 0.1,
-      v358 = v335 * v18, v359 = v335 * v17, v360 = v336 + 0.1, v361 = v337 - x_0, v362 = v338 + x_1,
-      v363 = v339 - x_2, v364 = v340 - x_0, v365 = v341 + x_1, v366 = v342 - x_2, v367 = v343 - x_0,
-      v368 = v344 + x_1, v369 = v345 - x_2, v370 = v346 - x_0, v371 = v347 + x_1, v372 = v348 - x_2,
-      v373 = v349 + x_0, v374 = x_1 - v350, v375 = v351 - x_2, v376 = v352 + x_0, v377 = x_1 - v353,
-      v378 = v354 - x_2, v379 = v355 + x_0, v380 = x_1 - v356, v381 = v357 - x_2, v382 = v358 + x_0,
-      v383 = x_1 - v359, v384 = v360 - x_2, v385 = v361 * v361, v386 = v362 * v362,
-      v387 = v363 * v363, v388 = v364 * v364, v389 = v365 * v365, v390 = v366 * v366,
-      v391 = v367 * v367, v392 = v368 * v368, v393 = v369 * v369, v394 = v370 * v370,
-      v395 = v371 * v371, v396 = v372 * v372, v397 = v373 * v373, v398 = v374 * v374,
-      v399 = v375 * v375, v400 = v376 * v376, v401 = v377 * v377, v402 = v378 * v378,
-      v403 = v379 * v379, v404 = v380 * v380, v405 = v381 * v381, v406 = v382 * v382,
-      v407 = v383 * v383, v408 = v384 * v384, v409 = v385 + v386, v410 = v388 + v389,
-      v411 = v391 + v392, v412 = v394 + v395, v413 = v397 + v398, v414 = v400 + v401,
-      v415 = v403 + v404, v416 = v406 + v407, v417 = v409 + v387, v418 = v410 + v390,
-      v419 = v411 + v393, v420 = v412 + v396, v421 = v413 + v399, v422 = v414 + v402,
-      v423 = v415 + v405, v424 = v416 + v408, v425 = v417 + v62, v426 = v417 - v62,
-      v427 = v418 + v62, v428 = v418 - v62, v429 = v419 + v62, v430 = v419 - v62, v431 = v420 + v62,
-      v432 = v420 - v62, v433 = v421 + v62, v434 = v421 - v62, v435 = v422 + v62, v436 = v422 - v62,
-      v437 = v423 + v62, v438 = v423 - v62, v439 = v424 + v62, v440 = v424 - v62;
+  LANES_LET1(v147, rsqrt, v131); LANES_LET1(v148, rsqrt, v132);
+  const lanes v149 = v133 - v75, v150 = v134 + v75, v151 = v135 + v78, v152 = v78 - v136,
+      v153 = v137 - v78, v154 = v138 + v78, v155 = v139 + v75, v156 = v75 - v140, v157 = v89 * v141,
+      v158 = v98 * v141, v159 = v91 * v142, v160 = v100 * v142, v161 = v93 * v143,
+      v162 = v102 * v143, v163 = v95 * v144, v164 = v104 * v144, v165 = v95 * v145,
+      v166 = v105 * v145, v167 = v93 * v146, v168 = v106 * v146, v169 = v91 * v147,
+      v170 = v107 * v147, v171 = v89 * v148, v172 = v108 * v148;
+  const lanes_where v173 = LANES_LT(3.141592653589793, v149);
+  const lanes v174 = v149 - 6.283185307179586;
+  const lanes_where v175 = LANES_LT(v149, -3.141592653589793);
+  const lanes v176 = v149 + 6.283185307179586;
+  const lanes_where v177 = LANES_LT(3.141592653589793, v150);
+  const lanes v178 = v150 - 6.283185307179586;
+  const lanes_where v179 = LANES_LT(v150, -3.141592653589793);
+  const lanes v180 = v150 + 6.283185307179586;
+  const lanes_where v181 = LANES_LT(v151, -3.141592653589793);
+  const lanes v182 = v151 + 6.283185307179586;
+  const lanes_where v183 = LANES_LT(3.141592653589793, v151);
+  const lanes v184 = 6.283185307179586 - v151, v185 = -v151;
+  const lanes_where v186 = LANES_LT(3.141592653589793, v152);
+  const lanes v187 = v152 - 6.283185307179586;
+  const lanes_where v188 = LANES_LT(v152, -3.141592653589793);
+  const lanes v189 = v152 + 6.283185307179586;
+  const lanes_where v190 = LANES_LT(3.141592653589793, v153);
+  const lanes v191 = v153 - 6.283185307179586;
+  const lanes_where v192 = LANES_LT(v153, -3.141592653589793);
+  const lanes v193 = v153 + 6.283185307179586;
+  const lanes_where v194 = LANES_LT(3.141592653589793, v154);
+  const lanes v195 = v154 - 6.283185307179586;
+  const lanes_where v196 = LANES_LT(v154, -3.141592653589793);
+  const lanes v197 = v154 + 6.283185307179586;
+  const lanes_where v198 = LANES_LT(v155, -3.141592653589793);
+  const lanes v199 = v155 + 6.283185307179586;
+  const lanes_where v200 = LANES_LT(3.141592653589793, v155);
+  const lanes v201 = 6.283185307179586 - v155, v202 = -v155;
+  const lanes_where v203 = LANES_LT(3.141592653589793, v156);
+  const lanes v204 = v156 - 6.283185307179586;
+  const lanes_where v205 = LANES_LT(v156, -3.141592653589793);
+  const lanes v206 = v156 + 6.283185307179586, v207 = LANES_CHOICE(v175, v176, v149),
+      v208 = v65 * v158, v209 = v70 * v157, v210 = 0.1 * v158, v211 = v65 * v157, v212 = v70 * v158,
+      v213 = 0.1 * v157, v214 = LANES_CHOICE(v179, v180, v150), v215 = v65 * v160,
+      v216 = v70 * v159, v217 = 0.1 * v160, v218 = v65 * v159, v219 = v70 * v160, v220 = 0.1 * v159,
+      v221 = LANES_CHOICE(v183, v184, v185), v222 = -v182, v223 = v67 * v162, v224 = v72 * v161,
+      v225 = 0.1 * v162, v226 = v67 * v161, v227 = v72 * v162, v228 = 0.1 * v161,
+      v229 = LANES_CHOICE(v188, v189, v152), v230 = v67 * v164, v231 = v72 * v163,
+      v232 = 0.1 * v164, v233 = v67 * v163, v234 = v72 * v164, v235 = 0.1 * v163,
+      v236 = LANES_CHOICE(v192, v193, v153), v237 = v67 * v166, v238 = v72 * v165,
+      v239 = 0.1 * v166, v240 = v67 * v165, v241 = v72 * v166, v242 = 0.1 * v165,
+      v243 = LANES_CHOICE(v196, v197, v154), v244 = v67 * v168, v245 = v72 * v167,
+      v246 = 0.1 * v168, v247 = v67 * v167, v248 = v72 * v168, v249 = 0.1 * v167,
+      v250 = LANES_CHOICE(v200, v201, v202), v251 = -v199, v252 = v65 * v170, v253 = v70 * v169,
+      v254 = 0.1 * v170, v255 = v65 * v169, v256 = v70 * v170, v257 = 0.1 * v169,
+      v258 = LANES_CHOICE(v205, v206, v156), v259 = v65 * v172, v260 = v70 * v171,
+      v261 = 0.1 * v172, v262 = v65 * v171, v263 = v70 * v172, v264 = 0.1 * v171,
+      v265 = LANES_CHOICE(v173, v174, v207), v266 = v208 - v209, v267 = v211 + v212,
+      v268 = LANES_CHOICE(v177, v178, v214), v269 = v215 + v216, v270 = v218 - v219,
+      v271 = LANES_CHOICE(v181, v222, v221), v272 = v223 - v224, v273 = v226 + v227,
+      v274 = LANES_CHOICE(v186, v187, v229), v275 = v230 + v231, v276 = v233 - v234,
+      v277 = LANES_CHOICE(v190, v191, v236), v278 = v237 - v238, v279 = v240 + v241,
+      v280 = LANES_CHOICE(v194, v195, v243), v281 = v244 + v245, v282 = v247 - v248,
+      v283 = LANES_CHOICE(v198, v251, v250), v284 = v252 - v253, v285 = v255 + v256,
+      v286 = LANES_CHOICE(v203, v204, v258), v287 = v259 + v260, v288 = v262 - v263;
+  out[3] = v265;
+  const lanes v289 = 0.1 * v266, v290 = 0.1 * v267;
+  out[8] = v268;
+  const lanes v291 = 0.1 * v269, v292 = 0.1 * v270;
+  out[13] = v271;
+  const lanes v293 = 0.1 * v272, v294 = 0.1 * v273;
+  out[18] = v274;
+  const lanes v295 = 0.1 * v275, v296 = 0.1 * v276;
+  out[23] = v277;
+  const lanes v297 = 0.1 * v278, v298 = 0.1 * v279;
+  out[28] = v280;
+  const lanes v299 = 0.1 * v281, v300 = 0.1 * v282;
+  out[33] = v283;
+  const lanes v301 = 0.1 * v284, v302 = 0.1 * v285;
+  out[38] = v286;
+  const lanes v303 = 0.1 * v287, v304 = 0.1 * v288, v305 = v289 - v27, v306 = v25 + v290,
+      v307 = v291 - v27, v308 = v25 + v292, v309 = v293 + v27, v310 = v25 + v294, v311 = v295 + v27,
+      v312 = v25 + v296, v313 = v297 - v27, v314 = v25 + v298, v315 = v299 - v27, v316 = v25 + v300,
+      v317 = v301 + v27, v318 = v25 + v302, v319 = v303 + v27, v320 = v25 + v304,
+      v321 = v305 + v210, v322 = v306 + v213, v323 = v307 + v217, v324 = v308 + v220,
+      v325 = v309 + v225, v326 = v310 + v228, v327 = v311 + v232, v328 = v312 + v235,
+      v329 = v313 + v239, v330 = v314 + v242, v331 = v315 + v246, v332 = v316 + v249,
+      v333 = v317 + v254, v334 = v318 + v257, v335 = v319 + v261, v336 = v320 + v264,
+      v337 = v18 * v321, v338 = v17 * v321, v339 = v322 + 0.1, v340 = v18 * v323, v341 = v17 * v323,
+      v342 = v324 + 0.1, v343 = v18 * v325, v344 = v17 * v325, v345 = v326 + 0.1, v346 = v18 * v327,
+      v347 = v17 * v327, v348 = v328 + 0.1, v349 = v18 * v329, v350 = v17 * v329, v351 = v330 + 0.1,
+      v352 = v18 * v331, v353 = v17 * v331, v354 = v332 + 0.1, v355 = v18 * v333, v356 = v17 * v333,
+      v357 = v334 + 0.1, v358 = v18 * v335, v359 = v17 * v335, v360 = v336 + 0.1, v361 = v337 - x_0,
+      v362 = v338 + x_1, v363 = v339 - x_2, v364 = v340 - x_0, v365 = v341 + x_1, v366 = v342 - x_2,
+      v367 = v343 - x_0, v368 = v344 + x_1, v369 = v345 - x_2, v370 = v346 - x_0, v371 = v347 + x_1,
+      v372 = v348 - x_2, v373 = v349 + x_0, v374 = x_1 - v350, v375 = v351 - x_2, v376 = v352 + x_0,
+      v377 = x_1 - v353, v378 = v354 - x_2, v379 = v355 + x_0, v380 = x_1 - v356, v381 = v357 - x_2,
+      v382 = v358 + x_0, v383 = x_1 - v359, v384 = v360 - x_2, v385 = v361 * v361,
+      v386 = v362 * v362, v387 = v363 * v363, v388 = v364 * v364, v389 = v365 * v365,
+      v390 = v366 * v366, v391 = v367 * v367, v392 = v368 * v368, v393 = v369 * v369,
+      v394 = v370 * v370, v395 = v371 * v371, v396 = v372 * v372, v397 = v373 * v373,
+      v398 = v374 * v374, v399 = v375 * v375, v400 = v376 * v376, v401 = v377 * v377,
+      v402 = v378 * v378, v403 = v379 * v379, v404 = v380 * v380, v405 = v381 * v381,
+      v406 = v382 * v382, v407 = v383 * v383, v408 = v384 * v384, v409 = v385 + v386,
+      v410 = v388 + v389, v411 = v391 + v392, v412 = v394 + v395, v413 = v397 + v398,
+      v414 = v400 + v401, v415 = v403 + v404, v416 = v406 + v407, v417 = v409 + v387,
+      v418 = v410 + v390, v419 = v411 + v393, v420 = v412 + v396, v421 = v413 + v399,
+      v422 = v414 + v402, v423 = v415 + v405, v424 = v416 + v408, v425 = v417 + v62,
+      v426 = v417 - v62, v427 = v418 + v62, v428 = v418 - v62, v429 = v419 + v62, v430 = v419 - v62,
+      v431 = v420 + v62, v432 = v420 - v62, v433 = v421 + v62, v434 = v421 - v62, v435 = v422 + v62,
+      v436 = v422 - v62, v437 = v423 + v62, v438 = v423 - v62, v439 = v424 + v62, v440 = v424 - v62;
   LANES_LET1(v441, fabs, v426); LANES_LET1(v442, fabs, v428); LANES_LET1(v443, fabs, v430);
   LANES_LET1(v444, fabs, v432); LANES_LET1(v445, fabs, v434); LANES_LET1(v446, fabs, v436);
   LANES_LET1(v447, fabs, v438); LANES_LET1(v448, fabs, v440);
@@ -1274,8 +1286,8 @@ static LANES_SPARING LANES_TARGET void LANES_NAME(lynxmotion_ik_position_directi
   LANES_LET2(v21, atan2, v18, v4);
   const lanes v22 = v20 + v7;
   LANES_LET1(v23, rsqrt, v22);
-  const lanes v24 = v4 * v23, v25 = v18 * v23, v26 = 0.1 * v24, v27 = 0.1 * v25, v28 = v25 * v12,
-      v29 = v25 * v11, v30 = v24 - x_5, v31 = v3 - v26, v32 = v19 - v27, v33 = v28 - x_3,
+  const lanes v24 = v4 * v23, v25 = v18 * v23, v26 = 0.1 * v24, v27 = 0.1 * v25, v28 = v12 * v25,
+      v29 = v11 * v25, v30 = v24 - x_5, v31 = v3 - v26, v32 = v19 - v27, v33 = v28 - x_3,
       v34 = v29 + x_4, v35 = v30 * v30, v36 = v32 * v32, v37 = v31 * v31, v38 = v33 * v33,
       v39 = v34 * v34, v40 = v36 + v37, v41 = v38 + v39, v42 = 0.04 - v40, v43 = v40 - 0.02,
       v44 = v41 + v35, v45 = v40 * v42, v46 = 50.0 * v43;
@@ -1288,80 +1300,83 @@ static LANES_SPARING LANES_TARGET void LANES_NAME(lynxmotion_ik_position_directi
   LANES_LET2(v58, atan2, v55, v52);
   const lanes v59 = v31 * v56, v60 = v32 * v57, v61 = v32 * v56, v62 = v31 * v57;
   out[2] = v58;
-  const lanes v63 = -v58, v64 = v58 - v21;
+  const lanes v63 = -v58;
   out[12] = v58;
-  const lanes v65 = v58 + v21, v66 = v59 - v60, v67 = v61 + v62, v68 = v60 + v59, v69 = v61 - v62;
+  const lanes v64 = v59 - v60, v65 = v61 + v62, v66 = v59 + v60, v67 = v61 - v62;
   out[7] = v63; out[17] = v63;
-  const lanes v70 = v66 * v66, v71 = 1e-150 + v67, v72 = v68 * v68, v73 = 1e-150 + v69,
-      v74 = 1e-150 - v69, v75 = 1e-150 - v67, v76 = v71 * v71;
+  const lanes v68 = v64 * v64, v69 = 1e-150 + v65, v70 = v66 * v66, v71 = 1e-150 + v67,
+      v72 = 1e-150 - v67, v73 = 1e-150 - v65, v74 = v69 * v69;
+  LANES_LET2(v75, atan2, v64, v69);
+  const lanes v76 = v71 * v71;
   LANES_LET2(v77, atan2, v66, v71);
-  const lanes v78 = v73 * v73;
-  LANES_LET2(v79, atan2, v68, v73);
-  const lanes v80 = v74 * v74;
-  LANES_LET2(v81, atan2, v68, v74);
-  const lanes v82 = v75 * v75;
-  LANES_LET2(v83, atan2, v66, v75);
-  const lanes v84 = v70 + v76, v85 = v72 + v78, v86 = v80 + v72, v87 = v82 + v70;
-  out[1] = v77;
-  const lanes v88 = v77 + v58;
-  out[6] = v79;
-  const lanes v89 = v64 - v79;
-  out[11] = v81;
-  const lanes v90 = v21 - v81;
-  out[16] = v83;
-  const lanes v91 = v65 - v83;
-  LANES_LET1(v92, rsqrt, v84); LANES_LET1(v93, rsqrt, v85); LANES_LET1(v94, rsqrt, v86);
-  LANES_LET1(v95, rsqrt, v87);
-  const lanes v96 = v88 + v21;
-  const lanes_where v97 = LANES_LT(3.141592653589793, v89);
-  const lanes v98 = v89 - 6.283185307179586;
-  const lanes_where v99 = LANES_LT(v89, -3.141592653589793);
-  const lanes v100 = v89 + 6.283185307179586, v101 = v90 - v58;
-  const lanes_where v102 = LANES_LT(3.141592653589793, v91);
-  const lanes v103 = v91 - 6.283185307179586;
-  const lanes_where v104 = LANES_LT(v91, -3.141592653589793);
-  const lanes v105 = v91 + 6.283185307179586, v106 = v66 * v92, v107 = v71 * v92, v108 = v68 * v93,
-      v109 = v73 * v93, v110 = v68 * v94, v111 = v74 * v94, v112 = v66 * v95, v113 = v75 * v95;
-  const lanes_where v114 = LANES_LT(v96, -3.141592653589793);
-  const lanes v115 = v96 + 6.283185307179586;
-  const lanes_where v116 = LANES_LT(3.141592653589793, v96);
-  const lanes v117 = 6.283185307179586 - v96, v118 = -v96, v119 = LANES_CHOICE(v99, v100, v89);
-  const lanes_where v120 = LANES_LT(3.141592653589793, v101);
-  const lanes v121 = v101 - 6.283185307179586;
-  const lanes_where v122 = LANES_LT(v101, -3.141592653589793);
-  const lanes v123 = v101 + 6.283185307179586, v124 = LANES_CHOICE(v104, v105, v91), v125 = -v115,
-      v126 = LANES_CHOICE(v116, v117, v118), v127 = LANES_CHOICE(v97, v98, v119),
-      v128 = LANES_CHOICE(v122, v123, v101), v129 = LANES_CHOICE(v102, v103, v124),
-      v130 = v52 * v107, v131 = v55 * v106, v132 = 0.1 * v107, v133 = v52 * v106, v134 = v55 * v107,
-      v135 = 0.1 * v106, v136 = v52 * v109, v137 = v55 * v108, v138 = 0.1 * v109, v139 = v52 * v108,
-      v140 = v55 * v109, v141 = 0.1 * v108, v142 = v111 * v52, v143 = v110 * v55, v144 = 0.1 * v111,
-      v145 = v111 * v55, v146 = v110 * v52, v147 = 0.1 * v110, v148 = v113 * v52, v149 = v112 * v55,
-      v150 = 0.1 * v113, v151 = v112 * v52, v152 = v113 * v55, v153 = 0.1 * v112,
-      v154 = LANES_CHOICE(v114, v125, v126);
-  out[8] = v127;
-  const lanes v155 = LANES_CHOICE(v120, v121, v128);
-  out[18] = v129;
-  const lanes v156 = v130 - v131, v157 = v133 + v134, v158 = v136 + v137, v159 = v139 - v140,
-      v160 = v142 - v143, v161 = v145 + v146, v162 = v148 + v149, v163 = v151 - v152;
-  out[3] = v154; out[13] = v155;
-  const lanes v164 = 0.1 * v156, v165 = 0.1 * v157, v166 = 0.1 * v158, v167 = 0.1 * v159,
-      v168 = 0.1 * v160, v169 = 0.1 * v161, v170 = 0.1 * v162, v171 = 0.1 * v163, v172 = v27 + v164,
-      v173 = v26 + v165, v174 = v27 + v166, v175 = v26 + v167, v176 = v168 - v27, v177 = v169 + v26,
-      v178 = v170 - v27, v179 = v171 + v26, v180 = v172 + v132, v181 = v173 + v135,
-      v182 = v174 + v138, v183 = v175 + v141, v184 = v176 + v144, v185 = v177 + v147,
-      v186 = v178 + v150, v187 = v179 + v153, v188 = v12 * v180, v189 = v11 * v180,
-      v190 = v181 + 0.1, v191 = v182 * v12, v192 = v182 * v11, v193 = v183 + 0.1, v194 = v184 * v12,
-      v195 = v184 * v11, v196 = v185 + 0.1, v197 = v186 * v12, v198 = v186 * v11, v199 = v187 + 0.1,
-      v200 = v188 - x_0, v201 = v189 + x_1, v202 = v190 - x_2, v203 = v191 - x_0, v204 = v192 + x_1,
-      v205 = v193 - x_2, v206 = v194 + x_0, v207 = x_1 - v195, v208 = v196 - x_2, v209 = v197 + x_0,
-      v210 = x_1 - v198, v211 = v199 - x_2, v212 = v200 * v200, v213 = v201 * v201,
-      v214 = v202 * v202, v215 = v203 * v203, v216 = v204 * v204, v217 = v205 * v205,
-      v218 = v206 * v206, v219 = v207 * v207, v220 = v208 * v208, v221 = v209 * v209,
-      v222 = v210 * v210, v223 = v211 * v211, v224 = v212 + v213, v225 = v215 + v216,
-      v226 = v218 + v219, v227 = v221 + v222, v228 = v224 + v214, v229 = v225 + v217,
-      v230 = v226 + v220, v231 = v227 + v223, v232 = v228 + v44, v233 = v228 - v44,
-      v234 = v229 + v44, v235 = v229 - v44, v236 = v230 + v44, v237 = v230 - v44, v238 = v231 + v44,
-      v239 = v231 - v44;
+  const lanes v78 = v72 * v72;
+  LANES_LET2(v79, atan2, v66, v72);
+  const lanes v80 = v73 * v73;
+  LANES_LET2(v81, atan2, v64, v73);
+  const lanes v82 = v68 + v74, v83 = v70 + v76, v84 = v70 + v78, v85 = v68 + v80;
+  out[1] = v75;
+  const lanes v86 = v21 + v75;
+  out[6] = v77;
+  const lanes v87 = v21 + v77;
+  out[11] = v79;
+  const lanes v88 = v21 - v79;
+  out[16] = v81;
+  const lanes v89 = v81 - v21;
+  LANES_LET1(v90, rsqrt, v82); LANES_LET1(v91, rsqrt, v83); LANES_LET1(v92, rsqrt, v84);
+  LANES_LET1(v93, rsqrt, v85);
+  const lanes v94 = v86 + v58, v95 = v58 - v87, v96 = v88 - v58, v97 = v58 - v89, v98 = v64 * v90,
+      v99 = v69 * v90, v100 = v66 * v91, v101 = v71 * v91, v102 = v66 * v92, v103 = v72 * v92,
+      v104 = v64 * v93, v105 = v73 * v93;
+  const lanes_where v106 = LANES_LT(v94, -3.141592653589793);
+  const lanes v107 = v94 + 6.283185307179586;
+  const lanes_where v108 = LANES_LT(3.141592653589793, v94);
+  const lanes v109 = 6.283185307179586 - v94, v110 = -v94;
+  const lanes_where v111 = LANES_LT(3.141592653589793, v95);
+  const lanes v112 = v95 - 6.283185307179586;
+  const lanes_where v113 = LANES_LT(v95, -3.141592653589793);
+  const lanes v114 = 6.283185307179586 + v95;
+  const lanes_where v115 = LANES_LT(3.141592653589793, v96);
+  const lanes v116 = v96 - 6.283185307179586;
+  const lanes_where v117 = LANES_LT(v96, -3.141592653589793);
+  const lanes v118 = 6.283185307179586 + v96;
+  const lanes_where v119 = LANES_LT(3.141592653589793, v97);
+  const lanes v120 = v97 - 6.283185307179586;
+  const lanes_where v121 = LANES_LT(v97, -3.141592653589793);
+  const lanes v122 = 6.283185307179586 + v97, v123 = LANES_CHOICE(v108, v109, v110), v124 = -v107,
+      v125 = v52 * v99, v126 = v55 * v98, v127 = 0.1 * v99, v128 = v52 * v98, v129 = v55 * v99,
+      v130 = 0.1 * v98, v131 = LANES_CHOICE(v113, v114, v95), v132 = v52 * v101, v133 = v55 * v100,
+      v134 = 0.1 * v101, v135 = v52 * v100, v136 = v55 * v101, v137 = 0.1 * v100,
+      v138 = LANES_CHOICE(v117, v118, v96), v139 = v52 * v103, v140 = v55 * v102, v141 = 0.1 * v103,
+      v142 = v52 * v102, v143 = v55 * v103, v144 = 0.1 * v102, v145 = LANES_CHOICE(v121, v122, v97),
+      v146 = v52 * v105, v147 = v55 * v104, v148 = 0.1 * v105, v149 = v52 * v104, v150 = v55 * v105,
+      v151 = 0.1 * v104, v152 = LANES_CHOICE(v106, v124, v123), v153 = v125 - v126,
+      v154 = v128 + v129, v155 = LANES_CHOICE(v111, v112, v131), v156 = v132 + v133,
+      v157 = v135 - v136, v158 = LANES_CHOICE(v115, v116, v138), v159 = v139 - v140,
+      v160 = v142 + v143, v161 = LANES_CHOICE(v119, v120, v145), v162 = v146 + v147,
+      v163 = v149 - v150;
+  out[3] = v152;
+  const lanes v164 = 0.1 * v153, v165 = 0.1 * v154;
+  out[8] = v155;
+  const lanes v166 = 0.1 * v156, v167 = 0.1 * v157;
+  out[13] = v158;
+  const lanes v168 = 0.1 * v159, v169 = 0.1 * v160;
+  out[18] = v161;
+  const lanes v170 = 0.1 * v162, v171 = 0.1 * v163, v172 = v27 + v164, v173 = v26 + v165,
+      v174 = v27 + v166, v175 = v26 + v167, v176 = v168 - v27, v177 = v26 + v169, v178 = v170 - v27,
+      v179 = v26 + v171, v180 = v172 + v127, v181 = v173 + v130, v182 = v174 + v134,
+      v183 = v175 + v137, v184 = v176 + v141, v185 = v177 + v144, v186 = v178 + v148,
+      v187 = v179 + v151, v188 = v12 * v180, v189 = v11 * v180, v190 = v181 + 0.1,
+      v191 = v12 * v182, v192 = v11 * v182, v193 = v183 + 0.1, v194 = v12 * v184, v195 = v11 * v184,
+      v196 = v185 + 0.1, v197 = v12 * v186, v198 = v11 * v186, v199 = v187 + 0.1, v200 = v188 - x_0,
+      v201 = v189 + x_1, v202 = v190 - x_2, v203 = v191 - x_0, v204 = v192 + x_1, v205 = v193 - x_2,
+      v206 = v194 + x_0, v207 = x_1 - v195, v208 = v196 - x_2, v209 = v197 + x_0, v210 = x_1 - v198,
+      v211 = v199 - x_2, v212 = v200 * v200, v213 = v201 * v201, v214 = v202 * v202,
+      v215 = v203 * v203, v216 = v204 * v204, v217 = v205 * v205, v218 = v206 * v206,
+      v219 = v207 * v207, v220 = v208 * v208, v221 = v209 * v209, v222 = v210 * v210,
+      v223 = v211 * v211, v224 = v212 + v213, v225 = v215 + v216, v226 = v218 + v219,
+      v227 = v221 + v222, v228 = v224 + v214, v229 = v225 + v217, v230 = v226 + v220,
+      v231 = v227 + v223, v232 = v228 + v44, v233 = v228 - v44, v234 = v229 + v44,
+      v235 = v229 - v44, v236 = v230 + v44, v237 = v230 - v44, v238 = v231 + v44, v239 = v231 - v44;
   LANES_LET1(v240, fabs, v233); LANES_LET1(v241, fabs, v235); LANES_LET1(v242, fabs, v237);
   LANES_LET1(v243, fabs, v239);
   const lanes v244 = v232 + v240, v245 = v234 + v241, v246 = v236 + v242, v247 = v238 + v243,

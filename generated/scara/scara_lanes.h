@@ -390,35 +390,36 @@ static LANES_SPARING LANES_TARGET void LANES_NAME(scara_ik)(const lanes *in, lan
 {
   const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
       T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
-      v1 = 0.677 * T_2, v2 = 0.677 * T_6, v3 = T_4 * T_4, v4 = 1e-150 + T_0, v5 = 0.677 * T_10,
+      v1 = 0.677 * T_6, v2 = 0.677 * T_2, v3 = T_4 * T_4, v4 = 1e-150 + T_0, v5 = 0.677 * T_10,
       v6 = T_2 * T_2, v7 = T_6 * T_6, v8 = T_8 * T_8, v9 = T_9 * T_9, v10 = 1.0 + T_10,
-      v11 = T_3 + v1, v12 = T_7 + v2, v13 = v4 * v4;
+      v11 = T_7 + v1, v12 = T_3 + v2, v13 = v4 * v4;
   LANES_LET2(v14, atan2, T_4, v4);
-  const lanes v15 = T_11 + v5, v16 = v6 + v7, v17 = v10 * v10, v18 = v11 * v11, v19 = v12 * v12,
-      v20 = v3 + v13, v21 = -v15, v22 = v16 + v8, v23 = v15 - 0.2, v24 = v18 + v19;
-  LANES_LET1(v25, rsqrt, v20); out[2] = v21; out[6] = v21;
-  const lanes v26 = v22 + v9, v27 = v23 + 0.877, v28 = 0.64 - v24, v29 = v24 - 0.0025,
-      v30 = v24 - 0.32125, v31 = T_4 * v25, v32 = v4 * v25, v33 = v27 - T_11, v34 = v28 * v29,
-      v35 = 3.1372549019607843 * v30;
+  const lanes v15 = T_11 + v5, v16 = v6 + v7, v17 = v10 * v10, v18 = v12 * v12, v19 = v11 * v11,
+      v20 = v3 + v13, v21 = -v15, v22 = v15 - 0.2, v23 = v16 + v8, v24 = v18 + v19;
+  LANES_LET1(v25, rsqrt, v20); out[2] = v21;
+  const lanes v26 = v22 + 0.877, v27 = v23 + v9;
+  out[6] = v21;
+  const lanes v28 = v24 - 0.0025, v29 = 0.64 - v24, v30 = v24 - 0.32125, v31 = T_4 * v25,
+      v32 = v4 * v25, v33 = v26 - T_11, v34 = v28 * v29, v35 = 3.1372549019607843 * v30;
   const lanes_where v36 = LANES_LT(v30, 0.0);
-  const lanes v37 = v32 - T_0, v38 = v31 - T_1, v39 = v31 - T_4, v40 = T_5 + v32, v41 = v33 * v33;
+  const lanes v37 = v33 * v33, v38 = v32 - T_0, v39 = v31 - T_1, v40 = v31 - T_4, v41 = T_5 + v32;
   const lanes_where v42 = LANES_LT(4.0640625e-16, v34);
   const lanes v43 = LANES_CHOICE(v36, -1.0, 1.0);
   LANES_LET1(v44, sqrt, v34);
-  const lanes v45 = v37 * v37, v46 = v38 * v38, v47 = v39 * v39, v48 = v40 * v40,
+  const lanes v45 = v38 * v38, v46 = v39 * v39, v47 = v40 * v40, v48 = v41 * v41,
       v49 = 9.84236831987697 * v34, v50 = LANES_CHOICE(v42, v35, v43),
-      v51 = 3.1372549019607843 * v44, v52 = v26 + v45;
+      v51 = 3.1372549019607843 * v44, v52 = v27 + v45;
   out[10] = v49; out[11] = v49;
   const lanes v53 = 0.375 * v50, v54 = LANES_CHOICE(v42, v51, 0.0), v55 = v52 + v46,
       v56 = v53 + 0.425, v57 = 0.375 * v54;
   LANES_LET2(v58, atan2, v54, v50);
-  const lanes v59 = v55 + v47, v60 = v56 * v12, v61 = v57 * v11, v62 = v56 * v11, v63 = v57 * v12;
+  const lanes v59 = v55 + v47, v60 = v11 * v56, v61 = v12 * v57, v62 = v12 * v56, v63 = v11 * v57;
   out[1] = v58;
-  const lanes v64 = -v58, v65 = v59 + v48, v66 = v60 - v61, v67 = v62 + v63, v68 = v60 + v61,
-      v69 = v62 - v63;
-  out[5] = v64;
-  const lanes v70 = v65 + v17, v71 = v66 * v66, v72 = 1e-150 + v67, v73 = v68 * v68,
-      v74 = 1e-150 + v69, v75 = 0.5 * v70, v76 = v72 * v72;
+  const lanes v64 = v59 + v48, v65 = -v58, v66 = v60 - v61, v67 = v62 + v63, v68 = v60 + v61,
+      v69 = v62 - v63, v70 = v64 + v17;
+  out[5] = v65;
+  const lanes v71 = v66 * v66, v72 = 1e-150 + v67, v73 = v68 * v68, v74 = 1e-150 + v69,
+      v75 = 0.5 * v70, v76 = v72 * v72;
   LANES_LET2(v77, atan2, v66, v72);
   const lanes v78 = v74 * v74;
   LANES_LET2(v79, atan2, v68, v74);
@@ -426,9 +427,9 @@ static LANES_SPARING LANES_TARGET void LANES_NAME(scara_ik)(const lanes *in, lan
   out[0] = v77;
   const lanes v82 = v77 + v58;
   out[4] = v79;
-  const lanes v83 = v79 - v14;
+  const lanes v83 = v79 - v58;
   LANES_LET1(v84, rsqrt, v80); LANES_LET1(v85, rsqrt, v81);
-  const lanes v86 = v82 - v14, v87 = v83 - v58, v88 = v66 * v84, v89 = v72 * v84, v90 = v68 * v85,
+  const lanes v86 = v82 - v14, v87 = v83 - v14, v88 = v66 * v84, v89 = v72 * v84, v90 = v68 * v85,
       v91 = v74 * v85;
   const lanes_where v92 = LANES_LT(3.141592653589793, v86);
   const lanes v93 = v86 - 6.283185307179586;
@@ -437,19 +438,21 @@ static LANES_SPARING LANES_TARGET void LANES_NAME(scara_ik)(const lanes *in, lan
   const lanes_where v96 = LANES_LT(3.141592653589793, v87);
   const lanes v97 = v87 - 6.283185307179586;
   const lanes_where v98 = LANES_LT(v87, -3.141592653589793);
-  const lanes v99 = v87 + 6.283185307179586, v100 = LANES_CHOICE(v94, v95, v86),
-      v101 = LANES_CHOICE(v98, v99, v87), v102 = v50 * v89, v103 = v54 * v88, v104 = 0.425 * v89,
-      v105 = v50 * v88, v106 = v54 * v89, v107 = 0.425 * v88, v108 = v50 * v91, v109 = v54 * v90,
-      v110 = 0.425 * v91, v111 = v50 * v90, v112 = v54 * v91, v113 = 0.425 * v90,
-      v114 = LANES_CHOICE(v92, v93, v100), v115 = LANES_CHOICE(v96, v97, v101), v116 = v102 - v103,
-      v117 = v105 + v106, v118 = v108 + v109, v119 = v111 - v112;
-  out[3] = v114; out[7] = v115;
-  const lanes v120 = 0.375 * v116, v121 = 0.375 * v117, v122 = 0.375 * v118, v123 = 0.375 * v119,
-      v124 = v120 + v104, v125 = v121 + v107, v126 = v122 + v110, v127 = v123 + v113,
-      v128 = v124 - T_3, v129 = v125 - T_7, v130 = v126 - T_3, v131 = v127 - T_7,
-      v132 = v128 * v128, v133 = v129 * v129, v134 = v130 * v130, v135 = v131 * v131,
-      v136 = v41 + v132, v137 = v41 + v134, v138 = v136 + v133, v139 = v137 + v135,
-      v140 = v75 + v138, v141 = v138 - v75, v142 = v75 + v139, v143 = v139 - v75;
+  const lanes v99 = v87 + 6.283185307179586, v100 = LANES_CHOICE(v94, v95, v86), v101 = v50 * v89,
+      v102 = v54 * v88, v103 = 0.425 * v89, v104 = v50 * v88, v105 = v54 * v89, v106 = 0.425 * v88,
+      v107 = LANES_CHOICE(v98, v99, v87), v108 = v50 * v91, v109 = v54 * v90, v110 = 0.425 * v91,
+      v111 = v50 * v90, v112 = v54 * v91, v113 = 0.425 * v90, v114 = LANES_CHOICE(v92, v93, v100),
+      v115 = v101 - v102, v116 = v104 + v105, v117 = LANES_CHOICE(v96, v97, v107),
+      v118 = v108 + v109, v119 = v111 - v112;
+  out[3] = v114;
+  const lanes v120 = 0.375 * v115, v121 = 0.375 * v116;
+  out[7] = v117;
+  const lanes v122 = 0.375 * v118, v123 = 0.375 * v119, v124 = v120 + v103, v125 = v121 + v106,
+      v126 = v122 + v110, v127 = v123 + v113, v128 = v124 - T_3, v129 = v125 - T_7,
+      v130 = v126 - T_3, v131 = v127 - T_7, v132 = v128 * v128, v133 = v129 * v129,
+      v134 = v130 * v130, v135 = v131 * v131, v136 = v132 + v133, v137 = v134 + v135,
+      v138 = v136 + v37, v139 = v137 + v37, v140 = v138 + v75, v141 = v138 - v75, v142 = v139 + v75,
+      v143 = v139 - v75;
   LANES_LET1(v144, fabs, v141); LANES_LET1(v145, fabs, v143);
   const lanes v146 = v140 + v144, v147 = v142 + v145, v148 = 0.5 * v146, v149 = 0.5 * v147;
   LANES_LET1(v150, sqrt, v148); LANES_LET1(v151, sqrt, v149); out[8] = v150; out[9] = v151;

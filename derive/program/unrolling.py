@@ -1,0 +1,238 @@
+"""From one branch in signs to all branches side by side: what branches share is computed once.
+
+A choice of signs is put into the program of one branch, and signs are carried through: a value and
+its negative are one variable. Every step is exact in floating point: (-a) b = -(a b), a + (-b) =
+a - b, atan2(-y, x) = -atan2(y, x).
+"""
+
+import itertools
+import operator
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from .operations import (
+    COMPARISONS,
+    Compute,
+    Constant,
+    Input,
+    Operand,
+    Operation,
+    Program,
+    Statement,
+    Store,
+    Variable,
+)
+from .schedule import calls_first, needed_only
+
+_EVEN = frozenset({Operation.SQUARE, Operation.COS, Operation.ABS})
+_ODD = frozenset({Operation.SIN, Operation.TAN, Operation.ATAN, Operation.SIGN})
+_COMMUTING = frozenset(
+    {Operation.ADD, Operation.MULTIPLY, Operation.AND, Operation.OR, Operation.EQUAL}
+)
+_FOLDED: Mapping[Operation, Callable[..., float]] = {
+    Operation.ADD: operator.add,
+    Operation.SUBTRACT: operator.sub,
+    Operation.MULTIPLY: operator.mul,
+    Operation.SQUARE: lambda x: x * x,
+    Operation.ABS: abs,
+    Operation.MIN: min,
+    Operation.MAX: max,
+    Operation.LESS: operator.lt,
+    Operation.LESS_EQUAL: operator.le,
+    Operation.EQUAL: operator.eq,
+    Operation.NOT_EQUAL: operator.ne,
+    Operation.NOT: operator.not_,
+    Operation.AND: lambda x, y: bool(x and y),
+    Operation.OR: lambda x, y: bool(x or y),
+}
+"""Operations that are carried out on numbers at once, as the C would."""
+_OPPOSITE = {Operation.MIN: Operation.MAX, Operation.MAX: Operation.MIN}
+
+
+def unrolled(branch: Program, signs: Iterable[Sequence[int]], name: str) -> Program:
+    """All branches of a function, one after the other.
+
+    Satisfies: entry i of branch b of an output is entry i of the branch's program with the signs
+    of branch b as its last argument.
+
+    Args:
+        branch: The program of one branch, whose last argument holds the signs.
+        signs: 1 or -1 for each entry of that argument, for each branch.
+        name: The name of the program.
+    """
+    choice = len(branch.arguments) - 1
+    sizes = [
+        1 + max(s.entry for s in branch.stored if s.output == k) for k in range(len(branch.results))
+    ]
+    writer = _Writer()
+    for b, chosen in enumerate(signs):
+        known: dict[Operand, _Signed] = {
+            Input(choice, k): _Signed(Constant(1.0), sign < 0) for k, sign in enumerate(chosen)
+        }
+        for statement in branch.statements:
+            operands = [known.get(o, _Signed(o, False)) for o in statement.operands]
+            if isinstance(statement, Compute):
+                known[statement.result] = writer.value(statement.operation, operands)
+            else:
+                entry = statement.entry + b * sizes[statement.output]
+                value = writer.plain(operands[0])
+                writer.statements.append(Store(statement.output, entry, value))
+    return calls_first(
+        needed_only(
+            replace(
+                branch,
+                name=name,
+                arguments=branch.arguments[:choice],
+                inputs=tuple(i for i in branch.inputs if i.argument != choice),
+                statements=tuple(writer.statements),
+            )
+        )
+    )
+
+
+@dataclass(frozen=True)
+class _Signed:
+    """A value: an operand, or its negative."""
+
+    operand: Operand
+    negative: bool
+
+    def times(self, negative: bool) -> "_Signed":
+        return replace(self, negative=self.negative != negative)
+
+
+def _number(value: _Signed) -> float | None:
+    """The number that a value is, if it is one."""
+    if not isinstance(value.operand, Constant):
+        return None
+    return -value.operand.value if value.negative else value.operand.value
+
+
+def _turned_over(a: _Signed, b: _Signed) -> tuple[_Signed, _Signed]:
+    """The sides of a comparison: those of -a < -b are b < a."""
+    return b.times(True), a.times(True)
+
+
+_ONE = Constant(1.0)
+_MINUS_ONE = Constant(-1.0)
+
+
+class _Writer:
+    """Writes statements, none twice, not even with another sign."""
+
+    def __init__(self) -> None:
+        self.statements: list[Statement] = []
+        self._known: dict[tuple[Operation, tuple[Operand, ...]], Variable] = {}
+        self._computed: dict[Operand, Compute] = {}
+        self._opposites: dict[Operand, Operand] = {}
+        self._count = 0
+
+    def value(self, operation: Operation, operands: Sequence[_Signed]) -> _Signed:
+        """The result of an operation."""
+        operands = [self._kept(operand) for operand in operands]
+        numbers = [number for number in map(_number, operands) if number is not None]
+        if operation in _FOLDED and len(numbers) == len(operands):
+            return _Signed(Constant(float(_FOLDED[operation](*numbers))), False)
+        first, negative = operands[0], operands[0].negative
+        if operation is Operation.NEGATE:
+            return self._opposite(first)
+        if operation in (Operation.ADD, Operation.SUBTRACT):
+            other = operands[1].times(operation is Operation.SUBTRACT)
+            return self._sum(first, other)
+        if operation is Operation.MULTIPLY:
+            return self._product(first, operands[1])
+        if operation is Operation.DIVIDE:
+            quotient = self._named(operation, first.operand, operands[1].operand)
+            return _Signed(quotient, negative != operands[1].negative)
+        if operation in _EVEN:
+            return _Signed(self._named(operation, first.operand), False)
+        if operation in _ODD:
+            return _Signed(self._named(operation, first.operand), negative)
+        if operation is Operation.ATAN2:
+            return _Signed(self._named(operation, first.operand, self.plain(operands[1])), negative)
+        if operation in _OPPOSITE and all(o.negative for o in operands):
+            terms = (o.operand for o in operands)
+            return _Signed(self._named(_OPPOSITE[operation], *terms), True)
+        if operation is Operation.SELECT:
+            return self._choice(*operands)
+        if operation in COMPARISONS and any(o.negative for o in operands):
+            operands = _turned_over(*operands)
+        return _Signed(self._named(operation, *map(self.plain, operands)), False)
+
+    def plain(self, value: _Signed) -> Operand:
+        """The operand that a value is, negated where it must be."""
+        if not value.negative:
+            return value.operand
+        if isinstance(value.operand, Constant):
+            return Constant(-value.operand.value)
+        return self._named(Operation.NEGATE, value.operand)
+
+    def _sum(self, a: _Signed, b: _Signed) -> _Signed:
+        if a.negative == b.negative:
+            return _Signed(self._named(Operation.ADD, a.operand, b.operand), a.negative)
+        plus, minus = (b, a) if a.negative else (a, b)
+        opposite = self._known.get((Operation.SUBTRACT, (minus.operand, plus.operand)))
+        if opposite is not None:
+            return _Signed(opposite, True)
+        return _Signed(self._named(Operation.SUBTRACT, plus.operand, minus.operand), False)
+
+    def _product(self, a: _Signed, b: _Signed) -> _Signed:
+        negative = a.negative != b.negative
+        for one, other in ((a, b), (b, a)):
+            if one.operand in (_ONE, _MINUS_ONE):
+                return _Signed(other.operand, negative != (one.operand == _MINUS_ONE))
+        return _Signed(self._named(Operation.MULTIPLY, a.operand, b.operand), negative)
+
+    def _choice(self, condition: _Signed, this: _Signed, other: _Signed) -> _Signed:
+        if this == other:
+            return this
+        where = self.plain(condition)
+        if isinstance(where, Constant):
+            return this if where.value else other
+        if this.negative and other.negative:
+            chosen = self._named(Operation.SELECT, where, this.operand, other.operand)
+            return _Signed(chosen, True)
+        return _Signed(
+            self._named(Operation.SELECT, where, self.plain(this), self.plain(other)), False
+        )
+
+    def _opposite(self, value: _Signed) -> _Signed:
+        """The negative of a value; a sum with a difference in it is turned around."""
+        opposite = None if value.negative else self._turned(value.operand)
+        if opposite is None or opposite in self._opposites:
+            return value.times(True)
+        self._opposites[value.operand] = opposite
+        return _Signed(opposite, False)
+
+    def _turned(self, operand: Operand) -> Operand | None:
+        """B - a for a - b, and (b - a) - c for (a - b) + c."""
+        statement = self._computed.get(operand)
+        if statement is None:
+            return None
+        if statement.operation is Operation.SUBTRACT:
+            return self._named(Operation.SUBTRACT, *statement.operands[::-1])
+        if statement.operation is Operation.ADD:
+            for one, other in itertools.permutations(statement.operands):
+                inner = self._computed.get(one)
+                if inner is not None and inner.operation is Operation.SUBTRACT:
+                    opposite = self._opposite(_Signed(one, False)).operand
+                    return self._named(Operation.SUBTRACT, opposite, other)
+        return None
+
+    def _kept(self, value: _Signed) -> _Signed:
+        """A value by the variable of its negative, where that has one and is meant to be kept."""
+        opposite = self._opposites.get(value.operand)
+        return value if opposite is None else _Signed(opposite, not value.negative)
+
+    def _named(self, operation: Operation, *operands: Operand) -> Variable:
+        """The variable of an operation on operands, new if there is none yet."""
+        key = (operation, operands)
+        if key not in self._known and operation in _COMMUTING:
+            key = (operation, operands[::-1])
+        if key not in self._known:
+            self._count += 1
+            key = (operation, operands)
+            result = self._known[key] = Variable(self._count)
+            self._computed[result] = Compute(result, operation, operands)
+            self.statements.append(self._computed[result])
+        return self._known[key]

@@ -1,0 +1,180 @@
+"""All branches side by side: each is bit for bit the branch alone, and shares what it can."""
+
+import numpy as np
+import pytest
+from derivations import ALL, derivation, made
+
+from chasles.derive.program.counting import count_operations
+from chasles.derive.program.operations import (
+    Compute,
+    Constant,
+    Input,
+    Operation,
+    Program,
+    Store,
+    Variable,
+)
+from chasles.derive.program.unrolling import unrolled
+from chasles.derive.terms.branches import patterns
+
+RULES = {
+    Operation.ADD: np.add,
+    Operation.SUBTRACT: np.subtract,
+    Operation.MULTIPLY: np.multiply,
+    Operation.DIVIDE: np.divide,
+    Operation.SQUARE: np.square,
+    Operation.NEGATE: np.negative,
+    Operation.SQRT: np.sqrt,
+    Operation.SIN: np.sin,
+    Operation.COS: np.cos,
+    Operation.TAN: np.tan,
+    Operation.ATAN: np.arctan,
+    Operation.ATAN2: np.arctan2,
+    Operation.ABS: np.abs,
+    Operation.SIGN: np.sign,
+    Operation.MIN: np.fmin,
+    Operation.MAX: np.fmax,
+    Operation.LESS: np.less,
+    Operation.LESS_EQUAL: np.less_equal,
+    Operation.EQUAL: np.equal,
+    Operation.NOT_EQUAL: np.not_equal,
+    Operation.NOT: np.logical_not,
+    Operation.AND: np.logical_and,
+    Operation.OR: np.logical_or,
+    Operation.SELECT: np.where,
+}
+POSES = 200
+SIGNED = [(name, f.name) for name in ALL for f in derivation(name).functions if f.signs]
+X, Y, S = Input(0, 0), Input(0, 1), Input(1, 0)
+A, B, C, D = map(Variable, range(1, 5))
+
+
+def run(program, arguments):
+    """The outputs of a program, (entries, poses) each, at arguments of shape (entries, poses)."""
+    values = {}
+
+    def value(operand):
+        match operand:
+            case Constant(number):
+                return np.float64(number)
+            case Input(argument, entry):
+                return arguments[argument][entry]
+            case _:
+                return values[operand]
+
+    found = {}
+    with np.errstate(all="ignore"):
+        for statement in program.statements:
+            operands = [value(operand) for operand in statement.operands]
+            if isinstance(statement, Compute):
+                values[statement.result] = RULES[statement.operation](*operands)
+            else:
+                found[statement.output, statement.entry] = np.broadcast_to(operands[0], (POSES,))
+    sizes = [1 + max(e for o, e in found if o == k) for k in range(len(program.results))]
+    return [np.stack([found[k, e] for e in range(n)]) for k, n in enumerate(sizes)]
+
+
+def test_there_are_many():
+    assert len(SIGNED) >= 15
+
+
+@pytest.mark.parametrize(("name", "function"), SIGNED)
+def test_each_branch_is_bit_for_bit_the_branch_alone(name, function):
+    symbolic = derivation(name).function(function)
+    programs, rng = made(name), np.random.default_rng(11)
+    given = [rng.uniform(-1, 1, (argument.size, POSES)) for argument in symbolic.inputs]
+    whole = run(programs.whole[function], given)
+    for b, signs in enumerate(patterns(symbolic)):
+        choice = np.repeat(np.array(signs, float)[:, None], POSES, 1)
+        for every, one in zip(whole, run(programs.branch[function], [*given, choice]), strict=True):
+            n = len(one)
+            # A zero may have another sign.
+            np.testing.assert_array_equal(every[b * n : (b + 1) * n] + 0.0, one + 0.0)
+
+
+@pytest.mark.parametrize(("name", "function"), SIGNED)
+def test_branches_share(name, function):
+    symbolic = derivation(name).function(function)
+    whole = count_operations(made(name).whole[function]).total
+    one = count_operations(made(name).branch[function]).total
+    assert whole < symbolic.branches * one
+
+
+def branch(*statements):
+    return Program("f_branch", ("x", "choice"), ("y",), (X, Y, S), statements)
+
+
+def test_a_value_and_its_negative_are_one():
+    given = branch(
+        Compute(A, Operation.MULTIPLY, (S, X)),
+        Compute(B, Operation.MULTIPLY, (A, Y)),
+        Compute(C, Operation.SUBTRACT, (Y, B)),
+        Store(0, 0, C),
+    )
+    program = unrolled(given, [(1,), (-1,)], "f")
+    assert program == Program(
+        "f",
+        ("x",),
+        ("y",),
+        (X, Y),
+        (
+            Compute(A, Operation.MULTIPLY, (X, Y)),
+            Compute(B, Operation.SUBTRACT, (Y, A)),
+            Store(0, 0, B),
+            Compute(C, Operation.ADD, (Y, A)),
+            Store(0, 1, C),
+        ),
+    )
+
+
+@pytest.mark.parametrize(
+    ("operation", "kept"),
+    [(Operation.COS, 1), (Operation.SQUARE, 1), (Operation.ABS, 1), (Operation.SIN, 2)],
+)
+def test_even_and_odd_operations_are_computed_once(operation, kept):
+    given = branch(
+        Compute(A, Operation.MULTIPLY, (S, X)), Compute(B, operation, (A,)), Store(0, 0, B)
+    )
+    computed = unrolled(given, [(1,), (-1,)], "f").computed
+    assert [s.operation for s in computed] == [operation, Operation.NEGATE][:kept]
+
+
+def test_a_comparison_of_negatives_is_turned_over():
+    given = branch(
+        Compute(A, Operation.NEGATE, (X,)),
+        Compute(B, Operation.LESS, (A, Constant(2.0))),
+        Compute(C, Operation.SELECT, (B, X, S)),
+        Store(0, 0, C),
+    )
+    first, *choices = unrolled(given, [(1,), (-1,)], "f").computed
+    assert first == Compute(A, Operation.LESS, (Constant(-2.0), X))
+    assert [c.operands[2] for c in choices] == [Constant(1.0), Constant(-1.0)]
+
+
+def test_an_angle_s_sign_is_that_of_y():
+    given = branch(
+        Compute(A, Operation.NEGATE, (X,)),
+        Compute(B, Operation.ATAN2, (A, Y)),
+        Compute(C, Operation.MULTIPLY, (B, S)),
+        Store(0, 0, C),
+    )
+    assert [s.operation for s in unrolled(given, [(1,), (-1,)], "f").computed] == [
+        Operation.ATAN2,
+        Operation.NEGATE,
+    ]
+
+
+def test_numbers_are_computed_at_once():
+    given = branch(
+        Compute(A, Operation.ADD, (S, Constant(1.0))),
+        Compute(B, Operation.LESS, (A, Constant(1.0))),
+        Compute(C, Operation.SELECT, (B, X, Y)),
+        Compute(D, Operation.MULTIPLY, (A, C)),
+        Store(0, 0, D),
+    )
+    assert unrolled(given, [(1,), (-1,)], "f").statements == (
+        Compute(A, Operation.MULTIPLY, (Constant(2.0), Y)),
+        Store(0, 0, A),
+        Compute(B, Operation.MULTIPLY, (Constant(0.0), X)),
+        Store(0, 1, B),
+    )
