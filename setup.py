@@ -7,7 +7,7 @@ from setuptools import Extension, find_packages, setup
 
 _DAMPED = "velocity/native/damped_box.c"
 EXTENSIONS = {
-    "call._call": ["call/_call.c"],
+    "call._call": ["call/_call.c", "call/*/*.c"],
     "iterative._numeric": ["iterative/_numeric.c", "iterative/native/*.c"],
     "velocity._rates": [
         "velocity/_rates.c",

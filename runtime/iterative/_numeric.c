@@ -1,7 +1,7 @@
 /* chasles.iterative._numeric: inverse kinematics by iteration, called from Python.
  *
- * A Solver holds an arm (native/arm.h): a robot, the frame of it that is the tip, its limits and its
- * table of starts. It keeps the compiled functions that the arm calls loaded.
+ * A Solver holds an arm (native/arm.h): a robot, the frame of it that is the tip, its limits and
+ * its table of starts. It keeps the compiled functions that the arm calls loaded.
  */
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
@@ -17,8 +17,8 @@ typedef struct {
     PyObject *capsules; /* the compiled functions; they keep their library loaded */
 } Solver;
 
-/* Converts to a dense array of doubles with the shape given, where -1 fits any size. Returns NULL with
- * an error set. */
+/* Converts to a dense array of doubles with the shape given, where -1 fits any size. Returns NULL
+ * with an error set. */
 static PyArrayObject *doubles(PyObject *object, const char *name, int ndim, const npy_intp *shape)
 {
     PyArrayObject *array =
@@ -68,13 +68,14 @@ static int has_sizes(const chasles_kernel *kernel, int n_outputs, int input, int
         fits = sizes[i] < 0 || kernel->sizes[i] == sizes[i];
     }
     if (!fits) {
-        PyErr_Format(PyExc_ValueError, "%s: its sizes do not match the other functions", kernel->name);
+        PyErr_Format(PyExc_ValueError, "%s: its sizes do not match the other functions",
+                     kernel->name);
     }
     return fits;
 }
 
-/* Tests the sizes of the functions that this kind of tip needs, and reads the arm's from them. Returns 0
- * with an error set. */
+/* Tests the sizes of the functions that this kind of tip needs, and reads the arm's from them.
+ * Returns 0 with an error set. */
 static int read_sizes(Arm *self)
 {
     const chasles_kernel *const *kernels = self->kernels;
@@ -165,8 +166,8 @@ static int read_tables(Arm *self, PyObject *lower, PyObject *upper, PyObject *st
 
 static PyObject *solver_new(PyTypeObject *type, PyObject *args, PyObject *kwargs)
 {
-    static char *names[] = {"kind",   "kernels", "lower",  "upper", "starts",
-                            "poses",  "link",    "screws", NULL};
+    static char *names[] = {"kind",  "kernels", "lower",  "upper", "starts",
+                            "poses", "link",    "screws", NULL};
     PyObject *capsules, *lower, *upper, *starts, *poses, *screws = NULL;
     const char *kind;
     int link = 0;
@@ -210,7 +211,7 @@ static PyArrayObject *read_poses(PyObject *object)
 /* The results, in the order of the struct Results. */
 enum { N_RESULTS = 6, MOST_NDIM = 32 };
 static const int RESULT_TYPES[N_RESULTS] = {NPY_DOUBLE, NPY_DOUBLE, NPY_BOOL,
-                                       NPY_INT8,   NPY_INT32,  NPY_INT32};
+                                            NPY_INT8,   NPY_INT32,  NPY_INT32};
 
 /* Makes the arrays of results over the batch of T; -1 with an error set. */
 static int new_results(const Solver *self, PyArrayObject *T, PyObject **results)
@@ -246,11 +247,11 @@ static int run(const Solver *self, Task *task, PyArrayObject *T, PyArrayObject *
         task->whole &= task->weights[i] > 0;
     }
     PoseBatch batch = {.arm = &self->arm,
-                   .task = task,
-                   .poses = PyArray_DATA(T),
-                   .seeds = seeds ? PyArray_DATA(seeds) : NULL,
-                   .results = {to[0], to[1], to[2], to[3], to[4], to[5]},
-                   .count = count};
+                       .task = task,
+                       .poses = PyArray_DATA(T),
+                       .seeds = seeds ? PyArray_DATA(seeds) : NULL,
+                       .results = {to[0], to[1], to[2], to[3], to[4], to[5]},
+                       .count = count};
     threads = threads < 1 ? 1 : threads > MOST_THREADS ? MOST_THREADS : threads;
     threads = threads > 1 + count / POSES_AT_A_TIME ? 1 + count / POSES_AT_A_TIME : threads;
     Py_BEGIN_ALLOW_THREADS
@@ -263,7 +264,7 @@ static int run(const Solver *self, Task *task, PyArrayObject *T, PyArrayObject *
     return 0;
 }
 
-/* solve(T, seeds or None, weights, in_tool_axes, tolerance, budget, threads), as in _numeric.pyi. */
+/* solve(T, seeds, weights, in_tool_axes, tolerance, budget, threads), as in _numeric.pyi. */
 static PyObject *solver_solve(Solver *self, PyObject *const *args, Py_ssize_t n_args)
 {
     if (n_args != 7) {
@@ -307,8 +308,8 @@ static PyObject *solver_solve(Solver *self, PyObject *const *args, Py_ssize_t n_
 
 static PyMethodDef solver_methods[] = {
     {"solve", (PyCFunction)(void (*)(void))solver_solve, METH_FASTCALL,
-     "solve(T, seeds, weights, in_tool_axes, tolerance, budget, threads): inverse kinematics at poses\n"
-     "(..., 4, 4). Returns coordinates, residual, success, ending, iterations and restarts."},
+     "solve(T, seeds, weights, in_tool_axes, tolerance, budget, threads): inverse kinematics of\n"
+     "poses (..., 4, 4). Returns coordinates, residual, success, ending, iterations, restarts."},
     {NULL},
 };
 

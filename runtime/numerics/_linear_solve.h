@@ -35,8 +35,9 @@ static inline __attribute__((always_inline)) void solve_ldlt_of_size(double *A, 
     }
 }
 
-/* Replaces b by the solution of A x = b. A (m, m) is symmetric and positive definite; its lower half
- * is read and destroyed. The usual sizes have loops of constant length, which the compiler unrolls. */
+/* Replaces b by the solution of A x = b. A (m, m) is symmetric and positive definite; its lower
+ * half is read and destroyed. The usual sizes have loops of constant length, which the compiler
+ * unrolls. */
 static inline void solve_ldlt(double *A, int m, double *b)
 {
     if (m == 6) {

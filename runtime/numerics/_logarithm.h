@@ -20,8 +20,8 @@ typedef struct {
     double angle, sine, cosine; /* angle in [0, pi] */
 } RotationAngle;
 
-/* Writes the rotation vector of R_B R_A^T, in base axes: the shortest rotation from pose A to pose B.
- * NaN in either pose gives NaN. */
+/* Writes the rotation vector of R_B R_A^T, in base axes: the shortest rotation from pose A to pose
+ * B. NaN in either pose gives NaN. */
 static inline RotationAngle rotation_vector_between(const double *A, const double *B, double *omega)
 {
     double R[3][3];
@@ -35,8 +35,8 @@ static inline RotationAngle rotation_vector_between(const double *A, const doubl
     double cosine = (R[0][0] + R[1][1] + R[2][2] - 1) / 2, angle = atan2(sine, cosine);
     double factor = sine > 0 ? angle / sine : 1;
     if (cosine < 0) {
-        /* Near a half turn the sine, and with it w, loses all digits. Beyond a quarter turn the axis
-         * is therefore taken from the longest column of the symmetric part. */
+        /* Near a half turn the sine, and with it w, loses all digits. Beyond a quarter turn the
+         * axis is therefore taken from the longest column of the symmetric part. */
         int k = R[0][0] > R[1][1] ? 0 : 1;
         k = R[2][2] > R[k][k] ? 2 : k;
         double a[3], length = 0, side = 0;
@@ -54,8 +54,8 @@ static inline RotationAngle rotation_vector_between(const double *A, const doubl
     return (RotationAngle){angle, sine, cosine};
 }
 
-/* Writes (p, omega): the vector from the origin of A to that of B, and the rotation vector from A to
- * B, both in base axes. */
+/* Writes (p, omega): the vector from the origin of A to that of B, and the rotation vector from A
+ * to B, both in base axes. */
 static inline RotationAngle displacement_between(const double *A, const double *B, double *out)
 {
     for (int i = 0; i < 3; i++) {

@@ -26,9 +26,9 @@ static inline void rotate_rows(double *restrict a, double *restrict b, int n, do
     }
 }
 
-/* Whether two rows with squares aa, bb and product ab count as orthogonal; `scale` is passed through
- * from the caller. The test must be true where an argument is NaN: else no sweep is the last but the
- * one that MOST_SWEEPS ends. */
+/* Whether two rows with squares aa, bb and product ab count as orthogonal; `scale` is passed
+ * through from the caller. The test must be true where an argument is NaN: else no sweep is the
+ * last but the one that MOST_SWEEPS ends. */
 typedef int orthogonality_test(double aa, double bb, double ab, double scale);
 
 /* Rotates pairs of the p rows of W (p, m) until all are orthogonal, and the rows of Y (p, p), which

@@ -12,8 +12,8 @@ static int has_right_angle(double aa, double bb, double ab, double total)
     return !(fabs(ab) > SVD_ORTHOGONAL * (sqrt(aa * bb) + SVD_ORTHOGONAL * total));
 }
 
-/* The axis, not removed, that has the longest part outside of the span of `count` orthonormal vectors
- * (stride m); -1 if there is none. *square: that length squared. */
+/* The axis, not removed, that has the longest part outside of the span of `count` orthonormal
+ * vectors (stride m); -1 if there is none. *square: that length squared. */
 static int find_longest_axis(const double *others, int count, int m, const char *removed,
                              double *square)
 {
@@ -86,7 +86,7 @@ void svd_decompose(Svd *svd, const double *J, const char *removed)
     }
     orthogonalize_rows(W, p, m, Y[0], TWIST, has_right_angle, dot(W, W, p * m));
     sort_rows(W, p, m, length, order);
-    /* Rows of W are sigma times the vectors of the longer side of J, rows of Y those of the other. */
+    /* Rows of W are sigma times the vectors of J's longer side, rows of Y those of the other. */
     double sorted[TWIST * TWIST];
     double *longer = wide ? svd->v : sorted;
     svd->count = p;

@@ -6,12 +6,12 @@
 
 /* J = sum over i of sigma[i] u[i] v[i]^T, the largest singular value first. */
 typedef struct {
-    int n;               /* columns of J */
-    int count;           /* singular values, min(6, n) */
+    int n;     /* columns of J */
+    int count; /* singular values, min(6, n) */
     double sigma[TWIST];
     double u[TWIST][TWIST];
-    double *v;           /* (6, n) */
-    double *work;        /* (6, max(6, n)) */
+    double *v;    /* (6, n) */
+    double *work; /* (6, max(6, n)) */
 } Svd;
 
 /* Decomposes J (6, n). Columns k with removed[k] != 0 are read as zero, and the vectors v have no

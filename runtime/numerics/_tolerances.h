@@ -1,5 +1,5 @@
-/* Every tolerance and gain of the runtime in C: name, value, unit and reason, by the solver that uses
- * it. Counts of steps and sizes of tables are no tolerances: they stand where they are used.
+/* Every tolerance and gain of the runtime in C: name, value, unit and reason, by the solver that
+ * uses it. Counts of steps and sizes of tables are no tolerances: they stand where they are used.
  *
  * "Pure number" means that rows and columns of the Jacobian have been scaled to one unit: lengths
  * are divided by the robot's characteristic length.
@@ -11,14 +11,14 @@
 
 /* -------------------------------------------- logarithm of a rigid displacement */
 
-/* radian. Below this angle the coefficient (1 - (a/2) cot(a/2)) / a^2 is replaced by its limit 1/12:
- * the quotient loses digits by cancellation, the limit is off by a^2 / 720 < 2e-11. */
+/* radian. Below this angle the coefficient (1 - (a/2) cot(a/2)) / a^2 is replaced by its limit
+ * 1/12: the quotient loses digits by cancellation, the limit is off by a^2 / 720 < 2e-11. */
 #define LOGARITHM_SMALL_ANGLE 1e-4
 
 /* ------------------------------------------------------ singular values, linear solves */
 
-/* Cosine. Two rows are orthogonal where the cosine between them is at most this: rounding adds 1e-16
- * for each product. The same part of the norm of the whole matrix is rounding in a short row. */
+/* Cosine. Two rows are orthogonal where the cosine between them is at most this: rounding adds
+ * 1e-16 for each product. The same part of the norm of the whole matrix is rounding too. */
 #define SVD_ORTHOGONAL 1e-15
 
 /* Part of the largest singular value. The vector of a smaller one is made of rounding, and is
@@ -35,8 +35,8 @@
 
 /* ------------------------------------------- inverse kinematics by Levenberg-Marquardt */
 
-/* 1 / radian^2 or 1 / metre^2, by the coordinate: mu of lambda = mu |W e|^2 / 2 at the first step of
- * an attempt. */
+/* 1 / radian^2 or 1 / metre^2, by the coordinate: mu of lambda = mu |W e|^2 / 2 at the first step
+ * of an attempt. */
 #define LM_FIRST_MU 0.1
 
 /* Factor of mu after a step that was taken, and after one that was refused. The rise undoes
@@ -71,8 +71,8 @@
 #define HALLEY_RESIDUAL 0.03
 #define HALLEY_REMAINDER 0.2
 
-/* Pure number: sum of the six deviations of R R^T from 1. A pose in single precision is off by about
- * 1e-6; a matrix further off is no rotation. */
+/* Pure number: sum of the six deviations of R R^T from 1. A pose in single precision is off by
+ * about 1e-6; a matrix further off is no rotation. */
 #define POSE_ORTHONORMALITY 1e-5
 
 /* Metre or radian, largest error of an actuator. The joints of a platform's chain follow its
@@ -107,8 +107,8 @@
 #define TRACK_GREATEST_DAMPING 1.0
 
 /* Part of the decrease that the Jacobian predicted for the squared error of a step. Below POOR the
- * damping is multiplied by RAISE, above GOOD it is divided by LOWER (Marquardt): twice at once where
- * a step went wrong, and back slowly, so that the tool does not swing across a singularity. */
+ * damping is multiplied by RAISE, above GOOD it is divided by LOWER (Marquardt): at once
+ * where a step went wrong, and slowly back: else the tool would swing across a singularity. */
 #define TRACK_POOR_STEP 0.25
 #define TRACK_GOOD_STEP 0.75
 #define TRACK_RAISE_DAMPING 2
@@ -121,23 +121,25 @@
  * beneath the damping, so the decomposition for damped solves ends earlier than SVD_ORTHOGONAL. */
 #define BOX_ORTHOGONAL 1e-13
 
-/* Part of the border e: damping of the directions that J does not see, which keeps the matrix of the
- * bounded problem positive definite. Its square is 1e-8 of e^2, beneath the damping of all others. */
+/* Part of the border e: damping of the directions that J does not see, which keeps the matrix of
+ * the bounded problem positive definite. Its square is 1e-8 of e^2, beneath the damping of all
+ * others. */
 #define BOX_UNSEEN_DAMPING 1e-4
 
 /* Part of the largest gradient component. A multiplier must be larger to free a variable from its
  * bound: smaller ones are rounding and would make the active set cycle. */
 #define BOX_RELEASE 1e-10
 
-/* Part of the secondary rates asked for. A projection to the null space that is smaller is rounding. */
+/* Part of the secondary rates asked for. A projection to the null space that is smaller is
+ * rounding. */
 #define NULL_MOTION 1e-12
 
 /* Component of a unit vector. Components that differ by less count as equal, so that rounding does
  * not choose the sign of the direction that is lost. */
 #define DIRECTION_TIE 1e-9
 
-/* Part of |q| / dt and of the previous rate [rad/s or m/s]: the rounding of the distance that is left
- * to a limit, by which a joint may brake harder than its acceleration limit. */
+/* Part of |q| / dt and of the previous rate [rad/s or m/s]: the rounding of the distance that is
+ * left to a limit, by which a joint may brake harder than its acceleration limit. */
 #define BRAKING_ROUNDING (8 * DBL_EPSILON)
 
 #endif

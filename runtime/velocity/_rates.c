@@ -28,8 +28,8 @@ static void *const no_data[] = {NULL};
 static int add(PyObject *module, PyUFuncGenericFunction *loops, const char *types, int inputs,
                int outputs, const char *name, const char *doc, const char *signature)
 {
-    PyObject *ufunc = PyUFunc_FromFuncAndDataAndSignature(
-        loops, no_data, types, 1, inputs, outputs, PyUFunc_None, name, doc, 0, signature);
+    PyObject *ufunc = PyUFunc_FromFuncAndDataAndSignature(loops, no_data, types, 1, inputs, outputs,
+                                                          PyUFunc_None, name, doc, 0, signature);
     int failed = ufunc ? PyModule_AddObjectRef(module, name, ufunc) : -1;
     Py_XDECREF(ufunc);
     return failed;
@@ -48,17 +48,16 @@ PyMODINIT_FUNC PyInit__rates(void)
     import_umath();
     PyObject *module = PyModule_Create(&module_definition);
     PyObject *damping = PyFloat_FromDouble(RATES_DAMPING);
-    if (module &&
-        (PyModule_AddObjectRef(module, "DAMPING", damping) < 0 ||
-         add(module, solve_loops, solve_types, 9, 7, "solve",
-             "Joint rates of a twist within bounds, by damped least squares.",
-             "(6,n),(6),(n),(n),(n),(n),(6),(),()->(n),(6),(),(),(6),(),(n)") < 0 ||
-         add(module, bounds_loops, bounds_types, 7, 2, "bounds",
-             "The rates that joint, rate and acceleration limits leave.",
-             "(n),(n),(n),(n),(n),(n),()->(n),(n)") < 0 ||
-         add(module, gradient_loops, gradient_types, 5, 2, "gradient",
-             "The product of the singular values and its gradient.",
-             "(6,n),(6,n,n),(n),(6),()->(),(n)") < 0)) {
+    if (module && (PyModule_AddObjectRef(module, "DAMPING", damping) < 0 ||
+                   add(module, solve_loops, solve_types, 9, 7, "solve",
+                       "Joint rates of a twist within bounds, by damped least squares.",
+                       "(6,n),(6),(n),(n),(n),(n),(6),(),()->(n),(6),(),(),(6),(),(n)") < 0 ||
+                   add(module, bounds_loops, bounds_types, 7, 2, "bounds",
+                       "The rates that joint, rate and acceleration limits leave.",
+                       "(n),(n),(n),(n),(n),(n),()->(n),(n)") < 0 ||
+                   add(module, gradient_loops, gradient_types, 5, 2, "gradient",
+                       "The product of the singular values and its gradient.",
+                       "(6,n),(6,n,n),(n),(6),()->(),(n)") < 0)) {
         Py_CLEAR(module);
     }
     Py_XDECREF(damping);

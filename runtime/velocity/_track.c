@@ -11,8 +11,8 @@ enum { POSES, LOWER, UPPER, RATE, UNIT, Q, QD, ERROR, SIGMA, TOUCHED, N_ARRAYS }
 /* Tests whether every array has the size that n coordinates and m poses give it. */
 static int has_sizes(const Py_buffer *arrays, Py_ssize_t n, Py_ssize_t m)
 {
-    const Py_ssize_t sizes[N_ARRAYS] = {m * POSE, n, n, n, n, m * n, (m - 1) * n, m * 2, m,
-                                        (m - 1) * n};
+    const Py_ssize_t sizes[N_ARRAYS] = {m * POSE, n,           n,     n, n,
+                                        m * n,    (m - 1) * n, m * 2, m, (m - 1) * n};
     for (int i = 0; i < N_ARRAYS; i++) {
         size_t item = i == TOUCHED ? 1 : sizeof(double);
         if (arrays[i].len != sizes[i] * (Py_ssize_t)item) {

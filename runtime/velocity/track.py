@@ -21,7 +21,7 @@ from .manipulability import ManipulabilityMethods
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
-_BORDER = _track.BORDER
+_SMALLEST = _track.BORDER
 _DAMPING = _track.DAMPING
 """Singular value, a pure number, below which a direction is damped, and the damping of a singular
 value of 0; see numerics/_tolerances.h. Pure numbers are metres of the tool, or of `length` times
@@ -173,7 +173,7 @@ class TrackMethods(ManipulabilityMethods):
         touched = np.zeros((m - 1, n), np.uint8)
         q[0] = start
         arrays = (path, self.lower, self.upper, rates, unit, q, qd, error, sigma, touched)
-        numbers = (length, dt, share, _BORDER, _DAMPING)
+        numbers = (length, dt, share, _SMALLEST, _DAMPING)
         defined = _track.follow(self.fk_jacobian_mixed.kernel, *arrays, *numbers)
         _require(defined, f"{self.name}.track: forward kinematics is not defined at q0 {start}")
         return self._tracked(q, qd, error, sigma, touched)

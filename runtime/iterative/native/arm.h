@@ -1,7 +1,7 @@
 /* The data of inverse kinematics by iteration: the arm, the task, and the memory of an iteration.
  *
- * Vectors of coordinates have n_all entries: the n coordinates, followed for a platform by the joints
- * of its chain. Jacobians that the iteration works on are (n, 6): stored column by column.
+ * Vectors of coordinates have n_all entries: the n coordinates, followed for a platform by the
+ * joints of its chain. Jacobians that the iteration works on are (n, 6): stored column by column.
  */
 #ifndef CHASLES_ARM_H
 #define CHASLES_ARM_H
@@ -10,7 +10,7 @@
 #include "numerics/_vectors.h"
 
 #define MOST_KERNELS 4
-#define FINALISTS 16 /* ends of attempts that are refined to the least error nearby, the best first */
+#define FINALISTS 16 /* the best ends of attempts, which are refined to the least error nearby */
 
 /* The axis of a joint between the base and the tip, constant in the frame before the joint. */
 typedef struct {
@@ -42,21 +42,21 @@ typedef struct {
 typedef struct {
     const double *weights; /* (6,) of the error, linear first */
     double tolerance;      /* metre and radian */
-    int in_tool_axes;      /* whether weights and error are along the axes of the tip, not the base */
-    int whole;             /* whether all weights are positive: the error is then the logarithm */
-    int budget;            /* evaluations of forward kinematics */
+    int in_tool_axes; /* whether weights and error are along the axes of the tip, not the base */
+    int whole;        /* whether all weights are positive: the error is then the logarithm */
+    int budget;       /* evaluations of forward kinematics */
 } Task;
 
 /* The memory of an iteration, all of it in one block. */
 typedef struct {
-    double *q, *trial, *halley;      /* (n_all,): the iterate, and the ends of the two steps from it */
-    double *best;                    /* (FINALISTS + 1, n_all): ends in order, then the best of all */
-    double *J, *trial_J, *halley_J;  /* (n, 6): Jacobians of the weighted error there */
-    double *normal, *A;              /* (m, m): J^T J of the m free coordinates, and its copy */
-    double *gradient, *step;         /* (m,): J^T e of the free coordinates, and its copy */
-    double *scratch;                 /* scratch_size doubles */
-    double *distances;               /* (n_starts,) */
-    int *free;                       /* (n,): indices of the free coordinates */
+    double *q, *trial, *halley; /* (n_all,): the iterate, and the ends of the two steps from it */
+    double *best;               /* (FINALISTS + 1, n_all): ends in order, then the best of all */
+    double *J, *trial_J, *halley_J; /* (n, 6): Jacobians of the weighted error there */
+    double *normal, *A;             /* (m, m): J^T J of the m free coordinates, and its copy */
+    double *gradient, *step;        /* (m,): J^T e of the free coordinates, and its copy */
+    double *scratch;                /* scratch_size doubles */
+    double *distances;              /* (n_starts,) */
+    int *free;                      /* (n,): indices of the free coordinates */
 } Workspace;
 
 /* The pose that is wanted of an arm, and where the iteration towards it works. */

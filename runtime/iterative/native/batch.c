@@ -5,7 +5,7 @@
 
 #include "iterative/native/evaluate.h"
 
-/* Lays out the workspace in one block. Returns its number of doubles; with memory NULL that is all. */
+/* Lays out the workspace in a block of memory, unless that is NULL. Returns the doubles needed. */
 static size_t lay_out(const Arm *arm, Workspace *work, double *memory)
 {
     size_t n = arm->n, n_all = arm->n_all, used = 0;

@@ -22,8 +22,8 @@ typedef struct {
     atomic_int out_of_memory;
 } PoseBatch;
 
-/* Solves all poses on at most so many threads, this one included; on fewer where the system does not
- * start them. Sets out_of_memory where a thread found no memory to work in. */
+/* Solves all poses on at most so many threads, this one included; on fewer where the system does
+ * not start them. Sets out_of_memory where a thread found no memory to work in. */
 void solve_batch(PoseBatch *batch, int threads);
 
 #endif

@@ -41,8 +41,8 @@ static void screw_in_base(const Screw *screw, const double *poses, const double 
     }
 }
 
-/* Writes the pose T of the link and the mixed Jacobian J (6, n) of its origin: each screw between the
- * base and the link moves the origin by v + w x lever. */
+/* Writes the pose T of the link and the mixed Jacobian J (6, n) of its origin: each screw between
+ * the base and the link moves the origin by v + w x lever. */
 static void evaluate_link(const Arm *arm, const double *q, double *T, double *J, double *scratch)
 {
     double *poses = scratch, *rates = poses + POSE * arm->n_links;
@@ -69,8 +69,8 @@ static void evaluate_link(const Arm *arm, const double *q, double *T, double *J,
     }
 }
 
-/* Writes the pose T and the mixed Jacobian J (6, n) by the actuators, NaN at a singularity where the
- * actuators do not determine the chain. */
+/* Writes the pose T and the mixed Jacobian J (6, n) by the actuators, NaN at a singularity where
+ * the actuators do not determine the chain. */
 static void evaluate_platform(const Arm *arm, const double *x, double *T, double *J,
                               double *scratch)
 {
@@ -80,8 +80,8 @@ static void evaluate_platform(const Arm *arm, const double *x, double *T, double
     call_kernel(arm->kernels[0], theta, T, NULL);
     call_kernel(arm->kernels[1], theta, J, NULL);
     call_kernel(arm->kernels[3], theta, transposed, NULL);
-    /* With B the rates of the actuators by the chain's joints, J_q = J_theta B^-1, which is solved as
-     * B^T J_q^T = J_theta^T. */
+    /* With B the rates of the actuators by the chain's joints, J_q = J_theta B^-1, which is solved
+     * as B^T J_q^T = J_theta^T. */
     for (int i = 0; i < n; i++) {
         for (int j = 0; j < n; j++) {
             rates[i * n + j] = transposed[j * n + i];
@@ -117,8 +117,7 @@ static int follow_actuators(const Arm *arm, double *x, double *scratch)
                 return 0;
             }
         }
-        if (largest <= ACTUATORS_CLOSED ||
-            (largest < ACTUATORS_AT_ROUNDING && largest >= before)) {
+        if (largest <= ACTUATORS_CLOSED || (largest < ACTUATORS_AT_ROUNDING && largest >= before)) {
             return 1;
         }
         if (largest > ACTUATORS_DIVERGE * before) {

@@ -34,8 +34,8 @@ void normal_equations(const Workspace *work, const double *columns, const double
     }
 }
 
-/* Writes the end of the damped step from work->q, cut off at the limits. Returns the largest change of
- * a coordinate. */
+/* Writes the end of the damped step from work->q, cut off at the limits. Returns the largest change
+ * of a coordinate. */
 static double damped_step(const Problem *problem, int m, double lambda, double *end)
 {
     const Arm *arm = problem->arm;

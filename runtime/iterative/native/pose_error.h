@@ -82,7 +82,7 @@ static inline void differentiate_displacement(const Task *task, const double *p,
     }
 }
 
-/* Applies the weights to the error e (6,), and measures it; p is the vector to the target's origin. */
+/* Applies the weights to the error e (6,) and measures it; p is the vector to the target. */
 static inline void measure_error(const Task *task, const double *p, Evaluation *out)
 {
     double *e = out->e, distance = 0, angle = 0, sum = 0;

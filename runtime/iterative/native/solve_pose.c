@@ -7,10 +7,11 @@
 #include "iterative/native/starts.h"
 #include "numerics/_tolerances.h"
 
-#define RESERVED_PART 4   /* 1 / RESERVED_PART of the budget is reserved for refinement, */
-#define MOST_RESERVED 400 /* but at most so many evaluations; so many at most for each end as well */
+#define RESERVED_PART 4 /* 1 / RESERVED_PART of the budget is reserved for refinement, */
+#define MOST_RESERVED \
+    400 /* but at most so many evaluations; so many at most for each end as well */
 
-/* The state of a search: the best result so far, and the ends of attempts in order of their errors. */
+/* The state of a search: the best result so far, and the ends of attempts by their errors. */
 typedef struct {
     Evaluation best;
     double *best_q; /* (n_all,) */

@@ -22,8 +22,9 @@ int rate_problem_new(RateProblem *p, int n)
     p->J = next, next += TWIST * n;
     p->svd.v = next, next += TWIST * n;
     p->svd.work = next, next += TWIST * longer;
-    double **vectors[] = {&p->lo,     &p->hi,     &p->z,         &p->unit,     &p->y, &p->a, &p->b,
-                          &p->best_a, &p->best_b, &p->held_rate, &p->exact_lo, &p->exact_hi};
+    double **vectors[] = {&p->lo,     &p->hi,        &p->z,        &p->unit,
+                          &p->y,      &p->a,         &p->b,        &p->best_a,
+                          &p->best_b, &p->held_rate, &p->exact_lo, &p->exact_hi};
     for (size_t i = 0; i < sizeof vectors / sizeof *vectors; i++, next += n) {
         *vectors[i] = next;
     }
@@ -85,8 +86,8 @@ static double largest_scale(const RateProblem *p, int *critical)
     return most >= least && most >= 0 ? most : -1;
 }
 
-/* Returns the s in [0, 1] for which s a is nearest to the bounds in least squares, by bisection: the
- * derivative of the squared distance increases with s. */
+/* Returns the s in [0, 1] for which s a is nearest to the bounds in least squares, by bisection:
+ * the derivative of the squared distance increases with s. */
 static double nearest_scale(const RateProblem *p, const double *a)
 {
     double from = 0, to = 1;
@@ -120,8 +121,8 @@ typedef struct {
     int critical; /* the joint that keeps the scale from being larger, or -1 */
 } Candidate;
 
-/* Computes y = a + b: a does the task by the joints that are not held, b has the rates of those that
- * are, and makes up for them by the others. */
+/* Computes y = a + b: a does the task by the joints that are not held, b has the rates of those
+ * that are, and makes up for them by the others. */
 static Candidate compute_candidate(RateProblem *p)
 {
     int n = p->n;
@@ -183,8 +184,8 @@ static void hold_one_by_one(RateProblem *p, Candidate *best)
     }
 }
 
-/* Holds the joints that stand at a bound in the least-squares solution within all bounds. Holding one
- * by one never lets go of a joint that was held too early in place of another. */
+/* Holds the joints that stand at a bound in the least-squares solution within all bounds. Holding
+ * one by one never lets go of a joint that was held too early in place of another. */
 static void hold_as_in_box(RateProblem *p, Candidate *best)
 {
     DampedBox box;
@@ -246,8 +247,8 @@ static void project_to_null_space(const RateProblem *p, double *d)
     }
 }
 
-/* Returns the largest part of d in [0, 1] that y can take within the bounds. *critical: the joint that
- * meets its bound there, or -1. Components of d up to `rounding` count as 0. */
+/* Returns the largest part of d in [0, 1] that y can take within the bounds. *critical: the joint
+ * that meets its bound there, or -1. Components of d up to `rounding` count as 0. */
 static double largest_part(const RateProblem *p, const double *d, double rounding, int *critical)
 {
     double part = 1;

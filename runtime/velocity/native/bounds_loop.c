@@ -11,8 +11,8 @@ enum { Q, LOWER, UPPER, RATE, ACCELERATION, PREVIOUS, DT, LEAST, GREATEST, N_OPE
 enum { N_JOINT_INPUTS = DT, LEAST_STEP = 6, GREATEST_STEP = 7 };
 
 /* Returns the greatest rate towards a limit at the distance `left`, from which the joint can stop
- * before it, braking by the acceleration limit a in each tick after this one: k ticks at v, v - a dt,
- * v - 2 a dt ... cover k v dt - k (k - 1) / 2 a dt^2. */
+ * before it, braking by the acceleration limit a in each tick after this one: k ticks at v, v - a
+ * dt, v - 2 a dt ... cover k v dt - k (k - 1) / 2 a dt^2. */
 static double approach_rate(double left, double acceleration, double dt)
 {
     if (!(left > 0)) {

@@ -36,8 +36,8 @@ void damped_box_free(DampedBox *box)
     free(box->rows);
 }
 
-/* Tests the product against the longer row: what is left of a long row in a short one is beneath the
- * damping. */
+/* Tests the product against the longer row: what is left of a long row in a short one is beneath
+ * the damping. */
 static int is_orthogonal_enough(double aa, double bb, double ab, double unused)
 {
     (void)unused;
@@ -117,7 +117,7 @@ static void solve_free(DampedBox *box, int count)
     solve_cholesky(box->A, count, n, box->z);
 }
 
-/* Moves x towards z, up to the first bound. Returns 1 where there was one, with its variable held. */
+/* Moves x towards z, up to the first bound. Returns 1 where there was one; its variable is held. */
 static int advance_to_bound(DampedBox *box, int count, const double *lower, const double *upper)
 {
     double part = 1;
@@ -169,8 +169,8 @@ static int release_bound(DampedBox *box, const double *lower, const double *uppe
     return 1;
 }
 
-/* Writes the matrix H and the right-hand side g = H x of the bounded problem, whose solution without
- * bounds is x. */
+/* Writes the matrix H and the right-hand side g = H x of the bounded problem, whose solution
+ * without bounds is x. */
 static void bounded_problem(DampedBox *box)
 {
     int n = box->n;

@@ -40,7 +40,8 @@ void gradient_loop(char **arguments, const npy_intp *dimensions, const npy_intp 
     char *args[N_OPERANDS];
     memcpy(args, arguments, sizeof args);
     if (rate_problem_new(&p, n) < 0) {
-        NPY_ALLOW_C_API_DEF NPY_ALLOW_C_API;
+        NPY_ALLOW_C_API_DEF
+        NPY_ALLOW_C_API;
         PyErr_NoMemory();
         NPY_DISABLE_C_API;
         return;

@@ -72,8 +72,8 @@ static double step_coordinate(const Tracking *t, int j, double from, double step
 {
     double most = t->rate[j] * t->dt, change = clamp(step, -most, most);
     double to = clamp(from + change, t->lower[j], t->upper[j]);
-    /* The change is lowered by its own last places: those of a coordinate near zero are too small to
-     * have an effect. */
+    /* The change is lowered by its own last places: those of a coordinate near zero are too small
+     * to have an effect. */
     while (fabs(to - from) > most || fabs((to - from) / t->dt) > t->rate[j]) {
         change = nextafter(change, 0);
         to = clamp(from + change, t->lower[j], t->upper[j]);
@@ -104,13 +104,15 @@ static void compute_step(Tracking *t, ptrdiff_t k, const double *missing)
     for (int j = 0; j < t->n; j++) {
         int at = t->box.at[j];
         double to_limit = at < 0 ? q[j] - t->lower[j] : t->upper[j] - q[j];
-        t->touched[k * t->n + j] =
-            at == 0 ? 0 : to_limit <= t->rate[j] * t->dt ? LIMIT_TOUCHED : RATE_TOUCHED;
+        t->touched[k * t->n + j] = at == 0                          ? 0
+                                   : to_limit <= t->rate[j] * t->dt ? LIMIT_TOUCHED
+                                                                    : RATE_TOUCHED;
         t->step[j] = t->box.x[j] / t->unit[j];
     }
 }
 
-/* Takes the step from row k of q, or the part of it that leads to where forward kinematics is finite. */
+/* Takes the step from row k of q, or the part of it that leads to where forward kinematics is
+ * finite. */
 static void take_step(Tracking *t, ptrdiff_t k)
 {
     int n = t->n;

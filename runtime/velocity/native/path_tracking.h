@@ -23,10 +23,11 @@ typedef struct {
     unsigned char *touched;             /* (m - 1, n) */
     DampedBox box;
     double *memory;
-    double *J, *scaled;       /* (6, n) */
+    double *J, *scaled;        /* (6, n) */
     double *low, *high, *step; /* (n,) bounds of the scaled step; the step of q */
     double T[POSE];
-    double before, expected; /* squared error to the next pose, before a step and as predicted after */
+    double before,
+        expected; /* squared error to the next pose, before a step and as predicted after */
 } Tracking;
 
 /* Allocates the memory of the steps, which tracking_free returns; 0 if there is none. */

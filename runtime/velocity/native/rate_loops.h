@@ -19,7 +19,6 @@ void bounds_loop(char **arguments, const npy_intp *dimensions, const npy_intp *s
 
 /* The product of the singular values, and its gradient by q. Operands:
  *   J (6, n), H (6, n, n), unit (n), row (6), rank -> w, gradient (n) */
-void gradient_loop(char **arguments, const npy_intp *dimensions, const npy_intp *steps,
-                   void *data);
+void gradient_loop(char **arguments, const npy_intp *dimensions, const npy_intp *steps, void *data);
 
 #endif

@@ -5,16 +5,13 @@
 #include "velocity/native/strided.h"
 
 /* Indices of the operands, and of the first step of each operand that is no scalar. */
-enum {
-    J, V, LOWER, UPPER, SECONDARY, UNIT, ROW, BORDER, RANK,
-    RATES, REACHED, DAMPING, SMALLEST, DIRECTION, SCALE, LIMITED, N_OPERANDS
-};
-enum {
-    J_ROW, J_COLUMN, V_STEP, LOWER_STEP, UPPER_STEP, SECONDARY_STEP, UNIT_STEP, ROW_STEP,
-    RATES_STEP, REACHED_STEP, DIRECTION_STEP, LIMITED_STEP
-};
+enum { J, V, LOWER, UPPER, SECONDARY, UNIT, ROW, BORDER, RANK, N_INPUTS };
+enum { RATES = N_INPUTS, REACHED, DAMPING, SMALLEST, DIRECTION, SCALE, LIMITED, N_OPERANDS };
+enum { J_ROW, J_COLUMN, V_STEP, LOWER_STEP, UPPER_STEP, SECONDARY_STEP, UNIT_STEP, ROW_STEP };
+enum { RATES_STEP = ROW_STEP + 1, REACHED_STEP, DIRECTION_STEP, LIMITED_STEP };
 
-/* Reads the inputs in pure numbers; returns 0 where a number is not finite, bounds not NaN. */
+/* Reads the inputs in pure numbers; returns 0 where one of them is not finite; bounds may be
+ * infinite, but not NaN. */
 static int read_problem(RateProblem *p, char **args, const npy_intp *core)
 {
     int n = p->n;
@@ -99,7 +96,8 @@ void solve_loop(char **arguments, const npy_intp *dimensions, const npy_intp *st
     char *args[N_OPERANDS];
     memcpy(args, arguments, sizeof args);
     if (rate_problem_new(&p, (int)dimensions[2]) < 0) {
-        NPY_ALLOW_C_API_DEF NPY_ALLOW_C_API;
+        NPY_ALLOW_C_API_DEF
+        NPY_ALLOW_C_API;
         PyErr_NoMemory();
         NPY_DISABLE_C_API;
         return;

@@ -1,11 +1,10 @@
-/* Calls the iterative and the damped solvers on a robot without Python, for the compiler's sanitizers
- * to watch. Prints the number of cases checked.
+/* Calls the iterative and the damped solvers on a robot without Python, for the compiler's
+ * sanitizers to watch. Prints the number of cases checked.
  *
  *   solvers tool       inverse kinematics of the tool, on one thread and on several
- *   solvers link       of the last link but one; its screws are read from standard input: their number,
- *                      then 8 numbers for each
- *   solvers platform   of the tool of a robot whose chain follows its actuators
- *   solvers box        steps within bounds along a path that ends at a singularity
+ *   solvers link       of the last link but one; its screws are read from standard input: their
+ * number, then 8 numbers for each solvers platform   of the tool of a robot whose chain follows its
+ * actuators solvers box        steps within bounds along a path that ends at a singularity
  */
 #include <stdio.h>
 
@@ -73,7 +72,7 @@ static Arm new_arm(const char *mode)
         arm.n_kernels = 1;
     } else if (strcmp(mode, "platform") == 0) {
         static const char *const for_platform[] = {"chain_fk", "chain_jacobian_mixed", "actuators",
-                                                  "actuators_D_chain"};
+                                                   "actuators_D_chain"};
         arm.kind = TIP_PLATFORM;
         memcpy(names, for_platform, sizeof for_platform);
         arm.n_kernels = 4;
@@ -122,8 +121,8 @@ static void pose_at(const Arm *arm, const double *x, double *T)
     free(scratch);
 }
 
-/* Writes coordinates x (n_all,). For a platform the joints of the chain are chosen, and determine its
- * actuators. */
+/* Writes coordinates x (n_all,). For a platform the joints of the chain are chosen, and determine
+ * its actuators. */
 static void configuration(const Arm *arm, int row, double reach, double *x)
 {
     for (int k = 0; k < arm->n; k++) {
@@ -166,8 +165,12 @@ static void empty(Arm *arm)
 
 static Results new_results(int n)
 {
-    return (Results){new_doubles((size_t)POSES * n), new_doubles(POSES), calloc(POSES, 1),
-                   calloc(POSES, 1), calloc(POSES, sizeof(int)), calloc(POSES, sizeof(int))};
+    return (Results){new_doubles((size_t)POSES * n),
+                     new_doubles(POSES),
+                     calloc(POSES, 1),
+                     calloc(POSES, 1),
+                     calloc(POSES, sizeof(int)),
+                     calloc(POSES, sizeof(int))};
 }
 
 static void free_results(Results *results)
@@ -180,15 +183,19 @@ static void free_results(Results *results)
     free(results->restarts);
 }
 
-/* Checks that poses within reach are solved within the limits and the last two are not, and that several
- * threads give the same result as one. */
+/* Checks that poses within reach are solved within the limits and the last two are not, and that
+ * several threads give the same result as one. */
 static void check_batch(const Arm *arm, const Task *task, const double *poses, const double *seeds)
 {
     Results alone = new_results(arm->n), together = new_results(arm->n);
-    PoseBatch one = {.arm = arm, .task = task, .poses = poses, .seeds = seeds, .results = alone,
-                 .count = POSES};
-    PoseBatch many = {.arm = arm, .task = task, .poses = poses, .seeds = seeds, .results = together,
-                  .count = POSES};
+    PoseBatch one = {
+        .arm = arm, .task = task, .poses = poses, .seeds = seeds, .results = alone, .count = POSES};
+    PoseBatch many = {.arm = arm,
+                      .task = task,
+                      .poses = poses,
+                      .seeds = seeds,
+                      .results = together,
+                      .count = POSES};
     solve_batch(&one, 1);
     solve_batch(&many, THREADS);
     if (one.out_of_memory || many.out_of_memory) {
