@@ -13,7 +13,7 @@ PyObject *ShapeError, *InputError, *LibraryMismatchError;
 PyObject *str_out, *str_threads, *str_name, *str_shape, *str_array_ufunc;
 PyObject *ndarray_array_ufunc;
 
-/* Library.function stands here: the Library knows nothing of Functions. */
+/* Methods of Library; they are set here since the library's file knows nothing of Functions. */
 static PyMethodDef library_methods[] = {
     {"function", (PyCFunction)(void (*)(void))function_new, METH_VARARGS | METH_KEYWORDS,
      "The function with this name; inputs and outputs describe it and must agree with the C."},

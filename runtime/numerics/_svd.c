@@ -6,14 +6,14 @@
 #include "numerics/_orthogonal.h"
 #include "numerics/_tolerances.h"
 
-/* Tests the cosine of the angle, apart from what is rounding of the whole matrix. */
+/* Tests the cosine of the angle, apart from the rounding of the whole matrix. */
 static int has_right_angle(double aa, double bb, double ab, double total)
 {
     return !(fabs(ab) > SVD_ORTHOGONAL * (sqrt(aa * bb) + SVD_ORTHOGONAL * total));
 }
 
-/* The axis, not removed, that has the longest part outside of the span of `count` orthonormal
- * vectors (stride m); -1 if there is none. *square: that length squared. */
+/* Returns the axis, not removed, that has the longest part outside of the span of `count`
+ * orthonormal vectors (stride m); -1 if there is none. *square: that length squared. */
 static int find_longest_axis(const double *others, int count, int m, const char *removed,
                              double *square)
 {

@@ -98,7 +98,7 @@
 #define RATES_DAMPING 0.04
 
 /* Pure numbers, e and the least d of track. Half of RATES_DAMPING: here rates have limits of their
- * own, and what is damped away is an error of the tool, which grows with d. */
+ * own, and the damped part of a twist becomes an error of the tool, which grows with d. */
 #define TRACK_BORDER 0.02
 #define TRACK_DAMPING 0.02
 
@@ -117,14 +117,15 @@
 /* Part of the squared error. A smaller predicted decrease is rounding and judges nothing. */
 #define TRACK_NO_DECREASE 1e-12
 
-/* Product of two rows over the square of the longer one. Less of a long row in a short one is
- * beneath the damping, so the decomposition for damped solves ends earlier than SVD_ORTHOGONAL. */
+/* Product of two rows over the square of the longer one. A smaller component of a long row in a
+ * short one is beneath the damping, so the decomposition for damped solves ends earlier than
+ * SVD_ORTHOGONAL. */
 #define BOX_ORTHOGONAL 1e-13
 
-/* Part of the border e: damping of the directions that J does not see, which keeps the matrix of
- * the bounded problem positive definite. Its square is 1e-8 of e^2, beneath the damping of all
+/* Part of the border e: damping of the null space of J, which keeps the matrix of the bounded
+ * problem positive definite. Its square is 1e-8 of e^2, beneath the damping of all
  * others. */
-#define BOX_UNSEEN_DAMPING 1e-4
+#define BOX_NULL_SPACE_DAMPING 1e-4
 
 /* Part of the largest gradient component. A multiplier must be larger to free a variable from its
  * bound: smaller ones are rounding and would make the active set cycle. */

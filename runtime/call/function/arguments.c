@@ -248,7 +248,7 @@ static int check_leading(const Kernel *kernel, const Operand *operand, PyArrayOb
                 PyErr_Format(
                     ShapeError,
                     "%U: leading dimensions do not broadcast: %U has %U, the inputs before "
-                    "it have %U",
+                    "it %U",
                     kernel->label, operand->name, shape, before);
             }
             Py_XDECREF(shape);

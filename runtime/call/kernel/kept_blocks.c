@@ -6,7 +6,7 @@
 
 #define MOST_KEPT ((size_t)256 << 20) /* bytes of all kept blocks */
 #define MAX_KEPT 32                   /* blocks */
-#define HUGE_PAGE ((size_t)2 << 20)   /* the system aligns whole ones to their boundaries */
+#define HUGE_PAGE ((size_t)2 << 20)   /* bytes; the size of a block is a multiple */
 #define BLOCK_HEAD 64 /* bytes before the array, for the size of the block; arrays stay aligned */
 
 typedef struct {

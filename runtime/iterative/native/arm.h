@@ -59,7 +59,7 @@ typedef struct {
     int *free;                      /* (n,): indices of the free coordinates */
 } Workspace;
 
-/* The pose that is wanted of an arm, and where the iteration towards it works. */
+/* The target of one search, and the memory that it works in. */
 typedef struct {
     const Arm *arm;
     const Task *task;

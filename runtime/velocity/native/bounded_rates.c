@@ -232,7 +232,7 @@ double solve_within_bounds(RateProblem *p)
 
 /* ------------------------------------------------------------------ null space */
 
-/* Projects d (n,) to the null space of the task: what J maps to no twist. */
+/* Projects d (n,) to the null space of the task: the joint rates that give no twist. */
 static void project_to_null_space(const RateProblem *p, double *d)
 {
     int n = p->n;

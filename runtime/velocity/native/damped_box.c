@@ -36,8 +36,8 @@ void damped_box_free(DampedBox *box)
     free(box->rows);
 }
 
-/* Tests the product against the longer row: what is left of a long row in a short one is beneath
- * the damping. */
+/* Tests the product against the longer row: the component of a long row that remains in a short one
+ * is beneath the damping. */
 static int is_orthogonal_enough(double aa, double bb, double ab, double unused)
 {
     (void)unused;
@@ -184,9 +184,9 @@ static void bounded_problem(DampedBox *box)
             }
         }
     }
-    double unseen = BOX_UNSEEN_DAMPING * box->border;
+    double added = BOX_NULL_SPACE_DAMPING * box->border;
     for (int i = 0; i < n; i++) {
-        box->H[(n + 1) * i] += unseen * unseen;
+        box->H[(n + 1) * i] += added * added;
     }
     for (int i = 0; i < n; i++) {
         box->g[i] = dot(box->H + i * n, box->x, n);

@@ -1,6 +1,6 @@
 /* Damped least squares within bounds, for one Jacobian after another along a path.
  *
- * Wanted is the x nearest to solving J x = y, J (6, n), with lower <= x <= upper. All numbers are
+ * The solver finds the x nearest to J x = y, J (6, n), with lower <= x <= upper. All numbers are
  * pure: the caller has scaled rows and columns to one unit. With J = U S V^T, every small singular
  * value is damped by itself (numerical filtering):
  *

@@ -1,10 +1,11 @@
 /* Calls every function of a robot without Python, for the compiler's sanitizers to watch.
  *
  *   kernels bounds    all batch lengths, steps and alignments, in memory of exactly the size
- * needed: a sanitizer of addresses watches its ends kernels pages     the same between pages that
- * cannot be touched, which also stop the stores that no sanitizer knows kernels threads   several
- * threads at once: on the same inputs, into parts of the same results kernels race      two threads
- * write one variable: what a sanitizer of threads must find
+ *                     needed, whose ends the address sanitizer watches
+ *   kernels pages     the same between protected pages, which also stop streaming stores, unknown
+ *                     to the sanitizer
+ *   kernels threads   several threads at once: on the same inputs, into parts of the same results
+ *   kernels race      two threads write one variable, which the thread sanitizer must find
  */
 #define _DEFAULT_SOURCE
 #include <math.h>
@@ -25,7 +26,7 @@
 #define THREADS 4
 #define PART 24
 #define FOREIGN 1.25e300
-#define TOLERANCE 1e-13 /* single calls round otherwise */
+#define TOLERANCE 1e-13 /* single calls round differently */
 
 extern const chasles_kernel chasles_kernels[];
 
@@ -43,14 +44,14 @@ static double input_value(size_t row, int argument, int k)
 
 enum { FROM_MALLOC, PAGE_BEHIND, PAGE_BEFORE };
 
-/* Rows of one operand in a block that holds them and little more: what lies between and before them
- * is somebody else's. */
+/* Rows of one operand in a block that holds little more: memory between and before the rows must
+ * not change. */
 typedef struct {
     double *block, *first;
     size_t doubles;
     ptrdiff_t step;
     int size;
-    char *pages; /* the first is closed, and the last; NULL for a block from malloc */
+    char *pages; /* the first and the last are protected; NULL for a block from malloc */
     size_t bytes;
 } rows;
 
@@ -89,8 +90,8 @@ static void free_rows(rows *made)
     }
 }
 
-/* Whether all but the rows is as it was; the rows are lost. */
-static int is_else_untouched(const rows *made, size_t n)
+/* Tests whether the memory beside the rows is unchanged; overwrites the rows. */
+static int is_rest_untouched(const rows *made, size_t n)
 {
     for (size_t row = 0; row < n; row++) {
         for (int k = 0; k < made->size; k++) {
@@ -108,7 +109,7 @@ static int is_else_untouched(const rows *made, size_t n)
 typedef struct {
     int gap;      /* doubles between rows */
     int backward; /* last row first */
-    int same;     /* all rows of all inputs are one */
+    int same;     /* all rows of an input are the same memory */
     size_t shift; /* doubles past an aligned address */
 } layout;
 
@@ -155,7 +156,7 @@ static void check_rows(const chasles_kernel *kernel, size_t n, layout how, size_
     }
     for (int i = 0; i < operands; i++) {
         if (i >= kernel->n_inputs) {
-            if (!is_else_untouched(&all[i], n)) {
+            if (!is_rest_untouched(&all[i], n)) {
                 fail("writes beside its rows", kernel, n);
             }
             free(one_output[i - kernel->n_inputs]);
@@ -184,7 +185,7 @@ static int check_bounds(int place)
     return checked;
 }
 
-/* What all threads read, and the result that they share: one part of it is a thread's own. */
+/* The inputs that all threads read, and the results, of which each thread writes one part. */
 typedef struct {
     const chasles_kernel *kernel;
     double *inputs[MOST];
@@ -217,7 +218,7 @@ static void *run_part(void *given)
         }
     }
     kernel->rows(shared->part, inputs, steps, outputs, steps + kernel->n_inputs);
-    /* Single calls, which all threads make on the first row. */
+    /* Every thread makes single calls on the first row. */
     double *own_outputs[MOST];
     for (int j = 0; j < kernel->n_outputs; j++) {
         own_outputs[j] = malloc((size_t)kernel->sizes[kernel->n_inputs + j] * sizeof(double));
@@ -312,7 +313,7 @@ static int race(void)
     return written_by_both == 0;
 }
 
-/* Prints how many cases were checked. */
+/* Prints the number of cases checked. */
 int main(int count, char **words)
 {
     const char *mode = count == 2 ? words[1] : "";

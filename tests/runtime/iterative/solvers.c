@@ -2,13 +2,13 @@
  * sanitizers to watch. Prints the number of cases checked.
  *
  *   solvers tool       inverse kinematics of the tool, on one thread and on several
- *   solvers link       of the last link but one; its screws are read from standard input: their
- * number, then 8 numbers for each solvers platform   of the tool of a robot whose chain follows its
- * actuators solvers box        steps within bounds along a path that ends at a singularity
+ *   solvers link       of the last link but one; standard input has the number of its screws, and
+ *                      8 numbers for each
+ *   solvers platform   of the tool of a robot whose chain follows its actuators
+ *   solvers box        steps within bounds along a path that ends at a singularity
  */
-#include <stdio.h>
-
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
