@@ -127,6 +127,20 @@ def test_threads_do_not_race(flags, tmp_path):
     assert "data race" in found.stderr, "the sanitizer misses a data race"
 
 
+SHARED = {"solve": 576, "decompose": 575, "logarithm": 600}
+"""Cases of each mode of the functions that the solvers share."""
+
+
+def test_shared_numerics_are_right_and_stay_within_their_memory(tmp_path):
+    require(tmp_path, "address,undefined")
+    flags = ["-std=gnu11", "-Wall", "-Wextra", "-Werror", "-O1", "-fsanitize=address,undefined"]
+    sources = [str(DRIVER.with_name("numerics.c")), str(RUNTIME / "numerics" / "_svd.c")]
+    program = tmp_path / "numerics"
+    command = [GCC, *flags, "-fno-sanitize-recover=all", *INCLUDES, *sources, "-o", str(program)]
+    subprocess.run([*command, "-lm"], check=True)
+    assert {mode: run(program, mode) for mode in SHARED} == SHARED
+
+
 SOLVED = {"tool": 4 * 24, "link": 4 * 24, "platform": 4 * 24, "box": 400}
 """Cases of each mode: poses times tasks, with seeds and without; steps along a path."""
 
