@@ -6,9 +6,9 @@ bounds: np.ufunc
 """q, lower, upper, rate limit, acceleration limit, previous rate (..., n), dt (...)
 -> least and greatest rate (..., n)."""
 solve: np.ufunc
-"""J (..., 6, n), V (..., 6), lower, upper, secondary rates, unit (..., n), row (..., 6), border, rank
-(...) -> rates (..., n), twist (..., 6), damping, smallest singular value (...), its direction
+"""J (..., 6, n), V (..., 6), lower, upper, secondary rates, unit (..., n), row (..., 6), border,
+rank (...) -> rates (..., n), twist (..., 6), damping, smallest singular value (...), its direction
 (..., 6), scale (...), limited (..., n)."""
 gradient: np.ufunc
-"""J (..., 6, n), H (..., 6, n, n), unit (..., n), row (..., 6), rank (...) -> measure (...), its
-gradient (..., n)."""
+"""J (..., 6, n), H (..., 6, n, n), unit (..., n), row (..., 6), rank (...)
+-> measure (...), its gradient (..., n)."""
