@@ -81,7 +81,7 @@ static int read_sizes(Arm *self)
     const chasles_kernel *const *kernels = self->kernels;
     int n = self->n;
     if (self->kind == TIP_TOOL) {
-        return self->n_kernels == 2 && has_sizes(kernels[0], 2, n, POSE, TWIST * n) &&
+        return has_sizes(kernels[0], 2, n, POSE, TWIST * n) &&
                has_sizes(kernels[1], 1, n, TWIST * n * n, 0);
     }
     if (self->kind == TIP_LINK) {
@@ -95,13 +95,43 @@ static int read_sizes(Arm *self)
            has_sizes(kernels[2], 1, n, n, 0) && has_sizes(kernels[3], 1, n, n * n, 0);
 }
 
+/* The kinds of tips by name, with the numbers of compiled functions that they need. */
+static const struct {
+    const char *name;
+    int least, most;
+} KINDS[] = {
+    [TIP_TOOL] = {"tool", 2, 2},
+    [TIP_LINK] = {"link", 1, 2},
+    [TIP_PLATFORM] = {"platform", 4, 4},
+};
+
+/* Reads the kind of tip; -1 with an error set. */
+static int read_kind(Arm *self, const char *kind)
+{
+    for (size_t k = 0; k < sizeof KINDS / sizeof *KINDS; k++) {
+        if (strcmp(kind, KINDS[k].name) == 0) {
+            self->kind = (TipKind)k;
+            return 0;
+        }
+    }
+    PyErr_Format(PyExc_ValueError, "kind: expected tool, link or platform, got %s", kind);
+    return -1;
+}
+
+/* Reads the compiled functions that this kind of tip needs; -1 with an error set. */
 static int read_kernels(Solver *self, PyObject *capsules)
 {
-    self->arm.n_kernels = (int)PyTuple_GET_SIZE(capsules);
-    if (self->arm.n_kernels < 1 || self->arm.n_kernels > MOST_KERNELS) {
-        PyErr_SetString(PyExc_ValueError, "kernels: expected one to four");
+    Py_ssize_t count = PyTuple_GET_SIZE(capsules);
+    const char *kind = KINDS[self->arm.kind].name;
+    if (count < KINDS[self->arm.kind].least) {
+        PyErr_Format(PyExc_ValueError, "kernels: expected more than %zd for a %s", count, kind);
         return -1;
     }
+    if (count > KINDS[self->arm.kind].most) {
+        PyErr_Format(PyExc_ValueError, "kernels: expected fewer than %zd for a %s", count, kind);
+        return -1;
+    }
+    self->arm.n_kernels = (int)count;
     self->capsules = Py_NewRef(capsules);
     for (int k = 0; k < self->arm.n_kernels; k++) {
         PyObject *capsule = PyTuple_GET_ITEM(capsules, k);
@@ -179,9 +209,12 @@ static PyObject *solver_new(PyTypeObject *type, PyObject *args, PyObject *kwargs
     if (!self) {
         return NULL;
     }
-    self->arm.kind = strcmp(kind, "tool") == 0 ? TIP_TOOL : screws ? TIP_LINK : TIP_PLATFORM;
     self->arm.link = link;
-    int fits = read_kernels(self, capsules) == 0;
+    int fits = read_kind(&self->arm, kind) == 0 && read_kernels(self, capsules) == 0;
+    if (fits && self->arm.kind == TIP_LINK && !screws) {
+        PyErr_SetString(PyExc_ValueError, "screws: expected for a link");
+        fits = 0;
+    }
     if (fits) {
         self->arm.n = self->arm.n_all = self->arm.kernels[0]->sizes[0];
         fits = read_sizes(&self->arm) &&
