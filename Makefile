@@ -14,8 +14,9 @@ check: format lint types check-generated test ## everything that a change must p
 check-generated: .venv/dev ## derive again and compare every byte with generated/
 	@$(BIN)/chasles-derive --check
 
-format: .venv/dev ## fail where the formatter would change something
+format: .venv/dev ## fail where a formatter would change something
 	@$(BIN)/ruff format --check .
+	@git ls-files '*.c' '*.h' '*.cpp' ':!generated' | xargs $(BIN)/clang-format --dry-run --Werror
 
 lint: .venv/dev ## ruff's rules
 	@$(BIN)/ruff check .
@@ -47,7 +48,7 @@ help: ## this list
 .venv/bin/python:
 	@$(PYTHON) -m venv .venv
 
-.venv/derive: .venv/bin/python pyproject.toml setup.py $(wildcard runtime/*/*.c runtime/*/*.h)
+.venv/derive: .venv/bin/python pyproject.toml setup.py $(wildcard runtime/*/*.[ch] runtime/*/*/*.[ch])
 	@echo "installing chasles and its compiler into .venv" && $(BIN)/pip install --quiet --disable-pip-version-check --editable '.[derive]' && touch $@
 
 .venv/dev: .venv/derive

@@ -5,7 +5,20 @@ from pathlib import Path
 import numpy as np
 from setuptools import Extension, find_packages, setup
 
-EXTENSIONS = ("call._call", "iterative._numeric", "velocity._rates", "velocity._track")
+_DAMPED = "velocity/native/damped_box.c"
+EXTENSIONS = {
+    "call._call": ["call/_call.c", "call/*/*.c"],
+    "iterative._numeric": ["iterative/_numeric.c", "iterative/native/*.c"],
+    "velocity._rates": [
+        "velocity/_rates.c",
+        "velocity/native/*_loop.c",
+        "velocity/native/bounded_rates.c",
+        "numerics/_svd.c",
+        _DAMPED,
+    ],
+    "velocity._track": ["velocity/_track.c", "velocity/native/path_tracking.c", _DAMPED],
+}
+"""The modules in C, and the sources of each, under runtime/."""
 
 
 def packages_under(folder):
@@ -14,15 +27,17 @@ def packages_under(folder):
     return [prefix, *(f"{prefix}.{name}" for name in find_packages(folder))]
 
 
-def extension(name):
+def extension(name, patterns):
     """One of the modules in C."""
+    runtime = Path("runtime")
     return Extension(
         f"chasles.{name}",
-        [f"runtime/{name.replace('.', '/')}.c"],
-        depends=sorted(map(str, Path("runtime").glob("*/*.h"))),
+        sorted(str(path) for pattern in patterns for path in runtime.glob(pattern)),
+        depends=sorted(map(str, runtime.glob("**/*.h"))),
         include_dirs=["runtime", np.get_include()],
-        # Some Pythons were built with -O2, and errno of square roots is read by nobody.
-        extra_compile_args=["-O3", "-fno-math-errno", "-fno-trapping-math"],
+        # Some Pythons were built with -O2, and nothing reads the errno of square roots. Hidden
+        # symbols let the compiler call from file to file without the linker's table.
+        extra_compile_args=["-O3", "-fno-math-errno", "-fno-trapping-math", "-fvisibility=hidden"],
         define_macros=[
             ("NPY_NO_DEPRECATED_API", "NPY_2_0_API_VERSION"),
             ("NPY_TARGET_VERSION", "NPY_2_0_API_VERSION"),
@@ -45,5 +60,5 @@ setup(
             for name in packages_under("generated")
         },
     },
-    ext_modules=[extension(name) for name in EXTENSIONS],
+    ext_modules=[extension(*item) for item in EXTENSIONS.items()],
 )

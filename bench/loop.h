@@ -18,8 +18,8 @@ EXPORT void run_fk(void *context, const double *q, long joints, long count, doub
     }
 }
 
-EXPORT void run_fk_jacobian(void *context, const double *q, long joints, long count, double *T, double *J,
-                     long step)
+EXPORT void run_fk_jacobian(void *context, const double *q, long joints, long count, double *T,
+                            double *J, long step)
 {
     for (long k = 0; k < count; k++) {
         fk_jacobian(context, q + k * joints, T + 16 * k * step, J + 6 * joints * k * step);

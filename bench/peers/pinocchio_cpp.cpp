@@ -27,7 +27,8 @@ extern "C" __attribute__((visibility("default"))) void *make(long joints, const 
     pin::JointIndex parent = 0;
     for (long k = 0; k < joints; k++) {
         const std::string name = "j" + std::to_string(k);
-        parent = chain->model.addJoint(parent, pin::JointModelRZ(), placement(blocks + 16 * k), name);
+        parent =
+            chain->model.addJoint(parent, pin::JointModelRZ(), placement(blocks + 16 * k), name);
     }
     const pin::SE3 tool = placement(blocks + 16 * joints);
     chain->tool = chain->model.addFrame(pin::Frame("tool", parent, 0, tool, pin::OP_FRAME));

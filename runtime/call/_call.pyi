@@ -23,7 +23,7 @@ class _Argument(Protocol):
     def meaning(self) -> str: ...
 
 class Function(Generic[R_co]):
-    """One compiled function of a robot; R is what it returns."""
+    """One compiled function of a robot; R is the type of its result."""
 
     @property
     def ufunc(self) -> np.ufunc: ...
@@ -75,12 +75,12 @@ class Library:
 
 def open(path: str | PathLike[str], expected_hash: str) -> Library: ...  # noqa: A001
 def release_memory() -> int:
-    """Returns to the system the memory that is kept for large results.
+    """Returns the memory kept for large results to the system.
 
-    What the results of large batches (32 MB a call and more) held is kept once they are gone, 256
-    MB at most, for those of the next call: else the system would have to clear new memory each
-    time. Where it runs short of memory, Linux takes it by itself.
+    When the results of a large batch (32 MB a call and more) are freed, their memory is kept for
+    the results of the next call, 256 MB at most: new memory would have to be cleared by the system
+    each time. Linux takes kept memory back by itself when it runs short.
 
     Returns:
-        How many bytes that was.
+        The size of the memory returned [B].
     """

@@ -112,6 +112,6 @@ def _broadcast(
     if any(a != b and a == a and b == b and 1 not in (a, b) for a, b in pairs):  # noqa: PLR0124
         raise ShapeError(
             f"{function.__qualname__}: leading dimensions do not broadcast: {name} has {own}, "
-            f"those before it {before}"
+            f"the inputs before it {before}"
         )
     return tuple(b if a == 1 else a for a, b in reversed(pairs))

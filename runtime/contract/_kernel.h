@@ -1,9 +1,9 @@
-/* What a compiled robot offers to chasles: one entry per function, found by name.
+/* The interface between chasles and a compiled robot: one entry for each function, found by name.
  *
  * A library exports two symbols:
  *     const chasles_kernel chasles_kernels[]   ended by an entry whose name is NULL
- *     const char chasles_hash[]                the content hash it was compiled for
- * The rest of it stays hidden, so that two robots never meet in one process.
+ *     const char chasles_hash[]                the content hash for which it was compiled
+ * All other symbols are hidden, so that those of two robots in one process do not clash.
  */
 #ifndef CHASLES_KERNEL_H
 #define CHASLES_KERNEL_H
@@ -17,11 +17,10 @@
 
 typedef struct {
     const char *name;
-    /* One pointer per input, one per output, each to dense row-major doubles. */
+    /* One pointer for each input and each output, to dense row-major doubles. */
     void (*call)(const double *const *inputs, double *const *outputs);
-    /* The same for n rows: steps from row to row in doubles, of any size for inputs and outputs,
-     * whose rows are dense. NULL where the robot has no code for many poses at once. Outputs must
-     * not overlap inputs. */
+    /* The same for n dense rows, which are so many doubles apart, by any step. NULL where the robot
+     * has no code for many poses at once. Outputs must not overlap inputs. */
     void (*rows)(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
                  double *const *outputs, const ptrdiff_t *output_steps);
     int n_inputs;

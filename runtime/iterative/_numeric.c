@@ -1,22 +1,24 @@
-/* chasles._numeric: inverse kinematics by iteration, from Python.
+/* chasles.iterative._numeric: inverse kinematics by iteration, called from Python.
  *
- * Solver   a robot with one of its frames as the tip, its limits and its table of starts: the arm of
- *          _numeric.h, and the compiled functions that it calls kept loaded
+ * A Solver holds an arm (native/arm.h): a robot, the frame of it that is the tip, its limits and
+ * its table of starts. It keeps the compiled functions that the arm calls loaded.
  */
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
 
 #include <numpy/arrayobject.h>
 
-#include "iterative/_numeric.h"
+#include "iterative/native/arm.h"
+#include "iterative/native/batch.h"
 
 typedef struct {
     PyObject_HEAD
     Arm arm;
-    PyObject *capsules;
+    PyObject *capsules; /* the compiled functions; they keep their library loaded */
 } Solver;
 
-/* A dense array of doubles of that shape (-1: any size); NULL with an error. */
+/* Converts to a dense array of doubles with the shape given, where -1 fits any size. Returns NULL
+ * with an error set. */
 static PyArrayObject *doubles(PyObject *object, const char *name, int ndim, const npy_intp *shape)
 {
     PyArrayObject *array =
@@ -26,13 +28,14 @@ static PyArrayObject *doubles(PyObject *object, const char *name, int ndim, cons
         fits = shape[i] < 0 || PyArray_DIM(array, i) == shape[i];
     }
     if (array && !fits) {
-        PyErr_Format(PyExc_ValueError, "%s has a wrong shape", name);
+        PyErr_Format(PyExc_ValueError, "%s: wrong shape", name);
         Py_CLEAR(array);
     }
     return array;
 }
 
-static double *copied(PyArrayObject *array)
+/* Copies the values into memory from malloc; NULL with an error set. */
+static double *copy_values(PyArrayObject *array)
 {
     size_t size = PyArray_NBYTES(array);
     double *copy = malloc(size ? size : 1);
@@ -55,7 +58,8 @@ static void solver_dealloc(Solver *self)
     Py_TYPE(self)->tp_free((PyObject *)self);
 }
 
-/* How many inputs and outputs, and of what sizes, -1 being any; else an error. */
+/* Tests for one input and n_outputs outputs with these sizes, where -1 fits any. Returns 0 with an
+ * error set. */
 static int has_sizes(const chasles_kernel *kernel, int n_outputs, int input, int first, int second)
 {
     const int sizes[] = {input, first, second};
@@ -64,37 +68,70 @@ static int has_sizes(const chasles_kernel *kernel, int n_outputs, int input, int
         fits = sizes[i] < 0 || kernel->sizes[i] == sizes[i];
     }
     if (!fits) {
-        PyErr_Format(PyExc_ValueError, "%s does not fit to the others", kernel->name);
+        PyErr_Format(PyExc_ValueError, "%s: its sizes do not match the other functions",
+                     kernel->name);
     }
     return fits;
 }
 
-static int kernels_fit(Arm *self)
+/* Tests the sizes of the functions that this kind of tip needs, and reads the arm's from them.
+ * Returns 0 with an error set. */
+static int read_sizes(Arm *self)
 {
     const chasles_kernel *const *kernels = self->kernels;
     int n = self->n;
-    if (self->kind == OF_TOOL) {
-        return self->n_kernels == 2 && has_sizes(kernels[0], 2, n, POSE, SPACE * n) &&
-               has_sizes(kernels[1], 1, n, SPACE * n * n, 0);
+    if (self->kind == TIP_TOOL) {
+        return has_sizes(kernels[0], 2, n, POSE, TWIST * n) &&
+               has_sizes(kernels[1], 1, n, TWIST * n * n, 0);
     }
-    if (self->kind == OF_LINK) {
+    if (self->kind == TIP_LINK) {
         self->n_links = kernels[0]->sizes[1] / POSE;
         self->n_joints = self->n_kernels > 1 ? kernels[1]->sizes[1] / n : n;
         return has_sizes(kernels[0], 1, n, -1, 0) &&
                (self->n_kernels == 1 || has_sizes(kernels[1], 1, n, self->n_joints * n, 0));
     }
     self->n_all = 2 * n;
-    return has_sizes(kernels[0], 1, n, POSE, 0) && has_sizes(kernels[1], 1, n, SPACE * n, 0) &&
+    return has_sizes(kernels[0], 1, n, POSE, 0) && has_sizes(kernels[1], 1, n, TWIST * n, 0) &&
            has_sizes(kernels[2], 1, n, n, 0) && has_sizes(kernels[3], 1, n, n * n, 0);
 }
 
+/* The kinds of tips by name, with the numbers of compiled functions that they need. */
+static const struct {
+    const char *name;
+    int least, most;
+} KINDS[] = {
+    [TIP_TOOL] = {"tool", 2, 2},
+    [TIP_LINK] = {"link", 1, 2},
+    [TIP_PLATFORM] = {"platform", 4, 4},
+};
+
+/* Reads the kind of tip; -1 with an error set. */
+static int read_kind(Arm *self, const char *kind)
+{
+    for (size_t k = 0; k < sizeof KINDS / sizeof *KINDS; k++) {
+        if (strcmp(kind, KINDS[k].name) == 0) {
+            self->kind = (TipKind)k;
+            return 0;
+        }
+    }
+    PyErr_Format(PyExc_ValueError, "kind: expected tool, link or platform, got %s", kind);
+    return -1;
+}
+
+/* Reads the compiled functions that this kind of tip needs; -1 with an error set. */
 static int read_kernels(Solver *self, PyObject *capsules)
 {
-    self->arm.n_kernels = (int)PyTuple_GET_SIZE(capsules);
-    if (self->arm.n_kernels < 1 || self->arm.n_kernels > KERNELS) {
-        PyErr_SetString(PyExc_ValueError, "a solver takes one to four kernels");
+    Py_ssize_t count = PyTuple_GET_SIZE(capsules);
+    const char *kind = KINDS[self->arm.kind].name;
+    if (count < KINDS[self->arm.kind].least) {
+        PyErr_Format(PyExc_ValueError, "kernels: expected more than %zd for a %s", count, kind);
         return -1;
     }
+    if (count > KINDS[self->arm.kind].most) {
+        PyErr_Format(PyExc_ValueError, "kernels: expected fewer than %zd for a %s", count, kind);
+        return -1;
+    }
+    self->arm.n_kernels = (int)count;
     self->capsules = Py_NewRef(capsules);
     for (int k = 0; k < self->arm.n_kernels; k++) {
         PyObject *capsule = PyTuple_GET_ITEM(capsules, k);
@@ -106,10 +143,10 @@ static int read_kernels(Solver *self, PyObject *capsules)
     return 0;
 }
 
-/* Rows of (frame, joint, axis): the screws before the link. */
+/* Reads the screws between the base and the link: rows of (frame, joint, axis). */
 static int read_screws(Arm *self, PyObject *rows)
 {
-    const npy_intp shape[] = {-1, 2 + SPACE};
+    const npy_intp shape[] = {-1, 2 + TWIST};
     PyArrayObject *array = doubles(rows, "screws", 2, shape);
     if (!array) {
         return -1;
@@ -118,7 +155,7 @@ static int read_screws(Arm *self, PyObject *rows)
     self->n_screws = (int)PyArray_DIM(array, 0);
     self->screws = malloc((self->n_screws + 1) * sizeof(Screw));
     int fit = self->screws && self->link >= 0 && self->link < self->n_links;
-    for (int k = 0; fit && k < self->n_screws; k++, row += 2 + SPACE) {
+    for (int k = 0; fit && k < self->n_screws; k++, row += 2 + TWIST) {
         Screw *screw = &self->screws[k];
         screw->frame = (int)row[0];
         screw->joint = (int)row[1];
@@ -128,7 +165,7 @@ static int read_screws(Arm *self, PyObject *rows)
     }
     Py_DECREF(array);
     if (!fit) {
-        PyErr_SetString(PyExc_ValueError, "no such link, or screws of frames that there are not");
+        PyErr_SetString(PyExc_ValueError, "link or screws: an index is out of range");
     }
     return fit ? 0 : -1;
 }
@@ -148,7 +185,7 @@ static int read_tables(Arm *self, PyObject *lower, PyObject *upper, PyObject *st
     int failed = !arrays[3];
     double **const members[] = {&self->lower, &self->upper, &self->starts, &self->start_poses};
     for (int i = 0; i < 4 && !failed; i++) {
-        *members[i] = copied(arrays[i]);
+        *members[i] = copy_values(arrays[i]);
         failed = !*members[i];
     }
     for (int i = 0; i < 4; i++) {
@@ -159,8 +196,8 @@ static int read_tables(Arm *self, PyObject *lower, PyObject *upper, PyObject *st
 
 static PyObject *solver_new(PyTypeObject *type, PyObject *args, PyObject *kwargs)
 {
-    static char *names[] = {"kind",   "kernels", "lower",  "upper", "starts",
-                            "poses",  "link",    "screws", NULL};
+    static char *names[] = {"kind",  "kernels", "lower",  "upper", "starts",
+                            "poses", "link",    "screws", NULL};
     PyObject *capsules, *lower, *upper, *starts, *poses, *screws = NULL;
     const char *kind;
     int link = 0;
@@ -172,13 +209,16 @@ static PyObject *solver_new(PyTypeObject *type, PyObject *args, PyObject *kwargs
     if (!self) {
         return NULL;
     }
-    self->arm.kind = strcmp(kind, "tool") == 0 ? OF_TOOL : screws ? OF_LINK : OF_PLATFORM;
     self->arm.link = link;
-    int fits = read_kernels(self, capsules) == 0;
+    int fits = read_kind(&self->arm, kind) == 0 && read_kernels(self, capsules) == 0;
+    if (fits && self->arm.kind == TIP_LINK && !screws) {
+        PyErr_SetString(PyExc_ValueError, "screws: expected for a link");
+        fits = 0;
+    }
     if (fits) {
         self->arm.n = self->arm.n_all = self->arm.kernels[0]->sizes[0];
-        fits = kernels_fit(&self->arm) &&
-               (self->arm.kind != OF_LINK || read_screws(&self->arm, screws) == 0) &&
+        fits = read_sizes(&self->arm) &&
+               (self->arm.kind != TIP_LINK || read_screws(&self->arm, screws) == 0) &&
                read_tables(&self->arm, lower, upper, starts, poses) == 0;
     }
     if (!fits) {
@@ -187,79 +227,81 @@ static PyObject *solver_new(PyTypeObject *type, PyObject *args, PyObject *kwargs
     return (PyObject *)self;
 }
 
-/* A dense array of doubles whose last dimensions are these; NULL with an error. */
-static PyArrayObject *poses_of(PyObject *object)
+/* Converts to a dense array of poses (..., 4, 4); NULL with an error set. */
+static PyArrayObject *read_poses(PyObject *object)
 {
     PyArrayObject *array =
         (PyArrayObject *)PyArray_FROM_OTF(object, NPY_DOUBLE, NPY_ARRAY_IN_ARRAY);
     int ndim = array ? PyArray_NDIM(array) : 0;
     if (array &&
         (ndim < 2 || PyArray_DIM(array, ndim - 1) != 4 || PyArray_DIM(array, ndim - 2) != 4)) {
-        PyErr_SetString(PyExc_ValueError, "T has a wrong shape");
+        PyErr_SetString(PyExc_ValueError, "T: expected shape (..., 4, 4)");
         Py_CLEAR(array);
     }
     return array;
 }
 
-/* Result by result (q, residual, success, ending, iterations, restarts) over the batch of T. */
-enum { FOUND = 6, MOST_NDIM = 32 };
-static const int FOUND_TYPES[FOUND] = {NPY_DOUBLE, NPY_DOUBLE, NPY_BOOL,
-                                       NPY_INT8,   NPY_INT32,  NPY_INT32};
+/* The results, in the order of the struct Results. */
+enum { N_RESULTS = 6, MOST_NDIM = 32 };
+static const int RESULT_TYPES[N_RESULTS] = {NPY_DOUBLE, NPY_DOUBLE, NPY_BOOL,
+                                            NPY_INT8,   NPY_INT32,  NPY_INT32};
 
-static int new_results(const Solver *self, PyArrayObject *T, PyObject **found)
+/* Makes the arrays of results over the batch of T; -1 with an error set. */
+static int new_results(const Solver *self, PyArrayObject *T, PyObject **results)
 {
     npy_intp shape[MOST_NDIM];
     int ndim = PyArray_NDIM(T) - 2;
     if (ndim + 1 > MOST_NDIM) {
-        PyErr_SetString(PyExc_ValueError, "T has too many dimensions");
+        PyErr_SetString(PyExc_ValueError, "T: too many dimensions");
         return -1;
     }
     memcpy(shape, PyArray_DIMS(T), ndim * sizeof(npy_intp));
     shape[ndim] = self->arm.n;
-    for (int i = 0; i < FOUND; i++) {
-        found[i] = PyArray_EMPTY(i == 0 ? ndim + 1 : ndim, shape, FOUND_TYPES[i], 0);
-        if (!found[i]) {
+    for (int i = 0; i < N_RESULTS; i++) {
+        results[i] = PyArray_EMPTY(i == 0 ? ndim + 1 : ndim, shape, RESULT_TYPES[i], 0);
+        if (!results[i]) {
             return -1;
         }
     }
     return 0;
 }
 
+/* Solves all poses without the interpreter's lock; -1 with an error set. */
 static int run(const Solver *self, Task *task, PyArrayObject *T, PyArrayObject *seeds,
-               PyObject *const *found, long threads)
+               PyObject *const *results, long threads)
 {
-    void *to[FOUND];
-    for (int i = 0; i < FOUND; i++) {
-        to[i] = PyArray_DATA((PyArrayObject *)found[i]);
+    void *to[N_RESULTS];
+    for (int i = 0; i < N_RESULTS; i++) {
+        to[i] = PyArray_DATA((PyArrayObject *)results[i]);
     }
     npy_intp count = PyArray_SIZE(T) / POSE;
     task->whole = 1;
-    for (int i = 0; i < SPACE; i++) {
+    for (int i = 0; i < TWIST; i++) {
         task->whole &= task->weights[i] > 0;
     }
-    Batch batch = {.arm = &self->arm,
-                   .task = task,
-                   .poses = PyArray_DATA(T),
-                   .seeds = seeds ? PyArray_DATA(seeds) : NULL,
-                   .found = {to[0], to[1], to[2], to[3], to[4], to[5]},
-                   .count = count};
+    PoseBatch batch = {.arm = &self->arm,
+                       .task = task,
+                       .poses = PyArray_DATA(T),
+                       .seeds = seeds ? PyArray_DATA(seeds) : NULL,
+                       .results = {to[0], to[1], to[2], to[3], to[4], to[5]},
+                       .count = count};
     threads = threads < 1 ? 1 : threads > MOST_THREADS ? MOST_THREADS : threads;
-    threads = threads > 1 + count / PIECE ? 1 + count / PIECE : threads;
+    threads = threads > 1 + count / POSES_AT_A_TIME ? 1 + count / POSES_AT_A_TIME : threads;
     Py_BEGIN_ALLOW_THREADS
-    solve_all(&batch, (int)threads);
+    solve_batch(&batch, (int)threads);
     Py_END_ALLOW_THREADS
-    if (atomic_load(&batch.short_of_memory)) {
+    if (atomic_load(&batch.out_of_memory)) {
         PyErr_NoMemory();
         return -1;
     }
     return 0;
 }
 
-/* solve(T, seeds or None, weights, in_tool_axes, tolerance, budget, threads): see _numeric.pyi. */
+/* solve(T, seeds, weights, in_tool_axes, tolerance, budget, threads), as in _numeric.pyi. */
 static PyObject *solver_solve(Solver *self, PyObject *const *args, Py_ssize_t n_args)
 {
     if (n_args != 7) {
-        return PyErr_Format(PyExc_TypeError, "solve takes 7 arguments, got %zd", n_args);
+        return PyErr_Format(PyExc_TypeError, "solve: expected 7 arguments, got %zd", n_args);
     }
     Task task = {.in_tool_axes = PyObject_IsTrue(args[3]),
                  .tolerance = PyFloat_AsDouble(args[4]),
@@ -268,9 +310,9 @@ static PyObject *solver_solve(Solver *self, PyObject *const *args, Py_ssize_t n_
     if (PyErr_Occurred()) {
         return NULL;
     }
-    const npy_intp six[] = {SPACE};
-    PyObject *found[FOUND] = {NULL}, *result = NULL;
-    PyArrayObject *T = poses_of(args[0]), *seeds = NULL;
+    const npy_intp six[] = {TWIST};
+    PyObject *results[N_RESULTS] = {NULL}, *result = NULL;
+    PyArrayObject *T = read_poses(args[0]), *seeds = NULL;
     PyArrayObject *weights = T ? doubles(args[2], "weights", 1, six) : NULL;
     int fits = weights != NULL;
     if (fits && args[1] != Py_None) {
@@ -278,17 +320,17 @@ static PyObject *solver_solve(Solver *self, PyObject *const *args, Py_ssize_t n_
         seeds = doubles(args[1], "seeds", 2, rows);
         fits = seeds != NULL;
     }
-    if (fits && new_results(self, T, found) == 0) {
+    if (fits && new_results(self, T, results) == 0) {
         task.weights = PyArray_DATA(weights);
-        if (run(self, &task, T, seeds, found, threads) == 0) {
-            result = PyTuple_New(FOUND);
+        if (run(self, &task, T, seeds, results, threads) == 0) {
+            result = PyTuple_New(N_RESULTS);
         }
     }
-    for (int i = 0; i < FOUND; i++) {
+    for (int i = 0; i < N_RESULTS; i++) {
         if (result) {
-            PyTuple_SET_ITEM(result, i, PyArray_Return((PyArrayObject *)found[i]));
+            PyTuple_SET_ITEM(result, i, PyArray_Return((PyArrayObject *)results[i]));
         } else {
-            Py_XDECREF(found[i]);
+            Py_XDECREF(results[i]);
         }
     }
     Py_XDECREF(T);
@@ -299,13 +341,14 @@ static PyObject *solver_solve(Solver *self, PyObject *const *args, Py_ssize_t n_
 
 static PyMethodDef solver_methods[] = {
     {"solve", (PyCFunction)(void (*)(void))solver_solve, METH_FASTCALL,
-     "Coordinates at poses (..., 4, 4), with residual, success, ending, iterations and restarts."},
+     "solve(T, seeds, weights, in_tool_axes, tolerance, budget, threads): inverse kinematics of\n"
+     "poses (..., 4, 4). Returns coordinates, residual, success, ending, iterations, restarts."},
     {NULL},
 };
 
 static PyTypeObject SolverType = {
     PyVarObject_HEAD_INIT(NULL, 0).tp_name = "chasles.iterative._numeric.Solver",
-    .tp_doc = "A robot with one of its frames as the tip, its limits and its table of starts.",
+    .tp_doc = "A robot with a frame of it as the tip, its limits and its table of starts.",
     .tp_basicsize = sizeof(Solver),
     .tp_flags = Py_TPFLAGS_DEFAULT,
     .tp_new = solver_new,

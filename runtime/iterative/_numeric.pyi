@@ -4,7 +4,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 class Solver:
-    """A robot with one of its frames as the tip, its limits and its table of starts."""
+    """A robot with a frame of it as the tip, its limits and its table of starts."""
 
     def __new__(
         cls,
@@ -17,20 +17,25 @@ class Solver:
         link: int = ...,
         screws: FloatArray = ...,
     ) -> Solver:
-        """Takes the compiled functions that a kind of robot needs.
+        """Takes the compiled functions that this kind of tip needs.
 
         Args:
-            kind: "tool": kernels are fk_jacobian_mixed. "link": link_poses, and of a robot with
-                loops chain_D_q. "platform": chain_fk, chain_jacobian_mixed, actuators and
-                actuators_D_chain.
-            kernels: Their capsules.
-            lower: (n,) lower limits.
-            upper: (n,) upper limits.
-            starts: (m, n) coordinates to begin at; of a platform followed by its chain's joints.
-            poses: (12, m) their poses: the first three rows of each, entry by entry.
-            link: Which of the links is the tip.
-            screws: (s, 8) the joints before it: the link in whose frame the axis is constant (-1:
-                the base), the coordinate or chain's joint that moves it, and the axis.
+            kind: "tool": the kernels are fk_jacobian_mixed and hessian_mixed. "link": link_poses,
+                and for a robot with loops chain_D_q. "platform": chain_fk, chain_jacobian_mixed,
+                actuators and actuators_D_chain.
+            kernels: The capsules of these functions.
+            lower: (n,) lower limits [rad or m].
+            upper: (n,) upper limits [rad or m].
+            starts: (m, n) coordinates at which attempts begin [rad or m]; for a platform (m, 2 n),
+                followed by the joints of its chain.
+            poses: (12, m) poses of the starts: the first three rows of each, entry by entry.
+            link: The index of the link that is the tip.
+            screws: (s, 8) the joints between the base and that link: index of the link in whose
+                frame the axis is constant (-1: the base), index of the coordinate or chain's joint,
+                and the axis (v, omega) in that frame.
+
+        Raises:
+            ValueError: If the functions, arrays or indices do not match each other.
         """
 
     def solve(
@@ -51,7 +56,19 @@ class Solver:
         NDArray[np.int32],
         NDArray[np.int32],
     ]:
-        """At poses (..., 4, 4): coordinates, residual, success, ending, iterations, restarts.
+        """Solves the inverse kinematics of poses (..., 4, 4).
 
-        `seeds` are rows as of `starts`, one for each pose.
+        Args:
+            T: (..., 4, 4) poses of the tip measured and expressed in the base frame.
+            seeds: (number of poses, n) where the first attempt begins, as rows of `starts`; None:
+                at the nearest start.
+            weights: (6,) of the error, linear first.
+            in_tool_axes: Whether the weights are along the axes of the tip instead of the base.
+            tolerance: Residual [m and rad] at which a pose is reached.
+            budget: Evaluations of forward kinematics for each pose.
+            threads: The greatest number of threads.
+
+        Returns:
+            Coordinates (..., n) [rad or m], and over the batch: residual [m or rad], success,
+            ending (an index: converged, limits, stalled, budget, no pose), evaluations, restarts.
         """

@@ -3,7 +3,12 @@ from numpy.typing import NDArray
 
 _Floats = NDArray[np.float64]
 
-# Arrays are dense; all from q on are written to.
+BORDER: float
+"""The singular value below which a direction is damped."""
+DAMPING: float
+"""The least damping of a singular value of 0."""
+
+# Arrays are dense. The first row of q is read, all else of q and the arrays after it is written.
 def follow(
     kernel: object,
     poses: _Floats,
@@ -19,7 +24,7 @@ def follow(
     length: float,
     dt: float,
     gain: float,
-    smallest: float,
+    border: float,
     damping: float,
     /,
 ) -> bool: ...

@@ -37,10 +37,8 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 Representation = Literal["space", "body", "mixed"]
 
-_DAMPING = 0.04
-"""Singular value, a pure number, below which a direction counts as nearly lost: a quarter of what
-it is of six-axis arms at half of all configurations. Twice that of `track`: without rate limits it
-is what bounds the rates."""
+_DAMPING = _rates.DAMPING
+"""Singular value, a pure number, below which a direction is damped; see numerics/_tolerances.h."""
 _NO_TICK = np.array(np.nan)
 _SPATIAL = 6
 

@@ -21,14 +21,11 @@ from .manipulability import ManipulabilityMethods
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
-_SMALLEST = 0.02
-"""Singular values below this are damped. They are pure numbers, of order 1 in a pose far from
-singularities: metres of the tool, or of `length` times its angle, for a metre of it that the joints
-would each move it at the start. A UR5e's wrist has it two degrees from being in line."""
-_DAMPING = 0.02
-"""The damping of a singular value of 0, in the same unit: then the law is that of `rates`. Half of
-what joint rates have by default, whose bound it is: here rates have limits of their own, and what
-is damped away is an error of place, which grows with it."""
+_SMALLEST = _track.BORDER
+_DAMPING = _track.DAMPING
+"""Singular value, a pure number, below which a direction is damped, and the damping of a singular
+value of 0; see numerics/_tolerances.h. Pure numbers are metres of the tool, or of `length` times
+its angle, for a metre of it that a joint alone would move it at the start."""
 _GAIN = 0.5
 """The share of the error that a step corrects by itself. At 1 a step would go all the way to the
 linear answer, beyond 2 the error would grow."""

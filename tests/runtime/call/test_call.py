@@ -246,7 +246,8 @@ def test_not_finite_flows_through_in_silence(robot, bad, batch):
         ),
         (
             lambda r: r.blend(np.ones((3, 2)), np.ones((4, 2, 3))),
-            "tiny.blend: leading dimensions do not broadcast: A has (4,), those before it (3,)",
+            "tiny.blend: leading dimensions do not broadcast: A has (4,), "
+            "the inputs before it (3,)",
         ),
         (
             lambda r: r.fk(np.ones((5, 2)), out=np.empty((3, 4))),

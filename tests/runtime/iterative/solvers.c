@@ -1,18 +1,24 @@
-/* Calls the solvers of _numeric.h and _damped.h on a robot without Python, for the compiler's
- * sanitizers to watch. Prints how many cases were checked.
+/* Calls the iterative and the damped solvers on a robot without Python, for the compiler's
+ * sanitizers to watch. Prints the number of cases checked.
  *
- *   solvers tool       inverse kinematics of the tool, over one thread and several
- *   solvers link       of the last link but one, whose screws are read: how many, then 8 numbers each
+ *   solvers tool       inverse kinematics of the tool, on one thread and on several
+ *   solvers link       of the last link but one; standard input has the number of its screws, and
+ *                      8 numbers for each
  *   solvers platform   of the tool of a robot whose chain follows its actuators
- *   solvers box        steps along a path within a box, which ends at singularities
+ *   solvers box        steps within bounds along a path that ends at a singularity
  */
+#include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
-#include "velocity/_damped.h"
-#include "iterative/_numeric.h"
+#include "iterative/native/batch.h"
+#include "iterative/native/evaluate.h"
+#include "numerics/_tolerances.h"
+#include "velocity/native/damped_box.h"
 
 #define STARTS 64
-#define POSES 24 /* of these the last is not finite, and the one before is out of reach */
+#define POSES 24 /* the last is not finite, the last but one is out of reach */
 #define THREADS 3
 #define STEPS 400
 #define TOLERANCE 1e-9
@@ -37,7 +43,7 @@ static const chasles_kernel *find(const char *name)
     return kernel;
 }
 
-/* Rows of numbers in [-1, 1], that do not repeat. */
+/* Entry k of a row of numbers in [-1, 1]; rows do not repeat. */
 static double scattered(int row, int k)
 {
     unsigned long value = ((unsigned long)row * 131 + (unsigned long)k * 17 + 7) * 2654435761UL;
@@ -57,38 +63,38 @@ static double *new_doubles(size_t count)
 
 static Arm new_arm(const char *mode)
 {
-    Arm arm = {.kind = OF_TOOL, .n_starts = STARTS};
-    const char *names[KERNELS] = {"fk_jacobian_mixed", "hessian_mixed"};
+    Arm arm = {.kind = TIP_TOOL, .n_starts = STARTS};
+    const char *names[MOST_KERNELS] = {"fk_jacobian_mixed", "hessian_mixed"};
     arm.n_kernels = 2;
     if (strcmp(mode, "link") == 0) {
-        arm.kind = OF_LINK;
+        arm.kind = TIP_LINK;
         names[0] = "link_poses";
         arm.n_kernels = 1;
     } else if (strcmp(mode, "platform") == 0) {
-        static const char *const of_platform[] = {"chain_fk", "chain_jacobian_mixed", "actuators",
-                                                  "actuators_D_chain"};
-        arm.kind = OF_PLATFORM;
-        memcpy(names, of_platform, sizeof of_platform);
+        static const char *const for_platform[] = {"chain_fk", "chain_jacobian_mixed", "actuators",
+                                                   "actuators_D_chain"};
+        arm.kind = TIP_PLATFORM;
+        memcpy(names, for_platform, sizeof for_platform);
         arm.n_kernels = 4;
     }
     for (int k = 0; k < arm.n_kernels; k++) {
         arm.kernels[k] = find(names[k]);
     }
     arm.n = arm.kernels[0]->sizes[0];
-    arm.n_all = arm.kind == OF_PLATFORM ? 2 * arm.n : arm.n;
-    if (arm.kind == OF_LINK) {
+    arm.n_all = arm.kind == TIP_PLATFORM ? 2 * arm.n : arm.n;
+    if (arm.kind == TIP_LINK) {
         arm.n_links = arm.kernels[0]->sizes[1] / POSE;
         arm.n_joints = arm.n;
         arm.link = arm.n_links - 2;
         if (scanf("%d", &arm.n_screws) != 1) {
-            fail("no screws", 0);
+            fail("number of screws is missing", 0);
         }
         arm.screws = malloc((size_t)arm.n_screws * sizeof *arm.screws);
         for (int s = 0; s < arm.n_screws; s++) {
-            double row[2 + SPACE];
-            for (int i = 0; i < 2 + SPACE; i++) {
+            double row[2 + TWIST];
+            for (int i = 0; i < 2 + TWIST; i++) {
                 if (scanf("%lf", &row[i]) != 1) {
-                    fail("a screw is cut off", s);
+                    fail("screw is incomplete", s);
                 }
             }
             arm.screws[s].frame = (int)row[0];
@@ -99,13 +105,13 @@ static Arm new_arm(const char *mode)
     return arm;
 }
 
-/* The pose of what is at the tip. */
+/* Writes the pose of the tip. */
 static void pose_at(const Arm *arm, const double *x, double *T)
 {
-    double *J = new_doubles((size_t)SPACE * arm->n), *scratch = new_doubles(scratch_size(arm));
-    if (arm->kind == OF_TOOL) {
+    double *J = new_doubles((size_t)TWIST * arm->n), *scratch = new_doubles(scratch_size(arm));
+    if (arm->kind == TIP_TOOL) {
         call_kernel(arm->kernels[0], x, T, J);
-    } else if (arm->kind == OF_LINK) {
+    } else if (arm->kind == TIP_LINK) {
         call_kernel(arm->kernels[0], x, scratch, NULL);
         memcpy(T, scratch + POSE * arm->link, POSE * sizeof(double));
     } else {
@@ -115,14 +121,15 @@ static void pose_at(const Arm *arm, const double *x, double *T)
     free(scratch);
 }
 
-/* Coordinates, and of a platform the chain's joints before them: these give the coordinates. */
+/* Writes coordinates x (n_all,). For a platform the joints of the chain are chosen, and determine
+ * its actuators. */
 static void configuration(const Arm *arm, int row, double reach, double *x)
 {
     for (int k = 0; k < arm->n; k++) {
         x[arm->n_all - arm->n + k] = reach * scattered(row, k);
     }
-    if (arm->kind == OF_PLATFORM) {
-        x[arm->n + 2] += 1; /* the platform is above its base */
+    if (arm->kind == TIP_PLATFORM) {
+        x[arm->n + 2] += 1; /* a pose of the platform above its base */
         call_kernel(arm->kernels[2], x + arm->n, x, NULL);
     }
 }
@@ -132,8 +139,8 @@ static void fill(Arm *arm, double reach)
     arm->lower = new_doubles(arm->n);
     arm->upper = new_doubles(arm->n);
     for (int k = 0; k < arm->n; k++) {
-        arm->lower[k] = arm->kind == OF_PLATFORM ? -INFINITY : -reach;
-        arm->upper[k] = arm->kind == OF_PLATFORM ? INFINITY : reach;
+        arm->lower[k] = arm->kind == TIP_PLATFORM ? -INFINITY : -reach;
+        arm->upper[k] = arm->kind == TIP_PLATFORM ? INFINITY : reach;
     }
     arm->starts = new_doubles((size_t)STARTS * arm->n_all);
     arm->start_poses = new_doubles((size_t)12 * STARTS);
@@ -156,58 +163,67 @@ static void empty(Arm *arm)
     free(arm->start_poses);
 }
 
-static Found new_found(int n)
+static Results new_results(int n)
 {
-    return (Found){new_doubles((size_t)POSES * n), new_doubles(POSES), calloc(POSES, 1),
-                   calloc(POSES, 1), calloc(POSES, sizeof(int)), calloc(POSES, sizeof(int))};
+    return (Results){new_doubles((size_t)POSES * n),
+                     new_doubles(POSES),
+                     calloc(POSES, 1),
+                     calloc(POSES, 1),
+                     calloc(POSES, sizeof(int)),
+                     calloc(POSES, sizeof(int))};
 }
 
-static void free_found(Found *found)
+static void free_results(Results *results)
 {
-    free(found->q);
-    free(found->residual);
-    free(found->success);
-    free(found->ending);
-    free(found->iterations);
-    free(found->restarts);
+    free(results->q);
+    free(results->residual);
+    free(results->success);
+    free(results->ending);
+    free(results->iterations);
+    free(results->restarts);
 }
 
-/* What is within reach is found, the others are not; all threads find the same. */
+/* Checks that poses within reach are solved within the limits and the last two are not, and that
+ * several threads give the same result as one. */
 static void check_batch(const Arm *arm, const Task *task, const double *poses, const double *seeds)
 {
-    Found alone = new_found(arm->n), together = new_found(arm->n);
-    Batch one = {.arm = arm, .task = task, .poses = poses, .seeds = seeds, .found = alone,
-                 .count = POSES};
-    Batch many = {.arm = arm, .task = task, .poses = poses, .seeds = seeds, .found = together,
-                  .count = POSES};
-    solve_all(&one, 1);
-    solve_all(&many, THREADS);
-    if (one.short_of_memory || many.short_of_memory) {
+    Results alone = new_results(arm->n), together = new_results(arm->n);
+    PoseBatch one = {
+        .arm = arm, .task = task, .poses = poses, .seeds = seeds, .results = alone, .count = POSES};
+    PoseBatch many = {.arm = arm,
+                      .task = task,
+                      .poses = poses,
+                      .seeds = seeds,
+                      .results = together,
+                      .count = POSES};
+    solve_batch(&one, 1);
+    solve_batch(&many, THREADS);
+    if (one.out_of_memory || many.out_of_memory) {
         fail("no memory", 0);
     }
     for (int k = 0; k < POSES; k++) {
         if (alone.success[k] != (k < POSES - 2)) {
-            fail("a pose is reached or not against expectation", k);
+            fail("success is not as expected for pose", k);
         }
         for (int i = 0; i < arm->n; i++) {
             double q = alone.q[k * arm->n + i];
             if (k < POSES - 1 && !(q >= arm->lower[i] && q <= arm->upper[i])) {
-                fail("beyond a limit", k);
+                fail("a coordinate violates its limits", k);
             }
         }
     }
     if (memcmp(alone.q, together.q, (size_t)POSES * arm->n * sizeof(double)) != 0) {
-        fail("threads find something else", 0);
+        fail("results depend on the threads", 0);
     }
-    free_found(&alone);
-    free_found(&together);
+    free_results(&alone);
+    free_results(&together);
 }
 
 static int check_inverse(const char *mode)
 {
-    static const double whole[] = {1, 1, 1, 1, 1, 1}, place[] = {2, 2, 2, 0, 0, 0};
+    static const double whole[] = {1, 1, 1, 1, 1, 1}, position[] = {2, 2, 2, 0, 0, 0};
     Arm arm = new_arm(mode);
-    double reach = arm.kind == OF_PLATFORM ? 0.2 : 1.5;
+    double reach = arm.kind == TIP_PLATFORM ? 0.2 : 1.5;
     fill(&arm, reach);
     double *poses = new_doubles(POSES * POSE);
     double *seeds = new_doubles((size_t)POSES * arm.n_all);
@@ -218,7 +234,7 @@ static int check_inverse(const char *mode)
     }
     poses[(POSES - 2) * POSE + 3] += 1e3;
     poses[(POSES - 1) * POSE] = NAN;
-    const Task tasks[] = {{whole, TOLERANCE, 0, 1, 20000}, {place, TOLERANCE, 1, 0, 20000}};
+    const Task tasks[] = {{whole, TOLERANCE, 0, 1, 20000}, {position, TOLERANCE, 1, 0, 20000}};
     for (int t = 0; t < 2; t++) {
         check_batch(&arm, &tasks[t], poses, NULL);
         check_batch(&arm, &tasks[t], poses, seeds);
@@ -235,45 +251,45 @@ static int check_box(void)
 {
     const chasles_kernel *kernel = find("fk_jacobian_mixed");
     int n = kernel->sizes[0], held = 0;
-    double T[POSE], y[SPACE], *q = new_doubles(n), *J = new_doubles((size_t)SPACE * n);
+    double T[POSE], y[TWIST], *q = new_doubles(n), *J = new_doubles((size_t)TWIST * n);
     double *low = new_doubles(n), *high = new_doubles(n);
-    damped solver;
-    if (!damped_new(&solver, n, 0.02, 0.02)) {
+    DampedBox solver;
+    if (!damped_box_new(&solver, n, TRACK_BORDER, TRACK_DAMPING)) {
         fail("no memory", 0);
     }
     for (int step = 0; step < STEPS; step++) {
-        /* Towards 0, where axes of most arms are in line. */
+        /* Towards 0, where axes of most arms are aligned. */
         for (int k = 0; k < n; k++) {
             q[k] = scattered(0, k) * (1 - (double)step / (STEPS - 1));
             low[k] = -0.02 * (1 + scattered(step, k));
             high[k] = 0.02 * (1 + scattered(step, k + n));
         }
-        for (int i = 0; i < SPACE; i++) {
+        for (int i = 0; i < TWIST; i++) {
             y[i] = 0.02 * scattered(step, i);
         }
         call_kernel(kernel, q, T, J);
-        double smallest = damped_decompose(&solver, J), before = rows_dot(y, y, SPACE);
-        damped_solve(&solver, y);
-        damped_box(&solver, low, high);
-        double after = damped_remains(&solver, y);
-        damped_judge(&solver, before, after, step % 7 ? after : before);
+        double smallest = damped_box_decompose(&solver, J), before = dot(y, y, TWIST);
+        damped_box_solve(&solver, y);
+        damped_box_bound(&solver, low, high);
+        double after = damped_box_residual(&solver, y);
+        damped_box_adapt(&solver, before, after, step % 7 ? after : before);
         if (!(smallest >= 0 && isfinite(after))) {
             fail("not finite", step);
         }
         for (int k = 0; k < n; k++) {
             if (!(solver.x[k] >= low[k] && solver.x[k] <= high[k])) {
-                fail("outside of the box", step);
+                fail("a step violates its bounds", step);
             }
             held += solver.at[k] != 0;
         }
     }
-    damped_free(&solver);
+    damped_box_free(&solver);
     free(q);
     free(J);
     free(low);
     free(high);
     if (held < STEPS / 2) {
-        fail("the box is hardly met", held);
+        fail("few bounds are active", held);
     }
     return STEPS;
 }

@@ -1,0 +1,66 @@
+/* The results of a call: packed as the caller gets them.
+ *
+ * Branches of an inverse become Solutions (solutions.py), with a fourth array: which of them are
+ * valid. Where a pose has no valid branch but nearly one, the refinement (refinement.py) may
+ * correct the results. Where a single result is not finite, the guard (guard.py) is called and may
+ * raise. */
+#ifndef CHASLES_RESULTS_H
+#define CHASLES_RESULTS_H
+
+#include "call/function/arguments.h"
+#include "call/function/function.h"
+
+/* Returns a tuple of new references; NULL with an error set. */
+PyObject *new_tuple(int n, PyObject *const *items);
+
+/* Returns the branches as Solutions, refined where needed; steals the references of the three
+ * results. */
+PyObject *pack_branches(const Function *self, PyObject *const *inputs, PyObject **results);
+
+/* Returns the ufunc's result, as Solutions where its outputs are branches; steals the reference. */
+PyObject *branches_of_ufunc(const Function *self, PyObject *const *inputs, PyObject *result);
+
+/* As pack, unless the guard raises an error about results that are not finite in `memory`. Never
+ * inlined, so that calls of functions without a guard stay short. */
+PyObject *pack_guarded(Function *self, PyObject *const *inputs, double *const *memory,
+                       PyObject **results, PyObject *const *outs);
+
+/* Returns the ufunc's result for one pose, unless the guard raises; steals the reference. */
+PyObject *guard_ufunc_result(Function *self, PyObject *const *inputs, PyObject *result);
+
+/* Sets the class of the branches and the tolerance that it states; -1 with an error set. */
+int set_solutions(Function *self, PyObject *type);
+
+/* Sets the refinement and the greatest residual that it states; -1 with an error set. */
+int set_refinement(Function *self, PyObject *refinement);
+
+/* Returns one result, or a tuple of several; steals the references. Arrays of shape () become
+ * scalars, as in NumPy's own functions, unless the caller gave the array. */
+static inline PyObject *pack(const Function *self, PyObject *const *inputs, PyObject **results,
+                             PyObject *const *outs)
+{
+    const Kernel *kernel = self->kernel;
+    if (self->solutions) {
+        return pack_branches(self, inputs, results);
+    }
+    for (int i = 0; i < kernel->n_outputs; i++) {
+        if (!outs || outs[i] == Py_None) {
+            results[i] = PyArray_Return((PyArrayObject *)results[i]);
+        }
+    }
+    if (kernel->n_outputs == 1) {
+        return results[0];
+    }
+    PyObject *tuple = PyTuple_New(kernel->n_outputs);
+    for (int i = 0; i < kernel->n_outputs; i++) {
+        if (!tuple || !results[i]) {
+            Py_CLEAR(tuple);
+            Py_XDECREF(results[i]);
+        } else {
+            PyTuple_SET_ITEM(tuple, i, results[i]);
+        }
+    }
+    return tuple;
+}
+
+#endif

@@ -1,0 +1,109 @@
+#include "call/kernel/compiled_library.h"
+
+#include <dlfcn.h>
+#include <string.h>
+
+static void library_dealloc(Library *self)
+{
+    if (self->handle) {
+        dlclose(self->handle);
+    }
+    Py_XDECREF(self->path);
+    Py_TYPE(self)->tp_free((PyObject *)self);
+}
+
+static PyObject *library_repr(Library *self)
+{
+    return PyUnicode_FromFormat("<chasles library %R>", self->path);
+}
+
+/* Returns the address of the symbol, or NULL with an error that names the file. */
+static const void *find_symbol(Library *self, const char *symbol)
+{
+    const void *found = dlsym(self->handle, symbol);
+    if (!found) {
+        PyErr_Format(LibraryMismatchError, "%U: not a library of chasles (it has no %s)",
+                     self->path, symbol);
+    }
+    return found;
+}
+
+/* Opens the library and checks its hash; -1 with an error set. */
+static int library_load(Library *self, const char *path, const char *expected_hash)
+{
+    self->handle = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    if (!self->handle) {
+        PyErr_Format(LibraryMismatchError, "%U: cannot be opened as a library (%s)", self->path,
+                     dlerror());
+        return -1;
+    }
+    const char *hash = find_symbol(self, "chasles_hash");
+    if (!hash) {
+        return -1;
+    }
+    if (strcmp(hash, expected_hash) != 0) {
+        PyErr_Format(LibraryMismatchError,
+                     "%U: compiled for content %.16s..., but %.16s... is expected", self->path,
+                     hash, expected_hash);
+        return -1;
+    }
+    self->kernels = find_symbol(self, "chasles_kernels");
+    return self->kernels ? 0 : -1;
+}
+
+PyObject *library_open(PyObject *Py_UNUSED(module), PyObject *args)
+{
+    PyObject *path_bytes;
+    const char *expected_hash;
+    if (!PyArg_ParseTuple(args, "O&s:open", PyUnicode_FSConverter, &path_bytes, &expected_hash)) {
+        return NULL;
+    }
+    const char *path = PyBytes_AS_STRING(path_bytes);
+    Library *self = (Library *)LibraryType.tp_alloc(&LibraryType, 0);
+    if (self) {
+        self->path = PyUnicode_DecodeFSDefault(path);
+        if (!self->path || library_load(self, path, expected_hash) < 0) {
+            Py_CLEAR(self);
+        }
+    }
+    Py_DECREF(path_bytes);
+    return (PyObject *)self;
+}
+
+const chasles_kernel *library_find(const Library *library, const char *name)
+{
+    for (const chasles_kernel *entry = library->kernels; entry->name; entry++) {
+        if (strcmp(entry->name, name) == 0) {
+            return entry;
+        }
+    }
+    return NULL;
+}
+
+static PyObject *library_names(Library *self, void *Py_UNUSED(closure))
+{
+    PyObject *names = PyList_New(0);
+    for (const chasles_kernel *entry = self->kernels; names && entry->name; entry++) {
+        PyObject *name = PyUnicode_FromString(entry->name);
+        if (!name || PyList_Append(names, name) < 0) {
+            Py_CLEAR(names);
+        }
+        Py_XDECREF(name);
+    }
+    return names;
+}
+
+static PyGetSetDef library_getset[] = {
+    {"names", (getter)library_names, NULL, "The names of its functions, in order.", NULL},
+    {NULL},
+};
+
+PyTypeObject LibraryType = {
+    PyVarObject_HEAD_INIT(NULL, 0).tp_name = "chasles.call._call.Library",
+    .tp_doc = "A compiled robot, open for as long as any of its functions lives.",
+    .tp_basicsize = sizeof(Library),
+    .tp_flags = Py_TPFLAGS_DEFAULT,
+    .tp_dealloc = (destructor)library_dealloc,
+    .tp_repr = (reprfunc)library_repr,
+    .tp_getset = library_getset,
+};

@@ -1,0 +1,23 @@
+/* Library: a compiled robot, opened and checked against the content hash that is expected. */
+#ifndef CHASLES_COMPILED_LIBRARY_H
+#define CHASLES_COMPILED_LIBRARY_H
+
+#include "call/kernel/python_api.h"
+#include "contract/_kernel.h"
+
+typedef struct {
+    PyObject_HEAD
+    void *handle;                  /* of dlopen */
+    const chasles_kernel *kernels; /* ended by an entry without a name */
+    PyObject *path;
+} Library;
+
+extern PyTypeObject LibraryType;
+
+/* open(path, expected_hash) of the module: a new Library, or NULL with a LibraryMismatchError. */
+PyObject *library_open(PyObject *Py_UNUSED(module), PyObject *args);
+
+/* Returns the entry of the function with this name, NULL if there is none. */
+const chasles_kernel *library_find(const Library *library, const char *name);
+
+#endif

@@ -1,0 +1,74 @@
+/* Kernel: one compiled function with the shapes of its inputs and outputs, its operands.
+ *
+ * A Function and its ufunc share the kernel; the ufunc keeps it alive in a capsule. */
+#ifndef CHASLES_OPERANDS_H
+#define CHASLES_OPERANDS_H
+
+#include <stdint.h>
+
+#include "call/kernel/python_api.h"
+#include "contract/_kernel.h"
+
+#define MAX_OPERANDS 32 /* inputs and outputs of one function */
+#define MAX_CORE_NDIM 8
+
+typedef struct {
+    PyObject *name;
+    int ndim;
+    npy_intp dims[MAX_CORE_NDIM];
+    npy_intp size; /* product of dims */
+} Operand;
+
+typedef struct {
+    /* The two functions of the entry, NULL for `rows` where there is no code for many poses. */
+    void (*call)(const double *const *inputs, double *const *outputs);
+    void (*rows)(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+                 double *const *outputs, const ptrdiff_t *output_steps);
+    const chasles_kernel *entry; /* in the library */
+    int n_inputs, n_outputs, n_operands;
+    Operand operands[MAX_OPERANDS]; /* inputs, then outputs */
+    PyObject *library;              /* kept open */
+    PyObject *label;                /* "ur5e.fk", for messages */
+    /* A ufunc keeps the pointers that it is given, so the memory they point to belongs to the
+     * kernel. */
+    char *ufunc_name, *ufunc_doc;
+    PyUFuncGenericFunction ufunc_loops[1];
+    void *ufunc_data[1];
+    char ufunc_types[MAX_OPERANDS];
+} Kernel;
+
+/* Makes a kernel from tuples that describe the operands (.name, .shape) and must agree with the
+ * entry of the library; NULL with an error set. */
+Kernel *kernel_new(PyObject *library, const chasles_kernel *entry, PyObject *label,
+                   PyObject *inputs, PyObject *outputs);
+
+void kernel_free(Kernel *kernel);
+
+/* Tests whether two dense operands share memory. */
+static inline int overlaps(const double *a, npy_intp a_size, const double *b, npy_intp b_size)
+{
+    return (uintptr_t)a < (uintptr_t)(b + b_size) && (uintptr_t)b < (uintptr_t)(a + a_size);
+}
+
+/* Tests whether the object is an array that the kernel can read in place: float64, aligned, dense,
+ * and of the operand's shape. */
+static inline int is_core_array(PyObject *object, const Operand *operand)
+{
+    if (!PyArray_CheckExact(object)) {
+        return 0;
+    }
+    PyArrayObject *array = (PyArrayObject *)object;
+    if (PyArray_TYPE(array) != NPY_DOUBLE || PyArray_NDIM(array) != operand->ndim ||
+        !PyArray_ISCARRAY_RO(array)) {
+        return 0;
+    }
+    const npy_intp *dims = PyArray_DIMS(array);
+    for (int i = 0; i < operand->ndim; i++) {
+        if (dims[i] != operand->dims[i]) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+#endif

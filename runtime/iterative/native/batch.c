@@ -1,0 +1,79 @@
+#include "iterative/native/batch.h"
+
+#include <pthread.h>
+#include <stdlib.h>
+
+#include "iterative/native/evaluate.h"
+
+/* Lays out the workspace in a block of memory, unless that is NULL. Returns the doubles needed. */
+static size_t lay_out(const Arm *arm, Workspace *work, double *memory)
+{
+    size_t n = arm->n, n_all = arm->n_all, used = 0;
+    const struct {
+        double **part;
+        size_t size;
+    } parts[] = {
+        {&work->q, n_all},
+        {&work->trial, n_all},
+        {&work->halley, n_all},
+        {&work->best, (FINALISTS + 1) * n_all},
+        {&work->J, TWIST * n},
+        {&work->trial_J, TWIST * n},
+        {&work->halley_J, TWIST * n},
+        {&work->normal, n * n},
+        {&work->A, n * n},
+        {&work->gradient, n},
+        {&work->step, n},
+        {&work->scratch, scratch_size(arm)},
+        {&work->distances, arm->n_starts},
+    };
+    for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
+        if (memory) {
+            *parts[i].part = memory + used;
+        }
+        used += parts[i].size;
+    }
+    return used;
+}
+
+/* Takes poses from the batch until none is left. */
+static void *solve_pieces(void *argument)
+{
+    PoseBatch *batch = argument;
+    const Arm *arm = batch->arm;
+    const Results *all = &batch->results;
+    Workspace work = {.free = malloc(arm->n * sizeof(int))};
+    double *memory = malloc(lay_out(arm, &work, NULL) * sizeof(double));
+    if (!memory || !work.free) {
+        atomic_store(&batch->out_of_memory, 1);
+    } else {
+        lay_out(arm, &work, memory);
+        size_t count = batch->count, first;
+        while ((first = atomic_fetch_add(&batch->next, POSES_AT_A_TIME)) < count) {
+            for (size_t k = first; k < count && k < first + POSES_AT_A_TIME; k++) {
+                const Results own = {all->q + k * arm->n, all->residual + k,   all->success + k,
+                                     all->ending + k,     all->iterations + k, all->restarts + k};
+                const double *seed = batch->seeds ? batch->seeds + k * arm->n_all : NULL;
+                Problem problem = {arm, batch->task, batch->poses + k * POSE, &work};
+                solve_pose(&problem, seed, &own);
+            }
+        }
+    }
+    free(memory);
+    free(work.free);
+    return NULL;
+}
+
+void solve_batch(PoseBatch *batch, int threads)
+{
+    pthread_t others[MOST_THREADS];
+    int started = 0;
+    while (started < threads - 1 &&
+           pthread_create(&others[started], NULL, solve_pieces, batch) == 0) {
+        started++;
+    }
+    solve_pieces(batch);
+    for (int k = 0; k < started; k++) {
+        pthread_join(others[k], NULL);
+    }
+}

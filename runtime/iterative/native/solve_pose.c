@@ -1,0 +1,104 @@
+#include "iterative/native/solve_pose.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "iterative/native/attempt.h"
+#include "iterative/native/starts.h"
+#include "numerics/_tolerances.h"
+
+#define RESERVED_PART 4 /* 1 / RESERVED_PART of the budget is reserved for refinement, */
+#define MOST_RESERVED \
+    400 /* but at most so many evaluations; so many at most for each end as well */
+
+/* The state of a search: the best result so far, and the ends of attempts by their errors. */
+typedef struct {
+    Evaluation best;
+    double *best_q; /* (n_all,) */
+    Ending ending;
+    int budget, tried, n_ends;
+    double errors[FINALISTS];
+} Search;
+
+/* Tests whether T is finite and its rotation orthonormal and right-handed. */
+static int is_pose(const double *T)
+{
+    double deviation = (T[3] + T[7] + T[11]) * 0; /* NaN where the origin is not finite */
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j <= i; j++) {
+            deviation += fabs(dot3(T + 4 * i, T + 4 * j) - (i == j));
+        }
+    }
+    double normal[3];
+    cross(T, T + 4, normal);
+    return deviation <= POSE_ORTHONORMALITY && dot3(normal, T + 8) > 0;
+}
+
+static void take_best(const Problem *problem, Search *search, const Evaluation *now)
+{
+    search->best = *now;
+    memcpy(search->best_q, problem->work->q, problem->arm->n_all * sizeof(double));
+}
+
+/* Attempts from one start after another until one converges. */
+static void try_starts(const Problem *problem, const double *seed, Search *search)
+{
+    Evaluation now = search->best;
+    for (; search->ending != CONVERGED && search->ending != NO_POSE && search->budget > 0;
+         search->tried++) {
+        if (!next_start(problem, seed, search->tried)) {
+            break;
+        }
+        search->ending = attempt(problem, LM_HASTY_GAIN, &search->budget, &now);
+        search->n_ends = keep_end(problem, now.half_square, search->errors, search->n_ends);
+        if (search->ending == CONVERGED || now.half_square < search->best.half_square) {
+            take_best(problem, search, &now);
+        }
+    }
+}
+
+/* Refines the best ends to the least error nearby. */
+static void refine_ends(const Problem *problem, Search *search)
+{
+    Evaluation now = search->best;
+    Ending last = search->ending;
+    for (int k = 0; k < search->n_ends && last != CONVERGED && search->budget > 0; k++) {
+        const double *end = problem->work->best + k * problem->arm->n_all;
+        int all = k == 0 || search->budget < MOST_RESERVED;
+        int share = all ? search->budget : MOST_RESERVED, left = share;
+        last = patient_attempt(problem, end, &left, &now);
+        search->budget -= share - left;
+        if (k == 0 || last == CONVERGED || now.half_square < search->best.half_square) {
+            take_best(problem, search, &now);
+            search->ending = last;
+        }
+    }
+    if (search->ending == OUT_OF_BUDGET && search->budget > 0) {
+        now = search->best;
+        search->ending = patient_attempt(problem, search->best_q, &search->budget, &now);
+        take_best(problem, search, &now);
+    }
+}
+
+void solve_pose(const Problem *problem, const double *seed, const Results *results)
+{
+    const Arm *arm = problem->arm;
+    int given = problem->task->budget;
+    int reserved = given / RESERVED_PART < MOST_RESERVED ? given / RESERVED_PART : MOST_RESERVED;
+    Search search = {.best = {.half_square = INFINITY, .residual = NAN},
+                     .best_q = problem->work->best + FINALISTS * arm->n_all,
+                     .ending = is_pose(problem->target) ? STALLED : NO_POSE,
+                     .budget = given - reserved};
+    for (int k = 0; k < arm->n_all; k++) {
+        search.best_q[k] = NAN;
+    }
+    try_starts(problem, seed, &search);
+    search.budget += reserved;
+    refine_ends(problem, &search);
+    memcpy(results->q, search.best_q, arm->n * sizeof(double));
+    *results->residual = search.best.residual;
+    *results->success = search.best.residual <= problem->task->tolerance;
+    *results->ending = search.ending;
+    *results->iterations = given - search.budget;
+    *results->restarts = search.tried > 1 ? search.tried - 1 : 0;
+}

@@ -1,0 +1,73 @@
+#include "iterative/native/starts.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Writes the weighted squared distances of the table's poses from the target. The distance between
+ * rotations is half the squared difference of their matrices, angle^2 to second order. */
+static void measure_starts(const Problem *problem, double *distances)
+{
+    const Arm *arm = problem->arm;
+    int count = arm->n_starts;
+    double linear = 0, angular = 0;
+    for (int i = 0; i < 3; i++) {
+        linear = larger(linear, problem->task->weights[i]);
+        angular = larger(angular, problem->task->weights[i + 3]);
+    }
+    memset(distances, 0, count * sizeof(double));
+    for (int i = 0; i < 12; i++) {
+        const double *entry = arm->start_poses + (size_t)i * count, wanted = problem->target[i];
+        double weight = i % 4 == 3 ? linear * linear : angular * angular / 2;
+        for (int s = 0; s < count; s++) {
+            double difference = entry[s] - wanted;
+            distances[s] += weight * difference * difference;
+        }
+    }
+}
+
+static int nearest_start(const double *distances, int count)
+{
+    int nearest = 0;
+    for (int s = 1; s < count; s++) {
+        nearest = distances[s] < distances[nearest] ? s : nearest;
+    }
+    return nearest;
+}
+
+int next_start(const Problem *problem, const double *seed, int tried)
+{
+    const Arm *arm = problem->arm;
+    const Workspace *work = problem->work;
+    size_t row = arm->n_all * sizeof(double);
+    if (seed && tried == 0) {
+        memcpy(work->q, seed, row);
+        return 1;
+    }
+    if (tried == (seed != NULL)) {
+        measure_starts(problem, work->distances);
+    }
+    int next = nearest_start(work->distances, arm->n_starts);
+    if (arm->n_starts == 0 || !(work->distances[next] < INFINITY)) {
+        return 0;
+    }
+    work->distances[next] = INFINITY;
+    memcpy(work->q, arm->starts + (size_t)next * arm->n_all, row);
+    return 1;
+}
+
+int keep_end(const Problem *problem, double half_square, double *errors, int count)
+{
+    const Workspace *work = problem->work;
+    int n_all = problem->arm->n_all, rank = count < FINALISTS ? count : FINALISTS - 1;
+    size_t row = n_all * sizeof(double);
+    if (!(half_square < INFINITY) || (count == FINALISTS && !(half_square < errors[rank]))) {
+        return count;
+    }
+    for (; rank > 0 && half_square < errors[rank - 1]; rank--) {
+        errors[rank] = errors[rank - 1];
+        memcpy(work->best + rank * n_all, work->best + (rank - 1) * n_all, row);
+    }
+    errors[rank] = half_square;
+    memcpy(work->best + rank * n_all, work->q, row);
+    return count < FINALISTS ? count + 1 : count;
+}

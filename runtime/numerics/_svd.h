@@ -1,0 +1,21 @@
+/* The singular value decomposition of a Jacobian with six rows. */
+#ifndef CHASLES_SVD_H
+#define CHASLES_SVD_H
+
+#include "numerics/_vectors.h"
+
+/* J = sum over i of sigma[i] u[i] v[i]^T, the largest singular value first. */
+typedef struct {
+    int n;     /* columns of J */
+    int count; /* singular values, min(6, n) */
+    double sigma[TWIST];
+    double u[TWIST][TWIST];
+    double *v;    /* (6, n) */
+    double *work; /* (6, max(6, n)) */
+} Svd;
+
+/* Decomposes J (6, n). Columns k with removed[k] != 0 are read as zero, and the vectors v have no
+ * component there. The memory of v and work belongs to the caller. */
+void svd_decompose(Svd *svd, const double *J, const char *removed);
+
+#endif

@@ -1,0 +1,96 @@
+#include <fenv.h>
+#include <math.h>
+
+#include "numerics/_tolerances.h"
+#include "velocity/native/rate_loops.h"
+#include "velocity/native/strided.h"
+
+#define ULPS 8 /* last places by which a rate is lowered at most, to keep its limit */
+
+enum { Q, LOWER, UPPER, RATE, ACCELERATION, PREVIOUS, DT, LEAST, GREATEST, N_OPERANDS };
+enum { N_JOINT_INPUTS = DT, LEAST_STEP = 6, GREATEST_STEP = 7 };
+
+/* Returns the greatest rate towards a limit at the distance `left`, from which the joint can stop
+ * before it, braking by the acceleration limit a in each tick after this one: k ticks at v, v - a
+ * dt, v - 2 a dt ... cover k v dt - k (k - 1) / 2 a dt^2. */
+static double approach_rate(double left, double acceleration, double dt)
+{
+    if (!(left > 0)) {
+        return 0;
+    }
+    if (isnan(dt) || isinf(left)) {
+        return INFINITY;
+    }
+    double unit = acceleration * dt * dt;
+    if (!(left > unit)) {
+        return left / dt;
+    }
+    double ticks = fmax(ceil((sqrt(1 + 8 * left / unit) - 1) / 2), 1);
+    return left / (ticks * dt) + acceleration * dt * (ticks - 1) / 2;
+}
+
+/* Lowers the rate by last places until q + sign * rate * dt, as it is rounded, does not pass the
+ * limit. */
+static double round_before_limit(double q, double rate, double dt, double limit, double sign)
+{
+    for (int i = 0; i < ULPS && rate > 0 && isfinite(rate); i++) {
+        volatile double distance = rate * dt, next = q + sign * distance;
+        if (sign * (limit - next) >= 0) {
+            return rate;
+        }
+        rate = nextafter(rate, 0);
+    }
+    return isfinite(rate) ? fmax(rate, 0) : rate;
+}
+
+/* Writes the least and the greatest rate of one joint. Where limits contradict one another,
+ * acceleration goes before rate, and rate before the joint's limit. */
+static void bound_rate(const double *x, double dt, double *least, double *greatest)
+{
+    double q = x[Q], acceleration = x[ACCELERATION], previous = x[PREVIOUS];
+    double change = acceleration * dt;
+    double down = -approach_rate(q - x[LOWER], acceleration, dt);
+    double up = approach_rate(x[UPPER] - q, acceleration, dt);
+    if (!isnan(dt)) {
+        down = -round_before_limit(q, -down, dt, x[LOWER], -1);
+        up = round_before_limit(q, up, dt, x[UPPER], 1);
+    }
+    *least = -x[RATE];
+    *greatest = x[RATE];
+    if (isfinite(change)) {
+        *least = clamp(*least, previous - change, previous + change);
+        *greatest = clamp(*greatest, previous - change, previous + change);
+    }
+    /* The distance that is left is rounded, and so is the braking that it asks for. */
+    double rounding = isnan(dt) ? 0 : BRAKING_ROUNDING * (fabs(q) / dt + fabs(previous));
+    if (down > *greatest && down <= *greatest + rounding) {
+        *greatest = down;
+    }
+    if (up < *least && up >= *least - rounding) {
+        *least = up;
+    }
+    double from = *least, to = *greatest;
+    int defined = !isnan(q) && !isnan(previous);
+    *least = defined ? clamp(down, from, to) : NAN;
+    *greatest = defined ? clamp(up, from, to) : NAN;
+}
+
+void bounds_loop(char **arguments, const npy_intp *dimensions, const npy_intp *steps,
+                 void *Py_UNUSED(data))
+{
+    const npy_intp *core = steps + N_OPERANDS;
+    char *args[N_OPERANDS];
+    memcpy(args, arguments, sizeof args);
+    for (npy_intp row = 0; row < dimensions[0]; row++, advance(args, steps, N_OPERANDS)) {
+        for (npy_intp k = 0; k < dimensions[1]; k++) {
+            double x[N_JOINT_INPUTS], least, greatest;
+            for (int i = 0; i < N_JOINT_INPUTS; i++) {
+                x[i] = get(args[i] + k * core[i]);
+            }
+            bound_rate(x, get(args[DT]), &least, &greatest);
+            put(args[LEAST] + k * core[LEAST_STEP], least);
+            put(args[GREATEST] + k * core[GREATEST_STEP], greatest);
+        }
+    }
+    feclearexcept(FE_ALL_EXCEPT);
+}

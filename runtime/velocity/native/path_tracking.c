@@ -1,0 +1,149 @@
+#include "velocity/native/path_tracking.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "numerics/_logarithm.h"
+
+#define HALVINGS 40 /* of a step that leads to where forward kinematics is not finite */
+
+int tracking_new(Tracking *t, double border, double damping)
+{
+    size_t n = (size_t)t->n;
+    t->memory = malloc((2 * TWIST + 3) * n * sizeof(double));
+    if (!t->memory) {
+        return 0;
+    }
+    if (!damped_box_new(&t->box, t->n, border, damping)) {
+        free(t->memory);
+        return 0;
+    }
+    t->J = t->memory;
+    t->scaled = t->J + TWIST * n;
+    t->low = t->scaled + TWIST * n;
+    t->high = t->low + n;
+    t->step = t->high + n;
+    return 1;
+}
+
+void tracking_free(Tracking *t)
+{
+    damped_box_free(&t->box);
+    free(t->memory);
+}
+
+/* Computes T and J at q. Returns 0 where they are not finite: a loop that cannot be closed. */
+static int forward_kinematics(Tracking *t, const double *q)
+{
+    t->kernel->call(&q, (double *[]){t->T, t->J});
+    double sum = 0;
+    for (int i = 0; i < POSE; i++) {
+        sum += t->T[i];
+    }
+    for (int i = 0; i < TWIST * t->n; i++) {
+        sum += t->J[i];
+    }
+    return isfinite(sum);
+}
+
+/* Writes the displacement from the tool to pose k, records its size, adapts the damping to how well
+ * the last step was predicted, and decomposes the Jacobian. */
+static void measure_error(Tracking *t, ptrdiff_t k, double *missing)
+{
+    displacement_between(t->T, t->poses + POSE * k, missing);
+    t->error[2 * k] = sqrt(dot(missing, missing, 3));
+    t->error[2 * k + 1] = sqrt(dot(missing + 3, missing + 3, 3));
+    for (int i = 0; i < TWIST; i++) {
+        for (int j = 0; j < t->n; j++) {
+            t->scaled[i * t->n + j] = t->J[i * t->n + j] * (i < 3 ? 1 : t->length) / t->unit[j];
+        }
+    }
+    double distance = t->error[2 * k], rotated = t->length * t->error[2 * k + 1];
+    if (k > 0) {
+        double after = distance * distance + rotated * rotated;
+        damped_box_adapt(&t->box, t->before, t->expected, after);
+    }
+    t->sigma[k] = damped_box_decompose(&t->box, t->scaled);
+}
+
+/* Returns coordinate j after a step. Rounding carries it neither beyond its limits nor beyond its
+ * rate. */
+static double step_coordinate(const Tracking *t, int j, double from, double step)
+{
+    double most = t->rate[j] * t->dt, change = clamp(step, -most, most);
+    double to = clamp(from + change, t->lower[j], t->upper[j]);
+    /* The change is lowered by its own last places: those of a coordinate near zero are too small
+     * to have an effect. */
+    while (fabs(to - from) > most || fabs((to - from) / t->dt) > t->rate[j]) {
+        change = nextafter(change, 0);
+        to = clamp(from + change, t->lower[j], t->upper[j]);
+    }
+    return to;
+}
+
+/* Computes the step to the next pose in damped least squares within the limits; `missing` is the
+ * displacement to pose k. */
+static void compute_step(Tracking *t, ptrdiff_t k, const double *missing)
+{
+    double ahead[TWIST], asked[TWIST], all[TWIST];
+    displacement_between(t->poses + POSE * k, t->poses + POSE * (k + 1), ahead);
+    for (int i = 0; i < TWIST; i++) {
+        asked[i] = (ahead[i] + t->gain * missing[i]) * (i < 3 ? 1 : t->length);
+        all[i] = (ahead[i] + missing[i]) * (i < 3 ? 1 : t->length);
+    }
+    const double *q = t->q + k * t->n;
+    for (int j = 0; j < t->n; j++) {
+        double most = t->rate[j] * t->dt;
+        t->low[j] = fmax(-most, t->lower[j] - q[j]) * t->unit[j];
+        t->high[j] = fmin(most, t->upper[j] - q[j]) * t->unit[j];
+    }
+    damped_box_solve(&t->box, asked);
+    damped_box_bound(&t->box, t->low, t->high);
+    t->before = dot(all, all, TWIST);
+    t->expected = damped_box_residual(&t->box, all);
+    for (int j = 0; j < t->n; j++) {
+        int at = t->box.at[j];
+        double to_limit = at < 0 ? q[j] - t->lower[j] : t->upper[j] - q[j];
+        t->touched[k * t->n + j] = at == 0                          ? 0
+                                   : to_limit <= t->rate[j] * t->dt ? LIMIT_TOUCHED
+                                                                    : RATE_TOUCHED;
+        t->step[j] = t->box.x[j] / t->unit[j];
+    }
+}
+
+/* Takes the step from row k of q, or the part of it that leads to where forward kinematics is
+ * finite. */
+static void take_step(Tracking *t, ptrdiff_t k)
+{
+    int n = t->n;
+    const double *q = t->q + k * n;
+    double *next = t->q + (k + 1) * n, part = 1;
+    for (int halvings = 0;; halvings++) {
+        for (int j = 0; j < n; j++) {
+            next[j] = step_coordinate(t, j, q[j], part * t->step[j]);
+        }
+        if (forward_kinematics(t, next) || part == 0) {
+            break;
+        }
+        part = halvings < HALVINGS ? part / 2 : 0;
+    }
+    for (int j = 0; j < n; j++) {
+        t->qd[k * n + j] = (next[j] - q[j]) / t->dt;
+        t->touched[k * n + j] |= part < 1 ? SHORTENED : 0;
+    }
+}
+
+int track_path(Tracking *t)
+{
+    double missing[TWIST];
+    if (!forward_kinematics(t, t->q)) {
+        return 0;
+    }
+    measure_error(t, 0, missing);
+    for (ptrdiff_t k = 0; k + 1 < t->m; k++) {
+        compute_step(t, k, missing);
+        take_step(t, k);
+        measure_error(t, k + 1, missing);
+    }
+    return 1;
+}

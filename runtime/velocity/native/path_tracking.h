@@ -1,0 +1,42 @@
+/* Tracking of a path of poses by joint rates: one damped step, within all limits, for each pose. */
+#ifndef CHASLES_PATH_TRACKING_H
+#define CHASLES_PATH_TRACKING_H
+
+#include <stddef.h>
+
+#include "contract/_kernel.h"
+#include "velocity/native/damped_box.h"
+
+/* What limits a coordinate in a step: bits of Tracking.touched. */
+enum { RATE_TOUCHED = 1, LIMIT_TOUCHED = 2, SHORTENED = 4 };
+
+typedef struct {
+    const chasles_kernel *kernel; /* q -> T (4, 4), mixed Jacobian (6, n) */
+    int n;
+    ptrdiff_t m;
+    const double *poses;                /* (m, 4, 4) */
+    const double *lower, *upper, *rate; /* (n,) limits [rad or m], and of the rates */
+    const double *unit;                 /* (n,) metres that the tool moves for a unit of q */
+    double length, dt;                  /* m, s */
+    double gain;                        /* part of the error that a step corrects */
+    double *q, *qd, *error, *sigma;     /* (m, n), (m - 1, n), (m, 2), (m,): the results */
+    unsigned char *touched;             /* (m - 1, n) */
+    DampedBox box;
+    double *memory;
+    double *J, *scaled;        /* (6, n) */
+    double *low, *high, *step; /* (n,) bounds of the scaled step; the step of q */
+    double T[POSE];
+    double before,
+        expected; /* squared error to the next pose, before a step and as predicted after */
+} Tracking;
+
+/* Allocates the memory of the steps, which tracking_free returns; 0 if there is none. */
+int tracking_new(Tracking *t, double border, double damping);
+
+void tracking_free(Tracking *t);
+
+/* Tracks the poses from the first row of q on. Returns 0 where forward kinematics is not finite
+ * there. */
+int track_path(Tracking *t);
+
+#endif

@@ -1,0 +1,42 @@
+"""Rules that the C of the runtime keeps: tolerances in one file, files of one subject."""
+
+import re
+from pathlib import Path
+
+import chasles
+
+RUNTIME = Path(chasles.__file__).parent
+SOURCES = sorted([*RUNTIME.glob("**/*.c"), *RUNTIME.glob("**/*.h")])
+TOLERANCES = RUNTIME / "numerics" / "_tolerances.h"
+COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
+SMALL = re.compile(r"(?<![\w.])(?:\d+\.?\d*[eE]-\d+|0\.0*[1-9]\d*|DBL_EPSILON)(?!\w)")
+"""A number with a negative exponent, a decimal fraction below 1, or a multiple of rounding."""
+HALF = "0.5"
+LONGEST = 500
+
+
+def code(path):
+    return COMMENT.sub("", path.read_text())
+
+
+def test_tolerances_stand_in_one_file():
+    others = [path for path in SOURCES if path != TOLERANCES]
+    found = {path.name: set(SMALL.findall(code(path))) - {HALF} for path in others}
+    assert len(found) > 30
+    assert not {name: numbers for name, numbers in found.items() if numbers}
+
+
+def test_every_tolerance_is_explained_and_used():
+    text = TOLERANCES.read_text()
+    names = re.findall(r"^#define (\w+) \S", text, re.MULTILINE)
+    assert len(names) > 30
+    for paragraph in re.split(r"\n\n", text):
+        if re.search(r"^#define \w+ \S", paragraph, re.MULTILINE):
+            assert paragraph.startswith("/*"), paragraph
+    used = "".join(code(path) for path in SOURCES if path != TOLERANCES)
+    assert [name for name in names if not re.search(rf"\b{name}\b", used)] == []
+
+
+def test_files_are_short_and_names_unique():
+    assert {path.name for path in SOURCES if len(path.read_text().splitlines()) > LONGEST} == set()
+    assert len({path.name for path in SOURCES}) == len(SOURCES)
