@@ -11,8 +11,9 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 from . import find_folder, robots
+from .contract.facts import Argument, Manifest
 from .contract.library import build
-from .contract.manifest import Argument, Manifest, read_manifest
+from .contract.manifest import read_manifest
 from .errors import ChaslesError
 
 _AT_ONCE = 2

@@ -17,14 +17,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .errors import ShapeError
+from .tolerances import SERIES
 
 FloatArray = NDArray[np.float64]
 
 __all__ = ["exp", "exp_rotation", "interpolate", "inverse", "log", "log_rotation", "straight"]
-
-_SERIES = 0.25
-"""Below this angle quotients with a vanishing denominator are summed up as series; the first term
-left out is beneath rounding there."""
 
 
 def exp(twist: ArrayLike) -> FloatArray:
@@ -242,7 +239,7 @@ def _axis(R: FloatArray, w: FloatArray, cosine: FloatArray) -> FloatArray:
 
 def _exponential(x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The quotients sin x / x, (1 - cos x) / x^2 and (x - sin x) / x^3."""
-    small = np.abs(x) < _SERIES
+    small = np.abs(x) < SERIES
     x2 = np.where(small, x * x, 0.0)
     safe = np.where(small, 1.0, x)
     half = np.sin(safe / 2) / safe
@@ -257,7 +254,7 @@ def _exponential(x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 def _inverse_cubic(x: FloatArray) -> FloatArray:
     """(1 - x / 2 cot(x / 2)) / x^2, for x in [0, pi]."""
-    small = x < _SERIES
+    small = x < SERIES
     x2 = np.where(small, x * x, 0.0)
     safe = np.where(small, 1.0, x)
     closed = (1 - safe / 2 / np.tan(safe / 2)) / (safe * safe)

@@ -1,4 +1,4 @@
-"""The Python face of a generated robot: a package that loads itself, and stubs for editors."""
+"""The Python package of a generated robot: a package that loads itself, and stubs for editors."""
 
 import textwrap
 from collections.abc import Sequence
@@ -25,23 +25,17 @@ from chasles import {imported}
 
 robot: Robot
 '''
-BRANCHES = ["q", "residual", "margin"]
 
 
 def files(robot: Described, functions: Sequence[Signature]) -> dict[str, str]:
     """``__init__.py``, which loads the compiled functions at first use, and its typed stub."""
     title = robot.title.replace("\\", "\\\\").replace('"', "'")
     stubs = "\n\n".join(_stub(function) for function in functions)
-    imported = "Robot, Solutions" if any(map(_is_inverse, functions)) else "Robot"
+    imported = "Robot, Solutions" if any(f.role.name == "inverse" for f in functions) else "Robot"
     return {
         "__init__.py": INIT.format(title=title),
         "__init__.pyi": f"{STUB.format(title=title, imported=imported)}\n{stubs}\n",
     }
-
-
-def _is_inverse(function: Signature) -> bool:
-    """Whether its outputs are the branches of an inverse, which the runtime returns as one."""
-    return [output.name for output in function.outputs] == BRANCHES
 
 
 def _stub(function: Signature) -> str:
@@ -50,7 +44,7 @@ def _stub(function: Signature) -> str:
     array = "NDArray[np.float64]"
     count = len(function.outputs)
     result = array if count == 1 else f"tuple[{', '.join([array] * count)}]"
-    if _is_inverse(function):
+    if function.role.name == "inverse":
         result = "Solutions"
     out = array if count == 1 else f"tuple[{', '.join([f'{array} | None'] * count)}]"
     return (
@@ -69,6 +63,6 @@ def _docstring(function: Signature) -> str:
     return "\n".join(lines)
 
 
-def _line(what: Argument | Result) -> str:
-    shape = ", ".join(["...", *map(str, what.shape)])
-    return f"{what.name} ({shape}): {what.meaning} ({what.unit})."
+def _line(value: Argument | Result) -> str:
+    shape = ", ".join(["...", *map(str, value.shape)])
+    return f"{value.name} ({shape}): {value.meaning} ({value.unit})."

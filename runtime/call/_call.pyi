@@ -7,7 +7,7 @@ from typing import Any, Generic, Literal, Protocol, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..closed_form.refinement import Rescue
+from ..closed_form.refinement import Refinement
 from ..closed_form.solutions import Solutions
 
 R_co = TypeVar("R_co", covariant=True)
@@ -70,7 +70,7 @@ class Library:
         reduced: tuple[Callable[..., Any], tuple[Any, ...]],
         guard: Callable[[tuple[NDArray[np.float64], ...]], None] | None,
         solutions: type[Solutions] | None,
-        rescue: Rescue | None,
+        rescue: Refinement | None,
     ) -> Function[Any]: ...
 
 def open(path: str | PathLike[str], expected_hash: str) -> Library: ...  # noqa: A001

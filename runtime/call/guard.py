@@ -18,9 +18,6 @@ from ..errors import OutOfReachError, SingularityError
 if TYPE_CHECKING:
     from ._call import Function
 
-_DEAD = 1e-12
-"""Up to this margin a loop counts as at its dead point: sin^2 of a millionth of a radian."""
-
 
 class Named(Protocol):
     """What has a name and a unit."""
@@ -44,12 +41,14 @@ class Guard:
             function's first input: positive where it closes, 0 at a dead point.
         steps: The loop of each step.
         coordinates: The elements of the function's first input.
+        dead_point: Margin up to which a loop counts as at its dead point.
     """
 
     label: str
     margin: Function[Any]
     steps: tuple[str, ...]
     coordinates: Sequence[Named]
+    dead_point: float
 
     def __call__(self, inputs: tuple[NDArray[np.float64], ...]) -> None:
         """Looks for the loop that is to blame.
@@ -64,7 +63,7 @@ class Guard:
         if not all(np.isfinite(value).all() for value in inputs):
             return
         margin = np.asarray(self.margin(inputs[0]))
-        place = describe(self.coordinates, inputs[0])
+        position = describe(self.coordinates, inputs[0])
         # Steps after one that does not close may have no margin.
         worst = int(np.argmin(np.where(np.isnan(margin), np.inf, margin)))
         loop, value = self.steps[worst], margin[worst]
@@ -75,16 +74,16 @@ class Guard:
                 if k != worst
             ]
             raise OutOfReachError(
-                f"{self.label}: {loop} does not close at {place}: margin {value:.4g} "
+                f"{self.label}: {loop} does not close at {position}: margin {value:.4g} "
                 f"(0 is a dead point){''.join(others)}"
             )
         if np.isnan(margin).any():
             loop = self.steps[int(np.argmax(np.isnan(margin)))]
-            raise OutOfReachError(f"{self.label}: {loop} does not close at {place}")
-        if value <= _DEAD:
+            raise OutOfReachError(f"{self.label}: {loop} does not close at {position}")
+        if value <= self.dead_point:
             raise SingularityError(
-                f"{self.label}: at a dead point of {loop}, at {place}: margin {value:.4g}; rates "
-                "are not defined"
+                f"{self.label}: at a dead point of {loop}, at {position}: margin {value:.4g}; "
+                "rates are not defined"
             )
 
 

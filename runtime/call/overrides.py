@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError, ShapeError
+from ..errors import InputTypeError, ShapeError
 from ._call import Function
 
 
@@ -32,7 +32,7 @@ def run(function: Function[Any], inputs: tuple[Any, ...], outs: tuple[Any, ...] 
         make of the ufunc. Branches of an inverse are Solutions of such arrays.
 
     Raises:
-        InputError: If a dask array is given as out, or an input does not hold real numbers.
+        InputTypeError: If a dask array is given as out, or an input does not hold real numbers.
         ShapeError: If an input has the wrong shape.
     """
     # Where dask was never imported, no argument can be an array of it.
@@ -42,7 +42,7 @@ def run(function: Function[Any], inputs: tuple[Any, ...], outs: tuple[Any, ...] 
         result = function.ufunc(*inputs, **({"out": outs} if outs else {}))
         return function.solutions.judged(*result) if function.solutions else result
     if outs:
-        raise InputError(f"{function.__qualname__}: a dask array is lazy, so it takes no out")
+        raise InputTypeError(f"{function.__qualname__}: a dask array is lazy, so it takes no out")
     result = _apply(dask, function, [_read(dask, function, i, x) for i, x in enumerate(inputs)])
     return function.solutions.judged(*result) if function.solutions else result
 
@@ -58,11 +58,13 @@ def _read(dask: Any, function: Function[Any], index: int, value: Any) -> Any:
     try:
         array = value if isinstance(value, dask.Array) else np.asarray(value)
     except (TypeError, ValueError) as error:
-        raise InputError(
+        raise InputTypeError(
             f"{label}: {item.name} cannot be read as an array of numbers: {error}"
         ) from error
     if array.dtype.kind not in "iuf":
-        raise InputError(f"{label}: {item.name} must hold real numbers, got dtype {array.dtype}")
+        raise InputTypeError(
+            f"{label}: {item.name} must hold real numbers, got dtype {array.dtype}"
+        )
     if _batch(array, item.shape) + item.shape != array.shape:
         core = ", ".join(map(str, item.shape))
         raise ShapeError(

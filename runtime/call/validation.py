@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError
+from ..errors import InputTypeError
 
 
 def real_array(caller: str, name: str, given: Any) -> NDArray[np.float64]:
@@ -19,14 +19,16 @@ def real_array(caller: str, name: str, given: Any) -> NDArray[np.float64]:
         given: What was given for it.
 
     Raises:
-        InputError: If it is not made of real numbers.
+        InputTypeError: If it is not made of real numbers.
     """
     if isinstance(given, np.ndarray) and given.dtype == np.float64:
         return given
     try:
         array = np.asarray(given)
     except ValueError as error:
-        raise InputError(f"{caller}: {name} must be an array of real numbers: {error}") from None
+        raise InputTypeError(
+            f"{caller}: {name} must be an array of real numbers: {error}"
+        ) from None
     if array.dtype.kind not in "iuf":
-        raise InputError(f"{caller}: {name} must be real numbers, got dtype {array.dtype}")
+        raise InputTypeError(f"{caller}: {name} must be real numbers, got dtype {array.dtype}")
     return array.astype(np.float64, copy=False)

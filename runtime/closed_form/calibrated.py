@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..call._call import Function
-from ..contract.manifest import Manifest
-from ..errors import InputError
+from ..contract.facts import Manifest
+from ..errors import InputTypeError
+from ..tolerances import AROUND, NUDGE, SOLVED
 from .polish import polish
 from .solutions import Solutions, solutions_of
 
@@ -24,12 +25,8 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 
-_NEAR = 0.05
-"""Residual (metre, radian) of a nominal arm up to which the true one might reach the pose."""
-_NUDGE = 0.1
-"""Radians off a singularity: a stretched elbow bends by this where some millimetres are missing."""
-_AROUND, _SPREAD = 40, 0.03
-"""How many poses nearby are tried last, and how far off (metres, radians)."""
+_POSES_AROUND = 40
+"""Poses nearby that are tried last."""
 
 
 class PolishedSolutions(Solutions):
@@ -73,21 +70,24 @@ class PolishedInverse:
         fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]],
         solutions: type[Any],
         reduced: tuple[Any, ...],
+        fixed: tuple[int, ...],
+        near: float,
     ) -> None:
-        """Names what it rests on.
+        """Stores the functions it rests on.
 
         Args:
             nominal: The generated inverse of the nominal arm.
-            fk_jacobian_mixed: Of the true arm.
+            fk_jacobian_mixed: That function of the true arm.
             solutions: The class of the result.
-            reduced: How to pickle it.
+            reduced: The value of `__reduce__`.
+            fixed: Indices of the coordinates that are given beside the pose and keep their values.
+            near: Residual [m, rad] of the nominal arm up to which the true one might reach the
+                pose.
         """
         self.nominal, self.fk_jacobian_mixed = nominal, fk_jacobian_mixed
         self.solutions, self._reduced = solutions, reduced
         self.inputs, self.outputs = nominal.inputs, nominal.outputs
-        # Coordinates that are given beside the pose keep their values.
-        names = [f"q{i + 1}" for i in range(len(solutions.coordinates))]
-        self._fixed = [names.index(item.name) for item in self.inputs if item.name in names]
+        self._fixed, self._near = fixed, near
         self.operations, self.__signature__ = nominal.operations, nominal.__signature__
         self.__name__, self.__qualname__ = nominal.__name__, nominal.__qualname__
         self.__doc__ = f"""{nominal.__doc__}
@@ -106,7 +106,7 @@ branches that it did not bring there.
         """Computes it, see its own help."""
         began = self.nominal(*inputs, out=out, threads=threads, **named_inputs)
         if not isinstance(began.q, np.ndarray):
-            raise InputError(
+            raise InputTypeError(
                 f"{self.__qualname__}: iterates on NumPy arrays, got {type(began.q).__name__}; "
                 "map it over the blocks"
             )
@@ -134,11 +134,11 @@ branches that it did not bring there.
         Where the iteration fails, it begins again elsewhere.
         """
         q, residual = polish(self, T, began.q, self._fixed)
-        near = began.residual < _NEAR
-        for start, rescue in self._starts(T, given, began):
-            failed = ~(residual <= Solutions.TOLERANCE)
+        near = began.residual < self._near
+        for start, is_last in self._starts(T, given, began):
+            failed = ~(residual <= SOLVED)
             missed = failed.all(-1, keepdims=True) & near.any(-1, keepdims=True)
-            failed &= missed if rescue else missed | near
+            failed &= missed if is_last else missed | near
             # Those for poses of which all failed come last.
             if not failed.any():
                 break
@@ -164,8 +164,8 @@ branches that it did not bring there.
         nominal inverse is asked for the pose that, as far as is seen, gives the one that is wanted;
         and, where nothing else is left, for poses around it.
         """
-        nudge = np.where(self.solutions.wraps, _NUDGE, 0.0)
-        nudge[self._fixed] = 0.0
+        nudge = np.where(self.solutions.wraps, NUDGE, 0.0)
+        nudge[list(self._fixed)] = 0.0
 
         def beside(side: int, failed: BoolArray, slot: IntArray) -> FloatArray:
             parity = np.array([1 - 2 * (int(k).bit_count() % 2) for k in range(failed.shape[-1])])
@@ -181,7 +181,7 @@ branches that it did not bring there.
             return q
 
         def around(seed: int, failed: BoolArray, slot: IntArray) -> FloatArray:
-            shift = np.random.default_rng(seed).normal(size=(2, 3)) * _SPREAD
+            shift = np.random.default_rng(seed).normal(size=(2, 3)) * AROUND
             turn = np.cross(np.eye(3), shift[1])
             target = T[failed]
             target[:, :3, :3] = target[:, :3, :3] @ (np.eye(3) + turn + turn @ turn / 2)
@@ -193,7 +193,7 @@ branches that it did not bring there.
         yield partial(beside, -1), False
         for rounds in range(1, 5):
             yield partial(corrected, rounds), False
-        for seed in range(_AROUND):
+        for seed in range(_POSES_AROUND):
             yield partial(around, seed), True
 
     def __repr__(self) -> str:
@@ -220,8 +220,17 @@ def functions(
     Returns:
         `ik`, which takes a pose; a task of fewer freedoms is left as it is.
     """
-    if "ik" not in generated:
+    info = manifest.with_role("inverse", "pose")
+    jacobian = manifest.with_role("pose and jacobian", "actuators")
+    if info is None or jacobian is None:
         return {}
-    kind = solutions_of(manifest.coordinates, manifest.wraps, PolishedSolutions)
-    jacobian = generated["fk_jacobian_mixed"]
-    return {"ik": PolishedInverse(generated["ik"], jacobian, kind, reduced("ik"))}
+    kind = solutions_of(manifest.coordinates, manifest.wraps, info.labels, PolishedSolutions)
+    inverse = PolishedInverse(
+        generated[info.name],
+        generated[jacobian.name],
+        kind,
+        reduced(info.name),
+        info.given,
+        manifest.tolerances.nominal,
+    )
+    return {info.name: inverse}

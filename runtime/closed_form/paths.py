@@ -11,19 +11,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..call._call import Function
 from ..call.capabilities import needs
-from ..contract.manifest import Argument, Coordinate
-from ..errors import InputError, ShapeError
+from ..contract.facts import Argument, Coordinate
+from ..errors import InputValueError, ShapeError
+from ..tolerances import JUMP, SOLVED
+from .hints import no_inverse
 from .polish import polish
 from .solutions import Solutions, within
 
 FloatArray = NDArray[np.float64]
 
 Reason = Literal["", "no solution", "jump", "limit"]
-
-_JUMP = 0.5
-"""Radians or metres between one pose and the next. Branches are a radian apart and more, except
-near the singularities where they meet; a path on which a joint needs more than this is too coarse
-to tell a fast joint from a change of branch."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +73,10 @@ class _Step:
     joint: int = 0
 
 
+def _has_inverse(robot: InverseMethods) -> bool:
+    return ("inverse", "pose", "") in robot._roles
+
+
 class InverseMethods:
     """The part of a robot that an inverse brings along."""
 
@@ -86,12 +87,11 @@ class InverseMethods:
     upper: FloatArray
     functions: Mapping[str, Function[Any]]
     redundancy: tuple[Argument, ...]
+    _roles: Mapping[tuple[str, str, str], Function[Any]]
     fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]]
 
-    @needs("ik")
-    def ik_path(
-        self, T: ArrayLike, seed: ArrayLike, *given: ArrayLike, jump: float = _JUMP
-    ) -> Path:
+    @needs(when=_has_inverse, hint=no_inverse)
+    def ik_path(self, T: ArrayLike, seed: ArrayLike, *given: ArrayLike, jump: float = JUMP) -> Path:
         """Follows one branch along a path of poses, from the solution nearest to a seed.
 
         At each pose it goes to the solution that moves the joints least from the pose before, turn
@@ -112,7 +112,7 @@ class InverseMethods:
 
         Raises:
             ShapeError: If T is not a list of poses, or the seed not n values.
-            InputError: If jump is not positive.
+            InputValueError: If jump is not positive.
         """
         poses, start = np.asarray(T, np.float64), np.asarray(seed, np.float64)
         if poses.ndim != 3 or start.shape != (self.n,):  # noqa: PLR2004
@@ -121,8 +121,8 @@ class InverseMethods:
                 f"{poses.shape} and {start.shape}"
             )
         if not jump > 0:
-            raise InputError(f"{self.name}.ik_path: jump must be positive, got {jump!r}")
-        solutions = self.functions["ik"](poses, *given)
+            raise InputValueError(f"{self.name}.ik_path: jump must be positive, got {jump!r}")
+        solutions = self._roles["inverse", "pose", ""](poses, *given)
         if solutions.q.shape[:-2] != poses.shape[:1]:
             raise ShapeError(f"{self.name}.ik_path: what else is given must be () or (m,)")
         steps: list[_Step] = []
@@ -168,10 +168,10 @@ class InverseMethods:
 
     def _nearby(self, pose: FloatArray, here: FloatArray) -> FloatArray | None:
         """A solution that the last one leads to, where the pose alone determines them."""
-        if "fk_jacobian_mixed" not in self.functions or self.redundancy:
+        if ("pose and jacobian", "actuators", "") not in self._roles or self.redundancy:
             return None
         q, residual = polish(self, pose, here)
-        return q if residual <= Solutions.TOLERANCE else None
+        return q if residual <= SOLVED else None
 
     def _report(self, steps: list[_Step], end: _Step | None) -> Path:
         q = np.array([step.q for step in steps]).reshape(-1, self.n)

@@ -25,6 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..call._call import Function
 from ..errors import ShapeError
+from ..tolerances import LEAST_DAMPING, MOST_DAMPING, POLISH_STEP, POLISHED, SETTLED
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -32,18 +33,8 @@ BoolArray = NDArray[np.bool_]
 _STEPS = 40
 """From an arm 5 mm off it takes three or four, doubling the digits each time; where branches meet,
 a step gains a factor of four, or less."""
-_POLISHED = 1e-14
-"""Residual (metre, radian) at which there is nothing left to gain."""
-_SETTLED = 1e-12
-"""Residual at which a step that gains nothing is the last."""
 _LESS, _MORE = 0.1, 100.0
 """lambda^2 by the squared error, at first 1: changes where a step was better, and where not."""
-_MOST_DAMPING = 1e6
-"""Then even the smallest steps lead nowhere: the least that can be reached."""
-_LEAST_DAMPING = 1e-14
-"""lambda^2 at the least: J J^T is known to 1e-16, and may be singular."""
-_LONGEST_STEP = 0.3
-"""Metres or radians that a coordinate may go in a step: further away is another branch."""
 _MANY = 64
 """Rows from which on array operations on all of them take less time than LAPACK on each."""
 _BLOCK = 4096
@@ -125,36 +116,36 @@ def _iterate(
 ) -> FloatArray:
     """Moves q (N, n) in place; the residuals (N,)."""
 
-    def look(here: FloatArray, T: FloatArray) -> _Look:
+    def evaluated(here: FloatArray, T: FloatArray) -> _State:
         pose, J = fk_jacobian(here)
-        J[..., fixed] = 0.0
+        J[..., list(fixed)] = 0.0
         with np.errstate(invalid="ignore", over="ignore"):
             error, residual = _twist(pose, T)
-            return _Look(here, J, error, (error * error).sum(-1), residual)
+            return _State(here, J, error, (error * error).sum(-1), residual)
 
-    now = look(q.copy(), T)
+    now = evaluated(q.copy(), T)
     least = now.residual
     row, damping = np.arange(len(q)), np.ones(len(q))
-    going = (least > _POLISHED) & np.isfinite(least)
+    going = (least > POLISHED) & np.isfinite(least)
     for _ in range(_STEPS):
         if not going.all():
             row, T, damping = row[going], T[going], damping[going]
-            now = _Look(*(field[going] for field in now))
+            now = _State(*(field[going] for field in now))
         if not len(row):
             break
-        trial = look(now.q + _step(now.J, now.error, damping * now.square), T)
+        trial = evaluated(now.q + _step(now.J, now.error, damping * now.square), T)
         better = trial.square < now.square
         now = _chosen(better, trial, now)
         q[row], least[row] = now.q, now.residual
         damping *= np.where(better, _LESS, _MORE)
         # Where rounding is all that is left, no step is better.
-        settled = ~better & ((now.residual <= _SETTLED) | (damping > _MOST_DAMPING))
-        going = (now.residual > _POLISHED) & ~settled
+        settled = ~better & ((now.residual <= SETTLED) | (damping > MOST_DAMPING))
+        going = (now.residual > POLISHED) & ~settled
     q[np.isnan(least)] = np.nan
     return least
 
 
-class _Look(NamedTuple):
+class _State(NamedTuple):
     """Forward kinematics at q (N, n): Jacobian, twist to the pose, its square and its size."""
 
     q: FloatArray
@@ -164,11 +155,11 @@ class _Look(NamedTuple):
     residual: FloatArray
 
 
-def _chosen(better: BoolArray, trial: _Look, now: _Look) -> _Look:
+def _chosen(better: BoolArray, trial: _State, now: _State) -> _State:
     """The trial where it is better, row by row."""
     if better.all():
         return trial
-    return _Look(
+    return _State(
         *(
             np.where(better.reshape(-1, *[1] * (new.ndim - 1)), new, old)
             for new, old in zip(trial, now, strict=True)
@@ -203,7 +194,7 @@ def _step(J: FloatArray, error: FloatArray, damping: FloatArray) -> FloatArray:
     wide = J.shape[2] >= J.shape[1]
     A = J if wide else J.mT
     right = error if wide else np.einsum("Nik,Nk->Ni", A, error)
-    added = np.maximum(damping, _LEAST_DAMPING)
+    added = np.maximum(damping, LEAST_DAMPING)
     if len(J) < _MANY:
         squared = A @ A.mT + added[:, None, None] * np.eye(A.shape[1])
         y = np.linalg.solve(squared, right[..., None])[..., 0]
@@ -211,7 +202,7 @@ def _step(J: FloatArray, error: FloatArray, damping: FloatArray) -> FloatArray:
         rows = np.ascontiguousarray(A.transpose(1, 2, 0))
         y = _solved(_gram(rows, added), right.T).T
     step = np.einsum("Nik,Ni->Nk", A, y) if wide else y
-    step = step * _LONGEST_STEP / np.maximum(np.abs(step).max(-1, keepdims=True), _LONGEST_STEP)
+    step = step * POLISH_STEP / np.maximum(np.abs(step).max(-1, keepdims=True), POLISH_STEP)
     return np.asarray(step)
 
 

@@ -16,21 +16,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..call._call import Function
-from ..contract.manifest import FunctionInfo, Manifest
+from ..contract.facts import FunctionInfo, Manifest
 from ..screws import off_rotation
+from ..tolerances import REFINED, SOLVED
 from .polish import polish
-from .solutions import TOLERANCE
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-NEAR = 1e-5
-"""Residual (metre, radian) up to which a slot may be a solution that rounding has spoilt: the root
-of rounding is 1e-8, and a second singularity multiplies it."""
-
 
 @dataclass(frozen=True, slots=True)
-class Rescue:
+class Refinement:
     """Newton's iteration for poses that have no valid slot, but one with a small residual.
 
     Attributes:
@@ -41,7 +37,7 @@ class Rescue:
 
     fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]]
     fixed: tuple[int, ...]
-    near: float = NEAR
+    near: float = REFINED
 
     def __call__(
         self,
@@ -66,53 +62,38 @@ class Rescue:
         poses = np.broadcast_to(inputs[0], (*missed.shape, 4, 4))
         # The tool comes no nearer to what is no pose, such as one in single precision, than it is.
         rigid = np.zeros_like(missed)
-        rigid[missed] = off_rotation(poses[missed][:, :3, :3]) <= TOLERANCE
+        rigid[missed] = off_rotation(poses[missed][:, :3, :3]) <= SOLVED
         slots = np.nonzero(near & rigid[..., None])
         if not len(slots[-1]):
             return
         T = poses[slots[:-1]]
         found = polish(self, T, q[slots], self.fixed).q
         remaining = _residual(self.fk_jacobian_mixed(found)[0], T)
-        solved = remaining <= TOLERANCE
+        solved = remaining <= SOLVED
         slots = tuple(index[solved] for index in slots)
         q[slots], residual[slots], valid[slots] = found[solved], remaining[solved], True
 
 
-def rescue_of(
+def refinement_of(
     manifest: Manifest, info: FunctionInfo, functions: Mapping[str, Function[Any]]
-) -> Rescue | None:
-    """The last resort of a function.
+) -> Refinement | None:
+    """The refinement of an inverse.
 
     Args:
         manifest: The robot's manifest.
-        info: The function, one of its inverses.
+        info: One of its functions.
         functions: Its other functions.
 
     Returns:
-        None for other tasks than a pose's, for the nominal inverse of a calibrated arm, which is
-        iterated on anyway, and without a Jacobian to iterate with.
+        None unless the function is the inverse of a pose; None for the nominal inverse of a
+        calibrated arm, which is iterated on anyway, and without a Jacobian to iterate with.
     """
-    jacobian = functions.get("fk_jacobian_mixed")
-    if info.name != "ik" or manifest.inverse.tier == "snapped" or jacobian is None:
+    jacobian = manifest.with_role("pose and jacobian", "actuators")
+    if not (info.is_inverse and info.domain == "pose" and jacobian):
         return None
-    given = {item.name for item in info.inputs[1:]}
-    if manifest.loops.chain:
-        return Rescue(jacobian, _held_by(manifest, given, functions))
-    return Rescue(
-        jacobian, tuple(i for i in range(len(manifest.coordinates)) if f"q{i + 1}" in given)
-    )
-
-
-def _held_by(
-    manifest: Manifest, given: set[str], functions: Mapping[str, Function[Any]]
-) -> tuple[int, ...]:
-    """The coordinates that move joints of the main chain which are given."""
-    rows = [i for i, joint in enumerate(manifest.loops.chain) if joint.name in given]
-    if not rows:
-        return ()
-    assert manifest.loops.reference is not None
-    moves = functions["chain_D_q"](np.array(manifest.loops.reference.q))[rows]
-    return tuple(np.flatnonzero(moves.any(0)).tolist())
+    if manifest.inverse.tier == "snapped":
+        return None
+    return Refinement(functions[jacobian.name], info.given)
 
 
 def _residual(here: FloatArray, there: FloatArray) -> FloatArray:

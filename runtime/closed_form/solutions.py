@@ -17,20 +17,14 @@ from typing import Any, ClassVar, NamedTuple, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..contract.manifest import Coordinate
-from ..errors import InputError, OutOfReachError, ShapeError
+from ..contract.facts import Coordinate
+from ..errors import InputTypeError, InputValueError, OutOfReachError, ShapeError
+from ..tolerances import AT_LIMIT, SAME_SOLUTION, SOLVED
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 
-TOLERANCE = 1e-9
-"""Residual (metre, radian) up to which a slot holds a solution: far above what rounding leaves of
-one, far below what a least-squares answer is off by unless its pose is at the border of reach."""
-_SAME = 1e-6
-"""Metres or radians: at a singularity two branches meet, and each is known to 1e-8 there."""
-_AT_LIMIT = 1e-12
-"""Metres or radians by which rounding may put a joint outside a limit that it is at."""
 _TURN = 2 * math.pi
 
 
@@ -76,9 +70,10 @@ class Solutions(_Fields):
 
     __slots__ = ()
 
-    TOLERANCE: ClassVar[float] = TOLERANCE
+    TOLERANCE: ClassVar[float] = SOLVED
     coordinates: ClassVar[tuple[Coordinate, ...]] = ()
     wraps: ClassVar[tuple[bool, ...]] = ()
+    labels: ClassVar[tuple[str, ...]] = ()
     _kind: ClassVar[Any]
 
     @classmethod
@@ -99,11 +94,11 @@ class Solutions(_Fields):
             index: Its place, an integer for each leading dimension.
 
         Raises:
-            InputError: If there are more or fewer leading dimensions.
+            InputValueError: If there are more or fewer leading dimensions.
         """
         batch = self.valid.shape[:-1]
         if len(index) != len(batch):
-            raise InputError(f"Solutions.at: expected an index into {batch}, got {index}")
+            raise InputValueError(f"Solutions.at: expected an index into {batch}, got {index}")
         return self._derived(type(self), tuple(field[index] for field in self), index)
 
     def array(self) -> FloatArray:
@@ -113,10 +108,10 @@ class Solutions(_Fields):
             (count, n) coordinates [rad or m], in the order of the slots.
 
         Raises:
-            InputError: If there are several poses: they may differ in count.
+            InputValueError: If there are several poses: they may differ in count.
         """
         if self.valid.ndim != 1:
-            raise InputError(
+            raise InputValueError(
                 f"Solutions.array: is of one pose, and these are {self.valid.shape[:-1]}; "
                 "solutions.q[solutions.valid] has those of all poses, one below the other"
             )
@@ -153,7 +148,7 @@ class Solutions(_Fields):
             Solutions with k times as many slots as there are windings, the others not valid.
 
         Raises:
-            InputError: If a lower limit is above the upper one.
+            InputValueError: If a lower limit is above the upper one.
             ShapeError: If there are not n of them.
         """
         low, high = self._limits(lower, upper)
@@ -168,7 +163,12 @@ class Solutions(_Fields):
         inside = within(q, low, high)
         residual, margin, valid = (field[..., order] for field in self[1:])
         unlimited = np.isinf(low) & np.isinf(high)
-        kind = solutions_of(self.coordinates, tuple((wraps & unlimited).tolist()), self._kind)
+        kind = solutions_of(
+            self.coordinates,
+            tuple((wraps & unlimited).tolist()),
+            tuple(self.labels[k] for k in order) if self.labels else (),
+            self._kind,
+        )
         return self._derived(
             kind,
             (
@@ -195,9 +195,10 @@ class Solutions(_Fields):
         order = np.argsort(self._largest_move("sorted_from", seed), axis=-1, kind="stable")
         fields = (np.take_along_axis(field, order, -1) for field in self[1:])
         q = np.take_along_axis(self.q, order[..., None], -2)
-        return self._derived(type(self), (q, *fields), order)
+        unlabelled = solutions_of(self.coordinates, self.wraps, (), self._kind)
+        return self._derived(unlabelled, (q, *fields), order)
 
-    def distinct(self, tolerance: float = _SAME) -> Self:
+    def distinct(self, tolerance: float = SAME_SOLUTION) -> Self:
         """Only the first of slots that hold the same solution, as they do at singularities.
 
         Args:
@@ -269,7 +270,7 @@ class Solutions(_Fields):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """By what its class was made of."""
-        return _restore, (self.coordinates, self.wraps, self._kind, tuple(self))
+        return _restore, (self.coordinates, self.wraps, self.labels, self._kind, tuple(self))
 
     def _derived(
         self, kind: type[Self], fields: tuple[Any, ...], order: IntArray | tuple[int, ...] | None
@@ -306,7 +307,7 @@ class Solutions(_Fields):
         for c, a, b in zip(self.coordinates, low, high, strict=True):
             # Written so that NaN is refused.
             if not a <= b:
-                raise InputError(
+                raise InputValueError(
                     f"Solutions.within_limits: {c.name} has limits {a:g} to {b:g} {c.unit}"
                 )
         return low, high
@@ -315,9 +316,13 @@ class Solutions(_Fields):
         try:
             array = np.asarray(value)
         except (TypeError, ValueError) as error:
-            raise InputError(f"Solutions: {name} cannot be read as an array: {error}") from error
+            raise InputTypeError(
+                f"Solutions: {name} cannot be read as an array: {error}"
+            ) from error
         if array.dtype.kind not in "iuf":
-            raise InputError(f"Solutions: {name} must hold real numbers, got dtype {array.dtype}")
+            raise InputTypeError(
+                f"Solutions: {name} must hold real numbers, got dtype {array.dtype}"
+            )
         return array.astype(np.float64)
 
     def _moves(self, method: str, seed: ArrayLike) -> FloatArray:
@@ -362,43 +367,51 @@ class Solutions(_Fields):
 def solutions_of(
     coordinates: tuple[Coordinate, ...],
     wraps: tuple[bool, ...],
+    labels: tuple[str, ...] = (),
     kind: Any = Solutions,
 ) -> type[Any]:
     """The class of solutions in given coordinates, which filters need to know.
 
     Args:
         coordinates: The elements of q.
-        wraps: Of which of them a full turn changes nothing.
-        kind: What it is a kind of: Solutions, or a class derived from it.
+        wraps: Whether a full turn of each of them leaves the pose unchanged.
+        labels: The branch in each slot, () where slots have none.
+        kind: Its base: Solutions, or a class derived from it.
     """
-    return _made(coordinates, wraps, kind)
+    return _made(coordinates, wraps, labels, kind)
 
 
 @cache
-def _made(coordinates: tuple[Coordinate, ...], wraps: tuple[bool, ...], kind: Any) -> type[Any]:
-    facts = {"coordinates": coordinates, "wraps": wraps, "_kind": kind}
+def _made(
+    coordinates: tuple[Coordinate, ...],
+    wraps: tuple[bool, ...],
+    labels: tuple[str, ...],
+    kind: Any,
+) -> type[Any]:
+    facts = {"coordinates": coordinates, "wraps": wraps, "labels": labels, "_kind": kind}
     about = {"__slots__": (), "__module__": kind.__module__, "__doc__": kind.__doc__}
     return type(kind.__name__, (kind,), about | facts)
 
 
 def within(q: FloatArray, lower: FloatArray, upper: FloatArray) -> BoolArray:
     """Which coordinates are within limits, or at one but for rounding; all of the same shape."""
-    return np.asarray((q >= lower - _AT_LIMIT) & (q <= upper + _AT_LIMIT))
+    return np.asarray((q >= lower - AT_LIMIT) & (q <= upper + AT_LIMIT))
 
 
 def _restore(
     coordinates: tuple[Coordinate, ...],
     wraps: tuple[bool, ...],
+    labels: tuple[str, ...],
     kind: Any,
     fields: tuple[Any, ...],
 ) -> Solutions:
-    made: Solutions = solutions_of(coordinates, wraps, kind)(*fields)
+    made: Solutions = solutions_of(coordinates, wraps, labels, kind)(*fields)
     return made
 
 
 def _windings(low: FloatArray, high: FloatArray, wraps: BoolArray) -> IntArray:
     """(n,) how many turns of a coordinate are listed: those of (low, high], rounded up."""
-    turns = np.ceil((high - low) / _TURN - _AT_LIMIT)
+    turns = np.ceil((high - low) / _TURN - AT_LIMIT)
     return np.where(wraps & np.isfinite(turns), np.maximum(turns, 1), 1).astype(np.intp)
 
 
@@ -406,7 +419,7 @@ def _lowest_turn(
     q: FloatArray, low: FloatArray, high: FloatArray, windings: IntArray, wraps: BoolArray
 ) -> FloatArray:
     """(..., k, n) by how many turns to move q to the first winding that is listed."""
-    last = np.floor((high - q + _AT_LIMIT) / _TURN)
-    least = np.ceil((low - q - _AT_LIMIT) / _TURN)
+    last = np.floor((high - q + AT_LIMIT) / _TURN)
+    least = np.ceil((low - q - AT_LIMIT) / _TURN)
     first = np.where(windings > 1, last - windings + 1, np.clip(0.0, least, last))
     return np.where(wraps, first, 0.0)

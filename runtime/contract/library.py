@@ -25,11 +25,12 @@ from typing import Any
 
 from ..call import _call
 from ..call.guard import Guard
-from ..closed_form.refinement import rescue_of
-from ..closed_form.solutions import TOLERANCE, solutions_of
+from ..closed_form.refinement import refinement_of
+from ..closed_form.solutions import solutions_of
 from ..errors import CacheError, LibraryMismatchError, ManifestError
+from ..tolerances import SOLVED
 from .compiler import Compiler, describe_machine, find_compiler
-from .manifest import Argument, FunctionInfo, Manifest
+from .facts import Argument, FunctionInfo, Manifest
 
 _KERNEL_HEADER = Path(__file__).with_name("_kernel.h")
 _WIDTH = 100
@@ -206,9 +207,9 @@ def load_functions(
         _compile(recipe)
     library = _open(recipe)
     functions: dict[str, _call.Function[Any]] = {}
-    # Those that have no margin first: the margins are among them. Inverses last: they may rest on
-    # any other.
-    order = sorted(manifest.functions, key=lambda info: (bool(info.branches), bool(info.margin)))
+    # Functions without a guard come first, the guards among them; inverses come last, since their
+    # refinement may call any other function.
+    order = sorted(manifest.functions, key=lambda info: (info.is_inverse, bool(info.margin)))
     for info in order:
         functions[info.name] = library.function(
             info.name,
@@ -220,8 +221,10 @@ def load_functions(
             operations=info.operations,
             reduced=reduced(info.name),
             guard=_guard(manifest, info, functions) if info.margin else None,
-            solutions=solutions_of(manifest.coordinates, manifest.wraps) if info.branches else None,
-            rescue=rescue_of(manifest, info, functions) if info.branches else None,
+            solutions=solutions_of(manifest.coordinates, manifest.wraps, info.labels)
+            if info.is_inverse
+            else None,
+            rescue=refinement_of(manifest, info, functions),
         )
     return {info.name: functions[info.name] for info in manifest.functions}
 
@@ -230,9 +233,13 @@ def _guard(
     manifest: Manifest, info: FunctionInfo, functions: Mapping[str, _call.Function[Any]]
 ) -> Guard:
     steps = next(item.steps for item in manifest.functions if item.name == info.margin)
-    of_chain = info.inputs[0].name == "theta"
-    coordinates = manifest.loops.chain if of_chain else manifest.coordinates
-    return Guard(f"{manifest.name}.{info.name}", functions[info.margin], steps, coordinates)
+    return Guard(
+        label=f"{manifest.name}.{info.name}",
+        margin=functions[info.margin],
+        steps=steps,
+        coordinates=manifest.loops.chain if info.domain == "chain" else manifest.coordinates,
+        dead_point=manifest.tolerances.dead_point,
+    )
 
 
 def _is_sound(recipe: Recipe) -> bool:
@@ -303,9 +310,11 @@ def write_doc(info: FunctionInfo) -> str:
         "",
     ]
     lines += ["Returns:", *(f"    {_describe(item)}" for item in info.outputs)]
-    if info.branches:
-        lines += [f"    valid: (..., {info.branches}) whether residual <= {TOLERANCE:g}"]
+    if info.is_inverse:
+        lines += [f"    valid: (..., {len(info.labels)}) whether residual <= {SOLVED:g}"]
     lines += [""]
+    if info.labels:
+        lines += ["Slots:", *(f"    {k}: {label}" for k, label in enumerate(info.labels)), ""]
     if info.margin:
         lines += [
             "Raises:",

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 
-def spread(begin: int, end: int, n: int, first: FloatArray | float = 0.5) -> FloatArray:
+def low_discrepancy(begin: int, end: int, n: int, first: FloatArray | float = 0.5) -> FloatArray:
     """Points x_k of a sequence that leaves no large gap, wherever it is cut off.
 
     `x_k = first + k (1/g, 1/g^2, ..., 1/g^n) modulo 1`, with `g^(n+1) = g + 1`, which for n = 1 is

@@ -28,29 +28,22 @@ from numpy.typing import ArrayLike, NDArray
 from ..call._call import Function
 from ..call.capabilities import needs
 from ..call.guard import describe
-from ..contract.manifest import Argument, Coordinate, Manifest
-from ..errors import InputError, OutOfReachError, ShapeError
+from ..contract.facts import Argument, Coordinate, Manifest
+from ..errors import InputTypeError, OutOfReachError, ShapeError
+from ..tolerances import (
+    CLOSED,
+    CONTRACTION,
+    POLISHED,
+    SETTLED_STEP,
+    SHORTEST_STRIDE,
+    STRIDE,
+)
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-CLOSED = 1e-12
-"""Residual (metre, radian) of a configuration that counts as found."""
-_POLISHED = 1e-14
-"""Residual at which an iteration has nothing left to gain."""
-_SETTLED = 1e-9
-"""Its last step when it has converged: the next would be the square of it."""
 _ITERATIONS = 8
-_CONTRACTION = 0.5
-"""Each correction is at most this part of the one before, or the start was too far away."""
-_STRIDE = 0.2
-"""Metres or radians that an unknown may go along the tangent at a time."""
-_SHORTEST = 2.0**-12
-"""Part of the way below which a step is given up."""
 _STEPS = 2000
-_TOOL = {"fk": "chain_fk", "link_poses": "chain_link_poses"}
-_JACOBIANS = {f"jacobian_{name}": f"chain_jacobian_{name}" for name in ("space", "body", "mixed")}
-
 
 Compute = Callable[[FloatArray], FloatArray]
 """From q (N, n) to a result (N, ...)."""
@@ -75,7 +68,7 @@ class Continuation(NamedTuple):
         return int(np.size(self.valid) - np.count_nonzero(self.valid))
 
 
-class Loops:
+class LoopContinuation:
     """The constraints of a robot and where their solution is followed from."""
 
     def __init__(self, manifest: Manifest, functions: Mapping[str, Function[Any]]) -> None:
@@ -87,7 +80,14 @@ class Loops:
         """
         loops = manifest.loops
         assert loops.reference
-        self.constraint, self.constraint_D_z = functions["constraint"], functions["constraint_D_z"]
+        constraint = manifest.with_role("constraint", "configuration")
+        derivative = manifest.with_role("constraint derivative", "configuration")
+        assert constraint
+        assert derivative
+        self.constraint, self.constraint_D_z = (
+            functions[constraint.name],
+            functions[derivative.name],
+        )
         self.n_z = len(loops.configuration)
         self.actuated = np.array([item.index for item in loops.actuated_in_z])
         self.ratio = np.array([item.ratio for item in loops.actuated_in_z])
@@ -114,7 +114,7 @@ class Loops:
             tangent = -self.solved(z[rows], self._actuated_columns(z[rows]) @ way[rows, :, None])
             fastest = np.abs(tangent).max((-2, -1), initial=0.0)
             with np.errstate(divide="ignore"):
-                step = np.minimum(np.minimum(part[rows], 1 - done[rows]), _STRIDE / fastest)
+                step = np.minimum(np.minimum(part[rows], 1 - done[rows]), STRIDE / fastest)
             start = z[rows]
             start[:, self.unknown] += step[:, None] * tangent[..., 0]
             start[:, self.actuated] = self.q * self.ratio + (done[rows] + step)[:, None] * way[rows]
@@ -122,10 +122,10 @@ class Loops:
             z[rows[converged]] = end[converged]
             done[rows[converged]] += step[converged]
             # What rounding leaves of the way is no step.
-            done[done > 1 - _SHORTEST**2] = 1
+            done[done > 1 - SHORTEST_STRIDE**2] = 1
             part[rows] = np.where(converged, 2 * step, step / 2)
             # The last step may be as short as what was left.
-            going[rows] = (part[rows] >= _SHORTEST) | (done[rows] == 1)
+            going[rows] = (part[rows] >= SHORTEST_STRIDE) | (done[rows] == 1)
         residual = self.residual(z)
         valid = going & (done == 1) & (residual <= CLOSED)
         z[~valid] = np.nan
@@ -167,9 +167,9 @@ class Loops:
             size = np.abs(change).max(-1, initial=0.0)
             z[rows[:, None], self.unknown] -= change
             error = np.abs(c).max(-1, initial=0.0)
-            converged[rows] = (error <= _POLISHED) | (size <= _SETTLED)
+            converged[rows] = (error <= POLISHED) | (size <= SETTLED_STEP)
             # Written so that NaN does not contract.
-            going[rows] = converged[rows] | (size <= _CONTRACTION * last[rows])
+            going[rows] = converged[rows] | (size <= CONTRACTION * last[rows])
             last[rows] = size
         return z, going & converged
 
@@ -272,7 +272,7 @@ Raises:
     def _check_out(self, out: FloatArray, shape: tuple[int, ...]) -> None:
         label, name = self.__qualname__, self.outputs[0].name
         if not isinstance(out, np.ndarray) or out.dtype != np.float64 or not out.flags.writeable:
-            raise InputError(f"{label}: out for {name} must be a writable float64 array")
+            raise InputTypeError(f"{label}: out for {name} must be a writable float64 array")
         if out.shape != shape:
             raise ShapeError(
                 f"{label}: out for {name} must have shape {shape}, got shape {out.shape}"
@@ -284,11 +284,11 @@ class NewtonMethods:
 
     name: str
     n: int
-    solution: str
     functions: Mapping[str, Function[Any]]
-    _loops: Loops
+    _loops: LoopContinuation
+    _is_iterated: bool
 
-    @needs("constraint", "constraint_D_z", when=lambda robot: robot.solution == "newton")
+    @needs("constraint", "constraint_D_z", when=lambda robot: robot._is_iterated)
     def follow(self, q: ArrayLike) -> Continuation:
         """Configurations at actuated coordinates, by Newton's iteration on the constraints.
 
@@ -310,11 +310,11 @@ def _read(label: str, argument: Any, value: ArrayLike) -> FloatArray:
     try:
         array = np.asarray(value)
     except (TypeError, ValueError) as error:
-        raise InputError(
+        raise InputTypeError(
             f"{label}: {argument.name} cannot be read as an array of numbers: {error}"
         ) from error
     if array.dtype.kind not in "iuf":
-        raise InputError(
+        raise InputTypeError(
             f"{label}: {argument.name} must hold real numbers, got dtype {array.dtype}"
         )
     (size,) = argument.shape
@@ -330,7 +330,7 @@ def functions(
     manifest: Manifest,
     generated: Mapping[str, Function[Any]],
     reduced: Callable[[str], tuple[Any, ...]],
-) -> tuple[Loops, dict[str, Any]]:
+) -> tuple[LoopContinuation, dict[str, Any]]:
     """What a robot without a closed-form solution offers in actuated coordinates.
 
     Args:
@@ -343,7 +343,7 @@ def functions(
         fk, link_poses and the Jacobians whose `chain_` function of theta was generated.
     """
     info = manifest.loops
-    loops = Loops(manifest, generated)
+    loops = LoopContinuation(manifest, generated)
     names = [variable.name for variable in info.configuration]
     chain = [names.index(joint.name) for joint in info.chain]
     passive = [names.index(joint.name) for joint in info.passive]
@@ -382,15 +382,16 @@ def functions(
             slope = Argument("D", (len(rows), n), "1, m or 1/m", f"{meaning}: derivative by q")
             offered[name] = value, picked(rows)
             offered[f"{name}_D_q"] = slope, slopes(rows)
-    for name, of_chain in _TOOL.items():
-        if of_chain in generated:
-            function = generated[of_chain]
-            offered[name] = _described(function), after_chain(function)
-    for name, of_chain in _JACOBIANS.items():
-        if of_chain in generated:
-            function = generated[of_chain]
-            wide = _described(function)
-            offered[name] = replace(wide, shape=(6, n)), by_q(function)
+    for of_chain in manifest.functions:
+        if not of_chain.of_actuators:
+            continue
+        function = generated[of_chain.name]
+        value = _described(function)
+        offered[of_chain.of_actuators] = (
+            (replace(value, shape=(6, n)), by_q(function))
+            if of_chain.role == "jacobian"
+            else (value, after_chain(function))
+        )
     return loops, {
         name: IteratedFunction(
             f"{manifest.name}.{name}", manifest.coordinates, output, compute, reduced(name)

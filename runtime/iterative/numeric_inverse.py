@@ -24,12 +24,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import screws
 from ..call._call import Function
+from ..call.capabilities import needs
 from ..call.threads import count_cores
 from ..call.validation import real_array
-from ..contract.manifest import Coordinate, Frames, Reference
-from ..errors import InputError, ShapeError
+from ..contract.facts import Coordinate, Frames, Reference
+from ..errors import InputValueError, ShapeError
+from ..tolerances import NUMERIC_SOLVED, PROBE, STANDSTILL
 from ._numeric import Solver
-from .low_discrepancy import spread
+from .low_discrepancy import low_discrepancy
 
 FloatArray = NDArray[np.float64]
 
@@ -43,11 +45,14 @@ _UNBOUNDED = {"rad": np.pi, "m": 1.0}
 _MOST_SOLVERS = 64
 """Of a robot, with their tips and keys; then all are made anew."""
 _MOST_BUDGET = 2**31 - 1
-_LOOK = 1e-3
-"""How far coordinates are moved, to see which joints follow."""
+_KERNELS = {
+    "tool": ("fk_jacobian_mixed", "hessian_mixed"),
+    "platform": ("chain_fk", "chain_jacobian_mixed", "actuators", "actuators_D_chain"),
+}
+"""The generated functions that each kind of solver calls."""
 
 
-class Found(NamedTuple):
+class NumericSolution(NamedTuple):
     """What an iteration came to, for each pose.
 
     Attributes:
@@ -87,6 +92,22 @@ class Found(NamedTuple):
         return f"{self.success.size} poses: {', '.join(of)}; largest residual {worst:.3g}"
 
 
+def is_platform(robot: Any) -> bool:
+    """Whether the coordinates follow in closed form from the joints of the chain alone."""
+    return bool(robot.kind == "platform")
+
+
+def _can_iterate(robot: Any) -> bool:
+    """Whether a robot has the functions that a solver calls, for the tool or for a link."""
+    kernels = _KERNELS["platform" if is_platform(robot) else "tool"]
+    return _can_reach_links(robot) or robot.functions.keys() >= {*kernels}
+
+
+def _can_reach_links(robot: Any) -> bool:
+    """Whether a link can be the tip: its poses must be a compiled function of q."""
+    return ("link poses", "actuators", "") in robot._roles
+
+
 class NumericMethods:
     """The part of a robot that is found by iteration."""
 
@@ -101,6 +122,7 @@ class NumericMethods:
     functions: Mapping[str, Function[Any]]
     _solvers: dict[tuple[str | None, int], Solver]
 
+    @needs("fk", when=_can_iterate)
     def ik_numeric(
         self,
         T: ArrayLike,
@@ -109,11 +131,11 @@ class NumericMethods:
         tip: str | None = None,
         weights: Sequence[float] | None = None,
         axes: Literal["tool", "base"] = "tool",
-        tolerance: float = 1e-9,
+        tolerance: float = NUMERIC_SOLVED,
         budget: int = 10_000,
         rng: int | np.random.Generator = 0,
         threads: int | Literal["all"] = 1,
-    ) -> Found:
+    ) -> NumericSolution:
         """Coordinates within the limits at which the tip is at a pose, or as near as can be.
 
         Levenberg-Marquardt with lambda in proportion to the squared error, which falls after each
@@ -145,14 +167,14 @@ class NumericMethods:
 
         Raises:
             ShapeError: If a shape is wrong, or the leading dimensions do not broadcast.
-            InputError: If there is no such link, a weight is negative or all are 0, or an option
-                has no meaning.
+            InputValueError: If there is no such link, a weight is negative, all weights are 0, or
+                an option is unknown.
         """
         method = f"{self.name}.ik_numeric"
         if axes not in ("tool", "base"):
-            raise InputError(f'{method}: expected axes "tool" or "base", got {axes!r}')
+            raise InputValueError(f'{method}: expected axes "tool" or "base", got {axes!r}')
         if not (isinstance(tolerance, int | float) and tolerance > 0):
-            raise InputError(f"{method}: expected a tolerance above 0, got {tolerance!r}")
+            raise InputValueError(f"{method}: expected a tolerance above 0, got {tolerance!r}")
         most = _whole_number(method, "budget", budget, 1, _MOST_BUDGET)
         given = count_cores() if threads == "all" else threads
         count = _whole_number(method, "threads", given, 1, None)
@@ -168,7 +190,9 @@ class NumericMethods:
         task = _WHOLE if weights is None else _weights(method, weights)
         # Weighed alike in all directions, axes make no difference.
         turned = axes == "tool" and task is not _WHOLE
-        return Found._make(solver.solve(poses, begin, task, turned, tolerance, most, count))
+        return NumericSolution._make(
+            solver.solve(poses, begin, task, turned, tolerance, most, count)
+        )
 
     def _new_solver(self, tip: str | None, key: int) -> Solver:
         """Makes the solver once: its table takes as long as a thousand poses."""
@@ -201,7 +225,9 @@ def _whole_number(method: str, name: str, given: object, least: int, most: int |
         number = least - 1
     if number < least or (most is not None and number > most):
         expected = f"from {least} to {most}" if most is not None else f"of at least {least}"
-        raise InputError(f"{method}: expected {name} to be an integer {expected}, got {given!r}")
+        raise InputValueError(
+            f"{method}: expected {name} to be an integer {expected}, got {given!r}"
+        )
     return number
 
 
@@ -210,16 +236,11 @@ def _weights(method: str, given: Sequence[float]) -> FloatArray:
     if weights.shape != (6,):
         raise ShapeError(f"{method}: expected six weights, got shape {weights.shape}")
     if not (weights >= 0).all() or not weights.any() or not np.isfinite(weights).all():
-        raise InputError(
+        raise InputValueError(
             f"{method}: expected weights that are not negative, and some that are not 0, got "
             f"{weights.tolist()}"
         )
     return weights
-
-
-def is_platform(robot: Any) -> bool:
-    """Whether its coordinates follow from the joints of its chain, and not these from them."""
-    return "chain_fk" in robot.functions
 
 
 def with_chain(robot: Any, q: FloatArray) -> FloatArray:
@@ -232,16 +253,15 @@ def _solver(robot: Any, tip: str | None, key: int) -> Solver:
     functions, limits = robot.functions, (robot.lower, robot.upper)
     q = starts(robot, key)
     if tip is None or tip == robot.frames.tip:
-        kind, names = "tool", ["fk_jacobian_mixed", "hessian_mixed"]
-        if is_platform(robot):
-            kind = "platform"
-            names = ["chain_fk", "chain_jacobian_mixed", "actuators", "actuators_D_chain"]
-        kernels = tuple(functions[name].kernel for name in names)
+        kind = "platform" if is_platform(robot) else "tool"
+        kernels = tuple(functions[name].kernel for name in _KERNELS[kind])
         return Solver(kind, kernels, *limits, with_chain(robot, q), _entries(robot.fk(q)))
-    offered = robot.frames.links if not is_platform(robot) and "link_poses" in functions else ()
+    offered = robot.frames.links if _can_reach_links(robot) else ()
     if tip not in offered:
         links = ", ".join((robot.frames.tip, *offered))
-        raise InputError(f"{robot.name}.ik_numeric: no link {tip!r} for a tip; there are: {links}")
+        raise InputValueError(
+            f"{robot.name}.ik_numeric: no link {tip!r} for a tip; there are: {links}"
+        )
     link = robot.frames.links.index(tip)
     names = ["link_poses", "chain_D_q"] if robot.loops else ["link_poses"]
     kernels = tuple(functions[name].kernel for name in names)
@@ -262,7 +282,7 @@ def starts(robot: Any, key: int) -> FloatArray:
     first = np.random.default_rng(key).random(robot.n)
     found = np.empty((0, robot.n))
     for k in range(_STARTS // _FEWEST):
-        points = spread(k * _STARTS, (k + 1) * _STARTS, robot.n, first)
+        points = low_discrepancy(k * _STARTS, (k + 1) * _STARTS, robot.n, first)
         q = lower + points * (upper - lower)
         closes = np.isfinite(robot.fk(q)).all((-2, -1))
         found = np.vstack([found, q[closes]])
@@ -278,20 +298,21 @@ def screws_before(robot: Any, link: int) -> FloatArray:
     motion makes of one link seen from the other, divided by that motion.
 
     Raises:
-        InputError: If links of a robot with loops do not move one by one with its chain's joints.
+        InputValueError: If the links of a robot with loops do not each move with one joint of its
+            chain.
     """
     q = starts(robot, 0)[0]
-    q = np.clip(q, robot.lower + _LOOK, robot.upper - _LOOK)
-    moved = np.vstack([q, q + _LOOK * np.eye(robot.n)])
+    q = np.clip(q, robot.lower + PROBE, robot.upper - PROBE)
+    moved = np.vstack([q, q + PROBE * np.eye(robot.n)])
     poses = robot.link_poses(moved)[:, : link + 1]
     before = np.concatenate([np.broadcast_to(np.eye(4), (len(poses), 1, 4, 4)), poses[:, :-1]], 1)
     seen = screws.inverse(before) @ poses
     twists = screws.log(seen[1:] @ screws.inverse(seen[:1]))
     rows = [
-        [float(frame - 1), float(k), *(twists[k, frame] / _LOOK).tolist()]
+        [float(frame - 1), float(k), *(twists[k, frame] / PROBE).tolist()]
         for k in range(robot.n)
         for frame in range(link + 1)
-        if np.abs(twists[k, frame]).max() > _LOOK**3
+        if np.abs(twists[k, frame]).max() > STANDSTILL
     ]
     if robot.loops:
         rows = _screws_of_chain(robot, moved, twists)
@@ -303,9 +324,11 @@ def _screws_of_chain(robot: Any, moved: FloatArray, twists: FloatArray) -> list[
     theta = robot.chain(moved)
     by = theta[1:] - theta[0]
     largest = np.abs(by).argmax(0)
-    moving = np.flatnonzero(np.abs(twists).max((0, 2)) > _LOOK**3)
+    moving = np.flatnonzero(np.abs(twists).max((0, 2)) > STANDSTILL)
     if len(moving) > theta.shape[1]:
-        raise InputError(f"{robot.name}.ik_numeric: links move with more than its chain's joints")
+        raise InputValueError(
+            f"{robot.name}.ik_numeric: links move with more than its chain's joints"
+        )
     return [
         [float(frame - 1), float(j), *(twists[largest[j], frame] / by[largest[j], j]).tolist()]
         for j, frame in enumerate(moving)

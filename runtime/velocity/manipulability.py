@@ -17,28 +17,23 @@ from __future__ import annotations
 import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple, Protocol, get_args
+from typing import Literal, NamedTuple, Protocol, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..call._call import Function
 from ..call.capabilities import needs
-from ..contract.manifest import Coordinate, Reference
-from ..errors import InputError
-from ..iterative.low_discrepancy import spread
+from ..contract.facts import Coordinate
+from ..errors import InputValueError
+from ..tolerances import INFINITE_CONDITION, RANK
 from . import _rates
+from .characteristic_length import LengthMethods
 
 FloatArray = NDArray[np.float64]
 Rows = Literal["all", "linear", "angular"]
 
 _PART: Mapping[Rows, slice] = {"all": slice(0, 6), "linear": slice(0, 3), "angular": slice(3, 6)}
-_SAMPLES = 256
-"""Configurations that stand for all; the length then moves by a percent if there are more."""
-_TURNS = 1e-6
-"""Radians per metre at the tip below which a coordinate does not turn the tool."""
-_RANK = 1e-9
-"""Singular values, by the largest, that are zero at every configuration are below."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,56 +88,11 @@ class HasSamples(Protocol):
         """Jacobians (m, 6, n) at configurations all over."""
 
 
-class ManipulabilityMethods:
+class ManipulabilityMethods(LengthMethods):
     """The part of a robot that tells how well it moves."""
 
-    name: str
-    n: int
-    coordinates: tuple[Coordinate, ...]
-    lower: FloatArray
-    upper: FloatArray
-    reference: Reference | None
-    functions: Mapping[str, Function[Any]]
     fk: Function[FloatArray]
-    jacobian_mixed: Function[FloatArray]
     hessian_mixed: Function[FloatArray]
-
-    @functools.cached_property
-    def characteristic_length(self) -> float:
-        """The length [m] that makes metres and radians comparable, where none is given.
-
-        The root mean square distance of the tip from the axes about which the coordinates turn it,
-        over 256 configurations spread evenly within the limits (a turn where there are none), so
-        that it belongs to the robot and not to a pose; of a coordinate that is no joint of the tool
-        (a crank, a cylinder), linear by angular rate stands for the distance. Where nothing turns
-        the tool, the root mean square of the linear rate by the rate of turning coordinates; 1
-        where there are none.
-
-        Source:
-            Angeles, Fundamentals of Robotic Mechanical Systems: where all singular values can be
-            made equal, that is the length that does it.
-        """
-        squared = (self._samples**2).mean(0)
-        linear, angular = squared[:3].sum(0), squared[3:].sum(0)
-        turning = angular > _TURNS**2 * linear
-        if turning.any():
-            ratios = linear[turning] / angular[turning]
-        else:
-            ratios = linear[[c.kind == "revolute" for c in self.coordinates]]
-        return float(np.sqrt(ratios.mean())) if ratios.any() else 1.0
-
-    @functools.cached_property
-    def _samples(self) -> FloatArray:
-        lower, upper = self.lower, self.upper
-        middle = np.zeros(self.n) if self.reference is None else np.array(self.reference.q)
-        half = np.array([np.pi if c.kind == "revolute" else 1.0 for c in self.coordinates])
-        lower = np.where(np.isfinite(lower), lower, np.minimum(middle, upper) - half)
-        upper = np.where(np.isfinite(upper), upper, np.maximum(middle, lower) + half)
-        J = self.jacobian_mixed(lower + spread(1, _SAMPLES + 1, self.n) * (upper - lower))
-        closed = np.isfinite(J).all((-2, -1))
-        if closed.any():
-            return J[closed]
-        return self.jacobian_mixed(middle)[None]
 
     @needs("jacobian_mixed")
     def manipulability(
@@ -165,13 +115,13 @@ class ManipulabilityMethods:
 
         Raises:
             ShapeError: If q is not (..., n).
-            InputError: If the rows are unknown or the length is not positive.
+            InputValueError: If the rows are unknown or the length is not positive.
         """
         metric = self._metric("manipulability", rows, length)
         _, values, sound = _decomposed(self.jacobian_mixed(q), metric, rows)
         largest, smallest = values[..., 0], values[..., -1]
         condition = np.full_like(largest, np.inf)
-        np.divide(largest, smallest, out=condition, where=smallest > _RANK**2 * largest)
+        np.divide(largest, smallest, out=condition, where=smallest > INFINITE_CONDITION * largest)
         values = np.where(sound[..., None], values, np.nan)
         return Manipulability(
             measure=values.prod(-1)[()],
@@ -200,7 +150,7 @@ class ManipulabilityMethods:
 
         Raises:
             ShapeError: If q is not (..., n).
-            InputError: If the rows are unknown or the length is not positive.
+            InputValueError: If the rows are unknown or the length is not positive.
         """
         metric = self._metric("manipulability_gradient", rows, length)
         J, H = self.jacobian_mixed(q), self.hessian_mixed(q)
@@ -225,7 +175,7 @@ class ManipulabilityMethods:
 
         Raises:
             ShapeError: If q is not (..., n).
-            InputError: If the rows are unknown or the length is not positive.
+            InputValueError: If the rows are unknown or the length is not positive.
         """
         metric = self._metric("velocity_ellipsoid", rows, length)
         return self._ellipsoid(q, metric, rows)
@@ -251,7 +201,7 @@ class ManipulabilityMethods:
 
         Raises:
             ShapeError: If q is not (..., n).
-            InputError: If the rows are unknown or the length is not positive.
+            InputValueError: If the rows are unknown or the length is not positive.
 
         Source:
             Yoshikawa, Manipulability of robotic mechanisms, 1985, section 5.
@@ -272,20 +222,10 @@ class ManipulabilityMethods:
 
     def _metric(self, method: str, rows: Rows, length: float | None) -> Metric:
         if rows not in get_args(Rows):
-            raise InputError(
+            raise InputValueError(
                 f'{self.name}.{method}: rows must be "all", "linear" or "angular", got {rows!r}'
             )
         return metric_of(self, rows, self._checked_length(method, length))
-
-    def _checked_length(self, method: str, length: float | None) -> float:
-        """The characteristic length, the robot's own if None."""
-        if length is None:
-            return self.characteristic_length
-        if not (np.isfinite(length) and length > 0):
-            raise InputError(
-                f"{self.name}.{method}: length must be a positive number, got {length!r}"
-            )
-        return float(length)
 
 
 @functools.lru_cache(maxsize=256)
@@ -297,7 +237,7 @@ def metric_of(robot: HasSamples, rows: Rows, length: float) -> Metric:
     for array in (unit, row):
         array.flags.writeable = False
     values = np.linalg.svd(row[:, None] * robot._samples * unit, compute_uv=False)
-    rank = int((values > _RANK * values.max()).sum(-1).max()) if values.any() else 1
+    rank = int((values > RANK * values.max()).sum(-1).max()) if values.any() else 1
     return Metric(unit, row, rank, length)
 
 

@@ -20,6 +20,7 @@ Source:
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
@@ -29,7 +30,8 @@ from numpy.typing import ArrayLike, NDArray
 from ..call._call import Function
 from ..call.capabilities import needs
 from ..call.validation import real_array
-from ..errors import InputError, ShapeError
+from ..errors import InputTypeError, InputValueError, ShapeError
+from ..tolerances import RATES_DAMPED
 from . import _rates
 from .manipulability import ManipulabilityMethods, Metric, Rows
 
@@ -37,10 +39,6 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 Representation = Literal["space", "body", "mixed"]
 
-_DAMPING = 0.04
-"""Singular value, a pure number, below which a direction counts as nearly lost: a quarter of what
-it is of six-axis arms at half of all configurations. Twice that of `track`: without rate limits it
-is what bounds the rates."""
 _NO_TICK = np.array(np.nan)
 _SPATIAL = 6
 
@@ -99,6 +97,7 @@ class VelocityMethods(ManipulabilityMethods):
     """The part of a robot that moves in velocity space."""
 
     jacobian_body: Function[FloatArray]
+    _roles: Mapping[tuple[str, str, str], Function[Any]]
 
     @needs("jacobian_mixed", "jacobian_body")
     def joint_rates(
@@ -114,7 +113,7 @@ class VelocityMethods(ManipulabilityMethods):
         acceleration_limits: ArrayLike | None = None,
         previous: ArrayLike | None = None,
         dt: ArrayLike | None = None,
-        damping: float = _DAMPING,
+        damping: float = RATES_DAMPED,
         length: float | None = None,
     ) -> Rates:
         """Joint rates that give the tool a twist: J qd = V, damped, and within all limits.
@@ -164,7 +163,7 @@ class VelocityMethods(ManipulabilityMethods):
 
         Raises:
             ShapeError: If a shape is wrong, or the leading dimensions do not broadcast.
-            InputError: If an argument is not what it says above.
+            InputError: If an argument is not as described above.
 
         Source:
             The head of `rates.py`; Flacco, De Luca and Khatib, Motion control of redundant robots
@@ -174,7 +173,7 @@ class VelocityMethods(ManipulabilityMethods):
         method = "joint_rates"
         metric = self._checked(method, representation, rows, damping, length)
         if not (isinstance(gain, int | float) and 0 <= gain < np.inf):
-            raise InputError(
+            raise InputValueError(
                 f"{self.name}.{method}: gain must be a number that is not negative, got {gain!r}"
             )
         twist = self._reals(method, "V", V, (_SPATIAL,))
@@ -196,7 +195,7 @@ class VelocityMethods(ManipulabilityMethods):
         representation: Representation = "mixed",
         rows: Rows = "all",
         acceleration_limits: ArrayLike | None = None,
-        damping: float = _DAMPING,
+        damping: float = RATES_DAMPED,
         length: float | None = None,
     ) -> Accelerations:
         """Joint accelerations that give the tool's twist a time derivative: J qdd = A - J_dot qd.
@@ -220,7 +219,7 @@ class VelocityMethods(ManipulabilityMethods):
 
         Raises:
             ShapeError: If a shape is wrong, or the leading dimensions do not broadcast.
-            InputError: If an argument is not what it says above.
+            InputError: If an argument is not as described above.
         """
         method = "joint_accelerations"
         metric = self._checked(method, representation, rows, damping, length)
@@ -291,14 +290,14 @@ class VelocityMethods(ManipulabilityMethods):
         before, tick = np.zeros(self.n), _NO_TICK
         if acceleration_limits is not None:
             if previous is None or dt is None:
-                raise InputError(
+                raise InputTypeError(
                     f"{self.name}.{method}: acceleration_limits need previous and dt as well"
                 )
             before = self._reals(method, "previous", previous, (self.n,))
         if dt is not None:
             tick = self._reals(method, "dt", dt, ())
             if not (tick > 0).all():
-                raise InputError(f"{self.name}.{method}: dt must be positive, got {dt!r}")
+                raise InputValueError(f"{self.name}.{method}: dt must be positive, got {dt!r}")
         try:
             least, greatest = _rates.bounds(
                 q, self.lower, self.upper, rate, acceleration, before, tick
@@ -316,8 +315,8 @@ class VelocityMethods(ManipulabilityMethods):
         weight = gain * metric.unit**2
         if isinstance(secondary, str):
             if secondary == "manipulability":
-                if "hessian_mixed" not in self.functions:
-                    raise InputError(
+                if ("hessian", "actuators", "") not in self._roles:
+                    raise InputValueError(
                         f"{self.name}.joint_rates: its loops are solved by iteration, without the "
                         "derivative that manipulability needs; secondary can be a posture"
                     )
@@ -329,7 +328,7 @@ class VelocityMethods(ManipulabilityMethods):
                 lower, upper = np.where(bounded, (self.lower, self.upper), ([[-1.0], [1.0]]))
                 middle, half = (lower + upper) / 2, (upper - lower) / 2
                 return np.where(bounded, weight * (middle - q) / half**2, 0.0)
-            raise InputError(
+            raise InputValueError(
                 f'{self.name}.joint_rates: secondary must be "limits", "manipulability" or '
                 f"coordinates (..., {self.n}), got {secondary!r}"
             )
@@ -348,12 +347,12 @@ class VelocityMethods(ManipulabilityMethods):
         length: float | None,
     ) -> Metric:
         if representation not in get_args(Representation):
-            raise InputError(
+            raise InputValueError(
                 f'{self.name}.{method}: representation must be "space", "body" or "mixed", got '
                 f"{representation!r}"
             )
         if not 0 < damping < np.inf:
-            raise InputError(
+            raise InputValueError(
                 f"{self.name}.{method}: damping must be a positive number, got {damping!r}"
             )
         return self._metric(method, rows, length)
@@ -367,7 +366,9 @@ class VelocityMethods(ManipulabilityMethods):
             limits = np.full(self.n, limits)
         limits = self._reals(method, name, limits, (self.n,))
         if not (limits >= 0).all():
-            raise InputError(f"{self.name}.{method}: {name} must not be negative, got {given!r}")
+            raise InputValueError(
+                f"{self.name}.{method}: {name} must not be negative, got {given!r}"
+            )
         return limits
 
     def _reals(self, method: str, name: str, given: Any, core: tuple[int, ...]) -> FloatArray:

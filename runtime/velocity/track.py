@@ -13,27 +13,14 @@ from numpy.typing import ArrayLike, NDArray
 from ..call._call import Function
 from ..call.capabilities import needs
 from ..call.validation import real_array
-from ..errors import InputError, ShapeError
+from ..errors import InputValueError, ShapeError
 from ..screws import off_rotation
+from ..tolerances import RIGID, TRACK_DAMPED, TRACK_DAMPING, TRACK_GAIN
 from . import _track
 from .manipulability import ManipulabilityMethods
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
-
-_SMALLEST = 0.02
-"""Singular values below this are damped. They are pure numbers, of order 1 in a pose far from
-singularities: metres of the tool, or of `length` times its angle, for a metre of it that the joints
-would each move it at the start. A UR5e's wrist has it two degrees from being in line."""
-_DAMPING = 0.02
-"""The damping of a singular value of 0, in the same unit: then the law is that of `rates`. Half of
-what joint rates have by default, whose bound it is: here rates have limits of their own, and what
-is damped away is an error of place, which grows with it."""
-_GAIN = 0.5
-"""The share of the error that a step corrects by itself. At 1 a step would go all the way to the
-linear answer, beyond 2 the error would grow."""
-_RIGID = 1e-6
-"""How far a pose may be from a rigid one: in single precision they are 1e-7 off."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,7 +137,7 @@ class TrackMethods(ManipulabilityMethods):
 
         Raises:
             ShapeError: If poses is not a list of poses, or q0 or rate_limits not n values.
-            InputError: If a pose is not a rigid one to 1e-6, q0 outside of the limits or where
+            InputValueError: If a pose is not a rigid one to 1e-6, q0 outside of the limits or where
                 forward kinematics is not defined, or a number not as said above.
 
         Source:
@@ -166,7 +153,7 @@ class TrackMethods(ManipulabilityMethods):
             isinstance(dt, Real) and 0 < dt < np.inf,
             f"{self.name}.track: dt must be a positive number, got {dt!r}",
         )
-        share = _GAIN if gain is None else gain * dt
+        share = TRACK_GAIN if gain is None else gain * dt
         _require(0 < share <= 1, f"{self.name}.track: gain must be in (0, 1 / dt], got {gain!r}")
         length = self._checked_length("track", length)
         unit = self._units(start, length)
@@ -176,7 +163,7 @@ class TrackMethods(ManipulabilityMethods):
         touched = np.zeros((m - 1, n), np.uint8)
         q[0] = start
         arrays = (path, self.lower, self.upper, rates, unit, q, qd, error, sigma, touched)
-        numbers = (length, dt, share, _SMALLEST, _DAMPING)
+        numbers = (length, dt, share, TRACK_DAMPED, TRACK_DAMPING)
         defined = _track.follow(self.fk_jacobian_mixed.kernel, *arrays, *numbers)
         _require(defined, f"{self.name}.track: forward kinematics is not defined at q0 {start}")
         return self._tracked(q, qd, error, sigma, touched)
@@ -189,7 +176,7 @@ class TrackMethods(ManipulabilityMethods):
         if start.shape != (self.n,):
             raise ShapeError(f"{self.name}.track: expected q0 ({self.n},), got {start.shape}")
         R = path[:, :3, :3]
-        sound = (off_rotation(R) <= _RIGID) & np.isfinite(path).all((-2, -1))
+        sound = (off_rotation(R) <= RIGID) & np.isfinite(path).all((-2, -1))
         bad = ~sound | (np.linalg.det(np.where(sound[:, None, None], R, 0.0)) <= 0)
         bad |= (path[:, 3] != [0, 0, 0, 1]).any(-1)
         _require(not bad.any(), f"{self.name}.track: pose {np.argmax(bad)} is not a rigid one")
@@ -247,7 +234,7 @@ class TrackMethods(ManipulabilityMethods):
 
 def _require(condition: bool, message: str) -> None:
     if not condition:
-        raise InputError(message)
+        raise InputValueError(message)
 
 
 def _held(what: str, by_name: Mapping[str, IntArray]) -> str:

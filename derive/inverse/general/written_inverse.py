@@ -6,6 +6,7 @@ import numpy as np
 
 from ...emit.c.scalar import notice
 from ...model.robot import Robot
+from ...terms.role import Role
 from ...terms.symbolic_function import Result, WrittenFunction
 from ..slots import pose_argument
 from .eigenvalue_tables import tables
@@ -40,6 +41,8 @@ def inverse(robot: Robot, split: Split) -> WrittenFunction:
             "distance from a singularity; in a slot without a solution the negative residual",
         ),
     )
+    suppressed = robot.coordinates[split.joints[2]].name
+    labels = tuple(f"number {k + 1} in the order of {suppressed}" for k in range(SLOTS))
     return WrittenFunction(
         "ik",
         f"Every solution of the inverse kinematics, in {SLOTS} slots, solutions first.",
@@ -51,6 +54,7 @@ def inverse(robot: Robot, split: Split) -> WrittenFunction:
         SLOTS,
         CALLS,
         OPERATIONS,
+        role=Role("inverse", "pose", labels=labels),
     )
 
 

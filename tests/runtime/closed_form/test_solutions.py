@@ -197,7 +197,9 @@ def test_calls_leak_nothing(arm, q):
 
 
 def test_the_class_is_known(arm):
-    assert arm.ik.solutions is solutions_of(arm.coordinates, (True, True, False, True))
+    assert arm.ik.solutions is solutions_of(
+        arm.coordinates, (True, True, False, True), ("elbow +", "elbow -")
+    )
     assert arm.fk.solutions is None
 
 
@@ -470,9 +472,11 @@ def test_filters_leave_what_they_are_called_on(arm, q):
     ("spoil", "message"),
     [
         (lambda f: f["outputs"].pop(), r"expected q \(2, 4\), residual \(2\) and margin \(2\)"),
-        (lambda f: f.update(branches=3), "branches: got 3, expected the first dimension"),
+        (lambda f: f["labels"].append("c"), "labels: .* expected as many as the first dimension"),
+        (lambda f: f["labels"].clear(), "expected labels of an inverse or of branches"),
+        (lambda f: f.update(given=[4]), "given: .* expected indices below 4"),
         (lambda f: f["outputs"].reverse(), r"expected q \(2, 4\)"),
-        (lambda f: f.update(branches=-1), "expected a count"),
+        (lambda f: f.update(given=[-1]), "expected a count"),
     ],
 )
 def test_a_manifest_must_describe_branches(tmp_path, cache, spoil, message):
