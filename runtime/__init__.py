@@ -7,7 +7,6 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 from pathlib import Path
 
@@ -21,6 +20,8 @@ from .errors import (
     CompileError,
     CompilerNotFoundError,
     InputError,
+    InputTypeError,
+    InputValueError,
     LibraryMismatchError,
     ManifestError,
     OutOfReachError,
@@ -42,6 +43,8 @@ __all__ = [
     "Ellipsoid",
     "Function",
     "InputError",
+    "InputTypeError",
+    "InputValueError",
     "LibraryMismatchError",
     "ManifestError",
     "Manipulability",
@@ -99,6 +102,8 @@ def find_folder(robot: str | os.PathLike[str]) -> Path:
     folders = shipped_folders()
     if robot in folders:
         return folders[robot]
+    import difflib  # noqa: PLC0415
+
     close = difflib.get_close_matches(robot, folders)
     hint = f"did you mean {' or '.join(close)}? " if close else ""
     known = ", ".join(folders) or "none are installed"

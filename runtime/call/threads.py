@@ -13,13 +13,15 @@ import math
 import os
 import threading
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, wait
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ._call import Function
+
+if TYPE_CHECKING:
+    from concurrent.futures import Future, ThreadPoolExecutor
 
 Array = NDArray[np.float64]
 
@@ -123,6 +125,9 @@ def _share(ufunc: np.ufunc, parts: Iterator[tuple[Array, ...]], n: int, threads:
         for part in parts:
             ufunc(*part[:n], out=part[n:])
 
+    # Most programs use one thread, and this import takes a tenth of that of chasles.
+    from concurrent.futures import wait  # noqa: PLC0415
+
     helpers: list[Future[None]] = []
     # Where no thread can be started (the system has no more, the interpreter shuts down), this one
     # does it all.
@@ -141,6 +146,8 @@ def _share(ufunc: np.ufunc, parts: Iterator[tuple[Array, ...]], n: int, threads:
 
 
 def _get_pool() -> ThreadPoolExecutor:
+    from concurrent.futures import ThreadPoolExecutor  # noqa: PLC0415
+
     global _pool  # noqa: PLW0603
     with _pool_lock:
         if _pool is None:

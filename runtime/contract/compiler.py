@@ -12,7 +12,6 @@ import os
 import platform
 import shlex
 import shutil
-import subprocess
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -64,6 +63,9 @@ class Compiler:
         Raises:
             CompileError: If the compiler fails; holds its output.
         """
+        # Loading a robot that was compiled before needs no subprocess.
+        import subprocess  # noqa: PLC0415
+
         command = [*self.command, *self.flags, source, "-o", target, "-lm"]
         result = subprocess.run(
             command, cwd=folder, capture_output=True, text=True, errors="replace", check=False

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from keyword import iskeyword
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from ..errors import ManifestError
 
@@ -23,21 +23,29 @@ class Entry:
         raise ManifestError(f"{self.file}: {self.field}: got {self.value!r}, expected {expected}")
 
     def __getitem__(self, key: str) -> Entry:
-        fields = self.mapping()
+        fields = self.fields()
         if key not in fields:
             raise ManifestError(f"{self.file}: {self.field}: has no {key!r}")
-        return fields[key]
+        return self._inner(key, fields[key])
 
     def get(self, key: str, default: object) -> Entry:
         """The entry of a key, with a default where it is absent."""
-        return self.mapping().get(key, Entry(self.file, key, default))
+        return self._inner(key, self.fields().get(key, default))
 
     def mapping(self) -> dict[str, Entry]:
         """The entries of an object by key."""
+        return {key: self._inner(key, value) for key, value in self.fields().items()}
+
+    def fields(self) -> dict[str, Any]:
+        """The value as an object."""
         if not isinstance(self.value, dict):
             self.fail("an object")
-        prefix = "" if self.field == "manifest" else f"{self.field}."
-        return {key: Entry(self.file, prefix + key, value) for key, value in self.value.items()}
+        return self.value
+
+    def _inner(self, key: str, value: object) -> Entry:
+        # The manifest itself has no name in the fields of its entries.
+        field = key if self.field == "manifest" else f"{self.field}.{key}"
+        return Entry(self.file, field, value)
 
     def __iter__(self) -> Iterator[Entry]:
         if not isinstance(self.value, list):

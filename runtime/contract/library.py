@@ -16,7 +16,6 @@ import inspect
 import math
 import os
 import re
-import tempfile
 import textwrap
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -112,9 +111,10 @@ def check_header(manifest: Manifest, header: str) -> None:
         ManifestError: If they differ.
     """
     code = re.sub(r"/\*.*?\*/|//[^\n]*", " ", header, flags=re.DOTALL)
+    declarations = dict(re.findall(r"\bvoid\s+(\w+)\s*\(([^()]*)\)\s*;", code))
     for function in manifest.functions:
-        found = re.search(rf"\bvoid\s+{function.symbol}\s*\(([^()]*)\)\s*;", code)
-        declared = [_declared_size(item) for item in found[1].split(",")] if found else []
+        found = declarations.get(function.symbol)
+        declared = [_declared_size(item) for item in found.split(",")] if found else []
         if declared != _sizes(function):
             raise ManifestError(
                 f"{manifest.folder / manifest.name}.h: {function.symbol}: declared with sizes "
@@ -268,6 +268,9 @@ def _open(recipe: Recipe) -> _call.Library:
 
 
 def _compile(recipe: Recipe) -> None:
+    # Loading a robot that was compiled before needs no temporary folder.
+    import tempfile  # noqa: PLC0415
+
     cache = recipe.path.parent
     try:
         cache.mkdir(mode=0o700, parents=True, exist_ok=True)

@@ -38,7 +38,7 @@ def build(name, folder, *flags):
     """The driver with all functions of a robot."""
     manifest = read_manifest(GENERATED / name)
     (folder / "glue.c").write_text(write_glue(manifest))
-    paths = [f"-I{RUNTIME}", f"-I{manifest.folder}"]
+    paths = [f"-I{RUNTIME}", f"-I{RUNTIME / 'contract'}", f"-I{manifest.folder}"]
     command = [GCC, "-std=gnu99", "-Wall", "-Wextra", "-Werror", "-Wno-psabi", *flags, *paths]
     libraries = ["-lpthread", "-lmvec", "-lm"]
     subprocess.run(
@@ -53,7 +53,12 @@ def build_solvers(name, folder, sanitizers):
     files = {file: digest for file, digest in manifest.files.items() if file != manifest.batch_file}
     (folder / "glue.c").write_text(write_glue(replace(manifest, files=files)))
     flags = ["-std=gnu11", "-Wall", "-Wextra", "-Werror", "-O1", "-fno-sanitize-recover=all"]
-    paths = [f"-fsanitize={sanitizers}", f"-I{RUNTIME}", f"-I{manifest.folder}"]
+    paths = [
+        f"-fsanitize={sanitizers}",
+        f"-I{RUNTIME}",
+        f"-I{RUNTIME / 'contract'}",
+        f"-I{manifest.folder}",
+    ]
     command = [GCC, *flags, *paths, str(SOLVERS), "glue.c", "-o", "solvers", "-lpthread", "-lm"]
     subprocess.run(command, cwd=folder, check=True)
     return folder / "solvers"
