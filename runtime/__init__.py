@@ -64,12 +64,12 @@ __all__ = [
 
 
 def robots() -> list[str]:
-    """The names of the generated robots that are installed along."""
+    """The names of the generated robots that are installed with chasles."""
     return list(shipped_folders())
 
 
 def load(robot: str | os.PathLike[str]) -> Robot:
-    """Loads a generated robot; compiles it if that was not done before.
+    """Loads a generated robot, and compiles it first if the cache does not hold it.
 
     Args:
         robot: The name of one of `robots()`, or the folder of a generated robot, as a path object
@@ -80,22 +80,22 @@ def load(robot: str | os.PathLike[str]) -> Robot:
 
     Raises:
         UnknownRobotError: If there is no such robot.
-        ChaslesError: If it cannot be read, compiled or opened; the message says why.
+        ChaslesError: If it cannot be read, compiled or opened; the message states the reason.
     """
     folder = find_folder(robot)
     if folder.is_file():
         raise UnknownRobotError(
-            f"{folder} is a file; a description is first derived, `chasles-derive {folder} --to "
-            "robots`, then loaded by its folder, ./robots/<its name>"
+            f"{folder} is a file; derive the description first, `chasles-derive {folder} --to "
+            "robots`, then load the folder, ./robots/<its name>"
         )
     return Robot(read_manifest(folder))
 
 
 def find_folder(robot: str | os.PathLike[str]) -> Path:
-    """The folder of a robot, given as to `load`.
+    """The folder of a robot, given in the same way as to `load`.
 
     Raises:
-        UnknownRobotError: If it is a name that no installed robot has.
+        UnknownRobotError: If no installed robot has that name.
     """
     if not isinstance(robot, str) or os.sep in robot or Path(robot).is_file():
         return Path(robot)
@@ -113,7 +113,7 @@ def find_folder(robot: str | os.PathLike[str]) -> Path:
 
 
 def __getattr__(name: str) -> str:
-    """The version, looked up only when asked for: the look-up takes as long as the import."""
+    """The version, looked up when it is needed: the look-up takes as long as the import."""
     if name != "__version__":
         raise AttributeError(f"module 'chasles' has no attribute {name!r}")
     from importlib.metadata import version  # noqa: PLC0415

@@ -1,4 +1,4 @@
-"""A robot as it is used: its facts, and its functions as attributes."""
+"""A robot in use: its facts, and its functions as attributes."""
 
 from __future__ import annotations
 
@@ -51,17 +51,18 @@ class Robot(
     TrackMethods,
     VelocityMethods,
 ):
-    """A generated robot: what it is, and what it computes.
+    """A generated robot: its facts and its functions.
 
-    The functions are attributes (`robot.fk(q)`); which ones there are depends on the robot, and
-    `robot.functions` holds them all, each with a help text of its own (`help(robot.fk)`). A Robot
-    does not change, and robots that were generated alike are equal.
+    The functions are attributes (`robot.fk(q)`). Robots differ in their functions: `dir(robot)`
+    lists what this one has, `robot.functions` holds its functions by name, and each has a help text
+    of its own (`help(robot.fk)`). A Robot does not change, and robots with equal manifests are
+    equal.
 
-    All functions are called alike. Leading dimensions broadcast. Integers and other floats become
-    float64; booleans, complex numbers and strings are refused (`InputError`), and so is a wrong
-    shape (`ShapeError`). NaN and infinity flow through without a warning. `out=` takes the array to
-    write into, or a tuple of them, which may overlap the inputs. `threads=` splits a large batch
-    over that many threads ("all": one a core). dask arrays give lazy dask arrays.
+    All functions are called in the same way. Leading dimensions broadcast. Integers and other
+    floats become float64; booleans, complex numbers and strings raise `InputTypeError`, a wrong
+    shape raises `ShapeError`. NaN and infinity propagate without a warning. `out=` takes the array
+    to write into, or a tuple of arrays, which may overlap the inputs. `threads=` splits a large
+    batch over that many threads ("all": one per core). dask arrays give lazy dask arrays.
 
     Attributes:
         name: Its name, as given to `load`.
@@ -69,27 +70,27 @@ class Robot(
         kind: "serial"; "hybrid" with loops in closed form; "platform" with loops that are solved
             by iteration, while the actuated coordinates follow from the main chain in closed form;
             "iterated" where neither follows from the other in closed form.
-        source: Where its description comes from.
-        n: How many actuated coordinates it has, the length of `q`.
+        source: The origin of its description.
+        n: Number of actuated coordinates, the length of `q`.
         coordinates: The coordinates, in the order of `q`.
         lower: (n,) lower limits [rad or m], -inf where there is none.
         upper: (n,) upper limits [rad or m], inf where there is none.
         frames: The names of base, tip and links.
         parameters: Its geometry by name.
-        notes: What to know about it.
+        notes: Remarks, such as numbers that were snapped.
         functions: Its functions by name.
         labels: The branch in each slot, of every function with slots, by its name:
             `robot.labels["ik"]`, `robot.labels["chain_all"]`.
-        redundancy: What `ik` takes beside the pose, which chooses one of infinitely many inverses:
-            name, unit and meaning of each; () where the pose is enough, or there is no `ik`.
-        loops: The names of its loops; () of a serial robot.
-        solution: How its loops are solved: "closed form", "newton", or "" without loops.
-        chain_joints: The joints of its main chain, in the order of `theta`; of a serial robot its
-            coordinates.
+        redundancy: The inputs of `ik` beside the pose, which choose one of infinitely many
+            inverses: name, unit and meaning of each; () where the pose suffices, or without `ik`.
+        loops: The names of its loops; () for a serial robot.
+        solution: The solution of its loops: "closed form", "newton", or "" without loops.
+        chain_joints: The joints of its main chain, in the order of `theta`; the coordinates for a
+            serial robot.
         passive_joints: Its joints that are neither actuated nor in the main chain.
         configuration_variables: All variables of its loops, in the order of `z`.
-        reference: The configuration whose branch is meant, None without loops.
-        folder: Where it was loaded from.
+        reference: The configuration that selects the branch, None without loops.
+        folder: The folder it was loaded from.
         digest: SHA-256 of its manifest, and so of all its equations.
     """
 
@@ -161,13 +162,14 @@ class Robot(
     configuration_D_q: Function[FloatArray]
 
     def __init__(self, manifest: Manifest) -> None:
-        """Makes the robot of a manifest; compiles its functions if that was not done before.
+        """Makes the robot of a manifest, and compiles its functions if the cache lacks them.
 
         Args:
             manifest: The manifest.
 
         Raises:
-            ChaslesError: If its functions cannot be compiled or loaded; the message says why.
+            ChaslesError: If its functions cannot be compiled or loaded; the message states the
+                reason.
         """
         pickler = _function_pickler(manifest)
         functions = load_functions(manifest, pickler)
@@ -239,15 +241,15 @@ class Robot(
         return f"<Robot {self.name}: {self.title}; q = ({coordinates}); {functions}>"
 
     def __eq__(self, other: object) -> bool:
-        """Whether both were generated alike."""
+        """Whether both have the same manifest."""
         return self.digest == other.digest if isinstance(other, Robot) else NotImplemented
 
     def __hash__(self) -> int:
-        """Goes with equality."""
+        """The hash of the manifest's digest."""
         return hash(self.digest)
 
     def __reduce__(self) -> tuple[Callable[..., Robot], tuple[str, str]]:
-        """Pickles by place and digest; the other side loads, and compiles, for itself."""
+        """Pickles folder and digest; the process that unpickles loads the robot by itself."""
         return _restore, (_address(self.folder), self.digest)
 
 
@@ -278,7 +280,7 @@ def _class_without(missing: frozenset[tuple[str, Hint]]) -> type[Robot]:
 
 
 def shipped_folders() -> dict[str, Path]:
-    """The folders of the generated robots that are installed along, by name."""
+    """The folders of the generated robots that are installed with chasles, by name."""
     spec = find_spec("chasles.generated")
     roots = spec.submodule_search_locations if spec else None
     manifests = [file for root in roots or () for file in Path(root).glob("*/manifest.json")]
@@ -292,7 +294,7 @@ def _constant(values: list[float]) -> FloatArray:
 
 
 def _address(folder: Path) -> str:
-    """By name where it is one of ours, so that the pickle may cross to another machine."""
+    """The name of an installed robot, so that the pickle is valid on another machine too."""
     return folder.name if shipped_folders().get(folder.name) == folder else str(folder.absolute())
 
 
@@ -300,13 +302,13 @@ def _restore(address: str, digest: str) -> Robot:
     folder = shipped_folders().get(address, Path(address))
     manifest = read_manifest(folder)
     if manifest.digest != digest:
-        raise SourceMismatchError(f"{folder}: is not the {manifest.name} that was pickled")
+        raise SourceMismatchError(f"{folder}: not the {manifest.name} that was pickled")
     return Robot(manifest)
 
 
 @functools.cache
 def _restore_once(address: str, digest: str) -> Robot:
-    """For functions: a scheduler sends the same one along with every piece of an array."""
+    """As above, but once: a scheduler sends the same function with every piece of an array."""
     return _restore(address, digest)
 
 

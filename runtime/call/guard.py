@@ -1,7 +1,7 @@
-"""What a single pose tells its caller where a loop does not close.
+"""The error of a single pose at which a loop does not close.
 
-A loop that does not close gives NaN. In a batch that is the answer; a call with one pose is told
-which loop it is, and where.
+A loop that does not close gives NaN. A batch returns the NaN; a call with one pose raises an error
+that names the loop and the coordinates.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Named(Protocol):
-    """What has a name and a unit."""
+    """A coordinate, with its name and unit."""
 
     @property
     def name(self) -> str:
@@ -33,12 +33,12 @@ class Named(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Guard:
-    """Raises for a pose at which a function's result is not finite because of a loop.
+    """Raises for a pose at which a loop makes a function's result not finite.
 
     Attributes:
         label: Robot and function.
-        margin: sin^2 of the transmission angle of each step of the loops' solution, from the
-            function's first input: positive where it closes, 0 at a dead point.
+        margin: From the function's first input to sin^2 of the transmission angle of each step of
+            the loops' solution: positive where the loop closes, 0 at a dead point.
         steps: The loop of each step.
         coordinates: The elements of the function's first input.
         dead_point: Margin up to which a loop counts as at its dead point.
@@ -51,10 +51,10 @@ class Guard:
     dead_point: float
 
     def __call__(self, inputs: tuple[NDArray[np.float64], ...]) -> None:
-        """Looks for the loop that is to blame.
+        """Finds the loop that makes the result not finite.
 
         Args:
-            inputs: What the function was called with, one pose.
+            inputs: The inputs of the call, one pose.
 
         Raises:
             OutOfReachError: If a loop does not close there.

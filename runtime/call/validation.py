@@ -1,4 +1,4 @@
-"""Arguments that are to be real numbers, read the same way by every method."""
+"""Validation of arguments that must be real numbers, the same for every method."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ def real_array(caller: str, name: str, given: Any) -> NDArray[np.float64]:
     """A float64 array of integers or other floats.
 
     Args:
-        caller: Who asks, "ur5e.track", for the error.
+        caller: The method, such as "ur5e.track", for the error.
         name: The argument.
-        given: What was given for it.
+        given: Its value.
 
     Raises:
-        InputTypeError: If it is not made of real numbers.
+        InputTypeError: If the value is not made of real numbers.
     """
     if isinstance(given, np.ndarray) and given.dtype == np.float64:
         return given

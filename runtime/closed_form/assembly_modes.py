@@ -6,8 +6,8 @@ its position; the angle phi then satisfies
     a_0 + sum_k (a_k cos(k phi) + b_k sin(k phi)) = 0,   k = 1, 2, 3
 
 which, with z = exp(i phi), is a polynomial of degree 6 in z whose roots on the unit circle are the
-modes. They are the eigenvalues of its companion matrix; Newton's iteration on the lengths of the
-rods makes them exact.
+modes. They are the eigenvalues of its companion matrix, refined by Newton's iteration on the
+lengths of the rods.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ MODES = 6
 _DEGREE = 3
 _ITERATIONS = 12
 _BLOCK = 50_000
-"""Inputs that are solved at a time: some 60 MB of companion matrices."""
+"""Inputs solved at a time: some 60 MB of companion matrices."""
 
 
 class PlanarModes(NamedTuple):
@@ -48,7 +48,7 @@ class PlanarModes(NamedTuple):
     Attributes:
         x: (..., 6, 3) poses (x, y [m], phi [rad] in (-pi, pi]) of the platform; unused slots, which
             are the last, are NaN.
-        valid: (..., 6) whether a slot holds a mode: all rods are then right to 1e-12 m.
+        valid: (..., 6) whether a slot holds a mode: all rods then have their lengths to 1e-12 m.
     """
 
     x: FloatArray
@@ -56,7 +56,7 @@ class PlanarModes(NamedTuple):
 
 
 class PlanarMethods:
-    """The part of a robot that three planar legs bring along."""
+    """The methods of a platform on three planar legs."""
 
     n: int
     functions: Mapping[str, Function[Any]]
@@ -71,9 +71,9 @@ class PlanarMethods:
     def fk_planar_all(self, q: ArrayLike) -> PlanarModes:
         """Every pose in which the platform can be assembled at given actuators.
 
-        Two modes nearer than 1e-7 (metre, radian) to each other count as one; where they meet the
-        platform is at a singularity of type 2. Where the three rods turn in parallel, a whole
-        circle of poses is possible and none of them is found.
+        Two modes less than 1e-7 (metre, radian) apart count as one; where they meet the platform is
+        at a singularity of type 2. Where the three rods turn in parallel, a whole circle of poses
+        is possible and the method finds none of them.
 
         Args:
             q: (..., n) actuated coordinates [rad or m].
@@ -104,7 +104,7 @@ class PlanarMethods:
         return _gathered(len(q), row, x)
 
     def _starts(self, q: FloatArray, z: NDArray[np.complex128]) -> tuple[IntArray, FloatArray]:
-        """Where to begin: the row of q of each start, and the pose."""
+        """The starts of the iteration: row of q, and pose."""
         row, slot = np.nonzero(np.abs(np.abs(z) - 1) < NEAR_CIRCLE)
         phi = np.angle(z[row, slot])
         x = self.assembly_position(q[row], phi)
@@ -117,7 +117,7 @@ class PlanarMethods:
         return np.concatenate([row, row[paired]]), np.concatenate([x, other])
 
     def _polished(self, x: FloatArray, q: FloatArray) -> FloatArray:
-        """Newton's iteration on the rods; NaN where it does not come to a mode."""
+        """Newton's iteration on the rods; NaN where it reaches no mode."""
         x = x.copy()
         active = np.flatnonzero(np.isfinite(x).all(-1))
         error, step = np.full(len(x), np.inf), np.full(len(x), np.inf)
@@ -134,9 +134,9 @@ class PlanarMethods:
             step[active] = np.abs(change).max(-1)
             active = active[np.isfinite(step[active])]
         error[:] = np.abs(self.rods(x, q)).max(-1, initial=0.0)
-        # Written so that NaN is no mode.
+        # Negated, so that NaN counts as no mode.
         x[~(error <= RODS_CLOSED)] = np.nan
-        # Into (-pi, pi], also what rounding leaves at -pi.
+        # Into (-pi, pi], angles that rounding left at -pi included.
         x[:, 2] = np.pi - np.mod(np.pi - x[:, 2], 2 * np.pi)
         return x
 
@@ -144,9 +144,9 @@ class PlanarMethods:
 def roots(polynomial: FloatArray) -> NDArray[np.complex128]:
     """Roots z = exp(i phi) of real trigonometric polynomials of degree 3.
 
-    The polynomial in z is its own reciprocal: a leading coefficient that vanishes takes the last
-    one with it, a root at infinity and one at zero, neither of which is an angle; the degree is
-    then two less.
+    The polynomial in z is its own reciprocal: if the leading coefficient vanishes, so does the last
+    one. Then one root is at infinity and one at zero, neither is an angle, and the degree is two
+    less.
 
     Args:
         polynomial: (N, 7) coefficients a_0, a_1, b_1, a_2, b_2, a_3, b_3.
@@ -193,7 +193,7 @@ def _gathered(n: int, row: IntArray, x: FloatArray) -> FloatArray:
     table[row, position] = x
     for k in range(1, 2 * MODES):
         difference = np.abs(table[:, :k] - table[:, k, None])
-        # -pi and pi are one.
+        # -pi and pi are the same angle.
         difference[..., 2] = np.minimum(difference[..., 2], 2 * np.pi - difference[..., 2])
         again = (difference < SAME_MODE).all(-1).any(-1)
         table[again, k] = np.nan

@@ -1,8 +1,9 @@
 """The inverse of calibrated arms: that of a nominal arm nearby, brought to the true one.
 
-The axes of a real arm do not quite meet, and closed forms need them to. Off singularities a nominal
-answer is some millimetres away from a true one, and Newton's iteration takes it there. Near them it
-may be anywhere, and the iteration is begun from several places.
+The axes of a real arm do not quite meet, and closed forms need axes that do. Off singularities a
+nominal answer is some millimetres away from a true one, and Newton's iteration leads there. Near
+singularities the true answer may be anywhere, and the iteration starts from several
+configurations.
 """
 
 from __future__ import annotations
@@ -30,19 +31,19 @@ _POSES_AROUND = 40
 
 
 class PolishedSolutions(Solutions):
-    """Solutions of a calibrated arm, which began as those of a nominal arm nearby.
+    """Solutions of a calibrated arm, iterated from those of a nominal arm nearby.
 
     Attributes:
-        nominal_residual: (..., k) the residual of the nominal arm where each slot began.
-        lost: (...,) of how many branches the nominal arm reaches the pose and the true one does
-            not, or is not led there by the iteration.
+        nominal_residual: (..., k) the residual of the nominal arm at the start of each slot.
+        lost: (...,) number of branches on which the nominal arm reaches the pose and the true arm
+            does not, or on which the iteration fails.
     """
 
     nominal_residual: FloatArray
     lost: IntArray
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """By what its class was made of, and what is not in the tuple."""
+        """Pickles the facts of its class, the tuple and the two further fields."""
         return *super().__reduce__(), vars(self)
 
     def _derived(
@@ -61,7 +62,7 @@ class PolishedSolutions(Solutions):
 class PolishedInverse:
     """The inverse of a calibrated arm: that of a nominal arm, then Newton's iteration.
 
-    It is called as the generated function is, and returns PolishedSolutions.
+    It is called in the same way as the generated function, and returns PolishedSolutions.
     """
 
     def __init__(
@@ -91,9 +92,9 @@ class PolishedInverse:
         self.operations, self.__signature__ = nominal.operations, nominal.__signature__
         self.__name__, self.__qualname__ = nominal.__name__, nominal.__qualname__
         self.__doc__ = f"""{nominal.__doc__}
-It is that of a nominal arm nearby, brought to the true one by Newton's iteration: `residual` is of
-the true arm, `nominal_residual` of the nominal one where the iteration began; `lost` counts the
-branches that it did not bring there.
+Newton's iteration leads from the inverse of a nominal arm nearby to that of the true arm:
+`residual` belongs to the true arm, `nominal_residual` to the nominal arm at the start of the
+iteration; `lost` counts the branches on which the iteration failed.
 """
 
     def __call__(
@@ -103,7 +104,7 @@ branches that it did not bring there.
         threads: int | Literal["all"] | None = 1,
         **named_inputs: ArrayLike,
     ) -> PolishedSolutions:
-        """Computes it, see its own help."""
+        """Computes the inverse; see its own help."""
         began = self.nominal(*inputs, out=out, threads=threads, **named_inputs)
         if not isinstance(began.q, np.ndarray):
             raise InputTypeError(
@@ -119,7 +120,7 @@ branches that it did not bring there.
         given = [np.broadcast_to(value[..., None], slots) for value in given]
         nominal_residual = began.residual.copy()
         q, residual = self._polished(T, tuple(given), began)
-        # In place, so that what was given as out has it too.
+        # In place, so that arrays given as out hold it too.
         began.q[...], began.residual[...] = q, residual
         found: PolishedSolutions = self.solutions.judged(*began[:3])
         found.nominal_residual = nominal_residual
@@ -131,7 +132,7 @@ branches that it did not bring there.
     ) -> tuple[FloatArray, FloatArray]:
         """From nominal answers to true ones: q (..., k, n) and residual (..., k).
 
-        Where the iteration fails, it begins again elsewhere.
+        Where the iteration fails, it starts again from another configuration.
         """
         q, residual = polish(self, T, began.q, self._fixed)
         near = began.residual < self._near
@@ -139,7 +140,7 @@ branches that it did not bring there.
             failed = ~(residual <= SOLVED)
             missed = failed.all(-1, keepdims=True) & near.any(-1, keepdims=True)
             failed &= missed if is_last else missed | near
-            # Those for poses of which all failed come last.
+            # The starts for poses at which all slots failed come last.
             if not failed.any():
                 break
             slot = np.nonzero(failed)[-1]
@@ -152,17 +153,17 @@ branches that it did not bring there.
     def _starts(
         self, T: FloatArray, given: tuple[FloatArray, ...], began: Solutions
     ) -> Iterator[tuple[Callable[[BoolArray, IntArray], FloatArray], bool]]:
-        """Where else to begin: for the slots (..., k) that failed, coordinates (N, n).
+        """Further starts (N, n) for the slots (..., k) that failed.
 
-        With each, whether it is meant only for poses of which all slots failed.
+        Each comes with a flag: whether it is meant only for poses at which all slots failed.
 
-        A least-squares answer is singular, and no step leads off it: so one begins beside it. Slots
-        whose branches meet there differ in one sign: those of an even number of signs are nudged
-        one way, those of an odd number the other, to come to different sides.
+        A least-squares answer is singular, and no step leads off it: so the iteration starts beside
+        it. Slots whose branches meet there differ in one sign: slots with an even number of signs
+        are nudged to one side, those with an odd number to the other.
 
-        Near a singularity a small difference of the arms is a large one of the joints: so the
-        nominal inverse is asked for the pose that, as far as is seen, gives the one that is wanted;
-        and, where nothing else is left, for poses around it.
+        Near a singularity a small difference between the arms is a large difference between their
+        joints. So the nominal inverse is evaluated at the pose that should lead to the wanted one,
+        given the error seen so far; and last at poses around it.
         """
         nudge = np.where(self.solutions.wraps, NUDGE, 0.0)
         nudge[list(self._fixed)] = 0.0
@@ -197,11 +198,11 @@ branches that it did not bring there.
             yield partial(around, seed), True
 
     def __repr__(self) -> str:
-        """As of a generated function."""
+        """In the form of a generated function."""
         return f"<chasles function {self.__qualname__}{self.__signature__}, polished>"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """As of a generated function."""
+        """Pickles in the form of a generated function."""
         return self._reduced
 
 
@@ -210,15 +211,15 @@ def functions(
     generated: Mapping[str, Function[Any]],
     reduced: Callable[[str], tuple[Any, ...]],
 ) -> dict[str, Any]:
-    """What a calibrated arm offers in the place of the inverse that was generated.
+    """The inverse of a calibrated arm, in place of the generated one.
 
     Args:
         manifest: The robot's manifest.
         generated: Its generated functions.
-        reduced: For a function's name, how to pickle it.
+        reduced: From a function's name to the value of its `__reduce__`.
 
     Returns:
-        `ik`, which takes a pose; a task of fewer freedoms is left as it is.
+        The inverse of a pose, by name; inverses of tasks with fewer freedoms stay as they are.
     """
     info = manifest.with_role("inverse", "pose")
     jacobian = manifest.with_role("pose and jacobian", "actuators")

@@ -1,4 +1,4 @@
-"""What a robot with loops offers beside its functions: which poses close, and all branches."""
+"""The methods of a robot with loops: whether poses close, and all branches."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def _can_check_chain(robot: LoopMethods) -> bool:
 
 
 class LoopMethods(NewtonMethods):
-    """The part of a robot that its loops bring along."""
+    """The methods of a robot with loops."""
 
     chain_joints: tuple[Coordinate, ...]
     _roles: Mapping[tuple[str, str, str], Function[Any]]
@@ -71,10 +71,10 @@ class LoopMethods(NewtonMethods):
 
     @needs(when=_can_check_actuators)
     def valid(self, q: ArrayLike) -> BoolArray:
-        """Whether the loops close at actuated coordinates; dead points do.
+        """Whether the loops close at actuated coordinates; at dead points they do.
 
-        Limits are not looked at. Where loops are solved by Newton's iteration: whether it reaches
-        those coordinates from the reference configuration.
+        Limits play no part. Where the loops are solved by Newton's iteration, the result is whether
+        the iteration reaches those coordinates from the reference configuration.
 
         Args:
             q: (..., n) [rad or m].
@@ -88,10 +88,11 @@ class LoopMethods(NewtonMethods):
 
     @needs("actuators", when=_can_check_chain)
     def actuators_valid(self, theta: ArrayLike) -> BoolArray:
-        """Whether the actuators can hold the main chain at given joints; dead points count.
+        """Whether the actuators can hold the main chain at given joints; at dead points they can.
 
-        Joints that the loops do not let come together are none, though `actuators` has a number for
-        them: it reads no more joints than it needs. Nor are joints that another branch has.
+        The result is False for joints that the loops do not allow together, although `actuators`
+        returns a number for them: it reads no more joints than it needs. It is also False for
+        joints on another branch.
 
         Args:
             theta: (..., n_theta) main-chain joints [rad or m].
@@ -108,7 +109,7 @@ class LoopMethods(NewtonMethods):
         return held
 
     def _comes_back(self, theta: FloatArray) -> BoolArray:
-        """Whether the actuators of some joints give these joints again, on whatever branch."""
+        """Whether the actuators of joints theta lead back to theta on any branch."""
         rows = np.atleast_2d(theta)
         q = self._roles["map", "chain", "actuators"](rows)
         branches = self._roles.get(("branches", "actuators", "chain"))
@@ -130,8 +131,8 @@ class LoopMethods(NewtonMethods):
             q: (..., n) actuated coordinates [rad or m].
 
         Returns:
-            `theta (..., k, n_theta)`, `valid (..., k)`, `margin`; no slot is ever left out, so that
-            a slot keeps its branch from pose to pose.
+            `theta (..., k, n_theta)`, `valid (..., k)`, `margin`; a slot keeps its branch from pose
+            to pose, and `labels["chain_all"]` names the branch in each slot.
         """
         theta, margin = self.chain_all(q)
         return ChainBranches(theta, _branch_closes(theta, margin), margin)
@@ -144,20 +145,21 @@ class LoopMethods(NewtonMethods):
             theta: (..., n_theta) main-chain joints [rad or m].
 
         Returns:
-            `q (..., k, n)`, `valid (..., k)`, `margin`; a slot keeps its branch from pose to pose.
+            `q (..., k, n)`, `valid (..., k)`, `margin`; a slot keeps its branch from pose to pose,
+            and `labels["actuators_all"]` names the branch in each slot.
         """
         q, margin = self.actuators_all(theta)
         return ActuatorBranches(q, _branch_closes(q, margin), margin)
 
     @needs("actuators_all", when=_is_planar)
     def ik_planar(self, pose: ArrayLike) -> ActuatorBranches:
-        """Every way to hold a planar platform at a pose: the inverse, leg by leg.
+        """The inverse of a planar platform, leg by leg: all actuated coordinates at a pose.
 
         Args:
             pose: (..., 3): x, y [m] and phi [rad] of the platform.
 
         Returns:
-            `q (..., k, n)`, `valid (..., k)`, `margin`; with two branches a leg, k is 8 for three
+            `q (..., k, n)`, `valid (..., k)`, `margin`; with two branches per leg, k is 8 for three
             legs.
         """
         return self.actuator_branches(pose)

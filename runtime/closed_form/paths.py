@@ -1,4 +1,4 @@
-"""A path of poses followed on one branch of the inverse."""
+"""Paths of poses, followed on one branch of the inverse."""
 
 from __future__ import annotations
 
@@ -25,20 +25,22 @@ Reason = Literal["", "no solution", "jump", "limit"]
 
 @dataclass(frozen=True, slots=True)
 class Path:
-    """How far a path of poses was followed on one branch.
+    """A path of poses, as far as it was followed on one branch.
 
     Attributes:
-        q: (reached, n) coordinates [rad or m]; joints that turn go on beyond a turn, with no jump.
+        q: (reached, n) coordinates [rad or m]; turning joints continue beyond a turn without a
+            jump.
         complete: Whether the last pose was reached.
         ended_at: The index of the first pose that was not reached, the number of poses if all were.
-        reason: "" if complete; "no solution": no branch reaches that pose; "jump": some do, but the
-            nearest is further than a joint may go; "limit": the branch goes on beyond a limit.
-        joint: The coordinate that would jump or pass its limit, "" for another reason.
-        would_be: The value that it would go to, NaN for another reason.
-        smallest_margin: The smallest margin on the way, 0 at the border of reach (a stretched
-            elbow, not a wrist in line); NaN if nothing was reached.
-        smallest_margin_at: The index of that pose, -1 if nothing was reached.
-        largest_step: (n,) the largest move of each coordinate from a pose to the next.
+        reason: "" if complete; "no solution": no branch reaches that pose; "jump": branches reach
+            it, but the nearest is further than a joint may move; "limit": the branch continues
+            beyond a limit.
+        joint: The coordinate that would jump or pass its limit, "" for other reasons.
+        would_be: The value that this coordinate would take, NaN for other reasons.
+        smallest_margin: The smallest margin on the path, 0 at the border of reach (a stretched
+            elbow, not a wrist in line); NaN if no pose was reached.
+        smallest_margin_at: The index of that pose, -1 if no pose was reached.
+        largest_step: (n,) the largest move of each coordinate between successive poses.
     """
 
     q: FloatArray
@@ -65,7 +67,7 @@ class Path:
 
 @dataclass(frozen=True, slots=True)
 class _Step:
-    """Where a pose is on the branch, or why it is not."""
+    """The coordinates of a pose on the branch, or the reason why it has none."""
 
     q: FloatArray
     margin: float
@@ -78,7 +80,7 @@ def _has_inverse(robot: InverseMethods) -> bool:
 
 
 class InverseMethods:
-    """The part of a robot that an inverse brings along."""
+    """The methods of a robot with a closed-form inverse."""
 
     name: str
     n: int
@@ -94,21 +96,22 @@ class InverseMethods:
     def ik_path(self, T: ArrayLike, seed: ArrayLike, *given: ArrayLike, jump: float = JUMP) -> Path:
         """Follows one branch along a path of poses, from the solution nearest to a seed.
 
-        At each pose it goes to the solution that moves the joints least from the pose before, turn
-        for turn. That follows the branch itself rather than its slot: at a singularity branches
-        meet and slots may change places. Where a continuum of solutions reaches a pose (a wrist
-        with two axes in line), the one nearby is found by Newton's iteration. A path ends where it
-        would have to leave the robot's limits, although another branch might go on.
+        Each step takes the solution that moves the joints least from the pose before, turns
+        included. So the path follows the branch itself rather than its slot: at a singularity
+        branches meet and slots may be exchanged. Where a continuum of solutions reaches a pose (a
+        wrist with two axes in line), Newton's iteration finds the solution nearby. A path ends
+        where it would have to leave the robot's limits, even if another branch would continue.
 
         Args:
-            T: (m, 4, 4) poses of the tool in the base frame, close to each other.
-            seed: (n,) where to begin [rad or m]: the path takes the nearest solution within the
-                limits.
-            given: What else `ik` takes (`redundancy`), each () or (m,).
-            jump: How far a joint may go from a pose to the next [rad or m].
+            T: (m, 4, 4) poses of the tool measured and expressed in the base frame, close to each
+                other.
+            seed: (n,) coordinates [rad or m] near the start: the path begins at the nearest
+                solution within the limits.
+            given: The further inputs of `ik` (`redundancy`), each () or (m,).
+            jump: Largest move of a joint between successive poses [rad or m].
 
         Returns:
-            The coordinates as far as they go, and why no further.
+            The coordinates as far as the path was followed, and the reason for its end.
 
         Raises:
             ShapeError: If T is not a list of poses, or the seed not n values.
@@ -124,7 +127,7 @@ class InverseMethods:
             raise InputValueError(f"{self.name}.ik_path: jump must be positive, got {jump!r}")
         solutions = self._roles["inverse", "pose", ""](poses, *given)
         if solutions.q.shape[:-2] != poses.shape[:1]:
-            raise ShapeError(f"{self.name}.ik_path: what else is given must be () or (m,)")
+            raise ShapeError(f"{self.name}.ik_path: inputs beside the pose must be () or (m,)")
         steps: list[_Step] = []
         for index, pose in enumerate(poses):
             slots = solutions.at(index)
@@ -167,7 +170,7 @@ class InverseMethods:
         return _Step(q, margin)
 
     def _nearby(self, pose: FloatArray, here: FloatArray) -> FloatArray | None:
-        """A solution that the last one leads to, where the pose alone determines them."""
+        """The solution near the last one, where the pose alone determines solutions."""
         if ("pose and jacobian", "actuators", "") not in self._roles or self.redundancy:
             return None
         q, residual = polish(self, pose, here)

@@ -1,9 +1,9 @@
-"""The last resort of an inverse: poses that its closed form only comes near to.
+"""Refinement near singularities: poses at which a closed form loses half of its digits.
 
 Where singularities of several steps nearly coincide, each step loses half of its digits, and a pose
-within reach may be left with no slot better than 1e-8. Newton's iteration, begun there, is at the
-solution after a step or two. It is asked for such poses only, which are one in a hundred thousand
-of those made to be singular; all others cost one comparison a slot.
+within reach may have no slot better than 1e-8. Newton's iteration from there reaches the solution
+after a step or two. It runs for such poses only, one in a hundred thousand of poses made to be
+singular; all others cost one comparison per slot.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ class Refinement:
     """Newton's iteration for poses that have no valid slot, but one with a small residual.
 
     Attributes:
-        fk_jacobian_mixed: Of the robot.
-        fixed: Which coordinates are given beside the pose, and keep their values.
-        near: The largest such residual.
+        fk_jacobian_mixed: That function of the robot.
+        fixed: Indices of the coordinates that are given beside the pose and keep their values.
+        near: Largest residual [m, rad] at which a slot is refined.
     """
 
     fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]]
@@ -46,13 +46,13 @@ class Refinement:
         residual: FloatArray,
         valid: BoolArray,
     ) -> None:
-        """Moves the slots that are near onto solutions, in place, where there are any.
+        """Moves slots near a solution onto it, in place.
 
-        A slot that does not come to one keeps its least-squares answer. A swivel angle that was
-        given is kept as nearly as the closed form had the pose.
+        A slot that reaches no solution keeps its least-squares answer. A given swivel angle keeps
+        its value up to the residual of the closed form.
 
         Args:
-            inputs: What the inverse was called with: poses (..., 4, 4) first.
+            inputs: The inputs of the inverse: poses (..., 4, 4) first.
             q: (..., k, n) coordinates.
             residual: (..., k).
             valid: (..., k).
@@ -60,7 +60,7 @@ class Refinement:
         near = residual <= self.near
         missed = np.asarray(~valid.any(-1) & near.any(-1))
         poses = np.broadcast_to(inputs[0], (*missed.shape, 4, 4))
-        # The tool comes no nearer to what is no pose, such as one in single precision, than it is.
+        # A matrix that is not rigid, such as a pose in single precision, has no solution.
         rigid = np.zeros_like(missed)
         rigid[missed] = off_rotation(poses[missed][:, :3, :3]) <= SOLVED
         slots = np.nonzero(near & rigid[..., None])
@@ -97,7 +97,7 @@ def refinement_of(
 
 
 def _residual(here: FloatArray, there: FloatArray) -> FloatArray:
-    """How far poses (N, 4, 4) are apart as the generated code has it."""
+    """The residual between poses (N, 4, 4), defined in the same way as in the generated code."""
     apart = here - there
     distance2 = np.einsum("Ni,Ni->N", apart[:, :3, 3], apart[:, :3, 3])
     turned2 = np.einsum("Nij,Nij->N", apart[:, :3, :3], apart[:, :3, :3])

@@ -1,8 +1,8 @@
 """All branches of an inverse at once, in fixed slots, and the filters that choose among them.
 
-A slot keeps its branch from pose to pose, whether or not the arm reaches the pose on it; so filters
-leave the slots where they are and clear `valid`. Each returns what it was called on, and they can
-be chained:
+A slot keeps its branch from pose to pose, whether or not the arm reaches the pose on it, and
+`labels` names the branches. So filters leave the slots in place and clear `valid`. Each filter
+returns solutions, and filters can be chained:
 
     robot.ik(T).within_limits().distinct().sorted_from(seed)
 """
@@ -29,12 +29,12 @@ _TURN = 2 * math.pi
 
 
 class LeastSquares(NamedTuple):
-    """What comes nearest to poses that are out of reach.
+    """The coordinates that come nearest to poses out of reach.
 
     Attributes:
         q: (..., n) coordinates [rad or m]; NaN where the pose has solutions.
-        residual: (...,) how far off the tool is, the larger of distance [m] and angle [rad]; NaN
-            where the pose has solutions.
+        residual: (...,) error of the tool, the larger of distance [m] and angle [rad]; NaN where
+            the pose has solutions.
     """
 
     q: FloatArray
@@ -51,21 +51,24 @@ class _Fields(NamedTuple):
 class Solutions(_Fields):
     """All branches of an inverse, in k fixed slots a pose.
 
-    A tuple of four arrays, `q, residual, margin, valid = robot.ik(T)`, so that iterating over it
-    gives those; the solutions of one pose are the rows of `array()`.
+    A tuple of four arrays, `q, residual, margin, valid = robot.ik(T)`, and iterating over it gives
+    these arrays; the solutions of one pose are the rows of `array()`.
 
     Attributes:
         q: (..., k, n) coordinates [rad or m]: a solution where `valid`, else the least-squares
-            answer of that branch; NaN where an input is.
-        residual: (..., k) how far the tool is from the pose there, by forward kinematics: the
-            larger of distance [m] and angle [rad].
-        margin: (..., k) how well each step of the branch can be solved: 0 at the border of reach,
-            negative beyond it.
+            answer on that branch; NaN where an input is NaN.
+        residual: (..., k) error of the tool by forward kinematics: the larger of distance [m] and
+            angle [rad] from the pose.
+        margin: (..., k) least margin of the steps of the branch: 0 at the border of reach, negative
+            beyond it.
         valid: (..., k) whether the slot holds a solution (residual <= 1e-9) that no filter has
-            taken out.
+            removed.
         coordinates: The elements of q.
-        wraps: (n,) of which coordinates a full turn changes nothing: those that turn, until
-            `within_limits` has told their turns apart.
+        wraps: (n,) whether a full turn of the coordinate leaves the pose unchanged: true for
+            turning joints until `within_limits` lists their turns separately.
+        labels: (k,) the branch in each slot, "shoulder_pan +, elbow -": the joints whose angle the
+            branch chooses, and the choice; () once `sorted_from` has reordered the slots of each
+            pose.
     """
 
     __slots__ = ()
@@ -78,12 +81,12 @@ class Solutions(_Fields):
 
     @classmethod
     def judged(cls, q: Any, residual: Any, margin: Any) -> Self:
-        """Solutions of given slots, valid where the residual is small enough."""
+        """Solutions from slots, valid where the residual is at most `TOLERANCE`."""
         return cls(q, residual, margin, residual <= cls.TOLERANCE)
 
     @property
     def count(self) -> IntArray:  # type: ignore[override]
-        """(...,) how many slots are valid; it takes the place of the method of tuples."""
+        """(...,) number of valid slots; replaces the method `count` of tuples."""
         counted: IntArray = self.valid.sum(-1)
         return counted
 
@@ -91,7 +94,7 @@ class Solutions(_Fields):
         """The solutions of one pose of a batch.
 
         Args:
-            index: Its place, an integer for each leading dimension.
+            index: Its index, an integer for each leading dimension.
 
         Raises:
             InputValueError: If there are more or fewer leading dimensions.
@@ -112,8 +115,8 @@ class Solutions(_Fields):
         """
         if self.valid.ndim != 1:
             raise InputValueError(
-                f"Solutions.array: is of one pose, and these are {self.valid.shape[:-1]}; "
-                "solutions.q[solutions.valid] has those of all poses, one below the other"
+                f"Solutions.array: defined for one pose, got poses {self.valid.shape[:-1]}; "
+                "solutions.q[solutions.valid] has the solutions of all poses, row by row"
             )
         return self.q[self.valid]
 
@@ -124,25 +127,25 @@ class Solutions(_Fields):
         *,
         windings: bool = True,
     ) -> Self:
-        """Only what lies within limits, with every turn that does.
+        """Keeps the solutions within limits, with every turn within them.
 
-        A joint whose limits are more than a turn apart reaches the same place at several values.
-        Each gets a slot of its own: a joint with limits `w` turns apart, rounded up, multiplies the
-        slots by `w`, and the slots of a branch follow each other, the last joint varying fastest,
-        from the lower turn to the upper. Values count down from the upper limit, which belongs to
-        them; a value that is at both limits at once is so listed at the upper one. Joints without
-        any limit keep their one value, of any turn, and joints with one limit are moved into it by
-        as few turns as possible. From then on values are meant as they stand: distances from a seed
-        are no longer wrapped, except for joints without limits.
+        A joint whose limits are more than a turn apart has the same orientation at several values.
+        Each value gets a slot of its own: a joint with limits `w` turns apart, rounded up,
+        multiplies the slots by `w`, and the slots of a branch follow each other, the last joint
+        varying fastest, from the lower turn to the upper. Turns are counted down from the upper
+        limit, which is included; a value at both limits at once is listed at the upper one. Joints
+        without limits keep their value, whatever its turn, and joints with one limit are moved
+        within it by as few turns as possible. From then on each turn is a value of its own:
+        distances from a seed are no longer wrapped, except for joints without limits.
 
-        A joint that rounding has put outside a limit (1e-12) is set onto it.
+        A joint that rounding has put outside a limit (1e-12) is set to the limit.
 
         Args:
             lower: (n,) lower limits [rad or m], -inf for none; the robot's own if None.
             upper: (n,) upper limits [rad or m], inf for none; the robot's own if None.
             windings: False keeps the k slots, each moved into the limits by as few turns as
-                possible: of a large batch of an arm that turns twice in six joints, all windings
-                are a lot.
+                possible: all windings of a large batch need much memory for an arm with six joints
+                of two turns each.
 
         Returns:
             Solutions with k times as many slots as there are windings, the others not valid.
@@ -154,12 +157,12 @@ class Solutions(_Fields):
         low, high = self._limits(lower, upper)
         wraps = np.array(self.wraps)
         turns = _windings(low, high, wraps) if windings else np.ones(len(low), dtype=np.intp)
-        spread = np.array(list(itertools.product(*map(range, turns))), dtype=np.intp)
+        offsets = np.array(list(itertools.product(*map(range, turns))), dtype=np.intp)
         slots, n = self.q.shape[-2:]
-        order = np.repeat(np.arange(slots), len(spread))
+        order = np.repeat(np.arange(slots), len(offsets))
         first = _lowest_turn(self.q, low, high, turns, wraps)
-        moved = self.q[..., None, :] + _TURN * (first[..., None, :] + spread)
-        q = moved.reshape(*self.q.shape[:-2], slots * len(spread), n)
+        moved = self.q[..., None, :] + _TURN * (first[..., None, :] + offsets)
+        q = moved.reshape(*self.q.shape[:-2], slots * len(offsets), n)
         inside = within(q, low, high)
         residual, margin, valid = (field[..., order] for field in self[1:])
         unlimited = np.isinf(low) & np.isinf(high)
@@ -184,7 +187,8 @@ class Solutions(_Fields):
         """The slots in the order of the largest move of a joint, those that are not valid last.
 
         Args:
-            seed: (..., n) where the robot is [rad or m]; joints that wrap may turn either way.
+            seed: (..., n) coordinates of the robot [rad or m]; joints that wrap may turn either
+                way.
 
         Returns:
             Solutions with the slots of each pose in an order of its own.
@@ -199,10 +203,10 @@ class Solutions(_Fields):
         return self._derived(unlabelled, (q, *fields), order)
 
     def distinct(self, tolerance: float = SAME_SOLUTION) -> Self:
-        """Only the first of slots that hold the same solution, as they do at singularities.
+        """Keeps the first of slots with the same solution, as they occur at singularities.
 
         Args:
-            tolerance: Metres or radians; slots that differ by no more in any coordinate are one.
+            tolerance: Metres or radians; slots that differ by no more in any coordinate are equal.
 
         Returns:
             Solutions with the repetitions not valid.
@@ -218,11 +222,12 @@ class Solutions(_Fields):
         """The solution with the smallest largest move of a joint.
 
         Args:
-            seed: (..., n) where the robot is [rad or m]; joints that wrap may turn either way.
+            seed: (..., n) coordinates of the robot [rad or m]; joints that wrap may turn either
+                way.
 
         Returns:
-            (..., n) coordinates [rad or m], as they stand in q; NaN for a pose of a batch that has
-            no valid slot.
+            (..., n) coordinates [rad or m], a row of q; NaN for a pose of a batch without a valid
+            slot.
 
         Raises:
             OutOfReachError: If a single pose has no valid slot.
@@ -236,10 +241,10 @@ class Solutions(_Fields):
         return np.where(self.valid.any(-1, keepdims=True), q, np.nan)
 
     def least_squares(self) -> LeastSquares:
-        """What comes nearest to the poses that are out of reach, and how near: no solutions.
+        """The coordinates that come nearest to poses out of reach, and their errors.
 
-        Filters play no part in it: limits are not looked at, and a pose whose solutions were all
-        taken out is not out of reach.
+        Filters play no part: limits are ignored, and a pose whose solutions were all removed is not
+        out of reach.
 
         Returns:
             `q (..., n)` and `residual (...,)`, the slot with the smallest residual; both are NaN
@@ -255,10 +260,10 @@ class Solutions(_Fields):
         )
 
     def moves_from(self, seed: ArrayLike) -> FloatArray:
-        """How far each coordinate of each slot is from a seed.
+        """The distance of each coordinate of each slot from a seed.
 
         Args:
-            seed: (..., n) where the robot is [rad or m].
+            seed: (..., n) coordinates of the robot [rad or m].
 
         Returns:
             (..., k, n) [rad or m], in [-pi, pi] for joints that wrap.
@@ -269,7 +274,7 @@ class Solutions(_Fields):
         return self._moves("moves_from", seed)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """By what its class was made of."""
+        """Pickles the facts of its class and the tuple."""
         return _restore, (self.coordinates, self.wraps, self.labels, self._kind, tuple(self))
 
     def _derived(
@@ -280,8 +285,8 @@ class Solutions(_Fields):
         Args:
             kind: Their class.
             fields: The fields.
-            order: Which slot of self each slot was, (..., k); or of which pose they are; None where
-                nothing moved.
+            order: (..., k) the slot of self behind each slot, or the index of their pose; None
+                where nothing moved.
         """
         del order
         return kind(*fields)
@@ -305,7 +310,7 @@ class Solutions(_Fields):
                 )
         low, high = pair
         for c, a, b in zip(self.coordinates, low, high, strict=True):
-            # Written so that NaN is refused.
+            # Negated, so that NaN is refused.
             if not a <= b:
                 raise InputValueError(
                     f"Solutions.within_limits: {c.name} has limits {a:g} to {b:g} {c.unit}"
@@ -339,7 +344,7 @@ class Solutions(_Fields):
         return self._wrapped(self.q - start[..., None, :])
 
     def _wrapped(self, difference: FloatArray) -> FloatArray:
-        """The shorter way round, of coordinates that wrap; changes what it is given."""
+        """Differences by the shorter way round for coordinates that wrap; works in place."""
         turns = difference * np.where(self.wraps, 1 / _TURN, 0.0)
         np.round(turns, out=turns)
         turns *= _TURN
@@ -354,13 +359,13 @@ class Solutions(_Fields):
     def _why_none(self) -> str:
         exact = int((self.residual <= self.TOLERANCE).sum())
         if exact:
-            return f"no valid solution: filters took out all of {exact}"
+            return f"no valid solution: filters removed all {exact}"
         least = self.least_squares().residual
         if np.isnan(least):
             return "no valid solution: the pose is not finite"
         return (
             f"no valid solution: the pose is out of reach, by {least:.4g} (m, rad) at least; "
-            "least_squares() comes that near"
+            "least_squares() has the coordinates that come so near"
         )
 
 
@@ -394,7 +399,7 @@ def _made(
 
 
 def within(q: FloatArray, lower: FloatArray, upper: FloatArray) -> BoolArray:
-    """Which coordinates are within limits, or at one but for rounding; all of the same shape."""
+    """Whether coordinates are within limits, up to rounding; all of the same shape."""
     return np.asarray((q >= lower - AT_LIMIT) & (q <= upper + AT_LIMIT))
 
 
@@ -410,7 +415,7 @@ def _restore(
 
 
 def _windings(low: FloatArray, high: FloatArray, wraps: BoolArray) -> IntArray:
-    """(n,) how many turns of a coordinate are listed: those of (low, high], rounded up."""
+    """(n,) number of turns listed for a coordinate: those in (low, high], rounded up."""
     turns = np.ceil((high - low) / _TURN - AT_LIMIT)
     return np.where(wraps & np.isfinite(turns), np.maximum(turns, 1), 1).astype(np.intp)
 
@@ -418,7 +423,7 @@ def _windings(low: FloatArray, high: FloatArray, wraps: BoolArray) -> IntArray:
 def _lowest_turn(
     q: FloatArray, low: FloatArray, high: FloatArray, windings: IntArray, wraps: BoolArray
 ) -> FloatArray:
-    """(..., k, n) by how many turns to move q to the first winding that is listed."""
+    """(..., k, n) number of turns from q to the first winding that is listed."""
     last = np.floor((high - q + AT_LIMIT) / _TURN)
     least = np.ceil((low - q - AT_LIMIT) / _TURN)
     first = np.where(windings > 1, last - windings + 1, np.clip(0.0, least, last))

@@ -1,7 +1,7 @@
 """Reads `manifest.json`, the contract between the compiler and this package.
 
-A manifest says what a generated robot is and which C functions it offers. It is checked
-completely when read, so that the rest of the package can rely on it.
+A manifest states the facts of a generated robot and its C functions, all of them in fields. It is
+checked completely when read, so that the rest of the package can rely on it.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def read_manifest(folder: Path) -> Manifest:
 
     Raises:
         UnknownRobotError: If there is no manifest in the folder.
-        ManifestError: If it is not of the form that this version reads.
+        ManifestError: If it does not have the form that this version reads.
     """
     file = folder / "manifest.json"
     try:

@@ -7,8 +7,8 @@ along a straight line, and u follows:
     c_u du = -c_a da          a step along the tangent
     c_u du = -c               Newton's iteration back onto it, least squares where redundant
 
-A step is halved where the iteration does not contract, so that u stays on its branch. That fails
-where c_u loses rank, at a singularity of type 2.
+A step is halved where the iteration does not contract, so that u stays on its branch. The
+continuation fails where c_u loses rank, at a singularity of type 2.
 
 Source:
     Allgower and Georg, Introduction to Numerical Continuation Methods, 2003, ch. 2; Deuflhard,
@@ -53,8 +53,8 @@ class Continuation(NamedTuple):
     """Configurations that were followed from the reference.
 
     Attributes:
-        z: (..., n_z) configurations, NaN where the way there did not converge.
-        valid: (...,) whether it did, to a residual of 1e-12.
+        z: (..., n_z) configurations, NaN where the continuation did not converge.
+        valid: (...,) whether it converged, to a residual of 1e-12.
         residual: (...,) largest entry of the constraint [m, rad].
     """
 
@@ -64,19 +64,19 @@ class Continuation(NamedTuple):
 
     @property
     def n_failed(self) -> int:
-        """How many poses did not converge."""
+        """The number of poses that were not reached."""
         return int(np.size(self.valid) - np.count_nonzero(self.valid))
 
 
 class LoopContinuation:
-    """The constraints of a robot and where their solution is followed from."""
+    """The constraints of a robot and the reference configuration of their continuation."""
 
     def __init__(self, manifest: Manifest, functions: Mapping[str, Function[Any]]) -> None:
-        """Takes the constraints of a robot whose solution is "newton".
+        """Stores the constraints of a robot whose loops are solved by iteration.
 
         Args:
             manifest: With reference and actuated_in_z.
-            functions: Its functions; `constraint` and `constraint_D_z` among them.
+            functions: Its functions; the constraint and its derivative among them.
         """
         loops = manifest.loops
         assert loops.reference
@@ -103,7 +103,7 @@ class LoopContinuation:
         way = (q - self.q) * self.ratio
         going = np.asarray(np.isfinite(q).all(-1))
         if n:
-            # The passive part of the reference need be near only.
+            # The passive part of the reference is an approximation.
             start, begun = self._corrected(z[:1], np.ones(1, bool))
             z[:] = start
             going &= begun[0]
@@ -121,10 +121,10 @@ class LoopContinuation:
             end, converged = self._corrected(start, np.asarray(np.isfinite(start).all(-1)))
             z[rows[converged]] = end[converged]
             done[rows[converged]] += step[converged]
-            # What rounding leaves of the way is no step.
+            # A rest of the way that is rounding counts as done.
             done[done > 1 - SHORTEST_STRIDE**2] = 1
             part[rows] = np.where(converged, 2 * step, step / 2)
-            # The last step may be as short as what was left.
+            # The last step may be shorter than the shortest stride.
             going[rows] = (part[rows] >= SHORTEST_STRIDE) | (done[rows] == 1)
         residual = self.residual(z)
         valid = going & (done == 1) & (residual <= CLOSED)
@@ -155,7 +155,7 @@ class LoopContinuation:
         return np.asarray(self.constraint_D_z(z)[..., self.actuated])
 
     def _corrected(self, z: FloatArray, going: BoolArray) -> tuple[FloatArray, BoolArray]:
-        """Newton's iteration on the unknowns, and whether it came to an end."""
+        """Newton's iteration on the unknowns, and whether it converged."""
         z, going = z.copy(), going.copy()
         last, converged = np.full(len(z), np.inf), np.zeros(len(z), bool)
         for _ in range(_ITERATIONS):
@@ -168,7 +168,7 @@ class LoopContinuation:
             z[rows[:, None], self.unknown] -= change
             error = np.abs(c).max(-1, initial=0.0)
             converged[rows] = (error <= POLISHED) | (size <= SETTLED_STEP)
-            # Written so that NaN does not contract.
+            # A comparison that is false for NaN, which does not contract.
             going[rows] = converged[rows] | (size <= CONTRACTION * last[rows])
             last[rows] = size
         return z, going & converged
@@ -181,16 +181,16 @@ def _least_squares(J: FloatArray, right: FloatArray) -> FloatArray:
     try:
         return np.asarray(np.linalg.solve(J, right))
     except np.linalg.LinAlgError:
-        # One of the batch is singular.
+        # A matrix of the batch is singular.
         return np.asarray(np.linalg.pinv(J) @ right)
 
 
 class IteratedFunction:
-    """A function of actuated coordinates that rests on Newton's iteration.
+    """A function of actuated coordinates, computed by Newton's iteration.
 
-    It is called as the generated ones are: leading dimensions broadcast, `out=` takes the array to
-    write into, a single pose raises where no configuration is found and a batch holds NaN there.
-    `threads=` is taken and changes nothing.
+    It is called in the same way as generated functions: leading dimensions broadcast, `out=` takes
+    the array to write into, a single pose without a configuration raises, and a batch holds NaN.
+    `threads=` is accepted without effect.
     """
 
     def __init__(
@@ -201,14 +201,14 @@ class IteratedFunction:
         compute: Compute,
         reduced: tuple[Any, ...],
     ) -> None:
-        """Names what is computed.
+        """Stores the definition of the function.
 
         Args:
             label: Robot and function.
             coordinates: The elements of q.
             output: Name, shape, unit and meaning of the result.
             compute: From q (N, n) to the result (N, *shape), NaN where there is none.
-            reduced: How to pickle it.
+            reduced: The value of `__reduce__`.
         """
         unit = " or ".join(dict.fromkeys(c.unit for c in coordinates))
         q = Argument("q", (len(coordinates),), unit, "actuated coordinates")
@@ -237,13 +237,13 @@ Returns:
     {output.name}: ({shape}) [{output.unit}] {output.meaning}
 
 Raises:
-    OutOfReachError: A single pose that is not reached; in a batch, and in out, it is NaN.
+    OutOfReachError: A single pose is not reached; in a batch, and in out, it is NaN.
 """
 
     def __call__(
         self, q: ArrayLike, *, out: FloatArray | None = None, threads: int | str | None = 1
     ) -> FloatArray:
-        """Computes it, see its own help."""
+        """Computes the function; see its own help."""
         del threads
         given = _read(self.__qualname__, self.inputs[0], q)
         batch = given.shape[:-1]
@@ -255,18 +255,18 @@ Raises:
             result = out
         if not batch and np.isfinite(given).all() and not np.isfinite(found).all():
             raise OutOfReachError(
-                f"{self.__qualname__}: Newton's iteration does not come from the reference "
+                f"{self.__qualname__}: Newton's iteration does not lead from the reference "
                 f"configuration to {describe(self._coordinates, given)}: the loops do not close "
                 "there, or a singularity is on the way"
             )
         return result
 
     def __repr__(self) -> str:
-        """As of a generated function."""
+        """In the form of a generated function."""
         return f"<chasles function {self.__qualname__}{self.__signature__}, iterated>"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """As of a generated function."""
+        """Pickles in the form of a generated function."""
         return self._reduced
 
     def _check_out(self, out: FloatArray, shape: tuple[int, ...]) -> None:
@@ -280,7 +280,7 @@ Raises:
 
 
 class NewtonMethods:
-    """The part of a robot that loops without a closed-form solution bring along."""
+    """The methods of a robot whose loops have no closed-form solution."""
 
     name: str
     n: int
@@ -296,9 +296,9 @@ class NewtonMethods:
             q: (..., n) actuated coordinates [rad or m].
 
         Returns:
-            `z (..., n_z)`, `valid (...,)` and `residual (...,)`, and `n_failed`, how many of the
-            poses were not reached from the reference configuration along the straight line in q.
-            Nothing is raised for those.
+            `z (..., n_z)`, `valid (...,)` and `residual (...,)`, and `n_failed`, the number of
+            poses that were not reached from the reference configuration along the straight line in
+            q. They raise no error.
         """
         given = _read(f"{self.name}.follow", self.functions["configuration"].inputs[0], q)
         z, valid, residual = self._loops.follow(given.reshape(-1, self.n))
@@ -331,16 +331,16 @@ def functions(
     generated: Mapping[str, Function[Any]],
     reduced: Callable[[str], tuple[Any, ...]],
 ) -> tuple[LoopContinuation, dict[str, Any]]:
-    """What a robot without a closed-form solution offers in actuated coordinates.
+    """The functions of actuated coordinates of a robot without a closed-form solution.
 
     Args:
         manifest: The robot's manifest.
         generated: Its generated functions.
-        reduced: For a function's name, how to pickle it.
+        reduced: From a function's name to the value of its `__reduce__`.
 
     Returns:
-        Its loops; and `configuration`, `chain`, `passive` with their derivatives by q, and those of
-        fk, link_poses and the Jacobians whose `chain_` function of theta was generated.
+        Its loops; and `configuration`, `chain`, `passive` with their derivatives by q, and each
+        function of actuated coordinates that a generated function of the chain stands for.
     """
     info = manifest.loops
     loops = LoopContinuation(manifest, generated)

@@ -61,7 +61,7 @@ def _has_jacobian(robot: LengthMethods) -> bool:
 
 
 class LengthMethods:
-    """The part of a robot that measures it."""
+    """The characteristic length of a robot, and the Jacobians behind it."""
 
     name: str
     n: int

@@ -1,15 +1,14 @@
-"""How well a robot moves and holds its tool: Yoshikawa's measure, conditioning, ellipsoids.
+"""Manipulability: Yoshikawa's measure, conditioning, and ellipsoids of velocity and force.
 
-Metres, radians, turning joints and sliders are made comparable by a characteristic length L: linear
+The characteristic length L makes metres and radians, turning joints and sliders comparable: linear
 rates [m/s] and the rates of sliders [m/s] are divided by it. Then the Jacobian
 
     J' = D J U,   D = diag(1/L, 1/L, 1/L, 1, 1, 1),   U = diag(1 turning, L sliding)
 
-and its singular values are pure numbers. They are those at the tip, and the same in all axes.
+and its singular values are pure numbers. J is the Jacobian at the tip; the axes make no difference.
 
 Source:
-    Yoshikawa, Manipulability of robotic mechanisms, 1985; Angeles, Fundamentals of Robotic
-    Mechanical Systems (characteristic length).
+    Yoshikawa, Manipulability of robotic mechanisms, 1985.
 """
 
 from __future__ import annotations
@@ -38,15 +37,15 @@ _PART: Mapping[Rows, slice] = {"all": slice(0, 6), "linear": slice(0, 3), "angul
 
 @dataclass(frozen=True, slots=True)
 class Manipulability:
-    """How far a configuration is from singular ones, in pure numbers.
+    """The distance of a configuration from singular ones, in pure numbers.
 
     Attributes:
         measure: (...,) Yoshikawa's w, the product of the singular values: sqrt(det J' J'^T) where
-            the tool has as many freedoms as there are rows, sqrt(det J'^T J') of fewer joints.
+            the tool has as many freedoms as there are rows, sqrt(det J'^T J') with fewer joints.
         smallest: (...,) the smallest singular value: tool rate by joint rate in the worst
             direction.
-        condition: (...,) the largest by the smallest, 1 at the best, inf at a singularity.
-        singular_values: (..., r) the largest first, r the freedoms that the tool has at all.
+        condition: (...,) ratio of the largest to the smallest, 1 at best, inf at a singularity.
+        singular_values: (..., r) the largest first, with r the number of freedoms of the tool.
     """
 
     measure: FloatArray
@@ -57,12 +56,12 @@ class Manipulability:
 
 @dataclass(frozen=True, slots=True)
 class Ellipsoid:
-    """What the tool can do when the joints do one unit in all, by root of the sum of squares.
+    """Velocities or forces of the tool while the joints give a vector of unit norm.
 
     Attributes:
-        axes: (..., k, r) its principal axes as columns, in base axes: unit vectors, of twists or
-            wrenches (both divided by length) if it is of all rows.
-        lengths: (..., r) its semi-axes, the longest first.
+        axes: (..., k, r) principal axes as columns, expressed in base axes: unit vectors; for all
+            rows, of twists (v / length, omega) or wrenches.
+        lengths: (..., r) semi-axes, the longest first.
     """
 
     axes: FloatArray
@@ -70,7 +69,7 @@ class Ellipsoid:
 
 
 class Metric(NamedTuple):
-    """What makes a robot's Jacobian pure numbers: row[:, None] * J * unit, of that rank at most."""
+    """Factors that turn a Jacobian into pure numbers, row[:, None] * J * unit, and its rank."""
 
     unit: FloatArray
     row: FloatArray
@@ -89,7 +88,7 @@ class HasSamples(Protocol):
 
 
 class ManipulabilityMethods(LengthMethods):
-    """The part of a robot that tells how well it moves."""
+    """The methods of a robot that measure manipulability."""
 
     fk: Function[FloatArray]
     hessian_mixed: Function[FloatArray]
@@ -100,15 +99,15 @@ class ManipulabilityMethods(LengthMethods):
     ) -> Manipulability:
         """Yoshikawa's measure, the smallest singular value and the condition number.
 
-        All are of J' = D J U, see the module: of a planar arm with two links, `rows="linear"` and
-        `length=1`, the measure is a1 a2 |sin q2|. Directions in which no configuration moves the
-        tool, as out of the plane of that arm, do not count.
+        All refer to J' = D J U, see the module: for a planar arm with two links, `rows="linear"`
+        and `length=1`, the measure is a1 a2 |sin q2|. Directions in which no configuration moves
+        the tool, such as out of the plane of that arm, do not count.
 
         Args:
             q: (..., n) coordinates [rad or m].
-            rows: The part of the twist that counts: "all", "linear" or "angular".
+            rows: The components of the twist that count: "all", "linear" or "angular".
             length: The characteristic length [m]; `robot.characteristic_length` if None. 1 gives
-                the values of the Jacobian as it is, in metre and radian.
+                the values of the Jacobian itself, in metre and radian.
 
         Returns:
             The measures; NaN where q is not finite or a loop is open.
@@ -136,14 +135,14 @@ class ManipulabilityMethods(LengthMethods):
     ) -> FloatArray:
         """The gradient of the measure w by q, in closed form from the Hessian.
 
-        dw/dq_k is the sum over i of u_i^T (dJ'/dq_k) v_i times the singular values but the i-th;
-        away from singularities that is w tr(J'^+ dJ'/dq_k). At a singularity w has a kink, as |x|
-        at 0, and the gradient is that of one of its sides.
+        dw/dq_k is the sum over i of u_i^T (dJ'/dq_k) v_i times all singular values but the i-th;
+        away from singularities it equals w tr(J'^+ dJ'/dq_k). At a singularity w has a kink, like
+        |x| at 0, and the gradient is that of one side.
 
         Args:
             q: (..., n) coordinates [rad or m].
-            rows: As of `manipulability`.
-            length: As of `manipulability`.
+            rows: As in `manipulability`.
+            length: As in `manipulability`.
 
         Returns:
             (..., n) per radian or metre; NaN where q is not finite or a loop is open.
@@ -161,14 +160,14 @@ class ManipulabilityMethods(LengthMethods):
     def velocity_ellipsoid(
         self, q: ArrayLike, *, rows: Rows, length: float | None = None
     ) -> Ellipsoid:
-        """Twists of the tip in base axes that joint rates with sum of squares 1 give.
+        """Ellipsoid of the twists of the tip, in base axes, at joint rates of unit norm.
 
         Args:
             q: (..., n) coordinates [rad or m].
-            rows: "linear" gives lengths in metre per radian, "angular" pure numbers; "all" the
-                ellipsoid of (v / length, omega), pure numbers as well.
-            length: The characteristic length [m]; `robot.characteristic_length` if None. It weighs
-                sliders against turning joints, and lines against angles.
+            rows: "linear" gives semi-axes in metre per radian, "angular" pure numbers; "all" gives
+                the ellipsoid of (v / length, omega), pure numbers as well.
+            length: The characteristic length [m]; `robot.characteristic_length` if None. It weights
+                sliders against turning joints, and distances against angles.
 
         Returns:
             Axes `(..., k, r)`, k 3 or 6, and semi-axes `(..., r)`; NaN where q is not finite.
@@ -184,17 +183,16 @@ class ManipulabilityMethods(LengthMethods):
     def force_ellipsoid(
         self, q: ArrayLike, *, rows: Rows, length: float | None = None
     ) -> Ellipsoid:
-        """Forces and torques at the tip in base axes that joint torques of size 1 hold.
+        """Ellipsoid of forces and torques at the tip, in base axes, at joint torques of unit norm.
 
-        It has the axes of the velocity ellipsoid, and its semi-axes are the reciprocals: where the
-        tool is slow it is strong. Of "linear" they are forces with no torque beside, in 1/metre
-        (newton per newton metre), inf at a singularity; of "all", wrenches (force * length,
-        torque).
+        It has the axes of the velocity ellipsoid and the reciprocal semi-axes: where the tool is
+        slow it is strong. For "linear" rows these are forces without a torque, in 1/metre (newton
+        per newton metre), inf at a singularity; for "all" rows, wrenches (force * length, torque).
 
         Args:
             q: (..., n) coordinates [rad or m].
-            rows: As of `velocity_ellipsoid`.
-            length: As of `velocity_ellipsoid`.
+            rows: As in `velocity_ellipsoid`.
+            length: As in `velocity_ellipsoid`.
 
         Returns:
             Axes `(..., k, r)` and semi-axes `(..., r)`, the longest first.
@@ -230,7 +228,7 @@ class ManipulabilityMethods(LengthMethods):
 
 @functools.lru_cache(maxsize=256)
 def metric_of(robot: HasSamples, rows: Rows, length: float) -> Metric:
-    """What makes the robot's Jacobian pure numbers."""
+    """The factors that turn the robot's Jacobian into pure numbers."""
     unit = np.array([1.0 if c.kind == "revolute" else length for c in robot.coordinates])
     row = np.zeros(6)
     row[_PART[rows]] = np.repeat([1 / length, 1.0], 3)[_PART[rows]]
@@ -244,7 +242,7 @@ def metric_of(robot: HasSamples, rows: Rows, length: float) -> Metric:
 def _decomposed(
     J: FloatArray, metric: Metric, rows: Rows
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Left singular vectors (..., k, r), singular values (..., r), and where J is finite."""
+    """Left singular vectors (..., k, r), singular values (..., r), and whether J is finite."""
     part = _PART[rows]
     scaled = metric.row[part, None] * J[..., part, :] * metric.unit
     sound = np.asarray(np.isfinite(scaled).all((-2, -1)))

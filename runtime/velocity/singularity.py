@@ -1,4 +1,4 @@
-"""How far a parallel robot is from its singularities."""
+"""Distances of a parallel robot from its singularities."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def _has_relation(robot: SingularityMethods) -> bool:
 
 
 class SingularityMethods(LengthMethods):
-    """The part of a robot that its velocity relation brings along."""
+    """The methods of a robot with a velocity relation."""
 
     velocity_relation: Function[tuple[FloatArray, FloatArray]]
 
@@ -45,11 +45,11 @@ class SingularityMethods(LengthMethods):
     ) -> Singularity:
         """Distances from singularities of type 1, 2 and 3, from `J_x x' = J_q q'`.
 
-        A row of J_x is the line (n, r x n) of a rod: its columns of angular rates are lever arms.
-        They, and the columns of J_q of turning actuators, are divided by a characteristic length,
-        which makes all entries pure numbers. The length may not depend on the pose: divided by
-        their own mean, the arms would not go to zero where all lines meet in the platform's origin,
-        which is a singularity of type 2.
+        A row of J_x is the line (n, r x n) of a rod, so that the columns of angular rates hold
+        lever arms. These columns, and the columns of J_q of turning actuators, are divided by the
+        characteristic length, which makes all entries pure numbers. The length must not depend on
+        the pose: divided by their own mean, the lever arms would not vanish where all lines meet in
+        the platform's origin, a singularity of type 2.
 
         Args:
             theta: (..., n_theta) main-chain joints [rad or m].
