@@ -30,11 +30,11 @@ from .contract.facts import (
     Reference,
     Variable,
 )
-from .contract.library import load_functions
 from .contract.manifest import read_manifest
 from .errors import SourceMismatchError
 from .iterative import newton
 from .iterative.numeric_inverse import NumericMethods
+from .loading import load_functions
 from .velocity.rates import VelocityMethods
 from .velocity.singularity import SingularityMethods
 from .velocity.track import TrackMethods

@@ -167,7 +167,7 @@ def test_manifest_that_is_not_json(folder):
 INIT = '''\
 """A tiny robot."""
 
-from chasles.contract.package import lazy_package
+from chasles.lazy_package import lazy_package
 
 __getattr__, __dir__ = lazy_package(globals())
 '''

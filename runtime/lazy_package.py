@@ -6,8 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from ..robot import Robot
-from .manifest import read_manifest
+from .contract.manifest import read_manifest
+from .robot import Robot
 
 
 def lazy_package(
