@@ -30,7 +30,7 @@ def manifest(
     """The manifest as JSON: no date, host or path, so that equal robots give equal bytes.
 
     Args:
-        derivation: The robot with what was derived.
+        derivation: The robot with its derived functions.
         lowered: Its functions, lowered, for the operation counts.
         files: Name and text of every other generated file, for their hashes.
     """
@@ -85,7 +85,7 @@ def _kind(hybrid: Hybrid | None) -> str:
 
 
 def _inverse(inverse: Inverses) -> dict[str, Any]:
-    """How the inverse was found, or why there is none."""
+    """The tier of the inverse, or the reason why there is none."""
     tier = "general" if inverse.written else inverse.classification.tier
     return {"inverse": {"tier": tier, "missing": inverse.missing}}
 
@@ -153,7 +153,7 @@ def _function(robot: Described, function: SymbolicFunction, kernel: ca.Function)
 
 
 def _written(robot: Described, function: WrittenFunction) -> dict[str, Any]:
-    """Its operations are of no kind: how many of each there are depends on the pose."""
+    """The entry of a function written in C; the kinds of its operations depend on the pose."""
     operations = {"other": function.operations, "total": function.operations}
     return {**_signature(robot, function), "operations": operations}
 

@@ -20,7 +20,7 @@ class _Argument(Protocol):
     def meaning(self) -> str: ...
 
 class Function(Generic[R_co]):
-    """One compiled function of a robot; R is what it returns."""
+    """One compiled function of a robot; R is the type of its result."""
 
     @property
     def ufunc(self) -> np.ufunc: ...
@@ -50,7 +50,7 @@ class Function(Generic[R_co]):
     ) -> R_co: ...
 
 class Library:
-    """A compiled robot, open for as long as any of its functions lives."""
+    """A compiled robot, open as long as one of its functions lives."""
 
     @property
     def names(self) -> list[str]: ...
@@ -72,12 +72,12 @@ class Library:
 
 def open(path: str | PathLike[str], expected_hash: str) -> Library: ...  # noqa: A001
 def release_memory() -> int:
-    """Returns to the system the memory that is kept for large results.
+    """Returns the memory that is kept for large results to the system.
 
-    What the results of large batches (32 MB a call and more) held is kept once they are gone, 256
-    MB at most, for those of the next call: else the system would have to clear new memory each
-    time. Where it runs short of memory, Linux takes it by itself.
+    The memory of large results (from 32 MB per call) is kept after they are deleted, up to 256 MB,
+    and reused by the next call: else the system would have to clear new memory each time. Linux
+    reclaims it when memory runs short.
 
     Returns:
-        How many bytes that was.
+        The number of bytes returned.
     """

@@ -1,4 +1,4 @@
-"""The reasons why a robot has no inverse in closed form, and what to call instead."""
+"""The reasons why a robot lacks a function, and the functions to call instead."""
 
 from __future__ import annotations
 

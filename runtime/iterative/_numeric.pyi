@@ -17,18 +17,18 @@ class Solver:
         link: int = ...,
         screws: FloatArray = ...,
     ) -> Solver:
-        """Takes the compiled functions that a kind of robot needs.
+        """Stores the compiled functions that a kind of robot needs.
 
         Args:
-            kind: "tool": kernels are fk_jacobian_mixed. "link": link_poses, and of a robot with
-                loops chain_D_q. "platform": chain_fk, chain_jacobian_mixed, actuators and
-                actuators_D_chain.
+            kind: "tool": the kernels are fk_jacobian_mixed and hessian_mixed. "link": link_poses,
+                with chain_D_q for a robot with loops. "platform": chain_fk, chain_jacobian_mixed,
+                actuators and actuators_D_chain.
             kernels: Their capsules.
             lower: (n,) lower limits.
             upper: (n,) upper limits.
-            starts: (m, n) coordinates to begin at; of a platform followed by its chain's joints.
+            starts: (m, n) coordinates at the start; for a platform, its chain's joints follow.
             poses: (12, m) their poses: the first three rows of each, entry by entry.
-            link: Which of the links is the tip.
+            link: Index of the link that is the tip.
             screws: (s, 8) the joints before it: the link in whose frame the axis is constant (-1:
                 the base), the coordinate or chain's joint that moves it, and the axis.
         """
@@ -53,5 +53,5 @@ class Solver:
     ]:
         """At poses (..., 4, 4): coordinates, residual, success, ending, iterations, restarts.
 
-        `seeds` are rows as of `starts`, one for each pose.
+        `seeds` has a row in the form of `starts` for each pose.
         """
