@@ -17,7 +17,8 @@ from .model.mechanism import Described, Mechanism
 from .terms.symbolic_function import SymbolicFunction, WrittenFunction
 from .terms.terms import Terms
 
-_GUARDS = ("margin", "actuator_margin")
+_GUARDS = {"actuators": "margin", "chain": "actuator_margin"}
+"""The function that says how far loops are from not closing, by the domain of those it guards."""
 
 
 @dataclass(frozen=True)
@@ -136,8 +137,8 @@ def _of_tool(name: str, hybrid: Hybrid) -> SymbolicFunction:
 
 def _guarded(function: SymbolicFunction, offered: Collection[str]) -> SymbolicFunction:
     """The function with the name of the one that tells which of its loops do not close."""
-    guard = {"q": "margin", "theta": "actuator_margin"}.get(function.inputs[0].name, "")
-    if guard not in offered or function.name in (*_GUARDS, "chain_all", "actuators_all"):
+    guard = _GUARDS.get(function.role.domain, "")
+    if guard not in offered or function.role.name in ("margin", "branches"):
         return function
     return replace(function, margin=guard)
 

@@ -7,7 +7,6 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 from pathlib import Path
 
@@ -21,6 +20,8 @@ from .errors import (
     CompileError,
     CompilerNotFoundError,
     InputError,
+    InputTypeError,
+    InputValueError,
     LibraryMismatchError,
     ManifestError,
     OutOfReachError,
@@ -42,6 +43,8 @@ __all__ = [
     "Ellipsoid",
     "Function",
     "InputError",
+    "InputTypeError",
+    "InputValueError",
     "LibraryMismatchError",
     "ManifestError",
     "Manipulability",
@@ -61,12 +64,12 @@ __all__ = [
 
 
 def robots() -> list[str]:
-    """The names of the generated robots that are installed along."""
+    """The names of the generated robots that are installed with chasles."""
     return list(shipped_folders())
 
 
 def load(robot: str | os.PathLike[str]) -> Robot:
-    """Loads a generated robot; compiles it if that was not done before.
+    """Loads a generated robot, and compiles it first if the cache does not hold it.
 
     Args:
         robot: The name of one of `robots()`, or the folder of a generated robot, as a path object
@@ -77,28 +80,30 @@ def load(robot: str | os.PathLike[str]) -> Robot:
 
     Raises:
         UnknownRobotError: If there is no such robot.
-        ChaslesError: If it cannot be read, compiled or opened; the message says why.
+        ChaslesError: If it cannot be read, compiled or opened; the message states the reason.
     """
     folder = find_folder(robot)
     if folder.is_file():
         raise UnknownRobotError(
-            f"{folder} is a file; a description is first derived, `chasles-derive {folder} --to "
-            "robots`, then loaded by its folder, ./robots/<its name>"
+            f"{folder} is a file; derive the description first, `chasles-derive {folder} --to "
+            "robots`, then load the folder, ./robots/<its name>"
         )
     return Robot(read_manifest(folder))
 
 
 def find_folder(robot: str | os.PathLike[str]) -> Path:
-    """The folder of a robot, given as to `load`.
+    """The folder of a robot, given in the same way as to `load`.
 
     Raises:
-        UnknownRobotError: If it is a name that no installed robot has.
+        UnknownRobotError: If no installed robot has that name.
     """
     if not isinstance(robot, str) or os.sep in robot or Path(robot).is_file():
         return Path(robot)
     folders = shipped_folders()
     if robot in folders:
         return folders[robot]
+    import difflib  # noqa: PLC0415
+
     close = difflib.get_close_matches(robot, folders)
     hint = f"did you mean {' or '.join(close)}? " if close else ""
     known = ", ".join(folders) or "none are installed"
@@ -108,7 +113,7 @@ def find_folder(robot: str | os.PathLike[str]) -> Path:
 
 
 def __getattr__(name: str) -> str:
-    """The version, looked up only when asked for: the look-up takes as long as the import."""
+    """The version, looked up when it is needed: the look-up takes as long as the import."""
     if name != "__version__":
         raise AttributeError(f"module 'chasles' has no attribute {name!r}")
     from importlib.metadata import version  # noqa: PLC0415

@@ -11,8 +11,9 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 from . import find_folder, robots
+from .contract.facts import Argument, Manifest
 from .contract.library import build
-from .contract.manifest import Argument, Manifest, read_manifest
+from .contract.manifest import read_manifest
 from .errors import ChaslesError
 
 _AT_ONCE = 2
@@ -22,7 +23,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line.
 
     Args:
-        arguments: The words after the program's name; those of the process if None.
+        arguments: The arguments after the program's name; those of the process if None.
 
     Returns:
         The exit status: 0 if all went well, 1 otherwise.
@@ -35,7 +36,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"chasles: {error}", file=sys.stderr)
         return 1
     except BrokenPipeError:
-        # The reader (head, less) has had enough; Python shall not complain at exit either.
+        # The reader (head, less) closed the pipe; Python must not complain at exit either.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     return status
@@ -49,7 +50,7 @@ def _parser() -> argparse.ArgumentParser:
         "robots", nargs="*", help="names or folders; all that are installed if none"
     )
     build_.set_defaults(run=_build)
-    info = commands.add_parser("info", help="show what a robot offers")
+    info = commands.add_parser("info", help="show the functions of a robot")
     info.add_argument("robot", help="name or folder")
     info.set_defaults(run=_info)
     return parser
@@ -57,7 +58,7 @@ def _parser() -> argparse.ArgumentParser:
 
 def _build(options: argparse.Namespace) -> int:
     manifests = [read_manifest(find_folder(robot)) for robot in options.robots or robots()]
-    # Threads do: the work is done by the compiler, in processes of its own.
+    # Threads suffice: the compiler does the work, in processes of its own.
     with ThreadPoolExecutor(_AT_ONCE) as pool:
         failed = 0
         for report in pool.map(_build_one, manifests):

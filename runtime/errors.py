@@ -2,27 +2,27 @@
 
 
 class ChaslesError(Exception):
-    """Root of every error that chasles raises itself."""
+    """Root of every error that chasles itself raises."""
 
 
 class UnknownRobotError(ChaslesError, LookupError):
-    """No generated robot of that name, or no folder of one at that path."""
+    """No generated robot has this name, or the folder at this path holds none."""
 
 
 class ManifestError(ChaslesError, ValueError):
-    """A `manifest.json` is not what this version reads; names file, field and value."""
+    """A `manifest.json` is not of the form that this version reads; names file, field and value."""
 
 
 class SourceMismatchError(ChaslesError):
-    """A generated file, or a whole robot, is not the one its SHA-256 was taken of."""
+    """The SHA-256 of a generated file, or of a whole robot, is not the recorded one."""
 
 
 class CompilerNotFoundError(ChaslesError):
-    """There is no C compiler to turn the generated C into a library."""
+    """No C compiler was found to compile the generated C."""
 
 
 class CompileError(ChaslesError):
-    """The C compiler refused the generated C; carries what it said."""
+    """The C compiler refused the generated C; holds the compiler's output."""
 
 
 class CacheError(ChaslesError, OSError):
@@ -30,7 +30,7 @@ class CacheError(ChaslesError, OSError):
 
 
 class LibraryMismatchError(ChaslesError):
-    """A compiled library is damaged, or was compiled from something else."""
+    """A compiled library is damaged, or was compiled from other sources."""
 
 
 class ShapeError(ChaslesError, ValueError):
@@ -38,12 +38,20 @@ class ShapeError(ChaslesError, ValueError):
 
 
 class OutOfReachError(ChaslesError, ValueError):
-    """A loop of the robot does not close there; names the loop, its margin and the coordinates."""
+    """A loop of the robot does not close; names the loop, its margin and the coordinates."""
 
 
 class SingularityError(OutOfReachError):
-    """The pose exists, but what was asked for is not defined there, as rates at a dead point."""
+    """The pose exists, but the result is not defined there, such as rates at a dead point."""
 
 
-class InputError(ChaslesError, TypeError):
+class InputError(ChaslesError):
+    """An argument cannot be used; root of `InputTypeError` and `InputValueError`."""
+
+
+class InputTypeError(InputError, TypeError):
     """An argument is missing, is not made of real numbers, or cannot be written to."""
+
+
+class InputValueError(InputError, ValueError):
+    """An argument has the right type and shape, but a value outside its range."""

@@ -1,25 +1,27 @@
-"""A robot as it is used: its facts, and its functions as attributes."""
+"""A robot in use: its facts, and its functions as attributes."""
 
 from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Mapping
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .call._call import Function
+from .call.capabilities import Hint, Missing, missing_names
 from .closed_form import calibrated
 from .closed_form.assembly_modes import PlanarMethods
 from .closed_form.closures import LoopMethods
+from .closed_form.hints import no_inverse, no_representation
 from .closed_form.paths import InverseMethods
 from .closed_form.solutions import Solutions
-from .contract.library import load_functions
-from .contract.manifest import (
+from .contract.facts import (
     Argument,
     Coordinate,
     Frames,
@@ -27,11 +29,12 @@ from .contract.manifest import (
     Parameter,
     Reference,
     Variable,
-    read_manifest,
 )
+from .contract.manifest import read_manifest
 from .errors import SourceMismatchError
 from .iterative import newton
 from .iterative.numeric_inverse import NumericMethods
+from .loading import load_functions
 from .velocity.rates import VelocityMethods
 from .velocity.singularity import SingularityMethods
 from .velocity.track import TrackMethods
@@ -48,45 +51,52 @@ class Robot(
     TrackMethods,
     VelocityMethods,
 ):
-    """A generated robot: what it is, and what it computes.
+    """A generated robot: its facts and its functions.
 
-    The functions are attributes (`robot.fk(q)`); which ones there are depends on the robot, and
-    `robot.functions` holds them all, each with a help text of its own (`help(robot.fk)`). A Robot
-    does not change, and robots that were generated alike are equal.
+    The functions are attributes (`robot.fk(q)`). Robots differ in their functions: `dir(robot)`
+    lists what this one has, `robot.functions` holds its functions by name, and each has a help text
+    of its own (`help(robot.fk)`). A Robot does not change, and robots with equal manifests are
+    equal.
 
-    All functions are called alike. Leading dimensions broadcast. Integers and other floats become
-    float64; booleans, complex numbers and strings are refused (`InputError`), and so is a wrong
-    shape (`ShapeError`). NaN and infinity flow through without a warning. `out=` takes the array to
-    write into, or a tuple of them, which may overlap the inputs. `threads=` splits a large batch
-    over that many threads ("all": one a core). dask arrays give lazy dask arrays.
+    All functions are called in the same way. Leading dimensions broadcast. Integers and other
+    floats become float64; booleans, complex numbers and strings raise `InputTypeError`, a wrong
+    shape raises `ShapeError`. NaN and infinity propagate without a warning. `out=` takes the array
+    to write into, or a tuple of arrays, which may overlap the inputs. `threads=` splits a large
+    batch over that many threads ("all": one per core). dask arrays give lazy dask arrays.
 
     Attributes:
         name: Its name, as given to `load`.
         title: Its name for people.
-        source: Where its description comes from.
-        n: How many actuated coordinates it has, the length of `q`.
+        kind: "serial"; "hybrid" with loops in closed form; "platform" with loops that are solved
+            by iteration, while the actuated coordinates follow from the main chain in closed form;
+            "iterated" where neither follows from the other in closed form.
+        source: The origin of its description.
+        n: Number of actuated coordinates, the length of `q`.
         coordinates: The coordinates, in the order of `q`.
         lower: (n,) lower limits [rad or m], -inf where there is none.
         upper: (n,) upper limits [rad or m], inf where there is none.
         frames: The names of base, tip and links.
         parameters: Its geometry by name.
-        notes: What to know about it.
+        notes: Remarks, such as numbers that were snapped.
         functions: Its functions by name.
-        redundancy: What `ik` takes beside the pose, which chooses one of infinitely many inverses:
-            name, unit and meaning of each; () where the pose is enough, or there is no `ik`.
-        loops: The names of its loops; () of a serial robot.
-        solution: How its loops are solved: "closed form", "newton", or "" without loops.
-        chain_joints: The joints of its main chain, in the order of `theta`; of a serial robot its
-            coordinates.
+        labels: The branch in each slot, of every function with slots, by its name:
+            `robot.labels["ik"]`, `robot.labels["chain_all"]`.
+        redundancy: The inputs of `ik` beside the pose, which choose one of infinitely many
+            inverses: name, unit and meaning of each; () where the pose suffices, or without `ik`.
+        loops: The names of its loops; () for a serial robot.
+        solution: The solution of its loops: "closed form", "newton", or "" without loops.
+        chain_joints: The joints of its main chain, in the order of `theta`; the coordinates for a
+            serial robot.
         passive_joints: Its joints that are neither actuated nor in the main chain.
         configuration_variables: All variables of its loops, in the order of `z`.
-        reference: The configuration whose branch is meant, None without loops.
-        folder: Where it was loaded from.
+        reference: The configuration that selects the branch, None without loops.
+        folder: The folder it was loaded from.
         digest: SHA-256 of its manifest, and so of all its equations.
     """
 
     name: str
     title: str
+    kind: str
     source: str
     n: int
     coordinates: tuple[Coordinate, ...]
@@ -96,6 +106,7 @@ class Robot(
     parameters: Mapping[str, Parameter]
     notes: tuple[str, ...]
     functions: Mapping[str, Function[Any]]
+    labels: Mapping[str, tuple[str, ...]]
     redundancy: tuple[Argument, ...]
     loops: tuple[str, ...]
     solution: str
@@ -142,29 +153,42 @@ class Robot(
     constraint: Function[FloatArray]
     constraint_D_z: Function[FloatArray]
     constraint_D_z_dot: Function[FloatArray]
+    swivel: Function[FloatArray]
+    chain_fk: Function[FloatArray]
+    chain_link_poses: Function[FloatArray]
+    chain_jacobian_space: Function[FloatArray]
+    chain_jacobian_body: Function[FloatArray]
+    chain_jacobian_mixed: Function[FloatArray]
+    configuration_D_q: Function[FloatArray]
 
     def __init__(self, manifest: Manifest) -> None:
-        """Makes the robot of a manifest; compiles its functions if that was not done before.
+        """Makes the robot of a manifest, and compiles its functions if the cache lacks them.
 
         Args:
             manifest: The manifest.
 
         Raises:
-            ChaslesError: If its functions cannot be compiled or loaded; the message says why.
+            ChaslesError: If its functions cannot be compiled or loaded; the message states the
+                reason.
         """
         pickler = _function_pickler(manifest)
         functions = load_functions(manifest, pickler)
-        if manifest.loops.solution == "newton":
+        if manifest.is_iterated:
             vars(self)["_loops"], iterated = newton.functions(manifest, functions, pickler)
             functions |= iterated
         if manifest.inverse.tier == "snapped":
             functions |= calibrated.functions(manifest, functions, pickler)
+        roles: dict[tuple[str, str, str], Function[Any]] = {}
+        for info in manifest.functions:
+            roles.setdefault((info.role, info.domain, info.codomain), functions[info.name])
+        inverse = manifest.with_role("inverse", "pose")
         lower = [-np.inf if c.lower is None else c.lower for c in manifest.coordinates]
         upper = [np.inf if c.upper is None else c.upper for c in manifest.coordinates]
         vars(self).update(
             functions,
             name=manifest.name,
             title=manifest.title,
+            kind=manifest.kind,
             source=manifest.source,
             n=len(manifest.coordinates),
             coordinates=manifest.coordinates,
@@ -174,8 +198,8 @@ class Robot(
             parameters=MappingProxyType({item.name: item for item in manifest.parameters}),
             notes=manifest.notes,
             functions=MappingProxyType(functions),
-            redundancy=functions["ik"].inputs[1:] if "ik" in functions else (),
-            _no_inverse=manifest.inverse.missing,
+            labels=MappingProxyType({f.name: f.labels for f in manifest.functions if f.labels}),
+            redundancy=inverse.inputs[1:] if inverse else (),
             loops=manifest.loops.names,
             solution=manifest.loops.solution,
             chain_joints=manifest.loops.chain or manifest.coordinates,
@@ -184,24 +208,21 @@ class Robot(
             reference=manifest.loops.reference,
             folder=manifest.folder,
             digest=manifest.digest,
+            _is_iterated=manifest.is_iterated,
+            _no_inverse=manifest.inverse.missing,
+            _roles=MappingProxyType(roles),
             _solvers={},
+            _velocity_relation=manifest.with_role("velocity relation", "chain"),
         )
+        missing = missing_names(self, _optional_functions(), _HINTS)
+        object.__setattr__(self, "__class__", _class_without(frozenset(missing.items())))
 
-    if not TYPE_CHECKING:
-        # Hidden from type checkers, which shall report every name that is not above.
+    def __dir__(self) -> list[str]:
+        """The attributes that this robot has."""
+        return [name for name in super().__dir__() if not self._lacks(name)]
 
-        def __getattr__(self, name: str) -> NoReturn:
-            """Says what there is, when asked for what there is not."""
-            # Without __init__ (copy, unpickling) there is nothing to list yet.
-            offered = ", ".join(vars(self).get("functions", ()))
-            missing = vars(self).get("_no_inverse") if name.startswith("ik") else ""
-            why = f": {missing}" if missing else ""
-            raise AttributeError(
-                f"robot {vars(self).get('name')!r} has no {name!r}{why}; its functions are: "
-                f"{offered}",
-                name=name,
-                obj=self,
-            )
+    def _lacks(self, name: str) -> bool:
+        return isinstance(vars(type(self)).get(name), Missing)
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
         """Refuses: a robot does not change."""
@@ -220,20 +241,46 @@ class Robot(
         return f"<Robot {self.name}: {self.title}; q = ({coordinates}); {functions}>"
 
     def __eq__(self, other: object) -> bool:
-        """Whether both were generated alike."""
+        """Whether both have the same manifest."""
         return self.digest == other.digest if isinstance(other, Robot) else NotImplemented
 
     def __hash__(self) -> int:
-        """Goes with equality."""
+        """The hash of the manifest's digest."""
         return hash(self.digest)
 
     def __reduce__(self) -> tuple[Callable[..., Robot], tuple[str, str]]:
-        """Pickles by place and digest; the other side loads, and compiles, for itself."""
-        return _restore, (_place(self.folder), self.digest)
+        """Pickles folder and digest; the process that unpickles loads the robot by itself."""
+        return _restore, (_address(self.folder), self.digest)
+
+
+_INVERSES = ("ik", "ik_position", "ik_position_pitch", "ik_position_direction")
+_PLAIN = ("jacobian", "jacobian_dot", "hessian", "twist", "acceleration")
+_HINTS: Mapping[str, Hint] = {
+    **dict.fromkeys(_INVERSES, no_inverse),
+    **{name: partial(no_representation, name=name) for name in _PLAIN},
+}
+"""Hints for functions; those without a representation are ones that no robot has."""
+
+
+@functools.cache
+def _optional_functions() -> frozenset[str]:
+    """Every function that a robot can have: the attributes that are annotated as one."""
+    annotations = (vars(parent).get("__annotations__", {}) for parent in Robot.__mro__)
+    named = (item for own in annotations for item in own.items())
+    return frozenset([*_HINTS, *(name for name, kind in named if kind.startswith("Function["))])
+
+
+@functools.cache
+def _class_without(missing: frozenset[tuple[str, Hint]]) -> type[Robot]:
+    """The class of robots that lack some attributes."""
+    attributes: dict[str, Any] = {name: Missing(name, hint) for name, hint in missing}
+    attributes |= {"__module__": Robot.__module__, "__qualname__": "Robot"}
+    attributes |= {"__doc__": Robot.__doc__}
+    return type("Robot", (Robot,), attributes)
 
 
 def shipped_folders() -> dict[str, Path]:
-    """The folders of the generated robots that are installed along, by name."""
+    """The folders of the generated robots that are installed with chasles, by name."""
     spec = find_spec("chasles.generated")
     roots = spec.submodule_search_locations if spec else None
     manifests = [file for root in roots or () for file in Path(root).glob("*/manifest.json")]
@@ -246,29 +293,29 @@ def _constant(values: list[float]) -> FloatArray:
     return array
 
 
-def _place(folder: Path) -> str:
-    """By name where it is one of ours, so that the pickle may cross to another machine."""
+def _address(folder: Path) -> str:
+    """The name of an installed robot, so that the pickle is valid on another machine too."""
     return folder.name if shipped_folders().get(folder.name) == folder else str(folder.absolute())
 
 
-def _restore(place: str, digest: str) -> Robot:
-    folder = shipped_folders().get(place, Path(place))
+def _restore(address: str, digest: str) -> Robot:
+    folder = shipped_folders().get(address, Path(address))
     manifest = read_manifest(folder)
     if manifest.digest != digest:
-        raise SourceMismatchError(f"{folder}: is not the {manifest.name} that was pickled")
+        raise SourceMismatchError(f"{folder}: not the {manifest.name} that was pickled")
     return Robot(manifest)
 
 
 @functools.cache
-def _restore_once(place: str, digest: str) -> Robot:
-    """For functions: a scheduler sends the same one along with every piece of an array."""
-    return _restore(place, digest)
+def _restore_once(address: str, digest: str) -> Robot:
+    """As above, but once: a scheduler sends the same function with every piece of an array."""
+    return _restore(address, digest)
 
 
-def _restore_function(place: str, digest: str, name: str) -> Function[Any]:
-    return _restore_once(place, digest).functions[name]
+def _restore_function(address: str, digest: str, name: str) -> Function[Any]:
+    return _restore_once(address, digest).functions[name]
 
 
 def _function_pickler(manifest: Manifest) -> Callable[[str], tuple[Any, ...]]:
-    place = _place(manifest.folder)
-    return lambda name: (_restore_function, (place, manifest.digest, name))
+    address = _address(manifest.folder)
+    return lambda name: (_restore_function, (address, manifest.digest, name))

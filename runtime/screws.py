@@ -1,14 +1,14 @@
-"""Poses and twists of SE(3) on NumPy arrays: exponential, logarithm, and ways between two poses.
+"""Poses and twists of SE(3) on NumPy arrays: exponential, logarithm, and interpolation of poses.
 
-Twists are (v, omega), linear part first; `exp` of a twist is the pose that a body reaches which
-moves with it for one unit of time, both in the frame it starts from. Lengths are in metres, angles
-in radians. Leading dimensions broadcast. NaN flows through; a matrix is not checked
-to be a rigid one.
+Twists are (v, omega), linear part first. `exp` of a twist is the pose of a body that has moved with
+it for one unit of time, pose and twist expressed in the frame of the start. Lengths are in metres,
+angles in radians. Leading dimensions broadcast. NaN propagates; the functions do not check that a
+matrix is a rigid pose.
 
 Sources:
     R. M. Murray, Z. Li, S. S. Sastry, A Mathematical Introduction to Robotic Manipulation, 1994,
     chapter 2.
-    K. M. Lynch, F. C. Park, Modern Robotics, 2017, section 9.2.1, for the ways between two poses.
+    K. M. Lynch, F. C. Park, Modern Robotics, 2017, section 9.2.1, for the interpolation.
 """
 
 from __future__ import annotations
@@ -17,14 +17,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .errors import ShapeError
+from .tolerances import SERIES
 
 FloatArray = NDArray[np.float64]
 
 __all__ = ["exp", "exp_rotation", "interpolate", "inverse", "log", "log_rotation", "straight"]
-
-_SERIES = 0.25
-"""Below this angle quotients with a vanishing denominator are summed up as series; the first term
-left out is beneath rounding there."""
 
 
 def exp(twist: ArrayLike) -> FloatArray:
@@ -52,8 +49,8 @@ def exp(twist: ArrayLike) -> FloatArray:
 def log(T: ArrayLike) -> FloatArray:
     """The twist that leads to a pose, along the shorter way round.
 
-    At a half turn two twists do, of opposite axes; one of them is returned, the same for the same
-    pose, but near to it a small change of the pose may change from one to the other.
+    At a half turn two twists with opposite axes lead there. The result is one of them, always the
+    same for the same pose, but near a half turn a small change of the pose may exchange them.
 
     Args:
         T: (..., 4, 4) poses.
@@ -141,13 +138,14 @@ def inverse(T: ArrayLike) -> FloatArray:
 def interpolate(T_a: ArrayLike, T_b: ArrayLike, s: ArrayLike) -> FloatArray:
     """The screw motion from one pose to another, `T_a exp(s log(T_a^-1 T_b))`.
 
-    Its twist is constant, in the base frame and in the body's; the origin moves on a helix. The way
-    does not depend on where on the body its frame stands. Of a half turn it takes one of two.
+    Its twist is constant, in the base frame and in the body's frame; the origin moves on a helix.
+    The motion does not depend on the position of the frame on the body. For a half turn it is one
+    of two motions.
 
     Args:
         T_a: (..., 4, 4) where s = 0.
         T_b: (..., 4, 4) where s = 1.
-        s: (...,) how far; below 0 and above 1 the motion goes on.
+        s: (...,) parameter of the motion; below 0 and above 1 the motion continues.
 
     Returns:
         (..., 4, 4) poses, of the broadcast dimensions: many s between two poses give a path.
@@ -162,16 +160,16 @@ def interpolate(T_a: ArrayLike, T_b: ArrayLike, s: ArrayLike) -> FloatArray:
 
 
 def straight(T_a: ArrayLike, T_b: ArrayLike, s: ArrayLike) -> FloatArray:
-    """From one pose to another with the origin on a straight line.
+    """The motion from one pose to another with the origin on a straight line.
 
     `p = (1 - s) p_a + s p_b` and `R = R_a exp(s log(R_a^T R_b))`: the origin moves at a constant
-    velocity, the body turns about one axis, of constant direction, at a constant rate. Of a half
-    turn it takes one of two.
+    velocity, the body turns about one axis, of constant direction, at a constant rate. For a half
+    turn it is one of two motions.
 
     Args:
         T_a: (..., 4, 4) where s = 0.
         T_b: (..., 4, 4) where s = 1.
-        s: (...,) how far; below 0 and above 1 the motion goes on.
+        s: (...,) parameter of the motion; below 0 and above 1 the motion continues.
 
     Returns:
         (..., 4, 4) poses, of the broadcast dimensions: many s between two poses give a path.
@@ -189,9 +187,9 @@ def straight(T_a: ArrayLike, T_b: ArrayLike, s: ArrayLike) -> FloatArray:
 
 
 def off_rotation(R: FloatArray) -> FloatArray:
-    """How far matrices (N, 3, 3) are from rotations and reflections, in |R_1 - R_2| / 2^0.5.
+    """Distance of matrices (N, 3, 3) from orthogonal ones, in the norm |R_1 - R_2| / 2^0.5.
 
-    That is how residuals measure it; to first order it is |R^T R - 1| / 8^0.5.
+    Residuals use the same norm; to first order the distance is |R^T R - 1| / 8^0.5.
     """
     with np.errstate(invalid="ignore", over="ignore"):
         x, y, z = R.transpose(2, 1, 0)
@@ -203,7 +201,7 @@ def off_rotation(R: FloatArray) -> FloatArray:
 def _way(
     T_a: ArrayLike, T_b: ArrayLike, s: ArrayLike, name: str
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Both ends and how far."""
+    """Both ends and the parameter, as arrays."""
     return (
         _ending(T_a, (4, 4), name, "T_a"),
         _ending(T_b, (4, 4), name, "T_b"),
@@ -212,7 +210,7 @@ def _way(
 
 
 def _ending(values: ArrayLike, shape: tuple[int, ...], name: str, argument: str) -> FloatArray:
-    """An array whose last dimensions are those."""
+    """An array, checked for its last dimensions."""
     array = np.asarray(values, np.float64)
     if array.shape[-len(shape) :] != shape:
         wanted = ", ".join(["...", *map(str, shape)])
@@ -236,13 +234,13 @@ def _axis(R: FloatArray, w: FloatArray, cosine: FloatArray) -> FloatArray:
     column = np.take_along_axis(symmetric, largest[..., None, None], -1)[..., 0]
     length = np.sqrt(np.sum(column * column, -1))[..., None]
     side = np.where(np.sum(column * w, -1) < 0, -1.0, 1.0)[..., None]
-    # Only short turns, whose axis is not taken from here, have no column with a length.
+    # Only for short turns, which take their axis from elsewhere, all columns vanish.
     return np.asarray(side * np.divide(column, length, out=np.zeros_like(column), where=length > 0))
 
 
 def _exponential(x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The quotients sin x / x, (1 - cos x) / x^2 and (x - sin x) / x^3."""
-    small = np.abs(x) < _SERIES
+    small = np.abs(x) < SERIES
     x2 = np.where(small, x * x, 0.0)
     safe = np.where(small, 1.0, x)
     half = np.sin(safe / 2) / safe
@@ -257,7 +255,7 @@ def _exponential(x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 def _inverse_cubic(x: FloatArray) -> FloatArray:
     """(1 - x / 2 cot(x / 2)) / x^2, for x in [0, pi]."""
-    small = x < _SERIES
+    small = x < SERIES
     x2 = np.where(small, x * x, 0.0)
     safe = np.where(small, 1.0, x)
     closed = (1 - safe / 2 / np.tan(safe / 2)) / (safe * safe)

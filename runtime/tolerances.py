@@ -1,5 +1,114 @@
-"""Every tolerance of the runtime in Python: name, value, unit and reason, by the room that uses it.
+"""Every tolerance of the Python runtime: name, value, unit and reason, by the room that uses it.
 
-Those of the solvers in C stand in ``numerics/_tolerances.h``, in the same form. Lengths are told in
-parts of the robot's characteristic length where nothing else is said.
+Residuals compare a metre with a radian. A count of steps or a size of a block is no tolerance and
+stays in the file that uses it. Tolerances that belong to the generated code stand in the manifest.
 """
+
+# --- closed_form: solutions in slots ---
+
+SOLVED = 1e-9
+"""Residual (metre, radian) up to which a slot holds a solution: far above the rounding that a
+solution is left with, far below the error of a least-squares answer unless its pose is at the
+border of reach."""
+REFINED = 1e-5
+"""Residual (metre, radian) up to which a slot may be a solution spoilt by rounding: the root of
+rounding is 1e-8, and a second singularity multiplies it."""
+SAME_SOLUTION = 1e-6
+"""Metres or radians up to which two slots hold the same solution: at a singularity two branches
+meet, and each is known to 1e-8 there."""
+AT_LIMIT = 1e-12
+"""Metres or radians by which rounding may put a joint outside a limit that it is at."""
+JUMP = 0.5
+"""Metres or radians that a joint may move from a pose of a path to the next. Branches are a radian
+apart and more, except near the singularities where they meet; a path on which a joint needs more
+than this is too coarse to tell a fast joint from a change of branch."""
+
+# --- closed_form: loops ---
+
+SAME_JOINTS = 1e-6
+"""Metres or radians below which joints of the main chain are the same: near a dead point, at a
+margin of 1e-10, the rounding of the lengths makes half of the digits uncertain."""
+RODS_CLOSED = 1e-12
+"""Error in the length of a rod (metre) up to which an assembly mode is valid."""
+RODS_POLISHED = 1e-14
+"""Error in the length of a rod (metre) at which Newton's iteration has nothing left to gain, for
+rods of up to a few metres."""
+SETTLED_STEP = 1e-9
+"""Last step (metre, radian) of a Newton iteration that has converged: the next step would be the
+square of it."""
+MODE_STEP = 0.3
+"""Radians that a Newton step on an assembly mode may turn by: further away lies another mode."""
+NEAR_CIRCLE = 0.03
+"""Distance from the unit circle up to which a root is tried as an angle: a root of multiplicity 4
+is off by 1e-4."""
+NEAR_PAIR = 1e-3
+"""Distance below which two roots may stand for two positions at nearly the same angle."""
+SAME_MODE = 1e-7
+"""Metres or radians below which two assembly modes are one: at a double root the lengths of the
+rods, which change with the square of the distance, determine no more digits in doubles."""
+VANISHING = 1e-10
+"""Share of the largest coefficient below which a leading coefficient counts as zero."""
+
+# --- closed_form: Newton's iteration on forward kinematics ---
+
+POLISHED = 1e-14
+"""Residual (metre, radian) at which an iteration has nothing left to gain."""
+SETTLED = 1e-12
+"""Residual (metre, radian) at which a step without gain is the last."""
+MOST_DAMPING = 1e6
+"""Factor between lambda^2 and the squared error above which even the smallest steps lead nowhere:
+the least residual nearby is reached."""
+LEAST_DAMPING = 1e-14
+"""Least lambda^2: J J^T is known to 1e-16, and may be singular."""
+POLISH_STEP = 0.3
+"""Metres or radians that a coordinate may move in a step: further away lies another branch."""
+NUDGE = 0.1
+"""Radians by which the iteration for a calibrated arm starts beside a singularity: a stretched
+elbow bends by this where some millimetres are missing."""
+AROUND = 0.03
+"""Standard deviation (metre, radian) of the poses around the target that a calibrated arm tries
+last."""
+
+# --- iterative: continuation of loops ---
+
+CLOSED = 1e-12
+"""Residual of the constraint (metre, radian) up to which a configuration is valid."""
+CONTRACTION = 0.5
+"""Ratio of successive Newton corrections above which the start was too far away."""
+STRIDE = 0.2
+"""Metres or radians that an unknown may move along the tangent in one step."""
+SHORTEST_STRIDE = 2.0**-12
+"""Share of the way below which a step is given up; what is left of the way below its square is
+rounding."""
+
+# --- iterative: inverse of a pose ---
+
+NUMERIC_SOLVED = SOLVED
+"""Default tolerance of `ik_numeric` (metre, radian): that of a closed-form solution."""
+PROBE = 1e-3
+"""Metres or radians by which coordinates are moved to find the joints that follow."""
+STANDSTILL = PROBE**3
+"""Twist (metre, radian) below which a link did not move: second-order effects of the probe are
+larger, rounding is smaller."""
+
+# --- velocity ---
+
+TURNS = 1e-6
+"""Radians per metre at the tip below which a coordinate does not turn the tool."""
+RANK = 1e-9
+"""Ratio to the largest singular value below which a singular value is zero."""
+INFINITE_CONDITION = RANK**2
+"""Ratio of the smallest to the largest singular value below which the condition number is
+infinite."""
+TRACK_GAIN = 0.5
+"""Share of the error that a step of `track` corrects by default. At 1 a step would go all the way
+to the linear answer, beyond 2 the error would grow."""
+RIGID = 1e-6
+"""Distance of a matrix from a rotation up to which `track` takes a pose as rigid: in single
+precision poses are 1e-7 off."""
+
+# --- screws ---
+
+SERIES = 0.25
+"""Radians below which quotients with a vanishing denominator are summed as series; the first term
+left out is below rounding there."""

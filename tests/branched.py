@@ -9,6 +9,7 @@ from chasles.derive.derivation import Derivation
 from chasles.derive.emit.c import language
 from chasles.derive.emit.manifest import manifest
 from chasles.derive.program.programs import Programs, programs
+from chasles.derive.terms.role import Role
 from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFunction
 from chasles.derive.terms.terms import Terms
 
@@ -100,7 +101,8 @@ def arm(name="ik"):
         Result("residual", (sp.Max(far, wrong),), (8,), "m or rad", "what is missing"),
         Result("margin", (sp.Min(open_1, open_3),), (8,), "1", "how far from the edge"),
     )
-    return SymbolicFunction(name, "All inverses.", "", (T,), outputs, terms, signs=signs)
+    role = Role("inverse", "pose", labels=tuple(f"slot {k}" for k in range(8)))
+    return SymbolicFunction(name, "All inverses.", "", (T,), outputs, terms, signs=signs, role=role)
 
 
 def every_kind(n_signs, name=None):

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import sympy as sp
 
 from ..model.robot import Robot
+from ..terms.role import Role
 from ..terms.symbolic_function import Argument, Result, SymbolicFunction, matrix_entries
 from ..terms.terms import Terms
 from .coordinates import Matrix, Motion
@@ -34,6 +35,17 @@ FUNCTIONS = (
     *(f"acceleration_{representation}" for representation in REPRESENTATIONS),
 )
 """Every function of a chain, in the order in which it is derived and written."""
+ROLES = {
+    "fk": "pose",
+    "link_poses": "link poses",
+    "fk_jacobian_mixed": "pose and jacobian",
+    "hessian_mixed": "hessian",
+    **{f"jacobian_{representation}": "jacobian" for representation in REPRESENTATIONS},
+    **{f"jacobian_{representation}_dot": "jacobian rate" for representation in REPRESENTATIONS},
+    **{f"twist_{representation}": "twist" for representation in REPRESENTATIONS},
+    **{f"acceleration_{representation}": "acceleration" for representation in REPRESENTATIONS},
+}
+"""Their roles."""
 TWIST_UNIT = "m/s, rad/s"
 BOTTOM_ROW = (sp.Integer(0), sp.Integer(0), sp.Integer(0), sp.Integer(1))
 
@@ -220,7 +232,8 @@ class Kinematics:
         *outputs: Result,
     ) -> SymbolicFunction:
         arguments = tuple(self.arguments[argument] for argument in inputs)
-        return SymbolicFunction(name, summary, identity, arguments, outputs, self.terms)
+        role = Role(ROLES[name], "actuators")
+        return SymbolicFunction(name, summary, identity, arguments, outputs, self.terms, role=role)
 
     def _pose_result(self) -> Result:
         entries = _pose_entries(self.forward.tool_pose())

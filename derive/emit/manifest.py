@@ -1,4 +1,4 @@
-"""The manifest: what a generated robot says of itself, for the runtime and for people."""
+"""The manifest: the facts of a generated robot in fields, for the runtime and for people."""
 
 import hashlib
 import json
@@ -13,13 +13,15 @@ from ..inverse.serial_inverse import Inverses
 from ..loops.hybrid import Hybrid
 from ..model.mechanism import Coordinate, Described
 from ..model.robot import UNITS, Joint, Parameter
+from ..model.tolerances import DEAD_POINT, NOMINAL
 from ..program.counting import count_operations
 from ..program.operations import Program
 from ..program.programs import Programs
+from ..terms.role import Role
 from ..terms.symbolic_function import Argument, Result, Signature, SymbolicFunction, WrittenFunction
 from .emitter import Files
 
-FORMAT = 1
+FORMAT = 2
 
 
 def manifest(
@@ -39,6 +41,7 @@ def manifest(
         "chasles": FORMAT,
         "name": robot.name,
         "title": robot.title,
+        "kind": _kind(hybrid),
         "source": robot.source,
         "coordinates": [_coordinate(joint) for joint in robot.coordinates],
         "frames": {
@@ -55,6 +58,7 @@ def manifest(
         + [_written(robot, function) for function in derivation.written],
         **({} if hybrid is None else _loops(hybrid)),
         **({} if derivation.inverse is None else _inverse(derivation.inverse)),
+        "tolerances": {"dead_point": DEAD_POINT, "nominal": NOMINAL},
         "description_sha256": sha256(repr(robot)),
         "languages": {language: sorted(texts) for language, texts in sorted(files.items())},
         "files": {name: sha256(text) for name, text in sorted(_together(files).items())},
@@ -73,14 +77,29 @@ def sha256(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
+def _kind(hybrid: Hybrid | None) -> str:
+    """How the tool's pose follows from the actuated coordinates.
+
+    "serial": by the joints. "hybrid": through loops in closed form. "platform": through loops that
+    the runtime solves by iteration, while the actuated coordinates follow from the main chain in
+    closed form. "iterated": neither follows from the other in closed form.
+    """
+    if hybrid is None:
+        return "serial"
+    if not hybrid.forward.open:
+        return "hybrid"
+    actuated = {coordinate.moves for coordinate in hybrid.mechanism.coordinates}
+    return "platform" if actuated.isdisjoint(hybrid.backward.open) else "iterated"
+
+
 def _inverse(inverse: Inverses) -> dict[str, Any]:
-    """How the inverse was found, or why there is none."""
+    """The tier of the inverse, or the reason why there is none."""
     tier = "general" if inverse.written else inverse.classification.tier
     return {"inverse": {"tier": tier, "missing": inverse.missing}}
 
 
 def _loops(hybrid: Hybrid) -> dict[str, Any]:
-    """What the runtime knows of the loops of a robot."""
+    """The loops of a robot: their variables, their reference and how they are solved."""
     mechanism = hybrid.mechanism
     names = [variable.name for variable in hybrid.variables]
     units = {variable.name: variable.unit for variable in hybrid.variables}
@@ -137,21 +156,14 @@ def _function(robot: Described, function: SymbolicFunction, program: Program) ->
         **_signature(robot, function),
         "operations": count_operations(program).as_dict(),
         **({"margin": function.margin} if function.margin else {}),
-        **({"branches": function.branches} if _is_inverse(function) else {}),
         **({"steps": list(function.steps)} if function.steps else {}),
     }
 
 
-def _is_inverse(function: SymbolicFunction) -> bool:
-    """Whether a function gives solutions, if only one."""
-    names = [result.name for result in function.outputs]
-    return bool(function.signs) or names == ["q", "residual", "margin"]
-
-
 def _written(robot: Described, function: WrittenFunction) -> dict[str, Any]:
-    """Its operations are of no kind: how many of each there are depends on the pose."""
+    """The entry of a function written in C; the kinds of its operations depend on the pose."""
     operations = {"other": function.operations, "total": function.operations}
-    return {**_signature(robot, function), "operations": operations, "branches": function.branches}
+    return {**_signature(robot, function), "operations": operations}
 
 
 def _signature(robot: Described, function: Signature) -> dict[str, Any]:
@@ -160,15 +172,29 @@ def _signature(robot: Described, function: Signature) -> dict[str, Any]:
         "symbol": f"{robot.name}_{function.name}",
         "summary": function.summary,
         "identity": function.identity,
+        **_role(function.role),
         "inputs": [_described(argument) for argument in function.inputs],
         "outputs": [_described(result) for result in function.outputs],
     }
 
 
-def _described(what: Argument | Result) -> dict[str, Any]:
+def _role(role: Role) -> dict[str, Any]:
+    """The role and what belongs to it; what does not is left out."""
+    fields = {
+        "domain": role.domain,
+        "codomain": role.codomain,
+        "given": list(role.given),
+        "labels": list(role.labels),
+        "of_actuators": role.of_actuators,
+        "directions": list(role.directions),
+    }
+    return {"role": role.name, **{key: value for key, value in fields.items() if value}}
+
+
+def _described(value: Argument | Result) -> dict[str, Any]:
     return {
-        "name": what.name,
-        "shape": list(what.shape),
-        "unit": what.unit,
-        "meaning": what.meaning,
+        "name": value.name,
+        "shape": list(value.shape),
+        "unit": value.unit,
+        "meaning": value.meaning,
     }

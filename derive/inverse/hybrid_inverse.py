@@ -59,7 +59,7 @@ def _by_chain(hybrid: Hybrid, lines: Lines, found: Attempt) -> Solved:
     theta = dict(zip(hybrid.theta, joints, strict=True))
     q = substituted(terms, hybrid.actuators, theta)
     names = tuple(robot.moving[k].name for k in found.given)
-    return _solved(hybrid, work, (*arguments, *more), q, names)
+    return _solved(hybrid, work, (*arguments, *more), q, names, _coordinates(hybrid, found.given))
 
 
 def _by_translation(hybrid: Hybrid, moved: Translating, found: Attempt) -> Solved | None:
@@ -100,6 +100,7 @@ def _solved(
     more: Sequence[Argument],
     q: tuple[sp.Expr, ...],
     names: tuple[str, ...],
+    given: Sequence[int] = (),
 ) -> Solved:
     """The function; its residual is that of the tool as the actuators hold it."""
     terms = hybrid.terms
@@ -110,7 +111,16 @@ def _solved(
     residual = pose_residual(terms, ((x, y, z), place), POSE_SYMBOLS)
     unit = common_unit([c.unit for c in hybrid.mechanism.coordinates])
     inputs = (pose_argument(hybrid.robot), *more)
-    return Solved(function_of("ik", work, inputs, q, unit, residual, IDENTITY), work, names)
+    function = function_of("ik", work, inputs, q, unit, residual, IDENTITY, given)
+    return Solved(function, work, names)
+
+
+def _coordinates(hybrid: Hybrid, joints: Sequence[int]) -> list[int]:
+    """The actuated coordinates, by index, that move joints of the main chain."""
+    entries = [hybrid.chain[k] for k in joints]
+    rests_on = [*entries, *(hybrid.terms.definitions[s] for s in hybrid.terms.needed(entries))]
+    behind = {symbol for e in rests_on for symbol in e.free_symbols}
+    return [k for k, symbol in enumerate(hybrid.q) if symbol in behind]
 
 
 def _triples(entries: Sequence[sp.Expr]) -> list[Vector]:

@@ -7,6 +7,7 @@ import sympy as sp
 
 from ..chain.kinematics import arguments_of
 from ..model.robot import Robot
+from ..terms.role import Role
 from ..terms.symbolic_function import Argument, Result, SymbolicFunction, WrittenFunction
 from ..terms.terms import Terms
 from .families import planar, swivel, turntable
@@ -183,4 +184,5 @@ def _swivel_of(robot: Robot, lines: Lines) -> SymbolicFunction:
         (q,),
         (result,),
         terms,
+        role=Role("redundancy", "actuators"),
     )

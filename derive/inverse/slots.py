@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import sympy as sp
 
@@ -9,6 +10,7 @@ from ..chain.forward import Forward, Pose
 from ..chain.groups import groups
 from ..chain.kinematics import common_unit
 from ..model.robot import Robot
+from ..terms.role import Role, branch_label, side_of
 from ..terms.symbolic_function import Argument, Result, SymbolicFunction
 from ..terms.terms import Terms
 from .steps.work import Work
@@ -146,7 +148,8 @@ def branches(
     )
     unit = common_unit([joint.unit for joint in robot.coordinates])
     names = tuple(robot.moving[joint].name for joint in given)
-    return Solved(function_of(name, work, inputs, q, unit, residual, identity), work, names)
+    function = function_of(name, work, inputs, q, unit, residual, identity, given)
+    return Solved(function, work, names)
 
 
 def function_of(
@@ -157,9 +160,15 @@ def function_of(
     unit: str,
     residual: sp.Expr,
     identity: str,
+    given: Iterable[int] = (),
 ) -> SymbolicFunction:
-    """The function of a task over all slots, from one slot's entries."""
+    """The function of a task over all slots, from one slot's entries.
+
+    The coordinates ``given``, by their indices in q, follow from inputs other than the first.
+    """
     k = 2 ** len(work.signs)
+    domain = "pose" if inputs[0].symbols == POSE_SYMBOLS else "task"
+    role = Role("inverse", domain, given=tuple(sorted(given)), labels=_labels(work))
     outputs = (
         Result("q", q, (k, len(q)), unit, "joint coordinates, one solution a row"),
         Result("residual", (residual,), (k,), "m or rad", "distance of fk(q[k]) from the target"),
@@ -173,5 +182,18 @@ def function_of(
     )
     summary = f"Every solution of the inverse kinematics, in {k} slots."
     return SymbolicFunction(
-        name, summary, identity, inputs, outputs, work.terms, signs=tuple(work.signs)
+        name, summary, identity, inputs, outputs, work.terms, signs=tuple(work.signs), role=role
+    )
+
+
+def _labels(work: Work) -> tuple[str, ...]:
+    """The branch in each slot: the joints that each choice finds, and its sign."""
+    joints = {step.found.sign: "+".join(step.joints) for step in work.steps if step.found.sign}
+    parts: list[str] = []
+    for sign in work.signs:
+        # Two choices of one step follow each other, and the step names the first.
+        parts.append(joints.get(sign) or (parts[-1] if parts else sign.name.lstrip("_")))
+    return tuple(
+        branch_label([(part, side_of(sign)) for part, sign in zip(parts, signs, strict=True)])
+        for signs in product((1, -1), repeat=len(parts))
     )

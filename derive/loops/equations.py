@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+from ..terms.role import Role
 from ..terms.symbolic_function import Result, SymbolicFunction
 from .constraints import jacobian, jacobian_dot
 from .hybrid import Hybrid
@@ -18,6 +19,7 @@ def constraint(h: Hybrid) -> SymbolicFunction:
         f"independent scalar equations of each loop: {names}",
         ("z",),
         Result("residual", tuple(entries), (len(entries),), "m or 1", "residuals"),
+        role=Role("constraint"),
     )
 
 
@@ -30,6 +32,7 @@ def constraint_D_z(h: Hybrid) -> SymbolicFunction:
         "constraint_D_z(z) zd = 0 for every motion that keeps the loops closed",
         ("z",),
         _matrix("residual_D_z", rows, "1, m, 1/m", "constraint Jacobian"),
+        role=Role("constraint derivative"),
     )
 
 
@@ -43,6 +46,7 @@ def constraint_D_z_dot(h: Hybrid) -> SymbolicFunction:
         "constraint_D_z(z) zdd + constraint_D_z_dot(z, zd) zd = 0",
         ("z", "zd"),
         _matrix("residual_D_z_dot", rows, "1/s, m/s, 1/(m s)", "rate of the constraint Jacobian"),
+        role=Role("constraint rate"),
     )
 
 

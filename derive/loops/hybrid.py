@@ -1,6 +1,7 @@
 """A robot with loops in derivation: its coordinates, its solved loops and its tool's kinematics."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from functools import cached_property
 
 import sympy as sp
@@ -10,12 +11,15 @@ from ..chain.forward import Forward
 from ..chain.groups import Group, groups
 from ..chain.kinematics import Kinematics, arguments_of, common_unit, coordinates
 from ..model.mechanism import Mechanism, Strut
+from ..terms.role import OTHER, Role
 from ..terms.symbolic_function import Argument, Result, SymbolicFunction
 from ..terms.terms import Terms
 from .collapse import collapsed
 from .constraints import LoopEquations, Variable, configuration_names, constraints
 from .mobility import Mobility, closed_configuration, mobility
 from .solution import Loops, Solution, from_actuators, from_chain, joint_angle, sorted_loops
+
+_DOMAINS = {"q": "actuators", "theta": "chain", "z": "configuration"}
 
 
 class Hybrid:
@@ -170,8 +174,15 @@ class Hybrid:
         )
 
     def function(
-        self, name: str, summary: str, identity: str, inputs: tuple[str, ...], *outputs: Result
+        self,
+        name: str,
+        summary: str,
+        identity: str,
+        inputs: tuple[str, ...],
+        *outputs: Result,
+        role: Role = OTHER,
     ) -> SymbolicFunction:
-        """A function of some of the arguments."""
+        """A function of some of the arguments; its role's domain is that of the first."""
         arguments = tuple(self.arguments[argument] for argument in inputs)
-        return SymbolicFunction(name, summary, identity, arguments, outputs, self.terms)
+        told = replace(role, domain=_DOMAINS[inputs[0]])
+        return SymbolicFunction(name, summary, identity, arguments, outputs, self.terms, role=told)

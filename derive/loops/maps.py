@@ -7,6 +7,7 @@ from itertools import islice, product
 
 import sympy as sp
 
+from ..terms.role import Role, branch_label, side_of
 from ..terms.symbolic_function import Result, SymbolicFunction, matrix_entries
 from ..terms.tangents import Tangent
 from .hybrid import Hybrid
@@ -26,6 +27,7 @@ def chain(h: Hybrid) -> SymbolicFunction:
         f"theta = ({names}), with every loop closed",
         ("q",),
         _vector("theta", h.chain, h.arguments["theta"].unit, "main chain"),
+        role=Role("map", codomain="chain"),
     )
 
 
@@ -37,6 +39,7 @@ def chain_D_q(h: Hybrid) -> SymbolicFunction:
         "chain_D_q[:, k] = d chain / d q_k",
         ("q",),
         _derivative(h, "theta_D_q", h.chain, h.forward, "q"),
+        role=Role("map derivative", codomain="chain"),
     )
 
 
@@ -48,6 +51,7 @@ def passive(h: Hybrid) -> SymbolicFunction:
         f"passive = ({', '.join(h.mechanism.passive)}), with every loop closed",
         ("q",),
         _vector("passive", h.passive, "rad or m", "passive joints"),
+        role=Role("map", codomain="passive"),
     )
 
 
@@ -59,6 +63,7 @@ def passive_D_q(h: Hybrid) -> SymbolicFunction:
         "passive_D_q[:, k] = d passive / d q_k",
         ("q",),
         _derivative(h, "passive_D_q", h.passive, h.forward, "q"),
+        role=Role("map derivative", codomain="passive"),
     )
 
 
@@ -71,6 +76,7 @@ def chain_rates(h: Hybrid) -> SymbolicFunction:
         "thetad = chain_D_q(q) qd",
         ("q", "qd"),
         _vector("thetad", rates, h.arguments["thetad"].unit, "rates of the main chain"),
+        role=Role("map rate", codomain="chain"),
     )
 
 
@@ -84,6 +90,7 @@ def chain_accelerations(h: Hybrid) -> SymbolicFunction:
         "thetadd = chain_D_q(q) qdd + d/dt chain_D_q(q) qd",
         ("q", "qd", "qdd"),
         _vector("thetadd", values, unit, "accelerations of the main chain"),
+        role=Role("map acceleration", codomain="chain"),
     )
 
 
@@ -95,6 +102,7 @@ def actuators(h: Hybrid) -> SymbolicFunction:
         "actuators(chain(q)) = q",
         ("theta",),
         _vector("q", h.actuators, h.arguments["q"].unit, "actuated coordinates"),
+        role=Role("map", codomain="actuators"),
     )
 
 
@@ -106,6 +114,7 @@ def actuators_D_chain(h: Hybrid) -> SymbolicFunction:
         "actuators_D_chain[:, k] = d actuators / d theta_k",
         ("theta",),
         _derivative(h, "q_D_theta", h.actuators, h.backward, "theta"),
+        role=Role("map derivative", codomain="actuators"),
     )
 
 
@@ -118,6 +127,7 @@ def actuator_rates(h: Hybrid) -> SymbolicFunction:
         "qd = actuators_D_chain(theta) thetad",
         ("theta", "thetad"),
         _vector("qd", rates, h.arguments["qd"].unit, "actuator rates"),
+        role=Role("map rate", codomain="actuators"),
     )
 
 
@@ -130,6 +140,7 @@ def actuator_accelerations(h: Hybrid) -> SymbolicFunction:
         "qdd = actuators_D_chain(theta) thetadd + d/dt actuators_D_chain(theta) thetad",
         ("theta", "thetad", "thetadd"),
         _vector("qdd", values, h.arguments["qdd"].unit, "actuator accelerations"),
+        role=Role("map acceleration", codomain="actuators"),
     )
 
 
@@ -152,6 +163,7 @@ def configuration(h: Hybrid) -> SymbolicFunction:
         f"z = ({', '.join(names)}), constraint(z) = 0",
         ("q",),
         _vector("z", h.named(h.forward, names), "rad or m", "full configuration"),
+        role=Role("map", codomain="configuration"),
     )
 
 
@@ -161,14 +173,14 @@ def chain_all(h: Hybrid) -> SymbolicFunction:
         (h.named(solution, [joint.name for joint in h.robot.moving]), solution)
         for solution in _branches(h, h.forward, from_actuators, h.q)
     ]
-    return _all(h, "chain_all", "q", "theta", h.arguments["theta"].unit, branches)
+    return _all(h, "chain_all", ("q", "chain"), "theta", h.arguments["theta"].unit, branches)
 
 
 def actuators_all(h: Hybrid) -> SymbolicFunction:
     """The actuators on every branch."""
     solutions = _branches(h, h.backward, partial(from_chain, closed=h.closed), h.theta)
     branches = [(h.actuators_in(solution), solution) for solution in solutions]
-    return _all(h, "actuators_all", "theta", "q", h.arguments["q"].unit, branches)
+    return _all(h, "actuators_all", ("theta", "actuators"), "q", h.arguments["q"].unit, branches)
 
 
 def _branches(
@@ -192,11 +204,12 @@ def _branches(
 def _all(
     h: Hybrid,
     name: str,
-    argument: str,
+    between: tuple[str, str],
     result: str,
     unit: str,
     branches: Sequence[tuple[tuple[sp.Expr, ...], Solution]],
 ) -> SymbolicFunction:
+    argument, codomain = between
     count = len(branches)
     margins = [margin for _, solution in branches for _, margin in solution.margins]
     steps = len(branches[0][1].margins)
@@ -205,6 +218,7 @@ def _all(
     names = "; ".join(
         ", ".join(step.branch for step in solution.steps if step.branch) for _, solution in branches
     )
+    labels = tuple(_label(h, solution) for _, solution in branches)
     return h.function(
         name,
         "Every branch of the loops' solution, NaN where it does not close.",
@@ -212,6 +226,18 @@ def _all(
         (argument,),
         Result(result, values, (count, width), unit, "one branch a row"),
         Result("margin", tuple(margins), (count, steps), "1", "margins of each branch"),
+        role=Role("branches", codomain=codomain, labels=labels),
+    )
+
+
+def _label(h: Hybrid, solution: Solution) -> str:
+    """Which side each step of a solution takes, by the names of the loops that it closes."""
+    return branch_label(
+        [
+            (step.name(h.mechanism), step.branch or side_of(step.sign))
+            for step in solution.steps
+            if step.sign
+        ]
     )
 
 
@@ -251,6 +277,7 @@ def _margins(h: Hybrid, name: str, solution: Solution, argument: str) -> Symboli
         "sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach",
         (argument,),
         _vector("margin", values, "1", "margins"),
+        role=Role("margin"),
     )
     return replace(function, steps=tuple(names for names, _ in solution.margins))
 

@@ -21,6 +21,7 @@ from ..chain.groups import groups
 from ..chain.kinematics import Kinematics
 from ..model.mechanism import Mechanism, Place, Strut
 from ..model.robot import Joint
+from ..terms.role import Role
 from ..terms.symbolic_function import Argument, Result, SymbolicFunction, matrix_entries
 from ..terms.tangents import Tangent
 from ..terms.vectors import ORIGIN, Vector, cross, named, subtracted
@@ -136,6 +137,7 @@ def rods(h: Hybrid) -> SymbolicFunction:
         f"|b_i(theta) - a_i(q)| - l_i, i = {names}",
         ("theta", "q"),
         Result("residual", entries, (len(entries),), "m", "excess of distance over length"),
+        role=Role("lengths"),
     )
 
 
@@ -155,6 +157,7 @@ def rods_D_chain(h: Hybrid) -> SymbolicFunction:
             "1, m",
             "derivative",
         ),
+        role=Role("lengths derivative"),
     )
 
 
@@ -179,6 +182,7 @@ def velocity_relation(h: Hybrid) -> SymbolicFunction:
         ("theta", "q"),
         Result("J_x", J_x, (len(rows), len(free)), "1, m", "rods along their directions"),
         Result("J_q", matrix_entries(columns), (len(rows), len(columns)), "1, m", "actuators"),
+        role=Role("velocity relation", directions=tuple(free)),
     )
 
 
@@ -203,6 +207,7 @@ def of_open_chain(name: str, h: Hybrid) -> SymbolicFunction:
         function.inputs,
         function.outputs,
         h.terms,
+        role=Role(function.role.name, "chain", of_actuators=name),
     )
 
 
@@ -280,6 +285,7 @@ def assembly_polynomial(h: Hybrid) -> SymbolicFunction:
         "a_0 + sum_k (a_k cos(k phi) + b_k sin(k phi)) = 0, k = 1, 2, 3: a_0, a_1, b_1, ...",
         ("q",),
         Result("coefficients", entries, (len(entries),), "1", "trigonometric coefficients"),
+        role=Role("assembly polynomial"),
     )
 
 
@@ -299,4 +305,5 @@ def _assembly(name: str, h: Hybrid) -> SymbolicFunction:
         (h.arguments["q"], argument),
         (Result("theta", (x, y, phi), (TRIAD,), "m, rad", "pose of the platform"),),
         h.terms,
+        role=Role("assembly mirror" if find is triad_mirror else "assembly pose", "actuators"),
     )

@@ -2,10 +2,11 @@
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import sympy as sp
 
+from .role import OTHER, Role
 from .terms import Terms
 
 
@@ -55,6 +56,7 @@ class Signature:
         identity: The identity that it satisfies, in one line.
         inputs: Arguments in order.
         outputs: Results in order.
+        role: Its role, for the runtime.
     """
 
     name: str
@@ -62,6 +64,7 @@ class Signature:
     identity: str
     inputs: tuple[Argument, ...]
     outputs: tuple[Result, ...]
+    role: Role = field(default=OTHER, kw_only=True)
 
 
 Table = float | tuple["Table", ...]

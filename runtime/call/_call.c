@@ -45,7 +45,7 @@ static int import_names(void)
         return -1;
     }
     ShapeError = PyObject_GetAttrString(errors, "ShapeError");
-    InputError = PyObject_GetAttrString(errors, "InputError");
+    InputError = PyObject_GetAttrString(errors, "InputTypeError");
     LibraryMismatchError = PyObject_GetAttrString(errors, "LibraryMismatchError");
     Py_DECREF(errors);
     str_out = PyUnicode_InternFromString("out");

@@ -7,9 +7,6 @@ from typing import Any, Generic, Literal, Protocol, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..closed_form.refinement import Rescue
-from ..closed_form.solutions import Solutions
-
 R_co = TypeVar("R_co", covariant=True)
 
 class _Argument(Protocol):
@@ -34,7 +31,7 @@ class Function(Generic[R_co]):
     @property
     def operations(self) -> Mapping[str, int]: ...
     @property
-    def solutions(self) -> type[Solutions] | None: ...
+    def solutions(self) -> type[Any] | None: ...
     @property
     def kernel(self) -> object: ...
     @property
@@ -53,7 +50,7 @@ class Function(Generic[R_co]):
     ) -> R_co: ...
 
 class Library:
-    """A compiled robot, open for as long as any of its functions lives."""
+    """A compiled robot, open as long as one of its functions lives."""
 
     @property
     def names(self) -> list[str]: ...
@@ -69,8 +66,8 @@ class Library:
         operations: Mapping[str, int],
         reduced: tuple[Callable[..., Any], tuple[Any, ...]],
         guard: Callable[[tuple[NDArray[np.float64], ...]], None] | None,
-        solutions: type[Solutions] | None,
-        rescue: Rescue | None,
+        solutions: type[Any] | None,
+        rescue: Callable[..., None] | None,
     ) -> Function[Any]: ...
 
 def open(path: str | PathLike[str], expected_hash: str) -> Library: ...  # noqa: A001

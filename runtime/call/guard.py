@@ -1,7 +1,7 @@
-"""What a single pose tells its caller where a loop does not close.
+"""The error of a single pose at which a loop does not close.
 
-A loop that does not close gives NaN. In a batch that is the answer; a call with one pose is told
-which loop it is, and where.
+A loop that does not close gives NaN. A batch returns the NaN; a call with one pose raises an error
+that names the loop and the coordinates.
 """
 
 from __future__ import annotations
@@ -18,12 +18,9 @@ from ..errors import OutOfReachError, SingularityError
 if TYPE_CHECKING:
     from ._call import Function
 
-_DEAD = 1e-12
-"""Up to this margin a loop counts as at its dead point: sin^2 of a millionth of a radian."""
-
 
 class Named(Protocol):
-    """What has a name and a unit."""
+    """A coordinate, with its name and unit."""
 
     @property
     def name(self) -> str:
@@ -36,26 +33,28 @@ class Named(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Guard:
-    """Raises for a pose at which a function's result is not finite because of a loop.
+    """Raises for a pose at which a loop makes a function's result not finite.
 
     Attributes:
         label: Robot and function.
-        margin: sin^2 of the transmission angle of each step of the loops' solution, from the
-            function's first input: positive where it closes, 0 at a dead point.
+        margin: From the function's first input to sin^2 of the transmission angle of each step of
+            the loops' solution: positive where the loop closes, 0 at a dead point.
         steps: The loop of each step.
         coordinates: The elements of the function's first input.
+        dead_point: Margin up to which a loop counts as at its dead point.
     """
 
     label: str
     margin: Function[Any]
     steps: tuple[str, ...]
     coordinates: Sequence[Named]
+    dead_point: float
 
     def __call__(self, inputs: tuple[NDArray[np.float64], ...]) -> None:
-        """Looks for the loop that is to blame.
+        """Finds the loop that makes the result not finite.
 
         Args:
-            inputs: What the function was called with, one pose.
+            inputs: The inputs of the call, one pose.
 
         Raises:
             OutOfReachError: If a loop does not close there.
@@ -64,7 +63,7 @@ class Guard:
         if not all(np.isfinite(value).all() for value in inputs):
             return
         margin = np.asarray(self.margin(inputs[0]))
-        place = describe(self.coordinates, inputs[0])
+        position = describe(self.coordinates, inputs[0])
         # Steps after one that does not close may have no margin.
         worst = int(np.argmin(np.where(np.isnan(margin), np.inf, margin)))
         loop, value = self.steps[worst], margin[worst]
@@ -75,16 +74,16 @@ class Guard:
                 if k != worst
             ]
             raise OutOfReachError(
-                f"{self.label}: {loop} does not close at {place}: margin {value:.4g} "
+                f"{self.label}: {loop} does not close at {position}: margin {value:.4g} "
                 f"(0 is a dead point){''.join(others)}"
             )
         if np.isnan(margin).any():
             loop = self.steps[int(np.argmax(np.isnan(margin)))]
-            raise OutOfReachError(f"{self.label}: {loop} does not close at {place}")
-        if value <= _DEAD:
+            raise OutOfReachError(f"{self.label}: {loop} does not close at {position}")
+        if value <= self.dead_point:
             raise SingularityError(
-                f"{self.label}: at a dead point of {loop}, at {place}: margin {value:.4g}; rates "
-                "are not defined"
+                f"{self.label}: at a dead point of {loop}, at {position}: margin {value:.4g}; "
+                "rates are not defined"
             )
 
 

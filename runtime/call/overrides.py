@@ -1,8 +1,8 @@
 """Calls with arguments that have a ufunc protocol of their own (`__array_ufunc__`).
 
 A dask array gives a lazy dask array. dask's own protocol would first try the ufunc on arrays of
-size 1, which a robot's function refuses, so the shapes are told to dask here. All other types are
-handed to the ufunc, which asks them.
+size 1, which a robot's function refuses, so this module states the shapes to dask. All other types
+go to the ufunc, which applies their own protocol.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError, ShapeError
+from ..errors import InputTypeError, ShapeError
 from ._call import Function
 
 
@@ -25,24 +25,24 @@ def run(function: Function[Any], inputs: tuple[Any, ...], outs: tuple[Any, ...] 
     Args:
         function: The function.
         inputs: Its inputs, as given.
-        outs: What to write into, as given.
+        outs: The arrays to write into, as given.
 
     Returns:
-        A dask array, or a tuple of several, if all those arguments are dask arrays; else what they
-        make of the ufunc. Branches of an inverse are Solutions of such arrays.
+        A dask array, or a tuple of several, if all those arguments are dask arrays; else the result
+        of their own protocol. The branches of an inverse are Solutions of such arrays.
 
     Raises:
-        InputError: If a dask array is given as out, or an input does not hold real numbers.
+        InputTypeError: If a dask array is given as out, or an input does not hold real numbers.
         ShapeError: If an input has the wrong shape.
     """
-    # Where dask was never imported, no argument can be an array of it.
+    # No argument can be a dask array where dask was never imported.
     dask = sys.modules.get("dask.array")
     strange = [value for value in (*inputs, *(outs or ())) if _has_protocol(value)]
     if dask is None or not all(isinstance(value, dask.Array) for value in strange):
         result = function.ufunc(*inputs, **({"out": outs} if outs else {}))
         return function.solutions.judged(*result) if function.solutions else result
     if outs:
-        raise InputError(f"{function.__qualname__}: a dask array is lazy, so it takes no out")
+        raise InputTypeError(f"{function.__qualname__}: a dask array is lazy, so it takes no out")
     result = _apply(dask, function, [_read(dask, function, i, x) for i, x in enumerate(inputs)])
     return function.solutions.judged(*result) if function.solutions else result
 
@@ -58,11 +58,13 @@ def _read(dask: Any, function: Function[Any], index: int, value: Any) -> Any:
     try:
         array = value if isinstance(value, dask.Array) else np.asarray(value)
     except (TypeError, ValueError) as error:
-        raise InputError(
+        raise InputTypeError(
             f"{label}: {item.name} cannot be read as an array of numbers: {error}"
         ) from error
     if array.dtype.kind not in "iuf":
-        raise InputError(f"{label}: {item.name} must hold real numbers, got dtype {array.dtype}")
+        raise InputTypeError(
+            f"{label}: {item.name} must hold real numbers, got dtype {array.dtype}"
+        )
     if _batch(array, item.shape) + item.shape != array.shape:
         core = ", ".join(map(str, item.shape))
         raise ShapeError(
@@ -83,7 +85,7 @@ def _apply(dask: Any, function: Function[Any], arrays: Sequence[Any]) -> Any:
     for array, item in zip(arrays, function.inputs, strict=True):
         own = _batch(array, item.shape)
         before = _broadcast(function, item.name, before, own)
-    # Every core dimension has a name of its own: those of the inputs are known to be right.
+    # Every core dimension has a name of its own: the sizes of the inputs are checked already.
     numbers = itertools.count()
     inputs = [[f"i{next(numbers)}" for _ in item.shape] for item in function.inputs]
     outputs = [[f"o{next(numbers)}" for _ in item.shape] for item in function.outputs]
@@ -100,14 +102,14 @@ def _apply(dask: Any, function: Function[Any], arrays: Sequence[Any]) -> Any:
 
 
 def _outputs(function: Function[Any], *inputs: Any) -> tuple[Any, ...]:
-    """What was described of an inverse: without `valid`, which is judged of the lazy residual."""
+    """The generated outputs of an inverse; `valid` follows later from the lazy residual."""
     return tuple(function(*inputs)[: len(function.outputs)])
 
 
 def _broadcast(
     function: Function[Any], name: str, before: tuple[int, ...], own: tuple[int, ...]
 ) -> tuple[int, ...]:
-    """The two leading shapes broadcast; sizes that dask does not know yet (NaN) go with all."""
+    """Broadcasts two leading shapes; a size that dask does not know yet (NaN) fits any other."""
     pairs = list(itertools.zip_longest(reversed(before), reversed(own), fillvalue=1))
     if any(a != b and a == a and b == b and 1 not in (a, b) for a, b in pairs):  # noqa: PLR0124
         raise ShapeError(

@@ -1,8 +1,8 @@
 """Splits a large batch over threads: the keyword `threads` of every function.
 
-A part is a slice of the batch along one of its leading dimensions; NumPy's ufunc runs it straight
-into its slice of the result, without the interpreter's lock. The calling thread takes part, so a
-call goes on even where no other thread is free or can be started.
+A part is a slice of the batch along one of its leading dimensions; NumPy's ufunc writes its result
+straight into the slice of the output, without the interpreter's lock. The calling thread takes
+part, so a call completes even where no other thread is free or can be started.
 """
 
 from __future__ import annotations
@@ -13,33 +13,35 @@ import math
 import os
 import threading
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, wait
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ._call import Function
 
+if TYPE_CHECKING:
+    from concurrent.futures import Future, ThreadPoolExecutor
+
 Array = NDArray[np.float64]
 
 _ROWS = 8
-"""Cuts lie at multiples of this, so that no part but the last has a tile of lanes to fill up. It is
-also the fewest rows of a part: what a row gives depends neither on its lane nor on its neighbours,
-but a row all by itself is computed by other code, which may round otherwise. So results are the
-same, bit by bit, for every number of threads."""
+"""Cuts lie at multiples of this number, so that only the last part has a partly filled tile of
+lanes. It is also the fewest rows of a part: the result of a row depends neither on its lane nor on
+its neighbours, but a single row is computed by other code, which may round differently. So results
+are the same, bit by bit, for every number of threads."""
 _LEAST = 500_000
-"""Floating-point operations for each thread, which take it a tenth of a millisecond; handing work
-over takes a third of that. A smaller batch is done before another thread has begun."""
+"""Floating-point operations for each thread. They take a tenth of a millisecond, and starting work
+on another thread takes a third of that: a smaller batch ends before another thread has begun."""
 _PARTS = 4
-"""Parts for each thread, so that a thread which falls behind leaves its share to the others."""
+"""Parts for each thread, so that the others take over the share of a thread that falls behind."""
 
 _pool: ThreadPoolExecutor | None = None
 _pool_lock = threading.Lock()
 
 
 def count_cores() -> int:
-    """How many cores this process may use."""
+    """The number of cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -59,10 +61,10 @@ def run(
         inputs: Its inputs, checked.
         outs: The arrays to write into, None for a new one; checked.
         batch: The leading shape, that of the inputs broadcast.
-        threads: How many threads at most; 0 for one a core, and never more than that.
+        threads: Greatest number of threads; 0 for one per core, and never more than that.
 
     Returns:
-        What the function's ufunc returns for the whole batch.
+        The result of the function's ufunc for the whole batch.
     """
     work = math.prod(batch) * function.operations.get("total", 1)
     cores = count_cores()
@@ -87,7 +89,7 @@ def run(
 
 
 def _cut(batch: tuple[int, ...], threads: int) -> tuple[int, list[slice]]:
-    """The dimension to cut, and the parts of it: the first that is long enough for all threads."""
+    """The first dimension that is long enough for all threads, and its parts."""
     if threads < 2 or not batch:  # noqa: PLR2004
         return 0, []
     enough = (axis for axis, size in enumerate(batch) if size >= threads * _ROWS)
@@ -99,7 +101,7 @@ def _cut(batch: tuple[int, ...], threads: int) -> tuple[int, list[slice]]:
 
 
 def _parts(array: Array, axis: int, cuts: Sequence[slice]) -> Iterator[Array]:
-    """The parts of an operand; each is the whole of it where it is broadcast along the axis."""
+    """The parts of an operand, each of them the whole operand where the axis is broadcast."""
     if axis < 0 or array.shape[axis] == 1:
         return itertools.repeat(array, len(cuts))
     before = (slice(None),) * axis
@@ -107,9 +109,10 @@ def _parts(array: Array, axis: int, cuts: Sequence[slice]) -> Iterator[Array]:
 
 
 def _overlap(inputs: Sequence[Array], outs: Sequence[Array | None]) -> bool:
-    """Whether one part might write into what another reads: NumPy sees to it within one call only.
+    """Whether one part might write into memory that another reads.
 
-    Arrays whose memory is interleaved, as columns of one table are, count as overlapping.
+    NumPy handles overlap within one call only. Arrays with interleaved memory, such as columns of
+    one table, count as overlapping.
     """
     given = [out for out in outs if out is not None]
     pairs = itertools.chain(itertools.product(inputs, given), itertools.combinations(given, 2))
@@ -117,23 +120,26 @@ def _overlap(inputs: Sequence[Array], outs: Sequence[Array | None]) -> bool:
 
 
 def _share(ufunc: np.ufunc, parts: Iterator[tuple[Array, ...]], n: int, threads: int) -> None:
-    """Runs the ufunc on all parts, of which each thread takes the next that is left."""
+    """Runs the ufunc on all parts; each thread takes the next part that is left."""
 
     def work() -> None:
         for part in parts:
             ufunc(*part[:n], out=part[n:])
 
+    # Most programs use one thread, and this import takes a tenth of the time of importing chasles.
+    from concurrent.futures import wait  # noqa: PLC0415
+
     helpers: list[Future[None]] = []
-    # Where no thread can be started (the system has no more, the interpreter shuts down), this one
-    # does it all.
+    # Where no thread can be started (the system has no more, the interpreter shuts down), the
+    # calling thread does all the work.
     with contextlib.suppress(RuntimeError):
         for _ in range(threads - 1):
             helpers.append(_get_pool().submit(work))
     try:
         work()
     finally:
-        # None may write any more once the caller has its array back. A helper that has not begun
-        # finds nothing left to do.
+        # No helper may write after the caller has its array back. A helper that has not begun finds
+        # no part left.
         wait([helper for helper in helpers if not helper.cancel()])
     for helper in helpers:
         if not helper.cancelled():
@@ -141,6 +147,8 @@ def _share(ufunc: np.ufunc, parts: Iterator[tuple[Array, ...]], n: int, threads:
 
 
 def _get_pool() -> ThreadPoolExecutor:
+    from concurrent.futures import ThreadPoolExecutor  # noqa: PLC0415
+
     global _pool  # noqa: PLW0603
     with _pool_lock:
         if _pool is None:
@@ -149,7 +157,7 @@ def _get_pool() -> ThreadPoolExecutor:
 
 
 def _forget_pool() -> None:
-    """A child process has none of its parent's threads, and the lock may be held by one."""
+    """Drops the pool in a child process, which lacks the threads and may inherit a held lock."""
     global _pool, _pool_lock
     _pool, _pool_lock = None, threading.Lock()
 

@@ -1,4 +1,4 @@
-"""Arguments that are to be real numbers, read the same way by every method."""
+"""Validation of arguments that must be real numbers, the same for every method."""
 
 from __future__ import annotations
 
@@ -7,26 +7,28 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError
+from ..errors import InputTypeError
 
 
 def real_array(caller: str, name: str, given: Any) -> NDArray[np.float64]:
     """A float64 array of integers or other floats.
 
     Args:
-        caller: Who asks, "ur5e.track", for the error.
+        caller: The method, such as "ur5e.track", for the error.
         name: The argument.
-        given: What was given for it.
+        given: Its value.
 
     Raises:
-        InputError: If it is not made of real numbers.
+        InputTypeError: If the value is not made of real numbers.
     """
     if isinstance(given, np.ndarray) and given.dtype == np.float64:
         return given
     try:
         array = np.asarray(given)
     except ValueError as error:
-        raise InputError(f"{caller}: {name} must be an array of real numbers: {error}") from None
+        raise InputTypeError(
+            f"{caller}: {name} must be an array of real numbers: {error}"
+        ) from None
     if array.dtype.kind not in "iuf":
-        raise InputError(f"{caller}: {name} must be real numbers, got dtype {array.dtype}")
+        raise InputTypeError(f"{caller}: {name} must be real numbers, got dtype {array.dtype}")
     return array.astype(np.float64, copy=False)

@@ -6,8 +6,8 @@ its position; the angle phi then satisfies
     a_0 + sum_k (a_k cos(k phi) + b_k sin(k phi)) = 0,   k = 1, 2, 3
 
 which, with z = exp(i phi), is a polynomial of degree 6 in z whose roots on the unit circle are the
-modes. They are the eigenvalues of its companion matrix; Newton's iteration on the lengths of the
-rods makes them exact.
+modes. They are the eigenvalues of its companion matrix, refined by Newton's iteration on the
+lengths of the rods.
 """
 
 from __future__ import annotations
@@ -20,6 +20,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..call._call import Function
 from ..call.capabilities import needs
+from ..tolerances import (
+    MODE_STEP,
+    NEAR_CIRCLE,
+    NEAR_PAIR,
+    RODS_CLOSED,
+    RODS_POLISHED,
+    SAME_MODE,
+    SETTLED_STEP,
+    VANISHING,
+)
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -27,26 +37,9 @@ IntArray = NDArray[np.intp]
 
 MODES = 6
 _DEGREE = 3
-_CLOSED = 1e-12
-"""Metres by which the rods of a mode may be off."""
-_POLISHED = 1e-14
-"""Metres at which Newton's iteration has nothing left to gain, for rods of up to a few metres."""
-_SETTLED = 1e-9
-"""Its last step (metre or radian) when it has converged: the next would be the square of it."""
 _ITERATIONS = 12
-_LONGEST_STEP = 0.3
-"""Radian that an iteration may turn by: further away is another mode."""
-_NEAR_CIRCLE = 0.03
-"""Roots this near to the unit circle are tried: a root of multiplicity 4 is off by 1e-4."""
-_NEAR_PAIR = 1e-3
-"""Roots nearer than this may stand for two positions at nearly the same angle."""
-_SAME = 1e-7
-"""Modes nearer than this (metre, radian) are one: at a double root the lengths of the rods, which
-change with the square of the distance, say no more in doubles."""
-_VANISHING = 1e-10
-"""A leading coefficient this small beside the largest is none."""
 _BLOCK = 50_000
-"""Inputs that are solved at a time: some 60 MB of companion matrices."""
+"""Inputs solved at a time: some 60 MB of companion matrices."""
 
 
 class PlanarModes(NamedTuple):
@@ -55,7 +48,7 @@ class PlanarModes(NamedTuple):
     Attributes:
         x: (..., 6, 3) poses (x, y [m], phi [rad] in (-pi, pi]) of the platform; unused slots, which
             are the last, are NaN.
-        valid: (..., 6) whether a slot holds a mode: all rods are then right to 1e-12 m.
+        valid: (..., 6) whether a slot holds a mode: all rods then have their lengths to 1e-12 m.
     """
 
     x: FloatArray
@@ -63,12 +56,14 @@ class PlanarModes(NamedTuple):
 
 
 class PlanarMethods:
-    """The part of a robot that three planar legs bring along."""
+    """The methods of a platform on three planar legs."""
 
     n: int
     functions: Mapping[str, Function[Any]]
+    _roles: Mapping[tuple[str, str, str], Function[Any]]
     assembly_polynomial: Function[FloatArray]
     assembly_position: Function[FloatArray]
+    assembly_mirror: Function[FloatArray]
     rods: Function[FloatArray]
     rods_D_chain: Function[FloatArray]
 
@@ -76,9 +71,9 @@ class PlanarMethods:
     def fk_planar_all(self, q: ArrayLike) -> PlanarModes:
         """Every pose in which the platform can be assembled at given actuators.
 
-        Two modes nearer than 1e-7 (metre, radian) to each other count as one; where they meet the
-        platform is at a singularity of type 2. Where the three rods turn in parallel, a whole
-        circle of poses is possible and none of them is found.
+        Two modes less than 1e-7 (metre, radian) apart count as one; where they meet the platform is
+        at a singularity of type 2. Where the three rods turn in parallel, a whole circle of poses
+        is possible and the method finds none of them.
 
         Args:
             q: (..., n) actuated coordinates [rad or m].
@@ -109,39 +104,39 @@ class PlanarMethods:
         return _gathered(len(q), row, x)
 
     def _starts(self, q: FloatArray, z: NDArray[np.complex128]) -> tuple[IntArray, FloatArray]:
-        """Where to begin: the row of q of each start, and the pose."""
-        row, slot = np.nonzero(np.abs(np.abs(z) - 1) < _NEAR_CIRCLE)
+        """The starts of the iteration: row of q, and pose."""
+        row, slot = np.nonzero(np.abs(np.abs(z) - 1) < NEAR_CIRCLE)
         phi = np.angle(z[row, slot])
         x = self.assembly_position(q[row], phi)
-        mirror = self.functions.get("assembly_mirror")
+        mirror = self._roles.get(("assembly mirror", "actuators", ""))
         if mirror is None:
             return row, x
         distance = np.abs(z[:, :, None] - z[:, None, :])
-        paired = ((distance < _NEAR_PAIR).sum(-1) > 1)[row, slot]
+        paired = ((distance < NEAR_PAIR).sum(-1) > 1)[row, slot]
         other = mirror(q[row[paired]], phi[paired])
         return np.concatenate([row, row[paired]]), np.concatenate([x, other])
 
     def _polished(self, x: FloatArray, q: FloatArray) -> FloatArray:
-        """Newton's iteration on the rods; NaN where it does not come to a mode."""
+        """Newton's iteration on the rods; NaN where it reaches no mode."""
         x = x.copy()
         active = np.flatnonzero(np.isfinite(x).all(-1))
         error, step = np.full(len(x), np.inf), np.full(len(x), np.inf)
         for _ in range(_ITERATIONS):
             residual = self.rods(x[active], q[active])
             error[active] = np.abs(residual).max(-1, initial=0.0)
-            going = (error[active] > _POLISHED) | (step[active] > _SETTLED)
+            going = (error[active] > RODS_POLISHED) | (step[active] > SETTLED_STEP)
             active, residual = active[going], residual[going]
             if not len(active):
                 break
             change = _solved(self.rods_D_chain(x[active], q[active]), residual)
-            change *= _LONGEST_STEP / np.maximum(np.abs(change[:, 2:]), _LONGEST_STEP)
+            change *= MODE_STEP / np.maximum(np.abs(change[:, 2:]), MODE_STEP)
             x[active] -= change
             step[active] = np.abs(change).max(-1)
             active = active[np.isfinite(step[active])]
         error[:] = np.abs(self.rods(x, q)).max(-1, initial=0.0)
-        # Written so that NaN is no mode.
-        x[~(error <= _CLOSED)] = np.nan
-        # Into (-pi, pi], also what rounding leaves at -pi.
+        # Negated, so that NaN counts as no mode.
+        x[~(error <= RODS_CLOSED)] = np.nan
+        # Into (-pi, pi], angles that rounding left at -pi included.
         x[:, 2] = np.pi - np.mod(np.pi - x[:, 2], 2 * np.pi)
         return x
 
@@ -149,9 +144,9 @@ class PlanarMethods:
 def roots(polynomial: FloatArray) -> NDArray[np.complex128]:
     """Roots z = exp(i phi) of real trigonometric polynomials of degree 3.
 
-    The polynomial in z is its own reciprocal: a leading coefficient that vanishes takes the last
-    one with it, a root at infinity and one at zero, neither of which is an angle; the degree is
-    then two less.
+    The polynomial in z is its own reciprocal: if the leading coefficient vanishes, so does the last
+    one. Then one root is at infinity and one at zero, neither is an angle, and the degree is two
+    less.
 
     Args:
         polynomial: (N, 7) coefficients a_0, a_1, b_1, a_2, b_2, a_3, b_3.
@@ -168,7 +163,7 @@ def roots(polynomial: FloatArray) -> NDArray[np.complex128]:
     left = np.isfinite(size)
     for drop in range(_DEGREE):
         degree = 2 * (_DEGREE - drop)
-        rows = np.flatnonzero(left & (np.abs(all_[:, drop]) > _VANISHING * size))
+        rows = np.flatnonzero(left & (np.abs(all_[:, drop]) > VANISHING * size))
         left[rows] = False
         coefficients = all_[rows, drop : drop + degree + 1]
         companion = np.zeros((len(rows), degree, degree), complex)
@@ -193,14 +188,14 @@ def _gathered(n: int, row: IntArray, x: FloatArray) -> FloatArray:
     row, x = row[found], x[found]
     order = np.lexsort((x[:, 1], x[:, 0], x[:, 2], row))
     row, x = row[order], x[order]
-    place = np.arange(len(row)) - np.searchsorted(row, row)
+    position = np.arange(len(row)) - np.searchsorted(row, row)
     table = np.full((n, 2 * MODES, 3), np.nan)
-    table[row, place] = x
+    table[row, position] = x
     for k in range(1, 2 * MODES):
         difference = np.abs(table[:, :k] - table[:, k, None])
-        # -pi and pi are one.
+        # -pi and pi are the same angle.
         difference[..., 2] = np.minimum(difference[..., 2], 2 * np.pi - difference[..., 2])
-        again = (difference < _SAME).all(-1).any(-1)
+        again = (difference < SAME_MODE).all(-1).any(-1)
         table[again, k] = np.nan
     last = np.argsort(np.isnan(table[..., 2]), axis=-1, kind="stable")[:, :MODES]
     return np.take_along_axis(table, last[..., None], axis=1)

@@ -1,8 +1,9 @@
 """The inverse of calibrated arms: that of a nominal arm nearby, brought to the true one.
 
-The axes of a real arm do not quite meet, and closed forms need them to. Off singularities a nominal
-answer is some millimetres away from a true one, and Newton's iteration takes it there. Near them it
-may be anywhere, and the iteration is begun from several places.
+The axes of a real arm do not quite meet, and closed forms need axes that do. Off singularities a
+nominal answer is some millimetres away from a true one, and Newton's iteration leads there. Near
+singularities the true answer may be anywhere, and the iteration starts from several
+configurations.
 """
 
 from __future__ import annotations
@@ -15,8 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..call._call import Function
-from ..contract.manifest import Manifest
-from ..errors import InputError
+from ..contract.facts import Manifest
+from ..errors import InputTypeError
+from ..tolerances import AROUND, NUDGE, SOLVED
 from .polish import polish
 from .solutions import Solutions, solutions_of
 
@@ -24,28 +26,24 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 
-_NEAR = 0.05
-"""Residual (metre, radian) of a nominal arm up to which the true one might reach the pose."""
-_NUDGE = 0.1
-"""Radians off a singularity: a stretched elbow bends by this where some millimetres are missing."""
-_AROUND, _SPREAD = 40, 0.03
-"""How many poses nearby are tried last, and how far off (metres, radians)."""
+_POSES_AROUND = 40
+"""Poses nearby that are tried last."""
 
 
 class PolishedSolutions(Solutions):
-    """Solutions of a calibrated arm, which began as those of a nominal arm nearby.
+    """Solutions of a calibrated arm, iterated from those of a nominal arm nearby.
 
     Attributes:
-        nominal_residual: (..., k) the residual of the nominal arm where each slot began.
-        lost: (...,) of how many branches the nominal arm reaches the pose and the true one does
-            not, or is not led there by the iteration.
+        nominal_residual: (..., k) the residual of the nominal arm at the start of each slot.
+        lost: (...,) number of branches on which the nominal arm reaches the pose and the true arm
+            does not, or on which the iteration fails.
     """
 
     nominal_residual: FloatArray
     lost: IntArray
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """By what its class was made of, and what is not in the tuple."""
+        """Pickles the facts of its class, the tuple and the two further fields."""
         return *super().__reduce__(), vars(self)
 
     def _derived(
@@ -64,7 +62,7 @@ class PolishedSolutions(Solutions):
 class PolishedInverse:
     """The inverse of a calibrated arm: that of a nominal arm, then Newton's iteration.
 
-    It is called as the generated function is, and returns PolishedSolutions.
+    It is called in the same way as the generated function, and returns PolishedSolutions.
     """
 
     def __init__(
@@ -73,27 +71,30 @@ class PolishedInverse:
         fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]],
         solutions: type[Any],
         reduced: tuple[Any, ...],
+        fixed: tuple[int, ...],
+        near: float,
     ) -> None:
-        """Names what it rests on.
+        """Stores the functions it rests on.
 
         Args:
             nominal: The generated inverse of the nominal arm.
-            fk_jacobian_mixed: Of the true arm.
+            fk_jacobian_mixed: That function of the true arm.
             solutions: The class of the result.
-            reduced: How to pickle it.
+            reduced: The value of `__reduce__`.
+            fixed: Indices of the coordinates that are given beside the pose and keep their values.
+            near: Residual [m, rad] of the nominal arm up to which the true one might reach the
+                pose.
         """
         self.nominal, self.fk_jacobian_mixed = nominal, fk_jacobian_mixed
         self.solutions, self._reduced = solutions, reduced
         self.inputs, self.outputs = nominal.inputs, nominal.outputs
-        # Coordinates that are given beside the pose keep their values.
-        names = [f"q{i + 1}" for i in range(len(solutions.coordinates))]
-        self._fixed = [names.index(item.name) for item in self.inputs if item.name in names]
+        self._fixed, self._near = fixed, near
         self.operations, self.__signature__ = nominal.operations, nominal.__signature__
         self.__name__, self.__qualname__ = nominal.__name__, nominal.__qualname__
         self.__doc__ = f"""{nominal.__doc__}
-It is that of a nominal arm nearby, brought to the true one by Newton's iteration: `residual` is of
-the true arm, `nominal_residual` of the nominal one where the iteration began; `lost` counts the
-branches that it did not bring there.
+Newton's iteration leads from the inverse of a nominal arm nearby to that of the true arm:
+`residual` belongs to the true arm, `nominal_residual` to the nominal arm at the start of the
+iteration; `lost` counts the branches on which the iteration failed.
 """
 
     def __call__(
@@ -103,10 +104,10 @@ branches that it did not bring there.
         threads: int | Literal["all"] | None = 1,
         **named_inputs: ArrayLike,
     ) -> PolishedSolutions:
-        """Computes it, see its own help."""
+        """Computes the inverse; see its own help."""
         began = self.nominal(*inputs, out=out, threads=threads, **named_inputs)
         if not isinstance(began.q, np.ndarray):
-            raise InputError(
+            raise InputTypeError(
                 f"{self.__qualname__}: iterates on NumPy arrays, got {type(began.q).__name__}; "
                 "map it over the blocks"
             )
@@ -119,7 +120,7 @@ branches that it did not bring there.
         given = [np.broadcast_to(value[..., None], slots) for value in given]
         nominal_residual = began.residual.copy()
         q, residual = self._polished(T, tuple(given), began)
-        # In place, so that what was given as out has it too.
+        # In place, so that arrays given as out hold it too.
         began.q[...], began.residual[...] = q, residual
         found: PolishedSolutions = self.solutions.judged(*began[:3])
         found.nominal_residual = nominal_residual
@@ -131,15 +132,15 @@ branches that it did not bring there.
     ) -> tuple[FloatArray, FloatArray]:
         """From nominal answers to true ones: q (..., k, n) and residual (..., k).
 
-        Where the iteration fails, it begins again elsewhere.
+        Where the iteration fails, it starts again from another configuration.
         """
         q, residual = polish(self, T, began.q, self._fixed)
-        near = began.residual < _NEAR
-        for start, rescue in self._starts(T, given, began):
-            failed = ~(residual <= Solutions.TOLERANCE)
+        near = began.residual < self._near
+        for start, is_last in self._starts(T, given, began):
+            failed = ~(residual <= SOLVED)
             missed = failed.all(-1, keepdims=True) & near.any(-1, keepdims=True)
-            failed &= missed if rescue else missed | near
-            # Those for poses of which all failed come last.
+            failed &= missed if is_last else missed | near
+            # The starts for poses at which all slots failed come last.
             if not failed.any():
                 break
             slot = np.nonzero(failed)[-1]
@@ -152,20 +153,20 @@ branches that it did not bring there.
     def _starts(
         self, T: FloatArray, given: tuple[FloatArray, ...], began: Solutions
     ) -> Iterator[tuple[Callable[[BoolArray, IntArray], FloatArray], bool]]:
-        """Where else to begin: for the slots (..., k) that failed, coordinates (N, n).
+        """Further starts (N, n) for the slots (..., k) that failed.
 
-        With each, whether it is meant only for poses of which all slots failed.
+        Each comes with a flag: whether it is meant only for poses at which all slots failed.
 
-        A least-squares answer is singular, and no step leads off it: so one begins beside it. Slots
-        whose branches meet there differ in one sign: those of an even number of signs are nudged
-        one way, those of an odd number the other, to come to different sides.
+        A least-squares answer is singular, and no step leads off it: so the iteration starts beside
+        it. Slots whose branches meet there differ in one sign: slots with an even number of signs
+        are nudged to one side, those with an odd number to the other.
 
-        Near a singularity a small difference of the arms is a large one of the joints: so the
-        nominal inverse is asked for the pose that, as far as is seen, gives the one that is wanted;
-        and, where nothing else is left, for poses around it.
+        Near a singularity a small difference between the arms is a large difference between their
+        joints. So the nominal inverse is evaluated at the pose that should lead to the wanted one,
+        given the error seen so far; and last at poses around it.
         """
-        nudge = np.where(self.solutions.wraps, _NUDGE, 0.0)
-        nudge[self._fixed] = 0.0
+        nudge = np.where(self.solutions.wraps, NUDGE, 0.0)
+        nudge[list(self._fixed)] = 0.0
 
         def beside(side: int, failed: BoolArray, slot: IntArray) -> FloatArray:
             parity = np.array([1 - 2 * (int(k).bit_count() % 2) for k in range(failed.shape[-1])])
@@ -181,7 +182,7 @@ branches that it did not bring there.
             return q
 
         def around(seed: int, failed: BoolArray, slot: IntArray) -> FloatArray:
-            shift = np.random.default_rng(seed).normal(size=(2, 3)) * _SPREAD
+            shift = np.random.default_rng(seed).normal(size=(2, 3)) * AROUND
             turn = np.cross(np.eye(3), shift[1])
             target = T[failed]
             target[:, :3, :3] = target[:, :3, :3] @ (np.eye(3) + turn + turn @ turn / 2)
@@ -193,15 +194,15 @@ branches that it did not bring there.
         yield partial(beside, -1), False
         for rounds in range(1, 5):
             yield partial(corrected, rounds), False
-        for seed in range(_AROUND):
+        for seed in range(_POSES_AROUND):
             yield partial(around, seed), True
 
     def __repr__(self) -> str:
-        """As of a generated function."""
+        """In the form of a generated function."""
         return f"<chasles function {self.__qualname__}{self.__signature__}, polished>"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """As of a generated function."""
+        """Pickles in the form of a generated function."""
         return self._reduced
 
 
@@ -210,18 +211,27 @@ def functions(
     generated: Mapping[str, Function[Any]],
     reduced: Callable[[str], tuple[Any, ...]],
 ) -> dict[str, Any]:
-    """What a calibrated arm offers in the place of the inverse that was generated.
+    """The inverse of a calibrated arm, in place of the generated one.
 
     Args:
         manifest: The robot's manifest.
         generated: Its generated functions.
-        reduced: For a function's name, how to pickle it.
+        reduced: From a function's name to the value of its `__reduce__`.
 
     Returns:
-        `ik`, which takes a pose; a task of fewer freedoms is left as it is.
+        The inverse of a pose, by name; inverses of tasks with fewer freedoms stay as they are.
     """
-    if "ik" not in generated:
+    info = manifest.with_role("inverse", "pose")
+    jacobian = manifest.with_role("pose and jacobian", "actuators")
+    if info is None or jacobian is None:
         return {}
-    kind = solutions_of(manifest.coordinates, manifest.wraps, PolishedSolutions)
-    jacobian = generated["fk_jacobian_mixed"]
-    return {"ik": PolishedInverse(generated["ik"], jacobian, kind, reduced("ik"))}
+    kind = solutions_of(manifest.coordinates, manifest.wraps, info.labels, PolishedSolutions)
+    inverse = PolishedInverse(
+        generated[info.name],
+        generated[jacobian.name],
+        kind,
+        reduced(info.name),
+        info.given,
+        manifest.tolerances.nominal,
+    )
+    return {info.name: inverse}

@@ -1,22 +1,21 @@
-"""What a robot with loops offers beside its functions: which poses close, and all branches."""
+"""The methods of a robot with loops: whether poses close, and all branches."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..call._call import Function
 from ..call.capabilities import needs
-from ..contract.manifest import Coordinate
+from ..contract.facts import Coordinate
 from ..iterative.newton import NewtonMethods
+from ..tolerances import SAME_JOINTS
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
-_TOGETHER = 1e-6
-"""Joints (radian, metre) that differ by less are the same: near a dead point a margin of 1e-10, the
-rounding of the lengths makes half of the digits uncertain."""
 _PLANAR = ["prismatic", "prismatic", "revolute"]
 
 
@@ -48,33 +47,34 @@ class ActuatorBranches(NamedTuple):
     margin: FloatArray
 
 
-def _moves_a_plane(robot: LoopMethods) -> bool:
+def _is_planar(robot: LoopMethods) -> bool:
     return [joint.kind for joint in robot.chain_joints] == _PLANAR
 
 
-def _says_what_closes(robot: LoopMethods) -> bool:
-    return robot.solution == "newton" or "margin" in robot.functions
+def _can_check_actuators(robot: LoopMethods) -> bool:
+    return robot._is_iterated or ("margin", "actuators", "") in robot._roles
 
 
-def _can_hold(robot: LoopMethods) -> bool:
-    return "actuator_margin" in robot.functions or robot.solution != "newton"
+def _can_check_chain(robot: LoopMethods) -> bool:
+    return not robot._is_iterated or ("margin", "chain", "") in robot._roles
 
 
 class LoopMethods(NewtonMethods):
-    """The part of a robot that its loops bring along."""
+    """The methods of a robot with loops."""
 
     chain_joints: tuple[Coordinate, ...]
+    _roles: Mapping[tuple[str, str, str], Function[Any]]
     margin: Function[FloatArray]
     actuator_margin: Function[FloatArray]
     chain_all: Function[tuple[FloatArray, FloatArray]]
     actuators_all: Function[tuple[FloatArray, FloatArray]]
 
-    @needs(when=_says_what_closes)
+    @needs(when=_can_check_actuators)
     def valid(self, q: ArrayLike) -> BoolArray:
-        """Whether the loops close at actuated coordinates; dead points do.
+        """Whether the loops close at actuated coordinates; at dead points they do.
 
-        Limits are not looked at. Where loops are solved by Newton's iteration: whether it reaches
-        those coordinates from the reference configuration.
+        Limits play no part. Where the loops are solved by Newton's iteration, the result is whether
+        the iteration reaches those coordinates from the reference configuration.
 
         Args:
             q: (..., n) [rad or m].
@@ -82,14 +82,17 @@ class LoopMethods(NewtonMethods):
         Returns:
             (...,): False also where an input is not finite.
         """
-        return self.follow(q).valid if self.solution == "newton" else _closes(self.margin(q))
+        if self._is_iterated:
+            return self.follow(q).valid
+        return _closes(self._roles["margin", "actuators", ""](q))
 
-    @needs("actuators", when=_can_hold)
+    @needs("actuators", when=_can_check_chain)
     def actuators_valid(self, theta: ArrayLike) -> BoolArray:
-        """Whether the actuators can hold the main chain at given joints; dead points count.
+        """Whether the actuators can hold the main chain at given joints; at dead points they can.
 
-        Joints that the loops do not let come together are none, though `actuators` has a number for
-        them: it reads no more joints than it needs. Nor are joints that another branch has.
+        The result is False for joints that the loops do not allow together, although `actuators`
+        returns a number for them: it reads no more joints than it needs. It is also False for
+        joints on another branch.
 
         Args:
             theta: (..., n_theta) main-chain joints [rad or m].
@@ -98,24 +101,26 @@ class LoopMethods(NewtonMethods):
             (...,): False also where an input is not finite.
         """
         held = np.asarray(np.isfinite(theta).all(-1))
-        if "actuator_margin" in self.functions:
-            held = held & _closes(self.actuator_margin(theta))
-        if "chain" in self.functions and self.solution != "newton":
+        guard = self._roles.get(("margin", "chain", ""))
+        if guard is not None:
+            held = held & _closes(guard(theta))
+        if ("map", "actuators", "chain") in self._roles:
             held = held & self._comes_back(np.asarray(theta, dtype=np.float64))
         return held
 
     def _comes_back(self, theta: FloatArray) -> BoolArray:
-        """Whether the actuators of some joints give these joints again, on whatever branch."""
+        """Whether the actuators of joints theta lead back to theta on any branch."""
         rows = np.atleast_2d(theta)
-        q = self.functions["actuators"](rows)
-        if "chain_all" in self.functions:
-            again = self.chain_all(q)[0]
+        q = self._roles["map", "chain", "actuators"](rows)
+        branches = self._roles.get(("branches", "actuators", "chain"))
+        if branches is not None:
+            again = branches(q)[0]
         else:
-            again = self.functions["chain"](q)[..., None, :]
+            again = self._roles["map", "actuators", "chain"](q)[..., None, :]
         apart = again - rows[..., None, :]
         turns = [joint.unit == "rad" for joint in self.chain_joints]
         apart[..., turns] = np.remainder(apart[..., turns] + np.pi, 2 * np.pi) - np.pi
-        back = (np.abs(apart) < _TOGETHER).all(-1).any(-1)
+        back = (np.abs(apart) < SAME_JOINTS).all(-1).any(-1)
         return np.asarray(back).reshape(theta.shape[:-1])
 
     @needs("chain_all")
@@ -126,8 +131,8 @@ class LoopMethods(NewtonMethods):
             q: (..., n) actuated coordinates [rad or m].
 
         Returns:
-            `theta (..., k, n_theta)`, `valid (..., k)`, `margin`; no slot is ever left out, so that
-            a slot keeps its branch from pose to pose.
+            `theta (..., k, n_theta)`, `valid (..., k)`, `margin`; a slot keeps its branch from pose
+            to pose, and `labels["chain_all"]` names the branch in each slot.
         """
         theta, margin = self.chain_all(q)
         return ChainBranches(theta, _branch_closes(theta, margin), margin)
@@ -140,20 +145,21 @@ class LoopMethods(NewtonMethods):
             theta: (..., n_theta) main-chain joints [rad or m].
 
         Returns:
-            `q (..., k, n)`, `valid (..., k)`, `margin`; a slot keeps its branch from pose to pose.
+            `q (..., k, n)`, `valid (..., k)`, `margin`; a slot keeps its branch from pose to pose,
+            and `labels["actuators_all"]` names the branch in each slot.
         """
         q, margin = self.actuators_all(theta)
         return ActuatorBranches(q, _branch_closes(q, margin), margin)
 
-    @needs("actuators_all", when=_moves_a_plane)
+    @needs("actuators_all", when=_is_planar)
     def ik_planar(self, pose: ArrayLike) -> ActuatorBranches:
-        """Every way to hold a planar platform at a pose: the inverse, leg by leg.
+        """The inverse of a planar platform, leg by leg: all actuated coordinates at a pose.
 
         Args:
             pose: (..., 3): x, y [m] and phi [rad] of the platform.
 
         Returns:
-            `q (..., k, n)`, `valid (..., k)`, `margin`; with two branches a leg, k is 8 for three
+            `q (..., k, n)`, `valid (..., k)`, `margin`; with two branches per leg, k is 8 for three
             legs.
         """
         return self.actuator_branches(pose)

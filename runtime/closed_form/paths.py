@@ -1,4 +1,4 @@
-"""A path of poses followed on one branch of the inverse."""
+"""Paths of poses, followed on one branch of the inverse."""
 
 from __future__ import annotations
 
@@ -11,8 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..call._call import Function
 from ..call.capabilities import needs
-from ..contract.manifest import Argument, Coordinate
-from ..errors import InputError, ShapeError
+from ..contract.facts import Argument, Coordinate
+from ..errors import InputValueError, ShapeError
+from ..tolerances import JUMP, SOLVED
+from .hints import no_inverse
 from .polish import polish
 from .solutions import Solutions, within
 
@@ -20,28 +22,25 @@ FloatArray = NDArray[np.float64]
 
 Reason = Literal["", "no solution", "jump", "limit"]
 
-_JUMP = 0.5
-"""Radians or metres between one pose and the next. Branches are a radian apart and more, except
-near the singularities where they meet; a path on which a joint needs more than this is too coarse
-to tell a fast joint from a change of branch."""
-
 
 @dataclass(frozen=True, slots=True)
 class Path:
-    """How far a path of poses was followed on one branch.
+    """A path of poses, as far as it was followed on one branch.
 
     Attributes:
-        q: (reached, n) coordinates [rad or m]; joints that turn go on beyond a turn, with no jump.
+        q: (reached, n) coordinates [rad or m]; turning joints continue beyond a turn without a
+            jump.
         complete: Whether the last pose was reached.
         ended_at: The index of the first pose that was not reached, the number of poses if all were.
-        reason: "" if complete; "no solution": no branch reaches that pose; "jump": some do, but the
-            nearest is further than a joint may go; "limit": the branch goes on beyond a limit.
-        joint: The coordinate that would jump or pass its limit, "" for another reason.
-        would_be: The value that it would go to, NaN for another reason.
-        smallest_margin: The smallest margin on the way, 0 at the border of reach (a stretched
-            elbow, not a wrist in line); NaN if nothing was reached.
-        smallest_margin_at: The index of that pose, -1 if nothing was reached.
-        largest_step: (n,) the largest move of each coordinate from a pose to the next.
+        reason: "" if complete; "no solution": no branch reaches that pose; "jump": branches reach
+            it, but the nearest is further than a joint may move; "limit": the branch continues
+            beyond a limit.
+        joint: The coordinate that would jump or pass its limit, "" for other reasons.
+        would_be: The value that this coordinate would take, NaN for other reasons.
+        smallest_margin: The smallest margin on the path, 0 at the border of reach (a stretched
+            elbow, not a wrist in line); NaN if no pose was reached.
+        smallest_margin_at: The index of that pose, -1 if no pose was reached.
+        largest_step: (n,) the largest move of each coordinate between successive poses.
     """
 
     q: FloatArray
@@ -68,7 +67,7 @@ class Path:
 
 @dataclass(frozen=True, slots=True)
 class _Step:
-    """Where a pose is on the branch, or why it is not."""
+    """The coordinates of a pose on the branch, or the reason why it has none."""
 
     q: FloatArray
     margin: float
@@ -76,8 +75,12 @@ class _Step:
     joint: int = 0
 
 
+def _has_inverse(robot: InverseMethods) -> bool:
+    return ("inverse", "pose", "") in robot._roles
+
+
 class InverseMethods:
-    """The part of a robot that an inverse brings along."""
+    """The methods of a robot with a closed-form inverse."""
 
     name: str
     n: int
@@ -86,33 +89,33 @@ class InverseMethods:
     upper: FloatArray
     functions: Mapping[str, Function[Any]]
     redundancy: tuple[Argument, ...]
+    _roles: Mapping[tuple[str, str, str], Function[Any]]
     fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]]
 
-    @needs("ik")
-    def ik_path(
-        self, T: ArrayLike, seed: ArrayLike, *given: ArrayLike, jump: float = _JUMP
-    ) -> Path:
+    @needs(when=_has_inverse, hint=no_inverse)
+    def ik_path(self, T: ArrayLike, seed: ArrayLike, *given: ArrayLike, jump: float = JUMP) -> Path:
         """Follows one branch along a path of poses, from the solution nearest to a seed.
 
-        At each pose it goes to the solution that moves the joints least from the pose before, turn
-        for turn. That follows the branch itself rather than its slot: at a singularity branches
-        meet and slots may change places. Where a continuum of solutions reaches a pose (a wrist
-        with two axes in line), the one nearby is found by Newton's iteration. A path ends where it
-        would have to leave the robot's limits, although another branch might go on.
+        Each step takes the solution that moves the joints least from the pose before, turns
+        included. So the path follows the branch itself rather than its slot: at a singularity
+        branches meet and slots may be exchanged. Where a continuum of solutions reaches a pose (a
+        wrist with two axes in line), Newton's iteration finds the solution nearby. A path ends
+        where it would have to leave the robot's limits, even if another branch would continue.
 
         Args:
-            T: (m, 4, 4) poses of the tool in the base frame, close to each other.
-            seed: (n,) where to begin [rad or m]: the path takes the nearest solution within the
-                limits.
-            given: What else `ik` takes (`redundancy`), each () or (m,).
-            jump: How far a joint may go from a pose to the next [rad or m].
+            T: (m, 4, 4) poses of the tool measured and expressed in the base frame, close to each
+                other.
+            seed: (n,) coordinates [rad or m] near the start: the path begins at the nearest
+                solution within the limits.
+            given: The further inputs of `ik` (`redundancy`), each () or (m,).
+            jump: Largest move of a joint between successive poses [rad or m].
 
         Returns:
-            The coordinates as far as they go, and why no further.
+            The coordinates as far as the path was followed, and the reason for its end.
 
         Raises:
             ShapeError: If T is not a list of poses, or the seed not n values.
-            InputError: If jump is not positive.
+            InputValueError: If jump is not positive.
         """
         poses, start = np.asarray(T, np.float64), np.asarray(seed, np.float64)
         if poses.ndim != 3 or start.shape != (self.n,):  # noqa: PLR2004
@@ -121,10 +124,10 @@ class InverseMethods:
                 f"{poses.shape} and {start.shape}"
             )
         if not jump > 0:
-            raise InputError(f"{self.name}.ik_path: jump must be positive, got {jump!r}")
-        solutions = self.functions["ik"](poses, *given)
+            raise InputValueError(f"{self.name}.ik_path: jump must be positive, got {jump!r}")
+        solutions = self._roles["inverse", "pose", ""](poses, *given)
         if solutions.q.shape[:-2] != poses.shape[:1]:
-            raise ShapeError(f"{self.name}.ik_path: what else is given must be () or (m,)")
+            raise ShapeError(f"{self.name}.ik_path: inputs beside the pose must be () or (m,)")
         steps: list[_Step] = []
         for index, pose in enumerate(poses):
             slots = solutions.at(index)
@@ -167,11 +170,11 @@ class InverseMethods:
         return _Step(q, margin)
 
     def _nearby(self, pose: FloatArray, here: FloatArray) -> FloatArray | None:
-        """A solution that the last one leads to, where the pose alone determines them."""
-        if "fk_jacobian_mixed" not in self.functions or self.redundancy:
+        """The solution near the last one, where the pose alone determines solutions."""
+        if ("pose and jacobian", "actuators", "") not in self._roles or self.redundancy:
             return None
         q, residual = polish(self, pose, here)
-        return q if residual <= Solutions.TOLERANCE else None
+        return q if residual <= SOLVED else None
 
     def _report(self, steps: list[_Step], end: _Step | None) -> Path:
         q = np.array([step.q for step in steps]).reshape(-1, self.n)

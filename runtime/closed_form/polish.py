@@ -1,13 +1,13 @@
-"""Newton's iteration on forward kinematics: from an answer nearby to the exact one.
+"""Newton's iteration on forward kinematics, from a configuration near the solution.
 
-The inverse of a calibrated arm is that of a nominal arm, whose axes meet or are parallel as they
-should be; the true arm is some millimetres off, and a few steps away:
+The nominal arm behind a calibrated one has axes that meet or are parallel exactly. The true arm is
+some millimetres off, so a few steps lead from the nominal inverse to the true one:
 
     (J J^T + lambda^2 1) y = e,  dq = J^T y      e the twist from the tool to the pose
 
 with J the Jacobian at the tip in base axes and lambda^2 proportional to |e|^2, which damps the
-steps near a singularity and vanishes with the error, so that convergence stays quadratic. Arms of
-fewer than six joints take the same step from the other side, dq = (J^T J + lambda^2 1)^-1 J^T e.
+steps near a singularity and vanishes with the error, so that convergence stays quadratic. Arms
+with fewer than six joints take the equal step dq = (J^T J + lambda^2 1)^-1 J^T e.
 
 Source:
     Nakamura and Hanafusa, Inverse kinematic solutions with singularity robustness, 1986; Sugihara,
@@ -25,29 +25,21 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..call._call import Function
 from ..errors import ShapeError
+from ..tolerances import LEAST_DAMPING, MOST_DAMPING, POLISH_STEP, POLISHED, SETTLED
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _STEPS = 40
-"""From an arm 5 mm off it takes three or four, doubling the digits each time; where branches meet,
-a step gains a factor of four, or less."""
-_POLISHED = 1e-14
-"""Residual (metre, radian) at which there is nothing left to gain."""
-_SETTLED = 1e-12
-"""Residual at which a step that gains nothing is the last."""
+"""An arm 5 mm off takes three or four steps, each of which doubles the digits; where branches meet,
+a step reduces the error by a factor of four or less."""
 _LESS, _MORE = 0.1, 100.0
-"""lambda^2 by the squared error, at first 1: changes where a step was better, and where not."""
-_MOST_DAMPING = 1e6
-"""Then even the smallest steps lead nowhere: the least that can be reached."""
-_LEAST_DAMPING = 1e-14
-"""lambda^2 at the least: J J^T is known to 1e-16, and may be singular."""
-_LONGEST_STEP = 0.3
-"""Metres or radians that a coordinate may go in a step: further away is another branch."""
+"""Factors on lambda^2 divided by the squared error, which starts at 1: after a step that reduced
+the error, and after a step that did not."""
 _MANY = 64
-"""Rows from which on array operations on all of them take less time than LAPACK on each."""
+"""Number of rows from which array operations over all rows are faster than LAPACK on each."""
 _BLOCK = 4096
-"""Rows that are iterated at a time: what is computed of them stays in the processor's cache."""
+"""Rows iterated at a time, so that their results stay in the processor's cache."""
 
 
 class HasJacobian(Protocol):
@@ -59,10 +51,10 @@ class HasJacobian(Protocol):
 
 
 class Polished(NamedTuple):
-    """Where the iteration came to.
+    """The result of the iteration.
 
     Attributes:
-        q: (..., n) coordinates [rad or m]; NaN where a number given is not finite.
+        q: (..., n) coordinates [rad or m]; NaN where an input is not finite.
         residual: (...,) the larger of distance [m] and angle [rad] from the pose.
     """
 
@@ -71,18 +63,19 @@ class Polished(NamedTuple):
 
 
 def polish(robot: HasJacobian, T: ArrayLike, q: ArrayLike, fixed: Sequence[int] = ()) -> Polished:
-    """Moves coordinates to where the tool is at a pose, each step nearer than the last.
+    """Moves coordinates until the tool is at a pose; each step reduces the error.
 
-    Nothing tells whether it came to the branch that it began on; none that begins some millimetres
-    away from a solution, off singularities, leaves it. A step that leads further away, by the root
-    of distance^2 + angle^2, is not taken: out of reach it comes to an answer near to the least.
+    The result does not state whether the iteration stayed on its branch; off singularities it does
+    if it starts some millimetres away from a solution. A step that increases the root of
+    distance^2 + angle^2 is not taken, so that for a pose out of reach the iteration ends near the
+    least error.
 
     Args:
         robot: The robot.
-        T: (..., 4, 4) poses of the tool in the base frame; `T[..., None, :, :]` where each has k
-            slots of q.
-        q: (..., n) where to begin [rad or m]; leading dimensions broadcast.
-        fixed: Which coordinates keep their values.
+        T: (..., 4, 4) poses of the tool measured and expressed in the base frame;
+            `T[..., None, :, :]` where each has k slots of q.
+        q: (..., n) coordinates at the start [rad or m]; leading dimensions broadcast.
+        fixed: Indices of the coordinates that keep their values.
 
     Returns:
         `q (..., n)` and `residual (...,)`.
@@ -125,36 +118,36 @@ def _iterate(
 ) -> FloatArray:
     """Moves q (N, n) in place; the residuals (N,)."""
 
-    def look(here: FloatArray, T: FloatArray) -> _Look:
+    def evaluated(here: FloatArray, T: FloatArray) -> _State:
         pose, J = fk_jacobian(here)
-        J[..., fixed] = 0.0
+        J[..., list(fixed)] = 0.0
         with np.errstate(invalid="ignore", over="ignore"):
             error, residual = _twist(pose, T)
-            return _Look(here, J, error, (error * error).sum(-1), residual)
+            return _State(here, J, error, (error * error).sum(-1), residual)
 
-    now = look(q.copy(), T)
+    now = evaluated(q.copy(), T)
     least = now.residual
     row, damping = np.arange(len(q)), np.ones(len(q))
-    going = (least > _POLISHED) & np.isfinite(least)
+    going = (least > POLISHED) & np.isfinite(least)
     for _ in range(_STEPS):
         if not going.all():
             row, T, damping = row[going], T[going], damping[going]
-            now = _Look(*(field[going] for field in now))
+            now = _State(*(field[going] for field in now))
         if not len(row):
             break
-        trial = look(now.q + _step(now.J, now.error, damping * now.square), T)
+        trial = evaluated(now.q + _step(now.J, now.error, damping * now.square), T)
         better = trial.square < now.square
         now = _chosen(better, trial, now)
         q[row], least[row] = now.q, now.residual
         damping *= np.where(better, _LESS, _MORE)
-        # Where rounding is all that is left, no step is better.
-        settled = ~better & ((now.residual <= _SETTLED) | (damping > _MOST_DAMPING))
-        going = (now.residual > _POLISHED) & ~settled
+        # Where only rounding is left, no step reduces the error.
+        settled = ~better & ((now.residual <= SETTLED) | (damping > MOST_DAMPING))
+        going = (now.residual > POLISHED) & ~settled
     q[np.isnan(least)] = np.nan
     return least
 
 
-class _Look(NamedTuple):
+class _State(NamedTuple):
     """Forward kinematics at q (N, n): Jacobian, twist to the pose, its square and its size."""
 
     q: FloatArray
@@ -164,11 +157,11 @@ class _Look(NamedTuple):
     residual: FloatArray
 
 
-def _chosen(better: BoolArray, trial: _Look, now: _Look) -> _Look:
+def _chosen(better: BoolArray, trial: _State, now: _State) -> _State:
     """The trial where it is better, row by row."""
     if better.all():
         return trial
-    return _Look(
+    return _State(
         *(
             np.where(better.reshape(-1, *[1] * (new.ndim - 1)), new, old)
             for new, old in zip(trial, now, strict=True)
@@ -179,7 +172,7 @@ def _chosen(better: BoolArray, trial: _Look, now: _Look) -> _Look:
 def _twist(here: FloatArray, there: FloatArray) -> tuple[FloatArray, FloatArray]:
     """From poses (N, 4, 4) to others: (N, 6), linear first, in base axes; and its size (N,).
 
-    The angle comes of sine and cosine both, for either alone loses half of the digits somewhere.
+    The angle uses sine and cosine, since either alone loses half of the digits somewhere.
     """
     a, b = here.transpose(1, 2, 0), there.transpose(1, 2, 0)
     linear = b[:3, 3] - a[:3, 3]
@@ -203,7 +196,7 @@ def _step(J: FloatArray, error: FloatArray, damping: FloatArray) -> FloatArray:
     wide = J.shape[2] >= J.shape[1]
     A = J if wide else J.mT
     right = error if wide else np.einsum("Nik,Nk->Ni", A, error)
-    added = np.maximum(damping, _LEAST_DAMPING)
+    added = np.maximum(damping, LEAST_DAMPING)
     if len(J) < _MANY:
         squared = A @ A.mT + added[:, None, None] * np.eye(A.shape[1])
         y = np.linalg.solve(squared, right[..., None])[..., 0]
@@ -211,7 +204,7 @@ def _step(J: FloatArray, error: FloatArray, damping: FloatArray) -> FloatArray:
         rows = np.ascontiguousarray(A.transpose(1, 2, 0))
         y = _solved(_gram(rows, added), right.T).T
     step = np.einsum("Nik,Ni->Nk", A, y) if wide else y
-    step = step * _LONGEST_STEP / np.maximum(np.abs(step).max(-1, keepdims=True), _LONGEST_STEP)
+    step = step * POLISH_STEP / np.maximum(np.abs(step).max(-1, keepdims=True), POLISH_STEP)
     return np.asarray(step)
 
 
@@ -226,7 +219,7 @@ def _gram(rows: FloatArray, added: FloatArray) -> list[list[FloatArray]]:
 def _solved(A: list[list[FloatArray]], right: FloatArray) -> FloatArray:
     """A x = right for symmetric positive matrices given by their lower half, A = L D L^T.
 
-    Each operation is one on all rows: LAPACK takes ten times as long for matrices this small.
+    Each operation runs over all rows: LAPACK takes ten times as long for matrices this small.
     """
     m = len(A)
     scaled: list[list[FloatArray]] = []

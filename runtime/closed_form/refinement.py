@@ -1,9 +1,9 @@
-"""The last resort of an inverse: poses that its closed form only comes near to.
+"""Refinement near singularities: poses at which a closed form loses half of its digits.
 
 Where singularities of several steps nearly coincide, each step loses half of its digits, and a pose
-within reach may be left with no slot better than 1e-8. Newton's iteration, begun there, is at the
-solution after a step or two. It is asked for such poses only, which are one in a hundred thousand
-of those made to be singular; all others cost one comparison a slot.
+within reach may have no slot better than 1e-8. Newton's iteration from there reaches the solution
+after a step or two. It runs for such poses only, one in a hundred thousand of poses made to be
+singular; all others cost one comparison per slot.
 """
 
 from __future__ import annotations
@@ -16,32 +16,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..call._call import Function
-from ..contract.manifest import FunctionInfo, Manifest
+from ..contract.facts import FunctionInfo, Manifest
 from ..screws import off_rotation
+from ..tolerances import REFINED, SOLVED
 from .polish import polish
-from .solutions import TOLERANCE
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-NEAR = 1e-5
-"""Residual (metre, radian) up to which a slot may be a solution that rounding has spoilt: the root
-of rounding is 1e-8, and a second singularity multiplies it."""
-
 
 @dataclass(frozen=True, slots=True)
-class Rescue:
+class Refinement:
     """Newton's iteration for poses that have no valid slot, but one with a small residual.
 
     Attributes:
-        fk_jacobian_mixed: Of the robot.
-        fixed: Which coordinates are given beside the pose, and keep their values.
-        near: The largest such residual.
+        fk_jacobian_mixed: That function of the robot.
+        fixed: Indices of the coordinates that are given beside the pose and keep their values.
+        near: Largest residual [m, rad] at which a slot is refined.
     """
 
     fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]]
     fixed: tuple[int, ...]
-    near: float = NEAR
+    near: float = REFINED
 
     def __call__(
         self,
@@ -50,13 +46,13 @@ class Rescue:
         residual: FloatArray,
         valid: BoolArray,
     ) -> None:
-        """Moves the slots that are near onto solutions, in place, where there are any.
+        """Moves slots near a solution onto it, in place.
 
-        A slot that does not come to one keeps its least-squares answer. A swivel angle that was
-        given is kept as nearly as the closed form had the pose.
+        A slot that reaches no solution keeps its least-squares answer. A given swivel angle keeps
+        its value up to the residual of the closed form.
 
         Args:
-            inputs: What the inverse was called with: poses (..., 4, 4) first.
+            inputs: The inputs of the inverse: poses (..., 4, 4) first.
             q: (..., k, n) coordinates.
             residual: (..., k).
             valid: (..., k).
@@ -64,59 +60,44 @@ class Rescue:
         near = residual <= self.near
         missed = np.asarray(~valid.any(-1) & near.any(-1))
         poses = np.broadcast_to(inputs[0], (*missed.shape, 4, 4))
-        # The tool comes no nearer to what is no pose, such as one in single precision, than it is.
+        # A matrix that is not rigid, such as a pose in single precision, has no solution.
         rigid = np.zeros_like(missed)
-        rigid[missed] = off_rotation(poses[missed][:, :3, :3]) <= TOLERANCE
+        rigid[missed] = off_rotation(poses[missed][:, :3, :3]) <= SOLVED
         slots = np.nonzero(near & rigid[..., None])
         if not len(slots[-1]):
             return
         T = poses[slots[:-1]]
         found = polish(self, T, q[slots], self.fixed).q
         remaining = _residual(self.fk_jacobian_mixed(found)[0], T)
-        solved = remaining <= TOLERANCE
+        solved = remaining <= SOLVED
         slots = tuple(index[solved] for index in slots)
         q[slots], residual[slots], valid[slots] = found[solved], remaining[solved], True
 
 
-def rescue_of(
+def refinement_of(
     manifest: Manifest, info: FunctionInfo, functions: Mapping[str, Function[Any]]
-) -> Rescue | None:
-    """The last resort of a function.
+) -> Refinement | None:
+    """The refinement of an inverse.
 
     Args:
         manifest: The robot's manifest.
-        info: The function, one of its inverses.
+        info: One of its functions.
         functions: Its other functions.
 
     Returns:
-        None for other tasks than a pose's, for the nominal inverse of a calibrated arm, which is
-        iterated on anyway, and without a Jacobian to iterate with.
+        None unless the function is the inverse of a pose; None for the nominal inverse of a
+        calibrated arm, which is iterated on anyway, and without a Jacobian to iterate with.
     """
-    jacobian = functions.get("fk_jacobian_mixed")
-    if info.name != "ik" or manifest.inverse.tier == "snapped" or jacobian is None:
+    jacobian = manifest.with_role("pose and jacobian", "actuators")
+    if not (info.is_inverse and info.domain == "pose" and jacobian):
         return None
-    given = {item.name for item in info.inputs[1:]}
-    if manifest.loops.chain:
-        return Rescue(jacobian, _held_by(manifest, given, functions))
-    return Rescue(
-        jacobian, tuple(i for i in range(len(manifest.coordinates)) if f"q{i + 1}" in given)
-    )
-
-
-def _held_by(
-    manifest: Manifest, given: set[str], functions: Mapping[str, Function[Any]]
-) -> tuple[int, ...]:
-    """The coordinates that move joints of the main chain which are given."""
-    rows = [i for i, joint in enumerate(manifest.loops.chain) if joint.name in given]
-    if not rows:
-        return ()
-    assert manifest.loops.reference is not None
-    moves = functions["chain_D_q"](np.array(manifest.loops.reference.q))[rows]
-    return tuple(np.flatnonzero(moves.any(0)).tolist())
+    if manifest.inverse.tier == "snapped":
+        return None
+    return Refinement(functions[jacobian.name], info.given)
 
 
 def _residual(here: FloatArray, there: FloatArray) -> FloatArray:
-    """How far poses (N, 4, 4) are apart as the generated code has it."""
+    """The residual between poses (N, 4, 4), defined in the same way as in the generated code."""
     apart = here - there
     distance2 = np.einsum("Ni,Ni->N", apart[:, :3, 3], apart[:, :3, 3])
     turned2 = np.einsum("Nij,Nij->N", apart[:, :3, :3], apart[:, :3, :3])

@@ -1,8 +1,8 @@
 """All branches of an inverse at once, in fixed slots, and the filters that choose among them.
 
-A slot keeps its branch from pose to pose, whether or not the arm reaches the pose on it; so filters
-leave the slots where they are and clear `valid`. Each returns what it was called on, and they can
-be chained:
+A slot keeps its branch from pose to pose, whether or not the arm reaches the pose on it, and
+`labels` names the branches. So filters leave the slots in place and clear `valid`. Each filter
+returns solutions, and filters can be chained:
 
     robot.ik(T).within_limits().distinct().sorted_from(seed)
 """
@@ -17,30 +17,24 @@ from typing import Any, ClassVar, NamedTuple, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..contract.manifest import Coordinate
-from ..errors import InputError, OutOfReachError, ShapeError
+from ..contract.facts import Coordinate
+from ..errors import InputTypeError, InputValueError, OutOfReachError, ShapeError
+from ..tolerances import AT_LIMIT, SAME_SOLUTION, SOLVED
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 
-TOLERANCE = 1e-9
-"""Residual (metre, radian) up to which a slot holds a solution: far above what rounding leaves of
-one, far below what a least-squares answer is off by unless its pose is at the border of reach."""
-_SAME = 1e-6
-"""Metres or radians: at a singularity two branches meet, and each is known to 1e-8 there."""
-_AT_LIMIT = 1e-12
-"""Metres or radians by which rounding may put a joint outside a limit that it is at."""
 _TURN = 2 * math.pi
 
 
 class LeastSquares(NamedTuple):
-    """What comes nearest to poses that are out of reach.
+    """The coordinates that come nearest to poses out of reach.
 
     Attributes:
         q: (..., n) coordinates [rad or m]; NaN where the pose has solutions.
-        residual: (...,) how far off the tool is, the larger of distance [m] and angle [rad]; NaN
-            where the pose has solutions.
+        residual: (...,) error of the tool, the larger of distance [m] and angle [rad]; NaN where
+            the pose has solutions.
     """
 
     q: FloatArray
@@ -57,38 +51,42 @@ class _Fields(NamedTuple):
 class Solutions(_Fields):
     """All branches of an inverse, in k fixed slots a pose.
 
-    A tuple of four arrays, `q, residual, margin, valid = robot.ik(T)`, so that iterating over it
-    gives those; the solutions of one pose are the rows of `array()`.
+    A tuple of four arrays, `q, residual, margin, valid = robot.ik(T)`, and iterating over it gives
+    these arrays; the solutions of one pose are the rows of `array()`.
 
     Attributes:
         q: (..., k, n) coordinates [rad or m]: a solution where `valid`, else the least-squares
-            answer of that branch; NaN where an input is.
-        residual: (..., k) how far the tool is from the pose there, by forward kinematics: the
-            larger of distance [m] and angle [rad].
-        margin: (..., k) how well each step of the branch can be solved: 0 at the border of reach,
-            negative beyond it.
+            answer on that branch; NaN where an input is NaN.
+        residual: (..., k) error of the tool by forward kinematics: the larger of distance [m] and
+            angle [rad] from the pose.
+        margin: (..., k) least margin of the steps of the branch: 0 at the border of reach, negative
+            beyond it.
         valid: (..., k) whether the slot holds a solution (residual <= 1e-9) that no filter has
-            taken out.
+            removed.
         coordinates: The elements of q.
-        wraps: (n,) of which coordinates a full turn changes nothing: those that turn, until
-            `within_limits` has told their turns apart.
+        wraps: (n,) whether a full turn of the coordinate leaves the pose unchanged: true for
+            turning joints until `within_limits` lists their turns separately.
+        labels: (k,) the branch in each slot, "shoulder_pan +, elbow -": the joints whose angle the
+            branch chooses, and the choice; () once `sorted_from` has reordered the slots of each
+            pose.
     """
 
     __slots__ = ()
 
-    TOLERANCE: ClassVar[float] = TOLERANCE
+    TOLERANCE: ClassVar[float] = SOLVED
     coordinates: ClassVar[tuple[Coordinate, ...]] = ()
     wraps: ClassVar[tuple[bool, ...]] = ()
+    labels: ClassVar[tuple[str, ...]] = ()
     _kind: ClassVar[Any]
 
     @classmethod
     def judged(cls, q: Any, residual: Any, margin: Any) -> Self:
-        """Solutions of given slots, valid where the residual is small enough."""
+        """Solutions from slots, valid where the residual is at most `TOLERANCE`."""
         return cls(q, residual, margin, residual <= cls.TOLERANCE)
 
     @property
     def count(self) -> IntArray:  # type: ignore[override]
-        """(...,) how many slots are valid; it takes the place of the method of tuples."""
+        """(...,) number of valid slots; replaces the method `count` of tuples."""
         counted: IntArray = self.valid.sum(-1)
         return counted
 
@@ -96,14 +94,14 @@ class Solutions(_Fields):
         """The solutions of one pose of a batch.
 
         Args:
-            index: Its place, an integer for each leading dimension.
+            index: Its index, an integer for each leading dimension.
 
         Raises:
-            InputError: If there are more or fewer leading dimensions.
+            InputValueError: If there are more or fewer leading dimensions.
         """
         batch = self.valid.shape[:-1]
         if len(index) != len(batch):
-            raise InputError(f"Solutions.at: expected an index into {batch}, got {index}")
+            raise InputValueError(f"Solutions.at: expected an index into {batch}, got {index}")
         return self._derived(type(self), tuple(field[index] for field in self), index)
 
     def array(self) -> FloatArray:
@@ -113,12 +111,12 @@ class Solutions(_Fields):
             (count, n) coordinates [rad or m], in the order of the slots.
 
         Raises:
-            InputError: If there are several poses: they may differ in count.
+            InputValueError: If there are several poses: they may differ in count.
         """
         if self.valid.ndim != 1:
-            raise InputError(
-                f"Solutions.array: is of one pose, and these are {self.valid.shape[:-1]}; "
-                "solutions.q[solutions.valid] has those of all poses, one below the other"
+            raise InputValueError(
+                f"Solutions.array: defined for one pose, got poses {self.valid.shape[:-1]}; "
+                "solutions.q[solutions.valid] has the solutions of all poses, row by row"
             )
         return self.q[self.valid]
 
@@ -129,46 +127,51 @@ class Solutions(_Fields):
         *,
         windings: bool = True,
     ) -> Self:
-        """Only what lies within limits, with every turn that does.
+        """Keeps the solutions within limits, with every turn within them.
 
-        A joint whose limits are more than a turn apart reaches the same place at several values.
-        Each gets a slot of its own: a joint with limits `w` turns apart, rounded up, multiplies the
-        slots by `w`, and the slots of a branch follow each other, the last joint varying fastest,
-        from the lower turn to the upper. Values count down from the upper limit, which belongs to
-        them; a value that is at both limits at once is so listed at the upper one. Joints without
-        any limit keep their one value, of any turn, and joints with one limit are moved into it by
-        as few turns as possible. From then on values are meant as they stand: distances from a seed
-        are no longer wrapped, except for joints without limits.
+        A joint whose limits are more than a turn apart has the same orientation at several values.
+        Each value gets a slot of its own: a joint with limits `w` turns apart, rounded up,
+        multiplies the slots by `w`, and the slots of a branch follow each other, the last joint
+        varying fastest, from the lower turn to the upper. Turns are counted down from the upper
+        limit, which is included; a value at both limits at once is listed at the upper one. Joints
+        without limits keep their value, whatever its turn, and joints with one limit are moved
+        within it by as few turns as possible. From then on each turn is a value of its own:
+        distances from a seed are no longer wrapped, except for joints without limits.
 
-        A joint that rounding has put outside a limit (1e-12) is set onto it.
+        A joint that rounding has put outside a limit (1e-12) is set to the limit.
 
         Args:
             lower: (n,) lower limits [rad or m], -inf for none; the robot's own if None.
             upper: (n,) upper limits [rad or m], inf for none; the robot's own if None.
             windings: False keeps the k slots, each moved into the limits by as few turns as
-                possible: of a large batch of an arm that turns twice in six joints, all windings
-                are a lot.
+                possible: all windings of a large batch need much memory for an arm with six joints
+                of two turns each.
 
         Returns:
             Solutions with k times as many slots as there are windings, the others not valid.
 
         Raises:
-            InputError: If a lower limit is above the upper one.
+            InputValueError: If a lower limit is above the upper one.
             ShapeError: If there are not n of them.
         """
         low, high = self._limits(lower, upper)
         wraps = np.array(self.wraps)
         turns = _windings(low, high, wraps) if windings else np.ones(len(low), dtype=np.intp)
-        spread = np.array(list(itertools.product(*map(range, turns))), dtype=np.intp)
+        offsets = np.array(list(itertools.product(*map(range, turns))), dtype=np.intp)
         slots, n = self.q.shape[-2:]
-        order = np.repeat(np.arange(slots), len(spread))
+        order = np.repeat(np.arange(slots), len(offsets))
         first = _lowest_turn(self.q, low, high, turns, wraps)
-        moved = self.q[..., None, :] + _TURN * (first[..., None, :] + spread)
-        q = moved.reshape(*self.q.shape[:-2], slots * len(spread), n)
+        moved = self.q[..., None, :] + _TURN * (first[..., None, :] + offsets)
+        q = moved.reshape(*self.q.shape[:-2], slots * len(offsets), n)
         inside = within(q, low, high)
         residual, margin, valid = (field[..., order] for field in self[1:])
         unlimited = np.isinf(low) & np.isinf(high)
-        kind = solutions_of(self.coordinates, tuple((wraps & unlimited).tolist()), self._kind)
+        kind = solutions_of(
+            self.coordinates,
+            tuple((wraps & unlimited).tolist()),
+            tuple(self.labels[k] for k in order) if self.labels else (),
+            self._kind,
+        )
         return self._derived(
             kind,
             (
@@ -184,7 +187,8 @@ class Solutions(_Fields):
         """The slots in the order of the largest move of a joint, those that are not valid last.
 
         Args:
-            seed: (..., n) where the robot is [rad or m]; joints that wrap may turn either way.
+            seed: (..., n) coordinates of the robot [rad or m]; joints that wrap may turn either
+                way.
 
         Returns:
             Solutions with the slots of each pose in an order of its own.
@@ -195,13 +199,14 @@ class Solutions(_Fields):
         order = np.argsort(self._largest_move("sorted_from", seed), axis=-1, kind="stable")
         fields = (np.take_along_axis(field, order, -1) for field in self[1:])
         q = np.take_along_axis(self.q, order[..., None], -2)
-        return self._derived(type(self), (q, *fields), order)
+        unlabelled = solutions_of(self.coordinates, self.wraps, (), self._kind)
+        return self._derived(unlabelled, (q, *fields), order)
 
-    def distinct(self, tolerance: float = _SAME) -> Self:
-        """Only the first of slots that hold the same solution, as they do at singularities.
+    def distinct(self, tolerance: float = SAME_SOLUTION) -> Self:
+        """Keeps the first of slots with the same solution, as they occur at singularities.
 
         Args:
-            tolerance: Metres or radians; slots that differ by no more in any coordinate are one.
+            tolerance: Metres or radians; slots that differ by no more in any coordinate are equal.
 
         Returns:
             Solutions with the repetitions not valid.
@@ -217,11 +222,12 @@ class Solutions(_Fields):
         """The solution with the smallest largest move of a joint.
 
         Args:
-            seed: (..., n) where the robot is [rad or m]; joints that wrap may turn either way.
+            seed: (..., n) coordinates of the robot [rad or m]; joints that wrap may turn either
+                way.
 
         Returns:
-            (..., n) coordinates [rad or m], as they stand in q; NaN for a pose of a batch that has
-            no valid slot.
+            (..., n) coordinates [rad or m], a row of q; NaN for a pose of a batch without a valid
+            slot.
 
         Raises:
             OutOfReachError: If a single pose has no valid slot.
@@ -235,10 +241,10 @@ class Solutions(_Fields):
         return np.where(self.valid.any(-1, keepdims=True), q, np.nan)
 
     def least_squares(self) -> LeastSquares:
-        """What comes nearest to the poses that are out of reach, and how near: no solutions.
+        """The coordinates that come nearest to poses out of reach, and their errors.
 
-        Filters play no part in it: limits are not looked at, and a pose whose solutions were all
-        taken out is not out of reach.
+        Filters play no part: limits are ignored, and a pose whose solutions were all removed is not
+        out of reach.
 
         Returns:
             `q (..., n)` and `residual (...,)`, the slot with the smallest residual; both are NaN
@@ -254,10 +260,10 @@ class Solutions(_Fields):
         )
 
     def moves_from(self, seed: ArrayLike) -> FloatArray:
-        """How far each coordinate of each slot is from a seed.
+        """The distance of each coordinate of each slot from a seed.
 
         Args:
-            seed: (..., n) where the robot is [rad or m].
+            seed: (..., n) coordinates of the robot [rad or m].
 
         Returns:
             (..., k, n) [rad or m], in [-pi, pi] for joints that wrap.
@@ -268,8 +274,8 @@ class Solutions(_Fields):
         return self._moves("moves_from", seed)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """By what its class was made of."""
-        return _restore, (self.coordinates, self.wraps, self._kind, tuple(self))
+        """Pickles the facts of its class and the tuple."""
+        return _restore, (self.coordinates, self.wraps, self.labels, self._kind, tuple(self))
 
     def _derived(
         self, kind: type[Self], fields: tuple[Any, ...], order: IntArray | tuple[int, ...] | None
@@ -279,8 +285,8 @@ class Solutions(_Fields):
         Args:
             kind: Their class.
             fields: The fields.
-            order: Which slot of self each slot was, (..., k); or of which pose they are; None where
-                nothing moved.
+            order: (..., k) the slot of self behind each slot, or the index of their pose; None
+                where nothing moved.
         """
         del order
         return kind(*fields)
@@ -304,9 +310,9 @@ class Solutions(_Fields):
                 )
         low, high = pair
         for c, a, b in zip(self.coordinates, low, high, strict=True):
-            # Written so that NaN is refused.
+            # Negated, so that NaN is refused.
             if not a <= b:
-                raise InputError(
+                raise InputValueError(
                     f"Solutions.within_limits: {c.name} has limits {a:g} to {b:g} {c.unit}"
                 )
         return low, high
@@ -315,9 +321,13 @@ class Solutions(_Fields):
         try:
             array = np.asarray(value)
         except (TypeError, ValueError) as error:
-            raise InputError(f"Solutions: {name} cannot be read as an array: {error}") from error
+            raise InputTypeError(
+                f"Solutions: {name} cannot be read as an array: {error}"
+            ) from error
         if array.dtype.kind not in "iuf":
-            raise InputError(f"Solutions: {name} must hold real numbers, got dtype {array.dtype}")
+            raise InputTypeError(
+                f"Solutions: {name} must hold real numbers, got dtype {array.dtype}"
+            )
         return array.astype(np.float64)
 
     def _moves(self, method: str, seed: ArrayLike) -> FloatArray:
@@ -334,7 +344,7 @@ class Solutions(_Fields):
         return self._wrapped(self.q - start[..., None, :])
 
     def _wrapped(self, difference: FloatArray) -> FloatArray:
-        """The shorter way round, of coordinates that wrap; changes what it is given."""
+        """Differences by the shorter way round for coordinates that wrap; works in place."""
         turns = difference * np.where(self.wraps, 1 / _TURN, 0.0)
         np.round(turns, out=turns)
         turns *= _TURN
@@ -349,64 +359,72 @@ class Solutions(_Fields):
     def _why_none(self) -> str:
         exact = int((self.residual <= self.TOLERANCE).sum())
         if exact:
-            return f"no valid solution: filters took out all of {exact}"
+            return f"no valid solution: filters removed all {exact}"
         least = self.least_squares().residual
         if np.isnan(least):
             return "no valid solution: the pose is not finite"
         return (
             f"no valid solution: the pose is out of reach, by {least:.4g} (m, rad) at least; "
-            "least_squares() comes that near"
+            "least_squares() has the coordinates that come so near"
         )
 
 
 def solutions_of(
     coordinates: tuple[Coordinate, ...],
     wraps: tuple[bool, ...],
+    labels: tuple[str, ...] = (),
     kind: Any = Solutions,
 ) -> type[Any]:
     """The class of solutions in given coordinates, which filters need to know.
 
     Args:
         coordinates: The elements of q.
-        wraps: Of which of them a full turn changes nothing.
-        kind: What it is a kind of: Solutions, or a class derived from it.
+        wraps: Whether a full turn of each of them leaves the pose unchanged.
+        labels: The branch in each slot, () where slots have none.
+        kind: Its base: Solutions, or a class derived from it.
     """
-    return _made(coordinates, wraps, kind)
+    return _made(coordinates, wraps, labels, kind)
 
 
 @cache
-def _made(coordinates: tuple[Coordinate, ...], wraps: tuple[bool, ...], kind: Any) -> type[Any]:
-    facts = {"coordinates": coordinates, "wraps": wraps, "_kind": kind}
+def _made(
+    coordinates: tuple[Coordinate, ...],
+    wraps: tuple[bool, ...],
+    labels: tuple[str, ...],
+    kind: Any,
+) -> type[Any]:
+    facts = {"coordinates": coordinates, "wraps": wraps, "labels": labels, "_kind": kind}
     about = {"__slots__": (), "__module__": kind.__module__, "__doc__": kind.__doc__}
     return type(kind.__name__, (kind,), about | facts)
 
 
 def within(q: FloatArray, lower: FloatArray, upper: FloatArray) -> BoolArray:
-    """Which coordinates are within limits, or at one but for rounding; all of the same shape."""
-    return np.asarray((q >= lower - _AT_LIMIT) & (q <= upper + _AT_LIMIT))
+    """Whether coordinates are within limits, up to rounding; all of the same shape."""
+    return np.asarray((q >= lower - AT_LIMIT) & (q <= upper + AT_LIMIT))
 
 
 def _restore(
     coordinates: tuple[Coordinate, ...],
     wraps: tuple[bool, ...],
+    labels: tuple[str, ...],
     kind: Any,
     fields: tuple[Any, ...],
 ) -> Solutions:
-    made: Solutions = solutions_of(coordinates, wraps, kind)(*fields)
+    made: Solutions = solutions_of(coordinates, wraps, labels, kind)(*fields)
     return made
 
 
 def _windings(low: FloatArray, high: FloatArray, wraps: BoolArray) -> IntArray:
-    """(n,) how many turns of a coordinate are listed: those of (low, high], rounded up."""
-    turns = np.ceil((high - low) / _TURN - _AT_LIMIT)
+    """(n,) number of turns listed for a coordinate: those in (low, high], rounded up."""
+    turns = np.ceil((high - low) / _TURN - AT_LIMIT)
     return np.where(wraps & np.isfinite(turns), np.maximum(turns, 1), 1).astype(np.intp)
 
 
 def _lowest_turn(
     q: FloatArray, low: FloatArray, high: FloatArray, windings: IntArray, wraps: BoolArray
 ) -> FloatArray:
-    """(..., k, n) by how many turns to move q to the first winding that is listed."""
-    last = np.floor((high - q + _AT_LIMIT) / _TURN)
-    least = np.ceil((low - q - _AT_LIMIT) / _TURN)
+    """(..., k, n) number of turns from q to the first winding that is listed."""
+    last = np.floor((high - q + AT_LIMIT) / _TURN)
+    least = np.ceil((low - q - AT_LIMIT) / _TURN)
     first = np.where(windings > 1, last - windings + 1, np.clip(0.0, least, last))
     return np.where(wraps, first, 0.0)

@@ -1,1 +1,1 @@
-"""The contract with the generated code: manifest, compiled library, compiler and package."""
+"""The contract with the generated code: facts, manifest, compiler and compiled library."""

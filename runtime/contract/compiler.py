@@ -1,4 +1,4 @@
-"""Finds the C compiler and says how generated C is compiled.
+"""The C compiler, and the flags for generated C.
 
 Environment:
     CC: The compiler, with arguments if need be ("ccache gcc"); else cc, gcc, clang are tried.
@@ -12,7 +12,6 @@ import os
 import platform
 import shlex
 import shutil
-import subprocess
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,8 +21,8 @@ from ..errors import CompileError, CompilerNotFoundError
 FLAGS = (
     "-std=c99",
     "-O3",
-    # Never -ffast-math: it makes what is out of reach reachable (isnan is false under it). These
-    # two keep NaN and infinity, and give up only errno and traps, which nobody reads.
+    # Never -ffast-math: under it isnan is false, and poses out of reach count as reached. These two
+    # keep NaN and infinity, and give up only errno and traps, which nobody reads.
     "-fno-math-errno",
     "-fno-trapping-math",
     # A product and a sum may be one instruction: rounded once instead of twice.
@@ -51,7 +50,7 @@ class Compiler:
     Attributes:
         command: The program with its arguments.
         flags: The flags for generated C.
-        identity: What tells it from other compilers and from its other versions.
+        identity: A text that differs between compilers and between their versions.
     """
 
     command: tuple[str, ...]
@@ -64,6 +63,9 @@ class Compiler:
         Raises:
             CompileError: If the compiler fails; holds its output.
         """
+        # Loading a robot that was compiled before needs no subprocess.
+        import subprocess  # noqa: PLC0415
+
         command = [*self.command, *self.flags, source, "-o", target, "-lm"]
         result = subprocess.run(
             command, cwd=folder, capture_output=True, text=True, errors="replace", check=False
@@ -85,7 +87,7 @@ def find_compiler() -> Compiler:
     found = Path(program).resolve()
     status = found.stat()
     # Path, size and time stand for the version: `cc --version` costs more than loading a robot.
-    # Behind a wrapper a new version may go unnoticed; the equations are in the key all the same.
+    # A new version behind a wrapper may go unnoticed; the equations are part of the key anyway.
     identity = f"{shlex.join(command)} {found} {status.st_size} {status.st_mtime_ns}"
     extra = shlex.split(os.environ.get("CHASLES_CFLAGS", ""))
     return Compiler(tuple(command), (*FLAGS, *extra), identity)
@@ -116,6 +118,6 @@ def _describe_processor() -> str:
             first = itertools.takewhile(str.strip, file)
             lines = [line for line in first if line.partition(":")[0].strip() in _CPU_FIELDS]
     except OSError:
-        # Elsewhere the machine's type must do; a cache there is seldom shared between machines.
+        # Other systems have no such file; their caches are seldom shared between machines.
         return platform.version()
     return "".join(lines)

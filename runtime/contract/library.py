@@ -1,9 +1,10 @@
-"""Turns the generated C of a robot into functions: compiles it once, keeps it in a cache.
+"""The compiled library of a robot: built once, kept in a cache, checked when opened.
 
-A library's file is named by a key, the SHA-256 of all that determines it: the C, the glue around
-it, the compiler, the flags and the processor. So equations that changed never meet a library that
-did not. The file ends in the SHA-256 of what stands before, for a damaged library must be refused
-before the system maps it; and the library carries its key, for a name alone proves nothing.
+The cache key names the library's file. It is the SHA-256 of everything that determines the library:
+the C, the glue around it, the compiler, the flags and the processor (`make_recipe`). So changed
+equations never meet an old library. The file ends in the SHA-256 of the bytes before, since a
+damaged library must be refused before the system maps it; and the library holds its key, since the
+name of a file proves nothing.
 
 Environment:
     CHASLES_CACHE: The cache; else `chasles` in XDG_CACHE_HOME or in ~/.cache.
@@ -12,52 +13,44 @@ Environment:
 from __future__ import annotations
 
 import hashlib
-import inspect
 import math
 import os
 import re
-import tempfile
-import textwrap
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from ..call import _call
-from ..call.guard import Guard
-from ..closed_form.refinement import rescue_of
-from ..closed_form.solutions import TOLERANCE, solutions_of
 from ..errors import CacheError, LibraryMismatchError, ManifestError
 from .compiler import Compiler, describe_machine, find_compiler
-from .manifest import Argument, FunctionInfo, Manifest
+from .facts import FunctionInfo, Manifest
 
 _KERNEL_HEADER = Path(__file__).with_name("_kernel.h")
-_WIDTH = 100
 _DIGEST_SIZE = hashlib.sha256().digest_size
 
 
 def cache_folder() -> Path:
-    """Where compiled libraries are kept."""
+    """The folder of compiled libraries."""
     chosen = os.environ.get("CHASLES_CACHE")
     if chosen:
         return Path(chosen).absolute()
     xdg = os.environ.get("XDG_CACHE_HOME", "")
-    # The standard has relative paths ignored.
+    # The standard says that relative paths are ignored.
     base = Path(xdg) if os.path.isabs(xdg) else Path.home() / ".cache"
     return base / "chasles"
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """All that determines the compiled library of a robot.
+    """Everything that determines the compiled library of a robot.
 
     Attributes:
         name: The robot's name.
-        folder: Where its generated files are.
+        folder: The folder of its generated files.
         sources: The text of each file that the compiler reads, by name.
         compiler: The compiler with its flags.
-        key: SHA-256 of all of it and of this machine.
-        path: The library's place in the cache.
+        key: SHA-256 of all of it and of this machine, the cache key.
+        path: The library's file in the cache.
     """
 
     name: str
@@ -69,11 +62,11 @@ class Recipe:
 
 
 def make_recipe(manifest: Manifest) -> Recipe:
-    """How to compile a robot here and now.
+    """The recipe for compiling a robot on this machine.
 
     Raises:
-        SourceMismatchError: If the C or the header is not the one of the manifest.
-        ManifestError: If the header declares other sizes than the manifest.
+        SourceMismatchError: If the C or the header differs from the one that the manifest records.
+        ManifestError: If the header and the manifest declare different sizes.
         CompilerNotFoundError: If there is no compiler.
     """
     name = manifest.name
@@ -88,7 +81,7 @@ def make_recipe(manifest: Manifest) -> Recipe:
         "\0".join(compiler.flags).encode(),
         describe_machine().encode(),
     ]
-    # Each part by its own digest, so that no two lists of parts read the same.
+    # A digest for each part, so that no two lists of parts give the same bytes.
     digests = b"".join(hashlib.sha256(part).digest() for part in parts)
     key = hashlib.sha256(digests).hexdigest()
     sources["glue.c"] += f'const char chasles_hash[] = "{key}";\n'.encode()
@@ -100,8 +93,8 @@ def make_recipe(manifest: Manifest) -> Recipe:
 def check_header(manifest: Manifest, header: str) -> None:
     """Compares the sizes in the C declarations with those of the manifest.
 
-    The C compiler cannot: to it, `double T[16]` is a pointer. A kernel that writes 16 doubles into
-    an array made for 12 would destroy memory.
+    The C compiler cannot, since `double T[16]` is a pointer to it. A kernel that writes 16 doubles
+    into an array for 12 would destroy memory.
 
     Args:
         manifest: The manifest.
@@ -111,9 +104,10 @@ def check_header(manifest: Manifest, header: str) -> None:
         ManifestError: If they differ.
     """
     code = re.sub(r"/\*.*?\*/|//[^\n]*", " ", header, flags=re.DOTALL)
+    declarations = dict(re.findall(r"\bvoid\s+(\w+)\s*\(([^()]*)\)\s*;", code))
     for function in manifest.functions:
-        found = re.search(rf"\bvoid\s+{function.symbol}\s*\(([^()]*)\)\s*;", code)
-        declared = [_declared_size(item) for item in found[1].split(",")] if found else []
+        found = declarations.get(function.symbol)
+        declared = [_declared_size(item) for item in found.split(",")] if found else []
         if declared != _sizes(function):
             raise ManifestError(
                 f"{manifest.folder / manifest.name}.h: {function.symbol}: declared with sizes "
@@ -127,7 +121,7 @@ def _declared_size(parameter: str) -> int:
 
 
 def write_glue(manifest: Manifest) -> str:
-    """The C around a robot's C: one wrapper per function, and the table of all."""
+    """The glue around a robot's C: one wrapper per function, and the table of all functions."""
     batched = manifest.batch_file in manifest.c_files
     lines = [
         '#include "_kernel.h"',
@@ -169,13 +163,13 @@ def _wrapper(index: int, function: FunctionInfo) -> list[str]:
 
 
 def build(manifest: Manifest) -> bool:
-    """Sees to it that the cache holds a sound library of the robot.
+    """Compiles a robot's library unless the cache holds a sound one.
 
     Returns:
-        Whether it had to be compiled, because it was absent or damaged.
+        Whether it was compiled, because the library was absent or damaged.
 
     Raises:
-        ChaslesError: If it cannot be compiled; the message says why.
+        ChaslesError: If it cannot be compiled; the message states the reason.
     """
     recipe = make_recipe(manifest)
     if _is_sound(recipe):
@@ -185,54 +179,17 @@ def build(manifest: Manifest) -> bool:
     return True
 
 
-def load_functions(
-    manifest: Manifest, reduced: Callable[[str], tuple[Any, ...]]
-) -> dict[str, _call.Function[Any]]:
-    """The functions of a robot, compiled first if the cache has no library of it.
-
-    Args:
-        manifest: The robot's manifest.
-        reduced: For a function's name, how to pickle it (the value of `__reduce__`).
-
-    Returns:
-        The functions by name, in the manifest's order.
+def open_library(manifest: Manifest) -> _call.Library:
+    """The library of a robot, compiled first if the cache has none.
 
     Raises:
-        LibraryMismatchError: If the library in the cache is damaged or another one.
-        ChaslesError: If it cannot be compiled; the message says why.
+        LibraryMismatchError: If the library in the cache is damaged or has another key.
+        ChaslesError: If it cannot be compiled; the message states the reason.
     """
     recipe = make_recipe(manifest)
     if not recipe.path.exists():
         _compile(recipe)
-    library = _open(recipe)
-    functions: dict[str, _call.Function[Any]] = {}
-    # Those that have no margin first: the margins are among them. Inverses last: they may rest on
-    # any other.
-    order = sorted(manifest.functions, key=lambda info: (bool(info.branches), bool(info.margin)))
-    for info in order:
-        functions[info.name] = library.function(
-            info.name,
-            info.inputs,
-            info.outputs,
-            label=f"{manifest.name}.{info.name}",
-            doc=write_doc(info),
-            signature=_signature(info),
-            operations=info.operations,
-            reduced=reduced(info.name),
-            guard=_guard(manifest, info, functions) if info.margin else None,
-            solutions=solutions_of(manifest.coordinates, manifest.wraps) if info.branches else None,
-            rescue=rescue_of(manifest, info, functions) if info.branches else None,
-        )
-    return {info.name: functions[info.name] for info in manifest.functions}
-
-
-def _guard(
-    manifest: Manifest, info: FunctionInfo, functions: Mapping[str, _call.Function[Any]]
-) -> Guard:
-    steps = next(item.steps for item in manifest.functions if item.name == info.margin)
-    of_chain = info.inputs[0].name == "theta"
-    coordinates = manifest.loops.chain if of_chain else manifest.coordinates
-    return Guard(f"{manifest.name}.{info.name}", functions[info.margin], steps, coordinates)
+    return _open(recipe)
 
 
 def _is_sound(recipe: Recipe) -> bool:
@@ -261,20 +218,23 @@ def _open(recipe: Recipe) -> _call.Library:
 
 
 def _compile(recipe: Recipe) -> None:
+    # Loading a robot that was compiled before needs no temporary folder.
+    import tempfile  # noqa: PLC0415
+
     cache = recipe.path.parent
     try:
         cache.mkdir(mode=0o700, parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=f".{recipe.name}-", dir=cache) as name:
-            # The compiler sees only copies under plain names: they are the very bytes that the key
-            # was taken of, and no path can break an #include or find its way into the library.
+            # The compiler sees only copies under plain names: they hold the same bytes as the key,
+            # and no path can break an #include or enter the library.
             folder = Path(name)
             for file, content in recipe.sources.items():
                 (folder / file).write_bytes(content)
             recipe.compiler.compile("glue.c", "library.so", folder)
             library = folder / "library.so"
             _seal(library)
-            # Atomic, so that others see the whole library or none. Of two that build at once the
-            # later replaces the earlier with the same.
+            # Atomic, so that other processes see the whole library or none. If two build at once,
+            # the later one replaces the library by an equal one.
             library.replace(recipe.path)
     except OSError as error:
         raise CacheError(
@@ -285,48 +245,5 @@ def _compile(recipe: Recipe) -> None:
 
 def _seal(library: Path) -> None:
     with library.open("r+b") as file:
-        # Reading leaves the position at the end; what follows a library's own parts is not mapped.
+        # Reading leaves the position at the end; bytes after a library's own parts are not mapped.
         file.write(hashlib.sha256(file.read()).digest())
-
-
-def write_doc(info: FunctionInfo) -> str:
-    """The help text of a function."""
-    lines = [info.summary, ""]
-    if info.identity:
-        lines += [*textwrap.wrap(info.identity, _WIDTH), ""]
-    lines += ["Args:"]
-    lines += [f"    {_describe(item)}" for item in info.inputs]
-    out = "array" if len(info.outputs) == 1 else "tuple of arrays (None for a new one)"
-    lines += [f"    out: The {out} to write into; float64, of the shape of the result."]
-    lines += [
-        "    threads: How many threads to split a large batch over; 'all' is one a core.",
-        "",
-    ]
-    lines += ["Returns:", *(f"    {_describe(item)}" for item in info.outputs)]
-    if info.branches:
-        lines += [f"    valid: (..., {info.branches}) whether residual <= {TOLERANCE:g}"]
-    lines += [""]
-    if info.margin:
-        lines += [
-            "Raises:",
-            "    OutOfReachError: A single pose where a loop does not close. A batch, and out,",
-            f"        then hold NaN; {info.margin} says how far each loop is from that.",
-            "    SingularityError: A single pose at a dead point, where this is not defined.",
-            "",
-        ]
-    kinds = ", ".join(f"{n} {kind}" for kind, n in info.operations.items() if kind != "total")
-    lines += [f"Operations: {info.operations.get('total', 0)} ({kinds})."]
-    return "\n".join(lines)
-
-
-def _describe(argument: Argument) -> str:
-    shape = ", ".join(["...", *map(str, argument.shape)])
-    return f"{argument.name}: ({shape}) [{argument.unit}] {argument.meaning}"
-
-
-def _signature(info: FunctionInfo) -> inspect.Signature:
-    kind = inspect.Parameter
-    inputs = [kind(item.name, kind.POSITIONAL_OR_KEYWORD) for item in info.inputs]
-    options = [kind("out", kind.KEYWORD_ONLY, default=None)]
-    options += [kind("threads", kind.KEYWORD_ONLY, default=1)]
-    return inspect.Signature([*inputs, *options])

@@ -1,4 +1,4 @@
-"""Points that fill the unit cube evenly, as many as one likes."""
+"""A sequence of low discrepancy: points that fill the unit cube evenly, in any number."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 
-def spread(begin: int, end: int, n: int, first: FloatArray | float = 0.5) -> FloatArray:
-    """Points x_k of a sequence that leaves no large gap, wherever it is cut off.
+def low_discrepancy(begin: int, end: int, n: int, first: FloatArray | float = 0.5) -> FloatArray:
+    """Points x_k of a sequence that leaves no large gap, whatever its length.
 
     `x_k = first + k (1/g, 1/g^2, ..., 1/g^n) modulo 1`, with `g^(n+1) = g + 1`, which for n = 1 is
     the golden ratio.

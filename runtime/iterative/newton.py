@@ -7,8 +7,8 @@ along a straight line, and u follows:
     c_u du = -c_a da          a step along the tangent
     c_u du = -c               Newton's iteration back onto it, least squares where redundant
 
-A step is halved where the iteration does not contract, so that u stays on its branch. That fails
-where c_u loses rank, at a singularity of type 2.
+A step is halved where the iteration does not contract, so that u stays on its branch. The
+continuation fails where c_u loses rank, at a singularity of type 2.
 
 Source:
     Allgower and Georg, Introduction to Numerical Continuation Methods, 2003, ch. 2; Deuflhard,
@@ -28,29 +28,22 @@ from numpy.typing import ArrayLike, NDArray
 from ..call._call import Function
 from ..call.capabilities import needs
 from ..call.guard import describe
-from ..contract.manifest import Argument, Coordinate, Manifest
-from ..errors import InputError, OutOfReachError, ShapeError
+from ..contract.facts import Argument, Coordinate, Manifest
+from ..errors import InputTypeError, OutOfReachError, ShapeError
+from ..tolerances import (
+    CLOSED,
+    CONTRACTION,
+    POLISHED,
+    SETTLED_STEP,
+    SHORTEST_STRIDE,
+    STRIDE,
+)
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-CLOSED = 1e-12
-"""Residual (metre, radian) of a configuration that counts as found."""
-_POLISHED = 1e-14
-"""Residual at which an iteration has nothing left to gain."""
-_SETTLED = 1e-9
-"""Its last step when it has converged: the next would be the square of it."""
 _ITERATIONS = 8
-_CONTRACTION = 0.5
-"""Each correction is at most this part of the one before, or the start was too far away."""
-_STRIDE = 0.2
-"""Metres or radians that an unknown may go along the tangent at a time."""
-_SHORTEST = 2.0**-12
-"""Part of the way below which a step is given up."""
 _STEPS = 2000
-_TOOL = {"fk": "chain_fk", "link_poses": "chain_link_poses"}
-_JACOBIANS = {f"jacobian_{name}": f"chain_jacobian_{name}" for name in ("space", "body", "mixed")}
-
 
 Compute = Callable[[FloatArray], FloatArray]
 """From q (N, n) to a result (N, ...)."""
@@ -60,8 +53,8 @@ class Continuation(NamedTuple):
     """Configurations that were followed from the reference.
 
     Attributes:
-        z: (..., n_z) configurations, NaN where the way there did not converge.
-        valid: (...,) whether it did, to a residual of 1e-12.
+        z: (..., n_z) configurations, NaN where the continuation did not converge.
+        valid: (...,) whether it converged, to a residual of 1e-12.
         residual: (...,) largest entry of the constraint [m, rad].
     """
 
@@ -71,23 +64,30 @@ class Continuation(NamedTuple):
 
     @property
     def n_failed(self) -> int:
-        """How many poses did not converge."""
+        """The number of poses that were not reached."""
         return int(np.size(self.valid) - np.count_nonzero(self.valid))
 
 
-class Loops:
-    """The constraints of a robot and where their solution is followed from."""
+class LoopContinuation:
+    """The constraints of a robot and the reference configuration of their continuation."""
 
     def __init__(self, manifest: Manifest, functions: Mapping[str, Function[Any]]) -> None:
-        """Takes the constraints of a robot whose solution is "newton".
+        """Stores the constraints of a robot whose loops are solved by iteration.
 
         Args:
             manifest: With reference and actuated_in_z.
-            functions: Its functions; `constraint` and `constraint_D_z` among them.
+            functions: Its functions; the constraint and its derivative among them.
         """
         loops = manifest.loops
         assert loops.reference
-        self.constraint, self.constraint_D_z = functions["constraint"], functions["constraint_D_z"]
+        constraint = manifest.with_role("constraint", "configuration")
+        derivative = manifest.with_role("constraint derivative", "configuration")
+        assert constraint
+        assert derivative
+        self.constraint, self.constraint_D_z = (
+            functions[constraint.name],
+            functions[derivative.name],
+        )
         self.n_z = len(loops.configuration)
         self.actuated = np.array([item.index for item in loops.actuated_in_z])
         self.ratio = np.array([item.ratio for item in loops.actuated_in_z])
@@ -103,7 +103,7 @@ class Loops:
         way = (q - self.q) * self.ratio
         going = np.asarray(np.isfinite(q).all(-1))
         if n:
-            # The passive part of the reference need be near only.
+            # The passive part of the reference is an approximation.
             start, begun = self._corrected(z[:1], np.ones(1, bool))
             z[:] = start
             going &= begun[0]
@@ -114,18 +114,18 @@ class Loops:
             tangent = -self.solved(z[rows], self._actuated_columns(z[rows]) @ way[rows, :, None])
             fastest = np.abs(tangent).max((-2, -1), initial=0.0)
             with np.errstate(divide="ignore"):
-                step = np.minimum(np.minimum(part[rows], 1 - done[rows]), _STRIDE / fastest)
+                step = np.minimum(np.minimum(part[rows], 1 - done[rows]), STRIDE / fastest)
             start = z[rows]
             start[:, self.unknown] += step[:, None] * tangent[..., 0]
             start[:, self.actuated] = self.q * self.ratio + (done[rows] + step)[:, None] * way[rows]
             end, converged = self._corrected(start, np.asarray(np.isfinite(start).all(-1)))
             z[rows[converged]] = end[converged]
             done[rows[converged]] += step[converged]
-            # What rounding leaves of the way is no step.
-            done[done > 1 - _SHORTEST**2] = 1
+            # A rest of the way that is rounding counts as done.
+            done[done > 1 - SHORTEST_STRIDE**2] = 1
             part[rows] = np.where(converged, 2 * step, step / 2)
-            # The last step may be as short as what was left.
-            going[rows] = (part[rows] >= _SHORTEST) | (done[rows] == 1)
+            # The last step may be shorter than the shortest stride.
+            going[rows] = (part[rows] >= SHORTEST_STRIDE) | (done[rows] == 1)
         residual = self.residual(z)
         valid = going & (done == 1) & (residual <= CLOSED)
         z[~valid] = np.nan
@@ -155,7 +155,7 @@ class Loops:
         return np.asarray(self.constraint_D_z(z)[..., self.actuated])
 
     def _corrected(self, z: FloatArray, going: BoolArray) -> tuple[FloatArray, BoolArray]:
-        """Newton's iteration on the unknowns, and whether it came to an end."""
+        """Newton's iteration on the unknowns, and whether it converged."""
         z, going = z.copy(), going.copy()
         last, converged = np.full(len(z), np.inf), np.zeros(len(z), bool)
         for _ in range(_ITERATIONS):
@@ -167,9 +167,9 @@ class Loops:
             size = np.abs(change).max(-1, initial=0.0)
             z[rows[:, None], self.unknown] -= change
             error = np.abs(c).max(-1, initial=0.0)
-            converged[rows] = (error <= _POLISHED) | (size <= _SETTLED)
-            # Written so that NaN does not contract.
-            going[rows] = converged[rows] | (size <= _CONTRACTION * last[rows])
+            converged[rows] = (error <= POLISHED) | (size <= SETTLED_STEP)
+            # A comparison that is false for NaN, which does not contract.
+            going[rows] = converged[rows] | (size <= CONTRACTION * last[rows])
             last[rows] = size
         return z, going & converged
 
@@ -181,16 +181,16 @@ def _least_squares(J: FloatArray, right: FloatArray) -> FloatArray:
     try:
         return np.asarray(np.linalg.solve(J, right))
     except np.linalg.LinAlgError:
-        # One of the batch is singular.
+        # A matrix of the batch is singular.
         return np.asarray(np.linalg.pinv(J) @ right)
 
 
 class IteratedFunction:
-    """A function of actuated coordinates that rests on Newton's iteration.
+    """A function of actuated coordinates, computed by Newton's iteration.
 
-    It is called as the generated ones are: leading dimensions broadcast, `out=` takes the array to
-    write into, a single pose raises where no configuration is found and a batch holds NaN there.
-    `threads=` is taken and changes nothing.
+    It is called in the same way as generated functions: leading dimensions broadcast, `out=` takes
+    the array to write into, a single pose without a configuration raises, and a batch holds NaN.
+    `threads=` is accepted without effect.
     """
 
     def __init__(
@@ -201,14 +201,14 @@ class IteratedFunction:
         compute: Compute,
         reduced: tuple[Any, ...],
     ) -> None:
-        """Names what is computed.
+        """Stores the definition of the function.
 
         Args:
             label: Robot and function.
             coordinates: The elements of q.
             output: Name, shape, unit and meaning of the result.
             compute: From q (N, n) to the result (N, *shape), NaN where there is none.
-            reduced: How to pickle it.
+            reduced: The value of `__reduce__`.
         """
         unit = " or ".join(dict.fromkeys(c.unit for c in coordinates))
         q = Argument("q", (len(coordinates),), unit, "actuated coordinates")
@@ -237,13 +237,13 @@ Returns:
     {output.name}: ({shape}) [{output.unit}] {output.meaning}
 
 Raises:
-    OutOfReachError: A single pose that is not reached; in a batch, and in out, it is NaN.
+    OutOfReachError: A single pose is not reached; in a batch, and in out, it is NaN.
 """
 
     def __call__(
         self, q: ArrayLike, *, out: FloatArray | None = None, threads: int | str | None = 1
     ) -> FloatArray:
-        """Computes it, see its own help."""
+        """Computes the function; see its own help."""
         del threads
         given = _read(self.__qualname__, self.inputs[0], q)
         batch = given.shape[:-1]
@@ -255,24 +255,24 @@ Raises:
             result = out
         if not batch and np.isfinite(given).all() and not np.isfinite(found).all():
             raise OutOfReachError(
-                f"{self.__qualname__}: Newton's iteration does not come from the reference "
+                f"{self.__qualname__}: Newton's iteration does not lead from the reference "
                 f"configuration to {describe(self._coordinates, given)}: the loops do not close "
                 "there, or a singularity is on the way"
             )
         return result
 
     def __repr__(self) -> str:
-        """As of a generated function."""
+        """In the form of a generated function."""
         return f"<chasles function {self.__qualname__}{self.__signature__}, iterated>"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """As of a generated function."""
+        """Pickles in the form of a generated function."""
         return self._reduced
 
     def _check_out(self, out: FloatArray, shape: tuple[int, ...]) -> None:
         label, name = self.__qualname__, self.outputs[0].name
         if not isinstance(out, np.ndarray) or out.dtype != np.float64 or not out.flags.writeable:
-            raise InputError(f"{label}: out for {name} must be a writable float64 array")
+            raise InputTypeError(f"{label}: out for {name} must be a writable float64 array")
         if out.shape != shape:
             raise ShapeError(
                 f"{label}: out for {name} must have shape {shape}, got shape {out.shape}"
@@ -280,15 +280,15 @@ Raises:
 
 
 class NewtonMethods:
-    """The part of a robot that loops without a closed-form solution bring along."""
+    """The methods of a robot whose loops have no closed-form solution."""
 
     name: str
     n: int
-    solution: str
     functions: Mapping[str, Function[Any]]
-    _loops: Loops
+    _loops: LoopContinuation
+    _is_iterated: bool
 
-    @needs("constraint", "constraint_D_z", when=lambda robot: robot.solution == "newton")
+    @needs("constraint", "constraint_D_z", when=lambda robot: robot._is_iterated)
     def follow(self, q: ArrayLike) -> Continuation:
         """Configurations at actuated coordinates, by Newton's iteration on the constraints.
 
@@ -296,9 +296,9 @@ class NewtonMethods:
             q: (..., n) actuated coordinates [rad or m].
 
         Returns:
-            `z (..., n_z)`, `valid (...,)` and `residual (...,)`, and `n_failed`, how many of the
-            poses were not reached from the reference configuration along the straight line in q.
-            Nothing is raised for those.
+            `z (..., n_z)`, `valid (...,)` and `residual (...,)`, and `n_failed`, the number of
+            poses that were not reached from the reference configuration along the straight line in
+            q. They raise no error.
         """
         given = _read(f"{self.name}.follow", self.functions["configuration"].inputs[0], q)
         z, valid, residual = self._loops.follow(given.reshape(-1, self.n))
@@ -310,11 +310,11 @@ def _read(label: str, argument: Any, value: ArrayLike) -> FloatArray:
     try:
         array = np.asarray(value)
     except (TypeError, ValueError) as error:
-        raise InputError(
+        raise InputTypeError(
             f"{label}: {argument.name} cannot be read as an array of numbers: {error}"
         ) from error
     if array.dtype.kind not in "iuf":
-        raise InputError(
+        raise InputTypeError(
             f"{label}: {argument.name} must hold real numbers, got dtype {array.dtype}"
         )
     (size,) = argument.shape
@@ -330,20 +330,20 @@ def functions(
     manifest: Manifest,
     generated: Mapping[str, Function[Any]],
     reduced: Callable[[str], tuple[Any, ...]],
-) -> tuple[Loops, dict[str, Any]]:
-    """What a robot without a closed-form solution offers in actuated coordinates.
+) -> tuple[LoopContinuation, dict[str, Any]]:
+    """The functions of actuated coordinates of a robot without a closed-form solution.
 
     Args:
         manifest: The robot's manifest.
         generated: Its generated functions.
-        reduced: For a function's name, how to pickle it.
+        reduced: From a function's name to the value of its `__reduce__`.
 
     Returns:
-        Its loops; and `configuration`, `chain`, `passive` with their derivatives by q, and those of
-        fk, link_poses and the Jacobians whose `chain_` function of theta was generated.
+        Its loops; and `configuration`, `chain`, `passive` with their derivatives by q, and each
+        function of actuated coordinates that a generated function of the chain stands for.
     """
     info = manifest.loops
-    loops = Loops(manifest, generated)
+    loops = LoopContinuation(manifest, generated)
     names = [variable.name for variable in info.configuration]
     chain = [names.index(joint.name) for joint in info.chain]
     passive = [names.index(joint.name) for joint in info.passive]
@@ -382,15 +382,16 @@ def functions(
             slope = Argument("D", (len(rows), n), "1, m or 1/m", f"{meaning}: derivative by q")
             offered[name] = value, picked(rows)
             offered[f"{name}_D_q"] = slope, slopes(rows)
-    for name, of_chain in _TOOL.items():
-        if of_chain in generated:
-            function = generated[of_chain]
-            offered[name] = _described(function), after_chain(function)
-    for name, of_chain in _JACOBIANS.items():
-        if of_chain in generated:
-            function = generated[of_chain]
-            wide = _described(function)
-            offered[name] = replace(wide, shape=(6, n)), by_q(function)
+    for of_chain in manifest.functions:
+        if not of_chain.of_actuators:
+            continue
+        function = generated[of_chain.name]
+        value = _described(function)
+        offered[of_chain.of_actuators] = (
+            (replace(value, shape=(6, n)), by_q(function))
+            if of_chain.role == "jacobian"
+            else (value, after_chain(function))
+        )
     return loops, {
         name: IteratedFunction(
             f"{manifest.name}.{name}", manifest.coordinates, output, compute, reduced(name)

@@ -1,12 +1,12 @@
-"""Inverse kinematics by iteration: for every robot, within its limits, for parts of a pose.
+"""Inverse kinematics by iteration: for every robot, within its limits, for weighted poses.
 
-`ik` gives all solutions in closed form, of the robots that have one. Here one is found for any: of
-a serial arm, a robot with loops in its actuated coordinates, or a platform; with any link as the
-tip; for a position alone, or any weights of the six parts of a pose. The iteration is in C
-(_numeric.c) and calls the robot's own compiled functions.
+`ik` gives all solutions for robots with a closed form. `ik_numeric` finds one solution for any
+robot: a serial arm, a robot with loops in its actuated coordinates, or a platform; with any link as
+the tip; for a position alone, or any weights of the six components of a pose error. The iteration
+is written in C (_numeric.c) and calls the robot's own compiled functions.
 
-Where it begins: a table of configurations within the limits and of their poses, made once for each
-robot and key. The one whose pose is nearest comes first; each start that leads nowhere is followed
+The starts come from a table of configurations within the limits and of their poses, made once for
+each robot and key. The start with the nearest pose comes first; each start that fails is followed
 by the next.
 
 Source:
@@ -24,12 +24,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import screws
 from ..call._call import Function
+from ..call.capabilities import needs
 from ..call.threads import count_cores
 from ..call.validation import real_array
-from ..contract.manifest import Coordinate, Frames, Reference
-from ..errors import InputError, ShapeError
+from ..contract.facts import Coordinate, Frames, Reference
+from ..errors import InputValueError, ShapeError
+from ..tolerances import NUMERIC_SOLVED, PROBE, STANDSTILL
 from ._numeric import Solver
-from .low_discrepancy import spread
+from .low_discrepancy import low_discrepancy
 
 FloatArray = NDArray[np.float64]
 
@@ -37,27 +39,30 @@ REASONS = ("converged", "limits", "stalled", "budget", "no pose")
 _WHOLE = np.ones(6)
 _STARTS = 256
 _FEWEST = 32
-"""Starts whose loops close, out of so many times more."""
+"""Fewest starts at which the loops close; sampling goes on until so many are found."""
 _UNBOUNDED = {"rad": np.pi, "m": 1.0}
-"""Starts lie so far to both sides of 0 in a coordinate without limits."""
+"""Range of the starts to both sides of 0 in a coordinate without limits."""
 _MOST_SOLVERS = 64
-"""Of a robot, with their tips and keys; then all are made anew."""
+"""Solvers kept for a robot, one for each tip and key; the next one clears them."""
 _MOST_BUDGET = 2**31 - 1
-_LOOK = 1e-3
-"""How far coordinates are moved, to see which joints follow."""
+_KERNELS = {
+    "tool": ("fk_jacobian_mixed", "hessian_mixed"),
+    "platform": ("chain_fk", "chain_jacobian_mixed", "actuators", "actuators_D_chain"),
+}
+"""The generated functions that each kind of solver calls."""
 
 
-class Found(NamedTuple):
-    """What an iteration came to, for each pose.
+class NumericSolution(NamedTuple):
+    """The result of an iteration for each pose.
 
     Attributes:
         q: (..., n) coordinates [rad or m], within the limits; NaN where a pose is not finite.
-        residual: (...,) the larger of distance [m] and angle [rad] from the pose, of the parts that
-            the task weighs.
+        residual: (...,) the larger of distance [m] and angle [rad] from the pose, in the components
+            that have a weight.
         success: (...,) whether the residual is at most the tolerance.
-        ending: (...,) why it ended, as an index into `REASONS`; see `reason`.
-        iterations: (...,) how many times forward kinematics was computed.
-        restarts: (...,) how many starts followed the first.
+        ending: (...,) reason for the end, as an index into `REASONS`; see `reason`.
+        iterations: (...,) number of evaluations of forward kinematics.
+        restarts: (...,) number of starts after the first.
     """
 
     q: FloatArray
@@ -69,16 +74,17 @@ class Found(NamedTuple):
 
     @property
     def reason(self) -> NDArray[np.str_]:
-        """Why it ended, in a word.
+        """The reason for the end.
 
-        "converged": to the tolerance. "limits": at the least residual nearby, where limits hold
-        some coordinates. "stalled": at the least residual nearby, within the limits. "budget":
-        still on the way. "no pose": what was given is no place and rotation, to 1e-6.
+        "converged": the residual is within the tolerance. "limits": at a local minimum of the
+        residual at which limits hold some coordinates. "stalled": at a local minimum within the
+        limits. "budget": the budget was spent before. "no pose": the matrix is not a rigid pose, to
+        1e-6.
         """
         return np.array(REASONS)[self.ending]
 
     def __str__(self) -> str:
-        """In a sentence."""
+        """The result in a sentence."""
         if self.success.ndim == 0:
             return f"{self.reason} after {self.iterations} iterations, residual {self.residual:.3g}"
         counts = np.bincount(self.ending.reshape(-1), minlength=len(REASONS))
@@ -87,8 +93,24 @@ class Found(NamedTuple):
         return f"{self.success.size} poses: {', '.join(of)}; largest residual {worst:.3g}"
 
 
+def is_platform(robot: Any) -> bool:
+    """Whether the coordinates follow in closed form from the joints of the chain alone."""
+    return bool(robot.kind == "platform")
+
+
+def _can_iterate(robot: Any) -> bool:
+    """Whether a robot has the functions that a solver calls, for the tool or for a link."""
+    kernels = _KERNELS["platform" if is_platform(robot) else "tool"]
+    return _can_reach_links(robot) or robot.functions.keys() >= {*kernels}
+
+
+def _can_reach_links(robot: Any) -> bool:
+    """Whether a link can be the tip: its poses must be a compiled function of q."""
+    return ("link poses", "actuators", "") in robot._roles
+
+
 class NumericMethods:
-    """The part of a robot that is found by iteration."""
+    """The methods of a robot that solve inverses by iteration."""
 
     name: str
     n: int
@@ -101,6 +123,7 @@ class NumericMethods:
     functions: Mapping[str, Function[Any]]
     _solvers: dict[tuple[str | None, int], Solver]
 
+    @needs("fk", when=_can_iterate)
     def ik_numeric(
         self,
         T: ArrayLike,
@@ -109,35 +132,36 @@ class NumericMethods:
         tip: str | None = None,
         weights: Sequence[float] | None = None,
         axes: Literal["tool", "base"] = "tool",
-        tolerance: float = 1e-9,
+        tolerance: float = NUMERIC_SOLVED,
         budget: int = 10_000,
         rng: int | np.random.Generator = 0,
         threads: int | Literal["all"] = 1,
-    ) -> Found:
-        """Coordinates within the limits at which the tip is at a pose, or as near as can be.
+    ) -> NumericSolution:
+        """Coordinates within the limits at which the tip is at a pose, or nearest to it.
 
-        Levenberg-Marquardt with lambda in proportion to the squared error, which falls after each
-        step that leads nearer and rises after each that does not; no step passes a limit. A start
-        that ends elsewhere is followed by others. Out of reach the nearest pose that was found is
-        returned, at its least error, with `success` False.
+        Levenberg-Marquardt with lambda proportional to the squared error; the factor falls after
+        each step that reduces the error and rises after each step that does not; no step passes a
+        limit. If a start ends at another pose, further starts follow. For a pose out of reach the
+        result is the nearest pose found, at its least error, with `success` False.
 
         Args:
-            T: (..., 4, 4) poses of the tip in the base frame; what is none, to 1e-6, has no answer
-                but NaN.
-            seed: (..., n) where to begin [rad or m]; leading dimensions broadcast. What lies beyond
-                a limit begins at it. Without one, the start whose pose is nearest comes first.
-            tip: The link that is to be there, one of `frames.links`; the tool by default, and of
-                platforms the tool alone.
-            weights: Six numbers that multiply the error's parts (v, omega), 0 for a part that may
-                be anything: (1, 1, 1, 0, 0, 0) for a position alone. All 1 by default: a metre is
-                as much as a radian.
-            axes: Whether these parts are along the axes of the tip or of the base.
+            T: (..., 4, 4) poses of the tip measured and expressed in the base frame; a matrix that
+                is not a rigid pose, to 1e-6, gives NaN.
+            seed: (..., n) coordinates at the start [rad or m]; leading dimensions broadcast. Values
+                beyond a limit are moved to it. Without a seed, the start with the nearest pose
+                comes first.
+            tip: The link to be moved to the pose, one of `frames.links`; the tool by default.
+                Platforms accept the tool alone.
+            weights: Six factors on the components of the error (v, omega), 0 for a free component:
+                (1, 1, 1, 0, 0, 0) for a position alone. All 1 by default, so that a metre counts as
+                much as a radian.
+            axes: Whether these components are expressed in the axes of the tip or of the base.
             tolerance: Largest residual of a success [m, rad].
-            budget: How many times forward kinematics may be computed for a pose, about 0.4
-                microseconds each of an arm with six joints.
-            rng: Chooses the starts: a key, or a generator that gives one. The same key gives the
-                same results, whatever the number of threads.
-            threads: Over how many threads poses are split, "all": one a core.
+            budget: Greatest number of evaluations of forward kinematics for a pose, about 0.4
+                microseconds each for an arm with six joints.
+            rng: Selects the starts: a key, or a generator that gives a key. The same key gives the
+                same results for every number of threads.
+            threads: The number of threads over which poses are split, "all": one per core.
 
         Returns:
             `q (..., n)`, `residual`, `success`, `ending`, `iterations` and `restarts (...,)`;
@@ -145,14 +169,14 @@ class NumericMethods:
 
         Raises:
             ShapeError: If a shape is wrong, or the leading dimensions do not broadcast.
-            InputError: If there is no such link, a weight is negative or all are 0, or an option
-                has no meaning.
+            InputValueError: If there is no such link, a weight is negative, all weights are 0, or
+                an option is unknown.
         """
         method = f"{self.name}.ik_numeric"
         if axes not in ("tool", "base"):
-            raise InputError(f'{method}: expected axes "tool" or "base", got {axes!r}')
+            raise InputValueError(f'{method}: expected axes "tool" or "base", got {axes!r}')
         if not (isinstance(tolerance, int | float) and tolerance > 0):
-            raise InputError(f"{method}: expected a tolerance above 0, got {tolerance!r}")
+            raise InputValueError(f"{method}: expected a tolerance above 0, got {tolerance!r}")
         most = _whole_number(method, "budget", budget, 1, _MOST_BUDGET)
         given = count_cores() if threads == "all" else threads
         count = _whole_number(method, "threads", given, 1, None)
@@ -166,9 +190,11 @@ class NumericMethods:
         if seed is not None:
             poses, begin = self._with_seeds(poses, seed)
         task = _WHOLE if weights is None else _weights(method, weights)
-        # Weighed alike in all directions, axes make no difference.
+        # With equal weights in all directions the axes make no difference.
         turned = axes == "tool" and task is not _WHOLE
-        return Found._make(solver.solve(poses, begin, task, turned, tolerance, most, count))
+        return NumericSolution._make(
+            solver.solve(poses, begin, task, turned, tolerance, most, count)
+        )
 
     def _new_solver(self, tip: str | None, key: int) -> Solver:
         """Makes the solver once: its table takes as long as a thousand poses."""
@@ -201,7 +227,9 @@ def _whole_number(method: str, name: str, given: object, least: int, most: int |
         number = least - 1
     if number < least or (most is not None and number > most):
         expected = f"from {least} to {most}" if most is not None else f"of at least {least}"
-        raise InputError(f"{method}: expected {name} to be an integer {expected}, got {given!r}")
+        raise InputValueError(
+            f"{method}: expected {name} to be an integer {expected}, got {given!r}"
+        )
     return number
 
 
@@ -210,20 +238,15 @@ def _weights(method: str, given: Sequence[float]) -> FloatArray:
     if weights.shape != (6,):
         raise ShapeError(f"{method}: expected six weights, got shape {weights.shape}")
     if not (weights >= 0).all() or not weights.any() or not np.isfinite(weights).all():
-        raise InputError(
+        raise InputValueError(
             f"{method}: expected weights that are not negative, and some that are not 0, got "
             f"{weights.tolist()}"
         )
     return weights
 
 
-def is_platform(robot: Any) -> bool:
-    """Whether its coordinates follow from the joints of its chain, and not these from them."""
-    return "chain_fk" in robot.functions
-
-
 def with_chain(robot: Any, q: FloatArray) -> FloatArray:
-    """Coordinates (m, n) as the solver takes them: of a platform followed by its chain's joints."""
+    """Coordinates (m, n) for the solver: for a platform, its chain's joints follow them."""
     return np.hstack([q, robot.chain(q)]) if is_platform(robot) else q
 
 
@@ -232,16 +255,15 @@ def _solver(robot: Any, tip: str | None, key: int) -> Solver:
     functions, limits = robot.functions, (robot.lower, robot.upper)
     q = starts(robot, key)
     if tip is None or tip == robot.frames.tip:
-        kind, names = "tool", ["fk_jacobian_mixed", "hessian_mixed"]
-        if is_platform(robot):
-            kind = "platform"
-            names = ["chain_fk", "chain_jacobian_mixed", "actuators", "actuators_D_chain"]
-        kernels = tuple(functions[name].kernel for name in names)
+        kind = "platform" if is_platform(robot) else "tool"
+        kernels = tuple(functions[name].kernel for name in _KERNELS[kind])
         return Solver(kind, kernels, *limits, with_chain(robot, q), _entries(robot.fk(q)))
-    offered = robot.frames.links if not is_platform(robot) and "link_poses" in functions else ()
+    offered = robot.frames.links if _can_reach_links(robot) else ()
     if tip not in offered:
         links = ", ".join((robot.frames.tip, *offered))
-        raise InputError(f"{robot.name}.ik_numeric: no link {tip!r} for a tip; there are: {links}")
+        raise InputValueError(
+            f"{robot.name}.ik_numeric: no link {tip!r} for a tip; there are: {links}"
+        )
     link = robot.frames.links.index(tip)
     names = ["link_poses", "chain_D_q"] if robot.loops else ["link_poses"]
     kernels = tuple(functions[name].kernel for name in names)
@@ -255,14 +277,14 @@ def _entries(T: FloatArray) -> FloatArray:
 
 
 def starts(robot: Any, key: int) -> FloatArray:
-    """(m, n) coordinates spread within the limits, at which its loops close; the key says where."""
+    """(m, n) coordinates that fill the limits, at which the loops close; the key selects them."""
     reach = np.array([_UNBOUNDED[c.unit] for c in robot.coordinates])
     lower = np.where(np.isfinite(robot.lower), robot.lower, -reach)
     upper = np.where(np.isfinite(robot.upper), robot.upper, reach)
     first = np.random.default_rng(key).random(robot.n)
     found = np.empty((0, robot.n))
     for k in range(_STARTS // _FEWEST):
-        points = spread(k * _STARTS, (k + 1) * _STARTS, robot.n, first)
+        points = low_discrepancy(k * _STARTS, (k + 1) * _STARTS, robot.n, first)
         q = lower + points * (upper - lower)
         closes = np.isfinite(robot.fk(q)).all((-2, -1))
         found = np.vstack([found, q[closes]])
@@ -274,24 +296,25 @@ def starts(robot: Any, key: int) -> FloatArray:
 def screws_before(robot: Any, link: int) -> FloatArray:
     """(s, 8) joints before a link: frame, coordinate or chain's joint, axis (v, omega).
 
-    The axis is constant as seen from the link before it, and so is the logarithm of what a joint's
-    motion makes of one link seen from the other, divided by that motion.
+    The axis is constant in the frame of the link before it. It is the logarithm of the relative
+    motion of the two links, divided by the motion of the joint.
 
     Raises:
-        InputError: If links of a robot with loops do not move one by one with its chain's joints.
+        InputValueError: If the links of a robot with loops do not each move with one joint of its
+            chain.
     """
     q = starts(robot, 0)[0]
-    q = np.clip(q, robot.lower + _LOOK, robot.upper - _LOOK)
-    moved = np.vstack([q, q + _LOOK * np.eye(robot.n)])
+    q = np.clip(q, robot.lower + PROBE, robot.upper - PROBE)
+    moved = np.vstack([q, q + PROBE * np.eye(robot.n)])
     poses = robot.link_poses(moved)[:, : link + 1]
     before = np.concatenate([np.broadcast_to(np.eye(4), (len(poses), 1, 4, 4)), poses[:, :-1]], 1)
     seen = screws.inverse(before) @ poses
     twists = screws.log(seen[1:] @ screws.inverse(seen[:1]))
     rows = [
-        [float(frame - 1), float(k), *(twists[k, frame] / _LOOK).tolist()]
+        [float(frame - 1), float(k), *(twists[k, frame] / PROBE).tolist()]
         for k in range(robot.n)
         for frame in range(link + 1)
-        if np.abs(twists[k, frame]).max() > _LOOK**3
+        if np.abs(twists[k, frame]).max() > STANDSTILL
     ]
     if robot.loops:
         rows = _screws_of_chain(robot, moved, twists)
@@ -299,13 +322,15 @@ def screws_before(robot: Any, link: int) -> FloatArray:
 
 
 def _screws_of_chain(robot: Any, moved: FloatArray, twists: FloatArray) -> list[list[float]]:
-    """Of a robot with loops: each joint of the chain moves one link, in order."""
+    """The screws of a robot with loops: each joint of the chain moves one link, in order."""
     theta = robot.chain(moved)
     by = theta[1:] - theta[0]
     largest = np.abs(by).argmax(0)
-    moving = np.flatnonzero(np.abs(twists).max((0, 2)) > _LOOK**3)
+    moving = np.flatnonzero(np.abs(twists).max((0, 2)) > STANDSTILL)
     if len(moving) > theta.shape[1]:
-        raise InputError(f"{robot.name}.ik_numeric: links move with more than its chain's joints")
+        raise InputValueError(
+            f"{robot.name}.ik_numeric: links move with more than its chain's joints"
+        )
     return [
         [float(frame - 1), float(j), *(twists[largest[j], frame] / by[largest[j], j]).tolist()]
         for j, frame in enumerate(moving)

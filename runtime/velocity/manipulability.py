@@ -1,15 +1,14 @@
-"""How well a robot moves and holds its tool: Yoshikawa's measure, conditioning, ellipsoids.
+"""Manipulability: Yoshikawa's measure, conditioning, and ellipsoids of velocity and force.
 
-Metres, radians, turning joints and sliders are made comparable by a characteristic length L: linear
+The characteristic length L makes metres and radians, turning joints and sliders comparable: linear
 rates [m/s] and the rates of sliders [m/s] are divided by it. Then the Jacobian
 
     J' = D J U,   D = diag(1/L, 1/L, 1/L, 1, 1, 1),   U = diag(1 turning, L sliding)
 
-and its singular values are pure numbers. They are those at the tip, and the same in all axes.
+and its singular values are pure numbers. J is the Jacobian at the tip; the axes make no difference.
 
 Source:
-    Yoshikawa, Manipulability of robotic mechanisms, 1985; Angeles, Fundamentals of Robotic
-    Mechanical Systems (characteristic length).
+    Yoshikawa, Manipulability of robotic mechanisms, 1985.
 """
 
 from __future__ import annotations
@@ -17,41 +16,36 @@ from __future__ import annotations
 import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple, Protocol, get_args
+from typing import Literal, NamedTuple, Protocol, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..call._call import Function
 from ..call.capabilities import needs
-from ..contract.manifest import Coordinate, Reference
-from ..errors import InputError
-from ..iterative.low_discrepancy import spread
+from ..contract.facts import Coordinate
+from ..errors import InputValueError
+from ..tolerances import INFINITE_CONDITION, RANK
 from . import _rates
+from .characteristic_length import LengthMethods
 
 FloatArray = NDArray[np.float64]
 Rows = Literal["all", "linear", "angular"]
 
 _PART: Mapping[Rows, slice] = {"all": slice(0, 6), "linear": slice(0, 3), "angular": slice(3, 6)}
-_SAMPLES = 256
-"""Configurations that stand for all; the length then moves by a percent if there are more."""
-_TURNS = 1e-6
-"""Radians per metre at the tip below which a coordinate does not turn the tool."""
-_RANK = 1e-9
-"""Singular values, by the largest, that are zero at every configuration are below."""
 
 
 @dataclass(frozen=True, slots=True)
 class Manipulability:
-    """How far a configuration is from singular ones, in pure numbers.
+    """The distance of a configuration from singular ones, in pure numbers.
 
     Attributes:
         measure: (...,) Yoshikawa's w, the product of the singular values: sqrt(det J' J'^T) where
-            the tool has as many freedoms as there are rows, sqrt(det J'^T J') of fewer joints.
+            the tool has as many freedoms as there are rows, sqrt(det J'^T J') with fewer joints.
         smallest: (...,) the smallest singular value: tool rate by joint rate in the worst
             direction.
-        condition: (...,) the largest by the smallest, 1 at the best, inf at a singularity.
-        singular_values: (..., r) the largest first, r the freedoms that the tool has at all.
+        condition: (...,) ratio of the largest to the smallest, 1 at best, inf at a singularity.
+        singular_values: (..., r) the largest first, with r the number of freedoms of the tool.
     """
 
     measure: FloatArray
@@ -62,12 +56,12 @@ class Manipulability:
 
 @dataclass(frozen=True, slots=True)
 class Ellipsoid:
-    """What the tool can do when the joints do one unit in all, by root of the sum of squares.
+    """Velocities or forces of the tool while the joints give a vector of unit norm.
 
     Attributes:
-        axes: (..., k, r) its principal axes as columns, in base axes: unit vectors, of twists or
-            wrenches (both divided by length) if it is of all rows.
-        lengths: (..., r) its semi-axes, the longest first.
+        axes: (..., k, r) principal axes as columns, expressed in base axes: unit vectors; for all
+            rows, of twists (v / length, omega) or wrenches.
+        lengths: (..., r) semi-axes, the longest first.
     """
 
     axes: FloatArray
@@ -75,7 +69,7 @@ class Ellipsoid:
 
 
 class Metric(NamedTuple):
-    """What makes a robot's Jacobian pure numbers: row[:, None] * J * unit, of that rank at most."""
+    """Factors that turn a Jacobian into pure numbers, row[:, None] * J * unit, and its rank."""
 
     unit: FloatArray
     row: FloatArray
@@ -93,56 +87,11 @@ class HasSamples(Protocol):
         """Jacobians (m, 6, n) at configurations all over."""
 
 
-class ManipulabilityMethods:
-    """The part of a robot that tells how well it moves."""
+class ManipulabilityMethods(LengthMethods):
+    """The methods of a robot that measure manipulability."""
 
-    name: str
-    n: int
-    coordinates: tuple[Coordinate, ...]
-    lower: FloatArray
-    upper: FloatArray
-    reference: Reference | None
-    functions: Mapping[str, Function[Any]]
     fk: Function[FloatArray]
-    jacobian_mixed: Function[FloatArray]
     hessian_mixed: Function[FloatArray]
-
-    @functools.cached_property
-    def characteristic_length(self) -> float:
-        """The length [m] that makes metres and radians comparable, where none is given.
-
-        The root mean square distance of the tip from the axes about which the coordinates turn it,
-        over 256 configurations spread evenly within the limits (a turn where there are none), so
-        that it belongs to the robot and not to a pose; of a coordinate that is no joint of the tool
-        (a crank, a cylinder), linear by angular rate stands for the distance. Where nothing turns
-        the tool, the root mean square of the linear rate by the rate of turning coordinates; 1
-        where there are none.
-
-        Source:
-            Angeles, Fundamentals of Robotic Mechanical Systems: where all singular values can be
-            made equal, that is the length that does it.
-        """
-        squared = (self._samples**2).mean(0)
-        linear, angular = squared[:3].sum(0), squared[3:].sum(0)
-        turning = angular > _TURNS**2 * linear
-        if turning.any():
-            ratios = linear[turning] / angular[turning]
-        else:
-            ratios = linear[[c.kind == "revolute" for c in self.coordinates]]
-        return float(np.sqrt(ratios.mean())) if ratios.any() else 1.0
-
-    @functools.cached_property
-    def _samples(self) -> FloatArray:
-        lower, upper = self.lower, self.upper
-        middle = np.zeros(self.n) if self.reference is None else np.array(self.reference.q)
-        half = np.array([np.pi if c.kind == "revolute" else 1.0 for c in self.coordinates])
-        lower = np.where(np.isfinite(lower), lower, np.minimum(middle, upper) - half)
-        upper = np.where(np.isfinite(upper), upper, np.maximum(middle, lower) + half)
-        J = self.jacobian_mixed(lower + spread(1, _SAMPLES + 1, self.n) * (upper - lower))
-        closed = np.isfinite(J).all((-2, -1))
-        if closed.any():
-            return J[closed]
-        return self.jacobian_mixed(middle)[None]
 
     @needs("jacobian_mixed")
     def manipulability(
@@ -150,28 +99,28 @@ class ManipulabilityMethods:
     ) -> Manipulability:
         """Yoshikawa's measure, the smallest singular value and the condition number.
 
-        All are of J' = D J U, see the module: of a planar arm with two links, `rows="linear"` and
-        `length=1`, the measure is a1 a2 |sin q2|. Directions in which no configuration moves the
-        tool, as out of the plane of that arm, do not count.
+        All refer to J' = D J U, see the module: for a planar arm with two links, `rows="linear"`
+        and `length=1`, the measure is a1 a2 |sin q2|. Directions in which no configuration moves
+        the tool, such as out of the plane of that arm, do not count.
 
         Args:
             q: (..., n) coordinates [rad or m].
-            rows: The part of the twist that counts: "all", "linear" or "angular".
+            rows: The components of the twist that count: "all", "linear" or "angular".
             length: The characteristic length [m]; `robot.characteristic_length` if None. 1 gives
-                the values of the Jacobian as it is, in metre and radian.
+                the values of the Jacobian itself, in metre and radian.
 
         Returns:
             The measures; NaN where q is not finite or a loop is open.
 
         Raises:
             ShapeError: If q is not (..., n).
-            InputError: If the rows are unknown or the length is not positive.
+            InputValueError: If the rows are unknown or the length is not positive.
         """
         metric = self._metric("manipulability", rows, length)
         _, values, sound = _decomposed(self.jacobian_mixed(q), metric, rows)
         largest, smallest = values[..., 0], values[..., -1]
         condition = np.full_like(largest, np.inf)
-        np.divide(largest, smallest, out=condition, where=smallest > _RANK**2 * largest)
+        np.divide(largest, smallest, out=condition, where=smallest > INFINITE_CONDITION * largest)
         values = np.where(sound[..., None], values, np.nan)
         return Manipulability(
             measure=values.prod(-1)[()],
@@ -186,21 +135,21 @@ class ManipulabilityMethods:
     ) -> FloatArray:
         """The gradient of the measure w by q, in closed form from the Hessian.
 
-        dw/dq_k is the sum over i of u_i^T (dJ'/dq_k) v_i times the singular values but the i-th;
-        away from singularities that is w tr(J'^+ dJ'/dq_k). At a singularity w has a kink, as |x|
-        at 0, and the gradient is that of one of its sides.
+        dw/dq_k is the sum over i of u_i^T (dJ'/dq_k) v_i times all singular values but the i-th;
+        away from singularities it equals w tr(J'^+ dJ'/dq_k). At a singularity w has a kink, like
+        |x| at 0, and the gradient is that of one side.
 
         Args:
             q: (..., n) coordinates [rad or m].
-            rows: As of `manipulability`.
-            length: As of `manipulability`.
+            rows: As in `manipulability`.
+            length: As in `manipulability`.
 
         Returns:
             (..., n) per radian or metre; NaN where q is not finite or a loop is open.
 
         Raises:
             ShapeError: If q is not (..., n).
-            InputError: If the rows are unknown or the length is not positive.
+            InputValueError: If the rows are unknown or the length is not positive.
         """
         metric = self._metric("manipulability_gradient", rows, length)
         J, H = self.jacobian_mixed(q), self.hessian_mixed(q)
@@ -211,21 +160,21 @@ class ManipulabilityMethods:
     def velocity_ellipsoid(
         self, q: ArrayLike, *, rows: Rows, length: float | None = None
     ) -> Ellipsoid:
-        """Twists of the tip in base axes that joint rates with sum of squares 1 give.
+        """Ellipsoid of the twists of the tip, in base axes, at joint rates of unit norm.
 
         Args:
             q: (..., n) coordinates [rad or m].
-            rows: "linear" gives lengths in metre per radian, "angular" pure numbers; "all" the
-                ellipsoid of (v / length, omega), pure numbers as well.
-            length: The characteristic length [m]; `robot.characteristic_length` if None. It weighs
-                sliders against turning joints, and lines against angles.
+            rows: "linear" gives semi-axes in metre per radian, "angular" pure numbers; "all" gives
+                the ellipsoid of (v / length, omega), pure numbers as well.
+            length: The characteristic length [m]; `robot.characteristic_length` if None. It weights
+                sliders against turning joints, and distances against angles.
 
         Returns:
             Axes `(..., k, r)`, k 3 or 6, and semi-axes `(..., r)`; NaN where q is not finite.
 
         Raises:
             ShapeError: If q is not (..., n).
-            InputError: If the rows are unknown or the length is not positive.
+            InputValueError: If the rows are unknown or the length is not positive.
         """
         metric = self._metric("velocity_ellipsoid", rows, length)
         return self._ellipsoid(q, metric, rows)
@@ -234,24 +183,23 @@ class ManipulabilityMethods:
     def force_ellipsoid(
         self, q: ArrayLike, *, rows: Rows, length: float | None = None
     ) -> Ellipsoid:
-        """Forces and torques at the tip in base axes that joint torques of size 1 hold.
+        """Ellipsoid of forces and torques at the tip, in base axes, at joint torques of unit norm.
 
-        It has the axes of the velocity ellipsoid, and its semi-axes are the reciprocals: where the
-        tool is slow it is strong. Of "linear" they are forces with no torque beside, in 1/metre
-        (newton per newton metre), inf at a singularity; of "all", wrenches (force * length,
-        torque).
+        It has the axes of the velocity ellipsoid and the reciprocal semi-axes: where the tool is
+        slow it is strong. For "linear" rows these are forces without a torque, in 1/metre (newton
+        per newton metre), inf at a singularity; for "all" rows, wrenches (force * length, torque).
 
         Args:
             q: (..., n) coordinates [rad or m].
-            rows: As of `velocity_ellipsoid`.
-            length: As of `velocity_ellipsoid`.
+            rows: As in `velocity_ellipsoid`.
+            length: As in `velocity_ellipsoid`.
 
         Returns:
             Axes `(..., k, r)` and semi-axes `(..., r)`, the longest first.
 
         Raises:
             ShapeError: If q is not (..., n).
-            InputError: If the rows are unknown or the length is not positive.
+            InputValueError: If the rows are unknown or the length is not positive.
 
         Source:
             Yoshikawa, Manipulability of robotic mechanisms, 1985, section 5.
@@ -272,39 +220,29 @@ class ManipulabilityMethods:
 
     def _metric(self, method: str, rows: Rows, length: float | None) -> Metric:
         if rows not in get_args(Rows):
-            raise InputError(
+            raise InputValueError(
                 f'{self.name}.{method}: rows must be "all", "linear" or "angular", got {rows!r}'
             )
         return metric_of(self, rows, self._checked_length(method, length))
 
-    def _checked_length(self, method: str, length: float | None) -> float:
-        """The characteristic length, the robot's own if None."""
-        if length is None:
-            return self.characteristic_length
-        if not (np.isfinite(length) and length > 0):
-            raise InputError(
-                f"{self.name}.{method}: length must be a positive number, got {length!r}"
-            )
-        return float(length)
-
 
 @functools.lru_cache(maxsize=256)
 def metric_of(robot: HasSamples, rows: Rows, length: float) -> Metric:
-    """What makes the robot's Jacobian pure numbers."""
+    """The factors that turn the robot's Jacobian into pure numbers."""
     unit = np.array([1.0 if c.kind == "revolute" else length for c in robot.coordinates])
     row = np.zeros(6)
     row[_PART[rows]] = np.repeat([1 / length, 1.0], 3)[_PART[rows]]
     for array in (unit, row):
         array.flags.writeable = False
     values = np.linalg.svd(row[:, None] * robot._samples * unit, compute_uv=False)
-    rank = int((values > _RANK * values.max()).sum(-1).max()) if values.any() else 1
+    rank = int((values > RANK * values.max()).sum(-1).max()) if values.any() else 1
     return Metric(unit, row, rank, length)
 
 
 def _decomposed(
     J: FloatArray, metric: Metric, rows: Rows
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Left singular vectors (..., k, r), singular values (..., r), and where J is finite."""
+    """Left singular vectors (..., k, r), singular values (..., r), and whether J is finite."""
     part = _PART[rows]
     scaled = metric.row[part, None] * J[..., part, :] * metric.unit
     sound = np.asarray(np.isfinite(scaled).all((-2, -1)))

@@ -1,4 +1,4 @@
-"""Motion in velocity space: joint rates of a twist, joint accelerations of its derivative.
+"""Motion in velocity space: joint rates from a twist, joint accelerations from its derivative.
 
 The twist is reached by damped least squares: with J' = sum sigma_i u_i v_i^T the Jacobian in pure
 numbers (`manipulability`),
@@ -6,20 +6,21 @@ numbers (`manipulability`),
     qd = sum of sigma_i / (sigma_i^2 + lambda_i^2) v_i u_i^T V,
     lambda_i^2 = damping^2 - sigma_i^2  where sigma_i < damping, else 0.
 
-Only directions that are nearly lost are damped, all others are reached exactly. The factor of a
-direction is 1 / sigma_i down to the border, and from there sigma_i / damping^2: continuous, zero at
-the singularity itself, and never above 1 / damping. That is the bound of the joint rates.
+Only directions close to singular ones are damped; the twist is reached exactly in all others. The
+factor of a direction is 1 / sigma_i down to `damping` and sigma_i / damping^2 below: continuous,
+zero at the singularity itself, and at most 1 / damping, which bounds the joint rates.
 
 Source:
     Nakamura and Hanafusa, Inverse kinematic solutions with singularity robustness, 1986 (damping);
     Maciejewski and Klein, Numerical filtering for the operation of robotic manipulators through
-    kinematically singular configurations, 1988 (of the lost directions alone); Chiaverini,
+    kinematically singular configurations, 1988 (damping of single directions); Chiaverini,
     Siciliano and Egeland, Review of the damped least-squares inverse kinematics, 1994:
     lambda^2 = (1 - (sigma / epsilon)^2) lambda_max^2, here with lambda_max = epsilon.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
@@ -29,7 +30,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..call._call import Function
 from ..call.capabilities import needs
 from ..call.validation import real_array
-from ..errors import InputError, ShapeError
+from ..errors import InputTypeError, InputValueError, ShapeError
 from . import _rates
 from .manipulability import ManipulabilityMethods, Metric, Rows
 
@@ -37,27 +38,25 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 Representation = Literal["space", "body", "mixed"]
 
-_DAMPING = _rates.DAMPING
-"""Singular value, a pure number, below which a direction is damped; see numerics/_tolerances.h."""
 _NO_TICK = np.array(np.nan)
 _SPATIAL = 6
 
 
 @dataclass(frozen=True, slots=True)
 class Rates:
-    """Joint rates, and what became of the twist that was asked for.
+    """Joint rates, and the twist that they give.
 
     Attributes:
         qd: (..., n) joint rates [rad/s or m/s].
-        twist: (..., 6) the twist that they give, in the representation asked for.
-        scale: (...,) s in [0, 1]: the part of the twist that the limits leave. What is reached is s
-            times what would be reached without limits, in the same direction; only where
-            acceleration limits exclude it, as in a sharp turn, s is that of the nearest.
+        twist: (..., 6) the twist that they give, in the requested representation.
+        scale: (...,) s in [0, 1]: the share of the twist that the limits allow. The result is s
+            times the result without limits, in the same direction; where acceleration limits
+            exclude this direction, as in a sharp turn, s belongs to the nearest allowed twist.
         limited: (..., n) whether a rate, acceleration or joint limit held the joint.
         smallest: (...,) the smallest singular value, a pure number.
-        damping: (...,) lambda^2 of that one, 0 where nothing is damped.
-        direction: (..., 6) the twist that goes with it, which is lost first, in the representation
-            asked for; (v / length, omega) is of unit size. Its sign means nothing.
+        damping: (...,) its lambda^2, 0 where nothing is damped.
+        direction: (..., 6) its twist, the first direction to be lost, in the requested
+            representation; (v / length, omega) has unit norm. Its sign is arbitrary.
     """
 
     qd: FloatArray
@@ -71,17 +70,17 @@ class Rates:
 
 @dataclass(frozen=True, slots=True)
 class Accelerations:
-    """Joint accelerations, and what became of the acceleration that was asked for.
+    """Joint accelerations, and the derivative of the twist that they give.
 
     Attributes:
         qdd: (..., n) joint accelerations [rad/s^2 or m/s^2].
-        acceleration: (..., 6) the time derivative of the twist that they give, in the
-            representation asked for.
-        scale: (...,) s in [0, 1]: the part of J qdd that the limits leave.
+        acceleration: (..., 6) the time derivative of the twist that they give, in the requested
+            representation.
+        scale: (...,) s in [0, 1]: the share of J qdd that the limits allow.
         limited: (..., n) whether the acceleration limit held the joint.
         smallest: (...,) the smallest singular value, a pure number.
-        damping: (...,) lambda^2 of that one, 0 where nothing is damped.
-        direction: (..., 6) the twist that goes with it, as of `Rates`.
+        damping: (...,) its lambda^2, 0 where nothing is damped.
+        direction: (..., 6) its twist, as in `Rates`.
     """
 
     qdd: FloatArray
@@ -94,9 +93,10 @@ class Accelerations:
 
 
 class VelocityMethods(ManipulabilityMethods):
-    """The part of a robot that moves in velocity space."""
+    """The methods of a robot in velocity space."""
 
     jacobian_body: Function[FloatArray]
+    _roles: Mapping[tuple[str, str, str], Function[Any]]
 
     @needs("jacobian_mixed", "jacobian_body")
     def joint_rates(
@@ -112,57 +112,58 @@ class VelocityMethods(ManipulabilityMethods):
         acceleration_limits: ArrayLike | None = None,
         previous: ArrayLike | None = None,
         dt: ArrayLike | None = None,
-        damping: float = _DAMPING,
+        damping: float = _rates.DAMPING,
         length: float | None = None,
     ) -> Rates:
         """Joint rates that give the tool a twist: J qd = V, damped, and within all limits.
 
-        Away from singularities and limits J qd = V to rounding. Near a singularity the direction
-        that is being lost is damped by the law in the head of `rates.py`, and qd stays finite and
-        bounded: the root of the sum of squares of qd is at most that of (v / length, omega) by
-        `damping` (rates of sliders by length as well).
+        Away from singularities and limits J qd = V to rounding. Near a singularity the law at the
+        head of `rates.py` damps the direction that is being lost, and qd stays finite and bounded:
+        its norm is at most that of (v / length, omega) divided by `damping` (with rates of sliders
+        divided by length too).
 
-        Limits are kept exactly, whatever the twist. A joint that would go beyond is held at its
-        bound, and the others take over as long as they can do so undamped; where they cannot, as of
-        every arm without redundancy, the twist is scaled down, and its direction kept. Where
-        acceleration limits exclude the direction, the rates are as near to it as they let.
+        Limits hold exactly for every twist. A joint that would pass its bound is held there, and
+        the other joints take over as long as they can do so undamped; where they cannot, as in
+        every arm without redundancy, the twist is scaled down and keeps its direction. Where
+        acceleration limits exclude that direction, the result is the nearest allowed twist.
 
-        - A joint at its limit, or beyond it, has no rate further outward. With `dt` none passes its
-          limit within that time; with acceleration limits too, it brakes early enough.
-        - Acceleration limits bound |qd - previous| / dt. Where limits contradict one another, as in
-          a joint that was too fast to brake, acceleration goes before rate, and that before the
-          joint's limit.
+        - A joint at its limit, or beyond it, has no rate further outward. With `dt` no joint passes
+          its limit within that time; with acceleration limits too, it brakes early enough.
+        - Acceleration limits bound |qd - previous| / dt. Where limits contradict one another, as
+          for a joint that is too fast to brake, the acceleration limit takes precedence over the
+          rate limit, and the rate limit over the joint limit.
 
-        What the task leaves over of a redundant robot serves a secondary objective, which the task
-        does not feel: joint rates down the gradient of it, projected to the null space.
+        The null space of a redundant robot serves a secondary objective without effect on the task:
+        joint rates down the gradient of the objective, projected to the null space.
 
         Args:
             q: (..., n) coordinates [rad or m].
             V: (..., 6) twist, linear first [m/s, rad/s].
-            representation: Of V: "space", "body" or "mixed".
-            rows: The part of the twist that counts, at the tip: "all", "linear" (the other part of
-                V is not looked at) or "angular".
+            representation: The representation of V: "space", "body" or "mixed".
+            rows: The components of the twist that count, at the tip: "all", "linear" (the other
+                components of V are ignored) or "angular".
             secondary: "limits": towards the middle between the limits, down half the sum of squares
-                of (q - middle) / half range, joints without limits aside; "manipulability": up
+                of (q - middle) / half range over the joints with limits; "manipulability": up
                 Yoshikawa's measure; coordinates (..., n): towards that posture; None: the smallest
                 rates.
-            gain: How strongly, per second: of a posture, the part of the way that is left.
+            gain: Gain of the secondary objective [1/s]: for a posture, the share of the remaining
+                way per second.
             rate_limits: (..., n) or () greatest |qd| [rad/s or m/s].
-            acceleration_limits: (..., n) or () greatest |qdd| [rad/s^2 or m/s^2]; takes `previous`
-                and `dt`.
-            previous: (..., n) joint rates of the tick before [rad/s or m/s].
-            dt: (...) how long the rates will last [s].
+            acceleration_limits: (..., n) or () greatest |qdd| [rad/s^2 or m/s^2]; requires
+                `previous` and `dt`.
+            previous: (..., n) joint rates of the previous tick [rad/s or m/s].
+            dt: (...) duration of the rates [s].
             damping: The singular value below which a direction is damped, a pure number.
             length: The characteristic length [m] that makes metres and radians comparable;
                 `robot.characteristic_length` if None.
 
         Returns:
-            The rates, the twist that they give, and what was damped or limited; NaN where a number
-            given is not finite or a loop is open.
+            The rates, the twist that they give, damping and limits; NaN where an input is not
+            finite or a loop is open.
 
         Raises:
             ShapeError: If a shape is wrong, or the leading dimensions do not broadcast.
-            InputError: If an argument is not what it says above.
+            InputError: If an argument is not as described above.
 
         Source:
             The head of `rates.py`; Flacco, De Luca and Khatib, Motion control of redundant robots
@@ -172,7 +173,7 @@ class VelocityMethods(ManipulabilityMethods):
         method = "joint_rates"
         metric = self._checked(method, representation, rows, damping, length)
         if not (isinstance(gain, int | float) and 0 <= gain < np.inf):
-            raise InputError(
+            raise InputValueError(
                 f"{self.name}.{method}: gain must be a number that is not negative, got {gain!r}"
             )
         twist = self._reals(method, "V", V, (_SPATIAL,))
@@ -194,31 +195,31 @@ class VelocityMethods(ManipulabilityMethods):
         representation: Representation = "mixed",
         rows: Rows = "all",
         acceleration_limits: ArrayLike | None = None,
-        damping: float = _DAMPING,
+        damping: float = _rates.DAMPING,
         length: float | None = None,
     ) -> Accelerations:
         """Joint accelerations that give the tool's twist a time derivative: J qdd = A - J_dot qd.
 
-        Damped and limited as `joint_rates`; of all accelerations the smallest, so a redundant robot
-        keeps the motion within itself that it has.
+        Damped and limited in the same way as `joint_rates`. The result is the smallest
+        acceleration, so that a redundant robot keeps its self-motion.
 
         Args:
             q: (..., n) coordinates [rad or m].
             qd: (..., n) joint rates [rad/s or m/s].
             A: (..., 6) time derivative of the twist's components, linear first [m/s^2, rad/s^2].
-            representation: Of A: "space", "body" or "mixed".
-            rows: As of `joint_rates`.
+            representation: The representation of A: "space", "body" or "mixed".
+            rows: As in `joint_rates`.
             acceleration_limits: (..., n) or () greatest |qdd| [rad/s^2 or m/s^2].
-            damping: As of `joint_rates`.
-            length: As of `joint_rates`.
+            damping: As in `joint_rates`.
+            length: As in `joint_rates`.
 
         Returns:
-            The accelerations, what they give, and what was damped or limited; NaN where a number
-            given is not finite or a loop is open.
+            The accelerations, the derivative that they give, damping and limits; NaN where an input
+            is not finite or a loop is open.
 
         Raises:
             ShapeError: If a shape is wrong, or the leading dimensions do not broadcast.
-            InputError: If an argument is not what it says above.
+            InputError: If an argument is not as described above.
         """
         method = "joint_accelerations"
         metric = self._checked(method, representation, rows, damping, length)
@@ -264,9 +265,9 @@ class VelocityMethods(ManipulabilityMethods):
     def _at_tip(
         self, q: ArrayLike, representation: Representation
     ) -> tuple[FloatArray | None, FloatArray]:
-        """The Jacobian at the tip, which in all axes has the same singular values.
+        """The Jacobian at the tip, whose singular values are the same in all axes.
 
-        Twists in space are of another point: then the tip comes along, else None.
+        Spatial twists refer to another point: the position of the tip comes with them, else None.
         """
         if representation == "mixed":
             return None, self.jacobian_mixed(q)
@@ -289,14 +290,14 @@ class VelocityMethods(ManipulabilityMethods):
         before, tick = np.zeros(self.n), _NO_TICK
         if acceleration_limits is not None:
             if previous is None or dt is None:
-                raise InputError(
+                raise InputTypeError(
                     f"{self.name}.{method}: acceleration_limits need previous and dt as well"
                 )
             before = self._reals(method, "previous", previous, (self.n,))
         if dt is not None:
             tick = self._reals(method, "dt", dt, ())
             if not (tick > 0).all():
-                raise InputError(f"{self.name}.{method}: dt must be positive, got {dt!r}")
+                raise InputValueError(f"{self.name}.{method}: dt must be positive, got {dt!r}")
         try:
             least, greatest = _rates.bounds(
                 q, self.lower, self.upper, rate, acceleration, before, tick
@@ -310,12 +311,12 @@ class VelocityMethods(ManipulabilityMethods):
     def _secondary(
         self, q: FloatArray, secondary: object, gain: float, metric: Metric
     ) -> FloatArray:
-        """Joint rates down the gradient of the objective, by pure numbers."""
+        """Joint rates down the gradient of the objective, in pure numbers."""
         weight = gain * metric.unit**2
         if isinstance(secondary, str):
             if secondary == "manipulability":
-                if "hessian_mixed" not in self.functions:
-                    raise InputError(
+                if ("hessian", "actuators", "") not in self._roles:
+                    raise InputValueError(
                         f"{self.name}.joint_rates: its loops are solved by iteration, without the "
                         "derivative that manipulability needs; secondary can be a posture"
                     )
@@ -327,7 +328,7 @@ class VelocityMethods(ManipulabilityMethods):
                 lower, upper = np.where(bounded, (self.lower, self.upper), ([[-1.0], [1.0]]))
                 middle, half = (lower + upper) / 2, (upper - lower) / 2
                 return np.where(bounded, weight * (middle - q) / half**2, 0.0)
-            raise InputError(
+            raise InputValueError(
                 f'{self.name}.joint_rates: secondary must be "limits", "manipulability" or '
                 f"coordinates (..., {self.n}), got {secondary!r}"
             )
@@ -346,12 +347,12 @@ class VelocityMethods(ManipulabilityMethods):
         length: float | None,
     ) -> Metric:
         if representation not in get_args(Representation):
-            raise InputError(
+            raise InputValueError(
                 f'{self.name}.{method}: representation must be "space", "body" or "mixed", got '
                 f"{representation!r}"
             )
         if not 0 < damping < np.inf:
-            raise InputError(
+            raise InputValueError(
                 f"{self.name}.{method}: damping must be a positive number, got {damping!r}"
             )
         return self._metric(method, rows, length)
@@ -365,7 +366,9 @@ class VelocityMethods(ManipulabilityMethods):
             limits = np.full(self.n, limits)
         limits = self._reals(method, name, limits, (self.n,))
         if not (limits >= 0).all():
-            raise InputError(f"{self.name}.{method}: {name} must not be negative, got {given!r}")
+            raise InputValueError(
+                f"{self.name}.{method}: {name} must not be negative, got {given!r}"
+            )
         return limits
 
     def _reals(self, method: str, name: str, given: Any, core: tuple[int, ...]) -> FloatArray:
@@ -383,7 +386,7 @@ class VelocityMethods(ManipulabilityMethods):
 
 
 def _shifted(V: FloatArray, p: FloatArray) -> FloatArray:
-    """The twist of the point that is p away, in the same axes: v + omega x p."""
+    """The twist of the body point displaced by p, in the same axes: v + omega x p."""
     v, omega = V[..., :3], V[..., 3:]
     x, y, z = p[..., 0], p[..., 1], p[..., 2]
     a, b, c = omega[..., 0], omega[..., 1], omega[..., 2]

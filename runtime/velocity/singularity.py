@@ -1,4 +1,4 @@
-"""How far a parallel robot is from its singularities."""
+"""Distances of a parallel robot from its singularities."""
 
 from __future__ import annotations
 
@@ -9,11 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..call._call import Function
 from ..call.capabilities import needs
-from ..contract.manifest import Coordinate, Reference, Variable
-from ..errors import InputError
+from .characteristic_length import LengthMethods
 
 FloatArray = NDArray[np.float64]
-_SPATIAL = 6
 
 
 class Singularity(NamedTuple):
@@ -32,78 +30,49 @@ class Singularity(NamedTuple):
     type_3: FloatArray
 
 
-class SingularityMethods:
-    """The part of a robot that its velocity relation brings along."""
+def _has_relation(robot: SingularityMethods) -> bool:
+    return robot._velocity_relation is not None
 
-    name: str
-    reference: Reference | None
-    configuration_variables: tuple[Variable, ...]
-    chain_joints: tuple[Coordinate, ...]
-    coordinates: tuple[Coordinate, ...]
+
+class SingularityMethods(LengthMethods):
+    """The methods of a robot with a velocity relation."""
+
     velocity_relation: Function[tuple[FloatArray, FloatArray]]
 
-    @needs("velocity_relation")
+    @needs("velocity_relation", when=_has_relation)
     def singularity(
         self, theta: ArrayLike, q: ArrayLike, length: float | None = None
     ) -> Singularity:
         """Distances from singularities of type 1, 2 and 3, from `J_x x' = J_q q'`.
 
-        A row of J_x is the line (n, r x n) of a rod: its columns of angular rates are lever arms.
-        They, and the columns of J_q of turning actuators, are divided by a characteristic length,
-        which makes all entries pure numbers. The length may not depend on the pose: divided by
-        their own mean, the arms would not go to zero where all lines meet in the platform's origin,
-        which is a singularity of type 2.
+        A row of J_x is the line (n, r x n) of a rod, so that the columns of angular rates hold
+        lever arms. These columns, and the columns of J_q of turning actuators, are divided by the
+        characteristic length, which makes all entries pure numbers. The length must not depend on
+        the pose: divided by their own mean, the lever arms would not vanish where all lines meet in
+        the platform's origin, a singularity of type 2.
 
         Args:
             theta: (..., n_theta) main-chain joints [rad or m].
             q: (..., n) actuated coordinates [rad or m], of the same pose.
-            length: The characteristic length [m]; the root mean square of the lever arms at the
-                robot's reference configuration if None, 1 where the platform does not turn.
+            length: The characteristic length [m]; `robot.characteristic_length` if None.
 
         Returns:
             `type_1`, `type_2`, `type_3`, each (...,), pure numbers; NaN where a loop is open.
 
         Raises:
-            InputError: If the length is not positive.
+            InputValueError: If the length is not positive.
 
         Source:
             Gosselin and Angeles, Singularity analysis of closed-loop kinematic chains, 1990.
         """
+        assert self._velocity_relation is not None
+        length = self._checked_length("singularity", length)
         J_x, J_q = self.velocity_relation(theta, q)
-        turning = self._angular(J_x.shape[-1])
-        if length is None:
-            length = self._characteristic_length(turning)
-        if not (np.isfinite(length) and length > 0):
-            raise InputError(
-                f"{self.name}.singularity: length must be a positive number, got {length!r}"
-            )
+        turning = np.array(self._velocity_relation.directions) >= 3  # noqa: PLR2004
         unit_x = np.where(turning, length, 1.0)
         unit_q = np.array([length if c.kind == "revolute" else 1.0 for c in self.coordinates])
         type_1, type_2 = _smallest(J_q / unit_q), _smallest(J_x / unit_x)
         return Singularity(type_1, type_2, np.maximum(type_1, type_2))
-
-    def _angular(self, freedoms: int) -> NDArray[np.bool_]:
-        """Which columns of J_x go with angular rates.
-
-        Where the main chain has a joint for each freedom, those of its turning joints; else those
-        behind the three of translation.
-        """
-        if len(self.chain_joints) == freedoms != _SPATIAL:
-            return np.array([joint.kind == "revolute" for joint in self.chain_joints])
-        return np.arange(freedoms) >= 3  # noqa: PLR2004
-
-    def _characteristic_length(self, turning: NDArray[np.bool_]) -> float:
-        if not turning.any():
-            return 1.0
-        if self.reference is None:
-            raise InputError(
-                f"{self.name}.singularity: the robot has no reference configuration; give length"
-            )
-        names = [variable.name for variable in self.configuration_variables]
-        z = dict(zip(names, self.reference.z, strict=True))
-        theta = [z[joint.name] for joint in self.chain_joints]
-        J_x, _ = self.velocity_relation(theta, self.reference.q)
-        return float(np.sqrt(np.mean(J_x[:, turning] ** 2)))
 
 
 def _smallest(J: FloatArray) -> FloatArray:

@@ -1,4 +1,4 @@
-"""Following a path of poses by rates: through singularities, and where no inverse is known."""
+"""Paths of poses followed by joint rates: through singularities, and without an inverse."""
 
 from __future__ import annotations
 
@@ -13,48 +13,38 @@ from numpy.typing import ArrayLike, NDArray
 from ..call._call import Function
 from ..call.capabilities import needs
 from ..call.validation import real_array
-from ..errors import InputError, ShapeError
+from ..errors import InputValueError, ShapeError
 from ..screws import off_rotation
+from ..tolerances import RIGID, TRACK_GAIN
 from . import _track
 from .manipulability import ManipulabilityMethods
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
-_SMALLEST = _track.BORDER
-_DAMPING = _track.DAMPING
-"""Singular value, a pure number, below which a direction is damped, and the damping of a singular
-value of 0; see numerics/_tolerances.h. Pure numbers are metres of the tool, or of `length` times
-its angle, for a metre of it that a joint alone would move it at the start."""
-_GAIN = 0.5
-"""The share of the error that a step corrects by itself. At 1 a step would go all the way to the
-linear answer, beyond 2 the error would grow."""
-_RIGID = 1e-6
-"""How far a pose may be from a rigid one: in single precision they are 1e-7 off."""
-
 
 @dataclass(frozen=True, slots=True)
 class Track:
-    """A path of poses as it was followed.
+    """The result of following a path of poses.
 
     Attributes:
         q: (m, n) coordinates [rad or m], within the limits exactly.
         qd: (m - 1, n) rates [rad/s or m/s] of each step, `np.diff(q, axis=0) / dt`, within the rate
             limits exactly.
-        error: (m, 2) how far the tool is from each pose: distance [m] and angle [rad].
+        error: (m, 2) error of the tool at each pose: distance [m] and angle [rad].
         singular_value: (m,) the smallest singular value of the Jacobian at each pose, a pure
-            number: 0 at a singularity, of order 1 far from all.
+            number: 0 at a singularity, of order 1 far from all singularities.
         largest_distance: The largest distance [m].
         largest_distance_at: The index of that pose.
         largest_angle: The largest angle [rad].
         largest_angle_at: The index of that pose.
-        smallest_singular_value: The smallest singular value on the way.
+        smallest_singular_value: The smallest singular value on the path.
         smallest_singular_value_at: The index of that pose.
-        at_rate_limit: The steps in which a coordinate was held at its rate limit, by its name; only
-            coordinates to which that happened. Step k leads from pose k to pose k + 1.
-        at_limit: The steps in which a coordinate was held at one of its limits, alike.
-        shortened: The steps that were shortened since they led to where the robot's forward
-            kinematics is not defined (a loop that cannot be closed).
+        at_rate_limit: The steps in which a coordinate was held at its rate limit, by its name;
+            other coordinates are left out. Step k leads from pose k to pose k + 1.
+        at_limit: The steps in which a coordinate was held at one of its limits, by its name.
+        shortened: The steps that were shortened because the robot's forward kinematics is not
+            defined at their ends (a loop does not close).
     """
 
     q: FloatArray
@@ -72,7 +62,7 @@ class Track:
     shortened: IntArray
 
     def __str__(self) -> str:
-        """In sentences."""
+        """The result in sentences."""
         sentences = [
             f"{len(self.q)} poses followed within {self.largest_distance:.3g} m (pose "
             f"{self.largest_distance_at}) and {self.largest_angle:.3g} rad (pose "
@@ -90,7 +80,7 @@ class Track:
 
 
 class TrackMethods(ManipulabilityMethods):
-    """The part of a robot that follows paths by rates."""
+    """The methods of a robot that follow paths by rates."""
 
     fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]]
 
@@ -107,48 +97,50 @@ class TrackMethods(ManipulabilityMethods):
     ) -> Track:
         """Follows a path of poses by resolved rates, with closed-loop correction.
 
-        In each step the tool shall go from pose k to pose k + 1 and make up for a share `gain dt`
-        of its error. Among the steps within the rate limits and limits, that one is taken which
-        comes nearest to it in least squares, distance and `length` times angle; small singular
-        values are damped. So the path is left where a singularity or a limit does not let the tool
-        go along, by no more than it takes, and joined again when they do. Where several
-        configurations reach a pose, joints move the least.
+        In each step the tool should move from pose k to pose k + 1 and correct a share `gain dt` of
+        its error. The step taken is the one within rate limits and limits that comes nearest to
+        this motion in least squares, over distance and `length` times angle; small singular values
+        are damped. So the tool leaves the path only where a singularity or a limit prevents it from
+        following, and joins it again afterwards. Where several configurations reach a pose, the
+        joints move least.
 
-        Singular values are those of the Jacobian with angles of the tool times `length`, and each
-        column divided by what a unit of that coordinate moves the tool at q0, distance and `length`
-        times angle in one: a motor with a gear counts by what it does, whereas `manipulability` and
-        `joint_rates` tell turning coordinates from sliding ones alone. Of arms with six and seven
-        axes they are 0.7 to 0.9 times the values there. Damping d is 0 where the smallest is above
-        0.02 and grows to 0.02 at the singularity. While steps come out worse than the Jacobian has
-        them, as at the border of reach, d is increased, up to 1, and with it the range that it is
-        applied in.
+        The singular values belong to the Jacobian with angles of the tool times `length`, and each
+        column divided by the motion of the tool at q0 per unit of that coordinate (distance and
+        `length` times angle combined). So a motor behind a gear is scaled by its effect, whereas
+        `manipulability` and `joint_rates` only distinguish turning coordinates from sliding ones.
+        For arms with six and seven axes the values are 0.7 to 0.9 times the ones there. The damping
+        d is 0 where the smallest singular value is above 0.02 and grows to 0.02 at the singularity.
+        While steps reduce the error by less than the Jacobian predicts, as at the border of reach,
+        d increases, up to 1, together with the range of singular values it applies to.
 
-        Where a wrist has to turn over, the tool is brought back by joints that turn as fast as they
-        may: give rate limits for such a path. As long as no limit holds a joint, and the branch
-        does not end (at a stretched elbow, say), the error, distance and `length` times angle in
-        one, is at most the way of the tool while a joint makes half a turn at its rate limit plus
-        (432 d^2 `length`^2 h)^(1/3), where h is the way of the tool in one step: so long does it
-        take to fall out of the singularity. That is an estimate; random paths came to two thirds.
-        Where a limit or the end of a branch does stop a joint, the error is what it leaves.
+        Where a wrist has to turn over, its joints turn at their greatest rates to bring the tool
+        back: give rate limits for such a path. As long as no limit holds a joint and the branch
+        does not end (at a stretched elbow, for example), the error, distance and `length` times
+        angle combined, is at most the way of the tool while a joint makes half a turn at its rate
+        limit, plus (432 d^2 `length`^2 h)^(1/3), where h is the way of the tool in one step; the
+        second term is the time to leave the singularity. This is an estimate: random paths reached
+        two thirds of it. Where a limit or the end of a branch stops a joint, its share of the
+        motion remains as an error.
 
         Args:
-            poses: (m, 4, 4) poses of the tool in the base frame, dt apart.
-            q0: (n,) where to begin [rad or m], within the limits. It need not reach the first pose.
+            poses: (m, 4, 4) poses of the tool measured and expressed in the base frame, dt apart.
+            q0: (n,) coordinates at the start [rad or m], within the limits. They need not reach the
+                first pose.
             dt: Time from pose to pose [s].
             rate_limits: () or (n,) largest rates [rad/s or m/s]; none if None.
             gain: The rate at which errors are corrected [1/s], above 0, at most 1 / dt; 0.5 / dt if
                 None.
-            length: The characteristic length [m], by which angles are compared with distances: the
-                smaller, the less is the tool's place given up for its direction.
+            length: The characteristic length [m], which compares angles with distances: with a
+                smaller length, the tool deviates less in position and more in orientation.
                 `robot.characteristic_length` if None.
 
         Returns:
-            Coordinates, rates and errors, and where limits were touched.
+            Coordinates, rates and errors, and the steps in which limits held coordinates.
 
         Raises:
             ShapeError: If poses is not a list of poses, or q0 or rate_limits not n values.
-            InputError: If a pose is not a rigid one to 1e-6, q0 outside of the limits or where
-                forward kinematics is not defined, or a number not as said above.
+            InputValueError: If a pose is not rigid to 1e-6, if q0 lies outside the limits or
+                forward kinematics is not defined there, or if a number is not as described above.
 
         Source:
             D. E. Whitney, Resolved motion rate control of manipulators and human prostheses, 1969;
@@ -163,7 +155,7 @@ class TrackMethods(ManipulabilityMethods):
             isinstance(dt, Real) and 0 < dt < np.inf,
             f"{self.name}.track: dt must be a positive number, got {dt!r}",
         )
-        share = _GAIN if gain is None else gain * dt
+        share = TRACK_GAIN if gain is None else gain * dt
         _require(0 < share <= 1, f"{self.name}.track: gain must be in (0, 1 / dt], got {gain!r}")
         length = self._checked_length("track", length)
         unit = self._units(start, length)
@@ -173,7 +165,7 @@ class TrackMethods(ManipulabilityMethods):
         touched = np.zeros((m - 1, n), np.uint8)
         q[0] = start
         arrays = (path, self.lower, self.upper, rates, unit, q, qd, error, sigma, touched)
-        numbers = (length, dt, share, _SMALLEST, _DAMPING)
+        numbers = (length, dt, share, _track.BORDER, _track.DAMPING)
         defined = _track.follow(self.fk_jacobian_mixed.kernel, *arrays, *numbers)
         _require(defined, f"{self.name}.track: forward kinematics is not defined at q0 {start}")
         return self._tracked(q, qd, error, sigma, touched)
@@ -186,7 +178,7 @@ class TrackMethods(ManipulabilityMethods):
         if start.shape != (self.n,):
             raise ShapeError(f"{self.name}.track: expected q0 ({self.n},), got {start.shape}")
         R = path[:, :3, :3]
-        sound = (off_rotation(R) <= _RIGID) & np.isfinite(path).all((-2, -1))
+        sound = (off_rotation(R) <= RIGID) & np.isfinite(path).all((-2, -1))
         bad = ~sound | (np.linalg.det(np.where(sound[:, None, None], R, 0.0)) <= 0)
         bad |= (path[:, 3] != [0, 0, 0, 1]).any(-1)
         _require(not bad.any(), f"{self.name}.track: pose {np.argmax(bad)} is not a rigid one")
@@ -206,7 +198,7 @@ class TrackMethods(ManipulabilityMethods):
         return np.ascontiguousarray(np.broadcast_to(given, self.n))
 
     def _units(self, q: FloatArray, length: float) -> FloatArray:
-        """Metres that a unit of each coordinate moves the tool; gears make it anything."""
+        """Motion of the tool [m] per unit of each coordinate, which depends on gears."""
         J = self.fk_jacobian_mixed(q)[1]
         moved = np.hypot(np.linalg.norm(J[:3], axis=0), length * np.linalg.norm(J[3:], axis=0))
         return np.where(moved > 0, moved, length)
@@ -244,17 +236,17 @@ class TrackMethods(ManipulabilityMethods):
 
 def _require(condition: bool, message: str) -> None:
     if not condition:
-        raise InputError(message)
+        raise InputValueError(message)
 
 
-def _held(what: str, by_name: Mapping[str, IntArray]) -> str:
-    """The sentence that names the coordinates held there, "" if none was."""
+def _held(limit: str, by_name: Mapping[str, IntArray]) -> str:
+    """The sentence that names the coordinates held at a limit, "" if there are none."""
     parts = [f"{name} in {_steps(at)}" for name, at in by_name.items()]
-    return f"Held at {what}: {', '.join(parts)}." if parts else ""
+    return f"Held at {limit}: {', '.join(parts)}." if parts else ""
 
 
 def _steps(at: IntArray) -> str:
-    """How many steps, and from which to which."""
+    """The number of steps, with the first and the last."""
     if len(at) == 1:
         return f"step {at[0]}"
     return f"{len(at)} steps from {at[0]} to {at[-1]}"

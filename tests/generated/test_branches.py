@@ -229,7 +229,7 @@ def test_other_compilers(program, way, sources):
 
 def test_loaded_with_scalars_and_counted(loadable):
     robot, infos = chasles.load(loadable), read_manifest(loadable).functions
-    assert {info.name: info.branches for info in infos} == {"ik": 8, "every_kind_1": 0}
+    assert {info.name: len(info.labels) for info in infos} == {"ik": 8, "every_kind_1": 0}
     T = poses(1000)
     solutions = robot.functions["ik"](T)
     shapes = (solutions.q.shape, solutions.residual.shape, solutions.margin.shape)
@@ -241,8 +241,8 @@ def test_loaded_with_scalars_and_counted(loadable):
 
 def test_a_wrong_count_is_refused(loadable, tmp_path):
     text = (loadable / "manifest.json").read_text()
-    (tmp_path / "manifest.json").write_text(text.replace('"branches": 8', '"branches": 7', 1))
-    with pytest.raises(ManifestError, match=r"branches.*first dimension of every output"):
+    (tmp_path / "manifest.json").write_text(text.replace('"slot 7"', '"slot 7", "slot 8"', 1))
+    with pytest.raises(ManifestError, match=r"labels.*first dimension of every output"):
         read_manifest(tmp_path)
 
 

@@ -68,7 +68,7 @@ def manifest():
     q, theta = argument("q", [2], "rad or m"), argument("theta", [2], "rad")
     margin, two = argument("margin", [2]), argument("theta", [2, 2])
 
-    def function(name, inputs, outputs, **more):
+    def function(name, inputs, outputs, role=("other", "", ""), **more):
         return {
             "name": name,
             "symbol": f"lift_{name}",
@@ -76,6 +76,9 @@ def manifest():
             "inputs": inputs,
             "outputs": outputs,
             "operations": {"total": 20},
+            "role": role[0],
+            "domain": role[1],
+            "codomain": role[2],
             **more,
         }
 
@@ -85,9 +88,10 @@ def manifest():
     steps = ["lower_triangle", "boom_cylinder"]
     reach = [argument("x", [], "m"), argument("y", [], "m")]
     return {
-        "chasles": 1,
+        "chasles": 2,
         "name": "lift",
         "title": "A lift",
+        "kind": "hybrid",
         "source": "Made up.",
         "coordinates": [
             joint("waist", "revolute", "rad"),
@@ -105,16 +109,35 @@ def manifest():
         "solution": "closed form",
         "frames": {"base": "base", "tip": "ee", "links": ["post", "boom"]},
         "parameters": [],
+        "tolerances": {"dead_point": 1e-12, "nominal": 0.05},
         "functions": [
-            function("chain", [q], [theta], margin="margin"),
+            function("chain", [q], [theta], ("map", "actuators", "chain"), margin="margin"),
             function(
                 "chain_rates", [q, argument("qd", [2])], [argument("thetad", [2])], margin="margin"
             ),
-            function("margin", [q], [margin], steps=steps),
+            function("margin", [q], [margin], ("margin", "actuators", ""), steps=steps),
             function("reach", [q], reach, margin="margin"),
-            function("actuators", [theta], [q], margin="actuator_margin"),
-            function("actuator_margin", [theta], [argument("margin", [1])], steps=steps[1:]),
-            function("chain_all", [q], [two, margin]),
+            function(
+                "actuators",
+                [theta],
+                [q],
+                ("map", "chain", "actuators"),
+                margin="actuator_margin",
+            ),
+            function(
+                "actuator_margin",
+                [theta],
+                [argument("margin", [1])],
+                ("margin", "chain", ""),
+                steps=steps[1:],
+            ),
+            function(
+                "chain_all",
+                [q],
+                [two, margin],
+                ("branches", "actuators", "chain"),
+                labels=["lower_triangle left", "lower_triangle right"],
+            ),
             function("plain", [q], [theta]),
         ],
     }

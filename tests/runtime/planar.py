@@ -116,6 +116,26 @@ def functions(rod):
     )
 
 
+ROLES = {
+    "assembly_polynomial": {"role": "assembly polynomial", "domain": "actuators"},
+    "assembly_position": {"role": "assembly pose", "domain": "actuators"},
+    "assembly_mirror": {"role": "assembly mirror", "domain": "actuators"},
+    "rods": {"role": "lengths", "domain": "chain"},
+    "rods_D_chain": {"role": "lengths derivative", "domain": "chain"},
+    "velocity_relation": {
+        "role": "velocity relation",
+        "domain": "chain",
+        "directions": [0, 1, 5],
+    },
+    "actuators_all": {
+        "role": "branches",
+        "domain": "chain",
+        "codomain": "actuators",
+        "labels": ["".join(sides) for sides in product("+-", repeat=3)],
+    },
+}
+
+
 def write(folder: Path, rod="13/100"):
     """The generated robot, without functions for batches."""
     derived = functions(rod)
@@ -141,9 +161,10 @@ def write(folder: Path, rod="13/100"):
 
     names = ["x", "y", "phi"]
     manifest = {
-        "chasles": 1,
+        "chasles": 2,
         "name": "planar",
         "title": "A planar platform",
+        "kind": "hybrid",
         "source": "Made up.",
         "coordinates": [joint(j.name, "revolute", "rad") for j in joints],
         "chain": [
@@ -158,6 +179,7 @@ def write(folder: Path, rod="13/100"):
         "solution": "closed form",
         "frames": {"base": "base", "tip": "ee", "links": []},
         "parameters": [],
+        "tolerances": {"dead_point": 1e-12, "nominal": 0.05},
         "functions": [
             {
                 "name": f.name,
@@ -166,6 +188,7 @@ def write(folder: Path, rod="13/100"):
                 "inputs": [described(item) for item in f.inputs],
                 "outputs": [described(item) for item in f.outputs],
                 "operations": {"total": 300},
+                **ROLES[f.name],
             }
             for f in derived
         ],

@@ -77,6 +77,7 @@ void scara_ik_position(const double p[3], const double phi[1], double q[8], doub
     solve(p[0], p[1], p[2], phi[0], q, residual, margin);
 }}
 """
+LABELS = ["elbow +", "elbow -"]
 COORDINATES = [
     ("shoulder", "revolute", "rad", -6.5, 6.5),
     ("elbow", "revolute", "rad", -2.5, 2.5),
@@ -99,6 +100,11 @@ def fk(q, a1=A1):
     return T
 
 
+def role(name, domain, labels=()):
+    """The role of a function as the manifest has it."""
+    return {"role": name, "domain": domain, "labels": list(labels)}
+
+
 def manifest():
     """The manifest of the arm, without the files' hashes."""
     q, T = tiny.argument("q", [4], "rad or m"), tiny.argument("T", [4, 4])
@@ -107,14 +113,20 @@ def manifest():
         tiny.argument("residual", [2], "m or rad"),
         tiny.argument("margin", [2]),
     ]
-    place = [tiny.argument("p", [3], "m"), tiny.argument("phi", [], "rad")]
+    position = [tiny.argument("p", [3], "m"), tiny.argument("phi", [], "rad")]
     functions = [
-        tiny.function("fk", "Pose of the tool.", [q], [T]),
-        tiny.function(
-            "fk_jacobian_mixed", "Pose and Jacobian.", [q], [T, tiny.argument("J", [6, 4])]
-        ),
-        {**tiny.function("ik", "All solutions.", [T], branches), "branches": 2},
-        {**tiny.function("ik_position", "All solutions.", place, branches), "branches": 2},
+        {**tiny.function("fk", "Pose of the tool.", [q], [T]), **role("pose", "actuators")},
+        {
+            **tiny.function(
+                "fk_jacobian_mixed", "Pose and Jacobian.", [q], [T, tiny.argument("J", [6, 4])]
+            ),
+            **role("pose and jacobian", "actuators"),
+        },
+        {**tiny.function("ik", "All solutions.", [T], branches), **role("inverse", "pose", LABELS)},
+        {
+            **tiny.function("ik_position", "All solutions.", position, branches),
+            **role("inverse", "task", LABELS),
+        },
     ]
     names = ("name", "kind", "unit", "lower", "upper")
     return {

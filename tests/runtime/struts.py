@@ -84,7 +84,7 @@ def manifest():
     """The manifest of the platform."""
     z, theta = argument("z", [9]), argument("theta", [3])
 
-    def function(name, inputs, outputs):
+    def function(name, inputs, outputs, role, **more):
         return {
             "name": name,
             "symbol": f"struts_{name}",
@@ -92,6 +92,9 @@ def manifest():
             "inputs": inputs,
             "outputs": outputs,
             "operations": {"total": 20},
+            "role": role[0],
+            "domain": role[1],
+            **more,
         }
 
     def joint(name, kind, unit):
@@ -106,9 +109,10 @@ def manifest():
     reference[3::2] = swings + np.array([0.01, -0.02, 0.01])
     reference[4::2] = q_of(np.zeros(3)) / 2
     return {
-        "chasles": 1,
+        "chasles": 2,
         "name": "struts",
         "title": "A platform on cylinders",
+        "kind": "platform",
         "source": "Made up.",
         "coordinates": [joint(f"motor{k}", "revolute", "rad") for k in (1, 2, 3)],
         "chain": [
@@ -124,11 +128,25 @@ def manifest():
         "solution": "newton",
         "frames": {"base": "base", "tip": "ee", "links": []},
         "parameters": [],
+        "tolerances": {"dead_point": 1e-12, "nominal": 0.05},
         "functions": [
-            function("constraint", [z], [argument("c", [7])]),
-            function("constraint_D_z", [z], [argument("D", [7, 9])]),
-            function("chain_fk", [theta], [argument("T", [4, 4])]),
-            function("chain_jacobian_mixed", [theta], [argument("J", [6, 3])]),
+            function("constraint", [z], [argument("c", [7])], ("constraint", "configuration")),
+            function(
+                "constraint_D_z",
+                [z],
+                [argument("D", [7, 9])],
+                ("constraint derivative", "configuration"),
+            ),
+            function(
+                "chain_fk", [theta], [argument("T", [4, 4])], ("pose", "chain"), of_actuators="fk"
+            ),
+            function(
+                "chain_jacobian_mixed",
+                [theta],
+                [argument("J", [6, 3])],
+                ("jacobian", "chain"),
+                of_actuators="jacobian_mixed",
+            ),
         ],
     }
 

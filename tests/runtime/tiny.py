@@ -75,6 +75,7 @@ def function(name, summary, inputs, outputs):
         "inputs": inputs,
         "outputs": outputs,
         "operations": operations,
+        "role": "other",
     }
 
 
@@ -86,9 +87,10 @@ def manifest():
         {"name": "lift", "kind": "prismatic", "unit": "m", "lower": None, "upper": None},
     ]
     return {
-        "chasles": 1,
+        "chasles": 2,
         "name": "tiny",
         "title": "A tiny robot",
+        "kind": "serial",
         "source": "Made up.",
         "coordinates": coordinates,
         "frames": {"base": "base", "tip": "ee", "links": ["link1", "link2"]},
@@ -103,6 +105,7 @@ def manifest():
             function("distance", "Scaled.", [argument("s", []), q], [argument("d", [])]),
             function("wide", "Large.", [argument("W", [40, 40])], [argument("V", [40, 40])]),
         ],
+        "tolerances": {"dead_point": 1e-12, "nominal": 0.05},
         "description_sha256": "0" * 64,
         "versions": {"casadi": "3.8.2", "sympy": "1.14.0"},
     }

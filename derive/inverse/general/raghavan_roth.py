@@ -39,6 +39,7 @@ from ...chain.kinematics import BOTTOM_ROW
 from ...chain.poe import placement_matrix
 from ...model.errors import RobotError
 from ...model.robot import Robot
+from ...terms.role import Role
 from ...terms.symbolic_function import Result, SymbolicFunction
 from ...terms.terms import Terms
 from ..slots import POSE_SYMBOLS, pose_argument
@@ -194,6 +195,7 @@ def matrices(robot: Robot, split: Split, terms: Terms) -> SymbolicFunction:
         (pose_argument(robot),),
         (result,),
         terms,
+        role=Role("inverse equations", "pose"),
     )
 
 

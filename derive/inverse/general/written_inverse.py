@@ -3,6 +3,7 @@
 import numpy as np
 
 from ...model.robot import Robot
+from ...terms.role import Role
 from ...terms.symbolic_function import Result, Table, WrittenFunction
 from ..slots import pose_argument
 from .eigenvalue_tables import tables
@@ -38,6 +39,8 @@ def inverse(robot: Robot, split: Split) -> WrittenFunction:
         ),
     )
     numbers = tables(robot, split)
+    suppressed = robot.coordinates[split.joints[2]].name
+    labels = tuple(f"number {k + 1} in the order of {suppressed}" for k in range(SLOTS))
     return WrittenFunction(
         "ik",
         f"Every solution of the inverse kinematics, in {SLOTS} slots, solutions first.",
@@ -54,6 +57,7 @@ def inverse(robot: Robot, split: Split) -> WrittenFunction:
         CALLS,
         SLOTS,
         OPERATIONS,
+        role=Role("inverse", "pose", labels=labels),
     )
 
 

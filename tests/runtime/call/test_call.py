@@ -312,9 +312,11 @@ def _read_only():
     ],
 )
 def test_wrong_argument(robot, call, message):
-    with pytest.raises(chasles.InputError, match=f"^{re.escape(message)}"):
+    with pytest.raises(chasles.InputTypeError, match=f"^{re.escape(message)}"):
         call(robot)
-    assert issubclass(chasles.InputError, TypeError)
+    assert issubclass(chasles.InputTypeError, TypeError)
+    assert issubclass(chasles.InputTypeError, chasles.InputError)
+    assert not issubclass(chasles.InputTypeError, ValueError)
 
 
 def test_errors_of_the_argument_itself_pass(robot):

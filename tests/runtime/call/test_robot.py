@@ -106,7 +106,13 @@ def test_unknown_robot(shipped, tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda m: m.update(chasles=2), r"chasles: got 2, expected 1; derive the robot again"),
+        (
+            lambda m: m.update(chasles=1),
+            r"chasles: the robot was generated in format 1 .* format 2; derive the robot again",
+        ),
+        (lambda m: m.update(kind="arm"), r'kind: got \'arm\', expected "serial" or "hybrid"'),
+        (lambda m: m["functions"][0].pop("role"), r"functions\[0\]: has no 'role'"),
+        (lambda m: m.pop("tolerances"), r"has no 'tolerances'"),
         (lambda m: m.pop("name"), r"manifest: has no 'name'"),
         (lambda m: m.update(name="a b"), r"name: got 'a b', expected a name of"),
         (lambda m: m.update(title=3), r"title: got 3, expected a string"),
@@ -127,9 +133,9 @@ def test_unknown_robot(shipped, tmp_path):
             lambda m: m["functions"][1]["inputs"][1].update(shape=[0]),
             r"expected sizes of at least 1",
         ),
-        (lambda m: m["functions"][1]["inputs"][1].update(name="q"), r"'q' is there twice"),
-        (lambda m: m["functions"][1]["inputs"][1].update(name="out"), r"'out' is there twice"),
-        (lambda m: m["functions"][1].update(name="fk"), r"functions: 'fk' is there twice"),
+        (lambda m: m["functions"][1]["inputs"][1].update(name="q"), r"'q' occurs twice"),
+        (lambda m: m["functions"][1]["inputs"][1].update(name="out"), r"'out' occurs twice"),
+        (lambda m: m["functions"][1].update(name="fk"), r"functions: 'fk' occurs twice"),
         (lambda m: m["functions"][0]["operations"].update(add=-1), r"operations.add: got -1"),
         (lambda m: m["files"].pop("tiny.h"), r"files: has no 'tiny.h'"),
         (lambda m: m["files"].update({"tiny.c": "zz"}), r"files.tiny.c: got 'zz', expected a SHA"),
@@ -161,7 +167,7 @@ def test_manifest_that_is_not_json(folder):
 INIT = '''\
 """A tiny robot."""
 
-from chasles.contract.package import lazy_package
+from chasles.lazy_package import lazy_package
 
 __getattr__, __dir__ = lazy_package(globals())
 '''

@@ -380,7 +380,7 @@ def test_loading_and_compiling_at_once(folder, cache):
 
 def test_a_generated_package_first_used_at_once(folder, cache):
     (folder.path / "__init__.py").write_text(
-        '"""A tiny robot."""\n\nfrom chasles.contract.package import lazy_package\n\n'
+        '"""A tiny robot."""\n\nfrom chasles.lazy_package import lazy_package\n\n'
         "__getattr__, __dir__ = lazy_package(globals())\n"
     )
     code = """

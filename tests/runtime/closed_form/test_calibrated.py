@@ -119,8 +119,8 @@ class Shifted:
 def test_a_joint_that_is_given_keeps_its_value():
     panda = chasles.load("panda")
     q = np.array([0.1, 0.2, 0.3, -1.5, 0.4, 1.6, 0.5]) + np.linspace(0, 0.3, 20)[:, None]
-    kind = solutions_of(panda.coordinates, (True,) * 7, PolishedSolutions)
-    ik = PolishedInverse(Shifted(panda.ik), panda.fk_jacobian_mixed, kind, ())
+    kind = solutions_of(panda.coordinates, (True,) * 7, (), PolishedSolutions)
+    ik = PolishedInverse(Shifted(panda.ik), panda.fk_jacobian_mixed, kind, (), (6,), 0.05)
     solutions = ik(panda.fk(q), q[:, 6])
     assert (solutions.count >= 2).all()
     given = np.broadcast_to(q[:, None, 6], solutions.valid.shape)
@@ -171,8 +171,8 @@ def test_the_perturbed_arm_is_one():
 @pytest.mark.parametrize(("joint", "value"), [(None, 0), (2, 0.0), (2, 1e-3), (4, 1e-2)])
 def test_no_reachable_pose_is_missed(size, joint, value):
     true = Perturbed(size)
-    kind = solutions_of(true.arm.coordinates, (True,) * 6, PolishedSolutions)
-    ik = PolishedInverse(true.arm.ik, true, kind, ())
+    kind = solutions_of(true.arm.coordinates, (True,) * 6, (), PolishedSolutions)
+    ik = PolishedInverse(true.arm.ik, true, kind, (), (), 0.05)
     q = np.random.default_rng(12).uniform(-np.pi, np.pi, (500, 6))
     if joint is not None:
         q[:, joint] = value

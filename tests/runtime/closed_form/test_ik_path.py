@@ -116,12 +116,12 @@ def test_where_a_continuum_reaches_the_pose_it_stays_nearby(arm, monkeypatch):
     solutions = arm.ik(T)
     far = solutions._replace(q=solutions.q.copy())
     far.q[10] += [2.0, -2.0, 0.0, 0.0]
-    functions = {**arm.functions, "ik": lambda *_: far}
-    monkeypatch.setitem(vars(arm), "functions", functions)
+    roles = {**arm._roles, ("inverse", "pose", ""): lambda *_: far}
+    monkeypatch.setitem(vars(arm), "_roles", roles)
     path = arm.ik_path(T, q[0])
     assert path.complete
     np.testing.assert_allclose(path.q, q, atol=1e-9)
-    functions.pop("fk_jacobian_mixed")
+    roles.pop(("pose and jacobian", "actuators", ""))
     assert arm.ik_path(T, q[0]).reason == "jump"
 
 
@@ -155,6 +155,7 @@ def test_redundancy(arm, tmp_path, cache, monkeypatch):
     folder = scara.write(tmp_path / "scara")
     functions = folder.manifest["functions"]
     functions[3]["name"], functions[2]["name"] = "ik", "ik_pose"
+    functions[3]["domain"], functions[2]["domain"] = "pose", "task"
     folder.write_manifest()
     redundant = load(folder, monkeypatch)
     assert [(item.name, item.unit) for item in redundant.redundancy] == [("phi", "rad")]
@@ -193,8 +194,12 @@ def test_a_robot_without_an_inverse_says_why(tmp_path, cache, monkeypatch):
     for name in ("ik", "ik_path", "ik_position"):
         with pytest.raises(AttributeError, match=rf"has no '{name}': {missing}; its functions"):
             getattr(arm, name)
-    with pytest.raises(AttributeError, match=r"has no 'id'; its functions are: fk"):
+    with pytest.raises(AttributeError, match=r"has no 'chain'; its functions are: fk"):
+        arm.chain  # noqa: B018
+    with pytest.raises(AttributeError, match="'id'") as error:
         arm.id  # noqa: B018
+    # With these, Python proposes the nearest of dir(arm).
+    assert (error.value.name, error.value.obj) == ("id", arm)
     assert arm.redundancy == ()
     assert not hasattr(arm, "ik")
 

@@ -145,7 +145,10 @@ def test_branches(robot):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda m: m.update(solution="magic"), r"solution: got 'magic', expected \"closed form\""),
+        (
+            lambda m: m.update(solution="magic"),
+            r"solution: got 'magic', expected 'closed form', since the kind is 'hybrid'",
+        ),
         (lambda m: m["chain"][0].pop("unit"), r"chain\[0\]: has no 'unit'"),
         (
             lambda m: m["reference"].update(z=[0]),

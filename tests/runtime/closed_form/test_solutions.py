@@ -197,7 +197,9 @@ def test_calls_leak_nothing(arm, q):
 
 
 def test_the_class_is_known(arm):
-    assert arm.ik.solutions is solutions_of(arm.coordinates, (True, True, False, True))
+    assert arm.ik.solutions is solutions_of(
+        arm.coordinates, (True, True, False, True), ("elbow +", "elbow -")
+    )
     assert arm.fk.solutions is None
 
 
@@ -240,7 +242,7 @@ def test_count_and_array(arm, q):
     assert arm.ik(T[0]).count == 2
     assert arm.ik(T[0]).array().shape == (2, 4)
     assert arm.ik(T[3]).array().shape == (0, 4)
-    with pytest.raises(chasles.InputError, match=r"of one pose, and these are \(1000,\)"):
+    with pytest.raises(chasles.InputError, match=r"defined for one pose, got poses \(1000,\)"):
         solutions.array()
 
 
@@ -423,7 +425,7 @@ def test_nearest(arm, q):
     np.testing.assert_allclose(np.delete(apart(found, q), 7, axis=0), 0, atol=1e-12)
     with pytest.raises(chasles.OutOfReachError, match=r"out of reach, by \d.*least_squares"):
         arm.ik(T[7]).nearest(q[7])
-    with pytest.raises(chasles.OutOfReachError, match="filters took out all of 2"):
+    with pytest.raises(chasles.OutOfReachError, match="filters removed all 2"):
         arm.ik(T[0]).within_limits(np.full(4, 5.0), np.full(4, 5.1)).nearest(q[0])
     with pytest.raises(chasles.OutOfReachError, match="not finite"):
         arm.ik(np.full((4, 4), np.nan)).nearest(q[0])
@@ -470,9 +472,11 @@ def test_filters_leave_what_they_are_called_on(arm, q):
     ("spoil", "message"),
     [
         (lambda f: f["outputs"].pop(), r"expected q \(2, 4\), residual \(2\) and margin \(2\)"),
-        (lambda f: f.update(branches=3), "branches: got 3, expected the first dimension"),
+        (lambda f: f["labels"].append("c"), "labels: .* expected as many as the first dimension"),
+        (lambda f: f["labels"].clear(), "expected labels of an inverse or of branches"),
+        (lambda f: f.update(given=[4]), "given: .* expected indices below 4"),
         (lambda f: f["outputs"].reverse(), r"expected q \(2, 4\)"),
-        (lambda f: f.update(branches=-1), "expected a count"),
+        (lambda f: f.update(given=[-1]), "expected a count"),
     ],
 )
 def test_a_manifest_must_describe_branches(tmp_path, cache, spoil, message):

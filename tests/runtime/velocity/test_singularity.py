@@ -70,15 +70,29 @@ def test_three_lines_through_a_point_are_of_type_2(robot):
     assert found.type_3 == found.type_1
 
 
-def test_the_length_is_of_the_reference(robot):
+def test_the_length_is_the_robots_own(robot):
     pose = np.array([0.02, 0.01, 0.1])
     q = planar.cranks(pose, ROD, 1.0)
-    reference = robot.reference
-    arms = lines(np.array(reference.z), np.array(reference.q))[:, 2]
-    given = robot.singularity(pose, q, length=np.sqrt(np.mean(arms**2)))
+    z, at = np.array(robot.reference.z), np.array(robot.reference.q)
+    # The robot has no Jacobian among its functions: rates of the platform at unit rates of cranks.
+    J_x = lines(z, at)
+    arms = planar.CRANK * np.stack([-np.sin(at), np.cos(at)], -1)
+    rates = np.linalg.solve(J_x, np.diag((arms * J_x[:, :2]).sum(-1)))
+    length = np.sqrt(((rates[:2] ** 2).sum(0) / rates[2] ** 2).mean())
+    assert robot.characteristic_length == pytest.approx(length, rel=1e-12)
+    given = robot.singularity(pose, q, length=length)
     np.testing.assert_allclose(robot.singularity(pose, q), given, rtol=1e-12)
     with pytest.raises(chasles.InputError, match=r"length must be a positive number, got -1"):
         robot.singularity(pose, q, length=-1)
+
+
+def test_one_length_for_rates_and_singularities():
+    platform = chasles.load("stewart_gough")
+    theta, q = np.array(platform.reference.z)[:6], np.array(platform.reference.q)
+    names = [variable.name for variable in platform.configuration_variables][:6]
+    assert names == [joint.name for joint in platform.chain_joints]
+    given = platform.singularity(theta, q, length=platform.characteristic_length)
+    np.testing.assert_array_equal(platform.singularity(theta, q), given)
 
 
 def test_what_is_not_finite_gives_nan(robot):

@@ -10,7 +10,7 @@ from scipy.optimize import lsq_linear
 
 import chasles
 from chasles import screws
-from chasles.velocity.track import _DAMPING, _SMALLEST
+from chasles.velocity._track import BORDER, DAMPING
 
 from .. import snake
 
@@ -143,7 +143,7 @@ def test_the_error_at_a_wrist_in_line_is_bounded(arm):
         assert_sound(arm, track, dt, rate)
         step = np.hypot(np.linalg.norm(twist[:3]), length * np.linalg.norm(twist[3:])) / 2000
         error = np.hypot(track.error[:, 0], length * track.error[:, 1])
-        bound = step / dt * np.pi / rate + (432 * (_DAMPING * length) ** 2 * step) ** (1 / 3)
+        bound = step / dt * np.pi / rate + (432 * (DAMPING * length) ** 2 * step) ** (1 / 3)
         assert error.max() < bound
         checked += 1
     assert checked == 60
@@ -160,7 +160,7 @@ def costs(robot, q, target, rate, dt, length):
     A = scale[:, None] * J
     unit = np.linalg.norm(A, axis=0)
     s, Vt = np.linalg.svd(A / unit, full_matrices=False)[1:]
-    damping = _DAMPING * np.sqrt(np.maximum(1 - (s / _SMALLEST) ** 2, 0))
+    damping = DAMPING * np.sqrt(np.maximum(1 - (s / BORDER) ** 2, 0))
     A = np.concatenate([A, (damping * (s > 1e-9))[:, None] * Vt * unit])
     b = np.append(b, np.zeros(len(s)))
     least = lsq_linear(A, b, (-rate * dt, rate * dt), tol=1e-14).cost

@@ -1,6 +1,6 @@
 """Poses that a closed form only comes near to are brought within reach, and no others."""
 
-from types import SimpleNamespace
+from dataclasses import replace
 
 import dask.array
 import numpy as np
@@ -8,9 +8,9 @@ import pytest
 
 import chasles
 import chasles.call.threads
-from chasles.closed_form.refinement import NEAR, Rescue, rescue_of
-from chasles.closed_form.solutions import TOLERANCE
-from chasles.contract.manifest import Argument, read_manifest
+from chasles.closed_form.refinement import Refinement, refinement_of
+from chasles.contract.manifest import read_manifest
+from chasles.tolerances import REFINED, SOLVED
 
 from .. import scara
 
@@ -61,9 +61,9 @@ def check(arm, solutions, T, slots=2):
 
 def test_the_inverse_misses_them_by_itself(arm, q):
     _, residual, _ = arm.ik.ufunc(arm.fk(q))
-    assert (residual[:20] > 10 * TOLERANCE).all()
-    assert (residual[:20] < NEAR).all()
-    assert (residual[20:] < TOLERANCE).all()
+    assert (residual[:20] > 10 * SOLVED).all()
+    assert (residual[:20] < REFINED).all()
+    assert (residual[20:] < SOLVED).all()
 
 
 def test_none_is_missed(arm, q):
@@ -187,33 +187,33 @@ def spoilt_slots(robot, q, *given):
     """All slots of an inverse a little off, and what the robot's last resort makes of them."""
     T = robot.fk(q)
     solutions = robot.ik(T, *given)
-    rescue = rescue_for(robot)
-    free = [i for i in range(robot.n) if i not in rescue.fixed]
+    refinement = refinement_for(robot)
+    free = [i for i in range(robot.n) if i not in refinement.fixed]
     moved = solutions.q.copy()
     moved[..., free] += np.random.default_rng(9).uniform(-SPOILT, SPOILT, moved[..., free].shape)
     residual = np.where(solutions.valid, SPOILT, 1.0)
     valid = np.zeros_like(solutions.valid)
-    rescue((T, *given), moved, residual, valid)
+    refinement((T, *given), moved, residual, valid)
     np.testing.assert_array_equal(valid, solutions.valid)
     assert (residual[valid] < 1e-13).all()
     assert np.abs(robot.fk(moved) - T[:, None])[valid].max() < 1e-12
-    return rescue, moved, solutions
+    return refinement, moved, solutions
 
 
-def rescue_for(robot):
+def refinement_for(robot):
     manifest = read_manifest(robot.folder)
     info = next(info for info in manifest.functions if info.name == "ik")
-    rescue = rescue_of(manifest, info, robot.functions)
-    assert isinstance(rescue, Rescue)
-    return rescue
+    refinement = refinement_of(manifest, info, robot.functions)
+    assert isinstance(refinement, Refinement)
+    return refinement
 
 
 @pytest.mark.parametrize("name", ["ur5e", "puma560", "stanford", "lynxmotion", "scara"])
 def test_arms_of_any_kind(name):
     robot = chasles.load(name)
     q = np.random.default_rng(3).uniform(0.1, 1, (50, robot.n))
-    rescue, moved, solutions = spoilt_slots(robot, q)
-    assert rescue.fixed == ()
+    refinement, moved, solutions = spoilt_slots(robot, q)
+    assert refinement.fixed == ()
     assert np.abs(moved - solutions.q)[solutions.valid].max() < 1e-9
 
 
@@ -221,28 +221,33 @@ def test_given_joints_keep_their_values():
     for name, fixed in (("panda", (6,)), ("photo_robot", (0, 3))):
         robot = chasles.load(name)
         q = np.random.default_rng(3).uniform(0.1, 1, (50, robot.n))
-        rescue, moved, solutions = spoilt_slots(robot, q, *(q[:, i] for i in fixed))
-        assert rescue.fixed == fixed
+        refinement, moved, solutions = spoilt_slots(robot, q, *(q[:, i] for i in fixed))
+        assert refinement.fixed == fixed
         np.testing.assert_array_equal(moved[..., fixed], solutions.q[..., fixed])
 
 
 def test_a_swivel_angle_is_nearly_kept():
     robot = chasles.load("iiwa14")
     q = np.random.default_rng(3).uniform(0.3, 1, (50, 7))
-    rescue, moved, solutions = spoilt_slots(robot, q, robot.swivel(q))
-    assert rescue.fixed == ()
+    refinement, moved, solutions = spoilt_slots(robot, q, robot.swivel(q))
+    assert refinement.fixed == ()
     assert np.abs(moved - solutions.q)[solutions.valid].max() < 1e-5
 
 
 def test_joints_of_loops_are_held_by_their_actuators():
     robot = chasles.load("well_manipulator")
     manifest = read_manifest(robot.folder)
-    given = [Argument(name, (), "m", "") for name in ("T", "l_HI", "theta7")]
-    info = SimpleNamespace(name="ik", inputs=given)
+    info = manifest.with_role("inverse", "pose")
+    assert [item.name for item in info.inputs] == ["T", "l_HI", "l_MN", "theta7"]
     # theta7 is turned by the last cylinder.
-    assert rescue_of(manifest, info, robot.functions).fixed == (3, 6)
-    info.inputs = given[:1]
-    assert rescue_of(manifest, info, robot.functions).fixed == ()
+    rows = [joint.name for joint in robot.chain_joints]
+    moves = robot.chain_D_q(robot.reference.q)
+    held = {
+        int(k) for item in info.inputs[1:] for k in np.flatnonzero(moves[rows.index(item.name)])
+    }
+    assert info.given == (3, 5, 6) == tuple(sorted(held))
+    assert refinement_of(manifest, info, robot.functions).fixed == (3, 5, 6)
+    assert refinement_of(manifest, replace(info, given=()), robot.functions).fixed == ()
 
 
 def test_only_poses_have_one(arm):
@@ -251,9 +256,10 @@ def test_only_poses_have_one(arm):
         next(info for info in manifest.functions if info.name == name)
         for name in ("ik", "ik_position")
     )
-    assert rescue_of(manifest, ik, arm.functions) is not None
-    assert rescue_of(manifest, position, arm.functions) is None
-    assert rescue_of(manifest, ik, {}) is None
+    assert refinement_of(manifest, ik, arm.functions) is not None
+    assert refinement_of(manifest, position, arm.functions) is None
+    without = replace(manifest, functions=(manifest.functions[0], ik))
+    assert refinement_of(without, ik, arm.functions) is None
 
 
 def test_an_error_of_its_own_is_told(arm, q, monkeypatch):

@@ -1,4 +1,4 @@
-"""What the `__init__.py` of a generated robot calls, so that it loads at first use."""
+"""The lazy package of a generated robot, which loads the robot at first use."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from ..robot import Robot
-from .manifest import read_manifest
+from .contract.manifest import read_manifest
+from .robot import Robot
 
 
 def lazy_package(
     namespace: dict[str, Any],
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """Makes a module offer what the robot in its folder offers.
+    """Gives a module the attributes of the robot in its folder.
 
-    The robot is loaded, and compiled if need be, when one of its attributes is first asked for; the
-    module also has the robot itself, as `robot`. From then on the functions are plain globals of
-    the module. Errors are those of `chasles.load`.
+    The first access to an attribute loads the robot, and compiles it if necessary; the module also
+    has the robot itself, as `robot`. After that the functions are plain globals of the module.
+    Errors are those of `chasles.load`.
 
     Args:
         namespace: The `globals()` of the generated package.
@@ -29,7 +29,7 @@ def lazy_package(
     folder = Path(namespace["__file__"]).parent
 
     def get(name: str) -> Any:
-        # The import system asks for names such as __path__; they must not start the compiler.
+        # The import system looks up names such as __path__; they must not start the compiler.
         if name.startswith("__"):
             raise AttributeError(f"module {module!r} has no attribute {name!r}")
         if "robot" not in namespace:

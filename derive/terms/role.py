@@ -1,0 +1,64 @@
+"""The role of a function: what the runtime has to know of it beside its shapes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+ROLES = (
+    *("pose", "link poses", "pose and jacobian", "jacobian", "jacobian rate", "hessian"),
+    *("twist", "acceleration"),
+    *("inverse", "redundancy", "inverse equations"),
+    *("map", "map derivative", "map rate", "map acceleration", "margin", "branches"),
+    *("constraint", "constraint derivative", "constraint rate"),
+    *("lengths", "lengths derivative", "velocity relation"),
+    *("assembly polynomial", "assembly pose", "assembly mirror"),
+    "other",
+)
+"""Every role that a function can have."""
+DOMAINS = ("actuators", "chain", "configuration", "pose", "task", "")
+"""Vectors that functions take first or return: actuated coordinates q, joints theta of the main
+chain, all variables z of the loops, the pose of the tool, another task of the tool; "" where none
+of them is meant."""
+
+
+@dataclass(frozen=True)
+class Role:
+    """The role of a function.
+
+    Attributes:
+        name: One of :data:`ROLES`.
+        domain: The vector that its first input is, one of :data:`DOMAINS`.
+        codomain: The vector that a map, its derivatives or its branches lead to, alike; also
+            "passive".
+        given: The coordinates that the further inputs of an inverse determine, by their indices in
+            q: they keep their values where a solution is refined.
+        labels: The branch in each slot of an inverse or of branches of loops.
+        of_actuators: Name of the function of actuated coordinates that this function of the main
+            chain becomes where the runtime solves the loops; empty for all others.
+        directions: The components of the twist (v, omega), 0 to 5, in the columns of a velocity
+            relation's first matrix.
+    """
+
+    name: str = "other"
+    domain: str = ""
+    codomain: str = ""
+    given: tuple[int, ...] = ()
+    labels: tuple[str, ...] = ()
+    of_actuators: str = ""
+    directions: tuple[int, ...] = ()
+
+
+OTHER = Role()
+
+
+def branch_label(choices: Sequence[tuple[str, str]]) -> str:
+    """The label of a branch, "coupler_1 left, coupler_2 right".
+
+    Args:
+        choices: For each choice between two solutions the parts that it mirrors, and the side.
+    """
+    return ", ".join(f"{part} {side}" for part, side in choices) or "the only one"
+
+
+def side_of(sign: int) -> str:
+    """The side of a choice that has no better name than its sign."""
+    return "+" if sign > 0 else "-"

@@ -1,0 +1,36 @@
+"""The reasons why a robot lacks a function, and the functions to call instead."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def no_inverse(robot: Any) -> tuple[str, str]:
+    """The reason that the manifest states, and the methods that solve the same problem.
+
+    Args:
+        robot: A robot without an inverse in closed form.
+
+    Returns:
+        The reason, "" if there is none; and the substitutes, "" if there are none.
+    """
+    substitutes = {
+        "ik_planar": "ik_planar, which takes the pose of a planar platform",
+        "actuators": "actuators, which takes the joints of the main chain",
+        "ik_numeric": "ik_numeric, which finds one solution by iteration",
+    }
+    found = [text for name, text in substitutes.items() if name in dir(robot)]
+    reason = "its loops are solved by iteration" if robot._is_iterated else robot._no_inverse
+    return reason, "; ".join(found)
+
+
+def no_representation(robot: Any, name: str) -> tuple[str, str]:
+    """The functions that differ by their representation of twists only.
+
+    Args:
+        robot: A robot.
+        name: The name without a representation, such as "jacobian" or "jacobian_dot".
+    """
+    stem, _, suffix = name.partition("_")
+    named = ["_".join(filter(None, (stem, kind, suffix))) for kind in ("space", "body", "mixed")]
+    return "the representation must be named", ", ".join(n for n in named if n in robot.functions)

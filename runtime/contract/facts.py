@@ -1,0 +1,290 @@
+"""The facts of a generated robot, as plain data."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..errors import SourceMismatchError
+
+
+@dataclass(frozen=True, slots=True)
+class Coordinate:
+    """One actuated coordinate: a joint, motor, slider or cylinder.
+
+    Attributes:
+        name: As in the robot's description.
+        kind: "revolute" or "prismatic".
+        unit: "rad" or "m".
+        lower: Lower limit in that unit, None if there is none.
+        upper: Upper limit in that unit, None if there is none.
+    """
+
+    name: str
+    kind: str
+    unit: str
+    lower: float | None
+    upper: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A passive joint, or an element of a robot's configuration: its name and unit."""
+
+    name: str
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """The reference configuration, which selects the branch: coordinates q, variables z."""
+
+    q: tuple[float, ...]
+    z: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ActuatedVariable:
+    """The variable z[index] that an actuated coordinate moves: q = z[index] / ratio."""
+
+    index: int
+    ratio: float
+
+
+@dataclass(frozen=True, slots=True)
+class Frames:
+    """The names of the frames: the base, the tip, and the links between."""
+
+    base: str
+    tip: str
+    links: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A number of the robot's geometry, as a float and as the exact text it came from."""
+
+    name: str
+    value: float
+    exact: str
+    unit: str
+    meaning: str
+
+
+@dataclass(frozen=True, slots=True)
+class Argument:
+    """An input or output of a function: dense row-major float64 of one shape."""
+
+    name: str
+    shape: tuple[int, ...]
+    unit: str
+    meaning: str
+
+
+@dataclass(frozen=True, slots=True)
+class FunctionInfo:
+    """One generated C function.
+
+    Attributes:
+        name: Its name in Python.
+        symbol: Its name in C.
+        summary: Its meaning, in one line.
+        identity: The identity it satisfies, "" if the manifest states none.
+        inputs: In the order of the C arguments.
+        outputs: In the order of the C arguments.
+        operations: Floating-point operations of one pose, by kind, and their total.
+        role: Its role: "pose", "jacobian", "inverse", "map", "margin", "branches" and so on.
+        domain: The vector that its first input is: "actuators" (q), "chain" (theta),
+            "configuration" (z), "pose" (T), "task", or "" for none of them.
+        codomain: The vector that a map, its derivative or its branches return, alike; also
+            "passive".
+        margin: The guard: the function of the same first input whose result is the distance of
+            each loop from not closing; "" if no loop can fail to close.
+        steps: The loop of each entry of a guard's result.
+        given: The coordinates that the further inputs of an inverse determine, by index in q.
+        labels: The branch in each slot, of an inverse or of branches of loops.
+        of_actuators: Name of the function of actuated coordinates that this function of the main
+            chain becomes once the loops are solved; "" for all others.
+        directions: The components of the twist (v, omega), 0 to 5, in the columns of a velocity
+            relation's first matrix.
+    """
+
+    name: str
+    symbol: str
+    summary: str
+    identity: str
+    inputs: tuple[Argument, ...]
+    outputs: tuple[Argument, ...]
+    operations: Mapping[str, int]
+    role: str = "other"
+    domain: str = ""
+    codomain: str = ""
+    margin: str = ""
+    steps: tuple[str, ...] = ()
+    given: tuple[int, ...] = ()
+    labels: tuple[str, ...] = ()
+    of_actuators: str = ""
+    directions: tuple[int, ...] = ()
+
+    @property
+    def is_inverse(self) -> bool:
+        """Whether its result is a set of solutions, one a slot."""
+        return self.role == "inverse"
+
+
+@dataclass(frozen=True, slots=True)
+class InverseFacts:
+    """The inverse as a whole.
+
+    Attributes:
+        tier: "exact" where it is a closed form; "snapped" where the generated inverse belongs to a
+            nominal arm nearby and iteration leads from there to the true one; "general" where it
+            takes eigenvalues; "none" where there is none.
+        missing: Why there is none; "" where there is one or the manifest states no reason.
+    """
+
+    tier: str
+    missing: str
+
+
+@dataclass(frozen=True, slots=True)
+class LoopFacts:
+    """The loops of a robot; all fields are empty for a serial one.
+
+    Attributes:
+        names: Their names.
+        solution: "closed form", "newton", or "" without loops.
+        chain: The joints of the main chain, in the order of `theta`.
+        passive: The joints that are neither actuated nor in the main chain.
+        configuration: All variables of the loops, the vector `z`.
+        reference: The reference configuration, None if the manifest states none.
+        actuated_in_z: The variable in `z` that each actuated coordinate moves.
+    """
+
+    names: tuple[str, ...]
+    solution: str
+    chain: tuple[Coordinate, ...]
+    passive: tuple[Variable, ...]
+    configuration: tuple[Variable, ...]
+    reference: Reference | None
+    actuated_in_z: tuple[ActuatedVariable, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ContractTolerances:
+    """Tolerances that belong to the generated code.
+
+    Attributes:
+        dead_point: Margin up to which a loop counts as at its dead point.
+        nominal: Residual [m, rad] of a nominal arm up to which the true arm might reach the pose.
+    """
+
+    dead_point: float
+    nominal: float
+
+
+@dataclass(frozen=True, slots=True)
+class Manifest:
+    """A generated robot, as its manifest describes it.
+
+    Attributes:
+        folder: The folder that holds it.
+        digest: SHA-256 of the manifest, which holds those of the files.
+        name: The robot's name, a C and Python identifier.
+        title: The robot's name for people.
+        kind: "serial"; "hybrid" with loops in closed form; "platform" with loops that are solved
+            by iteration, while the actuated coordinates follow from the main chain in closed form;
+            "iterated" where neither follows from the other in closed form.
+        source: The origin of the description.
+        coordinates: The actuated coordinates, in the order of `q`.
+        frames: The names of the frames.
+        parameters: The geometry.
+        notes: Remarks, such as numbers that were snapped.
+        functions: Its functions.
+        loops: Its loops.
+        inverse: How its inverse was found, or why there is none.
+        tolerances: Tolerances of the generated code.
+        files: SHA-256 of each generated file.
+    """
+
+    folder: Path
+    digest: str
+    name: str
+    title: str
+    kind: str
+    source: str
+    coordinates: tuple[Coordinate, ...]
+    frames: Frames
+    parameters: tuple[Parameter, ...]
+    notes: tuple[str, ...]
+    functions: tuple[FunctionInfo, ...]
+    loops: LoopFacts
+    inverse: InverseFacts
+    tolerances: ContractTolerances
+    files: Mapping[str, str]
+
+    @property
+    def is_iterated(self) -> bool:
+        """Whether the loops are solved by iteration."""
+        return self.kind in ("platform", "iterated")
+
+    def with_role(self, role: str, domain: str, codomain: str = "") -> FunctionInfo | None:
+        """The function of a role.
+
+        Args:
+            role: Its role.
+            domain: The vector it takes first.
+            codomain: The vector it returns, of maps and branches.
+
+        Returns:
+            The first one in the manifest, None where the robot has none.
+        """
+        wanted = (role, domain, codomain)
+        found = (f for f in self.functions if (f.role, f.domain, f.codomain) == wanted)
+        return next(found, None)
+
+    @property
+    def batch_file(self) -> str:
+        """Name of the C file for batches of poses, which a robot may lack."""
+        return f"{self.name}_batch.c"
+
+    @property
+    def wraps(self) -> tuple[bool, ...]:
+        """Whether a full turn of each coordinate leaves the pose unchanged.
+
+        It does not for a motor behind a gear or one that drives a spindle.
+        """
+        ratios = [item.ratio for item in self.loops.actuated_in_z] or [1.0] * len(self.coordinates)
+        return tuple(
+            coordinate.unit == "rad" and abs(ratio) == 1
+            for coordinate, ratio in zip(self.coordinates, ratios, strict=True)
+        )
+
+    @property
+    def c_files(self) -> tuple[str, ...]:
+        """Names of the generated C files and headers."""
+        return tuple(file for file in self.files if file.endswith((".c", ".h")))
+
+    def read_source(self, file: str) -> bytes:
+        """The bytes of a generated file, refused unless they are those of the manifest.
+
+        Args:
+            file: Its name, such as "ur5e.c".
+
+        Raises:
+            SourceMismatchError: If the file is absent or its SHA-256 differs.
+        """
+        path = self.folder / file
+        try:
+            content = path.read_bytes()
+        except OSError as error:
+            message = f"{path}: cannot be read ({error.strerror}); derive {self.name} again"
+            raise SourceMismatchError(message) from error
+        if hashlib.sha256(content).hexdigest() != self.files[file]:
+            raise SourceMismatchError(
+                f"{path}: changed since it was generated (its SHA-256 is not the one in "
+                f"manifest.json); derive {self.name} again"
+            )
+        return content

@@ -1,0 +1,114 @@
+"""From a library to a robot's functions: help texts, guards, solutions and refinement."""
+
+from __future__ import annotations
+
+import inspect
+import textwrap
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from .call._call import Function
+from .call.guard import Guard
+from .closed_form.refinement import refinement_of
+from .closed_form.solutions import solutions_of
+from .contract.facts import Argument, FunctionInfo, Manifest
+from .contract.library import open_library
+from .tolerances import SOLVED
+
+_WIDTH = 100
+
+
+def load_functions(
+    manifest: Manifest, reduced: Callable[[str], tuple[Any, ...]]
+) -> dict[str, Function[Any]]:
+    """The functions of a robot, compiled first if the cache has no library for it.
+
+    Args:
+        manifest: The robot's manifest.
+        reduced: From a function's name to the value of its `__reduce__`.
+
+    Returns:
+        The functions by name, in the manifest's order.
+
+    Raises:
+        LibraryMismatchError: If the library in the cache is damaged or has another key.
+        ChaslesError: If it cannot be compiled; the message states the reason.
+    """
+    library = open_library(manifest)
+    functions: dict[str, Function[Any]] = {}
+    # Functions without a guard come first, the guards among them; inverses come last, since their
+    # refinement may call any other function.
+    order = sorted(manifest.functions, key=lambda info: (info.is_inverse, bool(info.margin)))
+    for info in order:
+        functions[info.name] = library.function(
+            info.name,
+            info.inputs,
+            info.outputs,
+            label=f"{manifest.name}.{info.name}",
+            doc=write_doc(info),
+            signature=_signature(info),
+            operations=info.operations,
+            reduced=reduced(info.name),
+            guard=_guard(manifest, info, functions) if info.margin else None,
+            solutions=solutions_of(manifest.coordinates, manifest.wraps, info.labels)
+            if info.is_inverse
+            else None,
+            rescue=refinement_of(manifest, info, functions),
+        )
+    return {info.name: functions[info.name] for info in manifest.functions}
+
+
+def _guard(manifest: Manifest, info: FunctionInfo, functions: Mapping[str, Function[Any]]) -> Guard:
+    steps = next(item.steps for item in manifest.functions if item.name == info.margin)
+    return Guard(
+        label=f"{manifest.name}.{info.name}",
+        margin=functions[info.margin],
+        steps=steps,
+        coordinates=manifest.loops.chain if info.domain == "chain" else manifest.coordinates,
+        dead_point=manifest.tolerances.dead_point,
+    )
+
+
+def write_doc(info: FunctionInfo) -> str:
+    """The help text of a function."""
+    lines = [info.summary, ""]
+    if info.identity:
+        lines += [*textwrap.wrap(info.identity, _WIDTH), ""]
+    lines += ["Args:"]
+    lines += [f"    {_describe(item)}" for item in info.inputs]
+    out = "array" if len(info.outputs) == 1 else "tuple of arrays (None for a new one)"
+    lines += [f"    out: The {out} to write into; float64, of the shape of the result."]
+    lines += [
+        "    threads: The number of threads for a large batch; 'all' is one per core.",
+        "",
+    ]
+    lines += ["Returns:", *(f"    {_describe(item)}" for item in info.outputs)]
+    if info.is_inverse:
+        lines += [f"    valid: (..., {len(info.labels)}) whether residual <= {SOLVED:g}"]
+    lines += [""]
+    if info.labels:
+        lines += ["Slots:", *(f"    {k}: {label}" for k, label in enumerate(info.labels)), ""]
+    if info.margin:
+        lines += [
+            "Raises:",
+            "    OutOfReachError: A single pose where a loop does not close. A batch, and out,",
+            f"        then hold NaN; {info.margin} says how far each loop is from that.",
+            "    SingularityError: A single pose at a dead point, where this is not defined.",
+            "",
+        ]
+    kinds = ", ".join(f"{n} {kind}" for kind, n in info.operations.items() if kind != "total")
+    lines += [f"Operations: {info.operations.get('total', 0)} ({kinds})."]
+    return "\n".join(lines)
+
+
+def _describe(argument: Argument) -> str:
+    shape = ", ".join(["...", *map(str, argument.shape)])
+    return f"{argument.name}: ({shape}) [{argument.unit}] {argument.meaning}"
+
+
+def _signature(info: FunctionInfo) -> inspect.Signature:
+    kind = inspect.Parameter
+    inputs = [kind(item.name, kind.POSITIONAL_OR_KEYWORD) for item in info.inputs]
+    options = [kind("out", kind.KEYWORD_ONLY, default=None)]
+    options += [kind("threads", kind.KEYWORD_ONLY, default=1)]
+    return inspect.Signature([*inputs, *options])

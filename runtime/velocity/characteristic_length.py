@@ -1,0 +1,129 @@
+"""The characteristic length of a robot: one number that makes metres and radians comparable.
+
+It is the root mean square distance of the tip from the axes about which the coordinates turn it,
+
+    L^2 = mean over configurations and coordinates k of |v_k|^2 / |omega_k|^2
+
+with (v_k, omega_k) column k of the Jacobian at the tip: the ratio of the mean squares over 256
+configurations that fill the limits evenly, so that L belongs to the robot and not to a pose. For a
+coordinate that is no joint of the tool (a crank, a cylinder) the ratio of linear to angular rate
+stands for the distance. Where no coordinate turns the tool, L is the root mean square of the linear
+rate by the rate of turning coordinates, and 1 m where there are none.
+
+Singular values, ellipsoids, joint rates, paths and distances from singularities all take this
+length unless another is given. Residuals of inverses do not: they compare a metre with a radian.
+
+Source:
+    Angeles, Fundamentals of Robotic Mechanical Systems: where all singular values can be made
+    equal, the characteristic length does it.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..call._call import Function
+from ..call.capabilities import needs
+from ..contract.facts import Coordinate, FunctionInfo, Reference, Variable
+from ..errors import InputValueError
+from ..iterative.low_discrepancy import low_discrepancy
+from ..tolerances import TURNS
+
+FloatArray = NDArray[np.float64]
+
+_SAMPLES = 256
+"""Configurations that stand for all; with more, the length changes by a percent."""
+
+
+def length_of(J: FloatArray, turning: NDArray[np.bool_]) -> float:
+    """The characteristic length [m] from Jacobians.
+
+    Args:
+        J: (m, 6, n) Jacobians at the tip, linear part first.
+        turning: (n,) whether each coordinate is an angle.
+    """
+    squared = (J**2).mean(0)
+    linear, angular = squared[:3].sum(0), squared[3:].sum(0)
+    turns_tool = angular > TURNS**2 * linear
+    ratios = linear[turns_tool] / angular[turns_tool] if turns_tool.any() else linear[turning]
+    return float(np.sqrt(ratios.mean())) if ratios.any() else 1.0
+
+
+def _has_jacobian(robot: LengthMethods) -> bool:
+    if "jacobian_mixed" in robot.functions:
+        return True
+    return robot._velocity_relation is not None and robot.reference is not None
+
+
+class LengthMethods:
+    """The characteristic length of a robot, and the Jacobians behind it."""
+
+    name: str
+    n: int
+    coordinates: tuple[Coordinate, ...]
+    chain_joints: tuple[Coordinate, ...]
+    configuration_variables: tuple[Variable, ...]
+    lower: FloatArray
+    upper: FloatArray
+    reference: Reference | None
+    functions: Mapping[str, Function[Any]]
+    jacobian_mixed: Function[FloatArray]
+    _velocity_relation: FunctionInfo | None
+
+    @functools.cached_property
+    @needs(when=_has_jacobian)
+    def characteristic_length(self) -> float:
+        """The length [m] that makes metres and radians comparable where none is given.
+
+        The root mean square distance of the tip from the axes about which the coordinates turn it,
+        over 256 configurations within the limits (a turn where there are none); the head of
+        `characteristic_length.py` has the definition. A platform that was derived without its
+        Jacobian takes the reference configuration alone.
+        """
+        turning = np.array([c.kind == "revolute" for c in self.coordinates])
+        return length_of(self._samples, turning)
+
+    @functools.cached_property
+    @needs(when=_has_jacobian)
+    def _samples(self) -> FloatArray:
+        """Jacobians (m, 6, n) at configurations that fill the limits."""
+        if "jacobian_mixed" not in self.functions:
+            return self._jacobian_at_reference()
+        lower, upper = self.lower, self.upper
+        middle = np.zeros(self.n) if self.reference is None else np.array(self.reference.q)
+        half = np.array([np.pi if c.kind == "revolute" else 1.0 for c in self.coordinates])
+        lower = np.where(np.isfinite(lower), lower, np.minimum(middle, upper) - half)
+        upper = np.where(np.isfinite(upper), upper, np.maximum(middle, lower) + half)
+        points = low_discrepancy(1, _SAMPLES + 1, self.n)
+        J = self.jacobian_mixed(lower + points * (upper - lower))
+        closed = np.isfinite(J).all((-2, -1))
+        if closed.any():
+            return J[closed]
+        return self.jacobian_mixed(middle)[None]
+
+    def _jacobian_at_reference(self) -> FloatArray:
+        """(1, 6, n) from the velocity relation J_x x' = J_q q', least squares."""
+        assert self._velocity_relation is not None
+        assert self.reference is not None
+        names = [variable.name for variable in self.configuration_variables]
+        z = dict(zip(names, self.reference.z, strict=True))
+        theta = [z[joint.name] for joint in self.chain_joints]
+        J_x, J_q = self.functions[self._velocity_relation.name](theta, self.reference.q)
+        J = np.zeros((1, 6, self.n))
+        J[0, list(self._velocity_relation.directions)] = np.linalg.pinv(J_x) @ J_q
+        return J
+
+    def _checked_length(self, method: str, length: float | None) -> float:
+        """The characteristic length, the robot's own if None."""
+        if length is None:
+            return self.characteristic_length
+        if not (np.isfinite(length) and length > 0):
+            raise InputValueError(
+                f"{self.name}.{method}: length must be a positive number, got {length!r}"
+            )
+        return float(length)

@@ -1,0 +1,154 @@
+"""The attributes of a robot: what it has is looked up plainly, what it lacks names a substitute."""
+
+import re
+import timeit
+
+import numpy as np
+import pytest
+
+import chasles
+
+PLAIN_RATIO = 1.5
+"""A look-up may take so many times that of a plain object; a `__getattr__` took three times."""
+
+
+def message(robot, name):
+    with pytest.raises(AttributeError) as error:
+        getattr(robot, name)
+    assert error.value.name == name
+    assert error.value.obj is robot
+    return str(error.value)
+
+
+def test_a_name_without_a_representation_names_the_three():
+    arm = chasles.load("ur5e")
+    for name in ("jacobian", "twist", "acceleration"):
+        three = ", ".join(f"{name}_{kind}" for kind in ("space", "body", "mixed"))
+        assert message(arm, name).endswith(f"; instead: {three}")
+    three = "jacobian_space_dot, jacobian_body_dot, jacobian_mixed_dot"
+    assert message(arm, "jacobian_dot").endswith(f"; instead: {three}")
+    assert message(arm, "hessian").endswith("; instead: hessian_mixed")
+
+
+@pytest.mark.parametrize(
+    ("name", "reason", "substitutes"),
+    [
+        ("stewart_gough", "its loops are solved by iteration", ("actuators", "ik_numeric")),
+        ("planar_3rrr", "its loops are solved by iteration", ("ik_planar", "actuators")),
+        ("slider_crank", "no structure of so many joints is known", ("actuators", "ik_numeric")),
+    ],
+)
+def test_a_robot_without_an_inverse_names_the_reason_and_substitutes(name, reason, substitutes):
+    robot = chasles.load(name)
+    text = message(robot, "ik")
+    assert text.startswith(f"robot '{name}' has no 'ik': {reason}; its functions are: ")
+    for substitute in substitutes:
+        assert f"{substitute}, which " in text.partition("; instead: ")[2]
+        assert hasattr(robot, substitute)
+
+
+@pytest.mark.parametrize("name", ["ur5e", "iiwa14", "excavator", "stewart_gough", "planar_3rrr"])
+def test_dir_lists_what_works(name):
+    robot = chasles.load(name)
+    listed = dir(robot)
+    assert {*robot.functions} <= {*listed}
+    for attribute in listed:
+        assert hasattr(robot, attribute), attribute
+    for attribute in ("jacobian", "twist"):
+        assert attribute not in listed
+    missing = {"ik", "ik_path", "chain_all", "track", "fk_planar_all"} - {*listed}
+    assert missing
+    for attribute in missing:
+        assert not hasattr(robot, attribute), attribute
+
+
+def test_robots_of_one_kind_share_a_class():
+    assert type(chasles.load("ur5e")) is type(chasles.load("puma560"))
+    assert isinstance(chasles.load("ur5e"), chasles.Robot)
+    assert repr(type(chasles.load("ur5e"))) == repr(chasles.Robot)
+
+
+def test_a_function_is_found_as_fast_as_on_a_plain_object():
+    class Plain:
+        pass
+
+    arm, plain = chasles.load("ur5e"), Plain()
+    plain.fk = arm.fk
+    scope = {"arm": arm, "plain": plain}
+    # The least of many, since others use the machine as well.
+    own, other = (
+        min(timeit.repeat(f"{name}.fk", globals=scope, number=20_000, repeat=50))
+        for name in ("arm", "plain")
+    )
+    assert own < PLAIN_RATIO * other
+
+
+def test_wrong_types_and_wrong_values_are_told_apart():
+    arm = chasles.load("ur5e")
+    q = np.zeros(6)
+    for error in (chasles.InputTypeError, chasles.InputValueError):
+        assert issubclass(error, chasles.InputError)
+    assert not issubclass(chasles.InputValueError, TypeError)
+    with pytest.raises(ValueError, match="rows must be"):
+        arm.manipulability(q, rows="none")
+    with pytest.raises(ValueError, match="budget"):
+        arm.ik_numeric(np.eye(4), budget=0)
+    with pytest.raises(ValueError, match="jump"):
+        arm.ik_path([np.eye(4)], q, jump=0)
+    with pytest.raises(TypeError, match="previous and dt"):
+        arm.joint_rates(q, q, acceleration_limits=1.0)
+    with pytest.raises(TypeError, match="real numbers"):
+        arm.joint_rates(q, ["a"] * 6)
+
+
+# ------------------------------------------------------------------ labels
+
+
+def test_labels_name_the_mirrored_part():
+    arm = chasles.load("ur5e")
+    q = np.array([0.3, -1.2, 1.5, -0.4, 0.9, 0.2])
+    solutions = arm.ik(arm.fk(q))
+    labels = arm.labels["ik"]
+    assert solutions.labels == labels
+    assert len(labels) == len(set(labels)) == 8
+    # Slots that differ in one part alone, the elbow, differ in the sign of that joint.
+    pairs = [
+        (k, labels.index(label.replace("elbow +", "elbow -")))
+        for k, label in enumerate(labels)
+        if label.endswith("elbow +") and "wrist_1 +, elbow +" in label
+    ]
+    assert len(pairs) == 2
+    elbow = [c.name for c in arm.coordinates].index("elbow")
+    for one, other in pairs:
+        assert solutions.q[one, elbow] * solutions.q[other, elbow] < 0
+        assert solutions.q[one, 0] == solutions.q[other, 0]
+
+
+def test_labels_follow_the_slots():
+    arm = chasles.load("ur5e")
+    solutions = arm.ik(arm.fk(np.full(6, 0.4)))
+    wound = solutions.within_limits()
+    times = wound.valid.shape[-1] // 8
+    assert wound.labels == tuple(label for label in solutions.labels for _ in range(times))
+    assert solutions.distinct().labels == solutions.labels
+    # Each pose has an order of its own then.
+    assert solutions.sorted_from(np.zeros(6)).labels == ()
+
+
+@pytest.mark.parametrize(
+    ("name", "function"), [("excavator", "chain_all"), ("delta", "actuators_all")]
+)
+def test_branches_of_loops_have_labels(name, function):
+    robot = chasles.load(name)
+    labels = robot.labels[function]
+    assert len(labels) == len(set(labels)) == robot.functions[function].outputs[0].shape[0]
+    first = labels[0].split(", ")
+    # The last choice varies fastest: the second slot mirrors that part and no other.
+    second = labels[1].split(", ")
+    assert [a == b for a, b in zip(first, second, strict=True)] == [True] * (len(first) - 1) + [
+        False
+    ]
+    names = {part.rpartition(" ")[0] for part in first}
+    assert names <= {*robot.loops}
+    text = robot.functions[function].__doc__
+    assert re.search(rf"Slots:\n    0: {re.escape(labels[0])}\n", text)
