@@ -12,7 +12,7 @@ from functools import partial
 
 import sympy as sp
 
-from ..chain.groups import Frame, Group, Slide, Station
+from ..chain.groups import Group, LinkFrame, Slide, Station
 from ..terms.terms import Terms
 from ..terms.vectors import ONE, ZERO, added, rotated_z
 from .planar.phasors import PhasorSum
@@ -122,7 +122,7 @@ def _merged(
     translation = terms.let(moved[0]), terms.let(moved[1]), terms.let(moved[2])
     reach = added(terms, before.reach, translation)
     frames = tuple(
-        Frame(
+        LinkFrame(
             frame.name,
             tuple(rotated_z(terms, axis, c, s) for axis in frame.orientation),  # type: ignore[arg-type]
             added(terms, reach, rotated_z(terms, frame.origin, c, s)),

@@ -21,7 +21,7 @@ from ..chain.forward import Pose
 from ..chain.poe import placement_matrix
 from ..model.errors import RobotError
 from ..model.exact import EVALUATION_DIGITS
-from ..model.mechanism import Closure, Mechanism, Place, Strut
+from ..model.mechanism import Closure, Frame, Mechanism, Strut
 from ..model.robot import Joint
 from ..terms.lie import adjoint, inverse_se3, pose, screw_axis
 from ..terms.tangents import Tangent
@@ -84,7 +84,7 @@ class LoopEquations:
             product with ``home`` after those of side ``closer`` is 1 where the loop is closed.
         home: M, (4, 4): what is open between the branches at zero configuration.
         residual: Named terms that are zero where the loop is closed and independent
-            there: differences of points (a less b) or of lengths, and entries of the one place's
+            there: differences of points (a less b) or of lengths, and entries of the one frame's
             axes in the other's.
         units: Unit of each, m or 1.
         facing: Named terms that are 1 where the loop is closed and not above 0 where
@@ -347,7 +347,7 @@ def _distance(terms: Terms, difference: Sequence[sp.Expr], length: sp.Expr) -> _
 
 
 class _Spatial:
-    """The equations of any other loop from the poses of its two places."""
+    """The equations of any other loop from the poses of its two frames."""
 
     def __init__(
         self, mechanism: Mechanism, terms: Terms, loop: Loop, values: Mapping[str, sp.Expr]
@@ -384,9 +384,9 @@ class _Spatial:
             return _Residual("spatial", (*offset, *turns), ("m", "m", "1", "1", "1"), facing)
         return _Residual("spatial", (*difference, *turns), (*met, "1", "1", "1"), facing)
 
-    def _pose(self, way: Sequence[Joint], place: Place) -> Pose:
-        """The place in the meeting body's frame."""
-        return pose_along(self.mechanism, self.terms, way, place.placement, self.values)
+    def _pose(self, way: Sequence[Joint], frame: Frame) -> Pose:
+        """The frame in the meeting body's frame."""
+        return pose_along(self.mechanism, self.terms, way, frame.placement, self.values)
 
 
 def _dot(terms: Terms, a: Vector, b: Vector) -> sp.Expr:
@@ -410,7 +410,7 @@ def _around(
         T_a = T_a * placement_matrix(closer.a.placement)
         T_b = T_b * placement_matrix(closer.b.placement)
         if linkage is not None and terms.value((T_a[:3, 2]).dot(T_b[:3, 2])) < 0:
-            # In a plane, places whose z axes are opposed are a pin's as well.
+            # In a plane, frames whose z axes are opposed are a pin's as well.
             T_b = T_b * sp.diag(1, -1, -1, 1)
     between, M = _through(closer)
     middle = [
@@ -464,9 +464,9 @@ def _unit(k: int, pitch: sp.Expr = ZERO) -> sp.Matrix:
     return screw_axis(sp.eye(3)[:, k], sp.zeros(3, 1), pitch)
 
 
-def _in_plane(place: Place, axes: Axes) -> sp.Matrix:
-    """A place's point with the axes that its body has in the plane, in the body's frame."""
-    return pose(sp.Matrix.hstack(*axes), placement_matrix(place.placement)[:3, 3])
+def _in_plane(frame: Frame, axes: Axes) -> sp.Matrix:
+    """A frame's point with the axes that its body has in the plane, in the body's frame."""
+    return pose(sp.Matrix.hstack(*axes), placement_matrix(frame.placement)[:3, 3])
 
 
 def _screw(terms: Terms, screw: sp.Matrix) -> sp.ImmutableMatrix:

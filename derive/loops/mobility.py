@@ -238,7 +238,7 @@ class _Numbers:
     def size(self) -> float:
         """The longest translation or rod of the mechanism (metre), 1 where all are zero."""
         placements = [p for joint in self.mechanism.joints for p in (joint.before, joint.after)]
-        placements += [place.placement for c in self.mechanism.closers for place in (c.a, c.b)]
+        placements += [frame.placement for c in self.mechanism.closers for frame in (c.a, c.b)]
         lengths = [self._float(strut.length) for strut in self.mechanism.struts]
         for placement in placements:
             lengths.append(float(np.linalg.norm([self._float(x) for x in _shift(placement)])))
@@ -447,7 +447,7 @@ def _run(mechanism: Mechanism, first: Joint, length: int) -> tuple[Joint, ...]:
 def _is_virtual(mechanism: Mechanism, terms: Terms, run: Sequence[Joint]) -> bool:
     sliders = PLANAR if len(run) == SPATIAL else PLANAR - 1
     expected = ["prismatic"] * sliders + ["revolute"] * (len(run) - sliders)
-    held = {place.body for closer in mechanism.closers for place in (closer.a, closer.b)}
+    held = {frame.body for closer in mechanism.closers for frame in (closer.a, closer.b)}
     between = {joint.link for joint in run[:-1]}
     actuated = {c.moves for c in mechanism.coordinates}
     if (

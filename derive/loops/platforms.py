@@ -1,4 +1,4 @@
-"""Platforms on legs: rods between actuated bodies and a platform that the main chain places freely.
+"""Platforms on legs: rods between actuated bodies and a platform that the main chain moves freely.
 
 The main chain of such a robot is virtual: x, y and phi, or six coordinates. Its length equations
 
@@ -19,7 +19,7 @@ import sympy as sp
 from ..chain.coordinates import InProportion
 from ..chain.groups import groups
 from ..chain.kinematics import Kinematics
-from ..model.mechanism import Mechanism, Place, Strut
+from ..model.mechanism import Frame, Mechanism, Strut
 from ..model.robot import Joint
 from ..terms.symbolic_function import Argument, Result, SymbolicFunction, matrix_entries
 from ..terms.tangents import Tangent
@@ -77,8 +77,8 @@ def is_platform(mechanism: Mechanism) -> bool:
 
     def is_leg(strut: Strut) -> bool:
         one, other = (
-            {joint.name for joint in mechanism.way(place.body) if joint.kind != "fixed"}
-            for place in (strut.a, strut.b)
+            {joint.name for joint in mechanism.way(frame.body) if joint.kind != "fixed"}
+            for frame in (strut.a, strut.b)
         )
         joined = (other == chain and one <= actuated) or (one == chain and other <= actuated)
         return joined and (not strut.is_cylinder or strut.name in actuated)
@@ -161,7 +161,7 @@ def rods_D_chain(h: Hybrid) -> SymbolicFunction:
 def velocity_relation(h: Hybrid) -> SymbolicFunction:
     """J_x and J_q."""
     found = _rods(h)
-    _, tool = pose_of(h.mechanism, h.terms, h.mechanism.tool_place, joint_values(h))
+    _, tool = pose_of(h.mechanism, h.terms, h.mechanism.tool_mounting, joint_values(h))
     rows = []
     for rod in found:
         n = named(h.terms, (component / rod.distance for component in rod.d))
@@ -238,9 +238,9 @@ def triad_of(h: Hybrid) -> Triad | None:
         return None
     _, origin = frames[2]
 
-    def seen(place: Place) -> Vector:
-        """A place along x, y and the axis, from the platform's axis."""
-        _, point = pose_of(mechanism, h.terms, place, still)
+    def seen(frame: Frame) -> Vector:
+        """A frame along x, y and the axis, from the platform's axis."""
+        _, point = pose_of(mechanism, h.terms, frame, still)
         offset = subtracted(h.terms, point, origin)
         return named(
             h.terms,
@@ -259,10 +259,10 @@ def _frame(
     h: Hybrid, joint: Joint, values: Mapping[str, sp.Expr]
 ) -> tuple[Sequence[Vector], Vector]:
     """Axes and origin of a joint's frame in the base frame."""
-    return pose_of(h.mechanism, h.terms, Place(joint.parent, joint.before), values)
+    return pose_of(h.mechanism, h.terms, Frame(joint.parent, joint.before), values)
 
 
-def from_base(h: Hybrid, strut: Strut) -> tuple[Place, Place]:
+def from_base(h: Hybrid, strut: Strut) -> tuple[Frame, Frame]:
     """The ends of a rod, the one that the platform carries last."""
     chain = {joint.name for joint in h.robot.moving}
     at_end = any(joint.name in chain for joint in h.mechanism.way(strut.b.body))

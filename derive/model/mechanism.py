@@ -33,7 +33,7 @@ FREEDOM: Mapping[str, int] = {"pin": 1, "slider": 1, "ball": 3, "weld": 0}
 
 
 @dataclass(frozen=True)
-class Place:
+class Frame:
     """A frame that is fixed on a body: the body's name and the frame's pose in the body's frame."""
 
     body: str
@@ -42,20 +42,20 @@ class Place:
 
 @dataclass(frozen=True)
 class Closure:
-    """A joint that closes a loop: it holds two places on two bodies together.
+    """A joint that closes a loop: it holds two frames on two bodies together.
 
     Attributes:
         name: Unique among joints, closures and struts.
-        kind: ``pin`` turns about the places' common z axis, ``slider`` moves along it, ``ball``
+        kind: ``pin`` turns about the frames' common z axis, ``slider`` moves along it, ``ball``
             keeps their origins together, ``weld`` keeps the frames together.
-        a: The place on the one body.
-        b: The place on the other.
+        a: The frame on the one body.
+        b: The frame on the other.
     """
 
     name: str
     kind: ClosureKind
-    a: Place
-    b: Place
+    a: Frame
+    b: Frame
 
     def __post_init__(self) -> None:
         check_name("closure", self.name)
@@ -78,8 +78,8 @@ class Strut:
     """
 
     name: str
-    a: Place
-    b: Place
+    a: Frame
+    b: Frame
     length: sp.Expr = sp.S.Zero
     is_cylinder: bool = False
     ends: EndKind = "pin"
@@ -282,9 +282,9 @@ class Mechanism:
         return tuple(strut.swing_name for strut in self.struts if strut.ends == "pin")
 
     @property
-    def tool_place(self) -> Place:
+    def tool_mounting(self) -> Frame:
         """The tool frame on the body that carries it."""
-        return Place(self.tool_body, self.tool)
+        return Frame(self.tool_body, self.tool)
 
     @property
     def link_names(self) -> tuple[str, ...]:
@@ -318,7 +318,7 @@ class Mechanism:
 
     def _check_symbols(self) -> None:
         known = {parameter.symbol for parameter in self.parameters}
-        placements = [place.placement for c in self.closers for place in (c.a, c.b)]
+        placements = [frame.placement for c in self.closers for frame in (c.a, c.b)]
         used = {symbol for placement in placements for symbol in symbols_of(placement)}
         used |= {symbol for strut in self.struts for symbol in strut.length.free_symbols}
         used |= {symbol for drive in self.drives for symbol in drive.ratio.free_symbols}

@@ -188,10 +188,10 @@ class _Builder:
         return solids, solid_of
 
     def _size(self) -> float:
-        """The diagonal of the box around all frames and places."""
-        frames = [*self.poses.body.values(), *self.poses.fixed.values(), self.tool]
-        places = [p for closer in self.mechanism.closers for p in (closer.a, closer.b)]
-        origins = np.array([T[:3, 3] for T in [*frames, *map(self.poses.of, places)]])
+        """The diagonal of the box around all bodies' frames and those of the closers."""
+        bodies = [*self.poses.body.values(), *self.poses.fixed.values(), self.tool]
+        ends = [frame for closer in self.mechanism.closers for frame in (closer.a, closer.b)]
+        origins = np.array([T[:3, 3] for T in [*bodies, *map(self.poses.of, ends)]])
         return float(np.linalg.norm(np.ptp(origins, axis=0)))
 
     def _runs(self) -> list[list[Joint]]:
@@ -211,7 +211,7 @@ class _Builder:
         """Whether the body between two joints carries nothing else and has no size."""
         body = inner.link
         carried = [joint for joint in self.mechanism.joints if joint.parent == body]
-        held = {place.body for closer in self.mechanism.closers for place in (closer.a, closer.b)}
+        held = {frame.body for closer in self.mechanism.closers for frame in (closer.a, closer.b)}
         if carried != [outer] or body in held or body == self.mechanism.tool_body:
             return False
         gap = self.poses.moved[inner.name][:3, 3] - self.poses.fixed[outer.name][:3, 3]
@@ -272,13 +272,13 @@ class _Builder:
             self.hinges.append(Hinge(closure.name, closure.kind, A[:3, 3], axis, a, b))
 
     def _strut(self, strut: Strut) -> None:
-        ends = [self.poses.of(place)[:3, 3] for place in (strut.a, strut.b)]
+        ends = [self.poses.of(frame)[:3, 3] for frame in (strut.a, strut.b)]
         length = float(self.poses.terms.value(strut.length))
         if strut.is_cylinder:
             length += self._value(strut.name)
         self._check_closed(strut.name, abs(float(np.linalg.norm(ends[1] - ends[0])) - length))
-        for place, end in zip((strut.a, strut.b), ends, strict=True):
-            solid = self._attach(place.body, end)
+        for frame, end in zip((strut.a, strut.b), ends, strict=True):
+            solid = self._attach(frame.body, end)
             self.hinges.append(Hinge(strut.name, strut.ends, end, None, solid, -1))
         coordinate = self.moved_by.get(strut.name)
         self.bars.append(Bar(strut.name, ends[0], ends[1], strut.is_cylinder, coordinate))
@@ -302,7 +302,7 @@ class _Builder:
         """The points that a loop goes through, once around."""
         there = [p for joint in loop.to_a for p in self._passed(joint)]
         back = [p for joint in loop.to_b for p in self._passed(joint)]
-        ends = [self.poses.of(place)[:3, 3] for place in (loop.closer.a, loop.closer.b)]
+        ends = [self.poses.of(frame)[:3, 3] for frame in (loop.closer.a, loop.closer.b)]
         return [*there, *ends, *back[::-1]]
 
     def _passed(self, joint: Joint) -> list[Array]:

@@ -124,9 +124,9 @@ class PrintedPlatform:
         triad = triad_of(hybrid) if hybrid.forward.open else None
         return None if triad is None else PrintedTriad(self, triad)
 
-    def symbol(self, tex: str, place: int = 0) -> sp.Symbol:
-        """A symbol of this fragment; those of lower place come first in a product."""
-        return self.page.chain.equations.notation.symbol(tex, (TERM, (place, tex)))
+    def symbol(self, tex: str, rank: int = 0) -> sp.Symbol:
+        """A symbol of this fragment; those of lower rank come first in a product."""
+        return self.page.chain.equations.notation.symbol(tex, (TERM, (rank, tex)))
 
     def of(self, expression: sp.Expr) -> sp.Expr:
         """An expression of named terms multiplied out in printed symbols."""
@@ -147,20 +147,20 @@ class PrintedPlatform:
     def tool(self) -> Vector:
         """Position of the tool in the base frame."""
         hybrid = self.page.hybrid
-        place, values = hybrid.mechanism.tool_place, joint_values(hybrid)
-        return tuple(map(self.of, pose_of(hybrid.mechanism, hybrid.terms, place, values)[1]))
+        tool, values = hybrid.mechanism.tool_mounting, joint_values(hybrid)
+        return tuple(map(self.of, pose_of(hybrid.mechanism, hybrid.terms, tool, values)[1]))
 
     def _rods(self, hybrid: Hybrid) -> tuple[PrintedRod, ...]:
         mechanism, terms = hybrid.mechanism, hybrid.terms
         values = joint_values(hybrid)
         still = values | {joint.name: ZERO for joint in hybrid.robot.moving}
-        axes, tool = pose_of(mechanism, terms, mechanism.tool_place, still)
+        axes, tool = pose_of(mechanism, terms, mechanism.tool_mounting, still)
         found = []
         for strut in mechanism.struts:
             base, platform = from_base(hybrid, strut)
             a, b, at_rest = (
-                pose_of(mechanism, terms, place, at)[1]
-                for place, at in ((base, values), (platform, values), (platform, still))
+                pose_of(mechanism, terms, frame, at)[1]
+                for frame, at in ((base, values), (platform, values), (platform, still))
             )
             offset = [p - t for p, t in zip(at_rest, tool, strict=True)]
             pin = (sum(map(sp.Mul, axis, offset), ZERO) for axis in axes)

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import sympy as sp
 
 from ...chain.poe import placement_matrix
-from ...model.mechanism import Closure, Mechanism, Place, Strut
+from ...model.mechanism import Closure, Frame, Mechanism, Strut
 from ...model.robot import Joint, Placement
 from ...terms.terms import Terms
 from .phasors import ONE, REAL, ZERO, Complex
@@ -182,17 +182,17 @@ def _sharing(planar: Sequence[_PlanarLoop]) -> list[list[Loop]]:
 class _Branch:
     """The way from the base to one side of a loop: axes in numbers where every joint is at zero."""
 
-    def __init__(self, mechanism: Mechanism, terms: Terms, place: Place, way: list[Joint]) -> None:
+    def __init__(self, mechanism: Mechanism, terms: Terms, frame: Frame, way: list[Joint]) -> None:
         self.turning: list[sp.Matrix] = []
         self.sliding: list[sp.Matrix] = []
         self.is_helical = False
         R, p = sp.eye(3), sp.zeros(3, 1)
-        for joint in mechanism.way(place.body):
+        for joint in mechanism.way(frame.body):
             R, p = _onward(terms, R, p, joint.before)
             if joint in way:
                 self._pass(joint, R[:, 2])
             R, p = _onward(terms, R, p, joint.after)
-        self.R, self.p = _onward(terms, R, p, place.placement)
+        self.R, self.p = _onward(terms, R, p, frame.placement)
 
     def _pass(self, joint: Joint, axis: sp.Matrix) -> None:
         self.is_helical |= joint.kind == "helical"
@@ -389,17 +389,17 @@ class _Plane:
             Turn(f"{strut.name}.end", moving, (ZERO, ZERO), b, far),
         ]
 
-    def _placed(self, place: Place) -> tuple[str, sp.Matrix]:
-        return place.body, placement_matrix(place.placement)
+    def _placed(self, frame: Frame) -> tuple[str, sp.Matrix]:
+        return frame.body, placement_matrix(frame.placement)
 
 
 def _rotation(placement: Placement) -> sp.Matrix:
     return placement_matrix(placement)[:3, :3]
 
 
-def _axis(place: Place) -> sp.Matrix:
-    """The z axis of a place in its body's frame."""
-    return _rotation(place.placement)[:, 2]
+def _axis(frame: Frame) -> sp.Matrix:
+    """The z axis of a frame in its body's frame."""
+    return _rotation(frame.placement)[:, 2]
 
 
 def tidied(terms: Terms, vector: sp.Matrix) -> sp.Matrix:

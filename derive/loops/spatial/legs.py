@@ -17,7 +17,7 @@ from functools import partial
 import sympy as sp
 
 from ...model.errors import RobotError
-from ...model.mechanism import Mechanism, Place, Strut
+from ...model.mechanism import Frame, Mechanism, Strut
 from ...model.robot import Joint
 from ...terms.tangents import LoopRate, Tangent
 from ...terms.terms import Terms
@@ -128,7 +128,7 @@ class _Solver:
         """A rod from a known point to a body that one joint moves."""
         on_joint = joint in self.mechanism.way(strut.a.body)
         near, far = (strut.a, strut.b) if on_joint else (strut.b, strut.a)
-        frame = Place(joint.parent, joint.before)
+        frame = Frame(joint.parent, joint.before)
         axes, origin = pose_of(self.mechanism, self.terms, frame, self.known.values)
         still = self.known.values | {joint.name: ZERO}
         _, at_zero = pose_of(self.mechanism, self.terms, near, still)
@@ -344,9 +344,9 @@ class _Solver:
 
     # --- points ---
 
-    def _unknown(self, place: Place) -> list[Joint]:
-        """The joints before a place whose values are not known."""
-        way = self.mechanism.way(place.body)
+    def _unknown(self, frame: Frame) -> list[Joint]:
+        """The joints before a frame whose values are not known."""
+        way = self.mechanism.way(frame.body)
         return [j for j in way if j.kind != "fixed" and j.name not in self.known.values]
 
     def _length(self, strut: Strut) -> sp.Expr | None:
@@ -356,12 +356,12 @@ class _Solver:
         value = self.known.values.get(strut.name)
         return None if value is None else strut.length + value
 
-    def _point(self, place: Place) -> Vector:
-        return pose_of(self.mechanism, self.terms, place, self.known.values)[1]
+    def _point(self, frame: Frame) -> Vector:
+        return pose_of(self.mechanism, self.terms, frame, self.known.values)[1]
 
     def _axis(self, joint: Joint, values: Mapping[str, sp.Expr]) -> Vector:
         """Direction of a slider in the base frame."""
-        axes, _ = pose_of(self.mechanism, self.terms, Place(joint.parent, joint.before), values)
+        axes, _ = pose_of(self.mechanism, self.terms, Frame(joint.parent, joint.before), values)
         return axes[2]
 
     def _seen(self, axes: Sequence[Vector], vector: Vector) -> Vector:

@@ -17,7 +17,7 @@ from chasles.derive.latex.loops.loops_fragment import residual
 from chasles.derive.latex.loops.members import dotted, is_symbol, members, words
 from chasles.derive.latex.loops.rates_fragment import Rates
 from chasles.derive.latex.setting.printer import FractionPrinter
-from chasles.derive.model.mechanism import Closure, Drive, Mechanism, Place, Strut
+from chasles.derive.model.mechanism import Closure, Drive, Frame, Mechanism, Strut
 
 MECHANISMS = [n for n in ALL if isinstance(load(ROBOTS / f"{n}.toml"), Mechanism)]
 SOLVED = [
@@ -347,8 +347,8 @@ def geared():
         Joint("q_1", "revolute", link="two", parent="0"),
         Joint("rod_angle", "revolute", link="three", parent="one"),
     )
-    pin = Closure("pin", "pin", Place("three"), Place("two"))
-    rod = Strut("rod", Place("one"), Place("two"), length=sp.Integer(1))
+    pin = Closure("pin", "pin", Frame("three"), Frame("two"))
+    rod = Strut("rod", Frame("one"), Frame("two"), length=sp.Integer(1))
     drive = Drive("motor", "theta", sp.Rational(1, 2))
     return Mechanism("geared", joints, ("motor",), (pin,), (rod,), (drive,), tool_body="one")
 

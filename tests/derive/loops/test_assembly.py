@@ -32,7 +32,7 @@ from mechanisms import (
 
 from chasles.derive import RobotError, Rotation, Translation, derive
 from chasles.derive.loops.hybrid import Hybrid
-from chasles.derive.model.mechanism import Closure, Mechanism, Place, Strut
+from chasles.derive.model.mechanism import Closure, Frame, Mechanism, Strut
 from chasles.derive.model.robot import Joint, Parameter
 from chasles.derive.terms.casadi_graph import lower
 
@@ -50,7 +50,7 @@ def oldham():
             pin("crank", BASE, "arm", 1, "1/3"),
         ),
         ("crank",),
-        closures=(Closure("eye", "pin", Place("arm", at("3/4")), Place("plate", at("1/5"))),),
+        closures=(Closure("eye", "pin", Frame("arm", at("3/4")), Frame("plate", at("1/5"))),),
         tool_body="plate",
         reference=near(("crank", 1)),
     )
@@ -65,7 +65,7 @@ def crank_slider_offset():
             pin("crank", BASE, "wheel"),
         ),
         ("ram",),
-        struts=(Strut("rod", Place("wheel", at(1)), Place("ram"), 3),),
+        struts=(Strut("rod", Frame("wheel", at(1)), Frame("ram"), 3),),
         tool_body="wheel",
         reference=near(("ram", "13/4"), ("crank", 1), ("rod_swing", -1)),
     )
@@ -78,8 +78,8 @@ def cylinder_and_rod():
         (pin("rocker", BASE, "rocker", -1), pin("bucket", BASE, "bucket")),
         ("cylinder",),
         struts=(
-            Strut("cylinder", Place(BASE, at(-4, 1)), Place("rocker", at(1)), 3, True),
-            Strut("link", Place("rocker", at(1)), Place("bucket", at("1/5", "4/5")), 1),
+            Strut("cylinder", Frame(BASE, at(-4, 1)), Frame("rocker", at(1)), 3, True),
+            Strut("link", Frame("rocker", at(1)), Frame("bucket", at("1/5", "4/5")), 1),
         ),
         reference=near(
             ("rocker", "3/2"),
@@ -96,7 +96,7 @@ def backwards():
     crank, elbow, rocker = whole.joints
     over = (*rocker.before, Rotation("x", sp.pi))
     joints = (replace(crank, direction=-1), elbow, replace(rocker, before=over))
-    where = Place("output", (Translation((whole.parameters[2].symbol, 0, 0)),))
+    where = Frame("output", (Translation((whole.parameters[2].symbol, 0, 0)),))
     (wrist,) = whole.closures
     return replace(
         whole,
@@ -268,7 +268,7 @@ def test_a_loop_that_is_open_at_the_reference():
     with pytest.raises(RobotError, match="does not close at the reference"):
         derive(replace(four_bar(), parameters=parameters))
     far = replace(slider_crank(), reference=near(("crank", "3/2")))
-    rod = replace(far.closures[0], a=Place("rod", at("1/2")))
+    rod = replace(far.closures[0], a=Frame("rod", at("1/2")))
     with pytest.raises(RobotError, match=r"cross.*gudgeon.* does not close at the reference"):
         derive(replace(far, closures=(rod,)))
 
@@ -316,7 +316,7 @@ def test_idle_parts_do_not_keep_the_rest_from_being_solved():
     whole = four_bar()
     loose = Joint("loose", "revolute", before=at("1/2"), link="pendulum", parent="coupler")
     second = Joint("second", "revolute", before=at("1/2"), link="bob", parent="pendulum")
-    tied = Strut("tie", Place("output", at("1/2")), Place("bob", at("1/2")), 2)
+    tied = Strut("tie", Frame("output", at("1/2")), Frame("bob", at("1/2")), 2)
     mechanism = replace(whole, joints=(*whole.joints, loose, second), struts=(tied,))
     assert set(Hybrid(mechanism).forward.open) == {"loose", "second", "tie_swing"}
 
@@ -329,7 +329,7 @@ def test_alike_angles_need_no_root():
         "lamp",
         (pin("arm", BASE, "arm"), pin("shade", "arm", "shade", l)),
         ("arm",),
-        struts=(Strut("stay", Place(BASE, at(0, m)), Place("shade", at(0, m)), l),),
+        struts=(Strut("stay", Frame(BASE, at(0, m)), Frame("shade", at(0, m)), l),),
         parameters=(L, M),
         reference=near(("arm", 1), ("shade", -1), ("stay_swing", 1)),
     )

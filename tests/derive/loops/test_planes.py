@@ -9,7 +9,7 @@ import sympy as sp
 from mechanisms import ALONG_X, ALONG_Y, BASE, at, body_poses, near, pin, slider
 
 from chasles.derive.loops.planar.planes import Slide, Turn, Weld, linkages, loops
-from chasles.derive.model.mechanism import Closure, Mechanism, Place, Strut
+from chasles.derive.model.mechanism import Closure, Frame, Mechanism, Strut
 from chasles.derive.terms.terms import Terms
 
 PLANAR = (
@@ -155,7 +155,7 @@ def test_loops_that_share_no_joint_are_linkages_of_their_own():
 
 def test_a_slider_may_lie_in_two_planes():
     def rod(name, joint):
-        return Strut(name, Place("carriage"), Place(joint), 1)
+        return Strut(name, Frame("carriage"), Frame(joint), 1)
 
     mechanism = Mechanism(
         "corner",
@@ -177,8 +177,8 @@ def test_a_slider_may_lie_in_two_planes():
 def closed_by(kind, *turn):
     whole = mechanisms.four_bar()
     (old,) = whole.closures
-    place = replace(old.b, placement=(*old.b.placement, *at(0, 0, 0, *turn)))
-    return replace(whole, closures=(Closure("wrist", kind, old.a, place),))
+    frame = replace(old.b, placement=(*old.b.placement, *at(0, 0, 0, *turn)))
+    return replace(whole, closures=(Closure("wrist", kind, old.a, frame),))
 
 
 @pytest.mark.parametrize(
@@ -216,8 +216,8 @@ def test_a_loop_whose_only_pin_closes_it():
             Closure(
                 "hinge",
                 "pin",
-                Place("low", at(0, 0, 0, ("y", -sp.pi / 2))),
-                Place("high", at(0, 0, 0, ("x", sp.pi / 2))),
+                Frame("low", at(0, 0, 0, ("y", -sp.pi / 2))),
+                Frame("high", at(0, 0, 0, ("x", sp.pi / 2))),
             ),
         ),
         reference=near(("x", 0), ("y", 0)),

@@ -12,7 +12,7 @@ from mechanisms import BASE, at, delta, near, pin, rssr, slider, stewart
 
 from chasles.derive import RobotError, derive
 from chasles.derive.loops.hybrid import Hybrid
-from chasles.derive.model.mechanism import Mechanism, Place, Strut
+from chasles.derive.model.mechanism import Frame, Mechanism, Strut
 from chasles.derive.terms.casadi_graph import lower
 
 CLOSED = 1e-12
@@ -28,7 +28,7 @@ def crank_and_slider():
         ),
         ("crank",),
         struts=(
-            Strut("rod", Place("input", at(1, 0, "1/5")), Place("ram", at("1/10")), 3, ends="ball"),
+            Strut("rod", Frame("input", at(1, 0, "1/5")), Frame("ram", at("1/10")), 3, ends="ball"),
         ),
         tool_body="ram",
         reference=near(("crank", 1), ("ram", "7/2")),
@@ -44,8 +44,8 @@ def lift():
         struts=(
             Strut(
                 "lift",
-                Place(BASE, at(2, -1, 1)),
-                Place("lever", at("3/2", 0, "1/4")),
+                Frame(BASE, at(2, -1, 1)),
+                Frame("lever", at("3/2", 0, "1/4")),
                 1,
                 True,
                 "ball",
