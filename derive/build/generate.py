@@ -4,17 +4,14 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..emit.c import batch
-from ..emit.c import branch_lanes
-from ..emit.c import scalar
-from ..emit import casadi_file
 from .. import latex
-from ..emit import python_package
 from ..derivation import derive
-from ..terms.casadi_graph import lower
+from ..emit import casadi_file, python_package
+from ..emit.c import batch, branch_lanes, scalar
 from ..emit.manifest import manifest
 from ..model.mechanism import Described
 from ..program.statements import bodies
+from ..terms.casadi_graph import lower
 
 MANIFEST = "manifest.json"
 

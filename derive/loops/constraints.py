@@ -20,27 +20,27 @@ import sympy as sp
 from ..chain.forward import Pose
 from ..chain.poe import placement_matrix
 from ..model.errors import RobotError
-from ..model.exact import EVALUATION_DIGITS
 from ..model.mechanism import Closure, Frame, Mechanism, Strut
 from ..model.robot import Joint
+from ..model.tolerances import ZERO_COMPONENT
 from ..terms.lie import adjoint, inverse_se3, pose, screw_axis
 from ..terms.tangents import Tangent
 from ..terms.terms import Terms
 from ..terms.vectors import Vector, subtracted
 from .planar.phasors import ONE, ZERO, Complex, PhasorSum, PlanarPose, conjugate, product
 from .planar.planes import (
-    SMALL,
     Axes,
     Edge,
     Linkage,
     Loop,
-    Slide,
-    Turn,
-    Weld,
+    PinEdge,
+    SlideEdge,
+    WeldEdge,
     linkages,
     loops,
     tidied,
 )
+from .planar.reference import GenericPoint
 from .spatial.body_frames import pose_along
 
 EquationKind = Literal["planar", "spatial", "point", "distance"]
@@ -196,7 +196,8 @@ class _Constraints:
         self.values: dict[str, sp.Expr] = dict(zip(names, z, strict=True))
         planar, _ = linkages(mechanism, terms)
         self.linkage_of = {name: linkage for linkage in planar for name in linkage.closers}
-        self.generic = [_Point(terms, z, phase) for phase in (1, 2)]
+        symbols = (*terms.parameters, *z)
+        self.generic = [GenericPoint(terms, symbols, phase) for phase in (1, 2)]
 
     def all(self) -> tuple[LoopEquations, ...]:
         return tuple(self.of(loop) for loop in loops(self.mechanism))
@@ -225,41 +226,14 @@ class _Constraints:
             first = second = self.terms.value(entry)
         else:
             first, second = (point.value(entry) for point in self.generic)
-        if abs(first) < SMALL and abs(second) < SMALL:
+        if abs(first) < ZERO_COMPONENT and abs(second) < ZERO_COMPONENT:
             return True
-        if abs(first - second) < SMALL:
+        if abs(first - second) < ZERO_COMPONENT:
             raise RobotError(
                 f"robot {self.mechanism.name!r}: the loop of {loop.closer.name!r} closes in no "
                 f"configuration, {first.evalf(6)} is left"
             )
         return False
-
-
-class _Point:
-    """A generic configuration with generic parameters, at which terms have 40-digit values."""
-
-    def __init__(self, terms: Terms, z: Sequence[sp.Symbol], phase: int) -> None:
-        self.terms = terms
-        self.values: dict[sp.Symbol, sp.Expr] = {}
-        for k, symbol in enumerate((*terms.parameters, *z)):
-            # Fractional parts of multiples of the golden section never repeat.
-            part = (phase * len(z) + k + 1) * (sp.sqrt(5) - 1) / 2
-            default = terms.parameters.get(symbol, ZERO)
-            self.values[symbol] = (default + part - sp.floor(part)).evalf(EVALUATION_DIGITS)
-
-    def value(self, expression: sp.Expr) -> sp.Expr:
-        for symbol, definition in self.terms.constants.items():
-            self._add(symbol, definition)
-        for symbol in self.terms.needed([expression]):
-            self._add(symbol, self.terms.definitions[symbol])
-        return self._evaluated(expression)
-
-    def _add(self, symbol: sp.Symbol, definition: sp.Expr) -> None:
-        if symbol not in self.values:
-            self.values[symbol] = self._evaluated(definition)
-
-    def _evaluated(self, expression: sp.Expr) -> sp.Expr:
-        return expression.xreplace(self.values).evalf(EVALUATION_DIGITS)
 
 
 # --- loops in a plane ---
@@ -280,10 +254,10 @@ class _Planar:
         if isinstance(closer, Strut):
             return self._strut(closer)
         edge = self.edges[closer.name]
-        if isinstance(edge, Turn):
+        if isinstance(edge, PinEdge):
             return self._met(self.a.point(edge.at_a) - self.b.point(edge.at_b))
         c, s = self._turn(edge)
-        if isinstance(edge, Weld):
+        if isinstance(edge, WeldEdge):
             met = self._met(self.a.point(edge.at_a) - self.b.origin)
             return met._replace(entries=(*met.entries, s), units=(*met.units, "1"), facing=(c,))
         return _Residual("planar", (self._offset(edge), s), ("m", "1"), (c,))
@@ -297,10 +271,10 @@ class _Planar:
     def _after(self, body: PlanarPose, edge: Edge) -> PlanarPose:
         rotor = product(body.rotor, edge.rotor)
         re, im = tidied(self.terms, sp.Matrix(rotor))
-        if isinstance(edge, Weld):
+        if isinstance(edge, WeldEdge):
             return PlanarPose(body.angle, (re, im), body.point(edge.at_a))
         value = self.values[edge.name]
-        if isinstance(edge, Slide):
+        if isinstance(edge, SlideEdge):
             moved = replace(body, rotor=(re, im), origin=body.point(edge.at_a))
             along = body.vector((value * edge.direction[0], value * edge.direction[1]))
             return replace(moved, origin=moved.origin + along - moved.vector(edge.at_b))
@@ -312,8 +286,8 @@ class _Planar:
 
     def _strut(self, strut: Strut) -> _Residual:
         swing, end = self.edges[strut.swing_name], self.edges[f"{strut.name}.end"]
-        assert isinstance(swing, Turn)
-        assert isinstance(end, Turn)
+        assert isinstance(swing, PinEdge)
+        assert isinstance(end, PinEdge)
         begin, far = self.a.point(swing.at_a), self.b.point(end.at_b)
         length = strut.length + (self.values[strut.name] if strut.is_cylinder else ZERO)
         if strut.ends == "ball":
@@ -323,14 +297,14 @@ class _Planar:
         barrel = PlanarPose(angle, self.a.rotor, begin)
         return self._met(barrel.point((length, ZERO)) - far)
 
-    def _turn(self, edge: Slide | Weld) -> Complex:
+    def _turn(self, edge: SlideEdge | WeldEdge) -> Complex:
         """Cosine and sine of the turn of b's axes from where the closure wants them."""
         wanted = product(self.a.rotor, edge.rotor)
         rotor = product(self.b.rotor, conjugate(wanted))
         re, im = tidied(self.terms, sp.Matrix(rotor))
         return PhasorSum.of((re, im), self.b.angle - self.a.angle).coordinates(self.terms)
 
-    def _offset(self, edge: Slide) -> sp.Expr:
+    def _offset(self, edge: SlideEdge) -> sp.Expr:
         """How far b's point is to the right of the guide."""
         guide = product(edge.direction, self.a.rotor)
         difference = self.a.point(edge.at_a) - self.b.point(edge.at_b)

@@ -27,8 +27,8 @@ from ..terms.vectors import ORIGIN, Vector, cross, named, subtracted
 from .hybrid import Hybrid
 from .maps import Maker
 from .planar.phasors import Complex
-from .planar.triad import triad_mirror, triad_polynomial, triad_position
 from .spatial.body_frames import pose_of
+from .triad import triad_mirror, triad_polynomial, triad_position
 
 ONE, ZERO = sp.Integer(1), sp.Integer(0)
 TRIAD = 3

@@ -10,11 +10,13 @@ from ..model.mechanism import Mechanism
 from ..model.robot import Joint
 from ..terms.tangents import LoopRate
 from ..terms.terms import Terms
-from .planar.assembly import Step, assemble
+from .planar.assembly import assemble
 from .planar.phasors import PhasorSum
 from .planar.planes import Linkage, Loop, linkages
 from .planar.reference import AtReference
-from .spatial.legs import Known, assemble_in_space
+from .planar.step import Step
+from .spatial.legs import assemble_in_space
+from .spatial.struts import Known
 
 
 @dataclass(frozen=True)

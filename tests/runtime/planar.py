@@ -9,7 +9,7 @@ import numpy as np
 import sympy as sp
 
 from chasles.derive.emit.c import scalar
-from chasles.derive.loops.planar.triad import triad_mirror, triad_polynomial, triad_position
+from chasles.derive.loops.triad import triad_mirror, triad_polynomial, triad_position
 from chasles.derive.model.robot import Joint, Robot
 from chasles.derive.program.statements import bodies
 from chasles.derive.terms.casadi_graph import lower

@@ -14,7 +14,7 @@ from ..setting.page import Page
 from ..setting.printed_terms import PrintedTerms
 from ..setting.sharing import PRINTED
 from .members import Letters, Members, members
-from .printed_steps import PrintedStep, printed_steps
+from .printed_steps import PrintedStep, VectorPrinter, printed_steps
 
 
 @dataclass(frozen=True)
@@ -82,6 +82,12 @@ class LoopPage:
         pairs = zip(z, hybrid.variables, strict=True)
         known |= {symbol: self.joints[variable.name] for symbol, variable in pairs}
         return PrintedTerms(self.terms, self.chain.equations.notation, known)
+
+    @cached_property
+    def vectors(self) -> VectorPrinter:
+        """Prints equations between vectors."""
+        notation = self.chain.equations.notation
+        return VectorPrinter(notation.tex, notation.order)
 
     @cached_property
     def forward_steps(self) -> tuple[PrintedStep, ...]:

@@ -34,6 +34,10 @@ LETTERS: Mapping[str, tuple[str, ...]] = {
     "p": ("p", "F", r"\mathrm{p}"),
     "t": ("t", r"\tau", r"\mathrm{t}"),
     "u": ("u", r"\upsilon", r"\mathrm{u}"),
+    "v": ("v", "V", r"\mathrm{v}"),
+    "w": ("w", "W", r"\mathrm{w}"),
+    "alpha": (r"\alpha", r"\epsilon", r"\mathrm{a}"),
+    "beta": (r"\beta", r"\varepsilon", r"\mathrm{b}"),
     "delta": (r"\delta", r"\Delta", r"\mathrm{d}"),
 }
 """What the intermediate results of a solution are called, in order of preference."""

@@ -1,7 +1,7 @@
 r"""The fragment of platforms on legs: rods, the velocity relation, and all assembly modes.
 
 What is printed here in formulas is derived in :mod:`chasles.derive.loops.platforms` and
-:mod:`chasles.derive.loops.planar.triad`.
+:mod:`chasles.derive.loops.triad`.
 """
 
 from collections.abc import Iterable

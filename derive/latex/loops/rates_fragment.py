@@ -11,7 +11,7 @@ from ..setting.page import sentence, text
 from ..setting.widths import LINE, width
 from .loop_page import LoopPage
 from .members import dotted
-from .printed_steps import PrintedStep, Rate
+from .printed_steps import PrintedRate, PrintedStep
 
 MOST_TERMS = 8
 """PrintedTerms of a sum in which the rates of intermediate results are written out."""
@@ -35,17 +35,26 @@ class Rates:
         self.inner: dict[sp.Symbol, sp.Symbol] = {}
         self.dotted = {symbol: self._dotted(symbol, k) for symbol, k in moving.items()}
 
-    def equations(self, step: PrintedStep) -> list[tuple[Rate, sp.Expr]]:
-        """The rate of each unknown of a step, which moves from then on, and its right side."""
+    def equations(self, step: PrintedStep) -> list[tuple[PrintedRate, sp.Expr]]:
+        """The rates of a step and their right sides; the step's unknowns move from then on."""
         self.definitions |= dict(step.vectors)
         results = []
         for rate in step.rates:
-            total = sp.expand(sum((w * self.of(part) for part, w in rate.by), sp.S.Zero))
+            total = sp.expand(sp.Add(*(w * self.of(part) for part, w in rate.right)))
             if len(sp.Add.make_args(total)) > MOST_TERMS:
-                total = sum((w * self._by_name(part) for part, w in rate.by), sp.S.Zero)
-            self.dotted[rate.symbol] = self._dotted(rate.symbol, len(self.dotted))
+                total = sp.Add(*(w * self._by_name(part) for part, w in rate.right))
+            for symbol, _ in rate.left:
+                if symbol not in self.dotted:
+                    self.dotted[symbol] = self._dotted(symbol, len(self.dotted))
             results.append((rate, self._collected(total)))
         return results
+
+    def left(self, rate: PrintedRate) -> str:
+        """The left side of a rate in LaTeX."""
+        if rate.projected:
+            arm, point = rate.projected
+            return rf"({arm}) \cdot {dotted(point)}"
+        return self.page.tex(sp.Add(*(weight * self.dotted[s] for s, weight in rate.left)))
 
     def of(self, expression: sp.Expr) -> sp.Expr:
         """The rate of an expression."""
@@ -125,8 +134,7 @@ def _rates(
     unknowns: list[Equation] = []
     for step in steps:
         for rate, total in found.equations(step):
-            left = rate.left or page.tex(rate.factor * found.dotted[rate.symbol])
-            unknowns.append((left, page.printed_terms.printer.terms(total)))
+            unknowns.append((found.left(rate), page.printed_terms.printer.terms(total)))
     joints = []
     for name in wanted:
         symbol = page.joints[name]

@@ -14,20 +14,7 @@ from ..setting.printed_terms import Definition, PrintedTerms
 from .loop_page import LoopPage
 from .printed_steps import PrintedStep
 
-KINDS = {
-    "two circles": "three pins",
-    "circle and line": "two pins and a slide",
-    "two lines": "one pin and two slides",
-    "parallelogram": "a parallelogram",
-    "two pins": "two pins",
-    "distance": "a distance",
-    "circle and sphere": "a circle meets a sphere",
-    "line and sphere": "a line meets a sphere",
-    "three spheres": "three spheres meet",
-}
-LEGS = ("circle and sphere", "line and sphere")
 SPACE = r"\,"
-SIDES = {1: "to the left of", -1: "to the right of"}
 
 
 def solution(page: LoopPage) -> str:
@@ -62,48 +49,37 @@ def _note(page: LoopPage) -> str:
 
 def _step(page: LoopPage, printed: PrintedStep) -> str:
     step = printed.step
-    pins = [page.members.with_symbol(name) for name in step.joints]
-    title = f"\\textbf{{Step {printed.number}: {KINDS[step.kind]}}}"
-    opening = f"{title} -- {', '.join(pins)}."
+    joints = [page.members.with_symbol(name) for name in step.joints]
+    opening = rf"\textbf{{Step {printed.number}: {step.title}}} -- {', '.join(joints)}."
     if not (printed.unknown or printed.vectors or printed.results):
-        return sentence(f"{opening} {_parallel(step.kind)}")
-    axes = "Let, with $z$ along the joint," if step.kind in LEGS else _axes(page, printed)
+        return sentence(f"{opening} {step.reason}")
     vectors, results = _equations(page, printed.vectors), _equations(page, printed.results)
-    results += printed.formulas
     results += [
         (page.tex(a.symbol), [rf"\operatorname{{atan2}}({page.tex(a.sine)}, {page.tex(a.cosine)})"])
         for a in printed.angles
     ]
-    blocks = [f"{opening} {axes}"]
+    blocks = [f"{opening} {step.opening or _axes(page, printed)}"]
     if printed.unknown:
         blocks.append(aligned([_relation(page, printed)], end="," if vectors or results else "."))
     if vectors:
         blocks += ["with" if printed.unknown else "", aligned(vectors, end="," if results else ".")]
     if results:
         blocks += ["and is solved by" if printed.unknown else "so that", aligned(results)]
-    return sentence(*blocks, _branch(page, printed))
+    return sentence(*blocks, printed.remark, _margin(page, printed))
 
 
 def _equations(page: LoopPage, definitions: Iterable[Definition]) -> list[Equation]:
-    return [
-        (page.tex(name), page.printed_terms.printer.terms(value)) for name, value in definitions
-    ]
+    return [(page.tex(name), page.vectors.terms(value)) for name, value in definitions]
 
 
 def _axes(page: LoopPage, printed: PrintedStep) -> str:
     """In whose axes a step is written."""
     axes = f"In the axes of {_body(page, printed.step.axes)}"
     turned = printed.step.turned
-    if turned != 0 and printed.step.vectors:
+    if turned != 0 and printed.vectors:
         shown = page.tex(page.printed_terms.sum(turned))
         axes += f" (components below: turned by ${shown}$)"
     return f"{axes}, {'the loop is' if printed.unknown else 'let'}"
-
-
-def _parallel(kind: str) -> str:
-    if kind == "parallelogram":
-        return "Opposite sides are as long as each other: they stay parallel."
-    return "Both vectors between the pins turn with bodies whose turn is known."
 
 
 def _body(page: LoopPage, name: str) -> str:
@@ -137,26 +113,10 @@ def _phasors(terms: PrintedTerms, vectors: Iterable[tuple[sp.Expr, Complex]]) ->
     return total
 
 
-def _branch(page: LoopPage, printed: PrintedStep) -> str:
-    """Which root is meant, what the other would be, and the margin."""
-    sentences = []
-    step = printed.step
-    if step.kind in ("two circles", "circle and sphere"):
-        D, C = page.letters.letters["D"], page.letters.letters["C"]
-        sign = "positive" if step.sign > 0 else "negative"
-        h = page.tex(page.letters.of_step("h", printed.number))
-        sentences.append(
-            rf"That ${h}$ is {sign} puts ${C}$ {SIDES[step.sign]} ${D}$; the other sign is the"
-            " mirror image."
-        )
-    elif step.kind == "three spheres":
-        sentences.append(f"The sign of the root puts the point {step.branch} the plane.")
-    elif step.branch:
-        sentences.append(f"The sign of the root is that of the {step.branch} travel of two.")
-    if printed.margin is not None:
-        margin = _quotient(page, printed.margin)
-        sentences.append(rf"The margin is $\mu_{{{printed.number}}} = {margin}$.")
-    return " ".join(sentences)
+def _margin(page: LoopPage, printed: PrintedStep) -> str:
+    if printed.margin is None:
+        return ""
+    return rf"The margin is $\mu_{{{printed.number}}} = {_quotient(page, printed.margin)}$."
 
 
 def _quotient(page: LoopPage, value: sp.Expr) -> str:

@@ -16,15 +16,13 @@ import sympy as sp
 from ...chain.poe import placement_matrix
 from ...model.mechanism import Closure, Frame, Mechanism, Strut
 from ...model.robot import Joint, Placement
+from ...model.tolerances import ZERO_COMPONENT
 from ...terms.terms import Terms
 from .phasors import ONE, REAL, ZERO, Complex
 
-SMALL = sp.Float("1e-25")
-"""What counts as zero where directions are compared to 40 digits."""
-
 
 @dataclass(frozen=True)
-class Turn:
+class PinEdge:
     """Two bodies of a linkage that turn about a common point.
 
     Attributes:
@@ -47,7 +45,7 @@ class Turn:
 
 
 @dataclass(frozen=True)
-class Slide:
+class SlideEdge:
     """Two bodies of a linkage that slide along each other.
 
     Attributes:
@@ -70,7 +68,7 @@ class Slide:
 
 
 @dataclass(frozen=True)
-class Weld:
+class WeldEdge:
     """Two bodies of a linkage that are one: b's axes and origin in a's axes."""
 
     name: str
@@ -80,7 +78,7 @@ class Weld:
     rotor: Complex = REAL
 
 
-Edge = Turn | Slide | Weld
+Edge = PinEdge | SlideEdge | WeldEdge
 
 
 @dataclass(frozen=True)
@@ -218,14 +216,14 @@ def _normal(mechanism: Mechanism, loop: Loop, terms: Terms) -> sp.Matrix | None:
         return None
     # What keeps the two frames from turning must hold the plane's normal where it is.
     kept = kind not in ("slider", "weld") or _is_small(a.R.T * n - b.R.T * n)
-    is_planar = kept and holds(n, turning, sliding) and abs(n.dot(b.p - a.p)) < SMALL
+    is_planar = kept and holds(n, turning, sliding) and abs(n.dot(b.p - a.p)) < ZERO_COMPONENT
     return n if is_planar else None
 
 
 def holds(n: sp.Matrix, turning: Iterable[sp.Matrix], sliding: Iterable[sp.Matrix]) -> bool:
     """Whether axes, in numbers, turn about a normal and slide perpendicular to it."""
     return all(_is_small(n.cross(axis)) for axis in turning) and all(
-        abs(n.dot(axis)) < SMALL for axis in sliding
+        abs(n.dot(axis)) < ZERO_COMPONENT for axis in sliding
     )
 
 
@@ -247,7 +245,7 @@ def _onward(
 
 
 def _is_small(vector: sp.Matrix) -> bool:
-    return all(abs(entry) < SMALL for entry in vector)
+    return all(abs(entry) < ZERO_COMPONENT for entry in vector)
 
 
 # --- the linkage's plane ---
@@ -332,7 +330,7 @@ class _Plane:
 
     def _chosen(self, n: sp.Matrix) -> Axes:
         for k in range(3):
-            if not n[k].free_symbols and abs(self.terms.value(n[k])) < SMALL:
+            if not n[k].free_symbols and abs(self.terms.value(n[k])) < ZERO_COMPONENT:
                 x = sp.eye(3)[:, k]
                 return Axes(x, tidied(self.terms, n.cross(x)), n)
         x = n.cross(sp.Matrix([0, 0, 1]))
@@ -355,11 +353,11 @@ class _Plane:
         axis = before[:3, 2] * joint.direction
         if joint.kind == "fixed":
             origin = self.point(a, before[:3, 3] + before[:3, :3] * p)
-            return Weld(joint.name, a, origin, b, rotor)
+            return WeldEdge(joint.name, a, origin, b, rotor)
         if joint.kind == "prismatic":
-            return Slide(joint.name, a, at_a, self.point(a, axis), b, at_b, rotor)
+            return SlideEdge(joint.name, a, at_a, self.point(a, axis), b, at_b, rotor)
         sense = 1 if self.terms.value(axis.dot(self.axes[a].n)) > 0 else -1
-        return Turn(joint.name, a, at_a, b, at_b, rotor, sense)
+        return PinEdge(joint.name, a, at_a, b, at_b, rotor, sense)
 
     def closure(self, closure: Closure) -> Edge:
         """A closure between two bodies."""
@@ -368,25 +366,25 @@ class _Plane:
         rotor = self.point(a, M[:3, :3] * N[:3, :3].T * self.axes[b].x)
         if closure.kind == "weld":
             p = M[:3, 3] - M[:3, :3] * N[:3, :3].T * N[:3, 3]
-            return Weld(closure.name, a, self.point(a, p), b, rotor)
+            return WeldEdge(closure.name, a, self.point(a, p), b, rotor)
         if closure.kind == "slider":
-            return Slide(closure.name, a, at_a, self.point(a, M[:3, 2]), b, at_b, rotor)
-        return Turn(closure.name, a, at_a, b, at_b)
+            return SlideEdge(closure.name, a, at_a, self.point(a, M[:3, 2]), b, at_b, rotor)
+        return PinEdge(closure.name, a, at_a, b, at_b)
 
     def strut(self, strut: Strut) -> list[Edge]:
         """A rod as a body with two pins, a cylinder as two bodies that slide."""
         (a, M), (b, N) = self._placed(strut.a), self._placed(strut.b)
         barrel = strut.name
-        swing = Turn(strut.swing_name, a, self.point(a, M[:3, 3]), barrel, (ZERO, ZERO))
+        swing = PinEdge(strut.swing_name, a, self.point(a, M[:3, 3]), barrel, (ZERO, ZERO))
         far = self.point(b, N[:3, 3])
         end: Complex = (strut.length, ZERO)
         if not strut.is_cylinder:
-            return [swing, Turn(f"{strut.name}.end", barrel, end, b, far)]
+            return [swing, PinEdge(f"{strut.name}.end", barrel, end, b, far)]
         moving = piston(strut)
         return [
             swing,
-            Slide(strut.name, barrel, end, (ONE, ZERO), moving, (ZERO, ZERO)),
-            Turn(f"{strut.name}.end", moving, (ZERO, ZERO), b, far),
+            SlideEdge(strut.name, barrel, end, (ONE, ZERO), moving, (ZERO, ZERO)),
+            PinEdge(f"{strut.name}.end", moving, (ZERO, ZERO), b, far),
         ]
 
     def _placed(self, frame: Frame) -> tuple[str, sp.Matrix]:
@@ -416,6 +414,6 @@ def tidied_entry(terms: Terms, entry: sp.Expr) -> sp.Expr:
         return entry
     value = terms.value(entry)
     for integer in (0, 1, -1):
-        if abs(value - integer) < SMALL:
+        if abs(value - integer) < ZERO_COMPONENT:
             return sp.Integer(integer)
     return entry

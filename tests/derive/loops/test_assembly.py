@@ -32,6 +32,11 @@ from mechanisms import (
 
 from chasles.derive import RobotError, Rotation, Translation, derive
 from chasles.derive.loops.hybrid import Hybrid
+from chasles.derive.loops.planar.parallelogram import Parallelogram
+from chasles.derive.loops.planar.pin_pin_slide import TwoPinsAndSlide
+from chasles.derive.loops.planar.pin_slide_slide import PinAndTwoSlides
+from chasles.derive.loops.planar.three_pins import ThreePins
+from chasles.derive.loops.planar.two_pins import TwoPins
 from chasles.derive.model.mechanism import Closure, Frame, Mechanism, Strut
 from chasles.derive.model.robot import Joint, Parameter
 from chasles.derive.terms.casadi_graph import lower
@@ -116,22 +121,22 @@ def tilted(build):
 
 
 KINDS = {
-    four_bar: ["two circles"],
-    four_bar_rod: ["two circles"],
-    five_bar: ["two circles"],
-    geared: ["two circles"],
-    welded: ["two circles"],
-    excavator_arm: ["two circles"],
-    slider_crank: ["circle and line"],
-    slotted_rocker: ["circle and line"],
-    crank_slider_offset: ["two circles"],
-    oldham: ["two lines"],
-    parallelogram: ["parallelogram", "parallelogram"],
-    cylinder_and_rod: ["two circles", "two circles"],
-    backwards: ["two circles"],
-    tilted(four_bar): ["two circles"],
-    tilted(slider_crank): ["circle and line"],
-    tilted(excavator_arm): ["two circles"],
+    four_bar: [ThreePins],
+    four_bar_rod: [ThreePins],
+    five_bar: [ThreePins],
+    geared: [ThreePins],
+    welded: [ThreePins],
+    excavator_arm: [ThreePins],
+    slider_crank: [TwoPinsAndSlide],
+    slotted_rocker: [TwoPinsAndSlide],
+    crank_slider_offset: [ThreePins],
+    oldham: [PinAndTwoSlides],
+    parallelogram: [Parallelogram, Parallelogram],
+    cylinder_and_rod: [ThreePins, ThreePins],
+    backwards: [ThreePins],
+    tilted(four_bar): [ThreePins],
+    tilted(slider_crank): [TwoPinsAndSlide],
+    tilted(excavator_arm): [ThreePins],
 }
 BUILDERS = {build.__name__: build for build in KINDS}
 
@@ -166,8 +171,8 @@ def configurations(name, q):
 @pytest.mark.parametrize("build", KINDS, ids=lambda build: build.__name__)
 def test_the_groups_are_those_of_a_textbook(build):
     h = hybrid(build.__name__)
-    kinds = [step.kind for step in h.forward.steps]
-    assert kinds == KINDS[build] or kinds == [*KINDS[build][:1], "two pins"]
+    kinds = [type(step) for step in h.forward.steps]
+    assert kinds == KINDS[build] or kinds == [*KINDS[build][:1], TwoPins]
     assert not h.forward.open
 
 
@@ -335,7 +340,7 @@ def test_alike_angles_need_no_root():
     )
     h = Hybrid(mechanism)
     (step,) = h.forward.steps
-    assert step.kind == "parallelogram"
+    assert type(step) is Parallelogram
     assert sp.expand(h.forward.values["shade"] + h.q[0]) == 0
     assert h.forward.values["stay_swing"] == h.q[0]
     # The crossed assembly is another branch, with a root.
@@ -343,4 +348,4 @@ def test_alike_angles_need_no_root():
         mechanism, reference=near(("arm", 1), ("shade", "-14/5"), ("stay_swing", "1/3"))
     )
     (step,) = Hybrid(crossed).forward.steps
-    assert step.kind == "two circles"
+    assert type(step) is ThreePins

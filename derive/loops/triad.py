@@ -28,8 +28,8 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-from ...terms.terms import Terms
-from .phasors import ZERO, Complex, conjugate, cross, dot, minus, product
+from ..terms.terms import Terms
+from .planar.phasors import ZERO, Complex, conjugate, cross, dot, minus, product
 
 Harmonics = tuple[Complex, ...]
 """A real trigonometric polynomial: c_0 + Re(c_1 exp(i phi) + c_2 exp(2 i phi) ...), c_0 real."""
