@@ -11,10 +11,10 @@ from ..model.robot import Joint
 from ..terms.tangents import LoopRate
 from ..terms.terms import Terms
 from .planar.assembly import assemble
+from .planar.loop_step import LoopStep
 from .planar.phasors import PhasorSum
 from .planar.planes import Linkage, Loop, linkages
 from .planar.reference import AtReference
-from .planar.step import Step
 from .spatial.legs import assemble_in_space
 from .spatial.struts import Known
 
@@ -36,7 +36,7 @@ class Solution:
     mechanism: Mechanism
     values: Mapping[str, sp.Expr]
     loops: dict[sp.Symbol, LoopRate]
-    steps: tuple[Step, ...]
+    steps: tuple[LoopStep, ...]
     relations: tuple[PhasorSum, ...]
     open: tuple[str, ...]
     reference: AtReference
@@ -135,7 +135,7 @@ def _solved(
     reference = AtReference(terms, at, _given(mechanism) | dict(closed), joints)
     values = dict(known)
     rates: dict[sp.Symbol, LoopRate] = {}
-    steps: list[Step] = []
+    steps: list[LoopStep] = []
     relations: list[PhasorSum] = []
     spatial = Known(values, rates, steps)
     try:

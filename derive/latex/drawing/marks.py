@@ -6,7 +6,7 @@ import numpy as np
 
 from .labels import Obstacles
 from .paper import Paper, Point, angle, area, at, between, distance, hull, number, turn, whole
-from .parts import Bar, Hinge, Scene, Slide
+from .parts import Bar, DrawnSlide, Hinge, Scene
 
 TINTS = 6
 """How many tints bodies take in turn."""
@@ -320,7 +320,7 @@ class Marks:
 
         return 45 * min(range(8), key=closeness)
 
-    def _slide(self, slide: Slide) -> None:
+    def _slide(self, slide: DrawnSlide) -> None:
         point, start = self.paper.at(slide.at), self.paper.at(slide.start)
         right, up, _ = self.paper.along(slide.axis)
         length = float(np.hypot(right, up))
@@ -349,7 +349,7 @@ class Marks:
             self.obstacles.path(_beside(ends[0], ends[1], 32), 8)
 
     def _guide(
-        self, slide: Slide, start: Point, point: Point, direction: tuple[float, float]
+        self, slide: DrawnSlide, start: Point, point: Point, direction: tuple[float, float]
     ) -> None:
         """The line that a slider moves along, hatched where the base carries it."""
         x, y = direction
@@ -365,7 +365,7 @@ class Marks:
 
     def _reaches(
         self,
-        slide: Slide,
+        slide: DrawnSlide,
         start: Point,
         point: Point,
         direction: tuple[float, float],

@@ -56,7 +56,7 @@ class Hinge:
 
 
 @dataclass(frozen=True)
-class Slide:
+class DrawnSlide:
     """A slider on its guide, or a telescope.
 
     Attributes:
@@ -110,7 +110,7 @@ class Scene:
 
     solids: Sequence[Solid]
     hinges: Sequence[Hinge]
-    slides: Sequence[Slide]
+    slides: Sequence[DrawnSlide]
     bars: Sequence[Bar]
     loops: Sequence[Sequence[Array]]
     tool: Array
@@ -154,7 +154,7 @@ class _Builder:
         self.main = {joint.name for joint in mechanism.main_chain.joints}
         self.solids, self.solid_of = self._solids()
         self.hinges: list[Hinge] = []
-        self.slides: list[Slide] = []
+        self.slides: list[DrawnSlide] = []
         self.bars: list[Bar] = []
         self.merged: dict[str, list[Joint]] = {}
         for run in self._runs():
@@ -232,7 +232,7 @@ class _Builder:
         axis = joint.direction * fixed[:3, 2]
         coordinate, is_main = self.moved_by.get(joint.name), joint.name in self.main
         if joint.kind == "prismatic":
-            slide = Slide(joint.name, fixed[:3, 3], moved[:3, 3], axis, a, b)
+            slide = DrawnSlide(joint.name, fixed[:3, 3], moved[:3, 3], axis, a, b)
             slide = replace(slide, coordinate=coordinate, is_main=is_main)
             self.slides.append(self._guided(joint, slide))
         else:
@@ -241,7 +241,7 @@ class _Builder:
                 Hinge(joint.name, kind, moved[:3, 3], axis, a, b, coordinate, is_main)
             )
 
-    def _guided(self, joint: Joint, slide: Slide) -> Slide:
+    def _guided(self, joint: Joint, slide: DrawnSlide) -> DrawnSlide:
         """A slide of an arm that turns as two tubes; any other on a guide as long as its travel."""
         carrier = self.mechanism.joint_of.get(joint.parent)
         way = slide.at - slide.start
@@ -252,7 +252,7 @@ class _Builder:
         self.solids[slide.b].points.append(mouth)
         return replace(slide, mouth=mouth)
 
-    def _travel(self, joint: Joint, slide: Slide) -> tuple[Array, ...]:
+    def _travel(self, joint: Joint, slide: DrawnSlide) -> tuple[Array, ...]:
         if None in joint.limits:
             return ()
         values = [float(self.poses.terms.value(limit)) for limit in joint.limits]
@@ -267,7 +267,7 @@ class _Builder:
         a = self._attach(closure.a.body, A[:3, 3])
         b = self._attach(closure.b.body, B[:3, 3])
         if closure.kind == "slider":
-            self.slides.append(Slide(closure.name, A[:3, 3], B[:3, 3], axis, a, b))
+            self.slides.append(DrawnSlide(closure.name, A[:3, 3], B[:3, 3], axis, a, b))
         else:
             self.hinges.append(Hinge(closure.name, closure.kind, A[:3, 3], axis, a, b))
 

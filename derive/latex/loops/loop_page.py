@@ -14,7 +14,7 @@ from ..setting.page import Page
 from ..setting.printed_terms import PrintedTerms
 from ..setting.sharing import PRINTED
 from .members import Letters, Members, members
-from .printed_steps import PrintedStep, VectorPrinter, printed_steps
+from .printed_steps import PrintedLoopStep, VectorPrinter, printed_steps
 
 
 @dataclass(frozen=True)
@@ -90,12 +90,12 @@ class LoopPage:
         return VectorPrinter(notation.tex, notation.order)
 
     @cached_property
-    def forward_steps(self) -> tuple[PrintedStep, ...]:
+    def forward_steps(self) -> tuple[PrintedLoopStep, ...]:
         """The steps from the actuators."""
         return printed_steps(self.printed_terms, self.letters, self.hybrid.forward, 1, self.joints)
 
     @cached_property
-    def backward_steps(self) -> tuple[PrintedStep, ...]:
+    def backward_steps(self) -> tuple[PrintedLoopStep, ...]:
         """The steps from the main chain, numbered on."""
         first = 1 + len(self.forward_steps)
         return printed_steps(

@@ -146,5 +146,5 @@ class Letters:
 
     def of_step(self, kind: str, step: int, axis: str = "") -> sp.Symbol:
         """The symbol of an intermediate result of a step, or of a component of it."""
-        tex = f"{self.letters[kind]}_{{{step}{axis}}}"
+        tex = f"{self.letters.get(kind, kind)}_{{{step}{axis}}}"
         return self.notation.symbol(tex, (LENGTH, (95, step, "hnmpCEPDAB".find(kind), axis)))

@@ -1,9 +1,9 @@
 """The steps of a closed-form solution in printed symbols.
 
-A step brings its equations along (:class:`~chasles.derive.loops.planar.step.StepEquations`), in
-quantities of its own. Here each quantity receives a printed symbol, unless its value is short
-enough to stand for itself, and the equations are rewritten in these symbols. No kind of step is
-known here.
+A step brings its equations along, in quantities of its own
+(:class:`~chasles.derive.loops.planar.loop_step.StepEquations`). Here each quantity receives a
+printed symbol, unless its value is short enough to stand for itself, and the equations are
+rewritten in these symbols. No kind of step has a line of its own here.
 """
 
 from collections.abc import Iterable, Mapping
@@ -13,13 +13,12 @@ from string import Formatter
 
 import sympy as sp
 
-from ...loops.planar.phasors import ONE, ZERO, cross, dot
-from ...loops.planar.step import (
+from ...loops.planar.loop_step import (
     SPACE,
     AngleEquation,
     Cross,
+    LoopStep,
     RateEquation,
-    Step,
     StepEquations,
     Weighted,
     components,
@@ -27,6 +26,7 @@ from ...loops.planar.step import (
     letter_and_axis,
     quantity,
 )
+from ...loops.planar.phasors import ONE, ZERO, cross, dot
 from ...loops.solution import Solution
 from ..setting.printed_terms import Definition, PrintedTerms
 from ..setting.printer import FractionPrinter
@@ -63,7 +63,7 @@ class PrintedRate:
 
 
 @dataclass(frozen=True)
-class PrintedStep:
+class PrintedLoopStep:
     """One step of a solution in printed symbols.
 
     Attributes:
@@ -81,7 +81,7 @@ class PrintedStep:
         remark: A sentence that says which root is meant.
     """
 
-    step: Step
+    step: LoopStep
     number: int
     unknown: Sum = ()
     given: Sum = ()
@@ -121,7 +121,7 @@ def printed_steps(
     solution: Solution,
     first: int,
     joints: Mapping[str, sp.Symbol],
-) -> tuple[PrintedStep, ...]:
+) -> tuple[PrintedLoopStep, ...]:
     """The steps of a solution; the symbols of their unknowns are known to ``terms`` from then on.
 
     Args:
@@ -153,7 +153,7 @@ class _Writer:
         self,
         terms: PrintedTerms,
         letters: Letters,
-        step: Step,
+        step: LoopStep,
         number: int,
         values: Mapping[sp.Expr, sp.Symbol],
     ) -> None:
@@ -166,7 +166,7 @@ class _Writer:
         self.positions: dict[sp.Symbol, Vector] = {}
         self.found = {s for s in step.solved if s not in terms.known}
 
-    def printed(self) -> PrintedStep:
+    def printed(self) -> PrintedLoopStep:
         """The step; afterwards its unknowns have names."""
         equations = self.equations
         self._name_vectors()
@@ -175,7 +175,7 @@ class _Writer:
         for symbol, value in equations.results:
             self._add_result(symbol, value)
         unknown, given = self._sides(sought)
-        return PrintedStep(
+        return PrintedLoopStep(
             self.step,
             self.number,
             unknown,

@@ -11,7 +11,7 @@ from ..setting.page import sentence, text
 from ..setting.widths import LINE, width
 from .loop_page import LoopPage
 from .members import dotted
-from .printed_steps import PrintedRate, PrintedStep
+from .printed_steps import PrintedLoopStep, PrintedRate
 
 MOST_TERMS = 8
 """PrintedTerms of a sum in which the rates of intermediate results are written out."""
@@ -35,7 +35,7 @@ class Rates:
         self.inner: dict[sp.Symbol, sp.Symbol] = {}
         self.dotted = {symbol: self._dotted(symbol, k) for symbol, k in moving.items()}
 
-    def equations(self, step: PrintedStep) -> list[tuple[PrintedRate, sp.Expr]]:
+    def equations(self, step: PrintedLoopStep) -> list[tuple[PrintedRate, sp.Expr]]:
         """The rates of a step and their right sides; the step's unknowns move from then on."""
         self.definitions |= dict(step.vectors)
         results = []
@@ -125,7 +125,7 @@ def rates(page: LoopPage) -> str:
 def _rates(
     page: LoopPage,
     solved: Solution,
-    steps: tuple[PrintedStep, ...],
+    steps: tuple[PrintedLoopStep, ...],
     moving: Mapping[sp.Symbol, int],
     wanted: list[str],
     given: str,

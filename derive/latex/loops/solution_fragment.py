@@ -12,7 +12,7 @@ from ..setting.notation import OTHER
 from ..setting.page import listed, sentence, text
 from ..setting.printed_terms import Definition, PrintedTerms
 from .loop_page import LoopPage
-from .printed_steps import PrintedStep
+from .printed_steps import PrintedLoopStep
 
 SPACE = r"\,"
 
@@ -47,7 +47,7 @@ def _note(page: LoopPage) -> str:
     )
 
 
-def _step(page: LoopPage, printed: PrintedStep) -> str:
+def _step(page: LoopPage, printed: PrintedLoopStep) -> str:
     step = printed.step
     joints = [page.members.with_symbol(name) for name in step.joints]
     opening = rf"\textbf{{Step {printed.number}: {step.title}}} -- {', '.join(joints)}."
@@ -72,7 +72,7 @@ def _equations(page: LoopPage, definitions: Iterable[Definition]) -> list[Equati
     return [(page.tex(name), page.vectors.terms(value)) for name, value in definitions]
 
 
-def _axes(page: LoopPage, printed: PrintedStep) -> str:
+def _axes(page: LoopPage, printed: PrintedLoopStep) -> str:
     """In whose axes a step is written."""
     axes = f"In the axes of {_body(page, printed.step.axes)}"
     turned = printed.step.turned
@@ -86,7 +86,7 @@ def _body(page: LoopPage, name: str) -> str:
     return "the base" if name == page.mechanism.base_frame else page.members.called(name)
 
 
-def _relation(page: LoopPage, printed: PrintedStep) -> Equation:
+def _relation(page: LoopPage, printed: PrintedLoopStep) -> Equation:
     left, right = (_phasors(page.printed_terms, side) for side in (printed.unknown, printed.given))
     terms = page.printed_terms.printer.terms
     return _tight(" ".join(terms(left))), [_tight(term) for term in terms(right)]
@@ -113,7 +113,7 @@ def _phasors(terms: PrintedTerms, vectors: Iterable[tuple[sp.Expr, Complex]]) ->
     return total
 
 
-def _margin(page: LoopPage, printed: PrintedStep) -> str:
+def _margin(page: LoopPage, printed: PrintedLoopStep) -> str:
     if printed.margin is None:
         return ""
     return rf"The margin is $\mu_{{{printed.number}}} = {_quotient(page, printed.margin)}$."

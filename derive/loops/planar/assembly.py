@@ -14,13 +14,13 @@ import sympy as sp
 from ...terms.tangents import LoopRate
 from ...terms.terms import Terms
 from .clusters import Clusters, PlanarStep
+from .loop_step import LoopStep
 from .parallelogram import Parallelogram
 from .phasors import PhasorSum
 from .pin_pin_slide import TwoPinsAndSlide
 from .pin_slide_slide import PinAndTwoSlides
 from .planes import Linkage
 from .reference import AtReference
-from .step import Step
 from .three_pins import ThreePins
 from .two_pins import TwoPins
 
@@ -47,7 +47,7 @@ class Assembly:
         open: Names of the edges between bodies that could not be joined.
     """
 
-    steps: tuple[Step, ...]
+    steps: tuple[LoopStep, ...]
     values: Mapping[str, sp.Expr]
     loops: Mapping[sp.Symbol, LoopRate]
     relations: tuple[PhasorSum, ...]

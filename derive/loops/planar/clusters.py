@@ -17,10 +17,10 @@ from ...model.errors import RobotError
 from ...model.tolerances import BRANCHES_APART
 from ...terms.tangents import LoopRate
 from ...terms.terms import Terms
+from .loop_step import LoopStep
 from .phasors import REAL, ZERO, Complex, PhasorSum, PlanarPose, conjugate, dot, product
 from .planes import Edge, Linkage, PinEdge, SlideEdge, WeldEdge, tidied_entry
 from .reference import AtReference, wrapped
-from .step import Step
 
 Turned = tuple[sp.Expr, Complex]
 """A turn: an exact angle, and a constant unit rotor."""
@@ -30,7 +30,7 @@ RING = 3
 """Bodies, each held to the next, that a step solves together."""
 
 
-class PlanarStep(Step):
+class PlanarStep(LoopStep):
     """A step that joins clusters of a planar linkage."""
 
     @classmethod
@@ -103,7 +103,7 @@ class Clusters:
         self.reference, self.signs = reference, signs
         self.edges = (*linkage.edges, *_implied(linkage.edges))
         self.all: list[Cluster] = [{body: PlanarPose()} for body in linkage.bodies]
-        self.steps: list[Step] = []
+        self.steps: list[LoopStep] = []
         self.loops: dict[sp.Symbol, LoopRate] = {}
         self.relations: list[PhasorSum] = []
         self.travels: dict[str, sp.Expr] = {}

@@ -6,8 +6,8 @@ from typing import ClassVar
 
 from .clusters import Clusters, PlanarStep, Turned
 from .dyads import Dyad, dyad_of, exact_turn, join_dyad, side_of
+from .loop_step import StepEquations
 from .phasors import PhasorSum
-from .step import StepEquations
 
 SIDES_OF_THE_BASE = 2
 

@@ -17,9 +17,7 @@ from ...terms.tangents import LoopRate, Tangent
 from ...terms.terms import Terms
 from .arm import Arm, arm, rates_of, turn_of
 from .clusters import Cluster, Clusters, Guide, PlanarStep
-from .phasors import REAL, ZERO, Complex, PhasorSum, cross, dot
-from .planes import Edge, PinEdge, SlideEdge
-from .step import (
+from .loop_step import (
     AngleEquation,
     RateEquation,
     StepEquations,
@@ -28,6 +26,8 @@ from .step import (
     quantity,
     weighted,
 )
+from .phasors import REAL, ZERO, Complex, PhasorSum, cross, dot
+from .planes import Edge, PinEdge, SlideEdge
 
 TRAVELS = {1: "far", -1: "near"}
 """The greater and the smaller of two travels."""

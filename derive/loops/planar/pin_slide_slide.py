@@ -11,9 +11,9 @@ import sympy as sp
 
 from ...terms.terms import Terms
 from .clusters import Clusters, PlanarStep
+from .loop_step import RateEquation, StepEquations, components, quantity, weighted
 from .phasors import ZERO, Complex, cross
 from .planes import PinEdge, SlideEdge
-from .step import RateEquation, StepEquations, components, quantity, weighted
 
 
 def two_lines(terms: Terms, offset: Complex, e: Complex, f: Complex) -> tuple[sp.Expr, sp.Expr]:

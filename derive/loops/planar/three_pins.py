@@ -16,8 +16,7 @@ from ...terms.terms import Terms
 from .arm import Arm, arm, rates_of, turn_of
 from .clusters import Clusters, PlanarStep
 from .dyads import SIDES, dyad_of, join_dyad, side_of
-from .phasors import REAL, Complex, cross, dot, product
-from .step import (
+from .loop_step import (
     HALF,
     AngleEquation,
     RateEquation,
@@ -28,6 +27,7 @@ from .step import (
     quantity,
     weighted,
 )
+from .phasors import REAL, Complex, cross, dot, product
 
 
 @dataclass(frozen=True)

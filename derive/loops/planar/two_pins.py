@@ -10,9 +10,9 @@ from ...terms.tangents import LoopRate, Tangent
 from .arm import Arm, arm, rates_of
 from .clusters import Clusters, PlanarStep, Turned
 from .dyads import exact_turn
+from .loop_step import AngleEquation, RateEquation, StepEquations, components, length_of, weighted
 from .phasors import REAL, Complex, PhasorSum, conjugate, cross, dot, product
 from .planes import PinEdge
-from .step import AngleEquation, RateEquation, StepEquations, components, length_of, weighted
 
 
 @dataclass(frozen=True, kw_only=True)

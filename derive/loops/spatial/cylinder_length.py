@@ -8,7 +8,7 @@ import sympy as sp
 
 from ...model.mechanism import Strut
 from ...terms.vectors import Vector, subtracted
-from ..planar.step import SPACE, RateEquation, StepEquations, components, quantity, weighted
+from ..planar.loop_step import SPACE, RateEquation, StepEquations, components, quantity, weighted
 from .struts import Legs, LegStep
 from .three_spheres import square_of
 

@@ -8,8 +8,7 @@ import sympy as sp
 
 from ...model.mechanism import Strut
 from ...terms.vectors import Vector, subtracted
-from ..planar.pin_pin_slide import TRAVELS, travel_remark
-from ..planar.step import (
+from ..planar.loop_step import (
     HALF,
     SPACE,
     RateEquation,
@@ -18,6 +17,7 @@ from ..planar.step import (
     quantity,
     weighted,
 )
+from ..planar.pin_pin_slide import TRAVELS, travel_remark
 from .struts import Legs, LegStep
 from .turning_leg import OPENING
 

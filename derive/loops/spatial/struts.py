@@ -13,14 +13,14 @@ from ...model.robot import Joint
 from ...terms.tangents import LoopRate
 from ...terms.terms import Terms
 from ...terms.vectors import ZERO, Vector, dot, subtracted
+from ..planar.loop_step import LoopStep
 from ..planar.reference import AtReference, wrapped
-from ..planar.step import Step
 from .body_frames import pose_of
 
 SIGNS = (1, -1)
 
 
-class LegStep(Step):
+class LegStep(LoopStep):
     """A step that takes from struts on balls the values that they determine."""
 
     @classmethod
@@ -52,7 +52,7 @@ class Known:
 
     values: dict[str, sp.Expr]
     loops: dict[sp.Symbol, LoopRate]
-    steps: list[Step]
+    steps: list[LoopStep]
 
 
 @dataclass(frozen=True)

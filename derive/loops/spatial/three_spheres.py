@@ -14,8 +14,7 @@ from ...model.tolerances import ZERO_COMPONENT
 from ...terms.tangents import Tangent
 from ...terms.terms import Terms
 from ...terms.vectors import ONE, ZERO, Vector, cross, dot, named, subtracted
-from ..planar.reference import GenericPoint, coordinates_in
-from ..planar.step import (
+from ..planar.loop_step import (
     HALF,
     SPACE,
     Cross,
@@ -26,6 +25,7 @@ from ..planar.step import (
     quantity,
     weighted,
 )
+from ..planar.reference import GenericPoint, coordinates_in
 from .body_frames import pose_of
 from .struts import SIGNS, Legs, LegStep
 

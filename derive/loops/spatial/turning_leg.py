@@ -11,8 +11,8 @@ import sympy as sp
 from ...model.mechanism import Strut
 from ..planar.arm import Arm, turn_of
 from ..planar.dyads import SIDES, meeting
+from ..planar.loop_step import StepEquations, length_of, quantity
 from ..planar.phasors import ZERO
-from ..planar.step import StepEquations, length_of, quantity
 from ..planar.three_pins import (
     TwoCircles,
     circle_equations,

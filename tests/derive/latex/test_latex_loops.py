@@ -18,7 +18,7 @@ from chasles.derive.latex.loops.loops_fragment import residual
 from chasles.derive.latex.loops.members import dotted, is_symbol, members, words
 from chasles.derive.latex.loops.rates_fragment import Rates
 from chasles.derive.latex.setting.printer import FractionPrinter
-from chasles.derive.loops.planar.step import Cross
+from chasles.derive.loops.planar.loop_step import Cross
 from chasles.derive.model.mechanism import Closure, Drive, Frame, Mechanism, Strut
 
 MECHANISMS = [n for n in ALL if isinstance(load(ROBOTS / f"{n}.toml"), Mechanism)]

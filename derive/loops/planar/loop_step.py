@@ -111,7 +111,7 @@ class StepEquations:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Step(ABC):
+class LoopStep(ABC):
     """One group of bodies or struts that was solved.
 
     Attributes:
