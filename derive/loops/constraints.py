@@ -24,9 +24,9 @@ from ..model.mechanism import Closure, Frame, Mechanism, Strut
 from ..model.robot import Joint
 from ..model.tolerances import ZERO_COMPONENT
 from ..terms.lie import adjoint, inverse_se3, pose, screw_axis
-from ..terms.tangents import Tangent
+from ..terms.tangents import Tangent, derivative_columns
 from ..terms.terms import Terms
-from ..terms.vectors import Vector, subtracted
+from ..terms.vectors import dot, subtracted
 from .planar.phasors import ONE, ZERO, Complex, PhasorSum, PlanarPose, conjugate, product
 from .planar.planes import (
     Axes,
@@ -160,7 +160,7 @@ def jacobian(
     equations where the mechanism is overconstrained or at a singularity.
     """
     entries = [entry for loop in equations for entry in loop.residual]
-    columns = [Tangent(terms, {symbol: ONE}).of_each(entries) for symbol in z]
+    columns = derivative_columns(terms, entries, z)
     return tuple(zip(*columns, strict=True)) if entries else ()
 
 
@@ -343,7 +343,7 @@ class _Spatial:
         if isinstance(closer, Strut):
             length = closer.length + (self.values[closer.name] if closer.is_cylinder else ZERO)
             return _distance(self.terms, difference, length)
-        along = partial(_dot, self.terms)
+        along = partial(dot, self.terms)
         (x_a, y_a, z_a), (x_b, y_b, z_b) = A, B
         met = ("m", "m", "m")
         if closer.kind == "ball":
@@ -361,10 +361,6 @@ class _Spatial:
     def _pose(self, way: Sequence[Joint], frame: Frame) -> Pose:
         """The frame in the meeting body's frame."""
         return pose_along(self.mechanism, self.terms, way, frame.placement, self.values)
-
-
-def _dot(terms: Terms, a: Vector, b: Vector) -> sp.Expr:
-    return terms.let(sum((u * v for u, v in zip(a, b, strict=True)), ZERO))
 
 
 # --- loops as products of exponentials ---

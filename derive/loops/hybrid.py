@@ -12,9 +12,10 @@ from ..chain.kinematics import Kinematics, arguments_of, common_unit, coordinate
 from ..model.mechanism import Mechanism, Strut
 from ..terms.symbolic_function import Argument, Result, SymbolicFunction
 from ..terms.terms import Terms
+from .closing import closed_configuration
 from .collapse import collapsed
 from .constraints import LoopEquations, Variable, configuration_names, constraints
-from .mobility import Mobility, closed_configuration, mobility
+from .mobility import Mobility, mobility
 from .solution import Loops, Solution, from_actuators, from_chain, joint_angle, sorted_loops
 
 

@@ -8,12 +8,11 @@ from itertools import islice, product
 import sympy as sp
 
 from ..terms.symbolic_function import Result, SymbolicFunction, matrix_entries
-from ..terms.tangents import Tangent
+from ..terms.tangents import Tangent, derivative_columns
 from .hybrid import Hybrid
 from .solution import Solution, from_actuators, from_chain
 
 MOST_BRANCHES = 16
-ONE = sp.Integer(1)
 Maker = Callable[[Hybrid], SymbolicFunction]
 
 
@@ -236,9 +235,7 @@ def _derivative(
     h: Hybrid, name: str, values: Sequence[sp.Expr], solution: Solution, argument: str
 ) -> Result:
     symbols = h.arguments[argument].symbols
-    columns = [
-        Tangent(h.terms, {symbol: ONE}, solution.loops).of_each(values) for symbol in symbols
-    ]
+    columns = derivative_columns(h.terms, values, symbols, solution.loops)
     shape = len(values), len(symbols)
     return Result(name, matrix_entries(columns), shape, "1, m, 1/m", "derivative")
 

@@ -22,8 +22,8 @@ from ..chain.kinematics import Kinematics
 from ..model.mechanism import Frame, Mechanism, Strut
 from ..model.robot import Joint
 from ..terms.symbolic_function import Argument, Result, SymbolicFunction, matrix_entries
-from ..terms.tangents import Tangent
-from ..terms.vectors import ORIGIN, Vector, cross, named, subtracted
+from ..terms.tangents import derivative_columns
+from ..terms.vectors import ORIGIN, Vector, cross, dot, named, subtracted
 from .hybrid import Hybrid
 from .maps import Maker
 from .planar.phasors import Complex
@@ -109,7 +109,7 @@ def _rods(h: Hybrid) -> list[_Rod]:
     for strut in h.mechanism.struts:
         (_, a), (_, b) = (pose_of(h.mechanism, h.terms, end, values) for end in from_base(h, strut))
         d = subtracted(h.terms, b, a)
-        square = h.terms.let(sum((component**2 for component in d), ZERO))
+        square = dot(h.terms, d, d)
         length = strut.length + (values[strut.name] if strut.is_cylinder else ZERO)
         found.append(_Rod(d, b, h.terms.let(sp.sqrt(square)), length))
     return found
@@ -142,7 +142,7 @@ def rods(h: Hybrid) -> SymbolicFunction:
 def rods_D_chain(h: Hybrid) -> SymbolicFunction:
     """Its derivative by the main chain."""
     residuals = _residuals(h, _rods(h))
-    columns = [Tangent(h.terms, {symbol: ONE}).of_each(residuals) for symbol in h.theta]
+    columns = derivative_columns(h.terms, residuals, h.theta)
     return h.function(
         "rods_D_chain",
         "Derivative of the rods' residuals by the main chain's joints.",
@@ -170,7 +170,7 @@ def velocity_relation(h: Hybrid) -> SymbolicFunction:
     free = free_directions(h)
     J_x = tuple(row[k] for row in rows for k in free)
     residuals = _residuals(h, found)
-    columns = [Tangent(h.terms, {symbol: -ONE}).of_each(residuals) for symbol in h.q]
+    columns = derivative_columns(h.terms, residuals, h.q, factor=-1)
     return h.function(
         "velocity_relation",
         "Both matrices of the velocity relation of a platform on legs.",
@@ -242,10 +242,8 @@ def triad_of(h: Hybrid) -> Triad | None:
         """A frame along x, y and the axis, from the platform's axis."""
         _, point = pose_of(mechanism, h.terms, frame, still)
         offset = subtracted(h.terms, point, origin)
-        return named(
-            h.terms,
-            (sum((u * v for u, v in zip(e, offset, strict=True)), ZERO) for e in directions),
-        )
+        x, y, z = (dot(h.terms, e, offset) for e in directions)
+        return x, y, z
 
     ends = [tuple(map(seen, from_base(h, strut))) for strut in mechanism.struts]
     # Rods that rise out of the plane are not circles in it.

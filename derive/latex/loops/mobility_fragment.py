@@ -1,6 +1,7 @@
 r"""The fragment of mobility: what is counted, what is true, and why they differ."""
 
-from ...loops.mobility import SPATIAL, Mobility
+from ...loops.counting import SPATIAL
+from ...loops.mobility import Mobility
 from ..setting.layout import aligned
 from ..setting.page import sentence, text
 from .loop_page import LoopPage

@@ -7,7 +7,7 @@ seen against the plane's normal, which is the first revolute axis of the linkage
 sliders where nothing in it turns.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -227,11 +227,18 @@ def holds(n: sp.Matrix, turning: Iterable[sp.Matrix], sliding: Iterable[sp.Matri
     )
 
 
-def across(sliding: Sequence[sp.Matrix]) -> sp.Matrix | None:
-    """The unit normal, in numbers, of the plane of two sliders; None where all are parallel."""
+def across(
+    sliding: Sequence[sp.Matrix], value: Callable[[sp.Expr], sp.Expr] = sp.sympify
+) -> sp.Matrix | None:
+    """The unit normal of the plane of two sliders; None where all are parallel.
+
+    Args:
+        sliding: Directions of the sliders.
+        value: The number that a component stands for; the component itself by default.
+    """
     for other in sliding[1:]:
         n = sliding[0].cross(other)
-        if not _is_small(n):
+        if not _is_small(n.applyfunc(value)):
             return n / sp.sqrt(n.dot(n))
     return None
 
@@ -314,10 +321,9 @@ class _Plane:
             for closure in closures
             if closure.kind == "slider"
         ]
-        first = sliding[0]
-        across = (first.cross(other) for other in sliding[1:])
-        n = next(n for n in across if not _is_small(n.applyfunc(self.terms.value)))
-        return n / sp.sqrt(n.dot(n))
+        n = across(sliding, self.terms.value)
+        assert n is not None
+        return n
 
     def _at_root(self, body: str, direction: sp.Matrix, order: Sequence[Joint]) -> sp.Matrix:
         """A direction of a body's frame in the root's frame where every joint is at zero."""

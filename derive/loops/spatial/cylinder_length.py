@@ -7,10 +7,9 @@ from typing import ClassVar
 import sympy as sp
 
 from ...model.mechanism import Strut
-from ...terms.vectors import Vector, subtracted
+from ...terms.vectors import Vector, dot, subtracted
 from ..planar.loop_step import SPACE, RateEquation, StepEquations, components, quantity, weighted
 from .struts import Legs, LegStep
-from .three_spheres import square_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,7 +34,7 @@ class CylinderLength(LegStep):
         (strut,) = struts
         terms = legs.terms
         d = subtracted(terms, legs.point(strut.b), legs.point(strut.a))
-        distance = terms.let(sp.sqrt(square_of(terms, d)))
+        distance = terms.let(sp.sqrt(dot(terms, d, d)))
         legs.known.values[strut.name] = terms.let(distance - strut.length)
         axes = legs.mechanism.base_frame
         legs.known.steps.append(cls(joints=(strut.name,), axes=axes, d=d, distance=distance))

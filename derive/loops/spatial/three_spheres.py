@@ -46,11 +46,6 @@ class Sphere:
     square: sp.Expr
 
 
-def square_of(terms: Terms, vector: Vector) -> sp.Expr:
-    """The named square of a vector's length."""
-    return terms.let(sp.Add(*(component**2 for component in vector)))
-
-
 @dataclass(frozen=True, kw_only=True)
 class ThreeSpheres(LegStep):
     """The position of a platform that only translates.
@@ -86,8 +81,8 @@ class ThreeSpheres(LegStep):
         _note_rates(legs, position, [sphere.centre for sphere in spheres])
         margin = legs.terms.let(meet.h2 / spheres[0].square)
         for joint, axis in zip(sliders, axes, strict=True):
-            along = sum((a * p for a, p in zip(axis, position, strict=True)), ZERO)
-            legs.known.values[joint.name] = legs.terms.let(joint.direction * along)
+            along = dot(legs.terms, axis, position)
+            legs.known.values[joint.name] = joint.direction * along
         legs.known.values.update(turned)
         legs.known.steps.append(
             cls(
@@ -215,12 +210,12 @@ def _meeting(terms: Terms, spheres: Sequence[Sphere]) -> _Meeting:
     (c1, c2, c3), (l1, l2, l3) = zip(*((s.centre, s.square) for s in spheres), strict=True)
     u, v = subtracted(terms, c2, c1), subtracted(terms, c3, c1)
     w = cross(terms, u, v)
-    alpha = let(HALF * (square_of(terms, u) + l1 - l2))
-    beta = let(HALF * (square_of(terms, v) + l1 - l3))
+    alpha = let(HALF * (dot(terms, u, u) + l1 - l2))
+    beta = let(HALF * (dot(terms, v, v) + l1 - l3))
     vw, wu = cross(terms, v, w), cross(terms, w, u)
-    w2 = square_of(terms, w)
+    w2 = dot(terms, w, w)
     foot = named(terms, (let(alpha * a + beta * b) / w2 for a, b in zip(vw, wu, strict=True)))
-    h2 = let(l1 - square_of(terms, foot))
+    h2 = let(l1 - dot(terms, foot, foot))
     return _Meeting(terms, c1, foot, w, h2, let(sp.sqrt(let(h2 / w2))))
 
 
@@ -248,7 +243,7 @@ def _note_rates(legs: Legs, position: Vector, centres: Sequence[Vector]) -> None
     crosses = [cross(terms, *pair) for pair in pairs]
     volume = dot(terms, normals[0], crosses[0])
     for k, component in enumerate(position):
-        factors = [terms.let(product[k] / volume) for product in crosses]
+        factors = named(terms, (product[k] / volume for product in crosses))
         sign = -ONE if (-component).is_Symbol else ONE
         rate = partial(_rate_on_spheres, normals, centres, factors, sign)
         legs.known.loops.setdefault(sign * component, rate)
@@ -257,15 +252,17 @@ def _note_rates(legs: Legs, position: Vector, centres: Sequence[Vector]) -> None
 def _rate_on_spheres(
     normals: Sequence[Vector],
     centres: Sequence[Vector],
-    factors: Sequence[sp.Expr],
+    factors: Vector,
     sign: sp.Integer,
     tangent: Tangent,
 ) -> sp.Expr:
     """The rate of one component of a point that stays on moving spheres."""
     terms = tangent.terms
-    along = [
-        dot(terms, n, named(terms, tangent.of_each(c)))
-        for n, c in zip(normals, centres, strict=True)
-    ]
-    total = sum((f * a for f, a in zip(factors, along, strict=True)), ZERO)
-    return terms.let(sign * total)
+    along = named(
+        terms,
+        (
+            dot(terms, n, named(terms, tangent.of_each(c)))
+            for n, c in zip(normals, centres, strict=True)
+        ),
+    )
+    return sign * dot(terms, factors, along)

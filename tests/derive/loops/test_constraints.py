@@ -12,13 +12,13 @@ from mechanisms import BASE, at, body_poses, pin
 from tolerances import DERIVATIVES
 
 from chasles.derive import RobotError
+from chasles.derive.loops.closing import closed_configuration
 from chasles.derive.loops.constraints import (
     configuration_names,
     constraints,
     jacobian,
     jacobian_dot,
 )
-from chasles.derive.loops.mobility import closed_configuration
 from chasles.derive.model.mechanism import Closure, Frame, Mechanism, Strut
 from chasles.derive.terms.casadi_graph import lower
 from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFunction
