@@ -60,7 +60,7 @@ class Mobility:
 
     @property
     def is_overconstrained(self) -> bool:
-        """Whether constraints repeat others, so that the mechanism has more freedoms than counted."""
+        """Whether constraints repeat others: the mechanism has more freedoms than counted."""
         return self.true > self.by_loops - self.idle or self.true > self._kutzbach_but_idle
 
     @property

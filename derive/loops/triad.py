@@ -3,7 +3,7 @@
 Rods of lengths L_i join known points A_i to pins b_i of the platform, whose pose is (x, y, phi).
 With the vector w of the first rod, from A_1 to its pin, and R the rotation by phi,
 
-    u_i = R (b_i - b_1) - (A_i - A_1)                   what leads from the first rod to the others
+    u_i = R (b_i - b_1) - (A_i - A_1)                        from the first rod to the others
     |w|^2 = L_1^2,   |w + u_i|^2 = L_i^2,   i = 2, 3
 
 The first subtracted from the others leaves two equations linear in w,
@@ -24,17 +24,96 @@ Source:
     degree shows.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import sympy as sp
 
 from ..terms.terms import Terms
+from .planar.loop_step import PLANE, Cross, Dot, half
 from .planar.phasors import ZERO, Complex, conjugate, cross, dot, minus, product
 
 Harmonics = tuple[Complex, ...]
 """A real trigonometric polynomial: c_0 + Re(c_1 exp(i phi) + c_2 exp(2 i phi) ...), c_0 real."""
 HALF = sp.Rational(1, 2)
 LEGS = 3
+Named = tuple[sp.Symbol, sp.Expr]
+
+
+@dataclass(frozen=True)
+class Elimination:
+    """The elimination of the platform's position as equations to read.
+
+    Attributes:
+        u: Components of u_2 and u_3, each with its name.
+        norms: Their lengths, in the components of u.
+        k: The right sides of the linear pair, in the lengths.
+        w: Symbols of the first rod's components.
+        position: x and y of the platform in w.
+        scale: The squared length by whose third power the polynomial is divided.
+        linear: The left sides of the linear pair, between vectors.
+        solution: The first rod w that solves the linear pair.
+        polynomial: Both sides of the equation in phi that is left.
+    """
+
+    u: tuple[tuple[Named, ...], ...]
+    norms: tuple[Named, ...]
+    k: tuple[Named, ...]
+    w: Complex
+    position: tuple[sp.Expr, ...]
+    scale: sp.Expr
+    linear: tuple[sp.Expr, ...]
+    solution: sp.Expr
+    polynomial: tuple[sp.Expr, sp.Expr]
+
+
+def elimination(
+    A: Sequence[Complex],
+    b: Sequence[Complex],
+    L: Sequence[sp.Expr],
+    phi: sp.Expr,
+    name: Callable[[str, str], sp.Symbol],
+) -> Elimination:
+    """The equations of the triad in given symbols.
+
+    Args:
+        A: Three known points (x, y), metre.
+        b: Three pins in the platform's axes, metre.
+        L: Three lengths of rods, metre.
+        phi: The platform's angle.
+        name: Gives the symbol of ``w``, ``u``, ``|u|``, ``k``, ``l`` or ``J`` by an index: the
+            rod's number, or an axis, or both.
+    """
+    turn = sp.cos(phi), sp.sin(phi)
+    sides = [minus(other, b[0]) for other in b[1:]]
+    u, norms, k = [], [], []
+    for i, (side, at, length) in enumerate(zip(sides, A[1:], L[1:], strict=True), 2):
+        parts = minus(product(side, turn), minus(at, A[0]))
+        names = [name("u", f"{i}{axis}") for axis in PLANE]
+        u.append(tuple(zip(names, map(sp.expand, parts), strict=True)))
+        norms.append((name("|u|", f"{i}"), sp.sqrt(sp.Add(*(part**2 for part in names)))))
+        gap = length**2 - L[0] ** 2 - norms[-1][0] ** 2
+        k.append((name("k", f"{i}"), half(gap) if gap.is_Add else HALF * gap))
+    w = name("w", "x"), name("w", "y")
+    ends = zip(A[0], w, product(b[0], turn), strict=True)
+    squares = [dot(side, side) for side in (*sides, minus(sides[1], sides[0]))]
+    (n2, n3), (k2, k3) = ([symbol for symbol, _ in pairs] for pairs in (norms, k))
+    u2, u3 = name("u", "2"), name("u", "3")
+    area = Cross(u2, u3)
+    return Elimination(
+        u=tuple(u),
+        norms=tuple(norms),
+        k=tuple(k),
+        w=w,
+        position=tuple(sp.expand(a + rod - pin) for a, rod, pin in ends),
+        scale=sp.expand(sp.Add(*squares, *(length**2 for length in L)) / LEGS),
+        linear=(Dot(name("w", ""), u2), Dot(name("w", ""), u3)),
+        solution=name("J", "") * (k3 * u2 - k2 * u3) / area,
+        polynomial=(
+            k2**2 * n3**2 - 2 * k2 * k3 * Dot(u2, u3) + k3**2 * n2**2,
+            name("l", "1") ** 2 * area**2,
+        ),
+    )
 
 
 def triad_polynomial(
@@ -203,7 +282,7 @@ def _times(terms: Terms, f: Harmonics, g: Harmonics) -> Harmonics:
             for order, (re, im) in pairs:
                 weight = HALF if len(pairs) > 1 else sp.S.One
                 sums[order][0] += weight * re
-                # Of the part that does not turn only the real part counts.
+                # Only the real part of the constant term counts.
                 sums[order][1] += weight * im if order else ZERO
     return tuple((terms.let(re), terms.let(im)) for re, im in sums)
 

@@ -1,7 +1,7 @@
 r"""The fragment of platforms on legs: rods, the velocity relation, and all assembly modes.
 
-What is printed here in formulas is derived in :mod:`chasles.derive.loops.platforms` and
-:mod:`chasles.derive.loops.triad`.
+The rods, the rows of the velocity relation and the elimination come from
+:mod:`chasles.derive.loops.rods` and :mod:`chasles.derive.loops.triad`.
 """
 
 from collections.abc import Iterable
@@ -11,23 +11,25 @@ from functools import cached_property
 import sympy as sp
 
 from ...loops.hybrid import Hybrid
-from ...loops.planar.phasors import Complex, dot, minus, product
-from ...loops.platforms import Triad, free_directions, from_base, joint_values, triad_of
-from ...loops.spatial.body_frames import pose_of
+from ...loops.planar.phasors import Complex
+from ...loops.platforms import Triad, free_directions, triad_of
+from ...loops.rods import joint_values, line_coordinates, pins_in_tool, rods_of, tool_position
+from ...loops.triad import elimination
 from ..setting.layout import Equation, aligned, flowed
 from ..setting.names import head
 from ..setting.notation import LENGTH, TERM
 from ..setting.page import listed, named_matrix, sentence, text
-from ..setting.printed_terms import Definition, PrintedTerms
+from ..setting.printed_terms import PrintedTerms
 from ..setting.widths import LINE, width
 from .loop_page import LoopPage
 
 AXES = "xyz"
 PLANE, SPACE = 2, 6
+RANKS = ("l", "J", "k", "u", "w")
+"""Symbols of the elimination in the order in which they stand in a product."""
 WHOLE = 0.8 * LINE
 """Widest component of a vector that no line may break (pt)."""
 ZERO = sp.Integer(0)
-HALF = sp.Rational(1, 2)
 TWIST = (*(f"v_{axis}" for axis in AXES), *(rf"\omega_{axis}" for axis in AXES))
 LETTERS = {
     "gap": ("k", "g", r"\mathrm{k}"),
@@ -97,25 +99,18 @@ class PrintedPlatform:
     @cached_property
     def J_x(self) -> sp.Matrix:
         """The lines of the rods in the free directions, in :attr:`n` and :attr:`r`."""
-        rows = []
-        for n, r in zip(self.n, self.r, strict=True):
-            arm = [r[k - 2] * n[k - 1] - r[k - 1] * n[k - 2] for k in range(3)]
-            rows.append([(*n, *arm)[k] for k in self.free])
-        return sp.Matrix(rows)
+        rows = [line_coordinates(n, r) for n, r in zip(self.n, self.r, strict=True)]
+        return sp.Matrix([[row[k] for k in self.free] for row in rows])
 
     @cached_property
     def J_q(self) -> sp.Matrix:
-        """How fast each actuator moves each rod along itself, in :attr:`n`."""
-        return sp.Matrix(
-            [
-                [
-                    sp.expand(sum(map(sp.Mul, n, (sp.diff(p, q) for p in rod.a)), ZERO))
-                    + sp.diff(rod.length, q)
-                    for q in self.page.q
-                ]
-                for n, rod in zip(self.n, self.rods, strict=True)
-            ]
-        )
+        """The speed that each actuator gives each rod along itself, in :attr:`n`."""
+        hybrid = self.page.hybrid
+        rows = [
+            rod.actuator_row(hybrid.terms, n, hybrid.q)
+            for n, rod in zip(self.n, rods_of(hybrid), strict=True)
+        ]
+        return sp.Matrix([[self.of(entry) for entry in row] for row in rows])
 
     @cached_property
     def triad(self) -> "PrintedTriad | None":
@@ -146,33 +141,18 @@ class PrintedPlatform:
     @cached_property
     def tool(self) -> Vector:
         """Position of the tool in the base frame."""
-        hybrid = self.page.hybrid
-        tool, values = hybrid.mechanism.tool_mounting, joint_values(hybrid)
-        return tuple(map(self.of, pose_of(hybrid.mechanism, hybrid.terms, tool, values)[1]))
+        return tuple(map(self.of, tool_position(self.page.hybrid)))
 
     def _rods(self, hybrid: Hybrid) -> tuple[PrintedRod, ...]:
-        mechanism, terms = hybrid.mechanism, hybrid.terms
+        constant = self.page.constant
         values = joint_values(hybrid)
-        still = values | {joint.name: ZERO for joint in hybrid.robot.moving}
-        axes, tool = pose_of(mechanism, terms, mechanism.tool_mounting, still)
         found = []
-        for strut in mechanism.struts:
-            base, platform = from_base(hybrid, strut)
-            a, b, at_rest = (
-                pose_of(mechanism, terms, frame, at)[1]
-                for frame, at in ((base, values), (platform, values), (platform, still))
-            )
-            offset = [p - t for p, t in zip(at_rest, tool, strict=True)]
-            pin = (sum(map(sp.Mul, axis, offset), ZERO) for axis in axes)
+        parts = zip(hybrid.mechanism.struts, rods_of(hybrid), pins_in_tool(hybrid), strict=True)
+        for strut, rod, pin in parts:
             stroke = values[strut.name] if strut.is_cylinder else ZERO
-            found.append(
-                PrintedRod(
-                    tuple(map(self.of, a)),
-                    tuple(map(self.of, b)),
-                    tuple(map(self.page.constant, pin)),
-                    self.page.constant(strut.length) + self.of(stroke),
-                )
-            )
+            a, b = (tuple(map(self.of, end)) for end in (rod.a, rod.b))
+            length = constant(strut.length) + self.of(stroke)
+            found.append(PrintedRod(a, b, tuple(map(constant, pin)), length))
         return tuple(found)
 
 
@@ -180,49 +160,41 @@ class PrintedTriad:
     """The elimination of the position of a platform on three rods in a plane, in printed symbols.
 
     Attributes:
-        u: What leads from the first rod to the second and third, each component by name.
+        phi: The platform's angle.
+        letters: The letters of the polynomial's symbols.
+        equations: The elimination.
+        u: The vectors from the first rod to the second and third, each component by name.
         norms: The lengths of both, by name, in the components of u.
         k: The right sides of the linear pair, each by name, in the norms.
         w: Symbols of the first rod's components.
         position: x and y in coordinates, parameters and :attr:`w`.
-        scale: The square of length that the polynomial is divided by the third power of.
-        letters: What the polynomial's symbols are called.
+        scale: The squared length by whose third power the polynomial is divided.
     """
 
     def __init__(self, platform: PrintedPlatform, triad: Triad) -> None:
         """Writes a triad out."""
         A, b = ([_pair(map(platform.of, point)) for point in of] for of in (triad.A, triad.b))
         L = [platform.page.constant(length) for length in triad.L]
-        sides = [minus(other, b[0]) for other in b[1:]]
         self.phi = platform.page.theta[-1]
-        turn = sp.cos(self.phi), sp.sin(self.phi)
         self.letters = _free_letters(platform)
-        self.u: list[tuple[Definition, ...]] = []
-        self.norms: list[Definition] = []
-        self.k: list[Definition] = []
-        for i, (side, at, length) in enumerate(zip(sides, A[1:], L[1:], strict=True), 2):
-            u = [platform.symbol(rf"\mathbf{{u}}_{{{i}{axis}}}") for axis in AXES[:PLANE]]
-            parts = minus(product(side, turn), minus(at, A[0]))
-            self.u.append(tuple(zip(u, map(sp.expand, parts), strict=True)))
-            norm = platform.symbol(rf"|\mathbf{{u}}_{{{i}}}|")
-            self.norms.append((norm, sp.sqrt(sp.Add(*(part**2 for part in u)))))
-            name = platform.symbol(f"{self.letters['gap']}_{{{i}}}")
-            self.k.append((name, _half(length**2 - L[0] ** 2 - norm**2)))
-        self.w = _pair(platform.symbol(rf"\mathbf{{w}}_{{{axis}}}") for axis in AXES[:PLANE])
-        ends = zip(A[0], self.w, product(b[0], turn), strict=True)
-        self.position = [sp.expand(a + w - pin) for a, w, pin in ends]
-        squares = [dot(side, side) for side in (*sides, minus(sides[1], sides[0]))]
-        self.scale = sp.expand(sp.Add(*squares, *(length**2 for length in L)) / 3)
+        tex = {"w": r"\mathbf{w}", "u": r"\mathbf{u}", "l": r"\ell", "J": "J"}
+
+        def name(letter: str, index: str) -> sp.Symbol:
+            if letter == "|u|":
+                return platform.symbol(rf"|\mathbf{{u}}_{{{index}}}|")
+            head = self.letters["gap"] if letter == "k" else tex[letter]
+            rank = RANKS.index(letter)
+            return platform.symbol(f"{head}_{{{index}}}" if index else head, rank)
+
+        self.equations = elimination(A, b, L, self.phi, name)
+        self.u, self.norms, self.k = self.equations.u, self.equations.norms, self.equations.k
+        self.w, self.position = self.equations.w, self.equations.position
+        self.scale = self.equations.scale
 
 
 def _pair(parts: Iterable[sp.Expr]) -> Complex:
     x, y = parts
     return x, y
-
-
-def _half(value: sp.Expr) -> sp.Expr:
-    """Half of an expression, a sum over one bar."""
-    return sp.Mul(HALF, value, evaluate=False) if value.is_Add else HALF * value
 
 
 def _free_letters(platform: PrintedPlatform) -> dict[str, str]:
@@ -402,7 +374,12 @@ def _elimination(printed: PrintedPlatform, triad: PrintedTriad) -> str:
     """The position eliminated from the rods' equations."""
     terms, tex = printed.printed_terms.printer.terms, printed.printed_terms.tex
     x, y, phi = map(tex, printed.page.theta)
-    gap = triad.letters["gap"]
+    shown = printed.page.vectors.tex
+    left, right = triad.equations.polynomial
+    linear = ", ".join(
+        f"${shown(product)} = {tex(name)}$"
+        for product, (name, _) in zip(triad.equations.linear, triad.k, strict=True)
+    )
     components = [(tex(name), terms(value)) for u in triad.u for name, value in u]
     return sentence(
         r"\paragraph{All assembly modes} of given actuators follow from one polynomial (Hunt 1983;"
@@ -417,20 +394,12 @@ def _elimination(printed: PrintedPlatform, triad: PrintedTriad) -> str:
             r" \quad i = 2, 3."
         ),
         r"The first equation subtracted from the others leaves two that are linear in"
-        rf" $\mathbf{{w}}$, $\mathbf{{w}} \cdot \mathbf{{u}}_i = {gap}_i$ with",
+        rf" $\mathbf{{w}}$, {linear}, with",
         aligned([(tex(name), terms(value)) for name, value in triad.k]),
         "With $J$ the quarter turn, they are solved by",
-        _equation(
-            rf"\mathbf{{w}} = \frac{{J\,({gap}_3 \mathbf{{u}}_2 - {gap}_2 \mathbf{{u}}_3)}}"
-            r"{\mathbf{u}_2 \times \mathbf{u}_3},"
-        ),
+        _equation(rf"\mathbf{{w}} = {shown(triad.equations.solution)},"),
         "which, put into the first equation, gives",
-        _equation(
-            rf"{gap}_2^2\,|\mathbf{{u}}_3|^2"
-            rf" - 2 {gap}_2 {gap}_3\,\mathbf{{u}}_2 \cdot \mathbf{{u}}_3"
-            rf" + {gap}_3^2\,|\mathbf{{u}}_2|^2"
-            r" = \ell_1^2\,(\mathbf{u}_2 \times \mathbf{u}_3)^2."
-        ),
+        _equation(f"{shown(left)} = {shown(right)}."),
     )
 
 

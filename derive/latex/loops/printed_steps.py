@@ -17,6 +17,7 @@ from ...loops.planar.loop_step import (
     SPACE,
     AngleEquation,
     Cross,
+    Dot,
     LoopStep,
     RateEquation,
     StepEquations,
@@ -96,21 +97,21 @@ class PrintedLoopStep:
 
 
 class VectorPrinter(FractionPrinter):
-    """Prints vector products, too."""
+    """Prints scalar and vector products, too."""
 
     def _factor(self, factor: sp.Expr) -> str:
-        if isinstance(factor, Cross):
+        if isinstance(factor, Cross | Dot):
             return f"({self.alone(factor)})"
         return super()._factor(factor)
 
     def alone(self, product: sp.Expr) -> str:
-        """A vector product that stands by itself."""
-        a, b = map(self.tex, product.args)
-        return rf"{a} \times {b}"
+        """A product of two vectors without brackets."""
+        sign = r"\times" if isinstance(product, Cross) else r"\cdot"
+        return f" {sign} ".join(map(self.tex, product.args))
 
     def terms(self, expression: sp.Expr) -> list[str]:
         """The terms of a sum, each with its sign."""
-        if isinstance(expression, Cross):
+        if isinstance(expression, Cross | Dot):
             return [self.alone(expression)]
         return super().terms(expression)
 

@@ -51,6 +51,12 @@ class Cross(sp.Function):  # type: ignore[misc]
     nargs = 2
 
 
+class Dot(sp.Function):  # type: ignore[misc]
+    """The scalar product of two vectors that are quantities of a step."""
+
+    nargs = 2
+
+
 @dataclass(frozen=True)
 class AngleEquation:
     """The angle that turns a vector to another direction.
