@@ -5,9 +5,9 @@ through it, and back along the other:
 
     exp(xi_1 z_1) ... exp(xi_k z_k) M exp(xi_(k+1) z_(k+1)) ... exp(xi_n z_n) = 1
 
-with every screw at zero configuration in the meeting body's frame and M what the two branches,
-drawn at zero, leave open. The scalar equations hold exactly where that product is 1: in a plane,
-points are sums of turning vectors; in space, the poses of both branches are compared.
+with every screw at zero configuration in the meeting body's frame and M the displacement between
+the ends of the two branches at zero. The scalar equations hold exactly where that product is 1: in
+a plane, points are sums of turning vectors; in space, the poses of both branches are compared.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -59,11 +59,11 @@ class Factor:
     """One exponential of a loop.
 
     Attributes:
-        name: Of the joint, swing or cylinder, an entry of z; or of a freedom of the closer that is
-            none (``<closer>``, ``<strut>.end``; ``.x``, ``.y``, ``.z`` behind it for a ball).
+        name: Name of the joint, swing or cylinder, an entry of z; or of a freedom of the closer
+            that is no entry (``<closer>``, ``<strut>.end``; a ball adds ``.x``, ``.y``, ``.z``).
         screw: Twist (v, omega), (6, 1), at zero configuration in the meeting body's frame, of unit
             speed: metre a radian and 1, or 1 and 0 for a slider.
-        side: The branch it is on. Those of branch b are passed backwards, screw and all.
+        side: The branch it is on. Branch b is traversed backwards, with screws of opposite sense.
     """
 
     name: str
@@ -73,7 +73,7 @@ class Factor:
 
 @dataclass(frozen=True)
 class LoopEquations:
-    """What one closure or strut demands of the full configuration.
+    """The equations of one closure or strut in the full configuration.
 
     Attributes:
         loop: The closer and the two branches.
@@ -82,7 +82,7 @@ class LoopEquations:
             balls.
         factors: The exponentials from the meeting body around the loop and back to it; their
             product with ``home`` after those of side ``closer`` is 1 where the loop is closed.
-        home: M, (4, 4): what is open between the branches at zero configuration.
+        home: M, (4, 4): the displacement between the branches at zero configuration.
         residual: Named terms that are zero where the loop is closed and independent
             there: differences of points (a less b) or of lengths, and entries of the one frame's
             axes in the other's.
@@ -179,7 +179,7 @@ def jacobian_dot(
 
 
 class _Residual(NamedTuple):
-    """Equations with their units, and what is above zero where they are closed."""
+    """Equations with their units, and the terms that are above zero where they are closed."""
 
     kind: EquationKind
     entries: tuple[sp.Expr, ...]
@@ -231,7 +231,7 @@ class _Constraints:
         if abs(first - second) < ZERO_COMPONENT:
             raise RobotError(
                 f"robot {self.mechanism.name!r}: the loop of {loop.closer.name!r} closes in no "
-                f"configuration, {first.evalf(6)} is left"
+                f"configuration: a residual of {first.evalf(6)} remains"
             )
         return False
 
@@ -298,7 +298,7 @@ class _Planar:
         return self._met(barrel.point((length, ZERO)) - far)
 
     def _turn(self, edge: SlideEdge | WeldEdge) -> Complex:
-        """Cosine and sine of the turn of b's axes from where the closure wants them."""
+        """Cosine and sine of the turn of b's axes from their orientation when closed."""
         wanted = product(self.a.rotor, edge.rotor)
         rotor = product(self.b.rotor, conjugate(wanted))
         re, im = tidied(self.terms, sp.Matrix(rotor))
@@ -369,7 +369,7 @@ class _Spatial:
 def _around(
     terms: Terms, loop: Loop, linkage: Linkage | None
 ) -> tuple[tuple[Factor, ...], sp.ImmutableMatrix]:
-    """All exponentials of a loop in order, and what its branches leave open at zero."""
+    """All exponentials of a loop in order, and the displacement between its branches at zero."""
     out, T_a = _branch(terms, loop.to_a, "a")
     back, T_b = _branch(terms, loop.to_b, "b")
     closer = loop.closer
@@ -380,7 +380,7 @@ def _around(
         T_a = T_a * placement_matrix(closer.a.placement)
         T_b = T_b * placement_matrix(closer.b.placement)
         if linkage is not None and terms.value((T_a[:3, 2]).dot(T_b[:3, 2])) < 0:
-            # In a plane, frames whose z axes are opposed are a pin's as well.
+            # In a plane, a pin also holds frames whose z axes are opposed.
             T_b = T_b * sp.diag(1, -1, -1, 1)
     between, M = _through(closer)
     middle = [
@@ -415,7 +415,7 @@ def _through(closer: Closure | Strut) -> tuple[list[tuple[str, sp.Matrix]], sp.M
             "weld": [],
         }
         return freedoms[closer.kind], sp.eye(4)
-    # Pins turn about z and the member lies along x; one on balls can lie along any axis.
+    # Pins turn about z and the strut lies along x; a strut on balls can lie along any axis.
     M = pose(sp.eye(3), sp.Matrix([closer.length, 0, 0]))
     slides = [(name, _unit(0, sp.oo))] if closer.is_cylinder else []
     if closer.ends == "ball":

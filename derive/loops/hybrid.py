@@ -20,7 +20,7 @@ from .solution import Loops, Solution, from_actuators, from_chain, joint_angle, 
 
 
 class Hybrid:
-    """What the functions of one mechanism share, made when it is asked for."""
+    """The parts that the functions of one mechanism share, each derived when it is first used."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         """Sorts the loops and names the coordinates."""
@@ -90,7 +90,7 @@ class Hybrid:
 
     @cached_property
     def mobility(self) -> Mobility:
-        """Its freedoms, counted and true."""
+        """The mechanism's freedoms, counted and by rank."""
         return mobility(self.mechanism)
 
     # --- the chain in actuated coordinates ---

@@ -29,7 +29,7 @@ def chain(h: Hybrid) -> SymbolicFunction:
 
 
 def chain_D_q(h: Hybrid) -> SymbolicFunction:
-    """Their derivatives."""
+    """The derivatives of the main chain's joints."""
     return h.function(
         "chain_D_q",
         "Derivative of the main chain's joints by the actuated coordinates.",
@@ -51,7 +51,7 @@ def passive(h: Hybrid) -> SymbolicFunction:
 
 
 def passive_D_q(h: Hybrid) -> SymbolicFunction:
-    """Their derivatives."""
+    """The derivatives of the passive joints."""
     return h.function(
         "passive_D_q",
         "Derivative of the passive joints by the actuated coordinates.",
@@ -98,7 +98,7 @@ def actuators(h: Hybrid) -> SymbolicFunction:
 
 
 def actuators_D_chain(h: Hybrid) -> SymbolicFunction:
-    """Their derivatives."""
+    """The derivatives of the actuators."""
     return h.function(
         "actuators_D_chain",
         "Derivative of the actuated coordinates by the main chain's joints.",
@@ -133,12 +133,12 @@ def actuator_accelerations(h: Hybrid) -> SymbolicFunction:
 
 
 def margin(h: Hybrid) -> SymbolicFunction:
-    """How far each loop is from its dead point."""
+    """The margin of each loop: zero at its dead point."""
     return _margins(h, "margin", h.forward, "q")
 
 
 def actuator_margin(h: Hybrid) -> SymbolicFunction:
-    """The same where the main chain is given."""
+    """The margins where the main chain is given."""
     return _margins(h, "actuator_margin", h.backward, "theta")
 
 
@@ -155,7 +155,7 @@ def configuration(h: Hybrid) -> SymbolicFunction:
 
 
 def chain_all(h: Hybrid) -> SymbolicFunction:
-    """The main chain on every branch."""
+    """The main chain's joints on every branch."""
     branches = [
         (h.named(solution, [joint.name for joint in h.robot.moving]), solution)
         for solution in _branches(h, h.forward, from_actuators, h.q)
@@ -176,7 +176,7 @@ def _branches(
     solve: Callable[..., Solution],
     symbols: Sequence[sp.Symbol],
 ) -> list[Solution]:
-    """Solutions with every combination of signs, that of the reference first."""
+    """Solutions with every combination of signs, the reference's first."""
     signs = [step.sign for step in at_reference.steps if step.sign]
     combinations = [
         [own * flip for own, flip in zip(signs, flips, strict=True)]

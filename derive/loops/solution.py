@@ -1,4 +1,4 @@
-"""All joints of a mechanism from those that are known: actuators forward, the main chain back."""
+"""All joints of a mechanism from the actuators, or from the joints of the main chain."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -25,9 +25,9 @@ class Solution:
 
     Attributes:
         mechanism: The description.
-        values: Of joints, swings and cylinders by name; angles may exceed a turn.
+        values: Values of joints, swings and cylinders by name; angles may exceed a turn.
         loops: Rates of the solved angles, for :class:`~chasles.derive.terms.tangents.Tangent`.
-        steps: How the loops were solved, in order.
+        steps: The steps of the solution, in order.
         relations: Sums of turning vectors that are zero where the loops are closed.
         open: Names of joints that stay undetermined.
         reference: The reference configuration, for numbers.
@@ -158,9 +158,9 @@ def joint_angle(terms: Terms, solution: Solution, value: sp.Expr, joint: Joint |
 
     Args:
         terms: Names of all terms.
-        solution: Where the value comes from; receives the rate of the new name.
+        solution: The solution that gives the value; receives the rate of the new name.
         value: A sum of solved angles and coordinates.
-        joint: The joint whose angle it is, None for a swing.
+        joint: The joint of that angle, None for a swing.
     """
     if not terms.is_solved(value):
         return terms.let(value)
@@ -185,7 +185,7 @@ def _given(mechanism: Mechanism) -> dict[str, float]:
 
 
 def _value_of(mechanism: Mechanism, name: str, moves: str, ratio: sp.Expr) -> float:
-    """Reference value of a coordinate, told by itself or by what it moves."""
+    """Reference value of a coordinate, given for itself or for the joint that it moves."""
     given = dict(mechanism.reference)
     if name not in given and moves in given:
         return float(given[moves] / ratio)

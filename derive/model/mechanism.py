@@ -48,8 +48,8 @@ class Closure:
         name: Unique among joints, closures and struts.
         kind: ``pin`` turns about the frames' common z axis, ``slider`` moves along it, ``ball``
             keeps their origins together, ``weld`` keeps the frames together.
-        a: The frame on the one body.
-        b: The frame on the other.
+        a: The frame on the first body.
+        b: The frame on the second body.
     """
 
     name: str
@@ -68,9 +68,9 @@ class Strut:
 
     Attributes:
         name: Unique among joints, closures and struts; a cylinder's coordinate has its name.
-        a: Where it begins; only the origin counts.
-        b: Where it ends.
-        length: Of a rod; of a cylinder, its length where its coordinate is zero (metre).
+        a: The frame at whose origin it begins.
+        b: The frame at whose origin it ends.
+        length: Length of a rod, or of a cylinder at coordinate zero (metre).
         is_cylinder: Whether the length is a coordinate.
         ends: Whether pins or balls hold its ends.
         swing: Name of its passive angle, measured on the body at its beginning.
@@ -123,11 +123,11 @@ class Coordinate:
     """One actuated coordinate, an element of ``q``.
 
     Attributes:
-        name: Of the joint, the cylinder or the motor.
+        name: Name of the joint, the cylinder or the motor.
         kind: ``revolute`` or ``prismatic``.
         limits: Lowest and highest value (radian or metre), None where unbounded.
         moves: The joint or cylinder that it moves.
-        ratio: Advance of that per unit of the coordinate.
+        ratio: Advance of the joint or cylinder per unit of the coordinate.
     """
 
     name: str
@@ -149,7 +149,7 @@ class Mechanism:
     Attributes:
         name: A C identifier; the prefix of everything generated.
         joints: The tree; each joint's ``parent`` is the body that it stands on.
-        actuated: Names of joints, cylinders and drives: the order of ``q``.
+        actuated: Names of joints, cylinders and drives in the order of ``q``.
         closures: Joints that close loops.
         struts: Rods and cylinders.
         drives: Motors behind gears.
@@ -162,8 +162,8 @@ class Mechanism:
         tool_frame: Name of the tool frame.
         parameters: The named lengths and angles that the placements use.
         reference: Values of coordinates and joints at the configuration whose branch is meant,
-            zero where none is given. Passive ones need be near, not exact.
-        notes: What was changed or assumed on the way in.
+            zero where none is given. Those of passive joints need only be near.
+        notes: Changes and assumptions made while the description was read.
 
     Raises:
         RobotError: Names clash, a body or joint is unknown, or a body has two parents.
@@ -207,7 +207,7 @@ class Mechanism:
 
     @property
     def closers(self) -> tuple[Closure | Strut, ...]:
-        """What closes the loops, one each."""
+        """Closures and struts: each closes a loop."""
         return (*self.closures, *self.struts)
 
     @property
@@ -222,7 +222,7 @@ class Mechanism:
 
     @cached_property
     def members(self) -> Mapping[str, Joint | Strut]:
-        """Joints that move and cylinders, by name: what a coordinate may move."""
+        """Joints that move and cylinders, by name: a coordinate may move each of them."""
         joints = {joint.name: joint for joint in self.joints if joint.kind != "fixed"}
         return joints | {strut.name: strut for strut in self.struts if strut.is_cylinder}
 
@@ -328,4 +328,4 @@ class Mechanism:
 
 
 Described = Robot | Mechanism
-"""What a file describes: a serial robot, or one with loops."""
+"""The description of a file: a serial robot, or a robot with loops."""

@@ -43,6 +43,23 @@ SAMPLED_RANGE = 0.3
 
 Large enough to leave a singular reference, small enough for Newton's method to close the loops.
 """
+SAME_POINT = 1e-9
+"""Points of a drawing closer than this are one (metre), and so are directions (pure number).
+
+Closed loops in doubles leave 1e-12; the eye sees no less than 1e-4 of a robot's size.
+"""
+VISIBLE_GAP = 2e-3
+"""A drawn loop may stand open by this part of the robot's size: the eye sees no gap below it."""
+SAME_VIEW = 1e-6
+"""Directions of a solved configuration are parallel to this angle in a drawing (radian).
+
+A configuration that closes overconstrained loops is known to about 1e-7.
+"""
+LAYOUT_TIE = 1e-5
+"""Numbers this close to the middle between two tenths of a millimetre are rounded up (0.1 mm).
+
+Machines differ in the last digits of these numbers; the bytes of a drawing must not.
+"""
 
 # --- inverse: structures, boundaries of subproblems, eigenvalues ---
 

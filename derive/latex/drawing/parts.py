@@ -1,4 +1,4 @@
-"""What there is to draw of a mechanism, as points and directions in the base frame (metre)."""
+"""The parts of a mechanism's drawing, as points and directions in the base frame (metre)."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -9,21 +9,24 @@ from ...loops.planar.planes import Loop, loops
 from ...model.errors import RobotError
 from ...model.mechanism import Closure, Mechanism, Strut
 from ...model.robot import Joint
+from ...model.tolerances import SAME_POINT, VISIBLE_GAP
 from .poses import Array, Poses
 
-SMALL = 1e-9
-"""What counts as one point (metre), and as one direction."""
-VISIBLE = 2e-3
-"""The part of a robot's size by which a loop may stand open: less than the eye sees."""
 LONG = 0.05
-"""The part of a robot's size from which on a slide is drawn as a telescope."""
+"""A slide longer than this part of the robot's size is drawn as a telescope."""
 MOUTH = 0.6
-"""Where on its length a telescope's outer tube ends."""
+"""The part of a telescope's length at which its outer tube ends."""
 
 
 @dataclass
 class Solid:
-    """Bodies that are one: what sits on them, and whether the main chain goes through."""
+    """Bodies that are fixed to each other.
+
+    Attributes:
+        points: The points of joints and struts on them.
+        is_main: Whether the main chain passes through them.
+        is_base: Whether the base is one of them.
+    """
 
     points: list[Array] = field(default_factory=list)
     is_main: bool = False
@@ -32,16 +35,16 @@ class Solid:
 
 @dataclass(frozen=True)
 class Hinge:
-    """What turns, or is held, at a point.
+    """A pin, ball or weld at a point.
 
     Attributes:
         name: Of the joint, closure or strut.
         kind: ``pin``, ``ball`` or ``weld``.
         at: The point.
         axis: The direction of a pin, as the coordinate counts.
-        a: Index of the solid that it stands on.
-        b: Index of the solid that it carries, -1 where that is a strut.
-        coordinate: Which of ``q`` moves it.
+        a: Index of the solid that carries it.
+        b: Index of the solid that it carries, -1 for a strut.
+        coordinate: Index of the entry of ``q`` that moves it.
         is_main: Whether it is a joint of the main chain.
     """
 
@@ -61,14 +64,14 @@ class DrawnSlide:
 
     Attributes:
         name: Of the joint or closure.
-        start: Where on the guide the coordinate is zero.
-        at: Where the slider is.
+        start: The point of the guide at which the coordinate is zero.
+        at: The position of the slider.
         axis: The direction of the guide.
         a: Index of the solid with the guide.
         b: Index of the solid that slides.
-        mouth: Where the outer tube of a telescope ends.
-        travel: Where a slider is at its limits.
-        coordinate: Which of ``q`` moves it.
+        mouth: The end of a telescope's outer tube.
+        travel: The positions of a slider at its limits.
+        coordinate: Index of the entry of ``q`` that moves it.
         is_main: Whether it is a joint of the main chain.
     """
 
@@ -100,7 +103,7 @@ class Scene:
     """All parts of a mechanism at one configuration.
 
     Attributes:
-        solids: Bodies, the base first; what is fixed to a body is one with it.
+        solids: Bodies, the base first; bodies that are fixed to each other are one.
         hinges: Pins, balls and welds.
         slides: Sliders and telescopes.
         bars: Rods and cylinders.
@@ -215,7 +218,7 @@ class _Builder:
         if carried != [outer] or body in held or body == self.mechanism.tool_body:
             return False
         gap = self.poses.moved[inner.name][:3, 3] - self.poses.fixed[outer.name][:3, 3]
-        return float(np.linalg.norm(gap)) < SMALL
+        return float(np.linalg.norm(gap)) < SAME_POINT
 
     def _attach(self, body: str, point: Array) -> int:
         """Notes a point of a body, and gives the body's solid."""
@@ -292,7 +295,7 @@ class _Builder:
         return self.configuration[name]
 
     def _check_closed(self, name: str, gap: float) -> None:
-        if not gap <= VISIBLE * self.size:
+        if not gap <= VISIBLE_GAP * self.size:
             raise RobotError(
                 f"robot {self.mechanism.name!r}: {name!r} stands open by {gap:.3g} m in the "
                 "configuration; a drawing needs one that closes all loops"

@@ -1,4 +1,4 @@
-"""Where everything of a mechanism is at one configuration, in plain numbers."""
+"""The poses of a mechanism's bodies and joints at one configuration, in numbers."""
 
 import math
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""What the fragments of a robot with loops share."""
+"""The symbols and steps that the fragments of a robot with loops share."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,12 +19,12 @@ from .printed_steps import PrintedLoopStep, VectorPrinter, printed_steps
 
 @dataclass(frozen=True)
 class LoopPage:
-    """A robot with loops with everything that is printed of it.
+    """A robot with loops and everything that is printed about it.
 
     Attributes:
         mechanism: The description.
         hybrid: The derivation of its loops.
-        chain: The page of its main chain; coordinates are called as the members.
+        chain: The page of its main chain; coordinates have the members' symbols.
         members: The symbols of its joints.
         letters: The symbols of intermediate results.
     """

@@ -1,4 +1,4 @@
-r"""The fragment that says what a robot with loops consists of: coordinates, joints, closures."""
+r"""The fragment that describes a robot with loops: coordinates, joints, closures."""
 
 from collections.abc import Sequence
 
@@ -80,7 +80,7 @@ def _others(page: LoopPage) -> str:
         ("axis", [_axis(page, joint) for joint in others]),
     ]
     return sentence(
-        "The other joints, each at a point of the body that it stands on, are",
+        "The other joints, each at a point of the body that carries it, are",
         tabular(columns, repeated=1),
     )
 

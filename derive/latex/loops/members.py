@@ -1,4 +1,4 @@
-"""What the joints of a robot with loops are called in formulas and in sentences.
+"""Names of the joints of a robot with loops, in formulas and in sentences.
 
 Joints of the main chain are theta, actuated coordinates q, the rest psi, each with its number,
 except that a joint whose name is a symbol already, ``theta8`` or ``l_HI``, keeps it.
@@ -40,7 +40,7 @@ LETTERS: Mapping[str, tuple[str, ...]] = {
     "beta": (r"\beta", r"\varepsilon", r"\mathrm{b}"),
     "delta": (r"\delta", r"\Delta", r"\mathrm{d}"),
 }
-"""What the intermediate results of a solution are called, in order of preference."""
+"""Letters of the intermediate results of a solution, in order of preference."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ class _Chosen:
 
 
 def dotted(tex: str) -> str:
-    """A symbol with a dot, the rate of what it stands for."""
+    """A symbol with a dot: the rate of its quantity."""
     letter, bar, index = tex.partition("_")
     return rf"\dot{{{letter}}}{bar}{index}"
 
@@ -116,7 +116,7 @@ def is_symbol(name: str) -> bool:
 
 
 def words(name: str) -> str:
-    """A name in a sentence: blanks for what joins its words."""
+    """A name in a sentence, with blanks between its words."""
     strut, dot, part = name.partition(".")
     plain = names.escape(strut.replace("_", " "))
     kinds = {"end": "far end of", "piston": "piston of", "begin": "near end of"}
@@ -124,10 +124,10 @@ def words(name: str) -> str:
 
 
 class Letters:
-    """A letter for each kind of intermediate result that nothing else is called by."""
+    """Letters for the kinds of intermediate results, none of which the robot uses."""
 
     def __init__(self, notation: Notation, symbols: Members) -> None:
-        """Takes the letters that are used."""
+        """Chooses among the letters that the robot does not use."""
         lengths = [notation.tex[s] for s, (kind, _) in notation.order.items() if kind == LENGTH]
         taken = set(map(names.head, (*lengths, *symbols.of.values())))
         used = ("cos", "sin", "term", "constant")

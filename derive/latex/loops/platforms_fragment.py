@@ -37,7 +37,7 @@ LETTERS = {
     "sine": (r"\beta", r"\nu", r"\tau"),
     "root": (r"\xi", r"\varsigma", r"\mathrm{z}"),
 }
-"""Letters of the polynomial in order of preference: one that the robot uses is avoided."""
+"""Letters of the polynomial in order of preference; letters that the robot uses are avoided."""
 Vector = tuple[sp.Expr, ...]
 
 
@@ -93,7 +93,7 @@ class PrintedPlatform:
 
     @cached_property
     def r(self) -> tuple[Vector, ...]:
-        """Symbols of what leads from the tool to the platform's ends of the rods."""
+        """Symbols of the vectors from the tool to the platform's ends of the rods."""
         return self._symbols("r")
 
     @cached_property
@@ -236,8 +236,8 @@ def _lengths(printed: PrintedPlatform) -> str:
     equal = "" if length is None else f" = {printed.printed_terms.tex(length)}"
     names = ", ".join(page.members.called(strut.name) for strut in page.mechanism.struts)
     return sentence(
-        rf"The platform is held by {names}. {each} is of length $\ell_i$ and leads from the"
-        rf" point {from_points} to the point {on_platform} of the platform:",
+        rf"The platform is held by {names}. {each} is of length $\ell_i$ and connects the"
+        rf" point {from_points} with the point {on_platform} of the platform:",
         _equation(rf"|\mathbf{{b}}_i - \mathbf{{a}}_i| = \ell_i{equal}."),
         _axes(printed),
         aligned(_points(printed)),
@@ -293,7 +293,7 @@ def _vector(printed: PrintedPlatform, vector: Vector, axes: Iterable[int]) -> li
 
 def _velocities(printed: PrintedPlatform) -> str:
     free = listed(TWIST[k] for k in printed.free)
-    alone = "" if len(printed.free) == SPACE else f", of which {free} alone need be written"
+    alone = "" if len(printed.free) == SPACE else f", of which {free} alone can move"
     return sentence(
         r"Differentiated and divided by $\ell_i$, with the directions"
         r" $\mathbf{n}_i = (\mathbf{b}_i - \mathbf{a}_i) / |\mathbf{b}_i - \mathbf{a}_i|$ and the"
@@ -365,8 +365,8 @@ def _singularities(printed: PrintedPlatform) -> str:
             ]
         ),
         r"At $\sigma_{1} = 0$ the platform loses a freedom: a leg is stretched or folded. At"
-        r" $\sigma_{2} = 0$ it gains one: locked actuators do not hold it, and assembly modes meet."
-        rf" At $\sigma_{{3}} = 0$ both happen at once.{units if angular else ''}",
+        r" $\sigma_{2} = 0$ it gains a freedom: locked actuators do not hold it, and assembly modes"
+        rf" meet. At $\sigma_{{3}} = 0$ both happen at once.{units if angular else ''}",
     )
 
 
@@ -384,9 +384,10 @@ def _elimination(printed: PrintedPlatform, triad: PrintedTriad) -> str:
     return sentence(
         r"\paragraph{All assembly modes} of given actuators follow from one polynomial (Hunt 1983;"
         r" Gosselin, Sefrioui and Richard 1992). Let $\mathbf{w} = \mathbf{b}_1 - \mathbf{a}_1$ be"
-        rf" the vector of the first rod, in the axes of ${x}$ and ${y}$. What leads from it to the"
-        r" others, $\mathbf{u}_i = (\mathbf{b}_i - \mathbf{b}_1) - (\mathbf{a}_i - \mathbf{a}_1)$,"
-        rf" depends on ${phi}$ alone,",
+        rf" the vector of the first rod, in the axes of ${x}$ and ${y}$. The vectors from it to"
+        r" the others,"
+        r" $\mathbf{u}_i = (\mathbf{b}_i - \mathbf{b}_1) - (\mathbf{a}_i - \mathbf{a}_1)$,"
+        rf" depend on ${phi}$ alone,",
         aligned(components, end=","),
         "and the rods have their lengths where",
         _equation(
@@ -404,13 +405,13 @@ def _elimination(printed: PrintedPlatform, triad: PrintedTriad) -> str:
 
 
 def _harmonics(printed: PrintedPlatform, triad: PrintedTriad) -> str:
-    """The equation as a polynomial, and what follows from its zeros."""
+    """The equation as a polynomial, and the poses at its zeros."""
     tex = printed.printed_terms.tex
     phi, root = tex(triad.phi), triad.letters["root"]
     first = f"{triad.letters['cosine']}_0"
     a, b = (f"{triad.letters[kind]}_m" for kind in ("cosine", "sine"))
     return sentence(
-        r"Turns leave lengths and scalar products as they are: every factor is of degree $1$ in"
+        r"Rotations preserve lengths and scalar products: every factor is of degree $1$ in"
         rf" $\cos {phi}$, $\sin {phi}$. The difference of both sides, divided by $\bar{{\ell}}^6$,"
         rf" $\bar{{\ell}}^2 = {tex(triad.scale)}$, is a sum of three harmonics, whose coefficients"
         " depend on the actuators,",

@@ -14,9 +14,9 @@ from .members import dotted
 from .printed_steps import PrintedLoopStep, PrintedRate
 
 MOST_TERMS = 8
-"""PrintedTerms of a sum in which the rates of intermediate results are written out."""
+"""Longest sum, in terms, in which the rates of intermediate results are written out."""
 BRACKET = 0.6 * LINE
-"""Widest sum that a rate is a factor of (pt)."""
+"""Widest sum that is multiplied by a rate (pt)."""
 
 
 class Rates:
@@ -24,12 +24,12 @@ class Rates:
 
     Attributes:
         dotted: The rate of each coordinate and unknown.
-        definitions: Meaning of each symbol that is no coordinate or unknown.
-        inner: The rates of those that are written by name.
+        definitions: Meaning of each symbol that is neither a coordinate nor an unknown.
+        inner: The rates of the symbols among them that are written by name.
     """
 
     def __init__(self, page: LoopPage, moving: Mapping[sp.Symbol, int]) -> None:
-        """Begins with the coordinates, which move by themselves."""
+        """Begins with the coordinates, whose rates are given."""
         self.page = page
         self.definitions: dict[sp.Symbol, sp.Expr] = {}
         self.inner: dict[sp.Symbol, sp.Symbol] = {}
@@ -160,7 +160,7 @@ def _jacobian(page: LoopPage) -> str:
     maps = r"the factors of $\dot{q}$ in the rates above"
     if page.hybrid.forward.open:
         maps = (
-            r"what $\frac{\partial c}{\partial z}\,\dot{z} = 0$ gives, solved for the rates of all"
+            r"the solution of $\frac{\partial c}{\partial z}\,\dot{z} = 0$ for the rates of all"
             " joints that are not actuated"
         )
     return sentence(

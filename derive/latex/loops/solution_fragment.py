@@ -31,7 +31,7 @@ def solution(page: LoopPage) -> str:
         *_collapsed(page),
         rf"\paragraph{{From the main chain.}} Given are {listed(page.members.theta)}.",
         *[_step(page, step) for step in page.backward_steps],
-        _results(page, backward, "What is not in the main chain follows as", known=set(main)),
+        _results(page, backward, "All other joints follow as", known=set(main)),
         _open(page, backward, [*actuated]),
     )
 
@@ -73,7 +73,7 @@ def _equations(page: LoopPage, definitions: Iterable[Definition]) -> list[Equati
 
 
 def _axes(page: LoopPage, printed: PrintedLoopStep) -> str:
-    """In whose axes a step is written."""
+    """The axes in which a step is written."""
     axes = f"In the axes of {_body(page, printed.step.axes)}"
     turned = printed.step.turned
     if turned != 0 and printed.vectors:
@@ -150,7 +150,7 @@ def _results(page: LoopPage, solved: Solution, opening: str, known: set[str]) ->
 
 
 def _open(page: LoopPage, solved: Solution, wanted: Sequence[str] = ()) -> str:
-    """What has no closed form."""
+    """The joints that have no closed form."""
     names = [name for name in solved.open if name in page.joints and (not wanted or name in wanted)]
     if not names:
         return ""
@@ -196,9 +196,9 @@ def _collapsed(page: LoopPage) -> list[str]:
     ]
     return [
         sentence(
-            rf"The joints {listed(page.members.theta[k] for k in gone)} of the main chain turn"
-            " by a constant in all, so that what they carry only translates,",
+            rf"The angles {listed(page.members.theta[k] for k in gone)} of the main chain have a"
+            " constant sum, so that the bodies behind these joints only translate,",
             aligned(moves, end=","),
-            "in the plane of these joints, in which the loops take all solved angles out.",
+            "in the plane of these joints. The loops' equations eliminate all solved angles.",
         )
     ]

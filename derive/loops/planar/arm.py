@@ -1,4 +1,4 @@
-"""Arms: vectors that are fixed on a body but for known coordinates, and the turns between them."""
+"""Arms: vectors that are constant on a body up to known coordinates, and the turns between them."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from .phasors import ZERO, Complex, PhasorSum, conjugate, dot, product
 
 @dataclass(frozen=True)
 class Arm:
-    """A vector that is fixed on a body but for known coordinates, with its common angle apart.
+    """A vector that is constant on a body up to known coordinates, its common angle split off.
 
     Attributes:
         vector: Named components where the angle is zero.

@@ -3,8 +3,8 @@
 A loop is planar where all its revolute axes are parallel and all its sliders are perpendicular to
 them. Loops that share a joint are one *linkage*. Each body of a linkage gets axes of its own in the
 plane: the first of its frame's x, y, z axes that lies in the plane and the one to the left of it,
-seen against the plane's normal, which is the first revolute axis of the linkage, or across its
-sliders where nothing in it turns.
+seen against the plane's normal, which is the first revolute axis of the linkage, or the normal of
+its sliders where it has no revolute joint.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -26,8 +26,8 @@ class PinEdge:
     """Two bodies of a linkage that turn about a common point.
 
     Attributes:
-        name: Of the joint, swing or closure.
-        a: The one body; b turns on it.
+        name: Name of the joint, swing or closure.
+        a: The body on which b turns.
         at_a: The point in a's axes.
         b: The other body.
         at_b: The point in b's axes.
@@ -49,8 +49,8 @@ class SlideEdge:
     """Two bodies of a linkage that slide along each other.
 
     Attributes:
-        name: Of the joint, cylinder or closure.
-        a: The one body; b slides on it.
+        name: Name of the joint, cylinder or closure.
+        a: The body on which b slides.
         at_a: A point of the guide, in a's axes.
         direction: The guide's direction in a's axes, of length 1.
         b: The other body.
@@ -69,7 +69,7 @@ class SlideEdge:
 
 @dataclass(frozen=True)
 class WeldEdge:
-    """Two bodies of a linkage that are one: b's axes and origin in a's axes."""
+    """Two bodies of a linkage that are fixed to each other: b's axes and origin in a's axes."""
 
     name: str
     a: str
@@ -178,7 +178,7 @@ def _sharing(planar: Sequence[_PlanarLoop]) -> list[list[Loop]]:
 
 
 class _Branch:
-    """The way from the base to one side of a loop: axes in numbers where every joint is at zero."""
+    """The joints from the base to one side of a loop: their axes in numbers at zero."""
 
     def __init__(self, mechanism: Mechanism, terms: Terms, frame: Frame, way: list[Joint]) -> None:
         self.turning: list[sp.Matrix] = []
@@ -214,7 +214,7 @@ def _normal(mechanism: Mechanism, loop: Loop, terms: Terms) -> sp.Matrix | None:
     n = turning[0] if turning else across(sliding)
     if n is None or a.is_helical or b.is_helical:
         return None
-    # What keeps the two frames from turning must hold the plane's normal where it is.
+    # A closure that keeps the two frames from turning must keep the plane's normal, too.
     kept = kind not in ("slider", "weld") or _is_small(a.R.T * n - b.R.T * n)
     is_planar = kept and holds(n, turning, sliding) and abs(n.dot(b.p - a.p)) < ZERO_COMPONENT
     return n if is_planar else None
@@ -303,7 +303,7 @@ class _Plane:
             self.axes[joint.link] = self._chosen(normal)
 
     def _normal_at_root(self, order: Sequence[Joint], group: Sequence[Loop]) -> sp.Matrix:
-        """The first turning axis, or what is perpendicular to the sliders where nothing turns."""
+        """The first revolute axis, or the normal of the sliders where no axis turns."""
         for joint in order:
             if joint.kind == "revolute":
                 return self._at_root(joint.parent, _rotation(joint.before)[:, 2], order)
@@ -415,7 +415,7 @@ def tidied(terms: Terms, vector: sp.Matrix) -> sp.Matrix:
 
 
 def tidied_entry(terms: Terms, entry: sp.Expr) -> sp.Expr:
-    """A number that is 0, 1 or -1 to 25 digits as that integer, all else as it is."""
+    """A number that is 0, 1 or -1 to 25 digits as that integer; other entries unchanged."""
     if entry.is_Rational or entry.free_symbols:
         return entry
     value = terms.value(entry)

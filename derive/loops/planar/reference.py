@@ -40,7 +40,7 @@ class AtReference:
         self._known: dict[sp.Symbol, float] = dict(values)
 
     def hints_of(self, names: Sequence[str]) -> dict[str, float]:
-        """Values near the reference of those joints for which one is given; else those assumed."""
+        """Given values of joints near the reference; assumed ones where no value is given."""
         for hints in (self.given, self.assumed):
             found = {name: hints[name] for name in names if name in hints}
             if found:

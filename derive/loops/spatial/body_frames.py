@@ -1,4 +1,4 @@
-"""Where a frame on a body of a mechanism is, at given values of the joints before it."""
+"""The pose of a frame on a body at given values of the joints between the base and the body."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -37,15 +37,15 @@ def pose_along(
     values: Mapping[str, sp.Expr],
     base: Placement = (),
 ) -> Pose:
-    """Axes and origin of a frame behind some joints, in the frame before them.
+    """Axes and origin of the frame after a run of joints, in the frame before them.
 
     Args:
         mechanism: The description that the joints are from.
         terms: Names of all terms.
-        way: The joints.
+        way: The run of joints.
         tool: The frame on the last body.
         values: Values of the joints that move (radian or metre), by name.
-        base: Where the way begins.
+        base: The placement before the first joint.
     """
     if all(joint.kind == "fixed" for joint in way):
         T = placement_matrix(base)

@@ -451,7 +451,9 @@ def test_a_loop_that_never_closes():
         ("x",),
         closures=(Closure("hook", "ball", Frame(BASE, at(0, 0, "1/2")), Frame("body")),),
     )
-    with pytest.raises(RobotError, match=r"the loop of 'hook' closes in no configuration, 0\.5"):
+    with pytest.raises(
+        RobotError, match=r"the loop of 'hook' closes in no configuration: a residual of 0\.5"
+    ):
         Case(stage)
 
 
