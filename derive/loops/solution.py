@@ -21,7 +21,7 @@ from .spatial.struts import Known
 
 @dataclass(frozen=True)
 class Solution:
-    """The joints of a mechanism in closed form, as far as there is one.
+    """The joints of a mechanism that follow in closed form.
 
     Attributes:
         mechanism: The description.
@@ -81,7 +81,7 @@ def from_actuators(
         loops: The mechanism and its loops.
         terms: Names of all terms.
         q: The actuated coordinates (radian or metre).
-        signs: Branches other than that of the reference.
+        signs: Signs of the branches, step by step, instead of those at the reference.
 
     Raises:
         RobotError: A loop does not close at the reference, or its branch there is not clear.
@@ -109,7 +109,7 @@ def from_chain(
         loops: The mechanism and its loops.
         terms: Names of all terms.
         theta: The main chain's joints (radian or metre).
-        signs: Branches other than that of the reference.
+        signs: Signs of the branches, step by step, instead of those at the reference.
         closed: Joint values at the reference configuration, as far as they are known.
 
     Raises:

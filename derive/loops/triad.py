@@ -53,7 +53,7 @@ class Elimination:
         scale: The squared length by whose third power the polynomial is divided.
         linear: The left sides of the linear pair, between vectors.
         solution: The first rod w that solves the linear pair.
-        polynomial: Both sides of the equation in phi that is left.
+        polynomial: Both sides of the remaining equation in phi.
     """
 
     u: tuple[tuple[Named, ...], ...]
@@ -161,11 +161,11 @@ def triad_position(
 ) -> Complex:
     """The platform's position at an angle that is a zero of the polynomial.
 
-    Along the longer u of u_2 and u_3 the first rod reaches k / |u|, across it what is left of its
-    length: this is well determined where u_2 and u_3 are parallel and the linear pair is singular.
-    The third circle says on which side. Where it does not, because the three centres are in one
-    line, both sides are solutions; this is one of them and :func:`triad_mirror` the other. Where
-    the centres coincide there is no position (NaN).
+    The first rod's component along the longer u of u_2 and u_3 is k / |u|; the component across u
+    follows from the rod's length. Both are well determined where u_2 and u_3 are parallel and the
+    linear pair is singular. The third circle selects the side. Where the three centres lie on one
+    line both sides are solutions; this function gives the first and :func:`triad_mirror` the
+    second. Where the centres coincide there is no position (NaN).
 
     Args:
         terms: Names of all terms.
@@ -191,7 +191,8 @@ def triad_mirror(
 ) -> Complex:
     """The mirror image of :func:`triad_position` in the line of two centres.
 
-    A second solution where the centres are in one line, and near a double zero a start for it.
+    It is a second solution where the centres lie on one line, and a start for the iteration near a
+    double zero.
     """
     return _Triad(terms, A, b, L).position(c, s, sp.S.NegativeOne)
 

@@ -144,17 +144,17 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Mechanism:
-    """A robot with loops, or one whose motors act through gears.
+    """A robot with loops, or a robot whose motors act through gears.
 
     Attributes:
         name: A C identifier; the prefix of everything generated.
-        joints: The tree; each joint's ``parent`` is the body that it stands on.
+        joints: The tree; each joint's ``parent`` is the body that carries it.
         actuated: Names of joints, cylinders and drives in the order of ``q``.
         closures: Joints that close loops.
         struts: Rods and cylinders.
         drives: Motors behind gears.
         tool_body: The body that carries the tool.
-        title: What a reader calls the robot.
+        title: The robot's name for a reader.
         source: Where the numbers come from.
         base: The base body's frame in the base frame.
         tool: The tool frame in its body's frame.
@@ -310,11 +310,11 @@ class Mechanism:
             if item.a.body == item.b.body:
                 raise RobotError(f"{item.name!r} holds body {item.a.body!r} to itself")
 
-    def _check_known(self, what: str, names: Sequence[str], known: set[str]) -> None:
+    def _check_known(self, role: str, names: Sequence[str], known: set[str]) -> None:
         for name in names:
             if name not in known:
                 there = ", ".join(sorted(known))
-                raise RobotError(f"robot {self.name!r}: {what} {name!r} is none of {there}")
+                raise RobotError(f"robot {self.name!r}: {role} {name!r} is none of {there}")
 
     def _check_symbols(self) -> None:
         known = {parameter.symbol for parameter in self.parameters}

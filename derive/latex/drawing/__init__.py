@@ -54,12 +54,12 @@ _BELOW = 40
 def drawing(mechanism: Mechanism, configuration: Mapping[str, float]) -> str:
     r"""A drawing of a mechanism: bodies, joints by kind, actuators, loops, tool frame and scale.
 
-    Bodies join what sits on them, those of the main chain are thicker; actuated members are red,
-    with an arrow in the sense in which they count and their coordinate's name, motors behind gears
-    named at the joint that they move; a number stands in each loop, in the order of
-    :func:`chasles.derive.loops.planar.planes.loops`. Planar loops are seen square to their plane,
-    all else from above and aside, without perspective. The picture is at most 140 mm wide and
-    110 mm high.
+    Bodies connect the joints on them; those of the main chain are thicker. Actuated members are
+    red, with an arrow in their positive sense and their coordinate's name; a motor behind a gear is
+    named at the joint that it moves. Each loop bears its number in the order of
+    :func:`chasles.derive.loops.planar.planes.loops`. Planar loops are seen along the normal of
+    their plane, other mechanisms from above and aside, without perspective. The picture is at most
+    140 mm wide and 110 mm high.
 
     Args:
         mechanism: The description.

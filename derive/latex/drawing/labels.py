@@ -73,10 +73,10 @@ class Label:
     """A text beside a point.
 
     Attributes:
-        text: In LaTeX.
-        letters: About how many letters wide it is.
-        point: What it names.
-        radius: How much space the symbol takes there.
+        text: The text in LaTeX.
+        letters: Its approximate width in letters.
+        point: The point that it names.
+        radius: Radius of the symbol at the point.
         style: The TikZ style of its node.
     """
 
@@ -92,10 +92,10 @@ class Obstacles:
     """The parts that are on paper already.
 
     Attributes:
-        lines: Begin, end and half the width of what nothing should cross.
-        outlines: The same of bodies, which a loop's number may cross.
-        boxes: Labels and symbols that nothing may cover.
-        plates: Filled polygons, on which a label may lie where nothing better is left.
+        lines: Begin, end and half the width of lines that no label should cross.
+        outlines: The same for outlines of bodies, which a loop's number may cross.
+        boxes: Labels and symbols that no label may cover.
+        plates: Filled polygons, on which a label may lie if no other position is free.
     """
 
     lines: list[Line] = field(default_factory=list)

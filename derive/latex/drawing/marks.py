@@ -43,8 +43,8 @@ class Marks:
         bodies: Bodies, rods and cylinders.
         joints: Hinges and sliders.
         arrows: Motors and the tool frame.
-        obstacles: What they cover.
-        anchors: Where a member is named, and the room that its symbol takes there.
+        obstacles: The areas that they cover.
+        anchors: The point at which a member is named, and the radius of its symbol there.
     """
 
     def __init__(self, scene: Scene, paper: Paper, *, is_planar: bool) -> None:
@@ -52,7 +52,7 @@ class Marks:
 
         Args:
             scene: The parts.
-            paper: Where they are on paper.
+            paper: Their projection on paper.
             is_planar: Whether the picture's plane is that of the mechanism.
         """
         self.scene, self.paper, self.is_planar = scene, paper, is_planar

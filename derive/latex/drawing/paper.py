@@ -53,12 +53,12 @@ class Paper:
         return whole(self.scale * (x - self.corner[0])), whole(self.scale * (y - self.corner[1]))
 
     def along(self, direction: Array) -> tuple[float, float, float]:
-        """The parts of a direction to the right, up and towards the eye, to six digits."""
+        """The components of a direction to the right, up and towards the eye, to six digits."""
         right, up, near = (whole(1e6 * float(part)) / 1e6 for part in self.view @ direction)
         return right, up, near
 
     def depth(self, points: Sequence[Array]) -> int:
-        """How near to the eye points are on average, in tenths of a millimetre."""
+        """Mean distance of points towards the eye, in tenths of a millimetre."""
         return whole(self.scale * float(np.mean(np.array(points) @ self.view[2])))
 
 

@@ -38,7 +38,7 @@ class Hinge:
     """A pin, ball or weld at a point.
 
     Attributes:
-        name: Of the joint, closure or strut.
+        name: Name of the joint, closure or strut.
         kind: ``pin``, ``ball`` or ``weld``.
         at: The point.
         axis: The direction of a pin, as the coordinate counts.
@@ -63,7 +63,7 @@ class DrawnSlide:
     """A slider on its guide, or a telescope.
 
     Attributes:
-        name: Of the joint or closure.
+        name: Name of the joint or closure.
         start: The point of the guide at which the coordinate is zero.
         at: The position of the slider.
         axis: The direction of the guide.
@@ -131,13 +131,13 @@ class Scene:
 def scene(mechanism: Mechanism, poses: Poses, configuration: Mapping[str, float]) -> Scene:
     """The parts of a mechanism at a configuration.
 
-    Sliders and hinges without a body between them are drawn as what they are together: passive
-    hinges in one point as a ball, and passive sliders in a row, which only count where a platform
-    is, not at all.
+    Sliders and hinges without a body between them are drawn as one joint: passive hinges in one
+    point as a ball. Passive sliders in a row are not drawn, for they are only the coordinates of a
+    platform.
 
     Args:
         mechanism: The description.
-        poses: Where its bodies are.
+        poses: The poses of its bodies.
         configuration: Values of joints and cylinders (radian or metre).
 
     Raises:

@@ -1,4 +1,4 @@
-"""From where a mechanism is seen: on the plane of its loops, or from above and aside."""
+"""The view of a mechanism: along the normal of its loops' plane, or from above and aside."""
 
 import math
 from collections.abc import Sequence
@@ -74,7 +74,7 @@ def _are_parallel(directions: Sequence[Array]) -> bool:
 
 
 def _across(direction: Array, normal: Array) -> Array | None:
-    """The part of a direction that lies in a plane, of length 1; None where there is none."""
+    """The unit projection of a direction on a plane; None where the direction is the normal."""
     inside: Array = direction - normal * (normal @ direction)
     length = float(np.linalg.norm(inside))
     return inside / length if length > math.sqrt(SAME_POINT) else None

@@ -119,13 +119,13 @@ def _struts(page: LoopPage) -> str:
     if any(strut.ends == "pin" for strut in struts):
         columns.append(("swing", [_swing(page, strut) for strut in struts]))
     columns += _frames(page, [(strut.a, strut.b) for strut in struts])
-    what = [
+    kinds = [
         word
         for word, is_cylinder in (("rods of constant length", False), ("cylinders", True))
         if any(strut.is_cylinder is is_cylinder for strut in struts)
     ]
     begin = "Loops are also closed by" if page.mechanism.closures else "Loops are closed by"
-    return sentence(f"{begin} {' and '.join(what)},", tabular(columns, repeated=1))
+    return sentence(f"{begin} {' and '.join(kinds)},", tabular(columns, repeated=1))
 
 
 def _swing(page: LoopPage, strut: Strut) -> str:

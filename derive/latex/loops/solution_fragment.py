@@ -93,7 +93,7 @@ def _relation(page: LoopPage, printed: PrintedLoopStep) -> Equation:
 
 
 def _tight(term: str) -> str:
-    """Without the space that sets an exponential apart from its factor where there is none."""
+    """A term without the space before an exponential that has no factor."""
     return term.replace(rf"- {SPACE}", "- ").replace(rf"+ {SPACE}", "+ ").removeprefix(SPACE)
 
 

@@ -1,7 +1,7 @@
 """Steps of the solution of loops: each kind is one class that solves, differentiates and explains.
 
-A step determines some joints of a loop from those that are known. Its class finds the bodies or
-struts that it fits and solves them; its object keeps the vectors of the solution. Its equations are
+A step determines some joints of a loop from known joints. Its class finds the bodies or struts that
+it fits and solves them; its object keeps the vectors of the solution. Its equations are
 SymPy expressions in quantities of the step (:func:`quantity`): an article prints these objects in
 the symbols of the robot, and a test puts numbers through them.
 """
@@ -128,11 +128,11 @@ class LoopStep(ABC):
         solved: The angles that the step gives, named terms.
         margin: Zero at a dead point, below zero out of reach; None where the step always closes.
         sign: The sign of the branch; zero where there is a single solution.
-        title: What the step is called.
-        branches: The name of each branch by its sign: where the part stands that the other branch
-            mirrors.
+        title: Name of the kind of step.
+        branches: The name of each branch by its sign: the position of the part that the other
+            branch mirrors.
         opening: Words before the equations, where they are not written in the axes of a body.
-        reason: Why the step needs no equation, where there is none.
+        reason: A sentence in place of equations, where the step needs none.
     """
 
     joints: tuple[str, ...]

@@ -33,7 +33,7 @@ def assemble_in_space(
     reference: AtReference,
     signs: Iterator[int] | None = None,
 ) -> None:
-    """Adds the values that the spatial loops determine to those that are known.
+    """Adds the values that the spatial loops determine to the known values.
 
     Args:
         terms: Names of all terms.

@@ -45,7 +45,7 @@ class Known:
     """The values that the solution of spatial loops begins with and adds to.
 
     Attributes:
-        values: Of joints, swings and cylinders by name.
+        values: Values of joints, swings and cylinders by name.
         loops: Rates of the solved angles.
         steps: The steps of the solution.
     """

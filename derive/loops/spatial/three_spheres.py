@@ -52,7 +52,7 @@ class ThreeSpheres(LegStep):
 
     Attributes:
         spheres: The three spheres.
-        position: Of the platform's origin in the base frame (metre).
+        position: The platform's origin in the base frame (metre).
     """
 
     spheres: tuple[Sphere, ...]
