@@ -156,7 +156,7 @@ class Counts:
         for linkage in self.planar:
             n = linkage.axes[linkage.root].n.applyfunc(self.terms.value)
             turning.append(orientation[linkage.root] * n)
-        n = turning[0] if turning else across(sliding)
+        n = turning[0] if turning else across(sliding, self.terms.value)
         return n is not None and holds(n, turning, sliding)
 
 

@@ -54,7 +54,7 @@ class Rod:
         for symbol in q:
             tangent = Tangent(terms, {symbol: sp.S.One})
             speed = sp.Add(*map(sp.Mul, n, tangent.of_each(self.a)))
-            row.append(speed + tangent.of(sp.sympify(self.length)))
+            row.append(speed + tangent.of(self.length))
         return row
 
 

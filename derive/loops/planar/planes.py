@@ -211,7 +211,7 @@ def _normal(mechanism: Mechanism, loop: Loop, terms: Terms) -> sp.Matrix | None:
         turning += [a.R[:, 2], b.R[:, 2]]
     elif kind == "slider":
         sliding += [a.R[:, 2], b.R[:, 2]]
-    n = turning[0] if turning else across(sliding)
+    n = turning[0] if turning else across(sliding, terms.value)
     if n is None or a.is_helical or b.is_helical:
         return None
     # A closure that keeps the two frames from turning must keep the plane's normal, too.
@@ -227,14 +227,12 @@ def holds(n: sp.Matrix, turning: Iterable[sp.Matrix], sliding: Iterable[sp.Matri
     )
 
 
-def across(
-    sliding: Sequence[sp.Matrix], value: Callable[[sp.Expr], sp.Expr] = sp.sympify
-) -> sp.Matrix | None:
+def across(sliding: Sequence[sp.Matrix], value: Callable[[sp.Expr], sp.Expr]) -> sp.Matrix | None:
     """The unit normal of the plane of two sliders; None where all are parallel.
 
     Args:
         sliding: Directions of the sliders.
-        value: The number that a component stands for; the component itself by default.
+        value: The number that a component stands for.
     """
     for other in sliding[1:]:
         n = sliding[0].cross(other)
