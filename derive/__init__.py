@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from .model.errors import RobotError as RobotError
     from .model.mechanism import Closure as Closure
     from .model.mechanism import Drive as Drive
+    from .model.mechanism import Frame as Frame
     from .model.mechanism import Mechanism as Mechanism
-    from .model.mechanism import Place as Place
     from .model.mechanism import Strut as Strut
     from .model.robot import Joint as Joint
     from .model.robot import Mimic as Mimic
@@ -43,7 +43,7 @@ _ROOMS = {
     "description.robot_files": ("DescriptionError", "load", "loads"),
     "model.errors": ("RobotError",),
     "build.generate": ("artifacts", "write"),
-    "model.mechanism": ("Closure", "Drive", "Mechanism", "Place", "Strut"),
+    "model.mechanism": ("Closure", "Drive", "Frame", "Mechanism", "Strut"),
     "chain.poe": ("to_poe",),
     "model.robot": (
         "Joint",

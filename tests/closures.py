@@ -140,7 +140,7 @@ class Model:
         if strut.ends == "ball":
             return None
         T = self.poses(np.zeros((1, len(self.names))))
-        a, b = (self.mechanism.way(place.body) for place in (strut.a, strut.b))
+        a, b = (self.mechanism.way(frame.body) for frame in (strut.a, strut.b))
         own = [joint for joint in (*a, *b) if (joint in a) != (joint in b)]
         order = [joint for joint in self.mechanism.joints if joint in own]
         turning = next((joint for joint in order if joint.kind == "revolute"), None)

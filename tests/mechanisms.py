@@ -8,7 +8,7 @@ import sympy as sp
 
 from chasles.derive.chain.poe import placement_matrix
 from chasles.derive.model.exact import exact
-from chasles.derive.model.mechanism import Closure, Drive, Mechanism, Place, Strut
+from chasles.derive.model.mechanism import Closure, Drive, Frame, Mechanism, Strut
 from chasles.derive.model.robot import Joint, Parameter, Rotation, Translation
 
 BASE = "0"
@@ -65,8 +65,8 @@ def ground(mechanism, placement):
     """The mechanism with its first body on a tilted frame of the base."""
     fixed = Joint("ground", "fixed", before=placement, link="ground", parent=BASE)
     joints = [j if j.parent != BASE else _on(j, "ground") for j in mechanism.joints]
-    place = lambda p: Place("ground" if p.body == BASE else p.body, p.placement)  # noqa: E731
-    moved = lambda c: replace(c, a=place(c.a), b=place(c.b))  # noqa: E731
+    frame = lambda p: Frame("ground" if p.body == BASE else p.body, p.placement)  # noqa: E731
+    moved = lambda c: replace(c, a=frame(c.a), b=frame(c.b))  # noqa: E731
     return replace(
         mechanism,
         joints=(fixed, *joints),
@@ -92,7 +92,7 @@ def four_bar():
             pin("rocker", BASE, "output", l4),
         ),
         ("crank",),
-        closures=(Closure("wrist", "pin", Place("coupler", at(l2)), Place("output", at(l3))),),
+        closures=(Closure("wrist", "pin", Frame("coupler", at(l2)), Frame("output", at(l3))),),
         tool_body="coupler",
         parameters=tuple(lengths),
         reference=near(("crank", "pi/3"), ("elbow", "-1/2"), ("rocker", "3/2")),
@@ -107,7 +107,7 @@ def four_bar_rod():
         whole,
         joints=(whole.joints[0], whole.joints[2]),
         closures=(),
-        struts=(Strut("rod", Place("input", at(l1)), Place("output", at(l3)), l2),),
+        struts=(Strut("rod", Frame("input", at(l1)), Frame("output", at(l3)), l2),),
         tool_body="output",
         reference=near(("crank", sp.pi / 3), ("rod_swing", -1), ("rocker", sp.Rational(3, 2))),
     )
@@ -123,7 +123,7 @@ def slider_crank():
         ),
         ("crank",),
         closures=(
-            Closure("gudgeon", "pin", Place("rod", at(3)), Place("piston", at(0, 0, 0, BACK))),
+            Closure("gudgeon", "pin", Frame("rod", at(3)), Frame("piston", at(0, 0, 0, BACK))),
         ),
         reference=near(("crank", 1), ("elbow", -1), ("cross", 3)),
     )
@@ -138,7 +138,7 @@ def five_bar():
             pin("right", BASE, "r", 1, direction=-1),
         ),
         ("left", "right"),
-        struts=(Strut("rod", Place("r", at(1)), Place("tip", at("3/2")), "3/2"),),
+        struts=(Strut("rod", Frame("r", at(1)), Frame("tip", at("3/2")), "3/2"),),
         tool_body="tip",
         reference=near(
             ("left", sp.pi * 2 / 3),
@@ -159,7 +159,7 @@ def excavator_arm():
         ),
         ("waist", "lift"),
         struts=(
-            Strut("lift", Place("tower", at("3/2", 0, -1)), Place("arm", at(2, "1/2")), 2, True),
+            Strut("lift", Frame("tower", at("3/2", 0, -1)), Frame("arm", at(2, "1/2")), 2, True),
         ),
         reference=near(("boom", "1/5"), ("lift_swing", 1)),
     )
@@ -173,7 +173,7 @@ def parallelogram(cranks=3):
         (pin("crank0", BASE, "link0"), pin("bar", "link0", "coupler", 1), *others),
         ("crank0",),
         closures=tuple(
-            Closure(f"pin{k}", "pin", Place("coupler", at(k)), Place(f"link{k}", at(1)))
+            Closure(f"pin{k}", "pin", Frame("coupler", at(k)), Frame(f"link{k}", at(1)))
             for k in range(1, cranks)
         ),
         tool_body="coupler",
@@ -190,7 +190,7 @@ def trammel():
             slider("y", BASE, "across", 0, 0, 0, ALONG_Y),
         ),
         ("x",),
-        struts=(Strut("rod", Place("along"), Place("across"), 1),),
+        struts=(Strut("rod", Frame("along"), Frame("across"), 1),),
         reference=near(("x", "3/5"), ("y", "4/5"), ("rod_swing", 2)),
     )
 
@@ -209,8 +209,8 @@ def slotted_rocker():
             Closure(
                 "slot",
                 "slider",
-                Place("output", at(0, 0, 0, ALONG_X)),
-                Place("slide", at(0, 0, 0, ALONG_X)),
+                Frame("output", at(0, 0, 0, ALONG_X)),
+                Frame("slide", at(0, 0, 0, ALONG_X)),
             ),
         ),
         reference=near(("crank", "1/2"), ("rocker", "6/5"), ("block", "7/10")),
@@ -232,8 +232,8 @@ def welded():
             Closure(
                 "weld",
                 "weld",
-                Place("b4", at(0, 0, 0, ("z", "pi/7"))),
-                Place(BASE, at(2, 0, 0, ("z", "pi/7"))),
+                Frame("b4", at(0, 0, 0, ("z", "pi/7"))),
+                Frame(BASE, at(2, 0, 0, ("z", "pi/7"))),
             ),
         ),
         tool_body="b2",
@@ -247,7 +247,7 @@ def rssr():
         "rssr",
         (pin("crank", BASE, "input"), pin("rocker", BASE, "output", 3, 1, 0, ("x", sp.pi / 2))),
         ("crank",),
-        struts=(Strut("rod", Place("input", at(1)), Place("output", at(2, 0, 0)), 3, ends="ball"),),
+        struts=(Strut("rod", Frame("input", at(1)), Frame("output", at(2, 0, 0)), 3, ends="ball"),),
         reference=near(("crank", 1), ("rocker", 1)),
     )
 
@@ -269,8 +269,8 @@ def bennett(kind="pin"):
             Closure(
                 "j4",
                 kind,
-                Place("b3", at(a, 0, 0, turn(alpha))),
-                Place(BASE, at(-b, 0, 0, turn(-beta))),
+                Frame("b3", at(a, 0, 0, turn(alpha))),
+                Frame(BASE, at(-b, 0, 0, turn(-beta))),
             ),
         ),
         reference=near(("j1", 1), ("j2", "5/2"), ("j3", -1)),
@@ -317,8 +317,8 @@ def delta():
             rods.append(
                 Strut(
                     f"rod{k}{'l' if side > 0 else 'r'}",
-                    Place(f"upper{k}", (Translation(("6/25", 0, wide)),)),
-                    Place("platform", (Rotation(*around), Translation(("1/20", -wide, 0)))),
+                    Frame(f"upper{k}", (Translation(("6/25", 0, wide)),)),
+                    Frame("platform", (Rotation(*around), Translation(("1/20", -wide, 0)))),
                     sp.Rational(4, 5),
                     ends="ball",
                 )
@@ -342,8 +342,8 @@ def stewart():
         legs.append(
             Strut(
                 f"leg{k}",
-                Place(BASE, (Rotation("z", sp.pi * low), Translation((1, 0, 0)))),
-                Place("platform", (Rotation("z", sp.pi * high), Translation(("1/2", 0, 0)))),
+                Frame(BASE, (Rotation("z", sp.pi * low), Translation((1, 0, 0)))),
+                Frame("platform", (Rotation("z", sp.pi * high), Translation(("1/2", 0, 0)))),
                 sp.Rational(6, 5),
                 True,
                 "ball",
@@ -370,8 +370,8 @@ def planar_3rrr():
         rods.append(
             Strut(
                 f"rod{k}",
-                Place(f"arm{k}", at("17/100")),
-                Place("platform", (Rotation("z", turn), Translation(("13/100", 0, 0)))),
+                Frame(f"arm{k}", at("17/100")),
+                Frame("platform", (Rotation("z", turn), Translation(("13/100", 0, 0)))),
                 sp.Rational(13, 100),
             )
         )
@@ -417,21 +417,21 @@ def sarrus():
         "sarrus",
         hinges,
         ("a1",),
-        closures=(Closure("b3", "pin", Place("b_high", at(1)), Place("plate", on_plate)),),
+        closures=(Closure("b3", "pin", Frame("b_high", at(1)), Frame("plate", on_plate)),),
         tool_body="plate",
         reference=near(("a1", -1), ("a2", -1), ("a3", 2), ("b1", -1), ("b2", -1)),
     )
 
 
 def rail(kind="slider", *turn):
-    """A free body on a rail that is tilted in space, or welded to a place on it."""
+    """A free body on a rail that is tilted in space, or welded to a frame on it."""
     across = at("1/2", "1/3", "1/5", ("z", sp.pi / 5), ("x", sp.pi / 7))
     return Mechanism(
         "rail",
         tuple(free("body", BASE, "body")),
         ("x",),
         closures=(
-            Closure("rail", kind, Place(BASE, across), Place("body", at("1/10", 0, 0, *turn))),
+            Closure("rail", kind, Frame(BASE, across), Frame("body", at("1/10", 0, 0, *turn))),
         ),
         tool_body="body",
         reference=near(("x", "1/2"), ("y", "1/3"), ("z", "1/5"), ("yaw", "3/5"), ("roll", "2/5")),

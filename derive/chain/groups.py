@@ -48,7 +48,7 @@ class Slide:
 
 
 @dataclass(frozen=True)
-class Frame:
+class LinkFrame:
     """A link's or tool's frame: constant orientation and origin in its station's axes."""
 
     name: str
@@ -76,7 +76,7 @@ class Station:
     angle: sp.Expr
     reach: Vector = ORIGIN
     slides: tuple[Slide, ...] = ()
-    frames: tuple[Frame, ...] = ()
+    frames: tuple[LinkFrame, ...] = ()
 
     @property
     def joints(self) -> tuple[int, ...]:
@@ -107,7 +107,7 @@ class _Stretch:
     rotations: list[_Turn] = field(default_factory=list)
     reach: Vector = ORIGIN
     slides: list[Slide] = field(default_factory=list)
-    frames: list[Frame] = field(default_factory=list)
+    frames: list[LinkFrame] = field(default_factory=list)
 
 
 def groups(robot: Robot, terms: Terms, values: Sequence[sp.Expr]) -> tuple[Group, ...]:
@@ -150,7 +150,7 @@ def _stretches(
             _advance(terms, stretches[-1], orientation, (ZERO, ZERO, joint.pitch * values[moving]))
         moving += joint.kind != "fixed"
         orientation = _place(terms, stretches[-1], orientation, joint.after)
-        stretches[-1].frames.append(Frame(link, orientation, stretches[-1].reach))
+        stretches[-1].frames.append(LinkFrame(link, orientation, stretches[-1].reach))
     _place(terms, stretches[-1], orientation, robot.tool)
     return stretches, turning
 
@@ -275,7 +275,7 @@ class _Builder:
         """All groups; the tool's frame stands at the end of everything."""
         self._settle()
         last = self.stations[-1]
-        frame = Frame(tool, _flipped_basis(self.sign, IDENTITY), last.reach)
+        frame = LinkFrame(tool, _flipped_basis(self.sign, IDENTITY), last.reach)
         self.stations[-1] = replace(last, frames=(*last.frames, frame))
         self.groups.append(Group(tuple(self.stations)))
         return tuple(self.groups)
@@ -302,7 +302,7 @@ class _Builder:
                 for slide in stretch.slides
             ),
             frames=tuple(
-                Frame(
+                LinkFrame(
                     frame.name,
                     _flipped_basis(self.sign, frame.orientation),
                     _flipped(self.sign, frame.origin),
@@ -327,7 +327,7 @@ class _Builder:
                 for slide in station.slides
             ),
             frames=tuple(
-                Frame(
+                LinkFrame(
                     frame.name,
                     _rotated_basis(self.terms, frame.orientation, c, s),
                     rotated_z(self.terms, frame.origin, c, s),

@@ -7,7 +7,7 @@ from typing import ClassVar, Literal, get_args
 import sympy as sp
 
 from ..model.errors import RobotError
-from ..model.mechanism import Closure, ClosureKind, Drive, EndKind, Mechanism, Place, Strut
+from ..model.mechanism import Closure, ClosureKind, Drive, EndKind, Frame, Mechanism, Strut
 from ..model.robot import Joint, JointKind, ParameterKind, Placement
 from ..terms.vectors import ONE, ZERO
 from .conventions import ORIGIN, Vector, urdf
@@ -15,7 +15,7 @@ from .serial_file import JOINT_FIELDS, KINDS, ROBOT_FIELDS, RobotFile
 from .toml_file import DescriptionError, Keys, dotted, hint, listed
 
 MECHANISM_FIELDS = ("closures", "rods", "cylinders", "drives", "actuated", "reference")
-PLACE_FIELDS = ("body", "xyz", "rpy")
+FRAME_FIELDS = ("body", "xyz", "rpy")
 ROD_FIELDS = ("name", "length", "a", "b", "ends", "swing")
 CYLINDER_FIELDS = ("name", "retracted", "limits", "a", "b", "ends", "swing")
 PLATFORM_FIELDS = ("name", "type", "parent", "coordinates", "limits", "link", "xyz", "rpy")
@@ -150,7 +150,7 @@ class MechanismFile(RobotFile):
     def _closure(self, keys: Keys, bodies: Sequence[str]) -> Closure:
         self.check_fields(keys, self.table_at(keys), ("name", "kind", "a", "b"))
         kind: ClosureKind = self.option((*keys, "kind"), get_args(ClosureKind), "")
-        return Closure(self._new((*keys, "name")), kind, *self._places(keys, bodies))
+        return Closure(self._new((*keys, "name")), kind, *self._frames(keys, bodies))
 
     def _rod(self, keys: Keys, bodies: Sequence[str]) -> Strut:
         self.check_fields(keys, self.table_at(keys), ROD_FIELDS)
@@ -175,18 +175,18 @@ class MechanismFile(RobotFile):
         if ends == "ball" and self.at((*keys, "swing")) is not None:
             self.fail((*keys, "swing"), "nothing: between balls it swings by no single angle")
         swing = self._new((*keys, "swing"), f"{name}_swing") if ends == "pin" else ""
-        a, b = self._places(keys, bodies)
+        a, b = self._frames(keys, bodies)
         return Strut(name, a, b, length, is_cylinder, ends, swing)
 
-    def _places(self, keys: Keys, bodies: Sequence[str]) -> tuple[Place, Place]:
-        a, b = self._place((*keys, "a"), bodies), self._place((*keys, "b"), bodies)
+    def _frames(self, keys: Keys, bodies: Sequence[str]) -> tuple[Frame, Frame]:
+        a, b = self._frame_on_body((*keys, "a"), bodies), self._frame_on_body((*keys, "b"), bodies)
         if a.body == b.body:
             self.fail((*keys, "b", "body"), f"another body than {dotted((*keys, 'a'))} has")
         return a, b
 
-    def _place(self, keys: Keys, bodies: Sequence[str]) -> Place:
-        self.check_fields(keys, self.table_at(keys), PLACE_FIELDS)
-        return Place(self._body((*keys, "body"), bodies, ""), self._pose(keys))
+    def _frame_on_body(self, keys: Keys, bodies: Sequence[str]) -> Frame:
+        self.check_fields(keys, self.table_at(keys), FRAME_FIELDS)
+        return Frame(self._body((*keys, "body"), bodies, ""), self._pose(keys))
 
     def _body(self, keys: Keys, bodies: Sequence[str], default: str) -> str:
         return self.option(keys, bodies, default)
@@ -224,7 +224,7 @@ class MechanismFile(RobotFile):
         return tuple(first.values())
 
     def _tool(self, bodies: Sequence[str]) -> tuple[str, Placement, str]:
-        self.check_fields(("tool",), self.table_at(("tool",), {}), ("name", *PLACE_FIELDS))
+        self.check_fields(("tool",), self.table_at(("tool",), {}), ("name", *FRAME_FIELDS))
         body = self._body(("tool", "body"), bodies, bodies[-1])
         return body, self._pose(("tool",)), self._frame_name("tool", "ee")
 

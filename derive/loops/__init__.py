@@ -1,4 +1,4 @@
 """Robots with loops: their equations, closed-form solution, assembly modes, rates and mobility.
 
-What a robot without loops is derived from stands outside, in the rooms that are used here.
+A robot without loops needs none of these files: its derivation uses :mod:`chasles.derive.chain`.
 """

@@ -1,8 +1,8 @@
 """Stretches of a chain that loops keep from turning: their joints become one translation.
 
-Where the angles of a run of parallel axes sum to a constant, what comes after the run only
-translates, and the translation is a sum of turning vectors. The loops' equations take solved angles
-out of that sum, and what is left is often short: the arm of a pantograph moves its wrist along a
+Where the angles of a run of parallel axes sum to a constant, the bodies after the run only
+translate, and the translation is a sum of turning vectors. The loops' equations eliminate solved
+angles from that sum, and the rest is often short: the arm of a pantograph moves its wrist along a
 straight line and a circle, whatever its links do.
 """
 
@@ -12,7 +12,7 @@ from functools import partial
 
 import sympy as sp
 
-from ..chain.groups import Frame, Group, Slide, Station
+from ..chain.groups import Group, LinkFrame, Slide, Station
 from ..terms.terms import Terms
 from ..terms.vectors import ONE, ZERO, added, rotated_z
 from .planar.phasors import PhasorSum
@@ -39,12 +39,12 @@ def collapsed(
         groups: The chain.
         relations: Sums of turning vectors that are zero.
         count: How many moving joints the chain has.
-        gate: What is added to a translation, 0 where the loops behind some angles close, else NaN:
-            the translation itself no longer rests on them.
+        gate: A term added to a translation: 0 where the loops behind some angles close, else NaN.
+            The translation itself no longer depends on these loops.
 
     Returns:
-        The chain for its tool alone (links between are left out where joints are), and the
-        translations (metre) that count as joints ``count``, ``count + 1`` and so on.
+        The chain for its tool alone (links are omitted together with their joints), and the
+        translations (metre), which count as joints ``count``, ``count + 1`` and so on.
     """
     translations: list[sp.Expr] = []
     found = []
@@ -117,12 +117,12 @@ def _parted(angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
 def _merged(
     terms: Terms, before: Station, after: Station, turn: sp.Expr, moved: tuple[sp.Expr, ...]
 ) -> Station:
-    """What stands after a stretch, in the axes of what stands before it."""
+    """The station after a stretch, in the axes of the station before it."""
     c, s = terms.cos_sin(turn)
     translation = terms.let(moved[0]), terms.let(moved[1]), terms.let(moved[2])
     reach = added(terms, before.reach, translation)
     frames = tuple(
-        Frame(
+        LinkFrame(
             frame.name,
             tuple(rotated_z(terms, axis, c, s) for axis in frame.orientation),  # type: ignore[arg-type]
             added(terms, reach, rotated_z(terms, frame.origin, c, s)),

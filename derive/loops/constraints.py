@@ -5,9 +5,9 @@ through it, and back along the other:
 
     exp(xi_1 z_1) ... exp(xi_k z_k) M exp(xi_(k+1) z_(k+1)) ... exp(xi_n z_n) = 1
 
-with every screw at zero configuration in the meeting body's frame and M what the two branches,
-drawn at zero, leave open. The scalar equations hold exactly where that product is 1: in a plane,
-points are sums of turning vectors; in space, the poses of both branches are compared.
+with every screw at zero configuration in the meeting body's frame and M the displacement between
+the ends of the two branches at zero. The scalar equations hold exactly where that product is 1: in
+a plane, points are sums of turning vectors; in space, the poses of both branches are compared.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -20,27 +20,27 @@ import sympy as sp
 from ..chain.forward import Pose
 from ..chain.poe import placement_matrix
 from ..model.errors import RobotError
-from ..model.exact import EVALUATION_DIGITS
-from ..model.mechanism import Closure, Mechanism, Place, Strut
+from ..model.mechanism import Closure, Frame, Mechanism, Strut
 from ..model.robot import Joint
+from ..model.tolerances import ZERO_COMPONENT
 from ..terms.lie import adjoint, inverse_se3, pose, screw_axis
-from ..terms.tangents import Tangent
+from ..terms.tangents import Tangent, derivative_columns
 from ..terms.terms import Terms
-from ..terms.vectors import Vector, subtracted
+from ..terms.vectors import dot, subtracted
 from .planar.phasors import ONE, ZERO, Complex, PhasorSum, PlanarPose, conjugate, product
 from .planar.planes import (
-    SMALL,
     Axes,
     Edge,
     Linkage,
     Loop,
-    Slide,
-    Turn,
-    Weld,
+    PinEdge,
+    SlideEdge,
+    WeldEdge,
     linkages,
     loops,
     tidied,
 )
+from .planar.reference import GenericPoint
 from .spatial.body_frames import pose_along
 
 EquationKind = Literal["planar", "spatial", "point", "distance"]
@@ -59,11 +59,11 @@ class Factor:
     """One exponential of a loop.
 
     Attributes:
-        name: Of the joint, swing or cylinder, an entry of z; or of a freedom of the closer that is
-            none (``<closer>``, ``<strut>.end``; ``.x``, ``.y``, ``.z`` behind it for a ball).
+        name: Name of the joint, swing or cylinder, an entry of z; or of a freedom of the closer
+            that is no entry (``<closer>``, ``<strut>.end``; a ball adds ``.x``, ``.y``, ``.z``).
         screw: Twist (v, omega), (6, 1), at zero configuration in the meeting body's frame, of unit
             speed: metre a radian and 1, or 1 and 0 for a slider.
-        side: The branch it is on. Those of branch b are passed backwards, screw and all.
+        side: The branch it is on. Branch b is traversed backwards, with screws of opposite sense.
     """
 
     name: str
@@ -73,7 +73,7 @@ class Factor:
 
 @dataclass(frozen=True)
 class LoopEquations:
-    """What one closure or strut demands of the full configuration.
+    """The equations of one closure or strut in the full configuration.
 
     Attributes:
         loop: The closer and the two branches.
@@ -82,9 +82,9 @@ class LoopEquations:
             balls.
         factors: The exponentials from the meeting body around the loop and back to it; their
             product with ``home`` after those of side ``closer`` is 1 where the loop is closed.
-        home: M, (4, 4): what is open between the branches at zero configuration.
+        home: M, (4, 4): the displacement between the branches at zero configuration.
         residual: Named terms that are zero where the loop is closed and independent
-            there: differences of points (a less b) or of lengths, and entries of the one place's
+            there: differences of points (a less b) or of lengths, and entries of the one frame's
             axes in the other's.
         units: Unit of each, m or 1.
         facing: Named terms that are 1 where the loop is closed and not above 0 where
@@ -160,7 +160,7 @@ def jacobian(
     equations where the mechanism is overconstrained or at a singularity.
     """
     entries = [entry for loop in equations for entry in loop.residual]
-    columns = [Tangent(terms, {symbol: ONE}).of_each(entries) for symbol in z]
+    columns = derivative_columns(terms, entries, z)
     return tuple(zip(*columns, strict=True)) if entries else ()
 
 
@@ -179,7 +179,7 @@ def jacobian_dot(
 
 
 class _Residual(NamedTuple):
-    """Equations with their units, and what is above zero where they are closed."""
+    """Equations with their units, and the terms that are above zero where they are closed."""
 
     kind: EquationKind
     entries: tuple[sp.Expr, ...]
@@ -196,7 +196,8 @@ class _Constraints:
         self.values: dict[str, sp.Expr] = dict(zip(names, z, strict=True))
         planar, _ = linkages(mechanism, terms)
         self.linkage_of = {name: linkage for linkage in planar for name in linkage.closers}
-        self.generic = [_Point(terms, z, phase) for phase in (1, 2)]
+        symbols = (*terms.parameters, *z)
+        self.generic = [GenericPoint(terms, symbols, phase) for phase in (1, 2)]
 
     def all(self) -> tuple[LoopEquations, ...]:
         return tuple(self.of(loop) for loop in loops(self.mechanism))
@@ -225,41 +226,14 @@ class _Constraints:
             first = second = self.terms.value(entry)
         else:
             first, second = (point.value(entry) for point in self.generic)
-        if abs(first) < SMALL and abs(second) < SMALL:
+        if abs(first) < ZERO_COMPONENT and abs(second) < ZERO_COMPONENT:
             return True
-        if abs(first - second) < SMALL:
+        if abs(first - second) < ZERO_COMPONENT:
             raise RobotError(
                 f"robot {self.mechanism.name!r}: the loop of {loop.closer.name!r} closes in no "
-                f"configuration, {first.evalf(6)} is left"
+                f"configuration: a residual of {first.evalf(6)} remains"
             )
         return False
-
-
-class _Point:
-    """A generic configuration with generic parameters, at which terms have 40-digit values."""
-
-    def __init__(self, terms: Terms, z: Sequence[sp.Symbol], phase: int) -> None:
-        self.terms = terms
-        self.values: dict[sp.Symbol, sp.Expr] = {}
-        for k, symbol in enumerate((*terms.parameters, *z)):
-            # Fractional parts of multiples of the golden section never repeat.
-            part = (phase * len(z) + k + 1) * (sp.sqrt(5) - 1) / 2
-            default = terms.parameters.get(symbol, ZERO)
-            self.values[symbol] = (default + part - sp.floor(part)).evalf(EVALUATION_DIGITS)
-
-    def value(self, expression: sp.Expr) -> sp.Expr:
-        for symbol, definition in self.terms.constants.items():
-            self._add(symbol, definition)
-        for symbol in self.terms.needed([expression]):
-            self._add(symbol, self.terms.definitions[symbol])
-        return self._evaluated(expression)
-
-    def _add(self, symbol: sp.Symbol, definition: sp.Expr) -> None:
-        if symbol not in self.values:
-            self.values[symbol] = self._evaluated(definition)
-
-    def _evaluated(self, expression: sp.Expr) -> sp.Expr:
-        return expression.xreplace(self.values).evalf(EVALUATION_DIGITS)
 
 
 # --- loops in a plane ---
@@ -280,10 +254,10 @@ class _Planar:
         if isinstance(closer, Strut):
             return self._strut(closer)
         edge = self.edges[closer.name]
-        if isinstance(edge, Turn):
+        if isinstance(edge, PinEdge):
             return self._met(self.a.point(edge.at_a) - self.b.point(edge.at_b))
         c, s = self._turn(edge)
-        if isinstance(edge, Weld):
+        if isinstance(edge, WeldEdge):
             met = self._met(self.a.point(edge.at_a) - self.b.origin)
             return met._replace(entries=(*met.entries, s), units=(*met.units, "1"), facing=(c,))
         return _Residual("planar", (self._offset(edge), s), ("m", "1"), (c,))
@@ -297,10 +271,10 @@ class _Planar:
     def _after(self, body: PlanarPose, edge: Edge) -> PlanarPose:
         rotor = product(body.rotor, edge.rotor)
         re, im = tidied(self.terms, sp.Matrix(rotor))
-        if isinstance(edge, Weld):
+        if isinstance(edge, WeldEdge):
             return PlanarPose(body.angle, (re, im), body.point(edge.at_a))
         value = self.values[edge.name]
-        if isinstance(edge, Slide):
+        if isinstance(edge, SlideEdge):
             moved = replace(body, rotor=(re, im), origin=body.point(edge.at_a))
             along = body.vector((value * edge.direction[0], value * edge.direction[1]))
             return replace(moved, origin=moved.origin + along - moved.vector(edge.at_b))
@@ -312,8 +286,8 @@ class _Planar:
 
     def _strut(self, strut: Strut) -> _Residual:
         swing, end = self.edges[strut.swing_name], self.edges[f"{strut.name}.end"]
-        assert isinstance(swing, Turn)
-        assert isinstance(end, Turn)
+        assert isinstance(swing, PinEdge)
+        assert isinstance(end, PinEdge)
         begin, far = self.a.point(swing.at_a), self.b.point(end.at_b)
         length = strut.length + (self.values[strut.name] if strut.is_cylinder else ZERO)
         if strut.ends == "ball":
@@ -323,14 +297,14 @@ class _Planar:
         barrel = PlanarPose(angle, self.a.rotor, begin)
         return self._met(barrel.point((length, ZERO)) - far)
 
-    def _turn(self, edge: Slide | Weld) -> Complex:
-        """Cosine and sine of the turn of b's axes from where the closure wants them."""
+    def _turn(self, edge: SlideEdge | WeldEdge) -> Complex:
+        """Cosine and sine of the turn of b's axes from their orientation when closed."""
         wanted = product(self.a.rotor, edge.rotor)
         rotor = product(self.b.rotor, conjugate(wanted))
         re, im = tidied(self.terms, sp.Matrix(rotor))
         return PhasorSum.of((re, im), self.b.angle - self.a.angle).coordinates(self.terms)
 
-    def _offset(self, edge: Slide) -> sp.Expr:
+    def _offset(self, edge: SlideEdge) -> sp.Expr:
         """How far b's point is to the right of the guide."""
         guide = product(edge.direction, self.a.rotor)
         difference = self.a.point(edge.at_a) - self.b.point(edge.at_b)
@@ -347,7 +321,7 @@ def _distance(terms: Terms, difference: Sequence[sp.Expr], length: sp.Expr) -> _
 
 
 class _Spatial:
-    """The equations of any other loop from the poses of its two places."""
+    """The equations of any other loop from the poses of its two frames."""
 
     def __init__(
         self, mechanism: Mechanism, terms: Terms, loop: Loop, values: Mapping[str, sp.Expr]
@@ -369,7 +343,7 @@ class _Spatial:
         if isinstance(closer, Strut):
             length = closer.length + (self.values[closer.name] if closer.is_cylinder else ZERO)
             return _distance(self.terms, difference, length)
-        along = partial(_dot, self.terms)
+        along = partial(dot, self.terms)
         (x_a, y_a, z_a), (x_b, y_b, z_b) = A, B
         met = ("m", "m", "m")
         if closer.kind == "ball":
@@ -384,13 +358,9 @@ class _Spatial:
             return _Residual("spatial", (*offset, *turns), ("m", "m", "1", "1", "1"), facing)
         return _Residual("spatial", (*difference, *turns), (*met, "1", "1", "1"), facing)
 
-    def _pose(self, way: Sequence[Joint], place: Place) -> Pose:
-        """The place in the meeting body's frame."""
-        return pose_along(self.mechanism, self.terms, way, place.placement, self.values)
-
-
-def _dot(terms: Terms, a: Vector, b: Vector) -> sp.Expr:
-    return terms.let(sum((u * v for u, v in zip(a, b, strict=True)), ZERO))
+    def _pose(self, way: Sequence[Joint], frame: Frame) -> Pose:
+        """The frame in the meeting body's frame."""
+        return pose_along(self.mechanism, self.terms, way, frame.placement, self.values)
 
 
 # --- loops as products of exponentials ---
@@ -399,7 +369,7 @@ def _dot(terms: Terms, a: Vector, b: Vector) -> sp.Expr:
 def _around(
     terms: Terms, loop: Loop, linkage: Linkage | None
 ) -> tuple[tuple[Factor, ...], sp.ImmutableMatrix]:
-    """All exponentials of a loop in order, and what its branches leave open at zero."""
+    """All exponentials of a loop in order, and the displacement between its branches at zero."""
     out, T_a = _branch(terms, loop.to_a, "a")
     back, T_b = _branch(terms, loop.to_b, "b")
     closer = loop.closer
@@ -410,7 +380,7 @@ def _around(
         T_a = T_a * placement_matrix(closer.a.placement)
         T_b = T_b * placement_matrix(closer.b.placement)
         if linkage is not None and terms.value((T_a[:3, 2]).dot(T_b[:3, 2])) < 0:
-            # In a plane, places whose z axes are opposed are a pin's as well.
+            # In a plane, a pin also holds frames whose z axes are opposed.
             T_b = T_b * sp.diag(1, -1, -1, 1)
     between, M = _through(closer)
     middle = [
@@ -445,7 +415,7 @@ def _through(closer: Closure | Strut) -> tuple[list[tuple[str, sp.Matrix]], sp.M
             "weld": [],
         }
         return freedoms[closer.kind], sp.eye(4)
-    # Pins turn about z and the member lies along x; one on balls can lie along any axis.
+    # Pins turn about z and the strut lies along x; a strut on balls can lie along any axis.
     M = pose(sp.eye(3), sp.Matrix([closer.length, 0, 0]))
     slides = [(name, _unit(0, sp.oo))] if closer.is_cylinder else []
     if closer.ends == "ball":
@@ -464,9 +434,9 @@ def _unit(k: int, pitch: sp.Expr = ZERO) -> sp.Matrix:
     return screw_axis(sp.eye(3)[:, k], sp.zeros(3, 1), pitch)
 
 
-def _in_plane(place: Place, axes: Axes) -> sp.Matrix:
-    """A place's point with the axes that its body has in the plane, in the body's frame."""
-    return pose(sp.Matrix.hstack(*axes), placement_matrix(place.placement)[:3, 3])
+def _in_plane(frame: Frame, axes: Axes) -> sp.Matrix:
+    """A frame's point with the axes that its body has in the plane, in the body's frame."""
+    return pose(sp.Matrix.hstack(*axes), placement_matrix(frame.placement)[:3, 3])
 
 
 def _screw(terms: Terms, screw: sp.Matrix) -> sp.ImmutableMatrix:

@@ -1,4 +1,4 @@
-"""The functions that hold a robot's loops to account: constraints of the full configuration."""
+"""The functions of the loops' constraints in the full configuration."""
 
 from collections.abc import Mapping
 
@@ -24,7 +24,7 @@ def constraint(h: Hybrid) -> SymbolicFunction:
 
 
 def constraint_D_z(h: Hybrid) -> SymbolicFunction:
-    """Their derivatives."""
+    """The derivatives of the residuals."""
     rows = jacobian(h.equations, h.terms, h.arguments["z"].symbols)
     return h.function(
         "constraint_D_z",
@@ -37,7 +37,7 @@ def constraint_D_z(h: Hybrid) -> SymbolicFunction:
 
 
 def constraint_D_z_dot(h: Hybrid) -> SymbolicFunction:
-    """The time derivative of those."""
+    """The time derivative of the constraint Jacobian."""
     z, zd = (h.arguments[name].symbols for name in ("z", "zd"))
     rows = jacobian_dot(h.equations, h.terms, z, zd)
     return h.function(

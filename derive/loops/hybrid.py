@@ -14,16 +14,17 @@ from ..model.mechanism import Mechanism, Strut
 from ..terms.role import OTHER, Role
 from ..terms.symbolic_function import Argument, Result, SymbolicFunction
 from ..terms.terms import Terms
+from .closing import closed_configuration
 from .collapse import collapsed
 from .constraints import LoopEquations, Variable, configuration_names, constraints
-from .mobility import Mobility, closed_configuration, mobility
+from .mobility import Mobility, mobility
 from .solution import Loops, Solution, from_actuators, from_chain, joint_angle, sorted_loops
 
 _DOMAINS = {"q": "actuators", "theta": "chain", "z": "configuration"}
 
 
 class Hybrid:
-    """What the functions of one mechanism share, made when it is asked for."""
+    """The parts that the functions of one mechanism share, each derived when it is first used."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         """Sorts the loops and names the coordinates."""
@@ -93,7 +94,7 @@ class Hybrid:
 
     @cached_property
     def mobility(self) -> Mobility:
-        """Its freedoms, counted and true."""
+        """The mechanism's freedoms, counted and by rank."""
         return mobility(self.mechanism)
 
     # --- the chain in actuated coordinates ---

@@ -9,12 +9,11 @@ import sympy as sp
 
 from ..terms.role import Role, branch_label, side_of
 from ..terms.symbolic_function import Result, SymbolicFunction, matrix_entries
-from ..terms.tangents import Tangent
+from ..terms.tangents import Tangent, derivative_columns
 from .hybrid import Hybrid
 from .solution import Solution, from_actuators, from_chain
 
 MOST_BRANCHES = 16
-ONE = sp.Integer(1)
 Maker = Callable[[Hybrid], SymbolicFunction]
 
 
@@ -32,7 +31,7 @@ def chain(h: Hybrid) -> SymbolicFunction:
 
 
 def chain_D_q(h: Hybrid) -> SymbolicFunction:
-    """Their derivatives."""
+    """The derivatives of the main chain's joints."""
     return h.function(
         "chain_D_q",
         "Derivative of the main chain's joints by the actuated coordinates.",
@@ -56,7 +55,7 @@ def passive(h: Hybrid) -> SymbolicFunction:
 
 
 def passive_D_q(h: Hybrid) -> SymbolicFunction:
-    """Their derivatives."""
+    """The derivatives of the passive joints."""
     return h.function(
         "passive_D_q",
         "Derivative of the passive joints by the actuated coordinates.",
@@ -107,7 +106,7 @@ def actuators(h: Hybrid) -> SymbolicFunction:
 
 
 def actuators_D_chain(h: Hybrid) -> SymbolicFunction:
-    """Their derivatives."""
+    """The derivatives of the actuators."""
     return h.function(
         "actuators_D_chain",
         "Derivative of the actuated coordinates by the main chain's joints.",
@@ -145,12 +144,12 @@ def actuator_accelerations(h: Hybrid) -> SymbolicFunction:
 
 
 def margin(h: Hybrid) -> SymbolicFunction:
-    """How far each loop is from its dead point."""
+    """The margin of each loop: zero at its dead point."""
     return _margins(h, "margin", h.forward, "q")
 
 
 def actuator_margin(h: Hybrid) -> SymbolicFunction:
-    """The same where the main chain is given."""
+    """The margins where the main chain is given."""
     return _margins(h, "actuator_margin", h.backward, "theta")
 
 
@@ -168,7 +167,7 @@ def configuration(h: Hybrid) -> SymbolicFunction:
 
 
 def chain_all(h: Hybrid) -> SymbolicFunction:
-    """The main chain on every branch."""
+    """The main chain's joints on every branch."""
     branches = [
         (h.named(solution, [joint.name for joint in h.robot.moving]), solution)
         for solution in _branches(h, h.forward, from_actuators, h.q)
@@ -189,7 +188,7 @@ def _branches(
     solve: Callable[..., Solution],
     symbols: Sequence[sp.Symbol],
 ) -> list[Solution]:
-    """Solutions with every combination of signs, that of the reference first."""
+    """Solutions with every combination of signs, the reference's first."""
     signs = [step.sign for step in at_reference.steps if step.sign]
     combinations = [
         [own * flip for own, flip in zip(signs, flips, strict=True)]
@@ -262,9 +261,7 @@ def _derivative(
     h: Hybrid, name: str, values: Sequence[sp.Expr], solution: Solution, argument: str
 ) -> Result:
     symbols = h.arguments[argument].symbols
-    columns = [
-        Tangent(h.terms, {symbol: ONE}, solution.loops).of_each(values) for symbol in symbols
-    ]
+    columns = derivative_columns(h.terms, values, symbols, solution.loops)
     shape = len(values), len(symbols)
     return Result(name, matrix_entries(columns), shape, "1, m, 1/m", "derivative")
 

@@ -1,12 +1,13 @@
-"""Platforms on legs: rods between actuated bodies and a platform that the main chain places freely.
+"""Platforms on legs: rods between actuated bodies and a platform that the main chain moves freely.
 
-The main chain of such a robot is virtual: x, y and phi, or six coordinates. Its length equations
+The main chain of such a robot is virtual: x, y and phi, or six coordinates. The length equations
 
     |b_i(theta) - a_i(q)| - l_i = 0
 
 give the velocity relation J_x x' = J_q q' and, for three rods in a plane, all assembly modes.
 
-Source: Gosselin and Angeles 1990 for both matrices and the three types of singularity.
+Source:
+    Gosselin and Angeles 1990 for both matrices and the three types of singularity.
 """
 
 import re
@@ -19,17 +20,18 @@ import sympy as sp
 from ..chain.coordinates import InProportion
 from ..chain.groups import groups
 from ..chain.kinematics import Kinematics
-from ..model.mechanism import Mechanism, Place, Strut
+from ..model.mechanism import Frame, Mechanism, Strut
 from ..model.robot import Joint
 from ..terms.role import Role
 from ..terms.symbolic_function import Argument, Result, SymbolicFunction, matrix_entries
-from ..terms.tangents import Tangent
-from ..terms.vectors import ORIGIN, Vector, cross, named, subtracted
+from ..terms.tangents import derivative_columns
+from ..terms.vectors import ORIGIN, Vector, cross, dot, named, subtracted
 from .hybrid import Hybrid
 from .maps import Maker
 from .planar.phasors import Complex
-from .planar.triad import triad_mirror, triad_polynomial, triad_position
+from .rods import Rod, from_base, joint_values, line_coordinates, rods_of, tool_position
 from .spatial.body_frames import pose_of
+from .triad import triad_mirror, triad_polynomial, triad_position
 
 ONE, ZERO = sp.Integer(1), sp.Integer(0)
 TRIAD = 3
@@ -40,8 +42,8 @@ OF_CHAIN = (
     "jacobian_body",
     "jacobian_mixed",
 )
-"""What is offered of the open main chain, as ``chain_fk`` and so on, where loops have no closed
-form."""
+"""Functions of the open main chain, called ``chain_fk`` and so on, of a robot whose loops have no
+closed form."""
 
 
 def makers(h: Hybrid) -> dict[str, Maker]:
@@ -78,8 +80,8 @@ def is_platform(mechanism: Mechanism) -> bool:
 
     def is_leg(strut: Strut) -> bool:
         one, other = (
-            {joint.name for joint in mechanism.way(place.body) if joint.kind != "fixed"}
-            for place in (strut.a, strut.b)
+            {joint.name for joint in mechanism.way(frame.body) if joint.kind != "fixed"}
+            for frame in (strut.a, strut.b)
         )
         joined = (other == chain and one <= actuated) or (one == chain and other <= actuated)
         return joined and (not strut.is_cylinder or strut.name in actuated)
@@ -87,49 +89,13 @@ def is_platform(mechanism: Mechanism) -> bool:
     return all(map(is_leg, mechanism.struts))
 
 
-@dataclass(frozen=True)
-class _Rod:
-    """One strut at given theta and q, in the base frame.
-
-    Attributes:
-        d: From its other end to that on the platform.
-        on_platform: The end that the platform carries.
-        distance: Of its ends.
-        length: That it has.
-    """
-
-    d: Vector
-    on_platform: Vector
-    distance: sp.Expr
-    length: sp.Expr
-
-
-def _rods(h: Hybrid) -> list[_Rod]:
-    values = joint_values(h)
-    found = []
-    for strut in h.mechanism.struts:
-        (_, a), (_, b) = (pose_of(h.mechanism, h.terms, end, values) for end in from_base(h, strut))
-        d = subtracted(h.terms, b, a)
-        square = h.terms.let(sum((component**2 for component in d), ZERO))
-        length = strut.length + (values[strut.name] if strut.is_cylinder else ZERO)
-        found.append(_Rod(d, b, h.terms.let(sp.sqrt(square)), length))
-    return found
-
-
-def joint_values(h: Hybrid) -> dict[str, sp.Expr]:
-    """Values of the chain's joints in theta, of actuated joints and cylinders in q, by name."""
-    coordinates = zip(h.mechanism.coordinates, h.q, strict=True)
-    values = {c.moves: c.ratio * symbol for c, symbol in coordinates}
-    return values | {j.name: s for j, s in zip(h.robot.moving, h.theta, strict=True)}
-
-
-def _residuals(h: Hybrid, found: Sequence[_Rod]) -> list[sp.Expr]:
+def _residuals(h: Hybrid, found: Sequence[Rod]) -> list[sp.Expr]:
     return [h.terms.let(rod.distance - rod.length) for rod in found]
 
 
 def rods(h: Hybrid) -> SymbolicFunction:
-    """What each rod is too long."""
-    entries = tuple(_residuals(h, _rods(h)))
+    """The excess of the distance between each rod's ends over its length."""
+    entries = tuple(_residuals(h, rods_of(h)))
     names = ", ".join(strut.name for strut in h.mechanism.struts)
     return h.function(
         "rods",
@@ -142,9 +108,9 @@ def rods(h: Hybrid) -> SymbolicFunction:
 
 
 def rods_D_chain(h: Hybrid) -> SymbolicFunction:
-    """Its derivative by the main chain."""
-    residuals = _residuals(h, _rods(h))
-    columns = [Tangent(h.terms, {symbol: ONE}).of_each(residuals) for symbol in h.theta]
+    """The derivative of the rods' residuals by the main chain."""
+    residuals = _residuals(h, rods_of(h))
+    columns = derivative_columns(h.terms, residuals, h.theta)
     return h.function(
         "rods_D_chain",
         "Derivative of the rods' residuals by the main chain's joints.",
@@ -162,18 +128,18 @@ def rods_D_chain(h: Hybrid) -> SymbolicFunction:
 
 
 def velocity_relation(h: Hybrid) -> SymbolicFunction:
-    """J_x and J_q."""
-    found = _rods(h)
-    _, tool = pose_of(h.mechanism, h.terms, h.mechanism.tool_place, joint_values(h))
+    """The matrices J_x and J_q of the velocity relation."""
+    found = rods_of(h)
+    tool = tool_position(h)
     rows = []
     for rod in found:
         n = named(h.terms, (component / rod.distance for component in rod.d))
-        r = subtracted(h.terms, rod.on_platform, tool)
-        rows.append((*n, *cross(h.terms, r, n)))
+        r = subtracted(h.terms, rod.b, tool)
+        rows.append(tuple(map(h.terms.let, line_coordinates(n, r))))
     free = free_directions(h)
     J_x = tuple(row[k] for row in rows for k in free)
     residuals = _residuals(h, found)
-    columns = [Tangent(h.terms, {symbol: -ONE}).of_each(residuals) for symbol in h.q]
+    columns = derivative_columns(h.terms, residuals, h.q, factor=-1)
     return h.function(
         "velocity_relation",
         "Both matrices of the velocity relation of a platform on legs.",
@@ -216,7 +182,13 @@ def of_open_chain(name: str, h: Hybrid) -> SymbolicFunction:
 
 @dataclass(frozen=True)
 class Triad:
-    """Three rods that hold a platform in a plane: known points, pins on the platform, lengths."""
+    """Three rods that hold a platform in a plane.
+
+    Attributes:
+        A: The rods' known ends (x, y), metre.
+        b: Their ends on the platform, in the platform's axes, metre.
+        L: Their lengths, metre.
+    """
 
     A: tuple[Complex, ...]
     b: tuple[Complex, ...]
@@ -243,17 +215,15 @@ def triad_of(h: Hybrid) -> Triad | None:
         return None
     _, origin = frames[2]
 
-    def seen(place: Place) -> Vector:
-        """A place along x, y and the axis, from the platform's axis."""
-        _, point = pose_of(mechanism, h.terms, place, still)
+    def seen(frame: Frame) -> Vector:
+        """The origin of a frame along x, y and the axis, from the platform's axis."""
+        _, point = pose_of(mechanism, h.terms, frame, still)
         offset = subtracted(h.terms, point, origin)
-        return named(
-            h.terms,
-            (sum((u * v for u, v in zip(e, offset, strict=True)), ZERO) for e in directions),
-        )
+        x, y, z = (dot(h.terms, e, offset) for e in directions)
+        return x, y, z
 
     ends = [tuple(map(seen, from_base(h, strut))) for strut in mechanism.struts]
-    # Rods that rise out of the plane are not circles in it.
+    # A rod with a component out of the plane traces no circle in it.
     if any(h.terms.let(a[2] - b[2]) != 0 for a, b in ends):
         return None
     A, b = (tuple(end[k][:2] for end in ends) for k in (0, 1))
@@ -264,14 +234,7 @@ def _frame(
     h: Hybrid, joint: Joint, values: Mapping[str, sp.Expr]
 ) -> tuple[Sequence[Vector], Vector]:
     """Axes and origin of a joint's frame in the base frame."""
-    return pose_of(h.mechanism, h.terms, Place(joint.parent, joint.before), values)
-
-
-def from_base(h: Hybrid, strut: Strut) -> tuple[Place, Place]:
-    """The ends of a rod, the one that the platform carries last."""
-    chain = {joint.name for joint in h.robot.moving}
-    at_end = any(joint.name in chain for joint in h.mechanism.way(strut.b.body))
-    return (strut.a, strut.b) if at_end else (strut.b, strut.a)
+    return pose_of(h.mechanism, h.terms, Frame(joint.parent, joint.before), values)
 
 
 def assembly_polynomial(h: Hybrid) -> SymbolicFunction:

@@ -1,4 +1,4 @@
-"""All joints of a mechanism from those that are known: actuators forward, the main chain back."""
+"""All joints of a mechanism from the actuators, or from the joints of the main chain."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -10,22 +10,24 @@ from ..model.mechanism import Mechanism
 from ..model.robot import Joint
 from ..terms.tangents import LoopRate
 from ..terms.terms import Terms
-from .planar.assembly import Step, assemble
+from .planar.assembly import assemble
+from .planar.loop_step import LoopStep
 from .planar.phasors import PhasorSum
 from .planar.planes import Linkage, Loop, linkages
 from .planar.reference import AtReference
-from .spatial.legs import Known, assemble_in_space
+from .spatial.legs import assemble_in_space
+from .spatial.struts import Known
 
 
 @dataclass(frozen=True)
 class Solution:
-    """The joints of a mechanism in closed form, as far as there is one.
+    """The joints of a mechanism that follow in closed form.
 
     Attributes:
         mechanism: The description.
-        values: Of joints, swings and cylinders by name; angles may exceed a turn.
+        values: Values of joints, swings and cylinders by name; angles may exceed a turn.
         loops: Rates of the solved angles, for :class:`~chasles.derive.terms.tangents.Tangent`.
-        steps: How the loops were solved, in order.
+        steps: The steps of the solution, in order.
         relations: Sums of turning vectors that are zero where the loops are closed.
         open: Names of joints that stay undetermined.
         reference: The reference configuration, for numbers.
@@ -34,7 +36,7 @@ class Solution:
     mechanism: Mechanism
     values: Mapping[str, sp.Expr]
     loops: dict[sp.Symbol, LoopRate]
-    steps: tuple[Step, ...]
+    steps: tuple[LoopStep, ...]
     relations: tuple[PhasorSum, ...]
     open: tuple[str, ...]
     reference: AtReference
@@ -79,7 +81,7 @@ def from_actuators(
         loops: The mechanism and its loops.
         terms: Names of all terms.
         q: The actuated coordinates (radian or metre).
-        signs: Branches other than that of the reference.
+        signs: Signs of the branches, step by step, instead of those at the reference.
 
     Raises:
         RobotError: A loop does not close at the reference, or its branch there is not clear.
@@ -107,7 +109,7 @@ def from_chain(
         loops: The mechanism and its loops.
         terms: Names of all terms.
         theta: The main chain's joints (radian or metre).
-        signs: Branches other than that of the reference.
+        signs: Signs of the branches, step by step, instead of those at the reference.
         closed: Joint values at the reference configuration, as far as they are known.
 
     Raises:
@@ -133,7 +135,7 @@ def _solved(
     reference = AtReference(terms, at, _given(mechanism) | dict(closed), joints)
     values = dict(known)
     rates: dict[sp.Symbol, LoopRate] = {}
-    steps: list[Step] = []
+    steps: list[LoopStep] = []
     relations: list[PhasorSum] = []
     spatial = Known(values, rates, steps)
     try:
@@ -156,9 +158,9 @@ def joint_angle(terms: Terms, solution: Solution, value: sp.Expr, joint: Joint |
 
     Args:
         terms: Names of all terms.
-        solution: Where the value comes from; receives the rate of the new name.
+        solution: The solution that gives the value; receives the rate of the new name.
         value: A sum of solved angles and coordinates.
-        joint: The joint whose angle it is, None for a swing.
+        joint: The joint of that angle, None for a swing.
     """
     if not terms.is_solved(value):
         return terms.let(value)
@@ -183,7 +185,7 @@ def _given(mechanism: Mechanism) -> dict[str, float]:
 
 
 def _value_of(mechanism: Mechanism, name: str, moves: str, ratio: sp.Expr) -> float:
-    """Reference value of a coordinate, told by itself or by what it moves."""
+    """Reference value of a coordinate, given for itself or for the joint that it moves."""
     given = dict(mechanism.reference)
     if name not in given and moves in given:
         return float(given[moves] / ratio)

@@ -33,7 +33,7 @@ FREEDOM: Mapping[str, int] = {"pin": 1, "slider": 1, "ball": 3, "weld": 0}
 
 
 @dataclass(frozen=True)
-class Place:
+class Frame:
     """A frame that is fixed on a body: the body's name and the frame's pose in the body's frame."""
 
     body: str
@@ -42,20 +42,20 @@ class Place:
 
 @dataclass(frozen=True)
 class Closure:
-    """A joint that closes a loop: it holds two places on two bodies together.
+    """A joint that closes a loop: it holds two frames on two bodies together.
 
     Attributes:
         name: Unique among joints, closures and struts.
-        kind: ``pin`` turns about the places' common z axis, ``slider`` moves along it, ``ball``
+        kind: ``pin`` turns about the frames' common z axis, ``slider`` moves along it, ``ball``
             keeps their origins together, ``weld`` keeps the frames together.
-        a: The place on the one body.
-        b: The place on the other.
+        a: The frame on the first body.
+        b: The frame on the second body.
     """
 
     name: str
     kind: ClosureKind
-    a: Place
-    b: Place
+    a: Frame
+    b: Frame
 
     def __post_init__(self) -> None:
         check_name("closure", self.name)
@@ -68,9 +68,9 @@ class Strut:
 
     Attributes:
         name: Unique among joints, closures and struts; a cylinder's coordinate has its name.
-        a: Where it begins; only the origin counts.
-        b: Where it ends.
-        length: Of a rod; of a cylinder, its length where its coordinate is zero (metre).
+        a: The frame at whose origin it begins.
+        b: The frame at whose origin it ends.
+        length: Length of a rod, or of a cylinder at coordinate zero (metre).
         is_cylinder: Whether the length is a coordinate.
         ends: Whether pins or balls hold its ends.
         swing: Name of its passive angle, measured on the body at its beginning.
@@ -78,8 +78,8 @@ class Strut:
     """
 
     name: str
-    a: Place
-    b: Place
+    a: Frame
+    b: Frame
     length: sp.Expr = sp.S.Zero
     is_cylinder: bool = False
     ends: EndKind = "pin"
@@ -123,11 +123,11 @@ class Coordinate:
     """One actuated coordinate, an element of ``q``.
 
     Attributes:
-        name: Of the joint, the cylinder or the motor.
+        name: Name of the joint, the cylinder or the motor.
         kind: ``revolute`` or ``prismatic``.
         limits: Lowest and highest value (radian or metre), None where unbounded.
         moves: The joint or cylinder that it moves.
-        ratio: Advance of that per unit of the coordinate.
+        ratio: Advance of the joint or cylinder per unit of the coordinate.
     """
 
     name: str
@@ -144,17 +144,17 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Mechanism:
-    """A robot with loops, or one whose motors act through gears.
+    """A robot with loops, or a robot whose motors act through gears.
 
     Attributes:
         name: A C identifier; the prefix of everything generated.
-        joints: The tree; each joint's ``parent`` is the body that it stands on.
-        actuated: Names of joints, cylinders and drives: the order of ``q``.
+        joints: The tree; each joint's ``parent`` is the body that carries it.
+        actuated: Names of joints, cylinders and drives in the order of ``q``.
         closures: Joints that close loops.
         struts: Rods and cylinders.
         drives: Motors behind gears.
         tool_body: The body that carries the tool.
-        title: What a reader calls the robot.
+        title: The robot's name for a reader.
         source: Where the numbers come from.
         base: The base body's frame in the base frame.
         tool: The tool frame in its body's frame.
@@ -162,8 +162,8 @@ class Mechanism:
         tool_frame: Name of the tool frame.
         parameters: The named lengths and angles that the placements use.
         reference: Values of coordinates and joints at the configuration whose branch is meant,
-            zero where none is given. Passive ones need be near, not exact.
-        notes: What was changed or assumed on the way in.
+            zero where none is given. Those of passive joints need only be near.
+        notes: Changes and assumptions made while the description was read.
 
     Raises:
         RobotError: Names clash, a body or joint is unknown, or a body has two parents.
@@ -207,7 +207,7 @@ class Mechanism:
 
     @property
     def closers(self) -> tuple[Closure | Strut, ...]:
-        """What closes the loops, one each."""
+        """Closures and struts: each closes a loop."""
         return (*self.closures, *self.struts)
 
     @property
@@ -222,7 +222,7 @@ class Mechanism:
 
     @cached_property
     def members(self) -> Mapping[str, Joint | Strut]:
-        """Joints that move and cylinders, by name: what a coordinate may move."""
+        """Joints that move and cylinders, by name: a coordinate may move each of them."""
         joints = {joint.name: joint for joint in self.joints if joint.kind != "fixed"}
         return joints | {strut.name: strut for strut in self.struts if strut.is_cylinder}
 
@@ -282,9 +282,9 @@ class Mechanism:
         return tuple(strut.swing_name for strut in self.struts if strut.ends == "pin")
 
     @property
-    def tool_place(self) -> Place:
+    def tool_mounting(self) -> Frame:
         """The tool frame on the body that carries it."""
-        return Place(self.tool_body, self.tool)
+        return Frame(self.tool_body, self.tool)
 
     @property
     def link_names(self) -> tuple[str, ...]:
@@ -310,15 +310,15 @@ class Mechanism:
             if item.a.body == item.b.body:
                 raise RobotError(f"{item.name!r} holds body {item.a.body!r} to itself")
 
-    def _check_known(self, what: str, names: Sequence[str], known: set[str]) -> None:
+    def _check_known(self, role: str, names: Sequence[str], known: set[str]) -> None:
         for name in names:
             if name not in known:
                 there = ", ".join(sorted(known))
-                raise RobotError(f"robot {self.name!r}: {what} {name!r} is none of {there}")
+                raise RobotError(f"robot {self.name!r}: {role} {name!r} is none of {there}")
 
     def _check_symbols(self) -> None:
         known = {parameter.symbol for parameter in self.parameters}
-        placements = [place.placement for c in self.closers for place in (c.a, c.b)]
+        placements = [frame.placement for c in self.closers for frame in (c.a, c.b)]
         used = {symbol for placement in placements for symbol in symbols_of(placement)}
         used |= {symbol for strut in self.struts for symbol in strut.length.free_symbols}
         used |= {symbol for drive in self.drives for symbol in drive.ratio.free_symbols}
@@ -328,4 +328,4 @@ class Mechanism:
 
 
 Described = Robot | Mechanism
-"""What a file describes: a serial robot, or one with loops."""
+"""The description of a file: a serial robot, or a robot with loops."""

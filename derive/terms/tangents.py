@@ -70,5 +70,25 @@ class Tangent:
         return ZERO if definition is None else self.of(definition)
 
 
+def derivative_columns(
+    terms: Terms,
+    expressions: Sequence[sp.Expr],
+    symbols: Sequence[sp.Symbol],
+    loops: Mapping[sp.Symbol, LoopRate] | None = None,
+    factor: int = 1,
+) -> list[list[sp.Expr]]:
+    """The named derivatives of expressions by coordinates, one column a coordinate.
+
+    Args:
+        terms: Names of all terms.
+        expressions: The entries of a column.
+        symbols: The coordinates.
+        loops: For solved angles, the solution of their loop's rate equation.
+        factor: Multiplies every derivative.
+    """
+    rate = sp.Integer(factor)
+    return [Tangent(terms, {symbol: rate}, loops).of_each(expressions) for symbol in symbols]
+
+
 def _by_name(symbol: sp.Symbol) -> tuple[int, str]:
     return len(symbol.name), symbol.name

@@ -15,7 +15,7 @@ from chasles.derive.latex.drawing.parts import scene
 from chasles.derive.latex.drawing.poses import Poses
 from chasles.derive.latex.drawing.view import view
 from chasles.derive.latex.setting.names import escape
-from chasles.derive.model.mechanism import Closure, Drive, Mechanism, Place, Strut
+from chasles.derive.model.mechanism import Closure, Drive, Frame, Mechanism, Strut
 from chasles.derive.model.robot import Joint, Rotation, Translation
 
 PDFLATEX = shutil.which("pdflatex")
@@ -37,8 +37,8 @@ def hinge(name, parent, *before):
     return Joint(name, "revolute", before, (), link=f"{name}_body", parent=parent)
 
 
-def place(body, *xyz):
-    return Place(body, (moved(*xyz),))
+def on_body(body, *xyz):
+    return Frame(body, (moved(*xyz),))
 
 
 def third_side(a, b, angle):
@@ -51,7 +51,7 @@ def four_bar():
         hinge("coupler", "crank_body", moved(0.1, 0, 0)),
         hinge("rocker", "0", moved(0.3, 0, 0)),
     )
-    ends = place("coupler_body", 0.3, 0, 0), place("rocker_body", 0.1, 0, 0)
+    ends = on_body("coupler_body", 0.3, 0, 0), on_body("rocker_body", 0.1, 0, 0)
     robot = Mechanism(
         "four_bar",
         joints,
@@ -70,12 +70,12 @@ def slider_crank():
         Joint("piston", "prismatic", (ALONG_X,), (), link="block", parent="0"),
     )
     # The block's frame has z along the guide; the pin's z is the plane's.
-    across = Place("block", (Rotation("y", -sp.pi / 2),))
+    across = Frame("block", (Rotation("y", -sp.pi / 2),))
     robot = Mechanism(
         "slider_crank",
         joints,
         ("motor",),
-        (Closure("wrist_pin", "pin", place("coupler_body", 0.5, 0, 0), across),),
+        (Closure("wrist_pin", "pin", on_body("coupler_body", 0.5, 0, 0), across),),
         drives=(Drive("motor", "crank", sp.Rational(1, 20)),),
         tool_body="block",
     )
@@ -92,15 +92,15 @@ def hydraulic_arm(waist=0.0):
     struts = (
         Strut(
             "lift_cylinder",
-            place("waist_body", 0, 0, 0.2),
-            place("boom_body", 0.9, 0, 0),
+            on_body("waist_body", 0, 0, 0.2),
+            on_body("boom_body", 0.9, 0, 0),
             length=sp.Rational(1, 2),
             is_cylinder=True,
         ),
         Strut(
             "stick_cylinder",
-            place("boom_body", 0.8, 0, 0),
-            place("stick_body", -0.3, 0, 0),
+            on_body("boom_body", 0.8, 0, 0),
+            on_body("stick_body", -0.3, 0, 0),
             is_cylinder=True,
         ),
     )
@@ -139,8 +139,8 @@ def platform_3rrr():
             hinge(f"elbow_{k}", f"crank_{k}_body", moved(crank, 0, 0)),
         ]
         ends = (
-            place(f"elbow_{k}_body", forearm, 0, 0),
-            Place("phi_body", (around, moved(0.1, 0, 0))),
+            on_body(f"elbow_{k}_body", forearm, 0, 0),
+            Frame("phi_body", (around, moved(0.1, 0, 0))),
         )
         closures.append(Closure(f"pin_{k}", "pin", *ends))
         values |= {f"crank_{k}": turn, f"elbow_{k}": bend}
@@ -161,8 +161,8 @@ def delta():
         joints.append(hinge(f"arm_{k}", "0", around, moved(0.15, 0, 0), ACROSS))
         values[f"arm_{k}"] = 0.0
         for side in (-0.04, 0.04):
-            a = place(f"arm_{k}_body", 0.2, 0, side)
-            b = Place("platform", (around, moved(0.05, -side, 0)))
+            a = on_body(f"arm_{k}_body", 0.2, 0, side)
+            b = Frame("platform", (around, moved(0.05, -side, 0)))
             name = f"rod_{k}_{'left' if side < 0 else 'right'}"
             struts.append(Strut(name, a, b, sp.Rational(1, 2), ends="ball"))
     arms = tuple(f"arm_{k}" for k in range(3))
@@ -178,9 +178,9 @@ def welded():
         Joint("ride", "prismatic", (ALONG_X,), (Rotation("y", -sp.pi / 2),), "block", "0"),
     )
     closures = (
-        Closure("bracket", "weld", place("tube", 0.1, 0, 0), place("block", 0.2, 0, 0)),
-        Closure("rail", "slider", Place("0", (moved(0, 0.1, 0), ALONG_X)),
-                Place("block", (moved(0.2, 0.1, 0), ALONG_X))),
+        Closure("bracket", "weld", on_body("tube", 0.1, 0, 0), on_body("block", 0.2, 0, 0)),
+        Closure("rail", "slider", Frame("0", (moved(0, 0.1, 0), ALONG_X)),
+                Frame("block", (moved(0.2, 0.1, 0), ALONG_X))),
     )  # fmt: skip
     robot = Mechanism("welded", joints, ("reach",), closures, tool_body="tube")
     return robot, {"post": 0.0, "reach": 0.4, "ride": 0.3}
@@ -194,7 +194,7 @@ def universal():
         hinge("sway", "swing_body", LYING),
         hinge("rocker", "0", moved(0.3, 0, 0)),
     )
-    ends = place("sway_body", 0.3, 0, 0), place("rocker_body", 0.1, 0, 0)
+    ends = on_body("sway_body", 0.3, 0, 0), on_body("rocker_body", 0.1, 0, 0)
     ball = Closure("ball", "ball", *ends)
     robot = Mechanism("universal", joints, ("crank",), (ball,), tool_body="rocker_body")
     return robot, {"crank": 1.0, "swing": -1.0, "sway": 0.0, "rocker": 1.0}

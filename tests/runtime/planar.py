@@ -10,7 +10,7 @@ import sympy as sp
 
 from chasles.derive.emit.c import scalar
 from chasles.derive.emit.c.header import header, support
-from chasles.derive.loops.planar.triad import triad_mirror, triad_polynomial, triad_position
+from chasles.derive.loops.triad import triad_mirror, triad_polynomial, triad_position
 from chasles.derive.model.robot import Joint, Robot
 from chasles.derive.program.programs import programs
 from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFunction

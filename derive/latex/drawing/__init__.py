@@ -13,7 +13,7 @@ from .poses import Poses
 from .view import view
 
 PREAMBLE = "\\usepackage{tikz}\n\\usetikzlibrary{arrows.meta}"
-"""What a document needs before it reads a drawing in."""
+"""The packages and styles that a document needs for a drawing."""
 _STYLES = r"""  [x=1mm,y=1mm,line cap=round,line join=round,
    font=\footnotesize,>={Stealth[length=1.7mm]},
    outline/.style={draw=black!70,fill=black!70},
@@ -48,18 +48,18 @@ _SCALES = (1, 2, 5)
 _SHORTEST = 150
 """The least length of the scale on paper."""
 _BELOW = 40
-"""How far the scale is below all else."""
+"""Distance of the scale below the lowest part."""
 
 
 def drawing(mechanism: Mechanism, configuration: Mapping[str, float]) -> str:
     r"""A drawing of a mechanism: bodies, joints by kind, actuators, loops, tool frame and scale.
 
-    Bodies join what sits on them, those of the main chain are thicker; actuated members are red,
-    with an arrow in the sense in which they count and their coordinate's name, motors behind gears
-    named at the joint that they move; a number stands in each loop, in the order of
-    :func:`chasles.derive.loops.planar.planes.loops`. Planar loops are seen square to their plane,
-    all else from above and aside, without perspective. The picture is at most 140 mm wide and
-    110 mm high.
+    Bodies connect the joints on them; those of the main chain are thicker. Actuated members are
+    red, with an arrow in their positive sense and their coordinate's name; a motor behind a gear is
+    named at the joint that it moves. Each loop bears its number in the order of
+    :func:`chasles.derive.loops.planar.planes.loops`. Planar loops are seen along the normal of
+    their plane, other mechanisms from above and aside, without perspective. The picture is at most
+    140 mm wide and 110 mm high.
 
     Args:
         mechanism: The description.
@@ -78,7 +78,7 @@ def drawing(mechanism: Mechanism, configuration: Mapping[str, float]) -> str:
     paper = Paper.around(directions, parts.points)
     marks = Marks(parts, paper, is_planar=is_planar)
     taken = marks.obstacles
-    # Coordinates have the least choice of places, loops more, and the rest takes what is left.
+    # Coordinates have the fewest free positions, loops more; the rest uses the remaining space.
     labels = [line for label in _coordinates(mechanism, marks) for line in placed(label, taken)]
     for k, corners in enumerate(parts.loops, 1):
         place = loop_number([paper.at(p) for p in corners], taken)
@@ -98,7 +98,7 @@ def drawing(mechanism: Mechanism, configuration: Mapping[str, float]) -> str:
 
 
 def _coordinates(mechanism: Mechanism, marks: Marks) -> list[Label]:
-    """Names of the actuated coordinates, at what they move."""
+    """Names of the actuated coordinates, at the joints that they move."""
     return [
         _label(*_coordinate(k, coordinate), *marks.anchors[coordinate.moves], "coordinate name")
         for k, coordinate in enumerate(mechanism.coordinates, 1)
@@ -121,7 +121,7 @@ def _label(text: str, letters: float, point: Point, radius: int, style: str) -> 
 
 
 def _coordinate(k: int, coordinate: Coordinate) -> tuple[str, float]:
-    """The place of a coordinate in q and its name, and how many letters wide that is."""
+    """The index of a coordinate in q and its name, and the width of both in letters."""
     if coordinate.name in ("q", f"q{k}", f"q_{k}"):
         return f"$q_{{{k}}}$", 2
     text, letters = _name(coordinate.name)
@@ -129,7 +129,7 @@ def _coordinate(k: int, coordinate: Coordinate) -> tuple[str, float]:
 
 
 def _name(name: str) -> tuple[str, float]:
-    """A name in LaTeX, and how many letters wide it is: a symbol where it looks like one."""
+    """A name in LaTeX and its width in letters; a name of one letter becomes a symbol."""
     head, *rest = re.findall(r"[A-Za-z]+|[0-9]+", name) or [name]
     if len(head) > 1 and head not in names.GREEK:
         return names.escape(name), len(name)
@@ -137,7 +137,7 @@ def _name(name: str) -> tuple[str, float]:
 
 
 def _extent(obstacles: Obstacles) -> tuple[Point, Point]:
-    """The lowest and highest corner of all that is drawn."""
+    """The lowest and the highest corner of the drawing."""
     x, y = [], []
     for box in obstacles.boxes:
         x += [box.left, box.right]

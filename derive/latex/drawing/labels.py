@@ -1,4 +1,4 @@
-"""Labels where the picture is free: each tries places around its point and takes the best."""
+"""Labels in free space: each tries positions around its point and takes the best."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -16,17 +16,17 @@ _DIRECTIONS = [
 ]
 """Directions that a label may lie in, in thousandths."""
 _NEAR, _STEPS = 8, (0, 8, 18, 30, 44, 60, 80, 100)
-"""Free space around a point and what may be added to it."""
+"""Free space around a point, and the distances that may be added to it."""
 _AFAR = 40
-"""From how far on a label is joined to its point by a line."""
+"""A label farther than this from its point is joined to it by a line."""
 _AWAY = 1.2
-"""What a label's distance from its point costs."""
+"""Cost of a label's distance from its point."""
 _GAP = 6
-"""Between such a line and its label."""
+"""Gap between such a line and its label."""
 _CROSSED = 3
-"""What a label that covers a line costs, per length."""
+"""Cost of a line that a label covers, per length."""
 _LEVEL, _STEEP = 380, 380
-"""Parts of a direction from which on a label begins, ends or stands there."""
+"""Parts of a direction above which a label begins, ends or stands at its point."""
 
 Line = tuple[Point, Point, int]
 P = TypeVar("P")
@@ -73,10 +73,10 @@ class Label:
     """A text beside a point.
 
     Attributes:
-        text: In LaTeX.
-        letters: About how many letters wide it is.
-        point: What it names.
-        radius: How much space the symbol takes there.
+        text: The text in LaTeX.
+        letters: Its approximate width in letters.
+        point: The point that it names.
+        radius: Radius of the symbol at the point.
         style: The TikZ style of its node.
     """
 
@@ -89,13 +89,13 @@ class Label:
 
 @dataclass
 class Obstacles:
-    """What is on paper already.
+    """The parts that are on paper already.
 
     Attributes:
-        lines: Begin, end and half the width of what nothing should cross.
-        outlines: The same of bodies, which a loop's number may cross.
-        boxes: Labels and symbols that nothing may cover.
-        plates: Filled polygons, on which a label may lie where nothing better is left.
+        lines: Begin, end and half the width of lines that no label should cross.
+        outlines: The same for outlines of bodies, which a loop's number may cross.
+        boxes: Labels and symbols that no label may cover.
+        plates: Filled polygons, on which a label may lie if no other position is free.
     """
 
     lines: list[Line] = field(default_factory=list)
@@ -117,7 +117,7 @@ class Obstacles:
         self.outlines.extend((a, b, half) for a, b in pairwise(corners))
 
     def cost(self, box: Box, on_plate: float, on_outline: float) -> float:
-        """How much a box would cover; what bodies cost depends on what the box is."""
+        """Cost of the parts that a box would cover; that of bodies depends on the kind of box."""
         covered = sum(min(box.grown(6).shared(other), 4000) / 4 for other in self.boxes)
         crossed = _CROSSED * _length(box, self.lines) + on_outline * _length(box, self.outlines)
         middle = ((box.left + box.right) // 2, (box.bottom + box.top) // 2)
@@ -136,9 +136,9 @@ def _length(box: Box, lines: Sequence[Line]) -> float:
 
 
 def placed(label: Label, obstacles: Obstacles) -> list[str]:
-    """TikZ of a label at its best place, which is noted as taken."""
-    places = [(step, direction) for step in _STEPS for direction in range(len(_DIRECTIONS))]
-    best = _least(places, lambda p: _AWAY * p[0], lambda p: _cost(label, obstacles, *p))
+    """TikZ of a label at its best position, which is noted as taken."""
+    positions = [(step, direction) for step in _STEPS for direction in range(len(_DIRECTIONS))]
+    best = _least(positions, lambda p: _AWAY * p[0], lambda p: _cost(label, obstacles, *p))
     near, box, anchor = _place(label, *best)
     obstacles.boxes.append(box)
     lines = [f"\\node[{label.style},anchor={anchor}] at {at(near)} {{{label.text}}};"]
@@ -149,15 +149,15 @@ def placed(label: Label, obstacles: Obstacles) -> list[str]:
     return lines
 
 
-def _least(places: Sequence[P], bound: Callable[[P], float], cost: Callable[[P], float]) -> P:
-    """The first place of least cost; places come in the order of a bound below their cost."""
-    best, least = places[0], math.inf
-    for place in places:
-        if bound(place) >= least:
+def _least(positions: Sequence[P], bound: Callable[[P], float], cost: Callable[[P], float]) -> P:
+    """The first position of least cost, in the order of a lower bound of their costs."""
+    best, least = positions[0], math.inf
+    for position in positions:
+        if bound(position) >= least:
             break
-        found = cost(place)
+        found = cost(position)
         if found < least:
-            best, least = place, found
+            best, least = position, found
     return best
 
 
@@ -170,7 +170,7 @@ def _cost(label: Label, obstacles: Obstacles, step: int, direction: int) -> floa
 
 
 def _leader_cost(near: Point, to: Point, obstacles: Obstacles) -> float:
-    """What a line from a label to its point meets on the way."""
+    """Cost of the parts that a line from a label to its point crosses."""
     cost = 0.0
     for share in (0.2, 0.4, 0.6):
         x, y = between(near, to, share)
@@ -197,11 +197,11 @@ LOOP = 20
 """Radius of the circle around a loop's number."""
 _GRID = 15
 _OUTSIDE = 150
-"""What it costs that a loop's number stands outside of the loop."""
+"""Cost of a loop's number outside the loop."""
 
 
 def loop_number(corners: Sequence[Point], obstacles: Obstacles) -> Point:
-    """Where a loop's number stands: free, and as near as possible to the middle of the loop."""
+    """The position of a loop's number: free, as near as possible to the middle of the loop."""
     middle = (
         sum(x for x, _ in corners) // len(corners),
         sum(y for _, y in corners) // len(corners),

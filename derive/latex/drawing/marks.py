@@ -1,4 +1,4 @@
-"""The symbols of the parts on paper, and what they cover."""
+"""The symbols of the parts on paper, and the areas that they cover."""
 
 from collections.abc import Sequence
 
@@ -6,12 +6,12 @@ import numpy as np
 
 from .labels import Obstacles
 from .paper import Paper, Point, angle, area, at, between, distance, hull, number, turn, whole
-from .parts import Bar, Hinge, Scene, Slide
+from .parts import Bar, DrawnSlide, Hinge, Scene
 
 TINTS = 6
-"""How many tints bodies take in turn."""
+"""Number of tints that bodies take in turn."""
 THIN, THICK, RIM = 14, 22, 4
-"""Width of a body, of one of the main chain, and what its outline adds."""
+"""Width of a body, of a body of the main chain, and of its outline."""
 PIN, MAIN_PIN = 10, 12
 SHAFT = 22
 """Half the length of a hinge whose axis lies in the picture."""
@@ -20,15 +20,15 @@ MOTOR = 28
 STROKE = 70
 """Half the longest arrow beside a cylinder."""
 COLLAR = 36
-"""How far from a hinge the arrow around its shaft is."""
+"""Distance from a hinge to the arrow around its shaft."""
 BARREL = 0.55
-"""The part of a cylinder that its barrel takes."""
+"""The part of a cylinder's length that is its barrel."""
 FORESHORTENED = 0.35
 """Below this part of its length on paper a direction is seen end-on."""
 GUIDE, RAIL = 45, 110
-"""How far a guide reaches beyond its slider, and how far one on the ground without limits."""
+"""Length of a guide beyond its slider, and of a guide on the ground without limits."""
 HATCH = 11
-"""Between two strokes of the ground's hatching."""
+"""Distance between two strokes of the ground's hatching."""
 FOOT, FOOTING = 34, 32
 """Height of a pin's stand, and half the width of its ground."""
 AXIS = 80
@@ -43,8 +43,8 @@ class Marks:
         bodies: Bodies, rods and cylinders.
         joints: Hinges and sliders.
         arrows: Motors and the tool frame.
-        obstacles: What they cover.
-        anchors: Where a member is named, and the room that its symbol takes there.
+        obstacles: The areas that they cover.
+        anchors: The point at which a member is named, and the radius of its symbol there.
     """
 
     def __init__(self, scene: Scene, paper: Paper, *, is_planar: bool) -> None:
@@ -52,7 +52,7 @@ class Marks:
 
         Args:
             scene: The parts.
-            paper: Where they are on paper.
+            paper: Their projection on paper.
             is_planar: Whether the picture's plane is that of the mechanism.
         """
         self.scene, self.paper, self.is_planar = scene, paper, is_planar
@@ -129,20 +129,20 @@ class Marks:
         self.obstacles.path([point, between(a, b, 0.5)], 20)
 
     def _up(self, hinge: Hinge, point: Point) -> int:
-        """1 where a stand is below its pin; -1 where what the pin carries hangs below it."""
+        """1 where a stand is below its pin; -1 where the body on the pin hangs below it."""
         other = self._carried(hinge)
         x, y = other[0] - point[0], other[1] - point[1]
         return -1 if -y > 2 * abs(x) else 1
 
     def _away(self, hinge: Hinge, shaft: tuple[float, float]) -> tuple[float, float]:
-        """The direction of a shaft that leads to what it carries; upwards where none does."""
+        """The direction of a shaft towards the body that it carries; upwards without a body."""
         point, other = self.paper.at(hinge.at), self._carried(hinge)
         along = whole(shaft[0] * (other[0] - point[0]) + shaft[1] * (other[1] - point[1]))
         leads = along > 0 if 2 * abs(along) > distance(point, other) else shaft[1] >= 0
         return shaft if leads else (-shaft[0], -shaft[1])
 
     def _carried(self, hinge: Hinge) -> Point:
-        """The middle of what a hinge of the base carries."""
+        """The middle of the body that a hinge of the base carries."""
         if hinge.b < 0:
             bar = next(bar for bar in self.scene.bars if bar.name == hinge.name)
             return self.paper.at((bar.a + bar.b) / 2)
@@ -216,7 +216,7 @@ class Marks:
     # --- joints ---
 
     def _hinges(self) -> None:
-        # What is driven lies on top, where several hinges share a point.
+        # Where several hinges share a point, the driven one lies on top.
         for hinge in sorted(self.scene.hinges, key=lambda h: (h.coordinate is not None, h.is_main)):
             self._hinge(hinge)
 
@@ -245,14 +245,14 @@ class Marks:
             self.anchors[hinge.name] = point, reach
 
     def _place(self, hinge: Hinge) -> Point:
-        """Where a hinge is drawn: one that would cover another moves along its axis."""
+        """The drawn position of a hinge: a hinge that would cover another moves along its axis."""
         point, shaft = self.paper.at(hinge.at), self._shaft(hinge)
         others = [self.paper.at(other.at) for other in self.scene.hinges if other is not hinge]
         if shaft is None or 0 in (hinge.a, hinge.b) or hinge.b < 0:
             return point
         if all(distance(point, other) > 2 * SHAFT for other in others):
             return point
-        # Along the body that it carries, or else along the one that it stands on.
+        # Along the body that it carries, or else along the body that carries it.
         for k in (hinge.b, hinge.a):
             along = [
                 whole(shaft[0] * (x - point[0]) + shaft[1] * (y - point[1]))
@@ -290,7 +290,7 @@ class Marks:
                 f" arc[start angle={begin},end angle={end},radius={number(MOTOR)}];"
             )
             return
-        # Of the turn around a shaft the half that is nearer to the eye is shown, beyond the hinge.
+        # Only the half of the turn that is nearer to the eye is shown, beyond the hinge.
         away = self._away(hinge, shaft)
         beyond = point[0] + whole(COLLAR * away[0]), point[1] + whole(COLLAR * away[1])
         begin, end = (60, 300) if near >= -FORESHORTENED / 100 else (120, -120)
@@ -320,7 +320,7 @@ class Marks:
 
         return 45 * min(range(8), key=closeness)
 
-    def _slide(self, slide: Slide) -> None:
+    def _slide(self, slide: DrawnSlide) -> None:
         point, start = self.paper.at(slide.at), self.paper.at(slide.start)
         right, up, _ = self.paper.along(slide.axis)
         length = float(np.hypot(right, up))
@@ -349,9 +349,9 @@ class Marks:
             self.obstacles.path(_beside(ends[0], ends[1], 32), 8)
 
     def _guide(
-        self, slide: Slide, start: Point, point: Point, direction: tuple[float, float]
+        self, slide: DrawnSlide, start: Point, point: Point, direction: tuple[float, float]
     ) -> None:
-        """The line that a slider moves along, hatched where the base carries it."""
+        """The line along which a slider moves, hatched where the base carries it."""
         x, y = direction
         is_rail = slide.a == 0 and not self.has_plate
         reaches = self._reaches(slide, start, point, direction, is_rail=is_rail)
@@ -365,14 +365,14 @@ class Marks:
 
     def _reaches(
         self,
-        slide: Slide,
+        slide: DrawnSlide,
         start: Point,
         point: Point,
         direction: tuple[float, float],
         *,
         is_rail: bool,
     ) -> tuple[int, int]:
-        """From where to where a guide goes, seen from its slider: all its known travel."""
+        """The ends of a guide, measured from its slider: they span its known travel."""
         shown = [self.paper.at(p) for p in slide.travel] or [point if is_rail else start]
         along = [
             whole(direction[0] * (p[0] - point[0]) + direction[1] * (p[1] - point[1]))
@@ -408,7 +408,7 @@ def _closed(corners: Sequence[Point]) -> str:
 
 
 def _frame(a: Point, b: Point) -> str:
-    """Options of a path that begins in a and goes to b along its own x axis."""
+    """Options of a path from a to b along its own x axis."""
     return f"[shift={{{at(a)}}},rotate={angle(b[0] - a[0], b[1] - a[1])}]"
 
 

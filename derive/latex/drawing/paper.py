@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .parts import SMALL
+from ...model.tolerances import LAYOUT_TIE, SAME_POINT
 from .poses import Array
 
 Point = tuple[int, int]
@@ -14,14 +14,12 @@ Point = tuple[int, int]
 WIDTH, HEIGHT = 1400, 1100
 """The largest picture, labels and scale included."""
 ROOM_ASIDE, ROOM_ABOVE, ROOM_BELOW = 120, 80, 150
-"""What is left free for labels, and below for the ground and the scale."""
-_TIE = 1e-5
-"""Numbers that lie between two tenths go up, whatever the last digits of a machine are."""
+"""Free margins for labels, and below for the ground and the scale."""
 
 
 def whole(value: float) -> int:
-    """The nearest whole number; a tie, to what machines differ by, goes up."""
-    return math.floor(value + 0.5 + _TIE)
+    """The nearest whole number; ties, within the differences between machines, are rounded up."""
+    return math.floor(value + 0.5 + LAYOUT_TIE)
 
 
 @dataclass(frozen=True)
@@ -45,7 +43,7 @@ class Paper:
         low, high = seen.min(axis=0), seen.max(axis=0)
         free = (WIDTH - 2 * ROOM_ASIDE, HEIGHT - ROOM_ABOVE - ROOM_BELOW)
         spans = zip(free, (float(span) for span in high - low), strict=True)
-        scale = min((room / span for room, span in spans if span > SMALL), default=WIDTH)
+        scale = min((room / span for room, span in spans if span > SAME_POINT), default=WIDTH)
         middle = (low[0] + high[0]) / 2
         return cls(view, scale, (middle - WIDTH / 2 / scale, low[1] - ROOM_BELOW / scale))
 
@@ -55,12 +53,12 @@ class Paper:
         return whole(self.scale * (x - self.corner[0])), whole(self.scale * (y - self.corner[1]))
 
     def along(self, direction: Array) -> tuple[float, float, float]:
-        """The parts of a direction to the right, up and towards the eye, to six digits."""
+        """The components of a direction to the right, up and towards the eye, to six digits."""
         right, up, near = (whole(1e6 * float(part)) / 1e6 for part in self.view @ direction)
         return right, up, near
 
     def depth(self, points: Sequence[Array]) -> int:
-        """How near to the eye points are on average, in tenths of a millimetre."""
+        """Mean distance of points towards the eye, in tenths of a millimetre."""
         return whole(self.scale * float(np.mean(np.array(points) @ self.view[2])))
 
 

@@ -1,4 +1,4 @@
-"""What there is to draw of a mechanism, as points and directions in the base frame (metre)."""
+"""The parts of a mechanism's drawing, as points and directions in the base frame (metre)."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -9,21 +9,24 @@ from ...loops.planar.planes import Loop, loops
 from ...model.errors import RobotError
 from ...model.mechanism import Closure, Mechanism, Strut
 from ...model.robot import Joint
+from ...model.tolerances import SAME_POINT, VISIBLE_GAP
 from .poses import Array, Poses
 
-SMALL = 1e-9
-"""What counts as one point (metre), and as one direction."""
-VISIBLE = 2e-3
-"""The part of a robot's size by which a loop may stand open: less than the eye sees."""
 LONG = 0.05
-"""The part of a robot's size from which on a slide is drawn as a telescope."""
+"""A slide longer than this part of the robot's size is drawn as a telescope."""
 MOUTH = 0.6
-"""Where on its length a telescope's outer tube ends."""
+"""The part of a telescope's length at which its outer tube ends."""
 
 
 @dataclass
 class Solid:
-    """Bodies that are one: what sits on them, and whether the main chain goes through."""
+    """Bodies that are fixed to each other.
+
+    Attributes:
+        points: The points of joints and struts on them.
+        is_main: Whether the main chain passes through them.
+        is_base: Whether the base is one of them.
+    """
 
     points: list[Array] = field(default_factory=list)
     is_main: bool = False
@@ -32,16 +35,16 @@ class Solid:
 
 @dataclass(frozen=True)
 class Hinge:
-    """What turns, or is held, at a point.
+    """A pin, ball or weld at a point.
 
     Attributes:
-        name: Of the joint, closure or strut.
+        name: Name of the joint, closure or strut.
         kind: ``pin``, ``ball`` or ``weld``.
         at: The point.
         axis: The direction of a pin, as the coordinate counts.
-        a: Index of the solid that it stands on.
-        b: Index of the solid that it carries, -1 where that is a strut.
-        coordinate: Which of ``q`` moves it.
+        a: Index of the solid that carries it.
+        b: Index of the solid that it carries, -1 for a strut.
+        coordinate: Index of the entry of ``q`` that moves it.
         is_main: Whether it is a joint of the main chain.
     """
 
@@ -56,19 +59,19 @@ class Hinge:
 
 
 @dataclass(frozen=True)
-class Slide:
+class DrawnSlide:
     """A slider on its guide, or a telescope.
 
     Attributes:
-        name: Of the joint or closure.
-        start: Where on the guide the coordinate is zero.
-        at: Where the slider is.
+        name: Name of the joint or closure.
+        start: The point of the guide at which the coordinate is zero.
+        at: The position of the slider.
         axis: The direction of the guide.
         a: Index of the solid with the guide.
         b: Index of the solid that slides.
-        mouth: Where the outer tube of a telescope ends.
-        travel: Where a slider is at its limits.
-        coordinate: Which of ``q`` moves it.
+        mouth: The end of a telescope's outer tube.
+        travel: The positions of a slider at its limits.
+        coordinate: Index of the entry of ``q`` that moves it.
         is_main: Whether it is a joint of the main chain.
     """
 
@@ -100,7 +103,7 @@ class Scene:
     """All parts of a mechanism at one configuration.
 
     Attributes:
-        solids: Bodies, the base first; what is fixed to a body is one with it.
+        solids: Bodies, the base first; bodies that are fixed to each other are one.
         hinges: Pins, balls and welds.
         slides: Sliders and telescopes.
         bars: Rods and cylinders.
@@ -110,7 +113,7 @@ class Scene:
 
     solids: Sequence[Solid]
     hinges: Sequence[Hinge]
-    slides: Sequence[Slide]
+    slides: Sequence[DrawnSlide]
     bars: Sequence[Bar]
     loops: Sequence[Sequence[Array]]
     tool: Array
@@ -128,13 +131,13 @@ class Scene:
 def scene(mechanism: Mechanism, poses: Poses, configuration: Mapping[str, float]) -> Scene:
     """The parts of a mechanism at a configuration.
 
-    Sliders and hinges without a body between them are drawn as what they are together: passive
-    hinges in one point as a ball, and passive sliders in a row, which only count where a platform
-    is, not at all.
+    Sliders and hinges without a body between them are drawn as one joint: passive hinges in one
+    point as a ball. Passive sliders in a row are not drawn, for they are only the coordinates of a
+    platform.
 
     Args:
         mechanism: The description.
-        poses: Where its bodies are.
+        poses: The poses of its bodies.
         configuration: Values of joints and cylinders (radian or metre).
 
     Raises:
@@ -154,7 +157,7 @@ class _Builder:
         self.main = {joint.name for joint in mechanism.main_chain.joints}
         self.solids, self.solid_of = self._solids()
         self.hinges: list[Hinge] = []
-        self.slides: list[Slide] = []
+        self.slides: list[DrawnSlide] = []
         self.bars: list[Bar] = []
         self.merged: dict[str, list[Joint]] = {}
         for run in self._runs():
@@ -188,10 +191,10 @@ class _Builder:
         return solids, solid_of
 
     def _size(self) -> float:
-        """The diagonal of the box around all frames and places."""
-        frames = [*self.poses.body.values(), *self.poses.fixed.values(), self.tool]
-        places = [p for closer in self.mechanism.closers for p in (closer.a, closer.b)]
-        origins = np.array([T[:3, 3] for T in [*frames, *map(self.poses.of, places)]])
+        """The diagonal of the box around all bodies' frames and those of the closers."""
+        bodies = [*self.poses.body.values(), *self.poses.fixed.values(), self.tool]
+        ends = [frame for closer in self.mechanism.closers for frame in (closer.a, closer.b)]
+        origins = np.array([T[:3, 3] for T in [*bodies, *map(self.poses.of, ends)]])
         return float(np.linalg.norm(np.ptp(origins, axis=0)))
 
     def _runs(self) -> list[list[Joint]]:
@@ -211,11 +214,11 @@ class _Builder:
         """Whether the body between two joints carries nothing else and has no size."""
         body = inner.link
         carried = [joint for joint in self.mechanism.joints if joint.parent == body]
-        held = {place.body for closer in self.mechanism.closers for place in (closer.a, closer.b)}
+        held = {frame.body for closer in self.mechanism.closers for frame in (closer.a, closer.b)}
         if carried != [outer] or body in held or body == self.mechanism.tool_body:
             return False
         gap = self.poses.moved[inner.name][:3, 3] - self.poses.fixed[outer.name][:3, 3]
-        return float(np.linalg.norm(gap)) < SMALL
+        return float(np.linalg.norm(gap)) < SAME_POINT
 
     def _attach(self, body: str, point: Array) -> int:
         """Notes a point of a body, and gives the body's solid."""
@@ -232,7 +235,7 @@ class _Builder:
         axis = joint.direction * fixed[:3, 2]
         coordinate, is_main = self.moved_by.get(joint.name), joint.name in self.main
         if joint.kind == "prismatic":
-            slide = Slide(joint.name, fixed[:3, 3], moved[:3, 3], axis, a, b)
+            slide = DrawnSlide(joint.name, fixed[:3, 3], moved[:3, 3], axis, a, b)
             slide = replace(slide, coordinate=coordinate, is_main=is_main)
             self.slides.append(self._guided(joint, slide))
         else:
@@ -241,7 +244,7 @@ class _Builder:
                 Hinge(joint.name, kind, moved[:3, 3], axis, a, b, coordinate, is_main)
             )
 
-    def _guided(self, joint: Joint, slide: Slide) -> Slide:
+    def _guided(self, joint: Joint, slide: DrawnSlide) -> DrawnSlide:
         """A slide of an arm that turns as two tubes; any other on a guide as long as its travel."""
         carrier = self.mechanism.joint_of.get(joint.parent)
         way = slide.at - slide.start
@@ -252,7 +255,7 @@ class _Builder:
         self.solids[slide.b].points.append(mouth)
         return replace(slide, mouth=mouth)
 
-    def _travel(self, joint: Joint, slide: Slide) -> tuple[Array, ...]:
+    def _travel(self, joint: Joint, slide: DrawnSlide) -> tuple[Array, ...]:
         if None in joint.limits:
             return ()
         values = [float(self.poses.terms.value(limit)) for limit in joint.limits]
@@ -267,18 +270,18 @@ class _Builder:
         a = self._attach(closure.a.body, A[:3, 3])
         b = self._attach(closure.b.body, B[:3, 3])
         if closure.kind == "slider":
-            self.slides.append(Slide(closure.name, A[:3, 3], B[:3, 3], axis, a, b))
+            self.slides.append(DrawnSlide(closure.name, A[:3, 3], B[:3, 3], axis, a, b))
         else:
             self.hinges.append(Hinge(closure.name, closure.kind, A[:3, 3], axis, a, b))
 
     def _strut(self, strut: Strut) -> None:
-        ends = [self.poses.of(place)[:3, 3] for place in (strut.a, strut.b)]
+        ends = [self.poses.of(frame)[:3, 3] for frame in (strut.a, strut.b)]
         length = float(self.poses.terms.value(strut.length))
         if strut.is_cylinder:
             length += self._value(strut.name)
         self._check_closed(strut.name, abs(float(np.linalg.norm(ends[1] - ends[0])) - length))
-        for place, end in zip((strut.a, strut.b), ends, strict=True):
-            solid = self._attach(place.body, end)
+        for frame, end in zip((strut.a, strut.b), ends, strict=True):
+            solid = self._attach(frame.body, end)
             self.hinges.append(Hinge(strut.name, strut.ends, end, None, solid, -1))
         coordinate = self.moved_by.get(strut.name)
         self.bars.append(Bar(strut.name, ends[0], ends[1], strut.is_cylinder, coordinate))
@@ -292,7 +295,7 @@ class _Builder:
         return self.configuration[name]
 
     def _check_closed(self, name: str, gap: float) -> None:
-        if not gap <= VISIBLE * self.size:
+        if not gap <= VISIBLE_GAP * self.size:
             raise RobotError(
                 f"robot {self.mechanism.name!r}: {name!r} stands open by {gap:.3g} m in the "
                 "configuration; a drawing needs one that closes all loops"
@@ -302,7 +305,7 @@ class _Builder:
         """The points that a loop goes through, once around."""
         there = [p for joint in loop.to_a for p in self._passed(joint)]
         back = [p for joint in loop.to_b for p in self._passed(joint)]
-        ends = [self.poses.of(place)[:3, 3] for place in (loop.closer.a, loop.closer.b)]
+        ends = [self.poses.of(frame)[:3, 3] for frame in (loop.closer.a, loop.closer.b)]
         return [*there, *ends, *back[::-1]]
 
     def _passed(self, joint: Joint) -> list[Array]:

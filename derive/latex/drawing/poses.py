@@ -1,4 +1,4 @@
-"""Where everything of a mechanism is at one configuration, in plain numbers."""
+"""The poses of a mechanism's bodies and joints at one configuration, in numbers."""
 
 import math
 from collections.abc import Mapping
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ...chain.poe import placement_matrix
 from ...model.errors import RobotError
-from ...model.mechanism import Mechanism, Place
+from ...model.mechanism import Frame, Mechanism
 from ...model.robot import Joint, Placement
 from ...terms.terms import Terms
 
@@ -52,9 +52,9 @@ class Poses:
             [[float(self.terms.value(entry)) for entry in row] for row in exact.tolist()]
         )
 
-    def of(self, place: Place) -> Array:
-        """The pose of a place on a body (4, 4)."""
-        return self.body[place.body] @ self.matrix(place.placement)
+    def of(self, frame: Frame) -> Array:
+        """The pose of a frame on a body (4, 4)."""
+        return self.body[frame.body] @ self.matrix(frame.placement)
 
     def _motion(
         self, mechanism: Mechanism, joint: Joint, configuration: Mapping[str, float]

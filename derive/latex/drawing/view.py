@@ -1,4 +1,4 @@
-"""From where a mechanism is seen: on the plane of its loops, or from above and aside."""
+"""The view of a mechanism: along the normal of its loops' plane, or from above and aside."""
 
 import math
 from collections.abc import Sequence
@@ -7,13 +7,11 @@ import numpy as np
 
 from ...loops.planar.planes import linkages
 from ...model.mechanism import Mechanism
-from .parts import SMALL
+from ...model.tolerances import SAME_POINT, SAME_VIEW
 from .poses import Array, Poses
 
 AZIMUTH, ELEVATION = math.radians(-56), math.radians(22)
-"""Where the eye is that sees a spatial mechanism: not in line with legs 60 degrees apart."""
-FLAT = 1e-6
-"""What counts as one direction in a configuration that was solved for."""
+"""Direction of the eye for a spatial mechanism: not in line with legs 60 degrees apart."""
 
 
 def view(mechanism: Mechanism, poses: Poses) -> tuple[Array, bool]:
@@ -38,7 +36,7 @@ def view(mechanism: Mechanism, poses: Poses) -> tuple[Array, bool]:
 
 def _facing(right: Array) -> Array:
     """Signs of the picture's directions that let x, or else y, go to the right."""
-    leading = right[0] if abs(right[0]) > FLAT else right[1]
+    leading = right[0] if abs(right[0]) > SAME_VIEW else right[1]
     return np.array([[-1.0], [1.0], [-1.0]]) if leading < 0 else np.ones((3, 1))
 
 
@@ -68,15 +66,15 @@ def _normal_of_tree(mechanism: Mechanism, poses: Poses) -> Array | None:
     turning, sliding = axes["revolute"], axes["prismatic"]
     if not turning or axes["helical"] or not _are_parallel(turning):
         return None
-    return turning[0] if all(abs(turning[0] @ axis) < FLAT for axis in sliding) else None
+    return turning[0] if all(abs(turning[0] @ axis) < SAME_VIEW for axis in sliding) else None
 
 
 def _are_parallel(directions: Sequence[Array]) -> bool:
-    return all(np.linalg.norm(np.cross(directions[0], d)) < FLAT for d in directions)
+    return all(np.linalg.norm(np.cross(directions[0], d)) < SAME_VIEW for d in directions)
 
 
 def _across(direction: Array, normal: Array) -> Array | None:
-    """The part of a direction that lies in a plane, of length 1; None where there is none."""
+    """The unit projection of a direction on a plane; None where the direction is the normal."""
     inside: Array = direction - normal * (normal @ direction)
     length = float(np.linalg.norm(inside))
-    return inside / length if length > math.sqrt(SMALL) else None
+    return inside / length if length > math.sqrt(SAME_POINT) else None

@@ -1,4 +1,4 @@
-"""What the fragments of a robot with loops share."""
+"""The symbols and steps that the fragments of a robot with loops share."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,17 +14,17 @@ from ..setting.page import Page
 from ..setting.printed_terms import PrintedTerms
 from ..setting.sharing import PRINTED
 from .members import Letters, Members, members
-from .printed_steps import PrintedStep, printed_steps
+from .printed_steps import PrintedLoopStep, VectorPrinter, printed_steps
 
 
 @dataclass(frozen=True)
 class LoopPage:
-    """A robot with loops with everything that is printed of it.
+    """A robot with loops and everything that is printed about it.
 
     Attributes:
         mechanism: The description.
         hybrid: The derivation of its loops.
-        chain: The page of its main chain; coordinates are called as the members.
+        chain: The page of its main chain; coordinates have the members' symbols.
         members: The symbols of its joints.
         letters: The symbols of intermediate results.
     """
@@ -84,12 +84,18 @@ class LoopPage:
         return PrintedTerms(self.terms, self.chain.equations.notation, known)
 
     @cached_property
-    def forward_steps(self) -> tuple[PrintedStep, ...]:
+    def vectors(self) -> VectorPrinter:
+        """Prints equations between vectors."""
+        notation = self.chain.equations.notation
+        return VectorPrinter(notation.tex, notation.order)
+
+    @cached_property
+    def forward_steps(self) -> tuple[PrintedLoopStep, ...]:
         """The steps from the actuators."""
         return printed_steps(self.printed_terms, self.letters, self.hybrid.forward, 1, self.joints)
 
     @cached_property
-    def backward_steps(self) -> tuple[PrintedStep, ...]:
+    def backward_steps(self) -> tuple[PrintedLoopStep, ...]:
         """The steps from the main chain, numbered on."""
         first = 1 + len(self.forward_steps)
         return printed_steps(

@@ -1,4 +1,4 @@
-r"""The fragment of the loops: products of exponentials that are 1, and the scalar equations."""
+r"""The fragment of the loops: products of exponentials, and the scalar equations."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -16,7 +16,7 @@ from .loop_page import LoopPage
 
 
 def loops(page: LoopPage) -> str:
-    """Every loop as a product of exponentials and as equations, and what follows for rates."""
+    """Every loop as a product of exponentials and as equations, and the equations of rates."""
     equations = page.hybrid.equations
     shown = [_loop(page, loop, k) for k, loop in enumerate(equations, 1)]
     count = sum(len(loop.residual) for loop in equations)
@@ -41,9 +41,9 @@ def _introduction(equations: Sequence[LoopEquations]) -> str:
     one = "The loop is" if len(equations) == 1 else "Every loop is"
     return (
         rf"{one} closed where the product of the exponentials around it is $1$: out along one"
-        r" branch, through what closes the loop, and back along the other. The screws"
-        r" $\mathcal{S} = (v; \omega)$ are those at zero configuration, in the frame of the body"
-        r" where both branches meet, and $M$ is what the branches leave open there."
+        r" branch, through the closure or member, and back along the other branch. The screws"
+        r" $\mathcal{S} = (v; \omega)$ are taken at zero configuration, in the frame of the body"
+        r" where both branches meet, and $M$ is the displacement between the branches there."
     )
 
 
@@ -67,12 +67,12 @@ def _loop(page: LoopPage, loop: LoopEquations, number: int) -> str:
         rf"\textbf{{Loop {number}}} is closed by the {kind} {page.members.called(loop.name)}; its"
         rf" branches meet at the {which}:"
     )
-    where = "where the screws are" if not is_open else "where the screws and what is open are"
+    where = "where the screws are" if not is_open else "where the screws and the displacement are"
     terms = [
         (page.tex(name), page.printed_terms.printer.terms(value)) for name, value in definitions
     ]
     equals = [("0", page.printed_terms.printer.terms(entry)) for entry in entries]
-    amounts = "It amounts to" if len(equals) > 1 or terms else "It amounts to the equation"
+    amounts = "The scalar equations are" if len(equals) > 1 else "The scalar equation is"
     return sentence(
         opening,
         _equals_one(product),

@@ -1,11 +1,11 @@
-r"""The fragment that says what a robot with loops consists of: coordinates, joints, closures."""
+r"""The fragment that describes a robot with loops: coordinates, joints, closures."""
 
 from collections.abc import Sequence
 
 import sympy as sp
 
 from ...chain.poe import placement_matrix
-from ...model.mechanism import Coordinate, Place, Strut
+from ...model.mechanism import Coordinate, Frame, Strut
 from ...model.robot import Joint, Placement
 from ..chain import tables
 from ..chain.given_fragment import joints, noted, values
@@ -80,7 +80,7 @@ def _others(page: LoopPage) -> str:
         ("axis", [_axis(page, joint) for joint in others]),
     ]
     return sentence(
-        "The other joints, each at a point of the body that it stands on, are",
+        "The other joints, each at a point of the body that carries it, are",
         tabular(columns, repeated=1),
     )
 
@@ -102,7 +102,7 @@ def _closures(page: LoopPage) -> str:
     columns: list[Column] = [
         ("closure", [escape(closure.name) for closure in closures]),
         ("type", [CLOSURES[closure.kind] for closure in closures]),
-        *_places(page, [(closure.a, closure.b) for closure in closures]),
+        *_frames(page, [(closure.a, closure.b) for closure in closures]),
     ]
     return sentence("Loops are closed by", tabular(columns, repeated=1))
 
@@ -118,14 +118,14 @@ def _struts(page: LoopPage) -> str:
     ]
     if any(strut.ends == "pin" for strut in struts):
         columns.append(("swing", [_swing(page, strut) for strut in struts]))
-    columns += _places(page, [(strut.a, strut.b) for strut in struts])
-    what = [
+    columns += _frames(page, [(strut.a, strut.b) for strut in struts])
+    kinds = [
         word
         for word, is_cylinder in (("rods of constant length", False), ("cylinders", True))
         if any(strut.is_cylinder is is_cylinder for strut in struts)
     ]
     begin = "Loops are also closed by" if page.mechanism.closures else "Loops are closed by"
-    return sentence(f"{begin} {' and '.join(what)},", tabular(columns, repeated=1))
+    return sentence(f"{begin} {' and '.join(kinds)},", tabular(columns, repeated=1))
 
 
 def _swing(page: LoopPage, strut: Strut) -> str:
@@ -138,13 +138,13 @@ def _length(page: LoopPage, strut: Strut) -> str:
     return f"${page.tex(length + variable)}$"
 
 
-def _places(page: LoopPage, places: Sequence[tuple[Place, Place]]) -> list[Column]:
+def _frames(page: LoopPage, frames: Sequence[tuple[Frame, Frame]]) -> list[Column]:
     return [
         column
         for k, word in enumerate(("from", "to"))
         for column in (
-            (word, [_body(page, pair[k].body) for pair in places]),
-            ("at", [_point(page, pair[k].placement) for pair in places]),
+            (word, [_body(page, pair[k].body) for pair in frames]),
+            ("at", [_point(page, pair[k].placement) for pair in frames]),
         )
     ]
 

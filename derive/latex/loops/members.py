@@ -1,4 +1,4 @@
-"""What the joints of a robot with loops are called in formulas and in sentences.
+"""Names of the joints of a robot with loops, in formulas and in sentences.
 
 Joints of the main chain are theta, actuated coordinates q, the rest psi, each with its number,
 except that a joint whose name is a symbol already, ``theta8`` or ``l_HI``, keeps it.
@@ -34,9 +34,13 @@ LETTERS: Mapping[str, tuple[str, ...]] = {
     "p": ("p", "F", r"\mathrm{p}"),
     "t": ("t", r"\tau", r"\mathrm{t}"),
     "u": ("u", r"\upsilon", r"\mathrm{u}"),
+    "v": ("v", "V", r"\mathrm{v}"),
+    "w": ("w", "W", r"\mathrm{w}"),
+    "alpha": (r"\alpha", r"\epsilon", r"\mathrm{a}"),
+    "beta": (r"\beta", r"\varepsilon", r"\mathrm{b}"),
     "delta": (r"\delta", r"\Delta", r"\mathrm{d}"),
 }
-"""What the intermediate results of a solution are called, in order of preference."""
+"""Letters of the intermediate results of a solution, in order of preference."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +104,7 @@ class _Chosen:
 
 
 def dotted(tex: str) -> str:
-    """A symbol with a dot, the rate of what it stands for."""
+    """A symbol with a dot: the rate of its quantity."""
     letter, bar, index = tex.partition("_")
     return rf"\dot{{{letter}}}{bar}{index}"
 
@@ -112,7 +116,7 @@ def is_symbol(name: str) -> bool:
 
 
 def words(name: str) -> str:
-    """A name in a sentence: blanks for what joins its words."""
+    """A name in a sentence, with blanks between its words."""
     strut, dot, part = name.partition(".")
     plain = names.escape(strut.replace("_", " "))
     kinds = {"end": "far end of", "piston": "piston of", "begin": "near end of"}
@@ -120,10 +124,10 @@ def words(name: str) -> str:
 
 
 class Letters:
-    """A letter for each kind of intermediate result that nothing else is called by."""
+    """Letters for the kinds of intermediate results, none of which the robot uses."""
 
     def __init__(self, notation: Notation, symbols: Members) -> None:
-        """Takes the letters that are used."""
+        """Chooses among the letters that the robot does not use."""
         lengths = [notation.tex[s] for s, (kind, _) in notation.order.items() if kind == LENGTH]
         taken = set(map(names.head, (*lengths, *symbols.of.values())))
         used = ("cos", "sin", "term", "constant")
@@ -142,5 +146,5 @@ class Letters:
 
     def of_step(self, kind: str, step: int, axis: str = "") -> sp.Symbol:
         """The symbol of an intermediate result of a step, or of a component of it."""
-        tex = f"{self.letters[kind]}_{{{step}{axis}}}"
+        tex = f"{self.letters.get(kind, kind)}_{{{step}{axis}}}"
         return self.notation.symbol(tex, (LENGTH, (95, step, "hnmpCEPDAB".find(kind), axis)))

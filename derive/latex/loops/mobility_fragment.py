@@ -1,6 +1,7 @@
-r"""The fragment of mobility: what is counted, what is true, and why they differ."""
+r"""The fragment of mobility: the counts, the rank, and the reasons why they differ."""
 
-from ...loops.mobility import SPATIAL, Mobility
+from ...loops.counting import SPATIAL
+from ...loops.mobility import Mobility
 from ..setting.layout import aligned
 from ..setting.page import sentence, text
 from .loop_page import LoopPage
@@ -31,8 +32,8 @@ def freedoms(page: LoopPage) -> str:
         sentence(
             rf"There are $n = {n}$ bodies, the base included, and $j = {j}$ joints of"
             rf" $\sum f = {f}$ degrees of freedom in the group of order $\lambda = {order}$. By"
-            " Gr\\\"ubler and Kutzbach, loop by loop, and truly, by the rank of the loops'"
-            " equations at random closed configurations, the degrees of freedom are",
+            " Gr\\\"ubler and Kutzbach, loop by loop, and by the rank of the loops' equations at"
+            " random closed configurations, the degrees of freedom are",
             counted,
         ),
         " ".join(_sentences(found)),
@@ -43,8 +44,8 @@ def _sentences(found: Mobility) -> list[str]:
     said = []
     if found.idle:
         said.append(
-            f"{found.idle} members on balls turn about themselves and move nothing: such turns are"
-            " counted but are no coordinates."
+            f"{found.idle} members on balls can turn about their own axes without moving any other"
+            " body: these turns are counted but are no coordinates."
         )
     if found.equations > found.rank:
         said.append(
@@ -54,16 +55,16 @@ def _sentences(found: Mobility) -> list[str]:
     idle = found.idle if found.order == SPATIAL else 0
     if found.kutzbach - idle != found.true and found.order == SPATIAL:
         said.append(
-            rf"By Gr\"ubler and Kutzbach there are ${found.kutzbach}$, truly ${found.true}$:"
-            rf" counted in the group of order ${SPATIAL}$, constraints of loops in planes repeat"
-            " each other."
+            rf"Gr\"ubler and Kutzbach's formula counts ${found.kutzbach}$, the rank gives"
+            rf" ${found.true}$: in the group of order ${SPATIAL}$, constraints of planar loops"
+            " repeat each other."
         )
     if found.by_loops - found.idle != found.true:
-        said.append(f"Counted loop by loop there are ${found.by_loops}$, truly ${found.true}$.")
+        said.append(f"The count loop by loop is ${found.by_loops}$, the rank gives ${found.true}$.")
     if not said:
         said.append("All counts agree.")
     if found.actuated == found.true:
-        said.append("There are as many actuators.")
+        said.append("There are as many actuators as degrees of freedom.")
     else:
         said.append(f"There are {found.actuated} actuators.")
     return said

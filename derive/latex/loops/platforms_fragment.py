@@ -1,7 +1,7 @@
 r"""The fragment of platforms on legs: rods, the velocity relation, and all assembly modes.
 
-What is printed here in formulas is derived in :mod:`chasles.derive.loops.platforms` and
-:mod:`chasles.derive.loops.planar.triad`.
+The rods, the rows of the velocity relation and the elimination come from
+:mod:`chasles.derive.loops.rods` and :mod:`chasles.derive.loops.triad`.
 """
 
 from collections.abc import Iterable
@@ -11,23 +11,25 @@ from functools import cached_property
 import sympy as sp
 
 from ...loops.hybrid import Hybrid
-from ...loops.planar.phasors import Complex, dot, minus, product
-from ...loops.platforms import Triad, free_directions, from_base, joint_values, triad_of
-from ...loops.spatial.body_frames import pose_of
+from ...loops.planar.phasors import Complex
+from ...loops.platforms import Triad, free_directions, triad_of
+from ...loops.rods import joint_values, line_coordinates, pins_in_tool, rods_of, tool_position
+from ...loops.triad import elimination
 from ..setting.layout import Equation, aligned, flowed
 from ..setting.names import head
 from ..setting.notation import LENGTH, TERM
 from ..setting.page import listed, named_matrix, sentence, text
-from ..setting.printed_terms import Definition, PrintedTerms
+from ..setting.printed_terms import PrintedTerms
 from ..setting.widths import LINE, width
 from .loop_page import LoopPage
 
 AXES = "xyz"
 PLANE, SPACE = 2, 6
+RANKS = ("l", "J", "k", "u", "w")
+"""Symbols of the elimination in the order in which they stand in a product."""
 WHOLE = 0.8 * LINE
 """Widest component of a vector that no line may break (pt)."""
 ZERO = sp.Integer(0)
-HALF = sp.Rational(1, 2)
 TWIST = (*(f"v_{axis}" for axis in AXES), *(rf"\omega_{axis}" for axis in AXES))
 LETTERS = {
     "gap": ("k", "g", r"\mathrm{k}"),
@@ -35,7 +37,7 @@ LETTERS = {
     "sine": (r"\beta", r"\nu", r"\tau"),
     "root": (r"\xi", r"\varsigma", r"\mathrm{z}"),
 }
-"""Letters of the polynomial in order of preference: one that the robot uses is avoided."""
+"""Letters of the polynomial in order of preference; letters that the robot uses are avoided."""
 Vector = tuple[sp.Expr, ...]
 
 
@@ -91,31 +93,24 @@ class PrintedPlatform:
 
     @cached_property
     def r(self) -> tuple[Vector, ...]:
-        """Symbols of what leads from the tool to the platform's ends of the rods."""
+        """Symbols of the vectors from the tool to the platform's ends of the rods."""
         return self._symbols("r")
 
     @cached_property
     def J_x(self) -> sp.Matrix:
         """The lines of the rods in the free directions, in :attr:`n` and :attr:`r`."""
-        rows = []
-        for n, r in zip(self.n, self.r, strict=True):
-            arm = [r[k - 2] * n[k - 1] - r[k - 1] * n[k - 2] for k in range(3)]
-            rows.append([(*n, *arm)[k] for k in self.free])
-        return sp.Matrix(rows)
+        rows = [line_coordinates(n, r) for n, r in zip(self.n, self.r, strict=True)]
+        return sp.Matrix([[row[k] for k in self.free] for row in rows])
 
     @cached_property
     def J_q(self) -> sp.Matrix:
-        """How fast each actuator moves each rod along itself, in :attr:`n`."""
-        return sp.Matrix(
-            [
-                [
-                    sp.expand(sum(map(sp.Mul, n, (sp.diff(p, q) for p in rod.a)), ZERO))
-                    + sp.diff(rod.length, q)
-                    for q in self.page.q
-                ]
-                for n, rod in zip(self.n, self.rods, strict=True)
-            ]
-        )
+        """The speed that each actuator gives each rod along itself, in :attr:`n`."""
+        hybrid = self.page.hybrid
+        rows = [
+            rod.actuator_row(hybrid.terms, n, hybrid.q)
+            for n, rod in zip(self.n, rods_of(hybrid), strict=True)
+        ]
+        return sp.Matrix([[self.of(entry) for entry in row] for row in rows])
 
     @cached_property
     def triad(self) -> "PrintedTriad | None":
@@ -124,9 +119,9 @@ class PrintedPlatform:
         triad = triad_of(hybrid) if hybrid.forward.open else None
         return None if triad is None else PrintedTriad(self, triad)
 
-    def symbol(self, tex: str, place: int = 0) -> sp.Symbol:
-        """A symbol of this fragment; those of lower place come first in a product."""
-        return self.page.chain.equations.notation.symbol(tex, (TERM, (place, tex)))
+    def symbol(self, tex: str, rank: int = 0) -> sp.Symbol:
+        """A symbol of this fragment; those of lower rank come first in a product."""
+        return self.page.chain.equations.notation.symbol(tex, (TERM, (rank, tex)))
 
     def of(self, expression: sp.Expr) -> sp.Expr:
         """An expression of named terms multiplied out in printed symbols."""
@@ -146,33 +141,18 @@ class PrintedPlatform:
     @cached_property
     def tool(self) -> Vector:
         """Position of the tool in the base frame."""
-        hybrid = self.page.hybrid
-        place, values = hybrid.mechanism.tool_place, joint_values(hybrid)
-        return tuple(map(self.of, pose_of(hybrid.mechanism, hybrid.terms, place, values)[1]))
+        return tuple(map(self.of, tool_position(self.page.hybrid)))
 
     def _rods(self, hybrid: Hybrid) -> tuple[PrintedRod, ...]:
-        mechanism, terms = hybrid.mechanism, hybrid.terms
+        constant = self.page.constant
         values = joint_values(hybrid)
-        still = values | {joint.name: ZERO for joint in hybrid.robot.moving}
-        axes, tool = pose_of(mechanism, terms, mechanism.tool_place, still)
         found = []
-        for strut in mechanism.struts:
-            base, platform = from_base(hybrid, strut)
-            a, b, at_rest = (
-                pose_of(mechanism, terms, place, at)[1]
-                for place, at in ((base, values), (platform, values), (platform, still))
-            )
-            offset = [p - t for p, t in zip(at_rest, tool, strict=True)]
-            pin = (sum(map(sp.Mul, axis, offset), ZERO) for axis in axes)
+        parts = zip(hybrid.mechanism.struts, rods_of(hybrid), pins_in_tool(hybrid), strict=True)
+        for strut, rod, pin in parts:
             stroke = values[strut.name] if strut.is_cylinder else ZERO
-            found.append(
-                PrintedRod(
-                    tuple(map(self.of, a)),
-                    tuple(map(self.of, b)),
-                    tuple(map(self.page.constant, pin)),
-                    self.page.constant(strut.length) + self.of(stroke),
-                )
-            )
+            a, b = (tuple(map(self.of, end)) for end in (rod.a, rod.b))
+            length = constant(strut.length) + self.of(stroke)
+            found.append(PrintedRod(a, b, tuple(map(constant, pin)), length))
         return tuple(found)
 
 
@@ -180,49 +160,41 @@ class PrintedTriad:
     """The elimination of the position of a platform on three rods in a plane, in printed symbols.
 
     Attributes:
-        u: What leads from the first rod to the second and third, each component by name.
+        phi: The platform's angle.
+        letters: The letters of the polynomial's symbols.
+        equations: The elimination.
+        u: The vectors from the first rod to the second and third, each component by name.
         norms: The lengths of both, by name, in the components of u.
         k: The right sides of the linear pair, each by name, in the norms.
         w: Symbols of the first rod's components.
         position: x and y in coordinates, parameters and :attr:`w`.
-        scale: The square of length that the polynomial is divided by the third power of.
-        letters: What the polynomial's symbols are called.
+        scale: The squared length by whose third power the polynomial is divided.
     """
 
     def __init__(self, platform: PrintedPlatform, triad: Triad) -> None:
         """Writes a triad out."""
         A, b = ([_pair(map(platform.of, point)) for point in of] for of in (triad.A, triad.b))
         L = [platform.page.constant(length) for length in triad.L]
-        sides = [minus(other, b[0]) for other in b[1:]]
         self.phi = platform.page.theta[-1]
-        turn = sp.cos(self.phi), sp.sin(self.phi)
         self.letters = _free_letters(platform)
-        self.u: list[tuple[Definition, ...]] = []
-        self.norms: list[Definition] = []
-        self.k: list[Definition] = []
-        for i, (side, at, length) in enumerate(zip(sides, A[1:], L[1:], strict=True), 2):
-            u = [platform.symbol(rf"\mathbf{{u}}_{{{i}{axis}}}") for axis in AXES[:PLANE]]
-            parts = minus(product(side, turn), minus(at, A[0]))
-            self.u.append(tuple(zip(u, map(sp.expand, parts), strict=True)))
-            norm = platform.symbol(rf"|\mathbf{{u}}_{{{i}}}|")
-            self.norms.append((norm, sp.sqrt(sp.Add(*(part**2 for part in u)))))
-            name = platform.symbol(f"{self.letters['gap']}_{{{i}}}")
-            self.k.append((name, _half(length**2 - L[0] ** 2 - norm**2)))
-        self.w = _pair(platform.symbol(rf"\mathbf{{w}}_{{{axis}}}") for axis in AXES[:PLANE])
-        ends = zip(A[0], self.w, product(b[0], turn), strict=True)
-        self.position = [sp.expand(a + w - pin) for a, w, pin in ends]
-        squares = [dot(side, side) for side in (*sides, minus(sides[1], sides[0]))]
-        self.scale = sp.expand(sp.Add(*squares, *(length**2 for length in L)) / 3)
+        tex = {"w": r"\mathbf{w}", "u": r"\mathbf{u}", "l": r"\ell", "J": "J"}
+
+        def name(letter: str, index: str) -> sp.Symbol:
+            if letter == "|u|":
+                return platform.symbol(rf"|\mathbf{{u}}_{{{index}}}|")
+            head = self.letters["gap"] if letter == "k" else tex[letter]
+            rank = RANKS.index(letter)
+            return platform.symbol(f"{head}_{{{index}}}" if index else head, rank)
+
+        self.equations = elimination(A, b, L, self.phi, name)
+        self.u, self.norms, self.k = self.equations.u, self.equations.norms, self.equations.k
+        self.w, self.position = self.equations.w, self.equations.position
+        self.scale = self.equations.scale
 
 
 def _pair(parts: Iterable[sp.Expr]) -> Complex:
     x, y = parts
     return x, y
-
-
-def _half(value: sp.Expr) -> sp.Expr:
-    """Half of an expression, a sum over one bar."""
-    return sp.Mul(HALF, value, evaluate=False) if value.is_Add else HALF * value
 
 
 def _free_letters(platform: PrintedPlatform) -> dict[str, str]:
@@ -264,8 +236,8 @@ def _lengths(printed: PrintedPlatform) -> str:
     equal = "" if length is None else f" = {printed.printed_terms.tex(length)}"
     names = ", ".join(page.members.called(strut.name) for strut in page.mechanism.struts)
     return sentence(
-        rf"The platform is held by {names}. {each} is of length $\ell_i$ and leads from the"
-        rf" point {from_points} to the point {on_platform} of the platform:",
+        rf"The platform is held by {names}. {each} is of length $\ell_i$ and connects the"
+        rf" point {from_points} with the point {on_platform} of the platform:",
         _equation(rf"|\mathbf{{b}}_i - \mathbf{{a}}_i| = \ell_i{equal}."),
         _axes(printed),
         aligned(_points(printed)),
@@ -321,7 +293,7 @@ def _vector(printed: PrintedPlatform, vector: Vector, axes: Iterable[int]) -> li
 
 def _velocities(printed: PrintedPlatform) -> str:
     free = listed(TWIST[k] for k in printed.free)
-    alone = "" if len(printed.free) == SPACE else f", of which {free} alone need be written"
+    alone = "" if len(printed.free) == SPACE else f", of which {free} alone can move"
     return sentence(
         r"Differentiated and divided by $\ell_i$, with the directions"
         r" $\mathbf{n}_i = (\mathbf{b}_i - \mathbf{a}_i) / |\mathbf{b}_i - \mathbf{a}_i|$ and the"
@@ -393,8 +365,8 @@ def _singularities(printed: PrintedPlatform) -> str:
             ]
         ),
         r"At $\sigma_{1} = 0$ the platform loses a freedom: a leg is stretched or folded. At"
-        r" $\sigma_{2} = 0$ it gains one: locked actuators do not hold it, and assembly modes meet."
-        rf" At $\sigma_{{3}} = 0$ both happen at once.{units if angular else ''}",
+        r" $\sigma_{2} = 0$ it gains a freedom: locked actuators do not hold it, and assembly modes"
+        rf" meet. At $\sigma_{{3}} = 0$ both happen at once.{units if angular else ''}",
     )
 
 
@@ -402,14 +374,20 @@ def _elimination(printed: PrintedPlatform, triad: PrintedTriad) -> str:
     """The position eliminated from the rods' equations."""
     terms, tex = printed.printed_terms.printer.terms, printed.printed_terms.tex
     x, y, phi = map(tex, printed.page.theta)
-    gap = triad.letters["gap"]
+    shown = printed.page.vectors.tex
+    left, right = triad.equations.polynomial
+    linear = ", ".join(
+        f"${shown(product)} = {tex(name)}$"
+        for product, (name, _) in zip(triad.equations.linear, triad.k, strict=True)
+    )
     components = [(tex(name), terms(value)) for u in triad.u for name, value in u]
     return sentence(
         r"\paragraph{All assembly modes} of given actuators follow from one polynomial (Hunt 1983;"
         r" Gosselin, Sefrioui and Richard 1992). Let $\mathbf{w} = \mathbf{b}_1 - \mathbf{a}_1$ be"
-        rf" the vector of the first rod, in the axes of ${x}$ and ${y}$. What leads from it to the"
-        r" others, $\mathbf{u}_i = (\mathbf{b}_i - \mathbf{b}_1) - (\mathbf{a}_i - \mathbf{a}_1)$,"
-        rf" depends on ${phi}$ alone,",
+        rf" the vector of the first rod, in the axes of ${x}$ and ${y}$. The vectors from it to"
+        r" the others,"
+        r" $\mathbf{u}_i = (\mathbf{b}_i - \mathbf{b}_1) - (\mathbf{a}_i - \mathbf{a}_1)$,"
+        rf" depend on ${phi}$ alone,",
         aligned(components, end=","),
         "and the rods have their lengths where",
         _equation(
@@ -417,31 +395,23 @@ def _elimination(printed: PrintedPlatform, triad: PrintedTriad) -> str:
             r" \quad i = 2, 3."
         ),
         r"The first equation subtracted from the others leaves two that are linear in"
-        rf" $\mathbf{{w}}$, $\mathbf{{w}} \cdot \mathbf{{u}}_i = {gap}_i$ with",
+        rf" $\mathbf{{w}}$, {linear}, with",
         aligned([(tex(name), terms(value)) for name, value in triad.k]),
         "With $J$ the quarter turn, they are solved by",
-        _equation(
-            rf"\mathbf{{w}} = \frac{{J\,({gap}_3 \mathbf{{u}}_2 - {gap}_2 \mathbf{{u}}_3)}}"
-            r"{\mathbf{u}_2 \times \mathbf{u}_3},"
-        ),
+        _equation(rf"\mathbf{{w}} = {shown(triad.equations.solution)},"),
         "which, put into the first equation, gives",
-        _equation(
-            rf"{gap}_2^2\,|\mathbf{{u}}_3|^2"
-            rf" - 2 {gap}_2 {gap}_3\,\mathbf{{u}}_2 \cdot \mathbf{{u}}_3"
-            rf" + {gap}_3^2\,|\mathbf{{u}}_2|^2"
-            r" = \ell_1^2\,(\mathbf{u}_2 \times \mathbf{u}_3)^2."
-        ),
+        _equation(f"{shown(left)} = {shown(right)}."),
     )
 
 
 def _harmonics(printed: PrintedPlatform, triad: PrintedTriad) -> str:
-    """The equation as a polynomial, and what follows from its zeros."""
+    """The equation as a polynomial, and the poses at its zeros."""
     tex = printed.printed_terms.tex
     phi, root = tex(triad.phi), triad.letters["root"]
     first = f"{triad.letters['cosine']}_0"
     a, b = (f"{triad.letters[kind]}_m" for kind in ("cosine", "sine"))
     return sentence(
-        r"Turns leave lengths and scalar products as they are: every factor is of degree $1$ in"
+        r"Rotations preserve lengths and scalar products: every factor is of degree $1$ in"
         rf" $\cos {phi}$, $\sin {phi}$. The difference of both sides, divided by $\bar{{\ell}}^6$,"
         rf" $\bar{{\ell}}^2 = {tex(triad.scale)}$, is a sum of three harmonics, whose coefficients"
         " depend on the actuators,",

@@ -11,12 +11,12 @@ from ..setting.page import sentence, text
 from ..setting.widths import LINE, width
 from .loop_page import LoopPage
 from .members import dotted
-from .printed_steps import PrintedStep, Rate
+from .printed_steps import PrintedLoopStep, PrintedRate
 
 MOST_TERMS = 8
-"""PrintedTerms of a sum in which the rates of intermediate results are written out."""
+"""Longest sum, in terms, in which the rates of intermediate results are written out."""
 BRACKET = 0.6 * LINE
-"""Widest sum that a rate is a factor of (pt)."""
+"""Widest sum that is multiplied by a rate (pt)."""
 
 
 class Rates:
@@ -24,28 +24,37 @@ class Rates:
 
     Attributes:
         dotted: The rate of each coordinate and unknown.
-        definitions: Meaning of each symbol that is no coordinate or unknown.
-        inner: The rates of those that are written by name.
+        definitions: Meaning of each symbol that is neither a coordinate nor an unknown.
+        inner: The rates of the symbols among them that are written by name.
     """
 
     def __init__(self, page: LoopPage, moving: Mapping[sp.Symbol, int]) -> None:
-        """Begins with the coordinates, which move by themselves."""
+        """Begins with the coordinates, whose rates are given."""
         self.page = page
         self.definitions: dict[sp.Symbol, sp.Expr] = {}
         self.inner: dict[sp.Symbol, sp.Symbol] = {}
         self.dotted = {symbol: self._dotted(symbol, k) for symbol, k in moving.items()}
 
-    def equations(self, step: PrintedStep) -> list[tuple[Rate, sp.Expr]]:
-        """The rate of each unknown of a step, which moves from then on, and its right side."""
+    def equations(self, step: PrintedLoopStep) -> list[tuple[PrintedRate, sp.Expr]]:
+        """The rates of a step and their right sides; the step's unknowns move from then on."""
         self.definitions |= dict(step.vectors)
         results = []
         for rate in step.rates:
-            total = sp.expand(sum((w * self.of(part) for part, w in rate.by), sp.S.Zero))
+            total = sp.expand(sp.Add(*(w * self.of(part) for part, w in rate.right)))
             if len(sp.Add.make_args(total)) > MOST_TERMS:
-                total = sum((w * self._by_name(part) for part, w in rate.by), sp.S.Zero)
-            self.dotted[rate.symbol] = self._dotted(rate.symbol, len(self.dotted))
+                total = sp.Add(*(w * self._by_name(part) for part, w in rate.right))
+            for symbol, _ in rate.left:
+                if symbol not in self.dotted:
+                    self.dotted[symbol] = self._dotted(symbol, len(self.dotted))
             results.append((rate, self._collected(total)))
         return results
+
+    def left(self, rate: PrintedRate) -> str:
+        """The left side of a rate in LaTeX."""
+        if rate.projected:
+            arm, point = rate.projected
+            return rf"({arm}) \cdot {dotted(point)}"
+        return self.page.tex(sp.Add(*(weight * self.dotted[s] for s, weight in rate.left)))
 
     def of(self, expression: sp.Expr) -> sp.Expr:
         """The rate of an expression."""
@@ -116,7 +125,7 @@ def rates(page: LoopPage) -> str:
 def _rates(
     page: LoopPage,
     solved: Solution,
-    steps: tuple[PrintedStep, ...],
+    steps: tuple[PrintedLoopStep, ...],
     moving: Mapping[sp.Symbol, int],
     wanted: list[str],
     given: str,
@@ -125,8 +134,7 @@ def _rates(
     unknowns: list[Equation] = []
     for step in steps:
         for rate, total in found.equations(step):
-            left = rate.left or page.tex(rate.factor * found.dotted[rate.symbol])
-            unknowns.append((left, page.printed_terms.printer.terms(total)))
+            unknowns.append((found.left(rate), page.printed_terms.printer.terms(total)))
     joints = []
     for name in wanted:
         symbol = page.joints[name]
@@ -152,7 +160,7 @@ def _jacobian(page: LoopPage) -> str:
     maps = r"the factors of $\dot{q}$ in the rates above"
     if page.hybrid.forward.open:
         maps = (
-            r"what $\frac{\partial c}{\partial z}\,\dot{z} = 0$ gives, solved for the rates of all"
+            r"the solution of $\frac{\partial c}{\partial z}\,\dot{z} = 0$ for the rates of all"
             " joints that are not actuated"
         )
     return sentence(

@@ -12,22 +12,9 @@ from ..setting.notation import OTHER
 from ..setting.page import listed, sentence, text
 from ..setting.printed_terms import Definition, PrintedTerms
 from .loop_page import LoopPage
-from .printed_steps import PrintedStep
+from .printed_steps import PrintedLoopStep
 
-KINDS = {
-    "two circles": "three pins",
-    "circle and line": "two pins and a slide",
-    "two lines": "one pin and two slides",
-    "parallelogram": "a parallelogram",
-    "two pins": "two pins",
-    "distance": "a distance",
-    "circle and sphere": "a circle meets a sphere",
-    "line and sphere": "a line meets a sphere",
-    "three spheres": "three spheres meet",
-}
-LEGS = ("circle and sphere", "line and sphere")
 SPACE = r"\,"
-SIDES = {1: "to the left of", -1: "to the right of"}
 
 
 def solution(page: LoopPage) -> str:
@@ -44,7 +31,7 @@ def solution(page: LoopPage) -> str:
         *_collapsed(page),
         rf"\paragraph{{From the main chain.}} Given are {listed(page.members.theta)}.",
         *[_step(page, step) for step in page.backward_steps],
-        _results(page, backward, "What is not in the main chain follows as", known=set(main)),
+        _results(page, backward, "All other joints follow as", known=set(main)),
         _open(page, backward, [*actuated]),
     )
 
@@ -60,64 +47,53 @@ def _note(page: LoopPage) -> str:
     )
 
 
-def _step(page: LoopPage, printed: PrintedStep) -> str:
+def _step(page: LoopPage, printed: PrintedLoopStep) -> str:
     step = printed.step
-    pins = [page.members.with_symbol(name) for name in step.joints]
-    title = f"\\textbf{{Step {printed.number}: {KINDS[step.kind]}}}"
-    opening = f"{title} -- {', '.join(pins)}."
+    joints = [page.members.with_symbol(name) for name in step.joints]
+    opening = rf"\textbf{{Step {printed.number}: {step.title}}} -- {', '.join(joints)}."
     if not (printed.unknown or printed.vectors or printed.results):
-        return sentence(f"{opening} {_parallel(step.kind)}")
-    axes = "Let, with $z$ along the joint," if step.kind in LEGS else _axes(page, printed)
+        return sentence(f"{opening} {step.reason}")
     vectors, results = _equations(page, printed.vectors), _equations(page, printed.results)
-    results += printed.formulas
     results += [
         (page.tex(a.symbol), [rf"\operatorname{{atan2}}({page.tex(a.sine)}, {page.tex(a.cosine)})"])
         for a in printed.angles
     ]
-    blocks = [f"{opening} {axes}"]
+    blocks = [f"{opening} {step.opening or _axes(page, printed)}"]
     if printed.unknown:
         blocks.append(aligned([_relation(page, printed)], end="," if vectors or results else "."))
     if vectors:
         blocks += ["with" if printed.unknown else "", aligned(vectors, end="," if results else ".")]
     if results:
         blocks += ["and is solved by" if printed.unknown else "so that", aligned(results)]
-    return sentence(*blocks, _branch(page, printed))
+    return sentence(*blocks, printed.remark, _margin(page, printed))
 
 
 def _equations(page: LoopPage, definitions: Iterable[Definition]) -> list[Equation]:
-    return [
-        (page.tex(name), page.printed_terms.printer.terms(value)) for name, value in definitions
-    ]
+    return [(page.tex(name), page.vectors.terms(value)) for name, value in definitions]
 
 
-def _axes(page: LoopPage, printed: PrintedStep) -> str:
-    """In whose axes a step is written."""
+def _axes(page: LoopPage, printed: PrintedLoopStep) -> str:
+    """The axes in which a step is written."""
     axes = f"In the axes of {_body(page, printed.step.axes)}"
     turned = printed.step.turned
-    if turned != 0 and printed.step.vectors:
+    if turned != 0 and printed.vectors:
         shown = page.tex(page.printed_terms.sum(turned))
         axes += f" (components below: turned by ${shown}$)"
     return f"{axes}, {'the loop is' if printed.unknown else 'let'}"
-
-
-def _parallel(kind: str) -> str:
-    if kind == "parallelogram":
-        return "Opposite sides are as long as each other: they stay parallel."
-    return "Both vectors between the pins turn with bodies whose turn is known."
 
 
 def _body(page: LoopPage, name: str) -> str:
     return "the base" if name == page.mechanism.base_frame else page.members.called(name)
 
 
-def _relation(page: LoopPage, printed: PrintedStep) -> Equation:
+def _relation(page: LoopPage, printed: PrintedLoopStep) -> Equation:
     left, right = (_phasors(page.printed_terms, side) for side in (printed.unknown, printed.given))
     terms = page.printed_terms.printer.terms
     return _tight(" ".join(terms(left))), [_tight(term) for term in terms(right)]
 
 
 def _tight(term: str) -> str:
-    """Without the space that sets an exponential apart from its factor where there is none."""
+    """A term without the space before an exponential that has no factor."""
     return term.replace(rf"- {SPACE}", "- ").replace(rf"+ {SPACE}", "+ ").removeprefix(SPACE)
 
 
@@ -137,26 +113,10 @@ def _phasors(terms: PrintedTerms, vectors: Iterable[tuple[sp.Expr, Complex]]) ->
     return total
 
 
-def _branch(page: LoopPage, printed: PrintedStep) -> str:
-    """Which root is meant, what the other would be, and the margin."""
-    sentences = []
-    step = printed.step
-    if step.kind in ("two circles", "circle and sphere"):
-        D, C = page.letters.letters["D"], page.letters.letters["C"]
-        sign = "positive" if step.sign > 0 else "negative"
-        h = page.tex(page.letters.of_step("h", printed.number))
-        sentences.append(
-            rf"That ${h}$ is {sign} puts ${C}$ {SIDES[step.sign]} ${D}$; the other sign is the"
-            " mirror image."
-        )
-    elif step.kind == "three spheres":
-        sentences.append(f"The sign of the root puts the point {step.branch} the plane.")
-    elif step.branch:
-        sentences.append(f"The sign of the root is that of the {step.branch} travel of two.")
-    if printed.margin is not None:
-        margin = _quotient(page, printed.margin)
-        sentences.append(rf"The margin is $\mu_{{{printed.number}}} = {margin}$.")
-    return " ".join(sentences)
+def _margin(page: LoopPage, printed: PrintedLoopStep) -> str:
+    if printed.margin is None:
+        return ""
+    return rf"The margin is $\mu_{{{printed.number}}} = {_quotient(page, printed.margin)}$."
 
 
 def _quotient(page: LoopPage, value: sp.Expr) -> str:
@@ -190,7 +150,7 @@ def _results(page: LoopPage, solved: Solution, opening: str, known: set[str]) ->
 
 
 def _open(page: LoopPage, solved: Solution, wanted: Sequence[str] = ()) -> str:
-    """What has no closed form."""
+    """The joints that have no closed form."""
     names = [name for name in solved.open if name in page.joints and (not wanted or name in wanted)]
     if not names:
         return ""
@@ -236,9 +196,9 @@ def _collapsed(page: LoopPage) -> list[str]:
     ]
     return [
         sentence(
-            rf"The joints {listed(page.members.theta[k] for k in gone)} of the main chain turn"
-            " by a constant in all, so that what they carry only translates,",
+            rf"The angles {listed(page.members.theta[k] for k in gone)} of the main chain have a"
+            " constant sum, so that the bodies behind these joints only translate,",
             aligned(moves, end=","),
-            "in the plane of these joints, in which the loops take all solved angles out.",
+            "in the plane of these joints. The loops' equations eliminate all solved angles.",
         )
     ]

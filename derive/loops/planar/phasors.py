@@ -98,11 +98,11 @@ class PhasorSum:
     def reduced(
         self, relations: "Sequence[PhasorSum]", cost: "Callable[[PhasorSum], int]"
     ) -> "PhasorSum":
-        """The same vector in a cheaper form, as far as loop equations give one.
+        """The same vector in a cheaper form, if the loop equations give such a form.
 
         Args:
             relations: Sums that are zero, one a loop.
-            cost: What shall be small, the number of terms say.
+            cost: The quantity to minimise, for instance the number of terms.
         """
         candidates = [
             self - relation.times(quotient(self.terms[angle], vector))
@@ -131,7 +131,7 @@ class PlanarPose:
         return PhasorSum.of(product(self.rotor, along), self.angle)
 
     def carried(self, other: "PlanarPose") -> "PlanarPose":
-        """The pose in this pose's plane of what is at ``other`` on this body."""
+        """The pose in this pose's plane of a body at ``other`` on this body."""
         return PlanarPose(
             sp.expand(self.angle + other.angle),
             product(self.rotor, other.rotor),
@@ -170,7 +170,7 @@ def _order(item: tuple[sp.Expr, Complex]) -> tuple[int, str]:
 
 @cache
 def _plain(expression: sp.Expr) -> sp.Expr:
-    """An expression with what cancels taken out."""
+    """An expression in which terms that cancel are removed."""
     if expression.is_Rational or expression.is_Symbol:
         return expression
     if not expression.free_symbols:

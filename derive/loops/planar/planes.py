@@ -3,33 +3,31 @@
 A loop is planar where all its revolute axes are parallel and all its sliders are perpendicular to
 them. Loops that share a joint are one *linkage*. Each body of a linkage gets axes of its own in the
 plane: the first of its frame's x, y, z axes that lies in the plane and the one to the left of it,
-seen against the plane's normal, which is the first revolute axis of the linkage, or across its
-sliders where nothing in it turns.
+seen against the plane's normal, which is the first revolute axis of the linkage, or the normal of
+its sliders where it has no revolute joint.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import sympy as sp
 
 from ...chain.poe import placement_matrix
-from ...model.mechanism import Closure, Mechanism, Place, Strut
+from ...model.mechanism import Closure, Frame, Mechanism, Strut
 from ...model.robot import Joint, Placement
+from ...model.tolerances import ZERO_COMPONENT
 from ...terms.terms import Terms
 from .phasors import ONE, REAL, ZERO, Complex
 
-SMALL = sp.Float("1e-25")
-"""What counts as zero where directions are compared to 40 digits."""
-
 
 @dataclass(frozen=True)
-class Turn:
+class PinEdge:
     """Two bodies of a linkage that turn about a common point.
 
     Attributes:
-        name: Of the joint, swing or closure.
-        a: The one body; b turns on it.
+        name: Name of the joint, swing or closure.
+        a: The body on which b turns.
         at_a: The point in a's axes.
         b: The other body.
         at_b: The point in b's axes.
@@ -47,12 +45,12 @@ class Turn:
 
 
 @dataclass(frozen=True)
-class Slide:
+class SlideEdge:
     """Two bodies of a linkage that slide along each other.
 
     Attributes:
-        name: Of the joint, cylinder or closure.
-        a: The one body; b slides on it.
+        name: Name of the joint, cylinder or closure.
+        a: The body on which b slides.
         at_a: A point of the guide, in a's axes.
         direction: The guide's direction in a's axes, of length 1.
         b: The other body.
@@ -70,8 +68,8 @@ class Slide:
 
 
 @dataclass(frozen=True)
-class Weld:
-    """Two bodies of a linkage that are one: b's axes and origin in a's axes."""
+class WeldEdge:
+    """Two bodies of a linkage that are fixed to each other: b's axes and origin in a's axes."""
 
     name: str
     a: str
@@ -80,7 +78,7 @@ class Weld:
     rotor: Complex = REAL
 
 
-Edge = Turn | Slide | Weld
+Edge = PinEdge | SlideEdge | WeldEdge
 
 
 @dataclass(frozen=True)
@@ -180,19 +178,19 @@ def _sharing(planar: Sequence[_PlanarLoop]) -> list[list[Loop]]:
 
 
 class _Branch:
-    """The way from the base to one side of a loop: axes in numbers where every joint is at zero."""
+    """The joints from the base to one side of a loop: their axes in numbers at zero."""
 
-    def __init__(self, mechanism: Mechanism, terms: Terms, place: Place, way: list[Joint]) -> None:
+    def __init__(self, mechanism: Mechanism, terms: Terms, frame: Frame, way: list[Joint]) -> None:
         self.turning: list[sp.Matrix] = []
         self.sliding: list[sp.Matrix] = []
         self.is_helical = False
         R, p = sp.eye(3), sp.zeros(3, 1)
-        for joint in mechanism.way(place.body):
+        for joint in mechanism.way(frame.body):
             R, p = _onward(terms, R, p, joint.before)
             if joint in way:
                 self._pass(joint, R[:, 2])
             R, p = _onward(terms, R, p, joint.after)
-        self.R, self.p = _onward(terms, R, p, place.placement)
+        self.R, self.p = _onward(terms, R, p, frame.placement)
 
     def _pass(self, joint: Joint, axis: sp.Matrix) -> None:
         self.is_helical |= joint.kind == "helical"
@@ -213,27 +211,32 @@ def _normal(mechanism: Mechanism, loop: Loop, terms: Terms) -> sp.Matrix | None:
         turning += [a.R[:, 2], b.R[:, 2]]
     elif kind == "slider":
         sliding += [a.R[:, 2], b.R[:, 2]]
-    n = turning[0] if turning else across(sliding)
+    n = turning[0] if turning else across(sliding, terms.value)
     if n is None or a.is_helical or b.is_helical:
         return None
-    # What keeps the two frames from turning must hold the plane's normal where it is.
+    # A closure that keeps the two frames from turning must keep the plane's normal, too.
     kept = kind not in ("slider", "weld") or _is_small(a.R.T * n - b.R.T * n)
-    is_planar = kept and holds(n, turning, sliding) and abs(n.dot(b.p - a.p)) < SMALL
+    is_planar = kept and holds(n, turning, sliding) and abs(n.dot(b.p - a.p)) < ZERO_COMPONENT
     return n if is_planar else None
 
 
 def holds(n: sp.Matrix, turning: Iterable[sp.Matrix], sliding: Iterable[sp.Matrix]) -> bool:
     """Whether axes, in numbers, turn about a normal and slide perpendicular to it."""
     return all(_is_small(n.cross(axis)) for axis in turning) and all(
-        abs(n.dot(axis)) < SMALL for axis in sliding
+        abs(n.dot(axis)) < ZERO_COMPONENT for axis in sliding
     )
 
 
-def across(sliding: Sequence[sp.Matrix]) -> sp.Matrix | None:
-    """The unit normal, in numbers, of the plane of two sliders; None where all are parallel."""
+def across(sliding: Sequence[sp.Matrix], value: Callable[[sp.Expr], sp.Expr]) -> sp.Matrix | None:
+    """The unit normal of the plane of two sliders; None where all are parallel.
+
+    Args:
+        sliding: Directions of the sliders.
+        value: The number that a component stands for.
+    """
     for other in sliding[1:]:
         n = sliding[0].cross(other)
-        if not _is_small(n):
+        if not _is_small(n.applyfunc(value)):
             return n / sp.sqrt(n.dot(n))
     return None
 
@@ -247,7 +250,7 @@ def _onward(
 
 
 def _is_small(vector: sp.Matrix) -> bool:
-    return all(abs(entry) < SMALL for entry in vector)
+    return all(abs(entry) < ZERO_COMPONENT for entry in vector)
 
 
 # --- the linkage's plane ---
@@ -298,7 +301,7 @@ class _Plane:
             self.axes[joint.link] = self._chosen(normal)
 
     def _normal_at_root(self, order: Sequence[Joint], group: Sequence[Loop]) -> sp.Matrix:
-        """The first turning axis, or what is perpendicular to the sliders where nothing turns."""
+        """The first revolute axis, or the normal of the sliders where no axis turns."""
         for joint in order:
             if joint.kind == "revolute":
                 return self._at_root(joint.parent, _rotation(joint.before)[:, 2], order)
@@ -316,10 +319,9 @@ class _Plane:
             for closure in closures
             if closure.kind == "slider"
         ]
-        first = sliding[0]
-        across = (first.cross(other) for other in sliding[1:])
-        n = next(n for n in across if not _is_small(n.applyfunc(self.terms.value)))
-        return n / sp.sqrt(n.dot(n))
+        n = across(sliding, self.terms.value)
+        assert n is not None
+        return n
 
     def _at_root(self, body: str, direction: sp.Matrix, order: Sequence[Joint]) -> sp.Matrix:
         """A direction of a body's frame in the root's frame where every joint is at zero."""
@@ -332,7 +334,7 @@ class _Plane:
 
     def _chosen(self, n: sp.Matrix) -> Axes:
         for k in range(3):
-            if not n[k].free_symbols and abs(self.terms.value(n[k])) < SMALL:
+            if not n[k].free_symbols and abs(self.terms.value(n[k])) < ZERO_COMPONENT:
                 x = sp.eye(3)[:, k]
                 return Axes(x, tidied(self.terms, n.cross(x)), n)
         x = n.cross(sp.Matrix([0, 0, 1]))
@@ -355,11 +357,11 @@ class _Plane:
         axis = before[:3, 2] * joint.direction
         if joint.kind == "fixed":
             origin = self.point(a, before[:3, 3] + before[:3, :3] * p)
-            return Weld(joint.name, a, origin, b, rotor)
+            return WeldEdge(joint.name, a, origin, b, rotor)
         if joint.kind == "prismatic":
-            return Slide(joint.name, a, at_a, self.point(a, axis), b, at_b, rotor)
+            return SlideEdge(joint.name, a, at_a, self.point(a, axis), b, at_b, rotor)
         sense = 1 if self.terms.value(axis.dot(self.axes[a].n)) > 0 else -1
-        return Turn(joint.name, a, at_a, b, at_b, rotor, sense)
+        return PinEdge(joint.name, a, at_a, b, at_b, rotor, sense)
 
     def closure(self, closure: Closure) -> Edge:
         """A closure between two bodies."""
@@ -368,38 +370,38 @@ class _Plane:
         rotor = self.point(a, M[:3, :3] * N[:3, :3].T * self.axes[b].x)
         if closure.kind == "weld":
             p = M[:3, 3] - M[:3, :3] * N[:3, :3].T * N[:3, 3]
-            return Weld(closure.name, a, self.point(a, p), b, rotor)
+            return WeldEdge(closure.name, a, self.point(a, p), b, rotor)
         if closure.kind == "slider":
-            return Slide(closure.name, a, at_a, self.point(a, M[:3, 2]), b, at_b, rotor)
-        return Turn(closure.name, a, at_a, b, at_b)
+            return SlideEdge(closure.name, a, at_a, self.point(a, M[:3, 2]), b, at_b, rotor)
+        return PinEdge(closure.name, a, at_a, b, at_b)
 
     def strut(self, strut: Strut) -> list[Edge]:
         """A rod as a body with two pins, a cylinder as two bodies that slide."""
         (a, M), (b, N) = self._placed(strut.a), self._placed(strut.b)
         barrel = strut.name
-        swing = Turn(strut.swing_name, a, self.point(a, M[:3, 3]), barrel, (ZERO, ZERO))
+        swing = PinEdge(strut.swing_name, a, self.point(a, M[:3, 3]), barrel, (ZERO, ZERO))
         far = self.point(b, N[:3, 3])
         end: Complex = (strut.length, ZERO)
         if not strut.is_cylinder:
-            return [swing, Turn(f"{strut.name}.end", barrel, end, b, far)]
+            return [swing, PinEdge(f"{strut.name}.end", barrel, end, b, far)]
         moving = piston(strut)
         return [
             swing,
-            Slide(strut.name, barrel, end, (ONE, ZERO), moving, (ZERO, ZERO)),
-            Turn(f"{strut.name}.end", moving, (ZERO, ZERO), b, far),
+            SlideEdge(strut.name, barrel, end, (ONE, ZERO), moving, (ZERO, ZERO)),
+            PinEdge(f"{strut.name}.end", moving, (ZERO, ZERO), b, far),
         ]
 
-    def _placed(self, place: Place) -> tuple[str, sp.Matrix]:
-        return place.body, placement_matrix(place.placement)
+    def _placed(self, frame: Frame) -> tuple[str, sp.Matrix]:
+        return frame.body, placement_matrix(frame.placement)
 
 
 def _rotation(placement: Placement) -> sp.Matrix:
     return placement_matrix(placement)[:3, :3]
 
 
-def _axis(place: Place) -> sp.Matrix:
-    """The z axis of a place in its body's frame."""
-    return _rotation(place.placement)[:, 2]
+def _axis(frame: Frame) -> sp.Matrix:
+    """The z axis of a frame in its body's frame."""
+    return _rotation(frame.placement)[:, 2]
 
 
 def tidied(terms: Terms, vector: sp.Matrix) -> sp.Matrix:
@@ -411,11 +413,11 @@ def tidied(terms: Terms, vector: sp.Matrix) -> sp.Matrix:
 
 
 def tidied_entry(terms: Terms, entry: sp.Expr) -> sp.Expr:
-    """A number that is 0, 1 or -1 to 25 digits as that integer, all else as it is."""
+    """A number that is 0, 1 or -1 to 25 digits as that integer; other entries unchanged."""
     if entry.is_Rational or entry.free_symbols:
         return entry
     value = terms.value(entry)
     for integer in (0, 1, -1):
-        if abs(value - integer) < SMALL:
+        if abs(value - integer) < ZERO_COMPONENT:
             return sp.Integer(integer)
     return entry

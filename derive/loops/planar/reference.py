@@ -1,6 +1,8 @@
-"""Terms in numbers at the reference configuration, which tells the branch of a loop that is meant.
+"""Terms in numbers: at the reference configuration, and at generic ones.
 
-Only signs are read off these numbers, so doubles do.
+The reference tells which branch of a loop is meant. Only signs are read off its numbers, so doubles
+suffice. Terms that are equal at a generic configuration are equal at all of them; that comparison
+takes 40 digits.
 """
 
 import cmath
@@ -9,6 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import sympy as sp
 
+from ...model.exact import EVALUATION_DIGITS
 from ...terms.terms import Terms
 from .phasors import Complex, PhasorSum
 
@@ -37,7 +40,7 @@ class AtReference:
         self._known: dict[sp.Symbol, float] = dict(values)
 
     def hints_of(self, names: Sequence[str]) -> dict[str, float]:
-        """Values near the reference of those joints for which one is given; else those assumed."""
+        """Given values of joints near the reference; assumed ones where no value is given."""
         for hints in (self.given, self.assumed):
             found = {name: hints[name] for name in names if name in hints}
             if found:
@@ -73,6 +76,53 @@ class AtReference:
             else:
                 self._known[symbol] = self.of(self.terms.definitions[symbol])
         return self._known[symbol]
+
+
+class GenericPoint:
+    """A configuration without meaning, at which terms have 40-digit values."""
+
+    def __init__(self, terms: Terms, symbols: Sequence[sp.Symbol], phase: int = 0) -> None:
+        """Fixes the configuration.
+
+        Args:
+            terms: Names of all terms.
+            symbols: Coordinates and parameters that receive a generic value; parameters receive it
+                in addition to their default, and keep the default where they are not listed.
+            phase: Two points of different phase have no value in common.
+        """
+        self.terms = terms
+        self.values: dict[sp.Symbol, sp.Expr] = {}
+        golden = (sp.sqrt(5) - 1) / 2
+        for k, symbol in enumerate(symbols):
+            # Fractional parts of multiples of the golden section never repeat.
+            part = (phase * len(symbols) + k + 1) * golden
+            default = terms.parameters.get(symbol, sp.S.Zero)
+            self.values[symbol] = (default + part - sp.floor(part)).evalf(EVALUATION_DIGITS)
+        for symbol, default in terms.parameters.items():
+            self.values.setdefault(symbol, default.evalf(EVALUATION_DIGITS))
+
+    def value(self, expression: sp.Expr) -> sp.Expr:
+        """The value of an expression of terms."""
+        for symbol, definition in self.terms.constants.items():
+            self._add(symbol, definition)
+        for symbol in self.terms.needed([expression]):
+            self._add(symbol, self.terms.definitions[symbol])
+        return self._evaluated(expression)
+
+    def _add(self, symbol: sp.Symbol, definition: sp.Expr) -> None:
+        if symbol not in self.values:
+            self.values[symbol] = self._evaluated(definition)
+
+    def _evaluated(self, expression: sp.Expr) -> sp.Expr:
+        return expression.xreplace(self.values).evalf(EVALUATION_DIGITS)
+
+
+def coordinates_in(terms: Terms, entries: Sequence[sp.Expr]) -> list[sp.Symbol]:
+    """The coordinates that expressions depend on through all terms, by name."""
+    meanings = [terms.definitions[symbol] for symbol in terms.needed(entries)]
+    used = {symbol for e in (*entries, *meanings) for symbol in e.free_symbols}
+    found = {s for s in used if s not in terms.definitions and not terms.is_constant(s)}
+    return sorted(found, key=str)
 
 
 def wrapped(angle: float) -> float:

@@ -1,1 +1,1 @@
-"""Loops of space that have a closed form: legs on balls."""
+"""Spatial loops that have a closed form: legs on balls."""

@@ -1,4 +1,4 @@
-"""Where a place on a body of a mechanism is, at given values of the joints before it."""
+"""The pose of a frame on a body at given values of the joints between the base and the body."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -8,25 +8,25 @@ import sympy as sp
 from ...chain.forward import Forward, Pose
 from ...chain.groups import groups
 from ...chain.poe import placement_matrix
-from ...model.mechanism import Mechanism, Place
+from ...model.mechanism import Frame, Mechanism
 from ...model.robot import Joint, Placement, Robot
 from ...terms.terms import Terms
 from ...terms.vectors import named
 
 
 def pose_of(
-    mechanism: Mechanism, terms: Terms, place: Place, values: Mapping[str, sp.Expr]
+    mechanism: Mechanism, terms: Terms, frame: Frame, values: Mapping[str, sp.Expr]
 ) -> Pose:
-    """Axes and origin of a place in the base frame.
+    """Axes and origin of a frame in the base frame.
 
     Args:
         mechanism: The description.
         terms: Names of all terms.
-        place: A frame on a body.
+        frame: A frame on a body.
         values: Values of the joints between the base and the body (radian or metre).
     """
-    way = mechanism.way(place.body)
-    return pose_along(mechanism, terms, way, place.placement, values, mechanism.base)
+    way = mechanism.way(frame.body)
+    return pose_along(mechanism, terms, way, frame.placement, values, mechanism.base)
 
 
 def pose_along(
@@ -37,15 +37,15 @@ def pose_along(
     values: Mapping[str, sp.Expr],
     base: Placement = (),
 ) -> Pose:
-    """Axes and origin of a frame behind some joints, in the frame before them.
+    """Axes and origin of the frame after a run of joints, in the frame before them.
 
     Args:
         mechanism: The description that the joints are from.
         terms: Names of all terms.
-        way: The joints.
+        way: The run of joints.
         tool: The frame on the last body.
         values: Values of the joints that move (radian or metre), by name.
-        base: Where the way begins.
+        base: The placement before the first joint.
     """
     if all(joint.kind == "fixed" for joint in way):
         T = placement_matrix(base)

@@ -13,6 +13,7 @@ from chasles.derive import derive, load
 from chasles.derive.latex import document, fragments
 from chasles.derive.latex.loops.loop_page import LoopPage
 from chasles.derive.latex.loops.platforms_fragment import PrintedPlatform, platform
+from chasles.derive.loops.planar.loop_step import Cross, Dot
 from chasles.derive.loops.platforms import is_platform
 from chasles.derive.terms.casadi_graph import lower
 
@@ -126,20 +127,34 @@ def test_the_velocity_relation(name):
     np.testing.assert_allclose(numbers.array(found.J_q.tolist()), J_q, rtol=0, atol=TRUE)
 
 
-def eliminated(numbers, triad, phi):
-    """Both sides of the printed equation, apart, and the first rod, at an angle."""
+def eliminated(numbers, triad, length, phi):
+    """Both sides of the printed equation, and the first rod, at an angle."""
     numbers.give([triad.phi], [phi])
+    (rod,) = triad.equations.polynomial[1].free_symbols - triad.equations.solution.free_symbols
+    numbers.give([rod], [length])
     for definitions in (*triad.u, triad.norms, triad.k):
         for symbol, value in definitions:
             numbers.give([symbol], [numbers(value)])
     u2, u3 = (np.array([numbers(symbol) for symbol, _ in u]) for u in triad.u)
     k2, k3 = (numbers(symbol) for symbol, _ in triad.k)
     area = u2[0] * u3[1] - u2[1] * u3[0]
-    left = k2**2 * (u3 @ u3) - 2 * k2 * k3 * (u2 @ u3) + k3**2 * (u2 @ u2)
-    turned = k3 * u2 - k2 * u3
-    w = np.array([-turned[1], turned[0]]) / area
+    products = {Dot: u2 @ u3, Cross: area}
+
+    def side(equation):
+        known = {p: products[p.func] for p in equation.atoms(Dot, Cross)}
+        return numbers(equation.xreplace(known))
+
+    left, right = map(side, triad.equations.polynomial)
+    solution = triad.equations.solution
+    vectors = solution.atoms(Cross).pop().args
+    axes = (dict(zip(vectors, (u2[k], u3[k]), strict=True)) for k in (0, 1))
+    # J in the formula is the quarter turn; as a number it is 1, and the turn follows.
+    one = {next(s for s in solution.free_symbols if str(s) == "J"): 1}
+    cross = dict.fromkeys(solution.atoms(Cross), area)
+    x, y = (numbers(solution.xreplace(cross).xreplace(one | axis)) for axis in axes)
+    w = np.array([-y, x])
     u, k = max(((u2, k2), (u3, k3)), key=lambda pair: pair[0] @ pair[0])
-    return left, area**2, w, u, k
+    return left, right, w, u, k
 
 
 @pytest.mark.parametrize("name", TRIADS)
@@ -150,10 +165,10 @@ def test_the_elimination_is_the_polynomial(name):
     a0, *rest = coefficients
     length = numbers(printed(name).rods[0].length)
     for phi in np.linspace(-3, 3, 9):
-        left, area, *_ = eliminated(numbers, triad, phi)
+        left, right, *_ = eliminated(numbers, triad, length, phi)
         pairs = zip((1, 2, 3), rest[::2], rest[1::2], strict=True)
         value = a0 + sum(a * np.cos(m * phi) + b * np.sin(m * phi) for m, a, b in pairs)
-        scaled = (left - length**2 * area) / numbers(triad.scale) ** 3
+        scaled = (left - right) / numbers(triad.scale) ** 3
         assert scaled == pytest.approx(value, abs=TRUE)
 
 
@@ -172,7 +187,7 @@ def test_every_angle_has_its_position(name):
     angles = np.angle(xi[np.abs(np.abs(xi) - 1) < 1e-6])
     assert len(angles) >= 2
     for phi in angles:
-        *_, w, u, k = eliminated(numbers, triad, phi)
+        *_, w, u, k = eliminated(numbers, triad, length, phi)
         numbers.give(triad.w, w)
         shown = [numbers(value) for value in triad.position]
         (expected,) = called(name, "assembly_position", q, phi)

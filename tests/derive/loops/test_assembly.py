@@ -32,7 +32,12 @@ from mechanisms import (
 
 from chasles.derive import RobotError, Rotation, Translation, derive
 from chasles.derive.loops.hybrid import Hybrid
-from chasles.derive.model.mechanism import Closure, Mechanism, Place, Strut
+from chasles.derive.loops.planar.parallelogram import Parallelogram
+from chasles.derive.loops.planar.pin_pin_slide import TwoPinsAndSlide
+from chasles.derive.loops.planar.pin_slide_slide import PinAndTwoSlides
+from chasles.derive.loops.planar.three_pins import ThreePins
+from chasles.derive.loops.planar.two_pins import TwoPins
+from chasles.derive.model.mechanism import Closure, Frame, Mechanism, Strut
 from chasles.derive.model.robot import Joint, Parameter
 from chasles.derive.terms.casadi_graph import lower
 
@@ -50,7 +55,7 @@ def oldham():
             pin("crank", BASE, "arm", 1, "1/3"),
         ),
         ("crank",),
-        closures=(Closure("eye", "pin", Place("arm", at("3/4")), Place("plate", at("1/5"))),),
+        closures=(Closure("eye", "pin", Frame("arm", at("3/4")), Frame("plate", at("1/5"))),),
         tool_body="plate",
         reference=near(("crank", 1)),
     )
@@ -65,7 +70,7 @@ def crank_slider_offset():
             pin("crank", BASE, "wheel"),
         ),
         ("ram",),
-        struts=(Strut("rod", Place("wheel", at(1)), Place("ram"), 3),),
+        struts=(Strut("rod", Frame("wheel", at(1)), Frame("ram"), 3),),
         tool_body="wheel",
         reference=near(("ram", "13/4"), ("crank", 1), ("rod_swing", -1)),
     )
@@ -78,8 +83,8 @@ def cylinder_and_rod():
         (pin("rocker", BASE, "rocker", -1), pin("bucket", BASE, "bucket")),
         ("cylinder",),
         struts=(
-            Strut("cylinder", Place(BASE, at(-4, 1)), Place("rocker", at(1)), 3, True),
-            Strut("link", Place("rocker", at(1)), Place("bucket", at("1/5", "4/5")), 1),
+            Strut("cylinder", Frame(BASE, at(-4, 1)), Frame("rocker", at(1)), 3, True),
+            Strut("link", Frame("rocker", at(1)), Frame("bucket", at("1/5", "4/5")), 1),
         ),
         reference=near(
             ("rocker", "3/2"),
@@ -96,7 +101,7 @@ def backwards():
     crank, elbow, rocker = whole.joints
     over = (*rocker.before, Rotation("x", sp.pi))
     joints = (replace(crank, direction=-1), elbow, replace(rocker, before=over))
-    where = Place("output", (Translation((whole.parameters[2].symbol, 0, 0)),))
+    where = Frame("output", (Translation((whole.parameters[2].symbol, 0, 0)),))
     (wrist,) = whole.closures
     return replace(
         whole,
@@ -116,22 +121,22 @@ def tilted(build):
 
 
 KINDS = {
-    four_bar: ["two circles"],
-    four_bar_rod: ["two circles"],
-    five_bar: ["two circles"],
-    geared: ["two circles"],
-    welded: ["two circles"],
-    excavator_arm: ["two circles"],
-    slider_crank: ["circle and line"],
-    slotted_rocker: ["circle and line"],
-    crank_slider_offset: ["two circles"],
-    oldham: ["two lines"],
-    parallelogram: ["parallelogram", "parallelogram"],
-    cylinder_and_rod: ["two circles", "two circles"],
-    backwards: ["two circles"],
-    tilted(four_bar): ["two circles"],
-    tilted(slider_crank): ["circle and line"],
-    tilted(excavator_arm): ["two circles"],
+    four_bar: [ThreePins],
+    four_bar_rod: [ThreePins],
+    five_bar: [ThreePins],
+    geared: [ThreePins],
+    welded: [ThreePins],
+    excavator_arm: [ThreePins],
+    slider_crank: [TwoPinsAndSlide],
+    slotted_rocker: [TwoPinsAndSlide],
+    crank_slider_offset: [ThreePins],
+    oldham: [PinAndTwoSlides],
+    parallelogram: [Parallelogram, Parallelogram],
+    cylinder_and_rod: [ThreePins, ThreePins],
+    backwards: [ThreePins],
+    tilted(four_bar): [ThreePins],
+    tilted(slider_crank): [TwoPinsAndSlide],
+    tilted(excavator_arm): [ThreePins],
 }
 BUILDERS = {build.__name__: build for build in KINDS}
 
@@ -166,8 +171,8 @@ def configurations(name, q):
 @pytest.mark.parametrize("build", KINDS, ids=lambda build: build.__name__)
 def test_the_groups_are_those_of_a_textbook(build):
     h = hybrid(build.__name__)
-    kinds = [step.kind for step in h.forward.steps]
-    assert kinds == KINDS[build] or kinds == [*KINDS[build][:1], "two pins"]
+    kinds = [type(step) for step in h.forward.steps]
+    assert kinds == KINDS[build] or kinds == [*KINDS[build][:1], TwoPins]
     assert not h.forward.open
 
 
@@ -268,7 +273,7 @@ def test_a_loop_that_is_open_at_the_reference():
     with pytest.raises(RobotError, match="does not close at the reference"):
         derive(replace(four_bar(), parameters=parameters))
     far = replace(slider_crank(), reference=near(("crank", "3/2")))
-    rod = replace(far.closures[0], a=Place("rod", at("1/2")))
+    rod = replace(far.closures[0], a=Frame("rod", at("1/2")))
     with pytest.raises(RobotError, match=r"cross.*gudgeon.* does not close at the reference"):
         derive(replace(far, closures=(rod,)))
 
@@ -316,7 +321,7 @@ def test_idle_parts_do_not_keep_the_rest_from_being_solved():
     whole = four_bar()
     loose = Joint("loose", "revolute", before=at("1/2"), link="pendulum", parent="coupler")
     second = Joint("second", "revolute", before=at("1/2"), link="bob", parent="pendulum")
-    tied = Strut("tie", Place("output", at("1/2")), Place("bob", at("1/2")), 2)
+    tied = Strut("tie", Frame("output", at("1/2")), Frame("bob", at("1/2")), 2)
     mechanism = replace(whole, joints=(*whole.joints, loose, second), struts=(tied,))
     assert set(Hybrid(mechanism).forward.open) == {"loose", "second", "tie_swing"}
 
@@ -329,13 +334,13 @@ def test_alike_angles_need_no_root():
         "lamp",
         (pin("arm", BASE, "arm"), pin("shade", "arm", "shade", l)),
         ("arm",),
-        struts=(Strut("stay", Place(BASE, at(0, m)), Place("shade", at(0, m)), l),),
+        struts=(Strut("stay", Frame(BASE, at(0, m)), Frame("shade", at(0, m)), l),),
         parameters=(L, M),
         reference=near(("arm", 1), ("shade", -1), ("stay_swing", 1)),
     )
     h = Hybrid(mechanism)
     (step,) = h.forward.steps
-    assert step.kind == "parallelogram"
+    assert type(step) is Parallelogram
     assert sp.expand(h.forward.values["shade"] + h.q[0]) == 0
     assert h.forward.values["stay_swing"] == h.q[0]
     # The crossed assembly is another branch, with a root.
@@ -343,4 +348,4 @@ def test_alike_angles_need_no_root():
         mechanism, reference=near(("arm", 1), ("shade", "-14/5"), ("stay_swing", "1/3"))
     )
     (step,) = Hybrid(crossed).forward.steps
-    assert step.kind == "two circles"
+    assert type(step) is ThreePins

@@ -10,7 +10,7 @@ from mechanisms import BASE, at, four_bar, near, parallelogram, pin
 
 from chasles.derive import derive, load
 from chasles.derive.loops.hybrid import Hybrid
-from chasles.derive.model.mechanism import Closure, Mechanism, Place
+from chasles.derive.model.mechanism import Closure, Frame, Mechanism
 from chasles.derive.terms.casadi_graph import lower
 
 
@@ -176,8 +176,8 @@ def test_parallelograms_in_a_row_keep_the_last_body_s_orientation():
         joints,
         ("a0", "b0"),
         closures=(
-            Closure("p", "pin", Place("lower_rod", at(2)), Place("middle", at(0, 1))),
-            Closure("r", "pin", Place("upper_rod", at(3)), Place("top", at(1, 1))),
+            Closure("p", "pin", Frame("lower_rod", at(2)), Frame("middle", at(0, 1))),
+            Closure("r", "pin", Frame("upper_rod", at(3)), Frame("top", at(1, 1))),
         ),
         tool_body="top",
         reference=near(

@@ -12,14 +12,14 @@ from mechanisms import BASE, at, body_poses, pin
 from tolerances import DERIVATIVES
 
 from chasles.derive import RobotError
+from chasles.derive.loops.closing import closed_configuration
 from chasles.derive.loops.constraints import (
     configuration_names,
     constraints,
     jacobian,
     jacobian_dot,
 )
-from chasles.derive.loops.mobility import closed_configuration
-from chasles.derive.model.mechanism import Closure, Mechanism, Place, Strut
+from chasles.derive.model.mechanism import Closure, Frame, Mechanism, Strut
 from chasles.derive.terms.casadi_graph import lower
 from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFunction
 from chasles.derive.terms.terms import Terms
@@ -107,7 +107,7 @@ def closed(name):
 
 
 def _welded_pose(mechanism):
-    """The rail's place less the body's, as the angles of Rz Ry Rx."""
+    """The rail's frame less the body's, as the angles of Rz Ry Rx."""
     (weld,) = mechanism.closures
     T = _matrix(weld.a.placement) @ np.linalg.inv(_matrix(weld.b.placement))
     yaw, roll = np.arctan2(T[1, 0], T[0, 0]), np.arctan2(T[2, 1], T[2, 2])
@@ -188,7 +188,7 @@ def test_equations_that_always_hold_are_left_out():
         "stage",
         (*slides[:2], replace(slides[2], link="body")),
         ("x",),
-        closures=(Closure("rail", "slider", Place(BASE, at(0, 0, "1/2")), Place("body")),),
+        closures=(Closure("rail", "slider", Frame(BASE, at(0, 0, "1/2")), Frame("body")),),
     )
     (loop,) = Case(stage).equations
     assert loop.units == ("m", "m")
@@ -210,12 +210,12 @@ def test_equations_that_hold_by_cancelling_are_left_out():
             Closure(
                 "thrust",
                 "pin",
-                Place("nut", at(0, 0, 0, ("y", 1))),
-                Place("rod", at(0, 0, 0, ("y", 1))),
+                Frame("nut", at(0, 0, 0, ("y", 1))),
+                Frame("rod", at(0, 0, 0, ("y", 1))),
             ),
         ),
     )
-    axial = replace(jack, closures=(replace(jack.closures[0], a=Place("nut"), b=Place("rod")),))
+    axial = replace(jack, closures=(replace(jack.closures[0], a=Frame("nut"), b=Frame("rod")),))
     (loop,) = Case(axial).equations
     assert loop.units == ("m", "m", "m")
     (loop,) = Case(jack).equations
@@ -226,7 +226,7 @@ def test_equations_that_hold_by_cancelling_are_left_out():
 
 
 def open_ends(c, loop, z):
-    """How far a closer is from holding its two places, from the poses of the bodies alone."""
+    """How far a closer is from holding its two frames, from the poses of the bodies alone."""
     poses = body_poses(c.mechanism, z)
     closer = loop.loop.closer
     T_a, T_b = (poses[p.body] @ _matrix(p.placement, c.mechanism) for p in (closer.a, closer.b))
@@ -449,9 +449,11 @@ def test_a_loop_that_never_closes():
         "stage",
         (slides[0], replace(slides[1], link="body")),
         ("x",),
-        closures=(Closure("hook", "ball", Place(BASE, at(0, 0, "1/2")), Place("body")),),
+        closures=(Closure("hook", "ball", Frame(BASE, at(0, 0, "1/2")), Frame("body")),),
     )
-    with pytest.raises(RobotError, match=r"the loop of 'hook' closes in no configuration, 0\.5"):
+    with pytest.raises(
+        RobotError, match=r"the loop of 'hook' closes in no configuration: a residual of 0\.5"
+    ):
         Case(stage)
 
 

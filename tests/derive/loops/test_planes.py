@@ -8,8 +8,8 @@ import pytest
 import sympy as sp
 from mechanisms import ALONG_X, ALONG_Y, BASE, at, body_poses, near, pin, slider
 
-from chasles.derive.loops.planar.planes import Slide, Turn, Weld, linkages, loops
-from chasles.derive.model.mechanism import Closure, Mechanism, Place, Strut
+from chasles.derive.loops.planar.planes import PinEdge, SlideEdge, WeldEdge, linkages, loops
+from chasles.derive.model.mechanism import Closure, Frame, Mechanism, Strut
 from chasles.derive.terms.terms import Terms
 
 PLANAR = (
@@ -81,12 +81,12 @@ def test_edges_are_what_the_bodies_do_in_space(build, ground):
         checked += 1
         (rotor, at_a) = numbers(mechanism, (edge.rotor, edge.at_a))
         assert abs(rotor) == pytest.approx(1, abs=1e-14)
-        if isinstance(edge, Turn):
+        if isinstance(edge, PinEdge):
             rotor *= np.exp(1j * edge.sense * z[edge.name])
         at_b = 0j
-        if not isinstance(edge, Weld):
+        if not isinstance(edge, WeldEdge):
             (at_b,) = numbers(mechanism, (edge.at_b,))
-        if isinstance(edge, Slide):
+        if isinstance(edge, SlideEdge):
             (way,) = numbers(mechanism, (edge.direction,))
             at_a += z[edge.name] * way
         (seen, height) = space.along(edge.a, space.direction(edge.b, 1 + 0j))
@@ -120,7 +120,7 @@ def test_a_rod_and_a_cylinder_are_bodies_of_the_linkage():
     assert lift.root == "tower"
     assert lift.bodies == ("tower", "arm", "lift", "lift.piston")
     assert lift.joints == ("boom", "lift")
-    slide = next(edge for edge in lift.edges if isinstance(edge, Slide))
+    slide = next(edge for edge in lift.edges if isinstance(edge, SlideEdge))
     assert slide.at_a == (2, 0)
 
 
@@ -155,7 +155,7 @@ def test_loops_that_share_no_joint_are_linkages_of_their_own():
 
 def test_a_slider_may_lie_in_two_planes():
     def rod(name, joint):
-        return Strut(name, Place("carriage"), Place(joint), 1)
+        return Strut(name, Frame("carriage"), Frame(joint), 1)
 
     mechanism = Mechanism(
         "corner",
@@ -177,8 +177,8 @@ def test_a_slider_may_lie_in_two_planes():
 def closed_by(kind, *turn):
     whole = mechanisms.four_bar()
     (old,) = whole.closures
-    place = replace(old.b, placement=(*old.b.placement, *at(0, 0, 0, *turn)))
-    return replace(whole, closures=(Closure("wrist", kind, old.a, place),))
+    frame = replace(old.b, placement=(*old.b.placement, *at(0, 0, 0, *turn)))
+    return replace(whole, closures=(Closure("wrist", kind, old.a, frame),))
 
 
 @pytest.mark.parametrize(
@@ -216,8 +216,8 @@ def test_a_loop_whose_only_pin_closes_it():
             Closure(
                 "hinge",
                 "pin",
-                Place("low", at(0, 0, 0, ("y", -sp.pi / 2))),
-                Place("high", at(0, 0, 0, ("x", sp.pi / 2))),
+                Frame("low", at(0, 0, 0, ("y", -sp.pi / 2))),
+                Frame("high", at(0, 0, 0, ("x", sp.pi / 2))),
             ),
         ),
         reference=near(("x", 0), ("y", 0)),
@@ -229,7 +229,7 @@ def test_a_loop_whose_only_pin_closes_it():
 
 def test_a_joint_that_counts_backwards_turns_or_slides_backwards():
     (linkage,), _ = planes_of(mechanisms.five_bar())
-    senses = {edge.name: edge.sense for edge in linkage.edges if isinstance(edge, Turn)}
+    senses = {edge.name: edge.sense for edge in linkage.edges if isinstance(edge, PinEdge)}
     assert senses["right"] == -1
     assert senses["left"] == 1
     whole = mechanisms.slider_crank()
@@ -243,5 +243,5 @@ def test_an_axis_against_the_normal_turns_backwards():
     whole = mechanisms.four_bar()
     upside = pin("rocker", BASE, "output", whole.parameters[3].symbol, 0, 0, ("x", sp.pi))
     (linkage,), _ = planes_of(replace(whole, joints=(*whole.joints[:2], upside)))
-    senses = {edge.name: edge.sense for edge in linkage.edges if isinstance(edge, Turn)}
+    senses = {edge.name: edge.sense for edge in linkage.edges if isinstance(edge, PinEdge)}
     assert senses["rocker"] == -1

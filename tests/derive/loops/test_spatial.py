@@ -12,7 +12,11 @@ from mechanisms import BASE, at, delta, near, pin, rssr, slider, stewart
 
 from chasles.derive import RobotError, derive
 from chasles.derive.loops.hybrid import Hybrid
-from chasles.derive.model.mechanism import Mechanism, Place, Strut
+from chasles.derive.loops.spatial.cylinder_length import CylinderLength
+from chasles.derive.loops.spatial.sliding_leg import SlidingLeg
+from chasles.derive.loops.spatial.three_spheres import ThreeSpheres
+from chasles.derive.loops.spatial.turning_leg import TurningLeg
+from chasles.derive.model.mechanism import Frame, Mechanism, Strut
 from chasles.derive.terms.casadi_graph import lower
 
 CLOSED = 1e-12
@@ -28,7 +32,7 @@ def crank_and_slider():
         ),
         ("crank",),
         struts=(
-            Strut("rod", Place("input", at(1, 0, "1/5")), Place("ram", at("1/10")), 3, ends="ball"),
+            Strut("rod", Frame("input", at(1, 0, "1/5")), Frame("ram", at("1/10")), 3, ends="ball"),
         ),
         tool_body="ram",
         reference=near(("crank", 1), ("ram", "7/2")),
@@ -44,8 +48,8 @@ def lift():
         struts=(
             Strut(
                 "lift",
-                Place(BASE, at(2, -1, 1)),
-                Place("lever", at("3/2", 0, "1/4")),
+                Frame(BASE, at(2, -1, 1)),
+                Frame("lever", at("3/2", 0, "1/4")),
                 1,
                 True,
                 "ball",
@@ -66,11 +70,11 @@ def from_the_platform():
 
 BUILDERS = {f.__name__: f for f in (rssr, crank_and_slider, lift, delta, from_the_platform)}
 KINDS = {
-    "rssr": "circle and sphere",
-    "crank_and_slider": "line and sphere",
-    "lift": "circle and sphere",
-    "delta": "three spheres",
-    "from_the_platform": "three spheres",
+    "rssr": TurningLeg,
+    "crank_and_slider": SlidingLeg,
+    "lift": TurningLeg,
+    "delta": ThreeSpheres,
+    "from_the_platform": ThreeSpheres,
 }
 
 
@@ -122,7 +126,7 @@ def test_loops_close_on_the_branch_of_the_reference(name):
 @pytest.mark.parametrize("name", BUILDERS)
 def test_the_kind_of_the_step(name):
     h = Hybrid(BUILDERS[name]())
-    assert [step.kind for step in h.forward.steps] == [KINDS[name]]
+    assert [type(step) for step in h.forward.steps] == [KINDS[name]]
     assert not h.forward.open
 
 
@@ -189,7 +193,7 @@ def test_a_leg_that_is_too_short_to_reach_its_arm_s_plane():
 def test_six_legs_are_measured():
     mechanism = stewart()
     h = Hybrid(mechanism)
-    assert {step.kind for step in h.backward.steps} == {"distance"}
+    assert {type(step) for step in h.backward.steps} == {CylinderLength}
     assert set(h.forward.open) == {"x", "y", "z", "yaw", "pitch", "roll"}
     derived = derive(mechanism, ["actuators"])
     (kernel,) = lower(derived.functions, "test")

@@ -9,19 +9,12 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive.loops.planar.dyads import (
-    Arm,
-    arm,
-    circle_and_line,
-    rate_of_direction,
-    rate_of_first,
-    rate_of_second,
-    rate_of_third,
-    turn_of,
-    two_circles,
-    two_lines,
-)
+from chasles.derive.loops.planar.arm import Arm, arm, turn_of
 from chasles.derive.loops.planar.phasors import ZERO, PhasorSum
+from chasles.derive.loops.planar.pin_pin_slide import circle_and_line, rate_of_third
+from chasles.derive.loops.planar.pin_slide_slide import two_lines
+from chasles.derive.loops.planar.three_pins import rate_of_first, rate_of_second, two_circles
+from chasles.derive.loops.planar.two_pins import rate_of_direction
 from chasles.derive.terms.casadi_graph import lower
 from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFunction
 from chasles.derive.terms.tangents import Tangent

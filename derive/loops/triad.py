@@ -3,7 +3,7 @@
 Rods of lengths L_i join known points A_i to pins b_i of the platform, whose pose is (x, y, phi).
 With the vector w of the first rod, from A_1 to its pin, and R the rotation by phi,
 
-    u_i = R (b_i - b_1) - (A_i - A_1)                   what leads from the first rod to the others
+    u_i = R (b_i - b_1) - (A_i - A_1)                        from the first rod to the others
     |w|^2 = L_1^2,   |w + u_i|^2 = L_i^2,   i = 2, 3
 
 The first subtracted from the others leaves two equations linear in w,
@@ -24,17 +24,96 @@ Source:
     degree shows.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import sympy as sp
 
-from ...terms.terms import Terms
-from .phasors import ZERO, Complex, conjugate, cross, dot, minus, product
+from ..terms.terms import Terms
+from .planar.loop_step import PLANE, Cross, Dot, half
+from .planar.phasors import ZERO, Complex, conjugate, cross, dot, minus, product
 
 Harmonics = tuple[Complex, ...]
 """A real trigonometric polynomial: c_0 + Re(c_1 exp(i phi) + c_2 exp(2 i phi) ...), c_0 real."""
 HALF = sp.Rational(1, 2)
 LEGS = 3
+Named = tuple[sp.Symbol, sp.Expr]
+
+
+@dataclass(frozen=True)
+class Elimination:
+    """The elimination of the platform's position as equations to read.
+
+    Attributes:
+        u: Components of u_2 and u_3, each with its name.
+        norms: Their lengths, in the components of u.
+        k: The right sides of the linear pair, in the lengths.
+        w: Symbols of the first rod's components.
+        position: x and y of the platform in w.
+        scale: The squared length by whose third power the polynomial is divided.
+        linear: The left sides of the linear pair, between vectors.
+        solution: The first rod w that solves the linear pair.
+        polynomial: Both sides of the remaining equation in phi.
+    """
+
+    u: tuple[tuple[Named, ...], ...]
+    norms: tuple[Named, ...]
+    k: tuple[Named, ...]
+    w: Complex
+    position: tuple[sp.Expr, ...]
+    scale: sp.Expr
+    linear: tuple[sp.Expr, ...]
+    solution: sp.Expr
+    polynomial: tuple[sp.Expr, sp.Expr]
+
+
+def elimination(
+    A: Sequence[Complex],
+    b: Sequence[Complex],
+    L: Sequence[sp.Expr],
+    phi: sp.Expr,
+    name: Callable[[str, str], sp.Symbol],
+) -> Elimination:
+    """The equations of the triad in given symbols.
+
+    Args:
+        A: Three known points (x, y), metre.
+        b: Three pins in the platform's axes, metre.
+        L: Three lengths of rods, metre.
+        phi: The platform's angle.
+        name: Gives the symbol of ``w``, ``u``, ``|u|``, ``k``, ``l`` or ``J`` by an index: the
+            rod's number, or an axis, or both.
+    """
+    turn = sp.cos(phi), sp.sin(phi)
+    sides = [minus(other, b[0]) for other in b[1:]]
+    u, norms, k = [], [], []
+    for i, (side, at, length) in enumerate(zip(sides, A[1:], L[1:], strict=True), 2):
+        parts = minus(product(side, turn), minus(at, A[0]))
+        names = [name("u", f"{i}{axis}") for axis in PLANE]
+        u.append(tuple(zip(names, map(sp.expand, parts), strict=True)))
+        norms.append((name("|u|", f"{i}"), sp.sqrt(sp.Add(*(part**2 for part in names)))))
+        gap = length**2 - L[0] ** 2 - norms[-1][0] ** 2
+        k.append((name("k", f"{i}"), half(gap) if gap.is_Add else HALF * gap))
+    w = name("w", "x"), name("w", "y")
+    ends = zip(A[0], w, product(b[0], turn), strict=True)
+    squares = [dot(side, side) for side in (*sides, minus(sides[1], sides[0]))]
+    (n2, n3), (k2, k3) = ([symbol for symbol, _ in pairs] for pairs in (norms, k))
+    u2, u3 = name("u", "2"), name("u", "3")
+    area = Cross(u2, u3)
+    return Elimination(
+        u=tuple(u),
+        norms=tuple(norms),
+        k=tuple(k),
+        w=w,
+        position=tuple(sp.expand(a + rod - pin) for a, rod, pin in ends),
+        scale=sp.expand(sp.Add(*squares, *(length**2 for length in L)) / LEGS),
+        linear=(Dot(name("w", ""), u2), Dot(name("w", ""), u3)),
+        solution=name("J", "") * (k3 * u2 - k2 * u3) / area,
+        polynomial=(
+            k2**2 * n3**2 - 2 * k2 * k3 * Dot(u2, u3) + k3**2 * n2**2,
+            name("l", "1") ** 2 * area**2,
+        ),
+    )
 
 
 def triad_polynomial(
@@ -82,11 +161,11 @@ def triad_position(
 ) -> Complex:
     """The platform's position at an angle that is a zero of the polynomial.
 
-    Along the longer u of u_2 and u_3 the first rod reaches k / |u|, across it what is left of its
-    length: this is well determined where u_2 and u_3 are parallel and the linear pair is singular.
-    The third circle says on which side. Where it does not, because the three centres are in one
-    line, both sides are solutions; this is one of them and :func:`triad_mirror` the other. Where
-    the centres coincide there is no position (NaN).
+    The first rod's component along the longer u of u_2 and u_3 is k / |u|; the component across u
+    follows from the rod's length. Both are well determined where u_2 and u_3 are parallel and the
+    linear pair is singular. The third circle selects the side. Where the three centres lie on one
+    line both sides are solutions; this function gives the first and :func:`triad_mirror` the
+    second. Where the centres coincide there is no position (NaN).
 
     Args:
         terms: Names of all terms.
@@ -112,7 +191,8 @@ def triad_mirror(
 ) -> Complex:
     """The mirror image of :func:`triad_position` in the line of two centres.
 
-    A second solution where the centres are in one line, and near a double zero a start for it.
+    It is a second solution where the centres lie on one line, and a start for the iteration near a
+    double zero.
     """
     return _Triad(terms, A, b, L).position(c, s, sp.S.NegativeOne)
 
@@ -203,7 +283,7 @@ def _times(terms: Terms, f: Harmonics, g: Harmonics) -> Harmonics:
             for order, (re, im) in pairs:
                 weight = HALF if len(pairs) > 1 else sp.S.One
                 sums[order][0] += weight * re
-                # Of the part that does not turn only the real part counts.
+                # Only the real part of the constant term counts.
                 sums[order][1] += weight * im if order else ZERO
     return tuple((terms.let(re), terms.let(im)) for re, im in sums)
 

@@ -1,0 +1,292 @@
+"""Closed configurations of a mechanism in numbers: Newton's method on its constraints."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from ..chain.poe import placement_matrix
+from ..model.errors import RobotError
+from ..model.mechanism import Mechanism
+from ..model.robot import Placement
+from ..model.tolerances import (
+    CLOSED_LOOP,
+    REPEATED_EQUATION,
+    SAMPLED_RANGE,
+    WORTHWHILE_STEP,
+    ZERO_SINGULAR_VALUE,
+)
+from ..terms.casadi_graph import lower
+from ..terms.symbolic_function import Argument, Result, SymbolicFunction
+from ..terms.terms import Terms
+from .constraints import LoopEquations, configuration_names, constraints, jacobian
+
+Vector = NDArray[np.float64]
+ITERATIONS = 60
+POLISHING = 2
+HALVINGS = 12
+SAMPLES = 6
+"""Random configurations at which the rank is taken; it is smaller only at singular ones."""
+
+
+def closed_configuration(
+    mechanism: Mechanism, q: Sequence[float] | None = None
+) -> dict[str, float]:
+    """The full configuration z by name at which all loops close.
+
+    Newton's method on the constraints, the actuated coordinates held: from the reference, then,
+    if ``q`` is given, along the straight line from the reference's coordinates to q, so that the
+    branch is the reference's.
+
+    Args:
+        mechanism: The description.
+        q: Actuated coordinates in the order of ``mechanism.actuated`` (radian or metre); those of
+            the reference where none are given.
+
+    Returns:
+        Value of each entry of z (radian or metre); residuals are below ``CLOSED_LOOP``.
+
+    Raises:
+        RobotError: The loops do not close; the message names the loop of the largest residual.
+    """
+    loops = ClosedLoops(mechanism)
+    z = loops.closed(loops.reference, loops.passive)
+    if q is not None:
+        z = loops.continued(z, loops.actuated_at(q))
+    return dict(zip(loops.names, map(float, z), strict=True))
+
+
+class ClosedLoops:
+    """The constraints of one mechanism in double precision.
+
+    Attributes:
+        mechanism: The description.
+        terms: The terms of the constraints.
+        names: Names of the entries of z.
+        is_length: Which entries are lengths.
+        z: Symbols of the entries.
+        equations: The constraints, loop by loop.
+        entries: The residuals of all loops.
+        passive: Which entries are not actuated.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        """Derives the constraints and their Jacobian."""
+        self.mechanism = mechanism
+        self.terms = Terms({p.symbol: p.value for p in mechanism.parameters})
+        variables = configuration_names(mechanism)
+        self.names = [variable.name for variable in variables]
+        self.is_length = np.array([variable.unit == "m" for variable in variables])
+        self.z = sp.symbols(f"z1:{len(variables) + 1}", real=True)
+        self.equations = constraints(mechanism, self.terms, self.z)
+        self.entries = [entry for loop in self.equations for entry in loop.residual]
+        actuated = {c.moves for c in mechanism.coordinates}
+        self.passive = np.array([name not in actuated for name in self.names])
+        function = self._function(self.equations)
+        self._kernel = lower([function], mechanism.name)[0]
+
+    def _function(self, equations: Sequence[LoopEquations]) -> SymbolicFunction:
+        rows = jacobian(equations, self.terms, self.z)
+        facing = tuple(entry for loop in equations for entry in loop.facing)
+        count, size = len(self.entries), len(self.z)
+        z = Argument("z", self.z, (size,), "m, rad", "full configuration")
+        outputs = (
+            Result("residual", tuple(self.entries), (count,), "m, 1", "differences"),
+            Result("J", tuple(e for row in rows for e in row), (count, size), "", "by z"),
+            Result("facing", facing, (len(facing),), "1", "above zero"),
+        )
+        return SymbolicFunction("loops", "Loops.", "", (z,), outputs, self.terms)
+
+    @cached_property
+    def reference(self) -> Vector:
+        """The reference configuration as described, motors' coordinates through their gears."""
+        given = dict(self.mechanism.reference)
+        for c in self.mechanism.coordinates:
+            if c.name in given:
+                given[c.moves] = given[c.name] * c.ratio
+        return np.array([self._float(given.get(name, sp.S.Zero)) for name in self.names])
+
+    @cached_property
+    def size(self) -> float:
+        """The longest translation or rod of the mechanism (metre), 1 where all are zero."""
+        placements = [p for joint in self.mechanism.joints for p in (joint.before, joint.after)]
+        placements += [frame.placement for c in self.mechanism.closers for frame in (c.a, c.b)]
+        lengths = [self._float(strut.length) for strut in self.mechanism.struts]
+        for placement in placements:
+            lengths.append(float(np.linalg.norm([self._float(x) for x in _shift(placement)])))
+        return max(lengths, default=0.0) or 1.0
+
+    def actuated_at(self, q: Sequence[float]) -> Mapping[int, float]:
+        """The entries of z that actuated coordinates give, by index."""
+        coordinates = self.mechanism.coordinates
+        if len(q) != len(coordinates):
+            raise RobotError(
+                f"robot {self.mechanism.name!r}: {len(q)} coordinates, expected {len(coordinates)}"
+            )
+        return {
+            self.names.index(c.moves): float(value) * self._float(c.ratio)
+            for c, value in zip(coordinates, q, strict=True)
+        }
+
+    def evaluated(self, z: Vector) -> tuple[Vector, Vector, Vector]:
+        """Residuals, Jacobian (equations, len(z)) and facing at a configuration."""
+        residual, J, facing = (np.asarray(value).ravel() for value in self._kernel(z))
+        return residual, J.reshape(len(self.entries), len(self.z)), facing
+
+    def closed(self, z: Vector, free: Vector) -> Vector:
+        """The closed configuration that Newton's method finds from z by moving ``free`` entries.
+
+        Raises:
+            RobotError: The iteration does not converge.
+        """
+        z = z.copy()
+        for _ in range(ITERATIONS):
+            if _largest(self.evaluated(z)[0]) <= CLOSED_LOOP:
+                z = self._polished(z, free)
+                break
+            nearer = self._nearer(z, free, REPEATED_EQUATION)
+            if nearer is None:
+                nearer = self._nearer(z, free, ZERO_SINGULAR_VALUE)
+            if nearer is None:
+                break
+            z = nearer
+        residual, _, facing = self.evaluated(z)
+        if not _largest(residual) <= CLOSED_LOOP or not np.all(facing > 0):
+            raise RobotError(self._open(residual, facing))
+        return z
+
+    def _nearer(self, z: Vector, free: Vector, rcond: float) -> Vector | None:
+        """A step of Newton's method, halved until the residual falls; None where it does not."""
+        residual, J, _ = self.evaluated(z)
+        if not np.all(np.isfinite(residual)) or not np.all(np.isfinite(J)):
+            return None
+        step = _step(J, residual, free, rcond)
+        for halving in range(HALVINGS):
+            trial: Vector = z + step / 2**halving
+            if np.linalg.norm(self.evaluated(trial)[0]) < WORTHWHILE_STEP * np.linalg.norm(
+                residual
+            ):
+                return trial
+        return None
+
+    def _polished(self, z: Vector, free: Vector) -> Vector:
+        """A closed configuration, exact to rounding.
+
+        Where equations repeat others, a residual of 1e-12 may be 1e-6 away from closure, and there
+        the repeated equations still look independent. Steps without them reach closure.
+        """
+        for _ in range(POLISHING):
+            residual, J, _ = self.evaluated(z)
+            z = z + _step(J, residual, free, REPEATED_EQUATION)
+        return z
+
+    def continued(self, z: Vector, goal: Mapping[int, float]) -> Vector:
+        """The closed configuration that z reaches while actuated entries move to their goal."""
+        index = list(goal)
+        start, end = z[index], np.array(list(goal.values()))
+        done, step = 0.0, 1.0
+        while done < 1:
+            part = min(done + step, 1.0)
+            trial = z.copy()
+            trial[index] = end if part == 1 else start + part * (end - start)
+            try:
+                reached = self.closed(trial, self.passive)
+                self._check_branch(z, trial, reached)
+            except RobotError as error:
+                if part == 1:
+                    at_goal = error
+                step /= 2
+                if step < 1 / 2**HALVINGS:
+                    raise at_goal from error
+            else:
+                z, done = reached, part
+        return z
+
+    def _check_branch(self, z: Vector, trial: Vector, reached: Vector) -> None:
+        """Raises RobotError where passive entries moved much farther than actuated ones."""
+        if self._distance(reached - z) > 2 * self._distance(trial - z) + SAMPLED_RANGE:
+            residual, _, _ = self.evaluated(trial)
+            name, _ = self._widest(residual)
+            raise RobotError(
+                f"robot {self.mechanism.name!r}: the loop of {name!r} leaves its branch on the way"
+            )
+
+    def rank(self) -> int:
+        """Rank of the Jacobian at generic closed configurations near the reference."""
+        if not self.entries:
+            return 0
+        reference = self.closed(self.reference, np.ones(len(self.z), dtype=bool))
+        found = [self._rank_at(z) for z in self._random(reference)]
+        return max([rank for rank, is_sure in found if is_sure] or [rank for rank, _ in found])
+
+    def _random(self, reference: Vector) -> Iterator[Vector]:
+        """A closed configuration and random ones around it, as far from it as they close."""
+        yield reference
+        free = np.ones(len(reference), dtype=bool)
+        random = np.random.default_rng(0)
+        for _ in range(SAMPLES):
+            offset = self._scaled(random.uniform(-SAMPLED_RANGE, SAMPLED_RANGE, len(reference)))
+            for halving in range(HALVINGS):
+                try:
+                    yield self.closed(reference + offset / 2**halving, free)
+                except RobotError:
+                    continue
+                break
+
+    def _rank_at(self, z: Vector) -> tuple[int, bool]:
+        """The rank, and whether every singular value is clearly zero or clearly not zero."""
+        _, J, _ = self.evaluated(z)
+        # Lengths in parts of the mechanism's size, so that metres and radians compare.
+        J = J * self._scaled(np.ones(len(z)))
+        lengths = np.linalg.norm(J, axis=1, keepdims=True)
+        values = np.linalg.svd(J / np.where(lengths > 0, lengths, 1), compute_uv=False)
+        parts = values / max(values[0], ZERO_SINGULAR_VALUE)
+        return int(np.sum(parts > ZERO_SINGULAR_VALUE)), not np.any(
+            (parts > ZERO_SINGULAR_VALUE) & (parts < REPEATED_EQUATION)
+        )
+
+    def _scaled(self, z: Vector) -> Vector:
+        return np.where(self.is_length, self.size, 1.0) * z
+
+    def _distance(self, difference: Vector) -> float:
+        return float(np.max(np.abs(difference) / self._scaled(np.ones(len(difference)))))
+
+    def _float(self, expression: sp.Expr) -> float:
+        return float(self.terms.value(expression))
+
+    def _open(self, residual: Vector, facing: Vector) -> str:
+        name, left = self._widest(residual)
+        why = (
+            f"{left:.3g} m is left" if left > CLOSED_LOOP else "it closes with a frame turned over"
+        )
+        if left <= CLOSED_LOOP:
+            name = self._turned_over(facing)
+        return f"robot {self.mechanism.name!r}: the loop of {name!r} does not close: {why}"
+
+    def _widest(self, residual: Vector) -> tuple[str, float]:
+        """The loop with the largest residual."""
+        size = np.where(np.isnan(residual), np.inf, np.abs(residual))
+        owners = [loop.name for loop in self.equations for _ in loop.residual]
+        k = int(np.argmax(size))
+        return owners[k], float(size[k])
+
+    def _turned_over(self, facing: Vector) -> str:
+        owners = [loop.name for loop in self.equations for _ in loop.facing]
+        return owners[int(np.argmin(facing))]
+
+
+def _largest(residual: Vector) -> float:
+    return float(np.max(np.abs(residual), initial=0.0))
+
+
+def _step(J: Vector, residual: Vector, free: Vector, rcond: float) -> Vector:
+    """The shortest step of the free entries that closes the linearised loops best."""
+    step = np.zeros(len(free))
+    step[free] = np.linalg.lstsq(J[:, free], -residual, rcond=rcond)[0]
+    return step
+
+
+def _shift(placement: Placement) -> sp.Matrix:
+    return placement_matrix(placement)[:3, 3]

@@ -1,0 +1,172 @@
+"""Counts of bodies, joints and freedoms, by Gruebler and Kutzbach and loop by loop."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import sympy as sp
+
+from ..chain.poe import placement_matrix
+from ..model.mechanism import FREEDOM, Closure, Mechanism, Strut
+from ..model.robot import Joint, Placement
+from ..model.tolerances import ZERO_SINGULAR_VALUE
+from ..terms.terms import Terms
+from .planar.planes import across, holds, linkages
+
+PLANAR, SPATIAL = 3, 6
+"""Dimension of the group in which a planar or a spatial loop moves."""
+
+
+def virtual_joints(mechanism: Mechanism, terms: Terms) -> list[tuple[Joint, ...]]:
+    """The runs of joints that are the coordinates of a free body, in order.
+
+    Such a run is three sliders and then three revolute joints that reach every pose, or two sliders
+    and a revolute joint that reach every pose of a plane. None of them is actuated, and the bodies
+    between carry no closure, no strut, no tool and no joint but the next.
+    """
+    taken: set[str] = set()
+    found = []
+    for joint in mechanism.joints:
+        for order in (SPATIAL, PLANAR):
+            run = _run(mechanism, joint, order)
+            if run and joint.name not in taken and _is_virtual(mechanism, terms, run):
+                found.append(run)
+                taken |= {member.name for member in run}
+    return found
+
+
+def _run(mechanism: Mechanism, first: Joint, length: int) -> tuple[Joint, ...]:
+    """A joint and the joints after it; empty where a body between them carries several."""
+    run = [first]
+    while len(run) < length:
+        after = [joint for joint in mechanism.joints if joint.parent == run[-1].link]
+        if len(after) != 1:
+            return ()
+        run.append(after[0])
+    return tuple(run)
+
+
+def _is_virtual(mechanism: Mechanism, terms: Terms, run: Sequence[Joint]) -> bool:
+    sliders = PLANAR if len(run) == SPATIAL else PLANAR - 1
+    expected = ["prismatic"] * sliders + ["revolute"] * (len(run) - sliders)
+    held = {frame.body for closer in mechanism.closers for frame in (closer.a, closer.b)}
+    between = {joint.link for joint in run[:-1]}
+    actuated = {c.moves for c in mechanism.coordinates}
+    if (
+        [joint.kind for joint in run] != expected
+        or between & (held | {mechanism.tool_body})
+        or actuated & {joint.name for joint in run}
+    ):
+        return False
+    sliding, turning = (axes := _axes(terms, run))[:sliders], axes[sliders:]
+    spans = _rank(sliding) == sliders and _rank(turning) == len(turning)
+    return spans and (len(run) == SPATIAL or holds(turning[0], turning, sliding))
+
+
+def _axes(terms: Terms, run: Sequence[Joint]) -> list[sp.Matrix]:
+    """Axes of a run of joints at zero, in numbers."""
+    R, axes = sp.eye(3), []
+    for joint in run:
+        R = R * placement_matrix(joint.before)[:3, :3]
+        axes.append(R[:, 2].applyfunc(terms.value))
+        R = R * placement_matrix(joint.after)[:3, :3]
+    return axes
+
+
+def _rank(axes: Sequence[sp.Matrix]) -> int:
+    stacked = np.array([[float(x) for x in axis] for axis in axes])
+    return int(np.linalg.matrix_rank(stacked, tol=ZERO_SINGULAR_VALUE))
+
+
+class Counts:
+    """Bodies, joints and freedoms of a mechanism.
+
+    Attributes:
+        mechanism: The description.
+        terms: Names of all terms.
+        planar: The planar linkages.
+        in_plane: Names of the closures and struts of planar loops.
+        order: lambda, 3 where all bodies move in parallel planes, else 6.
+        virtual: The runs of virtual joints that are not counted.
+        loop_orders: lambda of each independent loop.
+    """
+
+    def __init__(self, mechanism: Mechanism, terms: Terms) -> None:
+        """Sorts the loops and finds the virtual joints."""
+        self.mechanism, self.terms = mechanism, terms
+        self.planar, _ = linkages(mechanism, terms)
+        self.in_plane = {name for linkage in self.planar for name in linkage.closers}
+        self.order = PLANAR if self._is_one_plane() else SPATIAL
+        orders = [self._order_of(closer) for closer in mechanism.closers]
+        self.virtual: list[tuple[Joint, ...]] = []
+        for run in virtual_joints(mechanism, terms):
+            # Virtual joints add as many freedoms as one loop through the platform removes.
+            if len(run) in orders:
+                orders.remove(len(run))
+                self.virtual.append(run)
+        self.loop_orders = tuple(orders)
+
+    @property
+    def bodies(self) -> int:
+        """Number of bodies, the base included."""
+        moving = sum(joint.kind != "fixed" for joint in self.mechanism.joints)
+        struts = sum(1 + strut.is_cylinder for strut in self.mechanism.struts)
+        return 1 + moving + struts - sum(len(run) - 1 for run in self.virtual)
+
+    @property
+    def joints(self) -> int:
+        """Number of joints, ends of struts included."""
+        struts = sum(2 + strut.is_cylinder for strut in self.mechanism.struts)
+        return self._tree_joints() + len(self.mechanism.closures) + struts
+
+    @property
+    def freedoms(self) -> int:
+        """Sum of the joints' freedoms in the group of the whole mechanism."""
+        closers = sum(_freedom(closer, self.order) for closer in self.mechanism.closers)
+        return self._tree_joints() + closers
+
+    @property
+    def loop_freedoms(self) -> int:
+        """Sum of the joints' freedoms, each in the group of its loop."""
+        closers = sum(_freedom(c, self._order_of(c)) for c in self.mechanism.closers)
+        return self._tree_joints() + closers
+
+    def _tree_joints(self) -> int:
+        """Number of the tree's joints, of one freedom each, virtual ones left out."""
+        moving = sum(joint.kind != "fixed" for joint in self.mechanism.joints)
+        return moving - sum(map(len, self.virtual))
+
+    def _order_of(self, closer: Closure | Strut) -> int:
+        on_balls = isinstance(closer, Strut) and closer.ends == "ball"
+        return PLANAR if closer.name in self.in_plane and not on_balls else SPATIAL
+
+    def _is_one_plane(self) -> bool:
+        """Whether all joints and closers move in parallel planes."""
+        if len(self.in_plane) < len(self.mechanism.closers):
+            return False
+        orientation = {self.mechanism.base_frame: sp.eye(3)}
+        turning: list[sp.Matrix] = []
+        sliding: list[sp.Matrix] = []
+        for joint in self.mechanism.joints:
+            R = orientation[joint.parent] * _turned(self.terms, joint.before)
+            orientation[joint.link] = R * _turned(self.terms, joint.after)
+            if joint.kind == "helical":
+                return False
+            if joint.kind != "fixed":
+                (sliding if joint.kind == "prismatic" else turning).append(R[:, 2])
+        for linkage in self.planar:
+            n = linkage.axes[linkage.root].n.applyfunc(self.terms.value)
+            turning.append(orientation[linkage.root] * n)
+        n = turning[0] if turning else across(sliding, self.terms.value)
+        return n is not None and holds(n, turning, sliding)
+
+
+def _turned(terms: Terms, placement: Placement) -> sp.Matrix:
+    return placement_matrix(placement)[:3, :3].applyfunc(terms.value)
+
+
+def _freedom(closer: Closure | Strut, order: int) -> int:
+    """Freedoms of a closure or strut, in the plane or in space."""
+    if isinstance(closer, Closure):
+        return 1 if closer.kind == "ball" and order == PLANAR else FREEDOM[closer.kind]
+    end = FREEDOM[closer.ends] if order == SPATIAL else 1
+    return 2 * end + closer.is_cylinder

@@ -1,0 +1,334 @@
+"""Clusters: bodies of a planar linkage that are known to be rigid together.
+
+At the start every body is a cluster of its own. A body's pose in its cluster is an angle, a
+constant turn and a point that is a sum of turning vectors.
+"""
+
+import cmath
+import math
+from abc import abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import sympy as sp
+
+from ...model.errors import RobotError
+from ...model.tolerances import BRANCHES_APART
+from ...terms.tangents import LoopRate
+from ...terms.terms import Terms
+from .loop_step import LoopStep
+from .phasors import REAL, ZERO, Complex, PhasorSum, PlanarPose, conjugate, dot, product
+from .planes import Edge, Linkage, PinEdge, SlideEdge, WeldEdge, tidied_entry
+from .reference import AtReference, wrapped
+
+Turned = tuple[sp.Expr, Complex]
+"""A turn: an exact angle, and a constant unit rotor."""
+Cluster = dict[str, PlanarPose]
+"""Bodies that are rigid together, each with its pose in the cluster's axes."""
+RING = 3
+"""Bodies, each held to the next, that a step solves together."""
+
+
+class PlanarStep(LoopStep):
+    """A step that joins clusters of a planar linkage."""
+
+    @classmethod
+    @abstractmethod
+    def join(cls, clusters: "Clusters") -> bool:
+        """Joins the first clusters that the step fits, and notes the step.
+
+        Args:
+            clusters: The linkage, as far as it is solved.
+
+        Returns:
+            False where the step fits no clusters.
+
+        Raises:
+            RobotError: The loop does not close at the reference, or its branch there is not clear.
+        """
+
+
+@dataclass(frozen=True)
+class Guide:
+    """How one cluster slides along another, in the axes of the other.
+
+    Attributes:
+        angle: The sliding cluster's turn, with ``rotor``.
+        rotor: Constant part of the turn.
+        at: The point of the guide where the travel is zero.
+        at_other: The sliding cluster's point there, in its own axes.
+        along: The direction of the travel.
+    """
+
+    angle: sp.Expr
+    rotor: Complex
+    at: PhasorSum
+    at_other: PhasorSum
+    along: PhasorSum
+
+    def mounted(self, travel: sp.Expr) -> PlanarPose:
+        """The sliding cluster's pose."""
+        at = self.at + self.along.times((travel, ZERO))
+        origin = at - self.at_other.times(self.rotor).turned(self.angle)
+        return PlanarPose(self.angle, self.rotor, origin)
+
+
+class Clusters:
+    """The clusters of one linkage on their way to being a single one.
+
+    Attributes:
+        terms: Names of all terms.
+        linkage: Bodies and joints.
+        known: Given values of joints, swings or cylinders by name (radian, metre).
+        reference: The configuration whose branch is meant.
+        signs: Signs of the branches, step by step; None for those at the reference.
+        all: The clusters.
+        steps: The steps so far.
+        loops: Rates of the solved angles.
+        relations: Sums of turning vectors that are zero.
+        travels: Travels of slides that steps have given, by name.
+    """
+
+    def __init__(
+        self,
+        terms: Terms,
+        linkage: Linkage,
+        known: Mapping[str, sp.Expr],
+        reference: AtReference,
+        signs: Iterator[int] | None,
+    ) -> None:
+        """Begins with every body by itself."""
+        self.terms, self.linkage, self.known = terms, linkage, known
+        self.reference, self.signs = reference, signs
+        self.edges = (*linkage.edges, *_implied(linkage.edges))
+        self.all: list[Cluster] = [{body: PlanarPose()} for body in linkage.bodies]
+        self.steps: list[LoopStep] = []
+        self.loops: dict[sp.Symbol, LoopRate] = {}
+        self.relations: list[PhasorSum] = []
+        self.travels: dict[str, sp.Expr] = {}
+
+    # --- which clusters there are ---
+
+    def cluster(self, body: str) -> Cluster:
+        """The cluster of a body."""
+        return next(cluster for cluster in self.all if body in cluster)
+
+    def between(self) -> list[Edge]:
+        """The edges whose bodies are not yet rigid together."""
+        return [e for e in self.edges if self.cluster(e.a) is not self.cluster(e.b)]
+
+    def holds(self, edge: Edge, one: Cluster, other: Cluster) -> bool:
+        """Whether an edge is between two clusters."""
+        return {self._id(edge.a), self._id(edge.b)} == {id(one), id(other)}
+
+    def shared(self, pins: Sequence[PinEdge], one: Cluster, other: Cluster) -> PinEdge:
+        """The pin between two clusters."""
+        return next(pin for pin in pins if self.holds(pin, one, other))
+
+    def first(self, *clusters: Cluster) -> list[Cluster]:
+        """Clusters in order: the root's first, then those of more bodies."""
+        return sorted(clusters, key=lambda c: (self.linkage.root not in c, -len(c)))
+
+    def rings(self, slides: int) -> Iterator[tuple[Edge, ...]]:
+        """The rings of three clusters that pins and a number of slides hold at different points."""
+        for edges in combinations(self.between(), RING):
+            count = sum(isinstance(edge, SlideEdge) for edge in edges)
+            if count == slides and self._is_ring(edges):
+                yield edges
+
+    def ring(self, slides: int) -> tuple[Edge, ...] | None:
+        """The first ring of :meth:`rings`, None where there is none."""
+        return next(self.rings(slides), None)
+
+    def _is_ring(self, edges: tuple[Edge, ...]) -> bool:
+        pairs = {frozenset((self._id(edge.a), self._id(edge.b))) for edge in edges}
+        if len(pairs) != len(edges) or len(frozenset.union(*pairs)) != len(edges):
+            return False
+        pins = [edge for edge in edges if isinstance(edge, PinEdge)]
+        if not pins:
+            return False
+        spans = [
+            self.span(self.cluster(body), *pair)
+            for pair in combinations(pins, 2)
+            for body in (pair[0].a, pair[0].b)
+            if self._id(body) in (self._id(pair[1].a), self._id(pair[1].b))
+        ]
+        return all(span.terms for span in spans)
+
+    def _id(self, body: str) -> int:
+        return id(self.cluster(body))
+
+    # --- where pins and slides are in them ---
+
+    def pin(self, cluster: Cluster, pin: PinEdge) -> PhasorSum:
+        """The position of a pin in a cluster that it holds."""
+        if pin.a in cluster:
+            return cluster[pin.a].point(pin.at_a)
+        return cluster[pin.b].point(pin.at_b)
+
+    def span(self, cluster: Cluster, first: PinEdge, second: PinEdge) -> PhasorSum:
+        """The vector from one pin of a cluster to another."""
+        return self.pin(cluster, second) - self.pin(cluster, first)
+
+    def guide(self, slide: SlideEdge, base: Cluster, other: Cluster) -> Guide:
+        """How one cluster slides along the other."""
+        forward = slide.a in base
+        a, b = (base, other) if forward else (other, base)
+        on_a, on_b = a[slide.a], b[slide.b]
+        rotor = self._tidy(product(product(on_a.rotor, slide.rotor), conjugate(on_b.rotor)))
+        angle = sp.expand(on_a.angle - on_b.angle)
+        along = on_a.vector(slide.direction)
+        at_a, at_b = on_a.point(slide.at_a), on_b.point(slide.at_b)
+        if forward:
+            return Guide(angle, rotor, at_a, at_b, along)
+        back = conjugate(rotor)
+        return Guide(-angle, back, at_b, at_a, -along.times(back).turned(-angle))
+
+    # --- joining them ---
+
+    def join(self, base: Cluster, other: Cluster, pose: PlanarPose) -> None:
+        """Joins a cluster at its pose in another one's axes."""
+        base.update({body: pose.carried(there) for body, there in other.items()})
+        self.all = [cluster for cluster in self.all if cluster is not other]
+
+    def mount(
+        self, base: Cluster, other: Cluster, turn: Turned, at: PhasorSum, at_other: PhasorSum
+    ) -> None:
+        """Joins a cluster that is turned by an angle and a rotor and shares a point."""
+        angle, rotor = sp.expand(turn[0]), turn[1]
+        origin = at - at_other.times(rotor).turned(angle)
+        self.join(base, other, PlanarPose(angle, rotor, origin))
+
+    def join_known(self) -> bool:
+        """Joins the first two clusters that a weld or a known joint holds."""
+        for edge in self.between():
+            a, b = self.cluster(edge.a), self.cluster(edge.b)
+            on_a, on_b = a[edge.a], b[edge.b]
+            rotor = product(product(on_a.rotor, edge.rotor), conjugate(on_b.rotor))
+            angle = on_a.angle - on_b.angle
+            at_a = edge.at_a
+            if isinstance(edge, WeldEdge):
+                at_b: Complex = (ZERO, ZERO)
+            elif edge.name not in self.known:
+                continue
+            else:
+                at_b = edge.at_b
+                value = self.known[edge.name]
+                if isinstance(edge, PinEdge):
+                    angle += edge.sense * value
+                else:
+                    at_a = tuple(p + value * d for p, d in zip(at_a, edge.direction, strict=True))
+            turn = angle, self._tidy(rotor)
+            self.mount(a, b, turn, on_a.point(at_a), on_b.point(at_b))
+            return True
+        return False
+
+    def solved(self, c: sp.Expr, s: sp.Expr, rate: LoopRate) -> sp.Symbol:
+        """The name of an angle that a step gives, and its rate."""
+        angle = self.terms.solved_angle(c, s)
+        self.loops.setdefault(angle, rate)
+        return angle
+
+    # --- branches ---
+
+    def sign(self, at_reference: int, edges: Sequence[Edge]) -> int:
+        """The sign of a step's branch: that at the reference, or the next one asked for.
+
+        Args:
+            at_reference: The sign at the reference; 0 where it is not clear.
+            edges: The edges that the step joins, for the message.
+
+        Raises:
+            RobotError: The reference does not tell the sign.
+        """
+        if self.signs is not None:
+            return next(self.signs, 1)
+        if at_reference == 0:
+            # The far ends of struts have no name in the description.
+            names = ", ".join(edge.name for edge in edges if "." not in edge.name)
+            raise RobotError(f"the loop of {names} does not close at the reference, or not clearly")
+        return at_reference
+
+    def distance(
+        self, edges: Sequence[Edge], turns: Mapping[int, float], travel: float = 0.0
+    ) -> float:
+        """The root of the squared differences of joints from their values at the reference.
+
+        Args:
+            edges: The joints.
+            turns: Turn of each cluster by its id (radian).
+            travel: Travel of the slide among the joints (metre).
+        """
+        hints = self.reference.hints_of([edge.name for edge in edges])
+        total = 0.0
+        for edge in edges:
+            if edge.name not in hints:
+                continue
+            if isinstance(edge, PinEdge):
+                on_a, on_b = self.cluster(edge.a)[edge.a], self.cluster(edge.b)[edge.b]
+                turn = turns[self._id(edge.b)] + self.reference.turn(on_b.angle, on_b.rotor)
+                turn -= turns[self._id(edge.a)] + self.reference.turn(on_a.angle, on_a.rotor)
+                turn -= cmath.phase(self.reference.number(edge.rotor))
+                total += wrapped(edge.sense * turn - hints[edge.name]) ** 2
+            else:
+                total += (travel - hints[edge.name]) ** 2
+        return math.sqrt(total)
+
+    def nearer(self, distances: Mapping[int, float]) -> int:
+        """The sign of the smaller distance; 0 where both are alike."""
+        if abs(distances[1] - distances[-1]) < BRANCHES_APART:
+            return 0
+        return min(distances, key=distances.__getitem__)
+
+    # --- reading the joints between them ---
+
+    def values(self) -> dict[str, sp.Expr]:
+        """Values of all joints between bodies that are rigid together."""
+        found = dict(self.known)
+        for edge in self.linkage.edges:
+            cluster = self.cluster(edge.a)
+            if edge.b not in cluster or edge.name in found or isinstance(edge, WeldEdge):
+                continue
+            if isinstance(edge, PinEdge):
+                found[edge.name] = self._turned(edge, cluster)
+            else:
+                found[edge.name] = self._travelled(edge, cluster)
+        return found
+
+    def _turned(self, edge: PinEdge, cluster: Cluster) -> sp.Expr:
+        on_a, on_b = cluster[edge.a], cluster[edge.b]
+        rest = product(conjugate(product(on_a.rotor, edge.rotor)), on_b.rotor)
+        re, im = self._tidy(rest)
+        constant = ZERO if (re, im) == REAL else sp.atan2(im, re)
+        return sp.expand(edge.sense * (on_b.angle - on_a.angle + constant))
+
+    def _travelled(self, edge: SlideEdge, cluster: Cluster) -> sp.Expr:
+        if edge.name in self.travels:
+            return self.travels[edge.name]
+        on_a, on_b = cluster[edge.a], cluster[edge.b]
+        between = on_b.point(edge.at_b) - on_a.point(edge.at_a)
+        x, y = between.turned(-on_a.angle).times(conjugate(on_a.rotor)).coordinates(self.terms)
+        return self.terms.let(dot((x, y), edge.direction))
+
+    def _tidy(self, rotor: Complex) -> Complex:
+        return tidied_entry(self.terms, rotor[0]), tidied_entry(self.terms, rotor[1])
+
+
+def _implied(edges: Sequence[Edge]) -> list[PinEdge]:
+    """Pins between bodies that turn about the same point of a third."""
+    turns = [edge for edge in edges if isinstance(edge, PinEdge)]
+    found = []
+    for one, other in combinations(turns, 2):
+        for body in {one.a, one.b} & {other.a, other.b}:
+            (a, at_a, here), (b, at_b, there) = (_seen_from(turn, body) for turn in (one, other))
+            if here == there:
+                found.append(PinEdge(f"{one.name}.{other.name}", a, at_a, b, at_b))
+    return found
+
+
+def _seen_from(turn: PinEdge, body: str) -> tuple[str, Complex, Complex]:
+    """The other body of a pin, the pin on it, and the pin on this body."""
+    if turn.a == body:
+        return turn.b, turn.at_b, turn.at_a
+    return turn.a, turn.at_a, turn.at_b

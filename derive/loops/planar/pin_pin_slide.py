@@ -1,0 +1,225 @@
+"""Three bodies in a ring of two pins and a slide: a circle meets a line.
+
+Source:
+    Assur's groups of class II (dyads RRP, RPR and PRR, and the triangle of a cylinder); Myszka,
+    Machines and Mechanisms, ch. 4.
+"""
+
+import cmath
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import sympy as sp
+
+from ...terms.tangents import LoopRate, Tangent
+from ...terms.terms import Terms
+from .arm import Arm, arm, rates_of, turn_of
+from .clusters import Cluster, Clusters, Guide, PlanarStep
+from .loop_step import (
+    AngleEquation,
+    RateEquation,
+    StepEquations,
+    components,
+    length_of,
+    quantity,
+    weighted,
+)
+from .phasors import REAL, ZERO, Complex, PhasorSum, cross, dot
+from .planes import Edge, PinEdge, SlideEdge
+
+TRAVELS = {1: "far", -1: "near"}
+"""The greater and the smaller of two travels."""
+
+
+@dataclass(frozen=True)
+class CircleAndLine:
+    """A point on a line at a given distance from another point.
+
+    Attributes:
+        offset: From the one pin to the other where the travel is zero, in the line's axes.
+        direction: Unit vector of the line.
+        r: The vector between the pins on the third body.
+        travel: Along the line (metre).
+        vector: From the one pin to the other.
+        margin: cos^2 of the angle between line and vector; zero at a dead point, below zero out of
+            reach.
+    """
+
+    offset: Complex
+    direction: Complex
+    r: Arm
+    travel: sp.Expr
+    vector: Complex
+    margin: sp.Expr
+
+
+def circle_and_line(
+    terms: Terms, offset: Complex, direction: Complex, r: Arm, sign: int
+) -> CircleAndLine:
+    """The travel t for which ``|offset + t direction| = |r|``.
+
+    With n = direction x offset and m = direction . offset: t = -m + sign sqrt((|r| - n)(|r| + n)).
+
+    Args:
+        terms: Names of all terms.
+        offset: From the one pin to the other where the travel is zero.
+        direction: Unit vector of the slide.
+        r: From the one pin to the other on the third body.
+        sign: 1 for the greater travel, -1 for the smaller.
+    """
+    n = terms.let(sp.expand(cross(direction, offset)))
+    m = terms.let(sp.expand(dot(direction, offset)))
+    radius = terms.let(sp.sqrt(r.square))
+    inside = r.square if n == 0 else terms.let(terms.let(radius - n) * terms.let(radius + n))
+    along = terms.let(sign * sp.sqrt(inside))
+    x = terms.let(direction[0] * along - direction[1] * n)
+    y = terms.let(direction[1] * along + direction[0] * n)
+    margin = sp.Integer(1) if n == 0 else terms.let(inside / r.square)
+    return CircleAndLine(offset, direction, r, terms.let(along - m), (x, y), margin)
+
+
+def rate_of_third(line: CircleAndLine) -> LoopRate:
+    """The rate of the third body's turn: |r|^2 phi' = u x u' - r x r', u = offset + t direction."""
+
+    def rate(tangent: Tangent) -> sp.Expr:
+        let = tangent.terms.let
+        along = tangent.of(line.travel)
+        offset, r = rates_of(tangent, line.offset), rates_of(tangent, line.r.vector)
+        u = let(offset[0] + along * line.direction[0]), let(offset[1] + along * line.direction[1])
+        top = cross(line.vector, u) - cross(line.r.vector, r)
+        return let(let(top) / line.r.square)
+
+    return rate
+
+
+def travel_remark(sign: int) -> str:
+    """Which of two travels is meant."""
+    size = "greater" if sign > 0 else "smaller"
+    return f"The sign of the root selects the {size} of two travels."
+
+
+@dataclass(frozen=True, kw_only=True)
+class TwoPinsAndSlide(PlanarStep):
+    """A slide whose bodies a third one holds by two pins.
+
+    Attributes:
+        line: The slide's line and the circle of the third body.
+    """
+
+    line: CircleAndLine
+
+    title: ClassVar[str] = "two pins and a slide"
+    branches: ClassVar[Mapping[int, str]] = TRAVELS
+
+    @classmethod
+    def join(cls, clusters: Clusters) -> bool:
+        """Joins the first ring of two pins and a slide."""
+        edges = clusters.ring(slides=1)
+        if edges is None:
+            return False
+        (slide,) = (edge for edge in edges if isinstance(edge, SlideEdge))
+        pins = [edge for edge in edges if isinstance(edge, PinEdge)]
+        terms = clusters.terms
+        base, Y = clusters.first(clusters.cluster(slide.a), clusters.cluster(slide.b))
+        ends = (clusters.cluster(body) for pin in pins for body in (pin.a, pin.b))
+        Z = next(cluster for cluster in ends if cluster is not base and cluster is not Y)
+        near, far = clusters.shared(pins, base, Z), clusters.shared(pins, Y, Z)
+        guide = clusters.guide(slide, base, Y)
+        delta = guide.along.common_angle()
+        mount = guide.mounted(ZERO)
+        offset = mount.origin + clusters.pin(Y, far).times(mount.rotor).turned(mount.angle)
+        offset = (offset - clusters.pin(base, near)).turned(-delta)
+        direction = guide.along.turned(-delta).coordinates(terms)
+        R = clusters.pin(Z, far) - clusters.pin(Z, near)
+        r = arm(terms, R)
+        held = slide, near, far
+        reach = _reach(clusters, offset, direction, R, guide, held, (base, Y, Z))
+        sign = clusters.sign(reach, held)
+        line = circle_and_line(terms, offset.coordinates(terms), direction, r, sign)
+        turn = clusters.solved(*turn_of(terms, line.vector, r), rate_of_third(line))
+        angle = sp.expand(delta + turn - r.angle)
+        relation = offset.turned(delta) + guide.along.times((line.travel, ZERO))
+        relation = relation - R.turned(angle)
+        clusters.steps.append(
+            cls(
+                joints=(slide.name, far.name, near.name),
+                axes=next(iter(base)),
+                relation=relation,
+                turned=delta,
+                solved=(turn,),
+                margin=None if line.margin == 1 else line.margin,
+                sign=sign,
+                line=line,
+            )
+        )
+        clusters.relations.append(relation)
+        clusters.travels[slide.name] = line.travel
+        at = clusters.pin(base, near), clusters.pin(Z, near)
+        clusters.join(base, Y, guide.mounted(line.travel))
+        clusters.mount(base, Z, (angle, REAL), *at)
+        return True
+
+    def equations(self) -> StepEquations:
+        """The travel t, and the turn of A to the vector C between the pins."""
+        D, A, B, C = (components(letter) for letter in "DABC")
+        a = length_of("A")
+        n, m, t = map(quantity, "nmt")
+        # Without an offset from the line the root is the length itself.
+        root = sp.Abs(a) if self.margin is None else sp.sqrt(a**2 - n**2)
+        (angle,) = self.solved
+        across = -C[1], C[0]
+        right = (*weighted(D, across), (t, dot(across, B)), *weighted(A, (-A[1], A[0]), -1))
+        return StepEquations(
+            vectors={"D": self.line.offset, "B": self.line.direction, "A": self.line.r.vector},
+            lengths=("A",),
+            unknowns={t: self.line.travel},
+            results=(
+                (n, cross(B, D)),
+                (m, dot(B, D)),
+                (t, self.sign * root - m),
+                (C[0], B[0] * (t + m) - B[1] * n),
+                (C[1], B[1] * (t + m) + B[0] * n),
+            ),
+            angles=(AngleEquation(angle, "A", C),),
+            margin=None if self.margin is None else (a**2 - n**2) / a**2,
+            rates=(
+                RateEquation(((t, t + m),), (*weighted(A, A), *weighted(D, C, -1))),
+                RateEquation(((angle, a**2),), right),
+            ),
+        )
+
+    @property
+    def remark(self) -> str:
+        """The travel that is meant."""
+        return travel_remark(self.sign) if self.branch else ""
+
+
+def _reach(
+    clusters: Clusters,
+    offset: PhasorSum,
+    direction: Complex,
+    R: PhasorSum,
+    guide: Guide,
+    edges: tuple[Edge, ...],
+    parts: tuple[Cluster, Cluster, Cluster],
+) -> int:
+    """The sign of the travel at the reference: 1 for the greater; 0 where neither is clear."""
+    reference = clusters.reference
+    o, r = reference.vector(offset), reference.vector(R)
+    d = reference.number(direction)
+    n, m = (d.conjugate() * o).imag, (d.conjugate() * o).real
+    square = abs(r) ** 2 - n**2
+    if not square >= 0:
+        return 0
+    base, Y, Z = parts
+    turn_Y = reference.turn(guide.angle, guide.rotor)
+    delta = reference.of(guide.along.common_angle())
+    distances = {}
+    for sign in TRAVELS:
+        along = sign * math.sqrt(square)
+        turn_Z = delta + cmath.phase(d * complex(along, n) / r)
+        turns = {id(base): 0.0, id(Y): turn_Y, id(Z): turn_Z}
+        distances[sign] = clusters.distance(edges, turns, along - m)
+    return clusters.nearer(distances)

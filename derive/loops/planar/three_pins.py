@@ -1,0 +1,223 @@
+"""Three bodies in a ring of pins: the shared pin is where two circles meet.
+
+Source:
+    Assur's groups of class II (dyad RRR); Myszka, Machines and Mechanisms, ch. 4. This form has no
+    acos, and no difference of squares where the triangle is thin.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import sympy as sp
+
+from ...terms.tangents import LoopRate, Tangent
+from ...terms.terms import Terms
+from .arm import Arm, arm, rates_of, turn_of
+from .clusters import Clusters, PlanarStep
+from .dyads import SIDES, dyad_of, join_dyad, side_of
+from .loop_step import (
+    HALF,
+    AngleEquation,
+    RateEquation,
+    StepEquations,
+    components,
+    half,
+    length_of,
+    quantity,
+    weighted,
+)
+from .phasors import REAL, Complex, cross, dot, product
+
+
+@dataclass(frozen=True)
+class TwoCircles:
+    """Circles about the ends of D that meet at the point C from the beginning of D.
+
+    Attributes:
+        C: From the beginning of D to the pin that both circles share, in D's axes.
+        W: From the end of D to that pin, in D's axes.
+        D: The base.
+        v: The vector C on its own body.
+        w: The vector W on its own body.
+        height: Twice the triangle's area, positive where C stands to the left of D.
+        margin: sin^2 of the transmission angle; zero at a dead point, below zero out of reach.
+    """
+
+    C: Complex
+    W: Complex
+    D: Complex
+    v: Arm
+    w: Arm
+    height: sp.Expr
+    margin: sp.Expr
+
+
+def two_circles(terms: Terms, v: Arm, w: Arm, D: Arm, sign: int) -> TwoCircles:
+    """Where circles of radius |v| about the beginning of D and |w| about its end meet.
+
+    With p = (d^2 + v^2 - w^2) / 2 and 4 h^2 = ((d + w)^2 - v^2)(v^2 - (d - w)^2):
+
+        C = D (p + i h) / d^2,   W = C - D
+
+    Args:
+        terms: Names of all terms.
+        v: The arm from the beginning of D.
+        w: The arm from its end.
+        D: The base.
+        sign: 1 where C stands to the left of D, -1 to the right.
+    """
+    squares = v.square, w.square, D.square
+    p = terms.let((D.square + v.square - w.square) * HALF)
+    product_of_sums = terms.let(_heron(terms, *squares))
+    h = terms.let(sign * HALF * sp.sqrt(product_of_sums))
+    if terms.is_constant(D.vector[0]) and terms.is_constant(D.vector[1]):
+        x, y = (terms.let(part / D.square) for part in D.vector)
+        C = terms.let(x * p - y * h), terms.let(x * h + y * p)
+    else:
+        along, across = terms.let(p / D.square), terms.let(h / D.square)
+        x, y = D.vector
+        C = terms.let(x * along - y * across), terms.let(x * across + y * along)
+    W = terms.let(C[0] - D.vector[0]), terms.let(C[1] - D.vector[1])
+    margin = terms.let(product_of_sums / (4 * v.square * w.square))
+    return TwoCircles(C, W, D.vector, v, w, h, margin)
+
+
+def _heron(terms: Terms, *squares: sp.Expr) -> sp.Expr:
+    """16 area^2 as a product in which the side that varies is alone: no digits cancel."""
+    varying = sorted(squares, key=terms.is_constant)
+    alone, a, b = varying
+    side_a, side_b = (terms.let(sp.sqrt(square)) for square in (a, b))
+    wide, narrow = terms.let((side_a + side_b) ** 2), terms.let((side_a - side_b) ** 2)
+    return terms.let(wide - alone) * terms.let(alone - narrow)
+
+
+def rate_of_first(triangle: TwoCircles, c: sp.Expr, s: sp.Expr) -> LoopRate:
+    """The rate of v's turn: h phi' = D' . W - (e^(i phi) v') . W + w' . w."""
+
+    def rate(tangent: Tangent) -> sp.Expr:
+        D, v, w = (rates_of(tangent, vector) for vector in _moving(triangle))
+        turned = product((c, s), v)
+        top = dot(D, triangle.W) - dot(turned, triangle.W) + dot(w, triangle.w.vector)
+        return tangent.terms.let(tangent.terms.let(top) / triangle.height)
+
+    return rate
+
+
+def rate_of_second(triangle: TwoCircles, c: sp.Expr, s: sp.Expr) -> LoopRate:
+    """The rate of w's turn: h psi' = D' . C - v' . v + (e^(i psi) w') . C."""
+
+    def rate(tangent: Tangent) -> sp.Expr:
+        D, v, w = (rates_of(tangent, vector) for vector in _moving(triangle))
+        turned = product((c, s), w)
+        top = dot(D, triangle.C) - dot(v, triangle.v.vector) + dot(turned, triangle.C)
+        return tangent.terms.let(tangent.terms.let(top) / triangle.height)
+
+    return rate
+
+
+def _moving(triangle: TwoCircles) -> tuple[Complex, Complex, Complex]:
+    return triangle.D, triangle.v.vector, triangle.w.vector
+
+
+def circle_equations(triangle: TwoCircles, sign: int, *solved: sp.Symbol) -> StepEquations:
+    """The meeting of two circles in quantities of a step: D, A for v and B for w.
+
+    Args:
+        triangle: The triangle.
+        sign: The sign of h.
+        solved: The angle of A, and that of B where it is sought.
+    """
+    D, A, B, C, E = (components(letter) for letter in "DABCE")
+    d, a, b = map(length_of, "DAB")
+    p, h = quantity("p"), quantity("h")
+    results = (
+        (p, half(d**2 + a**2 - b**2)),
+        (h, sign * sp.sqrt(d**2 * a**2 - p**2)),
+        (C[0], (D[0] * p - D[1] * h) / d**2),
+        (C[1], (D[1] * p + D[0] * h) / d**2),
+        (E[0], C[0] - D[0]),
+        (E[1], C[1] - D[1]),
+    )
+    sides = (("A", C), ("B", E))
+    angles = tuple(AngleEquation(s, *side) for s, side in zip(solved, sides, strict=False))
+    rates = []
+    for phi, side in zip(solved, "AB", strict=False):
+        turn = sp.cos(phi), sp.sin(phi)
+        if side == "A":
+            back = dot(turn, E), cross(turn, E)
+            right = (*weighted(D, E), *weighted(A, back, -1), *weighted(B, B))
+        else:
+            back = dot(turn, C), cross(turn, C)
+            right = (*weighted(D, C), *weighted(A, A, -1), *weighted(B, back))
+        rates.append(RateEquation(((phi, h),), right))
+    return StepEquations(
+        vectors={"D": triangle.D, "A": triangle.v.vector, "B": triangle.w.vector},
+        lengths=("D", "A", "B"),
+        results=results,
+        angles=angles,
+        margin=h**2 / (a**2 * b**2),
+        rates=tuple(rates),
+    )
+
+
+def side_remark(sign: int) -> str:
+    """Which of both points is meant where two circles meet."""
+    sense = "positive" if sign > 0 else "negative"
+    return (
+        f"With ${{h}}$ {sense}, the vector ${{C}}$ points to the {SIDES[sign]} of ${{D}}$; the"
+        " other sign gives the mirror image."
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class ThreePins(PlanarStep):
+    """Three bodies in a ring of pins.
+
+    Attributes:
+        triangle: The triangle of the pins.
+    """
+
+    triangle: TwoCircles
+
+    title: ClassVar[str] = "three pins"
+    branches: ClassVar[Mapping[int, str]] = SIDES
+
+    @classmethod
+    def join(cls, clusters: Clusters) -> bool:
+        """Joins the first ring of three pins."""
+        pins = clusters.ring(slides=0)
+        if pins is None:
+            return False
+        dyad = dyad_of(clusters, pins)
+        sign = clusters.sign(side_of(clusters, dyad), dyad.pins)
+        terms = clusters.terms
+        v, w, d = (arm(terms, vector) for vector in (dyad.V, dyad.W, dyad.D))
+        found = two_circles(terms, v, w, d, sign)
+        turn_v, turn_w = turn_of(terms, found.C, v), turn_of(terms, found.W, w)
+        first = clusters.solved(*turn_v, rate_of_first(found, *turn_v))
+        second = clusters.solved(*turn_w, rate_of_second(found, *turn_w))
+        turns = (d.angle + first - v.angle, REAL), (d.angle + second - w.angle, REAL)
+        joints, axes, relation = join_dyad(clusters, dyad, *turns)
+        clusters.steps.append(
+            cls(
+                joints=joints,
+                axes=axes,
+                relation=relation,
+                turned=d.angle,
+                solved=(first, second),
+                margin=found.margin,
+                sign=sign,
+                triangle=found,
+            )
+        )
+        return True
+
+    def equations(self) -> StepEquations:
+        """The meeting of the circles of the two pins on the base."""
+        return circle_equations(self.triangle, self.sign, *self.solved)
+
+    @property
+    def remark(self) -> str:
+        """The side on which the far pin stands."""
+        return side_remark(self.sign)

@@ -1,0 +1,105 @@
+"""Two bodies that share two pins: both vectors between the pins are known."""
+
+from dataclasses import dataclass, field
+from itertools import combinations
+from typing import ClassVar
+
+import sympy as sp
+
+from ...terms.tangents import LoopRate, Tangent
+from .arm import Arm, arm, rates_of
+from .clusters import Clusters, PlanarStep, Turned
+from .dyads import exact_turn
+from .loop_step import AngleEquation, RateEquation, StepEquations, components, length_of, weighted
+from .phasors import REAL, Complex, PhasorSum, conjugate, cross, dot, product
+from .planes import PinEdge
+
+
+@dataclass(frozen=True, kw_only=True)
+class TwoPins(PlanarStep):
+    """The turn that carries one vector between two pins to the other.
+
+    Attributes:
+        vectors: Components of the vectors on the base (C) and on the other body (A), by letter;
+            none where the turn is exact.
+    """
+
+    vectors: dict[str, Complex] = field(default_factory=dict)
+
+    title: ClassVar[str] = "two pins"
+    reason: ClassVar[str] = "Both vectors between the pins turn with bodies whose turn is known."
+
+    @classmethod
+    def join(cls, clusters: Clusters) -> bool:
+        """Joins the first two clusters that share two pins at different points."""
+        pins = [edge for edge in clusters.between() if isinstance(edge, PinEdge)]
+        for first, second in combinations(pins, 2):
+            pair = clusters.cluster(first.a), clusters.cluster(first.b)
+            base, other = clusters.first(*pair)
+            if not clusters.holds(second, base, other):
+                continue
+            here, there = (clusters.span(c, first, second) for c in (other, base))
+            if not here.terms or not there.terms:
+                continue
+            turn, solved, vectors = _turn_between(clusters, here, there)
+            at = clusters.pin(base, first), clusters.pin(other, first)
+            relation = here.times(turn[1]).turned(turn[0]) - there
+            axes = next(iter(base))
+            clusters.mount(base, other, turn, *at)
+            clusters.relations.append(relation)
+            clusters.steps.append(
+                cls(
+                    joints=(first.name, second.name),
+                    axes=axes,
+                    relation=relation,
+                    turned=there.common_angle(),
+                    solved=solved,
+                    vectors=vectors,
+                )
+            )
+            return True
+        return False
+
+    def equations(self) -> StepEquations:
+        """The turn of A to C; none where the turn is exact."""
+        if not self.vectors:
+            return StepEquations()
+        (angle,) = self.solved
+        C, A = components("C"), components("A")
+        c, a = length_of("C"), length_of("A")
+        across_C, across_A = (-C[1], C[0]), (-A[1], A[0])
+        right = (*weighted(C, across_C), *weighted(A, across_A, -(c**2) / a**2))
+        return StepEquations(
+            vectors=self.vectors,
+            lengths=("C", "A"),
+            angles=(AngleEquation(angle, "A", C),),
+            rates=(RateEquation(((angle, c**2),), right),),
+        )
+
+
+def _turn_between(
+    clusters: Clusters, here: PhasorSum, there: PhasorSum
+) -> tuple[Turned, tuple[sp.Symbol, ...], dict[str, Complex]]:
+    """The turn that carries one vector to another of the same length."""
+    exact = exact_turn(here, there)
+    if exact is not None:
+        return exact, (), {}
+    terms = clusters.terms
+    a, b = arm(terms, there), arm(terms, here)
+    re, im = product(a.vector, conjugate(b.vector))
+    size = terms.let(sp.sqrt(a.square * b.square))
+    c, s = (terms.let(terms.let(sp.expand(part)) / size) for part in (re, im))
+    angle = clusters.solved(c, s, rate_of_direction(a.vector, b))
+    return (a.angle + angle - b.angle, REAL), (angle,), {"C": a.vector, "A": b.vector}
+
+
+def rate_of_direction(there: Complex, here: Arm) -> LoopRate:
+    """The rate of the turn from one vector to another: a x a' / a^2 - b x b' / b^2."""
+
+    def rate(tangent: Tangent) -> sp.Expr:
+        let = tangent.terms.let
+        a, b = rates_of(tangent, there), rates_of(tangent, here.vector)
+        first = let(cross(there, a)) / let(dot(there, there))
+        return let(first - let(cross(here.vector, b)) / here.square)
+
+    return rate

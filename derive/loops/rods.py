@@ -1,0 +1,108 @@
+"""The rods of a platform on legs, and the rows of its velocity relation.
+
+With the direction n of a rod towards the platform, its arm r = b - p from the tool, and its length
+equation |b - a| = l differentiated,
+
+    n . v + (r x n) . omega = (n . da/dq + dl/dq) q'
+
+Source:
+    Gosselin and Angeles 1990.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ..model.mechanism import Frame, Strut
+from ..terms.tangents import Tangent
+from ..terms.terms import Terms
+from ..terms.vectors import ZERO, Vector, dot, subtracted
+from .hybrid import Hybrid
+from .spatial.body_frames import pose_of
+
+
+@dataclass(frozen=True)
+class Rod:
+    """One strut at given theta and q, in the base frame (metre).
+
+    Attributes:
+        a: Its end on an actuated body or the base.
+        b: Its end on the platform.
+        d: From a to b.
+        distance: The length of d.
+        length: The strut's own length.
+    """
+
+    a: Vector
+    b: Vector
+    d: Vector
+    distance: sp.Expr
+    length: sp.Expr
+
+    def actuator_row(
+        self, terms: Terms, n: Sequence[sp.Expr], q: Sequence[sp.Symbol]
+    ) -> list[sp.Expr]:
+        """The rod's row of J_q: the speed along the rod that each actuator gives its end a.
+
+        Args:
+            terms: Names of all terms.
+            n: The direction of the rod towards the platform, of length 1.
+            q: The actuated coordinates.
+        """
+        row = []
+        for symbol in q:
+            tangent = Tangent(terms, {symbol: sp.S.One})
+            speed = sp.Add(*map(sp.Mul, n, tangent.of_each(self.a)))
+            row.append(speed + tangent.of(self.length))
+        return row
+
+
+def line_coordinates(n: Sequence[sp.Expr], r: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
+    """A rod's row of J_x: its direction n and its moment r x n about the tool."""
+    return (*n, *(r[k - 2] * n[k - 1] - r[k - 1] * n[k - 2] for k in range(3)))
+
+
+def rods_of(h: Hybrid) -> list[Rod]:
+    """The rods of a platform in the order of the description."""
+    values = joint_values(h)
+    found = []
+    for strut in h.mechanism.struts:
+        (_, a), (_, b) = (pose_of(h.mechanism, h.terms, end, values) for end in from_base(h, strut))
+        d = subtracted(h.terms, b, a)
+        length = strut.length + (values[strut.name] if strut.is_cylinder else ZERO)
+        found.append(Rod(a, b, d, h.terms.let(sp.sqrt(dot(h.terms, d, d))), length))
+    return found
+
+
+def pins_in_tool(h: Hybrid) -> list[Vector]:
+    """The rods' ends on the platform in the tool frame (metre), constants."""
+    still = joint_values(h) | {joint.name: ZERO for joint in h.robot.moving}
+    axes, tool = pose_of(h.mechanism, h.terms, h.mechanism.tool_mounting, still)
+    pins = []
+    for strut in h.mechanism.struts:
+        _, end = from_base(h, strut)
+        _, at_rest = pose_of(h.mechanism, h.terms, end, still)
+        offset = subtracted(h.terms, at_rest, tool)
+        x, y, z = (dot(h.terms, axis, offset) for axis in axes)
+        pins.append((x, y, z))
+    return pins
+
+
+def tool_position(h: Hybrid) -> Vector:
+    """The position of the tool in the base frame at theta (metre)."""
+    return pose_of(h.mechanism, h.terms, h.mechanism.tool_mounting, joint_values(h))[1]
+
+
+def joint_values(h: Hybrid) -> dict[str, sp.Expr]:
+    """Values of the chain's joints in theta, of actuated joints and cylinders in q, by name."""
+    coordinates = zip(h.mechanism.coordinates, h.q, strict=True)
+    values = {c.moves: c.ratio * symbol for c, symbol in coordinates}
+    return values | {j.name: s for j, s in zip(h.robot.moving, h.theta, strict=True)}
+
+
+def from_base(h: Hybrid, strut: Strut) -> tuple[Frame, Frame]:
+    """The ends of a rod, its end on the platform last."""
+    chain = {joint.name for joint in h.robot.moving}
+    at_end = any(joint.name in chain for joint in h.mechanism.way(strut.b.body))
+    return (strut.a, strut.b) if at_end else (strut.b, strut.a)

@@ -1,0 +1,87 @@
+"""A leg on balls that moves a prismatic joint: a line meets a sphere."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import sympy as sp
+
+from ...model.mechanism import Strut
+from ...terms.vectors import Vector, subtracted
+from ..planar.loop_step import (
+    HALF,
+    SPACE,
+    RateEquation,
+    StepEquations,
+    components,
+    quantity,
+    weighted,
+)
+from ..planar.pin_pin_slide import TRAVELS, travel_remark
+from .struts import Legs, LegStep
+from .turning_leg import OPENING
+
+
+@dataclass(frozen=True, kw_only=True)
+class SlidingLeg(LegStep):
+    """The travel at which the leg's end on the slider is at the leg's length from its other end.
+
+    Attributes:
+        offset: From the end on the slider at zero travel to the other end, in the joint's axes.
+        travel: Along the joint's z axis (metre).
+        square: The leg's squared length.
+    """
+
+    offset: Vector
+    travel: sp.Expr
+    square: sp.Expr
+
+    title: ClassVar[str] = "a line meets a sphere"
+    branches: ClassVar[Mapping[int, str]] = TRAVELS
+    opening: ClassVar[str] = OPENING
+
+    @classmethod
+    def use(cls, legs: Legs, struts: Sequence[Strut]) -> bool:
+        """Solves for the prismatic joint that a single strut determines."""
+        reach = legs.reach(struts, sliding=True)
+        if reach is None:
+            return False
+        let, joint = legs.terms.let, reach.joint
+        x, y, z = subtracted(legs.terms, reach.target, reach.tip)
+        inside = let(reach.square - let(x**2 + y**2))
+        along = let(sp.sqrt(inside))
+        sign = legs.chosen(reach, lambda s: legs.reference.of(joint.direction * (z + s * along)))
+        value = let(z + sign * along)
+        legs.known.values[joint.name] = joint.direction * value
+        legs.known.steps.append(
+            cls(
+                joints=(joint.name, reach.strut.name),
+                axes=joint.parent,
+                margin=let(inside / reach.square),
+                sign=sign,
+                offset=(x, y, z),
+                travel=value,
+                square=reach.square,
+            )
+        )
+        return True
+
+    def equations(self) -> StepEquations:
+        """The travel t along z."""
+        D = components("D", SPACE)
+        t, square = quantity("t"), quantity("l^2")
+        inside = square - D[0] ** 2 - D[1] ** 2
+        right = (*weighted(D, (-D[0], -D[1], t - D[2])), (square, HALF))
+        return StepEquations(
+            vectors={"D": self.offset},
+            scalars={square: self.square},
+            unknowns={t: self.travel},
+            results=((t, D[2] + self.sign * sp.sqrt(inside)),),
+            margin=inside / square,
+            rates=(RateEquation(((t, t - D[2]),), right),),
+        )
+
+    @property
+    def remark(self) -> str:
+        """The travel that is meant."""
+        return travel_remark(self.sign)

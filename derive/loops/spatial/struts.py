@@ -1,0 +1,188 @@
+"""Struts on balls: known points, lengths and joints of a mechanism as its legs are solved."""
+
+import math
+from abc import abstractmethod
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ...model.errors import RobotError
+from ...model.mechanism import Frame, Mechanism, Strut
+from ...model.robot import Joint
+from ...terms.tangents import LoopRate
+from ...terms.terms import Terms
+from ...terms.vectors import ZERO, Vector, dot, subtracted
+from ..planar.loop_step import LoopStep
+from ..planar.reference import AtReference, wrapped
+from .body_frames import pose_of
+
+SIGNS = (1, -1)
+
+
+class LegStep(LoopStep):
+    """A step that takes from struts on balls the values that they determine."""
+
+    @classmethod
+    @abstractmethod
+    def use(cls, legs: "Legs", struts: Sequence[Strut]) -> bool:
+        """Solves for the joints that struts determine, and notes the step.
+
+        Args:
+            legs: The mechanism, as far as it is solved.
+            struts: A single strut, or all that are left.
+
+        Returns:
+            False where the step does not fit these struts.
+
+        Raises:
+            RobotError: The loop does not close at the reference.
+        """
+
+
+@dataclass(frozen=True)
+class Known:
+    """The values that the solution of spatial loops begins with and adds to.
+
+    Attributes:
+        values: Values of joints, swings and cylinders by name.
+        loops: Rates of the solved angles.
+        steps: The steps of the solution.
+    """
+
+    values: dict[str, sp.Expr]
+    loops: dict[sp.Symbol, LoopRate]
+    steps: list[LoopStep]
+
+
+@dataclass(frozen=True)
+class Reach:
+    """A strut of known length between a known point and a body that one joint moves.
+
+    Attributes:
+        strut: The strut.
+        joint: The only joint that is not known.
+        tip: The strut's end on that body where the joint is at zero, in the joint's axes.
+        target: The strut's other end, in the joint's axes.
+        square: The strut's squared length.
+    """
+
+    strut: Strut
+    joint: Joint
+    tip: Vector
+    target: Vector
+    square: sp.Expr
+
+
+class Legs:
+    """The struts of one mechanism and the joints that they determine.
+
+    Attributes:
+        terms: Names of all terms.
+        mechanism: The description.
+        known: Receives values, rates and steps.
+        reference: The configuration whose branch is meant.
+        signs: Signs of the branches, step by step; None for those at the reference.
+    """
+
+    def __init__(
+        self,
+        terms: Terms,
+        mechanism: Mechanism,
+        known: Known,
+        reference: AtReference,
+        signs: Iterator[int] | None,
+    ) -> None:
+        """Begins with the known values."""
+        self.terms, self.mechanism, self.known = terms, mechanism, known
+        self.reference, self.signs = reference, signs
+
+    # --- joints and points ---
+
+    def unknown(self, frame: Frame) -> list[Joint]:
+        """The joints between the base and a frame whose values are not known."""
+        way = self.mechanism.way(frame.body)
+        return [j for j in way if j.kind != "fixed" and j.name not in self.known.values]
+
+    def moving(self, strut: Strut) -> list[Joint]:
+        """The joints before both ends of a strut whose values are not known."""
+        return [*self.unknown(strut.a), *self.unknown(strut.b)]
+
+    def length(self, strut: Strut) -> sp.Expr | None:
+        """A strut's length; None for a cylinder whose coordinate is not known."""
+        if not strut.is_cylinder:
+            return strut.length
+        value = self.known.values.get(strut.name)
+        return None if value is None else strut.length + value
+
+    def point(self, frame: Frame) -> Vector:
+        """The origin of a frame in the base frame."""
+        return pose_of(self.mechanism, self.terms, frame, self.known.values)[1]
+
+    def axis(self, joint: Joint, values: Mapping[str, sp.Expr]) -> Vector:
+        """The direction of a joint's z axis in the base frame."""
+        frame = Frame(joint.parent, joint.before)
+        return pose_of(self.mechanism, self.terms, frame, values)[0][2]
+
+    def reach(self, struts: Sequence[Strut], *, sliding: bool) -> Reach | None:
+        """A single strut that determines a single joint; None where there is no such joint.
+
+        Args:
+            struts: The struts, of which there must be a single one.
+            sliding: Whether the joint must be prismatic, else revolute.
+        """
+        if len(struts) != 1:
+            return None
+        (strut,) = struts
+        length, moving = self.length(strut), self.moving(strut)
+        if length is None or len(moving) != 1:
+            return None
+        (joint,) = moving
+        if (joint.kind == "prismatic") is not sliding:
+            return None
+        on_joint = joint in self.mechanism.way(strut.a.body)
+        near, far = (strut.a, strut.b) if on_joint else (strut.b, strut.a)
+        frame = Frame(joint.parent, joint.before)
+        axes, origin = pose_of(self.mechanism, self.terms, frame, self.known.values)
+        still = self.known.values | {joint.name: ZERO}
+        _, at_zero = pose_of(self.mechanism, self.terms, near, still)
+        tip, target = (
+            self._in_axes(axes, subtracted(self.terms, point, origin))
+            for point in (at_zero, self.point(far))
+        )
+        return Reach(strut, joint, tip, target, self.terms.let(length**2))
+
+    def _in_axes(self, axes: Sequence[Vector], vector: Vector) -> Vector:
+        """A vector of the base frame in other axes."""
+        x, y, z = (dot(self.terms, axis, vector) for axis in axes)
+        return x, y, z
+
+    # --- branches ---
+
+    def chosen(self, reach: Reach, value: Callable[[int], float]) -> int:
+        """The sign for which a joint is nearest to its reference.
+
+        Args:
+            reach: The strut and its joint.
+            value: The joint's value at the reference by the sign; NaN where it has none.
+        """
+        joint = reach.joint
+        hint = self.reference.hints_of([joint.name]).get(joint.name, 0.0)
+        apart = wrapped if joint.kind != "prismatic" else float
+        return self.sign({s: abs(apart(value(s) - hint)) for s in SIGNS}, reach.strut.name)
+
+    def sign(self, distances: Mapping[int, float], name: str) -> int:
+        """The sign of the smaller distance from the reference, or the next one asked for.
+
+        Args:
+            distances: Distance by sign; NaN where the loop does not close.
+            name: Name of the loop, for the message.
+
+        Raises:
+            RobotError: The loop does not close at the reference.
+        """
+        if self.signs is not None:
+            return next(self.signs, 1)
+        if any(math.isnan(distance) for distance in distances.values()):
+            raise RobotError(f"the loop of {name} does not close at the reference")
+        return min(distances, key=distances.__getitem__)

@@ -1,0 +1,268 @@
+"""A platform that struts on balls hold in its orientation: three spheres meet in its position."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import ClassVar
+
+import sympy as sp
+
+from ...model.mechanism import Strut
+from ...model.robot import Joint
+from ...model.tolerances import ZERO_COMPONENT
+from ...terms.tangents import Tangent
+from ...terms.terms import Terms
+from ...terms.vectors import ONE, ZERO, Vector, cross, dot, named, subtracted
+from ..planar.loop_step import (
+    HALF,
+    SPACE,
+    Cross,
+    RateEquation,
+    StepEquations,
+    components,
+    half,
+    quantity,
+    weighted,
+)
+from ..planar.reference import GenericPoint, coordinates_in
+from .body_frames import pose_of
+from .struts import SIGNS, Legs, LegStep
+
+SPHERES = 3
+CENTRES = "ABC"
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """The sphere on which a strut holds the platform's origin.
+
+    Attributes:
+        centre: In the base frame (metre).
+        square: Its squared radius.
+    """
+
+    centre: Vector
+    square: sp.Expr
+
+
+@dataclass(frozen=True, kw_only=True)
+class ThreeSpheres(LegStep):
+    """The position of a platform that only translates.
+
+    Attributes:
+        spheres: The three spheres.
+        position: The platform's origin in the base frame (metre).
+    """
+
+    spheres: tuple[Sphere, ...]
+    position: Vector
+
+    title: ClassVar[str] = "three spheres meet"
+    branches: ClassVar[Mapping[int, str]] = {1: "above", -1: "below"}
+
+    @classmethod
+    def use(cls, legs: Legs, struts: Sequence[Strut]) -> bool:
+        """Solves for the three sliders of a platform that all struts hold."""
+        way = _way(legs, struts)
+        if way is None:
+            return False
+        sliders, turns = way[:SPHERES], way[SPHERES:]
+        turned = {joint.name: legs.mechanism.reference_of(joint.name) for joint in turns}
+        still = legs.known.values | turned | {joint.name: ZERO for joint in sliders}
+        spheres = _distinct(legs.terms, [_sphere(legs, strut, way, still) for strut in struts])
+        if len(spheres) != SPHERES:
+            return False
+        axes = [legs.axis(joint, still) for joint in sliders]
+        meet = _meeting(legs.terms, spheres)
+        distances = {s: _distance(legs, meet.position(s), axes, sliders) for s in SIGNS}
+        sign = legs.sign(distances, struts[0].name)
+        position = meet.position(sign)
+        _note_rates(legs, position, [sphere.centre for sphere in spheres])
+        margin = legs.terms.let(meet.h2 / spheres[0].square)
+        for joint, axis in zip(sliders, axes, strict=True):
+            along = dot(legs.terms, axis, position)
+            legs.known.values[joint.name] = joint.direction * along
+        legs.known.values.update(turned)
+        legs.known.steps.append(
+            cls(
+                joints=tuple(strut.name for strut in struts),
+                axes=legs.mechanism.base_frame,
+                margin=margin,
+                sign=sign,
+                spheres=tuple(spheres),
+                position=position,
+            )
+        )
+        return True
+
+    def equations(self) -> StepEquations:
+        """The position P from the centres A, B and C, in vectors."""
+        A, B, C, P, n, u, v, w = map(quantity, (*CENTRES, "P", "n", "u", "v", "w"))
+        alpha, beta = quantity("alpha"), quantity("beta")
+        squares = [quantity(f"l{k}^2") for k in range(1, SPHERES + 1)]
+        l1, l2, l3 = squares
+        at = components("P", SPACE)
+        rates = []
+        for letter, centre in zip(CENTRES, (A, B, C), strict=True):
+            entries = components(letter, SPACE)
+            normal = tuple(p - c for p, c in zip(at, entries, strict=True))
+            rates.append(
+                RateEquation(weighted(at, normal), weighted(entries, normal), (P - centre, P))
+            )
+        return StepEquations(
+            vectors={
+                letter: sphere.centre for letter, sphere in zip(CENTRES, self.spheres, strict=True)
+            },
+            scalars=dict(zip(squares, (sphere.square for sphere in self.spheres), strict=True)),
+            unknowns=dict(zip(at, self.position, strict=True)),
+            results=(
+                (u, B - A),
+                (v, C - A),
+                (w, Cross(u, v)),
+                (alpha, half(u**2 + l1 - l2)),
+                (beta, half(v**2 + l1 - l3)),
+                (n, (alpha * Cross(v, w) + beta * Cross(w, u)) / w**2),
+                (P, A + n + self.sign * w * sp.sqrt((l1 - n**2) / w**2)),
+            ),
+            margin=(l1 - n**2) / l1,
+            rates=tuple(rates),
+        )
+
+    @property
+    def remark(self) -> str:
+        """The side of the centres' plane on which the position is."""
+        return (
+            f"The sign of the root puts ${{P}}$ {self.branch} the plane of ${{A}}$, ${{B}}$ and"
+            " ${C}$, where ${w}$ points up."
+        )
+
+
+# --- the platform ---
+
+
+def _way(legs: Legs, struts: Sequence[Strut]) -> list[Joint] | None:
+    """The joints that move the platform of all struts: three sliders first; else None."""
+    if len(struts) < SPHERES or any(legs.length(strut) is None for strut in struts):
+        return None
+    ways = [legs.unknown(strut.b) or legs.unknown(strut.a) for strut in struts]
+    way = ways[0]
+    sliders = [joint for joint in way if joint.kind == "prismatic"]
+    is_free = len(sliders) == SPHERES and way[:SPHERES] == sliders
+    return way if is_free and all(other == way for other in ways) else None
+
+
+def _sphere(legs: Legs, strut: Strut, way: Sequence[Joint], still: Mapping[str, sp.Expr]) -> Sphere:
+    """The sphere on which a strut holds the platform's origin."""
+    on_a = way[0] in legs.mechanism.way(strut.a.body)
+    moved, fixed = (strut.a, strut.b) if on_a else (strut.b, strut.a)
+    _, offset = pose_of(legs.mechanism, legs.terms, moved, still)
+    _, point = pose_of(legs.mechanism, legs.terms, fixed, legs.known.values)
+    length = legs.length(strut)
+    assert length is not None
+    return Sphere(subtracted(legs.terms, point, offset), legs.terms.let(length**2))
+
+
+def _distinct(terms: Terms, spheres: Sequence[Sphere]) -> list[Sphere]:
+    """The spheres that differ: parallel rods of the same length share a sphere."""
+    entries = [entry for sphere in spheres for entry in (*sphere.centre, sphere.square)]
+    generic = GenericPoint(terms, coordinates_in(terms, entries))
+    found: list[Sphere] = []
+    seen: list[list[sp.Expr]] = []
+    for sphere in spheres:
+        numbers = [generic.value(entry) for entry in (*sphere.centre, sphere.square)]
+        if not any(_are_equal(numbers, other) for other in seen):
+            found.append(sphere)
+            seen.append(numbers)
+    return found
+
+
+def _are_equal(numbers: Sequence[sp.Expr], others: Sequence[sp.Expr]) -> bool:
+    return all(abs(a - b) < ZERO_COMPONENT for a, b in zip(numbers, others, strict=True))
+
+
+# --- where three spheres meet ---
+
+
+@dataclass(frozen=True)
+class _Meeting:
+    """Where three spheres meet, up to the sign of the root.
+
+    From the first centre, with u and v to the others and w = u x v:
+    p . u = alpha and p . v = beta give n = alpha (v x w) + beta (w x u), and
+    p = n / w^2 + sign w sqrt(h^2 / w^2), h^2 = l^2 - n^2 / w^4.
+    """
+
+    terms: Terms
+    centre: Vector
+    foot: Vector
+    w: Vector
+    h2: sp.Expr
+    rise: sp.Expr
+
+    def position(self, sign: int) -> Vector:
+        parts = zip(self.centre, self.foot, self.w, strict=True)
+        return named(self.terms, (c + f + sign * self.rise * e for c, f, e in parts))
+
+
+def _meeting(terms: Terms, spheres: Sequence[Sphere]) -> _Meeting:
+    let = terms.let
+    (c1, c2, c3), (l1, l2, l3) = zip(*((s.centre, s.square) for s in spheres), strict=True)
+    u, v = subtracted(terms, c2, c1), subtracted(terms, c3, c1)
+    w = cross(terms, u, v)
+    alpha = let(HALF * (dot(terms, u, u) + l1 - l2))
+    beta = let(HALF * (dot(terms, v, v) + l1 - l3))
+    vw, wu = cross(terms, v, w), cross(terms, w, u)
+    w2 = dot(terms, w, w)
+    foot = named(terms, (let(alpha * a + beta * b) / w2 for a, b in zip(vw, wu, strict=True)))
+    h2 = let(l1 - dot(terms, foot, foot))
+    return _Meeting(terms, c1, foot, w, h2, let(sp.sqrt(let(h2 / w2))))
+
+
+def _distance(
+    legs: Legs, position: Vector, axes: Sequence[Vector], sliders: Sequence[Joint]
+) -> float:
+    """The distance of a position from that of the reference (metre)."""
+    of = legs.reference.of
+    hints = legs.reference.hints_of([joint.name for joint in sliders])
+    p = [of(entry) for entry in position]
+    return math.hypot(
+        *(
+            joint.direction * sum(of(a) * x for a, x in zip(axis, p, strict=True))
+            - hints.get(joint.name, 0.0)
+            for joint, axis in zip(sliders, axes, strict=True)
+        )
+    )
+
+
+def _note_rates(legs: Legs, position: Vector, centres: Sequence[Vector]) -> None:
+    """The rates of the position, from (p - c_i) . (p' - c_i') = 0."""
+    terms = legs.terms
+    normals = [subtracted(terms, position, centre) for centre in centres]
+    pairs = [(normals[k - 2], normals[k - 1]) for k in range(SPHERES)]
+    crosses = [cross(terms, *pair) for pair in pairs]
+    volume = dot(terms, normals[0], crosses[0])
+    for k, component in enumerate(position):
+        factors = named(terms, (product[k] / volume for product in crosses))
+        sign = -ONE if (-component).is_Symbol else ONE
+        rate = partial(_rate_on_spheres, normals, centres, factors, sign)
+        legs.known.loops.setdefault(sign * component, rate)
+
+
+def _rate_on_spheres(
+    normals: Sequence[Vector],
+    centres: Sequence[Vector],
+    factors: Vector,
+    sign: sp.Integer,
+    tangent: Tangent,
+) -> sp.Expr:
+    """The rate of one component of a point that stays on moving spheres."""
+    terms = tangent.terms
+    along = named(
+        terms,
+        (
+            dot(terms, n, named(terms, tangent.of_each(c)))
+            for n, c in zip(normals, centres, strict=True)
+        ),
+    )
+    return sign * dot(terms, factors, along)

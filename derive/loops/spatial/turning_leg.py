@@ -1,0 +1,97 @@
+"""A leg on balls that turns a revolute joint: a circle meets a sphere."""
+
+import cmath
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import sympy as sp
+
+from ...model.mechanism import Strut
+from ..planar.arm import Arm, turn_of
+from ..planar.dyads import SIDES, meeting
+from ..planar.loop_step import StepEquations, length_of, quantity
+from ..planar.phasors import ZERO
+from ..planar.three_pins import (
+    TwoCircles,
+    circle_equations,
+    rate_of_first,
+    side_remark,
+    two_circles,
+)
+from .struts import Legs, LegStep
+
+OPENING = "Let, with $z$ along the joint,"
+
+
+@dataclass(frozen=True, kw_only=True)
+class TurningLeg(LegStep):
+    """Two circles in the plane of the joint: the sphere cuts it in the second one.
+
+    Attributes:
+        circles: In the joint's axes; w is the projection of the leg.
+        square: The leg's squared length.
+    """
+
+    circles: TwoCircles
+    square: sp.Expr
+
+    title: ClassVar[str] = "a circle meets a sphere"
+    branches: ClassVar[Mapping[int, str]] = SIDES
+    opening: ClassVar[str] = OPENING
+
+    @classmethod
+    def use(cls, legs: Legs, struts: Sequence[Strut]) -> bool:
+        """Solves for the revolute joint that a single strut determines."""
+        reach = legs.reach(struts, sliding=False)
+        if reach is None:
+            return False
+        terms, let = legs.terms, legs.terms.let
+        tip, target, joint = reach.tip, reach.target, reach.joint
+        height = let(target[2] - tip[2])
+        flat = let(reach.square - height**2)
+        D = Arm((target[0], target[1]), ZERO, let(target[0] ** 2 + target[1] ** 2))
+        v = Arm((tip[0], tip[1]), ZERO, let(tip[0] ** 2 + tip[1] ** 2))
+        w = Arm((let(sp.sqrt(flat)), ZERO), ZERO, flat)
+        sign = legs.chosen(reach, lambda s: _angle_at_reference(legs, v, w, D, s))
+        found = two_circles(terms, v, w, D, sign)
+        c, s = turn_of(terms, found.C, v)
+        angle = terms.solved_angle(c, s)
+        legs.known.loops.setdefault(angle, rate_of_first(found, c, s))
+        legs.known.values[joint.name] = joint.direction * angle
+        # That of the whole leg: the square of its projection is below 0 out of its reach.
+        margin = let(found.margin * let(flat / reach.square))
+        legs.known.steps.append(
+            cls(
+                joints=(joint.name, reach.strut.name),
+                axes=joint.parent,
+                solved=(angle,),
+                margin=margin,
+                sign=sign,
+                circles=found,
+                square=reach.square,
+            )
+        )
+        return True
+
+    def equations(self) -> StepEquations:
+        """The meeting of two circles; the margin is that of the whole leg."""
+        flat = circle_equations(self.circles, self.sign, *self.solved)
+        square = quantity("l^2")
+        assert flat.margin is not None
+        margin = flat.margin * length_of("B") ** 2 / square
+        return replace(flat, scalars={square: self.square}, margin=margin)
+
+    @property
+    def remark(self) -> str:
+        """The side on which the leg's end stands."""
+        return side_remark(self.sign)
+
+
+def _angle_at_reference(legs: Legs, v: Arm, w: Arm, D: Arm, sign: int) -> float:
+    """The angle of a leg's joint, in numbers; NaN where the leg does not reach."""
+    d, u = legs.reference.number(D.vector), legs.reference.number(v.vector)
+    square = legs.reference.of(w.square)
+    C = meeting(abs(u), math.sqrt(square), d, sign) if square >= 0 and u != 0 else None
+    return math.nan if C is None else cmath.phase(C / u)

@@ -1,0 +1,155 @@
+"""Every kind of step: the equations that it carries are those that it solves."""
+
+from functools import cache, reduce
+
+import numpy as np
+import pytest
+import sympy as sp
+from mechanisms import (
+    delta,
+    excavator_arm,
+    parallelogram,
+    rssr,
+    slider_crank,
+    slotted_rocker,
+    stewart,
+)
+from test_assembly import crank_slider_offset, oldham
+from test_spatial import crank_and_slider
+
+from chasles.derive.loops.hybrid import Hybrid
+from chasles.derive.loops.planar.assembly import STEPS as PLANAR
+from chasles.derive.loops.planar.loop_step import Cross, components, length_of, quantity
+from chasles.derive.loops.spatial.legs import STEPS as SPATIAL
+from chasles.derive.terms.tangents import Tangent
+
+TRUE = 1e-10
+BUILDERS = (
+    *(crank_and_slider, crank_slider_offset, delta, excavator_arm, oldham, parallelogram),
+    *(rssr, slider_crank, slotted_rocker),
+)
+"""Mechanisms whose joints all follow from the actuators."""
+
+
+@cache
+def hybrid(build):
+    return Hybrid(build())
+
+
+def steps():
+    """Every step of the mechanisms, with the solution it is from."""
+    forward = [hybrid(build).forward for build in BUILDERS]
+    backward = [hybrid(build).backward for build in (stewart, slider_crank, delta)]
+    return [(solution, step) for solution in (*forward, *backward) for step in solution.steps]
+
+
+class Numbers:
+    """The quantities of a step in numbers, vectors in space included."""
+
+    def __init__(self, solution, equations):
+        self.of = solution.reference.of
+        self.known = {}
+        for letter, vector in equations.vectors.items():
+            values = np.array([self.of(part) for part in vector])
+            self.known[quantity(letter)] = values
+            self.known[length_of(letter)] = np.linalg.norm(values)
+            self.known |= zip(components(letter, "xyz"[: len(values)]), values, strict=True)
+        self.known |= {symbol: self.of(term) for symbol, term in equations.scalars.items()}
+        for symbol, value in equations.results:
+            self.known[symbol] = found = self(value)
+            if isinstance(found, np.ndarray):
+                self.known |= zip(components(symbol.name, "xyz"), found, strict=True)
+
+    def __call__(self, value):
+        if value in self.known:
+            return self.known[value]
+        if not value.free_symbols or value.is_Symbol:
+            return self.of(value)
+        parts = [self(part) for part in value.args]
+        if isinstance(value, Cross):
+            return np.cross(*parts)
+        if value.is_Pow and isinstance(parts[0], np.ndarray):
+            return (parts[0] @ parts[0]) ** (parts[1] / 2)
+        if value.is_Pow:
+            return parts[0] ** parts[1]
+        if isinstance(value, sp.Abs):
+            return np.linalg.norm(parts[0])
+        if value.is_Add or value.is_Mul:
+            return sum(parts) if value.is_Add else reduce(np.multiply, parts)
+        return float(value.func(*map(sp.Float, parts)))
+
+
+def test_every_kind_is_among_them():
+    assert {type(step) for _, step in steps()} == {*PLANAR, *SPATIAL}
+
+
+def test_results_angles_and_margins_are_those_that_were_solved():
+    checked = 0
+    for solution, step in steps():
+        equations = step.equations()
+        numbers = Numbers(solution, equations)
+        for symbol, term in equations.unknowns.items():
+            assert numbers(symbol) == pytest.approx(numbers.of(term), abs=TRUE)
+            checked += 1
+        for equation in equations.angles:
+            here = complex(*(numbers(part) for part in components(equation.here)))
+            there = complex(*(numbers(part) for part in equation.there))
+            turned = here * np.exp(1j * numbers.of(equation.angle))
+            assert turned == pytest.approx(there, abs=TRUE)
+            checked += 1
+        assert (equations.margin is None) is (step.margin is None)
+        if step.margin is not None:
+            assert numbers(equations.margin) == pytest.approx(numbers.of(step.margin), abs=TRUE)
+            checked += 1
+    assert checked == 36
+
+
+def test_rates_are_those_of_the_solution():
+    checked = 0
+    for solution, step in steps():
+        equations = step.equations()
+        numbers = Numbers(solution, equations)
+        terms = hybrid_of(solution).terms
+        given = [s for s in numbers_in(solution) if s not in terms.definitions]
+        pattern = {s: sp.Rational(k + 1, 7) for k, s in enumerate(given)}
+        tangent = Tangent(terms, pattern, solution.loops)
+        meaning = terms_of(equations)
+        rate_of = lambda s: solution.reference.of(tangent.of(meaning(s)))  # noqa: B023, E731
+        for rate in equations.rates:
+            left = sum(numbers(weight) * rate_of(symbol) for symbol, weight in rate.left)
+            right = sum(numbers(weight) * rate_of(symbol) for symbol, weight in rate.right)
+            assert left == pytest.approx(right, abs=TRUE)
+            checked += 1
+    assert checked > 25
+
+
+def hybrid_of(solution):
+    return next(
+        hybrid(b) for b in (*BUILDERS, stewart) if hybrid(b).mechanism is solution.mechanism
+    )
+
+
+def numbers_in(solution):
+    """The coordinates from which a solution follows."""
+    h = hybrid_of(solution)
+    return h.q if solution is h.forward else h.theta
+
+
+def terms_of(equations):
+    """The named term that a quantity stands for."""
+    found = {**equations.scalars, **equations.unknowns}
+    for letter, vector in equations.vectors.items():
+        found |= zip(components(letter, "xyz"[: len(vector)]), vector, strict=True)
+    return lambda symbol: found.get(symbol, symbol)
+
+
+def test_a_step_without_equations_says_why():
+    found = [step for _, step in steps() if not step.equations().vectors]
+    assert len(found) > 1
+    assert all(step.reason.endswith(".") for step in found)
+
+
+def test_a_branch_has_a_name_and_a_remark_where_there_are_two():
+    for _, step in steps():
+        assert bool(step.branch) is (step.margin is not None)
+        assert bool(step.remark) is bool(step.branch)
