@@ -4,17 +4,14 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..emit.c import batch
-from ..emit.c import branch_lanes
-from ..emit.c import scalar
-from ..emit import casadi_file
 from .. import latex
-from ..emit import python_package
-from ..derivation import derive
-from ..terms.casadi_graph import lower
+from ..derivation import Derivation, derive
+from ..emit import casadi_file, python_package
+from ..emit.c import batch, branch_lanes, scalar
 from ..emit.manifest import manifest
 from ..model.mechanism import Described
 from ..program.statements import bodies
+from ..terms.casadi_graph import lower
 
 MANIFEST = "manifest.json"
 
@@ -30,7 +27,12 @@ def artifacts(robot: Described, functions: Sequence[str] | None = None) -> dict[
         C source and header, LaTeX, CasADi functions, the Python package and the manifest; the
         same bytes for the same description on any machine.
     """
-    derivation = derive(robot, functions)
+    return files_of(derive(robot, functions))
+
+
+def files_of(derivation: Derivation) -> dict[str, str]:
+    """Every generated file of a derivation, as :func:`artifacts`."""
+    robot = derivation.robot
     lowered = lower(derivation.functions, robot.name)
     statements = bodies(lowered)
     written, every = derivation.written, (*derivation.functions, *derivation.written)

@@ -9,12 +9,12 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from ..description.robot_files import load
+from ..description.urdf import from_urdf
+from ..inverse.explanation import explain
 from ..model.errors import RobotError
+from ..model.mechanism import Described
 from .freshness import Job, stamp
 from .generate import MANIFEST, artifacts, generated_files, put
-from ..inverse.explanation import explain
-from ..model.mechanism import Described
-from ..description.urdf import from_urdf
 
 
 @dataclass(frozen=True)

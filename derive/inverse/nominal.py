@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..description.conventions import inverse
 from ..model.exact import EVALUATION_DIGITS
 from ..model.robot import Joint, Placement, Robot, Rotation, Translation
-from .structure.classify import Attempt
+from .classify import Attempt
 from .structure.lines import SNAPPED, Lines, home_of
 from .structure.requirement import Requirement
 

@@ -20,12 +20,10 @@ from ..subproblems.sp1 import sp1
 from ..subproblems.sp2 import sp2
 from ..subproblems.sp4 import sp4
 from ..subproblems.turns import composed, rotated
+from .family import Family
 
-TITLE = "a turning column with two slides and a hand that turns about its vertical"
 
-
-def requires(lines: Lines) -> list[Requirement]:
-    """What the axes must fulfil."""
+def _requires(lines: Lines) -> list[Requirement]:
     slides = not lines.axes[1].turns and not lines.axes[2].turns
     return [
         Requirement("joints 2 and 3 slide", 0.0 if slides else np.inf),
@@ -44,8 +42,7 @@ def _plane(lines: Lines) -> Requirement:
     )
 
 
-def solve(work: Work, lines: Lines, target: Target) -> None:
-    """All six joints for a target."""
+def _solve(work: Work, lines: Lines, target: Target) -> None:
     terms = work.terms
     a1, a2, a3, a4, a5, a6 = lines.axes
 
@@ -69,8 +66,9 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
     # 4. The column: past the hand, the place lies in the plane of the slides.
     centre = lines.meeting(4, 5)
     lever = rotated(terms, a1.h, q14_turn, subtracted(terms, centre, a4.p))
-    place = work.call("W", "the common point of axes 5 and 6", target.point(terms, centre))
-    V = subtracted(terms, subtracted(terms, place, lever), a1.p)
+    meaning = "the common point of axes 5 and 6"
+    wanted = work.name_vector(("W", "V"), meaning, target.point(terms, centre))
+    V = subtracted(terms, subtracted(terms, wanted, lever), a1.p)
     normal = cross(terms, a1.h, a2.h)
     d = dot(terms, normal, subtracted(terms, a4.p, a1.p))
     q1 = work.step(
@@ -87,3 +85,11 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
     # 5, 6. The slides in their plane.
     way = subtracted(terms, rotated(terms, a1.h, q1.back, V), subtracted(terms, a4.p, a1.p))
     two_slides(work, a2, a3, way)
+
+
+COLUMN = Family(
+    "a turning column with two slides and a hand that turns about its vertical",
+    (6,),
+    _requires,
+    _solve,
+)

@@ -7,23 +7,20 @@ Source: Elias and Wen 2022, table 1 (three consecutive intersecting axes).
 
 from ...terms.vectors import Vector, subtracted
 from ..steps.loop_of_three import loop_of_three, negative
+from ..steps.rotations import three_turns
 from ..steps.target import Target
 from ..steps.work import Work
 from ..structure.lines import Lines
 from ..structure.requirement import Requirement, meeting, revolute
 from ..subproblems.turns import rotated
-from .spherical_wrist import three_turns
-
-TITLE = "axes 2, 3 and 4 through one point"
+from .family import Family
 
 
-def requires(lines: Lines) -> list[Requirement]:
-    """What the axes must fulfil."""
+def _requires(lines: Lines) -> list[Requirement]:
     return [revolute(lines, range(6)), meeting(lines, 1, 2, 3)]
 
 
-def solve(work: Work, lines: Lines, target: Target) -> None:
-    """All six joints for a target."""
+def _solve(work: Work, lines: Lines, target: Target) -> None:
     terms = work.terms
     a1, a2, a3, a4, a5, a6 = lines.axes
     back = target.reversed()
@@ -54,3 +51,6 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
         return rotated(terms, a1.h, q1.back, target.turned(terms, v))
 
     three_turns(work, (a2, a3, a4), left)
+
+
+INNER_CENTRE = Family("axes 2, 3 and 4 through one point", (6,), _requires, _solve)

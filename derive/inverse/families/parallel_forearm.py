@@ -11,6 +11,7 @@ import sympy as sp
 
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, added, cross, dot, subtracted
+from ..steps.elbow_in_reach import with_elbow_in_reach
 from ..steps.loop_of_three import negative
 from ..steps.target import Target
 from ..steps.triangle import remaining, triangle
@@ -21,13 +22,10 @@ from ..subproblems.found import FoundTurn, Simultaneous
 from ..subproblems.sp1 import sp1
 from ..subproblems.sp6 import sp6
 from ..subproblems.turns import any_across, perpendicular, rotated
-from .three_parallel import reaching
-
-TITLE = "three parallel axes 2, 3, 4"
+from .family import Family
 
 
-def requires(lines: Lines) -> list[Requirement]:
-    """What the axes must fulfil."""
+def _requires(lines: Lines) -> list[Requirement]:
     return [
         revolute(lines, range(6)),
         parallel(lines, 1, 2, 3),
@@ -36,8 +34,7 @@ def requires(lines: Lines) -> list[Requirement]:
     ]
 
 
-def solve(work: Work, lines: Lines, target: Target) -> None:
-    """All six angles for a target."""
+def _solve(work: Work, lines: Lines, target: Target) -> None:
     terms = work.terms
     a1, a2, a3, a4, a5, a6 = lines.axes
     h = a2.h
@@ -70,7 +67,7 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
     seen = rotated(terms, a1.h, q1.back, v)
     carried = rotated(terms, a5.h, q5, a6.h)
     hand = added(terms, a5.p, rotated(terms, a5.h, q5, reach))
-    told = reaching(work, lines, sp1(terms, h, carried, seen), seen, U, hand, signs[1])
+    told = with_elbow_in_reach(work, lines, sp1(terms, h, carried, seen), seen, U, hand, signs[1])
     q234 = work.step(
         [a2, a3, a4],
         "subproblem 1",
@@ -110,3 +107,6 @@ def _row(
     A = dot(terms, h, cross(terms, k1, p1)), dot(terms, h, perpendicular(terms, k1, p1))
     B = dot(terms, h, cross(terms, k2, p2)), dot(terms, h, perpendicular(terms, k2, p2))
     return A, (-B[0], -B[1]), terms.let(still + along[1] - along[0])
+
+
+PARALLEL_FOREARM = Family("three parallel axes 2, 3, 4", (6,), _requires, _solve)

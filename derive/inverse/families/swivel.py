@@ -18,51 +18,52 @@ Most solutions: 8 for one swivel angle.
 Source: Elias and Wen 2023 (stereographic shoulder-elbow-wrist angle), with the pole below.
 """
 
-import numpy as np
 import sympy as sp
 
+from ...chain.kinematics import arguments_of
+from ...model.robot import Robot
+from ...terms.symbolic_function import Argument, Result, SymbolicFunction
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, added, combination, cross, dot, subtracted
+from ..steps.rotations import three_turns, wrist
 from ..steps.target import Target
 from ..steps.work import Work
-from ..structure.lines import EXACT, SNAPPED, Axis, Lines
-from ..structure.requirement import Requirement, meeting, revolute
+from ..structure.lines import EXACT, Axis, Lines
+from ..structure.requirement import Requirement, askew, meeting, revolute
 from ..subproblems.sp3 import sp3, squared_across
-from ..subproblems.turns import Turn, any_across, direction, perpendicular, rotated
-from .spherical_wrist import three_turns, wrist
+from ..subproblems.turns import CosSin, any_across, direction, perpendicular, rotated
+from ..tasks.task import InputLetter, TaskInput
+from .family import Family
 
-TITLE = "spherical shoulder and spherical wrist"
 _ONE = sp.Integer(1)
+_SYMBOL = sp.Symbol("_swivel", real=True)
+_INPUT = TaskInput(
+    Argument("swivel", (_SYMBOL,), (), "rad", "swivel angle of the elbow"),
+    (InputLetter((r"\psi", r"\Psi", r"\zeta")),),
+)
 NOTHING = sp.Float("1e-140", 20)
 """The part of another vector that is added to one that may be 0, and changes no other."""
 
 
-def requires(lines: Lines) -> list[Requirement]:
-    """What the axes must fulfil."""
+def _requires(lines: Lines) -> list[Requirement]:
     return [
         revolute(lines, range(7)),
         meeting(lines, 0, 1, 2),
         meeting(lines, 4, 5, 6),
-        _has_an_elbow(lines),
+        # The elbow is the point of axis 4 nearest to axis 3.
+        askew(lines, 2, 3),
     ]
 
 
-def _has_an_elbow(lines: Lines) -> Requirement:
-    """Of parallel axes no point is nearest."""
-    third, fourth = lines.axes[2], lines.axes[3]
-    apart = 0.0 if lines.apart_in_direction((2, 3)) > SNAPPED else np.inf
-    return Requirement(f"axes {third.name} and {fourth.name} are not parallel", apart)
-
-
-def solve(work: Work, lines: Lines, target: Target, swivel: Turn) -> None:
-    """All seven joints for a target and a swivel angle."""
+def _solve(work: Work, lines: Lines, target: Target) -> None:
     terms = work.terms
+    swivel = CosSin(*terms.cos_sin(_SYMBOL))
     a1, a2, a3, a4, *_ = lines.axes
     shoulder, centre, elbow = lines.meeting(0, 1), lines.meeting(6, 5), _elbow(lines)
 
     # 1. The shoulder does not change the distance of its own centre from the wrist's.
-    place = work.call("W", "the wrist's centre", target.point(terms, centre))
-    V = subtracted(terms, place, shoulder)
+    wanted = work.name_vector(("W", "V"), "the wrist's centre", target.point(terms, centre))
+    V = subtracted(terms, wanted, shoulder)
     upper, fore = subtracted(terms, elbow, shoulder), subtracted(terms, centre, elbow)
     across2 = squared_across(terms, a4.h, V, (upper, fore))
     sign = work.sign()
@@ -79,19 +80,23 @@ def solve(work: Work, lines: Lines, target: Target, swivel: Turn) -> None:
     beside = terms.let(
         sp.Piecewise((_ONE, dot(terms, upper, b) >= 0), (-_ONE, True), evaluate=False)
     )
-    W, e_x, e_y = reference(terms, a1, V)
+    W, e_x, e_y = _reference(terms, a1, V)
     side = combination(
         terms, (terms.let(beside * swivel.c), terms.let(beside * swivel.s)), (e_x, e_y)
     )
-    for letter, meaning, vector in (
-        ("u", "the direction from shoulder to wrist with joints 1 to 3 at 0", w),
-        ("b", "the direction across it, in the plane of the arm", b),
-        ("w", "the direction from shoulder to wrist", W),
-        ("e", "the direction across it that the swivel angle is counted from", e_x),
-        ("f", "the direction across both", e_y),
-        ("g", "where the arm's plane has to point, across the line", side),
+    for letters, meaning, vector in (
+        (("u", r"\upsilon"), "the direction from shoulder to wrist with joints 1 to 3 at 0", w),
+        (("b", r"\beta"), "the direction across it, in the plane of the arm", b),
+        (("w", r"\omega"), "the direction from shoulder to wrist", W),
+        (("e", r"\epsilon"), "the direction across it from which the swivel angle counts", e_x),
+        (("f", r"\phi"), "the direction across both", e_y),
+        (
+            ("g", r"\gamma"),
+            "the direction across the line to which the arm's plane has to turn",
+            side,
+        ),
     ):
-        work.call(letter, meaning, vector)
+        work.name_vector(letters, meaning, vector)
     normal = cross(terms, W, side)
 
     # 3 to 5. Its three angles.
@@ -105,8 +110,30 @@ def solve(work: Work, lines: Lines, target: Target, swivel: Turn) -> None:
     wrist(work, lines, 4, target)
 
 
-def swivel_of(terms: Terms, lines: Lines, turns: dict[int, Turn]) -> Turn:
-    """The swivel angle of a configuration."""
+def _functions(robot: Robot, lines: Lines) -> tuple[SymbolicFunction, ...]:
+    """The swivel angle of a configuration, which is an input of the inverse."""
+    terms = lines.terms
+    q = arguments_of([joint.unit for joint in robot.coordinates])["q"]
+    turns = {
+        k: CosSin(*terms.cos_sin(joint.direction * symbol))
+        for k, (joint, symbol) in enumerate(zip(robot.moving, q.symbols, strict=True))
+    }
+    swivel = _swivel_of(lines, turns)
+    angle = terms.let(sp.atan2(swivel.s, swivel.c, evaluate=False))
+    function = SymbolicFunction(
+        "swivel",
+        "Angle by which the elbow is turned about the line from shoulder to wrist.",
+        "q is among the solutions of ik(fk(q), swivel(q))",
+        (q,),
+        (Result("swivel", (angle,), (), "rad", "swivel angle of the elbow"),),
+        terms,
+    )
+    return (function,)
+
+
+def _swivel_of(lines: Lines, turns: dict[int, CosSin]) -> CosSin:
+    """The swivel angle where each joint has turned as told."""
+    terms = lines.terms
     a1, a2, a3, a4, *_ = lines.axes
     shoulder, centre, elbow = lines.meeting(0, 1), lines.meeting(6, 5), _elbow(lines)
 
@@ -117,12 +144,12 @@ def swivel_of(terms: Terms, lines: Lines, turns: dict[int, Turn]) -> Turn:
 
     upper, fore = subtracted(terms, elbow, shoulder), subtracted(terms, centre, elbow)
     V = carried(added(terms, upper, rotated(terms, a4.h, turns[a4.joint], fore)))
-    _, e_x, e_y = reference(terms, a1, V)
+    _, e_x, e_y = _reference(terms, a1, V)
     E = carried(upper)
     return direction(terms, dot(terms, e_x, E), dot(terms, e_y, E))
 
 
-def reference(terms: Terms, a1: Axis, V: Vector) -> tuple[Vector, Vector, Vector]:
+def _reference(terms: Terms, a1: Axis, V: Vector) -> tuple[Vector, Vector, Vector]:
     """The direction of the line from shoulder to wrist, and the two that swivel counts from."""
     w = _unit(terms, V, a1.h)
     r = any_across(terms, a1.h)
@@ -156,3 +183,15 @@ def _unit(terms: Terms, v: Vector, instead: Vector) -> Vector:
 def _elbow(lines: Lines) -> Vector:
     """The point of axis 4 that is nearest to axis 3."""
     return lines.meeting(3, 2)
+
+
+# Axis 1 defines the reference of the swivel angle, so that the chain is not read from the tool.
+SWIVEL = Family(
+    "spherical shoulder and spherical wrist",
+    (7,),
+    _requires,
+    _solve,
+    readings=("base",),
+    inputs=(_INPUT,),
+    functions=_functions,
+)

@@ -41,7 +41,7 @@ from ...model.errors import RobotError
 from ...model.robot import Robot
 from ...terms.symbolic_function import Result, SymbolicFunction
 from ...terms.terms import Terms
-from ..slots import POSE_SYMBOLS, pose_argument
+from ..tasks.slots import POSE_SYMBOLS, pose_argument
 from .line_quantities import COUNT, Array, motion, quantities, turn
 
 JOINTS = 6
@@ -80,7 +80,7 @@ class Split:
 
 
 @dataclass(frozen=True)
-class Equations:
+class LineEquations:
     """The equations of a split.
 
     Attributes:
@@ -130,7 +130,7 @@ def numbers(robot: Robot) -> list[Array]:
 
 def equations(
     constants: Sequence[Array], split: Split, T: Array, named: Naming = np.asarray
-) -> Equations:
+) -> LineEquations:
     """The fourteen equations of a split.
 
     Args:
@@ -140,7 +140,7 @@ def equations(
         named: Gives the entries of an array their names.
     """
     inverses = _inverses(constants, split, T, named)
-    return Equations(_left(inverses, named), _right(inverses, named))
+    return LineEquations(_left(inverses, named), _right(inverses, named))
 
 
 def split_of(robot: Robot) -> Split | None:
@@ -206,7 +206,7 @@ def doubled(six: Array) -> Array:
     return np.vstack([np.hstack([c, s, one + c, s]), np.hstack([-s, c, s, one - c])])
 
 
-def suppressed(found: Equations) -> Array:
+def suppressed(found: LineEquations) -> Array:
     """M (3, 12, 12) of 1, cos and sin of the suppressed angle: M(theta) u = 0 at a solution."""
     orthogonal, _ = np.linalg.qr(found.left[:, 1:], mode="complete")
     right = found.right.copy()

@@ -7,7 +7,7 @@ import numpy as np
 from ...emit.c.scalar import notice
 from ...model.robot import Robot
 from ...terms.symbolic_function import Result, WrittenFunction
-from ..slots import pose_argument
+from ..tasks.slots import pose_argument
 from .eigenvalue_tables import tables
 from .line_quantities import Array
 from .raghavan_roth import Split, signs

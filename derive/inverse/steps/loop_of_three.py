@@ -4,7 +4,7 @@ from ...terms.vectors import Vector
 from ..structure.lines import Axis
 from ..subproblems.found import FoundTurn, Simultaneous
 from ..subproblems.sp5 import sp5
-from ..subproblems.turns import Turn
+from ..subproblems.turns import CosSin
 from .work import Work
 
 
@@ -15,7 +15,7 @@ def loop_of_three(
     first: tuple[Vector, Vector, Vector],
     second: tuple[Vector, Vector],
     third: tuple[Vector, Vector],
-) -> tuple[Turn, Turn, Turn]:
+) -> tuple[CosSin, CosSin, CosSin]:
     """The turns with ``p0 + R(k1) p1 = R(k2) (p2 + R(k3) p3)``, up to four times three.
 
     Args:

@@ -3,13 +3,13 @@
 from ...terms.vectors import Vector, added, dot, subtracted
 from ..structure.lines import Axis
 from ..subproblems.sp4 import sp4
-from ..subproblems.turns import Turn, rotated
+from ..subproblems.turns import CosSin, rotated
 from .work import Work
 
 
 def turn_to_plane(
     work: Work, first: Axis, second: Axis, carried: Vector, place: Vector, reason: str
-) -> tuple[Vector, Turn]:
+) -> tuple[Vector, CosSin]:
     """Finds the first joint of those of which no other moves a point along the second axis.
 
     Args:

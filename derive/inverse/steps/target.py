@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ...terms.terms import Terms
-from ...terms.vectors import IDENTITY, Basis, Vector, added, combination, dot, subtracted
-from ..subproblems.turns import Turn, rotated
+from ...terms.vectors import IDENTITY, ORIGIN, Basis, Vector, added, combination, dot, subtracted
+from ..subproblems.turns import CosSin, rotated
 
 
 @dataclass(frozen=True)
@@ -24,12 +24,17 @@ class Target:
     Attributes:
         axes: The columns of the rotation.
         home: A point before the displacement, in base axes (metre).
-        place: The same point after it.
+        position: The same point after it.
     """
 
     axes: Basis
     home: Vector
-    place: Vector
+    position: Vector
+
+    @classmethod
+    def at_home(cls) -> "Target":
+        """No displacement."""
+        return cls(IDENTITY, ORIGIN, ORIGIN)
 
     def turned(self, terms: Terms, direction: Vector) -> Vector:
         """A direction of the body that is carried, after the displacement."""
@@ -41,23 +46,23 @@ class Target:
         Only its distance from ``home`` is turned: a wrist's centre is reached from the tool
         without a detour over the base.
         """
-        return added(terms, self.place, self.turned(terms, subtracted(terms, point, self.home)))
+        return added(terms, self.position, self.turned(terms, subtracted(terms, point, self.home)))
 
     def reversed(self) -> "Target":
         """The inverse displacement, which the chain read from the tool has to make."""
         x, y, z = zip(*self.axes, strict=True)
-        return Target((x, y, z), self.place, self.home)
+        return Target((x, y, z), self.position, self.home)
 
-    def without_last(self, terms: Terms, k: Vector, p: Vector, turn: Turn) -> "Target":
+    def without_last(self, terms: Terms, k: Vector, p: Vector, turn: CosSin) -> "Target":
         """What is left for the joints before the last: ``G exp(S_n theta_n)^-1``."""
         kept = tuple(rotated(terms, k, turn.back, e) for e in IDENTITY)
         axes = tuple(self.turned(terms, e) for e in kept)
         lever = rotated(terms, k, turn, subtracted(terms, self.home, p))
-        return Target((axes[0], axes[1], axes[2]), added(terms, p, lever), self.place)
+        return Target((axes[0], axes[1], axes[2]), added(terms, p, lever), self.position)
 
     def shifted(self, terms: Terms, by: Vector) -> "Target":
         """``G Trans(by)^-1``."""
-        return Target(self.axes, added(terms, self.home, by), self.place)
+        return Target(self.axes, added(terms, self.home, by), self.position)
 
 
 def of_pose(terms: Terms, pose: Sequence[sp.Expr], home: sp.Matrix) -> Target:
@@ -72,8 +77,8 @@ def of_pose(terms: Terms, pose: Sequence[sp.Expr], home: sp.Matrix) -> Target:
     rows = [[terms.let(home[i, j]) for j in range(3)] for i in range(3)]
     x, y, z = (combination(terms, row, columns) for row in rows)
     origin = tuple(terms.let(home[i, 3]) for i in range(3))
-    place = (pose[3], pose[7], pose[11])
-    return Target((x, y, z), (origin[0], origin[1], origin[2]), place)
+    position = (pose[3], pose[7], pose[11])
+    return Target((x, y, z), (origin[0], origin[1], origin[2]), position)
 
 
 def part_along(terms: Terms, direction: Vector, a: Vector, b: Vector) -> sp.Expr:

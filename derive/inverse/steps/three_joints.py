@@ -56,7 +56,7 @@ def case_of(lines: Lines) -> Case | None:
     """The first case whose conditions three axes fulfil."""
     kinds = _kinds(lines)
     for case in CASES:
-        if case.kinds == kinds and _worst(case, lines).apart <= lines.tolerance:
+        if case.kinds == kinds and _worst(case, lines).deviation <= lines.tolerance:
             return case
     return None
 
@@ -68,13 +68,13 @@ def requires(lines: Lines) -> Requirement:
     if found is not None:
         text = f"of {names}: {found.title}"
         worst, parts = _worst(found, lines), tuple(found.requires(lines))
-        return Requirement(text, worst.apart, worst.is_length, parts=parts)
+        return Requirement(text, worst.deviation, worst.is_length, parts=parts)
     kinds = _kinds(lines)
     missed = [(_worst(case, lines), case.title) for case in CASES if case.kinds == kinds]
     if not missed:
         return Requirement(f"of {names}: no structure of these joints is known", np.inf)
-    worst, title = min(missed, key=lambda one: one[0].apart)
-    return Requirement(f"of {names}: {title}", worst.apart, worst.is_length)
+    worst, title = min(missed, key=lambda one: one[0].deviation)
+    return Requirement(f"of {names}: {title}", worst.deviation, worst.is_length)
 
 
 def _kinds(lines: Lines) -> str:
@@ -84,7 +84,7 @@ def _kinds(lines: Lines) -> str:
 def _worst(case: Case, lines: Lines) -> Requirement:
     """The condition that is farthest from holding."""
     conditions = case.requires(lines)
-    return max(conditions, key=lambda c: c.apart, default=Requirement("", 0.0))
+    return max(conditions, key=lambda c: c.deviation, default=Requirement("", 0.0))
 
 
 def _last_two_parallel(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:

@@ -7,7 +7,7 @@ from ...terms.vectors import Vector, added, dot, subtracted
 from ..structure.lines import Axis
 from ..subproblems.sp1 import sp1
 from ..subproblems.sp3 import sp3
-from ..subproblems.turns import Turn, composed, perpendicular, rotated
+from ..subproblems.turns import CosSin, composed, perpendicular, rotated
 from .work import Work
 
 
@@ -41,7 +41,7 @@ def triangle(work: Work, first: Axis, second: Axis, hand: Vector, place: Vector)
     )
 
 
-def remaining(work: Work, axes: tuple[Axis, ...], total: Turn) -> None:
+def remaining(work: Work, axes: tuple[Axis, ...], total: CosSin) -> None:
     """The angle of the last of parallel axes, from the sum of all and the angles of the others.
 
     The sum counts about the first axis.

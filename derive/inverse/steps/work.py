@@ -9,11 +9,11 @@ from ...terms.terms import Terms
 from ...terms.vectors import Vector
 from ..structure.lines import Axis
 from ..subproblems.found import FoundLength, FoundTurn
-from ..subproblems.turns import Turn
+from ..subproblems.turns import CosSin
 
 
 @dataclass(frozen=True)
-class Step:
+class InverseStep:
     """One step of a closed-form inverse.
 
     Attributes:
@@ -32,17 +32,17 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Called:
-    """A vector that has a name for the reader.
+class NamedVector:
+    """A vector that the steps' words refer to.
 
     Attributes:
-        letter: Its letter, "W".
+        letters: LaTeX letters in order of preference; a letter that a parameter has is avoided.
         meaning: What it is, in words.
-        vector: Its components (metre where it is a place).
+        vector: Its components (metre where it is a position), in base axes.
         after: How many steps it rests on.
     """
 
-    letter: str
+    letters: tuple[str, ...]
     meaning: str
     vector: Vector
     after: int
@@ -60,25 +60,25 @@ class Work:
         lengths: The value of each prismatic joint.
         signs: The symbols that stand for 1 or -1, in the order of the slots.
         steps: What was found, in order.
-        called: Vectors that the steps speak of by name.
+        vectors: Vectors that the steps' words refer to.
     """
 
     terms: Terms
-    turns: dict[int, Turn] = field(default_factory=dict)
-    sums: list[tuple[tuple[tuple[int, int], ...], Turn]] = field(default_factory=list)
+    turns: dict[int, CosSin] = field(default_factory=dict)
+    sums: list[tuple[tuple[tuple[int, int], ...], CosSin]] = field(default_factory=list)
     lengths: dict[int, sp.Expr] = field(default_factory=dict)
     signs: list[sp.Symbol] = field(default_factory=list)
-    steps: list[Step] = field(default_factory=list)
-    called: list[Called] = field(default_factory=list)
+    steps: list[InverseStep] = field(default_factory=list)
+    vectors: list[NamedVector] = field(default_factory=list)
 
     def sign(self) -> sp.Symbol:
         """A new symbol for a choice between two solutions."""
         self.signs.append(sp.Symbol(f"_sign{len(self.signs) + 1}", real=True))
         return self.signs[-1]
 
-    def call(self, letter: str, meaning: str, vector: Vector) -> Vector:
-        """Names a vector for the reader; returns it."""
-        self.called.append(Called(letter, meaning, vector, len(self.steps)))
+    def name_vector(self, letters: tuple[str, ...], meaning: str, vector: Vector) -> Vector:
+        """Gives a vector a name for the article; returns the vector."""
+        self.vectors.append(NamedVector(letters, meaning, vector, len(self.steps)))
         return vector
 
     def step(
@@ -88,10 +88,10 @@ class Work:
         reason: str,
         found: FoundTurn,
         degenerate: str = "",
-    ) -> Turn:
+    ) -> CosSin:
         """Notes a step; what one axis alone turns by is that joint's angle."""
         self.steps.append(
-            Step(tuple(axis.name for axis in axes), method, reason, found, degenerate)
+            InverseStep(tuple(axis.name for axis in axes), method, reason, found, degenerate)
         )
         if len(axes) == 1:
             self.turns[axes[0].joint] = found.turn
@@ -99,20 +99,20 @@ class Work:
 
     def slide(self, axis: Axis, method: str, reason: str, found: FoundLength) -> sp.Expr:
         """Notes the step that finds the length of a slide."""
-        self.steps.append(Step((axis.name,), method, reason, found))
+        self.steps.append(InverseStep((axis.name,), method, reason, found))
         self.lengths[axis.joint] = found.length
         return found.length
 
-    def note(self, names: Sequence[str], method: str, reason: str, found: FoundTurn) -> Turn:
+    def note(self, names: Sequence[str], method: str, reason: str, found: FoundTurn) -> CosSin:
         """Notes the step that finds an angle that is no joint's of the chain."""
-        self.steps.append(Step(tuple(names), method, reason, found))
+        self.steps.append(InverseStep(tuple(names), method, reason, found))
         return found.turn
 
     def note_length(
         self, names: Sequence[str], method: str, reason: str, found: FoundLength
     ) -> sp.Expr:
         """Notes the step that finds a length that is no slide's of the chain."""
-        self.steps.append(Step(tuple(names), method, reason, found))
+        self.steps.append(InverseStep(tuple(names), method, reason, found))
         return found.length
 
     def margins(self) -> list[sp.Expr]:

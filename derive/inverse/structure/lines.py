@@ -187,9 +187,9 @@ class Lines:
 
     def parallel(self, *indices: int) -> bool:
         """Whether axes have one direction or the opposite one."""
-        return self.apart_in_direction(indices) <= self.tolerance
+        return self.angular_deviation(indices) <= self.tolerance
 
-    def apart_in_direction(self, indices: Sequence[int]) -> float:
+    def angular_deviation(self, indices: Sequence[int]) -> float:
         """The largest sine of the angle between axes and the first of them."""
         first, *others = (self.axes[k].direction for k in indices)
         return max(float(np.linalg.norm(np.cross(first, other))) for other in others)
@@ -200,9 +200,9 @@ class Lines:
 
     def meet(self, *indices: int) -> bool:
         """Whether revolute axes, no two of them parallel, pass through one point."""
-        return self.apart_in_place(indices) <= self.tolerance
+        return self.meeting_deviation(indices) <= self.tolerance
 
-    def apart_in_place(self, indices: Sequence[int]) -> float:
+    def meeting_deviation(self, indices: Sequence[int]) -> float:
         """The largest distance of axes from the point nearest to all, in parts of the arm's length.
 
         Infinite where neighbours are parallel: what meets at infinity is no centre.

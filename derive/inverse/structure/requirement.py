@@ -23,7 +23,7 @@ class Requirement:
     """
 
     text: str
-    apart: float
+    deviation: float
     is_length: bool = False
     parallel: tuple[int, ...] = ()
     meeting: tuple[int, ...] = ()
@@ -41,7 +41,7 @@ def parallel(lines: Lines, *indices: int) -> Requirement:
     """Axes that must be parallel."""
     return Requirement(
         f"axes {_names(lines, indices)} are parallel",
-        lines.apart_in_direction(indices),
+        lines.angular_deviation(indices),
         parallel=indices,
     )
 
@@ -50,7 +50,7 @@ def meeting(lines: Lines, *indices: int) -> Requirement:
     """Axes that must pass through one point."""
     what = "pass through one point" if len(indices) > 2 else "intersect"  # noqa: PLR2004
     text = f"axes {_names(lines, indices)} {what}"
-    return Requirement(text, lines.apart_in_place(indices), is_length=True, meeting=indices)
+    return Requirement(text, lines.meeting_deviation(indices), is_length=True, meeting=indices)
 
 
 def across(lines: Lines, i: int, j: int) -> Requirement:
@@ -63,7 +63,7 @@ def across(lines: Lines, i: int, j: int) -> Requirement:
 def askew(lines: Lines, i: int, j: int) -> Requirement:
     """Axes that must not be parallel."""
     text = f"axes {lines.axes[i].name} and {lines.axes[j].name} are not parallel"
-    return Requirement(text, np.inf if lines.apart_in_direction((i, j)) < SNAPPED else 0.0)
+    return Requirement(text, np.inf if lines.angular_deviation((i, j)) < SNAPPED else 0.0)
 
 
 def _names(lines: Lines, indices: Iterable[int]) -> str:

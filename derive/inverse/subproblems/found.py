@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from .turns import Turn
+from .turns import CosSin
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class FoundTurn:
             of reach, where the turn is the least-squares answer; None where it always exists.
     """
 
-    turn: Turn
+    turn: CosSin
     equation: Linear | Direction | Simultaneous
     sign: sp.Symbol | None = None
     margin: sp.Expr | None = None

@@ -47,7 +47,7 @@ import sympy as sp
 from sympy.logic.boolalg import Boolean
 
 from ...terms.terms import Terms
-from .turns import FLOOR, Turn, composed, direction
+from .turns import FLOOR, CosSin, composed, direction
 
 ZERO, ONE, HALF = sp.Integer(0), sp.Integer(1), sp.Rational(1, 2)
 LEAST_CONIC = sp.Rational(1, 10**20)
@@ -83,7 +83,7 @@ class CirclePoint:
             real and the turn is where the circle is nearest to a line of the pair.
     """
 
-    turn: Turn
+    turn: CosSin
     margin: sp.Expr
 
 
@@ -133,13 +133,13 @@ def circle_roots(
     q = select(terms, swap, -conic.p, conic.q)
     r = select(terms, swap, -conic.r, conic.r)
     x, y, margin = _on_lines(terms, Conic(conic.g, p, q, r), t, signs, apart)
-    point = Turn(select(terms, swap, y, x), select(terms, swap, x, y))
+    point = CosSin(select(terms, swap, y, x), select(terms, swap, x, y))
     return CirclePoint(composed(terms, axis, point), margin)
 
 
 def _turned(
     terms: Terms, a0: sp.Expr, first: tuple[sp.Expr, sp.Expr], second: tuple[sp.Expr, sp.Expr]
-) -> tuple[Conic, Turn]:
+) -> tuple[Conic, CosSin]:
     """The conic in its own axes, and their angle, half that of ``second``."""
     let = terms.let
     (a1, b1), (a2, b2) = first, second

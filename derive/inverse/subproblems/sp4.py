@@ -25,7 +25,7 @@ import sympy as sp
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, cross, dot
 from .found import FoundTurn, Linear
-from .turns import Turn, composed, direction, direction_of, perpendicular
+from .turns import CosSin, composed, direction, direction_of, perpendicular
 
 MEETING = sp.Float("4e-15", 20)
 """sin^2 of half the angle between two solutions that are one."""
@@ -66,7 +66,7 @@ def on_line(
     cosine = terms.let(
         sp.Piecewise((terms.let(e * inverse), apart), (terms.let(nearest), True), evaluate=False)
     )
-    turn = composed(terms, middle, Turn(cosine, terms.let(sign * sine)))
+    turn = composed(terms, middle, CosSin(cosine, terms.let(sign * sine)))
     return FoundTurn(turn, Linear(a, b, e), sign, terms.let(xi2 * terms.let(inverse**2)))
 
 
@@ -102,7 +102,7 @@ def near_line(
 def _through_centre(terms: Terms, a: sp.Expr, b: sp.Expr, sign: sp.Symbol) -> FoundTurn:
     """The two points of a line through the centre: opposite, and always there."""
     half = direction(terms, -b, a)
-    turn = Turn(terms.let(sign * half.c), terms.let(sign * half.s))
+    turn = CosSin(terms.let(sign * half.c), terms.let(sign * half.s))
     return FoundTurn(turn, Linear(a, b, sp.Integer(0)), sign)
 
 

@@ -34,7 +34,7 @@ from ...terms.terms import Terms
 from ...terms.vectors import Vector, added, combination, cross, dot, named, subtracted
 from .quartic import ONE, ZERO, select
 from .sp6 import NEARLY, Pair, Rows, Signs, advanced, algebraic, chosen
-from .turns import FLOOR, Turn, direction, perpendicular, rotated
+from .turns import FLOOR, CosSin, direction, perpendicular, rotated
 
 DAMPING = sp.Rational(1, 10**10)
 """The square of the smallest singular value, over the greatest, that Newton's steps trust.
@@ -59,9 +59,9 @@ class ThreeAngles:
         margin: As of subproblem 6.
     """
 
-    first: Turn
-    second: Turn
-    third: Turn
+    first: CosSin
+    second: CosSin
+    third: CosSin
     margin: sp.Expr
 
 
@@ -117,10 +117,10 @@ class _Arm:
         along = subtracted(terms, p, across)
         return cls(added(terms, offset, along), across, cross(terms, k, p))
 
-    def at(self, terms: Terms, turn: Turn) -> Vector:
+    def at(self, terms: Terms, turn: CosSin) -> Vector:
         return combination(terms, (ONE, turn.c, turn.s), (self.still, self.across, self.turned))
 
-    def rate(self, terms: Terms, turn: Turn) -> Vector:
+    def rate(self, terms: Terms, turn: CosSin) -> Vector:
         return combination(terms, (turn.c, -turn.s), (self.turned, self.across))
 
 
@@ -128,7 +128,7 @@ class _Arm:
 class _State:
     """Three angles, ``R2 w`` at them, and the gap ``v - R2 w``."""
 
-    turns: tuple[Turn, Turn, Turn]
+    turns: tuple[CosSin, CosSin, CosSin]
     image: Vector
     gap: Vector
 
@@ -167,7 +167,7 @@ class _Loop:
             ),
         )
 
-    def closed(self, terms: Terms, first: Turn, third: Turn) -> _State:
+    def closed(self, terms: Terms, first: CosSin, third: CosSin) -> _State:
         """The second angle, given the others."""
         v, w = (
             perpendicular(terms, self.k2, arm.at(terms, turn))
@@ -176,7 +176,7 @@ class _Loop:
         x, y = dot(terms, w, v), dot(terms, cross(terms, self.k2, w), v)
         return self.state(terms, (first, direction(terms, x, y), third))
 
-    def state(self, terms: Terms, turns: tuple[Turn, Turn, Turn]) -> _State:
+    def state(self, terms: Terms, turns: tuple[CosSin, CosSin, CosSin]) -> _State:
         first, second, third = turns
         image = rotated(terms, self.k2, second, self.w.at(terms, third))
         return _State(turns, image, subtracted(terms, self.v.at(terms, first), image))
@@ -226,7 +226,7 @@ class _Loop:
         return _smaller(terms, exists, there, state)
 
     def _expansion(
-        self, terms: Terms, across: Vector, arm: _Arm, turn: Turn, inverse: sp.Expr
+        self, terms: Terms, across: Vector, arm: _Arm, turn: CosSin, inverse: sp.Expr
     ) -> tuple[tuple[sp.Expr, sp.Expr], tuple[sp.Expr, sp.Expr]]:
         """First and second derivatives of ``k2 . v`` and ``|v'|^2 / (2 L)`` by an arm's angle."""
         rate = arm.rate(terms, turn)

@@ -30,7 +30,7 @@ from sympy.logic.boolalg import Boolean
 
 from ...terms.terms import Terms
 from .quartic import MEETING, ONE, ZERO, circle_roots, select
-from .turns import FLOOR, Turn, direction
+from .turns import FLOOR, CosSin, direction
 
 Pair = tuple[sp.Expr, sp.Expr]
 Rows = tuple[Pair, Pair]
@@ -57,8 +57,8 @@ class TwoAngles:
             not and the angles are near the least-squares answer.
     """
 
-    first: Turn
-    second: Turn
+    first: CosSin
+    second: CosSin
     margin: sp.Expr
 
 
@@ -176,10 +176,10 @@ def _improved(
     terms: Terms,
     rows: tuple[Row, ...],
     b: Pair,
-    angles: tuple[Turn, Turn],
+    angles: tuple[CosSin, CosSin],
     error: Row,
     exists: Boolean,
-) -> tuple[tuple[Turn, Turn], Row]:
+) -> tuple[tuple[CosSin, CosSin], Row]:
     """One damped step of Newton's on both angles, and the error there, if that is smaller.
 
     The step ``-(J^T J + mu)^-1 J^T e`` in the adjugate, in which squaring J costs no digits:
@@ -207,18 +207,20 @@ def _improved(
     return (one, two), kept
 
 
-def advanced(terms: Terms, turn: Turn, step: sp.Expr) -> Turn:
+def advanced(terms: Terms, turn: CosSin, step: sp.Expr) -> CosSin:
     """The turn further on by the angle whose tangent is the step."""
     let = terms.let
     return direction(terms, let(turn.c - step * turn.s), let(turn.s + step * turn.c))
 
 
-def chosen(terms: Terms, condition: Boolean, one: Turn, other: Turn) -> Turn:
+def chosen(terms: Terms, condition: Boolean, one: CosSin, other: CosSin) -> CosSin:
     """One turn where a condition holds, another elsewhere."""
-    return Turn(select(terms, condition, one.c, other.c), select(terms, condition, one.s, other.s))
+    return CosSin(
+        select(terms, condition, one.c, other.c), select(terms, condition, one.s, other.s)
+    )
 
 
-def _error(terms: Terms, rows: tuple[Row, ...], b: Pair, angles: tuple[Turn, Turn]) -> Row:
+def _error(terms: Terms, rows: tuple[Row, ...], b: Pair, angles: tuple[CosSin, CosSin]) -> Row:
     one, two = angles
     x = (one.s, one.c, two.s, two.c)
     return tuple(terms.let(_dot(terms, row, x) - y) for row, y in zip(rows, b, strict=True))

@@ -20,26 +20,26 @@ angle 0 instead of 0/0.
 
 
 @dataclass(frozen=True)
-class Turn:
+class CosSin:
     """Cosine and sine of an angle, both named terms."""
 
     c: sp.Expr
     s: sp.Expr
 
     @property
-    def back(self) -> "Turn":
+    def back(self) -> "CosSin":
         """The opposite turn."""
-        return Turn(self.c, -self.s)
+        return CosSin(self.c, -self.s)
 
-    def counted(self, sign: int) -> "Turn":
+    def counted(self, sign: int) -> "CosSin":
         """The same rotation counted about the opposite axis where the sign is -1."""
         return self if sign == 1 else self.back
 
 
-NO_TURN = Turn(sp.Integer(1), sp.Integer(0))
+NO_TURN = CosSin(sp.Integer(1), sp.Integer(0))
 
 
-def direction(terms: Terms, x: sp.Expr, y: sp.Expr, *, sure: bool = False) -> Turn:
+def direction(terms: Terms, x: sp.Expr, y: sp.Expr, *, sure: bool = False) -> CosSin:
     """The turn by the angle of the vector (x, y), divided by the vector's own length.
 
     By its own: a length known otherwise would leave a pair that is no rotation where x and y are
@@ -58,26 +58,26 @@ def direction(terms: Terms, x: sp.Expr, y: sp.Expr, *, sure: bool = False) -> Tu
 
 def direction_of(
     terms: Terms, x: sp.Expr, y: sp.Expr, *, sure: bool = False
-) -> tuple[Turn, sp.Expr, sp.Expr]:
+) -> tuple[CosSin, sp.Expr, sp.Expr]:
     """:func:`direction`, the square of the vector's length and the inverse of the length."""
     x, y = terms.let(x), terms.let(y)
     if not sure and not terms.is_constant(x):
         x = terms.let(x + FLOOR)
     squared = terms.let(x**2 + y**2)
     inverse = terms.let(1 / terms.let(sp.sqrt(squared)))
-    return Turn(terms.let(x * inverse), terms.let(y * inverse)), squared, inverse
+    return CosSin(terms.let(x * inverse), terms.let(y * inverse)), squared, inverse
 
 
-def composed(terms: Terms, a: Turn, b: Turn) -> Turn:
+def composed(terms: Terms, a: CosSin, b: CosSin) -> CosSin:
     """The turn by the sum of two angles."""
     if a == NO_TURN:
         return b
     if b == NO_TURN:
         return a
-    return Turn(terms.let(a.c * b.c - a.s * b.s), terms.let(a.s * b.c + a.c * b.s))
+    return CosSin(terms.let(a.c * b.c - a.s * b.s), terms.let(a.s * b.c + a.c * b.s))
 
 
-def rotated(terms: Terms, k: Vector, turn: Turn, v: Vector) -> Vector:
+def rotated(terms: Terms, k: Vector, turn: CosSin, v: Vector) -> Vector:
     """``R(k, theta) v`` by Rodrigues' formula: the part along k, and what turns about it."""
     if turn == NO_TURN:
         return v

@@ -6,21 +6,21 @@ from itertools import groupby
 
 import sympy as sp
 
+from ...inverse.classify import Attempt, Classification
 from ...inverse.explanation import NEVER, nearest
 from ...inverse.explanation import listed as in_words
-from ...inverse.general import raghavan_roth
+from ...inverse.general.general_inverse import GeneralInverse
 from ...inverse.hybrid_inverse import hybrid_inverses
 from ...inverse.serial_inverse import Inverses
-from ...inverse.slots import POSE_SYMBOLS
-from ...inverse.structure.classify import Attempt, Classification
 from ...inverse.subproblems.found import FoundLength, Linear, Simultaneous
+from ...inverse.tasks.slots import POSE_SYMBOLS
 from ..chain.tables import tabular
 from ..loops.loop_page import LoopPage
 from ..setting.layout import Equation, aligned
 from ..setting.names import escape
 from ..setting.page import Page, listed, sentence, text
 from ..setting.printer import FractionPrinter
-from .printed_inverse import PrintedStep, PrintedTask, printed_task
+from .printed_inverse import PrintedInverseStep, PrintedTask, printed_task
 
 MINUS = "$-$"
 MOST_MISSED = 3
@@ -40,7 +40,7 @@ def inverse_of_loops(page: LoopPage) -> str:
     of_chain = replace(chain.inverse, solved=tasks)
     if tasks:
         return _written(chain, of_chain, {})
-    found = hybrid_inverses(page.hybrid)
+    found = hybrid_inverses(page.hybrid, chain.families)
     if not found.solved:
         return _written(chain, of_chain, {})
     actuators = {q.name: shown for q, shown in zip(page.hybrid.q, page.q, strict=True)}
@@ -54,8 +54,8 @@ def inverse_of_loops(page: LoopPage) -> str:
 
 def _written(page: Page, found: Inverses, actuators: Mapping[str, sp.Symbol]) -> str:
     classification = found.classification
-    if found.written:
-        return text(_missing(classification), _general(page, found), _residual())
+    if found.general is not None:
+        return text(_missing(classification), _general(page, found.general), _residual())
     if classification.found is None or not found.solved:
         return text(_missing(classification))
     tasks = list(printed_tasks(page, found, actuators).values())
@@ -94,14 +94,12 @@ def _missing(classification: Classification) -> str:
     return "\n".join([opening, r"\begin{itemize}", *items, r"\end{itemize}"])
 
 
-def _general(page: Page, found: Inverses) -> str:
+def _general(page: Page, general: GeneralInverse) -> str:
     """The equations of an arm of six revolute joints without a structure."""
-    split = raghavan_roth.split_of(page.robot)
-    assert split is not None
+    split, count = general.split, general.function.branches
     q = [page.tex(page.equations.notation.q[k]) for k in split.joints]
     turns = [rf"R({tex})" for tex in q]
     walked = "from the base to the tool" if split.sense > 0 else "from the tool to the base"
-    count = max(function.branches for function in found.written)
     loop = r"\, ".join(rf"{turn}\, C_{{{k}}}" for k, turn in enumerate(turns, 1))
     left = rf"{turns[2]}\, C_3\, {turns[3]}\, C_4\, {turns[4]}\, C_5\, \ell"
     right = rf"C_2^{{-1}} {turns[1]}^{{-1}} C_1^{{-1}} {turns[0]}^{{-1}} C_6^{{-1}} \ell"
@@ -232,7 +230,7 @@ def _speaking(task: PrintedTask, after: int) -> str:
     return f"In what follows, {in_words(what)}." if what else ""
 
 
-def _step(page: Page, printed: PrintedStep) -> str:
+def _step(page: Page, printed: PrintedInverseStep) -> str:
     printer, step = _printer(page), printed.step
     name = printer.tex(printed.name)
     what = f"${name}$"
@@ -254,18 +252,18 @@ def _step(page: Page, printed: PrintedStep) -> str:
     return sentence(opening, *blocks, solution, degenerate)
 
 
-def _equation(printed: PrintedStep) -> object:
+def _equation(printed: PrintedInverseStep) -> object:
     found = printed.step.found
     return None if isinstance(found, FoundLength) else found.equation
 
 
-def _groups(task: PrintedTask) -> Iterable[list[PrintedStep]]:
+def _groups(task: PrintedTask) -> Iterable[list[PrintedInverseStep]]:
     """The steps, those that solve one equation together."""
     for _, run in groupby(task.steps, key=lambda step: id(_equation(step) or step)):
         yield list(run)
 
 
-def _together(page: Page, steps: list[PrintedStep], equation: Simultaneous) -> str:
+def _together(page: Page, steps: list[PrintedInverseStep], equation: Simultaneous) -> str:
     """Several unknowns of one equation, which a quartic solves."""
     printer, (first, *_, last) = _printer(page), steps
     names = listed(printer.tex(step.name) for step in steps)
@@ -279,7 +277,7 @@ def _together(page: Page, steps: list[PrintedStep], equation: Simultaneous) -> s
     return sentence(opening, *blocks, *written(printer, steps))
 
 
-def _loop_of_three(printer: FractionPrinter, steps: list[PrintedStep]) -> Iterable[str]:
+def _loop_of_three(printer: FractionPrinter, steps: list[PrintedInverseStep]) -> Iterable[str]:
     """Subproblem 5."""
     one, two, three = (_turning(printer, step) for step in steps)
     p = [rf"\vec{{p}}_{{{k}}}" for k in range(4)]
@@ -300,7 +298,7 @@ def _loop_of_three(printer: FractionPrinter, steps: list[PrintedStep]) -> Iterab
     )
 
 
-def _two_ellipses(printer: FractionPrinter, steps: list[PrintedStep]) -> Iterable[str]:
+def _two_ellipses(printer: FractionPrinter, steps: list[PrintedInverseStep]) -> Iterable[str]:
     """Subproblem 6."""
     yield "They solve"
     one, two = (step.sense * step.name for step in steps)
@@ -314,12 +312,12 @@ def _two_ellipses(printer: FractionPrinter, steps: list[PrintedStep]) -> Iterabl
     yield "a quartic with up to four real roots."
 
 
-def _turning(printer: FractionPrinter, printed: PrintedStep) -> str:
+def _turning(printer: FractionPrinter, printed: PrintedInverseStep) -> str:
     """The angle by which a joint turns about its axis."""
     return printer.tex(printed.sense * printed.name)
 
 
-def _relation(printer: FractionPrinter, printed: PrintedStep) -> str:
+def _relation(printer: FractionPrinter, printed: PrintedInverseStep) -> str:
     """The equation of a step with two solutions."""
     found, name = printed.step.found, printer.tex(printed.name)
     if isinstance(found, FoundLength):

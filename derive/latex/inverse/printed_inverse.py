@@ -7,18 +7,18 @@ turn what comes after them one after the other are put together to c_{23}.
 """
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import sympy as sp
 
-from ...inverse.slots import POSE_SYMBOLS, Solved
-from ...inverse.steps.work import Called, Step
+from ...inverse.steps.work import InverseStep, NamedVector
 from ...inverse.structure.lines import Axis, Lines
 from ...inverse.subproblems.found import Direction, FoundLength, FoundTurn, Linear, Simultaneous
-from ...inverse.subproblems.turns import Turn
-from ...inverse.tasks import PHI, PITCH, PLACE, U
+from ...inverse.subproblems.turns import CosSin
+from ...inverse.tasks.slots import POSE_SYMBOLS
+from ...inverse.tasks.task import InputLetter, Solved
 from ...model.robot import Robot
 from ...terms.symbolic_function import Argument
 from ..setting import names
@@ -31,20 +31,10 @@ COEFFICIENTS = {
     "A": ("A", r"\mathcal{A}", r"\mathrm{A}"),
     "B": ("B", r"\mathcal{B}", r"\mathrm{B}"),
     "C": ("C", r"\mathcal{C}", r"\mathrm{C}"),
-    "W": ("W", "V", r"\mathrm{W}"),
     "sigma": (r"\sigma", r"\varsigma", r"\epsilon"),
     "sum": (r"\theta", r"\chi", r"\vartheta"),
     "side": (r"\varepsilon", r"\eta", r"\iota"),
     "slide": (r"\xi", r"\zeta", r"\Xi"),
-    "swivel": (r"\psi", r"\Psi", r"\zeta"),
-    "pitch": (r"\lambda", r"\nu", r"\Lambda"),
-    "phi": (r"\varphi", r"\rho", r"\Phi"),
-    "u": ("u", r"\upsilon", r"\mathrm{u}"),
-    "b": ("b", r"\beta", r"\mathrm{b}"),
-    "w": ("w", r"\omega", r"\mathrm{w}"),
-    "e": ("e", r"\epsilon", r"\mathrm{e}"),
-    "f": ("f", r"\phi", r"\mathrm{f}"),
-    "g": ("g", r"\gamma", r"\mathrm{g}"),
 }
 """Letters in order of preference."""
 TINY = 1e-100
@@ -56,7 +46,7 @@ DIRECT = 0.6 * LINE
 
 
 @dataclass(frozen=True)
-class PrintedStep:
+class PrintedInverseStep:
     """One step of an inverse in printed symbols.
 
     Attributes:
@@ -71,7 +61,7 @@ class PrintedStep:
             one for several unknowns, which a quartic solves.
     """
 
-    step: Step
+    step: InverseStep
     number: int
     definitions: tuple[Definition, ...]
     unknown: sp.Expr
@@ -91,7 +81,7 @@ class PrintedVector:
         shown: Its components, by name where these are sums; none where it rests on steps.
     """
 
-    called: Called
+    called: NamedVector
     letter: str
     shown: tuple[sp.Expr, ...] = ()
 
@@ -117,7 +107,7 @@ class PrintedTask:
     signs: tuple[sp.Symbol, ...]
     vectors: tuple[PrintedVector, ...]
     definitions: tuple[Definition, ...]
-    steps: tuple[PrintedStep, ...]
+    steps: tuple[PrintedInverseStep, ...]
     rest: tuple[Definition, ...]
     free: tuple[sp.Symbol, ...]
     symbols: Mapping[sp.Symbol, sp.Symbol]
@@ -159,7 +149,8 @@ class _Writer:
         self.terms, self.work, self.actuators = solved.work.terms, solved.work, actuators
         self.axes = lines.axes
         self.slid: set[int] = set()
-        self.letters = _letters(robot, notation)
+        self.taken = _taken(robot, notation)
+        self.letters = {kind: self._letter(options) for kind, options in COEFFICIENTS.items()}
         self.printed_terms = PrintedTerms(self.terms, notation, {})
         self.printer = self.printed_terms.printer
         self.inputs = self._named_inputs()
@@ -181,7 +172,7 @@ class _Writer:
         wanted = [self._entries(step) for step in self.work.steps]
         everything = [entry for entries in wanted for entry in entries]
         self._merge(everything)
-        vectors = tuple(self._vector(called) for called in self.work.called)
+        vectors = tuple(self._vector(called) for called in self.work.vectors)
         of_vectors = tuple(self._taken())
         self.uses = self._counted(everything)
         steps = tuple(
@@ -224,17 +215,24 @@ class _Writer:
             for symbol, entry in zip(POSE_SYMBOLS, entries, strict=True)
             if entry is not None
         }
-        named |= {
-            symbol: named[POSE_SYMBOLS[k]] for symbol, k in zip(PLACE, (3, 7, 11), strict=True)
-        }
-        for k, symbol in enumerate(U):
-            tex = f"{self.letters['u']}_{{{'xyz'[k]}}}"
-            named[symbol] = self.notation.symbol(tex, (ENTRY, ("u", k)))
-        for symbol, kind in ((PITCH, "pitch"), (PHI, "phi"), (_SWIVEL, "swivel")):
-            named[symbol] = self.notation.symbol(self.letters[kind], (OTHER, (kind,)))
+        for task_input in self.solved.inputs:
+            for symbol, shown in zip(task_input.argument.symbols, task_input.printed, strict=True):
+                letter = isinstance(shown, InputLetter)
+                named[symbol] = self._lettered(symbol, shown) if letter else named[shown]
         asked = {s for argument in self.solved.function.inputs for s in argument.symbols}
         known = {symbol: shown for symbol, shown in named.items() if symbol in asked}
         return known | {q: q for q in self.notation.q if q in asked}
+
+    def _lettered(self, symbol: sp.Symbol, letter: InputLetter) -> sp.Symbol:
+        """The printed symbol of an input that no entry of the pose is."""
+        tex = self._letter(letter.letters)
+        if letter.component is None:
+            return self.notation.symbol(tex, (OTHER, (symbol.name,)))
+        tex = f"{tex}_{{{'xyz'[letter.component]}}}"
+        return self.notation.symbol(tex, (ENTRY, (letter.letters[0], letter.component)))
+
+    def _letter(self, options: Sequence[str]) -> str:
+        return _free(options, self.taken)
 
     def _seed_turns(self) -> None:
         """Cosine and sine of every angle that a step finds, or that follows from a sum."""
@@ -244,7 +242,7 @@ class _Writer:
         for joint, turn in self.work.turns.items():
             self._seed(turn, self._value_of(joint))
 
-    def _seed(self, turn: Turn, angle: sp.Expr) -> None:
+    def _seed(self, turn: CosSin, angle: sp.Expr) -> None:
         for function, value in ((sp.cos, turn.c), (sp.sin, turn.s)):
             sign, term = value.as_coeff_Mul()
             if term in self.terms.definitions and term not in self.known:
@@ -285,9 +283,9 @@ class _Writer:
         named = [axis for axis in self.axes if axis.name == name]
         return next((a for a in named if a.joint not in self.slid), named[0])
 
-    def _vector(self, called: Called) -> PrintedVector:
+    def _vector(self, called: NamedVector) -> PrintedVector:
         """Gives the components of a vector that are sums or quotients the vector's letter."""
-        letter = self.letters[called.letter]
+        letter = self._letter(called.letters)
         shown = []
         for axis, component in zip("xyz", called.vector, strict=True):
             sign, term = component.as_coeff_Mul()
@@ -312,7 +310,7 @@ class _Writer:
                 if merged is not None:
                     self.changed[term] = merged
 
-    def _pairs(self) -> Iterable[tuple[Turn, Turn, Turn]]:
+    def _pairs(self) -> Iterable[tuple[CosSin, CosSin, CosSin]]:
         """Turns of neighbouring parallel axes with symbols for the turn by their sum."""
         axes = [axis for axis in self.axes if axis.joint in self.work.turns]
         for a, b in pairwise(axes):
@@ -324,9 +322,9 @@ class _Writer:
             c, s = sp.symbols(f"_c{a.joint}_{b.joint} _s{a.joint}_{b.joint}", real=True)
             # Called c_{23} and s_{23} once they are used.
             self.known[c], self.known[s] = sp.cos(angle), sp.sin(angle)
-            yield turns[0], turns[1].counted(1 if product > 0 else -1), Turn(c, s)
+            yield turns[0], turns[1].counted(1 if product > 0 else -1), CosSin(c, s)
 
-    def _merged(self, term: sp.Symbol, one: Turn, other: Turn, total: Turn) -> sp.Expr | None:
+    def _merged(self, term: sp.Symbol, one: CosSin, other: CosSin, total: CosSin) -> sp.Expr | None:
         """A term that is a turn by one angle of what was turned by the other."""
         definition = self.terms.definitions[term]
         if not definition.is_Add or _symbols(other).isdisjoint(definition.free_symbols):
@@ -461,7 +459,7 @@ class _Writer:
 
     # --- steps ---
 
-    def _entries(self, step: Step) -> tuple[sp.Expr, ...]:
+    def _entries(self, step: InverseStep) -> tuple[sp.Expr, ...]:
         """The coefficients of a step's equation in its unknown coordinates."""
         found = step.found
         flip = self._flip(step)
@@ -475,11 +473,13 @@ class _Writer:
             return equation.a, flip * equation.b, equation.d
         return equation.a, flip * equation.b
 
-    def _flip(self, step: Step) -> int:
+    def _flip(self, step: InverseStep) -> int:
         """-1 where the first coordinate of a step counts against its joint."""
         return -1 if self._angle(step.joints[:1]).could_extract_minus_sign() else 1
 
-    def _step(self, step: Step, entries: Sequence[sp.Expr], number: int) -> PrintedStep:
+    def _step(
+        self, step: InverseStep, entries: Sequence[sp.Expr], number: int
+    ) -> PrintedInverseStep:
         unknown = self._flip(step) * self._angle(step.joints)
         name = unknown
         if not unknown.is_Symbol:
@@ -488,7 +488,7 @@ class _Writer:
         shown = [self._as_it_is(entry) for entry in entries]
         if isinstance(getattr(step.found, "equation", None), Simultaneous):
             definitions = tuple(self._taken())
-            return PrintedStep(
+            return PrintedInverseStep(
                 step, number, definitions, unknown, name, self._flip(step), tuple(shown), ()
             )
         if not self._fits(step, shown):
@@ -501,7 +501,7 @@ class _Writer:
             if step.joints[0] not in self.actuators:
                 self.slid.add(self._axis(step.joints[0]).joint)
         definitions = tuple(self._taken())
-        return PrintedStep(
+        return PrintedInverseStep(
             step, number, definitions, unknown, name, self._flip(step), tuple(shown), solution
         )
 
@@ -509,7 +509,7 @@ class _Writer:
         self._settle_below(entry)
         return self._value(entry)
 
-    def _fits(self, step: Step, values: Sequence[sp.Expr]) -> bool:
+    def _fits(self, step: InverseStep, values: Sequence[sp.Expr]) -> bool:
         """Whether a step's solution can be written without names for its coefficients."""
         found = step.found
         if isinstance(found, FoundLength) and len(values) == 2:  # noqa: PLR2004
@@ -536,7 +536,7 @@ class _Writer:
         return name
 
     def _solution(
-        self, step: Step, shown: Sequence[sp.Expr], entries: Sequence[sp.Expr]
+        self, step: InverseStep, shown: Sequence[sp.Expr], entries: Sequence[sp.Expr]
     ) -> tuple[sp.Expr, ...]:
         found = step.found
         sign = sp.Integer(1) if found.sign is None else self.known[found.sign] * self._flip(step)
@@ -561,7 +561,7 @@ class _Writer:
         return self.terms.is_constant(expression) and bool(self.terms.value(expression) > 0)
 
 
-def _rest(steps: Iterable[PrintedStep], q: Sequence[sp.Symbol]) -> Iterable[Definition]:
+def _rest(steps: Iterable[PrintedInverseStep], q: Sequence[sp.Symbol]) -> Iterable[Definition]:
     """Coordinates that follow from a sum and the others."""
     found = {step.name for step in steps}
     for step in steps:
@@ -571,22 +571,21 @@ def _rest(steps: Iterable[PrintedStep], q: Sequence[sp.Symbol]) -> Iterable[Defi
             yield missing[0], sp.expand(factor * (step.name - step.unknown)) + missing[0]
 
 
-_SWIVEL = sp.Symbol("_swivel", real=True)
 _PARALLEL = 1 - 1e-9
 _BILINEAR = {(1, 0, 1, 0): "cc", (0, 1, 0, 1): "ss", (0, 1, 1, 0): "sc", (1, 0, 0, 1): "cs"}
 """Powers of cosine and sine of one angle and of the other."""
 
 
-def _factors(turn: Turn) -> list[tuple[sp.Expr, sp.Expr]]:
+def _factors(turn: CosSin) -> list[tuple[sp.Expr, sp.Expr]]:
     """Sign and symbol of cosine and sine."""
     return [value.as_coeff_Mul() for value in (turn.c, turn.s)]
 
 
-def _symbols(turn: Turn) -> set[sp.Expr]:
+def _symbols(turn: CosSin) -> set[sp.Expr]:
     return {symbol for _, symbol in _factors(turn)}
 
 
-def _is_pair(turn: Turn) -> bool:
+def _is_pair(turn: CosSin) -> bool:
     return all(symbol.is_Symbol for symbol in _symbols(turn))
 
 
@@ -615,13 +614,13 @@ def _is_nameable(expression: sp.Expr) -> bool:
     return bool(expression.is_Add or root)
 
 
-def _letters(robot: Robot, notation: Notation) -> dict[str, str]:
-    """A letter for each kind of symbol that nothing else is called by."""
+def _taken(robot: Robot, notation: Notation) -> set[str]:
+    """The letters of parameters, coordinates and short symbols."""
     parameters = names.distinct(parameter.name for parameter in robot.parameters)
     taken = set(map(names.head, (*parameters.values(), *notation.called)))
-    taken |= {*notation.letters.values()}
-    chosen = {}
-    for kind, options in COEFFICIENTS.items():
-        free = [letter for letter in options if letter not in taken]
-        chosen[kind] = (free or [options[-1]])[0]
-    return chosen
+    return taken | {*notation.letters.values()}
+
+
+def _free(options: Sequence[str], taken: Collection[str]) -> str:
+    """The first letter that is not taken, or else the last."""
+    return next((letter for letter in options if letter not in taken), options[-1])

@@ -11,11 +11,11 @@ from itertools import combinations
 
 import sympy as sp
 
-from ...terms.terms import Terms
-from ...terms.vectors import Vector, combination
-from ..steps.target import Target
-from ..subproblems.turns import Turn
-from .lines import SOME_SLIDE, Axis, Lines
+from ..terms.terms import Terms
+from ..terms.vectors import Vector, combination
+from .steps.target import Target
+from .structure.lines import SOME_SLIDE, Axis, Lines
+from .subproblems.turns import CosSin
 
 LONG = 12
 """A chain of more joints is no arm."""
@@ -77,7 +77,7 @@ def _without_first(terms: Terms, target: Target, axis: Axis, value: sp.Expr) -> 
 def _without_last(terms: Terms, target: Target, axis: Axis, value: sp.Expr) -> Target:
     if not axis.turns:
         return target.shifted(terms, combination(terms, (value,), (axis.h,)))
-    return target.without_last(terms, axis.h, axis.p, Turn(*terms.cos_sin(value)))
+    return target.without_last(terms, axis.h, axis.p, CosSin(*terms.cos_sin(value)))
 
 
 def _shifted(terms: Terms, axis: Axis, by: Vector, slid: Axis) -> Axis:

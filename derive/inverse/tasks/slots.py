@@ -1,18 +1,18 @@
 """From a solved chain to the function that is generated: all slots with residuals and margins."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 
 import sympy as sp
 
-from ..chain.forward import Forward, Pose
-from ..chain.groups import groups
-from ..chain.kinematics import common_unit
-from ..model.robot import Robot
-from ..terms.symbolic_function import Argument, Result, SymbolicFunction
-from ..terms.terms import Terms
-from .steps.work import Work
-from .subproblems.turns import NO_TURN, Turn
+from ...chain.forward import Forward, Pose
+from ...chain.groups import groups
+from ...chain.kinematics import common_unit
+from ...model.robot import Robot
+from ...terms.symbolic_function import Argument, Result, SymbolicFunction
+from ...terms.terms import Terms
+from ..steps.work import Work
+from ..subproblems.turns import NO_TURN, CosSin
+from .task import Solved, TaskInput
 
 POSE_SYMBOLS = tuple(
     sp.Symbol(name, real=True)
@@ -30,15 +30,6 @@ def pose_argument(robot: Robot) -> Argument:
     return Argument("T", POSE_SYMBOLS, (4, 4), "1, m", meaning)
 
 
-@dataclass(frozen=True)
-class Solved:
-    """A solved task: the function that is generated, and how it was solved."""
-
-    function: SymbolicFunction
-    work: Work
-    given: tuple[str, ...] = ()
-
-
 def values_of(work: Work, robot: Robot, given: Mapping[int, sp.Expr]) -> list[sp.Expr]:
     """The value of every moving joint: an atan2 where it turns."""
     values = [_value(work, k, given) for k in range(len(robot.moving))]
@@ -52,7 +43,7 @@ def values_of(work: Work, robot: Robot, given: Mapping[int, sp.Expr]) -> list[sp
 
 
 def _rest(
-    work: Work, senses: tuple[tuple[int, int], ...], total: Turn, values: Sequence[sp.Expr]
+    work: Work, senses: tuple[tuple[int, int], ...], total: CosSin, values: Sequence[sp.Expr]
 ) -> sp.Expr:
     """The last of parallel axes' angles, as what the others leave of their sum.
 
@@ -118,35 +109,49 @@ def margin_of(work: Work) -> sp.Expr:
 
 
 def of_pose_task(
-    robot: Robot, work: Work, more: tuple[Argument, ...], given: Mapping[int, sp.Expr]
+    robot: Robot,
+    work: Work,
+    arguments: tuple[Argument, ...],
+    given: Mapping[int, sp.Expr],
+    inputs: tuple[TaskInput, ...] = (),
 ) -> Solved:
-    """The task ``ik``: the pose of the tool."""
+    """The task ``ik``, which asks for the tool's pose, from the joints that were found for it.
+
+    Args:
+        robot: The description.
+        work: Holds the joints that were found.
+        arguments: The values of given joints as inputs.
+        given: The same values by the joints' indices.
+        inputs: Further inputs of the family.
+    """
     terms = work.terms
     values = values_of(work, robot, given)
     residual = pose_residual(terms, tool_of(terms, robot, values), POSE_SYMBOLS)
     identity = "fk(q[k]) = T wherever residual[k] is rounding"
-    return branches(
-        "ik", robot, work, (pose_argument(robot), *more), values, residual, identity, given
-    )
+    first = (pose_argument(robot), *arguments)
+    return branches("ik", robot, work, first, values, residual, identity, given, inputs)
 
 
 def branches(
     name: str,
     robot: Robot,
     work: Work,
-    inputs: tuple[Argument, ...],
+    arguments: tuple[Argument, ...],
     values: Sequence[sp.Expr],
     residual: sp.Expr,
     identity: str,
     given: Iterable[int] = (),
+    inputs: tuple[TaskInput, ...] = (),
 ) -> Solved:
     """The task of a serial robot over all slots, from the values of its joints."""
+    asked = (*arguments, *(task_input.argument for task_input in inputs))
     q = tuple(
         joint.direction * value for joint, value in zip(robot.coordinates, values, strict=True)
     )
     unit = common_unit([joint.unit for joint in robot.coordinates])
     names = tuple(robot.moving[joint].name for joint in given)
-    return Solved(function_of(name, work, inputs, q, unit, residual, identity), work, names)
+    function = function_of(name, work, asked, q, unit, residual, identity)
+    return Solved(function, work, names, inputs)
 
 
 def function_of(

@@ -1,0 +1,53 @@
+"""A family of chains with a closed-form inverse, and all that the compiler knows of it.
+
+A family is one object in one file, listed in the package's ``__init__``. What classifies chains,
+derives functions, explains them and prints them reads the fields of this object and never its name.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+from ...model.robot import Robot
+from ...terms.symbolic_function import SymbolicFunction
+from ..steps.target import Target
+from ..steps.work import Work
+from ..structure.lines import Lines
+from ..structure.requirement import Requirement
+from ..tasks.task import Task, TaskInput
+
+Reading = Literal["base", "tool"]
+"""The end of the chain from which its axes are numbered."""
+
+
+@dataclass(frozen=True)
+class Family:
+    """A structure of axes and the inverse that follows from it.
+
+    Attributes:
+        title: The structure in words, for ``--explain`` and the article.
+        joints: How many joints such a chain can have.
+        requires: The conditions on the axes, each with its deviation.
+        solve: Finds all joints for a displacement of the tool, step by step. A step carries its
+            reason, its degenerate case and its equation, which are its words in ``--explain`` and
+            in the article.
+        readings: The ends from which the axes may be read to have the structure.
+        behind_given: Whether the chain may be what joints with given values leave of a longer one.
+        solves_pose: Whether ``ik`` of a serial robot asks for the tool's pose. A family that meets
+            the position alone offers its tasks instead.
+        inputs: What ``solve`` needs beside the displacement, a swivel angle for example.
+        tasks: Tasks beside the pose, for a chain that is read from the base with no joint given.
+        functions: Functions that belong to the inverse, of a robot and the axes that ``solve``
+            sees: one that computes an input from a configuration, for example.
+    """
+
+    title: str
+    joints: tuple[int, ...]
+    requires: Callable[[Lines], list[Requirement]]
+    solve: Callable[[Work, Lines, Target], None]
+    readings: tuple[Reading, ...] = ("base", "tool")
+    behind_given: bool = True
+    solves_pose: bool = True
+    inputs: tuple[TaskInput, ...] = ()
+    tasks: tuple[Task, ...] = ()
+    functions: Callable[[Robot, Lines], tuple[SymbolicFunction, ...]] | None = None
