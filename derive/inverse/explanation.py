@@ -207,16 +207,11 @@ def _step(number: int, step: InverseStep, solved: Solved) -> Iterable[str]:
 
 def _remaining(solved: Solved) -> Iterable[str]:
     """The joints that follow from a sum."""
-    alone = {step.joints[0] for step in solved.work.steps if len(step.joints) == 1}
-    for step in solved.work.steps:
-        rest = [name for name in step.joints if name not in alone]
-        if len(step.joints) > 1 and len(rest) == 1:
-            others = listed([name for name in step.joints if name in alone])
-            yield f"{rest[0]} is what {others} {_leave(step)} of {' + '.join(step.joints)}."
-
-
-def _leave(step: InverseStep) -> str:
-    return "leave" if len(step.joints) > 2 else "leaves"  # noqa: PLR2004
+    for remainder in solved.work.remainders:
+        others = [name for name in remainder.joints if name != remainder.last]
+        leave = "leave" if len(others) > 1 else "leaves"
+        total = " + ".join(remainder.joints)
+        yield f"{remainder.last} is what {listed(others)} {leave} of {total}."
 
 
 def _general(general: GeneralInverse) -> str:

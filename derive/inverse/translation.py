@@ -23,6 +23,7 @@ from ..terms.vectors import (
 )
 from .steps.work import Work
 from .structure.lines import Axis, Lines, numbers
+from .subproblems.equations import LineAndPlane
 from .subproblems.found import FoundLength
 from .subproblems.sp4 import on_line
 
@@ -233,6 +234,6 @@ def _two(
         (along.name,),
         "a line meets a plane",
         "what the crank leaves of the translation",
-        FoundLength(length, (rates[place], left - lengths[place])),
+        FoundLength(length, LineAndPlane(rates[place], left - lengths[place])),
     )
     return {crank: terms.solved_angle(turn.c, turn.s), along: length}

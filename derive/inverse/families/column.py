@@ -82,6 +82,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         1 if float(a1.direction @ a4.direction) > 0 else -1
     )
 
+    work.remainder((a1, a4))
+
     # 5, 6. The slides in their plane.
     way = subtracted(terms, rotated(terms, a1.h, q1.back, V), subtracted(terms, a4.p, a1.p))
     two_slides(work, a2, a3, way)

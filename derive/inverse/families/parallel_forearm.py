@@ -18,7 +18,8 @@ from ..steps.triangle import remaining, triangle
 from ..steps.work import Work
 from ..structure.lines import Lines
 from ..structure.requirement import Requirement, askew, parallel, revolute
-from ..subproblems.found import FoundTurn, Simultaneous
+from ..subproblems.equations import TwoEllipses
+from ..subproblems.found import FoundTurn
 from ..subproblems.sp1 import sp1
 from ..subproblems.sp6 import sp6
 from ..subproblems.turns import any_across, perpendicular, rotated
@@ -52,7 +53,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     signs = work.sign(), work.sign()
     (A1, B1, b1), (A2, B2, b2) = rows
     found = sp6(terms, (A1, A2), (B1, B2), (b1, b2), signs)
-    equation = Simultaneous(6, (("A_1", (*A1, *A2)), ("A_2", (*B1, *B2)), ("b", (b1, b2))))
+    equation = TwoEllipses((A1, A2), (B1, B2), (b1, b2))
     for axis, turn in ((a1, found.first), (a5, found.second)):
         work.step(
             [axis],

@@ -2,7 +2,8 @@
 
 from ...terms.vectors import Vector
 from ..structure.lines import Axis
-from ..subproblems.found import FoundTurn, Simultaneous
+from ..subproblems.equations import LoopOfThree
+from ..subproblems.found import FoundTurn
 from ..subproblems.sp5 import sp5
 from ..subproblems.turns import CosSin
 from .work import Work
@@ -28,8 +29,7 @@ def loop_of_three(
     """
     signs = work.sign(), work.sign()
     found = sp5(work.terms, *first, *second, *third, signs)
-    names = ("p_0", "k_1", "p_1", "k_2", "p_2", "k_3", "p_3")
-    equation = Simultaneous(5, tuple(zip(names, (*first, *second, *third), strict=True)))
+    equation = LoopOfThree(*first, *second, *third)
     turns = (found.first, found.second, found.third)
     for axis, turn in zip(axes, turns, strict=True):
         work.note(

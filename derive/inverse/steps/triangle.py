@@ -8,7 +8,7 @@ from ..structure.lines import Axis
 from ..subproblems.sp1 import sp1
 from ..subproblems.sp3 import sp3
 from ..subproblems.turns import CosSin, composed, perpendicular, rotated
-from .work import Work
+from .work import Sum, Work
 
 
 def triangle(work: Work, first: Axis, second: Axis, hand: Vector, place: Vector) -> None:
@@ -53,7 +53,8 @@ def remaining(work: Work, axes: tuple[Axis, ...], total: CosSin) -> None:
     left = composed(work.terms, total, before.back)
     work.turns[last.joint] = left.counted(_sense(first, last))
     senses = tuple((axis.joint, _sense(first, axis)) for axis in axes)
-    work.sums.append((senses, total))
+    work.sums.append(Sum(senses, total))
+    work.remainder(axes)
 
 
 def _sense(a: Axis, b: Axis) -> int:

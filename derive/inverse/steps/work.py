@@ -48,6 +48,33 @@ class NamedVector:
     after: int
 
 
+@dataclass(frozen=True)
+class Remainder:
+    """A joint whose angle is what other joints leave of a sum that a step found.
+
+    Attributes:
+        joints: Names of the joints whose sum the step found, in its order.
+        last: Name of the joint that is left.
+    """
+
+    joints: tuple[str, ...]
+    last: str
+
+
+@dataclass(frozen=True)
+class Sum:
+    """Parallel joints whose sum of angles was found before their own.
+
+    Attributes:
+        senses: Index of each joint, with 1 or -1 for the sense in which its angle counts about the
+            first of the axes.
+        turn: Cosine and sine of the sum.
+    """
+
+    senses: tuple[tuple[int, int], ...]
+    turn: CosSin
+
+
 @dataclass
 class Work:
     """The state of one derivation.
@@ -55,8 +82,8 @@ class Work:
     Attributes:
         terms: Names of all terms.
         turns: Cosine and sine of each joint's angle, by the joint's index.
-        sums: Parallel axes whose angles' sum was found before them, counted about the first, with
-            the senses of all; and the sum's turn.
+        sums: Parallel joints of which one value follows from the sum of all, an atan2 less.
+        remainders: Joints that follow from a sum, for the reader.
         lengths: The value of each prismatic joint.
         signs: The symbols that stand for 1 or -1, in the order of the slots.
         steps: What was found, in order.
@@ -65,7 +92,8 @@ class Work:
 
     terms: Terms
     turns: dict[int, CosSin] = field(default_factory=dict)
-    sums: list[tuple[tuple[tuple[int, int], ...], CosSin]] = field(default_factory=list)
+    sums: list[Sum] = field(default_factory=list)
+    remainders: list[Remainder] = field(default_factory=list)
     lengths: dict[int, sp.Expr] = field(default_factory=dict)
     signs: list[sp.Symbol] = field(default_factory=list)
     steps: list[InverseStep] = field(default_factory=list)
@@ -114,6 +142,11 @@ class Work:
         """Notes the step that finds a length that is no slide's of the chain."""
         self.steps.append(InverseStep(tuple(names), method, reason, found))
         return found.length
+
+    def remainder(self, axes: Sequence[Axis]) -> None:
+        """Notes that the last of these joints follows from the sum of all, which a step found."""
+        names = tuple(axis.name for axis in axes)
+        self.remainders.append(Remainder(names, names[-1]))
 
     def margins(self) -> list[sp.Expr]:
         """The margins of all steps that can fail."""

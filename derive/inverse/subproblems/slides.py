@@ -13,6 +13,7 @@ import sympy as sp
 
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, dot
+from .equations import LineAndPlane, LineAndSphere
 from .found import FoundLength
 from .sp4 import MEETING, ratio
 from .turns import perpendicular
@@ -21,7 +22,7 @@ from .turns import perpendicular
 def slide_to_plane(terms: Terms, h: Vector, u: Vector, p: Vector, d: sp.Expr) -> FoundLength:
     """The slide along u that gives a point the part d along h."""
     rate, rest = dot(terms, h, u), terms.let(d - dot(terms, h, p))
-    return FoundLength(terms.let(rest / rate), (rate, -rest))
+    return FoundLength(terms.let(rest / rate), LineAndPlane(rate, -rest))
 
 
 def slide_to_sphere(
@@ -39,5 +40,5 @@ def slide_to_sphere(
         )
     )
     length = terms.let(sign * xi - along)
-    equation = (sp.Integer(1), 2 * along, terms.let(along**2 - xi2))
+    equation = LineAndSphere(2 * along, terms.let(along**2 - xi2))
     return FoundLength(length, equation, sign, ratio(terms, xi2, size))

@@ -15,7 +15,8 @@ Source: Paden 1986; Murray, Li and Sastry 1994, 3.3; Elias and Wen 2022, subprob
 
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, cross, dot
-from .found import Direction, FoundTurn
+from .equations import Direction
+from .found import FoundTurn
 from .turns import direction, perpendicular
 
 

@@ -24,7 +24,8 @@ import sympy as sp
 
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, cross, dot
-from .found import FoundTurn, Linear
+from .equations import Linear
+from .found import FoundTurn
 from .turns import CosSin, composed, direction, direction_of, perpendicular
 
 MEETING = sp.Float("4e-15", 20)

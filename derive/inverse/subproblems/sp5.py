@@ -32,8 +32,9 @@ from sympy.logic.boolalg import Boolean
 
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, added, combination, cross, dot, named, subtracted
+from .equations import Pair, Rows
 from .quartic import ONE, ZERO, select
-from .sp6 import NEARLY, Pair, Rows, Signs, advanced, algebraic, chosen
+from .sp6 import NEARLY, Signs, advanced, algebraic, chosen
 from .turns import FLOOR, CosSin, direction, perpendicular, rotated
 
 DAMPING = sp.Rational(1, 10**10)

@@ -29,11 +29,10 @@ import sympy as sp
 from sympy.logic.boolalg import Boolean
 
 from ...terms.terms import Terms
+from .equations import Pair, Rows
 from .quartic import MEETING, ONE, ZERO, circle_roots, select
 from .turns import FLOOR, CosSin, direction
 
-Pair = tuple[sp.Expr, sp.Expr]
-Rows = tuple[Pair, Pair]
 Signs = tuple[sp.Symbol, sp.Symbol]
 RANK = sp.Rational(1, 10**13)
 """Rows that are dependent up to here are dependent up to rounding."""

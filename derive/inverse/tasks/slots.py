@@ -10,8 +10,8 @@ from ...chain.kinematics import common_unit
 from ...model.robot import Robot
 from ...terms.symbolic_function import Argument, Result, SymbolicFunction
 from ...terms.terms import Terms
-from ..steps.work import Work
-from ..subproblems.turns import NO_TURN, CosSin
+from ..steps.work import Sum, Work
+from ..subproblems.turns import NO_TURN
 from .task import Solved, TaskInput
 
 POSE_SYMBOLS = tuple(
@@ -33,26 +33,24 @@ def pose_argument(robot: Robot) -> Argument:
 def values_of(work: Work, robot: Robot, given: Mapping[int, sp.Expr]) -> list[sp.Expr]:
     """The value of every moving joint: an atan2 where it turns."""
     values = [_value(work, k, given) for k in range(len(robot.moving))]
-    for senses, turn in work.sums:
-        *others, (last, _) = senses
+    for known in work.sums:
+        *others, (last, _) = known.senses
         if others[1:] and last not in given:
-            values[last] = _rest(work, senses, turn, values)
-        total = sum((sense * values[k] for k, sense in senses), sp.Integer(0))
-        work.terms.know_sum(total, turn.c, turn.s)
+            values[last] = _rest(work, known, values)
+        total = sum((sense * values[k] for k, sense in known.senses), sp.Integer(0))
+        work.terms.know_sum(total, known.turn.c, known.turn.s)
     return values
 
 
-def _rest(
-    work: Work, senses: tuple[tuple[int, int], ...], total: CosSin, values: Sequence[sp.Expr]
-) -> sp.Expr:
+def _rest(work: Work, known: Sum, values: Sequence[sp.Expr]) -> sp.Expr:
     """The last of parallel axes' angles, as what the others leave of their sum.
 
     Several solutions have one sum, so that it takes fewer atan2 than the last angle does.
     """
-    *others, (last, sense) = senses
+    *others, (last, sense) = known.senses
     before = sum((sign * values[k] for k, sign in others), sp.Integer(0))
     turn = work.turns[last]
-    angle = sense * (work.terms.solved_angle(total.c, total.s) - before)
+    angle = sense * (work.terms.solved_angle(known.turn.c, known.turn.s) - before)
     return work.terms.solved_rest(angle, turn.c, turn.s)
 
 
