@@ -34,31 +34,15 @@ def solve_chain(
     found.family.solve(work, left, target)
 
 
-def axes_to_solve(lines: Lines, found: Attempt, given: Mapping[int, sp.Expr]) -> Lines:
-    """The axes that :func:`solve_chain` hands to the family."""
-    left, _ = without(lines, Target.at_home(), given)
-    return left.reversed() if found.backwards else left
-
-
 def pose_task(robot: Robot, lines: Lines, found: Attempt) -> Solved:
     """The task ``ik``: all joints from the tool's pose and the values of given joints."""
     work = Work(lines.terms)
-    symbols = _coordinates(robot)
+    symbols = arguments_of([joint.unit for joint in robot.coordinates])["q"].symbols
     arguments = tuple(given_argument(robot, k, symbols[k]) for k in found.given)
-    given = given_values(robot, found)
+    given = {k: robot.moving[k].direction * symbols[k] for k in found.given}
     target = of_pose(lines.terms, POSE_SYMBOLS, home_of(robot, lines.terms))
     solve_chain(work, lines, found, target, given)
     return of_pose_task(robot, work, arguments, given, found.family.inputs)
-
-
-def given_values(robot: Robot, found: Attempt) -> dict[int, sp.Expr]:
-    """The values of given joints as their axes count them, by the joints' indices."""
-    symbols = _coordinates(robot)
-    return {k: robot.moving[k].direction * symbols[k] for k in found.given}
-
-
-def _coordinates(robot: Robot) -> tuple[sp.Symbol, ...]:
-    return arguments_of([joint.unit for joint in robot.coordinates])["q"].symbols
 
 
 def given_argument(robot: Robot, joint: int, symbol: sp.Symbol) -> Argument:

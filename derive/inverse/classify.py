@@ -7,12 +7,13 @@ from typing import Literal
 import numpy as np
 
 from ..model.robot import Robot
+from ..model.tolerances import EXACT_STRUCTURE, MEASURED_STRUCTURE
 from ..terms.terms import Terms
 from .families import FAMILIES
 from .families.family import Family, Reading
 from .given_joints import ways_to_give
 from .structure import rank
-from .structure.lines import EXACT, SNAPPED, Lines, axes_of
+from .structure.lines import Lines, axes_of
 from .structure.requirement import Requirement
 
 MOST_JOINTS = 6
@@ -77,7 +78,7 @@ class Classification:
         """Whether the axes have the structure exactly, within measured errors, or not."""
         if self.found is None:
             return "none"
-        return "exact" if self.found.deviation <= EXACT else "snapped"
+        return "exact" if self.found.deviation <= EXACT_STRUCTURE else "snapped"
 
 
 def classify(
@@ -118,11 +119,11 @@ def of_lines(
     choices = list(_choices(lines, coordinates or len(lines.axes)))
     for attempt in _attempts(lines, choices, families):
         attempts.append(attempt)
-        if attempt.deviation <= EXACT:
+        if attempt.deviation <= EXACT_STRUCTURE:
             return Classification(lines, attempt, tuple(attempts))
     # A measured arm has the first structure that its axes miss by no more than measured errors.
-    for attempt in _attempts(replace(lines, tolerance=SNAPPED), choices, families):
-        if attempt.deviation <= SNAPPED:
+    for attempt in _attempts(replace(lines, tolerance=MEASURED_STRUCTURE), choices, families):
+        if attempt.deviation <= MEASURED_STRUCTURE:
             return Classification(lines, attempt, tuple(attempts))
     nearest = min(attempts, key=lambda attempt: attempt.deviation, default=None)
     return Classification(lines, None, tuple(attempts), _nearest_in_words(nearest))
@@ -172,7 +173,7 @@ def _attempts(
 def _nearest_in_words(nearest: Attempt | None) -> str:
     if nearest is None:
         return "no structure of so many joints is known"
-    missed = [r for r in nearest.requirements if r.deviation > EXACT]
+    missed = [r for r in nearest.requirements if r.deviation > EXACT_STRUCTURE]
     finite = [r for r in missed if np.isfinite(r.deviation)]
     text = "; ".join(f"{r.text} (off by {r.deviation:.3g})" for r in finite)
     never = "; ".join(r.text for r in missed if not np.isfinite(r.deviation))

@@ -8,6 +8,7 @@ import numpy as np
 from ..loops.hybrid import Hybrid
 from ..model.mechanism import Described, Mechanism
 from ..model.robot import Robot
+from ..model.tolerances import EXACT_STRUCTURE
 from ..terms.terms import Terms
 from .classify import Attempt, Classification
 from .families import FAMILIES
@@ -16,7 +17,6 @@ from .general.general_inverse import GeneralInverse
 from .hybrid_inverse import hybrid_inverses
 from .serial_inverse import Inverses, inverses
 from .steps.work import InverseStep
-from .structure.lines import EXACT
 from .structure.requirement import Requirement
 from .tasks.task import Solved
 
@@ -134,7 +134,7 @@ def _for_given(attempt: Attempt, classification: Classification) -> str:
 
 
 def _condition(requirement: Requirement, classification: Classification) -> str:
-    if requirement.deviation <= EXACT:
+    if requirement.deviation <= EXACT_STRUCTURE:
         return f"{requirement.text}: holds"
     return f"{requirement.text}: off by {_distance(requirement, classification)}"
 
@@ -159,7 +159,7 @@ def nearest(classification: Classification) -> list[tuple[str, list[tuple[str, s
             [
                 (requirement.text, _distance(requirement, classification))
                 for requirement in attempt.requirements
-                if requirement.deviation > EXACT
+                if requirement.deviation > EXACT_STRUCTURE
             ],
         )
         for attempt in best.values()

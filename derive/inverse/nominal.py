@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from ..description.conventions import inverse
 from ..model.exact import EVALUATION_DIGITS
 from ..model.robot import Joint, Placement, Robot, Rotation, Translation
+from ..model.tolerances import MEASURED_STRUCTURE, NOMINAL_GUARD_DIGITS
 from .classify import Attempt
-from .structure.lines import SNAPPED, Lines, home_of
+from .structure.lines import Lines, home_of
 from .structure.requirement import Requirement
 
 FloatArray = NDArray[np.float64]
@@ -59,7 +60,7 @@ def _nearest_upright(h: FloatArray) -> FloatArray:
     k = int(np.argmax(np.abs(h)))
     upright = np.zeros(3)
     upright[k] = np.sign(h[k])
-    return upright if float(np.linalg.norm(h - upright)) <= SNAPPED else h
+    return upright if float(np.linalg.norm(h - upright)) <= MEASURED_STRUCTURE else h
 
 
 def _make_parallel(directions: dict[int, FloatArray], indices: Sequence[int]) -> None:
@@ -101,7 +102,7 @@ def _placement(home: Sequence[Sequence[mpmath.mpf]]) -> Placement:
     with mpmath.workdps(EVALUATION_DIGITS):
         level = mpmath.hypot(home[0][0], home[1][0])
         pitch = mpmath.atan2(-home[2][0], level)
-        if level > mpmath.mpf(10) ** (8 - EVALUATION_DIGITS):
+        if level > _right_angle():
             yaw = mpmath.atan2(home[1][0], home[0][0])
             roll = mpmath.atan2(home[2][1], home[2][2])
         else:
@@ -122,6 +123,11 @@ def _number(value: sp.Expr) -> mpmath.mpf:
 def _angle(value: mpmath.mpf) -> sp.Expr:
     """An angle to 40 digits; right angles exactly, for they cost nothing."""
     quarters = mpmath.nint(2 * value / mpmath.pi)
-    if abs(value - quarters * mpmath.pi / 2) < mpmath.mpf(10) ** (8 - EVALUATION_DIGITS):
+    if abs(value - quarters * mpmath.pi / 2) < _right_angle():
         return sp.pi * sp.Rational(int(quarters), 2)
     return sp.Rational(sp.Float(value, EVALUATION_DIGITS))
+
+
+def _right_angle() -> mpmath.mpf:
+    """How far from a right angle (radian) one is still taken for it."""
+    return mpmath.mpf(10) ** (NOMINAL_GUARD_DIGITS - EVALUATION_DIGITS)

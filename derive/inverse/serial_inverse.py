@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from ..model.robot import Robot
 from ..terms.symbolic_function import SymbolicFunction, WrittenFunction
 from ..terms.terms import Terms
-from .chain_solution import axes_to_solve, given_values, pose_task
+from .chain_solution import pose_task
 from .classify import Classification, classify
 from .families import FAMILIES
 from .families.family import Family
@@ -83,13 +83,11 @@ def _by_structure(
     if found is None or classification.tier != "exact":
         return None
     solved = {"ik": pose_task(robot, lines, found)} if found.family.solves_pose else {}
-    if found.is_whole:
-        tasks = [task for task in found.family.tasks if task.applies(robot, lines)]
-        solved |= {task.name: task.solved(robot, lines) for task in tasks}
-    if found.family.functions is None:
+    if not found.is_whole:
         return Inverses(classification, solved)
-    left = axes_to_solve(lines, found, given_values(robot, found))
-    return Inverses(classification, solved, found.family.functions(robot, left))
+    tasks = [task for task in found.family.tasks if task.applies(robot, lines)]
+    solved |= {task.name: task.solved(robot, lines) for task in tasks}
+    return Inverses(classification, solved, found.family.functions(robot, lines))
 
 
 def _by_nominal(

@@ -11,6 +11,7 @@ from ..chain.groups import Group, Station
 from ..loops.collapse import collapsed
 from ..loops.hybrid import Hybrid
 from ..model.robot import JointKind
+from ..model.tolerances import INDEPENDENT_SLIDES
 from ..terms.terms import Terms
 from ..terms.vectors import (
     IDENTITY,
@@ -26,8 +27,6 @@ from .structure.lines import Axis, Lines, numbers
 from .subproblems.equations import LineAndPlane
 from .subproblems.found import FoundLength
 from .subproblems.sp4 import on_line
-
-_FLAT = 1e-9
 
 
 @dataclass(frozen=True)
@@ -148,7 +147,7 @@ def _independent(
     kept: list[Axis] = []
     for axis in slides:
         directions = [a.direction for a in (*kept, axis)]
-        if np.linalg.matrix_rank(np.array(directions), tol=_FLAT) == len(directions):
+        if np.linalg.matrix_rank(np.array(directions), tol=INDEPENDENT_SLIDES) == len(directions):
             kept.append(axis)
     basis = sp.Matrix([[terms.spelled(e) for e in axis.h] for axis in kept]).T
     to_basis = (basis.T * basis).inv() * basis.T

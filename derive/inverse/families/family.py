@@ -20,6 +20,10 @@ Reading = Literal["base", "tool"]
 """The end of the chain from which its axes are numbered."""
 
 
+def _no_functions(_robot: Robot, _lines: Lines) -> tuple[SymbolicFunction, ...]:
+    return ()
+
+
 @dataclass(frozen=True)
 class Family:
     """A structure of axes and the inverse that follows from it.
@@ -37,8 +41,8 @@ class Family:
             the position alone offers its tasks instead.
         inputs: What ``solve`` needs beside the displacement, a swivel angle for example.
         tasks: Tasks beside the pose, for a chain that is read from the base with no joint given.
-        functions: Functions that belong to the inverse, of a robot and the axes that ``solve``
-            sees: one that computes an input from a configuration, for example.
+        functions: Functions that belong to the inverse of such a chain, for example the value of an
+            input in a configuration.
     """
 
     title: str
@@ -50,4 +54,4 @@ class Family:
     solves_pose: bool = True
     inputs: tuple[TaskInput, ...] = ()
     tasks: tuple[Task, ...] = ()
-    functions: Callable[[Robot, Lines], tuple[SymbolicFunction, ...]] | None = None
+    functions: Callable[[Robot, Lines], tuple[SymbolicFunction, ...]] = _no_functions

@@ -9,6 +9,7 @@ import sympy as sp
 
 from ...chain.forward import Pose
 from ...model.robot import Robot
+from ...model.tolerances import TOOL_ON_AXIS
 from ...terms.symbolic_function import Argument
 from ...terms.vectors import IDENTITY, dot, subtracted
 from ..steps.target import Target
@@ -27,7 +28,6 @@ from .family import Family
 _LEAST_TURNS, _MOST_TURNS = 2, 3
 _PHI = sp.Symbol("_phi", real=True)
 _PHI_LETTER = InputLetter((r"\varphi", r"\rho", r"\Phi"))
-_ON_AXIS = 1e-9
 
 
 def _requires(lines: Lines) -> list[Requirement]:
@@ -74,9 +74,9 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
 def _lies_in_base_plane(robot: Robot, lines: Lines) -> bool:
     """Whether all joints turn in the base's x-y plane, and the tool's x axis lies in it."""
-    upright = abs(float(lines.axes[0].direction[2])) > 1 - _ON_AXIS
+    upright = abs(float(lines.axes[0].direction[2])) > 1 - TOOL_ON_AXIS
     turning = all(axis.turns for axis in lines.axes)
-    heading = abs(float(lines.terms.value(home_of(robot, lines.terms)[2, 0]))) < _ON_AXIS
+    heading = abs(float(lines.terms.value(home_of(robot, lines.terms)[2, 0]))) < TOOL_ON_AXIS
     return turning and upright and heading
 
 

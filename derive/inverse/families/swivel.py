@@ -22,13 +22,14 @@ import sympy as sp
 
 from ...chain.kinematics import arguments_of
 from ...model.robot import Robot
+from ...model.tolerances import EXACT_STRUCTURE, VECTOR_FLOOR
 from ...terms.symbolic_function import Argument, Result, SymbolicFunction
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, added, combination, cross, dot, subtracted
 from ..steps.rotations import three_turns, wrist
 from ..steps.target import Target
 from ..steps.work import Work
-from ..structure.lines import EXACT, Axis, Lines
+from ..structure.lines import Axis, Lines
 from ..structure.requirement import Requirement, askew, meeting, revolute
 from ..subproblems.sp3 import sp3, squared_across
 from ..subproblems.turns import CosSin, any_across, direction, perpendicular, rotated
@@ -41,8 +42,6 @@ _INPUT = TaskInput(
     Argument("swivel", (_SYMBOL,), (), "rad", "swivel angle of the elbow"),
     (InputLetter((r"\psi", r"\Psi", r"\zeta")),),
 )
-NOTHING = sp.Float("1e-140", 20)
-"""The part of another vector that is added to one that may be 0, and changes no other."""
 
 
 def _requires(lines: Lines) -> list[Requirement]:
@@ -154,7 +153,7 @@ def _reference(terms: Terms, a1: Axis, V: Vector) -> tuple[Vector, Vector, Vecto
     w = _unit(terms, V, a1.h)
     r = any_across(terms, a1.h)
     # Straight below the shoulder nothing is left of w - t; it then counts as pointing upwards.
-    away = combination(terms, (_ONE, NOTHING), (added(terms, w, a1.h), a1.h))
+    away = combination(terms, (_ONE, VECTOR_FLOOR), (added(terms, w, a1.h), a1.h))
     e_x = _unit(terms, cross(terms, cross(terms, away, r), w), cross(terms, a1.h, r))
     return w, e_x, cross(terms, w, e_x)
 
@@ -168,14 +167,16 @@ def _frame(
     too; any other on the side of its elbow.
     """
     w = _unit(terms, arm, upper)
-    flat = all(abs(float(terms.value(dot(terms, h, part)))) <= EXACT for part in (upper, fore))
+    flat = all(
+        abs(float(terms.value(dot(terms, h, part)))) <= EXACT_STRUCTURE for part in (upper, fore)
+    )
     b = _unit(terms, cross(terms, h, w) if flat else perpendicular(terms, w, upper), upper)
     return w, cross(terms, w, b), b
 
 
 def _unit(terms: Terms, v: Vector, instead: Vector) -> Vector:
     """The direction of a vector, or that of another where it is 0."""
-    v = combination(terms, (_ONE, NOTHING), (v, instead))
+    v = combination(terms, (_ONE, VECTOR_FLOOR), (v, instead))
     inverse = terms.let(1 / terms.let(sp.sqrt(dot(terms, v, v))))
     return combination(terms, (inverse,), (v,))
 

@@ -11,6 +11,7 @@ Most solutions: 4 for a pose; 8 for position and pitch, as the tool may point ou
 import sympy as sp
 
 from ...model.robot import Robot
+from ...model.tolerances import TOOL_ON_AXIS
 from ...terms.vectors import Vector, combination, cross, subtracted
 from ..steps.plane import turn_to_plane
 from ..steps.target import Target
@@ -33,9 +34,6 @@ from ..tasks.partial_poses import (
 )
 from ..tasks.task import Solved, Task
 from .family import Family
-
-_ON_AXIS = 1e-9
-"""Distance (metre) and sine up to which the tool lies on the axis of its joint."""
 
 
 def _requires(lines: Lines) -> list[Requirement]:
@@ -84,7 +82,7 @@ def _tool_is_free(robot: Robot, lines: Lines) -> bool:
     h = axis.direction
     off = [h[i - 2] * lever[i - 1] - h[i - 1] * lever[i - 2] for i in range(3)]
     tilted = [h[i - 2] * tool[i - 1] - h[i - 1] * tool[i - 2] for i in range(3)]
-    return bool(max(map(abs, (*off, *tilted))) < _ON_AXIS)
+    return bool(max(map(abs, (*off, *tilted))) < TOOL_ON_AXIS)
 
 
 def _with_pitch(robot: Robot, lines: Lines) -> Solved:

@@ -22,11 +22,12 @@ import sympy as sp
 from ...model.errors import RobotError
 from ...model.exact import EVALUATION_DIGITS
 from ...model.robot import Robot
+from ...model.tolerances import KERNEL_GUARD_DIGITS
 from .line_quantities import Array
 from .raghavan_roth import Split, doubled, equations, placements
 
 UNKNOWNS, KERNEL = 12, 4
-ZERO = mpmath.mpf(10) ** (-EVALUATION_DIGITS // 2)
+ZERO = mpmath.mpf(10) ** (KERNEL_GUARD_DIGITS - EVALUATION_DIGITS)
 
 
 @dataclass(frozen=True)

@@ -39,6 +39,7 @@ from ...chain.kinematics import BOTTOM_ROW
 from ...chain.poe import placement_matrix
 from ...model.errors import RobotError
 from ...model.robot import Robot
+from ...model.tolerances import DETERMINANT_TAIL, SINGLE_SOLUTION
 from ...terms.symbolic_function import Result, SymbolicFunction
 from ...terms.terms import Terms
 from ..tasks.slots import POSE_SYMBOLS, pose_argument
@@ -53,10 +54,6 @@ RANK = 8
 """Of the unknowns that meet exp(i theta) of the suppressed angle, of twelve."""
 POSES = 16
 """Poses on which a split is tried."""
-TAIL = 1e-9
-"""Share of degrees above 8 in a determinant that rounding may leave."""
-APART = 1e-12
-"""Singular values below this are zero: the six equations do not single out a solution."""
 
 Naming = Callable[[Array], Array]
 
@@ -159,7 +156,7 @@ def split_of(robot: Robot) -> Split | None:
         if _has_kernel(equations(constants, split, np.eye(4)).right)
     }
     best = max(ratings, key=lambda split: ratings[split], default=None)
-    return None if best is None or ratings[best] < APART else best
+    return None if best is None or ratings[best] < SINGLE_SOLUTION else best
 
 
 def is_fit(robot: Robot) -> bool:
@@ -219,8 +216,8 @@ def _has_kernel(right: Array) -> bool:
     _, sizes, rows = np.linalg.svd(doubled(right[1]) - 1j * doubled(right[2]))
     kernel = rows[RANK:].conj()
     apart = np.linalg.svd(np.vstack([kernel.real, kernel.imag]), compute_uv=False)
-    found = sizes > TAIL * sizes[0]
-    return bool(found[:RANK].all() and not found[RANK:].any() and apart[-1] > TAIL)
+    found = sizes > DETERMINANT_TAIL * sizes[0]
+    return bool(found[:RANK].all() and not found[RANK:].any() and apart[-1] > DETERMINANT_TAIL)
 
 
 def _rating(constants: Sequence[Array], split: Split, q: Sequence[float]) -> float:
@@ -229,7 +226,7 @@ def _rating(constants: Sequence[Array], split: Split, q: Sequence[float]) -> flo
     turns = 2 * np.pi * np.arange(SAMPLES) / SAMPLES
     sampled = np.tensordot(np.array([np.ones(SAMPLES), np.cos(turns), np.sin(turns)]).T, M, 1)
     degrees = np.abs(np.fft.rfft(np.linalg.det(sampled)))
-    if degrees[DEGREE + 1 :].max() > TAIL * degrees.max():
+    if degrees[DEGREE + 1 :].max() > DETERMINANT_TAIL * degrees.max():
         return 0.0
     angle = split.sense * q[split.joints[2]]
     at = np.tensordot(np.array([1.0, np.cos(angle), np.sin(angle)]), M, 1)

@@ -2,19 +2,13 @@
 
 import sympy as sp
 
+from ...model.tolerances import UNDETERMINED_SUM
 from ...terms.vectors import Vector, dot, subtracted
 from ..structure.lines import Lines
 from ..subproblems.found import FoundTurn
 from ..subproblems.sp3 import sp3
 from ..subproblems.turns import CosSin, perpendicular
 from .work import Work
-
-UNDETERMINED = sp.Float("5e-10", 20)
-"""Up to this sine of the angle between axis 6 and axes 2 to 4, the three are taken for parallel.
-
-The sum of the angles 2 to 4 is then free to bring the elbow within reach, at the cost of an
-orientation that is off by no more than this.
-"""
 
 
 def with_elbow_in_reach(
@@ -46,7 +40,7 @@ def with_elbow_in_reach(
     right = terms.let(dot(terms, upper, upper) + dot(terms, fore, fore))
     best = sp3(terms, a2.h, minus_U, lever, right, sign).turn
     across = perpendicular(terms, a2.h, v)
-    told = dot(terms, across, across) > terms.let(UNDETERMINED**2)
+    told = dot(terms, across, across) > terms.let(UNDETERMINED_SUM**2)
     turn = CosSin(
         terms.let(sp.Piecewise((found.turn.c, told), (best.c, True), evaluate=False)),
         terms.let(sp.Piecewise((found.turn.s, told), (best.s, True), evaluate=False)),

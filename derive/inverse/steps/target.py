@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ...terms.terms import Terms
-from ...terms.vectors import IDENTITY, ORIGIN, Basis, Vector, added, combination, dot, subtracted
+from ...terms.vectors import IDENTITY, Basis, Vector, added, combination, dot, subtracted
 from ..subproblems.turns import CosSin, rotated
 
 
@@ -30,11 +30,6 @@ class Target:
     axes: Basis
     home: Vector
     position: Vector
-
-    @classmethod
-    def at_home(cls) -> "Target":
-        """No displacement."""
-        return cls(IDENTITY, ORIGIN, ORIGIN)
 
     def turned(self, terms: Terms, direction: Vector) -> Vector:
         """A direction of the body that is carried, after the displacement."""

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
+from ...model.tolerances import OBLIQUE_AXES
 from ...terms.terms import Terms
 from ...terms.vectors import ORIGIN, Vector, added, combination, dot, subtracted
 from ..structure.lines import Axis, Lines
@@ -27,8 +28,6 @@ from .plane import turn_to_plane
 from .triangle import triangle
 from .work import Work
 
-_OBLIQUE = 1e-3
-"""Sine of an angle that is too flat to solve by."""
 Solver = Callable[[Work, Lines, Vector, Vector], None]
 """Finds the three joints that bring a point of the home pose to the place W."""
 
@@ -314,7 +313,7 @@ def two_slides(work: Work, first: Axis, second: Axis, way: Vector) -> None:
 
 
 def _oblique(lines: Lines, i: int, j: int) -> Requirement:
-    sideways = abs(float(lines.axes[i].direction @ lines.axes[j].direction)) < _OBLIQUE
+    sideways = abs(float(lines.axes[i].direction @ lines.axes[j].direction)) < OBLIQUE_AXES
     text = f"{lines.axes[j].name} does not move across {lines.axes[i].name}"
     return Requirement(text, np.inf if sideways else 0.0)
 
@@ -322,14 +321,14 @@ def _oblique(lines: Lines, i: int, j: int) -> Requirement:
 def _turned_out(lines: Lines) -> Requirement:
     a, b, c = (axis.direction for axis in lines.axes)
     normal = np.cross(a, b)
-    flat = np.linalg.norm(np.cross(normal, c)) < _OBLIQUE
+    flat = np.linalg.norm(np.cross(normal, c)) < OBLIQUE_AXES
     text = f"{lines.axes[2].name} moves the point out of the plane of the slides"
     return Requirement(text, np.inf if flat else 0.0)
 
 
 def _independent(lines: Lines) -> Requirement:
     volume = float(np.linalg.det([axis.direction for axis in lines.axes]))
-    return Requirement("the slides span space", np.inf if abs(volume) < _OBLIQUE else 0.0)
+    return Requirement("the slides span space", np.inf if abs(volume) < OBLIQUE_AXES else 0.0)
 
 
 CASES = (

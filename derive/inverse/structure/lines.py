@@ -14,6 +14,7 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from ...model.robot import Joint, JointKind, Placement, Robot, Rotation
+from ...model.tolerances import EXACT_STRUCTURE, MEASURED_STRUCTURE
 from ...terms.terms import Terms
 from ...terms.vectors import (
     IDENTITY,
@@ -28,10 +29,6 @@ from ...terms.vectors import (
 
 Frame = tuple[Basis, Vector]
 
-EXACT = 1e-9
-"""Axes that miss a structure by no more (radian, or parts of the arm's length) have it."""
-SNAPPED = 5e-3
-"""Axes that miss it by no more are those of a calibrated arm that was built to have it."""
 
 SOME_SLIDE = 0.6180339887
 """A slide (metre) at which nothing meets that does not meet at others."""
@@ -162,7 +159,7 @@ class Lines:
 
     terms: Terms
     axes: tuple[Axis, ...]
-    tolerance: float = EXACT
+    tolerance: float = EXACT_STRUCTURE
 
     @cached_property
     def length(self) -> float:
@@ -209,7 +206,7 @@ class Lines:
         """
         axes = [self.axes[k] for k in indices]
         if any(
-            float(np.linalg.norm(np.cross(a.direction, b.direction))) < SNAPPED
+            float(np.linalg.norm(np.cross(a.direction, b.direction))) < MEASURED_STRUCTURE
             for a, b in pairwise(axes)
         ):
             return np.inf

@@ -3,18 +3,17 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from ...model.tolerances import JACOBIAN_RANK
 from .lines import Lines
 
 _POSTURES = 3
-_SMALL = 1e-9
-"""A singular value of the scaled Jacobian that is zero."""
 
 
 def of_chain(lines: Lines) -> int:
     """The largest rank of the Jacobian over random postures."""
     rng = np.random.default_rng(0)
     postures = rng.uniform(-np.pi, np.pi, (_POSTURES, len(lines.axes)))
-    return max(int(np.linalg.matrix_rank(_jacobian(lines, q), tol=_SMALL)) for q in postures)
+    return max(int(np.linalg.matrix_rank(_jacobian(lines, q), tol=JACOBIAN_RANK)) for q in postures)
 
 
 def _jacobian(lines: Lines, q: NDArray[np.float64]) -> NDArray[np.float64]:

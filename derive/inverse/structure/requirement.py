@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .lines import SNAPPED, Lines
+from ...model.tolerances import MEASURED_STRUCTURE
+from .lines import Lines
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,9 @@ def across(lines: Lines, i: int, j: int) -> Requirement:
 def askew(lines: Lines, i: int, j: int) -> Requirement:
     """Axes that must not be parallel."""
     text = f"axes {lines.axes[i].name} and {lines.axes[j].name} are not parallel"
-    return Requirement(text, np.inf if lines.angular_deviation((i, j)) < SNAPPED else 0.0)
+    return Requirement(
+        text, np.inf if lines.angular_deviation((i, j)) < MEASURED_STRUCTURE else 0.0
+    )
 
 
 def _names(lines: Lines, indices: Iterable[int]) -> str:

@@ -46,28 +46,22 @@ from dataclasses import dataclass
 import sympy as sp
 from sympy.logic.boolalg import Boolean
 
+from ...model.tolerances import (
+    DIRECTION_FLOOR,
+    EVEN_CONIC,
+    GREATEST_T,
+    LEAST_CONIC,
+    LEAST_SLOPE,
+    LEAST_T,
+    MEETING_ROOTS,
+    NEARLY_LINEAR,
+    OUTERMOST_ROOT,
+    REAL_LINES,
+)
 from ...terms.terms import Terms
-from .turns import FLOOR, CosSin, composed, direction
+from .turns import CosSin, composed, direction
 
 ZERO, ONE, HALF = sp.Integer(0), sp.Integer(1), sp.Rational(1, 2)
-LEAST_CONIC = sp.Rational(1, 10**20)
-"""What g is at least, in a polynomial whose coefficients are about 1 and rounded to 1e-16."""
-NEARLY_LINE = sp.Integer(10) ** 10
-"""Above this value of P + Q the resolvent is linear to 1e-5, and its closed form loses digits."""
-BEYOND = 1 + sp.Rational(1, 10**9)
-"""A root tau up to here is taken for one that rounding has moved out of [-1, 1]."""
-MEETING = sp.Rational(1, 10**14)
-"""sin^2 of half the angle between two roots that are one; rounding parts a double root so."""
-ROUNDING = sp.Rational(4, 10**15)
-"""Up to here a coefficient p is rounding, and the conic is taken for even in x: t = 0."""
-LEVEL = sp.Rational(1, 10**13)
-"""Down to this negative slope of the cubic at 0 the lines of t = 0 are real but for rounding."""
-LEAST_SLOPE = sp.Rational(1, 10**10)
-"""Slopes of the cubic below this one are those of a triple root that rounding has parted."""
-GREATEST_T = sp.Rational(3, 2)
-"""Where a step from a triple root ends at most."""
-SMALL_T = sp.Rational(1, 10**8)
-"""Below this t, alpha is too small to divide p by."""
 STEPS = 5
 """From a start that is wrong by 30 percent to 12 digits."""
 POLISHING_STEPS = 2
@@ -110,7 +104,7 @@ def circle_roots(
     first: tuple[sp.Expr, sp.Expr],
     second: tuple[sp.Expr, sp.Expr],
     signs: tuple[sp.Symbol, sp.Symbol],
-    apart: sp.Expr = ZERO,
+    separation: sp.Expr = ZERO,
 ) -> CirclePoint:
     """A root of ``a0 + first . (c, s) + second . (cos(2 phi), sin(2 phi))``.
 
@@ -122,17 +116,17 @@ def circle_roots(
         signs: Two symbols that stand for 1 or -1. The first chooses the line: 1 the one nearer to
             the circle's centre. The second chooses the point on it. All four choices together give
             all roots.
-        apart: How far, as an angle, either side of their common point two roots are returned that
-            are one up to rounding.
+        separation: The angle from their common point at which two roots are returned that are one
+            up to rounding.
     """
     conic, axis = _turned(terms, a0, first, second)
     t, slope, swap = _resolvent(terms, conic)
     p = select(terms, swap, -conic.q, conic.p)
-    even = sp.And(sp.Abs(p) <= ROUNDING, slope >= -LEVEL)
+    even = sp.And(sp.Abs(p) <= EVEN_CONIC, slope >= -REAL_LINES)
     p, t = select(terms, even, ZERO, p), select(terms, even, ZERO, t)
     q = select(terms, swap, -conic.p, conic.q)
     r = select(terms, swap, -conic.r, conic.r)
-    x, y, margin = _on_lines(terms, Conic(conic.g, p, q, r), t, signs, apart)
+    x, y, margin = _on_lines(terms, Conic(conic.g, p, q, r), t, signs, separation)
     point = CosSin(select(terms, swap, y, x), select(terms, swap, x, y))
     return CirclePoint(composed(terms, axis, point), margin)
 
@@ -186,16 +180,16 @@ def _outer_root(terms: Terms, r: sp.Expr, P: sp.Expr, Q: sp.Expr) -> sp.Expr:
     y = _start(terms, k, size)
     for _ in range(STEPS):
         y2 = let(y**2)
-        y = let(let(2 * let(y2 * y) + size) / let(let(3 * y2 - k) + FLOOR))
+        y = let(let(2 * let(y2 * y) + size) / let(let(3 * y2 - k) + DIRECTION_FLOOR))
     y = select(terms, positive, y, -y)
     outer = let(middle + y)
     centre = let(middle - HALF * y)
-    apart = let(4 * k - 3 * let(y**2))
-    spread = let(HALF * sp.sqrt(sp.Max(ZERO, apart, evaluate=False)))
+    discriminant = let(4 * k - 3 * let(y**2))
+    spread = let(HALF * sp.sqrt(sp.Max(ZERO, discriminant, evaluate=False)))
     inner = let(centre - select(terms, centre >= 0, spread, -spread))
-    tau = select(terms, sp.And(sp.Abs(outer) > BEYOND, apart >= 0), inner, outer)
-    straight = let(let(P - Q) / let(total + FLOOR))
-    return select(terms, total > NEARLY_LINE, straight, tau)
+    tau = select(terms, sp.And(sp.Abs(outer) > OUTERMOST_ROOT, discriminant >= 0), inner, outer)
+    straight = let(let(P - Q) / let(total + DIRECTION_FLOOR))
+    return select(terms, total > NEARLY_LINEAR, straight, tau)
 
 
 def _start(terms: Terms, k: sp.Expr, size: sp.Expr) -> sp.Expr:
@@ -205,10 +199,10 @@ def _start(terms: Terms, k: sp.Expr, size: sp.Expr) -> sp.Expr:
     fourth = let(sp.sqrt(let(sp.sqrt(size))))
     b = let(fourth * let(sp.sqrt(let(sp.sqrt(fourth)))))
     b3 = let(b**3)
-    b = let(b * let(b3 + 2 * size) / let(let(2 * b3 + size) + FLOOR))
+    b = let(b * let(b3 + 2 * size) / let(let(2 * b3 + size) + DIRECTION_FLOOR))
     b2 = let(b**2)
     above = let(sp.sqrt(let(sp.Max(k, ZERO, evaluate=False) + b2)))
-    return select(terms, k > 0, above, let(size / let(let(b2 - k) + FLOOR)))
+    return select(terms, k > 0, above, let(size / let(let(b2 - k) + DIRECTION_FLOOR)))
 
 
 def _on_lines(
@@ -216,7 +210,7 @@ def _on_lines(
     conic: Conic,
     t: sp.Expr,
     signs: tuple[sp.Symbol, sp.Symbol],
-    apart: sp.Expr,
+    separation: sp.Expr,
 ) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
     """The point where a line of the pair meets the circle, and its margin."""
     let = terms.let
@@ -229,7 +223,10 @@ def _on_lines(
     by_product = let(sp.sqrt(sp.Max(ZERO, square, evaluate=False)))
     size = let(sp.Abs(p))
     total = select(
-        terms, sp.And(alpha2 > size, t > SMALL_T), let(size / let(alpha + FLOOR)), by_product
+        terms,
+        sp.And(alpha2 > size, t > LEAST_T),
+        let(size / let(alpha + DIRECTION_FLOOR)),
+        by_product,
     )
     # The greater offset has the sign of p, and its line is alpha x - side beta y.
     positive = p >= 0
@@ -238,7 +235,9 @@ def _on_lines(
     spread = let(sp.Abs(difference))
     far = let(HALF * let(total + spread))
     w = let(sp.sqrt(let(2 * g)))
-    near = select(terms, far > w, let(product / let(far + FLOOR)), let(HALF * let(total - spread)))
+    near = select(
+        terms, far > w, let(product / let(far + DIRECTION_FLOOR)), let(HALF * let(total - spread))
+    )
     is_near = signs[0] > 0
     offset = select(terms, is_near, near, far)
     other = select(terms, is_near, let(sp.Abs(far)), let(sp.Abs(near)))
@@ -247,7 +246,10 @@ def _on_lines(
     size = let(sp.Abs(offset))
     short = let(w - size)
     xi2 = let(short * let(w + size))
-    xi = let(signs[1] * select(terms, xi2 > let(2 * MEETING * g), sp.sqrt(xi2), let(apart * w)))
+    xi = let(
+        signs[1]
+        * select(terms, xi2 > let(2 * MEETING_ROOTS * g), sp.sqrt(xi2), let(separation * w))
+    )
     offset = select(terms, positive, offset, -offset)
     scale = let(1 / let(w * sp.Max(w, size, evaluate=False)))
     x = let(-let(offset * u + xi * v) * scale)

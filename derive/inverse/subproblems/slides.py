@@ -11,11 +11,12 @@ Source: Elias and Wen 2022 have no slides; the formulas are elementary.
 
 import sympy as sp
 
+from ...model.tolerances import MEETING_SOLUTIONS
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, dot
 from .equations import LineAndPlane, LineAndSphere
 from .found import FoundLength
-from .sp4 import MEETING, ratio
+from .sp4 import ratio
 from .turns import perpendicular
 
 
@@ -36,7 +37,9 @@ def slide_to_sphere(
     # As in subproblem 4: two solutions that differ by rounding alone are one.
     xi = terms.let(
         sp.Piecewise(
-            (sp.sqrt(xi2), xi2 > terms.let(MEETING * size)), (sp.Integer(0), True), evaluate=False
+            (sp.sqrt(xi2), xi2 > terms.let(MEETING_SOLUTIONS * size)),
+            (sp.Integer(0), True),
+            evaluate=False,
         )
     )
     length = terms.let(sign * xi - along)

@@ -11,9 +11,9 @@ Derivation: the left side is ``a cos + b sin + (h . k)(k . p)`` with ``a = h . p
 Out of reach xi is 0 and (x, y) points along e (a, b), the nearest that the circle comes.
 
 Boundary: at xi = 0 both solutions meet. Rounding alone moves xi^2 by some 1e-16 (a^2 + b^2), so
-that below :data:`MEETING` of it the two are one: a solution that rounding has moved off its
-singular place by 1e-8 would leave nothing of the singularity to those who follow, and to meet the
-line to 4e-15 of its length costs nothing.
+that below MEETING_SOLUTIONS of it the two are one: a solution that rounding has moved off its
+singular position by 1e-8 would hide the singularity from the steps behind it, and to meet the line
+to 4e-15 of its length costs nothing.
 
 Degenerate: where a = b = 0 every angle will do, if e = 0 too; the angle is then 0.
 
@@ -22,16 +22,12 @@ Source: Elias and Wen 2022, subproblem 4.
 
 import sympy as sp
 
+from ...model.tolerances import DIVISOR_FLOOR, MEETING_SOLUTIONS
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, cross, dot
 from .equations import Linear
 from .found import FoundTurn
 from .turns import CosSin, composed, direction, direction_of, perpendicular
-
-MEETING = sp.Float("4e-15", 20)
-"""sin^2 of half the angle between two solutions that are one."""
-LEAST = sp.Float("1e-300", 20)
-"""What is added to a divisor that may be 0."""
 
 
 def sp4(terms: Terms, h: Vector, k: Vector, p: Vector, d: sp.Expr, sign: sp.Symbol) -> FoundTurn:
@@ -59,13 +55,13 @@ def on_line(
     if e == 0:
         return _through_centre(terms, a, b, sign)
     middle, rho2, inverse = direction_of(terms, a, b)
-    apart = xi2 > terms.let(MEETING * rho2)
+    are_two = xi2 > terms.let(MEETING_SOLUTIONS * rho2)
     # As the turn from (a, b): what is divided by is known before the root is.
     half = terms.let(sp.sqrt(xi2) * inverse)
-    sine = terms.let(sp.Piecewise((half, apart), (sp.Integer(0), True), evaluate=False))
+    sine = terms.let(sp.Piecewise((half, are_two), (sp.Integer(0), True), evaluate=False))
     nearest = sp.Piecewise((sp.Integer(-1), e < 0), (sp.Integer(1), True), evaluate=False)
     cosine = terms.let(
-        sp.Piecewise((terms.let(e * inverse), apart), (terms.let(nearest), True), evaluate=False)
+        sp.Piecewise((terms.let(e * inverse), are_two), (terms.let(nearest), True), evaluate=False)
     )
     turn = composed(terms, middle, CosSin(cosine, terms.let(sign * sine)))
     return FoundTurn(turn, Linear(a, b, e), sign, terms.let(xi2 * terms.let(inverse**2)))
@@ -93,8 +89,8 @@ def near_line(
     """
     if e == 0:
         return _through_centre(terms, a, b, sign)
-    apart = xi2 > terms.let(MEETING * scale)
-    xi = terms.let(sp.Piecewise((sp.sqrt(xi2), apart), (sp.Integer(0), True), evaluate=False))
+    are_two = xi2 > terms.let(MEETING_SOLUTIONS * scale)
+    xi = terms.let(sp.Piecewise((sp.sqrt(xi2), are_two), (sp.Integer(0), True), evaluate=False))
     turned = terms.let(sign * xi)
     turn = direction(terms, terms.let(e * a - turned * b), terms.let(e * b + turned * a))
     return FoundTurn(turn, Linear(a, b, e), sign, ratio(terms, xi2, scale))
@@ -111,4 +107,4 @@ def ratio(terms: Terms, part: sp.Expr, whole: sp.Expr) -> sp.Expr:
     """A part of something that is never negative, 0 of nothing."""
     if terms.is_constant(whole):
         return terms.let(part * terms.let(1 / whole))
-    return terms.let(part / terms.let(whole + LEAST))
+    return terms.let(part / terms.let(whole + DIVISOR_FLOOR))

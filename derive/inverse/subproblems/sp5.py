@@ -30,22 +30,20 @@ from dataclasses import dataclass
 import sympy as sp
 from sympy.logic.boolalg import Boolean
 
+from ...model.tolerances import (
+    DIRECTION_FLOOR,
+    LOOP_DAMPING,
+    NEARLY_REAL,
+    PARABOLA_STEP,
+    SOLUTION_SEPARATION,
+)
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, added, combination, cross, dot, named, subtracted
 from .equations import Pair, Rows
 from .quartic import ONE, ZERO, select
-from .sp6 import NEARLY, Signs, advanced, algebraic, chosen
-from .turns import FLOOR, CosSin, direction, perpendicular, rotated
+from .sp6 import Signs, advanced, algebraic, chosen
+from .turns import CosSin, direction, perpendicular, rotated
 
-DAMPING = sp.Rational(1, 10**10)
-"""The square of the smallest singular value, over the greatest, that Newton's steps trust.
-
-Less of it would drown in rounding where the Jacobian has rank 1.
-"""
-APART = sp.Rational(1, 10**7)
-"""By this angle solutions that the squares do not tell apart begin on either side."""
-NEAR = sp.Rational(1, 10**5)
-"""The greatest step on the parabola."""
 STEPS = 2
 
 
@@ -92,10 +90,10 @@ def sp5(
     """
     let = terms.let
     loop = _Loop(_Arm.of(terms, p0, k1, p1), k2, _Arm.of(terms, p2, k3, p3))
-    size2 = let(sum((dot(terms, p, p) for p in (p0, p1, p2, p3)), FLOOR))
+    size2 = let(sum((dot(terms, p, p) for p in (p0, p1, p2, p3)), DIRECTION_FLOOR))
     inverse = let(1 / let(sp.sqrt(size2)))
-    found = algebraic(terms, *loop.equations(terms, inverse), signs, APART)
-    exists = found.margin >= -NEARLY
+    found = algebraic(terms, *loop.equations(terms, inverse), signs, SOLUTION_SEPARATION)
+    exists = found.margin >= -NEARLY_REAL
     state = loop.closed(terms, found.first, found.second)
     for _ in range(STEPS):
         state = loop.on_parabola(terms, state, exists, inverse)
@@ -208,7 +206,7 @@ class _Loop:
         swap = sizes[1] > sizes[0]
         g, n1, n3, G1, G3 = (select(terms, swap, b, a) for a, b in zip(*equations, strict=True))
         h, m1, m3, H1, H3 = (select(terms, swap, a, b) for a, b in zip(*equations, strict=True))
-        n2 = let(select(terms, swap, sizes[1], sizes[0]) + FLOOR)
+        n2 = let(select(terms, swap, sizes[1], sizes[0]) + DIRECTION_FLOOR)
         d = direction(terms, -n3, n1)
         ratio = let(let(m1 * n1 + m3 * n3) / n2)
         bend = let(G1 * d.c**2 + G3 * d.s**2)
@@ -260,9 +258,9 @@ class _Loop:
         det = dot(terms, a, rows[0])
         trace = let(sum((dot(terms, column, column) for column in columns), ZERO))
         minors = let(sum((dot(terms, row, row) for row in rows), ZERO))
-        mu = let(DAMPING * trace)
+        mu = let(LOOP_DAMPING * trace)
         bottom = let(det**2 + mu * let(minors + mu * let(trace + mu)))
-        inverse = let(1 / let(bottom + FLOOR))
+        inverse = let(1 / let(bottom + DIRECTION_FLOOR))
         gradient = named(terms, (dot(terms, column, state.gap) for column in columns))
         image = combination(terms, gradient, columns)
         steps = []
@@ -287,9 +285,11 @@ def _nearer_root(terms: Terms, A: sp.Expr, B: sp.Expr, C: sp.Expr) -> sp.Expr:
     root = let(sp.sqrt(sp.Max(ZERO, square, evaluate=False)))
     real = square > 0
     top = select(terms, real, let(2 * C), B)
-    bottom = select(terms, real, let(B + select(terms, B >= 0, root, -root)), let(A + FLOOR))
+    bottom = select(
+        terms, real, let(B + select(terms, B >= 0, root, -root)), let(A + DIRECTION_FLOOR)
+    )
     tau = let(-top / bottom)
-    return let(sp.Max(-NEAR, sp.Min(tau, NEAR, evaluate=False), evaluate=False))
+    return let(sp.Max(-PARABOLA_STEP, sp.Min(tau, PARABOLA_STEP, evaluate=False), evaluate=False))
 
 
 def _smaller(terms: Terms, exists: Boolean, new: _State, old: _State) -> _State:

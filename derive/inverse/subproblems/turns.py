@@ -8,15 +8,9 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from ...model.tolerances import DIRECTION_FLOOR
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, combination, cross, dot
-
-FLOOR = sp.Float("1e-150", 20)
-"""What is added to the first of two numbers whose direction is asked for.
-
-It changes no number above 1e-134, its square is no underflow, and the direction of (0, 0) is the
-angle 0 instead of 0/0.
-"""
 
 
 @dataclass(frozen=True)
@@ -62,7 +56,7 @@ def direction_of(
     """:func:`direction`, the square of the vector's length and the inverse of the length."""
     x, y = terms.let(x), terms.let(y)
     if not sure and not terms.is_constant(x):
-        x = terms.let(x + FLOOR)
+        x = terms.let(x + DIRECTION_FLOOR)
     squared = terms.let(x**2 + y**2)
     inverse = terms.let(1 / terms.let(sp.sqrt(squared)))
     return CosSin(terms.let(x * inverse), terms.let(y * inverse)), squared, inverse

@@ -10,14 +10,13 @@ from collections.abc import Iterable, Sequence
 import sympy as sp
 
 from ...inverse.subproblems.turns import CosSin
+from ...model.tolerances import ARTICLE_ZERO
 from ...terms.terms import Terms
 from ..setting.printed_terms import PrintedTerms
 from ..setting.sharing import BRACKET, DEEPEST, Definition, depth, numbered
 from ..setting.widths import width
 from .inverse_symbols import InverseSymbols
 
-TINY = 1e-100
-"""Numbers below it keep a quotient of zeros from being none; a reader does without them."""
 SHORT = 30.0
 """Width of a sum that is written out wherever it occurs, and of an unnamed coefficient (pt)."""
 
@@ -71,7 +70,7 @@ class InverseTerms:
     def _definition(self, term: sp.Symbol) -> sp.Expr:
         """What a term stands for, without numbers that are there for rounding alone."""
         definition = self.changed.get(term, self.terms.definitions[term])
-        tiny = {x: sp.Integer(0) for x in definition.atoms(sp.Float) if abs(x) < TINY}
+        tiny = {x: sp.Integer(0) for x in definition.atoms(sp.Float) if abs(x) < ARTICLE_ZERO}
         return definition.xreplace(tiny)
 
     def _open(self, entries: Iterable[sp.Expr]) -> list[sp.Symbol]:

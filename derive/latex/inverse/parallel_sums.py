@@ -9,8 +9,8 @@ import sympy as sp
 from ...inverse.steps.work import Work
 from ...inverse.structure.lines import Axis
 from ...inverse.subproblems.turns import CosSin
+from ...model.tolerances import EXACT_STRUCTURE
 
-_PARALLEL = 1 - 1e-9
 _BILINEAR = {(1, 0, 1, 0): "cc", (0, 1, 0, 1): "ss", (0, 1, 1, 0): "sc", (1, 0, 0, 1): "cs"}
 """Powers of cosine and sine of one angle and of the other."""
 
@@ -38,7 +38,7 @@ def parallel_pairs(work: Work, axes: Sequence[Axis]) -> Iterator[ParallelPair]:
     for a, b in pairwise(turning):
         turns = work.turns[a.joint], work.turns[b.joint]
         product = float(a.direction @ b.direction)
-        if abs(product) < _PARALLEL or not all(map(_is_pair, turns)):
+        if abs(product) < 1 - EXACT_STRUCTURE or not all(map(_is_pair, turns)):
             continue
         c, s = sp.symbols(f"_c{a.joint}_{b.joint} _s{a.joint}_{b.joint}", real=True)
         other = turns[1].counted(1 if product > 0 else -1)

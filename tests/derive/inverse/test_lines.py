@@ -13,14 +13,13 @@ from chasles.derive.inverse.serial_inverse import inverses
 from chasles.derive.inverse.steps.target import Target
 from chasles.derive.inverse.structure import rank
 from chasles.derive.inverse.structure.lines import (
-    EXACT,
-    SNAPPED,
     Axis,
     Lines,
     axes_of,
     home_of,
     numbers,
 )
+from chasles.derive.model.tolerances import EXACT_STRUCTURE, MEASURED_STRUCTURE
 from chasles.derive.terms.terms import Terms
 
 CHAIN = "R/P/R/RxR/P"
@@ -39,7 +38,7 @@ def lines_of(*axes):
 @pytest.mark.parametrize(("by", "parallel"), [(0, True), (0.9, True), (1.1, False)])
 @pytest.mark.parametrize("sense", [1, -1])
 def test_axes_are_parallel_up_to_the_tolerance(by, parallel, sense):
-    tilt = np.arcsin(by * EXACT)
+    tilt = np.arcsin(by * EXACT_STRUCTURE)
     lines = lines_of(
         ((0, 0, 1), (0, 0, 0)), ((0, sense * np.sin(tilt), sense * np.cos(tilt)), (1, 0, 0))
     )
@@ -50,7 +49,7 @@ def test_axes_are_parallel_up_to_the_tolerance(by, parallel, sense):
 @pytest.mark.parametrize(("by", "meet"), [(0, True), (0.9, True), (1.1, False)])
 def test_axes_meet_up_to_the_tolerance(by, meet):
     # The middle between two lines is half their distance from both; the arm is about 2 m long.
-    apart = 2 * by * EXACT * 2
+    apart = 2 * by * EXACT_STRUCTURE * 2
     lines = lines_of(((0, 0, 1), (0, 0, 0)), ((1, 0, 0), (0, apart, 2)))
     assert lines.meet(0, 1) == meet
 
@@ -65,7 +64,7 @@ def test_axes_of_one_point_and_of_three():
 
 
 def test_neighbours_that_are_nearly_parallel_have_no_centre():
-    tilt = 0.5 * SNAPPED
+    tilt = 0.5 * MEASURED_STRUCTURE
     lines = lines_of(((0, 0, 1), (0, 0, 0)), ((0, np.sin(tilt), np.cos(tilt)), (0, 0, 0)))
     assert lines.meeting_deviation((0, 1)) == np.inf
 
