@@ -1,4 +1,4 @@
-"""A chain solved by the family that was found for it, whatever joints are given and read first."""
+"""A chain solved by the family that was found for it, behind given joints and read from its end."""
 
 from collections.abc import Mapping
 

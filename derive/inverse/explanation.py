@@ -1,4 +1,4 @@
-"""The inverse of a robot in words: which structure its axes have, and what follows from it."""
+"""The inverse of a robot in words: the structure of its axes, and the steps that follow from it."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ from .tasks.task import Solved
 
 NEVER = "no small change of the arm would do"
 MOST_LISTED = 12
-"""Structures that a table lists, the nearest first."""
+"""Number of structures that a table lists, the nearest first."""
 _MM = 1e3
 _GAP = 3
 """Blanks between the columns of a table."""
@@ -30,12 +30,12 @@ _GAP = 3
 
 @dataclass(frozen=True)
 class Explanation:
-    """What is known of a robot's inverse, to read: ``print(explain(robot))``.
+    """A robot's inverse in words: ``print(explain(robot))``.
 
     Attributes:
         robot: The robot's title.
         chain: The chain that is explained.
-        inverses: Its structure, and the tasks that this solves; None where loops leave the tool
+        inverses: Its structure, and the tasks that this solves; None where loops allow the tool
             more than one pose, as a platform's do.
         loops: How the actuators follow from the main chain; empty for a serial robot.
     """
@@ -121,8 +121,8 @@ def _structure(classification: Classification) -> str:
         lines.append("Tier: exact; the closed form is that of the robot.")
     else:
         lines.append(
-            "Tier: snapped; the closed form is that of a robot whose axes lie as they should, and "
-            "its solutions start an iteration on the true one."
+            "Tier: snapped; the closed form is that of the nominal robot, whose axes have the "
+            "structure exactly, and its solutions start an iteration on the true robot."
         )
     return "\n".join(lines)
 
@@ -140,7 +140,7 @@ def _condition(requirement: Requirement, classification: Classification) -> str:
 
 
 def _distance(requirement: Requirement, classification: Classification) -> str:
-    """How far a condition is from holding, in the unit of its kind."""
+    """The deviation from a condition, in the unit of its kind."""
     if not np.isfinite(requirement.deviation):
         return NEVER
     if requirement.is_length:
@@ -149,7 +149,7 @@ def _distance(requirement: Requirement, classification: Classification) -> str:
 
 
 def nearest(classification: Classification) -> list[tuple[str, list[tuple[str, str]]]]:
-    """The structures that were tried, by their distance, with what they miss and by how much."""
+    """The structures that were tried, the nearest first, with their conditions and deviations."""
     best: dict[str, Attempt] = {}
     for attempt in sorted(classification.attempts, key=lambda attempt: attempt.deviation):
         best.setdefault(attempt.title, attempt)
@@ -167,9 +167,9 @@ def nearest(classification: Classification) -> list[tuple[str, list[tuple[str, s
 
 
 def _nearest(classification: Classification) -> str:
-    rows = [("structure, and what of it is missed", "off by")]
+    rows = [("structure, and the conditions that do not hold", "off by")]
     for title, missed in nearest(classification)[:MOST_LISTED]:
-        rows += [(title, ""), *((f"  {what}", off) for what, off in missed)]
+        rows += [(title, ""), *((f"  {text}", off) for text, off in missed)]
     return "\n".join(_table(rows))
 
 
@@ -196,11 +196,11 @@ def _task(name: str, solved: Solved) -> str:
 def _step(number: int, step: InverseStep, solved: Solved) -> Iterable[str]:
     yield f"{number:2}. {' + '.join(step.joints)}, by {step.method}: {step.reason}."
     if step.found.sign is not None:
-        place = solved.work.signs.index(step.found.sign) + 1
+        number_of_sign = solved.work.signs.index(step.found.sign) + 1
         boundary = (
-            "" if step.found.margin is None else "; they meet at the boundary of what is reached"
+            "" if step.found.margin is None else "; they meet at the boundary of the workspace"
         )
-        yield f"    Two solutions, sign {place} of {len(solved.work.signs)}{boundary}."
+        yield f"    Two solutions, sign {number_of_sign} of {len(solved.work.signs)}{boundary}."
     if step.degenerate:
         yield f"    Degenerate: {step.degenerate}."
 
@@ -209,9 +209,8 @@ def _remaining(solved: Solved) -> Iterable[str]:
     """The joints that follow from a sum."""
     for remainder in solved.work.remainders:
         others = [name for name in remainder.joints if name != remainder.last]
-        leave = "leave" if len(others) > 1 else "leaves"
         total = " + ".join(remainder.joints)
-        yield f"{remainder.last} is what {listed(others)} {leave} of {total}."
+        yield f"{remainder.last} follows from {total}, with {listed(others)} known."
 
 
 def _general(general: GeneralInverse) -> str:
@@ -222,7 +221,7 @@ def _general(general: GeneralInverse) -> str:
 
 
 def _of_loops(hybrid: Hybrid) -> str:
-    """How the actuators follow."""
+    """How the actuators follow from the main chain, in a sentence."""
     mechanism = hybrid.mechanism
     if not mechanism.closers:
         return "The actuators follow from the main chain by constant ratios."
@@ -235,8 +234,8 @@ def _of_loops(hybrid: Hybrid) -> str:
     return f"The actuators follow from the main chain in closed form, through the loops in {steps}."
 
 
-def _counted(count: int, what: str) -> str:
-    return f"{count} {what}{'s' if count != 1 else ''}"
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}{'s' if count != 1 else ''}"
 
 
 def listed(names: Sequence[str]) -> str:

@@ -1,8 +1,8 @@
 """The inverse kinematics of a robot with loops: that of its main chain, then its actuators.
 
-Where the main chain has a structure of its own, its joints follow from the pose and the actuators
-from them. Where loops keep a stretch of the chain from turning, that stretch is a translation and
-stands for slides; the actuators that make it follow from the translation.
+Where the main chain has a structure of its own, its joints follow from the pose, and the actuators
+from the joints. Where loops keep part of the chain from turning, slides take its place, and the
+actuators that move this part follow from the lengths of the slides.
 """
 
 from collections.abc import Mapping, Sequence
@@ -94,7 +94,7 @@ def _by_translation(hybrid: Hybrid, moved: Translating, found: Attempt) -> Solve
 
 
 def _arguments(hybrid: Hybrid, entry: sp.Expr) -> set[sp.Symbol]:
-    """The joints of the main chain that a formula rests on."""
+    """The joints of the main chain that a formula depends on."""
     rests_on = [entry, *(hybrid.terms.definitions[s] for s in hybrid.terms.needed([entry]))]
     return {symbol for e in rests_on for symbol in e.free_symbols} & set(hybrid.theta)
 
@@ -107,7 +107,7 @@ def _solved(
     q: tuple[sp.Expr, ...],
     names: tuple[str, ...],
 ) -> Solved:
-    """The function; its residual is that of the tool as the actuators hold it."""
+    """The function; its residual is that of the tool's pose at these actuated coordinates."""
     terms = hybrid.terms
     axes, origin = hybrid.kinematics.forward.tool_pose()
     entries = [e for vector in (*axes, origin) for e in vector]

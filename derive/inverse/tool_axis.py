@@ -1,4 +1,4 @@
-"""The inverse of five joints, as that of six whose last would turn the tool about its own axis.
+"""The inverse of five joints as that of six, the last of which turns the tool about its own axis.
 
 Position and direction of the tool do not depend on this sixth angle, and where the five joints
 reach a pose it is 0.
@@ -25,7 +25,7 @@ def by_tool_axis(
 
     Args:
         robot: The description.
-        classification: That of the five joints, which have no structure of their own.
+        classification: The result for the five joints, which have no structure of their own.
         families: The families to try, in order.
 
     Returns:

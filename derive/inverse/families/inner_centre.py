@@ -26,8 +26,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     back = target.reversed()
     S = lines.meeting(1, 2)
 
-    # 1 to 3. Joints 2 to 4 leave their common point where it is: joint 1 brings it where joints 5
-    #    and 6, seen from the tool, bring it too.
+    # 1 to 3. Joints 2 to 4 do not move their common point: joint 1 and, from the tool, joints 6 and
+    #    5 bring it to the same position.
     arm = subtracted(terms, S, a1.p)
     found = loop_of_three(
         work,
@@ -45,7 +45,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     for axis, turn in zip((a1, a6, a5), found, strict=True):
         work.turns[axis.joint] = turn
 
-    # 4 to 6. What they leave of the turn.
+    # 4 to 6. The rest of the rotation.
     def left(v: Vector) -> Vector:
         v = rotated(terms, a6.h, q6.back, rotated(terms, a5.h, q5.back, v))
         return rotated(terms, a1.h, q1.back, target.turned(terms, v))

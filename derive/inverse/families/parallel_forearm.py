@@ -1,8 +1,7 @@
-"""Six revolute joints, axes 2, 3 and 4 parallel, whatever axes 5 and 6 are.
+"""Six revolute joints, axes 2, 3 and 4 parallel, axes 5 and 6 in any position.
 
-What axes 2 to 4 leave alone, the parts of axis 6 and of a point of it along their direction, are
-two equations for angles 1 and 5 together: subproblem 6. The rest is as in :mod:`.three_parallel`,
-which is tried first. Most solutions: 8.
+Joints 2 to 4 do not change the components of axis 6 and of a point of it along their direction:
+these are two equations for angles 1 and 5 together, subproblem 6. Most solutions: 8.
 
 Source: Elias and Wen 2022, 4.1 (2, 3, 4 parallel).
 """
@@ -40,8 +39,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     a1, a2, a3, a4, a5, a6 = lines.axes
     h = a2.h
 
-    # 1, 2. Joints 2 to 4 change no part along their direction: neither that of axis 6 nor that of
-    #    its place.
+    # 1, 2. Joints 2 to 4 change no component along their direction: neither that of axis 6 nor that
+    #    of a point of it.
     W = subtracted(terms, target.point(terms, a6.p), a1.p)
     v = target.turned(terms, a6.h)
     reach = subtracted(terms, a6.p, a5.p)
@@ -58,7 +57,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         work.step(
             [axis],
             "subproblem 6",
-            "joints 2 to 4 change no part along their axes, neither of axis 6 nor of its place",
+            "joints 2 to 4 change no component along their axes, of axis 6 or of a point of it",
             FoundTurn(turn, equation, signs[0], found.margin),
         )
     q1, q5 = found.first, found.second
@@ -74,22 +73,22 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         "subproblem 1",
         "joints 2 to 4 turn axis 6 as one",
         told,
-        "with axis 6 parallel to axes 2 to 4 every sum will do; it is then the one that brings the "
-        "elbow nearest to a right angle",
+        "with axis 6 parallel to axes 2 to 4 the sum is arbitrary; the one taken brings the elbow "
+        "nearest to a right angle",
     )
 
-    # 4. Any direction across axis 6 tells the last angle.
+    # 4. Any direction perpendicular to axis 6 determines the last angle.
     e = any_across(terms, a6.h)
     left = rotated(terms, a1.h, q1.back, target.turned(terms, e))
     left = rotated(terms, a5.h, q5.back, rotated(terms, h, q234.back, left))
     work.step(
         [a6],
         "subproblem 1",
-        "what joints 1 to 5 leave of the turn",
+        "the rest of the rotation, behind joints 1 to 5",
         sp1(terms, a6.h, e, left, sure=True),
     )
 
-    # 5. The rest is a triangle across the parallel axes: shoulder, elbow, wrist.
+    # 5. Shoulder, elbow and wrist form a triangle in the plane normal to the parallel axes.
     lever = rotated(terms, h, q234, subtracted(terms, hand, a4.p))
     triangle(work, a2, a3, a4.p, subtracted(terms, U, lever))
     remaining(work, (a2, a3, a4), q234)

@@ -32,7 +32,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     centre = lines.meeting(5, 4)
     W = work.name_vector(("W", "V"), "the wrist's centre", target.point(terms, centre))
     case.solve(work, arm, centre, W)
-    # 4 to 6. What the arm leaves of the turn.
+    # 4 to 6. The rest of the rotation.
     wrist(work, lines, 3, target)
 
 

@@ -1,21 +1,22 @@
 """Seven revolute joints: three that meet in the shoulder, an elbow, three that meet in the wrist.
 
 One joint is redundant: with the tool held, the elbow swings about the line from shoulder to wrist.
-Where it swings to is given by the swivel angle, between two half planes that begin at this line:
-the one of the reference, and the one through the elbow.
+The swivel angle gives its position: the angle between two half planes bounded by this line, that of
+the reference and that of the elbow.
 
-With S the shoulder, W the wrist's centre, E the elbow (of axis 4 the point nearest to axis 3),
-``w = (W - S) / |W - S|``, t the direction opposite to axis 1 and r a direction across it,
+With S the shoulder, W the wrist's centre, E the elbow, which is the point of axis 4 nearest to axis
+3, ``w = (W - S) / |W - S|``, t the direction opposite to axis 1 and r a direction normal to axis 1,
 
     e_x = direction of ((w - t) x r) x w,   e_y = w x e_x,
     swivel = atan2(e_y . (E - S), e_x . (E - S)).
 
-This reference is smooth but for a wrist straight below the shoulder, where a floor-mounted arm has
-its own foot; there the angle is counted from an arbitrary direction.
+This reference is smooth except for a wrist straight below the shoulder, where a floor-mounted arm
+has its base; there the angle counts from an arbitrary direction.
 
 Most solutions: 8 for one swivel angle.
 
-Source: Elias and Wen 2023 (stereographic shoulder-elbow-wrist angle), with the pole below.
+Source: Elias and Wen 2023 (stereographic shoulder-elbow-wrist angle), with the pole
+below the shoulder.
 """
 
 import sympy as sp
@@ -73,7 +74,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         sp3(terms, a4.h, upper, fore, across2, sign),
     )
 
-    # 2. The shoulder carries a frame of line, normal and side to where the swivel angle wants it.
+    # 2. The swivel angle determines a frame of line, normal and side, which the shoulder turns.
     arm = added(terms, upper, rotated(terms, a4.h, q4, fore))
     w, n, b = _frame(terms, arm, upper, fore, a4.h)
     beside = terms.let(
@@ -105,7 +106,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         lambda v: combination(terms, [dot(terms, v, e) for e in (w, n, b)], (W, normal, side)),
     )
 
-    # 6 to 8. What the arm leaves of the tool's turn.
+    # 6 to 8. The rest of the tool's rotation.
     wrist(work, lines, 4, target)
 
 
@@ -131,7 +132,7 @@ def _functions(robot: Robot, lines: Lines) -> tuple[SymbolicFunction, ...]:
 
 
 def _swivel_of(lines: Lines, turns: dict[int, CosSin]) -> CosSin:
-    """The swivel angle where each joint has turned as told."""
+    """The swivel angle after given turns of the joints."""
     terms = lines.terms
     a1, a2, a3, a4, *_ = lines.axes
     shoulder, centre, elbow = lines.meeting(0, 1), lines.meeting(6, 5), _elbow(lines)
@@ -149,10 +150,10 @@ def _swivel_of(lines: Lines, turns: dict[int, CosSin]) -> CosSin:
 
 
 def _reference(terms: Terms, a1: Axis, V: Vector) -> tuple[Vector, Vector, Vector]:
-    """The direction of the line from shoulder to wrist, and the two that swivel counts from."""
+    """The direction from shoulder to wrist, and the two directions from which the swivel counts."""
     w = _unit(terms, V, a1.h)
     r = any_across(terms, a1.h)
-    # Straight below the shoulder nothing is left of w - t; it then counts as pointing upwards.
+    # Straight below the shoulder w - t is 0; the direction of axis 1 takes its place.
     away = combination(terms, (_ONE, VECTOR_FLOOR), (added(terms, w, a1.h), a1.h))
     e_x = _unit(terms, cross(terms, cross(terms, away, r), w), cross(terms, a1.h, r))
     return w, e_x, cross(terms, w, e_x)
@@ -163,8 +164,8 @@ def _frame(
 ) -> tuple[Vector, Vector, Vector]:
     """Line from shoulder to wrist, normal of the arm's plane and side, with joints 1 to 3 at 0.
 
-    An arm that bends in a plane across the elbow's axis has its side across that axis, stretched
-    too; any other on the side of its elbow.
+    An arm that bends in a plane normal to the elbow's axis has its side normal to that axis, when
+    stretched too; any other arm has it towards its elbow.
     """
     w = _unit(terms, arm, upper)
     flat = all(
@@ -175,7 +176,7 @@ def _frame(
 
 
 def _unit(terms: Terms, v: Vector, instead: Vector) -> Vector:
-    """The direction of a vector, or that of another where it is 0."""
+    """The direction of a vector, or that of a second vector where the first is 0."""
     v = combination(terms, (_ONE, VECTOR_FLOOR), (v, instead))
     inverse = terms.let(1 / terms.let(sp.sqrt(dot(terms, v, v))))
     return combination(terms, (inverse,), (v,))

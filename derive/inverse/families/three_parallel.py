@@ -1,9 +1,9 @@
-"""Six revolute joints, axes 2, 3 and 4 parallel, axes 5 and 6 meeting: the arms of UR and kin.
+"""Six revolute joints, axes 2, 3 and 4 parallel, axes 5 and 6 meeting: UR arms and their like.
 
 Most solutions: 8.
 
 Source: Elias and Wen 2022, 4.1 (2, 3, 4 parallel, 5-6 intersecting); the order of the steps and
-what is done at the singularities are ours.
+the treatment of the singularities are ours.
 """
 
 from ...terms.vectors import cross, subtracted
@@ -33,8 +33,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     a1, a2, a3, a4, a5, a6 = lines.axes
     centre = lines.meeting(5, 4)
 
-    # 1. Joints 5 and 6 leave their common point where it is, and joints 2 to 4 move it across h_2
-    #    only: its part along h_2 is joint 1's affair alone.
+    # 1. Joints 5 and 6 do not move their common point, and joints 2 to 4 move it perpendicular to
+    #    h_2: its component along h_2 depends on joint 1 alone.
     meaning = "the common point of axes 5 and 6"
     wanted = work.name_vector(("W", "V"), meaning, target.point(terms, centre))
     U, q1 = turn_to_plane(
@@ -56,29 +56,29 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         "subproblem 2",
         "joint 6 does not turn its own axis, and joints 2 to 4 turn it as one",
         found,
-        "with axis 6 parallel to axes 2 to 4 every sum will do; it is then the one that brings the "
-        "elbow nearest to a right angle",
+        "with axis 6 parallel to axes 2 to 4 the sum is arbitrary; the one taken brings the elbow "
+        "nearest to a right angle",
     )
     seen = rotated(terms, a2.h, q234.back, v)
     q5 = work.step(
         [a5],
         "subproblem 1",
-        "what joints 1 to 4 leave of the turn of axis 6",
+        "the rest of the rotation of axis 6, behind joints 1 to 4",
         sp1(terms, a5.h, a6.h, seen, sure=found.margin is None),
     )
 
-    # 4. Any direction across axis 6 tells the last angle.
+    # 4. Any direction perpendicular to axis 6 determines the last angle.
     e = cross(terms, a6.h, a5.h)
     left = rotated(terms, a1.h, q1.back, target.turned(terms, e))
     left = rotated(terms, a5.h, q5.back, rotated(terms, a2.h, q234.back, left))
     work.step(
         [a6],
         "subproblem 1",
-        "what joints 1 to 5 leave of the turn",
+        "the rest of the rotation, behind joints 1 to 5",
         sp1(terms, a6.h, e, left, sure=True),
     )
 
-    # 5. The rest is a triangle across the parallel axes: shoulder, elbow, wrist.
+    # 5. Shoulder, elbow and wrist form a triangle in the plane normal to the parallel axes.
     lever = rotated(terms, a2.h, q234, subtracted(terms, centre, a4.p))
     triangle(work, a2, a3, a4.p, subtracted(terms, U, lever))
     remaining(work, (a2, a3, a4), q234)

@@ -60,13 +60,13 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     q234 = _sum(work, lines, sp1(terms, a2.h, e, v), "the tool's direction in the arm's plane")
     # 3. A triangle.
     _arm(work, lines, carried, U, q234)
-    # 4. What is left of the turn.
+    # 4. The rest of the rotation.
     for axis in fifth:
         across_it = cross(terms, axis.h, a2.h)
         left = rotated(terms, a1.h, q1.back, target.turned(terms, across_it))
         left = rotated(terms, a2.h, q234.back, left)
         work.step(
-            [axis], "subproblem 1", "what is left of the turn", sp1(terms, axis.h, across_it, left)
+            [axis], "subproblem 1", "the rest of the rotation", sp1(terms, axis.h, across_it, left)
         )
 
 

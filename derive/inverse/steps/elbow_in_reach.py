@@ -20,16 +20,18 @@ def with_elbow_in_reach(
     centre: Vector,
     sign: sp.Symbol,
 ) -> FoundTurn:
-    """The sum of angles 2 to 4, and where v does not tell it the one that the elbow likes best.
+    """The sum of angles 2 to 4; where v does not determine it, the sum that bends the elbow best.
+
+    The best bend is the nearest to a right angle.
 
     Args:
         work: Names of all terms.
         lines: The chain.
-        found: The sum as axis 6 tells it.
-        v: Axis 6 as joint 1 leaves it.
-        U: The hand's place as joint 1 leaves it, seen from axis 2.
+        found: The sum that follows from the direction of axis 6.
+        v: The wanted direction of axis 6, turned back by joint 1.
+        U: The wanted position of the hand relative to axis 2, turned back by joint 1.
         centre: The hand, with joints 1 to 4 at 0.
-        sign: Chooses among two sums that the elbow likes equally.
+        sign: Chooses among two sums that bend the elbow equally.
     """
     terms = work.terms
     _, a2, a3, a4, _, _ = lines.axes

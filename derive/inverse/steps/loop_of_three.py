@@ -17,11 +17,11 @@ def loop_of_three(
     second: tuple[Vector, Vector],
     third: tuple[Vector, Vector],
 ) -> tuple[CosSin, CosSin, CosSin]:
-    """The turns with ``p0 + R(k1) p1 = R(k2) (p2 + R(k3) p3)``, up to four times three.
+    """Finds the turns with ``p0 + R(k1) p1 = R(k2) (p2 + R(k3) p3)``, up to four triples.
 
     Args:
         work: Gathers the steps.
-        axes: Whose angles the three are.
+        axes: The axes of the three joints.
         reason: Why the loop closes, in words.
         first: p0, k1 and p1.
         second: k2 and p2.

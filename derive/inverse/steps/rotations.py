@@ -46,18 +46,21 @@ def three_turns(
     work.step(
         [a4],
         "subproblem 2",
-        f"{a6.name} does not turn its own axis, and {a5.name} keeps its part along axis {a5.name}",
+        f"{a6.name} does not turn its own axis, and {a5.name} keeps the component along axis "
+        f"{a5.name}",
         q4,
         f"with axis {a6.name} on axis {a4.name} only the sum of the two is determined; this one is "
-        "then 0",
+        "then taken as 0",
     )
-    work.step([a5], "subproblem 1", f"what {a4.name} leaves of the turn of axis {a6.name}", q5)
+    work.step(
+        [a5], "subproblem 1", f"the rest of the rotation of axis {a6.name}, behind {a4.name}", q5
+    )
     e = cross(terms, a6.h, a5.h)
     left = rotated(terms, a5.h, q5.turn.back, rotated(terms, a4.h, q4.turn.back, wanted(e)))
     work.step(
         [a6],
         "subproblem 1",
-        "what is left of the turn",
+        "the rest of the rotation",
         sp1(terms, a6.h, e, left, sure=q4.margin is None),
     )
 

@@ -1,4 +1,4 @@
-"""What a family gathers while it solves: angles, signs, margins, and the steps for the reader."""
+"""The record of a solution in progress: angles, signs, margins, and the steps for the reader."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -19,9 +19,9 @@ class InverseStep:
     Attributes:
         joints: Names of the joints whose sum the step finds.
         method: The subproblem, "subproblem 4".
-        reason: Why the step holds, in words: which joints the equation is free of, and why.
+        reason: Why the step holds, in words: which joints its equation does not contain, and why.
         found: The angle or length, with its equation.
-        degenerate: Where every value will do, and which one is taken.
+        degenerate: Where the value is arbitrary, and which is taken.
     """
 
     joints: tuple[str, ...]
@@ -77,7 +77,7 @@ class Sum:
 
 @dataclass
 class Work:
-    """The state of one derivation.
+    """The state of one derivation, which a family fills step by step.
 
     Attributes:
         terms: Names of all terms.
@@ -86,7 +86,7 @@ class Work:
         remainders: Joints that follow from a sum, for the reader.
         lengths: The value of each prismatic joint.
         signs: The symbols that stand for 1 or -1, in the order of the slots.
-        steps: What was found, in order.
+        steps: The steps in order.
         vectors: Vectors that the steps' words refer to.
     """
 
@@ -117,7 +117,7 @@ class Work:
         found: FoundTurn,
         degenerate: str = "",
     ) -> CosSin:
-        """Notes a step; what one axis alone turns by is that joint's angle."""
+        """Notes a step; an angle about one axis alone is that joint's angle."""
         self.steps.append(
             InverseStep(tuple(axis.name for axis in axes), method, reason, found, degenerate)
         )
@@ -132,14 +132,14 @@ class Work:
         return found.length
 
     def note(self, names: Sequence[str], method: str, reason: str, found: FoundTurn) -> CosSin:
-        """Notes the step that finds an angle that is no joint's of the chain."""
+        """Notes the step that finds an angle of no joint of the chain."""
         self.steps.append(InverseStep(tuple(names), method, reason, found))
         return found.turn
 
     def note_length(
         self, names: Sequence[str], method: str, reason: str, found: FoundLength
     ) -> sp.Expr:
-        """Notes the step that finds a length that is no slide's of the chain."""
+        """Notes the step that finds a length of no slide of the chain."""
         self.steps.append(InverseStep(tuple(names), method, reason, found))
         return found.length
 

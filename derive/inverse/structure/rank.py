@@ -1,4 +1,4 @@
-"""How many ways a chain moves its tool: structural redundancy is told by the Jacobian's rank."""
+"""The number of freedoms that a chain gives its tool: the rank of its Jacobian."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +24,8 @@ def _jacobian(lines: Lines, q: NDArray[np.float64]) -> NDArray[np.float64]:
     for axis, value in zip(lines.axes, q, strict=True):
         h = R @ axis.direction
         if axis.turns:
-            place = R @ (axis.origin / size) + t
-            columns.append(np.concatenate([np.cross(place, h), h]))
+            point = R @ (axis.origin / size) + t
+            columns.append(np.concatenate([np.cross(point, h), h]))
             turn = rotation(axis.direction, value)
             t = t + R @ (axis.origin / size - turn @ (axis.origin / size))
             R = R @ turn

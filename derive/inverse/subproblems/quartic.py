@@ -15,11 +15,11 @@ the conic falls into two lines, and into real ones where -1 <= tau <= 1. The cub
 2 Q at 1, so that it always has such a root: no complex number is ever needed. Each line meets
 the circle in two points, or misses it: its two roots are then complex.
 
-Of several roots tau the one farthest from the others is taken: two roots of the quartic that meet
-lie on one line then, where they are found without loss, and a double root tau, known to 1e-8 only,
-is never used. It comes from Newton's method, which converges monotonically on the depressed
-cubic's outer side. Where no real line pair belongs to it, the circle is missed altogether; the
-others follow from a quadratic.
+Among several roots tau the one farthest from the others is taken: two roots of the quartic that
+meet then lie on one line, where they are found without loss of digits, and a double root tau, known
+to 1e-8 only, is never used. It comes from Newton's method, which converges monotonically on the
+depressed cubic's outer side. Where no real line pair belongs to it, the circle is missed
+altogether; the others follow from a quadratic.
 
 Exchanging x and y where tau > 0 leaves t = 1 + tau in [0, 1]; t is polished in the cubic of t,
 
@@ -31,11 +31,11 @@ to all its digits, however small. With alpha^2 = g t and beta^2 = g (2 - t) the 
     alpha (m + n) = p,   beta (n - m) = q,   m n = r + g - g t,
 
 three equations for two numbers. The second always serves, the first where alpha^2 > |p|, the third
-elsewhere; so an error of t, relative to t, is one of p, q, r relative to their greatest. Where p is
-nothing but rounding, t = 0 is exact, which four roots that are one need.
+elsewhere; so a relative error of t is an error of p, q, r relative to the greatest of them. Where p
+is rounding alone, t = 0 is exact, as a fourfold root needs.
 
-Degenerate: for g = 0 (a line alone) the second line is far away, which the same formulas bear
-out for g = 1e-20; where all coefficients are 0 any points are returned.
+Degenerate: for g = 0 (a single line) the second line is far away; the same formulas hold with
+g = 1e-20. Where all coefficients are 0 the points are arbitrary.
 
 Source: the pencil of two conics (Ferrari 1545; Richter-Gebert, Perspectives on Projective Geometry,
 11.4); the choice of lambda and the forms without cancellation are ours.
@@ -74,7 +74,7 @@ class CirclePoint:
     Attributes:
         turn: Its cosine and sine.
         margin: In units of the polynomial; 0 where the root is double, negative where it is not
-            real and the turn is where the circle is nearest to a line of the pair.
+            real and the turn is the point of the circle nearest to a line of the pair.
     """
 
     turn: CosSin
@@ -92,7 +92,7 @@ class Conic:
 
 
 def select(terms: Terms, condition: Boolean, one: sp.Expr, other: sp.Expr) -> sp.Expr:
-    """The name of one value where a condition holds, of another elsewhere."""
+    """The first value, as a named term, where a condition holds; the second elsewhere."""
     if one == other:
         return terms.let(one)
     return terms.let(sp.Piecewise((one, condition), (other, True), evaluate=False))
@@ -113,7 +113,7 @@ def circle_roots(
         a0: Constant coefficient.
         first: Coefficients of cos(phi) and sin(phi).
         second: Coefficients of cos(2 phi) and sin(2 phi).
-        signs: Two symbols that stand for 1 or -1. The first chooses the line: 1 the one nearer to
+        signs: Two symbols that stand for 1 or -1. The first chooses the line: 1 the line nearer to
             the circle's centre. The second chooses the point on it. All four choices together give
             all roots.
         separation: The angle from their common point at which two roots are returned that are one
@@ -168,7 +168,7 @@ def _resolvent(terms: Terms, conic: Conic) -> tuple[sp.Expr, sp.Expr, Boolean]:
 
 
 def _outer_root(terms: Terms, r: sp.Expr, P: sp.Expr, Q: sp.Expr) -> sp.Expr:
-    """The root tau farthest from the others, or one in [-1, 1] if that is not."""
+    """The root tau farthest from the others; a root in [-1, 1] where this is outside."""
     let = terms.let
     middle = let(r / 3)
     total = let(P + Q)
@@ -195,7 +195,7 @@ def _outer_root(terms: Terms, r: sp.Expr, P: sp.Expr, Q: sp.Expr) -> sp.Expr:
 def _start(terms: Terms, k: sp.Expr, size: sp.Expr) -> sp.Expr:
     """A start for the positive root of ``y^3 - k y = size``, above it for k > 0."""
     let = terms.let
-    # size^(1/4 + 1/16) and one of Halley's steps make the cube root to some percent.
+    # size^(1/4 + 1/16) and a Halley step give the cube root to some percent.
     fourth = let(sp.sqrt(let(sp.sqrt(size))))
     b = let(fourth * let(sp.sqrt(let(sp.sqrt(fourth)))))
     b3 = let(b**3)

@@ -1,10 +1,11 @@
-"""The prismatic subproblems: a slide that brings a point into a plane or onto a sphere.
+"""Subproblems of slides: a translation that brings a point into a plane or onto a sphere.
 
 Plane: ``h . (p + t u) = d``, so ``t = (d - h . p) / (h . u)``, one solution; u must not lie in the
 plane.
 
 Sphere: ``|p + t u| = r`` with a unit vector u: ``t = -u . p +- sqrt(r^2 - |p'|^2)`` with p' the
-part of p across u. Out of reach the root is 0, the nearest that the line comes to the sphere.
+part of p across u. Out of reach the root is taken as 0: the point of the line
+nearest to the sphere.
 
 Source: Elias and Wen 2022 have no slides; the formulas are elementary.
 """
@@ -21,7 +22,7 @@ from .turns import perpendicular
 
 
 def slide_to_plane(terms: Terms, h: Vector, u: Vector, p: Vector, d: sp.Expr) -> FoundLength:
-    """The slide along u that gives a point the part d along h."""
+    """The slide along u that gives a point the component d along h."""
     rate, rest = dot(terms, h, u), terms.let(d - dot(terms, h, p))
     return FoundLength(terms.let(rest / rate), LineAndPlane(rate, -rest))
 

@@ -1,4 +1,4 @@
-"""Subproblem 4: the angles at which a rotated vector has a given part along another.
+"""Subproblem 4: the angles at which a rotated vector has a given component along another.
 
 Statement: ``h . R(k, theta) p = d``.
 
@@ -15,7 +15,7 @@ that below MEETING_SOLUTIONS of it the two are one: a solution that rounding has
 singular position by 1e-8 would hide the singularity from the steps behind it, and to meet the line
 to 4e-15 of its length costs nothing.
 
-Degenerate: where a = b = 0 every angle will do, if e = 0 too; the angle is then 0.
+Degenerate: where a = b = e = 0 the angle is arbitrary and taken as 0.
 
 Source: Elias and Wen 2022, subproblem 4.
 """
@@ -31,7 +31,7 @@ from .turns import CosSin, composed, direction, direction_of, perpendicular
 
 
 def sp4(terms: Terms, h: Vector, k: Vector, p: Vector, d: sp.Expr, sign: sp.Symbol) -> FoundTurn:
-    """The turn about the unit vector k after which p has the part d along h (h . R p = d)."""
+    """The turn about the unit vector k after which p has the component d along h (h . R p = d)."""
     a = dot(terms, h, perpendicular(terms, k, p))
     b = dot(terms, h, cross(terms, k, p))
     e = terms.let(d - terms.let(dot(terms, h, k) * dot(terms, k, p)))
@@ -42,21 +42,21 @@ def sp4(terms: Terms, h: Vector, k: Vector, p: Vector, d: sp.Expr, sign: sp.Symb
 def on_line(
     terms: Terms, a: sp.Expr, b: sp.Expr, e: sp.Expr, sign: sp.Symbol, xi2: sp.Expr
 ) -> FoundTurn:
-    """Where the line ``a cos + b sin = e`` meets the unit circle.
+    """The intersections of the line ``a cos + b sin = e`` with the unit circle.
 
     Args:
         terms: Names of all terms.
         a: Its coefficient of the cosine.
         b: Its coefficient of the sine.
-        e: What they sum up to.
+        e: The right side.
         sign: Chooses among the two points: the sign of the turn from (a, b) to the point.
-        xi2: ``a^2 + b^2 - e^2``, computed in the way that keeps most digits.
+        xi2: ``a^2 + b^2 - e^2``, in the form that loses the fewest digits.
     """
     if e == 0:
         return _through_centre(terms, a, b, sign)
     middle, rho2, inverse = direction_of(terms, a, b)
     are_two = xi2 > terms.let(MEETING_SOLUTIONS * rho2)
-    # As the turn from (a, b): what is divided by is known before the root is.
+    # As the turn from (a, b): the divisor is known before the root is.
     half = terms.let(sp.sqrt(xi2) * inverse)
     sine = terms.let(sp.Piecewise((half, are_two), (sp.Integer(0), True), evaluate=False))
     nearest = sp.Piecewise((sp.Integer(-1), e < 0), (sp.Integer(1), True), evaluate=False)
@@ -76,16 +76,16 @@ def near_line(
     xi2: sp.Expr,
     scale: sp.Expr,
 ) -> FoundTurn:
-    """:func:`on_line` where xi^2 is told by other numbers than a and b.
+    """:func:`on_line` where xi^2 does not come from a and b.
 
     Args:
         terms: Names of all terms.
-        a: As there, like all that follow.
-        b: Its coefficient of the sine.
-        e: What they sum up to.
+        a: Coefficient of the cosine.
+        b: Coefficient of the sine.
+        e: The right side.
         sign: Chooses among the two points.
-        xi2: What ``a^2 + b^2 - e^2`` should be.
-        scale: What xi^2 is small beside.
+        xi2: ``a^2 + b^2 - e^2`` but for rounding.
+        scale: The size of the terms whose difference xi^2 is.
     """
     if e == 0:
         return _through_centre(terms, a, b, sign)
@@ -97,14 +97,14 @@ def near_line(
 
 
 def _through_centre(terms: Terms, a: sp.Expr, b: sp.Expr, sign: sp.Symbol) -> FoundTurn:
-    """The two points of a line through the centre: opposite, and always there."""
+    """The two points of a line through the centre, which are opposite and always exist."""
     half = direction(terms, -b, a)
     turn = CosSin(terms.let(sign * half.c), terms.let(sign * half.s))
     return FoundTurn(turn, Linear(a, b, sp.Integer(0)), sign)
 
 
 def ratio(terms: Terms, part: sp.Expr, whole: sp.Expr) -> sp.Expr:
-    """A part of something that is never negative, 0 of nothing."""
+    """The quotient of a part and a whole that is not negative; 0 where both are 0."""
     if terms.is_constant(whole):
         return terms.let(part * terms.let(1 / whole))
     return terms.let(part / terms.let(whole + DIVISOR_FLOOR))

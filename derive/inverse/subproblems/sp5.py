@@ -11,16 +11,16 @@ two equations that are linear in cosine and sine of theta1 and of theta3, which 
 up to four solutions. The turn from w to v about k2 is theta2.
 
 Where v and w lie almost along k2, as at a shoulder's singularity, their squares tell their parts
-v' and w' across k2 to 1e-8 only. The digits come back from v' and w' themselves: two solutions
-that the squares do not tell apart start on either side of their common point, and go to the
-nearer root of the equations' expansion to second order. Damped steps of Newton's on
+v' and w' normal to k2 to 1e-8 only. The digits are recovered from v' and w' themselves: two
+solutions that the squares do not separate start on either side of their common point, and move to
+the nearer root of the equations' expansion to second order. Damped Newton steps on
 ``v - R2 w = 0`` in all three angles follow, for data whose first derivatives vanish. A step is
 taken only if it makes the gap smaller.
 
 Boundary: where two of the solutions meet, the determinant of the Jacobian vanishes.
 
-Degenerate: where v and w lie along k2, theta2 is any angle, and 0 is taken; where both equations
-are one, see subproblem 6.
+Degenerate: where v and w lie along k2, theta2 is arbitrary and taken as 0; where the two equations
+are dependent, see subproblem 6.
 
 Source: Elias and Wen 2022, subproblem 5.
 """
@@ -55,7 +55,7 @@ class ThreeAngles:
         first: Cosine and sine of theta1.
         second: Cosine and sine of theta2.
         third: Cosine and sine of theta3.
-        margin: As of subproblem 6.
+        margin: As in subproblem 6.
     """
 
     first: CosSin
@@ -79,13 +79,13 @@ def sp5(
 
     Args:
         terms: Names of all terms.
-        p0: What stays on the left.
+        p0: The fixed vector on the left.
         k1: Unit vector of the first axis.
-        p1: What turns about it.
+        p1: The vector that turns about it.
         k2: Unit vector of the second axis.
-        p2: What turns about it alone.
+        p2: The vector that turns about this axis alone.
         k3: Unit vector of the third axis.
-        p3: What turns about it first.
+        p3: The vector that turns about the third and the second axis.
         signs: Two symbols that stand for 1 or -1; the four choices give all solutions.
     """
     let = terms.let
@@ -104,7 +104,7 @@ def sp5(
 
 @dataclass(frozen=True)
 class _Arm:
-    """``still + cos across + sin turned``: a turning vector and one that stays."""
+    """``still + cos across + sin turned``: the sum of a fixed and a turning vector."""
 
     still: Vector
     across: Vector
@@ -141,7 +141,7 @@ class _Loop:
     w: _Arm
 
     def equations(self, terms: Terms, inverse: sp.Expr) -> tuple[Rows, Rows, Pair]:
-        """``|v|^2 = |w|^2`` over 2 L^2 and ``k2 . v = k2 . w`` over L, as of subproblem 6."""
+        """``|v|^2 = |w|^2`` over 2 L^2 and ``k2 . v = k2 . w`` over L, as subproblem 6."""
         let = terms.let
         v, w = self.v, self.w
         inverse2 = let(inverse**2 / 2)
@@ -183,11 +183,11 @@ class _Loop:
     def on_parabola(self, terms: Terms, state: _State, exists: Boolean, inverse: sp.Expr) -> _State:
         """The nearer root of both equations to second order, if it makes the gap smaller.
 
-        With the parts v' and w' across k2 the equations are ``k2 . (v - w) = 0`` and
-        ``(|v'|^2 - |w'|^2) / (2 L) = 0``, whose digits are those of v' and w'. Call the one of the
-        greater gradient g and the other h, n and m their gradients and G and H their Hessians by
-        theta1 and theta3. On the parabola ``-(g + tau^2 d . G d / 2) n/|n|^2 + tau d`` with
-        ``d = (-n3, n1)/|n|``, g vanishes to second order, and h is a quadratic in tau.
+        With the parts v' and w' normal to k2 the equations are ``k2 . (v - w) = 0`` and ``(|v'|^2 -
+        |w'|^2) / (2 L) = 0``, whose digits are those of v' and w'. Call the equation of the greater
+        gradient g and the other h, n and m their gradients and G and H their Hessians by theta1 and
+        theta3. On the parabola ``-(g + tau^2 d . G d / 2) n/|n|^2 + tau d`` with ``d = (-n3,
+        n1)/|n|``, g vanishes to second order, and h is a quadratic in tau.
         """
         let = terms.let
         first, _, third = state.turns
@@ -238,7 +238,7 @@ class _Loop:
         )
 
     def improved(self, terms: Terms, state: _State, exists: Boolean) -> _State:
-        """One damped step of Newton's on the gap in all angles, if it makes the gap smaller.
+        """A damped Newton step on the gap in all angles, if it makes the gap smaller.
 
         The step ``-(J^T J + mu)^-1 J^T e`` in the adjugate, in which squaring J costs no digits:
 

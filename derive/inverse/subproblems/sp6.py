@@ -10,14 +10,15 @@ nearest to 0 and N two orthonormal columns. As ``|x1|^2 + |x2|^2 = 2``, z lies o
 
 and ``|x1|^2 - |x2|^2 = 0`` is a trigonometric polynomial of degree 2 in phi: a quartic, see
 :mod:`..quartic`. Neither side is eliminated: it does not matter whether A1 or A2 or both are
-singular, only that ``[A1 A2]`` has rank 2. X and N come from two of Householder's reflections. Some
-of Newton's steps on the angles themselves follow, damped where the Jacobian is singular, each
-taken only if it makes the equations' error smaller.
+singular, only that ``[A1 A2]`` has rank 2. X and N come from two of Householder's reflections.
+Newton steps on the angles themselves follow, damped where the Jacobian is singular, each taken only
+if it makes the equations' error smaller.
 
 Boundary: where two of the solutions meet, the determinant of the Jacobian vanishes.
 
-Degenerate: where the rank of ``[A1 A2]`` is 1, a curve of solutions; taken are those with
-``a1 . x1 / |a1| = a2 . x2 / |a2|``, which exist wherever any do. Where it is 0 the angles are any.
+Degenerate: where the rank of ``[A1 A2]`` is 1 there is a curve of solutions; those with
+``a1 . x1 / |a1| = a2 . x2 / |a2|`` are taken, which exist wherever any do. Where the rank is 0 the
+angles are arbitrary.
 
 Source: Elias and Wen 2022, subproblem 6, for the statement; they eliminate one side. The
 circle in the plane of solutions is ours.
@@ -52,8 +53,8 @@ class TwoAngles:
     Attributes:
         first: Cosine and sine of theta1.
         second: Cosine and sine of theta2.
-        margin: 0 where two solutions meet, at least 0 where this one is real, negative where it is
-            not and the angles are near the least-squares answer.
+        margin: 0 where two solutions meet, positive where this solution is real, negative where it
+            is not and the angles are near the least-squares answer.
     """
 
     first: CosSin
@@ -129,7 +130,7 @@ def _plane(terms: Terms, rows: tuple[Row, ...], b: Pair) -> tuple[Row, tuple[Row
     y = _clipped(terms, let(b_long / first.image))
     head, *left = first.applied(terms, short)
     rest = let(b_short - head * y)
-    # Where the rows are dependent another takes the place of the shorter.
+    # Where the rows are dependent another row takes the place of the shorter.
     own = terms.let(sum((x * x for x in left), ZERO))
     dependent = own <= let(DEPENDENT_ROWS**2 * _dot(terms, long, long))
     a1, a2 = (direction(terms, *long[k : k + 2]) for k in (0, 2))
@@ -181,7 +182,7 @@ def _improved(
     error: Row,
     exists: Boolean,
 ) -> tuple[tuple[CosSin, CosSin], Row]:
-    """One damped step of Newton's on both angles, and the error there, if that is smaller.
+    """A damped Newton step on both angles and the error there, if that is smaller.
 
     The step ``-(J^T J + mu)^-1 J^T e`` in the adjugate, in which squaring J costs no digits:
 
@@ -209,13 +210,13 @@ def _improved(
 
 
 def advanced(terms: Terms, turn: CosSin, step: sp.Expr) -> CosSin:
-    """The turn further on by the angle whose tangent is the step."""
+    """The turn increased by the angle whose tangent is the step."""
     let = terms.let
     return direction(terms, let(turn.c - step * turn.s), let(turn.s + step * turn.c))
 
 
 def chosen(terms: Terms, condition: Boolean, one: CosSin, other: CosSin) -> CosSin:
-    """One turn where a condition holds, another elsewhere."""
+    """The first turn where a condition holds, the second elsewhere."""
     return CosSin(
         select(terms, condition, one.c, other.c), select(terms, condition, one.s, other.s)
     )

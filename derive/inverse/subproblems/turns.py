@@ -1,6 +1,6 @@
-"""Rotations about known axes as pairs of cosine and sine, which are carried throughout.
+"""Rotations about known axes as pairs of cosine and sine.
 
-No angle is formed on the way: an angle costs an atan2 that only the result needs, and its cosine
+No angle is computed in between: it would cost an atan2 that only the result needs, and its cosine
 and sine would be rounded twice more.
 """
 
@@ -36,14 +36,14 @@ NO_TURN = CosSin(sp.Integer(1), sp.Integer(0))
 def direction(terms: Terms, x: sp.Expr, y: sp.Expr, *, sure: bool = False) -> CosSin:
     """The turn by the angle of the vector (x, y), divided by the vector's own length.
 
-    By its own: a length known otherwise would leave a pair that is no rotation where x and y are
-    small differences. The direction of (0, 0) is the angle 0.
+    A length computed in another way would not normalise the pair where x and y are small
+    differences. The direction of (0, 0) is the angle 0.
 
     Args:
         terms: Names of all terms.
         x: First component.
         y: Second component.
-        sure: That the vector is never 0. Opposite vectors then share all but the sign.
+        sure: Whether the vector is never 0. Opposite vectors then share all terms but the sign.
     """
     if y == 0 and x == 1:
         return NO_TURN
@@ -72,7 +72,7 @@ def composed(terms: Terms, a: CosSin, b: CosSin) -> CosSin:
 
 
 def rotated(terms: Terms, k: Vector, turn: CosSin, v: Vector) -> Vector:
-    """``R(k, theta) v`` by Rodrigues' formula: the part along k, and what turns about it."""
+    """``R(k, theta) v`` by Rodrigues' formula, which turns the part normal to k."""
     if turn == NO_TURN:
         return v
     across = perpendicular(terms, k, v)
@@ -88,7 +88,7 @@ def perpendicular(terms: Terms, k: Vector, v: Vector) -> Vector:
 
 
 def any_across(terms: Terms, k: Vector) -> Vector:
-    """A constant unit vector across a constant one."""
+    """A constant unit vector perpendicular to a constant vector."""
     size = [abs(float(terms.value(component))) for component in k]
     e = [sp.Integer(0)] * 3
     e[size.index(min(size))] = sp.Integer(1)

@@ -21,11 +21,11 @@ POSE_SYMBOLS = tuple(
         *("_r31", "_r32", "_r33", "_p3", "_r41", "_r42", "_r43", "_p4"),
     )
 )
-"""The entries of a pose, row by row; names in robot files can not begin with an underscore."""
+"""The entries of a pose, row by row; names in robot files cannot begin with an underscore."""
 
 
 def pose_argument(robot: Robot) -> Argument:
-    """The argument ``T``: the pose that the tool is to have."""
+    """The argument ``T``: the wanted pose of the tool."""
     meaning = f"pose of the tool, T_{robot.base_frame}_{robot.tool_frame}"
     return Argument("T", POSE_SYMBOLS, (4, 4), "1, m", meaning)
 
@@ -43,9 +43,9 @@ def values_of(work: Work, robot: Robot, given: Mapping[int, sp.Expr]) -> list[sp
 
 
 def _rest(work: Work, known: Sum, values: Sequence[sp.Expr]) -> sp.Expr:
-    """The last of parallel axes' angles, as what the others leave of their sum.
+    """The last of parallel joints' angles, from their sum and the other angles.
 
-    Several solutions have one sum, so that it takes fewer atan2 than the last angle does.
+    Several solutions share a sum, so that it takes fewer atan2 than the last angle itself.
     """
     *others, (last, sense) = known.senses
     before = sum((sign * values[k] for k, sign in others), sp.Integer(0))
@@ -64,12 +64,12 @@ def _value(work: Work, joint: int, given: Mapping[int, sp.Expr]) -> sp.Expr:
 
 
 def tool_of(terms: Terms, robot: Robot, values: Sequence[sp.Expr]) -> Pose:
-    """Where the tool comes with these joint values: forward kinematics on cosines and sines."""
+    """The pose of the tool at these joint values: forward kinematics on cosines and sines."""
     return Forward(terms, groups(robot, terms, values)).tool_pose()
 
 
 def pose_residual(terms: Terms, pose: Pose, wanted: Sequence[sp.Expr]) -> sp.Expr:
-    """How far a pose is from the one wanted: metre or radian, the larger of the two.
+    """The deviation of a pose from the wanted pose: distance (metre) or angle (radian), the larger.
 
     The distance of two rotation matrices in the Frobenius norm is sqrt(8) sin(angle / 2), for small
     angles sqrt(2) of the angle between them.
@@ -86,10 +86,10 @@ def squares(terms: Terms, values: Iterable[sp.Expr]) -> sp.Expr:
 
 
 def larger(terms: Terms, distance2: sp.Expr, angle2: sp.Expr) -> sp.Expr:
-    """The residual from the squares of its two parts, NaN where one of them is.
+    """The residual from the squares of distance and angle, NaN where one of these is NaN.
 
-    C's fmax would leave out what is no number, and call a pose solved that no loop can hold; and a
-    choice by comparison is of real numbers to SymPy, which takes their order for complete.
+    C's fmax ignores NaN, and would call a pose solved at which a loop does not close. SymPy takes
+    the order of real numbers for complete and would drop the comparison with NaN.
     """
     twice = terms.let(distance2 + angle2) + terms.let(sp.Abs(terms.let(distance2 - angle2)))
     return terms.let(sp.sqrt(terms.let(terms.let(twice) / 2)))

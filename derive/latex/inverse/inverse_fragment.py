@@ -26,14 +26,14 @@ MINUS = "$-$"
 
 
 def inverse(page: Page) -> str:
-    """The inverse as a derivation, or how far the axes are from one."""
+    """The inverse step by step, or how far the axes are from a structure that has one."""
     return _written(page, page.inverse, {})
 
 
 def inverse_of_loops(page: LoopPage) -> str:
-    """That of the main chain, or of what loops keep from turning in it."""
+    """The inverse of the main chain, with slides in place of parts that loops keep from turning."""
     chain = page.chain
-    # Of the tasks, a robot with loops offers the whole pose alone.
+    # A robot with loops offers only the task of the whole pose.
     tasks = {name: solved for name, solved in chain.inverse.solved.items() if name == "ik"}
     of_chain = replace(chain.inverse, solved=tasks)
     if tasks:
@@ -43,10 +43,10 @@ def inverse_of_loops(page: LoopPage) -> str:
         return _written(chain, of_chain, {})
     actuators = {q.name: shown for q, shown in zip(page.hybrid.q, page.q, strict=True)}
     return text(
-        "Where loops keep part of the main chain from turning, that part slides the rest; what it"
-        " slides by is found first.",
+        "Loops keep part of the main chain from turning, so that this part shifts the rest like"
+        " slides; their lengths are found first.",
         _written(chain, found, actuators).rstrip(),
-        "What actuates the joints above follows from them as in the solution of the loops.",
+        "The actuators of the joints above follow from them as in the solution of the loops.",
     )
 
 
@@ -85,7 +85,7 @@ def printed_tasks(
 
 
 def _method(tasks: Iterable[PrintedTask]) -> str:
-    """What is common to all steps, said once."""
+    """The method that is common to all steps."""
     equations = [step.step.found for task in tasks for step in task.steps]
     two = [found for found in equations if found.sign is not None]
     if not two:
@@ -95,7 +95,7 @@ def _method(tasks: Iterable[PrintedTask]) -> str:
         r" = C$ has them on either side of the angle of $(A, B)$; they meet where"
         r" $C^2 = A^2 + B^2$. Beyond, where the margin $1 - C^2/(A^2 + B^2)$ is negative, the root"
         r" counts as $0$, which gives the least-squares answer. The margin of a solution is the"
-        r" smallest of its steps."
+        r" smallest margin of its steps."
     )
 
 
@@ -129,7 +129,7 @@ def _given(page: Page, task: PrintedTask) -> str:
 
 
 def _vectors(page: Page, task: PrintedTask) -> str:
-    """The vectors that the steps speak of and that rest on none."""
+    """The vectors that the steps refer to and that depend on no step."""
     printer = _printer(page)
     blocks = []
     for vector in task.vectors:
@@ -139,17 +139,17 @@ def _vectors(page: Page, task: PrintedTask) -> str:
         own = [d for d in task.definitions if d[0] in vector.shown]
         shared = [d for d in task.definitions if d not in own]
         if own:
-            blocks.append(f"There, {escape(meaning)} is at ${letter}$, with")
+            blocks.append(f"Then {escape(meaning)} is at ${letter}$, with")
             blocks.append(aligned(definitions(printer, [*shared, *own])))
         else:
             blocks.append(
-                f"There, {escape(meaning)} is at $({', '.join(map(printer.tex, vector.shown))})$."
+                f"Then {escape(meaning)} is at $({', '.join(map(printer.tex, vector.shown))})$."
             )
     return sentence(*blocks)
 
 
 def _speaking(task: PrintedTask, after: int) -> str:
-    """What the following steps speak of by name."""
+    """The vectors that the following steps refer to."""
     own = [vector for vector in task.vectors if vector.vector.after == after]
     what = [f"${vector.letter}$ is {escape(vector.vector.meaning)}" for vector in own]
     return f"In what follows, {in_words(what)}." if what else ""
@@ -189,16 +189,14 @@ def _rest(page: Page, task: PrintedTask) -> str:
     printer = _printer(page)
     parts = []
     if task.rest:
-        parts.append(
-            sentence("What is left of the sum is", aligned(definitions(printer, task.rest)))
-        )
+        parts.append(sentence("From the sum follows", aligned(definitions(printer, task.rest))))
     if task.free:
         parts.append(f"The task leaves {listed(map(page.tex, task.free))} free, at $0$.")
     return sentence(*parts)
 
 
 def _slots(page: Page, task: PrintedTask) -> str:
-    """Which signs belong to which solution."""
+    """The signs of each solution."""
     count = task.solved.function.branches
     if count == 1:
         return "There is one solution."
@@ -220,10 +218,9 @@ def _slots(page: Page, task: PrintedTask) -> str:
 def _residual() -> str:
     return (
         "The residual of a solution is the larger of the distance (m) and the angle (rad) between"
-        " the pose that forward kinematics gives for it and the one that is asked for; up to"
-        " $10^{-9}$ the solution is valid. Every step builds on what earlier ones gave, in a"
-        " degenerate case on what was taken there: angles found independently of each other would"
-        " not fit together."
+        " the pose that forward kinematics gives for it and the wanted pose; up to $10^{-9}$ the"
+        " solution is valid. Every step uses the results of earlier steps, in a degenerate case the"
+        " value taken there: angles found independently of each other would not be consistent."
     )
 
 

@@ -68,13 +68,13 @@ class InverseTerms:
         return -shown if negative and function is sp.sin else shown
 
     def _definition(self, term: sp.Symbol) -> sp.Expr:
-        """What a term stands for, without numbers that are there for rounding alone."""
+        """The definition of a term, without the floors that guard its divisors."""
         definition = self.changed.get(term, self.terms.definitions[term])
         tiny = {x: sp.Integer(0) for x in definition.atoms(sp.Float) if abs(x) < ARTICLE_ZERO}
         return definition.xreplace(tiny)
 
     def _open(self, entries: Iterable[sp.Expr]) -> list[sp.Symbol]:
-        """The terms without a name that entries rest on, in the order of their definition."""
+        """The terms without a name that entries depend on, in the order of their definition."""
         found: set[sp.Symbol] = set()
         waiting = [symbol for entry in entries for symbol in entry.free_symbols]
         while waiting:
@@ -101,7 +101,7 @@ class InverseTerms:
         return uses
 
     def settle_below(self, entry: sp.Expr) -> None:
-        """Names, or keeps to be written out, the terms that an entry rests on."""
+        """Names the terms that an entry depends on, or keeps them to be written out."""
         _, own = entry.as_coeff_Mul()
         for term in self._open([entry]):
             if term not in self.inlined:
@@ -172,7 +172,7 @@ class InverseTerms:
         self.inlined.pop(term, None)
 
     def taken(self) -> list[Definition]:
-        """What was defined since this was last asked."""
+        """The definitions since the last call."""
         taken, self._taken = self._taken, []
         return taken
 
@@ -183,7 +183,7 @@ def is_trigonometric(expression: sp.Expr) -> bool:
 
 
 def _tidy(expression: sp.Expr) -> sp.Expr:
-    """The minus signs of a sum in brackets that has no others before them."""
+    """Moves the minus signs of a sum that has only such in front of its bracket."""
     if expression.is_Add:
         return expression.func(*map(_tidy, expression.args))
     if not expression.is_Mul:

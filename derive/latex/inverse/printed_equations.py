@@ -1,4 +1,4 @@
-"""Steps as they are printed: one rule for each kind of equation, whoever made it."""
+"""Steps in print: one rule for each kind of equation, independent of the family."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
@@ -56,7 +56,7 @@ def _loop_of_three(
         rows.append((name, [f"({x},", f"{y},", f"{z})"]))
     yield aligned(rows)
     yield (
-        rf"The turn by ${two}$ changes neither the length of what it turns nor its part along"
+        rf"The rotation by ${two}$ changes neither the length of a vector nor its component along"
         rf" $\vec{{k}}_{{2}}$: two equations that are linear in the cosines and sines of ${one}$"
         rf" and ${three}$, a quartic with up to four real roots. Then ${two}$ turns one side to the"
         " other."

@@ -47,7 +47,7 @@ class PrintedInverseStep:
         definitions: Shared terms and coefficients, each in those before it.
         unknown: What the step finds: a coordinate or a sum of coordinates.
         name: The coordinate, or a name for the sum.
-        sense: -1 where the unknown counts against what turns about the step's axis.
+        sense: -1 where the unknown counts against the rotation about the step's axis.
         equation: The step's equation of the unknown, its coefficients by name or as they are.
         solution: The terms whose sum is the unknown; none where the equation has several unknowns,
             which a quartic solves.
@@ -70,7 +70,7 @@ class PrintedVector:
     Attributes:
         vector: The vector itself.
         letter: LaTeX of its letter.
-        shown: Its components, by name where these are sums; none where it rests on steps.
+        shown: Its components, by name where these are sums; none where it depends on steps.
     """
 
     vector: NamedVector
@@ -87,7 +87,7 @@ class PrintedTask:
         inputs: The symbols of each input.
         signs: The symbols of the signs.
         vectors: The vectors that the steps refer to.
-        definitions: The components of vectors that rest on no step.
+        definitions: The components of vectors that depend on no step.
         steps: The steps.
         rest: Coordinates that follow from a sum, with their values.
         free: Coordinates that the task leaves at 0.
