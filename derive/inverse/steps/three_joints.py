@@ -305,7 +305,7 @@ def two_slides(work: Work, first: Axis, second: Axis, way: Vector) -> None:
         work.slide(
             axis,
             "a line meets a plane",
-            f"{other.name} does not move the point across itself",
+            f"{other.name} does not move the point normal to its direction",
             slide_to_plane(terms, n, axis.h, ORIGIN, dot(terms, n, way)),
         )
 
