@@ -97,8 +97,8 @@ def explain(robot: Described, families: Sequence[Family] = FAMILIES) -> Explanat
         families: The families to try, in order.
 
     Returns:
-        An object whose text tells the structure of the axes, the numbered steps that follow from
-        it with their degenerate cases, and how many solutions there can be; where there is no
+        An object whose text describes the structure of the axes, the numbered steps that follow
+        from it with their degenerate cases, and how many solutions there can be; where there is no
         closed form, how far the axes are from each structure that has one.
     """
     chain = robot.main_chain if isinstance(robot, Mechanism) else robot

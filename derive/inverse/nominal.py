@@ -35,8 +35,8 @@ def nominal_of(robot: Robot, lines: Lines, found: Attempt) -> Robot:
         A robot without parameters, whose home pose is that of the calibrated arm.
     """
     axes = dict(enumerate(lines.axes))
-    places = [k for k in axes if k not in found.given]
-    order = places[::-1] if found.backwards else places
+    free = [k for k in axes if k not in found.given]
+    order = free[::-1] if found.backwards else free
     directions = {k: _nearest_upright(axis.direction) for k, axis in axes.items()}
     origins = {k: axis.origin for k, axis in axes.items()}
     for requirement in _all(found.requirements):

@@ -1,7 +1,7 @@
 """A family of chains with a closed-form inverse, and all that the compiler knows of it.
 
-A family is one object in one file, listed in the package's ``__init__``. What classifies chains,
-derives functions, explains them and prints them reads the fields of this object and never its name.
+A family is one object in one file, listed in the package's ``__init__``. Classification,
+derivation, explanation and article read the fields of this object and do not know it by name.
 """
 
 from collections.abc import Callable
@@ -36,10 +36,10 @@ class Family:
             reason, its degenerate case and its equation, which are its words in ``--explain`` and
             in the article.
         readings: The ends from which the axes may be read to have the structure.
-        behind_given: Whether the chain may be what joints with given values leave of a longer one.
+        behind_given: Whether the structure may be that of a longer chain without its given joints.
         solves_pose: Whether ``ik`` of a serial robot asks for the tool's pose. A family that meets
             the position alone offers its tasks instead.
-        inputs: What ``solve`` needs beside the displacement, a swivel angle for example.
+        inputs: The inputs of ``solve`` beside the displacement, a swivel angle for example.
         tasks: Tasks beside the pose, for a chain that is read from the base with no joint given.
         functions: Functions that belong to the inverse of such a chain, for example the value of an
             input in a configuration.

@@ -67,12 +67,14 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     seen = rotated(terms, a1.h, q1.back, v)
     carried = rotated(terms, a5.h, q5, a6.h)
     hand = added(terms, a5.p, rotated(terms, a5.h, q5, reach))
-    told = with_elbow_in_reach(work, lines, sp1(terms, h, carried, seen), seen, U, hand, signs[1])
+    found_sum = with_elbow_in_reach(
+        work, lines, sp1(terms, h, carried, seen), seen, U, hand, signs[1]
+    )
     q234 = work.step(
         [a2, a3, a4],
         "subproblem 1",
         "joints 2 to 4 turn axis 6 as one",
-        told,
+        found_sum,
         "with axis 6 parallel to axes 2 to 4 the sum is arbitrary; the one taken brings the elbow "
         "nearest to a right angle",
     )

@@ -2,8 +2,8 @@
 
 Axes 2, 3 and 4 are parallel, axis 1 is perpendicular to them; a fifth is, too, if there is one.
 Four joints give the tool four freedoms, its position and its pitch in the plane of the arm; a fifth
-turns it about an axis in that plane. The answer to a pose that such an arm cannot reach is what
-these steps give for it, and its residual is the deviation.
+turns it about an axis in that plane. For a pose that such an arm cannot reach these steps give a
+nearby pose, and the residual is the deviation from it.
 
 Most solutions: 4 for a pose; 8 for position and pitch, as the tool may point outward or inward.
 """

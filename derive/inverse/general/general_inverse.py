@@ -13,8 +13,8 @@ class GeneralInverse:
     """The inverse of a general arm.
 
     Attributes:
-        title: What is solved, and by whose method, in words.
-        method: How, in words.
+        title: The kind of arm and the source of the method, in words.
+        method: The method in words.
         split: The order of the joints in the equations.
         equations: The side of the equations that depends on the pose.
         function: The function ``ik``, which takes the eigenvalues of a matrix.

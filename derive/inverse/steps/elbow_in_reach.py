@@ -42,9 +42,9 @@ def with_elbow_in_reach(
     right = terms.let(dot(terms, upper, upper) + dot(terms, fore, fore))
     best = sp3(terms, a2.h, minus_U, lever, right, sign).turn
     across = perpendicular(terms, a2.h, v)
-    told = dot(terms, across, across) > terms.let(UNDETERMINED_SUM**2)
+    is_determined = dot(terms, across, across) > terms.let(UNDETERMINED_SUM**2)
     turn = CosSin(
-        terms.let(sp.Piecewise((found.turn.c, told), (best.c, True), evaluate=False)),
-        terms.let(sp.Piecewise((found.turn.s, told), (best.s, True), evaluate=False)),
+        terms.let(sp.Piecewise((found.turn.c, is_determined), (best.c, True), evaluate=False)),
+        terms.let(sp.Piecewise((found.turn.s, is_determined), (best.s, True), evaluate=False)),
     )
     return FoundTurn(turn, found.equation, found.sign, found.margin)

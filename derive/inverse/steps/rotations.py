@@ -12,7 +12,7 @@ from .work import Work
 
 
 def wrist(work: Work, lines: Lines, first: int, target: Target) -> None:
-    """Finds three revolute joints from the rotation that the joints before them leave.
+    """Finds three revolute joints from the rest of the rotation behind the joints before them.
 
     Args:
         work: Holds the joints before the wrist; gathers the steps.

@@ -50,7 +50,7 @@ class NamedVector:
 
 @dataclass(frozen=True)
 class Remainder:
-    """A joint whose angle is what other joints leave of a sum that a step found.
+    """A joint whose angle follows from a sum that a step found and the other joints of it.
 
     Attributes:
         joints: Names of the joints whose sum the step found, in its order.

@@ -1,4 +1,4 @@
-"""The equations that subproblems solve, as data: their coefficients and what solves them.
+"""The equations that subproblems solve, as data: coefficients and solutions.
 
 A step carries its equation for the reader. The article prints its coefficients, relation and
 solution, and a test puts numbers into these.

@@ -1,4 +1,4 @@
-"""Tasks of an inverse: what is asked of the tool, and how the article prints the input."""
+"""Tasks of an inverse: the function, its inputs, and how the article prints them."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -151,18 +151,18 @@ def _vectors(page: Page, task: PrintedTask) -> str:
 def _speaking(task: PrintedTask, after: int) -> str:
     """The vectors that the following steps refer to."""
     own = [vector for vector in task.vectors if vector.vector.after == after]
-    what = [f"${vector.letter}$ is {escape(vector.vector.meaning)}" for vector in own]
-    return f"In what follows, {in_words(what)}." if what else ""
+    clauses = [f"${vector.letter}$ is {escape(vector.vector.meaning)}" for vector in own]
+    return f"In what follows, {in_words(clauses)}." if clauses else ""
 
 
 def _step(page: Page, printed: PrintedInverseStep) -> str:
     """A step with one unknown."""
     printer, step = _printer(page), printed.step
     name = printer.tex(printed.name)
-    what = f"${name}$"
+    unknown = f"${name}$"
     if printed.name != printed.unknown:
-        what = f"${name} = {printer.tex(printed.unknown)}$"
-    opening = rf"\textbf{{Step {printed.number}: {what}}}, {step.method}: {escape(step.reason)}."
+        unknown = f"${name} = {printer.tex(printed.unknown)}$"
+    opening = rf"\textbf{{Step {printed.number}: {unknown}}}, {step.method}: {escape(step.reason)}."
     degenerate = f"Degenerate: {escape(step.degenerate)}." if step.degenerate else ""
     return sentence(opening, solved_step(printed, printer), degenerate)
 

@@ -25,7 +25,7 @@ class InverseTerms:
     """The terms of one task on their way into print.
 
     Attributes:
-        known: What is printed for a symbol of the derivation.
+        known: The printed expression of each symbol of the derivation.
         inlined: The values of terms that are written out.
         changed: Definitions that take the place of the derivation's own.
         preferred: Names of terms that are components of a vector with a letter.

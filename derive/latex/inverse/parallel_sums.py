@@ -54,7 +54,7 @@ def merged(
     """Definitions in the turn by a sum, of terms that hold the two turns of a pair only together.
 
     Args:
-        definitions: What each term stands for.
+        definitions: The definition of each term.
         terms: The terms to look at, in the order of their definition.
         pairs: The parallel joints.
         is_known: Whether a term has its own name, and is left as it is.
@@ -76,7 +76,7 @@ def _merged(
     pair: ParallelPair,
     is_known: Callable[[sp.Symbol], bool],
 ) -> sp.Expr | None:
-    """A term that is a turn by one angle of what was turned by the other."""
+    """A term that is a rotation by one angle of a vector rotated by the other."""
     definition = definitions[term]
     if not definition.is_Add or _symbols(pair.other).isdisjoint(definition.free_symbols):
         return None

@@ -31,7 +31,7 @@ def _line_and_sphere(equation: LineAndSphere, name: str, printer: FractionPrinte
 
 
 def _solution_alone(_equation: object, _name: str, _printer: FractionPrinter) -> str:
-    """Nothing: the solution tells the relation already."""
+    """No relation: the solution is read off the equation."""
     return ""
 
 
@@ -136,10 +136,10 @@ def _sum(printer: FractionPrinter, products: Iterable[tuple[sp.Expr, str]]) -> s
     return " ".join(_signed([_times(printer, *each) for each in products if each[0] != 0]))
 
 
-def _times(printer: FractionPrinter, factor: sp.Expr, what: str) -> str:
-    if what and factor in (1, -1):
-        return what if factor == 1 else f"-{what}"
-    return f"{printer.tex(factor)} {what}".rstrip()
+def _times(printer: FractionPrinter, factor: sp.Expr, function: str) -> str:
+    if function and factor in (1, -1):
+        return function if factor == 1 else f"-{function}"
+    return f"{printer.tex(factor)} {function}".rstrip()
 
 
 def _signed(terms: Sequence[str]) -> list[str]:

@@ -1,4 +1,4 @@
-"""The steps of an inverse in printed symbols: each step's equation, in what earlier steps gave.
+"""The steps of an inverse in printed symbols: each step's equation in the results of earlier steps.
 
 A step carries its equation. Here the equation's coefficients are put into printed symbols, by names
 A, B, C with the step's number where they are long; relation and solution are the equation's own.
@@ -45,7 +45,7 @@ class PrintedInverseStep:
         step: The step itself.
         number: Its number in the article.
         definitions: Shared terms and coefficients, each in those before it.
-        unknown: What the step finds: a coordinate or a sum of coordinates.
+        unknown: The coordinate or the sum of coordinates that the step finds.
         name: The coordinate, or a name for the sum.
         sense: -1 where the unknown counts against the rotation about the step's axis.
         equation: The step's equation of the unknown, its coefficients by name or as they are.

@@ -4,11 +4,14 @@ A column that turns, a slide along it, a slide across it and a joint that turns 
 vertical. No family in the list has such axes.
 """
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 import sympy as sp
 
-import chasles
+import chasles.derive
 from chasles.derive import derive, explain, loads
 from chasles.derive.build.generate import files_of, put
 from chasles.derive.inverse.families import FAMILIES
@@ -151,6 +154,17 @@ def arm(derivation, tmp_path_factory):
 def configurations(count=200):
     rng = np.random.default_rng(0)
     return rng.uniform(-1, 1, (count, 4)) * [3.0, 0.3, 0.3, 3.0]
+
+
+def test_no_file_but_the_list_names_a_family():
+    room = Path(chasles.derive.__file__).parent
+    names = {path.stem for path in (room / "inverse/families").glob("*.py")}
+    names -= {"__init__", "family"}
+    assert len(names) == len(FAMILIES)
+    imported = re.compile(rf"(families\.|from \.|import )({'|'.join(names)})\b")
+    paths = [*(room / "inverse").rglob("*.py"), *(room / "latex/inverse").rglob("*.py")]
+    naming = {path.name for path in paths if imported.search(path.read_text(encoding="utf-8"))}
+    assert naming == {"__init__.py"}
 
 
 def test_no_family_of_the_list_fits():
