@@ -7,6 +7,8 @@ from functools import partial
 from .chain.coordinates import InProportion
 from .chain.groups import Group, groups
 from .chain.kinematics import FUNCTIONS, Kinematics, arguments_of
+from .inverse.families import FAMILIES
+from .inverse.families.family import Family
 from .inverse.hybrid_inverse import hybrid_inverses
 from .inverse.serial_inverse import Inverses, inverses
 from .loops import equations, maps, platforms
@@ -33,6 +35,7 @@ class Derivation:
         hybrid: The loops and their solution, of a robot that has some.
         inverse: What is known of its inverse, where that was asked for.
         written: Functions whose C is written by hand over tables of the robot.
+        families: The families of inverses that were tried.
     """
 
     robot: Described
@@ -42,6 +45,7 @@ class Derivation:
     hybrid: Hybrid | None = None
     inverse: Inverses | None = None
     written: tuple[WrittenFunction, ...] = ()
+    families: tuple[Family, ...] = FAMILIES
 
     def function(self, name: str) -> SymbolicFunction:
         """The function of that name.
@@ -55,18 +59,23 @@ class Derivation:
         raise KeyError(f"{self.robot.name} has no function {name!r}")
 
 
-def derive(robot: Described, functions: Sequence[str] | None = None) -> Derivation:
+def derive(
+    robot: Described,
+    functions: Sequence[str] | None = None,
+    families: tuple[Family, ...] = FAMILIES,
+) -> Derivation:
     """Derives the functions of a robot: of its tool, and the maps through its loops.
 
     Args:
         robot: A serial robot or a mechanism, from a file, a URDF or built in Python.
         functions: Names of functions; all that the robot offers by default.
+        families: The families of inverses to try, in order.
 
     Raises:
         RobotError: A name is no function of the robot, or a loop does not close at the reference.
     """
     if isinstance(robot, Mechanism):
-        return _of_mechanism(robot, functions)
+        return _of_mechanism(robot, functions, families)
     terms = Terms({p.symbol: p.value for p in robot.parameters})
     arguments = arguments_of([joint.unit for joint in robot.coordinates])
     motion = InProportion(robot, terms, arguments["q"].symbols)
@@ -75,7 +84,7 @@ def derive(robot: Described, functions: Sequence[str] | None = None) -> Derivati
     made = {name: kinematics.function(name) for name in FUNCTIONS if _is_asked(name, functions)}
     inverse = None
     if functions is None or not set(functions) <= set(FUNCTIONS):
-        inverse = inverses(robot, terms)
+        inverse = inverses(robot, terms, families=families)
         made |= inverse.functions
     written = {function.name: function for function in inverse.written} if inverse else {}
     offered = [*FUNCTIONS, *(inverse.functions if inverse else ()), *written]
@@ -90,6 +99,7 @@ def derive(robot: Described, functions: Sequence[str] | None = None) -> Derivati
         tuple(made[name] for name in chosen if name not in written),
         inverse=inverse,
         written=tuple(written[name] for name in chosen if name in written),
+        families=families,
     )
 
 
@@ -106,17 +116,19 @@ def _is_asked(name: str, functions: Sequence[str] | None) -> bool:
     return functions is None or name in functions
 
 
-def _of_mechanism(mechanism: Mechanism, functions: Sequence[str] | None) -> Derivation:
+def _of_mechanism(
+    mechanism: Mechanism, functions: Sequence[str] | None, families: tuple[Family, ...]
+) -> Derivation:
     hybrid = Hybrid(mechanism)
     offered = _offered(hybrid)
     inverse = None
     if not hybrid.forward.open and (functions is None or not set(functions) <= offered.keys()):
-        inverse = hybrid_inverses(hybrid)
+        inverse = hybrid_inverses(hybrid, families)
         offered |= {name: partial(_made, f) for name, f in inverse.functions.items()}
     chosen = _chosen(mechanism.name, functions, list(offered))
     made = tuple(_guarded(offered[name](hybrid), offered) for name in chosen)
     found = () if hybrid.forward.open else hybrid.groups
-    return Derivation(mechanism, hybrid.terms, found, made, hybrid, inverse)
+    return Derivation(mechanism, hybrid.terms, found, made, hybrid, inverse, families=families)
 
 
 def _made(function: SymbolicFunction, _: Hybrid) -> SymbolicFunction:

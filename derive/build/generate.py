@@ -5,7 +5,7 @@ import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from ..derivation import derive
+from ..derivation import Derivation, derive
 from ..emit.emitter import Emitter
 from ..emit.languages import EMITTERS
 from ..emit.manifest import manifest
@@ -35,8 +35,12 @@ def artifacts(
     Raises:
         RobotError: The description or a function's name is wrong, or two languages write one file.
     """
-    derivation = derive(robot, functions)
-    made = programs(derivation.functions, robot.name)
+    return files_of(derive(robot, functions), emitters)
+
+
+def files_of(derivation: Derivation, emitters: Sequence[Emitter] = EMITTERS) -> dict[str, str]:
+    """Every generated file of a derivation, as :func:`artifacts`."""
+    made = programs(derivation.functions, derivation.robot.name)
     files = {emitter.language: emitter.files(derivation, made) for emitter in emitters}
     texts = _merged(files)
     texts[MANIFEST] = manifest(derivation, made, files)

@@ -1,4 +1,4 @@
-"""The inverse of a robot in words: which structure its axes have, and what follows from it."""
+"""The inverse of a robot in words: the structure of its axes, and the steps that follow from it."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -8,20 +8,21 @@ import numpy as np
 from ..loops.hybrid import Hybrid
 from ..model.mechanism import Described, Mechanism
 from ..model.robot import Robot
+from ..model.tolerances import EXACT_STRUCTURE
 from ..terms.terms import Terms
-from .general import raghavan_roth
+from .classify import Attempt, Classification
+from .families import FAMILIES
+from .families.family import Family
+from .general.general_inverse import GeneralInverse
 from .hybrid_inverse import hybrid_inverses
 from .serial_inverse import Inverses, inverses
-from .slots import Solved
-from .steps.work import Step
-from .structure.classify import Attempt, Classification
-from .structure.lines import EXACT
+from .steps.work import InverseStep
 from .structure.requirement import Requirement
+from .tasks.task import Solved
 
-GENERAL = "an arm of six revolute joints without a structure (Raghavan and Roth)"
 NEVER = "no small change of the arm would do"
 MOST_LISTED = 12
-"""Structures that a table lists, the nearest first."""
+"""Number of structures that a table lists, the nearest first."""
 _MM = 1e3
 _GAP = 3
 """Blanks between the columns of a table."""
@@ -29,12 +30,12 @@ _GAP = 3
 
 @dataclass(frozen=True)
 class Explanation:
-    """What is known of a robot's inverse, to read: ``print(explain(robot))``.
+    """A robot's inverse in words: ``print(explain(robot))``.
 
     Attributes:
         robot: The robot's title.
         chain: The chain that is explained.
-        inverses: Its structure, and the tasks that this solves; None where loops leave the tool
+        inverses: Its structure, and the tasks that this solves; None where loops allow the tool
             more than one pose, as a platform's do.
         loops: How the actuators follow from the main chain; empty for a serial robot.
     """
@@ -49,19 +50,20 @@ class Explanation:
         """How many solutions a pose of the tool can have; 0 where they are not known."""
         if self.inverses is None:
             return 0
+        if self.inverses.general is not None:
+            return self.inverses.general.function.branches
         solved = self.inverses.solved.get("ik") or next(iter(self.inverses.solved.values()), None)
-        written = [function.branches for function in self.inverses.written]
-        return solved.function.branches if solved else max(written, default=0)
+        return solved.function.branches if solved else 0
 
     @property
     def line(self) -> str:
         """The explanation in one line."""
         if self.inverses is None:
             return self.loops
-        classification = self.inverses.classification
+        classification, general = self.inverses.classification, self.inverses.general
         found = classification.found
-        if self.inverses.written:
-            return f"inverse: {GENERAL}, at most {_counted(self.most_solutions, 'solution')}"
+        if general is not None:
+            return f"inverse: {general.title}, at most {_counted(self.most_solutions, 'solution')}"
         if found is None:
             return f"no closed-form inverse: {classification.missing}"
         of_chain = " of the main chain" if self.loops else ""
@@ -80,32 +82,33 @@ class Explanation:
         parts = [title, _structure(classification)]
         if classification.found is not None:
             parts += [_task(name, solved) for name, solved in self.inverses.solved.items()]
-        if self.inverses.written:
-            parts.append(_general(self.chain, self.most_solutions))
+        if self.inverses.general is not None:
+            parts.append(_general(self.inverses.general))
         if classification.found is None and classification.attempts:
             parts.append(_nearest(classification))
         return "\n\n".join([*parts, *([self.loops] if self.loops else [])])
 
 
-def explain(robot: Described) -> Explanation:
-    """Which closed-form inverse a robot has and why, or what it lacks.
+def explain(robot: Described, families: Sequence[Family] = FAMILIES) -> Explanation:
+    """Explains which closed-form inverse a robot has and why, or what its structure lacks.
 
     Args:
-        robot: A serial robot or a mechanism, of which the main chain is explained.
+        robot: A serial robot, or a mechanism, whose main chain is explained.
+        families: The families to try, in order.
 
     Returns:
-        An object whose text tells the structure of the axes, the numbered steps that follow from
-        it with their degenerate cases, and how many solutions there can be; where there is no
+        An object whose text describes the structure of the axes, the numbered steps that follow
+        from it with their degenerate cases, and how many solutions there can be; where there is no
         closed form, how far the axes are from each structure that has one.
     """
     chain = robot.main_chain if isinstance(robot, Mechanism) else robot
     title = robot.title or robot.name
     if isinstance(robot, Mechanism):
         hybrid = Hybrid(robot)
-        found = None if hybrid.forward.open else hybrid_inverses(hybrid)
+        found = None if hybrid.forward.open else hybrid_inverses(hybrid, families)
         return Explanation(title, chain, found, _of_loops(hybrid))
     terms = Terms({parameter.symbol: parameter.value for parameter in chain.parameters})
-    return Explanation(title, chain, inverses(chain, terms))
+    return Explanation(title, chain, inverses(chain, terms, families=families))
 
 
 def _structure(classification: Classification) -> str:
@@ -118,8 +121,8 @@ def _structure(classification: Classification) -> str:
         lines.append("Tier: exact; the closed form is that of the robot.")
     else:
         lines.append(
-            "Tier: snapped; the closed form is that of a robot whose axes lie as they should, and "
-            "its solutions start an iteration on the true one."
+            "Tier: snapped; the closed form is that of the nominal robot, whose axes have the "
+            "structure exactly, and its solutions start an iteration on the true robot."
         )
     return "\n".join(lines)
 
@@ -131,24 +134,24 @@ def _for_given(attempt: Attempt, classification: Classification) -> str:
 
 
 def _condition(requirement: Requirement, classification: Classification) -> str:
-    if requirement.apart <= EXACT:
+    if requirement.deviation <= EXACT_STRUCTURE:
         return f"{requirement.text}: holds"
     return f"{requirement.text}: off by {_distance(requirement, classification)}"
 
 
 def _distance(requirement: Requirement, classification: Classification) -> str:
-    """How far a condition is from holding, in the unit of its kind."""
-    if not np.isfinite(requirement.apart):
+    """The deviation from a condition, in the unit of its kind."""
+    if not np.isfinite(requirement.deviation):
         return NEVER
     if requirement.is_length:
-        return f"{_MM * requirement.apart * (classification.lines.length or 1.0):.3g} mm"
-    return f"{requirement.apart:.3g} rad"
+        return f"{_MM * requirement.deviation * (classification.lines.length or 1.0):.3g} mm"
+    return f"{requirement.deviation:.3g} rad"
 
 
 def nearest(classification: Classification) -> list[tuple[str, list[tuple[str, str]]]]:
-    """The structures that were tried, by their distance, with what they miss and by how much."""
+    """The structures that were tried, the nearest first, with their conditions and deviations."""
     best: dict[str, Attempt] = {}
-    for attempt in sorted(classification.attempts, key=lambda attempt: attempt.apart):
+    for attempt in sorted(classification.attempts, key=lambda attempt: attempt.deviation):
         best.setdefault(attempt.title, attempt)
     return [
         (
@@ -156,7 +159,7 @@ def nearest(classification: Classification) -> list[tuple[str, list[tuple[str, s
             [
                 (requirement.text, _distance(requirement, classification))
                 for requirement in attempt.requirements
-                if requirement.apart > EXACT
+                if requirement.deviation > EXACT_STRUCTURE
             ],
         )
         for attempt in best.values()
@@ -164,9 +167,9 @@ def nearest(classification: Classification) -> list[tuple[str, list[tuple[str, s
 
 
 def _nearest(classification: Classification) -> str:
-    rows = [("structure, and what of it is missed", "off by")]
+    rows = [("structure, and the conditions that do not hold", "off by")]
     for title, missed in nearest(classification)[:MOST_LISTED]:
-        rows += [(title, ""), *((f"  {what}", off) for what, off in missed)]
+        rows += [(title, ""), *((f"  {text}", off) for text, off in missed)]
     return "\n".join(_table(rows))
 
 
@@ -190,52 +193,35 @@ def _task(name: str, solved: Solved) -> str:
     return "\n".join(lines)
 
 
-def _step(number: int, step: Step, solved: Solved) -> Iterable[str]:
+def _step(number: int, step: InverseStep, solved: Solved) -> Iterable[str]:
     yield f"{number:2}. {' + '.join(step.joints)}, by {step.method}: {step.reason}."
     if step.found.sign is not None:
-        place = solved.work.signs.index(step.found.sign) + 1
+        number_of_sign = solved.work.signs.index(step.found.sign) + 1
         boundary = (
-            "" if step.found.margin is None else "; they meet at the boundary of what is reached"
+            "" if step.found.margin is None else "; they meet at the boundary of the workspace"
         )
-        yield f"    Two solutions, sign {place} of {len(solved.work.signs)}{boundary}."
+        yield f"    Two solutions, sign {number_of_sign} of {len(solved.work.signs)}{boundary}."
     if step.degenerate:
         yield f"    Degenerate: {step.degenerate}."
 
 
 def _remaining(solved: Solved) -> Iterable[str]:
     """The joints that follow from a sum."""
-    alone = {step.joints[0] for step in solved.work.steps if len(step.joints) == 1}
-    for step in solved.work.steps:
-        rest = [name for name in step.joints if name not in alone]
-        if len(step.joints) > 1 and len(rest) == 1:
-            others = listed([name for name in step.joints if name in alone])
-            yield f"{rest[0]} is what {others} {_leave(step)} of {' + '.join(step.joints)}."
+    for remainder in solved.work.remainders:
+        others = [name for name in remainder.joints if name != remainder.last]
+        total = " + ".join(remainder.joints)
+        yield f"{remainder.last} follows from {total}, with {listed(others)} known."
 
 
-def _leave(step: Step) -> str:
-    return "leave" if len(step.joints) > 2 else "leaves"  # noqa: PLR2004
-
-
-def _general(chain: Robot, most: int) -> str:
+def _general(general: GeneralInverse) -> str:
     """The steps for an arm without a structure."""
-    split = raghavan_roth.split_of(chain)
-    assert split is not None
-    one, two, suppressed, v, w, last = (chain.moving[k].name for k in split.joints)
-    steps = (
-        f"{last} does not move its own axis: fourteen quantities of it are linear in the products "
-        f"of cosines and sines of {one} and {two}, and in those of {v} and {w}. Six combinations "
-        f"are free of {one} and {two}.",
-        f"{suppressed}: with the half angle of {v} these are twelve equations, singular at sixteen "
-        "complex angles, the eigenvalues of a matrix. Those that are real are solutions.",
-        f"{v}, {w}: from the eigenvector. {one}, {two}: from the equations that were combined.",
-        f"{last}: what the others leave of the turn. Newton's steps on the pose end it.",
-    )
-    head = f"ik(T): at most {most} solutions in {most} slots, by the eigenvalues of a matrix."
-    return "\n".join([head, *(f"{k:2}. {step}" for k, step in enumerate(steps, 1))])
+    most = general.function.branches
+    head = f"ik(T): at most {most} solutions in {most} slots, {general.method}."
+    return "\n".join([head, *(f"{k:2}. {step}" for k, step in enumerate(general.steps, 1))])
 
 
 def _of_loops(hybrid: Hybrid) -> str:
-    """How the actuators follow."""
+    """How the actuators follow from the main chain, in a sentence."""
     mechanism = hybrid.mechanism
     if not mechanism.closers:
         return "The actuators follow from the main chain by constant ratios."
@@ -248,8 +234,8 @@ def _of_loops(hybrid: Hybrid) -> str:
     return f"The actuators follow from the main chain in closed form, through the loops in {steps}."
 
 
-def _counted(count: int, what: str) -> str:
-    return f"{count} {what}{'s' if count != 1 else ''}"
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}{'s' if count != 1 else ''}"
 
 
 def listed(names: Sequence[str]) -> str:

@@ -1,8 +1,8 @@
 """The inverse kinematics of a robot with loops: that of its main chain, then its actuators.
 
-Where the main chain has a structure of its own, its joints follow from the pose and the actuators
-from them. Where loops keep a stretch of the chain from turning, that stretch is a translation and
-stands for slides; the actuators that make it follow from the translation.
+Where the main chain has a structure of its own, its joints follow from the pose, and the actuators
+from the joints. Where loops keep part of the chain from turning, slides take its place, and the
+actuators that move this part follow from the lengths of the slides.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,32 +13,37 @@ from ..chain.kinematics import common_unit
 from ..loops.hybrid import Hybrid
 from ..terms.symbolic_function import Argument
 from ..terms.vectors import Basis, Vector
-from .serial_inverse import Inverses, given_argument, solve_chain
-from .slots import POSE_SYMBOLS, Solved, function_of, pose_argument, pose_residual, values_of
+from .chain_solution import given_argument, solve_chain
+from .classify import Attempt, classify, of_lines
+from .families import FAMILIES
+from .families.family import Family
+from .serial_inverse import Inverses
 from .steps.target import of_pose
 from .steps.work import Work
-from .structure.classify import Attempt, classify, of_lines
 from .structure.lines import Lines, home_of
 from .substitution import substituted
+from .tasks.slots import POSE_SYMBOLS, function_of, pose_argument, pose_residual, values_of
+from .tasks.task import Solved, TaskInput
 from .translation import Translating, actuators_of, translating
 
 IDENTITY = "fk(q[k]) = T wherever residual[k] is rounding"
 
 
-def hybrid_inverses(hybrid: Hybrid) -> Inverses:
-    """The closed-form inverse of a robot with loops that has a main chain.
+def hybrid_inverses(hybrid: Hybrid, families: Sequence[Family] = FAMILIES) -> Inverses:
+    """Derives the closed-form inverse of a robot with loops that has a main chain.
 
     Args:
         hybrid: The robot; its loops must be solved in closed form.
+        families: The families to try on the main chain, in order.
     """
-    classification = classify(hybrid.robot, hybrid.terms, len(hybrid.q))
+    classification = classify(hybrid.robot, hybrid.terms, len(hybrid.q), families)
     if classification.found is not None:
         solved = _by_chain(hybrid, classification.lines, classification.found)
         return Inverses(classification, {"ik": solved})
     moved = translating(hybrid)
     if moved is None:
         return Inverses(classification, {})
-    shorter = of_lines(moved.lines)
+    shorter = of_lines(moved.lines, families=families)
     solved_ = _by_translation(hybrid, moved, shorter.found) if shorter.found else None
     return Inverses(shorter, {} if solved_ is None else {"ik": solved_})
 
@@ -49,9 +54,9 @@ def _by_chain(hybrid: Hybrid, lines: Lines, found: Attempt) -> Solved:
     work = Work(terms)
     symbols = {k: sp.Symbol(f"_{robot.moving[k].name}", real=True) for k in found.given}
     given = {k: robot.moving[k].direction * symbol for k, symbol in symbols.items()}
-    arguments = [given_argument(robot, k, symbol) for k, symbol in symbols.items()]
+    arguments = tuple(given_argument(robot, k, symbol) for k, symbol in symbols.items())
     target = of_pose(terms, POSE_SYMBOLS, home_of(robot, terms))
-    more = solve_chain(work, lines, found, target, given)
+    solve_chain(work, lines, found, target, given)
     joints = [
         joint.direction * value
         for joint, value in zip(robot.moving, values_of(work, robot, given), strict=True)
@@ -59,7 +64,8 @@ def _by_chain(hybrid: Hybrid, lines: Lines, found: Attempt) -> Solved:
     theta = dict(zip(hybrid.theta, joints, strict=True))
     q = substituted(terms, hybrid.actuators, theta)
     names = tuple(robot.moving[k].name for k in found.given)
-    return _solved(hybrid, work, (*arguments, *more), q, names, _coordinates(hybrid, found.given))
+    held = _coordinates(hybrid, found.given)
+    return _solved(hybrid, work, arguments, found.family.inputs, q, names, held)
 
 
 def _by_translation(hybrid: Hybrid, moved: Translating, found: Attempt) -> Solved | None:
@@ -85,11 +91,11 @@ def _by_translation(hybrid: Hybrid, moved: Translating, found: Attempt) -> Solve
         if not needed <= theta.keys():
             return None
         q.append(substituted(terms, [entry], theta)[0])
-    return _solved(hybrid, work, (), tuple(q), ())
+    return _solved(hybrid, work, (), found.family.inputs, tuple(q), ())
 
 
 def _arguments(hybrid: Hybrid, entry: sp.Expr) -> set[sp.Symbol]:
-    """The joints of the main chain that a formula rests on."""
+    """The joints of the main chain that a formula depends on."""
     rests_on = [entry, *(hybrid.terms.definitions[s] for s in hybrid.terms.needed([entry]))]
     return {symbol for e in rests_on for symbol in e.free_symbols} & set(hybrid.theta)
 
@@ -97,22 +103,23 @@ def _arguments(hybrid: Hybrid, entry: sp.Expr) -> set[sp.Symbol]:
 def _solved(
     hybrid: Hybrid,
     work: Work,
-    more: Sequence[Argument],
+    arguments: Sequence[Argument],
+    inputs: tuple[TaskInput, ...],
     q: tuple[sp.Expr, ...],
     names: tuple[str, ...],
     given: Sequence[int] = (),
 ) -> Solved:
-    """The function; its residual is that of the tool as the actuators hold it."""
+    """The function; its residual is that of the tool's pose at these actuated coordinates."""
     terms = hybrid.terms
     axes, origin = hybrid.kinematics.forward.tool_pose()
     entries = [e for vector in (*axes, origin) for e in vector]
     values: Mapping[sp.Symbol, sp.Expr] = dict(zip(hybrid.q, q, strict=True))
-    x, y, z, place = _triples(substituted(terms, entries, values))
-    residual = pose_residual(terms, ((x, y, z), place), POSE_SYMBOLS)
+    x, y, z, position = _triples(substituted(terms, entries, values))
+    residual = pose_residual(terms, ((x, y, z), position), POSE_SYMBOLS)
     unit = common_unit([c.unit for c in hybrid.mechanism.coordinates])
-    inputs = (pose_argument(hybrid.robot), *more)
-    function = function_of("ik", work, inputs, q, unit, residual, IDENTITY, given)
-    return Solved(function, work, names)
+    asked = (pose_argument(hybrid.robot), *arguments, *(i.argument for i in inputs))
+    function = function_of("ik", work, asked, q, unit, residual, IDENTITY, given)
+    return Solved(function, work, names, inputs)
 
 
 def _coordinates(hybrid: Hybrid, joints: Sequence[int]) -> list[int]:

@@ -1,7 +1,7 @@
-"""The nominal arm of a calibrated one: its axes moved by no more than was measured, to a structure.
+"""The nominal arm of a calibrated arm: its axes are moved slightly, to an exact structure.
 
-A measured arm has no two axes that are parallel or meet. Its inverse is that of the arm it was
-meant to be, taken to the true one by Newton's iteration at run time.
+A measured arm has no two axes that are exactly parallel or meet. Its inverse starts from that of
+the nominal arm, and Newton's iteration at run time brings each solution to the measured arm.
 """
 
 from collections.abc import Iterable, Sequence
@@ -15,15 +15,16 @@ from numpy.typing import NDArray
 from ..description.conventions import inverse
 from ..model.exact import EVALUATION_DIGITS
 from ..model.robot import Joint, Placement, Robot, Rotation, Translation
-from .structure.classify import Attempt
-from .structure.lines import SNAPPED, Lines, home_of
+from ..model.tolerances import MEASURED_STRUCTURE, NOMINAL_GUARD_DIGITS
+from .classify import Attempt
+from .structure.lines import Lines, home_of
 from .structure.requirement import Requirement
 
 FloatArray = NDArray[np.float64]
 
 
 def nominal_of(robot: Robot, lines: Lines, found: Attempt) -> Robot:
-    """The nominal arm of a robot: the same joints on axes that have a structure exactly.
+    """The nominal arm of a robot: the same joints on axes that have the structure exactly.
 
     Args:
         robot: The calibrated arm.
@@ -31,11 +32,11 @@ def nominal_of(robot: Robot, lines: Lines, found: Attempt) -> Robot:
         found: The structure that they nearly have.
 
     Returns:
-        A robot of numbers, whose home pose is that of the calibrated one.
+        A robot without parameters, whose home pose is that of the calibrated arm.
     """
     axes = dict(enumerate(lines.axes))
-    places = [k for k in axes if k not in found.given]
-    order = places[::-1] if found.backwards else places
+    free = [k for k in axes if k not in found.given]
+    order = free[::-1] if found.backwards else free
     directions = {k: _nearest_upright(axis.direction) for k, axis in axes.items()}
     origins = {k: axis.origin for k, axis in axes.items()}
     for requirement in _all(found.requirements):
@@ -55,11 +56,11 @@ def _all(requirements: Iterable[Requirement]) -> Iterable[Requirement]:
 
 
 def _nearest_upright(h: FloatArray) -> FloatArray:
-    """The direction of the base's axis that is nearest, if one is as near as measuring errs."""
+    """The nearest axis of the base, if it is within measured errors; else the direction itself."""
     k = int(np.argmax(np.abs(h)))
     upright = np.zeros(3)
     upright[k] = np.sign(h[k])
-    return upright if float(np.linalg.norm(h - upright)) <= SNAPPED else h
+    return upright if float(np.linalg.norm(h - upright)) <= MEASURED_STRUCTURE else h
 
 
 def _make_parallel(directions: dict[int, FloatArray], indices: Sequence[int]) -> None:
@@ -71,7 +72,7 @@ def _make_parallel(directions: dict[int, FloatArray], indices: Sequence[int]) ->
 def _make_meet(
     directions: dict[int, FloatArray], origins: dict[int, FloatArray], indices: Sequence[int]
 ) -> None:
-    """Moves axes to the point that is nearest to all of them."""
+    """Moves axes to the point nearest to all of them."""
     if not indices:
         return
     across = {k: np.eye(3) - np.outer(directions[k], directions[k]) for k in indices}
@@ -84,7 +85,7 @@ def _make_meet(
 
 
 def _joint(joint: Joint, h: FloatArray, p: FloatArray) -> Joint:
-    """The joint on an axis, in a frame that lies in the base's at home."""
+    """The joint on an axis, with frames that are parallel to the base's in the home pose."""
     with mpmath.workdps(EVALUATION_DIGITS):
         x, y, z = (mpmath.mpf(float(component)) for component in h)
         azimuth, tilt = mpmath.atan2(x, -y), mpmath.atan2(mpmath.hypot(x, y), z)
@@ -101,7 +102,7 @@ def _placement(home: Sequence[Sequence[mpmath.mpf]]) -> Placement:
     with mpmath.workdps(EVALUATION_DIGITS):
         level = mpmath.hypot(home[0][0], home[1][0])
         pitch = mpmath.atan2(-home[2][0], level)
-        if level > mpmath.mpf(10) ** (8 - EVALUATION_DIGITS):
+        if level > _right_angle_tolerance():
             yaw = mpmath.atan2(home[1][0], home[0][0])
             roll = mpmath.atan2(home[2][1], home[2][2])
         else:
@@ -120,8 +121,13 @@ def _number(value: sp.Expr) -> mpmath.mpf:
 
 
 def _angle(value: mpmath.mpf) -> sp.Expr:
-    """An angle to 40 digits; right angles exactly, for they cost nothing."""
+    """An angle to 40 digits; right angles are exact, as they cost no operation."""
     quarters = mpmath.nint(2 * value / mpmath.pi)
-    if abs(value - quarters * mpmath.pi / 2) < mpmath.mpf(10) ** (8 - EVALUATION_DIGITS):
+    if abs(value - quarters * mpmath.pi / 2) < _right_angle_tolerance():
         return sp.pi * sp.Rational(int(quarters), 2)
     return sp.Rational(sp.Float(value, EVALUATION_DIGITS))
+
+
+def _right_angle_tolerance() -> mpmath.mpf:
+    """The deviation (radian) up to which an angle is taken for a right angle."""
+    return mpmath.mpf(10) ** (NOMINAL_GUARD_DIGITS - EVALUATION_DIGITS)

@@ -1,4 +1,4 @@
-"""A formula of one derivation with its arguments replaced by what another derivation found."""
+"""A formula of one derivation with its arguments replaced by the results of another."""
 
 from collections.abc import Mapping, Sequence
 
@@ -10,15 +10,15 @@ from ..terms.terms import Terms
 def substituted(
     terms: Terms, entries: Sequence[sp.Expr], values: Mapping[sp.Symbol, sp.Expr]
 ) -> tuple[sp.Expr, ...]:
-    """Entries with symbols replaced, in all the terms that they rest on.
+    """Replaces symbols in expressions and in all terms that these depend on.
 
-    Cosines and sines of solved angles come from the pairs that gave them, and angles that were
-    solved in the formula are solved again: no trigonometric function is added.
+    Cosines and sines of solved angles are those from which the angles were computed, and angles
+    that the formula solves are solved again: no trigonometric function is added.
 
     Args:
         terms: Holds the terms, and receives the new ones.
         entries: The formula.
-        values: What its arguments become.
+        values: The expressions in place of its arguments.
     """
     known: dict[sp.Symbol, sp.Expr] = dict(values)
     for symbol in terms.needed(entries):

@@ -1,4 +1,4 @@
-"""Stretches of a chain that loops keep from turning, as slides; and the actuators behind them."""
+"""Parts of a chain that loops keep from turning, as slides; and the actuators that move them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,6 +11,7 @@ from ..chain.groups import Group, Station
 from ..loops.collapse import collapsed
 from ..loops.hybrid import Hybrid
 from ..model.robot import JointKind
+from ..model.tolerances import INDEPENDENT_SLIDES
 from ..terms.terms import Terms
 from ..terms.vectors import (
     IDENTITY,
@@ -23,19 +24,18 @@ from ..terms.vectors import (
 )
 from .steps.work import Work
 from .structure.lines import Axis, Lines, numbers
+from .subproblems.equations import LineAndPlane
 from .subproblems.found import FoundLength
 from .subproblems.sp4 import on_line
-
-_FLAT = 1e-9
 
 
 @dataclass(frozen=True)
 class Slides:
-    """A run of slides that takes the place of part of the chain.
+    """Consecutive slides in place of part of the chain.
 
     Attributes:
-        values: What they slide by, in the actuated coordinates.
-        weights: The part of each in each axis of the shorter chain.
+        values: Their lengths in the actuated coordinates.
+        weights: The component of each along each axis of the shorter chain.
     """
 
     values: tuple[sp.Expr, ...]
@@ -49,7 +49,7 @@ class Translating:
     Attributes:
         lines: The shorter chain; its slides have indices behind all joints.
         home: The tool's pose (axes, origin) with all turns and slides at zero.
-        slides: What its slides stand for.
+        slides: The translations that its slides stand for.
     """
 
     lines: Lines
@@ -58,7 +58,7 @@ class Translating:
 
 
 def translating(hybrid: Hybrid) -> Translating | None:
-    """The shorter chain, or None where loops make no stretch of the chain translate."""
+    """The shorter chain, or None where loops keep no part of the chain from turning."""
     terms = hybrid.terms
     values = [joint.direction * hybrid.forward.values[joint.name] for joint in hybrid.robot.moving]
     shorter, translations = collapsed(terms, hybrid.groups, hybrid.forward.relations, len(values))
@@ -67,12 +67,12 @@ def translating(hybrid: Hybrid) -> Translating | None:
     everything = [*values, *translations]
     names = [joint.name for joint in hybrid.robot.moving]
     axes, home = _home(terms, shorter, everything, names)
-    places = [k for k, axis in enumerate(axes) if not axis.turns]
-    if any(b - a != 1 for a, b in pairwise(places)):
+    indices = [k for k, axis in enumerate(axes) if not axis.turns]
+    if any(b - a != 1 for a, b in pairwise(indices)):
         return None
-    kept, weights = _independent(terms, [axes[k] for k in places])
-    slides = Slides(tuple(everything[axes[k].joint] for k in places), weights)
-    chain = (*axes[: places[0]], *kept, *axes[places[-1] + 1 :])
+    kept, weights = _independent(terms, [axes[k] for k in indices])
+    slides = Slides(tuple(everything[axes[k].joint] for k in indices), weights)
+    chain = (*axes[: indices[0]], *kept, *axes[indices[-1] + 1 :])
     return Translating(Lines(terms, chain), home, slides)
 
 
@@ -127,7 +127,7 @@ def _still(terms: Terms, vector: Vector, station: Station, values: Sequence[sp.E
 
 
 def spelled(terms: Terms, expression: sp.Expr, stop: set[sp.Symbol] | None = None) -> sp.Expr:
-    """An expression with its terms written out, but for those at which to stop."""
+    """An expression with its terms written out, except those at which to stop."""
     kept = stop or set()
     while True:
         found = {
@@ -143,11 +143,11 @@ def spelled(terms: Terms, expression: sp.Expr, stop: set[sp.Symbol] | None = Non
 def _independent(
     terms: Terms, slides: Sequence[Axis]
 ) -> tuple[list[Axis], tuple[tuple[sp.Expr, ...], ...]]:
-    """Slides that span the others, and the part of each slide in each of them."""
+    """Slides that span all of them, and the component of each slide along each of these."""
     kept: list[Axis] = []
     for axis in slides:
         directions = [a.direction for a in (*kept, axis)]
-        if np.linalg.matrix_rank(np.array(directions), tol=_FLAT) == len(directions):
+        if np.linalg.matrix_rank(np.array(directions), tol=INDEPENDENT_SLIDES) == len(directions):
             kept.append(axis)
     basis = sp.Matrix([[terms.spelled(e) for e in axis.h] for axis in kept]).T
     to_basis = (basis.T * basis).inv() * basis.T
@@ -159,10 +159,10 @@ def _independent(
 def actuators_of(
     work: Work, moved: Translating, q: Sequence[sp.Symbol]
 ) -> dict[sp.Symbol, sp.Expr] | None:
-    """The actuated coordinates that make the slides what the pose wants.
+    """The actuated coordinates that give the slides the lengths that the pose asks for.
 
-    One coordinate may enter by its cosine and sine, a crank's, or in proportion; the other in
-    proportion. Taken out of the equations, it leaves one line for the crank to meet.
+    One coordinate, a slider's, has to enter linearly; the other may enter by its cosine and sine,
+    as a crank's does, or linearly. Eliminating the slider leaves a linear equation for the crank.
 
     Args:
         work: Holds the lengths of the slides; receives the step.
@@ -223,16 +223,16 @@ def _two(
     turn = work.note(
         (crank.name,),
         "subproblem 4",
-        "the actuator's part in the translation that no slider makes",
+        "the component of the translation that the slider does not contribute to",
         found,
     )
-    place = 0 if rates[0] != 0 else 1
-    left = rest[place].subs({sp.cos(crank): turn.c, sp.sin(crank): turn.s})
-    length = terms.let(terms.let(lengths[place] - left) / terms.let(rates[place]))
+    row = 0 if rates[0] != 0 else 1
+    left = rest[row].subs({sp.cos(crank): turn.c, sp.sin(crank): turn.s})
+    length = terms.let(terms.let(lengths[row] - left) / terms.let(rates[row]))
     work.note_length(
         (along.name,),
         "a line meets a plane",
-        "what the crank leaves of the translation",
-        FoundLength(length, (rates[place], left - lengths[place])),
+        "the rest of the translation, behind the crank",
+        FoundLength(length, LineAndPlane(rates[row], left - lengths[row])),
     )
     return {crank: terms.solved_angle(turn.c, turn.s), along: length}

@@ -5,6 +5,8 @@ that a formula needs for other reasons (a count of steps, a size of a page) is n
 stays where it is used.
 """
 
+import sympy as sp
+
 # --- description: what a file rounds ---
 
 # --- terms, chain: numbers that are integers ---
@@ -62,6 +64,96 @@ Machines differ in the last digits of these numbers; the bytes of a drawing must
 """
 
 # --- inverse: structures, boundaries of subproblems, eigenvalues ---
+
+EXACT_STRUCTURE = 1e-9
+"""Radian, or parts of the arm's length: axes that miss a structure by no more have it.
+
+A file's decimals are read exactly, so that only rounding of the judgement in floats is bridged.
+"""
+MEASURED_STRUCTURE = 5e-3
+"""Radian, or parts of the arm's length: axes that miss a structure by no more are meant to have it.
+
+It bounds the errors of a measured arm: some millimetres a metre, some milliradians.
+"""
+JACOBIAN_RANK = 1e-9
+"""A singular value of the Jacobian, lengths in parts of the arm's, that is 0 but for rounding."""
+OBLIQUE_AXES = 1e-3
+"""Sine of an angle between axes below which a slide does not determine the point it moves."""
+TOOL_ON_AXIS = EXACT_STRUCTURE
+"""Metre and sine up to which the tool lies on the axis of its joint, or in the base's plane."""
+INDEPENDENT_SLIDES = EXACT_STRUCTURE
+"""A singular value of unit directions up to which they are linearly dependent."""
+UNDETERMINED_SUM = sp.Float("5e-10", 20)
+"""Sine of the angle between axis 6 and axes 2 to 4 up to which they are taken for parallel.
+
+The sum of the angles 2 to 4 is then chosen to bring the elbow within reach, at the cost of an
+orientation error of no more than this.
+"""
+DIRECTION_FLOOR = sp.Float("1e-150", 20)
+"""Added to the first of two numbers whose direction is computed, and to divisors that may be 0.
+
+It changes no number above 1e-134, its square does not underflow, and the direction of (0, 0) is the
+angle 0 instead of 0/0.
+"""
+VECTOR_FLOOR = sp.Float("1e-140", 20)
+"""Part of a second vector that is added to one that may be 0; it changes no other vector."""
+DIVISOR_FLOOR = sp.Float("1e-300", 20)
+"""Added to a divisor that is a sum of squares and may be 0."""
+ARTICLE_ZERO = 1e-100
+"""Numbers below it are such floors, which the article leaves out."""
+MEETING_SOLUTIONS = sp.Float("4e-15", 20)
+"""sin^2 of half the angle between two solutions that are one.
+
+Rounding moves it by some 1e-16 of its terms. A solution moved off its singular place by 1e-8 would
+leave nothing of the singularity to the steps behind it, and to meet the equation to 4e-15 costs
+nothing.
+"""
+LEAST_CONIC = sp.Rational(1, 10**20)
+"""The least g of a trigonometric polynomial whose coefficients are about 1, rounded to 1e-16."""
+NEARLY_LINEAR = sp.Integer(10) ** 10
+"""P + Q above which the resolvent is linear to 1e-5, and its closed form loses digits."""
+OUTERMOST_ROOT = 1 + sp.Rational(1, 10**9)
+"""A root tau up to here has been moved out of [-1, 1] by rounding."""
+MEETING_ROOTS = sp.Rational(1, 10**14)
+"""sin^2 of half the angle between two roots that are one: rounding separates a double root so."""
+EVEN_CONIC = sp.Rational(4, 10**15)
+"""A coefficient p up to here is rounding, and the conic is even in x: t = 0."""
+REAL_LINES = sp.Rational(1, 10**13)
+"""Negative slope of the cubic at 0 down to which the lines of t = 0 are real but for rounding."""
+LEAST_SLOPE = sp.Rational(1, 10**10)
+"""Slopes of the cubic below it are those of a triple root that rounding has separated."""
+GREATEST_T = sp.Rational(3, 2)
+"""Bound of t, which is at most 1, after a step from a triple root."""
+LEAST_T = sp.Rational(1, 10**8)
+"""Below this t, alpha is too small a divisor of p."""
+DEPENDENT_ROWS = sp.Rational(1, 10**13)
+"""Sine of the angle between rows that are linearly dependent but for rounding."""
+FARTHEST_POINT = sp.Integer(10) ** 6
+"""Bound of the point X of subproblem 6; beyond sqrt(2) there is no solution."""
+ELLIPSES_DAMPING = sp.Rational(1, 10**14)
+"""Least square of the singular values' ratio at which Newton steps on two angles are not damped."""
+LOOP_DAMPING = sp.Rational(1, 10**10)
+"""The same of three angles; less would drown in rounding where the Jacobian has rank 1."""
+NEARLY_REAL = sp.Rational(1, 10**7)
+"""A negative margin down to which solutions are refined; Newton would find others beyond."""
+SOLUTION_SEPARATION = sp.Rational(1, 10**7)
+"""Radian from their common point at which solutions start that squares of lengths do not separate.
+
+Squares give an angle to 1e-8.
+"""
+PARABOLA_STEP = sp.Rational(1, 10**5)
+"""Radian: bound of a step on the parabola of second order, a hundred times that separation."""
+DETERMINANT_TAIL = 1e-9
+"""Relative size up to which degrees above 8 of a determinant and a 9th singular value are 0."""
+SINGLE_SOLUTION = 1e-12
+"""Ratio of the second smallest singular value to the greatest, below which it is 0.
+
+The six equations do not single out a solution then.
+"""
+KERNEL_GUARD_DIGITS = 20
+"""Decimal digits of an exact evaluation that elimination may lose before a pivot counts as 0."""
+NOMINAL_GUARD_DIGITS = 8
+"""Decimal digits of an exact evaluation that an angle may lose before it is no right angle."""
 
 # --- latex: what a reader need not see ---
 

@@ -13,8 +13,8 @@ from bench.peers.inverses import INSTALL, absent, answers
 from bench.poses import Case, PoseSet, nearly, right_angles
 from bench.tasks import wrapped
 from bench.verdict import SAME, VALID, counts, judged, newton
-from chasles.derive.inverse.structure.classify import classify
-from chasles.derive.inverse.structure.locks import ways_to_give
+from chasles.derive.inverse.classify import classify
+from chasles.derive.inverse.given_joints import ways_to_give
 from chasles.derive.terms.terms import Terms
 
 RANDOM = 2_000

@@ -1,5 +1,25 @@
-"""The families of chains that have a closed-form inverse, one file of numbered steps each.
+"""The families of chains that have a closed-form inverse, one file each, and their list."""
 
-A family is a module with ``requires(lines)``, the conditions on the axes with how far they are from
-holding, and ``solve(work, lines, target)``.
-"""
+from .column import COLUMN
+from .family import Family
+from .inner_centre import INNER_CENTRE
+from .parallel_forearm import PARALLEL_FOREARM
+from .planar import PLANAR
+from .position import POSITION
+from .spherical_wrist import SPHERICAL_WRIST
+from .swivel import SWIVEL
+from .three_parallel import THREE_PARALLEL
+from .turntable import TURNTABLE
+
+FAMILIES: tuple[Family, ...] = (
+    PLANAR,
+    POSITION,
+    TURNTABLE,
+    THREE_PARALLEL,
+    SPHERICAL_WRIST,
+    COLUMN,
+    PARALLEL_FOREARM,
+    INNER_CENTRE,
+    SWIVEL,
+)
+"""All families, in the order in which they are tried on a chain."""

@@ -1,11 +1,11 @@
-"""A turning column with two slides, and a hand of three axes of which the first stands like it.
+"""A turning column with two slides, and a hand of three axes whose first is parallel to the column.
 
-Revolute joint 1, slides 2 and 3 that do not move along each other, revolute joints 4, 5 and 6: axis
-4 is parallel to axis 1, axes 5 and 6 meet. The slides do not turn, so that joints 1 and 4 turn the
-tool as one: the orientation falls to three angles like that of a spherical wrist, though axes 4, 5
-and 6 have no common point. Then joint 1 and the slides bring the hand to its place.
+Joint 1 is revolute, joints 2 and 3 slide in different directions, joints 4, 5 and 6 are revolute.
+Axis 4 is parallel to axis 1, axes 5 and 6 meet. The slides do not turn anything, so that joints 1
+and 4 turn the tool as one, and the orientation determines three angles as with a spherical wrist,
+though axes 4, 5 and 6 have no common point. Then joint 1 and the slides position the hand.
 
-Most solutions: 4 (two of the orientation, two of the place).
+Most solutions: 4, two of the orientation times two of the position.
 """
 
 import numpy as np
@@ -20,12 +20,10 @@ from ..subproblems.sp1 import sp1
 from ..subproblems.sp2 import sp2
 from ..subproblems.sp4 import sp4
 from ..subproblems.turns import composed, rotated
+from .family import Family
 
-TITLE = "a turning column with two slides and a hand that turns about its vertical"
 
-
-def requires(lines: Lines) -> list[Requirement]:
-    """What the axes must fulfil."""
+def _requires(lines: Lines) -> list[Requirement]:
     slides = not lines.axes[1].turns and not lines.axes[2].turns
     return [
         Requirement("joints 2 and 3 slide", 0.0 if slides else np.inf),
@@ -44,8 +42,7 @@ def _plane(lines: Lines) -> Requirement:
     )
 
 
-def solve(work: Work, lines: Lines, target: Target) -> None:
-    """All six joints for a target."""
+def _solve(work: Work, lines: Lines, target: Target) -> None:
     terms = work.terms
     a1, a2, a3, a4, a5, a6 = lines.axes
 
@@ -56,21 +53,22 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
         "subproblem 2",
         f"{a6.name} does not turn its own axis, and {a1.name} and {a4.name} turn it as one",
         q14,
-        f"with axis {a6.name} along the column every sum will do; it is then 0",
+        f"with axis {a6.name} along the column the sum is arbitrary and taken as 0",
     )
-    work.step([a5], "subproblem 1", f"what they leave of the turn of axis {a6.name}", q5)
+    work.step([a5], "subproblem 1", f"the rest of the rotation of axis {a6.name}", q5)
     e = cross(terms, a6.h, a5.h)
     left = rotated(terms, a1.h, q14_turn.back, target.turned(terms, e))
     left = rotated(terms, a5.h, q5.turn.back, left)
     work.step(
-        [a6], "subproblem 1", "what is left of the turn", sp1(terms, a6.h, e, left, sure=True)
+        [a6], "subproblem 1", "the rest of the rotation", sp1(terms, a6.h, e, left, sure=True)
     )
 
-    # 4. The column: past the hand, the place lies in the plane of the slides.
+    # 4. The column turns the plane of the slides to the wanted position of the hand.
     centre = lines.meeting(4, 5)
     lever = rotated(terms, a1.h, q14_turn, subtracted(terms, centre, a4.p))
-    place = work.call("W", "the common point of axes 5 and 6", target.point(terms, centre))
-    V = subtracted(terms, subtracted(terms, place, lever), a1.p)
+    meaning = "the common point of axes 5 and 6"
+    wanted = work.name_vector(("W", "V"), meaning, target.point(terms, centre))
+    V = subtracted(terms, subtracted(terms, wanted, lever), a1.p)
     normal = cross(terms, a1.h, a2.h)
     d = dot(terms, normal, subtracted(terms, a4.p, a1.p))
     q1 = work.step(
@@ -78,12 +76,22 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
         "subproblem 4",
         "the slides do not leave their plane",
         sp4(terms, V, a1.h, normal, d, work.sign()),
-        "with the hand on the column every angle will do; it is then 0",
+        "with the hand on the column the angle is arbitrary and taken as 0",
     )
     work.turns[a4.joint] = composed(terms, q14_turn, q1.back).counted(
         1 if float(a1.direction @ a4.direction) > 0 else -1
     )
 
+    work.remainder((a1, a4))
+
     # 5, 6. The slides in their plane.
     way = subtracted(terms, rotated(terms, a1.h, q1.back, V), subtracted(terms, a4.p, a1.p))
     two_slides(work, a2, a3, way)
+
+
+COLUMN = Family(
+    "a turning column with two slides and a hand that turns about its vertical",
+    (6,),
+    _requires,
+    _solve,
+)

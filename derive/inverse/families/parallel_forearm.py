@@ -1,8 +1,7 @@
-"""Six revolute joints, axes 2, 3 and 4 parallel, whatever axes 5 and 6 are.
+"""Six revolute joints, axes 2, 3 and 4 parallel, axes 5 and 6 in any position.
 
-What axes 2 to 4 leave alone, the parts of axis 6 and of a point of it along their direction, are
-two equations for angles 1 and 5 together: subproblem 6. The rest is as in :mod:`.three_parallel`,
-which is tried first. Most solutions: 8.
+Joints 2 to 4 do not change the components of axis 6 and of a point of it along their direction:
+these are two equations for angles 1 and 5 together, subproblem 6. Most solutions: 8.
 
 Source: Elias and Wen 2022, 4.1 (2, 3, 4 parallel).
 """
@@ -11,23 +10,22 @@ import sympy as sp
 
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, added, cross, dot, subtracted
+from ..steps.elbow_in_reach import with_elbow_in_reach
 from ..steps.loop_of_three import negative
 from ..steps.target import Target
 from ..steps.triangle import remaining, triangle
 from ..steps.work import Work
 from ..structure.lines import Lines
 from ..structure.requirement import Requirement, askew, parallel, revolute
-from ..subproblems.found import FoundTurn, Simultaneous
+from ..subproblems.equations import TwoEllipses
+from ..subproblems.found import FoundTurn
 from ..subproblems.sp1 import sp1
 from ..subproblems.sp6 import sp6
 from ..subproblems.turns import any_across, perpendicular, rotated
-from .three_parallel import reaching
-
-TITLE = "three parallel axes 2, 3, 4"
+from .family import Family
 
 
-def requires(lines: Lines) -> list[Requirement]:
-    """What the axes must fulfil."""
+def _requires(lines: Lines) -> list[Requirement]:
     return [
         revolute(lines, range(6)),
         parallel(lines, 1, 2, 3),
@@ -36,14 +34,13 @@ def requires(lines: Lines) -> list[Requirement]:
     ]
 
 
-def solve(work: Work, lines: Lines, target: Target) -> None:
-    """All six angles for a target."""
+def _solve(work: Work, lines: Lines, target: Target) -> None:
     terms = work.terms
     a1, a2, a3, a4, a5, a6 = lines.axes
     h = a2.h
 
-    # 1, 2. Joints 2 to 4 change no part along their direction: neither that of axis 6 nor that of
-    #    its place.
+    # 1, 2. Joints 2 to 4 change no component along their direction: neither that of axis 6 nor that
+    #    of a point of it.
     W = subtracted(terms, target.point(terms, a6.p), a1.p)
     v = target.turned(terms, a6.h)
     reach = subtracted(terms, a6.p, a5.p)
@@ -55,12 +52,12 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
     signs = work.sign(), work.sign()
     (A1, B1, b1), (A2, B2, b2) = rows
     found = sp6(terms, (A1, A2), (B1, B2), (b1, b2), signs)
-    equation = Simultaneous(6, (("A_1", (*A1, *A2)), ("A_2", (*B1, *B2)), ("b", (b1, b2))))
+    equation = TwoEllipses((A1, A2), (B1, B2), (b1, b2))
     for axis, turn in ((a1, found.first), (a5, found.second)):
         work.step(
             [axis],
             "subproblem 6",
-            "joints 2 to 4 change no part along their axes, neither of axis 6 nor of its place",
+            "joints 2 to 4 change no component along their axes, of axis 6 or of a point of it",
             FoundTurn(turn, equation, signs[0], found.margin),
         )
     q1, q5 = found.first, found.second
@@ -70,28 +67,30 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
     seen = rotated(terms, a1.h, q1.back, v)
     carried = rotated(terms, a5.h, q5, a6.h)
     hand = added(terms, a5.p, rotated(terms, a5.h, q5, reach))
-    told = reaching(work, lines, sp1(terms, h, carried, seen), seen, U, hand, signs[1])
+    found_sum = with_elbow_in_reach(
+        work, lines, sp1(terms, h, carried, seen), seen, U, hand, signs[1]
+    )
     q234 = work.step(
         [a2, a3, a4],
         "subproblem 1",
         "joints 2 to 4 turn axis 6 as one",
-        told,
-        "with axis 6 parallel to axes 2 to 4 every sum will do; it is then the one that brings the "
-        "elbow nearest to a right angle",
+        found_sum,
+        "with axis 6 parallel to axes 2 to 4 the sum is arbitrary; the one taken brings the elbow "
+        "nearest to a right angle",
     )
 
-    # 4. Any direction across axis 6 tells the last angle.
+    # 4. Any direction perpendicular to axis 6 determines the last angle.
     e = any_across(terms, a6.h)
     left = rotated(terms, a1.h, q1.back, target.turned(terms, e))
     left = rotated(terms, a5.h, q5.back, rotated(terms, h, q234.back, left))
     work.step(
         [a6],
         "subproblem 1",
-        "what joints 1 to 5 leave of the turn",
+        "the rest of the rotation, behind joints 1 to 5",
         sp1(terms, a6.h, e, left, sure=True),
     )
 
-    # 5. The rest is a triangle across the parallel axes: shoulder, elbow, wrist.
+    # 5. Shoulder, elbow and wrist form a triangle in the plane normal to the parallel axes.
     lever = rotated(terms, h, q234, subtracted(terms, hand, a4.p))
     triangle(work, a2, a3, a4.p, subtracted(terms, U, lever))
     remaining(work, (a2, a3, a4), q234)
@@ -110,3 +109,6 @@ def _row(
     A = dot(terms, h, cross(terms, k1, p1)), dot(terms, h, perpendicular(terms, k1, p1))
     B = dot(terms, h, cross(terms, k2, p2)), dot(terms, h, perpendicular(terms, k2, p2))
     return A, (-B[0], -B[1]), terms.let(still + along[1] - along[0])
+
+
+PARALLEL_FOREARM = Family("three parallel axes 2, 3, 4", (6,), _requires, _solve)

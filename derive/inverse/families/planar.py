@@ -1,27 +1,36 @@
 """Parallel revolute axes, at most three, and perhaps a slide along them: planar arms and SCARAs.
 
-Most solutions: 2. A pose out of the plane, or of an arm with two revolute joints alone one with the
-wrong angle, is answered by the nearest that these steps find.
+Most solutions: 2. The answer to a pose out of the plane is the nearest that these steps find; so is
+that of an arm with only two revolute joints to a pose with another angle.
 """
 
 import numpy as np
+import sympy as sp
 
-from ...terms.vectors import dot, subtracted
+from ...chain.forward import Pose
+from ...model.robot import Robot
+from ...model.tolerances import TOOL_ON_AXIS
+from ...terms.symbolic_function import Argument
+from ...terms.vectors import IDENTITY, dot, subtracted
 from ..steps.target import Target
 from ..steps.triangle import remaining, triangle
 from ..steps.work import Work
-from ..structure.lines import Lines
+from ..structure.lines import Lines, home_of
 from ..structure.requirement import Requirement, parallel
 from ..subproblems.slides import slide_to_plane
 from ..subproblems.sp1 import sp1
-from ..subproblems.turns import any_across
+from ..subproblems.turns import CosSin, any_across
+from ..tasks.partial_poses import POSITION, POSITION_ENTRIES, partial_pose, tool_origin
+from ..tasks.slots import larger, squares
+from ..tasks.task import InputLetter, Solved, Task, TaskInput
+from .family import Family
 
-TITLE = "parallel axes"
 _LEAST_TURNS, _MOST_TURNS = 2, 3
+_PHI = sp.Symbol("_phi", real=True)
+_PHI_LETTER = InputLetter((r"\varphi", r"\rho", r"\Phi"))
 
 
-def requires(lines: Lines) -> list[Requirement]:
-    """What the axes must fulfil."""
+def _requires(lines: Lines) -> list[Requirement]:
     turning = [k for k, axis in enumerate(lines.axes) if axis.turns]
     sliding = [k for k, axis in enumerate(lines.axes) if not axis.turns]
     fits = _LEAST_TURNS <= len(turning) <= _MOST_TURNS and len(sliding) <= 1
@@ -29,16 +38,15 @@ def requires(lines: Lines) -> list[Requirement]:
     return [count, parallel(lines, *turning, *sliding)] if fits else [count]
 
 
-def solve(work: Work, lines: Lines, target: Target) -> None:
-    """All joints for a pose."""
+def _solve(work: Work, lines: Lines, target: Target) -> None:
     terms = work.terms
     turning = tuple(axis for axis in lines.axes if axis.turns)
     first = turning[0]
     hand, meaning = target.home, "the tool's origin"
     if len(turning) == _MOST_TURNS:
         hand, meaning = turning[2].p, f"a point of axis {turning[2].name}"
-    place = work.call("W", meaning, target.point(terms, hand))
-    W = subtracted(terms, place, first.p)
+    wanted = work.name_vector(("W", "V"), meaning, target.point(terms, hand))
+    W = subtracted(terms, wanted, first.p)
     # 1. The slide alone moves the tool along the axes.
     for axis in lines.axes:
         if not axis.turns:
@@ -62,3 +70,54 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
             sp1(terms, first.h, e, target.turned(terms, e)),
         )
         remaining(work, turning, total)
+
+
+def _lies_in_base_plane(robot: Robot, lines: Lines) -> bool:
+    """Whether all joints turn in the base's x-y plane, and the tool's x axis lies in it."""
+    upright = abs(float(lines.axes[0].direction[2])) > 1 - TOOL_ON_AXIS
+    turning = all(axis.turns for axis in lines.axes)
+    heading = abs(float(lines.terms.value(home_of(robot, lines.terms)[2, 0]))) < TOOL_ON_AXIS
+    return turning and upright and heading
+
+
+def _in_base_plane(robot: Robot, lines: Lines) -> Solved:
+    """Position in the base's x-y plane, and the angle of the tool's x axis in it."""
+    terms = lines.terms
+    work = Work(terms)
+    home = home_of(robot, terms)
+    c, s = terms.cos_sin(_PHI)
+    c0, s0 = terms.let(home[0, 0]), terms.let(home[1, 0])
+    turn = CosSin(terms.let(c * c0 + s * s0), terms.let(s * c0 - c * s0))
+    _, _, z = IDENTITY
+    axes = ((turn.c, turn.s, z[0]), (-turn.s, turn.c, z[0]), z)
+    tool = tool_origin(robot, terms)
+    X, Y, _ = POSITION
+    _solve(work, lines, Target(axes, tool, (X, Y, tool[2])))
+
+    def residual(pose: Pose) -> sp.Expr:
+        axes, origin = pose
+        moved = squares(terms, (origin[0] - X, origin[1] - Y))
+        return larger(terms, moved, squares(terms, (axes[0][0] - c, axes[0][1] - s)))
+
+    meaning = "place of the tool in the plane, its angle"
+    return partial_pose(
+        "ik_planar",
+        robot,
+        work,
+        TaskInput(
+            Argument("x", (X, Y, _PHI), (3,), "m, rad", meaning),
+            (*POSITION_ENTRIES[:2], _PHI_LETTER),
+        ),
+        residual,
+        "fk(q[k]) has its origin in x[:2] and its first axis at the angle x[2] wherever "
+        "residual[k] is rounding",
+    )
+
+
+PLANAR = Family(
+    "parallel axes",
+    (2, 3, 4),
+    _requires,
+    _solve,
+    tasks=(Task("ik_planar", _in_base_plane, _lies_in_base_plane),),
+)

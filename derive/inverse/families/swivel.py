@@ -1,68 +1,70 @@
 """Seven revolute joints: three that meet in the shoulder, an elbow, three that meet in the wrist.
 
 One joint is redundant: with the tool held, the elbow swings about the line from shoulder to wrist.
-Where it swings to is given by the swivel angle, between two half planes that begin at this line:
-the one of the reference, and the one through the elbow.
+The swivel angle gives its position: the angle between two half planes bounded by this line, that of
+the reference and that of the elbow.
 
-With S the shoulder, W the wrist's centre, E the elbow (of axis 4 the point nearest to axis 3),
-``w = (W - S) / |W - S|``, t the direction opposite to axis 1 and r a direction across it,
+With S the shoulder, W the wrist's centre, E the elbow, which is the point of axis 4 nearest to axis
+3, ``w = (W - S) / |W - S|``, t the direction opposite to axis 1 and r a direction normal to axis 1,
 
     e_x = direction of ((w - t) x r) x w,   e_y = w x e_x,
     swivel = atan2(e_y . (E - S), e_x . (E - S)).
 
-This reference is smooth but for a wrist straight below the shoulder, where a floor-mounted arm has
-its own foot; there the angle is counted from an arbitrary direction.
+This reference is smooth except for a wrist straight below the shoulder, where a floor-mounted arm
+has its base; there the angle counts from an arbitrary direction.
 
 Most solutions: 8 for one swivel angle.
 
-Source: Elias and Wen 2023 (stereographic shoulder-elbow-wrist angle), with the pole below.
+Source: Elias and Wen 2023 (stereographic shoulder-elbow-wrist angle), with the pole
+below the shoulder.
 """
 
-import numpy as np
 import sympy as sp
 
+from ...chain.kinematics import arguments_of
+from ...model.robot import Robot
+from ...model.tolerances import EXACT_STRUCTURE, VECTOR_FLOOR
+from ...terms.role import Role
+from ...terms.symbolic_function import Argument, Result, SymbolicFunction
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, added, combination, cross, dot, subtracted
+from ..steps.rotations import three_turns, wrist
 from ..steps.target import Target
 from ..steps.work import Work
-from ..structure.lines import EXACT, SNAPPED, Axis, Lines
-from ..structure.requirement import Requirement, meeting, revolute
+from ..structure.lines import Axis, Lines
+from ..structure.requirement import Requirement, askew, meeting, revolute
 from ..subproblems.sp3 import sp3, squared_across
-from ..subproblems.turns import Turn, any_across, direction, perpendicular, rotated
-from .spherical_wrist import three_turns, wrist
+from ..subproblems.turns import CosSin, any_across, direction, perpendicular, rotated
+from ..tasks.task import InputLetter, TaskInput
+from .family import Family
 
-TITLE = "spherical shoulder and spherical wrist"
 _ONE = sp.Integer(1)
-NOTHING = sp.Float("1e-140", 20)
-"""The part of another vector that is added to one that may be 0, and changes no other."""
+_SYMBOL = sp.Symbol("_swivel", real=True)
+_INPUT = TaskInput(
+    Argument("swivel", (_SYMBOL,), (), "rad", "swivel angle of the elbow"),
+    (InputLetter((r"\psi", r"\Psi", r"\zeta")),),
+)
 
 
-def requires(lines: Lines) -> list[Requirement]:
-    """What the axes must fulfil."""
+def _requires(lines: Lines) -> list[Requirement]:
     return [
         revolute(lines, range(7)),
         meeting(lines, 0, 1, 2),
         meeting(lines, 4, 5, 6),
-        _has_an_elbow(lines),
+        # The elbow is the point of axis 4 nearest to axis 3.
+        askew(lines, 2, 3),
     ]
 
 
-def _has_an_elbow(lines: Lines) -> Requirement:
-    """Of parallel axes no point is nearest."""
-    third, fourth = lines.axes[2], lines.axes[3]
-    apart = 0.0 if lines.apart_in_direction((2, 3)) > SNAPPED else np.inf
-    return Requirement(f"axes {third.name} and {fourth.name} are not parallel", apart)
-
-
-def solve(work: Work, lines: Lines, target: Target, swivel: Turn) -> None:
-    """All seven joints for a target and a swivel angle."""
+def _solve(work: Work, lines: Lines, target: Target) -> None:
     terms = work.terms
+    swivel = CosSin(*terms.cos_sin(_SYMBOL))
     a1, a2, a3, a4, *_ = lines.axes
     shoulder, centre, elbow = lines.meeting(0, 1), lines.meeting(6, 5), _elbow(lines)
 
     # 1. The shoulder does not change the distance of its own centre from the wrist's.
-    place = work.call("W", "the wrist's centre", target.point(terms, centre))
-    V = subtracted(terms, place, shoulder)
+    wanted = work.name_vector(("W", "V"), "the wrist's centre", target.point(terms, centre))
+    V = subtracted(terms, wanted, shoulder)
     upper, fore = subtracted(terms, elbow, shoulder), subtracted(terms, centre, elbow)
     across2 = squared_across(terms, a4.h, V, (upper, fore))
     sign = work.sign()
@@ -73,25 +75,29 @@ def solve(work: Work, lines: Lines, target: Target, swivel: Turn) -> None:
         sp3(terms, a4.h, upper, fore, across2, sign),
     )
 
-    # 2. The shoulder carries a frame of line, normal and side to where the swivel angle wants it.
+    # 2. The swivel angle determines a frame of line, normal and side, which the shoulder turns.
     arm = added(terms, upper, rotated(terms, a4.h, q4, fore))
     w, n, b = _frame(terms, arm, upper, fore, a4.h)
     beside = terms.let(
         sp.Piecewise((_ONE, dot(terms, upper, b) >= 0), (-_ONE, True), evaluate=False)
     )
-    W, e_x, e_y = reference(terms, a1, V)
+    W, e_x, e_y = _reference(terms, a1, V)
     side = combination(
         terms, (terms.let(beside * swivel.c), terms.let(beside * swivel.s)), (e_x, e_y)
     )
-    for letter, meaning, vector in (
-        ("u", "the direction from shoulder to wrist with joints 1 to 3 at 0", w),
-        ("b", "the direction across it, in the plane of the arm", b),
-        ("w", "the direction from shoulder to wrist", W),
-        ("e", "the direction across it that the swivel angle is counted from", e_x),
-        ("f", "the direction across both", e_y),
-        ("g", "where the arm's plane has to point, across the line", side),
+    for letters, meaning, vector in (
+        (("u", r"\upsilon"), "the direction from shoulder to wrist with joints 1 to 3 at 0", w),
+        (("b", r"\beta"), "the direction across it, in the plane of the arm", b),
+        (("w", r"\omega"), "the direction from shoulder to wrist", W),
+        (("e", r"\epsilon"), "the direction across it from which the swivel angle counts", e_x),
+        (("f", r"\phi"), "the direction across both", e_y),
+        (
+            ("g", r"\gamma"),
+            "the direction across the line to which the arm's plane has to turn",
+            side,
+        ),
     ):
-        work.call(letter, meaning, vector)
+        work.name_vector(letters, meaning, vector)
     normal = cross(terms, W, side)
 
     # 3 to 5. Its three angles.
@@ -101,12 +107,35 @@ def solve(work: Work, lines: Lines, target: Target, swivel: Turn) -> None:
         lambda v: combination(terms, [dot(terms, v, e) for e in (w, n, b)], (W, normal, side)),
     )
 
-    # 6 to 8. What the arm leaves of the tool's turn.
+    # 6 to 8. The rest of the tool's rotation.
     wrist(work, lines, 4, target)
 
 
-def swivel_of(terms: Terms, lines: Lines, turns: dict[int, Turn]) -> Turn:
-    """The swivel angle of a configuration."""
+def _functions(robot: Robot, lines: Lines) -> tuple[SymbolicFunction, ...]:
+    """The swivel angle of a configuration, which is an input of the inverse."""
+    terms = lines.terms
+    q = arguments_of([joint.unit for joint in robot.coordinates])["q"]
+    turns = {
+        k: CosSin(*terms.cos_sin(joint.direction * symbol))
+        for k, (joint, symbol) in enumerate(zip(robot.moving, q.symbols, strict=True))
+    }
+    swivel = _swivel_of(lines, turns)
+    angle = terms.let(sp.atan2(swivel.s, swivel.c, evaluate=False))
+    function = SymbolicFunction(
+        "swivel",
+        "Angle by which the elbow is turned about the line from shoulder to wrist.",
+        "q is among the solutions of ik(fk(q), swivel(q))",
+        (q,),
+        (Result("swivel", (angle,), (), "rad", "swivel angle of the elbow"),),
+        terms,
+        role=Role("redundancy", "actuators"),
+    )
+    return (function,)
+
+
+def _swivel_of(lines: Lines, turns: dict[int, CosSin]) -> CosSin:
+    """The swivel angle after given turns of the joints."""
+    terms = lines.terms
     a1, a2, a3, a4, *_ = lines.axes
     shoulder, centre, elbow = lines.meeting(0, 1), lines.meeting(6, 5), _elbow(lines)
 
@@ -117,17 +146,17 @@ def swivel_of(terms: Terms, lines: Lines, turns: dict[int, Turn]) -> Turn:
 
     upper, fore = subtracted(terms, elbow, shoulder), subtracted(terms, centre, elbow)
     V = carried(added(terms, upper, rotated(terms, a4.h, turns[a4.joint], fore)))
-    _, e_x, e_y = reference(terms, a1, V)
+    _, e_x, e_y = _reference(terms, a1, V)
     E = carried(upper)
     return direction(terms, dot(terms, e_x, E), dot(terms, e_y, E))
 
 
-def reference(terms: Terms, a1: Axis, V: Vector) -> tuple[Vector, Vector, Vector]:
-    """The direction of the line from shoulder to wrist, and the two that swivel counts from."""
+def _reference(terms: Terms, a1: Axis, V: Vector) -> tuple[Vector, Vector, Vector]:
+    """The direction from shoulder to wrist, and the two directions from which the swivel counts."""
     w = _unit(terms, V, a1.h)
     r = any_across(terms, a1.h)
-    # Straight below the shoulder nothing is left of w - t; it then counts as pointing upwards.
-    away = combination(terms, (_ONE, NOTHING), (added(terms, w, a1.h), a1.h))
+    # Straight below the shoulder w - t is 0; the direction of axis 1 takes its place.
+    away = combination(terms, (_ONE, VECTOR_FLOOR), (added(terms, w, a1.h), a1.h))
     e_x = _unit(terms, cross(terms, cross(terms, away, r), w), cross(terms, a1.h, r))
     return w, e_x, cross(terms, w, e_x)
 
@@ -137,18 +166,20 @@ def _frame(
 ) -> tuple[Vector, Vector, Vector]:
     """Line from shoulder to wrist, normal of the arm's plane and side, with joints 1 to 3 at 0.
 
-    An arm that bends in a plane across the elbow's axis has its side across that axis, stretched
-    too; any other on the side of its elbow.
+    An arm that bends in a plane normal to the elbow's axis has its side normal to that axis, when
+    stretched too; any other arm has it towards its elbow.
     """
     w = _unit(terms, arm, upper)
-    flat = all(abs(float(terms.value(dot(terms, h, part)))) <= EXACT for part in (upper, fore))
+    flat = all(
+        abs(float(terms.value(dot(terms, h, part)))) <= EXACT_STRUCTURE for part in (upper, fore)
+    )
     b = _unit(terms, cross(terms, h, w) if flat else perpendicular(terms, w, upper), upper)
     return w, cross(terms, w, b), b
 
 
 def _unit(terms: Terms, v: Vector, instead: Vector) -> Vector:
-    """The direction of a vector, or that of another where it is 0."""
-    v = combination(terms, (_ONE, NOTHING), (v, instead))
+    """The direction of a vector, or that of a second vector where the first is 0."""
+    v = combination(terms, (_ONE, VECTOR_FLOOR), (v, instead))
     inverse = terms.let(1 / terms.let(sp.sqrt(dot(terms, v, v))))
     return combination(terms, (inverse,), (v,))
 
@@ -156,3 +187,15 @@ def _unit(terms: Terms, v: Vector, instead: Vector) -> Vector:
 def _elbow(lines: Lines) -> Vector:
     """The point of axis 4 that is nearest to axis 3."""
     return lines.meeting(3, 2)
+
+
+# Axis 1 defines the reference of the swivel angle, so that the chain is not read from the tool.
+SWIVEL = Family(
+    "spherical shoulder and spherical wrist",
+    (7,),
+    _requires,
+    _solve,
+    readings=("base",),
+    inputs=(_INPUT,),
+    functions=_functions,
+)

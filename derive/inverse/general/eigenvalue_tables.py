@@ -2,7 +2,7 @@
 
 In z = exp(i theta) of the suppressed angle the equations are (z L + M0 + conj(L) / z) u = 0, and
 the rows of L (12, 12) are combinations of the constant rows of the right side: of rank 8, whatever
-the pose. Let N (12, 4) span its kernel and R (12, 4), real, what N and conj(N) leave. With
+the pose. Let N (12, 4) span its kernel, and R (12, 4), real, the complement of N and conj(N). With
 t = tan((theta - theta0) / 2), z = exp(i theta0) (1 + i t) / (1 - i t),
 
     u = Re(N (alpha + i beta) / (1 - i t)) + R gamma,
@@ -22,11 +22,12 @@ import sympy as sp
 from ...model.errors import RobotError
 from ...model.exact import EVALUATION_DIGITS
 from ...model.robot import Robot
+from ...model.tolerances import KERNEL_GUARD_DIGITS
 from .line_quantities import Array
 from .raghavan_roth import Split, doubled, equations, placements
 
 UNKNOWNS, KERNEL = 12, 4
-ZERO = mpmath.mpf(10) ** (-EVALUATION_DIGITS // 2)
+ZERO = mpmath.mpf(10) ** (KERNEL_GUARD_DIGITS - EVALUATION_DIGITS)
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,7 @@ def tables(robot: Robot, split: Split) -> Tables:
     """The tables of an arm.
 
     Raises:
-        RobotError: The kernel is not of dimension 4, as it is where the arm has fewer solutions.
+        RobotError: The dimension of the kernel is not 4, as where the arm has fewer solutions.
     """
     with mpmath.workdps(EVALUATION_DIGITS):
         constants = _constants(robot)
@@ -80,7 +81,7 @@ def _constants(robot: Robot) -> list[Array]:
 
 
 def _kernel(A: Array) -> list[Array]:
-    """Vectors that A takes to zero, by elimination with the largest pivot of all."""
+    """A basis of the kernel of A, by elimination with complete pivoting."""
     A, order, rank = A.copy(), list(range(A.shape[1])), 0
     while rank < min(A.shape):
         left = [(abs(A[i, k]), i, k) for i in range(rank, len(A)) for k in range(rank, len(order))]
@@ -114,7 +115,7 @@ def _orthonormal(vectors: Sequence[Array]) -> list[Array]:
 
 
 def _completed(vectors: Sequence[Array]) -> list[Array]:
-    """Unit vectors that, with independent real ones, span the space; those that lie freest."""
+    """Unit vectors that complete independent real vectors to a basis, best conditioned first."""
     known = _orthonormal(vectors)
     count, size = len(known), len(known[0])
     units = np.array(mpmath.eye(size).tolist(), object)
@@ -126,7 +127,7 @@ def _completed(vectors: Sequence[Array]) -> list[Array]:
 
 
 def _beside(vector: Array, orthonormal: Sequence[Array]) -> Array:
-    """What of a vector is orthogonal to others."""
+    """The part of a vector that is orthogonal to others."""
     for other in orthonormal:
         vector = (
             vector - sum(mpmath.conj(a) * b for a, b in zip(other, vector, strict=True)) * other

@@ -5,8 +5,8 @@ For a point p on a line of unit direction l, Raghavan and Roth's equations compa
     x = (p, l, p.p, p.l, p x l, (p.p) l - 2 (p.l) p)
 
 in two expressions of the same line. With a 1 appended, a motion p -> R p + d, l -> R l maps x by a
-matrix that depends on R and d alone: products of sines and cosines that a single joint would
-square never appear, and each joint enters every quantity linearly. With h = R^T d:
+matrix that depends on R and d alone: squares of a joint's sine or cosine
+never appear, and each joint enters every quantity linearly. With h = R^T d:
 
     p'         = R p + d
     l'         = R l
@@ -31,7 +31,7 @@ Array = NDArray[Any]
 """Floats, or expressions as objects."""
 P, L, PP, PL, M, W, ONE = slice(0, 3), slice(3, 6), 6, 7, slice(8, 11), slice(11, 14), 14
 COUNT = 14
-"""How many there are, without the 1."""
+"""Number of quantities without the 1."""
 SIZE = COUNT + 1
 
 

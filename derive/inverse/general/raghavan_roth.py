@@ -6,22 +6,23 @@ within the placement that leads from the tool back to the base,
     Rz(theta_1) C_1 Rz(theta_2) C_2 ... Rz(theta_6) C_6 = I.
 
 Numbered from any joint and walked in either direction, the joints are a pair (1, 2), the suppressed
-one (3), two more (4, 5) and one (6) that disappears where only its axis is looked at:
+one (3), two more (4, 5) and one (6) that does not move its own axis and so drops out of the axis'
+equations:
 
     Rz_3 C_3 Rz_4 C_4 Rz_5 C_5 (axis of joint 6)  =  C_2^-1 Rz_2^-1 C_1^-1 Rz_1^-1 C_6^-1 (the same)
 
-Both sides, as fourteen quantities of a line (:mod:`.general_lines`), are linear in the cosines and
-sines of each of their joints:
+Both sides, as fourteen quantities of a line (:mod:`.line_quantities`), are linear in the cosines
+and sines of each of their joints:
 
     A y = B(theta_3) x,   y the eight products of joints 1 and 2, x the nine of joints 4 and 5,
 
-with A (14, 8) of the pose and B constant but for theta_3. Six combinations are free of y. How they
-become sixteen eigenvalues is written in ``chasles_general.h``.
+with A (14, 8) of the pose and B of theta_3 alone. Six combinations do not contain y.
+``chasles_general.h`` turns them into a problem of sixteen eigenvalues.
 
-Which joint is suppressed decides all: where neighbouring axes of the arm meet or are parallel, most
-splits give a determinant that vanishes for every theta_3. So the split is chosen by trial, of those
-whose pose is on the left side, on many poses: det M(theta_3) must be a trigonometric polynomial
-of degree 8, and the second smallest singular value at a solution must be far from zero.
+The choice of the suppressed joint matters: where neighbouring axes of the arm meet or are parallel,
+most splits give a determinant that vanishes for every theta_3. So the split is chosen by trial on
+many poses, among those with the pose on the left side: det M(theta_3) must be a trigonometric
+polynomial of degree 8, and the second smallest singular value at a solution must be far from zero.
 
 Source:
     Raghavan and Roth, Inverse kinematics of the general 6R manipulator and related linkages,
@@ -39,25 +40,22 @@ from ...chain.kinematics import BOTTOM_ROW
 from ...chain.poe import placement_matrix
 from ...model.errors import RobotError
 from ...model.robot import Robot
+from ...model.tolerances import DETERMINANT_TAIL, SINGLE_SOLUTION
 from ...terms.role import Role
 from ...terms.symbolic_function import Result, SymbolicFunction
 from ...terms.terms import Terms
-from ..slots import POSE_SYMBOLS, pose_argument
+from ..tasks.slots import POSE_SYMBOLS, pose_argument
 from .line_quantities import COUNT, Array, motion, quantities, turn
 
 JOINTS = 6
 SAMPLES = 32
 """Angles at which the determinant of a split is sampled."""
 DEGREE = 8
-"""Of the determinant in the suppressed angle: sixteen solutions."""
+"""Degree of the determinant in the suppressed angle: sixteen solutions."""
 RANK = 8
-"""Of the unknowns that meet exp(i theta) of the suppressed angle, of twelve."""
+"""Rank of the coefficients of exp(i theta) of the suppressed angle, a (12, 12) matrix."""
 POSES = 16
 """Poses on which a split is tried."""
-TAIL = 1e-9
-"""Share of degrees above 8 in a determinant that rounding may leave."""
-APART = 1e-12
-"""Singular values below this are zero: the six equations do not single out a solution."""
 
 Naming = Callable[[Array], Array]
 
@@ -76,12 +74,12 @@ class Split:
 
     @property
     def of_pose(self) -> int:
-        """Place in the loop, 0 to 5, of the placement that holds the pose."""
+        """Index in the loop, 0 to 5, of the placement that contains the pose."""
         return self.joints.index(JOINTS - 1 if self.sense > 0 else 0)
 
 
 @dataclass(frozen=True)
-class Equations:
+class LineEquations:
     """The equations of a split.
 
     Attributes:
@@ -131,25 +129,25 @@ def numbers(robot: Robot) -> list[Array]:
 
 def equations(
     constants: Sequence[Array], split: Split, T: Array, named: Naming = np.asarray
-) -> Equations:
+) -> LineEquations:
     """The fourteen equations of a split.
 
     Args:
         constants: The placements of the arm, expressions or floats.
-        split: Which joint is what.
+        split: The order of the joints.
         T: The pose (4, 4), of the same kind.
         named: Gives the entries of an array their names.
     """
     inverses = _inverses(constants, split, T, named)
-    return Equations(_left(inverses, named), _right(inverses, named))
+    return LineEquations(_left(inverses, named), _right(inverses, named))
 
 
 def split_of(robot: Robot) -> Split | None:
-    """The split whose solutions stand apart most clearly, over many poses.
+    """The split whose solutions are best separated, over many poses.
 
     None where the robot is no chain of six revolute joints, or where no split has a determinant of
-    degree 8, a kernel of dimension 4 (:mod:`.general_tables`) and single solutions: such an arm has
-    a structure that a simpler decomposition solves.
+    degree 8, a kernel of dimension 4 (:mod:`.eigenvalue_tables`) and single solutions: such an arm
+    has a structure that a simpler decomposition solves.
     """
     if not is_fit(robot):
         return None
@@ -160,7 +158,7 @@ def split_of(robot: Robot) -> Split | None:
         if _has_kernel(equations(constants, split, np.eye(4)).right)
     }
     best = max(ratings, key=lambda split: ratings[split], default=None)
-    return None if best is None or ratings[best] < APART else best
+    return None if best is None or ratings[best] < SINGLE_SOLUTION else best
 
 
 def is_fit(robot: Robot) -> bool:
@@ -208,7 +206,7 @@ def doubled(six: Array) -> Array:
     return np.vstack([np.hstack([c, s, one + c, s]), np.hstack([-s, c, s, one - c])])
 
 
-def suppressed(found: Equations) -> Array:
+def suppressed(found: LineEquations) -> Array:
     """M (3, 12, 12) of 1, cos and sin of the suppressed angle: M(theta) u = 0 at a solution."""
     orthogonal, _ = np.linalg.qr(found.left[:, 1:], mode="complete")
     right = found.right.copy()
@@ -217,21 +215,21 @@ def suppressed(found: Equations) -> Array:
 
 
 def _has_kernel(right: Array) -> bool:
-    """Whether z is met by eight unknowns of twelve, and real and imaginary kernel are apart."""
+    """Whether exp(i theta) has rank 8, with independent real and imaginary parts of its kernel."""
     _, sizes, rows = np.linalg.svd(doubled(right[1]) - 1j * doubled(right[2]))
     kernel = rows[RANK:].conj()
-    apart = np.linalg.svd(np.vstack([kernel.real, kernel.imag]), compute_uv=False)
-    found = sizes > TAIL * sizes[0]
-    return bool(found[:RANK].all() and not found[RANK:].any() and apart[-1] > TAIL)
+    separation = np.linalg.svd(np.vstack([kernel.real, kernel.imag]), compute_uv=False)
+    found = sizes > DETERMINANT_TAIL * sizes[0]
+    return bool(found[:RANK].all() and not found[RANK:].any() and separation[-1] > DETERMINANT_TAIL)
 
 
 def _rating(constants: Sequence[Array], split: Split, q: Sequence[float]) -> float:
-    """How far the second smallest singular value at a solution is from zero, 0 for a bad split."""
+    """Second smallest singular value at a solution over the greatest; 0 for a bad split."""
     M = suppressed(equations(constants, split, _forward(constants, q)))
     turns = 2 * np.pi * np.arange(SAMPLES) / SAMPLES
     sampled = np.tensordot(np.array([np.ones(SAMPLES), np.cos(turns), np.sin(turns)]).T, M, 1)
     degrees = np.abs(np.fft.rfft(np.linalg.det(sampled)))
-    if degrees[DEGREE + 1 :].max() > TAIL * degrees.max():
+    if degrees[DEGREE + 1 :].max() > DETERMINANT_TAIL * degrees.max():
         return 0.0
     angle = split.sense * q[split.joints[2]]
     at = np.tensordot(np.array([1.0, np.cos(angle), np.sin(angle)]), M, 1)
@@ -240,7 +238,7 @@ def _rating(constants: Sequence[Array], split: Split, q: Sequence[float]) -> flo
 
 
 def _poses() -> list[list[float]]:
-    """Configurations spread evenly and free of any pattern: multiples of square roots."""
+    """Evenly distributed configurations without a pattern: multiples of square roots modulo 1."""
     primes = (2, 3, 5, 7, 11, 13)
     return [[2 * np.pi * (k * p**0.5 % 1) for p in primes] for k in range(1, POSES + 1)]
 

@@ -5,7 +5,7 @@ import numpy as np
 from ...model.robot import Robot
 from ...terms.role import Role
 from ...terms.symbolic_function import Result, Table, WrittenFunction
-from ..slots import pose_argument
+from ..tasks.slots import pose_argument
 from .eigenvalue_tables import tables
 from .line_quantities import Array
 from .raghavan_roth import Split, signs
@@ -13,18 +13,18 @@ from .raghavan_roth import Split, signs
 SOLVER = "general"
 SLOTS = 16
 OPERATIONS = 100_000
-"""About: 13,000 for the reflections of the equations, 17,000 for the matrix, 55,000 for its sixteen
-eigenvalues, 16,000 for the other joints and 6,000 for Newton's steps."""
+"""Approximate count: 13,000 for the reflections of the equations, 17,000 for the matrix, 55,000 for
+its sixteen eigenvalues, 16,000 for the other joints and 6,000 for Newton's steps."""
 CALLS = ("ik_matrices", "fk_jacobian_mixed")
 
 
 def inverse(robot: Robot, split: Split) -> WrittenFunction:
     """The function ``ik``: every solution of a pose, in sixteen slots.
 
-    Solutions come first, in the order of the suppressed joint; the other slots hold what lies
-    nearest, by the real parts of complex roots. The margin of a solution is |det J| over the
+    Solutions come first, in the order of the suppressed joint; the other slots hold nearest
+    answers, from the real parts of complex roots. The margin of a solution is |det J| over the
     product of the lengths of J's columns, with metres in parts of the arm's length: 0 where J is
-    singular and two solutions meet, at most 1. That of another slot is its negative residual.
+    singular and two solutions meet, at most 1. The margin of another slot is its negative residual.
     """
     n = len(robot.coordinates)
     outputs = (

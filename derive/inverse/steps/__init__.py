@@ -1,1 +1,1 @@
-"""Steps that several families share, and the record of what they found."""
+"""Steps that several families share, and the record of the solution."""

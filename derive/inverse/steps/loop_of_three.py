@@ -2,9 +2,10 @@
 
 from ...terms.vectors import Vector
 from ..structure.lines import Axis
-from ..subproblems.found import FoundTurn, Simultaneous
+from ..subproblems.equations import LoopOfThree
+from ..subproblems.found import FoundTurn
 from ..subproblems.sp5 import sp5
-from ..subproblems.turns import Turn
+from ..subproblems.turns import CosSin
 from .work import Work
 
 
@@ -15,12 +16,12 @@ def loop_of_three(
     first: tuple[Vector, Vector, Vector],
     second: tuple[Vector, Vector],
     third: tuple[Vector, Vector],
-) -> tuple[Turn, Turn, Turn]:
-    """The turns with ``p0 + R(k1) p1 = R(k2) (p2 + R(k3) p3)``, up to four times three.
+) -> tuple[CosSin, CosSin, CosSin]:
+    """Finds the turns with ``p0 + R(k1) p1 = R(k2) (p2 + R(k3) p3)``, up to four triples.
 
     Args:
         work: Gathers the steps.
-        axes: Whose angles the three are.
+        axes: The axes of the three joints.
         reason: Why the loop closes, in words.
         first: p0, k1 and p1.
         second: k2 and p2.
@@ -28,8 +29,7 @@ def loop_of_three(
     """
     signs = work.sign(), work.sign()
     found = sp5(work.terms, *first, *second, *third, signs)
-    names = ("p_0", "k_1", "p_1", "k_2", "p_2", "k_3", "p_3")
-    equation = Simultaneous(5, tuple(zip(names, (*first, *second, *third), strict=True)))
+    equation = LoopOfThree(*first, *second, *third)
     turns = (found.first, found.second, found.third)
     for axis, turn in zip(axes, turns, strict=True):
         work.note(

@@ -1,9 +1,7 @@
-"""Three joints that bring a point to a place: the arm in front of a spherical wrist.
+"""Three joints that bring a point to a position: the arm in front of a spherical wrist.
 
-``exp(S_1 q_1) exp(S_2 q_2) exp(S_3 q_3) C = W`` is solved by an invariant: the part of a point
-along parallel axes, its distance from the point where axes meet, or both. The cases in the order in
-which they are tried; those of joints of one kind also solve the arms of others with a slide in the
-place of a rotation about an axis at infinity.
+``exp(S_1 q_1) exp(S_2 q_2) exp(S_3 q_3) C = W`` is solved by an invariant: the component of a point
+along parallel axes, its distance from the point where axes meet, or both.
 """
 
 from collections.abc import Callable
@@ -12,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
+from ...model.tolerances import OBLIQUE_AXES
 from ...terms.terms import Terms
 from ...terms.vectors import ORIGIN, Vector, added, combination, dot, subtracted
 from ..structure.lines import Axis, Lines
@@ -27,10 +26,8 @@ from .plane import turn_to_plane
 from .triangle import triangle
 from .work import Work
 
-_OBLIQUE = 1e-3
-"""Sine of an angle that is too flat to solve by."""
 Solver = Callable[[Work, Lines, Vector, Vector], None]
-"""Finds the three joints that bring a point of the home pose to the place W."""
+"""Finds the three joints that bring a point of the home pose to the position W."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +37,7 @@ class Case:
     Attributes:
         kinds: r or p of each joint.
         title: The structure in words.
-        most_solutions: How many there can be.
+        most_solutions: How many solutions there can be.
         requires: Its conditions.
         solve: Its solution.
     """
@@ -56,25 +53,25 @@ def case_of(lines: Lines) -> Case | None:
     """The first case whose conditions three axes fulfil."""
     kinds = _kinds(lines)
     for case in CASES:
-        if case.kinds == kinds and _worst(case, lines).apart <= lines.tolerance:
+        if case.kinds == kinds and _worst(case, lines).deviation <= lines.tolerance:
             return case
     return None
 
 
 def requires(lines: Lines) -> Requirement:
-    """That three joints have one of the structures: the first that holds, or else the nearest."""
+    """The condition that three joints have a structure: the first that holds, or the nearest."""
     found = case_of(lines)
     names = ", ".join(axis.name for axis in lines.axes)
     if found is not None:
-        text = f"of {names}: {found.title}"
+        text = f"joints {names}: {found.title}"
         worst, parts = _worst(found, lines), tuple(found.requires(lines))
-        return Requirement(text, worst.apart, worst.is_length, parts=parts)
+        return Requirement(text, worst.deviation, worst.is_length, parts=parts)
     kinds = _kinds(lines)
     missed = [(_worst(case, lines), case.title) for case in CASES if case.kinds == kinds]
     if not missed:
-        return Requirement(f"of {names}: no structure of these joints is known", np.inf)
-    worst, title = min(missed, key=lambda one: one[0].apart)
-    return Requirement(f"of {names}: {title}", worst.apart, worst.is_length)
+        return Requirement(f"joints {names}: no structure of such joints is known", np.inf)
+    worst, title = min(missed, key=lambda each: each[0].deviation)
+    return Requirement(f"joints {names}: {title}", worst.deviation, worst.is_length)
 
 
 def _kinds(lines: Lines) -> str:
@@ -84,7 +81,7 @@ def _kinds(lines: Lines) -> str:
 def _worst(case: Case, lines: Lines) -> Requirement:
     """The condition that is farthest from holding."""
     conditions = case.requires(lines)
-    return max(conditions, key=lambda c: c.apart, default=Requirement("", 0.0))
+    return max(conditions, key=lambda c: c.deviation, default=Requirement("", 0.0))
 
 
 def _last_two_parallel(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
@@ -122,7 +119,7 @@ def _first_two_meet(work: Work, lines: Lines, centre: Vector, W: Vector) -> None
     q3 = work.step(
         [a3],
         "subproblem 3",
-        f"{a1.name} and {a2.name} keep the centre's distance from where their axes meet",
+        f"{a1.name} and {a2.name} keep the centre's distance from the point where their axes meet",
         sp3(terms, a3.h, upper, fore, across2, work.sign()),
     )
     # 2, 3. Two turns about one point.
@@ -137,9 +134,9 @@ def _two_about_a_point(work: Work, a1: Axis, a2: Axis, p: Vector, v: Vector) -> 
         "subproblem 2",
         f"{a2.name} does not move the centre along its axis",
         first,
-        "with the centre on the axis every angle will do; it is then 0",
+        "with the centre on the axis the angle is arbitrary and taken as 0",
     )
-    work.step([a2], "subproblem 1", f"what {a1.name} leaves of the turn", second)
+    work.step([a2], "subproblem 1", f"the rest of the rotation, behind {a1.name}", second)
 
 
 def _last_two_meet(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
@@ -155,9 +152,9 @@ def _last_two_meet(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     q1 = work.step(
         [a1],
         "subproblem 3",
-        f"{a2.name} and {a3.name} keep the centre's distance from where their axes meet",
+        f"{a2.name} and {a3.name} keep the centre's distance from the point where their axes meet",
         sp3(terms, minus_h, minus_c, V, across2, work.sign()),
-        "with the centre on the first axis every angle will do; it is then 0",
+        "with the centre on the first axis the angle is arbitrary and taken as 0",
     )
     # 2, 3. Two turns about one point.
     _two_about_a_point(work, a2, a3, reach, subtracted(terms, rotated(terms, a1.h, q1.back, V), c))
@@ -166,7 +163,7 @@ def _last_two_meet(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
 def _any(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     # R_1^T (W - p_1) - (p_2 - p_1) = R_2 (p_3 - p_2 + R_3 (C - p_3)): joint 2 keeps the length of
-    # what it turns, and its part along its axis.
+    # the vector that it turns, and the component along its axis.
     turns = loop_of_three(
         work,
         (a1, a2, a3),
@@ -188,7 +185,7 @@ def _meeting_then_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> 
     length = work.slide(
         a3,
         "a line meets a sphere",
-        f"{a1.name} and {a2.name} keep the centre's distance from where their axes meet",
+        f"{a1.name} and {a2.name} keep the centre's distance from the point where their axes meet",
         slide_to_sphere(terms, a3.h, reach, r2, work.sign()),
     )
     # 2, 3. Two turns about one point.
@@ -274,7 +271,7 @@ def _slide_then_meeting(work: Work, lines: Lines, centre: Vector, W: Vector) -> 
     length = work.slide(
         a1,
         "a line meets a sphere",
-        f"{a2.name} and {a3.name} keep the centre's distance from where their axes meet",
+        f"{a2.name} and {a3.name} keep the centre's distance from the point where their axes meet",
         slide_to_sphere(terms, minus_h, V, dot(terms, reach, reach), work.sign()),
     )
     # 2, 3. Two turns about one point.
@@ -301,20 +298,20 @@ def _slides_then_turn(work: Work, lines: Lines, centre: Vector, W: Vector) -> No
 
 
 def two_slides(work: Work, first: Axis, second: Axis, way: Vector) -> None:
-    """Two slides that move a point by a given way in their plane."""
+    """Finds two slides that move a point by a given vector in their plane."""
     terms = work.terms
     for axis, other in ((first, second), (second, first)):
         n = perpendicular(terms, other.h, axis.h)
         work.slide(
             axis,
             "a line meets a plane",
-            f"{other.name} does not move the point that way",
+            f"{other.name} does not move the point normal to its direction",
             slide_to_plane(terms, n, axis.h, ORIGIN, dot(terms, n, way)),
         )
 
 
 def _oblique(lines: Lines, i: int, j: int) -> Requirement:
-    sideways = abs(float(lines.axes[i].direction @ lines.axes[j].direction)) < _OBLIQUE
+    sideways = abs(float(lines.axes[i].direction @ lines.axes[j].direction)) < OBLIQUE_AXES
     text = f"{lines.axes[j].name} does not move across {lines.axes[i].name}"
     return Requirement(text, np.inf if sideways else 0.0)
 
@@ -322,14 +319,14 @@ def _oblique(lines: Lines, i: int, j: int) -> Requirement:
 def _turned_out(lines: Lines) -> Requirement:
     a, b, c = (axis.direction for axis in lines.axes)
     normal = np.cross(a, b)
-    flat = np.linalg.norm(np.cross(normal, c)) < _OBLIQUE
+    flat = np.linalg.norm(np.cross(normal, c)) < OBLIQUE_AXES
     text = f"{lines.axes[2].name} moves the point out of the plane of the slides"
     return Requirement(text, np.inf if flat else 0.0)
 
 
 def _independent(lines: Lines) -> Requirement:
     volume = float(np.linalg.det([axis.direction for axis in lines.axes]))
-    return Requirement("the slides span space", np.inf if abs(volume) < _OBLIQUE else 0.0)
+    return Requirement("the slides span space", np.inf if abs(volume) < OBLIQUE_AXES else 0.0)
 
 
 CASES = (

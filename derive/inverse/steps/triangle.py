@@ -1,50 +1,54 @@
-"""Two parallel axes that bring a point to a place across them: shoulder, elbow and hand.
+"""Two parallel axes that bring a point to a position in the plane normal to them.
 
-Every family with parallel axes ends here.
+Shoulder, elbow and hand are the corners of a triangle in this plane.
 """
 
 from ...terms.vectors import Vector, added, dot, subtracted
 from ..structure.lines import Axis
 from ..subproblems.sp1 import sp1
 from ..subproblems.sp3 import sp3
-from ..subproblems.turns import Turn, composed, perpendicular, rotated
-from .work import Work
+from ..subproblems.turns import CosSin, composed, perpendicular, rotated
+from .work import Sum, Work
 
 
-def triangle(work: Work, first: Axis, second: Axis, hand: Vector, place: Vector) -> None:
-    """Finds two joints from three sides: the elbow's bend, then the direction of the bent arm.
+def triangle(work: Work, first: Axis, second: Axis, hand: Vector, position: Vector) -> None:
+    """Finds two joints from the triangle's sides: the elbow, then the direction of the bent arm.
 
     Args:
         work: Gathers the two steps.
         first: The shoulder's axis.
-        second: The elbow's, parallel to it.
-        hand: A point that both move, in the home pose.
-        place: Where it is to come, seen from the shoulder's axis; only what lies across it counts.
+        second: The elbow's axis, parallel to it.
+        hand: A point that both joints move, in the home pose.
+        position: The wanted position of the point relative to the shoulder's axis; its part along
+            the axis has no effect.
     """
     terms = work.terms
     upper = perpendicular(terms, first.h, subtracted(terms, second.p, first.p))
     fore = perpendicular(terms, first.h, subtracted(terms, hand, second.p))
-    way = perpendicular(terms, first.h, place)
+    way = perpendicular(terms, first.h, position)
     bent = work.step(
         [second],
         "subproblem 3",
-        f"it is bent by the distance to be reached from axis {first.name}",
+        f"the distance from axis {first.name} determines the bend",
         sp3(terms, second.h, upper, fore, dot(terms, way, way), work.sign()),
     )
     arm = added(terms, upper, rotated(terms, second.h, bent, fore))
     work.step(
         [first],
         "subproblem 1",
-        "the bent arm points to where it is to reach",
+        "the bent arm points to the wanted position",
         sp1(terms, first.h, arm, way),
-        f"with that place on axis {first.name} every angle will do; it is then 0",
+        f"with this position on axis {first.name} the angle is arbitrary and taken as 0",
     )
 
 
-def remaining(work: Work, axes: tuple[Axis, ...], total: Turn) -> None:
-    """The angle of the last of parallel axes, from the sum of all and the angles of the others.
+def remaining(work: Work, axes: tuple[Axis, ...], total: CosSin) -> None:
+    """Finds the last of several parallel joints from the sum of all and the other angles.
 
-    The sum counts about the first axis.
+    Args:
+        work: Holds the other joints; receives the last.
+        axes: The parallel axes.
+        total: The turn by the sum, counted about the first axis.
     """
     first, *others, last = axes
     before = work.turns[first.joint]
@@ -53,7 +57,8 @@ def remaining(work: Work, axes: tuple[Axis, ...], total: Turn) -> None:
     left = composed(work.terms, total, before.back)
     work.turns[last.joint] = left.counted(_sense(first, last))
     senses = tuple((axis.joint, _sense(first, axis)) for axis in axes)
-    work.sums.append((senses, total))
+    work.sums.append(Sum(senses, total))
+    work.remainder(axes)
 
 
 def _sense(a: Axis, b: Axis) -> int:

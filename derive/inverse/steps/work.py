@@ -1,4 +1,4 @@
-"""What a family gathers while it solves: angles, signs, margins, and the steps for the reader."""
+"""The record of a solution in progress: angles, signs, margins, and the steps for the reader."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -9,19 +9,19 @@ from ...terms.terms import Terms
 from ...terms.vectors import Vector
 from ..structure.lines import Axis
 from ..subproblems.found import FoundLength, FoundTurn
-from ..subproblems.turns import Turn
+from ..subproblems.turns import CosSin
 
 
 @dataclass(frozen=True)
-class Step:
+class InverseStep:
     """One step of a closed-form inverse.
 
     Attributes:
         joints: Names of the joints whose sum the step finds.
         method: The subproblem, "subproblem 4".
-        reason: Why the step holds, in words: which joints the equation is free of, and why.
+        reason: Why the step holds, in words: which joints its equation does not contain, and why.
         found: The angle or length, with its equation.
-        degenerate: Where every value will do, and which one is taken.
+        degenerate: Where the value is arbitrary, and which is taken.
     """
 
     joints: tuple[str, ...]
@@ -32,53 +32,81 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Called:
-    """A vector that has a name for the reader.
+class NamedVector:
+    """A vector that the steps' words refer to.
 
     Attributes:
-        letter: Its letter, "W".
+        letters: LaTeX letters in order of preference; a letter that a parameter has is avoided.
         meaning: What it is, in words.
-        vector: Its components (metre where it is a place).
+        vector: Its components (metre where it is a position), in base axes.
         after: How many steps it rests on.
     """
 
-    letter: str
+    letters: tuple[str, ...]
     meaning: str
     vector: Vector
     after: int
 
 
+@dataclass(frozen=True)
+class Remainder:
+    """A joint whose angle follows from a sum that a step found and the other joints of it.
+
+    Attributes:
+        joints: Names of the joints whose sum the step found, in its order.
+        last: Name of the joint that is left.
+    """
+
+    joints: tuple[str, ...]
+    last: str
+
+
+@dataclass(frozen=True)
+class Sum:
+    """Parallel joints whose sum of angles was found before their own.
+
+    Attributes:
+        senses: Index of each joint, with 1 or -1 for the sense in which its angle counts about the
+            first of the axes.
+        turn: Cosine and sine of the sum.
+    """
+
+    senses: tuple[tuple[int, int], ...]
+    turn: CosSin
+
+
 @dataclass
 class Work:
-    """The state of one derivation.
+    """The state of one derivation, which a family fills step by step.
 
     Attributes:
         terms: Names of all terms.
         turns: Cosine and sine of each joint's angle, by the joint's index.
-        sums: Parallel axes whose angles' sum was found before them, counted about the first, with
-            the senses of all; and the sum's turn.
+        sums: Parallel joints of which one value follows from the sum of all, an atan2 less.
+        remainders: Joints that follow from a sum, for the reader.
         lengths: The value of each prismatic joint.
         signs: The symbols that stand for 1 or -1, in the order of the slots.
-        steps: What was found, in order.
-        called: Vectors that the steps speak of by name.
+        steps: The steps in order.
+        vectors: Vectors that the steps' words refer to.
     """
 
     terms: Terms
-    turns: dict[int, Turn] = field(default_factory=dict)
-    sums: list[tuple[tuple[tuple[int, int], ...], Turn]] = field(default_factory=list)
+    turns: dict[int, CosSin] = field(default_factory=dict)
+    sums: list[Sum] = field(default_factory=list)
+    remainders: list[Remainder] = field(default_factory=list)
     lengths: dict[int, sp.Expr] = field(default_factory=dict)
     signs: list[sp.Symbol] = field(default_factory=list)
-    steps: list[Step] = field(default_factory=list)
-    called: list[Called] = field(default_factory=list)
+    steps: list[InverseStep] = field(default_factory=list)
+    vectors: list[NamedVector] = field(default_factory=list)
 
     def sign(self) -> sp.Symbol:
         """A new symbol for a choice between two solutions."""
         self.signs.append(sp.Symbol(f"_sign{len(self.signs) + 1}", real=True))
         return self.signs[-1]
 
-    def call(self, letter: str, meaning: str, vector: Vector) -> Vector:
-        """Names a vector for the reader; returns it."""
-        self.called.append(Called(letter, meaning, vector, len(self.steps)))
+    def name_vector(self, letters: tuple[str, ...], meaning: str, vector: Vector) -> Vector:
+        """Gives a vector a name for the article; returns the vector."""
+        self.vectors.append(NamedVector(letters, meaning, vector, len(self.steps)))
         return vector
 
     def step(
@@ -88,10 +116,10 @@ class Work:
         reason: str,
         found: FoundTurn,
         degenerate: str = "",
-    ) -> Turn:
-        """Notes a step; what one axis alone turns by is that joint's angle."""
+    ) -> CosSin:
+        """Notes a step; an angle about one axis alone is that joint's angle."""
         self.steps.append(
-            Step(tuple(axis.name for axis in axes), method, reason, found, degenerate)
+            InverseStep(tuple(axis.name for axis in axes), method, reason, found, degenerate)
         )
         if len(axes) == 1:
             self.turns[axes[0].joint] = found.turn
@@ -99,21 +127,26 @@ class Work:
 
     def slide(self, axis: Axis, method: str, reason: str, found: FoundLength) -> sp.Expr:
         """Notes the step that finds the length of a slide."""
-        self.steps.append(Step((axis.name,), method, reason, found))
+        self.steps.append(InverseStep((axis.name,), method, reason, found))
         self.lengths[axis.joint] = found.length
         return found.length
 
-    def note(self, names: Sequence[str], method: str, reason: str, found: FoundTurn) -> Turn:
-        """Notes the step that finds an angle that is no joint's of the chain."""
-        self.steps.append(Step(tuple(names), method, reason, found))
+    def note(self, names: Sequence[str], method: str, reason: str, found: FoundTurn) -> CosSin:
+        """Notes the step that finds an angle of no joint of the chain."""
+        self.steps.append(InverseStep(tuple(names), method, reason, found))
         return found.turn
 
     def note_length(
         self, names: Sequence[str], method: str, reason: str, found: FoundLength
     ) -> sp.Expr:
-        """Notes the step that finds a length that is no slide's of the chain."""
-        self.steps.append(Step(tuple(names), method, reason, found))
+        """Notes the step that finds a length of no slide of the chain."""
+        self.steps.append(InverseStep(tuple(names), method, reason, found))
         return found.length
+
+    def remainder(self, axes: Sequence[Axis]) -> None:
+        """Notes that the last of these joints follows from the sum of all, which a step found."""
+        names = tuple(axis.name for axis in axes)
+        self.remainders.append(Remainder(names, names[-1]))
 
     def margins(self) -> list[sp.Expr]:
         """The margins of all steps that can fail."""

@@ -1,7 +1,7 @@
-"""The axes of a chain as lines in its home pose, and how they lie to each other.
+"""The axes of a chain as lines in its home pose, and their relative positions.
 
-A solvable structure is one of axes that are parallel or meet. Whether they do is judged in numbers
-at the default values of all parameters; what then follows is derived in exact expressions.
+A chain is solvable where some of its axes are parallel or meet. This is judged in numbers at the
+default values of all parameters; the inverse is then derived in exact expressions.
 """
 
 from collections.abc import Iterable, Sequence
@@ -14,6 +14,7 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from ...model.robot import Joint, JointKind, Placement, Robot, Rotation
+from ...model.tolerances import EXACT_STRUCTURE, MEASURED_STRUCTURE
 from ...terms.terms import Terms
 from ...terms.vectors import (
     IDENTITY,
@@ -28,13 +29,9 @@ from ...terms.vectors import (
 
 Frame = tuple[Basis, Vector]
 
-EXACT = 1e-9
-"""Axes that miss a structure by no more (radian, or parts of the arm's length) have it."""
-SNAPPED = 5e-3
-"""Axes that miss it by no more are those of a calibrated arm that was built to have it."""
 
 SOME_SLIDE = 0.6180339887
-"""A slide (metre) at which nothing meets that does not meet at others."""
+"""A slide (metre) in general position: axes that meet at this length meet at any."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +90,7 @@ def home_of(robot: Robot, terms: Terms) -> sp.Matrix:
 
 
 def with_tool_axis(robot: Robot, lines: "Lines") -> "Lines":
-    """The chain with one more joint, which turns the tool about its own third axis."""
+    """The chain with a further joint, which turns the tool about its own third axis."""
     terms = lines.terms
     _, ((_, _, h), origin) = _home_frames(robot, terms)
     joint = Joint("tool_axis", "revolute")
@@ -114,7 +111,7 @@ def _home_frames(robot: Robot, terms: Terms) -> tuple[list[Frame], Frame]:
 
 
 def _placed(terms: Terms, frame: Frame, placement: Placement) -> Frame:
-    """A frame moved by a constant placement, every component named."""
+    """A frame moved by a constant placement, with named components."""
     basis, origin = frame
     for motion in placement:
         if isinstance(motion, Rotation):
@@ -141,7 +138,7 @@ def _axis(terms: Terms, k: int, joint: Joint, h: Vector, p: Vector) -> Axis:
 
 
 def _short(terms: Terms, component: sp.Expr) -> sp.Expr:
-    """A constant in parameters, so that what cancels is seen to; a number keeps its name."""
+    """A constant in parameters, so that equal terms cancel; a number keeps its name."""
     return component if terms.is_number(component) else sp.expand(terms.spelled(component))
 
 
@@ -152,7 +149,7 @@ def numbers(terms: Terms, vector: Iterable[sp.Expr]) -> NDArray[np.float64]:
 
 @dataclass(frozen=True)
 class Lines:
-    """Axes of one chain, and the tolerance to which they are taken to be parallel or to meet.
+    """The axes of a chain, and the tolerance up to which they count as parallel or as meeting.
 
     Attributes:
         terms: Names of all terms.
@@ -162,7 +159,7 @@ class Lines:
 
     terms: Terms
     axes: tuple[Axis, ...]
-    tolerance: float = EXACT
+    tolerance: float = EXACT_STRUCTURE
 
     @cached_property
     def length(self) -> float:
@@ -171,11 +168,14 @@ class Lines:
         return sum(float(np.linalg.norm(b - a)) for a, b in pairwise(points))
 
     def reversed(self) -> "Lines":
-        """The axes as one meets them from the tool."""
+        """The axes numbered from the tool, each with the opposite direction."""
         return replace(self, axes=tuple(axis.reversed() for axis in self.axes[::-1]))
 
     def at_generic(self, given: Sequence[int]) -> "Lines":
-        """The other axes where given slides, at some value, bring them; for judging alone."""
+        """The axes of joints that are not given, after given slides in general position.
+
+        It serves to judge the structure, not to solve it.
+        """
         origin = np.zeros(3)
         kept = []
         for k, axis in enumerate(self.axes):
@@ -187,9 +187,9 @@ class Lines:
 
     def parallel(self, *indices: int) -> bool:
         """Whether axes have one direction or the opposite one."""
-        return self.apart_in_direction(indices) <= self.tolerance
+        return self.angular_deviation(indices) <= self.tolerance
 
-    def apart_in_direction(self, indices: Sequence[int]) -> float:
+    def angular_deviation(self, indices: Sequence[int]) -> float:
         """The largest sine of the angle between axes and the first of them."""
         first, *others = (self.axes[k].direction for k in indices)
         return max(float(np.linalg.norm(np.cross(first, other))) for other in others)
@@ -200,16 +200,16 @@ class Lines:
 
     def meet(self, *indices: int) -> bool:
         """Whether revolute axes, no two of them parallel, pass through one point."""
-        return self.apart_in_place(indices) <= self.tolerance
+        return self.meeting_deviation(indices) <= self.tolerance
 
-    def apart_in_place(self, indices: Sequence[int]) -> float:
+    def meeting_deviation(self, indices: Sequence[int]) -> float:
         """The largest distance of axes from the point nearest to all, in parts of the arm's length.
 
-        Infinite where neighbours are parallel: what meets at infinity is no centre.
+        Infinite where neighbouring axes are parallel: a point at infinity is no centre.
         """
         axes = [self.axes[k] for k in indices]
         if any(
-            float(np.linalg.norm(np.cross(a.direction, b.direction))) < SNAPPED
+            float(np.linalg.norm(np.cross(a.direction, b.direction))) < MEASURED_STRUCTURE
             for a, b in pairwise(axes)
         ):
             return np.inf
@@ -218,11 +218,11 @@ class Lines:
             sum(across, np.zeros((3, 3))),
             sum((P @ axis.origin for P, axis in zip(across, axes, strict=True)), np.zeros(3)),
         )
-        apart = [
+        distances = [
             float(np.linalg.norm(P @ (centre - axis.origin)))
             for P, axis in zip(across, axes, strict=True)
         ]
-        return max(apart) / (self.length or 1.0)
+        return max(distances) / (self.length or 1.0)
 
     def meeting(self, i: int, j: int) -> Vector:
         """The point of axis i that is nearest to axis j, in exact expressions."""

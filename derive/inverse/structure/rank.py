@@ -1,20 +1,19 @@
-"""How many ways a chain moves its tool: structural redundancy is told by the Jacobian's rank."""
+"""The number of freedoms that a chain gives its tool: the rank of its Jacobian."""
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...model.tolerances import JACOBIAN_RANK
 from .lines import Lines
 
 _POSTURES = 3
-_SMALL = 1e-9
-"""A singular value of the scaled Jacobian that is zero."""
 
 
 def of_chain(lines: Lines) -> int:
     """The largest rank of the Jacobian over random postures."""
     rng = np.random.default_rng(0)
     postures = rng.uniform(-np.pi, np.pi, (_POSTURES, len(lines.axes)))
-    return max(int(np.linalg.matrix_rank(_jacobian(lines, q), tol=_SMALL)) for q in postures)
+    return max(int(np.linalg.matrix_rank(_jacobian(lines, q), tol=JACOBIAN_RANK)) for q in postures)
 
 
 def _jacobian(lines: Lines, q: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -25,8 +24,8 @@ def _jacobian(lines: Lines, q: NDArray[np.float64]) -> NDArray[np.float64]:
     for axis, value in zip(lines.axes, q, strict=True):
         h = R @ axis.direction
         if axis.turns:
-            place = R @ (axis.origin / size) + t
-            columns.append(np.concatenate([np.cross(place, h), h]))
+            point = R @ (axis.origin / size) + t
+            columns.append(np.concatenate([np.cross(point, h), h]))
             turn = rotation(axis.direction, value)
             t = t + R @ (axis.origin / size - turn @ (axis.origin / size))
             R = R @ turn

@@ -15,11 +15,11 @@ the conic falls into two lines, and into real ones where -1 <= tau <= 1. The cub
 2 Q at 1, so that it always has such a root: no complex number is ever needed. Each line meets
 the circle in two points, or misses it: its two roots are then complex.
 
-Of several roots tau the one farthest from the others is taken: two roots of the quartic that meet
-lie on one line then, where they are found without loss, and a double root tau, known to 1e-8 only,
-is never used. It comes from Newton's method, which converges monotonically on the depressed
-cubic's outer side. Where no real line pair belongs to it, the circle is missed altogether; the
-others follow from a quadratic.
+Among several roots tau the one farthest from the others is taken: two roots of the quartic that
+meet then lie on one line, where they are found without loss of digits, and a double root tau, known
+to 1e-8 only, is never used. It comes from Newton's method, which converges monotonically on the
+depressed cubic's outer side. Where no real line pair belongs to it, the circle is missed
+altogether; the others follow from a quadratic.
 
 Exchanging x and y where tau > 0 leaves t = 1 + tau in [0, 1]; t is polished in the cubic of t,
 
@@ -31,11 +31,11 @@ to all its digits, however small. With alpha^2 = g t and beta^2 = g (2 - t) the 
     alpha (m + n) = p,   beta (n - m) = q,   m n = r + g - g t,
 
 three equations for two numbers. The second always serves, the first where alpha^2 > |p|, the third
-elsewhere; so an error of t, relative to t, is one of p, q, r relative to their greatest. Where p is
-nothing but rounding, t = 0 is exact, which four roots that are one need.
+elsewhere; so a relative error of t is an error of p, q, r relative to the greatest of them. Where p
+is rounding alone, t = 0 is exact, as a fourfold root needs.
 
-Degenerate: for g = 0 (a line alone) the second line is far away, which the same formulas bear
-out for g = 1e-20; where all coefficients are 0 any points are returned.
+Degenerate: for g = 0 (a single line) the second line is far away; the same formulas hold with
+g = 1e-20. Where all coefficients are 0 the points are arbitrary.
 
 Source: the pencil of two conics (Ferrari 1545; Richter-Gebert, Perspectives on Projective Geometry,
 11.4); the choice of lambda and the forms without cancellation are ours.
@@ -46,28 +46,22 @@ from dataclasses import dataclass
 import sympy as sp
 from sympy.logic.boolalg import Boolean
 
+from ...model.tolerances import (
+    DIRECTION_FLOOR,
+    EVEN_CONIC,
+    GREATEST_T,
+    LEAST_CONIC,
+    LEAST_SLOPE,
+    LEAST_T,
+    MEETING_ROOTS,
+    NEARLY_LINEAR,
+    OUTERMOST_ROOT,
+    REAL_LINES,
+)
 from ...terms.terms import Terms
-from .turns import FLOOR, Turn, composed, direction
+from .turns import CosSin, composed, direction
 
 ZERO, ONE, HALF = sp.Integer(0), sp.Integer(1), sp.Rational(1, 2)
-LEAST_CONIC = sp.Rational(1, 10**20)
-"""What g is at least, in a polynomial whose coefficients are about 1 and rounded to 1e-16."""
-NEARLY_LINE = sp.Integer(10) ** 10
-"""Above this value of P + Q the resolvent is linear to 1e-5, and its closed form loses digits."""
-BEYOND = 1 + sp.Rational(1, 10**9)
-"""A root tau up to here is taken for one that rounding has moved out of [-1, 1]."""
-MEETING = sp.Rational(1, 10**14)
-"""sin^2 of half the angle between two roots that are one; rounding parts a double root so."""
-ROUNDING = sp.Rational(4, 10**15)
-"""Up to here a coefficient p is rounding, and the conic is taken for even in x: t = 0."""
-LEVEL = sp.Rational(1, 10**13)
-"""Down to this negative slope of the cubic at 0 the lines of t = 0 are real but for rounding."""
-LEAST_SLOPE = sp.Rational(1, 10**10)
-"""Slopes of the cubic below this one are those of a triple root that rounding has parted."""
-GREATEST_T = sp.Rational(3, 2)
-"""Where a step from a triple root ends at most."""
-SMALL_T = sp.Rational(1, 10**8)
-"""Below this t, alpha is too small to divide p by."""
 STEPS = 5
 """From a start that is wrong by 30 percent to 12 digits."""
 POLISHING_STEPS = 2
@@ -80,10 +74,10 @@ class CirclePoint:
     Attributes:
         turn: Its cosine and sine.
         margin: In units of the polynomial; 0 where the root is double, negative where it is not
-            real and the turn is where the circle is nearest to a line of the pair.
+            real and the turn is the point of the circle nearest to a line of the pair.
     """
 
-    turn: Turn
+    turn: CosSin
     margin: sp.Expr
 
 
@@ -98,7 +92,7 @@ class Conic:
 
 
 def select(terms: Terms, condition: Boolean, one: sp.Expr, other: sp.Expr) -> sp.Expr:
-    """The name of one value where a condition holds, of another elsewhere."""
+    """The first value, as a named term, where a condition holds; the second elsewhere."""
     if one == other:
         return terms.let(one)
     return terms.let(sp.Piecewise((one, condition), (other, True), evaluate=False))
@@ -110,7 +104,7 @@ def circle_roots(
     first: tuple[sp.Expr, sp.Expr],
     second: tuple[sp.Expr, sp.Expr],
     signs: tuple[sp.Symbol, sp.Symbol],
-    apart: sp.Expr = ZERO,
+    separation: sp.Expr = ZERO,
 ) -> CirclePoint:
     """A root of ``a0 + first . (c, s) + second . (cos(2 phi), sin(2 phi))``.
 
@@ -119,27 +113,27 @@ def circle_roots(
         a0: Constant coefficient.
         first: Coefficients of cos(phi) and sin(phi).
         second: Coefficients of cos(2 phi) and sin(2 phi).
-        signs: Two symbols that stand for 1 or -1. The first chooses the line: 1 the one nearer to
+        signs: Two symbols that stand for 1 or -1. The first chooses the line: 1 the line nearer to
             the circle's centre. The second chooses the point on it. All four choices together give
             all roots.
-        apart: How far, as an angle, either side of their common point two roots are returned that
-            are one up to rounding.
+        separation: The angle from their common point at which two roots are returned that are one
+            up to rounding.
     """
     conic, axis = _turned(terms, a0, first, second)
     t, slope, swap = _resolvent(terms, conic)
     p = select(terms, swap, -conic.q, conic.p)
-    even = sp.And(sp.Abs(p) <= ROUNDING, slope >= -LEVEL)
+    even = sp.And(sp.Abs(p) <= EVEN_CONIC, slope >= -REAL_LINES)
     p, t = select(terms, even, ZERO, p), select(terms, even, ZERO, t)
     q = select(terms, swap, -conic.p, conic.q)
     r = select(terms, swap, -conic.r, conic.r)
-    x, y, margin = _on_lines(terms, Conic(conic.g, p, q, r), t, signs, apart)
-    point = Turn(select(terms, swap, y, x), select(terms, swap, x, y))
+    x, y, margin = _on_lines(terms, Conic(conic.g, p, q, r), t, signs, separation)
+    point = CosSin(select(terms, swap, y, x), select(terms, swap, x, y))
     return CirclePoint(composed(terms, axis, point), margin)
 
 
 def _turned(
     terms: Terms, a0: sp.Expr, first: tuple[sp.Expr, sp.Expr], second: tuple[sp.Expr, sp.Expr]
-) -> tuple[Conic, Turn]:
+) -> tuple[Conic, CosSin]:
     """The conic in its own axes, and their angle, half that of ``second``."""
     let = terms.let
     (a1, b1), (a2, b2) = first, second
@@ -174,7 +168,7 @@ def _resolvent(terms: Terms, conic: Conic) -> tuple[sp.Expr, sp.Expr, Boolean]:
 
 
 def _outer_root(terms: Terms, r: sp.Expr, P: sp.Expr, Q: sp.Expr) -> sp.Expr:
-    """The root tau farthest from the others, or one in [-1, 1] if that is not."""
+    """The root tau farthest from the others; a root in [-1, 1] where this is outside."""
     let = terms.let
     middle = let(r / 3)
     total = let(P + Q)
@@ -186,29 +180,29 @@ def _outer_root(terms: Terms, r: sp.Expr, P: sp.Expr, Q: sp.Expr) -> sp.Expr:
     y = _start(terms, k, size)
     for _ in range(STEPS):
         y2 = let(y**2)
-        y = let(let(2 * let(y2 * y) + size) / let(let(3 * y2 - k) + FLOOR))
+        y = let(let(2 * let(y2 * y) + size) / let(let(3 * y2 - k) + DIRECTION_FLOOR))
     y = select(terms, positive, y, -y)
     outer = let(middle + y)
     centre = let(middle - HALF * y)
-    apart = let(4 * k - 3 * let(y**2))
-    spread = let(HALF * sp.sqrt(sp.Max(ZERO, apart, evaluate=False)))
+    discriminant = let(4 * k - 3 * let(y**2))
+    spread = let(HALF * sp.sqrt(sp.Max(ZERO, discriminant, evaluate=False)))
     inner = let(centre - select(terms, centre >= 0, spread, -spread))
-    tau = select(terms, sp.And(sp.Abs(outer) > BEYOND, apart >= 0), inner, outer)
-    straight = let(let(P - Q) / let(total + FLOOR))
-    return select(terms, total > NEARLY_LINE, straight, tau)
+    tau = select(terms, sp.And(sp.Abs(outer) > OUTERMOST_ROOT, discriminant >= 0), inner, outer)
+    straight = let(let(P - Q) / let(total + DIRECTION_FLOOR))
+    return select(terms, total > NEARLY_LINEAR, straight, tau)
 
 
 def _start(terms: Terms, k: sp.Expr, size: sp.Expr) -> sp.Expr:
     """A start for the positive root of ``y^3 - k y = size``, above it for k > 0."""
     let = terms.let
-    # size^(1/4 + 1/16) and one of Halley's steps make the cube root to some percent.
+    # size^(1/4 + 1/16) and a Halley step give the cube root to some percent.
     fourth = let(sp.sqrt(let(sp.sqrt(size))))
     b = let(fourth * let(sp.sqrt(let(sp.sqrt(fourth)))))
     b3 = let(b**3)
-    b = let(b * let(b3 + 2 * size) / let(let(2 * b3 + size) + FLOOR))
+    b = let(b * let(b3 + 2 * size) / let(let(2 * b3 + size) + DIRECTION_FLOOR))
     b2 = let(b**2)
     above = let(sp.sqrt(let(sp.Max(k, ZERO, evaluate=False) + b2)))
-    return select(terms, k > 0, above, let(size / let(let(b2 - k) + FLOOR)))
+    return select(terms, k > 0, above, let(size / let(let(b2 - k) + DIRECTION_FLOOR)))
 
 
 def _on_lines(
@@ -216,7 +210,7 @@ def _on_lines(
     conic: Conic,
     t: sp.Expr,
     signs: tuple[sp.Symbol, sp.Symbol],
-    apart: sp.Expr,
+    separation: sp.Expr,
 ) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
     """The point where a line of the pair meets the circle, and its margin."""
     let = terms.let
@@ -229,7 +223,10 @@ def _on_lines(
     by_product = let(sp.sqrt(sp.Max(ZERO, square, evaluate=False)))
     size = let(sp.Abs(p))
     total = select(
-        terms, sp.And(alpha2 > size, t > SMALL_T), let(size / let(alpha + FLOOR)), by_product
+        terms,
+        sp.And(alpha2 > size, t > LEAST_T),
+        let(size / let(alpha + DIRECTION_FLOOR)),
+        by_product,
     )
     # The greater offset has the sign of p, and its line is alpha x - side beta y.
     positive = p >= 0
@@ -238,7 +235,9 @@ def _on_lines(
     spread = let(sp.Abs(difference))
     far = let(HALF * let(total + spread))
     w = let(sp.sqrt(let(2 * g)))
-    near = select(terms, far > w, let(product / let(far + FLOOR)), let(HALF * let(total - spread)))
+    near = select(
+        terms, far > w, let(product / let(far + DIRECTION_FLOOR)), let(HALF * let(total - spread))
+    )
     is_near = signs[0] > 0
     offset = select(terms, is_near, near, far)
     other = select(terms, is_near, let(sp.Abs(far)), let(sp.Abs(near)))
@@ -247,7 +246,10 @@ def _on_lines(
     size = let(sp.Abs(offset))
     short = let(w - size)
     xi2 = let(short * let(w + size))
-    xi = let(signs[1] * select(terms, xi2 > let(2 * MEETING * g), sp.sqrt(xi2), let(apart * w)))
+    xi = let(
+        signs[1]
+        * select(terms, xi2 > let(2 * MEETING_ROOTS * g), sp.sqrt(xi2), let(separation * w))
+    )
     offset = select(terms, positive, offset, -offset)
     scale = let(1 / let(w * sp.Max(w, size, evaluate=False)))
     x = let(-let(offset * u + xi * v) * scale)

@@ -1,27 +1,30 @@
-"""The prismatic subproblems: a slide that brings a point into a plane or onto a sphere.
+"""Subproblems of slides: a translation that brings a point into a plane or onto a sphere.
 
 Plane: ``h . (p + t u) = d``, so ``t = (d - h . p) / (h . u)``, one solution; u must not lie in the
 plane.
 
 Sphere: ``|p + t u| = r`` with a unit vector u: ``t = -u . p +- sqrt(r^2 - |p'|^2)`` with p' the
-part of p across u. Out of reach the root is 0, the nearest that the line comes to the sphere.
+part of p across u. Out of reach the root is taken as 0: the point of the line
+nearest to the sphere.
 
 Source: Elias and Wen 2022 have no slides; the formulas are elementary.
 """
 
 import sympy as sp
 
+from ...model.tolerances import MEETING_SOLUTIONS
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, dot
+from .equations import LineAndPlane, LineAndSphere
 from .found import FoundLength
-from .sp4 import MEETING, ratio
+from .sp4 import ratio
 from .turns import perpendicular
 
 
 def slide_to_plane(terms: Terms, h: Vector, u: Vector, p: Vector, d: sp.Expr) -> FoundLength:
-    """The slide along u that gives a point the part d along h."""
+    """The slide along u that gives a point the component d along h."""
     rate, rest = dot(terms, h, u), terms.let(d - dot(terms, h, p))
-    return FoundLength(terms.let(rest / rate), (rate, -rest))
+    return FoundLength(terms.let(rest / rate), LineAndPlane(rate, -rest))
 
 
 def slide_to_sphere(
@@ -35,9 +38,11 @@ def slide_to_sphere(
     # As in subproblem 4: two solutions that differ by rounding alone are one.
     xi = terms.let(
         sp.Piecewise(
-            (sp.sqrt(xi2), xi2 > terms.let(MEETING * size)), (sp.Integer(0), True), evaluate=False
+            (sp.sqrt(xi2), xi2 > terms.let(MEETING_SOLUTIONS * size)),
+            (sp.Integer(0), True),
+            evaluate=False,
         )
     )
     length = terms.let(sign * xi - along)
-    equation = (sp.Integer(1), 2 * along, terms.let(along**2 - xi2))
+    equation = LineAndSphere(2 * along, terms.let(along**2 - xi2))
     return FoundLength(length, equation, sign, ratio(terms, xi2, size))

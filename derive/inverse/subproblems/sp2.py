@@ -2,19 +2,18 @@
 
 Statement: ``R(k1, theta1) R(k2, theta2) p = v``.
 
-Derivation: ``z = R(k1, theta1)^T v = R(k2, theta2) p`` has the part ``k2 . p`` along k2, so that
-subproblem 4 gives theta1, up to a sign; the second angle follows from the first by subproblem 1.
-Taken in this order the two belong together, and where the first is undetermined the second still
-fits it.
+Derivation: ``z = R(k1, theta1)^T v = R(k2, theta2) p`` has the component ``k2 . p`` along k2, so
+that subproblem 4 gives theta1, up to a sign; the second angle follows from the first by subproblem
+1. In this order the two angles belong together, also where the first is arbitrary.
 
-Where p comes close to k2, the two solutions come close to each other, and what subproblem 4 makes
-of them, ``xi^2 = |v x k1|^2 s^2 - (k2 . p - c k1 . v)^2`` with ``c = k1 . k2``, ``s^2 = 1 - c^2``,
-is the small difference of large numbers. As p and v are of one length it equals
-``|p x k2|^2 s^2 - (k1 . v - c k2 . p)^2``, whose terms are small themselves: the one whose terms
-are smaller is taken.
+Where p is nearly along k2, the two solutions are nearly equal, and the expression of subproblem 4,
+``xi^2 = |v x k1|^2 s^2 - (k2 . p - c k1 . v)^2`` with ``c = k1 . k2``, ``s^2 = 1 - c^2``, is the
+small difference of large numbers. As p and v are of equal length it equals
+``|p x k2|^2 s^2 - (k1 . v - c k2 . p)^2``, whose terms are small themselves: the expression with
+the smaller terms is taken.
 
-Degenerate: where v lies along k1 every theta1 will do; it is then 0. Where p lies along k2 every
-theta2 will do.
+Degenerate: where v lies along k1, theta1 is arbitrary and taken as 0. Where p lies along k2,
+theta2 is arbitrary.
 
 Source: Paden 1986; Elias and Wen 2022, subproblem 2.
 """
@@ -39,7 +38,7 @@ def sp2(
         first = sp4(terms, v, k1, k2, dot(terms, k2, p), sign)
     else:
         first = _first(terms, k1, k2, p, v, r2, sign)
-    # Where the first angle always exists, what it leaves is as far from k2 as p is.
+    # Where the first angle always exists, the vector turned back by it is as far from k2 as p is.
     sure = terms.is_constant(r2) and first.margin is None
     return first, sp1(terms, k2, p, rotated(terms, k1, first.turn.back, v), sure=sure)
 

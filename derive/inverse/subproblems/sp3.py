@@ -1,19 +1,19 @@
-"""Subproblem 3: the angles at which a rotated vector and another have a sum of given length.
+"""Subproblem 3: the angles at which the sum of a rotated and a fixed vector has a given length.
 
-Statement: ``|p0 + R(k, theta) p| = D``: how far an elbow is bent whose ends are D apart.
+Statement: ``|p0 + R(k, theta) p| = D``: the bend of an elbow from the distance D of its ends.
 
-Derivation: of both vectors only the parts perpendicular to k, of lengths P and Q, depend on the
-angle phi between them: with ``D'^2 = D^2 - (k . p0 + k . p)^2``,
+Derivation: only the parts perpendicular to k, of lengths P and Q, contribute by the angle phi
+between them: with ``D'^2 = D^2 - (k . p0 + k . p)^2``,
 
     2 P Q cos(phi) = D'^2 - P^2 - Q^2,
     4 P^2 Q^2 sin^2(phi) = (D'^2 - (P - Q)^2) ((P + Q)^2 - D'^2)        (Heron),
 
-a line for subproblem 4. Heron's form keeps the digits where the elbow is folded and P = Q; from the
-cosine alone, an elbow folded to 1e-10 would come out at 1e-8.
+a line for subproblem 4. Heron's form keeps the digits where the elbow is folded and P = Q; the
+cosine alone gives an elbow folded to 1e-10 with an error of 1e-8.
 
 Boundary: stretched at D' = P + Q, folded at D' = |P - Q|; beyond them the nearest of these.
 
-Degenerate: where P or Q is 0 the distance does not depend on the angle, which is then 0.
+Degenerate: where P or Q is 0 the distance does not depend on the angle, which is taken as 0.
 
 Source: Elias and Wen 2022, subproblem 3, whose cosine is the same.
 """
@@ -56,13 +56,13 @@ def sp3(
 
 
 def squared_across(terms: Terms, k: Vector, total: Vector, parts: tuple[Vector, ...]) -> sp.Expr:
-    """``D'^2`` of a sum whose length is that of a known vector, turned in an unknown way.
+    """``D'^2`` of a sum whose length is that of a known vector, in an unknown orientation.
 
     Args:
         terms: Names of all terms.
         k: The axis of the subproblem.
         total: A vector as long as the sum.
-        parts: The sum's parts; along k they are what they are at any angle.
+        parts: The two vectors of the sum; their components along k do not depend on the angle.
     """
     along = terms.let(sum((dot(terms, k, part) for part in parts), sp.Integer(0)))
     return terms.let(dot(terms, total, total) - along**2)

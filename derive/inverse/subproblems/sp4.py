@@ -1,4 +1,4 @@
-"""Subproblem 4: the angles at which a rotated vector has a given part along another.
+"""Subproblem 4: the angles at which a rotated vector has a given component along another.
 
 Statement: ``h . R(k, theta) p = d``.
 
@@ -11,30 +11,27 @@ Derivation: the left side is ``a cos + b sin + (h . k)(k . p)`` with ``a = h . p
 Out of reach xi is 0 and (x, y) points along e (a, b), the nearest that the circle comes.
 
 Boundary: at xi = 0 both solutions meet. Rounding alone moves xi^2 by some 1e-16 (a^2 + b^2), so
-that below :data:`MEETING` of it the two are one: a solution that rounding has moved off its
-singular place by 1e-8 would leave nothing of the singularity to those who follow, and to meet the
-line to 4e-15 of its length costs nothing.
+that below MEETING_SOLUTIONS of it the two are one: a solution that rounding has moved off its
+singular position by 1e-8 would hide the singularity from the steps behind it, and to meet the line
+to 4e-15 of its length costs nothing.
 
-Degenerate: where a = b = 0 every angle will do, if e = 0 too; the angle is then 0.
+Degenerate: where a = b = e = 0 the angle is arbitrary and taken as 0.
 
 Source: Elias and Wen 2022, subproblem 4.
 """
 
 import sympy as sp
 
+from ...model.tolerances import DIVISOR_FLOOR, MEETING_SOLUTIONS
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, cross, dot
-from .found import FoundTurn, Linear
-from .turns import Turn, composed, direction, direction_of, perpendicular
-
-MEETING = sp.Float("4e-15", 20)
-"""sin^2 of half the angle between two solutions that are one."""
-LEAST = sp.Float("1e-300", 20)
-"""What is added to a divisor that may be 0."""
+from .equations import Linear
+from .found import FoundTurn
+from .turns import CosSin, composed, direction, direction_of, perpendicular
 
 
 def sp4(terms: Terms, h: Vector, k: Vector, p: Vector, d: sp.Expr, sign: sp.Symbol) -> FoundTurn:
-    """The turn about the unit vector k after which p has the part d along h (h . R p = d)."""
+    """The turn about the unit vector k after which p has the component d along h (h . R p = d)."""
     a = dot(terms, h, perpendicular(terms, k, p))
     b = dot(terms, h, cross(terms, k, p))
     e = terms.let(d - terms.let(dot(terms, h, k) * dot(terms, k, p)))
@@ -45,28 +42,28 @@ def sp4(terms: Terms, h: Vector, k: Vector, p: Vector, d: sp.Expr, sign: sp.Symb
 def on_line(
     terms: Terms, a: sp.Expr, b: sp.Expr, e: sp.Expr, sign: sp.Symbol, xi2: sp.Expr
 ) -> FoundTurn:
-    """Where the line ``a cos + b sin = e`` meets the unit circle.
+    """The intersections of the line ``a cos + b sin = e`` with the unit circle.
 
     Args:
         terms: Names of all terms.
         a: Its coefficient of the cosine.
         b: Its coefficient of the sine.
-        e: What they sum up to.
+        e: The right side.
         sign: Chooses among the two points: the sign of the turn from (a, b) to the point.
-        xi2: ``a^2 + b^2 - e^2``, computed in the way that keeps most digits.
+        xi2: ``a^2 + b^2 - e^2``, in the form that loses the fewest digits.
     """
     if e == 0:
         return _through_centre(terms, a, b, sign)
     middle, rho2, inverse = direction_of(terms, a, b)
-    apart = xi2 > terms.let(MEETING * rho2)
-    # As the turn from (a, b): what is divided by is known before the root is.
+    are_two = xi2 > terms.let(MEETING_SOLUTIONS * rho2)
+    # As the turn from (a, b): the divisor is known before the root is.
     half = terms.let(sp.sqrt(xi2) * inverse)
-    sine = terms.let(sp.Piecewise((half, apart), (sp.Integer(0), True), evaluate=False))
+    sine = terms.let(sp.Piecewise((half, are_two), (sp.Integer(0), True), evaluate=False))
     nearest = sp.Piecewise((sp.Integer(-1), e < 0), (sp.Integer(1), True), evaluate=False)
     cosine = terms.let(
-        sp.Piecewise((terms.let(e * inverse), apart), (terms.let(nearest), True), evaluate=False)
+        sp.Piecewise((terms.let(e * inverse), are_two), (terms.let(nearest), True), evaluate=False)
     )
-    turn = composed(terms, middle, Turn(cosine, terms.let(sign * sine)))
+    turn = composed(terms, middle, CosSin(cosine, terms.let(sign * sine)))
     return FoundTurn(turn, Linear(a, b, e), sign, terms.let(xi2 * terms.let(inverse**2)))
 
 
@@ -79,35 +76,35 @@ def near_line(
     xi2: sp.Expr,
     scale: sp.Expr,
 ) -> FoundTurn:
-    """:func:`on_line` where xi^2 is told by other numbers than a and b.
+    """:func:`on_line` where xi^2 does not come from a and b.
 
     Args:
         terms: Names of all terms.
-        a: As there, like all that follow.
-        b: Its coefficient of the sine.
-        e: What they sum up to.
+        a: Coefficient of the cosine.
+        b: Coefficient of the sine.
+        e: The right side.
         sign: Chooses among the two points.
-        xi2: What ``a^2 + b^2 - e^2`` should be.
-        scale: What xi^2 is small beside.
+        xi2: ``a^2 + b^2 - e^2`` but for rounding.
+        scale: The size of the terms whose difference xi^2 is.
     """
     if e == 0:
         return _through_centre(terms, a, b, sign)
-    apart = xi2 > terms.let(MEETING * scale)
-    xi = terms.let(sp.Piecewise((sp.sqrt(xi2), apart), (sp.Integer(0), True), evaluate=False))
+    are_two = xi2 > terms.let(MEETING_SOLUTIONS * scale)
+    xi = terms.let(sp.Piecewise((sp.sqrt(xi2), are_two), (sp.Integer(0), True), evaluate=False))
     turned = terms.let(sign * xi)
     turn = direction(terms, terms.let(e * a - turned * b), terms.let(e * b + turned * a))
     return FoundTurn(turn, Linear(a, b, e), sign, ratio(terms, xi2, scale))
 
 
 def _through_centre(terms: Terms, a: sp.Expr, b: sp.Expr, sign: sp.Symbol) -> FoundTurn:
-    """The two points of a line through the centre: opposite, and always there."""
+    """The two points of a line through the centre, which are opposite and always exist."""
     half = direction(terms, -b, a)
-    turn = Turn(terms.let(sign * half.c), terms.let(sign * half.s))
+    turn = CosSin(terms.let(sign * half.c), terms.let(sign * half.s))
     return FoundTurn(turn, Linear(a, b, sp.Integer(0)), sign)
 
 
 def ratio(terms: Terms, part: sp.Expr, whole: sp.Expr) -> sp.Expr:
-    """A part of something that is never negative, 0 of nothing."""
+    """The quotient of a part and a whole that is not negative; 0 where both are 0."""
     if terms.is_constant(whole):
         return terms.let(part * terms.let(1 / whole))
-    return terms.let(part / terms.let(whole + LEAST))
+    return terms.let(part / terms.let(whole + DIVISOR_FLOOR))

@@ -11,16 +11,16 @@ two equations that are linear in cosine and sine of theta1 and of theta3, which 
 up to four solutions. The turn from w to v about k2 is theta2.
 
 Where v and w lie almost along k2, as at a shoulder's singularity, their squares tell their parts
-v' and w' across k2 to 1e-8 only. The digits come back from v' and w' themselves: two solutions
-that the squares do not tell apart start on either side of their common point, and go to the
-nearer root of the equations' expansion to second order. Damped steps of Newton's on
+v' and w' normal to k2 to 1e-8 only. The digits are recovered from v' and w' themselves: two
+solutions that the squares do not separate start on either side of their common point, and move to
+the nearer root of the equations' expansion to second order. Damped Newton steps on
 ``v - R2 w = 0`` in all three angles follow, for data whose first derivatives vanish. A step is
 taken only if it makes the gap smaller.
 
 Boundary: where two of the solutions meet, the determinant of the Jacobian vanishes.
 
-Degenerate: where v and w lie along k2, theta2 is any angle, and 0 is taken; where both equations
-are one, see subproblem 6.
+Degenerate: where v and w lie along k2, theta2 is arbitrary and taken as 0; where the two equations
+are dependent, see subproblem 6.
 
 Source: Elias and Wen 2022, subproblem 5.
 """
@@ -30,21 +30,20 @@ from dataclasses import dataclass
 import sympy as sp
 from sympy.logic.boolalg import Boolean
 
+from ...model.tolerances import (
+    DIRECTION_FLOOR,
+    LOOP_DAMPING,
+    NEARLY_REAL,
+    PARABOLA_STEP,
+    SOLUTION_SEPARATION,
+)
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, added, combination, cross, dot, named, subtracted
+from .equations import Pair, Rows
 from .quartic import ONE, ZERO, select
-from .sp6 import NEARLY, Pair, Rows, Signs, advanced, algebraic, chosen
-from .turns import FLOOR, Turn, direction, perpendicular, rotated
+from .sp6 import Signs, advanced, algebraic, chosen
+from .turns import CosSin, direction, perpendicular, rotated
 
-DAMPING = sp.Rational(1, 10**10)
-"""The square of the smallest singular value, over the greatest, that Newton's steps trust.
-
-Less of it would drown in rounding where the Jacobian has rank 1.
-"""
-APART = sp.Rational(1, 10**7)
-"""By this angle solutions that the squares do not tell apart begin on either side."""
-NEAR = sp.Rational(1, 10**5)
-"""The greatest step on the parabola."""
 STEPS = 2
 
 
@@ -56,12 +55,12 @@ class ThreeAngles:
         first: Cosine and sine of theta1.
         second: Cosine and sine of theta2.
         third: Cosine and sine of theta3.
-        margin: As of subproblem 6.
+        margin: As in subproblem 6.
     """
 
-    first: Turn
-    second: Turn
-    third: Turn
+    first: CosSin
+    second: CosSin
+    third: CosSin
     margin: sp.Expr
 
 
@@ -80,21 +79,21 @@ def sp5(
 
     Args:
         terms: Names of all terms.
-        p0: What stays on the left.
+        p0: The fixed vector on the left.
         k1: Unit vector of the first axis.
-        p1: What turns about it.
+        p1: The vector that turns about it.
         k2: Unit vector of the second axis.
-        p2: What turns about it alone.
+        p2: The vector that turns about this axis alone.
         k3: Unit vector of the third axis.
-        p3: What turns about it first.
+        p3: The vector that turns about the third and the second axis.
         signs: Two symbols that stand for 1 or -1; the four choices give all solutions.
     """
     let = terms.let
     loop = _Loop(_Arm.of(terms, p0, k1, p1), k2, _Arm.of(terms, p2, k3, p3))
-    size2 = let(sum((dot(terms, p, p) for p in (p0, p1, p2, p3)), FLOOR))
+    size2 = let(sum((dot(terms, p, p) for p in (p0, p1, p2, p3)), DIRECTION_FLOOR))
     inverse = let(1 / let(sp.sqrt(size2)))
-    found = algebraic(terms, *loop.equations(terms, inverse), signs, APART)
-    exists = found.margin >= -NEARLY
+    found = algebraic(terms, *loop.equations(terms, inverse), signs, SOLUTION_SEPARATION)
+    exists = found.margin >= -NEARLY_REAL
     state = loop.closed(terms, found.first, found.second)
     for _ in range(STEPS):
         state = loop.on_parabola(terms, state, exists, inverse)
@@ -105,7 +104,7 @@ def sp5(
 
 @dataclass(frozen=True)
 class _Arm:
-    """``still + cos across + sin turned``: a turning vector and one that stays."""
+    """``still + cos across + sin turned``: the sum of a fixed and a turning vector."""
 
     still: Vector
     across: Vector
@@ -117,10 +116,10 @@ class _Arm:
         along = subtracted(terms, p, across)
         return cls(added(terms, offset, along), across, cross(terms, k, p))
 
-    def at(self, terms: Terms, turn: Turn) -> Vector:
+    def at(self, terms: Terms, turn: CosSin) -> Vector:
         return combination(terms, (ONE, turn.c, turn.s), (self.still, self.across, self.turned))
 
-    def rate(self, terms: Terms, turn: Turn) -> Vector:
+    def rate(self, terms: Terms, turn: CosSin) -> Vector:
         return combination(terms, (turn.c, -turn.s), (self.turned, self.across))
 
 
@@ -128,7 +127,7 @@ class _Arm:
 class _State:
     """Three angles, ``R2 w`` at them, and the gap ``v - R2 w``."""
 
-    turns: tuple[Turn, Turn, Turn]
+    turns: tuple[CosSin, CosSin, CosSin]
     image: Vector
     gap: Vector
 
@@ -142,7 +141,7 @@ class _Loop:
     w: _Arm
 
     def equations(self, terms: Terms, inverse: sp.Expr) -> tuple[Rows, Rows, Pair]:
-        """``|v|^2 = |w|^2`` over 2 L^2 and ``k2 . v = k2 . w`` over L, as of subproblem 6."""
+        """``|v|^2 = |w|^2`` over 2 L^2 and ``k2 . v = k2 . w`` over L, as subproblem 6."""
         let = terms.let
         v, w = self.v, self.w
         inverse2 = let(inverse**2 / 2)
@@ -167,7 +166,7 @@ class _Loop:
             ),
         )
 
-    def closed(self, terms: Terms, first: Turn, third: Turn) -> _State:
+    def closed(self, terms: Terms, first: CosSin, third: CosSin) -> _State:
         """The second angle, given the others."""
         v, w = (
             perpendicular(terms, self.k2, arm.at(terms, turn))
@@ -176,7 +175,7 @@ class _Loop:
         x, y = dot(terms, w, v), dot(terms, cross(terms, self.k2, w), v)
         return self.state(terms, (first, direction(terms, x, y), third))
 
-    def state(self, terms: Terms, turns: tuple[Turn, Turn, Turn]) -> _State:
+    def state(self, terms: Terms, turns: tuple[CosSin, CosSin, CosSin]) -> _State:
         first, second, third = turns
         image = rotated(terms, self.k2, second, self.w.at(terms, third))
         return _State(turns, image, subtracted(terms, self.v.at(terms, first), image))
@@ -184,11 +183,11 @@ class _Loop:
     def on_parabola(self, terms: Terms, state: _State, exists: Boolean, inverse: sp.Expr) -> _State:
         """The nearer root of both equations to second order, if it makes the gap smaller.
 
-        With the parts v' and w' across k2 the equations are ``k2 . (v - w) = 0`` and
-        ``(|v'|^2 - |w'|^2) / (2 L) = 0``, whose digits are those of v' and w'. Call the one of the
-        greater gradient g and the other h, n and m their gradients and G and H their Hessians by
-        theta1 and theta3. On the parabola ``-(g + tau^2 d . G d / 2) n/|n|^2 + tau d`` with
-        ``d = (-n3, n1)/|n|``, g vanishes to second order, and h is a quadratic in tau.
+        With the parts v' and w' normal to k2 the equations are ``k2 . (v - w) = 0`` and ``(|v'|^2 -
+        |w'|^2) / (2 L) = 0``, whose digits are those of v' and w'. Call the equation of the greater
+        gradient g and the other h, n and m their gradients and G and H their Hessians by theta1 and
+        theta3. On the parabola ``-(g + tau^2 d . G d / 2) n/|n|^2 + tau d`` with ``d = (-n3,
+        n1)/|n|``, g vanishes to second order, and h is a quadratic in tau.
         """
         let = terms.let
         first, _, third = state.turns
@@ -207,7 +206,7 @@ class _Loop:
         swap = sizes[1] > sizes[0]
         g, n1, n3, G1, G3 = (select(terms, swap, b, a) for a, b in zip(*equations, strict=True))
         h, m1, m3, H1, H3 = (select(terms, swap, a, b) for a, b in zip(*equations, strict=True))
-        n2 = let(select(terms, swap, sizes[1], sizes[0]) + FLOOR)
+        n2 = let(select(terms, swap, sizes[1], sizes[0]) + DIRECTION_FLOOR)
         d = direction(terms, -n3, n1)
         ratio = let(let(m1 * n1 + m3 * n3) / n2)
         bend = let(G1 * d.c**2 + G3 * d.s**2)
@@ -226,7 +225,7 @@ class _Loop:
         return _smaller(terms, exists, there, state)
 
     def _expansion(
-        self, terms: Terms, across: Vector, arm: _Arm, turn: Turn, inverse: sp.Expr
+        self, terms: Terms, across: Vector, arm: _Arm, turn: CosSin, inverse: sp.Expr
     ) -> tuple[tuple[sp.Expr, sp.Expr], tuple[sp.Expr, sp.Expr]]:
         """First and second derivatives of ``k2 . v`` and ``|v'|^2 / (2 L)`` by an arm's angle."""
         rate = arm.rate(terms, turn)
@@ -239,7 +238,7 @@ class _Loop:
         )
 
     def improved(self, terms: Terms, state: _State, exists: Boolean) -> _State:
-        """One damped step of Newton's on the gap in all angles, if it makes the gap smaller.
+        """A damped Newton step on the gap in all angles, if it makes the gap smaller.
 
         The step ``-(J^T J + mu)^-1 J^T e`` in the adjugate, in which squaring J costs no digits:
 
@@ -259,9 +258,9 @@ class _Loop:
         det = dot(terms, a, rows[0])
         trace = let(sum((dot(terms, column, column) for column in columns), ZERO))
         minors = let(sum((dot(terms, row, row) for row in rows), ZERO))
-        mu = let(DAMPING * trace)
+        mu = let(LOOP_DAMPING * trace)
         bottom = let(det**2 + mu * let(minors + mu * let(trace + mu)))
-        inverse = let(1 / let(bottom + FLOOR))
+        inverse = let(1 / let(bottom + DIRECTION_FLOOR))
         gradient = named(terms, (dot(terms, column, state.gap) for column in columns))
         image = combination(terms, gradient, columns)
         steps = []
@@ -286,9 +285,11 @@ def _nearer_root(terms: Terms, A: sp.Expr, B: sp.Expr, C: sp.Expr) -> sp.Expr:
     root = let(sp.sqrt(sp.Max(ZERO, square, evaluate=False)))
     real = square > 0
     top = select(terms, real, let(2 * C), B)
-    bottom = select(terms, real, let(B + select(terms, B >= 0, root, -root)), let(A + FLOOR))
+    bottom = select(
+        terms, real, let(B + select(terms, B >= 0, root, -root)), let(A + DIRECTION_FLOOR)
+    )
     tau = let(-top / bottom)
-    return let(sp.Max(-NEAR, sp.Min(tau, NEAR, evaluate=False), evaluate=False))
+    return let(sp.Max(-PARABOLA_STEP, sp.Min(tau, PARABOLA_STEP, evaluate=False), evaluate=False))
 
 
 def _smaller(terms: Terms, exists: Boolean, new: _State, old: _State) -> _State:

@@ -10,14 +10,15 @@ nearest to 0 and N two orthonormal columns. As ``|x1|^2 + |x2|^2 = 2``, z lies o
 
 and ``|x1|^2 - |x2|^2 = 0`` is a trigonometric polynomial of degree 2 in phi: a quartic, see
 :mod:`..quartic`. Neither side is eliminated: it does not matter whether A1 or A2 or both are
-singular, only that ``[A1 A2]`` has rank 2. X and N come from two of Householder's reflections. Some
-of Newton's steps on the angles themselves follow, damped where the Jacobian is singular, each
-taken only if it makes the equations' error smaller.
+singular, only that ``[A1 A2]`` has rank 2. X and N come from two of Householder's reflections.
+Newton steps on the angles themselves follow, damped where the Jacobian is singular, each taken only
+if it makes the equations' error smaller.
 
 Boundary: where two of the solutions meet, the determinant of the Jacobian vanishes.
 
-Degenerate: where the rank of ``[A1 A2]`` is 1, a curve of solutions; taken are those with
-``a1 . x1 / |a1| = a2 . x2 / |a2|``, which exist wherever any do. Where it is 0 the angles are any.
+Degenerate: where the rank of ``[A1 A2]`` is 1 there is a curve of solutions; those with
+``a1 . x1 / |a1| = a2 . x2 / |a2|`` are taken, which exist wherever any do. Where the rank is 0 the
+angles are arbitrary.
 
 Source: Elias and Wen 2022, subproblem 6, for the statement; they eliminate one side. The
 circle in the plane of solutions is ours.
@@ -28,21 +29,20 @@ from dataclasses import dataclass
 import sympy as sp
 from sympy.logic.boolalg import Boolean
 
+from ...model.tolerances import (
+    DEPENDENT_ROWS,
+    DIRECTION_FLOOR,
+    ELLIPSES_DAMPING,
+    FARTHEST_POINT,
+    MEETING_ROOTS,
+    NEARLY_REAL,
+)
 from ...terms.terms import Terms
-from .quartic import MEETING, ONE, ZERO, circle_roots, select
-from .turns import FLOOR, Turn, direction
+from .equations import Pair, Rows
+from .quartic import ONE, ZERO, circle_roots, select
+from .turns import CosSin, direction
 
-Pair = tuple[sp.Expr, sp.Expr]
-Rows = tuple[Pair, Pair]
 Signs = tuple[sp.Symbol, sp.Symbol]
-RANK = sp.Rational(1, 10**13)
-"""Rows that are dependent up to here are dependent up to rounding."""
-FAR = sp.Integer(10) ** 6
-"""What a part of X is at most; beyond sqrt(2) there is no solution."""
-DAMPING = sp.Rational(1, 10**14)
-"""The square of the smallest singular value, over the greatest, that Newton's steps trust."""
-NEARLY = sp.Rational(1, 10**7)
-"""Solutions whose margin is below this negative do not exist: Newton would only find another."""
 STEPS = 2
 
 
@@ -53,12 +53,12 @@ class TwoAngles:
     Attributes:
         first: Cosine and sine of theta1.
         second: Cosine and sine of theta2.
-        margin: 0 where two solutions meet, at least 0 where this one is real, negative where it is
-            not and the angles are near the least-squares answer.
+        margin: 0 where two solutions meet, positive where this solution is real, negative where it
+            is not and the angles are near the least-squares answer.
     """
 
-    first: Turn
-    second: Turn
+    first: CosSin
+    second: CosSin
     margin: sp.Expr
 
 
@@ -76,23 +76,23 @@ def sp6(terms: Terms, A1: Rows, A2: Rows, b: Pair, signs: Signs) -> TwoAngles:
     angles = found.first, found.second
     rows = tuple((*one, *two) for one, two in zip(A1, A2, strict=True))
     error = _error(terms, rows, b, angles)
-    exists = found.margin >= -NEARLY
+    exists = found.margin >= -NEARLY_REAL
     for _ in range(STEPS):
         angles, error = _improved(terms, rows, b, angles, error, exists)
     return TwoAngles(*angles, found.margin)
 
 
 def algebraic(
-    terms: Terms, A1: Rows, A2: Rows, b: Pair, signs: Signs, apart: sp.Expr = ZERO
+    terms: Terms, A1: Rows, A2: Rows, b: Pair, signs: Signs, separation: sp.Expr = ZERO
 ) -> TwoAngles:
     """The angles of :func:`sp6` as the quartic gives them, not polished.
 
-    Solutions that are one up to rounding are returned ``apart`` from each other, as an angle.
+    Solutions that are one up to rounding are returned at the angle ``separation`` from it.
     """
     let = terms.let
     X, N = _plane(terms, tuple((*one, *two) for one, two in zip(A1, A2, strict=True)), b)
     rho2 = let(2 - _dot(terms, X, X))
-    rho = select(terms, rho2 > MEETING, sp.sqrt(rho2), apart)
+    rho = select(terms, rho2 > MEETING_ROOTS, sp.sqrt(rho2), separation)
     # Differences of squares of the first and of the second half of the columns.
     n, m = N
     X_X, X_n, X_m = (_difference(terms, X, column) for column in (X, n, m))
@@ -104,7 +104,7 @@ def algebraic(
         (let(2 * rho * X_n), let(2 * rho * X_m)),
         (let(half * let(n_n - m_m)), let(2 * half * n_m)),
         signs,
-        apart,
+        separation,
     )
     z = let(rho * root.turn.c), let(rho * root.turn.s)
     s1, c1, s2, c2 = (let(x + z[0] * u + z[1] * v) for x, u, v in zip(X, n, m, strict=True))
@@ -125,14 +125,14 @@ def _plane(terms: Terms, rows: tuple[Row, ...], b: Pair) -> tuple[Row, tuple[Row
         for i, j in ((1, 0), (0, 1))
     )
     b_long, b_short = select(terms, swap, b[1], b[0]), select(terms, swap, b[0], b[1])
-    long = (let(long[0] + FLOOR), *long[1:])
+    long = (let(long[0] + DIRECTION_FLOOR), *long[1:])
     first = _Reflection.of(terms, long)
     y = _clipped(terms, let(b_long / first.image))
     head, *left = first.applied(terms, short)
     rest = let(b_short - head * y)
-    # Where the rows are dependent another takes the place of the shorter.
+    # Where the rows are dependent another row takes the place of the shorter.
     own = terms.let(sum((x * x for x in left), ZERO))
-    dependent = own <= let(RANK**2 * _dot(terms, long, long))
+    dependent = own <= let(DEPENDENT_ROWS**2 * _dot(terms, long, long))
     a1, a2 = (direction(terms, *long[k : k + 2]) for k in (0, 2))
     head, *other = first.applied(terms, (a1.c, a1.s, -a2.c, -a2.s))
     tail = tuple(select(terms, dependent, one, two) for one, two in zip(other, left, strict=True))
@@ -148,7 +148,9 @@ def _plane(terms: Terms, rows: tuple[Row, ...], b: Pair) -> tuple[Row, tuple[Row
 
 
 def _clipped(terms: Terms, value: sp.Expr) -> sp.Expr:
-    return terms.let(sp.Max(-FAR, sp.Min(value, FAR, evaluate=False), evaluate=False))
+    return terms.let(
+        sp.Max(-FARTHEST_POINT, sp.Min(value, FARTHEST_POINT, evaluate=False), evaluate=False)
+    )
 
 
 @dataclass(frozen=True)
@@ -176,11 +178,11 @@ def _improved(
     terms: Terms,
     rows: tuple[Row, ...],
     b: Pair,
-    angles: tuple[Turn, Turn],
+    angles: tuple[CosSin, CosSin],
     error: Row,
     exists: Boolean,
-) -> tuple[tuple[Turn, Turn], Row]:
-    """One damped step of Newton's on both angles, and the error there, if that is smaller.
+) -> tuple[tuple[CosSin, CosSin], Row]:
+    """A damped Newton step on both angles and the error there, if that is smaller.
 
     The step ``-(J^T J + mu)^-1 J^T e`` in the adjugate, in which squaring J costs no digits:
 
@@ -194,8 +196,8 @@ def _improved(
     )
     det = let(j11 * j22 - j12 * j21)
     square = let(j11**2 + j12**2 + j21**2 + j22**2)
-    mu = let(DAMPING * square)
-    inverse = let(1 / let(let(det**2 + mu * let(square + mu)) + FLOOR))
+    mu = let(ELLIPSES_DAMPING * square)
+    inverse = let(1 / let(let(det**2 + mu * let(square + mu)) + DIRECTION_FLOOR))
     top1 = let(det * let(j22 * e1 - j12 * e2) + mu * let(j11 * e1 + j21 * e2))
     top2 = let(det * let(j11 * e2 - j21 * e1) + mu * let(j12 * e1 + j22 * e2))
     there = advanced(terms, one, let(-top1 * inverse)), advanced(terms, two, let(-top2 * inverse))
@@ -207,18 +209,20 @@ def _improved(
     return (one, two), kept
 
 
-def advanced(terms: Terms, turn: Turn, step: sp.Expr) -> Turn:
-    """The turn further on by the angle whose tangent is the step."""
+def advanced(terms: Terms, turn: CosSin, step: sp.Expr) -> CosSin:
+    """The turn increased by the angle whose tangent is the step."""
     let = terms.let
     return direction(terms, let(turn.c - step * turn.s), let(turn.s + step * turn.c))
 
 
-def chosen(terms: Terms, condition: Boolean, one: Turn, other: Turn) -> Turn:
-    """One turn where a condition holds, another elsewhere."""
-    return Turn(select(terms, condition, one.c, other.c), select(terms, condition, one.s, other.s))
+def chosen(terms: Terms, condition: Boolean, one: CosSin, other: CosSin) -> CosSin:
+    """The first turn where a condition holds, the second elsewhere."""
+    return CosSin(
+        select(terms, condition, one.c, other.c), select(terms, condition, one.s, other.s)
+    )
 
 
-def _error(terms: Terms, rows: tuple[Row, ...], b: Pair, angles: tuple[Turn, Turn]) -> Row:
+def _error(terms: Terms, rows: tuple[Row, ...], b: Pair, angles: tuple[CosSin, CosSin]) -> Row:
     one, two = angles
     x = (one.s, one.c, two.s, two.c)
     return tuple(terms.let(_dot(terms, row, x) - y) for row, y in zip(rows, b, strict=True))

@@ -1,6 +1,6 @@
-"""Rotations about known axes as pairs of cosine and sine, which are carried throughout.
+"""Rotations about known axes as pairs of cosine and sine.
 
-No angle is formed on the way: an angle costs an atan2 that only the result needs, and its cosine
+No angle is computed in between: it would cost an atan2 that only the result needs, and its cosine
 and sine would be rounded twice more.
 """
 
@@ -8,48 +8,42 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from ...model.tolerances import DIRECTION_FLOOR
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, combination, cross, dot
 
-FLOOR = sp.Float("1e-150", 20)
-"""What is added to the first of two numbers whose direction is asked for.
-
-It changes no number above 1e-134, its square is no underflow, and the direction of (0, 0) is the
-angle 0 instead of 0/0.
-"""
-
 
 @dataclass(frozen=True)
-class Turn:
+class CosSin:
     """Cosine and sine of an angle, both named terms."""
 
     c: sp.Expr
     s: sp.Expr
 
     @property
-    def back(self) -> "Turn":
+    def back(self) -> "CosSin":
         """The opposite turn."""
-        return Turn(self.c, -self.s)
+        return CosSin(self.c, -self.s)
 
-    def counted(self, sign: int) -> "Turn":
+    def counted(self, sign: int) -> "CosSin":
         """The same rotation counted about the opposite axis where the sign is -1."""
         return self if sign == 1 else self.back
 
 
-NO_TURN = Turn(sp.Integer(1), sp.Integer(0))
+NO_TURN = CosSin(sp.Integer(1), sp.Integer(0))
 
 
-def direction(terms: Terms, x: sp.Expr, y: sp.Expr, *, sure: bool = False) -> Turn:
+def direction(terms: Terms, x: sp.Expr, y: sp.Expr, *, sure: bool = False) -> CosSin:
     """The turn by the angle of the vector (x, y), divided by the vector's own length.
 
-    By its own: a length known otherwise would leave a pair that is no rotation where x and y are
-    small differences. The direction of (0, 0) is the angle 0.
+    A length computed in another way would not normalise the pair where x and y are small
+    differences. The direction of (0, 0) is the angle 0.
 
     Args:
         terms: Names of all terms.
         x: First component.
         y: Second component.
-        sure: That the vector is never 0. Opposite vectors then share all but the sign.
+        sure: Whether the vector is never 0. Opposite vectors then share all terms but the sign.
     """
     if y == 0 and x == 1:
         return NO_TURN
@@ -58,27 +52,27 @@ def direction(terms: Terms, x: sp.Expr, y: sp.Expr, *, sure: bool = False) -> Tu
 
 def direction_of(
     terms: Terms, x: sp.Expr, y: sp.Expr, *, sure: bool = False
-) -> tuple[Turn, sp.Expr, sp.Expr]:
+) -> tuple[CosSin, sp.Expr, sp.Expr]:
     """:func:`direction`, the square of the vector's length and the inverse of the length."""
     x, y = terms.let(x), terms.let(y)
     if not sure and not terms.is_constant(x):
-        x = terms.let(x + FLOOR)
+        x = terms.let(x + DIRECTION_FLOOR)
     squared = terms.let(x**2 + y**2)
     inverse = terms.let(1 / terms.let(sp.sqrt(squared)))
-    return Turn(terms.let(x * inverse), terms.let(y * inverse)), squared, inverse
+    return CosSin(terms.let(x * inverse), terms.let(y * inverse)), squared, inverse
 
 
-def composed(terms: Terms, a: Turn, b: Turn) -> Turn:
+def composed(terms: Terms, a: CosSin, b: CosSin) -> CosSin:
     """The turn by the sum of two angles."""
     if a == NO_TURN:
         return b
     if b == NO_TURN:
         return a
-    return Turn(terms.let(a.c * b.c - a.s * b.s), terms.let(a.s * b.c + a.c * b.s))
+    return CosSin(terms.let(a.c * b.c - a.s * b.s), terms.let(a.s * b.c + a.c * b.s))
 
 
-def rotated(terms: Terms, k: Vector, turn: Turn, v: Vector) -> Vector:
-    """``R(k, theta) v`` by Rodrigues' formula: the part along k, and what turns about it."""
+def rotated(terms: Terms, k: Vector, turn: CosSin, v: Vector) -> Vector:
+    """``R(k, theta) v`` by Rodrigues' formula, which turns the part normal to k."""
     if turn == NO_TURN:
         return v
     across = perpendicular(terms, k, v)
@@ -94,7 +88,7 @@ def perpendicular(terms: Terms, k: Vector, v: Vector) -> Vector:
 
 
 def any_across(terms: Terms, k: Vector) -> Vector:
-    """A constant unit vector across a constant one."""
+    """A constant unit vector perpendicular to a constant vector."""
     size = [abs(float(terms.value(component))) for component in k]
     e = [sp.Integer(0)] * 3
     e[size.index(min(size))] = sp.Integer(1)

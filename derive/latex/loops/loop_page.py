@@ -42,7 +42,7 @@ class LoopPage:
         assert isinstance(mechanism, Mechanism)
         assert hybrid is not None
         symbols = members(mechanism)
-        printed = derive(mechanism.main_chain, PRINTED)
+        printed = derive(mechanism.main_chain, PRINTED, derivation.families)
         chain = Page.of(printed, symbols.theta, len(mechanism.coordinates))
         letters = Letters(chain.equations.notation, symbols)
         return cls(mechanism, hybrid, chain, symbols, letters)

@@ -7,6 +7,8 @@ from functools import cached_property
 import sympy as sp
 
 from ...derivation import Derivation
+from ...inverse.families import FAMILIES
+from ...inverse.families.family import Family
 from ...inverse.serial_inverse import Inverses, inverses
 from ...model.robot import Robot
 from ..chain import transforms
@@ -26,6 +28,7 @@ class Page:
         links: The transforms between neighbouring frames in short symbols.
         derived: The inverse, where it was derived over the terms of the equations.
         coordinates: How many coordinates move it, where it is the main chain of a robot with loops.
+        families: The families of inverses that are tried on it.
     """
 
     robot: Robot
@@ -33,6 +36,7 @@ class Page:
     links: tuple[sp.ImmutableMatrix, ...]
     derived: Inverses | None = None
     coordinates: int | None = None
+    families: tuple[Family, ...] = FAMILIES
 
     @classmethod
     def of(
@@ -48,13 +52,13 @@ class Page:
         placements = transforms.placements(robot, found.notation.q)
         links = [transforms.matrix(placement, found.notation) for placement in placements]
         derived = derivation.inverse if derivation.terms is found.notation.terms else None
-        return cls(robot, found, tuple(links), derived, coordinates)
+        return cls(robot, found, tuple(links), derived, coordinates, derivation.families)
 
     @cached_property
     def inverse(self) -> Inverses:
         """All that is known of the inverse, in the terms of the equations."""
         terms = self.equations.notation.terms
-        return self.derived or inverses(self.robot, terms, self.coordinates)
+        return self.derived or inverses(self.robot, terms, self.coordinates, self.families)
 
     def tex(self, expression: sp.Expr) -> str:
         """An expression on one line."""

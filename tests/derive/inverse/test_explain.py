@@ -62,7 +62,7 @@ def test_every_joint_has_its_step(name):
     text = str(found).split("\n\nik_")[0]
     for joint in derivation(name).robot.moving:
         given = f"given {joint.name}" in text or f"and {joint.name}." in text
-        assert given or f" {joint.name}, by " in text or f" {joint.name} is what " in text, text
+        assert given or f" {joint.name}, by " in text or f"{joint.name} follows from " in text, text
 
 
 def test_steps_tell_their_signs_and_degenerate_cases():
@@ -70,8 +70,11 @@ def test_steps_tell_their_signs_and_degenerate_cases():
     assert text.count("Two solutions, sign ") == 3
     assert "Two solutions, sign 3 of 3; they meet at the boundary" in text
     assert "shoulder_lift + elbow + wrist_1, by subproblem 2: " in text
-    assert "Degenerate: with axis 6 parallel to axes 2 to 4 every sum will do" in text
-    assert "wrist_1 is what shoulder_lift and elbow leave" in text
+    assert "Degenerate: with axis 6 parallel to axes 2 to 4 the sum is arbitrary" in text
+    assert (
+        "wrist_1 follows from shoulder_lift + elbow + wrist_1, with shoulder_lift and elbow known."
+        in text
+    )
 
 
 def test_what_is_missing_is_measured():

@@ -7,20 +7,19 @@ from synthetic import Arm, robot_of, rows_of, screws_of
 
 from bench.screws import Screws
 from chasles.derive import loads
+from chasles.derive.inverse.classify import classify
+from chasles.derive.inverse.given_joints import without
 from chasles.derive.inverse.serial_inverse import inverses
 from chasles.derive.inverse.steps.target import Target
 from chasles.derive.inverse.structure import rank
-from chasles.derive.inverse.structure.classify import classify
 from chasles.derive.inverse.structure.lines import (
-    EXACT,
-    SNAPPED,
     Axis,
     Lines,
     axes_of,
     home_of,
     numbers,
 )
-from chasles.derive.inverse.structure.locks import without
+from chasles.derive.model.tolerances import EXACT_STRUCTURE, MEASURED_STRUCTURE
 from chasles.derive.terms.terms import Terms
 
 CHAIN = "R/P/R/RxR/P"
@@ -39,7 +38,7 @@ def lines_of(*axes):
 @pytest.mark.parametrize(("by", "parallel"), [(0, True), (0.9, True), (1.1, False)])
 @pytest.mark.parametrize("sense", [1, -1])
 def test_axes_are_parallel_up_to_the_tolerance(by, parallel, sense):
-    tilt = np.arcsin(by * EXACT)
+    tilt = np.arcsin(by * EXACT_STRUCTURE)
     lines = lines_of(
         ((0, 0, 1), (0, 0, 0)), ((0, sense * np.sin(tilt), sense * np.cos(tilt)), (1, 0, 0))
     )
@@ -50,7 +49,7 @@ def test_axes_are_parallel_up_to_the_tolerance(by, parallel, sense):
 @pytest.mark.parametrize(("by", "meet"), [(0, True), (0.9, True), (1.1, False)])
 def test_axes_meet_up_to_the_tolerance(by, meet):
     # The middle between two lines is half their distance from both; the arm is about 2 m long.
-    apart = 2 * by * EXACT * 2
+    apart = 2 * by * EXACT_STRUCTURE * 2
     lines = lines_of(((0, 0, 1), (0, 0, 0)), ((1, 0, 0), (0, apart, 2)))
     assert lines.meet(0, 1) == meet
 
@@ -65,9 +64,9 @@ def test_axes_of_one_point_and_of_three():
 
 
 def test_neighbours_that_are_nearly_parallel_have_no_centre():
-    tilt = 0.5 * SNAPPED
+    tilt = 0.5 * MEASURED_STRUCTURE
     lines = lines_of(((0, 0, 1), (0, 0, 0)), ((0, np.sin(tilt), np.cos(tilt)), (0, 0, 0)))
-    assert lines.apart_in_place((0, 1)) == np.inf
+    assert lines.meeting_deviation((0, 1)) == np.inf
 
 
 def test_meeting_points_are_exact_in_parameters():
@@ -96,7 +95,7 @@ def matrix(target):
     """The displacement (4, 4) of a target of numbers."""
     T = np.eye(4)
     T[:3, :3] = np.array(target.axes, float).T
-    T[:3, 3] = np.array(target.place, float) - T[:3, :3] @ np.array(target.home, float)
+    T[:3, 3] = np.array(target.position, float) - T[:3, :3] @ np.array(target.home, float)
     return T
 
 
@@ -126,7 +125,7 @@ def target_of(lines, G):
 
 def in_numbers(terms, target):
     parts = [np.array([numbers(terms, v) for v in target.axes])]
-    parts += [numbers(terms, v) for v in (target.home, target.place)]
+    parts += [numbers(terms, v) for v in (target.home, target.position)]
     return Target(*parts)
 
 

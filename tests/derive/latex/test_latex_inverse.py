@@ -10,7 +10,7 @@ from derivations import ALL, NAMES, ROBOTS, derivation, kernels
 
 from chasles.derive import derive, load, loads
 from chasles.derive.inverse.structure.rank import rotation
-from chasles.derive.inverse.subproblems.found import Linear
+from chasles.derive.inverse.subproblems.equations import Linear, TwoEllipses
 from chasles.derive.latex import document, fragments
 from chasles.derive.latex.inverse.inverse_fragment import inverse, printed_tasks
 from chasles.derive.latex.setting.page import Page
@@ -64,8 +64,8 @@ class Reader:
                 self.known[step.name] = self.sums[step.unknown] = sp.Float(coordinates[step.name])
                 continue
             value = sum(map(self, step.solution))
-            if isinstance(getattr(step.step.found, "equation", None), Linear):
-                a, b, d = map(self, step.coefficients)
+            if isinstance(step.equation, Linear):
+                a, b, d = map(self, step.equation.coefficients)
                 assert abs(a * sp.cos(value) + b * sp.sin(value) - d) < TRUE
             self.known[step.name] = self.sums[step.unknown] = value
         self.define(task.rest)
@@ -75,10 +75,10 @@ class Reader:
         """Checks the equation that steps share."""
         if not steps:
             return
-        equation = steps[0].step.found.equation
+        equation = steps[0].equation
         angles = [float(step.sense * self.known[step.name]) for step in steps]
-        given = np.array([float(self(e)) for e in steps[0].coefficients])
-        if equation.number == 6:
+        given = np.array([float(self(e)) for e in equation.coefficients])
+        if isinstance(equation, TwoEllipses):
             x = np.array([f(angle) for angle in angles for f in (np.sin, np.cos)])
             A = np.hstack([given[:4].reshape(2, 2), given[4:8].reshape(2, 2)])
             np.testing.assert_allclose(A @ x, given[8:], atol=TRUE)

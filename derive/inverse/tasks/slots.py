@@ -1,20 +1,20 @@
 """From a solved chain to the function that is generated: all slots with residuals and margins."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import product
 
 import sympy as sp
 
-from ..chain.forward import Forward, Pose
-from ..chain.groups import groups
-from ..chain.kinematics import common_unit
-from ..model.robot import Robot
-from ..terms.role import Role, branch_label, side_of
-from ..terms.symbolic_function import Argument, Result, SymbolicFunction
-from ..terms.terms import Terms
-from .steps.work import Work
-from .subproblems.turns import NO_TURN, Turn
+from ...chain.forward import Forward, Pose
+from ...chain.groups import groups
+from ...chain.kinematics import common_unit
+from ...model.robot import Robot
+from ...terms.role import Role, branch_label, side_of
+from ...terms.symbolic_function import Argument, Result, SymbolicFunction
+from ...terms.terms import Terms
+from ..steps.work import Sum, Work
+from ..subproblems.turns import NO_TURN
+from .task import Solved, TaskInput
 
 POSE_SYMBOLS = tuple(
     sp.Symbol(name, real=True)
@@ -23,47 +23,36 @@ POSE_SYMBOLS = tuple(
         *("_r31", "_r32", "_r33", "_p3", "_r41", "_r42", "_r43", "_p4"),
     )
 )
-"""The entries of a pose, row by row; names in robot files can not begin with an underscore."""
+"""The entries of a pose, row by row; names in robot files cannot begin with an underscore."""
 
 
 def pose_argument(robot: Robot) -> Argument:
-    """The argument ``T``: the pose that the tool is to have."""
+    """The argument ``T``: the wanted pose of the tool."""
     meaning = f"pose of the tool, T_{robot.base_frame}_{robot.tool_frame}"
     return Argument("T", POSE_SYMBOLS, (4, 4), "1, m", meaning)
-
-
-@dataclass(frozen=True)
-class Solved:
-    """A solved task: the function that is generated, and how it was solved."""
-
-    function: SymbolicFunction
-    work: Work
-    given: tuple[str, ...] = ()
 
 
 def values_of(work: Work, robot: Robot, given: Mapping[int, sp.Expr]) -> list[sp.Expr]:
     """The value of every moving joint: an atan2 where it turns."""
     values = [_value(work, k, given) for k in range(len(robot.moving))]
-    for senses, turn in work.sums:
-        *others, (last, _) = senses
+    for known in work.sums:
+        *others, (last, _) = known.senses
         if others[1:] and last not in given:
-            values[last] = _rest(work, senses, turn, values)
-        total = sum((sense * values[k] for k, sense in senses), sp.Integer(0))
-        work.terms.know_sum(total, turn.c, turn.s)
+            values[last] = _rest(work, known, values)
+        total = sum((sense * values[k] for k, sense in known.senses), sp.Integer(0))
+        work.terms.know_sum(total, known.turn.c, known.turn.s)
     return values
 
 
-def _rest(
-    work: Work, senses: tuple[tuple[int, int], ...], total: Turn, values: Sequence[sp.Expr]
-) -> sp.Expr:
-    """The last of parallel axes' angles, as what the others leave of their sum.
+def _rest(work: Work, known: Sum, values: Sequence[sp.Expr]) -> sp.Expr:
+    """The last of parallel joints' angles, from their sum and the other angles.
 
-    Several solutions have one sum, so that it takes fewer atan2 than the last angle does.
+    Several solutions share a sum, so that it takes fewer atan2 than the last angle itself.
     """
-    *others, (last, sense) = senses
+    *others, (last, sense) = known.senses
     before = sum((sign * values[k] for k, sign in others), sp.Integer(0))
     turn = work.turns[last]
-    angle = sense * (work.terms.solved_angle(total.c, total.s) - before)
+    angle = sense * (work.terms.solved_angle(known.turn.c, known.turn.s) - before)
     return work.terms.solved_rest(angle, turn.c, turn.s)
 
 
@@ -77,12 +66,12 @@ def _value(work: Work, joint: int, given: Mapping[int, sp.Expr]) -> sp.Expr:
 
 
 def tool_of(terms: Terms, robot: Robot, values: Sequence[sp.Expr]) -> Pose:
-    """Where the tool comes with these joint values: forward kinematics on cosines and sines."""
+    """The pose of the tool at these joint values: forward kinematics on cosines and sines."""
     return Forward(terms, groups(robot, terms, values)).tool_pose()
 
 
 def pose_residual(terms: Terms, pose: Pose, wanted: Sequence[sp.Expr]) -> sp.Expr:
-    """How far a pose is from the one wanted: metre or radian, the larger of the two.
+    """The deviation of a pose from the wanted pose: distance (metre) or angle (radian), the larger.
 
     The distance of two rotation matrices in the Frobenius norm is sqrt(8) sin(angle / 2), for small
     angles sqrt(2) of the angle between them.
@@ -99,10 +88,10 @@ def squares(terms: Terms, values: Iterable[sp.Expr]) -> sp.Expr:
 
 
 def larger(terms: Terms, distance2: sp.Expr, angle2: sp.Expr) -> sp.Expr:
-    """The residual from the squares of its two parts, NaN where one of them is.
+    """The residual from the squares of distance and angle, NaN where one of these is NaN.
 
-    C's fmax would leave out what is no number, and call a pose solved that no loop can hold; and a
-    choice by comparison is of real numbers to SymPy, which takes their order for complete.
+    C's fmax ignores NaN, and would call a pose solved at which a loop does not close. SymPy takes
+    the order of real numbers for complete and would drop the comparison with NaN.
     """
     twice = terms.let(distance2 + angle2) + terms.let(sp.Abs(terms.let(distance2 - angle2)))
     return terms.let(sp.sqrt(terms.let(terms.let(twice) / 2)))
@@ -120,36 +109,49 @@ def margin_of(work: Work) -> sp.Expr:
 
 
 def of_pose_task(
-    robot: Robot, work: Work, more: tuple[Argument, ...], given: Mapping[int, sp.Expr]
+    robot: Robot,
+    work: Work,
+    arguments: tuple[Argument, ...],
+    given: Mapping[int, sp.Expr],
+    inputs: tuple[TaskInput, ...] = (),
 ) -> Solved:
-    """The task ``ik``: the pose of the tool."""
+    """The task ``ik``, which asks for the tool's pose, from the joints that were found for it.
+
+    Args:
+        robot: The description.
+        work: Holds the joints that were found.
+        arguments: The values of given joints as inputs.
+        given: The same values by the joints' indices.
+        inputs: Further inputs of the family.
+    """
     terms = work.terms
     values = values_of(work, robot, given)
     residual = pose_residual(terms, tool_of(terms, robot, values), POSE_SYMBOLS)
     identity = "fk(q[k]) = T wherever residual[k] is rounding"
-    return branches(
-        "ik", robot, work, (pose_argument(robot), *more), values, residual, identity, given
-    )
+    first = (pose_argument(robot), *arguments)
+    return branches("ik", robot, work, first, values, residual, identity, given, inputs)
 
 
 def branches(
     name: str,
     robot: Robot,
     work: Work,
-    inputs: tuple[Argument, ...],
+    arguments: tuple[Argument, ...],
     values: Sequence[sp.Expr],
     residual: sp.Expr,
     identity: str,
     given: Iterable[int] = (),
+    inputs: tuple[TaskInput, ...] = (),
 ) -> Solved:
     """The task of a serial robot over all slots, from the values of its joints."""
+    asked = (*arguments, *(task_input.argument for task_input in inputs))
     q = tuple(
         joint.direction * value for joint, value in zip(robot.coordinates, values, strict=True)
     )
     unit = common_unit([joint.unit for joint in robot.coordinates])
     names = tuple(robot.moving[joint].name for joint in given)
-    function = function_of(name, work, inputs, q, unit, residual, identity, given)
-    return Solved(function, work, names)
+    function = function_of(name, work, asked, q, unit, residual, identity, given)
+    return Solved(function, work, names, inputs)
 
 
 def function_of(

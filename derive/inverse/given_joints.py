@@ -1,8 +1,8 @@
-"""Joints whose values are given: what is left of a chain and of its target without them.
+"""Joints whose values are given: the chain and the target that remain without them.
 
-A redundant arm is solved for given values of as many joints as are too many. A joint at either end
-is taken out by undoing its motion; a slide in between moves all that comes after it along, without
-turning anything, so that it can be undone at the end.
+A redundant arm is solved for given values of its surplus joints. A joint at either end is taken out
+by inverting its motion; a slide in between shifts everything behind it without turning it, so that
+its motion can be inverted at the end.
 """
 
 from collections.abc import Mapping
@@ -11,26 +11,25 @@ from itertools import combinations
 
 import sympy as sp
 
-from ...terms.terms import Terms
-from ...terms.vectors import Vector, combination
-from ..steps.target import Target
-from ..subproblems.turns import Turn
-from .lines import SOME_SLIDE, Axis, Lines
+from ..terms.terms import Terms
+from ..terms.vectors import Vector, combination
+from .steps.target import Target
+from .structure.lines import SOME_SLIDE, Axis, Lines
+from .subproblems.turns import CosSin
 
 LONG = 12
-"""A chain of more joints is no arm."""
+"""In a chain of more joints no slides in between are tried: the choices would be too many."""
 
 
 def ways_to_give(lines: Lines, count: int) -> set[tuple[int, ...]]:
-    """The sets of so many joints that can be given: at the ends of the chain, and slides between.
+    """The sets of joints that can be given: joints at the ends of the chain, and slides in between.
 
     Args:
         lines: The chain.
-        count: How many are to be given.
+        count: How many joints are to be given.
 
     Returns:
-        Their places, in ascending order. Of a chain longer than ``LONG`` no slides in between:
-        the choices among them would be too many.
+        Their indices in ascending order. A chain longer than ``LONG`` gets no slides in between.
     """
     joints = range(len(lines.axes))
     ways = set()
@@ -45,12 +44,12 @@ def ways_to_give(lines: Lines, count: int) -> set[tuple[int, ...]]:
 
 
 def without(lines: Lines, target: Target, given: Mapping[int, sp.Expr]) -> tuple[Lines, Target]:
-    """The chain and the target that are left for the other joints.
+    """The chain and the target that remain for the other joints.
 
     Args:
         lines: The chain.
         target: Its target.
-        given: The value of each given joint (radian or metre), by its place in the chain; see
+        given: The value of each given joint (radian or metre), by its index in the chain; see
             :func:`ways_to_give`.
     """
     terms, axes = lines.terms, list(lines.axes)
@@ -77,10 +76,10 @@ def _without_first(terms: Terms, target: Target, axis: Axis, value: sp.Expr) -> 
 def _without_last(terms: Terms, target: Target, axis: Axis, value: sp.Expr) -> Target:
     if not axis.turns:
         return target.shifted(terms, combination(terms, (value,), (axis.h,)))
-    return target.without_last(terms, axis.h, axis.p, Turn(*terms.cos_sin(value)))
+    return target.without_last(terms, axis.h, axis.p, CosSin(*terms.cos_sin(value)))
 
 
 def _shifted(terms: Terms, axis: Axis, by: Vector, slid: Axis) -> Axis:
-    """The axis where a given slide brings it; how it lies to others is judged at one slide."""
+    """The axis after a given slide; its position in numbers is that after one slide."""
     p = combination(terms, (sp.Integer(1), sp.Integer(1)), (axis.p, by))
     return replace(axis, p=p, origin=axis.origin + SOME_SLIDE * slid.direction)

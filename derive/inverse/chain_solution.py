@@ -1,0 +1,58 @@
+"""A chain solved by the family that was found for it, behind given joints and read from its end."""
+
+from collections.abc import Mapping
+
+import sympy as sp
+
+from ..chain.kinematics import arguments_of
+from ..model.robot import Robot
+from ..terms.symbolic_function import Argument
+from .classify import Attempt
+from .given_joints import without
+from .steps.target import Target, of_pose
+from .steps.work import Work
+from .structure.lines import Lines, home_of
+from .tasks.slots import POSE_SYMBOLS, of_pose_task
+from .tasks.task import Solved
+
+
+def solve_chain(
+    work: Work, lines: Lines, found: Attempt, target: Target, given: Mapping[int, sp.Expr]
+) -> None:
+    """Finds the joints of a chain by the family that was found for it.
+
+    Args:
+        work: Receives the joints and the steps.
+        lines: The chain.
+        found: Its family.
+        target: The displacement that the chain has to make.
+        given: Values of the joints that are given (radian or metre), by their indices.
+    """
+    left, target = without(lines, target, given)
+    if found.backwards:
+        left, target = left.reversed(), target.reversed()
+    found.family.solve(work, left, target)
+
+
+def pose_task(robot: Robot, lines: Lines, found: Attempt) -> Solved:
+    """The task ``ik``: all joints from the tool's pose and the values of given joints."""
+    work = Work(lines.terms)
+    symbols = arguments_of([joint.unit for joint in robot.coordinates])["q"].symbols
+    arguments = tuple(given_argument(robot, k, symbols[k]) for k in found.given)
+    given = {k: robot.moving[k].direction * symbols[k] for k in found.given}
+    target = of_pose(lines.terms, POSE_SYMBOLS, home_of(robot, lines.terms))
+    solve_chain(work, lines, found, target, given)
+    return of_pose_task(robot, work, arguments, given, found.family.inputs)
+
+
+def given_argument(robot: Robot, joint: int, symbol: sp.Symbol) -> Argument:
+    """The input that gives the value of a joint.
+
+    Args:
+        robot: The description.
+        joint: Index of the joint among those that move.
+        symbol: Its coordinate.
+    """
+    moving = robot.moving[joint]
+    meaning = f"the value of {moving.name}, which is given"
+    return Argument(symbol.name.lstrip("_"), (symbol,), (), moving.unit, meaning)

@@ -1,0 +1,181 @@
+"""The structure of a chain's axes: families are tried in order, with the deviation from each."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from ..model.robot import Robot
+from ..model.tolerances import EXACT_STRUCTURE, MEASURED_STRUCTURE
+from ..terms.terms import Terms
+from .families import FAMILIES
+from .families.family import Family, Reading
+from .given_joints import ways_to_give
+from .structure import rank
+from .structure.lines import Lines, axes_of
+from .structure.requirement import Requirement
+
+MOST_JOINTS = 6
+"""A chain of more joints is redundant; its family has an input for the redundancy, or none fits."""
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """A family tried on a chain.
+
+    Attributes:
+        family: The family.
+        reading: The end of the chain from which its axes were read.
+        given: Indices of the joints whose values are given.
+        requirements: The conditions on the other axes, with their deviations.
+    """
+
+    family: Family
+    reading: Reading
+    given: tuple[int, ...]
+    requirements: tuple[Requirement, ...]
+
+    @property
+    def backwards(self) -> bool:
+        """Whether the chain was read from the tool."""
+        return self.reading == "tool"
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether the structure is that of the whole chain, read from the base."""
+        return not self.given and not self.backwards
+
+    @property
+    def deviation(self) -> float:
+        """The largest deviation from the conditions: radian, or parts of the arm's length."""
+        return max((requirement.deviation for requirement in self.requirements), default=0.0)
+
+    @property
+    def title(self) -> str:
+        """The structure in words."""
+        return self.family.title + (", read from the tool" if self.backwards else "")
+
+
+@dataclass(frozen=True)
+class Classification:
+    """The structure of a chain.
+
+    Attributes:
+        lines: Its axes.
+        found: The family that fits, if one does.
+        attempts: All families that were tried, up to the one that fits.
+        missing: Why there is no closed form, in words; empty where there is one.
+    """
+
+    lines: Lines
+    found: Attempt | None
+    attempts: tuple[Attempt, ...]
+    missing: str = ""
+
+    @property
+    def tier(self) -> Literal["exact", "snapped", "none"]:
+        """Whether the axes have the structure exactly, within measured errors, or not."""
+        if self.found is None:
+            return "none"
+        return "exact" if self.found.deviation <= EXACT_STRUCTURE else "snapped"
+
+
+def classify(
+    robot: Robot,
+    terms: Terms,
+    coordinates: int | None = None,
+    families: Sequence[Family] = FAMILIES,
+) -> Classification:
+    """Finds the structure of a serial robot, or of the main chain of a robot with loops.
+
+    Where there are more coordinates than the tool has freedoms, the surplus joints must be given:
+    the first choice that leaves a solvable chain is taken.
+
+    Args:
+        robot: The description.
+        terms: Receives the constants of the axes.
+        coordinates: How many coordinates move the chain, where loops couple some of its joints.
+        families: The families to try, in order.
+    """
+    lines = Lines(terms, axes_of(robot, terms))
+    reason = _unfit(robot)
+    if reason:
+        return Classification(lines, None, (), reason)
+    return of_lines(lines, coordinates, families)
+
+
+def of_lines(
+    lines: Lines, coordinates: int | None = None, families: Sequence[Family] = FAMILIES
+) -> Classification:
+    """Finds the structure of a chain of axes.
+
+    Args:
+        lines: The chain.
+        coordinates: How many coordinates move it; one a joint by default.
+        families: The families to try, in order.
+    """
+    attempts: list[Attempt] = []
+    choices = list(_choices(lines, coordinates or len(lines.axes)))
+    for attempt in _attempts(lines, choices, families):
+        attempts.append(attempt)
+        if attempt.deviation <= EXACT_STRUCTURE:
+            return Classification(lines, attempt, tuple(attempts))
+    # A measured arm has the first structure that its axes miss by no more than measured errors.
+    for attempt in _attempts(replace(lines, tolerance=MEASURED_STRUCTURE), choices, families):
+        if attempt.deviation <= MEASURED_STRUCTURE:
+            return Classification(lines, attempt, tuple(attempts))
+    nearest = min(attempts, key=lambda attempt: attempt.deviation, default=None)
+    return Classification(lines, None, tuple(attempts), _nearest_in_words(nearest))
+
+
+def _unfit(robot: Robot) -> str:
+    """Why a chain is not classified at all; empty where it is."""
+    followers = [joint.name for joint in robot.moving if joint.mimic]
+    helical = [joint.name for joint in robot.moving if joint.kind == "helical"]
+    if followers:
+        return f"{', '.join(followers)} follows another joint"
+    if helical:
+        return f"{', '.join(helical)} is a screw joint"
+    return ""
+
+
+def _choices(lines: Lines, coordinates: int) -> Iterable[tuple[int, ...]]:
+    """The sets of joints that may be given: as many as there are surplus coordinates."""
+    surplus = coordinates - rank.of_chain(lines)
+    if surplus <= 0:
+        return [()]
+    # Joints near the tool come first: an operator sets those most easily.
+    choices = sorted(ways_to_give(lines, surplus), key=lambda given: given[::-1], reverse=True)
+    return [(), *(given for given in choices if _leaves_full_rank(lines, given))]
+
+
+def _leaves_full_rank(lines: Lines, given: tuple[int, ...]) -> bool:
+    left = lines.at_generic(given)
+    return rank.of_chain(left) == len(left.axes)
+
+
+def _attempts(
+    lines: Lines, choices: Iterable[tuple[int, ...]], families: Sequence[Family]
+) -> Iterable[Attempt]:
+    for given in choices:
+        left = lines.at_generic(given)
+        if not given and rank.of_chain(left) < len(left.axes) and len(left.axes) <= MOST_JOINTS:
+            continue
+        for family in families:
+            if len(left.axes) not in family.joints or (given and not family.behind_given):
+                continue
+            for reading in family.readings:
+                seen = left.reversed() if reading == "tool" else left
+                yield Attempt(family, reading, given, tuple(family.requires(seen)))
+
+
+def _nearest_in_words(nearest: Attempt | None) -> str:
+    if nearest is None:
+        return "no structure of so many joints is known"
+    missed = [r for r in nearest.requirements if r.deviation > EXACT_STRUCTURE]
+    finite = [r for r in missed if np.isfinite(r.deviation)]
+    text = "; ".join(f"{r.text} (off by {r.deviation:.3g})" for r in finite)
+    never = "; ".join(r.text for r in missed if not np.isfinite(r.deviation))
+    parts = [part for part in (text, never) if part]
+    return f"nearest is {nearest.title}, which asks that {'; '.join(parts)}"

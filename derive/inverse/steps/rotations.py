@@ -1,0 +1,73 @@
+"""Three revolute joints that make a given rotation: a spherical wrist, a spherical shoulder."""
+
+from collections.abc import Callable
+
+from ...terms.vectors import Vector, cross
+from ..structure.lines import Axis, Lines
+from ..subproblems.sp1 import sp1
+from ..subproblems.sp2 import sp2
+from ..subproblems.turns import rotated
+from .target import Target
+from .work import Work
+
+
+def wrist(work: Work, lines: Lines, first: int, target: Target) -> None:
+    """Finds three revolute joints from the rest of the rotation behind the joints before them.
+
+    Args:
+        work: Holds the joints before the wrist; gathers the steps.
+        lines: The chain.
+        first: Index of the wrist's first joint.
+        target: The displacement that the chain has to make.
+    """
+    axes = lines.axes[first : first + 3]
+    three_turns(
+        work,
+        (axes[0], axes[1], axes[2]),
+        lambda v: _turned_back(work, lines, first, target.turned(work.terms, v)),
+    )
+
+
+def three_turns(
+    work: Work, axes: tuple[Axis, Axis, Axis], wanted: Callable[[Vector], Vector]
+) -> None:
+    """Finds the three angles of a given rotation, ``R_4 R_5 R_6 = R``.
+
+    ``R_4 R_5 h_6 = R h_6`` is subproblem 2. Any direction other than h_6 then gives the last angle.
+
+    Args:
+        work: Gathers the steps.
+        axes: The three axes.
+        wanted: Rotates a direction by R.
+    """
+    terms = work.terms
+    a4, a5, a6 = axes
+    q4, q5 = sp2(terms, a4.h, a5.h, a6.h, wanted(a6.h), work.sign())
+    work.step(
+        [a4],
+        "subproblem 2",
+        f"{a6.name} does not turn its own axis, and {a5.name} keeps the component along axis "
+        f"{a5.name}",
+        q4,
+        f"with axis {a6.name} on axis {a4.name} only the sum of the two is determined; this one is "
+        "then taken as 0",
+    )
+    work.step(
+        [a5], "subproblem 1", f"the rest of the rotation of axis {a6.name}, behind {a4.name}", q5
+    )
+    e = cross(terms, a6.h, a5.h)
+    left = rotated(terms, a5.h, q5.turn.back, rotated(terms, a4.h, q4.turn.back, wanted(e)))
+    work.step(
+        [a6],
+        "subproblem 1",
+        "the rest of the rotation",
+        sp1(terms, a6.h, e, left, sure=q4.margin is None),
+    )
+
+
+def _turned_back(work: Work, lines: Lines, count: int, v: Vector) -> Vector:
+    """A direction in base axes, turned back by the first joints."""
+    for axis in lines.axes[:count]:
+        if axis.turns:
+            v = rotated(work.terms, axis.h, work.turns[axis.joint].back, v)
+    return v

@@ -1,0 +1,190 @@
+"""The equations that subproblems solve, as data: coefficients and solutions.
+
+A step carries its equation for the reader. The article prints its coefficients, relation and
+solution, and a test puts numbers into these.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import sympy as sp
+
+from ...terms.vectors import Vector
+
+Pair = tuple[sp.Expr, sp.Expr]
+Rows = tuple[Pair, Pair]
+
+
+@dataclass(frozen=True)
+class Linear:
+    """The equation ``a cos(theta) + b sin(theta) = d``, two angles up to a boundary."""
+
+    a: sp.Expr
+    b: sp.Expr
+    d: sp.Expr
+
+    @property
+    def coefficients(self) -> tuple[sp.Expr, ...]:
+        """a, b and d."""
+        return self.a, self.b, self.d
+
+    def with_coefficients(self, values: Sequence[sp.Expr]) -> Self:
+        """The equation with other coefficients."""
+        return type(self)(*values)
+
+    @property
+    def mirrored(self) -> Self:
+        """The equation of the opposite angle."""
+        return type(self)(self.a, -self.b, self.d)
+
+    def solution(self, sign: sp.Expr) -> tuple[sp.Expr, ...]:
+        """The terms whose sum is the angle; the sign, 1 or -1, chooses one of two."""
+        middle = sp.atan2(self.b, self.a, evaluate=False)
+        if self.d == 0:
+            return middle, sign * sp.pi / 2
+        root = sp.sqrt(self.a**2 + self.b**2 - self.d**2)
+        return middle, sign * sp.atan2(root, self.d, evaluate=False)
+
+
+@dataclass(frozen=True)
+class Direction:
+    """The equations ``cos(theta) : sin(theta) = a : b``, one angle."""
+
+    a: sp.Expr
+    b: sp.Expr
+
+    @property
+    def coefficients(self) -> tuple[sp.Expr, ...]:
+        """A and b."""
+        return self.a, self.b
+
+    def with_coefficients(self, values: Sequence[sp.Expr]) -> Self:
+        """The equations with other coefficients."""
+        return type(self)(*values)
+
+    @property
+    def mirrored(self) -> Self:
+        """The equations of the opposite angle."""
+        return type(self)(self.a, -self.b)
+
+    def solution(self, _: sp.Expr) -> tuple[sp.Expr, ...]:
+        """The angle."""
+        return (sp.atan2(self.b, self.a, evaluate=False),)
+
+
+@dataclass(frozen=True)
+class LineAndPlane:
+    """The equation ``rate t + rest = 0`` of a slide's length t."""
+
+    rate: sp.Expr
+    rest: sp.Expr
+
+    @property
+    def coefficients(self) -> tuple[sp.Expr, ...]:
+        """The rate and the rest."""
+        return self.rate, self.rest
+
+    def with_coefficients(self, values: Sequence[sp.Expr]) -> Self:
+        """The equation with other coefficients."""
+        return type(self)(*values)
+
+    @property
+    def mirrored(self) -> Self:
+        """The equation of the opposite length."""
+        return type(self)(-self.rate, self.rest)
+
+    def solution(self, _: sp.Expr) -> tuple[sp.Expr, ...]:
+        """The terms whose sum is the length."""
+        return tuple(sp.Add.make_args(-self.rest / self.rate))
+
+
+@dataclass(frozen=True)
+class LineAndSphere:
+    """The equation ``t^2 + linear t + constant = 0`` of a slide's length t."""
+
+    linear: sp.Expr
+    constant: sp.Expr
+
+    @property
+    def coefficients(self) -> tuple[sp.Expr, ...]:
+        """The linear and the constant coefficient."""
+        return self.linear, self.constant
+
+    def with_coefficients(self, values: Sequence[sp.Expr]) -> Self:
+        """The equation with other coefficients."""
+        return type(self)(*values)
+
+    @property
+    def mirrored(self) -> Self:
+        """The equation of the opposite length."""
+        return type(self)(-self.linear, self.constant)
+
+    def solution(self, sign: sp.Expr) -> tuple[sp.Expr, ...]:
+        """The terms whose sum is the length; the sign, 1 or -1, chooses one of two."""
+        half = self.linear / 2
+        root = sign * sp.sqrt(half**2 - self.constant)
+        return (root,) if half == 0 else (-half, root)
+
+
+@dataclass(frozen=True)
+class LoopOfThree:
+    """The equation ``p0 + R(k1, theta1) p1 = R(k2, theta2) (p2 + R(k3, theta3) p3)``.
+
+    Three angles at once, as subproblem 5 finds them.
+    """
+
+    p0: Vector
+    k1: Vector
+    p1: Vector
+    k2: Vector
+    p2: Vector
+    k3: Vector
+    p3: Vector
+
+    @property
+    def coefficients(self) -> tuple[sp.Expr, ...]:
+        """The components of all vectors, in the order of the fields."""
+        vectors = (self.p0, self.k1, self.p1, self.k2, self.p2, self.k3, self.p3)
+        return tuple(component for vector in vectors for component in vector)
+
+    def with_coefficients(self, values: Sequence[sp.Expr]) -> Self:
+        """The equation with other vectors."""
+        vectors = [(values[k], values[k + 1], values[k + 2]) for k in range(0, len(values), 3)]
+        return type(self)(*vectors)
+
+
+@dataclass(frozen=True)
+class TwoEllipses:
+    """The equations ``A1 (sin, cos)(theta1) + A2 (sin, cos)(theta2) = b``.
+
+    Two angles at once, as subproblem 6 finds them.
+
+    Attributes:
+        first: A1, an equation a row.
+        second: A2.
+        right: b.
+    """
+
+    first: Rows
+    second: Rows
+    right: Pair
+
+    @property
+    def coefficients(self) -> tuple[sp.Expr, ...]:
+        """A1 and A2 row by row, and b."""
+        rows = (*self.first, *self.second, self.right)
+        return tuple(entry for row in rows for entry in row)
+
+    def with_coefficients(self, values: Sequence[sp.Expr]) -> Self:
+        """The equations with other coefficients."""
+        a, b, c, d, e = ((values[k], values[k + 1]) for k in range(0, len(values), 2))
+        return type(self)((a, b), (c, d), e)
+
+
+AngleEquation = Linear | Direction
+"""Equations of one angle."""
+LengthEquation = LineAndPlane | LineAndSphere
+"""Equations of the length of a slide."""
+JointEquation = LoopOfThree | TwoEllipses
+"""Equations of several angles at once, which a quartic solves."""

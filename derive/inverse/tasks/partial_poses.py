@@ -1,0 +1,177 @@
+"""Tasks of arms that cannot reach every pose: position, position and pitch or direction."""
+
+from collections.abc import Callable
+
+import sympy as sp
+
+from ...chain.forward import Pose
+from ...model.robot import Robot
+from ...terms.symbolic_function import Argument
+from ...terms.terms import Terms
+from ...terms.vectors import Vector, combination, subtracted
+from ..steps.target import Target, of_pose
+from ..steps.three_joints import case_of
+from ..steps.work import Work
+from ..structure.lines import Lines, home_of
+from ..subproblems.turns import NO_TURN, CosSin
+from .slots import POSE_SYMBOLS, branches, larger, squares, tool_of, values_of
+from .task import InputLetter, Solved, Task, TaskInput
+
+X, Y, Z, PITCH = sp.symbols("_x _y _z _pitch", real=True)
+DIRECTION = sp.symbols("_u1 _u2 _u3", real=True)
+"""The wanted direction of the tool's third axis (unit vector), in base axes."""
+POSITION: Vector = (X, Y, Z)
+"""The wanted position of the tool's origin in the base frame (metre)."""
+POSITION_ENTRIES = (POSE_SYMBOLS[3], POSE_SYMBOLS[7], POSE_SYMBOLS[11])
+"""The entries of a pose that hold the position."""
+_DIRECTION_LETTERS = tuple(
+    InputLetter(("u", r"\upsilon", r"\mathrm{u}"), component) for component in range(3)
+)
+_PITCH_LETTER = InputLetter((r"\lambda", r"\nu", r"\Lambda"))
+
+
+def tool_origin(robot: Robot, terms: Terms) -> Vector:
+    """The tool's origin in the home pose (metre), in base axes."""
+    return _column(terms, home_of(robot, terms), 3)
+
+
+def tool_axis(robot: Robot, terms: Terms) -> Vector:
+    """The tool's third axis in the home pose (unit vector), in base axes."""
+    return _column(terms, home_of(robot, terms), 2)
+
+
+def _column(terms: Terms, home: sp.Matrix, j: int) -> Vector:
+    return terms.let(home[0, j]), terms.let(home[1, j]), terms.let(home[2, j])
+
+
+def partial_pose(
+    name: str,
+    robot: Robot,
+    work: Work,
+    task_input: TaskInput,
+    residual: Callable[[Pose], sp.Expr],
+    identity: str,
+) -> Solved:
+    """The task that asks for part of a pose, from the joints that were found for it.
+
+    Args:
+        name: Name of the generated function.
+        robot: The description.
+        work: Holds the joints that were found.
+        task_input: The part of the pose that is asked for.
+        residual: The deviation of the tool's pose from it (metre or radian).
+        identity: The identity that the function satisfies, in one line.
+    """
+    values = values_of(work, robot, {})
+    deviation = residual(tool_of(work.terms, robot, values))
+    return branches(name, robot, work, (), values, deviation, identity, inputs=(task_input,))
+
+
+def _squared_distance(terms: Terms, pose: Pose) -> sp.Expr:
+    return squares(terms, subtracted(terms, pose[1], POSITION))
+
+
+def _by_three_joints(robot: Robot, lines: Lines) -> Solved:
+    """The position by the first three joints; the others stay at 0."""
+    terms = lines.terms
+    work = Work(terms)
+    arm = Lines(terms, lines.axes[:3], lines.tolerance)
+    case = case_of(arm)
+    assert case is not None
+    case.solve(work, arm, tool_origin(robot, terms), POSITION)
+    for axis in lines.axes[3:]:
+        work.turns[axis.joint] = NO_TURN
+    meaning = "place of the tool in the base frame"
+    return partial_pose(
+        "ik_position",
+        robot,
+        work,
+        TaskInput(Argument("p", POSITION, (3,), "m", meaning), POSITION_ENTRIES),
+        lambda pose: terms.let(sp.sqrt(_squared_distance(terms, pose))),
+        "fk(q[k]) has its origin in p wherever residual[k] is rounding; free joints are 0",
+    )
+
+
+POSITION_TASK = Task("ik_position", _by_three_joints)
+
+
+def position_pitch(robot: Robot, work: Work, up: Vector, pitch: CosSin) -> Solved:
+    """The task of position and elevation of the tool's axis, from the joints found for it.
+
+    Args:
+        robot: The description.
+        work: Holds the joints that were found.
+        up: The direction from whose normal plane the elevation counts (unit vector), in base axes.
+        pitch: The elevation.
+    """
+    terms = work.terms
+
+    def residual(pose: Pose) -> sp.Expr:
+        z = pose[0][2]
+        rise = terms.let(sum((a * b for a, b in zip(up, z, strict=True)), sp.Integer(0)))
+        level = combination(terms, (sp.Integer(1), -rise), (z, up))
+        length = terms.let(sp.sqrt(squares(terms, level)))
+        # A pitch beyond a right angle is the elevation of an axis that leans backwards.
+        outward = terms.let(sp.Abs(pitch.c))
+        return larger(
+            terms,
+            _squared_distance(terms, pose),
+            squares(terms, (rise - pitch.s, length - outward)),
+        )
+
+    meaning = "place of the tool, elevation of its axis"
+    return partial_pose(
+        "ik_position_pitch",
+        robot,
+        work,
+        TaskInput(
+            Argument("x", (*POSITION, PITCH), (4,), "m, rad", meaning),
+            (*POSITION_ENTRIES, _PITCH_LETTER),
+        ),
+        residual,
+        "fk(q[k]) has its origin in x[:3] and its third axis the elevation x[3] wherever "
+        "residual[k] is rounding; a free joint is 0",
+    )
+
+
+def position_direction(robot: Robot, work: Work) -> Solved:
+    """The task of position and direction of the tool's axis, from the joints found for it."""
+    terms = work.terms
+
+    def residual(pose: Pose) -> sp.Expr:
+        return larger(
+            terms,
+            _squared_distance(terms, pose),
+            squares(terms, subtracted(terms, pose[0][2], DIRECTION)),
+        )
+
+    meaning = "place of the tool, direction of its axis"
+    return partial_pose(
+        "ik_position_direction",
+        robot,
+        work,
+        TaskInput(
+            Argument("x", (*POSITION, *DIRECTION), (6,), "m, 1", meaning),
+            (*POSITION_ENTRIES, *_DIRECTION_LETTERS),
+        ),
+        residual,
+        "fk(q[k]) has its origin in x[:3] and the third axis x[3:] wherever residual[k] is "
+        "rounding; a free joint is 0",
+    )
+
+
+def target_of_direction(robot: Robot, terms: Terms) -> Target:
+    """A pose with the wanted position and the wanted third axis; its other axes are arbitrary.
+
+    Source: Duff et al. 2017, Building an orthonormal basis, revisited: two perpendicular axes
+    without cancellation in any direction.
+    """
+    x, y, z = DIRECTION
+    side = terms.let(sp.Piecewise((1, z >= 0), (-1, True), evaluate=False))
+    a = terms.let(-1 / terms.let(side + z))
+    b = terms.let(x * y * a)
+    first = terms.let(1 + side * x**2 * a), terms.let(side * b), terms.let(-side * x)
+    second = b, terms.let(side + y**2 * a), terms.let(-y)
+    entries = [*zip(first, second, DIRECTION, POSITION, strict=True)]
+    pose = [entry for row in entries for entry in row]
+    return of_pose(terms, pose, home_of(robot, terms))

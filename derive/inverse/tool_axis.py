@@ -1,0 +1,44 @@
+"""The inverse of five joints as that of six, the last of which turns the tool about its own axis.
+
+Position and direction of the tool do not depend on this sixth angle, and where the five joints
+reach a pose it is 0.
+"""
+
+from collections.abc import Sequence
+
+from ..model.robot import Robot
+from .chain_solution import pose_task, solve_chain
+from .classify import Classification, of_lines
+from .families.family import Family
+from .steps.work import Work
+from .structure.lines import with_tool_axis
+from .tasks.partial_poses import position_direction, target_of_direction
+from .tasks.task import Solved
+
+JOINTS = 5
+
+
+def by_tool_axis(
+    robot: Robot, classification: Classification, families: Sequence[Family]
+) -> tuple[Classification, dict[str, Solved]] | None:
+    """The structure of five joints with the tool's axis, and the tasks solved by it.
+
+    Args:
+        robot: The description.
+        classification: The result for the five joints, which have no structure of their own.
+        families: The families to try, in order.
+
+    Returns:
+        None where the chain has another number of joints, or no structure with the axis either.
+    """
+    if len(classification.lines.axes) != JOINTS:
+        return None
+    lines = with_tool_axis(robot, classification.lines)
+    longer = of_lines(lines, families=families)
+    if longer.found is None or longer.tier != "exact":
+        return None
+    solved = {"ik": pose_task(robot, lines, longer.found)}
+    work = Work(lines.terms)
+    solve_chain(work, lines, longer.found, target_of_direction(robot, lines.terms), {})
+    solved["ik_position_direction"] = position_direction(robot, work)
+    return longer, solved

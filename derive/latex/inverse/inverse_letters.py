@@ -1,0 +1,39 @@
+"""The letters of an inverse: each kind of symbol gets one that nothing else in the article has."""
+
+from collections.abc import Collection, Sequence
+
+from ...model.robot import Robot
+from ..setting import names
+from ..setting.notation import Notation
+
+KINDS = {
+    "A": ("A", r"\mathcal{A}", r"\mathrm{A}"),
+    "B": ("B", r"\mathcal{B}", r"\mathrm{B}"),
+    "C": ("C", r"\mathcal{C}", r"\mathrm{C}"),
+    "sigma": (r"\sigma", r"\varsigma", r"\epsilon"),
+    "sum": (r"\theta", r"\chi", r"\vartheta"),
+    "side": (r"\varepsilon", r"\eta", r"\iota"),
+    "slide": (r"\xi", r"\zeta", r"\Xi"),
+}
+"""Letters of coefficients, signs, sums, sides and slides, in order of preference."""
+
+
+class InverseLetters:
+    """The choice of letters for one robot."""
+
+    def __init__(self, robot: Robot, notation: Notation) -> None:
+        """Collects the letters of parameters, coordinates and short symbols, which are taken."""
+        parameters = names.distinct(parameter.name for parameter in robot.parameters)
+        heads = map(names.head, (*parameters.values(), *notation.called))
+        self.taken: Collection[str] = {*heads, *notation.letters.values()}
+
+    def of(self, kind: str) -> str:
+        """The letter of one of the kinds."""
+        return self.free(KINDS[kind])
+
+    def free(self, options: Sequence[str]) -> str:
+        """The first letter that is not taken; where all are, the last, upright if it is Latin."""
+        free = [letter for letter in options if letter not in self.taken]
+        if free:
+            return free[0]
+        return options[-1] if options[-1].startswith("\\") else rf"\mathrm{{{options[-1]}}}"

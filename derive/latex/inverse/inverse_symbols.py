@@ -1,0 +1,117 @@
+"""The printed symbols of inputs, signs, joints and sums of joints of one task."""
+
+from collections.abc import Mapping, Sequence
+
+import sympy as sp
+
+from ...inverse.structure.lines import Axis, Lines
+from ...inverse.tasks.slots import POSE_SYMBOLS
+from ...inverse.tasks.task import InputLetter, Solved
+from ...model.robot import Robot
+from ..setting.notation import ENTRY, LENGTH, OTHER, Notation
+from .inverse_letters import InverseLetters
+
+
+class InverseSymbols:
+    """The symbols of a task.
+
+    Attributes:
+        notation: The robot's short symbols, which receives those that are new.
+        letters: The letters that are free.
+        inputs: The printed symbol of each input's symbol.
+        signs: The printed symbols of the signs.
+        actuators: Printed symbols of actuated coordinates that steps may find, by name.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        notation: Notation,
+        lines: Lines,
+        solved: Solved,
+        actuators: Mapping[str, sp.Symbol],
+    ) -> None:
+        """Names the inputs and the signs."""
+        self.notation, self.actuators = notation, actuators
+        self.letters = InverseLetters(robot, notation)
+        self._robot, self._axes = robot, lines.axes
+        self.inputs = self._named_inputs(solved)
+        self.signs = tuple(
+            notation.symbol(f"{self.letters.of('sigma')}_{{{k}}}", (LENGTH, (-2, k)))
+            for k in range(1, len(solved.work.signs) + 1)
+        )
+
+    def _named_inputs(self, solved: Solved) -> dict[sp.Symbol, sp.Symbol]:
+        """The printed symbol of each input's symbol; coordinates are their own."""
+        entries = zip(POSE_SYMBOLS, self.notation.entries(), strict=True)
+        named = {symbol: entry for symbol, entry in entries if entry is not None}
+        for asked in solved.inputs:
+            for symbol, shown in zip(asked.argument.symbols, asked.printed, strict=True):
+                is_letter = isinstance(shown, InputLetter)
+                named[symbol] = self._lettered(symbol, shown) if is_letter else named[shown]
+        symbols = {s for argument in solved.function.inputs for s in argument.symbols}
+        known = {symbol: shown for symbol, shown in named.items() if symbol in symbols}
+        return known | {q: q for q in self.notation.q if q in symbols}
+
+    def _lettered(self, symbol: sp.Symbol, letter: InputLetter) -> sp.Symbol:
+        """The printed symbol of an input that is no entry of the pose."""
+        tex = self.letters.free(letter.letters)
+        if letter.component is None:
+            return self.notation.symbol(tex, (OTHER, (symbol.name,)))
+        tex = f"{tex}_{{{'xyz'[letter.component]}}}"
+        return self.notation.symbol(tex, (ENTRY, (letter.letters[0], letter.component)))
+
+    def component(self, letter: str, axis: str) -> sp.Symbol:
+        """The component x, y or z of a vector."""
+        return self.notation.symbol(f"{letter}_{{{axis}}}", (LENGTH, (-1, letter, axis)))
+
+    def coefficient(self, letter: str, number: int) -> sp.Symbol:
+        """The coefficient A, B or C of a step."""
+        tex = f"{self.letters.of(letter)}_{{{number}}}"
+        return self.notation.symbol(tex, (LENGTH, (95, number, letter)))
+
+    def sum(self, number: int) -> sp.Symbol:
+        """The sum of angles that a step finds."""
+        tex = f"{self.letters.of('sum')}_{{{number}}}"
+        return self.notation.symbol(tex, (LENGTH, (94, number)))
+
+    def side(self) -> sp.Symbol:
+        """A choice between 1 and -1 by the sign of an expression."""
+        return self.notation.symbol(self.letters.of("side"), (LENGTH, (-2, 0)))
+
+    def value_of(self, joint: int) -> sp.Expr:
+        """The value of a joint of the chain, or of a slide that stands for several."""
+        slides = [axis.joint for axis in self._axes if not axis.turns]
+        if not self.actuators and joint == len(self._robot.moving):
+            # The joint that would turn the tool about its own axis.
+            return self.notation.symbol(f"q_{{{joint + 1}}}", (LENGTH, (92, joint)))
+        if not self.actuators or joint not in slides:
+            return self._robot.moving[joint].direction * self.notation.q[joint]
+        number = 1 + slides.index(joint)
+        tex = f"{self.letters.of('slide')}_{{{number}}}"
+        return self.notation.symbol(tex, (LENGTH, (93, number)))
+
+    def angle(self, joints: Sequence[str], done: frozenset[int] = frozenset()) -> sp.Expr:
+        """The sum that joints turn by about the first of them, in coordinates.
+
+        Args:
+            joints: Names of the joints.
+            done: Slides that have been found; the next of those that share a name is meant.
+        """
+        if joints[0] in self.actuators:
+            return self.actuators[joints[0]]
+        axes = [self.axis(name, done) for name in joints]
+        total = sp.Integer(0)
+        for axis in axes:
+            sense = 1 if float(axes[0].direction @ axis.direction) > 0 else -1
+            total += sense * self.value_of(axis.joint)
+        return total
+
+    def sense(self, joints: Sequence[str], done: frozenset[int] = frozenset()) -> int:
+        """-1 where the first coordinate of a sum counts against its joint."""
+        return -1 if self.angle(joints[:1], done).could_extract_minus_sign() else 1
+
+    def axis(self, name: str, done: frozenset[int] = frozenset()) -> Axis:
+        """The axis of that name, the next one where several slides share it."""
+        named = [axis for axis in self._axes if axis.name == name]
+        return next((axis for axis in named if axis.joint not in done), named[0])

@@ -1,0 +1,203 @@
+"""The terms of an inverse in printed symbols: which get a name, and which are written out.
+
+Products are written out. A sum that occurs more often, or is too long for a bracket, is a shared
+term. The cosine and sine of an angle that was found are c and s with its index.
+"""
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+
+import sympy as sp
+
+from ...inverse.subproblems.turns import CosSin
+from ...model.tolerances import ARTICLE_ZERO
+from ...terms.terms import Terms
+from ..setting.printed_terms import PrintedTerms
+from ..setting.sharing import BRACKET, DEEPEST, Definition, depth, numbered
+from ..setting.widths import width
+from .inverse_symbols import InverseSymbols
+
+SHORT = 30.0
+"""Width of a sum that is written out wherever it occurs, and of an unnamed coefficient (pt)."""
+
+
+class InverseTerms:
+    """The terms of one task on their way into print.
+
+    Attributes:
+        known: The printed expression of each symbol of the derivation.
+        inlined: The values of terms that are written out.
+        changed: Definitions that take the place of the derivation's own.
+        preferred: Names of terms that are components of a vector with a letter.
+        uses: How often each term is written.
+    """
+
+    def __init__(self, terms: Terms, symbols: InverseSymbols) -> None:
+        """Begins with no name."""
+        self.terms, self.symbols, self.notation = terms, symbols, symbols.notation
+        self.printed_constants = PrintedTerms(terms, symbols.notation, {})
+        self.printer = self.printed_constants.printer
+        self.known: dict[sp.Symbol, sp.Expr] = {}
+        self.inlined: dict[sp.Symbol, sp.Expr] = {}
+        self.changed: dict[sp.Symbol, sp.Expr] = {}
+        self.preferred: dict[sp.Symbol, sp.Expr] = {}
+        self.uses: Counter[sp.Symbol] = Counter()
+        self._taken: list[Definition] = []
+
+    def is_open(self, term: sp.Expr) -> bool:
+        """Whether an expression is a term that has no name."""
+        return term in self.terms.definitions and term not in self.known
+
+    def seed(self, turn: CosSin, angle: sp.Expr) -> None:
+        """Names the cosine and the sine of an angle that was found."""
+        for function, value in ((sp.cos, turn.c), (sp.sin, turn.s)):
+            sign, term = value.as_coeff_Mul()
+            if self.is_open(term) and not is_trigonometric(self.terms.definitions[term]):
+                self.known[term] = sign * self.trigonometric(function, angle)
+
+    def define(self, name: sp.Symbol, value: sp.Expr) -> None:
+        """Notes the definition of a name."""
+        self._taken.append((name, value))
+
+    def trigonometric(self, function: type[sp.Function], angle: sp.Expr) -> sp.Expr:
+        """The short symbol of the cosine or sine of a sum of coordinates."""
+        negative = angle.could_extract_minus_sign()
+        angle = -angle if negative else angle
+        known = angle.free_symbols <= {*self.notation.q}
+        shown = self.notation.trigonometric(function(angle)) if known else function(angle)
+        return -shown if negative and function is sp.sin else shown
+
+    def _definition(self, term: sp.Symbol) -> sp.Expr:
+        """The definition of a term, without the floors that guard its divisors."""
+        definition = self.changed.get(term, self.terms.definitions[term])
+        tiny = {x: sp.Integer(0) for x in definition.atoms(sp.Float) if abs(x) < ARTICLE_ZERO}
+        return definition.xreplace(tiny)
+
+    def _open(self, entries: Iterable[sp.Expr]) -> list[sp.Symbol]:
+        """The terms without a name that entries depend on, in the order of their definition."""
+        found: set[sp.Symbol] = set()
+        waiting = [symbol for entry in entries for symbol in entry.free_symbols]
+        while waiting:
+            symbol = waiting.pop()
+            if (
+                symbol in self.terms.definitions
+                and symbol not in self.known
+                and symbol not in found
+            ):
+                found.add(symbol)
+                if not is_trigonometric(self._definition(symbol)):
+                    waiting.extend(self._definition(symbol).free_symbols)
+        return [symbol for symbol in self.terms.definitions if symbol in found]
+
+    def counted(self, entries: Sequence[sp.Expr]) -> Counter[sp.Symbol]:
+        """How often each term is written once products are written out."""
+        uses = Counter(symbol for entry in entries for symbol in entry.free_symbols)
+        for term in reversed(self._open(entries)):
+            definition = self._definition(term)
+            if not is_trigonometric(definition):
+                times = 1 if _is_nameable(definition) else uses[term]
+                for addend in sp.Add.make_args(definition):
+                    uses.update(dict.fromkeys(addend.free_symbols, times))
+        return uses
+
+    def settle_below(self, entry: sp.Expr) -> None:
+        """Names the terms that an entry depends on, or keeps them to be written out."""
+        _, own = entry.as_coeff_Mul()
+        for term in self._open([entry]):
+            if term not in self.inlined:
+                self._settle(term, is_once=term == own or self.uses[term] <= 1)
+
+    def _settle(self, term: sp.Symbol, *, is_once: bool) -> None:
+        definition = self._definition(term)
+        if is_trigonometric(definition):
+            self.known[term] = self._named_function(definition)
+            return
+        value = self.value(definition)
+        if term in self.preferred:
+            sign, name = self.preferred[term].as_coeff_Mul()
+            self.known[term] = sign * name
+            self._taken.append((name, sign * value))
+        elif isinstance(value, sp.Piecewise):
+            self.known[term] = self.symbols.side()
+            self._taken.append((self.known[term], value))
+        elif is_once or not _is_nameable(value) or self._is_short(value):
+            self.inlined[term] = value
+        else:
+            self._name(term, value)
+
+    def _named_function(self, function: sp.Expr) -> sp.Expr:
+        (angle,) = function.args
+        if angle.free_symbols & set(self.notation.q):
+            return self.trigonometric(function.func, angle)
+        return function.func(angle.xreplace(self.known))
+
+    def _is_short(self, value: sp.Expr) -> bool:
+        return value.is_Add and width(self.printer.tex(value)) < SHORT
+
+    def value(self, expression: sp.Expr) -> sp.Expr:
+        """An expression of named terms in printed symbols."""
+        for addend in sp.Add.make_args(expression):
+            factors = sp.Mul.make_args(addend.as_coeff_Mul()[1])
+            for factor in factors:
+                base = factor.base if factor.is_Pow else factor
+                value = self.inlined.get(base)
+                if value is not None and (factor.is_Pow or len(factors) > 1):
+                    self._fit_in_brackets(base, value)
+        known = {}
+        for symbol in sorted(expression.free_symbols, key=numbered):
+            if symbol in self.known:
+                known[symbol] = self._lasting(symbol)
+            elif symbol in self.inlined:
+                known[symbol] = self.inlined[symbol]
+            elif symbol in self.terms.constants:
+                known[symbol] = self.printed_constants.constant(symbol)
+        return _tidy(expression.xreplace(known))
+
+    def _lasting(self, symbol: sp.Symbol) -> sp.Expr:
+        """The name of a term; cosine and sine of a sum get theirs when they are first used."""
+        shown = self.known[symbol]
+        if isinstance(shown, sp.cos | sp.sin) and shown.free_symbols & set(self.notation.q):
+            shown = self.known[symbol] = self.trigonometric(shown.func, shown.args[0])
+        return shown
+
+    def _fit_in_brackets(self, term: sp.Symbol, value: sp.Expr) -> None:
+        if value.is_Add and (depth(value) >= DEEPEST or width(self.printer.tex(value)) > BRACKET):
+            self._name(term, value)
+
+    def _name(self, term: sp.Symbol, value: sp.Expr) -> None:
+        name = self.notation.term()
+        sign = -1 if self.printer.tex(value).startswith("-") else 1
+        self._taken.append((name, sign * value))
+        self.known[term] = sign * name
+        self.inlined.pop(term, None)
+
+    def taken(self) -> list[Definition]:
+        """The definitions since the last call."""
+        taken, self._taken = self._taken, []
+        return taken
+
+
+def is_trigonometric(expression: sp.Expr) -> bool:
+    """Whether an expression is a cosine or a sine."""
+    return isinstance(expression, sp.cos | sp.sin)
+
+
+def _tidy(expression: sp.Expr) -> sp.Expr:
+    """Moves the minus signs of a sum that has only such in front of its bracket."""
+    if expression.is_Add:
+        return expression.func(*map(_tidy, expression.args))
+    if not expression.is_Mul:
+        return expression
+    negative = [
+        factor
+        for factor in expression.args
+        if factor.is_Add and all(term.as_coeff_Mul()[0].is_negative for term in factor.args)
+    ]
+    sign = sp.Integer(-1) ** len(negative)
+    return sign * sp.Mul(*(-factor if factor in negative else factor for factor in expression.args))
+
+
+def _is_nameable(expression: sp.Expr) -> bool:
+    """A sum, or the root of one."""
+    root = expression.is_Pow and expression.exp == sp.Rational(1, 2)
+    return bool(expression.is_Add or root)

@@ -1,0 +1,111 @@
+"""Turns about neighbouring parallel axes put together: c_{23} in place of c_2 c_3 - s_2 s_3."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import sympy as sp
+
+from ...inverse.steps.work import Work
+from ...inverse.structure.lines import Axis
+from ...inverse.subproblems.turns import CosSin
+from ...model.tolerances import EXACT_STRUCTURE
+
+_BILINEAR = {(1, 0, 1, 0): "cc", (0, 1, 0, 1): "ss", (0, 1, 1, 0): "sc", (1, 0, 0, 1): "cs"}
+"""Powers of cosine and sine of one angle and of the other."""
+
+
+@dataclass(frozen=True)
+class ParallelPair:
+    """Two neighbouring joints whose axes are parallel.
+
+    Attributes:
+        names: Names of the joints.
+        one: The turn about the first axis.
+        other: The turn about the second, counted about the first.
+        total: Symbols of the turn by the sum.
+    """
+
+    names: tuple[str, str]
+    one: CosSin
+    other: CosSin
+    total: CosSin
+
+
+def parallel_pairs(work: Work, axes: Sequence[Axis]) -> Iterator[ParallelPair]:
+    """The neighbouring parallel axes of a solved chain, both of whose turns are named terms."""
+    turning = [axis for axis in axes if axis.joint in work.turns]
+    for a, b in pairwise(turning):
+        turns = work.turns[a.joint], work.turns[b.joint]
+        product = float(a.direction @ b.direction)
+        if abs(product) < 1 - EXACT_STRUCTURE or not all(map(_is_pair, turns)):
+            continue
+        c, s = sp.symbols(f"_c{a.joint}_{b.joint} _s{a.joint}_{b.joint}", real=True)
+        other = turns[1].counted(1 if product > 0 else -1)
+        yield ParallelPair((a.name, b.name), turns[0], other, CosSin(c, s))
+
+
+def merged(
+    definitions: Mapping[sp.Symbol, sp.Expr],
+    terms: Iterable[sp.Symbol],
+    pairs: Sequence[ParallelPair],
+    is_known: Callable[[sp.Symbol], bool],
+) -> dict[sp.Symbol, sp.Expr]:
+    """Definitions in the turn by a sum, of terms that hold the two turns of a pair only together.
+
+    Args:
+        definitions: The definition of each term.
+        terms: The terms to look at, in the order of their definition.
+        pairs: The parallel joints.
+        is_known: Whether a term has its own name, and is left as it is.
+    """
+    found: dict[sp.Symbol, sp.Expr] = {}
+    for term in terms:
+        if is_known(term):
+            continue
+        for pair in pairs:
+            changed = _merged(definitions, term, pair, is_known)
+            if changed is not None:
+                found[term] = changed
+    return found
+
+
+def _merged(
+    definitions: Mapping[sp.Symbol, sp.Expr],
+    term: sp.Symbol,
+    pair: ParallelPair,
+    is_known: Callable[[sp.Symbol], bool],
+) -> sp.Expr | None:
+    """A term that is a rotation by one angle of a vector rotated by the other."""
+    definition = definitions[term]
+    if not definition.is_Add or _symbols(pair.other).isdisjoint(definition.free_symbols):
+        return None
+    inner = {
+        symbol: definitions[symbol]
+        for symbol in definition.free_symbols
+        if symbol in definitions and not is_known(symbol)
+    }
+    generators = [*_factors(pair.one), *_factors(pair.other)]
+    polynomial = sp.expand(definition.xreplace(inner)).as_poly(*(g for _, g in generators))
+    if polynomial is None or not set(polynomial.monoms()) <= _BILINEAR.keys():
+        return None
+    found = dict.fromkeys(_BILINEAR.values(), sp.Integer(0))
+    for powers, coefficient in polynomial.terms():
+        signs = (sign for (sign, _), power in zip(generators, powers, strict=True) if power)
+        found[_BILINEAR[powers]] = coefficient * sp.prod(signs)
+    if sp.expand(found["cc"] + found["ss"]) == 0 == sp.expand(found["sc"] - found["cs"]):
+        return found["cc"] * pair.total.c + found["sc"] * pair.total.s
+    return None
+
+
+def _factors(turn: CosSin) -> list[tuple[sp.Expr, sp.Expr]]:
+    """Sign and symbol of cosine and sine."""
+    return [value.as_coeff_Mul() for value in (turn.c, turn.s)]
+
+
+def _symbols(turn: CosSin) -> set[sp.Expr]:
+    return {symbol for _, symbol in _factors(turn)}
+
+
+def _is_pair(turn: CosSin) -> bool:
+    return all(symbol.is_Symbol for symbol in _symbols(turn))

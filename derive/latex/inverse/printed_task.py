@@ -1,0 +1,307 @@
+"""The steps of an inverse in printed symbols: each step's equation in the results of earlier steps.
+
+A step carries its equation. Here the equation's coefficients are put into printed symbols, by names
+A, B, C with the step's number where they are long; relation and solution are the equation's own.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ...inverse.steps.work import InverseStep, NamedVector
+from ...inverse.structure.lines import Lines
+from ...inverse.subproblems.equations import (
+    AngleEquation,
+    Direction,
+    JointEquation,
+    LengthEquation,
+    LineAndPlane,
+    LineAndSphere,
+    Linear,
+)
+from ...inverse.subproblems.found import FoundLength, FoundTurn
+from ...inverse.subproblems.turns import NO_TURN
+from ...inverse.tasks.task import Solved
+from ...model.robot import Robot
+from ...terms.symbolic_function import Argument
+from ..setting.notation import Notation
+from ..setting.sharing import Definition
+from ..setting.widths import LINE, width
+from .inverse_symbols import InverseSymbols
+from .inverse_terms import SHORT, InverseTerms
+from .parallel_sums import merged, parallel_pairs
+
+DIRECT = 0.6 * LINE
+"""Width of two coefficients that stand in their atan2 (pt)."""
+Equation = AngleEquation | LengthEquation | JointEquation
+
+
+@dataclass(frozen=True)
+class PrintedInverseStep:
+    """One step of an inverse in printed symbols.
+
+    Attributes:
+        step: The step itself.
+        number: Its number in the article.
+        definitions: Shared terms and coefficients, each in those before it.
+        unknown: The coordinate or the sum of coordinates that the step finds.
+        name: The coordinate, or a name for the sum.
+        sense: -1 where the unknown counts against the rotation about the step's axis.
+        equation: The step's equation of the unknown, its coefficients by name or as they are.
+        solution: The terms whose sum is the unknown; none where the equation has several unknowns,
+            which a quartic solves.
+    """
+
+    step: InverseStep
+    number: int
+    definitions: tuple[Definition, ...]
+    unknown: sp.Expr
+    name: sp.Symbol
+    sense: int
+    equation: Equation
+    solution: tuple[sp.Expr, ...]
+
+
+@dataclass(frozen=True)
+class PrintedVector:
+    """A vector that steps refer to.
+
+    Attributes:
+        vector: The vector itself.
+        letter: LaTeX of its letter.
+        shown: Its components, by name where these are sums; none where it depends on steps.
+    """
+
+    vector: NamedVector
+    letter: str
+    shown: tuple[sp.Expr, ...] = ()
+
+
+@dataclass(frozen=True)
+class PrintedTask:
+    """A task in printed symbols.
+
+    Attributes:
+        solved: The task.
+        inputs: The symbols of each input.
+        signs: The symbols of the signs.
+        vectors: The vectors that the steps refer to.
+        definitions: The components of vectors that depend on no step.
+        steps: The steps.
+        rest: Coordinates that follow from a sum, with their values.
+        free: Coordinates that the task leaves at 0.
+        symbols: The printed symbol of each input's symbol and sign of the derivation.
+    """
+
+    solved: Solved
+    inputs: tuple[tuple[Argument, tuple[sp.Symbol, ...]], ...]
+    signs: tuple[sp.Symbol, ...]
+    vectors: tuple[PrintedVector, ...]
+    definitions: tuple[Definition, ...]
+    steps: tuple[PrintedInverseStep, ...]
+    rest: tuple[Definition, ...]
+    free: tuple[sp.Symbol, ...]
+    symbols: Mapping[sp.Symbol, sp.Symbol]
+
+
+def printed_task(
+    robot: Robot,
+    notation: Notation,
+    lines: Lines,
+    solved: Solved,
+    first: int,
+    actuators: Mapping[str, sp.Symbol],
+) -> PrintedTask:
+    """Puts the steps of a task into printed symbols.
+
+    Args:
+        robot: The chain.
+        notation: Its short symbols; receives those that are new, and goes on counting shared terms.
+        lines: Its axes.
+        solved: The task.
+        first: Number of the first step.
+        actuators: Printed symbols of actuated coordinates that steps may find, by name.
+    """
+    return _Writer(robot, notation, lines, solved, actuators).printed(first)
+
+
+class _Writer:
+    """One task on its way into print."""
+
+    def __init__(
+        self,
+        robot: Robot,
+        notation: Notation,
+        lines: Lines,
+        solved: Solved,
+        actuators: Mapping[str, sp.Symbol],
+    ) -> None:
+        self.robot, self.notation, self.solved = robot, notation, solved
+        self.work, self.axes = solved.work, lines.axes
+        self.symbols = InverseSymbols(robot, notation, lines, solved, actuators)
+        self.terms = InverseTerms(solved.work.terms, self.symbols)
+        self.slid: frozenset[int] = frozenset()
+        signs = dict(zip(self.work.signs, self.symbols.signs, strict=True))
+        self.shown = self.symbols.inputs | signs
+        self.terms.known |= self.shown
+        self._seed_turns()
+
+    def printed(self, first: int) -> PrintedTask:
+        """The task."""
+        wanted = [self._equation(step) for step in self.work.steps]
+        entries = [entry for equation in wanted for entry in equation.coefficients]
+        self._merge(entries)
+        vectors = tuple(map(self._vector, self.work.vectors))
+        of_vectors = tuple(self.terms.taken())
+        self.terms.uses = self.terms.counted(entries)
+        numbered = enumerate(zip(self.work.steps, wanted, strict=True), first)
+        steps = tuple(self._step(step, equation, number) for number, (step, equation) in numbered)
+        rest = tuple(self._rest(steps))
+        inputs = self.symbols.inputs
+        arguments = tuple(
+            (argument, tuple(inputs[s] for s in argument.symbols if s in inputs))
+            for argument in self.solved.function.inputs
+        )
+        return PrintedTask(
+            self.solved,
+            arguments,
+            self.symbols.signs,
+            vectors,
+            of_vectors,
+            steps,
+            rest,
+            self._free(),
+            self.shown,
+        )
+
+    def _seed_turns(self) -> None:
+        """Names cosine and sine of every angle that a step finds, or that follows from a sum."""
+        for step in self.work.steps:
+            if isinstance(step.found, FoundTurn):
+                self.terms.seed(step.found.turn, self.symbols.angle(step.joints))
+        for joint, turn in self.work.turns.items():
+            self.terms.seed(turn, self.symbols.value_of(joint))
+
+    def _merge(self, entries: Sequence[sp.Expr]) -> None:
+        """Puts the turns of parallel joints together where terms hold them only together."""
+        pairs = list(parallel_pairs(self.work, self.axes))
+        known = self.terms.known
+        for pair in pairs:
+            angle = self.symbols.angle(pair.names)
+            # Called c_{23} and s_{23} once they are used.
+            known[pair.total.c], known[pair.total.s] = sp.cos(angle), sp.sin(angle)
+        terms = self.work.terms
+        needed = terms.needed(entries)
+        self.terms.changed |= merged(terms.definitions, needed, pairs, known.__contains__)
+
+    def _vector(self, vector: NamedVector) -> PrintedVector:
+        """Gives the components of a vector that are sums or quotients the vector's letter."""
+        letter = self.symbols.letters.free(vector.letters)
+        shown = []
+        for axis, component in zip("xyz", vector.vector, strict=True):
+            sign, term = component.as_coeff_Mul()
+            if self.terms.is_open(term):
+                name = self.symbols.component(letter, axis)
+                self.terms.preferred.setdefault(term, sign * name)
+            if not vector.after:
+                self.terms.settle_below(component)
+                shown.append(self.terms.value(component))
+        return PrintedVector(vector, letter, tuple(shown))
+
+    def _equation(self, step: InverseStep) -> Equation:
+        """The equation of a step in its unknown coordinate."""
+        equation = step.found.equation
+        if isinstance(equation, JointEquation):
+            return equation
+        return equation if self.symbols.sense(step.joints) == 1 else equation.mirrored
+
+    def _step(self, step: InverseStep, equation: Equation, number: int) -> PrintedInverseStep:
+        sense = self.symbols.sense(step.joints, self.slid)
+        unknown = sense * self.symbols.angle(step.joints, self.slid)
+        name = unknown if unknown.is_Symbol else self.symbols.sum(number)
+        shown = self._shown(equation, number)
+        solution: tuple[sp.Expr, ...] = ()
+        if not isinstance(shown, JointEquation):
+            sign = step.found.sign
+            solution = shown.solution(sp.Integer(1) if sign is None else self.shown[sign] * sense)
+            if self._is_upright(equation, shown):
+                solution = solution[1:]
+        if isinstance(step.found, FoundLength):
+            self._slide(step, step.found, sense * unknown)
+        definitions = tuple(self.terms.taken())
+        return PrintedInverseStep(step, number, definitions, unknown, name, sense, shown, solution)
+
+    def _is_upright(self, equation: Equation, shown: Equation) -> bool:
+        """Whether (a, b) of a linear equation points along the cosine's axis: its angle is 0."""
+        if not isinstance(shown, Linear) or shown.b != 0 or shown.d == 0:
+            return False
+        a, terms = equation.coefficients[0], self.work.terms
+        return terms.is_constant(a) and bool(terms.value(a) > 0)
+
+    def _slide(self, step: InverseStep, found: FoundLength, value: sp.Expr) -> None:
+        """Prints a length that was found by its coordinate from here on."""
+        sign, term = found.length.as_coeff_Mul()
+        if self.terms.is_open(term):
+            self.terms.known[term] = sign * value
+        if step.joints[0] not in self.symbols.actuators:
+            self.slid |= {self.symbols.axis(step.joints[0], self.slid).joint}
+
+    def _shown(self, equation: Equation, number: int) -> Equation:
+        """An equation in printed symbols, its coefficients named unless it is short without."""
+        entries = equation.coefficients
+        shown = []
+        for entry in entries:
+            self.terms.settle_below(entry)
+            shown.append(self.terms.value(entry))
+        if not isinstance(equation, JointEquation) and not self._fits(equation, shown):
+            letters = "BC" if isinstance(equation, LineAndSphere) else "ABC"
+            shown = [
+                self._coefficient(entry, letter, number)
+                for entry, letter in zip(entries, letters, strict=False)
+            ]
+        return equation.with_coefficients(shown)
+
+    def _fits(self, equation: Equation, values: Sequence[sp.Expr]) -> bool:
+        """Whether a step's solution can be written without names for its coefficients."""
+        if isinstance(equation, LineAndPlane):
+            return True
+        wide = sum(width(self.terms.printer.tex(value)) for value in values)
+        return isinstance(equation, Direction) and wide < DIRECT
+
+    def _coefficient(self, entry: sp.Expr, letter: str, number: int) -> sp.Expr:
+        """A coefficient by name where it is not short; a sum is called so from then on."""
+        value = self.terms.value(entry)
+        if not value.is_Add and width(self.terms.printer.tex(value)) < SHORT:
+            return value
+        name = self.symbols.coefficient(letter, number)
+        sign, term = entry.as_coeff_Mul()
+        if term in self.terms.inlined and self.terms.inlined[term].is_Add:
+            del self.terms.inlined[term]
+            self.terms.known[term] = sign * name
+        self.terms.define(name, value)
+        return name
+
+    def _rest(self, steps: Sequence[PrintedInverseStep]) -> list[Definition]:
+        """Coordinates that follow from a sum and the others."""
+        found = []
+        for remainder in self.work.remainders:
+            step = next(step for step in steps if step.step.joints == remainder.joints)
+            last = self.symbols.value_of(self.symbols.axis(remainder.last).joint)
+            (last,) = last.free_symbols
+            factor = step.unknown.coeff(last)
+            found.append((last, sp.expand(factor * (step.name - step.unknown)) + last))
+        return found
+
+    def _free(self) -> tuple[sp.Symbol, ...]:
+        """Coordinates that the task leaves at 0."""
+        if self.symbols.actuators:
+            return ()
+        done = {name for step in self.work.steps if len(step.joints) == 1 for name in step.joints}
+        done |= {remainder.last for remainder in self.work.remainders} | {*self.solved.given}
+        turns = self.work.turns
+        return tuple(
+            q
+            for k, (joint, q) in enumerate(zip(self.robot.moving, self.notation.q, strict=True))
+            if joint.name not in done and turns.get(k, NO_TURN) == NO_TURN
+        )

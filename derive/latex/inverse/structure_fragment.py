@@ -1,0 +1,49 @@
+"""The structure of the axes in words, or the structures nearest to it."""
+
+from collections.abc import Iterable
+
+from ...inverse.classify import Attempt, Classification
+from ...inverse.explanation import NEVER, nearest
+from ...inverse.explanation import listed as in_words
+from ..setting.names import escape
+
+MOST_MISSED = 3
+"""Number of structures that are named where none holds."""
+
+
+def missing_structure(classification: Classification) -> str:
+    """The nearest structures, and their conditions that do not hold."""
+    rows = nearest(classification)[:MOST_MISSED]
+    if not rows:
+        return f"There is no closed form: {escape(classification.missing)}."
+    opening = "There is no closed form. The nearest structures that have one are"
+    items = [rf"\item {escape(title)}: {_lacking(missed)}" for title, missed in rows]
+    return "\n".join([opening, r"\begin{itemize}", *items, r"\end{itemize}"])
+
+
+def structure(classification: Classification, found: Attempt) -> str:
+    """The structure, the joints that are given, and how the chain is read."""
+    conditions = "; ".join(requirement.text for requirement in found.requirements)
+    sentences = [rf"The structure is \emph{{{escape(found.title)}}}: {escape(conditions)}."]
+    names = [escape(classification.lines.axes[k].name) for k in found.given]
+    if names:
+        more = "one joint" if len(names) == 1 else f"{len(names)} joints"
+        verb = "is" if len(names) == 1 else "are"
+        sentences.append(f"A pose leaves {more} undetermined: {in_words(names)} {verb} given.")
+    if found.backwards:
+        sentences.append(
+            "The chain is read from the tool, which is held fixed while the joints move the base."
+        )
+    if classification.tier == "snapped":
+        sentences.append(
+            "The axes have this structure up to small errors; the solutions of the arm without"
+            " these start an iteration on the true arm."
+        )
+    return " ".join(sentences)
+
+
+def _lacking(missed: Iterable[tuple[str, str]]) -> str:
+    conditions = "; ".join(
+        f"{text} ({off if off == NEVER else f'off by {off}'})" for text, off in missed
+    )
+    return f"it asks that {escape(conditions)}."
