@@ -7,10 +7,11 @@ from typing import ClassVar, Literal, get_args
 import sympy as sp
 
 from ..model.errors import RobotError
+from ..model.kinds import JointKind, ParameterKind
 from ..model.mechanism import Closure, ClosureKind, Drive, EndKind, Mechanism, Place, Strut
-from ..model.robot import Joint, JointKind, ParameterKind, Placement
+from ..model.placements import Placement, Vector, align_z, inverse
+from ..model.robot import Joint
 from ..terms.vectors import ONE, ZERO
-from .conventions import ORIGIN, Vector, urdf
 from .serial_file import JOINT_FIELDS, KINDS, ROBOT_FIELDS, RobotFile
 from .toml_file import DescriptionError, Keys, dotted, hint, listed
 
@@ -118,18 +119,17 @@ class MechanismFile(RobotFile):
         self._check_list((*keys, "limits"), len(freedoms), "pairs")
         before = self._pose(keys)
         for k, (default, joint_kind, axis) in enumerate(freedoms):
-            to_axis, after = urdf(joint_kind, xyz=ORIGIN, rpy=ORIGIN, axis=axis)
+            z_to_axis = align_z(axis)
             coordinate = self._new((*keys, "coordinates", k), default)
             is_last = k + 1 == len(freedoms)
             joint = Joint(
                 name=coordinate,
                 kind=joint_kind,
-                before=before + to_axis,
-                after=after,
+                before=before + z_to_axis,
+                after=inverse(z_to_axis),
                 link=end if is_last else f"{name}_{coordinate}",
                 parent=parent,
                 limits=self._limits((*keys, "limits", k), joint_kind),
-                convention="urdf",
             )
             yield joint
             before, parent = (), joint.link

@@ -25,10 +25,13 @@ A robot with loops says its joints as a tree, by ``parent``, and what closes the
 extend another with other values of its parameters.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 
+from ..model.convention import Convention
 from ..model.mechanism import Mechanism
 from ..model.robot import Robot
+from .conventions import CONVENTIONS
 from .mechanism_file import MechanismFile, has_loops
 from .serial_file import RobotFile
 from .toml_file import DescriptionError, TomlFile, read_text
@@ -36,11 +39,12 @@ from .toml_file import DescriptionError, TomlFile, read_text
 __all__ = ["DescriptionError", "load", "loads"]
 
 
-def load(path: str | Path) -> Robot | Mechanism:
+def load(path: str | Path, conventions: Sequence[Convention] = CONVENTIONS) -> Robot | Mechanism:
     """Reads a robot file.
 
     Args:
         path: A TOML file.
+        conventions: The conventions that the file may name; the shipped ones by default.
 
     Returns:
         The robot, in metres and radians: a Mechanism where the file says how loops close, which
@@ -49,15 +53,18 @@ def load(path: str | Path) -> Robot | Mechanism:
     Raises:
         DescriptionError: The file, or the one that it extends, cannot be read or is wrong.
     """
-    return loads(read_text(path), str(path))
+    return loads(read_text(path), str(path), conventions)
 
 
-def loads(text: str, file: str = "<text>") -> Robot | Mechanism:
+def loads(
+    text: str, file: str = "<text>", conventions: Sequence[Convention] = CONVENTIONS
+) -> Robot | Mechanism:
     """Reads a robot from the text of a robot file.
 
     Args:
         text: TOML.
-        file: What errors call it; a file that it extends is looked for beside it.
+        file: Name of the file in errors; a file that it extends is looked for beside it.
+        conventions: The conventions that the text may name; the shipped ones by default.
 
     Returns:
         The robot, see :func:`load`.
@@ -69,8 +76,8 @@ def loads(text: str, file: str = "<text>") -> Robot | Mechanism:
     heir = written if "extends" in written.table else None
     source = written if heir is None else _extended(heir)
     if has_loops(source.table):
-        return MechanismFile(source.file, source.text, heir).mechanism()
-    return RobotFile(source.file, source.text, heir).robot()
+        return MechanismFile(source.file, source.text, heir, conventions).mechanism()
+    return RobotFile(source.file, source.text, heir, conventions).robot()
 
 
 def _extended(heir: TomlFile) -> TomlFile:

@@ -1,15 +1,18 @@
 """Serial robots in robot files: joints in order from the base to the tool."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import ClassVar
+from typing import ClassVar, NoReturn
 
 import sympy as sp
 
+from ..model.convention import Convention, FieldKind
 from ..model.errors import RobotError
-from ..model.robot import Joint, JointKind, Mimic, Placement, Robot
-from .conventions import CONVENTIONS, FieldKind, urdf
-from .toml_file import FRAME, DescriptionError, Keys, TomlFile, Vector, dotted, listed
+from ..model.kinds import JointKind
+from ..model.placements import Placement, Vector, from_xyz_rpy
+from ..model.robot import Joint, Mimic, Robot
+from .conventions import CONVENTIONS
+from .toml_file import FRAME, DescriptionError, Keys, TomlFile, dotted, listed
 
 MOST_JOINTS = 256
 ROBOT_FIELDS = (
@@ -32,9 +35,23 @@ class RobotFile(TomlFile):
 
     joint_fields: ClassVar = (*JOINT_FIELDS, "mimic")
 
-    def __init__(self, file: str, text: str, heir: TomlFile | None = None) -> None:
-        """Reads the text, see :class:`TomlFile`."""
+    def __init__(
+        self,
+        file: str,
+        text: str,
+        heir: TomlFile | None = None,
+        conventions: Sequence[Convention] = CONVENTIONS,
+    ) -> None:
+        """Reads the text, see :class:`TomlFile`.
+
+        Args:
+            file: The name of the file in errors.
+            text: TOML.
+            heir: A file that extends this one.
+            conventions: The conventions that the file may name.
+        """
         super().__init__(file, text, heir)
+        self._conventions = {convention.name: convention for convention in conventions}
         self._taken: dict[tuple[str, str], Keys] = {}
 
     def robot(self) -> Robot:
@@ -81,7 +98,7 @@ class RobotFile(TomlFile):
     def _pose(self, keys: Keys) -> Placement:
         xyz = self.vector((*keys, "xyz"), "length")
         rpy = self.vector((*keys, "rpy"), "angle")
-        return urdf("fixed", xyz=xyz, rpy=rpy, axis=xyz)[0]
+        return from_xyz_rpy(xyz, rpy)
 
     def _joint_count(self) -> int:
         joints = self.table.get("joints")
@@ -101,19 +118,13 @@ class RobotFile(TomlFile):
         table = self.table_at(keys)
         kind = self.option((*keys, "type"), KINDS, "revolute")
         convention = self._convention(keys, table)
-        fields = CONVENTIONS[convention].fields
-        self.check_fields(keys, table, (*self.joint_fields, *fields))
-        given = {field: self._value((*keys, field), what) for field, what in fields.items()}
-        if "axis" in fields and "axis" not in table:
-            if kind != "fixed":
-                self.fail((*keys, "axis"), "the direction that the joint moves about or along")
-            given["axis"] = (sp.Integer(0), sp.Integer(0), sp.Integer(1))
+        names = [field.name for field in convention.fields]
+        self.check_fields(keys, table, (*self.joint_fields, *names))
+        given = self._given(keys, table, convention, kind)
         try:
-            before, after = CONVENTIONS[convention].place(kind, **given)
-        except DescriptionError:
-            raise
+            before, after = convention(kind, **given)
         except RobotError as error:
-            self.fail((*keys, "axis"), f"a direction: {error}")
+            self._fail_of_convention(keys, convention, error)
         return Joint(
             name=self._new((*keys, "name"), f"joint{k + 1}"),
             kind=kind,
@@ -125,7 +136,7 @@ class RobotFile(TomlFile):
             direction=int(self.option((*keys, "direction"), ("1", "-1"), "1")),
             mimic=self._mimic(keys, kind),
             convention=convention,
-            given=_listed(given),
+            given=convention.scalars(given),
         )
 
     def _new(self, keys: Keys, default: str | None = None, what: str = "name") -> str:
@@ -136,10 +147,33 @@ class RobotFile(TomlFile):
             self.fail(keys, f"another {what} than {dotted(first[:2])} has", name)
         return name
 
-    def _convention(self, keys: Keys, table: Mapping[str, object]) -> str:
-        if "convention" in table:
-            return self.option((*keys, "convention"), tuple(CONVENTIONS), "")
-        return self.option(("convention",), tuple(CONVENTIONS), "")
+    def _convention(self, keys: Keys, table: Mapping[str, object]) -> Convention:
+        """The convention that a joint names, or else the file."""
+        at: Keys = (*keys, "convention") if "convention" in table else ("convention",)
+        return self._conventions[self.option(at, tuple(self._conventions), "")]
+
+    def _given(
+        self, keys: Keys, table: Mapping[str, object], convention: Convention, kind: JointKind
+    ) -> dict[str, sp.Expr | Vector]:
+        """The fields of a joint's convention, with defaults for those that are left out."""
+        given = {
+            field.name: self._value((*keys, field.name), field.kind) for field in convention.fields
+        }
+        for field in convention.fields:
+            if field.name not in table:
+                if field.needed_to and kind != "fixed":
+                    self.fail((*keys, field.name), field.needed_to)
+                given[field.name] = field.value({})
+        return given
+
+    def _fail_of_convention(
+        self, keys: Keys, convention: Convention, error: RobotError
+    ) -> NoReturn:
+        """Raises DescriptionError about the values of which a convention makes no placement."""
+        for field in convention.fields:
+            if field.kind == "direction":
+                self.fail((*keys, field.name), f"a direction: {error}")
+        self.fail(keys, f"a joint of convention {convention.name!r} ({error})", shown=None)
 
     def _limits(self, keys: Keys, kind: JointKind) -> tuple[sp.Expr | None, sp.Expr | None]:
         value = self.at(keys)
@@ -203,14 +237,3 @@ class RobotFile(TomlFile):
                 return self.vector(keys, "angle")
             case "direction":
                 return self.vector(keys, "ratio")
-
-
-def _listed(given: Mapping[str, sp.Expr | Vector]) -> tuple[tuple[str, sp.Expr], ...]:
-    """The fields as scalars, vectors by component: what a printed table shows."""
-    listed: list[tuple[str, sp.Expr]] = []
-    for field, value in given.items():
-        if isinstance(value, tuple):
-            listed += [(f"{field}_{c}", v) for c, v in zip("xyz", value, strict=True)]
-        else:
-            listed.append((field, value))
-    return tuple(listed)

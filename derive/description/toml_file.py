@@ -17,11 +17,12 @@ import sympy as sp
 
 from ..model.errors import RobotError
 from ..model.exact import RESERVED, NotExact, checked, read
-from ..model.robot import Parameter, ParameterKind
+from ..model.kinds import ParameterKind
+from ..model.placements import Vector
+from ..model.robot import Parameter
 
 Keys = tuple[str | int, ...]
 """The way to a value in the file's table: names of tables and fields, places in lists."""
-Vector = tuple[sp.Expr, sp.Expr, sp.Expr]
 Word = TypeVar("Word", bound=str)
 LONGEST_FILE = 1_000_000
 OWN_FIELDS = ("name", "title", "source")

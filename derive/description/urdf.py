@@ -15,11 +15,12 @@ from lxml import etree
 
 from ..model.errors import RobotError
 from ..model.exact import NotExact, read, snap_angle
-from ..model.robot import Joint, JointKind, Mimic, Robot
-from . import conventions
+from ..model.kinds import JointKind
+from ..model.placements import Vector
+from ..model.robot import Joint, Mimic, Robot
+from .conventions.urdf_origin import urdf
 from .toml_file import DescriptionError, read_text
 
-Vector = tuple[sp.Expr, sp.Expr, sp.Expr]
 ROOT = "robot"
 LONGEST_NAME = 60
 DECIMAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
@@ -139,18 +140,16 @@ class _Urdf:
         kind = element.get("type", "")
         if kind not in KINDS:
             self._fail(element, "type", kind, f"one of {', '.join(KINDS)}")
-        xyz = self._vector(element, "origin", "xyz", "0 0 0")
-        rpy = self._angles(element)
-        axis = self._vector(element, "axis", "xyz", "1 0 0")
+        given = {
+            "xyz": self._vector(element, "origin", "xyz", "0 0 0"),
+            "rpy": self._angles(element),
+            "axis": self._vector(element, "axis", "xyz", "1 0 0"),
+        }
         try:
-            before, after = conventions.urdf(KINDS[kind], xyz=xyz, rpy=rpy, axis=axis)
+            before, after = urdf(KINDS[kind], **given)
         except RobotError as error:
-            self._fail(element, "axis", " ".join(map(str, axis)), f"a direction ({error})")
-        given = zip(
-            ("x", "y", "z", "roll", "pitch", "yaw", "axis_x", "axis_y", "axis_z"),
-            (*xyz, *rpy, *axis),
-            strict=True,
-        )
+            axis = " ".join(map(str, given["axis"]))
+            self._fail(element, "axis", axis, f"a direction ({error})")
         return Joint(
             name=_identifier(self._attribute(element, "name")),
             kind=KINDS[kind],
@@ -159,8 +158,8 @@ class _Urdf:
             link=_identifier(self._link_of(element, "child")),
             limits=self._limits(element, kind),
             mimic=None if kind == "fixed" else self._mimic(element),
-            convention="urdf",
-            given=tuple(given),
+            convention=urdf,
+            given=urdf.scalars(given),
         )
 
     def _limits(self, element: etree._Element, kind: str) -> tuple[sp.Expr | None, sp.Expr | None]:

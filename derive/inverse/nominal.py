@@ -12,8 +12,8 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from ..description.conventions import inverse
 from ..model.exact import EVALUATION_DIGITS
+from ..model.placements import inverse
 from ..model.robot import Joint, Placement, Robot, Rotation, Translation
 from .structure.classify import Attempt
 from .structure.lines import SNAPPED, Lines, home_of

@@ -11,42 +11,33 @@ angles in radians.
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Literal, get_args
+from dataclasses import dataclass
+from typing import get_args
 
 import sympy as sp
 
+from .convention import Convention
 from .errors import RobotError
-from .exact import exact, exact_vector
+from .exact import exact
+from .kinds import UNITS, JointKind, ParameterKind
+from .placements import Placement, Rotation, Translation, symbols_of
 
-JointKind = Literal["revolute", "prismatic", "helical", "fixed"]
-ParameterKind = Literal["length", "angle", "ratio"]
-UNITS: dict[ParameterKind, str] = {"length": "m", "angle": "rad", "ratio": "1"}
-
-
-@dataclass(frozen=True)
-class Rotation:
-    """Turn by ``angle`` (radian) about the current frame's own ``axis``."""
-
-    axis: Literal["x", "y", "z"]
-    angle: sp.Expr
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "angle", exact(self.angle))
-
-
-@dataclass(frozen=True)
-class Translation:
-    """Move by ``vector`` (metre) along the current frame's own axes."""
-
-    vector: tuple[sp.Expr, sp.Expr, sp.Expr]
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "vector", exact_vector(self.vector))
-
-
-Placement = tuple[Rotation | Translation, ...]
-"""A constant pose, written as elementary motions from left to right."""
+__all__ = [
+    "UNITS",
+    "Joint",
+    "JointKind",
+    "Mimic",
+    "Parameter",
+    "ParameterKind",
+    "Placement",
+    "Robot",
+    "Rotation",
+    "Translation",
+    "check_choice",
+    "check_name",
+    "check_unique",
+    "symbols_of",
+]
 
 
 @dataclass(frozen=True)
@@ -97,8 +88,10 @@ class Joint:
         pitch: Advance of a helical joint per radian (metre).
         direction: 1, or -1 for a coordinate that counts the other way.
         mimic: The joint that this one follows, if it has no coordinate of its own.
-        convention: The convention it was described in.
-        given: The parameters of that convention as described, for the printed table.
+        convention: The convention in which it is described; None where it is described by its
+            placements alone.
+        given: Values of the convention's fields as described, vectors by component, for the
+            printed table.
     """
 
     name: str
@@ -111,7 +104,7 @@ class Joint:
     pitch: sp.Expr = sp.S.Zero
     direction: int = 1
     mimic: Mimic | None = None
-    convention: str = ""
+    convention: Convention | None = None
     given: tuple[tuple[str, sp.Expr], ...] = ()
 
     def __post_init__(self) -> None:
@@ -157,7 +150,7 @@ class Robot:
     base_frame: str = "0"
     tool_frame: str = "ee"
     parameters: tuple[Parameter, ...] = ()
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         check_name("robot", self.name)
@@ -242,12 +235,3 @@ def check_choice(what: str, name: str, value: object, choices: Sequence[object])
     if value not in choices:
         expected = ", ".join(map(str, choices))
         raise RobotError(f"{what} {name!r}: {value!r} is none of {expected}")
-
-
-def symbols_of(placement: Placement) -> set[sp.Symbol]:
-    """The parameters that a placement uses."""
-    found: set[sp.Symbol] = set()
-    for motion in placement:
-        values = (motion.angle,) if isinstance(motion, Rotation) else motion.vector
-        found.update(*(value.free_symbols for value in values))
-    return found

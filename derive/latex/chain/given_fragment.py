@@ -4,14 +4,16 @@ import math
 import re
 from collections.abc import Sequence
 
+from ...model.convention import Convention, motions_before
 from ...model.exact import SNAP, read
+from ...model.robot import Robot
 from ..setting.layout import aligned
 from ..setting.names import escape
 from ..setting.notation import COMMAS_FROM, Notation
 from ..setting.page import Page, sentence, text
 from ..setting.printer import number
 from . import tables
-from .transforms import transform
+from .transforms import symbolic_factors, transform
 
 FEW = 4
 """Names that a sentence joins by "and"; more are a mere list."""
@@ -83,15 +85,16 @@ def _consecutive(names: Sequence[str]) -> bool:
     return numbers == list(range(numbers[0], numbers[0] + len(numbers)))
 
 
-def _introduced(convention: str, notation: Notation) -> str:
-    words = tables.CONVENTION_NAMES.get(convention)
-    if words and notation.called:
-        words = words.removesuffix(" $q$")
-    if convention in tables.FORMULAS:
-        _, formula = tables.FORMULAS[convention]
+def _introduced(convention: Convention | None, notation: Notation) -> str:
+    if convention is None:
+        return "The joints are"
+    if convention.transform:
+        formula = r"\,".join(symbolic_factors(convention.transform))
         link = transform("i-1", "i")
-        return sentence(f"In {words},", aligned([(link, [formula])], end=","), "the joints are")
-    return f"The joints are given by {words}:" if words else "The joints are"
+        opening = f"In {convention.words},"
+        return sentence(opening, aligned([(link, [formula])], end=","), "the joints are")
+    variables = "their variables" if notation.called else "their variables $q$"
+    return f"The joints are given by {convention.words} and {variables}:"
 
 
 def _legend(page: Page) -> str:
@@ -103,13 +106,7 @@ def _legend(page: Page) -> str:
     else:
         types = [f"{short} is {kind}" for kind, short in tables.TYPES.items() if kind in kinds]
         sentences = [f"Type {', '.join(types)}."]
-    if any(
-        joint.kind == "prismatic"
-        and joint.convention in tables.VARIABLES
-        and not tables.variable_field(joint)
-        for joint in robot.joints
-    ):
-        sentences.append(r"A displacement $q$ is along $z$, right after $R_z(\theta)$.")
+    sentences += _displacements(robot)
     one = "joint"
     if tables.has_fixed(robot):
         one = "moving joint"
@@ -122,6 +119,24 @@ def _legend(page: Page) -> str:
         if joint.mimic is not None:
             sentences.append(f"{this} follows {one} {count[joint.mimic.leader]}.")
     return " ".join(sentences)
+
+
+def _displacements(robot: Robot) -> list[str]:
+    """Where sliding joints move whose displacement adds to no field of their link transform."""
+    bare = [
+        joint.convention
+        for joint in robot.joints
+        if joint.kind == "prismatic" and joint.convention and not tables.variable_field(joint)
+    ]
+    factors = []
+    for convention in bare:
+        if convention.turning:
+            count = motions_before(convention.transform, convention.turning)
+            factors += symbolic_factors(convention.transform[count - 1 : count])
+    return [
+        f"A displacement $q$ is along $z$, right after ${factor}$."
+        for factor in dict.fromkeys(factors)
+    ]
 
 
 def noted(notes: Sequence[str]) -> str:

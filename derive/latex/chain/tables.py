@@ -5,7 +5,9 @@ from itertools import groupby
 
 import sympy as sp
 
-from ...model.robot import UNITS, Joint, Robot
+from ...model.convention import Convention, Field
+from ...model.kinds import UNITS
+from ...model.robot import Joint, Robot
 from ..setting import names
 from ..setting.layout import MARGIN
 from ..setting.notation import CONSTANT_TRIGONOMETRY, Notation
@@ -25,63 +27,12 @@ MOST_BLOCKS, LOWEST_BLOCK = 3, 4
 MOST_ROWS = 36
 """Rows that a table has on a page."""
 TYPES = {"revolute": "R", "prismatic": "P", "helical": "H", "fixed": "F"}
-FORMULAS = {
-    "dh": (("theta", "d", "a", "alpha"), r"R_z(\theta)\,T_z(d)\,T_x(a)\,R_x(\alpha)"),
-    "mdh": (("alpha", "a", "theta", "d"), r"R_x(\alpha)\,T_x(a)\,R_z(\theta)\,T_z(d)"),
-    "hayati": (
-        ("theta", "a", "alpha", "beta"),
-        r"R_z(\theta)\,T_x(a)\,R_x(\alpha)\,R_y(\beta)",
-    ),
-    "mdh5": (("a", "b", "c", "alpha", "theta"), r"T(a, b, c)\,R_x(\alpha)\,R_z(\theta)"),
-    "hayati5": (
-        ("a", "alpha", "beta", "d", "theta"),
-        r"T_x(a)\,R_x(\alpha)\,R_y(\beta)\,T_z(d)\,R_z(\theta)",
-    ),
-    "s_model": (
-        ("theta", "beta", "alpha", "x", "y", "z"),
-        r"R_z(\theta)\,R_y(\beta)\,R_x(\alpha)\,T(x, y, z)",
-    ),
-}
-"""Columns of each convention in the order of its formula, and the formula."""
-CONVENTION_NAMES = {
-    "dh": "the distal Denavit--Hartenberg convention",
-    "mdh": "the proximal (modified) Denavit--Hartenberg convention",
-    "hayati": "the convention of Hayati and Mirmirani",
-    "mdh5": "the five-parameter convention for axes that are not parallel",
-    "hayati5": "the five-parameter convention for nearly parallel axes",
-    "s_model": "the S-model",
-    "poe": "screw axes, each by its direction $e$ and a point $p$ on it, and their variables $q$",
-    "urdf": "URDF origins $x, y, z$ with roll, pitch and yaw, axes $e$ and their variables $q$",
-}
-URDF_FIELDS = {
-    **{axis: f"xyz_{axis}" for axis in "xyz"},
-    **dict(zip(("roll", "pitch", "yaw"), ("rpy_x", "rpy_y", "rpy_z"), strict=True)),
-}
-"""The other spelling of the fields of `urdf`: that of an imported URDF."""
-HEADINGS = {
-    **{f"xyz_{axis}": axis for axis in "xyz"},
-    **{f"axis_{axis}": f"e_{axis}" for axis in "xyz"},
-    **{f"point_{axis}": f"p_{axis}" for axis in "xyz"},
-    "rpy_x": r"\mathrm{roll}",
-    "rpy_y": r"\mathrm{pitch}",
-    "rpy_z": r"\mathrm{yaw}",
-}
-"""Headings of the components of vectors."""
-VARIABLES = {
-    "dh": ("theta", "d"),
-    "mdh": ("theta", "d"),
-    "hayati": ("theta", ""),
-    "mdh5": ("theta", ""),
-    "hayati5": ("theta", "d"),
-    "s_model": ("theta", "z"),
-}
-"""Fields that a joint's angle and displacement add to; where there is none, it has a column q."""
-SCREW = ("axis_", "point_")
-"""Beginnings of the fields that say nothing of a fixed joint."""
 NONE = "--"
 
 
-def joint_tables(robot: Robot, notation: Notation, printer: Printer) -> list[tuple[str, str]]:
+def joint_tables(
+    robot: Robot, notation: Notation, printer: Printer
+) -> list[tuple[Convention | None, str]]:
     """One table for each run of joints of one convention, as ``(convention, LaTeX)``."""
     values = iter(robot.joint_values(notation.q))
     rows = [
@@ -92,9 +43,8 @@ def joint_tables(robot: Robot, notation: Notation, printer: Printer) -> list[tup
     variable = "variable" if notation.called else "$q$"
     tables = []
     for convention, run in groupby(rows, key=lambda row: row[1].convention):
-        columns = _joint_columns(list(run), numbers, printer, variable)
-        apart = "$e_x$" if convention == "urdf" else ""
-        tables.append((convention, tabular(columns, repeated=1, apart=apart)))
+        columns, second_part = _joint_columns(list(run), numbers, printer, variable)
+        tables.append((convention, tabular(columns, repeated=1, apart=second_part)))
     return tables
 
 
@@ -110,9 +60,8 @@ def moving_numbers(robot: Robot) -> dict[str, int]:
 
 def variable_field(joint: Joint) -> str:
     """The field that a joint's variable adds to, empty where it has none."""
-    turning, sliding = VARIABLES.get(joint.convention, ("", ""))
-    field = {"fixed": "", "prismatic": sliding}.get(joint.kind, turning)
-    return field if field in _given(joint) else ""
+    field = joint.convention.variable(joint.kind) if joint.convention else ""
+    return field if field in dict(joint.given) else ""
 
 
 def _joint_columns(
@@ -120,38 +69,35 @@ def _joint_columns(
     numbers: Mapping[str, int],
     printer: Printer,
     variable: str,
-) -> list[Column]:
-    first = run[0][1]
-    fields = list(_given(first))
-    shown = [f for f in FORMULAS.get(first.convention, (fields,))[0] if f in fields] or fields
+) -> tuple[list[Column], str]:
+    """The columns of a table, and the heading that begins its second part if it is too wide."""
     columns: list[Column] = [("$i$", [str(i) for i, _, _ in run])]
     if numbers:
         columns.append(("$k$", [str(numbers.get(joint.name, NONE)) for _, joint, _ in run]))
     columns.append(("joint", [names.escape(joint.name) for _, joint, _ in run]))
     if any(joint.kind != "revolute" for _, joint, _ in run):
         columns.append(("type", [TYPES[joint.kind] for _, joint, _ in run]))
-    for field in shown:
-        cells = [_cell(joint, field, value, printer) for _, joint, value in run]
+    second_part = ""
+    convention = run[0][1].convention
+    for field, scalar, symbol in convention.columns if convention else ():
+        cells = [_cell(joint, field, scalar, value, printer) for _, joint, value in run]
+        heading = f"${symbol or names.parameter(scalar)}$"
         if any(cell != NONE for cell in cells):
-            columns.append((f"${HEADINGS.get(field, names.parameter(field))}$", cells))
+            columns.append((heading, cells))
+        if convention and field.name == convention.second_part:
+            second_part = second_part or heading
     if any(_has_column(joint) for _, joint, _ in run):
         columns.append((variable, [_variable(joint, value, printer) for _, joint, value in run]))
     columns.append(("limits", [limits(joint.limits) for _, joint, _ in run]))
-    return columns
+    return columns, second_part
 
 
-def _given(joint: Joint) -> dict[str, sp.Expr]:
-    """The fields of a joint in one spelling."""
-    spelling = URDF_FIELDS if joint.convention == "urdf" else {}
-    return {spelling.get(field, field): value for field, value in joint.given}
-
-
-def _cell(joint: Joint, field: str, value: sp.Expr, printer: Printer) -> str:
-    """What a field holds: the given constant, and the joint's variable where it belongs."""
-    given = _given(joint)
-    if field not in given or (joint.kind == "fixed" and field.startswith(SCREW)):
+def _cell(joint: Joint, field: Field, scalar: str, value: sp.Expr, printer: Printer) -> str:
+    """The given constant of a field, plus the joint's variable where that adds to it."""
+    given = dict(joint.given)
+    if scalar not in given or (joint.kind == "fixed" and field.is_of_motion):
         return NONE
-    return _math(printer, given[field] + (value if field == variable_field(joint) else 0))
+    return _math(printer, given[scalar] + (value if scalar == variable_field(joint) else 0))
 
 
 def _has_column(joint: Joint) -> bool:

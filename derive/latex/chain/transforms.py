@@ -4,7 +4,8 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-from ...model.robot import Joint, Placement, Robot, Rotation, Translation
+from ...model.placements import Placement, Rotation, Translation, symbols_of
+from ...model.robot import Joint, Robot
 from ..setting import names
 from ..setting.notation import Notation
 from ..setting.printer import Printer
@@ -66,6 +67,12 @@ def matrix(placement: Placement, notation: Notation) -> sp.ImmutableMatrix:
 def factors(placement: Placement, printer: Printer) -> list[str]:
     """A placement as elementary motions in LaTeX."""
     return [_factor(motion, printer) for motion in placement]
+
+
+def symbolic_factors(transform: Placement) -> list[str]:
+    """A convention's link transform as elementary motions in LaTeX, its symbols by their names."""
+    used = symbols_of(transform)
+    return factors(transform, Printer({s: names.parameter(s.name) for s in used}, {}))
 
 
 def _factor(motion: Rotation | Translation, printer: Printer) -> str:

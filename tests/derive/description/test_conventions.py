@@ -14,16 +14,12 @@ from chasles.derive.terms.lie import exp_screw
 q = sp.symbols("q1:4", real=True)
 a, d, e = sp.symbols("a d e", real=True)
 ZERO, ONE, HALF = sp.Integer(0), sp.Integer(1), sp.pi / 2
+BY_NAME = {convention.name: convention for convention in CONVENTIONS}
 PARAMETERS = tuple(Parameter(str(s), sp.Rational(k, 7)) for k, s in enumerate((a, d, e), 2))
 
 
 def joint(convention, name, kind="revolute", **given):
-    fields = CONVENTIONS[convention].fields
-    vectors = {"lengths", "angles", "direction"}
-    zero = {f: (ZERO, ZERO, ZERO) if what in vectors else ZERO for f, what in fields.items()}
-    if "axis" in zero and "axis" not in given:
-        given["axis"] = (ZERO, ZERO, ONE)
-    before, after = CONVENTIONS[convention].place(kind, **{**zero, **given})
+    before, after = BY_NAME[convention](kind, **given)
     return Joint(name, kind, before, after)
 
 
@@ -119,7 +115,8 @@ def equal(A, B):
 
 
 def test_all_conventions_are_here():
-    assert set(MECHANISM) == set(CONVENTIONS)
+    assert set(MECHANISM) == set(BY_NAME)
+    assert len(BY_NAME) == len(CONVENTIONS)
 
 
 @pytest.mark.parametrize(("one", "other"), list(combinations(MECHANISM, 2)))
@@ -318,7 +315,7 @@ def spatial(described, kind):
 
 
 def test_the_second_mechanism_is_in_all_conventions():
-    assert set(CONVENTIONS) <= set(SPATIAL)
+    assert set(BY_NAME) <= set(SPATIAL)
 
 
 @pytest.mark.parametrize("kind", ["revolute", "prismatic"])
@@ -385,7 +382,7 @@ def test_a_tilt_that_is_a_parameter_in_every_convention_but_poe():
     """The axes of `poe` are numbers; all others take the tilt of the mechanism as a symbol."""
     found = {}
     for name, joints in SPATIAL.items():
-        if name in CONVENTIONS and name != "poe":
+        if name in BY_NAME and name != "poe":
             text = FILE.format(convention=name, joints=joints).replace("(60)", "(tilt)")
             tilted = text.replace("= 60", '= "tilt"').replace("[60,", '["tilt",')
             found[name] = loads(tilted.replace("d1 = 330", "d1 = 330\ntilt = 60"))
@@ -571,12 +568,12 @@ def test_rodrigues():
     assert checked == 7
 
 
-@pytest.mark.parametrize("convention", CONVENTIONS)
+@pytest.mark.parametrize("convention", BY_NAME)
 def test_a_prismatic_joint_slides_along_z_where_the_convention_says(convention):
     """With all angles general: the derivative by the coordinate is the slot's own axis."""
     angles = iter(sp.symbols("u v w", real=True))
-    fields = CONVENTIONS[convention].fields
-    given = {f: next(angles) for f, what in fields.items() if what == "angle"}
+    fields = BY_NAME[convention].fields
+    given = {field.name: next(angles) for field in fields if field.kind == "angle"}
     T = motion_matrix(convention, q[0], "prismatic", **given)
     theta, alpha, beta = (given.get(f, ZERO) for f in ("theta", "alpha", "beta"))
     Rx, Ry = sp.rot_ccw_axis1(alpha), sp.rot_ccw_axis2(beta)

@@ -13,7 +13,7 @@ from chains import random_chain
 from derivations import NAMES, derivation
 
 from chasles.derive import Joint, Mimic, Parameter, Robot, derive, from_urdf, load
-from chasles.derive.description.conventions import CONVENTIONS, rotation, translation
+from chasles.derive.description.conventions import CONVENTIONS
 from chasles.derive.latex import document, equations, fragments
 from chasles.derive.latex.chain.printed_screws import printed_screws
 from chasles.derive.latex.setting.layout import aligned, filled
@@ -23,6 +23,7 @@ from chasles.derive.latex.setting.page import Page
 from chasles.derive.latex.setting.printer import Printer, number
 from chasles.derive.latex.setting.widths import LINE, width
 from chasles.derive.model.mechanism import Mechanism
+from chasles.derive.model.placements import rotation, translation
 from chasles.derive.terms.casadi_graph import lower
 from chasles.derive.terms.lie import exp_screw
 
@@ -31,12 +32,14 @@ FILES += ["fk.tex", "jacobian.tex", "inverse.tex"]
 TRUE = 1e-12
 """Sums of a few dozen products of double precision numbers of order 1."""
 R = sp.Rational
+BY_NAME = {convention.name: convention for convention in CONVENTIONS}
 
 
 def joint(name, convention, kind="revolute", *, pitch=0, direction=1, mimic=None, **given):
     """A joint with its convention's fields, zero where not given."""
-    fields = {field: sp.sympify(given.get(field, 0)) for field in CONVENTIONS[convention].fields}
-    before, after = CONVENTIONS[convention].place(kind, **fields)
+    convention = BY_NAME[convention]
+    fields = {f.name: sp.sympify(given.get(f.name, 0)) for f in convention.fields}
+    before, after = convention(kind, **fields)
     return Joint(
         name,
         kind,
@@ -46,7 +49,7 @@ def joint(name, convention, kind="revolute", *, pitch=0, direction=1, mimic=None
         direction=direction,
         mimic=mimic,
         convention=convention,
-        given=tuple(fields.items()),
+        given=convention.scalars(fields),
     )
 
 
@@ -417,11 +420,10 @@ def test_variables_without_a_field_count_the_other_way(convention, kind):
     axis = (R(1), R(0), R(0))
     at = {"urdf": {"xyz": (0, 0, R(1, 2)), "rpy": (0, 0, 0)}, "poe": {"point": (0, 0, R(1, 2))}}
     vectors = {f: tuple(map(sp.sympify, v)) for f, v in at[convention].items()} | {"axis": axis}
-    before, after = CONVENTIONS[convention].place(kind, **vectors)
-    given = [(f"{f}_{c}", x) for f, v in vectors.items() for c, x in zip("xyz", v, strict=True)]
-    back = Joint(
-        "back", kind, before, after, direction=-1, convention=convention, given=tuple(given)
-    )
+    found = BY_NAME[convention]
+    before, after = found(kind, **vectors)
+    given = found.scalars(vectors)
+    back = Joint("back", kind, before, after, direction=-1, convention=found, given=given)
     table = fragments(derive(Robot("one", (back,))))["parameters.tex"]
     assert "$q$ & limits" in table
     assert "& $-q_{1}$ & --" in table
