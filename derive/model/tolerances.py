@@ -9,6 +9,10 @@ stays where it is used.
 
 # --- terms, chain: numbers that are integers ---
 
+UNIT_VECTOR = 1e-12
+"""Excess of a vector's squared length over 1 (no unit): a unit vector of a few rounded products of
+order 1 is off by about 1e-15. A vector of exact numbers must be of length 1 exactly."""
+
 # --- loops: closures, ranks, branches ---
 
 # --- inverse: structures, boundaries of subproblems, eigenvalues ---

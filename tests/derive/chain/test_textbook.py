@@ -3,10 +3,10 @@
 import pytest
 import sympy as sp
 from derivations import NAMES, derivation
+from laws.lie import adjoint, exp_screw, inverse_se3
 
 from chasles.derive import FUNCTIONS, Joint, Parameter, Robot, RobotError, derive, to_poe
 from chasles.derive.description.conventions import dh, poe
-from chasles.derive.terms.lie import adjoint, exp_screw, inverse_se3
 
 q1, q2, q3 = sp.symbols("q1:4", real=True)
 a1, a2 = sp.symbols("a1 a2", real=True)

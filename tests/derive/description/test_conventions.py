@@ -5,11 +5,11 @@ from itertools import combinations
 import pytest
 import sympy as sp
 from derivations import NAMES, ROBOTS, derivation
+from laws.lie import exp_screw
 
 from chasles.derive import Joint, Parameter, Robot, derive, load, loads, to_poe
 from chasles.derive.chain.poe import placement_matrix
 from chasles.derive.description.conventions import CONVENTIONS
-from chasles.derive.terms.lie import exp_screw
 
 q = sp.symbols("q1:4", real=True)
 a, d, e = sp.symbols("a d e", real=True)

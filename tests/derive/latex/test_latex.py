@@ -11,6 +11,7 @@ import pytest
 import sympy as sp
 from chains import random_chain
 from derivations import NAMES, derivation
+from laws.lie import exp_screw
 
 from chasles.derive import Joint, Mimic, Parameter, Robot, derive, from_urdf, load
 from chasles.derive.description.conventions import CONVENTIONS
@@ -25,7 +26,6 @@ from chasles.derive.latex.setting.widths import LINE, width
 from chasles.derive.model.mechanism import Mechanism
 from chasles.derive.model.placements import rotation, translation
 from chasles.derive.terms.casadi_graph import lower
-from chasles.derive.terms.lie import exp_screw
 
 FILES = [f"{name}.tex" for name in ("parameters", "symbols", "screws", "transforms")]
 FILES += ["fk.tex", "jacobian.tex", "inverse.tex"]
