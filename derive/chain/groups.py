@@ -19,8 +19,8 @@ from typing import NamedTuple
 import mpmath
 import sympy as sp
 
-from ..model.exact import EVALUATION_DIGITS
 from ..model.robot import Placement, Robot, Rotation
+from ..model.tolerances import EVALUATION_DIGITS, ROUNDING
 from ..terms.terms import Terms
 from ..terms.vectors import (
     IDENTITY,
@@ -203,7 +203,7 @@ def _factored(terms: Terms, rotations: Sequence[_Turn]) -> list[_Turn]:
         for rotation in reduced:
             matrix *= _matrix(rotation)
         tilt = mpmath.atan2(mpmath.hypot(matrix[0, 2], matrix[1, 2]), matrix[2, 2])
-        if abs(mpmath.sin(tilt)) < mpmath.mpf(10) ** (8 - EVALUATION_DIGITS):
+        if abs(mpmath.sin(tilt)) < ROUNDING:
             sign = mpmath.sign(matrix[2, 2])
             angles = [mpmath.atan2(matrix[1, 0], matrix[0, 0]), mpmath.acos(sign), mpmath.mpf(0)]
         else:
@@ -224,7 +224,7 @@ def _matrix(rotation: _Turn) -> mpmath.matrix:
 def _recognised(angle: mpmath.mpf) -> sp.Expr:
     parts = angle * ANGLE_FRACTIONS / mpmath.pi
     nearest = int(mpmath.nint(parts))
-    if abs(parts - nearest) < mpmath.mpf(10) ** (8 - EVALUATION_DIGITS):
+    if abs(parts - nearest) < ROUNDING:
         return sp.pi * sp.Rational(nearest, ANGLE_FRACTIONS)
     return sp.Float(angle, EVALUATION_DIGITS)
 

@@ -20,6 +20,7 @@ from ..model.exact import RESERVED, NotExact, checked, read
 from ..model.kinds import ParameterKind
 from ..model.placements import Vector
 from ..model.robot import Parameter
+from ..model.tolerances import LENGTH_SCALING
 
 Keys = tuple[str | int, ...]
 """The way to a value in the file's table: names of tables and fields, places in lists."""
@@ -275,7 +276,7 @@ class TomlFile:
         change = two - one
         bend = three - 2 * two + one
         excess = bend if kind == "length" else change
-        return bool(excess.is_finite) and (abs(excess) < sp.Float("1e-10")) is sp.true
+        return bool(excess.is_finite) and (abs(excess) < LENGTH_SCALING) is sp.true
 
     def literal(self, keys: Keys, default: int | None = None) -> sp.Expr:
         """A number without parameters, in the file's own units."""

@@ -12,9 +12,9 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from ..model.exact import EVALUATION_DIGITS
 from ..model.placements import inverse
 from ..model.robot import Joint, Placement, Robot, Rotation, Translation
+from ..model.tolerances import EVALUATION_DIGITS
 from .structure.classify import Attempt
 from .structure.lines import SNAPPED, Lines, home_of
 from .structure.requirement import Requirement

@@ -20,9 +20,9 @@ import sympy as sp
 from ..chain.forward import Pose
 from ..chain.poe import placement_matrix
 from ..model.errors import RobotError
-from ..model.exact import EVALUATION_DIGITS
 from ..model.mechanism import Closure, Mechanism, Place, Strut
 from ..model.robot import Joint
+from ..model.tolerances import EVALUATION_DIGITS
 from ..terms.lie import adjoint, inverse_se3, pose, screw_axis
 from ..terms.tangents import Tangent
 from ..terms.terms import Terms

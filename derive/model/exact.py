@@ -16,6 +16,7 @@ from fractions import Fraction
 import sympy as sp
 
 from .errors import RobotError
+from .tolerances import ANGLE_SNAP, EVALUATION_DIGITS, ROUNDING
 
 LONGEST_TEXT = 200
 LARGEST_EXPONENT = 12
@@ -23,10 +24,6 @@ LARGEST_MAGNITUDE = 30
 """Decimal places before the point that a number may have: ``1e999999999`` is refused."""
 SMALLEST_MAGNITUDE = 400
 """Decimal places after the point: exporters write ``1.2246467991473532e-16``, and less."""
-SNAP = 1e-9
-"""A float this close to a multiple of pi/12 is taken for that multiple (radian)."""
-EVALUATION_DIGITS = 40
-"""Digits to which constants are compared with zero and with multiples of pi."""
 
 _FUNCTIONS: dict[str, tuple[Callable[..., sp.Expr], int]] = {
     "sqrt": (sp.sqrt, 1),
@@ -115,7 +112,7 @@ def snap_angle(value: sp.Expr) -> sp.Expr:
     """An angle (radian) as the multiple of pi/12 within 1e-9 of it, or as it is."""
     twelfths = round(float(value) * 12 / math.pi)
     multiple = sp.pi * sp.Rational(twelfths, 12)
-    return multiple if abs(float(value) - float(multiple)) <= SNAP else value
+    return multiple if abs(float(value) - float(multiple)) <= ANGLE_SNAP else value
 
 
 def is_zero(expression: sp.Expr) -> bool:
@@ -125,7 +122,7 @@ def is_zero(expression: sp.Expr) -> bool:
     """
     if expression.is_Rational or expression.free_symbols:
         return bool(expression == 0)
-    return bool(abs(expression.evalf(EVALUATION_DIGITS)) < sp.Float(10) ** (8 - EVALUATION_DIGITS))
+    return bool(abs(expression.evalf(EVALUATION_DIGITS)) < ROUNDING)
 
 
 def checked(expression: sp.Expr) -> sp.Expr:

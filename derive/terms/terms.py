@@ -8,14 +8,11 @@ from collections.abc import Iterable, Mapping
 
 import sympy as sp
 
-from ..model.exact import EVALUATION_DIGITS
+from ..model.tolerances import EVALUATION_DIGITS, MEANT, ROUNDING
 
 TERM = "_t"
 CONSTANT = "_k"
 """Names of terms and constants begin so; names in robot files can not begin with an underscore."""
-_ROUNDING = sp.Float(10) ** (8 - EVALUATION_DIGITS)
-_MEANT = sp.Float(10) ** (-100)
-"""A number below this is no rounding of numbers about 1, but meant to be so small."""
 
 
 class Terms:
@@ -191,7 +188,7 @@ class Terms:
         is_number = self.is_number(expression)
         if is_number:
             for integer in (0, 1, -1):
-                if abs(value - integer) < _ROUNDING and not 0 < abs(value) < _MEANT:
+                if abs(value - integer) < ROUNDING and not 0 < abs(value) < MEANT:
                     return sp.Integer(integer)
         if value < 0:
             return -self.let(-expression)

@@ -5,10 +5,11 @@ from itertools import pairwise
 
 import sympy as sp
 
+from ...model.tolerances import FEW_PRINTED_DIGITS, PRINTED_DIGITS
 from ..setting.layout import MARGIN, Display, aligned, broken, flowed, matrix_width
 from ..setting.names import frame
 from ..setting.page import Page, named_matrix, sentence, text
-from ..setting.printer import DIGITS, cut
+from ..setting.printer import cut
 from ..setting.sharing import BRACKET
 from ..setting.widths import LINE, width
 from .printed_screws import printed_screws
@@ -17,8 +18,6 @@ from .transforms import factors, labels, placements, transform
 
 WIDEST = 0.4 * LINE
 """Widest entry of a constant matrix (pt): a wider number is a decimal, a wider sum gets a name."""
-FEW_DIGITS = 6
-"""Digits of a number where there is no room for more."""
 MOST_WRITTEN = 4
 """Factors of a product that are all written out."""
 
@@ -125,10 +124,10 @@ class _Constants:
         if not entry.is_number:
             self.named.append((name, self._terms(entry)))
             return name
-        for decimal in (cut(entry, digits) for digits in (DIGITS, FEW_DIGITS)):
+        for decimal in (cut(entry, digits) for digits in (PRINTED_DIGITS, FEW_PRINTED_DIGITS)):
             if width(decimal) <= room:
                 return decimal
-        self.named.append((name, [cut(entry, DIGITS)]))
+        self.named.append((name, [cut(entry, PRINTED_DIGITS)]))
         return name
 
     def _terms(self, entry: sp.Expr) -> list[str]:

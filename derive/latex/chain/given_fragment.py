@@ -5,8 +5,9 @@ import re
 from collections.abc import Sequence
 
 from ...model.convention import Convention, motions_before
-from ...model.exact import SNAP, read
+from ...model.exact import read
 from ...model.robot import Robot
+from ...model.tolerances import ANGLE_SNAP
 from ..setting.layout import aligned
 from ..setting.names import escape
 from ..setting.notation import COMMAS_FROM, Notation
@@ -151,7 +152,7 @@ def noted(notes: Sequence[str]) -> str:
             others.append(escape(note))
     sentences = []
     if angles:
-        within = rf"$10^{{{round(math.log10(SNAP))}}}$"
+        within = rf"$10^{{{round(math.log10(ANGLE_SNAP))}}}$"
         listed = [
             rf"${_scientific(value)}$ as ${number(read(exact))}$ ({', '.join(where)})"
             for (value, exact), where in angles.items()

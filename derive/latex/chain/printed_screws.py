@@ -12,13 +12,12 @@ from itertools import count
 import sympy as sp
 
 from ...chain.poe import to_poe
-from ...model.exact import EVALUATION_DIGITS
 from ...model.robot import Placement, Robot, Rotation
+from ...model.tolerances import EVALUATION_DIGITS, ROUNDING
 from ..setting.notation import Notation, is_surd
 
 MOST_TILTS = 3
 """Constant angles other than right ones that are kept as roots."""
-_ROUNDING = sp.Float(10) ** (8 - EVALUATION_DIGITS)
 
 
 @dataclass(frozen=True)
@@ -71,7 +70,7 @@ def _short(expression: sp.Expr, notation: Notation) -> sp.Expr:
     rounded = {}
     for number in expression.atoms(sp.Float):
         nearest = sp.Integer(round(number))
-        if abs(number - nearest) < _ROUNDING:
+        if abs(number - nearest) < ROUNDING:
             rounded[number] = nearest
     return notation.shortened(expression.xreplace(rounded))
 

@@ -9,8 +9,8 @@ from collections.abc import Mapping, Sequence
 
 import sympy as sp
 
-from ...model.exact import EVALUATION_DIGITS
 from ...model.robot import Placement, Robot, Rotation
+from ...model.tolerances import EVALUATION_DIGITS, RELIABLE_DIGITS
 from ...terms.terms import Terms
 from . import names
 
@@ -197,7 +197,7 @@ class Notation:
         """A number by the name of its magnitude."""
         value = raw.evalf(EVALUATION_DIGITS)
         sign = -1 if value < 0 else 1
-        key = sp.Float(sign * value, EVALUATION_DIGITS - 8)
+        key = sp.Float(sign * value, RELIABLE_DIGITS)
         if key not in self._constants:
             self._constants[key] = self.named(sign * raw)
         return sign * self._constants[key]

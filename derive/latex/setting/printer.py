@@ -9,11 +9,9 @@ from decimal import Decimal
 
 import sympy as sp
 
-from ...model.exact import EVALUATION_DIGITS
+from ...model.tolerances import PRINTED_DIGITS, RELIABLE_DIGITS
 from .notation import ENTRY, LENGTH, OTHER, TERM, Order
 
-DIGITS = 10
-"""Digits to which a number that has no short exact form is printed, followed by dots."""
 _FUNCTIONS = {sp.cos: r"\cos", sp.sin: r"\sin", sp.tan: r"\tan", sp.atan: r"\arctan"}
 
 
@@ -126,7 +124,7 @@ class FractionPrinter(Printer):
 def number(value: sp.Expr) -> str:
     """An exact number: decimals where they end, else fractions, roots and multiples of pi."""
     if value.is_Float:
-        return cut(value, DIGITS)
+        return cut(value, PRINTED_DIGITS)
     if value.is_Rational:
         return _rational(value)
     multiple = value / sp.pi
@@ -156,13 +154,13 @@ def _rational(value: sp.Rational) -> str:
 
 def decimal(value: sp.Expr) -> str:
     """A number rounded to a few digits."""
-    text = _plain(value, DIGITS)
+    text = _plain(value, PRINTED_DIGITS)
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
 def cut(value: sp.Expr, digits: int) -> str:
     """The first digits of a number, and dots where it goes on."""
-    text = _plain(value, EVALUATION_DIGITS - 8).rstrip("0")
+    text = _plain(value, RELIABLE_DIGITS).rstrip("0")
     place = next(k for k, digit in enumerate(text) if digit in "123456789")
     end = place + digits + ("." in text[place : place + digits])
     return rf"{text[:end]}\ldots" if len(text) > end else text
