@@ -5,7 +5,8 @@ The coordinates need not be the joints. How the joints move with them is a
 closed loops in others.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 import sympy as sp
 
@@ -38,19 +39,37 @@ TWIST_UNIT = "m/s, rad/s"
 BOTTOM_ROW = (sp.Integer(0), sp.Integer(0), sp.Integer(0), sp.Integer(1))
 
 
+@dataclass(frozen=True)
 class Kinematics:
-    """The functions of one chain, made when they are asked for."""
+    """A chain of which functions are derived.
 
-    def __init__(
-        self,
+    Attributes:
+        robot: The chain, for its names.
+        terms: Names of all terms.
+        motion: How the chain's joints move with the coordinates.
+        arguments: ``q``, ``qd`` and ``qdd``.
+        forward: Forward kinematics of the chain in its smallest form.
+        links: Forward kinematics of the chain with all its links.
+    """
+
+    robot: Robot
+    terms: Terms
+    motion: Motion
+    arguments: Mapping[str, Argument]
+    forward: Forward
+    links: Forward
+
+    @classmethod
+    def of(
+        cls,
         robot: Robot,
         terms: Terms,
         groups: Sequence[Group],
         motion: Motion,
         arguments: Mapping[str, Argument],
         links: Forward | None = None,
-    ) -> None:
-        """Begins the forward kinematics of a chain.
+    ) -> "Kinematics":
+        """Names the axes of a chain.
 
         Args:
             robot: The chain, for its names.
@@ -60,16 +79,35 @@ class Kinematics:
             arguments: ``q``, ``qd`` and ``qdd``.
             links: The chain with all its links, where ``groups`` lack some.
         """
-        self.robot, self.terms, self.motion, self.arguments = robot, terms, motion, arguments
-        self.q, self.qd, self.qdd = (arguments[name].symbols for name in ("q", "qd", "qdd"))
-        self.forward = Forward(terms, groups)
-        self.links = links or self.forward
-        self.pose = f"T_{robot.base_frame}_{robot.tool_frame}"
+        forward = Forward(terms, groups)
+        return cls(robot, terms, motion, arguments, forward, links or forward)
+
+    def functions(self, names: Collection[str]) -> dict[str, SymbolicFunction]:
+        """The functions of these names, in the order of :data:`FUNCTIONS` whatever theirs is.
+
+        The names of terms follow that order, so that they do not depend on the order of asking.
+        """
+        derivation = _Derivation(self)
+        return {name: derivation.function(name) for name in FUNCTIONS if name in names}
+
+    def function(self, name: str) -> SymbolicFunction:
+        """One function of :data:`FUNCTIONS`."""
+        return self.functions([name])[name]
+
+
+class _Derivation:
+    """One pass over the functions of a chain; a Jacobian's columns serve all that need them."""
+
+    def __init__(self, chain: Kinematics) -> None:
+        self.robot, self.terms, self.motion = chain.robot, chain.terms, chain.motion
+        self.arguments, self.forward, self.links = chain.arguments, chain.forward, chain.links
+        self.q, self.qd, self.qdd = (chain.arguments[name].symbols for name in ("q", "qd", "qdd"))
+        self.pose = f"T_{chain.robot.base_frame}_{chain.robot.tool_frame}"
         self._columns: dict[Representation, list[Twist]] = {}
         self._columns_dot: dict[Representation, list[Twist]] = {}
 
     def function(self, name: str) -> SymbolicFunction:
-        """The function of that name, one of :data:`FUNCTIONS`."""
+        """One function; the functions before it in :data:`FUNCTIONS` must not follow."""
         for representation in REPRESENTATIONS:
             if name == f"jacobian_{representation}":
                 return self._jacobian(representation)
@@ -88,13 +126,13 @@ class Kinematics:
         return others[name]()
 
     def _joints(self, representation: Representation) -> list[Twist]:
-        """Columns of a Jacobian by moving joints, derived when first asked for."""
+        """Columns of a Jacobian by moving joints."""
         if representation not in self._columns:
             self._columns[representation] = columns(self.forward, representation)
         return self._columns[representation]
 
     def _rates(self, representation: Representation) -> list[Twist]:
-        """Time derivatives of those columns, derived when first asked for."""
+        """Time derivatives of these columns."""
         if representation not in self._columns_dot:
             joints, speeds = self._joints(representation), self.motion.speeds(self.qd)
             self._columns_dot[representation] = rates(self.terms, representation, joints, speeds)
