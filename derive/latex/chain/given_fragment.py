@@ -13,8 +13,8 @@ from ..setting.names import escape
 from ..setting.notation import COMMAS_FROM, Notation
 from ..setting.page import Page, sentence, text
 from ..setting.printer import number
+from ..setting.transforms import symbolic_factors, transform
 from . import tables
-from .transforms import symbolic_factors, transform
 
 FEW = 4
 """Names that a sentence joins by "and"; more are a mere list."""

@@ -130,6 +130,11 @@ def matrix_width(rows: Sequence[Row]) -> float:
     return sum(columns) + COLUMN_GAP * (len(columns) - 1) + BRACKETS
 
 
+def named_matrix(name: str, rows: Sequence[Sequence[str]]) -> Display:
+    """An equation ``name = matrix`` of entries in LaTeX."""
+    return Display(f"{name} = {matrix(rows)}", width(f"{name} =") + matrix_width(rows))
+
+
 def flowed(displays: Sequence[Display], end: str = ".", *, kept: bool = False) -> str:
     """Displays, as many beside each other as a line holds; kept on the page of what follows."""
     gap = width(r",\qquad")

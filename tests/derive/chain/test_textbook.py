@@ -135,7 +135,9 @@ def test_every_function_is_there(name):
 
 
 def test_an_unknown_function_is_an_error():
-    with pytest.raises(RobotError, match="planar has no function fkk; its functions are fk, link_poses"):
+    with pytest.raises(
+        RobotError, match="planar has no function fkk; its functions are fk, link_poses"
+    ):
         derive(planar_arm(), ("fkk",))
     with pytest.raises(KeyError, match="planar has no function 'fkk'"):
         derive(planar_arm(), ("fk",)).function("fkk")

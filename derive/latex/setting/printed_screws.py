@@ -14,7 +14,7 @@ import sympy as sp
 from ...chain.poe import to_poe
 from ...model.robot import Placement, Robot, Rotation
 from ...model.tolerances import EVALUATION_DIGITS, ROUNDING
-from ..setting.notation import Notation, is_surd
+from .notation import Notation, is_surd
 
 MOST_TILTS = 3
 """Constant angles other than right ones that are kept as roots."""
@@ -25,7 +25,7 @@ class Screws:
     """The product of exponentials of a robot, as it is printed.
 
     Attributes:
-        definitions: PrintedTerms that the entries share, each in those before it.
+        definitions: Terms that the entries share, each in those before it.
         S: Screw axes (6, moving joints).
         M: Home pose (4, 4).
     """

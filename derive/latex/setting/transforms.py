@@ -6,9 +6,9 @@ import sympy as sp
 
 from ...model.placements import Placement, Rotation, Translation, symbols_of
 from ...model.robot import Joint, Robot
-from ..setting import names
-from ..setting.notation import Notation
-from ..setting.printer import Printer
+from . import names
+from .notation import Notation
+from .printer import Printer
 
 PLANES = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}
 
