@@ -74,9 +74,23 @@ def parallel(count):
     return Robot("parallel", joints, parameters=tuple(Parameter(str(a), R(1, 4)) for a in lengths))
 
 
+def tilted():
+    """A chain whose screw axes and whose inverse both name constants, on a base at an angle."""
+    tilt, rises = sp.Symbol("tilt", real=True), sp.symbols("d1:10", real=True)
+    joints = (
+        joint("j1", "dh", d=sum(rises), alpha=sp.pi / 2),
+        joint("j2", "dh", a=R(1, 2)),
+        joint("j3", "dh", a=R(2, 5), theta=R(1, 3), alpha=R(1, 3)),
+    )
+    lengths = tuple(Parameter(str(d), R(k, 10)) for k, d in enumerate(rises, 1))
+    parameters = (Parameter("tilt", R(1, 3), "angle"), *lengths)
+    return Robot("tilted", joints, base=rotation("x", tilt), parameters=parameters)
+
+
 BUILT = {
     "awkward": awkward,
     "calibrated": calibrated,
+    "tilted": tilted,
     "fourteen": lambda: parallel(14),
     **{f"random{k}": lambda k=k: random_chain(random.Random(k), 3 + k).robot() for k in range(6)},
 }
