@@ -1,8 +1,8 @@
 """The functions of a chain: poses, Jacobians, their rates, Hessian, twists and accelerations.
 
-The coordinates need not be the joints. How the joints move with them is a
-:class:`~chasles.derive.chain.coordinates.Motion`: equal or in proportion in a serial robot, through
-closed loops in others.
+The coordinates need not be the joints. A :class:`~chasles.derive.chain.coordinates.Motion` gives
+the joints as functions of the coordinates: in proportion in a serial robot, through closed loops in
+other robots.
 """
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -19,7 +19,7 @@ from .forward import Forward, Pose
 from .groups import Group
 
 REPRESENTATIONS: tuple[Representation, ...] = ("space", "body", "mixed")
-SEEN: dict[Representation, str] = {
+OBSERVED: dict[Representation, str] = {
     "space": "of the point of the tool's body at the base origin, in base axes",
     "body": "of the tool's origin, in tool axes",
     "mixed": "of the tool's origin, in base axes",
@@ -41,7 +41,7 @@ BOTTOM_ROW = (sp.Integer(0), sp.Integer(0), sp.Integer(0), sp.Integer(1))
 
 @dataclass(frozen=True)
 class Kinematics:
-    """A chain of which functions are derived.
+    """A chain and the terms over which its functions are derived.
 
     Attributes:
         robot: The chain, for its names.
@@ -107,7 +107,7 @@ class _Derivation:
         self._columns_dot: dict[Representation, list[Twist]] = {}
 
     def function(self, name: str) -> SymbolicFunction:
-        """One function; the functions before it in :data:`FUNCTIONS` must not follow."""
+        """One function; functions are asked for in the order of :data:`FUNCTIONS`."""
         for representation in REPRESENTATIONS:
             if name == f"jacobian_{representation}":
                 return self._jacobian(representation)
@@ -164,7 +164,7 @@ class _Derivation:
     def _jacobian(self, representation: Representation) -> SymbolicFunction:
         return self._function(
             f"jacobian_{representation}",
-            f"Jacobian whose twist (v, omega) is {SEEN[representation]}.",
+            f"Jacobian whose twist (v, omega) is {OBSERVED[representation]}.",
             f"V = J(q) qd with V = twist_{representation}(q, qd)",
             ("q",),
             self._jacobian_result(representation),
@@ -182,9 +182,9 @@ class _Derivation:
 
     def _jacobian_dot(self, representation: Representation) -> SymbolicFunction:
         moving = self._by_coordinates(self._rates(representation), self.motion.D_q())
-        bending = self.motion.D_q_dot(self.qd)
-        if bending is not None:
-            turning = self._by_coordinates(self._joints(representation), bending)
+        bend = self.motion.D_q_dot(self.qd)
+        if bend is not None:
+            turning = self._by_coordinates(self._joints(representation), bend)
             moving = [summed(self.terms, a, b) for a, b in zip(moving, turning, strict=True)]
         entries = _entries(moving)
         return self._function(
@@ -199,16 +199,16 @@ class _Derivation:
         table = hessian(self.terms, self._joints("mixed"))
         count = range(len(self.q))
         D_q = self.motion.D_q()
-        # From moving joints to coordinates: in what is derived by first, then in the columns.
+        # From joints to coordinates, first in the direction of the derivative, then in the columns.
         by_coordinate = [[self._combined(row, D_q, k) for row in table] for k in count]
         entries = [[self._combined(row, D_q, j) for row in by_coordinate] for j in count]
-        bending = self.motion.D_q_q()
-        if bending is not None:
+        bend = self.motion.D_q_q()
+        if bend is not None:
             joints = self._joints("mixed")
             entries = [
                 [
                     summed(self.terms, H, self._combined(joints, D_k, j))
-                    for H, D_k in zip(row, bending, strict=True)
+                    for H, D_k in zip(row, bend, strict=True)
                 ]
                 for j, row in zip(count, entries, strict=True)
             ]
@@ -225,7 +225,7 @@ class _Derivation:
         V = weighted(self.terms, self._joints(representation), self.motion.speeds(self.qd))
         return self._function(
             f"twist_{representation}",
-            f"Twist (v, omega) {SEEN[representation]}.",
+            f"Twist (v, omega) {OBSERVED[representation]}.",
             f"V = jacobian_{representation}(q) qd",
             ("q", "qd"),
             Result("V", V.entries, (6,), TWIST_UNIT, "twist, linear first"),
@@ -269,7 +269,7 @@ class _Derivation:
         return Result("J", entries, (6, len(self.q)), "m, 1", f"{representation} Jacobian")
 
     def _by_coordinates(self, joints: list[Twist], D_q: Matrix) -> list[Twist]:
-        """From columns by moving joints to columns by coordinates."""
+        """The columns by coordinates from the columns by moving joints."""
         return [self._combined(joints, D_q, k) for k in range(len(self.q))]
 
     def _combined(self, joints: list[Twist], D_q: Matrix, coordinate: int) -> Twist:
@@ -289,8 +289,8 @@ def arguments_of(units: Sequence[str], what: str = "joint") -> dict[str, Argumen
     """The arguments ``q``, ``qd`` and ``qdd`` of a robot.
 
     Args:
-        units: Of its coordinates.
-        what: What moves by them: a joint, or an actuator.
+        units: Unit of each coordinate.
+        what: The part that a coordinate moves: a joint, or an actuator.
     """
     unit, shape = common_unit(units), (len(units),)
     q, qd, qdd = (coordinates(name, len(units)) for name in ("q", "qd", "qdd"))

@@ -1,6 +1,6 @@
-"""Robot files: TOML in, a robot out, or an error with its line.
+"""Robot files: a TOML file becomes a robot, or an error that names its line.
 
-A robot file says what a data sheet says::
+A robot file holds the numbers of a data sheet::
 
     name = "ur5e"
     title = "Universal Robots UR5e"
@@ -20,9 +20,9 @@ A robot file says what a data sheet says::
 Every number is exact: an integer, a decimal, or a text that :mod:`chasles.derive.model.exact`
 reads.
 
-A robot with loops says its joints as a tree, by ``parent``, and what closes the loops:
-``[[closures]]``, ``[[rods]]`` and ``[[cylinders]]``; ``actuated`` names its coordinates. A file may
-extend another with other values of its parameters.
+The file of a robot with loops lists its joints as a tree, by ``parent``, and the members that close
+the loops: ``[[closures]]``, ``[[rods]]`` and ``[[cylinders]]``; ``actuated`` names the coordinates.
+A file may extend another file with other values of its parameters.
 """
 
 from collections.abc import Sequence
@@ -47,11 +47,11 @@ def load(path: str | Path, conventions: Sequence[Convention] = CONVENTIONS) -> R
         conventions: The conventions that the file may name; the shipped ones by default.
 
     Returns:
-        The robot, in metres and radians: a Mechanism where the file says how loops close, which
-        joints are actuated, or what body a joint stands on.
+        The robot, in metres and radians: a Mechanism where the file closes loops, names actuated
+        joints, or names the body that carries a joint; else a Robot.
 
     Raises:
-        DescriptionError: The file, or the one that it extends, cannot be read or is wrong.
+        DescriptionError: The file, or the file that it extends, cannot be read or is wrong.
     """
     return loads(read_text(path), str(path), conventions)
 
@@ -70,7 +70,7 @@ def loads(
         The robot, see :func:`load`.
 
     Raises:
-        DescriptionError: The text is wrong, or a file that it extends.
+        DescriptionError: The text, or a file that it extends, is wrong.
     """
     written = TomlFile(file, text)
     heir = written if "extends" in written.table else None
@@ -81,7 +81,7 @@ def loads(
 
 
 def _extended(heir: TomlFile) -> TomlFile:
-    """The file that another one extends."""
+    """The file that another file extends."""
     keys = ("extends",)
     path = Path(heir.file).parent / heir.string(keys, "")
     try:

@@ -31,7 +31,7 @@ KINDS: tuple[JointKind, ...] = ("revolute", "prismatic", "helical", "fixed")
 
 
 class RobotFile(TomlFile):
-    """A file that says a serial robot."""
+    """A file that describes a serial robot."""
 
     joint_fields: ClassVar = (*JOINT_FIELDS, "mimic")
 
@@ -110,7 +110,7 @@ class RobotFile(TomlFile):
         read = [self._joint(k) for k in range(self._joint_count())]
         leaders = {j.name: j.kind for j in read if j.kind != "fixed" and j.mimic is None}
         if not leaders:
-            self.fail(("joints",), "a joint that moves by itself", None)
+            self.fail(("joints",), "a joint with a coordinate of its own", None)
         return tuple(self._led(k, joint, leaders) for k, joint in enumerate(read))
 
     def _joint(self, k: int) -> Joint:
@@ -140,7 +140,7 @@ class RobotFile(TomlFile):
         )
 
     def _new(self, keys: Keys, default: str | None = None, what: str = "name") -> str:
-        """A name that nothing else in the file has."""
+        """A name that no other joint, link or member of the file has."""
         name = self.name(keys, default)
         first = self._taken.setdefault((what, name), keys)
         if first != keys:
@@ -155,7 +155,7 @@ class RobotFile(TomlFile):
     def _given(
         self, keys: Keys, table: Mapping[str, object], convention: Convention, kind: JointKind
     ) -> dict[str, sp.Expr | Vector]:
-        """The fields of a joint's convention, with defaults for those that are left out."""
+        """Values of the fields of a joint's convention, defaults for missing fields."""
         given = {
             field.name: self._value((*keys, field.name), field.kind) for field in convention.fields
         }
@@ -169,7 +169,7 @@ class RobotFile(TomlFile):
     def _fail_of_convention(
         self, keys: Keys, convention: Convention, error: RobotError
     ) -> NoReturn:
-        """Raises DescriptionError about the values of which a convention makes no placement."""
+        """Raises DescriptionError about values from which a convention makes no placements."""
         for field in convention.fields:
             if field.kind == "direction":
                 self.fail((*keys, field.name), f"a direction: {error}")
@@ -214,13 +214,13 @@ class RobotFile(TomlFile):
         )
 
     def _led(self, k: int, joint: Joint, leaders: Mapping[str, JointKind]) -> Joint:
-        """A follower with its multiplier converted from units of the file to metre and radian."""
+        """A mimic joint with its multiplier converted from the file's units to metre and radian."""
         if joint.mimic is None:
             return joint
         leader = joint.mimic.leader
         if leader not in leaders:
             keys = ("joints", k, "mimic", "joint")
-            self.fail(keys, f"a joint that moves by itself ({listed(leaders)})")
+            self.fail(keys, f"a joint with a coordinate of its own ({listed(leaders)})")
         ratio = self._coordinate_scale(joint.kind) / self._coordinate_scale(leaders[leader])
         return replace(joint, mimic=replace(joint.mimic, multiplier=joint.mimic.multiplier * ratio))
 

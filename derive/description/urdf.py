@@ -1,7 +1,7 @@
 """URDF import: the chain between two links of a URDF becomes a robot in exact numbers.
 
-Decimals are taken as written; an angle within 1e-9 of a multiple of pi/12 is taken for it, and the
-robot's notes say so.
+Decimals are read as written. An angle within :data:`~chasles.derive.model.tolerances.ANGLE_SNAP` of
+a multiple of pi/12 becomes that multiple, and the robot's notes name it.
 """
 
 import difflib
@@ -45,16 +45,16 @@ def from_urdf(
 
     Returns:
         The robot: frames, joints and links as in the URDF (characters that C names cannot hold
-        become _), ``notes`` telling which angles were taken for multiples of pi.
+        become _); ``notes`` name the angles that became multiples of pi.
 
     Raises:
-        DescriptionError: The file is no URDF, or holds no such chain.
+        DescriptionError: The file is no URDF, or has no such chain.
     """
     return _Urdf(str(path), read_text(path)).robot(base, tip, name)
 
 
 class _Urdf:
-    """One URDF: its joints by the link they carry, and what was said on the way."""
+    """One URDF: its joints by the link that they carry, and the notes made while reading."""
 
     def __init__(self, file: str, text: str) -> None:
         self.file = file
@@ -175,19 +175,19 @@ class _Urdf:
         return lower, upper
 
     def _mimic(self, element: etree._Element) -> Mimic | None:
-        """What the joint follows, through other followers to a joint that moves by itself."""
+        """The law by which a joint follows a joint with its own coordinate, other laws resolved."""
         multiplier, offset = sp.Integer(1), sp.Integer(0)
-        leader, seen = element, [element]
+        leader, followed = element, [element]
         while (mimic := leader.find("mimic")) is not None:
             offset += multiplier * self._number(mimic, "offset", mimic.get("offset", "0"))
             multiplier *= self._number(mimic, "multiplier", mimic.get("multiplier", "1"))
             name = self._attribute(mimic, "joint")
             named = [j for j in self.root.findall("joint") if j.get("name") == name]
-            if not named or named[0] in seen:
+            if not named or named[0] in followed:
                 self._fail(mimic, "mimic", name, "another joint of the file, in no circle")
             leader = named[0]
-            seen.append(leader)
-        if len(seen) == 1:
+            followed.append(leader)
+        if len(followed) == 1:
             return None
         return Mimic(_identifier(self._attribute(leader, "name")), multiplier, offset)
 
@@ -249,7 +249,7 @@ def _tag(element: etree._Element) -> str:
 
 
 def _identifier(name: str) -> str:
-    """A name as C and Python can hold it, short enough for a file's name."""
+    """A name that C and Python allow, short enough for the name of a file."""
     identifier = re.sub(r"[^A-Za-z0-9_]", "_", name)[:LONGEST_NAME]
     if keyword.iskeyword(identifier):
         return f"{identifier}_"

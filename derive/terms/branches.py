@@ -1,4 +1,4 @@
-"""The branches of a function side by side: what one function of signs gives for all of them."""
+"""All branches of a function of signs as one function without signs."""
 
 import itertools
 from collections.abc import Iterator, Mapping
@@ -16,7 +16,7 @@ def patterns(function: SymbolicFunction) -> Iterator[tuple[int, ...]]:
 
 
 def branch(function: SymbolicFunction) -> SymbolicFunction:
-    """One branch as a function by itself, with the signs as a last input, ``choice``."""
+    """One branch as a function of its own, with the signs as the last input, ``choice``."""
     meaning = "1 or -1 for each choice"
     signs = Argument("choice", function.signs, (len(function.signs),), "1", meaning)
     return replace(
@@ -31,14 +31,14 @@ def branch(function: SymbolicFunction) -> SymbolicFunction:
 def unrolled(function: SymbolicFunction) -> SymbolicFunction:
     """The same function without signs, its branches one after the other.
 
-    What two branches have in common, up to sign, is named once. Satisfies: entry i of branch b of
-    an output is entry i of that output with the signs of branch b put in.
+    Terms that branches share, up to sign, are named once. Entry i of branch b of an output is entry
+    i of the function's output at the signs of branch b.
 
     Args:
-        function: A function with signs, or one without, which is returned as it is.
+        function: A function with signs; a function without signs is returned as it is.
 
     Returns:
-        A function over terms of its own, whose results hold all entries that their shapes tell.
+        A function over its own terms, whose results hold the entries of all branches.
     """
     if not function.signs:
         return function
@@ -69,9 +69,9 @@ def unrolled(function: SymbolicFunction) -> SymbolicFunction:
 
 
 def substituted(expression: sp.Expr, values: Mapping[sp.Basic, sp.Expr]) -> sp.Expr:
-    """An expression with symbols replaced; angles of points stay what they are, but for a sign.
+    """An expression with symbols replaced, each atan2 kept but for its sign.
 
-    SymPy would make atan(y / x) of atan2(y, x) where it knows that x is positive.
+    SymPy would replace atan2(y, x) by atan(y / x) where it knows that x is positive.
     """
     if not expression.has(sp.atan2):
         return expression.xreplace(values)

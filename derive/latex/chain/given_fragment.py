@@ -1,4 +1,4 @@
-r"""The fragments that say what is given: parameters by convention, and the short symbols."""
+r"""The fragments of the description: joints by convention, parameters, and short symbols."""
 
 import math
 import re
@@ -17,19 +17,19 @@ from ..setting.transforms import symbolic_factors, transform
 from . import tables
 
 FEW = 4
-"""Names that a sentence joins by "and"; more are a mere list."""
+"""Most names that a sentence joins by "and"; longer lists have commas or dots."""
 SNAPPED = re.compile(r"joint (.+): ([rpy]) = (\S+) taken as (\S+)")
-"""A robot's note of an angle that was taken for a multiple of pi."""
+"""A robot's note of an angle that became a multiple of pi."""
 ANGLES = {"r": "roll", "p": "pitch", "y": "yaw"}
 
 
 def parameters(page: Page) -> str:
-    """The joints in their own conventions, and the values of the parameters."""
+    """The joints in their conventions, and the values of the parameters."""
     return text(_coordinates(page), joints(page), values(page), noted(page.robot.notes))
 
 
 def joints(page: Page) -> str:
-    """The tables of the joints, and what their abbreviations mean."""
+    """The tables of the joints, and the legend of their abbreviations."""
     equations = page.equations
     runs = tables.joint_tables(page.robot, equations.notation, equations.printer)
     shown = [
@@ -47,7 +47,7 @@ def values(page: Page) -> str:
 
 
 def symbols(page: Page) -> str:
-    """The table of short symbols, and the rules by which they are made."""
+    """The table of short symbols, and the rules of their indices and accents."""
     notation, printer = page.equations.notation, page.equations.printer
     table = tables.symbol_table(notation, printer)
     constants = ""
@@ -69,10 +69,10 @@ def _coordinates(page: Page) -> str:
         if names:
             parts.append(f"{_listed(names)} {one if len(names) == 1 else many}")
     units = "Equations and tables are in metres and radians."
-    subject = "The joint coordinate" + ("s" if len(joints) > 1 else "")
+    subject = "joint coordinates" if " are " in parts[0] else "joint coordinate"
     if len(parts) > 1:
-        return f"{units} Of the joint coordinates, {parts[0]} and {parts[1]}."
-    return f"{units} {subject} {parts[0]}."
+        return f"{units} {subject.capitalize()} {parts[0]}, and {parts[1]}."
+    return f"{units} The {subject} {parts[0]}."
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -99,7 +99,7 @@ def _introduced(convention: Convention | None, notation: Notation) -> str:
 
 
 def _legend(page: Page) -> str:
-    """What the tables' abbreviations mean, for those that occur, and how joints are coupled."""
+    """The meaning of the abbreviations that the tables use, and the couplings of joints."""
     robot = page.robot
     kinds = {joint.kind for joint in robot.joints}
     if kinds == {"revolute"}:
@@ -123,7 +123,7 @@ def _legend(page: Page) -> str:
 
 
 def _displacements(robot: Robot) -> list[str]:
-    """Where sliding joints move whose displacement adds to no field of their link transform."""
+    """Sentences on sliding joints whose displacement adds to no field of the link transform."""
     bare = [
         joint.convention
         for joint in robot.joints
@@ -141,7 +141,7 @@ def _displacements(robot: Robot) -> list[str]:
 
 
 def noted(notes: Sequence[str]) -> str:
-    """What was changed on the way in; angles that were taken for the same are named together."""
+    """The notes of the robot; angles that became the same multiple of pi are listed together."""
     angles: dict[tuple[str, str], list[str]] = {}
     others = []
     for note in notes:

@@ -1,4 +1,4 @@
-r"""Tables of a robot: the parameters of its conventions as given, their values, short symbols."""
+r"""Tables of a robot: the given fields of its joints, values of parameters, short symbols."""
 
 from collections.abc import Callable, Mapping, Sequence
 from itertools import groupby
@@ -23,9 +23,9 @@ BLOCK_GAP = r"@{\hspace{2.5em}}"
 WIDEST = LINE / 2
 """Width from which a cell is a paragraph (pt)."""
 MOST_BLOCKS, LOWEST_BLOCK = 3, 4
-"""Blocks of a narrow table beside each other, and the rows from which that is worth it."""
+"""Most blocks of a narrow table beside each other, and the fewest rows of a block."""
 MOST_ROWS = 36
-"""Rows that a table has on a page."""
+"""Most rows of a table on a page."""
 TYPES = {"revolute": "R", "prismatic": "P", "helical": "H", "fixed": "F"}
 NONE = "--"
 
@@ -33,7 +33,7 @@ NONE = "--"
 def joint_tables(
     robot: Robot, notation: Notation, printer: Printer
 ) -> list[tuple[Convention | None, str]]:
-    """One table for each run of joints of one convention, as ``(convention, LaTeX)``."""
+    """One table for each run of joints in one convention, as ``(convention, LaTeX)``."""
     values = iter(robot.joint_values(notation.q))
     rows = [
         (i, joint, sp.Integer(0) if joint.kind == "fixed" else next(values))
@@ -49,17 +49,17 @@ def joint_tables(
 
 
 def has_fixed(robot: Robot) -> bool:
-    """Whether joints and moving joints are counted differently."""
+    """Whether the robot has fixed joints, which moving joints do not count."""
     return len(robot.moving) < len(robot.joints)
 
 
 def moving_numbers(robot: Robot) -> dict[str, int]:
-    """The number of each moving joint among its like: that of its screw axis."""
+    """The number of each moving joint among the moving joints, which is that of its screw axis."""
     return {joint.name: k for k, joint in enumerate(robot.moving, 1)}
 
 
 def variable_field(joint: Joint) -> str:
-    """The field that a joint's variable adds to, empty where it has none."""
+    """The field to which a joint adds its variable; empty where there is none."""
     field = joint.convention.variable(joint.kind) if joint.convention else ""
     return field if field in dict(joint.given) else ""
 
@@ -70,7 +70,7 @@ def _joint_columns(
     printer: Printer,
     variable: str,
 ) -> tuple[list[Column], str]:
-    """The columns of a table, and the heading that begins its second part if it is too wide."""
+    """The columns of a table, and the heading of the column that begins a second part."""
     columns: list[Column] = [("$i$", [str(i) for i, _, _ in run])]
     if numbers:
         columns.append(("$k$", [str(numbers.get(joint.name, NONE)) for _, joint, _ in run]))
@@ -93,7 +93,7 @@ def _joint_columns(
 
 
 def _cell(joint: Joint, field: Field, scalar: str, value: sp.Expr, printer: Printer) -> str:
-    """The given constant of a field, plus the joint's variable where that adds to it."""
+    """The given constant of a field, with the joint's variable added where the field takes it."""
     given = dict(joint.given)
     if scalar not in given or (joint.kind == "fixed" and field.is_of_motion):
         return NONE
@@ -121,7 +121,7 @@ def limits(bounds: tuple[sp.Expr | None, sp.Expr | None]) -> str:
 
 
 def _limit(value: sp.Expr) -> str:
-    """A limit: multiples of pi in degrees, everything else in radians or metres."""
+    """A limit: multiples of pi in degrees, other values in radians or metres."""
     degrees = value * 180 / sp.pi
     if value != 0 and degrees.is_Rational:
         return f"{number(degrees)}^\\circ"
@@ -141,13 +141,13 @@ def value_table(robot: Robot, printer: Printer) -> str:
 
 
 def value_cell(value: sp.Expr) -> str:
-    """A number, and its decimals where it is no fraction."""
+    """A number, with its decimals where it is no fraction."""
     exact = number(value)
     return f"${exact}$" if value.is_Rational else rf"${exact} \approx {decimal(value)}$"
 
 
 def symbol_table(notation: Notation, printer: Printer) -> str:
-    """Every angle with the symbols of its cosine and sine."""
+    """The symbols of the cosine and sine of every angle."""
     rows = []
     for angle, (accent, index) in sorted(notation.angles.items(), key=_angle_key(notation)):
         c, s = (f"{accent.format(notation.letters[kind])}_{{{index}}}" for kind in ("cos", "sin"))
@@ -191,14 +191,14 @@ def tabular(columns: Sequence[Column], repeated: int, apart: str = "") -> str:
     Args:
         columns: Heading and cells of each column.
         repeated: How many of the first columns every part begins with.
-        apart: Heading of a column that begins a part if there are several.
+        apart: Heading of the column that begins a new part where one part is too narrow.
     """
     parts = _parts(columns, repeated)
     heads = [heading for heading, _ in columns]
     if len(parts) > 1 and apart in heads:
-        place = heads.index(apart)
-        parts = _parts(columns[:place], repeated)
-        parts += _parts([*columns[:repeated], *columns[place:]], repeated)
+        index = heads.index(apart)
+        parts = _parts(columns[:index], repeated)
+        parts += _parts([*columns[:repeated], *columns[index:]], repeated)
     rows = range(0, len(columns[0][1]), MOST_ROWS)
     return "\n".join(
         _tabular([(head, cells[k : k + MOST_ROWS]) for head, cells in part])
@@ -208,7 +208,7 @@ def tabular(columns: Sequence[Column], repeated: int, apart: str = "") -> str:
 
 
 def _parts(columns: Sequence[Column], repeated: int) -> list[list[Column]]:
-    """The columns in parts that a line holds, each with the repeated ones."""
+    """The columns in parts that fit a line, each with the repeated columns."""
     parts: list[list[Column]] = []
     left = 0.0
     for column in columns[repeated:]:
@@ -235,12 +235,12 @@ def _tabular(columns: Sequence[Column], blocks: int = 1) -> str:
 
 
 def _column_kind(column: Column) -> str:
-    """Single characters to the middle, everything else to the left."""
+    """The alignment of a column: centred for single characters, else to the left."""
     return "c" if all(len(cell.strip("$")) <= 1 for cell in column[1]) else "l"
 
 
 def _boxed(cell: str) -> str:
-    """A cell that is too wide as a paragraph."""
+    """A cell, as a paragraph where it is too wide."""
     if width(cell.replace("$", "")) <= WIDEST:
         return cell
     return rf"\parbox[t]{{{WIDEST:.0f}pt}}{{\raggedright {cell}\strut}}"
@@ -253,7 +253,7 @@ def _column_width(column: Column) -> float:
 
 
 def side_by_side(heading: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A long narrow table in as many blocks beside each other as a line holds."""
+    """A long narrow table in as many blocks beside each other as fit a line."""
     columns = [(head, [row[k] for row in rows]) for k, head in enumerate(heading)]
     wide = sum(_column_width(column) for column in columns) + COLUMN_SEPARATION
     blocks = max(1, min(MOST_BLOCKS, int((LINE - MARGIN) // wide), -(-len(rows) // LOWEST_BLOCK)))
@@ -266,12 +266,12 @@ def side_by_side(heading: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 def _block_table(heading: Sequence[str], rows: Sequence[Sequence[str]], blocks: int) -> str:
     height = -(-len(rows) // blocks)
     padded = [*rows, *[[""] * len(heading)] * (blocks * height - len(rows))]
-    spread: list[Column] = [
+    blocked: list[Column] = [
         (head, [row[k] for row in padded[block * height : (block + 1) * height]])
         for block in range(blocks)
         for k, head in enumerate(heading)
     ]
-    return _tabular(spread, blocks)
+    return _tabular(blocked, blocks)
 
 
 def _math(printer: Printer, expression: sp.Expr) -> str:
@@ -279,12 +279,12 @@ def _math(printer: Printer, expression: sp.Expr) -> str:
 
 
 def _angle_key(notation: Notation) -> Callable[[Angle], tuple[int, list[int], bool]]:
-    """Angles by their joints, the plain sum first, then in the order of first use."""
-    place = {symbol: k for k, symbol in enumerate(notation.q)}
+    """Sorts angles by their joints, plain sums before accented ones."""
+    index = {symbol: k for k, symbol in enumerate(notation.q)}
 
     def key(item: Angle) -> tuple[int, list[int], bool]:
         angle, (accent, _) = item
-        joints = sorted(place[symbol] for symbol in angle.free_symbols if symbol in place)
+        joints = sorted(index[symbol] for symbol in angle.free_symbols if symbol in index)
         return len(joints), joints, accent != "{}"
 
     return key

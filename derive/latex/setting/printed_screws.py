@@ -1,8 +1,8 @@
-"""Screw axes and home pose in short symbols: exact where short, decimals where a human would.
+"""Screw axes and home pose in short symbols: exact where that is short, else in decimals.
 
-Multiplied out, a chain of general angles grows without bound. Angles that are numbers and give no
-roots are taken as decimals of 40 digits before the product is formed, and angles that are
-parameters leave shared terms behind.
+The product of a chain of general angles has more terms with every joint. Numeric angles whose
+cosines and sines are no short roots become decimals of 40 digits before the product is formed;
+angles that are parameters give shared terms.
 """
 
 from collections.abc import Iterator
@@ -17,12 +17,12 @@ from ...model.tolerances import EVALUATION_DIGITS, ROUNDING
 from .notation import Notation, is_surd
 
 MOST_TILTS = 3
-"""Constant angles other than right ones that are kept as roots."""
+"""Most constant angles, right angles aside, whose cosines and sines are kept as roots."""
 
 
 @dataclass(frozen=True)
 class Screws:
-    """The product of exponentials of a robot, as it is printed.
+    """The product of exponentials of a robot in short symbols.
 
     Attributes:
         definitions: Terms that the entries share, each in those before it.
@@ -36,10 +36,10 @@ class Screws:
 
 
 class _Decimal(Rotation):
-    """A turn by a decimal, which no description may hold."""
+    """A turn by a decimal, which a description must not contain."""
 
     def __post_init__(self) -> None:
-        """Takes the decimal as it is."""
+        """Keeps the decimal, which is no exact number."""
 
 
 def printed_screws(robot: Robot, notation: Notation) -> Screws:
@@ -66,7 +66,7 @@ def _symbols() -> Iterator[sp.Symbol]:
 
 
 def _short(expression: sp.Expr, notation: Notation) -> sp.Expr:
-    """Decimals next to integers are those integers; the rest in short symbols."""
+    """An expression in short symbols, with integers for the decimals that equal them."""
     rounded = {}
     for number in expression.atoms(sp.Float):
         nearest = sp.Integer(round(number))

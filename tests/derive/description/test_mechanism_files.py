@@ -538,7 +538,7 @@ def test_a_free_platform():
 # The line of the file to be replaced, what stands there instead, its field, words of the complaint.
 WRONG = [
     (4, 'actuated = ["moto", "jack"]', "actuated[1]", "did you mean 'motor'?"),
-    (4, 'actuated = ["motor", "turn"]', "actuated[2]", "something else than motor moves"),
+    (4, 'actuated = ["motor", "turn"]', "actuated[2]", "another joint than motor does"),
     (4, "actuated = []", "actuated", "a list of names"),
     (4, 'actuator = ["motor"]', "actuator", "did you mean 'actuated'?"),
     (5, 'tool = { body = "am" }', "tool.body", "did you mean 'arm'?"),
@@ -564,10 +564,10 @@ WRONG = [
     (43, "limits = [0, 1]", "rods[1].limits", "one of the fields name, length"),
     (47, 'retracted = "2*m"', "cylinders[1].retracted", "unknown parameter 'm'"),
     (48, "limits = [-300, 50]", "cylinders[1].limits[1]", "a cylinder longer than 0 there"),
-    (48, 'swing = "s"', "cylinders[1].swing", "nothing: between balls"),
+    (48, 'swing = "s"', "cylinders[1].swing", "no swing: a member between balls"),
     (54, 'name = "jack"', "drives[1].name", "another name than cylinders[1] has"),
     (55, 'joint = "stay"', "drives[1].joint", "one of turn, slide, hinge, jack"),
-    (56, "radius = 5", "drives[1].radius", "nothing: turn turns"),
+    (56, "radius = 5", "drives[1].radius", "no radius: turn turns"),
     (56, "ratio = 0", "drives[1].ratio", "a number other than 0"),
     (56, "", "drives[1].ratio", "the advance of turn per radian"),
     (59, "moto = 90", "reference.moto", "did you mean 'motor'?"),
