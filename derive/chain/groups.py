@@ -40,7 +40,7 @@ ANGLE_FRACTIONS = 24
 
 
 @dataclass(frozen=True)
-class Slide:
+class SlidingJoint:
     """A prismatic joint: the index of the moving joint and its direction in its station's axes."""
 
     joint: int
@@ -75,7 +75,7 @@ class Station:
     pitch: sp.Expr
     angle: sp.Expr
     reach: Vector = ORIGIN
-    slides: tuple[Slide, ...] = ()
+    slides: tuple[SlidingJoint, ...] = ()
     frames: tuple[Frame, ...] = ()
 
     @property
@@ -106,7 +106,7 @@ class _Stretch:
 
     rotations: list[_Turn] = field(default_factory=list)
     reach: Vector = ORIGIN
-    slides: list[Slide] = field(default_factory=list)
+    slides: list[SlidingJoint] = field(default_factory=list)
     frames: list[Frame] = field(default_factory=list)
 
 
@@ -141,7 +141,7 @@ def _stretches(
         orientation = _append(terms, stretches[-1], orientation, joint.before)
         if joint.kind == "prismatic":
             _, _, z = orientation
-            stretches[-1].slides.append(Slide(moving, z))
+            stretches[-1].slides.append(SlidingJoint(moving, z))
             _advance(terms, stretches[-1], orientation, (ZERO, ZERO, values[moving]))
         elif joint.kind != "fixed":
             turning.append((moving, joint.pitch))

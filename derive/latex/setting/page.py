@@ -12,7 +12,7 @@ from . import transforms
 from .layout import Display, named_matrix
 from .names import frame
 from .screw_displays import ScrewDisplays, screw_displays
-from .sharing import Equations, equations
+from .sharing import PrintedEquations, equations
 
 __all__ = ["Page", "listed", "named_matrix", "sentence", "text"]
 
@@ -34,7 +34,7 @@ class Page:
     """
 
     robot: Robot
-    equations: Equations
+    equations: PrintedEquations
     links: tuple[sp.ImmutableMatrix, ...]
     screws: ScrewDisplays
     inverse: Inverses

@@ -11,7 +11,7 @@ from .layout import MARGIN, Display, Equation, matrix_width, named_matrix
 from .names import frame
 from .printed_screws import printed_screws
 from .printer import cut
-from .sharing import BRACKET, Equations
+from .sharing import BRACKET, PrintedEquations
 from .widths import LINE, width
 
 WIDEST = 0.4 * LINE
@@ -35,7 +35,7 @@ class ScrewDisplays:
     named: tuple[Equation, ...]
 
 
-def screw_displays(robot: Robot, equations: Equations) -> ScrewDisplays:
+def screw_displays(robot: Robot, equations: PrintedEquations) -> ScrewDisplays:
     """Screw axes and home pose of a robot in the short symbols of its equations."""
     found = printed_screws(robot, equations.notation)
     constants = _Constants(equations)
@@ -58,7 +58,7 @@ class _Constants:
         named: The names, and the terms of the entries that they stand for.
     """
 
-    def __init__(self, equations: Equations) -> None:
+    def __init__(self, equations: PrintedEquations) -> None:
         self.notation, self.printer = equations.notation, equations.printer
         self.named: list[Equation] = []
 

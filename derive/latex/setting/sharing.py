@@ -47,7 +47,7 @@ class Printed:
 
 
 @dataclass(frozen=True)
-class Equations:
+class PrintedEquations:
     """The printed functions of a robot, in the order of printing."""
 
     notation: Notation
@@ -57,7 +57,7 @@ class Equations:
     jacobian_space: Printed
 
 
-def equations(derivation: Derivation, called: Sequence[str] = ()) -> Equations:
+def equations(derivation: Derivation, called: Sequence[str] = ()) -> PrintedEquations:
     """Forward kinematics and Jacobians of a derivation in short symbols and shared terms.
 
     Where the derivation lacks one of these functions, all of them are derived for the page.
@@ -74,7 +74,7 @@ def equations(derivation: Derivation, called: Sequence[str] = ()) -> Equations:
     notation = Notation(robot, derivation.terms, fk.inputs[0].symbols, called)
     printer = Printer(notation.tex, notation.order)
     sharing = _Sharing(notation, printer)
-    return Equations(
+    return PrintedEquations(
         notation,
         printer,
         sharing.printed(fk.outputs[0].entries, notation.entries()),

@@ -42,7 +42,7 @@ def test_numbers_of_every_exact_kind_are_taken():
         (lambda: Joint("my joint", "revolute"), "a name of letters, digits and _"),
         (lambda: Parameter("a", 1, "width"), "'width' is none of length, angle, ratio"),
         (lambda: Robot("my robot", (turning(),)), "robot 'my robot': expected a name"),
-        (lambda: Robot("r", (turning(a=sp.Symbol("a")),)), "robot 'r' uses a: expected symbols of its parameters"),
+        (lambda: Robot("r", (turning(a=sp.Symbol("a")),)), "'r' uses a: expected symbols of its"),
         (lambda: Robot("r", (turning(), turning())), "two joints are called 'j'"),
         (lambda: Robot("r", (Joint("j", "fixed"),)), "no joint with a coordinate of its own"),
         (lambda: urdf("revolute", xyz=(0, 0), rpy=(0, 0, 0), axis=(0, 0, 1)), "three numbers"),
