@@ -95,7 +95,7 @@ def derive(robot: Described, functions: Sequence[str] | None = None) -> Derivati
 def _with_called(
     functions: Sequence[str] | None, written: Mapping[str, WrittenFunction]
 ) -> Sequence[str] | None:
-    """The functions that are asked for, and those that the written ones among them call."""
+    """Names of the functions asked for, and of the functions that their written C calls."""
     if functions is None:
         return None
     return [*functions, *(c for name in functions if name in written for c in written[name].calls)]

@@ -112,7 +112,7 @@ def rates(
 
 
 def hessian(terms: Terms, screws: Sequence[Twist]) -> list[list[Twist]]:
-    """Derivatives of the mixed Jacobian: entry [j][k] is that of column j by joint k.
+    """Derivatives of the mixed Jacobian: entry [j][k] is the derivative of column j by joint k.
 
     v_j by k is omega_i x v_l with i the smaller and l the larger of j and k; omega_j by k is
     omega_k x omega_j for k before j and zero otherwise.

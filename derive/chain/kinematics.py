@@ -83,9 +83,9 @@ class Kinematics:
         return cls(robot, terms, motion, arguments, forward, links or forward)
 
     def functions(self, names: Collection[str]) -> dict[str, SymbolicFunction]:
-        """The functions of these names, in the order of :data:`FUNCTIONS` whatever theirs is.
+        """The functions of some names, derived in the order of :data:`FUNCTIONS`.
 
-        The names of terms follow that order, so that they do not depend on the order of asking.
+        The names of terms follow that order, not the order of ``names``.
         """
         derivation = _Derivation(self)
         return {name: derivation.function(name) for name in FUNCTIONS if name in names}

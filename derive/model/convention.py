@@ -36,8 +36,9 @@ class Field:
         headings: LaTeX of the components of a vector, over the columns of a printed table; a scalar
             is printed by its name.
         default: Value where a file leaves the field out: zero, or this.
-        needed_to: What a moving joint needs the field for; empty where it may be left out.
-        is_of_motion: Whether the field describes the motion and says nothing of a fixed joint.
+        needed_to: Meaning of a field that a moving joint must give, for the error where it is
+            missing; empty where the field may be left out.
+        is_of_motion: Whether the field describes the motion, so that fixed joints ignore it.
     """
 
     name: str
@@ -58,7 +59,7 @@ class Field:
         return tuple(f"{self.name}_{axis}" for axis in _AXES) if self.is_vector else (self.name,)
 
     def value(self, given: Mapping[str, object]) -> sp.Expr | Vector:
-        """The exact value among given ones, or the default (metre, radian or 1)."""
+        """The exact given value of the field, or its default (metre, radian or 1)."""
         if self.name not in given:
             return self.default or ((sp.S.Zero,) * 3 if self.is_vector else sp.S.Zero)
         value = given[self.name]
@@ -122,7 +123,7 @@ class Convention:
         return self.place(kind, **{field.name: field.value(given) for field in self.fields})
 
     def scalars(self, given: Mapping[str, sp.Expr | Vector]) -> tuple[tuple[str, sp.Expr], ...]:
-        """Values of fields as scalars by name, vectors by component: what a table prints."""
+        """Values of fields as named scalars, vectors by component, for the printed table."""
         scalars: list[tuple[str, sp.Expr]] = []
         for field in self.fields:
             value = given[field.name]
@@ -134,7 +135,7 @@ class Convention:
     def columns(self) -> tuple[tuple[Field, str, str], ...]:
         """Columns of a printed table: the field, the scalar's name, and its LaTeX or ''.
 
-        The order is that of the link transform, or of the fields where there is none.
+        The columns are in the order of the link transform; without one, of the fields.
         """
         order = [str(symbol) for motion in self.transform for symbol in _arguments(motion)]
         fields = sorted(self.fields, key=lambda field: _position(order, field.name))

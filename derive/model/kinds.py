@@ -3,7 +3,7 @@
 from typing import Literal
 
 JointKind = Literal["revolute", "prismatic", "helical", "fixed"]
-"""What a joint lets its link do: turn about z, slide along z, both in proportion, or nothing."""
+"""Motion of a joint: a turn about z, a slide along z, both in proportion, or none."""
 ParameterKind = Literal["length", "angle", "ratio"]
 UNITS: dict[ParameterKind, str] = {"length": "m", "angle": "rad", "ratio": "1"}
 """Unit of each kind of parameter."""

@@ -83,7 +83,7 @@ def pose(R: Matrix, p: Matrix) -> Matrix:
     """Pose [[R, p], [0, 1]] of a rotation and a translation.
 
     Args:
-        R: (3, 3) rotation, frame b seen from frame a.
+        R: (3, 3) rotation of frame b in frame a.
         p: (3, 1) origin of b in a, metre.
 
     Returns:
@@ -204,7 +204,7 @@ def norm(a: Matrix) -> Expr:
 
 
 def is_zero(e: Expr) -> bool:
-    """Whether a number is zero, decided exactly; for a symbolic expression what SymPy knows."""
+    """Whether a number is zero, decided exactly; False for a symbol that SymPy cannot decide."""
     if e.is_zero is not None:
         return bool(e.is_zero)
     if not e.is_number:

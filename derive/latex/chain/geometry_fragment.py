@@ -53,7 +53,7 @@ def screws(page: Page) -> str:
 
 
 def link_transforms(page: Page) -> str:
-    """Each link's pose in the one before it, and their product."""
+    """The pose of each link in the link before it, and the product of these poses."""
     robot, notation = page.robot, page.equations.notation
     frames = labels(robot)
     names = [transform(*pair) for pair in pairwise(frames)]

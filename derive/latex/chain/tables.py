@@ -54,7 +54,7 @@ def has_fixed(robot: Robot) -> bool:
 
 
 def moving_numbers(robot: Robot) -> dict[str, int]:
-    """The number of each moving joint among the moving joints, which is that of its screw axis."""
+    """The number of each moving joint among the moving joints, as of its screw axis."""
     return {joint.name: k for k, joint in enumerate(robot.moving, 1)}
 
 

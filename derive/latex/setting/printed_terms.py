@@ -85,7 +85,7 @@ class PrintedTerms:
         return inside(expression, is_bracket=False), new
 
     def sum(self, angle: sp.Expr) -> sp.Expr:
-        """A sum of angles, constant ones included, in printed symbols."""
+        """A sum of moving and constant angles in printed symbols."""
         moving = {s for s in angle.free_symbols if not self.terms.is_constant(s)}
         constant, rest = sp.expand(angle).as_independent(*moving, as_Add=True)
         shown = self.notation.constant(self.terms.spelled(constant)) if constant != 0 else constant

@@ -47,7 +47,7 @@ def screw_displays(robot: Robot, equations: PrintedEquations) -> ScrewDisplays:
 
 
 def home_name(robot: Robot) -> str:
-    """The name of the home pose, that of the tool in the base frame."""
+    """The name of the home pose of the tool in the base frame."""
     return rf"{{}}^{{{frame(robot.base_frame)}}}M_{{{frame(robot.tool_frame)}}}"
 
 

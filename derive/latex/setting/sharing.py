@@ -178,7 +178,7 @@ class _Sharing:
                 if value is not None and (factor.is_Pow or len(factors) > 1):
                     self._fit_in_brackets(base, value)
         known = {}
-        # Naming a constant numbers it: the order must not be that of a set.
+        # Naming a constant numbers it, so that the order must not depend on a set.
         for symbol in sorted(expression.free_symbols, key=numbered):
             if symbol in self.terms.constants:
                 known[symbol] = self.notation.constant(symbol)
