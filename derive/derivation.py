@@ -1,8 +1,7 @@
-"""Everything that a robot offers, derived once over shared terms."""
+"""Every function that a robot has, derived in one pass over shared terms."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 from .chain.coordinates import InProportion
 from .chain.groups import Group, groups
@@ -20,7 +19,7 @@ from .terms.symbolic_function import SymbolicFunction, WrittenFunction
 from .terms.terms import Terms
 
 _GUARDS = {"actuators": "margin", "chain": "actuator_margin"}
-"""The function that says how far loops are from not closing, by the domain of those it guards."""
+"""The function of the loops' margins, by the domain of the functions that it guards."""
 
 
 @dataclass(frozen=True)
@@ -31,9 +30,9 @@ class Derivation:
         robot: The description.
         terms: The terms and constants that all functions share.
         groups: The chain in its smallest form.
-        functions: What was derived, in the order in which it is written out.
-        hybrid: The loops and their solution, of a robot that has some.
-        inverse: What is known of its inverse, where that was asked for.
+        functions: The derived functions, in the order in which they are generated.
+        hybrid: The loops and their solution; None for a serial robot.
+        inverse: The inverse kinematics; None where no function of it was asked for.
         written: Functions whose C is written by hand over tables of the robot.
         families: The families of inverses that were tried.
     """
@@ -64,15 +63,18 @@ def derive(
     functions: Sequence[str] | None = None,
     families: tuple[Family, ...] = FAMILIES,
 ) -> Derivation:
-    """Derives the functions of a robot: of its tool, and the maps through its loops.
+    """Derives the functions of a robot: kinematics of its tool, and the maps through its loops.
+
+    The order of derivation is fixed, so that neither a function nor a name of its terms depends on
+    the order of ``functions``.
 
     Args:
         robot: A serial robot or a mechanism, from a file, a URDF or built in Python.
-        functions: Names of functions; all that the robot offers by default.
+        functions: Names of functions; all functions of the robot by default.
         families: The families of inverses to try, in order.
 
     Raises:
-        RobotError: A name is no function of the robot, or a loop does not close at the reference.
+        RobotError: The robot has no function of a name, or a loop does not close at the reference.
     """
     if isinstance(robot, Mechanism):
         return _of_mechanism(robot, functions, families)
@@ -80,18 +82,16 @@ def derive(
     arguments = arguments_of([joint.unit for joint in robot.coordinates])
     motion = InProportion(robot, terms, arguments["q"].symbols)
     found = groups(robot, terms, motion.values)
-    kinematics = Kinematics(robot, terms, found, motion, arguments)
-    made = {name: kinematics.function(name) for name in FUNCTIONS if _is_asked(name, functions)}
+    kinematics = Kinematics.of(robot, terms, found, motion, arguments)
+    made = kinematics.functions(FUNCTIONS if functions is None else functions)
     inverse = None
     if functions is None or not set(functions) <= set(FUNCTIONS):
         inverse = inverses(robot, terms, families=families)
         made |= inverse.functions
     written = {function.name: function for function in inverse.written} if inverse else {}
-    offered = [*FUNCTIONS, *(inverse.functions if inverse else ()), *written]
-    chosen = _chosen(robot.name, _with_called(functions, written), offered)
-    made |= {
-        name: kinematics.function(name) for name in FUNCTIONS if name in chosen and name not in made
-    }
+    capabilities = [*FUNCTIONS, *(inverse.functions if inverse else ()), *written]
+    chosen = _chosen(robot.name, _with_called(functions, written), capabilities)
+    made |= kinematics.functions([name for name in chosen if name not in made])
     return Derivation(
         robot,
         terms,
@@ -106,61 +106,61 @@ def derive(
 def _with_called(
     functions: Sequence[str] | None, written: Mapping[str, WrittenFunction]
 ) -> Sequence[str] | None:
-    """The names asked for, and those of the functions that these call."""
+    """Names of the functions asked for, and of the functions that their written C calls."""
     if functions is None:
         return None
     return [*functions, *(c for name in functions if name in written for c in written[name].calls)]
-
-
-def _is_asked(name: str, functions: Sequence[str] | None) -> bool:
-    return functions is None or name in functions
 
 
 def _of_mechanism(
     mechanism: Mechanism, functions: Sequence[str] | None, families: tuple[Family, ...]
 ) -> Derivation:
     hybrid = Hybrid(mechanism)
-    offered = _offered(hybrid)
+    has_chain = not hybrid.forward.open
+    of_tool = FUNCTIONS if has_chain else ()
+    makers = _makers(hybrid)
+    capabilities = [*of_tool, *makers]
     inverse = None
-    if not hybrid.forward.open and (functions is None or not set(functions) <= offered.keys()):
+    if has_chain and (functions is None or not set(functions) <= set(capabilities)):
         inverse = hybrid_inverses(hybrid, families)
-        offered |= {name: partial(_made, f) for name, f in inverse.functions.items()}
-    chosen = _chosen(mechanism.name, functions, list(offered))
-    made = tuple(_guarded(offered[name](hybrid), offered) for name in chosen)
-    found = () if hybrid.forward.open else hybrid.groups
-    return Derivation(mechanism, hybrid.terms, found, made, hybrid, inverse, families=families)
+        capabilities += [name for name in inverse.functions if name not in capabilities]
+    chosen = _chosen(mechanism.name, functions, capabilities)
+    asked_of_tool = [name for name in chosen if name in of_tool]
+    made = hybrid.kinematics.functions(asked_of_tool) if asked_of_tool else {}
+    made |= {name: makers[name](hybrid) for name in chosen if name in makers}
+    made |= inverse.functions if inverse else {}
+    return Derivation(
+        mechanism,
+        hybrid.terms,
+        hybrid.groups if has_chain else (),
+        tuple(_guarded(made[name], capabilities) for name in chosen),
+        hybrid,
+        inverse,
+        families=families,
+    )
 
 
-def _made(function: SymbolicFunction, _: Hybrid) -> SymbolicFunction:
-    return function
+def _makers(hybrid: Hybrid) -> dict[str, Maker]:
+    """Every function through the loops that has a closed form, in the order of derivation."""
+    return maps.makers(hybrid) | equations.makers(hybrid) | platforms.makers(hybrid)
 
 
-def _offered(hybrid: Hybrid) -> dict[str, Maker]:
-    """Every function that a robot with loops has in closed form, in order."""
-    of_tool: dict[str, Maker] = {}
-    if not hybrid.forward.open:
-        of_tool = {name: partial(_of_tool, name) for name in FUNCTIONS}
-    return of_tool | maps.makers(hybrid) | equations.makers(hybrid) | platforms.makers(hybrid)
-
-
-def _of_tool(name: str, hybrid: Hybrid) -> SymbolicFunction:
-    return hybrid.kinematics.function(name)
-
-
-def _guarded(function: SymbolicFunction, offered: Collection[str]) -> SymbolicFunction:
-    """The function with the name of the one that tells which of its loops do not close."""
+def _guarded(function: SymbolicFunction, capabilities: Collection[str]) -> SymbolicFunction:
+    """The function with the name of the function that gives the margins of its loops."""
     guard = _GUARDS.get(function.role.domain, "")
-    if guard not in offered or function.role.name in ("margin", "branches"):
+    if guard not in capabilities or function.role.name in ("margin", "branches"):
         return function
     return replace(function, margin=guard)
 
 
 def _chosen(robot: str, functions: Sequence[str] | None, known: Sequence[str]) -> list[str]:
-    """The functions asked for, in the order in which they are derived."""
+    """The functions that are asked for, in the order of derivation."""
     if functions is None:
         return list(known)
     unknown = [name for name in functions if name not in known]
     if unknown:
-        there = ", ".join(known)
-        raise RobotError(f"{robot} has no function {', '.join(unknown)}; there are {there}")
+        functions_there = ", ".join(known)
+        raise RobotError(
+            f"{robot} has no function {', '.join(unknown)}; its functions are {functions_there}"
+        )
     return [name for name in known if name in functions]

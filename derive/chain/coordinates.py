@@ -1,4 +1,4 @@
-"""How the joints of a chain move with the coordinates of its robot."""
+"""The motion of a chain's joints as functions of the coordinates of its robot."""
 
 from collections.abc import Sequence
 from typing import Protocol
@@ -17,7 +17,7 @@ class Motion(Protocol):
     """Values of the moving joints of a chain and their derivatives.
 
     Attributes:
-        values: Of all moving joints (radian or metre).
+        values: Values of all moving joints (radian or metre).
     """
 
     values: tuple[sp.Expr, ...]
@@ -44,16 +44,16 @@ class Motion(Protocol):
 
 
 class InProportion:
-    """The motion of a serial robot: each joint is a coordinate, or follows one."""
+    """The motion of a serial robot: each joint has a coordinate or follows one in proportion."""
 
     def __init__(self, robot: Robot, terms: Terms, q: Sequence[sp.Symbol]) -> None:
-        """Takes the values from the robot's coordinates and followers."""
+        """Takes the values from the robot's coordinates and mimic laws."""
         self.terms = terms
         self.values = robot.joint_values(q)
         self._D_q = robot.joint_values_D_q()
 
     def D_q(self) -> Matrix:
-        """Constant: 1, -1 or a multiplier."""
+        """The constant derivative: 1, -1 or a multiplier for each coordinate."""
         return [list(self._D_q.row(j)) for j in range(self._D_q.rows)]
 
     def D_q_dot(self, qd: Sequence[sp.Symbol]) -> None:
@@ -76,7 +76,7 @@ class InProportion:
 
 
 class ThroughLoops:
-    """The motion of joints that closed loops tie to the coordinates."""
+    """The motion of joints that depend on the coordinates through closed loops."""
 
     def __init__(
         self,
@@ -85,12 +85,12 @@ class ThroughLoops:
         loops: dict[sp.Symbol, LoopRate],
         q: Sequence[sp.Symbol],
     ) -> None:
-        """Takes the values as they are.
+        """Stores the values and the rates of their solved angles.
 
         Args:
             terms: Names of all terms.
-            values: Of all moving joints.
-            loops: Rates of the solved angles in them; angles named later may be added.
+            values: Values of all moving joints (radian or metre).
+            loops: Rates of the solved angles in the values; the caller may add angles.
             q: The coordinates.
         """
         self.terms, self.values, self.loops, self.q = terms, tuple(values), loops, tuple(q)
@@ -98,7 +98,7 @@ class ThroughLoops:
         self._D_q: list[list[sp.Expr]] | None = None
 
     def D_q(self) -> Matrix:
-        """By the loops' own equations, not their solution (implicit function theorem)."""
+        """The derivatives from the loops' equations (implicit function theorem)."""
         if self._D_q is None:
             self._D_q = [[unit.of(value) for unit in self._units] for value in self.values]
         return self._D_q
@@ -117,7 +117,7 @@ class ThroughLoops:
         return self._along(qd).of_each(self.values)
 
     def accelerations(self, qd: Sequence[sp.Symbol], qdd: Sequence[sp.Symbol]) -> list[sp.Expr]:
-        """Rates of the speeds where qd changes by qdd."""
+        """Second time derivatives at rates qd and accelerations qdd."""
         rates = dict(zip(self.q, qd, strict=True)) | dict(zip(qd, qdd, strict=True))
         return Tangent(self.terms, rates, self.loops).of_each(self.speeds(qd))
 

@@ -1,16 +1,16 @@
 """Jacobians, their rates, the Hessian, twists and accelerations, all from screw theory.
 
-With omega_j the axis of joint j and v_j the velocity that it gives the observed point, a column of
-a Jacobian is (v_j; omega_j). All three Jacobians are one formula, with another point observed and
-other axes to write it in:
+With omega_j the axis of joint j and v_j the velocity of the observed point at unit rate of joint j,
+column j of a Jacobian is (v_j; omega_j). The three Jacobians differ by the observed point and by
+the axes in which a column is expressed:
 
-| Jacobian | point                 | axes        |
+| Jacobian | observed point        | axes        |
 |----------|-----------------------|-------------|
 | `space`  | at the base's origin  | base frame  |
 | `mixed`  | the tool's origin     | base frame  |
 | `body`   | the tool's origin     | tool frame  |
 
-A joint turns the lever r of the point, in its own axes, by z x r = (-r_y, r_x, 0).
+A turning joint moves a point at position r, in the joint's axes, by z x r = (-r_y, r_x, 0).
 """
 
 from collections.abc import Callable, Sequence
@@ -55,7 +55,7 @@ NO_TWIST = Twist(ORIGIN, ORIGIN)
 
 
 def columns(forward: Forward, representation: Representation) -> list[Twist]:
-    """The Jacobian by columns, one a moving joint, in the order of the chain."""
+    """The columns of the Jacobian, one for each moving joint, in the order of the chain."""
     if representation == "body":
         axes, end_axes = forward.axes_in_tool()
     else:
@@ -88,8 +88,9 @@ def rates(
     """Time derivative of a Jacobian's columns at joint speeds.
 
     space: J_j' = ad(V_(j-1)) J_j with V_(j-1) the twist of the links before joint j.
-    body: J_j' = ad(J_j) (V - V_j), the twist that the joints after j add.
-    mixed: omega_j' = Omega_(j-1) x omega_j and v_j' = Omega_j x v_j + omega_j x (v of those after).
+    body: J_j' = ad(J_j) (V - V_j), where V - V_j is the twist due to the joints after j.
+    mixed: omega_j' = Omega_(j-1) x omega_j and v_j' = Omega_j x v_j + omega_j x (v due to the
+    joints after j).
     """
     scaled = [_scaled(terms, screw, speed) for screw, speed in zip(screws, speeds, strict=True)]
     before, after = _partial_sums(terms, scaled), _partial_sums(terms, scaled[::-1])[::-1]
@@ -111,7 +112,7 @@ def rates(
 
 
 def hessian(terms: Terms, screws: Sequence[Twist]) -> list[list[Twist]]:
-    """Derivatives of the mixed Jacobian: entry [j][k] is that of column j by joint k.
+    """Derivatives of the mixed Jacobian: entry [j][k] is the derivative of column j by joint k.
 
     v_j by k is omega_i x v_l with i the smaller and l the larger of j and k; omega_j by k is
     omega_k x omega_j for k before j and zero otherwise.
@@ -130,7 +131,7 @@ def hessian(terms: Terms, screws: Sequence[Twist]) -> list[list[Twist]]:
 
 
 def weighted(terms: Terms, screws: Sequence[Twist], weights: Sequence[sp.Expr]) -> Twist:
-    """The sum of columns times weights: J w."""
+    """The sum J w of columns times weights."""
     parts = [_scaled(terms, screw, weight) for screw, weight in zip(screws, weights, strict=True)]
     return _total(terms, parts)
 
@@ -144,7 +145,7 @@ def _turning(terms: Terms, station: Station, choices: Sequence[tuple[Basis, Vect
     sign = sp.Integer(station.sign)
     _, _, z = choices[0][0]
     omega = named(terms, (sign * component for component in z))
-    # z x lever, in whichever axes it has the fewest products.
+    # z x lever, in the axes in which it takes the fewest products.
     spun = [(axes, (-sign * y, sign * x, ZERO)) for axes, (x, y, _) in choices]
     v = _cheapest(terms, spun)
     if station.pitch != 0:
@@ -183,7 +184,7 @@ def _total(terms: Terms, twists: Sequence[Twist]) -> Twist:
 
 
 def _partial_sums(terms: Terms, twists: Sequence[Twist]) -> list[Twist]:
-    """The sums of what stands before each element."""
+    """For each twist the sum of the twists before it."""
     sums = [NO_TWIST]
     for twist in twists[:-1]:
         sums.append(_total(terms, (sums[-1], twist)))

@@ -2,11 +2,11 @@
 
 With the groups of :mod:`chasles.derive.chain.groups`, the axes of group g+1 are those of group g
 turned by the group's last angle and tilted. A point p is carried from the tool to the base by
-Horner's scheme: in the axes of group g,
+Horner's scheme. In the axes of group g,
 
     lever_k = Rz(phi_k) reach_k + lever_(k+1),    lever_last = Rz(phi_last) (reach + Rx(alpha) p').
 
-Every lever is the tool seen from one joint's axis, which is all that a Jacobian needs.
+Every lever is the position of the tool relative to one joint's axis, from which a Jacobian follows.
 """
 
 from collections.abc import Sequence
@@ -36,11 +36,11 @@ Pose = tuple[Basis, Vector]
 
 @dataclass(frozen=True)
 class Levers:
-    """One point seen from every station of one group.
+    """Positions of one point relative to every station of one group.
 
     Attributes:
-        from_axis: The point relative to each station's axis, in the group's axes.
-        turned: The same relative to the last station's axis, in that station's own axes.
+        from_axis: Position relative to each station's axis, in the group's axes.
+        turned: Position relative to the last station's axis, in that station's own axes.
     """
 
     from_axis: tuple[Vector, ...]
@@ -89,31 +89,33 @@ class Forward:
         return poses[:-1]
 
     def levers_of_tool(self) -> list[Levers]:
-        """The tool's origin seen from every axis, group by group (the base is the first axis)."""
+        """Positions of the tool's origin relative to every axis, the base first, group by group."""
         levers: list[Levers] = []
         point = ORIGIN
         for group, angles in zip(self.groups[::-1], self.trigonometry[::-1], strict=True):
             c, s = group.tilt
             turned = added(self.terms, group.stations[-1].reach, rotated_x(self.terms, point, c, s))
-            seen = [rotated_z(self.terms, turned, *angles[-1])]
+            positions = [rotated_z(self.terms, turned, *angles[-1])]
             for station, (c, s) in zip(group.stations[-2::-1], angles[-2::-1], strict=True):
-                seen.append(added(self.terms, rotated_z(self.terms, station.reach, c, s), seen[-1]))
-            levers.append(Levers(tuple(seen[::-1]), turned))
-            point = seen[-1]
+                positions.append(
+                    added(self.terms, rotated_z(self.terms, station.reach, c, s), positions[-1])
+                )
+            levers.append(Levers(tuple(positions[::-1]), turned))
+            point = positions[-1]
         return levers[::-1]
 
     def levers_of_base(self) -> list[Levers]:
-        """The base frame's origin seen from every axis, group by group."""
+        """Positions of the base frame's origin relative to every axis, group by group."""
         levers: list[Levers] = []
         point = ORIGIN
         for group, angles in zip(self.groups, self.trigonometry, strict=True):
-            seen = [point]
+            positions = [point]
             for station, (c, s) in zip(group.stations[:-1], angles[:-1], strict=True):
                 reach = rotated_z(self.terms, station.reach, c, s)
-                seen.append(subtracted(self.terms, seen[-1], reach))
+                positions.append(subtracted(self.terms, positions[-1], reach))
             c, s = angles[-1]
-            turned = rotated_z(self.terms, seen[-1], c, -s)
-            levers.append(Levers(tuple(seen), turned))
+            turned = rotated_z(self.terms, positions[-1], c, -s)
+            levers.append(Levers(tuple(positions), turned))
             c, s = group.tilt
             point = rotated_x(
                 self.terms, subtracted(self.terms, turned, group.stations[-1].reach), c, -s
@@ -134,7 +136,7 @@ class Forward:
         return axes[::-1], end_axes[::-1]
 
     def stations(self) -> list[tuple[int, int, Station]]:
-        """Every station with the number of its group and its place in it."""
+        """Every station with the index of its group and its index in the group."""
         return [
             (g, k, station)
             for g, group in enumerate(self.groups)

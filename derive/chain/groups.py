@@ -1,15 +1,15 @@
-"""The chain in its smallest form: what the equations of a serial robot are built from.
+"""The chain in its smallest form, from which the equations of a serial robot are built.
 
 A chain of placements and joints is a product of rotations about z (constant or by a joint), tilts
 about x (constant) and translations. Neighbouring rotations about z are one rotation by the sum of
-their angles, so that consecutive parallel axes, however they were described, share one angle:
+their angles, so that consecutive parallel axes share one angle in every convention:
 
     R_0_ee = Rz(phi_1) Rx(alpha_1) Rz(phi_2) Rx(alpha_2) ...
 
 A *group* is the run of parallel axes between two tilts. All its axes point along the z axis of the
-group's frame; its *stations* are the angles phi that it passes through, one a joint, each with the
+group's frame. Its *stations* are the successive angles phi, one for each joint, each with the
 translation (*reach*) that turns with it. Antiparallel axes (a tilt of pi) stay in their group and
-count backwards. Constants that are right angles are exact permutations and cost nothing.
+turn against it. Constant right angles are exact permutations and take no operations.
 """
 
 from collections.abc import Sequence
@@ -19,8 +19,8 @@ from typing import NamedTuple
 import mpmath
 import sympy as sp
 
-from ..model.exact import EVALUATION_DIGITS
 from ..model.robot import Placement, Robot, Rotation
+from ..model.tolerances import EVALUATION_DIGITS, ROUNDING
 from ..terms.terms import Terms
 from ..terms.vectors import (
     IDENTITY,
@@ -36,11 +36,11 @@ from ..terms.vectors import (
 )
 
 ANGLE_FRACTIONS = 24
-"""Constant angles are recognised as multiples of pi / 24."""
+"""Constant angles are compared with multiples of pi / 24."""
 
 
 @dataclass(frozen=True)
-class Slide:
+class SlidingJoint:
     """A prismatic joint: the index of the moving joint and its direction in its station's axes."""
 
     joint: int
@@ -58,16 +58,16 @@ class LinkFrame:
 
 @dataclass(frozen=True)
 class Station:
-    """One angle of a group and what turns with it.
+    """One angle of a group, and the slides and frames that turn with it.
 
     Attributes:
-        joint: Index of the moving joint that turns here, None at the start of a group.
-        sign: 1 where the joint's axis is the group's z axis, -1 where it is opposite.
+        joint: Index of the joint that turns here; None at the start of a group.
+        sign: 1 where the joint's axis is the group's z axis, -1 where it is opposite to it.
         pitch: Advance of a helical joint along its axis per radian.
         angle: Angle of the station's axes in the group's frame.
-        reach: From this axis to the next station's, in the station's axes.
-        slides: The prismatic joints in between.
-        frames: The link frames in between.
+        reach: Vector from this axis to the next station's, in the station's axes.
+        slides: The prismatic joints between the two axes.
+        frames: The link frames between the two axes.
     """
 
     joint: int | None
@@ -75,7 +75,7 @@ class Station:
     pitch: sp.Expr
     angle: sp.Expr
     reach: Vector = ORIGIN
-    slides: tuple[Slide, ...] = ()
+    slides: tuple[SlidingJoint, ...] = ()
     frames: tuple[LinkFrame, ...] = ()
 
     @property
@@ -94,7 +94,7 @@ class Group:
 
 
 class _Turn(NamedTuple):
-    """A constant rotation about x or z; the angle of a factored one may be a 40-digit number."""
+    """A constant rotation about x or z; factoring may give an angle of 40 digits."""
 
     axis: str
     angle: sp.Expr
@@ -102,11 +102,11 @@ class _Turn(NamedTuple):
 
 @dataclass
 class _Stretch:
-    """The constant part between two turning joints, everything in the axes of its start."""
+    """The constant part between two turning joints, in the axes at its start."""
 
     rotations: list[_Turn] = field(default_factory=list)
     reach: Vector = ORIGIN
-    slides: list[Slide] = field(default_factory=list)
+    slides: list[SlidingJoint] = field(default_factory=list)
     frames: list[LinkFrame] = field(default_factory=list)
 
 
@@ -135,13 +135,13 @@ def _stretches(
 ) -> tuple[list[_Stretch], list[tuple[int, sp.Expr]]]:
     stretches = [_Stretch()]
     turning: list[tuple[int, sp.Expr]] = []
-    orientation = _place(terms, stretches[-1], IDENTITY, robot.base)
+    orientation = _append(terms, stretches[-1], IDENTITY, robot.base)
     moving = 0
     for joint, link in zip(robot.joints, robot.link_names, strict=True):
-        orientation = _place(terms, stretches[-1], orientation, joint.before)
+        orientation = _append(terms, stretches[-1], orientation, joint.before)
         if joint.kind == "prismatic":
             _, _, z = orientation
-            stretches[-1].slides.append(Slide(moving, z))
+            stretches[-1].slides.append(SlidingJoint(moving, z))
             _advance(terms, stretches[-1], orientation, (ZERO, ZERO, values[moving]))
         elif joint.kind != "fixed":
             turning.append((moving, joint.pitch))
@@ -149,13 +149,13 @@ def _stretches(
             orientation = IDENTITY
             _advance(terms, stretches[-1], orientation, (ZERO, ZERO, joint.pitch * values[moving]))
         moving += joint.kind != "fixed"
-        orientation = _place(terms, stretches[-1], orientation, joint.after)
+        orientation = _append(terms, stretches[-1], orientation, joint.after)
         stretches[-1].frames.append(LinkFrame(link, orientation, stretches[-1].reach))
-    _place(terms, stretches[-1], orientation, robot.tool)
+    _append(terms, stretches[-1], orientation, robot.tool)
     return stretches, turning
 
 
-def _place(terms: Terms, stretch: _Stretch, orientation: Basis, placement: Placement) -> Basis:
+def _append(terms: Terms, stretch: _Stretch, orientation: Basis, placement: Placement) -> Basis:
     for motion in placement:
         if isinstance(motion, Rotation):
             for turn in _about_x_and_z(motion):
@@ -180,7 +180,7 @@ def _about_x_and_z(motion: Rotation) -> tuple[_Turn, ...]:
 
 
 def _reduced(rotations: Sequence[_Turn]) -> list[_Turn]:
-    """Neighbours about the same axis as one, full turns left out."""
+    """Neighbouring turns about the same axis as one turn, full turns left out."""
     reduced: list[_Turn] = []
     for rotation in rotations:
         angle = rotation.angle
@@ -192,7 +192,7 @@ def _reduced(rotations: Sequence[_Turn]) -> list[_Turn]:
 
 
 def _factored(terms: Terms, rotations: Sequence[_Turn]) -> list[_Turn]:
-    """Constant rotations as Rz Rx Rz where they are numbers, else as they are."""
+    """Constant rotations as Rz Rx Rz where they are numbers, else unchanged."""
     reduced = _reduced(rotations)
     if sum(rotation.axis == "x" for rotation in reduced) <= 1 or not all(
         terms.is_number(rotation.angle) for rotation in reduced
@@ -203,7 +203,7 @@ def _factored(terms: Terms, rotations: Sequence[_Turn]) -> list[_Turn]:
         for rotation in reduced:
             matrix *= _matrix(rotation)
         tilt = mpmath.atan2(mpmath.hypot(matrix[0, 2], matrix[1, 2]), matrix[2, 2])
-        if abs(mpmath.sin(tilt)) < mpmath.mpf(10) ** (8 - EVALUATION_DIGITS):
+        if abs(mpmath.sin(tilt)) < ROUNDING:
             sign = mpmath.sign(matrix[2, 2])
             angles = [mpmath.atan2(matrix[1, 0], matrix[0, 0]), mpmath.acos(sign), mpmath.mpf(0)]
         else:
@@ -224,7 +224,7 @@ def _matrix(rotation: _Turn) -> mpmath.matrix:
 def _recognised(angle: mpmath.mpf) -> sp.Expr:
     parts = angle * ANGLE_FRACTIONS / mpmath.pi
     nearest = int(mpmath.nint(parts))
-    if abs(parts - nearest) < mpmath.mpf(10) ** (8 - EVALUATION_DIGITS):
+    if abs(parts - nearest) < ROUNDING:
         return sp.pi * sp.Rational(nearest, ANGLE_FRACTIONS)
     return sp.Float(angle, EVALUATION_DIGITS)
 
@@ -233,12 +233,12 @@ class _Builder:
     """Collects stations into groups, from the base to the tool.
 
     Attributes:
-        groups: The groups that are closed.
+        groups: The finished groups.
         stations: The stations of the open group.
-        turned: Sum of the open group's joint values, backward ones negative.
-        offset: Sum of its constant angles.
-        unsettled: The part of it by which the last station's axes have yet to be turned.
-        sign: -1 while the axes are opposite to the group's.
+        turned: Sum of the open group's joint values, those of opposite axes negative.
+        offset: Sum of the open group's constant angles.
+        unsettled: Part of the offset that the last station's axes do not contain yet.
+        sign: -1 while the axes are opposite to the group's, else 1.
     """
 
     stations: list[Station]
@@ -253,14 +253,14 @@ class _Builder:
         self._open_group()
 
     def joint(self, joint: int, value: sp.Expr, pitch: sp.Expr) -> None:
-        """A turning joint: its angle joins those before it in the group."""
+        """Adds a turning joint, whose value adds to the group's angle."""
         turned = self.turned + self.sign * value
-        # Sums of solved angles stay open: what a loop makes cancel must be seen to cancel.
+        # Sums of solved angles stay unnamed, so that angles which a loop adds and subtracts cancel.
         self.turned = sp.expand(turned) if self.terms.solved else self.terms.let(turned)
         self.stations.append(Station(joint, self.sign, pitch, self._angle()))
 
     def stretch(self, stretch: _Stretch) -> None:
-        """The constant part after a joint: it ends the group unless it keeps the axes parallel."""
+        """Adds the constant part after a joint; it ends the group unless the axes stay parallel."""
         self._fill(stretch)
         for rotation in _factored(self.terms, stretch.rotations):
             if rotation.axis == "z":
@@ -272,7 +272,7 @@ class _Builder:
                 self._close_group(rotation.angle)
 
     def finish(self, tool: str) -> tuple[Group, ...]:
-        """All groups; the tool's frame stands at the end of everything."""
+        """All groups; the tool's frame is the last frame of the last station."""
         self._settle()
         last = self.stations[-1]
         frame = LinkFrame(tool, _flipped_basis(self.sign, IDENTITY), last.reach)
@@ -287,7 +287,7 @@ class _Builder:
 
     def _close_group(self, tilt: sp.Expr) -> None:
         self._settle()
-        # A flip that is still pending is a tilt of pi of its own.
+        # Axes that are still opposite add a tilt of pi.
         total = tilt if self.sign == 1 else tilt + sp.pi
         self.groups.append(Group(tuple(self.stations), self.terms.cos_sin(total)))
         self._open_group()
@@ -312,9 +312,9 @@ class _Builder:
         )
 
     def _settle(self) -> None:
-        """Turns the last station's axes to where its stretch ends.
+        """Turns the last station's axes to the end of its stretch.
 
-        So the group's end and the translation before it need one angle, not two.
+        The end of the group and the translation before it then share one angle.
         """
         c, s = self.terms.cos_sin(-self.unsettled)
         station = self.stations[-1]

@@ -1,11 +1,12 @@
 """The functions of a chain: poses, Jacobians, their rates, Hessian, twists and accelerations.
 
-The coordinates need not be the joints. How the joints move with them is a
-:class:`~chasles.derive.chain.coordinates.Motion`: equal or in proportion in a serial robot, through
-closed loops in others.
+The coordinates need not be the joints. A :class:`~chasles.derive.chain.coordinates.Motion` gives
+the joints as functions of the coordinates: in proportion in a serial robot, through closed loops in
+other robots.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 import sympy as sp
 
@@ -19,7 +20,7 @@ from .forward import Forward, Pose
 from .groups import Group
 
 REPRESENTATIONS: tuple[Representation, ...] = ("space", "body", "mixed")
-SEEN: dict[Representation, str] = {
+OBSERVED: dict[Representation, str] = {
     "space": "of the point of the tool's body at the base origin, in base axes",
     "body": "of the tool's origin, in tool axes",
     "mixed": "of the tool's origin, in base axes",
@@ -50,19 +51,37 @@ TWIST_UNIT = "m/s, rad/s"
 BOTTOM_ROW = (sp.Integer(0), sp.Integer(0), sp.Integer(0), sp.Integer(1))
 
 
+@dataclass(frozen=True)
 class Kinematics:
-    """The functions of one chain, made when they are asked for."""
+    """A chain and the terms over which its functions are derived.
 
-    def __init__(
-        self,
+    Attributes:
+        robot: The chain, for its names.
+        terms: Names of all terms.
+        motion: How the chain's joints move with the coordinates.
+        arguments: ``q``, ``qd`` and ``qdd``.
+        forward: Forward kinematics of the chain in its smallest form.
+        links: Forward kinematics of the chain with all its links.
+    """
+
+    robot: Robot
+    terms: Terms
+    motion: Motion
+    arguments: Mapping[str, Argument]
+    forward: Forward
+    links: Forward
+
+    @classmethod
+    def of(
+        cls,
         robot: Robot,
         terms: Terms,
         groups: Sequence[Group],
         motion: Motion,
         arguments: Mapping[str, Argument],
         links: Forward | None = None,
-    ) -> None:
-        """Begins the forward kinematics of a chain.
+    ) -> "Kinematics":
+        """Names the axes of a chain.
 
         Args:
             robot: The chain, for its names.
@@ -72,16 +91,35 @@ class Kinematics:
             arguments: ``q``, ``qd`` and ``qdd``.
             links: The chain with all its links, where ``groups`` lack some.
         """
-        self.robot, self.terms, self.motion, self.arguments = robot, terms, motion, arguments
-        self.q, self.qd, self.qdd = (arguments[name].symbols for name in ("q", "qd", "qdd"))
-        self.forward = Forward(terms, groups)
-        self.links = links or self.forward
-        self.pose = f"T_{robot.base_frame}_{robot.tool_frame}"
+        forward = Forward(terms, groups)
+        return cls(robot, terms, motion, arguments, forward, links or forward)
+
+    def functions(self, names: Collection[str]) -> dict[str, SymbolicFunction]:
+        """The functions of some names, derived in the order of :data:`FUNCTIONS`.
+
+        The names of terms follow that order, not the order of ``names``.
+        """
+        derivation = _Derivation(self)
+        return {name: derivation.function(name) for name in FUNCTIONS if name in names}
+
+    def function(self, name: str) -> SymbolicFunction:
+        """One function of :data:`FUNCTIONS`."""
+        return self.functions([name])[name]
+
+
+class _Derivation:
+    """One pass over the functions of a chain; a Jacobian's columns serve all that need them."""
+
+    def __init__(self, chain: Kinematics) -> None:
+        self.robot, self.terms, self.motion = chain.robot, chain.terms, chain.motion
+        self.arguments, self.forward, self.links = chain.arguments, chain.forward, chain.links
+        self.q, self.qd, self.qdd = (chain.arguments[name].symbols for name in ("q", "qd", "qdd"))
+        self.pose = f"T_{chain.robot.base_frame}_{chain.robot.tool_frame}"
         self._columns: dict[Representation, list[Twist]] = {}
         self._columns_dot: dict[Representation, list[Twist]] = {}
 
     def function(self, name: str) -> SymbolicFunction:
-        """The function of that name, one of :data:`FUNCTIONS`."""
+        """One function; functions are asked for in the order of :data:`FUNCTIONS`."""
         for representation in REPRESENTATIONS:
             if name == f"jacobian_{representation}":
                 return self._jacobian(representation)
@@ -100,13 +138,13 @@ class Kinematics:
         return others[name]()
 
     def _joints(self, representation: Representation) -> list[Twist]:
-        """Columns of a Jacobian by moving joints, derived when first asked for."""
+        """Columns of a Jacobian by moving joints."""
         if representation not in self._columns:
             self._columns[representation] = columns(self.forward, representation)
         return self._columns[representation]
 
     def _rates(self, representation: Representation) -> list[Twist]:
-        """Time derivatives of those columns, derived when first asked for."""
+        """Time derivatives of these columns."""
         if representation not in self._columns_dot:
             joints, speeds = self._joints(representation), self.motion.speeds(self.qd)
             self._columns_dot[representation] = rates(self.terms, representation, joints, speeds)
@@ -138,7 +176,7 @@ class Kinematics:
     def _jacobian(self, representation: Representation) -> SymbolicFunction:
         return self._function(
             f"jacobian_{representation}",
-            f"Jacobian whose twist (v, omega) is {SEEN[representation]}.",
+            f"Jacobian whose twist (v, omega) is {OBSERVED[representation]}.",
             f"V = J(q) qd with V = twist_{representation}(q, qd)",
             ("q",),
             self._jacobian_result(representation),
@@ -156,9 +194,9 @@ class Kinematics:
 
     def _jacobian_dot(self, representation: Representation) -> SymbolicFunction:
         moving = self._by_coordinates(self._rates(representation), self.motion.D_q())
-        bending = self.motion.D_q_dot(self.qd)
-        if bending is not None:
-            turning = self._by_coordinates(self._joints(representation), bending)
+        bend = self.motion.D_q_dot(self.qd)
+        if bend is not None:
+            turning = self._by_coordinates(self._joints(representation), bend)
             moving = [summed(self.terms, a, b) for a, b in zip(moving, turning, strict=True)]
         entries = _entries(moving)
         return self._function(
@@ -173,16 +211,16 @@ class Kinematics:
         table = hessian(self.terms, self._joints("mixed"))
         count = range(len(self.q))
         D_q = self.motion.D_q()
-        # From moving joints to coordinates: in what is derived by first, then in the columns.
+        # From joints to coordinates, first in the direction of the derivative, then in the columns.
         by_coordinate = [[self._combined(row, D_q, k) for row in table] for k in count]
         entries = [[self._combined(row, D_q, j) for row in by_coordinate] for j in count]
-        bending = self.motion.D_q_q()
-        if bending is not None:
+        bend = self.motion.D_q_q()
+        if bend is not None:
             joints = self._joints("mixed")
             entries = [
                 [
                     summed(self.terms, H, self._combined(joints, D_k, j))
-                    for H, D_k in zip(row, bending, strict=True)
+                    for H, D_k in zip(row, bend, strict=True)
                 ]
                 for j, row in zip(count, entries, strict=True)
             ]
@@ -199,7 +237,7 @@ class Kinematics:
         V = weighted(self.terms, self._joints(representation), self.motion.speeds(self.qd))
         return self._function(
             f"twist_{representation}",
-            f"Twist (v, omega) {SEEN[representation]}.",
+            f"Twist (v, omega) {OBSERVED[representation]}.",
             f"V = jacobian_{representation}(q) qd",
             ("q", "qd"),
             Result("V", V.entries, (6,), TWIST_UNIT, "twist, linear first"),
@@ -244,7 +282,7 @@ class Kinematics:
         return Result("J", entries, (6, len(self.q)), "m, 1", f"{representation} Jacobian")
 
     def _by_coordinates(self, joints: list[Twist], D_q: Matrix) -> list[Twist]:
-        """From columns by moving joints to columns by coordinates."""
+        """The columns by coordinates from the columns by moving joints."""
         return [self._combined(joints, D_q, k) for k in range(len(self.q))]
 
     def _combined(self, joints: list[Twist], D_q: Matrix, coordinate: int) -> Twist:
@@ -264,8 +302,8 @@ def arguments_of(units: Sequence[str], what: str = "joint") -> dict[str, Argumen
     """The arguments ``q``, ``qd`` and ``qdd`` of a robot.
 
     Args:
-        units: Of its coordinates.
-        what: What moves by them: a joint, or an actuator.
+        units: Unit of each coordinate.
+        what: The part that a coordinate moves: a joint, or an actuator.
     """
     unit, shape = common_unit(units), (len(units),)
     q, qd, qdd = (coordinates(name, len(units)) for name in ("q", "qd", "qdd"))

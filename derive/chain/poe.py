@@ -6,18 +6,18 @@ from ..model.robot import Placement, Robot, Rotation
 
 
 def to_poe(robot: Robot) -> tuple[sp.ImmutableMatrix, sp.ImmutableMatrix]:
-    """Screw axes and home pose of a robot, whatever conventions it was described in.
+    """Screw axes and home pose of a robot in any convention.
 
     ``T_0_ee(q) = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_ee`` with theta the values of the moving
-    joints: q itself where no joint follows another or counts backwards.
+    joints: q itself where no joint follows another and every direction is 1.
 
     Args:
         robot: The description.
 
     Returns:
-        ``S_space`` (6, moving joints), one screw (v; omega) a column in the base frame, and the
-        home pose ``M_0_ee`` (4, 4), the tool's pose with every joint at zero. A follower's offset
-        is not part of the home pose.
+        ``S_space`` (6, moving joints), one screw (v; omega) in each column, expressed in the base
+        frame, and the home pose ``M_0_ee`` (4, 4) of the tool in the base frame with every joint at
+        zero. The home pose does not contain the offsets of mimic joints.
 
     Source:
         Brockett 1984; Lynch and Park, Modern Robotics, 4.1.

@@ -1,1 +1,1 @@
-"""From text to data: robot files, URDF and the conventions that they are written in."""
+"""From text to data: robot files, URDF, and the modelling conventions of both."""

@@ -1,4 +1,4 @@
-"""Robots with loops in robot files: a tree of joints, and what closes its loops."""
+"""Robots with loops in robot files: a tree of joints, and the members that close its loops."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -7,10 +7,11 @@ from typing import ClassVar, Literal, get_args
 import sympy as sp
 
 from ..model.errors import RobotError
+from ..model.kinds import JointKind, ParameterKind
 from ..model.mechanism import Closure, ClosureKind, Drive, EndKind, Frame, Mechanism, Strut
-from ..model.robot import Joint, JointKind, ParameterKind, Placement
+from ..model.placements import Placement, Vector, align_z, inverse
+from ..model.robot import Joint
 from ..terms.vectors import ONE, ZERO
-from .conventions import ORIGIN, Vector, urdf
 from .serial_file import JOINT_FIELDS, KINDS, ROBOT_FIELDS, RobotFile
 from .toml_file import DescriptionError, Keys, dotted, hint, listed
 
@@ -32,19 +33,19 @@ PLATFORMS: Mapping[str, tuple[tuple[str, JointKind, Vector], ...]] = {
         ("roll", "revolute", _X),
     ),
 }
-"""Joints that hold nothing, as joints that follow each other: what platforms stand on."""
+"""Unconstrained joints of platforms, each as a series of joints with one freedom."""
 
 
 def has_loops(table: Mapping[str, object]) -> bool:
-    """Whether a file's table says a robot with loops and not a serial one."""
+    """Whether a file's table describes a robot with loops, not a serial robot."""
     joints = table.get("joints")
     listed_joints = joints if isinstance(joints, list) else []
-    stand = any(isinstance(joint, Mapping) and "parent" in joint for joint in listed_joints)
-    return stand or any(field in table for field in MECHANISM_FIELDS)
+    has_parent = any(isinstance(joint, Mapping) and "parent" in joint for joint in listed_joints)
+    return has_parent or any(field in table for field in MECHANISM_FIELDS)
 
 
 class MechanismFile(RobotFile):
-    """A file that says a robot with loops."""
+    """A file that describes a robot with loops."""
 
     joint_fields: ClassVar = (*JOINT_FIELDS, "parent")
 
@@ -109,7 +110,7 @@ class MechanismFile(RobotFile):
         return tuple(joints)
 
     def _platform(self, keys: Keys, kind: str, parent: str) -> Iterator[Joint]:
-        """A joint that holds nothing as a chain of joints of one freedom each."""
+        """An unconstrained joint as a chain of joints with one freedom each."""
         self.check_fields(keys, self.table_at(keys), PLATFORM_FIELDS)
         freedoms = PLATFORMS[kind]
         name = self.name((*keys, "name"), kind)
@@ -118,18 +119,17 @@ class MechanismFile(RobotFile):
         self._check_list((*keys, "limits"), len(freedoms), "pairs")
         before = self._pose(keys)
         for k, (default, joint_kind, axis) in enumerate(freedoms):
-            to_axis, after = urdf(joint_kind, xyz=ORIGIN, rpy=ORIGIN, axis=axis)
+            z_to_axis = align_z(axis)
             coordinate = self._new((*keys, "coordinates", k), default)
             is_last = k + 1 == len(freedoms)
             joint = Joint(
                 name=coordinate,
                 kind=joint_kind,
-                before=before + to_axis,
-                after=after,
+                before=before + z_to_axis,
+                after=inverse(z_to_axis),
                 link=end if is_last else f"{name}_{coordinate}",
                 parent=parent,
                 limits=self._limits((*keys, "limits", k), joint_kind),
-                convention="urdf",
             )
             yield joint
             before, parent = (), joint.link
@@ -139,7 +139,7 @@ class MechanismFile(RobotFile):
         if value is not None and (not isinstance(value, list) or len(value) != count):
             self.fail(keys, f"a list of {count} {what}")
 
-    # --- what closes the loops ---
+    # --- members that close the loops ---
 
     def _each(self, field: str) -> Iterator[Keys]:
         value = self.table.get(field, [])
@@ -173,7 +173,9 @@ class MechanismFile(RobotFile):
         name = self._new((*keys, "name"))
         ends: EndKind = self.option((*keys, "ends"), get_args(EndKind), "pin")
         if ends == "ball" and self.at((*keys, "swing")) is not None:
-            self.fail((*keys, "swing"), "nothing: between balls it swings by no single angle")
+            self.fail(
+                (*keys, "swing"), "no swing: a member between balls has no single swing angle"
+            )
         swing = self._new((*keys, "swing"), f"{name}_swing") if ends == "pin" else ""
         a, b = self._frames(keys, bodies)
         return Strut(name, a, b, length, is_cylinder, ends, swing)
@@ -191,7 +193,7 @@ class MechanismFile(RobotFile):
     def _body(self, keys: Keys, bodies: Sequence[str], default: str) -> str:
         return self.option(keys, bodies, default)
 
-    # --- what moves ---
+    # --- coordinates ---
 
     def _drive(self, keys: Keys, kinds: Mapping[str, JointKind]) -> Drive:
         table = self.table_at(keys)
@@ -201,7 +203,9 @@ class MechanismFile(RobotFile):
         field, other = ("radius", "ratio") if kinds[joint] == "prismatic" else ("ratio", "radius")
         if other in table:
             slides = "slides" if field == "radius" else "turns"
-            self.fail((*keys, other), f"nothing: {joint} {slides}, its drive has a {field}")
+            self.fail(
+                (*keys, other), f"no {other}: {joint} {slides}, so that its drive has a {field}"
+            )
         if field not in table:
             self.fail((*keys, field), f"the advance of {joint} per radian of the motor")
         ratio = self.number((*keys, field), "length" if field == "radius" else "ratio")
@@ -218,8 +222,8 @@ class MechanismFile(RobotFile):
         for k in range(len(value)):
             name = self.option(("actuated", k), moved, "")
             if moved[name] in first:
-                moves = f"something else than {first[moved[name]]} moves"
-                self.fail(("actuated", k), f"a name of what moves {moves}")
+                expected = f"a coordinate that moves another joint than {first[moved[name]]} does"
+                self.fail(("actuated", k), expected)
             first[moved[name]] = name
         return tuple(first.values())
 
@@ -247,6 +251,6 @@ class MechanismFile(RobotFile):
 
 
 def _moving(joints: Sequence[Joint], struts: Sequence[Strut]) -> dict[str, JointKind]:
-    """What coordinates may move, and how: joints and cylinders."""
+    """Kinds of the joints and cylinders that coordinates may move, by name."""
     kinds: dict[str, JointKind] = {j.name: j.kind for j in joints if j.kind != "fixed"}
     return kinds | {strut.name: "prismatic" for strut in struts if strut.is_cylinder}

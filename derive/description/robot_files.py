@@ -1,6 +1,6 @@
-"""Robot files: TOML in, a robot out, or an error with its line.
+"""Robot files: a TOML file becomes a robot, or an error that names its line.
 
-A robot file says what a data sheet says::
+A robot file holds the numbers of a data sheet::
 
     name = "ur5e"
     title = "Universal Robots UR5e"
@@ -20,15 +20,18 @@ A robot file says what a data sheet says::
 Every number is exact: an integer, a decimal, or a text that :mod:`chasles.derive.model.exact`
 reads.
 
-A robot with loops says its joints as a tree, by ``parent``, and what closes the loops:
-``[[closures]]``, ``[[rods]]`` and ``[[cylinders]]``; ``actuated`` names its coordinates. A file may
-extend another with other values of its parameters.
+The file of a robot with loops lists its joints as a tree, by ``parent``, and the members that close
+the loops: ``[[closures]]``, ``[[rods]]`` and ``[[cylinders]]``; ``actuated`` names the coordinates.
+A file may extend another file with other values of its parameters.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 
+from ..model.convention import Convention
 from ..model.mechanism import Mechanism
 from ..model.robot import Robot
+from .conventions import CONVENTIONS
 from .mechanism_file import MechanismFile, has_loops
 from .serial_file import RobotFile
 from .toml_file import DescriptionError, TomlFile, read_text
@@ -36,45 +39,49 @@ from .toml_file import DescriptionError, TomlFile, read_text
 __all__ = ["DescriptionError", "load", "loads"]
 
 
-def load(path: str | Path) -> Robot | Mechanism:
+def load(path: str | Path, conventions: Sequence[Convention] = CONVENTIONS) -> Robot | Mechanism:
     """Reads a robot file.
 
     Args:
         path: A TOML file.
+        conventions: The conventions that the file may name; the shipped ones by default.
 
     Returns:
-        The robot, in metres and radians: a Mechanism where the file says how loops close, which
-        joints are actuated, or what body a joint stands on.
+        The robot, in metres and radians: a Mechanism where the file closes loops, names actuated
+        joints, or names the body that carries a joint; else a Robot.
 
     Raises:
-        DescriptionError: The file, or the one that it extends, cannot be read or is wrong.
+        DescriptionError: The file, or the file that it extends, cannot be read or is wrong.
     """
-    return loads(read_text(path), str(path))
+    return loads(read_text(path), str(path), conventions)
 
 
-def loads(text: str, file: str = "<text>") -> Robot | Mechanism:
+def loads(
+    text: str, file: str = "<text>", conventions: Sequence[Convention] = CONVENTIONS
+) -> Robot | Mechanism:
     """Reads a robot from the text of a robot file.
 
     Args:
         text: TOML.
-        file: What errors call it; a file that it extends is looked for beside it.
+        file: Name of the file in errors; a file that it extends is looked for beside it.
+        conventions: The conventions that the text may name; the shipped ones by default.
 
     Returns:
         The robot, see :func:`load`.
 
     Raises:
-        DescriptionError: The text is wrong, or a file that it extends.
+        DescriptionError: The text, or a file that it extends, is wrong.
     """
     written = TomlFile(file, text)
     heir = written if "extends" in written.table else None
     source = written if heir is None else _extended(heir)
     if has_loops(source.table):
-        return MechanismFile(source.file, source.text, heir).mechanism()
-    return RobotFile(source.file, source.text, heir).robot()
+        return MechanismFile(source.file, source.text, heir, conventions).mechanism()
+    return RobotFile(source.file, source.text, heir, conventions).robot()
 
 
 def _extended(heir: TomlFile) -> TomlFile:
-    """The file that another one extends."""
+    """The file that another file extends."""
     keys = ("extends",)
     path = Path(heir.file).parent / heir.string(keys, "")
     try:

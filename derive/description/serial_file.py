@@ -1,15 +1,18 @@
 """Serial robots in robot files: joints in order from the base to the tool."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import ClassVar
+from typing import ClassVar, NoReturn
 
 import sympy as sp
 
+from ..model.convention import Convention, FieldKind
 from ..model.errors import RobotError
-from ..model.robot import Joint, JointKind, Mimic, Placement, Robot
-from .conventions import CONVENTIONS, FieldKind, urdf
-from .toml_file import FRAME, DescriptionError, Keys, TomlFile, Vector, dotted, listed
+from ..model.kinds import JointKind
+from ..model.placements import Placement, Vector, from_xyz_rpy
+from ..model.robot import Joint, Mimic, Robot
+from .conventions import CONVENTIONS
+from .toml_file import FRAME, DescriptionError, Keys, TomlFile, dotted, listed
 
 MOST_JOINTS = 256
 ROBOT_FIELDS = (
@@ -28,13 +31,27 @@ KINDS: tuple[JointKind, ...] = ("revolute", "prismatic", "helical", "fixed")
 
 
 class RobotFile(TomlFile):
-    """A file that says a serial robot."""
+    """A file that describes a serial robot."""
 
     joint_fields: ClassVar = (*JOINT_FIELDS, "mimic")
 
-    def __init__(self, file: str, text: str, heir: TomlFile | None = None) -> None:
-        """Reads the text, see :class:`TomlFile`."""
+    def __init__(
+        self,
+        file: str,
+        text: str,
+        heir: TomlFile | None = None,
+        conventions: Sequence[Convention] = CONVENTIONS,
+    ) -> None:
+        """Reads the text, see :class:`TomlFile`.
+
+        Args:
+            file: The name of the file in errors.
+            text: TOML.
+            heir: A file that extends this one.
+            conventions: The conventions that the file may name.
+        """
         super().__init__(file, text, heir)
+        self._conventions = {convention.name: convention for convention in conventions}
         self._taken: dict[tuple[str, str], Keys] = {}
 
     def robot(self) -> Robot:
@@ -81,7 +98,7 @@ class RobotFile(TomlFile):
     def _pose(self, keys: Keys) -> Placement:
         xyz = self.vector((*keys, "xyz"), "length")
         rpy = self.vector((*keys, "rpy"), "angle")
-        return urdf("fixed", xyz=xyz, rpy=rpy, axis=xyz)[0]
+        return from_xyz_rpy(xyz, rpy)
 
     def _joint_count(self) -> int:
         joints = self.table.get("joints")
@@ -93,7 +110,7 @@ class RobotFile(TomlFile):
         read = [self._joint(k) for k in range(self._joint_count())]
         leaders = {j.name: j.kind for j in read if j.kind != "fixed" and j.mimic is None}
         if not leaders:
-            self.fail(("joints",), "a joint that moves by itself", None)
+            self.fail(("joints",), "a joint with a coordinate of its own", None)
         return tuple(self._led(k, joint, leaders) for k, joint in enumerate(read))
 
     def _joint(self, k: int) -> Joint:
@@ -101,19 +118,13 @@ class RobotFile(TomlFile):
         table = self.table_at(keys)
         kind = self.option((*keys, "type"), KINDS, "revolute")
         convention = self._convention(keys, table)
-        fields = CONVENTIONS[convention].fields
-        self.check_fields(keys, table, (*self.joint_fields, *fields))
-        given = {field: self._value((*keys, field), what) for field, what in fields.items()}
-        if "axis" in fields and "axis" not in table:
-            if kind != "fixed":
-                self.fail((*keys, "axis"), "the direction that the joint moves about or along")
-            given["axis"] = (sp.Integer(0), sp.Integer(0), sp.Integer(1))
+        names = [field.name for field in convention.fields]
+        self.check_fields(keys, table, (*self.joint_fields, *names))
+        given = self._given(keys, table, convention, kind)
         try:
-            before, after = CONVENTIONS[convention].place(kind, **given)
-        except DescriptionError:
-            raise
+            before, after = convention(kind, **given)
         except RobotError as error:
-            self.fail((*keys, "axis"), f"a direction: {error}")
+            self._fail_of_convention(keys, convention, error)
         return Joint(
             name=self._new((*keys, "name"), f"joint{k + 1}"),
             kind=kind,
@@ -125,21 +136,44 @@ class RobotFile(TomlFile):
             direction=int(self.option((*keys, "direction"), ("1", "-1"), "1")),
             mimic=self._mimic(keys, kind),
             convention=convention,
-            given=_listed(given),
+            given=convention.scalars(given),
         )
 
     def _new(self, keys: Keys, default: str | None = None, what: str = "name") -> str:
-        """A name that nothing else in the file has."""
+        """A name that no other joint, link or member of the file has."""
         name = self.name(keys, default)
         first = self._taken.setdefault((what, name), keys)
         if first != keys:
             self.fail(keys, f"another {what} than {dotted(first[:2])} has", name)
         return name
 
-    def _convention(self, keys: Keys, table: Mapping[str, object]) -> str:
-        if "convention" in table:
-            return self.option((*keys, "convention"), tuple(CONVENTIONS), "")
-        return self.option(("convention",), tuple(CONVENTIONS), "")
+    def _convention(self, keys: Keys, table: Mapping[str, object]) -> Convention:
+        """The convention that a joint names, or else the file."""
+        at: Keys = (*keys, "convention") if "convention" in table else ("convention",)
+        return self._conventions[self.option(at, tuple(self._conventions), "")]
+
+    def _given(
+        self, keys: Keys, table: Mapping[str, object], convention: Convention, kind: JointKind
+    ) -> dict[str, sp.Expr | Vector]:
+        """Values of the fields of a joint's convention, defaults for missing fields."""
+        given = {
+            field.name: self._value((*keys, field.name), field.kind) for field in convention.fields
+        }
+        for field in convention.fields:
+            if field.name not in table:
+                if field.needed_to and kind != "fixed":
+                    self.fail((*keys, field.name), field.needed_to)
+                given[field.name] = field.value({})
+        return given
+
+    def _fail_of_convention(
+        self, keys: Keys, convention: Convention, error: RobotError
+    ) -> NoReturn:
+        """Raises DescriptionError about values from which a convention makes no placements."""
+        for field in convention.fields:
+            if field.kind == "direction":
+                self.fail((*keys, field.name), f"a direction: {error}")
+        self.fail(keys, f"a joint of convention {convention.name!r} ({error})", shown=None)
 
     def _limits(self, keys: Keys, kind: JointKind) -> tuple[sp.Expr | None, sp.Expr | None]:
         value = self.at(keys)
@@ -180,13 +214,13 @@ class RobotFile(TomlFile):
         )
 
     def _led(self, k: int, joint: Joint, leaders: Mapping[str, JointKind]) -> Joint:
-        """A follower with its multiplier converted from units of the file to metre and radian."""
+        """A mimic joint with its multiplier converted from the file's units to metre and radian."""
         if joint.mimic is None:
             return joint
         leader = joint.mimic.leader
         if leader not in leaders:
             keys = ("joints", k, "mimic", "joint")
-            self.fail(keys, f"a joint that moves by itself ({listed(leaders)})")
+            self.fail(keys, f"a joint with a coordinate of its own ({listed(leaders)})")
         ratio = self._coordinate_scale(joint.kind) / self._coordinate_scale(leaders[leader])
         return replace(joint, mimic=replace(joint.mimic, multiplier=joint.mimic.multiplier * ratio))
 
@@ -203,14 +237,3 @@ class RobotFile(TomlFile):
                 return self.vector(keys, "angle")
             case "direction":
                 return self.vector(keys, "ratio")
-
-
-def _listed(given: Mapping[str, sp.Expr | Vector]) -> tuple[tuple[str, sp.Expr], ...]:
-    """The fields as scalars, vectors by component: what a printed table shows."""
-    listed: list[tuple[str, sp.Expr]] = []
-    for field, value in given.items():
-        if isinstance(value, tuple):
-            listed += [(f"{field}_{c}", v) for c, v in zip("xyz", value, strict=True)]
-        else:
-            listed.append((field, value))
-    return tuple(listed)

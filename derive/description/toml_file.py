@@ -1,6 +1,6 @@
-"""TOML with exact numbers, units and parameters; whatever is wrong is named with file and line.
+"""TOML with exact numbers, units and parameters; errors name the file and the line.
 
-:class:`TomlFile` knows values and their places, and nothing of robots.
+:class:`TomlFile` knows values and their lines, and nothing of robots.
 """
 
 import bisect
@@ -17,15 +17,17 @@ import sympy as sp
 
 from ..model.errors import RobotError
 from ..model.exact import RESERVED, NotExact, checked, read
-from ..model.robot import Parameter, ParameterKind
+from ..model.kinds import ParameterKind
+from ..model.placements import Vector
+from ..model.robot import Parameter
+from ..model.tolerances import LENGTH_SCALING
 
 Keys = tuple[str | int, ...]
-"""The way to a value in the file's table: names of tables and fields, places in lists."""
-Vector = tuple[sp.Expr, sp.Expr, sp.Expr]
+"""The path to a value in the file's table: names of tables and fields, indices in lists."""
 Word = TypeVar("Word", bound=str)
 LONGEST_FILE = 1_000_000
 OWN_FIELDS = ("name", "title", "source")
-"""What a file that extends another says in its place, but for parameters."""
+"""Fields, besides parameters, with which a file replaces those of the file that it extends."""
 HEIR_FIELDS = ("extends", *OWN_FIELDS, "parameters")
 LENGTHS = {
     "m": sp.Integer(1),
@@ -59,14 +61,14 @@ _TOKEN = re.compile(
 
 
 class DescriptionError(RobotError):
-    """A robot file that is wrong: the file, the line, the field, the value, what was expected.
+    """An error in a robot file: its file, line and field, the value found and the value expected.
 
     Attributes:
-        file: The file as it was named.
+        file: Name of the file as the caller gave it.
         line: Line number from 1, None where the file has no such line.
-        field: Dotted path of the field, empty for the file as a whole.
-        value: The value found, None where there is none.
-        expected: What would have been right.
+        field: Dotted path of the field; empty for the file as a whole.
+        value: The value found; None where there is none.
+        expected: Description of a right value.
     """
 
     def __init__(
@@ -74,17 +76,17 @@ class DescriptionError(RobotError):
     ) -> None:
         self.file, self.line, self.field = file, line, field
         self.value, self.expected = value, expected
-        place = file if line is None else f"{file}:{line}"
+        position = file if line is None else f"{file}:{line}"
         about = f"{field}: " if field else ""
         found = "" if value is None else f", found {shown_value(value)}"
-        super().__init__(f"{place}: {about}expected {expected}{found}")
+        super().__init__(f"{position}: {about}expected {expected}{found}")
 
 
 def read_text(path: str | Path) -> str:
     """The text of a description file.
 
     Raises:
-        DescriptionError: It cannot be read, is too long, or is not UTF-8.
+        DescriptionError: The file cannot be read, is too long, or is not UTF-8.
     """
     file = str(path)
     try:
@@ -103,19 +105,19 @@ def read_text(path: str | Path) -> str:
 
 
 class TomlFile:
-    """One file: its table, its units, its parameters and the place of every complaint."""
+    """One file: its table, its units, its parameters, and errors that name their line."""
 
     def __init__(self, file: str, text: str, heir: "TomlFile | None" = None) -> None:
         """Reads the text.
 
         Args:
-            file: What errors call it.
+            file: Name of the file in errors.
             text: TOML.
-            heir: A file that extends this one: its name, title and source and its values of this
-                file's parameters count. Complaints about what it says name it.
+            heir: A file that extends this one: its name, title, source and values of parameters
+                replace those of this file. Errors in its own lines name the heir.
 
         Raises:
-            DescriptionError: It is no TOML, or empty, or the heir says something else.
+            DescriptionError: The text is no TOML or is empty, or the heir has other fields.
         """
         self.file, self.text = file, text
         self.heir: TomlFile | None = None
@@ -130,8 +132,8 @@ class TomlFile:
         try:
             table = _table(self.text)
         except tomllib.TOMLDecodeError as error:
-            place = re.search(r"at line (\d+)", str(error))
-            line = int(place.group(1)) if place else self.text.rstrip().count("\n") + 1
+            position = re.search(r"at line (\d+)", str(error))
+            line = int(position.group(1)) if position else self.text.rstrip().count("\n") + 1
             reason = str(error).split(" (at ")[0]
             raise DescriptionError(self.file, line, "", None, f"valid TOML ({reason})") from error
         except (ValueError, ArithmeticError, RecursionError) as error:
@@ -140,7 +142,7 @@ class TomlFile:
             line = _first_line(self.text, _is_unreadable)
             raise DescriptionError(self.file, line, "", None, expected) from error
         if not table:
-            raise DescriptionError(self.file, None, "", None, "a robot, the file says nothing")
+            raise DescriptionError(self.file, None, "", None, "a robot, the file is empty")
         return table
 
     def _leave_to(self, heir: "TomlFile") -> None:
@@ -158,7 +160,7 @@ class TomlFile:
         self.heir = heir
 
     def _new_value(self, keys: Keys) -> object:
-        """What an heir says of a parameter: a value, or a table of nothing else."""
+        """The value that an heir gives a parameter, alone or in a table with no other field."""
         value = self.at(keys)
         if not isinstance(value, Mapping):
             return value
@@ -168,14 +170,14 @@ class TomlFile:
         return value["value"]
 
     def declare_units(self) -> None:
-        """Reads the file's units, on which all its numbers rest."""
+        """Reads the units of the file's numbers."""
         units = self.table_at(("units",), {})
         self.check_fields(("units",), units, ("length", "angle"))
         self.scale["length"] = self.choice(("units", "length"), LENGTHS, "m")
         self.scale["angle"] = self.choice(("units", "angle"), ANGLES, "rad")
 
     def declare_parameters(self) -> None:
-        """Reads the parameters' names and units; their use may still tell their kinds."""
+        """Reads the parameters' names and units; without a unit, the first use decides the kind."""
         for name, value in self.table_at(("parameters",), {}).items():
             keys: Keys = ("parameters", name)
             if not is_name(name) or name in RESERVED or COORDINATE.fullmatch(name):
@@ -202,7 +204,7 @@ class TomlFile:
         return Parameter(name, value, kind, self.string((*keys, "meaning"), ""))
 
     def vector(self, keys: Keys, kind: ParameterKind) -> Vector:
-        """A list of three numbers, zeros where there is none."""
+        """A list of three numbers; zeros where the field is missing."""
         value = self.at(keys)
         if value is not None and (not isinstance(value, list) or len(value) != 3):  # noqa: PLR2004
             self.fail(keys, "a list of three numbers")
@@ -210,10 +212,7 @@ class TomlFile:
         return x, y, z
 
     def number(self, keys: Keys, kind: ParameterKind) -> sp.Expr:
-        """A field's expression in metres or radians, its parameters converted alike.
-
-        Zero where the field is missing.
-        """
+        """A field's expression, with its parameters, in metres or radians; zero where missing."""
         value = self.at(keys)
         if value is None:
             return sp.Integer(0)
@@ -245,19 +244,19 @@ class TomlFile:
         return sp.expand_mul(expression)
 
     def at_defaults(self, expression: sp.Expr) -> sp.Expr:
-        """An expression with the parameters' values put in."""
+        """An expression at the default values of the parameters."""
         symbols = sorted(expression.free_symbols, key=str)
         return expression.xreplace({s: self.parameter(s.name).value for s in symbols})
 
     def check_degrees(self, keys: Keys, value: object, kind: ParameterKind) -> None:
-        """A pi among degrees is a slip: it would be 3.14 degrees."""
+        """Refuses pi in an angle in degrees, where it would mean 3.14 degrees."""
         texts = [part for part in _parts(value) if isinstance(part, str)]
         in_degrees = kind == "angle" and self.scale["angle"] != 1
         if in_degrees and any(re.search(r"\bpi\b", text) for text in texts):
             self.fail(keys, 'an angle in degrees, as units say, and pi belongs to units of "rad"')
 
     def _scales(self, expression: sp.Expr, kind: ParameterKind) -> bool:
-        """Whether lengths enter a length at most linearly, and an angle by their ratios alone."""
+        """Whether a length is linear in the lengths, and an angle a function of their ratios."""
         lengths = [s for s in expression.free_symbols if self.kinds[s.name] == "length"]
         if not lengths:
             return True
@@ -274,7 +273,7 @@ class TomlFile:
         change = two - one
         bend = three - 2 * two + one
         excess = bend if kind == "length" else change
-        return bool(excess.is_finite) and (abs(excess) < sp.Float("1e-10")) is sp.true
+        return bool(excess.is_finite) and (abs(excess) < LENGTH_SCALING) is sp.true
 
     def literal(self, keys: Keys, default: int | None = None) -> sp.Expr:
         """A number without parameters, in the file's own units."""
@@ -305,7 +304,7 @@ class TomlFile:
         return value
 
     def option(self, keys: Keys, options: Iterable[Word], default: str) -> Word:
-        """One of some words."""
+        """The word of a field, one of the options."""
         value = self.at(keys)
         chosen = (
             value if isinstance(value, str) else default if value is None else shown_value(value)
@@ -318,7 +317,7 @@ class TomlFile:
         return found
 
     def choice(self, keys: Keys, options: Mapping[str, sp.Expr], default: str) -> sp.Expr:
-        """What one of some words stands for."""
+        """The factor that the word of a field stands for."""
         return options[self.option(keys, options, default)]
 
     def table_at(self, keys: Keys, default: dict[str, object] | None = None) -> dict[str, object]:
@@ -331,23 +330,23 @@ class TomlFile:
         return value
 
     def check_fields(self, keys: Keys, table: Mapping[str, object], known: Iterable[str]) -> None:
-        """Raises DescriptionError where a table has a field that is none of the known."""
+        """Raises DescriptionError where a table has an unknown field."""
         for field in table:
             if field not in known:
                 expected = f"one of the fields {listed(known)}{hint(field, known)}"
                 self.fail((*keys, field), expected, shown=field)
 
     def at(self, keys: Keys) -> object:
-        """A value of the file's table, None where there is none."""
+        """A value of the file's table; None where it is missing."""
         return _follow(self.table, keys)
 
     def fail(self, keys: Keys, expected: str, shown: object = ...) -> NoReturn:
         """Raises DescriptionError about a value, or about the table that lacks it.
 
         Args:
-            keys: The way to the value.
-            expected: What would have been right.
-            shown: What was found, if not the value.
+            keys: The path to the value.
+            expected: Description of a right value.
+            shown: The value to print, where it is not the value at the path.
         """
         value = self.at(keys) if shown is ... else shown
         if value is None and shown is ...:
@@ -358,13 +357,13 @@ class TomlFile:
         ) from None
 
     def _writer(self, keys: Keys) -> "TomlFile":
-        """The file that says a value: this one or its heir."""
+        """The file that holds a value: this file or its heir."""
         if self.heir is None or keys[2:] not in ((), ("value",)):
             return self
         return self.heir if keys == ("name",) or self.heir.at(keys[:2]) is not None else self
 
     def _line(self, keys: Keys) -> int | None:
-        """The line on which a value stands, or else the table that should hold it."""
+        """The line of a value, or of the table that lacks it."""
         while keys and self.at(keys) is None:
             keys = keys[:-1]
         if not keys:
@@ -377,9 +376,9 @@ def _table(text: str) -> dict[str, object]:
 
 
 def _first_line(text: str, holds: Callable[[str], bool]) -> int:
-    """The first line at which the text up to there, its brackets closed, has a property.
+    """The first line up to which the text, its brackets closed, has a property.
 
-    The parser keeps no positions, so beginnings of the text are parsed.
+    The parser keeps no positions, so that beginnings of the text are parsed one by one.
     """
     lines = text.split("\n")
 
@@ -393,7 +392,7 @@ def _first_line(text: str, holds: Callable[[str], bool]) -> int:
 
 
 def _closed(text: str) -> str:
-    """The beginning of a file with the strings and brackets closed that it leaves open."""
+    """The beginning of a file, its open strings and brackets closed."""
     open_brackets: list[str] = []
     string = ""
     for match in _TOKEN.finditer(text):
@@ -438,12 +437,12 @@ def dotted(keys: Keys) -> str:
 
 
 def is_name(text: str) -> bool:
-    """Whether a text is a name as robot files have them."""
+    """Whether a text is a name that robot files allow."""
     return bool(NAME.fullmatch(text)) and not keyword.iskeyword(text)
 
 
 def _revalued(parameter: object, value: object) -> object:
-    """A parameter of the file with another value; its unit and meaning stay."""
+    """A parameter of the file with another value; its unit and its meaning stay."""
     return {**parameter, "value": value} if isinstance(parameter, Mapping) else value
 
 
@@ -452,7 +451,7 @@ def _parts(value: object) -> list[object]:
 
 
 def _use(symbol: sp.Symbol, expression: sp.Expr, kind: ParameterKind) -> ParameterKind:
-    """What a parameter must be, by its place in an expression of some kind."""
+    """The kind of a parameter, from its use in an expression of a kind."""
     if any(symbol in part.free_symbols for part in expression.atoms(sp.atan, sp.atan2)):
         return "length"
     if any(symbol in part.free_symbols for part in expression.atoms(sp.sin, sp.cos, sp.tan)):
@@ -465,7 +464,7 @@ def _kind_of_unit(unit: str) -> ParameterKind:
 
 
 def hint(word: str, known: Iterable[str]) -> str:
-    """The known word that is meant perhaps, as the end of a sentence."""
+    """The known word nearest to a word, as the end of an error; empty where none is near."""
     close = difflib.get_close_matches(word, list(known), n=1)
     return f" (did you mean {close[0]!r}?)" if close else ""
 
@@ -476,7 +475,7 @@ def listed(words: Iterable[str]) -> str:
 
 
 def shown_value(value: object) -> str:
-    """A value as a reader of the file knows it."""
+    """A value as the file writes it, cut where it is long."""
     try:
         text = repr(value) if isinstance(value, str | list | dict) else str(value)
     except ValueError:  # Python writes no integer of thousands of digits.

@@ -1,7 +1,7 @@
 """URDF import: the chain between two links of a URDF becomes a robot in exact numbers.
 
-Decimals are taken as written; an angle within 1e-9 of a multiple of pi/12 is taken for it, and the
-robot's notes say so.
+Decimals are read as written. An angle within :data:`~chasles.derive.model.tolerances.ANGLE_SNAP` of
+a multiple of pi/12 becomes that multiple, and the robot's notes name it.
 """
 
 import difflib
@@ -15,11 +15,12 @@ from lxml import etree
 
 from ..model.errors import RobotError
 from ..model.exact import NotExact, read, snap_angle
-from ..model.robot import Joint, JointKind, Mimic, Robot
-from . import conventions
+from ..model.kinds import JointKind
+from ..model.placements import Vector
+from ..model.robot import Joint, Mimic, Robot
+from .conventions.urdf_origin import urdf
 from .toml_file import DescriptionError, read_text
 
-Vector = tuple[sp.Expr, sp.Expr, sp.Expr]
 ROOT = "robot"
 LONGEST_NAME = 60
 DECIMAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
@@ -44,16 +45,16 @@ def from_urdf(
 
     Returns:
         The robot: frames, joints and links as in the URDF (characters that C names cannot hold
-        become _), ``notes`` telling which angles were taken for multiples of pi.
+        become _); ``notes`` name the angles that became multiples of pi.
 
     Raises:
-        DescriptionError: The file is no URDF, or holds no such chain.
+        DescriptionError: The file is no URDF, or has no such chain.
     """
     return _Urdf(str(path), read_text(path)).robot(base, tip, name)
 
 
 class _Urdf:
-    """One URDF: its joints by the link they carry, and what was said on the way."""
+    """One URDF: its joints by the link that they carry, and the notes made while reading."""
 
     def __init__(self, file: str, text: str) -> None:
         self.file = file
@@ -139,18 +140,16 @@ class _Urdf:
         kind = element.get("type", "")
         if kind not in KINDS:
             self._fail(element, "type", kind, f"one of {', '.join(KINDS)}")
-        xyz = self._vector(element, "origin", "xyz", "0 0 0")
-        rpy = self._angles(element)
-        axis = self._vector(element, "axis", "xyz", "1 0 0")
+        given = {
+            "xyz": self._vector(element, "origin", "xyz", "0 0 0"),
+            "rpy": self._angles(element),
+            "axis": self._vector(element, "axis", "xyz", "1 0 0"),
+        }
         try:
-            before, after = conventions.urdf(KINDS[kind], xyz=xyz, rpy=rpy, axis=axis)
+            before, after = urdf(KINDS[kind], **given)
         except RobotError as error:
-            self._fail(element, "axis", " ".join(map(str, axis)), f"a direction ({error})")
-        given = zip(
-            ("x", "y", "z", "roll", "pitch", "yaw", "axis_x", "axis_y", "axis_z"),
-            (*xyz, *rpy, *axis),
-            strict=True,
-        )
+            axis = " ".join(map(str, given["axis"]))
+            self._fail(element, "axis", axis, f"a direction ({error})")
         return Joint(
             name=_identifier(self._attribute(element, "name")),
             kind=KINDS[kind],
@@ -159,8 +158,8 @@ class _Urdf:
             link=_identifier(self._link_of(element, "child")),
             limits=self._limits(element, kind),
             mimic=None if kind == "fixed" else self._mimic(element),
-            convention="urdf",
-            given=tuple(given),
+            convention=urdf,
+            given=urdf.scalars(given),
         )
 
     def _limits(self, element: etree._Element, kind: str) -> tuple[sp.Expr | None, sp.Expr | None]:
@@ -176,19 +175,19 @@ class _Urdf:
         return lower, upper
 
     def _mimic(self, element: etree._Element) -> Mimic | None:
-        """What the joint follows, through other followers to a joint that moves by itself."""
+        """The law by which a joint follows a joint with its own coordinate, other laws resolved."""
         multiplier, offset = sp.Integer(1), sp.Integer(0)
-        leader, seen = element, [element]
+        leader, followed = element, [element]
         while (mimic := leader.find("mimic")) is not None:
             offset += multiplier * self._number(mimic, "offset", mimic.get("offset", "0"))
             multiplier *= self._number(mimic, "multiplier", mimic.get("multiplier", "1"))
             name = self._attribute(mimic, "joint")
             named = [j for j in self.root.findall("joint") if j.get("name") == name]
-            if not named or named[0] in seen:
+            if not named or named[0] in followed:
                 self._fail(mimic, "mimic", name, "another joint of the file, in no circle")
             leader = named[0]
-            seen.append(leader)
-        if len(seen) == 1:
+            followed.append(leader)
+        if len(followed) == 1:
             return None
         return Mimic(_identifier(self._attribute(leader, "name")), multiplier, offset)
 
@@ -250,7 +249,7 @@ def _tag(element: etree._Element) -> str:
 
 
 def _identifier(name: str) -> str:
-    """A name as C and Python can hold it, short enough for a file's name."""
+    """A name that C and Python allow, short enough for the name of a file."""
     identifier = re.sub(r"[^A-Za-z0-9_]", "_", name)[:LONGEST_NAME]
     if keyword.iskeyword(identifier):
         return f"{identifier}_"

@@ -12,10 +12,9 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from ..description.conventions import inverse
-from ..model.exact import EVALUATION_DIGITS
+from ..model.placements import inverse
 from ..model.robot import Joint, Placement, Robot, Rotation, Translation
-from ..model.tolerances import MEASURED_STRUCTURE, NOMINAL_GUARD_DIGITS
+from ..model.tolerances import EVALUATION_DIGITS, MEASURED_STRUCTURE, NOMINAL_GUARD_DIGITS
 from .classify import Attempt
 from .structure.lines import Lines, home_of
 from .structure.requirement import Requirement

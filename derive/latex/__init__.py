@@ -1,11 +1,11 @@
-r"""LaTeX of a derivation: what C is generated from, as a paper would print it.
+r"""LaTeX of a derivation: the equations from which C is generated, as a paper would print them.
 
 :func:`fragments` gives pieces to ``\input`` in any article, :func:`document` the article itself.
-Every equation exists as SymPy objects in short symbols before it is printed (:class:`Equations`),
-so that numbers can be put through what the reader sees.
+Every equation is a SymPy object in short symbols before it is printed
+(:class:`PrintedEquations`), so that tests can evaluate the printed equations.
 """
 
 from .document import FOLDER, document, files, fragments
-from .setting.sharing import Equations, Printed, equations
+from .setting.sharing import Printed, PrintedEquations, equations
 
-__all__ = ["FOLDER", "Equations", "Printed", "document", "equations", "files", "fragments"]
+__all__ = ["FOLDER", "Printed", "PrintedEquations", "document", "equations", "files", "fragments"]

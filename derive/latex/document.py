@@ -52,7 +52,7 @@ _OF_LOOPS: Mapping[str, tuple[str, Callable[[LoopPage], str]]] = {
     "rates": ("Velocities", rates),
     "platform": ("Platform on legs", platform),
 }
-"""The same of a robot with loops, or with motors behind gears."""
+"""Heading and writer of each fragment of a robot with loops, or with motors behind gears."""
 _NEED_LOOPS = ("loops", "mobility")
 
 
@@ -69,8 +69,8 @@ def fragments(derivation: Derivation) -> dict[str, str]:
     r"""The parts of a robot's kinematics as LaTeX, to ``\input`` in any article.
 
     They need amsmath and booktabs, fit a line of 345 pt at 10 pt, and hold no headings. Shared
-    terms carry on from ``fk.tex`` to ``jacobian.tex`` and ``inverse.tex``; ``symbols.tex`` explains
-    the short symbols of all.
+    terms of ``fk.tex`` are used in ``jacobian.tex`` and ``inverse.tex``; ``symbols.tex`` explains
+    the short symbols of all fragments.
 
     Args:
         derivation: A robot with its functions.
@@ -89,7 +89,7 @@ def fragments(derivation: Derivation) -> dict[str, str]:
 
 
 def _written(writers: Mapping[str, Callable[[], str]]) -> dict[str, str]:
-    # The symbols come last: they list what all others use.
+    # The table of symbols is written last, because it lists the symbols of all other fragments.
     order = sorted(writers, key="symbols".__eq__)
     written = {name: writers[name]() for name in order}
     return {f"{name}.tex": written[name] for name in writers}

@@ -12,7 +12,7 @@ from functools import partial
 
 import sympy as sp
 
-from ..chain.groups import Group, LinkFrame, Slide, Station
+from ..chain.groups import Group, LinkFrame, SlidingJoint, Station
 from ..terms.terms import Terms
 from ..terms.vectors import ONE, ZERO, added, rotated_z
 from .planar.phasors import PhasorSum
@@ -81,7 +81,7 @@ def _collapsed(
             slides = []
             for value, axis in ((x, X), (y, Y)):
                 if not terms.is_constant(value):
-                    slides.append(Slide(count + len(translations), axis))
+                    slides.append(SlidingJoint(count + len(translations), axis))
                     translations.append(value)
             height = sum((station.reach[2] for station in inner), ZERO)
             merged = _merged(terms, stations[first - 1], stations[last], turn, (x, y, height))

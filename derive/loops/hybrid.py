@@ -120,7 +120,7 @@ class Hybrid:
         kept = [everything[k] for group in shorter for s in group.stations for k in s.joints]
         motion = ThroughLoops(self.terms, kept, self.forward.loops, self.q)
         links = Forward(self.terms, self.groups)
-        return Kinematics(self.robot, self.terms, shorter, motion, self.arguments, links)
+        return Kinematics.of(self.robot, self.terms, shorter, motion, self.arguments, links)
 
     def _gate(self, angles: Sequence[sp.Expr]) -> sp.Expr:
         """0 where the loops behind some angles close, else NaN; its rate is itself."""

@@ -165,7 +165,7 @@ def of_open_chain(name: str, h: Hybrid) -> SymbolicFunction:
     arguments = {"q": h.arguments["theta"], "qd": h.arguments["thetad"]}
     arguments["qdd"] = h.arguments["thetadd"]
     found = groups(h.robot, h.terms, motion.values)
-    function = Kinematics(h.robot, h.terms, found, motion, arguments).function(name)
+    function = Kinematics.of(h.robot, h.terms, found, motion, arguments).function(name)
     return SymbolicFunction(
         f"chain_{name}",
         f"{function.summary[:-1]}, from the main chain's joints.",

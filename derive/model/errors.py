@@ -2,4 +2,4 @@
 
 
 class RobotError(ValueError):
-    """A description that is no robot, or one that cannot be compiled; the message says why."""
+    """A description that is no robot, or that cannot be compiled; the message gives the reason."""

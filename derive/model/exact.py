@@ -1,7 +1,7 @@
-"""Exact numbers: text from a file becomes a SymPy expression, and nothing else can happen to it.
+"""Exact numbers: text from a file becomes a SymPy expression and is never executed.
 
-The reader walks Python's syntax tree of the text and knows numbers, ``pi``, parameters, the four
-operations, small powers and a handful of functions. Whatever it does not know it names in an error.
+The reader walks Python's syntax tree of the text. It knows numbers, ``pi``, parameters, the four
+operations, small powers and a few functions; an error names any other part of the text.
 """
 
 import ast
@@ -16,17 +16,14 @@ from fractions import Fraction
 import sympy as sp
 
 from .errors import RobotError
+from .tolerances import ANGLE_SNAP, EVALUATION_DIGITS, ROUNDING
 
 LONGEST_TEXT = 200
 LARGEST_EXPONENT = 12
 LARGEST_MAGNITUDE = 30
-"""Decimal places before the point that a number may have: ``1e999999999`` is refused."""
+"""Digits before the decimal point that a number may have: ``1e999999999`` is refused."""
 SMALLEST_MAGNITUDE = 400
-"""Decimal places after the point: exporters write ``1.2246467991473532e-16``, and less."""
-SNAP = 1e-9
-"""A float this close to a multiple of pi/12 is taken for that multiple (radian)."""
-EVALUATION_DIGITS = 40
-"""Digits to which constants are compared with zero and with multiples of pi."""
+"""Digits after the decimal point: exporters write ``1.2246467991473532e-16`` and smaller."""
 
 _FUNCTIONS: dict[str, tuple[Callable[..., sp.Expr], int]] = {
     "sqrt": (sp.sqrt, 1),
@@ -51,7 +48,7 @@ RESERVED = frozenset({"pi", *_FUNCTIONS})
 
 
 class NotExact(RobotError):
-    """Text or a value that is no exact real number; the message says why, the caller says where."""
+    """Text or a value that is no exact real number; the caller adds the file and the line."""
 
 
 def read(
@@ -64,7 +61,8 @@ def read(
     Args:
         value: int, Decimal (both exact), or text of at most 200 characters.
         names: The parameters that the text may name.
-        angle_unit: The unit (radian) of what sin, cos, tan take and atan, atan2 give.
+        angle_unit: The unit (radian) of the arguments of sin, cos, tan and of the values of atan,
+            atan2.
 
     Returns:
         A SymPy expression of Rationals, pi and the named symbols.
@@ -88,7 +86,7 @@ def exact(value: object) -> sp.Expr:
     """A value given in Python as an exact number: an expression, int, Fraction, Decimal or text.
 
     Raises:
-        NotExact: It is a float, or nothing of these.
+        NotExact: The value is a float or of another type.
     """
     if isinstance(value, sp.Expr) and not value.has(sp.Float):
         return checked(value)
@@ -103,7 +101,7 @@ def exact_vector(values: object) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
     """Three exact numbers from a sequence of three values.
 
     Raises:
-        NotExact: There are not three, or one is not exact.
+        NotExact: There are not three values, or a value is not exact.
     """
     if not isinstance(values, Sequence) or isinstance(values, str) or len(values) != 3:  # noqa: PLR2004
         raise NotExact(f"{values!r}: expected three numbers")
@@ -112,27 +110,27 @@ def exact_vector(values: object) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
 
 
 def snap_angle(value: sp.Expr) -> sp.Expr:
-    """An angle (radian) as the multiple of pi/12 within 1e-9 of it, or as it is."""
+    """The multiple of pi/12 within ``ANGLE_SNAP`` of an angle (radian), else the angle itself."""
     twelfths = round(float(value) * 12 / math.pi)
     multiple = sp.pi * sp.Rational(twelfths, 12)
-    return multiple if abs(float(value) - float(multiple)) <= SNAP else value
+    return multiple if abs(float(value) - float(multiple)) <= ANGLE_SNAP else value
 
 
 def is_zero(expression: sp.Expr) -> bool:
-    """Whether a constant without parameters is zero, judged at 40 digits.
+    """Whether a constant without parameters is zero to 40 digits.
 
-    An expression with parameters is zero only if it is written so.
+    An expression with parameters is zero only where SymPy already has it as 0.
     """
     if expression.is_Rational or expression.free_symbols:
         return bool(expression == 0)
-    return bool(abs(expression.evalf(EVALUATION_DIGITS)) < sp.Float(10) ** (8 - EVALUATION_DIGITS))
+    return bool(abs(expression.evalf(EVALUATION_DIGITS)) < ROUNDING)
 
 
 def checked(expression: sp.Expr) -> sp.Expr:
-    """The expression itself, if it is finite and real and, without parameters, not too large.
+    """The expression itself, if it is finite, real and, without parameters, not too large.
 
     Raises:
-        NotExact: It is not.
+        NotExact: The expression is infinite, complex or too large.
     """
     if expression.has(sp.zoo, sp.nan, sp.oo, -sp.oo):
         raise NotExact("division by zero")
@@ -162,7 +160,7 @@ def _number(text: str) -> sp.Rational:
 
 
 class _Reader:
-    """One text, the names it may use and the unit of its angles."""
+    """One text, the parameters that it may name, and the unit of its angles."""
 
     def __init__(self, text: str, names: Mapping[str, sp.Symbol], angle_unit: sp.Expr) -> None:
         self.text = text.strip()
@@ -204,7 +202,7 @@ class _Reader:
         raise NotExact(f"{written!r} is not understood; there are {KNOWN}")
 
     def _constant(self, node: ast.Constant) -> sp.Expr:
-        # The digits as written, not the float that Python makes of them.
+        # The digits as written, not the float into which Python rounds them.
         written = ast.get_source_segment(self.text, node) or ""
         if type(node.value) not in (int, float) or not re.fullmatch(r"[0-9.eE+_-]+", written):
             raise NotExact(f"{written!r} is no decimal number")

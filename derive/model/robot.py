@@ -1,6 +1,6 @@
 """A robot as plain data: joints with constant placements, limits, frames and parameters.
 
-Every convention and every file format ends here. The pose of link i in link i-1 is
+Every convention and every file format is read into this form. The pose of link i in link i-1 is
 
     T_prev_link = before * motion(q) * after
 
@@ -11,42 +11,33 @@ angles in radians.
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Literal, get_args
+from dataclasses import dataclass
+from typing import get_args
 
 import sympy as sp
 
+from .convention import Convention
 from .errors import RobotError
-from .exact import exact, exact_vector
+from .exact import exact
+from .kinds import UNITS, JointKind, ParameterKind
+from .placements import Placement, Rotation, Translation, symbols_of
 
-JointKind = Literal["revolute", "prismatic", "helical", "fixed"]
-ParameterKind = Literal["length", "angle", "ratio"]
-UNITS: dict[ParameterKind, str] = {"length": "m", "angle": "rad", "ratio": "1"}
-
-
-@dataclass(frozen=True)
-class Rotation:
-    """Turn by ``angle`` (radian) about the current frame's own ``axis``."""
-
-    axis: Literal["x", "y", "z"]
-    angle: sp.Expr
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "angle", exact(self.angle))
-
-
-@dataclass(frozen=True)
-class Translation:
-    """Move by ``vector`` (metre) along the current frame's own axes."""
-
-    vector: tuple[sp.Expr, sp.Expr, sp.Expr]
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "vector", exact_vector(self.vector))
-
-
-Placement = tuple[Rotation | Translation, ...]
-"""A constant pose, written as elementary motions from left to right."""
+__all__ = [
+    "UNITS",
+    "Joint",
+    "JointKind",
+    "Mimic",
+    "Parameter",
+    "ParameterKind",
+    "Placement",
+    "Robot",
+    "Rotation",
+    "Translation",
+    "check_choice",
+    "check_name",
+    "check_unique",
+    "symbols_of",
+]
 
 
 @dataclass(frozen=True)
@@ -71,7 +62,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Mimic:
-    """A joint that follows another: its value is ``multiplier * leader + offset``."""
+    """The law of a mimic joint: its value is ``multiplier * leader + offset``."""
 
     leader: str
     multiplier: sp.Expr = sp.S.One
@@ -84,21 +75,24 @@ class Mimic:
 
 @dataclass(frozen=True)
 class Joint:
-    """One joint and the link it carries.
+    """One joint and the link that it carries.
 
     Attributes:
         name: Unique name.
-        kind: What the joint lets through.
+        kind: Revolute, prismatic, helical or fixed.
         before: The joint's frame in the previous link's frame.
-        after: The link's frame in the joint's moved frame.
+        after: The link's frame in the joint's frame after its motion.
         link: Name of the link's frame.
-        parent: Name of the body that it stands on, in a robot with loops; empty in a serial one.
-        limits: Lowest and highest value of the coordinate (radian or metre), None where unbounded.
+        parent: Name of the body that carries the joint, in a robot with loops; empty in a serial
+            robot.
+        limits: Lowest and highest value of the coordinate (radian or metre); None where unbounded.
         pitch: Advance of a helical joint per radian (metre).
-        direction: 1, or -1 for a coordinate that counts the other way.
-        mimic: The joint that this one follows, if it has no coordinate of its own.
-        convention: The convention it was described in.
-        given: The parameters of that convention as described, for the printed table.
+        direction: 1, or -1 where the joint turns or slides against its coordinate.
+        mimic: The law by which the joint follows another; None where it has its own coordinate.
+        convention: The convention in which it is described; None where it is described by its
+            placements alone.
+        given: Values of the convention's fields as described, vectors by component, for the
+            printed table.
     """
 
     name: str
@@ -111,7 +105,7 @@ class Joint:
     pitch: sp.Expr = sp.S.Zero
     direction: int = 1
     mimic: Mimic | None = None
-    convention: str = ""
+    convention: Convention | None = None
     given: tuple[tuple[str, sp.Expr], ...] = ()
 
     def __post_init__(self) -> None:
@@ -124,7 +118,7 @@ class Joint:
 
     @property
     def unit(self) -> str:
-        """Unit of the coordinate: m for a slider, rad for the rest."""
+        """Unit of the coordinate: m of a prismatic joint, rad of all others."""
         return "m" if self.kind == "prismatic" else "rad"
 
 
@@ -135,17 +129,18 @@ class Robot:
     Attributes:
         name: A C identifier; the prefix of everything generated.
         joints: In order from the base.
-        title: What a reader calls the robot.
-        source: Where the numbers come from.
+        title: The robot's name for a reader.
+        source: Publication or data sheet of the numbers.
         base: The chain's first frame in the base frame.
         tool: The tool frame in the last link's frame.
         base_frame: Name of the base frame in ``T_<base>_<tool>``.
         tool_frame: Name of the tool frame.
         parameters: The named lengths and angles that the placements use.
-        notes: What was changed or assumed on the way in (snapped numbers, say).
+        notes: Changes and assumptions made while reading, such as snapped angles.
 
     Raises:
-        RobotError: Names clash, a mimic joint has no leader, or nothing moves.
+        RobotError: Names clash, a mimic joint has no leader, a symbol is no parameter, or no joint
+            has a coordinate of its own.
     """
 
     name: str
@@ -157,7 +152,7 @@ class Robot:
     base_frame: str = "0"
     tool_frame: str = "ee"
     parameters: tuple[Parameter, ...] = ()
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         check_name("robot", self.name)
@@ -166,7 +161,7 @@ class Robot:
         check_unique("link", [joint.link for joint in self.joints if joint.link])
         check_unique("parameter", [parameter.name for parameter in self.parameters])
         if not self.coordinates:
-            raise RobotError(f"robot {self.name!r} has no joint that moves by itself")
+            raise RobotError(f"robot {self.name!r} has no joint with a coordinate of its own")
         leaders = {joint.name for joint in self.coordinates}
         for joint in self.joints:
             if joint.mimic and joint.mimic.leader not in leaders:
@@ -184,13 +179,13 @@ class Robot:
         unknown = sorted(str(symbol) for symbol in used - known)
         if unknown:
             raise RobotError(
-                f"robot {self.name!r} uses {', '.join(unknown)}, the symbol of none of its "
+                f"robot {self.name!r} uses {', '.join(unknown)}: expected symbols of its "
                 "parameters (Parameter(name, value).symbol)"
             )
 
     @property
     def moving(self) -> tuple[Joint, ...]:
-        """The joints that move, followers included, in order from the base."""
+        """The joints that move, mimic joints included, in order from the base."""
         return tuple(joint for joint in self.joints if joint.kind != "fixed")
 
     @property
@@ -200,35 +195,35 @@ class Robot:
 
     @property
     def link_names(self) -> tuple[str, ...]:
-        """Name of each joint's link, ``link1`` and so on where none was given."""
+        """Name of each joint's link; ``link1`` and so on where the description gives none."""
         return tuple(joint.link or f"link{k}" for k, joint in enumerate(self.joints, 1))
 
     def joint_values(self, q: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
-        """The value of every moving joint, followers and directions included, at coordinates q."""
-        place = {joint.name: k for k, joint in enumerate(self.coordinates)}
+        """The values of all moving joints at coordinates q, by mimic laws and directions."""
+        index = {joint.name: k for k, joint in enumerate(self.coordinates)}
         values = []
         for joint in self.moving:
             if joint.mimic is None:
-                values.append(joint.direction * q[place[joint.name]])
+                values.append(joint.direction * q[index[joint.name]])
             else:
-                leader = q[place[joint.mimic.leader]]
+                leader = q[index[joint.mimic.leader]]
                 follower = joint.mimic.multiplier * leader + joint.mimic.offset
                 values.append(joint.direction * follower)
         return tuple(values)
 
     def joint_values_D_q(self) -> sp.ImmutableMatrix:
-        """Constant derivative of the moving joints' values by q, (moving, n)."""
+        """Constant derivative of the moving joints' values by q, shape (moving, n)."""
         q = sp.symbols(f"q1:{len(self.coordinates) + 1}")
         return sp.ImmutableMatrix(sp.Matrix(self.joint_values(q)).jacobian(sp.Matrix(q)))
 
 
 def check_unique(what: str, names: Sequence[str]) -> None:
     """Raises RobotError where two names are equal."""
-    seen: set[str] = set()
+    known: set[str] = set()
     for name in names:
-        if name in seen:
+        if name in known:
             raise RobotError(f"two {what}s are called {name!r}; names must differ")
-        seen.add(name)
+        known.add(name)
 
 
 def check_name(what: str, name: object) -> None:
@@ -242,12 +237,3 @@ def check_choice(what: str, name: str, value: object, choices: Sequence[object])
     if value not in choices:
         expected = ", ".join(map(str, choices))
         raise RobotError(f"{what} {name!r}: {value!r} is none of {expected}")
-
-
-def symbols_of(placement: Placement) -> set[sp.Symbol]:
-    """The parameters that a placement uses."""
-    found: set[sp.Symbol] = set()
-    for motion in placement:
-        values = (motion.angle,) if isinstance(motion, Rotation) else motion.vector
-        found.update(*(value.free_symbols for value in values))
-    return found

@@ -1,1 +1,1 @@
-"""Named shared terms, and what is built of them: vectors, tangents, Lie groups, functions."""
+"""Named shared terms, vectors, tangents and functions over them, and Lie groups."""

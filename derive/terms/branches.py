@@ -13,7 +13,7 @@ def patterns(function: SymbolicFunction) -> Iterator[tuple[int, ...]]:
 
 
 def branch(function: SymbolicFunction) -> SymbolicFunction:
-    """One branch as a function by itself, with the signs as a last input, ``choice``."""
+    """One branch as a function of its own, with the signs as the last input, ``choice``."""
     meaning = "1 or -1 for each choice"
     signs = Argument("choice", function.signs, (len(function.signs),), "1", meaning)
     return replace(

@@ -1,4 +1,4 @@
-"""One named function of a robot: the object that LaTeX prints and C is generated from."""
+"""One named function of a robot, from which LaTeX is printed and C is generated."""
 
 import math
 from collections.abc import Iterable
@@ -30,8 +30,8 @@ class Argument:
 class Result:
     """An output: its entries in row-major order, shape, unit and one-line meaning.
 
-    Of a function with branches, the entries are those of one branch in the function's signs, and
-    the shape is that of all branches, which its first dimension counts.
+    The entries of a function with branches are those of one branch, in the function's signs; the
+    shape is that of all branches, counted by its first dimension.
     """
 
     name: str
@@ -48,12 +48,12 @@ class Result:
 
 @dataclass(frozen=True)
 class Signature:
-    """What is told of a function.
+    """Name, meaning, inputs and outputs of a function.
 
     Attributes:
         name: The function's name without the robot's.
-        summary: What it computes, in one line.
-        identity: The identity that it satisfies, in one line.
+        summary: The quantity that the function computes, in one line.
+        identity: The identity that the function satisfies, in one line.
         inputs: Arguments in order.
         outputs: Results in order.
         role: Its role, for the runtime.
@@ -95,13 +95,13 @@ class SymbolicFunction(Signature):
     """A function over shared terms, which the entries of its results name.
 
     Attributes:
-        terms: The terms and constants that the entries rest on.
-        margin: Name of the function that tells how far the loops that it rests on are from their
-            dead points; empty where it rests on none.
-        steps: Of a function of margins: the names of the loops, one an entry.
-        signs: Of a function with branches: symbols that are 1 or -1, one for each two-way choice.
+        terms: The terms and constants on which the entries depend.
+        margin: Name of the function that gives the distance of the loops in the function from
+            their dead points; empty where no loop is in the function.
+        steps: Names of the loops, one an entry, where the function gives margins.
+        signs: Symbols that are 1 or -1, one for each two-way choice of a function with branches.
             Branch b has the i-th of n signs at -1 where bit n - 1 - i of b is set, else at 1, so
-            that the first varies slowest.
+            that the first sign varies slowest.
     """
 
     terms: Terms
@@ -111,18 +111,18 @@ class SymbolicFunction(Signature):
 
     @property
     def branches(self) -> int:
-        """How many branches there are; 1 where nothing is to be chosen."""
+        """Number of branches; 1 where the function has no signs."""
         return int(2 ** len(self.signs))
 
     def definitions(self) -> list[tuple[sp.Symbol, sp.Expr]]:
-        """The shared terms that the outputs rest on, each after those it uses."""
+        """The shared terms on which the outputs depend, each after the terms in its definition."""
         needed = self.terms.needed(entry for result in self.outputs for entry in result.entries)
         return [(symbol, self.terms.definitions[symbol]) for symbol in needed]
 
     def expanded(self) -> tuple[tuple[sp.Expr, ...], ...]:
-        """Each output's entries in inputs, parameters and numbers alone, with nothing shared.
+        """Each output's entries in inputs, parameters and numbers alone, without shared terms.
 
-        For comparison and for the reader; the size of the result grows fast with the chain.
+        The size of the result grows exponentially with the chain.
         """
         definitions: dict[sp.Symbol, sp.Expr] = {}
         for symbol, constant in self.terms.constants.items():

@@ -1,9 +1,10 @@
-"""Derivatives through named terms: how everything moves when the coordinates do.
+"""Derivatives through named terms along given rates of the coordinates.
 
 A :class:`Tangent` carries given rates of the coordinates through named terms by the chain
-rule, one named term at a time. At the angle that the solution of a loop gives it does not
-differentiate the solution but the loop's own equation, whose rate is linear (the implicit function
-theorem); cosine and sine of such an angle turn as cosine and sine do.
+rule, one named term at a time. At the angle of a loop's solution it differentiates the loop's
+equation instead of the solution: the rate of that equation is linear in the angle's rate (implicit
+function theorem). The terms of cosine and sine of such an angle have the derivatives of cosine and
+sine.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -14,7 +15,7 @@ from .terms import Terms
 
 ZERO = sp.Integer(0)
 LoopRate = Callable[["Tangent"], sp.Expr]
-"""The rate of a solved angle from the rates of what its loop rests on."""
+"""The rate of a solved angle from the rates of the quantities in its loop's equation."""
 
 
 class Tangent:
@@ -30,8 +31,8 @@ class Tangent:
 
         Args:
             terms: Names of all terms.
-            rates: Rate of each coordinate; what is not here stands still.
-            loops: For solved angles, the solution of their loop's rate equation.
+            rates: Rate of each coordinate; other symbols without a definition are constant.
+            loops: Solution of the loop's rate equation for each solved angle.
         """
         self.terms = terms
         self.loops = loops or {}
@@ -63,7 +64,7 @@ class Tangent:
             self._solving.remove(symbol)
             return rate
         angle, derivative = self.terms.turning.get(symbol, (ZERO, ZERO))
-        # What a loop rests on may happen to be the cosine or sine of what it gives.
+        # A quantity in a loop's equation may be the cosine or sine of the angle that it gives.
         if angle != 0 and self._solving.isdisjoint(angle.free_symbols):
             return self.terms.let(derivative * self.of(angle))
         definition = self.terms.definitions.get(symbol)

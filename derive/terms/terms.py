@@ -1,4 +1,4 @@
-"""Named shared terms: every intermediate result gets a name once, so that nothing is written twice.
+"""Named shared terms: every intermediate result has one name, so that nothing is computed twice.
 
 Expressions built through a :class:`Terms` stay a few symbols long, however long the chain is. Equal
 terms get the same name, also up to sign, which is common subexpression elimination by construction.
@@ -8,14 +8,11 @@ from collections.abc import Iterable, Mapping
 
 import sympy as sp
 
-from ..model.exact import EVALUATION_DIGITS
+from ..model.tolerances import EVALUATION_DIGITS, MEANT, ROUNDING
 
 TERM = "_t"
 CONSTANT = "_k"
-"""Names of terms and constants begin so; names in robot files can not begin with an underscore."""
-_ROUNDING = sp.Float(10) ** (8 - EVALUATION_DIGITS)
-_MEANT = sp.Float(10) ** (-100)
-"""A number below this is no rounding of numbers about 1, but meant to be so small."""
+"""First letters of the names of terms and of constants; no name in a robot file has them."""
 
 
 class Terms:
@@ -23,11 +20,11 @@ class Terms:
 
     Attributes:
         parameters: The exact default value of every parameter.
-        definitions: Definition of each named term in symbols before it.
-        constants: Definition of each named constant in parameters and constants before it.
-        solved: Cosine and sine of each angle that the solution of a loop gives.
-        turning: For each named cosine or sine that is not a function of its angle but a term of a
-            solution: the angle, and the derivative by it.
+        definitions: Definition of each named term in coordinates, constants and earlier terms.
+        constants: Definition of each named constant in parameters and earlier constants.
+        solved: Cosine and sine of each angle that is a loop's solution.
+        turning: Angle of each named cosine or sine that a solution gives as a term instead of a
+            function of the angle, and its derivative by the angle.
     """
 
     def __init__(self, parameters: Mapping[sp.Symbol, sp.Expr]) -> None:
@@ -44,11 +41,11 @@ class Terms:
         self._numbers: set[sp.Symbol] = set()
 
     def let(self, expression: sp.Expr) -> sp.Expr:
-        """The name of an expression, or its negative; fractions and lone symbols name themselves.
+        """The name of an expression or the negative of a name; fractions and symbols are unnamed.
 
-        An expression of numbers and parameters becomes a named constant. A number that is 0, 1 or
-        -1 to 32 digits becomes that integer, so that structure shows; one that depends on a
-        parameter is never judged so.
+        An expression of numbers and parameters becomes a named constant. A number that equals 0, 1
+        or -1 to 32 digits becomes that integer, which shows the structure of the chain; a constant
+        that depends on a parameter stays a constant.
         """
         known = self._names.get(expression)
         if known is not None:
@@ -65,22 +62,23 @@ class Terms:
         return self._name(expression)
 
     def value(self, expression: sp.Expr) -> sp.Expr:
-        """The number, to 40 digits, of an expression of parameters and constants at defaults."""
+        """The value, to 40 digits, of an expression of parameters (at defaults) and constants."""
         exact = expression.xreplace(self.parameters)
         return exact.xreplace(self._values).evalf(EVALUATION_DIGITS)
 
     def is_constant(self, expression: sp.Expr) -> bool:
-        """Whether an expression holds numbers, parameters and constants alone."""
+        """Whether an expression contains only numbers, parameters and constants."""
         return bool(expression.free_symbols <= self._values.keys())
 
     def is_number(self, expression: sp.Expr) -> bool:
-        """Whether an expression is a number whatever the parameters are."""
+        """Whether an expression is a number that no parameter changes."""
         return bool(expression.free_symbols <= self._numbers)
 
     def cos_sin(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
         """Named cosine and sine of an angle; right angles in a sum are taken out exactly.
 
-        Those of a sum with solved angles come from theirs, without a trigonometric function.
+        The cosine and sine of a sum with solved angles follow from those of its addends by the
+        addition theorem, without a trigonometric function.
         """
         if not self.is_solved(angle):
             return self.let(sp.cos(angle)), self.let(sp.sin(angle))
@@ -91,7 +89,7 @@ class Terms:
         return self._composed[angle]
 
     def solved_angle(self, c: sp.Expr, s: sp.Expr) -> sp.Expr:
-        """The name of an angle whose cosine and sine are known; its value costs an atan2."""
+        """The name of an angle whose cosine and sine are known; its value takes one atan2."""
         c, s = self.let(c), self.let(s)
         definition = sp.atan2(s, c, evaluate=False)
         angle = self._names.get(definition) or self._name(definition)
@@ -100,12 +98,12 @@ class Terms:
         return angle
 
     def solved_rest(self, angle: sp.Expr, c: sp.Expr, s: sp.Expr) -> sp.Expr:
-        """The name of an angle that is a sum of solved ones, wrapped; its value costs no atan2.
+        """The name of a sum of solved angles, wrapped to one turn without an atan2.
 
         Args:
             angle: The sum, between -3 pi and 3 pi.
-            c: Its cosine.
-            s: Its sine.
+            c: Cosine of the sum.
+            s: Sine of the sum.
         """
         angle = self.let(angle)
         turns = ((angle - 2 * sp.pi, angle > sp.pi), (angle + 2 * sp.pi, angle < -sp.pi))
@@ -115,11 +113,11 @@ class Terms:
         return name
 
     def know_sum(self, angle: sp.Expr, c: sp.Expr, s: sp.Expr) -> None:
-        """Notes cosine and sine of a sum of solved angles that was found before its parts."""
+        """Records cosine and sine of a sum of solved angles that is solved before its addends."""
         self._composed[sp.expand(angle)] = self.let(c), self.let(s)
 
     def is_solved(self, angle: sp.Expr) -> bool:
-        """Whether an angle contains one that a loop's solution gives."""
+        """Whether an angle contains the angle of a loop's solution."""
         return not self.solved.keys().isdisjoint(angle.free_symbols)
 
     def spelled(self, expression: sp.Expr) -> sp.Expr:
@@ -129,7 +127,7 @@ class Terms:
         return expression
 
     def needed(self, expressions: Iterable[sp.Expr]) -> list[sp.Symbol]:
-        """The terms that expressions rest on, in the order of their definition."""
+        """The terms on which expressions depend, in the order of their definition."""
         found: set[sp.Symbol] = set()
         waiting = [symbol for e in expressions for symbol in e.free_symbols]
         while waiting:
@@ -140,7 +138,7 @@ class Terms:
         return [symbol for symbol in self.definitions if symbol in found]
 
     def _known_sum(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr] | None:
-        """From the known cosine and sine of the same sum, but for a constant or its sign."""
+        """Cosine and sine of a sum from those of a sum that differs by a constant or a sign."""
         constant, moving = sp.expand(angle).as_independent(*self.solved, as_Add=True)
         for sign in (1, -1):
             known = self._composed.get(sign * moving)
@@ -150,7 +148,7 @@ class Terms:
         return None
 
     def _product_of_turns(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-        """exp(i (a + b)) = exp(i a) exp(i b), the solved angle that was named last split off."""
+        """exp(i (a + b)) = exp(i a) exp(i b), where b is the solved angle that was named last."""
         if angle in self.solved:
             return self.solved[angle]
         if -angle in self.solved:
@@ -172,9 +170,9 @@ class Terms:
         return c, s
 
     def _register(self, angle: sp.Expr, c: sp.Expr, s: sp.Expr) -> None:
-        """Notes what the named cosine and sine of an angle become when it turns."""
+        """Records the derivatives of the named cosine and sine of an angle by the angle."""
         for value, derivative in ((c, -s), (s, c)):
-            # A coordinate may be a cosine, of a link of length 1; it moves as it is told to.
+            # The cosine of a link of length 1 may be a coordinate itself, whose rate is given.
             if value in self.definitions:
                 self.turning.setdefault(value, (angle, derivative))
             elif -value in self.definitions:
@@ -191,7 +189,7 @@ class Terms:
         is_number = self.is_number(expression)
         if is_number:
             for integer in (0, 1, -1):
-                if abs(value - integer) < _ROUNDING and not 0 < abs(value) < _MEANT:
+                if abs(value - integer) < ROUNDING and not 0 < abs(value) < MEANT:
                     return sp.Integer(integer)
         if value < 0:
             return -self.let(-expression)

@@ -1,6 +1,6 @@
 """Vectors and axes of frames whose components are named terms.
 
-A component that is zero by structure stays zero and costs nothing, here and in the generated C.
+A component that is zero by structure stays zero and takes no operation in the generated C.
 """
 
 from collections.abc import Iterable, Sequence
@@ -19,7 +19,7 @@ IDENTITY: Basis = ((ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE))
 
 
 def named(terms: Terms, components: Iterable[sp.Expr]) -> Vector:
-    """The names of three components."""
+    """The vector of three components, each named."""
     x, y, z = (terms.let(component) for component in components)
     return x, y, z
 

@@ -62,7 +62,7 @@ def hostile():
                 limits=(-odd, odd),
                 pitch=pitch,
                 mimic=mimic,
-                convention="dh",
+                convention=dh,
                 given=given,
             )
         )

@@ -14,7 +14,7 @@ from typing import TypeAlias
 import mpmath
 from sympy import Float, ImmutableDenseMatrix, factorial
 
-from chasles.derive.terms import lie
+from . import lie
 
 Matrix: TypeAlias = ImmutableDenseMatrix
 

@@ -5,8 +5,7 @@ from collections.abc import Callable
 import pytest
 from sympy import Integer, Matrix, Symbol, eye, symbols, zeros
 
-from chasles.derive.terms import lie
-
+from . import lie
 from .oracles import assert_close, pairs, random_twists
 
 X = lie.Matrix(symbols("v1:4 omega1:4", real=True))

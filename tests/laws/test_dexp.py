@@ -4,8 +4,7 @@ import mpmath
 import pytest
 from sympy import Float, Rational, bernoulli, eye, pi, sqrt, zeros
 
-from chasles.derive.terms import lie
-
+from . import lie
 from .oracles import (
     ANGLES,
     DIGITS,

@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sympy import Float, Rational, cos, eye, pi, sin, sqrt, zeros
 
-from chasles.derive.terms import lie
-
+from . import lie
 from .oracles import (
     ANGLES,
     AXES,

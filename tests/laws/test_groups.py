@@ -2,8 +2,7 @@
 
 from sympy import Float, Matrix, diff, eye, symbols, zeros
 
-from chasles.derive.terms import lie
-
+from . import lie
 from .oracles import (
     ANGLES,
     assert_close,

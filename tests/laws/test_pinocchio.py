@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from chasles.derive.terms import lie
-
+from . import lie
 from .oracles import ANGLES, LAW_TOLERANCE, PRINCIPAL_ANGLES, random_twists, twists, wide
 
 pin = pytest.importorskip("pinocchio", reason="Pinocchio, the oracle of this file, is not there")

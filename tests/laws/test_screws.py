@@ -3,8 +3,7 @@
 import pytest
 from sympy import Float, Rational, cos, count_ops, diff, eye, oo, pi, sin, sqrt, symbols, zeros
 
-from chasles.derive.terms import lie
-
+from . import lie
 from .oracles import assert_close, expm, vector
 
 q, a, b, h = symbols("q a b h", real=True)

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from sympy import Abs, Expr, Function, Pow, atan2, cos, lambdify, pi, sin, sqrt, symbols, zeros
 
-from chasles.derive.terms import lie
-
+from . import lie
 from .oracles import AXES, LAW_TOLERANCE, expm, twists, vector, wide
 
 X = lie.Matrix(symbols("v1:4 omega1:4", real=True))

@@ -20,9 +20,8 @@ import numpy as np
 import sympy as sp
 
 from ...model.errors import RobotError
-from ...model.exact import EVALUATION_DIGITS
 from ...model.robot import Robot
-from ...model.tolerances import KERNEL_GUARD_DIGITS
+from ...model.tolerances import EVALUATION_DIGITS, KERNEL_GUARD_DIGITS
 from .line_quantities import Array
 from .raghavan_roth import Split, doubled, equations, placements
 

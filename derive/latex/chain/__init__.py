@@ -1,1 +1,1 @@
-"""Fragments of a chain: what is given, screw axes, link transforms, poses and Jacobians."""
+"""Fragments of a chain: parameters, screw axes, link transforms, poses and Jacobians."""

@@ -13,11 +13,11 @@ from ..setting.widths import LINE, width
 POSE_COLUMNS = 4
 TWIST_ROWS = 6
 SHORT = 50.0
-"""Width of an entry that stands in the generic pose as it is (pt)."""
+"""Greatest width of an entry that the pose by names shows in full (pt)."""
 
 
 def forward_kinematics(page: Page) -> str:
-    """The tool's pose entry by entry, or as one matrix where that fits a line."""
+    """The tool's pose as one matrix where that fits a line, else entry by entry."""
     fk = page.equations.fk
     T = sp.ImmutableMatrix(POSE_COLUMNS, POSE_COLUMNS, fk.entries)
     shared = _definitions(page, fk.definitions)
@@ -54,7 +54,7 @@ def jacobians(page: Page) -> str:
 
 
 def _generic(page: Page, *, short: bool) -> sp.ImmutableMatrix:
-    """The pose with its entries by name, or as they are if they are short."""
+    """The pose with the names of its entries, short entries in full where asked for."""
     fk = page.equations.fk
     shown = [
         entry if name is None or (short and _is_short(page, entry)) else name
@@ -71,7 +71,7 @@ def _is_short(page: Page, entry: sp.Expr) -> bool:
 
 
 def _entries(page: Page) -> str:
-    """The entries by name, the rotation's first."""
+    """The equations of the named entries, those of the rotation first."""
     fk = page.equations.fk
     rotation: list[Equation] = []
     position: list[Equation] = []
@@ -85,7 +85,7 @@ def _entries(page: Page) -> str:
 
 
 def _two_matrices(page: Page, T: sp.Matrix) -> str:
-    """The matrix of names, and below it that of entries."""
+    """The matrix of names, and below it the matrix of entries."""
     matrices = (_generic(page, short=False), T)
     return chain(
         page.pose,

@@ -1,32 +1,35 @@
-r"""The fragments that say what is given: parameters by convention, and the short symbols."""
+r"""The fragments of the description: joints by convention, parameters, and short symbols."""
 
 import math
 import re
 from collections.abc import Sequence
 
-from ...model.exact import SNAP, read
+from ...model.convention import Convention, motions_before
+from ...model.exact import read
+from ...model.robot import Robot
+from ...model.tolerances import ANGLE_SNAP
 from ..setting.layout import aligned
 from ..setting.names import escape
 from ..setting.notation import COMMAS_FROM, Notation
 from ..setting.page import Page, sentence, text
 from ..setting.printer import number
+from ..setting.transforms import symbolic_factors, transform
 from . import tables
-from .transforms import transform
 
 FEW = 4
-"""Names that a sentence joins by "and"; more are a mere list."""
+"""Most names that a sentence joins by "and"; longer lists have commas or dots."""
 SNAPPED = re.compile(r"joint (.+): ([rpy]) = (\S+) taken as (\S+)")
-"""A robot's note of an angle that was taken for a multiple of pi."""
+"""A robot's note of an angle that became a multiple of pi."""
 ANGLES = {"r": "roll", "p": "pitch", "y": "yaw"}
 
 
 def parameters(page: Page) -> str:
-    """The joints in their own conventions, and the values of the parameters."""
+    """The joints in their conventions, and the values of the parameters."""
     return text(_coordinates(page), joints(page), values(page), noted(page.robot.notes))
 
 
 def joints(page: Page) -> str:
-    """The tables of the joints, and what their abbreviations mean."""
+    """The tables of the joints, and the legend of their abbreviations."""
     equations = page.equations
     runs = tables.joint_tables(page.robot, equations.notation, equations.printer)
     shown = [
@@ -44,7 +47,7 @@ def values(page: Page) -> str:
 
 
 def symbols(page: Page) -> str:
-    """The table of short symbols, and the rules by which they are made."""
+    """The table of short symbols, and the rules of their indices and accents."""
     notation, printer = page.equations.notation, page.equations.printer
     table = tables.symbol_table(notation, printer)
     constants = ""
@@ -66,10 +69,10 @@ def _coordinates(page: Page) -> str:
         if names:
             parts.append(f"{_listed(names)} {one if len(names) == 1 else many}")
     units = "Equations and tables are in metres and radians."
-    subject = "The joint coordinate" + ("s" if len(joints) > 1 else "")
+    subject = "joint coordinates" if " are " in parts[0] else "joint coordinate"
     if len(parts) > 1:
-        return f"{units} Of the joint coordinates, {parts[0]} and {parts[1]}."
-    return f"{units} {subject} {parts[0]}."
+        return f"{units} {subject.capitalize()} {parts[0]}, and {parts[1]}."
+    return f"{units} The {subject} {parts[0]}."
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -83,19 +86,20 @@ def _consecutive(names: Sequence[str]) -> bool:
     return numbers == list(range(numbers[0], numbers[0] + len(numbers)))
 
 
-def _introduced(convention: str, notation: Notation) -> str:
-    words = tables.CONVENTION_NAMES.get(convention)
-    if words and notation.called:
-        words = words.removesuffix(" $q$")
-    if convention in tables.FORMULAS:
-        _, formula = tables.FORMULAS[convention]
+def _introduced(convention: Convention | None, notation: Notation) -> str:
+    if convention is None:
+        return "The joints are"
+    if convention.transform:
+        formula = r"\,".join(symbolic_factors(convention.transform))
         link = transform("i-1", "i")
-        return sentence(f"In {words},", aligned([(link, [formula])], end=","), "the joints are")
-    return f"The joints are given by {words}:" if words else "The joints are"
+        opening = f"In {convention.words},"
+        return sentence(opening, aligned([(link, [formula])], end=","), "the joints are")
+    variables = "their variables" if notation.called else "their variables $q$"
+    return f"The joints are given by {convention.words} and {variables}:"
 
 
 def _legend(page: Page) -> str:
-    """What the tables' abbreviations mean, for those that occur, and how joints are coupled."""
+    """The meaning of the abbreviations that the tables use, and the couplings of joints."""
     robot = page.robot
     kinds = {joint.kind for joint in robot.joints}
     if kinds == {"revolute"}:
@@ -103,13 +107,7 @@ def _legend(page: Page) -> str:
     else:
         types = [f"{short} is {kind}" for kind, short in tables.TYPES.items() if kind in kinds]
         sentences = [f"Type {', '.join(types)}."]
-    if any(
-        joint.kind == "prismatic"
-        and joint.convention in tables.VARIABLES
-        and not tables.variable_field(joint)
-        for joint in robot.joints
-    ):
-        sentences.append(r"A displacement $q$ is along $z$, right after $R_z(\theta)$.")
+    sentences += _displacements(robot)
     one = "joint"
     if tables.has_fixed(robot):
         one = "moving joint"
@@ -124,8 +122,26 @@ def _legend(page: Page) -> str:
     return " ".join(sentences)
 
 
+def _displacements(robot: Robot) -> list[str]:
+    """Sentences on sliding joints whose displacement adds to no field of the link transform."""
+    bare = [
+        joint.convention
+        for joint in robot.joints
+        if joint.kind == "prismatic" and joint.convention and not tables.variable_field(joint)
+    ]
+    factors = []
+    for convention in bare:
+        if convention.turning:
+            count = motions_before(convention.transform, convention.turning)
+            factors += symbolic_factors(convention.transform[count - 1 : count])
+    return [
+        f"A displacement $q$ is along $z$, right after ${factor}$."
+        for factor in dict.fromkeys(factors)
+    ]
+
+
 def noted(notes: Sequence[str]) -> str:
-    """What was changed on the way in; angles that were taken for the same are named together."""
+    """The notes of the robot; angles that became the same multiple of pi are listed together."""
     angles: dict[tuple[str, str], list[str]] = {}
     others = []
     for note in notes:
@@ -136,7 +152,7 @@ def noted(notes: Sequence[str]) -> str:
             others.append(escape(note))
     sentences = []
     if angles:
-        within = rf"$10^{{{round(math.log10(SNAP))}}}$"
+        within = rf"$10^{{{round(math.log10(ANGLE_SNAP))}}}$"
         listed = [
             rf"${_scientific(value)}$ as ${number(read(exact))}$ ({', '.join(where)})"
             for (value, exact), where in angles.items()

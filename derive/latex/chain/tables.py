@@ -1,11 +1,13 @@
-r"""Tables of a robot: the parameters of its conventions as given, their values, short symbols."""
+r"""Tables of a robot: the given fields of its joints, values of parameters, short symbols."""
 
 from collections.abc import Callable, Mapping, Sequence
 from itertools import groupby
 
 import sympy as sp
 
-from ...model.robot import UNITS, Joint, Robot
+from ...model.convention import Convention, Field
+from ...model.kinds import UNITS
+from ...model.robot import Joint, Robot
 from ..setting import names
 from ..setting.layout import MARGIN
 from ..setting.notation import CONSTANT_TRIGONOMETRY, Notation
@@ -21,68 +23,17 @@ BLOCK_GAP = r"@{\hspace{2.5em}}"
 WIDEST = LINE / 2
 """Width from which a cell is a paragraph (pt)."""
 MOST_BLOCKS, LOWEST_BLOCK = 3, 4
-"""Blocks of a narrow table beside each other, and the rows from which that is worth it."""
+"""Most blocks of a narrow table beside each other, and the fewest rows of a block."""
 MOST_ROWS = 36
-"""Rows that a table has on a page."""
+"""Most rows of a table on a page."""
 TYPES = {"revolute": "R", "prismatic": "P", "helical": "H", "fixed": "F"}
-FORMULAS = {
-    "dh": (("theta", "d", "a", "alpha"), r"R_z(\theta)\,T_z(d)\,T_x(a)\,R_x(\alpha)"),
-    "mdh": (("alpha", "a", "theta", "d"), r"R_x(\alpha)\,T_x(a)\,R_z(\theta)\,T_z(d)"),
-    "hayati": (
-        ("theta", "a", "alpha", "beta"),
-        r"R_z(\theta)\,T_x(a)\,R_x(\alpha)\,R_y(\beta)",
-    ),
-    "mdh5": (("a", "b", "c", "alpha", "theta"), r"T(a, b, c)\,R_x(\alpha)\,R_z(\theta)"),
-    "hayati5": (
-        ("a", "alpha", "beta", "d", "theta"),
-        r"T_x(a)\,R_x(\alpha)\,R_y(\beta)\,T_z(d)\,R_z(\theta)",
-    ),
-    "s_model": (
-        ("theta", "beta", "alpha", "x", "y", "z"),
-        r"R_z(\theta)\,R_y(\beta)\,R_x(\alpha)\,T(x, y, z)",
-    ),
-}
-"""Columns of each convention in the order of its formula, and the formula."""
-CONVENTION_NAMES = {
-    "dh": "the distal Denavit--Hartenberg convention",
-    "mdh": "the proximal (modified) Denavit--Hartenberg convention",
-    "hayati": "the convention of Hayati and Mirmirani",
-    "mdh5": "the five-parameter convention for axes that are not parallel",
-    "hayati5": "the five-parameter convention for nearly parallel axes",
-    "s_model": "the S-model",
-    "poe": "screw axes, each by its direction $e$ and a point $p$ on it, and their variables $q$",
-    "urdf": "URDF origins $x, y, z$ with roll, pitch and yaw, axes $e$ and their variables $q$",
-}
-URDF_FIELDS = {
-    **{axis: f"xyz_{axis}" for axis in "xyz"},
-    **dict(zip(("roll", "pitch", "yaw"), ("rpy_x", "rpy_y", "rpy_z"), strict=True)),
-}
-"""The other spelling of the fields of `urdf`: that of an imported URDF."""
-HEADINGS = {
-    **{f"xyz_{axis}": axis for axis in "xyz"},
-    **{f"axis_{axis}": f"e_{axis}" for axis in "xyz"},
-    **{f"point_{axis}": f"p_{axis}" for axis in "xyz"},
-    "rpy_x": r"\mathrm{roll}",
-    "rpy_y": r"\mathrm{pitch}",
-    "rpy_z": r"\mathrm{yaw}",
-}
-"""Headings of the components of vectors."""
-VARIABLES = {
-    "dh": ("theta", "d"),
-    "mdh": ("theta", "d"),
-    "hayati": ("theta", ""),
-    "mdh5": ("theta", ""),
-    "hayati5": ("theta", "d"),
-    "s_model": ("theta", "z"),
-}
-"""Fields that a joint's angle and displacement add to; where there is none, it has a column q."""
-SCREW = ("axis_", "point_")
-"""Beginnings of the fields that say nothing of a fixed joint."""
 NONE = "--"
 
 
-def joint_tables(robot: Robot, notation: Notation, printer: Printer) -> list[tuple[str, str]]:
-    """One table for each run of joints of one convention, as ``(convention, LaTeX)``."""
+def joint_tables(
+    robot: Robot, notation: Notation, printer: Printer
+) -> list[tuple[Convention | None, str]]:
+    """One table for each run of joints in one convention, as ``(convention, LaTeX)``."""
     values = iter(robot.joint_values(notation.q))
     rows = [
         (i, joint, sp.Integer(0) if joint.kind == "fixed" else next(values))
@@ -92,27 +43,25 @@ def joint_tables(robot: Robot, notation: Notation, printer: Printer) -> list[tup
     variable = "variable" if notation.called else "$q$"
     tables = []
     for convention, run in groupby(rows, key=lambda row: row[1].convention):
-        columns = _joint_columns(list(run), numbers, printer, variable)
-        apart = "$e_x$" if convention == "urdf" else ""
-        tables.append((convention, tabular(columns, repeated=1, apart=apart)))
+        columns, second_part = _joint_columns(list(run), numbers, printer, variable)
+        tables.append((convention, tabular(columns, repeated=1, apart=second_part)))
     return tables
 
 
 def has_fixed(robot: Robot) -> bool:
-    """Whether joints and moving joints are counted differently."""
+    """Whether the robot has fixed joints, which moving joints do not count."""
     return len(robot.moving) < len(robot.joints)
 
 
 def moving_numbers(robot: Robot) -> dict[str, int]:
-    """The number of each moving joint among its like: that of its screw axis."""
+    """The number of each moving joint among the moving joints, as of its screw axis."""
     return {joint.name: k for k, joint in enumerate(robot.moving, 1)}
 
 
 def variable_field(joint: Joint) -> str:
-    """The field that a joint's variable adds to, empty where it has none."""
-    turning, sliding = VARIABLES.get(joint.convention, ("", ""))
-    field = {"fixed": "", "prismatic": sliding}.get(joint.kind, turning)
-    return field if field in _given(joint) else ""
+    """The field to which a joint adds its variable; empty where there is none."""
+    field = joint.convention.variable(joint.kind) if joint.convention else ""
+    return field if field in dict(joint.given) else ""
 
 
 def _joint_columns(
@@ -120,38 +69,35 @@ def _joint_columns(
     numbers: Mapping[str, int],
     printer: Printer,
     variable: str,
-) -> list[Column]:
-    first = run[0][1]
-    fields = list(_given(first))
-    shown = [f for f in FORMULAS.get(first.convention, (fields,))[0] if f in fields] or fields
+) -> tuple[list[Column], str]:
+    """The columns of a table, and the heading of the column that begins a second part."""
     columns: list[Column] = [("$i$", [str(i) for i, _, _ in run])]
     if numbers:
         columns.append(("$k$", [str(numbers.get(joint.name, NONE)) for _, joint, _ in run]))
     columns.append(("joint", [names.escape(joint.name) for _, joint, _ in run]))
     if any(joint.kind != "revolute" for _, joint, _ in run):
         columns.append(("type", [TYPES[joint.kind] for _, joint, _ in run]))
-    for field in shown:
-        cells = [_cell(joint, field, value, printer) for _, joint, value in run]
+    second_part = ""
+    convention = run[0][1].convention
+    for field, scalar, symbol in convention.columns if convention else ():
+        cells = [_cell(joint, field, scalar, value, printer) for _, joint, value in run]
+        heading = f"${symbol or names.parameter(scalar)}$"
         if any(cell != NONE for cell in cells):
-            columns.append((f"${HEADINGS.get(field, names.parameter(field))}$", cells))
+            columns.append((heading, cells))
+        if convention and field.name == convention.second_part:
+            second_part = second_part or heading
     if any(_has_column(joint) for _, joint, _ in run):
         columns.append((variable, [_variable(joint, value, printer) for _, joint, value in run]))
     columns.append(("limits", [limits(joint.limits) for _, joint, _ in run]))
-    return columns
+    return columns, second_part
 
 
-def _given(joint: Joint) -> dict[str, sp.Expr]:
-    """The fields of a joint in one spelling."""
-    spelling = URDF_FIELDS if joint.convention == "urdf" else {}
-    return {spelling.get(field, field): value for field, value in joint.given}
-
-
-def _cell(joint: Joint, field: str, value: sp.Expr, printer: Printer) -> str:
-    """What a field holds: the given constant, and the joint's variable where it belongs."""
-    given = _given(joint)
-    if field not in given or (joint.kind == "fixed" and field.startswith(SCREW)):
+def _cell(joint: Joint, field: Field, scalar: str, value: sp.Expr, printer: Printer) -> str:
+    """The given constant of a field, with the joint's variable added where the field takes it."""
+    given = dict(joint.given)
+    if scalar not in given or (joint.kind == "fixed" and field.is_of_motion):
         return NONE
-    return _math(printer, given[field] + (value if field == variable_field(joint) else 0))
+    return _math(printer, given[scalar] + (value if scalar == variable_field(joint) else 0))
 
 
 def _has_column(joint: Joint) -> bool:
@@ -175,7 +121,7 @@ def limits(bounds: tuple[sp.Expr | None, sp.Expr | None]) -> str:
 
 
 def _limit(value: sp.Expr) -> str:
-    """A limit: multiples of pi in degrees, everything else in radians or metres."""
+    """A limit: multiples of pi in degrees, other values in radians or metres."""
     degrees = value * 180 / sp.pi
     if value != 0 and degrees.is_Rational:
         return f"{number(degrees)}^\\circ"
@@ -195,13 +141,13 @@ def value_table(robot: Robot, printer: Printer) -> str:
 
 
 def value_cell(value: sp.Expr) -> str:
-    """A number, and its decimals where it is no fraction."""
+    """A number, with its decimals where it is no fraction."""
     exact = number(value)
     return f"${exact}$" if value.is_Rational else rf"${exact} \approx {decimal(value)}$"
 
 
 def symbol_table(notation: Notation, printer: Printer) -> str:
-    """Every angle with the symbols of its cosine and sine."""
+    """The symbols of the cosine and sine of every angle."""
     rows = []
     for angle, (accent, index) in sorted(notation.angles.items(), key=_angle_key(notation)):
         c, s = (f"{accent.format(notation.letters[kind])}_{{{index}}}" for kind in ("cos", "sin"))
@@ -245,14 +191,14 @@ def tabular(columns: Sequence[Column], repeated: int, apart: str = "") -> str:
     Args:
         columns: Heading and cells of each column.
         repeated: How many of the first columns every part begins with.
-        apart: Heading of a column that begins a part if there are several.
+        apart: Heading of the column that begins a new part where one part is too narrow.
     """
     parts = _parts(columns, repeated)
     heads = [heading for heading, _ in columns]
     if len(parts) > 1 and apart in heads:
-        place = heads.index(apart)
-        parts = _parts(columns[:place], repeated)
-        parts += _parts([*columns[:repeated], *columns[place:]], repeated)
+        index = heads.index(apart)
+        parts = _parts(columns[:index], repeated)
+        parts += _parts([*columns[:repeated], *columns[index:]], repeated)
     rows = range(0, len(columns[0][1]), MOST_ROWS)
     return "\n".join(
         _tabular([(head, cells[k : k + MOST_ROWS]) for head, cells in part])
@@ -262,7 +208,7 @@ def tabular(columns: Sequence[Column], repeated: int, apart: str = "") -> str:
 
 
 def _parts(columns: Sequence[Column], repeated: int) -> list[list[Column]]:
-    """The columns in parts that a line holds, each with the repeated ones."""
+    """The columns in parts that fit a line, each with the repeated columns."""
     parts: list[list[Column]] = []
     left = 0.0
     for column in columns[repeated:]:
@@ -289,12 +235,12 @@ def _tabular(columns: Sequence[Column], blocks: int = 1) -> str:
 
 
 def _column_kind(column: Column) -> str:
-    """Single characters to the middle, everything else to the left."""
+    """The alignment of a column: centred for single characters, else to the left."""
     return "c" if all(len(cell.strip("$")) <= 1 for cell in column[1]) else "l"
 
 
 def _boxed(cell: str) -> str:
-    """A cell that is too wide as a paragraph."""
+    """A cell, as a paragraph where it is too wide."""
     if width(cell.replace("$", "")) <= WIDEST:
         return cell
     return rf"\parbox[t]{{{WIDEST:.0f}pt}}{{\raggedright {cell}\strut}}"
@@ -307,7 +253,7 @@ def _column_width(column: Column) -> float:
 
 
 def side_by_side(heading: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A long narrow table in as many blocks beside each other as a line holds."""
+    """A long narrow table in as many blocks beside each other as fit a line."""
     columns = [(head, [row[k] for row in rows]) for k, head in enumerate(heading)]
     wide = sum(_column_width(column) for column in columns) + COLUMN_SEPARATION
     blocks = max(1, min(MOST_BLOCKS, int((LINE - MARGIN) // wide), -(-len(rows) // LOWEST_BLOCK)))
@@ -320,12 +266,12 @@ def side_by_side(heading: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 def _block_table(heading: Sequence[str], rows: Sequence[Sequence[str]], blocks: int) -> str:
     height = -(-len(rows) // blocks)
     padded = [*rows, *[[""] * len(heading)] * (blocks * height - len(rows))]
-    spread: list[Column] = [
+    blocked: list[Column] = [
         (head, [row[k] for row in padded[block * height : (block + 1) * height]])
         for block in range(blocks)
         for k, head in enumerate(heading)
     ]
-    return _tabular(spread, blocks)
+    return _tabular(blocked, blocks)
 
 
 def _math(printer: Printer, expression: sp.Expr) -> str:
@@ -333,12 +279,12 @@ def _math(printer: Printer, expression: sp.Expr) -> str:
 
 
 def _angle_key(notation: Notation) -> Callable[[Angle], tuple[int, list[int], bool]]:
-    """Angles by their joints, the plain sum first, then in the order of first use."""
-    place = {symbol: k for k, symbol in enumerate(notation.q)}
+    """Sorts angles by their joints, plain sums before accented ones."""
+    index = {symbol: k for k, symbol in enumerate(notation.q)}
 
     def key(item: Angle) -> tuple[int, list[int], bool]:
         angle, (accent, _) = item
-        joints = sorted(place[symbol] for symbol in angle.free_symbols if symbol in place)
+        joints = sorted(index[symbol] for symbol in angle.free_symbols if symbol in index)
         return len(joints), joints, accent != "{}"
 
     return key

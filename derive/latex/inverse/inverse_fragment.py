@@ -7,7 +7,6 @@ from itertools import groupby
 import sympy as sp
 
 from ...inverse.explanation import listed as in_words
-from ...inverse.hybrid_inverse import hybrid_inverses
 from ...inverse.serial_inverse import Inverses
 from ...inverse.subproblems.equations import JointEquation
 from ...inverse.tasks.slots import POSE_SYMBOLS
@@ -38,8 +37,8 @@ def inverse_of_loops(page: LoopPage) -> str:
     of_chain = replace(chain.inverse, solved=tasks)
     if tasks:
         return _written(chain, of_chain, {})
-    found = hybrid_inverses(page.hybrid, chain.families)
-    if not found.solved:
+    found = page.inverse
+    if found is None or not found.solved:
         return _written(chain, of_chain, {})
     actuators = {q.name: shown for q, shown in zip(page.hybrid.q, page.q, strict=True)}
     return text(

@@ -6,6 +6,7 @@ from functools import cached_property
 import sympy as sp
 
 from ...derivation import Derivation, derive
+from ...inverse.serial_inverse import Inverses
 from ...loops.hybrid import Hybrid
 from ...model.mechanism import Mechanism
 from ...terms.terms import Terms
@@ -27,6 +28,7 @@ class LoopPage:
         chain: The page of its main chain; coordinates have the members' symbols.
         members: The symbols of its joints.
         letters: The symbols of intermediate results.
+        inverse: The inverse of the robot; None where its derivation has none.
     """
 
     mechanism: Mechanism
@@ -34,6 +36,7 @@ class LoopPage:
     chain: Page
     members: Members
     letters: Letters
+    inverse: Inverses | None
 
     @classmethod
     def of(cls, derivation: Derivation) -> "LoopPage":
@@ -45,7 +48,7 @@ class LoopPage:
         printed = derive(mechanism.main_chain, PRINTED, derivation.families)
         chain = Page.of(printed, symbols.theta, len(mechanism.coordinates))
         letters = Letters(chain.equations.notation, symbols)
-        return cls(mechanism, hybrid, chain, symbols, letters)
+        return cls(mechanism, hybrid, chain, symbols, letters, derivation.inverse)
 
     @property
     def terms(self) -> Terms:

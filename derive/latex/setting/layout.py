@@ -22,22 +22,22 @@ class Display(NamedTuple):
 
 
 INDENT = width(r"\quad\quad")
-"""What a continued line loses to the alignment and its indent."""
+"""Width that the indent takes from a continued line (pt)."""
 COLUMN_GAP = 10.2
 BRACKETS = 15.0
 MARGIN = 6.0
-"""What an estimate may be short by."""
+"""Greatest error of an estimated width (pt)."""
 BREAKS = r"\allowdisplaybreaks"
 NO_BREAK = r"\interdisplaylinepenalty=10000\postdisplaypenalty=10000"
-"""Keeps a display on one page, that of what follows it."""
+"""Keeps a display whole, and on one page with the text after it."""
 SHORTEST_RUN = 4
-"""Short equations in a row that are set in two columns."""
+"""Fewest short equations in a row that are set in two columns."""
 
 
 def aligned(equations: Sequence[Equation], end: str = ".") -> str:
-    """Equations below each other, short ones two in a row; what a row holds is read across.
+    """Equations below each other, short ones two in a row, read across.
 
-    Right sides that are too long go on below, a quad in; the list may break across pages.
+    Right sides that are too long continue below, indented; the list may break across pages.
     """
     runs = _runs(equations)
     displays = []
@@ -53,7 +53,7 @@ def aligned(equations: Sequence[Equation], end: str = ".") -> str:
 
 
 def read_down(equations: Sequence[Equation]) -> list[Equation]:
-    """Equations reordered so that two in a row read down, left first; long ones as they were."""
+    """Equations reordered so that two in a row read down, left column first."""
     if not all(_is_short(equation) for equation in equations):
         return list(equations)
     half = -(-len(equations) // 2)
@@ -62,7 +62,7 @@ def read_down(equations: Sequence[Equation]) -> list[Equation]:
 
 
 def _runs(equations: Sequence[Equation]) -> list[tuple[bool, list[Equation]]]:
-    """Runs of short equations that are worth two columns, and the rest."""
+    """Runs of short equations in two columns, and runs of other equations."""
     runs: list[tuple[bool, list[Equation]]] = []
     for short, group in groupby(equations, key=_is_short):
         run = list(group)
@@ -96,13 +96,13 @@ def _single(equations: Sequence[Equation], end: str) -> str:
 
 
 def _display(environment: str, body: str, settings: str = BREAKS) -> str:
-    """A display with its settings; no space follows that would begin a line."""
+    """A display with its settings, and without a space after it that would begin a line."""
     begin, finish = f"\\begin{{{environment}}}", f"\\end{{{environment}}}"
     return f"{{{settings}\n{begin}\n{body}\n{finish}}}%"
 
 
 def filled(terms: Sequence[str], room: float) -> list[str]:
-    """Signed terms in lines of a width; the lines after the first have an indent less."""
+    """Signed terms in lines of a width; the lines after the first are shorter by an indent."""
     lines: list[str] = []
     current, used, space = "", 0.0, room
     for term in terms:
@@ -116,7 +116,7 @@ def filled(terms: Sequence[str], room: float) -> list[str]:
 
 
 def matrix(rows: Sequence[Row]) -> str:
-    """A matrix in square brackets; it knows no limit of columns."""
+    """A matrix in square brackets, of any number of columns."""
     high = any("frac" in entry for row in rows for entry in row)
     newline = " \\\\[0.5ex]\n" if high else " \\\\\n"
     body = newline.join(" & ".join(row) for row in rows)
@@ -130,8 +130,13 @@ def matrix_width(rows: Sequence[Row]) -> float:
     return sum(columns) + COLUMN_GAP * (len(columns) - 1) + BRACKETS
 
 
+def named_matrix(name: str, rows: Sequence[Sequence[str]]) -> Display:
+    """An equation ``name = matrix`` of entries in LaTeX."""
+    return Display(f"{name} = {matrix(rows)}", width(f"{name} =") + matrix_width(rows))
+
+
 def flowed(displays: Sequence[Display], end: str = ".", *, kept: bool = False) -> str:
-    """Displays, as many beside each other as a line holds; kept on the page of what follows."""
+    """Displays, as many beside each other as fit a line; ``kept`` on the page of the text after."""
     gap = width(r",\qquad")
     rows: list[list[str]] = []
     room = 0.0
@@ -147,7 +152,7 @@ def flowed(displays: Sequence[Display], end: str = ".", *, kept: bool = False) -
 
 
 def _stacked(rows: Sequence[str], end: str, skip: str) -> str:
-    """Rows of a display; neither the first nor the last is left alone on a page."""
+    """Rows of a display, without a page break after the first or before the last."""
     body = rows[0]
     for k, row in enumerate(rows[1:], 1):
         star = "*" if k in (1, len(rows) - 1) else ""
@@ -162,7 +167,7 @@ def chain(name: str, sides: Sequence[str], end: str = ".") -> str:
 
 
 def broken(name: str, factors: Sequence[str]) -> Display:
-    """An equation ``name = product`` as one display, its factors on as many lines as they need."""
+    """An equation ``name = product`` as one display, its factors on several lines if needed."""
     first, *rest = filled(factors, LINE - MARGIN - width(f"{name} ="))
     lines = [f"{name} &= {first}", *(rf"&\quad {line}" for line in rest)]
     body = " \\\\\n".join(lines)

@@ -9,7 +9,7 @@ _LOWER_FROM_SIGMA = "sigma tau upsilon phi chi psi omega"
 _UPPER = "Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega"
 GREEK = frozenset(f"{_LOWER} {_LOWER_FROM_PI} {_LOWER_FROM_SIGMA} {_UPPER}".split())
 LONGEST_WORD = 16
-"""Characters after which a word of the user's text may be broken anywhere."""
+"""Number of characters after which a word of the user's text may be broken."""
 _ESCAPES = {
     "\\": r"\textbackslash{}",
     "{": r"\{",
@@ -53,9 +53,9 @@ _LATIN = frozenset(map(chr, range(0xC0, 0x180))) - frozenset("ĦħĸĿŀŉŦŧſ
 
 
 def escape(text: str) -> str:
-    """Text for a paragraph: nothing in it is a command, and no word is too long to break.
+    """Text for a paragraph, without commands and with breaks in long words.
 
-    Letters that a plain pdfLaTeX cannot set are given by their code, ``[U+4E2D]``.
+    Letters that plain pdfLaTeX cannot set are printed by their code, ``[U+4E2D]``.
     """
     words = text.split()
     return " ".join("".join(_escaped(word)) for word in words)
@@ -87,12 +87,12 @@ def parameter(name: str) -> str:
 
 
 def head(tex: str) -> str:
-    """The letter of a symbol: what stands before its index."""
+    """The letter of a symbol, which is the text before its index."""
     return tex.partition("_")[0]
 
 
 def frame(name: str) -> str:
-    """A frame's name as an index: digits and single letters as they are, words upright."""
+    """A frame's name as an index: digits and single letters unchanged, words upright."""
     if len(name) == 1 or name.isdigit():
         return name
     return rf"\mathrm{{{_typed(name)}}}"
@@ -115,7 +115,7 @@ def _index(word: str) -> str:
 
 
 def distinct(names: Iterable[str]) -> dict[str, str]:
-    """Each parameter's LaTeX; a name that would look like an earlier one is set as typed."""
+    """The LaTeX of each parameter; a name that would look like an earlier one is set as typed."""
     found: dict[str, str] = {}
     for name in names:
         tex = parameter(name)

@@ -1,30 +1,30 @@
 r"""Short symbols: c_1 for cos q_1, s_{23} for sin(q_2 + q_3), named constants, shared terms.
 
 A short symbol is a SymPy symbol whose name is its LaTeX; braces keep it apart from any parameter.
-Its meaning in coordinates and parameters is kept beside it: the symbol table is printed from there,
-and so is every check of a printed equation.
+Its meaning in coordinates and parameters is stored in :attr:`Notation.meanings`, from which the
+symbol table is printed and printed equations are checked.
 """
 
 from collections.abc import Mapping, Sequence
 
 import sympy as sp
 
-from ...model.exact import EVALUATION_DIGITS
 from ...model.robot import Placement, Robot, Rotation
+from ...model.tolerances import EVALUATION_DIGITS, RELIABLE_DIGITS
 from ...terms.terms import Terms
 from . import names
 
 Order = tuple[int, tuple[object, ...]]
-"""Where a factor stands in a product: its class, then its place in the class."""
+"""Position of a factor in a product: its class, then its rank in the class."""
 CONSTANT, LENGTH, TRIGONOMETRY, CONSTANT_TRIGONOMETRY, TERM, ENTRY, OTHER = range(7)
 
 ACCENTS = ("hat", "tilde", "check", "breve")
 MOST_PARTS = 12
-"""Named numbers in a number that is printed by its parts."""
+"""Most named numbers in a number that is printed by its parts."""
 COMMAS_FROM = 10
-"""From this number of coordinates on, the indices of a sum are set apart by commas."""
+"""Number of coordinates from which on commas separate the indices of a sum."""
 LONG_RUN = 3
-"""Consecutive indices that are then written as a range."""
+"""Number of consecutive indices from which on a range replaces them."""
 LETTERS = {
     "cos": ("c", "C", r"\mathrm{c}"),
     "sin": ("s", "S", r"\mathrm{s}"),
@@ -34,7 +34,7 @@ LETTERS = {
     "rotation": ("r", r"\rho", "n", r"\mathrm{r}"),
     "position": ("p", "o", r"\varpi", r"\mathrm{p}"),
 }
-"""What each kind of symbol is called, in order of preference: a parameter's letter is avoided."""
+"""Letters of each kind of symbol in order of preference; letters of parameters are left out."""
 
 
 class Notation:
@@ -43,18 +43,18 @@ class Notation:
     Attributes:
         terms: The derivation's terms and constants.
         q: The coordinates.
-        called: Their LaTeX, where they are not called q.
+        called: LaTeX of the coordinates, where it is not q_1 and so on; else empty.
         tex: LaTeX of coordinates, parameters and short symbols.
-        order: Where each stands in a product.
+        order: Position of each of them in a product.
         meanings: Each short symbol in coordinates and parameters.
-        angles: The angles c and s are taken of, with their index, in order of first use.
+        angles: The angles of cosines and sines, with their accent and index, in order of first use.
         constants: The named constants, in order of first use.
     """
 
     def __init__(
         self, robot: Robot, terms: Terms, q: Sequence[sp.Symbol], called: Sequence[str] = ()
     ) -> None:
-        """Begins the notation of a chain; its coordinates are q_1 and so on if not called else."""
+        """Begins the notation of a chain with its coordinates and parameters."""
         self.terms, self.q = terms, tuple(q)
         self.called = tuple(called)
         parameters = names.distinct(parameter.name for parameter in robot.parameters)
@@ -73,7 +73,7 @@ class Notation:
         self._terms = self._geometric = 0
 
     def trigonometric(self, expression: sp.Expr) -> sp.Expr:
-        """The short symbol, or its negative, for the cosine or sine of a sum of coordinates."""
+        """The short symbol, or its negative, of the cosine or sine of a sum of coordinates."""
         (angle,) = expression.args
         angle = sp.expand(self.expanded(angle))
         lead = next((q for q in self.q if angle.has(q)), None)
@@ -90,9 +90,9 @@ class Notation:
         return -symbol if negative and kind == "sin" else symbol
 
     def constant(self, expression: sp.Expr) -> sp.Expr:
-        """An expression without coordinates as it is printed: short as it is, or named.
+        """An expression without coordinates as it is printed, in full where short, else named.
 
-        Numbers of equal value have one name, whatever their form.
+        Numbers of equal value have one name in every form.
         """
         if is_long_number(self.terms, expression):
             return self._numeric(self.terms.value(expression))
@@ -103,7 +103,7 @@ class Notation:
         return known
 
     def shortened(self, expression: sp.Expr) -> sp.Expr:
-        """A constant expression with short symbols for what a reader would not multiply out."""
+        """A constant expression with short symbols for its functions and products of numbers."""
         if expression.is_Atom or is_surd(expression):
             return expression
         if expression.is_number:
@@ -117,7 +117,7 @@ class Notation:
         return expression.func(*map(self.shortened, expression.args))
 
     def expanded(self, expression: sp.Expr) -> sp.Expr:
-        """An expression in coordinates and parameters, with no named terms."""
+        """An expression in coordinates and parameters, without named terms."""
         known: dict[sp.Symbol, sp.Expr] = {}
         for symbol in expression.free_symbols:
             definition = self.terms.definitions.get(symbol, self.terms.constants.get(symbol))
@@ -128,7 +128,7 @@ class Notation:
         return expression.xreplace(known)
 
     def term(self) -> sp.Symbol:
-        """The next shared term; its definition is kept by who asked for it."""
+        """The next shared term; the caller keeps its definition."""
         self._terms += 1
         tex = f"{self.letters['term']}_{{{self._terms}}}"
         return self.symbol(tex, (TERM, (self._terms,)))
@@ -140,7 +140,7 @@ class Notation:
         return self.symbol(tex, (TERM, (self._geometric,)))
 
     def entries(self) -> tuple[sp.Symbol | None, ...]:
-        """Names of the entries of a pose (4, 4) in row-major order, None in its last row."""
+        """Names of the entries of a pose (4, 4) in row-major order; None for its last row."""
         r, p = self.letters["rotation"], self.letters["position"]
         named: list[sp.Symbol | None] = []
         for i, axis in enumerate("xyz", 1):
@@ -149,7 +149,7 @@ class Notation:
         return (*named, *(None,) * 4)
 
     def symbol(self, tex: str, order: Order, meaning: sp.Expr | None = None) -> sp.Symbol:
-        """A symbol of that LaTeX."""
+        """A symbol with this LaTeX."""
         symbol = sp.Symbol(tex, real=True)
         self.tex[symbol], self.order[symbol] = tex, order
         if meaning is not None:
@@ -157,7 +157,7 @@ class Notation:
         return symbol
 
     def _angle(self, angle: sp.Expr) -> tuple[str, str]:
-        """A pattern for the letter, and the index, by which cos and sin of an angle are called."""
+        """The accent, as a pattern for the letter, and the index of an angle's cosine and sine."""
         if angle not in self.angles:
             index, plain = self._index(angle)
             used = sum(
@@ -197,7 +197,7 @@ class Notation:
         """A number by the name of its magnitude."""
         value = raw.evalf(EVALUATION_DIGITS)
         sign = -1 if value < 0 else 1
-        key = sp.Float(sign * value, EVALUATION_DIGITS - 8)
+        key = sp.Float(sign * value, RELIABLE_DIGITS)
         if key not in self._constants:
             self._constants[key] = self.named(sign * raw)
         return sign * self._constants[key]
@@ -215,7 +215,7 @@ class Notation:
 
 
 def is_long_number(terms: Terms, expression: sp.Expr) -> bool:
-    """Whether a number is made of so many others that nobody would read it written out."""
+    """Whether a number is made of more than ``MOST_PARTS`` other numbers."""
     if not terms.is_number(expression):
         return False
     found: set[sp.Symbol] = set()
@@ -229,7 +229,7 @@ def is_long_number(terms: Terms, expression: sp.Expr) -> bool:
 
 
 def _joined(indices: Sequence[int], *, commas: bool) -> str:
-    """Indices of a sum, barred where subtracted; a long run is its first and last, ``1:14``."""
+    """Indices of a sum, barred where subtracted; a long run is a range, ``1:14``."""
     shown: list[str] = []
     k = 0
     while k < len(indices):
@@ -246,14 +246,14 @@ def _joined(indices: Sequence[int], *, commas: bool) -> str:
 
 
 def is_surd(expression: sp.Expr) -> bool:
-    """A fraction, perhaps times a root of one, or times pi."""
+    """Whether a number is a fraction, a multiple of a square root of one, or of pi."""
     coefficient, rest = expression.as_coeff_Mul()
     root = rest.is_Pow and rest.base.is_Rational and rest.exp == sp.Rational(1, 2)
     return bool(coefficient.is_Rational and (rest in (1, sp.pi) or root))
 
 
 def _is_plain_sum(expression: sp.Expr) -> bool:
-    """A sum as short as d_3 + d_5."""
+    """Whether a sum is as short as d_3 + d_5."""
     return (
         expression.is_Add
         and len(expression.args) == 2  # noqa: PLR2004

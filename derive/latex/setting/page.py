@@ -1,42 +1,43 @@
-"""What all fragments share: a chain, its equations, and matrices by name."""
+"""A chain with everything that the fragments of its article print."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import sympy as sp
 
 from ...derivation import Derivation
-from ...inverse.families import FAMILIES
-from ...inverse.families.family import Family
 from ...inverse.serial_inverse import Inverses, inverses
 from ...model.robot import Robot
-from ..chain import transforms
-from .layout import Display, matrix, matrix_width
+from . import transforms
+from .layout import Display, named_matrix
 from .names import frame
-from .sharing import Equations, equations
-from .widths import width
+from .screw_displays import ScrewDisplays, screw_displays
+from .sharing import PrintedEquations, equations
+
+__all__ = ["Page", "listed", "named_matrix", "sentence", "text"]
 
 
 @dataclass(frozen=True)
 class Page:
     """A serial chain with everything that is printed of it.
 
+    Short symbols are numbered in the order of their first use. Everything that uses them is made
+    here at once, in the order of these attributes, so that no fragment depends on those that were
+    written before it.
+
     Attributes:
         robot: The chain.
         equations: Forward kinematics and Jacobians in short symbols.
         links: The transforms between neighbouring frames in short symbols.
-        derived: The inverse, where it was derived over the terms of the equations.
-        coordinates: How many coordinates move it, where it is the main chain of a robot with loops.
-        families: The families of inverses that are tried on it.
+        screws: Screw axes and home pose in short symbols.
+        inverse: The inverse kinematics over the terms of the equations.
     """
 
     robot: Robot
-    equations: Equations
+    equations: PrintedEquations
     links: tuple[sp.ImmutableMatrix, ...]
-    derived: Inverses | None = None
-    coordinates: int | None = None
-    families: tuple[Family, ...] = FAMILIES
+    screws: ScrewDisplays
+    inverse: Inverses
 
     @classmethod
     def of(
@@ -45,20 +46,24 @@ class Page:
         called: Sequence[str] = (),
         coordinates: int | None = None,
     ) -> "Page":
-        """The page of a serial robot: once it stands, all short symbols are known."""
+        """The page of a serial robot.
+
+        Args:
+            derivation: A serial robot with its functions.
+            called: LaTeX of its coordinates, q_1 and so on where none is given.
+            coordinates: The number of coordinates that move it, where it is the main chain of a
+                robot with loops.
+        """
         robot = derivation.robot
         assert isinstance(robot, Robot)
         found = equations(derivation, called)
         placements = transforms.placements(robot, found.notation.q)
         links = [transforms.matrix(placement, found.notation) for placement in placements]
-        derived = derivation.inverse if derivation.terms is found.notation.terms else None
-        return cls(robot, found, tuple(links), derived, coordinates, derivation.families)
-
-    @cached_property
-    def inverse(self) -> Inverses:
-        """All that is known of the inverse, in the terms of the equations."""
-        terms = self.equations.notation.terms
-        return self.derived or inverses(self.robot, terms, self.coordinates, self.families)
+        screws = screw_displays(robot, found)
+        terms = found.notation.terms
+        derived = derivation.inverse if derivation.terms is terms else None
+        inverse = derived or inverses(robot, terms, coordinates, derivation.families)
+        return cls(robot, found, tuple(links), screws, inverse)
 
     def tex(self, expression: sp.Expr) -> str:
         """An expression on one line."""
@@ -77,11 +82,6 @@ class Page:
     def column(self, name: str, entries: Iterable[sp.Expr]) -> Display:
         """An equation ``name = column vector``."""
         return named_matrix(name, [[self.tex(entry)] for entry in entries])
-
-
-def named_matrix(name: str, rows: Sequence[Sequence[str]]) -> Display:
-    """An equation ``name = matrix`` of entries in LaTeX."""
-    return Display(f"{name} = {matrix(rows)}", width(f"{name} =") + matrix_width(rows))
 
 
 def listed(formulas: Iterable[str]) -> str:

@@ -1,4 +1,4 @@
-"""Named terms written out in printed symbols, as far as nothing has a name."""
+"""Named terms in printed symbols: by name where they have one, else written out."""
 
 from collections.abc import Callable, Mapping
 
@@ -11,13 +11,13 @@ from .widths import LINE, width
 
 Definition = tuple[sp.Symbol, sp.Expr]
 NARROW = 0.2 * LINE
-"""Widest constant that stands where it is used (pt)."""
+"""Greatest width of a constant that is written in its place (pt)."""
 BRACKET = 0.36 * LINE
-"""Widest sum that is written as a factor or squared (pt)."""
+"""Greatest width of a sum that is written as a factor or squared (pt)."""
 
 
 class PrintedTerms:
-    """The names that a solution gives to named terms, and everything in these names.
+    """The names that a solution gives to terms, and expressions in these names.
 
     Attributes:
         known: The printed symbol, or its negative, of each named term and coordinate.
@@ -40,20 +40,20 @@ class PrintedTerms:
         ordered = sorted(expression.free_symbols, key=lambda s: (len(s.name), s.name))
         known = {symbol: self._symbol(symbol) for symbol in ordered}
         for function in sorted(expression.atoms(sp.cos, sp.sin), key=str):
-            # Those of angles that move are terms; only a description writes one out.
+            # The cosine or sine of a moving angle is a term; only descriptions contain others.
             if function.free_symbols <= self.terms.parameters.keys():
                 known[function] = self.notation.constant(function)
         return expression.xreplace(known)
 
     def meaning(self, term: sp.Symbol) -> sp.Expr:
-        """The definition of a term in printed symbols, its own name aside."""
+        """The definition of a term in printed symbols."""
         definition = self.terms.definitions[term]
         if isinstance(definition, sp.cos | sp.sin):
             return definition.func(self.sum(definition.args[0]))
         return self.of(definition)
 
     def exact(self, expression: sp.Expr) -> sp.Expr:
-        """A sum of constants and lengths that was never named, in printed symbols."""
+        """A sum of constants and lengths without a name, in printed symbols."""
         number, rest = expression.as_independent(*expression.free_symbols, as_Add=True)
         shown = self.constant(number) if number != 0 else number
         return shown + self.notation.shortened(self.of(rest))
@@ -61,11 +61,11 @@ class PrintedTerms:
     def shortened(
         self, expression: sp.Expr, named: Callable[[], sp.Symbol]
     ) -> tuple[sp.Expr, list[Definition]]:
-        """A printed expression with names for long sums in brackets, and those that are new.
+        """A printed expression with names for long sums in brackets, and the new names.
 
         Args:
             expression: In printed symbols.
-            named: Gives the next symbol.
+            named: Function that returns the next symbol.
         """
         new: list[Definition] = []
 
@@ -85,14 +85,14 @@ class PrintedTerms:
         return inside(expression, is_bracket=False), new
 
     def sum(self, angle: sp.Expr) -> sp.Expr:
-        """A sum of angles, constant ones included, in printed symbols."""
+        """A sum of moving and constant angles in printed symbols."""
         moving = {s for s in angle.free_symbols if not self.terms.is_constant(s)}
         constant, rest = sp.expand(angle).as_independent(*moving, as_Add=True)
         shown = self.notation.constant(self.terms.spelled(constant)) if constant != 0 else constant
         return shown + self.of(rest)
 
     def constant(self, expression: sp.Expr) -> sp.Expr:
-        """A constant as it is where that is short, else by name."""
+        """A constant in full where that is short, else by name."""
         if is_long_number(self.terms, expression):
             return self.notation.constant(self.terms.value(expression))
         raw = self.terms.spelled(expression)

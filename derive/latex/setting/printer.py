@@ -1,7 +1,6 @@
-r"""Expressions as a human writes them: lengths before cosines, indices ascending, no leading minus.
+r"""Expressions as engineers write them: lengths first, indices ascending, no leading minus.
 
-SymPy orders for machines; here a sum is a list of signed terms in the order of the chain, which is
-also what long sums are broken by.
+A sum is a list of signed terms in the order of the chain, so that long sums break between terms.
 """
 
 from collections.abc import Mapping
@@ -9,11 +8,9 @@ from decimal import Decimal
 
 import sympy as sp
 
-from ...model.exact import EVALUATION_DIGITS
+from ...model.tolerances import PRINTED_DIGITS, RELIABLE_DIGITS
 from .notation import ENTRY, LENGTH, OTHER, TERM, Order
 
-DIGITS = 10
-"""Digits to which a number that has no short exact form is printed, followed by dots."""
 _FUNCTIONS = {sp.cos: r"\cos", sp.sin: r"\sin", sp.tan: r"\tan", sp.atan: r"\arctan"}
 
 
@@ -22,7 +19,7 @@ class Printer:
 
     Args:
         tex: LaTeX of each symbol.
-        order: Where each symbol stands in a product.
+        order: Position of each symbol in a product.
     """
 
     def __init__(self, tex: Mapping[sp.Symbol, str], order: Mapping[sp.Symbol, Order]) -> None:
@@ -34,7 +31,7 @@ class Printer:
         return " ".join(self.terms(expression))
 
     def terms(self, expression: sp.Expr) -> list[str]:
-        """The terms of a sum, each with its sign; the first without, if it can be helped."""
+        """The terms of a sum, each with its sign; a positive term, if there is one, is first."""
         if expression not in self._printed:
             self._printed[expression] = self._terms(expression)
         return self._printed[expression]
@@ -80,7 +77,7 @@ class Printer:
         return f"{self._factor(base)}^{{{self.tex(exponent)}}}"
 
     def _addend_key(self, addend: sp.Expr) -> tuple[object, ...]:
-        """PrintedTerms with a length in the order of the chain, then brackets, then the rest."""
+        """Terms with a length in the order of the chain, then those with brackets, then others."""
         _, rest = addend.as_coeff_Mul()
         keys = tuple(sorted(self._factor_key(factor)[0] for factor in sp.Mul.make_args(rest)))
         lengths = tuple(place for kind, place in keys if kind == LENGTH)
@@ -124,9 +121,9 @@ class FractionPrinter(Printer):
 
 
 def number(value: sp.Expr) -> str:
-    """An exact number: decimals where they end, else fractions, roots and multiples of pi."""
+    """An exact number: finite decimals, else fractions, roots and multiples of pi."""
     if value.is_Float:
-        return cut(value, DIGITS)
+        return cut(value, PRINTED_DIGITS)
     if value.is_Rational:
         return _rational(value)
     multiple = value / sp.pi
@@ -156,15 +153,15 @@ def _rational(value: sp.Rational) -> str:
 
 def decimal(value: sp.Expr) -> str:
     """A number rounded to a few digits."""
-    text = _plain(value, DIGITS)
+    text = _plain(value, PRINTED_DIGITS)
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
 def cut(value: sp.Expr, digits: int) -> str:
-    """The first digits of a number, and dots where it goes on."""
-    text = _plain(value, EVALUATION_DIGITS - 8).rstrip("0")
-    place = next(k for k, digit in enumerate(text) if digit in "123456789")
-    end = place + digits + ("." in text[place : place + digits])
+    """The first digits of a number, and dots where digits are left out."""
+    text = _plain(value, RELIABLE_DIGITS).rstrip("0")
+    first = next(k for k, digit in enumerate(text) if digit in "123456789")
+    end = first + digits + ("." in text[first : first + digits])
     return rf"{text[:end]}\ldots" if len(text) > end else text
 
 

@@ -1,9 +1,9 @@
-"""What is printed, as SymPy objects: shared terms in the order of their definition, then entries.
+"""Printed functions as SymPy objects: shared terms in the order of their definition, then entries.
 
-A derivation names every intermediate result. A reader wants fewer names: products are written out,
-a sum that occurs once stands where it occurs, and a sum that occurs more often, or is too long for
-a bracket, is a shared term. The functions of a robot share these: the Jacobians name what the
-forward kinematics did not.
+A derivation names every intermediate result. The print has fewer names: products are written out, a
+sum that occurs once is written in its place, and a sum that occurs more often, or is too long for a
+bracket, is a shared term. The functions of a robot share these terms: the Jacobians add to those of
+the forward kinematics.
 """
 
 from collections import Counter
@@ -22,13 +22,13 @@ Definition = tuple[sp.Symbol, sp.Expr]
 PRINTED = ("fk", "jacobian_mixed", "jacobian_space")
 """The functions that are printed."""
 BRACKET = 0.36 * LINE
-"""Widest sum that is written as a factor in brackets."""
+"""Greatest width of a sum that is written as a factor in brackets (pt)."""
 DEEPEST = 2
-"""Brackets inside each other."""
+"""Most brackets inside each other."""
 ENTRY = 0.4 * LINE
-"""Widest entry of a column of a Jacobian."""
+"""Greatest width of an entry of a Jacobian (pt)."""
 MOST_FACTORS = 5
-"""Factors of a product that is written out wherever it occurs."""
+"""Most factors of a product that is written out wherever it occurs."""
 
 
 @dataclass(frozen=True)
@@ -36,9 +36,9 @@ class Printed:
     """One function in short symbols.
 
     Attributes:
-        definitions: Shared terms that were not defined before, each in those before it.
+        definitions: Shared terms that no earlier function defines, each in earlier terms.
         entries: The function's entries in row-major order.
-        names: The name of each entry, None where it is not needed.
+        names: The name of each entry; None where the entry needs no name.
     """
 
     definitions: tuple[Definition, ...]
@@ -47,8 +47,8 @@ class Printed:
 
 
 @dataclass(frozen=True)
-class Equations:
-    """All that is printed of a robot's functions, in the order of printing."""
+class PrintedEquations:
+    """The printed functions of a robot, in the order of printing."""
 
     notation: Notation
     printer: Printer
@@ -57,14 +57,14 @@ class Equations:
     jacobian_space: Printed
 
 
-def equations(derivation: Derivation, called: Sequence[str] = ()) -> Equations:
+def equations(derivation: Derivation, called: Sequence[str] = ()) -> PrintedEquations:
     """Forward kinematics and Jacobians of a derivation in short symbols and shared terms.
 
-    Where the derivation was asked for less than these, they are derived for the page alone.
+    Where the derivation lacks one of these functions, all of them are derived for the page.
 
     Args:
         derivation: A serial robot with its functions.
-        called: LaTeX of its coordinates, q_1 and so on where none is given.
+        called: LaTeX of the coordinates; q_1 and so on where it is empty.
     """
     robot = derivation.robot
     assert isinstance(robot, Robot)
@@ -74,7 +74,7 @@ def equations(derivation: Derivation, called: Sequence[str] = ()) -> Equations:
     notation = Notation(robot, derivation.terms, fk.inputs[0].symbols, called)
     printer = Printer(notation.tex, notation.order)
     sharing = _Sharing(notation, printer)
-    return Equations(
+    return PrintedEquations(
         notation,
         printer,
         sharing.printed(fk.outputs[0].entries, notation.entries()),
@@ -84,10 +84,10 @@ def equations(derivation: Derivation, called: Sequence[str] = ()) -> Equations:
 
 
 class _Sharing:
-    """Decides, function by function, what gets a name.
+    """Decides, function by function, which terms get a name.
 
     Attributes:
-        known: What each of the terms is called, for those that have a lasting name.
+        known: The printed symbol, or its negative, of each named term.
     """
 
     def __init__(self, notation: Notation, printer: Printer) -> None:
@@ -98,7 +98,7 @@ class _Sharing:
     def printed(
         self, entries: Sequence[sp.Expr], names: Sequence[sp.Symbol | None] = ()
     ) -> Printed:
-        """One function; with names for its entries, later functions may use them."""
+        """One function; later functions may use the names of its entries."""
         self.inlined: dict[sp.Symbol, sp.Expr] = {}
         self.definitions: list[Definition] = []
         open_terms = self._open(entries)
@@ -113,7 +113,7 @@ class _Sharing:
         return Printed(tuple(self.definitions), tuple(shown), tuple(names))
 
     def _open(self, entries: Sequence[sp.Expr]) -> list[sp.Symbol]:
-        """The terms without a name that entries rest on, in the order of their definition."""
+        """The unnamed terms on which entries depend, in the order of their definition."""
         found: set[sp.Symbol] = set()
         waiting = [symbol for entry in entries for symbol in entry.free_symbols]
         while waiting:
@@ -131,7 +131,7 @@ class _Sharing:
     def _nameable(
         self, open_terms: Sequence[sp.Symbol], entries: Sequence[sp.Expr]
     ) -> set[sp.Symbol]:
-        """Sums that are entries and nothing else: the entry's name is theirs."""
+        """Sums that occur only as entries, so that the entry's name is theirs."""
         inside = {
             symbol for term in open_terms for symbol in self.terms.definitions[term].free_symbols
         }
@@ -145,7 +145,7 @@ class _Sharing:
     def _uses(
         self, open_terms: Sequence[sp.Symbol], entries: Sequence[sp.Expr]
     ) -> Counter[sp.Symbol]:
-        """How often each term is written once products are written out."""
+        """The number of occurrences of each term where products are written out."""
         uses = Counter(symbol for entry in entries for symbol in entry.free_symbols)
         for term in reversed(open_terms):
             expression = self.terms.definitions[term]
@@ -156,7 +156,7 @@ class _Sharing:
         return uses
 
     def _settle(self, term: sp.Symbol, uses: int) -> None:
-        """Gives a term its name, or keeps it to be written out."""
+        """Gives a term its name, or stores its value to be written out."""
         expression = self.terms.definitions[term]
         if _is_trigonometric(expression):
             self.known[term] = self.notation.trigonometric(expression)
@@ -178,7 +178,7 @@ class _Sharing:
                 if value is not None and (factor.is_Pow or len(factors) > 1):
                     self._fit_in_brackets(base, value)
         known = {}
-        # Naming a constant numbers it: the order must not be that of a set.
+        # Naming a constant numbers it, so that the order must not depend on a set.
         for symbol in sorted(expression.free_symbols, key=numbered):
             if symbol in self.terms.constants:
                 known[symbol] = self.notation.constant(symbol)
@@ -191,7 +191,7 @@ class _Sharing:
             self._name(term, value)
 
     def _name(self, term: sp.Symbol, value: sp.Expr) -> None:
-        """Makes a value the next shared term, with the sign that its first term wants."""
+        """Makes a value the next shared term, with the sign of its first printed term."""
         name = self.notation.term()
         sign = -1 if self.printer.tex(value).startswith("-") else 1
         self.definitions.append((name, sign * value))
@@ -203,7 +203,7 @@ class _Sharing:
         names: Sequence[sp.Symbol | None],
         own: set[sp.Symbol],
     ) -> list[sp.Expr]:
-        """Values of entries; a sum that is an entry is called by the entry's name from then on."""
+        """Values of entries; a sum that is an entry has the entry's name from then on."""
         shown = []
         for entry, name in zip(entries, names, strict=True):
             shown.append(self._value(entry))

@@ -1,7 +1,7 @@
-r"""How wide a formula is when set, near enough to break lines before they leave the page.
+r"""Estimated width of a formula, accurate enough to break lines before they leave the page.
 
-The widths are those of Computer Modern at 10 pt. A line of the article class is 345 pt, and what
-fits there fits every class with a wider column.
+The widths are those of Computer Modern at 10 pt. A line of the article class is 345 pt; classes
+with a wider column hold the same lines.
 """
 
 import re
@@ -20,7 +20,7 @@ _LETTERS = {
 }
 _SIGNS = {"+": 12.3, "-": 12.3, "=": 13.4, ",": 4.5, ".": 2.8, " ": 0.0, "(": 3.9, ")": 3.9}
 _MINUS = 7.8
-"""The sign of a first term; between terms, where a blank follows it, it has space around it."""
+"""Width of the minus sign of a first term; between terms it has space around it."""
 _OTHER = 5.2
 _COMMANDS = {
     "quad": 10.0, "qquad": 20.0, "cos": 15.6, "sin": 14.0, "tan": 16.0, "arctan": 31.0,
@@ -42,19 +42,19 @@ class _Measure:
     """Walks the tokens of one formula."""
 
     def __init__(self, tokens: list[str]) -> None:
-        self.tokens, self.place = tokens, 0
+        self.tokens, self.position = tokens, 0
 
     def group(self, scale: float) -> float:
         """Everything up to the brace that closes the group."""
         total = 0.0
-        while self.place < len(self.tokens) and self.tokens[self.place] != "}":
+        while self.position < len(self.tokens) and self.tokens[self.position] != "}":
             total += self._item(scale)
-        self.place += 1
+        self.position += 1
         return total
 
     def _item(self, scale: float) -> float:
-        token = self.tokens[self.place]
-        self.place += 1
+        token = self.tokens[self.position]
+        self.position += 1
         if token == "{":
             return self.group(scale)
         if token in ("_", "^"):
@@ -65,6 +65,6 @@ class _Measure:
         if token.startswith("\\"):
             name = token[1:]
             return 0.0 if name in _TRANSPARENT else _COMMANDS.get(name, 6.0) * scale
-        if token == "-" and self.tokens[self.place : self.place + 1] != [" "]:
+        if token == "-" and self.tokens[self.position : self.position + 1] != [" "]:
             return _MINUS * scale
         return _SIGNS.get(token, _LETTERS.get(token, _OTHER)) * scale

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import sympy as sp
 
-from ...model.exact import EVALUATION_DIGITS
+from ...model.tolerances import EVALUATION_DIGITS
 from ...terms.terms import Terms
 from .phasors import Complex, PhasorSum
 

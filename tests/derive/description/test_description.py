@@ -178,11 +178,11 @@ def test_enough_wrong_lines():
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "says nothing"),
+        ("", "the file is empty"),
         ('name = "r"\nconvention = "dh"\n', "joints"),
         ('name = "r"\nconvention = "dh"\njoints = []\n', "a list of 1 to 256 joints"),
         ('name = "r"\nconvention = "dh"\njoints = [1]\n', "a table"),
-        ('name = "r"\nconvention = "dh"\n[[joints]]\ntype = "fixed"\n', "moves by itself"),
+        ('name = "r"\nconvention = "dh"\n[[joints]]\ntype = "fixed"\n', "coordinate of its own"),
         ('name = "r"\n[[joints]]\n', "convention"),
         ("x = " + "[" * 3000, "brackets"),
         ("x = " + "9" * 5000, "digits"),

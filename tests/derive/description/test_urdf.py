@@ -155,12 +155,12 @@ def test_names_limits_and_snapped_angles(path):
     assert robot.link_names == ("arm", "tool_0")
     assert robot.joints[0].limits == (sp.Rational(-3, 2), 2)
     given = dict(robot.joints[0].given)
-    assert given["pitch"] == sp.pi / 2
+    assert given["rpy_y"] == sp.pi / 2
     assert len(robot.notes) == 1
     assert "turn" in robot.notes[0]
     assert "pi/2" in robot.notes[0]
     # 1.5708 is 3.7e-6 away from a right angle: taken as it is written.
-    assert dict(robot.joints[1].given)["yaw"] == sp.Rational(15708, 10000)
+    assert dict(robot.joints[1].given)["rpy_z"] == sp.Rational(15708, 10000)
 
 
 def wrong(path, text, *arguments):
@@ -217,7 +217,7 @@ def test_wrong_links(path):
     assert "tool-0" in wrong(path, TWO_LINKS, "base", "tol0")
     assert "a link below arm" in wrong(path, TWO_LINKS, "arm", "base")
     assert "other than the base" in wrong(path, TWO_LINKS, "base", "base")
-    assert "moves by itself" in wrong(path, TWO_LINKS, "arm", "tool-0")
+    assert "coordinate of its own" in wrong(path, TWO_LINKS, "arm", "tool-0")
 
 
 def test_a_circle_of_links(path):
@@ -245,7 +245,7 @@ def test_a_leader_outside_the_chain(path):
     text = TWO_LINKS.replace("<limit", '<mimic joint="f"/><limit')
     fork = '<link name="s"/><joint name="f" type="prismatic"><parent link="arm"/><child link="s"/>'
     message = wrong(path, text.replace("</robot>", f"{fork}</joint></robot>"), "base", "tool-0")
-    assert "moves by itself" in message
+    assert "coordinate of its own" in message
 
 
 @pytest.mark.parametrize(
@@ -265,8 +265,8 @@ def test_what_exporters_write(path):
     robot = from_urdf(path)
     assert robot.title == "Gerät"
     given = dict(robot.joints[0].given)
-    assert given["x"] == sp.Rational("1.2246467991473532e-16")
-    assert given["y"] == sp.Rational("-6.1e-33")
+    assert given["xyz_x"] == sp.Rational("1.2246467991473532e-16")
+    assert given["xyz_y"] == sp.Rational("-6.1e-33")
 
 
 def test_axes_of_fixed_joints_and_defaults(path):
@@ -278,7 +278,7 @@ def test_axes_of_fixed_joints_and_defaults(path):
     path.write_text(bare)
     given = dict(from_urdf(path).joints[0].given)
     assert [given[f"axis_{c}"] for c in "xyz"] == [1, 0, 0]
-    assert given["x"] == given["roll"] == 0
+    assert given["xyz_x"] == given["rpy_x"] == 0
     path.write_text(bare.replace('lower="-1.5" upper="2"', ""))
     assert from_urdf(path).joints[0].limits == (None, None)
 

@@ -1,7 +1,6 @@
 """What is printed is true, is named without ambiguity, and is the same on every run."""
 
 import os
-import random
 import re
 import subprocess
 import sys
@@ -9,103 +8,26 @@ import sys
 import numpy as np
 import pytest
 import sympy as sp
-from chains import random_chain
-from derivations import NAMES, derivation
+from derivations import derivation
+from laws.lie import exp_screw
+from printed_robots import BY_NAME, ROBOTS, awkward, derived, joint, parallel
 
-from chasles.derive import Joint, Mimic, Parameter, Robot, derive, from_urdf, load
-from chasles.derive.description.conventions import CONVENTIONS, rotation, translation
+from chasles.derive import Joint, Robot, derive, from_urdf, load
 from chasles.derive.latex import document, equations, fragments
-from chasles.derive.latex.chain.printed_screws import printed_screws
 from chasles.derive.latex.setting.layout import aligned, filled
 from chasles.derive.latex.setting.names import distinct, escape, parameter
 from chasles.derive.latex.setting.notation import Notation
 from chasles.derive.latex.setting.page import Page
+from chasles.derive.latex.setting.printed_screws import printed_screws
 from chasles.derive.latex.setting.printer import Printer, number
 from chasles.derive.latex.setting.widths import LINE, width
-from chasles.derive.model.mechanism import Mechanism
 from chasles.derive.terms.casadi_graph import lower
-from chasles.derive.terms.lie import exp_screw
 
 FILES = [f"{name}.tex" for name in ("parameters", "symbols", "screws", "transforms")]
 FILES += ["fk.tex", "jacobian.tex", "inverse.tex"]
 TRUE = 1e-12
 """Sums of a few dozen products of double precision numbers of order 1."""
 R = sp.Rational
-
-
-def joint(name, convention, kind="revolute", *, pitch=0, direction=1, mimic=None, **given):
-    """A joint with its convention's fields, zero where not given."""
-    fields = {field: sp.sympify(given.get(field, 0)) for field in CONVENTIONS[convention].fields}
-    before, after = CONVENTIONS[convention].place(kind, **fields)
-    return Joint(
-        name,
-        kind,
-        before,
-        after,
-        pitch=sp.sympify(pitch),
-        direction=direction,
-        mimic=mimic,
-        convention=convention,
-        given=tuple(fields.items()),
-    )
-
-
-def awkward():
-    """Every kind of joint, three conventions, odd angles, and names that clash with c, s, t, p."""
-    h, c1, s_1, t1, p_1 = sp.symbols("h c1 s_1 t1 p_1", real=True)
-    alpha_2 = sp.Symbol("alpha_2", real=True)
-    joints = (
-        joint("lift", "dh", "prismatic", d=c1),
-        joint("turn", "dh", a=t1, theta=R(3, 10)),
-        joint("screw", "dh", "helical", a=s_1, alpha=alpha_2, pitch=h),
-        joint("follow", "dh", a=p_1, alpha=sp.pi / 2, mimic=Mimic("turn", sp.Integer(2), R(1, 10))),
-        joint("back", "mdh", alpha=sp.pi / 3, a=R(1, 4), direction=-1),
-        joint("down", "mdh", alpha=sp.pi, a=R(1, 8)),
-        joint("wrist", "hayati", a=R(1, 8), alpha=R(1, 10), beta=R(1, 20)),
-    )
-    lengths = tuple(Parameter(str(p), R(k + 1, 5)) for k, p in enumerate((h, c1, s_1, t1, p_1)))
-    base = translation(R(0), R(0), R(1, 2)) + rotation("z", sp.pi / 4)
-    tool = translation(R(0), R(0), R(1, 10)) + rotation("x", R(1, 5))
-    parameters = (*lengths, Parameter("alpha_2", R(2, 5), "angle"))
-    return Robot("awkward", joints, base=base, tool=tool, base_frame="w", parameters=parameters)
-
-
-def calibrated():
-    """Four joints with every Denavit-Hartenberg parameter a symbol."""
-    parameters, joints = [], []
-    for k in range(1, 5):
-        kinds = {"a": "length", "d": "length", "alpha": "angle", "theta": "angle"}
-        own = [Parameter(f"{field}_{k}", R(k, 7), kind) for field, kind in kinds.items()]
-        parameters += own
-        given = {p.name.split("_")[0]: p.symbol for p in own}
-        joints.append(joint(f"j{k}", "dh", **given))
-    return Robot("calibrated", tuple(joints), parameters=tuple(parameters))
-
-
-def parallel(count):
-    """A chain in groups of three parallel axes."""
-    lengths = [sp.Symbol(f"a{k}", real=True) for k in range(1, count + 1)]
-    joints = tuple(
-        joint(f"j{k}", "dh", a=a, alpha=0 if k % 3 else sp.pi / 2) for k, a in enumerate(lengths, 1)
-    )
-    return Robot("parallel", joints, parameters=tuple(Parameter(str(a), R(1, 4)) for a in lengths))
-
-
-BUILT = {
-    "awkward": awkward,
-    "calibrated": calibrated,
-    "fourteen": lambda: parallel(14),
-    **{f"random{k}": lambda k=k: random_chain(random.Random(k), 3 + k).robot() for k in range(6)},
-}
-ROBOTS = [*NAMES, *BUILT]
-
-
-def derived(name):
-    """A serial robot, or the main chain of one with loops."""
-    if name in BUILT:
-        return derive(BUILT[name]())
-    robot = derivation(name).robot
-    return derive(robot.main_chain) if isinstance(robot, Mechanism) else derivation(name)
 
 
 class Reader:
@@ -417,11 +339,10 @@ def test_variables_without_a_field_count_the_other_way(convention, kind):
     axis = (R(1), R(0), R(0))
     at = {"urdf": {"xyz": (0, 0, R(1, 2)), "rpy": (0, 0, 0)}, "poe": {"point": (0, 0, R(1, 2))}}
     vectors = {f: tuple(map(sp.sympify, v)) for f, v in at[convention].items()} | {"axis": axis}
-    before, after = CONVENTIONS[convention].place(kind, **vectors)
-    given = [(f"{f}_{c}", x) for f, v in vectors.items() for c, x in zip("xyz", v, strict=True)]
-    back = Joint(
-        "back", kind, before, after, direction=-1, convention=convention, given=tuple(given)
-    )
+    found = BY_NAME[convention]
+    before, after = found(kind, **vectors)
+    given = found.scalars(vectors)
+    back = Joint("back", kind, before, after, direction=-1, convention=found, given=given)
     table = fragments(derive(Robot("one", (back,))))["parameters.tex"]
     assert "$q$ & limits" in table
     assert "& $-q_{1}$ & --" in table

@@ -1,8 +1,8 @@
-"""Screw axes and home pose in short symbols: exact where short, decimals where a human would.
+"""Screw axes and home pose in short symbols: exact where that is short, else in decimals.
 
-Multiplied out, a chain of general angles grows without bound. Angles that are numbers and give no
-roots are taken as decimals of 40 digits before the product is formed, and angles that are
-parameters leave shared terms behind.
+The product of a chain of general angles has more terms with every joint. Numeric angles whose
+cosines and sines are no short roots become decimals of 40 digits before the product is formed;
+angles that are parameters give shared terms.
 """
 
 from collections.abc import Iterator
@@ -12,21 +12,20 @@ from itertools import count
 import sympy as sp
 
 from ...chain.poe import to_poe
-from ...model.exact import EVALUATION_DIGITS
 from ...model.robot import Placement, Robot, Rotation
-from ..setting.notation import Notation, is_surd
+from ...model.tolerances import EVALUATION_DIGITS, ROUNDING
+from .notation import Notation, is_surd
 
 MOST_TILTS = 3
-"""Constant angles other than right ones that are kept as roots."""
-_ROUNDING = sp.Float(10) ** (8 - EVALUATION_DIGITS)
+"""Most constant angles, right angles aside, whose cosines and sines are kept as roots."""
 
 
 @dataclass(frozen=True)
 class Screws:
-    """The product of exponentials of a robot, as it is printed.
+    """The product of exponentials of a robot in short symbols.
 
     Attributes:
-        definitions: PrintedTerms that the entries share, each in those before it.
+        definitions: Terms that the entries share, each in those before it.
         S: Screw axes (6, moving joints).
         M: Home pose (4, 4).
     """
@@ -37,10 +36,10 @@ class Screws:
 
 
 class _Decimal(Rotation):
-    """A turn by a decimal, which no description may hold."""
+    """A turn by a decimal, which a description must not contain."""
 
     def __post_init__(self) -> None:
-        """Takes the decimal as it is."""
+        """Keeps the decimal, which is no exact number."""
 
 
 def printed_screws(robot: Robot, notation: Notation) -> Screws:
@@ -67,11 +66,11 @@ def _symbols() -> Iterator[sp.Symbol]:
 
 
 def _short(expression: sp.Expr, notation: Notation) -> sp.Expr:
-    """Decimals next to integers are those integers; the rest in short symbols."""
+    """An expression in short symbols, with integers for the decimals that equal them."""
     rounded = {}
     for number in expression.atoms(sp.Float):
         nearest = sp.Integer(round(number))
-        if abs(number - nearest) < _ROUNDING:
+        if abs(number - nearest) < ROUNDING:
             rounded[number] = nearest
     return notation.shortened(expression.xreplace(rounded))
 

@@ -1,13 +1,14 @@
-"""Link transforms as matrices: the placements of a joint and its motion, multiplied out."""
+"""Link transforms: the placements of a joint and its motion as factors and as a matrix."""
 
 from collections.abc import Sequence
 
 import sympy as sp
 
-from ...model.robot import Joint, Placement, Robot, Rotation, Translation
-from ..setting import names
-from ..setting.notation import Notation
-from ..setting.printer import Printer
+from ...model.placements import Placement, Rotation, Translation, symbols_of
+from ...model.robot import Joint, Robot
+from . import names
+from .notation import Notation
+from .printer import Printer
 
 PLANES = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}
 
@@ -15,8 +16,8 @@ PLANES = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}
 def labels(robot: Robot) -> list[str]:
     """Indices of the frames from the base to the tool: base, links, tool where they differ.
 
-    Frame 0 is the chain's first. The base frame is the same where nothing stands before the first
-    joint, and the tool's is the last link's where nothing stands after the last.
+    Frame 0 is the first frame of the chain. It is the base frame where the robot has no base
+    placement; the last link's frame is the tool frame where the robot has no tool placement.
     """
     base, tool = names.frame(robot.base_frame), names.frame(robot.tool_frame)
     links = [str(k) for k in range(len(robot.joints) + 1)]
@@ -34,7 +35,7 @@ def transform(start: str, end: str) -> str:
 
 
 def motions(joint: Joint, value: sp.Expr) -> Placement:
-    """What carries one link's frame to the next, the joint's motion included."""
+    """The pose of a joint's link in the link before it, at a value of the joint."""
     motion: Placement = ()
     if joint.kind in ("revolute", "helical"):
         motion += (Rotation("z", value),)
@@ -45,7 +46,7 @@ def motions(joint: Joint, value: sp.Expr) -> Placement:
 
 
 def placements(robot: Robot, q: Sequence[sp.Expr]) -> list[Placement]:
-    """What carries each of :func:`labels` to the next at coordinates q, neighbours merged."""
+    """Poses between neighbours among the frames of :func:`labels`, at coordinates q."""
     found = [robot.base] if robot.base else []
     values = iter(robot.joint_values(q))
     for joint in robot.joints:
@@ -56,7 +57,7 @@ def placements(robot: Robot, q: Sequence[sp.Expr]) -> list[Placement]:
 
 
 def matrix(placement: Placement, notation: Notation) -> sp.ImmutableMatrix:
-    """A placement multiplied out (4, 4), cosines and sines by their short symbols."""
+    """A placement as a matrix (4, 4), with the short symbols of cosines and sines."""
     T = sp.eye(4)
     for motion in placement:
         T = T * (_turn(motion, notation) if isinstance(motion, Rotation) else _shift(motion))
@@ -66,6 +67,12 @@ def matrix(placement: Placement, notation: Notation) -> sp.ImmutableMatrix:
 def factors(placement: Placement, printer: Printer) -> list[str]:
     """A placement as elementary motions in LaTeX."""
     return [_factor(motion, printer) for motion in placement]
+
+
+def symbolic_factors(transform: Placement) -> list[str]:
+    """A convention's link transform as elementary motions in LaTeX, in the names of its fields."""
+    used = symbols_of(transform)
+    return factors(transform, Printer({s: names.parameter(s.name) for s in used}, {}))
 
 
 def _factor(motion: Rotation | Translation, printer: Printer) -> str:
@@ -78,16 +85,16 @@ def _factor(motion: Rotation | Translation, printer: Printer) -> str:
 
 
 def _merged(placement: Placement) -> Placement:
-    """Turns about one axis as one, also across shifts along that axis."""
+    """A placement with turns about one axis merged, also across shifts along that axis."""
     merged: list[Rotation | Translation] = []
     for motion in placement:
         if isinstance(motion, Rotation):
-            place = len(merged)
-            while place and _commutes(merged[place - 1], motion):
-                place -= 1
-            before = merged[place - 1] if place else None
+            index = len(merged)
+            while index and _commutes(merged[index - 1], motion):
+                index -= 1
+            before = merged[index - 1] if index else None
             if isinstance(before, Rotation) and before.axis == motion.axis:
-                merged[place - 1] = Rotation(motion.axis, before.angle + motion.angle)
+                merged[index - 1] = Rotation(motion.axis, before.angle + motion.angle)
                 continue
         merged.append(motion)
     return tuple(merged)
@@ -109,7 +116,7 @@ def _turn(rotation: Rotation, notation: Notation) -> sp.Matrix:
 
 
 def _short(value: sp.Expr, notation: Notation) -> sp.Expr:
-    """A cosine or sine, possibly turned into the other with a sign, in short symbols."""
+    """A cosine or sine, or the signed function into which SymPy turns it, in short symbols."""
     sign, function = value.as_coeff_Mul()
     if function.func in (sp.cos, sp.sin):
         return sign * notation.trigonometric(function)

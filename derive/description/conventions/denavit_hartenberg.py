@@ -1,0 +1,47 @@
+"""Denavit and Hartenberg's four parameters, distal and proximal.
+
+Source:
+    J. Denavit, R. S. Hartenberg, A kinematic notation for lower-pair mechanisms based on matrices,
+    Journal of Applied Mechanics 22 (1955), for `dh`: the frame of link i is at its far end.
+    J. J. Craig, Introduction to Robotics; W. Khalil, J. Kleinfinger, A new geometric notation for
+    open and closed-loop robots, ICRA 1986, for `mdh`: the frame of link i is on axis i.
+"""
+
+import sympy as sp
+
+from ...model.convention import Field, of_transform
+from ...model.placements import rotation, translation
+
+a, alpha, d, theta = sp.symbols("a alpha d theta", real=True)
+_FIELDS = (
+    Field("a", "length"),
+    Field("alpha", "angle"),
+    Field("d", "length"),
+    Field("theta", "angle"),
+)
+dh = of_transform(
+    "dh",
+    _FIELDS,
+    rotation("z", theta)
+    + translation(sp.S.Zero, sp.S.Zero, d)
+    + translation(a, sp.S.Zero, sp.S.Zero)
+    + rotation("x", alpha),
+    source="Denavit and Hartenberg 1955",
+    words="the distal Denavit--Hartenberg convention",
+    turning="theta",
+    sliding="d",
+)
+"""Distal Denavit-Hartenberg: Rz(theta) Tz(d) Tx(a) Rx(alpha)."""
+mdh = of_transform(
+    "mdh",
+    _FIELDS,
+    rotation("x", alpha)
+    + translation(a, sp.S.Zero, sp.S.Zero)
+    + rotation("z", theta)
+    + translation(sp.S.Zero, sp.S.Zero, d),
+    source="Craig; Khalil and Kleinfinger 1986",
+    words="the proximal (modified) Denavit--Hartenberg convention",
+    turning="theta",
+    sliding="d",
+)
+"""Proximal (modified, Craig's) Denavit-Hartenberg: Rx(alpha) Tx(a) Rz(theta) Tz(d)."""

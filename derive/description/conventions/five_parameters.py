@@ -1,0 +1,50 @@
+"""Five parameters a joint, complete and without jumps, for axes that are not or are parallel.
+
+Source:
+    Closed chain cascade manipulator with an improved kinematic model, Mathematical Problems in
+    Engineering: equation (6) for `mdh5`, axes that are not parallel; equation (8) for `hayati5`,
+    axes that are nearly parallel.
+"""
+
+import sympy as sp
+
+from ...model.convention import Field, of_transform
+from ...model.placements import rotation, translation
+
+a, b, c, d = sp.symbols("a b c d", real=True)
+alpha, beta, theta = sp.symbols("alpha beta theta", real=True)
+mdh5 = of_transform(
+    "mdh5",
+    (
+        Field("a", "length"),
+        Field("b", "length"),
+        Field("c", "length"),
+        Field("alpha", "angle"),
+        Field("theta", "angle"),
+    ),
+    translation(a, b, c) + rotation("x", alpha) + rotation("z", theta),
+    source="Closed chain cascade manipulator, (6)",
+    words="the five-parameter convention for axes that are not parallel",
+    turning="theta",
+)
+"""T(a, b, c) Rx(alpha) Rz(theta); a sliding joint moves along z right after Rz(theta)."""
+hayati5 = of_transform(
+    "hayati5",
+    (
+        Field("a", "length"),
+        Field("alpha", "angle"),
+        Field("beta", "angle"),
+        Field("d", "length"),
+        Field("theta", "angle"),
+    ),
+    translation(a, sp.S.Zero, sp.S.Zero)
+    + rotation("x", alpha)
+    + rotation("y", beta)
+    + translation(sp.S.Zero, sp.S.Zero, d)
+    + rotation("z", theta),
+    source="Closed chain cascade manipulator, (8)",
+    words="the five-parameter convention for nearly parallel axes",
+    turning="theta",
+    sliding="d",
+)
+"""Tx(a) Rx(alpha) Ry(beta) Tz(d) Rz(theta)."""

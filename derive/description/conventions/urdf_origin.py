@@ -1,0 +1,43 @@
+"""URDF's description of a joint: an origin by position and roll, pitch, yaw, and an axis.
+
+Source:
+    The URDF specification of <joint>: <origin xyz rpy> and <axis xyz>.
+"""
+
+import sympy as sp
+
+from ...model.convention import Convention, Field, Placements
+from ...model.kinds import JointKind
+from ...model.placements import Vector, align_z, from_xyz_rpy, inverse
+
+AXIS = Field(
+    "axis",
+    "direction",
+    ("e_x", "e_y", "e_z"),
+    default=(sp.S.Zero, sp.S.Zero, sp.S.One),
+    needed_to="the direction that the joint moves about or along",
+    is_of_motion=True,
+)
+
+
+def _at_the_origin(kind: JointKind, *, xyz: Vector, rpy: Vector, axis: Vector) -> Placements:
+    origin = from_xyz_rpy(xyz, rpy)
+    if kind == "fixed":
+        return origin, ()
+    z_to_axis = align_z(axis)
+    return origin + z_to_axis, inverse(z_to_axis)
+
+
+urdf = Convention(
+    "urdf",
+    (
+        Field("xyz", "lengths", ("x", "y", "z")),
+        Field("rpy", "angles", (r"\mathrm{roll}", r"\mathrm{pitch}", r"\mathrm{yaw}")),
+        AXIS,
+    ),
+    _at_the_origin,
+    source="URDF",
+    words="URDF origins $x, y, z$ with roll, pitch and yaw, axes $e$",
+    second_part="axis",
+)
+"""T(xyz) Rz(yaw) Ry(pitch) Rx(roll), then the motion about or along ``axis`` of that frame."""

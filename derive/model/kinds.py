@@ -1,0 +1,9 @@
+"""Kinds of joints and of parameters."""
+
+from typing import Literal
+
+JointKind = Literal["revolute", "prismatic", "helical", "fixed"]
+"""Motion of a joint: a turn about z, a slide along z, both in proportion, or none."""
+ParameterKind = Literal["length", "angle", "ratio"]
+UNITS: dict[ParameterKind, str] = {"length": "m", "angle": "rad", "ratio": "1"}
+"""Unit of each kind of parameter."""

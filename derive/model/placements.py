@@ -1,0 +1,106 @@
+"""Constant poses as products of elementary motions, in exact numbers.
+
+Lengths are in metres, angles in radians. Each motion is made in the frame that the motions to its
+left have reached, so that a placement reads from left to right like the product of its matrices.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import sympy as sp
+
+from .errors import RobotError
+from .exact import exact, exact_vector, is_zero
+
+Vector = tuple[sp.Expr, sp.Expr, sp.Expr]
+"""Three components along the x, y and z axes of a frame."""
+_ORIGIN: Vector = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
+
+
+@dataclass(frozen=True)
+class Rotation:
+    """Turn by ``angle`` (radian) about the current frame's own ``axis``."""
+
+    axis: Literal["x", "y", "z"]
+    angle: sp.Expr
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "angle", exact(self.angle))
+
+
+@dataclass(frozen=True)
+class Translation:
+    """Move by ``vector`` (metre) along the current frame's own axes."""
+
+    vector: Vector
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "vector", exact_vector(self.vector))
+
+
+Placement = tuple[Rotation | Translation, ...]
+"""A constant pose, written as elementary motions from left to right."""
+
+
+def rotation(axis: Literal["x", "y", "z"], angle: sp.Expr) -> Placement:
+    """The placement that turns about one axis (radian); empty where the angle is zero."""
+    turn = Rotation(axis, angle)
+    return () if turn.angle == 0 else (turn,)
+
+
+def translation(x: sp.Expr, y: sp.Expr, z: sp.Expr) -> Placement:
+    """The placement that moves along the three axes (metre); empty where the vector is zero."""
+    shift = Translation((x, y, z))
+    return () if shift.vector == _ORIGIN else (shift,)
+
+
+def from_xyz_rpy(xyz: Vector, rpy: Vector) -> Placement:
+    """The placement T(xyz) Rz(yaw) Ry(pitch) Rx(roll) of an origin as URDF writes it.
+
+    Args:
+        xyz: Position of the frame in its parent frame (metre).
+        rpy: Roll, pitch and yaw (radian).
+    """
+    roll, pitch, yaw = exact_vector(rpy)
+    return (
+        translation(*exact_vector(xyz))
+        + rotation("z", yaw)
+        + rotation("y", pitch)
+        + rotation("x", roll)
+    )
+
+
+def align_z(axis: Vector) -> Placement:
+    """The rotations Rz(azimuth) Rx(tilt) that carry the z axis onto a direction of any length.
+
+    Raises:
+        RobotError: The direction is zero or contains a parameter.
+    """
+    x, y, z = axis = exact_vector(axis)
+    if any(component.free_symbols for component in axis):
+        raise RobotError("a joint's axis must be made of numbers, without parameters")
+    if is_zero(x) and is_zero(y):
+        if is_zero(z):
+            raise RobotError("a joint's axis must not be the zero vector")
+        return () if z > 0 else rotation("x", sp.pi)
+    tilt = sp.atan2(sp.sqrt(x**2 + y**2), z)
+    return rotation("z", sp.atan2(x, -y)) + rotation("x", tilt)
+
+
+def inverse(placement: Placement) -> Placement:
+    """The inverse pose: the inverse of each motion, in reverse order."""
+    return tuple(
+        Rotation(motion.axis, -motion.angle)
+        if isinstance(motion, Rotation)
+        else Translation((-motion.vector[0], -motion.vector[1], -motion.vector[2]))
+        for motion in reversed(placement)
+    )
+
+
+def symbols_of(placement: Placement) -> set[sp.Symbol]:
+    """The parameters in a placement."""
+    found: set[sp.Symbol] = set()
+    for motion in placement:
+        values = (motion.angle,) if isinstance(motion, Rotation) else motion.vector
+        found.update(*(value.free_symbols for value in values))
+    return found

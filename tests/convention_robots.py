@@ -1,0 +1,57 @@
+"""Robots in a convention, and their forward kinematics as the plain product of matrices."""
+
+import sympy as sp
+
+from chasles.derive import Joint, Parameter, Robot, derive
+from chasles.derive.chain.poe import placement_matrix
+from chasles.derive.description.conventions import CONVENTIONS
+
+q = sp.symbols("q1:4", real=True)
+BY_NAME = {convention.name: convention for convention in CONVENTIONS}
+
+
+def joint(convention, name, kind="revolute", **given):
+    before, after = BY_NAME[convention](kind, **given)
+    return Joint(name, kind, before, after)
+
+
+def robot(*joints):
+    """A robot of joints, every symbol in them a parameter."""
+    placements = [part for joint in joints for part in (*joint.before, *joint.after)]
+    values = [v for part in placements for v in getattr(part, "vector", None) or (part.angle,)]
+    symbols = {symbol for value in values for symbol in value.free_symbols}
+    parameters = [Parameter(str(s), sp.Rational(1, 7)) for s in sorted(symbols, key=str)]
+    return Robot("mechanism", tuple(joints), parameters=tuple(parameters))
+
+
+def product(described, coordinates=q):
+    """Forward kinematics as the plain product of elementary matrices."""
+    T = placement_matrix(described.base)
+    values = iter(described.joint_values(coordinates[: len(described.coordinates)]))
+    for part in described.joints:
+        T = T * placement_matrix(part.before)
+        if part.kind != "fixed":
+            value = next(values)
+            motion = sp.eye(4)
+            if part.kind != "prismatic":
+                motion[:2, :2] = [[sp.cos(value), -sp.sin(value)], [sp.sin(value), sp.cos(value)]]
+            motion[2, 3] = value if part.kind == "prismatic" else part.pitch * value
+            T = T * motion
+        T = T * placement_matrix(part.after)
+    return T * placement_matrix(described.tool)
+
+
+def derived_fk(described):
+    (entries,) = derive(described, ("fk",)).function("fk").expanded()
+    return sp.Matrix(4, 4, entries)
+
+
+def equal(A, B):
+    """Equality as polynomials in cosines and sines of the separate angles."""
+    difference = (sp.Matrix(A) - sp.Matrix(B)).applyfunc(lambda x: sp.expand(x, trig=True))
+    return difference.applyfunc(lambda x: sp.expand(sp.trigsimp(x))) == sp.zeros(*difference.shape)
+
+
+def motion_matrix(convention, variable, kind="revolute", **given):
+    described = robot(joint(convention, "j", kind, **given))
+    return product(described).subs(q[0], variable)

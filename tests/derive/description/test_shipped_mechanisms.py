@@ -1,0 +1,244 @@
+"""The shipped robots with loops, closed in numbers without the equations of the compiler."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+import sympy as sp
+from closed_in_numbers import HELD, NEAR, Model
+from derivations import ROBOTS
+
+from chasles.derive import load, loads
+from chasles.derive.model.mechanism import Mechanism
+
+
+@cache
+def mechanism(name):
+    return load(ROBOTS / f"{name}.toml")
+
+
+@cache
+def model(name):
+    return Model(mechanism(name))
+
+
+SHIPPED = {
+    "four_bar": ("crank", "crank coupler", "rocker"),
+    "slider_crank": ("crank", "slider", "rod_angle"),
+    "five_bar": ("left right", "left left_elbow", "right_elbow"),
+    "well_manipulator": (
+        "theta1 cylinder_1 cylinder_2 l_HI cylinder_3 l_MN cylinder_4",
+        "theta1 theta2 theta3 l_HI theta5 l_MN theta7",
+        "theta8 theta9 theta10 theta11",
+    ),
+    "planar_3rrr": ("theta_1 theta_2 theta_3", "x y phi", "psi_1 psi_2 psi_3"),
+    "planar_3rrr_170": ("theta_1 theta_2 theta_3", "x y phi", "psi_1 psi_2 psi_3"),
+    "board_installer": (
+        "waist slider crank yaw push_rod roll",
+        "waist slider shoulder elbow wrist yaw pitch roll",
+        "elbow_plate rod_KH_swing rod_FH_swing greater_rod_swing smaller_rod_swing push_rod_swing",
+    ),
+    "bricklaying_gantry": ("motor_x motor_y motor_z", "y x z", ""),
+    "excavator": (
+        "swing boom_cylinder stick_cylinder bucket_cylinder",
+        "swing boom stick bucket",
+        "rocker bucket_link_swing boom_cylinder_swing stick_cylinder_swing bucket_cylinder_swing",
+    ),
+    "delta": ("arm_1 arm_2 arm_3", "x y z yaw pitch roll", ""),
+    "stewart_gough": ("leg_1 leg_2 leg_3 leg_4 leg_5 leg_6", "x y z yaw pitch roll", ""),
+}
+
+
+def test_every_shipped_robot_with_loops_is_here():
+    names = [path.stem for path in ROBOTS.glob("*.toml")]
+    assert sorted(SHIPPED) == sorted(n for n in names if isinstance(mechanism(n), Mechanism))
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_names(name):
+    coordinates, chain, passive = (tuple(names.split()) for names in SHIPPED[name])
+    robot = mechanism(name)
+    assert robot.name == name
+    assert tuple(c.name for c in robot.coordinates) == coordinates
+    assert tuple(joint.name for joint in robot.main_chain.moving) == chain
+    assert robot.passive == passive
+    assert robot.title != name
+    assert robot.source
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_the_reference_is_near_a_closed_configuration(name):
+    m = model(name)
+    u = m.closed(m.q, m.u)
+    assert np.abs(u - m.u).max(initial=0.0) < NEAR
+    for c, value in zip(m.mechanism.coordinates, m.q, strict=True):
+        low, high = (None if limit is None else float(limit) for limit in c.limits)
+        assert low is None or low <= value <= high, c.name
+    for strut in m.mechanism.struts:
+        if strut.ends == "pin":
+            known = float(m.mechanism.reference_of(strut.swing_name))
+            assert abs(swing(m, strut, m.q, u) - known) < NEAR, strut.name
+
+
+def swing(m, strut, q, u):
+    """The angle of a strut on the body at its beginning, about z or, where that is up, about -y."""
+    body, A, B = m.ends(strut, q, u)
+    x, y, z = body[:3, :3].T @ (B[:3, 3] - A[:3, 3])
+    flat = abs(z) < 1e-9
+    assert flat or abs(y) < 1e-9
+    return np.arctan2(y if flat else z, x)
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_every_loop_closes_within_the_limits(name):
+    m = model(name)
+    limits = [c.limits for c in m.mechanism.coordinates]
+    low = np.array([-np.pi if a is None else float(a) for a, _ in limits])
+    high = np.array([np.pi if b is None else float(b) for _, b in limits])
+    rng = np.random.default_rng(7)
+    tried = 0
+    for k in range(12):
+        part = rng.random(len(low)) if k % 2 else rng.integers(0, 2, len(low))
+        _, held = m.followed(low + (high - low) * part)
+        assert held > HELD
+        tried += 1
+    assert tried == 12
+
+
+WELL = [
+    (
+        [88.79, -49.2, -86.76, -40.62],
+        [676.1398945, 748.2321208, 757.8045934, 668.0745509],
+        [97.6300533, -3.7476803, 2.5048179, -46.5039847],
+    ),
+    (
+        [88.79, -11.25844509, -129.76606998, -35.55548493],
+        [676.1398945, 643.5014571, 829.8580386, 653.2639794],
+        [97.6300533, -10.3861568, -5.367422, -41.2434955],
+    ),
+    (
+        [88.79, -100.56101055, -88.57420215, 12.5552127],
+        [676.1398945, 921.8775013, 762.1369402, 546.4268791],
+        [97.6300533, -5.7127645, 2.2327224, 15.2850872],
+    ),
+]
+
+
+@pytest.mark.parametrize(("angles", "lengths", "swings"), WELL)
+def test_states_of_the_well_manipulator(angles, lengths, swings):
+    m = model("well_manipulator")
+    l1, l2, l3, l4 = np.array(lengths) / 1000
+    q = np.array([0, l1, l2, 0, l3, 0, l4])
+    u, _ = m.followed(q)
+    assert m.unknown == ["theta2", "theta3", "theta5", "theta7"]
+    # Printed to 1e-7 mm and, at dead points' distance, 1e-6 degrees.
+    assert np.degrees(u) == pytest.approx(angles, abs=1e-6)
+    found = [np.degrees(swing(m, strut, q, u)) for strut in m.mechanism.struts]
+    assert found == pytest.approx(swings, abs=1e-6)
+
+
+def test_the_tool_of_the_well_manipulator():
+    m = model("well_manipulator")
+    u = m.closed(m.q, m.u)
+    R = 1000 * m.tip(m.q, u)[:3, 3]
+    assert pytest.approx([2255.20386894, 0, 583.84702201], abs=2e-6) == R
+    R = 1000 * m.tip(m.q + np.array([np.pi / 6, 0, 0, 0, 0, 0, 0]), u)[:3, 3]
+    assert pytest.approx([1953.06384122, 1127.60193447, 583.84702201], abs=2e-6) == R
+
+
+BOARDS = [
+    ([0.0] * 6, [0.0] * 8, (1.5, 0.0, 1.24)),
+    (
+        [0.34906585, 0.03, 0.174532925, -0.34906585, 0.02, 0.0],
+        [
+            *(0.34906585, 0.03, 0.153260366, -0.027395016),
+            *(-0.12586535, -0.34906585, 0.136203735, 0.0),
+        ],
+        (1.306884743, 0.331022897, 1.416937781),
+    ),
+    (
+        [-0.610865238, -0.06, -0.261799388, 0.436332313, -0.03, 0.20943951],
+        [
+            *(-0.610865238, -0.06, -0.288224698, 0.149610191),
+            *(0.138614507, 0.436332313, -0.200552588, 0.20943951),
+        ],
+        (1.463730419, -0.821441844, 0.977165719),
+    ),
+]
+
+
+@pytest.mark.parametrize(("q", "chain", "tip"), BOARDS)
+def test_cases_of_the_board_installer(q, chain, tip):
+    m = model("board_installer")
+    u, _ = m.followed(q)
+    values = m.values(q, u)
+    found = [values[joint.name] for joint in m.mechanism.main_chain.moving]
+    # The cases are printed to nine digits.
+    assert found == pytest.approx(chain, abs=5e-9)
+    assert m.tip(q, u)[:3, 3] == pytest.approx(tip, abs=5e-9)
+    # The parallelograms keep the plate at the elbow level.
+    assert values["elbow_plate"] == pytest.approx(-values["shoulder"], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("name", "legs"),
+    [
+        ("planar_3rrr", [78.52393138, 176.46904472, -29.82437852]),
+        ("planar_3rrr_170", [92.25700039, -168.79837185 + 360, -8.8931441]),
+    ],
+)
+def test_the_planar_robot_reaches_the_pose_of_its_inverse(name, legs):
+    m = model(name)
+    u, held = m.followed(np.radians(legs))
+    assert held > HELD
+    assert dict(zip(m.unknown, u, strict=True)) == pytest.approx(
+        {"x": 0.02, "y": 0.05, "phi": 0.0}, abs=1e-9
+    )
+
+
+def test_the_couplers_make_two_planar_robots():
+    short, long = mechanism("planar_3rrr"), mechanism("planar_3rrr_170")
+    lengths = [{p.name: p.value for p in robot.parameters}["L"] for robot in (short, long)]
+    assert lengths == [sp.Rational(13, 100), sp.Rational(17, 100)]
+    assert long.joints == short.joints
+    assert long.struts == short.struts
+    assert long.reference != short.reference
+    assert [p.meaning for p in long.parameters] == [p.meaning for p in short.parameters]
+
+
+def test_the_motors_of_the_gantry():
+    robot = mechanism("bricklaying_gantry")
+    m = model("bricklaying_gantry")
+    assert m.tip([10.0, 20.0, 4.0], [])[:3, 3] == pytest.approx([0.1, 0.2, 0.06], abs=1e-15)
+    assert [c.limits for c in robot.coordinates] == [(0, 40), (0, 50), (0, sp.Rational(50, 3))]
+    assert [c.unit for c in robot.coordinates] == ["rad"] * 3
+
+
+def test_the_gantry_papers_count_is_three_legs_of_four_links():
+    """N = 14, j = 15, sum f = 15: a slider, three parallel axes and a fourth across in each leg."""
+    axes, point = np.eye(3, dtype=int), {"x": "rpy = [0, 90, 0]", "y": "rpy = [-90, 0, 0]", "z": ""}
+    text = 'name = "legs"\nconvention = "poe"\nunits = { angle = "deg" }\nactuated = ["x1"]\n'
+    for k, name in enumerate("xyz"):
+        along, across, third = axes[k], axes[(k + 1) % 3], axes[(k + 2) % 3]
+        at = [third, third + 2 * across, across, across]
+        for i, (axis, p) in enumerate(zip([along] * 4 + [across], [at[0], *at], strict=True)):
+            if name != "x" and i == 4:
+                frame = f"xyz = {p.tolist()}, {point['xyz'[(k + 1) % 3]]}".rstrip(", ")
+                text += f'[[closures]]\nname = "{name}5"\nkind = "pin"\n'
+                text += f'a = {{ body = "l{name}4", {frame} }}\nb = {{ body = "lx5", {frame} }}\n'
+                continue
+            text += f'[[joints]]\nname = "{name}{i + 1}"\nlink = "l{name}{i + 1}"\n'
+            text += f"axis = {axis.tolist()}\npoint = {p.tolist()}\n"
+            text += 'parent = "0"\n' if i == 0 else ""
+            text += 'type = "prismatic"\n' if i == 0 else ""
+    robot = loads(text)
+    bodies, joints = len(robot.bodies), len(robot.joints) + len(robot.closures)
+    assert (bodies, joints, 6 * (bodies - joints - 1) + joints) == (14, 15, 3)
+    sliders = tuple(f"{name}1" for name in "xyz")
+    m = Model(replace(robot, actuated=sliders, tool_body="lx5"))
+    assert len(m.unknown) - np.linalg.matrix_rank(m.jacobian(m.q, m.u), tol=1e-6) == 0
+    q = np.array([0.1, -0.2, 0.05])
+    T = m.tip(q, m.closed(q, m.u))
+    assert pytest.approx(q, abs=1e-9) == T[:3, 3]
+    assert pytest.approx(np.eye(3), abs=1e-9) == T[:3, :3]

@@ -1,0 +1,100 @@
+"""Names do not depend on the order of asking: of functions, of their terms, of short symbols."""
+
+import random
+from itertools import permutations
+
+import pytest
+from derivations import ROBOTS as FOLDER
+from printed_robots import ROBOTS, calibrated, derived
+
+from chasles.derive import derive, load
+from chasles.derive.chain.coordinates import InProportion
+from chasles.derive.chain.groups import groups
+from chasles.derive.chain.kinematics import FUNCTIONS, Kinematics, arguments_of
+from chasles.derive.latex import equations, fragments
+from chasles.derive.latex.chain.functions_fragment import forward_kinematics, jacobians
+from chasles.derive.latex.chain.geometry_fragment import link_transforms, screws
+from chasles.derive.latex.chain.given_fragment import parameters, symbols
+from chasles.derive.latex.inverse.inverse_fragment import inverse
+from chasles.derive.latex.setting.page import Page
+from chasles.derive.terms.terms import Terms
+
+WRITERS = {
+    "parameters.tex": parameters,
+    "screws.tex": screws,
+    "transforms.tex": link_transforms,
+    "fk.tex": forward_kinematics,
+    "jacobian.tex": jacobians,
+    "inverse.tex": inverse,
+}
+
+
+def told(function):
+    """Everything that is told of a function, the names and the order of its terms too."""
+    return function.name, function.outputs, function.definitions(), function.margin
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_fragments_written_in_any_order_are_the_same(name):
+    found = derived(name)
+    expected = fragments(found)
+    for seed in (1, 2):
+        names = list(WRITERS)
+        random.Random(seed).shuffle(names)
+        page = Page.of(found)
+        written = {file: WRITERS[file](page) for file in names}
+        # The table of symbols lists those of all other fragments.
+        written["symbols.tex"] = symbols(page)
+        assert written == expected, names
+
+
+@pytest.mark.parametrize("name", ["five_bar", "board_installer"])
+def test_an_article_is_the_same_when_it_is_written_again(name):
+    found = derive(load(FOLDER / f"{name}.toml"))
+    assert fragments(found) == fragments(found)
+
+
+@pytest.mark.parametrize("name", ["ur5e", "crx10", "five_bar", "planar_3rrr"])
+def test_functions_asked_for_in_any_order_are_the_same(name):
+    robot = load(FOLDER / f"{name}.toml")
+    names = [function.name for function in derive(robot).functions]
+    expected = [told(function) for function in derive(robot, names).functions]
+    assert [told(function) for function in derive(robot).functions] == expected
+    for seed in (1, 2):
+        random.Random(seed).shuffle(names)
+        assert [told(function) for function in derive(robot, names).functions] == expected
+
+
+def test_names_of_terms_do_not_depend_on_the_order_of_asking():
+    def named(names):
+        robot = load(FOLDER / "ur5e.toml")
+        terms = Terms({p.symbol: p.value for p in robot.parameters})
+        arguments = arguments_of([joint.unit for joint in robot.coordinates])
+        motion = InProportion(robot, terms, arguments["q"].symbols)
+        chain = groups(robot, terms, motion.values)
+        made = Kinematics.of(robot, terms, chain, motion, arguments).functions(names)
+        assert list(made) == [name for name in FUNCTIONS if name in names]
+        return {name: told(function) for name, function in made.items()}
+
+    asked = ("fk", "jacobian_space", "jacobian_mixed_dot", "hessian_mixed")
+    expected = named(asked)
+    for order in permutations(asked):
+        assert named(order) == expected
+
+
+def test_printed_names_do_not_depend_on_what_else_is_derived():
+    robot = calibrated()
+    expected = equations(derive(robot))
+    for names in (["fk"], ["jacobian_mixed"], ["jacobian_space", "jacobian_mixed", "fk"]):
+        found = equations(derive(robot, names))
+        assert found.fk == expected.fk
+        assert found.jacobian_mixed == expected.jacobian_mixed
+        assert found.jacobian_space == expected.jacobian_space
+    assert fragments(derive(robot, ["twist_body"])) == fragments(derive(robot))
+
+
+def test_writing_an_article_names_nothing_in_the_derivation():
+    found = derive(load(FOLDER / "ur5e.toml"))
+    before = dict(found.terms.definitions), dict(found.terms.constants)
+    fragments(found)
+    assert (found.terms.definitions, found.terms.constants) == before

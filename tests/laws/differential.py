@@ -1,0 +1,179 @@
+"""The differential of exp on SO(3) and SE(3) and its inverse, in closed form on SymPy matrices.
+
+Symbols are assumed to be real, and the length of a symbolic rotation vector to be neither zero nor
+a multiple of 2 pi. In float64 the SO(3) `dexp` keeps its digits at every angle other than zero,
+where it is 0/0; the off-diagonal block of the SE(3) `dexp` and of its inverse loses them as the
+machine epsilon over the angle.
+
+Source:
+    A. Mueller, Review of the exponential and Cayley map on SE(3), Proc. R. Soc. A 477, 2021,
+    section 2.
+"""
+
+from sympy import Expr, S, eye
+
+from chasles.derive.terms.lie import Matrix, checked, hat_so3, norm, triangular
+
+from .algebras import halves
+from .coefficients import (
+    COTANGENT,
+    COTANGENT_RATE,
+    HALF_ANGLE_VERSINE,
+    SINE_DEFECT,
+    SINE_DEFECT_RATE,
+    VERSINE_RATE,
+)
+
+
+def dexp_left_so3(omega: Matrix) -> Matrix:
+    """Left-trivialised differential of exp on SO(3).
+
+    `d/dt exp(hat x) exp(-hat x) = hat(dexp_left(x) x')`: takes the rate of a rotation vector to the
+    angular velocity in the fixed frame. Equals the sum of `hat(x)^k / (k + 1)!`,
+    `I + (1 - cos t)/t^2 W + (t - sin t)/t^3 W^2`, and `exp(hat x) dexp_right(x)`. Singular at
+    |omega| = 2 pi k, k > 0.
+
+    Args:
+        omega: (3, 1) rotation vector, radian. Zero is allowed for numbers; symbols: see the module.
+
+    Returns:
+        (3, 3) matrix, without unit.
+
+    Raises:
+        ValueError: The shape is not (3, 1).
+
+    Source: Mueller, section 2.
+    """
+    omega = checked(omega, (3, 1), "omega")
+    theta = norm(omega)
+    return quadratic(omega, S.One, HALF_ANGLE_VERSINE(theta), SINE_DEFECT(theta))
+
+
+def dexp_right_so3(omega: Matrix) -> Matrix:
+    """Right-trivialised differential of exp on SO(3), `dexp_left_so3(-omega)`.
+
+    `exp(-hat x) d/dt exp(hat x) = hat(dexp_right(x) x')`: takes the rate of a rotation vector to
+    the angular velocity in the moving frame. Domain, result and errors as for `dexp_left_so3`.
+    """
+    return dexp_left_so3(-omega)
+
+
+def dexp_left_inverse_so3(omega: Matrix) -> Matrix:
+    """Inverse of `dexp_left_so3`: angular velocity in the fixed frame to rate of rotation vector.
+
+    `I - W/2 + (1 - t/2 cot(t/2))/t^2 W^2`, with W = hat(omega) and t = |omega|.
+
+    Args:
+        omega: (3, 1) rotation vector, radian. Zero is allowed for numbers; symbols: see the module.
+
+    Returns:
+        (3, 3) matrix, without unit.
+
+    Raises:
+        ValueError: The shape is not (3, 1), or |omega| is a positive multiple of 2 pi, where there
+            is no inverse (detected for exact numbers; a Float nearby gives large numbers).
+
+    Source: Mueller, section 2.
+    """
+    omega = checked(omega, (3, 1), "omega")
+    return quadratic(omega, S.One, -S.Half, COTANGENT(norm(omega)))
+
+
+def dexp_right_inverse_so3(omega: Matrix) -> Matrix:
+    """Inverse of `dexp_right_so3`, `dexp_left_inverse_so3(-omega)`.
+
+    Takes the angular velocity in the moving frame to the rate of the rotation vector. Domain,
+    result and errors as for `dexp_left_inverse_so3`.
+    """
+    return dexp_left_inverse_so3(-omega)
+
+
+def dexp_left_se3(x: Matrix) -> Matrix:
+    """Left-trivialised differential of exp on SE(3), [[J, Q], [0, J]], with J of SO(3).
+
+    `d/dt exp(hat x) exp(-hat x) = hat(dexp_left(x) x')`: takes the rate of x to the spatial twist.
+    Equals the sum of `ad(x)^k / (k + 1)!` and `Ad(exp x) dexp_right(x)`. Q is the derivative of
+    J = `dexp_left_so3(omega)` in direction v. Singular at |omega| = 2 pi k, k > 0.
+
+    Args:
+        x: (6, 1) twist (v, omega), metre and radian. omega = 0 is allowed for numbers; symbols: see
+            the module.
+
+    Returns:
+        (6, 6) matrix on twists (v, omega); Q has the unit of v.
+
+    Raises:
+        ValueError: The shape is not (6, 1).
+
+    Source: Mueller, section 2. se(3) is so(3) over the dual numbers omega + eps v, which gives Q in
+    five products.
+    """
+    v, omega = halves(x)
+    theta = norm(omega)
+    return _dual_quadratic(
+        v,
+        omega,
+        (HALF_ANGLE_VERSINE(theta), SINE_DEFECT(theta)),
+        (VERSINE_RATE(theta), SINE_DEFECT_RATE(theta)),
+    )
+
+
+def dexp_right_se3(x: Matrix) -> Matrix:
+    """Right-trivialised differential of exp on SE(3), `dexp_left_se3(-x)`.
+
+    `exp(-hat x) d/dt exp(hat x) = hat(dexp_right(x) x')`: takes the rate of x to the body twist.
+    Domain, result and errors as for `dexp_left_se3`.
+    """
+    return dexp_left_se3(-x)
+
+
+def dexp_left_inverse_se3(x: Matrix) -> Matrix:
+    """Inverse of `dexp_left_se3`: spatial twist to the rate of x.
+
+    Equals the sum of `B_k ad(x)^k / k!` with the Bernoulli numbers B_k (B_1 = -1/2). The
+    off-diagonal block is the derivative of `dexp_left_inverse_so3(omega)` in direction v.
+
+    Args:
+        x: (6, 1) twist (v, omega), metre and radian. omega = 0 is allowed for numbers; symbols: see
+            the module.
+
+    Returns:
+        (6, 6) matrix on twists (v, omega).
+
+    Raises:
+        ValueError: The shape is not (6, 1), or |omega| is a positive multiple of 2 pi, where there
+            is no inverse (detected for exact numbers; a Float nearby gives large numbers).
+
+    Source: Mueller, section 2.
+    """
+    v, omega = halves(x)
+    theta = norm(omega)
+    return _dual_quadratic(v, omega, (-S.Half, COTANGENT(theta)), (S.Zero, COTANGENT_RATE(theta)))
+
+
+def dexp_right_inverse_se3(x: Matrix) -> Matrix:
+    """Inverse of `dexp_right_se3`, `dexp_left_inverse_se3(-x)`: body twist to the rate of x.
+
+    Domain, result and errors as for `dexp_left_inverse_se3`.
+    """
+    return dexp_left_inverse_se3(-x)
+
+
+def quadratic(omega: Matrix, a: Expr, b: Expr, c: Expr) -> Matrix:
+    """The matrix a I + b W + c W^2, W = hat(omega)."""
+    W = hat_so3(omega)
+    return a * eye(3) + b * W + c * (W * W)
+
+
+def _dual_quadratic(
+    v: Matrix, omega: Matrix, coefficients: tuple[Expr, Expr], rates: tuple[Expr, Expr]
+) -> Matrix:
+    """[[J, Q], [0, J]], with J = I + b W + c W^2 and Q the derivative of J in direction v.
+
+    `rates` holds b'(t)/t and c'(t)/t at t = |omega|; t changes at the rate omega.v / t.
+    """
+    b, c = coefficients
+    P, W = hat_so3(v), hat_so3(omega)
+    turn = omega.dot(v)
+    Q = b * P + c * (W * P + P * W) + turn * (rates[0] * W + rates[1] * (W * W))
+    return triangular(quadratic(omega, S.One, b, c), Q)

@@ -1,0 +1,194 @@
+"""exp and log of SO(3) and SE(3), and the exponential of a joint's screw, on SymPy matrices.
+
+Symbols are assumed to be real, and a symbolic angle to be neither zero nor a multiple of 2 pi. The
+expressions hold only +, *, **, sin, cos, sqrt and atan2. In float64 exp keeps its digits at every
+angle other than zero, where it is 0/0; log loses them as the machine epsilon over the distance to a
+half turn. `exp_screw` has no degenerate angle.
+
+Source:
+    R. M. Murray, Z. Li, S. S. Sastry, A Mathematical Introduction to Robotic Manipulation, 1994.
+"""
+
+from sympy import Expr, Float, Rational, S, atan2, cos, eye, pi, sin, sqrt, zeros
+
+from chasles.derive.terms.lie import (
+    Matrix,
+    checked,
+    hat_so3,
+    is_zero,
+    norm,
+    pose,
+    require_unit,
+    rotation,
+    translation,
+    twist,
+)
+
+from .algebras import halves, vee_so3
+from .coefficients import COTANGENT, SINC, VERSINE
+from .differential import dexp_left_so3, quadratic
+
+
+def exp_so3(omega: Matrix) -> Matrix:
+    """Rotation about the direction of a vector by its length.
+
+    `exp_so3(omega) = I + sin(t)/t W + (1 - cos t)/t^2 W^2`, with W = hat(omega) and t = |omega|.
+
+    Args:
+        omega: (3, 1) rotation vector, radian. Zero is allowed for numbers; symbols: see the module.
+
+    Returns:
+        (3, 3) rotation.
+
+    Raises:
+        ValueError: The shape is not (3, 1).
+
+    Source: Murray, Li and Sastry, chapter 2, section 2, Rodrigues' formula.
+    """
+    omega = checked(omega, (3, 1), "omega")
+    theta = norm(omega)
+    return quadratic(omega, S.One, SINC(theta), VERSINE(theta))
+
+
+def log_so3(R: Matrix) -> Matrix:
+    """Rotation vector of a rotation, of length at most pi: `exp_so3(log_so3(R)) = R`.
+
+    The angle is `atan2(s, c)` with s = |vee(R - R')| / 2 and c = (trace R - 1) / 2. A `Float`
+    matrix with c < 0 has its axis from the symmetric part of R, which keeps its digits near a half
+    turn. At a half turn (s is zero; for Floats, zero to rounding) the axis and its opposite are
+    equally good: the one whose first nonzero component is positive is returned.
+
+    Symbols are assumed to stand for a rotation that is neither the identity nor a half turn. For a
+    rotation about a fixed axis the result is then regular again: the logarithm of a rotation about
+    z by q is (0, 0, atan2(sin q, cos q)).
+
+    Args:
+        R: (3, 3) rotation. Orthogonality is assumed.
+
+    Returns:
+        (3, 1) rotation vector, radian, in either of the two frames (the axis is the same in both).
+
+    Raises:
+        ValueError: The shape is not (3, 3).
+
+    Source: Murray, Li and Sastry, chapter 2, section 2, with atan2 for acos.
+    """
+    return _rotation_vector(checked(R, (3, 3), "R"))[0]
+
+
+def exp_se3(x: Matrix) -> Matrix:
+    """Pose reached by following a constant twist for unit time.
+
+    `exp_se3(v, omega) = [[exp_so3(omega), dexp_left_so3(omega) v], [0, 1]]`.
+
+    Args:
+        x: (6, 1) twist (v, omega), metre and radian. omega = 0 is allowed for numbers; symbols: see
+            the module. For a screw axis times a joint variable use `exp_screw`.
+
+    Returns:
+        (4, 4) pose.
+
+    Raises:
+        ValueError: The shape is not (6, 1).
+
+    Source: Murray, Li and Sastry, chapter 2, section 3.
+    """
+    v, omega = halves(x)
+    return pose(exp_so3(omega), dexp_left_so3(omega) * v)
+
+
+def log_se3(T: Matrix) -> Matrix:
+    """Twist of a pose, with |omega| at most pi: `exp_se3(log_se3(T)) = T`.
+
+    `omega = log_so3(R)` and `v = dexp_left_inverse_so3(omega) p`. Half turns and symbols are
+    treated as in `log_so3`.
+
+    Args:
+        T: (4, 4) pose. Orthogonality of its rotation is assumed.
+
+    Returns:
+        (6, 1) twist (v, omega), metre and radian.
+
+    Raises:
+        ValueError: The shape is not (4, 4).
+
+    Source: Murray, Li and Sastry, chapter 2, section 3.
+    """
+    T = checked(T, (4, 4), "T")
+    omega, theta = _rotation_vector(rotation(T))
+    V_inverse = quadratic(omega, S.One, -S.Half, COTANGENT(theta))
+    return twist(V_inverse * translation(T), omega)
+
+
+def exp_screw(screw: Matrix, theta: Expr) -> Matrix:
+    """Pose of a joint: the exponential of a unit screw times the joint variable.
+
+    Equals `exp_se3(screw * theta)`, written for a unit axis a and pitch h = a.v:
+    `R = a a' + cos(theta) (I - a a') + sin(theta) hat(a)` and
+    `p = sin(theta) (v - h a) + (1 - cos(theta)) (a x v) + theta h a`; for a prismatic joint R = I
+    and `p = theta v`.
+    There is no degenerate angle, and what is structurally zero does not appear: constants are
+    expanded, never simplified.
+
+    Args:
+        screw: (6, 1) twist (v, omega), with omega of unit length (revolute, helical), or zero
+            (prismatic). Symbols in omega are taken to be of unit length.
+        theta: Joint variable: radian, or metre where omega is zero and v of unit length.
+
+    Returns:
+        (4, 4) pose.
+
+    Raises:
+        ValueError: The shape is wrong, or omega is a number vector of a length other than 0 and 1.
+
+    Source: Murray, Li and Sastry, chapter 2, section 3.
+    """
+    v, axis = halves(screw)
+    if all(is_zero(e) for e in axis):
+        return pose(eye(3), theta * v)
+    require_unit(axis, "omega of the screw")
+    along = (axis * axis.T).expand()
+    R = along + cos(theta) * (eye(3) - along) + sin(theta) * hat_so3(axis)
+    pitch = axis.dot(v).expand()
+    across = (v - pitch * axis).expand()
+    radial = axis.cross(v).expand()
+    p = sin(theta) * across + (1 - cos(theta)) * radial + theta * pitch * axis
+    return pose(R, p)
+
+
+def _rotation_vector(R: Matrix) -> tuple[Matrix, Expr]:
+    """Rotation vector of a rotation, and its angle (for symbols up to a common sign)."""
+    sine_axis = vee_so3(R - R.T) / 2
+    sine, cosine = norm(sine_axis), (R.trace() - 1) / 2
+    if not R.is_symbolic():
+        if cosine < 0 and (R.has(Float) or is_zero(sine)):
+            return _rotation_vector_near_half_turn(R, sine_axis, sine, cosine)
+        if is_zero(sine):
+            return zeros(3, 1).as_immutable(), S.Zero
+        theta = atan2(sine, cosine)
+    else:
+        # Unevaluated: SymPy would write atan where it can prove the cosine positive.
+        theta = atan2(sine, cosine, evaluate=False)
+    return sine_axis * (theta / sine), theta
+
+
+def _rotation_vector_near_half_turn(
+    R: Matrix, sine_axis: Matrix, sine: Expr, cosine: Expr
+) -> tuple[Matrix, Expr]:
+    """Rotation vector from the symmetric part cos I + (1 - cos) a a', and its angle."""
+    outer = (R + R.T) / 2 - cosine * eye(3)
+    column = outer[:, max(range(3), key=lambda k: outer[k, k])]
+    axis = column / sqrt(column.dot(column))
+    noise = _rounding(R)
+    if not R.has(Float) or sine <= noise:
+        first = next(e for e in axis if not is_zero(e) and abs(e) > noise)
+        return axis * (pi if first > 0 else -pi), pi
+    theta = atan2(sine, cosine)
+    return axis * (theta if axis.dot(sine_axis) > 0 else -theta), theta
+
+
+def _rounding(M: Matrix) -> Expr:
+    """What counts as zero beside one: sixteen times the rounding of the Floats, or zero."""
+    if not M.has(Float):
+        return S.Zero
+    return Rational(1, 2 ** (min(e._prec for e in M.atoms(Float)) - 4))
