@@ -20,8 +20,8 @@ from pathlib import Path
 
 import chasles
 
-from .arms import ARMS
-from .native import compiler_version
+from .cases.arms import ARMS
+from .native.library import compiler_version
 from .report import out, table
 
 EXPECTED = Path(__file__).with_name("instructions.json")

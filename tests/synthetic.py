@@ -20,10 +20,10 @@ from zlib import crc32
 import casadi as ca
 import numpy as np
 
-from bench.peers.inverses import Answers
-from bench.poses import Case
-from bench.screws import Screws
-from bench.verdict import VALID
+from bench.accuracy.verdict import VALID
+from bench.cases.poses import Case
+from bench.cases.screws import Screws
+from bench.peers.inverse.interface import Answers
 from chasles.derive import Robot, loads
 from chasles.derive.inverse.serial_inverse import Inverses, inverses
 from chasles.derive.terms.casadi_graph import lower_branch

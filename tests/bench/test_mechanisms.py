@@ -5,9 +5,9 @@ import pytest
 from tolerances import AGREEMENT
 
 import chasles
-from bench import mechanisms
-from bench.kernel import kernel
-from bench.peers import absent
+from bench.measures import mechanisms
+from bench.native.kernel import kernel
+from bench.peers.forward import absent
 
 POSES = 20
 

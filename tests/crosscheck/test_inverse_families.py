@@ -8,11 +8,11 @@ from derivations import derivation
 from synthetic import Arm, Function, robot_of
 from tolerances import WORST_INVERSE
 
-from bench import verdict
-from bench.peers.inverses import INSTALL, absent, answers
-from bench.poses import Case, PoseSet, nearly, right_angles
-from bench.tasks import wrapped
-from bench.verdict import SAME, VALID, counts, judged, newton
+from bench.accuracy import verdict
+from bench.accuracy.verdict import SAME, VALID, counts, judged, newton
+from bench.cases.poses import Case, PoseSet, nearly, right_angles
+from bench.cases.tasks import wrapped
+from bench.peers.inverse.interface import INSTALL, absent, answers
 from chasles.derive.inverse.structure.classify import classify
 from chasles.derive.inverse.structure.locks import ways_to_give
 from chasles.derive.terms.terms import Terms

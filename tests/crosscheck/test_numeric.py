@@ -5,9 +5,9 @@ import pytest
 from tolerances import AGREEMENT
 
 import chasles
-from bench import numeric as bench
+from bench.cases.screws import screws
+from bench.measures import numeric as bench
 from bench.report import Limit, Plan, Ratio
-from bench.screws import screws
 from chasles.screws import log_rotation
 
 optimize = pytest.importorskip("scipy.optimize", reason="an oracle, in the extra `crosscheck`")
@@ -40,7 +40,7 @@ def test_poses_by_the_product_of_exponentials_of_the_description(name):
 
 @pytest.mark.parametrize("name", bench.COMPARED)
 def test_the_peer_has_the_same_arm_and_limits(name):
-    from bench.peers import numeric as peer
+    from bench.peers.inverse import toolbox_lm as peer
 
     robot = chasles.load(name)
     elements = peer.sequence(screws(name), robot.lower, robot.upper)
