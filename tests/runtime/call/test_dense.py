@@ -7,10 +7,9 @@ import chasles
 
 
 @pytest.fixture(params=["lanes", "plain"])
-def function(request, folder):
+def function(request, robot):
     """A function with code for many poses at once, and one without."""
-    robot = chasles.load("ur5e") if request.param == "lanes" else chasles.load(folder.path)
-    return robot.fk
+    return chasles.load("ur5e").fk if request.param == "lanes" else robot.fk
 
 
 def rows(function, *batch):
