@@ -21,7 +21,7 @@ from pathlib import Path
 import chasles
 
 from .cases.arms import ARMS
-from .native.library import compiler_version
+from .native.library import BUILD, compiler_version
 from .report import out, table
 
 EXPECTED = Path(__file__).with_name("instructions.json")
@@ -199,24 +199,24 @@ def python_calls() -> dict[str, int]:
     names = [f"{arm.name}.{f}" for arm in ARMS for f in ("fk", "fk_jacobian_mixed")]
     with tempfile.TemporaryDirectory() as folder:
         # Compiled before: the compiler's own instructions do not belong here.
-        _python(folder, *(f"{arm.name}.fk" for arm in ARMS))
+        _python(*(f"{arm.name}.fk" for arm in ARMS))
         options = [
             "--tool=callgrind",
             "--dump-before=getppid",
             f"--callgrind-out-file={folder}/out",
         ]
-        _python(folder, *names, before=("valgrind", *options))
+        _python(*names, before=("valgrind", *options))
         parts = [_total(Path(f"{folder}/out.{k + 1}")) for k in range(3 * len(names))]
     few, many = parts[1::3], parts[2::3]
     more = CALLS[1] - CALLS[0]
     return {n: round((b - a) / more) for n, a, b in zip(names, few, many, strict=True)}
 
 
-def _python(cache: str, *names: str, before: tuple[str, ...] = ()) -> None:
+def _python(*names: str, before: tuple[str, ...] = ()) -> None:
     # What valgrind cannot run must not be compiled: it knows no AVX-512.
     settings = {
         "CC": "gcc",
-        "CHASLES_CACHE": cache,
+        "CHASLES_CACHE": str(BUILD / "counted"),
         "CHASLES_CFLAGS": "-O2 -march=x86-64",
         "PYTHONHASHSEED": "0",
     }

@@ -30,7 +30,7 @@ def compiled(compiler, name, folder, suffix="", flags=()):
     return target
 
 
-@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("compiler", ["clang", "g++"])
 @pytest.mark.parametrize("name", ALL)
 def test_compiles_without_a_warning(name, compiler, tmp_path):
     compiled(compiler, name, tmp_path)
@@ -44,7 +44,7 @@ def test_batches_compile_without_a_warning(name, compiler, flags, tmp_path):
 
 
 @pytest.mark.parametrize("name", ALL)
-def test_symbols(name, tmp_path):
+def test_gcc_gives_no_warning_and_these_symbols(name, tmp_path):
     target = compiled("gcc", name, tmp_path)
     listing = subprocess.run(["nm", str(target)], capture_output=True, text=True, check=True)
     symbols = [line.split()[-2:] for line in listing.stdout.splitlines()]

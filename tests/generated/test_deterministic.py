@@ -1,4 +1,7 @@
-"""Equal descriptions give equal bytes: in any directory, under any hash seed, on any day."""
+"""Equal descriptions give equal bytes: C, headers, CasADi files, LaTeX and manifests.
+
+Neither the directory nor the hash seed nor the day may show in them.
+"""
 
 import json
 import os

@@ -20,7 +20,7 @@ TRUE = 1e-10
 """Printed formulas are those of a textbook, without the forms that keep the last digits."""
 INSIDE = 1e-3
 """Margin from which angles are told to that."""
-SOLVED = [name for name in NAMES if derivation(name).inverse.solved]
+SOLVED = [name for name in NAMES if name not in ("crx10", "jaco2")]
 
 
 class Reader:
@@ -178,6 +178,7 @@ def test_every_article_has_its_inverse_or_says_why_not(name):
         assert text is None
         return
     assert ("There is no closed form" in text) == (not found.inverse.solved)
+    assert name not in NAMES or bool(found.inverse.solved) == (name in SOLVED)
     steps = [step for solved in found.inverse.solved.values() for step in solved.work.steps]
     assert len(re.findall(r"\\textbf\{Step", text)) >= bool(steps)
     assert (text.count("eigenvalues") == 1) == bool(found.inverse.written)
