@@ -5,34 +5,27 @@ from itertools import combinations
 import pytest
 import sympy as sp
 from derivations import NAMES, ROBOTS, derivation
+from elementary_chains import (
+    HALF,
+    ONE,
+    PARAMETERS,
+    ZERO,
+    a,
+    d,
+    derived_fk,
+    e,
+    equal,
+    fixed,
+    joint,
+    product,
+    q,
+    robot,
+)
 
-from chasles.derive import Joint, Parameter, Robot, derive, load, loads, to_poe
-from chasles.derive.chain.poe import placement_matrix
+from chasles.derive import Parameter, Robot, load, loads, to_poe
 from chasles.derive.description.conventions import CONVENTIONS
 from chasles.derive.terms.lie import exp_screw
 
-q = sp.symbols("q1:4", real=True)
-a, d, e = sp.symbols("a d e", real=True)
-ZERO, ONE, HALF = sp.Integer(0), sp.Integer(1), sp.pi / 2
-PARAMETERS = tuple(Parameter(str(s), sp.Rational(k, 7)) for k, s in enumerate((a, d, e), 2))
-
-
-def joint(convention, name, kind="revolute", **given):
-    fields = CONVENTIONS[convention].fields
-    vectors = {"lengths", "angles", "direction"}
-    zero = {f: (ZERO, ZERO, ZERO) if what in vectors else ZERO for f, what in fields.items()}
-    if "axis" in zero and "axis" not in given:
-        given["axis"] = (ZERO, ZERO, ONE)
-    before, after = CONVENTIONS[convention].place(kind, **{**zero, **given})
-    return Joint(name, kind, before, after)
-
-
-def fixed(convention, **given):
-    return joint(convention, "end", "fixed", **given)
-
-
-# One mechanism in every convention: turn about z; at distance a, turn about a parallel axis; tilted
-# by a right angle and d along, a slider; the tool e further along the slider.
 MECHANISM = {
     "dh": (
         joint("dh", "j1", a=a),
@@ -79,43 +72,6 @@ MECHANISM = {
         fixed("urdf", xyz=(ZERO, ZERO, e)),
     ),
 }
-
-
-def robot(*joints):
-    """A robot of joints, every symbol in them a parameter."""
-    placements = [part for joint in joints for part in (*joint.before, *joint.after)]
-    values = [v for part in placements for v in getattr(part, "vector", None) or (part.angle,)]
-    symbols = {symbol for value in values for symbol in value.free_symbols}
-    parameters = [Parameter(str(s), sp.Rational(1, 7)) for s in sorted(symbols, key=str)]
-    return Robot("mechanism", tuple(joints), parameters=tuple(parameters))
-
-
-def product(described, coordinates=q):
-    """Forward kinematics as the plain product of elementary matrices."""
-    T = placement_matrix(described.base)
-    values = iter(described.joint_values(coordinates[: len(described.coordinates)]))
-    for part in described.joints:
-        T = T * placement_matrix(part.before)
-        if part.kind != "fixed":
-            value = next(values)
-            motion = sp.eye(4)
-            if part.kind != "prismatic":
-                motion[:2, :2] = [[sp.cos(value), -sp.sin(value)], [sp.sin(value), sp.cos(value)]]
-            motion[2, 3] = value if part.kind == "prismatic" else part.pitch * value
-            T = T * motion
-        T = T * placement_matrix(part.after)
-    return T * placement_matrix(described.tool)
-
-
-def derived_fk(described):
-    (entries,) = derive(described, ("fk",)).function("fk").expanded()
-    return sp.Matrix(4, 4, entries)
-
-
-def equal(A, B):
-    """Equality as polynomials in cosines and sines of the separate angles."""
-    difference = (sp.Matrix(A) - sp.Matrix(B)).applyfunc(lambda x: sp.expand(x, trig=True))
-    return difference.applyfunc(lambda x: sp.expand(sp.trigsimp(x))) == sp.zeros(*difference.shape)
 
 
 def test_all_conventions_are_here():
@@ -415,176 +371,3 @@ def test_derived_equations_of_shipped_robots(name):
             assert abs(difference) < sp.Float("1e-26")
             compared += 1
     assert compared == 3 * 16
-
-
-# --- the sources' own matrices ---
-
-
-def motion_matrix(convention, variable, kind="revolute", **given):
-    described = robot(joint(convention, "j", kind, **given))
-    return product(described).subs(q[0], variable)
-
-
-def test_well_manipulator_6():
-    b, c, alpha, theta = sp.symbols("b c alpha theta", real=True)
-    ca, sa, ct, st = sp.cos(alpha), sp.sin(alpha), sp.cos(theta), sp.sin(theta)
-    printed = [[ct, -st, 0, a], [ca * st, ca * ct, -sa, b], [sa * st, sa * ct, ca, c], [0, 0, 0, 1]]
-    assert equal(motion_matrix("mdh5", theta, a=a, b=b, c=c, alpha=alpha), sp.Matrix(printed))
-
-
-def test_well_manipulator_8():
-    alpha, beta, theta = sp.symbols("alpha beta theta", real=True)
-    Rx, Ry, Rz = (sp.rot_ccw_axis1, sp.rot_ccw_axis2, sp.rot_ccw_axis3)
-    R = Rx(alpha) * Ry(beta)
-    p = R * sp.Matrix([0, 0, d]) + sp.Matrix([a, 0, 0])
-    printed = sp.eye(4)
-    printed[:3, :3], printed[:3, 3] = R * Rz(theta), p
-    found = motion_matrix("hayati5", theta, a=a, alpha=alpha, beta=beta, d=d)
-    assert equal(found, printed)
-
-
-def test_photographic_robot_1():
-    alpha, theta, r, length = sp.symbols("alpha theta r l", real=True)
-    ca, sa, ct, st = sp.cos(alpha), sp.sin(alpha), sp.cos(theta), sp.sin(theta)
-    printed = [
-        [ct, -ca * st, st * sa, length * ct],
-        [st, ca * ct, -ct * sa, length * st],
-        [0, sa, ca, r],
-        [0, 0, 0, 1],
-    ]
-    assert equal(motion_matrix("dh", theta, a=length, alpha=alpha, d=r), sp.Matrix(printed))
-
-
-def test_photographic_robot_2():
-    alpha, beta, theta, x, y, z = sp.symbols("alpha beta theta x y z", real=True)
-    ca, sa, cb, sb = sp.cos(alpha), sp.sin(alpha), sp.cos(beta), sp.sin(beta)
-    ct, st = sp.cos(theta), sp.sin(theta)
-    printed = [
-        [
-            cb * ct,
-            ct * sa * sb - ca * st,
-            sa * st + ca * sb * ct,
-            z * (sa * st + ca * sb * ct) - y * (ca * st - ct * sa * sb) + x * cb * ct,
-        ],
-        [
-            cb * st,
-            st * sa * sb + ca * ct,
-            -sa * ct + ca * sb * st,
-            # The paper prints cos(alpha) cos(beta) where its own second column, the entry to the
-            # left, has cos(alpha) cos(theta): a translation by R (x, y, z) has the latter.
-            -z * (sa * ct - ca * sb * st) + y * (ca * ct + st * sa * sb) + x * cb * st,
-        ],
-        [-sb, cb * sa, ca * cb, z * ca * cb - x * sb + y * cb * sa],
-        [0, 0, 0, 1],
-    ]
-    given = {"alpha": alpha, "beta": beta, "x": x, "y": y, "z": z}
-    assert equal(motion_matrix("s_model", theta, **given), sp.Matrix(printed))
-
-
-def test_craig():
-    alpha, theta = sp.symbols("alpha theta", real=True)
-    ca, sa, ct, st = sp.cos(alpha), sp.sin(alpha), sp.cos(theta), sp.sin(theta)
-    printed = [
-        [ct, -st, 0, a],
-        [st * ca, ct * ca, -sa, -sa * d],
-        [st * sa, ct * sa, ca, ca * d],
-        [0, 0, 0, 1],
-    ]
-    assert equal(motion_matrix("mdh", theta, a=a, alpha=alpha, d=d), sp.Matrix(printed))
-
-
-def test_hayati():
-    alpha, beta, theta = sp.symbols("alpha beta theta", real=True)
-    Rx, Ry, Rz = (sp.rot_ccw_axis1, sp.rot_ccw_axis2, sp.rot_ccw_axis3)
-    printed = sp.eye(4)
-    printed[:3, :3] = Rz(theta) * Rx(alpha) * Ry(beta)
-    printed[:3, 3] = Rz(theta) * sp.Matrix([a, 0, 0])
-    assert equal(motion_matrix("hayati", theta, a=a, alpha=alpha, beta=beta), printed)
-
-
-def test_photographic_robot_3_to_12():
-    """The shipped robot is the product of the printed matrices, A0 included; (11) turns back."""
-    q = sp.symbols("q1:9", real=True)
-    r10, r2, l3, r40, r6 = (p.symbol for p in load(ROBOTS / "photo_robot.toml").parameters)
-
-    def turned(angle, tilt, reach=0, rise=0):
-        """The printed pattern of (5)-(10): cosines and sines of the angle, tilt +1 or -1."""
-        c, s = sp.cos(angle), sp.sin(angle)
-        rows = [[c, 0, tilt * s, reach * c], [s, 0, -tilt * c, reach * s]]
-        return sp.Matrix([*rows, [0, tilt, 0, rise], [0, 0, 0, 1]])
-
-    half, c, s = sp.pi / 2, sp.cos(q[7]), sp.sin(q[7])
-    printed = (
-        sp.Matrix([[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]]),
-        sp.Matrix([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, q[0] + r10], [0, 0, 0, 1]]),
-        turned(q[1] - half, -1, rise=r2),
-        turned(q[2] - half, -1, reach=l3),
-        sp.Matrix([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, q[3] + r40], [0, 0, 0, 1]]),
-        turned(q[4] + half, -1),
-        turned(q[5], 1, rise=r6),
-        turned(q[6] - half, -1),
-        sp.Matrix([[c, s, 0, 0], [-s, c, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]),
-    )
-    T = sp.eye(4)
-    for matrix in printed:
-        T = T * matrix
-    (entries,) = derivation("photo_robot").function("fk").expanded()
-    difference = (sp.Matrix(4, 4, entries) - T).applyfunc(lambda x: sp.expand(x, trig=True))
-    assert difference == sp.zeros(4, 4)
-
-
-def test_urdf_origin():
-    """Roll, pitch, yaw as in the URDF specification: fixed axes x, y, z."""
-    roll, pitch, yaw, theta = sp.symbols("r p y theta", real=True)
-    cr, sr, cp, sp_ = sp.cos(roll), sp.sin(roll), sp.cos(pitch), sp.sin(pitch)
-    cy, sy = sp.cos(yaw), sp.sin(yaw)
-    origin = sp.Matrix(
-        [
-            [cy * cp, cy * sp_ * sr - sy * cr, cy * sp_ * cr + sy * sr, a],
-            [sy * cp, sy * sp_ * sr + cy * cr, sy * sp_ * cr - cy * sr, d],
-            [-sp_, cp * sr, cp * cr, e],
-            [0, 0, 0, 1],
-        ]
-    )
-    found = motion_matrix("urdf", 0, xyz=(a, d, e), rpy=(roll, pitch, yaw))
-    assert equal(found, origin)
-    about_y = sp.eye(4)
-    about_y[:3, :3] = sp.rot_ccw_axis2(theta)
-    found = motion_matrix("urdf", theta, axis=(ZERO, 3 * ONE, ZERO))
-    assert equal(found, about_y)
-
-
-def test_rodrigues():
-    """A turn about any axis through any point: Rodrigues' formula, Lynch and Park, 3.2."""
-    theta = sp.Symbol("theta", real=True)
-    checked = 0
-    for axis in ((1, 0, 0), (0, -1, 0), (0, 0, -1), (0, 0, 1), (1, 2, 2), (-3, 0, 4), (1, 1, 1)):
-        n = sp.Matrix(axis) / sp.sqrt(sum(x * x for x in axis))
-        K = sp.Matrix([[0, -n[2], n[1]], [n[2], 0, -n[0]], [-n[1], n[0], 0]])
-        expected = sp.eye(4)
-        R = sp.eye(3) + sp.sin(theta) * K + (1 - sp.cos(theta)) * K * K
-        point = sp.Matrix([a, d, e])
-        expected[:3, :3], expected[:3, 3] = R, point - R * point
-        exact_axis = tuple(sp.Integer(x) for x in axis)
-        assert equal(motion_matrix("poe", theta, axis=exact_axis, point=(a, d, e)), expected)
-        checked += 1
-    assert checked == 7
-
-
-@pytest.mark.parametrize("convention", CONVENTIONS)
-def test_a_prismatic_joint_slides_along_z_where_the_convention_says(convention):
-    """With all angles general: the derivative by the coordinate is the slot's own axis."""
-    angles = iter(sp.symbols("u v w", real=True))
-    fields = CONVENTIONS[convention].fields
-    given = {f: next(angles) for f, what in fields.items() if what == "angle"}
-    T = motion_matrix(convention, q[0], "prismatic", **given)
-    theta, alpha, beta = (given.get(f, ZERO) for f in ("theta", "alpha", "beta"))
-    Rx, Ry = sp.rot_ccw_axis1(alpha), sp.rot_ccw_axis2(beta)
-    axis = {
-        "mdh": Rx,
-        "mdh5": Rx,
-        "hayati5": Rx * Ry,
-        "s_model": sp.rot_ccw_axis3(theta) * Ry * Rx,
-    }.get(convention, sp.eye(3))[:, 2]
-    assert equal(T[:3, 3].diff(q[0]), axis)
-    assert T[:3, :3].diff(q[0]) == sp.zeros(3, 3)

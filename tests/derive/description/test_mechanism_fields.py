@@ -1,0 +1,257 @@
+"""Fields of robot files with loops: all that may be written, and errors that name file and line."""
+
+import numpy as np
+import pytest
+import sympy as sp
+from mechanism_model import Model, pose
+
+from chasles.derive import DescriptionError, Robot, Rotation, loads
+from chasles.derive.model.mechanism import Closure, Mechanism
+
+# --- what files may say ---
+
+LOOP = """\
+name = "loop"
+convention = "urdf"
+units = { length = "mm", angle = "deg" }
+actuated = ["motor", "jack", "slide"]
+tool = { name = "tcp", body = "arm", xyz = [10, 0, 0], rpy = [0, 0, 90] }
+
+[base]
+name = "ground"
+
+[parameters]
+l = 300
+n = { value = "1/50", unit = "1" }
+
+[[joints]]
+name = "turn"
+link = "arm"
+axis = [0, 0, 1]
+limits = [-90, 45]
+
+[[joints]]
+name = "slide"
+parent = "ground"
+link = "sled"
+type = "prismatic"
+axis = [1, 0, 0]
+
+[[joints]]
+name = "hinge"
+link = "flap"
+axis = [0, 0, 1]
+
+[[closures]]
+name = "latch"
+kind = "slider"
+a = { body = "arm", xyz = ["l", 0, 0], rpy = [0, 90, 0] }
+b = { body = "flap" }
+
+[[rods]]
+name = "stay"
+length = "2*l"
+a = { body = "ground" }
+b = { body = "sled", xyz = [0, 0, 5] }
+swing = "lean"
+
+[[cylinders]]
+name = "jack"
+retracted = "l"
+limits = [-100, 50]
+a = { body = "ground", xyz = [0, 1, 0] }
+b = { body = "flap" }
+ends = "ball"
+
+[[drives]]
+name = "motor"
+joint = "turn"
+ratio = "-n"
+
+[reference]
+motor = 90
+jack = 25
+lean = "atan2(l, l)"
+"""
+
+
+def test_a_whole_file():
+    robot = loads(LOOP)
+    (length,) = (p.symbol for p in robot.parameters if p.name == "l")
+    assert isinstance(robot, Mechanism)
+    assert robot.bodies == ("ground", "arm", "sled", "flap")
+    assert [joint.parent for joint in robot.joints] == ["ground", "ground", "sled"]
+    latch, stay, jack = robot.closers
+    assert isinstance(latch, Closure)
+    assert (latch.kind, latch.a.body, latch.b.body) == ("slider", "arm", "flap")
+    assert latch.a.placement[0].vector == (length, 0, 0)
+    assert latch.a.placement[1] == Rotation("y", sp.pi / 2)
+    assert (stay.length, stay.swing_name, stay.ends) == (2 * length, "lean", "pin")
+    assert (jack.is_cylinder, jack.ends, jack.length) == (True, "ball", length)
+    assert jack.limits == (sp.Rational(-1, 10), sp.Rational(1, 20))
+    motor, extension, slide = robot.coordinates
+    assert (motor.kind, motor.moves, motor.unit) == ("revolute", "turn", "rad")
+    # The motor turns against the joint, fifty times as far.
+    assert motor.limits == (-50 * sp.pi / 4, 50 * sp.pi / 2)
+    assert (extension.name, extension.unit, slide.unit) == ("jack", "m", "m")
+    assert (robot.tool_body, robot.tool_frame, robot.base_frame) == ("arm", "tcp", "ground")
+    assert robot.reference_of("motor") == sp.pi / 2
+    assert robot.reference_of("jack") == sp.Rational(1, 40)
+    assert robot.reference_of("lean") == sp.pi / 4
+    assert robot.reference_of("hinge") == 0
+    assert robot.passive == ("hinge", "lean")
+
+
+def test_a_drive_of_a_slider_has_a_radius():
+    text = LOOP.replace('joint = "turn"\nratio = "-n"', 'joint = "slide"\nradius = "l/10"')
+    robot = loads(text.replace('"jack", "slide"]', '"jack", "turn"]'))
+    assert robot.coordinates[0].ratio.xreplace({sp.Symbol("l", real=True): sp.Rational(3, 10)}) == (
+        sp.Rational(3, 100)
+    )
+
+
+@pytest.mark.parametrize(
+    "signs", ["parent", "closures", "rods", "cylinders", "drives", "actuated", "reference"]
+)
+def test_what_makes_a_file_one_with_loops(signs):
+    serial = 'name = "r"\nconvention = "dh"\n'
+    joints = '[[joints]]\nname = "j"\n'
+    assert isinstance(loads(serial + joints), Robot)
+    if signs == "actuated":
+        assert isinstance(loads(f'{serial}actuated = ["j"]\n{joints}'), Mechanism)
+        return
+    text = joints + 'parent = "0"\n' if signs == "parent" else f"{signs} = []\n{joints}"
+    with pytest.raises(DescriptionError, match=r"actuated: expected a list of names.*missing"):
+        loads(serial + (text if signs != "reference" else f"reference = {{}}\n{joints}"))
+
+
+PLATFORM = """\
+name = "p"
+convention = "urdf"
+actuated = ["crank"]
+units = { angle = "deg" }
+[[joints]]
+name = "crank"
+axis = [0, 0, 1]
+[[joints]]
+name = "plate"
+type = "%s"
+parent = "0"
+xyz = [1, 2, 3]
+rpy = [0, 0, 90]
+link = "top"
+"""
+
+
+def test_a_planar_platform():
+    extra = 'coordinates = ["u", "v", "turn"]\nlimits = [[-1, 1], [-2, 2], [-90, 90]]\n'
+    m = Model(loads(PLATFORM % "planar" + extra))
+    assert m.unknown == ["u", "v", "turn"]
+    joints = m.mechanism.joints[1:]
+    assert [joint.link for joint in joints] == ["plate_u", "plate_v", "top"]
+    assert [joint.parent for joint in joints] == ["0", "plate_u", "plate_v"]
+    assert [joint.limits for joint in joints] == [(-1, 1), (-2, 2), (-sp.pi / 2, sp.pi / 2)]
+    expected = np.array([[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1.0]])
+    assert np.allclose(m.tip([0], np.zeros(3)), expected, atol=1e-15)
+    c, s = np.cos(0.3), np.sin(0.3)
+    step = np.array([[c, -s, 0, 0.5], [s, c, 0, 0.7], [0, 0, 1, 0], [0, 0, 0, 1]])
+    assert np.allclose(m.tip([0], np.array([0.5, 0.7, 0.3])), expected @ step, atol=1e-15)
+
+
+def test_a_free_platform():
+    m = Model(loads((PLATFORM % "free").replace("rpy = [0, 0, 90]\n", "")))
+    assert m.unknown == ["x", "y", "z", "yaw", "pitch", "roll"]
+    assert [joint.link for joint in m.mechanism.joints[1:]][-2:] == ["plate_pitch", "top"]
+
+    def turn(axis, angle):
+        return pose((Rotation(axis, sp.Rational(angle, 10)),), {})
+
+    T = m.tip([0], np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6]))
+    expected = turn("z", 4) @ turn("y", 5) @ turn("x", 6)
+    expected[:3, 3] = 1.1, 2.2, 3.3
+    assert np.allclose(T, expected, atol=1e-15)
+
+
+# The line of the file to be replaced, what stands there instead, its field, words of the complaint.
+WRONG = [
+    (4, 'actuated = ["moto", "jack"]', "actuated[1]", "did you mean 'motor'?"),
+    (4, 'actuated = ["motor", "turn"]', "actuated[2]", "something else than motor moves"),
+    (4, "actuated = []", "actuated", "a list of names"),
+    (4, 'actuator = ["motor"]', "actuator", "did you mean 'actuated'?"),
+    (5, 'tool = { body = "am" }', "tool.body", "did you mean 'arm'?"),
+    (5, 'tool = { link = "arm" }', "tool.link", "one of the fields name, body, xyz, rpy"),
+    (8, 'name = "arm"', "joints[1].link", "another link than base has"),
+    (22, 'parent = "groud"', "joints[2].parent", "did you mean 'ground'?"),
+    (22, 'parent = "flap"', "joints[2].parent", "one of ground, arm"),
+    (24, 'type = "planer"', "joints[2].type", "did you mean 'planar'?"),
+    (30, 'mimic = { joint = "turn" }', "joints[3].mimic", "one of the fields"),
+    (33, 'name = "turn"', "closures[1].name", "another name than joints[1] has"),
+    (34, 'kind = "hinge"', "closures[1].kind", "one of pin, slider, ball, weld"),
+    (35, 'a = { body = "arms" }', "closures[1].a.body", "did you mean 'arm'?"),
+    (35, 'a = { xyz = ["l", 0, 0] }', "closures[1].a.body", "it is missing"),
+    (35, 'a = { body = "arm", at = 1 }', "closures[1].a.at", "one of the fields body, xyz, rpy"),
+    (35, 'a = "arm"', "closures[1].a", "a table"),
+    (36, 'b = { body = "arm" }', "closures[1].b.body", "another body than closures[1].a has"),
+    (39, "nam = 5", "rods[1].nam", "did you mean 'name'?"),
+    (40, "length = 0", "rods[1].length", "a length above 0"),
+    (40, 'length = "l*l"', "rods[1].length", "a length, which this is not"),
+    (41, 'a = { body = "ground", xyz = [0, 0] }', "rods[1].a.xyz", "a list of three numbers"),
+    (43, 'swing = "hinge"', "rods[1].swing", "another name than joints[3] has"),
+    (43, 'ends = "pins"', "rods[1].ends", "did you mean 'pin'?"),
+    (43, "limits = [0, 1]", "rods[1].limits", "one of the fields name, length"),
+    (47, 'retracted = "2*m"', "cylinders[1].retracted", "unknown parameter 'm'"),
+    (48, "limits = [-300, 50]", "cylinders[1].limits[1]", "a cylinder longer than 0 there"),
+    (48, 'swing = "s"', "cylinders[1].swing", "nothing: between balls"),
+    (54, 'name = "jack"', "drives[1].name", "another name than cylinders[1] has"),
+    (55, 'joint = "stay"', "drives[1].joint", "one of turn, slide, hinge, jack"),
+    (56, "radius = 5", "drives[1].radius", "nothing: turn turns"),
+    (56, "ratio = 0", "drives[1].ratio", "a number other than 0"),
+    (56, "", "drives[1].ratio", "the advance of turn per radian"),
+    (59, "moto = 90", "reference.moto", "did you mean 'motor'?"),
+    (59, "stay = 90", "reference.stay", "a coordinate, a joint or a swing"),
+    (60, 'jack = "m"', "reference.jack", "unknown parameter"),
+]
+
+
+@pytest.mark.parametrize(("line", "text", "field", "words"), WRONG)
+def test_a_wrong_line(line, text, field, words):
+    lines = LOOP.splitlines()
+    lines[line - 1] = text
+    with pytest.raises(DescriptionError) as caught:
+        loads("\n".join(lines), "loop.toml")
+    error = caught.value
+    assert (error.field, words in str(error)) == (field, True), str(error)
+    assert str(error).startswith(f"loop.toml:{error.line}: {field}: expected ")
+    # What is missing is looked for in the table that should hold it.
+    elsewhere = {"joints[1].link": 16, "drives[1].ratio": line if text else 53}
+    assert error.line == elsewhere.get(field, line)
+
+
+def test_enough_wrong_lines():
+    assert len(WRONG) >= 30
+
+
+@pytest.mark.parametrize(
+    ("extra", "field", "words"),
+    [
+        ('coordinates = ["x", "y"]', "joints[2].coordinates", "a list of 3 names"),
+        ('coordinates = ["x", "y", "crank"]', "joints[2].coordinates[3]", "another name"),
+        ('coordinates = ["x", "y", "x"]', "joints[2].coordinates[3]", "another name"),
+        ("limits = [-1, 1]", "joints[2].limits", "a list of 3 pairs"),
+        ("limits = [[-1, 1], [2, -2], [0, 1]]", "joints[2].limits[2]", "a lowest below"),
+        ("axis = [0, 0, 1]", "joints[2].axis", "one of the fields name, type, parent"),
+    ],
+)
+def test_a_wrong_platform(extra, field, words):
+    with pytest.raises(DescriptionError) as caught:
+        loads(PLATFORM % "planar" + extra, "p.toml")
+    assert (caught.value.field, caught.value.line) == (field, 15)
+    assert words in str(caught.value)
+
+
+@pytest.mark.parametrize("field", ["closures", "rods", "cylinders", "drives"])
+def test_lists_that_are_none(field):
+    text = f'name = "r"\nconvention = "dh"\nactuated = ["j"]\n{field} = 5\n[[joints]]\nname = "j"\n'
+    with pytest.raises(DescriptionError, match=f":4: {field}: expected a list") as caught:
+        loads(text)
+    assert caught.value.value == 5

@@ -1,0 +1,126 @@
+"""The bodies of a described mechanism in numbers, without anything that the compiler derives."""
+
+import numpy as np
+
+from chasles.derive import Rotation
+from chasles.derive.model.mechanism import Strut
+
+CLOSED = 1e-12
+"""Metres or radians to which loops are closed: rounding."""
+
+
+def pose(placement, values):
+    """A placement in numbers, from its elementary motions."""
+    T = np.eye(4)
+    for motion in placement:
+        step = np.eye(4)
+        if isinstance(motion, Rotation):
+            j, k = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[motion.axis]
+            angle = float(motion.angle.xreplace(values))
+            step[j, j] = step[k, k] = np.cos(angle)
+            step[k, j] = np.sin(angle)
+            step[j, k] = -step[k, j]
+        else:
+            step[:3, 3] = [float(c.xreplace(values)) for c in motion.vector]
+        T = T @ step
+    return T
+
+
+def moved(joint, value):
+    T = np.eye(4)
+    if joint.kind == "prismatic":
+        T[2, 3] = value
+    elif joint.kind == "revolute":
+        c, s = np.cos(value), np.sin(value)
+        T[:2, :2] = [[c, -s], [s, c]]
+    return T
+
+
+class Model:
+    """A mechanism in numbers; q are its coordinates and u its other joints."""
+
+    def __init__(self, mechanism):
+        values = {p.symbol: p.value for p in mechanism.parameters}
+        self.mechanism = mechanism
+        self.base, self.tool = pose(mechanism.base, values), pose(mechanism.tool, values)
+        self.around = {
+            joint.name: (pose(joint.before, values), pose(joint.after, values))
+            for joint in mechanism.joints
+        }
+        self.places = {
+            c.name: (pose(c.a.placement, values), pose(c.b.placement, values))
+            for c in mechanism.closers
+        }
+        self.length = {s.name: float(s.length.xreplace(values)) for s in mechanism.struts}
+        self.moves = {
+            c.moves: (k, float(c.ratio.xreplace(values)))
+            for k, c in enumerate(mechanism.coordinates)
+        }
+        moving = [joint.name for joint in mechanism.joints if joint.kind != "fixed"]
+        self.unknown = [name for name in moving if name not in self.moves]
+        self.q = np.array([float(mechanism.reference_of(c.name)) for c in mechanism.coordinates])
+        self.u = np.array([float(mechanism.reference_of(name)) for name in self.unknown])
+
+    def values(self, q, u):
+        driven = {name: q[k] * ratio for name, (k, ratio) in self.moves.items()}
+        return driven | dict(zip(self.unknown, u, strict=True))
+
+    def poses(self, q, u):
+        values = self.values(q, u)
+        T = {self.mechanism.base_frame: self.base}
+        for joint in self.mechanism.joints:
+            before, after = self.around[joint.name]
+            motion = moved(joint, joint.direction * values.get(joint.name, 0.0))
+            T[joint.link] = T[joint.parent] @ before @ motion @ after
+        return T
+
+    def tip(self, q, u):
+        return self.poses(q, u)[self.mechanism.tool_body] @ self.tool
+
+    def ends(self, closer, q, u):
+        T = self.poses(q, u)
+        A, B = self.places[closer.name]
+        return T[closer.a.body], T[closer.a.body] @ A, T[closer.b.body] @ B
+
+    def residual(self, q, u):
+        parts = [np.zeros(0)]
+        for closer in self.mechanism.closers:
+            _, A, B = self.ends(closer, q, u)
+            if isinstance(closer, Strut):
+                length = self.length[closer.name] + self.values(q, u).get(closer.name, 0.0)
+                parts.append([np.linalg.norm(B[:3, 3] - A[:3, 3]) - length])
+            else:
+                assert closer.kind == "pin"
+                apart = np.linalg.inv(A) @ B
+                parts.append([*apart[:3, 3], *apart[:2, 2]])
+        return np.concatenate(parts)
+
+    def jacobian(self, q, u, step=1e-6):
+        columns = [
+            (self.residual(q, u + step * e) - self.residual(q, u - step * e)) / (2 * step)
+            for e in np.eye(len(u))
+        ]
+        return np.array(columns).reshape(len(u), -1).T
+
+    def closed(self, q, u):
+        """The unknown joints near u that close all loops."""
+        for _ in range(30):
+            r = self.residual(q, u)
+            if np.abs(r).max(initial=0.0) < CLOSED:
+                return u
+            du = np.linalg.lstsq(self.jacobian(q, u), -r, rcond=None)[0]
+            u = u + du * min(1.0, 0.3 / np.abs(du).max())
+        raise AssertionError(f"the loops of {self.mechanism.name} do not close at {q}")
+
+    def held(self, q, u):
+        """How far the loops are from a dead point: their Jacobian's smallest singular value."""
+        return np.linalg.svd(self.jacobian(q, u), compute_uv=False)[len(u) - 1] if len(u) else 1.0
+
+    def followed(self, q, steps=12):
+        """The unknown joints at q on the branch of the reference, and the way's least hold."""
+        u, held = self.closed(self.q, self.u), np.inf
+        for part in np.linspace(0, 1, steps + 1):
+            at = self.q + part * (np.asarray(q) - self.q)
+            u = self.closed(at, u)
+            held = min(held, self.held(at, u))
+        return u, held
