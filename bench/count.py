@@ -1,9 +1,9 @@
-"""Instructions, counted by valgrind: the same number on every run, however busy the machine is.
+"""Instructions counted by valgrind: the same number on every run, however busy the machine is.
 
 The kernels are compiled for a plain x86-64 and counted without the mathematical library, so that
-their count depends on the generated C and the compiler alone (what the C has of its own instead of
-the library's is counted). The call from Python is counted as
-the difference between many and few calls of one process, divided by how many more they are.
+their count depends on the generated C and the compiler alone; replacements for library functions
+in the generated C do count. The count of a call from Python is the difference between many and few
+calls in one process, divided by the difference of their numbers.
 """
 
 import json
@@ -83,7 +83,7 @@ def impossible() -> str | None:
 
 
 def versions() -> dict[str, str]:
-    """What the counts depend on."""
+    """Versions of the tools on which the counts depend."""
     return {
         "compiler": compiler_version(("gcc",)),
         "python": platform.python_version(),
@@ -104,7 +104,7 @@ def compare(
 
 
 def rises(expected: Mapping[str, int], found: Mapping[str, int]) -> list[str]:
-    """What rose by more than is allowed."""
+    """Functions whose count rose by more than RISE."""
     both = [name for name in found if name in expected]
     return [
         f"{name}: {found[name]}, were {expected[name]}"

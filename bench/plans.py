@@ -1,4 +1,4 @@
-"""What is measured, and for how long."""
+"""The benchmarks and the lengths of their runs."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,7 @@
-"""``python -m bench misses``: who loses how many reachable targets, on the same sets.
+"""``python -m bench misses``: reachable targets that each solver misses, on the same sets.
 
-Ours is asked for all of every set, the peers for some of each. A target is missed if nothing that
-is claimed to be a solution is one to 1e-9; what is said to be of least squares is not claimed.
+Ours solves every target of every set, the peers solve a sample. A target is missed if no claimed
+solution reaches it to 1e-9; an answer marked as least squares is not claimed.
 """
 
 from collections.abc import Iterator
@@ -68,17 +68,17 @@ def verdicts(case: Case, poses: PoseSet, most: int) -> Iterator[tuple[str, Verdi
 
 
 def own(case: Case, q: np.ndarray) -> Answers:
-    """What our inverse returns for the targets at q (m, n)."""
+    """The answers of our inverse to the targets at q (m, n)."""
     found = getattr(case.robot, case.function)(case.targets(q), *case.others(q))
     return Answers(found.q, found.valid)
 
 
 def peers(name: str, case: Case, q: np.ndarray) -> Answers:
-    """What a peer returns for the same."""
+    """The answers of a peer to the same targets."""
     lock = LOCKS.get(case.name, -1)
     return answers(name, case.screws, case.targets(q), lock, q[:, lock])
 
 
 def chooses(name: str, case: Case) -> bool:
-    """Whether a peer chooses by itself among the endless solutions of a robot of seven joints."""
+    """Whether a peer picks some of the infinitely many solutions of a robot of seven joints."""
     return name == "ssik" and case.robot.n > SIX

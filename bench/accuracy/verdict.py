@@ -1,4 +1,4 @@
-"""What an inverse did on a set of targets, by residuals that it had no part in."""
+"""Verdicts on inverses, from residuals that are computed independently of them."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,9 +13,9 @@ from ..peers.inverse.interface import Answers
 VALID = 1e-9
 """The residual of a solution is at most this, in metres and radians."""
 ROUNDING = 1e-14
-"""How far apart a residual may be that is computed in two ways."""
+"""Difference between two computations of the same residual [m or rad]."""
 SAME = 1e-6
-"""How far two solutions' joints are apart that are the same [rad or m]."""
+"""Largest joint difference at which two solutions count as the same [rad or m]."""
 REGULAR = 1e-3
 """The least singular value at which coordinates are said to be away from singularities."""
 CHUNK = 20_000
@@ -29,7 +29,7 @@ DIFFERENCE = 1e-6
 
 @dataclass(frozen=True)
 class Verdict:
-    """How an inverse did on a set.
+    """Counts for an inverse on a set of targets.
 
     Attributes:
         poses: How many targets there were, all reachable.
@@ -100,7 +100,7 @@ def _least(J: np.ndarray) -> np.ndarray:
 
 
 def distinct(case: Case, q: np.ndarray) -> np.ndarray:
-    """Those of the solutions (k, n) that are none of the others before them."""
+    """The solutions (k, n) without repetitions."""
     kept: list[np.ndarray] = []
     for row in q:
         if not kept or np.min(_apart(case, np.array(kept), row)) > SAME:

@@ -36,7 +36,7 @@ class Arm:
 
     @property
     def joints(self) -> int:
-        """How many joints there are."""
+        """Number of joints."""
         return sum(motion.value is None for motion in self.motions)
 
 

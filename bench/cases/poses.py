@@ -1,4 +1,4 @@
-"""Where an inverse is tried: robots, tasks, and sets of coordinates that make reachable targets.
+"""Robots, tasks and sets of coordinates at which inverses are tried; every target is reachable.
 
 The sets are those that solvers are known to lose: random coordinates, every multiple of a right
 angle, and coordinates at singularities and a few powers of ten from them. The singular ones are
@@ -19,11 +19,11 @@ from .tasks import TASKS, Task
 
 DECADES = tuple(10.0**-k for k in range(3, 13))
 SINGULAR = 1e-12
-"""Smallest singular value of what is called a singularity [m or 1]."""
+"""Largest value of a singularity's smallest singular value [m or 1]."""
 SAMPLES = 48
 BISECTIONS = 60
 STROKE = 1.0
-"""What a slider without limits moves to either side [m]."""
+"""Travel of a slider without limits to either side [m]."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Singularity:
 
 @dataclass(frozen=True)
 class Case:
-    """A robot and what its inverse is asked for.
+    """A robot and the inverse that is tried on it.
 
     Attributes:
         name: The robot.
@@ -71,12 +71,12 @@ class Case:
 
     @property
     def task(self) -> Task:
-        """What of a pose its inverse takes."""
+        """The task that its inverse solves."""
         return TASKS[self.function]
 
     @cached_property
     def given(self) -> tuple[str, ...]:
-        """What the inverse takes beside the target."""
+        """Names of the inverse's inputs besides the target."""
         inputs = self.robot.functions[self.function].inputs
         return tuple(argument.name for argument in inputs[1:])
 
@@ -86,7 +86,7 @@ class Case:
         return np.array([c.unit == "rad" for c in self.robot.coordinates])
 
     def targets(self, q: np.ndarray) -> np.ndarray:
-        """What the task takes of the poses at q (..., n)."""
+        """Targets of the task at the poses of q (..., n)."""
         return self.task.target(self.pose(q))
 
     def pose(self, q: np.ndarray) -> np.ndarray:
@@ -94,7 +94,7 @@ class Case:
         return self.screws.fk(self.robot.chain(q) if self.robot.loops else q)
 
     def others(self, q: np.ndarray) -> tuple[np.ndarray, ...]:
-        """What the inverse takes beside the target, where q (..., n) is to be among the results."""
+        """The inputs besides the target for which q (..., n) is among the solutions."""
         return tuple(self._other(name, q) for name in self.given)
 
     def _other(self, name: str, q: np.ndarray) -> np.ndarray:
@@ -124,7 +124,7 @@ class Case:
         return tuple(k for k in range(self.robot.n) if k not in known)
 
     def error(self, q: np.ndarray, target: np.ndarray) -> np.ndarray:
-        """How far (...) the pose at q (..., n) is from a target, the larger of metre and radian."""
+        """Error (...) of the pose at q (..., n): the larger of distance [m] and angle [rad]."""
         return self.task.error(self.pose(q), target)
 
     def jacobian(self, q: np.ndarray) -> np.ndarray:
@@ -175,7 +175,7 @@ class PoseSet:
 
 @dataclass(frozen=True)
 class Sizes:
-    """How many coordinates of each set: random ones, each singular kind and each decade from it."""
+    """Numbers of coordinates in the random set, each singular set, and the grid of right angles."""
 
     random: int
     singular: int
@@ -271,7 +271,7 @@ def singular(
 def _brackets(
     case: Case, singularity: Singularity, rng: np.random.Generator, q: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Those q along whose joint the determinant changes its sign, and between which values."""
+    """The q along whose joint the determinant changes sign, and the bracket of each sign change."""
     k = singularity.joint
     low, high = -np.pi, np.pi
     if not case.turns[k]:

@@ -1,4 +1,4 @@
-"""What an inverse takes of a pose, how far a pose is from it, and its derivative."""
+"""Tasks of inverses: target of a pose, error of a pose from a target, and Jacobian."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What a joint of fk costs as chains grow: the same, or the code falls out of a cache."""
+"""Cost of fk per joint as chains grow; it rises where the code outgrows a cache."""
 
 import os
 import tempfile

@@ -127,7 +127,7 @@ def in_C(plan: Plan) -> list[Limit]:
 
 
 def has_avx2() -> bool:
-    """Whether this processor has it, as far as Linux tells."""
+    """Whether /proc/cpuinfo lists AVX2."""
     facts = Path("/proc/cpuinfo")
     return facts.exists() and " avx2 " in facts.read_text(encoding="utf-8")
 

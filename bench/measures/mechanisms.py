@@ -1,4 +1,4 @@
-"""Robots with loops: what the loops cost, and a five-bar beside Pinocchio's constraints."""
+"""Robots with loops: cost of the loops, and a five-bar compared with Pinocchio's constraints."""
 
 import tempfile
 from collections.abc import Callable
@@ -122,7 +122,7 @@ def five_bar(plan: Plan) -> list[Ratio]:
 
 
 def times(plan: Plan) -> list[Limit]:
-    """What loops and their inverses take, in C and called from Python."""
+    """Times of loop functions and their inverses, in C and from Python."""
     found = []
     for name, function in TIMED:
         robot = chasles.load(name)
@@ -142,7 +142,7 @@ def times(plan: Plan) -> list[Limit]:
 
 
 def iterations(plan: Plan) -> list[Limit]:
-    """What is solved by iteration in NumPy: in a batch for one pose of it, and one alone."""
+    """Times per pose of functions that iterate in NumPy, in a batch and alone."""
     planar, spatial = chasles.load("planar_3rrr"), chasles.load("stewart_gough")
     found = []
     for robot, name in ((planar, "fk_planar_all"), (planar, "fk"), (spatial, "fk")):

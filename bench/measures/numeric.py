@@ -23,12 +23,12 @@ ALONE = (
     *("well_manipulator", "board_installer", "stewart_gough"),
 )
 DIRECTION = (1, 1, 1, 1, 1, 0)
-"""Of five joints: the place and where the tool's z points, whatever the turn about it."""
+"""Weights for five joints: position and direction of the tool's z axis, any rotation about it."""
 WEIGHTS = {"lynxmotion": DIRECTION}
-"""The yaw of an arm with a turntable follows from the place; what is asked for is the pitch."""
+"""The position determines the yaw of an arm on a turntable; the target adds the pitch."""
 TOLERANCE = 1e-9
 ROUNDING = 1e-13
-"""By which a pose that is computed again, in a batch, may differ."""
+"""Difference between a pose computed alone and the same pose in a batch [m or rad]."""
 POSES = 1000
 CALL_BAR, BATCH_BAR = 4.0, 10.0
 THREADS = 2
@@ -49,7 +49,7 @@ class Task:
     weights: tuple[int, ...] | None
 
     def solve(self, T: np.ndarray, threads: int = 1):
-        """What is timed: of one pose, or of all."""
+        """The timed call, for one pose or for all poses."""
         return self.robot.ik_numeric(T, weights=self.weights, threads=threads)
 
 
@@ -142,14 +142,14 @@ def away(made: Task, T: np.ndarray) -> np.ndarray:
 
 
 def missed(made: Task) -> Limit:
-    """Poses of which what is returned is not within the limits, or not there."""
+    """Number of poses for which no valid solution within the limits is returned."""
     error = errors(made, [made.solve(pose) for pose in made.T])
     count = np.count_nonzero(~(error <= TOLERANCE + ROUNDING))
     return Limit(f"{made.robot.name} ik_numeric, missed of {len(error)}", float(count), "poses", 0)
 
 
 def times_of(robot: str, rounds: list[np.ndarray]) -> list[Limit]:
-    """Of the quickest round."""
+    """Median and mean time of a call in the fastest round."""
     return [
         Limit(f"{robot} ik_numeric, {name} call", min(map(of, rounds)) / 1e3, "us")
         for name, of in (("median", np.median), ("mean", np.mean))
@@ -157,7 +157,7 @@ def times_of(robot: str, rounds: list[np.ndarray]) -> list[Limit]:
 
 
 def ratios(made: Task, taken: dict[str, list[np.ndarray]], peer: str) -> list[Ratio]:
-    """Of the medians and of the means of each round, and of a batch to the peer's calls."""
+    """Ratios of medians and means in each round, and of a batch to the peer's single calls."""
     robot = made.robot.name
     found = []
     for word, of in (("median", np.median), ("mean", np.mean)):

@@ -10,7 +10,7 @@ from ..peers.forward import Call, setups
 from ..report import Limit, Plan, Ratio, alternated, ratio
 
 OVERHEAD_NS = 100
-"""What a call from Python may cost beyond the C that it calls."""
+"""Overhead that a call from Python may add to the C function [ns]."""
 OWN = "chasles"
 KERNEL = "the C alone"
 VECTORS = 500

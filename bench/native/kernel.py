@@ -22,9 +22,9 @@ void run(const double *in, long size, long count, double *out)
     }}
 }}
 """
-"""Between two calls the compiler must assume that someone reads the results."""
+"""The empty assembly makes the compiler assume that the results are read between two calls."""
 ROOM = 512
-"""Numbers that a result may have, whole cache lines."""
+"""Largest number of doubles in a result; whole cache lines."""
 
 
 @dataclass(frozen=True)

@@ -21,12 +21,12 @@ from chasles.contract.compiler import FLAGS
 BUILD = Path(__file__).parents[2] / "build" / "bench"
 LOOP = Path(__file__).with_name("loop.h")
 UNPACKED = "-fno-tree-slp-vectorize"
-"""What only our own C is given: it keeps GCC 12 from a mistake, at some cost to the peers."""
+"""Flag for our own C alone: it avoids a GCC 12 pessimisation, and would slow down the peers."""
 FLAGS_OF_ALL = (
     *(flag for flag in FLAGS if flag != UNPACKED and not flag.startswith("-std")),
     "-DNDEBUG",
 )
-"""What chasles gives its own C, and here every peer too: -O3 -march=native and no errno.
+"""Flags that chasles gives its own C, here given to every peer: -O3 -march=native, no errno.
 
 NDEBUG is for the peers' sake: Eigen's assertions take as long as the kinematics.
 """

@@ -1,4 +1,4 @@
-"""What the benchmarks of robots with loops compare is the same kinematics."""
+"""Both sides of the benchmarks of robots with loops compute the same kinematics."""
 
 import numpy as np
 import pytest

@@ -284,7 +284,7 @@ def test_what_is_no_number_is_no_solution(chain, row, column):
 @pytest.mark.parametrize("by", [1e-6, 1e-4, 1e-3])
 @pytest.mark.parametrize("moved", [False, True])
 def test_a_residual_is_the_distance_or_the_angle_that_is_left(by, moved):
-    """Of an arm that cannot follow: a plane's, whose target is tilted or lifted out of it."""
+    """Targets of a planar arm that are tilted or lifted out of its plane have no solution."""
     arm = arm_of("R=R=R")
     T = arm.targets(some(arm, 100))
     if moved:

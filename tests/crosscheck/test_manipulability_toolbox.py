@@ -35,7 +35,7 @@ def test_measures(name, rows):
 
 
 def test_the_gradient():
-    """Of all rows: the toolbox's `jacobm`, which needs J J^T to be regular."""
+    """The gradient over all rows is the toolbox's `jacobm`, which needs a regular J J^T."""
     oracle, robot = models()["puma560"], chasles.load("puma560")
     checked = 0
     for q in np.random.default_rng(1).uniform(-np.pi, np.pi, (POSES, 6)):

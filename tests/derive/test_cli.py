@@ -1,4 +1,4 @@
-"""The command line: what it writes, when it does nothing, what it says of errors."""
+"""The command line: files written, runs without work, error messages."""
 
 from pathlib import Path
 

@@ -175,7 +175,7 @@ def test_every_branch_against_forty_digits(name, way, sources):
 
 
 @every_way
-def test_the_arm_is_where_it_shall_be(way, sources):
+def test_solutions_reach_the_target(way, sources):
     library, fk = compiled(sources, way), chasles.load("ur5e").fk
     targets = poses(200, seed=3)
     for T in targets:
@@ -193,7 +193,7 @@ def test_the_arm_is_where_it_shall_be(way, sources):
 
 
 @every_way
-def test_nan_is_seen_and_stays_in_its_row(way, sources):
+def test_nan_invalidates_its_own_row_alone(way, sources):
     library, targets = compiled(sources, way), poses(19)
     clean = batch(library, ARM, [targets])
     for row, entry in itertools.product(range(19), (0, 3, 7)):
@@ -325,7 +325,7 @@ def angles(body):
 
 def test_what_branches_share_is_computed_once():
     flat, branch = bodies([*lower([ARM], "arm"), lower_branch(ARM, "arm")])
-    # Of the joints in order; those of the elbow and of the fifth do not depend on their own sign.
+    # Counts per joint, in order; the angles of joints 3 and 5 do not depend on their own sign.
     assert len(angles(flat)) == 2 + 8 + 4 + 8 + 2 + 4
     assert len(set(angles(flat))) == len(angles(flat))
     assert len(angles(branch)) == 6

@@ -11,7 +11,7 @@ DERIVATIVES = 1e-12
 PRINTED_9 = 5e-10
 """Reference numbers printed with nine decimals: half of the last."""
 AGREEMENT = 1e-10
-"""A peer's set-up in the benchmarks computes what ours does: that both do the same work."""
+"""A peer's set-up in the benchmarks against ours: both must do the same work."""
 LIBMVEC = 4
 """Units in the last place by which functions of glibc's vector library may be off: its promise."""
 COS_SIN = 1.5
@@ -21,6 +21,6 @@ ANGLE = 2
 RECIPROCAL_ROOT = 2
 """Units in the last place by which 1 / sqrt(x) may be off on lanes; 1.5 were seen."""
 NEAR_ROOT = 1e-11
-"""Branches against 40 digits: where a root nearly vanishes, it is that of a rounding."""
+"""Branches against 40 digits: near a vanishing root, a rounding error enters under the root."""
 WORST_INVERSE = 5e-14
 """Residual of a solution of an inverse at a random pose: metres and radians."""

@@ -1,4 +1,4 @@
-"""What a user would pick instead, each set up in a file of its own.
+"""Peers of the forward kinematics, each set up in its own file.
 
 Every file offers some of these, and each returns what is listed:
 

@@ -13,7 +13,7 @@ from ...cases.screws import Screws, locked, meeting
 INSTALL = {"eaik": "EAIK", "ik_geo": "ik-geo", "ssik": "ssik"}
 """The peers, and what pip calls them. Each file has `inverse(chain)`, None if it cannot."""
 MEET = 1e-9
-"""How far [m] from their meeting point axes may pass that are said to meet."""
+"""Largest distance [m] of axes from a common point at which they count as intersecting."""
 PARALLEL = 1e-9
 
 
@@ -23,7 +23,7 @@ class Unsolved(Exception):
 
 @dataclass(frozen=True)
 class Answers:
-    """What was returned for some poses.
+    """The answers of a solver to some poses.
 
     Attributes:
         q: (m, k, n) joint values, NaN where there are less than k.
@@ -70,9 +70,9 @@ def inverses(chain: Screws) -> list[Inverse]:
 
 
 def answers(name: str, chain: Screws, T: np.ndarray, lock: int, values: np.ndarray) -> Answers:
-    """What a peer returns for poses (m, 4, 4).
+    """The answers of a peer to poses (m, 4, 4).
 
-    An arm that it cannot solve as it is, it is given with one joint held at values (m,).
+    Where the peer cannot solve the whole arm, joint `lock` is held at values (m,).
 
     Raises:
         Unsolved: If it cannot solve such an arm either.

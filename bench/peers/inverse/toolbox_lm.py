@@ -13,7 +13,7 @@ from ...cases.screws import Screws, inverted
 
 NAME = "Robotics Toolbox ik_LM"
 TOLERANCE = 1e-13
-"""Of half the squared error: 4.5e-7 of a metre or radian."""
+"""Limit of half the squared error: 4.5e-7 metre or radian."""
 
 
 def inverse(chain: Screws, lower: np.ndarray, upper: np.ndarray) -> Callable:

@@ -1,4 +1,4 @@
-"""The printed inverse: put through numbers it is the generated one, and it reads as one should."""
+"""The printed inverse, evaluated in numbers, agrees with the generated inverse, and reads well."""
 
 import itertools
 import re

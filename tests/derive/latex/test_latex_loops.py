@@ -1,4 +1,4 @@
-"""What is printed of loops is true: numbers put through it are those of the functions."""
+"""Printed equations of loops, evaluated in numbers, agree with the derived functions."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""Dense batches take a way of their own: the same results, shapes and refusals as the ufunc's."""
+"""Dense batches bypass the ufunc: results, shapes and errors are the same."""
 
 import numpy as np
 import pytest
@@ -35,7 +35,7 @@ def test_several_inputs_and_outputs():
         robot.fk_jacobian_mixed(q), robot.fk_jacobian_mixed.ufunc(q), strict=True
     ):
         np.testing.assert_array_equal(found, expected)
-    # Of different leading shapes: broadcast by the ufunc.
+    # Different leading shapes are broadcast by the ufunc.
     assert robot.twist_mixed(q, qd[0]).shape == (21, 6)
     assert robot.twist_mixed(q.reshape(3, 7, 6), qd[:7]).shape == (3, 7, 6)
 
