@@ -21,7 +21,7 @@ from chasles.contract.compiler import FLAGS
 BUILD = Path(__file__).parents[2] / "build" / "bench"
 LOOP = Path(__file__).with_name("loop.h")
 UNPACKED = "-fno-tree-slp-vectorize"
-"""Flag for our own C alone: it avoids a GCC 12 pessimisation, and would slow down the peers."""
+"""Flag for our own C alone: GCC 12 packs scalars into wrong numbers; peers would lose speed."""
 FLAGS_OF_ALL = (
     *(flag for flag in FLAGS if flag != UNPACKED and not flag.startswith("-std")),
     "-DNDEBUG",

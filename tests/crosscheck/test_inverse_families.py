@@ -232,7 +232,7 @@ def hybrid_of(name):
 
 
 def given_of(case, function, q):
-    """What an inverse takes beside the pose: coordinates, or joints of the main chain."""
+    """Inputs of an inverse besides the pose: coordinates, or joints of the main chain."""
     names = [coordinate.name for coordinate in case.robot.coordinates]
     chain = case.robot.chain(q)
     return tuple(

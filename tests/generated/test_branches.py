@@ -33,7 +33,7 @@ ARM = FUNCTIONS["ik"]
 COUNTS = {"ik": 8, **{f"every_kind_{2**n}": 2**n for n in range(5)}}
 AVX2, AVX512 = {"avx2", "fma"}, {"avx2", "fma", "avx512f", "avx512dq", "avx512vl"}
 WAYS = {"plain": set(), "avx2": AVX2, "avx512": AVX512}
-"""What the processor must have for each way to compute one pose."""
+"""Processor features that each way to compute one pose needs."""
 every_way = pytest.mark.parametrize("way", WAYS)
 
 

@@ -266,7 +266,7 @@ def near_right_angles(largest):
 
 
 def units_off(got, exact):
-    """How far, in units in the last place, the worst is from the exact values."""
+    """Largest error of the values, in units in the last place."""
     with mpmath.workdps(50):
         return max(
             float(abs(mpmath.mpf(g) - e) / mpmath.mpf(float(np.spacing(abs(float(e))))))

@@ -56,7 +56,7 @@ def random_chains(name, n, seed):
 
 
 def reaches(r, theta):
-    """Whether actuators can hold the chain at some joints, on whichever branch."""
+    """Whether actuators exist, on any branch, that hold the chain at these joints."""
     margin = r.actuator_margin(theta)
     return (np.isfinite(margin) & (margin >= 0)).all(-1)
 
@@ -202,7 +202,7 @@ def test_every_branch_closes_and_the_reference_s_is_first(name):
 
 
 def closest(m, z, known):
-    """What is left of the loops in the best of many starts for the other joints."""
+    """Smallest loop residual over many starts for the other joints."""
     if len(known) == len(m.names):
         return m.gap(z)
     free = [k for k in range(len(m.names)) if k not in known]
@@ -244,7 +244,7 @@ def roots(f, points=20_001):
 
 
 def left_over(name, known):
-    """What is left of a loop as a function of its one unknown, by complex numbers alone."""
+    """Residual of a planar loop as a function of its only unknown, in complex numbers."""
     e = lambda angle: np.exp(1j * angle)  # noqa: E731
     return {
         "four_bar": lambda x: abs(0.1 * e(known) + 0.3 * e(known + x) - 0.35) - 0.25,

@@ -20,7 +20,7 @@ NAMES = [
 ]
 LOOPED = NAMES[:-1]
 INVERTIBLE = ["slider_crank", "five_bar", "excavator", "delta"]
-"""Those of which the actuators, too, are held by a loop that can be at a dead point."""
+"""Robots whose actuators, too, are held by a loop that can reach a dead point."""
 CLOSED = 1e-12
 HELD = 0.02
 """Loops are compared with Newton's method where their Jacobian is this far from singular."""

@@ -113,7 +113,7 @@ class Model:
         raise AssertionError(f"the loops of {self.mechanism.name} do not close at {q}")
 
     def held(self, q, u):
-        """How far the loops are from a dead point: their Jacobian's smallest singular value."""
+        """Distance from a dead point: the smallest singular value of the loops' Jacobian."""
         return np.linalg.svd(self.jacobian(q, u), compute_uv=False)[len(u) - 1] if len(u) else 1.0
 
     def followed(self, q, steps=12):

@@ -184,7 +184,7 @@ class Arm(Case):
 
     @cached_property
     def inverses(self) -> Inverses:
-        """What is known of its inverse."""
+        """The structure and the inverses found for the chain."""
         robot = robot_of(self.name, right=self.right)
         return inverses(robot, Terms({p.symbol: p.value for p in robot.parameters}))
 
@@ -195,7 +195,7 @@ class Arm(Case):
 
     @cached_property
     def robot(self) -> SimpleNamespace:
-        """What the benchmarks ask of a robot."""
+        """The interface that the benchmarks expect of a robot."""
         kinds = self.name[::2].upper()
         unlimited = np.full(len(kinds), np.inf)
         return SimpleNamespace(

@@ -142,7 +142,7 @@ def test_as_many_as_there_are(solve6):
 
 
 def real_roots(X):
-    """How many real solutions: the side of A1 eliminated, a polynomial in exp(i theta2)."""
+    """Number of real solutions: theta1 eliminated, roots of a polynomial in exp(i theta2)."""
     with mpmath.workdps(30):
         a, b, c, d = (mpmath.mpf(x) for x in X[:4])
         adjugate = mpmath.matrix([[d, -b], [-c, a]])

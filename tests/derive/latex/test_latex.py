@@ -1,4 +1,4 @@
-"""What is printed is true, is named without ambiguity, and is the same on every run."""
+"""Printed equations are true, named without ambiguity, and equal on every run."""
 
 import os
 import random

@@ -44,7 +44,7 @@ class Reader:
         return value
 
     def meaning(self, meaning):
-        """What a short symbol stands for; an angle may be known as a sum alone."""
+        """The value of a short symbol; an angle may be known only as part of a sum."""
         if isinstance(meaning, sp.cos | sp.sin) and meaning.args[0] in self.sums:
             return meaning.func(self.sums[meaning.args[0]])
         return self(meaning)

@@ -24,7 +24,7 @@ SOLVED = [
 TURNED_BACK = [*SOLVED, "planar_3rrr", "planar_3rrr_170", "stewart_gough"]
 TRUE = 1e-10
 NEAR = 0.05
-"""How far from the reference numbers are taken (radian, metre)."""
+"""Range of random numbers about the reference (radian, metre)."""
 
 
 class Reader:

@@ -230,7 +230,7 @@ def test_equations_that_hold_by_cancelling_are_left_out():
 
 
 def open_ends(c, loop, z):
-    """How far a closer is from holding its two places, from the poses of the bodies alone."""
+    """Gap between the two frames that a closer joins, from the poses of the bodies alone."""
     poses = body_poses(c.mechanism, z)
     closer = loop.loop.closer
     T_a, T_b = (poses[p.body] @ _matrix(p.placement, c.mechanism) for p in (closer.a, closer.b))

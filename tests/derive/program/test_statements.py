@@ -11,7 +11,7 @@ from chasles.derive.terms.casadi_graph import lower
 
 
 def depths(body: Body) -> list[int]:
-    """How many statements must be done before each, one after the other."""
+    """Depth of each statement: the longest chain of statements that it waits for."""
     depth: dict[str, int] = {}
     found = []
     for statement in body.statements:

@@ -48,7 +48,7 @@ def test_opposite_points_share_an_angle(y, x, expected):
 
 
 def after(*given, sign=""):
-    """What is left of statements of which the last is the only result."""
+    """The reduced statements, where the last statement is the only result."""
     computed = [Compute(f"v{k}", expression) for k, expression in enumerate(given, 1)]
     body = Body((), (*computed, Store(0, 0, computed[-1].name)))
     return [s.expression for s in reduced(body, sign).computed]

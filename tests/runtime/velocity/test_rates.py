@@ -254,7 +254,7 @@ def test_rounding_carries_no_joint_over_its_limit():
 
 
 def test_a_joint_brakes_as_late_as_it_can():
-    """One joint driven at its limit: as fast as allowed, and it stops there, not before."""
+    """A joint driven towards its limit moves as fast as allowed and stops at the limit."""
     robot = chasles.load("scara")
     q = (robot.lower + robot.upper) / 2
     q[2] = robot.lower[2] + 0.01
