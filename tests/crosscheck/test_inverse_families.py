@@ -71,8 +71,13 @@ BACKWARDS = [
 
 
 @cache
-def arm_of(chain, function="ik", *, right=False):
+def _arm(chain, function, right):
     return Arm(chain, function, right=right)
+
+
+def arm_of(chain, function="ik", *, right=False):
+    """An arm whose inverse is derived once, however the arguments are written."""
+    return _arm(chain, function, right)
 
 
 def some(arm, count, seed=1):
