@@ -6,10 +6,12 @@ The figures in docs/performance.md are replaced by the new ones. With --quick no
 import argparse
 import sys
 
-from . import check, count, derivation, document, misses
-from .peers import absent
+from . import check, count, document
+from .accuracy import misses
+from .cases.poses import CASES
+from .measures import derivation
+from .peers.forward import absent
 from .plans import FULL, QUICK, SECTIONS, without_slow_builds
-from .poses import CASES
 from .report import Plan, out, records, save, tables
 
 DERIVATION = "derivation"

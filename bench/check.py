@@ -13,7 +13,7 @@ from .report import Ratio, machine, out, table
 
 BASELINE = Path(__file__).with_name("baseline.json")
 MARGIN = 0.4
-"""How much of a ratio may be lost on the machine of the baseline.
+"""The share of a ratio that may be lost on the machine of the baseline.
 
 It is wide because our code keeps the arithmetic units busy and its peers wait, so that a neighbour
 on the same core takes much of our ratios away. Counted instructions find small losses instead.
@@ -56,7 +56,7 @@ def margin_between(baseline: Mapping[str, str], here: Mapping[str, str]) -> floa
 
 
 def slower(expected: Mapping[str, float], found: Mapping[str, float], margin: float) -> list[str]:
-    """What was measured and lost more than the margin of its ratio."""
+    """Keys of the measured ratios that fell by more than the margin."""
     return [key for key in expected if key in found and found[key] < expected[key] * (1 - margin)]
 
 

@@ -1,9 +1,9 @@
-"""Instructions, counted by valgrind: the same number on every run, however busy the machine is.
+"""Instructions counted by valgrind: the same number on every run, however busy the machine is.
 
 The kernels are compiled for a plain x86-64 and counted without the mathematical library, so that
-their count depends on the generated C and the compiler alone (what the C has of its own instead of
-the library's is counted). The call from Python is counted as
-the difference between many and few calls of one process, divided by how many more they are.
+their count depends on the generated C and the compiler alone; replacements for library functions
+in the generated C do count. The count of a call from Python is the difference between many and few
+calls in one process, divided by the difference of their numbers.
 """
 
 import json
@@ -20,8 +20,8 @@ from pathlib import Path
 
 import chasles
 
-from .arms import ARMS
-from .native import compiler_version
+from .cases.arms import ARMS
+from .native.library import BUILD, compiler_version
 from .report import out, table
 
 EXPECTED = Path(__file__).with_name("instructions.json")
@@ -83,7 +83,7 @@ def impossible() -> str | None:
 
 
 def versions() -> dict[str, str]:
-    """What the counts depend on."""
+    """Versions of the tools on which the counts depend."""
     return {
         "compiler": compiler_version(("gcc",)),
         "python": platform.python_version(),
@@ -104,7 +104,7 @@ def compare(
 
 
 def rises(expected: Mapping[str, int], found: Mapping[str, int]) -> list[str]:
-    """What rose by more than is allowed."""
+    """Functions whose count rose by more than RISE."""
     both = [name for name in found if name in expected]
     return [
         f"{name}: {found[name]}, were {expected[name]}"
@@ -199,24 +199,24 @@ def python_calls() -> dict[str, int]:
     names = [f"{arm.name}.{f}" for arm in ARMS for f in ("fk", "fk_jacobian_mixed")]
     with tempfile.TemporaryDirectory() as folder:
         # Compiled before: the compiler's own instructions do not belong here.
-        _python(folder, *(f"{arm.name}.fk" for arm in ARMS))
+        _python(*(f"{arm.name}.fk" for arm in ARMS))
         options = [
             "--tool=callgrind",
             "--dump-before=getppid",
             f"--callgrind-out-file={folder}/out",
         ]
-        _python(folder, *names, before=("valgrind", *options))
+        _python(*names, before=("valgrind", *options))
         parts = [_total(Path(f"{folder}/out.{k + 1}")) for k in range(3 * len(names))]
     few, many = parts[1::3], parts[2::3]
     more = CALLS[1] - CALLS[0]
     return {n: round((b - a) / more) for n, a, b in zip(names, few, many, strict=True)}
 
 
-def _python(cache: str, *names: str, before: tuple[str, ...] = ()) -> None:
+def _python(*names: str, before: tuple[str, ...] = ()) -> None:
     # What valgrind cannot run must not be compiled: it knows no AVX-512.
     settings = {
         "CC": "gcc",
-        "CHASLES_CACHE": cache,
+        "CHASLES_CACHE": str(BUILD / "counted"),
         "CHASLES_CFLAGS": "-O2 -march=x86-64",
         "PYTHONHASHSEED": "0",
     }

@@ -14,14 +14,14 @@ HEAD = """\
 
 
 def write() -> None:
-    """Replaces what stands between the two marks."""
+    """Replaces the text between the two marks."""
     before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
     _, _, after = rest.partition(END)
     PAGE.write_text(before + BEGIN + figures() + END + after, encoding="utf-8")
 
 
 def figures() -> str:
-    """What all results were measured on, and one table of them, the smallest ratios first."""
+    """The machine, and one table of all results with the smallest ratios first."""
     results = [
         json.loads(file.read_text(encoding="utf-8")) for file in sorted(RESULTS.glob("*.json"))
     ]

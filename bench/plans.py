@@ -1,10 +1,10 @@
-"""What is measured, and for how long."""
+"""The benchmarks and the lengths of their runs."""
 
 from collections.abc import Callable
 from dataclasses import replace
 
-from . import batch, growth, inverse, mechanisms, numeric, one_call, scalar, small
-from .peers import SLOW_TO_BUILD, is_built
+from .measures import batch, growth, inverse, mechanisms, numeric, one_call, scalar, small
+from .peers.forward import SLOW_TO_BUILD, is_built
 from .report import Limit, Plan, Ratio
 
 FULL = Plan(rounds=15, calls=10_000, batch=1_000_000)

@@ -5,8 +5,8 @@ import pytest
 from tolerances import AGREEMENT
 
 import chasles
-from bench import inverse
-from bench.kernel import ROOM, kernel
+from bench.measures import inverse
+from bench.native.kernel import ROOM, kernel
 from bench.report import Plan
 
 

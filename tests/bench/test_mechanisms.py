@@ -1,13 +1,13 @@
-"""What the benchmarks of robots with loops compare is the same kinematics."""
+"""Both sides of the benchmarks of robots with loops compute the same kinematics."""
 
 import numpy as np
 import pytest
 from tolerances import AGREEMENT
 
 import chasles
-from bench import mechanisms
-from bench.kernel import kernel
-from bench.peers import absent
+from bench.measures import mechanisms
+from bench.native.kernel import kernel
+from bench.peers.forward import absent
 
 POSES = 20
 

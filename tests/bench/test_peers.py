@@ -5,8 +5,8 @@ import pytest
 from tolerances import AGREEMENT
 
 import chasles
-from bench.arms import ARMS
-from bench.peers import INSTALL, SLOW_TO_BUILD, absent, is_built, setups
+from bench.cases.arms import ARMS
+from bench.peers.forward import INSTALL, SLOW_TO_BUILD, absent, is_built, setups
 
 POSES = 20
 CASES = [(arm, peer) for arm in ARMS for peer in INSTALL]

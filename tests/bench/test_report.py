@@ -1,4 +1,4 @@
-"""What the benchmarks make of times, counts and baselines."""
+"""Reports of the benchmarks from times, counts and baselines."""
 
 import pytest
 

@@ -8,11 +8,11 @@ from derivations import derivation
 from synthetic import Arm, Function, robot_of
 from tolerances import WORST_INVERSE
 
-from bench import verdict
-from bench.peers.inverses import INSTALL, absent, answers
-from bench.poses import Case, PoseSet, nearly, right_angles
-from bench.tasks import wrapped
-from bench.verdict import SAME, VALID, counts, judged, newton
+from bench.accuracy import verdict
+from bench.accuracy.verdict import SAME, VALID, counts, judged, newton
+from bench.cases.poses import Case, PoseSet, nearly, right_angles
+from bench.cases.tasks import wrapped
+from bench.peers.inverse.interface import INSTALL, absent, answers
 from chasles.derive.inverse.classify import classify
 from chasles.derive.inverse.given_joints import ways_to_give
 from chasles.derive.terms.terms import Terms
@@ -71,8 +71,13 @@ BACKWARDS = [
 
 
 @cache
-def arm_of(chain, function="ik", *, right=False):
+def _arm(chain, function, right):
     return Arm(chain, function, right=right)
+
+
+def arm_of(chain, function="ik", *, right=False):
+    """An arm whose inverse is derived once, however the arguments are written."""
+    return _arm(chain, function, right)
 
 
 def some(arm, count, seed=1):
@@ -232,7 +237,7 @@ def hybrid_of(name):
 
 
 def given_of(case, function, q):
-    """What an inverse takes beside the pose: coordinates, or joints of the main chain."""
+    """Inputs of an inverse besides the pose: coordinates, or joints of the main chain."""
     names = [coordinate.name for coordinate in case.robot.coordinates]
     chain = case.robot.chain(q)
     return tuple(
@@ -284,7 +289,7 @@ def test_what_is_no_number_is_no_solution(chain, row, column):
 @pytest.mark.parametrize("by", [1e-6, 1e-4, 1e-3])
 @pytest.mark.parametrize("moved", [False, True])
 def test_a_residual_is_the_distance_or_the_angle_that_is_left(by, moved):
-    """Of an arm that cannot follow: a plane's, whose target is tilted or lifted out of it."""
+    """Targets of a planar arm that are tilted or lifted out of its plane have no solution."""
     arm = arm_of("R=R=R")
     T = arm.targets(some(arm, 100))
     if moved:

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from tolerances import ORACLE, WORST_INVERSE
 
-from bench import misses
-from bench.peers.inverses import INSTALL, Answers, Unsolved, absent, answers
-from bench.poses import CASES, SINGULAR, Case, PoseSet, Sizes, sets
-from bench.verdict import VALID, counts, judged, newton, regular
+from bench.accuracy import misses
+from bench.accuracy.verdict import VALID, counts, judged, newton, regular
+from bench.cases.poses import CASES, SINGULAR, Case, PoseSet, Sizes, sets
+from bench.peers.inverse.interface import INSTALL, Answers, Unsolved, absent, answers
 
 SMALL = Sizes(random=2_000, singular=100, grid=1024)
 TARGETS = 4

@@ -1,4 +1,7 @@
-"""Equal descriptions give equal bytes: in any directory, under any hash seed, on any day."""
+"""Equal descriptions give equal bytes: C, headers, CasADi files, LaTeX and manifests.
+
+Neither the directory nor the hash seed nor the day may show in them.
+"""
 
 import json
 import os
@@ -28,14 +31,11 @@ def contents(folder):
     }
 
 
-def test_two_directories_and_two_hash_seeds(tmp_path):
-    first = generate(tmp_path / "one", "1")
-    second = generate(tmp_path / "another place", "4242")
-    assert len([name for name in first if name.endswith("manifest.json")]) == len(ALL)
-    assert first.keys() == second.keys()
-    assert [name for name in first if first[name] != second[name]] == []
-    committed = {name: content for name in first if (content := read(GENERATED / name)) is not None}
-    assert [name for name in first if committed.get(name) != first[name]] == []
+def test_another_directory_and_another_hash_seed(tmp_path):
+    """The committed files came from their own directory, under a seed that Python chose."""
+    found = generate(tmp_path / "another place", "4242")
+    assert len([name for name in found if name.endswith("manifest.json")]) == len(ALL)
+    assert [name for name in found if read(GENERATED / name) != found[name]] == []
 
 
 def read(path):

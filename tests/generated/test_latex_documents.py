@@ -22,7 +22,7 @@ PDFLATEX = shutil.which("pdflatex")
 pytestmark = pytest.mark.skipif(PDFLATEX is None, reason="pdflatex is not installed")
 
 WIDEST_EXCESS = 1.0
-"""How far a line may reach into the margin (pt): less than the eye sees."""
+"""Largest excess of a line into the margin (pt): less than the eye sees."""
 MOST_PAGES = 12
 MOST_PAGES_OF_LOOPS = 20
 DRAWING = "drawing.tex"

@@ -139,7 +139,7 @@ def evaluated(derived, numbers):
 
 
 def is_known(function, numbers):
-    """Whether a function takes these alone; inverses are compared where their branches are."""
+    """Whether a function takes these inputs alone; inverses are compared in test_branches."""
     return {argument.name for argument in function.inputs} <= numbers.keys()
 
 

@@ -50,12 +50,12 @@ void tiny_wide(const double W[1600], double V[1600])
 
 
 def fk(q):
-    """What tiny_fk computes, for one pose."""
+    """The values of tiny_fk for one pose."""
     return (np.sin(q[0]) + np.arange(12) * q[1]).reshape(3, 4)
 
 
 def blend(q, a):
-    """What tiny_blend computes, for one pose."""
+    """The values of tiny_blend for one pose."""
     return a[:, :2] @ q + a[:, 2]
 
 

@@ -49,7 +49,7 @@ JUNK = (
 
 
 def mutated(text: str, dice: random.Random) -> bytes:
-    """One to three random wounds to a valid file."""
+    """A valid file with one to three random mutations."""
     content = text
     for _ in range(dice.randint(1, 3)):
         lines = content.splitlines()

@@ -1,4 +1,4 @@
-"""What is said of a robot's inverse: the structure, the steps, or how far the axes are from one."""
+"""Explanations of inverses: structure, steps, or the distance of the axes from a structure."""
 
 import pytest
 from derivations import ALL, NAMES, ROBOTS, derivation

@@ -5,7 +5,7 @@ import pytest
 import sympy as sp
 from synthetic import Arm, robot_of, rows_of, screws_of
 
-from bench.screws import Screws
+from bench.cases.screws import Screws
 from chasles.derive import loads
 from chasles.derive.inverse.classify import classify
 from chasles.derive.inverse.given_joints import without

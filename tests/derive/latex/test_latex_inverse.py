@@ -1,4 +1,4 @@
-"""The printed inverse: put through numbers it is the generated one, and it reads as one should."""
+"""The printed inverse, evaluated in numbers, agrees with the generated inverse, and reads well."""
 
 import itertools
 import re
@@ -20,7 +20,7 @@ TRUE = 1e-10
 """Printed formulas are those of a textbook, without the forms that keep the last digits."""
 INSIDE = 1e-3
 """Margin from which angles are told to that."""
-SOLVED = [name for name in NAMES if derivation(name).inverse.solved]
+SOLVED = [name for name in NAMES if name not in ("crx10", "jaco2")]
 
 
 class Reader:
@@ -44,7 +44,7 @@ class Reader:
         return value
 
     def meaning(self, meaning):
-        """What a short symbol stands for; an angle may be known as a sum alone."""
+        """The value of a short symbol; an angle may be known only as part of a sum."""
         if isinstance(meaning, sp.cos | sp.sin) and meaning.args[0] in self.sums:
             return meaning.func(self.sums[meaning.args[0]])
         return self(meaning)
@@ -178,6 +178,7 @@ def test_every_article_has_its_inverse_or_says_why_not(name):
         assert text is None
         return
     assert ("There is no closed form" in text) == (not found.inverse.solved)
+    assert name not in NAMES or bool(found.inverse.solved) == (name in SOLVED)
     steps = [step for solved in found.inverse.solved.values() for step in solved.work.steps]
     assert len(re.findall(r"\\textbf\{Step", text)) >= bool(steps)
     assert (text.count("eigenvalues") == 1) == bool(found.inverse.written)

@@ -23,7 +23,7 @@ def lazy(values, *chunks):
 
 
 def check(result, expected, chunks=None):
-    """Of the right kind and shape before it is computed, and right when it is."""
+    """Dtype and shape are known before the computation; the values are right after it."""
     assert isinstance(result, array.Array)
     assert result.shape == expected.shape
     assert result.dtype == np.float64

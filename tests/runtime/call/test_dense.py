@@ -1,4 +1,4 @@
-"""Dense batches take a way of their own: the same results, shapes and refusals as the ufunc's."""
+"""Dense batches bypass the ufunc: results, shapes and errors are the same."""
 
 import numpy as np
 import pytest
@@ -7,10 +7,9 @@ import chasles
 
 
 @pytest.fixture(params=["lanes", "plain"])
-def function(request, folder):
+def function(request, robot):
     """A function with code for many poses at once, and one without."""
-    robot = chasles.load("ur5e") if request.param == "lanes" else chasles.load(folder.path)
-    return robot.fk
+    return chasles.load("ur5e").fk if request.param == "lanes" else robot.fk
 
 
 def rows(function, *batch):
@@ -36,7 +35,7 @@ def test_several_inputs_and_outputs():
         robot.fk_jacobian_mixed(q), robot.fk_jacobian_mixed.ufunc(q), strict=True
     ):
         np.testing.assert_array_equal(found, expected)
-    # Of different leading shapes: broadcast by the ufunc.
+    # Different leading shapes are broadcast by the ufunc.
     assert robot.twist_mixed(q, qd[0]).shape == (21, 6)
     assert robot.twist_mixed(q.reshape(3, 7, 6), qd[:7]).shape == (3, 7, 6)
 

@@ -18,7 +18,7 @@ LENGTHS = range(41)
 
 SERIAL = [name for name in chasles.robots() if not chasles.load(name).loops]
 LOOPS = ["well_manipulator", "delta", "planar_3rrr"]
-"""One of each kind: triangles of cylinders, spheres, a platform on three legs."""
+"""One robot of each kind: triangles of cylinders, spheres, a platform on three legs."""
 NEAR = 0.02
 """Radian or metre from the reference in which these robots' loops close."""
 NAMES = [*SERIAL, *LOOPS]

@@ -30,7 +30,7 @@ def random_q(rng, n, rod):
 
 
 def errors(q, modes, rod):
-    """How far the rods of the valid modes are off, by geometry alone."""
+    """Errors of the rods' lengths in the valid modes, from geometry alone."""
     gaps = planar.pins(modes.x) - planar.ends(q)[..., None, :, :]
     return (np.hypot(gaps[..., 0], gaps[..., 1]) - rod)[modes.valid]
 
@@ -71,7 +71,7 @@ def test_the_pose_that_made_q_is_found(robot_and_rod):
 
 
 def residuals(q, phi, rod):
-    """What is left of the third rod at both points where the first two meet, and their height^2.
+    """Residual of the third rod at both intersections of the first two, and their height^2.
 
     Geometry alone: the platform's origin is on three circles.
     """
@@ -88,7 +88,7 @@ def residuals(q, phi, rod):
 
 
 def scan(q, lower, upper, rod, levels):
-    """How many zeros lie between angles, by sign changes; doubtful cells are scanned finer."""
+    """Number of zeros between angles, from sign changes; doubtful cells are scanned finer."""
     points, *finer = levels
     found = np.zeros(len(q), int)
     if not len(q):

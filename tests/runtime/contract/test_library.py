@@ -21,7 +21,7 @@ Q = np.array([0.3, -1.2])
 
 
 def libraries(cache):
-    """What lies in the cache; temporary folders included."""
+    """Files in the cache, temporary folders included."""
     return sorted(cache.iterdir()) if cache.exists() else []
 
 

@@ -87,7 +87,7 @@ def test_what_is_not_reached(robot):
 
 
 def test_branches_are_not_mixed(robot):
-    # Of poses on both sides of a singularity: what is found is on the reference's side.
+    # For poses on both sides of a singularity, solutions stay on the side of the reference.
     spread = poses(5000) * 3
     found = robot.follow(struts.q_of(spread))
     assert 4000 < found.valid.sum() < 5000

@@ -46,7 +46,7 @@ def load_snake(path, *shape):
 
 
 def assert_sound(robot, track, dt, rate=np.inf):
-    """What holds of every track, exactly."""
+    """Asserts properties that every track has exactly."""
     assert np.isfinite(track.q).all()
     assert np.isfinite(track.error).all()
     np.testing.assert_array_equal(track.q, np.clip(track.q, robot.lower, robot.upper))
@@ -150,7 +150,7 @@ def test_the_error_at_a_wrist_in_line_is_bounded(arm):
 
 
 def costs(robot, q, target, rate, dt, length):
-    """What a step from q towards a target leaves over, and the least that SciPy finds."""
+    """Error that a step from q leaves to the target, and the least error that SciPy finds."""
     T, J = robot.fk_jacobian_mixed(q)
     track = robot.track([T, target], q, dt, rate_limits=rate, length=length)
     assert_sound(robot, track, dt, rate)

@@ -1,0 +1,1 @@
+"""Counts of missed, wrong and lost solutions, judged independently of the generated code."""

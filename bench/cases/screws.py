@@ -1,0 +1,130 @@
+"""A robot's main chain as screws, and its poses by their product of exponentials.
+
+Both come from the robot's description alone, so that the forward kinematics that is generated does
+not judge the inverse that is generated with it.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import sympy as sp
+
+from chasles.derive import Robot, load
+from chasles.derive.chain.poe import placement_matrix
+from chasles.derive.model.robot import Placement
+
+ROBOTS = Path(__file__).parents[2] / "derive" / "robots"
+
+
+@dataclass(frozen=True)
+class Screws:
+    """The axes of a chain where all its joints stand at zero, in the base frame [m].
+
+    Attributes:
+        axes: (n, 3) unit vectors along revolute axes; zero of a prismatic joint.
+        points: (n, 3) a point of each revolute axis, the closest to the base's origin.
+        slides: (n, 3) unit vectors along prismatic axes; zero of a revolute joint.
+        home: (4, 4) pose of the tip.
+    """
+
+    axes: np.ndarray
+    points: np.ndarray
+    slides: np.ndarray
+    home: np.ndarray
+
+    @property
+    def revolute(self) -> np.ndarray:
+        """(n,) which joints turn."""
+        return self.axes.any(axis=1)
+
+    def fk(self, theta: np.ndarray) -> np.ndarray:
+        """(..., 4, 4) poses of the tip at joint values (..., n): exp(S1 t1) ... exp(Sn tn) M.
+
+        Source: Brockett, Robotic manipulators and the product of exponentials formula, 1983.
+        """
+        T = np.broadcast_to(self.home, (*theta.shape[:-1], 4, 4)).copy()
+        for k in reversed(range(len(self.axes))):
+            angle = theta[..., k, None, None]
+            if self.revolute[k]:
+                T[..., :3, 3] -= self.points[k]
+                T[..., :3, :] = _turned(T[..., :3, :], self.axes[k], angle)
+                T[..., :3, 3] += self.points[k]
+            else:
+                T[..., :3, 3] += angle[..., 0] * self.slides[k]
+        return T
+
+
+def _turned(columns: np.ndarray, axis: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Columns (..., 3, m) turned about an axis through the origin, by Rodrigues' formula."""
+    cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
+    once = cross @ columns
+    return columns + np.sin(angle) * once + 2 * np.sin(angle / 2) ** 2 * (cross @ once)
+
+
+def screws(name: str) -> Screws:
+    """The screws of a shipped robot's main chain, read from its description alone."""
+    described = load(ROBOTS / f"{name}.toml")
+    chain = described if isinstance(described, Robot) else described.main_chain
+    values = {parameter.symbol: parameter.value for parameter in chain.parameters}
+    frame, frames, moving = _placed(chain.base, values), [], []
+    for joint in chain.joints:
+        assert joint.mimic is None
+        frame = frame @ _placed(joint.before, values)
+        if joint.kind != "fixed":
+            frames.append(frame)
+            moving.append(joint)
+        frame = frame @ _placed(joint.after, values)
+    turns = np.array([[joint.kind == "revolute"] for joint in moving])
+    along = np.array([joint.direction * T[:3, 2] for joint, T in zip(moving, frames, strict=True)])
+    axes = np.where(turns, along, 0.0)
+    origins = np.array([T[:3, 3] for T in frames])
+    points = origins - np.sum(origins * axes, axis=1, keepdims=True) * axes
+    return Screws(axes, points, np.where(turns, 0.0, along), frame @ _placed(chain.tool, values))
+
+
+def _placed(placement: Placement, values: dict[sp.Symbol, sp.Expr]) -> np.ndarray:
+    return np.array(placement_matrix(placement).subs(values).evalf(20), dtype=float)
+
+
+def meeting(axes: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, float]:
+    """The point closest to some lines, and how far [m] the farthest of them is from it."""
+    normals = np.eye(3) - axes[:, :, None] * axes[:, None, :]
+    sums = normals.sum(axis=0), np.einsum("kij,kj->i", normals, points)
+    point = np.linalg.lstsq(*sums, rcond=None)[0]
+    away = np.einsum("kij,kj->ki", normals, point - points)
+    return point, float(np.linalg.norm(away, axis=1).max())
+
+
+def locked(chain: Screws, joint: int, value: float) -> Screws:
+    """The chain whose joint is held at a value: one joint less."""
+    moved = np.zeros(len(chain.axes))
+    moved[joint] = value
+    frame = chain.fk(moved) @ inverted(chain.home)
+    R, p = frame[:3, :3], frame[:3, 3]
+    after = np.arange(len(chain.axes)) > joint
+    keep = np.arange(len(chain.axes)) != joint
+
+    def turned(vectors: np.ndarray, shift: np.ndarray) -> np.ndarray:
+        return np.where(after[:, None], vectors @ R.T + shift, vectors)[keep]
+
+    none = np.zeros(3)
+    axes, slides = turned(chain.axes, none), turned(chain.slides, none)
+    return Screws(axes, turned(chain.points, p), slides, frame @ chain.home)
+
+
+def reverse(chain: Screws) -> Screws:
+    """The chain from tip to base: its poses are the inverses, its joints stand in reverse order."""
+    home = inverted(chain.home)
+    R, p = home[:3, :3], home[:3, 3]
+    axes, slides = (-(vectors @ R.T)[::-1] for vectors in (chain.axes, chain.slides))
+    return Screws(axes, (chain.points @ R.T + p)[::-1], slides, home)
+
+
+def inverted(T: np.ndarray) -> np.ndarray:
+    """The inverses of poses (..., 4, 4)."""
+    inverse = np.zeros_like(T)
+    R = np.swapaxes(T[..., :3, :3], -1, -2)
+    inverse[..., :3, :3], inverse[..., 3, 3] = R, 1
+    inverse[..., :3, 3] = -np.einsum("...ij,...j->...i", R, T[..., :3, 3])
+    return inverse

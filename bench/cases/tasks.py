@@ -1,0 +1,122 @@
+"""Tasks of inverses: target of a pose, error of a pose from a target, and Jacobian."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Task:
+    """A task of the tool.
+
+    Attributes:
+        target: From poses (..., 4, 4) to targets.
+        error: From poses and targets to (...) the larger of the distance [m] and the angle [rad].
+        residual: From poses and targets to (..., rows) what is left, as the Jacobian counts it.
+        jacobian: From poses and mixed Jacobians (..., 6, n) to (..., rows, n), singular where the
+            task is.
+    """
+
+    target: Callable[[np.ndarray], np.ndarray]
+    error: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    residual: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    jacobian: Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+def turned(R: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """The angle (...) of the rotation from one rotation matrix (..., 3, 3) to another."""
+    between = np.swapaxes(R, -1, -2) @ wanted
+    twice = between - np.swapaxes(between, -1, -2)
+    sine = np.linalg.norm(twice[..., (2, 0, 1), (1, 2, 0)], axis=-1)
+    return np.arctan2(sine, np.trace(between, axis1=-2, axis2=-1) - 1)
+
+
+def _far(T: np.ndarray, p: np.ndarray) -> np.ndarray:
+    return np.linalg.norm(T[..., :3, 3] - p, axis=-1)
+
+
+def _pitch(T: np.ndarray) -> np.ndarray:
+    """Elevation of the tool's axis above the plane z = 0."""
+    return np.arctan2(T[..., 2, 2], np.hypot(T[..., 0, 2], T[..., 1, 2]))
+
+
+def _pitch_rates(T: np.ndarray, J: np.ndarray) -> np.ndarray:
+    """The pitch's rates times its cosine, which is zero where two pitches of the axis meet."""
+    return J[..., 3, :] * T[..., 1, 2, None] - J[..., 4, :] * T[..., 0, 2, None]
+
+
+def _heading(T: np.ndarray) -> np.ndarray:
+    return np.arctan2(T[..., 1, 0], T[..., 0, 0])
+
+
+def wrapped(angle: np.ndarray) -> np.ndarray:
+    """The same angle between -pi and pi."""
+    return angle - 2 * np.pi * np.round(angle / (2 * np.pi))
+
+
+def _beside(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    return np.concatenate([first, second], axis=-1)
+
+
+def _turn(T: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """The sine of the turn that is left times its axis, in base axes."""
+    between = wanted[..., :3, :3] @ np.swapaxes(T[..., :3, :3], -1, -2)
+    twice = between - np.swapaxes(between, -1, -2)
+    return twice[..., (2, 0, 1), (1, 2, 0)] / 2
+
+
+def _tilt(T: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    """The same of the tool's axis, about the tool's x and y."""
+    turn = np.cross(T[..., :3, 2], direction)
+    return np.einsum("...ji,...j->...i", T[..., :3, :2], turn)
+
+
+def _row(values: np.ndarray) -> np.ndarray:
+    return values[..., None, :]
+
+
+def _across(T: np.ndarray, J: np.ndarray) -> np.ndarray:
+    """The tool's axis moves across itself: the two rates about the tool's own x and y."""
+    return np.swapaxes(T[..., :3, :2], -1, -2) @ J[..., 3:, :]
+
+
+TASKS = {
+    "ik": Task(
+        lambda T: T,
+        lambda T, t: np.maximum(_far(T, t[..., :3, 3]), turned(T[..., :3, :3], t[..., :3, :3])),
+        lambda T, t: _beside(t[..., :3, 3] - T[..., :3, 3], _turn(T, t)),
+        lambda _, J: J,
+    ),
+    "ik_position": Task(
+        lambda T: T[..., :3, 3],
+        _far,
+        lambda T, p: p - T[..., :3, 3],
+        lambda _, J: J[..., :3, :],
+    ),
+    "ik_position_pitch": Task(
+        lambda T: np.concatenate([T[..., :3, 3], _pitch(T)[..., None]], axis=-1),
+        lambda T, x: np.maximum(_far(T, x[..., :3]), np.abs(_pitch(T) - x[..., 3])),
+        lambda T, x: _beside(x[..., :3] - T[..., :3, 3], np.sin(x[..., 3:]) - T[..., 2:3, 2]),
+        lambda T, J: np.concatenate([J[..., :3, :], _row(_pitch_rates(T, J))], axis=-2),
+    ),
+    "ik_position_direction": Task(
+        lambda T: np.concatenate([T[..., :3, 3], T[..., :3, 2]], axis=-1),
+        lambda T, x: np.maximum(
+            _far(T, x[..., :3]), np.linalg.norm(T[..., :3, 2] - x[..., 3:], axis=-1)
+        ),
+        lambda T, x: _beside(x[..., :3] - T[..., :3, 3], _tilt(T, x[..., 3:])),
+        lambda T, J: np.concatenate([J[..., :3, :], _across(T, J)], axis=-2),
+    ),
+    "ik_planar": Task(
+        lambda T: np.stack([T[..., 0, 3], T[..., 1, 3], _heading(T)], axis=-1),
+        lambda T, x: np.maximum(
+            np.linalg.norm(T[..., :2, 3] - x[..., :2], axis=-1),
+            np.abs(wrapped(_heading(T) - x[..., 2])),
+        ),
+        lambda T, x: _beside(
+            x[..., :2] - T[..., :2, 3], wrapped(x[..., 2:] - _heading(T)[..., None])
+        ),
+        lambda _, J: J[..., (0, 1, 5), :],
+    ),
+}

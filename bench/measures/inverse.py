@@ -1,0 +1,140 @@
+"""Inverse kinematics, all solutions: from Python one by one and in a batch, in C, and derived."""
+
+import tempfile
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+import chasles
+from chasles.derive import load, write
+
+from ..cases.screws import ROBOTS, screws
+from ..cores import one_core
+from ..native.kernel import kernel
+from ..peers.inverse.interface import absent as absent_peers
+from ..peers.inverse.interface import inverses
+from ..report import Limit, Plan, Ratio, alternated, out, ratio, seconds
+from .one_call import VECTORS, repeated
+
+OWN = "chasles"
+ARMS = ("ur5e", "puma560", "irb6640")
+IN_C = ("ur5e", "puma560")
+CALL_BAR, BATCH_BAR, GENERAL_BAR = 6.0, 50.0, 3.0
+SLOW = "ssik"
+"""Takes ten times as long as the others: no bar for what it is not made for."""
+C_BAR_NS = 150
+AVX2 = ("-march=x86-64", "-mavx2", "-mfma")
+DERIVED_BAR_S = 10.0
+BATCH = 100_000
+PEERS_BATCH = 2_000
+"""Poses of a peer's batch, whose time is for each pose the same."""
+GENERAL = "jaco2"
+
+
+def run(plan: Plan) -> list[Ratio | Limit]:
+    """Ratios to peers, and times in C and of the derivation."""
+    with one_core():
+        found: list[Ratio | Limit] = []
+        for name in ARMS:
+            found += [*calls(plan, name), *batches(plan, name)]
+        return [*found, *general(plan), *in_C(plan), derived()]
+
+
+def poses(name: str, count: int) -> np.ndarray:
+    """(count, 4, 4) random reachable poses."""
+    robot = chasles.load(name)
+    return robot.fk(np.random.default_rng(0).uniform(-np.pi, np.pi, (count, robot.n)))
+
+
+def calls(plan: Plan, name: str) -> list[Ratio]:
+    """One pose in a call, all solutions in the result."""
+    T = poses(name, VECTORS)
+    repeats = max(plan.calls // VECTORS, 1)
+    works = {OWN: repeated(chasles.load(name).ik, T, repeats)}
+    for peer in inverses(screws(name)):
+        works[peer.name] = repeated(peer.call, peer.prepare(T), repeats)
+    return _ratios(f"python {name} ik", works, plan, CALL_BAR, VECTORS * repeats)
+
+
+def batches(plan: Plan, name: str) -> list[Ratio]:
+    """Many poses in a call on one thread; the peers' time is of fewer poses, times as many."""
+    T = poses(name, min(plan.batch, BATCH))
+    some = T[: min(PEERS_BATCH, len(T))]
+    robot = chasles.load(name)
+    results = robot.ik(T)
+    there = (results.q, results.residual, results.margin)
+    found = []
+    for peer in inverses(screws(name)):
+        prepared = peer.prepare(some)
+        works = {
+            OWN: lambda: robot.ik(T, out=there),
+            peer.name: lambda peer=peer, prepared=prepared: peer.batch(prepared),
+        }
+        times = alternated(works, plan.rounds)
+        times[peer.name] = [len(T) / len(some) * taken for taken in times[peer.name]]
+        key, bar = f"batch {name} ik: {peer.name}", _bar(peer.name, BATCH_BAR)
+        found.append(ratio(key, times, (OWN, peer.name), len(T), bar))
+    return found
+
+
+def _ratios(
+    key: str, works: dict[str, Callable[[], object]], plan: Plan, bar: float, count: int
+) -> list[Ratio]:
+    times = alternated(works, plan.rounds)
+    return [
+        ratio(f"{key}: {name}", times, (OWN, name), count, _bar(name, bar))
+        for name in works
+        if name != OWN
+    ]
+
+
+def _bar(name: str, bar: float) -> float | None:
+    return None if name == SLOW else bar
+
+
+def general(plan: Plan) -> list[Ratio]:
+    """An arm without a solvable structure, beside the module that ssik ships for it."""
+    if SLOW in absent_peers() or GENERAL not in chasles.robots():
+        out.print(f"{GENERAL} and {SLOW} are not both here: no general arm to compare")
+        return []
+    from ssik.prebuilt import jaco2_ik  # noqa: PLC0415
+
+    robot = chasles.load(GENERAL)
+    count = min(plan.calls // 10, VECTORS)
+    q = np.random.default_rng(0).uniform(-np.pi, np.pi, (count, robot.n))
+    theirs = np.array([jaco2_ik.fk(row) for row in q])
+    solve = partial(jaco2_ik.solve, respect_limits=False)
+    works = {OWN: repeated(robot.ik, robot.fk(q), 1), SLOW: repeated(solve, theirs, 1)}
+    times = alternated(works, plan.rounds)
+    return [ratio(f"python {GENERAL} ik: {SLOW}", times, (OWN, SLOW), count, GENERAL_BAR)]
+
+
+def in_C(plan: Plan) -> list[Limit]:
+    """One pose after the other in C, all solutions, for a processor with AVX2 and no more."""
+    if not has_avx2():
+        out.print("a processor without AVX2: the inverse in C is not timed")
+        return []
+    found = []
+    for name in IN_C:
+        work = kernel(chasles.load(name), "ik", AVX2)
+        repeats = max(plan.calls // VECTORS, 1)
+        T = np.tile(poses(name, VECTORS).reshape(-1, 16), (repeats, 1))
+        (taken,) = alternated({OWN: partial(work.run, T)}, plan.rounds).values()
+        found.append(Limit(f"{name} ik, C with AVX2", min(taken) / len(T) * 1e9, "ns", C_BAR_NS))
+    return found
+
+
+def has_avx2() -> bool:
+    """Whether /proc/cpuinfo lists AVX2."""
+    facts = Path("/proc/cpuinfo")
+    return facts.exists() and " avx2 " in facts.read_text(encoding="utf-8")
+
+
+def derived() -> Limit:
+    """From a description to the C and LaTeX of its inverse."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = ROBOTS / f"{ARMS[0]}.toml"
+        taken = seconds(lambda: write(load(path), Path(folder), ("fk", "ik")))
+    return Limit(f"{ARMS[0]} ik, derived and written", taken, "s", DERIVED_BAR_S)

@@ -1,0 +1,158 @@
+"""Robots with loops: cost of the loops, and a five-bar compared with Pinocchio's constraints."""
+
+import tempfile
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+
+import chasles
+from chasles.derive import load, write
+
+from ..cores import one_core
+from ..native.kernel import kernel
+from ..native.library import Loop, aligned
+from ..peers.forward import absent
+from ..peers.forward.own import generated_loop
+from ..report import Limit, Plan, Ratio, alternated, out, ratio, seconds
+from .one_call import VECTORS, repeated
+
+ROBOTS = Path(__file__).parents[2] / "derive" / "robots"
+OWN = "chasles"
+CHAIN = "open main chain"
+BARS = {"well_manipulator": 1 / 2}
+"""A robot in actuated coordinates may cost twice what its open main chain does in its own."""
+CHAINS = ("well_manipulator", "excavator", "board_installer")
+FIVE_BAR_BAR = 100.0
+TIMED = (
+    ("well_manipulator", "chain"),
+    ("well_manipulator", "actuators"),
+    ("delta", "fk"),
+    ("delta", "actuators"),
+    ("planar_3rrr", "actuators"),
+    ("planar_3rrr", "actuators_all"),
+    ("stewart_gough", "actuators"),
+)
+POSES = 20_000
+SWING = 0.075
+"""Radians by which its cranks swing: a step is below a milliradian, as in control."""
+ITERATED = 1000
+"""Poses of a batch that is solved by iteration."""
+
+
+def run(plan: Plan) -> list[Ratio | Limit]:
+    """Ratios and times."""
+    with one_core():
+        return [*open_chains(plan), *five_bar(plan), *times(plan), *iterations(plan)]
+
+
+def closed(robot: chasles.Robot, count: int) -> np.ndarray:
+    """Random coordinates within limits, -pi..pi where there are none, at which the loops close."""
+    lower = np.where(np.isfinite(robot.lower), robot.lower, -np.pi)
+    upper = np.where(np.isfinite(robot.upper), robot.upper, np.pi)
+    q = np.random.default_rng(0).uniform(lower, upper, (count, robot.n))
+    return q[robot.valid(q)]
+
+
+def open_chains(plan: Plan) -> list[Ratio]:
+    """Pose and Jacobian in actuated coordinates beside those of the main chain without loops."""
+    found = []
+    for name in CHAINS:
+        robot = chasles.load(name)
+        own, chain = chain_loops(robot)
+        q = closed(robot, min(plan.batch, POSES))
+        theta = robot.chain(q)
+        works = {OWN: _posed(own, q), CHAIN: _posed(chain, theta)}
+        of = alternated(works, plan.rounds)
+        key = f"scalar {name} fk_jacobian: {CHAIN}"
+        found.append(ratio(key, of, (OWN, CHAIN), len(q), BARS.get(name)))
+    return found
+
+
+def chain_loops(robot: chasles.Robot) -> tuple[Loop, Loop]:
+    """A robot's C, and that of its main chain derived as a serial robot."""
+    chain = load(ROBOTS / f"{robot.name}.toml").main_chain
+    with tempfile.TemporaryDirectory() as folder:
+        write(chain, Path(folder), ("fk", "fk_jacobian_mixed"))
+        theirs = generated_loop(Path(folder), robot.name, len(chain.moving))
+    return generated_loop(robot.folder, robot.name, robot.n), theirs
+
+
+def _posed(loop: Loop, q: np.ndarray) -> Callable[[], None]:
+    T, J = aligned(1, 4, 4), aligned(1, 6, loop.joints)
+    return lambda: loop.fk_jacobian(q, T, J)
+
+
+def five_bar_path(robot: chasles.Robot) -> np.ndarray:
+    """(500, 2) cranks' angles on a round about the middle of the limits."""
+    turn = np.linspace(0, 2 * np.pi, VECTORS, endpoint=False)
+    middle = (robot.lower + robot.upper) / 2
+    return middle + SWING * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+
+
+def five_bar_peer(robot: chasles.Robot):
+    """Pinocchio's five-bar, at the beginning of the path."""
+    w, a, b = (robot.parameters[name].value for name in ("w", "a", "b"))
+    z = robot.configuration(five_bar_path(robot)[0])
+    return import_module("..peers.pinocchio_loops", __package__).FiveBar(w, a, b, z)
+
+
+def five_bar(plan: Plan) -> list[Ratio]:
+    """One call from Python for pose and Jacobian, and one for the velocity map alone."""
+    if "pinocchio" in absent():
+        return []
+    robot = chasles.load("five_bar")
+    peer, q = five_bar_peer(robot), five_bar_path(robot)
+    z = robot.configuration(q)
+    newton, known = "Pinocchio, Newton", "Pinocchio, z known"
+    pairs = {
+        ("fk_jacobian", newton, FIVE_BAR_BAR): (robot.fk_jacobian_mixed, peer.fk_jacobian, q),
+        ("velocity map", known, None): (robot.chain_D_q, peer.velocity_map, z),
+    }
+    repeats = max(plan.calls // VECTORS, 1)
+    found = []
+    for (function, name, bar), (own, theirs, rows) in pairs.items():
+        works = {OWN: repeated(own, q, repeats), name: repeated(theirs, rows, repeats)}
+        of, key = alternated(works, plan.rounds), f"python five_bar {function}: {name}"
+        found.append(ratio(key, of, (OWN, name), VECTORS * repeats, bar))
+    corrections = peer.corrections / (VECTORS * repeats * (plan.rounds + 1))
+    out.print(f"five_bar: Newton's iteration corrects {corrections:.2f} times a pose")
+    return found
+
+
+def times(plan: Plan) -> list[Limit]:
+    """Times of loop functions and their inverses, in C and from Python."""
+    found = []
+    for name, function in TIMED:
+        robot = chasles.load(name)
+        call = getattr(robot, function)
+        q = closed(robot, VECTORS)
+        rows = q if robot.functions[function].inputs[0].name == "q" else robot.chain(q)
+        in_C = kernel(robot, function)
+        repeats = max(plan.calls // VECTORS, 1)
+        many = np.ascontiguousarray(np.tile(rows, (repeats, 1)))
+        works = {
+            "C": lambda k=in_C, m=many: k.run(m),
+            "Python": repeated(call, rows, repeats),
+        }
+        of = alternated(works, plan.rounds)
+        found += [_time(f"{name} {function}, {way}", of[way], len(many), "ns") for way in of]
+    return found
+
+
+def iterations(plan: Plan) -> list[Limit]:
+    """Times per pose of functions that iterate in NumPy, in a batch and alone."""
+    planar, spatial = chasles.load("planar_3rrr"), chasles.load("stewart_gough")
+    found = []
+    for robot, name in ((planar, "fk_planar_all"), (planar, "fk"), (spatial, "fk")):
+        q, call = closed(robot, ITERATED), getattr(robot, name)
+        works = {"in a batch": lambda f=call, q=q: f(q), "alone": lambda f=call, q=q: f(q[0])}
+        counts = {"in a batch": len(q), "alone": 1}
+        of = {way: [seconds(work) for _ in range(plan.rounds)] for way, work in works.items()}
+        found += [_time(f"{robot.name} {name}, {way}", of[way], counts[way], "us") for way in works]
+    return found
+
+
+def _time(key: str, taken: list[float], count: int, unit: str) -> Limit:
+    return Limit(key, min(taken) / count * {"ns": 1e9, "us": 1e6}[unit], unit)

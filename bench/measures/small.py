@@ -1,0 +1,64 @@
+"""Small things: a batch of one and of none, import and load."""
+
+import subprocess
+import sys
+from collections.abc import Callable
+
+import numpy as np
+
+import chasles
+
+from ..report import Limit, Plan, Ratio, alternated, ratio
+
+BATCH_OF_ONE = 1 / 1.5
+"""A batch of one may cost 1.5 single calls."""
+IMPORT_MS, LOAD_MS = 100, 20
+
+
+def run(plan: Plan) -> list[Ratio | Limit]:
+    """All of them."""
+    return [*batches(plan), *startup(plan)]
+
+
+def batches(plan: Plan) -> list[Ratio | Limit]:
+    """A batch of one beside a single call; a batch of none, which must work."""
+    fk = chasles.load("ur5e").fk
+    single = np.random.default_rng(0).uniform(-np.pi, np.pi, 6)
+    shapes = {"single": single, "one": single[None], "none": np.empty((0, 6))}
+    assert fk(shapes["none"]).shape == (0, 4, 4)
+    works = {name: _repeated(fk, q, plan.calls) for name, q in shapes.items()}
+    times = alternated(works, plan.rounds)
+    bars = {"one": BATCH_OF_ONE, "none": None}
+    return [
+        ratio(f"batch of {name}: single call", times, (name, "single"), plan.calls, bar)
+        for name, bar in bars.items()
+    ]
+
+
+def _repeated(work: Callable[[np.ndarray], object], q: np.ndarray, count: int):
+    def repeat() -> None:
+        for _ in range(count):
+            work(q)
+
+    return repeat
+
+
+def startup(plan: Plan) -> list[Limit]:
+    """Time to import chasles beyond NumPy, and to load a robot that is in the cache."""
+    chasles.load("ur5e")
+    importing = _measured("import numpy", "import chasles", plan.rounds)
+    loading = _measured("import chasles", "chasles.load('ur5e')", plan.rounds)
+    return [
+        Limit("import chasles beyond NumPy", importing * 1e3, "ms", IMPORT_MS),
+        Limit("load ur5e from the cache", loading * 1e3, "ms", LOAD_MS),
+    ]
+
+
+def _measured(before: str, statement: str, rounds: int) -> float:
+    code = (
+        f"import time\n{before}\nstart = time.perf_counter()\n{statement}\n"
+        "print(time.perf_counter() - start)"
+    )
+    command = [sys.executable, "-c", code]
+    runs = [subprocess.run(command, check=True, capture_output=True) for _ in range(rounds)]
+    return float(np.median([float(done.stdout) for done in runs]))

@@ -1,0 +1,1 @@
+"""Generated and foreign C and C++, compiled into loops that Python times."""

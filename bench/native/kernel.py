@@ -1,0 +1,61 @@
+"""Any generated C function in a loop in C, over an array of its input vectors."""
+
+import ctypes
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+import chasles
+
+from .library import UNPACKED, Source, aligned, compiled
+
+MAIN = """
+#include "{robot}.c"
+__attribute__((visibility("default")))
+void run(const double *in, long size, long count, double *out)
+{{
+    for (long k = 0; k < count; k++, in += size) {{
+        {robot}_{function}({arguments});
+        __asm__ volatile("" : : "r"(out) : "memory");
+    }}
+}}
+"""
+"""The empty assembly makes the compiler assume that the results are read between two calls."""
+ROOM = 512
+"""Largest number of doubles in a result; whole cache lines."""
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """A compiled function that is called for each row of an array, results to the same place.
+
+    Attributes:
+        library: The loaded library.
+        size: Numbers in a row.
+        results: What the last call gave, one row a result.
+    """
+
+    library: ctypes.CDLL
+    size: int
+    results: np.ndarray
+
+    def run(self, rows: np.ndarray) -> None:
+        """Calls the function once for each row of a C-contiguous (m, size) array."""
+        assert rows.shape[1:] == (self.size,)
+        assert rows.flags.c_contiguous
+        sizes = ctypes.c_long(self.size), ctypes.c_long(len(rows))
+        first, results = (ctypes.c_void_p(array.ctypes.data) for array in (rows, self.results))
+        self.library.run(first, *sizes, results)
+
+
+def kernel(robot: chasles.Robot, function: str, flags: Sequence[str] = ()) -> Kernel:
+    """A function of a robot that takes one array, compiled as chasles compiles it."""
+    (array,), outputs = robot.functions[function].inputs, robot.functions[function].outputs
+    arguments = ["in", *(f"out + {ROOM * k}" for k in range(len(outputs)))]
+    main = MAIN.format(robot=robot.name, function=function, arguments=", ".join(arguments))
+    own = {file.name: file.read_text(encoding="utf-8") for file in robot.folder.glob("*.[ch]")}
+    files = {"main.c": main, **own}
+    library = compiled(Source(f"{robot.name}-{function}", files, (UNPACKED, *flags)))
+    return Kernel(ctypes.CDLL(str(library)), math.prod(array.shape), aligned(len(outputs), ROOM))

@@ -1,0 +1,93 @@
+"""Peers of the forward kinematics, each set up in its own file.
+
+Every file offers some of these, and each returns what is listed:
+
+    calls(arm)    ways to call it from Python for one pose: a list of Call
+    loops(arm)    its compiled functions in a loop in C: a list of Loop
+    batches(arm)  ways to compute many poses in one call: a list of Batch
+
+so that the same set-up serves the benchmarks and the tests. A file whose package is not installed
+raises ImportError when it is imported.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from ...cases.arms import Arm
+from ...native.library import complete
+
+INSTALL = {
+    "own": "chasles",
+    "pinocchio": "pin",
+    "pinocchio_cpp": "pin cmeel-eigen 'cmeel-urdfdom[build]'",
+    "toolbox": "roboticstoolbox-python",
+    "casadi": "casadi",
+    "wrenfold": "wrenfold",
+    "symforce": "symforce cmeel-eigen",
+    "jax": "jax",
+}
+"""The peers, and what pip calls the packages that they need."""
+
+SLOW_TO_BUILD = frozenset(("pinocchio_cpp",))
+"""Peers whose first build takes longer than all other benchmarks' short runs."""
+
+
+@dataclass(frozen=True)
+class Call:
+    """One way to call a peer from Python.
+
+    Attributes:
+        name: The peer, and which of its interfaces.
+        fk: From q (n,) to whatever the peer returns: this is timed.
+        fk_jacobian: The same for pose and mixed Jacobian.
+        read: From what one of the two returned to (T,) or (T, J), of shapes (4, 4) and (6, n).
+    """
+
+    name: str
+    fk: Callable[[np.ndarray], Any]
+    fk_jacobian: Callable[[np.ndarray], Any]
+    read: Callable[[Any], tuple[np.ndarray, ...]]
+
+
+@dataclass(frozen=True)
+class Batch:
+    """One way to compute many poses at once: fk and fk_jacobian of q (m, n), as arrays."""
+
+    name: str
+    fk: Callable[[np.ndarray], Any]
+    fk_jacobian: Callable[[np.ndarray], Any]
+
+
+def absent() -> dict[str, str]:
+    """The peers that cannot be imported, with what to install for each."""
+    return {name: install for name, install in INSTALL.items() if _imported(name) is None}
+
+
+def setups(
+    kind: str,
+    arm: Arm,
+    leave_out: frozenset[str] = frozenset(),
+    only: Sequence[str] = tuple(INSTALL),
+) -> list[Any]:
+    """All set-ups of a kind ("calls", "loops" or "batches") for an arm, chasles first."""
+    modules = [_imported(name) for name in only if name not in leave_out]
+    makers = [getattr(module, kind) for module in modules if hasattr(module, kind)]
+    return [setup for make in makers for setup in make(arm)]
+
+
+def is_built(name: str) -> bool:
+    """Whether a peer that takes long to compile was compiled before."""
+    module = _imported(name)
+    return module is not None and complete(module.source()).path.exists()
+
+
+def _imported(name: str) -> ModuleType | None:
+    try:
+        return import_module(f".{name}", __name__)
+    except ImportError:
+        return None

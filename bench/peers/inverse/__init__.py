@@ -1,0 +1,1 @@
+"""Peers that solve the inverse kinematics: all solutions in closed form, or one by iteration."""

@@ -1,0 +1,47 @@
+"""Manipulability against the Robotics Toolbox, all of whose measures are in metre and radian."""
+
+import numpy as np
+import pytest
+from tolerances import ORACLE
+
+import chasles
+
+rtb = pytest.importorskip("roboticstoolbox", reason="an oracle, in the extra `crosscheck`")
+
+POSES = 50
+PARTS = {"all": "all", "linear": "trans", "angular": "rot"}
+
+
+def models():
+    """Panda by its Jacobian alone: the toolbox's ends in a hand that turns no measure."""
+    panda = rtb.models.DH.Panda()
+    panda.tool = np.eye(4)
+    return {"puma560": rtb.models.DH.Puma560(), "panda": panda}
+
+
+@pytest.mark.parametrize("rows", PARTS)
+@pytest.mark.parametrize("name", ["puma560", "panda"])
+def test_measures(name, rows):
+    oracle, robot = models()[name], chasles.load(name)
+    q = np.random.default_rng(0).uniform(-np.pi, np.pi, (POSES, robot.n))
+    # Ours of the panda reach on to the hand, so the Jacobian is given; of the other it is its own.
+    given = [{"J": robot.jacobian_mixed(at)} if name == "panda" else {"q": at} for at in q]
+    found = robot.manipulability(q, rows=rows, length=1.0)
+    for field, method in (("measure", "yoshikawa"), ("smallest", "minsingular")):
+        expected = [oracle.manipulability(**g, method=method, axes=PARTS[rows]) for g in given]
+        assert np.abs(getattr(found, field) - expected).max() <= ORACLE
+    expected = [oracle.manipulability(**g, method="invcondition", axes=PARTS[rows]) for g in given]
+    assert np.abs(1 / found.condition - expected).max() <= ORACLE
+
+
+def test_the_gradient():
+    """The gradient over all rows is the toolbox's `jacobm`, which needs a regular J J^T."""
+    oracle, robot = models()["puma560"], chasles.load("puma560")
+    checked = 0
+    for q in np.random.default_rng(1).uniform(-np.pi, np.pi, (POSES, 6)):
+        if robot.manipulability(q).smallest > 0.01:
+            expected = oracle.jacobm(q).ravel()
+            found = robot.manipulability_gradient(q, length=1.0)
+            assert np.abs(found - expected).max() <= ORACLE
+            checked += 1
+    assert checked > POSES / 2

@@ -1,0 +1,351 @@
+"""Functions with branches: one pose in plain C and on lanes, and batches, against 40 digits.
+
+The oracle is each branch by itself: its signs put into the terms of the derivation.
+"""
+
+import ctypes
+import itertools
+import shutil
+import subprocess
+from pathlib import Path
+
+import branched
+import mpmath
+import numpy as np
+import pytest
+import sympy as sp
+from derivations import derivation
+from tolerances import EXACT_CODE, NEAR_ROOT, RECIPROCAL_ROOT
+
+import chasles
+from chasles.contract.manifest import read_manifest
+from chasles.derive.emit.c.header import support
+from chasles.derive.program.operations import Operation
+from chasles.derive.program.programs import programs
+from chasles.derive.terms.branches import patterns
+from chasles.errors import ManifestError
+
+pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
+
+ROBOT = derivation("ur5e").robot
+FUNCTIONS = {f.name: f for f in (branched.arm(), *map(branched.every_kind, range(5)))}
+ARM = FUNCTIONS["ik"]
+COUNTS = {"ik": 8, **{f"every_kind_{2**n}": 2**n for n in range(5)}}
+AVX2, AVX512 = {"avx2", "fma"}, {"avx2", "fma", "avx512f", "avx512dq", "avx512vl"}
+WAYS = {"plain": set(), "avx2": AVX2, "avx512": AVX512}
+"""Processor features that each way to compute one pose needs."""
+every_way = pytest.mark.parametrize("way", WAYS)
+
+
+@pytest.fixture(scope="module")
+def sources(tmp_path_factory):
+    return branched.write(tmp_path_factory.mktemp("branched"), list(FUNCTIONS.values()))
+
+
+def require(features):
+    text = Path("/proc/cpuinfo").read_text() if Path("/proc/cpuinfo").exists() else ""
+    missing = features - set(text.split())
+    if missing:
+        pytest.skip(f"this processor has no {', '.join(sorted(missing))}")
+
+
+@pytest.fixture(scope="module")
+def arm_sources(tmp_path_factory):
+    """The C of the arm alone: functions of 16 branches take ten seconds to optimise."""
+    return branched.write(tmp_path_factory.mktemp("arm"), [ARM])
+
+
+@pytest.fixture(scope="module")
+def loadable(tmp_path_factory):
+    """A folder as of a robot whose only functions with branches are inverses."""
+    folder = tmp_path_factory.mktemp("loadable")
+    return branched.write(folder, [ARM, branched.every_kind(0)])
+
+
+def compiled(folder, way, *flags, program="gcc"):
+    require(WAYS[way])
+    target = folder / f"{way}{''.join(flags)}{program}.so"
+    if not target.exists():
+        run_compiler(folder, way, program, "-shared", "-fPIC", *flags, "-o", str(target), "-lm")
+    return ctypes.CDLL(str(target))
+
+
+def run_compiler(folder, way, program, *flags):
+    """Compiles one pose and batches for a processor; any warning is an error."""
+    command = [
+        *(program, "-O2", "-fno-math-errno", "-fno-trapping-math", "-Wall", "-Wextra"),
+        *("-Werror", "-Wno-psabi", *(f"-m{feature}" for feature in sorted(WAYS[way]))),
+        *(("-x", "c++") if program == "g++" else ()),
+        *(f"{ROBOT.name}.c", f"{ROBOT.name}_batch.c", *flags),
+    ]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[:2000]
+
+
+def pointer(array):
+    return array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
+
+
+def one(library, function, inputs):
+    """The results of one pose; what lies behind them is not written."""
+    results = [np.full(item.size + 1, -77.0) for item in function.outputs]
+    held = [np.array(x, float).ravel() for x in inputs]
+    library[f"{ROBOT.name}_{function.name}"](*map(pointer, (*held, *results)))
+    assert all(x[-1] == -77.0 for x in results)
+    return [x[:-1].reshape(r.shape) for x, r in zip(results, function.outputs, strict=True)]
+
+
+def batch(library, function, inputs):
+    """The results of many poses, inputs by rows."""
+    n = len(inputs[0])
+    held = [np.ascontiguousarray(x, float).reshape(n, -1) for x in inputs]
+    results = [np.full((n, *item.shape), -77.0) for item in function.outputs]
+    call = library[f"{ROBOT.name}_{function.name}_batch"]
+    call(ctypes.c_size_t(n), *map(pointer, (*held, *results)))
+    return results
+
+
+def evaluated(expression):
+    """A function of a dictionary of numbers."""
+    names = sorted(expression.free_symbols, key=str)
+    call = sp.lambdify(names, expression, "mpmath", dummify=True)
+    return lambda values: call(*(values[name] for name in names))
+
+
+class Oracle:
+    """A function's branches one by one, at 40 digits."""
+
+    def __init__(self, function):
+        self.function = function
+        self.terms = {symbol: evaluated(term) for symbol, term in function.definitions()}
+        self.entries = [list(map(evaluated, result.entries)) for result in function.outputs]
+
+    def __call__(self, inputs):
+        function, results = self.function, [[] for _ in self.function.outputs]
+        with mpmath.workdps(40):
+            terms = function.terms
+            given = {s: mpmath.mpf(str(terms.value(s))) for s in terms.constants}
+            for argument, x in zip(function.inputs, inputs, strict=True):
+                numbers = map(mpmath.mpf, np.ravel(x).tolist())
+                given |= dict(zip(argument.symbols, numbers, strict=True))
+            for signs in patterns(function):
+                values = given | dict(zip(function.signs, map(mpmath.mpf, signs), strict=True))
+                for symbol, term in self.terms.items():
+                    values[symbol] = term(values)
+                for found, entries in zip(results, self.entries, strict=True):
+                    found += [float(entry(values)) for entry in entries]
+        return [
+            np.array(x).reshape(result.shape)
+            for x, result in zip(results, function.outputs, strict=True)
+        ]
+
+
+def poses(count, seed=1):
+    """(count, 4, 4) poses of the arm at random."""
+    q = np.random.default_rng(seed).uniform(-np.pi, np.pi, (count, 6))
+    return chasles.load("ur5e").fk(q)
+
+
+def make_inputs(function, count, seed=1):
+    if function is ARM:
+        return [poses(count, seed)]
+    rng = np.random.default_rng(seed)
+    return [rng.uniform(-3, 3, (count, *item.shape)) for item in function.inputs]
+
+
+def apart(got, expected):
+    """The largest difference; where it is a whole turn, the angle is one and the same."""
+    difference = np.abs(got - expected)
+    return np.minimum(difference, np.abs(difference - 2 * np.pi)).max()
+
+
+@every_way
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_every_branch_against_forty_digits(name, way, sources):
+    function, library = FUNCTIONS[name], compiled(sources, way)
+    oracle, inputs = Oracle(function), make_inputs(function, 24)
+    together = batch(library, function, inputs)
+    for k in range(24):
+        row = [x[k] for x in inputs]
+        expected = oracle(row)
+        assert [x.shape[0] for x in expected] == [COUNTS[name]] * len(expected)
+        for got, many, exact in zip(one(library, function, row), together, expected, strict=True):
+            assert apart(got, exact) <= NEAR_ROOT
+            assert apart(many[k], exact) <= NEAR_ROOT
+
+
+@every_way
+def test_solutions_reach_the_target(way, sources):
+    library, fk = compiled(sources, way), chasles.load("ur5e").fk
+    targets = poses(200, seed=3)
+    for T in targets:
+        q, residual, margin = one(library, ARM, [T])
+        reached = residual <= 1e-9
+        assert reached.any()
+        assert np.abs(fk(q[reached]) - T).max() <= EXACT_CODE
+        assert (margin[reached] >= -1e-12).all()
+    T = targets[0].copy()
+    T[:3, 3] *= 100
+    q, residual, margin = one(library, ARM, [T])
+    assert np.isfinite(q).all()
+    assert (residual > 1).all()
+    assert (margin < 0).all()
+
+
+@every_way
+def test_nan_invalidates_its_own_row_alone(way, sources):
+    library, targets = compiled(sources, way), poses(19)
+    clean = batch(library, ARM, [targets])
+    for row, entry in itertools.product(range(19), (0, 3, 7)):
+        spoiled = targets.copy()
+        spoiled[row].flat[entry] = np.nan
+        got = batch(library, ARM, [spoiled])
+        others = np.arange(19) != row
+        for a, b in zip(got, clean, strict=True):
+            np.testing.assert_array_equal(a[others], b[others])
+        for residual in (got[1][row], one(library, ARM, [spoiled[row]])[1]):
+            assert not (residual <= 1e-9).any()
+
+
+@every_way
+def test_an_output_may_take_the_place_of_an_input(way, sources):
+    library, T = compiled(sources, way), poses(1)[0]
+    expected, *_ = one(library, ARM, [T])
+    q, residual, margin = np.zeros(48), np.zeros(8), np.zeros(8)
+    q[:16] = T.ravel()
+    library[f"{ROBOT.name}_ik"](*map(pointer, (q, q, residual, margin)))
+    np.testing.assert_array_equal(q.reshape(8, 6), expected)
+
+
+def assert_exact(library):
+    T = poses(1)[0]
+    expected = Oracle(ARM)([T])
+    for got, exact in zip(one(library, ARM, [T]), expected, strict=True):
+        assert apart(got, exact) <= NEAR_ROOT
+
+
+@pytest.mark.parametrize("flags", [("-DCHASLES_PLAIN",), ("-O3", "-std=c99"), ("-O0",)])
+def test_other_flags(flags, sources, arm_sources):
+    """The arm's numbers are exact; functions of every kind are accepted."""
+    assert_exact(compiled(arm_sources, "avx2", *flags))
+    run_compiler(sources, "avx2", "gcc", "-fsyntax-only", *flags)
+
+
+@pytest.mark.parametrize("program", ["clang", "g++"])
+@every_way
+def test_other_compilers(program, way, sources, arm_sources):
+    """The arm's numbers are exact; functions of every kind are accepted."""
+    if shutil.which(program) is None:
+        pytest.skip(f"{program} is not installed")
+    assert_exact(compiled(arm_sources, way, program=program))
+    run_compiler(sources, way, program, "-fsyntax-only")
+
+
+def test_loaded_with_scalars_and_counted(loadable):
+    robot, infos = chasles.load(loadable), read_manifest(loadable).functions
+    assert {info.name: len(info.labels) for info in infos} == {"ik": 8, "every_kind_1": 0}
+    T = poses(1000)
+    solutions = robot.functions["ik"](T)
+    shapes = (solutions.q.shape, solutions.residual.shape, solutions.margin.shape)
+    assert shapes == ((1000, 8, 6), (1000, 8), (1000, 8))
+    assert apart(robot.functions["ik"](T[7]).q, solutions.q[7]) <= NEAR_ROOT
+    value, least, direction = robot.functions["every_kind_1"](0.5, np.ones((9, 2)))
+    assert (value.shape, least.shape, direction.shape) == ((9, 1, 5), (9, 1), (9, 1))
+
+
+def test_a_wrong_count_is_refused(loadable, tmp_path):
+    text = (loadable / "manifest.json").read_text()
+    (tmp_path / "manifest.json").write_text(text.replace('"slot 7"', '"slot 7", "slot 8"', 1))
+    with pytest.raises(ManifestError, match=r"labels.*first dimension of every output"):
+        read_manifest(tmp_path)
+
+
+LANES = {"baseline": (0, set()), "avx2": (1, AVX2), "avx512": (2, AVX512)}
+"""Number of each instruction set in C, and what the processor must have for it."""
+CALLS = """\
+#define CHASLES_ISA {}
+#include "chasles_lanes.h"
+void rsqrt(size_t n, const double *x, double *value) {{
+  for (; n >= LANES; n -= LANES, x += LANES, value += LANES)
+    LANES_NAME(lanes_rsqrt)((const lanes *)x, (lanes *)value);
+}}
+void supplement(size_t n, const double *a, const double *y, double *value) {{
+  for (; n >= LANES; n -= LANES, a += LANES, y += LANES, value += LANES)
+    LANES_NAME(lanes_supplement)((const lanes *)a, (const lanes *)y, (lanes *)value);
+}}
+"""
+
+
+@pytest.fixture(params=LANES)
+def on_lanes(request, tmp_path):
+    """A function of lanes by name, as one of arrays."""
+    number, needed = LANES[request.param]
+    require(needed)
+    (tmp_path / "calls.c").write_text(CALLS.format(number))
+    (tmp_path / "chasles_lanes.h").write_text(support("chasles_lanes.h"))
+    flags = ("-O2", "-Wno-psabi", "-shared", "-fPIC", *(f"-m{f}" for f in sorted(needed)))
+    subprocess.run(["gcc", *flags, "calls.c", "-o", "calls.so"], cwd=tmp_path, check=True)
+    library = ctypes.CDLL(str(tmp_path / "calls.so"))
+
+    def call(name, *arrays):
+        n, size = len(arrays[0]), -(-len(arrays[0]) // 8) * 8
+        held = np.zeros((len(arrays) + 2, size))
+        # Vectors are read where cache lines begin.
+        held = held.ravel()[-(held.ctypes.data // 8) % 8 :][: size * (len(arrays) + 1)]
+        held = held.reshape(-1, size)
+        held[:-1, :n] = arrays
+        library[name](ctypes.c_size_t(size), *map(pointer, held))
+        return held[-1, :n]
+
+    return call
+
+
+def test_reciprocal_roots(on_lanes):
+    rng = np.random.default_rng(4)
+    x = np.concatenate([rng.uniform(1, 4, 200_000), 10.0 ** rng.uniform(-307, 307, 20_000)])
+    exact = 1 / np.sqrt(x.astype(np.longdouble))
+    off = np.abs(on_lanes("rsqrt", x) - exact) / np.spacing(exact.astype(float))
+    assert off.max() <= RECIPROCAL_ROOT
+    assert np.isnan(on_lanes("rsqrt", np.array([-1.0, -1e-200, -np.inf, np.nan]))).all()
+
+
+def test_supplements_are_the_angles_of_opposite_points(on_lanes):
+    numbers = [0.0, -0.0, 1.0, -1.0, 1e-300, -1e-300, 3.5, -0.1, np.inf, -np.inf]
+    y, x = np.array(list(itertools.product(numbers, numbers))).T
+    for side in (y, -y):
+        got, expected = on_lanes("supplement", np.arctan2(y, x), side), np.arctan2(side, -x)
+        np.testing.assert_allclose(got, expected, rtol=0, atol=5e-16)
+        assert (np.signbit(got) == np.signbit(expected)).all()
+    assert np.isnan(on_lanes("supplement", np.array([np.nan]), np.array([1.0]))).all()
+
+
+def angles(program):
+    return [s.operands for s in program.computed if s.operation is Operation.ATAN2]
+
+
+def test_what_branches_share_is_computed_once():
+    made = programs([ARM], "arm")
+    flat, branch = made.whole["ik"], made.branch["ik"]
+    # Counts per joint, in order; the angles of joints 3 and 5 do not depend on their own sign.
+    assert len(angles(flat)) == 2 + 8 + 4 + 8 + 2 + 4
+    assert len(set(angles(flat))) == len(angles(flat))
+    assert len(angles(branch)) == 6
+
+
+@pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS)
+def test_the_first_sign_varies_slowest(function):
+    n = len(function.signs)
+    found = list(patterns(function))
+    assert len(found) == COUNTS[function.name]
+    for b, signs in enumerate(found):
+        assert signs == tuple(-1 if b >> (n - 1 - i) & 1 else 1 for i in range(n))
+
+
+def test_branches_in_order(loadable):
+    solutions = chasles.load(loadable).functions["ik"](poses(50))
+    q, margin = solutions.q, solutions.margin
+    # The elbow's sign is that of the third angle, the wrist's that of the fifth.
+    as_told = np.sign(q[..., 2]) == [1, -1, 1, -1, 1, -1, 1, -1]
+    assert as_told[margin > 0].all()
+    assert (margin > 0).sum() > 300
+    np.testing.assert_array_equal(np.sign(q[..., 4]), [[1, 1, -1, -1, 1, 1, -1, -1]] * 50)

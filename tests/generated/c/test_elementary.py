@@ -1,0 +1,400 @@
+"""Every operation that the generated C has, on numbers of every kind: one pose, lanes of each set.
+
+The oracle is NumPy, which computes as C does, NaN, infinities and signed zeros included.
+"""
+
+import ctypes
+import itertools
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+import sympy as sp
+from derivations import derivation
+from tolerances import ANGLE, COS_SIN, LIBMVEC
+
+from chasles.derive.derivation import Derivation
+from chasles.derive.emit.c import language
+from chasles.derive.program.programs import programs
+from chasles.derive.terms.casadi_graph import LoweringError, lower
+from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFunction
+from chasles.derive.terms.terms import Terms
+
+GCC = shutil.which("gcc")
+pytestmark = [
+    pytest.mark.skipif(GCC is None, reason="gcc is not installed"),
+    pytest.mark.filterwarnings("ignore::RuntimeWarning"),
+]
+
+x, y = sp.symbols("x y", real=True)
+
+
+def c_sign(a):
+    return np.where((a < 0) | (a > 0), np.sign(a), a)
+
+
+CASES = {
+    "sum": (x + y, lambda a, b: a + b),
+    "negative": (-x, lambda a, b: -a),
+    "product": (x * y, lambda a, b: a * b),
+    "quotient": (x / y, lambda a, b: a / b),
+    "inverse": (1 / x, lambda a, b: 1 / a),
+    "root": (sp.sqrt(x), lambda a, b: np.sqrt(a)),
+    "inverse_root": (1 / sp.sqrt(x), lambda a, b: 1 / np.sqrt(a)),
+    "over_root": (x / sp.sqrt(y), lambda a, b: a / np.sqrt(b)),
+    "three_halves": (sp.sqrt(x) ** 3, lambda a, b: np.sqrt(a) * a),
+    "norm": (sp.sqrt(x**2 + 3), lambda a, b: np.sqrt(a * a + 3)),
+    "absolute": (sp.Abs(x), lambda a, b: np.abs(a)),
+    "root_of_square": (sp.sqrt(x**2), lambda a, b: np.abs(a)),
+    "sign": (sp.sign(x), lambda a, b: c_sign(a)),
+    "least": (sp.Min(x, y), np.fmin),
+    "greatest": (sp.Max(x, y), np.fmax),
+    "clipped": (sp.Max(-1, sp.Min(1, x)), lambda a, b: np.fmax(-1.0, np.fmin(1.0, a))),
+    "least_of_three": (sp.Min(x, y, 2), lambda a, b: np.fmin(np.fmin(2.0, a), b)),
+    "less": (sp.Piecewise((1, x < y), (0, True)), lambda a, b: 1.0 * (a < b)),
+    "at_most": (sp.Piecewise((1, x <= y), (0, True)), lambda a, b: 1.0 * (a <= b)),
+    "more": (sp.Piecewise((1, x > y), (0, True)), lambda a, b: 1.0 * (a > b)),
+    "at_least": (sp.Piecewise((1, x >= 0), (0, True)), lambda a, b: 1.0 * (a >= 0)),
+    "equal": (sp.Piecewise((1, sp.Eq(x, y)), (0, True)), lambda a, b: 1.0 * (a == b)),
+    "unequal": (sp.Piecewise((1, sp.Ne(x, y)), (0, True)), lambda a, b: 1.0 * (a != b)),
+    "both": (
+        sp.Piecewise((x, (x > 0) & (y > 0)), (y, True)),
+        lambda a, b: np.where((a > 0) & (b > 0), a, b),
+    ),
+    "either": (
+        sp.Piecewise((x, (x > 0) | (y > 0)), (y, True)),
+        lambda a, b: np.where((a > 0) | (b > 0), a, b),
+    ),
+    "not_both": (
+        sp.Piecewise((x, ~((x > 0) & (y > 0))), (y, True)),
+        lambda a, b: np.where(~((a > 0) & (b > 0)), a, b),
+    ),
+    "root_where_real": (
+        sp.Piecewise((sp.sqrt(x), x >= 0), (-1, True)),
+        lambda a, b: np.where(a >= 0, np.sqrt(a), -1.0),
+    ),
+    "guarded_quotient": (
+        sp.Piecewise((x / y, sp.Abs(y) > sp.Rational(1, 8)), (0, True)),
+        lambda a, b: np.where(np.abs(b) > 0.125, a / b, 0.0),
+    ),
+    "three_ways": (
+        sp.Piecewise((1 / x, x > 1), (sp.sqrt(y), y > 1), (y, True)),
+        lambda a, b: np.where(a > 1, 1 / a, np.where(b > 1, np.sqrt(b), b)),
+    ),
+    "sine": (sp.sin(x), lambda a, b: np.sin(a)),
+    "cosine": (sp.cos(x), lambda a, b: np.cos(a)),
+    "tan": (sp.tan(x), lambda a, b: np.tan(a)),
+    "atan": (sp.atan(x), lambda a, b: np.arctan(a)),
+    "atan2": (sp.atan2(y, x), lambda a, b: np.arctan2(b, a)),
+    "atan2_of_number": (sp.atan2(-2, x), lambda a, b: np.arctan2(-2.0, a)),
+}
+EXTREMES = {"least", "greatest", "clipped", "least_of_three"}
+"""C leaves open which of 0 and -0 is the lesser."""
+BY_LIBRARY = {"sine", "cosine", "tan", "atan", "atan2", "atan2_of_number"}
+
+EDGES = [0.0, 5e-324, 1e-310, 2.2e-308, 1e-160, 1e-8, 0.125, 0.5, 1.0, 2.0, 1e8, 1e160, 1.7e308]
+NUMBERS = [*EDGES, np.inf, *(-number for number in (*EDGES, np.inf)), np.nan]
+LENGTHS = range(1, 18)
+
+SUPPORTS = "-D__builtin_cpu_supports(x)="
+SETS = {
+    "avx512": [f"{SUPPORTS}1"],
+    "avx2": [f'{SUPPORTS}(!__builtin_strstr(x, "avx512"))'],
+    "baseline": [f"{SUPPORTS}0"],
+}
+NEEDED = {"avx512": {"avx512f", "avx512dq", "avx512vl"}, "avx2": {"avx2", "fma"}, "baseline": set()}
+OLD_GLIBC = "#include <features.h>\n#undef __GLIBC_PREREQ\n#define __GLIBC_PREREQ(a, b) 0\n"
+
+
+def function(name, *expressions):
+    arguments = [Argument(str(s), (s,), (1,), "1", "a number") for s in (x, y)]
+    results = [
+        Result(f"value{k}", (expression,), (1,), "1", "a number")
+        for k, expression in enumerate(expressions)
+    ]
+    return SymbolicFunction(name, "A case.", "", tuple(arguments), tuple(results), SCOPE)
+
+
+SCOPE = Terms({})
+ROBOT = derivation("scara").robot
+FUNCTIONS = [function(name, expression) for name, (expression, _) in CASES.items()]
+FUNCTIONS.append(function("turn", sp.cos(x), sp.sin(x)))
+
+
+@pytest.fixture(scope="module")
+def sources(tmp_path_factory):
+    """A folder with the C of all cases."""
+    folder = tmp_path_factory.mktemp("elementary")
+    derived = Derivation(ROBOT, SCOPE, (), tuple(FUNCTIONS))
+    files = {
+        **language.files(derived, programs(FUNCTIONS, ROBOT.name)),
+        "old_glibc.h": OLD_GLIBC,
+    }
+    for name, text in files.items():
+        (folder / name).write_text(text)
+    return folder
+
+
+def compiled(folder, chosen_set, *flags, program=(GCC,)):
+    """The library for one instruction set; every operation rounds by itself, to be compared."""
+    require_processor(chosen_set)
+    target = folder / f"{chosen_set}{len(flags)}{Path(program[0]).name}.so"
+    if target.exists():
+        return ctypes.CDLL(str(target))
+    command = [
+        *(*program, "-O2", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=off"),
+        *("-Wall", "-Wextra", "-Werror", "-Wno-psabi", "-shared", "-fPIC", *SETS[chosen_set]),
+        *(*flags, f"{ROBOT.name}.c", f"{ROBOT.name}_batch.c", "-o", str(target), "-lm"),
+    ]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[:2000]
+    return ctypes.CDLL(str(target))
+
+
+def require_processor(chosen_set):
+    text = Path("/proc/cpuinfo").read_text() if Path("/proc/cpuinfo").exists() else ""
+    missing = NEEDED[chosen_set] - set(text.split())
+    if missing:
+        pytest.skip(f"this processor has no {', '.join(sorted(missing))}")
+
+
+@pytest.fixture(scope="module")
+def numbers():
+    """All pairs of edge numbers, then random ones of all sizes."""
+    pairs = np.array(list(itertools.product(NUMBERS, NUMBERS))).T
+    rng = np.random.default_rng(7)
+    sizes = 10.0 ** rng.uniform(-5, 5, (2, 400))
+    return np.hstack([pairs, rng.uniform(-1, 1, (2, 400)) * sizes])
+
+
+def pointer(array):
+    return array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
+
+
+def single(library, name, a, b):
+    """Values of single calls."""
+    call = library[f"{ROBOT.name}_{name}"]
+    values = np.empty_like(a)
+    for k in range(len(a)):
+        call(pointer(a[k:]), pointer(b[k:]), pointer(values[k:]))
+    return values
+
+
+def batch(library, name, a, b):
+    a, b, values = a.copy(), b.copy(), np.full(len(a) + 1, -77.0)
+    call = library[f"{ROBOT.name}_{name}_batch"]
+    call(ctypes.c_size_t(len(a)), pointer(a), pointer(b), pointer(values))
+    assert values[-1] == -77.0
+    return values[:-1]
+
+
+def assert_same(got, expected):
+    """Equal bits, but NaN is NaN."""
+    np.testing.assert_array_equal(got, expected)
+    there = ~np.isnan(expected)
+    np.testing.assert_array_equal(np.signbit(got[there]), np.signbit(expected[there]))
+
+
+def assert_alike(name, got, expected):
+    if name in BY_LIBRARY:
+        assert_near(got, expected)
+    elif name in EXTREMES:
+        assert_same(got + 0.0, expected + 0.0)
+    else:
+        assert_same(got, expected)
+
+
+def assert_near(got, expected):
+    """Within what libmvec promises; zeros have their signs."""
+    finite = np.isfinite(expected) & (expected != 0)
+    assert_same(got[~finite], expected[~finite])
+    units = np.abs(got[finite] - expected[finite]) / np.spacing(np.abs(expected[finite]))
+    assert units.max() <= LIBMVEC
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_one_pose(name, sources, numbers):
+    got = single(compiled(sources, "baseline"), name, *numbers)
+    assert_alike(name, got, CASES[name][1](*numbers))
+
+
+@pytest.mark.parametrize("chosen_set", SETS)
+@pytest.mark.parametrize("name", CASES)
+def test_lanes(name, chosen_set, sources, numbers):
+    library = compiled(sources, chosen_set)
+    expected = single(library, name, *numbers)
+    got = batch(library, name, *numbers)
+    assert_alike(name, got, expected)
+    for n in LENGTHS[1:]:
+        for start in (0, 3, 300):
+            part = slice(start, start + n)
+            assert_same(batch(library, name, *numbers[:, part]), got[part])
+    assert_same(batch(library, name, *numbers[:, :1]), expected[:1])
+
+
+@pytest.mark.parametrize("chosen_set", SETS)
+def test_where_libmvec_is_old_libm_takes_its_place(chosen_set, sources, numbers):
+    library = compiled(sources, chosen_set, "-include", "old_glibc.h")
+    listing = subprocess.run(
+        ["nm", "-D", library._name], capture_output=True, text=True, check=True
+    )
+    assert re.search(r"\btan\b", listing.stdout)
+    assert set(re.findall(r"_ZGV\w+?_(\w+)", listing.stdout)) == {"cos", "sin"}
+    assert_same(batch(library, "tan", *numbers), single(library, "tan", *numbers))
+
+
+def turn(library, angles):
+    """Cosines and sines of a batch."""
+    angles = angles.copy()
+    c, s = np.empty_like(angles), np.empty_like(angles)
+    call = library[f"{ROBOT.name}_turn_batch"]
+    call(ctypes.c_size_t(len(angles)), *map(pointer, (angles, angles, c, s)))
+    return c, s
+
+
+def near_right_angles(largest):
+    """The doubles on both sides of multiples of a right angle, where a sine or cosine vanishes."""
+    multiples = np.unique(np.geomspace(1, largest, 2000).astype(int)) * (np.pi / 2)
+    return np.hstack([np.nextafter(multiples, 0), multiples, -np.nextafter(multiples, np.inf)])
+
+
+def units_off(got, exact):
+    """Largest error of the values, in units in the last place."""
+    with mpmath.workdps(50):
+        return max(
+            float(abs(mpmath.mpf(g) - e) / mpmath.mpf(float(np.spacing(abs(float(e))))))
+            for g, e in zip(got.tolist(), exact, strict=True)
+        )
+
+
+ANGLES = {
+    "one turn": (np.random.default_rng(1).uniform(-6.3, 6.3, 6000), COS_SIN),
+    "right angles": (near_right_angles(60_000), COS_SIN),
+    "thousands of turns": (np.random.default_rng(2).uniform(-1e5, 1e5, 3000), COS_SIN),
+    "tiny": (10.0 ** np.random.default_rng(3).uniform(-300, 0, 1000), COS_SIN),
+    "far": (10.0 ** np.random.default_rng(4).uniform(5, 300, 3000), LIBMVEC),
+}
+
+
+@pytest.mark.parametrize("chosen_set", SETS)
+@pytest.mark.parametrize("kind", ANGLES)
+def test_cosines_with_sines_against_thirty_digits(kind, chosen_set, sources):
+    angles, tolerance = ANGLES[kind]
+    with mpmath.workdps(350):
+        exact = [[f(mpmath.mpf(a)) for a in angles.tolist()] for f in (mpmath.cos, mpmath.sin)]
+    for values, expected in zip(turn(compiled(sources, chosen_set), angles), exact, strict=True):
+        assert units_off(values, expected) <= (LIBMVEC if chosen_set == "baseline" else tolerance)
+
+
+def points(kind, count=2000):
+    """Points (y, x) all around."""
+    rng = np.random.default_rng(5)
+    turn, size = rng.uniform(-np.pi, np.pi, count), 10.0 ** rng.uniform(-300, 300, count)
+    signs = rng.choice([-1.0, 1.0], (2, count))
+    near = rng.uniform(0.5, 2, count)
+    tiny = 10.0 ** rng.uniform(-16, -1, count)
+    return {
+        "circle": lambda: (np.sin(turn), np.cos(turn)),
+        "every size": lambda: (size * np.sin(turn), size * np.cos(turn)),
+        "unlike sizes": lambda: (signs[0] * size, signs[1] * rng.permutation(size)),
+        "near x": lambda: (signs[0] * tiny * near, signs[1] * near),
+        "near y": lambda: (signs[0] * near, signs[1] * tiny * near),
+        "near diagonals": lambda: (signs[0] * near * (1 + tiny), signs[1] * near),
+        "near half": lambda: (signs[0] * near * (0.5 + tiny / 8), signs[1] * near),
+        "denormal": lambda: tuple(signs * rng.integers(1, 1 << 20, (2, count)) * 5e-324),
+    }[kind]()
+
+
+KINDS = (
+    *("circle", "every size", "unlike sizes", "near x", "near y"),
+    *("near diagonals", "near half", "denormal"),
+)
+
+
+@pytest.mark.parametrize("chosen_set", SETS)
+@pytest.mark.parametrize("kind", KINDS)
+def test_angles_of_points_against_fifty_digits(kind, chosen_set, sources):
+    ys, xs = points(kind)
+    got = batch(compiled(sources, chosen_set), "atan2", xs, ys)
+    with mpmath.workdps(50):
+        exact = [
+            mpmath.atan2(*map(mpmath.mpf, p)) for p in zip(ys.tolist(), xs.tolist(), strict=True)
+        ]
+    there = (np.abs(np.array(exact, float)) > 2.3e-308).nonzero()[0]
+    assert len(there) > 900
+    assert units_off(got[there], [exact[k] for k in there]) <= ANGLE
+
+
+@pytest.mark.parametrize("chosen_set", SETS)
+def test_angles_of_points_at_axes_and_diagonals(chosen_set, sources):
+    library = compiled(sources, chosen_set)
+    for size in (5e-324, 1e-310, 1e-160, 1.0, 3.0, 1e160, 1.7e308, np.inf):
+        ys, xs = np.array(list(itertools.product((0.0, -0.0, size, -size), repeat=2))).T.copy()
+        assert_same(batch(library, "atan2", xs, ys), np.arctan2(ys, xs))
+
+
+@pytest.mark.parametrize("chosen_set", SETS)
+def test_cosines_with_sines_of_edge_cases(chosen_set, sources, numbers):
+    library = compiled(sources, chosen_set)
+    near, far = np.array([0.0, -0.0, 5e-324, -5e-324, 1e-310, -1e-310]), numbers[0]
+    c, s = turn(library, near)
+    assert_same(c, np.ones(6))
+    assert_same(s, near)
+    c, s = turn(library, far)
+    assert_near(c, np.cos(far))
+    assert_near(s, np.sin(far))
+    # A far angle or NaN takes another way; its neighbours do not.
+    alone = turn(library, np.ones(8))
+    for bad in (1e6, np.inf, np.nan):
+        for got, expected in zip(turn(library, np.array([bad, *np.ones(7)])), alone, strict=True):
+            assert_same(got[1:], expected[1:])
+
+
+@pytest.mark.parametrize("chosen_set", ["avx2", "baseline"])
+@pytest.mark.parametrize("program", ["clang", "g++"])
+@pytest.mark.parametrize("flags", [("-mavx2", "-mfma"), ()], ids=["avx2 everywhere", "no flags"])
+def test_other_compilers(program, flags, chosen_set, sources, numbers):
+    path = shutil.which(program)
+    if path is None:
+        pytest.skip(f"{program} is not installed")
+    language = ("-x", "c++") if program == "g++" else ()
+    library = compiled(sources, chosen_set, *flags, program=(path, *language))
+    for name in CASES:
+        got = batch(library, name, *numbers)
+        assert_alike(name, got, single(library, name, *numbers))
+    c, s = turn(library, numbers[0])
+    assert_near(c, np.cos(numbers[0]))
+    assert_near(s, np.sin(numbers[0]))
+
+
+REFUSED = {
+    "no value": (sp.Piecewise((x, x > 0)), "no value where no condition holds"),
+    "power": (sp.Rational(1, 2) ** x, "no rule lowers the power"),
+    "third root": (sp.Abs(x) ** sp.Rational(1, 3), "no rule lowers the power"),
+    "gamma": (sp.gamma(x), "no rule lowers gamma"),
+    "exclusive": (
+        sp.Piecewise((x, sp.Xor(x > 0, y > 0, evaluate=False)), (y, True)),
+        "no rule lowers Xor",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_is_not_known_is_named(name):
+    expression, message = REFUSED[name]
+    with pytest.raises(LoweringError, match=message):
+        lower([function("refused", expression)], "robot")
+
+
+def test_conditions_on_parameters_are_decided_when_lowering():
+    a = sp.Symbol("a", real=True)
+    terms = Terms({a: sp.Integer(2)})
+    expression = sp.Piecewise((x, a > 1), (sp.sqrt(x), True))
+    result = Result("value", (expression,), (1,), "1", "a number")
+    arguments = (Argument("x", (x,), (1,), "1", "a number"),)
+    function = SymbolicFunction("f", "", "", arguments, (result,), terms)
+    assert programs([function], "robot").whole["f"].computed == []

@@ -1,0 +1,292 @@
+"""Loops out of reach, at dead points, and on every branch: nothing is wrong, nothing is missed."""
+
+from contextlib import suppress
+from functools import partial
+
+import numpy as np
+import pytest
+from closures import model, wrapped
+from loop_robots import CLOSED, INVERTIBLE, LOOPED, far_from_dead_points, random_q, robot
+
+import chasles
+
+# --- out of reach ---
+
+
+@pytest.mark.parametrize("name", LOOPED)
+def test_far_outside_the_limits_no_number_is_wrong(name):
+    r, m = robot(name), model(name)
+    q = random_q(name, 20_000, seed=41, wider=2.0)
+    z, valid, margin = r.configuration(q), r.valid(q), r.margin(q)
+    finite = np.isfinite(z).all(-1)
+    np.testing.assert_array_equal(finite, valid)
+    # A step behind one that does not close has no margin.
+    assert (finite == (np.nan_to_num(margin, nan=-1.0) >= 0).all(-1)).all()
+    # Grashof's crank turns all round, and so do the slider-crank's and the five-bar's.
+    assert (~valid).any() == (name not in ("four_bar", "slider_crank", "five_bar"))
+    assert m.gap(z[finite]).max() < 1e-9
+    for function in ("fk", "chain", "jacobian_mixed", "chain_D_q"):
+        found = getattr(r, function)(q)
+        found = found.reshape(len(q), -1)
+        assert np.isfinite(found[valid & (margin > 1e-9).all(-1)]).all()
+        if function == "chain":
+            assert np.isnan(found[~valid]).any(-1).all()
+
+
+@pytest.mark.parametrize("name", LOOPED)
+def test_the_tool_is_where_it_is_or_not_a_number(name):
+    r, m = robot(name), model(name)
+    q = random_q(name, 20_000, seed=42, wider=2.0)
+    T = r.fk(q)
+    finite = np.isfinite(T).all((-2, -1))
+    closed = r.valid(q)
+    np.testing.assert_allclose(T[closed], m.tip(r.configuration(q[closed])), atol=1e-9)
+    # What needs no solution of the loops may be known all the same.
+    assert not (finite & ~closed).any()
+
+
+def random_chains(name, n, seed):
+    """Joints of the main chain around the reference's, far out of reach too."""
+    r = robot(name)
+    start = r.chain(r.reference.q)
+    turning = np.array([joint.kind == "revolute" for joint in r.chain_joints])
+    # A delta's platform keeps its orientation.
+    reach = np.where(turning, 0.0 if name == "delta" else 3.0, 1.0)
+    return start + np.random.default_rng(seed).uniform(-reach, reach, (n, len(start)))
+
+
+def reaches(r, theta):
+    """Whether actuators exist, on any branch, that hold the chain at these joints."""
+    margin = r.actuator_margin(theta)
+    return (np.isfinite(margin) & (margin >= 0)).all(-1)
+
+
+@pytest.mark.parametrize("name", INVERTIBLE)
+def test_chains_out_of_the_actuators_reach(name):
+    r, m = robot(name), model(name)
+    theta = random_chains(name, 20_000, 43)
+    q, reached, margin = r.actuators(theta), reaches(r, theta), r.actuator_margin(theta)
+    np.testing.assert_array_equal(np.isfinite(q).all(-1), reached)
+    assert 0.01 < reached.mean() < 0.999
+    assert (margin[reached] <= 1 + 1e-12).all()
+    # On whichever branch of the chain.
+    np.testing.assert_array_equal(r.actuators_valid(theta), reached)
+    z = np.zeros((reached.sum(), len(m.names)))
+    z[:, m.chain], z[:, m.actuated] = theta[reached], q[reached]
+    known = sorted({*m.chain, *m.actuated})
+    assert closest(m, z[:200], known).max() < 1e-9
+
+
+BROKEN = {
+    ("well_manipulator", 1, 1.4): "cylinder_1",
+    ("well_manipulator", 2, 0.3): "cylinder_2",
+    ("well_manipulator", 4, 1.2): "cylinder_3",
+    ("well_manipulator", 6, 1.1): "cylinder_4",
+    ("board_installer", 1, -0.4): "rod_KH",
+    ("board_installer", 4, 0.2): "push_rod",
+    ("excavator", 1, 3.5): "boom_cylinder",
+    ("excavator", 2, -1.5): "stick_cylinder",
+    ("excavator", 3, 2.0): "bucket_cylinder",
+    ("delta", 0, -1.5): "rod_1_left and",
+}
+
+
+@pytest.mark.parametrize(("name", "k", "value"), BROKEN)
+def test_the_loop_that_does_not_close_is_named(name, k, value):
+    r = robot(name)
+    q = np.array(r.reference.q)
+    r.chain(q)
+    q[k] = value
+    if name == "delta":
+        q[1:] = 2.7, 1.7
+    assert np.isnan(r.chain(q[None])).any()
+    assert not r.valid(q[None])[0]
+    for function in (r.chain, r.configuration, r.chain_D_q):
+        with pytest.raises(chasles.OutOfReachError, match=BROKEN[name, k, value]) as caught:
+            function(q)
+        assert f"{r.coordinates[k].name} = {value:.6g}" in str(caught.value)
+        assert "does not close" in str(caught.value)
+
+
+# --- dead points ---
+
+
+def crossing(closes, start, goals):
+    """Where straight ways from a start leave what closes: neighbours inside and outside."""
+    inside, outside = np.zeros(len(goals)), np.ones(len(goals))
+    parts = np.linspace(0, 1, 400)
+    way = start + parts[:, None, None] * (goals - start)
+    open_ = ~closes(way)
+    first = np.argmax(open_, axis=0)
+    assert (first > 0).all()
+    inside, outside = parts[first - 1], parts[first]
+    for _ in range(60):
+        middle = (inside + outside) / 2
+        good = closes(start + middle[:, None] * (goals - start))
+        inside, outside = np.where(good, middle, inside), np.where(good, outside, middle)
+    return inside, outside
+
+
+def check_dead_points(start, goals, closes, margin, values, slopes):
+    inside, outside = crossing(closes, start, goals)
+    at = lambda part: start + part[:, None] * (goals - start)  # noqa: E731
+    beyond = margin(at(outside))
+    step = np.nanargmin(np.where(beyond < 0, beyond, np.inf), axis=1)
+    rows = np.arange(len(goals))
+    near = np.array([1e-3, 1e-5, 1e-7])
+    margins = np.stack([margin(at(inside - s))[rows, step] for s in near])
+    assert (margins > 0).all()
+    # Linear in what is left of the way, up to the dead point and through it.
+    ratio = margins / near[:, None]
+    assert np.abs(ratio[2] / ratio[1] - 1).max() < 0.02
+    past = margin(at(outside + 1e-7))[rows, step]
+    assert np.abs(past / margins[2] + 1).max() < 0.02
+    assert (np.abs(margin(at(inside))[rows, step]) < 1e-9).all()
+    # Positions go on to the end, rates grow with the inverse root of the margin.
+    assert np.isfinite(values(at(inside - 1e-12))).all()
+    rates = [np.abs(slopes(at(inside - s))).reshape(len(goals), -1).max(-1) for s in (1e-8, 1e-10)]
+    assert np.abs(rates[1] / rates[0] / 10 - 1).max() < 0.2
+    assert np.isnan(values(at(outside + 1e-9))).any(-1).all()
+    for point in at(inside):
+        # Rounding decides whether the loop just closes there.
+        with suppress(chasles.OutOfReachError):
+            assert np.abs(slopes(point)).max() > 1e5
+
+
+@pytest.mark.parametrize("name", ["well_manipulator", "board_installer", "excavator", "delta"])
+def test_dead_points_of_the_chain(name):
+    r = robot(name)
+    goals = random_q(name, 5000, seed=51, wider=2.0)
+    goals = goals[~r.valid(goals)][:40]
+    assert len(goals) > 10
+    start = np.array(r.reference.q)
+    check_dead_points(start, goals, r.valid, r.margin, r.chain, r.chain_D_q)
+
+
+@pytest.mark.parametrize("name", INVERTIBLE)
+def test_dead_points_of_the_actuators(name):
+    r = robot(name)
+    start = r.chain(r.reference.q)
+    goals = random_chains(name, 20_000, 52)
+    goals = goals[~reaches(r, goals)][:40]
+    assert len(goals) > 10
+    closes = partial(reaches, r)
+    check_dead_points(start, goals, closes, r.actuator_margin, r.actuators, r.actuators_D_chain)
+    for theta in goals[:5]:
+        with pytest.raises(chasles.OutOfReachError, match=r"does not close at \w+ = "):
+            r.actuators(theta)
+
+
+# --- all branches ---
+
+
+@pytest.mark.parametrize("name", LOOPED)
+def test_every_branch_closes_and_the_reference_s_is_first(name):
+    r, m = robot(name), model(name)
+    q = random_q(name, 20, seed=61)
+    theta, valid, margin = r.chain_branches(q)
+    np.testing.assert_allclose(theta[:, 0], r.chain(q), atol=CLOSED)
+    assert valid[:, 0].all()
+    assert (np.isfinite(theta).all(-1) == valid).all()
+    row, slot = np.nonzero(valid)
+    z = np.zeros((len(row), len(m.names)))
+    z[:, m.chain] = theta[row, slot]
+    z[:, m.actuated] = q[row] * m.ratio
+    assert closest(m, z, sorted({*m.chain, *m.actuated})).max() < CLOSED
+    for branches in theta:
+        good = branches[np.isfinite(branches).all(-1)]
+        apart = np.abs(wrapped(good[:, None] - good[None])).max(-1) + np.eye(len(good))
+        # Branches of passive joints alone have the same chain.
+        assert apart.min() > 1e-6 or name in ("excavator", "board_installer")
+    assert margin.shape[:2] == valid.shape
+
+
+def closest(m, z, known):
+    """Smallest loop residual over many starts for the other joints."""
+    if len(known) == len(m.names):
+        return m.gap(z)
+    free = [k for k in range(len(m.names)) if k not in known]
+    generator, best = np.random.default_rng(62), np.full(len(z), np.inf)
+    for _ in range(25):
+        left = np.flatnonzero(best > CLOSED)
+        start = z[left]
+        start[:, free] = generator.uniform(-np.pi, np.pi, (len(left), len(free)))
+        best[left] = np.minimum(best[left], m.gap(m.newton(start, known)))
+    return best
+
+
+@pytest.mark.parametrize("name", INVERTIBLE)
+def test_every_branch_of_the_actuators_closes(name):
+    r, m = robot(name), model(name)
+    q, z = far_from_dead_points(name, 15, seed=63)
+    theta = z[:, m.chain]
+    found, valid, _ = r.actuator_branches(theta)
+    np.testing.assert_allclose(found[:, 0], r.actuators(theta), atol=CLOSED)
+    row, slot = np.nonzero(valid)
+    assert len(row) > len(q)
+    z = z[row]
+    z[:, m.actuated] = found[row, slot]
+    assert closest(m, z, sorted({*m.chain, *m.actuated})).max() < CLOSED
+
+
+def roots(f, points=20_001):
+    """Zeros of f over a turn, by sign changes and bisection."""
+    x = np.linspace(-np.pi, np.pi, points)
+    y = f(x)
+    found = []
+    for k in np.flatnonzero(np.sign(y[:-1]) != np.sign(y[1:])):
+        low, high, sign = x[k], x[k + 1], np.sign(y[k])
+        for _ in range(60):
+            middle = (low + high) / 2
+            low, high = (middle, high) if np.sign(f(middle)[()]) == sign else (low, middle)
+        found.append((low + high) / 2)
+    return np.array(found)
+
+
+def left_over(name, known):
+    """Residual of a planar loop as a function of its only unknown, in complex numbers."""
+    e = lambda angle: np.exp(1j * angle)  # noqa: E731
+    return {
+        "four_bar": lambda x: abs(0.1 * e(known) + 0.3 * e(known + x) - 0.35) - 0.25,
+        "five_bar": lambda x: (
+            abs(-0.1 + 0.2 * e(known[0]) + 0.3 * e(known[0] + x) - 0.1 - 0.2 * e(known[1])) - 0.3
+        ),
+        # The slider is within half a metre, which makes it a sine here.
+        "slider_crank": lambda x: abs(0.5 * np.sin(x / 2) - 0.05 * e(known)) - 0.18,
+    }[name]
+
+
+@pytest.mark.parametrize("name", ["four_bar", "five_bar", "slider_crank"])
+def test_no_configuration_of_the_chain_is_missed(name):
+    r = robot(name)
+    q = np.random.default_rng(64).uniform(-np.pi, np.pi, (60, r.n))
+    theta, valid, _ = r.chain_branches(q)
+    counts = []
+    for row, branches, good in zip(q, theta, valid, strict=True):
+        scanned = roots(left_over(name, row if name == "five_bar" else row[0]))
+        if name == "slider_crank":
+            scanned = 0.5 * np.sin(scanned / 2)
+        np.testing.assert_allclose(np.sort(branches[good][:, -1]), np.sort(scanned), atol=1e-9)
+        counts.append(len(scanned))
+    assert set(counts) == {2}
+
+
+@pytest.mark.parametrize("name", ["five_bar", "slider_crank"])
+def test_no_actuators_are_missed(name):
+    r = robot(name)
+    generator = np.random.default_rng(65)
+    if name == "five_bar":
+        theta = generator.uniform(-np.pi, np.pi, (60, 2))
+    else:
+        theta = generator.uniform(-0.3, 0.3, (60, 1))
+    q, valid, _ = r.actuator_branches(theta)
+    counts = []
+    for row, branches, good in zip(theta, q, valid, strict=True):
+        if name == "five_bar":
+            tip = -0.1 + 0.2 * np.exp(1j * row[0]) + 0.3 * np.exp(1j * row.sum())
+            scanned = roots(lambda x, tip=tip: abs(tip - 0.1 - 0.2 * np.exp(1j * x)) - 0.3)
+        else:
+            scanned = roots(lambda x, row=row: abs(row[0] - 0.05 * np.exp(1j * x)) - 0.18)
+        np.testing.assert_allclose(np.sort(branches[good][:, -1]), np.sort(scanned), atol=1e-9)
+        counts.append(len(scanned))
+    assert set(counts) == {0, 2}

@@ -1,0 +1,32 @@
+"""Coordinates and twists at random, and what rates make of them."""
+
+import numpy as np
+
+CLOSURE = 1e-12
+"""J qd against V, relative to the size of V: rounding by the condition of J."""
+
+
+def inside(robot, count, seed=0, margin=0.1):
+    """Configurations within the limits, or within a turn, where loops close."""
+    rng = np.random.default_rng(seed)
+    lower = np.where(np.isfinite(robot.lower), robot.lower, -np.pi)
+    upper = np.where(np.isfinite(robot.upper), robot.upper, np.pi)
+    room = margin * (upper - lower)
+    q = rng.uniform(lower + room, upper - room, (count, robot.n))
+    return q[np.isfinite(robot.jacobian_mixed(q)).all((-2, -1))]
+
+
+def twists(count, seed=1):
+    return np.random.default_rng(seed).normal(size=(count, 6)) * [0.1, 0.1, 0.1, 0.3, 0.3, 0.3]
+
+
+def pure(robot, q, length=None):
+    """The Jacobian in pure numbers, and the units of the coordinates."""
+    length = robot.characteristic_length if length is None else length
+    unit = np.where([c.kind == "revolute" for c in robot.coordinates], 1.0, length)
+    row = np.repeat([1 / length, 1.0], 3)
+    return row[:, None] * robot.jacobian_mixed(q) * unit, row, unit
+
+
+def reached(robot, q, qd):
+    return np.einsum("...ij,...j->...i", robot.jacobian_mixed(q), qd)

@@ -1,0 +1,119 @@
+"""Rates: wrong input is refused by name, and platforms are robots too."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rate_inputs import CLOSURE, inside, twists
+
+import chasles
+
+# ---------------------------------------------------------------- input
+
+
+def test_wrong_input_is_named(ur5e):
+    q, V = np.zeros(6), np.zeros(6)
+    cases = [
+        (chasles.ShapeError, r"ur5e\.joint_rates: V must have shape \(\.\.\., 6\), got \(3,\)",
+         {"V": np.zeros(3)}),
+        (chasles.InputError, r"V must be real numbers, got dtype complex128", {"V": V + 1j}),
+        (chasles.InputError, r"representation must be .*, got 'tool'", {"representation": "tool"}),
+        (chasles.InputError, r"rows must be .*, got 'trans'", {"rows": "trans"}),
+        (chasles.InputError, r"secondary must be .*, got 'fast'", {"secondary": "fast"}),
+        (chasles.ShapeError, r"secondary must have shape \(\.\.\., 6\)", {"secondary": V[:5]}),
+        (chasles.InputError, r"damping must be a positive number, got 0", {"damping": 0}),
+        (chasles.InputError, r"length must be a positive number, got -1", {"length": -1}),
+        (chasles.InputError, r"rate_limits must not be negative", {"rate_limits": -1.0}),
+        (chasles.InputError, r"rate_limits must not be negative", {"rate_limits": np.nan}),
+        (chasles.ShapeError, r"rate_limits must have shape", {"rate_limits": [1.0, 2.0]}),
+        (chasles.InputError, r"acceleration_limits need previous and dt",
+         {"acceleration_limits": 1.0, "dt": 1e-3}),
+        (chasles.InputError, r"dt must be positive, got 0", {"dt": 0}),
+        (chasles.ShapeError, r"leading dimensions do not broadcast: q \(2, 6\), V \(3, 6\)",
+         {"q": np.zeros((2, 6)), "V": np.zeros((3, 6))}),
+    ]  # fmt: skip
+    for error, message, changed in cases:
+        with pytest.raises(error, match=message):
+            ur5e.joint_rates(**({"q": q, "V": V} | changed))
+    with pytest.raises(chasles.ShapeError):
+        ur5e.joint_rates(np.zeros(5), V)
+
+
+def test_what_is_not_finite_gives_nan(ur5e):
+    q = inside(ur5e, 3)
+    V = twists(3)
+    q[0, 2], V[1, 3] = np.nan, np.inf
+    found = ur5e.joint_rates(q, V, rate_limits=1.0, secondary="limits")
+    assert np.isnan(found.qd).all(-1).tolist() == [True, True, False]
+    assert np.isnan(found.scale).tolist() == [True, True, False]
+    assert not found.limited[:2].any()
+
+
+@pytest.mark.parametrize("name", ["stewart_gough", "planar_3rrr"])
+@pytest.mark.parametrize("representation", ["mixed", "body", "space"])
+def test_platforms_move_as_their_actuators_are_told(name, representation):
+    robot = chasles.load(name)
+    q = np.array(robot.reference.q) + 0.01
+    V = getattr(robot, f"jacobian_{representation}")(q) @ np.linspace(-0.1, 0.2, robot.n)
+    rates = robot.joint_rates(q, V, representation=representation)
+    np.testing.assert_allclose(rates.qd, np.linspace(-0.1, 0.2, robot.n), atol=1e-12)
+    np.testing.assert_allclose(rates.twist, V, atol=CLOSURE)
+    step = 1e-6
+    here, there = robot.fk(q), robot.fk(q + step * rates.qd)
+    moved = chasles.screws.log(chasles.screws.inverse(here) @ there) / step
+    body = robot.joint_rates(q, moved, representation="body")
+    np.testing.assert_allclose(body.qd, rates.qd, atol=1e-5)
+
+
+def test_platforms_have_no_gradient_and_no_accelerations():
+    platform = chasles.load("stewart_gough")
+    q = np.array(platform.reference.q)
+    with pytest.raises(chasles.InputError, match=r"^stewart_gough\.joint_rates: its loops are"):
+        platform.joint_rates(q, np.zeros(6), secondary="manipulability")
+    with pytest.raises(AttributeError, match="'joint_accelerations'"):
+        platform.joint_accelerations  # noqa: B018
+
+
+def test_the_page():
+    """The examples of docs/velocity.md run, and what their comments promise holds."""
+    page = Path(__file__).parents[3] / "docs" / "velocity.md"
+    blocks = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+    assert len(blocks) == 6
+    names = {}
+    for block in blocks:
+        exec(compile(block, str(page), "exec"), names)
+    np.testing.assert_allclose(names["rates"].twist, names["V"], rtol=0, atol=1e-14)
+    wrist, fast = names["wrist"], names["fast"]
+    assert wrist.smallest < 1e-15
+    assert abs(wrist.damping - 0.0016) < 1e-15
+    assert abs(fast.scale - float(re.findall(r"fast\.scale  # (\S+):", blocks[2])[0])) < 0.005
+    assert fast.limited.any()
+    for other in ("away", "better", "home"):
+        np.testing.assert_allclose(names[other].twist, names["V"], rtol=0, atol=1e-13)
+    np.testing.assert_allclose(names["still"].acceleration, np.zeros(6), rtol=0, atol=1e-13)
+    assert names["ellipsoid"].axes.shape == (3, 3)
+
+
+def test_of_two_joints_at_limits_the_right_one_is_held(panda):
+    """Holding the one that asks first, joint 1, leads nowhere; joint 7 is to be held instead."""
+    q = np.array([panda.lower[0], 0.5305, 1.092, -1.9043, -2.1145, 2.7025, panda.lower[6]])
+    V = np.array([0.0731, -0.0319, 0.3186, 0.1264, -0.2971, -0.0264])
+    found = panda.joint_rates(q, V)
+    assert found.scale == 1
+    np.testing.assert_allclose(found.twist, V, atol=CLOSURE)
+    assert found.qd[0] > 0
+    assert found.qd[6] == 0
+    assert found.limited.tolist() == [False] * 6 + [True]
+
+
+@pytest.mark.parametrize("gain", [-1.0, np.nan, np.inf, "a"])
+def test_a_gain_without_a_meaning_is_refused(panda, gain):
+    with pytest.raises(chasles.InputError, match=r"^panda\.joint_rates: gain must be"):
+        panda.joint_rates(np.zeros(7), np.zeros(6), secondary="limits", gain=gain)
+
+
+def test_leading_dimensions_that_do_not_fit_are_those_given(ur5e):
+    message = r"^ur5e\.joint_rates: leading dimensions do not broadcast: q \(3, 6\), V \(2, 6\)$"
+    with pytest.raises(chasles.ShapeError, match=message):
+        ur5e.joint_rates(np.zeros((3, 6)), np.zeros((2, 6)))
