@@ -8,6 +8,7 @@ import numpy as np
 import chasles.derive
 from chasles.derive import Derivation, Robot, derive, load
 from chasles.derive.program.programs import Programs, programs
+from chasles.derive.terms.branches import patterns
 from chasles.derive.terms.casadi_graph import lower
 
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"
@@ -30,6 +31,14 @@ def kernels(name: str) -> dict:
     derived = derivation(name)
     names = [function.name for function in derived.functions]
     return dict(zip(names, lower(derived.functions, name), strict=True))
+
+
+def every_branch(function, kernel, *arguments) -> list[np.ndarray]:
+    """The flat outputs of a function's CasADi kernel; of all its branches, where it has some."""
+    if not function.signs:
+        return [np.array(output).ravel() for output in kernel(*arguments)]
+    found = [kernel(*arguments, signs) for signs in patterns(function)]
+    return [np.concatenate([np.array(x).ravel() for x in xs]) for xs in zip(*found, strict=True)]
 
 
 @cache

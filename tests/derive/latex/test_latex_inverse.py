@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 import sympy as sp
-from derivations import ALL, NAMES, ROBOTS, derivation, kernels
+from derivations import ALL, NAMES, ROBOTS, derivation, every_branch, kernels
 
 from chasles.derive import derive, load, loads
 from chasles.derive.inverse.structure.rank import rotation
@@ -118,7 +118,7 @@ def check(page, name, function_of, target):
     for task in printed_tasks(page, page.inverse, {}).values():
         function = task.solved.function
         numbers = target(function)
-        q, _, margin = (np.array(x).ravel() for x in function_of(function.name)(*numbers))
+        q, _, margin = every_branch(function, function_of(function.name), *numbers)
         q = q.reshape(function.branches, -1)
         symbols = [s for argument in function.inputs for s in argument.symbols]
         values = list(zip(symbols, itertools.chain(*numbers), strict=True))
