@@ -4,7 +4,7 @@
     >>> robot = load("my_robot.toml")
     >>> write(robot, "generated/my_robot")
 
-Names are imported when they are first used: asking whether anything is to be done needs no SymPy.
+Each name is imported at its first use, so that the check for outdated robots needs no SymPy.
 """
 
 from importlib import import_module

@@ -6,7 +6,7 @@ from . import NOT_INSTALLED
 
 
 def main() -> None:
-    """The console script; without the compiler's dependencies it says how to install them."""
+    """The console script; if the compiler is not installed, it prints how to install it."""
     try:
         from .cli import main as run  # noqa: PLC0415
     except ModuleNotFoundError as error:

@@ -52,7 +52,7 @@ def derive(
 ) -> None:
     """Derives robots: equations, LaTeX, C and a Python package each.
 
-    What is up to date is left alone. One wrong description stops all before anything is written.
+    Skips robots that are up to date. A wrong description stops the run before a file is written.
     """
     started = time.perf_counter()
     wanted = tuple(name.strip() for name in functions.split(",") if name.strip())
@@ -67,7 +67,7 @@ def derive(
     if not due:
         out.print("nothing to derive: all is up to date")
         return
-    # SymPy and CasADi are loaded only where there is work for them.
+    # SymPy and CasADi are loaded only if a robot has to be derived.
     from .build import jobs as work  # noqa: PLC0415
 
     problems = work.problems(due)
@@ -106,7 +106,7 @@ def _shipped() -> list[str]:
 
 
 def _target(files: list[Path], to: Path | None) -> Path:
-    """Where to write: the package's own folder only for what is shipped in it."""
+    """The folder to write into: the package's own folder for shipped robots alone."""
     own = [file for file in files if file.parent != ROBOTS]
     if to is None and own:
         _stop(f"{own[0]}: say where the robots shall go, with --to FOLDER")

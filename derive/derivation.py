@@ -1,4 +1,4 @@
-"""Every function that a robot has, derived in one pass over shared terms."""
+"""The derivation of a robot: all its functions, in one pass over shared terms."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -19,7 +19,7 @@ from .terms.symbolic_function import SymbolicFunction, WrittenFunction
 from .terms.terms import Terms
 
 _GUARDS = {"actuators": "margin", "chain": "actuator_margin"}
-"""The function of the loops' margins, by the domain of the functions that it guards."""
+"""The function that gives the loops' margins, by the domain of the functions that it guards."""
 
 
 @dataclass(frozen=True)
@@ -29,10 +29,10 @@ class Derivation:
     Attributes:
         robot: The description.
         terms: The terms and constants that all functions share.
-        groups: The chain in its smallest form.
+        groups: The chain reduced to groups of axes.
         functions: The derived functions, in the order in which they are generated.
         hybrid: The loops and their solution; None for a serial robot.
-        inverse: The inverse kinematics; None where no function of it was asked for.
+        inverse: The inverse kinematics; None if none of its functions was requested.
         written: Functions whose C is written by hand over tables of the robot.
         families: The families of inverses that were tried.
     """
@@ -47,10 +47,10 @@ class Derivation:
     families: tuple[Family, ...] = FAMILIES
 
     def function(self, name: str) -> SymbolicFunction:
-        """The function of that name.
+        """The function with a name.
 
         Raises:
-            KeyError: There is none.
+            KeyError: There is no function with this name.
         """
         for function in self.functions:
             if function.name == name:
@@ -106,7 +106,7 @@ def derive(
 def _with_called(
     functions: Sequence[str] | None, written: Mapping[str, WrittenFunction]
 ) -> Sequence[str] | None:
-    """Names of the functions asked for, and of the functions that their written C calls."""
+    """Names of the requested functions, and of the functions that their written C calls."""
     if functions is None:
         return None
     return [*functions, *(c for name in functions if name in written for c in written[name].calls)]
@@ -141,12 +141,12 @@ def _of_mechanism(
 
 
 def _makers(hybrid: Hybrid) -> dict[str, Maker]:
-    """Every function through the loops that has a closed form, in the order of derivation."""
+    """The derivation of each function through the loops with a closed form, in order."""
     return maps.makers(hybrid) | equations.makers(hybrid) | platforms.makers(hybrid)
 
 
 def _guarded(function: SymbolicFunction, capabilities: Collection[str]) -> SymbolicFunction:
-    """The function with the name of the function that gives the margins of its loops."""
+    """The function, with the function that gives the margins of its loops named as its guard."""
     guard = _GUARDS.get(function.role.domain, "")
     if guard not in capabilities or function.role.name in ("margin", "branches"):
         return function
@@ -154,7 +154,7 @@ def _guarded(function: SymbolicFunction, capabilities: Collection[str]) -> Symbo
 
 
 def _chosen(robot: str, functions: Sequence[str] | None, known: Sequence[str]) -> list[str]:
-    """The functions that are asked for, in the order of derivation."""
+    """The requested functions, in the order of derivation."""
     if functions is None:
         return list(known)
     unknown = [name for name in functions if name not in known]

@@ -1,7 +1,7 @@
-"""Whether a robot's generated folder is up to date; answers without SymPy, in milliseconds.
+"""Checks whether a robot's generated folder is up to date, without SymPy, in milliseconds.
 
-A stamp in the folder, never committed, holds the hash of all that the files were made from and of
-the files themselves.
+A stamp in the folder, never committed, holds the hash of all sources of the files and of the files
+themselves.
 """
 
 import hashlib
@@ -24,7 +24,7 @@ class Job:
         to: The folder that receives the robot's own folder.
         base: Base link of a URDF.
         tip: Tip link of a URDF.
-        functions: The functions wanted, all where empty.
+        functions: The functions to derive; all functions if empty.
     """
 
     file: Path
@@ -35,13 +35,13 @@ class Job:
 
 
 def is_up_to_date(job: Job) -> bool:
-    """Whether some folder of the job's target was made from just this and is unchanged."""
+    """Whether a folder of the job's target was made from this job's sources and is unchanged."""
     recipe = _recipe(job)
     stamped = {
         path.parent: path.read_text(encoding="ascii").splitlines()
         for path in job.to.glob(f"*/{STAMP}")
     }
-    # The files of a folder are read only where its recipe is this one.
+    # The files of a folder are read only if its stamp has the hash of these sources.
     return any(
         lines[:1] == [recipe] and lines[1:] == [_contents(folder)]
         for folder, lines in stamped.items()
@@ -49,7 +49,7 @@ def is_up_to_date(job: Job) -> bool:
 
 
 def stamp(job: Job, folder: Path) -> None:
-    """Marks a folder as made from a job."""
+    """Writes the stamp of a job into a folder."""
     text = f"{_recipe(job)}\n{_contents(folder)}\n"
     (folder / STAMP).write_text(text, encoding="ascii")
 
@@ -61,14 +61,14 @@ def _recipe(job: Job) -> str:
 
 
 def _description(file: Path) -> list[bytes]:
-    """The bytes of a description and of the file that it extends, if it does and that is there."""
+    """The bytes of a description and of the file that it extends, if there is such a file."""
     content = file.read_bytes()
     if file.suffix != ".toml":
         return [content]
     try:
         extended = tomllib.loads(content.decode("utf-8-sig")).get("extends")
     except ValueError:
-        # What is wrong with it is said where it is read.
+        # The reader of the description reports a wrong file.
         return [content]
     beside = file.parent / extended if isinstance(extended, str) else None
     return [content, beside.read_bytes()] if beside and beside.is_file() else [content]
@@ -76,7 +76,7 @@ def _description(file: Path) -> list[bytes]:
 
 @cache
 def _compiler() -> str:
-    """Hash of everything that derives: our code and the versions of what it stands on."""
+    """Hash of the compiler: its code, and the versions of the libraries that it uses."""
     digest = hashlib.sha256()
     for path in sorted([*ROOM.rglob("*.py"), *ROOM.rglob("*.h")]):
         digest.update(path.read_bytes() + b"\0")

@@ -1,4 +1,4 @@
-"""From a robot to its generated folder: everything is made in memory, then written at once."""
+"""From a robot to its generated folder: all files are made in memory, then written together."""
 
 import json
 import os
@@ -55,11 +55,11 @@ def write(
 ) -> list[Path]:
     """Derives a robot and writes its folder, to be loaded by ``chasles.load(folder)``.
 
-    Files that an earlier run left and this one does not make are removed; other files stay.
+    Generated files of an earlier run that this run does not make are removed; other files stay.
 
     Args:
         robot: The description.
-        folder: The robot's own folder, made where it does not exist; by custom named as the robot.
+        folder: The robot's own folder, created if it does not exist; usually named as the robot.
         functions: The functions to derive, all by default.
         emitters: The languages to write, all that chasles has by default.
 
@@ -87,7 +87,7 @@ def put(files: Mapping[str, str], folder: Path) -> list[Path]:
 
 
 def strays(files: Mapping[str, str], folder: Path) -> list[str]:
-    """Files in a folder that look generated, by their endings, and are not among those made."""
+    """Files in a folder that end like generated files and are not among the given files."""
     endings = {Path(name).suffix for name in files}
     there = {
         path.relative_to(folder).as_posix()
@@ -108,7 +108,7 @@ def _merged(files: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
 
 
 def _listed(folder: Path) -> set[str]:
-    """The files that the manifest of an earlier run lists; none where there is no such manifest."""
+    """The files that the manifest of an earlier run lists; none if there is no such manifest."""
     try:
         found = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
     except (OSError, ValueError):

@@ -1,4 +1,4 @@
-"""Many robots at once: read all, then derive them in parallel, then write or compare."""
+"""Jobs: all descriptions are read, then derived in parallel, then written or compared."""
 
 import json
 import time
@@ -19,7 +19,7 @@ from .generate import MANIFEST, artifacts, put, strays
 
 @dataclass(frozen=True)
 class Report:
-    """What became of one job: whether all is well, and a line for the reader."""
+    """The outcome of a job: whether it succeeded, and a line for the user."""
 
     good: bool
     line: str
@@ -39,7 +39,7 @@ def read(job: Job) -> Described:
 
 
 def problems(jobs: Sequence[Job]) -> list[str]:
-    """What is wrong with descriptions, before any work is done on them."""
+    """The errors of descriptions, found before any of them is derived."""
     found = []
     files: dict[str, Path] = {}
     for job in jobs:
@@ -55,22 +55,22 @@ def problems(jobs: Sequence[Job]) -> list[str]:
 
 
 def derived(jobs: Sequence[Job], workers: int) -> Iterator[Report]:
-    """Derives robots and writes their folders, reporting each as it is done."""
+    """Derives robots and writes their folders; yields the report of each when it is done."""
     return _each(_derive, jobs, workers)
 
 
 def compared(jobs: Sequence[Job], workers: int) -> Iterator[Report]:
-    """Derives robots and compares them, byte by byte, with what their folders hold."""
+    """Derives robots and compares the files, byte by byte, with the files in their folders."""
     return _each(_compare, jobs, workers)
 
 
 def explained(jobs: Sequence[Job]) -> Iterator[str]:
-    """What is known of the inverse of each robot."""
+    """Explains the inverse of each robot."""
     return (str(explain(read(job))) for job in jobs)
 
 
 def orphans(jobs: Sequence[Job], to: Path) -> list[str]:
-    """Generated folders that no description accounts for."""
+    """Generated folders that belong to no description."""
     names = {read(job).name for job in jobs}
     return sorted(
         path.parent.name for path in to.glob(f"*/{MANIFEST}") if path.parent.name not in names

@@ -1,1 +1,1 @@
-"""What is written of a derivation: C, CasADi, Python and the manifest."""
+"""The files of a derivation: C, CasADi, Python and the manifest."""

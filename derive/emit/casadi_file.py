@@ -1,4 +1,4 @@
-"""The CasADi functions of a robot, kept for optimal control: written here, read back here."""
+"""The CasADi functions of a robot for optimal control: writes their file and loads it."""
 
 import tempfile
 from pathlib import Path
@@ -16,14 +16,15 @@ KEPT = (
     *("chain_fk", "chain_link_poses", "rods"),
     *("assembly_polynomial", "assembly_position", "assembly_mirror"),
 )
-"""Positions, which differentiating no other function gives."""
+"""Functions of positions, which follow from no other function by differentiation."""
 
 
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
-    """The file that ``casadi.Function.load`` reads, by name: one function with an output each.
+    """The file that ``casadi.Function.load`` reads, by name.
 
-    It holds positions alone, :data:`KEPT`: CasADi differentiates them. There is no file where
-    none of them was derived. CasADi prints its own graph; the programs are not needed.
+    It holds a single CasADi function, whose outputs are the functions of positions :data:`KEPT`;
+    CasADi differentiates them. If none of these was derived, there is no file. CasADi prints its
+    own graph, so that the programs are not needed.
     """
     kept = [function for function in derivation.functions if function.name in KEPT]
     if not kept:
@@ -40,11 +41,11 @@ def casadi_function(folder: str | Path, name: str) -> ca.Function:
 
     Args:
         folder: The robot's generated folder.
-        name: A function of positions: ``"fk"``, ``"chain"`` and what else :data:`KEPT` names.
+        name: A function of positions, such as ``"fk"`` or ``"chain"``, from :data:`KEPT`.
             Jacobians and rates follow by ``casadi.jacobian`` and ``casadi.jtimes``.
 
     Returns:
-        A function of the arguments that it needs, q say, with one matrix output.
+        A function of the arguments that it needs, for example q, with one matrix output.
 
     Raises:
         FileNotFoundError: The folder holds no ``.casadi`` file.

@@ -1,4 +1,4 @@
-"""What a language is to the compiler: a name, and the files that it writes of a derivation."""
+"""The interface of a language: its name, and the files that it writes for a derivation."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -16,8 +16,8 @@ class Emitter:
 
     Attributes:
         language: Its name, under which the manifest lists its files.
-        files: What it writes of a derivation and of the programs of its functions; the same texts
-            for the same derivation, on any machine.
+        files: Function from a derivation and the programs of its functions to the files; the same
+            derivation gives the same texts on any machine.
     """
 
     language: str

@@ -1,4 +1,4 @@
-"""The list of languages: a new one is a folder or a file with ``files``, and a line here."""
+"""The list of languages: a new language is a folder or a file with ``files``, and a line here."""
 
 from .. import latex
 from . import casadi_file, python_package

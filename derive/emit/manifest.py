@@ -29,12 +29,12 @@ def manifest(
     programs: Programs,
     files: Mapping[str, Files],
 ) -> str:
-    """The manifest as JSON: no date, host or path, so that equal robots give equal bytes.
+    """The manifest as JSON, without date, host or path, so that equal robots give equal bytes.
 
     Args:
-        derivation: The robot with what was derived.
+        derivation: The derivation of the robot.
         programs: The programs of its functions, for the operation counts.
-        files: What each language wrote, by its name: every other generated file, for its hash.
+        files: The files of each language, by the language's name; the manifest lists their hashes.
     """
     robot, hybrid = derivation.robot, derivation.hybrid
     content = {
@@ -68,7 +68,7 @@ def manifest(
 
 
 def _together(files: Mapping[str, Files]) -> dict[str, str]:
-    """The texts of all languages, by file name."""
+    """The files of all languages in one dictionary, by file name."""
     return {name: text for texts in files.values() for name, text in texts.items()}
 
 
@@ -78,11 +78,11 @@ def sha256(text: str) -> str:
 
 
 def _kind(hybrid: Hybrid | None) -> str:
-    """How the tool's pose follows from the actuated coordinates.
+    """The kind of a robot: the way from the actuated coordinates to the tool's pose.
 
-    "serial": by the joints. "hybrid": through loops in closed form. "platform": through loops that
-    the runtime solves by iteration, while the actuated coordinates follow from the main chain in
-    closed form. "iterated": neither follows from the other in closed form.
+    "serial": the joints are the actuated coordinates. "hybrid": loops are solved in closed form.
+    "platform": the runtime solves the loops by iteration, while the actuated coordinates follow
+    from the main chain in closed form. "iterated": both directions need iteration.
     """
     if hybrid is None:
         return "serial"
@@ -126,7 +126,7 @@ def _loops(hybrid: Hybrid) -> dict[str, Any]:
 
 
 def _rounded(value: float) -> float:
-    """A number to the digits that are the same on every machine."""
+    """A number rounded to the digits that agree on every machine."""
     return float(f"{value:.12g}") + 0.0
 
 
@@ -161,7 +161,7 @@ def _function(robot: Described, function: SymbolicFunction, program: Program) ->
 
 
 def _written(robot: Described, function: WrittenFunction) -> dict[str, Any]:
-    """The entry of a function written in C; the kinds of its operations depend on the pose."""
+    """The entry of a handwritten function; the kinds of its operations depend on the pose."""
     operations = {"other": function.operations, "total": function.operations}
     return {**_signature(robot, function), "operations": operations}
 
@@ -179,7 +179,7 @@ def _signature(robot: Described, function: Signature) -> dict[str, Any]:
 
 
 def _role(role: Role) -> dict[str, Any]:
-    """The role and what belongs to it; what does not is left out."""
+    """The role of a function; fields without a value are left out."""
     fields = {
         "domain": role.domain,
         "codomain": role.codomain,

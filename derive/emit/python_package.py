@@ -1,4 +1,4 @@
-"""The Python package of a generated robot: a package that loads itself, and stubs for editors."""
+"""The Python package of a generated robot: it loads the robot, and has type stubs for editors."""
 
 import textwrap
 
@@ -28,7 +28,7 @@ robot: Robot
 
 
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
-    """``__init__.py``, which loads the compiled functions at first use, and its typed stub."""
+    """``__init__.py``, which loads the compiled functions at their first use, and its type stub."""
     robot, functions = derivation.robot, (*derivation.functions, *derivation.written)
     title = robot.title.replace("\\", "\\\\").replace('"', "'")
     stubs = "\n\n".join(_stub(function) for function in functions)

@@ -1,1 +1,1 @@
-"""The program of a function: the statements that CasADi generates, and their improvement."""
+"""Typed programs of functions: the statements that CasADi generates, and their optimisation."""

@@ -1,4 +1,4 @@
-"""How many operations of each kind a program has."""
+"""Operation counts of programs, by kind."""
 
 from collections import Counter
 from dataclasses import asdict, dataclass
@@ -17,7 +17,7 @@ _KINDS = {
 
 @dataclass(frozen=True)
 class Operations:
-    """Operations of one function, as they stand in the generated C."""
+    """Operation counts of a function, as in the generated C."""
 
     multiply: int = 0
     add: int = 0

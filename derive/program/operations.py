@@ -1,7 +1,7 @@
-"""The typed program of a function: what is read, computed and stored, one operation a statement.
+"""The typed program of a function: inputs, and statements that compute or store one value each.
 
-A :class:`Program` is in single assignment: each :class:`Variable` is computed once, before it is
-used. No statement holds text of any language; printers give it one.
+A :class:`Program` is in single assignment form: each :class:`Variable` is computed once, before its
+use. Statements hold no text of any language; the printer of a language gives them their text.
 """
 
 from collections.abc import Iterator, Sequence
@@ -10,7 +10,7 @@ from enum import Enum, auto
 
 
 class Operation(Enum):
-    """What a statement computes of its operands; conditions are 1 or 0, or what masks are."""
+    """An operation on operands; a condition is 1 or 0 in scalar code, and a mask on lanes."""
 
     ADD = auto()
     SUBTRACT = auto()
@@ -37,12 +37,12 @@ class Operation(Enum):
     AND = auto()
     OR = auto()
     SELECT = auto()
-    """``SELECT(condition, x, y)`` is x where the condition holds, else y; the other is not seen."""
+    """``SELECT(condition, x, y)`` is x if the condition holds, else y; the other has no effect."""
     RECIPROCAL_SQRT = auto()
-    """1 / sqrt(x); it comes from strength reduction alone."""
+    """1 / sqrt(x); strength reduction alone introduces it."""
     SUPPLEMENT = auto()
-    """``SUPPLEMENT(a, y)``: the angle whose size and that of a are together pi, with the sign of y;
-    it comes from strength reduction alone."""
+    """``SUPPLEMENT(a, y)``: the angle of absolute value pi - |a| with the sign of y; strength
+    reduction alone introduces it."""
 
 
 COMPARISONS = frozenset(
@@ -52,12 +52,12 @@ LOGIC = frozenset({Operation.NOT, Operation.AND, Operation.OR})
 CONDITIONS = COMPARISONS | LOGIC
 """Operations whose result is true or false."""
 CALLS = frozenset({Operation.SIN, Operation.COS, Operation.TAN, Operation.ATAN, Operation.ATAN2})
-"""Operations that are calls of a library on any machine."""
+"""Operations that call the mathematical library on every machine."""
 
 
 @dataclass(frozen=True, slots=True)
 class Constant:
-    """A number; -0.0 and 0.0 are two."""
+    """A number; -0.0 and 0.0 are different constants."""
 
     value: float
 
@@ -110,7 +110,7 @@ class Store:
 
     @property
     def operands(self) -> tuple[Operand, ...]:
-        """The value alone, as of a statement that computes."""
+        """The stored value, in the form in which a :class:`Compute` holds its operands."""
         return (self.value,)
 
 
@@ -123,10 +123,10 @@ class Program:
 
     Attributes:
         name: The function's name with the robot's prefix.
-        arguments: Names of the arguments, by the number that an :class:`Input` has.
-        results: Names of the outputs, by the number that a :class:`Store` has.
-        inputs: Everything that is read, in order.
-        statements: What is computed and stored, in order.
+        arguments: Names of the arguments; an :class:`Input` refers to them by index.
+        results: Names of the outputs; a :class:`Store` refers to them by index.
+        inputs: All entries that the program reads, in order.
+        statements: All statements, in the order of execution.
     """
 
     name: str
@@ -146,7 +146,7 @@ class Program:
         return [statement for statement in self.statements if isinstance(statement, Store)]
 
     def has(self, operation: Operation) -> bool:
-        """Whether an operation occurs."""
+        """Whether an operation occurs in the program."""
         return any(statement.operation is operation for statement in self.computed)
 
 

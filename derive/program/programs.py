@@ -1,4 +1,4 @@
-"""The programs of everything that was derived: what every language is printed from."""
+"""The programs of all functions of a derivation, from which every language is printed."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,17 +16,17 @@ class Programs:
     """The programs of a robot's functions.
 
     Attributes:
-        whole: The program of each function, by the function's name; those with branches compute
-            all of them, one after the other.
-        branch: The program of one branch, with the signs as a last argument ``choice``, of each
-            function with branches.
+        whole: The program of each function, by the function's name; the program of a function
+            with branches computes all branches, one after the other.
+        branch: The program of a single branch for each function with branches; its last argument
+            ``choice`` holds the signs.
     """
 
     whole: Mapping[str, Program]
     branch: Mapping[str, Program]
 
     def alone(self, function: SymbolicFunction) -> Program:
-        """The program of one branch of a function with branches, of the whole function else."""
+        """The program of a single branch, or of the whole function if it has no branches."""
         return self.branch.get(function.name) or self.whole[function.name]
 
 

@@ -1,8 +1,8 @@
-"""From the C of CasADi's code generator to typed programs: the only place that reads C.
+"""From the C of CasADi's code generator to typed programs; no other file reads C.
 
-CasADi's C exports what dense functions without state have no use for (sparsities, work vectors,
-memory); its arithmetic is kept operation by operation. A line or an expression that is not known is
-an error that shows it, never passed on.
+The arithmetic of CasADi's C is kept operation by operation. Its exports of sparsities, work vectors
+and memory are dropped, since dense functions without state do not need them. An unknown line or
+expression raises an error that shows it.
 """
 
 import itertools
@@ -72,7 +72,7 @@ def programs(lowered: Sequence[ca.Function]) -> list[Program]:
     """The typed programs of lowered functions, as CasADi's code generator writes them.
 
     Raises:
-        LoweringError: An output is not dense, or an operation is not known here.
+        LoweringError: An output is not dense, or an operation is unknown.
     """
     generator = ca.CodeGenerator("kernels.c", {"casadi_real": "double", "casadi_int": "int"})
     for function in lowered:
@@ -87,7 +87,7 @@ def programs(lowered: Sequence[ca.Function]) -> list[Program]:
 
 
 def _program(function: ca.Function, text: str) -> Program:
-    """One function, its choices joined, without what no output needs, calls first."""
+    """The program of a function: selections joined, unused statements dropped, calls first."""
     reader = _Reader(function.name())
     for line in text.splitlines():
         reader.read(line)
@@ -111,7 +111,7 @@ class _Reader:
         self.name = name
         self.inputs: set[Input] = set()
         self.statements: list[Statement] = []
-        # What each of CasADi's variables, which it uses again and again, stands for at this line.
+        # CasADi assigns its variables repeatedly: the current operand of each.
         self._now: dict[str, Operand] = {}
         self._numbers = itertools.count(1)
 
@@ -155,11 +155,11 @@ class _Reader:
 
 
 def _with_choices(statements: Sequence[Statement]) -> list[Statement]:
-    """CasADi's (c ? x : 0) + (!c ? y : 0) as one choice, which also keeps the sign of -0."""
+    """Joins CasADi's (c ? x : 0) + (!c ? y : 0) to one selection, which keeps the sign of -0."""
     computed: dict[Operand, Compute] = {s.result: s for s in statements if isinstance(s, Compute)}
 
     def half(operand: Operand) -> Compute | None:
-        """The statement behind an operand, if it chooses between a value and 0."""
+        """The statement that computes an operand, if it selects between a value and 0."""
         statement = computed.get(operand)
         if statement is None or statement.operation is not Operation.SELECT:
             return None

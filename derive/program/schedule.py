@@ -1,4 +1,4 @@
-"""The order of a program's statements: which come first, which are left out, how they are named."""
+"""The order of a program's statements: scheduling, removal of unused statements, numbering."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -7,16 +7,16 @@ from .operations import CALLS, Compute, Operand, Program, Statement, Store, Vari
 
 
 def by_depth(program: Program) -> Program:
-    """The same program, each statement as early as what it depends on allows.
+    """Reorders a program: each statement stands as early as its operands allow.
 
-    CasADi's order ends one sum before it begins the next. In a long chain those sums are further
-    apart than a processor looks ahead: it would wait for one product after the other.
+    CasADi's order finishes a sum before it begins the next. In a long chain these sums are further
+    apart than a processor looks ahead, so that it would wait for one product after the other.
     """
     return _numbered(program, [s for level in levels(program) for s in level])
 
 
 def levels(program: Program) -> list[list[Statement]]:
-    """The statements of a program by how many others each must wait for, one after the other."""
+    """The statements of a program by depth, the length of the longest chain that each waits for."""
     depth: dict[Variable, int] = {}
     found: dict[int, list[Statement]] = {}
     for statement in program.statements:
@@ -28,7 +28,7 @@ def levels(program: Program) -> list[list[Statement]]:
 
 
 def needed_only(program: Program) -> Program:
-    """The same program without statements whose result nothing takes, its numbers unchanged."""
+    """Drops the statements whose results are not used; variables keep their numbers."""
     needed: set[Variable] = set()
     kept: list[Statement] = []
     for statement in reversed(program.statements):
@@ -39,9 +39,10 @@ def needed_only(program: Program) -> Program:
 
 
 def calls_first(program: Program) -> Program:
-    """The same program, calls of the library and what they need before everything else.
+    """Moves calls of the library, and the statements that they need, to the front.
 
-    A call ends the life of all registers: the arithmetic is best left in one piece behind them.
+    A call invalidates the vector registers, so that the arithmetic is best kept in one piece behind
+    the calls.
     """
     needed: set[Variable] = set()
     early: set[Variable] = set()
@@ -55,7 +56,7 @@ def calls_first(program: Program) -> Program:
 
 
 def _numbered(program: Program, statements: Sequence[Statement]) -> Program:
-    """A program of these statements, its variables counted in their order."""
+    """A program of these statements, with the variables numbered in their order."""
     names: dict[Variable, Variable] = {}
 
     def renamed(operand: Operand) -> Operand:

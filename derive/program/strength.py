@@ -1,7 +1,7 @@
-"""Strength reduction: operations that cost much, replaced by what vectors have for less.
+"""Strength reduction: replaces expensive operations by operations that are cheap on vectors.
 
-Square roots, divisions and angles of points are most of what an inverse costs. What stands here in
-their place differs from them by roundings.
+Square roots, divisions and arc tangents are most of the cost of an inverse. The results differ from
+the original ones by roundings.
 """
 
 import itertools
@@ -23,22 +23,23 @@ from .schedule import by_depth, needed_only
 
 
 def reduced(program: Program, sign: Input | None = None) -> Program:
-    """A program with reciprocal roots for lengths that only divide, one angle for opposite points.
+    """Reduces the strength of a program's operations.
 
-    Angles do not wait for the length that their points are divided by.
+    Lengths that only divide become reciprocal square roots, and points that are equal up to sign
+    share an arc tangent. An angle does not wait for the length that its point is divided by.
 
     Satisfies: atan2(-y, x) = -atan2(y, x), and atan2(y, -x) = pi - atan2(y, x) where y > 0.
 
     Args:
         program: The program.
-        sign: An input that is 1 or -1, on which as few angles as can be are to depend.
+        sign: An input that is 1 or -1; as few angles as possible depend on it in the result.
     """
     program = _angles_before_lengths(_angles_of_opposites(_reciprocal_roots(program)))
     return by_depth(needed_only(_angles_before_sign(program, sign) if sign else program))
 
 
 def _reciprocal_roots(program: Program) -> Program:
-    """1 / sqrt(x) for square roots that are divisors and nothing else."""
+    """Replaces square roots that are used only as divisors by 1 / sqrt(x)."""
     roots = {
         s.result: s.operands[0]
         for s in program.computed
@@ -62,11 +63,11 @@ def _reciprocal_roots(program: Program) -> Program:
 
 
 def _angles_of_opposites(program: Program) -> Program:
-    """One arc tangent for points that are equal up to the signs of their coordinates."""
+    """Computes a single arc tangent for points that are equal up to the signs of coordinates."""
     negatives = _negatives(program)
 
     def signed(operand: Operand) -> tuple[Operand, bool]:
-        """What an operand is up to sign, and whether it is the negative of that."""
+        """The operand without its negations, and whether the given operand is its negative."""
         negative = False
         while operand in negatives:
             operand, negative = negatives[operand], not negative
@@ -91,7 +92,7 @@ def _angles_of_opposites(program: Program) -> Program:
 
 
 def _angles_before_lengths(program: Program) -> Program:
-    """The angle of (x / l, y / l) as that of (x, y)."""
+    """Replaces the angle of the point (x / l, y / l) by the angle of (x, y)."""
     lengths = [s.result for s in program.computed if s.operation is Operation.RECIPROCAL_SQRT]
     rewriting = _Rewriting(program)
     for statement in program.statements:
@@ -108,7 +109,7 @@ def _angles_before_lengths(program: Program) -> Program:
 
 
 def _angles_before_sign(program: Program, sign: Input) -> Program:
-    """Angles of points with a sign as factor, from the angle without the sign."""
+    """Computes the angle of a point that has a sign as factor from the angle without the sign."""
     rewriting = _Rewriting(program)
     for statement in program.statements:
         if _is_angle(statement):
@@ -121,7 +122,7 @@ def _angles_before_sign(program: Program, sign: Input) -> Program:
 def _before_sign(
     rewriting: "_Rewriting", angle: Compute, sign: Input
 ) -> tuple[Operation, tuple[Operand, ...]]:
-    """What gives an angle where a coordinate of its point is a product with a sign."""
+    """Operation and operands of an angle whose point may have coordinates with a sign as factor."""
     y, x = angle.operands
     bare_y, bare_x = rewriting.without(y, sign), rewriting.without(x, sign)
     point = (bare_y or y, bare_x or x)
@@ -136,7 +137,7 @@ def _before_sign(
 
 
 class _Rewriting:
-    """A program written anew, in which factors are taken out of products."""
+    """Rewrites a program and takes factors out of products."""
 
     def __init__(self, program: Program) -> None:
         self._program = program
@@ -155,7 +156,7 @@ class _Rewriting:
         return result
 
     def without(self, product: Operand, factor: Operand) -> Operand | None:
-        """The other factor of a product with a factor, or None where it is no such product."""
+        """The product without a factor, or None if it does not have this factor."""
         statement = self._computed.get(product) if isinstance(product, Variable) else None
         if statement is None:
             return None
@@ -175,7 +176,7 @@ class _Rewriting:
 
 
 def _negatives(program: Program) -> dict[Operand, Operand]:
-    """The operand that each negated variable is the negative of."""
+    """The negated operand of each variable that a negation computes."""
     return {
         s.result: s.operands[0]
         for s in program.computed

@@ -1,8 +1,8 @@
-"""From one branch in signs to all branches side by side: what branches share is computed once.
+"""Unrolls the program of one branch over all signs; terms that branches share are computed once.
 
-A choice of signs is put into the program of one branch, and signs are carried through: a value and
-its negative are one variable. Every step is exact in floating point: (-a) b = -(a b), a + (-b) =
-a - b, atan2(-y, x) = -atan2(y, x).
+The signs of each branch are substituted into the program of one branch and carried through it: a
+value and its negative share a variable. Every step is exact in floating point: (-a) b = -(a b),
+a + (-b) = a - b, atan2(-y, x) = -atan2(y, x).
 """
 
 import itertools
@@ -45,15 +45,15 @@ _FOLDED: Mapping[Operation, Callable[..., float]] = {
     Operation.AND: lambda x, y: bool(x and y),
     Operation.OR: lambda x, y: bool(x or y),
 }
-"""Operations that are carried out on numbers at once, as the C would."""
+"""Operations that are evaluated on constants here, with the result that the C would give."""
 _OPPOSITE = {Operation.MIN: Operation.MAX, Operation.MAX: Operation.MIN}
 
 
 def unrolled(branch: Program, signs: Iterable[Sequence[int]], name: str) -> Program:
-    """All branches of a function, one after the other.
+    """The program of all branches of a function, one after the other.
 
-    Satisfies: entry i of branch b of an output is entry i of the branch's program with the signs
-    of branch b as its last argument.
+    Satisfies: entry i of branch b of an output is entry i of the output of ``branch`` with the
+    signs of branch b as its last argument.
 
     Args:
         branch: The program of one branch, whose last argument holds the signs.
@@ -92,7 +92,7 @@ def unrolled(branch: Program, signs: Iterable[Sequence[int]], name: str) -> Prog
 
 @dataclass(frozen=True)
 class _Signed:
-    """A value: an operand, or its negative."""
+    """A value that is an operand or the negative of an operand."""
 
     operand: Operand
     negative: bool
@@ -102,14 +102,14 @@ class _Signed:
 
 
 def _number(value: _Signed) -> float | None:
-    """The number that a value is, if it is one."""
+    """The number of a constant value; None for other values."""
     if not isinstance(value.operand, Constant):
         return None
     return -value.operand.value if value.negative else value.operand.value
 
 
 def _turned_over(a: _Signed, b: _Signed) -> tuple[_Signed, _Signed]:
-    """The sides of a comparison: those of -a < -b are b < a."""
+    """Negates and exchanges the sides of a comparison: -a < -b becomes b < a."""
     return b.times(True), a.times(True)
 
 
@@ -118,7 +118,7 @@ _MINUS_ONE = Constant(-1.0)
 
 
 class _Writer:
-    """Writes statements, none twice, not even with another sign."""
+    """Writes statements; never writes a statement twice, nor its negative."""
 
     def __init__(self) -> None:
         self.statements: list[Statement] = []
@@ -160,7 +160,7 @@ class _Writer:
         return _Signed(self._named(operation, *map(self.plain, operands)), False)
 
     def plain(self, value: _Signed) -> Operand:
-        """The operand that a value is, negated where it must be."""
+        """The operand of a value, negated if the value is its negative."""
         if not value.negative:
             return value.operand
         if isinstance(value.operand, Constant):
@@ -197,7 +197,7 @@ class _Writer:
         )
 
     def _opposite(self, value: _Signed) -> _Signed:
-        """The negative of a value; a sum with a difference in it is turned around."""
+        """The negative of a value; the differences in a sum change their order."""
         opposite = None if value.negative else self._turned(value.operand)
         if opposite is None or opposite in self._opposites:
             return value.times(True)
@@ -205,7 +205,7 @@ class _Writer:
         return _Signed(opposite, False)
 
     def _turned(self, operand: Operand) -> Operand | None:
-        """B - a for a - b, and (b - a) - c for (a - b) + c."""
+        """The negative of a difference or sum: b - a for a - b, (b - a) - c for (a - b) + c."""
         statement = self._computed.get(operand)
         if statement is None:
             return None
@@ -220,12 +220,12 @@ class _Writer:
         return None
 
     def _kept(self, value: _Signed) -> _Signed:
-        """A value by the variable of its negative, where that has one and is meant to be kept."""
+        """A value expressed by the variable of its negative, if :meth:`_opposite` made one."""
         opposite = self._opposites.get(value.operand)
         return value if opposite is None else _Signed(opposite, not value.negative)
 
     def _named(self, operation: Operation, *operands: Operand) -> Variable:
-        """The variable of an operation on operands, new if there is none yet."""
+        """The variable of an operation on operands; writes the statement if it is new."""
         key = (operation, operands)
         if key not in self._known and operation in _COMMUTING:
             key = (operation, operands[::-1])

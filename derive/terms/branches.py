@@ -1,4 +1,4 @@
-"""The branches of a function: the signs of each, and one of them as a function of its signs."""
+"""The branches of a function: the signs of each, and a single branch as a function of its signs."""
 
 import itertools
 from collections.abc import Iterator
@@ -13,7 +13,7 @@ def patterns(function: SymbolicFunction) -> Iterator[tuple[int, ...]]:
 
 
 def branch(function: SymbolicFunction) -> SymbolicFunction:
-    """One branch as a function of its own, with the signs as the last input, ``choice``."""
+    """A single branch as a function, whose last input ``choice`` holds the signs."""
     meaning = "1 or -1 for each choice"
     signs = Argument("choice", function.signs, (len(function.signs),), "1", meaning)
     return replace(

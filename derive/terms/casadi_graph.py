@@ -1,9 +1,8 @@
-"""From SymPy to CasADi: the terms of a derivation become one shared graph, cut into functions.
+"""From SymPy to CasADi: the terms of a derivation become a shared graph, divided into functions.
 
-The visitor knows +, *, integer and half powers, sin, cos, tan, atan, atan2, Abs, sign, Min, Max and
-Piecewise with comparisons, and nothing else.
-Parameters take their default values here: this is where exact numbers become floats, each
-evaluated at 40 digits and rounded once.
+The visitor has rules for +, *, integer and half powers, sin, cos, tan, atan, atan2, Abs, sign, Min,
+Max and Piecewise with comparisons, and for no others. Parameters take their default values here,
+and exact numbers become floats: each is evaluated at 40 digits and rounded once.
 """
 
 import operator
@@ -23,21 +22,22 @@ from .terms import Terms
 
 
 class LoweringError(RobotError):
-    """An expression holds what no rule lowers; the message names it."""
+    """No rule lowers a part of an expression; the message names this part."""
 
 
 def lower(functions: Sequence[SymbolicFunction], prefix: str) -> list[ca.Function]:
     """CasADi functions named ``<prefix>_<name>``; outputs are dense vectors in row-major order.
 
-    A function with signs is lowered as one branch, ``<prefix>_<name>_branch``, with the signs as a
-    last input, ``choice``.
+    A function with signs is lowered as a single branch, ``<prefix>_<name>_branch``, whose last
+    input ``choice`` holds the signs.
 
     Args:
-        functions: Functions over the same terms; what those without signs share is lowered once.
+        functions: Functions over the same terms; terms that functions without signs share are
+            lowered once.
         prefix: The robot's name.
 
     Raises:
-        LoweringError: An expression holds something that no rule lowers.
+        LoweringError: No rule lowers a part of an expression.
     """
     shared = _Visitor(functions[0].terms) if functions else None
     return [
@@ -49,10 +49,10 @@ def lower(functions: Sequence[SymbolicFunction], prefix: str) -> list[ca.Functio
 
 
 def whole(functions: Sequence[SymbolicFunction], name: str) -> ca.Function:
-    """Functions of one output each as one CasADi function, for optimal control in CasADi.
+    """Joins functions with one output each to a single CasADi function, for optimal control.
 
-    Inputs are those of all functions; the output called ``fk`` is the matrix that fk computes, and
-    so on. An output of more than two dimensions is flattened behind its first.
+    It has the inputs of all functions; each output has the name of its function, such as ``fk``. An
+    output of more than two dimensions is flattened behind its first dimension.
     """
     visitor = _Visitor(functions[0].terms)
     arguments = {argument.name: argument for f in functions for argument in f.inputs}
@@ -66,7 +66,7 @@ def whole(functions: Sequence[SymbolicFunction], name: str) -> ca.Function:
 
 
 class _Visitor:
-    """Shared terms as a CasADi graph; every expression is visited once."""
+    """Builds the CasADi graph of shared terms; visits every expression once."""
 
     def __init__(self, terms: Terms, signs: Iterable[sp.Symbol] = ()) -> None:
         self.terms = terms
@@ -93,7 +93,7 @@ class _Visitor:
             ca.densify(ca.vertcat(*(self.node(entry) for entry in result.entries)))
             for result in function.outputs
         ]
-        # Equal terms were never named twice; what is left to share are parts of longer sums.
+        # Equal terms have one name already; parts of longer sums are still to be shared.
         with _as_written():
             return ca.cse(nodes)
 
@@ -168,7 +168,7 @@ class _Visitor:
         return power if exponent > 0 else 1 / power
 
     def _angle(self, y: sp.Expr, x: sp.Expr) -> ca.SX:
-        """The angle of a point, which is odd in y: for two signs of y, one call does."""
+        """The angle of a point; it is odd in y, so that one call serves both signs of y."""
         if y.as_coeff_Mul()[0].is_negative:
             return -self._angle(-y, x)
         factors = sp.Mul.make_args(self.terms.definitions.get(y, y))
@@ -179,7 +179,7 @@ class _Visitor:
         return reduce(operator.mul, signs) * self._angle(sp.Mul(*rest), x)
 
     def _choice(self, expression: sp.Piecewise) -> ca.SX:
-        """The value of the first condition that holds; NaN in another value is not seen."""
+        """The value of the first condition that holds; NaN in another value has no effect."""
         *cases, (value, last) = expression.args
         if last != sp.true:
             raise LoweringError(f"no value where no condition holds: {expression}")
@@ -201,7 +201,7 @@ class _Visitor:
 
 @contextmanager
 def _as_written() -> Iterator[None]:
-    """Keeps CasADi from simplifying: of (c ? x : 0) * y, it would make one choice a product."""
+    """Turns off CasADi's simplification, which would make a product of (c ? x : 0) * y."""
     ca.GlobalOptions.setSimplificationOnTheFly(False)
     try:
         yield
@@ -217,7 +217,7 @@ def _chosen(condition: ca.SX, this: ca.SX, other: ca.SX) -> ca.SX:
 
 
 def _folded(operation: Callable[[ca.SX, ca.SX], ca.SX]) -> Callable[..., ca.SX]:
-    """A function of two as one of one or more, from left to right."""
+    """Extends a function of two arguments to one or more, applied from left to right."""
     return lambda *nodes: reduce(operation, nodes)
 
 

@@ -1,1 +1,1 @@
-"""The C of a robot: one pose a call, batches on lanes, branches side by side."""
+"""The C of a robot: single poses, batches on vector lanes, branches side by side."""

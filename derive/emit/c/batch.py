@@ -1,8 +1,8 @@
-"""The C of a robot for many poses at once: the same statements, on lanes.
+"""The C of a robot for batches of poses: the same statements on vector lanes.
 
 ``<robot>_lanes.h`` holds each function once, on vectors whose lanes are poses; ``<robot>_batch.c``
-compiles it for every instruction set and chooses by the processor, with a plain loop elsewhere;
-``chasles_lanes.h`` and ``chasles_batch.h`` are the part that is the same for every robot.
+compiles it for each instruction set and selects the set by the processor; on other platforms it is
+a plain loop. ``chasles_lanes.h`` and ``chasles_batch.h`` are the same for every robot.
 """
 
 from collections.abc import Sequence
@@ -20,13 +20,13 @@ from .sections import summary
 
 RUN = "chasles_batch.h"
 MOST_INPUTS, MOST_OUTPUTS, MOST_ARGUMENTS = 256, 512, 8
-"""What the arrays of the support file hold; larger functions keep the plain loop."""
+"""Sizes of the arrays in the support file; a function that exceeds one keeps the plain loop."""
 _SETS = (
     (2, "avx512", " && CHASLES_HAS_AVX512"),
     (1, "avx2", " && CHASLES_HAS_AVX2"),
     (0, "baseline", ""),
 )
-"""Number and name of each instruction set, best first, and what the processor must have for it."""
+"""Number, name and required processor feature of each instruction set, the widest first."""
 
 
 def files(
@@ -47,7 +47,7 @@ def files(
 
 
 def has_lanes(function: SymbolicFunction) -> bool:
-    """Whether a function is small enough to be written on lanes."""
+    """Whether a function is small enough to be printed on lanes."""
     size = sizes(function)
     return (
         sum(size.inputs) <= MOST_INPUTS
@@ -176,7 +176,7 @@ def _choice(name: str, size: Sizes) -> str:
 
 
 def _run(isa: str, condition: str) -> str:
-    """The macro that leaves a function after a run on lanes, where the processor has them."""
+    """The macro that runs a batch on lanes and returns if the processor has the instructions."""
     name = isa.upper()
     return f"""\
 #if CHASLES_SET_{name}
@@ -206,7 +206,8 @@ def _lanes(robot: Described, functions: Sequence[SymbolicFunction], programs: Pr
         program = programs.whole[function.name]
         sparing = "LANES_SPARING " if function.signs else ""
         head = f"static {sparing}LANES_TARGET void LANES_NAME({robot.name}_{function.name})"
-        # Branches are chains side by side, of lengths and angles; other functions are sums.
+        # Branches hold roots and angles, which strength reduction replaces; other functions are
+        # sums of products.
         cheap = reduced(program) if function.signs else program
         lines = kernel(cheap, _loads(cheap, sizes(function)), sizes(function))
         comment = f"// {function.name}: {summary(count_operations(cheap))}"

@@ -1,7 +1,7 @@
-"""The C of functions with branches for one pose: all branches at once, a branch a lane.
+"""The C of functions with branches for a single pose: all branches at once, each in its lane.
 
-``<robot>_branches.h`` is what ``<robot>.c`` takes where the compiler's flags allow AVX2 or AVX-512;
-elsewhere that file has the branches one after the other, in plain C.
+``<robot>.c`` includes ``<robot>_branches.h`` if the compiler's flags allow AVX2 or AVX-512;
+otherwise it computes the branches one after the other in plain C.
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ from .scalar import branches_file, branches_flag
 from .sections import summary
 
 WIDEST = 8
-"""Branches that one vector of AVX-512 holds."""
+"""Number of branches in a vector of AVX-512."""
 
 
 def files(
@@ -71,10 +71,10 @@ extern "C" {{
 
 
 def _branch(prefix: str, function: SymbolicFunction, program: Program) -> str:
-    """The C of a function's branches: some of them on lanes, and the function of one pose."""
+    """The C of a function's branches: a kernel for a vector of branches, and the whole function."""
     name = f"{prefix}_{function.name}"
     k, size = function.branches, sizes(branch(function))
-    # The signs are the last argument; the last of them changes from lane to lane.
+    # The signs are the last argument; the last sign changes from lane to lane.
     fastest = Input(len(function.inputs), len(function.signs) - 1)
     program, alike = _angles_last(reduced(program, fastest), fastest)
     lines = kernel(program, _loads(function, program), size, alike)
@@ -101,10 +101,10 @@ def _loads(function: SymbolicFunction, program: Program) -> list[str]:
 
 
 def _all_branches(name: str, function: SymbolicFunction, size: Sizes) -> str:
-    """The function of one pose: kernels, then lanes to rows."""
+    """The function of a single pose: calls of the kernel, then lanes transposed into rows."""
     k = function.branches
     width = max(k, WIDEST)
-    # Lanes without a branch repeat the last one, so that they compute something tame.
+    # Lanes without a branch repeat the last branch, so that all lanes hold valid numbers.
     columns = [[*c, *[c[-1]] * (width - k)] for c in zip(*patterns(function), strict=True)]
     table = ",\n".join(f"    {{{', '.join(map(str, column))}}}" for column in columns)
     call = f"LANES_NAME({name}_branch)({', '.join(a.name for a in function.inputs)}, choice"
@@ -135,10 +135,14 @@ def _all_branches(name: str, function: SymbolicFunction, size: Sizes) -> str:
 
 
 def _angles_last(program: Program, sign: Input) -> tuple[Program, list[Variable]]:
-    """A program with the angles that do not depend on a sign, and what depends on them, at its end.
+    """Moves the angles that do not depend on a sign, and statements that use them, to the end.
+
+    Args:
+        program: The program of a branch.
+        sign: The sign that changes from lane to lane.
 
     Returns:
-        The program, and those angles.
+        The reordered program, and these angles.
     """
     varying: set[Operand] = {sign}
     late: set[Operand] = set()

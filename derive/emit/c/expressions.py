@@ -1,11 +1,11 @@
-"""Operands and operations in the words of C."""
+"""Operands and operations printed as C."""
 
 from collections.abc import Callable
 
 from ...program.operations import Compute, Constant, Input, Operand, Operation, Program
 
 WIDTH = 100
-"""Columns of a page of C."""
+"""Columns of a line of generated C."""
 Naming = Callable[[Operand], str]
 _INFIXES = {
     Operation.ADD: "+",
@@ -41,7 +41,7 @@ FUNCTIONS = {
 
 
 def number(value: float) -> str:
-    """A number in the shortest form that is read back the same."""
+    """A number in the shortest decimal form that reads back as the same double."""
     return repr(value)
 
 

@@ -1,4 +1,4 @@
-"""The header of a robot, and what all its C files begin with."""
+"""The header of a robot, and parts that all its C files share."""
 
 import textwrap
 from collections.abc import Sequence
@@ -26,7 +26,7 @@ def header(
 
     Args:
         robot: The robot; its name is the prefix.
-        functions: What the functions mean.
+        functions: The functions, with the meanings of their arguments and results.
         programs: Their programs, for the operation counts.
     """
     guard = f"CHASLES_{robot.name.upper()}_H"
@@ -72,12 +72,12 @@ def notice(robot: Described) -> str:
 
 
 def support(name: str) -> str:
-    """A file of C that is the same for every robot, written by hand."""
+    """The text of a C file that is written by hand and the same for every robot."""
     return (Path(__file__).parent / "support" / name).read_text(encoding="utf-8")
 
 
 def signature(prefix: str, function: Signature) -> str:
-    """The head of a C function, without what follows it."""
+    """The prototype of a C function, without a semicolon or body."""
     inputs = [f"const double {a.name}[{a.size}]" for a in function.inputs]
     outputs = [f"double {r.name}[{r.size}]" for r in function.outputs]
     return f"void {prefix}_{function.name}({', '.join(inputs + outputs)})"

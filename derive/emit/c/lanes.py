@@ -1,4 +1,4 @@
-"""A program on lanes: its statements on vectors, by the names of ``chasles_lanes.h``."""
+"""A program printed on vector lanes, with the types and macros of ``chasles_lanes.h``."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -38,7 +38,7 @@ _CONSTANT = "const lanes "
 
 @dataclass(frozen=True)
 class Sizes:
-    """Doubles of each input and of each output of a kernel."""
+    """Numbers of doubles in each input and each output of a kernel."""
 
     inputs: tuple[int, ...]
     outputs: tuple[int, ...]
@@ -51,21 +51,21 @@ def sizes(function: Signature) -> Sizes:
 
 
 def offsets(lengths: Sequence[int]) -> list[int]:
-    """Where each of several arrays begins, one behind the other."""
+    """The offsets of arrays that lie one behind the other."""
     return [sum(lengths[:k]) for k in range(len(lengths))]
 
 
 def kernel(
     program: Program, loads: Sequence[str], size: Sizes, alike: Sequence[Variable] = ()
 ) -> list[str]:
-    """The lines of a C function that puts its results into ``out``, one output behind the other.
+    """The lines of a C function that stores its results in ``out``, one output behind the other.
 
     Args:
         program: The program.
-        loads: The lines that give names to what it reads.
+        loads: The lines that load the inputs into named variables.
         size: Sizes of inputs and outputs.
         alike: Angles that are the same in lanes 2 k and 2 k + 1 of every vector; two such angles
-            are computed at once, one in the even lanes and one in the odd.
+            are computed together, the first in the even lanes and the second in the odd lanes.
     """
     first = offsets(size.outputs)
     writer = _Writer(program)
@@ -83,7 +83,7 @@ def kernel(
 
 
 def _filled(lines: Iterable[str]) -> list[str]:
-    """Constants declared together and statements side by side, in lines of the page's width."""
+    """Joins declarations of constants, and statements, into lines of at most ``WIDTH`` columns."""
     filled: list[str] = []
     declaring = False
     for line in map(str.strip, lines):
@@ -102,7 +102,7 @@ def _filled(lines: Iterable[str]) -> list[str]:
 
 
 class _Writer:
-    """Writes statements; knows which variables are conditions, that is, masks."""
+    """Prints statements; knows which variables are conditions, which are masks on lanes."""
 
     def __init__(self, program: Program) -> None:
         self._program = program
@@ -111,7 +111,7 @@ class _Writer:
         self._numbers = _taken_as_numbers(program)
 
     def computed(self, statement: Compute) -> list[str]:
-        """The lines of one statement."""
+        """The lines of a statement."""
         name, operation = self._name(statement.result), statement.operation
         if statement.is_condition:
             lines = [f"  const lanes_where {name} = {self._condition(statement)};"]
@@ -127,17 +127,21 @@ class _Writer:
         return [f"  const lanes {name} = {expression(statement, self.number)};"]
 
     def number(self, operand: Operand) -> str:
-        """An operand as a number: 1 or 0 for a condition."""
+        """The name of an operand as a number, which is 1 or 0 for a condition."""
         name = self._name(operand)
         return f"{name}_number" if operand in self._conditions else name
 
     def vector(self, operand: Operand) -> str:
-        """An operand as lanes."""
+        """An operand as a vector, in which a constant is repeated."""
         number = self.number(operand)
         return f"LANES_OF({number})" if isinstance(operand, Constant) else number
 
     def cosines_and_sines(self) -> dict[Variable, list[str]]:
-        """Calls that give both of an angle: at the first's statement, nothing at the other's."""
+        """Calls that compute cosine and sine of an angle together.
+
+        Returns:
+            The lines at the first of the two statements, and no lines at the other.
+        """
         found: dict[Operand, dict[Operation, Variable]] = {}
         for statement in self._program.computed:
             if statement.operation in (Operation.COS, Operation.SIN):
@@ -153,7 +157,11 @@ class _Writer:
         return calls
 
     def angles_at_once(self, alike: Sequence[Variable]) -> dict[Variable, list[str]]:
-        """Calls that give two angles: at the second's statement, nothing at the first's."""
+        """Calls that compute two angles together.
+
+        Returns:
+            The lines at the statement of the second angle, and no lines at the first.
+        """
         points = {s.result: s.operands for s in self._program.computed}
         calls: dict[Variable, list[str]] = {}
         for first, second in zip(alike[::2], alike[1::2], strict=False):
@@ -179,10 +187,10 @@ class _Writer:
         return f"LANES_{_COMPARISONS[operation]}({sides})"
 
     def _called(self, name: str, statement: Compute) -> list[str]:
-        """A call, by address; numbers among its arguments get a name of their own."""
+        """A call that takes its arguments by address; constants among them get names."""
         operation, operands = statement.operation, statement.operands
         if operation in _EXTREMES and any(isinstance(o, Constant) for o in operands):
-            # A number is not NaN: it stands second, so that it takes the place of one.
+            # The second argument replaces a first argument that is NaN; a constant is never NaN.
             first, second = sorted(operands, key=lambda o: isinstance(o, Constant))
             value = f"LANES_{_EXTREMES[operation]}({self.number(first)}, {self._name(second)})"
             return [f"  const lanes {name} = {value};"]
@@ -199,7 +207,7 @@ class _Writer:
 
 
 def _taken_as_numbers(program: Program) -> set[Operand]:
-    """The variables that are taken as numbers somewhere, not as conditions."""
+    """The variables that a statement uses as numbers, not as conditions."""
     found: set[Operand] = set()
     for statement in program.statements:
         if isinstance(statement, Compute) and statement.operation is Operation.SELECT:

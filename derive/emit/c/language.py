@@ -1,4 +1,4 @@
-"""The C of a robot: functions of one pose, branches side by side, batches on lanes."""
+"""The language C: functions of a single pose, branches side by side, batches on vector lanes."""
 
 from ...derivation import Derivation
 from ...program.programs import Programs
@@ -7,7 +7,7 @@ from .header import header, support
 
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
-    """Sources and headers of a robot, and the C that is the same for every robot, by file name."""
+    """The sources and headers of a robot, with the support files of all robots, by file name."""
     robot, functions = derivation.robot, derivation.functions
     return {
         f"{robot.name}.c": scalar.source(robot, functions, programs, derivation.written),

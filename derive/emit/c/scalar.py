@@ -1,4 +1,4 @@
-"""The C of a robot's functions, one pose a call."""
+"""The C of a robot's functions for a single pose."""
 
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -26,15 +26,15 @@ def source(
     programs: Programs,
     written: Sequence[WrittenFunction] = (),
 ) -> str:
-    """The C99 file of a robot: every function, depending on libm alone.
+    """The C99 file of a robot with all its functions; it depends on libm alone.
 
-    A function with branches is one branch, and a loop over them.
+    A function with branches is printed as one branch and a loop over the branches.
 
     Args:
         robot: The robot; its name is the prefix.
-        functions: What the functions mean.
+        functions: The functions, with the meanings of their arguments and results.
         programs: Their programs.
-        written: Functions that stand in files of their own, to be included.
+        written: Functions in files of their own, which this file includes.
     """
     included = f'#include "{robot.name}.h"\n\n#include "{SUPPORT}"'
     if any(function.signs for function in functions):
@@ -46,12 +46,12 @@ def source(
 
 
 def branches_file(robot: Described) -> str:
-    """Name of the header that has all branches of a pose at once."""
+    """Name of the header that computes all branches of a pose at once."""
     return f"{robot.name}_branches.h"
 
 
 def branches_flag(robot: Described) -> str:
-    """What that header defines where it has them."""
+    """Name of the macro that this header defines if the compiler's flags allow its code."""
     return f"{robot.name.upper()}_BRANCHES"
 
 
@@ -64,13 +64,13 @@ def _definition(robot: Described, function: SymbolicFunction, program: Program) 
 
 
 def _comment(function: SymbolicFunction, program: Program) -> str:
-    """What a function computes, and of how many operations it consists."""
+    """The comment above a function: its summary and its operation counts."""
     lines = textwrap.wrap(function.summary, WIDTH - len("// "))
     return "\n".join(f"// {line}" for line in [*lines, summary(count_operations(program))])
 
 
 def _branched(robot: Described, function: SymbolicFunction, program: Program) -> str:
-    """A function of one branch, and the function that loops over branches."""
+    """A function that computes one branch, and the function that loops over the branches."""
     flag, name, one = branches_flag(robot), f"{robot.name}_{function.name}", branch(function)
     described: list[Argument | Result] = [*function.inputs, *function.outputs]
     n = len(function.signs)
@@ -89,7 +89,7 @@ def _branched(robot: Described, function: SymbolicFunction, program: Program) ->
             f"#if {flag}",
             f"  LANES_NAME({name}_branches)({', '.join(what.name for what in described)});",
             "#else",
-            # The first branch is written before the second is computed.
+            # Outputs may overlap inputs, and the first branch is stored before the second reads.
             *(line for argument in function.inputs for line in _kept(argument)),
             f"  for (int b = 0; b < {function.branches}; b++) {{",
             f"    const double choice[{n}] = {{{signs}}};",
@@ -102,7 +102,7 @@ def _branched(robot: Described, function: SymbolicFunction, program: Program) ->
 
 
 def _kept(argument: Argument) -> list[str]:
-    """An input of its own, which no output overlaps."""
+    """Copies an input to memory that no output overlaps."""
     name = argument.name
     return [
         f"  double own_{name}[{argument.size}];",
@@ -117,7 +117,7 @@ def _straight(function: SymbolicFunction, program: Program) -> list[str]:
     plain = naming(program)
     used = {entry.argument for entry in program.inputs}
     lines = [f"  (void){a.name};" for i, a in enumerate(function.inputs) if i not in used]
-    # All is read before anything is written: outputs may overlap inputs.
+    # All inputs are read before an output is written: outputs may overlap inputs.
     lines += _section(
         "inputs",
         [
@@ -148,12 +148,12 @@ def _straight(function: SymbolicFunction, program: Program) -> list[str]:
 
 
 def _section(name: str, lines: list[str]) -> list[str]:
-    """Lines under a comment; nothing where there are none."""
+    """Lines under a comment that names them; no comment if there are no lines."""
     return [f"  // {name}", *lines] if lines else []
 
 
 def _sections(levels_of: Iterable[list[Statement]]) -> Iterator[list[Statement]]:
-    """Levels of statements, those that store nothing together with the next that does."""
+    """Joins levels of statements into sections, each ending with a level that stores results."""
     section: list[Statement] = []
     for level in levels_of:
         section += level
@@ -178,19 +178,21 @@ def _computed(statement: Compute, name: Naming) -> str:
 
 
 def _wrapped(line: str) -> list[str]:
-    """A long line of C in lines of the page."""
+    """Breaks a line of C into lines of at most ``WIDTH`` columns."""
     return textwrap.wrap(line, WIDTH, initial_indent="  ", subsequent_indent="    ")
 
 
 @dataclass(frozen=True)
 class _Parts:
-    """A program around the cosines and sines that depend on no other, which are computed at once.
+    """A program divided at the cosines and sines that are computed together.
+
+    These are the cosines and sines that depend on no others.
 
     Attributes:
-        before: What comes before them.
-        angles: Their angles.
-        turns: What their results are called: ``c[k]`` and ``s[k]``, of angle k.
-        after: What comes behind them.
+        before: Statements before these cosines and sines.
+        angles: The angles of the cosines and sines.
+        turns: Names of the results: ``c[k]`` and ``s[k]`` for angle k.
+        after: Statements behind the cosines and sines.
     """
 
     before: tuple[Compute, ...]
@@ -200,7 +202,7 @@ class _Parts:
 
 
 def _together(program: Program) -> _Parts:
-    """A program parted at its first cosines and sines."""
+    """Divides a program at its first cosines and sines."""
     turns: dict[Operand, str] = {}
     angles: dict[Operand, int] = {}
     before: list[Compute] = []

@@ -1,4 +1,4 @@
-"""What the comments in a function's C say: its operations, and what each section of it gives."""
+"""Comments in the C of a function: its operation counts, and the results of each section."""
 
 from collections.abc import Iterable, Sequence
 
@@ -10,14 +10,14 @@ _MATRIX = 2
 
 
 def summary(operations: Operations) -> str:
-    """How many operations a function takes: ``35 operations: multiply 12, add 13, trig 10``."""
+    """The operation counts of a function: ``35 operations: multiply 12, add 13, trig 10``."""
     kinds = {kind: n for kind, n in operations.as_dict().items() if n and kind != "total"}
     listed = ", ".join(f"{kind} {n}" for kind, n in kinds.items())
     return f"{operations.total} operations" + (f": {listed}" if listed else "")
 
 
 def title(statements: Sequence[Statement], results: Sequence[Result]) -> str:
-    """What a section of statements gives: ``shared terms``, ``column 3 of J``, or both."""
+    """The results of a section of statements: ``shared terms``, ``column 3 of J``, or both."""
     stores = [statement for statement in statements if isinstance(statement, Store)]
     parts = ["shared terms"] if any(isinstance(s, Compute) for s in statements) else []
     constant = bool(stores) and all(isinstance(store.value, Constant) for store in stores)
@@ -28,7 +28,7 @@ def title(statements: Sequence[Statement], results: Sequence[Result]) -> str:
 
 
 def _entries(result: Result, entries: Iterable[int]) -> str:
-    """Entries of an output, by columns where it is a matrix."""
+    """Names the stored entries of an output; by columns if it is a matrix."""
     if len(result.shape) != _MATRIX:
         return result.name
     width = result.shape[-1]

@@ -1,4 +1,4 @@
-"""The C of functions that a solver written by hand computes from tables of the robot."""
+"""The C of functions that a handwritten solver computes from tables of the robot."""
 
 import textwrap
 from collections.abc import Sequence
@@ -16,25 +16,25 @@ SUPPORTS = {
         "chasles_eigenvalues.h",
     )
 }
-"""The files of each solver, the one to be included first."""
+"""The files of each solver; a generated file includes the first."""
 
 
 def written_files(robot: Described, written: Sequence[WrittenFunction]) -> dict[str, str]:
-    """The files of functions written by hand, and what they rest on, by file name."""
+    """The files of functions with handwritten solvers, with the files of these solvers, by name."""
     own = {written_file(robot, function): _source(robot, function) for function in written}
     names = {name for function in written for name in SUPPORTS[function.solver]}
     return own | {name: support(name) for name in sorted(names)}
 
 
 def written_file(robot: Described, function: WrittenFunction) -> str:
-    """Name of the file of a function written by hand."""
+    """Name of the file of a function with a handwritten solver."""
     return f"{robot.name}_{function.name}.h"
 
 
 def _source(robot: Described, function: WrittenFunction) -> str:
-    """The tables of a function, and the function: a call of its solver with them.
+    """The tables of a function, and the function, which calls its solver with these tables.
 
-    It stands behind the functions that the solver calls.
+    The file is included behind the functions that the solver calls.
     """
     prefix, solver = f"chasles_{function.solver}", SUPPORTS[function.solver][0]
     table = f"{robot.name}_{function.name}_tables"
