@@ -1,1 +1,1 @@
-"""Speed and size of chasles, always beside a peer measured in the same run."""
+"""Benchmarks of speed and size, always compared with a peer measured in the same run."""

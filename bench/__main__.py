@@ -18,7 +18,7 @@ DERIVATION = "derivation"
 
 
 def main() -> int:
-    """Runs what the command line asks for; the exit status."""
+    """Runs the benchmarks that the command line selects; returns the exit status."""
     options = _parser().parse_args()
     if options.command == "check":
         return check.run(options.write)
@@ -35,7 +35,7 @@ def main() -> int:
 
 
 def measure(plan: Plan, only: str | None, keep: bool) -> None:
-    """Runs the benchmarks, or only one; prints, and keeps if wanted, what each one finds."""
+    """Runs all benchmarks or a single one; prints the results, and saves them if requested."""
     for name, install in absent().items():
         out.print(f"no {name} to compare with: pip install {install}")
     for name in plan.leave_out:
@@ -47,7 +47,7 @@ def measure(plan: Plan, only: str | None, keep: bool) -> None:
 
 
 def compared(plan: Plan, name: str) -> dict[str, object]:
-    """One benchmark of ratios and limits: prints it, and returns it for a result file."""
+    """Prints the ratios and limits of a benchmark, and returns them for a result file."""
     title, run = SECTIONS[name]
     found = run(plan)
     tables(title, found)

@@ -1,7 +1,7 @@
-"""Compares the ratios of a short run with a committed baseline, and tells what got slower.
+"""Compares the ratios of a short run with a committed baseline, and reports the slower ones.
 
-Ratios to peers in the same run cancel most of a machine's speed; a margin covers the rest. Where
-something falls below it, all is measured a second time, and only what fell twice has fallen.
+Ratios to peers in the same run cancel most of a machine's speed; a margin covers the rest. If a
+ratio falls below the margin, all are measured a second time; only a ratio that falls twice counts.
 """
 
 import json
@@ -15,15 +15,15 @@ BASELINE = Path(__file__).with_name("baseline.json")
 MARGIN = 0.4
 """The share of a ratio that may be lost on the machine of the baseline.
 
-It is wide because our code keeps the arithmetic units busy and its peers wait, so that a neighbour
-on the same core takes much of our ratios away. Counted instructions find small losses instead.
+It is wide because the code of chasles keeps the arithmetic units busy while its peers wait: another
+process on the same core lowers the ratios. Counted instructions find small losses instead.
 """
 MARGIN_ELSEWHERE = 0.5
-"""The same on another processor or with another compiler."""
+"""The share of a ratio that may be lost on another processor or with another compiler."""
 
 
 def run(write: bool) -> int:
-    """Measures, then writes the baseline or compares with it; the exit status."""
+    """Measures, then writes the baseline or compares with it; returns the exit status."""
     found = measured()
     if write:
         content = {"machine": machine(), "ratios": found}
@@ -43,14 +43,14 @@ def run(write: bool) -> int:
 
 
 def measured() -> dict[str, float]:
-    """Every ratio of a short run, of the least times."""
+    """The ratios of a short run, each between the least times."""
     plan = without_slow_builds(SHORT)
     rows = [row for _, section in SECTIONS.values() for row in section(plan)]
     return {row.key: round(row.of_best, 3) for row in rows if isinstance(row, Ratio)}
 
 
 def margin_between(baseline: Mapping[str, str], here: Mapping[str, str]) -> float:
-    """The margin for ratios of one machine measured on another."""
+    """The margin for ratios of the baseline's machine compared with ratios of this machine."""
     alike = all(baseline[name] == here[name] for name in ("processor", "compiler"))
     return MARGIN if alike else MARGIN_ELSEWHERE
 
@@ -61,7 +61,7 @@ def slower(expected: Mapping[str, float], found: Mapping[str, float], margin: fl
 
 
 def show(expected: Mapping[str, float], found: Mapping[str, float], margin: float) -> None:
-    """Prints all ratios beside the baseline's."""
+    """Prints all ratios next to the ratios of the baseline."""
     rows = [
         (key, expected.get(key, "new"), found.get(key, "not measured"))
         for key in {**expected, **found}

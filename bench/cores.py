@@ -1,4 +1,4 @@
-"""Which cores the work runs on."""
+"""Restricts the work to a core."""
 
 import os
 from collections.abc import Iterator
@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def one_core() -> Iterator[None]:
-    """Keeps this thread, and threads that it starts meanwhile, on one of its cores."""
+    """Keeps this thread, and threads that it starts in the context, on a single core."""
     if not hasattr(os, "sched_setaffinity"):
         yield
         return

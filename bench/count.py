@@ -2,8 +2,8 @@
 
 The kernels are compiled for a plain x86-64 and counted without the mathematical library, so that
 their count depends on the generated C and the compiler alone; replacements for library functions
-in the generated C do count. The count of a call from Python is the difference between many and few
-calls in one process, divided by the difference of their numbers.
+in the generated C are counted. The count of a call from Python is the difference between many and
+few calls in one process, divided by the difference of their numbers.
 """
 
 import json
@@ -35,11 +35,11 @@ COUNTED = {
 }
 """The kernels that are counted, by robot."""
 RISE = 0.02
-"""A count that rose by more is a failure."""
+"""Share by which a count may rise; a larger rise is a failure."""
 TIMES = 100
-"""Calls of a kernel."""
+"""Number of calls of a kernel."""
 CALLS = (100, 400)
-"""Calls from Python."""
+"""Numbers of calls from Python."""
 PYTHON = """
 import os, sys, numpy as np, chasles
 for item in sys.argv[1:]:
@@ -51,11 +51,11 @@ for item in sys.argv[1:]:
             call(q)
         os.getppid()
 """
-"""Valgrind writes out what it counted at each call of getppid, and counts from zero again."""
+"""The program whose calls are counted: at each getppid valgrind writes its counts and restarts."""
 
 
 def run(write: bool) -> int:
-    """Counts, then writes the expected counts or compares with them; the exit status."""
+    """Counts, then writes the expected counts or compares with them; returns the exit status."""
     reason = impossible()
     if reason:
         out.print(f"no instructions counted: {reason}")
@@ -75,7 +75,7 @@ def run(write: bool) -> int:
 
 
 def impossible() -> str | None:
-    """Why instructions cannot be counted here, None where they can."""
+    """The reason why instructions cannot be counted on this machine; None if they can."""
     if platform.machine() != "x86_64":
         return "the counts are of x86-64"
     missing = [name for name in ("valgrind", "gcc") if shutil.which(name) is None]
@@ -95,7 +95,11 @@ def versions() -> dict[str, str]:
 def compare(
     kind: str, expected: Mapping[str, dict], found: Mapping[str, dict], same: tuple[str, ...]
 ) -> list[str]:
-    """Prints counts beside the expected ones; what rose, if the versions that matter are alike."""
+    """Prints counts next to the expected counts.
+
+    Returns:
+        The rises; none if a version on which the counts depend has changed.
+    """
     other = [n for n in same if expected["versions"].get(n) != found["versions"][n]]
     rows = [(name, expected[kind].get(name, "new"), count) for name, count in found[kind].items()]
     told = f" (another {', '.join(other)}: for information)" if other else ""
@@ -128,14 +132,14 @@ def _of_robot(name: str, folder: Path) -> dict[str, int]:
     main = folder / f"{name}_main.c"
     main.write_text(_driver(robot), encoding="utf-8")
     program = folder / name
-    # Bound before the start: otherwise the first call of each library function counts for more.
+    # Symbols are bound at the start: otherwise the first call of a library function costs more.
     options = [f"-I{robot.folder}", str(main), "-o", str(program), "-lm", "-Wl,-z,now"]
     subprocess.run(["gcc", *FLAGS, *options], check=True)
     return {f: _of_kernel(program, f"{name}_", f, folder) for f in COUNTED[name]}
 
 
 def _driver(robot: chasles.Robot) -> str:
-    """A program that calls the kernel it is given the name of so many times."""
+    """A C program that takes the name of a kernel and calls this kernel ``TIMES`` times."""
     start, step = _inputs(robot)
     calls = []
     for name in COUNTED[robot.name]:
@@ -164,7 +168,7 @@ def _driver(robot: chasles.Robot) -> str:
 
 
 def _inputs(robot: chasles.Robot) -> tuple[list[float], float]:
-    """Where the inputs begin and by how much they grow: loops must be closed all the way."""
+    """Start and step of the inputs; loops must be closed at all of them."""
     if robot.reference:
         return list(robot.reference.q), 0.0001
     return [0.1 * (i + 1) for i in range(robot.n)], 0.01
@@ -180,7 +184,7 @@ def _of_kernel(program: Path, prefix: str, function: str, folder: Path) -> int:
 
 
 def own_instructions(profile: str, prefixes: tuple[str, ...]) -> int:
-    """Instructions in functions whose names begin so, without those of others that they call."""
+    """Instructions of functions whose names have a prefix, without their calls of others."""
     total, ours, called = 0, False, False
     for line in profile.splitlines():
         if line.startswith("fn="):
@@ -188,7 +192,7 @@ def own_instructions(profile: str, prefixes: tuple[str, ...]) -> int:
         elif line.startswith("calls="):
             called = True
         elif re.match(r"[+\-*\d]", line):
-            # The line after "calls=" has what the callee took.
+            # The line after "calls=" holds the instructions of the callee.
             total += int(line.split()[1]) if ours and not called else 0
             called = False
     return total
@@ -198,7 +202,7 @@ def python_calls() -> dict[str, int]:
     """Instructions of one call from Python, the kernel and the mathematical library included."""
     names = [f"{arm.name}.{f}" for arm in ARMS for f in ("fk", "fk_jacobian_mixed")]
     with tempfile.TemporaryDirectory() as folder:
-        # Compiled before: the compiler's own instructions do not belong here.
+        # Compiled beforehand: the compiler's own instructions must not be counted.
         _python(*(f"{arm.name}.fk" for arm in ARMS))
         options = [
             "--tool=callgrind",
@@ -213,7 +217,7 @@ def python_calls() -> dict[str, int]:
 
 
 def _python(*names: str, before: tuple[str, ...] = ()) -> None:
-    # What valgrind cannot run must not be compiled: it knows no AVX-512.
+    # valgrind does not run AVX-512, so the library is compiled without it.
     settings = {
         "CC": "gcc",
         "CHASLES_CACHE": str(BUILD / "counted"),

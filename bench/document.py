@@ -14,7 +14,7 @@ HEAD = """\
 
 
 def write() -> None:
-    """Replaces the text between the two marks."""
+    """Replaces the text of docs/performance.md between its two marks."""
     before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
     _, _, after = rest.partition(END)
     PAGE.write_text(before + BEGIN + figures() + END + after, encoding="utf-8")

@@ -24,5 +24,5 @@ SECTIONS: dict[str, tuple[str, Callable[[Plan], list[Ratio | Limit]]]] = {
 
 
 def without_slow_builds(plan: Plan) -> Plan:
-    """The plan without peers that take long to compile, unless that was done before."""
+    """The plan without peers that take long to compile and are not compiled yet."""
     return replace(plan, leave_out=frozenset(n for n in SLOW_TO_BUILD if not is_built(n)))

@@ -24,13 +24,13 @@ out = Console(width=110, highlight=False)
 
 @dataclass(frozen=True)
 class Plan:
-    """How long to measure.
+    """Length of a measurement.
 
     Attributes:
-        rounds: How often each work is repeated, A B A B.
+        rounds: Number of repetitions of each work, A B A B.
         calls: Calls from Python in one round.
         batch: Poses in a batch and in a loop in C.
-        leave_out: Peers that take too long.
+        leave_out: Peers that take too long and are left out.
     """
 
     rounds: int
@@ -41,15 +41,15 @@ class Plan:
 
 @dataclass(frozen=True)
 class Ratio:
-    """A peer's time over ours, both for one pose or one call.
+    """The time of a peer divided by the time of chasles, both for a pose or a call.
 
     Attributes:
-        key: What was measured, of which arm, beside whom: "scalar ur5e fk: Pinocchio C++".
-        own: Our least time in ns.
-        peer: The peer's least time in ns.
-        median: The median of the ratios of all rounds; above 1 we are the faster.
-        least: The least of them.
-        bar: What the median should reach, None where nothing is promised.
+        key: Measurement, arm and peer: "scalar ur5e fk: Pinocchio C++".
+        own: The least time of chasles [ns].
+        peer: The least time of the peer [ns].
+        median: The median of the ratios of all rounds; above 1 chasles is faster.
+        least: The least ratio of all rounds.
+        bar: The value that the median should reach; None without a bar.
     """
 
     key: str
@@ -61,7 +61,7 @@ class Ratio:
 
     @property
     def of_best(self) -> float:
-        """The ratio of the least times: what disturbs a run only ever makes it longer."""
+        """The ratio of the least times; disturbances only make a run longer."""
         return self.peer / self.own
 
     @property
@@ -72,7 +72,7 @@ class Ratio:
 
 @dataclass(frozen=True)
 class Limit:
-    """A value, and the bar that it should stay below, None where nothing is promised."""
+    """A value, and the bar that it should stay below; None without a bar."""
 
     key: str
     value: float
@@ -81,12 +81,12 @@ class Limit:
 
     @property
     def holds(self) -> bool:
-        """Whether it does."""
+        """Whether the value is at most the bar."""
         return self.bar is None or bool(self.value <= self.bar)
 
 
 def seconds(work: Callable[[], object], clock: Callable[[], float] = time.perf_counter) -> float:
-    """Time of one run, by the wall unless told otherwise."""
+    """The time of a run in seconds, by default wall time."""
     start = clock()
     work()
     return clock() - start
@@ -97,10 +97,10 @@ def alternated(
     rounds: int,
     clock: Callable[[], float] = time.process_time,
 ) -> dict[str, list[float]]:
-    """Seconds of each work, run A B A B so that a slow moment hits all alike; first once unseen.
+    """Times of each work in seconds, run A B A B so that slow moments affect all works alike.
 
-    By default these are seconds of processor time, of all threads of this process together: they do
-    not grow while another process has the core.
+    Each work runs once before the first round, untimed. By default the times are processor time of
+    all threads of this process, which does not advance while another process has the core.
     """
     times: dict[str, list[float]] = {name: [] for name in works}
     for work in works.values():
@@ -118,7 +118,7 @@ def ratio(
     count: int,
     bar: float | None = None,
 ) -> Ratio:
-    """Compares two works, ours named first, that were run A B A B; each did so many poses."""
+    """Compares the times of two works that ran A B A B; the first is chasles."""
     own, peer = (times[name] for name in names)
     pairs = [theirs / ours for ours, theirs in zip(own, peer, strict=True)]
     best = [min(found) / count * 1e9 for found in (own, peer)]
@@ -126,7 +126,7 @@ def ratio(
 
 
 def tables(title: str, found: Sequence[Ratio | Limit]) -> None:
-    """Prints what a benchmark found."""
+    """Prints the results of a benchmark as tables."""
     compared = [row for row in found if isinstance(row, Ratio)]
     limited = [row for row in found if isinstance(row, Limit)]
     if compared:
@@ -139,7 +139,7 @@ def tables(title: str, found: Sequence[Ratio | Limit]) -> None:
 
 
 def records(found: Sequence[Ratio | Limit]) -> list[dict[str, object]]:
-    """The same for a result file."""
+    """The results of a benchmark for a result file."""
     return [{**asdict(row), "holds": row.holds} for row in found]
 
 
@@ -158,7 +158,7 @@ def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[object]]) 
 
 
 def save(name: str, content: Mapping[str, object]) -> None:
-    """Writes results, with what they were measured on, to ``bench/results/<name>.json``."""
+    """Writes results, with a description of the machine, to ``bench/results/<name>.json``."""
     RESULTS.mkdir(exist_ok=True)
     record = {"machine": machine(), **content}
     (RESULTS / f"{name}.json").write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")

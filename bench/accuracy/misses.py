@@ -1,6 +1,6 @@
-"""``python -m bench misses``: reachable targets that each solver misses, on the same sets.
+"""``python -m bench misses``: counts the reachable targets that each solver misses, on equal sets.
 
-Ours solves every target of every set, the peers solve a sample. A target is missed if no claimed
+chasles solves every target of every set, the peers solve a sample. A target is missed if no claimed
 solution reaches it to 1e-9; an answer marked as least squares is not claimed.
 """
 
@@ -16,17 +16,17 @@ from .verdict import VALID, Verdict, judged
 
 OWN = "chasles"
 PEERS_POSES = 4096
-"""Targets of a set that a peer is asked for: some take milliseconds for each."""
+"""Largest number of targets of a set that a peer solves: some peers take milliseconds for each."""
 PEERS_SHORT = 100
 LOCKS = {"iiwa14": 2, "panda": 6}
-"""The joint that is held for peers that know six joints alone."""
+"""The joint that is held constant for peers that solve six joints alone."""
 SIX = 6
 COLUMNS = ("set", "who", "targets", "missed", "unfound", "wrong", "lost", "worst")
 RESULT = "misses"
 
 
 def run(quick: bool, only: str | None) -> int:
-    """Prints a table for each robot; saves them after a full run of all. 1 if ours fails."""
+    """Prints a table for each robot, and saves all after a full run; returns 1 if chasles fails."""
     for name, install in absent().items():
         out.print(f"no {name} to compare with: pip install {install}")
     cases = [case for case in CASES if only is None or case.name == only]
@@ -54,7 +54,7 @@ def rows(case: Case, quick: bool) -> Iterator[dict[str, object]]:
 
 
 def verdicts(case: Case, poses: PoseSet, most: int) -> Iterator[tuple[str, Verdict]]:
-    """Ours, then those of the peers that can solve the robot, on at most so many targets."""
+    """The verdicts on chasles and on the peers that can solve the robot, on limited target sets."""
     yield OWN, judged(case, poses, lambda q: own(case, q))
     if case.function != "ik" or not case.screws.revolute.all() or case.robot.loops:
         return
@@ -68,7 +68,7 @@ def verdicts(case: Case, poses: PoseSet, most: int) -> Iterator[tuple[str, Verdi
 
 
 def own(case: Case, q: np.ndarray) -> Answers:
-    """The answers of our inverse to the targets at q (m, n)."""
+    """The answers of chasles to the targets at q (m, n)."""
     found = getattr(case.robot, case.function)(case.targets(q), *case.others(q))
     return Answers(found.q, found.valid)
 
@@ -80,5 +80,5 @@ def peers(name: str, case: Case, q: np.ndarray) -> Answers:
 
 
 def chooses(name: str, case: Case) -> bool:
-    """Whether a peer picks some of the infinitely many solutions of a robot of seven joints."""
+    """Whether a peer chooses solutions of a robot of seven joints, which has infinitely many."""
     return name == "ssik" and case.robot.n > SIX

@@ -11,13 +11,13 @@ from ..cases.tasks import wrapped
 from ..peers.inverse.interface import Answers
 
 VALID = 1e-9
-"""The residual of a solution is at most this, in metres and radians."""
+"""Largest residual of a solution [m or rad]."""
 ROUNDING = 1e-14
 """Difference between two computations of the same residual [m or rad]."""
 SAME = 1e-6
 """Largest joint difference at which two solutions count as the same [rad or m]."""
 REGULAR = 1e-3
-"""The least singular value at which coordinates are said to be away from singularities."""
+"""Smallest singular value at which coordinates count as away from singularities."""
 CHUNK = 20_000
 STARTS = 400
 STEPS = 60
@@ -32,13 +32,13 @@ class Verdict:
     """Counts for an inverse on a set of targets.
 
     Attributes:
-        poses: How many targets there were, all reachable.
-        missed: Those for which no solution was claimed that is one.
-        unfound: Those for which none was returned at all, claimed or not.
-        wrong: Those for which something was claimed that is no solution.
-        lost: Those whose own coordinates are not among the solutions, though regular; None where
-            that is not asked.
-        worst: The largest residual of what is claimed and is a solution [m or rad].
+        poses: Number of targets, all reachable.
+        missed: Number of targets that no claimed solution reaches.
+        unfound: Number of targets that no returned answer reaches, claimed or not.
+        wrong: Number of targets with a claimed solution that does not reach them.
+        lost: Number of targets whose own coordinates, although regular, are not among the
+            solutions; None for sets that are not regular.
+        worst: The largest residual of the claimed solutions that reach their target [m or rad].
     """
 
     poses: int
@@ -50,7 +50,7 @@ class Verdict:
 
 
 def judged(case: Case, poses: PoseSet, solve: Callable[[np.ndarray], Answers]) -> Verdict:
-    """The verdict on what `solve` answers for the targets at q (m, n), asked in parts."""
+    """The verdict on the answers of `solve` to the targets of a set, computed in parts."""
     chunks = np.array_split(poses.q, max(1, -(-len(poses.q) // CHUNK)))
     parts = [_judged(case, q, solve(q)) for q in chunks]
     missed, unfound, wrong, lost = (sum(of) for of in zip(*(p[:-1] for p in parts), strict=True))
@@ -68,7 +68,7 @@ def _judged(case: Case, q: np.ndarray, found: Answers) -> tuple[int, int, int, i
 
 
 def residuals(case: Case, q: np.ndarray, found: Answers) -> np.ndarray:
-    """(m, k) how far each answer is from the target at q (m, n); infinite where there is none."""
+    """Residuals (m, k) of answers to the targets at q (m, n); infinite without an answer."""
     errors = np.full(found.claimed.shape, np.inf)
     rows, slots = np.nonzero(np.isfinite(found.q).all(axis=-1))
     if len(rows):
@@ -82,13 +82,13 @@ def _included(case: Case, q: np.ndarray, found: np.ndarray, good: np.ndarray) ->
 
 
 def _apart(case: Case, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """The largest difference (...) of a joint, turns left out."""
+    """The largest difference (...) of a joint, up to whole turns."""
     difference = first - second
     return np.max(np.abs(np.where(case.turns, wrapped(difference), difference)), axis=-1)
 
 
 def regular(case: Case, q: np.ndarray) -> np.ndarray:
-    """(m,) whether coordinates are away from the singularities of a case."""
+    """Whether (m,) coordinates are away from the singularities of a case."""
     if not case.singular:
         return _least(case.jacobian(q)[..., list(case.solved)]) > REGULAR
     squares = [case.square(singularity, q) for singularity in case.singular.values()]
@@ -109,7 +109,7 @@ def distinct(case: Case, q: np.ndarray) -> np.ndarray:
 
 
 def counts(case: Case, found: Answers) -> np.ndarray:
-    """(m,) how many different solutions are claimed."""
+    """Numbers (m,) of different claimed solutions."""
     pairs = zip(found.q, found.claimed, strict=True)
     return np.array([len(distinct(case, q[claimed])) for q, claimed in pairs])
 
@@ -117,7 +117,7 @@ def counts(case: Case, found: Answers) -> np.ndarray:
 def newton(case: Case, q: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """All different solutions (k, n) that Newton's method finds for the target at q (n,).
 
-    It starts from many random coordinates and knows nothing of the arm's structure.
+    The iteration starts from many random coordinates and does not use the arm's structure.
     """
     target, others = case.targets(q), case.others(q)
     finite = partial(np.nan_to_num, nan=0.0, posinf=0.0, neginf=0.0)
@@ -136,7 +136,7 @@ def newton(case: Case, q: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 def _system(
     case: Case, z: np.ndarray, target: np.ndarray, others: tuple[np.ndarray, ...]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Jacobian and what is left of the task, and of what else is given as a function of q."""
+    """Jacobian and residual of the task, with rows for further inputs that are functions of q."""
     task = case.task
     rows, left = [case.jacobian(z)], [task.residual(case.pose(z), target)]
     for name, value in zip(case.given, others, strict=True):

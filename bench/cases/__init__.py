@@ -1,1 +1,1 @@
-"""The arms and robots that are measured, their poses, and the tasks of their inverses."""
+"""Arms and robots of the benchmarks, their poses, and the tasks of their inverses."""

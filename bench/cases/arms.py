@@ -1,4 +1,4 @@
-"""The arms that all peers are given: products of elementary motions, exact at right angles."""
+"""The arms of all peers: products of elementary motions, exact at right angles."""
 
 import math
 from dataclasses import dataclass

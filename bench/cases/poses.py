@@ -1,8 +1,8 @@
-"""Robots, tasks and sets of coordinates at which inverses are tried; every target is reachable.
+"""Robots, tasks and sets of coordinates for tests of inverses; every target is reachable.
 
-The sets are those that solvers are known to lose: random coordinates, every multiple of a right
-angle, and coordinates at singularities and a few powers of ten from them. The singular ones are
-found for any robot, by bisection of a determinant of its Jacobian along one joint.
+The sets hold random coordinates, and coordinates whose poses solvers are known to lose: every
+multiple of a right angle, singularities, and points a few powers of ten from these. Singularities
+of any robot are found by bisection of a determinant of its Jacobian along a joint.
 """
 
 from collections.abc import Iterator
@@ -28,12 +28,12 @@ STROKE = 1.0
 
 @dataclass(frozen=True)
 class Singularity:
-    """A kind of singularity, and how it is found: the joint that is moved until a determinant is 0.
+    """A kind of singularity: moving the joint brings a determinant of the Jacobian to zero.
 
     Attributes:
         joint: The joint's index.
-        rows: Rows of the task's Jacobian, all where empty.
-        columns: Its columns, where empty those of the joints that the inverse solves for.
+        rows: Rows of the task's Jacobian; all rows if empty.
+        columns: Columns of the task's Jacobian; if empty, the joints that the inverse solves for.
     """
 
     joint: int
@@ -43,14 +43,14 @@ class Singularity:
 
 @dataclass(frozen=True)
 class Case:
-    """A robot and the inverse that is tried on it.
+    """A robot and the inverse that is tested.
 
     Attributes:
-        name: The robot.
-        function: Its inverse.
-        singular: Its singularities by kind.
+        name: The robot's name.
+        function: The name of the inverse.
+        singular: The singularities by kind.
         free: Joints that the task leaves free.
-        most: Most solutions there are at a time.
+        most: The maximal number of solutions of a target.
     """
 
     name: str
@@ -82,7 +82,7 @@ class Case:
 
     @property
     def turns(self) -> np.ndarray:
-        """(n,) which coordinates are angles."""
+        """Whether (n,) coordinates are angles."""
         return np.array([c.unit == "rad" for c in self.robot.coordinates])
 
     def targets(self, q: np.ndarray) -> np.ndarray:
@@ -90,7 +90,7 @@ class Case:
         return self.task.target(self.pose(q))
 
     def pose(self, q: np.ndarray) -> np.ndarray:
-        """(..., 4, 4) poses at q (..., n) by the product of exponentials."""
+        """Poses (..., 4, 4) at q (..., n) by the product of exponentials."""
         return self.screws.fk(self.robot.chain(q) if self.robot.loops else q)
 
     def others(self, q: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -106,9 +106,9 @@ class Case:
         return self.robot.chain(q)[..., chain.index(name)]
 
     def coordinate(self, name: str) -> int | None:
-        """The index of a coordinate that is called by its name or its number: q7.
+        """The index of a coordinate with a name or a number such as q7.
 
-        None of a joint of the main chain that loops move.
+        None for a joint of the main chain that loops move.
         """
         names = [coordinate.name for coordinate in self.robot.coordinates]
         if name in names:
@@ -128,17 +128,17 @@ class Case:
         return self.task.error(self.pose(q), target)
 
     def jacobian(self, q: np.ndarray) -> np.ndarray:
-        """(..., rows, n) derivative of the task by q."""
+        """Derivative (..., rows, n) of the task with respect to q."""
         return self.task.jacobian(self.robot.fk(q), self.robot.jacobian_mixed(q))
 
     def square(self, singularity: Singularity, q: np.ndarray) -> np.ndarray:
-        """The part of that Jacobian which is singular there."""
+        """The square part of the task's Jacobian that is singular at a singularity."""
         J = self.jacobian(q)
         rows = list(singularity.rows) or list(range(J.shape[-2]))
         return J[..., rows, :][..., list(singularity.columns or self.solved)]
 
     def random(self, rng: np.random.Generator, count: int) -> np.ndarray:
-        """(count, n) angles over a turn, or within limits where there are loops, which close."""
+        """Random coordinates (count, n): angles in a turn; with loops, within limits and closed."""
         found = np.empty((0, self.robot.n))
         while len(found) < count:
             q = rng.uniform(*self.range, (count, self.robot.n))
@@ -148,7 +148,7 @@ class Case:
 
     @property
     def range(self) -> tuple[np.ndarray, np.ndarray]:
-        """(n,) from where to where coordinates are tried."""
+        """Bounds (n,), (n,) between which coordinates are tried."""
         whole = np.where(self.turns, np.pi, STROKE)
         limited = ~self.turns | bool(self.robot.loops)
         lower, upper = self.robot.lower, self.robot.upper
@@ -163,9 +163,10 @@ class PoseSet:
     """Coordinates that make reachable targets.
 
     Attributes:
-        name: What they are.
+        name: The name of the set.
         q: (m, n) the coordinates.
-        regular: Whether they are away from singularities, so that the inverse must find them again.
+        regular: Whether the inverse must find the coordinates themselves; if they are singular, it
+            need not.
     """
 
     name: str
@@ -240,7 +241,7 @@ def right_angles(case: Case, rng: np.random.Generator) -> np.ndarray:
 
 
 def nearly(case: Case, rng: np.random.Generator, q: np.ndarray) -> np.ndarray:
-    """The same with about half of the angles moved by some power of ten, each by its own."""
+    """Coordinates with about half of the angles displaced, each by its own power of ten."""
     steps = rng.choice([*DECADES, *(-step for step in DECADES)], q.shape)
     solved = case.turns & ~np.isin(np.arange(q.shape[1]), case.free)
     return q + steps * solved * rng.integers(0, 2, q.shape)
@@ -249,13 +250,13 @@ def nearly(case: Case, rng: np.random.Generator, q: np.ndarray) -> np.ndarray:
 def singular(
     case: Case, singularity: Singularity, rng: np.random.Generator, count: int
 ) -> np.ndarray:
-    """(count, n) coordinates where a determinant of the task's Jacobian is zero.
+    """Coordinates (count, n) at which a determinant of the task's Jacobian is zero.
 
-    Random coordinates whose one joint is moved to a zero that is bisected; the Jacobian's smallest
-    singular value there is below SINGULAR.
+    The coordinates are random but for a joint, which bisection moves to a zero of the determinant;
+    the Jacobian's smallest singular value there is below SINGULAR.
 
     Raises:
-        ValueError: If the determinant changes its sign along none of them.
+        ValueError: The determinant changes its sign along none of the random coordinates.
     """
     found = np.empty((0, case.robot.n))
     while len(found) < count:
@@ -271,7 +272,7 @@ def singular(
 def _brackets(
     case: Case, singularity: Singularity, rng: np.random.Generator, q: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The q along whose joint the determinant changes sign, and the bracket of each sign change."""
+    """Coordinates along whose joint the determinant changes sign, with a bracket of each change."""
     k = singularity.joint
     low, high = -np.pi, np.pi
     if not case.turns[k]:

@@ -1,7 +1,7 @@
 """A robot's main chain as screws, and its poses by their product of exponentials.
 
-Both come from the robot's description alone, so that the forward kinematics that is generated does
-not judge the inverse that is generated with it.
+Both come from the robot's description alone, so that the inverse is not judged by forward
+kinematics of the same generated code.
 """
 
 from dataclasses import dataclass
@@ -22,9 +22,9 @@ class Screws:
     """The axes of a chain where all its joints stand at zero, in the base frame [m].
 
     Attributes:
-        axes: (n, 3) unit vectors along revolute axes; zero of a prismatic joint.
+        axes: (n, 3) unit vectors along revolute axes; zero for a prismatic joint.
         points: (n, 3) a point of each revolute axis, the closest to the base's origin.
-        slides: (n, 3) unit vectors along prismatic axes; zero of a revolute joint.
+        slides: (n, 3) unit vectors along prismatic axes; zero for a revolute joint.
         home: (4, 4) pose of the tip.
     """
 
@@ -35,11 +35,11 @@ class Screws:
 
     @property
     def revolute(self) -> np.ndarray:
-        """(n,) which joints turn."""
+        """Whether (n,) joints are revolute."""
         return self.axes.any(axis=1)
 
     def fk(self, theta: np.ndarray) -> np.ndarray:
-        """(..., 4, 4) poses of the tip at joint values (..., n): exp(S1 t1) ... exp(Sn tn) M.
+        """Poses (..., 4, 4) of the tip at joint values (..., n): exp(S1 t1) ... exp(Sn tn) M.
 
         Source: Brockett, Robotic manipulators and the product of exponentials formula, 1983.
         """
@@ -88,7 +88,7 @@ def _placed(placement: Placement, values: dict[sp.Symbol, sp.Expr]) -> np.ndarra
 
 
 def meeting(axes: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, float]:
-    """The point closest to some lines, and how far [m] the farthest of them is from it."""
+    """The point closest to some lines, and the largest distance [m] of a line from the point."""
     normals = np.eye(3) - axes[:, :, None] * axes[:, None, :]
     sums = normals.sum(axis=0), np.einsum("kij,kj->i", normals, points)
     point = np.linalg.lstsq(*sums, rcond=None)[0]
@@ -97,7 +97,7 @@ def meeting(axes: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 def locked(chain: Screws, joint: int, value: float) -> Screws:
-    """The chain whose joint is held at a value: one joint less."""
+    """The chain without a joint, which is held at a value."""
     moved = np.zeros(len(chain.axes))
     moved[joint] = value
     frame = chain.fk(moved) @ inverted(chain.home)
@@ -114,7 +114,7 @@ def locked(chain: Screws, joint: int, value: float) -> Screws:
 
 
 def reverse(chain: Screws) -> Screws:
-    """The chain from tip to base: its poses are the inverses, its joints stand in reverse order."""
+    """The chain from tip to base; its poses are the inverse poses, its joints in reverse order."""
     home = inverted(chain.home)
     R, p = home[:3, :3], home[:3, 3]
     axes, slides = (-(vectors @ R.T)[::-1] for vectors in (chain.axes, chain.slides))

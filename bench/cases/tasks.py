@@ -11,11 +11,12 @@ class Task:
     """A task of the tool.
 
     Attributes:
-        target: From poses (..., 4, 4) to targets.
-        error: From poses and targets to (...) the larger of the distance [m] and the angle [rad].
-        residual: From poses and targets to (..., rows) what is left, as the Jacobian counts it.
-        jacobian: From poses and mixed Jacobians (..., 6, n) to (..., rows, n), singular where the
-            task is.
+        target: Function from poses (..., 4, 4) to targets.
+        error: Function from poses and targets to the larger of distance [m] and angle [rad] (...).
+        residual: Function from poses and targets to residuals (..., rows) in the rows of the
+            Jacobian.
+        jacobian: Function from poses and mixed Jacobians (..., 6, n) to the Jacobian of the task
+            (..., rows, n), which is singular where the task is singular.
     """
 
     target: Callable[[np.ndarray], np.ndarray]
@@ -42,7 +43,7 @@ def _pitch(T: np.ndarray) -> np.ndarray:
 
 
 def _pitch_rates(T: np.ndarray, J: np.ndarray) -> np.ndarray:
-    """The pitch's rates times its cosine, which is zero where two pitches of the axis meet."""
+    """The rates of the pitch times its cosine, which is zero where the axis is vertical."""
     return J[..., 3, :] * T[..., 1, 2, None] - J[..., 4, :] * T[..., 0, 2, None]
 
 
@@ -51,7 +52,7 @@ def _heading(T: np.ndarray) -> np.ndarray:
 
 
 def wrapped(angle: np.ndarray) -> np.ndarray:
-    """The same angle between -pi and pi."""
+    """An angle reduced to -pi..pi by whole turns."""
     return angle - 2 * np.pi * np.round(angle / (2 * np.pi))
 
 
@@ -60,14 +61,14 @@ def _beside(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 
 def _turn(T: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """The sine of the turn that is left times its axis, in base axes."""
+    """The remaining rotation as its axis times the sine of its angle, in base axes."""
     between = wanted[..., :3, :3] @ np.swapaxes(T[..., :3, :3], -1, -2)
     twice = between - np.swapaxes(between, -1, -2)
     return twice[..., (2, 0, 1), (1, 2, 0)] / 2
 
 
 def _tilt(T: np.ndarray, direction: np.ndarray) -> np.ndarray:
-    """The same of the tool's axis, about the tool's x and y."""
+    """The remaining rotation of the tool's axis, about the tool's x and y axes."""
     turn = np.cross(T[..., :3, 2], direction)
     return np.einsum("...ji,...j->...i", T[..., :3, :2], turn)
 
@@ -77,7 +78,7 @@ def _row(values: np.ndarray) -> np.ndarray:
 
 
 def _across(T: np.ndarray, J: np.ndarray) -> np.ndarray:
-    """The tool's axis moves across itself: the two rates about the tool's own x and y."""
+    """The rates of the tool about its own x and y axes, which tilt its z axis."""
     return np.swapaxes(T[..., :3, :2], -1, -2) @ J[..., 3:, :]
 
 

@@ -1,1 +1,1 @@
-"""One module for each benchmark; each exports `run(plan)`."""
+"""The benchmarks: each module exports `run(plan)`."""

@@ -26,7 +26,7 @@ CHAINS = (4, 8, 16, 32, 64)
 
 
 def run(plan: Plan) -> dict[str, object]:
-    """Prints all of it, and returns it for a result file."""
+    """Prints all measurements, and returns them for a result file."""
     rounds = min(plan.rounds, ROUNDS)
     times = {**whole_robots(rounds), **all_robots()}
     growth = {kind: [chain(kind, joints) for joints in CHAINS] for kind in ("planar", "spatial")}
@@ -77,7 +77,7 @@ def whole_robots(rounds: int) -> dict[str, float]:
 
 
 def all_robots() -> dict[str, float]:
-    """All shipped robots from nothing, then with nothing to do, as ``make derive`` does it."""
+    """All shipped robots, first from nothing, then all up to date, as ``make derive`` does it."""
     with tempfile.TemporaryDirectory() as folder:
         environment = {"CHASLES_CACHE": f"{folder}/cache"}
         first = seconds(lambda: _make(folder, environment))
@@ -94,7 +94,7 @@ def _make(folder: str, environment: dict[str, str]) -> None:
 
 
 def chain(kind: str, joints: int) -> dict[str, object]:
-    """Time and size of a chain of so many revolute joints."""
+    """Time and size of the derivation of a chain of revolute joints."""
     robot = _chain(kind, joints)
     files: dict[str, str] = {}
     taken = seconds(lambda: files.update(artifacts(robot, ("fk", "jacobian_mixed"))))
@@ -120,7 +120,7 @@ def _chain(kind: str, joints: int) -> Robot:
 
 
 def operations(rounds: int) -> dict[str, dict[str, int]]:
-    """Operations of forward kinematics: ours, CasADi's matrix product, SymPy's with cse."""
+    """Operations of forward kinematics: chasles, CasADi's matrix product, SymPy with cse."""
     sizes = {}
     rows = []
     for name in ("ur5e", "puma560", "panda", "iiwa14"):

@@ -1,4 +1,4 @@
-"""Cost of fk per joint as chains grow; it rises where the code outgrows a cache."""
+"""Cost of fk per joint as chains grow; the cost rises where the code exceeds a cache."""
 
 import os
 import tempfile
@@ -21,11 +21,11 @@ from ..report import Plan, Ratio, alternated, ratio, table
 CHAINS = (6, 12, 24, 48)
 POSES = 20_000
 BAR = 1 / 1.2
-"""A joint of any chain may cost 1.2 times what one of the shortest does."""
+"""A joint of any chain may cost 1.2 times a joint of the shortest chain."""
 
 
 def run(plan: Plan) -> list[Ratio]:
-    """Cost per joint of every chain beside the shortest's, one pose at a time and in a batch."""
+    """Cost per joint of each chain compared with the shortest, for single poses and in a batch."""
     works: dict[str, dict] = {"scalar": {}, "batch": {}}
     with _folder() as folder:
         for joints in CHAINS:
@@ -43,7 +43,7 @@ def run(plan: Plan) -> list[Ratio]:
 
 
 def twisted(joints: int) -> Robot:
-    """Revolute joints with lengths, offsets and right-angled twists."""
+    """A chain of revolute joints with lengths, offsets and right-angled twists."""
     length, offset, zero = sp.Rational(1, 3), sp.Rational(1, 5), sp.Integer(0)
     rows = [
         dh("revolute", a=length, alpha=sp.pi / 2 * (-1) ** k, d=offset, theta=zero)

@@ -23,18 +23,18 @@ ARMS = ("ur5e", "puma560", "irb6640")
 IN_C = ("ur5e", "puma560")
 CALL_BAR, BATCH_BAR, GENERAL_BAR = 6.0, 50.0, 3.0
 SLOW = "ssik"
-"""Takes ten times as long as the others: no bar for what it is not made for."""
+"""A peer that takes ten times as long as the others on arms it is not made for: it has no bar."""
 C_BAR_NS = 150
 AVX2 = ("-march=x86-64", "-mavx2", "-mfma")
 DERIVED_BAR_S = 10.0
 BATCH = 100_000
 PEERS_BATCH = 2_000
-"""Poses of a peer's batch, whose time is for each pose the same."""
+"""Poses of a peer's batch; its time per pose does not depend on their number."""
 GENERAL = "jaco2"
 
 
 def run(plan: Plan) -> list[Ratio | Limit]:
-    """Ratios to peers, and times in C and of the derivation."""
+    """Ratios to peers, times in C, and times of the derivation."""
     with one_core():
         found: list[Ratio | Limit] = []
         for name in ARMS:
@@ -49,7 +49,7 @@ def poses(name: str, count: int) -> np.ndarray:
 
 
 def calls(plan: Plan, name: str) -> list[Ratio]:
-    """One pose in a call, all solutions in the result."""
+    """Calls for a single pose, each of which returns all solutions."""
     T = poses(name, VECTORS)
     repeats = max(plan.calls // VECTORS, 1)
     works = {OWN: repeated(chasles.load(name).ik, T, repeats)}
@@ -59,7 +59,7 @@ def calls(plan: Plan, name: str) -> list[Ratio]:
 
 
 def batches(plan: Plan, name: str) -> list[Ratio]:
-    """Many poses in a call on one thread; the peers' time is of fewer poses, times as many."""
+    """Calls for many poses on one thread; the peers' times are scaled from fewer poses."""
     T = poses(name, min(plan.batch, BATCH))
     some = T[: min(PEERS_BATCH, len(T))]
     robot = chasles.load(name)
@@ -95,7 +95,7 @@ def _bar(name: str, bar: float) -> float | None:
 
 
 def general(plan: Plan) -> list[Ratio]:
-    """An arm without a solvable structure, beside the module that ssik ships for it."""
+    """An arm without a solvable structure, compared with the module that ssik ships for it."""
     if SLOW in absent_peers() or GENERAL not in chasles.robots():
         out.print(f"{GENERAL} and {SLOW} are not both here: no general arm to compare")
         return []
@@ -112,7 +112,7 @@ def general(plan: Plan) -> list[Ratio]:
 
 
 def in_C(plan: Plan) -> list[Limit]:
-    """One pose after the other in C, all solutions, for a processor with AVX2 and no more."""
+    """All solutions in C, one pose after the other, compiled for AVX2 without AVX-512."""
     if not has_avx2():
         out.print("a processor without AVX2: the inverse in C is not timed")
         return []
@@ -133,7 +133,7 @@ def has_avx2() -> bool:
 
 
 def derived() -> Limit:
-    """From a description to the C and LaTeX of its inverse."""
+    """Time from a description to the C and LaTeX of its inverse."""
     with tempfile.TemporaryDirectory() as folder:
         path = ROBOTS / f"{ARMS[0]}.toml"
         taken = seconds(lambda: write(load(path), Path(folder), ("fk", "ik")))

@@ -22,7 +22,7 @@ ROBOTS = Path(__file__).parents[2] / "derive" / "robots"
 OWN = "chasles"
 CHAIN = "open main chain"
 BARS = {"well_manipulator": 1 / 2}
-"""A robot in actuated coordinates may cost twice what its open main chain does in its own."""
+"""A robot in actuated coordinates may take twice the time of its open main chain."""
 CHAINS = ("well_manipulator", "excavator", "board_installer")
 FIVE_BAR_BAR = 100.0
 TIMED = (
@@ -36,9 +36,9 @@ TIMED = (
 )
 POSES = 20_000
 SWING = 0.075
-"""Radians by which its cranks swing: a step is below a milliradian, as in control."""
+"""Amplitude of the cranks [rad]: a step is below a milliradian, as in control."""
 ITERATED = 1000
-"""Poses of a batch that is solved by iteration."""
+"""Number of poses in a batch that is solved by iteration."""
 
 
 def run(plan: Plan) -> list[Ratio | Limit]:
@@ -48,7 +48,7 @@ def run(plan: Plan) -> list[Ratio | Limit]:
 
 
 def closed(robot: chasles.Robot, count: int) -> np.ndarray:
-    """Random coordinates within limits, -pi..pi where there are none, at which the loops close."""
+    """Random coordinates at which the loops close, within limits, or in -pi..pi without limits."""
     lower = np.where(np.isfinite(robot.lower), robot.lower, -np.pi)
     upper = np.where(np.isfinite(robot.upper), robot.upper, np.pi)
     q = np.random.default_rng(0).uniform(lower, upper, (count, robot.n))
@@ -56,7 +56,7 @@ def closed(robot: chasles.Robot, count: int) -> np.ndarray:
 
 
 def open_chains(plan: Plan) -> list[Ratio]:
-    """Pose and Jacobian in actuated coordinates beside those of the main chain without loops."""
+    """Pose and Jacobian in actuated coordinates compared with the main chain without loops."""
     found = []
     for name in CHAINS:
         robot = chasles.load(name)
@@ -71,7 +71,7 @@ def open_chains(plan: Plan) -> list[Ratio]:
 
 
 def chain_loops(robot: chasles.Robot) -> tuple[Loop, Loop]:
-    """A robot's C, and that of its main chain derived as a serial robot."""
+    """The C of a robot, and the C of its main chain derived as a serial robot."""
     chain = load(ROBOTS / f"{robot.name}.toml").main_chain
     with tempfile.TemporaryDirectory() as folder:
         write(chain, Path(folder), ("fk", "fk_jacobian_mixed"))
@@ -85,14 +85,14 @@ def _posed(loop: Loop, q: np.ndarray) -> Callable[[], None]:
 
 
 def five_bar_path(robot: chasles.Robot) -> np.ndarray:
-    """(500, 2) cranks' angles on a round about the middle of the limits."""
+    """Angles (500, 2) of the cranks on a closed path about the middle of the limits."""
     turn = np.linspace(0, 2 * np.pi, VECTORS, endpoint=False)
     middle = (robot.lower + robot.upper) / 2
     return middle + SWING * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
 
 
 def five_bar_peer(robot: chasles.Robot):
-    """Pinocchio's five-bar, at the beginning of the path."""
+    """The five-bar in Pinocchio, at the beginning of the path."""
     w, a, b = (robot.parameters[name].value for name in ("w", "a", "b"))
     z = robot.configuration(five_bar_path(robot)[0])
     return import_module("..peers.pinocchio_loops", __package__).FiveBar(w, a, b, z)

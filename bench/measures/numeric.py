@@ -1,4 +1,4 @@
-"""Inverse kinematics by iteration: how many reachable poses are missed, and how long one takes."""
+"""Inverse kinematics by iteration: the number of missed reachable poses, and the time per pose."""
 
 import os
 import time
@@ -41,7 +41,7 @@ class Task:
     Attributes:
         robot: The robot.
         T: (m, 4, 4) poses.
-        weights: Of their parts, None if all count.
+        weights: Weights of the parts of the poses; None if all count equally.
     """
 
     robot: chasles.Robot
@@ -49,12 +49,12 @@ class Task:
     weights: tuple[int, ...] | None
 
     def solve(self, T: np.ndarray, threads: int = 1):
-        """The timed call, for one pose or for all poses."""
+        """The timed call, for a single pose or for all poses."""
         return self.robot.ik_numeric(T, weights=self.weights, threads=threads)
 
 
 def run(plan: Plan) -> list[Ratio | Limit]:
-    """Misses and times of all robots, ratios of some to the peer."""
+    """Missed poses and times of all robots, and ratios of some robots to the peer."""
     has_peer = "toolbox" not in absent()
     if not has_peer:
         out.print("no Robotics Toolbox: ik_numeric is timed alone")
@@ -70,7 +70,7 @@ def run(plan: Plan) -> list[Ratio | Limit]:
 
 
 def task(name: str, count: int) -> Task:
-    """Poses at random coordinates within limits, a half turn or a metre about 0 without any."""
+    """Poses at random coordinates within limits, or within half a turn or a metre of 0."""
     robot = chasles.load(name)
     reach = np.array([np.pi if c.unit == "rad" else 1.0 for c in robot.coordinates])
     lower = np.where(np.isfinite(robot.lower), robot.lower, -reach)
@@ -92,7 +92,7 @@ def _peer(name: str) -> tuple[str, Callable]:
 def one_robot(
     made: Task, peer: tuple[str, Callable] | None, rounds: int, rows: list[tuple[object, ...]]
 ) -> list[Ratio | Limit]:
-    """Its misses, times and ratios; appends to the rows of the table what each solver took."""
+    """Missed poses, times and ratios of a robot; appends a row of the table for each solver."""
     solvers: dict[str, Callable] = {OWN: made.solve, **dict([peer] if peer else [])}
     poses = [pose.copy() for pose in made.T]
     taken: dict[str, list[np.ndarray]] = {name: [] for name in solvers}
@@ -114,7 +114,7 @@ def one_robot(
 
 
 def each_timed(solve: Callable, poses: list[np.ndarray]) -> np.ndarray:
-    """Nanoseconds (m,) that each pose took."""
+    """Times (m,) of the calls for each pose [ns]."""
     clock, taken = time.perf_counter_ns, np.empty(len(poses))
     for k, pose in enumerate(poses):
         start = clock()
@@ -124,7 +124,7 @@ def each_timed(solve: Callable, poses: list[np.ndarray]) -> np.ndarray:
 
 
 def errors(made: Task, results: list) -> np.ndarray:
-    """(m,) how far [m or rad] from the poses; NaN where no success is claimed or a limit passed."""
+    """Errors (m,) of the poses [m or rad]; NaN without a claimed success or beyond a limit."""
     robot = made.robot
     q = np.array([result.q for result in results])
     claimed = np.array([bool(result.success) for result in results])
@@ -133,16 +133,16 @@ def errors(made: Task, results: list) -> np.ndarray:
 
 
 def away(made: Task, T: np.ndarray) -> np.ndarray:
-    """(m,) the larger of distance and angle of poses from those wanted."""
+    """The larger of distance and angle (m,) between poses and the wanted poses [m or rad]."""
     distance = np.linalg.norm(T[:, :3, 3] - made.T[:, :3, 3], axis=1)
     columns = slice(2, 3) if made.weights == DIRECTION else slice(0, 3)
     sides = np.linalg.norm(T[:, :3, columns] - made.T[:, :3, columns], axis=(1, 2))
-    # A small turn moves two axes out of three, one if it is about none that counts.
+    # A small rotation moves two axes by its angle; if a single axis is compared, it moves once.
     return np.maximum(distance, sides if made.weights == DIRECTION else sides / np.sqrt(2))
 
 
 def missed(made: Task) -> Limit:
-    """Number of poses for which no valid solution within the limits is returned."""
+    """The number of poses for which no valid solution within the limits is returned."""
     error = errors(made, [made.solve(pose) for pose in made.T])
     count = np.count_nonzero(~(error <= TOLERANCE + ROUNDING))
     return Limit(f"{made.robot.name} ik_numeric, missed of {len(error)}", float(count), "poses", 0)

@@ -1,4 +1,4 @@
-"""One call from Python: a pose, and a pose with its Jacobian."""
+"""Single calls from Python: a pose, and a pose with its Jacobian."""
 
 from collections.abc import Callable, Sequence
 
@@ -17,12 +17,12 @@ VECTORS = 500
 
 
 def run(plan: Plan) -> list[Ratio | Limit]:
-    """Ratios to every peer, and what the call costs beyond the C."""
+    """Ratios to every peer, and the time of a call beyond the time of its C."""
     return [row for arm in ARMS for row in one_arm(plan, arm)]
 
 
 def one_arm(plan: Plan, arm: Arm) -> list[Ratio | Limit]:
-    """The same for one arm."""
+    """Ratios and times of an arm."""
     calls: list[Call] = setups("calls", arm, plan.leave_out)
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (VECTORS, arm.joints))
     repeats = max(plan.calls // VECTORS, 1)
@@ -40,7 +40,7 @@ def one_arm(plan: Plan, arm: Arm) -> list[Ratio | Limit]:
 
 
 def repeated(work: Callable[[np.ndarray], object], q: np.ndarray, repeats: int):
-    """Calls for each row of q, so many times over, each row an array of its own."""
+    """Repeated calls for each row of q, where each row is a separate array."""
     vectors = [vector.copy() for vector in q] * repeats
 
     def repeat() -> None:

@@ -1,4 +1,4 @@
-"""Compiled code, one pose after the other: our C beside C++ that others wrote or generate."""
+"""Compiled code, one pose after the other: the C of chasles compared with C++ of peers."""
 
 import numpy as np
 
@@ -19,7 +19,7 @@ def run(plan: Plan) -> list[Ratio]:
 
 
 def one_arm(plan: Plan, arm: Arm) -> list[Ratio]:
-    """The same for one arm."""
+    """Ratios of an arm."""
     loops: list[Loop] = [*setups("loops", arm, plan.leave_out), plain_loop(arm)]
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (min(POSES, plan.batch), arm.joints))
     T, J = aligned(1, 4, 4), aligned(1, 6, arm.joints)

@@ -1,4 +1,4 @@
-"""Small things: a batch of one and of none, import and load."""
+"""Fixed costs: batches of one pose and of none, import and load."""
 
 import subprocess
 import sys
@@ -16,12 +16,12 @@ IMPORT_MS, LOAD_MS = 100, 20
 
 
 def run(plan: Plan) -> list[Ratio | Limit]:
-    """All of them."""
+    """Ratios and limits of all fixed costs."""
     return [*batches(plan), *startup(plan)]
 
 
 def batches(plan: Plan) -> list[Ratio | Limit]:
-    """A batch of one beside a single call; a batch of none, which must work."""
+    """A batch of one pose compared with a single call; a batch of none, which must work."""
     fk = chasles.load("ur5e").fk
     single = np.random.default_rng(0).uniform(-np.pi, np.pi, 6)
     shapes = {"single": single, "one": single[None], "none": np.empty((0, 6))}

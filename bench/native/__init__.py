@@ -1,1 +1,1 @@
-"""Generated and foreign C and C++, compiled into loops that Python times."""
+"""C and C++ of chasles and its peers, compiled into loops that Python times."""

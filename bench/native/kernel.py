@@ -24,17 +24,17 @@ void run(const double *in, long size, long count, double *out)
 """
 """The empty assembly makes the compiler assume that the results are read between two calls."""
 ROOM = 512
-"""Largest number of doubles in a result; whole cache lines."""
+"""Largest number of doubles in a result, in whole cache lines."""
 
 
 @dataclass(frozen=True)
 class Kernel:
-    """A compiled function that is called for each row of an array, results to the same place.
+    """A compiled function that is called for each row of an array and overwrites its results.
 
     Attributes:
         library: The loaded library.
         size: Numbers in a row.
-        results: What the last call gave, one row a result.
+        results: The results of the last call, one row for each output.
     """
 
     library: ctypes.CDLL

@@ -1,4 +1,4 @@
-"""Compiles C and C++ for the benchmarks, kept in build/bench by content."""
+"""Compiles C and C++ for the benchmarks; keeps the libraries in build/bench by content."""
 
 import ctypes
 import hashlib
@@ -21,14 +21,14 @@ from chasles.contract.compiler import FLAGS
 BUILD = Path(__file__).parents[2] / "build" / "bench"
 LOOP = Path(__file__).with_name("loop.h")
 UNPACKED = "-fno-tree-slp-vectorize"
-"""Flag for our own C alone: GCC 12 packs scalars into wrong numbers; peers would lose speed."""
+"""Flag for the C of chasles alone: GCC 12 vectorises it wrongly; the peers would lose speed."""
 FLAGS_OF_ALL = (
     *(flag for flag in FLAGS if flag != UNPACKED and not flag.startswith("-std")),
     "-DNDEBUG",
 )
-"""Flags that chasles gives its own C, here given to every peer: -O3 -march=native, no errno.
+"""Flags of chasles' own C, which every peer gets too: -O3 -march=native, no errno.
 
-NDEBUG is for the peers' sake: Eigen's assertions take as long as the kinematics.
+NDEBUG serves the peers: Eigen's assertions take as long as the kinematics.
 """
 
 
@@ -38,7 +38,7 @@ class Source:
 
     Attributes:
         name: Its name.
-        files: The text of each file; the first is the one to compile.
+        files: The text of each file; the first file is compiled.
         flags: Further flags: include folders, definitions.
     """
 
@@ -48,7 +48,7 @@ class Source:
 
     @property
     def command(self) -> tuple[str, ...]:
-        """Compiler and flags, by the first file's ending."""
+        """Compiler and flags, by the ending of the first file."""
         plus = next(iter(self.files)).endswith(".cpp")
         compiler = shlex.split(os.environ.get("CXX", "c++") if plus else os.environ.get("CC", "cc"))
         standard = "-std=c++17" if plus else "-std=c99"
@@ -56,14 +56,14 @@ class Source:
 
     @property
     def path(self) -> Path:
-        """Where the compiled library is kept."""
+        """Path of the compiled library."""
         parts = [*self.command, *self.files, *self.files.values(), compiler_version(self.command)]
         digest = hashlib.sha256("\0".join(parts).encode()).hexdigest()
         return BUILD / f"{self.name}-{digest[:16]}.so"
 
 
 def compiler_version(command: Sequence[str]) -> str:
-    """The first line a compiler says of itself, or '' where there is none."""
+    """The first line of a compiler's ``--version``, or '' without a compiler."""
     if shutil.which(command[0]) is None:
         return ""
     done = subprocess.run([command[0], "--version"], capture_output=True, text=True, check=False)
@@ -71,7 +71,7 @@ def compiler_version(command: Sequence[str]) -> str:
 
 
 def compiled(source: Source) -> Path:
-    """The library, compiled if that was not done before."""
+    """The library; compiles it if it is not there yet."""
     if not source.path.exists():
         BUILD.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=BUILD) as folder:
@@ -91,9 +91,9 @@ class Loop:
     Attributes:
         name: The peer's name.
         library: The loaded library.
-        joints: Joints of the arm it was made for.
+        joints: Number of joints of its arm.
         by_columns: Whether its Jacobian lies column by column.
-        context: What its functions take first.
+        context: The first argument of its functions.
     """
 
     name: str
@@ -103,11 +103,11 @@ class Loop:
     context: int | None = None
 
     def fk(self, q: np.ndarray, T: np.ndarray) -> None:
-        """Poses of all rows of q, each into its own row of T, or all into the one that T has."""
+        """Poses of all rows of q, each into its row of T, or all into the single row of T."""
         self._run(self.library.run_fk, q, T)
 
     def fk_jacobian(self, q: np.ndarray, T: np.ndarray, J: np.ndarray) -> None:
-        """The same with Jacobians."""
+        """Poses and Jacobians of all rows of q, as :meth:`fk`."""
         self._run(self.library.run_fk_jacobian, q, T, J)
 
     def _run(self, function, q: np.ndarray, *outputs: np.ndarray) -> None:
@@ -121,9 +121,9 @@ class Loop:
 
 
 def aligned(*shape: int) -> np.ndarray:
-    """Zeros that begin with a cache line, for a result that is written again and again.
+    """Zeros aligned to a cache line, for a result that is written repeatedly.
 
-    Where they begin by chance, a store into two lines makes one run slower than the next.
+    With another alignment, stores into two lines make one run slower than the next.
     """
     memory = np.zeros(math.prod(shape) + 8)
     start = -memory.ctypes.data % 64 // 8
@@ -131,7 +131,7 @@ def aligned(*shape: int) -> np.ndarray:
 
 
 def complete(source: Source) -> Source:
-    """The source with the loop.h that it includes."""
+    """The source with loop.h, which it includes."""
     files = {**source.files, LOOP.name: LOOP.read_text(encoding="utf-8")}
     return Source(source.name, files, source.flags)
 

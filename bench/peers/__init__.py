@@ -1,1 +1,1 @@
-"""Set-ups of other libraries for the same kinematics, by the problem that they solve."""
+"""Other libraries, set up for the same kinematics, by the problem that they solve."""

@@ -1,15 +1,15 @@
 """A five-bar in Pinocchio: the open tree, a constraint that closes it, and NumPy to solve it.
 
-That is what Pinocchio has for a robot with loops: positions by Newton's iteration on the
-constraint, rates by its Jacobian, ``J_passive z' = -J_actuated q'``. All is made for this robot:
-the rows and columns of the plane are picked, and what the last pose left is where the next begins.
+Pinocchio solves a robot with loops by Newton's iteration on the constraint, and its rates by the
+constraint's Jacobian, ``J_passive z' = -J_actuated q'``. The code is for this robot alone: it
+selects the rows and columns of the plane, and starts each pose from the last configuration.
 """
 
 import numpy as np
 import pinocchio as pin
 
 CLOSED = 1e-12
-"""Metres at which the iteration ends."""
+"""Residual at which the iteration ends [m]."""
 CORRECTIONS = 20
 MIXED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
 ACTUATED, PASSIVE = slice(0, 4, 2), slice(1, 4, 2)
@@ -19,8 +19,8 @@ class FiveBar:
     """Two cranks and two couplers that meet in the tool.
 
     Attributes:
-        z: Left crank and elbow, right crank and elbow (radian): where the next iteration begins.
-        corrections: How often the elbows were corrected so far.
+        z: Left crank and elbow, right crank and elbow (radian), the start of the next iteration.
+        corrections: Number of corrections of the elbows so far.
     """
 
     def __init__(self, w: float, a: float, b: float, z: np.ndarray) -> None:
@@ -48,7 +48,7 @@ class FiveBar:
         return self.model.addJoint(crank, pin.JointModelRZ(), _shift(a), f"elbow at {x}")
 
     def close(self, q: np.ndarray) -> np.ndarray:
-        """Closes the loop at the cranks' angles q; the constraint's Jacobian there, (3, 4)."""
+        """Closes the loop at the cranks' angles q; returns the constraint's Jacobian, (3, 4)."""
         model, data, closure, closed, z = self.model, self.data, self.closure, self.closed, self.z
         z[ACTUATED] = q
         for _ in range(CORRECTIONS):
@@ -63,13 +63,13 @@ class FiveBar:
         raise ArithmeticError(f"the loop does not close at q = {q}")
 
     def fk_jacobian(self, q: np.ndarray) -> tuple[pin.SE3, np.ndarray]:
-        """Pose of the tool and its mixed Jacobian by q, (6, 2)."""
+        """Pose of the tool and its mixed Jacobian with respect to q, (6, 2)."""
         z_D_q = self._map(self.close(q))
         J = pin.getFrameJacobian(self.model, self.data, self.tool, MIXED)
         return pin.updateFramePlacement(self.model, self.data, self.tool), J @ z_D_q
 
     def velocity_map(self, z: np.ndarray) -> np.ndarray:
-        """Rates of all four joints by those of the cranks, (4, 2), at a closed configuration."""
+        """Map from the rates of the cranks to the rates of all joints, (4, 2), at a closed z."""
         pin.computeJointJacobians(self.model, self.data, z)
         return self._map(
             pin.getConstraintJacobian(self.model, self.data, self.closure, self.closed)

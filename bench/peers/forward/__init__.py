@@ -1,13 +1,13 @@
 """Peers of the forward kinematics, each set up in its own file.
 
-Every file offers some of these, and each returns what is listed:
+Every file has some of these functions:
 
     calls(arm)    ways to call it from Python for one pose: a list of Call
     loops(arm)    its compiled functions in a loop in C: a list of Loop
     batches(arm)  ways to compute many poses in one call: a list of Batch
 
-so that the same set-up serves the benchmarks and the tests. A file whose package is not installed
-raises ImportError when it is imported.
+The benchmarks and the tests share these functions. A file whose package is not installed raises
+ImportError when it is imported.
 """
 
 from collections.abc import Callable, Sequence
@@ -31,21 +31,21 @@ INSTALL = {
     "symforce": "symforce cmeel-eigen",
     "jax": "jax",
 }
-"""The peers, and what pip calls the packages that they need."""
+"""The peers, and the packages that they need, by their names in pip."""
 
 SLOW_TO_BUILD = frozenset(("pinocchio_cpp",))
-"""Peers whose first build takes longer than all other benchmarks' short runs."""
+"""Peers whose first build takes longer than the short runs of all other benchmarks."""
 
 
 @dataclass(frozen=True)
 class Call:
-    """One way to call a peer from Python.
+    """A way to call a peer from Python.
 
     Attributes:
-        name: The peer, and which of its interfaces.
-        fk: From q (n,) to whatever the peer returns: this is timed.
-        fk_jacobian: The same for pose and mixed Jacobian.
-        read: From what one of the two returned to (T,) or (T, J), of shapes (4, 4) and (6, n).
+        name: The peer and its interface.
+        fk: The timed function from q (n,) to the peer's own type of pose.
+        fk_jacobian: The timed function from q (n,) to pose and mixed Jacobian in the peer's types.
+        read: Function from a result of these to (T,) or (T, J), of shapes (4, 4) and (6, n).
     """
 
     name: str
@@ -56,7 +56,7 @@ class Call:
 
 @dataclass(frozen=True)
 class Batch:
-    """One way to compute many poses at once: fk and fk_jacobian of q (m, n), as arrays."""
+    """A way to compute many poses at once: fk and fk_jacobian of q (m, n), as arrays."""
 
     name: str
     fk: Callable[[np.ndarray], Any]
@@ -64,7 +64,7 @@ class Batch:
 
 
 def absent() -> dict[str, str]:
-    """The peers that cannot be imported, with what to install for each."""
+    """The peers that cannot be imported, with the package to install for each."""
     return {name: install for name, install in INSTALL.items() if _imported(name) is None}
 
 
@@ -81,7 +81,7 @@ def setups(
 
 
 def is_built(name: str) -> bool:
-    """Whether a peer that takes long to compile was compiled before."""
+    """Whether a peer that takes long to compile is compiled already."""
     module = _imported(name)
     return module is not None and complete(module.source()).path.exists()
 

@@ -1,4 +1,4 @@
-"""CasADi: a Function called as it is, through its buffer, and through the buffer as compiled C."""
+"""CasADi: a Function called directly, through its buffer, and through the buffer as compiled C."""
 
 import tempfile
 from pathlib import Path
@@ -64,7 +64,7 @@ def _external(arm: Arm) -> tuple[ca.Function, ca.Function]:
     with tempfile.TemporaryDirectory() as folder:
         generator.generate(f"{folder}/")
         text = (Path(folder) / "functions.c").read_text(encoding="utf-8")
-    # Our flags hide what is not marked for export; this makes CasADi mark it.
+    # The compiler's flags hide symbols without an export mark; this makes CasADi mark them.
     source = Source(f"casadi-{arm.name}", {"functions.c": text}, ("-DGCC_HASCLASSVISIBILITY",))
     path = str(compiled(source))
     return ca.external("fk", path), ca.external("fk_jacobian", path)

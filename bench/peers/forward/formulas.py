@@ -1,7 +1,7 @@
 """Forward kinematics and mixed Jacobian as products of elementary motions, on any kind of number.
 
-This is what a user of a symbolic peer writes down. Zeros and ones of fixed right angles drop out
-here, so that all peers start from the same equations and none has to find them.
+A user of a symbolic peer writes these equations. Zeros and ones of fixed right angles drop out
+here, so that all peers start from the same equations.
 """
 
 from collections.abc import Callable, Sequence
@@ -19,9 +19,9 @@ def fk_jacobian(
 
     Args:
         arm: The arm.
-        q: One number of the kind for each joint.
-        cos: Cosine of such a number.
-        sin: Sine of such a number.
+        q: A number for each joint, of the peer's type.
+        cos: Cosine of a number of this type.
+        sin: Sine of a number of this type.
     """
     R: Rows = [[int(i == j) for j in range(3)] for i in range(3)]
     p: list[Any] = [0, 0, 0]

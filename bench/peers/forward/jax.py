@@ -14,7 +14,7 @@ import jax
 import jax.numpy as jnp
 
 jax.config.update("jax_enable_x64", True)
-# Its threads are made at first use, and stay on the cores that they were made on.
+# JAX creates its threads at first use; they stay on the cores of their creation.
 with one_core():
     jax.devices()
 

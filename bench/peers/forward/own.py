@@ -12,7 +12,7 @@ from . import Batch, Call
 
 NAME = "chasles"
 PLAIN = "chasles, one sine at a time"
-"""Our C with the sines of libm, which is what the C++ of the peers calls."""
+"""The C of chasles with the sines of libm, which the C++ of the peers calls too."""
 PLAIN_FLAGS = ("-DCHASLES_PLAIN",)
 
 
@@ -37,7 +37,7 @@ def plain_loop(arm: Arm) -> Loop:
 def generated_loop(
     folder: Path, name: str, joints: int, pair: bool = True, flags: Sequence[str] = ()
 ) -> Loop:
-    """The generated C in a folder, in a loop; without Jacobian where only fk was derived."""
+    """A loop over the generated C in a folder; without Jacobian if only fk was derived."""
     both = f"{name}_fk_jacobian_mixed(q, T, J);" if pair else "(void)q, (void)T, (void)J;"
     main = f"""
 #include "{name}.c"

@@ -35,7 +35,7 @@ def loops(arm: Arm) -> list[Loop]:
 
 
 def source() -> Source:
-    """One library for all arms, as it takes long to compile."""
+    """The source of a library for all arms, which share it because it takes long to compile."""
     text = SOURCE.read_text(encoding="utf-8")
     folders = [f"-isystem{folder}" for folder in FOLDERS]
     return Source("pinocchio", {SOURCE.name: text}, (*DEFINITIONS, *folders))

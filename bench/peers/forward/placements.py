@@ -1,4 +1,4 @@
-"""The constant placements between joints, for peers that take a tree of joints."""
+"""Constant placements between joints, for peers that take a tree of joints."""
 
 import numpy as np
 
@@ -18,7 +18,7 @@ def matrix(motion: Motion) -> np.ndarray:
 
 
 def placements(arm: Arm) -> np.ndarray:
-    """(n + 1, 4, 4): what stands before each joint, all of which turn about z, then the tool."""
+    """Placements (n + 1, 4, 4) before each joint, which turns about z, then of the tool."""
     found = [np.eye(4)]
     for motion in arm.motions:
         if motion.value is None:

@@ -1,4 +1,4 @@
-"""SymForce: C++ generated here and now from the same equations."""
+"""SymForce: C++ generated during the run from the same equations."""
 
 import tempfile
 from pathlib import Path
@@ -9,7 +9,7 @@ from ...cases.arms import Arm
 from ...native.library import Loop, Source, headers, loop
 from .formulas import fk_jacobian
 
-# Nothing here divides; SymForce insists on a choice before its first import.
+# The equations hold no division; SymForce requires this setting before its first import.
 symforce.set_epsilon_to_number()
 
 import symforce.symbolic as sf  # noqa: E402
@@ -39,7 +39,7 @@ static void fk_jacobian(void *, const double *q, double *T, double *J)
 def loops(arm: Arm) -> list[Loop]:
     files = {"main.cpp": MAIN.format(n=arm.joints), **_generated(arm)}
     folder = headers("cmeel-eigen", "/Eigen/Core")
-    # Unaligned, so that its matrices may lie anywhere in an array.
+    # Unaligned, so that the matrices may lie anywhere in an array.
     flags = ("-DEIGEN_MAX_ALIGN_BYTES=0", f"-isystem{folder}")
     source = Source(f"symforce-{arm.name}", files, flags)
     return [loop("SymForce", arm.joints, source, by_columns=True)]
@@ -48,7 +48,7 @@ def loops(arm: Arm) -> list[Loop]:
 def _generated(arm: Arm) -> dict[str, str]:
     q = sf.Matrix(arm.joints, 1).symbolic("q")
     T, J = (sf.Matrix(rows) for rows in fk_jacobian(arm, list(q), sf.cos, sf.sin))
-    # Its matrices lie column by column; the pose transposed lies row by row.
+    # SymForce stores matrices by columns; the transposed pose is stored by rows.
     outputs = {"pose": Values(T=T.T), "both": Values(T=T.T, J=J)}
     files = {}
     with tempfile.TemporaryDirectory() as folder:

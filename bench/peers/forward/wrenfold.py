@@ -1,4 +1,4 @@
-"""wrenfold: C++ generated here and now from the same equations."""
+"""wrenfold: C++ generated during the run from the same equations."""
 
 from wrenfold import code_generation, sym, type_annotations
 from wrenfold.code_generation import OutputArg

@@ -45,7 +45,7 @@ def _set_up(chain: Screws, family: Callable, *groups: tuple[int, ...]) -> Invers
 
 
 def _reversed(chain: Screws) -> Inverse | None:
-    """The same arm from its tip, where the first three axes are a wrist."""
+    """The arm from its tip to its base, for arms whose first three axes form a wrist."""
     other = inverse(reverse(chain))
     if other is None:
         return None

@@ -1,4 +1,4 @@
-"""Peers' inverse kinematics under one interface, for arms of revolute joints given as screws."""
+"""A common interface to peers' inverse kinematics, for arms of revolute joints given as screws."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -11,14 +11,14 @@ import numpy as np
 from ...cases.screws import Screws, locked, meeting
 
 INSTALL = {"eaik": "EAIK", "ik_geo": "ik-geo", "ssik": "ssik"}
-"""The peers, and what pip calls them. Each file has `inverse(chain)`, None if it cannot."""
+"""The peers and their names in pip. `inverse(chain)` of each file is None if it cannot solve it."""
 MEET = 1e-9
 """Largest distance [m] of axes from a common point at which they count as intersecting."""
 PARALLEL = 1e-9
 
 
 class Unsolved(Exception):
-    """A peer has no solver for such an arm."""
+    """A peer has no solver for an arm."""
 
 
 @dataclass(frozen=True)
@@ -26,8 +26,8 @@ class Answers:
     """The answers of a solver to some poses.
 
     Attributes:
-        q: (m, k, n) joint values, NaN where there are less than k.
-        claimed: (m, k) whether they are said to be solutions, no least-squares answers.
+        q: (m, k, n) joint values, NaN in slots without an answer.
+        claimed: (m, k) whether the solver claims a solution, not a least-squares answer.
     """
 
     q: np.ndarray
@@ -36,14 +36,14 @@ class Answers:
 
 @dataclass(frozen=True)
 class Inverse:
-    """A peer that was set up for an arm.
+    """A peer that is set up for an arm.
 
     Attributes:
         name: The peer.
-        call: From one prepared pose to whatever it returns: this is timed.
-        read: From that to joint values (k, n) and which are claimed (k,).
-        prepare: From a pose (4, 4) to the pose that it takes.
-        batch: From prepared poses (m, 4, 4) to whatever it returns for all, on one thread.
+        call: The timed function from a prepared pose to the peer's own type of result.
+        read: Function from this result to joint values (k, n) and claims (k,).
+        prepare: Function from a pose (4, 4) to the pose that the peer takes.
+        batch: Function from prepared poses (m, 4, 4) to the peer's results, on one thread.
     """
 
     name: str
@@ -53,12 +53,12 @@ class Inverse:
     batch: Callable[[np.ndarray], Any]
 
     def found(self, T: np.ndarray) -> tuple[Any, Any]:
-        """Joint values and claims for one pose."""
+        """Joint values and claims for a single pose."""
         return self.read(self.call(self.prepare(T)))
 
 
 def absent() -> dict[str, str]:
-    """The peers that are not installed, with what to install for each."""
+    """The peers that are not installed, with the package to install for each."""
     return {name: package for name, package in INSTALL.items() if _imported(name) is None}
 
 
@@ -72,10 +72,10 @@ def inverses(chain: Screws) -> list[Inverse]:
 def answers(name: str, chain: Screws, T: np.ndarray, lock: int, values: np.ndarray) -> Answers:
     """The answers of a peer to poses (m, 4, 4).
 
-    Where the peer cannot solve the whole arm, joint `lock` is held at values (m,).
+    If the peer cannot solve the whole arm, joint `lock` is held at values (m,).
 
     Raises:
-        Unsolved: If it cannot solve such an arm either.
+        Unsolved: The peer cannot solve the arm with this joint held either.
     """
     module = _imported(name)
     assert module is not None
@@ -97,7 +97,7 @@ def _locked(
 
 
 def gathered(found: Iterator[tuple[Any, Any]], joints: int) -> Answers:
-    """Lists of different length as arrays."""
+    """Answers of different numbers as arrays, padded with NaN."""
     rows = list(found)
     most = max((len(q) for q, _ in rows), default=0)
     all_q = np.full((len(rows), most, joints), np.nan)
@@ -109,7 +109,7 @@ def gathered(found: Iterator[tuple[Any, Any]], joints: int) -> Answers:
 
 
 def aligned(chain: Screws) -> Callable[[np.ndarray], np.ndarray]:
-    """Poses of a tip whose axes are the base's at zero, which is how these peers are told arms."""
+    """Poses of a tip whose axes at zero are the axes of the base, as these peers expect."""
     turn = np.eye(4)
     turn[:3, :3] = chain.home[:3, :3].T
     return lambda T: T @ turn

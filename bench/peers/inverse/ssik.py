@@ -1,4 +1,4 @@
-"""ssik (Srinivasa): a module is generated for each arm, over compiled solvers."""
+"""ssik (Srinivasa): generates a module for each arm, which calls compiled solvers."""
 
 import hashlib
 import importlib.util
@@ -25,7 +25,7 @@ def inverse(chain: Screws) -> Inverse | None:
 
 
 def _generated(chain: Screws) -> ModuleType:
-    """The module that `ssik build` would write for an arm."""
+    """The module that `ssik build` generates for an arm."""
     P = offsets(chain)
     name = f"ssik_{hashlib.sha256(chain.axes.tobytes() + P.tobytes()).hexdigest()[:16]}"
     path = BUILD / f"{name}.py"

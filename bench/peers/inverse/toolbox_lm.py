@@ -1,7 +1,7 @@
 """The Robotics Toolbox: Levenberg-Marquardt with random restarts, in C++, called from Python.
 
-An arm is its screws: a constant transform to each axis, a turn or a slide along z, and a constant
-transform to the tool. There are no fewer elements that say the same, and none is slower.
+An arm is a sequence of a constant transform to each axis, a rotation about or a translation along
+its z, and a constant transform to the tool. No shorter sequence of elements describes the arm.
 """
 
 from collections.abc import Callable
@@ -17,7 +17,7 @@ TOLERANCE = 1e-13
 
 
 def inverse(chain: Screws, lower: np.ndarray, upper: np.ndarray) -> Callable:
-    """From a pose (4, 4) to its solution with `q` and `success`; it begins where it wants to."""
+    """The function from a pose (4, 4) to a solution with `q` and `success`, from its own starts."""
     elements = sequence(chain, lower, upper)
 
     def call(T: np.ndarray):
@@ -39,7 +39,7 @@ def sequence(chain: Screws, lower: np.ndarray, upper: np.ndarray) -> rtb.ETS:
 
 
 def _along(axis: np.ndarray, point: np.ndarray) -> np.ndarray:
-    """A frame at a point whose z is an axis."""
+    """A frame at a point, with its z axis along a direction."""
     across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
     x = across / np.linalg.norm(across)
     frame = np.eye(4)
