@@ -23,7 +23,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line.
 
     Args:
-        arguments: The arguments after the program's name; those of the process if None.
+        arguments: The arguments after the program's name; None takes the arguments of the process.
 
     Returns:
         The exit status: 0 if all went well, 1 otherwise.

@@ -17,7 +17,7 @@ def lazy_package(
 
     The first access to an attribute loads the robot, and compiles it if necessary; the module also
     has the robot itself, as `robot`. After that the functions are plain globals of the module.
-    Errors are those of `chasles.load`.
+    It raises the errors of `chasles.load`.
 
     Args:
         namespace: The `globals()` of the generated package.

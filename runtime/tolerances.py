@@ -84,7 +84,7 @@ rounding."""
 # --- iterative: inverse of a pose ---
 
 NUMERIC_SOLVED = SOLVED
-"""Default tolerance of `ik_numeric` (metre, radian): that of a closed-form solution."""
+"""Default tolerance of `ik_numeric` (metre, radian), the same as for a closed-form solution."""
 PROBE = 1e-3
 """Metres or radians by which coordinates are moved to find the joints that follow."""
 STANDSTILL = PROBE**3

@@ -58,7 +58,7 @@ class LinkFrame:
 
 @dataclass(frozen=True)
 class Station:
-    """One angle of a group, and the slides and frames that turn with it.
+    """An angle of a group, with the slides and frames that turn with it.
 
     Attributes:
         joint: Index of the joint that turns here; None at the start of a group.
@@ -235,7 +235,7 @@ class _Builder:
     Attributes:
         groups: The finished groups.
         stations: The stations of the open group.
-        turned: Sum of the open group's joint values, those of opposite axes negative.
+        turned: Sum of the open group's joint values, where joints of opposite axes count negative.
         offset: Sum of the open group's constant angles.
         unsettled: Part of the offset that the last station's axes do not contain yet.
         sign: -1 while the axes are opposite to the group's, else 1.

@@ -58,7 +58,7 @@ class Kinematics:
     Attributes:
         robot: The chain, for its names.
         terms: Names of all terms.
-        motion: How the chain's joints move with the coordinates.
+        motion: The motion of the chain's joints with the coordinates.
         arguments: ``q``, ``qd`` and ``qdd``.
         forward: Forward kinematics of the chain in its smallest form.
         links: Forward kinematics of the chain with all its links.
@@ -87,7 +87,7 @@ class Kinematics:
             robot: The chain, for its names.
             terms: Names of all terms.
             groups: The chain in its smallest form.
-            motion: How the chain's joints move with the coordinates.
+            motion: The motion of the chain's joints with the coordinates.
             arguments: ``q``, ``qd`` and ``qdd``.
             links: The chain with all its links, where ``groups`` lack some.
         """
@@ -103,12 +103,12 @@ class Kinematics:
         return {name: derivation.function(name) for name in FUNCTIONS if name in names}
 
     def function(self, name: str) -> SymbolicFunction:
-        """One function of :data:`FUNCTIONS`."""
+        """The function with a name in :data:`FUNCTIONS`."""
         return self.functions([name])[name]
 
 
 class _Derivation:
-    """One pass over the functions of a chain; a Jacobian's columns serve all that need them."""
+    """A pass over the functions of a chain; the functions share the columns of the Jacobians."""
 
     def __init__(self, chain: Kinematics) -> None:
         self.robot, self.terms, self.motion = chain.robot, chain.terms, chain.motion
@@ -119,7 +119,7 @@ class _Derivation:
         self._columns_dot: dict[Representation, list[Twist]] = {}
 
     def function(self, name: str) -> SymbolicFunction:
-        """One function; functions are asked for in the order of :data:`FUNCTIONS`."""
+        """The function with a name; callers follow the order of :data:`FUNCTIONS`."""
         for representation in REPRESENTATIONS:
             if name == f"jacobian_{representation}":
                 return self._jacobian(representation)

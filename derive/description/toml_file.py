@@ -27,7 +27,7 @@ Keys = tuple[str | int, ...]
 Word = TypeVar("Word", bound=str)
 LONGEST_FILE = 1_000_000
 OWN_FIELDS = ("name", "title", "source")
-"""Fields, besides parameters, with which a file replaces those of the file that it extends."""
+"""Fields, besides parameters, that a file replaces in the file that it extends."""
 HEIR_FIELDS = ("extends", *OWN_FIELDS, "parameters")
 LENGTHS = {
     "m": sp.Integer(1),
@@ -105,7 +105,7 @@ def read_text(path: str | Path) -> str:
 
 
 class TomlFile:
-    """One file: its table, its units, its parameters, and errors that name their line."""
+    """A robot file: its table, its units, its parameters, and errors that name their line."""
 
     def __init__(self, file: str, text: str, heir: "TomlFile | None" = None) -> None:
         """Reads the text.

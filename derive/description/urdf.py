@@ -54,7 +54,7 @@ def from_urdf(
 
 
 class _Urdf:
-    """One URDF: its joints by the link that they carry, and the notes made while reading."""
+    """A URDF: its joints by the link that they carry, and the notes of the reader."""
 
     def __init__(self, file: str, text: str) -> None:
         self.file = file

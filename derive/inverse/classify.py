@@ -43,7 +43,7 @@ class Attempt:
 
     @property
     def is_whole(self) -> bool:
-        """Whether the structure is that of the whole chain, read from the base."""
+        """Whether the structure belongs to the whole chain, read from the base."""
         return not self.given and not self.backwards
 
     @property
@@ -95,7 +95,7 @@ def classify(
     Args:
         robot: The description.
         terms: Receives the constants of the axes.
-        coordinates: How many coordinates move the chain, where loops couple some of its joints.
+        coordinates: Number of coordinates that move the chain, if loops couple some joints.
         families: The families to try, in order.
     """
     lines = Lines(terms, axes_of(robot, terms))
@@ -112,7 +112,7 @@ def of_lines(
 
     Args:
         lines: The chain.
-        coordinates: How many coordinates move it; one a joint by default.
+        coordinates: Number of coordinates that move it; by default the number of joints.
         families: The families to try, in order.
     """
     attempts: list[Attempt] = []

@@ -37,7 +37,7 @@ class Explanation:
         chain: The chain that is explained.
         inverses: Its structure, and the tasks that this solves; None where loops allow the tool
             more than one pose, as a platform's do.
-        loops: How the actuators follow from the main chain; empty for a serial robot.
+        loops: A sentence on the inverse of the loops; empty for a serial robot.
     """
 
     robot: str
@@ -47,7 +47,7 @@ class Explanation:
 
     @property
     def most_solutions(self) -> int:
-        """How many solutions a pose of the tool can have; 0 where they are not known."""
+        """The maximal number of solutions of a pose of the tool; 0 if it is not known."""
         if self.inverses is None:
             return 0
         if self.inverses.general is not None:
@@ -90,7 +90,7 @@ class Explanation:
 
 
 def explain(robot: Described, families: Sequence[Family] = FAMILIES) -> Explanation:
-    """Explains which closed-form inverse a robot has and why, or what its structure lacks.
+    """Explains the closed-form inverse of a robot, or the conditions that its structure misses.
 
     Args:
         robot: A serial robot, or a mechanism, whose main chain is explained.
@@ -221,7 +221,7 @@ def _general(general: GeneralInverse) -> str:
 
 
 def _of_loops(hybrid: Hybrid) -> str:
-    """How the actuators follow from the main chain, in a sentence."""
+    """A sentence on the actuators, which follow from the main chain."""
     mechanism = hybrid.mechanism
     if not mechanism.closers:
         return "The actuators follow from the main chain by constant ratios."

@@ -26,7 +26,7 @@ def ways_to_give(lines: Lines, count: int) -> set[tuple[int, ...]]:
 
     Args:
         lines: The chain.
-        count: How many joints are to be given.
+        count: Number of joints to be given.
 
     Returns:
         Their indices in ascending order. A chain longer than ``LONG`` gets no slides in between.

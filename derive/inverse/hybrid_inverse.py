@@ -1,4 +1,4 @@
-"""The inverse kinematics of a robot with loops: that of its main chain, then its actuators.
+"""The inverse kinematics of a robot with loops: first its main chain, then its actuators.
 
 Where the main chain has a structure of its own, its joints follow from the pose, and the actuators
 from the joints. Where loops keep part of the chain from turning, slides take its place, and the
@@ -109,7 +109,7 @@ def _solved(
     names: tuple[str, ...],
     given: Sequence[int] = (),
 ) -> Solved:
-    """The function; its residual is that of the tool's pose at these actuated coordinates."""
+    """The function; its residual compares the tool's pose at these actuated coordinates."""
     terms = hybrid.terms
     axes, origin = hybrid.kinematics.forward.tool_pose()
     entries = [e for vector in (*axes, origin) for e in vector]

@@ -31,7 +31,7 @@ def nominal_of(robot: Robot, lines: Lines, found: Attempt) -> Robot:
         found: The structure that they nearly have.
 
     Returns:
-        A robot without parameters, whose home pose is that of the calibrated arm.
+        A robot without parameters, with the home pose of the calibrated arm.
     """
     axes = dict(enumerate(lines.axes))
     free = [k for k in axes if k not in found.given]

@@ -67,7 +67,7 @@ def inverses(
     Args:
         robot: The description.
         terms: Names of all terms.
-        coordinates: How many coordinates move it, where it is the main chain of a robot with loops.
+        coordinates: Number of coordinates that move it, if loops couple some joints.
         families: The families to try, in order.
     """
     classification = classify(robot, terms, coordinates, families)

@@ -1,4 +1,4 @@
-"""The inverse of five joints as that of six, the last of which turns the tool about its own axis.
+"""The inverse of five joints as an inverse of six, where joint 6 turns the tool about its axis.
 
 Position and direction of the tool do not depend on this sixth angle, and where the five joints
 reach a pose it is 0.

@@ -38,7 +38,7 @@ def collapsed(
         terms: Names of all terms.
         groups: The chain.
         relations: Sums of turning vectors that are zero.
-        count: How many moving joints the chain has.
+        count: Number of moving joints of the chain.
         gate: A term added to a translation: 0 where the loops behind some angles close, else NaN.
             The translation itself no longer depends on these loops.
 

@@ -48,7 +48,7 @@ Side = Literal["a", "closer", "b"]
 
 
 class Variable(NamedTuple):
-    """One entry of the full configuration z: its name, and its unit, m or rad."""
+    """An entry of the full configuration z: its name, and its unit, m or rad."""
 
     name: str
     unit: str
@@ -56,7 +56,7 @@ class Variable(NamedTuple):
 
 @dataclass(frozen=True)
 class Factor:
-    """One exponential of a loop.
+    """An exponential of a loop.
 
     Attributes:
         name: Name of the joint, swing or cylinder, an entry of z; or of a freedom of the closer
@@ -305,7 +305,7 @@ class _Planar:
         return PhasorSum.of((re, im), self.b.angle - self.a.angle).coordinates(self.terms)
 
     def _offset(self, edge: SlideEdge) -> sp.Expr:
-        """How far b's point is to the right of the guide."""
+        """The distance of b's point from the guide, positive to its right."""
         guide = product(edge.direction, self.a.rotor)
         difference = self.a.point(edge.at_a) - self.b.point(edge.at_b)
         _, across = difference.turned(-self.a.angle).times(conjugate(guide)).coordinates(self.terms)

@@ -15,7 +15,7 @@ def constraint(h: Hybrid) -> SymbolicFunction:
     names = ", ".join(f"{loop.name} ({len(loop.residual)})" for loop in h.equations)
     return h.function(
         "constraint",
-        "What the full configuration leaves open in the loops, zero where they are closed.",
+        "Residuals of the loop closure equations, zero where the loops are closed.",
         f"independent scalar equations of each loop: {names}",
         ("z",),
         Result("residual", tuple(entries), (len(entries),), "m or 1", "residuals"),

@@ -183,7 +183,7 @@ class Hybrid:
         *outputs: Result,
         role: Role = OTHER,
     ) -> SymbolicFunction:
-        """A function of some of the arguments; its role's domain is that of the first."""
+        """A function of some of the arguments; its role has the domain of the first argument."""
         arguments = tuple(self.arguments[argument] for argument in inputs)
         told = replace(role, domain=_DOMAINS[inputs[0]])
         return SymbolicFunction(name, summary, identity, arguments, outputs, self.terms, role=told)

@@ -220,7 +220,7 @@ def _all(
     labels = tuple(_label(h, solution) for _, solution in branches)
     return h.function(
         name,
-        "Every branch of the loops' solution, NaN where it does not close.",
+        "All branches of the loops' solution, NaN where a branch does not close.",
         f"branches: {names}",
         (argument,),
         Result(result, values, (count, width), unit, "one branch a row"),
@@ -270,7 +270,7 @@ def _margins(h: Hybrid, name: str, solution: Solution, argument: str) -> Symboli
     values = [value for _, value in solution.margins]
     function = h.function(
         name,
-        "How far each step of the loops' solution is from its dead point.",
+        "Margin of each step of the loops' solution, zero at its dead point.",
         "sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach",
         (argument,),
         _vector("margin", values, "1", "margins"),

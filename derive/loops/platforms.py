@@ -99,7 +99,7 @@ def rods(h: Hybrid) -> SymbolicFunction:
     names = ", ".join(strut.name for strut in h.mechanism.struts)
     return h.function(
         "rods",
-        "By how much the ends of each rod or cylinder are further apart than its length.",
+        "Distance between the ends of each rod or cylinder less its length.",
         f"|b_i(theta) - a_i(q)| - l_i, i = {names}",
         ("theta", "q"),
         Result("residual", entries, (len(entries),), "m", "excess of distance over length"),

@@ -24,7 +24,7 @@ from .spatial.body_frames import pose_of
 
 @dataclass(frozen=True)
 class Rod:
-    """One strut at given theta and q, in the base frame (metre).
+    """A strut at given theta and q, in the base frame (metre).
 
     Attributes:
         a: Its end on an actuated body or the base.

@@ -28,7 +28,7 @@ _AXES = "xyz"
 
 @dataclass(frozen=True)
 class Field:
-    """One field of a joint.
+    """A field of a joint.
 
     Attributes:
         name: Name in robot files.
@@ -185,7 +185,7 @@ def of_transform(
 
 
 def motions_before(transform: Placement, variable: str) -> int:
-    """How many motions of a link transform stand before the joint's own motion about or along z.
+    """The number of motions in a link transform before the joint's own motion about or along z.
 
     The joint moves right after the factor that holds its variable, and after the turns about z and
     shifts along z next to that, which commute with it.

@@ -120,7 +120,7 @@ class Drive:
 
 @dataclass(frozen=True)
 class Coordinate:
-    """One actuated coordinate, an element of ``q``.
+    """An actuated coordinate, an element of ``q``.
 
     Attributes:
         name: Name of the joint, the cylinder or the motor.

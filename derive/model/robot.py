@@ -75,7 +75,7 @@ class Mimic:
 
 @dataclass(frozen=True)
 class Joint:
-    """One joint and the link that it carries.
+    """A joint and the link that it carries.
 
     Attributes:
         name: Unique name.

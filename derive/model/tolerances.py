@@ -148,7 +148,7 @@ EVEN_CONIC = sp.Rational(4, 10**15)
 REAL_LINES = sp.Rational(1, 10**13)
 """Negative slope of the cubic at 0 down to which the lines of t = 0 are real but for rounding."""
 LEAST_SLOPE = sp.Rational(1, 10**10)
-"""Slopes of the cubic below it are those of a triple root that rounding has separated."""
+"""Slopes of the cubic below it belong to a triple root that rounding has separated."""
 GREATEST_T = sp.Rational(3, 2)
 """Bound of t, which is at most 1, after a step from a triple root."""
 LEAST_T = sp.Rational(1, 10**8)

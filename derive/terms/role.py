@@ -1,4 +1,4 @@
-"""The role of a function: what the runtime has to know of it beside its shapes."""
+"""The role of a function: the facts that the runtime needs besides its shapes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""One named function of a robot, from which LaTeX is printed and C is generated."""
+"""A named function of a robot, from which LaTeX is printed and C is generated."""
 
 import math
 from collections.abc import Iterable
@@ -30,8 +30,8 @@ class Argument:
 class Result:
     """An output: its entries in row-major order, shape, unit and one-line meaning.
 
-    The entries of a function with branches are those of one branch, in the function's signs; the
-    shape is that of all branches, counted by its first dimension.
+    A function with branches has the entries of a single branch, in the function's signs; the shape
+    covers all branches, which the first dimension counts.
     """
 
     name: str
@@ -79,7 +79,7 @@ class WrittenFunction(Signature):
         solver: Name of the solver, the same for every robot; each language has its files.
         tables: The robot's numbers, in the order in which the solver takes them.
         calls: Names of the functions that the solver calls, in the order in which it takes them.
-        branches: How many slots it fills.
+        branches: Number of slots that it fills.
         operations: About how many operations it takes, by which a batch is divided over threads.
     """
 

@@ -138,7 +138,7 @@ class Terms:
         return [symbol for symbol in self.definitions if symbol in found]
 
     def _known_sum(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr] | None:
-        """Cosine and sine of a sum from those of a sum that differs by a constant or a sign."""
+        """Cosine and sine of a sum, from a known sum that differs by a constant or a sign."""
         constant, moving = sp.expand(angle).as_independent(*self.solved, as_Add=True)
         for sign in (1, -1):
             known = self._composed.get(sign * moving)

@@ -20,7 +20,7 @@ class _Argument(Protocol):
     def meaning(self) -> str: ...
 
 class Function(Generic[R_co]):
-    """One compiled function of a robot; R is the type of its result."""
+    """A compiled function of a robot; R is the type of its result."""
 
     @property
     def ufunc(self) -> np.ufunc: ...

@@ -33,7 +33,7 @@ class Need:
     """The condition on which a robot has an attribute.
 
     Attributes:
-        functions: Names of generated functions, all of which the attribute needs.
+        functions: Names of the generated functions that the attribute needs.
         when: A further condition on the robot.
         hint: The reason and the substitute for the error.
     """
@@ -55,7 +55,7 @@ def needs(*functions: str, when: Callable[[Any], bool] = always, hint: Hint = no
     """Marks a method, or the function of a cached property, that rests on generated functions.
 
     Args:
-        functions: Names of generated functions, all of which it needs.
+        functions: Names of the generated functions that it needs.
         when: A further condition on the robot.
         hint: The reason and the substitute for the error.
     """

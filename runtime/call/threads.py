@@ -60,7 +60,7 @@ def run(
         function: The function.
         inputs: Its inputs, checked.
         outs: The arrays to write into, None for a new one; checked.
-        batch: The leading shape, that of the inputs broadcast.
+        batch: The leading shape of the inputs after broadcasting.
         threads: Greatest number of threads; 0 for one per core, and never more than that.
 
     Returns:
@@ -120,7 +120,7 @@ def _overlap(inputs: Sequence[Array], outs: Sequence[Array | None]) -> bool:
 
 
 def _share(ufunc: np.ufunc, parts: Iterator[tuple[Array, ...]], n: int, threads: int) -> None:
-    """Runs the ufunc on all parts; each thread takes the next part that is left."""
+    """Runs the ufunc on all parts; each thread takes the next remaining part."""
 
     def work() -> None:
         for part in parts:

@@ -1,4 +1,4 @@
-"""The inverse of calibrated arms: that of a nominal arm nearby, brought to the true one.
+"""The inverse of calibrated arms: solutions of a nominal arm nearby, refined on the true arm.
 
 The axes of a real arm do not quite meet, and closed forms need axes that do. Off singularities a
 nominal answer is some millimetres away from a true one, and Newton's iteration leads there. Near
@@ -31,7 +31,7 @@ _POSES_AROUND = 40
 
 
 class PolishedSolutions(Solutions):
-    """Solutions of a calibrated arm, iterated from those of a nominal arm nearby.
+    """Solutions of a calibrated arm, iterated from the solutions of a nominal arm nearby.
 
     Attributes:
         nominal_residual: (..., k) the residual of the nominal arm at the start of each slot.
@@ -60,7 +60,7 @@ class PolishedSolutions(Solutions):
 
 
 class PolishedInverse:
-    """The inverse of a calibrated arm: that of a nominal arm, then Newton's iteration.
+    """The inverse of a calibrated arm: the inverse of a nominal arm, then Newton's iteration.
 
     It is called in the same way as the generated function, and returns PolishedSolutions.
     """
@@ -78,7 +78,7 @@ class PolishedInverse:
 
         Args:
             nominal: The generated inverse of the nominal arm.
-            fk_jacobian_mixed: That function of the true arm.
+            fk_jacobian_mixed: The function ``fk_jacobian_mixed`` of the true arm.
             solutions: The class of the result.
             reduced: The value of `__reduce__`.
             fixed: Indices of the coordinates that are given beside the pose and keep their values.

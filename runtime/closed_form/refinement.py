@@ -30,7 +30,7 @@ class Refinement:
     """Newton's iteration for poses that have no valid slot, but one with a small residual.
 
     Attributes:
-        fk_jacobian_mixed: That function of the robot.
+        fk_jacobian_mixed: The function ``fk_jacobian_mixed`` of the robot.
         fixed: Indices of the coordinates that are given beside the pose and keep their values.
         near: Largest residual [m, rad] at which a slot is refined.
     """

@@ -12,7 +12,7 @@ from ..errors import SourceMismatchError
 
 @dataclass(frozen=True, slots=True)
 class Coordinate:
-    """One actuated coordinate: a joint, motor, slider or cylinder.
+    """An actuated coordinate: a joint, motor, slider or cylinder.
 
     Attributes:
         name: As in the robot's description.
@@ -85,7 +85,7 @@ class Argument:
 
 @dataclass(frozen=True, slots=True)
 class FunctionInfo:
-    """One generated C function.
+    """A generated C function.
 
     Attributes:
         name: Its name in Python.
@@ -130,7 +130,7 @@ class FunctionInfo:
 
     @property
     def is_inverse(self) -> bool:
-        """Whether its result is a set of solutions, one a slot."""
+        """Whether its result is a set of solutions in slots."""
         return self.role == "inverse"
 
 
@@ -191,7 +191,7 @@ class Manifest:
 
     Attributes:
         folder: The folder that holds it.
-        digest: SHA-256 of the manifest, which holds those of the files.
+        digest: SHA-256 of the manifest, which holds the hashes of the files.
         name: The robot's name, a C and Python identifier.
         title: The robot's name for people.
         kind: "serial"; "hybrid" with loops in closed form; "platform" with loops that are solved
@@ -204,7 +204,7 @@ class Manifest:
         notes: Remarks, such as numbers that were snapped.
         functions: Its functions.
         loops: Its loops.
-        inverse: How its inverse was found, or why there is none.
+        inverse: The tier of its inverse, or the reason why there is none.
         tolerances: Tolerances of the generated code.
         files: SHA-256 of each generated file.
     """
@@ -268,7 +268,7 @@ class Manifest:
         return tuple(file for file in self.files if file.endswith((".c", ".h")))
 
     def read_source(self, file: str) -> bytes:
-        """The bytes of a generated file, refused unless they are those of the manifest.
+        """The bytes of a generated file, refused unless their hash is the hash in the manifest.
 
         Args:
             file: Its name, such as "ur5e.c".

@@ -91,7 +91,7 @@ def make_recipe(manifest: Manifest) -> Recipe:
 
 
 def check_header(manifest: Manifest, header: str) -> None:
-    """Compares the sizes in the C declarations with those of the manifest.
+    """Compares the sizes in the C declarations with the sizes in the manifest.
 
     The C compiler cannot, since `double T[16]` is a pointer to it. A kernel that writes 16 doubles
     into an array for 12 would destroy memory.

@@ -37,7 +37,7 @@ _SOLUTIONS = {
     "platform": "newton",
     "iterated": "newton",
 }
-"""How the loops of each kind of robot are solved."""
+"""The method that solves the loops, by the kind of the robot."""
 _LAST_DIRECTION = 5
 _WITH_SLOTS = ("inverse", "branches")
 

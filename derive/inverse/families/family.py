@@ -30,13 +30,13 @@ class Family:
 
     Attributes:
         title: The structure in words, for ``--explain`` and the article.
-        joints: How many joints such a chain can have.
+        joints: The numbers of joints that such a chain can have.
         requires: The conditions on the axes, each with its deviation.
         solve: Finds all joints for a displacement of the tool, step by step. A step carries its
             reason, its degenerate case and its equation, which are its words in ``--explain`` and
             in the article.
         readings: The ends from which the axes may be read to have the structure.
-        behind_given: Whether the structure may be that of a longer chain without its given joints.
+        behind_given: Whether a longer chain may have the structure without its given joints.
         solves_pose: Whether ``ik`` of a serial robot asks for the tool's pose. A family that meets
             the position alone offers its tasks instead.
         inputs: The inputs of ``solve`` beside the displacement, a swivel angle for example.

@@ -1,7 +1,7 @@
 """Parallel revolute axes, at most three, and perhaps a slide along them: planar arms and SCARAs.
 
-Most solutions: 2. The answer to a pose out of the plane is the nearest that these steps find; so is
-that of an arm with only two revolute joints to a pose with another angle.
+Most solutions: 2. For a pose out of the plane, and for a pose with another angle where the arm has
+only two revolute joints, the answer is the nearest pose that these steps find.
 """
 
 import numpy as np
@@ -99,7 +99,7 @@ def _in_base_plane(robot: Robot, lines: Lines) -> Solved:
         moved = squares(terms, (origin[0] - X, origin[1] - Y))
         return larger(terms, moved, squares(terms, (axes[0][0] - c, axes[0][1] - s)))
 
-    meaning = "place of the tool in the plane, its angle"
+    meaning = "position of the tool in the plane, its angle"
     return partial_pose(
         "ik_planar",
         robot,

@@ -1,7 +1,7 @@
 """Six joints whose last three are revolute and meet in one point: the spherical wrist.
 
 The first three joints bring the wrist's centre to its position (:mod:`..steps.three_joints`), then
-the wrist turns the tool. Most solutions: twice those of the first three joints.
+the wrist turns the tool. Most solutions: twice the number for the first three joints.
 
 Source: Pieper 1968; Elias and Wen 2022, 4.1.
 """

@@ -83,7 +83,7 @@ class LineEquations:
     """The equations of a split.
 
     Attributes:
-        left: (14, 9) in the pose: the column of 1, then those of y.
+        left: (14, 9) in the pose: the column of 1, then the columns of y.
         right: (3, 14, 9), of 1, cos and sin of the suppressed angle, constant.
     """
 

@@ -32,12 +32,12 @@ Solver = Callable[[Work, Lines, Vector, Vector], None]
 
 @dataclass(frozen=True)
 class Case:
-    """One structure of three joints.
+    """A structure of three joints.
 
     Attributes:
         kinds: r or p of each joint.
         title: The structure in words.
-        most_solutions: How many solutions there can be.
+        most_solutions: The maximal number of solutions.
         requires: Its conditions.
         solve: Its solution.
     """

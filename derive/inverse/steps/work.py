@@ -14,7 +14,7 @@ from ..subproblems.turns import CosSin
 
 @dataclass(frozen=True)
 class InverseStep:
-    """One step of a closed-form inverse.
+    """A step of a closed-form inverse.
 
     Attributes:
         joints: Names of the joints whose sum the step finds.
@@ -37,9 +37,9 @@ class NamedVector:
 
     Attributes:
         letters: LaTeX letters in order of preference; a letter that a parameter has is avoided.
-        meaning: What it is, in words.
+        meaning: The meaning of the vector, in words.
         vector: Its components (metre where it is a position), in base axes.
-        after: How many steps it rests on.
+        after: Number of steps before it, on which it depends.
     """
 
     letters: tuple[str, ...]
@@ -54,7 +54,7 @@ class Remainder:
 
     Attributes:
         joints: Names of the joints whose sum the step found, in its order.
-        last: Name of the joint that is left.
+        last: Name of the remaining joint.
     """
 
     joints: tuple[str, ...]
@@ -77,12 +77,12 @@ class Sum:
 
 @dataclass
 class Work:
-    """The state of one derivation, which a family fills step by step.
+    """The state of a derivation, which a family fills step by step.
 
     Attributes:
         terms: Names of all terms.
         turns: Cosine and sine of each joint's angle, by the joint's index.
-        sums: Parallel joints of which one value follows from the sum of all, an atan2 less.
+        sums: Parallel joints; a value follows from the sum of all, which saves an atan2.
         remainders: Joints that follow from a sum, for the reader.
         lengths: The value of each prismatic joint.
         signs: The symbols that stand for 1 or -1, in the order of the slots.

@@ -1,1 +1,1 @@
-"""How the axes of a chain lie to each other, and which closed form that allows."""
+"""The relative position of a chain's axes, and the closed form that it allows."""

@@ -11,7 +11,7 @@ from .lines import Lines
 
 @dataclass(frozen=True)
 class Requirement:
-    """One condition.
+    """A condition on the axes.
 
     Attributes:
         text: The condition in words.

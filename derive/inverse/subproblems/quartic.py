@@ -134,7 +134,7 @@ def circle_roots(
 def _turned(
     terms: Terms, a0: sp.Expr, first: tuple[sp.Expr, sp.Expr], second: tuple[sp.Expr, sp.Expr]
 ) -> tuple[Conic, CosSin]:
-    """The conic in its own axes, and their angle, half that of ``second``."""
+    """The conic in its own axes, and their angle, half the angle of ``second``."""
     let = terms.let
     (a1, b1), (a2, b2) = first, second
     length = let(sp.sqrt(let(a2**2 + b2**2)))

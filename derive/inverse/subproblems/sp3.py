@@ -56,7 +56,7 @@ def sp3(
 
 
 def squared_across(terms: Terms, k: Vector, total: Vector, parts: tuple[Vector, ...]) -> sp.Expr:
-    """``D'^2`` of a sum whose length is that of a known vector, in an unknown orientation.
+    """``D'^2`` of a sum with the length of a known vector, in an unknown orientation.
 
     Args:
         terms: Names of all terms.

@@ -81,7 +81,7 @@ def _by_three_joints(robot: Robot, lines: Lines) -> Solved:
     case.solve(work, arm, tool_origin(robot, terms), POSITION)
     for axis in lines.axes[3:]:
         work.turns[axis.joint] = NO_TURN
-    meaning = "place of the tool in the base frame"
+    meaning = "position of the tool in the base frame"
     return partial_pose(
         "ik_position",
         robot,
@@ -119,7 +119,7 @@ def position_pitch(robot: Robot, work: Work, up: Vector, pitch: CosSin) -> Solve
             squares(terms, (rise - pitch.s, length - outward)),
         )
 
-    meaning = "place of the tool, elevation of its axis"
+    meaning = "position of the tool, elevation of its axis"
     return partial_pose(
         "ik_position_pitch",
         robot,
@@ -145,7 +145,7 @@ def position_direction(robot: Robot, work: Work) -> Solved:
             squares(terms, subtracted(terms, pose[0][2], DIRECTION)),
         )
 
-    meaning = "place of the tool, direction of its axis"
+    meaning = "position of the tool, direction of its axis"
     return partial_pose(
         "ik_position_direction",
         robot,

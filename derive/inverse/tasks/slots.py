@@ -179,7 +179,7 @@ def function_of(
             (margin_of(work),),
             (k,),
             "1",
-            "distance from the boundary of what can be reached, negative beyond",
+            "distance from the boundary of the reachable set, negative beyond",
         ),
     )
     summary = f"Every solution of the inverse kinematics, in {k} slots."

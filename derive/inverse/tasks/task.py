@@ -13,7 +13,7 @@ from ..structure.lines import Lines
 
 @dataclass(frozen=True)
 class InputLetter:
-    """How the article prints an input's symbol.
+    """The form in which the article prints an input's symbol.
 
     Attributes:
         letters: LaTeX letters in order of preference; a letter that a parameter has is avoided.
@@ -30,7 +30,7 @@ class TaskInput:
 
     Attributes:
         argument: Its symbols, shape, unit and meaning.
-        printed: How the article prints each symbol: by a letter, or as the entry of the tool's pose
+        printed: The printed form of each symbol: a letter, or the entry of the tool's pose
             that it equals.
     """
 

@@ -30,7 +30,7 @@ def arm(terms: Terms, total: PhasorSum) -> Arm:
     still = total.turned(-angle)
     x, y = still.coordinates(terms)
     if list(still.terms) in ([], [ZERO]):
-        # Exact: a strut's squared length is the square of its length, not that of a root.
+        # Exact: a strut's squared length is the square of its length, not the square of a root.
         exact = still.terms.get(ZERO, (ZERO, ZERO))
         return Arm((x, y), angle, terms.let(sp.expand(dot(exact, exact))))
     return Arm((x, y), angle, terms.let(x * x + y * y))

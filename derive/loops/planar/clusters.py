@@ -51,7 +51,7 @@ class PlanarStep(LoopStep):
 
 @dataclass(frozen=True)
 class Guide:
-    """How one cluster slides along another, in the axes of the other.
+    """The guide along which a cluster slides on another, in the axes of the other.
 
     Attributes:
         angle: The sliding cluster's turn, with ``rotor``.
@@ -127,7 +127,7 @@ class Clusters:
         return next(pin for pin in pins if self.holds(pin, one, other))
 
     def first(self, *clusters: Cluster) -> list[Cluster]:
-        """Clusters in order: the root's first, then those of more bodies."""
+        """Clusters in order: first the root's cluster, then clusters of more bodies."""
         return sorted(clusters, key=lambda c: (self.linkage.root not in c, -len(c)))
 
     def rings(self, slides: int) -> Iterator[tuple[Edge, ...]]:
@@ -172,7 +172,7 @@ class Clusters:
         return self.pin(cluster, second) - self.pin(cluster, first)
 
     def guide(self, slide: SlideEdge, base: Cluster, other: Cluster) -> Guide:
-        """How one cluster slides along the other."""
+        """The guide along which a cluster slides on the other."""
         forward = slide.a in base
         a, b = (base, other) if forward else (other, base)
         on_a, on_b = a[slide.a], b[slide.b]

@@ -1,4 +1,4 @@
-"""Dyads of pins: three clusters of bodies in a ring, two of which turn on the third."""
+"""Dyads of pins: a ring of three clusters of bodies, where two clusters turn on the third."""
 
 import cmath
 import math

@@ -74,7 +74,7 @@ class AngleEquation:
 
 @dataclass(frozen=True)
 class RateEquation:
-    """One linear equation between the rates of a step's unknowns and those of its vectors.
+    """A linear equation between the rates of a step's unknowns and the rates of its vectors.
 
     The sum of ``weight * rate(unknown)`` over ``left`` equals the sum of
     ``weight * rate(quantity)`` over ``right``.
@@ -82,8 +82,8 @@ class RateEquation:
     Attributes:
         left: Unknowns with their weights. The weight of a single unknown is zero at a dead point.
         right: Quantities, or expressions in them, with their weights.
-        projected: Two vectors of which the left side is the scalar product, the second one
-            differentiated; none where the left side is written out.
+        projected: Two vectors; the left side is the scalar product of the first with the derivative
+            of the second. None if the left side is written out.
     """
 
     left: Weighted
@@ -118,13 +118,13 @@ class StepEquations:
 
 @dataclass(frozen=True, kw_only=True)
 class LoopStep(ABC):
-    """One group of bodies or struts that was solved.
+    """A solved group of bodies or struts.
 
     Attributes:
         joints: Names of the pins, slides and struts that hold the group.
         axes: The body in whose axes the equations are written.
         relation: The loop's equation: a sum of turning vectors that is zero.
-        turned: The angle by which the axes of the vectors are turned from those of the body.
+        turned: The angle from the axes of the body to the axes of the vectors.
         solved: The angles that the step gives, named terms.
         margin: Zero at a dead point, below zero out of reach; None where the step always closes.
         sign: The sign of the branch; zero where there is a single solution.

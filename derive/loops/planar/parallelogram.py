@@ -32,7 +32,7 @@ class Parallelogram(PlanarStep):
         return False
 
     def equations(self) -> StepEquations:
-        """None: the turns are those of other bodies."""
+        """No equations: the body turns with other bodies."""
         return StepEquations()
 
 

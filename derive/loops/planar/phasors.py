@@ -1,6 +1,6 @@
 """Points of a plane as sums of turning vectors: the algebra in which planar loops are solved.
 
-A point of a planar mechanism is a sum of complex vectors, each of which turns with one body:
+A point of a planar mechanism is a sum of complex vectors, each turning with its body:
 
     p = sum_k c_k exp(i psi_k)
 
@@ -61,7 +61,7 @@ class PhasorSum:
 
     @staticmethod
     def of(vector: Complex, angle: sp.Expr = ZERO) -> "PhasorSum":
-        """One vector that turns by an angle."""
+        """A vector that turns by an angle."""
         return _collected([(angle, vector)])
 
     def __add__(self, other: "PhasorSum") -> "PhasorSum":
@@ -101,7 +101,7 @@ class PhasorSum:
         """The same vector in a cheaper form, if the loop equations give such a form.
 
         Args:
-            relations: Sums that are zero, one a loop.
+            relations: Sums that are zero, one for each loop.
             cost: The quantity to minimise, for instance the number of terms.
         """
         candidates = [

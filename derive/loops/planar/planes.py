@@ -125,7 +125,7 @@ class Loop(NamedTuple):
 
 
 def loops(mechanism: Mechanism) -> list[Loop]:
-    """One loop for each closure and strut, in the order of the description."""
+    """The loops, one for each closure and strut, in the order of the description."""
     return [_loop(mechanism, closer) for closer in mechanism.closers]
 
 

@@ -126,7 +126,7 @@ def circle_equations(triangle: TwoCircles, sign: int, *solved: sp.Symbol) -> Ste
     Args:
         triangle: The triangle.
         sign: The sign of h.
-        solved: The angle of A, and that of B where it is sought.
+        solved: The angle of A, and the angle of B if it is sought.
     """
     D, A, B, C, E = (components(letter) for letter in "DABCE")
     d, a, b = map(length_of, "DAB")

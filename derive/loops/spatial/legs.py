@@ -38,7 +38,7 @@ def assemble_in_space(
     Args:
         terms: Names of all terms.
         mechanism: The description.
-        loops: The loops that are not planar; those of struts on balls are solved.
+        loops: The loops that are not planar; loops of struts on balls are solved.
         known: Receives values, rates and steps.
         reference: The configuration whose branch is meant.
         signs: Signs of the branches, step by step, instead of those at the reference.

@@ -128,7 +128,7 @@ class Legs:
         """A single strut that determines a single joint; None where there is no such joint.
 
         Args:
-            struts: The struts, of which there must be a single one.
+            struts: The struts; there must be exactly one strut.
             sliding: Whether the joint must be prismatic, else revolute.
         """
         if len(struts) != 1:

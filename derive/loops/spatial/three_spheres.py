@@ -222,7 +222,7 @@ def _meeting(terms: Terms, spheres: Sequence[Sphere]) -> _Meeting:
 def _distance(
     legs: Legs, position: Vector, axes: Sequence[Vector], sliders: Sequence[Joint]
 ) -> float:
-    """The distance of a position from that of the reference (metre)."""
+    """The distance of a position from the position at the reference (metre)."""
     of = legs.reference.of
     hints = legs.reference.hints_of([joint.name for joint in sliders])
     p = [of(entry) for entry in position]

@@ -76,7 +76,7 @@ class TurningLeg(LegStep):
         return True
 
     def equations(self) -> StepEquations:
-        """The meeting of two circles; the margin is that of the whole leg."""
+        """The intersection of two circles; the margin belongs to the whole leg."""
         flat = circle_equations(self.circles, self.sign, *self.solved)
         square = quantity("l^2")
         assert flat.margin is not None
