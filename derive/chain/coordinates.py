@@ -44,7 +44,7 @@ class Motion(Protocol):
 
 
 class InProportion:
-    """The motion of a serial robot: each joint has a coordinate or follows one in proportion."""
+    """The motion of a serial robot: each joint has a coordinate or follows another joint."""
 
     def __init__(self, robot: Robot, terms: Terms, q: Sequence[sp.Symbol]) -> None:
         """Takes the values from the robot's coordinates and mimic laws."""

@@ -304,7 +304,7 @@ class TomlFile:
         return value
 
     def option(self, keys: Keys, options: Iterable[Word], default: str) -> Word:
-        """The word of a field, one of the options."""
+        """The word in a field, which must be among the options."""
         value = self.at(keys)
         chosen = (
             value if isinstance(value, str) else default if value is None else shown_value(value)

@@ -141,7 +141,7 @@ def _unfit(robot: Robot) -> str:
 
 
 def _choices(lines: Lines, coordinates: int) -> Iterable[tuple[int, ...]]:
-    """The sets of joints that may be given: as many as there are surplus coordinates."""
+    """The sets of joints that may be given, as many joints as surplus coordinates."""
     surplus = coordinates - rank.of_chain(lines)
     if surplus <= 0:
         return [()]

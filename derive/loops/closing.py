@@ -222,7 +222,7 @@ class ClosedLoops:
         return max([rank for rank, is_sure in found if is_sure] or [rank for rank, _ in found])
 
     def _random(self, reference: Vector) -> Iterator[Vector]:
-        """A closed configuration and random ones around it, as far from it as they close."""
+        """A closed configuration, and random configurations as far around it as they close."""
         yield reference
         free = np.ones(len(reference), dtype=bool)
         random = np.random.default_rng(0)

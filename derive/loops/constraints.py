@@ -221,7 +221,7 @@ class _Constraints:
         )
 
     def _vanishes(self, loop: Loop, entry: sp.Expr) -> bool:
-        """Whether an equation holds in every configuration, judged at two generic ones."""
+        """Whether an equation holds in every configuration, judged at two generic points."""
         if self.terms.is_constant(entry):
             first = second = self.terms.value(entry)
         else:

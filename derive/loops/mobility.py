@@ -24,7 +24,7 @@ class Mobility:
         order: lambda, 3 where all bodies move in one plane, else 6.
         loop_freedoms: Sum of f where each joint counts in the group of its loop.
         loop_orders: lambda of each independent loop.
-        idle: Members on balls; each can turn about itself without moving another body.
+        idle: Number of members on balls, which turn about themselves and move nothing.
         coordinates: Number of entries of z.
         rank: Rank of the constraint Jacobian at random closed configurations.
         equations: Number of its rows.

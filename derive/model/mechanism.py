@@ -161,7 +161,7 @@ class Mechanism:
         base_frame: Name of the base frame, and of the base body.
         tool_frame: Name of the tool frame.
         parameters: The named lengths and angles that the placements use.
-        reference: Values of coordinates and joints at the configuration whose branch is meant,
+        reference: Values of coordinates and joints at the configuration that selects the branch,
             zero where none is given. Those of passive joints need only be near.
         notes: Changes and assumptions made while the description was read.
 

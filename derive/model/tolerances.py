@@ -1,6 +1,6 @@
 """Every tolerance of the compiler: name, value, unit and reason, by the room that uses it.
 
-Lengths are told in parts of the robot's characteristic length where nothing else is said. A number
+Lengths are parts of the robot's characteristic length unless another unit is given. A number
 that a formula needs for other reasons (a count of steps, a size of a page) is no tolerance and
 stays where it is used.
 """

@@ -58,7 +58,7 @@ class Guard:
 
         Raises:
             OutOfReachError: If a loop does not close there.
-            SingularityError: If one is at a dead point.
+            SingularityError: If a loop is at a dead point.
         """
         if not all(np.isfinite(value).all() for value in inputs):
             return

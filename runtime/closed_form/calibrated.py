@@ -130,7 +130,7 @@ iteration; `lost` counts the branches on which the iteration failed.
     def _polished(
         self, T: FloatArray, given: tuple[FloatArray, ...], began: Solutions
     ) -> tuple[FloatArray, FloatArray]:
-        """From nominal answers to true ones: q (..., k, n) and residual (..., k).
+        """Refines nominal answers on the true arm: q (..., k, n) and residual (..., k).
 
         Where the iteration fails, it starts again from another configuration.
         """

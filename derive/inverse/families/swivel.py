@@ -1,8 +1,8 @@
 """Seven revolute joints: three that meet in the shoulder, an elbow, three that meet in the wrist.
 
 One joint is redundant: with the tool held, the elbow swings about the line from shoulder to wrist.
-The swivel angle gives its position: this line bounds two half planes, and the angle is from the half
-plane of the reference to the half plane of the elbow.
+The swivel angle gives its position: this line bounds two half planes, and the angle leads from the
+half plane of the reference to the half plane of the elbow.
 
 With S the shoulder, W the wrist's centre, E the elbow, which is the point of axis 4 nearest to axis
 3, ``w = (W - S) / |W - S|``, t the direction opposite to axis 1 and r a direction normal to axis 1,

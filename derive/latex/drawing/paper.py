@@ -27,7 +27,7 @@ class Paper:
     """A projection with its scale.
 
     Attributes:
-        view: Directions to the right, up and towards the eye, one a row (3, 3).
+        view: Directions to the right, up and towards the eye, as rows (3, 3).
         scale: Tenths of a millimetre a metre.
         corner: Where the paper's origin is in the view (metre).
     """

@@ -22,7 +22,7 @@ def view(mechanism: Mechanism, poses: Poses) -> tuple[Array, bool]:
     whose joints move in one plane. All others are seen from above and aside.
 
     Returns:
-        The three directions in the base frame, one a row (3, 3), and whether the view is planar.
+        The three directions in the base frame as rows (3, 3), and whether the view is planar.
     """
     normal = _common_normal(mechanism, poses)
     if normal is None:

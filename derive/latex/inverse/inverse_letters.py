@@ -1,4 +1,4 @@
-"""The letters of an inverse: each kind of symbol gets one that nothing else in the article has."""
+"""The letters of an inverse: a letter for each kind of symbol, used nowhere else in the article."""
 
 from collections.abc import Collection, Sequence
 
@@ -28,7 +28,7 @@ class InverseLetters:
         self.taken: Collection[str] = {*heads, *notation.letters.values()}
 
     def of(self, kind: str) -> str:
-        """The letter of one of the kinds."""
+        """The letter of a kind of symbols."""
         return self.free(KINDS[kind])
 
     def free(self, options: Sequence[str]) -> str:

@@ -79,7 +79,7 @@ class PrintedLoopStep:
         rates: How the unknowns move.
         positions: Components of each given vector that an equation names as a whole.
         points: Components of each vector that the results give as a whole.
-        remark: A sentence that says which root is meant.
+        remark: A sentence on the choice of the root.
     """
 
     step: LoopStep

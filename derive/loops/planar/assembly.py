@@ -67,7 +67,7 @@ def assemble(
         terms: Names of all terms.
         linkage: Bodies and joints.
         known: Values of joints, swings or cylinders by name (radian, metre).
-        reference: The configuration whose branch is meant.
+        reference: The configuration that selects the branch.
         signs: Signs of the branches, step by step, instead of those at the reference.
 
     Raises:

@@ -81,7 +81,7 @@ class Clusters:
         terms: Names of all terms.
         linkage: Bodies and joints.
         known: Given values of joints, swings or cylinders by name (radian, metre).
-        reference: The configuration whose branch is meant.
+        reference: The configuration that selects the branch.
         signs: Signs of the branches, step by step; None for those at the reference.
         all: The clusters.
         steps: The steps so far.

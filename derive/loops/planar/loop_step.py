@@ -18,7 +18,7 @@ from .phasors import ONE, ZERO, PhasorSum
 
 HALF = sp.Rational(1, 2)
 PLANE, SPACE = "xy", "xyz"
-"""Axes of a vector in the plane of a loop, and of one in space."""
+"""Axes of a vector in the plane of a loop, and of a vector in space."""
 Quantities = tuple[sp.Symbol, ...]
 Weighted = tuple[tuple[sp.Expr, sp.Expr], ...]
 """Quantities, each with the weight of its rate."""
@@ -154,7 +154,7 @@ class LoopStep(ABC):
 
     @property
     def remark(self) -> str:
-        """A sentence that says which root is meant, with quantities in braces by their letter."""
+        """A sentence on the choice of the root, with quantities in braces by their letter."""
         return ""
 
     @property

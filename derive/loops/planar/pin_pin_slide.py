@@ -95,7 +95,7 @@ def rate_of_third(line: CircleAndLine) -> LoopRate:
 
 
 def travel_remark(sign: int) -> str:
-    """Which of two travels is meant."""
+    """A sentence on the choice between two travels."""
     size = "greater" if sign > 0 else "smaller"
     return f"The sign of the root selects the {size} of two travels."
 
@@ -192,7 +192,7 @@ class TwoPinsAndSlide(PlanarStep):
 
     @property
     def remark(self) -> str:
-        """The travel that is meant."""
+        """A sentence on the choice of the travel."""
         return travel_remark(self.sign) if self.branch else ""
 
 

@@ -1,6 +1,6 @@
-"""Terms in numbers: at the reference configuration, and at generic ones.
+"""Values of terms at the reference configuration, and at generic configurations.
 
-The reference tells which branch of a loop is meant. Only signs are read off its numbers, so doubles
+The reference selects the branch of a loop. Only signs are read off its numbers, so doubles
 suffice. Terms that are equal at a generic configuration are equal at all of them; that comparison
 takes 40 digits.
 """

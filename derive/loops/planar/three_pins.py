@@ -162,7 +162,7 @@ def circle_equations(triangle: TwoCircles, sign: int, *solved: sp.Symbol) -> Ste
 
 
 def side_remark(sign: int) -> str:
-    """Which of both points is meant where two circles meet."""
+    """A sentence on the choice between the two intersections of two circles."""
     sense = "positive" if sign > 0 else "negative"
     return (
         f"With ${{h}}$ {sense}, the vector ${{C}}$ points to the {SIDES[sign]} of ${{D}}$; the"

@@ -40,7 +40,7 @@ def assemble_in_space(
         mechanism: The description.
         loops: The loops that are not planar; loops of struts on balls are solved.
         known: Receives values, rates and steps.
-        reference: The configuration whose branch is meant.
+        reference: The configuration that selects the branch.
         signs: Signs of the branches, step by step, instead of those at the reference.
 
     Raises:

@@ -83,5 +83,5 @@ class SlidingLeg(LegStep):
 
     @property
     def remark(self) -> str:
-        """The travel that is meant."""
+        """A sentence on the choice of the travel."""
         return travel_remark(self.sign)

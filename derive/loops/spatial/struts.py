@@ -81,7 +81,7 @@ class Legs:
         terms: Names of all terms.
         mechanism: The description.
         known: Receives values, rates and steps.
-        reference: The configuration whose branch is meant.
+        reference: The configuration that selects the branch.
         signs: Signs of the branches, step by step; None for those at the reference.
     """
 
