@@ -1,6 +1,6 @@
 """The nominal arm of a calibrated arm: its axes are moved slightly, to an exact structure.
 
-A measured arm has no two axes that are exactly parallel or meet. Its inverse starts from that of
+In a measured arm no two axes are exactly parallel or meet. Its inverse starts from the inverse of
 the nominal arm, and Newton's iteration at run time brings each solution to the measured arm.
 """
 

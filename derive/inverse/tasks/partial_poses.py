@@ -58,7 +58,7 @@ def partial_pose(
         name: Name of the generated function.
         robot: The description.
         work: Holds the joints that were found.
-        task_input: The part of the pose that is asked for.
+        task_input: The part of the pose that the task prescribes.
         residual: The deviation of the tool's pose from it (metre or radian).
         identity: The identity that the function satisfies, in one line.
     """

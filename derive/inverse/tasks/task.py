@@ -66,7 +66,7 @@ class Task:
     Attributes:
         name: The name of the generated function, ``ik_position``.
         solved: Solves it for a robot and its axes.
-        applies: Whether a robot that has the family's structure can be asked for it.
+        applies: Whether a robot with the family's structure has the task.
     """
 
     name: str

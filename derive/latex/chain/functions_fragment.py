@@ -71,7 +71,7 @@ def _is_short(page: Page, entry: sp.Expr) -> bool:
 
 
 def _entries(page: Page) -> str:
-    """The equations of the named entries, those of the rotation first."""
+    """The equations of the named entries, entries of the rotation first."""
     fk = page.equations.fk
     rotation: list[Equation] = []
     position: list[Equation] = []

@@ -190,7 +190,7 @@ def tabular(columns: Sequence[Column], repeated: int, apart: str = "") -> str:
 
     Args:
         columns: Heading and cells of each column.
-        repeated: How many of the first columns every part begins with.
+        repeated: Number of the first columns, with which every part begins.
         apart: Heading of the column that begins a new part where one part is too narrow.
     """
     parts = _parts(columns, repeated)

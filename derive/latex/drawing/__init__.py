@@ -54,7 +54,7 @@ _BELOW = 40
 def drawing(mechanism: Mechanism, configuration: Mapping[str, float]) -> str:
     r"""A drawing of a mechanism: bodies, joints by kind, actuators, loops, tool frame and scale.
 
-    Bodies connect the joints on them; those of the main chain are thicker. Actuated members are
+    Bodies connect the joints on them; the main chain is drawn thicker. Actuated members are
     red, with an arrow in their positive sense and their coordinate's name; a motor behind a gear is
     named at the joint that it moves. Each loop bears its number in the order of
     :func:`chasles.derive.loops.planar.planes.loops`. Planar loops are seen along the normal of

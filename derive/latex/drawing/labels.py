@@ -117,7 +117,7 @@ class Obstacles:
         self.outlines.extend((a, b, half) for a, b in pairwise(corners))
 
     def cost(self, box: Box, on_plate: float, on_outline: float) -> float:
-        """Cost of the parts that a box would cover; that of bodies depends on the kind of box."""
+        """Cost of the parts that a box would cover; bodies cost by the kind of the box."""
         covered = sum(min(box.grown(6).shared(other), 4000) / 4 for other in self.boxes)
         crossed = _CROSSED * _length(box, self.lines) + on_outline * _length(box, self.outlines)
         middle = ((box.left + box.right) // 2, (box.bottom + box.top) // 2)

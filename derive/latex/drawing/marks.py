@@ -53,7 +53,7 @@ class Marks:
         Args:
             scene: The parts.
             paper: Their projection on paper.
-            is_planar: Whether the picture's plane is that of the mechanism.
+            is_planar: Whether the mechanism moves in the picture's plane.
         """
         self.scene, self.paper, self.is_planar = scene, paper, is_planar
         self.behind: list[str] = []

@@ -191,7 +191,7 @@ class _Builder:
         return solids, solid_of
 
     def _size(self) -> float:
-        """The diagonal of the box around all bodies' frames and those of the closers."""
+        """The diagonal of the box around the frames of all bodies and closers."""
         bodies = [*self.poses.body.values(), *self.poses.fixed.values(), self.tool]
         ends = [frame for closer in self.mechanism.closers for frame in (closer.a, closer.b)]
         origins = np.array([T[:3, 3] for T in [*bodies, *map(self.poses.of, ends)]])

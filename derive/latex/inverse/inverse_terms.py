@@ -29,7 +29,7 @@ class InverseTerms:
         inlined: The values of terms that are written out.
         changed: Definitions that take the place of the derivation's own.
         preferred: Names of terms that are components of a vector with a letter.
-        uses: How often each term is written.
+        uses: Number of times that each term is written.
     """
 
     def __init__(self, terms: Terms, symbols: InverseSymbols) -> None:
@@ -90,7 +90,7 @@ class InverseTerms:
         return [symbol for symbol in self.terms.definitions if symbol in found]
 
     def counted(self, entries: Sequence[sp.Expr]) -> Counter[sp.Symbol]:
-        """How often each term is written once products are written out."""
+        """Number of times that each term is written once products are written out."""
         uses = Counter(symbol for entry in entries for symbol in entry.free_symbols)
         for term in reversed(self._open(entries)):
             definition = self._definition(term)

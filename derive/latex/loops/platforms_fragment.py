@@ -48,7 +48,7 @@ class PrintedRod:
     Attributes:
         a: Its end on an actuated body or the base, in the base frame.
         b: Its end on the platform, in the base frame.
-        pin: That end in the tool frame.
+        pin: The end on the platform, in the tool frame.
         length: Its length.
     """
 
@@ -120,7 +120,7 @@ class PrintedPlatform:
         return None if triad is None else PrintedTriad(self, triad)
 
     def symbol(self, tex: str, rank: int = 0) -> sp.Symbol:
-        """A symbol of this fragment; those of lower rank come first in a product."""
+        """A symbol of this fragment; symbols of lower rank come first in a product."""
         return self.page.chain.equations.notation.symbol(tex, (TERM, (rank, tex)))
 
     def of(self, expression: sp.Expr) -> sp.Expr:

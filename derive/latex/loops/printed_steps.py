@@ -76,7 +76,7 @@ class PrintedLoopStep:
         results: Intermediate results and travels, each in those before it.
         angles: The angles that follow.
         margin: The step's margin, None where it always closes.
-        rates: How the unknowns move.
+        rates: The equations between the rates of the unknowns.
         positions: Components of each given vector that an equation names as a whole.
         points: Components of each vector that the results give as a whole.
         remark: A sentence on the choice of the root.

@@ -238,7 +238,7 @@ def _is_trigonometric(expression: sp.Expr) -> bool:
 
 
 def depth(expression: sp.Expr) -> int:
-    """How many brackets stand inside each other when an expression is printed."""
+    """The depth of nested brackets in a printed expression."""
     if expression.is_Add:
         return max(depth(addend) for addend in expression.args)
     return max((1 + depth(f) for f in sp.Mul.make_args(expression) if f.is_Add), default=0)
