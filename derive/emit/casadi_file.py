@@ -9,23 +9,22 @@ from ..derivation import Derivation
 from ..program.programs import Programs
 from ..terms.casadi_graph import whole
 
-KEPT = (
-    *("fk", "link_poses"),
-    *("chain", "passive", "configuration", "margin"),
-    *("actuators", "actuator_margin", "constraint"),
-    *("chain_fk", "chain_link_poses", "rods"),
-    *("assembly_polynomial", "assembly_position", "assembly_mirror"),
+POSITIONS = frozenset(
+    {
+        *("pose", "link poses", "map", "margin", "constraint", "lengths"),
+        *("assembly polynomial", "assembly pose", "assembly mirror"),
+    }
 )
-"""Positions, which differentiating no other function gives."""
+"""Roles of functions of positions, which differentiating no other function gives."""
 
 
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
     """The file that ``casadi.Function.load`` reads, by name: one function with an output each.
 
-    It holds positions alone, :data:`KEPT`: CasADi differentiates them. There is no file where
+    It holds functions of positions alone (:data:`POSITIONS`): CasADi differentiates them. There is no file where
     none of them was derived. CasADi prints its own graph; the programs are not needed.
     """
-    kept = [function for function in derivation.functions if function.name in KEPT]
+    kept = [f for f in derivation.functions if f.role.name in POSITIONS]
     if not kept:
         return {}
     name = derivation.robot.name
@@ -40,7 +39,7 @@ def casadi_function(folder: str | Path, name: str) -> ca.Function:
 
     Args:
         folder: The robot's generated folder.
-        name: A function of positions: ``"fk"``, ``"chain"`` and what else :data:`KEPT` names.
+        name: A function of positions: ``"fk"`` or ``"chain"``, for example.
             Jacobians and rates follow by ``casadi.jacobian`` and ``casadi.jtimes``.
 
     Returns:
