@@ -21,8 +21,8 @@ POSITIONS = frozenset(
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
     """The file that ``casadi.Function.load`` reads, by name: one function with an output each.
 
-    It holds functions of positions alone (:data:`POSITIONS`): CasADi differentiates them. There is no file where
-    none of them was derived. CasADi prints its own graph; the programs are not needed.
+    It holds functions of positions alone (:data:`POSITIONS`): CasADi differentiates them. There is
+    no file where none of them was derived. CasADi prints its own graph and needs no programs.
     """
     kept = [f for f in derivation.functions if f.role.name in POSITIONS]
     if not kept:

@@ -98,6 +98,7 @@ class _Signed:
     negative: bool
 
     def times(self, negative: bool) -> "_Signed":
+        """The value, or its negative."""
         return replace(self, negative=self.negative != negative)
 
 
@@ -205,7 +206,7 @@ class _Writer:
         return _Signed(opposite, False)
 
     def _turned(self, operand: Operand) -> Operand | None:
-        """B - a for a - b, and (b - a) - c for (a - b) + c."""
+        """The variable b - a for a - b, and (b - a) - c for (a - b) + c."""
         statement = self._computed.get(operand)
         if statement is None:
             return None
@@ -215,8 +216,10 @@ class _Writer:
             for one, other in itertools.permutations(statement.operands):
                 inner = self._computed.get(one)
                 if inner is not None and inner.operation is Operation.SUBTRACT:
-                    opposite = self._opposite(_Signed(one, False)).operand
-                    return self._named(Operation.SUBTRACT, opposite, other)
+                    opposite = self._opposite(_Signed(one, False))
+                    if opposite.negative:
+                        return None
+                    return self._named(Operation.SUBTRACT, opposite.operand, other)
         return None
 
     def _kept(self, value: _Signed) -> _Signed:
