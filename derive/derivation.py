@@ -10,7 +10,7 @@ from .inverse.families import FAMILIES
 from .inverse.families.family import Family
 from .inverse.hybrid_inverse import hybrid_inverses
 from .inverse.serial_inverse import Inverses, inverses
-from .loops import equations, maps, platforms
+from .loops import constraint_functions, maps, platforms
 from .loops.hybrid import Hybrid
 from .loops.maps import Maker
 from .model.errors import RobotError
@@ -142,7 +142,7 @@ def _of_mechanism(
 
 def _makers(hybrid: Hybrid) -> dict[str, Maker]:
     """The derivation of each function through the loops with a closed form, in order."""
-    return maps.makers(hybrid) | equations.makers(hybrid) | platforms.makers(hybrid)
+    return maps.makers(hybrid) | constraint_functions.makers(hybrid) | platforms.makers(hybrid)
 
 
 def _guarded(function: SymbolicFunction, capabilities: Collection[str]) -> SymbolicFunction:

@@ -1,4 +1,4 @@
-"""Fixed costs: batches of one pose and of none, import and load."""
+"""Fixed costs: batches of one pose and of none, attribute look-up, import and load."""
 
 import subprocess
 import sys
@@ -12,12 +12,14 @@ from ..report import Limit, Plan, Ratio, alternated, ratio
 
 BATCH_OF_ONE = 1 / 1.5
 """A batch of one may cost 1.5 single calls."""
+LOOK_UP = 1 / 1.5
+"""A look-up on a robot may cost 1.5 times that on a plain object."""
 IMPORT_MS, LOAD_MS = 100, 20
 
 
 def run(plan: Plan) -> list[Ratio | Limit]:
     """Ratios and limits of all fixed costs."""
-    return [*batches(plan), *startup(plan)]
+    return [*batches(plan), *look_up(plan), *startup(plan)]
 
 
 def batches(plan: Plan) -> list[Ratio | Limit]:
@@ -39,6 +41,28 @@ def _repeated(work: Callable[[np.ndarray], object], q: np.ndarray, count: int):
     def repeat() -> None:
         for _ in range(count):
             work(q)
+
+    return repeat
+
+
+class _Plain:
+    """An object of which nothing but an attribute is wanted."""
+
+
+def look_up(plan: Plan) -> list[Ratio]:
+    """Looking up a function on a robot beside looking it up on a plain object."""
+    arm, plain = chasles.load("ur5e"), _Plain()
+    plain.fk = arm.fk
+    times = alternated(
+        {"robot": _looked_up(arm, plan), "plain": _looked_up(plain, plan)}, plan.rounds
+    )
+    return [ratio("arm.fk: plain object", times, ("robot", "plain"), plan.calls, LOOK_UP)]
+
+
+def _looked_up(item, plan: Plan):
+    def repeat() -> None:
+        for _ in range(plan.calls):
+            item.fk  # noqa: B018
 
     return repeat
 

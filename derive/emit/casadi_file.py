@@ -9,24 +9,23 @@ from ..derivation import Derivation
 from ..program.programs import Programs
 from ..terms.casadi_graph import whole
 
-KEPT = (
-    *("fk", "link_poses"),
-    *("chain", "passive", "configuration", "margin"),
-    *("actuators", "actuator_margin", "constraint"),
-    *("chain_fk", "chain_link_poses", "rods"),
-    *("assembly_polynomial", "assembly_position", "assembly_mirror"),
+POSITIONS = frozenset(
+    {
+        *("pose", "link poses", "map", "margin", "constraint", "lengths"),
+        *("assembly polynomial", "assembly pose", "assembly mirror"),
+    }
 )
-"""Functions of positions, which follow from no other function by differentiation."""
+"""Roles of functions of positions, which follow from no other function by differentiation."""
 
 
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
     """The file that ``casadi.Function.load`` reads, by name.
 
-    It holds a single CasADi function, whose outputs are the functions of positions :data:`KEPT`;
-    CasADi differentiates them. If none of these was derived, there is no file. CasADi prints its
-    own graph, so that the programs are not needed.
+    It holds a single CasADi function, whose outputs are the functions with roles in
+    :data:`POSITIONS`; CasADi differentiates them. If none of these was derived, there is no file.
+    CasADi prints its own graph, so that the programs are not needed.
     """
-    kept = [function for function in derivation.functions if function.name in KEPT]
+    kept = [f for f in derivation.functions if f.role.name in POSITIONS]
     if not kept:
         return {}
     name = derivation.robot.name
@@ -41,7 +40,7 @@ def casadi_function(folder: str | Path, name: str) -> ca.Function:
 
     Args:
         folder: The robot's generated folder.
-        name: A function of positions, such as ``"fk"`` or ``"chain"``, from :data:`KEPT`.
+        name: A function of positions, such as ``"fk"`` or ``"chain"``.
             Jacobians and rates follow by ``casadi.jacobian`` and ``casadi.jtimes``.
 
     Returns:

@@ -47,7 +47,7 @@ EquationKind = Literal["planar", "spatial", "point", "distance"]
 Side = Literal["a", "closer", "b"]
 
 
-class Variable(NamedTuple):
+class ConfigurationVariable(NamedTuple):
     """An entry of the full configuration z: its name, and its unit, m or rad."""
 
     name: str
@@ -105,18 +105,18 @@ class LoopEquations:
         return self.loop.closer.name
 
 
-def configuration_names(mechanism: Mechanism) -> tuple[Variable, ...]:
+def configuration_names(mechanism: Mechanism) -> tuple[ConfigurationVariable, ...]:
     """The entries of z, the full configuration.
 
     All moving joints of the tree in the order of the description; then for every strut, in order,
     its coordinate if it is a cylinder and its swing if pins hold its ends.
     """
-    found = [Variable(j.name, j.unit) for j in mechanism.joints if j.kind != "fixed"]
+    found = [ConfigurationVariable(j.name, j.unit) for j in mechanism.joints if j.kind != "fixed"]
     for strut in mechanism.struts:
         if strut.is_cylinder:
-            found.append(Variable(strut.name, "m"))
+            found.append(ConfigurationVariable(strut.name, "m"))
         if strut.ends == "pin":
-            found.append(Variable(strut.swing_name, "rad"))
+            found.append(ConfigurationVariable(strut.swing_name, "rad"))
     return tuple(found)
 
 

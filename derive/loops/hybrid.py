@@ -16,7 +16,7 @@ from ..terms.symbolic_function import Argument, Result, SymbolicFunction
 from ..terms.terms import Terms
 from .closing import closed_configuration
 from .collapse import collapsed
-from .constraints import LoopEquations, Variable, configuration_names, constraints
+from .constraints import ConfigurationVariable, LoopEquations, configuration_names, constraints
 from .mobility import Mobility, mobility
 from .solution import Loops, Solution, from_actuators, from_chain, joint_angle, sorted_loops
 
@@ -74,7 +74,7 @@ class Hybrid:
         return {name: of(value) for name, value in self.forward.values.items()}
 
     @cached_property
-    def variables(self) -> tuple[Variable, ...]:
+    def variables(self) -> tuple[ConfigurationVariable, ...]:
         """The entries of the full configuration z."""
         return configuration_names(self.mechanism)
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from ..model.mechanism import Mechanism
 from .closing import ClosedLoops
-from .counting import SPATIAL, Counts
+from .freedoms import SPATIAL, Counts
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ def mobility(mechanism: Mechanism) -> Mobility:
 
     Bodies that fixed joints hold together are one. A rod is a body with two joints, a cylinder two
     bodies with two joints and a slider between. A platform on virtual joints counts as one body
-    without them (:func:`~chasles.derive.loops.counting.virtual_joints`). A motor behind a gear is
+    without them (:func:`~chasles.derive.loops.freedoms.virtual_joints`). A motor behind a gear is
     not counted: with its bearing and the gear pair it adds no freedom.
 
     Args:

@@ -124,6 +124,8 @@ angle 0 instead of 0/0.
 """
 VECTOR_FLOOR = sp.Float("1e-140", 20)
 """Part of a second vector that is added to one that may be 0; it changes no other vector."""
+GREATEST_NUMBER = 1e300
+"""Sums of magnitudes of inputs (metre or pure number) above it count as infinite."""
 DIVISOR_FLOOR = sp.Float("1e-300", 20)
 """Added to a divisor that is a sum of squares and may be 0."""
 ARTICLE_ZERO = 1e-100

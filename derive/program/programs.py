@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from ..terms.branches import patterns
 from ..terms.casadi_graph import lower
 from ..terms.symbolic_function import SymbolicFunction
+from .finite_targets import seeing_its_inputs
 from .operations import Program
 from .reading import programs as read_programs
 from .unrolling import unrolled
@@ -40,7 +41,10 @@ def programs(functions: Sequence[SymbolicFunction], prefix: str) -> Programs:
     Raises:
         LoweringError: An expression or an operation has no rule.
     """
-    read = read_programs(lower(functions, prefix))
+    read = [
+        seeing_its_inputs(program) if f.role.name == "inverse" else program
+        for f, program in zip(functions, read_programs(lower(functions, prefix)), strict=True)
+    ]
     branch = {f.name: program for f, program in zip(functions, read, strict=True) if f.signs}
     whole = {
         f.name: unrolled(program, patterns(f), f"{prefix}_{f.name}") if f.signs else program

@@ -98,6 +98,7 @@ class _Signed:
     negative: bool
 
     def times(self, negative: bool) -> "_Signed":
+        """The value, or its negative."""
         return replace(self, negative=self.negative != negative)
 
 
@@ -215,8 +216,10 @@ class _Writer:
             for one, other in itertools.permutations(statement.operands):
                 inner = self._computed.get(one)
                 if inner is not None and inner.operation is Operation.SUBTRACT:
-                    opposite = self._opposite(_Signed(one, False)).operand
-                    return self._named(Operation.SUBTRACT, opposite, other)
+                    opposite = self._opposite(_Signed(one, False))
+                    if opposite.negative:
+                        return None
+                    return self._named(Operation.SUBTRACT, opposite.operand, other)
         return None
 
     def _kept(self, value: _Signed) -> _Signed:

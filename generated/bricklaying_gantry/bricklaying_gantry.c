@@ -654,7 +654,7 @@ void bricklaying_gantry_actuator_accelerations(const double theta[3], const doub
 }
 
 // Every solution of the inverse kinematics, in 1 slots.
-// 28 operations: multiply 14, add 12, other 2
+// 35 operations: multiply 14, add 14, other 7
 void bricklaying_gantry_ik(const double T[16], double q[3], double residual[1], double margin[1]) {
   // inputs
   const double T_0 = T[0];
@@ -682,22 +682,29 @@ void bricklaying_gantry_ik(const double T[16], double q[3], double residual[1], 
   const double v10 = 1.0 - T_0;
   const double v11 = 1.0 - T_5;
   const double v12 = 1.0 - T_10;
-  const double v13 = v4 + v5;
-  const double v14 = v10 * v10;
-  const double v15 = v11 * v11;
-  const double v16 = v12 * v12;
-  const double v17 = v13 + v6;
-  const double v18 = v17 + v7;
-  const double v19 = v18 + v8;
-  const double v20 = v19 + v9;
-  const double v21 = v20 + v14;
-  const double v22 = v21 + v15;
-  const double v23 = v22 + v16;
-  const double v24 = 0.5 * v23;
-  const double v25 = fabs(v24);
-  const double v26 = v24 + v25;
-  const double v27 = 0.5 * v26;
-  const double v28 = sqrt(v27);
+  const double v13 = fabs(T_3);
+  const double v14 = fabs(T_7);
+  const double v15 = fabs(T_11);
+  const double v16 = v4 + v5;
+  const double v17 = v10 * v10;
+  const double v18 = v11 * v11;
+  const double v19 = v12 * v12;
+  const double v20 = v13 + v14;
+  const double v21 = v16 + v6;
+  const double v22 = v20 + v15;
+  const double v23 = v21 + v7;
+  const int v24 = v22 <= 1e+300;
+  const double v25 = v23 + v8;
+  const double v26 = v25 + v9;
+  const double v27 = v26 + v17;
+  const double v28 = v27 + v18;
+  const double v29 = v28 + v19;
+  const double v30 = 0.5 * v29;
+  const double v31 = fabs(v30);
+  const double v32 = v30 + v31;
+  const double v33 = 0.5 * v32;
+  const double v34 = sqrt(v33);
+  const double v35 = v24 ? v34 : v22;
   // constant entries of margin
   margin[0] = 1.0;
   // q
@@ -705,5 +712,5 @@ void bricklaying_gantry_ik(const double T[16], double q[3], double residual[1], 
   q[1] = v2;
   q[2] = v3;
   // residual
-  residual[0] = v28;
+  residual[0] = v35;
 }

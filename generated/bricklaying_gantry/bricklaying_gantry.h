@@ -213,7 +213,7 @@ void bricklaying_gantry_actuator_accelerations(const double theta[3], const doub
 
 /* Every solution of the inverse kinematics, in 1 slots.
  * fk(q[k]) = T wherever residual[k] is rounding
- * 28 operations: multiply 14, add 12, other 2.
+ * 35 operations: multiply 14, add 14, other 7.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: joint coordinates, one solution a row, 1 x 3 (rad)
  *   residual: distance of fk(q[k]) from the target, 1 (m or rad)

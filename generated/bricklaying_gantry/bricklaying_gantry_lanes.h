@@ -307,7 +307,7 @@ static LANES_TARGET void LANES_NAME(bricklaying_gantry_actuator_accelerations)(c
   out[2] = v3;
 }
 
-// ik: 28 operations: multiply 14, add 12, other 2
+// ik: 35 operations: multiply 14, add 14, other 7
 static LANES_TARGET void LANES_NAME(bricklaying_gantry_ik)(const lanes *in, lanes *out)
 {
   const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
@@ -325,5 +325,10 @@ static LANES_TARGET void LANES_NAME(bricklaying_gantry_ik)(const lanes *in, lane
       v24 = 0.5 * v23;
   LANES_LET1(v25, fabs, v24);
   const lanes v26 = v24 + v25, v27 = 0.5 * v26;
-  LANES_LET1(v28, sqrt, v27); out[3] = v28; out[4] = LANES_OF(1.0);
+  LANES_LET1(v28, sqrt, v27); out[4] = LANES_OF(1.0); LANES_LET1(v30, fabs, T_3);
+  LANES_LET1(v31, fabs, T_7); LANES_LET1(v32, fabs, T_11);
+  const lanes v33 = v30 + v31, v34 = v33 + v32;
+  const lanes_where v35 = LANES_LE(v34, 1e+300);
+  const lanes v36 = LANES_CHOICE(v35, v28, v34);
+  out[3] = v36;
 }

@@ -1,5 +1,5 @@
-/* Newton's steps of an arm of six revolute joints onto a pose, damped where they do not help; part of
- * chasles, the same for every such robot.
+/* Newton's steps of an arm of six revolute joints onto a pose, damped where they do not help; part
+ * of chasles, the same for every such robot.
  */
 #ifndef CHASLES_GENERAL_NEWTON_H
 #define CHASLES_GENERAL_NEWTON_H
@@ -8,147 +8,161 @@
 #include <string.h>
 
 #include "chasles_general_equations.h"
-
-#define CHASLES_CLOSED 1e-14     /* m, rad: where Newton's steps end */
-#define CHASLES_NEAR 1e-4        /* m, rad: what is further off may be out of reach */
+#include "chasles_general_tolerances.h"
 
 /* Difference of two poses (metre, radian) as a twist from the one to the other, at the tool. */
 static double chasles_general_error(const double *T, const double *at, double *e)
 {
-  double w[3] = {0.0}, trace = 0.0, position = 0.0, sine = 0.0;
-  for (int k = 0; k < 3; k++) {
-    const double a[3] = {at[k], at[4 + k], at[8 + k]}, b[3] = {T[k], T[4 + k], T[8 + k]};
-    w[0] += 0.5 * (a[1] * b[2] - a[2] * b[1]);
-    w[1] += 0.5 * (a[2] * b[0] - a[0] * b[2]);
-    w[2] += 0.5 * (a[0] * b[1] - a[1] * b[0]);
-    trace += a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    e[k] = T[4 * k + 3] - at[4 * k + 3];
-    position += e[k] * e[k];
-  }
-  sine = sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
-  const double angle = atan2(sine, 0.5 * (trace - 1.0));
-  const double factor = sine > 0.0 ? angle / sine : 1.0;
-  for (int k = 0; k < 3; k++) e[3 + k] = factor * w[k];
-  position = sqrt(position);
-  return position > angle ? position : angle;
+    double w[3] = {0.0}, trace = 0.0, position = 0.0, sine = 0.0;
+    for (int k = 0; k < 3; k++) {
+        const double a[3] = {at[k], at[4 + k], at[8 + k]}, b[3] = {T[k], T[4 + k], T[8 + k]};
+        w[0] += 0.5 * (a[1] * b[2] - a[2] * b[1]);
+        w[1] += 0.5 * (a[2] * b[0] - a[0] * b[2]);
+        w[2] += 0.5 * (a[0] * b[1] - a[1] * b[0]);
+        trace += a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        e[k] = T[4 * k + 3] - at[4 * k + 3];
+        position += e[k] * e[k];
+    }
+    sine = sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
+    const double angle = atan2(sine, 0.5 * (trace - 1.0));
+    const double factor = sine > 0.0 ? angle / sine : 1.0;
+    for (int k = 0; k < 3; k++)
+        e[3 + k] = factor * w[k];
+    position = sqrt(position);
+    return position > angle ? position : angle;
 }
 
 /* Solves a x = b, n = 6, in place; returns the determinant, 0 where a is singular. */
 static double chasles_general_solve(double (*a)[7], double *x)
 {
-  double determinant = 1.0;
-  for (int j = 0; j < 6; j++) {
-    int p = j;
-    for (int i = j + 1; i < 6; i++) {
-      if (fabs(a[i][j]) > fabs(a[p][j])) p = i;
+    double determinant = 1.0;
+    for (int j = 0; j < 6; j++) {
+        int p = j;
+        for (int i = j + 1; i < 6; i++) {
+            if (fabs(a[i][j]) > fabs(a[p][j]))
+                p = i;
+        }
+        if (!(fabs(a[p][j]) > 0.0))
+            return 0.0;
+        if (p != j) {
+            determinant = -determinant;
+            for (int k = 0; k < 7; k++) {
+                const double kept = a[p][k];
+                a[p][k] = a[j][k], a[j][k] = kept;
+            }
+        }
+        determinant *= a[j][j];
+        const double inverse = 1.0 / a[j][j];
+        for (int i = j + 1; i < 6; i++) {
+            const double factor = a[i][j] * inverse;
+            for (int k = j; k < 7; k++)
+                a[i][k] -= factor * a[j][k];
+        }
     }
-    if (!(fabs(a[p][j]) > 0.0)) return 0.0;
-    if (p != j) {
-      determinant = -determinant;
-      for (int k = 0; k < 7; k++) {
-        const double kept = a[p][k];
-        a[p][k] = a[j][k], a[j][k] = kept;
-      }
+    for (int j = 5; j >= 0; j--) {
+        double sum = a[j][6];
+        for (int k = j + 1; k < 6; k++)
+            sum -= a[j][k] * x[k];
+        x[j] = sum / a[j][j];
     }
-    determinant *= a[j][j];
-    const double inverse = 1.0 / a[j][j];
-    for (int i = j + 1; i < 6; i++) {
-      const double factor = a[i][j] * inverse;
-      for (int k = j; k < 7; k++) a[i][k] -= factor * a[j][k];
-    }
-  }
-  for (int j = 5; j >= 0; j--) {
-    double sum = a[j][6];
-    for (int k = j + 1; k < 6; k++) sum -= a[j][k] * x[k];
-    x[j] = sum / a[j][j];
-  }
-  return determinant;
+    return determinant;
 }
 
 /* One step towards the pose: Newton's where damping is 0, else Levenberg and Marquardt's. */
 static void chasles_general_step(const double *J, const double *e, double length, double damping,
-    double *step)
+                                 double *step)
 {
-  double a[6][7], b[6][7];
-  for (int i = 0; i < 6; i++) {
-    const double weight = i < 3 ? 1.0 / length : 1.0;
-    for (int k = 0; k < 6; k++) a[i][k] = weight * J[6 * i + k];
-    a[i][6] = weight * e[i];
-  }
-  if (damping > 0.0) {
+    double a[6][7], b[6][7];
     for (int i = 0; i < 6; i++) {
-      for (int k = 0; k < 7; k++) {
-        b[i][k] = i == k ? damping : 0.0;
-        for (int m = 0; m < 6; m++) b[i][k] += a[m][i] * a[m][k];
-      }
+        const double weight = i < 3 ? 1.0 / length : 1.0;
+        for (int k = 0; k < 6; k++)
+            a[i][k] = weight * J[6 * i + k];
+        a[i][6] = weight * e[i];
     }
-    memcpy(a, b, sizeof a);
-  }
-  memset(step, 0, 6 * sizeof *step);
-  chasles_general_solve(a, step);
-  double most = 0.0;
-  for (int k = 0; k < 6; k++) most = fabs(step[k]) > most ? fabs(step[k]) : most;
-  if (!(most <= 0.5)) {
-    for (int k = 0; k < 6; k++) step[k] = most < DBL_MAX ? step[k] * 0.5 / most : 0.0;
-  }
+    if (damping > 0.0) {
+        for (int i = 0; i < 6; i++) {
+            for (int k = 0; k < 7; k++) {
+                b[i][k] = i == k ? damping : 0.0;
+                for (int m = 0; m < 6; m++)
+                    b[i][k] += a[m][i] * a[m][k];
+            }
+        }
+        memcpy(a, b, sizeof a);
+    }
+    memset(step, 0, 6 * sizeof *step);
+    chasles_general_solve(a, step);
+    double most = 0.0;
+    for (int k = 0; k < 6; k++)
+        most = fabs(step[k]) > most ? fabs(step[k]) : most;
+    if (!(most <= 0.5)) {
+        for (int k = 0; k < 6; k++)
+            step[k] = most < DBL_MAX ? step[k] * 0.5 / most : 0.0;
+    }
 }
 
 /* What is left of a pose as the sum of squares that steps make smaller. */
 static double chasles_general_cost(const double *e, double length)
 {
-  double metres = 0.0, radians = 0.0;
-  for (int k = 0; k < 3; k++) metres += e[k] * e[k], radians += e[3 + k] * e[3 + k];
-  return metres / (length * length) + radians;
+    double metres = 0.0, radians = 0.0;
+    for (int k = 0; k < 3; k++)
+        metres += e[k] * e[k], radians += e[3 + k] * e[3 + k];
+    return metres / (length * length) + radians;
 }
 
 /* Steps q towards the pose; returns what is left (metre or radian, the larger). */
 static double chasles_general_polish(const chasles_general_arm *arm, const double *T, int most,
-    double *q, double *J)
+                                     double *q, double *J)
 {
-  double at[16], e[6], step[6], next[6], next_J[36], damping = 0.0;
-  arm->pose_jacobian(q, at, J);
-  double left = chasles_general_error(T, at, e);
-  double cost = chasles_general_cost(e, arm->length);
-  for (int k = 0; k < most && left > CHASLES_CLOSED; k++) {
-    double next_e[6];
-    chasles_general_step(J, e, arm->length, damping, step);
-    for (int i = 0; i < 6; i++) next[i] = q[i] + step[i];
-    arm->pose_jacobian(next, at, next_J);
-    const double then = chasles_general_error(T, at, next_e);
-    const double cost_then = chasles_general_cost(next_e, arm->length);
-    if (cost_then < cost) {
-      const int slow = cost_then > 0.999999 * cost && left > CHASLES_NEAR;
-      /* Where a step did much, the next may be Newton's. */
-      damping = cost_then < 0.25 * cost || damping < 1e-13 ? 0.0 : 0.03 * damping;
-      left = then, cost = cost_then;
-      memcpy(q, next, sizeof next);
-      memcpy(J, next_J, sizeof next_J);
-      memcpy(e, next_e, sizeof e);
-      if (slow) break;
-    } else if (left < 1e-12 || damping > 1e3) {
-      break;
-    } else {
-      damping = damping > 0.0 ? 30.0 * damping : left > CHASLES_NEAR ? 1e-5 : 1e-14;
+    double at[16], e[6], step[6], next[6], next_J[36], damping = 0.0;
+    arm->pose_jacobian(q, at, J);
+    double left = chasles_general_error(T, at, e);
+    double cost = chasles_general_cost(e, arm->length);
+    for (int k = 0; k < most && left > CHASLES_CLOSED; k++) {
+        double next_e[6];
+        chasles_general_step(J, e, arm->length, damping, step);
+        for (int i = 0; i < 6; i++)
+            next[i] = q[i] + step[i];
+        arm->pose_jacobian(next, at, next_J);
+        const double then = chasles_general_error(T, at, next_e);
+        const double cost_then = chasles_general_cost(next_e, arm->length);
+        if (cost_then < cost) {
+            const int slow = cost_then > 0.999999 * cost && left > CHASLES_NEAR;
+            /* Where a step did much, the next may be Newton's. */
+            damping =
+                cost_then < 0.25 * cost || damping < CHASLES_DAMPING_DROPPED ? 0.0 : 0.03 * damping;
+            left = then, cost = cost_then;
+            memcpy(q, next, sizeof next);
+            memcpy(J, next_J, sizeof next_J);
+            memcpy(e, next_e, sizeof e);
+            if (slow)
+                break;
+        } else if (left < CHASLES_NEARLY_CLOSED || damping > CHASLES_DAMPING_MOST) {
+            break;
+        } else {
+            damping = damping > 0.0         ? 30.0 * damping
+                      : left > CHASLES_NEAR ? CHASLES_DAMPING_FAR
+                                            : CHASLES_DAMPING_NEAR;
+        }
     }
-  }
-  for (int i = 0; i < 6; i++) q[i] = chasles_general_wrapped(q[i]);
-  return left;
+    for (int i = 0; i < 6; i++)
+        q[i] = chasles_general_wrapped(q[i]);
+    return left;
 }
 
 /* |det J| over the product of its columns' lengths: 1 at best, 0 where J is singular. */
 static double chasles_general_margin(const double *J, double length)
 {
-  double a[6][7], x[6], lengths = 1.0;
-  for (int k = 0; k < 6; k++) {
-    double sum = 0.0;
-    for (int i = 0; i < 6; i++) {
-      a[i][k] = i < 3 ? J[6 * i + k] / length : J[6 * i + k];
-      sum += a[i][k] * a[i][k];
-      a[i][6] = 0.0;
+    double a[6][7], x[6], lengths = 1.0;
+    for (int k = 0; k < 6; k++) {
+        double sum = 0.0;
+        for (int i = 0; i < 6; i++) {
+            a[i][k] = i < 3 ? J[6 * i + k] / length : J[6 * i + k];
+            sum += a[i][k] * a[i][k];
+            a[i][6] = 0.0;
+        }
+        lengths *= sqrt(sum);
     }
-    lengths *= sqrt(sum);
-  }
-  return fabs(chasles_general_solve(a, x)) / lengths;
+    return fabs(chasles_general_solve(a, x)) / lengths;
 }
 
 #endif

@@ -9,28 +9,28 @@
 #include <stdint.h>
 #include <string.h>
 
-#define LANES_MOST_INPUTS 256   /* doubles in all inputs of a kernel */
-#define LANES_MOST_OUTPUTS 512  /* doubles in all outputs */
-#define LANES_MOST_ARGUMENTS 8  /* inputs, and outputs */
-#define LANES_LINE 8            /* doubles in a cache line */
+#define LANES_MOST_INPUTS 256  /* doubles in all inputs of a kernel */
+#define LANES_MOST_OUTPUTS 512 /* doubles in all outputs */
+#define LANES_MOST_ARGUMENTS 8 /* inputs, and outputs */
+#define LANES_LINE 8           /* doubles in a cache line */
 /* Lanes of inputs, of outputs, and of outputs that are staged with a line each. */
 #define LANES_MOST_WORK \
-  (LANES_MOST_INPUTS + 2 * LANES_MOST_OUTPUTS + LANES_MOST_ARGUMENTS * LANES_LINE)
+    (LANES_MOST_INPUTS + 2 * LANES_MOST_OUTPUTS + LANES_MOST_ARGUMENTS * LANES_LINE)
 /* Results larger than this (bytes) go past the caches: they would not be found there anyway. */
 #define LANES_STREAMED ((size_t)4 << 20)
 
 typedef struct {
-  int inputs, outputs;
-  const int *sizes; /* doubles of each input, then of each output */
+    int inputs, outputs;
+    const int *sizes; /* doubles of each input, then of each output */
 } lanes_shape;
 
 /* A result on its way to memory, in whole cache lines: rows are staged behind the first line of
  * `stage`, at whose end `held` doubles of earlier rows wait for the rest of the line that begins at
  * `to`; the first `skipped` of them belong to somebody else. */
 typedef struct {
-  double *to;
-  size_t held, skipped;
-  double *stage;
+    double *to;
+    size_t held, skipped;
+    double *stage;
 } lanes_stream;
 #endif
 
@@ -41,32 +41,32 @@ typedef void (*LANES_NAME(lanes_kernel))(const lanes *in, lanes *out);
 /* Writes the whole lines among the doubles that are staged, keeps the rest for the next tile. */
 static LANES_TARGET void LANES_NAME(lanes_push)(lanes_stream *stream, size_t added)
 {
-  const double *from = stream->stage + LANES_LINE - stream->held;
-  double *to = stream->to, rest[LANES_LINE];
-  size_t total = stream->held + added, whole = total - total % LANES_LINE, k = 0;
-  if (whole && stream->skipped) {
-    size_t own = LANES_LINE - stream->skipped;
-    memcpy(to + stream->skipped, from + stream->skipped, own * sizeof(double));
-    stream->skipped = 0;
-    k = LANES_LINE;
-  }
+    const double *from = stream->stage + LANES_LINE - stream->held;
+    double *to = stream->to, rest[LANES_LINE];
+    size_t total = stream->held + added, whole = total - total % LANES_LINE, k = 0;
+    if (whole && stream->skipped) {
+        size_t own = LANES_LINE - stream->skipped;
+        memcpy(to + stream->skipped, from + stream->skipped, own * sizeof(double));
+        stream->skipped = 0;
+        k = LANES_LINE;
+    }
 #if CHASLES_ISA == 2
-  for (; k < whole; k += 8) {
-    _mm512_stream_pd(to + k, _mm512_loadu_pd(from + k));
-  }
+    for (; k < whole; k += 8) {
+        _mm512_stream_pd(to + k, _mm512_loadu_pd(from + k));
+    }
 #elif CHASLES_ISA == 1
-  for (; k < whole; k += 4) {
-    _mm256_stream_pd(to + k, _mm256_loadu_pd(from + k));
-  }
+    for (; k < whole; k += 4) {
+        _mm256_stream_pd(to + k, _mm256_loadu_pd(from + k));
+    }
 #else
-  for (; k < whole; k += 2) {
-    _mm_stream_pd(to + k, _mm_loadu_pd(from + k));
-  }
+    for (; k < whole; k += 2) {
+        _mm_stream_pd(to + k, _mm_loadu_pd(from + k));
+    }
 #endif
-  memcpy(rest, stream->stage + added, sizeof rest);
-  memcpy(stream->stage, rest, sizeof rest);
-  stream->to = to + whole;
-  stream->held = total - whole;
+    memcpy(rest, stream->stage + added, sizeof rest);
+    memcpy(stream->stage, rest, sizeof rest);
+    stream->to = to + whole;
+    stream->held = total - whole;
 }
 
 /* ---- a batch ---- */
@@ -74,60 +74,61 @@ static LANES_TARGET void LANES_NAME(lanes_push)(lanes_stream *stream, size_t add
 static LANES_TARGET void LANES_NAME(lanes_run)(LANES_NAME(lanes_kernel) kernel,
                                                const lanes_shape *shape, size_t n,
                                                const double *const *inputs,
-                                               const ptrdiff_t *input_steps,
-                                               double *const *outputs,
+                                               const ptrdiff_t *input_steps, double *const *outputs,
                                                const ptrdiff_t *output_steps)
 {
-  /* On a page of its own: elsewhere, by chance, storing and loading it again took twice as long. */
-  lanes work[LANES_MOST_WORK] __attribute__((aligned(4096)));
-  lanes_stream streams[LANES_MOST_ARGUMENTS];
-  const int *sizes = shape->sizes + shape->inputs;
-  /* One behind the other: arrays that begin on pages of their own would share few cache lines. */
-  lanes *in = work, *out = in;
-  for (int i = 0; i < shape->inputs; i++) {
-    out += shape->sizes[i];
-  }
-  double *stage = (double *)out;
-  for (int i = 0; i < shape->outputs; i++) {
-    stage += (size_t)sizes[i] * LANES;
-  }
-  for (int i = 0; i < shape->outputs; i++) {
-    size_t past = ((uintptr_t)outputs[i] / sizeof(double)) % LANES_LINE;
-    int streamed = output_steps[i] == sizes[i] && n * sizes[i] * sizeof(double) > LANES_STREAMED;
-    streams[i].stage = streamed ? stage : 0;
-    streams[i].to = outputs[i] - past;
-    streams[i].held = streams[i].skipped = past;
-    stage += (size_t)sizes[i] * LANES + LANES_LINE;
-  }
-  for (size_t row = 0; row < n; row += LANES) {
-    int count = n - row < LANES ? (int)(n - row) : LANES;
-    lanes *at = in;
+    /* On a page of its own: elsewhere, by chance, storing and loading it again took twice as long.
+     */
+    lanes work[LANES_MOST_WORK] __attribute__((aligned(4096)));
+    lanes_stream streams[LANES_MOST_ARGUMENTS];
+    const int *sizes = shape->sizes + shape->inputs;
+    /* One behind the other: arrays that begin on pages of their own would share few cache lines. */
+    lanes *in = work, *out = in;
     for (int i = 0; i < shape->inputs; i++) {
-      const double *rows = inputs[i] + (ptrdiff_t)row * input_steps[i];
-      LANES_NAME(lanes_gather)(rows, input_steps[i], shape->sizes[i], count, at);
-      at += shape->sizes[i];
+        out += shape->sizes[i];
     }
-    kernel(in, out);
-    at = out;
+    double *stage = (double *)out;
     for (int i = 0; i < shape->outputs; i++) {
-      if (streams[i].stage) {
-        double *rows = streams[i].stage + LANES_LINE;
-        LANES_NAME(lanes_scatter)(at, sizes[i], count, rows, sizes[i]);
-        LANES_NAME(lanes_push)(&streams[i], (size_t)count * sizes[i]);
-      } else {
-        double *rows = outputs[i] + (ptrdiff_t)row * output_steps[i];
-        LANES_NAME(lanes_scatter)(at, sizes[i], count, rows, output_steps[i]);
-      }
-      at += sizes[i];
+        stage += (size_t)sizes[i] * LANES;
     }
-  }
-  for (int i = 0; i < shape->outputs; i++) {
-    const lanes_stream *stream = &streams[i];
-    if (stream->stage) {
-      size_t own = stream->held - stream->skipped;
-      const double *end = stream->stage + LANES_LINE;
-      memcpy(stream->to + stream->skipped, end - own, own * sizeof(double));
+    for (int i = 0; i < shape->outputs; i++) {
+        size_t past = ((uintptr_t)outputs[i] / sizeof(double)) % LANES_LINE;
+        int streamed =
+            output_steps[i] == sizes[i] && n * sizes[i] * sizeof(double) > LANES_STREAMED;
+        streams[i].stage = streamed ? stage : 0;
+        streams[i].to = outputs[i] - past;
+        streams[i].held = streams[i].skipped = past;
+        stage += (size_t)sizes[i] * LANES + LANES_LINE;
     }
-  }
-  _mm_sfence();
+    for (size_t row = 0; row < n; row += LANES) {
+        int count = n - row < LANES ? (int)(n - row) : LANES;
+        lanes *at = in;
+        for (int i = 0; i < shape->inputs; i++) {
+            const double *rows = inputs[i] + (ptrdiff_t)row * input_steps[i];
+            LANES_NAME(lanes_gather)(rows, input_steps[i], shape->sizes[i], count, at);
+            at += shape->sizes[i];
+        }
+        kernel(in, out);
+        at = out;
+        for (int i = 0; i < shape->outputs; i++) {
+            if (streams[i].stage) {
+                double *rows = streams[i].stage + LANES_LINE;
+                LANES_NAME(lanes_scatter)(at, sizes[i], count, rows, sizes[i]);
+                LANES_NAME(lanes_push)(&streams[i], (size_t)count * sizes[i]);
+            } else {
+                double *rows = outputs[i] + (ptrdiff_t)row * output_steps[i];
+                LANES_NAME(lanes_scatter)(at, sizes[i], count, rows, output_steps[i]);
+            }
+            at += sizes[i];
+        }
+    }
+    for (int i = 0; i < shape->outputs; i++) {
+        const lanes_stream *stream = &streams[i];
+        if (stream->stage) {
+            size_t own = stream->held - stream->skipped;
+            const double *end = stream->stage + LANES_LINE;
+            memcpy(stream->to + stream->skipped, end - own, own * sizeof(double));
+        }
+    }
+    _mm_sfence();
 }

@@ -43,28 +43,29 @@ chasles_angles CHASLES_MANY_SIN(chasles_angles);
 #define CHASLES_ANGLE(i) (k + (i) < n ? angle[k + (i)] : 0.0)
 static inline void chasles_cos_sin(int n, const double *angle, double *c, double *s)
 {
-  for (int k = 0; k < n; k += CHASLES_ANGLES) {
-    size_t bytes = (size_t)(n - k < CHASLES_ANGLES ? n - k : CHASLES_ANGLES) * sizeof(double);
-    /* Joined in registers: loading what was just stored in parts waits for all stores before. */
-    const chasles_angles some = {
-      CHASLES_ANGLE(0), CHASLES_ANGLE(1), CHASLES_ANGLE(2), CHASLES_ANGLE(3),
+    for (int k = 0; k < n; k += CHASLES_ANGLES) {
+        size_t bytes = (size_t)(n - k < CHASLES_ANGLES ? n - k : CHASLES_ANGLES) * sizeof(double);
+        /* Joined in registers: loading what was just stored in parts waits for all stores before.
+         */
+        const chasles_angles some = {
+            CHASLES_ANGLE(0), CHASLES_ANGLE(1), CHASLES_ANGLE(2), CHASLES_ANGLE(3),
 #if CHASLES_ANGLES == 8
-      CHASLES_ANGLE(4), CHASLES_ANGLE(5), CHASLES_ANGLE(6), CHASLES_ANGLE(7),
+            CHASLES_ANGLE(4), CHASLES_ANGLE(5), CHASLES_ANGLE(6), CHASLES_ANGLE(7),
 #endif
-    };
-    chasles_angles result = CHASLES_MANY_COS(some);
-    memcpy(c + k, &result, bytes);
-    result = CHASLES_MANY_SIN(some);
-    memcpy(s + k, &result, bytes);
-  }
+        };
+        chasles_angles result = CHASLES_MANY_COS(some);
+        memcpy(c + k, &result, bytes);
+        result = CHASLES_MANY_SIN(some);
+        memcpy(s + k, &result, bytes);
+    }
 }
 #else
 static inline void chasles_cos_sin(int n, const double *angle, double *c, double *s)
 {
-  for (int k = 0; k < n; k++) {
-    c[k] = cos(angle[k]);
-    s[k] = sin(angle[k]);
-  }
+    for (int k = 0; k < n; k++) {
+        c[k] = cos(angle[k]);
+        s[k] = sin(angle[k]);
+    }
 }
 #endif
 

@@ -95,10 +95,11 @@ class Missing:
         self.name, self.hint = name, hint
 
     def __get__(self, robot: Any, owner: type) -> NoReturn:
-        """Raises an AttributeError that lists the robot's functions."""
+        """Raises an AttributeError that names substitutes and lists the robot's functions."""
         reason, instead = self.hint(robot)
         message = (
-            f"robot {robot.name!r} has no {self.name!r}{': ' * bool(reason)}{reason}; its "
-            f"functions are: {', '.join(robot.functions)}{'; instead: ' * bool(instead)}{instead}"
+            f"robot {robot.name!r} has no {self.name!r}{': ' * bool(reason)}{reason}"
+            f"{'; instead: ' * bool(instead)}{instead}; "
+            f"its functions are: {', '.join(robot.functions)}"
         )
         raise AttributeError(message, name=self.name, obj=robot)

@@ -141,7 +141,8 @@ class Function:
 
     def _outputs(self, columns: list[ca.DM], signs: tuple[float, ...]) -> list[np.ndarray]:
         count = columns[0].shape[1]
-        found = self.kernel(*columns, np.tile(np.array(signs)[:, None], (1, count)))
+        chosen = [np.tile(np.array(signs)[:, None], (1, count))] if signs else []
+        found = self.kernel(*columns, *chosen)
         return [np.array(of).T for of in (found if isinstance(found, tuple) else (found,))]
 
 

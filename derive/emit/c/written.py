@@ -13,6 +13,7 @@ SUPPORTS = {
         "chasles_general.h",
         "chasles_general_equations.h",
         "chasles_general_newton.h",
+        "chasles_general_tolerances.h",
         "chasles_eigenvalues.h",
     )
 }

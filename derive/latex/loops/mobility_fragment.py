@@ -1,6 +1,6 @@
 r"""The fragment of mobility: the counts, the rank, and the reasons why they differ."""
 
-from ...loops.counting import SPATIAL
+from ...loops.freedoms import SPATIAL
 from ...loops.mobility import Mobility
 from ..setting.layout import aligned
 from ..setting.page import sentence, text

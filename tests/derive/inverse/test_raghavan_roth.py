@@ -198,7 +198,7 @@ def test_arms_of_other_joints_are_refused_by_name():
 def test_the_same_description_gives_the_same_text(name):
     robot = of(name)
     split = split_of(robot)
-    assert written_inverse.source(robot, split) == written_inverse.source(replace(robot), split)
+    assert written_inverse.inverse(robot, split) == written_inverse.inverse(replace(robot), split)
 
 
 def test_crx10_is_where_its_origins_and_axes_put_it():

@@ -10,7 +10,7 @@ from mechanisms import BASE, at, body_poses, near, pin, slider
 
 from chasles.derive import RobotError
 from chasles.derive.loops.closing import closed_configuration
-from chasles.derive.loops.counting import virtual_joints
+from chasles.derive.loops.freedoms import virtual_joints
 from chasles.derive.loops.mobility import mobility
 from chasles.derive.model.mechanism import Mechanism
 from chasles.derive.terms.terms import Terms

@@ -178,3 +178,59 @@ def test_numbers_are_computed_at_once():
         Compute(B, Operation.MULTIPLY, (Constant(0.0), X)),
         Store(0, 1, B),
     )
+
+
+def test_a_difference_that_was_turned_around_is_not_turned_back():
+    given = branch(
+        Compute(A, Operation.SUBTRACT, (X, Y)),
+        Compute(B, Operation.NEGATE, (A,)),
+        Compute(C, Operation.ADD, (B, X)),
+        Compute(D, Operation.NEGATE, (C,)),
+        Store(0, 0, D),
+        Store(0, 1, B),
+        Store(0, 2, S),
+    )
+    x, y = np.linspace(0.1, 1, POSES), np.linspace(2, 3, POSES)
+    ((first, second, _),) = run(unrolled(given, [(1,)], "f"), [np.stack([x, y])])
+    np.testing.assert_array_equal(first, -(-(x - y) + x))
+    np.testing.assert_array_equal(second, -(x - y))
+
+
+def random_branch(rng):
+    """A branch of random operations on two numbers and two signs."""
+    logic = {Operation.NOT, Operation.AND, Operation.OR}
+    numbers = [X, Y, S, Input(1, 1), *map(Constant, (0.0, 1.0, -1.0, 0.5, -2.0))]
+    conditions, statements = [], []
+    for k in range(rng.integers(3, 40)):
+        known = [o for o in RULES if conditions or o not in {*logic, Operation.SELECT}]
+        operation = known[rng.integers(len(known))]
+        count = 3 if operation is Operation.SELECT else RULES[operation].nin
+        pool = conditions if operation in logic else numbers
+        operands = [pool[rng.integers(len(pool))] for _ in range(count)]
+        if operation is Operation.SELECT:
+            operands[0] = conditions[rng.integers(len(conditions))]
+        result = Variable(k + 1)
+        statements.append(Compute(result, operation, tuple(operands)))
+        made_condition = operation in logic or operation.name.startswith(("LESS", "EQUAL", "NOT_"))
+        (conditions if made_condition else numbers).append(result)
+    stored = [v for v in numbers if isinstance(v, Variable)] or [X]
+    stores = [Store(0, k, stored[-1 - k]) for k in range(min(4, len(stored)))]
+    inputs = (X, Y, S, Input(1, 1))
+    return Program("f_branch", ("x", "choice"), ("y",), inputs, (*statements, *stores))
+
+
+def test_branches_of_random_programs():
+    rng = np.random.default_rng(8)
+    signs = [(1, 1), (1, -1), (-1, 1), (-1, -1)]
+    given, differing = rng.normal(size=(2, POSES)), 0
+    for _ in range(1_000):
+        alone = random_branch(rng)
+        program = unrolled(alone, signs, "f")
+        (whole,) = run(program, [given])
+        n = len(whole) // len(signs)
+        differing += not np.array_equal(whole[:n], whole[-n:], equal_nan=True)
+        for b, chosen in enumerate(signs):
+            choice = np.repeat(np.array(chosen, float)[:, None], POSES, 1)
+            (one,) = run(alone, [given, choice])
+            np.testing.assert_array_equal(whole[b * n : (b + 1) * n] + 0.0, one + 0.0)
+    assert differing > 300

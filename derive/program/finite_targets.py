@@ -1,0 +1,77 @@
+"""The residual of an inverse that is not finite where its target is not finite.
+
+The residual of a slide along an axis of the base is x - x, which is 0 whatever x is. A target that
+is NaN there would count as solved.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from ..model.tolerances import GREATEST_NUMBER
+from .operations import Compute, Constant, Input, Operand, Operation, Program, Store, Variable
+
+COORDINATES, RESIDUAL = 0, 1
+"""Outputs of every inverse."""
+
+
+def seeing_its_inputs(program: Program) -> Program:
+    """A program whose residual is not finite where an input of the coordinates is not finite.
+
+    Args:
+        program: The program of an inverse, all its slots or one.
+
+    Returns:
+        The same program where every input of the coordinates is one of the residual too.
+    """
+    inputs = _inputs_behind(program)
+    unseen = inputs[COORDINATES] - inputs[RESIDUAL]
+    if not unseen:
+        return program
+    ordered = sorted(unseen, key=lambda entry: (entry.argument, entry.entry))
+    numbers = _Numbers(1 + max((s.result.number for s in program.computed), default=0))
+    size, computed = _total_size(ordered, numbers)
+    finite = numbers.next()
+    computed.append(Compute(finite, Operation.LESS_EQUAL, (size, Constant(GREATEST_NUMBER))))
+    kept = [s for s in program.statements if not (isinstance(s, Store) and s.output == RESIDUAL)]
+    stored: list[Store] = []
+    for store in program.stored:
+        if store.output == RESIDUAL:
+            chosen = numbers.next()
+            computed.append(Compute(chosen, Operation.SELECT, (finite, store.value, size)))
+            stored.append(replace(store, value=chosen))
+    return replace(program, statements=(*kept, *computed, *stored))
+
+
+class _Numbers:
+    """Counts new variables."""
+
+    def __init__(self, first: int) -> None:
+        self._number = first
+
+    def next(self) -> Variable:
+        """A variable that is not used yet."""
+        self._number += 1
+        return Variable(self._number)
+
+
+def _total_size(entries: Sequence[Input], numbers: _Numbers) -> tuple[Variable, list[Compute]]:
+    """The sum of the sizes of inputs, and the statements that compute it."""
+    sizes = [Compute(numbers.next(), Operation.ABS, (entry,)) for entry in entries]
+    total, computed = sizes[0].result, [*sizes]
+    for size in sizes[1:]:
+        computed.append(Compute(numbers.next(), Operation.ADD, (total, size.result)))
+        total = computed[-1].result
+    return total, computed
+
+
+def _inputs_behind(program: Program) -> dict[int, set[Input]]:
+    """The inputs on which each output rests."""
+    behind: dict[Operand, set[Input]] = {entry: {entry} for entry in program.inputs}
+    outputs: dict[int, set[Input]] = {}
+    for statement in program.statements:
+        found = set().union(*(behind.get(operand, set()) for operand in statement.operands))
+        if isinstance(statement, Store):
+            outputs.setdefault(statement.output, set()).update(found)
+        else:
+            behind[statement.result] = found
+    return outputs

@@ -1,0 +1,35 @@
+/* Tolerances of the inverse of general arms: name, value, unit and reason; part of chasles, the
+ * same for every such robot. Poses differ by the larger of a distance (m) and an angle (rad).
+ */
+#ifndef CHASLES_GENERAL_TOLERANCES_H
+#define CHASLES_GENERAL_TOLERANCES_H
+
+/* m, rad: residual up to which a slot is a solution, as the runtime judges it. */
+#define CHASLES_SOLVED 1e-9
+/* m, rad: residual at which Newton's steps end: rounding of forward kinematics is a tenth of it. */
+#define CHASLES_CLOSED 1e-14
+/* m, rad: residual below which a step that does not help ends them: rounding may be in its way. */
+#define CHASLES_NEARLY_CLOSED 1e-12
+/* rad: coordinates of solutions closer than this are one. Double solutions differ by about 1e-8. */
+#define CHASLES_SAME 1e-6
+/* rad: imaginary part of an eigenvalue's angle up to which two real roots may hide behind it. */
+#define CHASLES_NEARLY_REAL 0.01
+/* rad: imaginary part of the nearest root beyond which no pose nearby is tried. */
+#define CHASLES_HIDING 0.5
+/* m, rad: residual beyond which a pose may be out of reach, and slow steps are given up. */
+#define CHASLES_NEAR 1e-4
+/* Ratio of pivots below which the suppressed angle is counted from elsewhere: 12 digits remain. */
+#define CHASLES_PIVOT 1e-4
+/* Ratio of pivots below which, wherever it is counted from, the roots are unsure. */
+#define CHASLES_SINGULAR 1e-8
+/* Damping of Newton's steps, over the squares of J's entries: at first far from a solution and near
+ * to one, where it is dropped, and where steps are given up. */
+#define CHASLES_DAMPING_FAR 1e-5
+#define CHASLES_DAMPING_NEAR 1e-14
+#define CHASLES_DAMPING_DROPPED 1e-13
+#define CHASLES_DAMPING_MOST 1e3
+/* What is added to the diagonal of J^T J, whose eigenvector of the least eigenvalue is looked for.
+ */
+#define CHASLES_SHIFT 1e-10
+
+#endif

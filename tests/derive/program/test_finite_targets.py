@@ -1,0 +1,70 @@
+"""An inverse whose residual loses an input by cancellation does not call NaN solved."""
+
+import numpy as np
+import pytest
+from derivations import ROBOTS, derivation, made
+
+import chasles
+from chasles.derive import load, loads, write
+from chasles.derive.program.finite_targets import seeing_its_inputs
+from chasles.derive.program.operations import Compute, Input, Operation, Program, Store, Variable
+
+GANTRY = """name = "gantry"
+convention = "dh"
+joints = [
+  { name = "x", type = "prismatic", alpha = "pi/2", theta = "pi/2" },
+  { name = "y", type = "prismatic", alpha = "pi/2", theta = "pi/2" },
+  { name = "z", type = "prismatic" },
+]
+"""
+X, Y = Input(0, 0), Input(0, 1)
+A = Variable(1)
+
+
+def test_an_input_that_the_residual_sees_changes_nothing():
+    statements = (Compute(A, Operation.ADD, (X, Y)), Store(0, 0, A), Store(1, 0, A), Store(2, 0, X))
+    program = Program("ik", ("T",), ("q", "residual", "margin"), (X, Y), statements)
+    assert seeing_its_inputs(program) is program
+
+
+def test_an_input_that_it_does_not_see_is_put_in():
+    statements = (Compute(A, Operation.ADD, (X, Y)), Store(0, 0, A), Store(1, 0, X), Store(2, 0, X))
+    program = seeing_its_inputs(Program("ik", ("T",), ("q", "r", "m"), (X, Y), statements))
+    assert [s.operation for s in program.computed] == [
+        Operation.ADD,
+        Operation.ABS,
+        Operation.LESS_EQUAL,
+        Operation.SELECT,
+    ]
+    (residual,) = (s.value for s in program.stored if s.output == 1)
+    assert residual == program.computed[-1].result
+
+
+@pytest.mark.parametrize("name", ["bricklaying_gantry", "gantry"])
+def test_targets_that_are_nan_are_not_valid(name, tmp_path):
+    shipped = name == "bricklaying_gantry"
+    robot = load(ROBOTS / f"{name}.toml") if shipped else loads(GANTRY, "gantry.toml")
+    write(robot, tmp_path)
+    arm = chasles.load(tmp_path)
+    function = arm.functions["ik" if "ik" in arm.functions else "ik_position"]
+    rng = np.random.default_rng(4)
+    T = arm.fk(rng.uniform(0.1, 1, arm.n))
+    target = T if function is arm.functions.get("ik") else T[:3, 3]
+    assert function(target).valid.any()
+    positions = [(i, 3) for i in range(3)] if target.ndim == 2 else [(i,) for i in range(3)]
+    for entry in positions:
+        for wrong in (np.nan, np.inf, -np.inf):
+            other = target.copy()
+            other[entry] = wrong
+            assert not function(other).valid.any()
+            both = function(np.stack([other, target])).valid
+            assert not both[0].any()
+            assert both[1].any()
+
+
+def test_no_other_shipped_inverse_needs_it():
+    for name in ("ur5e", "lynxmotion", "iiwa14"):
+        for function in derivation(name).functions:
+            if function.role.name == "inverse":
+                program = made(name).branch[function.name]
+                assert seeing_its_inputs(program) is program

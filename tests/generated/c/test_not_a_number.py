@@ -1,0 +1,60 @@
+"""The header's word on NaN: every entry that is computed from an input that is NaN is NaN."""
+
+import numpy as np
+import pytest
+from derivations import ALL, derivation, made
+
+import chasles
+from chasles.derive.program.operations import Input, Operation
+
+CHOOSING = {Operation.SELECT, Operation.MIN, Operation.MAX}
+
+
+def inputs_behind(program):
+    """The inputs on which each stored entry rests."""
+    behind, entries = {}, {}
+    for statement in program.statements:
+        found = set()
+        for operand in statement.operands:
+            found |= {operand} if isinstance(operand, Input) else behind.get(operand, set())
+        if hasattr(statement, "result"):
+            behind[statement.result] = found
+        else:
+            entries[statement.output, statement.entry] = found
+    return entries
+
+
+def arguments(robot, function, rng):
+    """Arguments near the reference where there is one; an angle or a length elsewhere."""
+    reference = getattr(robot, "reference", None)
+    known = {}
+    if reference is not None:
+        known = {"q": np.array(reference.q), "z": np.array(reference.z)}
+        known["theta"] = np.array(robot.chain(known["q"])) if "chain" in robot.functions else None
+    given = []
+    for argument in function.inputs:
+        value = known.get(argument.name)
+        near = rng.uniform(-0.01, 0.01, argument.size)
+        given.append(near + (np.ravel(value) if value is not None else 0.4))
+    return given
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_nan_reaches_every_entry_that_is_computed_from_it(name):
+    robot, rng, checked = chasles.load(name), np.random.default_rng(2), 0
+    for function in derivation(name).functions:
+        program = made(name).whole[function.name]
+        if any(program.has(operation) for operation in CHOOSING):
+            continue
+        given, entries = arguments(robot, function, rng), inputs_behind(program)
+        for entry in program.inputs:
+            wrong = [value.copy() for value in given]
+            wrong[entry.argument][entry.entry] = np.nan
+            shaped = [w.reshape(1, *a.shape) for w, a in zip(wrong, function.inputs, strict=True)]
+            result = robot.functions[function.name](*shaped)
+            outputs = [np.ravel(r) for r in (result if isinstance(result, tuple) else (result,))]
+            for (output, k), behind in entries.items():
+                if entry in behind:
+                    assert np.isnan(outputs[output][k]), (function.name, entry, output, k)
+                    checked += 1
+    assert checked > 20
