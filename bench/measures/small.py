@@ -46,11 +46,11 @@ def _repeated(work: Callable[[np.ndarray], object], q: np.ndarray, count: int):
 
 
 class _Plain:
-    """An object of which nothing but an attribute is wanted."""
+    """A plain object with an attribute."""
 
 
 def look_up(plan: Plan) -> list[Ratio]:
-    """Looking up a function on a robot beside looking it up on a plain object."""
+    """The look-up of a function on a robot compared with the look-up on a plain object."""
     arm, plain = chasles.load("ur5e"), _Plain()
     plain.fk = arm.fk
     times = alternated(

@@ -1,7 +1,7 @@
-"""The residual of an inverse that is not finite where its target is not finite.
+"""Makes the residual of an inverse not finite where its target is not finite.
 
-The residual of a slide along an axis of the base is x - x, which is 0 whatever x is. A target that
-is NaN there would count as solved.
+The residual of a slide along an axis of the base is x - x, which simplifies to 0 for every x. A
+target with NaN as x would count as solved.
 """
 
 from collections.abc import Sequence
@@ -15,13 +15,13 @@ COORDINATES, RESIDUAL = 0, 1
 
 
 def seeing_its_inputs(program: Program) -> Program:
-    """A program whose residual is not finite where an input of the coordinates is not finite.
+    """Makes the residual not finite where an input of the coordinates is not finite.
 
     Args:
-        program: The program of an inverse, all its slots or one.
+        program: The program of an inverse, of all its slots or of a single slot.
 
     Returns:
-        The same program where every input of the coordinates is one of the residual too.
+        The program, whose residual depends on every input on which the coordinates depend.
     """
     inputs = _inputs_behind(program)
     unseen = inputs[COORDINATES] - inputs[RESIDUAL]
@@ -49,13 +49,13 @@ class _Numbers:
         self._number = first
 
     def next(self) -> Variable:
-        """A variable that is not used yet."""
+        """A variable that the program does not use yet."""
         self._number += 1
         return Variable(self._number)
 
 
 def _total_size(entries: Sequence[Input], numbers: _Numbers) -> tuple[Variable, list[Compute]]:
-    """The sum of the sizes of inputs, and the statements that compute it."""
+    """The sum of the absolute values of inputs, and the statements that compute it."""
     sizes = [Compute(numbers.next(), Operation.ABS, (entry,)) for entry in entries]
     total, computed = sizes[0].result, [*sizes]
     for size in sizes[1:]:
@@ -65,7 +65,7 @@ def _total_size(entries: Sequence[Input], numbers: _Numbers) -> tuple[Variable, 
 
 
 def _inputs_behind(program: Program) -> dict[int, set[Input]]:
-    """The inputs on which each output rests."""
+    """The inputs on which each output depends."""
     behind: dict[Operand, set[Input]] = {entry: {entry} for entry in program.inputs}
     outputs: dict[int, set[Input]] = {}
     for statement in program.statements:
