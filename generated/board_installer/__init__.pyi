@@ -420,7 +420,7 @@ def margin(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """How far each step of the loops' solution is from its dead point.
+    """Margin of each step of the loops' solution, zero at its dead point.
 
     sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
 
@@ -437,7 +437,7 @@ def chain_all(
     q: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Every branch of the loops' solution, NaN where it does not close.
+    """All branches of the loops' solution, NaN where a branch does not close.
 
     branches: left, right; left, left; right, right; right, left
 
@@ -526,7 +526,7 @@ def constraint(
     z: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """What the full configuration leaves open in the loops, zero where they are closed.
+    """Residuals of the loop closure equations, zero where the loops are closed.
 
     independent scalar equations of each loop: rod_KH (2), rod_FH (2), greater_rod (2), smaller_rod (2), push_rod (2)
 
@@ -590,5 +590,5 @@ def ik(
     Returns:
         q (..., 8, 6): joint coordinates, one solution a row (rad or m).
         residual (..., 8): distance of fk(q[k]) from the target (m or rad).
-        margin (..., 8): distance from the boundary of what can be reached, negative beyond (1).
+        margin (..., 8): distance from the boundary of the reachable set, negative beyond (1).
     """

@@ -4764,7 +4764,7 @@ void board_installer_configuration(const double q[6], double z[16]) {
   z[11] = v83;
 }
 
-// How far each step of the loops' solution is from its dead point.
+// Margin of each step of the loops' solution, zero at its dead point.
 // 27 operations: multiply 12, add 12, trig 2, other 1
 void board_installer_margin(const double q[6], double margin[2]) {
   // inputs
@@ -4807,7 +4807,7 @@ void board_installer_margin(const double q[6], double margin[2]) {
   margin[0] = v27;
 }
 
-// Every branch of the loops' solution, NaN where it does not close.
+// All branches of the loops' solution, NaN where a branch does not close.
 // 104 operations: multiply 43, add 36, negate 10, trig 10, other 5
 void board_installer_chain_all(const double q[6], double theta[32], double margin[8]) {
   // inputs
@@ -5373,7 +5373,7 @@ void board_installer_actuator_accelerations(const double theta[8], const double 
   qdd[2] = v118;
 }
 
-// What the full configuration leaves open in the loops, zero where they are closed.
+// Residuals of the loop closure equations, zero where the loops are closed.
 // 91 operations: multiply 26, add 39, trig 26
 void board_installer_constraint(const double z[16], double residual[10]) {
   // inputs

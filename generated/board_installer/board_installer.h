@@ -200,14 +200,14 @@ void board_installer_passive_D_q(const double q[6], double passive_D_q[36]);
  *   z: full configuration, 16 (rad or m) */
 void board_installer_configuration(const double q[6], double z[16]);
 
-/* How far each step of the loops' solution is from its dead point.
+/* Margin of each step of the loops' solution, zero at its dead point.
  * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
  * 27 operations: multiply 12, add 12, trig 2, other 1.
  *   q: actuator coordinates, 6 (rad or m)
  *   margin: margins, 2 (1) */
 void board_installer_margin(const double q[6], double margin[2]);
 
-/* Every branch of the loops' solution, NaN where it does not close.
+/* All branches of the loops' solution, NaN where a branch does not close.
  * branches: left, right; left, left; right, right; right, left
  * 104 operations: multiply 43, add 36, negate 10, trig 10, other 5.
  *   q: actuator coordinates, 6 (rad or m)
@@ -246,7 +246,7 @@ void board_installer_actuator_rates(const double theta[8], const double thetad[8
  *   qdd: actuator accelerations, 6 (rad or m/s^2) */
 void board_installer_actuator_accelerations(const double theta[8], const double thetad[8], const double thetadd[8], double qdd[6]);
 
-/* What the full configuration leaves open in the loops, zero where they are closed.
+/* Residuals of the loop closure equations, zero where the loops are closed.
  * independent scalar equations of each loop: rod_KH (2), rod_FH (2), greater_rod (2), smaller_rod
  * (2), push_rod (2)
  * 91 operations: multiply 26, add 39, trig 26.
@@ -275,7 +275,7 @@ void board_installer_constraint_D_z_dot(const double z[16], const double zd[16],
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: joint coordinates, one solution a row, 8 x 6 (rad or m)
  *   residual: distance of fk(q[k]) from the target, 8 (m or rad)
- *   margin: distance from the boundary of what can be reached, negative beyond, 8 (1) */
+ *   margin: distance from the boundary of the reachable set, negative beyond, 8 (1) */
 void board_installer_ik(const double T[16], double q[48], double residual[8], double margin[8]);
 
 #ifdef __cplusplus

@@ -469,5 +469,5 @@ def ik(
     Returns:
         q (..., 1, 3): joint coordinates, one solution a row (rad).
         residual (..., 1): distance of fk(q[k]) from the target (m or rad).
-        margin (..., 1): distance from the boundary of what can be reached, negative beyond (1).
+        margin (..., 1): distance from the boundary of the reachable set, negative beyond (1).
     """

@@ -217,7 +217,7 @@ void bricklaying_gantry_actuator_accelerations(const double theta[3], const doub
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: joint coordinates, one solution a row, 1 x 3 (rad)
  *   residual: distance of fk(q[k]) from the target, 1 (m or rad)
- *   margin: distance from the boundary of what can be reached, negative beyond, 1 (1) */
+ *   margin: distance from the boundary of the reachable set, negative beyond, 1 (1) */
 void bricklaying_gantry_ik(const double T[16], double q[3], double residual[1], double margin[1]);
 
 #ifdef __cplusplus

@@ -310,7 +310,7 @@ def ik(
     Returns:
         q (..., 2, 3): joint coordinates, one solution a row (rad).
         residual (..., 2): distance of fk(q[k]) from the target (m or rad).
-        margin (..., 2): distance from the boundary of what can be reached, negative beyond (1).
+        margin (..., 2): distance from the boundary of the reachable set, negative beyond (1).
     """
 
 def ik_planar(
@@ -322,12 +322,12 @@ def ik_planar(
     fk(q[k]) has its origin in x[:2] and its first axis at the angle x[2] wherever residual[k] is rounding
 
     Args:
-        x (..., 3): place of the tool in the plane, its angle (m, rad).
+        x (..., 3): position of the tool in the plane, its angle (m, rad).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
     Returns:
         q (..., 2, 3): joint coordinates, one solution a row (rad).
         residual (..., 2): distance of fk(q[k]) from the target (m or rad).
-        margin (..., 2): distance from the boundary of what can be reached, negative beyond (1).
+        margin (..., 2): distance from the boundary of the reachable set, negative beyond (1).
     """

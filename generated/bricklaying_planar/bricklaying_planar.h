@@ -148,17 +148,17 @@ void bricklaying_planar_acceleration_mixed(const double q[3], const double qd[3]
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: joint coordinates, one solution a row, 2 x 3 (rad)
  *   residual: distance of fk(q[k]) from the target, 2 (m or rad)
- *   margin: distance from the boundary of what can be reached, negative beyond, 2 (1) */
+ *   margin: distance from the boundary of the reachable set, negative beyond, 2 (1) */
 void bricklaying_planar_ik(const double T[16], double q[6], double residual[2], double margin[2]);
 
 /* Every solution of the inverse kinematics, in 2 slots.
  * fk(q[k]) has its origin in x[:2] and its first axis at the angle x[2] wherever residual[k] is
  * rounding
  * 132 operations: multiply 46, add 52, negate 1, trig 6, other 27.
- *   x: place of the tool in the plane, its angle, 3 (m, rad)
+ *   x: position of the tool in the plane, its angle, 3 (m, rad)
  *   q: joint coordinates, one solution a row, 2 x 3 (rad)
  *   residual: distance of fk(q[k]) from the target, 2 (m or rad)
- *   margin: distance from the boundary of what can be reached, negative beyond, 2 (1) */
+ *   margin: distance from the boundary of the reachable set, negative beyond, 2 (1) */
 void bricklaying_planar_ik_planar(const double x[3], double q[6], double residual[2], double margin[2]);
 
 #ifdef __cplusplus

@@ -386,7 +386,7 @@ def margin(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """How far each step of the loops' solution is from its dead point.
+    """Margin of each step of the loops' solution, zero at its dead point.
 
     sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
 
@@ -403,7 +403,7 @@ def chain_all(
     q: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Every branch of the loops' solution, NaN where it does not close.
+    """All branches of the loops' solution, NaN where a branch does not close.
 
     branches: below; above
 
@@ -492,7 +492,7 @@ def actuator_margin(
     theta: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """How far each step of the loops' solution is from its dead point.
+    """Margin of each step of the loops' solution, zero at its dead point.
 
     sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
 
@@ -509,7 +509,7 @@ def actuators_all(
     theta: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Every branch of the loops' solution, NaN where it does not close.
+    """All branches of the loops' solution, NaN where a branch does not close.
 
     branches: right, right, right; right, right, left; right, left, right; right, left, left; left, right, right; left, right, left; left, left, right; left, left, left
 
@@ -527,7 +527,7 @@ def constraint(
     z: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """What the full configuration leaves open in the loops, zero where they are closed.
+    """Residuals of the loop closure equations, zero where the loops are closed.
 
     independent scalar equations of each loop: rod_1_left (1), rod_1_right (1), rod_2_left (1), rod_2_right (1), rod_3_left (1), rod_3_right (1)
 
@@ -579,7 +579,7 @@ def rods(
     theta: ArrayLike, q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """By how much the ends of each rod or cylinder are further apart than its length.
+    """Distance between the ends of each rod or cylinder less its length.
 
     |b_i(theta) - a_i(q)| - l_i, i = rod_1_left, rod_1_right, rod_2_left, rod_2_right, rod_3_left, rod_3_right
 
@@ -646,5 +646,5 @@ def ik(
     Returns:
         q (..., 2, 3): joint coordinates, one solution a row (rad).
         residual (..., 2): distance of fk(q[k]) from the target (m or rad).
-        margin (..., 2): distance from the boundary of what can be reached, negative beyond (1).
+        margin (..., 2): distance from the boundary of the reachable set, negative beyond (1).
     """

@@ -6172,7 +6172,7 @@ void delta_configuration(const double q[3], double z[9]) {
   z[2] = v104;
 }
 
-// How far each step of the loops' solution is from its dead point.
+// Margin of each step of the loops' solution, zero at its dead point.
 // 95 operations: multiply 49, add 37, trig 6, other 3
 void delta_margin(const double q[3], double margin[1]) {
   // inputs
@@ -6276,7 +6276,7 @@ void delta_margin(const double q[3], double margin[1]) {
   margin[0] = v95;
 }
 
-// Every branch of the loops' solution, NaN where it does not close.
+// All branches of the loops' solution, NaN where a branch does not close.
 // 109 operations: multiply 52, add 46, trig 6, other 5
 void delta_chain_all(const double q[3], double theta[12], double margin[2]) {
   // inputs
@@ -8011,7 +8011,7 @@ void delta_actuator_accelerations(const double theta[6], const double thetad[6],
   qdd[2] = v678;
 }
 
-// How far each step of the loops' solution is from its dead point.
+// Margin of each step of the loops' solution, zero at its dead point.
 // 128 operations: multiply 65, add 51, trig 6, other 6
 void delta_actuator_margin(const double theta[6], double margin[3]) {
   // inputs
@@ -8154,7 +8154,7 @@ void delta_actuator_margin(const double theta[6], double margin[3]) {
   margin[2] = v128;
 }
 
-// Every branch of the loops' solution, NaN where it does not close.
+// All branches of the loops' solution, NaN where a branch does not close.
 // 205 operations: multiply 98, add 69, negate 11, trig 12, other 15
 void delta_actuators_all(const double theta[6], double q[24], double margin[24]) {
   // inputs
@@ -8422,7 +8422,7 @@ void delta_actuators_all(const double theta[6], double q[24], double margin[24])
   q[23] = v204;
 }
 
-// What the full configuration leaves open in the loops, zero where they are closed.
+// Residuals of the loop closure equations, zero where the loops are closed.
 // 171 operations: multiply 64, add 89, trig 12, other 6
 void delta_constraint(const double z[9], double residual[6]) {
   // inputs
@@ -10169,7 +10169,7 @@ void delta_constraint_D_z_dot(const double z[9], const double zd[9], double resi
   residual_D_z_dot[31] = v1038;
 }
 
-// By how much the ends of each rod or cylinder are further apart than its length.
+// Distance between the ends of each rod or cylinder less its length.
 // 171 operations: multiply 64, add 89, trig 12, other 6
 void delta_rods(const double theta[6], const double q[3], double residual[6]) {
   // inputs

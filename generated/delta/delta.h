@@ -181,14 +181,14 @@ void delta_chain_accelerations(const double q[3], const double qd[3], const doub
  *   z: full configuration, 9 (rad or m) */
 void delta_configuration(const double q[3], double z[9]);
 
-/* How far each step of the loops' solution is from its dead point.
+/* Margin of each step of the loops' solution, zero at its dead point.
  * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
  * 95 operations: multiply 49, add 37, trig 6, other 3.
  *   q: actuator coordinates, 3 (rad)
  *   margin: margins, 1 (1) */
 void delta_margin(const double q[3], double margin[1]);
 
-/* Every branch of the loops' solution, NaN where it does not close.
+/* All branches of the loops' solution, NaN where a branch does not close.
  * branches: below; above
  * 109 operations: multiply 52, add 46, trig 6, other 5.
  *   q: actuator coordinates, 3 (rad)
@@ -227,14 +227,14 @@ void delta_actuator_rates(const double theta[6], const double thetad[6], double 
  *   qdd: actuator accelerations, 3 (rad/s^2) */
 void delta_actuator_accelerations(const double theta[6], const double thetad[6], const double thetadd[6], double qdd[3]);
 
-/* How far each step of the loops' solution is from its dead point.
+/* Margin of each step of the loops' solution, zero at its dead point.
  * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
  * 128 operations: multiply 65, add 51, trig 6, other 6.
  *   theta: joints of the main chain, 6 (rad or m)
  *   margin: margins, 3 (1) */
 void delta_actuator_margin(const double theta[6], double margin[3]);
 
-/* Every branch of the loops' solution, NaN where it does not close.
+/* All branches of the loops' solution, NaN where a branch does not close.
  * branches: right, right, right; right, right, left; right, left, right; right, left, left; left,
  * right, right; left, right, left; left, left, right; left, left, left
  * 205 operations: multiply 98, add 69, negate 11, trig 12, other 15.
@@ -243,7 +243,7 @@ void delta_actuator_margin(const double theta[6], double margin[3]);
  *   margin: margins of each branch, 8 x 3 (1) */
 void delta_actuators_all(const double theta[6], double q[24], double margin[24]);
 
-/* What the full configuration leaves open in the loops, zero where they are closed.
+/* Residuals of the loop closure equations, zero where the loops are closed.
  * independent scalar equations of each loop: rod_1_left (1), rod_1_right (1), rod_2_left (1),
  * rod_2_right (1), rod_3_left (1), rod_3_right (1)
  * 171 operations: multiply 64, add 89, trig 12, other 6.
@@ -266,7 +266,7 @@ void delta_constraint_D_z(const double z[9], double residual_D_z[54]);
  *   residual_D_z_dot: rate of the constraint Jacobian, 6 x 9 (1/s, m/s, 1/(m s)) */
 void delta_constraint_D_z_dot(const double z[9], const double zd[9], double residual_D_z_dot[54]);
 
-/* By how much the ends of each rod or cylinder are further apart than its length.
+/* Distance between the ends of each rod or cylinder less its length.
  * |b_i(theta) - a_i(q)| - l_i, i = rod_1_left, rod_1_right, rod_2_left, rod_2_right, rod_3_left,
  * rod_3_right
  * 171 operations: multiply 64, add 89, trig 12, other 6.
@@ -299,7 +299,7 @@ void delta_velocity_relation(const double theta[6], const double q[3], double J_
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: joint coordinates, one solution a row, 2 x 3 (rad)
  *   residual: distance of fk(q[k]) from the target, 2 (m or rad)
- *   margin: distance from the boundary of what can be reached, negative beyond, 2 (1) */
+ *   margin: distance from the boundary of the reachable set, negative beyond, 2 (1) */
 void delta_ik(const double T[16], double q[6], double residual[2], double margin[2]);
 
 #ifdef __cplusplus

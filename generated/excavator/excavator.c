@@ -5722,7 +5722,7 @@ void excavator_configuration(const double q[4], double z[12]) {
   z[5] = v136;
 }
 
-// How far each step of the loops' solution is from its dead point.
+// Margin of each step of the loops' solution, zero at its dead point.
 // 49 operations: multiply 23, add 22, other 4
 void excavator_margin(const double q[4], double margin[4]) {
   // inputs
@@ -5787,7 +5787,7 @@ void excavator_margin(const double q[4], double margin[4]) {
   margin[3] = v49;
 }
 
-// Every branch of the loops' solution, NaN where it does not close.
+// All branches of the loops' solution, NaN where a branch does not close.
 // 200 operations: multiply 99, add 75, negate 6, trig 8, other 12
 void excavator_chain_all(const double q[4], double theta[64], double margin[64]) {
   // inputs
@@ -6758,7 +6758,7 @@ void excavator_actuator_accelerations(const double theta[4], const double thetad
   qdd[3] = v255;
 }
 
-// How far each step of the loops' solution is from its dead point.
+// Margin of each step of the loops' solution, zero at its dead point.
 // 17 operations: multiply 8, add 7, trig 2
 void excavator_actuator_margin(const double theta[4], double margin[1]) {
   // inputs
@@ -6786,7 +6786,7 @@ void excavator_actuator_margin(const double theta[4], double margin[1]) {
   margin[0] = v17;
 }
 
-// Every branch of the loops' solution, NaN where it does not close.
+// All branches of the loops' solution, NaN where a branch does not close.
 // 87 operations: multiply 34, add 36, negate 4, trig 6, other 7
 void excavator_actuators_all(const double theta[4], double q[64], double margin[16]) {
   // inputs
@@ -6966,7 +6966,7 @@ void excavator_actuators_all(const double theta[4], double q[64], double margin[
   q[63] = v87;
 }
 
-// What the full configuration leaves open in the loops, zero where they are closed.
+// Residuals of the loop closure equations, zero where the loops are closed.
 // 66 operations: multiply 22, add 28, trig 16
 void excavator_constraint(const double z[12], double residual[8]) {
   // inputs

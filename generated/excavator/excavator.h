@@ -197,14 +197,14 @@ void excavator_passive_D_q(const double q[4], double passive_D_q[20]);
  *   z: full configuration, 12 (rad or m) */
 void excavator_configuration(const double q[4], double z[12]);
 
-/* How far each step of the loops' solution is from its dead point.
+/* Margin of each step of the loops' solution, zero at its dead point.
  * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
  * 49 operations: multiply 23, add 22, other 4.
  *   q: actuator coordinates, 4 (rad or m)
  *   margin: margins, 4 (1) */
 void excavator_margin(const double q[4], double margin[4]);
 
-/* Every branch of the loops' solution, NaN where it does not close.
+/* All branches of the loops' solution, NaN where a branch does not close.
  * branches: right, left, left, right; right, left, left, left; right, left, right, right; right,
  * left, right, left; right, right, left, right; right, right, left, left; right, right, right,
  * right; right, right, right, left; left, left, left, right; left, left, left, left; left, left,
@@ -247,14 +247,14 @@ void excavator_actuator_rates(const double theta[4], const double thetad[4], dou
  *   qdd: actuator accelerations, 4 (rad or m/s^2) */
 void excavator_actuator_accelerations(const double theta[4], const double thetad[4], const double thetadd[4], double qdd[4]);
 
-/* How far each step of the loops' solution is from its dead point.
+/* Margin of each step of the loops' solution, zero at its dead point.
  * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
  * 17 operations: multiply 8, add 7, trig 2.
  *   theta: joints of the main chain, 4 (rad)
  *   margin: margins, 1 (1) */
 void excavator_actuator_margin(const double theta[4], double margin[1]);
 
-/* Every branch of the loops' solution, NaN where it does not close.
+/* All branches of the loops' solution, NaN where a branch does not close.
  * branches: left; left; right; right; left; left; right; right; left; left; right; right; left;
  * left; right; right
  * 87 operations: multiply 34, add 36, negate 4, trig 6, other 7.
@@ -263,7 +263,7 @@ void excavator_actuator_margin(const double theta[4], double margin[1]);
  *   margin: margins of each branch, 16 x 1 (1) */
 void excavator_actuators_all(const double theta[4], double q[64], double margin[16]);
 
-/* What the full configuration leaves open in the loops, zero where they are closed.
+/* Residuals of the loop closure equations, zero where the loops are closed.
  * independent scalar equations of each loop: bucket_link (2), boom_cylinder (2), stick_cylinder
  * (2), bucket_cylinder (2)
  * 66 operations: multiply 22, add 28, trig 16.
@@ -292,7 +292,7 @@ void excavator_constraint_D_z_dot(const double z[12], const double zd[12], doubl
  *   T: pose of the tool, T_0_tip, 4 x 4 (1, m)
  *   q: joint coordinates, one solution a row, 4 x 4 (rad or m)
  *   residual: distance of fk(q[k]) from the target, 4 (m or rad)
- *   margin: distance from the boundary of what can be reached, negative beyond, 4 (1) */
+ *   margin: distance from the boundary of the reachable set, negative beyond, 4 (1) */
 void excavator_ik(const double T[16], double q[16], double residual[4], double margin[4]);
 
 #ifdef __cplusplus

@@ -2252,7 +2252,7 @@ void five_bar_configuration(const double q[2], double z[4]) {
   z[3] = v45;
 }
 
-// How far each step of the loops' solution is from its dead point.
+// Margin of each step of the loops' solution, zero at its dead point.
 // 17 operations: multiply 8, add 5, trig 4
 void five_bar_margin(const double q[2], double margin[1]) {
   // inputs
@@ -2279,7 +2279,7 @@ void five_bar_margin(const double q[2], double margin[1]) {
   margin[0] = v17;
 }
 
-// Every branch of the loops' solution, NaN where it does not close.
+// All branches of the loops' solution, NaN where a branch does not close.
 // 46 operations: multiply 25, add 13, trig 6, other 2
 void five_bar_chain_all(const double q[2], double theta[4], double margin[2]) {
   // inputs
@@ -2653,7 +2653,7 @@ void five_bar_actuator_accelerations(const double theta[2], const double thetad[
   qdd[1] = v122;
 }
 
-// How far each step of the loops' solution is from its dead point.
+// Margin of each step of the loops' solution, zero at its dead point.
 // 19 operations: multiply 8, add 7, trig 4
 void five_bar_actuator_margin(const double theta[2], double margin[1]) {
   // inputs
@@ -2683,7 +2683,7 @@ void five_bar_actuator_margin(const double theta[2], double margin[1]) {
   margin[0] = v19;
 }
 
-// Every branch of the loops' solution, NaN where it does not close.
+// All branches of the loops' solution, NaN where a branch does not close.
 // 40 operations: multiply 18, add 13, trig 6, other 3
 void five_bar_actuators_all(const double theta[2], double q[4], double margin[2]) {
   // inputs
@@ -2741,7 +2741,7 @@ void five_bar_actuators_all(const double theta[2], double q[4], double margin[2]
   q[3] = v40;
 }
 
-// What the full configuration leaves open in the loops, zero where they are closed.
+// Residuals of the loop closure equations, zero where the loops are closed.
 // 25 operations: multiply 8, add 9, trig 8
 void five_bar_constraint(const double z[4], double residual[2]) {
   // inputs

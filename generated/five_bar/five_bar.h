@@ -193,14 +193,14 @@ void five_bar_passive_D_q(const double q[2], double passive_D_q[2]);
  *   z: full configuration, 4 (rad or m) */
 void five_bar_configuration(const double q[2], double z[4]);
 
-/* How far each step of the loops' solution is from its dead point.
+/* Margin of each step of the loops' solution, zero at its dead point.
  * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
  * 17 operations: multiply 8, add 5, trig 4.
  *   q: actuator coordinates, 2 (rad)
  *   margin: margins, 1 (1) */
 void five_bar_margin(const double q[2], double margin[1]);
 
-/* Every branch of the loops' solution, NaN where it does not close.
+/* All branches of the loops' solution, NaN where a branch does not close.
  * branches: left; right
  * 46 operations: multiply 25, add 13, trig 6, other 2.
  *   q: actuator coordinates, 2 (rad)
@@ -239,14 +239,14 @@ void five_bar_actuator_rates(const double theta[2], const double thetad[2], doub
  *   qdd: actuator accelerations, 2 (rad/s^2) */
 void five_bar_actuator_accelerations(const double theta[2], const double thetad[2], const double thetadd[2], double qdd[2]);
 
-/* How far each step of the loops' solution is from its dead point.
+/* Margin of each step of the loops' solution, zero at its dead point.
  * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
  * 19 operations: multiply 8, add 7, trig 4.
  *   theta: joints of the main chain, 2 (rad)
  *   margin: margins, 1 (1) */
 void five_bar_actuator_margin(const double theta[2], double margin[1]);
 
-/* Every branch of the loops' solution, NaN where it does not close.
+/* All branches of the loops' solution, NaN where a branch does not close.
  * branches: right; left
  * 40 operations: multiply 18, add 13, trig 6, other 3.
  *   theta: joints of the main chain, 2 (rad)
@@ -254,7 +254,7 @@ void five_bar_actuator_margin(const double theta[2], double margin[1]);
  *   margin: margins of each branch, 2 x 1 (1) */
 void five_bar_actuators_all(const double theta[2], double q[4], double margin[2]);
 
-/* What the full configuration leaves open in the loops, zero where they are closed.
+/* Residuals of the loop closure equations, zero where the loops are closed.
  * independent scalar equations of each loop: right_coupler (2)
  * 25 operations: multiply 8, add 9, trig 8.
  *   z: full configuration, 4 ((rad or m))
@@ -282,7 +282,7 @@ void five_bar_constraint_D_z_dot(const double z[4], const double zd[4], double r
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: joint coordinates, one solution a row, 2 x 2 (rad)
  *   residual: distance of fk(q[k]) from the target, 2 (m or rad)
- *   margin: distance from the boundary of what can be reached, negative beyond, 2 (1) */
+ *   margin: distance from the boundary of the reachable set, negative beyond, 2 (1) */
 void five_bar_ik(const double T[16], double q[4], double residual[2], double margin[2]);
 
 #ifdef __cplusplus

@@ -1894,7 +1894,7 @@ void four_bar_configuration(const double q[1], double z[3]) {
   z[1] = v38;
 }
 
-// How far each step of the loops' solution is from its dead point.
+// Margin of each step of the loops' solution, zero at its dead point.
 // 12 operations: multiply 6, add 4, trig 2
 void four_bar_margin(const double q[1], double margin[1]) {
   // inputs
@@ -1917,7 +1917,7 @@ void four_bar_margin(const double q[1], double margin[1]) {
   margin[0] = v12;
 }
 
-// Every branch of the loops' solution, NaN where it does not close.
+// All branches of the loops' solution, NaN where a branch does not close.
 // 46 operations: multiply 24, add 14, negate 1, trig 4, other 3
 void four_bar_chain_all(const double q[1], double theta[4], double margin[2]) {
   // inputs
@@ -2021,7 +2021,7 @@ void four_bar_actuator_accelerations(const double theta[2], const double thetad[
   qdd[0] = thetadd_0;
 }
 
-// What the full configuration leaves open in the loops, zero where they are closed.
+// Residuals of the loop closure equations, zero where the loops are closed.
 // 18 operations: multiply 6, add 6, trig 6
 void four_bar_constraint(const double z[3], double residual[2]) {
   // inputs

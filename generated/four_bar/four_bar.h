@@ -192,14 +192,14 @@ void four_bar_passive_D_q(const double q[1], double passive_D_q[1]);
  *   z: full configuration, 3 (rad or m) */
 void four_bar_configuration(const double q[1], double z[3]);
 
-/* How far each step of the loops' solution is from its dead point.
+/* Margin of each step of the loops' solution, zero at its dead point.
  * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
  * 12 operations: multiply 6, add 4, trig 2.
  *   q: actuator coordinates, 1 (rad)
  *   margin: margins, 1 (1) */
 void four_bar_margin(const double q[1], double margin[1]);
 
-/* Every branch of the loops' solution, NaN where it does not close.
+/* All branches of the loops' solution, NaN where a branch does not close.
  * branches: left; right
  * 46 operations: multiply 24, add 14, negate 1, trig 4, other 3.
  *   q: actuator coordinates, 1 (rad)
@@ -238,7 +238,7 @@ void four_bar_actuator_rates(const double theta[2], const double thetad[2], doub
  *   qdd: actuator accelerations, 1 (rad/s^2) */
 void four_bar_actuator_accelerations(const double theta[2], const double thetad[2], const double thetadd[2], double qdd[1]);
 
-/* What the full configuration leaves open in the loops, zero where they are closed.
+/* Residuals of the loop closure equations, zero where the loops are closed.
  * independent scalar equations of each loop: rocker_pin (2)
  * 18 operations: multiply 6, add 6, trig 6.
  *   z: full configuration, 3 ((rad or m))
@@ -266,7 +266,7 @@ void four_bar_constraint_D_z_dot(const double z[3], const double zd[3], double r
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: joint coordinates, one solution a row, 2 x 1 (rad)
  *   residual: distance of fk(q[k]) from the target, 2 (m or rad)
- *   margin: distance from the boundary of what can be reached, negative beyond, 2 (1) */
+ *   margin: distance from the boundary of the reachable set, negative beyond, 2 (1) */
 void four_bar_ik(const double T[16], double q[2], double residual[2], double margin[2]);
 
 #ifdef __cplusplus

@@ -153,7 +153,7 @@ void iiwa14_acceleration_mixed(const double q[7], const double qd[7], const doub
  *   swivel: swivel angle of the elbow,  (rad)
  *   q: joint coordinates, one solution a row, 8 x 7 (rad)
  *   residual: distance of fk(q[k]) from the target, 8 (m or rad)
- *   margin: distance from the boundary of what can be reached, negative beyond, 8 (1) */
+ *   margin: distance from the boundary of the reachable set, negative beyond, 8 (1) */
 void iiwa14_ik(const double T[16], const double swivel[1], double q[56], double residual[8], double margin[8]);
 
 /* Angle by which the elbow is turned about the line from shoulder to wrist.

@@ -310,5 +310,5 @@ def ik(
     Returns:
         q (..., 8, 6): joint coordinates, one solution a row (rad).
         residual (..., 8): distance of fk(q[k]) from the target (m or rad).
-        margin (..., 8): distance from the boundary of what can be reached, negative beyond (1).
+        margin (..., 8): distance from the boundary of the reachable set, negative beyond (1).
     """

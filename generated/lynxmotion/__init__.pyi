@@ -310,7 +310,7 @@ def ik(
     Returns:
         q (..., 4, 5): joint coordinates, one solution a row (rad).
         residual (..., 4): distance of fk(q[k]) from the target (m or rad).
-        margin (..., 4): distance from the boundary of what can be reached, negative beyond (1).
+        margin (..., 4): distance from the boundary of the reachable set, negative beyond (1).
     """
 
 def ik_position(
@@ -322,14 +322,14 @@ def ik_position(
     fk(q[k]) has its origin in p wherever residual[k] is rounding; free joints are 0
 
     Args:
-        p (..., 3): place of the tool in the base frame (m).
+        p (..., 3): position of the tool in the base frame (m).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
     Returns:
         q (..., 4, 5): joint coordinates, one solution a row (rad).
         residual (..., 4): distance of fk(q[k]) from the target (m or rad).
-        margin (..., 4): distance from the boundary of what can be reached, negative beyond (1).
+        margin (..., 4): distance from the boundary of the reachable set, negative beyond (1).
     """
 
 def ik_position_pitch(
@@ -341,14 +341,14 @@ def ik_position_pitch(
     fk(q[k]) has its origin in x[:3] and its third axis the elevation x[3] wherever residual[k] is rounding; a free joint is 0
 
     Args:
-        x (..., 4): place of the tool, elevation of its axis (m, rad).
+        x (..., 4): position of the tool, elevation of its axis (m, rad).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
     Returns:
         q (..., 8, 5): joint coordinates, one solution a row (rad).
         residual (..., 8): distance of fk(q[k]) from the target (m or rad).
-        margin (..., 8): distance from the boundary of what can be reached, negative beyond (1).
+        margin (..., 8): distance from the boundary of the reachable set, negative beyond (1).
     """
 
 def ik_position_direction(
@@ -360,12 +360,12 @@ def ik_position_direction(
     fk(q[k]) has its origin in x[:3] and the third axis x[3:] wherever residual[k] is rounding; a free joint is 0
 
     Args:
-        x (..., 6): place of the tool, direction of its axis (m, 1).
+        x (..., 6): position of the tool, direction of its axis (m, 1).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
     Returns:
         q (..., 4, 5): joint coordinates, one solution a row (rad).
         residual (..., 4): distance of fk(q[k]) from the target (m or rad).
-        margin (..., 4): distance from the boundary of what can be reached, negative beyond (1).
+        margin (..., 4): distance from the boundary of the reachable set, negative beyond (1).
     """

@@ -150,36 +150,36 @@ void lynxmotion_acceleration_mixed(const double q[5], const double qd[5], const 
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: joint coordinates, one solution a row, 4 x 5 (rad)
  *   residual: distance of fk(q[k]) from the target, 4 (m or rad)
- *   margin: distance from the boundary of what can be reached, negative beyond, 4 (1) */
+ *   margin: distance from the boundary of the reachable set, negative beyond, 4 (1) */
 void lynxmotion_ik(const double T[16], double q[20], double residual[4], double margin[4]);
 
 /* Every solution of the inverse kinematics, in 4 slots.
  * fk(q[k]) has its origin in p wherever residual[k] is rounding; free joints are 0
  * 186 operations: multiply 76, add 73, negate 4, trig 8, other 25.
- *   p: place of the tool in the base frame, 3 (m)
+ *   p: position of the tool in the base frame, 3 (m)
  *   q: joint coordinates, one solution a row, 4 x 5 (rad)
  *   residual: distance of fk(q[k]) from the target, 4 (m or rad)
- *   margin: distance from the boundary of what can be reached, negative beyond, 4 (1) */
+ *   margin: distance from the boundary of the reachable set, negative beyond, 4 (1) */
 void lynxmotion_ik_position(const double p[3], double q[20], double residual[4], double margin[4]);
 
 /* Every solution of the inverse kinematics, in 8 slots.
  * fk(q[k]) has its origin in x[:3] and its third axis the elevation x[3] wherever residual[k] is
  * rounding; a free joint is 0
  * 473 operations: multiply 161, add 197, negate 8, trig 15, other 92.
- *   x: place of the tool, elevation of its axis, 4 (m, rad)
+ *   x: position of the tool, elevation of its axis, 4 (m, rad)
  *   q: joint coordinates, one solution a row, 8 x 5 (rad)
  *   residual: distance of fk(q[k]) from the target, 8 (m or rad)
- *   margin: distance from the boundary of what can be reached, negative beyond, 8 (1) */
+ *   margin: distance from the boundary of the reachable set, negative beyond, 8 (1) */
 void lynxmotion_ik_position_pitch(const double x[4], double q[40], double residual[8], double margin[8]);
 
 /* Every solution of the inverse kinematics, in 4 slots.
  * fk(q[k]) has its origin in x[:3] and the third axis x[3:] wherever residual[k] is rounding; a
  * free joint is 0
  * 256 operations: multiply 89, add 106, negate 5, trig 8, other 48.
- *   x: place of the tool, direction of its axis, 6 (m, 1)
+ *   x: position of the tool, direction of its axis, 6 (m, 1)
  *   q: joint coordinates, one solution a row, 4 x 5 (rad)
  *   residual: distance of fk(q[k]) from the target, 4 (m or rad)
- *   margin: distance from the boundary of what can be reached, negative beyond, 4 (1) */
+ *   margin: distance from the boundary of the reachable set, negative beyond, 4 (1) */
 void lynxmotion_ik_position_direction(const double x[6], double q[20], double residual[4], double margin[4]);
 
 #ifdef __cplusplus

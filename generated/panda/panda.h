@@ -153,7 +153,7 @@ void panda_acceleration_mixed(const double q[7], const double qd[7], const doubl
  *   q7: the value of joint7, which is given,  (rad)
  *   q: joint coordinates, one solution a row, 8 x 7 (rad)
  *   residual: distance of fk(q[k]) from the target, 8 (m or rad)
- *   margin: distance from the boundary of what can be reached, negative beyond, 8 (1) */
+ *   margin: distance from the boundary of the reachable set, negative beyond, 8 (1) */
 void panda_ik(const double T[16], const double q7[1], double q[56], double residual[8], double margin[8]);
 
 #ifdef __cplusplus

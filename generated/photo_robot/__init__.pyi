@@ -312,5 +312,5 @@ def ik(
     Returns:
         q (..., 8, 8): joint coordinates, one solution a row (rad or m).
         residual (..., 8): distance of fk(q[k]) from the target (m or rad).
-        margin (..., 8): distance from the boundary of what can be reached, negative beyond (1).
+        margin (..., 8): distance from the boundary of the reachable set, negative beyond (1).
     """

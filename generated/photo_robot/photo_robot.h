@@ -155,7 +155,7 @@ void photo_robot_acceleration_mixed(const double q[8], const double qd[8], const
  *   q4: the value of r4, which is given,  (m)
  *   q: joint coordinates, one solution a row, 8 x 8 (rad or m)
  *   residual: distance of fk(q[k]) from the target, 8 (m or rad)
- *   margin: distance from the boundary of what can be reached, negative beyond, 8 (1) */
+ *   margin: distance from the boundary of the reachable set, negative beyond, 8 (1) */
 void photo_robot_ik(const double T[16], const double q1[1], const double q4[1], double q[64], double residual[8], double margin[8]);
 
 #ifdef __cplusplus

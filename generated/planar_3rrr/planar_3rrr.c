@@ -683,7 +683,7 @@ void planar_3rrr_actuator_accelerations(const double theta[3], const double thet
   qdd[1] = v278;
 }
 
-// How far each step of the loops' solution is from its dead point.
+// Margin of each step of the loops' solution, zero at its dead point.
 // 43 operations: multiply 18, add 23, trig 2
 void planar_3rrr_actuator_margin(const double theta[3], double margin[3]) {
   // inputs
@@ -743,7 +743,7 @@ void planar_3rrr_actuator_margin(const double theta[3], double margin[3]) {
   margin[1] = v43;
 }
 
-// Every branch of the loops' solution, NaN where it does not close.
+// All branches of the loops' solution, NaN where a branch does not close.
 // 118 operations: multiply 52, add 47, negate 2, trig 8, other 9
 void planar_3rrr_actuators_all(const double theta[3], double q[24], double margin[24]) {
   // inputs
@@ -926,7 +926,7 @@ void planar_3rrr_actuators_all(const double theta[3], double q[24], double margi
   q[22] = v118;
 }
 
-// What the full configuration leaves open in the loops, zero where they are closed.
+// Residuals of the loop closure equations, zero where the loops are closed.
 // 61 operations: multiply 18, add 29, trig 14
 void planar_3rrr_constraint(const double z[9], double residual[6]) {
   // inputs
@@ -1465,7 +1465,7 @@ void planar_3rrr_chain_jacobian_mixed(const double theta[3], double J[18]) {
   J[17] = 1.0;
 }
 
-// By how much the ends of each rod or cylinder are further apart than its length.
+// Distance between the ends of each rod or cylinder less its length.
 // 56 operations: multiply 18, add 27, trig 8, other 3
 void planar_3rrr_rods(const double theta[3], const double q[3], double residual[3]) {
   // inputs

@@ -48,14 +48,14 @@ void planar_3rrr_actuator_rates(const double theta[3], const double thetad[3], d
  *   qdd: actuator accelerations, 3 (rad/s^2) */
 void planar_3rrr_actuator_accelerations(const double theta[3], const double thetad[3], const double thetadd[3], double qdd[3]);
 
-/* How far each step of the loops' solution is from its dead point.
+/* Margin of each step of the loops' solution, zero at its dead point.
  * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
  * 43 operations: multiply 18, add 23, trig 2.
  *   theta: joints of the main chain, 3 (rad or m)
  *   margin: margins, 3 (1) */
 void planar_3rrr_actuator_margin(const double theta[3], double margin[3]);
 
-/* Every branch of the loops' solution, NaN where it does not close.
+/* All branches of the loops' solution, NaN where a branch does not close.
  * branches: left, left, left; left, left, right; left, right, left; left, right, right; right,
  * left, left; right, left, right; right, right, left; right, right, right
  * 118 operations: multiply 52, add 47, negate 2, trig 8, other 9.
@@ -64,7 +64,7 @@ void planar_3rrr_actuator_margin(const double theta[3], double margin[3]);
  *   margin: margins of each branch, 8 x 3 (1) */
 void planar_3rrr_actuators_all(const double theta[3], double q[24], double margin[24]);
 
-/* What the full configuration leaves open in the loops, zero where they are closed.
+/* Residuals of the loop closure equations, zero where the loops are closed.
  * independent scalar equations of each loop: coupler_1 (2), coupler_2 (2), coupler_3 (2)
  * 61 operations: multiply 18, add 29, trig 14.
  *   z: full configuration, 9 ((rad or m))
@@ -121,7 +121,7 @@ void planar_3rrr_chain_jacobian_body(const double theta[3], double J[18]);
  *   J: mixed Jacobian, 6 x 3 (m, 1) */
 void planar_3rrr_chain_jacobian_mixed(const double theta[3], double J[18]);
 
-/* By how much the ends of each rod or cylinder are further apart than its length.
+/* Distance between the ends of each rod or cylinder less its length.
  * |b_i(theta) - a_i(q)| - l_i, i = coupler_1, coupler_2, coupler_3
  * 56 operations: multiply 18, add 27, trig 8, other 3.
  *   theta: joints of the main chain, 3 (rad or m)

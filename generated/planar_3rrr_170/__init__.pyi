@@ -84,7 +84,7 @@ def actuator_margin(
     theta: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """How far each step of the loops' solution is from its dead point.
+    """Margin of each step of the loops' solution, zero at its dead point.
 
     sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
 
@@ -101,7 +101,7 @@ def actuators_all(
     theta: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Every branch of the loops' solution, NaN where it does not close.
+    """All branches of the loops' solution, NaN where a branch does not close.
 
     branches: left, left, left; left, left, right; left, right, left; left, right, right; right, left, left; right, left, right; right, right, left; right, right, right
 
@@ -119,7 +119,7 @@ def constraint(
     z: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """What the full configuration leaves open in the loops, zero where they are closed.
+    """Residuals of the loop closure equations, zero where the loops are closed.
 
     independent scalar equations of each loop: coupler_1 (2), coupler_2 (2), coupler_3 (2)
 
@@ -256,7 +256,7 @@ def rods(
     theta: ArrayLike, q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """By how much the ends of each rod or cylinder are further apart than its length.
+    """Distance between the ends of each rod or cylinder less its length.
 
     |b_i(theta) - a_i(q)| - l_i, i = coupler_1, coupler_2, coupler_3
 

@@ -626,7 +626,7 @@ void planar_3rrr_170_actuator_accelerations(const double theta[3], const double 
   qdd[1] = v266;
 }
 
-// How far each step of the loops' solution is from its dead point.
+// Margin of each step of the loops' solution, zero at its dead point.
 // 40 operations: multiply 18, add 20, trig 2
 void planar_3rrr_170_actuator_margin(const double theta[3], double margin[3]) {
   // inputs
@@ -683,7 +683,7 @@ void planar_3rrr_170_actuator_margin(const double theta[3], double margin[3]) {
   margin[1] = v40;
 }
 
-// Every branch of the loops' solution, NaN where it does not close.
+// All branches of the loops' solution, NaN where a branch does not close.
 // 103 operations: multiply 49, add 38, negate 2, trig 8, other 6
 void planar_3rrr_170_actuators_all(const double theta[3], double q[24], double margin[24]) {
   // inputs
@@ -851,7 +851,7 @@ void planar_3rrr_170_actuators_all(const double theta[3], double q[24], double m
   q[22] = v103;
 }
 
-// What the full configuration leaves open in the loops, zero where they are closed.
+// Residuals of the loop closure equations, zero where the loops are closed.
 // 61 operations: multiply 18, add 29, trig 14
 void planar_3rrr_170_constraint(const double z[9], double residual[6]) {
   // inputs
@@ -1390,7 +1390,7 @@ void planar_3rrr_170_chain_jacobian_mixed(const double theta[3], double J[18]) {
   J[17] = 1.0;
 }
 
-// By how much the ends of each rod or cylinder are further apart than its length.
+// Distance between the ends of each rod or cylinder less its length.
 // 56 operations: multiply 18, add 27, trig 8, other 3
 void planar_3rrr_170_rods(const double theta[3], const double q[3], double residual[3]) {
   // inputs

@@ -151,7 +151,7 @@ void puma560_acceleration_mixed(const double q[6], const double qd[6], const dou
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: joint coordinates, one solution a row, 8 x 6 (rad)
  *   residual: distance of fk(q[k]) from the target, 8 (m or rad)
- *   margin: distance from the boundary of what can be reached, negative beyond, 8 (1) */
+ *   margin: distance from the boundary of the reachable set, negative beyond, 8 (1) */
 void puma560_ik(const double T[16], double q[48], double residual[8], double margin[8]);
 
 #ifdef __cplusplus

@@ -310,5 +310,5 @@ def ik(
     Returns:
         q (..., 2, 4): joint coordinates, one solution a row (rad or m).
         residual (..., 2): distance of fk(q[k]) from the target (m or rad).
-        margin (..., 2): distance from the boundary of what can be reached, negative beyond (1).
+        margin (..., 2): distance from the boundary of the reachable set, negative beyond (1).
     """

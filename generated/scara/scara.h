@@ -149,7 +149,7 @@ void scara_acceleration_mixed(const double q[4], const double qd[4], const doubl
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: joint coordinates, one solution a row, 2 x 4 (rad or m)
  *   residual: distance of fk(q[k]) from the target, 2 (m or rad)
- *   margin: distance from the boundary of what can be reached, negative beyond, 2 (1) */
+ *   margin: distance from the boundary of the reachable set, negative beyond, 2 (1) */
 void scara_ik(const double T[16], double q[8], double residual[2], double margin[2]);
 
 #ifdef __cplusplus

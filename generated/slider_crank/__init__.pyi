@@ -420,7 +420,7 @@ def margin(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """How far each step of the loops' solution is from its dead point.
+    """Margin of each step of the loops' solution, zero at its dead point.
 
     sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
 
@@ -437,7 +437,7 @@ def chain_all(
     q: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Every branch of the loops' solution, NaN where it does not close.
+    """All branches of the loops' solution, NaN where a branch does not close.
 
     branches: far; near
 
@@ -526,7 +526,7 @@ def actuator_margin(
     theta: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """How far each step of the loops' solution is from its dead point.
+    """Margin of each step of the loops' solution, zero at its dead point.
 
     sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
 
@@ -543,7 +543,7 @@ def actuators_all(
     theta: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Every branch of the loops' solution, NaN where it does not close.
+    """All branches of the loops' solution, NaN where a branch does not close.
 
     branches: left; right
 
@@ -561,7 +561,7 @@ def constraint(
     z: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """What the full configuration leaves open in the loops, zero where they are closed.
+    """Residuals of the loop closure equations, zero where the loops are closed.
 
     independent scalar equations of each loop: connecting_rod (2)
 
@@ -613,7 +613,7 @@ def rods(
     theta: ArrayLike, q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """By how much the ends of each rod or cylinder are further apart than its length.
+    """Distance between the ends of each rod or cylinder less its length.
 
     |b_i(theta) - a_i(q)| - l_i, i = connecting_rod
 

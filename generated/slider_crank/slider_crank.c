@@ -887,7 +887,7 @@ void slider_crank_configuration(const double q[1], double z[3]) {
   z[2] = v19;
 }
 
-// How far each step of the loops' solution is from its dead point.
+// Margin of each step of the loops' solution, zero at its dead point.
 // 6 operations: multiply 3, add 2, trig 1
 void slider_crank_margin(const double q[1], double margin[1]) {
   // inputs
@@ -905,7 +905,7 @@ void slider_crank_margin(const double q[1], double margin[1]) {
   margin[0] = v6;
 }
 
-// Every branch of the loops' solution, NaN where it does not close.
+// All branches of the loops' solution, NaN where a branch does not close.
 // 11 operations: multiply 4, add 4, trig 2, other 1
 void slider_crank_chain_all(const double q[1], double theta[2], double margin[2]) {
   // inputs
@@ -1055,7 +1055,7 @@ void slider_crank_actuator_accelerations(const double theta[1], const double the
   qdd[0] = v38;
 }
 
-// How far each step of the loops' solution is from its dead point.
+// Margin of each step of the loops' solution, zero at its dead point.
 // 5 operations: multiply 3, add 2
 void slider_crank_actuator_margin(const double theta[1], double margin[1]) {
   // inputs
@@ -1070,7 +1070,7 @@ void slider_crank_actuator_margin(const double theta[1], double margin[1]) {
   margin[0] = v5;
 }
 
-// Every branch of the loops' solution, NaN where it does not close.
+// All branches of the loops' solution, NaN where a branch does not close.
 // 19 operations: multiply 9, add 4, negate 1, trig 2, other 3
 void slider_crank_actuators_all(const double theta[1], double q[2], double margin[2]) {
   // inputs
@@ -1104,7 +1104,7 @@ void slider_crank_actuators_all(const double theta[1], double q[2], double margi
   q[1] = v19;
 }
 
-// What the full configuration leaves open in the loops, zero where they are closed.
+// Residuals of the loop closure equations, zero where the loops are closed.
 // 12 operations: multiply 4, add 4, trig 4
 void slider_crank_constraint(const double z[3], double residual[2]) {
   // inputs
@@ -1205,7 +1205,7 @@ void slider_crank_constraint_D_z_dot(const double z[3], const double zd[3], doub
   residual_D_z_dot[4] = v23;
 }
 
-// By how much the ends of each rod or cylinder are further apart than its length.
+// Distance between the ends of each rod or cylinder less its length.
 // 10 operations: multiply 4, add 3, trig 2, other 1
 void slider_crank_rods(const double theta[1], const double q[1], double residual[1]) {
   // inputs

@@ -192,14 +192,14 @@ void slider_crank_passive_D_q(const double q[1], double passive_D_q[1]);
  *   z: full configuration, 3 (rad or m) */
 void slider_crank_configuration(const double q[1], double z[3]);
 
-/* How far each step of the loops' solution is from its dead point.
+/* Margin of each step of the loops' solution, zero at its dead point.
  * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
  * 6 operations: multiply 3, add 2, trig 1.
  *   q: actuator coordinates, 1 (rad)
  *   margin: margins, 1 (1) */
 void slider_crank_margin(const double q[1], double margin[1]);
 
-/* Every branch of the loops' solution, NaN where it does not close.
+/* All branches of the loops' solution, NaN where a branch does not close.
  * branches: far; near
  * 11 operations: multiply 4, add 4, trig 2, other 1.
  *   q: actuator coordinates, 1 (rad)
@@ -238,14 +238,14 @@ void slider_crank_actuator_rates(const double theta[1], const double thetad[1], 
  *   qdd: actuator accelerations, 1 (rad/s^2) */
 void slider_crank_actuator_accelerations(const double theta[1], const double thetad[1], const double thetadd[1], double qdd[1]);
 
-/* How far each step of the loops' solution is from its dead point.
+/* Margin of each step of the loops' solution, zero at its dead point.
  * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
  * 5 operations: multiply 3, add 2.
  *   theta: joints of the main chain, 1 (m)
  *   margin: margins, 1 (1) */
 void slider_crank_actuator_margin(const double theta[1], double margin[1]);
 
-/* Every branch of the loops' solution, NaN where it does not close.
+/* All branches of the loops' solution, NaN where a branch does not close.
  * branches: left; right
  * 19 operations: multiply 9, add 4, negate 1, trig 2, other 3.
  *   theta: joints of the main chain, 1 (m)
@@ -253,7 +253,7 @@ void slider_crank_actuator_margin(const double theta[1], double margin[1]);
  *   margin: margins of each branch, 2 x 1 (1) */
 void slider_crank_actuators_all(const double theta[1], double q[2], double margin[2]);
 
-/* What the full configuration leaves open in the loops, zero where they are closed.
+/* Residuals of the loop closure equations, zero where the loops are closed.
  * independent scalar equations of each loop: connecting_rod (2)
  * 12 operations: multiply 4, add 4, trig 4.
  *   z: full configuration, 3 ((rad or m))
@@ -275,7 +275,7 @@ void slider_crank_constraint_D_z(const double z[3], double residual_D_z[6]);
  *   residual_D_z_dot: rate of the constraint Jacobian, 2 x 3 (1/s, m/s, 1/(m s)) */
 void slider_crank_constraint_D_z_dot(const double z[3], const double zd[3], double residual_D_z_dot[6]);
 
-/* By how much the ends of each rod or cylinder are further apart than its length.
+/* Distance between the ends of each rod or cylinder less its length.
  * |b_i(theta) - a_i(q)| - l_i, i = connecting_rod
  * 10 operations: multiply 4, add 3, trig 2, other 1.
  *   theta: joints of the main chain, 1 (m)

@@ -84,7 +84,7 @@ def constraint(
     z: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """What the full configuration leaves open in the loops, zero where they are closed.
+    """Residuals of the loop closure equations, zero where the loops are closed.
 
     independent scalar equations of each loop: leg_1 (1), leg_2 (1), leg_3 (1), leg_4 (1), leg_5 (1), leg_6 (1)
 
@@ -221,7 +221,7 @@ def rods(
     theta: ArrayLike, q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """By how much the ends of each rod or cylinder are further apart than its length.
+    """Distance between the ends of each rod or cylinder less its length.
 
     |b_i(theta) - a_i(q)| - l_i, i = leg_1, leg_2, leg_3, leg_4, leg_5, leg_6
 

@@ -1576,7 +1576,7 @@ void stewart_gough_actuator_accelerations(const double theta[6], const double th
   qdd[4] = v670;
 }
 
-// What the full configuration leaves open in the loops, zero where they are closed.
+// Residuals of the loop closure equations, zero where the loops are closed.
 // 144 operations: multiply 54, add 78, trig 6, other 6
 void stewart_gough_constraint(const double z[12], double residual[6]) {
   // inputs
@@ -3507,7 +3507,7 @@ void stewart_gough_chain_jacobian_mixed(const double theta[6], double J[36]) {
   J[35] = v8;
 }
 
-// By how much the ends of each rod or cylinder are further apart than its length.
+// Distance between the ends of each rod or cylinder less its length.
 // 144 operations: multiply 54, add 78, trig 6, other 6
 void stewart_gough_rods(const double theta[6], const double q[6], double residual[6]) {
   // inputs

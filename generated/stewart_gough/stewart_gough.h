@@ -51,7 +51,7 @@ void stewart_gough_actuator_rates(const double theta[6], const double thetad[6],
  *   qdd: actuator accelerations, 6 (m/s^2) */
 void stewart_gough_actuator_accelerations(const double theta[6], const double thetad[6], const double thetadd[6], double qdd[6]);
 
-/* What the full configuration leaves open in the loops, zero where they are closed.
+/* Residuals of the loop closure equations, zero where the loops are closed.
  * independent scalar equations of each loop: leg_1 (1), leg_2 (1), leg_3 (1), leg_4 (1), leg_5
  * (1), leg_6 (1)
  * 144 operations: multiply 54, add 78, trig 6, other 6.
@@ -110,7 +110,7 @@ void stewart_gough_chain_jacobian_body(const double theta[6], double J[36]);
  *   J: mixed Jacobian, 6 x 6 (m, 1) */
 void stewart_gough_chain_jacobian_mixed(const double theta[6], double J[36]);
 
-/* By how much the ends of each rod or cylinder are further apart than its length.
+/* Distance between the ends of each rod or cylinder less its length.
  * |b_i(theta) - a_i(q)| - l_i, i = leg_1, leg_2, leg_3, leg_4, leg_5, leg_6
  * 144 operations: multiply 54, add 78, trig 6, other 6.
  *   theta: joints of the main chain, 6 (rad or m)

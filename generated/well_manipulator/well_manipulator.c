@@ -7111,7 +7111,7 @@ void well_manipulator_configuration(const double q[7], double z[15]) {
   z[4] = v122;
 }
 
-// How far each step of the loops' solution is from its dead point.
+// Margin of each step of the loops' solution, zero at its dead point.
 // 24 operations: multiply 12, add 8, other 4
 void well_manipulator_margin(const double q[7], double margin[4]) {
   // inputs
@@ -7151,7 +7151,7 @@ void well_manipulator_margin(const double q[7], double margin[4]) {
   margin[3] = v24;
 }
 
-// Every branch of the loops' solution, NaN where it does not close.
+// All branches of the loops' solution, NaN where a branch does not close.
 // 164 operations: multiply 80, add 62, negate 6, trig 8, other 8
 void well_manipulator_chain_all(const double q[7], double theta[112], double margin[64]) {
   // inputs
@@ -8115,7 +8115,7 @@ void well_manipulator_actuator_accelerations(const double theta[7], const double
   qdd[6] = v220;
 }
 
-// What the full configuration leaves open in the loops, zero where they are closed.
+// Residuals of the loop closure equations, zero where the loops are closed.
 // 64 operations: multiply 24, add 24, trig 16
 void well_manipulator_constraint(const double z[15], double residual[8]) {
   // inputs

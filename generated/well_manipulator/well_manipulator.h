@@ -199,14 +199,14 @@ void well_manipulator_passive_D_q(const double q[7], double passive_D_q[28]);
  *   z: full configuration, 15 (rad or m) */
 void well_manipulator_configuration(const double q[7], double z[15]);
 
-/* How far each step of the loops' solution is from its dead point.
+/* Margin of each step of the loops' solution, zero at its dead point.
  * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
  * 24 operations: multiply 12, add 8, other 4.
  *   q: actuator coordinates, 7 (rad or m)
  *   margin: margins, 4 (1) */
 void well_manipulator_margin(const double q[7], double margin[4]);
 
-/* Every branch of the loops' solution, NaN where it does not close.
+/* All branches of the loops' solution, NaN where a branch does not close.
  * branches: left, left, left, left; left, left, left, right; left, left, right, left; left, left,
  * right, right; left, right, left, left; left, right, left, right; left, right, right, left; left,
  * right, right, right; right, left, left, left; right, left, left, right; right, left, right,
@@ -249,7 +249,7 @@ void well_manipulator_actuator_rates(const double theta[7], const double thetad[
  *   qdd: actuator accelerations, 7 (rad or m/s^2) */
 void well_manipulator_actuator_accelerations(const double theta[7], const double thetad[7], const double thetadd[7], double qdd[7]);
 
-/* What the full configuration leaves open in the loops, zero where they are closed.
+/* Residuals of the loop closure equations, zero where the loops are closed.
  * independent scalar equations of each loop: cylinder_1 (2), cylinder_2 (2), cylinder_3 (2),
  * cylinder_4 (2)
  * 64 operations: multiply 24, add 24, trig 16.
@@ -281,7 +281,7 @@ void well_manipulator_constraint_D_z_dot(const double z[15], const double zd[15]
  *   theta7: the value of theta7, which is given,  (rad)
  *   q: joint coordinates, one solution a row, 4 x 7 (rad or m)
  *   residual: distance of fk(q[k]) from the target, 4 (m or rad)
- *   margin: distance from the boundary of what can be reached, negative beyond, 4 (1) */
+ *   margin: distance from the boundary of the reachable set, negative beyond, 4 (1) */
 void well_manipulator_ik(const double T[16], const double l_HI[1], const double l_MN[1], const double theta7[1], double q[28], double residual[4], double margin[4]);
 
 #ifdef __cplusplus
