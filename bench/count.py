@@ -135,31 +135,52 @@ def _of_robot(name: str, folder: Path) -> dict[str, int]:
     # Symbols are bound at the start: otherwise the first call of a library function costs more.
     options = [f"-I{robot.folder}", str(main), "-o", str(program), "-lm", "-Wl,-z,now"]
     subprocess.run(["gcc", *FLAGS, *options], check=True)
-    return {f: _of_kernel(program, f"{name}_", f, folder) for f in COUNTED[name]}
+    profile = folder / f"{name}.out"
+    options = [
+        "--tool=callgrind",
+        "--dump-before=getppid",
+        f"--callgrind-out-file={profile}",
+        "--compress-strings=no",
+    ]
+    subprocess.run(["valgrind", *options, str(program)], check=True, capture_output=True)
+    # The first part is the start of the program, and each further one a kernel.
+    parts = [Path(f"{profile}.{k + 2}") for k in range(len(COUNTED[name]))]
+    totals = [
+        own_instructions(part.read_text(encoding="utf-8"), (f"{name}_", "chasles_"))
+        for part in parts
+    ]
+    return {f: round(total / TIMES) for f, total in zip(COUNTED[name], totals, strict=True)}
 
 
 def _driver(robot: chasles.Robot) -> str:
+<<<<<<< HEAD
     """A C program that takes the name of a kernel and calls this kernel ``TIMES`` times."""
+=======
+    """A C program that calls each kernel ``TIMES`` times, with getppid before, between and after."""
+>>>>>>> suite2
     start, step = _inputs(robot)
     calls = []
     for name in COUNTED[robot.name]:
         function = robot.functions[name]
         outputs = ", ".join(f"out[{k}]" for k in range(len(function.outputs)))
         inputs = ", ".join("in" for _ in function.inputs)
-        call = f"{robot.name}_{name}({inputs}, {outputs});"
-        calls.append(f'        if (!strcmp(argv[1], "{name}")) {call}')
+        calls += [
+            f"    for (int k = 0; k < {TIMES}; k++) {{",
+            f"        for (int i = 0; i < {robot.n}; i++) in[i] = start[i] + {step} * k;",
+            f"        {robot.name}_{name}({inputs}, {outputs});",
+            "    }",
+            "    getppid();",
+        ]
     return "\n".join(
         (
             f'#include "{robot.name}.c"',
-            "#include <string.h>",
+            "#include <unistd.h>",
             "static double in[64], out[4][4096];",
             f"static const double start[] = {{{', '.join(map(repr, start))}}};",
-            "int main(int argc, char **argv)",
+            "int main(void)",
             "{",
-            f"    for (int k = 0; argc > 1 && k < {TIMES}; k++) {{",
-            f"        for (int i = 0; i < {robot.n}; i++) in[i] = start[i] + {step} * k;",
+            "    getppid();",
             *calls,
-            "    }",
             "    return 0;",
             "}",
             "",
@@ -172,15 +193,6 @@ def _inputs(robot: chasles.Robot) -> tuple[list[float], float]:
     if robot.reference:
         return list(robot.reference.q), 0.0001
     return [0.1 * (i + 1) for i in range(robot.n)], 0.01
-
-
-def _of_kernel(program: Path, prefix: str, function: str, folder: Path) -> int:
-    profile = folder / f"{prefix}{function}.out"
-    options = ["--tool=callgrind", f"--callgrind-out-file={profile}", "--compress-strings=no"]
-    command = ["valgrind", *options, str(program), function]
-    subprocess.run(command, check=True, capture_output=True)
-    total = own_instructions(profile.read_text(encoding="utf-8"), (prefix, "chasles_"))
-    return round(total / TIMES)
 
 
 def own_instructions(profile: str, prefixes: tuple[str, ...]) -> int:

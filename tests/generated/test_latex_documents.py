@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 import sympy as sp
 from chains import random_chain
-from derivations import ALL, derivation
+from derivations import ALL, article, derivation
 
 from chasles.derive import Joint, Mimic, Parameter, Robot, derive, from_urdf
 from chasles.derive.description.conventions import dh
@@ -140,10 +140,10 @@ BUILT = {
 }
 
 
-def compiled(folder, text, found):
-    """The log of a document with its fragments beside it, and its number of pages."""
+def compiled(folder, text, shown):
+    """The log of a document with its fragments, by file, beside it."""
     (folder / FOLDER).mkdir()
-    for name, fragment in fragments(found).items():
+    for name, fragment in shown.items():
         (folder / FOLDER / name).write_text(fragment, encoding="utf-8")
     (folder / "robot.tex").write_text(text, encoding="utf-8")
     run = subprocess.run(
@@ -172,13 +172,13 @@ def assert_clean(log, pages=MOST_PAGES):
 def test_documents_of_shipped_robots(name, tmp_path):
     found = derivation(name)
     pages = MOST_PAGES_OF_LOOPS if isinstance(found.robot, Mechanism) else MOST_PAGES
-    assert_clean(compiled(tmp_path, document(found), found), pages)
+    assert_clean(compiled(tmp_path, document(found), article(name)), pages)
 
 
 @pytest.mark.parametrize("name", BUILT)
 def test_documents_of_awkward_robots(name, tmp_path):
     found = derive(BUILT[name]())
-    assert_clean(compiled(tmp_path, document(found), found), pages=30)
+    assert_clean(compiled(tmp_path, document(found), fragments(found)), pages=30)
 
 
 @pytest.mark.parametrize(
@@ -191,8 +191,7 @@ def test_documents_of_awkward_robots(name, tmp_path):
 def test_fragments_fit_the_plainest_article(name, tmp_path):
     found = derivation(name) if name in ALL else derive(BUILT[name]())
     robot = replace(found.robot, title="", source="")
-    inputs = "\n\n".join(
-        rf"\input{{{FOLDER}/{name}}}" for name in fragments(found) if name != DRAWING
-    )
-    log = compiled(tmp_path, PLAIN % inputs, replace(found, robot=robot))
+    shown = fragments(replace(found, robot=robot))
+    inputs = "\n\n".join(rf"\input{{{FOLDER}/{name}}}" for name in shown if name != DRAWING)
+    log = compiled(tmp_path, PLAIN % inputs, shown)
     assert_clean(log, MOST_PAGES_OF_LOOPS)

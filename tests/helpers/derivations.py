@@ -1,5 +1,6 @@
 """The shipped robots, read and derived once for all tests that need their equations."""
 
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import numpy as np
 
 import chasles.derive
 from chasles.derive import Derivation, Robot, derive, load
+from chasles.derive.latex import fragments
 from chasles.derive.program.programs import Programs, programs
 from chasles.derive.terms.branches import patterns
 from chasles.derive.terms.casadi_graph import lower
@@ -23,6 +25,12 @@ NAMES = [name for name in ALL if isinstance(load(ROBOTS / f"{name}.toml"), Robot
 def derivation(name: str) -> Derivation:
     """All functions of a shipped robot."""
     return derive(load(ROBOTS / f"{name}.toml"))
+
+
+@cache
+def article(name: str) -> Mapping[str, str]:
+    """The fragments of a shipped robot's article, by file."""
+    return fragments(derivation(name))
 
 
 @cache

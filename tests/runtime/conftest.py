@@ -1,5 +1,7 @@
 """A cache of its own per test, and the tiny robot in it."""
 
+import gc
+
 import pytest
 
 import chasles
@@ -15,6 +17,16 @@ def cache(tmp_path, monkeypatch):
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.delenv("CHASLES_CFLAGS", raising=False)
     return folder
+
+
+@pytest.fixture
+def few_objects():
+    """Takes all objects made so far out of the collector's sight, for tests that collect often.
+
+    Expressions that earlier tests left behind make a collection of all generations take 0.4 s.
+    """
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture

@@ -6,10 +6,10 @@ from functools import reduce
 import numpy as np
 import pytest
 import sympy as sp
-from derivations import ALL, ROBOTS, derivation, kernels
+from derivations import ALL, ROBOTS, article, derivation, kernels
 
 from chasles.derive import Joint, load
-from chasles.derive.latex import document, fragments
+from chasles.derive.latex import document
 from chasles.derive.latex.loops.loop_page import LoopPage
 from chasles.derive.latex.loops.loops_fragment import residual
 from chasles.derive.latex.loops.members import dotted, is_symbol, members, words
@@ -261,7 +261,7 @@ def test_printed_screws_close_the_loops(name):
             strict=True,
         )
     )
-    shown = fragments(derivation(name))["loops.tex"]
+    shown = article(name)["loops.tex"]
     read = Reader(page)
     for loop in page.hybrid.equations:
         before, after, free = np.eye(4), np.eye(4), None
@@ -293,30 +293,30 @@ def test_printed_screws_close_the_loops(name):
 
 
 def test_an_arm_that_only_translates_says_so():
-    shown = fragments(derivation("board_installer"))["solution.tex"]
+    shown = article("board_installer")["solution.tex"]
     assert r"The angles $\theta_{3}$, $\theta_{4}$, $\theta_{5}$ of the main chain have a" in shown
     assert r"L_{2} - k r + k r \cos q_{3} - k q_{2}" in shown
     assert r"L_{1} + k r \sin q_{3}" in shown
 
 
 def test_what_has_no_closed_form_says_so():
-    shown = fragments(derivation("planar_3rrr"))["solution.tex"]
+    shown = article("planar_3rrr")["solution.tex"]
     assert r"There is no closed form for $x$, $y$, $\phi$" in shown
     assert "Newton's iteration" in shown
-    solved = fragments(derivation("four_bar"))["solution.tex"]
+    solved = article("four_bar")["solution.tex"]
     assert "no closed form" not in solved
 
 
 def test_mobility_in_words():
-    counted = fragments(derivation("four_bar"))["mobility.tex"]
+    counted = article("four_bar")["mobility.tex"]
     assert "3 (4 - 1 - 4) + 4 = 1" in counted
     assert "All counts agree." in counted
-    overconstrained = fragments(derivation("board_installer"))["mobility.tex"]
+    overconstrained = article("board_installer")["mobility.tex"]
     assert "counts $-9$, the rank gives $6$" in overconstrained
 
 
 def test_a_four_bar_as_in_a_textbook():
-    found = fragments(derivation("four_bar"))
+    found = article("four_bar")
     loops = found["loops.tex"]
     assert (
         r"0 &= a \cos \theta_{1} + b \cos(\theta_{1} + \theta_{2}) - c \cos \psi_{1} - d" in loops
@@ -329,7 +329,7 @@ def test_a_four_bar_as_in_a_textbook():
 
 @pytest.mark.parametrize("name", MECHANISMS)
 def test_no_internal_name_is_printed(name):
-    for file, text in fragments(derivation(name)).items():
+    for file, text in article(name).items():
         assert not re.search(r"(?<![\w\\}$])_[tkz]?\d", text), file
         assert "zoo" not in text, file
         assert "nan" not in text, file
@@ -337,8 +337,8 @@ def test_no_internal_name_is_printed(name):
 
 
 def test_fragments_of_loops_only_where_there_are_some():
-    with_loops = fragments(derivation("four_bar"))
-    geared = fragments(derivation("bricklaying_gantry"))
+    with_loops = article("four_bar")
+    geared = article("bricklaying_gantry")
     assert {"drawing.tex", "mobility.tex", "loops.tex", "solution.tex", "rates.tex"} <= {
         *with_loops
     }

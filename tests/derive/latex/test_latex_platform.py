@@ -6,11 +6,11 @@ from functools import cache
 import numpy as np
 import pytest
 import sympy as sp
-from derivations import ROBOTS, derivation
+from derivations import ROBOTS, article, derivation
 from mechanisms import at
 
 from chasles.derive import derive, load
-from chasles.derive.latex import document, fragments
+from chasles.derive.latex import document
 from chasles.derive.latex.loops.loop_page import LoopPage
 from chasles.derive.latex.loops.platforms_fragment import PrintedPlatform, platform
 from chasles.derive.loops.planar.loop_step import Cross, Dot
@@ -238,9 +238,9 @@ def test_legs_of_a_hexapod():
 
 def test_only_platforms_on_legs_have_the_fragment():
     for name in PLATFORMS:
-        assert "platform.tex" in fragments(derivation(name))
+        assert "platform.tex" in article(name)
         assert r"\input{latex/platform}" in document(derivation(name))
-    assert "platform.tex" not in fragments(derivation("five_bar"))
+    assert "platform.tex" not in article("five_bar")
     assert "latex/platform" not in document(derivation("five_bar"))
 
 

@@ -412,7 +412,7 @@ def refused(function, *inputs, **keywords):
         function(*inputs, **keywords)
 
 
-def test_calls_leak_nothing(robot):
+def test_calls_leak_nothing(robot, few_objects):
     q, out, strided = Q.copy(), np.empty((3, 4)), np.zeros(4)[::2]
     batch, bad = np.zeros((3, 2)), np.zeros(5)
     one, three = np.empty((3, 4)), np.empty((3, 3, 4))

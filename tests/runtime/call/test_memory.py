@@ -1,6 +1,5 @@
 """The memory of large results is kept for the next ones, and never shared with an array in use."""
 
-import gc
 import itertools
 import os
 import pickle
@@ -36,8 +35,7 @@ def expected(arm, q):
 
 
 @pytest.fixture(autouse=True)
-def _nothing_kept():
-    gc.collect()
+def _nothing_kept(few_objects):
     chasles.release_memory()
 
 

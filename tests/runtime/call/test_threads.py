@@ -229,7 +229,7 @@ def refused(function, *inputs, **keywords):
         function(*inputs, **keywords)
 
 
-def test_calls_leak_nothing(eager, robot):
+def test_calls_leak_nothing(eager, robot, few_objects):
     q, out = np.zeros((100, 2)), np.empty((100, 3, 4))
     calls = [
         lambda: robot.fk(q, threads=2),

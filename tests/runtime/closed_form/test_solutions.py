@@ -170,7 +170,7 @@ def test_dask(arm, q):
         np.testing.assert_array_equal(a, b)
 
 
-def test_calls_leak_nothing(arm, q):
+def test_calls_leak_nothing(arm, q, few_objects):
     T, batch = scara.fk(q[0]), scara.fk(q[:3])
     out = (np.empty((2, 4)), np.empty(2), np.empty(2))
     calls = [
