@@ -153,11 +153,7 @@ def _of_robot(name: str, folder: Path) -> dict[str, int]:
 
 
 def _driver(robot: chasles.Robot) -> str:
-<<<<<<< HEAD
-    """A C program that takes the name of a kernel and calls this kernel ``TIMES`` times."""
-=======
-    """A C program that calls each kernel ``TIMES`` times, with getppid before, between and after."""
->>>>>>> suite2
+    """A C program that calls each kernel ``TIMES`` times, with getppid before and after each."""
     start, step = _inputs(robot)
     calls = []
     for name in COUNTED[robot.name]:
