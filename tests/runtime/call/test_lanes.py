@@ -1,5 +1,6 @@
 """Batches of the shipped robots, which compute several poses at once, against single calls."""
 
+import functools
 import itertools
 
 import numpy as np
@@ -42,7 +43,30 @@ FORWARD = [
 """Without inverses, which take poses: of numbers that are none, signs of zeros decide on pi or -pi,
 and rows of a 4 by 4 matrix do not lie as vectors do; and without the angle of an elbow that may be
 nearly stretched, which multiplies rounding."""
-every_function = pytest.mark.parametrize(("name", "item"), FUNCTIONS)
+
+
+def each(pairs):
+    """Runs a test of a robot's function for all pairs, one test a robot; it looks at each pair."""
+
+    def decorate(test):
+        @functools.wraps(test, assigned=("__module__", "__name__", "__qualname__", "__doc__"))
+        def of_robot(name):
+            items = [item for robot, item in pairs if robot == name]
+            assert items
+            for item in items:
+                try:
+                    test(name, item)
+                except Exception as error:
+                    error.add_note(f"the function is {name}.{item}")
+                    raise
+
+        del of_robot.__wrapped__
+        return pytest.mark.parametrize("name", sorted({name for name, _ in pairs}))(of_robot)
+
+    return decorate
+
+
+every_function = each(FUNCTIONS)
 centres = {}
 """Where the loops of a function's robot close, by the name of the argument."""
 
@@ -105,6 +129,11 @@ def loop(function, *inputs):
     return [np.stack(column) for column in zip(*rows, strict=True)]
 
 
+def test_all_functions_are_tried():
+    assert len(FUNCTIONS) > 270
+    assert len(FORWARD) > 170
+
+
 @every_function
 def test_batches_of_every_length_are_single_calls(name, item):
     function = find(name, item)
@@ -120,7 +149,7 @@ def test_batches_of_every_length_are_single_calls(name, item):
         assert_same(got, [x[len(x) - n :] for x in (single if n == 1 else whole)])
 
 
-@pytest.mark.parametrize(("name", "item"), FORWARD)
+@each(FORWARD)
 def test_huge_and_tiny_coordinates(name, item):
     function = find(name, item)
     plain = call(function, *make_inputs(function, 37))
@@ -174,9 +203,7 @@ LAYOUTS = {
 CORE_IS_DENSE = {"gaps", "reversed", "columns of a table", "odd address"}
 
 
-@pytest.mark.parametrize(
-    ("name", "item"), [*FORWARD, *((n, item) for n, item in FUNCTIONS if n in LOOPS)]
-)
+@each([*FORWARD, *((n, item) for n, item in FUNCTIONS if n in LOOPS)])
 def test_where_the_rows_lie_does_not_matter(name, item):
     function = find(name, item)
     inputs = make_inputs(function, 29)

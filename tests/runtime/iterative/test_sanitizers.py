@@ -99,13 +99,13 @@ def require_processor(chosen):
 def test_nothing_is_read_or_written_out_of_bounds(name, chosen, tmp_path):
     require_processor(chosen)
     require(tmp_path, "address")
-    program, functions = build(name, tmp_path, *SETS[chosen], "-O1", "-fsanitize=address")
+    program, functions = build(name, tmp_path, *SETS[chosen], "-Og", "-fsanitize=address")
     assert run(program, "bounds") == functions * CASES
 
 
 def test_nothing_is_undefined(tmp_path):
     require(tmp_path, "undefined")
-    watch = ["-O1", "-fsanitize=undefined", "-fno-sanitize-recover=all"]
+    watch = ["-Og", "-fsanitize=undefined", "-fno-sanitize-recover=all"]
     program, functions = build("ur5e", tmp_path, "-march=native", *watch)
     assert run(program, "bounds") == functions * CASES
 
@@ -121,7 +121,7 @@ def test_nothing_beside_the_rows_is_touched(chosen, tmp_path):
 @pytest.mark.parametrize("flags", [["-march=native"], []], ids=["native", "any processor"])
 def test_threads_do_not_race(flags, tmp_path):
     require(tmp_path, "thread")
-    program, functions = build("ur5e", tmp_path, "-O1", "-fsanitize=thread", *flags)
+    program, functions = build("ur5e", tmp_path, "-Og", "-fsanitize=thread", *flags)
     assert run(program, "threads") == functions
     found = subprocess.run([program, "race"], capture_output=True, text=True, check=False)
     assert "data race" in found.stderr, "the sanitizer misses a data race"
