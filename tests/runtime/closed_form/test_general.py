@@ -1,6 +1,7 @@
 """The inverse of arms without structure, as generated: complete, strict, and at singularities."""
 
 import itertools
+import re
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import chasles
 from chasles.derive import load, write
 from chasles.derive.inverse.general.eigenvalue_tables import tables
 from chasles.derive.inverse.general.raghavan_roth import split_of
+from chasles.tolerances import SOLVED
 
 NAMES = ("jaco2", "crx10")
 SOLVED = 1e-9
@@ -168,3 +170,9 @@ def test_a_batch_is_its_poses_on_any_number_of_threads(robot):
         assert (robot.ik(T[k]).q == together.q[k]).all()
     assert (threaded.q == together.q).all()
     assert robot.ik(T.reshape(3, 100, 4, 4)).q.shape == (3, 100, 16, 6)
+
+
+def test_the_c_and_the_runtime_agree_on_the_residual_of_a_solution():
+    header = (chasles.find_folder("jaco2") / "chasles_general_tolerances.h").read_text()
+    (value,) = re.findall(r"#define CHASLES_SOLVED (\S+)", header)
+    assert float(value) == SOLVED
