@@ -14,8 +14,6 @@ from chasles.derive.inverse.general.raghavan_roth import split_of
 from chasles.tolerances import SOLVED
 
 NAMES = ("jaco2", "crx10")
-SOLVED = 1e-9
-"""m, rad: what the runtime calls a solution."""
 CLOSED = 5e-14
 """m, rad: the worst that Newton's steps leave away from singularities."""
 SAME = 1e-6
