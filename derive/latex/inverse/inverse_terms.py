@@ -13,7 +13,15 @@ from ...inverse.subproblems.turns import CosSin
 from ...model.tolerances import ARTICLE_ZERO
 from ...terms.terms import Terms
 from ..setting.printed_terms import PrintedTerms
-from ..setting.sharing import BRACKET, DEEPEST, Definition, depth, numbered
+from ..setting.sharing import (
+    BRACKET,
+    DEEPEST,
+    Definition,
+    depth,
+    is_trigonometric,
+    numbered,
+    open_terms,
+)
 from ..setting.widths import width
 from .inverse_symbols import InverseSymbols
 
@@ -75,19 +83,7 @@ class InverseTerms:
 
     def _open(self, entries: Iterable[sp.Expr]) -> list[sp.Symbol]:
         """The terms without a name that entries depend on, in the order of their definition."""
-        found: set[sp.Symbol] = set()
-        waiting = [symbol for entry in entries for symbol in entry.free_symbols]
-        while waiting:
-            symbol = waiting.pop()
-            if (
-                symbol in self.terms.definitions
-                and symbol not in self.known
-                and symbol not in found
-            ):
-                found.add(symbol)
-                if not is_trigonometric(self._definition(symbol)):
-                    waiting.extend(self._definition(symbol).free_symbols)
-        return [symbol for symbol in self.terms.definitions if symbol in found]
+        return open_terms(self.terms, self.known, entries, self._definition)
 
     def counted(self, entries: Sequence[sp.Expr]) -> Counter[sp.Symbol]:
         """Number of times that each term is written once products are written out."""
@@ -175,11 +171,6 @@ class InverseTerms:
         """The definitions since the last call."""
         taken, self._taken = self._taken, []
         return taken
-
-
-def is_trigonometric(expression: sp.Expr) -> bool:
-    """Whether an expression is a cosine or a sine."""
-    return isinstance(expression, sp.cos | sp.sin)
 
 
 def _tidy(expression: sp.Expr) -> sp.Expr:

@@ -7,13 +7,14 @@ the forward kinematics.
 """
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Container, Iterable, Sequence
 from dataclasses import dataclass
 
 import sympy as sp
 
 from ...derivation import Derivation, derive
 from ...model.robot import Robot
+from ...terms.terms import Terms
 from .notation import Notation
 from .printer import Printer
 from .widths import LINE, width
@@ -114,19 +115,7 @@ class _Sharing:
 
     def _open(self, entries: Sequence[sp.Expr]) -> list[sp.Symbol]:
         """The unnamed terms on which entries depend, in the order of their definition."""
-        found: set[sp.Symbol] = set()
-        waiting = [symbol for entry in entries for symbol in entry.free_symbols]
-        while waiting:
-            symbol = waiting.pop()
-            if (
-                symbol in self.terms.definitions
-                and symbol not in self.known
-                and symbol not in found
-            ):
-                found.add(symbol)
-                if not _is_trigonometric(self.terms.definitions[symbol]):
-                    waiting.extend(self.terms.definitions[symbol].free_symbols)
-        return [symbol for symbol in self.terms.definitions if symbol in found]
+        return open_terms(self.terms, self.known, entries, self.terms.definitions.__getitem__)
 
     def _nameable(
         self, open_terms: Sequence[sp.Symbol], entries: Sequence[sp.Expr]
@@ -149,7 +138,7 @@ class _Sharing:
         uses = Counter(symbol for entry in entries for symbol in entry.free_symbols)
         for term in reversed(open_terms):
             expression = self.terms.definitions[term]
-            if not _is_trigonometric(expression):
+            if not is_trigonometric(expression):
                 times = 1 if expression.is_Add else uses[term]
                 for addend in sp.Add.make_args(expression):
                     uses.update(dict.fromkeys(addend.free_symbols, times))
@@ -158,7 +147,7 @@ class _Sharing:
     def _settle(self, term: sp.Symbol, uses: int) -> None:
         """Gives a term its name, or stores its value to be written out."""
         expression = self.terms.definitions[term]
-        if _is_trigonometric(expression):
+        if is_trigonometric(expression):
             self.known[term] = self.notation.trigonometric(expression)
             return
         value = self._value(expression)
@@ -233,7 +222,34 @@ def numbered(symbol: sp.Symbol) -> tuple[int, str]:
     return len(symbol.name), symbol.name
 
 
-def _is_trigonometric(expression: sp.Expr) -> bool:
+def open_terms(
+    terms: Terms,
+    known: Container[sp.Symbol],
+    entries: Iterable[sp.Expr],
+    definition: Callable[[sp.Symbol], sp.Expr],
+) -> list[sp.Symbol]:
+    """The terms without a printed name on which entries depend, in the order of their definition.
+
+    Args:
+        terms: The terms.
+        known: The terms that have a printed name.
+        entries: Expressions in terms.
+        definition: The definition of a term as it is printed. Cosines and sines have names of their
+            own, so that the terms behind them are not looked for.
+    """
+    found: set[sp.Symbol] = set()
+    waiting = [symbol for entry in entries for symbol in entry.free_symbols]
+    while waiting:
+        symbol = waiting.pop()
+        if symbol in terms.definitions and symbol not in known and symbol not in found:
+            found.add(symbol)
+            if not is_trigonometric(definition(symbol)):
+                waiting.extend(definition(symbol).free_symbols)
+    return [symbol for symbol in terms.definitions if symbol in found]
+
+
+def is_trigonometric(expression: sp.Expr) -> bool:
+    """Whether an expression is a cosine or a sine."""
     return isinstance(expression, sp.cos | sp.sin)
 
 
