@@ -32,7 +32,7 @@ def files(derivation: Derivation, _: Programs) -> dict[str, str]:
     robot, functions = derivation.robot, (*derivation.functions, *derivation.written)
     title = robot.title.replace("\\", "\\\\").replace('"', "'")
     stubs = "\n\n".join(_stub(function) for function in functions)
-    imported = "Robot, Solutions" if any(f.role.name == "inverse" for f in functions) else "Robot"
+    imported = "Robot, Solutions" if any(f.role.is_inverse for f in functions) else "Robot"
     return {
         "__init__.py": INIT.format(title=title),
         "__init__.pyi": f"{STUB.format(title=title, imported=imported)}\n{stubs}\n",
@@ -45,7 +45,7 @@ def _stub(function: Signature) -> str:
     array = "NDArray[np.float64]"
     count = len(function.outputs)
     result = array if count == 1 else f"tuple[{', '.join([array] * count)}]"
-    if function.role.name == "inverse":
+    if function.role.is_inverse:
         result = "Solutions"
     out = array if count == 1 else f"tuple[{', '.join([f'{array} | None'] * count)}]"
     return (

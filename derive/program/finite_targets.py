@@ -4,7 +4,8 @@ The residual of a slide along an axis of the base is x - x, which simplifies to 
 target with NaN as x would count as solved.
 """
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from ..model.tolerances import GREATEST_NUMBER
@@ -28,38 +29,29 @@ def seeing_its_inputs(program: Program) -> Program:
     if not unseen:
         return program
     ordered = sorted(unseen, key=lambda entry: (entry.argument, entry.entry))
-    numbers = _Numbers(1 + max((s.result.number for s in program.computed), default=0))
-    size, computed = _total_size(ordered, numbers)
-    finite = numbers.next()
+    used = (s.result.number for s in program.computed)
+    unused = map(Variable, itertools.count(1 + max(used, default=0)))
+    size, computed = _total_size(ordered, unused)
+    finite = next(unused)
     computed.append(Compute(finite, Operation.LESS_EQUAL, (size, Constant(GREATEST_NUMBER))))
     kept = [s for s in program.statements if not (isinstance(s, Store) and s.output == RESIDUAL)]
     stored: list[Store] = []
     for store in program.stored:
         if store.output == RESIDUAL:
-            chosen = numbers.next()
+            chosen = next(unused)
             computed.append(Compute(chosen, Operation.SELECT, (finite, store.value, size)))
             stored.append(replace(store, value=chosen))
     return replace(program, statements=(*kept, *computed, *stored))
 
 
-class _Numbers:
-    """Counts new variables."""
-
-    def __init__(self, first: int) -> None:
-        self._number = first
-
-    def next(self) -> Variable:
-        """A variable that the program does not use yet."""
-        self._number += 1
-        return Variable(self._number)
-
-
-def _total_size(entries: Sequence[Input], numbers: _Numbers) -> tuple[Variable, list[Compute]]:
+def _total_size(
+    entries: Sequence[Input], unused: Iterator[Variable]
+) -> tuple[Variable, list[Compute]]:
     """The sum of the absolute values of inputs, and the statements that compute it."""
-    sizes = [Compute(numbers.next(), Operation.ABS, (entry,)) for entry in entries]
+    sizes = [Compute(next(unused), Operation.ABS, (entry,)) for entry in entries]
     total, computed = sizes[0].result, [*sizes]
     for size in sizes[1:]:
-        computed.append(Compute(numbers.next(), Operation.ADD, (total, size.result)))
+        computed.append(Compute(next(unused), Operation.ADD, (total, size.result)))
         total = computed[-1].result
     return total, computed
 

@@ -46,6 +46,11 @@ class Role:
     of_actuators: str = ""
     directions: tuple[int, ...] = ()
 
+    @property
+    def is_inverse(self) -> bool:
+        """Whether the function returns solutions in slots, each with residual and margin."""
+        return self.name == "inverse"
+
 
 OTHER = Role()
 

@@ -325,10 +325,10 @@ static LANES_TARGET void LANES_NAME(bricklaying_gantry_ik)(const lanes *in, lane
       v24 = 0.5 * v23;
   LANES_LET1(v25, fabs, v24);
   const lanes v26 = v24 + v25, v27 = 0.5 * v26;
-  LANES_LET1(v28, sqrt, v27); out[4] = LANES_OF(1.0); LANES_LET1(v30, fabs, T_3);
-  LANES_LET1(v31, fabs, T_7); LANES_LET1(v32, fabs, T_11);
-  const lanes v33 = v30 + v31, v34 = v33 + v32;
-  const lanes_where v35 = LANES_LE(v34, 1e+300);
-  const lanes v36 = LANES_CHOICE(v35, v28, v34);
-  out[3] = v36;
+  LANES_LET1(v28, sqrt, v27); out[4] = LANES_OF(1.0); LANES_LET1(v29, fabs, T_3);
+  LANES_LET1(v30, fabs, T_7); LANES_LET1(v31, fabs, T_11);
+  const lanes v32 = v29 + v30, v33 = v32 + v31;
+  const lanes_where v34 = LANES_LE(v33, 1e+300);
+  const lanes v35 = LANES_CHOICE(v34, v28, v33);
+  out[3] = v35;
 }

@@ -89,6 +89,8 @@ static const chasles_general_arm jaco2_ik_tables = {
 void jaco2_ik(const double T[16], double q[96], double residual[16], double margin[16])
 {
   double own_T[16];
-  memcpy(own_T, T, sizeof own_T);
+  for (int i = 0; i < 16; i++) {
+    own_T[i] = T[i];
+  }
   chasles_general_ik(&jaco2_ik_tables, own_T, q, residual, margin);
 }

@@ -76,6 +76,17 @@ def support(name: str) -> str:
     return (Path(__file__).parent / "support" / name).read_text(encoding="utf-8")
 
 
+def own_copy(argument: Argument) -> list[str]:
+    """The lines that copy an input to ``own_<name>``, which no output overlaps."""
+    name = argument.name
+    return [
+        f"  double own_{name}[{argument.size}];",
+        f"  for (int i = 0; i < {argument.size}; i++) {{",
+        f"    own_{name}[i] = {name}[i];",
+        "  }",
+    ]
+
+
 def signature(prefix: str, function: Signature) -> str:
     """The prototype of a C function, without a semicolon or body."""
     inputs = [f"const double {a.name}[{a.size}]" for a in function.inputs]

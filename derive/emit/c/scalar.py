@@ -12,7 +12,7 @@ from ...program.schedule import by_depth, levels
 from ...terms.branches import branch
 from ...terms.symbolic_function import Argument, Result, SymbolicFunction, WrittenFunction
 from .expressions import WIDTH, Naming, expression, naming
-from .header import notice, signature
+from .header import notice, own_copy, signature
 from .sections import summary, title
 from .written import written_file
 
@@ -90,7 +90,7 @@ def _branched(robot: Described, function: SymbolicFunction, program: Program) ->
             f"  LANES_NAME({name}_branches)({', '.join(what.name for what in described)});",
             "#else",
             # Outputs may overlap inputs, and the first branch is stored before the second reads.
-            *(line for argument in function.inputs for line in _kept(argument)),
+            *(line for argument in function.inputs for line in own_copy(argument)),
             f"  for (int b = 0; b < {function.branches}; b++) {{",
             f"    const double choice[{n}] = {{{signs}}};",
             f"    {name}_branch({', '.join(passed)});",
@@ -99,17 +99,6 @@ def _branched(robot: Described, function: SymbolicFunction, program: Program) ->
             "}\n",
         ]
     )
-
-
-def _kept(argument: Argument) -> list[str]:
-    """Copies an input to memory that no output overlaps."""
-    name = argument.name
-    return [
-        f"  double own_{name}[{argument.size}];",
-        f"  for (int i = 0; i < {argument.size}; i++) {{",
-        f"    own_{name}[i] = {name}[i];",
-        "  }",
-    ]
 
 
 def _straight(function: SymbolicFunction, program: Program) -> list[str]:

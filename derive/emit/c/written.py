@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from ...model.mechanism import Described
 from ...terms.symbolic_function import Table, WrittenFunction
 from .expressions import WIDTH, number
-from .header import notice, signature, support
+from .header import notice, own_copy, signature, support
 
 SUPPORTS = {
     "general": (
@@ -41,8 +41,7 @@ def _source(robot: Described, function: WrittenFunction) -> str:
     table = f"{robot.name}_{function.name}_tables"
     fields = [f"  {robot.name}_{name}," for name in function.calls]
     fields += [line for values in function.tables for line in _field(values)]
-    copies = [f"  double own_{a.name}[{a.size}];" for a in function.inputs]
-    copies += [f"  memcpy(own_{a.name}, {a.name}, sizeof own_{a.name});" for a in function.inputs]
+    copies = [line for argument in function.inputs for line in own_copy(argument)]
     passed = [f"&{table}", *(f"own_{a.name}" for a in function.inputs)]
     passed += [result.name for result in function.outputs]
     return "\n".join(

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ...terms.terms import Terms
-from ...terms.vectors import IDENTITY, Basis, Vector, added, combination, dot, subtracted
+from ...terms.vectors import IDENTITY, Basis, Vector, added, combination, subtracted
 from ..subproblems.turns import CosSin, rotated
 
 
@@ -74,8 +74,3 @@ def of_pose(terms: Terms, pose: Sequence[sp.Expr], home: sp.Matrix) -> Target:
     origin = tuple(terms.let(home[i, 3]) for i in range(3))
     position = (pose[3], pose[7], pose[11])
     return Target((x, y, z), (origin[0], origin[1], origin[2]), position)
-
-
-def part_along(terms: Terms, direction: Vector, a: Vector, b: Vector) -> sp.Expr:
-    """The component along a direction of the vector from one point to another."""
-    return dot(terms, direction, subtracted(terms, b, a))
