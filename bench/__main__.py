@@ -7,7 +7,7 @@ import argparse
 import sys
 
 from . import check, count, document
-from .accuracy import misses
+from .accuracy import field, misses
 from .cases.poses import CASES
 from .measures import derivation
 from .peers.forward import absent
@@ -26,6 +26,8 @@ def main() -> int:
         return count.run(options.write)
     if options.command == "misses":
         return misses.run(options.quick, options.robot)
+    if options.command == "field":
+        return field.run(options.quick, options.arm)
     if options.quick:
         measure(without_slow_builds(QUICK), options.only, keep=False)
     else:
@@ -71,6 +73,9 @@ def _parser() -> argparse.ArgumentParser:
     )
     lost.add_argument("--quick", action="store_true", default=argparse.SUPPRESS, help="small sets")
     lost.add_argument("--robot", choices=[case.name for case in CASES], help="one robot")
+    met = commands.add_parser("field", help="arms of other makers' files, derived and judged")
+    met.add_argument("--quick", action="store_true", default=argparse.SUPPRESS, help="small sets")
+    met.add_argument("--arm", help="arms with this text in their names")
     return parser
 
 
