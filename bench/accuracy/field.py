@@ -108,6 +108,10 @@ def judgement(arm: FieldArm, folder: Path, poses: int, some: int) -> Row:
     if "ik" not in case.robot.functions:
         out.print(f"{arm.name}: no ik")
         return Row(arm.name, "no ik", taken)
+    unknown = [name for name in case.given if not case.has_value(name)]
+    if unknown:
+        out.print(f"{arm.name}: no function gives the {', '.join(unknown)} of a configuration")
+        return Row(arm.name, f"no {', '.join(unknown)}", taken)
     rng = np.random.default_rng(0)
     drawn = PoseSet("random", rng.uniform(-np.pi, np.pi, (poses, case.robot.n)), regular=True)
     right = PoseSet("right angles", QUARTER * rng.integers(-1, 3, (poses // 2, case.robot.n)))

@@ -99,6 +99,10 @@ class FieldCase(Case):
         """The screws of the description that was derived, in which noise is gone."""
         return of_description(from_urdf(self.folder.parent / f"{self.name}.urdf"))
 
+    def has_value(self, name: str) -> bool:
+        """Whether the value of an input of the inverse can be told of a configuration."""
+        return name in self.robot.functions or self.coordinate(name) is not None
+
     def raw(self) -> "FieldCase":
         """The case judged by the numbers as they stand."""
         case = replace(self)
