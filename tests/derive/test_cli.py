@@ -150,4 +150,5 @@ def test_links_are_chosen_in_a_urdf_only(arm, tmp_path):
 
 
 def test_a_close_name_is_offered():
-    assert "did you mean ur5e?" in run("ur5").output
+    assert "did you mean puma560?" in run("puma").output
+    assert "did you mean ur10e?" in run("ur10ee").output
