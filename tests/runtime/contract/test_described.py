@@ -108,7 +108,7 @@ def test_wrong_descriptions(arm, tmp_path, cache):
     assert derived(cache) == []
     with pytest.raises(chasles.UnknownRobotError, match=r"none.toml: cannot be read \(No such"):
         chasles.load("none.toml")
-    with pytest.raises(chasles.UnknownRobotError, match="did you mean .*ur10e.*on first use: cr5"):
+    with pytest.raises(chasles.UnknownRobotError, match=r"did you mean .*ur10e.*on first use: cr5"):
         chasles.load("ur10f")
     other = tmp_path / "arm.txt"
     other.write_text(ARM)
