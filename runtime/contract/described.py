@@ -12,7 +12,6 @@ from __future__ import annotations
 import functools
 import hashlib
 import sys
-import tomllib
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -89,6 +88,9 @@ def _contents(description: Path) -> list[bytes]:
         raise UnknownRobotError(f"{description}: cannot be read ({error.strerror})") from error
     if description.suffix != ".toml":
         return [content]
+    # Robots that are generated along need no reader of TOML.
+    import tomllib  # noqa: PLC0415
+
     try:
         extended = tomllib.loads(content.decode("utf-8-sig")).get("extends")
     except ValueError:
