@@ -46,12 +46,15 @@ def derived_folder(description: Path) -> Path:
     Raises:
         UnknownRobotError: If the description cannot be read.
         DerivationError: If the compiler is not installed or refuses the description.
-        CacheError: If the cache cannot be written to.
+        CacheError: If the cache cannot be written to, or holds a damaged folder.
     """
     home = _home(description)
     if not home.is_dir():
         _derive(description, home)
-    return next(home.glob("*/manifest.json")).parent
+    manifests = list(home.glob("*/manifest.json"))
+    if not manifests:
+        raise CacheError(f"{home}: holds no robot any more; delete this folder")
+    return manifests[0].parent
 
 
 def is_of_shelf(folder: Path) -> bool:
@@ -120,6 +123,8 @@ def _derive(description: Path, home: Path) -> None:
         with tempfile.TemporaryDirectory(prefix=f".{name}-", dir=home.parent) as temporary:
             whole = Path(temporary) / "robots"
             _run_compiler(description, whole)
+            if _home(description) != home:
+                raise DerivationError(f"{description}: changed while it was derived; load it again")
             _move(whole, home)
     except OSError as error:
         raise CacheError(

@@ -6,6 +6,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 import venv
 from pathlib import Path
@@ -136,6 +137,23 @@ def test_an_interrupted_derivation_leaves_nothing_that_is_loaded(arm, cache):
     process.communicate()
     assert all(name.startswith(".") for name in derived(cache))
     assert chasles.load(arm).name == "elbow_arm"
+
+
+def test_a_description_that_changes_while_it_is_derived(arm, cache):
+    def change():
+        while not (cache / "derived").is_dir() or not derived(cache):
+            time.sleep(0.001)
+        arm.write_text(ARM.replace("a = 0.2", "a = 0.25"))
+
+    editor = threading.Thread(target=change)
+    editor.start()
+    with pytest.raises(chasles.DerivationError, match="changed while it was derived"):
+        chasles.find_folder(arm)
+    editor.join()
+    assert derived(cache) == []
+    shutil.rmtree(chasles.find_folder(arm))
+    with pytest.raises(chasles.CacheError, match="holds no robot any more; delete this folder"):
+        chasles.find_folder(arm)
 
 
 def test_a_working_directory_full_of_other_modules(arm, tmp_path, monkeypatch):
