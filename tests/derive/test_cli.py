@@ -137,6 +137,16 @@ def test_ones_own_robot_needs_a_folder_of_its_own(arm):
     assert "say where the robots shall go, with --to FOLDER" in done.output
 
 
+def test_arms_of_the_shelf_go_where_they_are_asked_for(tmp_path):
+    to = tmp_path / "out"
+    done = run("ur10e", "--functions", "fk", "--to", to)
+    assert done.exit_code == 0, done.output
+    assert [path.name for path in to.iterdir()] == ["ur10e"]
+    everything = run("--shelf")
+    assert everything.exit_code == 1
+    assert "shelf/cr5.toml: say where the robots shall go, with --to FOLDER" in everything.output
+
+
 def test_a_folder_that_cannot_be_made(arm):
     done = run(arm, "--to", arm)
     assert done.exit_code == 1
