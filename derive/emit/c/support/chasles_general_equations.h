@@ -16,7 +16,7 @@
 #define CHASLES_MOST_JOINTS 7
 #define CHASLES_SPLITS 4
 /* Newton's steps at most. */
-#define CHASLES_STEPS 50
+#define CHASLES_STEPS 20
 /* rad: the half angle is counted from here, where no arm's right angles are. */
 #define CHASLES_HALF_FROM 0.61
 

@@ -21,6 +21,8 @@
 #define CHASLES_MOST_STARTS (3 * CHASLES_MOST_ROOTS)
 /* Terms of a Taylor series; the first left out is 1e-14 of the greatest. */
 #define CHASLES_TERMS 11
+/* Parts of the circle to look at; a pose takes some fifty, one at which all is rounding far more. */
+#define CHASLES_MOST_PARTS 400
 /* Halvings of a cell, to 1e-6 rad, after which roots are one. */
 #define CHASLES_HALVINGS 15
 #define CHASLES_TURN 6.283185307179586476925286766559
@@ -62,7 +64,8 @@ typedef struct {
 
 typedef struct {
     int count;
-    int unresolved;                   /* whether more roots may be where one was found */
+    int unresolved;                       /* whether more roots may be there */
+    int parts;                            /* looked at so far */
     double angle[CHASLES_MOST_ROOTS]; /* of the suppressed joint */
     double
         imaginary[CHASLES_MOST_ROOTS]; /* 0 for a root, else half the way between two that meet */
@@ -152,6 +155,8 @@ static void chasles_general_add(chasles_general_roots *roots, double angle, doub
     if (roots->count < CHASLES_MOST_ROOTS) {
         roots->angle[roots->count] = angle;
         roots->imaginary[roots->count++] = imaginary;
+    } else {
+        roots->unresolved = 1;
     }
 }
 
@@ -263,6 +268,10 @@ static void chasles_general_divided(const chasles_general_part *part, int halvin
     }
     if (fabs(part->t[0]) > value + part->noise)
         return;
+    if (++roots->parts > CHASLES_MOST_PARTS) {
+        roots->unresolved = 1;
+        return;
+    }
     if (value < part->noise || halvings == 0) {
         chasles_general_add(roots, part->from, part->radius);
         roots->unresolved = 1;
@@ -321,7 +330,7 @@ static void chasles_general_real(const chasles_general_system *system,
     chasles_general_series of[CHASLES_TERMS];
     chasles_general_lanes t[CHASLES_TERMS], c, s;
     int cells[CHASLES_CELLS + CHASLES_LANES], count = 0;
-    roots->count = roots->unresolved = 0;
+    roots->count = roots->unresolved = roots->parts = 0;
     of[0] = *series;
     for (int k = 1; k < CHASLES_TERMS; k++)
         chasles_general_derived(of + k - 1, radius / k, of + k);
