@@ -21,40 +21,57 @@
 #define CHASLES_MOST_STARTS (3 * CHASLES_MOST_ROOTS)
 /* Terms of a Taylor series; the first left out is 1e-14 of the greatest. */
 #define CHASLES_TERMS 11
-/* Parts of the circle to look at; a pose takes some fifty, one at which all is rounding far more. */
+/* Parts of the circle to look at; a pose takes some fifty, one at which all is rounding far more.
+ */
 #define CHASLES_MOST_PARTS 400
 /* Halvings of a cell, to 1e-6 rad, after which roots are one. */
 #define CHASLES_HALVINGS 15
 #define CHASLES_TURN 6.283185307179586476925286766559
 
-/* cos(2 pi k / 96) of the first quarter. */
-static const double chasles_general_quarter[25] = {
-    1.0,
-    0.9978589232386035,
-    0.9914448613738104,
-    0.9807852804032304,
-    0.9659258262890683,
-    0.9469301294951057,
-    0.9238795325112867,
-    0.8968727415326884,
-    0.8660254037844387,
-    0.8314696123025452,
-    0.7933533402912352,
-    0.7518398074789774,
-    0.7071067811865476,
-    0.6593458151000688,
-    0.6087614290087207,
-    0.5555702330196024,
-    0.5000000000000001,
-    0.44228869021900125,
-    0.38268343236508984,
-    0.3214394653031617,
-    0.25881904510252074,
-    0.19509032201612833,
-    0.1305261922200517,
-    0.06540312923014327,
-    0.0,
+/* cos(2 pi k / 96); the sine of an angle is the cosine of 72 more. */
+/* clang-format off */
+static const double chasles_general_cosine[CHASLES_CELLS + 72] = {
+    1.0, 0.9978589232386035, 0.9914448613738104, 0.9807852804032304, 0.9659258262890683,
+    0.9469301294951057, 0.9238795325112867, 0.8968727415326884, 0.8660254037844387,
+    0.8314696123025452, 0.7933533402912352, 0.7518398074789774, 0.7071067811865476,
+    0.6593458151000688, 0.6087614290087207, 0.5555702330196024, 0.5, 0.44228869021900125,
+    0.38268343236508984, 0.3214394653031617, 0.25881904510252074, 0.19509032201612833,
+    0.1305261922200517, 0.06540312923014327, 0.0, -0.06540312923014327, -0.1305261922200517,
+    -0.19509032201612833, -0.25881904510252074, -0.3214394653031617, -0.38268343236508984,
+    -0.44228869021900125, -0.5, -0.5555702330196024, -0.6087614290087207, -0.6593458151000688,
+    -0.7071067811865476, -0.7518398074789774, -0.7933533402912352, -0.8314696123025452,
+    -0.8660254037844387, -0.8968727415326884, -0.9238795325112867, -0.9469301294951057,
+    -0.9659258262890683, -0.9807852804032304, -0.9914448613738104, -0.9978589232386035, -1.0,
+    -0.9978589232386035, -0.9914448613738104, -0.9807852804032304, -0.9659258262890683,
+    -0.9469301294951057, -0.9238795325112867, -0.8968727415326884, -0.8660254037844387,
+    -0.8314696123025452, -0.7933533402912352, -0.7518398074789774, -0.7071067811865476,
+    -0.6593458151000688, -0.6087614290087207, -0.5555702330196024, -0.5, -0.44228869021900125,
+    -0.38268343236508984, -0.3214394653031617, -0.25881904510252074, -0.19509032201612833,
+    -0.1305261922200517, -0.06540312923014327, 0.0, 0.06540312923014327, 0.1305261922200517,
+    0.19509032201612833, 0.25881904510252074, 0.3214394653031617, 0.38268343236508984,
+    0.44228869021900125, 0.5, 0.5555702330196024, 0.6087614290087207, 0.6593458151000688,
+    0.7071067811865476, 0.7518398074789774, 0.7933533402912352, 0.8314696123025452,
+    0.8660254037844387, 0.8968727415326884, 0.9238795325112867, 0.9469301294951057,
+    0.9659258262890683, 0.9807852804032304, 0.9914448613738104, 0.9978589232386035, 1.0,
+    0.9978589232386035, 0.9914448613738104, 0.9807852804032304, 0.9659258262890683,
+    0.9469301294951057, 0.9238795325112867, 0.8968727415326884, 0.8660254037844387,
+    0.8314696123025452, 0.7933533402912352, 0.7518398074789774, 0.7071067811865476,
+    0.6593458151000688, 0.6087614290087207, 0.5555702330196024, 0.5, 0.44228869021900125,
+    0.38268343236508984, 0.3214394653031617, 0.25881904510252074, 0.19509032201612833,
+    0.1305261922200517, 0.06540312923014327, 0.0, -0.06540312923014327, -0.1305261922200517,
+    -0.19509032201612833, -0.25881904510252074, -0.3214394653031617, -0.38268343236508984,
+    -0.44228869021900125, -0.5, -0.5555702330196024, -0.6087614290087207, -0.6593458151000688,
+    -0.7071067811865476, -0.7518398074789774, -0.7933533402912352, -0.8314696123025452,
+    -0.8660254037844387, -0.8968727415326884, -0.9238795325112867, -0.9469301294951057,
+    -0.9659258262890683, -0.9807852804032304, -0.9914448613738104, -0.9978589232386035, -1.0,
+    -0.9978589232386035, -0.9914448613738104, -0.9807852804032304, -0.9659258262890683,
+    -0.9469301294951057, -0.9238795325112867, -0.8968727415326884, -0.8660254037844387,
+    -0.8314696123025452, -0.7933533402912352, -0.7518398074789774, -0.7071067811865476,
+    -0.6593458151000688, -0.6087614290087207, -0.5555702330196024, -0.5, -0.44228869021900125,
+    -0.38268343236508984, -0.3214394653031617, -0.25881904510252074, -0.19509032201612833,
+    -0.1305261922200517, -0.06540312923014327
 };
+/* clang-format on */
 
 /* a[k] cos(k x) + b[k] sin(k x), its greatest coefficient, and the size of errors in it. */
 typedef struct {
@@ -64,34 +81,24 @@ typedef struct {
 
 typedef struct {
     int count;
-    int unresolved;                       /* whether more roots may be there */
-    int parts;                            /* looked at so far */
+    int unresolved;                   /* whether more roots may be there */
+    int parts;                        /* looked at so far */
     double angle[CHASLES_MOST_ROOTS]; /* of the suppressed joint */
     double
         imaginary[CHASLES_MOST_ROOTS]; /* 0 for a root, else half the way between two that meet */
 } chasles_general_roots;
 
-/* cos and sin of 2 pi k / 96. */
-static double chasles_general_cosine(int k)
-{
-    k %= CHASLES_CELLS;
-    if (k > 48)
-        k = 96 - k;
-    return k <= 24 ? chasles_general_quarter[k] : -chasles_general_quarter[48 - k];
-}
-
 /* The polynomial from the determinant's samples. */
 static void chasles_general_interpolated(const chasles_general_system *system,
                                          chasles_general_series *series)
 {
-    double values[CHASLES_SAMPLES], cosine[CHASLES_CELLS];
+    const double *cosine = chasles_general_cosine;
+    double values[CHASLES_SAMPLES];
     chasles_general_lanes R[6][6], c, s;
-    for (int k = 0; k < CHASLES_CELLS; k++)
-        cosine[k] = chasles_general_cosine(k);
     for (int from = 0; from < CHASLES_SAMPLES; from += CHASLES_LANES) {
         for (int l = 0; l < CHASLES_LANES; l++) {
             c[l] = cosine[4 * (from + l)];
-            s[l] = cosine[(4 * (from + l) + 72) % CHASLES_CELLS];
+            s[l] = cosine[4 * (from + l) + 72];
         }
         chasles_general_factored(system, c, s, R, values + from);
     }
@@ -100,7 +107,7 @@ static void chasles_general_interpolated(const chasles_general_system *system,
         double a = 0.0, b = 0.0;
         for (int k = 0, at = 0; k < CHASLES_SAMPLES; k++) {
             a += values[k] * cosine[at];
-            b += values[k] * cosine[at >= 24 ? at - 24 : at + 72];
+            b += values[k] * cosine[at + 72];
             at += 4 * m;
             at -= at >= CHASLES_CELLS ? CHASLES_CELLS : 0;
         }
@@ -116,31 +123,30 @@ static void chasles_general_interpolated(const chasles_general_system *system,
     series->noise += DBL_EPSILON * series->most;
 }
 
-/* The derivative of a polynomial, times a factor. */
-static void chasles_general_derived(const chasles_general_series *of, double factor,
-                                    chasles_general_series *series)
+/* The Taylor series of a polynomial at eight angles of these cosines and sines, in parts of a
+ * radius: weight[k][m] is (m radius)^k / k! with the sign of the derivative. */
+static void chasles_general_taylor(const chasles_general_series *series,
+                                   const double (*weight)[CHASLES_DEGREE + 1], const double *c,
+                                   const double *s, chasles_general_lanes *t)
 {
-    for (int m = 0; m <= CHASLES_DEGREE; m++) {
-        series->a[m] = factor * m * of->b[m];
-        series->b[m] = -factor * m * of->a[m];
-    }
-}
-
-/* Values of a polynomial by Clenshaw's sum, at eight angles of these cosines and sines. */
-static void chasles_general_values(const chasles_general_series *series, const double *c,
-                                   const double *s, double *values)
-{
-    chasles_general_lanes a1 = {0.0}, a2 = {0.0}, b1 = {0.0}, b2 = {0.0};
-    for (int m = CHASLES_DEGREE; m > 0; m--) {
+    chasles_general_lanes cosine, sine, even, odd;
+    for (int l = 0; l < CHASLES_LANES; l++)
+        t[0][l] = series->a[0], cosine[l] = 1.0, sine[l] = 0.0;
+    memset(t + 1, 0, (CHASLES_TERMS - 1) * sizeof *t);
+    for (int m = 1; m <= CHASLES_DEGREE; m++) {
         for (int l = 0; l < CHASLES_LANES; l++) {
-            const double a = series->a[m] + 2.0 * c[l] * a1[l] - a2[l];
-            const double b = series->b[m] + 2.0 * c[l] * b1[l] - b2[l];
-            a2[l] = a1[l], a1[l] = a;
-            b2[l] = b1[l], b1[l] = b;
+            const double next = cosine[l] * c[l] - sine[l] * s[l];
+            sine[l] = sine[l] * c[l] + cosine[l] * s[l];
+            cosine[l] = next;
+            even[l] = series->a[m] * cosine[l] + series->b[m] * sine[l];
+            odd[l] = series->b[m] * cosine[l] - series->a[m] * sine[l];
+        }
+        for (int k = 0; k < CHASLES_TERMS; k++) {
+            const double *part = k % 2 ? odd : even;
+            for (int l = 0; l < CHASLES_LANES; l++)
+                t[k][l] += weight[k][m] * part[l];
         }
     }
-    for (int l = 0; l < CHASLES_LANES; l++)
-        values[l] = series->a[0] + c[l] * a1[l] - a2[l] + s[l] * b1[l];
 }
 
 /* A Taylor series of which a part |z| <= 1 is looked at. */
@@ -297,7 +303,8 @@ static void chasles_general_sampled(const chasles_general_system *system,
     chasles_general_lanes R[6][6], c, s;
     for (int from = 0; from < 2; from++) {
         for (int l = 0; l < CHASLES_LANES; l++) {
-            const double z = chasles_general_cosine(4 * (CHASLES_LANES * from + l) + 2);
+            const double z =
+                chasles_general_cosine[(4 * (CHASLES_LANES * from + l) + 2) % CHASLES_CELLS];
             c[l] = cos(part->from + part->radius * z);
             s[l] = sin(part->from + part->radius * z);
         }
@@ -310,7 +317,8 @@ static void chasles_general_sampled(const chasles_general_system *system,
     for (int k = 0; k < 12; k++) {
         double sum = 0.0;
         for (int i = 0; i < 12; i++)
-            sum += values[i] * chasles_general_cosine(k * (4 * i + 2)) / (k > 0 ? 6.0 : 12.0);
+            sum += values[i] * chasles_general_cosine[k * (4 * i + 2) % CHASLES_CELLS] /
+                   (k > 0 ? 6.0 : 12.0);
         if (k > CHASLES_TERMS - 3)
             part->noise += fabs(sum);
         for (int i = 0; k < CHASLES_TERMS && i <= k; i++) {
@@ -321,61 +329,54 @@ static void chasles_general_sampled(const chasles_general_system *system,
     }
 }
 
+/* The roots of a cell. */
+static void chasles_general_cell(const chasles_general_system *system, double noise,
+                                 chasles_general_part *part, chasles_general_roots *roots)
+{
+    double most = 0.0, slope;
+    part->noise = noise;
+    for (int k = 0; k < CHASLES_TERMS; k++)
+        most += fabs(part->t[k]);
+    if (most < CHASLES_BLURRED * noise)
+        chasles_general_sampled(system, part);
+    chasles_general_divided(part, CHASLES_HALVINGS, roots);
+    /* Rounding may hide two roots on both sides of the end of a cell. */
+    if (fabs(chasles_general_at(part->t, 1.0, &slope)) < CHASLES_UNSURE * part->noise)
+        chasles_general_add(roots, part->from + part->radius, CHASLES_EDGE);
+}
+
 /* The real roots, and where two are about to meet. */
 static void chasles_general_real(const chasles_general_system *system,
                                  const chasles_general_series *series, chasles_general_roots *roots)
 {
     const double radius = 0.5 * CHASLES_TURN / CHASLES_CELLS;
     const double wide = 1.0 + CHASLES_NEARLY_REAL / radius;
-    chasles_general_series of[CHASLES_TERMS];
-    chasles_general_lanes t[CHASLES_TERMS], c, s;
-    int cells[CHASLES_CELLS + CHASLES_LANES], count = 0;
-    roots->count = roots->unresolved = roots->parts = 0;
-    of[0] = *series;
-    for (int k = 1; k < CHASLES_TERMS; k++)
-        chasles_general_derived(of + k - 1, radius / k, of + k);
-    double rest = 0.0;
-    for (int m = 0; m <= CHASLES_DEGREE; m++)
-        rest += fabs(of[3].a[m]) + fabs(of[3].b[m]);
-    for (int from = 0; from < CHASLES_CELLS; from += CHASLES_LANES) {
-        for (int l = 0; l < CHASLES_LANES; l++) {
-            c[l] = chasles_general_cosine(from + l);
-            s[l] = chasles_general_cosine(from + l + 72);
-        }
-        for (int k = 0; k < 3; k++)
-            chasles_general_values(of + k, c, s, t[k]);
-        for (int l = 0; l < CHASLES_LANES; l++) {
-            const double most = wide * (fabs(t[1][l]) + wide * (fabs(t[2][l]) + wide * rest));
-            cells[count] = from + l;
-            count += !(fabs(t[0][l]) > most);
-        }
+    double weight[CHASLES_TERMS][CHASLES_DEGREE + 1];
+    chasles_general_lanes t[CHASLES_TERMS], most;
+    chasles_general_part part;
+    for (int m = 0; m <= CHASLES_DEGREE; m++) {
+        weight[0][m] = 1.0;
+        for (int k = 1; k < CHASLES_TERMS; k++)
+            weight[k][m] = weight[k - 1][m] * (k % 2 ? m : -m) * radius / k;
     }
-    for (int l = 0; l < CHASLES_LANES; l++)
-        cells[count + l] = 0;
-    for (int from = 0; from < count; from += CHASLES_LANES) {
-        for (int l = 0; l < CHASLES_LANES; l++) {
-            c[l] = chasles_general_cosine(cells[from + l]);
-            s[l] = chasles_general_cosine(cells[from + l] + 72);
+    roots->count = roots->unresolved = roots->parts = 0;
+    for (int from = 0; from < CHASLES_CELLS; from += CHASLES_LANES) {
+        chasles_general_taylor(series, (const double(*)[CHASLES_DEGREE + 1]) weight,
+                               chasles_general_cosine + from, chasles_general_cosine + from + 72,
+                               t);
+        memset(most, 0, sizeof most);
+        for (int k = CHASLES_TERMS - 1; k > 0; k--) {
+            for (int l = 0; l < CHASLES_LANES; l++)
+                most[l] = wide * (most[l] + fabs(t[k][l]));
         }
-        for (int k = 0; k < CHASLES_TERMS; k++)
-            chasles_general_values(of + k, c, s, t[k]);
-        for (int l = 0; l < CHASLES_LANES && from + l < count; l++) {
-            chasles_general_part part;
-            part.from = 2.0 * radius * cells[from + l];
+        for (int l = 0; l < CHASLES_LANES; l++) {
+            if (fabs(t[0][l]) > most[l] + CHASLES_UNSURE * series->noise)
+                continue;
+            part.from = 2.0 * radius * (from + l);
             part.radius = radius;
-            part.noise = series->noise;
-            double most = 0.0;
-            for (int k = 0; k < CHASLES_TERMS; k++) {
+            for (int k = 0; k < CHASLES_TERMS; k++)
                 part.t[k] = t[k][l];
-                most += fabs(part.t[k]);
-            }
-            if (most < CHASLES_BLURRED * series->noise)
-                chasles_general_sampled(system, &part);
-            chasles_general_divided(&part, CHASLES_HALVINGS, roots);
-            /* Rounding may hide two roots on both sides of the end of a cell. */
-            double slope;
-            if (fabs(chasles_general_at(part.t, 1.0, &slope)) < CHASLES_UNSURE * part.noise)
-                chasles_general_add(roots, part.from + part.radius, CHASLES_EDGE);
+            chasles_general_cell(system, series->noise, &part, roots);
         }
     }
 }
