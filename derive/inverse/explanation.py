@@ -63,7 +63,9 @@ class Explanation:
         classification, general = self.inverses.classification, self.inverses.general
         found = classification.found
         if general is not None:
-            return f"inverse: {general.title}, at most {_counted(self.most_solutions, 'solution')}"
+            given = f", for given {listed(general.given)}" if general.given else ""
+            most = _counted(self.most_solutions, "solution")
+            return f"inverse: {general.title}{given}, at most {most}"
         if found is None:
             return f"no closed-form inverse: {classification.missing}"
         of_chain = " of the main chain" if self.loops else ""
@@ -216,7 +218,8 @@ def _remaining(solved: Solved) -> Iterable[str]:
 def _general(general: GeneralInverse) -> str:
     """The steps for an arm without a structure."""
     most = general.function.branches
-    head = f"ik(T): at most {most} solutions in {most} slots, {general.method}."
+    arguments = ", ".join(argument.name for argument in general.function.inputs)
+    head = f"ik({arguments}): at most {most} solutions in {most} slots, {general.method}."
     return "\n".join([head, *(f"{k:2}. {step}" for k, step in enumerate(general.steps, 1))])
 
 

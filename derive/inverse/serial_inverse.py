@@ -2,7 +2,7 @@
 
 A chain whose axes have a structure is solved by it. A measured chain that nearly has one is solved
 as the nominal arm, five joints without a structure as six with the tool's own axis, and any other
-chain of six revolute joints as a general arm.
+chain of six revolute joints, or of seven of which one is given, as a general arm.
 """
 
 from collections.abc import Callable, Sequence
@@ -52,8 +52,7 @@ class Inverses:
     def functions(self) -> dict[str, SymbolicFunction]:
         """All derived functions by name."""
         tasks = {name: solved.function for name, solved in self.solved.items()}
-        others = (*self.others, *((self.general.equations,) if self.general else ()))
-        return tasks | {function.name: function for function in others}
+        return tasks | {function.name: function for function in self.others}
 
 
 def inverses(
@@ -112,16 +111,16 @@ def _by_tool_axis(
     return None if found is None else Inverses(*found)
 
 
-def _by_eigenvalues(
+def _by_determinant(
     robot: Robot, classification: Classification, _: Sequence[Family]
 ) -> Inverses | None:
     """The inverse of a general arm."""
     if classification.found is not None:
         return None
-    general = general_inverse(robot, classification.lines.terms)
+    general = general_inverse(robot)
     return None if general is None else Inverses(classification, {}, general=general)
 
 
 Way = Callable[[Robot, Classification, Sequence[Family]], Inverses | None]
-WAYS: tuple[Way, ...] = (_by_structure, _by_nominal, _by_tool_axis, _by_eigenvalues)
+WAYS: tuple[Way, ...] = (_by_structure, _by_nominal, _by_tool_axis, _by_determinant)
 """The ways to an inverse, in the order in which they are tried."""

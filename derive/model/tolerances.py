@@ -90,7 +90,7 @@ LAYOUT_TIE = 1e-5
 Machines differ in the last digits of these numbers; the bytes of a drawing must not.
 """
 
-# --- inverse: structures, boundaries of subproblems, eigenvalues ---
+# --- inverse: structures, boundaries of subproblems, determinants ---
 
 EXACT_STRUCTURE = 1e-9
 """Radian, or parts of the arm's length: axes that miss a structure by no more have it.
@@ -173,14 +173,12 @@ Squares give an angle to 1e-8.
 PARABOLA_STEP = sp.Rational(1, 10**5)
 """Radian: bound of a step on the parabola of second order, a hundred times that separation."""
 DETERMINANT_TAIL = 1e-9
-"""Relative size up to which degrees above 8 of a determinant and a 9th singular value are 0."""
+"""Relative size up to which degrees above 8 of a determinant are 0: rounding leaves 1e-15."""
 SINGLE_SOLUTION = 1e-12
 """Ratio of the second smallest singular value to the greatest, below which it is 0.
 
 The six equations do not single out a solution then.
 """
-KERNEL_GUARD_DIGITS = 20
-"""Decimal digits of an exact evaluation that elimination may lose before a pivot counts as 0."""
 NOMINAL_GUARD_DIGITS = 8
 """Decimal digits of an exact evaluation that an angle may lose before it is no right angle."""
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 ROLES = (
     *("pose", "link poses", "pose and jacobian", "jacobian", "jacobian rate", "hessian"),
     *("twist", "acceleration"),
-    *("inverse", "redundancy", "inverse equations"),
+    *("inverse", "redundancy"),
     *("map", "map derivative", "map rate", "map acceleration", "margin", "branches"),
     *("constraint", "constraint derivative", "constraint rate"),
     *("lengths", "lengths derivative", "velocity relation"),

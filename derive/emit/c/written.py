@@ -8,14 +8,18 @@ from ...terms.symbolic_function import Table, WrittenFunction
 from .expressions import WIDTH, number
 from .header import notice, own_copy, signature, support
 
+GENERAL = (
+    "chasles_general_back.h",
+    "chasles_general_determinant.h",
+    "chasles_general_equations.h",
+    "chasles_general_newton.h",
+    "chasles_general_roots.h",
+    "chasles_general_solutions.h",
+    "chasles_general_tolerances.h",
+)
 SUPPORTS = {
-    "general": (
-        "chasles_general.h",
-        "chasles_general_equations.h",
-        "chasles_general_newton.h",
-        "chasles_general_tolerances.h",
-        "chasles_eigenvalues.h",
-    )
+    "general": ("chasles_general.h", *GENERAL),
+    "general_given": ("chasles_general_given.h", *GENERAL),
 }
 """The files of each solver; a generated file includes the first."""
 

@@ -1,11 +1,12 @@
-"""The inverse of six revolute joints without a structure, and its words for ``--explain``."""
+"""The inverse of revolute joints without a structure, and its words for ``--explain``."""
 
 from dataclasses import dataclass
 
 from ...model.robot import Robot
-from ...terms.symbolic_function import SymbolicFunction, WrittenFunction
-from ...terms.terms import Terms
-from . import raghavan_roth, written_inverse
+from ...terms.symbolic_function import WrittenFunction
+from . import written_inverse
+from .raghavan_roth import JOINTS, is_fit, numbers
+from .split_choice import Choice, choose
 
 
 @dataclass(frozen=True)
@@ -15,49 +16,76 @@ class GeneralInverse:
     Attributes:
         title: The kind of arm and the source of the method, in words.
         method: The method in words.
-        split: The order of the joints in the equations.
-        equations: The side of the equations that depends on the pose.
-        function: The function ``ik``, which takes the eigenvalues of a matrix.
+        choice: The orders of the joints in the equations, and the joint that is given.
+        function: The function ``ik``, which finds the roots of a determinant.
         steps: The numbered steps in words.
+        given: Names of the joints that are given.
     """
 
     title: str
     method: str
-    split: raghavan_roth.Split
-    equations: SymbolicFunction
+    choice: Choice
     function: WrittenFunction
     steps: tuple[str, ...]
+    given: tuple[str, ...] = ()
 
 
-def general_inverse(robot: Robot, terms: Terms) -> GeneralInverse | None:
-    """The inverse of an arm by its eigenvalues, or None where its equations do not allow it.
+def general_inverse(robot: Robot) -> GeneralInverse | None:
+    """The inverse of an arm of six or seven revolute joints, or None where it has none.
 
     Args:
         robot: The description.
-        terms: Receives the terms of the equations.
     """
-    split = raghavan_roth.split_of(robot)
-    if split is None:
+    if not any(is_fit(robot, joints) for joints in (JOINTS, JOINTS + 1)):
         return None
+    choice = choose(numbers(robot))
+    if choice is None:
+        return None
+    count = "six" if choice.given is None else "seven"
+    given = () if choice.given is None else (robot.moving[choice.given].name,)
     return GeneralInverse(
-        "an arm of six revolute joints without a structure (Raghavan and Roth)",
-        "by the eigenvalues of a matrix",
-        split,
-        raghavan_roth.matrices(robot, split, terms),
-        written_inverse.inverse(robot, split),
-        _steps(robot, split),
+        f"an arm of {count} revolute joints without a structure (Raghavan and Roth)",
+        "by the roots of a determinant",
+        choice,
+        written_inverse.inverse(robot, choice),
+        _steps(robot, choice),
+        given,
     )
 
 
-def _steps(robot: Robot, split: raghavan_roth.Split) -> tuple[str, ...]:
-    one, two, suppressed, v, w, last = (robot.moving[k].name for k in split.joints)
-    return (
+def _steps(robot: Robot, choice: Choice) -> tuple[str, ...]:
+    free = [joint.name for k, joint in enumerate(robot.moving) if k != choice.given]
+    one, two, suppressed, v, w, last = (free[k] for k in choice.splits[0].joints)
+    half, other = (w, v) if choice.splits[0].halved else (v, w)
+    steps = (
         f"{last} does not move its own axis: fourteen quantities of this axis are linear in the "
         f"products of cosines and sines of {one} and {two}, and in those of {v} and {w}. Six "
         f"combinations of the equations do not contain {one} and {two}.",
-        f"{suppressed}: with the half angle of {v} these are twelve equations, singular at sixteen "
-        "complex angles, the eigenvalues of a matrix. The real angles among them are solutions.",
-        f"{v}, {w}: from the eigenvector. {one}, {two}: from the equations that were combined.",
+        f"{suppressed}: with the half angle of {half} these are twelve equations, whose determinant "
+        "is a trigonometric polynomial of degree 8. Its real roots are found from 24 samples, up "
+        "to 16.",
+        f"{half}, {other}: from the vector that the twelve equations take to zero. {one}, {two}: "
+        "from the equations that were combined.",
         f"{last}: from the orientation that the other joints leave. Newton steps on the pose "
         "refine the result.",
+        *_others(free, choice),
+    )
+    if choice.given is None:
+        return steps
+    name = robot.moving[choice.given].name
+    first = (
+        f"{name} is given: with the joints fixed beside it, six joints are left, whose solutions "
+        "it separates best of all."
+    )
+    return (first, *steps)
+
+
+def _others(free: list[str], choice: Choice) -> tuple[str, ...]:
+    """The other splits, in words."""
+    names = [free[split.joints[2]] for split in choice.splits[1:]]
+    if not names:
+        return ()
+    return (
+        "Where roots or solutions run together, the same is done with other orders of the joints, "
+        f"for {' and '.join(names)} in the place of {free[choice.splits[0].joints[2]]}.",
     )

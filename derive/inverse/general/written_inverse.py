@@ -1,32 +1,36 @@
-"""The inverse of a general arm: the function ``ik``, solved by eigenvalues over its tables."""
+"""The inverse of a general arm: the function ``ik``, solved over the arm's placements."""
 
-import numpy as np
-
+from ...chain.kinematics import arguments_of
 from ...model.robot import Robot
 from ...terms.role import Role
-from ...terms.symbolic_function import Result, Table, WrittenFunction
+from ...terms.symbolic_function import Argument, Result, Table, WrittenFunction
+from ..chain_solution import given_argument
 from ..tasks.slots import pose_argument
-from .eigenvalue_tables import tables
 from .line_quantities import Array
-from .raghavan_roth import Split, signs
+from .raghavan_roth import numbers
+from .split_choice import Choice, length
 
-SOLVER = "general"
+SIX, SEVEN = "general", "general_given"
+"""The solvers of six joints, and of seven of which one is given."""
 SLOTS = 16
-OPERATIONS = 100_000
-"""Approximate count: 13,000 for the reflections of the equations, 17,000 for the matrix, 55,000 for
-its sixteen eigenvalues, 16,000 for the other joints and 6,000 for Newton's steps."""
-CALLS = ("ik_matrices", "fk_jacobian_mixed")
+MOST_JOINTS = 7
+"""Room for joints in the tables of the C."""
+OPERATIONS = 60_000
+"""Approximate count: 12,000 for the equations, 20,000 for the samples of the determinant, 10,000
+for its roots, and 18,000 for the other joints and Newton's steps."""
+CALLS = ("fk_jacobian_mixed",)
 
 
-def inverse(robot: Robot, split: Split) -> WrittenFunction:
+def inverse(robot: Robot, choice: Choice) -> WrittenFunction:
     """The function ``ik``: every solution of a pose, in sixteen slots.
 
-    Solutions come first, in the order of the suppressed joint; the other slots hold nearest
-    answers, from the real parts of complex roots. The margin of a solution is |det J| over the
-    product of the lengths of J's columns, with metres in parts of the arm's length: 0 where J is
-    singular and two solutions meet, at most 1. The margin of another slot is its negative residual.
+    Solutions come first, in the order of the suppressed joint; the other slots hold the nearest
+    answer where there is no solution, and a configuration that is none elsewhere. The margin of a
+    solution is |det J| over the product of the lengths of J's columns, with metres in parts of the
+    arm's length: 0 where J is singular and two solutions meet, at most 1. The margin of another
+    slot is its negative residual.
     """
-    n = len(robot.coordinates)
+    n, given = len(robot.coordinates), choice.given
     outputs = (
         Result("q", (), (SLOTS, n), "rad", "joint coordinates, one solution a row"),
         Result("residual", (), (SLOTS,), "m or rad", "distance of fk(q[k]) from the target"),
@@ -38,29 +42,49 @@ def inverse(robot: Robot, split: Split) -> WrittenFunction:
             "distance from a singularity; in a slot without a solution the negative residual",
         ),
     )
-    numbers = tables(robot, split)
-    suppressed = robot.coordinates[split.joints[2]].name
+    free = [joint for k, joint in enumerate(robot.moving) if k != given]
+    suppressed = free[choice.splits[0].joints[2]].name
     labels = tuple(f"number {k + 1} in the order of {suppressed}" for k in range(SLOTS))
     return WrittenFunction(
         "ik",
         f"Every solution of the inverse kinematics, in {SLOTS} slots, solutions first.",
         "fk(q[k]) = T wherever residual[k] is rounding",
-        (pose_argument(robot),),
+        (pose_argument(robot), *_given(robot, given)),
         outputs,
-        SOLVER,
-        (
-            split.joints,
-            tuple(map(float, signs(robot, split))),
-            float(numbers.length),
-            *(_table(values) for values in (numbers.right, numbers.own, numbers.back)),
-        ),
+        SIX if given is None else SEVEN,
+        _tables(robot, choice),
         CALLS,
         SLOTS,
         OPERATIONS,
-        role=Role("inverse", "pose", labels=labels),
+        role=Role("inverse", "pose", given=() if given is None else (given,), labels=labels),
     )
 
 
-def _table(values: Array) -> Table:
-    """Nested rows of doubles."""
-    return tuple(_table(row) if row.ndim else float(row.item()) for row in map(np.asarray, values))
+def _given(robot: Robot, given: int | None) -> tuple[Argument, ...]:
+    if given is None:
+        return ()
+    symbols = arguments_of([joint.unit for joint in robot.coordinates])["q"].symbols
+    return (given_argument(robot, given, symbols[given]),)
+
+
+def _tables(robot: Robot, choice: Choice) -> tuple[Table, ...]:
+    """The fields of ``chasles_general_arm`` behind the functions that it calls."""
+    constants = numbers(robot)
+    nothing = (0.0,) * 12
+    placed = tuple(_row(E) for E in constants)
+    directions = tuple(float(joint.direction) for joint in robot.moving)
+    unused = MOST_JOINTS - len(directions)
+    return (
+        len(directions),
+        -1 if choice.given is None else choice.given,
+        directions + (0.0,) * unused,
+        length(constants),
+        placed + (nothing,) * unused,
+        len(choice.splits),
+        tuple((split.joints, split.sense, split.halved) for split in choice.splits),
+    )
+
+
+def _row(E: Array) -> tuple[float, ...]:
+    """The first three rows of a placement."""
+    return tuple(map(float, E[:3].flat))

@@ -5,22 +5,25 @@ from ..setting.page import Page, sentence
 
 
 def general_arm(page: Page, general: GeneralInverse) -> str:
-    """The loop, the elimination and the eigenvalues, in the arm's own symbols.
+    """The loop, the elimination and the determinant, in the arm's own symbols.
 
     Args:
         page: The arm's page.
         general: Its inverse.
     """
-    split, count = general.split, general.function.branches
-    q = [page.tex(page.equations.notation.q[k]) for k in split.joints]
+    choice, count = general.choice, general.function.branches
+    split = choice.splits[0]
+    free = [tex for k, tex in enumerate(_angles(page)) if k != choice.given]
+    q = [free[k] for k in split.joints]
     turns = [rf"R({tex})" for tex in q]
     walked = "from the base to the tool" if split.sense > 0 else "from the tool to the base"
     loop = r"\, ".join(rf"{turn}\, C_{{{k}}}" for k, turn in enumerate(turns, 1))
     left = rf"{turns[2]}\, C_3\, {turns[3]}\, C_4\, {turns[4]}\, C_5\, \ell"
     right = rf"C_2^{{-1}} {turns[1]}^{{-1}} C_1^{{-1}} {turns[0]}^{{-1}} C_6^{{-1}} \ell"
+    half = q[4] if split.halved else q[3]
     return sentence(
-        "Its six revolute joints are solved as those of a general arm (Raghavan and Roth; Manocha"
-        r" and Canny). With $R(\theta)$ the rotation by $\theta$ about $z$, with the opposite sign"
+        f"{_given(page, general)} solved as those of a general arm (Raghavan and Roth)."
+        r" With $R(\theta)$ the rotation by $\theta$ about $z$, with the opposite sign"
         r" where the loop is followed against the joint, and $C_{i}$ the placements between the"
         f" joints, one of which contains the pose, the loop of arm and tool, followed {walked}, is",
         _centred(f"{loop} = I."),
@@ -31,12 +34,26 @@ def general_arm(page: Page, general: GeneralInverse) -> str:
         rf" the products $x$ of cosines and sines of ${q[3]}$ and ${q[4]}$ on the left and in the"
         rf" eight products $y$ of those of ${q[0]}$ and ${q[1]}$ on the right:"
         rf" $A y = B({q[2]})\, x$. Six combinations do not contain $y$. Times cosine and sine of"
-        rf" ${q[3]}/2$ they are twelve equations $M({q[2]})\, u = 0$ in as many unknowns; $\det M$"
-        rf" is a trigonometric polynomial of degree 8 in ${q[2]}$, whose {count} roots are the"
-        rf" eigenvalues of a matrix. For a real root, $u$ gives ${q[3]}$ and ${q[4]}$, then $y$"
+        rf" ${half}/2$ they are twelve equations $M({q[2]})\, u = 0$ in as many unknowns; $\det M$"
+        rf" is a trigonometric polynomial of degree 8 in ${q[2]}$, known from samples, with at most"
+        rf" {count} real roots. For each, $u$ gives ${q[3]}$ and ${q[4]}$, then $y$"
         rf" gives ${q[0]}$ and ${q[1]}$, and the loop gives ${q[5]}$. Newton steps on the pose"
         rf" refine it. There are at most {count} solutions.",
     )
+
+
+def _angles(page: Page) -> list[str]:
+    """The angles of all joints."""
+    return [page.tex(symbol) for symbol in page.equations.notation.q]
+
+
+def _given(page: Page, general: GeneralInverse) -> str:
+    """The joints that are solved for, as the subject of a sentence."""
+    given = general.choice.given
+    if given is None:
+        return "Its six revolute joints are"
+    tex = _angles(page)[given]
+    return rf"The angle ${tex}$ is given, so that it is part of a placement. The other joints are"
 
 
 def _centred(formula: str) -> str:

@@ -28,7 +28,8 @@ def test_every_robot_is_explained(name):
     if found.inverses is None:
         assert "The actuators follow from the main chain" in text
     else:
-        assert (found.most_solutions == 0) == (not found.inverses.functions)
+        there = found.inverses.functions or found.inverses.written
+        assert (found.most_solutions == 0) == (not there)
         no_structure = found.inverses.classification.found is None
         assert no_structure == ("No closed-form inverse: " in text)
         assert no_structure != ("Structure: " in text)
@@ -102,7 +103,7 @@ def test_mechanisms_tell_how_their_actuators_follow():
 
 def test_a_general_arm_says_so():
     text = str(explained("jaco2"))
-    assert "ik(T): at most 16 solutions in 16 slots, by the eigenvalues of a matrix." in text
+    assert "ik(T): at most 16 solutions in 16 slots, by the roots of a determinant." in text
     assert (
         "spherical wrist\n  axes joint_4, joint_5 and joint_6 pass through one point   37 mm"
         in (text)
