@@ -7,7 +7,7 @@ import argparse
 import sys
 
 from . import check, count, document
-from .accuracy import misses
+from .accuracy import losses, misses
 from .cases.poses import CASES
 from .measures import derivation
 from .peers.forward import absent
@@ -15,6 +15,8 @@ from .plans import FULL, QUICK, SECTIONS, without_slow_builds
 from .report import Plan, out, records, save, tables
 
 DERIVATION = "derivation"
+ARMS = 50
+"""Number of random arms, of which about a sixth have a structure."""
 
 
 def main() -> int:
@@ -26,6 +28,8 @@ def main() -> int:
         return count.run(options.write)
     if options.command == "misses":
         return misses.run(options.quick, options.robot)
+    if options.command == "losses":
+        return losses.run(options.arms, options.first)
     if options.quick:
         measure(without_slow_builds(QUICK), options.only, keep=False)
     else:
@@ -71,6 +75,9 @@ def _parser() -> argparse.ArgumentParser:
     )
     lost.add_argument("--quick", action="store_true", default=argparse.SUPPRESS, help="small sets")
     lost.add_argument("--robot", choices=[case.name for case in CASES], help="one robot")
+    arms = commands.add_parser("losses", help="poses that inverses of random arms lose")
+    arms.add_argument("--arms", type=int, default=ARMS, help="number of arms")
+    arms.add_argument("--first", type=int, default=0, help="number of the first arm")
     return parser
 
 

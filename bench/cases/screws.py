@@ -65,7 +65,11 @@ def _turned(columns: np.ndarray, axis: np.ndarray, angle: np.ndarray) -> np.ndar
 def screws(name: str) -> Screws:
     """The screws of a shipped robot's main chain, read from its description alone."""
     described = load(ROBOTS / f"{name}.toml")
-    chain = described if isinstance(described, Robot) else described.main_chain
+    return screws_of(described if isinstance(described, Robot) else described.main_chain)
+
+
+def screws_of(chain: Robot) -> Screws:
+    """The screws of a chain, from its placements alone."""
     values = {parameter.symbol: parameter.value for parameter in chain.parameters}
     frame, frames, moving = _placed(chain.base, values), [], []
     for joint in chain.joints:
