@@ -35,7 +35,7 @@ def by_tool_axis(
         return None
     lines = with_tool_axis(robot, classification.lines, stays=False)
     longer = of_lines(lines, families=families)
-    if longer.found is None or longer.tier != "exact":
+    if longer.found is None or longer.tier != "exact" or longer.found.given:
         return None
     still = with_tool_axis(robot, classification.lines, stays=True)
     solved = {"ik": pose_task(robot, still, longer.found)}

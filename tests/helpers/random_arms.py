@@ -15,6 +15,7 @@ import sympy as sp
 from bench.cases.poses import Case
 from bench.cases.screws import Screws, screws_of
 from bench.peers.inverse.interface import Answers
+from chasles.closed_form.refinement import Refinement
 from chasles.derive import Joint, Robot
 from chasles.derive.description.conventions import CONVENTIONS
 from chasles.derive.inverse.serial_inverse import Inverses, inverses
@@ -70,6 +71,19 @@ def _angle(draw: random.Random) -> sp.Expr:
     return sp.Rational(degrees, 180) * sp.pi
 
 
+class PoseAndJacobian:
+    """Pose and Jacobian of a chain by NumPy, in the form of the function of a robot."""
+
+    def __init__(self, screws: Screws) -> None:
+        """Takes the chain."""
+        self.screws = screws
+        self.inputs = (SimpleNamespace(shape=(len(screws.axes),)),)
+
+    def __call__(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(..., 4, 4) and (..., 6, n)."""
+        return self.screws.fk(q), jacobian(self.screws, q)
+
+
 @dataclass(frozen=True)
 class Derived(Case):
     """A serial robot and one of its inverses in CasADi, as a case of the benchmarks.
@@ -113,6 +127,16 @@ class Derived(Case):
         """The same, as the benchmarks take it."""
         found = self.found(q)
         return Answers(found.q, found.valid)
+
+    def refined(self, q: np.ndarray) -> Answers:
+        """The answers after the refinement of poses without a solution, as a robot gives them."""
+        found = self.found(q)
+        valid = found.valid
+        if self.function == "ik":
+            fixed = tuple(k for k in range(self.robot.n) if k not in self.solved)
+            refine = Refinement(PoseAndJacobian(self.screws), fixed)
+            refine((self.targets(q), *self.others(q)), found.q, found.residual, valid)
+        return Answers(found.q, valid)
 
     @property
     def still(self) -> tuple[int, ...]:

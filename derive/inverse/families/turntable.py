@@ -5,23 +5,26 @@ Four joints give the tool four freedoms, its position and its pitch in the plane
 turns it about an axis in that plane. For a pose that such an arm cannot reach these steps give a
 nearby pose, and the residual is the deviation from it.
 
-Most solutions: 4 for a pose; 8 for position and pitch, as the tool may point outward or inward.
+Most solutions: 4 for a pose, 2 with four joints; 8 for position and pitch, as the tool may point outward or inward.
 """
 
 import sympy as sp
 
 from ...model.robot import Robot
 from ...model.tolerances import TOOL_ON_AXIS
-from ...terms.vectors import Vector, combination, cross, subtracted
+from ...terms.vectors import Vector, added, combination, cross, dot, subtracted
+from ..steps.loop_of_three import negative
 from ..steps.plane import turn_to_plane
 from ..steps.target import Target
 from ..steps.triangle import remaining, triangle
+from ..steps.two_joints import EQUATIONS
 from ..steps.work import Work
 from ..structure.lines import Lines, home_of
 from ..structure.requirement import Requirement, across, parallel, revolute
 from ..subproblems.found import FoundTurn
 from ..subproblems.sp1 import sp1
 from ..subproblems.turns import CosSin, perpendicular, rotated
+from ..subproblems.two_lines import component, of_two_lines
 from ..tasks.partial_poses import (
     DIRECTION,
     PITCH,
@@ -53,7 +56,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     carried = fifth[0].p if fifth else target.home
     meaning = f"a point of axis {fifth[0].name}" if fifth else "the tool's origin"
     wanted = work.name_vector(("W", "V"), meaning, target.point(terms, carried))
-    U, q1 = _turned_to(work, lines, carried, wanted)
+    U, q1 = _turned_as(work, lines, carried, wanted, target)
     # 2. The parallel axes turn a direction that the last joint does not.
     e = fifth[0].h if fifth else _across(lines)
     v = rotated(terms, a1.h, q1.back, target.turned(terms, e))
@@ -68,6 +71,43 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         work.step(
             [axis], "subproblem 1", "the rest of the rotation", sp1(terms, axis.h, across_it, left)
         )
+
+
+def _turned_as(
+    work: Work, lines: Lines, carried: Vector, wanted: Vector, target: Target
+) -> tuple[Vector, CosSin]:
+    """:func:`_turned_to` where the tool's orientation determines the plane of the arm, too."""
+    terms, (a1, a2, *rest) = work.terms, lines.axes
+    V = subtracted(terms, wanted, a1.p)
+    if len(rest) == 2:  # noqa: PLR2004
+        reason = f"the other joints do not turn axis {a2.name}"
+        q1 = work.step([a1], "subproblem 1", reason, sp1(terms, a1.h, a2.h, target.turned(terms, a2.h)))
+    else:
+        # Joints 2 to 4 keep the angle between their axes and axis 5, and the height of a point
+        # of axis 5 along their axes.
+        last = rest[2]
+        height = dot(terms, a2.h, subtracted(terms, carried, a1.p))
+        leaning = dot(terms, a2.h, last.h)
+        q1 = work.step(
+            [a1],
+            EQUATIONS,
+            f"the other joints keep the height of a point of axis {last.name} along axis {a2.name}, "
+            "and the angle between both axes",
+            of_two_lines(
+                terms,
+                component(terms, a2.h, negative(a1.h), V, height),
+                component(
+                    terms,
+                    a2.h,
+                    negative(a1.h),
+                    target.turned(terms, last.h),
+                    leaning,
+                ),
+                work.sign(),
+            ),
+        )
+    seen = rotated(terms, a1.h, q1.back, V)
+    return added(terms, seen, subtracted(terms, a1.p, a2.p)), q1
 
 
 def _tool_is_free(robot: Robot, lines: Lines) -> bool:
