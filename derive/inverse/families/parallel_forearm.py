@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import sympy as sp
 from sympy.logic.boolalg import Boolean
 
-from ...model.tolerances import NEARLY_REAL
+from ...model.tolerances import NEARLY_REAL, SOLUTION_SEPARATION
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, added, cross, dot, subtracted
 from ..steps.elbow_in_reach import with_elbow_in_reach
@@ -26,7 +26,7 @@ from ..subproblems.found import FoundTurn
 from ..subproblems.quartic import select
 from ..subproblems.second_order import Expansion, step_on_parabola
 from ..subproblems.sp1 import sp1
-from ..subproblems.sp6 import advanced, chosen, sp6
+from ..subproblems.sp6 import advanced, algebraic, chosen
 from ..subproblems.turns import CosSin, any_across, perpendicular, rotated
 from .family import Family
 
@@ -60,7 +60,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     ]
     signs = work.sign(), work.sign()
     (A1, B1, b1), (A2, B2, b2) = rows
-    found = sp6(terms, (A1, A2), (B1, B2), (b1, b2), signs)
+    found = algebraic(terms, (A1, A2), (B1, B2), (b1, b2), signs, SOLUTION_SEPARATION)
     equation = TwoEllipses((A1, A2), (B1, B2), (b1, b2))
     q1, q5 = found.first, found.second
     exists = found.margin >= -NEARLY_REAL
