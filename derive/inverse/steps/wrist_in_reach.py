@@ -22,7 +22,7 @@ from .work import Work
 def with_wrist_in_reach(
     work: Work, lines: Lines, centre: Vector, position: Vector, target: Target
 ) -> None:
-    """Changes angles of joints 1 and 2 that the position of the wrist's centre does not determine.
+    """Changes angles of joints 1 to 3 that the position of the wrist's centre does not determine.
 
     Args:
         work: Holds joints 1 to 3.
@@ -42,6 +42,10 @@ def with_wrist_in_reach(
         wanted = target.turned(terms, a6.h)
         cosine = terms.let(dot(terms, a4.h, a5.h) * dot(terms, a5.h, a6.h))
         sign = sp.Integer(1)
+    if a3.turns:
+        seen = _turned(terms, work, (a1, a2), wanted, back=True)
+        lever = subtracted(terms, centre, a3.p)
+        _choose(work, a3, lever, sp4(terms, seen, a3.h, a4.h, cosine, sign).turn)
     if a1.turns and not a1.stays:
         later = _turned(terms, work, (a2, a3), a4.h)
         lever = subtracted(terms, position, a1.p)
@@ -60,6 +64,8 @@ def _is_straight(one: Axis, other: Axis) -> bool:
 def _choose(work: Work, axis: Axis, lever: Vector, best: CosSin) -> None:
     """Takes the better angle where the lever lies along the axis."""
     terms = work.terms
+    if all(map(terms.is_constant, lever)):
+        return
     across = perpendicular(terms, axis.h, lever)
     found = work.turns[axis.joint]
     is_free = dot(terms, across, across) <= terms.let(UNDETERMINED_TURN**2)
@@ -71,8 +77,8 @@ def _choose(work: Work, axis: Axis, lever: Vector, best: CosSin) -> None:
 def _turned(
     terms: Terms, work: Work, axes: tuple[Axis, ...], v: Vector, *, back: bool = False
 ) -> Vector:
-    """A direction turned by joints, the last first."""
-    for axis in axes[::-1]:
+    """A direction turned by joints from the last to the first, or turned back by them."""
+    for axis in axes if back else axes[::-1]:
         if axis.turns:
             turn = work.turns[axis.joint]
             v = rotated(terms, axis.h, turn.back if back else turn, v)
