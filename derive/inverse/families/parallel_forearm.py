@@ -11,9 +11,14 @@ from collections.abc import Sequence
 import sympy as sp
 from sympy.logic.boolalg import Boolean
 
-from ...model.tolerances import NEARLY_REAL, SOLUTION_SEPARATION
+from ...model.tolerances import (
+    NEARLY_REAL,
+    PARABOLA_STEP,
+    SOLUTION_SEPARATION,
+    UNDETERMINED_TURN,
+)
 from ...terms.terms import Terms
-from ...terms.vectors import Vector, added, cross, dot, subtracted
+from ...terms.vectors import Vector, added, combination, cross, dot, subtracted
 from ..steps.elbow_in_reach import with_elbow_in_reach
 from ..steps.loop_of_three import negative
 from ..steps.target import Target
@@ -66,6 +71,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     exists = found.margin >= -NEARLY_REAL
     for _ in range(STEPS):
         q1, q5 = _nearer(terms, lines, v, rows, (q1, q5), exists)
+    q1, q5 = _aligned(terms, lines, v, rows[0], (q1, q5))
     for axis, turn in ((a1, q1), (a5, q5)):
         work.step(
             [axis],
@@ -162,6 +168,35 @@ def _nearer(
     left = errors(*there)
     better = sp.And(exists, let(left[0] ** 2 + left[1] ** 2) < let(here[0] ** 2 + here[1] ** 2))
     return chosen(terms, better, there[0], q1), chosen(terms, better, there[1], q5)
+
+
+def _aligned(
+    terms: Terms, lines: Lines, v: Vector, row: Row, angles: tuple[CosSin, CosSin]
+) -> tuple[CosSin, CosSin]:
+    """The angles at which axis 6 is parallel to axes 2 to 4, if they solve both equations nearby.
+
+    Several solutions may meet there, which are then known to 1e-5 only, and the sum of angles 2 to
+    4 is free.
+    """
+    let, h = terms.let, lines.axes[1].h
+    a1, a5, a6 = lines.axes[0], lines.axes[4], lines.axes[5]
+    q1, q5 = angles
+    carried = rotated(terms, a5.h, q5, a6.h)
+    side = select(terms, dot(terms, h, carried) >= 0, sp.Integer(1), sp.Integer(-1))
+    along = combination(terms, (side,), (h,))
+    p1, p5 = sp1(terms, a1.h, along, v).turn, sp1(terms, a5.h, a6.h, along).turn
+    A, B, b = row
+    gap = let(A[0] * p1.s + A[1] * p1.c + B[0] * p5.s + B[1] * p5.c - b)
+    beside = [
+        perpendicular(terms, h, u)
+        for u in (rotated(terms, a1.h, p1.back, v), rotated(terms, a5.h, p5, a6.h))
+    ]
+    off = let(sum((dot(terms, u, u) for u in beside), let(gap**2)))
+    moved = let(
+        let(p1.c - q1.c) ** 2 + let(p1.s - q1.s) ** 2 + let(p5.c - q5.c) ** 2 + let(p5.s - q5.s) ** 2
+    )
+    solves = sp.And(off <= let(UNDETERMINED_TURN**2), moved <= let(PARABOLA_STEP**2))
+    return chosen(terms, solves, p1, q1), chosen(terms, solves, p5, q5)
 
 
 def _row(
