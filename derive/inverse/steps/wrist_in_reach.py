@@ -36,7 +36,7 @@ def with_wrist_in_reach(
     if a6.stays:
         # Axis 5 and axis 4 keep their angle.
         wanted, cosine, sign = target.turned(terms, a5.h), dot(terms, a4.h, a5.h), work.sign()
-    elif _is_straight(a4, a5) and _is_straight(a5, a6):
+    elif is_straight(a4, a5) and is_straight(a5, a6):
         return
     else:
         wanted = target.turned(terms, a6.h)
@@ -57,21 +57,25 @@ def with_wrist_in_reach(
         _choose(work, a2, lever, sp4(terms, seen, a2.h, later, cosine, sign).turn)
 
 
-def _is_straight(one: Axis, other: Axis) -> bool:
-    return abs(float(one.direction @ other.direction)) <= EXACT_STRUCTURE
-
-
 def _choose(work: Work, axis: Axis, lever: Vector, best: CosSin) -> None:
     """Takes the better angle where the lever lies along the axis."""
-    terms = work.terms
-    if all(map(terms.is_constant, lever)):
-        return
-    across = perpendicular(terms, axis.h, lever)
-    found = work.turns[axis.joint]
-    is_free = dot(terms, across, across) <= terms.let(UNDETERMINED_TURN**2)
-    work.turns[axis.joint] = CosSin(
-        select(terms, is_free, best.c, found.c), select(terms, is_free, best.s, found.s)
+    work.turns[axis.joint] = where_free(
+        work.terms, axis.h, lever, work.turns[axis.joint], best
     )
+
+
+def where_free(terms: Terms, k: Vector, lever: Vector, found: CosSin, best: CosSin) -> CosSin:
+    """The better turn where the lever lies along its axis k and is not moved, else the one found."""
+    if all(map(terms.is_constant, lever)):
+        return found
+    across = perpendicular(terms, k, lever)
+    is_free = dot(terms, across, across) <= terms.let(UNDETERMINED_TURN**2)
+    return CosSin(select(terms, is_free, best.c, found.c), select(terms, is_free, best.s, found.s))
+
+
+def is_straight(one: Axis, other: Axis) -> bool:
+    """Whether axes are at right angles."""
+    return abs(float(one.direction @ other.direction)) <= EXACT_STRUCTURE
 
 
 def _turned(
