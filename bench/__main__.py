@@ -7,7 +7,7 @@ import argparse
 import sys
 
 from . import check, count, document
-from .accuracy import field, misses
+from .accuracy import field, losses, misses
 from .cases.poses import CASES
 from .measures import derivation
 from .peers.forward import absent
@@ -15,6 +15,8 @@ from .plans import FULL, QUICK, SECTIONS, without_slow_builds
 from .report import Plan, out, records, save, tables
 
 DERIVATION = "derivation"
+ARMS = 50
+"""Number of random arms, of which about a sixth have a structure."""
 
 
 def main() -> int:
@@ -28,6 +30,8 @@ def main() -> int:
         return misses.run(options.quick, options.robot)
     if options.command == "field":
         return field.run(options.quick, options.arm)
+    if options.command == "losses":
+        return losses.run(options.arms, options.first)
     if options.quick:
         measure(without_slow_builds(QUICK), options.only, keep=False)
     else:
@@ -76,6 +80,9 @@ def _parser() -> argparse.ArgumentParser:
     met = commands.add_parser("field", help="arms of other makers' files, derived and judged")
     met.add_argument("--quick", action="store_true", default=argparse.SUPPRESS, help="small sets")
     met.add_argument("--arm", help="arms with this text in their names")
+    arms = commands.add_parser("losses", help="poses that inverses of random arms lose")
+    arms.add_argument("--arms", type=int, default=ARMS, help="number of arms")
+    arms.add_argument("--first", type=int, default=0, help="number of the first arm")
     return parser
 
 

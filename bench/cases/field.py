@@ -20,7 +20,7 @@ import chasles
 from chasles.derive import from_urdf
 
 from .poses import Case
-from .screws import Screws, of_description
+from .screws import Screws, screws_of
 
 CALIBRATION = Path(__file__).parents[2] / "tests" / "helpers" / "ur5_factory_calibration.json"
 UPRIGHT = 1e-9
@@ -97,7 +97,7 @@ class FieldCase(Case):
     @cached_property
     def screws(self) -> Screws:
         """The screws of the description that was derived, in which noise is gone."""
-        return of_description(from_urdf(self.folder.parent / f"{self.name}.urdf"))
+        return screws_of(from_urdf(self.folder.parent / f"{self.name}.urdf"))
 
     def has_value(self, name: str) -> bool:
         """Whether the value of an input of the inverse can be told of a configuration."""

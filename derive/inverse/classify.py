@@ -160,7 +160,7 @@ def _attempts(
 ) -> Iterable[Attempt]:
     for given in choices:
         left = lines.at_generic(given)
-        if not given and rank.of_chain(left) < len(left.axes) and len(left.axes) <= MOST_JOINTS:
+        if not given and rank.of_chain(left) < min(len(left.axes), MOST_JOINTS):
             continue
         for family in families:
             if len(left.axes) not in family.joints or (given and not family.behind_given):

@@ -6,7 +6,7 @@ chain of six revolute joints, or of seven of which one is given, as a general ar
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ..model.robot import Robot
 from ..terms.symbolic_function import SymbolicFunction, WrittenFunction
@@ -85,6 +85,9 @@ def _by_structure(
     if not found.is_whole:
         return Inverses(classification, solved)
     tasks = [task for task in found.family.tasks if task.applies(robot, lines)]
+    if not solved and not tasks:
+        reason = f"{found.title}, but the tool moves in fewer directions than its tasks ask for"
+        return Inverses(replace(classification, found=None, missing=reason), {})
     solved |= {task.name: task.solved(robot, lines) for task in tasks}
     return Inverses(classification, solved, found.family.functions(robot, lines))
 

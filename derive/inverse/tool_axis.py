@@ -33,11 +33,12 @@ def by_tool_axis(
     """
     if len(classification.lines.axes) != JOINTS:
         return None
-    lines = with_tool_axis(robot, classification.lines)
+    lines = with_tool_axis(robot, classification.lines, stays=False)
     longer = of_lines(lines, families=families)
-    if longer.found is None or longer.tier != "exact":
+    if longer.found is None or longer.tier != "exact" or longer.found.given:
         return None
-    solved = {"ik": pose_task(robot, lines, longer.found)}
+    still = with_tool_axis(robot, classification.lines, stays=True)
+    solved = {"ik": pose_task(robot, still, longer.found)}
     work = Work(lines.terms)
     solve_chain(work, lines, longer.found, target_of_direction(robot, lines.terms), {})
     solved["ik_position_direction"] = position_direction(robot, work)

@@ -116,6 +116,11 @@ UNDETERMINED_SUM = sp.Float("5e-10", 20)
 The sum of the angles 2 to 4 is then chosen to bring the elbow within reach, at the cost of an
 orientation error of no more than this.
 """
+UNDETERMINED_TURN = sp.Float("2e-10", 20)
+"""Metre: distance of a point from an axis up to which a turn about it counts as not moving it.
+
+The turn is then chosen for the joints behind it, which moves the point by twice this at most.
+"""
 DIRECTION_FLOOR = sp.Float("1e-150", 20)
 """Added to the first of two numbers whose direction is computed, and to divisors that may be 0.
 

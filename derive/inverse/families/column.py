@@ -10,16 +10,20 @@ Most solutions: 4, two of the orientation times two of the position.
 
 import numpy as np
 
-from ...terms.vectors import cross, dot, subtracted
+from ...model.tolerances import UNDETERMINED_SUM
+from ...terms.terms import Terms
+from ...terms.vectors import Vector, cross, dot, subtracted
 from ..steps.target import Target
 from ..steps.three_joints import two_slides
 from ..steps.work import Work
-from ..structure.lines import Lines
+from ..structure.lines import Axis, Lines
 from ..structure.requirement import Requirement, across, meeting, parallel, revolute
+from ..subproblems.found import FoundTurn
+from ..subproblems.quartic import select
 from ..subproblems.sp1 import sp1
 from ..subproblems.sp2 import sp2
 from ..subproblems.sp4 import sp4
-from ..subproblems.turns import composed, rotated
+from ..subproblems.turns import CosSin, composed, perpendicular, rotated
 from .family import Family
 
 
@@ -47,27 +51,36 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     a1, a2, a3, a4, a5, a6 = lines.axes
 
     # 1 to 3. The orientation, joints 1 and 4 as one.
-    q14, q5 = sp2(terms, a1.h, a5.h, a6.h, target.turned(terms, a6.h), work.sign())
+    centre = lines.meeting(4, 5)
+    meaning = "the common point of axes 5 and 6"
+    wanted = work.name_vector(("W", "V"), meaning, target.point(terms, centre))
+    reach = subtracted(terms, centre, a4.p)
+    v = target.turned(terms, a6.h)
+    found, _ = sp2(terms, a1.h, a5.h, a6.h, v, work.sign())
     q14_turn = work.step(
         [a1, a4],
         "subproblem 2",
         f"{a6.name} does not turn its own axis, and {a1.name} and {a4.name} turn it as one",
-        q14,
-        f"with axis {a6.name} along the column the sum is arbitrary and taken as 0",
+        _far_from_the_column(terms, a1, found, v, reach, subtracted(terms, wanted, a1.p)),
+        f"with axis {a6.name} along the column the sum is arbitrary; the one taken brings axis "
+        f"{a4.name} farthest from the column",
     )
-    work.step([a5], "subproblem 1", f"the rest of the rotation of axis {a6.name}", q5)
+    seen = rotated(terms, a1.h, q14_turn.back, v)
+    q5 = work.step(
+        [a5],
+        "subproblem 1",
+        f"the rest of the rotation of axis {a6.name}",
+        sp1(terms, a5.h, a6.h, seen),
+    )
     e = cross(terms, a6.h, a5.h)
     left = rotated(terms, a1.h, q14_turn.back, target.turned(terms, e))
-    left = rotated(terms, a5.h, q5.turn.back, left)
+    left = rotated(terms, a5.h, q5.back, left)
     work.step(
         [a6], "subproblem 1", "the rest of the rotation", sp1(terms, a6.h, e, left, sure=True)
     )
 
     # 4. The column turns the plane of the slides to the wanted position of the hand.
-    centre = lines.meeting(4, 5)
-    lever = rotated(terms, a1.h, q14_turn, subtracted(terms, centre, a4.p))
-    meaning = "the common point of axes 5 and 6"
-    wanted = work.name_vector(("W", "V"), meaning, target.point(terms, centre))
+    lever = rotated(terms, a1.h, q14_turn, reach)
     V = subtracted(terms, subtracted(terms, wanted, lever), a1.p)
     normal = cross(terms, a1.h, a2.h)
     d = dot(terms, normal, subtracted(terms, a4.p, a1.p))
@@ -87,6 +100,24 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     # 5, 6. The slides in their plane.
     way = subtracted(terms, rotated(terms, a1.h, q1.back, V), subtracted(terms, a4.p, a1.p))
     two_slides(work, a2, a3, way)
+
+
+def _far_from_the_column(
+    terms: Terms, column: Axis, found: FoundTurn, v: Vector, reach: Vector, W: Vector
+) -> FoundTurn:
+    """The turn of joints 1 and 4; where v does not determine it, the one best for the column.
+
+    The column turns the plane of its slides to axis 4, which therefore must not come too near.
+    """
+    x, y, z = W
+    best = sp1(terms, column.h, reach, (-x, -y, -z)).turn
+    across = perpendicular(terms, column.h, v)
+    is_determined = dot(terms, across, across) > terms.let(UNDETERMINED_SUM**2)
+    turn = CosSin(
+        select(terms, is_determined, found.turn.c, best.c),
+        select(terms, is_determined, found.turn.s, best.s),
+    )
+    return FoundTurn(turn, found.equation, found.sign, found.margin)
 
 
 COLUMN = Family(

@@ -5,14 +5,18 @@ Read from the tool, these are the arms whose axes 3, 4 and 5 meet. Most solution
 Source: Elias and Wen 2022, table 1 (three consecutive intersecting axes).
 """
 
-from ...terms.vectors import Vector, subtracted
+import sympy as sp
+
+from ...terms.vectors import Vector, added, dot, subtracted
 from ..steps.loop_of_three import loop_of_three, negative
 from ..steps.rotations import three_turns
 from ..steps.target import Target
 from ..steps.work import Work
+from ..steps.wrist_in_reach import is_straight, where_free
 from ..structure.lines import Lines
 from ..structure.requirement import Requirement, meeting, revolute
-from ..subproblems.turns import rotated
+from ..subproblems.sp4 import sp4
+from ..subproblems.turns import CosSin, rotated
 from .family import Family
 
 
@@ -42,6 +46,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         (negative(a5.h), subtracted(terms, S, a5.p)),
     )
     q1, q6, q5 = found
+    q6 = _with_centre_in_reach(lines, target, S, (q1, q6, q5))
+    found = q1, q6, q5
     for axis, turn in zip((a1, a6, a5), found, strict=True):
         work.turns[axis.joint] = turn
 
@@ -51,6 +57,31 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         return rotated(terms, a1.h, q1.back, target.turned(terms, v))
 
     three_turns(work, (a2, a3, a4), left)
+
+
+def _with_centre_in_reach(
+    lines: Lines, target: Target, S: Vector, turns: tuple[CosSin, CosSin, CosSin]
+) -> CosSin:
+    """The turn of joint 6; where it does not move the common point, the one best for joints 2 to 4.
+
+    These keep the angle of axis 4 with axis 2 within limits, unless axis 3 is at right angles to
+    both.
+    """
+    terms = lines.terms
+    a1, a2, a3, a4, a5, a6 = lines.axes
+    q1, q6, q5 = turns
+    if is_straight(a2, a3) and is_straight(a3, a4):
+        return q6
+    there = added(terms, a5.p, rotated(terms, a5.h, q5.back, subtracted(terms, S, a5.p)))
+    best = sp4(
+        terms,
+        target.reversed().turned(terms, rotated(terms, a1.h, q1, a2.h)),
+        negative(a6.h),
+        rotated(terms, a5.h, q5.back, a4.h),
+        terms.let(dot(terms, a2.h, a3.h) * dot(terms, a3.h, a4.h)),
+        sp.Integer(1),
+    )
+    return where_free(terms, a6.h, subtracted(terms, there, a6.p), q6, best.turn)
 
 
 INNER_CENTRE = Family("axes 2, 3 and 4 through one point", (6,), _requires, _solve)

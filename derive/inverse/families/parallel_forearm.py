@@ -6,10 +6,19 @@ these are two equations for angles 1 and 5 together, subproblem 6. Most solution
 Source: Elias and Wen 2022, 4.1 (2, 3, 4 parallel).
 """
 
-import sympy as sp
+from collections.abc import Sequence
 
+import sympy as sp
+from sympy.logic.boolalg import Boolean
+
+from ...model.tolerances import (
+    NEARLY_REAL,
+    PARABOLA_STEP,
+    SOLUTION_SEPARATION,
+    UNDETERMINED_TURN,
+)
 from ...terms.terms import Terms
-from ...terms.vectors import Vector, added, cross, dot, subtracted
+from ...terms.vectors import Vector, added, combination, cross, dot, subtracted
 from ..steps.elbow_in_reach import with_elbow_in_reach
 from ..steps.loop_of_three import negative
 from ..steps.target import Target
@@ -19,10 +28,15 @@ from ..structure.lines import Lines
 from ..structure.requirement import Requirement, askew, parallel, revolute
 from ..subproblems.equations import TwoEllipses
 from ..subproblems.found import FoundTurn
+from ..subproblems.quartic import select
+from ..subproblems.second_order import Expansion, step_on_parabola
 from ..subproblems.sp1 import sp1
-from ..subproblems.sp6 import sp6
-from ..subproblems.turns import any_across, perpendicular, rotated
+from ..subproblems.sp6 import advanced, algebraic, chosen
+from ..subproblems.turns import CosSin, any_across, perpendicular, rotated
 from .family import Family
+
+STEPS = 2
+"""Steps to second order from the roots of the quartic."""
 
 
 def _requires(lines: Lines) -> list[Requirement]:
@@ -51,16 +65,20 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     ]
     signs = work.sign(), work.sign()
     (A1, B1, b1), (A2, B2, b2) = rows
-    found = sp6(terms, (A1, A2), (B1, B2), (b1, b2), signs)
+    found = algebraic(terms, (A1, A2), (B1, B2), (b1, b2), signs, SOLUTION_SEPARATION)
     equation = TwoEllipses((A1, A2), (B1, B2), (b1, b2))
-    for axis, turn in ((a1, found.first), (a5, found.second)):
+    q1, q5 = found.first, found.second
+    exists = found.margin >= -NEARLY_REAL
+    for _ in range(STEPS):
+        q1, q5 = _nearer(terms, lines, v, rows, (q1, q5), exists)
+    q1, q5 = _aligned(terms, lines, v, rows[0], (q1, q5))
+    for axis, turn in ((a1, q1), (a5, q5)):
         work.step(
             [axis],
             "subproblem 6",
             "joints 2 to 4 change no component along their axes, of axis 6 or of a point of it",
             FoundTurn(turn, equation, signs[0], found.margin),
         )
-    q1, q5 = found.first, found.second
 
     # 3. Joints 2 to 4 turn axis 6 as one.
     U = added(terms, rotated(terms, a1.h, q1.back, W), subtracted(terms, a1.p, a2.p))
@@ -96,13 +114,98 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     remaining(work, (a2, a3, a4), q234)
 
 
+Row = tuple[tuple[sp.Expr, sp.Expr], tuple[sp.Expr, sp.Expr], sp.Expr]
+"""Coefficients of (sin, cos) of angles 1 and 5, and the right side."""
+
+
+def _nearer(
+    terms: Terms,
+    lines: Lines,
+    v: Vector,
+    rows: Sequence[Row],
+    angles: tuple[CosSin, CosSin],
+    exists: Boolean,
+) -> tuple[CosSin, CosSin]:
+    """Angles 1 and 5 nearer to the common root of both equations, if that makes the error smaller.
+
+    Where axis 6 is nearly parallel to axes 2 to 4, its component along them tells its direction to
+    1e-8 only. Its part across them tells it to all digits: two unit vectors with the components c
+    and c' have parts across with ``|p|^2 - |p'|^2 = (c' - c)(c' + c)``.
+    """
+    let, h = terms.let, lines.axes[1].h
+    a1, a5, a6 = lines.axes[0], lines.axes[4], lines.axes[5]
+
+    def errors(q1: CosSin, q5: CosSin) -> tuple[sp.Expr, sp.Expr]:
+        (A, B, b), _ = rows
+        first = let(A[0] * q1.s + A[1] * q1.c + B[0] * q5.s + B[1] * q5.c - b)
+        seen, carried = rotated(terms, a1.h, q1.back, v), rotated(terms, a5.h, q5, a6.h)
+        c, c_carried = dot(terms, h, seen), dot(terms, h, carried)
+        across, across_carried = (perpendicular(terms, h, u) for u in (seen, carried))
+        total = let(c + c_carried)
+        square = let(
+            dot(terms, across_carried, across_carried) - dot(terms, across, across)
+        )
+        near = sp.Abs(total) > 1
+        second = select(
+            terms, near, let(square / select(terms, near, total, sp.Integer(1))), let(c - c_carried)
+        )
+        return first, second
+
+    q1, q5 = angles
+    here = errors(q1, q5)
+    one, two = (
+        Expansion(
+            error,
+            let(A[0] * q1.c - A[1] * q1.s),
+            let(B[0] * q5.c - B[1] * q5.s),
+            let(-A[0] * q1.s - A[1] * q1.c),
+            let(-B[0] * q5.s - B[1] * q5.c),
+        )
+        for error, (A, B, _) in zip(here, rows, strict=True)
+    )
+    step1, step5 = step_on_parabola(terms, (one, two))
+    there = advanced(terms, q1, step1), advanced(terms, q5, step5)
+    left = errors(*there)
+    better = sp.And(exists, let(left[0] ** 2 + left[1] ** 2) < let(here[0] ** 2 + here[1] ** 2))
+    return chosen(terms, better, there[0], q1), chosen(terms, better, there[1], q5)
+
+
+def _aligned(
+    terms: Terms, lines: Lines, v: Vector, row: Row, angles: tuple[CosSin, CosSin]
+) -> tuple[CosSin, CosSin]:
+    """The angles at which axis 6 is parallel to axes 2 to 4, if they solve both equations nearby.
+
+    Several solutions may meet there, which are then known to 1e-5 only, and the sum of angles 2 to
+    4 is free.
+    """
+    let, h = terms.let, lines.axes[1].h
+    a1, a5, a6 = lines.axes[0], lines.axes[4], lines.axes[5]
+    q1, q5 = angles
+    carried = rotated(terms, a5.h, q5, a6.h)
+    side = select(terms, dot(terms, h, carried) >= 0, sp.Integer(1), sp.Integer(-1))
+    along = combination(terms, (side,), (h,))
+    p1, p5 = sp1(terms, a1.h, along, v).turn, sp1(terms, a5.h, a6.h, along).turn
+    A, B, b = row
+    gap = let(A[0] * p1.s + A[1] * p1.c + B[0] * p5.s + B[1] * p5.c - b)
+    beside = [
+        perpendicular(terms, h, u)
+        for u in (rotated(terms, a1.h, p1.back, v), rotated(terms, a5.h, p5, a6.h))
+    ]
+    off = let(sum((dot(terms, u, u) for u in beside), let(gap**2)))
+    moved = let(
+        let(p1.c - q1.c) ** 2 + let(p1.s - q1.s) ** 2 + let(p5.c - q5.c) ** 2 + let(p5.s - q5.s) ** 2
+    )
+    solves = sp.And(off <= let(UNDETERMINED_TURN**2), moved <= let(PARABOLA_STEP**2))
+    return chosen(terms, solves, p1, q1), chosen(terms, solves, p5, q5)
+
+
 def _row(
     terms: Terms,
     h: Vector,
     left: tuple[Vector, Vector],
     right: tuple[Vector, Vector],
     still: sp.Expr,
-) -> tuple[tuple[sp.Expr, sp.Expr], tuple[sp.Expr, sp.Expr], sp.Expr]:
+) -> Row:
     """``h . R(k1) p1 = still + h . R(k2) p2`` as coefficients of (sin, cos) and a right side."""
     (k1, p1), (k2, p2) = left, right
     along = [terms.let(dot(terms, h, k) * dot(terms, k, p)) for k, p in (left, right)]

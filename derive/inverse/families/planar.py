@@ -1,6 +1,6 @@
 """Parallel revolute axes, at most three, and perhaps a slide along them: planar arms and SCARAs.
 
-Most solutions: 2. For a pose out of the plane, and for a pose with another angle where the arm has
+Most solutions: 2, and 1 where only two joints turn. For a pose out of the plane, and for a pose with another angle where the arm has
 only two revolute joints, the answer is the nearest pose that these steps find.
 """
 
@@ -19,7 +19,7 @@ from ..structure.lines import Lines, home_of
 from ..structure.requirement import Requirement, parallel
 from ..subproblems.slides import slide_to_plane
 from ..subproblems.sp1 import sp1
-from ..subproblems.turns import CosSin, any_across
+from ..subproblems.turns import CosSin, any_across, rotated
 from ..tasks.partial_poses import POSITION, POSITION_ENTRIES, partial_pose, tool_origin
 from ..tasks.slots import larger, squares
 from ..tasks.task import InputLetter, Solved, Task, TaskInput
@@ -58,18 +58,28 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
                 "the other joints do not move the tool along their axes",
                 slide_to_plane(terms, first.h, axis.h, reach, d),
             )
-    # 2, 3. A triangle.
-    triangle(work, turning[0], turning[1], hand, W)
-    # 4. The angles sum up to the turn of the tool.
     if len(turning) == _MOST_TURNS:
-        e = any_across(terms, first.h)
-        total = work.step(
-            turning,
+        # 2, 3. A triangle.
+        triangle(work, turning[0], turning[1], hand, W)
+    # 4. The angles sum up to the turn of the tool.
+    e = any_across(terms, first.h)
+    total = work.step(
+        turning,
+        "subproblem 1",
+        "all turn the tool as one",
+        sp1(terms, first.h, e, target.turned(terms, e)),
+    )
+    if len(turning) == _LEAST_TURNS:
+        # 2. The tool's turn and position determine that of the elbow.
+        elbow = turning[1].p
+        fore = rotated(terms, first.h, total, subtracted(terms, hand, elbow))
+        work.step(
+            [first],
             "subproblem 1",
-            "all turn the tool as one",
-            sp1(terms, first.h, e, target.turned(terms, e)),
+            f"the wanted pose determines the position of axis {turning[1].name}",
+            sp1(terms, first.h, subtracted(terms, elbow, first.p), subtracted(terms, W, fore)),
         )
-        remaining(work, turning, total)
+    remaining(work, turning, total)
 
 
 def _lies_in_base_plane(robot: Robot, lines: Lines) -> bool:

@@ -9,9 +9,12 @@ Source: Pieper 1968; Elias and Wen 2022, 4.1.
 from ..steps import three_joints
 from ..steps.rotations import wrist
 from ..steps.target import Target
+from ..steps.two_joints import two_joints
 from ..steps.work import Work
+from ..steps.wrist_in_reach import with_wrist_in_reach
 from ..structure.lines import Lines
 from ..structure.requirement import Requirement, meeting, revolute
+from ..subproblems.turns import NO_TURN
 from .family import Family
 
 
@@ -27,11 +30,17 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     terms = work.terms
     # 1 to 3. The wrist does not move its centre.
     arm = _arm(lines)
-    case = three_joints.case_of(arm)
-    assert case is not None
-    centre = lines.meeting(5, 4)
+    centre = lines.meeting(3, 4) if lines.axes[5].stays else lines.meeting(5, 4)
     W = work.name_vector(("W", "V"), "the wrist's centre", target.point(terms, centre))
-    case.solve(work, arm, centre, W)
+    first, second, third = arm.axes
+    if first.stays:
+        work.turns[first.joint] = NO_TURN
+        two_joints(work, second, third, centre, W)
+    else:
+        case = three_joints.case_of(arm)
+        assert case is not None
+        case.solve(work, arm, centre, W)
+    with_wrist_in_reach(work, lines, centre, W, target)
     # 4 to 6. The rest of the rotation.
     wrist(work, lines, 3, target)
 

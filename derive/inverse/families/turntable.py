@@ -5,35 +5,49 @@ Four joints give the tool four freedoms, its position and its pitch in the plane
 turns it about an axis in that plane. For a pose that such an arm cannot reach these steps give a
 nearby pose, and the residual is the deviation from it.
 
-Most solutions: 4 for a pose; 8 for position and pitch, as the tool may point outward or inward.
+Most solutions: 4 for a pose, 2 with four joints; 8 for position and pitch, as the tool may point outward or inward.
 """
 
+import numpy as np
 import sympy as sp
+from numpy.typing import NDArray
 
 from ...model.robot import Robot
-from ...model.tolerances import TOOL_ON_AXIS
-from ...terms.vectors import Vector, combination, cross, subtracted
+from ...model.tolerances import OBLIQUE_AXES, TOOL_ON_AXIS
+from ...terms.symbolic_function import Argument
+from ...terms.terms import Terms
+from ...terms.vectors import Vector, added, combination, cross, dot, subtracted
+from ..steps.loop_of_three import negative
 from ..steps.plane import turn_to_plane
 from ..steps.target import Target
 from ..steps.triangle import remaining, triangle
+from ..steps.two_joints import EQUATIONS
 from ..steps.work import Work
-from ..structure.lines import Lines, home_of
+from ..structure.lines import Lines, home_of, numbers
 from ..structure.requirement import Requirement, across, parallel, revolute
 from ..subproblems.found import FoundTurn
+from ..subproblems.quartic import select
 from ..subproblems.sp1 import sp1
-from ..subproblems.turns import CosSin, perpendicular, rotated
+from ..subproblems.sp3 import sp3
+from ..subproblems.turns import NO_TURN, CosSin, perpendicular, rotated
+from ..subproblems.two_lines import component, of_two_lines
 from ..tasks.partial_poses import (
     DIRECTION,
     PITCH,
     POSITION,
-    POSITION_TASK,
+    POSITION_ENTRIES,
+    partial_pose,
     position_direction,
     position_pitch,
     tool_axis,
     tool_origin,
 )
-from ..tasks.task import Solved, Task
+from ..tasks.slots import squares
+from ..tasks.task import Solved, Task, TaskInput
 from .family import Family
+
+_ARM = 4
+"""Number of joints up to the last of the parallel axes."""
 
 
 def _requires(lines: Lines) -> list[Requirement]:
@@ -53,9 +67,12 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     carried = fifth[0].p if fifth else target.home
     meaning = f"a point of axis {fifth[0].name}" if fifth else "the tool's origin"
     wanted = work.name_vector(("W", "V"), meaning, target.point(terms, carried))
-    U, q1 = _turned_to(work, lines, carried, wanted)
-    # 2. The parallel axes turn a direction that the last joint does not.
     e = fifth[0].h if fifth else _across(lines)
+    if fifth:
+        U, q1 = _turned_as(work, lines, carried, wanted, e, target.turned(terms, e))
+    else:
+        U, q1 = _turned_with(work, lines, wanted, target)
+    # 2. The parallel axes turn a direction that the last joint does not.
     v = rotated(terms, a1.h, q1.back, target.turned(terms, e))
     q234 = _sum(work, lines, sp1(terms, a2.h, e, v), "the tool's direction in the arm's plane")
     # 3. A triangle.
@@ -70,19 +87,138 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         )
 
 
-def _tool_is_free(robot: Robot, lines: Lines) -> bool:
-    """Whether a fifth joint, if there is one, turns the tool about the tool's own axis."""
-    if len(lines.axes) <= 4:  # noqa: PLR2004
-        return True
-    axis = lines.axes[4]
-    matrix = home_of(robot, lines.terms)
-    home = [[float(lines.terms.value(e)) for e in row] for row in matrix.tolist()]
-    lever = [home[i][3] - axis.origin[i] for i in range(3)]
-    tool = [home[i][2] for i in range(3)]
-    h = axis.direction
-    off = [h[i - 2] * lever[i - 1] - h[i - 1] * lever[i - 2] for i in range(3)]
-    tilted = [h[i - 2] * tool[i - 1] - h[i - 1] * tool[i - 2] for i in range(3)]
-    return bool(max(map(abs, (*off, *tilted))) < TOOL_ON_AXIS)
+def _turned_as(
+    work: Work, lines: Lines, carried: Vector, wanted: Vector, before: Vector, after: Vector
+) -> tuple[Vector, CosSin]:
+    """:func:`_turned_to` where a direction that the tool carries determines the plane, too.
+
+    Joints 2 to 4 keep the angle between the direction and their axes.
+    """
+    terms, (a1, a2, *_) = work.terms, lines.axes
+    V = subtracted(terms, wanted, a1.p)
+    height = dot(terms, a2.h, subtracted(terms, carried, a1.p))
+    k = negative(a1.h)
+    q1 = work.step(
+        [a1],
+        EQUATIONS,
+        f"the other joints keep the height of the point along axis {a2.name}, and the angle of the "
+        "direction with this axis",
+        of_two_lines(
+            terms,
+            component(terms, a2.h, k, V, height),
+            component(terms, a2.h, k, after, dot(terms, a2.h, before)),
+            work.sign(),
+        ),
+    )
+    return _seen(work, lines, V, q1), q1
+
+
+def _turned_with(
+    work: Work, lines: Lines, wanted: Vector, target: Target
+) -> tuple[Vector, CosSin]:
+    """:func:`_turned_to` where the tool carries axis 2."""
+    terms, (a1, a2, *_) = work.terms, lines.axes
+    q1 = work.step(
+        [a1],
+        "subproblem 1",
+        f"the other joints do not turn axis {a2.name}",
+        sp1(terms, a1.h, a2.h, target.turned(terms, a2.h)),
+    )
+    return _seen(work, lines, subtracted(terms, wanted, a1.p), q1), q1
+
+
+def _seen(work: Work, lines: Lines, V: Vector, q1: CosSin) -> Vector:
+    """A position relative to axis 1, seen from axis 2 behind joint 1."""
+    terms, (a1, a2, *_) = work.terms, lines.axes
+    return added(terms, rotated(terms, a1.h, q1.back, V), subtracted(terms, a1.p, a2.p))
+
+
+def _keeps_position(robot: Robot, lines: Lines) -> bool:
+    """Whether a fifth joint, if there is one, leaves the tool's origin where it is."""
+    return len(lines.axes) <= _ARM or bool(_off(robot, lines, _ARM)[0] < TOOL_ON_AXIS)
+
+
+def _has_pitch(robot: Robot, lines: Lines) -> bool:
+    """Whether the tool's axis moves in the plane of the arm, about itself with a fifth joint."""
+    if len(lines.axes) > _ARM:
+        return max(_off(robot, lines, _ARM)) < TOOL_ON_AXIS
+    return abs(float(_home(robot, lines)[:3, 2] @ lines.axes[1].direction)) < TOOL_ON_AXIS
+
+
+def _has_direction(robot: Robot, lines: Lines) -> bool:
+    """Whether joints 2 to 4 turn the tool's axis, which a fifth joint turns about itself."""
+    if len(lines.axes) > _ARM:
+        return max(_off(robot, lines, _ARM)) < TOOL_ON_AXIS
+    return _off(robot, lines, 1)[1] > OBLIQUE_AXES
+
+
+def _off(robot: Robot, lines: Lines, k: int) -> tuple[float, float]:
+    """The distance of the tool's origin from an axis, and the sine between the tool's axis and it."""
+    axis, home = lines.axes[k], _home(robot, lines)
+    lever = np.cross(axis.direction, home[:3, 3] - axis.origin)
+    tilt = np.cross(axis.direction, home[:3, 2])
+    return float(np.linalg.norm(lever)), float(np.linalg.norm(tilt))
+
+
+def _home(robot: Robot, lines: Lines) -> NDArray[np.float64]:
+    return np.array([numbers(lines.terms, row) for row in home_of(robot, lines.terms).tolist()])
+
+
+def _with_position(robot: Robot, lines: Lines) -> Solved:
+    """The tool's position. Joint 4 stays at 0 where the others reach it, else it bends least."""
+    terms, (_, a2, a3, a4, *_) = lines.terms, lines.axes
+    work = Work(terms)
+    tool = tool_origin(robot, terms)
+    U, _ = _turned_to(work, lines, tool, POSITION)
+    hand = tool
+    if _off(robot, lines, _ARM - 1)[0] < TOOL_ON_AXIS:
+        work.turns[a4.joint] = NO_TURN
+    else:
+        lever = subtracted(terms, tool, a4.p)
+        bent = work.step(
+            [a4],
+            "subproblem 3",
+            "the hand's distance from the elbow has to fit the triangle",
+            _bent_least(terms, lines, lever, U),
+            "where the distance fits with this joint at 0, it stays there",
+        )
+        hand = added(terms, a4.p, rotated(terms, a4.h, bent, lever))
+    triangle(work, a2, a3, hand, U)
+    _leave(work, lines, _ARM)
+    meaning = "position of the tool in the base frame"
+    return partial_pose(
+        "ik_position",
+        robot,
+        work,
+        TaskInput(Argument("p", POSITION, (3,), "m", meaning), POSITION_ENTRIES),
+        lambda pose: terms.let(sp.sqrt(squares(terms, subtracted(terms, pose[1], POSITION)))),
+        "fk(q[k]) has its origin in p wherever residual[k] is rounding; a fifth joint is 0",
+    )
+
+
+def _bent_least(terms: Terms, lines: Lines, lever: Vector, U: Vector) -> FoundTurn:
+    """The turn of joint 4 nearest to 0 with which upper arm and forearm reach the position.
+
+    Shoulder, elbow and hand form a triangle where the hand's distance from the elbow lies between
+    difference and sum of the other two sides; the one nearest to that at 0 is taken.
+    """
+    let, (_, a2, a3, a4, *_) = terms.let, lines.axes
+    fore, hand, upper, way = (
+        perpendicular(terms, a2.h, v)
+        for v in (subtracted(terms, a4.p, a3.p), lever, subtracted(terms, a3.p, a2.p), U)
+    )
+    r, a, straight = (
+        let(sp.sqrt(dot(terms, v, v))) for v in (way, upper, added(terms, fore, hand))
+    )
+    least, most = let(sp.Abs(let(r - a))), let(r + a)
+    length = let(sp.Max(least, sp.Min(straight, most, evaluate=False), evaluate=False))
+    found = sp3(terms, a4.h, fore, hand, let(length**2), sp.Integer(1))
+    stays = sp.And(straight >= least, straight <= most)
+    turn = CosSin(
+        select(terms, stays, sp.Integer(1), found.turn.c),
+        select(terms, stays, sp.Integer(0), found.turn.s),
+    )
+    return FoundTurn(turn, found.equation)
 
 
 def _with_pitch(robot: Robot, lines: Lines) -> Solved:
@@ -100,7 +236,7 @@ def _with_pitch(robot: Robot, lines: Lines) -> Solved:
     found = FoundTurn(found.turn, found.equation, sign)
     q234 = _sum(work, lines, found, "the pitch, with the tool pointing outward or inward")
     _arm(work, lines, tool, U, q234)
-    _leave(work, lines, 4)
+    _leave(work, lines, _ARM)
     return position_pitch(robot, work, a1.h, pitch)
 
 
@@ -109,11 +245,11 @@ def _with_direction(robot: Robot, lines: Lines) -> Solved:
     terms, (a1, a2, *_) = lines.terms, lines.axes
     work = Work(terms)
     tool, axis = tool_origin(robot, terms), tool_axis(robot, terms)
-    U, q1 = _turned_to(work, lines, tool, POSITION)
+    U, q1 = _turned_as(work, lines, tool, POSITION, axis, DIRECTION)
     v = rotated(terms, a1.h, q1.back, DIRECTION)
     q234 = _sum(work, lines, sp1(terms, a2.h, axis, v), "the tool's direction in the arm's plane")
     _arm(work, lines, tool, U, q234)
-    _leave(work, lines, 4)
+    _leave(work, lines, _ARM)
     return position_direction(robot, work)
 
 
@@ -140,7 +276,7 @@ def _arm(work: Work, lines: Lines, carried: Vector, U: Vector, q234: CosSin) -> 
 def _leave(work: Work, lines: Lines, first: int) -> None:
     """Leaves joints that the task does not determine at 0."""
     for axis in lines.axes[first:]:
-        work.turns[axis.joint] = CosSin(sp.Integer(1), sp.Integer(0))
+        work.turns[axis.joint] = NO_TURN
 
 
 def _across(lines: Lines) -> Vector:
@@ -155,8 +291,8 @@ TURNTABLE = Family(
     _requires,
     _solve,
     tasks=(
-        POSITION_TASK,
-        Task("ik_position_pitch", _with_pitch, _tool_is_free),
-        Task("ik_position_direction", _with_direction, _tool_is_free),
+        Task("ik_position", _with_position, _keeps_position),
+        Task("ik_position_pitch", _with_pitch, _has_pitch),
+        Task("ik_position_direction", _with_direction, _has_direction),
     ),
 )

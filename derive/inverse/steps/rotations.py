@@ -6,7 +6,7 @@ from ...terms.vectors import Vector, cross
 from ..structure.lines import Axis, Lines
 from ..subproblems.sp1 import sp1
 from ..subproblems.sp2 import sp2
-from ..subproblems.turns import rotated
+from ..subproblems.turns import NO_TURN, rotated
 from .target import Target
 from .work import Work
 
@@ -42,6 +42,10 @@ def three_turns(
     """
     terms = work.terms
     a4, a5, a6 = axes
+    if a6.stays:
+        two_turns(work, (a4, a5), wanted)
+        work.turns[a6.joint] = NO_TURN
+        return
     q4, q5 = sp2(terms, a4.h, a5.h, a6.h, wanted(a6.h), work.sign())
     work.step(
         [a4],
@@ -63,6 +67,29 @@ def three_turns(
         "the rest of the rotation",
         sp1(terms, a6.h, e, left, sure=q4.margin is None),
     )
+
+
+def two_turns(work: Work, axes: tuple[Axis, Axis], wanted: Callable[[Vector], Vector]) -> None:
+    """Finds the two angles of a given rotation, ``R_4 R_5 = R``, a solution at most.
+
+    ``R_4 h_5 = R h_5`` is subproblem 1, and so is the rest. Neither is ever degenerate.
+
+    Args:
+        work: Gathers the steps.
+        axes: The two axes.
+        wanted: Rotates a direction by R.
+    """
+    terms = work.terms
+    a4, a5 = axes
+    q4 = work.step(
+        [a4],
+        "subproblem 1",
+        f"{a5.name} does not turn its own axis",
+        sp1(terms, a4.h, a5.h, wanted(a5.h)),
+    )
+    e = cross(terms, a5.h, a4.h)
+    left = rotated(terms, a4.h, q4.back, wanted(e))
+    work.step([a5], "subproblem 1", "the rest of the rotation", sp1(terms, a5.h, e, left))
 
 
 def _turned_back(work: Work, lines: Lines, count: int, v: Vector) -> Vector:

@@ -14,7 +14,7 @@ from ...model.tolerances import OBLIQUE_AXES
 from ...terms.terms import Terms
 from ...terms.vectors import ORIGIN, Vector, added, combination, dot, subtracted
 from ..structure.lines import Axis, Lines
-from ..structure.requirement import Requirement, across, meeting, parallel
+from ..structure.requirement import Requirement, across, askew, meeting, parallel
 from ..subproblems.slides import slide_to_plane, slide_to_sphere
 from ..subproblems.sp1 import sp1
 from ..subproblems.sp2 import sp2
@@ -22,6 +22,13 @@ from ..subproblems.sp3 import sp3, squared_across
 from ..subproblems.sp4 import sp4
 from ..subproblems.turns import perpendicular, rotated
 from .loop_of_three import loop_of_three, negative
+from .one_turn import (
+    rises,
+    slide_turn_slide,
+    turn_slide_parallel_turn,
+    turn_slide_turn,
+    turn_then_slides,
+)
 from .plane import turn_to_plane
 from .triangle import triangle
 from .work import Work
@@ -363,6 +370,49 @@ CASES = (
         4,
         lambda a: [meeting(a, 1, 2)],
         _slide_then_meeting,
+    ),
+    Case("rpp", "a turn and two slides", 2, lambda a: [rises(a)], turn_then_slides),
+    Case(
+        "prp",
+        "a turn between slides, the first along its axis",
+        2,
+        lambda a: [parallel(a, 0, 1), askew(a, 1, 2)],
+        slide_turn_slide,
+    ),
+    Case(
+        "prp",
+        "a turn between slides, the second along its axis",
+        2,
+        lambda a: [parallel(a, 1, 2), askew(a, 0, 1)],
+        slide_turn_slide,
+    ),
+    Case(
+        "prp",
+        "a turn between slides, the first across its axis",
+        2,
+        lambda a: [across(a, 0, 1), _oblique(a, 1, 2)],
+        slide_turn_slide,
+    ),
+    Case(
+        "prp",
+        "a turn between slides, the second across its axis",
+        2,
+        lambda a: [across(a, 1, 2), _oblique(a, 1, 0)],
+        slide_turn_slide,
+    ),
+    Case(
+        "rpr",
+        "parallel axes 1 and 3, a slide along them",
+        2,
+        lambda a: [parallel(a, 0, 2), _oblique(a, 0, 1)],
+        turn_slide_parallel_turn,
+    ),
+    Case(
+        "rpr",
+        "a slide across axis 1",
+        4,
+        lambda a: [across(a, 0, 1), askew(a, 0, 2)],
+        turn_slide_turn,
     ),
     Case("ppr", "two slides and a turn", 2, lambda a: [_turned_out(a)], _slides_then_turn),
     Case("ppp", "three slides", 1, lambda a: [_independent(a)], _three_slides),

@@ -46,6 +46,7 @@ class Axis:
         p: A point on it (metre); of a prismatic joint of no meaning.
         direction: h in numbers.
         origin: p in numbers.
+        stays: Whether the joint is none of the arm's, and its angle is 0.
     """
 
     joint: int
@@ -55,6 +56,7 @@ class Axis:
     p: Vector
     direction: NDArray[np.float64]
     origin: NDArray[np.float64]
+    stays: bool = False
 
     @property
     def turns(self) -> bool:
@@ -89,13 +91,19 @@ def home_of(robot: Robot, terms: Terms) -> sp.Matrix:
     return T
 
 
-def with_tool_axis(robot: Robot, lines: "Lines") -> "Lines":
-    """The chain with a further joint, which turns the tool about its own third axis."""
+def with_tool_axis(robot: Robot, lines: "Lines", *, stays: bool) -> "Lines":
+    """The chain with a further joint, which turns the tool about its own third axis.
+
+    Args:
+        robot: The description.
+        lines: Its axes.
+        stays: Whether the angle of the further joint is 0, or whatever the task leaves.
+    """
     terms = lines.terms
     _, ((_, _, h), origin) = _home_frames(robot, terms)
     joint = Joint("tool_axis", "revolute")
     axis = _axis(terms, len(lines.axes), joint, h, origin)
-    return replace(lines, axes=(*lines.axes, axis))
+    return replace(lines, axes=(*lines.axes, replace(axis, stays=stays)))
 
 
 def _home_frames(robot: Robot, terms: Terms) -> tuple[list[Frame], Frame]:

@@ -11,13 +11,39 @@ _POSTURES = 3
 
 def of_chain(lines: Lines) -> int:
     """The largest rank of the Jacobian over random postures."""
+    jacobians = (_jacobian(lines, q)[0] for q in _random_postures(lines))
+    return max(int(np.linalg.matrix_rank(J, tol=JACOBIAN_RANK)) for J in jacobians)
+
+
+def moves_in_space(lines: Lines, point: NDArray[np.float64]) -> bool:
+    """Whether a chain moves a point in three directions.
+
+    Args:
+        lines: The chain.
+        point: The point in the home pose (metre).
+    """
+    size = lines.length or 1.0
+    for q in _random_postures(lines):
+        J, R, t = _jacobian(lines, q)
+        there = R @ (point / size) + t
+        rates = J[:3] + np.cross(J[3:], there, axis=0)
+        if np.linalg.matrix_rank(rates, tol=JACOBIAN_RANK) == 3:  # noqa: PLR2004
+            return True
+    return False
+
+
+def _random_postures(lines: Lines) -> NDArray[np.float64]:
     rng = np.random.default_rng(0)
-    postures = rng.uniform(-np.pi, np.pi, (_POSTURES, len(lines.axes)))
-    return max(int(np.linalg.matrix_rank(_jacobian(lines, q), tol=JACOBIAN_RANK)) for q in postures)
+    return rng.uniform(-np.pi, np.pi, (_POSTURES, len(lines.axes)))
 
 
-def _jacobian(lines: Lines, q: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Screws (v; omega) of the axes in a posture; lengths in parts of the arm's."""
+def _jacobian(
+    lines: Lines, q: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Screws (v; omega) of the axes in a posture, and the displacement (R, t) of the last link.
+
+    Lengths are parts of the arm's.
+    """
     R, t = np.eye(3), np.zeros(3)
     size = lines.length or 1.0
     columns = []
@@ -32,7 +58,7 @@ def _jacobian(lines: Lines, q: NDArray[np.float64]) -> NDArray[np.float64]:
         else:
             columns.append(np.concatenate([h, np.zeros(3)]))
             t = t + h * value
-    return np.array(columns).T
+    return np.array(columns).T, R, t
 
 
 def rotation(k: NDArray[np.float64], angle: float) -> NDArray[np.float64]:

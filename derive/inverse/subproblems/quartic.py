@@ -91,6 +91,19 @@ class Conic:
     r: sp.Expr
 
 
+@dataclass(frozen=True)
+class Reference:
+    """What the labels of roots refer to where the polynomial's own circle turns or is mirrored.
+
+    Attributes:
+        along: A direction of the circle's plane; the roots on its side have the sign 1.
+        orientation: 1 or -1, the sense in which the angle phi counts.
+    """
+
+    along: tuple[sp.Expr, sp.Expr]
+    orientation: sp.Expr
+
+
 def select(terms: Terms, condition: Boolean, one: sp.Expr, other: sp.Expr) -> sp.Expr:
     """The first value, as a named term, where a condition holds; the second elsewhere."""
     if one == other:
@@ -105,6 +118,7 @@ def circle_roots(
     second: tuple[sp.Expr, sp.Expr],
     signs: tuple[sp.Symbol, sp.Symbol],
     separation: sp.Expr = ZERO,
+    reference: Reference | None = None,
 ) -> CirclePoint:
     """A root of ``a0 + first . (c, s) + second . (cos(2 phi), sin(2 phi))``.
 
@@ -113,11 +127,13 @@ def circle_roots(
         a0: Constant coefficient.
         first: Coefficients of cos(phi) and sin(phi).
         second: Coefficients of cos(2 phi) and sin(2 phi).
-        signs: Two symbols that stand for 1 or -1. The first chooses the line: 1 the line nearer to
-            the circle's centre. The second chooses the point on it. All four choices together give
-            all roots.
+        signs: Two symbols that stand for 1 or -1; all four choices together give all roots. The
+            second is opposite to the sign of the polynomial's derivative by the angle, and changes
+            for a root only where it meets another. The first tells two such roots apart, by their
+            side of the conic's axis.
         separation: The angle from their common point at which two roots are returned that are one
             up to rounding.
+        reference: A direction and a sense for the signs, where the circle's own ones jump.
     """
     conic, axis = _turned(terms, a0, first, second)
     t, slope, swap = _resolvent(terms, conic)
@@ -126,7 +142,12 @@ def circle_roots(
     p, t = select(terms, even, ZERO, p), select(terms, even, ZERO, t)
     q = select(terms, swap, -conic.p, conic.q)
     r = select(terms, swap, -conic.r, conic.r)
-    x, y, margin = _on_lines(terms, Conic(conic.g, p, q, r), t, signs, separation)
+    side, sense = signs[0], signs[1]
+    if reference is not None:
+        along = terms.let(axis.c * reference.along[0] + axis.s * reference.along[1])
+        side = terms.let(side * select(terms, along >= 0, ONE, -ONE))
+        sense = terms.let(sense * reference.orientation)
+    x, y, margin = _on_lines(terms, Conic(conic.g, p, q, r), t, swap, (side, sense), separation)
     point = CosSin(select(terms, swap, y, x), select(terms, swap, x, y))
     return CirclePoint(composed(terms, axis, point), margin)
 
@@ -209,7 +230,8 @@ def _on_lines(
     terms: Terms,
     conic: Conic,
     t: sp.Expr,
-    signs: tuple[sp.Symbol, sp.Symbol],
+    swap: Boolean,
+    signs: tuple[sp.Expr, sp.Expr],
     separation: sp.Expr,
 ) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
     """The point where a line of the pair meets the circle, and its margin."""
@@ -230,24 +252,34 @@ def _on_lines(
     )
     # The greater offset has the sign of p, and its line is alpha x - side beta y.
     positive = p >= 0
-    side = select(terms, positive, difference, -difference)
-    side = select(terms, side >= 0, ONE, -ONE)
+    of_p = select(terms, positive, ONE, -ONE)
+    of_q = select(terms, difference >= 0, ONE, -ONE)
+    side = let(of_p * of_q)
     spread = let(sp.Abs(difference))
     far = let(HALF * let(total + spread))
     w = let(sp.sqrt(let(2 * g)))
     near = select(
         terms, far > w, let(product / let(far + DIRECTION_FLOOR)), let(HALF * let(total - spread))
     )
-    is_near = signs[0] > 0
-    offset = select(terms, is_near, near, far)
-    other = select(terms, is_near, let(sp.Abs(far)), let(sp.Abs(near)))
+    # The lines meet outside the circle, and one of them is above the other within it, or beside the
+    # other. Which it is decides whether x or y of a root tells its line.
+    above = let(size * let(2 - t)) >= let(sp.Abs(q) * t)
+    by_y = select(terms, swap, select(terms, above, ONE, ZERO), select(terms, above, ZERO, ONE))
+    label = select(terms, by_y > HALF, let(signs[0] * signs[1]), signs[0])
+    label = select(terms, above, let(-label * of_q), let(label * of_p))
+    is_near = label > 0
+    offset, other = select(terms, is_near, near, far), select(terms, is_near, far, near)
     u = alpha
-    v = let(signs[0] * side * beta)
+    v = let(label * side * beta)
+    # The polynomial is the product of both lines, and changes its sign at a root as they do.
+    beyond = let(of_p * let(other + offset * let(1 - t)))
+    sense = let(signs[1] * select(terms, beyond >= 0, ONE, -ONE))
+    other = let(sp.Abs(other))
     size = let(sp.Abs(offset))
     short = let(w - size)
     xi2 = let(short * let(w + size))
     xi = let(
-        signs[1]
+        sense
         * select(terms, xi2 > let(2 * MEETING_ROOTS * g), sp.sqrt(xi2), let(separation * w))
     )
     offset = select(terms, positive, offset, -offset)

@@ -34,13 +34,13 @@ from ...model.tolerances import (
     DIRECTION_FLOOR,
     LOOP_DAMPING,
     NEARLY_REAL,
-    PARABOLA_STEP,
     SOLUTION_SEPARATION,
 )
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, added, combination, cross, dot, named, subtracted
 from .equations import Pair, Rows
 from .quartic import ONE, ZERO, select
+from .second_order import Expansion, step_on_parabola
 from .sp6 import Signs, advanced, algebraic, chosen
 from .turns import CosSin, direction, perpendicular, rotated
 
@@ -184,10 +184,7 @@ class _Loop:
         """The nearer root of both equations to second order, if it makes the gap smaller.
 
         With the parts v' and w' normal to k2 the equations are ``k2 . (v - w) = 0`` and ``(|v'|^2 -
-        |w'|^2) / (2 L) = 0``, whose digits are those of v' and w'. Call the equation of the greater
-        gradient g and the other h, n and m their gradients and G and H their Hessians by theta1 and
-        theta3. On the parabola ``-(g + tau^2 d . G d / 2) n/|n|^2 + tau d`` with ``d = (-n3,
-        n1)/|n|``, g vanishes to second order, and h is a quadratic in tau.
+        |w'|^2) / (2 L) = 0``, whose digits are those of v' and w'.
         """
         let = terms.let
         first, _, third = state.turns
@@ -199,29 +196,11 @@ class _Loop:
         of_v = self._expansion(terms, v_across, self.v, first, inverse)
         of_w = self._expansion(terms, w_across, self.w, third, inverse)
         equations = [
-            (value, a[0], -b[0], a[1], -b[1])
+            Expansion(value, a[0], -b[0], a[1], -b[1])
             for value, a, b in zip((along, let(half * across)), of_v, of_w, strict=True)
         ]
-        sizes = [let(n1**2 + n3**2) for _, n1, n3, _, _ in equations]
-        swap = sizes[1] > sizes[0]
-        g, n1, n3, G1, G3 = (select(terms, swap, b, a) for a, b in zip(*equations, strict=True))
-        h, m1, m3, H1, H3 = (select(terms, swap, a, b) for a, b in zip(*equations, strict=True))
-        n2 = let(select(terms, swap, sizes[1], sizes[0]) + DIRECTION_FLOOR)
-        d = direction(terms, -n3, n1)
-        ratio = let(let(m1 * n1 + m3 * n3) / n2)
-        bend = let(G1 * d.c**2 + G3 * d.s**2)
-        tau = _nearer_root(
-            terms,
-            let(H1 * d.c**2 + H3 * d.s**2 - ratio * bend),
-            let(m1 * d.c + m3 * d.s),
-            let(h - g * ratio),
-        )
-        off = let(let(g + bend * tau**2 / 2) / n2)
-        there = self.closed(
-            terms,
-            advanced(terms, first, let(tau * d.c - off * n1)),
-            advanced(terms, third, let(tau * d.s - off * n3)),
-        )
+        step1, step3 = step_on_parabola(terms, (equations[0], equations[1]))
+        there = self.closed(terms, advanced(terms, first, step1), advanced(terms, third, step3))
         return _smaller(terms, exists, there, state)
 
     def _expansion(
@@ -276,20 +255,6 @@ class _Loop:
             ),
         )
         return _smaller(terms, exists, there, state)
-
-
-def _nearer_root(terms: Terms, A: sp.Expr, B: sp.Expr, C: sp.Expr) -> sp.Expr:
-    """The root of ``A tau^2 / 2 + B tau + C`` nearer to 0; both roots' mean if not real."""
-    let = terms.let
-    square = let(B**2 - 2 * A * C)
-    root = let(sp.sqrt(sp.Max(ZERO, square, evaluate=False)))
-    real = square > 0
-    top = select(terms, real, let(2 * C), B)
-    bottom = select(
-        terms, real, let(B + select(terms, B >= 0, root, -root)), let(A + DIRECTION_FLOOR)
-    )
-    tau = let(-top / bottom)
-    return let(sp.Max(-PARABOLA_STEP, sp.Min(tau, PARABOLA_STEP, evaluate=False), evaluate=False))
 
 
 def _smaller(terms: Terms, exists: Boolean, new: _State, old: _State) -> _State:

@@ -14,6 +14,10 @@ singular, only that ``[A1 A2]`` has rank 2. X and N come from two of Householder
 Newton steps on the angles themselves follow, damped where the Jacobian is singular, each taken only
 if it makes the equations' error smaller.
 
+Labels: the second sign is that of the Jacobian's determinant, so that a solution keeps it until it
+meets another one. The first tells apart the two solutions with equal second sign. A cut cannot be
+avoided there, as a closed path may exchange these two; it changes on the cut alone.
+
 Boundary: where two of the solutions meet, the determinant of the Jacobian vanishes.
 
 Degenerate: where the rank of ``[A1 A2]`` is 1 there is a curve of solutions; those with
@@ -39,7 +43,7 @@ from ...model.tolerances import (
 )
 from ...terms.terms import Terms
 from .equations import Pair, Rows
-from .quartic import ONE, ZERO, circle_roots, select
+from .quartic import ONE, ZERO, Reference, circle_roots, select
 from .turns import CosSin, direction
 
 Signs = tuple[sp.Symbol, sp.Symbol]
@@ -90,7 +94,9 @@ def algebraic(
     Solutions that are one up to rounding are returned at the angle ``separation`` from it.
     """
     let = terms.let
-    X, N = _plane(terms, tuple((*one, *two) for one, two in zip(A1, A2, strict=True)), b)
+    X, N, orientation = _plane(
+        terms, tuple((*one, *two) for one, two in zip(A1, A2, strict=True)), b
+    )
     rho2 = let(2 - _dot(terms, X, X))
     rho = select(terms, rho2 > MEETING_ROOTS, sp.sqrt(rho2), separation)
     # Differences of squares of the first and of the second half of the columns.
@@ -98,6 +104,9 @@ def algebraic(
     X_X, X_n, X_m = (_difference(terms, X, column) for column in (X, n, m))
     n_n, n_m, m_m = _difference(terms, n, n), _difference(terms, n, m), _difference(terms, m, m)
     half = let(let(rho**2) / 2)
+    # This direction turns with the data, as the solutions do.
+    beside = -A1[0][1], A1[0][0], ZERO, ZERO
+    along = tuple(_dot(terms, beside, column) for column in N)
     root = circle_roots(
         terms,
         let(X_X + half * let(n_n + m_m)),
@@ -105,6 +114,7 @@ def algebraic(
         (let(half * let(n_n - m_m)), let(2 * half * n_m)),
         signs,
         separation,
+        Reference((along[0], along[1]), orientation),
     )
     z = let(rho * root.turn.c), let(rho * root.turn.s)
     s1, c1, s2, c2 = (let(x + z[0] * u + z[1] * v) for x, u, v in zip(X, n, m, strict=True))
@@ -115,8 +125,13 @@ def algebraic(
 Row = tuple[sp.Expr, ...]
 
 
-def _plane(terms: Terms, rows: tuple[Row, ...], b: Pair) -> tuple[Row, tuple[Row, Row]]:
-    """The point nearest to 0 and an orthonormal basis of the plane ``rows . (x1, x2) = b``."""
+def _plane(
+    terms: Terms, rows: tuple[Row, ...], b: Pair
+) -> tuple[Row, tuple[Row, Row], sp.Expr]:
+    """The plane ``rows . (x1, x2) = b``: its point nearest to 0, a basis, and the basis's sense.
+
+    The sense is the sign of the determinant of the two rows and the two orthonormal vectors.
+    """
     let = terms.let
     squares = tuple(_dot(terms, row, row) for row in rows)
     swap = squares[1] > squares[0]
@@ -144,7 +159,10 @@ def _plane(terms: Terms, rows: tuple[Row, ...], b: Pair) -> tuple[Row, tuple[Row
         first.applied(terms, (ZERO, *second.applied(terms, axis)))
         for axis in ((ZERO, ONE, ZERO), (ZERO, ZERO, ONE))
     )
-    return X, (n, m)
+    sense = select(terms, swap, -ONE, ONE)
+    for image in (first.image, second.image):
+        sense = terms.let(sense * select(terms, image >= 0, ONE, -ONE))
+    return X, (n, m), sense
 
 
 def _clipped(terms: Terms, value: sp.Expr) -> sp.Expr:

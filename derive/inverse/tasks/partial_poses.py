@@ -1,6 +1,7 @@
 """Tasks of arms that cannot reach every pose: position, position and pitch or direction."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import sympy as sp
 
@@ -12,7 +13,8 @@ from ...terms.vectors import Vector, combination, subtracted
 from ..steps.target import Target, of_pose
 from ..steps.three_joints import case_of
 from ..steps.work import Work
-from ..structure.lines import Lines, home_of
+from ..structure.lines import Lines, home_of, numbers
+from ..structure.rank import moves_in_space
 from ..subproblems.turns import NO_TURN, CosSin
 from .slots import POSE_SYMBOLS, branches, larger, squares, tool_of, values_of
 from .task import InputLetter, Solved, Task, TaskInput
@@ -92,7 +94,13 @@ def _by_three_joints(robot: Robot, lines: Lines) -> Solved:
     )
 
 
-POSITION_TASK = Task("ik_position", _by_three_joints)
+def _move_in_space(robot: Robot, lines: Lines) -> bool:
+    """Whether the first three joints move the tool's origin in three directions."""
+    column = home_of(robot, lines.terms)[:3, 3]
+    return moves_in_space(replace(lines, axes=lines.axes[:3]), numbers(lines.terms, column))
+
+
+POSITION_TASK = Task("ik_position", _by_three_joints, _move_in_space)
 
 
 def position_pitch(robot: Robot, work: Work, up: Vector, pitch: CosSin) -> Solved:

@@ -1,0 +1,173 @@
+"""Three joints with slides before, behind or between their turns that bring a point to a position.
+
+A turn changes neither the component of a point along its axis nor the distance from it. One of the
+slides is found by a plane or by a sphere, the other joints follow.
+"""
+
+import numpy as np
+import sympy as sp
+
+from ...model.tolerances import EXACT_STRUCTURE, OBLIQUE_AXES
+from ...terms.vectors import Vector, added, combination, dot, subtracted
+from ..structure.lines import Axis, Lines
+from ..structure.requirement import Requirement
+from ..subproblems.equations import LineAndSphere
+from ..subproblems.found import FoundLength
+from ..subproblems.slides import slide_to_plane, slide_to_sphere
+from ..subproblems.sp1 import sp1
+from ..subproblems.sp4 import sp4
+from ..subproblems.turns import perpendicular, rotated
+from .triangle import triangle
+from .work import Work
+
+_ONE = sp.Integer(1)
+
+
+def rises(lines: Lines) -> Requirement:
+    """That one of the slides 2 and 3 moves a point along axis 1, and both span a plane."""
+    a1, a2, a3 = (axis.direction for axis in lines.axes)
+    along = max(abs(float(a1 @ a2)), abs(float(a1 @ a3)))
+    spread = float(np.linalg.norm(np.cross(a2, a3)))
+    names = [axis.name for axis in lines.axes]
+    text = f"{names[1]} or {names[2]} moves along axis {names[0]}, and both in a plane"
+    return Requirement(text, np.inf if min(along, spread) < OBLIQUE_AXES else 0.0)
+
+
+def turn_then_slides(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+    """Finds ``exp(S_1 q_1) Trans(t_2 h_2 + t_3 h_3) C = W``, up to two triples."""
+    terms, (a1, a2, a3) = work.terms, lines.axes
+    up = [abs(float(a1.direction @ axis.direction)) for axis in (a2, a3)]
+    lift, other = (a2, a3) if up[0] > up[1] else (a3, a2)
+    u, c = subtracted(terms, W, a1.p), subtracted(terms, centre, a1.p)
+    # 1. The lift makes up for the height that the other slide gains: both together move the point
+    #    across axis 1, from the height that is wanted.
+    rate = dot(terms, a1.h, lift.h)
+    ratio = terms.let(-dot(terms, a1.h, other.h) / rate)
+    way = combination(terms, (_ONE, ratio), (other.h, lift.h))
+    height = terms.let(dot(terms, a1.h, subtracted(terms, u, c)) / rate)
+    length = _to_distance(
+        work, other, a1, way, combination(terms, (_ONE, height), (c, lift.h)), u
+    )
+    # 2. The lift.
+    reached = combination(terms, (_ONE, length), (c, other.h))
+    extended = _to_height(work, lift, a1, reached, u)
+    # 3. The turn.
+    _turn(work, a1, combination(terms, (_ONE, extended), (reached, lift.h)), u)
+
+
+def slide_turn_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+    """Finds ``Trans(t_1 h_1) exp(S_2 q_2) Trans(t_3 h_3) C = W``, up to two triples."""
+    terms, (a1, a2, a3) = work.terms, lines.axes
+    back = a1.reversed()
+    u, c = subtracted(terms, W, a2.p), subtracted(terms, centre, a2.p)
+    ways = [(a1, u, back, c), (a3, c, a3, u)]
+    # The slide that does not change the distance from the axis, or the only one that changes the
+    # height, is found by the height; the other by the distance.
+    first_by_height = _is_along(a1, a2) or _is_across(a3, a2)
+    (slide, own, sense, goal), (other, own2, sense2, goal2) = (
+        ways if first_by_height else ways[::-1]
+    )
+    if _is_along(slide, a2):
+        length = _to_distance(work, other, a2, sense2.h, own2, goal2)
+        there = combination(terms, (_ONE, length), (own2, sense2.h))
+        rise = _to_height(work, sense, a2, own, there)
+        here = combination(terms, (_ONE, rise), (own, sense.h))
+    else:
+        rise = _to_height(work, sense, a2, own, goal)
+        here = combination(terms, (_ONE, rise), (own, sense.h))
+        length = _to_distance(work, other, a2, sense2.h, own2, here)
+        there = combination(terms, (_ONE, length), (own2, sense2.h))
+    before, after = (there, here) if slide is a1 else (here, there)
+    _turn(work, a2, before, after)
+
+
+def turn_slide_parallel_turn(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+    """Finds two turns about parallel axes and a slide along them in between, up to two triples."""
+    terms, (a1, a2, a3) = work.terms, lines.axes
+    length = _to_height(work, a2, a1, centre, W)
+    by = combination(terms, (length,), (a2.h,))
+    moved = a3.moved(added(terms, a3.p, by), a3.origin)
+    triangle(work, a1, moved, added(terms, centre, by), subtracted(terms, W, a1.p))
+
+
+def turn_slide_turn(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+    """Finds two turns and a slide across the first axis in between, up to four triples."""
+    terms, (a1, a2, a3) = work.terms, lines.axes
+    # 1. Neither joint 1 nor the slide moves the centre along axis 1.
+    reach = subtracted(terms, centre, a3.p)
+    q3 = work.step(
+        [a3],
+        "subproblem 4",
+        f"{a1.name} and {a2.name} do not move the centre along axis {a1.name}",
+        sp4(
+            terms,
+            a1.h,
+            a3.h,
+            reach,
+            dot(terms, a1.h, subtracted(terms, W, a3.p)),
+            work.sign(),
+        ),
+    )
+    # 2. The slide. 3. The turn.
+    u = subtracted(terms, W, a1.p)
+    carried = added(terms, subtracted(terms, a3.p, a1.p), rotated(terms, a3.h, q3, reach))
+    length = _to_distance(work, a2, a1, a2.h, carried, u)
+    _turn(work, a1, combination(terms, (_ONE, length), (carried, a2.h)), u)
+
+
+def _is_along(slide: Axis, axis: Axis) -> bool:
+    tilt = np.linalg.norm(np.cross(slide.direction, axis.direction))
+    return float(tilt) <= EXACT_STRUCTURE
+
+
+def _is_across(slide: Axis, axis: Axis) -> bool:
+    return abs(float(slide.direction @ axis.direction)) <= EXACT_STRUCTURE
+
+
+def _to_height(work: Work, slide: Axis, axis: Axis, point: Vector, goal: Vector) -> sp.Expr:
+    """The slide that gives a point the height of another along an axis."""
+    terms = work.terms
+    return work.slide(
+        slide,
+        "a line meets a plane",
+        f"{axis.name} does not move the centre along its axis",
+        slide_to_plane(terms, axis.h, slide.h, point, dot(terms, axis.h, goal)),
+    )
+
+
+def _to_distance(
+    work: Work, slide: Axis, axis: Axis, way: Vector, point: Vector, goal: Vector
+) -> sp.Expr:
+    """The slide that gives a point the distance of another from an axis.
+
+    Args:
+        work: Gathers the step.
+        slide: The slide.
+        axis: The axis.
+        way: The displacement of the point by a unit of the slide.
+        point: Its position relative to the axis.
+        goal: The other point, relative to the axis.
+    """
+    terms = work.terms
+    across, beside, wanted = (perpendicular(terms, axis.h, v) for v in (way, point, goal))
+    inverse = terms.let(1 / terms.let(sp.sqrt(dot(terms, across, across))))
+    unit = combination(terms, (inverse,), (across,))
+    found = slide_to_sphere(terms, unit, beside, dot(terms, wanted, wanted), work.sign())
+    assert isinstance(found.equation, LineAndSphere)
+    equation = LineAndSphere(
+        terms.let(found.equation.linear * inverse),
+        terms.let(found.equation.constant * terms.let(inverse**2)),
+    )
+    scaled = FoundLength(terms.let(found.length * inverse), equation, found.sign, found.margin)
+    reason = f"{axis.name} keeps the centre's distance from its axis"
+    return work.slide(slide, "a line meets a sphere", reason, scaled)
+
+
+def _turn(work: Work, axis: Axis, before: Vector, after: Vector) -> None:
+    work.step(
+        [axis],
+        "subproblem 1",
+        "the rest of the way to the position",
+        sp1(work.terms, axis.h, before, after),
+        "with the centre on the axis the angle is arbitrary and taken as 0",
+    )

@@ -1,0 +1,97 @@
+"""The angles of an arm that its wrist's centre leaves undetermined.
+
+Where the centre lies on the axis of a joint, this joint does not move it. A wrist whose neighbouring
+axes are at right angles can turn the tool in any way, and any angle serves. Other wrists reach a
+part of all orientations: axis 4 and axis 6 keep an angle within limits. The angle is then chosen
+that brings it to the middle of these, or nearest.
+"""
+
+import sympy as sp
+
+from ...model.tolerances import EXACT_STRUCTURE, UNDETERMINED_TURN
+from ...terms.terms import Terms
+from ...terms.vectors import Vector, added, combination, dot, subtracted
+from ..structure.lines import Axis, Lines
+from ..subproblems.quartic import select
+from ..subproblems.sp4 import sp4
+from ..subproblems.turns import CosSin, perpendicular, rotated
+from .target import Target
+from .work import Work
+
+
+def with_wrist_in_reach(
+    work: Work, lines: Lines, centre: Vector, position: Vector, target: Target
+) -> None:
+    """Changes angles of joints 1 to 3 that the position of the wrist's centre does not determine.
+
+    Args:
+        work: Holds joints 1 to 3.
+        lines: The chain of six joints, the last three of which are the wrist.
+        centre: The wrist's centre in the home pose.
+        position: Its wanted position.
+        target: The displacement that the chain has to make.
+    """
+    a1, a2, a3, a4, a5, a6 = lines.axes
+    terms = work.terms
+    if a6.stays:
+        # Axis 5 and axis 4 keep their angle.
+        wanted, cosine, sign = target.turned(terms, a5.h), dot(terms, a4.h, a5.h), work.sign()
+    elif is_straight(a4, a5) and is_straight(a5, a6):
+        return
+    else:
+        wanted = target.turned(terms, a6.h)
+        cosine = terms.let(dot(terms, a4.h, a5.h) * dot(terms, a5.h, a6.h))
+        sign = sp.Integer(1)
+    if a3.turns:
+        seen = _turned(terms, work, (a1, a2), wanted, back=True)
+        lever = subtracted(terms, centre, a3.p)
+        _choose(work, a3, lever, sp4(terms, seen, a3.h, a4.h, cosine, sign).turn)
+    if a1.turns and not a1.stays:
+        later = _turned(terms, work, (a2, a3), a4.h)
+        lever = subtracted(terms, position, a1.p)
+        _choose(work, a1, lever, sp4(terms, wanted, a1.h, later, cosine, sign).turn)
+    if a2.turns:
+        seen = _turned(terms, work, (a1,), wanted, back=True)
+        later = _turned(terms, work, (a3,), a4.h)
+        lever = subtracted(terms, _moved(terms, work, a3, centre), a2.p)
+        _choose(work, a2, lever, sp4(terms, seen, a2.h, later, cosine, sign).turn)
+
+
+def _choose(work: Work, axis: Axis, lever: Vector, best: CosSin) -> None:
+    """Takes the better angle where the lever lies along the axis."""
+    work.turns[axis.joint] = where_free(
+        work.terms, axis.h, lever, work.turns[axis.joint], best
+    )
+
+
+def where_free(terms: Terms, k: Vector, lever: Vector, found: CosSin, best: CosSin) -> CosSin:
+    """The better turn where the lever lies along its axis k and is not moved, else the one found."""
+    if all(map(terms.is_constant, lever)):
+        return found
+    across = perpendicular(terms, k, lever)
+    is_free = dot(terms, across, across) <= terms.let(UNDETERMINED_TURN**2)
+    return CosSin(select(terms, is_free, best.c, found.c), select(terms, is_free, best.s, found.s))
+
+
+def is_straight(one: Axis, other: Axis) -> bool:
+    """Whether axes are at right angles."""
+    return abs(float(one.direction @ other.direction)) <= EXACT_STRUCTURE
+
+
+def _turned(
+    terms: Terms, work: Work, axes: tuple[Axis, ...], v: Vector, *, back: bool = False
+) -> Vector:
+    """A direction turned by joints from the last to the first, or turned back by them."""
+    for axis in axes if back else axes[::-1]:
+        if axis.turns:
+            turn = work.turns[axis.joint]
+            v = rotated(terms, axis.h, turn.back if back else turn, v)
+    return v
+
+
+def _moved(terms: Terms, work: Work, axis: Axis, point: Vector) -> Vector:
+    """A point moved by a joint."""
+    if not axis.turns:
+        return combination(terms, (sp.Integer(1), work.lengths[axis.joint]), (point, axis.h))
+    lever = subtracted(terms, point, axis.p)
+    return added(terms, axis.p, rotated(terms, axis.h, work.turns[axis.joint], lever))
