@@ -74,6 +74,10 @@ class Terms:
         """Whether an expression is a number that no parameter changes."""
         return bool(expression.free_symbols <= self._numbers)
 
+    def is_never_zero(self, expression: sp.Expr) -> bool:
+        """Whether an expression is a constant other than 0, at the default of every parameter."""
+        return self.is_constant(expression) and self.value(expression) != 0
+
     def cos_sin(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
         """Named cosine and sine of an angle; right angles in a sum are taken out exactly.
 
