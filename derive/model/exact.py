@@ -16,7 +16,9 @@ from fractions import Fraction
 import sympy as sp
 
 from .errors import RobotError
-from .tolerances import ANGLE_SNAP, EVALUATION_DIGITS, ROUNDING
+from .roots import angle_of, power, root
+from .tolerances import ANGLE_SNAP, ROUNDING
+from .values import NoValue, Values
 
 LONGEST_TEXT = 200
 LARGEST_EXPONENT = 12
@@ -24,14 +26,13 @@ LARGEST_MAGNITUDE = 30
 """Digits before the decimal point that a number may have: ``1e999999999`` is refused."""
 SMALLEST_MAGNITUDE = 400
 """Digits after the decimal point: exporters write ``1.2246467991473532e-16`` and smaller."""
-
 _FUNCTIONS: dict[str, tuple[Callable[..., sp.Expr], int]] = {
-    "sqrt": (sp.sqrt, 1),
+    "sqrt": (root, 1),
     "sin": (sp.sin, 1),
     "cos": (sp.cos, 1),
     "tan": (sp.tan, 1),
-    "atan": (sp.atan, 1),
-    "atan2": (sp.atan2, 2),
+    "atan": (lambda tangent: angle_of(tangent, sp.S.One), 1),
+    "atan2": (angle_of, 2),
 }
 _OPERATIONS: dict[type[ast.operator], Callable[[sp.Expr, sp.Expr], sp.Expr]] = {
     ast.Add: operator.add,
@@ -123,7 +124,7 @@ def is_zero(expression: sp.Expr) -> bool:
     """
     if expression.is_Rational or expression.free_symbols:
         return bool(expression == 0)
-    return bool(abs(expression.evalf(EVALUATION_DIGITS)) < ROUNDING)
+    return bool(abs(Values().of(expression)) < ROUNDING)
 
 
 def checked(expression: sp.Expr) -> sp.Expr:
@@ -137,10 +138,11 @@ def checked(expression: sp.Expr) -> sp.Expr:
     if expression.has(sp.I):
         raise NotExact("not a real number")
     if not expression.free_symbols:
-        value = expression if expression.is_Rational else expression.evalf(EVALUATION_DIGITS)
-        if not value.is_real:
-            raise NotExact("not a real number")
-        if abs(value) > 10**LARGEST_MAGNITUDE:
+        try:
+            value = Values().of(expression)
+        except NoValue as error:
+            raise NotExact(str(error)) from error
+        if not -(10**LARGEST_MAGNITUDE) <= value <= 10**LARGEST_MAGNITUDE:
             raise NotExact(f"larger than 1e{LARGEST_MAGNITUDE}")
     return expression
 
@@ -223,7 +225,7 @@ class _Reader:
             raise NotExact(f"an exponent must be a fraction of numbers up to {LARGEST_EXPONENT}")
         if base.is_Rational and max(abs(base.p), base.q) > 10**LARGEST_MAGNITUDE:
             raise NotExact("the power is too large")
-        return checked(base**exponent)
+        return checked(power(base, exponent))
 
     def _quotient(self, numerator: sp.Expr, denominator: sp.Expr) -> sp.Expr:
         if is_zero(denominator):

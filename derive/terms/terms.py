@@ -8,7 +8,9 @@ from collections.abc import Iterable, Mapping
 
 import sympy as sp
 
-from ..model.tolerances import EVALUATION_DIGITS, MEANT, ROUNDING
+from ..model.roots import is_short
+from ..model.tolerances import MEANT, ROUNDING
+from ..model.values import Values, to_digits
 
 TERM = "_t"
 CONSTANT = "_k"
@@ -35,22 +37,27 @@ class Terms:
         self.turning: dict[sp.Symbol, tuple[sp.Expr, sp.Expr]] = {}
         self._composed: dict[sp.Expr, tuple[sp.Expr, sp.Expr]] = {}
         self._names: dict[sp.Expr, sp.Expr] = {}
-        self._values: dict[sp.Symbol, sp.Expr] = {
-            symbol: value.evalf(EVALUATION_DIGITS) for symbol, value in self.parameters.items()
-        }
+        self._values = Values()
+        self._constant_symbols = set(self.parameters)
         self._numbers: set[sp.Symbol] = set()
+        for symbol, value in self.parameters.items():
+            self._values.know(symbol, self._values.of(value))
 
     def let(self, expression: sp.Expr) -> sp.Expr:
         """The name of an expression or the negative of a name; fractions and symbols are unnamed.
 
         An expression of numbers and parameters becomes a named constant. A number that equals 0, 1
         or -1 to 32 digits becomes that integer, which shows the structure of the chain; a constant
-        that depends on a parameter stays a constant.
+        that depends on a parameter stays a constant. A fraction of many digits becomes a constant
+        too, so that products of products do not grow.
+
+        Raises:
+            NoValue: A constant is not finite or not real.
         """
         known = self._names.get(expression)
         if known is not None:
             return known
-        if expression.is_Rational or expression.is_Symbol or (-expression).is_Symbol:
+        if is_short(expression) or expression.is_Symbol or (-expression).is_Symbol:
             return expression
         if self.is_constant(expression):
             return self._constant(expression)
@@ -62,13 +69,16 @@ class Terms:
         return self._name(expression)
 
     def value(self, expression: sp.Expr) -> sp.Expr:
-        """The value, to 40 digits, of an expression of parameters (at defaults) and constants."""
-        exact = expression.xreplace(self.parameters)
-        return exact.xreplace(self._values).evalf(EVALUATION_DIGITS)
+        """The value, to 40 digits, of an expression of parameters (at defaults) and constants.
+
+        Raises:
+            NoValue: It is not finite or not real, or contains other symbols.
+        """
+        return to_digits(self._values.of(expression))
 
     def is_constant(self, expression: sp.Expr) -> bool:
         """Whether an expression contains only numbers, parameters and constants."""
-        return bool(expression.free_symbols <= self._values.keys())
+        return bool(expression.free_symbols <= self._constant_symbols)
 
     def is_number(self, expression: sp.Expr) -> bool:
         """Whether an expression is a number that no parameter changes."""
@@ -189,21 +199,22 @@ class Terms:
         return symbol
 
     def _constant(self, expression: sp.Expr) -> sp.Expr:
-        value = self.value(expression)
+        value = self._values.of(expression)
         is_number = self.is_number(expression)
         if is_number:
             for integer in (0, 1, -1):
                 if abs(value - integer) < ROUNDING and not 0 < abs(value) < MEANT:
                     return sp.Integer(integer)
-        if value < 0:
-            return -self.let(-expression)
-        symbol = sp.Symbol(f"{CONSTANT}{len(self.constants) + 1}", real=True)
-        self.constants[symbol] = expression
-        self._values[symbol] = value
-        self._names[expression] = symbol
-        if is_number:
-            self._numbers.add(symbol)
-        return symbol
+        sign, positive = (-1, -expression) if value < 0 else (1, expression)
+        if positive not in self._names:
+            symbol = sp.Symbol(f"{CONSTANT}{len(self.constants) + 1}", real=True)
+            self.constants[symbol] = positive
+            self._values.know(symbol, self._values.of(positive))
+            self._names[positive] = symbol
+            self._constant_symbols.add(symbol)
+            if is_number:
+                self._numbers.add(symbol)
+        return sign * self._names[positive]
 
 
 def _negative(expression: sp.Expr) -> bool:
