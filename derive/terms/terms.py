@@ -4,7 +4,9 @@ Expressions built through a :class:`Terms` stay a few symbols long, however long
 terms get the same name, also up to sign, which is common subexpression elimination by construction.
 """
 
+import math
 from collections.abc import Iterable, Mapping
+from types import MappingProxyType
 
 import sympy as sp
 
@@ -15,6 +17,9 @@ from ..model.values import Values, to_digits
 TERM = "_t"
 CONSTANT = "_k"
 """First letters of the names of terms and of constants; no name in a robot file has them."""
+
+MANY = 10_000
+"""Number up to which the parts of a spelled expression are counted."""
 
 
 class Terms:
@@ -40,6 +45,8 @@ class Terms:
         self._values = Values()
         self._constant_symbols = set(self.parameters)
         self._numbers: set[sp.Symbol] = set()
+        self._addends: dict[sp.Symbol, int] = {}
+        self._sizes: dict[sp.Symbol, int] = {}
         for symbol, value in self.parameters.items():
             self._values.know(symbol, self._values.of(value))
 
@@ -140,16 +147,21 @@ class Terms:
             expression = expression.xreplace(self.constants)
         return expression
 
+    def addends(self, expression: sp.Expr) -> int:
+        """The most addends that an expression may have, spelled and expanded, or ``MANY``."""
+        return addends(expression, self._addends)
+
+    def size(self, expression: sp.Expr) -> int:
+        """The number of symbols and numbers in a spelled expression, or ``MANY``."""
+        return size(expression, self._sizes)
+
+    def constants_in(self, expression: sp.Expr) -> list[sp.Symbol]:
+        """The constants on which an expression depends, in the order of their definition."""
+        return _below(self.constants, [expression])
+
     def needed(self, expressions: Iterable[sp.Expr]) -> list[sp.Symbol]:
         """The terms on which expressions depend, in the order of their definition."""
-        found: set[sp.Symbol] = set()
-        waiting = [symbol for e in expressions for symbol in e.free_symbols]
-        while waiting:
-            symbol = waiting.pop()
-            if symbol in self.definitions and symbol not in found:
-                found.add(symbol)
-                waiting.extend(self.definitions[symbol].free_symbols)
-        return [symbol for symbol in self.definitions if symbol in found]
+        return _below(self.definitions, expressions)
 
     def _known_sum(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr] | None:
         """Cosine and sine of a sum, from a known sum that differs by a constant or a sign."""
@@ -209,12 +221,60 @@ class Terms:
         if positive not in self._names:
             symbol = sp.Symbol(f"{CONSTANT}{len(self.constants) + 1}", real=True)
             self.constants[symbol] = positive
+            self._addends[symbol] = self.addends(positive)
+            self._sizes[symbol] = self.size(positive)
             self._values.know(symbol, self._values.of(positive))
             self._names[positive] = symbol
             self._constant_symbols.add(symbol)
             if is_number:
                 self._numbers.add(symbol)
         return sign * self._names[positive]
+
+
+def _below(
+    definitions: Mapping[sp.Symbol, sp.Expr], expressions: Iterable[sp.Expr]
+) -> list[sp.Symbol]:
+    """The defined symbols on which expressions depend, in the order of their definition."""
+    found: set[sp.Symbol] = set()
+    waiting = [symbol for e in expressions for symbol in e.free_symbols]
+    while waiting:
+        symbol = waiting.pop()
+        if symbol in definitions and symbol not in found:
+            found.add(symbol)
+            waiting.extend(definitions[symbol].free_symbols)
+    return [symbol for symbol in definitions if symbol in found]
+
+
+def addends(expression: sp.Expr, known: Mapping[sp.Symbol, int] = MappingProxyType({})) -> int:
+    """The most addends that an expression may have once it is expanded, or ``MANY``.
+
+    Args:
+        expression: An expression.
+        known: The number of addends of symbols that stand for sums.
+    """
+    if expression.is_Symbol:
+        return known.get(expression, 1)
+    if expression.is_Add:
+        count = sum(addends(addend, known) for addend in expression.args)
+    elif expression.is_Mul:
+        count = math.prod(addends(factor, known) for factor in expression.args)
+    elif expression.is_Pow and expression.exp.is_Integer and expression.exp > 0:
+        count = addends(expression.base, known) ** int(expression.exp)
+    else:
+        count = 1
+    return min(count, MANY)
+
+
+def size(expression: sp.Expr, known: Mapping[sp.Symbol, int]) -> int:
+    """The number of symbols and numbers in an expression, or ``MANY``.
+
+    Args:
+        expression: An expression.
+        known: The sizes of symbols that stand for expressions.
+    """
+    if expression.is_Symbol:
+        return known.get(expression, 1)
+    return min(sum(size(part, known) for part in expression.args) or 1, MANY)
 
 
 def _negative(expression: sp.Expr) -> bool:

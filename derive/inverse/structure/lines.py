@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ...model.robot import Joint, JointKind, Placement, Robot, Rotation
 from ...model.tolerances import EXACT_STRUCTURE, MEASURED_STRUCTURE
-from ...terms.terms import Terms
+from ...terms.terms import Terms, addends
 from ...terms.vectors import (
     IDENTITY,
     ORIGIN,
@@ -30,6 +30,8 @@ from ...terms.vectors import (
 Frame = tuple[Basis, Vector]
 
 
+MOST_ADDENDS = 48
+"""Addends of a constant in parameters up to which it is written out to let equal ones cancel."""
 SOME_SLIDE = 0.6180339887
 """A slide (metre) in general position: axes that meet at this length meet at any."""
 
@@ -131,15 +133,23 @@ def _placed(terms: Terms, frame: Frame, placement: Placement) -> Frame:
 def _axis(terms: Terms, k: int, joint: Joint, h: Vector, p: Vector) -> Axis:
     """The axis through p, named by its point nearest to the base's origin."""
     h = named(terms, (_short(terms, component) for component in h))
-    along = sum((a * _short(terms, b) for a, b in zip(h, p, strict=True)), sp.Integer(0))
-    near = (sp.expand(_short(terms, b) - a * along) for a, b in zip(h, p, strict=True))
+    written = [_short(terms, component) for component in p]
+    along = _tidied(terms, sum((a * b for a, b in zip(h, written, strict=True)), sp.Integer(0)))
+    near = (_tidied(terms, b - a * along) for a, b in zip(h, written, strict=True))
     point = named(terms, near) if joint.kind != "prismatic" else ORIGIN
     return Axis(k, joint.name, joint.kind, h, point, numbers(terms, h), numbers(terms, point))
 
 
 def _short(terms: Terms, component: sp.Expr) -> sp.Expr:
-    """A constant in parameters, so that equal terms cancel; a number keeps its name."""
-    return component if terms.is_number(component) else sp.expand(terms.spelled(component))
+    """A constant in parameters, so that equal terms cancel; numbers and long ones keep names."""
+    if terms.is_number(component) or terms.addends(component) > MOST_ADDENDS:
+        return component
+    return sp.expand(terms.spelled(component))
+
+
+def _tidied(terms: Terms, component: sp.Expr) -> sp.Expr:
+    """A constant expanded, so that equal terms cancel, or by name where that would be long."""
+    return sp.expand(component) if addends(component) <= MOST_ADDENDS else terms.let(component)
 
 
 def numbers(terms: Terms, vector: Iterable[sp.Expr]) -> NDArray[np.float64]:
@@ -230,8 +240,12 @@ class Lines:
         h_i, h_j = (sp.Matrix(axis.h) for axis in (a, b))
         p_i, p_j = (sp.Matrix([_short(self.terms, e) for e in axis.p]) for axis in (a, b))
         normal = h_i.cross(h_j)
-        along = sp.expand((p_j - p_i).cross(h_j).dot(normal) / normal.dot(normal))
-        return named(self.terms, (p_i + along * h_i).applyfunc(sp.expand))
+        across = (p_j - p_i).applyfunc(self._tidied).cross(h_j).applyfunc(self._tidied)
+        along = self._tidied(across.dot(normal) / normal.dot(normal))
+        return named(self.terms, (p_i + along * h_i).applyfunc(self._tidied))
+
+    def _tidied(self, component: sp.Expr) -> sp.Expr:
+        return _tidied(self.terms, component)
 
     def sense(self, i: int, j: int) -> int:
         """1 where axis j has the direction of axis i, -1 where it has the opposite one."""
