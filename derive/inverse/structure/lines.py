@@ -30,7 +30,7 @@ from ...terms.vectors import (
 Frame = tuple[Basis, Vector]
 
 
-MOST_ADDENDS = 48
+MOST_ADDENDS = 16
 """Addends of a constant in parameters up to which it is written out to let equal ones cancel."""
 SOME_SLIDE = 0.6180339887
 """A slide (metre) in general position: axes that meet at this length meet at any."""
