@@ -17,10 +17,15 @@ import sympy as sp
 
 from .errors import RobotError
 from .roots import angle_of, power, root
+from .sizes import addends
 from .tolerances import ANGLE_SNAP, ROUNDING
 from .values import NoValue, Values
 
 LONGEST_TEXT = 200
+MOST_NESTED = 8
+"""Functions and powers inside each other: what SymPy asks of each doubles with every level."""
+MOST_ADDENDS = 200
+"""Addends of a text once its products are written out."""
 LARGEST_EXPONENT = 12
 LARGEST_MAGNITUDE = 30
 """Digits before the decimal point that a number may have: ``1e999999999`` is refused."""
@@ -80,7 +85,10 @@ def read(
     if not isinstance(value, str):
         kind = _KINDS.get(type(value), f"a {type(value).__name__}")
         raise NotExact(f"{kind} is no exact number")
-    return checked(_Reader(value, names or {}, angle_unit).read())
+    try:
+        return checked(_Reader(value, names or {}, angle_unit).read())
+    except NoValue as error:
+        raise NotExact(str(error)) from error
 
 
 def exact(value: object) -> sp.Expr:
@@ -180,7 +188,12 @@ class _Reader:
             tree = ast.parse(self.text, mode="eval")
         except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
             raise NotExact(f"not {EXPECTED}") from error
-        return self._expression(tree.body)
+        if _nesting(tree.body) > MOST_NESTED:
+            raise NotExact(f"more than {MOST_NESTED} functions and powers inside each other")
+        expression = self._expression(tree.body)
+        if addends(expression) > MOST_ADDENDS:
+            raise NotExact(f"more than {MOST_ADDENDS} addends once its products are written out")
+        return expression
 
     def _expression(self, node: ast.expr) -> sp.Expr:
         match node:
@@ -241,3 +254,21 @@ class _Reader:
             values = [value * self.angle_unit for value in values]
         result = function(*values)
         return checked(result / self.angle_unit if name in _TO_ANGLES else result)
+
+
+def _nesting(node: ast.expr) -> int:
+    """The largest number of functions and powers inside each other."""
+    deepest = max(map(_nesting, _operands(node)), default=0)
+    is_power = isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow)
+    return deepest + (is_power or isinstance(node, ast.Call))
+
+
+def _operands(node: ast.expr) -> Sequence[ast.expr]:
+    match node:
+        case ast.BinOp(left=left, right=right):
+            return left, right
+        case ast.UnaryOp(operand=operand):
+            return (operand,)
+        case ast.Call(args=args):
+            return args
+    return ()

@@ -4,6 +4,8 @@ A long decimal was rounded when it was written, so that an exact root of it says
 decimal does. SymPy would factor it, and its search for factors may take long or fail.
 """
 
+from collections.abc import Mapping
+
 import sympy as sp
 
 from .tolerances import WORKING_DIGITS
@@ -48,6 +50,22 @@ def angle_of(y: sp.Expr, x: sp.Expr) -> sp.Expr:
         return _decimal(angle)
     exact = sp.atan2(y, x)
     return _decimal(angle) if exact.has(sp.I) else exact
+
+
+def at(expression: sp.Expr, numbers: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
+    """An expression with numbers for its symbols; roots and angles are as those of this module.
+
+    Raises:
+        NoValue: A root of a long number is not real.
+    """
+    if expression.is_Symbol:
+        return numbers.get(expression, expression)
+    parts = [at(part, numbers) for part in expression.args]
+    if expression.is_Pow:
+        return power(*parts)
+    if isinstance(expression, sp.atan2 | sp.atan):
+        return angle_of(parts[0], parts[1] if len(parts) > 1 else sp.S.One)
+    return expression.func(*parts) if parts else expression
 
 
 def _has_short_numbers(expression: sp.Expr) -> bool:

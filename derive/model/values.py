@@ -4,7 +4,7 @@ SymPy's own evaluation raises its precision until a difference shows its digits,
 where the exact difference is zero. Here a sum that loses nearly all of its digits is zero.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import mpmath
 import sympy as sp
@@ -84,6 +84,18 @@ class Values:
             return bool(condition.func(_sign(_sum([left, -right])), 0))
         parts = [self._holds(part) for part in condition.args]
         return bool(condition.func(*parts))
+
+
+def value_at(expression: sp.Expr, numbers: Mapping[sp.Symbol, sp.Expr]) -> mpmath.mpf:
+    """The value of an expression with numbers for its symbols.
+
+    Raises:
+        NoValue: It is not finite or not real, or contains another symbol.
+    """
+    values = Values()
+    for symbol, number in numbers.items():
+        values.know(symbol, values.of(number))
+    return values.of(expression)
 
 
 def to_digits(value: mpmath.mpf) -> sp.Expr:

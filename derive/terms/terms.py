@@ -4,22 +4,18 @@ Expressions built through a :class:`Terms` stay a few symbols long, however long
 terms get the same name, also up to sign, which is common subexpression elimination by construction.
 """
 
-import math
 from collections.abc import Iterable, Mapping
-from types import MappingProxyType
 
 import sympy as sp
 
 from ..model.roots import is_short
+from ..model.sizes import addends, size
 from ..model.tolerances import MEANT, ROUNDING
 from ..model.values import Values, to_digits
 
 TERM = "_t"
 CONSTANT = "_k"
 """First letters of the names of terms and of constants; no name in a robot file has them."""
-
-MANY = 10_000
-"""Number up to which the parts of a spelled expression are counted."""
 
 
 class Terms:
@@ -148,11 +144,11 @@ class Terms:
         return expression
 
     def addends(self, expression: sp.Expr) -> int:
-        """The most addends that an expression may have, spelled and expanded, or ``MANY``."""
+        """The most addends that an expression may have, spelled and expanded; at most 10000."""
         return addends(expression, self._addends)
 
     def size(self, expression: sp.Expr) -> int:
-        """The number of symbols and numbers in a spelled expression, or ``MANY``."""
+        """The number of symbols and numbers in a spelled expression; at most 10000."""
         return size(expression, self._sizes)
 
     def constants_in(self, expression: sp.Expr) -> list[sp.Symbol]:
@@ -243,38 +239,6 @@ def _below(
             found.add(symbol)
             waiting.extend(definitions[symbol].free_symbols)
     return [symbol for symbol in definitions if symbol in found]
-
-
-def addends(expression: sp.Expr, known: Mapping[sp.Symbol, int] = MappingProxyType({})) -> int:
-    """The most addends that an expression may have once it is expanded, or ``MANY``.
-
-    Args:
-        expression: An expression.
-        known: The number of addends of symbols that stand for sums.
-    """
-    if expression.is_Symbol:
-        return known.get(expression, 1)
-    if expression.is_Add:
-        count = sum(addends(addend, known) for addend in expression.args)
-    elif expression.is_Mul:
-        count = math.prod(addends(factor, known) for factor in expression.args)
-    elif expression.is_Pow and expression.exp.is_Integer and expression.exp > 0:
-        count = addends(expression.base, known) ** int(expression.exp)
-    else:
-        count = 1
-    return min(count, MANY)
-
-
-def size(expression: sp.Expr, known: Mapping[sp.Symbol, int]) -> int:
-    """The number of symbols and numbers in an expression, or ``MANY``.
-
-    Args:
-        expression: An expression.
-        known: The sizes of symbols that stand for expressions.
-    """
-    if expression.is_Symbol:
-        return known.get(expression, 1)
-    return min(sum(size(part, known) for part in expression.args) or 1, MANY)
 
 
 def _negative(expression: sp.Expr) -> bool:

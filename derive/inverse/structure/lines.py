@@ -6,7 +6,7 @@ default values of all parameters; the inverse is then derived in exact expressio
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
 
 import numpy as np
@@ -14,8 +14,9 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from ...model.robot import Joint, JointKind, Placement, Robot, Rotation
+from ...model.sizes import addends
 from ...model.tolerances import EXACT_STRUCTURE, MEASURED_STRUCTURE
-from ...terms.terms import Terms, addends
+from ...terms.terms import Terms
 from ...terms.vectors import (
     IDENTITY,
     ORIGIN,
@@ -240,12 +241,10 @@ class Lines:
         h_i, h_j = (sp.Matrix(axis.h) for axis in (a, b))
         p_i, p_j = (sp.Matrix([_short(self.terms, e) for e in axis.p]) for axis in (a, b))
         normal = h_i.cross(h_j)
-        across = (p_j - p_i).applyfunc(self._tidied).cross(h_j).applyfunc(self._tidied)
-        along = self._tidied(across.dot(normal) / normal.dot(normal))
-        return named(self.terms, (p_i + along * h_i).applyfunc(self._tidied))
-
-    def _tidied(self, component: sp.Expr) -> sp.Expr:
-        return _tidied(self.terms, component)
+        tidied = partial(_tidied, self.terms)
+        across = (p_j - p_i).applyfunc(tidied).cross(h_j).applyfunc(tidied)
+        along = tidied(across.dot(normal) / normal.dot(normal))
+        return named(self.terms, (p_i + along * h_i).applyfunc(tidied))
 
     def sense(self, i: int, j: int) -> int:
         """1 where axis j has the direction of axis i, -1 where it has the opposite one."""

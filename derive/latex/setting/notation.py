@@ -10,8 +10,9 @@ from collections.abc import Mapping, Sequence
 import sympy as sp
 
 from ...model.robot import Placement, Robot, Rotation
+from ...model.sizes import size
 from ...model.tolerances import EVALUATION_DIGITS, RELIABLE_DIGITS
-from ...terms.terms import Terms, size
+from ...terms.terms import Terms
 from . import names
 
 Order = tuple[int, tuple[object, ...]]
