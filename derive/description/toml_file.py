@@ -20,7 +20,9 @@ from ..model.exact import RESERVED, NotExact, checked, read
 from ..model.kinds import ParameterKind
 from ..model.placements import Vector
 from ..model.robot import Parameter
+from ..model.roots import at
 from ..model.tolerances import LENGTH_SCALING
+from ..model.values import NoValue, value_at
 
 Keys = tuple[str | int, ...]
 """The path to a value in the file's table: names of tables and fields, indices in lists."""
@@ -239,14 +241,14 @@ class TomlFile:
             )
         try:
             checked(self.at_defaults(expression))
-        except NotExact as error:
+        except (NotExact, NoValue) as error:
             self.fail(keys, f"{KIND_WORDS[kind]} ({error} at the parameters' values)")
         return sp.expand_mul(expression)
 
     def at_defaults(self, expression: sp.Expr) -> sp.Expr:
         """An expression at the default values of the parameters."""
         symbols = sorted(expression.free_symbols, key=str)
-        return expression.xreplace({s: self.parameter(s.name).value for s in symbols})
+        return at(expression, {s: self.parameter(s.name).value for s in symbols})
 
     def check_degrees(self, keys: Keys, value: object, kind: ParameterKind) -> None:
         """Refuses pi in an angle in degrees, where it would mean 3.14 degrees."""
@@ -264,16 +266,15 @@ class TomlFile:
             s: sp.Rational(7919 + 1009 * k**2, 10007)
             for k, s in enumerate(sorted(expression.free_symbols, key=str))
         }
-        one, two, three = (
-            expression.xreplace(
-                {s: v * (t if s in lengths else 1) for s, v in point.items()}
-            ).evalf()
-            for t in (1, 2, 3)
-        )
-        change = two - one
-        bend = three - 2 * two + one
-        excess = bend if kind == "length" else change
-        return bool(excess.is_finite) and (abs(excess) < LENGTH_SCALING) is sp.true
+        try:
+            one, two, three = (
+                value_at(expression, {s: v * (t if s in lengths else 1) for s, v in point.items()})
+                for t in (1, 2, 3)
+            )
+        except NoValue:
+            return False
+        excess = three - 2 * two + one if kind == "length" else two - one
+        return bool(abs(excess) < LENGTH_SCALING)
 
     def literal(self, keys: Keys, default: int | None = None) -> sp.Expr:
         """A number without parameters, in the file's own units."""

@@ -16,22 +16,28 @@ from fractions import Fraction
 import sympy as sp
 
 from .errors import RobotError
-from .tolerances import ANGLE_SNAP, EVALUATION_DIGITS, ROUNDING
+from .roots import angle_of, power, root
+from .sizes import addends
+from .tolerances import ANGLE_SNAP, ROUNDING
+from .values import NoValue, Values
 
 LONGEST_TEXT = 200
+MOST_NESTED = 8
+"""Functions and powers inside each other: what SymPy asks of each doubles with every level."""
+MOST_ADDENDS = 200
+"""Addends of a text once its products are written out."""
 LARGEST_EXPONENT = 12
 LARGEST_MAGNITUDE = 30
 """Digits before the decimal point that a number may have: ``1e999999999`` is refused."""
 SMALLEST_MAGNITUDE = 400
 """Digits after the decimal point: exporters write ``1.2246467991473532e-16`` and smaller."""
-
 _FUNCTIONS: dict[str, tuple[Callable[..., sp.Expr], int]] = {
-    "sqrt": (sp.sqrt, 1),
+    "sqrt": (root, 1),
     "sin": (sp.sin, 1),
     "cos": (sp.cos, 1),
     "tan": (sp.tan, 1),
-    "atan": (sp.atan, 1),
-    "atan2": (sp.atan2, 2),
+    "atan": (lambda tangent: angle_of(tangent, sp.S.One), 1),
+    "atan2": (angle_of, 2),
 }
 _OPERATIONS: dict[type[ast.operator], Callable[[sp.Expr, sp.Expr], sp.Expr]] = {
     ast.Add: operator.add,
@@ -79,7 +85,10 @@ def read(
     if not isinstance(value, str):
         kind = _KINDS.get(type(value), f"a {type(value).__name__}")
         raise NotExact(f"{kind} is no exact number")
-    return checked(_Reader(value, names or {}, angle_unit).read())
+    try:
+        return checked(_Reader(value, names or {}, angle_unit).read())
+    except NoValue as error:
+        raise NotExact(str(error)) from error
 
 
 def exact(value: object) -> sp.Expr:
@@ -123,7 +132,7 @@ def is_zero(expression: sp.Expr) -> bool:
     """
     if expression.is_Rational or expression.free_symbols:
         return bool(expression == 0)
-    return bool(abs(expression.evalf(EVALUATION_DIGITS)) < ROUNDING)
+    return bool(abs(Values().of(expression)) < ROUNDING)
 
 
 def checked(expression: sp.Expr) -> sp.Expr:
@@ -137,10 +146,11 @@ def checked(expression: sp.Expr) -> sp.Expr:
     if expression.has(sp.I):
         raise NotExact("not a real number")
     if not expression.free_symbols:
-        value = expression if expression.is_Rational else expression.evalf(EVALUATION_DIGITS)
-        if not value.is_real:
-            raise NotExact("not a real number")
-        if abs(value) > 10**LARGEST_MAGNITUDE:
+        try:
+            value = Values().of(expression)
+        except NoValue as error:
+            raise NotExact(str(error)) from error
+        if not -(10**LARGEST_MAGNITUDE) <= value <= 10**LARGEST_MAGNITUDE:
             raise NotExact(f"larger than 1e{LARGEST_MAGNITUDE}")
     return expression
 
@@ -178,7 +188,12 @@ class _Reader:
             tree = ast.parse(self.text, mode="eval")
         except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
             raise NotExact(f"not {EXPECTED}") from error
-        return self._expression(tree.body)
+        if _nesting(tree.body) > MOST_NESTED:
+            raise NotExact(f"more than {MOST_NESTED} functions and powers inside each other")
+        expression = self._expression(tree.body)
+        if addends(expression) > MOST_ADDENDS:
+            raise NotExact(f"more than {MOST_ADDENDS} addends once its products are written out")
+        return expression
 
     def _expression(self, node: ast.expr) -> sp.Expr:
         match node:
@@ -223,7 +238,7 @@ class _Reader:
             raise NotExact(f"an exponent must be a fraction of numbers up to {LARGEST_EXPONENT}")
         if base.is_Rational and max(abs(base.p), base.q) > 10**LARGEST_MAGNITUDE:
             raise NotExact("the power is too large")
-        return checked(base**exponent)
+        return checked(power(base, exponent))
 
     def _quotient(self, numerator: sp.Expr, denominator: sp.Expr) -> sp.Expr:
         if is_zero(denominator):
@@ -239,3 +254,21 @@ class _Reader:
             values = [value * self.angle_unit for value in values]
         result = function(*values)
         return checked(result / self.angle_unit if name in _TO_ANGLES else result)
+
+
+def _nesting(node: ast.expr) -> int:
+    """The largest number of functions and powers inside each other."""
+    deepest = max(map(_nesting, _operands(node)), default=0)
+    is_power = isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow)
+    return deepest + (is_power or isinstance(node, ast.Call))
+
+
+def _operands(node: ast.expr) -> Sequence[ast.expr]:
+    match node:
+        case ast.BinOp(left=left, right=right):
+            return left, right
+        case ast.UnaryOp(operand=operand):
+            return (operand,)
+        case ast.Call(args=args):
+            return args
+    return ()

@@ -11,6 +11,7 @@ import sympy as sp
 
 from .errors import RobotError
 from .exact import exact, exact_vector, is_zero
+from .roots import angle_of, root
 
 Vector = tuple[sp.Expr, sp.Expr, sp.Expr]
 """Three components along the x, y and z axes of a frame."""
@@ -73,6 +74,8 @@ def from_xyz_rpy(xyz: Vector, rpy: Vector) -> Placement:
 def align_z(axis: Vector) -> Placement:
     """The rotations Rz(azimuth) Rx(tilt) that carry the z axis onto a direction of any length.
 
+    Where the ratios of its components have many digits, the angles are decimals of 60 digits.
+
     Raises:
         RobotError: The direction is zero or contains a parameter.
     """
@@ -83,8 +86,10 @@ def align_z(axis: Vector) -> Placement:
         if is_zero(z):
             raise RobotError("a joint's axis must not be the zero vector")
         return () if z > 0 else rotation("x", sp.pi)
-    tilt = sp.atan2(sp.sqrt(x**2 + y**2), z)
-    return rotation("z", sp.atan2(x, -y)) + rotation("x", tilt)
+    largest = max(x, y, z, key=lambda component: abs(float(component)))
+    x, y, z = (component / abs(largest) for component in axis)
+    tilt = angle_of(root(x**2 + y**2), z)
+    return rotation("z", angle_of(x, -y)) + rotation("x", tilt)
 
 
 def inverse(placement: Placement) -> Placement:

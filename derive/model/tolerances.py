@@ -12,6 +12,9 @@ import sympy as sp
 EVALUATION_DIGITS = 40
 """Decimal digits to which constants are evaluated: more than twice the 16 digits of a double, so
 that rounding does not decide comparisons with integers and multiples of pi."""
+WORKING_DIGITS = EVALUATION_DIGITS + 20
+"""Decimal digits with which constants are computed: chains of named constants lose a few, so that
+the 40 digits of each are right."""
 RELIABLE_DIGITS = EVALUATION_DIGITS - 8
 """Decimal digits of such a constant that are correct: rounding of the operations in it and
 cancellation between them may spoil the last eight."""

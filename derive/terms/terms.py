@@ -8,7 +8,10 @@ from collections.abc import Iterable, Mapping
 
 import sympy as sp
 
-from ..model.tolerances import EVALUATION_DIGITS, MEANT, ROUNDING
+from ..model.roots import is_short
+from ..model.sizes import addends, size
+from ..model.tolerances import MEANT, ROUNDING
+from ..model.values import Values, to_digits
 
 TERM = "_t"
 CONSTANT = "_k"
@@ -35,22 +38,29 @@ class Terms:
         self.turning: dict[sp.Symbol, tuple[sp.Expr, sp.Expr]] = {}
         self._composed: dict[sp.Expr, tuple[sp.Expr, sp.Expr]] = {}
         self._names: dict[sp.Expr, sp.Expr] = {}
-        self._values: dict[sp.Symbol, sp.Expr] = {
-            symbol: value.evalf(EVALUATION_DIGITS) for symbol, value in self.parameters.items()
-        }
+        self._values = Values()
+        self._constant_symbols = set(self.parameters)
         self._numbers: set[sp.Symbol] = set()
+        self._addends: dict[sp.Symbol, int] = {}
+        self._sizes: dict[sp.Symbol, int] = {}
+        for symbol, value in self.parameters.items():
+            self._values.know(symbol, self._values.of(value))
 
     def let(self, expression: sp.Expr) -> sp.Expr:
         """The name of an expression or the negative of a name; fractions and symbols are unnamed.
 
         An expression of numbers and parameters becomes a named constant. A number that equals 0, 1
         or -1 to 32 digits becomes that integer, which shows the structure of the chain; a constant
-        that depends on a parameter stays a constant.
+        that depends on a parameter stays a constant. A fraction of many digits becomes a constant
+        too, so that products of products do not grow.
+
+        Raises:
+            NoValue: A constant is not finite or not real.
         """
         known = self._names.get(expression)
         if known is not None:
             return known
-        if expression.is_Rational or expression.is_Symbol or (-expression).is_Symbol:
+        if is_short(expression) or expression.is_Symbol or (-expression).is_Symbol:
             return expression
         if self.is_constant(expression):
             return self._constant(expression)
@@ -62,17 +72,24 @@ class Terms:
         return self._name(expression)
 
     def value(self, expression: sp.Expr) -> sp.Expr:
-        """The value, to 40 digits, of an expression of parameters (at defaults) and constants."""
-        exact = expression.xreplace(self.parameters)
-        return exact.xreplace(self._values).evalf(EVALUATION_DIGITS)
+        """The value, to 40 digits, of an expression of parameters (at defaults) and constants.
+
+        Raises:
+            NoValue: It is not finite or not real, or contains other symbols.
+        """
+        return to_digits(self._values.of(expression))
 
     def is_constant(self, expression: sp.Expr) -> bool:
         """Whether an expression contains only numbers, parameters and constants."""
-        return bool(expression.free_symbols <= self._values.keys())
+        return bool(expression.free_symbols <= self._constant_symbols)
 
     def is_number(self, expression: sp.Expr) -> bool:
         """Whether an expression is a number that no parameter changes."""
         return bool(expression.free_symbols <= self._numbers)
+
+    def is_never_zero(self, expression: sp.Expr) -> bool:
+        """Whether an expression is a constant other than 0, at the default of every parameter."""
+        return self.is_constant(expression) and self.value(expression) != 0
 
     def cos_sin(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
         """Named cosine and sine of an angle; right angles in a sum are taken out exactly.
@@ -126,16 +143,21 @@ class Terms:
             expression = expression.xreplace(self.constants)
         return expression
 
+    def addends(self, expression: sp.Expr) -> int:
+        """The most addends that an expression may have, spelled and expanded; at most 10000."""
+        return addends(expression, self._addends)
+
+    def size(self, expression: sp.Expr) -> int:
+        """The number of symbols and numbers in a spelled expression; at most 10000."""
+        return size(expression, self._sizes)
+
+    def constants_in(self, expression: sp.Expr) -> list[sp.Symbol]:
+        """The constants on which an expression depends, in the order of their definition."""
+        return _below(self.constants, [expression])
+
     def needed(self, expressions: Iterable[sp.Expr]) -> list[sp.Symbol]:
         """The terms on which expressions depend, in the order of their definition."""
-        found: set[sp.Symbol] = set()
-        waiting = [symbol for e in expressions for symbol in e.free_symbols]
-        while waiting:
-            symbol = waiting.pop()
-            if symbol in self.definitions and symbol not in found:
-                found.add(symbol)
-                waiting.extend(self.definitions[symbol].free_symbols)
-        return [symbol for symbol in self.definitions if symbol in found]
+        return _below(self.definitions, expressions)
 
     def _known_sum(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr] | None:
         """Cosine and sine of a sum, from a known sum that differs by a constant or a sign."""
@@ -185,21 +207,38 @@ class Terms:
         return symbol
 
     def _constant(self, expression: sp.Expr) -> sp.Expr:
-        value = self.value(expression)
+        value = self._values.of(expression)
         is_number = self.is_number(expression)
         if is_number:
             for integer in (0, 1, -1):
                 if abs(value - integer) < ROUNDING and not 0 < abs(value) < MEANT:
                     return sp.Integer(integer)
-        if value < 0:
-            return -self.let(-expression)
-        symbol = sp.Symbol(f"{CONSTANT}{len(self.constants) + 1}", real=True)
-        self.constants[symbol] = expression
-        self._values[symbol] = value
-        self._names[expression] = symbol
-        if is_number:
-            self._numbers.add(symbol)
-        return symbol
+        sign, positive = (-1, -expression) if value < 0 else (1, expression)
+        if positive not in self._names:
+            symbol = sp.Symbol(f"{CONSTANT}{len(self.constants) + 1}", real=True)
+            self.constants[symbol] = positive
+            self._addends[symbol] = self.addends(positive)
+            self._sizes[symbol] = self.size(positive)
+            self._values.know(symbol, self._values.of(positive))
+            self._names[positive] = symbol
+            self._constant_symbols.add(symbol)
+            if is_number:
+                self._numbers.add(symbol)
+        return sign * self._names[positive]
+
+
+def _below(
+    definitions: Mapping[sp.Symbol, sp.Expr], expressions: Iterable[sp.Expr]
+) -> list[sp.Symbol]:
+    """The defined symbols on which expressions depend, in the order of their definition."""
+    found: set[sp.Symbol] = set()
+    waiting = [symbol for e in expressions for symbol in e.free_symbols]
+    while waiting:
+        symbol = waiting.pop()
+        if symbol in definitions and symbol not in found:
+            found.add(symbol)
+            waiting.extend(definitions[symbol].free_symbols)
+    return [symbol for symbol in definitions if symbol in found]
 
 
 def _negative(expression: sp.Expr) -> bool:

@@ -87,10 +87,25 @@ def tilted():
     return Robot("tilted", joints, base=rotation("x", tilt), parameters=parameters)
 
 
+def named_wrist():
+    """An arm with a wrist whose every angle and length has a name: constants that grow long."""
+    angles = {"alpha1": "-1.5708", "theta2": "-1.5708", "alpha3": "-1.5708", "alpha4": "1.5708"}
+    angles |= {"alpha5": "-1.5708", "theta6": "3.14159"}
+    lengths = {"d1": "0.29", "a2": "0.27", "a3": "0.07", "d4": "0.302", "d6": "0.072"}
+    parameters = [Parameter(name, R(value), "angle") for name, value in angles.items()]
+    parameters += [Parameter(name, R(value)) for name, value in lengths.items()]
+    joints = []
+    for k in range(1, 7):
+        given = {p.name[:-1]: p.symbol for p in parameters if p.name.endswith(str(k))}
+        joints.append(joint(f"j{k}", "dh", **given))
+    return Robot("named_wrist", tuple(joints), parameters=tuple(parameters))
+
+
 BUILT = {
     "awkward": awkward,
     "calibrated": calibrated,
     "tilted": tilted,
+    "named_wrist": named_wrist,
     "fourteen": lambda: parallel(14),
     **{f"random{k}": lambda k=k: random_chain(random.Random(k), 3 + k).robot() for k in range(6)},
 }

@@ -6,7 +6,7 @@ default values of all parameters; the inverse is then derived in exact expressio
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
 
 import numpy as np
@@ -14,6 +14,7 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from ...model.robot import Joint, JointKind, Placement, Robot, Rotation
+from ...model.sizes import addends
 from ...model.tolerances import EXACT_STRUCTURE, MEASURED_STRUCTURE
 from ...terms.terms import Terms
 from ...terms.vectors import (
@@ -30,6 +31,8 @@ from ...terms.vectors import (
 Frame = tuple[Basis, Vector]
 
 
+MOST_ADDENDS = 16
+"""Addends of a constant in parameters up to which it is written out to let equal ones cancel."""
 SOME_SLIDE = 0.6180339887
 """A slide (metre) in general position: axes that meet at this length meet at any."""
 
@@ -139,15 +142,23 @@ def _placed(terms: Terms, frame: Frame, placement: Placement) -> Frame:
 def _axis(terms: Terms, k: int, joint: Joint, h: Vector, p: Vector) -> Axis:
     """The axis through p, named by its point nearest to the base's origin."""
     h = named(terms, (_short(terms, component) for component in h))
-    along = sum((a * _short(terms, b) for a, b in zip(h, p, strict=True)), sp.Integer(0))
-    near = (sp.expand(_short(terms, b) - a * along) for a, b in zip(h, p, strict=True))
+    written = [_short(terms, component) for component in p]
+    along = _tidied(terms, sum((a * b for a, b in zip(h, written, strict=True)), sp.Integer(0)))
+    near = (_tidied(terms, b - a * along) for a, b in zip(h, written, strict=True))
     point = named(terms, near) if joint.kind != "prismatic" else ORIGIN
     return Axis(k, joint.name, joint.kind, h, point, numbers(terms, h), numbers(terms, point))
 
 
 def _short(terms: Terms, component: sp.Expr) -> sp.Expr:
-    """A constant in parameters, so that equal terms cancel; a number keeps its name."""
-    return component if terms.is_number(component) else sp.expand(terms.spelled(component))
+    """A constant in parameters, so that equal terms cancel; numbers and long ones keep names."""
+    if terms.is_number(component) or terms.addends(component) > MOST_ADDENDS:
+        return component
+    return sp.expand(terms.spelled(component))
+
+
+def _tidied(terms: Terms, component: sp.Expr) -> sp.Expr:
+    """A constant expanded, so that equal terms cancel, or by name where that would be long."""
+    return sp.expand(component) if addends(component) <= MOST_ADDENDS else terms.let(component)
 
 
 def numbers(terms: Terms, vector: Iterable[sp.Expr]) -> NDArray[np.float64]:
@@ -238,8 +249,10 @@ class Lines:
         h_i, h_j = (sp.Matrix(axis.h) for axis in (a, b))
         p_i, p_j = (sp.Matrix([_short(self.terms, e) for e in axis.p]) for axis in (a, b))
         normal = h_i.cross(h_j)
-        along = sp.expand((p_j - p_i).cross(h_j).dot(normal) / normal.dot(normal))
-        return named(self.terms, (p_i + along * h_i).applyfunc(sp.expand))
+        tidied = partial(_tidied, self.terms)
+        across = (p_j - p_i).applyfunc(tidied).cross(h_j).applyfunc(tidied)
+        along = tidied(across.dot(normal) / normal.dot(normal))
+        return named(self.terms, (p_i + along * h_i).applyfunc(tidied))
 
     def sense(self, i: int, j: int) -> int:
         """1 where axis j has the direction of axis i, -1 where it has the opposite one."""

@@ -55,7 +55,7 @@ def direction_of(
 ) -> tuple[CosSin, sp.Expr, sp.Expr]:
     """:func:`direction`, the square of the vector's length and the inverse of the length."""
     x, y = terms.let(x), terms.let(y)
-    if not sure and (x == 0 or not terms.is_constant(x)):
+    if not sure and not (terms.is_never_zero(x) or terms.is_never_zero(y)):
         x = terms.let(x + DIRECTION_FLOOR)
     squared = terms.let(x**2 + y**2)
     inverse = terms.let(1 / terms.let(sp.sqrt(squared)))

@@ -171,10 +171,10 @@ def constant_angles(notation: Notation) -> list[sp.Symbol]:
 def constant_table(notation: Notation, printer: Printer) -> str:
     """The named constants, exact and as decimals."""
     rows = []
+    values = notation.values()
     for symbol in notation.constants:
-        meaning = notation.meanings[symbol]
-        exact = printer.tex(meaning)
-        rounded = f"${decimal(notation.terms.value(meaning))}$"
+        exact = printer.tex(notation.meanings[symbol])
+        rounded = f"${decimal(values[symbol])}$"
         rows.append((_math(printer, symbol), f"${exact}$" if _is_exact(exact) else "", rounded))
     if any(exact for _, exact, _ in rows):
         return side_by_side(("constant", "exact", r"$\approx$"), rows)

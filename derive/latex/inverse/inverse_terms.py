@@ -12,6 +12,7 @@ import sympy as sp
 from ...inverse.subproblems.turns import CosSin
 from ...model.tolerances import ARTICLE_ZERO
 from ...terms.terms import Terms
+from ..setting.notation import numbered
 from ..setting.printed_terms import PrintedTerms
 from ..setting.sharing import (
     BRACKET,
@@ -19,7 +20,6 @@ from ..setting.sharing import (
     Definition,
     depth,
     is_trigonometric,
-    numbered,
     open_terms,
 )
 from ..setting.widths import width

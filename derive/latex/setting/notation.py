@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 import sympy as sp
 
 from ...model.robot import Placement, Robot, Rotation
+from ...model.sizes import size
 from ...model.tolerances import EVALUATION_DIGITS, RELIABLE_DIGITS
 from ...terms.terms import Terms
 from . import names
@@ -21,6 +22,8 @@ CONSTANT, LENGTH, TRIGONOMETRY, CONSTANT_TRIGONOMETRY, TERM, ENTRY, OTHER = rang
 ACCENTS = ("hat", "tilde", "check", "breve")
 MOST_PARTS = 12
 """Most named numbers in a number that is printed by its parts."""
+MOST_WRITTEN = 200
+"""Most symbols and numbers in a constant that is written in parameters alone."""
 COMMAS_FROM = 10
 """Number of coordinates from which on commas separate the indices of a sum."""
 LONG_RUN = 3
@@ -46,7 +49,8 @@ class Notation:
         called: LaTeX of the coordinates, where it is not q_1 and so on; else empty.
         tex: LaTeX of coordinates, parameters and short symbols.
         order: Position of each of them in a product.
-        meanings: Each short symbol in coordinates and parameters.
+        meanings: Each short symbol in coordinates and parameters; of a long constant in earlier
+            short symbols.
         angles: The angles of cosines and sines, with their accent and index, in order of first use.
         constants: The named constants, in order of first use.
     """
@@ -70,6 +74,7 @@ class Notation:
         self.constants: list[sp.Symbol] = []
         self._constants: dict[sp.Expr, sp.Expr] = {}
         self._expanded: dict[sp.Symbol, sp.Expr] = {}
+        self._sizes: dict[sp.Symbol, int] = {}
         self._terms = self._geometric = 0
 
     def trigonometric(self, expression: sp.Expr) -> sp.Expr:
@@ -96,6 +101,8 @@ class Notation:
         """
         if is_long_number(self.terms, expression):
             return self._numeric(self.terms.value(expression))
+        if is_long(self.terms, expression):
+            return self._by_parts(expression)
         raw = self.expanded(expression)
         known = self._constants.get(raw)
         if known is None:
@@ -126,6 +133,14 @@ class Notation:
                     self._expanded[symbol] = self.expanded(definition)
                 known[symbol] = self._expanded[symbol]
         return expression.xreplace(known)
+
+    def values(self) -> dict[sp.Symbol, sp.Expr]:
+        """The value of each short symbol of a constant, at the parameters' defaults."""
+        found: dict[sp.Symbol, sp.Expr] = {}
+        for symbol, meaning in self.meanings.items():
+            if self.order[symbol][0] in (CONSTANT, CONSTANT_TRIGONOMETRY):
+                found[symbol] = self.terms.value(meaning.xreplace(found))
+        return found
 
     def term(self) -> sp.Symbol:
         """The next shared term; the caller keeps its definition."""
@@ -193,6 +208,21 @@ class Notation:
             return self.symbol(tex, (CONSTANT_TRIGONOMETRY, (tex,)), raw)
         return self.named(raw)
 
+    def _by_parts(self, expression: sp.Expr) -> sp.Expr:
+        """A long constant by the name of a sum or product of named constants."""
+        sign, symbol = expression.as_coeff_Mul()
+        if symbol not in self.terms.constants:
+            return self.named(self._in_names(expression))
+        for part in self.terms.constants_in(symbol):
+            if part not in self._constants and is_long(self.terms, part):
+                self._constants[part] = self.named(self._in_names(self.terms.constants[part]))
+        return sign * self._constants[symbol]
+
+    def _in_names(self, expression: sp.Expr) -> sp.Expr:
+        """A constant in the printed forms of the constants that it contains."""
+        parts = sorted(expression.free_symbols & self.terms.constants.keys(), key=numbered)
+        return expression.xreplace({part: self.constant(part) for part in parts})
+
     def _numeric(self, raw: sp.Expr) -> sp.Expr:
         """A number by the name of its magnitude."""
         value = raw.evalf(EVALUATION_DIGITS)
@@ -203,13 +233,19 @@ class Notation:
         return sign * self._constants[key]
 
     def named(self, raw: sp.Expr) -> sp.Symbol:
-        """The next named constant, for an expression in parameters and short symbols."""
-        raw = raw.xreplace(self.meanings)
+        """The next named constant, for an expression in parameters and short symbols.
+
+        Its meaning is in parameters; where that is long, it is in earlier short symbols.
+        """
+        parts = size(raw, self._sizes)
+        if parts <= MOST_WRITTEN:
+            raw = raw.xreplace(self.meanings)
         if raw in self._constants:
             return self._constants[raw]
         number = len(self.constants) + 1
         tex = f"{self.letters['constant']}_{{{number}}}"
         symbol = self._constants[raw] = self.symbol(tex, (CONSTANT, (number,)), raw)
+        self._sizes[symbol] = parts
         self.constants.append(symbol)
         return symbol
 
@@ -226,6 +262,16 @@ def is_long_number(terms: Terms, expression: sp.Expr) -> bool:
             found.add(symbol)
             waiting.extend(terms.constants[symbol].free_symbols)
     return len(found) > MOST_PARTS
+
+
+def is_long(terms: Terms, expression: sp.Expr) -> bool:
+    """Whether a constant of parameters is too long to be written without names of its parts."""
+    return not terms.is_number(expression) and terms.size(expression) > MOST_WRITTEN
+
+
+def numbered(symbol: sp.Symbol) -> tuple[int, str]:
+    """The order in which terms were numbered."""
+    return len(symbol.name), symbol.name
 
 
 def _joined(indices: Sequence[int], *, commas: bool) -> str:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 import sympy as sp
 
 from ...terms.terms import Terms
-from .notation import Notation, is_long_number
+from .notation import Notation, is_long, is_long_number, numbered
 from .printer import FractionPrinter
 from .widths import LINE, width
 
@@ -37,7 +37,7 @@ class PrintedTerms:
 
     def of(self, expression: sp.Expr) -> sp.Expr:
         """An expression of named terms in printed symbols."""
-        ordered = sorted(expression.free_symbols, key=lambda s: (len(s.name), s.name))
+        ordered = sorted(expression.free_symbols, key=numbered)
         known = {symbol: self._symbol(symbol) for symbol in ordered}
         for function in sorted(expression.atoms(sp.cos, sp.sin), key=str):
             # The cosine or sine of a moving angle is a term; only descriptions contain others.
@@ -95,6 +95,8 @@ class PrintedTerms:
         """A constant in full where that is short, else by name."""
         if is_long_number(self.terms, expression):
             return self.notation.constant(self.terms.value(expression))
+        if is_long(self.terms, expression):
+            return self.notation.constant(expression)
         raw = self.terms.spelled(expression)
         if raw.free_symbols:
             shown = self.notation.shortened(raw)

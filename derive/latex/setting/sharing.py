@@ -15,7 +15,7 @@ import sympy as sp
 from ...derivation import Derivation, derive
 from ...model.robot import Robot
 from ...terms.terms import Terms
-from .notation import Notation
+from .notation import Notation, numbered
 from .printer import Printer
 from .widths import LINE, width
 
@@ -215,11 +215,6 @@ class _Sharing:
         return len(value.args) == 2 and all(  # noqa: PLR2004
             addend.is_Rational or addend.as_coeff_Mul()[1] in plain for addend in value.args
         )
-
-
-def numbered(symbol: sp.Symbol) -> tuple[int, str]:
-    """The order in which terms were numbered."""
-    return len(symbol.name), symbol.name
 
 
 def open_terms(

@@ -311,3 +311,15 @@ def test_a_slide_that_misses_the_sphere_comes_nearest(solve_sphere):
     assert margins[0] < margins[1] < 0 == margins[2] < margins[3]
     for sign in (1, -1):
         assert solve_sphere(sign, u, p, np.array([1.0]))[0, 0] == -0.3
+
+
+@pytest.mark.parametrize("is_parameter", [False, True])
+def test_the_direction_of_a_constant_zero_is_the_angle_zero(is_parameter):
+    a, y = sp.symbols("a y", real=True)
+    terms = Terms({a: sp.Integer(0)})
+    zero = terms.let(2 * a) if is_parameter else sp.Integer(0)
+    turn = direction(terms, zero, zero)
+    assert (float(terms.value(turn.c)), float(terms.value(turn.s))) == (1, 0)
+    beside = direction(terms, zero, y)
+    at = compiled(terms, (y,), (beside.c, beside.s))(1, np.array([[0.0], [2.0], [-1e-9]]))
+    np.testing.assert_allclose(at, [[1, 0], [0, 1], [0, -1]], rtol=0, atol=1e-15)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from derivations import ALL, NAMES, ROBOTS, article, derivation, every_branch, kernels
+from printed_robots import named_wrist
 
 from chasles.derive import derive, load, loads
 from chasles.derive.inverse.structure.rank import rotation
@@ -168,6 +169,17 @@ def test_equations_of_several_angles_hold(kind):
     written = inverse(page)
     assert "Steps 1 to" in written
     assert "up to four real roots" in written
+
+
+def test_an_inverse_whose_every_angle_has_a_name():
+    """Constants of six named tilts are printed by the names of their parts."""
+    found = derive(named_wrist())
+    page = Page.of(found)
+    made = dict(zip((f.name for f in found.functions), lower(found.functions, "arm"), strict=True))
+    T = np.array(made["fk"](np.array([0.3, -0.7, 0.9, 0.4, 1.1, -0.2]))).ravel()
+    assert check(page, "named_wrist", made.get, lambda _: [T]) == 8
+    longest = max(len(page.tex(e)) for e in page.equations.notation.meanings.values())
+    assert longest < 4_000
 
 
 @pytest.mark.parametrize("name", ALL)

@@ -1,0 +1,76 @@
+"""Roots of numbers and angles of directions: exact for short numbers, decimals for long ones.
+
+A long decimal was rounded when it was written, so that an exact root of it says no more than a
+decimal does. SymPy would factor it, and its search for factors may take long or fail.
+"""
+
+from collections.abc import Mapping
+
+import sympy as sp
+
+from .tolerances import WORKING_DIGITS
+from .values import Values
+
+LONGEST_EXACT = 10**15
+"""Numerator and denominator up to which a fraction is short: the digits of a double.
+
+The square of a short square root has no factors that SymPy's search leaves unfinished.
+"""
+
+
+def is_short(expression: sp.Expr) -> bool:
+    """Whether an expression is a fraction of small numbers, see ``LONGEST_EXACT``."""
+    return bool(expression.is_Rational and max(abs(expression.p), expression.q) <= LONGEST_EXACT)
+
+
+def power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
+    """A power with a fraction as exponent; a root of a number that is not short is a decimal.
+
+    Raises:
+        NoValue: The root of a long number is not real.
+    """
+    result_is_exact = exponent.is_Integer or base.free_symbols or _has_short_numbers(base)
+    return base**exponent if result_is_exact else _decimal(sp.Pow(base, exponent, evaluate=False))
+
+
+def root(square: sp.Expr) -> sp.Expr:
+    """The square root of an expression; of a number that is not short it is a decimal."""
+    return power(square, sp.Rational(1, 2))
+
+
+def angle_of(y: sp.Expr, x: sp.Expr) -> sp.Expr:
+    """atan2(y, x); where a square of the two numbers is not short, it is a decimal.
+
+    It is one too where SymPy, not sure that the numbers are real, would give a complex logarithm.
+    """
+    angle = sp.atan2(y, x, evaluate=False)
+    if y.free_symbols | x.free_symbols or y == 0 or x == 0:
+        return sp.atan2(y, x)
+    if not all(_has_short_numbers(part**2) for part in (y, x)):
+        return _decimal(angle)
+    exact = sp.atan2(y, x)
+    return _decimal(angle) if exact.has(sp.I) else exact
+
+
+def at(expression: sp.Expr, numbers: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
+    """An expression with numbers for its symbols; roots and angles are as those of this module.
+
+    Raises:
+        NoValue: A root of a long number is not real.
+    """
+    if expression.is_Symbol:
+        return numbers.get(expression, expression)
+    parts = [at(part, numbers) for part in expression.args]
+    if expression.is_Pow:
+        return power(*parts)
+    if isinstance(expression, sp.atan2 | sp.atan):
+        return angle_of(parts[0], parts[1] if len(parts) > 1 else sp.S.One)
+    return expression.func(*parts) if parts else expression
+
+
+def _has_short_numbers(expression: sp.Expr) -> bool:
+    return all(map(is_short, expression.atoms(sp.Rational)))
+
+
+def _decimal(expression: sp.Expr) -> sp.Expr:
+    return sp.Rational(sp.Float(Values().of(expression), WORKING_DIGITS))

@@ -1,0 +1,43 @@
+"""Sizes of expressions, counted without writing them out."""
+
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import sympy as sp
+
+MANY = 10_000
+"""Number up to which parts of expressions are counted."""
+_NONE: Mapping[sp.Symbol, int] = MappingProxyType({})
+
+
+def addends(expression: sp.Expr, known: Mapping[sp.Symbol, int] = _NONE) -> int:
+    """The most addends that an expression may have once it is expanded, or ``MANY``.
+
+    Args:
+        expression: An expression.
+        known: The number of addends of symbols that stand for sums.
+    """
+    if expression.is_Symbol:
+        return known.get(expression, 1)
+    if expression.is_Add:
+        count = sum(addends(addend, known) for addend in expression.args)
+    elif expression.is_Mul:
+        count = math.prod(addends(factor, known) for factor in expression.args)
+    elif expression.is_Pow and expression.exp.is_Integer and expression.exp > 0:
+        count = addends(expression.base, known) ** int(expression.exp)
+    else:
+        count = 1
+    return min(count, MANY)
+
+
+def size(expression: sp.Expr, known: Mapping[sp.Symbol, int]) -> int:
+    """The number of symbols and numbers in an expression, or ``MANY``.
+
+    Args:
+        expression: An expression.
+        known: The sizes of symbols that stand for expressions.
+    """
+    if expression.is_Symbol:
+        return known.get(expression, 1)
+    return min(sum(size(part, known) for part in expression.args) or 1, MANY)

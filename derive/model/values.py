@@ -1,0 +1,160 @@
+"""Values of constant expressions: every operation once, to 60 digits.
+
+SymPy's own evaluation raises its precision until a difference shows its digits, which takes long
+where the exact difference is zero. Here a sum that loses nearly all of its digits is zero.
+"""
+
+from collections.abc import Callable, Mapping
+
+import mpmath
+import sympy as sp
+from sympy.core.relational import Relational
+from sympy.logic.boolalg import Boolean
+
+from .errors import RobotError
+from .tolerances import EVALUATION_DIGITS, ROUNDING, WORKING_DIGITS
+
+
+class NoValue(RobotError):
+    """An expression that is no finite real number: a division by zero or an even root below 0."""
+
+
+class Values:
+    """The values of symbols, and of all expressions in them that were asked for.
+
+    A value of 0 is exact: rounding that cancellation leaves, less than ``ROUNDING`` of the largest
+    addend, counts as 0.
+    """
+
+    def __init__(self) -> None:
+        """Knows no symbol."""
+        self._known: dict[sp.Basic, mpmath.mpf] = {}
+
+    def know(self, symbol: sp.Symbol, value: mpmath.mpf) -> None:
+        """Gives a symbol its value."""
+        self._known[symbol] = value
+
+    def of(self, expression: sp.Expr) -> mpmath.mpf:
+        """The value of an expression of numbers and known symbols.
+
+        Raises:
+            NoValue: It is not finite or not real, or contains another symbol.
+        """
+        with mpmath.workdps(WORKING_DIGITS):
+            return self._of(expression)
+
+    def _of(self, expression: sp.Basic) -> mpmath.mpf:
+        known = self._known.get(expression)
+        if known is None:
+            known = self._known[expression] = self._computed(expression)
+        return known
+
+    def _computed(self, expression: sp.Basic) -> mpmath.mpf:
+        if expression.is_Rational:
+            return mpmath.mpf(expression.p) / expression.q
+        if expression.is_Float:
+            return mpmath.mp.make_mpf(expression._mpf_)
+        if expression is sp.pi:
+            return +mpmath.pi
+        if expression.is_Add:
+            return _sum([self._of(addend) for addend in expression.args])
+        if expression.is_Mul:
+            return mpmath.fprod([self._of(factor) for factor in expression.args])
+        if expression.is_Pow:
+            return _power(self._of(expression.base), expression.exp)
+        if expression.is_Piecewise:
+            return self._choice(expression)
+        rule = _FUNCTIONS.get(expression.func)
+        if rule is None:
+            raise NoValue(f"{expression} has no value")
+        return rule(*(self._of(argument) for argument in expression.args))
+
+    def _choice(self, expression: sp.Piecewise) -> mpmath.mpf:
+        """The value of the first condition that holds; the others may have none."""
+        for value, condition in expression.args:
+            if self._holds(condition):
+                return self._of(value)
+        raise NoValue(f"{expression} has no value, because no condition holds")
+
+    def _holds(self, condition: Boolean) -> bool:
+        if condition in (sp.true, sp.false):
+            return bool(condition)
+        if isinstance(condition, Relational):
+            left, right = (self._of(side) for side in condition.args)
+            return bool(condition.func(_sign(_sum([left, -right])), 0))
+        parts = [self._holds(part) for part in condition.args]
+        return bool(condition.func(*parts))
+
+
+def value_at(expression: sp.Expr, numbers: Mapping[sp.Symbol, sp.Expr]) -> mpmath.mpf:
+    """The value of an expression with numbers for its symbols.
+
+    Raises:
+        NoValue: It is not finite or not real, or contains another symbol.
+    """
+    values = Values()
+    for symbol, number in numbers.items():
+        values.know(symbol, values.of(number))
+    return values.of(expression)
+
+
+def to_digits(value: mpmath.mpf) -> sp.Expr:
+    """A value as a number of SymPy, to 40 digits; 0 is the integer."""
+    return sp.Float(value, EVALUATION_DIGITS) if value else sp.Integer(0)
+
+
+def _sum(addends: list[mpmath.mpf]) -> mpmath.mpf:
+    total = mpmath.fsum(addends)
+    largest = max(abs(addend) for addend in addends)
+    return total if abs(total) > ROUNDING * largest else mpmath.mpf(0)
+
+
+def _power(base: mpmath.mpf, exponent: sp.Expr) -> mpmath.mpf:
+    if not exponent.is_Rational:
+        raise NoValue(f"a power with the exponent {exponent} has no value")
+    if base == 0 and exponent.is_negative:
+        raise NoValue("division by zero")
+    if base < 0 and not exponent.is_Integer:
+        raise NoValue("a root of a negative number")
+    if exponent.is_Integer:
+        return base ** int(exponent)
+    return mpmath.root(base, exponent.q) ** exponent.p
+
+
+def _sine(angle: mpmath.mpf) -> mpmath.mpf:
+    sine = mpmath.sin(angle)
+    return sine if abs(sine) > ROUNDING * abs(angle) else mpmath.mpf(0)
+
+
+def _cosine(angle: mpmath.mpf) -> mpmath.mpf:
+    cosine = mpmath.cos(angle)
+    return cosine if abs(cosine) > ROUNDING else mpmath.mpf(0)
+
+
+def _tangent(angle: mpmath.mpf) -> mpmath.mpf:
+    return _sine(angle) * _power(_cosine(angle), sp.Integer(-1))
+
+
+def _sign(value: mpmath.mpf) -> mpmath.mpf:
+    return mpmath.mpf(mpmath.sign(value))
+
+
+def _least(*values: mpmath.mpf) -> mpmath.mpf:
+    return min(values)
+
+
+def _greatest(*values: mpmath.mpf) -> mpmath.mpf:
+    return max(values)
+
+
+_FUNCTIONS: dict[type[sp.Basic], Callable[..., mpmath.mpf]] = {
+    sp.sin: _sine,
+    sp.cos: _cosine,
+    sp.tan: _tangent,
+    sp.atan: mpmath.atan,
+    sp.atan2: mpmath.atan2,
+    sp.Abs: abs,
+    sp.sign: _sign,
+    sp.Min: _least,
+    sp.Max: _greatest,
+}
