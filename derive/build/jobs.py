@@ -32,10 +32,10 @@ def read(job: Job) -> Described:
         RobotError: The description is wrong.
     """
     if job.file.suffix == ".urdf":
-        return from_urdf(job.file, job.base, job.tip)
+        return from_urdf(job.file, job.base, job.tip, exact=job.exact)
     if job.base or job.tip:
         raise RobotError(f"{job.file}: --base and --tip choose links of a URDF, which this is not")
-    return load(job.file)
+    return load(job.file, exact=job.exact)
 
 
 def problems(jobs: Sequence[Job]) -> list[str]:
@@ -99,10 +99,11 @@ def _derive(job: Job) -> Report:
     folder = job.to / robot.name
     put(files, folder)
     stamp(job, folder)
-    lines = [f"{robot.name:<12} {_summary(files)}  {time.perf_counter() - started:5.2f} s"]
-    lines += [] if job.functions else [explain(robot).line]
+    parts = [f"{robot.name:<12} {_summary(files)}  {time.perf_counter() - started:5.2f} s"]
+    parts += [robot.cleaning.line] if robot.cleaning.numbers else []
+    lines = [", ".join(parts), *([] if job.functions else [explain(robot).line])]
     notes = json.loads(files[MANIFEST])["notes"]
-    return Report(True, "\n    ".join([*lines, *notes]))
+    return Report(True, "\n    ".join([*lines, *(n for n in notes if n not in parts)]))
 
 
 def _compare(job: Job) -> Report:

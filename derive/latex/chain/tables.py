@@ -5,6 +5,7 @@ from itertools import groupby
 
 import sympy as sp
 
+from ...model.cleaning import Cleaning, rounded_up, written
 from ...model.convention import Convention, Field
 from ...model.kinds import UNITS
 from ...model.robot import Joint, Robot
@@ -144,6 +145,33 @@ def value_cell(value: sp.Expr) -> str:
     """A number, with its decimals where it is no fraction."""
     exact = number(value)
     return f"${exact}$" if value.is_Rational else rf"${exact} \approx {decimal(value)}$"
+
+
+def cleaning_table(cleaning: Cleaning) -> str:
+    """The numbers that were not taken as written; those that became zero share a row."""
+    rows: dict[tuple[str, str], list[str]] = {}
+    zeros = [n for n in cleaning.numbers if n.taken == 0]
+    for entry in cleaning.numbers:
+        if entry.taken != 0:
+            key = f"${scientific(written(entry.found))}$", f"${number(entry.taken)}$"
+            rows.setdefault(key, []).append(entry.place)
+    if zeros:
+        largest = max(abs(entry.change) for entry in zeros)
+        key = rf"up to ${scientific(rounded_up(largest))}$", "$0$"
+        rows[key] = [entry.place for entry in zeros]
+    columns: list[Column] = [
+        ("in the file", [found for found, _ in rows]),
+        ("taken as", [taken for _, taken in rows]),
+        ("at", [names.escape(", ".join(places)) for places in rows.values()]),
+    ]
+    return tabular(columns, repeated=1)
+
+
+def scientific(text: str) -> str:
+    """A decimal in LaTeX, its power of ten written out."""
+    digits, _, exponent = text.removesuffix(" deg").partition("e")
+    degrees = r"^\circ" if text.endswith(" deg") else ""
+    return (rf"{digits} \cdot 10^{{{int(exponent)}}}" if exponent else digits) + degrees
 
 
 def symbol_table(notation: Notation, printer: Printer) -> str:
