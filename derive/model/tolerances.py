@@ -210,6 +210,8 @@ NOMINAL_GUARD_DIGITS = 8
 
 PRINTED_DIGITS = 10
 """Digits of a number without a short exact form in an article; dots follow where digits are cut."""
+GIVEN_DIGITS = 17
+"""Most digits of a number that a file gives, which an article prints in full: a double has 17."""
 FEW_PRINTED_DIGITS = 6
 """Digits of such a number where a line has no room for ``PRINTED_DIGITS``."""
 

@@ -9,10 +9,11 @@ from ...model.cleaning import Cleaning, rounded_up, written
 from ...model.convention import Convention, Field
 from ...model.kinds import UNITS
 from ...model.robot import Joint, Robot
+from ...model.tolerances import PRINTED_DIGITS
 from ..setting import names
 from ..setting.layout import MARGIN
 from ..setting.notation import CONSTANT_TRIGONOMETRY, Notation
-from ..setting.printer import Printer, decimal, number
+from ..setting.printer import Printer, cut, decimal, number
 from ..setting.widths import LINE, width
 
 Column = tuple[str, list[str]]
@@ -29,6 +30,8 @@ MOST_ROWS = 36
 """Most rows of a table on a page."""
 TYPES = {"revolute": "R", "prismatic": "P", "helical": "H", "fixed": "F"}
 NONE = "--"
+SMALL = 1e-5
+"""Magnitude below which a number of a file is printed with a power of ten."""
 
 
 def joint_tables(
@@ -150,15 +153,11 @@ def value_cell(value: sp.Expr) -> str:
 def cleaning_table(cleaning: Cleaning) -> str:
     """The numbers that were not taken as written; those that became zero share a row."""
     rows: dict[tuple[str, str], list[str]] = {}
-    zeros = [n for n in cleaning.numbers if n.taken == 0]
+    largest = max((abs(entry.change) for entry in cleaning.numbers if entry.taken == 0), default=0)
+    small = rf"up to ${scientific(rounded_up(largest))}$"
     for entry in cleaning.numbers:
-        if entry.taken != 0:
-            key = f"${scientific(written(entry.found))}$", f"${number(entry.taken)}$"
-            rows.setdefault(key, []).append(entry.place)
-    if zeros:
-        largest = max(abs(entry.change) for entry in zeros)
-        key = rf"up to ${scientific(rounded_up(largest))}$", "$0$"
-        rows[key] = [entry.place for entry in zeros]
+        found = f"${_as_written(entry.found)}$" if entry.taken != 0 else small
+        rows.setdefault((found, f"${number(entry.taken)}$"), []).append(entry.place)
     columns: list[Column] = [
         ("in the file", [found for found, _ in rows]),
         ("taken as", [taken for _, taken in rows]),
@@ -167,11 +166,18 @@ def cleaning_table(cleaning: Cleaning) -> str:
     return tabular(columns, repeated=1)
 
 
+def _as_written(value: sp.Expr) -> str:
+    """The first digits of a number of a file, an angle of rational degrees in degrees."""
+    if value.is_Rational:
+        return scientific(written(value)) if abs(value) < SMALL else cut(value, PRINTED_DIGITS)
+    degrees = 180 * value / sp.pi
+    return rf"{cut(degrees, PRINTED_DIGITS)}^\circ" if degrees.is_Rational else number(value)
+
+
 def scientific(text: str) -> str:
     """A decimal in LaTeX, its power of ten written out."""
-    digits, _, exponent = text.removesuffix(" deg").partition("e")
-    degrees = r"^\circ" if text.endswith(" deg") else ""
-    return (rf"{digits} \cdot 10^{{{int(exponent)}}}" if exponent else digits) + degrees
+    digits, _, exponent = text.partition("e")
+    return rf"{digits} \cdot 10^{{{int(exponent)}}}" if exponent else digits
 
 
 def symbol_table(notation: Notation, printer: Printer) -> str:

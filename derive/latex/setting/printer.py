@@ -8,7 +8,8 @@ from decimal import Decimal
 
 import sympy as sp
 
-from ...model.tolerances import PRINTED_DIGITS, RELIABLE_DIGITS
+from ...model.cleaning import decimal_places
+from ...model.tolerances import GIVEN_DIGITS, PRINTED_DIGITS, RELIABLE_DIGITS
 from .notation import ENTRY, LENGTH, OTHER, TERM, Order
 
 _FUNCTIONS = {sp.cos: r"\cos", sp.sin: r"\sin", sp.tan: r"\tan", sp.atan: r"\arctan"}
@@ -125,7 +126,7 @@ def number(value: sp.Expr) -> str:
     if value.is_Float:
         return cut(value, PRINTED_DIGITS)
     if value.is_Rational:
-        return _rational(value)
+        return _rational(value) if _is_given(value) else cut(value, PRINTED_DIGITS)
     multiple = value / sp.pi
     if multiple.is_Rational:
         times = "" if abs(multiple.p) == 1 else str(abs(multiple.p))
@@ -136,15 +137,17 @@ def number(value: sp.Expr) -> str:
     return over if denominator == 1 else rf"\tfrac{{{over}}}{{{sp.latex(denominator)}}}"
 
 
+def _is_given(value: sp.Rational) -> bool:
+    """Whether a fraction has no more digits than files give, so that it is no computed number."""
+    places = decimal_places(value)
+    digits = max(abs(value.p), value.q) if places is None else abs(value.p) * 10**places // value.q
+    return bool(digits < 10**GIVEN_DIGITS)
+
+
 def _rational(value: sp.Rational) -> str:
     sign, value = ("-" if value < 0 else ""), abs(value)
-    rest, places = value.q, 0
-    for prime in (2, 5):
-        count = 0
-        while rest % prime == 0:
-            rest, count = rest // prime, count + 1
-        places = max(places, count)
-    if rest != 1:
+    places = decimal_places(value)
+    if places is None:
         return rf"{sign}\tfrac{{{value.p}}}{{{value.q}}}"
     digits = str(value.p * 10**places // value.q).rjust(places + 1, "0")
     whole = digits[: len(digits) - places]
@@ -159,9 +162,10 @@ def decimal(value: sp.Expr) -> str:
 
 def cut(value: sp.Expr, digits: int) -> str:
     """The first digits of a number, and dots where digits are left out."""
-    text = _plain(value, RELIABLE_DIGITS).rstrip("0")
+    text = _plain(value, RELIABLE_DIGITS)
+    text = text.rstrip("0").rstrip(".") if "." in text else text
     first = next(k for k, digit in enumerate(text) if digit in "123456789")
-    end = first + digits + ("." in text[first : first + digits])
+    end = max(first + digits + ("." in text[first : first + digits]), (text + ".").index("."))
     return rf"{text[:end]}\ldots" if len(text) > end else text
 
 
