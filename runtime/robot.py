@@ -79,8 +79,8 @@ class Robot(
         frames: The names of base, tip and links.
         parameters: Its geometry by name.
         notes: Remarks, such as numbers that were snapped.
-        cleaning: The numbers of its description that were not taken as written, each by name, with
-            bounds of their effect on the tool's pose: `cleaning.position` [m], `.orientation` [rad].
+        cleaning: The numbers of its description that were not taken as written, with bounds of
+            their effect on the tool's pose: `cleaning.position` [m], `cleaning.orientation` [rad].
         functions: Its functions by name.
         labels: The branch in each slot, of every function with slots, by its name:
             `robot.labels["ik"]`, `robot.labels["chain_all"]`.

@@ -58,7 +58,8 @@ def exact_angle(value: sp.Expr) -> sp.Expr:
 
     A decimal stands for a multiple of pi/12 if it is that multiple rounded or cut off to its
     places, and has so many places that no more than ``CHANCE`` of all angles are written like
-    it: three places, or two for right angles. Zero is written as zero.
+    it: three places, or two for right angles. A zero at the end is no place, so that 2.880 stays,
+    and zero is written as zero.
     """
     degrees = value * 180 / sp.pi
     if degrees.is_Rational:
