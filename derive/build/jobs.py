@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
 
+from ..description.cleaned_robot import cleaned
 from ..description.robot_files import load
 from ..description.urdf import from_urdf
 from ..inverse.explanation import explain
 from ..model.errors import RobotError
-from ..model.mechanism import Described
+from ..model.mechanism import Described, Mechanism
 from .freshness import Job, stamp
 from .generate import MANIFEST, artifacts, put, strays
 
@@ -31,11 +32,16 @@ def read(job: Job) -> Described:
     Raises:
         RobotError: The description is wrong.
     """
+    robot = _as_written(job)
+    return robot if job.exact or isinstance(robot, Mechanism) else cleaned(robot)
+
+
+def _as_written(job: Job) -> Described:
     if job.file.suffix == ".urdf":
-        return from_urdf(job.file, job.base, job.tip, exact=job.exact)
+        return from_urdf(job.file, job.base, job.tip, exact=True)
     if job.base or job.tip:
         raise RobotError(f"{job.file}: --base and --tip choose links of a URDF, which this is not")
-    return load(job.file, exact=job.exact)
+    return load(job.file, exact=True)
 
 
 def problems(jobs: Sequence[Job]) -> list[str]:

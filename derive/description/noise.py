@@ -16,14 +16,9 @@ from itertools import product
 import sympy as sp
 
 from ..model.cleaning import decimal_places
+from ..model.exact import snap_angle
 from ..model.placements import Vector
-from ..model.tolerances import (
-    ANGLE_SNAP,
-    CHANCE,
-    EVALUATION_DIGITS,
-    NOISE,
-    NOISE_GAP,
-)
+from ..model.tolerances import CHANCE, EVALUATION_DIGITS, NOISE, NOISE_GAP
 
 _PI = Fraction(str(sp.N(sp.pi, EVALUATION_DIGITS)))
 _STEPS = (sp.pi / 12, sp.pi / 2)
@@ -67,19 +62,21 @@ def exact_angle(value: sp.Expr) -> sp.Expr:
         return without_noise(degrees, in_degrees) * sp.pi / 180
     if decimal_places(value) is None:
         return value
+    multiple = snap_angle(value)
+    if multiple != value:
+        return multiple
     angle = without_noise(value, Fraction(NOISE))
-    return next((multiple for step in _STEPS for multiple in _meant(value, angle, step)), angle)
+    return next((multiple for step in _STEPS for multiple in _rounded(angle, step)), angle)
 
 
-def _meant(value: sp.Expr, angle: sp.Expr, step: sp.Expr) -> Iterator[sp.Expr]:
-    """The nearest multiple of a step, if a decimal with and without its noise stands for it."""
-    number, short = Fraction(value.p, value.q), Fraction(angle.p, angle.q)
+def _rounded(angle: sp.Expr, step: sp.Expr) -> Iterator[sp.Expr]:
+    """The nearest multiple of a step, if a decimal is that multiple rounded or cut off."""
+    number = Fraction(angle.p, angle.q)
     size = Fraction(step / sp.pi) * _PI
     count = round(number / size)
-    exact, unit = abs(count) * size, Fraction(1, 10 ** (decimal_places(angle) or 0))
-    missing = exact - abs(short)
-    rounded = -unit / 2 <= missing < unit <= Fraction(CHANCE) * size
-    if abs(abs(number) - exact) <= Fraction(ANGLE_SNAP) or (count and rounded):
+    last_place = Fraction(1, 10 ** (decimal_places(angle) or 0))
+    missing = abs(count) * size - abs(number)
+    if count and -last_place / 2 <= missing < last_place <= Fraction(CHANCE) * size:
         yield count * step
 
 

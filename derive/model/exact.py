@@ -6,6 +6,7 @@ operations, small powers and a few functions; an error names any other part of t
 
 import ast
 import difflib
+import math
 import operator
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -15,7 +16,7 @@ from fractions import Fraction
 import sympy as sp
 
 from .errors import RobotError
-from .tolerances import EVALUATION_DIGITS, ROUNDING
+from .tolerances import ANGLE_SNAP, EVALUATION_DIGITS, ROUNDING
 
 LONGEST_TEXT = 200
 LARGEST_EXPONENT = 12
@@ -106,6 +107,13 @@ def exact_vector(values: object) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
         raise NotExact(f"{values!r}: expected three numbers")
     x, y, z = (exact(value) for value in values)
     return x, y, z
+
+
+def snap_angle(value: sp.Expr) -> sp.Expr:
+    """The multiple of pi/12 within ``ANGLE_SNAP`` of an angle (radian), else the angle itself."""
+    twelfths = round(float(value) * 12 / math.pi)
+    multiple = sp.pi * sp.Rational(twelfths, 12)
+    return multiple if abs(float(value) - float(multiple)) <= ANGLE_SNAP else value
 
 
 def is_zero(expression: sp.Expr) -> bool:

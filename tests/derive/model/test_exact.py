@@ -9,7 +9,7 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chasles.derive.model.exact import NotExact, checked, is_zero, read
+from chasles.derive.model.exact import NotExact, checked, is_zero, read, snap_angle
 
 NAMES = {name: sp.Symbol(name, real=True) for name in ("a", "b", "d1")}
 A, B = NAMES["a"], NAMES["b"]
@@ -210,6 +210,19 @@ def test_checked_looks_at_numbers_put_in_for_parameters() -> None:
         checked(fraction.xreplace({A: sp.Integer(1), B: sp.Integer(1)}))
     with pytest.raises(NotExact, match="not a real number"):
         checked(root.xreplace({A: sp.Integer(-1)}))
+
+
+def test_angles_snap_to_twelfths_of_pi() -> None:
+    snapped = 0
+    for twelfths in range(-30, 31):
+        multiple = sp.pi * sp.Rational(twelfths, 12)
+        near = sp.Rational(str(float(multiple)))
+        for off in (0, sp.Rational(9, 10**10), -sp.Rational(9, 10**10)):
+            assert snap_angle(near + off) == multiple
+            snapped += 1
+        for off in (sp.Rational(2, 10**9), -sp.Rational(2, 10**9)):
+            assert snap_angle(near + off) == near + off
+    assert snapped == 61 * 3
 
 
 def test_zero_is_judged_at_many_digits() -> None:
