@@ -5,7 +5,7 @@ from itertools import groupby
 
 import sympy as sp
 
-from ...model.cleaning import Cleaning, rounded_up, written
+from ...model.cleaning import Cleaning, rounded_up
 from ...model.convention import Convention, Field
 from ...model.kinds import UNITS
 from ...model.robot import Joint, Robot
@@ -30,8 +30,6 @@ MOST_ROWS = 36
 """Most rows of a table on a page."""
 TYPES = {"revolute": "R", "prismatic": "P", "helical": "H", "fixed": "F"}
 NONE = "--"
-SMALL = 1e-5
-"""Magnitude below which a number of a file is printed with a power of ten."""
 
 
 def joint_tables(
@@ -169,7 +167,7 @@ def cleaning_table(cleaning: Cleaning) -> str:
 def _as_written(value: sp.Expr) -> str:
     """The first digits of a number of a file, an angle of rational degrees in degrees."""
     if value.is_Rational:
-        return scientific(written(value)) if abs(value) < SMALL else cut(value, PRINTED_DIGITS)
+        return cut(value, PRINTED_DIGITS)
     degrees = 180 * value / sp.pi
     return rf"{cut(degrees, PRINTED_DIGITS)}^\circ" if degrees.is_Rational else number(value)
 

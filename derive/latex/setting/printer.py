@@ -3,7 +3,7 @@ r"""Expressions as engineers write them: lengths first, indices ascending, no le
 A sum is a list of signed terms in the order of the chain, so that long sums break between terms.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from decimal import Decimal
 
 import sympy as sp
@@ -12,6 +12,8 @@ from ...model.cleaning import decimal_places
 from ...model.tolerances import GIVEN_DIGITS, PRINTED_DIGITS, RELIABLE_DIGITS
 from .notation import ENTRY, LENGTH, OTHER, TERM, Order
 
+SMALL = sp.Rational(1, 10**5)
+"""Magnitude below which a decimal is printed with a power of ten."""
 _FUNCTIONS = {sp.cos: r"\cos", sp.sin: r"\sin", sp.tan: r"\tan", sp.atan: r"\arctan"}
 
 
@@ -149,6 +151,8 @@ def _rational(value: sp.Rational) -> str:
     places = decimal_places(value)
     if places is None:
         return rf"{sign}\tfrac{{{value.p}}}{{{value.q}}}"
+    if 0 < value < SMALL:
+        return sign + _with_power(_rational, value)
     digits = str(value.p * 10**places // value.q).rjust(places + 1, "0")
     whole = digits[: len(digits) - places]
     return sign + whole + (f".{digits[-places:]}" if places else "")
@@ -156,17 +160,26 @@ def _rational(value: sp.Rational) -> str:
 
 def decimal(value: sp.Expr) -> str:
     """A number rounded to a few digits."""
+    if 0 < abs(value) < SMALL:
+        return _with_power(decimal, value)
     text = _plain(value, PRINTED_DIGITS)
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
 def cut(value: sp.Expr, digits: int) -> str:
     """The first digits of a number, and dots where digits are left out."""
+    if 0 < abs(value) < SMALL:
+        return _with_power(lambda mantissa: cut(mantissa, digits), value)
     text = _plain(value, RELIABLE_DIGITS)
     text = text.rstrip("0").rstrip(".") if "." in text else text
     first = next(k for k, digit in enumerate(text) if digit in "123456789")
     end = max(first + digits + ("." in text[first : first + digits]), (text + ".").index("."))
     return rf"{text[:end]}\ldots" if len(text) > end else text
+
+
+def _with_power(show: Callable[[sp.Expr], str], value: sp.Expr) -> str:
+    exponent = Decimal(str(sp.N(value, PRINTED_DIGITS))).adjusted()
+    return rf"{show(value * sp.Integer(10) ** -exponent)} \cdot 10^{{{exponent}}}"
 
 
 def _plain(value: sp.Expr, digits: int) -> str:
