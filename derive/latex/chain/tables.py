@@ -127,7 +127,7 @@ def _limit(value: sp.Expr) -> str:
     degrees = value * 180 / sp.pi
     if value != 0 and degrees.is_Rational:
         return f"{number(degrees)}^\\circ"
-    return number(value)
+    return cut(value, PRINTED_DIGITS) if value.is_Rational and value != 0 else number(value)
 
 
 def value_table(robot: Robot, printer: Printer) -> str:
