@@ -5,9 +5,10 @@ The figures in docs/performance.md are replaced by the new ones. With --quick no
 
 import argparse
 import sys
+from pathlib import Path
 
 from . import check, count, document
-from .accuracy import field, losses, misses
+from .accuracy import cleaned_files, field, losses, misses
 from .cases.poses import CASES
 from .measures import derivation
 from .peers.forward import absent
@@ -17,6 +18,7 @@ from .report import Plan, out, records, save, tables
 DERIVATION = "derivation"
 ARMS = 50
 """Number of random arms, of which about a sixth have a structure."""
+MUTANTS = 200
 
 
 def main() -> int:
@@ -32,6 +34,8 @@ def main() -> int:
         return field.run(options.quick, options.arm)
     if options.command == "losses":
         return losses.run(options.arms, options.first)
+    if options.command == "mutants":
+        return cleaned_files.run(options.urdfs, options.count)
     if options.quick:
         measure(without_slow_builds(QUICK), options.only, keep=False)
     else:
@@ -83,6 +87,9 @@ def _parser() -> argparse.ArgumentParser:
     arms = commands.add_parser("losses", help="poses that inverses of random arms lose")
     arms.add_argument("--arms", type=int, default=ARMS, help="number of arms")
     arms.add_argument("--first", type=int, default=0, help="number of the first arm")
+    mutants = commands.add_parser("mutants", help="mutated URDFs: structure and pose error")
+    mutants.add_argument("--urdfs", type=Path, help="folder of URDFs besides the shipped robots")
+    mutants.add_argument("--count", type=int, default=MUTANTS, help="number of mutants")
     return parser
 
 

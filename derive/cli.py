@@ -46,6 +46,10 @@ def derive(
     ] = "",
     base: Annotated[str | None, typer.Option(help="Base link of a URDF.")] = None,
     tip: Annotated[str | None, typer.Option(help="Tip link of a URDF.")] = None,
+    exact: Annotated[
+        bool,
+        typer.Option("--exact", help="Take all numbers as written: no noise dropped, no 1.5708."),
+    ] = False,
     jobs: Annotated[int, typer.Option(min=1, help="Robots at once.")] = os.cpu_count() or 1,
     check: Annotated[
         bool, typer.Option("--check", help="Write nothing, compare, fail where files differ.")
@@ -64,10 +68,10 @@ def derive(
     asked = [*(robots or []), *(_names(SHELF) if shelf else [])]
     files = [_file(robot) for robot in asked or _names(ROBOTS)]
     if explain:
-        _explain([Job(file, GENERATED, base, tip) for file in files])
+        _explain([Job(file, GENERATED, base, tip, exact=exact) for file in files])
         return
     folder = _target(files, to)
-    due = [Job(file, folder, base, tip, wanted) for file in files]
+    due = [Job(file, folder, base, tip, wanted, exact) for file in files]
     if not check:
         due = [job for job in due if not is_up_to_date(job)]
     if not due:

@@ -25,6 +25,7 @@ class Job:
         base: Base link of a URDF.
         tip: Tip link of a URDF.
         functions: The functions to derive; all functions if empty.
+        exact: Whether the numbers of the description are taken as they are written.
     """
 
     file: Path
@@ -32,6 +33,7 @@ class Job:
     base: str | None = None
     tip: str | None = None
     functions: tuple[str, ...] = ()
+    exact: bool = False
 
 
 def is_up_to_date(job: Job) -> bool:
@@ -55,7 +57,7 @@ def stamp(job: Job, folder: Path) -> None:
 
 
 def _recipe(job: Job) -> str:
-    choices = (job.base, job.tip, job.functions)
+    choices = (job.base, job.tip, job.functions, job.exact)
     parts = (*_description(job.file), _compiler().encode(), repr(choices).encode())
     return hashlib.sha256(b"\0".join(parts)).hexdigest()
 

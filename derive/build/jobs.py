@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
 
+from ..description.cleaned_robot import cleaned
 from ..description.robot_files import load
 from ..description.urdf import from_urdf
 from ..inverse.explanation import explain
 from ..model.errors import RobotError
-from ..model.mechanism import Described
+from ..model.mechanism import Described, Mechanism
 from .freshness import Job, stamp
 from .generate import MANIFEST, artifacts, put, strays
 
@@ -31,11 +32,16 @@ def read(job: Job) -> Described:
     Raises:
         RobotError: The description is wrong.
     """
+    robot = _as_written(job)
+    return robot if job.exact or isinstance(robot, Mechanism) else cleaned(robot)
+
+
+def _as_written(job: Job) -> Described:
     if job.file.suffix == ".urdf":
-        return from_urdf(job.file, job.base, job.tip)
+        return from_urdf(job.file, job.base, job.tip, exact=True)
     if job.base or job.tip:
         raise RobotError(f"{job.file}: --base and --tip choose links of a URDF, which this is not")
-    return load(job.file)
+    return load(job.file, exact=True)
 
 
 def problems(jobs: Sequence[Job]) -> list[str]:
@@ -99,10 +105,11 @@ def _derive(job: Job) -> Report:
     folder = job.to / robot.name
     put(files, folder)
     stamp(job, folder)
-    lines = [f"{robot.name:<12} {_summary(files)}  {time.perf_counter() - started:5.2f} s"]
-    lines += [] if job.functions else [explain(robot).line]
+    parts = [f"{robot.name:<12} {_summary(files)}  {time.perf_counter() - started:5.2f} s"]
+    parts += [robot.cleaning.line] if robot.cleaning.numbers else []
+    lines = [", ".join(parts), *([] if job.functions else [explain(robot).line])]
     notes = json.loads(files[MANIFEST])["notes"]
-    return Report(True, "\n    ".join([*lines, *notes]))
+    return Report(True, "\n    ".join([*lines, *(n for n in notes if n not in parts)]))
 
 
 def _compare(job: Job) -> Report:

@@ -1,12 +1,12 @@
 """URDF import: the chain between two links of a URDF becomes a robot in exact numbers.
 
-Decimals are read as written. An angle within :data:`~chasles.derive.model.tolerances.ANGLE_SNAP` of
-a multiple of pi/12 becomes that multiple, and the robot's notes name it.
+Decimals are read as written, then cleaned (:mod:`~chasles.derive.description.cleaned_robot`).
 """
 
 import difflib
 import keyword
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import NoReturn
 
@@ -14,11 +14,13 @@ import sympy as sp
 from lxml import etree
 
 from ..model.errors import RobotError
-from ..model.exact import NotExact, read, snap_angle
+from ..model.exact import NotExact, read
 from ..model.kinds import JointKind
 from ..model.placements import Vector
 from ..model.robot import Joint, Mimic, Robot
+from .cleaned_robot import cleaned
 from .conventions.urdf_origin import urdf
+from .plausibility import questioned
 from .toml_file import DescriptionError, read_text
 
 ROOT = "robot"
@@ -33,7 +35,11 @@ KINDS: dict[str, JointKind] = {
 
 
 def from_urdf(
-    path: str | Path, base: str | None = None, tip: str | None = None, name: str | None = None
+    path: str | Path,
+    base: str | None = None,
+    tip: str | None = None,
+    name: str | None = None,
+    exact: bool = False,
 ) -> Robot:
     """The chain from one link of a URDF to another.
 
@@ -42,23 +48,26 @@ def from_urdf(
         base: The link whose frame is the base frame; by default the root.
         tip: The link whose frame is the tool frame; by default the only link without children.
         name: The robot's name; by default the URDF's.
+        exact: Whether every number is taken as it is written. Otherwise numbers lose noise, and
+            rounded angles and axes become exact; ``cleaning`` of the robot lists them.
 
     Returns:
         The robot: frames, joints and links as in the URDF (characters that C names cannot hold
-        become _); ``notes`` name the angles that became multiples of pi.
+        become _); ``notes`` name rounded numbers and doubtful units.
 
     Raises:
         DescriptionError: The file is no URDF, or has no such chain.
     """
-    return _Urdf(str(path), read_text(path)).robot(base, tip, name)
+    robot = _Urdf(str(path), read_text(path)).robot(base, tip, name)
+    robot = replace(robot, notes=questioned(robot))
+    return robot if exact else cleaned(robot)
 
 
 class _Urdf:
-    """A URDF: its joints by the link that they carry, and the notes of the reader."""
+    """A URDF: its joints by the link that they carry."""
 
     def __init__(self, file: str, text: str) -> None:
         self.file = file
-        self.notes: list[str] = []
         parser = etree.XMLParser(
             encoding="utf-8", resolve_entities=False, no_network=True, huge_tree=False
         )
@@ -94,7 +103,6 @@ class _Urdf:
                 source=f"URDF {Path(self.file).name}, {base} to {tip}",
                 base_frame=_identifier(base),
                 tool_frame=_identifier(tip),
-                notes=tuple(self.notes),
             )
         except DescriptionError:
             raise
@@ -142,7 +150,7 @@ class _Urdf:
             self._fail(element, "type", kind, f"one of {', '.join(KINDS)}")
         given = {
             "xyz": self._vector(element, "origin", "xyz", "0 0 0"),
-            "rpy": self._angles(element),
+            "rpy": self._vector(element, "origin", "rpy", "0 0 0"),
             "axis": self._vector(element, "axis", "xyz", "1 0 0"),
         }
         try:
@@ -192,19 +200,6 @@ class _Urdf:
         return Mimic(_identifier(self._attribute(leader, "name")), multiplier, offset)
 
     # --- values ---
-
-    def _angles(self, element: etree._Element) -> Vector:
-        angles = []
-        for which, value in zip(
-            "rpy", self._vector(element, "origin", "rpy", "0 0 0"), strict=True
-        ):
-            exact = snap_angle(value)
-            if exact != value:
-                joint = element.get("name")
-                self.notes.append(f"joint {joint}: {which} = {float(value)!r} taken as {exact}")
-            angles.append(exact)
-        roll, pitch, yaw = angles
-        return roll, pitch, yaw
 
     def _vector(self, element: etree._Element, tag: str, attribute: str, default: str) -> Vector:
         child = element.find(tag)
