@@ -17,6 +17,7 @@ from .families import FAMILIES
 from .families.family import Family
 from .general.general_inverse import GeneralInverse, general_inverse
 from .nominal import nominal_of
+from .polished_inverse import as_start, polished_inverse
 from .structure.lines import Lines, axes_of
 from .tasks.task import Solved
 from .tool_axis import by_tool_axis
@@ -31,17 +32,21 @@ class Inverses:
         solved: The tasks by the names of their functions.
         others: Functions that belong to them, such as the swivel angle of a configuration.
         general: The inverse of a general arm, where the axes have no structure.
+        polished: The inverse of an arm that nearly has a structure, where ``solved`` holds that of
+            its nominal arm.
     """
 
     classification: Classification
     solved: dict[str, Solved]
     others: tuple[SymbolicFunction, ...] = ()
     general: GeneralInverse | None = None
+    polished: WrittenFunction | None = None
 
     @property
     def written(self) -> tuple[WrittenFunction, ...]:
         """The functions whose C is written by hand over tables of the robot."""
-        return () if self.general is None else (self.general.function,)
+        found = self.polished if self.general is None else self.general.function
+        return () if found is None else (found,)
 
     @property
     def missing(self) -> str:
@@ -99,7 +104,14 @@ def _by_nominal(
         return None
     nominal = nominal_of(robot, lines, found)
     exact = Lines(lines.terms, axes_of(nominal, lines.terms))
-    return Inverses(classification, {"ik": pose_task(nominal, exact, found)})
+    return led(classification, pose_task(nominal, exact, found))
+
+
+def led(classification: Classification, nominal: Solved) -> Inverses:
+    """The inverse of an arm that is led from the task ``ik`` of its nominal arm."""
+    start = as_start(nominal)
+    inverse = polished_inverse(classification, nominal.function)
+    return Inverses(classification, {start.function.name: start}, polished=inverse)
 
 
 def _by_tool_axis(

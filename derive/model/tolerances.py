@@ -196,6 +196,3 @@ FEW_PRINTED_DIGITS = 6
 DEAD_POINT = 1e-12
 """Margin, a pure number, up to which a loop counts as at its dead point: sin^2 of a millionth of a
 radian."""
-NOMINAL = 0.05
-"""Residual (metre, radian) of a nominal arm up to which the true arm might reach the pose: axes
-that were snapped differ by millimetres, and a long arm multiplies angles."""
