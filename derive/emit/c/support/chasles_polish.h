@@ -83,7 +83,7 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
         const double *pivots = (const double *)least[k / LANES] + k % LANES;
         int ways = POLISH_NAME(lines)(start.residual[k], residual[k], s.taken[k], pivots);
         /* Where no branch has a solution, any may be the nearest. */
-        if (s.count == 0 && start.residual[k] < POLISH_START)
+        if (s.count == 0 && isfinite(start.residual[k]))
             ways = POLISH_FEW_WAYS;
         is_unsure[k] = ways > 0;
         s.ways = ways > s.ways ? ways : s.ways;
@@ -94,6 +94,8 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
         if (is_unsure[k] && !s.taken[k])
             POLISH_NAME(add)(&s, start.q + POLISH_N * k, k, start.margin[k]);
     }
+    if (s.waiting > 0)
+        POLISH_NAME(follow)(&s);
     POLISH_NAME(look)(&s, is_unsure);
     if (s.waiting > 0)
         POLISH_NAME(follow)(&s);
@@ -112,3 +114,4 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
 #undef POLISH_DEVIATION
 #undef POLISH_ON_LANES
 #undef POLISH_ROWS
+#undef POLISH_HALF

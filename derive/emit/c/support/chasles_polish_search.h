@@ -168,6 +168,10 @@ static void POLISH_NAME(look)(POLISH_NAME(search) * s, const int *is_unsure)
     }
 }
 #else
+/* Half the length of a line in the measure in which its curves are followed, beside radians: at a
+ * fold, coordinates change by the root of the displacement. */
+#define POLISH_HALF sqrt(POLISH_LINE *POLISH_DEVIATION)
+
 /* Curves that are followed, one a lane: the configuration and mu, the direction of the curve, and
  * the branch on which it began. */
 typedef struct {
@@ -244,11 +248,12 @@ static void POLISH_NAME(cross)(POLISH_NAME(search) * s, const POLISH_NAME(curves
 static LANES_TARGET void POLISH_NAME(trace)(POLISH_NAME(search) * s, const double *u,
                                             POLISH_NAME(curves) * k)
 {
+    const double half = POLISH_HALF;
     POLISH_NAME(repeat)((double *)k->c.q, POLISH_N, k->count);
     POLISH_NAME(repeat)((double *)&k->mu, 1, k->count);
     POLISH_NAME(repeat)((double *)k->along, POLISH_N + 1, k->count);
     lanes before[POLISH_N], last = k->mu, earlier = k->mu;
-    lanes_where going = LANES_LT(POLISH_OF(-1.0), POLISH_OF(0.0));
+    lanes_where going = LANES_LT(POLISH_OF(0.0), POLISH_OF(1.0));
     for (int step = 0; step < POLISH_MOST_STRIDES && LANES_ANY(going); step++) {
         POLISH_NAME(correct)(s->in, u, k);
         if (step >= POLISH_STEPS / 2) {
@@ -257,15 +262,15 @@ static LANES_TARGET void POLISH_NAME(trace)(POLISH_NAME(search) * s, const doubl
             const lanes_where on = LANES_LT(k->left, POLISH_OFF_CURVE * POLISH_OFF_CURVE);
             const lanes mu2 = k->mu * k->mu;
             const lanes alive = LANES_CHOICE(POLISH_AND(going, on), 1.0, 0.0);
-            going = POLISH_AND(going, POLISH_AND(on, LANES_LT(mu2, POLISH_OF(1.2))));
+            going = POLISH_AND(going, POLISH_AND(on, LANES_LT(mu2, POLISH_OF(1.2 * half * half))));
             for (int lane = 0; lane < k->count && step > POLISH_STEPS / 2; lane++) {
                 const double a = fabs(first[lane]), b = fabs(then[lane]), c = fabs(now[lane]);
                 if (((const double *)&alive)[lane] == 0.0)
                     continue;
-                k->arrived += k->is_branch[lane] && c > 1.0 && b <= 1.0 && now[lane] * k->side < 0.0;
+                k->arrived += k->is_branch[lane] && c > half && b <= half && now[lane] * k->side < 0.0;
                 if (then[lane] * now[lane] <= 0.0) {
                     POLISH_NAME(cross)(s, k, lane, before, b / (b + c + 1e-300));
-                } else if (b < a && b < c && b < POLISH_TOUCH && first[lane] * then[lane] > 0.0) {
+                } else if (b < a && b < c && b < POLISH_TOUCH * half && first[lane] * then[lane] > 0.0) {
                     /* A parabola through three points, as if in equal strides. */
                     const double sum = 0.5 * (a + c) - b, middle = 0.25 * (a - c) / sum;
                     const double apart2 = middle * middle - b / sum;
@@ -278,11 +283,13 @@ static LANES_TARGET void POLISH_NAME(trace)(POLISH_NAME(search) * s, const doubl
             earlier = step > POLISH_STEPS / 2 ? last : k->mu;
             last = k->mu;
             memcpy(before, k->c.q, sizeof before);
-            /* Longer where mu alone changes: folds are where it does not. */
-            const lanes slope = k->along[POLISH_N];
-            const lanes coordinates2 = 1.0 + POLISH_STRAIGHT - slope * slope;
-            POLISH_RSQRT(per_coordinate, coordinates2);
-            const lanes stride = LANES_CHOICE(going, POLISH_STRIDE * per_coordinate, 0.0);
+            const lanes slope = k->along[POLISH_N], slope2 = slope * slope + 1e-30;
+            const lanes rest2 = 1.0 - slope * slope, part2 = POLISH_MAX(rest2, 1e-3);
+            POLISH_RSQRT(of_coordinates, part2);
+            POLISH_RSQRT(of_line, slope2);
+            const lanes most =
+                POLISH_MIN(POLISH_STRIDE * of_coordinates, POLISH_SHARE * half * of_line);
+            const lanes stride = LANES_CHOICE(going, most, 0.0);
             for (int i = 0; i < POLISH_N; i++)
                 k->c.q[i] += stride * k->along[i];
             k->mu += stride * slope;
@@ -291,21 +298,21 @@ static LANES_TARGET void POLISH_NAME(trace)(POLISH_NAME(search) * s, const doubl
     k->count = 0;
 }
 
-/* Adds the curve that begins on a branch of the nominal arm at the end of a line. */
+/* Adds a curve that begins at a configuration, for the line's value mu there; it leads to the other
+ * end than `side`. */
 static LANES_TARGET void POLISH_NAME(begin)(POLISH_NAME(search) * s, const double *u,
-                                            POLISH_NAME(curves) * k,
-                                            const POLISH_NAME(slots) * start, int slot)
+                                            POLISH_NAME(curves) * k, const double *from, int slot,
+                                            double mu, double margin)
 {
     double *q = (double *)k->c.q + k->count, *along = (double *)k->along + k->count;
     for (int i = 0; i < POLISH_N; i++) {
-        q[LANES * i] = start->q[POLISH_N * slot + i];
+        q[LANES * i] = from[i];
         along[LANES * i] = 0.0;
     }
     along[LANES * POLISH_N] = -k->side;
-    ((double *)&k->mu)[k->count] = k->side;
+    ((double *)&k->mu)[k->count] = mu;
     k->slot[k->count] = slot;
-    k->is_branch[k->count] = start->residual[slot] < POLISH_FOLD;
-    k->margin[k->count++] = start->margin[slot];
+    k->margin[k->count++] = margin;
     if (k->count == LANES)
         POLISH_NAME(trace)(s, u, k);
 }
@@ -319,7 +326,8 @@ static LANES_TARGET void POLISH_NAME(look)(POLISH_NAME(search) * s, const int *i
     k.count = 0;
     for (int way = 0; way < POLISH_WAYS && s->count < POLISH_RESULTS; way++) {
         const int known = s->count;
-        POLISH_NAME(direction)(way, POLISH_LINE * POLISH_DEVIATION, u);
+        int begun = 0;
+        POLISH_NAME(direction)(way, POLISH_HALF, u);
         k.arrived = 0;
         for (k.side = -1; k.side <= 1; k.side += 2) {
             int starts = 0;
@@ -327,20 +335,26 @@ static LANES_TARGET void POLISH_NAME(look)(POLISH_NAME(search) * s, const int *i
             POLISH_NOMINAL(near, (double *)&other);
             for (int slot = 0; slot < POLISH_SLOTS; slot++)
                 starts += is_unsure[slot] && other.residual[slot] < POLISH_FOLD;
+            begun += starts;
             /* Curves that came from the other end leave no more to follow from this one. */
-            if (k.side > 0 && starts <= k.arrived)
+            if (k.side > 0 && s->count > 0 && starts <= k.arrived)
                 break;
             for (int slot = 0; slot < POLISH_SLOTS; slot++) {
-                if (is_unsure[slot] &&
-                    other.residual[slot] < (s->count > 0 ? POLISH_FOLD : POLISH_START))
-                    POLISH_NAME(begin)(s, u, &k, &other, slot);
+                k.is_branch[k.count] = other.residual[slot] < POLISH_FOLD;
+                const double *q = other.q + POLISH_N * slot;
+                if (is_unsure[slot] && other.residual[slot] < POLISH_FOLD)
+                    POLISH_NAME(begin)(s, u, &k, q, slot, k.side * POLISH_HALF,
+                                       other.margin[slot]);
+                else if (is_unsure[slot] && s->count == 0 && s->residual[slot] < POLISH_START)
+                    POLISH_NAME(begin)(s, u, &k, s->q + POLISH_N * slot, slot, 0.0,
+                                       s->margin[slot]);
             }
             if (k.count > 0)
                 POLISH_NAME(trace)(s, u, &k);
         }
         if (s->waiting > 0)
             POLISH_NAME(follow)(s);
-        if (s->count > 0 && s->count == known && way + 1 >= s->ways)
+        if (begun > 0 && s->count > 0 && s->count == known && way + 1 >= s->ways)
             break;
     }
 }

@@ -42,19 +42,18 @@
 #define POLISH_FOLD 1e-7
 /* Root of a pivot of J J^T, in deviations, below which branches may lie anywhere: a joint that turns
  * by less than this angle from a singularity of the nominal arm may be at one of the true arm. */
-#define POLISH_UNSURE 6
+#define POLISH_UNSURE 8
 /* Size of the displacements of poses around, in deviations: more than the arms differ by. */
 #define POLISH_AROUND 2.5
 /* Half the length of a line of poses, in deviations: at its ends the nominal arm is as far from a
  * singularity as two arms are not that differ so much. */
-#define POLISH_LINE 8
-/* Stride along a curve (radian; a coordinate of 1 for half the line): solutions that are closer
- * together are found from a touch. */
+#define POLISH_LINE 8.0
+/* Longest stride along a curve: of coordinates (radian), and share of half the line. Solutions that
+ * are closer together are found from a touch. */
 #define POLISH_STRIDE 0.12
-/* Square of the share of coordinates in a stride below which it grows no longer. */
-#define POLISH_STRAIGHT 0.1
+#define POLISH_SHARE 0.3
 /* Share of half the line up to which an extremum may hide two solutions. */
-#define POLISH_TOUCH 0.1
+#define POLISH_TOUCH 0.3
 /* Error (radian, parts of the arm's length) before a correction at which a curve is lost. */
 #define POLISH_OFF_CURVE 0.05
 
@@ -62,7 +61,7 @@
  * along a curve; directions of lines, and those that are tried where a solution is known. */
 #define POLISH_STEPS 6
 #define POLISH_MOST_STEPS 30
-#define POLISH_MOST_STRIDES 40
+#define POLISH_MOST_STRIDES 60
 #define POLISH_WAYS 6
 #define POLISH_FEW_WAYS 2
 
