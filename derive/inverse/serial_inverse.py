@@ -1,14 +1,15 @@
 """The inverse kinematics of a serial robot: every task that its structure solves, as functions.
 
-A chain whose axes have a structure is solved by it. A measured chain that nearly has one is solved
-as the nominal arm, five joints without a structure as six with the tool's own axis, and any other
+A chain whose axes have a structure is solved by it. A chain that nearly has one is led from the
+solutions of a nominal arm, five joints without a structure as six with the tool's own axis, and any other
 chain of six revolute joints as a general arm.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ..model.robot import Robot
+from ..model.tolerances import LED
 from ..terms.symbolic_function import SymbolicFunction, WrittenFunction
 from ..terms.terms import Terms
 from .chain_solution import pose_task
@@ -16,6 +17,7 @@ from .classify import Classification, classify
 from .families import FAMILIES
 from .families.family import Family
 from .general.general_inverse import GeneralInverse, general_inverse
+from .led import share_led
 from .nominal import nominal_of
 from .polished_inverse import as_start, polished_inverse
 from .structure.lines import Lines, axes_of
@@ -98,13 +100,15 @@ def _by_structure(
 def _by_nominal(
     robot: Robot, classification: Classification, _: Sequence[Family]
 ) -> Inverses | None:
-    """The pose task of the nominal arm, for a measured arm whose axes nearly fit."""
-    found, lines = classification.found, classification.lines
-    if found is None or classification.tier != "snapped":
-        return None
-    nominal = nominal_of(robot, lines, found)
-    exact = Lines(lines.terms, axes_of(nominal, lines.terms))
-    return led(classification, pose_task(nominal, exact, found))
+    """The pose task of a nominal arm, for an arm whose axes nearly fit, and that it leads to."""
+    lines = classification.lines
+    for found in classification.near:
+        nominal = nominal_of(robot, lines, found)
+        exact = Lines(lines.terms, axes_of(nominal, lines.terms))
+        solved = pose_task(nominal, exact, found)
+        if share_led(robot, lines, solved.function, len(found.given)) >= LED:
+            return led(replace(classification, found=found, missing=""), solved)
+    return None
 
 
 def led(classification: Classification, nominal: Solved) -> Inverses:
