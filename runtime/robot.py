@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from .call._call import Function
 from .call.capabilities import Hint, Missing, missing_names
-from .closed_form import calibrated
 from .closed_form.assembly_modes import PlanarMethods
 from .closed_form.closures import LoopMethods
 from .closed_form.hints import no_inverse, no_representation
@@ -181,8 +180,6 @@ class Robot(
         if manifest.is_iterated:
             vars(self)["_loops"], iterated = newton.functions(manifest, functions, pickler)
             functions |= iterated
-        if manifest.inverse.tier == "snapped":
-            functions |= calibrated.functions(manifest, functions, pickler)
         roles: dict[tuple[str, str, str], Function[Any]] = {}
         for info in manifest.functions:
             roles.setdefault((info.role, info.domain, info.codomain), functions[info.name])

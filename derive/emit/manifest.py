@@ -14,7 +14,7 @@ from ..loops.hybrid import Hybrid
 from ..model.cleaning import Cleaning, written
 from ..model.mechanism import Coordinate, Described
 from ..model.robot import UNITS, Joint, Parameter
-from ..model.tolerances import DEAD_POINT, NOMINAL
+from ..model.tolerances import DEAD_POINT
 from ..program.counting import count_operations
 from ..program.operations import Program
 from ..program.programs import Programs
@@ -60,7 +60,7 @@ def manifest(
         + [_written(robot, function) for function in derivation.written],
         **({} if hybrid is None else _loops(hybrid)),
         **({} if derivation.inverse is None else _inverse(derivation.inverse)),
-        "tolerances": {"dead_point": DEAD_POINT, "nominal": NOMINAL},
+        "tolerances": {"dead_point": DEAD_POINT},
         "description_sha256": sha256(repr(robot)),
         "languages": {language: sorted(texts) for language, texts in sorted(files.items())},
         "files": {name: sha256(text) for name, text in sorted(_together(files).items())},
@@ -108,7 +108,7 @@ def _cleaning(cleaning: Cleaning) -> dict[str, Any]:
 
 def _inverse(inverse: Inverses) -> dict[str, Any]:
     """The tier of the inverse, or the reason why there is none."""
-    tier = "general" if inverse.written else inverse.classification.tier
+    tier = "general" if inverse.general else inverse.classification.tier
     return {"inverse": {"tier": tier, "missing": inverse.missing}}
 
 

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from ..model.robot import Robot
-from ..model.tolerances import EXACT_STRUCTURE, MEASURED_STRUCTURE
+from ..model.tolerances import EXACT_STRUCTURE, MEASURED_STRUCTURE, NEARLY_STRUCTURE
 from ..terms.terms import Terms
 from .families import FAMILIES
 from .families.family import Family, Reading
@@ -18,6 +18,8 @@ from .structure.requirement import Requirement
 
 MOST_JOINTS = 6
 """A chain of more joints is redundant; its family has an input for the redundancy, or none fits."""
+MOST_NEAR = 2
+"""Structures that are tried on an arm that misses them."""
 
 
 @dataclass(frozen=True)
@@ -66,16 +68,19 @@ class Classification:
         found: The family that fits, if one does.
         attempts: All families that were tried, up to the one that fits.
         missing: Why there is no closed form, in words; empty where there is one.
+        near: Structures that the axes miss by little, the likeliest first: the inverse may be led
+            from a nominal arm that has one of them.
     """
 
     lines: Lines
     found: Attempt | None
     attempts: tuple[Attempt, ...]
     missing: str = ""
+    near: tuple[Attempt, ...] = ()
 
     @property
     def tier(self) -> Literal["exact", "snapped", "none"]:
-        """Whether the axes have the structure exactly, within measured errors, or not."""
+        """Whether the axes have the structure exactly, nearly, or have none."""
         if self.found is None:
             return "none"
         return "exact" if self.found.deviation <= EXACT_STRUCTURE else "snapped"
@@ -121,12 +126,26 @@ def of_lines(
         attempts.append(attempt)
         if attempt.deviation <= EXACT_STRUCTURE:
             return Classification(lines, attempt, tuple(attempts))
-    # A measured arm has the first structure that its axes miss by no more than measured errors.
-    for attempt in _attempts(replace(lines, tolerance=MEASURED_STRUCTURE), choices, families):
-        if attempt.deviation <= MEASURED_STRUCTURE:
-            return Classification(lines, attempt, tuple(attempts))
     nearest = min(attempts, key=lambda attempt: attempt.deviation, default=None)
-    return Classification(lines, None, tuple(attempts), _nearest_in_words(nearest))
+    near = tuple(_near(lines, choices, families))
+    return Classification(lines, None, tuple(attempts), _nearest_in_words(nearest), near)
+
+
+def _near(
+    lines: Lines, choices: Sequence[tuple[int, ...]], families: Sequence[Family]
+) -> list[Attempt]:
+    """The structures that the axes miss by little.
+
+    A measured arm has the first that its axes miss by no more than measured errors; among others
+    the nearest is the likeliest.
+    """
+    measured = _attempts(replace(lines, tolerance=MEASURED_STRUCTURE), choices, families)
+    first = next((a for a in measured if a.deviation <= MEASURED_STRUCTURE), None)
+    if first is not None:
+        return [first]
+    nearly = _attempts(replace(lines, tolerance=NEARLY_STRUCTURE), choices, families)
+    found = [attempt for attempt in nearly if attempt.deviation <= NEARLY_STRUCTURE]
+    return sorted(found, key=lambda attempt: attempt.deviation)[:MOST_NEAR]
 
 
 def _unfit(robot: Robot) -> str:

@@ -1,7 +1,7 @@
 """The nominal arm of a calibrated arm: its axes are moved slightly, to an exact structure.
 
 In a measured arm no two axes are exactly parallel or meet. Its inverse starts from the inverse of
-the nominal arm, and Newton's iteration at run time brings each solution to the measured arm.
+the nominal arm, and Newton's iteration brings each solution to the measured arm.
 """
 
 from collections.abc import Iterable, Sequence
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..model.placements import inverse
 from ..model.robot import Joint, Placement, Robot, Rotation, Translation
-from ..model.tolerances import EVALUATION_DIGITS, MEASURED_STRUCTURE, NOMINAL_GUARD_DIGITS
+from ..model.tolerances import EVALUATION_DIGITS, NOMINAL_GUARD_DIGITS
 from .classify import Attempt
 from .structure.lines import Lines, home_of
 from .structure.requirement import Requirement
@@ -36,7 +36,7 @@ def nominal_of(robot: Robot, lines: Lines, found: Attempt) -> Robot:
     axes = dict(enumerate(lines.axes))
     free = [k for k in axes if k not in found.given]
     order = free[::-1] if found.backwards else free
-    directions = {k: _nearest_upright(axis.direction) for k, axis in axes.items()}
+    directions = {k: _nearest_upright(axis.direction, found.deviation) for k, axis in axes.items()}
     origins = {k: axis.origin for k, axis in axes.items()}
     for requirement in _all(found.requirements):
         _make_parallel(directions, [order[k] for k in requirement.parallel])
@@ -54,12 +54,12 @@ def _all(requirements: Iterable[Requirement]) -> Iterable[Requirement]:
         yield from requirement.parts
 
 
-def _nearest_upright(h: FloatArray) -> FloatArray:
-    """The nearest axis of the base, if it is within measured errors; else the direction itself."""
+def _nearest_upright(h: FloatArray, deviation: float) -> FloatArray:
+    """The nearest axis of the base, if it is as near as the structure; else the direction itself."""
     k = int(np.argmax(np.abs(h)))
     upright = np.zeros(3)
     upright[k] = np.sign(h[k])
-    return upright if float(np.linalg.norm(h - upright)) <= MEASURED_STRUCTURE else h
+    return upright if float(np.linalg.norm(h - upright)) <= deviation else h
 
 
 def _make_parallel(directions: dict[int, FloatArray], indices: Sequence[int]) -> None:

@@ -1,14 +1,15 @@
 """The inverse kinematics of a serial robot: every task that its structure solves, as functions.
 
-A chain whose axes have a structure is solved by it. A measured chain that nearly has one is solved
-as the nominal arm, five joints without a structure as six with the tool's own axis, and any other
-chain of six revolute joints, or of seven of which one is given, as a general arm.
+A chain whose axes have a structure is solved by it. A chain that nearly has one is led from the
+solutions of a nominal arm, five joints without a structure as six with the tool's own axis, and any
+other chain of six revolute joints, or of seven of which one is given, as a general arm.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from ..model.robot import Robot
+from ..model.tolerances import LED
 from ..terms.symbolic_function import SymbolicFunction, WrittenFunction
 from ..terms.terms import Terms
 from .chain_solution import pose_task
@@ -16,7 +17,9 @@ from .classify import Classification, classify
 from .families import FAMILIES
 from .families.family import Family
 from .general.general_inverse import GeneralInverse, general_inverse
+from .led import share_led
 from .nominal import nominal_of
+from .polished_inverse import as_start, polished_inverse
 from .structure.lines import Lines, axes_of
 from .tasks.task import Solved
 from .tool_axis import by_tool_axis
@@ -31,17 +34,21 @@ class Inverses:
         solved: The tasks by the names of their functions.
         others: Functions that belong to them, such as the swivel angle of a configuration.
         general: The inverse of a general arm, where the axes have no structure.
+        polished: The inverse of an arm that nearly has a structure, where ``solved`` holds that of
+            its nominal arm.
     """
 
     classification: Classification
     solved: dict[str, Solved]
     others: tuple[SymbolicFunction, ...] = ()
     general: GeneralInverse | None = None
+    polished: WrittenFunction | None = None
 
     @property
     def written(self) -> tuple[WrittenFunction, ...]:
         """The functions whose C is written by hand over tables of the robot."""
-        return () if self.general is None else (self.general.function,)
+        found = self.polished if self.general is None else self.general.function
+        return () if found is None else (found,)
 
     @property
     def missing(self) -> str:
@@ -95,13 +102,22 @@ def _by_structure(
 def _by_nominal(
     robot: Robot, classification: Classification, _: Sequence[Family]
 ) -> Inverses | None:
-    """The pose task of the nominal arm, for a measured arm whose axes nearly fit."""
-    found, lines = classification.found, classification.lines
-    if found is None or classification.tier != "snapped":
-        return None
-    nominal = nominal_of(robot, lines, found)
-    exact = Lines(lines.terms, axes_of(nominal, lines.terms))
-    return Inverses(classification, {"ik": pose_task(nominal, exact, found)})
+    """The pose task of a nominal arm, for an arm whose axes nearly fit, and that it leads to."""
+    lines = classification.lines
+    for found in classification.near:
+        nominal = nominal_of(robot, lines, found)
+        exact = Lines(lines.terms, axes_of(nominal, lines.terms))
+        solved = pose_task(nominal, exact, found)
+        if share_led(robot, lines, solved.function, len(found.given)) >= LED:
+            return led(replace(classification, found=found, missing=""), solved)
+    return None
+
+
+def led(classification: Classification, nominal: Solved) -> Inverses:
+    """The inverse of an arm that is led from the task ``ik`` of its nominal arm."""
+    start = as_start(nominal)
+    inverse = polished_inverse(classification, nominal.function)
+    return Inverses(classification, {start.function.name: start}, polished=inverse)
 
 
 def _by_tool_axis(

@@ -127,6 +127,18 @@ MEASURED_STRUCTURE = 5e-3
 
 It bounds the errors of a measured arm: some millimetres a metre, some milliradians.
 """
+NEARLY_STRUCTURE = 3e-2
+"""Radian, or parts of the arm's length: deviations up to which a structure is tried on an arm that
+misses it. Newton's iteration leads from the nominal arm to the true one or does not, and that
+decides; from farther away it rarely does."""
+LED = 0.9
+"""Share of random configurations, to which a nominal arm has to lead: about one in ten is near a
+singularity, where the displacement between two arms moves solutions anywhere."""
+LED_BACK = 1e-6
+"""Radian, or parts of the arm's length, up to which the iteration is back at a configuration: eight
+steps leave 1e-14 off singularities."""
+LED_STEP = 0.3
+"""Metres or radians that a coordinate may move in such a step: further away lies another branch."""
 JACOBIAN_RANK = 1e-9
 """A singular value of the Jacobian, lengths in parts of the arm's, that is 0 but for rounding."""
 OBLIQUE_AXES = 1e-3
@@ -226,6 +238,3 @@ FEW_PRINTED_DIGITS = 6
 DEAD_POINT = 1e-12
 """Margin, a pure number, up to which a loop counts as at its dead point: sin^2 of a millionth of a
 radian."""
-NOMINAL = 0.05
-"""Residual (metre, radian) of a nominal arm up to which the true arm might reach the pose: axes
-that were snapped differ by millimetres, and a long arm multiplies angles."""

@@ -42,7 +42,7 @@ def programs(functions: Sequence[SymbolicFunction], prefix: str) -> Programs:
         LoweringError: An expression or an operation has no rule.
     """
     read = [
-        seeing_its_inputs(program) if f.role.is_inverse else program
+        seeing_its_inputs(program) if f.role.finds_coordinates else program
         for f, program in zip(functions, read_programs(lower(functions, prefix)), strict=True)
     ]
     branch = {f.name: program for f, program in zip(functions, read, strict=True) if f.signs}

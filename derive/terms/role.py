@@ -6,7 +6,7 @@ from dataclasses import dataclass
 ROLES = (
     *("pose", "link poses", "pose and jacobian", "jacobian", "jacobian rate", "hessian"),
     *("twist", "acceleration"),
-    *("inverse", "redundancy"),
+    *("inverse", "nominal inverse", "redundancy"),
     *("map", "map derivative", "map rate", "map acceleration", "margin", "branches"),
     *("constraint", "constraint derivative", "constraint rate"),
     *("lengths", "lengths derivative", "velocity relation"),
@@ -50,6 +50,11 @@ class Role:
     def is_inverse(self) -> bool:
         """Whether the function returns solutions in slots, each with residual and margin."""
         return self.name == "inverse"
+
+    @property
+    def finds_coordinates(self) -> bool:
+        """Whether the function computes coordinates, of this robot or of a nominal one."""
+        return self.name in ("inverse", "nominal inverse")
 
 
 OTHER = Role()

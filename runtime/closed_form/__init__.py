@@ -1,1 +1,1 @@
-"""Closed-form inverses: solutions in slots, paths, calibrated arms, and refinement."""
+"""Closed-form inverses: solutions in slots, paths, and refinement."""

@@ -139,9 +139,9 @@ class InverseFacts:
     """The inverse as a whole.
 
     Attributes:
-        tier: "exact" where it is a closed form; "snapped" where the generated inverse belongs to a
-            nominal arm nearby and iteration leads from there to the true one; "general" where it
-            takes eigenvalues; "none" where there is none.
+        tier: "exact" where it is a closed form; "snapped" where it starts from the closed form of
+            a nominal arm nearby and iterates; "general" where it takes eigenvalues; "none" where
+            there is none.
         missing: Why there is none; "" where there is one or the manifest states no reason.
     """
 
@@ -211,11 +211,9 @@ class ContractTolerances:
 
     Attributes:
         dead_point: Margin up to which a loop counts as at its dead point.
-        nominal: Residual [m, rad] of a nominal arm up to which the true arm might reach the pose.
     """
 
     dead_point: float
-    nominal: float
 
 
 @dataclass(frozen=True, slots=True)

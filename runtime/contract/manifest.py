@@ -113,7 +113,7 @@ def _cleaning(entry: Entry) -> Cleaning:
 
 
 def _tolerances(entry: Entry) -> ContractTolerances:
-    return ContractTolerances(entry["dead_point"].number(), entry["nominal"].number())
+    return ContractTolerances(entry["dead_point"].number())
 
 
 def _check_slots(entry: Entry, manifest: Manifest) -> None:
@@ -132,9 +132,6 @@ def _check_slots(entry: Entry, manifest: Manifest) -> None:
             item["margin"].fail("none, since an inverse returns its own margin")
         if any(index >= n for index in function.given):
             item["given"].fail(f"indices below {n}, the number of coordinates")
-    is_refined = manifest.inverse.tier == "snapped" and manifest.with_role("inverse", "pose")
-    if is_refined and not manifest.with_role("pose and jacobian", "actuators"):
-        entry["inverse"]["tier"].fail('"exact", or a function fk_jacobian_mixed to iterate with')
 
 
 def _loops(entry: Entry) -> LoopFacts:

@@ -109,7 +109,7 @@ def manifest():
         "solution": "closed form",
         "frames": {"base": "base", "tip": "ee", "links": ["post", "boom"]},
         "parameters": [],
-        "tolerances": {"dead_point": 1e-12, "nominal": 0.05},
+        "tolerances": {"dead_point": 1e-12},
         "functions": [
             function("chain", [q], [theta], ("map", "actuators", "chain"), margin="margin"),
             function(

@@ -179,7 +179,7 @@ def write(folder: Path, rod="13/100"):
         "solution": "closed form",
         "frames": {"base": "base", "tip": "ee", "links": []},
         "parameters": [],
-        "tolerances": {"dead_point": 1e-12, "nominal": 0.05},
+        "tolerances": {"dead_point": 1e-12},
         "functions": [
             {
                 "name": f.name,

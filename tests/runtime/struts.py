@@ -128,7 +128,7 @@ def manifest():
         "solution": "newton",
         "frames": {"base": "base", "tip": "ee", "links": []},
         "parameters": [],
-        "tolerances": {"dead_point": 1e-12, "nominal": 0.05},
+        "tolerances": {"dead_point": 1e-12},
         "functions": [
             function("constraint", [z], [argument("c", [7])], ("constraint", "configuration")),
             function(

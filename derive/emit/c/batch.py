@@ -209,16 +209,17 @@ def _lanes(robot: Described, functions: Sequence[SymbolicFunction], programs: Pr
         # Branches hold roots and angles, which strength reduction replaces; other functions are
         # sums of products.
         cheap = reduced(program) if function.signs else program
-        lines = kernel(cheap, _loads(cheap, sizes(function)), sizes(function))
+        lines = kernel(cheap, loads(cheap, sizes(function)), sizes(function))
         comment = f"// {function.name}: {summary(count_operations(cheap))}"
         head = f"{comment}\n{head}(const lanes *in, lanes *out)"
         parts.append("\n".join([head, "{", *lines, "}\n"]))
     return "\n".join(parts)
 
 
-def _loads(program: Program, size: Sizes) -> list[str]:
+def loads(program: Program, size: Sizes) -> list[str]:
+    """The lines that name the inputs of a kernel, which lie one behind the other in ``in``."""
     name, first = naming(program), offsets(size.inputs)
-    loads = [
+    lines = [
         f"  const lanes {name(e)} = in[{first[e.argument] + e.entry}];" for e in program.inputs
     ]
-    return loads or ["  (void)in;"]
+    return lines or ["  (void)in;"]

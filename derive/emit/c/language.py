@@ -2,7 +2,7 @@
 
 from ...derivation import Derivation
 from ...program.programs import Programs
-from . import batch, branch_lanes, scalar, written
+from . import batch, branch_lanes, polished, scalar, written
 from .header import header, support
 
 
@@ -14,6 +14,7 @@ def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
         f"{robot.name}.h": header(robot, (*functions, *derivation.written), programs),
         scalar.SUPPORT: support(scalar.SUPPORT),
         **written.written_files(robot, derivation.written),
+        **polished.polished_files(derivation, programs),
         **branch_lanes.files(robot, functions, programs),
         **batch.files(robot, functions, programs, derivation.written),
     }

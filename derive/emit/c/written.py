@@ -21,13 +21,14 @@ SUPPORTS = {
     "general": ("chasles_general.h", *GENERAL),
     "general_given": ("chasles_general_given.h", *GENERAL),
 }
-"""The files of each solver; a generated file includes the first."""
+"""The files of each solver that takes tables; a generated file includes the first."""
 
 
 def written_files(robot: Described, written: Sequence[WrittenFunction]) -> dict[str, str]:
     """The files of functions with handwritten solvers, with the files of these solvers, by name."""
-    own = {written_file(robot, function): _source(robot, function) for function in written}
-    names = {name for function in written for name in SUPPORTS[function.solver]}
+    tabled = [function for function in written if function.solver in SUPPORTS]
+    own = {written_file(robot, function): _source(robot, function) for function in tabled}
+    names = {name for function in tabled for name in SUPPORTS[function.solver]}
     return own | {name: support(name) for name in sorted(names)}
 
 

@@ -1,0 +1,104 @@
+"""The C of an inverse that is led from a nominal arm to the true one, by ``chasles_polish.h``."""
+
+import textwrap
+from collections.abc import Sequence
+
+from ...derivation import Derivation
+from ...inverse.polished_inverse import SOLVER
+from ...program.counting import count_operations
+from ...program.programs import Programs
+from ...terms.symbolic_function import Argument, Result, Table, WrittenFunction
+from .batch import loads
+from .expressions import WIDTH, number
+from .header import notice, signature, support
+from .lanes import kernel, offsets, sizes
+from .scalar import branches_flag
+from .sections import summary
+from .written import written_file
+
+SUPPORTS = tuple(
+    f"chasles_polish{part}.h" for part in ("", "_lanes", "_steps", "_search", "_tolerances")
+)
+
+
+def polished_files(derivation: Derivation, programs: Programs) -> dict[str, str]:
+    """The file of the inverse of an arm that nearly has a structure, with its solver, by name.
+
+    There are none for another robot.
+    """
+    robot = derivation.robot
+    own = {
+        written_file(robot, function): _source(derivation, function, programs)
+        for function in derivation.written
+        if function.solver == SOLVER
+    }
+    return own | ({name: support(name) for name in SUPPORTS} if own else {})
+
+
+def _source(derivation: Derivation, function: WrittenFunction, programs: Programs) -> str:
+    """The robot's numbers as macros, and the function, behind the functions that it calls."""
+    robot = derivation.robot
+    nominal, pose = (derivation.function(name) for name in function.calls)
+    is_free, turns, length, deviation = map(_value, function.tables)
+    own, size, program = f"{robot.name}_{function.name}", sizes(pose), programs.whole[pose.name]
+    started = _at("in", nominal.inputs) + _at("out", nominal.outputs)
+    macros = {
+        "POSE(q, at)": f"{robot.name}_{pose.name}(q, {', '.join(_at('at', pose.outputs))})",
+        "NOMINAL(in, out)": f"{robot.name}_{nominal.name}({', '.join(started)})",
+        "NAME(name)": f"{own}_##name",
+        "N": len(robot.coordinates),
+        "SLOTS": nominal.branches,
+        "RESULTS": function.branches,
+        "INPUTS": sum(sizes(nominal).inputs),
+        "FREE": is_free,
+        "TURNS": turns,
+        "LENGTH": length,
+        "DEVIATION": deviation,
+    }
+    on_lanes, *others = (f"#define POLISH_{name} {value}" for name, value in macros.items())
+    return "\n".join(
+        [
+            notice(robot),
+            f"#if {branches_flag(robot)}",
+            "#define POLISH_ON_LANES 1",
+            f"#define POLISH_POSE LANES_NAME({own}_pose)\n",
+            f"// {pose.name} on lanes: {summary(count_operations(program))}",
+            "static LANES_TARGET void POLISH_POSE(const lanes *in, lanes *out)",
+            "{",
+            *kernel(program, loads(program, size), size),
+            "}\n",
+            "#else",
+            "#define POLISH_ON_LANES 0",
+            on_lanes,
+            "#endif",
+            *others,
+            '#include "chasles_polish.h"\n',
+            *textwrap.wrap(signature(robot.name, function), WIDTH, subsequent_indent="    "),
+            "{",
+            *_call(own, function),
+            "}\n",
+        ]
+    )
+
+
+def _at(array: str, values: Sequence[Argument | Result]) -> list[str]:
+    """Addresses in an array that holds the values one behind the other."""
+    first = offsets([value.size for value in values])
+    return [f"{array} + {k}" if k else array for k in first]
+
+
+def _call(own: str, function: WrittenFunction) -> list[str]:
+    """The lines that collect the inputs, which results may overlap, and call the solver."""
+    lines = [f"  double in[{sum(argument.size for argument in function.inputs)}];"]
+    first = offsets([argument.size for argument in function.inputs])
+    for k, argument in zip(first, function.inputs, strict=True):
+        place = f"in + {k}" if k else "in"
+        lines.append(f"  memcpy({place}, {argument.name}, {argument.size} * sizeof *in);")
+    results = ", ".join(result.name for result in function.outputs)
+    return [*lines, f"  {own}_polished(in, {results});"]
+
+
+def _value(table: Table) -> str:
+    if isinstance(table, tuple):
+        return f"{{{', '.join(map(_value, table))}}}"
+    return number(float(table))

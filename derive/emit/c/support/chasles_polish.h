@@ -1,0 +1,117 @@
+/* Inverse kinematics of an arm that nearly has a structure: every branch of the nominal arm, led to
+ * the true arm by Newton's iteration; part of chasles, the same for every such robot.
+ *
+ * Included once for each robot, which defines
+ *
+ *   POLISH_NAME(name)          the names of its functions
+ *   POLISH_N, POLISH_SLOTS     coordinates, and slots of the nominal arm
+ *   POLISH_RESULTS             these slots and further ones, for solutions that they cannot hold
+ *   POLISH_INPUTS              doubles in all inputs: the pose, then what is given beside it
+ *   POLISH_NOMINAL(in, out)    the inverse of the nominal arm: q, residual and margin of each slot
+ *   POLISH_POSE(q, at)         pose and Jacobian of the true arm (metre, base axes), on lanes
+ *   POLISH_FREE, POLISH_TURNS  of each coordinate: 1 where the iteration moves it; turns in a unit
+ *                              of it, 0 where it does not turn
+ *   POLISH_LENGTH              the arm's length (metre), which compares lengths with angles
+ *   POLISH_DEVIATION           between axes of the two arms (radian, parts of the length)
+ *
+ *   POLISH_ON_LANES            whether chasles_lanes.h was included before: a branch a lane
+ *
+ * Newton's step from q is dq = J^T (J J^T + lambda 1)^-1 e, with e the twist from the tool to the
+ * pose and lambda in proportion to |e|^2: that damps steps near singularities and fades with the
+ * error. Near singularities the true solutions may be anywhere, and the nominal arm's are taken at
+ * poses around as well. Pose, Jacobian and residual are always those of the true arm. No
+ * allocation, no state.
+ */
+#include <math.h>
+#include <stddef.h>
+#include <string.h>
+
+#include "chasles_polish_lanes.h"
+#include "chasles_polish_tolerances.h"
+
+/* Equations of a step: of the pose or, where they are fewer, of the coordinates. */
+#define POLISH_ROWS (POLISH_N < 6 ? POLISH_N : 6)
+
+#include "chasles_polish_steps.h"
+#include "chasles_polish_search.h"
+
+/* Lines of poses on which to look for further solutions near a branch, 0 where there are none.
+ *
+ * Where the nominal arm does not quite reach, two branches meet at a fold. Where its Jacobian is
+ * singular, by `least`, branches may be anywhere. */
+static int POLISH_NAME(lines)(double nominal, double residual, int is_distinct, const double *least)
+{
+    const double unsure = POLISH_UNSURE * POLISH_DEVIATION, square = unsure * unsure;
+    const int first = least[0] < square, second = least[LANES] < square;
+    if (!(nominal < POLISH_REACH)) {
+        const int nearly = nominal < POLISH_DEVIATIONS(10.0) && least[LANES] < 9.0 * square;
+        return first && (second || nearly) ? POLISH_FEW_WAYS : 0;
+    }
+    if (is_distinct && residual <= POLISH_SETTLED && !first)
+        return 0;
+    return nominal > POLISH_FOLD && !second ? 1 : POLISH_FEW_WAYS;
+}
+
+/* All branches of the true arm, in the slots of the nominal one's. */
+static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, double *residual,
+                                               double *margin)
+{
+    POLISH_NAME(slots) start;
+    POLISH_NAME(search) s;
+    lanes least[(POLISH_SLOTS + LANES - 1) / LANES][2];
+    int is_unsure[POLISH_SLOTS];
+    POLISH_NOMINAL(in, (double *)&start);
+    for (int b = 0; b < POLISH_SLOTS; b += LANES) {
+        lanes nominal;
+        POLISH_NAME(load)(start.q, b, &s.c);
+        for (int k = 0; k < LANES; k++)
+            ((double *)&nominal)[k] = start.residual[b + k < POLISH_SLOTS ? b + k : b];
+        const lanes_where near = LANES_LT(nominal, POLISH_OF(POLISH_REACH));
+        POLISH_NAME(newton)(in, &near, &s.c, least[b / LANES]);
+        for (int k = b; k < b + LANES && k < POLISH_SLOTS; k++)
+            POLISH_NAME(store)(&s.c, k - b, q + POLISH_N * k, residual + k);
+    }
+    memcpy(margin, start.margin, sizeof start.margin);
+    for (int k = POLISH_SLOTS; k < POLISH_RESULTS; k++) {
+        residual[k] = margin[k] = NAN;
+        for (int i = 0; i < POLISH_N; i++)
+            q[POLISH_N * k + i] = NAN;
+    }
+    s.in = in, s.q = q, s.residual = residual, s.margin = margin, s.waiting = s.ways = 0;
+    POLISH_NAME(mark)(&s);
+    for (int k = 0; k < POLISH_SLOTS; k++) {
+        const double *pivots = (const double *)least[k / LANES] + k % LANES;
+        int ways = POLISH_NAME(lines)(start.residual[k], residual[k], s.taken[k], pivots);
+        /* Where no branch has a solution, any may be the nearest. */
+        if (s.count == 0 && isfinite(start.residual[k]))
+            ways = POLISH_FEW_WAYS;
+        is_unsure[k] = ways > 0;
+        s.ways = ways > s.ways ? ways : s.ways;
+    }
+    if (s.ways == 0 || !POLISH_NAME(is_rigid)(in))
+        return;
+    for (int k = 0; k < POLISH_SLOTS; k++) {
+        if (is_unsure[k] && !s.taken[k])
+            POLISH_NAME(add)(&s, start.q + POLISH_N * k, k, start.margin[k]);
+    }
+    if (s.waiting > 0)
+        POLISH_NAME(follow)(&s);
+    POLISH_NAME(look)(&s, is_unsure);
+    if (s.waiting > 0)
+        POLISH_NAME(follow)(&s);
+}
+
+#undef POLISH_NAME
+#undef POLISH_N
+#undef POLISH_SLOTS
+#undef POLISH_RESULTS
+#undef POLISH_INPUTS
+#undef POLISH_NOMINAL
+#undef POLISH_POSE
+#undef POLISH_FREE
+#undef POLISH_TURNS
+#undef POLISH_LENGTH
+#undef POLISH_DEVIATION
+#undef POLISH_ON_LANES
+#undef POLISH_ROWS
+#undef POLISH_HALF

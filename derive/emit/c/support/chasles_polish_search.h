@@ -1,0 +1,361 @@
+/* The search for solutions to which Newton's iteration does not lead from the nominal arm's; part of
+ * chasles, the same for every such robot. Included by chasles_polish.h, once for each robot.
+ *
+ * Near a singularity the displacement between the two arms, however small, moves solutions anywhere.
+ * So poses on a straight line through the wanted one are looked at, T displaced by -mu u with u a
+ * constant twist: at its ends the nominal arm is off its singularity, and Newton's iteration leads to
+ * the true arm's solutions. From there the curve of configurations is followed along which the error
+ * is mu u. It passes the folds at which branches meet, and crosses mu = 0 at solutions.
+ */
+/* Solutions found so far, and starts that wait until they fill the lanes. */
+typedef struct {
+    const double *in;
+    double *q, *residual, *margin;
+    int taken[POLISH_RESULTS]; /* whether a slot holds a solution that no other does */
+    int count;                   /* of these */
+    int ways;                    /* lines to be tried where a solution is known */
+    int waiting, slot[LANES];
+    double margin_of[LANES];
+    POLISH_NAME(configurations) c;
+} POLISH_NAME(search);
+
+/* Whether a taken slot holds a configuration. */
+static int POLISH_NAME(known)(const POLISH_NAME(search) * s, const double *q)
+{
+    for (int k = 0; k < POLISH_RESULTS; k++) {
+        if (s->taken[k] && POLISH_NAME(same)(q, s->q + POLISH_N * k))
+            return 1;
+    }
+    return 0;
+}
+
+/* Marks the slots with a solution that no earlier slot has. */
+static void POLISH_NAME(mark)(POLISH_NAME(search) * s)
+{
+    s->count = 0;
+    memset(s->taken, 0, sizeof s->taken);
+    for (int k = 0; k < POLISH_RESULTS; k++) {
+        if (s->residual[k] <= POLISH_SETTLED && !POLISH_NAME(known)(s, s->q + POLISH_N * k)) {
+            s->taken[k] = 1;
+            s->count++;
+        }
+    }
+}
+
+/* Keeps what a start led to: a new solution in the slot of its branch, or where that has one in
+ * another; and what comes nearest in a slot without a solution. */
+static void POLISH_NAME(keep)(POLISH_NAME(search) * s, int lane)
+{
+    double found[POLISH_N], left;
+    int slot = s->slot[lane];
+    POLISH_NAME(store)(&s->c, lane, found, &left);
+    if (!(left <= POLISH_SETTLED)) {
+        if (!(left < s->residual[slot]))
+            return;
+    } else {
+        if (s->count == POLISH_RESULTS || POLISH_NAME(known)(s, found))
+            return;
+        for (int k = 0; s->taken[slot]; k++)
+            slot = k;
+        s->taken[slot] = 1;
+        s->count++;
+    }
+    memcpy(s->q + POLISH_N * slot, found, sizeof found);
+    s->residual[slot] = left;
+    s->margin[slot] = s->margin_of[lane];
+}
+
+/* Repeats the first lane in those from `count` on. */
+static void POLISH_NAME(repeat)(double *rows, int n, int count)
+{
+    for (int i = 0; i < n; i++) {
+        for (int k = count; k < LANES; k++)
+            rows[LANES * i + k] = rows[LANES * i];
+    }
+}
+
+/* Follows the starts that wait. */
+static LANES_TARGET void POLISH_NAME(follow)(POLISH_NAME(search) * s)
+{
+    POLISH_NAME(repeat)((double *)s->c.q, POLISH_N, s->waiting);
+    POLISH_NAME(descend)(s->in, &s->c);
+    for (int k = 0; k < s->waiting; k++)
+        POLISH_NAME(keep)(s, k);
+    s->waiting = 0;
+}
+
+/* Adds the start of a branch. */
+static LANES_TARGET void POLISH_NAME(add)(POLISH_NAME(search) * s, const double *q, int slot,
+                                          double margin)
+{
+    double *rows = (double *)s->c.q + s->waiting;
+    for (int i = 0; i < POLISH_N; i++)
+        rows[LANES * i] = q[i];
+    s->slot[s->waiting] = slot;
+    s->margin_of[s->waiting] = margin;
+    s->waiting++;
+    if (s->waiting == LANES)
+        POLISH_NAME(follow)(s);
+}
+
+/* A twist of about `size` (radian, parts of the arm's length), each time another way: linear part
+ * first. */
+static void POLISH_NAME(direction)(int way, double size, double *u)
+{
+    /* The six axes of an icosahedron: with their opposites, seen from anywhere they lie around. */
+    static const double axes[6][3] = {
+        {0.0, 0.53, 0.85},  {0.53, 0.85, 0.0},  {0.85, 0.0, 0.53},
+        {0.0, -0.53, 0.85}, {-0.53, 0.85, 0.0}, {0.85, 0.0, -0.53},
+    };
+    for (int i = 0; i < 3; i++) {
+        u[i] = size * axes[(way + 2) % 6][i];
+        u[3 + i] = size * axes[way % 6][i];
+    }
+}
+
+/* The inputs with a pose nearby, displaced by such a twist. */
+static void POLISH_NAME(nearby)(const double *in, double size, int way, double *near)
+{
+    double u[6];
+    POLISH_NAME(direction)(way, size, u);
+    const double a = 0.5 * u[3], b = 0.5 * u[4], c = 0.5 * u[5];
+    const double n = 1.0 / (1.0 + a * a + b * b + c * c);
+    /* Cayley's rotation, so that the pose stays one. */
+    const double R[3][3] = {
+        {n * (1.0 + a * a - b * b - c * c), 2.0 * n * (a * b - c), 2.0 * n * (a * c + b)},
+        {2.0 * n * (a * b + c), n * (1.0 - a * a + b * b - c * c), 2.0 * n * (b * c - a)},
+        {2.0 * n * (a * c - b), 2.0 * n * (b * c + a), n * (1.0 - a * a - b * b + c * c)},
+    };
+    memcpy(near, in, POLISH_INPUTS * sizeof *in);
+    for (int i = 0; i < 3; i++) {
+        for (int k = 0; k < 3; k++)
+            near[4 * i + k] = R[i][0] * in[k] + R[i][1] * in[4 + k] + R[i][2] * in[8 + k];
+        near[4 * i + 3] += POLISH_LENGTH * u[i];
+    }
+}
+
+/* Whether the upper left part of a pose is a rotation; no other has solutions. */
+static int POLISH_NAME(is_rigid)(const double *T)
+{
+    double off = 0.0;
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j <= i; j++) {
+            double sum = i == j ? -1.0 : 0.0;
+            for (int k = 0; k < 3; k++)
+                sum += T[4 * i + k] * T[4 * j + k];
+            off = fabs(sum) > off ? fabs(sum) : off;
+        }
+    }
+    return off <= POLISH_RIGID;
+}
+
+#if POLISH_N < 6
+/* Looks for solutions on branches that are unsure, from the nominal arm's at poses around: an arm of
+ * fewer joints cannot leave the poses that it reaches along a line. */
+static void POLISH_NAME(look)(POLISH_NAME(search) * s, const int *is_unsure)
+{
+    POLISH_NAME(slots) other;
+    double near[POLISH_INPUTS];
+    for (int way = 0; way < POLISH_WAYS && s->count < POLISH_RESULTS; way++) {
+        for (int side = -1; side <= 1; side += 2) {
+            POLISH_NAME(nearby)(s->in, side * POLISH_AROUND * POLISH_DEVIATION, way, near);
+            POLISH_NOMINAL(near, (double *)&other);
+            for (int k = 0; k < POLISH_SLOTS; k++) {
+                if (is_unsure[k] && other.residual[k] < POLISH_START)
+                    POLISH_NAME(add)(s, other.q + POLISH_N * k, k, other.margin[k]);
+            }
+        }
+    }
+}
+#else
+/* Half the length of a line in the measure in which its curves are followed, beside radians: at a
+ * fold, coordinates change by the root of the displacement. */
+#define POLISH_HALF sqrt(POLISH_LINE *POLISH_DEVIATION)
+
+/* Curves that are followed, one a lane: the configuration and mu, the direction of the curve, and
+ * the branch on which it began. */
+typedef struct {
+    POLISH_NAME(configurations) c;
+    lanes mu, along[POLISH_N + 1], left;
+    int count, slot[LANES], is_branch[LANES]; /* whether the nominal arm reaches the end */
+    double margin[LANES];
+    int side, arrived; /* the end where they began; how many branches came to the other */
+} POLISH_NAME(curves);
+
+/* Brings configurations onto their curves: the least change of (q, mu) to e = mu u, to first order;
+ * the direction is what is left of the earlier one. */
+POLISH_INLINE void POLISH_NAME(correct)(const double *T, const double *u, POLISH_NAME(curves) * k)
+{
+    lanes J[6][POLISH_N], a[6][6], b[2][6], dq[POLISH_N];
+    lanes pivots[2] = {POLISH_OF(1.0), POLISH_OF(1.0)}, size = POLISH_OF(0.0);
+    POLISH_NAME(evaluate)(T, &k->c);
+    POLISH_NAME(weighted)(&k->c, J);
+    k->left = POLISH_OF(0.0);
+    POLISH_UNROLL
+    for (int i = 0; i < 6; i++) {
+        b[0][i] = k->c.e[i] - k->mu * u[i];
+        b[1][i] = k->along[POLISH_N] * u[i];
+        k->left += b[0][i] * b[0][i];
+        POLISH_UNROLL
+        for (int m = 0; m < POLISH_N; m++)
+            b[1][i] += J[i][m] * k->along[m];
+        POLISH_UNROLL
+        for (int j = 0; j <= i; j++) {
+            a[i][j] = POLISH_OF(u[i] * u[j] + (i == j ? POLISH_LEAST_DAMPING : 0.0));
+            POLISH_UNROLL
+            for (int m = 0; m < POLISH_N; m++)
+                a[i][j] += J[i][m] * J[j][m];
+        }
+    }
+    POLISH_NAME(solve)(a, b, 2, pivots);
+    POLISH_UNROLL
+    for (int m = 0; m < POLISH_N; m++) {
+        dq[m] = POLISH_OF(0.0);
+        POLISH_UNROLL
+        for (int i = 0; i < 6; i++) {
+            dq[m] += J[i][m] * b[0][i];
+            k->along[m] -= J[i][m] * b[1][i];
+        }
+    }
+    for (int i = 0; i < 6; i++) {
+        k->mu += u[i] * b[0][i];
+        k->along[POLISH_N] -= u[i] * b[1][i];
+    }
+    POLISH_NAME(move)(k->c.q, dq, k->c.q);
+    for (int m = 0; m <= POLISH_N; m++)
+        size += k->along[m] * k->along[m];
+    POLISH_RSQRT(scale, size);
+    for (int m = 0; m <= POLISH_N; m++)
+        k->along[m] *= scale;
+}
+
+/* Starts the iteration where a curve crossed mu = 0 between two points, at the share `part` of the
+ * way from the first. */
+static void POLISH_NAME(cross)(POLISH_NAME(search) * s, const POLISH_NAME(curves) * k, int lane,
+                               const lanes *before, double part)
+{
+    double q[POLISH_N];
+    for (int i = 0; i < POLISH_N; i++) {
+        const double from = ((const double *)before)[LANES * i + lane];
+        const double way = ((const double *)k->c.q)[LANES * i + lane] - from;
+        q[i] = from + part * remainder(way, 6.283185307179586);
+    }
+    POLISH_NAME(add)(s, q, k->slot[lane], k->margin[lane]);
+}
+
+/* Follows curves to the ends of the line, and starts the iteration wherever they cross mu = 0 or
+ * nearly touch it. */
+static LANES_TARGET void POLISH_NAME(trace)(POLISH_NAME(search) * s, const double *u,
+                                            POLISH_NAME(curves) * k)
+{
+    const double half = POLISH_HALF;
+    POLISH_NAME(repeat)((double *)k->c.q, POLISH_N, k->count);
+    POLISH_NAME(repeat)((double *)&k->mu, 1, k->count);
+    POLISH_NAME(repeat)((double *)k->along, POLISH_N + 1, k->count);
+    lanes before[POLISH_N], last = k->mu, earlier = k->mu;
+    lanes_where going = LANES_LT(POLISH_OF(0.0), POLISH_OF(1.0));
+    for (int step = 0; step < POLISH_MOST_STRIDES && LANES_ANY(going); step++) {
+        POLISH_NAME(correct)(s->in, u, k);
+        if (step >= POLISH_STEPS / 2) {
+            const double *now = (const double *)&k->mu, *then = (const double *)&last;
+            const double *first = (const double *)&earlier;
+            const lanes_where on = LANES_LT(k->left, POLISH_OFF_CURVE * POLISH_OFF_CURVE);
+            const lanes mu2 = k->mu * k->mu;
+            const lanes alive = LANES_CHOICE(POLISH_AND(going, on), 1.0, 0.0);
+            going = POLISH_AND(going, POLISH_AND(on, LANES_LT(mu2, POLISH_OF(1.2 * half * half))));
+            for (int lane = 0; lane < k->count && step > POLISH_STEPS / 2; lane++) {
+                const double a = fabs(first[lane]), b = fabs(then[lane]), c = fabs(now[lane]);
+                if (((const double *)&alive)[lane] == 0.0)
+                    continue;
+                k->arrived += k->is_branch[lane] && c > half && b <= half && now[lane] * k->side < 0.0;
+                if (then[lane] * now[lane] <= 0.0) {
+                    POLISH_NAME(cross)(s, k, lane, before, b / (b + c + 1e-300));
+                } else if (b < a && b < c && b < POLISH_TOUCH * half && first[lane] * then[lane] > 0.0) {
+                    /* A parabola through three points, as if in equal strides. */
+                    const double sum = 0.5 * (a + c) - b, middle = 0.25 * (a - c) / sum;
+                    const double apart2 = middle * middle - b / sum;
+                    const double apart = apart2 > 0.0 ? sqrt(apart2) : 0.0;
+                    POLISH_NAME(cross)(s, k, lane, before, middle + apart);
+                    if (apart > 0.0)
+                        POLISH_NAME(cross)(s, k, lane, before, middle - apart);
+                }
+            }
+            earlier = step > POLISH_STEPS / 2 ? last : k->mu;
+            last = k->mu;
+            memcpy(before, k->c.q, sizeof before);
+            const lanes slope = k->along[POLISH_N], slope2 = slope * slope + 1e-30;
+            const lanes rest2 = 1.0 - slope * slope, part2 = POLISH_MAX(rest2, 1e-3);
+            POLISH_RSQRT(of_coordinates, part2);
+            POLISH_RSQRT(of_line, slope2);
+            const lanes most =
+                POLISH_MIN(POLISH_STRIDE * of_coordinates, POLISH_SHARE * half * of_line);
+            const lanes stride = LANES_CHOICE(going, most, 0.0);
+            for (int i = 0; i < POLISH_N; i++)
+                k->c.q[i] += stride * k->along[i];
+            k->mu += stride * slope;
+        }
+    }
+    k->count = 0;
+}
+
+/* Adds a curve that begins at a configuration, for the line's value mu there; it leads to the other
+ * end than `side`. */
+static LANES_TARGET void POLISH_NAME(begin)(POLISH_NAME(search) * s, const double *u,
+                                            POLISH_NAME(curves) * k, const double *from, int slot,
+                                            double mu, double margin)
+{
+    double *q = (double *)k->c.q + k->count, *along = (double *)k->along + k->count;
+    for (int i = 0; i < POLISH_N; i++) {
+        q[LANES * i] = from[i];
+        along[LANES * i] = 0.0;
+    }
+    along[LANES * POLISH_N] = -k->side;
+    ((double *)&k->mu)[k->count] = mu;
+    k->slot[k->count] = slot;
+    k->margin[k->count++] = margin;
+    if (k->count == LANES)
+        POLISH_NAME(trace)(s, u, k);
+}
+
+/* Looks for solutions on branches that are unsure, along lines of poses. */
+static LANES_TARGET void POLISH_NAME(look)(POLISH_NAME(search) * s, const int *is_unsure)
+{
+    POLISH_NAME(slots) other;
+    POLISH_NAME(curves) k;
+    double near[POLISH_INPUTS], u[6];
+    k.count = 0;
+    for (int way = 0; way < POLISH_WAYS && s->count < POLISH_RESULTS; way++) {
+        const int known = s->count;
+        int begun = 0;
+        POLISH_NAME(direction)(way, POLISH_HALF, u);
+        k.arrived = 0;
+        for (k.side = -1; k.side <= 1; k.side += 2) {
+            int starts = 0;
+            POLISH_NAME(nearby)(s->in, -k.side * POLISH_LINE * POLISH_DEVIATION, way, near);
+            POLISH_NOMINAL(near, (double *)&other);
+            for (int slot = 0; slot < POLISH_SLOTS; slot++)
+                starts += is_unsure[slot] && other.residual[slot] < POLISH_FOLD;
+            begun += starts;
+            /* Curves that came from the other end leave no more to follow from this one. */
+            if (k.side > 0 && s->count > 0 && starts <= k.arrived)
+                break;
+            for (int slot = 0; slot < POLISH_SLOTS; slot++) {
+                k.is_branch[k.count] = other.residual[slot] < POLISH_FOLD;
+                const double *q = other.q + POLISH_N * slot;
+                if (is_unsure[slot] && other.residual[slot] < POLISH_FOLD)
+                    POLISH_NAME(begin)(s, u, &k, q, slot, k.side * POLISH_HALF,
+                                       other.margin[slot]);
+                else if (is_unsure[slot] && s->count == 0 && s->residual[slot] < POLISH_START)
+                    POLISH_NAME(begin)(s, u, &k, s->q + POLISH_N * slot, slot, 0.0,
+                                       s->margin[slot]);
+            }
+            if (k.count > 0)
+                POLISH_NAME(trace)(s, u, &k);
+        }
+        if (s->waiting > 0)
+            POLISH_NAME(follow)(s);
+        if (begun > 0 && s->count > 0 && s->count == known && way + 1 >= s->ways)
+            break;
+    }
+}
+#endif

@@ -1,0 +1,68 @@
+/* Tolerances of the inverse of arms that nearly have a structure: name, value, unit and reason; part
+ * of chasles, the same for every such robot. Poses differ by the larger of a distance (m) and an
+ * angle (rad).
+ */
+#ifndef CHASLES_POLISH_TOLERANCES_H
+#define CHASLES_POLISH_TOLERANCES_H
+
+/* m, rad: residual up to which a slot is a solution, as the runtime judges it. */
+#define POLISH_SOLVED 1e-9
+/* m, rad: residual at which the iteration ends: rounding of forward kinematics is a tenth of it. */
+#define POLISH_CLOSED 1e-14
+/* m, rad: residual below which a step without gain is the last: only rounding is left. */
+#define POLISH_SETTLED 1e-12
+/* Coordinates (m, rad) of solutions closer than this are one. Double solutions differ by 1e-8. */
+#define POLISH_SAME 1e-6
+/* Entries of R R^T - 1 up to which R is a rotation that a pose may have: those of poses in double
+ * precision are some 1e-15, in single precision 1e-7. */
+#define POLISH_RIGID 1e-9
+/* Least trace of the turn from tool to pose plus 1, that is near half a turn: steps stay finite. */
+#define POLISH_HALF_TURN 1e-3
+/* m, rad: a coordinate moves no further in a step: further away lies another branch. */
+#define POLISH_STEP 0.3
+/* Damping over the squared error in steps from a nominal solution. */
+#define POLISH_DAMPING 0.1
+/* Least damping: squares of singular values are known to 1e-16. */
+#define POLISH_LEAST_DAMPING 1e-15
+/* Damping over the squared error above which no step helps: the least residual is reached. */
+#define POLISH_MOST_DAMPING 1e6
+/* Part of the squared error that a step has to leave at most, so that the iteration goes on. */
+#define POLISH_SLOW 0.95
+
+/* Displacement (m, rad) of the tool for so many deviations of the axes, in radians and in parts of
+ * the arm's length. Not less than 1e-6, for rounding near a singularity leaves 1e-8. */
+#define POLISH_DEVIATIONS(count) \
+    ((count) * POLISH_DEVIATION * (POLISH_LENGTH > 1.0 ? POLISH_LENGTH : 1.0) + 1e-6)
+/* Residual of the nominal arm up to which the true arm might reach a pose: several axes differ. */
+#define POLISH_REACH POLISH_DEVIATIONS(4.0)
+/* Residual of the nominal arm up to which its coordinates are a start for a curve, which may lead
+ * within reach. */
+#define POLISH_START POLISH_DEVIATIONS(30.0)
+/* m, rad: residual up to which the nominal arm reaches a pose: rounding near a singularity. */
+#define POLISH_FOLD 1e-7
+/* Root of a pivot of J J^T, in deviations, below which branches may lie anywhere: a joint that turns
+ * by less than this angle from a singularity of the nominal arm may be at one of the true arm. */
+#define POLISH_UNSURE 8
+/* Size of the displacements of poses around, in deviations: more than the arms differ by. */
+#define POLISH_AROUND 2.5
+/* Half the length of a line of poses, in deviations: at its ends the nominal arm is as far from a
+ * singularity as two arms are not that differ so much. */
+#define POLISH_LINE 8.0
+/* Longest stride along a curve: of coordinates (radian), and share of half the line. Solutions that
+ * are closer together are found from a touch. */
+#define POLISH_STRIDE 0.12
+#define POLISH_SHARE 0.3
+/* Share of half the line up to which an extremum may hide two solutions. */
+#define POLISH_TOUCH 0.3
+/* Error (radian, parts of the arm's length) before a correction at which a curve is lost. */
+#define POLISH_OFF_CURVE 0.05
+
+/* Steps from a nominal solution, of which each doubles the digits; steps from a crossing; strides
+ * along a curve; directions of lines, and those that are tried where a solution is known. */
+#define POLISH_STEPS 6
+#define POLISH_MOST_STEPS 30
+#define POLISH_MOST_STRIDES 60
+#define POLISH_WAYS 6
+#define POLISH_FEW_WAYS 2
+
+#endif

@@ -1,0 +1,84 @@
+"""The inverse of an arm that nearly has a structure: its nominal arm's, led to the true arm.
+
+The inverse of the nominal arm is the function ``ik_nominal``; ``ik`` starts from its branches and
+ends on the true arm, by ``chasles_polish.h``.
+"""
+
+from dataclasses import replace
+
+from ..terms.symbolic_function import SymbolicFunction, WrittenFunction
+from .classify import Classification
+from .tasks.task import Solved
+
+SOLVER = "polish"
+NOMINAL = "ik_nominal"
+CALLS = (NOMINAL, "fk_jacobian_mixed")
+OPERATIONS = 1500
+"""Approximate count for a branch: three or four times pose and Jacobian, and as many steps."""
+FURTHER = 4
+"""Slots for further solutions: arms with 8 branches were seen to have 10 solutions."""
+FREEDOMS = 6
+_TURN = 6.283185307179586
+
+
+def as_start(nominal: Solved) -> Solved:
+    """The task ``ik`` of a nominal arm under a name of its own."""
+    function = nominal.function
+    residual, margin = function.outputs[1:]
+    outputs = (
+        function.outputs[0],
+        replace(residual, meaning="distance of the nominal arm's tool from the target"),
+        replace(margin, meaning="distance from the nominal arm's boundary, negative beyond"),
+    )
+    start = replace(
+        function,
+        name=NOMINAL,
+        summary="The inverse kinematics of the nominal arm, where the iteration of ik starts.",
+        identity="q[k] solves the nominal arm wherever residual[k] is rounding, not the true arm",
+        outputs=outputs,
+        role=replace(function.role, name="nominal inverse", labels=()),
+    )
+    return replace(nominal, function=start)
+
+
+def polished_inverse(classification: Classification, nominal: SymbolicFunction) -> WrittenFunction:
+    """The function ``ik`` of an arm that nearly has a structure.
+
+    Its slots are those of the nominal arm, and behind them ``FURTHER`` for solutions that the true
+    arm has near singularities beyond the nominal arm's number; NaN where there is none.
+
+    Args:
+        classification: The structure, and how far the axes are from it.
+        nominal: The task ``ik`` of the nominal arm.
+    """
+    lines, found = classification.lines, classification.found
+    deviation = 0.0 if found is None else found.deviation
+    q, residual, margin = nominal.outputs
+    n = q.shape[-1]
+    further = FURTHER if n >= FREEDOMS else 0
+    slots = nominal.branches + further
+    labels = tuple(f"further {k + 1}" for k in range(further))
+    is_free = tuple(0.0 if k in nominal.role.given else 1.0 for k in range(n))
+    turns = tuple(1.0 / _TURN if axis.turns else 0.0 for axis in lines.axes)
+    return WrittenFunction(
+        nominal.name,
+        f"Every solution of the inverse kinematics, in {slots} slots.",
+        nominal.identity,
+        nominal.inputs,
+        (
+            replace(q, entries=(), shape=(slots, n)),
+            replace(residual, entries=(), shape=(slots,)),
+            replace(
+                margin,
+                entries=(),
+                shape=(slots,),
+                meaning="distance from the boundary of the nominal arm's reachable set",
+            ),
+        ),
+        SOLVER,
+        (is_free, turns, lines.length or 1.0, deviation),
+        CALLS,
+        slots,
+        OPERATIONS * nominal.branches,
+        role=replace(nominal.role, labels=(*nominal.role.labels, *labels)),
+    )
