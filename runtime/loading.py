@@ -7,7 +7,7 @@ import textwrap
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from .call._call import Function
+from .call._call import NEARLY_RIGID, Function
 from .call.guard import Guard
 from .closed_form.refinement import refinement_of
 from .closed_form.solutions import solutions_of
@@ -16,6 +16,7 @@ from .contract.library import open_library
 from .tolerances import SOLVED
 
 _WIDTH = 100
+_POSE = (4, 4)
 
 
 def load_functions(
@@ -54,6 +55,7 @@ def load_functions(
             if info.is_inverse
             else None,
             rescue=refinement_of(manifest, info, functions),
+            poses=_poses(manifest, info),
         )
     return {info.name: functions[info.name] for info in manifest.functions}
 
@@ -67,6 +69,17 @@ def _guard(manifest: Manifest, info: FunctionInfo, functions: Mapping[str, Funct
         coordinates=manifest.loops.chain if info.domain == "chain" else manifest.coordinates,
         dead_point=manifest.tolerances.dead_point,
     )
+
+
+def _poses(manifest: Manifest, info: FunctionInfo) -> int:
+    """How C finds the poses of a function to be rigid; see PosesOf in operands.h."""
+    if not _solves_poses(info):
+        return 0
+    return 2 if manifest.inverse.tier == "general" else 1
+
+
+def _solves_poses(info: FunctionInfo) -> bool:
+    return info.is_inverse and info.inputs[0].shape == _POSE
 
 
 def write_doc(info: FunctionInfo) -> str:
@@ -88,6 +101,14 @@ def write_doc(info: FunctionInfo) -> str:
     lines += [""]
     if info.labels:
         lines += ["Slots:", *(f"    {k}: {label}" for k, label in enumerate(info.labels)), ""]
+    if _solves_poses(info):
+        lines += [
+            "Raises:",
+            "    InputValueError: T is no pose, with the reason. The nearest rigid pose is taken",
+            f"        where T is off by at most {NEARLY_RIGID:g}, as after rounding; see",
+            "        chasles.se3.project. NaN gives NaN.",
+            "",
+        ]
     if info.margin:
         lines += [
             "Raises:",

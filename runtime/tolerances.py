@@ -103,11 +103,12 @@ infinite."""
 TRACK_GAIN = 0.5
 """Share of the error that a step of `track` corrects by default. At 1 a step would go all the way
 to the linear answer, beyond 2 the error would grow."""
-RIGID = 1e-6
-"""Distance of a matrix from a rotation up to which `track` takes a pose as rigid: in single
-precision poses are 1e-7 off."""
 
-# --- screws ---
+# --- poses and screws ---
+
+NO_ROTATION = 0.3
+"""Deviation (radian) of a matrix from a rotation from which projecting it is no advice: the nearest
+rotation would be a guess."""
 
 SERIES = 0.25
 """Radians below which quotients with a vanishing denominator are summed as series; the first term

@@ -18,6 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 from ..call._call import Function
 from ..contract.facts import Manifest
 from ..errors import InputTypeError
+from ..screws import exp_rotation
+from ..se3 import projected
 from ..tolerances import AROUND, NUDGE, SOLVED
 from .polish import polish
 from .solutions import Solutions, solutions_of
@@ -116,6 +118,7 @@ iteration; `lost` counts the branches on which the iteration failed.
             np.asarray(value, np.float64)
             for value in self.__signature__.bind(*inputs, **named_inputs).args
         )
+        T = projected(self.__qualname__, T)
         T = np.broadcast_to(T[..., None, :, :], (*slots, 4, 4))
         given = [np.broadcast_to(value[..., None], slots) for value in given]
         nominal_residual = began.residual.copy()
@@ -183,9 +186,8 @@ iteration; `lost` counts the branches on which the iteration failed.
 
         def around(seed: int, failed: BoolArray, slot: IntArray) -> FloatArray:
             shift = np.random.default_rng(seed).normal(size=(2, 3)) * AROUND
-            turn = np.cross(np.eye(3), shift[1])
             target = T[failed]
-            target[:, :3, :3] = target[:, :3, :3] @ (np.eye(3) + turn + turn @ turn / 2)
+            target[:, :3, :3] = target[:, :3, :3] @ exp_rotation(shift[1])
             target[:, :3, 3] += shift[0]
             found = self.nominal(target, *(value[failed] for value in given))
             return np.asarray(found.q[np.arange(len(slot)), slot])

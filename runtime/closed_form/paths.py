@@ -13,6 +13,7 @@ from ..call._call import Function
 from ..call.capabilities import needs
 from ..contract.facts import Argument, Coordinate
 from ..errors import InputValueError, ShapeError
+from ..se3 import projected
 from ..tolerances import JUMP, SOLVED
 from .hints import no_inverse
 from .polish import polish
@@ -104,7 +105,8 @@ class InverseMethods:
 
         Args:
             T: (m, 4, 4) poses of the tool measured and expressed in the base frame, close to each
-                other.
+                other; the nearest rigid pose is taken where one is off by at most
+                `se3.NEARLY_RIGID`.
             seed: (n,) coordinates [rad or m] near the start: the path begins at the nearest
                 solution within the limits.
             given: The further inputs of `ik` (`redundancy`), each () or (m,).
@@ -115,7 +117,7 @@ class InverseMethods:
 
         Raises:
             ShapeError: If T is not a list of poses, or the seed not n values.
-            InputValueError: If jump is not positive.
+            InputValueError: If jump is not positive, or a pose not nearly rigid, with the reason.
         """
         poses, start = np.asarray(T, np.float64), np.asarray(seed, np.float64)
         if poses.ndim != 3 or start.shape != (self.n,):  # noqa: PLR2004
@@ -125,6 +127,7 @@ class InverseMethods:
             )
         if not jump > 0:
             raise InputValueError(f"{self.name}.ik_path: jump must be positive, got {jump!r}")
+        poses = projected(f"{self.name}.ik_path", poses)
         solutions = self._roles["inverse", "pose", ""](poses, *given)
         if solutions.q.shape[:-2] != poses.shape[:1]:
             raise ShapeError(f"{self.name}.ik_path: inputs beside the pose must be () or (m,)")

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ..call._call import Function
 from ..contract.facts import FunctionInfo, Manifest
-from ..screws import off_rotation
+from ..se3 import projected
 from ..tolerances import REFINED, SOLVED
 from .polish import polish
 
@@ -60,13 +60,8 @@ class Refinement:
         near = residual <= self.near
         missed = np.asarray(~valid.any(-1) & near.any(-1))
         poses = np.broadcast_to(inputs[0], (*missed.shape, 4, 4))
-        # A matrix that is not rigid, such as a pose in single precision, has no solution.
-        rigid = np.zeros_like(missed)
-        rigid[missed] = off_rotation(poses[missed][:, :3, :3]) <= SOLVED
-        slots = np.nonzero(near & rigid[..., None])
-        if not len(slots[-1]):
-            return
-        T = poses[slots[:-1]]
+        slots = np.nonzero(near & missed[..., None])
+        T = projected("refinement", poses[slots[:-1]])
         found = polish(self, T, q[slots], self.fixed).q
         remaining = _residual(self.fk_jacobian_mixed(found)[0], T)
         solved = remaining <= SOLVED

@@ -106,3 +106,18 @@ Kernel *kernel_new(PyObject *library, const chasles_kernel *entry, PyObject *lab
     }
     return kernel;
 }
+
+int set_poses(Kernel *kernel, int poses)
+{
+    const Operand *pose = kernel->operands, *outputs = kernel->operands + kernel->n_inputs;
+    if (poses < NO_POSES || poses > POSES_JUDGED || kernel->n_outputs != 3 || pose->ndim != 2 ||
+        pose->dims[0] != 4 || pose->dims[1] != 4 || outputs[1].size != outputs[2].size) {
+        PyErr_Format(PyExc_TypeError,
+                     "%U: an inverse of poses takes a pose (4, 4) first and returns slots of q, "
+                     "residual and margin",
+                     kernel->label);
+        return -1;
+    }
+    kernel->poses = (PosesOf)poses;
+    return 0;
+}

@@ -215,7 +215,7 @@ def test_only_a_class_of_tuples_with_a_tolerance_is_taken(tmp_path, cache, bad):
     library = _call.open(recipe.path, recipe.key)
     ik = manifest.functions[2]
     rest = {"label": "x", "doc": "", "signature": None, "operations": {}, "reduced": ()}
-    rest |= {"guard": None, "solutions": bad, "rescue": None}
+    rest |= {"guard": None, "solutions": bad, "rescue": None, "poses": 0}
     with pytest.raises((TypeError, AttributeError)):
         library.function("ik", ik.inputs, ik.outputs, **rest)
     fk, rest["solutions"] = manifest.functions[0], Solutions
