@@ -24,8 +24,10 @@ CLEAR = 1e-3
 """Margin of every slot: nearer to the border of reach, rounding decides whether it is valid."""
 SAME_POSE = 1e-14
 """Entries of a projected pose against the oracle."""
+REACHED = 1e-12
+"""Residual of a solution, to the rigid pose that was asked for."""
 SOLVED = 1e-9
-"""Entries of the pose of a solution against the rigid pose that was asked for."""
+"""Residual up to which a slot or an iteration counts as solved."""
 
 
 @functools.cache
@@ -80,6 +82,7 @@ def test_rounded_poses_are_solved_as_the_nearest_rigid_ones(name, rounded):
     if arm.n >= FREEDOMS:
         # Arms with fewer joints do not reach poses that rounding has tilted.
         assert found.valid.any(-1).all()
+        assert found.residual[found.valid].max() < REACHED
     again = arm.fk(found.q) - nearest[:, None]
     assert np.abs(again[found.valid]).max(initial=0) < SOLVED
     for k in range(0, POSES, 8):
