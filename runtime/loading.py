@@ -13,6 +13,7 @@ from .closed_form.refinement import refinement_of
 from .closed_form.solutions import solutions_of
 from .contract.facts import Argument, FunctionInfo, Manifest
 from .contract.library import open_library
+from .size import unit_length
 from .tolerances import SOLVED
 
 _WIDTH = 100
@@ -40,22 +41,30 @@ def load_functions(
     # Functions without a guard come first, the guards among them; inverses come last, since their
     # refinement may call any other function.
     order = sorted(manifest.functions, key=lambda info: (info.is_inverse, bool(info.margin)))
+    pose = manifest.with_role("pose", "actuators")
+    unit = 1.0
     for info in order:
+        if info.is_inverse and pose and manifest.inverse.tier != "snapped":
+            unit = unit_length(functions[pose.name], manifest.coordinates)
         functions[info.name] = library.function(
             info.name,
             info.inputs,
             info.outputs,
             label=f"{manifest.name}.{info.name}",
-            doc=write_doc(info),
+            doc=write_doc(info, unit),
             signature=_signature(info),
             operations=info.operations,
             reduced=reduced(info.name),
             guard=_guard(manifest, info, functions) if info.margin else None,
-            solutions=solutions_of(manifest.coordinates, manifest.wraps, info.labels)
+            solutions=solutions_of(
+                manifest.coordinates, manifest.wraps, info.labels, unit=_residual_unit(info, unit)
+            )
             if info.is_inverse
             else None,
-            rescue=refinement_of(manifest, info, functions),
+            rescue=refinement_of(manifest, info, functions, unit),
             poses=_poses(manifest, info),
+            fk=pose.name if pose else None,
+            unit=unit,
         )
     return {info.name: functions[info.name] for info in manifest.functions}
 
@@ -78,12 +87,18 @@ def _poses(manifest: Manifest, info: FunctionInfo) -> int:
     return 2 if manifest.inverse.tier == "general" else 1
 
 
+def _residual_unit(info: FunctionInfo, unit: float) -> float:
+    """The length [m] by which a residual is judged; tasks compare metres and radians as such."""
+    lengths_alone = info.inputs[0].unit == "m"
+    return unit if lengths_alone or _solves_poses(info) else min(unit, 1.0)
+
+
 def _solves_poses(info: FunctionInfo) -> bool:
     return info.is_inverse and info.inputs[0].shape == _POSE
 
 
-def write_doc(info: FunctionInfo) -> str:
-    """The help text of a function."""
+def write_doc(info: FunctionInfo, unit: float = 1.0) -> str:
+    """The help text of a function; unit: the robot's unit of length [m], for inverses."""
     lines = [info.summary, ""]
     if info.identity:
         lines += [*textwrap.wrap(info.identity, _WIDTH), ""]
@@ -97,7 +112,8 @@ def write_doc(info: FunctionInfo) -> str:
     ]
     lines += ["Returns:", *(f"    {_describe(item)}" for item in info.outputs)]
     if info.is_inverse:
-        lines += [f"    valid: (..., {len(info.labels)}) whether residual <= {SOLVED:g}"]
+        tolerance = SOLVED * _residual_unit(info, unit)
+        lines += [f"    valid: (..., {len(info.labels)}) whether residual <= {tolerance:g}"]
     lines += [""]
     if info.labels:
         lines += ["Slots:", *(f"    {k}: {label}" for k, label in enumerate(info.labels)), ""]

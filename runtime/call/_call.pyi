@@ -72,6 +72,8 @@ class Library:
         solutions: type[Any] | None,
         rescue: Callable[..., None] | None,
         poses: int,
+        fk: str | None,
+        unit: float,
     ) -> Function[Any]: ...
 
 def open(path: str | PathLike[str], expected_hash: str) -> Library: ...  # noqa: A001

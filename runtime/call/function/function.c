@@ -118,14 +118,16 @@ PyObject *function_new(PyObject *library, PyObject *args, PyObject *kwargs)
 {
     static char *keywords[] = {"name",      "inputs",     "outputs", "label", "doc",
                                "signature", "operations", "reduced", "guard", "solutions",
-                               "rescue",    "poses",      NULL};
+                               "rescue",    "poses",      "fk",      "unit",  NULL};
     PyObject *name, *inputs, *outputs, *label, *doc, *signature, *operations, *reduced, *guard,
         *solutions, *rescue;
     int poses;
-    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "UO!O!$UUOOO!OOOi:function", keywords, &name,
+    const char *fk_name;
+    double unit;
+    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "UO!O!$UUOOO!OOOizd:function", keywords, &name,
                                      &PyTuple_Type, &inputs, &PyTuple_Type, &outputs, &label, &doc,
                                      &signature, &operations, &PyTuple_Type, &reduced, &guard,
-                                     &solutions, &rescue, &poses)) {
+                                     &solutions, &rescue, &poses, &fk_name, &unit)) {
         return NULL;
     }
     const char *utf8 = PyUnicode_AsUTF8(name);
@@ -137,8 +139,9 @@ PyObject *function_new(PyObject *library, PyObject *args, PyObject *kwargs)
         }
         return NULL;
     }
+    const chasles_kernel *fk = fk_name ? library_find((Library *)library, fk_name) : NULL;
     Kernel *kernel = kernel_new(library, entry, label, inputs, outputs);
-    if (kernel && poses && set_poses(kernel, poses) < 0) {
+    if (kernel && poses && set_poses(kernel, poses, fk, unit) < 0) {
         kernel_free(kernel);
         return NULL;
     }

@@ -30,6 +30,8 @@ typedef struct {
     const chasles_kernel *entry; /* in the library */
     int n_inputs, n_outputs, n_operands;
     PosesOf poses;                  /* of the first input, where the kernel is an inverse */
+    double unit;                    /* metre: the length that counts as much as a radian */
+    const chasles_kernel *fk;       /* to measure residuals in another unit than 1 m, else NULL */
     Operand operands[MAX_OPERANDS]; /* inputs, then outputs */
     PyObject *library;              /* kept open */
     PyObject *label;                /* "ur5e.fk", for messages */
@@ -46,9 +48,9 @@ typedef struct {
 Kernel *kernel_new(PyObject *library, const chasles_kernel *entry, PyObject *label,
                    PyObject *inputs, PyObject *outputs);
 
-/* States that the kernel is an inverse of poses; -1 with an error set where its operands are not
- * those of one. */
-int set_poses(Kernel *kernel, int poses);
+/* States that the kernel is an inverse of poses, of a robot with this forward kinematics (or NULL)
+ * and unit of length; -1 with an error set where its operands are not those of one. */
+int set_poses(Kernel *kernel, int poses, const chasles_kernel *fk, double unit);
 
 void kernel_free(Kernel *kernel);
 

@@ -4,8 +4,9 @@
 
 #include "numerics/_rigid.h"
 
-#define BLOCK 256 /* rows at a time: a multiple of every number of lanes, and small for the cache \
-                   */
+#define BLOCK                                                                           \
+    256 /* rows at a time: a multiple of every number of lanes, and small for the cache \
+         */
 
 /* Overwrites the results for a matrix that is no pose. */
 static void clear_slots(const Kernel *kernel, double *const *outputs, double residual)
@@ -29,6 +30,28 @@ static double residual_without_pose(const double *T)
     return sum == 0 ? INFINITY : NAN;
 }
 
+/* Measures the residuals of all slots whose coordinates do not reach the pose to rounding. */
+static void measure_slots(const Kernel *kernel, const double *T, double *const *outputs)
+{
+    npy_intp k = slots_of(kernel);
+    double *residual = outputs[SLOTS_RESIDUAL], unit = kernel->unit;
+    for (npy_intp slot = 0; slot < k; slot++) {
+        const double *q = outputs[SLOTS_Q] + slot * kernel->fk->sizes[0];
+        double reached[POSE], distance2 = 0, turned2 = 0;
+        double *to = reached;
+        if (!(residual[slot] > RIGID_TO_ROUNDING * smaller(unit, 1) && isfinite(residual[slot]))) {
+            continue;
+        }
+        kernel->fk->call(&q, &to);
+        for (int i = 0; i < 12; i++) {
+            double apart = reached[i] - T[i];
+            distance2 += i % 4 == 3 ? apart * apart : 0;
+            turned2 += i % 4 == 3 ? 0 : apart * apart;
+        }
+        residual[slot] = sqrt(larger(distance2, turned2 / 2 * unit * unit));
+    }
+}
+
 /* Solves for the nearest rigid pose, or for none. */
 static void solve_other(const Kernel *kernel, Rigidity found, const double *const *inputs,
                         double *const *outputs)
@@ -44,6 +67,9 @@ static void solve_other(const Kernel *kernel, Rigidity found, const double *cons
         projected[i] = inputs[i];
     }
     kernel->call(projected, outputs);
+    if (kernel->fk) {
+        measure_slots(kernel, T, outputs);
+    }
 }
 
 void settle_pose(const Kernel *kernel, const double *const *inputs, double *const *outputs)
@@ -57,10 +83,13 @@ void settle_pose(const Kernel *kernel, const double *const *inputs, double *cons
 void solve_judged(const Kernel *kernel, const double *const *inputs, double *const *outputs)
 {
     Rigidity found = rigidity(inputs[0]);
-    if (found == RIGID) {
-        kernel->call(inputs, outputs);
-    } else {
+    if (found != RIGID) {
         solve_other(kernel, found, inputs, outputs);
+        return;
+    }
+    kernel->call(inputs, outputs);
+    if (kernel->fk) {
+        measure_slots(kernel, inputs[0], outputs);
     }
 }
 
@@ -100,13 +129,28 @@ static void solve_projected(const Kernel *kernel, npy_intp n, const double *cons
     }
     kernel->rows((size_t)n, projected, steps, outputs, output_steps);
     for (npy_intp row = 0; row < n; row++) {
-        if (found[row] == NOT_RIGID) {
-            double *own[SLOTS_MARGIN + 1];
-            for (int i = 0; i < kernel->n_outputs; i++) {
-                own[i] = outputs[i] + row * output_steps[i];
-            }
-            clear_slots(kernel, own, residual_without_pose(poses + row * POSE));
+        double *own[SLOTS_MARGIN + 1];
+        for (int i = 0; i < kernel->n_outputs; i++) {
+            own[i] = outputs[i] + row * output_steps[i];
         }
+        if (found[row] == NOT_RIGID) {
+            clear_slots(kernel, own, residual_without_pose(poses + row * POSE));
+        } else if (kernel->fk) {
+            measure_slots(kernel, poses + row * POSE, own);
+        }
+    }
+}
+
+/* Measures the residuals of n rows whose poses are rigid. */
+static void measure_rows(const Kernel *kernel, npy_intp n, const double *T, ptrdiff_t step,
+                         double *const *outputs, const ptrdiff_t *output_steps)
+{
+    for (npy_intp row = 0; row < n; row++, T += step) {
+        double *own[SLOTS_MARGIN + 1];
+        for (int i = 0; i < kernel->n_outputs; i++) {
+            own[i] = outputs[i] + row * output_steps[i];
+        }
+        measure_slots(kernel, T, own);
     }
 }
 
@@ -132,6 +176,8 @@ void solve_rows(const Kernel *kernel, npy_intp n, const double *const *inputs,
             !rows_are_rigid(rows, from[0], input_steps[0], to[SLOTS_RESIDUAL],
                             output_steps[SLOTS_RESIDUAL], k)) {
             solve_projected(kernel, rows, from, input_steps, to, output_steps);
+        } else if (kernel->fk) {
+            measure_rows(kernel, rows, from[0], input_steps[0], to, output_steps);
         }
     }
 }

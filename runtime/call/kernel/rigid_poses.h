@@ -5,6 +5,9 @@
  * itself is judged: one that is nearly rigid is replaced by the nearest rigid pose and solved
  * again; one that is not nearly rigid has no solutions: NaN, and residuals that are infinite.
  *
+ * Generated residuals are the larger of metres and radians. For a robot whose unit of length is not
+ * 1 m they are measured again: the larger of the distance and of the angle times that unit.
+ *
  * Residuals of general arms measure angles, which a matrix off SE(3) has too: there each matrix is
  * judged first, at a hundredth of the cost of an inverse. */
 #ifndef CHASLES_RIGID_POSES_H
@@ -48,7 +51,7 @@ static inline int is_settled(const double *T, const double *residual, npy_intp k
  * rigid. */
 void settle_pose(const Kernel *kernel, const double *const *inputs, double *const *outputs);
 
-/* Judges the pose of an inverse first, then solves it. */
+/* Runs an inverse whose poses are judged first, or whose residuals are measured. */
 void solve_judged(const Kernel *kernel, const double *const *inputs, double *const *outputs);
 
 /* Runs an inverse on n dense rows, which are so many doubles apart; poses are projected. */
@@ -66,7 +69,7 @@ static inline npy_intp slots_of(const Kernel *kernel)
 static inline void run_kernel(const Kernel *kernel, const double *const *inputs,
                               double *const *outputs)
 {
-    if (kernel->poses == POSES_JUDGED) {
+    if (kernel->poses == POSES_JUDGED || kernel->fk) {
         solve_judged(kernel, inputs, outputs);
         return;
     }
