@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from . import screws
+from . import screws, se3
 from .call._call import Function, release_memory
 from .closed_form.solutions import Solutions
 from .contract.described import derived_folder, is_description, shelf
@@ -63,6 +63,7 @@ __all__ = [
     "release_memory",
     "robots",
     "screws",
+    "se3",
     "shelf_robots",
 ]
 

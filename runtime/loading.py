@@ -7,15 +7,17 @@ import textwrap
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from .call._call import Function
+from .call._call import NEARLY_RIGID, Function
 from .call.guard import Guard
 from .closed_form.refinement import refinement_of
 from .closed_form.solutions import solutions_of
 from .contract.facts import Argument, FunctionInfo, Manifest
 from .contract.library import open_library
+from .size import unit_length
 from .tolerances import SOLVED
 
 _WIDTH = 100
+_POSE = (4, 4)
 
 
 def load_functions(
@@ -39,21 +41,30 @@ def load_functions(
     # Functions without a guard come first, the guards among them; inverses come last, since their
     # refinement may call any other function.
     order = sorted(manifest.functions, key=lambda info: (info.is_inverse, bool(info.margin)))
+    pose = manifest.with_role("pose", "actuators")
+    unit = 1.0
     for info in order:
+        if info.is_inverse and pose and manifest.inverse.tier != "snapped":
+            unit = unit_length(functions[pose.name], manifest.coordinates)
         functions[info.name] = library.function(
             info.name,
             info.inputs,
             info.outputs,
             label=f"{manifest.name}.{info.name}",
-            doc=write_doc(info),
+            doc=write_doc(info, unit),
             signature=_signature(info),
             operations=info.operations,
             reduced=reduced(info.name),
             guard=_guard(manifest, info, functions) if info.margin else None,
-            solutions=solutions_of(manifest.coordinates, manifest.wraps, info.labels)
+            solutions=solutions_of(
+                manifest.coordinates, manifest.wraps, info.labels, unit=_residual_unit(info, unit)
+            )
             if info.is_inverse
             else None,
-            rescue=refinement_of(manifest, info, functions),
+            rescue=refinement_of(manifest, info, functions, unit),
+            poses=_poses(manifest, info),
+            fk=pose.name if pose else None,
+            unit=unit,
         )
     return {info.name: functions[info.name] for info in manifest.functions}
 
@@ -69,8 +80,25 @@ def _guard(manifest: Manifest, info: FunctionInfo, functions: Mapping[str, Funct
     )
 
 
-def write_doc(info: FunctionInfo) -> str:
-    """The help text of a function."""
+def _poses(manifest: Manifest, info: FunctionInfo) -> int:
+    """How C finds the poses of a function to be rigid; see PosesOf in operands.h."""
+    if not _solves_poses(info):
+        return 0
+    return 2 if manifest.inverse.tier == "general" else 1
+
+
+def _residual_unit(info: FunctionInfo, unit: float) -> float:
+    """The length [m] by which a residual is judged; tasks compare metres and radians as such."""
+    lengths_alone = info.inputs[0].unit == "m"
+    return unit if lengths_alone or _solves_poses(info) else min(unit, 1.0)
+
+
+def _solves_poses(info: FunctionInfo) -> bool:
+    return info.is_inverse and info.inputs[0].shape == _POSE
+
+
+def write_doc(info: FunctionInfo, unit: float = 1.0) -> str:
+    """The help text of a function; unit: the robot's unit of length [m], for inverses."""
     lines = [info.summary, ""]
     if info.identity:
         lines += [*textwrap.wrap(info.identity, _WIDTH), ""]
@@ -84,10 +112,19 @@ def write_doc(info: FunctionInfo) -> str:
     ]
     lines += ["Returns:", *(f"    {_describe(item)}" for item in info.outputs)]
     if info.is_inverse:
-        lines += [f"    valid: (..., {len(info.labels)}) whether residual <= {SOLVED:g}"]
+        tolerance = SOLVED * _residual_unit(info, unit)
+        lines += [f"    valid: (..., {len(info.labels)}) whether residual <= {tolerance:g}"]
     lines += [""]
     if info.labels:
         lines += ["Slots:", *(f"    {k}: {label}" for k, label in enumerate(info.labels)), ""]
+    if _solves_poses(info):
+        lines += [
+            "Raises:",
+            "    InputValueError: T is no pose, with the reason. The nearest rigid pose is taken",
+            f"        where T is off by at most {NEARLY_RIGID:g}, as after rounding; see",
+            "        chasles.se3.project. NaN gives NaN.",
+            "",
+        ]
     if info.margin:
         lines += [
             "Raises:",

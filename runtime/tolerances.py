@@ -1,25 +1,36 @@
 """Every tolerance of the Python runtime: name, value, unit and reason, by the room that uses it.
 
-Residuals compare a metre with a radian. A count of steps or a size of a block is no tolerance and
-stays in the file that uses it. Tolerances that belong to the generated code stand in the manifest.
+A length without a unit is in parts of the robot's unit of length: the power of ten nearest to the
+size of its workspace, 1 m for robots of 0.3 m to 3 m (`size.py`). Residuals compare a distance with
+an angle times this unit. A count of steps or a size of a block is no tolerance and stays in the
+file that uses it. Tolerances that belong to the generated code stand in the manifest.
 """
+
+# --- size ---
+
+LEAST_SIZE = 1e-5
+"""Least size of a robot as a part of its distance from the base's origin: SOLVED times it is still
+a hundred times the rounding of such positions."""
 
 # --- closed_form: solutions in slots ---
 
 SOLVED = 1e-9
-"""Residual (metre, radian) up to which a slot holds a solution: far above the rounding that a
+"""Residual (length, radian) up to which a slot holds a solution: far above the rounding that a
 solution is left with, far below the error of a least-squares answer unless its pose is at the
 border of reach."""
 REFINED = 1e-5
-"""Residual (metre, radian) up to which a slot may be a solution spoilt by rounding: the root of
+"""Residual (length, radian) up to which a slot may be a solution spoilt by rounding: the root of
 rounding is 1e-8, and a second singularity multiplies it."""
 SAME_SOLUTION = 1e-6
-"""Metres or radians up to which two slots hold the same solution: at a singularity two branches
+"""Lengths or radians up to which two slots hold the same solution: at a singularity two branches
 meet, and each is known to 1e-8 there."""
 AT_LIMIT = 1e-12
-"""Metres or radians by which rounding may put a joint outside a limit that it is at."""
+"""Lengths or radians by which rounding may put a joint outside a limit that it is at."""
+FAR = 50.0
+"""Residual (length) from which a message asks for the unit of a translation: millimetres for metres
+are a thousand times too far."""
 JUMP = 0.5
-"""Metres or radians that a joint may move from a pose of a path to the next. Branches are a radian
+"""Lengths or radians that a joint may move from a pose of a path to the next. Branches are a radian
 apart and more, except near the singularities where they meet; a path on which a joint needs more
 than this is too coarse to tell a fast joint from a change of branch."""
 
@@ -103,11 +114,12 @@ infinite."""
 TRACK_GAIN = 0.5
 """Share of the error that a step of `track` corrects by default. At 1 a step would go all the way
 to the linear answer, beyond 2 the error would grow."""
-RIGID = 1e-6
-"""Distance of a matrix from a rotation up to which `track` takes a pose as rigid: in single
-precision poses are 1e-7 off."""
 
-# --- screws ---
+# --- poses and screws ---
+
+NO_ROTATION = 0.3
+"""Deviation (radian) of a matrix from a rotation from which projecting it is no advice: the nearest
+rotation would be a guess."""
 
 SERIES = 0.25
 """Radians below which quotients with a vanishing denominator are summed as series; the first term

@@ -8,6 +8,7 @@
 #include "call/kernel/compiled_library.h"
 #include "call/kernel/kept_blocks.h"
 #include "call/kernel/python_api.h"
+#include "numerics/_tolerances.h"
 
 PyObject *ShapeError, *InputError, *LibraryMismatchError;
 PyObject *str_out, *str_threads, *str_name, *str_shape, *str_array_ufunc;
@@ -71,9 +72,15 @@ PyMODINIT_FUNC PyInit__call(void)
         return NULL;
     }
     PyObject *module = PyModule_Create(&module_definition);
+    PyObject *nearly_rigid = PyFloat_FromDouble(NEARLY_RIGID);
+    PyObject *rigid = PyFloat_FromDouble(RIGID_TO_ROUNDING);
     if (module && (PyModule_AddObjectRef(module, "Library", (PyObject *)&LibraryType) < 0 ||
-                   PyModule_AddObjectRef(module, "Function", (PyObject *)&FunctionType) < 0)) {
+                   PyModule_AddObjectRef(module, "Function", (PyObject *)&FunctionType) < 0 ||
+                   PyModule_AddObjectRef(module, "NEARLY_RIGID", nearly_rigid) < 0 ||
+                   PyModule_AddObjectRef(module, "RIGID_TO_ROUNDING", rigid) < 0)) {
         Py_CLEAR(module);
     }
+    Py_XDECREF(nearly_rigid);
+    Py_XDECREF(rigid);
     return module;
 }

@@ -7,6 +7,9 @@ from typing import Any, Generic, Literal, Protocol, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+NEARLY_RIGID: float
+RIGID_TO_ROUNDING: float
+
 R_co = TypeVar("R_co", covariant=True)
 
 class _Argument(Protocol):
@@ -68,6 +71,9 @@ class Library:
         guard: Callable[[tuple[NDArray[np.float64], ...]], None] | None,
         solutions: type[Any] | None,
         rescue: Callable[..., None] | None,
+        poses: int,
+        fk: str | None,
+        unit: float,
     ) -> Function[Any]: ...
 
 def open(path: str | PathLike[str], expected_hash: str) -> Library: ...  # noqa: A001

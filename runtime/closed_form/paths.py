@@ -13,9 +13,10 @@ from ..call._call import Function
 from ..call.capabilities import needs
 from ..contract.facts import Argument, Coordinate
 from ..errors import InputValueError, ShapeError
+from ..se3 import projected
 from ..tolerances import JUMP, SOLVED
 from .hints import no_inverse
-from .polish import polish
+from .refinement import refined
 from .solutions import Solutions, within
 
 FloatArray = NDArray[np.float64]
@@ -93,7 +94,9 @@ class InverseMethods:
     fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]]
 
     @needs(when=_has_inverse, hint=no_inverse)
-    def ik_path(self, T: ArrayLike, seed: ArrayLike, *given: ArrayLike, jump: float = JUMP) -> Path:
+    def ik_path(
+        self, T: ArrayLike, seed: ArrayLike, *given: ArrayLike, jump: float | None = None
+    ) -> Path:
         """Follows one branch along a path of poses, from the solution nearest to a seed.
 
         Each step takes the solution that moves the joints least from the pose before, turns
@@ -104,18 +107,20 @@ class InverseMethods:
 
         Args:
             T: (m, 4, 4) poses of the tool measured and expressed in the base frame, close to each
-                other.
+                other; the nearest rigid pose is taken where one is off by at most
+                `se3.NEARLY_RIGID`.
             seed: (n,) coordinates [rad or m] near the start: the path begins at the nearest
                 solution within the limits.
             given: The further inputs of `ik` (`redundancy`), each () or (m,).
-            jump: Largest move of a joint between successive poses [rad or m].
+            jump: Largest move of a joint between successive poses [rad or m]; None: 0.5 rad, and
+                for slides 0.5 of the robot's unit of length.
 
         Returns:
             The coordinates as far as the path was followed, and the reason for its end.
 
         Raises:
             ShapeError: If T is not a list of poses, or the seed not n values.
-            InputValueError: If jump is not positive.
+            InputValueError: If jump is not positive, or a pose not nearly rigid, with the reason.
         """
         poses, start = np.asarray(T, np.float64), np.asarray(seed, np.float64)
         if poses.ndim != 3 or start.shape != (self.n,):  # noqa: PLR2004
@@ -123,16 +128,18 @@ class InverseMethods:
                 f"{self.name}.ik_path: expected T (m, 4, 4) and seed ({self.n},), got shapes "
                 f"{poses.shape} and {start.shape}"
             )
-        if not jump > 0:
+        if jump is not None and not jump > 0:
             raise InputValueError(f"{self.name}.ik_path: jump must be positive, got {jump!r}")
+        poses = projected(f"{self.name}.ik_path", poses)
         solutions = self._roles["inverse", "pose", ""](poses, *given)
         if solutions.q.shape[:-2] != poses.shape[:1]:
             raise ShapeError(f"{self.name}.ik_path: inputs beside the pose must be () or (m,)")
+        most = JUMP * solutions.units() if jump is None else np.full(self.n, float(jump))
         steps: list[_Step] = []
         for index, pose in enumerate(poses):
             slots = solutions.at(index)
             step = (
-                self._next(slots, pose, steps[-1].q, jump) if steps else self._first(slots, start)
+                self._next(slots, pose, steps[-1].q, most) if steps else self._first(slots, start)
             )
             if step.reason:
                 return self._report(steps, step)
@@ -145,36 +152,38 @@ class InverseMethods:
         inside = slots.within_limits(self.lower, self.upper)
         allowed = inside if inside.valid.any() else slots
         moves = allowed.moves_from(seed)
-        best = _least(moves, allowed.valid)
+        best = _least(moves / slots.units(), allowed.valid)
         q, margin = seed + moves[best], float(allowed.margin[best])
         if allowed is inside:
             return _Step(q, margin)
-        outside = ~within(q, self.lower, self.upper)
+        outside = ~within(q, self.lower, self.upper, slots.units())
         return _Step(q, margin, "limit", int(np.argmax(outside)))
 
-    def _next(self, slots: Solutions, pose: FloatArray, here: FloatArray, jump: float) -> _Step:
+    def _next(
+        self, slots: Solutions, pose: FloatArray, here: FloatArray, jump: FloatArray
+    ) -> _Step:
         if not slots.valid.any():
             return _Step(here, np.nan, "no solution")
         moves = slots.moves_from(here)
-        best = _least(moves, slots.valid)
+        best = _least(moves / slots.units(), slots.valid)
         move, margin = moves[best], float(slots.margin[best])
-        if np.abs(move).max() > jump:
-            nearby = self._nearby(pose, here)
-            if nearby is None or np.abs(nearby - here).max() > jump:
-                return _Step(here + move, margin, "jump", int(np.argmax(np.abs(move))))
+        if (np.abs(move) > jump).any():
+            nearby = self._nearby(pose, here, slots.unit)
+            if nearby is None or (np.abs(nearby - here) > jump).any():
+                return _Step(here + move, margin, "jump", int(np.argmax(np.abs(move) / jump)))
             move = nearby - here
         q = here + move
-        outside = ~within(q, self.lower, self.upper)
+        outside = ~within(q, self.lower, self.upper, slots.units())
         if outside.any():
             return _Step(q, margin, "limit", int(np.argmax(outside)))
         return _Step(q, margin)
 
-    def _nearby(self, pose: FloatArray, here: FloatArray) -> FloatArray | None:
+    def _nearby(self, pose: FloatArray, here: FloatArray, unit: float) -> FloatArray | None:
         """The solution near the last one, where the pose alone determines solutions."""
         if ("pose and jacobian", "actuators", "") not in self._roles or self.redundancy:
             return None
-        q, residual = polish(self, pose, here)
-        return q if residual <= SOLVED else None
+        q, residual = refined(self.fk_jacobian_mixed, pose, here, (), unit)
+        return q if residual <= SOLVED * unit else None
 
     def _report(self, steps: list[_Step], end: _Step | None) -> Path:
         q = np.array([step.q for step in steps]).reshape(-1, self.n)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ..call._call import Function
 from ..contract.facts import FunctionInfo, Manifest
-from ..screws import off_rotation
+from ..se3 import projected
 from ..tolerances import REFINED, SOLVED
 from .polish import polish
 
@@ -32,12 +32,17 @@ class Refinement:
     Attributes:
         fk_jacobian_mixed: The function ``fk_jacobian_mixed`` of the robot.
         fixed: Indices of the coordinates that are given beside the pose and keep their values.
-        near: Largest residual [m, rad] at which a slot is refined.
+        unit: The robot's unit of length [m].
     """
 
     fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]]
     fixed: tuple[int, ...]
-    near: float = REFINED
+    unit: float = 1.0
+
+    @property
+    def near(self) -> float:
+        """Largest residual [m] at which a slot is refined."""
+        return REFINED * self.unit
 
     def __call__(
         self,
@@ -60,22 +65,63 @@ class Refinement:
         near = residual <= self.near
         missed = np.asarray(~valid.any(-1) & near.any(-1))
         poses = np.broadcast_to(inputs[0], (*missed.shape, 4, 4))
-        # A matrix that is not rigid, such as a pose in single precision, has no solution.
-        rigid = np.zeros_like(missed)
-        rigid[missed] = off_rotation(poses[missed][:, :3, :3]) <= SOLVED
-        slots = np.nonzero(near & rigid[..., None])
-        if not len(slots[-1]):
-            return
-        T = poses[slots[:-1]]
-        found = polish(self, T, q[slots], self.fixed).q
-        remaining = _residual(self.fk_jacobian_mixed(found)[0], T)
-        solved = remaining <= SOLVED
+        slots = np.nonzero(near & missed[..., None])
+        T = projected("refinement", poses[slots[:-1]])
+        found, remaining = refined(self.fk_jacobian_mixed, T, q[slots], self.fixed, self.unit)
+        solved = remaining <= SOLVED * self.unit
         slots = tuple(index[solved] for index in slots)
         q[slots], residual[slots], valid[slots] = found[solved], remaining[solved], True
 
 
+def refined(
+    fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]],
+    T: FloatArray,
+    q: FloatArray,
+    fixed: tuple[int, ...],
+    unit: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Coordinates (..., n) moved until the tool is at poses (..., 4, 4), and their residuals (...).
+
+    The iteration compares a metre with a radian, so it is given lengths in the robot's unit [m].
+    """
+    target = T if unit == 1 else _divided(T, unit)
+    found = polish(_InUnit(fk_jacobian_mixed, unit), target, q, fixed).q
+    return found, _residual(fk_jacobian_mixed(found)[0], T, unit)
+
+
+@dataclass(frozen=True, slots=True)
+class _InUnit:
+    """The pose and the Jacobian of a robot, with lengths in its unit."""
+
+    function: Function[tuple[FloatArray, FloatArray]]
+    unit: float
+
+    @property
+    def fk_jacobian_mixed(self) -> Any:
+        return self.function if self.unit == 1 else self
+
+    @property
+    def inputs(self) -> Any:
+        return self.function.inputs
+
+    def __call__(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+        T, J = self.function(q)
+        J[..., :3, :] /= self.unit
+        return _divided(T, self.unit), J
+
+
+def _divided(T: FloatArray, unit: float) -> FloatArray:
+    """Poses with their translations in a unit."""
+    poses = np.array(T)
+    poses[..., :3, 3] /= unit
+    return poses
+
+
 def refinement_of(
-    manifest: Manifest, info: FunctionInfo, functions: Mapping[str, Function[Any]]
+    manifest: Manifest,
+    info: FunctionInfo,
+    functions: Mapping[str, Function[Any]],
+    unit: float = 1.0,
 ) -> Refinement | None:
     """The refinement of an inverse.
 
@@ -83,6 +129,7 @@ def refinement_of(
         manifest: The robot's manifest.
         info: One of its functions.
         functions: Its other functions.
+        unit: Its unit of length [m].
 
     Returns:
         None unless the function is the inverse of a pose; None for the nominal inverse of a
@@ -93,12 +140,12 @@ def refinement_of(
         return None
     if manifest.inverse.tier == "snapped":
         return None
-    return Refinement(functions[jacobian.name], info.given)
+    return Refinement(functions[jacobian.name], info.given, unit)
 
 
-def _residual(here: FloatArray, there: FloatArray) -> FloatArray:
-    """The residual between poses (N, 4, 4), defined in the same way as in the generated code."""
+def _residual(here: FloatArray, there: FloatArray, unit: float) -> FloatArray:
+    """The residual between poses (..., 4, 4), defined in the same way as in Solutions."""
     apart = here - there
-    distance2 = np.einsum("Ni,Ni->N", apart[:, :3, 3], apart[:, :3, 3])
-    turned2 = np.einsum("Nij,Nij->N", apart[:, :3, :3], apart[:, :3, :3])
-    return np.asarray(np.sqrt(np.maximum(distance2, turned2 / 2)))
+    distance2 = (apart[..., :3, 3] ** 2).sum(-1)
+    turned2 = (apart[..., :3, :3] ** 2).sum((-2, -1))
+    return np.asarray(np.sqrt(np.maximum(distance2, turned2 / 2 * unit**2)))

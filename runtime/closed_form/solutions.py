@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..contract.facts import Coordinate
 from ..errors import InputTypeError, InputValueError, OutOfReachError, ShapeError
-from ..tolerances import AT_LIMIT, SAME_SOLUTION, SOLVED
+from ..tolerances import AT_LIMIT, FAR, SAME_SOLUTION, SOLVED
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -33,8 +33,7 @@ class LeastSquares(NamedTuple):
 
     Attributes:
         q: (..., n) coordinates [rad or m]; NaN where the pose has solutions.
-        residual: (...,) error of the tool, the larger of distance [m] and angle [rad]; NaN where
-            the pose has solutions.
+        residual: (...,) error of the tool [m], as in Solutions; NaN where the pose has solutions.
     """
 
     q: FloatArray
@@ -57,12 +56,15 @@ class Solutions(_Fields):
     Attributes:
         q: (..., k, n) coordinates [rad or m]: a solution where `valid`, else the least-squares
             answer on that branch; NaN where an input is NaN.
-        residual: (..., k) error of the tool by forward kinematics: the larger of distance [m] and
-            angle [rad] from the pose.
+        residual: (..., k) error of the tool by forward kinematics [m]: the larger of the distance
+            from the pose and of the angle times `unit`. A pose that is nearly rigid counts as the
+            rigid pose nearest to it.
         margin: (..., k) least margin of the steps of the branch: 0 at the border of reach, negative
             beyond it.
-        valid: (..., k) whether the slot holds a solution (residual <= 1e-9) that no filter has
-            removed.
+        valid: (..., k) whether the slot holds a solution (residual <= 1e-9 `unit`) that no filter
+            has removed.
+        unit: The robot's unit of length [m]: the power of ten nearest to the size of its workspace,
+            1 m for robots of 0.3 m to 3 m.
         coordinates: The elements of q.
         wraps: (n,) whether a full turn of the coordinate leaves the pose unchanged: true for
             turning joints until `within_limits` lists their turns separately.
@@ -77,6 +79,7 @@ class Solutions(_Fields):
     coordinates: ClassVar[tuple[Coordinate, ...]] = ()
     wraps: ClassVar[tuple[bool, ...]] = ()
     labels: ClassVar[tuple[str, ...]] = ()
+    unit: ClassVar[float] = 1.0
     _kind: ClassVar[Any]
 
     @classmethod
@@ -138,7 +141,8 @@ class Solutions(_Fields):
         within it by as few turns as possible. From then on each turn is a value of its own:
         distances from a seed are no longer wrapped, except for joints without limits.
 
-        A joint that rounding has put outside a limit (1e-12) is set to the limit.
+        A joint that rounding has put outside a limit (1e-12 rad, or 1e-12 `unit`) is set to the
+        limit.
 
         Args:
             lower: (n,) lower limits [rad or m], -inf for none; the robot's own if None.
@@ -163,7 +167,7 @@ class Solutions(_Fields):
         first = _lowest_turn(self.q, low, high, turns, wraps)
         moved = self.q[..., None, :] + _TURN * (first[..., None, :] + offsets)
         q = moved.reshape(*self.q.shape[:-2], slots * len(offsets), n)
-        inside = within(q, low, high)
+        inside = within(q, low, high, self.units())
         residual, margin, valid = (field[..., order] for field in self[1:])
         unlimited = np.isinf(low) & np.isinf(high)
         kind = solutions_of(
@@ -171,6 +175,7 @@ class Solutions(_Fields):
             tuple((wraps & unlimited).tolist()),
             tuple(self.labels[k] for k in order) if self.labels else (),
             self._kind,
+            self.unit,
         )
         return self._derived(
             kind,
@@ -186,6 +191,8 @@ class Solutions(_Fields):
     def sorted_from(self, seed: ArrayLike) -> Self:
         """The slots in the order of the largest move of a joint, those that are not valid last.
 
+        Moves of slides count in `unit`.
+
         Args:
             seed: (..., n) coordinates of the robot [rad or m]; joints that wrap may turn either
                 way.
@@ -199,14 +206,15 @@ class Solutions(_Fields):
         order = np.argsort(self._largest_move("sorted_from", seed), axis=-1, kind="stable")
         fields = (np.take_along_axis(field, order, -1) for field in self[1:])
         q = np.take_along_axis(self.q, order[..., None], -2)
-        unlabelled = solutions_of(self.coordinates, self.wraps, (), self._kind)
+        unlabelled = solutions_of(self.coordinates, self.wraps, (), self._kind, self.unit)
         return self._derived(unlabelled, (q, *fields), order)
 
     def distinct(self, tolerance: float = SAME_SOLUTION) -> Self:
         """Keeps the first of slots with the same solution, as they occur at singularities.
 
         Args:
-            tolerance: Metres or radians; slots that differ by no more in any coordinate are equal.
+            tolerance: Radians, and parts of `unit`; slots that differ by no more in any coordinate
+                are equal.
 
         Returns:
             Solutions with the repetitions not valid.
@@ -214,12 +222,12 @@ class Solutions(_Fields):
         valid = self.valid.copy()
         for slot in range(1, valid.shape[-1]):
             apart = self._wrapped(self.q[..., :slot, :] - self.q[..., slot, None, :])
-            same = (np.abs(apart) <= tolerance).all(-1)
+            same = (np.abs(apart) <= tolerance * self.units()).all(-1)
             valid[..., slot] &= ~(same & valid[..., :slot]).any(-1)
         return self._derived(type(self), (*self[:-1], valid), None)
 
     def nearest(self, seed: ArrayLike) -> FloatArray:
-        """The solution with the smallest largest move of a joint.
+        """The solution with the smallest largest move of a joint; slides count in `unit`.
 
         Args:
             seed: (..., n) coordinates of the robot [rad or m]; joints that wrap may turn either
@@ -273,9 +281,14 @@ class Solutions(_Fields):
         """
         return self._moves("moves_from", seed)
 
+    def units(self) -> FloatArray:
+        """(n,) what counts as much as a radian in each coordinate: `unit` in slides [m], else 1."""
+        return np.array([self.unit if c.unit == "m" else 1.0 for c in self.coordinates])
+
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickles the facts of its class and the tuple."""
-        return _restore, (self.coordinates, self.wraps, self.labels, self._kind, tuple(self))
+        facts = (self.coordinates, self.wraps, self.labels, self._kind, self.unit)
+        return _restore, (*facts, tuple(self))
 
     def _derived(
         self, kind: type[Self], fields: tuple[Any, ...], order: IntArray | tuple[int, ...] | None
@@ -353,7 +366,7 @@ class Solutions(_Fields):
 
     def _largest_move(self, method: str, seed: ArrayLike) -> FloatArray:
         """(..., k), infinite where a slot is not valid."""
-        move = np.abs(self._moves(method, seed)).max(-1)
+        move = np.abs(self._moves(method, seed) / self.units()).max(-1)
         return np.where(self.valid, move, np.inf)
 
     def _why_none(self) -> str:
@@ -362,9 +375,16 @@ class Solutions(_Fields):
             return f"no valid solution: filters removed all {exact}"
         least = self.least_squares().residual
         if np.isnan(least):
-            return "no valid solution: the pose is not finite"
+            return "no valid solution: the pose is not finite, or is no pose"
+        size = self.unit
+        if least > FAR * size:
+            return (
+                f"no valid solution: the translation lies {least:,.4g} m from a robot of about "
+                f"{size:g} m; is it in millimetres? T takes metres"
+            )
+        measured = "(m, rad)" if size == 1 else f"m, angles times {size:g} m"
         return (
-            f"no valid solution: the pose is out of reach, by {least:.4g} (m, rad) at least; "
+            f"no valid solution: the pose is out of reach, by {least:.4g} {measured} at least; "
             "least_squares() has the coordinates that come so near"
         )
 
@@ -374,6 +394,7 @@ def solutions_of(
     wraps: tuple[bool, ...],
     labels: tuple[str, ...] = (),
     kind: Any = Solutions,
+    unit: float = 1.0,
 ) -> type[Any]:
     """The class of solutions in given coordinates, which filters need to know.
 
@@ -382,8 +403,9 @@ def solutions_of(
         wraps: Whether a full turn of each of them leaves the pose unchanged.
         labels: The branch in each slot, () where slots have none.
         kind: Its base: Solutions, or a class derived from it.
+        unit: The robot's unit of length [m].
     """
-    return _made(coordinates, wraps, labels, kind)
+    return _made(coordinates, wraps, labels, kind, unit)
 
 
 @cache
@@ -392,15 +414,25 @@ def _made(
     wraps: tuple[bool, ...],
     labels: tuple[str, ...],
     kind: Any,
+    unit: float,
 ) -> type[Any]:
     facts = {"coordinates": coordinates, "wraps": wraps, "labels": labels, "_kind": kind}
+    facts |= {"unit": unit, "TOLERANCE": SOLVED * unit}
     about = {"__slots__": (), "__module__": kind.__module__, "__doc__": kind.__doc__}
     return type(kind.__name__, (kind,), about | facts)
 
 
-def within(q: FloatArray, lower: FloatArray, upper: FloatArray) -> BoolArray:
-    """Whether coordinates are within limits, up to rounding; all of the same shape."""
-    return np.asarray((q >= lower - AT_LIMIT) & (q <= upper + AT_LIMIT))
+def within(q: FloatArray, lower: FloatArray, upper: FloatArray, units: FloatArray) -> BoolArray:
+    """Whether coordinates are within limits, up to rounding.
+
+    Args:
+        q: (..., n) coordinates.
+        lower: (n,) lower limits.
+        upper: (n,) upper limits.
+        units: (n,) the robot's unit of length for slides, 1 for coordinates that turn.
+    """
+    rounding = AT_LIMIT * units
+    return np.asarray((q >= lower - rounding) & (q <= upper + rounding))
 
 
 def _restore(
@@ -408,9 +440,10 @@ def _restore(
     wraps: tuple[bool, ...],
     labels: tuple[str, ...],
     kind: Any,
+    unit: float,
     fields: tuple[Any, ...],
 ) -> Solutions:
-    made: Solutions = solutions_of(coordinates, wraps, labels, kind)(*fields)
+    made: Solutions = solutions_of(coordinates, wraps, labels, kind, unit)(*fields)
     return made
 
 

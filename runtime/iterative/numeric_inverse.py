@@ -78,8 +78,8 @@ class NumericSolution(NamedTuple):
 
         "converged": the residual is within the tolerance. "limits": at a local minimum of the
         residual at which limits hold some coordinates. "stalled": at a local minimum within the
-        limits. "budget": the budget was spent before. "no pose": the matrix is not a rigid pose, to
-        1e-6.
+        limits. "budget": the budget was spent before. "no pose": the matrix is not finite, or off a
+        rigid pose by more than `se3.NEARLY_RIGID`; `se3.project` names the reason.
         """
         return np.array(REASONS)[self.ending]
 
@@ -145,8 +145,9 @@ class NumericMethods:
         result is the nearest pose found, at its least error, with `success` False.
 
         Args:
-            T: (..., 4, 4) poses of the tip measured and expressed in the base frame; a matrix that
-                is not a rigid pose, to 1e-6, gives NaN.
+            T: (..., 4, 4) poses of the tip measured and expressed in the base frame. The rigid pose
+                nearest to T is taken where T is off by at most `se3.NEARLY_RIGID`; a matrix
+                further off gives NaN.
             seed: (..., n) coordinates at the start [rad or m]; leading dimensions broadcast. Values
                 beyond a limit are moved to it. Without a seed, the start with the nearest pose
                 comes first.

@@ -15,6 +15,21 @@
  * 1/12: the quotient loses digits by cancellation, the limit is off by a^2 / 720 < 2e-11. */
 #define LOGARITHM_SMALL_ANGLE 1e-4
 
+/* ------------------------------------------------------------------ rigid poses */
+
+/* Radian: distance of a matrix from a rotation in the norm |R_1 - R_2| / 2^0.5, which is the angle
+ * between near rotations; the same for each entry of the last row. Up to here a pose is rounded,
+ * and the nearest rotation is taken for it: single precision is 1e-7 off, six printed digits 1e-6,
+ * a product of many such poses some 1e-6. What is further off is an error of other kinds. */
+#define NEARLY_RIGID 1e-5
+
+/* The same distance up to which a matrix is rigid: products of a hundred poses in doubles leave
+ * 1e-14, and solutions are judged by 1e-9. */
+#define RIGID_TO_ROUNDING 1e-13
+
+/* The same distance at which Newton's iteration ends: rounding of R^T R leaves 2e-16. */
+#define POLAR_CONVERGED 4e-16
+
 /* ------------------------------------------------------ singular values, linear solves */
 
 /* Cosine. Two rows are orthogonal where the cosine between them is at most this: rounding adds
@@ -70,10 +85,6 @@
  * squared error, where it converges far from quadratically. */
 #define HALLEY_RESIDUAL 0.03
 #define HALLEY_REMAINDER 0.2
-
-/* Pure number: sum of the six deviations of R R^T from 1. A pose in single precision is off by
- * about 1e-6; a matrix further off is no rotation. */
-#define POSE_ORTHONORMALITY 1e-5
 
 /* Metre or radian, largest error of an actuator. The joints of a platform's chain follow its
  * actuators to ACTUATORS_CLOSED; where rounding ends the decrease earlier, below

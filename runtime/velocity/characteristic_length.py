@@ -31,13 +31,10 @@ from ..call._call import Function
 from ..call.capabilities import needs
 from ..contract.facts import Coordinate, FunctionInfo, Reference, Variable
 from ..errors import InputValueError
-from ..iterative.low_discrepancy import low_discrepancy
+from ..size import configurations
 from ..tolerances import TURNS
 
 FloatArray = NDArray[np.float64]
-
-_SAMPLES = 256
-"""Configurations that stand for all; with more, the length changes by a percent."""
 
 
 def length_of(J: FloatArray, turning: NDArray[np.bool_]) -> float:
@@ -94,13 +91,8 @@ class LengthMethods:
         """Jacobians (m, 6, n) at configurations that fill the limits."""
         if "jacobian_mixed" not in self.functions:
             return self._jacobian_at_reference()
-        lower, upper = self.lower, self.upper
         middle = np.zeros(self.n) if self.reference is None else np.array(self.reference.q)
-        half = np.array([np.pi if c.kind == "revolute" else 1.0 for c in self.coordinates])
-        lower = np.where(np.isfinite(lower), lower, np.minimum(middle, upper) - half)
-        upper = np.where(np.isfinite(upper), upper, np.maximum(middle, lower) + half)
-        points = low_discrepancy(1, _SAMPLES + 1, self.n)
-        J = self.jacobian_mixed(lower + points * (upper - lower))
+        J = self.jacobian_mixed(configurations(self.coordinates, middle))
         closed = np.isfinite(J).all((-2, -1))
         if closed.any():
             return J[closed]

@@ -14,8 +14,8 @@ from ..call._call import Function
 from ..call.capabilities import needs
 from ..call.validation import real_array
 from ..errors import InputValueError, ShapeError
-from ..screws import off_rotation
-from ..tolerances import RIGID, TRACK_GAIN
+from ..se3 import projected
+from ..tolerances import TRACK_GAIN
 from . import _track
 from .manipulability import ManipulabilityMethods
 
@@ -123,7 +123,8 @@ class TrackMethods(ManipulabilityMethods):
         motion remains as an error.
 
         Args:
-            poses: (m, 4, 4) poses of the tool measured and expressed in the base frame, dt apart.
+            poses: (m, 4, 4) poses of the tool measured and expressed in the base frame, dt apart;
+                the nearest rigid pose is taken where one is off by at most `se3.NEARLY_RIGID`.
             q0: (n,) coordinates at the start [rad or m], within the limits. They need not reach the
                 first pose.
             dt: Time from pose to pose [s].
@@ -139,8 +140,9 @@ class TrackMethods(ManipulabilityMethods):
 
         Raises:
             ShapeError: If poses is not a list of poses, or q0 or rate_limits not n values.
-            InputValueError: If a pose is not rigid to 1e-6, if q0 lies outside the limits or
-                forward kinematics is not defined there, or if a number is not as described above.
+            InputValueError: If a pose is not nearly rigid, with the reason; if q0 lies outside the
+                limits or forward kinematics is not defined there, or if a number is not as
+                described above.
 
         Source:
             D. E. Whitney, Resolved motion rate control of manipulators and human prostheses, 1969;
@@ -177,11 +179,9 @@ class TrackMethods(ManipulabilityMethods):
             raise ShapeError(f"{self.name}.track: expected poses (m, 4, 4), got {path.shape}")
         if start.shape != (self.n,):
             raise ShapeError(f"{self.name}.track: expected q0 ({self.n},), got {start.shape}")
-        R = path[:, :3, :3]
-        sound = (off_rotation(R) <= RIGID) & np.isfinite(path).all((-2, -1))
-        bad = ~sound | (np.linalg.det(np.where(sound[:, None, None], R, 0.0)) <= 0)
-        bad |= (path[:, 3] != [0, 0, 0, 1]).any(-1)
-        _require(not bad.any(), f"{self.name}.track: pose {np.argmax(bad)} is not a rigid one")
+        unknown = ~np.isfinite(path).all((-2, -1))
+        _require(not unknown.any(), f"{self.name}.track: poses[{np.argmax(unknown)}] is not finite")
+        path = projected(f"{self.name}.track", path, name="poses")
         outside = ~((start >= self.lower) & (start <= self.upper) & np.isfinite(start))
         name = self.coordinates[int(np.argmax(outside))].name
         _require(not outside.any(), f"{self.name}.track: q0 {start}: {name} is outside its limits")

@@ -13,6 +13,7 @@
 #include "call/function/function.h"
 #include "call/function/results.h"
 #include "call/kernel/kept_blocks.h"
+#include "call/kernel/rigid_poses.h"
 
 /* ------------------------------------------------------------------ single */
 
@@ -70,7 +71,7 @@ static PyObject *call_single(Function *self, PyObject *const *inputs, PyObject *
         }
         to[i] = PyArray_DATA((PyArrayObject *)results[i]);
     }
-    kernel->call(from, to);
+    run_kernel(kernel, from, to);
     if (__builtin_expect(self->guard != NULL, 0)) {
         return pack_guarded(self, inputs, to, results, outs);
     }
@@ -122,12 +123,12 @@ static void run_dense_rows(const Kernel *kernel, npy_intp n, double **memory)
         steps[i] = kernel->operands[i].size;
     }
     if (kernel->rows && n > 1) {
-        kernel->rows((size_t)n, (const double *const *)memory, steps, memory + kernel->n_inputs,
-                     steps + kernel->n_inputs);
+        run_kernel_rows(kernel, n, (const double *const *)memory, steps, memory + kernel->n_inputs,
+                        steps + kernel->n_inputs);
         return;
     }
     for (npy_intp row = 0; row < n; row++) {
-        kernel->call((const double *const *)memory, memory + kernel->n_inputs);
+        run_kernel(kernel, (const double *const *)memory, memory + kernel->n_inputs);
         for (int i = 0; i < kernel->n_operands; i++) {
             memory[i] += steps[i];
         }

@@ -116,15 +116,18 @@ PyTypeObject FunctionType = {
 
 PyObject *function_new(PyObject *library, PyObject *args, PyObject *kwargs)
 {
-    static char *keywords[] = {"name",  "inputs",    "outputs",    "label",
-                               "doc",   "signature", "operations", "reduced",
-                               "guard", "solutions", "rescue",     NULL};
+    static char *keywords[] = {"name",      "inputs",     "outputs", "label", "doc",
+                               "signature", "operations", "reduced", "guard", "solutions",
+                               "rescue",    "poses",      "fk",      "unit",  NULL};
     PyObject *name, *inputs, *outputs, *label, *doc, *signature, *operations, *reduced, *guard,
         *solutions, *rescue;
-    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "UO!O!$UUOOO!OOO:function", keywords, &name,
+    int poses;
+    const char *fk_name;
+    double unit;
+    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "UO!O!$UUOOO!OOOizd:function", keywords, &name,
                                      &PyTuple_Type, &inputs, &PyTuple_Type, &outputs, &label, &doc,
                                      &signature, &operations, &PyTuple_Type, &reduced, &guard,
-                                     &solutions, &rescue)) {
+                                     &solutions, &rescue, &poses, &fk_name, &unit)) {
         return NULL;
     }
     const char *utf8 = PyUnicode_AsUTF8(name);
@@ -136,7 +139,12 @@ PyObject *function_new(PyObject *library, PyObject *args, PyObject *kwargs)
         }
         return NULL;
     }
+    const chasles_kernel *fk = fk_name ? library_find((Library *)library, fk_name) : NULL;
     Kernel *kernel = kernel_new(library, entry, label, inputs, outputs);
+    if (kernel && poses && set_poses(kernel, poses, fk, unit) < 0) {
+        kernel_free(kernel);
+        return NULL;
+    }
     PyObject *ufunc = kernel ? ufunc_new(kernel, name, doc) : NULL;
     Function *function = ufunc ? (Function *)FunctionType.tp_alloc(&FunctionType, 0) : NULL;
     if (!function) {

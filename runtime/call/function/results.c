@@ -17,28 +17,34 @@ PyObject *new_tuple(int n, PyObject *const *items)
 /* The outputs of a function of all branches, then the array of those that are valid. */
 enum { BRANCH_Q, BRANCH_RESIDUAL, BRANCH_MARGIN, BRANCH_VALID, N_BRANCH_FIELDS };
 
-/* Tests whether any of n poses has no valid branch among its k, but one with a residual of at most
- * `near`. */
-static int needs_refinement(npy_intp n, npy_intp k, const double *residual, const npy_bool *valid,
-                            double near)
+/* The poses of a batch that need more than the kernel. */
+typedef struct {
+    int refine;  /* whether one has no valid branch, but one with a residual of at most `near` */
+    int no_pose; /* whether one is no pose: settle_pose of rigid_poses.h made its residuals infinite
+                  */
+} Unsettled;
+
+/* Looks at the poses without a valid branch, among n poses with k branches each. */
+static Unsettled find_unsettled(npy_intp n, npy_intp k, const double *residual,
+                                const npy_bool *valid, double near)
 {
+    Unsettled found = {0, 0};
     for (; n-- > 0; residual += k, valid += k) {
-        npy_bool solved = 0;
-        for (npy_intp slot = 0; slot < k; slot++) {
-            solved |= valid[slot];
+        npy_intp slot = 0;
+        while (slot < k && !valid[slot]) {
+            slot++;
         }
-        for (npy_intp slot = 0; !solved && slot < k; slot++) {
-            if (residual[slot] <= near) {
-                return 1;
-            }
+        int solved = slot < k;
+        for (slot = 0; !solved && slot < k; slot++) {
+            found.refine |= residual[slot] <= near;
+            found.no_pose |= residual[slot] > DBL_MAX;
         }
     }
-    return 0;
+    return found;
 }
 
-/* Returns residual <= tolerance as a new array of booleans, false where the residual is NaN.
- * *refine: whether a pose needs the refinement. */
-static PyObject *valid_branches(const Function *self, PyArrayObject *residual, int *refine)
+/* Returns residual <= tolerance as a new array of booleans, false where the residual is NaN. */
+static PyObject *valid_branches(const Function *self, PyArrayObject *residual, Unsettled *unsettled)
 {
     int ndim = PyArray_NDIM(residual);
     PyArrayObject *valid =
@@ -60,10 +66,22 @@ static PyObject *valid_branches(const Function *self, PyArrayObject *residual, i
     for (npy_intp i = 0; i < n; i++) {
         to[i] = from[i] <= tolerance;
     }
-    *refine = self->refinement && needs_refinement(n / k, k, from, to, self->near);
+    if (self->refinement || self->kernel->poses) {
+        *unsettled = find_unsettled(n / k, k, from, to, self->near);
+    }
     NPY_END_THREADS
     Py_DECREF(dense);
     return (PyObject *)valid;
+}
+
+/* Raises the error that names the matrices that are no poses; -1 with it. */
+static int refuse_poses(const Function *self, PyObject *T)
+{
+    PyObject *module = PyImport_ImportModule("chasles.se3");
+    PyObject *answer = module ? PyObject_CallMethod(module, "refuse", "OO", self->label, T) : NULL;
+    Py_XDECREF(module);
+    Py_XDECREF(answer);
+    return answer ? 0 : -1;
 }
 
 /* Calls the refinement, which changes results and valid in place; -1 with an error set. */
@@ -82,9 +100,13 @@ static int refine_branches(const Function *self, PyObject *const *inputs, PyObje
 
 PyObject *pack_branches(const Function *self, PyObject *const *inputs, PyObject **results)
 {
-    int refine = 0;
-    PyObject *valid = valid_branches(self, (PyArrayObject *)results[BRANCH_RESIDUAL], &refine);
-    if (refine && refine_branches(self, inputs, results, valid) < 0) {
+    Unsettled unsettled = {0, 0};
+    PyObject *valid = valid_branches(self, (PyArrayObject *)results[BRANCH_RESIDUAL], &unsettled);
+    if (valid && unsettled.no_pose && self->kernel->poses && refuse_poses(self, inputs[0]) < 0) {
+        Py_CLEAR(valid);
+    }
+    if (valid && unsettled.refine && self->refinement &&
+        refine_branches(self, inputs, results, valid) < 0) {
         Py_CLEAR(valid);
     }
     PyObject *solutions =

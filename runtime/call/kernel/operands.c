@@ -106,3 +106,28 @@ Kernel *kernel_new(PyObject *library, const chasles_kernel *entry, PyObject *lab
     }
     return kernel;
 }
+
+/* Tests whether forward kinematics takes the coordinates in a slot. */
+static int takes_slots(const chasles_kernel *fk, const Operand *outputs)
+{
+    return fk->n_inputs == 1 && fk->n_outputs == 1 && fk->sizes[1] == 16 &&
+           fk->sizes[0] * outputs[1].size == outputs[0].size;
+}
+
+int set_poses(Kernel *kernel, int poses, const chasles_kernel *fk, double unit)
+{
+    const Operand *pose = kernel->operands, *outputs = kernel->operands + kernel->n_inputs;
+    if (poses < NO_POSES || poses > POSES_JUDGED || kernel->n_outputs != 3 || pose->ndim != 2 ||
+        pose->dims[0] != 4 || pose->dims[1] != 4 || outputs[1].size != outputs[2].size ||
+        (fk && !takes_slots(fk, outputs))) {
+        PyErr_Format(PyExc_TypeError,
+                     "%U: an inverse of poses takes a pose (4, 4) first and returns slots of q, "
+                     "residual and margin",
+                     kernel->label);
+        return -1;
+    }
+    kernel->poses = (PosesOf)poses;
+    kernel->unit = unit;
+    kernel->fk = unit == 1 ? NULL : fk;
+    return 0;
+}

@@ -19,6 +19,9 @@ typedef struct {
     npy_intp size; /* product of dims */
 } Operand;
 
+/* How the poses of an inverse are found to be rigid (rigid_poses.h). */
+typedef enum { NO_POSES, POSES_BY_RESIDUAL, POSES_JUDGED } PosesOf;
+
 typedef struct {
     /* The two functions of the entry, NULL for `rows` where there is no code for many poses. */
     void (*call)(const double *const *inputs, double *const *outputs);
@@ -26,6 +29,9 @@ typedef struct {
                  double *const *outputs, const ptrdiff_t *output_steps);
     const chasles_kernel *entry; /* in the library */
     int n_inputs, n_outputs, n_operands;
+    PosesOf poses;                  /* of the first input, where the kernel is an inverse */
+    double unit;                    /* metre: the length that counts as much as a radian */
+    const chasles_kernel *fk;       /* to measure residuals in another unit than 1 m, else NULL */
     Operand operands[MAX_OPERANDS]; /* inputs, then outputs */
     PyObject *library;              /* kept open */
     PyObject *label;                /* "ur5e.fk", for messages */
@@ -41,6 +47,10 @@ typedef struct {
  * entry of the library; NULL with an error set. */
 Kernel *kernel_new(PyObject *library, const chasles_kernel *entry, PyObject *label,
                    PyObject *inputs, PyObject *outputs);
+
+/* States that the kernel is an inverse of poses, of a robot with this forward kinematics (or NULL)
+ * and unit of length; -1 with an error set where its operands are not those of one. */
+int set_poses(Kernel *kernel, int poses, const chasles_kernel *fk, double unit);
 
 void kernel_free(Kernel *kernel);
 

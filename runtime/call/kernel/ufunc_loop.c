@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "call/kernel/rigid_poses.h"
+
 #define STACK_DOUBLES 1024 /* of scratch for strided operands; malloc gives more */
 
 /* The operands of one run of the inner loop. */
@@ -76,8 +78,8 @@ static void run_rows(const Kernel *kernel, npy_intp n, char **args, const npy_in
     for (int i = 0; i < kernel->n_operands; i++) {
         in_doubles[i] = steps[i] / (npy_intp)sizeof(double);
     }
-    kernel->rows((size_t)n, (const double *const *)args, in_doubles,
-                 (double *const *)(args + kernel->n_inputs), in_doubles + kernel->n_inputs);
+    run_kernel_rows(kernel, n, (const double *const *)args, in_doubles,
+                    (double *const *)(args + kernel->n_inputs), in_doubles + kernel->n_inputs);
 }
 
 /* Runs the kernel row by row, with copies of the buffered operands in the scratch memory. */
@@ -99,7 +101,7 @@ static void run_buffered(const LoopOperands *loop, npy_intp n, double *scratch)
                 copy_elements(&kernel->operands[i], loop->core_strides[i], element, buffers[i], 1);
             }
         }
-        kernel->call((const double *const *)pointers, pointers + n_inputs);
+        run_kernel(kernel, (const double *const *)pointers, pointers + n_inputs);
         for (int i = n_inputs; i < n_operands; i++) {
             if (buffers[i]) {
                 copy_elements(&kernel->operands[i], loop->core_strides[i],

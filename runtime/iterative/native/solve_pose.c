@@ -5,6 +5,7 @@
 
 #include "iterative/native/attempt.h"
 #include "iterative/native/starts.h"
+#include "numerics/_rigid.h"
 #include "numerics/_tolerances.h"
 
 #define RESERVED_PART 4 /* 1 / RESERVED_PART of the budget is reserved for refinement, */
@@ -19,20 +20,6 @@ typedef struct {
     int budget, tried, n_ends;
     double errors[FINALISTS];
 } Search;
-
-/* Tests whether T is finite and its rotation orthonormal and right-handed. */
-static int is_pose(const double *T)
-{
-    double deviation = (T[3] + T[7] + T[11]) * 0; /* NaN where the origin is not finite */
-    for (int i = 0; i < 3; i++) {
-        for (int j = 0; j <= i; j++) {
-            deviation += fabs(dot3(T + 4 * i, T + 4 * j) - (i == j));
-        }
-    }
-    double normal[3];
-    cross(T, T + 4, normal);
-    return deviation <= POSE_ORTHONORMALITY && dot3(normal, T + 8) > 0;
-}
 
 static void take_best(const Problem *problem, Search *search, const Evaluation *now)
 {
@@ -80,14 +67,16 @@ static void refine_ends(const Problem *problem, Search *search)
     }
 }
 
-void solve_pose(const Problem *problem, const double *seed, const Results *results)
+/* Searches from one start after another; `ending` is NO_POSE where there is nothing to search. */
+static void search_pose(const Problem *problem, const double *seed, Ending ending,
+                        const Results *results)
 {
     const Arm *arm = problem->arm;
     int given = problem->task->budget;
     int reserved = given / RESERVED_PART < MOST_RESERVED ? given / RESERVED_PART : MOST_RESERVED;
     Search search = {.best = {.half_square = INFINITY, .residual = NAN},
                      .best_q = problem->work->best + FINALISTS * arm->n_all,
-                     .ending = is_pose(problem->target) ? STALLED : NO_POSE,
+                     .ending = ending,
                      .budget = given - reserved};
     for (int k = 0; k < arm->n_all; k++) {
         search.best_q[k] = NAN;
@@ -101,4 +90,16 @@ void solve_pose(const Problem *problem, const double *seed, const Results *resul
     *results->ending = search.ending;
     *results->iterations = given - search.budget;
     *results->restarts = search.tried > 1 ? search.tried - 1 : 0;
+}
+
+void solve_pose(const Problem *problem, const double *seed, const Results *results)
+{
+    Problem rigid = *problem;
+    double target[POSE];
+    Rigidity found = rigidity(problem->target);
+    if (found == NEAR_RIGID) {
+        nearest_rigid(problem->target, target);
+        rigid.target = target;
+    }
+    search_pose(&rigid, seed, found == NOT_RIGID ? NO_POSE : STALLED, results);
 }

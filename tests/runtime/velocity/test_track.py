@@ -301,9 +301,9 @@ def test_one_pose_is_a_track(arm):
 BAD = [
     ({"poses": np.zeros((0, 4, 4))}, chasles.ShapeError, r"poses \(m, 4, 4\)"),
     ({"poses": np.eye(4)}, chasles.ShapeError, r"poses \(m, 4, 4\)"),
-    ({"poses": [np.eye(4), np.full((4, 4), np.nan)]}, chasles.InputError, "pose 1 is not a rigid"),
-    ({"poses": [np.diag([1, 1, -1, 1])]}, chasles.InputError, "pose 0 is not a rigid"),
-    ({"poses": [np.eye(4) * 1.1]}, chasles.InputError, "pose 0 is not a rigid"),
+    ({"poses": [np.eye(4), np.full((4, 4), np.nan)]}, chasles.InputError, "1. is not finite"),
+    ({"poses": [np.diag([1, 1, -1, 1])]}, chasles.InputError, "left-handed"),
+    ({"poses": [np.eye(4) * 1.1]}, chasles.InputError, r"poses\[0\] is no pose: its last"),
     ({"q0": np.zeros(5)}, chasles.ShapeError, r"q0 \(6,\)"),
     ({"q0": np.array([0, 0, 4, 0, 0, 0])}, chasles.InputError, "elbow is outside its limits"),
     ({"q0": np.array([np.nan, 0, 0, 0, 0, 0])}, chasles.InputError, "shoulder_pan is outside"),

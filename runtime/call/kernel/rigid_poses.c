@@ -1,0 +1,183 @@
+#include "call/kernel/rigid_poses.h"
+
+#include <math.h>
+
+#include "numerics/_rigid.h"
+
+#define BLOCK                                                                           \
+    256 /* rows at a time: a multiple of every number of lanes, and small for the cache \
+         */
+
+/* Overwrites the results for a matrix that is no pose. */
+static void clear_slots(const Kernel *kernel, double *const *outputs, double residual)
+{
+    const double values[] = {NAN, residual, NAN};
+    for (int i = 0; i < kernel->n_outputs; i++) {
+        npy_intp size = kernel->operands[kernel->n_inputs + i].size;
+        for (npy_intp k = 0; k < size; k++) {
+            outputs[i][k] = values[i];
+        }
+    }
+}
+
+/* The residual of a matrix that is no pose: NaN where the matrix is not finite, else infinite. */
+static double residual_without_pose(const double *T)
+{
+    double sum = 0;
+    for (int i = 0; i < POSE; i++) {
+        sum += T[i] * 0;
+    }
+    return sum == 0 ? INFINITY : NAN;
+}
+
+/* Measures the residuals of all slots whose coordinates do not reach the pose to rounding. */
+static void measure_slots(const Kernel *kernel, const double *T, double *const *outputs)
+{
+    npy_intp k = slots_of(kernel);
+    double *residual = outputs[SLOTS_RESIDUAL], unit = kernel->unit;
+    for (npy_intp slot = 0; slot < k; slot++) {
+        const double *q = outputs[SLOTS_Q] + slot * kernel->fk->sizes[0];
+        double reached[POSE], distance2 = 0, turned2 = 0;
+        double *to = reached;
+        if (!(residual[slot] > RIGID_TO_ROUNDING * smaller(unit, 1) && isfinite(residual[slot]))) {
+            continue;
+        }
+        kernel->fk->call(&q, &to);
+        for (int i = 0; i < 12; i++) {
+            double apart = reached[i] - T[i];
+            distance2 += i % 4 == 3 ? apart * apart : 0;
+            turned2 += i % 4 == 3 ? 0 : apart * apart;
+        }
+        residual[slot] = sqrt(larger(distance2, turned2 / 2 * unit * unit));
+    }
+}
+
+/* Solves for the nearest rigid pose, or for none. */
+static void solve_other(const Kernel *kernel, Rigidity found, const double *const *inputs,
+                        double *const *outputs)
+{
+    double T[POSE];
+    const double *projected[MAX_OPERANDS] = {T};
+    if (found == NOT_RIGID) {
+        clear_slots(kernel, outputs, residual_without_pose(inputs[0]));
+        return;
+    }
+    nearest_rigid(inputs[0], T);
+    for (int i = 1; i < kernel->n_inputs; i++) {
+        projected[i] = inputs[i];
+    }
+    kernel->call(projected, outputs);
+    if (kernel->fk) {
+        measure_slots(kernel, T, outputs);
+    }
+}
+
+void settle_pose(const Kernel *kernel, const double *const *inputs, double *const *outputs)
+{
+    Rigidity found = rigidity(inputs[0]);
+    if (found != RIGID) {
+        solve_other(kernel, found, inputs, outputs);
+    }
+}
+
+void solve_judged(const Kernel *kernel, const double *const *inputs, double *const *outputs)
+{
+    Rigidity found = rigidity(inputs[0]);
+    if (found != RIGID) {
+        solve_other(kernel, found, inputs, outputs);
+        return;
+    }
+    kernel->call(inputs, outputs);
+    if (kernel->fk) {
+        measure_slots(kernel, inputs[0], outputs);
+    }
+}
+
+/* Tests whether all of n rows are rigid to rounding: those with a solution to rounding are. */
+static int rows_are_rigid(npy_intp n, const double *T, ptrdiff_t step, const double *residual,
+                          ptrdiff_t residual_step, npy_intp k)
+{
+    for (; n-- > 0; T += step, residual += residual_step) {
+        if (!is_settled(T, residual, k) && rigidity(T) != RIGID) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+/* Runs the kernel on the nearest rigid poses of a block's n rows. */
+static void solve_projected(const Kernel *kernel, npy_intp n, const double *const *inputs,
+                            const ptrdiff_t *input_steps, double *const *outputs,
+                            const ptrdiff_t *output_steps)
+{
+    double poses[BLOCK * POSE];
+    const double *projected[MAX_OPERANDS] = {poses};
+    ptrdiff_t steps[MAX_OPERANDS] = {POSE};
+    Rigidity found[BLOCK];
+    for (npy_intp row = 0; row < n; row++) {
+        const double *T = inputs[0] + row * input_steps[0];
+        found[row] = rigidity(T);
+        if (found[row] == NEAR_RIGID) {
+            nearest_rigid(T, poses + row * POSE);
+        } else {
+            memcpy(poses + row * POSE, T, POSE * sizeof(double));
+        }
+    }
+    for (int i = 1; i < kernel->n_inputs; i++) {
+        projected[i] = inputs[i];
+        steps[i] = input_steps[i];
+    }
+    kernel->rows((size_t)n, projected, steps, outputs, output_steps);
+    for (npy_intp row = 0; row < n; row++) {
+        double *own[SLOTS_MARGIN + 1];
+        for (int i = 0; i < kernel->n_outputs; i++) {
+            own[i] = outputs[i] + row * output_steps[i];
+        }
+        if (found[row] == NOT_RIGID) {
+            clear_slots(kernel, own, residual_without_pose(poses + row * POSE));
+        } else if (kernel->fk) {
+            measure_slots(kernel, poses + row * POSE, own);
+        }
+    }
+}
+
+/* Measures the residuals of n rows whose poses are rigid. */
+static void measure_rows(const Kernel *kernel, npy_intp n, const double *T, ptrdiff_t step,
+                         double *const *outputs, const ptrdiff_t *output_steps)
+{
+    for (npy_intp row = 0; row < n; row++, T += step) {
+        double *own[SLOTS_MARGIN + 1];
+        for (int i = 0; i < kernel->n_outputs; i++) {
+            own[i] = outputs[i] + row * output_steps[i];
+        }
+        measure_slots(kernel, T, own);
+    }
+}
+
+void solve_rows(const Kernel *kernel, npy_intp n, const double *const *inputs,
+                const ptrdiff_t *input_steps, double *const *outputs, const ptrdiff_t *output_steps)
+{
+    const double *from[MAX_OPERANDS];
+    double *to[SLOTS_MARGIN + 1];
+    npy_intp k = slots_of(kernel);
+    if (kernel->poses == POSES_BY_RESIDUAL) {
+        /* All rows at once: the code for many poses writes large results past the caches. */
+        kernel->rows((size_t)n, inputs, input_steps, outputs, output_steps);
+    }
+    for (npy_intp first = 0; first < n; first += BLOCK) {
+        npy_intp rows = n - first < BLOCK ? n - first : BLOCK;
+        for (int i = 0; i < kernel->n_inputs; i++) {
+            from[i] = inputs[i] + first * input_steps[i];
+        }
+        for (int i = 0; i < kernel->n_outputs; i++) {
+            to[i] = outputs[i] + first * output_steps[i];
+        }
+        if (kernel->poses == POSES_JUDGED ||
+            !rows_are_rigid(rows, from[0], input_steps[0], to[SLOTS_RESIDUAL],
+                            output_steps[SLOTS_RESIDUAL], k)) {
+            solve_projected(kernel, rows, from, input_steps, to, output_steps);
+        } else if (kernel->fk) {
+            measure_rows(kernel, rows, from[0], input_steps[0], to, output_steps);
+        }
+    }
+}

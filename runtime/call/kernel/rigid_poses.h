@@ -1,0 +1,94 @@
+/* Inverses of poses as they come: rounded to single precision or to printed digits.
+ *
+ * The residual of a solution is at least the distance of its pose from SE(3). So a pose that has a
+ * solution to rounding is rigid to rounding, and costs a comparison. For all other poses the matrix
+ * itself is judged: one that is nearly rigid is replaced by the nearest rigid pose and solved
+ * again; one that is not nearly rigid has no solutions: NaN, and residuals that are infinite.
+ *
+ * Generated residuals are the larger of metres and radians. For a robot whose unit of length is not
+ * 1 m they are measured again: the larger of the distance and of the angle times that unit.
+ *
+ * Residuals of general arms measure angles, which a matrix off SE(3) has too: there each matrix is
+ * judged first, at a hundredth of the cost of an inverse. */
+#ifndef CHASLES_RIGID_POSES_H
+#define CHASLES_RIGID_POSES_H
+
+#include <string.h>
+
+#include "call/kernel/operands.h"
+#include "numerics/_tolerances.h"
+
+/* The outputs of an inverse. */
+enum { SLOTS_Q, SLOTS_RESIDUAL, SLOTS_MARGIN };
+
+/* Tests whether four numbers are not 0 0 0 1, by their bits, which is quicker than by comparisons:
+ * without the sign, which makes two zeros, all bits of 0 are 0. */
+static inline int differs_from_last_row(const double *row)
+{
+    const double one = 1;
+    uint64_t bits[4], bits_of_one;
+    memcpy(bits, row, sizeof bits);
+    memcpy(&bits_of_one, &one, sizeof one);
+    return (((bits[0] | bits[1] | bits[2]) << 1) | (bits[3] ^ bits_of_one)) != 0;
+}
+
+/* Tests whether a pose has a last row 0 0 0 1, and among k slots one with a residual of rounding.
+ */
+static inline int is_settled(const double *T, const double *residual, npy_intp k)
+{
+    if (differs_from_last_row(T + 12)) {
+        return 0;
+    }
+    for (npy_intp slot = 0; slot < k; slot++) {
+        if (residual[slot] <= RIGID_TO_ROUNDING) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* Judges the pose of an inverse that has no solution to rounding, and solves again if it is nearly
+ * rigid. */
+void settle_pose(const Kernel *kernel, const double *const *inputs, double *const *outputs);
+
+/* Runs an inverse whose poses are judged first, or whose residuals are measured. */
+void solve_judged(const Kernel *kernel, const double *const *inputs, double *const *outputs);
+
+/* Runs an inverse on n dense rows, which are so many doubles apart; poses are projected. */
+void solve_rows(const Kernel *kernel, npy_intp n, const double *const *inputs,
+                const ptrdiff_t *input_steps, double *const *outputs,
+                const ptrdiff_t *output_steps);
+
+/* Number of slots of an inverse. */
+static inline npy_intp slots_of(const Kernel *kernel)
+{
+    return kernel->operands[kernel->n_inputs + SLOTS_RESIDUAL].size;
+}
+
+/* Runs the kernel once. */
+static inline void run_kernel(const Kernel *kernel, const double *const *inputs,
+                              double *const *outputs)
+{
+    if (kernel->poses == POSES_JUDGED || kernel->fk) {
+        solve_judged(kernel, inputs, outputs);
+        return;
+    }
+    kernel->call(inputs, outputs);
+    if (kernel->poses && !is_settled(inputs[0], outputs[SLOTS_RESIDUAL], slots_of(kernel))) {
+        settle_pose(kernel, inputs, outputs);
+    }
+}
+
+/* Runs the code for many poses on n dense rows. */
+static inline void run_kernel_rows(const Kernel *kernel, npy_intp n, const double *const *inputs,
+                                   const ptrdiff_t *input_steps, double *const *outputs,
+                                   const ptrdiff_t *output_steps)
+{
+    if (kernel->poses) {
+        solve_rows(kernel, n, inputs, input_steps, outputs, output_steps);
+    } else {
+        kernel->rows((size_t)n, inputs, input_steps, outputs, output_steps);
+    }
+}
+
+#endif

@@ -1,0 +1,82 @@
+/* The rigid pose nearest to a matrix that rounding has moved off SE(3).
+ *
+ * The nearest rotation in the Frobenius norm is the orthogonal factor U of the polar decomposition
+ * R = U H. Newton's iteration without an inverse, R <- R - R (R^T R - 1) / 2, leads there: it
+ * squares the distance, so a matrix that is off by 1e-5 takes two steps.
+ *
+ * Source: N. J. Higham, Computing the polar decomposition - with applications, 1986; A. Bjorck,
+ * C. Bowie, An iterative algorithm for computing the best estimate of an orthogonal matrix, 1971.
+ */
+#ifndef CHASLES_RIGID_H
+#define CHASLES_RIGID_H
+
+#include <string.h>
+
+#include "numerics/_tolerances.h"
+#include "numerics/_vectors.h"
+
+#define MOST_POLAR_STEPS 4 /* two are enough within NEARLY_RIGID, the others are never taken */
+
+/* What a matrix (4, 4) is: a rigid pose to rounding, near to one, or none. */
+typedef enum { RIGID, NEAR_RIGID, NOT_RIGID } Rigidity;
+
+/* Writes R^T R - 1 of the rotation R of a pose as xx, yy, zz, xy, yz, zx. Returns the squared
+ * distance of R from an orthogonal matrix, |R - U|^2 / 2 to first order: residuals use that norm.
+ */
+static inline double off_orthogonal2(const double *T, double *product)
+{
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3;
+        product[i] = T[i] * T[i] + T[4 + i] * T[4 + i] + T[8 + i] * T[8 + i] - 1;
+        product[3 + i] = T[i] * T[j] + T[4 + i] * T[4 + j] + T[8 + i] * T[8 + j];
+    }
+    return dot3(product, product) / 8 + dot3(product + 3, product + 3) / 4;
+}
+
+static inline double determinant(const double *T)
+{
+    double normal[3];
+    cross(T, T + 4, normal);
+    return dot3(normal, T + 8);
+}
+
+/* Tests whether the last row is 0 0 0 1 to the tolerance, and the translation finite. */
+static inline int has_pose_frame(const double *T, double tolerance)
+{
+    return fabs(T[12]) <= tolerance && fabs(T[13]) <= tolerance && fabs(T[14]) <= tolerance &&
+           fabs(T[15] - 1) <= tolerance && (T[3] + T[7] + T[11]) * 0 == 0;
+}
+
+/* Judges a matrix; NOT_RIGID also where it is not finite. */
+static inline Rigidity rigidity(const double *T)
+{
+    double product[6], off2 = off_orthogonal2(T, product);
+    if (!(off2 <= NEARLY_RIGID * NEARLY_RIGID && determinant(T) > 0 &&
+          has_pose_frame(T, NEARLY_RIGID))) {
+        return NOT_RIGID;
+    }
+    int exact = off2 <= RIGID_TO_ROUNDING * RIGID_TO_ROUNDING && has_pose_frame(T, 0);
+    return exact ? RIGID : NEAR_RIGID;
+}
+
+/* Writes the rigid pose nearest to a matrix that is NEAR_RIGID. */
+static inline void nearest_rigid(const double *T, double *out)
+{
+    static const double last_row[] = {0, 0, 0, 1};
+    double e[6];
+    memcpy(out, T, 12 * sizeof *out);
+    memcpy(out + 12, last_row, sizeof last_row);
+    for (int step = 0; step < MOST_POLAR_STEPS; step++) {
+        if (off_orthogonal2(out, e) <= POLAR_CONVERGED * POLAR_CONVERGED) {
+            return;
+        }
+        for (double *row = out; row < out + 12; row += 4) {
+            double x = row[0], y = row[1], z = row[2];
+            row[0] -= (x * e[0] + y * e[3] + z * e[5]) / 2;
+            row[1] -= (x * e[3] + y * e[1] + z * e[4]) / 2;
+            row[2] -= (x * e[5] + y * e[4] + z * e[2]) / 2;
+        }
+    }
+}
+
+#endif

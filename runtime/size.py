@@ -1,0 +1,72 @@
+"""The size of a robot, and the length that counts as much as a radian in its tolerances.
+
+A residual compares a distance with an angle, and 1e-9 m means nothing to a stage of a micrometre
+and is little more than rounding to a crane of a kilometre. So lengths are judged in a unit that
+belongs to the robot: the power of ten [m] nearest to the size of its workspace, which is the root
+mean square distance of the tip from the mean of its positions, over configurations that fill the
+limits. It is 1 m for robots of 0.3 m to 3 m. A power of ten keeps the digits of tolerances.
+
+`characteristic_length` serves other purposes: it is the lever arm of the joints that turn the tool,
+and is small for a gantry with a small wrist, whose positions have the rounding of the gantry.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .contract.facts import Coordinate
+from .iterative.low_discrepancy import low_discrepancy
+from .tolerances import LEAST_SIZE
+
+FloatArray = NDArray[np.float64]
+
+_SAMPLES = 256
+"""Configurations that stand for all; with more, a length changes by a percent."""
+
+
+def configurations(
+    coordinates: Sequence[Coordinate], middle: FloatArray | None = None
+) -> FloatArray:
+    """(256, n) coordinates that fill the limits; where there are none a turn, or 2 m.
+
+    Args:
+        coordinates: The coordinates with their limits.
+        middle: (n,) where coordinates without limits are centred; 0 if None.
+    """
+    n = len(coordinates)
+    centre = np.zeros(n) if middle is None else middle
+    lower = np.array([-np.inf if c.lower is None else c.lower for c in coordinates])
+    upper = np.array([np.inf if c.upper is None else c.upper for c in coordinates])
+    half = np.array([np.pi if c.kind == "revolute" else 1.0 for c in coordinates])
+    lower = np.where(np.isfinite(lower), lower, np.minimum(centre, upper) - half)
+    upper = np.where(np.isfinite(upper), upper, np.maximum(centre, lower) + half)
+    return np.asarray(lower + low_discrepancy(1, _SAMPLES + 1, n) * (upper - lower))
+
+
+def unit_length(
+    fk: Callable[[FloatArray], FloatArray],
+    coordinates: Sequence[Coordinate],
+    middle: FloatArray | None = None,
+) -> float:
+    """The power of ten [m] nearest to the size of a robot's workspace.
+
+    Args:
+        fk: Poses of the tip (m, 4, 4) of coordinates (m, n), NaN where there is none.
+        coordinates: The coordinates with their limits.
+        middle: (n,) as for `configurations`.
+
+    Returns:
+        The unit; 1 m where the tip stays in the origin of the base.
+    """
+    p = fk(configurations(coordinates, middle))[:, :3, 3]
+    p = p[np.isfinite(p).all(-1)]
+    if not len(p):
+        return 1.0
+    spread = math.sqrt(float(((p - p.mean(0)) ** 2).sum(-1).mean()))
+    away = math.sqrt(float((p**2).sum(-1).mean()))
+    size = max(spread, LEAST_SIZE * away)
+    return 10.0 ** round(math.log10(size)) if size > 0 else 1.0

@@ -1,0 +1,39 @@
+"""Robots made larger or smaller: every length times a factor."""
+
+from dataclasses import replace
+
+import sympy as sp
+
+from chasles.derive import Robot
+from chasles.derive.model.placements import Placement, Translation
+
+
+def scaled(robot: Robot, factor: sp.Rational, name: str) -> Robot:
+    """A serial robot with its placements, pitches and limits of slides times a factor."""
+
+    def placed(placement: Placement) -> Placement:
+        return tuple(
+            Translation(tuple(factor * value for value in motion.vector))
+            if isinstance(motion, Translation)
+            else motion
+            for motion in placement
+        )
+
+    joints = tuple(
+        replace(
+            joint,
+            before=placed(joint.before),
+            after=placed(joint.after),
+            pitch=factor * joint.pitch,
+            limits=tuple(
+                limit if limit is None or joint.kind != "prismatic" else factor * limit
+                for limit in joint.limits
+            ),
+            convention=None,
+            given=(),
+        )
+        for joint in robot.joints
+    )
+    return replace(
+        robot, name=name, joints=joints, base=placed(robot.base), tool=placed(robot.tool)
+    )

@@ -1,0 +1,297 @@
+"""Poses as they come: rounded ones are projected and solved, matrices that are no poses are named.
+
+The oracle of the projection is the polar decomposition by an eigenvalue problem, R (R^T R)^(-1/2),
+in NumPy, and singular values to 40 digits in mpmath; the projection itself takes Newton's iteration
+in C and singular values in Python.
+"""
+
+import functools
+
+import dask.array
+import mpmath
+import numpy as np
+import pinocchio
+import pytest
+from scipy.spatial.transform import Rotation
+
+import chasles
+from chasles import screws, se3
+
+ARMS = {"ur5e": (), "puma560": (), "crx10": (), "scara": (), "lynxmotion": (), "panda": (0.3,)}
+POSES = 40
+FREEDOMS = 6
+CLEAR = 1e-3
+"""Margin of every slot: nearer to the border of reach, rounding decides whether it is valid."""
+SAME_POSE = 1e-14
+"""Entries of a projected pose against the oracle."""
+REACHED = 1e-12
+"""Residual of a solution, to the rigid pose that was asked for."""
+SOLVED = 1e-9
+"""Residual up to which a slot or an iteration counts as solved."""
+
+
+@functools.cache
+def arm_and_poses(name):
+    """An arm, and poses that it reaches well within its workspace."""
+    arm = chasles.load(name)
+    rng = np.random.default_rng(sum(map(ord, name)))
+    T = arm.fk(rng.uniform(-2.5, 2.5, (40 * POSES, arm.n)))
+    found = arm.ik(T, *ARMS[name])
+    return arm, T[found.valid.any(-1) & (np.abs(found.margin) > CLEAR).all(-1)][:POSES]
+
+
+def polar(T):
+    """Poses with the nearest rotation."""
+    P = np.array(T, np.float64)
+    R = P[..., :3, :3]
+    square, V = np.linalg.eigh(R.mT @ R)
+    P[..., :3, :3] = R @ (V / np.sqrt(square)[..., None, :]) @ V.mT
+    return P
+
+
+def noisy(T, size, rng):
+    """Matrices with errors of this size in every entry of the first three rows."""
+    noise = np.zeros(T.shape)
+    noise[..., :3, :] = rng.uniform(-size, size, noise[..., :3, :].shape)
+    return T + noise
+
+
+STEP = screws.exp(np.arange(6) / 7).astype(np.float32)
+THERE_AND_BACK = [STEP] * 4 + [screws.inverse(STEP).astype(np.float32)] * 4
+ROUNDED = {
+    "float32": lambda T: T.astype(np.float32),
+    **{f"{k} digits": functools.partial(np.round, decimals=k) for k in range(6, 11)},
+    **{
+        f"noise {size:g}": functools.partial(noisy, size=size, rng=np.random.default_rng(1))
+        for size in (1e-12, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 3e-6)
+    },
+    "product": lambda T: functools.reduce(np.matmul, [T.astype(np.float32), *THERE_AND_BACK]),
+}
+
+
+@pytest.mark.parametrize("rounded", ROUNDED.values(), ids=ROUNDED)
+@pytest.mark.parametrize("name", ARMS)
+def test_rounded_poses_are_solved_as_the_nearest_rigid_ones(name, rounded):
+    arm, T = arm_and_poses(name)
+    assert len(T) == POSES
+    given = rounded(T)
+    nearest = polar(given)
+    wanted = arm.ik(nearest, *ARMS[name])
+    found = arm.ik(given, *ARMS[name])
+    np.testing.assert_array_equal(found.valid, wanted.valid)
+    if arm.n >= FREEDOMS:
+        # Arms with fewer joints do not reach poses that rounding has tilted.
+        assert found.valid.any(-1).all()
+        assert found.residual[found.valid].max() < REACHED
+    again = arm.fk(found.q) - nearest[:, None]
+    assert np.abs(again[found.valid]).max(initial=0) < SOLVED
+    for k in range(0, POSES, 8):
+        single = arm.ik(given[k], *ARMS[name])
+        np.testing.assert_array_equal(single.valid, found.valid[k])
+        np.testing.assert_allclose(single.residual, found.residual[k], atol=1e-12)
+
+
+@pytest.mark.parametrize("size", [0, 1e-12, 1e-9, 1e-7, 3e-6])
+def test_batch_of_every_size_and_layout(size):
+    arm, T = arm_and_poses("ur5e")
+    rng = np.random.default_rng(2)
+    T = np.concatenate([T] * 20)[: 600 + 7]
+    given = noisy(T, size, rng)
+    # Only some are rounded, and blocks of the C begin and end among them.
+    exact = rng.random(len(T)) < 0.5
+    given[exact] = T[exact]
+    whole = arm.ik(given)
+    assert whole.valid.all(-1).any()
+    layouts = {
+        "Fortran": arm.ik(np.asfortranarray(given)),
+        "reversed": arm.ik(given[::-1]),
+        "threads": arm.ik(given, threads=2),
+        "dask": dask.array.compute(*arm.ik(dask.array.from_array(given, chunks=(100, 4, 4)))),
+        "nested": arm.ik(given.reshape(1, -1, 4, 4)),
+        "list": arm.ik(given.tolist()),
+        "out": arm.ik(given, out=(np.empty((607, 8, 6)), np.empty((607, 8)), np.empty((607, 8)))),
+    }
+    for layout, found in layouts.items():
+        valid = np.asarray(found[3]).reshape(-1, 8)
+        q = np.asarray(found[0]).reshape(-1, 8, 6)
+        if layout == "reversed":
+            valid, q = valid[::-1], q[::-1]
+        np.testing.assert_array_equal(valid, whole.valid, layout)
+        np.testing.assert_allclose(q, whole.q, atol=1e-9, err_msg=layout)
+
+
+def test_poses_of_other_libraries():
+    arm, T = arm_and_poses("ur5e")
+    count = arm.ik(T).count
+    for k, pose in enumerate(T):
+        of_scipy = np.eye(4)
+        of_scipy[:3, :3] = Rotation.from_matrix(pose[:3, :3]).as_matrix()
+        of_scipy[:3, 3] = pose[:3, 3]
+        quaternion = np.round(Rotation.from_matrix(pose[:3, :3]).as_quat(), 7)
+        of_pinocchio = pinocchio.SE3(pinocchio.Quaternion(quaternion).matrix(), pose[:3, 3])
+        for given in (of_scipy, pose.tolist(), of_pinocchio.homogeneous, pose.astype(">f8")):
+            assert arm.ik(given).count == count[k]
+
+
+def test_given_joints_broadcast_against_rounded_poses():
+    arm, T = arm_and_poses("panda")
+    q7 = np.linspace(-2, 2, 9)
+    found = arm.ik(T[:, None].astype(np.float32), q7)
+    wanted = arm.ik(polar(T[:, None].astype(np.float32)), q7)
+    np.testing.assert_array_equal(found.valid, wanted.valid)
+    one = arm.ik(T[0].astype(np.float32), q7)
+    np.testing.assert_array_equal(one.valid, wanted.valid[0])
+
+
+def test_projection_against_many_digits():
+    _, T = arm_and_poses("ur5e")
+    rng = np.random.default_rng(3)
+    with mpmath.workdps(40):
+        for size in (1e-7, 1e-5, 1e-3, 1e-1):
+            for pose in noisy(T[:6], size, rng):
+                U, _, V = mpmath.svd_r(mpmath.matrix(pose[:3, :3].tolist()))
+                exact = np.array((U * V).tolist(), dtype=float)
+                found = se3.project(pose, tolerance=0.5)
+                assert np.abs(found[:3, :3] - exact).max() < SAME_POSE
+                np.testing.assert_array_equal(found[:3, 3], pose[:3, 3])
+                np.testing.assert_array_equal(found[3], [0, 0, 0, 1])
+                assert se3.deviation(found) < SAME_POSE
+
+
+def test_deviation_is_the_distance_from_the_nearest_rotation():
+    _, T = arm_and_poses("ur5e")
+    for size in (1e-9, 1e-6, 1e-4):
+        given = noisy(T, size, np.random.default_rng(4))
+        distance = np.linalg.norm((given - polar(given))[:, :3, :3], axis=(-2, -1)) / 2**0.5
+        np.testing.assert_allclose(se3.deviation(given), distance, rtol=1e-3, atol=1e-15)
+
+
+def test_rigid_poses_stay_as_they_are_and_nan_passes():
+    _, T = arm_and_poses("ur5e")
+    np.testing.assert_array_equal(se3.project(T), T)
+    lost = T.astype(np.float32)
+    lost[3, 1, 1] = np.nan
+    found = se3.project(lost)
+    assert np.isnan(found[3]).all()
+    np.testing.assert_allclose(np.delete(found, 3, 0), np.delete(T, 3, 0), atol=1e-6)
+
+
+def rotation_only(f):
+    def changed(T):
+        T = T.copy()
+        T[:3, :3] = f(T[:3, :3])
+        return T
+
+    return changed
+
+
+def with_row(*row):
+    def changed(T):
+        T = T.copy()
+        T[3] = row
+        return T
+
+    return changed
+
+
+NO_POSE = {
+    "transposed": (np.transpose, "transposed: the last row holds the translation"),
+    "mirrored": (rotation_only(lambda R: -R), "determinant -1, the axes are left-handed"),
+    "exchanged": (rotation_only(lambda R: R[:, [1, 0, 2]]), "left-handed"),
+    "scaled": (rotation_only(lambda R: 1000 * R), "axes have the lengths 1000 1000 1000"),
+    "millimetres": (lambda T: 1000 * T, "its last row is 0 0 0 1000, not 0 0 0 1"),
+    "zeros": (np.zeros_like, "its last row is 0 0 0 0"),
+    "no rotation": (rotation_only(np.zeros_like), "is it a rotation matrix"),
+    "row": (with_row(0, 0, 0, 0), "its last row is 0 0 0 0"),
+    "rest": (with_row(0, 0, 0.1, 1), "its last row is 0 0 0.1 1"),
+    "squashed": (rotation_only(lambda R: R @ np.diag([1, 1, 0.1])), "lengths 1 1 0.1"),
+    **{
+        f"off by {size:g}": (
+            functools.partial(noisy, size=size, rng=np.random.default_rng(5)),
+            r"off by .* up to 1e-05 passes .*chasles.se3.project\(T, tolerance=",
+        )
+        for size in (1e-4, 1e-3, 1e-2)
+    },
+}
+
+
+@pytest.mark.parametrize(("change", "message"), NO_POSE.values(), ids=NO_POSE)
+@pytest.mark.parametrize("name", ["ur5e", "scara", "crx10"])
+def test_what_is_no_pose_is_named(name, change, message):
+    arm, T = arm_and_poses(name)
+    rng = np.random.default_rng(6)
+    for k in rng.choice(POSES, 8, replace=False):
+        bad = change(T[k])
+        with pytest.raises(chasles.InputError, match=f"{name}.ik: T is .*{message}") as caught:
+            arm.ik(bad)
+        assert "reach" not in str(caught.value)
+        batch = T.copy()
+        batch[k] = bad
+        others = "" if k == POSES - 1 else f"; 1 more of {POSES} "
+        batch[-1] = bad
+        with pytest.raises(chasles.InputError, match=rf"T\[{k}\] is .*{message}.*{others}"):
+            arm.ik(batch)
+        with pytest.raises(chasles.InputError, match=message):
+            arm.ik(batch, threads=2)
+        with pytest.raises(chasles.InputError, match=message):
+            se3.project(bad)
+        with pytest.raises(chasles.InputError, match=message):
+            arm.ik_path(batch, np.zeros(arm.n))
+        assert arm.ik_numeric(bad, budget=10).reason == "no pose"
+
+
+def test_the_tolerance_that_is_named_suffices():
+    arm, T = arm_and_poses("ur5e")
+    rng = np.random.default_rng(7)
+    for size in 10 ** rng.uniform(-4.5, -1.2, 60):
+        given = noisy(T[0], size, rng)
+        if se3.deviation(given) <= se3.NEARLY_RIGID:
+            continue
+        with pytest.raises(chasles.InputError) as caught:
+            arm.ik(given)
+        named = float(str(caught.value).split("tolerance=")[1].split(")")[0])
+        assert se3.deviation(given) <= named <= 3 * se3.deviation(given)
+        rigid = se3.project(given, tolerance=named)
+        np.testing.assert_allclose(rigid, polar(given), atol=SAME_POSE)
+        arm.ik(rigid)
+
+
+def test_not_a_number_is_no_error():
+    arm, T = arm_and_poses("ur5e")
+    others = np.delete(arm.ik(T).valid, 2, 0)
+    for value in (np.nan, np.inf):
+        for row, column in np.ndindex(4, 4):
+            batch = T.copy()
+            batch[2, row, column] = value
+            found = arm.ik(batch)
+            assert not found.valid[2].any()
+            assert np.isnan(found.residual[2]).all()
+            np.testing.assert_array_equal(np.delete(found.valid, 2, 0), others)
+            assert not arm.ik(batch[2]).valid.any()
+
+
+def test_far_translations_are_judged_as_poses():
+    arm, T = arm_and_poses("ur5e")
+    for far in (10, 1e6, 1e200):
+        given = T[0].copy()
+        given[:3, 3] *= far
+        assert not arm.ik(given).valid.any()
+
+
+def test_iterations_take_rounded_poses():
+    arm, T = arm_and_poses("ur5e")
+    for given in (T.astype(np.float32), np.round(T, 6)):
+        found = arm.ik_numeric(given)
+        assert found.success.all()
+        assert np.abs(arm.fk(found.q) - polar(given)).max() < SOLVED
+
+
+def test_paths_take_rounded_poses():
+    arm = chasles.load("ur5e")
+    q = np.array([0.3, -1.2, 1.5, -0.4, 0.9, 0.2]) + np.linspace(0, 0.5, 50)[:, None]
+    given = arm.fk(q).astype(np.float32)
+    path = arm.ik_path(given, q[0])
+    assert path.complete
+    assert np.abs(arm.fk(path.q) - polar(given)).max() < SOLVED
+    followed = arm.track(given, q[0], 0.01)
+    assert followed.largest_angle < 1e-2
