@@ -8,6 +8,7 @@ chooses this value itself.
 """
 
 import tempfile
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
@@ -125,7 +126,7 @@ def judgement(arm: FieldArm, folder: Path, poses: int, some: int) -> Row:
         judged(case, right, lambda q: own(case, q)),
         float(np.median(single)),
         float(np.percentile(single, 99)),
-        min(seconds(lambda: case.robot.ik(*many)) for _ in range(ROUNDS)) / BATCH * MICRO,
+        least(lambda: case.robot.ik(*many)) / BATCH * MICRO,
     )
     row = beside(case.raw(), row, (drawn, right), some)
     out.print(" ".join(text(cell) for cell in _printed(row)))
@@ -167,6 +168,11 @@ def singly(solve: Callable[..., object], given: Sequence[np.ndarray]) -> list[fl
     """The times of calls with one pose each [us], each the least of some rounds."""
     rows = list(zip(*given, strict=True))
     return [MICRO * min(seconds(partial(solve, *row)) for _ in range(ROUNDS)) for row in rows]
+
+
+def least(work: Callable[[], object]) -> float:
+    """The least processor time of some rounds [s]."""
+    return min(seconds(work, time.process_time) for _ in range(ROUNDS))
 
 
 def _printed(row: Row) -> tuple[object, ...]:

@@ -137,8 +137,10 @@ def _near(
     """The structures that the axes miss by little.
 
     A measured arm has the first that its axes miss by no more than measured errors; among others
-    the nearest is the likeliest.
+    the nearest is the likeliest. An input such as a swivel angle is defined by exact axes alone, so
+    that an arm which misses them takes a given joint instead.
     """
+    families = [family for family in families if not family.inputs]
     measured = _attempts(replace(lines, tolerance=MEASURED_STRUCTURE), choices, families)
     first = next((a for a in measured if a.deviation <= MEASURED_STRUCTURE), None)
     if first is not None:
