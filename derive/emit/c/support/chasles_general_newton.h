@@ -14,7 +14,7 @@ typedef struct {
     double q[6];
     double imaginary; /* of the suppressed angle; 0 for a real root */
     double along;     /* the suppressed angle */
-    int twin;         /* one of two from a root that another one is near */
+    int twin;         /* 1 where another root is near, 2 for the vectors of both */
 } chasles_general_start;
 
 /* All joints of the robot, from the six that are solved for. */

@@ -119,11 +119,17 @@ static int chasles_general_by_split(const chasles_general_six *six, const double
 {
     chasles_general_start starts[CHASLES_MOST_STARTS];
     unsigned places = 0;
-    int real = 0, sure;
+    int real = 0, roots = 0, meeting = 0, sure;
     const int count = chasles_general_starts(six, split, T, starts, &sure);
     for (int k = 0; k < count; k++) {
+        if (starts[k].twin < 2) {
+            roots += starts[k].imaginary == 0.0;
+            meeting += starts[k].imaginary > 0.0;
+            real += starts[k].twin == 0;
+        } else if (meeting == 0 && chasles_general_bits(places) == roots) {
+            break;
+        }
         places |= chasles_general_try(six, T, starts + k, found);
-        real += starts[k].imaginary == 0.0 && !starts[k].twin;
     }
     /* Solutions come in pairs; a split that misses a solution of another is not to be trusted. */
     const int own = chasles_general_bits(places);

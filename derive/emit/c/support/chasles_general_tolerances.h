@@ -12,11 +12,9 @@
 #define CHASLES_NEARLY_CLOSED 1e-12
 /* rad: coordinates of solutions closer than this are one. Double solutions differ by about 1e-8. */
 #define CHASLES_SAME 1e-6
-/* rad: distance of an extremum from zero, as an angle, up to which two real roots may hide behind
- * it. */
-#define CHASLES_NEARLY_REAL 0.01
-/* rad: imaginary part of the nearest root beyond which no pose nearby is tried. */
-#define CHASLES_HIDING 0.5
+/* rad: half the way between complex roots up to which they may be real: with a residual of 1e-9
+ * they are 1e-4 apart. */
+#define CHASLES_NEARLY_REAL 1e-3
 /* m, rad: residual beyond which a pose may be out of reach, and slow steps are given up. */
 #define CHASLES_NEAR 1e-4
 /* rad: the last step of a root of the determinant: Newton's next would be in rounding. */
