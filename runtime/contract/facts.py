@@ -141,7 +141,7 @@ class InverseFacts:
     Attributes:
         tier: "exact" where it is a closed form; "snapped" where the generated inverse belongs to a
             nominal arm nearby and iteration leads from there to the true one; "general" where it
-            takes eigenvalues; "none" where there is none.
+            takes the roots of a determinant; "none" where there is none.
         missing: Why there is none; "" where there is one or the manifest states no reason.
     """
 

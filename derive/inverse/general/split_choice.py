@@ -14,8 +14,16 @@ import numpy as np
 
 from ...model.tolerances import DETERMINANT_TAIL, SINGLE_SOLUTION
 from .line_quantities import Array
-from .raghavan_roth import JOINTS, LineEquations, Split, equations, forward, splits
-from .raghavan_roth import suppressed, turned
+from .raghavan_roth import (
+    JOINTS,
+    LineEquations,
+    Split,
+    equations,
+    forward,
+    splits,
+    suppressed,
+    turned,
+)
 
 SAMPLES = 32
 """Angles at which the determinant of a split is sampled."""
@@ -105,12 +113,12 @@ def _rated(constants: Sequence[Array], given: int | None) -> list[Rating]:
     for angles in configurations(len(constants) - 1):
         six = without(constants, given, 0.0 if given is None else angles[given])
         q = [angle for k, angle in enumerate(angles) if k != given]
-        T, by_order = forward(six, q), {}
-        for split in found:
+        scaled, by_order = _scaled([*six, forward(six, q)], length(six)), {}
+        for split, values in found.items():
             order = split.joints, split.sense
             if order not in by_order:
-                by_order[order] = equations(_scaled(six), split, _scaled([T], six)[0])
-            found[split].append(_separation(by_order[order], split, q))
+                by_order[order] = equations(scaled[:-1], split, scaled[-1])
+            values.append(_separation(by_order[order], split, q))
     return [_rating(split, np.array(values)) for split, values in found.items()]
 
 
@@ -120,9 +128,8 @@ def _rating(split: Split, separations: Array) -> Rating:
     return Rating(split, float(good.mean()), median, float(fit.mean()))
 
 
-def _scaled(poses: Sequence[Array], arm: Sequence[Array] = ()) -> list[Array]:
-    """Poses with lengths in parts of the arm's."""
-    size = length(arm or poses)
+def _scaled(poses: Sequence[Array], size: float) -> list[Array]:
+    """Poses with lengths in parts of a length."""
     return [np.vstack([np.hstack([T[:3, :3], T[:3, 3:] / size]), T[3:]]) for T in poses]
 
 

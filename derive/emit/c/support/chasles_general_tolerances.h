@@ -31,6 +31,8 @@
 #define CHASLES_UNSURE 10.0
 /* rad: half the way between two roots where the sign is unsure. */
 #define CHASLES_EDGE 1e-4
+/* rad^2: square of an angle so small that its series ends with its third power. */
+#define CHASLES_SMALL_TURN 1e-7
 /* Damping of Newton's steps, over the squares of J's entries: at first far from a solution and near
  * to one, where it is dropped, and where steps are given up. */
 #define CHASLES_DAMPING_FAR 1e-5
