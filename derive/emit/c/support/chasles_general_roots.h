@@ -165,6 +165,12 @@ static void chasles_general_add(chasles_general_roots *roots, double angle, doub
     }
 }
 
+/* A root that is known no better than this (rad) may be several. */
+static void chasles_general_doubt(chasles_general_roots *roots, double error)
+{
+    roots->unresolved = roots->unresolved || !(error < CHASLES_DOUBT);
+}
+
 /* Half of a part: side is -1 or 1. */
 static void chasles_general_half(const chasles_general_part *whole, double side,
                                  chasles_general_part *half)
@@ -227,7 +233,9 @@ static void chasles_general_monotonous(const chasles_general_part *part, double 
     const double at_high = chasles_general_at(part->t, high, &slope);
     if ((at_low < 0.0) != (at_high < 0.0)) {
         const double z = chasles_general_zero(part->t, low, high);
+        chasles_general_at(part->t, z, &slope);
         chasles_general_add(roots, part->from + part->radius * z, 0.0);
+        chasles_general_doubt(roots, part->radius * CHASLES_UNSURE * part->noise / fabs(slope));
     }
 }
 
@@ -251,10 +259,13 @@ static void chasles_general_convex(const chasles_general_part *part, chasles_gen
         chasles_general_monotonous(part, z, 1.0, roots);
         return;
     }
-    const double apart =
-        part->radius * sqrt(4.0 * (fabs(value) + part->noise) / (fabs(bend) + DBL_MIN));
-    if (apart < CHASLES_NEARLY_REAL || fabs(value) < CHASLES_UNSURE * part->noise)
+    const double over = 4.0 * part->radius * part->radius / (fabs(bend) + DBL_MIN);
+    const double apart = sqrt(over * (fabs(value) + part->noise));
+    const int unsure = fabs(value) < CHASLES_UNSURE * part->noise;
+    if (unsure || apart < CHASLES_NEARLY_REAL)
         chasles_general_add(roots, part->from + part->radius * z, apart);
+    if (unsure)
+        chasles_general_doubt(roots, sqrt(over * part->noise));
 }
 
 /* The roots of a part. */

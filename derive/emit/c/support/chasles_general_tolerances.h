@@ -33,6 +33,8 @@
 #define CHASLES_EDGE 1e-4
 /* rad^2: square of an angle so small that its series ends with its third power. */
 #define CHASLES_SMALL_TURN 1e-7
+/* rad: a root of the determinant that is known no better may be several. */
+#define CHASLES_DOUBT 3e-4
 /* Damping of Newton's steps, over the squares of J's entries: at first far from a solution and near
  * to one, where it is dropped, and where steps are given up. */
 #define CHASLES_DAMPING_FAR 1e-5
