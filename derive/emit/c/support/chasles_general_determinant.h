@@ -55,6 +55,7 @@ static void chasles_general_factored(const chasles_general_system *system,
                                      chasles_general_lanes *determinant)
 {
     /* Columns of A, B, C for those of s, then of C, B, A for those of c. */
+    const chasles_general_lanes zero = {0.0};
     chasles_general_lanes high[9][6], low[9][6];
     for (int f = 0; f < 3; f++) {
         for (int k = 0; k < 3; k++) {
@@ -67,7 +68,7 @@ static void chasles_general_factored(const chasles_general_system *system,
     memcpy(low, high + 6, 3 * sizeof *low);
     memcpy(low + 3, high + 3, 3 * sizeof *low);
     memcpy(low + 6, high, 3 * sizeof *low);
-    *determinant = (chasles_general_lanes){0.0} + 1.0;
+    *determinant = zero + 1.0;
     chasles_general_triangle(high, 3, 9, determinant);
     chasles_general_triangle(low, 3, 9, determinant);
     for (int k = 0; k < 3; k++) {
@@ -101,10 +102,11 @@ static void chasles_general_lower(chasles_general_lanes (*R)[6], chasles_general
 /* The vector that a triangle takes nearest to zero, by inverse iteration. */
 static void chasles_general_null(chasles_general_lanes (*R)[6], chasles_general_lanes *x)
 {
+    const chasles_general_lanes zero = {0.0}, one = zero + 1.0;
     for (int j = 0; j < 6; j++) {
         for (int l = 0; l < CHASLES_LANES; l++)
             R[j][j][l] += copysign(CHASLES_PIVOT_FLOOR, R[j][j][l]);
-        x[j] = (chasles_general_lanes){0.0} + 1.0;
+        x[j] = one;
     }
     chasles_general_upper(R, x);
     chasles_general_lower(R, x);
