@@ -205,7 +205,7 @@ static int chasles_general_starts(const chasles_general_six *six,
     chasles_general_eliminate(six, split, T, &system);
     chasles_general_interpolated(&system, &series);
     *sure = 0;
-    if (!(series.noise < CHASLES_NOISE * series.most))
+    if (!(series.most > CHASLES_VANISHED && series.noise < CHASLES_NOISE * series.most))
         return 0;
     chasles_general_real(&system, &series, &roots);
     *sure = !roots.unresolved;

@@ -289,7 +289,10 @@ static void chasles_general_divided(const chasles_general_part *part, int halvin
         return;
     }
     if (value < part->noise || halvings == 0) {
-        chasles_general_add(roots, part->from, part->radius);
+        /* One of many places stands for all. */
+        const int last = roots->count - 1;
+        if (last < 0 || !(fabs(roots->angle[last] - part->from) < CHASLES_TWINS))
+            chasles_general_add(roots, part->from, part->radius);
         roots->unresolved = 1;
     } else if (fabs(part->t[1]) > slope) {
         chasles_general_monotonous(part, -1.0, 1.0, roots);
