@@ -140,8 +140,8 @@ class InverseFacts:
 
     Attributes:
         tier: "exact" where it is a closed form; "snapped" where it starts from the closed form of
-            a nominal arm nearby and iterates; "general" where it takes eigenvalues; "none" where
-            there is none.
+            a nominal arm nearby and iterates; "general" where it takes the roots of a determinant;
+            "none" where there is none.
         missing: Why there is none; "" where there is one or the manifest states no reason.
     """
 

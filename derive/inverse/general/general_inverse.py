@@ -61,9 +61,9 @@ def _steps(robot: Robot, choice: Choice) -> tuple[str, ...]:
         f"{last} does not move its own axis: fourteen quantities of this axis are linear in the "
         f"products of cosines and sines of {one} and {two}, and in those of {v} and {w}. Six "
         f"combinations of the equations do not contain {one} and {two}.",
-        f"{suppressed}: with the half angle of {half} these are twelve equations, whose determinant "
-        "is a trigonometric polynomial of degree 8. Its real roots are found from 24 samples, up "
-        "to 16.",
+        f"{suppressed}: with the half angle of {half} these are twelve equations. Their "
+        "determinant, a trigonometric polynomial of degree 8, is known from 24 samples; it has up "
+        "to 16 real roots.",
         f"{half}, {other}: from the vector that the twelve equations take to zero. {one}, {two}: "
         "from the equations that were combined.",
         f"{last}: from the orientation that the other joints leave. Newton steps on the pose "

@@ -17,8 +17,8 @@ and sines of each of their joints:
     A y = B(theta_3) x,   y the eight products of joints 1 and 2, x the nine of joints 4 and 5,
 
 with A (14, 8) of the pose and B of theta_3 alone. Six combinations do not contain y.
-``chasles_general.h`` finds the angles theta_3 at which the rest allows a solution. The choice of the
-suppressed joint matters (:mod:`.split_choice`).
+The C finds the angles theta_3 at which these have a solution. The choice of the suppressed joint
+matters (:mod:`.split_choice`).
 
 Source:
     Raghavan and Roth, Inverse kinematics of the general 6R manipulator and related linkages,

@@ -14,17 +14,28 @@ import numpy as np
 
 from ...model.tolerances import DETERMINANT_TAIL, SINGLE_SOLUTION
 from .line_quantities import Array
-from .raghavan_roth import JOINTS, LineEquations, Split, equations, forward, splits
-from .raghavan_roth import suppressed, turned
+from .raghavan_roth import (
+    JOINTS,
+    LineEquations,
+    Split,
+    equations,
+    forward,
+    splits,
+    suppressed,
+    turned,
+)
 
 SAMPLES = 32
 """Angles at which the determinant of a split is sampled."""
 DEGREE = 8
 """Degree of the determinant in the suppressed angle: sixteen solutions."""
 CONFIGURATIONS = 12
-"""Configurations at which a split is tried."""
-KEPT = 3
-"""Splits that are kept: where one fails at a pose, the next is tried."""
+"""Configurations at which a split of six joints is tried."""
+GIVEN_CONFIGURATIONS, AT_RIGHT_ANGLES = 8, 2
+"""The same for seven, and how many more with the given joint at each right angle."""
+KEPT, MOST_KEPT = 3, 4
+"""Splits that are kept: where one fails at a pose, the next is tried. A fourth is kept only if it
+is good where the others are not."""
 PRIMES = (2, 3, 5, 7, 11, 13, 17)
 
 
@@ -34,20 +45,33 @@ class Rating:
 
     Attributes:
         split: The split.
-        good: Part of the configurations at which it is good.
-        separation: Median of the singular values' ratio there, as its decimal logarithm.
-        fit: Part of the configurations at which det M has degree 8.
+        separations: At each configuration the ratio of the singular values; NaN where det M does
+            not have degree 8.
     """
 
     split: Split
-    good: float
-    separation: float
-    fit: float
+    separations: tuple[float, ...]
+
+    @property
+    def good_at(self) -> frozenset[int]:
+        """Indices of the configurations at which it is good."""
+        return frozenset(k for k, s in enumerate(self.separations) if s > SINGLE_SOLUTION)
+
+    @property
+    def good(self) -> float:
+        """Part of the configurations at which it is good."""
+        return len(self.good_at) / len(self.separations)
+
+    @property
+    def is_fit(self) -> bool:
+        """Whether det M has degree 8 at some configuration."""
+        return not all(np.isnan(self.separations))
 
     @property
     def key(self) -> tuple[float, float]:
-        """The greater, the better."""
-        return self.good, self.separation
+        """The greater, the better: part of good configurations, and separation at these."""
+        there = [self.separations[k] for k in self.good_at]
+        return self.good, float(np.median(there)) if there else 0.0
 
 
 @dataclass(frozen=True)
@@ -63,6 +87,12 @@ class Choice:
     ratings: tuple[Rating, ...]
 
     @property
+    def good(self) -> float:
+        """Part of the configurations at which some split is good."""
+        found = frozenset[int]().union(*(rating.good_at for rating in self.ratings))
+        return len(found) / len(self.ratings[0].separations)
+
+    @property
     def splits(self) -> tuple[Split, ...]:
         """The splits, over the indices of the six joints that are solved for."""
         return tuple(rating.split for rating in self.ratings)
@@ -76,9 +106,9 @@ def choose(constants: Sequence[Array]) -> Choice | None:
     """
     givens = [None] if len(constants) == JOINTS + 1 else range(len(constants) - 1)
     choices = [Choice(given, _ratings(constants, given)) for given in givens]
-    found = [c for c in choices if c.ratings and c.ratings[0].good > 0]
+    found = [choice for choice in choices if choice.ratings and choice.good > 0]
     # Of equals the joint nearest to the tool is given: an operator sets it most easily.
-    return max(reversed(found), key=lambda choice: choice.ratings[0].key, default=None)
+    return max(reversed(found), key=lambda c: (c.good, c.ratings[0].key), default=None)
 
 
 def without(constants: Sequence[Array], given: int | None, angle: float) -> list[Array]:
@@ -91,38 +121,39 @@ def without(constants: Sequence[Array], given: int | None, angle: float) -> list
 
 def _ratings(constants: Sequence[Array], given: int | None) -> tuple[Rating, ...]:
     """The best splits, no two of the same order of joints, the best first."""
-    ratings = sorted(_rated(constants, given), key=lambda rating: rating.key, reverse=True)
+    left = [rating for rating in _rated(constants, given) if rating.is_fit]
     kept: list[Rating] = []
-    for rating in ratings:
-        orders = [(other.split.joints, other.split.sense) for other in kept]
-        if rating.fit > 0 and (rating.split.joints, rating.split.sense) not in orders:
-            kept.append(rating)
-    return tuple(kept[:KEPT])
+    while left and len(kept) < MOST_KEPT:
+        known = frozenset[int]().union(*(rating.good_at for rating in kept))
+        best = max(left, key=lambda rating: (len(rating.good_at - known), rating.key))
+        if len(kept) >= KEPT and best.good_at <= known:
+            break
+        kept.append(best)
+        left = [rating for rating in left if _order(rating.split) != _order(best.split)]
+    return tuple(kept)
+
+
+def _order(split: Split) -> tuple[tuple[int, ...], int]:
+    return split.joints, split.sense
 
 
 def _rated(constants: Sequence[Array], given: int | None) -> list[Rating]:
     found: dict[Split, list[float]] = {split: [] for split in splits()}
-    for angles in configurations(len(constants) - 1):
+    for angles in configurations(len(constants) - 1, given):
         six = without(constants, given, 0.0 if given is None else angles[given])
         q = [angle for k, angle in enumerate(angles) if k != given]
-        T, by_order = forward(six, q), {}
-        for split in found:
-            order = split.joints, split.sense
+        scaled = _scaled([*six, forward(six, q)], length(six))
+        by_order: dict[tuple[tuple[int, ...], int], LineEquations] = {}
+        for split, values in found.items():
+            order = _order(split)
             if order not in by_order:
-                by_order[order] = equations(_scaled(six), split, _scaled([T], six)[0])
-            found[split].append(_separation(by_order[order], split, q))
-    return [_rating(split, np.array(values)) for split, values in found.items()]
+                by_order[order] = equations(scaled[:-1], split, scaled[-1])
+            values.append(_separation(by_order[order], split, q))
+    return [Rating(split, tuple(values)) for split, values in found.items()]
 
 
-def _rating(split: Split, separations: Array) -> Rating:
-    good, fit = separations > SINGLE_SOLUTION, np.isfinite(separations)
-    median = float(np.median(np.log10(separations[good]))) if good.any() else -np.inf
-    return Rating(split, float(good.mean()), median, float(fit.mean()))
-
-
-def _scaled(poses: Sequence[Array], arm: Sequence[Array] = ()) -> list[Array]:
-    """Poses with lengths in parts of the arm's."""
-    size = length(arm or poses)
+def _scaled(poses: Sequence[Array], size: float) -> list[Array]:
+    """Poses with lengths in parts of a length."""
     return [np.vstack([np.hstack([T[:3, :3], T[:3, 3:] / size]), T[3:]]) for T in poses]
 
 
@@ -145,9 +176,19 @@ def _separation(found: LineEquations, split: Split, q: Sequence[float]) -> float
     return float(sizes[-2] / sizes[0])
 
 
-def configurations(joints: int) -> list[list[float]]:
-    """Evenly distributed configurations without a pattern: multiples of square roots modulo 1."""
-    return [
-        [2 * np.pi * (k * p**0.5 % 1) for p in PRIMES[:joints]]
-        for k in range(1, CONFIGURATIONS + 1)
-    ]
+def configurations(joints: int, given: int | None) -> list[list[float]]:
+    """Evenly distributed configurations without a pattern: multiples of square roots modulo 1.
+
+    Where a joint is given, it is at each right angle in some of them: the six that are left often
+    have a structure there.
+    """
+    if given is None:
+        return [_spread(joints, k) for k in range(CONFIGURATIONS)]
+    found = [_spread(joints, k) for k in range(GIVEN_CONFIGURATIONS + 4 * AT_RIGHT_ANGLES)]
+    for k, q in enumerate(found[GIVEN_CONFIGURATIONS:]):
+        q[given] = k % 4 * np.pi / 2
+    return found
+
+
+def _spread(joints: int, k: int) -> list[float]:
+    return [2 * np.pi * ((k + 1) * p**0.5 % 1) for p in PRIMES[:joints]]

@@ -52,7 +52,7 @@ def inverse(robot: Robot, choice: Choice) -> WrittenFunction:
         (pose_argument(robot), *_given(robot, given)),
         outputs,
         SIX if given is None else SEVEN,
-        _tables(robot, choice),
+        tables(robot, choice),
         CALLS,
         SLOTS,
         OPERATIONS,
@@ -67,7 +67,7 @@ def _given(robot: Robot, given: int | None) -> tuple[Argument, ...]:
     return (given_argument(robot, given, symbols[given]),)
 
 
-def _tables(robot: Robot, choice: Choice) -> tuple[Table, ...]:
+def tables(robot: Robot, choice: Choice) -> tuple[Table, ...]:
     """The fields of ``chasles_general_arm`` behind the functions that it calls."""
     constants = numbers(robot)
     nothing = (0.0,) * 12

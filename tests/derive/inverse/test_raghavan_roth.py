@@ -142,7 +142,14 @@ def test_the_splits_that_are_kept_differ_in_the_order_of_joints_the_best_first(n
     assert 2 <= len(ratings) <= 3
     assert len({rating.split.joints for rating in ratings}) == len(ratings)
     assert ratings[0].good == 1
-    assert sorted(ratings, key=lambda rating: rating.key, reverse=True) == list(ratings)
+    assert ratings[0].key == max(rating.key for rating in ratings)
+
+
+def test_the_given_joint_leaves_six_that_are_solved_at_right_angles_too():
+    for name in ("iiwa14", "panda"):
+        choice = choose(numbers(of(name)))
+        assert choice.given is not None
+        assert choice.good == 1
 
 
 def test_axes_that_meet_in_one_point_have_no_split():

@@ -30,49 +30,57 @@ static void chasles_general_two(const double *n, const chasles_general_split *sp
     angle[1 - split->halved] = atan2(sign * r[2], sign * r[1]);
 }
 
+/* cos and sin of the direction of (x, y); of the angle 0 where it has none. */
+static void chasles_general_unit(double x, double y, double *c, double *s)
+{
+    const double size = sqrt(x * x + y * y);
+    *c = size > 0.0 ? x / size : 1.0;
+    *s = size > 0.0 ? y / size : 0.0;
+}
+
 /* All joints from those of one side of the equations. */
 static void chasles_general_all(const chasles_general_six *six, const chasles_general_split *split,
-                                const chasles_general_system *system, const double *T,
-                                const double *local, double *q)
+                                const chasles_general_system *system, const double *local,
+                                double *q)
 {
-    const double of_v[3] = {1.0, cos(local[1]), sin(local[1])};
-    const double of_w[3] = {1.0, cos(local[2]), sin(local[2])};
-    const double c = cos(local[0]), s = sin(local[0]);
-    double x[9], y[8], angle[5];
+    double c[5], s[5], x[9], y[8], angle[6];
+    for (int k = 2; k < 5; k++) {
+        angle[k] = local[k - 2];
+        c[k] = cos(angle[k]), s[k] = sin(angle[k]);
+    }
+    const double of_v[3] = {1.0, c[3], s[3]}, of_w[3] = {1.0, c[4], s[4]};
     for (int k = 0; k < 9; k++)
         x[k] = of_v[k / 3] * of_w[k % 3];
     for (int i = 7; i >= 0; i--) {
         double sum = 0.0;
         for (int k = 0; k < 9; k++) {
-            sum += x[k] *
-                   (system->head[0][i][k] + c * system->head[1][i][k] + s * system->head[2][i][k]);
+            sum += x[k] * (system->head[0][i][k] + c[2] * system->head[1][i][k] +
+                           s[2] * system->head[2][i][k]);
         }
         for (int k = i + 1; k < 8; k++)
             sum -= system->factor[i][k] * y[k];
         y[i] = system->factor[i][i] != 0.0 ? sum / system->factor[i][i] : 0.0;
     }
-    angle[0] = atan2(y[5], y[2]), angle[1] = atan2(y[1], y[0]);
-    for (int k = 0; k < 3; k++)
-        angle[2 + k] = local[k];
-    for (int k = 0; k < 5; k++) {
+    chasles_general_unit(y[2], y[5], c, s);
+    chasles_general_unit(y[0], y[1], c + 1, s + 1);
+    angle[0] = atan2(s[0], c[0]), angle[1] = atan2(s[1], c[1]);
+    /* The rest of the loop turns x by the last angle, backwards. */
+    double turned[3] = {1.0, 0.0, 0.0};
+    for (int k = 4; k >= -1; k--) {
+        const double *C = system->loop[k >= 0 ? k : 5];
+        double moved[3];
+        for (int i = 0; i < 3; i++)
+            moved[i] = C[4 * i] * turned[0] + C[4 * i + 1] * turned[1] + C[4 * i + 2] * turned[2];
+        turned[0] = k >= 0 ? c[k] * moved[0] - s[k] * moved[1] : moved[0];
+        turned[1] = k >= 0 ? s[k] * moved[0] + c[k] * moved[1] : moved[1];
+        turned[2] = moved[2];
+    }
+    angle[5] = atan2(-turned[1], turned[0]);
+    for (int k = 0; k < 6; k++) {
         const int joint = split->joint[k];
         q[joint] = chasles_general_wrapped(split->sense * angle[k] *
                                            chasles_general_direction(six->arm, joint));
     }
-    /* The last turns what is left of the pose about its axis. */
-    const int last = split->joint[5];
-    double at[16], J[36], axis[3], vector[3] = {0.0}, trace = 0.0;
-    q[last] = 0.0;
-    chasles_general_forward(six, q, at, J);
-    for (int k = 0; k < 3; k++) {
-        const double a[3] = {at[k], at[4 + k], at[8 + k]}, b[3] = {T[k], T[4 + k], T[8 + k]};
-        axis[k] = J[6 * (3 + k) + last];
-        vector[0] += a[1] * b[2] - a[2] * b[1];
-        vector[1] += a[2] * b[0] - a[0] * b[2];
-        vector[2] += a[0] * b[1] - a[1] * b[0];
-        trace += a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    }
-    q[last] = atan2(axis[0] * vector[0] + axis[1] * vector[1] + axis[2] * vector[2], trace - 1.0);
 }
 
 /* Two vectors that a triangle takes nearest to zero, by inverse iteration on both. */
@@ -147,7 +155,7 @@ static int chasles_general_products(const double (*n)[6], double (*product)[6])
 /* All joints at up to eight roots; returns how many starts were added behind the last, where two
  * roots are so near that both of their vectors are needed. */
 static int chasles_general_eight(const chasles_general_six *six, const chasles_general_split *split,
-                                 const chasles_general_system *system, const double *T,
+                                 const chasles_general_system *system,
                                  chasles_general_start *starts, int count,
                                  chasles_general_start *last, int room)
 {
@@ -157,14 +165,14 @@ static int chasles_general_eight(const chasles_general_six *six, const chasles_g
         const double angle = starts[l < count ? l : 0].along;
         c[l] = cos(angle), s[l] = sin(angle);
     }
-    chasles_general_factored(system, c, s, R, value);
+    chasles_general_factored(system, &c, &s, R, &value);
     chasles_general_null(R, n);
     for (int l = 0; l < count; l++) {
         const double own[6] = {n[0][l], n[1][l], n[2][l], n[3][l], n[4][l], n[5][l]};
         double local[3];
         local[0] = starts[l].along;
         chasles_general_two(own, split, local + 1);
-        chasles_general_all(six, split, system, T, local, starts[l].q);
+        chasles_general_all(six, split, system, local, starts[l].q);
         if (starts[l].twin && added + 2 <= room) {
             double triangle[6][6], plane[2][6], product[2][6];
             for (int j = 0; j < 6; j++) {
@@ -176,9 +184,9 @@ static int chasles_general_eight(const chasles_general_six *six, const chasles_g
                 continue;
             for (int v = 0; v < 2; v++) {
                 chasles_general_start *twin = last + added++;
-                twin->along = local[0], twin->imaginary = 0.0, twin->twin = 1;
+                twin->along = local[0], twin->imaginary = 0.0, twin->twin = 2;
                 chasles_general_two(product[v], split, local + 1);
-                chasles_general_all(six, split, system, T, local, twin->q);
+                chasles_general_all(six, split, system, local, twin->q);
             }
         }
     }
@@ -197,7 +205,7 @@ static int chasles_general_starts(const chasles_general_six *six,
     chasles_general_eliminate(six, split, T, &system);
     chasles_general_interpolated(&system, &series);
     *sure = 0;
-    if (!(series.noise < CHASLES_NOISE * series.most))
+    if (!(series.most > CHASLES_VANISHED && series.noise < CHASLES_NOISE * series.most))
         return 0;
     chasles_general_real(&system, &series, &roots);
     *sure = !roots.unresolved;
@@ -220,7 +228,7 @@ static int chasles_general_starts(const chasles_general_six *six,
     int count = real;
     for (int k = 0; k < real; k += CHASLES_LANES) {
         const int some = real - k < CHASLES_LANES ? real - k : CHASLES_LANES;
-        count += chasles_general_eight(six, split, &system, T, starts + k, some, starts + count,
+        count += chasles_general_eight(six, split, &system, starts + k, some, starts + count,
                                        CHASLES_MOST_STARTS - count);
     }
     return count;

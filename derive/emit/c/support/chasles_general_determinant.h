@@ -20,64 +20,55 @@
 
 #define CHASLES_LANES 8
 
-typedef double chasles_general_lanes[CHASLES_LANES];
+/* GCC's and Clang's vectors: of plain arrays, sums would go through memory. */
+typedef double chasles_general_lanes __attribute__((vector_size(8 * CHASLES_LANES)));
 
 /* Reflects the first columns of a matrix of six rows to a triangle; multiplies its determinant. */
 static void chasles_general_triangle(chasles_general_lanes (*a)[6], int columns, int all,
-                                     double *determinant)
+                                     chasles_general_lanes *determinant)
 {
     for (int j = 0; j < columns; j++) {
-        chasles_general_lanes norm = {0.0}, scale, dot;
-        for (int i = j; i < 6; i++) {
-            for (int l = 0; l < CHASLES_LANES; l++)
-                norm[l] += a[j][i][l] * a[j][i][l];
-        }
-        for (int l = 0; l < CHASLES_LANES; l++) {
-            norm[l] = copysign(sqrt(norm[l]), a[j][j][l]);
-            scale[l] = 1.0 / (norm[l] * (norm[l] + a[j][j][l]) + DBL_MIN);
-            determinant[l] *= norm[l];
-            a[j][j][l] += norm[l];
-        }
-        for (int k = j + 1; k < all; k++) {
-            memset(dot, 0, sizeof dot);
-            for (int i = j; i < 6; i++) {
-                for (int l = 0; l < CHASLES_LANES; l++)
-                    dot[l] += a[j][i][l] * a[k][i][l];
-            }
-            for (int l = 0; l < CHASLES_LANES; l++)
-                dot[l] *= scale[l];
-            for (int i = j; i < 6; i++) {
-                for (int l = 0; l < CHASLES_LANES; l++)
-                    a[k][i][l] -= dot[l] * a[j][i][l];
-            }
-        }
+        chasles_general_lanes norm = {0.0};
+        for (int i = j; i < 6; i++)
+            norm += a[j][i] * a[j][i];
         for (int l = 0; l < CHASLES_LANES; l++)
-            a[j][j][l] = -norm[l];
+            norm[l] = copysign(sqrt(norm[l]), a[j][j][l]);
+        const chasles_general_lanes scale = 1.0 / (norm * (norm + a[j][j]) + DBL_MIN);
+        *determinant *= norm;
+        a[j][j] += norm;
+        for (int k = j + 1; k < all; k++) {
+            chasles_general_lanes dot = {0.0};
+            for (int i = j; i < 6; i++)
+                dot += a[j][i] * a[k][i];
+            dot *= scale;
+            for (int i = j; i < 6; i++)
+                a[k][i] -= dot * a[j][i];
+        }
+        a[j][j] = -norm;
     }
 }
 
 /* The triangle (6, 6) that is singular where M is, by columns, and the determinant of M. */
-static void chasles_general_factored(const chasles_general_system *system, const double *c,
-                                     const double *s, chasles_general_lanes (*R)[6],
-                                     double *determinant)
+static void chasles_general_factored(const chasles_general_system *system,
+                                     const chasles_general_lanes *c, const chasles_general_lanes *s,
+                                     chasles_general_lanes (*R)[6],
+                                     chasles_general_lanes *determinant)
 {
     /* Columns of A, B, C for those of s, then of C, B, A for those of c. */
+    const chasles_general_lanes zero = {0.0};
     chasles_general_lanes high[9][6], low[9][6];
     for (int f = 0; f < 3; f++) {
         for (int k = 0; k < 3; k++) {
             for (int i = 0; i < 6; i++) {
-                const double one = system->form[0][f][i][k], of_c = system->form[1][f][i][k];
-                const double of_s = system->form[2][f][i][k];
-                for (int l = 0; l < CHASLES_LANES; l++)
-                    high[3 * f + k][i][l] = one + c[l] * of_c + s[l] * of_s;
+                high[3 * f + k][i] = system->form[0][f][i][k] + *c * system->form[1][f][i][k] +
+                                     *s * system->form[2][f][i][k];
             }
         }
     }
     memcpy(low, high + 6, 3 * sizeof *low);
     memcpy(low + 3, high + 3, 3 * sizeof *low);
     memcpy(low + 6, high, 3 * sizeof *low);
-    for (int l = 0; l < CHASLES_LANES; l++)
-        determinant[l] = 1.0;
+    *determinant = zero + 1.0;
     chasles_general_triangle(high, 3, 9, determinant);
     chasles_general_triangle(low, 3, 9, determinant);
     for (int k = 0; k < 3; k++) {
@@ -93,35 +84,29 @@ static void chasles_general_factored(const chasles_general_system *system, const
 static void chasles_general_upper(chasles_general_lanes (*R)[6], chasles_general_lanes *x)
 {
     for (int j = 5; j >= 0; j--) {
-        for (int l = 0; l < CHASLES_LANES; l++)
-            x[j][l] /= R[j][j][l];
-        for (int i = 0; i < j; i++) {
-            for (int l = 0; l < CHASLES_LANES; l++)
-                x[i][l] -= R[j][i][l] * x[j][l];
-        }
+        x[j] /= R[j][j];
+        for (int i = 0; i < j; i++)
+            x[i] -= R[j][i] * x[j];
     }
 }
 
 static void chasles_general_lower(chasles_general_lanes (*R)[6], chasles_general_lanes *x)
 {
     for (int j = 0; j < 6; j++) {
-        for (int i = 0; i < j; i++) {
-            for (int l = 0; l < CHASLES_LANES; l++)
-                x[j][l] -= R[j][i][l] * x[i][l];
-        }
-        for (int l = 0; l < CHASLES_LANES; l++)
-            x[j][l] /= R[j][j][l];
+        for (int i = 0; i < j; i++)
+            x[j] -= R[j][i] * x[i];
+        x[j] /= R[j][j];
     }
 }
 
 /* The vector that a triangle takes nearest to zero, by inverse iteration. */
 static void chasles_general_null(chasles_general_lanes (*R)[6], chasles_general_lanes *x)
 {
+    const chasles_general_lanes zero = {0.0}, one = zero + 1.0;
     for (int j = 0; j < 6; j++) {
-        for (int l = 0; l < CHASLES_LANES; l++) {
+        for (int l = 0; l < CHASLES_LANES; l++)
             R[j][j][l] += copysign(CHASLES_PIVOT_FLOOR, R[j][j][l]);
-            x[j][l] = 1.0;
-        }
+        x[j] = one;
     }
     chasles_general_upper(R, x);
     chasles_general_lower(R, x);

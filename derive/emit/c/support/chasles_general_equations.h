@@ -49,6 +49,7 @@ typedef struct {
 
 /* The equations of a split at a pose. */
 typedef struct {
+    double loop[6][12];      /* C_1 ... C_6 */
     double factor[8][8];     /* the triangle of A */
     double head[3][8][9];    /* the rows of B that go with it */
     double rest[3][6][9];    /* the rows without y: of 1, cos and sin of the suppressed angle */
@@ -261,9 +262,9 @@ static void chasles_general_eliminate(const chasles_general_six *six,
                                       chasles_general_system *system)
 {
     const double c0 = cos(CHASLES_HALF_FROM), s0 = sin(CHASLES_HALF_FROM);
-    double C[6][12], S[CHASLES_EQUATIONS][36];
-    chasles_general_loop(six, split, T, C);
-    chasles_general_rows(C, S);
+    double S[CHASLES_EQUATIONS][36];
+    chasles_general_loop(six, split, T, system->loop);
+    chasles_general_rows((const double(*)[12])system->loop, S);
     chasles_general_reflect(S);
     for (int i = 0; i < 8; i++) {
         memcpy(system->factor[i], S[i], sizeof system->factor[i]);

@@ -14,7 +14,7 @@ typedef struct {
     double q[6];
     double imaginary; /* of the suppressed angle; 0 for a real root */
     double along;     /* the suppressed angle */
-    int twin;         /* one of two from a root that another one is near */
+    int twin;         /* 1 where another root is near, 2 for the vectors of both */
 } chasles_general_start;
 
 /* All joints of the robot, from the six that are solved for. */
@@ -43,26 +43,32 @@ static void chasles_general_forward(const chasles_general_six *six, const double
     }
 }
 
-/* Difference of two poses (metre, radian) as a twist from the one to the other, at the tool. */
+/* Difference of two poses (metre, radian) as a twist from the one to the other, at the tool.
+ * Returns the larger of the distance and the angle: by all entries, so that what is no rotation is
+ * seen. */
 static double chasles_general_error(const double *T, const double *at, double *e)
 {
-    double w[3] = {0.0}, trace = 0.0, position = 0.0, sine = 0.0;
+    double w[3] = {0.0}, trace = 0.0, position = 0.0, turned = 0.0;
     for (int k = 0; k < 3; k++) {
         const double a[3] = {at[k], at[4 + k], at[8 + k]}, b[3] = {T[k], T[4 + k], T[8 + k]};
         w[0] += 0.5 * (a[1] * b[2] - a[2] * b[1]);
         w[1] += 0.5 * (a[2] * b[0] - a[0] * b[2]);
         w[2] += 0.5 * (a[0] * b[1] - a[1] * b[0]);
-        trace += a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        for (int i = 0; i < 3; i++) {
+            trace += a[i] * b[i];
+            turned += 0.5 * (a[i] - b[i]) * (a[i] - b[i]);
+        }
         e[k] = T[4 * k + 3] - at[4 * k + 3];
         position += e[k] * e[k];
     }
-    sine = sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
-    const double angle = atan2(sine, 0.5 * (trace - 1.0));
-    const double factor = sine > 0.0 ? angle / sine : 1.0;
+    const double sine = sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
+    /* The angle over its sine; where it is small, to 1e-13 without an arc tangent. */
+    const double factor = turned < CHASLES_SMALL_TURN ? 1.0 + sine * sine / 6.0
+                          : sine > 0.0                ? atan2(sine, 0.5 * (trace - 1.0)) / sine
+                                                      : 1.0;
     for (int k = 0; k < 3; k++)
         e[3 + k] = factor * w[k];
-    position = sqrt(position);
-    return position > angle ? position : angle;
+    return sqrt(position > turned ? position : turned);
 }
 
 /* Solves a x = b, n = 6, in place; returns the determinant, 0 where a is singular. */

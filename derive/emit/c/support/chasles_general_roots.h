@@ -94,13 +94,14 @@ static void chasles_general_interpolated(const chasles_general_system *system,
 {
     const double *cosine = chasles_general_cosine;
     double values[CHASLES_SAMPLES];
-    chasles_general_lanes R[6][6], c, s;
+    chasles_general_lanes R[6][6], c, s, determinant;
     for (int from = 0; from < CHASLES_SAMPLES; from += CHASLES_LANES) {
         for (int l = 0; l < CHASLES_LANES; l++) {
             c[l] = cosine[4 * (from + l)];
             s[l] = cosine[4 * (from + l) + 72];
         }
-        chasles_general_factored(system, c, s, R, values + from);
+        chasles_general_factored(system, &c, &s, R, &determinant);
+        memcpy(values + from, &determinant, sizeof determinant);
     }
     series->most = series->noise = 0.0;
     for (int m = 0; m <= CHASLES_SAMPLES / 2; m++) {
@@ -129,23 +130,21 @@ static void chasles_general_taylor(const chasles_general_series *series,
                                    const double (*weight)[CHASLES_DEGREE + 1], const double *c,
                                    const double *s, chasles_general_lanes *t)
 {
-    chasles_general_lanes cosine, sine, even, odd;
-    for (int l = 0; l < CHASLES_LANES; l++)
-        t[0][l] = series->a[0], cosine[l] = 1.0, sine[l] = 0.0;
-    memset(t + 1, 0, (CHASLES_TERMS - 1) * sizeof *t);
+    chasles_general_lanes c1, s1, cosine, sine = {0.0};
+    memcpy(&c1, c, sizeof c1);
+    memcpy(&s1, s, sizeof s1);
+    cosine = sine + 1.0;
+    t[0] = sine + series->a[0];
+    for (int k = 1; k < CHASLES_TERMS; k++)
+        t[k] = sine;
     for (int m = 1; m <= CHASLES_DEGREE; m++) {
-        for (int l = 0; l < CHASLES_LANES; l++) {
-            const double next = cosine[l] * c[l] - sine[l] * s[l];
-            sine[l] = sine[l] * c[l] + cosine[l] * s[l];
-            cosine[l] = next;
-            even[l] = series->a[m] * cosine[l] + series->b[m] * sine[l];
-            odd[l] = series->b[m] * cosine[l] - series->a[m] * sine[l];
-        }
-        for (int k = 0; k < CHASLES_TERMS; k++) {
-            const double *part = k % 2 ? odd : even;
-            for (int l = 0; l < CHASLES_LANES; l++)
-                t[k][l] += weight[k][m] * part[l];
-        }
+        const chasles_general_lanes next = cosine * c1 - sine * s1;
+        sine = sine * c1 + cosine * s1;
+        cosine = next;
+        const chasles_general_lanes even = series->a[m] * cosine + series->b[m] * sine;
+        const chasles_general_lanes odd = series->b[m] * cosine - series->a[m] * sine;
+        for (int k = 0; k < CHASLES_TERMS; k++)
+            t[k] += weight[k][m] * (k % 2 ? odd : even);
     }
 }
 
@@ -164,6 +163,12 @@ static void chasles_general_add(chasles_general_roots *roots, double angle, doub
     } else {
         roots->unresolved = 1;
     }
+}
+
+/* A root that is known no better than this (rad) may be several. */
+static void chasles_general_doubt(chasles_general_roots *roots, double error)
+{
+    roots->unresolved = roots->unresolved || !(error < CHASLES_DOUBT);
 }
 
 /* Half of a part: side is -1 or 1. */
@@ -228,7 +233,9 @@ static void chasles_general_monotonous(const chasles_general_part *part, double 
     const double at_high = chasles_general_at(part->t, high, &slope);
     if ((at_low < 0.0) != (at_high < 0.0)) {
         const double z = chasles_general_zero(part->t, low, high);
+        chasles_general_at(part->t, z, &slope);
         chasles_general_add(roots, part->from + part->radius * z, 0.0);
+        chasles_general_doubt(roots, part->radius * CHASLES_UNSURE * part->noise / fabs(slope));
     }
 }
 
@@ -252,10 +259,13 @@ static void chasles_general_convex(const chasles_general_part *part, chasles_gen
         chasles_general_monotonous(part, z, 1.0, roots);
         return;
     }
-    const double apart =
-        part->radius * sqrt(4.0 * (fabs(value) + part->noise) / (fabs(bend) + DBL_MIN));
-    if (apart < CHASLES_NEARLY_REAL)
+    const double over = 4.0 * part->radius * part->radius / (fabs(bend) + DBL_MIN);
+    const double apart = sqrt(over * (fabs(value) + part->noise));
+    const int unsure = fabs(value) < CHASLES_UNSURE * part->noise;
+    if (unsure || apart < CHASLES_NEARLY_REAL)
         chasles_general_add(roots, part->from + part->radius * z, apart);
+    if (unsure)
+        chasles_general_doubt(roots, sqrt(over * part->noise));
 }
 
 /* The roots of a part. */
@@ -279,7 +289,10 @@ static void chasles_general_divided(const chasles_general_part *part, int halvin
         return;
     }
     if (value < part->noise || halvings == 0) {
-        chasles_general_add(roots, part->from, part->radius);
+        /* One of many places stands for all. */
+        const int last = roots->count - 1;
+        if (last < 0 || !(fabs(roots->angle[last] - part->from) < CHASLES_TWINS))
+            chasles_general_add(roots, part->from, part->radius);
         roots->unresolved = 1;
     } else if (fabs(part->t[1]) > slope) {
         chasles_general_monotonous(part, -1.0, 1.0, roots);
@@ -300,7 +313,7 @@ static void chasles_general_sampled(const chasles_general_system *system,
                                     chasles_general_part *part)
 {
     double values[2 * CHASLES_LANES], terms[CHASLES_TERMS][CHASLES_TERMS] = {{0.0}};
-    chasles_general_lanes R[6][6], c, s;
+    chasles_general_lanes R[6][6], c, s, determinant;
     for (int from = 0; from < 2; from++) {
         for (int l = 0; l < CHASLES_LANES; l++) {
             const double z =
@@ -308,7 +321,8 @@ static void chasles_general_sampled(const chasles_general_system *system,
             c[l] = cos(part->from + part->radius * z);
             s[l] = sin(part->from + part->radius * z);
         }
-        chasles_general_factored(system, c, s, R, values + CHASLES_LANES * from);
+        chasles_general_factored(system, &c, &s, R, &determinant);
+        memcpy(values + CHASLES_LANES * from, &determinant, sizeof determinant);
     }
     /* Chebyshev's polynomials, from twelve nodes; then powers of z. */
     memset(part->t, 0, sizeof part->t);
@@ -364,10 +378,11 @@ static void chasles_general_real(const chasles_general_system *system,
         chasles_general_taylor(series, (const double(*)[CHASLES_DEGREE + 1]) weight,
                                chasles_general_cosine + from, chasles_general_cosine + from + 72,
                                t);
-        memset(most, 0, sizeof most);
+        most = t[0] - t[0];
         for (int k = CHASLES_TERMS - 1; k > 0; k--) {
             for (int l = 0; l < CHASLES_LANES; l++)
-                most[l] = wide * (most[l] + fabs(t[k][l]));
+                most[l] += fabs(t[k][l]);
+            most *= wide;
         }
         for (int l = 0; l < CHASLES_LANES; l++) {
             if (fabs(t[0][l]) > most[l] + CHASLES_UNSURE * series->noise)

@@ -119,18 +119,25 @@ static int chasles_general_by_split(const chasles_general_six *six, const double
 {
     chasles_general_start starts[CHASLES_MOST_STARTS];
     unsigned places = 0;
-    int real = 0, sure;
+    int real = 0, roots = 0, meeting = 0, sure;
     const int count = chasles_general_starts(six, split, T, starts, &sure);
     for (int k = 0; k < count; k++) {
+        if (starts[k].twin < 2) {
+            roots += starts[k].imaginary == 0.0;
+            meeting += starts[k].imaginary > 0.0;
+            real += starts[k].twin == 0;
+        } else if (meeting == 0 && chasles_general_bits(places) == roots) {
+            break;
+        }
         places |= chasles_general_try(six, T, starts + k, found);
-        real += starts[k].imaginary == 0.0 && !starts[k].twin;
     }
     /* Solutions come in pairs; a split that misses a solution of another is not to be trusted. */
     const int own = chasles_general_bits(places);
     return sure && own >= real && own == found->count && own % 2 == 0;
 }
 
-/* The pose turned and moved a little, each time another way. */
+/* The pose turned and moved a little, each time another way; twice back and forth, for it may be at
+ * the end of the reach. */
 static void chasles_general_nudged(const double *T, double length, double size, int way,
                                    double *near)
 {
@@ -140,7 +147,8 @@ static void chasles_general_nudged(const double *T, double length, double size, 
         {0.7, 0.2, -0.6, 0.5, -0.4, -0.8},
         {-0.5, -0.6, -0.2, -0.4, 0.6, 0.3},
     };
-    const double *w = ways[way % 4];
+    const double *w = ways[way / 2 % 4];
+    size = way % 2 ? -size : size;
     const double a = size * w[0], b = size * w[1], c = size * w[2];
     const double n = 1.0 / (1.0 + a * a + b * b + c * c);
     /* Cayley's rotation, so that the pose stays one. */
@@ -177,7 +185,7 @@ static int chasles_general_by_splits(const chasles_general_six *six, const doubl
 static void chasles_general_search_all(const chasles_general_six *six, const double *T,
                                        chasles_general_found *found)
 {
-    static const double sizes[] = {1e-3, 1e-2, 1e-4, 1e-2, 1e-3, 1e-5};
+    static const double sizes[] = {1e-3, 1e-3, 1e-2, 1e-2, 1e-4, 1e-4};
     chasles_general_found nearby;
     chasles_general_start start = {{0.0}, 0.0, 0.0, 0};
     double near[16];

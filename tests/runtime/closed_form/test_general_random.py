@@ -1,0 +1,54 @@
+"""The inverse of arms that nobody chose: random axes, some of which meet or are parallel."""
+
+import numpy as np
+import pytest
+
+import chasles
+from bench.accuracy.general_arms import DERIVED, Judged
+from bench.cases.random_arms import random_arm
+from chasles.derive import write
+
+ARMS = {
+    "skew": (11, "//////"),
+    "two_parallel_wrist_offset": (12, "x=//x/"),
+    "meeting_pairs": (13, "x/x/x/"),
+    "seven_with_meeting_axes": (16, "xx/x/x/"),
+}
+
+
+@pytest.fixture(scope="module", params=ARMS)
+def judged(request, tmp_path_factory):
+    robot = random_arm(*ARMS[request.param])
+    folder = tmp_path_factory.mktemp("random") / request.param
+    write(robot, folder, DERIVED)
+    return Judged(robot, chasles.load(folder))
+
+
+def uniform(judged, count, seed):
+    return np.random.default_rng(seed).uniform(-np.pi, np.pi, (count, len(judged.robot.moving)))
+
+
+def test_no_random_pose_is_lost_and_no_wrong_one_is_valid(judged):
+    regular, lost, none, wrong = judged.lost(uniform(judged, 500, 1))
+    assert regular >= 490
+    assert (lost, none, wrong) == (0, 0, 0)
+
+
+def test_no_pose_of_right_angles_is_lost(judged):
+    q = np.random.default_rng(2).integers(0, 4, (100, len(judged.robot.moving))) * np.pi / 2
+    regular, lost, none, wrong = judged.lost(q)
+    assert regular >= 40
+    assert (lost, none, wrong) == (0, 0, 0)
+
+
+def test_there_are_as_many_solutions_as_newton_finds(judged):
+    assert judged.counts(uniform(judged, 3, 3), np.random.default_rng(4)) == 0
+
+
+def test_seven_joints_keep_the_one_that_is_given(judged):
+    given = [k for k in range(len(judged.robot.moving)) if judged.is_given(k)]
+    assert len(given) == len(judged.robot.moving) - 6
+    q = uniform(judged, 50, 5)
+    solutions = judged.arm.ik(judged.arm.fk(q), *judged.given(q))
+    for k in given:
+        assert (solutions.q[..., k] == q[:, None, k]).all()
