@@ -4,7 +4,8 @@ Each arm of ``tests/helpers/random_arms.py`` is derived, and each of its inverse
 of random coordinates, of coordinates at right angles and of ones near them. No pose may stay
 without a solution, no solution may be wrong, and regular coordinates must be among the solutions.
 Nothing is compiled: the equations run in CasADi. Poses that a robot's ``ik`` solves only by its
-refinement are counted as well. Six joints without a structure are solved by compiled C alone, and are not asked.
+refinement are counted as well. Six joints without a structure are solved by compiled C alone, and
+are not asked.
 """
 
 from collections import Counter
