@@ -112,8 +112,7 @@ def _state(
     # Half a turn off, the tilt is 0, too.
     apart = [subtracted(terms, e, wanted) for e, wanted in zip(basis, target.axes, strict=True)]
     square = let(
-        sum((v**2 for v in error[:3]), ZERO)
-        + let(sum((dot(terms, d, d) for d in apart), ZERO) / 2)
+        sum((v**2 for v in error[:3]), ZERO) + let(sum((dot(terms, d, d) for d in apart), ZERO) / 2)
     )
     return _State(turns, lengths, error, square, columns)
 
