@@ -111,7 +111,9 @@ def sets(case: Derived, rng: np.random.Generator) -> Iterator[tuple[Derived, Pos
     held = replace(case, free=case.still)
     yield held, PoseSet("random", held.random(rng, RANDOM), regular=determines(held))
     q = right_angles(held, rng)
-    yield held, PoseSet("right angles", q, regular=determines(held))
+    # A swivel angle is singular at right angles where the Jacobian is not.
+    regular = determines(held) and not set(held.given) & set(held.robot.functions)
+    yield held, PoseSet("right angles", q, regular=regular)
     yield held, PoseSet("near right angles", nearly(held, rng, q))
     if case.still:
         yield case, PoseSet("random, all joints", case.random(rng, RANDOM))

@@ -1,6 +1,6 @@
 """Inverses of arms with round numbers, which nobody chose: no pose is lost, none is wrong.
 
-The poses are random and at right angles; ``python -m bench losses --arms 2000`` asks many more arms.
+The poses are random and at right angles; ``python -m bench losses --arms 2000`` asks more arms.
 """
 
 import numpy as np
