@@ -178,7 +178,7 @@ Squares give an angle to 1e-8.
 PARABOLA_STEP = sp.Rational(1, 10**5)
 """Radian: bound of a step on the parabola of second order, a hundred times that separation."""
 NEARLY_SOLVED = sp.Rational(1, 10**5)
-"""Radian and part of the arm's length: an error from which all conditions of a pose are met together.
+"""Radian and part of the arm's length: an error from which all conditions are met at once.
 
 A step loses at most half of the digits, so that a solution is off by some 1e-8.
 """

@@ -1,4 +1,4 @@
-"""Steps of Gauss and Newton on a pose that has more conditions than the chain has joints.
+"""A step of Gauss and Newton on a pose that has more conditions than the chain has joints.
 
 Each step of a closed form meets some of the six conditions. Where two solutions of such a condition
 meet, it determines its joint to 1e-8 only, although the other conditions determine it to all
@@ -25,7 +25,6 @@ from ..subproblems.turns import CosSin, rotated
 from .target import Target
 from .work import Work
 
-STEPS = 2
 Row = list[sp.Expr]
 
 
@@ -41,9 +40,9 @@ class _State:
 
 
 def with_all_conditions(work: Work, lines: Lines, target: Target) -> None:
-    """Steps on all joints of a chain that is solved as a longer one, whose last joint stays at 0.
+    """A step of all joints of a chain that is solved as a longer one, whose last joint stays at 0.
 
-    A step is taken only near the pose, and only if it makes the error smaller.
+    The step is taken only near the pose, and only if it makes the error smaller.
 
     Args:
         work: Holds the joints that were found.
@@ -57,13 +56,13 @@ def with_all_conditions(work: Work, lines: Lines, target: Target) -> None:
     own = {axis.joint for axis in axes}
     turns = {joint: turn for joint, turn in work.turns.items() if joint in own}
     lengths = {joint: length for joint, length in work.lengths.items() if joint in own}
-    state = _state(terms, lines, axes, target, turns, lengths)
-    for _ in range(STEPS):
-        there = _state(terms, lines, axes, target, *_moved(terms, axes, state))
-        better = sp.And(there.square < state.square, state.square <= terms.let(NEARLY_SOLVED**2))
-        state = _better(terms, better, there, state)
-    work.turns |= state.turns
-    work.lengths |= state.lengths
+    here = _state(terms, lines, axes, target, turns, lengths)
+    there = _state(terms, lines, axes, target, *_moved(terms, axes, here))
+    better = sp.And(there.square < here.square, here.square <= terms.let(NEARLY_SOLVED**2))
+    for joint, turn in turns.items():
+        work.turns[joint] = chosen(terms, better, there.turns[joint], turn)
+    for joint, length in lengths.items():
+        work.lengths[joint] = select(terms, better, there.lengths[joint], length)
     # The angles no longer sum up to what a step found before.
     work.sums.clear()
 
@@ -155,20 +154,3 @@ def _solved(terms: Terms, columns: Sequence[Row], error: Row) -> Row:
         rest = sum((normal[i][j] * found[i] for i in range(j + 1, n)), ZERO)
         found[j] = let(let(right[j] - rest) * inverse[j])
     return found
-
-
-def _better(terms: Terms, better: sp.Basic, there: _State, here: _State) -> _State:
-    turns = {
-        joint: chosen(terms, better, there.turns[joint], turn) for joint, turn in here.turns.items()
-    }
-    lengths = {
-        joint: select(terms, better, there.lengths[joint], length)
-        for joint, length in here.lengths.items()
-    }
-    error = [select(terms, better, a, b) for a, b in zip(there.error, here.error, strict=True)]
-    columns = [
-        [select(terms, better, a, b) for a, b in zip(one, other, strict=True)]
-        for one, other in zip(there.columns, here.columns, strict=True)
-    ]
-    square = select(terms, better, there.square, here.square)
-    return _State(turns, lengths, error, square, columns)
