@@ -9,6 +9,7 @@ from ..model.robot import Robot
 from ..terms.symbolic_function import Argument
 from .classify import Attempt
 from .given_joints import without
+from .steps.least_squares import with_all_conditions
 from .steps.target import Target, of_pose
 from .steps.work import Work
 from .structure.lines import Lines, home_of
@@ -30,8 +31,9 @@ def solve_chain(
     """
     left, target = without(lines, target, given)
     if found.backwards:
-        left, target = left.reversed(), target.reversed()
-    found.family.solve(work, left, target)
+        found.family.solve(work, left.reversed(), target.reversed())
+    else:
+        found.family.solve(work, left, target)
 
 
 def pose_task(robot: Robot, lines: Lines, found: Attempt) -> Solved:
@@ -42,6 +44,7 @@ def pose_task(robot: Robot, lines: Lines, found: Attempt) -> Solved:
     given = {k: robot.moving[k].direction * symbols[k] for k in found.given}
     target = of_pose(lines.terms, POSE_SYMBOLS, home_of(robot, lines.terms))
     solve_chain(work, lines, found, target, given)
+    with_all_conditions(work, *without(lines, target, given))
     return of_pose_task(robot, work, arguments, given, found.family.inputs)
 
 

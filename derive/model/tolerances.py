@@ -214,6 +214,14 @@ Squares give an angle to 1e-8.
 """
 PARABOLA_STEP = sp.Rational(1, 10**5)
 """Radian: bound of a step on the parabola of second order, a hundred times that separation."""
+NEARLY_SOLVED = sp.Rational(1, 10**5)
+"""Radian and part of the arm's length: an error from which all conditions are met at once.
+
+A step loses at most half of the digits, so that a solution is off by some 1e-8.
+"""
+POSE_DAMPING = sp.Rational(1, 10**12)
+"""Least square of the singular values' ratio at which steps on a pose are not damped; the normal
+equations are rounded to 1e-16."""
 DETERMINANT_TAIL = 1e-9
 """Relative size up to which degrees above 8 of a determinant are 0: rounding leaves 1e-15."""
 SINGLE_SOLUTION = 1e-12

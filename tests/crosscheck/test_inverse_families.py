@@ -194,8 +194,8 @@ def test_turning_joints_inside_a_chain_cannot_be_given():
         ("R/R/R/R/R/R", "pass through one point"),
         ("R/R/P/R/R/R", "off by"),
         ("R/R/R/R/R", "are parallel"),
-        ("R/P/P", "no structure"),
-        ("P/R/P", "no structure"),
+        ("R/P/R", "a slide across axis 1"),
+        ("P/R/P", "across its axis"),
         ("P/P=P=P", "one slide at most"),
     ],
 )

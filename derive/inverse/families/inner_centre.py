@@ -5,18 +5,21 @@ Read from the tool, these are the arms whose axes 3, 4 and 5 meet. Most solution
 Source: Elias and Wen 2022, table 1 (three consecutive intersecting axes).
 """
 
+from dataclasses import replace
+
 import sympy as sp
 
 from ...terms.vectors import Vector, added, dot, subtracted
 from ..steps.loop_of_three import loop_of_three, negative
 from ..steps.rotations import three_turns
 from ..steps.target import Target
+from ..steps.two_joints import second_turn
 from ..steps.work import Work
 from ..steps.wrist_in_reach import is_straight, where_free
 from ..structure.lines import Lines
 from ..structure.requirement import Requirement, meeting, revolute
 from ..subproblems.sp4 import sp4
-from ..subproblems.turns import CosSin, rotated
+from ..subproblems.turns import NO_TURN, CosSin, rotated
 from .family import Family
 
 
@@ -27,11 +30,48 @@ def _requires(lines: Lines) -> list[Requirement]:
 def _solve(work: Work, lines: Lines, target: Target) -> None:
     terms = work.terms
     a1, a2, a3, a4, a5, a6 = lines.axes
-    back = target.reversed()
     S = lines.meeting(1, 2)
 
     # 1 to 3. Joints 2 to 4 do not move their common point: joint 1 and, from the tool, joints 6 and
     #    5 bring it to the same position.
+    if a1.stays or a6.stays:
+        q1, q6, q5 = _two_of_three(work, lines, target, S)
+    else:
+        q1, q6, q5 = _three(work, lines, target, S)
+
+    # 4 to 6. The rest of the rotation.
+    def left(v: Vector) -> Vector:
+        v = rotated(terms, a6.h, q6.back, rotated(terms, a5.h, q5.back, v))
+        return rotated(terms, a1.h, q1.back, target.turned(terms, v))
+
+    three_turns(work, (a2, a3, a4), left)
+
+
+def _two_of_three(
+    work: Work, lines: Lines, target: Target, S: Vector
+) -> tuple[CosSin, CosSin, CosSin]:
+    """The turns of joints 1, 6 and 5, of which the first or the second stays at 0."""
+    terms, (a1, *_, a5, a6) = work.terms, lines.axes
+    if a1.stays:
+        still, first, second = a1, a6.reversed(), a5.reversed()
+        offset, reach = subtracted(terms, a5.p, a6.p), subtracted(terms, S, a5.p)
+        wanted = subtracted(terms, target.reversed().point(terms, S), a6.p)
+    else:
+        # Behind the tool's displacement joint 5 turns about its axis there.
+        still, first, second = a6, replace(a5, h=target.turned(terms, a5.h)), a1
+        offset = subtracted(terms, a1.p, target.point(terms, a5.p))
+        reach = subtracted(terms, S, a1.p)
+        wanted = target.turned(terms, subtracted(terms, S, a5.p))
+    second_turn(work, first, second, offset, reach, wanted)
+    work.turns[still.joint] = NO_TURN
+    q1, q6, q5 = (work.turns[axis.joint] for axis in (a1, a6, a5))
+    return q1, q6, q5
+
+
+def _three(work: Work, lines: Lines, target: Target, S: Vector) -> tuple[CosSin, CosSin, CosSin]:
+    """The turns of joints 1, 6 and 5."""
+    terms, (a1, a2, a3, a4, a5, a6) = work.terms, lines.axes
+    back = target.reversed()
     arm = subtracted(terms, S, a1.p)
     found = loop_of_three(
         work,
@@ -50,13 +90,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     found = q1, q6, q5
     for axis, turn in zip((a1, a6, a5), found, strict=True):
         work.turns[axis.joint] = turn
-
-    # 4 to 6. The rest of the rotation.
-    def left(v: Vector) -> Vector:
-        v = rotated(terms, a6.h, q6.back, rotated(terms, a5.h, q5.back, v))
-        return rotated(terms, a1.h, q1.back, target.turned(terms, v))
-
-    three_turns(work, (a2, a3, a4), left)
+    return found
 
 
 def _with_centre_in_reach(

@@ -142,9 +142,7 @@ def _nearer(
         c, c_carried = dot(terms, h, seen), dot(terms, h, carried)
         across, across_carried = (perpendicular(terms, h, u) for u in (seen, carried))
         total = let(c + c_carried)
-        square = let(
-            dot(terms, across_carried, across_carried) - dot(terms, across, across)
-        )
+        square = let(dot(terms, across_carried, across_carried) - dot(terms, across, across))
         near = sp.Abs(total) > 1
         second = select(
             terms, near, let(square / select(terms, near, total, sp.Integer(1))), let(c - c_carried)
@@ -193,7 +191,10 @@ def _aligned(
     ]
     off = let(sum((dot(terms, u, u) for u in beside), let(gap**2)))
     moved = let(
-        let(p1.c - q1.c) ** 2 + let(p1.s - q1.s) ** 2 + let(p5.c - q5.c) ** 2 + let(p5.s - q5.s) ** 2
+        let(p1.c - q1.c) ** 2
+        + let(p1.s - q1.s) ** 2
+        + let(p5.c - q5.c) ** 2
+        + let(p5.s - q5.s) ** 2
     )
     solves = sp.And(off <= let(UNDETERMINED_TURN**2), moved <= let(PARABOLA_STEP**2))
     return chosen(terms, solves, p1, q1), chosen(terms, solves, p5, q5)

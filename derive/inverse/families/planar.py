@@ -1,7 +1,8 @@
 """Parallel revolute axes, at most three, and perhaps a slide along them: planar arms and SCARAs.
 
-Most solutions: 2, and 1 where only two joints turn. For a pose out of the plane, and for a pose with another angle where the arm has
-only two revolute joints, the answer is the nearest pose that these steps find.
+Most solutions: 2, and 1 where only two joints turn. For a pose out of the plane, and for a pose
+with another position where the arm has only two revolute joints, the answer is the nearest pose
+that these steps find.
 """
 
 import numpy as np

@@ -5,7 +5,8 @@ Four joints give the tool four freedoms, its position and its pitch in the plane
 turns it about an axis in that plane. For a pose that such an arm cannot reach these steps give a
 nearby pose, and the residual is the deviation from it.
 
-Most solutions: 4 for a pose, 2 with four joints; 8 for position and pitch, as the tool may point outward or inward.
+Most solutions: 4 for a pose, 2 with four joints; 8 for position and pitch, as the tool may point
+outward or inward.
 """
 
 import numpy as np
@@ -113,9 +114,7 @@ def _turned_as(
     return _seen(work, lines, V, q1), q1
 
 
-def _turned_with(
-    work: Work, lines: Lines, wanted: Vector, target: Target
-) -> tuple[Vector, CosSin]:
+def _turned_with(work: Work, lines: Lines, wanted: Vector, target: Target) -> tuple[Vector, CosSin]:
     """:func:`_turned_to` where the tool carries axis 2."""
     terms, (a1, a2, *_) = work.terms, lines.axes
     q1 = work.step(
@@ -153,7 +152,7 @@ def _has_direction(robot: Robot, lines: Lines) -> bool:
 
 
 def _off(robot: Robot, lines: Lines, k: int) -> tuple[float, float]:
-    """The distance of the tool's origin from an axis, and the sine between the tool's axis and it."""
+    """The distance of the tool's origin from an axis, and the sine of its axis's angle with it."""
     axis, home = lines.axes[k], _home(robot, lines)
     lever = np.cross(axis.direction, home[:3, 3] - axis.origin)
     tilt = np.cross(axis.direction, home[:3, 2])

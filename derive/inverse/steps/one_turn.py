@@ -45,9 +45,7 @@ def turn_then_slides(work: Work, lines: Lines, centre: Vector, W: Vector) -> Non
     ratio = terms.let(-dot(terms, a1.h, other.h) / rate)
     way = combination(terms, (_ONE, ratio), (other.h, lift.h))
     height = terms.let(dot(terms, a1.h, subtracted(terms, u, c)) / rate)
-    length = _to_distance(
-        work, other, a1, way, combination(terms, (_ONE, height), (c, lift.h)), u
-    )
+    length = _to_distance(work, other, a1, way, combination(terms, (_ONE, height), (c, lift.h)), u)
     # 2. The lift.
     reached = combination(terms, (_ONE, length), (c, other.h))
     extended = _to_height(work, lift, a1, reached, u)

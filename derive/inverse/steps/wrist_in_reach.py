@@ -1,9 +1,9 @@
 """The angles of an arm that its wrist's centre leaves undetermined.
 
-Where the centre lies on the axis of a joint, this joint does not move it. A wrist whose neighbouring
-axes are at right angles can turn the tool in any way, and any angle serves. Other wrists reach a
-part of all orientations: axis 4 and axis 6 keep an angle within limits. The angle is then chosen
-that brings it to the middle of these, or nearest.
+Where the centre lies on the axis of a joint, this joint does not move it. A wrist whose
+neighbouring axes are at right angles can turn the tool in any way, and any angle serves. Other
+wrists reach a part of all orientations: axis 4 and axis 6 keep an angle within limits. The angle is
+then chosen that brings it to the middle of these, or nearest.
 """
 
 import sympy as sp
@@ -59,13 +59,11 @@ def with_wrist_in_reach(
 
 def _choose(work: Work, axis: Axis, lever: Vector, best: CosSin) -> None:
     """Takes the better angle where the lever lies along the axis."""
-    work.turns[axis.joint] = where_free(
-        work.terms, axis.h, lever, work.turns[axis.joint], best
-    )
+    work.turns[axis.joint] = where_free(work.terms, axis.h, lever, work.turns[axis.joint], best)
 
 
 def where_free(terms: Terms, k: Vector, lever: Vector, found: CosSin, best: CosSin) -> CosSin:
-    """The better turn where the lever lies along its axis k and is not moved, else the one found."""
+    """The better turn where the lever lies along its axis k and stays, else the one found."""
     if all(map(terms.is_constant, lever)):
         return found
     across = perpendicular(terms, k, lever)

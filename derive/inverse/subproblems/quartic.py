@@ -279,8 +279,7 @@ def _on_lines(
     short = let(w - size)
     xi2 = let(short * let(w + size))
     xi = let(
-        sense
-        * select(terms, xi2 > let(2 * MEETING_ROOTS * g), sp.sqrt(xi2), let(separation * w))
+        sense * select(terms, xi2 > let(2 * MEETING_ROOTS * g), sp.sqrt(xi2), let(separation * w))
     )
     offset = select(terms, positive, offset, -offset)
     scale = let(1 / let(w * sp.Max(w, size, evaluate=False)))

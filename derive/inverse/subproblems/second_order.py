@@ -1,7 +1,7 @@
 """A step to the common root of two equations for two angles, to second order.
 
-Statement: ``g + n . x + x . G x / 2 = 0`` and ``h + m . x + x . H x / 2 = 0`` for the small step x of
-two angles, each of which enters the equations in terms of its own: G and H are diagonal.
+Statement: ``g + n . x + x . G x / 2 = 0`` and ``h + m . x + x . H x / 2 = 0`` for the small step x
+of two angles, each of which enters the equations in terms of its own: G and H are diagonal.
 
 Derivation: call the equation of the greater gradient g. On the parabola
 ``x = -(g + tau^2 d . G d / 2) n/|n|^2 + tau d`` with ``d = (-n2, n1)/|n|`` it vanishes to second

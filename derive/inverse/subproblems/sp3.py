@@ -51,7 +51,9 @@ def sp3(
         least, most = terms.let((P - Q) ** 2), terms.let((P + Q) ** 2)
         xi2 = terms.let(terms.let(across2 - least) * terms.let(most - across2))
     else:
-        xi2 = terms.let(terms.let(4 * terms.let(P2 * Q2)) - e**2)
+        # Not 4 P^2 Q^2: where P is rounding alone, a^2 + b^2 differs from it, and cosine and sine
+        # would not belong together.
+        xi2 = terms.let(terms.let(a**2 + b**2) - e**2)
     return on_line(terms, a, b, e, sign, xi2)
 
 

@@ -125,9 +125,7 @@ def algebraic(
 Row = tuple[sp.Expr, ...]
 
 
-def _plane(
-    terms: Terms, rows: tuple[Row, ...], b: Pair
-) -> tuple[Row, tuple[Row, Row], sp.Expr]:
+def _plane(terms: Terms, rows: tuple[Row, ...], b: Pair) -> tuple[Row, tuple[Row, Row], sp.Expr]:
     """The plane ``rows . (x1, x2) = b``: its point nearest to 0, a basis, and the basis's sense.
 
     The sense is the sign of the determinant of the two rows and the two orthonormal vectors.

@@ -1,13 +1,13 @@
 """One angle from two equations that are linear in its cosine and sine.
 
-Statement: ``a cos + b sin = e`` and ``a' cos + b' sin = e'``, where an angle is asked for that meets
-both: a chain with fewer joints than the task has conditions.
+Statement: ``a cos + b sin = e`` and ``a' cos + b' sin = e'``, where an angle is asked for that
+meets both: a chain with fewer joints than the task has conditions.
 
 Derivation: each equation is subproblem 4 and gives two angles, of which the wanted one is common.
-An equation's two angles are known to ``rounding / sin(half their difference)``, and not at all where
-a = b = 0, so that the equation is taken whose angles lie farther apart. The angles of the second
-equation are named by those of the first: the sign 1 belongs to the one that is nearer to the first
-equation's angle of the sign 1.
+An equation's two angles are known to ``rounding / sin(half their difference)``, and not at all
+where a = b = 0, so that the equation is taken whose angles lie farther apart. The angles of the
+second equation are named by those of the first: the sign 1 belongs to the one that is nearer to the
+first equation's angle of the sign 1.
 
 Degenerate: where both equations have a double solution it is known to 1e-8 only, and where all
 coefficients are 0 the angle is arbitrary and taken as 0.
@@ -41,7 +41,7 @@ class Line:
     @property
     def is_empty(self) -> bool:
         """Whether the equation does not contain the angle."""
-        return self.a == 0 and self.b == 0
+        return bool(self.a == 0 and self.b == 0)
 
 
 def component(terms: Terms, h: Vector, k: Vector, p: Vector, d: sp.Expr) -> Line:

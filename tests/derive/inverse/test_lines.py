@@ -212,5 +212,6 @@ def test_a_plane_is_a_task_where_the_tool_has_an_angle_in_it(tool, planar):
 
 
 def test_three_joints_are_placed_as_described_alone():
-    assert Arm("R/P/P").inverses.functions == {}
+    assert Arm("P/R/P").inverses.functions == {}
+    assert Arm("R/P/P").inverses.functions.keys() == {"ik_position"}
     assert Arm("P/P/R").inverses.functions.keys() == {"ik_position"}

@@ -1,0 +1,156 @@
+"""A step of Gauss and Newton on a pose that has more conditions than the chain has joints.
+
+Each step of a closed form meets some of the six conditions. Where two solutions of such a condition
+meet, it determines its joint to 1e-8 only, although the other conditions determine it to all
+digits. A step on all of them together finds these.
+
+    (J^T J + mu) dq = J^T e
+
+with the twist e from the tool to its pose, J the Jacobian at the tool, in base axes, and lengths in
+parts of the arm's.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ...model.tolerances import NEARLY_SOLVED, POSE_DAMPING
+from ...terms.terms import Terms
+from ...terms.vectors import Vector, added, combination, cross, dot, subtracted
+from ..structure.lines import Axis, Lines
+from ..subproblems.quartic import ONE, ZERO, select
+from ..subproblems.sp6 import advanced, chosen
+from ..subproblems.turns import CosSin, rotated
+from .target import Target
+from .work import Work
+
+Row = list[sp.Expr]
+
+
+@dataclass(frozen=True)
+class _State:
+    """The coordinates, the twist to the target, its square, and the columns of the Jacobian."""
+
+    turns: dict[int, CosSin]
+    lengths: dict[int, sp.Expr]
+    error: Row
+    square: sp.Expr
+    columns: list[Row]
+
+
+def with_all_conditions(work: Work, lines: Lines, target: Target) -> None:
+    """A step of all joints of a chain that is solved as a longer one, whose last joint stays at 0.
+
+    The step is taken only near the pose, and only if it makes the error smaller.
+
+    Args:
+        work: Holds the joints that were found.
+        lines: The chain, read from the base.
+        target: The displacement that it has to make.
+    """
+    terms = work.terms
+    axes = [axis for axis in lines.axes if not axis.stays]
+    if len(axes) == len(lines.axes):
+        return
+    own = {axis.joint for axis in axes}
+    turns = {joint: turn for joint, turn in work.turns.items() if joint in own}
+    lengths = {joint: length for joint, length in work.lengths.items() if joint in own}
+    here = _state(terms, lines, axes, target, turns, lengths)
+    there = _state(terms, lines, axes, target, *_moved(terms, axes, here))
+    better = sp.And(there.square < here.square, here.square <= terms.let(NEARLY_SOLVED**2))
+    for joint, turn in turns.items():
+        work.turns[joint] = chosen(terms, better, there.turns[joint], turn)
+    for joint, length in lengths.items():
+        work.lengths[joint] = select(terms, better, there.lengths[joint], length)
+    # The angles no longer sum up to what a step found before.
+    work.sums.clear()
+
+
+def _state(
+    terms: Terms,
+    lines: Lines,
+    axes: Sequence[Axis],
+    target: Target,
+    turns: dict[int, CosSin],
+    lengths: dict[int, sp.Expr],
+) -> _State:
+    """Twist and Jacobian; the columns follow from the last joint to the first."""
+    let, zero = terms.let, (ZERO, ZERO, ZERO)
+    scale = let(sp.Float(1 / (lines.length or 1.0), 20))
+    tool = target.home
+    basis: list[Vector] = [(ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE)]
+    screws: list[tuple[Vector, Vector]] = []
+    for axis in reversed(axes):
+        if not axis.turns:
+            way = combination(terms, (lengths[axis.joint],), (axis.h,))
+            tool = added(terms, tool, way)
+            screws = [(h, added(terms, p, way)) for h, p in screws]
+            screws.append((axis.h, zero))
+            continue
+        turn = turns[axis.joint]
+
+        def turned(v: Vector, axis: Axis = axis, turn: CosSin = turn) -> Vector:
+            return rotated(terms, axis.h, turn, v)
+
+        def moved(p: Vector, axis: Axis = axis) -> Vector:
+            return added(terms, axis.p, turned(subtracted(terms, p, axis.p)))
+
+        tool, basis = moved(tool), [turned(e) for e in basis]
+        screws = [(turned(h), moved(p)) for h, p in screws]
+        screws.append((axis.h, axis.p))
+    columns = []
+    for axis, (h, p) in zip(reversed(axes), screws, strict=True):
+        lever = cross(terms, h, subtracted(terms, tool, p)) if axis.turns else h
+        turning = h if axis.turns else zero
+        columns.append([*(let(scale * v) for v in lever), *turning])
+    off = subtracted(terms, target.position, tool)
+    tilts = [cross(terms, e, wanted) for e, wanted in zip(basis, target.axes, strict=True)]
+    tilt = combination(terms, (sp.Rational(1, 2),) * 3, (tilts[0], tilts[1], tilts[2]))
+    error = [*(let(scale * v) for v in off), *tilt]
+    # Half a turn off, the tilt is 0, too.
+    apart = [subtracted(terms, e, wanted) for e, wanted in zip(basis, target.axes, strict=True)]
+    square = let(
+        sum((v**2 for v in error[:3]), ZERO) + let(sum((dot(terms, d, d) for d in apart), ZERO) / 2)
+    )
+    return _State(turns, lengths, error, square, columns)
+
+
+def _moved(
+    terms: Terms, axes: Sequence[Axis], state: _State
+) -> tuple[dict[int, CosSin], dict[int, sp.Expr]]:
+    """The coordinates after a step."""
+    step = _solved(terms, state.columns, state.error)
+    turns, lengths = dict(state.turns), dict(state.lengths)
+    for axis, change in zip(reversed(axes), step, strict=True):
+        if axis.turns:
+            turns[axis.joint] = advanced(terms, turns[axis.joint], change)
+        else:
+            lengths[axis.joint] = terms.let(lengths[axis.joint] + change)
+    return turns, lengths
+
+
+def _solved(terms: Terms, columns: Sequence[Row], error: Row) -> Row:
+    """The solution of the normal equations, by the Cholesky decomposition without roots."""
+    let, n = terms.let, len(columns)
+
+    def product(a: Row, b: Row) -> sp.Expr:
+        return let(sum((x * y for x, y in zip(a, b, strict=True)), ZERO))
+
+    normal = [[product(a, b) for b in columns] for a in columns]
+    mu = let(POSE_DAMPING * sum((normal[k][k] for k in range(n)), ZERO))
+    right = [product(column, error) for column in columns]
+    inverse: Row = []
+    for j in range(n):
+        pivot = let(normal[j][j] + mu)
+        inverse.append(let(1 / pivot))
+        for i in range(j + 1, n):
+            factor = let(normal[i][j] * inverse[j])
+            for k in range(j + 1, i + 1):
+                normal[i][k] = let(normal[i][k] - factor * normal[k][j])
+            right[i] = let(right[i] - factor * right[j])
+    found: Row = [ZERO] * n
+    for j in reversed(range(n)):
+        rest = sum((normal[i][j] * found[i] for i in range(j + 1, n)), ZERO)
+        found[j] = let(let(right[j] - rest) * inverse[j])
+    return found

@@ -1,0 +1,111 @@
+"""Inverses of arms with round numbers, which nobody chose: no pose is lost, none is wrong.
+
+The poses are random and at right angles; ``python -m bench losses --arms 2000`` asks more arms.
+"""
+
+import numpy as np
+import pytest
+from synthetic import robot_of
+
+from bench.accuracy import losses
+from bench.accuracy.losses import determines, losses_of, right_angles
+from bench.accuracy.verdict import judged
+from bench.cases.poses import PoseSet
+from bench.cases.tasks import wrapped
+from tests.helpers.random_arms import cases_of, random_arm
+
+FIVE_JOINTS = (152, 389, 710)
+"""The pose is that of six joints whose last stays at 0."""
+OBLIQUE_WRISTS = (80, 579, 1957)
+"""A turn of the arm is free, and a wrist or a centre reaches part of all orientations."""
+OTHERS = (33, 88, 376, 764, 1478, 1797)
+SLIDES = (
+    *("R/P/P", "RLPLP", "R=P/P", "P=R/P", "P/R=P", "RLP/R", "P=RLP/RxrxR", "R/P/P/RxrxR"),
+    *("RLPLR/RxrxR", "R=P=R/RxrxR"),
+)
+PATHS, STEPS = 12, 300
+
+
+def clean(case, seed):
+    """Whether poses at random and at right angles have all their solutions, without refinement."""
+    found = [loss for loss in losses_of(case, seed) if not loss.poses.startswith("near")]
+    assert not found, "\n".join(map(str, found))
+
+
+@pytest.mark.parametrize("seed", [*FIVE_JOINTS, *OBLIQUE_WRISTS, *OTHERS])
+def test_arms_that_nobody_chose_lose_nothing(seed):
+    cases = cases_of(random_arm(seed))
+    assert cases
+    for case in cases:
+        clean(case, seed)
+
+
+@pytest.mark.parametrize("seed", FIVE_JOINTS)
+def test_five_joints_are_solved_as_six(seed):
+    (case, *_) = cases_of(random_arm(seed))
+    assert case.robot.n == 5
+    assert case.inverses.classification.lines.axes[-1].name == "tool_axis"
+
+
+@pytest.mark.parametrize("chain", SLIDES)
+@pytest.mark.parametrize("right", [False, True])
+def test_slides_before_and_behind_a_turn(chain, right):
+    cases = cases_of(robot_of(chain, right=right))
+    # With skew axes at right angles some of them do not move the tool in space.
+    assert cases or right
+    for case in cases:
+        clean(case, 0)
+
+
+def test_a_turntable_bends_its_fourth_joint_for_a_position():
+    functions = {case.function: case for case in cases_of(robot_of("R+R=R=R", right=True))}
+    case = functions["ik_position"]
+    q = case.random(np.random.default_rng(0), 1000)
+    found = case.found(q)
+    assert found.valid.any(axis=1).all()
+    bent = np.abs(found.q[..., 3]).max(axis=1) > 1e-6
+    assert 0 < bent.sum() < 1000
+    # Where joint 4 may stay at 0, it does.
+    q[:, 3] = 0
+    assert not case.found(q).q[..., 3].any()
+
+
+def test_a_turntable_whose_fifth_joint_moves_the_tool_has_no_task_of_a_position():
+    functions = {case.function for case in cases_of(robot_of("R+R=R=RLR", right=True))}
+    assert functions == {"ik"}
+
+
+def test_a_position_is_no_task_of_joints_that_move_the_tool_on_a_surface():
+    assert cases_of(random_arm(292)) == []
+
+
+@pytest.mark.parametrize("chain", ["R/R=R=R/R/R", "R/R/R=R=R/R"])
+def test_a_parallel_forearm_at_right_angles(chain, monkeypatch):
+    monkeypatch.setattr(losses, "RIGHT", 1000)
+    (case,) = cases_of(robot_of(chain, right=True))
+    q = right_angles(case, np.random.default_rng(0))
+    assert len(q) == 1000
+    found = judged(case, PoseSet("right angles", q, regular=determines(case)), case.answers)
+    assert (found.missed, found.wrong, found.lost) == (0, 0, 0)
+
+
+@pytest.mark.parametrize("chain", ["R/R/R/RxrxR", "R/R=R=R/R/R", "R/RxrxR/R/R"])
+def test_a_slot_keeps_its_second_sign_until_two_solutions_meet(chain):
+    (case,) = cases_of(robot_of(chain))
+    rng = np.random.default_rng(1)
+    s = np.linspace(0, 1, STEPS)[:, None]
+    followed = 0
+    for _ in range(PATHS):
+        waves = rng.normal(size=(3, case.robot.n))
+        bend = sum(wave * np.sin((k + 1) * np.pi * s / 2) for k, wave in enumerate(waves))
+        q = rng.uniform(-np.pi, np.pi, case.robot.n) + bend
+        found = case.found(q)
+        far = np.abs(wrapped(found.q - q[:, None])).max(axis=-1)
+        slot = np.where(found.valid, far, np.inf).argmin(axis=1)
+        known = far.min(axis=1) < 1e-6
+        second = slot // 2 % 2
+        same = np.sign(np.linalg.det(case.jacobian(q)))
+        steady = known[1:] & known[:-1] & (same[1:] == same[:-1])
+        followed += steady.sum()
+        assert (second[1:] == second[:-1])[steady].all()
+    assert followed > 0.9 * PATHS * STEPS
