@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 ROBOTS = ROOM / "robots"
 GENERATED = ROOM.parent / "generated"
+LIMIT = 300.0
+"""Seconds for one robot: some sixty times what a six-axis arm takes on one core."""
 
 app = typer.Typer(pretty_exceptions_enable=False)
 out = Console(highlight=False, soft_wrap=True)
@@ -42,6 +44,10 @@ def derive(
     base: Annotated[str | None, typer.Option(help="Base link of a URDF.")] = None,
     tip: Annotated[str | None, typer.Option(help="Tip link of a URDF.")] = None,
     jobs: Annotated[int, typer.Option(min=1, help="Robots at once.")] = os.cpu_count() or 1,
+    limit: Annotated[
+        float,
+        typer.Option(min=0, help="Seconds that one robot may take before it fails; 0: no limit."),
+    ] = LIMIT,
     check: Annotated[
         bool, typer.Option("--check", help="Write nothing, compare, fail where files differ.")
     ] = False,
@@ -58,10 +64,10 @@ def derive(
     wanted = tuple(name.strip() for name in functions.split(",") if name.strip())
     files = [_file(robot) for robot in robots or _shipped()]
     if explain:
-        _explain([Job(file, GENERATED, base, tip) for file in files])
+        _explain([Job(file, GENERATED, base, tip, limit=limit) for file in files])
         return
     folder = _target(files, to)
-    due = [Job(file, folder, base, tip, wanted) for file in files]
+    due = [Job(file, folder, base, tip, wanted, limit) for file in files]
     if not check:
         due = [job for job in due if not is_up_to_date(job)]
     if not due:
@@ -97,8 +103,10 @@ def _explain(asked: list[Job]) -> None:
     problems = work.problems(asked)
     if problems:
         _stop("\n".join(problems))
-    for text in work.explained(asked):
-        out.print(text, end="\n\n", markup=False)
+    for report in work.explained(asked):
+        if not report.good:
+            _stop(report.line)
+        out.print(report.line, end="\n\n", markup=False)
 
 
 def _shipped() -> list[str]:

@@ -25,6 +25,7 @@ class Job:
         base: Base link of a URDF.
         tip: Tip link of a URDF.
         functions: The functions to derive; all functions if empty.
+        limit: Seconds that the derivation may take; 0 is no limit.
     """
 
     file: Path
@@ -32,6 +33,7 @@ class Job:
     base: str | None = None
     tip: str | None = None
     functions: tuple[str, ...] = ()
+    limit: float = 0
 
 
 def is_up_to_date(job: Job) -> bool:
