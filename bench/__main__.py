@@ -5,6 +5,7 @@ The figures in docs/performance.md are replaced by the new ones. With --quick no
 
 import argparse
 import sys
+from pathlib import Path
 
 from . import check, count, document
 from .accuracy import misses
@@ -13,6 +14,7 @@ from .measures import derivation
 from .peers.forward import absent
 from .plans import FULL, QUICK, SECTIONS, without_slow_builds
 from .report import Plan, out, records, save, tables
+from .robustness import attempts
 
 DERIVATION = "derivation"
 
@@ -26,6 +28,10 @@ def main() -> int:
         return count.run(options.write)
     if options.command == "misses":
         return misses.run(options.quick, options.robot)
+    if options.command == "robust":
+        return attempts.run(
+            options.folder, options.files, options.derived, options.arms, options.seed
+        )
     if options.quick:
         measure(without_slow_builds(QUICK), options.only, keep=False)
     else:
@@ -71,6 +77,10 @@ def _parser() -> argparse.ArgumentParser:
     )
     lost.add_argument("--quick", action="store_true", default=argparse.SUPPRESS, help="small sets")
     lost.add_argument("--robot", choices=[case.name for case in CASES], help="one robot")
+    robust = commands.add_parser("robust", help="read and derive mutated files and round arms")
+    robust.add_argument("folder", type=Path, help="more .toml and .urdf files; crashes are kept")
+    for name, default in (("files", 5_000), ("derived", 50), ("arms", 500), ("seed", 0)):
+        robust.add_argument(f"--{name}", type=int, default=default)
     return parser
 
 
