@@ -14,6 +14,7 @@ from .measures import derivation
 from .peers.forward import absent
 from .plans import FULL, QUICK, SECTIONS, without_slow_builds
 from .report import Plan, out, records, save, tables
+from .robustness import attempts
 
 DERIVATION = "derivation"
 ARMS = 50
@@ -36,6 +37,10 @@ def main() -> int:
         return losses.run(options.arms, options.first)
     if options.command == "mutants":
         return cleaned_files.run(options.urdfs, options.count)
+    if options.command == "robust":
+        return attempts.run(
+            options.folder, options.files, options.derived, options.arms, options.seed
+        )
     if options.quick:
         measure(without_slow_builds(QUICK), options.only, keep=False)
     else:
@@ -90,6 +95,10 @@ def _parser() -> argparse.ArgumentParser:
     mutants = commands.add_parser("mutants", help="mutated URDFs: structure and pose error")
     mutants.add_argument("--urdfs", type=Path, help="folder of URDFs besides the shipped robots")
     mutants.add_argument("--count", type=int, default=MUTANTS, help="number of mutants")
+    robust = commands.add_parser("robust", help="read and derive mutated files and round arms")
+    robust.add_argument("folder", type=Path, help="more .toml and .urdf files; crashes are kept")
+    for name, default in (("files", 5_000), ("derived", 50), ("arms", 500), ("seed", 0)):
+        robust.add_argument(f"--{name}", type=int, default=default)
     return parser
 
 

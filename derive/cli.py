@@ -20,6 +20,8 @@ ROBOTS = ROOM / "robots"
 SHELF = ROBOTS / "shelf"
 """Well-known arms, derived where they are asked for; their generated folders are not committed."""
 GENERATED = ROOM.parent / "generated"
+LIMIT = 300.0
+"""Seconds for one robot: some sixty times what a six-axis arm takes on one core."""
 
 app = typer.Typer(pretty_exceptions_enable=False)
 out = Console(highlight=False, soft_wrap=True)
@@ -51,6 +53,10 @@ def derive(
         typer.Option("--exact", help="Take all numbers as written: no noise dropped, no 1.5708."),
     ] = False,
     jobs: Annotated[int, typer.Option(min=1, help="Robots at once.")] = os.cpu_count() or 1,
+    limit: Annotated[
+        float,
+        typer.Option(min=0, help="Seconds that one robot may take before it fails; 0: no limit."),
+    ] = LIMIT,
     check: Annotated[
         bool, typer.Option("--check", help="Write nothing, compare, fail where files differ.")
     ] = False,
@@ -68,10 +74,10 @@ def derive(
     asked = [*(robots or []), *(_names(SHELF) if shelf else [])]
     files = [_file(robot) for robot in asked or _names(ROBOTS)]
     if explain:
-        _explain([Job(file, GENERATED, base, tip, exact=exact) for file in files])
+        _explain([Job(file, GENERATED, base, tip, exact=exact, limit=limit) for file in files])
         return
     folder = _target(files, to)
-    due = [Job(file, folder, base, tip, wanted, exact) for file in files]
+    due = [Job(file, folder, base, tip, wanted, exact, limit) for file in files]
     if not check:
         due = [job for job in due if not is_up_to_date(job)]
     if not due:
@@ -107,8 +113,10 @@ def _explain(asked: list[Job]) -> None:
     problems = work.problems(asked)
     if problems:
         _stop("\n".join(problems))
-    for text in work.explained(asked):
-        out.print(text, end="\n\n", markup=False)
+    for report in work.explained(asked):
+        if not report.good:
+            _stop(report.line)
+        out.print(report.line, end="\n\n", markup=False)
 
 
 def _names(folder: Path) -> list[str]:

@@ -26,6 +26,7 @@ class Job:
         tip: Tip link of a URDF.
         functions: The functions to derive; all functions if empty.
         exact: Whether the numbers of the description are taken as they are written.
+        limit: Seconds that the derivation may take; 0 is no limit.
     """
 
     file: Path
@@ -34,6 +35,7 @@ class Job:
     tip: str | None = None
     functions: tuple[str, ...] = ()
     exact: bool = False
+    limit: float = 0
 
 
 def is_up_to_date(job: Job) -> bool:

@@ -16,6 +16,7 @@ from ..model.errors import RobotError
 from ..model.mechanism import Described, Mechanism
 from .freshness import Job, stamp
 from .generate import MANIFEST, artifacts, put, strays
+from .time_limit import at_most
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,8 @@ def problems(jobs: Sequence[Job]) -> list[str]:
     files: dict[str, Path] = {}
     for job in jobs:
         try:
-            name = read(job).name
+            with at_most(job.limit):
+                name = read(job).name
         except RobotError as error:
             found.append(str(error))
             continue
@@ -70,9 +72,9 @@ def compared(jobs: Sequence[Job], workers: int) -> Iterator[Report]:
     return _each(_compare, jobs, workers)
 
 
-def explained(jobs: Sequence[Job]) -> Iterator[str]:
+def explained(jobs: Sequence[Job]) -> Iterator[Report]:
     """Explains the inverse of each robot."""
-    return (str(explain(read(job))) for job in jobs)
+    return (_attempt(_explain, job) for job in jobs)
 
 
 def orphans(jobs: Sequence[Job], to: Path) -> list[str]:
@@ -93,9 +95,14 @@ def _each(work: Callable[[Job], Report], jobs: Sequence[Job], workers: int) -> I
 
 def _attempt(work: Callable[[Job], Report], job: Job) -> Report:
     try:
-        return work(job)
+        with at_most(job.limit):
+            return work(job)
     except RobotError as error:
         return Report(False, f"{job.file}: {error}")
+
+
+def _explain(job: Job) -> Report:
+    return Report(True, str(explain(read(job))))
 
 
 def _derive(job: Job) -> Report:

@@ -21,6 +21,7 @@ import sympy as sp
 
 from ..model.robot import Placement, Robot, Rotation
 from ..model.tolerances import EVALUATION_DIGITS, ROUNDING
+from ..model.values import Values
 from ..terms.terms import Terms
 from ..terms.vectors import (
     IDENTITY,
@@ -214,7 +215,7 @@ def _factored(terms: Terms, rotations: Sequence[_Turn]) -> list[_Turn]:
 
 
 def _matrix(rotation: _Turn) -> mpmath.matrix:
-    angle = mpmath.mpf(rotation.angle.evalf(EVALUATION_DIGITS)._mpf_)
+    angle = Values().of(rotation.angle)
     c, s = mpmath.cos(angle), mpmath.sin(angle)
     if rotation.axis == "x":
         return mpmath.matrix([[1, 0, 0], [0, c, -s], [0, s, c]])

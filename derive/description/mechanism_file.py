@@ -56,7 +56,7 @@ class MechanismFile(RobotFile):
             DescriptionError: The file is wrong.
         """
         self.check_fields((), self.table, (*ROBOT_FIELDS, *MECHANISM_FIELDS))
-        name = self.name(("name",))
+        name = self.robot_name()
         self.declare_units()
         self.declare_parameters()
         base, base_frame = self._frame("base", "0")

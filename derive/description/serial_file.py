@@ -61,7 +61,7 @@ class RobotFile(TomlFile):
             DescriptionError: The file is wrong.
         """
         self.check_fields((), self.table, ROBOT_FIELDS)
-        name = self.name(("name",))
+        name = self.robot_name()
         self.declare_units()
         self.declare_parameters()
         base, base_frame = self._frame("base", "0")

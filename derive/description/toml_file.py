@@ -19,7 +19,7 @@ from ..model.errors import RobotError
 from ..model.exact import RESERVED, NotExact, checked, read
 from ..model.kinds import ParameterKind
 from ..model.placements import Vector
-from ..model.robot import Parameter
+from ..model.robot import Parameter, check_robot_name
 from ..model.roots import at
 from ..model.tolerances import LENGTH_SCALING
 from ..model.values import NoValue, value_at
@@ -306,6 +306,15 @@ class TomlFile:
         if not isinstance(value, str) or not is_name(value):
             self.fail(keys, f"a name: {NAMED}")
         return value
+
+    def robot_name(self) -> str:
+        """The robot's name, the prefix of all generated names."""
+        name = self.name(("name",))
+        try:
+            check_robot_name(name)
+        except RobotError as error:
+            self.fail(("name",), f"a robot's name ({error})")
+        return name
 
     def string(self, keys: Keys, default: str) -> str:
         """One line of text."""

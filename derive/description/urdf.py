@@ -97,7 +97,7 @@ class _Urdf:
         elements = self._chain(base, tip)
         try:
             return Robot(
-                name=_identifier(name or self._attribute(self.root, "name")),
+                name=_prefix(name or self._attribute(self.root, "name")),
                 joints=tuple(self._joint(element) for element in elements),
                 title=self.root.get("name", ""),
                 source=f"URDF {Path(self.file).name}, {base} to {tip}",
@@ -249,3 +249,9 @@ def _identifier(name: str) -> str:
     if keyword.iskeyword(identifier):
         return f"{identifier}_"
     return identifier if identifier[:1].isalpha() else f"x{identifier}"
+
+
+def _prefix(name: str) -> str:
+    """An identifier with single underscores between its parts: the robot's name."""
+    prefix = re.sub("__+", "_", _identifier(name)).rstrip("_")
+    return f"x{prefix}" if keyword.iskeyword(prefix) else prefix

@@ -10,7 +10,7 @@ import math
 import operator
 import re
 from collections.abc import Callable, Mapping, Sequence
-from decimal import Decimal
+from decimal import Decimal, InvalidOperation
 from fractions import Fraction
 
 import sympy as sp
@@ -156,7 +156,10 @@ def checked(expression: sp.Expr) -> sp.Expr:
 
 
 def _number(text: str) -> sp.Rational:
-    number = Decimal(text)
+    try:
+        number = Decimal(text)
+    except InvalidOperation as error:
+        raise NotExact("an exponent of too many digits") from error
     if not number.is_finite():
         raise NotExact("not a finite number")
     _, digits, exponent = number.as_tuple()

@@ -23,6 +23,7 @@ from .robot import (
     Robot,
     check_choice,
     check_name,
+    check_robot_name,
     check_unique,
     symbols_of,
 )
@@ -190,7 +191,7 @@ class Mechanism:
     cleaning: Cleaning = field(default=Cleaning(), repr=False)
 
     def __post_init__(self) -> None:
-        check_name("robot", self.name)
+        check_robot_name(self.name)
         if not self.tool_body:
             object.__setattr__(self, "tool_body", self.joints[-1].link)
         names = [joint.name for joint in self.joints] + [drive.name for drive in self.drives]

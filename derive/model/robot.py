@@ -36,6 +36,7 @@ __all__ = [
     "Translation",
     "check_choice",
     "check_name",
+    "check_robot_name",
     "check_unique",
     "symbols_of",
 ]
@@ -159,7 +160,7 @@ class Robot:
     cleaning: Cleaning = field(default=Cleaning(), repr=False)
 
     def __post_init__(self) -> None:
-        check_name("robot", self.name)
+        check_robot_name(self.name)
         self._check_symbols()
         check_unique("joint", [joint.name for joint in self.joints])
         check_unique("link", [joint.link for joint in self.joints if joint.link])
@@ -234,6 +235,16 @@ def check_name(what: str, name: object) -> None:
     """Raises RobotError where a name is no identifier."""
     if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name):
         raise RobotError(f"{what} {name!r}: expected a name of letters, digits and _")
+
+
+def check_robot_name(name: object) -> None:
+    """Raises RobotError where a name cannot be the prefix of generated names.
+
+    CasADi names no function with two underscores in a row, and an underscore follows the prefix.
+    """
+    check_name("robot", name)
+    if "__" in f"{name}_":
+        raise RobotError(f"robot {name!r}: expected a name without __ and without _ at its end")
 
 
 def check_choice(what: str, name: str, value: object, choices: Sequence[object]) -> None:

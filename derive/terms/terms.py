@@ -4,7 +4,7 @@ Expressions built through a :class:`Terms` stay a few symbols long, however long
 terms get the same name, also up to sign, which is common subexpression elimination by construction.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 import sympy as sp
 
@@ -62,8 +62,9 @@ class Terms:
             return known
         if is_short(expression) or expression.is_Symbol or (-expression).is_Symbol:
             return expression
-        if self.is_constant(expression):
-            return self._constant(expression)
+        symbols = expression.free_symbols
+        if symbols <= self._constant_symbols:
+            return self._constant(expression, is_number=symbols <= self._numbers)
         if _negative(expression):
             return -self.let(-expression)
         opposite = self._names.get(-expression)
@@ -145,11 +146,11 @@ class Terms:
 
     def addends(self, expression: sp.Expr) -> int:
         """The most addends that an expression may have, spelled and expanded; at most 10000."""
-        return addends(expression, self._addends)
+        return self._counted(expression, addends, self._addends)
 
     def size(self, expression: sp.Expr) -> int:
         """The number of symbols and numbers in a spelled expression; at most 10000."""
-        return size(expression, self._sizes)
+        return self._counted(expression, size, self._sizes)
 
     def constants_in(self, expression: sp.Expr) -> list[sp.Symbol]:
         """The constants on which an expression depends, in the order of their definition."""
@@ -158,6 +159,19 @@ class Terms:
     def needed(self, expressions: Iterable[sp.Expr]) -> list[sp.Symbol]:
         """The terms on which expressions depend, in the order of their definition."""
         return _below(self.definitions, expressions)
+
+    def _counted(
+        self,
+        expression: sp.Expr,
+        count: Callable[[sp.Expr, Mapping[sp.Symbol, int]], int],
+        known: dict[sp.Symbol, int],
+    ) -> int:
+        """A count of the parts of an expression, from those of its constants."""
+        if not (expression.free_symbols & self.constants.keys()) <= known.keys():
+            for symbol in self.constants_in(expression):
+                if symbol not in known:
+                    known[symbol] = count(self.constants[symbol], known)
+        return count(expression, known)
 
     def _known_sum(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr] | None:
         """Cosine and sine of a sum, from a known sum that differs by a constant or a sign."""
@@ -206,9 +220,8 @@ class Terms:
         self._names[expression] = symbol
         return symbol
 
-    def _constant(self, expression: sp.Expr) -> sp.Expr:
+    def _constant(self, expression: sp.Expr, *, is_number: bool) -> sp.Expr:
         value = self._values.of(expression)
-        is_number = self.is_number(expression)
         if is_number:
             for integer in (0, 1, -1):
                 if abs(value - integer) < ROUNDING and not 0 < abs(value) < MEANT:
@@ -217,8 +230,6 @@ class Terms:
         if positive not in self._names:
             symbol = sp.Symbol(f"{CONSTANT}{len(self.constants) + 1}", real=True)
             self.constants[symbol] = positive
-            self._addends[symbol] = self.addends(positive)
-            self._sizes[symbol] = self.size(positive)
             self._values.know(symbol, self._values.of(positive))
             self._names[positive] = symbol
             self._constant_symbols.add(symbol)

@@ -2,6 +2,7 @@
 
 import json
 import math
+import time
 from pathlib import Path
 
 import pytest
@@ -9,8 +10,9 @@ from derivations import ALL, ROBOTS
 from typer.testing import CliRunner
 
 import chasles
-from chasles.derive import cli
+from chasles.derive import cli, from_urdf
 from chasles.derive.build import freshness
+from chasles.derive.build.time_limit import OutOfTime, at_most
 from chasles.derive.cli import app
 
 ARM = """\
@@ -195,3 +197,44 @@ def test_rounded_numbers_are_cleaned_and_said_unless_the_file_is_taken_at_its_wo
     assert run(arm, "--to", to, "--exact").output == "nothing to derive: all is up to date\n"
     assert chasles.load(to / "arm").cleaning.numbers == ()
     assert "16 functions" in run(arm, "--to", to).output
+
+
+@pytest.mark.parametrize("options", [(), ("--explain",)])
+def test_a_derivation_that_takes_too_long_says_where_it_was(arm, tmp_path, options):
+    done = run(arm, "--to", tmp_path / "out", "--limit", "0.001", *options)
+    assert done.exit_code == 1
+    assert "takes longer than 0.001 s; when it was stopped it was in " in done.output
+    assert "--limit sets the limit" in done.output
+    assert not list(tmp_path.glob("out/*/*"))
+
+
+def endless(caught):
+    """Work that never ends and catches the errors of others, as parts of SymPy do."""
+    while True:
+        try:
+            sum(range(1000))
+        except Exception as error:
+            caught.append(error)
+
+
+def test_no_library_catches_the_end_of_the_time():
+    caught, started = [], time.perf_counter()
+    with pytest.raises(OutOfTime, match="it was in a library"), at_most(0.05):
+        endless(caught)
+    assert caught == []
+    assert time.perf_counter() - started < 5
+    with at_most(0.0), at_most(60):
+        started = time.perf_counter()
+
+
+def test_names_that_cannot_be_prefixes_are_refused_and_those_of_a_urdf_are_changed(arm, tmp_path):
+    for name in ("two__arms", "arm_"):
+        arm.write_text(ARM.replace('"arm"', f'"{name}"'))
+        done = run(arm, "--to", tmp_path / "out")
+        assert "arm.toml:1: name: expected a robot's name" in done.output
+    urdf = """<robot name="{}"><link name="a"/><link name="b"/><joint name="j" type="revolute">
+    <parent link="a"/><child link="b"/><limit lower="-1" upper="1"/></joint></robot>"""
+    path = tmp_path / "arm.urdf"
+    for name, safe in (("my--arm (2)", "my_arm_2"), ("class", "xclass"), ("_", "x")):
+        path.write_text(urdf.format(name))
+        assert from_urdf(path).name == safe

@@ -39,7 +39,12 @@ class Linear:
         return type(self)(self.a, -self.b, self.d)
 
     def solution(self, sign: sp.Expr) -> tuple[sp.Expr, ...]:
-        """The terms whose sum is the angle; the sign, 1 or -1, chooses one of two."""
+        """The terms whose sum is the angle; the sign, 1 or -1, chooses one of two.
+
+        An angle that the equation does not contain is taken as 0.
+        """
+        if self.a == self.b == 0:
+            return (sp.Integer(0),)
         middle = sp.atan2(self.b, self.a, evaluate=False)
         if self.d == 0:
             return middle, sign * sp.pi / 2

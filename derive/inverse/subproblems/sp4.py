@@ -15,7 +15,8 @@ that below MEETING_SOLUTIONS of it the two are one: a solution that rounding has
 singular position by 1e-8 would hide the singularity from the steps behind it, and to meet the line
 to 4e-15 of its length costs nothing.
 
-Degenerate: where a = b = e = 0 the angle is arbitrary and taken as 0.
+Degenerate: where a = b = 0 the angle is arbitrary and taken as 0; where they vanish by the robot's
+dimensions, for every target, e tells whether it can be reached at all, and is no margin.
 
 Source: Elias and Wen 2022, subproblem 4.
 """
@@ -27,7 +28,7 @@ from ...terms.terms import Terms
 from ...terms.vectors import Vector, cross, dot
 from .equations import Linear
 from .found import FoundTurn
-from .turns import CosSin, composed, direction, direction_of, perpendicular
+from .turns import NO_TURN, CosSin, composed, direction, direction_of, perpendicular
 
 
 def sp4(terms: Terms, h: Vector, k: Vector, p: Vector, d: sp.Expr, sign: sp.Symbol) -> FoundTurn:
@@ -52,6 +53,8 @@ def on_line(
         sign: Chooses among the two points: the sign of the turn from (a, b) to the point.
         xi2: ``a^2 + b^2 - e^2``, in the form that loses the fewest digits.
     """
+    if a == b == 0:
+        return FoundTurn(NO_TURN, Linear(a, b, e), sign)
     if e == 0:
         return _through_centre(terms, a, b, sign)
     middle, rho2, inverse = direction_of(terms, a, b)
@@ -87,6 +90,8 @@ def near_line(
         xi2: ``a^2 + b^2 - e^2`` but for rounding.
         scale: The size of the terms whose difference xi^2 is.
     """
+    if a == b == 0:
+        return FoundTurn(NO_TURN, Linear(a, b, e), sign)
     if e == 0:
         return _through_centre(terms, a, b, sign)
     are_two = xi2 > terms.let(MEETING_SOLUTIONS * scale)
@@ -105,6 +110,6 @@ def _through_centre(terms: Terms, a: sp.Expr, b: sp.Expr, sign: sp.Symbol) -> Fo
 
 def ratio(terms: Terms, part: sp.Expr, whole: sp.Expr) -> sp.Expr:
     """The quotient of a part and a whole that is not negative; 0 where both are 0."""
-    if terms.is_constant(whole):
+    if terms.is_never_zero(whole):
         return terms.let(part * terms.let(1 / whole))
     return terms.let(part / terms.let(whole + DIVISOR_FLOOR))

@@ -133,7 +133,7 @@ def _terms(printer: FractionPrinter, value: sp.Expr) -> list[str]:
 
 def _sum(printer: FractionPrinter, products: Iterable[tuple[sp.Expr, str]]) -> str:
     """A sum of products of a coefficient and a function of the unknown, without zeros."""
-    return " ".join(_signed([_times(printer, *each) for each in products if each[0] != 0]))
+    return " ".join(_signed([_times(printer, *each) for each in products if each[0] != 0])) or "0"
 
 
 def _times(printer: FractionPrinter, factor: sp.Expr, function: str) -> str:
@@ -144,5 +144,5 @@ def _times(printer: FractionPrinter, factor: sp.Expr, function: str) -> str:
 
 def _signed(terms: Sequence[str]) -> list[str]:
     """The terms of a sum, each but the first with its sign."""
-    first, *rest = terms
-    return [first, *(f"- {t[1:]}" if t.startswith("-") else f"+ {t}" for t in rest)]
+    rest = (f"- {t[1:]}" if t.startswith("-") else f"+ {t}" for t in terms[1:])
+    return [*terms[:1], *rest]

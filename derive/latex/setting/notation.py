@@ -11,7 +11,7 @@ import sympy as sp
 
 from ...model.robot import Placement, Robot, Rotation
 from ...model.sizes import size
-from ...model.tolerances import EVALUATION_DIGITS, RELIABLE_DIGITS
+from ...model.tolerances import RELIABLE_DIGITS
 from ...terms.terms import Terms
 from . import names
 
@@ -225,7 +225,7 @@ class Notation:
 
     def _numeric(self, raw: sp.Expr) -> sp.Expr:
         """A number by the name of its magnitude."""
-        value = raw.evalf(EVALUATION_DIGITS)
+        value = self.terms.value(raw)
         sign = -1 if value < 0 else 1
         key = sp.Float(sign * value, RELIABLE_DIGITS)
         if key not in self._constants:

@@ -13,7 +13,8 @@ import sympy as sp
 
 from ...chain.poe import to_poe
 from ...model.robot import Placement, Robot, Rotation
-from ...model.tolerances import EVALUATION_DIGITS, ROUNDING
+from ...model.tolerances import ROUNDING
+from ...model.values import Values, to_digits
 from .notation import Notation, is_surd
 
 MOST_TILTS = 3
@@ -93,7 +94,7 @@ def _with_decimals(robot: Robot) -> Robot:
 
     def changed(placement: Placement) -> Placement:
         return tuple(
-            _Decimal(motion.axis, sp.Float(motion.angle.evalf(EVALUATION_DIGITS)))
+            _Decimal(motion.axis, to_digits(Values().of(motion.angle)))
             if isinstance(motion, Rotation) and motion in tilted and _is_rough(motion, many=many)
             else motion
             for motion in placement

@@ -1,0 +1,1 @@
+"""``python -m bench robust``: mutated files and arms of round numbers, each read and derived."""

@@ -1,0 +1,90 @@
+"""Texts that nobody chose end in a robot or in an error of chasles, within their time."""
+
+import random
+
+import pytest
+from derivations import ROBOTS as SHIPPED
+
+from bench.robustness.attempts import attempt, sources, wounded
+from bench.robustness.round_arms import round_arm
+from chasles.derive import artifacts, loads
+
+READ = 400
+ARMS = 12
+URDF = """<robot name="arm">
+  <link name="base"/><link name="one"/><link name="two"/><link name="tool"/>
+  <joint name="turn" type="revolute">
+    <parent link="base"/><child link="one"/>
+    <origin xyz="0.1 0 0.08920113858084797" rpy="0 1.5707963267948966 0.2"/>
+    <axis xyz="0.57735026918962 0.57735026918963 0.577350269189626"/>
+    <limit lower="-3.14159" upper="3.14159"/>
+  </joint>
+  <joint name="slide" type="prismatic">
+    <parent link="one"/><child link="two"/>
+    <origin xyz="-0.4251460319702735 0 0.2" rpy="3.1351985141209435 0 0.0000942"/>
+    <axis xyz="0 1 0"/><limit lower="0" upper="0.5"/>
+  </joint>
+  <joint name="flange" type="fixed">
+    <parent link="two"/><child link="tool"/><origin xyz="0 0 0.1" rpy="0 0 0"/>
+  </joint>
+</robot>
+"""
+
+
+def test_mutated_files_are_read_or_refused(tmp_path):
+    texts = wounded([*sources(SHIPPED), *[(".urdf", URDF)] * 5], random.Random(11))
+    ends = []
+    for _ in range(READ):
+        suffix, text = next(texts)
+        path = tmp_path / f"wounded{suffix}"
+        path.write_text(text, encoding="utf-8")
+        ends.append(attempt(path, derive=False))
+    wrong = [one for one in ends if one.end not in ("made", "refused")]
+    assert wrong == []
+    assert min(sum(one.end == end for one in ends) for end in ("made", "refused")) > READ / 10
+
+
+@pytest.mark.parametrize("seed", range(ARMS))
+def test_arms_of_round_numbers_are_derived(tmp_path, seed):
+    path = tmp_path / "arm.toml"
+    path.write_text(round_arm(seed), encoding="utf-8")
+    ended = attempt(path, derive=True)
+    assert ended.end == "made", ended
+
+
+ZEROS = """name = "arm"
+convention = "urdf"
+[[joints]]
+xyz = [0, "-0.4", "-0.4"]
+axis = [0, 0, 1]
+[[joints]]
+xyz = ["0.123", "-0.4", "0.3"]
+axis = [0, 1, 0]
+[[joints]]
+xyz = ["0.7", "0.3", "-0.4"]
+rpy = ["pi/3", 0, 0]
+axis = [0, 1, 0]
+"""
+"""The tool on the last axis: both coefficients of an equation are zero."""
+
+
+SLIDES = """name = "arm"
+convention = "mdh"
+[[joints]]
+type = "prismatic"
+a = "-0.4"
+alpha = "pi"
+[[joints]]
+type = "prismatic"
+alpha = "pi/4"
+[[joints]]
+alpha = "-pi/4"
+"""
+"""A turn that no slide sees: its equation holds for every angle."""
+
+
+@pytest.mark.parametrize("text", [ZEROS, SLIDES])
+def test_a_step_whose_coefficients_are_all_zero(text):
+    article = artifacts(loads(text))["latex/inverse.tex"]
+    assert ("q_{3} &= 0." in article) == (text is SLIDES)
+    assert "zoo" not in article
