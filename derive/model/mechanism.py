@@ -187,7 +187,7 @@ class Mechanism:
     parameters: tuple[Parameter, ...] = ()
     reference: tuple[tuple[str, sp.Expr], ...] = ()
     notes: tuple[str, ...] = field(default=())
-    cleaning: Cleaning = field(default=Cleaning(), repr=False)
+    cleaning: Cleaning = field(default=Cleaning(), repr=False, compare=False)
 
     def __post_init__(self) -> None:
         check_name("robot", self.name)
