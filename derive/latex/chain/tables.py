@@ -5,7 +5,7 @@ from itertools import groupby
 
 import sympy as sp
 
-from ...model.cleaning import CleanedNumber, Cleaning, places, rounded_up
+from ...model.cleaning import CleanedNumber, Cleaning, decimal_places, places, rounded_up
 from ...model.convention import Convention, Field
 from ...model.kinds import UNITS
 from ...model.robot import Joint, Robot
@@ -127,7 +127,8 @@ def _limit(value: sp.Expr) -> str:
     degrees = value * 180 / sp.pi
     if value != 0 and degrees.is_Rational:
         return f"{number(degrees)}^\\circ"
-    return cut(value, PRINTED_DIGITS) if value.is_Rational and value != 0 else number(value)
+    is_decimal = value != 0 and decimal_places(value) is not None
+    return cut(value, PRINTED_DIGITS) if is_decimal else number(value)
 
 
 def value_table(robot: Robot, printer: Printer) -> str:
