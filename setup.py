@@ -54,7 +54,7 @@ setup(
     ],
     package_data={
         "chasles": ["py.typed", "*/*.pyi", "contract/_kernel.h"],
-        "chasles.derive": ["py.typed", "robots/*", "emit/c/support/*"],
+        "chasles.derive": ["py.typed", "robots/*", "robots/shelf/*", "emit/c/support/*"],
         **{
             name: ["*.c", "*.h", "*.json", "*.pyi", "*.tex", "*/*.tex", "*.casadi"]
             for name in packages_under("generated")

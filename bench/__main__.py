@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from . import check, count, document
-from .accuracy import cleaned_files, misses
+from .accuracy import cleaned_files, field, misses
 from .cases.poses import CASES
 from .measures import derivation
 from .peers.forward import absent
@@ -30,6 +30,8 @@ def main() -> int:
         return misses.run(options.quick, options.robot)
     if options.command == "mutants":
         return cleaned_files.run(options.urdfs, options.count)
+    if options.command == "field":
+        return field.run(options.quick, options.arm)
     if options.quick:
         measure(without_slow_builds(QUICK), options.only, keep=False)
     else:
@@ -78,6 +80,9 @@ def _parser() -> argparse.ArgumentParser:
     mutants = commands.add_parser("mutants", help="mutated URDFs: structure and pose error")
     mutants.add_argument("--urdfs", type=Path, help="folder of URDFs besides the shipped robots")
     mutants.add_argument("--count", type=int, default=MUTANTS, help="number of mutants")
+    met = commands.add_parser("field", help="arms of other makers' files, derived and judged")
+    met.add_argument("--quick", action="store_true", default=argparse.SUPPRESS, help="small sets")
+    met.add_argument("--arm", help="arms with this text in their names")
     return parser
 
 

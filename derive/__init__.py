@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from .model.robot import Translation as Translation
 
 NOT_INSTALLED = "the compiler is not installed: pip install 'chasles[derive]'"
+LIBRARIES = ("sympy", "casadi", "lxml", "typer", "rich")
+"""The packages of the extra `derive`."""
 _ROOMS = {
     "emit.casadi_file": ("casadi_function",),
     "description.robot_files": ("DescriptionError", "load", "loads"),
@@ -70,7 +72,7 @@ def __getattr__(name: str) -> object:
     try:
         room = import_module(f".{_ROOM_OF[name]}", __name__)
     except ModuleNotFoundError as error:
-        if error.name in ("sympy", "casadi", "lxml"):
+        if error.name in LIBRARIES:
             raise ImportError(f"{NOT_INSTALLED} ({error})") from error
         raise
     return getattr(room, name)

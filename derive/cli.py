@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from .build.jobs import Report
 
 ROBOTS = ROOM / "robots"
+SHELF = ROBOTS / "shelf"
+"""Well-known arms, derived where they are asked for; their generated folders are not committed."""
 GENERATED = ROOM.parent / "generated"
 
 app = typer.Typer(pretty_exceptions_enable=False)
@@ -29,13 +31,16 @@ def derive(
     robots: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Shipped robots by name, or files (.toml, .urdf). Default: all shipped."
+            help="Robots by name, or files (.toml, .urdf). Default: all that are generated."
         ),
     ] = None,
     to: Annotated[
         Path | None,
         typer.Option(help="Folder that receives one folder a robot; shipped ones have theirs."),
     ] = None,
+    shelf: Annotated[
+        bool, typer.Option("--shelf", help="All arms of the shelf; with --to or --explain.")
+    ] = False,
     functions: Annotated[
         str, typer.Option(help="Functions wanted, with commas between. Default: all.")
     ] = "",
@@ -60,7 +65,8 @@ def derive(
     """
     started = time.perf_counter()
     wanted = tuple(name.strip() for name in functions.split(",") if name.strip())
-    files = [_file(robot) for robot in robots or _shipped()]
+    asked = [*(robots or []), *(_names(SHELF) if shelf else [])]
+    files = [_file(robot) for robot in asked or _names(ROBOTS)]
     if explain:
         _explain([Job(file, GENERATED, base, tip, exact=exact) for file in files])
         return
@@ -80,7 +86,7 @@ def derive(
     _make(folder)
     results = work.compared(due, jobs) if check else work.derived(due, jobs)
     good = _show(results, len(due))
-    orphans = work.orphans(due, folder) if check and not robots else []
+    orphans = work.orphans(due, folder) if check and not asked else []
     if orphans:
         _stop(f"{folder}: no description for {', '.join(orphans)}")
     if not good:
@@ -105,8 +111,8 @@ def _explain(asked: list[Job]) -> None:
         out.print(text, end="\n\n", markup=False)
 
 
-def _shipped() -> list[str]:
-    return sorted(path.stem for path in ROBOTS.glob("*.toml"))
+def _names(folder: Path) -> list[str]:
+    return sorted(path.stem for path in folder.glob("*.toml"))
 
 
 def _target(files: list[Path], to: Path | None) -> Path:
@@ -125,12 +131,14 @@ def _make(folder: Path) -> None:
 
 
 def _file(robot: str) -> Path:
-    if robot in _shipped():
-        return ROBOTS / f"{robot}.toml"
+    for folder in (ROBOTS, SHELF):
+        if robot in _names(folder):
+            return folder / f"{robot}.toml"
     if not Path(robot).is_file():
-        close = get_close_matches(robot, _shipped(), n=1)
+        known = [*_names(ROBOTS), *_names(SHELF)]
+        close = get_close_matches(robot, known, n=1)
         hint = f" (did you mean {close[0]}?)" if close else ""
-        _stop(f"{robot}: expected a robot file, or one of {', '.join(_shipped())}{hint}")
+        _stop(f"{robot}: expected a robot file, or one of {', '.join(known)}{hint}")
     return Path(robot)
 
 

@@ -13,12 +13,14 @@ from pathlib import Path
 from . import screws
 from .call._call import Function, release_memory
 from .closed_form.solutions import Solutions
+from .contract.described import derived_folder, is_description, shelf
 from .contract.manifest import read_manifest
 from .errors import (
     CacheError,
     ChaslesError,
     CompileError,
     CompilerNotFoundError,
+    DerivationError,
     InputError,
     InputTypeError,
     InputValueError,
@@ -40,6 +42,7 @@ __all__ = [
     "ChaslesError",
     "CompileError",
     "CompilerNotFoundError",
+    "DerivationError",
     "Ellipsoid",
     "Function",
     "InputError",
@@ -60,6 +63,7 @@ __all__ = [
     "release_memory",
     "robots",
     "screws",
+    "shelf_robots",
 ]
 
 
@@ -68,47 +72,63 @@ def robots() -> list[str]:
     return list(shipped_folders())
 
 
+def shelf_robots() -> list[str]:
+    """The names of the well-known arms that `load` derives on first use."""
+    return list(shelf())
+
+
 def load(robot: str | os.PathLike[str]) -> Robot:
-    """Loads a generated robot, and compiles it first if the cache does not hold it.
+    """Loads a robot; derives and compiles it first if the cache does not hold it.
 
     Args:
-        robot: The name of one of `robots()`, or the folder of a generated robot, as a path object
-            or as a string with a separator in it ("./mine").
+        robot: The name of one of `robots()` or of `shelf_robots()`; a description, which ends in
+            .toml or .urdf; or the folder of a generated robot, as a path object or as a string with
+            a separator in it ("./mine"). The first use of an arm of the shelf or of a description
+            runs the compiler (`pip install 'chasles[derive]'`), which takes seconds.
 
     Returns:
         The robot.
 
     Raises:
         UnknownRobotError: If there is no such robot.
+        DerivationError: If the compiler is not installed or refuses the description.
         ChaslesError: If it cannot be read, compiled or opened; the message states the reason.
     """
     folder = find_folder(robot)
     if folder.is_file():
         raise UnknownRobotError(
-            f"{folder} is a file; derive the description first, `chasles-derive {folder} --to "
-            "robots`, then load the folder, ./robots/<its name>"
+            f"{folder} is a file; expected a description, .toml or .urdf, or the folder of a "
+            "generated robot"
         )
     return Robot(read_manifest(folder))
 
 
 def find_folder(robot: str | os.PathLike[str]) -> Path:
-    """The folder of a robot, given in the same way as to `load`.
+    """The folder of a robot, given in the same way as to `load`, and derived first like there.
 
     Raises:
         UnknownRobotError: If no installed robot has that name.
+        DerivationError: If the compiler is not installed or refuses the description.
     """
-    if not isinstance(robot, str) or os.sep in robot or Path(robot).is_file():
-        return Path(robot)
+    path = Path(robot)
+    if is_description(path):
+        return derived_folder(path)
+    if not isinstance(robot, str) or os.sep in robot or path.is_file():
+        return path
     folders = shipped_folders()
     if robot in folders:
         return folders[robot]
+    arms = shelf()
+    if robot in arms:
+        return derived_folder(arms[robot])
     import difflib  # noqa: PLC0415
 
-    close = difflib.get_close_matches(robot, folders)
+    close = difflib.get_close_matches(robot, [*folders, *arms])
     hint = f"did you mean {' or '.join(close)}? " if close else ""
     known = ", ".join(folders) or "none are installed"
     raise UnknownRobotError(
         f"no robot named {robot!r}; {hint}known: {known}; a folder is given as a path, './{robot}'"
+        f"; derived on first use: {', '.join(arms)}"
     )
 
 

@@ -1,4 +1,4 @@
-"""The command line: `python -m chasles build` and `python -m chasles info`."""
+"""The command line: `python -m chasles build`, `info` and `list`."""
 
 from __future__ import annotations
 
@@ -6,15 +6,18 @@ import argparse
 import os
 import sys
 import time
+import tomllib
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 from . import find_folder, robots
+from .contract.described import shelf
 from .contract.facts import Argument, Manifest
 from .contract.library import build
 from .contract.manifest import read_manifest
 from .errors import ChaslesError
+from .robot import shipped_folders
 
 _AT_ONCE = 2
 
@@ -47,12 +50,14 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="command")
     build_ = commands.add_parser("build", help="compile robots into the cache")
     build_.add_argument(
-        "robots", nargs="*", help="names or folders; all that are installed if none"
+        "robots", nargs="*", help="names, folders or descriptions; all generated ones if none"
     )
     build_.set_defaults(run=_build)
     info = commands.add_parser("info", help="show the functions of a robot")
-    info.add_argument("robot", help="name or folder")
+    info.add_argument("robot", help="name, folder or description")
     info.set_defaults(run=_info)
+    list_ = commands.add_parser("list", help="show the robots that can be loaded by name")
+    list_.set_defaults(run=_list)
     return parser
 
 
@@ -105,6 +110,15 @@ def _info(options: argparse.Namespace) -> int:
         print(f"    {function.name}({_arguments(function.inputs)})")
         print(f"        -> {_arguments(function.outputs)}")
         print(f"        {function.summary}\n        {counts}")
+    return 0
+
+
+def _list(_options: argparse.Namespace) -> int:
+    for name, folder in shipped_folders().items():
+        print(f"{name:<24} {read_manifest(folder).title}")
+    print("\nderived on first use:")
+    for name, description in shelf().items():
+        print(f"{name:<24} {tomllib.loads(description.read_text(encoding='utf-8'))['title']}")
     return 0
 
 

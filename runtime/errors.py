@@ -6,7 +6,7 @@ class ChaslesError(Exception):
 
 
 class UnknownRobotError(ChaslesError, LookupError):
-    """No generated robot has this name, or the folder at this path holds none."""
+    """No robot has this name, or the path leads to none."""
 
 
 class ManifestError(ChaslesError, ValueError):
@@ -26,7 +26,11 @@ class CompileError(ChaslesError):
 
 
 class CacheError(ChaslesError, OSError):
-    """The folder for compiled libraries cannot be used."""
+    """The folder for compiled libraries and derived robots cannot be used."""
+
+
+class DerivationError(ChaslesError):
+    """The compiler could not derive a robot, or is not installed; holds the compiler's output."""
 
 
 class LibraryMismatchError(ChaslesError):

@@ -21,6 +21,7 @@ from .closed_form.closures import LoopMethods
 from .closed_form.hints import no_inverse, no_representation
 from .closed_form.paths import InverseMethods
 from .closed_form.solutions import Solutions
+from .contract.described import derived_folder, is_of_shelf, shelf
 from .contract.facts import (
     Argument,
     Cleaning,
@@ -300,11 +301,18 @@ def _constant(values: list[float]) -> FloatArray:
 
 def _address(folder: Path) -> str:
     """The name of an installed robot, so that the pickle is valid on another machine too."""
-    return folder.name if shipped_folders().get(folder.name) == folder else str(folder.absolute())
+    installed = shipped_folders().get(folder.name) == folder or is_of_shelf(folder)
+    return folder.name if installed else str(folder.absolute())
+
+
+def _folder_at(address: str) -> Path:
+    if address in (folders := shipped_folders()):
+        return folders[address]
+    return derived_folder(arms[address]) if address in (arms := shelf()) else Path(address)
 
 
 def _restore(address: str, digest: str) -> Robot:
-    folder = shipped_folders().get(address, Path(address))
+    folder = _folder_at(address)
     manifest = read_manifest(folder)
     if manifest.digest != digest:
         raise SourceMismatchError(f"{folder}: not the {manifest.name} that was pickled")

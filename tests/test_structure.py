@@ -22,7 +22,7 @@ WRITTEN = {**HALVES, "tests": TESTS, "bench": BENCH}
 MOST_LINES = 500
 MOST_FILES = 14
 SUFFIXES = {".py", ".c", ".cpp", ".h"}
-ONE_FILE_EACH = {DERIVE / "robots"}
+ONE_FILE_EACH = {DERIVE / "robots", DERIVE / "robots" / "shelf"}
 """Folders of data that hold one file for every robot and grow with their number."""
 BUILT = {".so", ".pyc", ".o"}
 UNNAMED = {"__init__", "__main__", "conftest"}

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import sympy as sp
 
-from chasles.derive import Robot, load
+from chasles.derive import Mechanism, Robot, load
 from chasles.derive.chain.poe import placement_matrix
 from chasles.derive.model.robot import Placement
 
@@ -64,7 +64,11 @@ def _turned(columns: np.ndarray, axis: np.ndarray, angle: np.ndarray) -> np.ndar
 
 def screws(name: str) -> Screws:
     """The screws of a shipped robot's main chain, read from its description alone."""
-    described = load(ROBOTS / f"{name}.toml")
+    return of_description(load(ROBOTS / f"{name}.toml"))
+
+
+def of_description(described: Robot | Mechanism) -> Screws:
+    """The screws of a description's main chain."""
     chain = described if isinstance(described, Robot) else described.main_chain
     values = {parameter.symbol: parameter.value for parameter in chain.parameters}
     frame, frames, moving = _placed(chain.base, values), [], []

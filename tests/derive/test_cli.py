@@ -140,6 +140,16 @@ def test_ones_own_robot_needs_a_folder_of_its_own(arm):
     assert "say where the robots shall go, with --to FOLDER" in done.output
 
 
+def test_arms_of_the_shelf_go_where_they_are_asked_for(tmp_path):
+    to = tmp_path / "out"
+    done = run("ur10e", "--functions", "fk", "--to", to)
+    assert done.exit_code == 0, done.output
+    assert [path.name for path in to.iterdir()] == ["ur10e"]
+    everything = run("--shelf")
+    assert everything.exit_code == 1
+    assert "shelf/cr5.toml: say where the robots shall go, with --to FOLDER" in everything.output
+
+
 def test_a_folder_that_cannot_be_made(arm):
     done = run(arm, "--to", arm)
     assert done.exit_code == 1
@@ -153,7 +163,8 @@ def test_links_are_chosen_in_a_urdf_only(arm, tmp_path):
 
 
 def test_a_close_name_is_offered():
-    assert "did you mean ur5e?" in run("ur5").output
+    assert "did you mean puma560?" in run("puma").output
+    assert "did you mean ur10e?" in run("ur10ee").output
 
 
 def test_rounded_numbers_are_cleaned_and_said_unless_the_file_is_taken_at_its_word(arm, tmp_path):

@@ -24,3 +24,5 @@ NEAR_ROOT = 1e-11
 """Branches against 40 digits: near a vanishing root, a rounding error enters under the root."""
 WORST_INVERSE = 5e-14
 """Residual of a solution of an inverse at a random pose: metres and radians."""
+LIMIT = 0.012
+"""Limits of joints in rad: data sheets give degrees, which descriptions round or widen by 0.7."""

@@ -1,0 +1,57 @@
+"""Writes docs/robots.md: the serial arms that can be loaded by name, and the inverse of each."""
+
+from pathlib import Path
+
+from chasles.derive import Robot, explain, load
+
+PAGE = Path(__file__).with_suffix(".md")
+ROBOTS = Path(__file__).parent.parent / "derive" / "robots"
+TEXT = """\
+# Arms that can be loaded by name
+
+`python docs/robots.py` writes this page. The inverse is named by the structure of the axes that it
+follows from; "for given" joints, the number of solutions is the largest for one value of these. An
+inverse of a nominal arm is [refined on the true arm](inverse.md#calibrated-arms). Where there is no
+closed form, `ik_numeric` iterates.
+
+## The shelf
+
+`chasles.load("ur10e")` derives an arm of the shelf on first use, in seconds, into the cache. Each
+file in `derive/robots/shelf` names the source of its numbers.
+
+{shelf}
+
+## Generated along
+
+{generated}
+
+Robots with loops are listed on the page of [robots with loops](loops.md) and by `chasles list`.
+"""
+
+
+def page() -> str:
+    """The text of the page."""
+    return TEXT.format(shelf=_table(ROBOTS / "shelf"), generated=_table(ROBOTS))
+
+
+def _table(folder: Path) -> str:
+    robots = [load(file) for file in sorted(folder.glob("*.toml"))]
+    rows = [_row(robot) for robot in robots if isinstance(robot, Robot)]
+    return "\n".join(
+        ["| name | arm | axes | inverse | solutions |", "|---|---|---|---|---|", *rows]
+    )
+
+
+def _row(robot: Robot) -> str:
+    explanation = explain(robot)
+    axes = sum(joint.kind != "fixed" and joint.mimic is None for joint in robot.joints)
+    structure = explanation.line.removeprefix("inverse: ").split(", at most ")[0]
+    if explanation.inverses and explanation.inverses.classification.tier == "snapped":
+        structure += ", of a nominal arm"
+    most = explanation.most_solutions
+    cells = (f"`{robot.name}`", robot.title, axes, structure if most else "no closed form", most)
+    return f"| {' | '.join(map(str, cells))} |"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")

@@ -1,0 +1,160 @@
+"""Robots given by their descriptions, derived on first use into the cache.
+
+The runtime imports nothing of the compiler: it runs `python -m chasles.derive` as a program of its
+own, once a description. The name of the generated folder in the cache holds the SHA-256 of the
+description, of a file that it extends, and of the sources of the compiler, so that neither a
+changed description nor a changed compiler meets an old folder. (The extra `derive` pins the
+versions of the libraries that the compiler uses.)
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+from ..errors import CacheError, DerivationError, UnknownRobotError
+from .library import cache_folder
+
+_COMPILER = "chasles.derive"
+_SUFFIXES = (".toml", ".urdf")
+
+
+def shelf() -> dict[str, Path]:
+    """The descriptions of the well-known arms that are installed with chasles, by name."""
+    root = _compiler_folder()
+    files = sorted(root.glob("robots/shelf/*.toml")) if root else []
+    return {file.stem: file for file in files}
+
+
+def is_description(path: Path) -> bool:
+    """Whether a path names a description, a robot file or a URDF, rather than a folder."""
+    return path.suffix in _SUFFIXES and not path.is_dir()
+
+
+def derived_folder(description: Path) -> Path:
+    """The generated folder of a description, derived first if the cache has none.
+
+    Args:
+        description: A robot file (.toml), or a URDF with one root and one leaf (.urdf).
+
+    Returns:
+        The folder in the cache.
+
+    Raises:
+        UnknownRobotError: If the description cannot be read.
+        DerivationError: If the compiler is not installed or refuses the description.
+        CacheError: If the cache cannot be written to, or holds a damaged folder.
+    """
+    home = _home(description)
+    if not home.is_dir():
+        _derive(description, home)
+    manifests = list(home.glob("*/manifest.json"))
+    if not manifests:
+        raise CacheError(f"{home}: holds no robot any more; delete this folder")
+    return manifests[0].parent
+
+
+def is_of_shelf(folder: Path) -> bool:
+    """Whether a folder is the one that the arm of its name on the shelf is derived into."""
+    if _homes() not in folder.parents:
+        return False
+    description = shelf().get(folder.name)
+    return description is not None and _home(description) == folder.parent
+
+
+def _compiler_folder() -> Path | None:
+    spec = find_spec(_COMPILER)
+    roots = spec.submodule_search_locations if spec else None
+    return Path(roots[0]) if roots else None
+
+
+def _homes() -> Path:
+    return cache_folder() / "derived"
+
+
+def _home(description: Path) -> Path:
+    """The folder that holds a description's generated folder, complete or not there at all."""
+    # The name of a URDF is among the facts of its robot.
+    parts = (description.name.encode(), *_contents(description), _compiler_digest())
+    key = hashlib.sha256(b"".join(hashlib.sha256(part).digest() for part in parts)).hexdigest()
+    return _homes() / f"{description.stem}-{key[:32]}"
+
+
+def _contents(description: Path) -> list[bytes]:
+    """The bytes of a description and of the file that it extends, if there is such a file."""
+    try:
+        content = description.read_bytes()
+    except OSError as error:
+        raise UnknownRobotError(f"{description}: cannot be read ({error.strerror})") from error
+    if description.suffix != ".toml":
+        return [content]
+    # Robots that are generated along need no reader of TOML.
+    import tomllib  # noqa: PLC0415
+
+    try:
+        extended = tomllib.loads(content.decode("utf-8-sig")).get("extends")
+    except ValueError:
+        # The compiler reports a wrong file, with the line.
+        return [content]
+    beside = description.parent / extended if isinstance(extended, str) else None
+    return [content, beside.read_bytes()] if beside and beside.is_file() else [content]
+
+
+@functools.cache
+def _compiler_digest() -> bytes:
+    root = _compiler_folder()
+    digest = hashlib.sha256()
+    for path in sorted([*root.rglob("*.py"), *root.rglob("*.h")]) if root else []:
+        digest.update(path.read_bytes() + b"\0")
+    return digest.digest()
+
+
+def _derive(description: Path, home: Path) -> None:
+    # Loading a robot that was derived before needs no temporary folder.
+    import tempfile  # noqa: PLC0415
+
+    name = description.stem
+    print(f"chasles: deriving {name} once, a few seconds ...", file=sys.stderr, flush=True)
+    try:
+        home.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=f".{name}-", dir=home.parent) as temporary:
+            whole = Path(temporary) / "robots"
+            _run_compiler(description, whole)
+            if _home(description) != home:
+                raise DerivationError(f"{description}: changed while it was derived; load it again")
+            _move(whole, home)
+    except OSError as error:
+        raise CacheError(
+            f"{home.parent}: cannot keep a derived robot here ({error}); set CHASLES_CACHE to a "
+            "folder that can be written to"
+        ) from error
+
+
+def _run_compiler(description: Path, folder: Path) -> None:
+    import subprocess  # noqa: PLC0415
+
+    # -P: a module of the user's in the working directory must not take the place of an installed
+    # one.
+    python = [sys.executable or "python3", "-P", "-m", _COMPILER]
+    command = [*python, str(description.absolute()), "--to", str(folder), "--jobs", "1"]
+    try:
+        result = subprocess.run(
+            command, capture_output=True, text=True, errors="replace", check=False
+        )
+    except OSError as error:
+        raise DerivationError(f"{description}: {python[0]} cannot be run ({error})") from error
+    if result.returncode:
+        said = (result.stderr or result.stdout).strip()
+        raise DerivationError(f"{description}: cannot be derived; {said}")
+
+
+def _move(whole: Path, home: Path) -> None:
+    """Moves a complete folder to its place at once; an equal one of another process may stay."""
+    try:
+        whole.rename(home)
+    except OSError:
+        if not home.is_dir():
+            raise

@@ -1,0 +1,55 @@
+"""The arms of the shelf: poses and limits of descriptions that others wrote, and what is in a file.
+
+`shelf_poses.json` names the source of each arm's numbers, the fixed turns of base and tool between
+its frames and ours, and how much the angles in it are rounded (1.5708 for pi/2).
+"""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from derivations import ALL, ROBOTS
+from tolerances import LIMIT, PRINTED_9
+
+from chasles.derive import Robot, derive, load
+from chasles.derive.terms.casadi_graph import lower
+
+SHELF = sorted((ROBOTS / "shelf").glob("*.toml"))
+REFERENCE = json.loads(Path(__file__).with_name("shelf_poses.json").read_text(encoding="utf-8"))
+WIDEST = 1.0
+"""Metres per radian: no pose moves farther by a rounded angle of one of its joints."""
+
+
+def test_every_arm_has_a_reference():
+    assert [file.stem for file in SHELF] == sorted(REFERENCE)
+    assert len(SHELF) >= 35
+    assert not {file.stem for file in SHELF} & set(ALL)
+
+
+@pytest.mark.parametrize("file", SHELF, ids=lambda file: file.stem)
+def test_an_arm_is_the_one_of_its_source(file):
+    robot = load(file)
+    assert isinstance(robot, Robot)
+    assert (robot.name, bool(robot.title), bool(robot.source)) == (file.stem, True, True)
+    reference = REFERENCE[robot.name]
+    (fk,) = lower(derive(robot, ["fk"]).functions, robot.name)
+    rounded = len(robot.joints) * reference.get("rounded", 0) * WIDEST
+    poses = reference["poses"]
+    worst = max(
+        np.abs(np.array(fk(pose["q"]))[:12, 0] - np.ravel(pose["T"])).max() for pose in poses
+    )
+    assert len(poses) == 3
+    assert worst <= PRINTED_9 + rounded
+
+
+@pytest.mark.parametrize("file", SHELF, ids=lambda file: file.stem)
+def test_limits_are_those_of_the_source(file):
+    robot = load(file)
+    compared = 0
+    for joint, limits in zip(robot.joints, REFERENCE[robot.name].get("limits", ()), strict=False):
+        assert (joint.limits[0] is None) == (limits is None), joint.name
+        if limits is not None:
+            assert [float(value) for value in joint.limits] == pytest.approx(limits, abs=LIMIT)
+        compared += 1
+    assert compared == (0 if robot.name in ("ur3", "ur10") else len(robot.joints))

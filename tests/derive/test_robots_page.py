@@ -1,0 +1,16 @@
+"""The page of the arms that can be loaded by name: all of them are read and classified for it."""
+
+import runpy
+from pathlib import Path
+
+from derivations import NAMES, ROBOTS
+
+PAGE = Path(__file__).parents[2] / "docs" / "robots.py"
+
+
+def test_the_page_is_what_the_descriptions_say():
+    page = runpy.run_path(str(PAGE))["page"]()
+    assert page == PAGE.with_suffix(".md").read_text(encoding="utf-8"), "run python docs/robots.py"
+    rows = [line.split("`")[1] for line in page.splitlines() if line.startswith("| `")]
+    arms = sorted(file.stem for file in (ROBOTS / "shelf").glob("*.toml"))
+    assert rows == [*arms, *NAMES]

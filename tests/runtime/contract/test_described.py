@@ -1,0 +1,216 @@
+"""Robots derived on first use: the shelf, descriptions, concurrent and interrupted first uses."""
+
+import os
+import pickle
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+import venv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import chasles
+from chasles.__main__ import main
+
+ROOT = Path(__file__).parents[3]
+ARM = """\
+name = "elbow_arm"
+convention = "dh"
+parameters = { a1 = 0.3 }
+joints = [{ a = "a1" }, { a = 0.2 }]
+"""
+URDF = """\
+<robot name="hinge">
+  <link name="base"/><link name="lid"/>
+  <joint name="hinge" type="revolute">
+    <parent link="base"/><child link="lid"/>
+    <origin xyz="0 0 0.1"/><axis xyz="0 0 1"/><limit lower="-1" upper="1"/>
+  </joint>
+</robot>
+"""
+FIND = "import sys, chasles; print(chasles.find_folder(sys.argv[1]))"
+
+
+@pytest.fixture(autouse=True)
+def fast(cache, monkeypatch):
+    """An empty cache, and C that is compiled quickly."""
+    monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
+
+
+@pytest.fixture
+def arm(tmp_path):
+    path = tmp_path / "elbow_arm.toml"
+    path.write_text(ARM)
+    return path
+
+
+def derived(cache):
+    """Folders of derived robots, and whatever else lies beside them."""
+    return sorted(path.name for path in (cache / "derived").iterdir())
+
+
+def finding(robot, python=sys.executable):
+    """A process of its own that looks for a robot's folder."""
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    return subprocess.Popen([python, "-c", FIND, str(robot)], start_new_session=True, **pipes)
+
+
+def test_an_arm_of_the_shelf_from_nothing(cache, capfd):
+    assert "xarm5" in chasles.shelf_robots()
+    robot = chasles.load("xarm5")
+    assert capfd.readouterr().err == "chasles: deriving xarm5 once, a few seconds ...\n"
+    q = np.array([0.1, -0.5, -1.2, 0.9, 0.4])
+    found = robot.ik(robot.fk(q))
+    assert np.abs(found.q[found.valid] - q).max(axis=-1).min() < 1e-9
+    pickled = pickle.dumps(robot.fk)
+    assert str(cache).encode() not in pickled
+    np.testing.assert_array_equal(pickle.loads(pickled)(q), robot.fk(q))
+    assert chasles.load("xarm5") == robot
+    assert capfd.readouterr().err == ""
+    assert len(derived(cache)) == 1
+
+
+def test_names_on_the_shelf_are_no_names_of_generated_robots():
+    assert len(chasles.shelf_robots()) >= 35
+    assert not set(chasles.shelf_robots()) & set(chasles.robots())
+
+
+def test_a_robot_file_and_a_urdf_as_strings(arm, tmp_path, monkeypatch):
+    (tmp_path / "door.urdf").write_text(URDF)
+    monkeypatch.chdir(tmp_path)
+    assert chasles.load("elbow_arm.toml").name == chasles.load(arm).name == "elbow_arm"
+    assert chasles.load("door.urdf").frames.tip == "lid"
+
+
+def test_a_changed_description_is_derived_again(arm, tmp_path, cache):
+    heir = tmp_path / "long_arm.toml"
+    heir.write_text('extends = "elbow_arm.toml"\nname = "long_arm"\nparameters = { a1 = 1 }\n')
+    first, own = chasles.find_folder(heir), chasles.find_folder(arm)
+    assert chasles.find_folder(heir) == first
+    arm.write_text(ARM.replace("a = 0.2", "a = 0.25"))
+    assert chasles.find_folder(heir) != first
+    assert chasles.find_folder(arm) != own
+    assert len(derived(cache)) == 4
+
+
+def test_wrong_descriptions(arm, tmp_path, cache):
+    arm.write_text(ARM.replace('"a1"', '"a2"'))
+    with pytest.raises(chasles.DerivationError, match=r"elbow_arm.toml:4: joints\[1\].a: expected"):
+        chasles.load(arm)
+    fork = tmp_path / "fork.urdf"
+    fork.write_text(URDF.replace("<joint", '<link name="flap"/><joint', 1))
+    with pytest.raises(chasles.DerivationError, match="a choice of the base link"):
+        chasles.load(fork)
+    assert derived(cache) == []
+    with pytest.raises(chasles.UnknownRobotError, match=r"none.toml: cannot be read \(No such"):
+        chasles.load("none.toml")
+    with pytest.raises(chasles.UnknownRobotError, match=r"did you mean .*ur10e.*on first use: cr5"):
+        chasles.load("ur10f")
+    other = tmp_path / "arm.txt"
+    other.write_text(ARM)
+    with pytest.raises(chasles.UnknownRobotError, match=r"expected a description, .toml or .urdf"):
+        chasles.load(other)
+
+
+def test_processes_that_load_a_new_robot_at_once(arm, cache):
+    processes = [finding(arm) for _ in range(3)]
+    said = [process.communicate() for process in processes]
+    assert [process.returncode for process in processes] == [0, 0, 0], said
+    assert {out for out, _ in said} == {f"{chasles.find_folder(arm)}\n"}
+    assert len(derived(cache)) == 1
+    # At least two of them derived the robot: neither waited for the other.
+    assert sum("deriving" in err for _, err in said) >= 2
+
+
+def test_an_interrupted_derivation_leaves_nothing_that_is_loaded(arm, cache):
+    process = finding(arm)
+    for _ in range(1000):
+        if (cache / "derived").is_dir() and any((cache / "derived").iterdir()):
+            break
+        time.sleep(0.01)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.communicate()
+    assert all(name.startswith(".") for name in derived(cache))
+    assert chasles.load(arm).name == "elbow_arm"
+
+
+def test_a_description_that_changes_while_it_is_derived(arm, cache):
+    def change():
+        while not (cache / "derived").is_dir() or not derived(cache):
+            time.sleep(0.001)
+        arm.write_text(ARM.replace("a = 0.2", "a = 0.25"))
+
+    editor = threading.Thread(target=change)
+    editor.start()
+    with pytest.raises(chasles.DerivationError, match="changed while it was derived"):
+        chasles.find_folder(arm)
+    editor.join()
+    assert derived(cache) == []
+    shutil.rmtree(chasles.find_folder(arm))
+    with pytest.raises(chasles.CacheError, match="holds no robot any more; delete this folder"):
+        chasles.find_folder(arm)
+
+
+def test_a_working_directory_full_of_other_modules(arm, tmp_path, monkeypatch):
+    (tmp_path / "typing.py").write_text("raise RuntimeError\n")
+    monkeypatch.chdir(tmp_path)
+    assert chasles.find_folder(arm).is_dir()
+
+
+def test_a_cache_that_cannot_be_written_to(arm, tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("CHASLES_CACHE", str(tmp_path / "file"))
+    with pytest.raises(chasles.CacheError, match="set CHASLES_CACHE to a folder that can be"):
+        chasles.load(arm)
+
+
+@pytest.fixture
+def bare(tmp_path, monkeypatch):
+    """An environment with chasles and NumPy alone, and a compiler that may be changed."""
+    folder = tmp_path / "bare"
+    venv.create(folder, symlinks=True, with_pip=False)
+    package = tmp_path / "site" / "chasles"
+    package.mkdir(parents=True)
+    for path in (ROOT / "runtime").iterdir():
+        (package / path.name).symlink_to(path)
+    shutil.copytree(ROOT / "derive", package / "derive")
+    numpy = Path(np.__file__).parent
+    for path in numpy.parent.glob("numpy*"):
+        (package.parent / path.name).symlink_to(path)
+    monkeypatch.setenv("PYTHONPATH", str(package.parent))
+    return folder / "bin" / "python", package
+
+
+def test_without_the_compiler(arm, cache, bare):
+    python, package = bare
+    process = finding("ur10e", python)
+    _, err = process.communicate()
+    assert process.returncode == 1
+    assert "DerivationError" in err
+    assert (
+        "ur10e.toml: cannot be derived; the compiler is not installed: pip install 'chasles[" in err
+    )
+    assert derived(cache) == []
+    # A robot that was derived before needs no compiler, until the compiler changes.
+    process = finding(arm)
+    here = process.communicate()
+    process = finding(arm, python)
+    assert process.communicate() == (here[0], "")
+    with (package / "derive" / "derivation.py").open("a") as file:
+        file.write("# changed\n")
+    process = finding(arm, python)
+    assert "the compiler is not installed" in process.communicate()[1]
+
+
+def test_listed(capsys):
+    assert main(["list"]) == 0
+    text = capsys.readouterr().out
+    generated, _, shelf = text.partition("derived on first use:")
+    assert "ur5e                     Universal Robots UR5e" in generated
+    assert "tx2_60                   Stäubli TX2-60" in shelf
+    assert len(shelf.split("\n")) - 2 == len(chasles.shelf_robots())
