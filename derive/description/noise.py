@@ -8,30 +8,36 @@ cube. A number that is exact already, pi/2 or sqrt(2)/2 or 0.2025, stays.
 """
 
 import math
-from collections.abc import Iterator
 from fractions import Fraction
 from functools import cache
 from itertools import product
 
+import numpy as np
 import sympy as sp
 
 from ..model.cleaning import decimal_places
 from ..model.exact import snap_angle
 from ..model.placements import Vector
-from ..model.tolerances import CHANCE, EVALUATION_DIGITS, NOISE, NOISE_GAP
+from ..model.tolerances import CHANCE, DOUBLE, EVALUATION_DIGITS, NOISE, NOISE_GAP, SINGLE
 
 _PI = Fraction(str(sp.N(sp.pi, EVALUATION_DIGITS)))
 _STEPS = (sp.pi / 12, sp.pi / 2)
 """Steps of the angles that files round, the finer first."""
 _LEAST_PLACES = 3
 """Places from which the components of a direction tell a rounded one from a rough one."""
+_FEWEST_DIGITS = 13
+"""Digits above which a number may be one of single precision: exact binary fractions have fewer."""
+_SINGLE_PLACES = 7
+"""Places that single precision has of a component of a unit vector."""
 
 
 def without_noise(value: sp.Expr, tolerance: Fraction) -> sp.Expr:
     """The short decimal that a decimal differs from by noise, else the decimal itself.
 
-    A decimal d of k places is meant if the difference is at most ``tolerance`` and
-    ``NOISE_GAP`` times smaller than the last place of d: three zeros or nines follow it.
+    A number of single precision that is written with the digits of a double, 0.20000000298023224,
+    is its shortest decimal in that precision first. A decimal d of k places is meant if the
+    difference is at most ``tolerance`` and ``NOISE_GAP`` times smaller than the last place of d:
+    three zeros or nines follow it.
 
     Args:
         value: A number; one that is no finite decimal is returned as it is.
@@ -40,12 +46,27 @@ def without_noise(value: sp.Expr, tolerance: Fraction) -> sp.Expr:
     places = decimal_places(value)
     if not places:
         return value
-    number = Fraction(value.p, value.q)
+    number = single_precision(Fraction(value.p, value.q))
     for k in range(places):
         short = Fraction(round(number * 10**k), 10**k)
         if abs(number - short) <= min(tolerance, Fraction(1, NOISE_GAP * 10**k)):
             return sp.Rational(short.numerator, short.denominator)
-    return value
+    return sp.Rational(number.numerator, number.denominator)
+
+
+def single_precision(number: Fraction) -> Fraction:
+    """The shortest decimal of a number of single precision in metres or millimetres, if it is one.
+
+    Any other number is returned as it is, also one that is written with few digits.
+    """
+    places = decimal_places(sp.Rational(number.numerator, number.denominator)) or 0
+    if abs(number) * 10**places < 10**_FEWEST_DIGITS:
+        return number
+    for unit in (1, 1000):
+        single = np.float32(float(number * unit))
+        if abs(number * unit - Fraction(float(single))) <= Fraction(DOUBLE) * abs(number * unit):
+            return Fraction(str(single)) / unit
+    return number
 
 
 def exact_angle(value: sp.Expr) -> sp.Expr:
@@ -66,18 +87,23 @@ def exact_angle(value: sp.Expr) -> sp.Expr:
     if multiple != value:
         return multiple
     angle = without_noise(value, Fraction(NOISE))
-    return next((multiple for step in _STEPS for multiple in _rounded(angle, step)), angle)
+    number = Fraction(value.p, value.q)
+    is_single = single_precision(number) != number
+    for step in _STEPS:
+        size = Fraction(step / sp.pi) * _PI
+        count = round(number / size)
+        if is_single and abs(number - count * size) <= Fraction(SINGLE) * abs(number):
+            return count * step
+        if count and _is_rounded(angle, abs(count) * size, size):
+            return count * step
+    return angle
 
 
-def _rounded(angle: sp.Expr, step: sp.Expr) -> Iterator[sp.Expr]:
-    """The nearest multiple of a step, if a decimal is that multiple rounded or cut off."""
-    number = Fraction(angle.p, angle.q)
-    size = Fraction(step / sp.pi) * _PI
-    count = round(number / size)
+def _is_rounded(angle: sp.Expr, magnitude: Fraction, step: Fraction) -> bool:
+    """Whether a decimal is the magnitude of a multiple of a step, rounded or cut off."""
     last_place = Fraction(1, 10 ** (decimal_places(angle) or 0))
-    missing = abs(count) * size - abs(number)
-    if count and -last_place / 2 <= missing < last_place <= Fraction(CHANCE) * size:
-        yield count * step
+    missing = magnitude - abs(Fraction(angle.p, angle.q))
+    return -last_place / 2 <= missing < last_place <= Fraction(CHANCE) * step
 
 
 def exact_direction(vector: Vector) -> Vector:
@@ -98,6 +124,8 @@ def exact_direction(vector: Vector) -> Vector:
         return x, y, z
     numbers = (float(x), float(y), float(z))
     places = max(decimal_places(c) or 0 for c in (x, y, z))
+    if any(single_precision(Fraction(c.p, c.q)) != Fraction(c.p, c.q) for c in vector):
+        places = min(places, _SINGLE_PLACES)
     length = math.hypot(*numbers)
     unit = 10.0**-places if places >= _LEAST_PLACES else 0.0
     for direction, components in exact_directions():

@@ -3,13 +3,11 @@
 :class:`TomlFile` knows values and their lines, and nothing of robots.
 """
 
-import bisect
 import difflib
 import keyword
 import re
 import tomllib
-from collections.abc import Callable, Iterable, Mapping
-from decimal import Decimal
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import NoReturn, TypeVar
 
@@ -24,6 +22,7 @@ from ..model.roots import at
 from ..model.tolerances import LENGTH_SCALING
 from ..model.values import NoValue, value_at
 from .plausibility import LARGEST, statement_of
+from .toml_lines import first_line, is_unreadable, table_of
 
 Keys = tuple[str | int, ...]
 """The path to a value in the file's table: names of tables and fields, indices in lists."""
@@ -50,17 +49,6 @@ NAMED = "a letter, then letters, digits and _, 63 at most, and no Python keyword
 FRAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_]{0,62}")
 COORDINATE = re.compile(r"qd{0,2}[0-9]*")
 MOST_CHARACTERS_SHOWN = 80
-_BRACKETS = {"[": "]", "{": "}"}
-_TOKEN = re.compile(
-    r"""
-    \#[^\n]*                                  # a comment
-    | \"{3}(?:\\.|[^\\])*?(?:\"{3,5}|\Z)       # strings of several lines, perhaps unfinished
-    | '{3}.*?(?:'{3,5}|\Z)
-    | "(?:\\.|[^"\\\n])*" | '[^'\n]*'        # strings of one line
-    | [][{}]
-    """,
-    re.DOTALL | re.VERBOSE,
-)
 
 
 class DescriptionError(RobotError):
@@ -134,7 +122,7 @@ class TomlFile:
 
     def _parsed(self) -> dict[str, object]:
         try:
-            table = _table(self.text)
+            table = table_of(self.text)
         except tomllib.TOMLDecodeError as error:
             position = re.search(r"at line (\d+)", str(error))
             line = int(position.group(1)) if position else self.text.rstrip().count("\n") + 1
@@ -143,7 +131,7 @@ class TomlFile:
         except (ValueError, ArithmeticError, RecursionError) as error:
             nested = isinstance(error, RecursionError)
             expected = "fewer brackets in brackets" if nested else "a number of fewer digits"
-            line = _first_line(self.text, _is_unreadable)
+            line = first_line(self.text, is_unreadable)
             raise DescriptionError(self.file, line, "", None, expected) from error
         if not table:
             raise DescriptionError(self.file, None, "", None, "a robot, the file is empty")
@@ -390,53 +378,7 @@ class TomlFile:
             keys = keys[:-1]
         if not keys:
             return None
-        return _first_line(self.text, lambda text: _follow(_table(text), keys) is not None)
-
-
-def _table(text: str) -> dict[str, object]:
-    return tomllib.loads(text, parse_float=Decimal)
-
-
-def _first_line(text: str, holds: Callable[[str], bool]) -> int:
-    """The first line up to which the text, its brackets closed, has a property.
-
-    The parser keeps no positions, so that beginnings of the text are parsed one by one.
-    """
-    lines = text.split("\n")
-
-    def reached(number: int) -> bool:
-        try:
-            return holds(_closed("\n".join(lines[:number])))
-        except tomllib.TOMLDecodeError:
-            return False
-
-    return bisect.bisect_left(range(1, len(lines)), True, key=reached) + 1
-
-
-def _closed(text: str) -> str:
-    """The beginning of a file, its open strings and brackets closed."""
-    open_brackets: list[str] = []
-    string = ""
-    for match in _TOKEN.finditer(text):
-        token = match.group()
-        quotes = token[:3]
-        if token in _BRACKETS:
-            open_brackets.append(_BRACKETS[token])
-        elif token in ("]", "}"):
-            del open_brackets[-1:]
-        elif quotes in ('"""', "'''") and not (len(token) > 5 and token.endswith(quotes)):  # noqa: PLR2004
-            string = quotes
-    return f"{text}\n{string}{''.join(reversed(open_brackets))}"
-
-
-def _is_unreadable(text: str) -> bool:
-    try:
-        _table(text)
-    except tomllib.TOMLDecodeError:
-        raise
-    except (ValueError, ArithmeticError, RecursionError):
-        return True
-    return False
+        return first_line(self.text, lambda text: _follow(table_of(text), keys) is not None)
 
 
 def _follow(value: object, keys: Keys) -> object:

@@ -1,5 +1,6 @@
 """The numbers of a file that were taken for exact ones, and the pose error that this may cause."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, Context, Decimal
 from typing import Literal
@@ -31,11 +32,6 @@ class CleanedNumber:
     found: sp.Expr
     taken: sp.Expr
     unit: CleanedUnit
-
-    @property
-    def place(self) -> str:
-        """The field and its owner, ``alpha of joint2``."""
-        return f"{self.field} of {self.at}" if self.field else self.at
 
     @property
     def change(self) -> float:
@@ -75,14 +71,24 @@ class Cleaning:
     @property
     def sentences(self) -> tuple[str, ...]:
         """The numbers that were changed by more than noise, each value with all its places."""
-        rounded: dict[tuple[sp.Expr, sp.Expr], list[str]] = {}
+        rounded: dict[tuple[sp.Expr, sp.Expr], list[CleanedNumber]] = {}
         for number in self.numbers:
             if abs(number.change) > NOISE:
-                rounded.setdefault((number.found, number.taken), []).append(number.place)
+                rounded.setdefault((number.found, number.taken), []).append(number)
         return tuple(
-            f"{written(found)} taken as {sp.sstr(taken)}: {', '.join(places)}"
-            for (found, taken), places in rounded.items()
+            f"{written(found)} taken as {sp.sstr(taken)}: {places(numbers)}"
+            for (found, taken), numbers in rounded.items()
         )
+
+
+def places(numbers: Iterable[CleanedNumber]) -> str:
+    """Fields with their owners, ``alpha, theta of joint2; x of tool``."""
+    fields: dict[str, list[str]] = {}
+    for number in numbers:
+        fields.setdefault(number.at, []).append(number.field)
+    return "; ".join(
+        f"{', '.join(names)} of {at}" if any(names) else at for at, names in fields.items()
+    )
 
 
 def rounded_up(bound: float) -> str:

@@ -188,7 +188,7 @@ class Mechanism:
     parameters: tuple[Parameter, ...] = ()
     reference: tuple[tuple[str, sp.Expr], ...] = ()
     notes: tuple[str, ...] = field(default=())
-    cleaning: Cleaning = field(default=Cleaning(), repr=False)
+    cleaning: Cleaning = field(default=Cleaning(), repr=False, compare=False)
 
     def __post_init__(self) -> None:
         check_robot_name(self.name)

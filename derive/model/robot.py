@@ -157,7 +157,7 @@ class Robot:
     tool_frame: str = "ee"
     parameters: tuple[Parameter, ...] = ()
     notes: tuple[str, ...] = ()
-    cleaning: Cleaning = field(default=Cleaning(), repr=False)
+    cleaning: Cleaning = field(default=Cleaning(), repr=False, compare=False)
 
     def __post_init__(self) -> None:
         check_robot_name(self.name)

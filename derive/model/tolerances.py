@@ -31,6 +31,12 @@ floats and round to nine places or more, and 1e-9 rad moves a tool at 1 m by 1 n
 NOISE_GAP = 1000
 """Ratio of a decimal's last place to a difference that is noise (no unit): three zeros or nines
 follow the decimal, as they do in one of 500 numbers that are meant."""
+DOUBLE = 1e-15
+"""Relative difference of a decimal from a double that it is written for (no unit): 15 digits. One
+number of 10^7 is as close to a number of single precision by chance."""
+SINGLE = 2.0**-23
+"""Relative difference of a number of single precision from the number that it is rounded from (no
+unit): one unit in its last place, for a computation that rounds twice."""
 ANGLE_SNAP = NOISE
 """Difference (radian) within which an angle of a file becomes a multiple of pi/12, however many
 digits are written."""

@@ -129,8 +129,9 @@ def mutated(arm: Mutant, seed: int) -> Mutant:
     """One to four mutations of an arm, frames before digits."""
     dice = random.Random(f"{arm.arm} {seed}")
     chosen = dice.sample(sorted(MUTATIONS), dice.randint(1, 4))
-    if {"digits", "noise"} <= set(chosen):
-        chosen.remove(dice.choice(("digits", "noise")))
+    rewriting = [name for name in chosen if name in ("noise", "single precision", "digits")]
+    for name in rewriting[1:]:
+        chosen.remove(name)
     result = arm
     for name in (name for name in MUTATIONS if name in chosen):
         result = replace(MUTATIONS[name](result, dice), made=(*result.made, name))
@@ -195,6 +196,11 @@ def noise(mutant: Mutant, dice: random.Random) -> Mutant:
     return rewritten(mutant, noisy)
 
 
+def single_precision(mutant: Mutant, _: random.Random) -> Mutant:
+    """Numbers of single precision in the digits of doubles."""
+    return rewritten(mutant, lambda text: repr(float(np.float32(float(text)))))
+
+
 def digits(mutant: Mutant, dice: random.Random) -> Mutant:
     """Numbers cut to three to six digits, as many everywhere."""
     count = dice.randint(FEWEST_DIGITS, MOST_DIGITS)
@@ -207,6 +213,7 @@ MUTATIONS: dict[str, Callable[[Mutant, random.Random], Mutant]] = {
     "flipped": flipped,
     "renamed": renamed,
     "noise": noise,
+    "single precision": single_precision,
     "digits": digits,
 }
 """The mutations, in the order in which they are made."""

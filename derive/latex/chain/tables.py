@@ -5,7 +5,7 @@ from itertools import groupby
 
 import sympy as sp
 
-from ...model.cleaning import Cleaning, rounded_up
+from ...model.cleaning import CleanedNumber, Cleaning, decimal_places, places, rounded_up
 from ...model.convention import Convention, Field
 from ...model.kinds import UNITS
 from ...model.robot import Joint, Robot
@@ -127,7 +127,8 @@ def _limit(value: sp.Expr) -> str:
     degrees = value * 180 / sp.pi
     if value != 0 and degrees.is_Rational:
         return f"{number(degrees)}^\\circ"
-    return cut(value, PRINTED_DIGITS) if value.is_Rational and value != 0 else number(value)
+    is_decimal = value != 0 and decimal_places(value) is not None
+    return cut(value, PRINTED_DIGITS) if is_decimal else number(value)
 
 
 def value_table(robot: Robot, printer: Printer) -> str:
@@ -150,16 +151,16 @@ def value_cell(value: sp.Expr) -> str:
 
 def cleaning_table(cleaning: Cleaning) -> str:
     """The numbers that were not taken as written; those that became zero share a row."""
-    rows: dict[tuple[str, str], list[str]] = {}
+    rows: dict[tuple[str, str], list[CleanedNumber]] = {}
     largest = max((abs(entry.change) for entry in cleaning.numbers if entry.taken == 0), default=0)
     small = rf"up to ${scientific(rounded_up(largest))}$"
     for entry in cleaning.numbers:
         found = f"${_as_written(entry.found)}$" if entry.taken != 0 else small
-        rows.setdefault((found, f"${number(entry.taken)}$"), []).append(entry.place)
+        rows.setdefault((found, f"${number(entry.taken)}$"), []).append(entry)
     columns: list[Column] = [
         ("in the file", [found for found, _ in rows]),
         ("taken as", [taken for _, taken in rows]),
-        ("at", [names.escape(", ".join(places)) for places in rows.values()]),
+        ("at", [names.escape(places(numbers)) for numbers in rows.values()]),
     ]
     return tabular(columns, repeated=1)
 

@@ -10,6 +10,7 @@ import sympy as sp
 from chasles.derive import DescriptionError, from_urdf, loads
 from chasles.derive.description.conventions import CONVENTIONS
 from chasles.derive.description.pose_error import pose_error
+from chasles.derive.model.cleaning import places
 from chasles.derive.model.placements import Rotation
 
 R = sp.Rational
@@ -40,7 +41,7 @@ theta = "{theta}"
 
 
 def numbers(robot):
-    return {number.place: (number.found, number.taken) for number in robot.cleaning.numbers}
+    return {places([number]): (number.found, number.taken) for number in robot.cleaning.numbers}
 
 
 def test_all_changes_are_listed_and_the_robot_has_the_exact_numbers():
@@ -81,7 +82,7 @@ def test_exact_files_stay_and_every_file_does_where_its_word_is_taken():
 def test_the_same_number_is_the_same_everywhere():
     robot = loads(ARM.format(theta="3.1416"))
     assert dict(robot.joints[1].given)["theta"] == dict(robot.joints[1].given)["alpha"] == sp.pi
-    assert "3.1416 taken as pi: alpha of bend, theta of bend" in robot.notes
+    assert "3.1416 taken as pi: alpha, theta of bend" in robot.notes
 
 
 VALUES = ("0", "1.5708", "-1.571", "3.1416", "0.7854", "0.3", "-1.2", "1.57079632", "2e-10")

@@ -18,6 +18,7 @@ from chasles.derive.model.placements import align_z
 from chasles.derive.model.tolerances import CHANCE, NOISE
 
 R = sp.Rational
+C15, S15 = sp.cos(sp.pi / 12), sp.sin(sp.pi / 12)
 AT_A_METRE = Fraction(1, 10**9)
 
 
@@ -31,7 +32,12 @@ AT_A_METRE = Fraction(1, 10**9)
         ("-1e-9", "0"),
         ("0.2025000007348123", "0.2025"),
         ("123.00000000001", "123"),
+        ("0.20000000298023224", "0.2"),
+        ("0.3332999944686890", "0.3333"),
+        ("0.20010000610351562", "0.2001"),
         # What is meant stays: short numbers, calibrated ones, small lengths.
+        ("0.0009765625", "0.0009765625"),
+        ("123456.7890625", "123456.7890625"),
         ("0.0001", "0.0001"),
         ("1.1e-8", "1.1e-8"),
         ("0.2025001", "0.2025001"),
@@ -85,6 +91,8 @@ def test_long_decimals_stay():
         ("1.5707963267948966", sp.pi / 2),
         ("1.5707963260", sp.pi / 2),
         ("6e-17", sp.S.Zero),
+        ("1.5707963705062866", sp.pi / 2),
+        ("-3.1415927410125732", -sp.pi),
         # Too few places to tell, a calibrated angle, and small angles.
         ("0.79", R("0.79")),
         ("1.6", R("1.6")),
@@ -144,6 +152,8 @@ def vector(text):
         ("0 0.9999999999999998 0", (0, 1, 0)),
         ("0.866 0 0.5", (sp.sqrt(3) / 2, 0, R(1, 2))),
         ("0.707 0.5 0.5", (sp.sqrt(2) / 2, R(1, 2), R(1, 2))),
+        ("0.5 0.5 0.7071067690849304", (R(1, 2), R(1, 2), sp.sqrt(2) / 2)),
+        ("0.9659258127212524 0 0.258819043636322", (C15, 0, S15)),
         # Exact in their proportions, or meant as they are.
         ("0.7071068 0.7071068 0", vector("0.7071068 0.7071068 0")),
         ("1 2 3", (1, 2, 3)),

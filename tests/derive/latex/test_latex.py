@@ -398,7 +398,7 @@ def test_cleaned_numbers_make_a_table(tmp_path):
     robot = urdf(tmp_path, *((name, "revolute", "0 0 1", roll, "") for name, roll in joints))
     table = fragments(derive(robot))["parameters.tex"]
     assert r"together they change the pose of the tool by at most $" in table
-    assert r"$3.1416$ & $\pi$ & roll of a\_\allowbreak{}1, roll of c" in table
+    assert r"$3.1416$ & $\pi$ & roll of a\_\allowbreak{}1; roll of c" in table
     assert r"up to $1.2 \cdot 10^{-16}$ & $0$ & roll of b" in table
     assert "Notes" not in table
 

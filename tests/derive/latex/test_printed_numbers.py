@@ -1,0 +1,84 @@
+"""Numbers of articles: digits as files give them, few digits of computed numbers, powers of ten."""
+
+import random
+import re
+
+import pytest
+import sympy as sp
+
+from chasles.derive import derive, loads
+from chasles.derive.latex import fragments
+from chasles.derive.latex.chain.tables import limits
+from chasles.derive.latex.setting.printer import cut, decimal, number
+from chasles.derive.model.tolerances import GIVEN_DIGITS
+
+R = sp.Rational
+LONG = R("0.0001839675682371554044092221147366217337548732757568359375")
+
+
+@pytest.mark.parametrize(
+    ("value", "tex"),
+    [
+        (R("0.1625"), "0.1625"),
+        (R("-0.12837996050958084"), "-0.12837996050958084"),
+        (R(1, 3), r"\tfrac{1}{3}"),
+        (sp.Integer(10) ** 20, "100000000000000000000"),
+        (LONG, r"0.0001839675682\ldots"),
+        (-LONG, r"-0.0001839675682\ldots"),
+        (R(10**20 + 1, 3 * 10**20), r"0.3333333333\ldots"),
+        (R("-7.346e-6"), r"-7.346 \cdot 10^{-6}"),
+        (R("0.00001"), "0.00001"),
+        (R("4.5198788796441125e-7"), r"4.5198788796441125 \cdot 10^{-7}"),
+    ],
+)
+def test_numbers(value, tex):
+    assert number(value) == tex
+
+
+def test_digits_that_are_cut_are_the_first_ones():
+    dice = random.Random(1)
+    for _ in range(300):
+        text = f"{dice.uniform(0.1, 99):.20f}"
+        shown = cut(R(text), 10).removesuffix(r"\ldots")
+        assert text.startswith(shown)
+        small, power = cut(R(text) / 10**9, 10).split(r" \cdot 10^")
+        digits = small.removesuffix(r"\ldots").replace(".", "")
+        assert text.replace(".", "").lstrip("0").startswith(digits)
+        assert power == ("{-9}" if float(text) >= 1 and float(text) < 10 else power)
+
+
+def test_rounded_numbers_of_any_size_are_right():
+    dice = random.Random(2)
+    for _ in range(300):
+        value = R(f"{dice.uniform(-1, 1):.20f}") / 10 ** dice.randint(0, 40)
+        digits, _, power = decimal(value).partition(r" \cdot 10^")
+        shown = R(digits) * R(10) ** int(power.strip("{}") or 0)
+        assert abs(shown - value) <= abs(value) / 10**9
+
+
+def test_limits_are_cut_and_fractions_stay():
+    assert limits((R(0), R(50, 3))) == r"$[0, \tfrac{50}{3}]$"
+    assert limits((R("-1.1344640137963142"), R(2))) == r"$[-1.134464013\ldots, 2]$"
+    assert limits((-sp.pi, sp.pi)) == r"$\pm 180^\circ$"
+
+
+def test_no_literal_of_an_article_is_longer_than_a_double():
+    """An arm within measured errors, whose nominal arm has exact values of doubles."""
+    text = """
+    name = "measured"
+    convention = "dh"
+    joints = [
+      { d = "0.15643", alpha = "-1.5707889803614505" },
+      { a = "0.425000012345678", d = "0.0053759431319972" },
+      { a = "0.392250032145678", alpha = "0.0000073464102034785" },
+      { d = "0.1333", alpha = "1.5707889803614505" },
+      { d = "0.0997", alpha = "-1.5707889803614505" },
+      { d = "0.0996" },
+    ]
+    """
+    robot = loads(text)
+    texts = fragments(derive(robot))
+    found = [run for text in texts.values() for run in re.findall(r"[0-9]*\.[0-9]+", text)]
+    digits = [len(run.replace(".", "").lstrip("0")) for run in found]
+    assert len(digits) > 100
+    assert max(digits) <= GIVEN_DIGITS
