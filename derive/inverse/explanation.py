@@ -126,8 +126,8 @@ def _structure(classification: Classification) -> str:
     else:
         lines.append(
             "Tier: snapped; ik_nominal is the closed form of a nominal robot, whose axes have the "
-            "structure exactly. Newton's iteration leads ik from there to the true robot, and looks "
-            "for further solutions near singularities."
+            "structure exactly. Newton's iteration leads ik from there to the true robot, and "
+            "looks for further solutions near singularities."
         )
     return "\n".join(lines)
 
