@@ -10,6 +10,7 @@ import numpy as np
 import chasles
 from chasles.derive import load, write
 
+from ..cases.calibrated import displaced
 from ..cases.screws import ROBOTS, screws
 from ..cores import one_core
 from ..native.kernel import kernel
@@ -27,6 +28,10 @@ SLOW = "ssik"
 C_BAR_NS = 150
 AVX2 = ("-march=x86-64", "-mavx2", "-mfma")
 DERIVED_BAR_S = 10.0
+ERRORS = 1e-3
+"""Errors (metre, radian) of a calibrated arm."""
+CALIBRATED, ROUNDS = 1000, 4
+CALIBRATED_BAR_US, CALIBRATED_BATCH_US = 50.0, 2.0
 BATCH = 100_000
 PEERS_BATCH = 2_000
 """Poses of a peer's batch; its time per pose does not depend on their number."""
@@ -39,7 +44,7 @@ def run(plan: Plan) -> list[Ratio | Limit]:
         found: list[Ratio | Limit] = []
         for name in ARMS:
             found += [*calls(plan, name), *batches(plan, name)]
-        return [*found, *general(plan), *in_C(plan), derived()]
+        return [*found, *general(plan), *calibrated(plan), *in_C(plan), derived()]
 
 
 def poses(name: str, count: int) -> np.ndarray:
@@ -109,6 +114,26 @@ def general(plan: Plan) -> list[Ratio]:
     works = {OWN: repeated(robot.ik, robot.fk(q), 1), SLOW: repeated(solve, theirs, 1)}
     times = alternated(works, plan.rounds)
     return [ratio(f"python {GENERAL} ik: {SLOW}", times, (OWN, SLOW), count, GENERAL_BAR)]
+
+
+def calibrated(plan: Plan) -> list[Limit]:
+    """An arm whose axes are displaced: single calls, of which some are near singularities."""
+    robot = displaced(load(ROBOTS / f"{ARMS[0]}.toml"), ERRORS)
+    with tempfile.TemporaryDirectory() as folder:
+        write(robot, Path(folder) / robot.name, ("fk", "fk_jacobian_mixed", "ik"))
+        arm = chasles.load(Path(folder) / robot.name)
+    q = np.random.default_rng(0).uniform(-np.pi, np.pi, (CALIBRATED, arm.n))
+    T = arm.fk(q)
+    # The least of several rounds for each pose: the machine's own interruptions are longer.
+    rounds = [[seconds(partial(arm.ik, pose)) for pose in T] for _ in range(ROUNDS)]
+    middle, late = 1e6 * np.quantile(np.min(rounds, axis=0), [0.5, 0.99])
+    (batch,) = alternated({OWN: partial(arm.ik, T)}, plan.rounds).values()
+    key = f"{ARMS[0]} calibrated ik"
+    return [
+        Limit(f"{key}, one call, median", float(middle), "us", CALIBRATED_BAR_US),
+        Limit(f"{key}, one call, 99th percentile", float(late), "us", CALIBRATED_BAR_US),
+        Limit(f"{key}, batch, a pose", min(batch) / len(T) * 1e6, "us", CALIBRATED_BATCH_US),
+    ]
 
 
 def in_C(plan: Plan) -> list[Limit]:

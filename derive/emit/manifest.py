@@ -9,6 +9,7 @@ from typing import Any
 import sympy as sp
 
 from ..derivation import Derivation
+from ..inverse.explanation import notes
 from ..inverse.serial_inverse import Inverses
 from ..loops.hybrid import Hybrid
 from ..model.cleaning import Cleaning, written
@@ -51,7 +52,11 @@ def manifest(
             "links": list(robot.link_names),
         },
         "parameters": [_parameter(parameter) for parameter in robot.parameters],
-        "notes": [*robot.notes, *(hybrid.mobility.disagreements if hybrid else ())],
+        "notes": [
+            *robot.notes,
+            *(hybrid.mobility.disagreements if hybrid else ()),
+            *(notes(derivation.inverse.classification) if derivation.inverse else ()),
+        ],
         **_cleaning(robot.cleaning),
         "functions": [
             _function(robot, function, programs.whole[function.name])

@@ -23,7 +23,9 @@ from .tasks.task import Solved
 NEVER = "no small change of the arm would do"
 MOST_LISTED = 12
 """Number of structures that a table lists, the nearest first."""
-_MM = 1e3
+SMALL_ANGLE = 0.1
+"""Radian, below which an angle is said in milliradians."""
+_MILLI = 1e3
 _GAP = 3
 """Blanks between the columns of a table."""
 
@@ -52,6 +54,8 @@ class Explanation:
             return 0
         if self.inverses.general is not None:
             return self.inverses.general.function.branches
+        if self.inverses.polished is not None:
+            return self.inverses.polished.branches
         solved = self.inverses.solved.get("ik") or next(iter(self.inverses.solved.values()), None)
         return solved.function.branches if solved else 0
 
@@ -69,11 +73,10 @@ class Explanation:
         if found is None:
             return f"no closed-form inverse: {classification.missing}"
         of_chain = " of the main chain" if self.loops else ""
-        given = _for_given(found, classification)
-        return (
-            f"inverse{of_chain}: {found.title}{given}, at most "
-            f"{_counted(self.most_solutions, 'solution')}"
-        )
+        title = found.title + _for_given(found, classification)
+        if classification.tier == "snapped":
+            title = f"nearly {title} ({missed_by(classification)}), led from a nominal arm"
+        return f"inverse{of_chain}: {title}, at most {_counted(self.most_solutions, 'solution')}"
 
     def __str__(self) -> str:
         """The whole explanation, some 30 lines."""
@@ -117,16 +120,35 @@ def _structure(classification: Classification) -> str:
     found = classification.found
     if found is None:
         return f"No closed-form inverse: {classification.missing}."
-    lines = [f"Structure: {found.title}{_for_given(found, classification)}."]
+    nearly = "" if classification.tier == "exact" else "nearly "
+    lines = [f"Structure: {nearly}{found.title}{_for_given(found, classification)}."]
     lines += [f"  {_condition(r, classification)}" for r in found.requirements]
     if classification.tier == "exact":
         lines.append("Tier: exact; the closed form is that of the robot.")
     else:
         lines.append(
-            "Tier: snapped; the closed form is that of the nominal robot, whose axes have the "
-            "structure exactly, and its solutions start an iteration on the true robot."
+            "Tier: snapped; ik_nominal is the closed form of a nominal robot, whose axes have the "
+            "structure exactly. Newton's iteration leads ik from there to the true robot, and "
+            "looks for further solutions near singularities."
         )
     return "\n".join(lines)
+
+
+def missed_by(classification: Classification) -> str:
+    """The conditions of the structure that the axes nearly meet, and how far they are off."""
+    found = classification.found
+    missed = [r for r in found.requirements if r.deviation > EXACT_STRUCTURE] if found else []
+    return "; ".join(f"{r.text}: off by {_distance(r, classification)}" for r in missed)
+
+
+def notes(classification: Classification) -> tuple[str, ...]:
+    """A remark on an arm that is led from a nominal one; none on others."""
+    if classification.found is None or classification.tier == "exact":
+        return ()
+    return (
+        f"the axes have their structure ({classification.found.title}) nearly: "
+        f"{missed_by(classification)}; ik starts from a nominal arm and ends on the true one",
+    )
 
 
 def _for_given(attempt: Attempt, classification: Classification) -> str:
@@ -146,7 +168,9 @@ def _distance(requirement: Requirement, classification: Classification) -> str:
     if not np.isfinite(requirement.deviation):
         return NEVER
     if requirement.is_length:
-        return f"{_MM * requirement.deviation * (classification.lines.length or 1.0):.3g} mm"
+        return f"{_MILLI * requirement.deviation * (classification.lines.length or 1.0):.3g} mm"
+    if requirement.deviation < SMALL_ANGLE:
+        return f"{_MILLI * requirement.deviation:.3g} mrad"
     return f"{requirement.deviation:.3g} rad"
 
 

@@ -55,7 +55,7 @@ def _all(requirements: Iterable[Requirement]) -> Iterable[Requirement]:
 
 
 def _nearest_upright(h: FloatArray, deviation: float) -> FloatArray:
-    """The nearest axis of the base, if it is as near as the structure; else the direction itself."""
+    """The nearest axis of the base, if no further than the structure; else the direction."""
     k = int(np.argmax(np.abs(h)))
     upright = np.zeros(3)
     upright[k] = np.sign(h[k])

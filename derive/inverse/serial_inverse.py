@@ -1,8 +1,9 @@
 """The inverse kinematics of a serial robot: every task that its structure solves, as functions.
 
 A chain whose axes have a structure is solved by it. A chain that nearly has one is led from the
-solutions of a nominal arm, five joints without a structure as six with the tool's own axis, and any
-other chain of six revolute joints, or of seven of which one is given, as a general arm.
+solutions of a nominal arm. Five joints without a structure are solved as six with the tool's own
+axis, and any other chain of six revolute joints, or of seven of which one is given, as a general
+arm.
 """
 
 from collections.abc import Callable, Sequence

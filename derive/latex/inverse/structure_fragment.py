@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 from ...inverse.classify import Attempt, Classification
-from ...inverse.explanation import NEVER, nearest
+from ...inverse.explanation import NEVER, missed_by, nearest
 from ...inverse.explanation import listed as in_words
 from ..setting.names import escape
 
@@ -24,7 +24,8 @@ def missing_structure(classification: Classification) -> str:
 def structure(classification: Classification, found: Attempt) -> str:
     """The structure, the joints that are given, and how the chain is read."""
     conditions = "; ".join(requirement.text for requirement in found.requirements)
-    sentences = [rf"The structure is \emph{{{escape(found.title)}}}: {escape(conditions)}."]
+    nearly = "" if classification.tier == "exact" else "nearly "
+    sentences = [rf"The structure is {nearly}\emph{{{escape(found.title)}}}: {escape(conditions)}."]
     names = [escape(classification.lines.axes[k].name) for k in found.given]
     if names:
         more = "one joint" if len(names) == 1 else f"{len(names)} joints"
@@ -36,8 +37,9 @@ def structure(classification: Classification, found: Attempt) -> str:
         )
     if classification.tier == "snapped":
         sentences.append(
-            "The axes have this structure up to small errors; the solutions of the arm without"
-            " these start an iteration on the true arm."
+            f"The axes miss it by little ({escape(missed_by(classification))}). The solutions below"
+            " are those of a nominal arm that has it exactly; Newton's iteration leads from them to"
+            " the true arm."
         )
     return " ".join(sentences)
 

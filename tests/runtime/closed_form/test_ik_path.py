@@ -139,14 +139,6 @@ def test_wrong_arguments(arm, T, seed, more, message):
         arm.ik_path(T, seed, **more)
 
 
-def test_a_calibrated_arm(tmp_path, cache, monkeypatch):
-    arm = load(scara.write(tmp_path / "scara", 0.403, inverse={"tier": "snapped"}), monkeypatch)
-    q = line([0.0, 1.0, 0.0, 0.0], [0.5, 1.2, 0.0, 0.0], 30)
-    path = arm.ik_path(arm.fk(q), q[0])
-    assert path.complete
-    np.testing.assert_allclose(path.q, q, atol=1e-10)
-
-
 # --------------------------------------------------------- what an inverse takes
 
 

@@ -16,7 +16,7 @@ SIX = ["ur5e", "puma560"]
 @pytest.fixture(scope="module")
 def arm(tmp_path_factory):
     path = tmp_path_factory.mktemp("calibrated") / "scara"
-    folder = scara.write(path, scara.A1 + LONGER, inverse={"tier": "snapped"})
+    folder = scara.write(path, scara.A1 + LONGER)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("CHASLES_CACHE", str(path.parent / "cache"))
         return chasles.load(folder.path)

@@ -49,6 +49,9 @@ static int POLISH_NAME(lines)(double nominal, double residual, int is_distinct, 
     }
     if (is_distinct && residual <= POLISH_SETTLED && !first)
         return 0;
+    /* Fewer joints than freedoms reach a pose on some branches alone. */
+    if (POLISH_N < 6 && !(residual <= POLISH_SETTLED) && !first)
+        return 0;
     return nominal > POLISH_FOLD && !second ? 1 : POLISH_FEW_WAYS;
 }
 
@@ -96,7 +99,12 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
     }
     if (s.waiting > 0)
         POLISH_NAME(follow)(&s);
+#if POLISH_N >= 6
     POLISH_NAME(look)(&s, is_unsure);
+#endif
+    /* Arms of fewer joints cannot leave the poses that they reach along a line. */
+    if (POLISH_N < 6 || s.count == 0)
+        POLISH_NAME(around)(&s, is_unsure);
     if (s.waiting > 0)
         POLISH_NAME(follow)(&s);
 }

@@ -1,19 +1,20 @@
-/* The search for solutions to which Newton's iteration does not lead from the nominal arm's; part of
- * chasles, the same for every such robot. Included by chasles_polish.h, once for each robot.
+/* The search for solutions to which Newton's iteration does not lead from the nominal arm's; part
+ * of chasles, the same for every such robot. Included by chasles_polish.h, once for each robot.
  *
- * Near a singularity the displacement between the two arms, however small, moves solutions anywhere.
- * So poses on a straight line through the wanted one are looked at, T displaced by -mu u with u a
- * constant twist: at its ends the nominal arm is off its singularity, and Newton's iteration leads to
- * the true arm's solutions. From there the curve of configurations is followed along which the error
- * is mu u. It passes the folds at which branches meet, and crosses mu = 0 at solutions.
+ * Near a singularity the displacement between the two arms, however small, moves solutions
+ * anywhere. So poses on a straight line through the wanted one are looked at, T displaced by -mu u
+ * with u a constant twist: at its ends the nominal arm is off its singularity, and Newton's
+ * iteration leads to the true arm's solutions. From there the curve of configurations is followed
+ * along which the error is mu u. It passes the folds at which branches meet, and crosses mu = 0 at
+ * solutions.
  */
 /* Solutions found so far, and starts that wait until they fill the lanes. */
 typedef struct {
     const double *in;
     double *q, *residual, *margin;
     int taken[POLISH_RESULTS]; /* whether a slot holds a solution that no other does */
-    int count;                   /* of these */
-    int ways;                    /* lines to be tried where a solution is known */
+    int count;                 /* of these */
+    int ways;                  /* lines to be tried where a solution is known */
     int waiting, slot[LANES];
     double margin_of[LANES];
     POLISH_NAME(configurations) c;
@@ -149,10 +150,8 @@ static int POLISH_NAME(is_rigid)(const double *T)
     return off <= POLISH_RIGID;
 }
 
-#if POLISH_N < 6
-/* Looks for solutions on branches that are unsure, from the nominal arm's at poses around: an arm of
- * fewer joints cannot leave the poses that it reaches along a line. */
-static void POLISH_NAME(look)(POLISH_NAME(search) * s, const int *is_unsure)
+/* Looks for solutions on branches that are unsure, from the nominal arm's at poses around. */
+static void POLISH_NAME(around)(POLISH_NAME(search) * s, const int *is_unsure)
 {
     POLISH_NAME(slots) other;
     double near[POLISH_INPUTS];
@@ -167,7 +166,8 @@ static void POLISH_NAME(look)(POLISH_NAME(search) * s, const int *is_unsure)
         }
     }
 }
-#else
+
+#if POLISH_N >= 6
 /* Half the length of a line in the measure in which its curves are followed, beside radians: at a
  * fold, coordinates change by the root of the displacement. */
 #define POLISH_HALF sqrt(POLISH_LINE *POLISH_DEVIATION)
@@ -267,10 +267,12 @@ static LANES_TARGET void POLISH_NAME(trace)(POLISH_NAME(search) * s, const doubl
                 const double a = fabs(first[lane]), b = fabs(then[lane]), c = fabs(now[lane]);
                 if (((const double *)&alive)[lane] == 0.0)
                     continue;
-                k->arrived += k->is_branch[lane] && c > half && b <= half && now[lane] * k->side < 0.0;
+                k->arrived +=
+                    k->is_branch[lane] && c > half && b <= half && now[lane] * k->side < 0.0;
                 if (then[lane] * now[lane] <= 0.0) {
                     POLISH_NAME(cross)(s, k, lane, before, b / (b + c + 1e-300));
-                } else if (b < a && b < c && b < POLISH_TOUCH * half && first[lane] * then[lane] > 0.0) {
+                } else if (b < a && b < c && b < POLISH_TOUCH * half &&
+                           first[lane] * then[lane] > 0.0) {
                     /* A parabola through three points, as if in equal strides. */
                     const double sum = 0.5 * (a + c) - b, middle = 0.25 * (a - c) / sum;
                     const double apart2 = middle * middle - b / sum;
@@ -343,8 +345,7 @@ static LANES_TARGET void POLISH_NAME(look)(POLISH_NAME(search) * s, const int *i
                 k.is_branch[k.count] = other.residual[slot] < POLISH_FOLD;
                 const double *q = other.q + POLISH_N * slot;
                 if (is_unsure[slot] && other.residual[slot] < POLISH_FOLD)
-                    POLISH_NAME(begin)(s, u, &k, q, slot, k.side * POLISH_HALF,
-                                       other.margin[slot]);
+                    POLISH_NAME(begin)(s, u, &k, q, slot, k.side * POLISH_HALF, other.margin[slot]);
                 else if (is_unsure[slot] && s->count == 0 && s->residual[slot] < POLISH_START)
                     POLISH_NAME(begin)(s, u, &k, s->q + POLISH_N * slot, slot, 0.0,
                                        s->margin[slot]);

@@ -47,8 +47,8 @@ POLISH_INLINE void POLISH_NAME(evaluate)(const double *T, POLISH_NAME(configurat
     c->residual2 = 0.5 * (distance2 + 0.5 * turned2 + difference);
 }
 
-/* Solves the symmetric a x = b for right sides b; a is given by its lower half, and x replaces b. Of
- * the pivots, the squares of lengths, the two least are kept. */
+/* Solves the symmetric a x = b for right sides b; a is given by its lower half, and x replaces b.
+ * Of the pivots, the squares of lengths, the two least are kept. */
 POLISH_INLINE void POLISH_NAME(solve)(lanes a[POLISH_ROWS][POLISH_ROWS], lanes (*b)[POLISH_ROWS],
                                       int sides, lanes *pivots)
 {
@@ -94,7 +94,8 @@ POLISH_INLINE void POLISH_NAME(weighted)(const POLISH_NAME(configurations) * c,
     for (int i = 0; i < 6; i++) {
         POLISH_UNROLL
         for (int k = 0; k < POLISH_N; k++)
-            J[i][k] = c->at[16 + POLISH_N * i + k] * (i < 3 ? is_free[k] / POLISH_LENGTH : is_free[k]);
+            J[i][k] =
+                c->at[16 + POLISH_N * i + k] * (i < 3 ? is_free[k] / POLISH_LENGTH : is_free[k]);
     }
 }
 
@@ -222,7 +223,7 @@ POLISH_INLINE void POLISH_NAME(load)(const double *q, int first, POLISH_NAME(con
 
 /* Stores a lane in a slot. */
 POLISH_INLINE void POLISH_NAME(store)(const POLISH_NAME(configurations) * c, int lane, double *q,
-                                     double *residual)
+                                      double *residual)
 {
     const double *rows = (const double *)c->q;
     for (int i = 0; i < POLISH_N; i++)

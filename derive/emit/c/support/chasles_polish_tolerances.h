@@ -1,6 +1,6 @@
-/* Tolerances of the inverse of arms that nearly have a structure: name, value, unit and reason; part
- * of chasles, the same for every such robot. Poses differ by the larger of a distance (m) and an
- * angle (rad).
+/* Tolerances of the inverse of arms that nearly have a structure: name, value, unit and reason;
+ * part of chasles, the same for every such robot. Poses differ by the larger of a distance (m) and
+ * an angle (rad).
  */
 #ifndef CHASLES_POLISH_TOLERANCES_H
 #define CHASLES_POLISH_TOLERANCES_H
@@ -40,9 +40,10 @@
 #define POLISH_START POLISH_DEVIATIONS(30.0)
 /* m, rad: residual up to which the nominal arm reaches a pose: rounding near a singularity. */
 #define POLISH_FOLD 1e-7
-/* Root of a pivot of J J^T, in deviations, below which branches may lie anywhere: a joint that turns
- * by less than this angle from a singularity of the nominal arm may be at one of the true arm. */
-#define POLISH_UNSURE 8
+/* Root of a pivot of J J^T, in deviations, below which branches may lie anywhere: a joint that
+ * turns by less than this angle from a singularity of the nominal arm may be at one of the true
+ * arm. */
+#define POLISH_UNSURE 4
 /* Size of the displacements of poses around, in deviations: more than the arms differ by. */
 #define POLISH_AROUND 2.5
 /* Half the length of a line of poses, in deviations: at its ends the nominal arm is as far from a

@@ -1,0 +1,159 @@
+"""The inverse of calibrated arms: led from a nominal arm to the true one, in C."""
+
+import ctypes
+import subprocess
+
+import numpy as np
+import pytest
+from calibrated import pinocchio_fk
+from derivations import ROBOTS
+
+import chasles
+from bench.cases.calibrated import displaced
+from chasles.derive import load, write
+from chasles.derive.emit.languages import EMITTERS
+from chasles.derive.inverse.serial_inverse import inverses
+from chasles.derive.terms.terms import Terms
+
+ERRORS = {"ur5e": 3e-3, "puma560": 1e-5, "irb6640": 1e-2, "panda": 1e-3}
+"""Shipped arms, and the errors (metre, radian) that a calibration finds in them."""
+FUNCTIONS = ("fk", "fk_jacobian_mixed", "ik")
+WITHOUT_ARTICLE = tuple(emitter for emitter in EMITTERS if emitter.language != "latex")
+TRUE = 1e-8
+"""Error of a pose (metre, or entry of a rotation) above which a solution is wrong."""
+
+
+@pytest.fixture(scope="module", params=ERRORS)
+def case(request, tmp_path_factory):
+    """A calibrated arm, and its forward kinematics by Pinocchio."""
+    robot = displaced(load(ROBOTS / f"{request.param}.toml"), ERRORS[request.param])
+    folder = tmp_path_factory.mktemp("calibrated") / robot.name
+    write(robot, folder, FUNCTIONS, WITHOUT_ARTICLE)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("CHASLES_CACHE", str(folder.parent / "cache"))
+        arm = chasles.load(folder)
+    return arm, pinocchio_fk(robot)
+
+
+def asked(arm, q):
+    """What `ik` takes for configurations: the pose, and the joints that are given."""
+    names = [c.name for c in arm.ik.inputs[1:]]
+    return arm.fk(q), *(q[..., int(name.removeprefix("q")) - 1] for name in names)
+
+
+def found(arm, solutions, q):
+    """Whether configurations are among the solutions."""
+    return (np.abs(solutions.moves_from(q)).max(-1) < 1e-6).any(-1)
+
+
+def right_angles(n, count, seed=1):
+    """Configurations at right angles, half of them exactly."""
+    rng = np.random.default_rng(seed)
+    q = rng.integers(-2, 3, (count, n)) * np.pi / 2
+    size = 10 ** rng.uniform(-9, -3, (count // 2, 1))
+    q[: count // 2] += rng.uniform(-1, 1, (count // 2, n)) * size
+    return q
+
+
+def test_valid_is_true_and_nothing_is_lost(case):
+    arm, fk = case
+    q = np.random.default_rng(0).uniform(-np.pi, np.pi, (300, arm.n))
+    solutions = arm.ik(*asked(arm, q))
+    assert (solutions.count > 0).all()
+    assert found(arm, solutions, q).mean() > 0.98
+    wanted = np.broadcast_to(arm.fk(q)[:, None], (*solutions.valid.shape, 4, 4))
+    for row, T in zip(solutions.q[solutions.valid], wanted[solutions.valid], strict=True):
+        assert np.abs(fk(row) - T).max() < TRUE
+
+
+def test_right_angles_are_reached(case):
+    arm, fk = case
+    q = right_angles(arm.n, 200)
+    T, *given = asked(arm, q)
+    solutions = arm.ik(T, *given)
+    assert (solutions.count > 0).all()
+    for k in range(0, 200, 10):
+        for row in solutions.array() if solutions.valid.ndim == 1 else solutions.at(k).array():
+            assert np.abs(fk(row) - T[k]).max() < TRUE
+
+
+def test_residual_is_of_the_true_arm(case):
+    arm, fk = case
+    q = np.random.default_rng(2).uniform(-1, 1, (20, arm.n))
+    T, *given = asked(arm, q)
+    T[:, :3, 3] *= 1.2
+    solutions = arm.ik(T, *given)
+    checked = 0
+    for k, residuals in enumerate(solutions.residual):
+        for slot, residual in enumerate(residuals):
+            if np.isnan(residual):
+                continue
+            apart = fk(solutions.q[k, slot]) - T[k]
+            angle = np.linalg.norm(apart[:3, :3]) / 2**0.5
+            assert residual == pytest.approx(max(np.linalg.norm(apart[:3, 3]), angle), abs=1e-12)
+            checked += 1
+    assert checked >= 20 * 4
+
+
+def test_no_solution_of_what_is_no_pose(case):
+    arm, _ = case
+    q = np.random.default_rng(3).uniform(-1, 1, (10, arm.n))
+    T, *given = asked(arm, q)
+    assert not arm.ik(T.astype(np.float32).astype(float), *given).valid.any()
+    T[0], T[1, 0, 3] = np.nan, 100.0
+    solutions = arm.ik(T, *given)
+    assert np.isnan(solutions.residual[0]).all()
+    assert not solutions.valid[:2].any()
+    assert np.isfinite(solutions.q[1, 0]).all()
+    assert solutions.valid[2:].any(-1).all()
+
+
+def test_a_batch_is_its_poses(case):
+    arm, _ = case
+    q = np.random.default_rng(4).uniform(-np.pi, np.pi, (40, arm.n))
+    T, *given = asked(arm, q)
+    batch = arm.ik(T, *given, threads=2)
+    for k in range(40):
+        one = arm.ik(T[k], *(value[k] for value in given))
+        np.testing.assert_array_equal(one.q, batch.q[k])
+        np.testing.assert_array_equal(one.valid, batch.valid[k])
+
+
+def test_the_C_alone_agrees(case, tmp_path):
+    arm, fk = case
+    if arm.n > 6:
+        pytest.skip("one arm without further inputs is enough")
+    library = tmp_path / "alone.so"
+    source = arm.folder / f"{arm.name}.c"
+    command = ["cc", "-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-fPIC", "-shared"]
+    subprocess.run([*command, source, "-o", library, "-lm"], check=True)
+    ik = getattr(ctypes.CDLL(str(library)), f"{arm.name}_ik")
+    slots = len(arm.labels["ik"])
+    q, residual, margin = np.empty((slots, arm.n)), np.empty(slots), np.empty(slots)
+    for wanted in np.random.default_rng(5).uniform(-np.pi, np.pi, (50, arm.n)):
+        T = np.ascontiguousarray(arm.fk(wanted))
+        address = [array.ctypes.data_as(ctypes.c_void_p) for array in (T, q, residual, margin)]
+        ik(*address)
+        python = arm.ik(T)
+        # Plain C may meet other solutions near a singularity than vectors do.
+        assert abs((residual <= 1e-9).sum() - python.count) <= 2
+        assert ((np.abs(python.moves_from(wanted)).max(-1) < 1e-6) & python.valid).any()
+        for row in q[residual <= 1e-9]:
+            assert np.abs(fk(row) - T).max() < TRUE
+
+
+def test_what_is_said_and_offered(case):
+    arm, _ = case
+    (note,) = [note for note in arm.notes if "nominal" in note]
+    assert "off by" in note
+    assert arm.labels["ik"][-1].startswith("further")
+    assert "ik_nominal" in arm.functions
+    casadi = (arm.folder / f"{arm.name}.casadi").read_text()
+    assert "residual" not in casadi
+
+
+def test_a_far_structure_is_not_taken():
+    robot = displaced(load(ROBOTS / "puma560.toml"), 8e-2)
+    result = inverses(robot, Terms({p.symbol: p.value for p in robot.parameters}))
+    assert result.polished is None
+    assert result.general is not None
