@@ -45,7 +45,7 @@ def load_functions(
     unit = 1.0
     for info in order:
         if info.is_inverse and pose and manifest.inverse.tier != "snapped":
-            unit = unit_length(functions[pose.name], manifest.coordinates)
+            unit = unit_length(functions[pose.name], manifest.coordinates, manifest.loops.reference)
         functions[info.name] = library.function(
             info.name,
             info.inputs,

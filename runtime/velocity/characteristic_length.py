@@ -91,11 +91,11 @@ class LengthMethods:
         """Jacobians (m, 6, n) at configurations that fill the limits."""
         if "jacobian_mixed" not in self.functions:
             return self._jacobian_at_reference()
-        middle = np.zeros(self.n) if self.reference is None else np.array(self.reference.q)
-        J = self.jacobian_mixed(configurations(self.coordinates, middle))
+        J = self.jacobian_mixed(configurations(self.coordinates, self.reference))
         closed = np.isfinite(J).all((-2, -1))
         if closed.any():
             return J[closed]
+        middle = np.zeros(self.n) if self.reference is None else np.array(self.reference.q)
         return self.jacobian_mixed(middle)[None]
 
     def _jacobian_at_reference(self) -> FloatArray:
