@@ -11,7 +11,7 @@ stands for the distance. Where no coordinate turns the tool, L is the root mean 
 rate by the rate of turning coordinates, and 1 m where there are none.
 
 Singular values, ellipsoids, joint rates, paths and distances from singularities all take this
-length unless another is given. Residuals of inverses do not: they compare a metre with a radian.
+length unless another is given. Residuals of inverses do not: they have the unit of `size.py`.
 
 Source:
     Angeles, Fundamentals of Robotic Mechanical Systems: where all singular values can be made
