@@ -13,7 +13,7 @@ from .closed_form.refinement import refinement_of
 from .closed_form.solutions import solutions_of
 from .contract.facts import Argument, FunctionInfo, Manifest
 from .contract.library import open_library
-from .size import unit_length
+from .iterative.size import unit_length
 from .tolerances import SOLVED
 
 _WIDTH = 100

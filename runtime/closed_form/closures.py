@@ -12,7 +12,7 @@ from ..call._call import Function
 from ..call.capabilities import needs
 from ..contract.facts import Coordinate
 from ..iterative.newton import NewtonMethods
-from ..size import SizeMethods
+from ..iterative.size import SizeMethods
 from ..tolerances import SAME_JOINTS
 
 FloatArray = NDArray[np.float64]

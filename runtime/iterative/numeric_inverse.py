@@ -29,10 +29,10 @@ from ..call.threads import count_cores
 from ..call.validation import real_array
 from ..contract.facts import Coordinate, Frames, Reference
 from ..errors import InputValueError, ShapeError
-from ..size import SizeMethods
 from ..tolerances import NUMERIC_SOLVED, PROBE, STANDSTILL
 from ._numeric import Solver
 from .low_discrepancy import low_discrepancy
+from .size import SizeMethods
 
 FloatArray = NDArray[np.float64]
 

@@ -11,7 +11,8 @@ stands for the distance. Where no coordinate turns the tool, L is the root mean 
 rate by the rate of turning coordinates, and 1 m where there are none.
 
 Singular values, ellipsoids, joint rates, paths and distances from singularities all take this
-length unless another is given. Residuals of inverses do not: they have the unit of `size.py`.
+length unless another is given. Residuals of inverses do not: they have the unit of
+`iterative/size.py`.
 
 Source:
     Angeles, Fundamentals of Robotic Mechanical Systems: where all singular values can be made
@@ -31,7 +32,7 @@ from ..call._call import Function
 from ..call.capabilities import needs
 from ..contract.facts import Coordinate, FunctionInfo, Reference, Variable
 from ..errors import InputValueError
-from ..size import configurations
+from ..iterative.size import configurations
 from ..tolerances import TURNS
 
 FloatArray = NDArray[np.float64]

@@ -17,7 +17,7 @@ import chasles
 import chasles.derive
 from chasles.contract.facts import Coordinate
 from chasles.derive.emit.languages import EMITTERS
-from chasles.size import unit_length
+from chasles.iterative.size import unit_length
 
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "hessian_mixed", "ik")

@@ -19,11 +19,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from .call._call import Function
-from .call.capabilities import needs
-from .contract.facts import Coordinate, Reference
-from .iterative.low_discrepancy import low_discrepancy
-from .tolerances import LEAST_SIZE
+from ..call._call import Function
+from ..call.capabilities import needs
+from ..contract.facts import Coordinate, Reference
+from ..tolerances import LEAST_SIZE
+from .low_discrepancy import low_discrepancy
 
 FloatArray = NDArray[np.float64]
 
@@ -86,6 +86,6 @@ class SizeMethods:
         """The length [m] that counts as much as a radian in residuals and tolerances.
 
         The power of ten nearest to the size of the workspace: 1 m for robots of 0.3 m to 3 m. The
-        head of `size.py` has the definition.
+        head of `iterative/size.py` has the definition.
         """
         return unit_length(self.fk, self.coordinates, self.reference)
