@@ -14,13 +14,13 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..call._call import Function
-from ..call.capabilities import needs
 from ..contract.facts import Coordinate, Reference
 from ..tolerances import LEAST_SIZE
 from .low_discrepancy import low_discrepancy
@@ -78,14 +78,14 @@ class SizeMethods:
 
     coordinates: tuple[Coordinate, ...]
     reference: Reference | None
-    fk: Function[FloatArray]
+    functions: Mapping[str, Function[Any]]
 
     @functools.cached_property
-    @needs("fk")
     def unit_length(self) -> float:
         """The length [m] that counts as much as a radian in residuals and tolerances.
 
         The power of ten nearest to the size of the workspace: 1 m for robots of 0.3 m to 3 m. The
-        head of `iterative/size.py` has the definition.
+        head of `iterative/size.py` has the definition. 1 m for a robot without `fk`.
         """
-        return unit_length(self.fk, self.coordinates, self.reference)
+        fk = self.functions.get("fk")
+        return 1.0 if fk is None else unit_length(fk, self.coordinates, self.reference)
