@@ -13,7 +13,7 @@ from .closed_form.refinement import refinement_of
 from .closed_form.solutions import solutions_of
 from .contract.facts import Argument, FunctionInfo, Manifest
 from .contract.library import open_library
-from .size import unit_length
+from .iterative.size import unit_length
 from .tolerances import SOLVED
 
 _WIDTH = 100
@@ -45,7 +45,7 @@ def load_functions(
     unit = 1.0
     for info in order:
         if info.is_inverse and pose and manifest.inverse.tier != "snapped":
-            unit = unit_length(functions[pose.name], manifest.coordinates)
+            unit = unit_length(functions[pose.name], manifest.coordinates, manifest.loops.reference)
         functions[info.name] = library.function(
             info.name,
             info.inputs,

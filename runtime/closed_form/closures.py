@@ -12,6 +12,7 @@ from ..call._call import Function
 from ..call.capabilities import needs
 from ..contract.facts import Coordinate
 from ..iterative.newton import NewtonMethods
+from ..iterative.size import SizeMethods
 from ..tolerances import SAME_JOINTS
 
 FloatArray = NDArray[np.float64]
@@ -59,7 +60,7 @@ def _can_check_chain(robot: LoopMethods) -> bool:
     return not robot._is_iterated or ("margin", "chain", "") in robot._roles
 
 
-class LoopMethods(NewtonMethods):
+class LoopMethods(NewtonMethods, SizeMethods):
     """The methods of a robot with loops."""
 
     chain_joints: tuple[Coordinate, ...]
@@ -120,7 +121,8 @@ class LoopMethods(NewtonMethods):
         apart = again - rows[..., None, :]
         turns = [joint.unit == "rad" for joint in self.chain_joints]
         apart[..., turns] = np.remainder(apart[..., turns] + np.pi, 2 * np.pi) - np.pi
-        back = (np.abs(apart) < SAME_JOINTS).all(-1).any(-1)
+        same = SAME_JOINTS * np.where(turns, 1.0, self.unit_length)
+        back = (np.abs(apart) < same).all(-1).any(-1)
         return np.asarray(back).reshape(theta.shape[:-1])
 
     @needs("chain_all")

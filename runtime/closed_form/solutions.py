@@ -19,13 +19,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..contract.facts import Coordinate
 from ..errors import InputTypeError, InputValueError, OutOfReachError, ShapeError
-from ..tolerances import AT_LIMIT, FAR, SAME_SOLUTION, SOLVED
+from ..tolerances import AT_LIMIT, FAR, REFINED, SAME_SOLUTION, SOLVED
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 
 _TURN = 2 * math.pi
+_FREEDOMS = 6
 
 
 class LeastSquares(NamedTuple):
@@ -381,6 +382,12 @@ class Solutions(_Fields):
             return (
                 f"no valid solution: the translation lies {least:,.4g} m from a robot of about "
                 f"{size:g} m; is it in millimetres? T takes metres"
+            )
+        n = len(self.coordinates)
+        if n < _FREEDOMS and least <= REFINED * size:
+            return (
+                f"no valid solution: {n} joints reach no pose that rounding has tilted, here by "
+                f"{least:.4g} (m, rad); least_squares() has the coordinates that come so near"
             )
         measured = "(m, rad)" if size == 1 else f"m, angles times {size:g} m"
         return (

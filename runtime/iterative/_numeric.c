@@ -297,16 +297,19 @@ static int run(const Solver *self, Task *task, PyArrayObject *T, PyArrayObject *
     return 0;
 }
 
-/* solve(T, seeds, weights, in_tool_axes, tolerance, budget, threads), as in _numeric.pyi. */
+/* solve(T, seeds, weights, in_tool_axes, tolerance, unit, budget, threads), as in _numeric.pyi. */
 static PyObject *solver_solve(Solver *self, PyObject *const *args, Py_ssize_t n_args)
 {
-    if (n_args != 7) {
-        return PyErr_Format(PyExc_TypeError, "solve: expected 7 arguments, got %zd", n_args);
+    if (n_args != 8) {
+        return PyErr_Format(PyExc_TypeError, "solve: expected 8 arguments, got %zd", n_args);
     }
+    double unit = PyFloat_AsDouble(args[5]), per_unit[TWIST];
     Task task = {.in_tool_axes = PyObject_IsTrue(args[3]),
-                 .tolerance = PyFloat_AsDouble(args[4]),
-                 .budget = (int)PyLong_AsLong(args[5])};
-    long threads = PyLong_AsLong(args[6]);
+                 .weights = per_unit,
+                 .unit = unit,
+                 .tolerance = PyFloat_AsDouble(args[4]) / unit,
+                 .budget = (int)PyLong_AsLong(args[6])};
+    long threads = PyLong_AsLong(args[7]);
     if (PyErr_Occurred()) {
         return NULL;
     }
@@ -321,7 +324,10 @@ static PyObject *solver_solve(Solver *self, PyObject *const *args, Py_ssize_t n_
         fits = seeds != NULL;
     }
     if (fits && new_results(self, T, results) == 0) {
-        task.weights = PyArray_DATA(weights);
+        const double *given = PyArray_DATA(weights);
+        for (int i = 0; i < TWIST; i++) {
+            per_unit[i] = i < 3 ? given[i] / unit : given[i];
+        }
         if (run(self, &task, T, seeds, results, threads) == 0) {
             result = PyTuple_New(N_RESULTS);
         }
@@ -341,8 +347,9 @@ static PyObject *solver_solve(Solver *self, PyObject *const *args, Py_ssize_t n_
 
 static PyMethodDef solver_methods[] = {
     {"solve", (PyCFunction)(void (*)(void))solver_solve, METH_FASTCALL,
-     "solve(T, seeds, weights, in_tool_axes, tolerance, budget, threads): inverse kinematics of\n"
-     "poses (..., 4, 4). Returns coordinates, residual, success, ending, iterations, restarts."},
+     "solve(T, seeds, weights, in_tool_axes, tolerance, unit, budget, threads): inverse "
+     "kinematics\n"
+     "of poses (..., 4, 4). Returns coordinates, residual, success, ending, iterations, restarts."},
     {NULL},
 };
 

@@ -45,6 +45,7 @@ class Solver:
         weights: FloatArray,
         in_tool_axes: bool,
         tolerance: float,
+        unit: float,
         budget: int,
         threads: int,
         /,
@@ -64,11 +65,12 @@ class Solver:
                 at the nearest start.
             weights: (6,) of the error, linear first.
             in_tool_axes: Whether the weights are along the axes of the tip instead of the base.
-            tolerance: Residual [m and rad] at which a pose is reached.
+            tolerance: Residual [m] at which a pose is reached.
+            unit: The length [m] that counts as much as a radian, in errors and residuals.
             budget: Evaluations of forward kinematics for each pose.
             threads: The greatest number of threads.
 
         Returns:
-            Coordinates (..., n) [rad or m], and over the batch: residual [m or rad], success,
+            Coordinates (..., n) [rad or m], and over the batch: residual [m], success,
             ending (an index: converged, limits, stalled, budget, no pose), evaluations, restarts.
         """

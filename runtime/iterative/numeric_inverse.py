@@ -32,6 +32,7 @@ from ..errors import InputValueError, ShapeError
 from ..tolerances import NUMERIC_SOLVED, PROBE, STANDSTILL
 from ._numeric import Solver
 from .low_discrepancy import low_discrepancy
+from .size import SizeMethods
 
 FloatArray = NDArray[np.float64]
 
@@ -57,8 +58,8 @@ class NumericSolution(NamedTuple):
 
     Attributes:
         q: (..., n) coordinates [rad or m], within the limits; NaN where a pose is not finite.
-        residual: (...,) the larger of distance [m] and angle [rad] from the pose, in the components
-            that have a weight.
+        residual: (...,) the larger of the distance [m] from the pose and of the angle times the
+            robot's `unit_length`, in the components that have a weight.
         success: (...,) whether the residual is at most the tolerance.
         ending: (...,) reason for the end, as an index into `REASONS`; see `reason`.
         iterations: (...,) number of evaluations of forward kinematics.
@@ -109,7 +110,7 @@ def _can_reach_links(robot: Any) -> bool:
     return ("link poses", "actuators", "") in robot._roles
 
 
-class NumericMethods:
+class NumericMethods(SizeMethods):
     """The methods of a robot that solve inverses by iteration."""
 
     name: str
@@ -132,7 +133,7 @@ class NumericMethods:
         tip: str | None = None,
         weights: Sequence[float] | None = None,
         axes: Literal["tool", "base"] = "tool",
-        tolerance: float = NUMERIC_SOLVED,
+        tolerance: float | None = None,
         budget: int = 10_000,
         rng: int | np.random.Generator = 0,
         threads: int | Literal["all"] = 1,
@@ -154,10 +155,10 @@ class NumericMethods:
             tip: The link to be moved to the pose, one of `frames.links`; the tool by default.
                 Platforms accept the tool alone.
             weights: Six factors on the components of the error (v, omega), 0 for a free component:
-                (1, 1, 1, 0, 0, 0) for a position alone. All 1 by default, so that a metre counts as
-                much as a radian.
+                (1, 1, 1, 0, 0, 0) for a position alone. All 1 by default, so that `unit_length`
+                (1 m for robots of 0.3 m to 3 m) counts as much as a radian.
             axes: Whether these components are expressed in the axes of the tip or of the base.
-            tolerance: Largest residual of a success [m, rad].
+            tolerance: Largest residual of a success [m]; 1e-9 `unit_length` if None.
             budget: Greatest number of evaluations of forward kinematics for a pose, about 0.4
                 microseconds each for an arm with six joints.
             rng: Selects the starts: a key, or a generator that gives a key. The same key gives the
@@ -176,6 +177,8 @@ class NumericMethods:
         method = f"{self.name}.ik_numeric"
         if axes not in ("tool", "base"):
             raise InputValueError(f'{method}: expected axes "tool" or "base", got {axes!r}')
+        unit = self.unit_length
+        tolerance = NUMERIC_SOLVED * unit if tolerance is None else tolerance
         if not (isinstance(tolerance, int | float) and tolerance > 0):
             raise InputValueError(f"{method}: expected a tolerance above 0, got {tolerance!r}")
         most = _whole_number(method, "budget", budget, 1, _MOST_BUDGET)
@@ -194,7 +197,7 @@ class NumericMethods:
         # With equal weights in all directions the axes make no difference.
         turned = axes == "tool" and task is not _WHOLE
         return NumericSolution._make(
-            solver.solve(poses, begin, task, turned, tolerance, most, count)
+            solver.solve(poses, begin, task, turned, tolerance, unit, most, count)
         )
 
     def _new_solver(self, tip: str | None, key: int) -> Solver:

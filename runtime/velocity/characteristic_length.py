@@ -11,7 +11,8 @@ stands for the distance. Where no coordinate turns the tool, L is the root mean 
 rate by the rate of turning coordinates, and 1 m where there are none.
 
 Singular values, ellipsoids, joint rates, paths and distances from singularities all take this
-length unless another is given. Residuals of inverses do not: they compare a metre with a radian.
+length unless another is given. Residuals of inverses do not: they have the unit of
+`iterative/size.py`.
 
 Source:
     Angeles, Fundamentals of Robotic Mechanical Systems: where all singular values can be made
@@ -31,7 +32,7 @@ from ..call._call import Function
 from ..call.capabilities import needs
 from ..contract.facts import Coordinate, FunctionInfo, Reference, Variable
 from ..errors import InputValueError
-from ..size import configurations
+from ..iterative.size import configurations
 from ..tolerances import TURNS
 
 FloatArray = NDArray[np.float64]
@@ -91,11 +92,11 @@ class LengthMethods:
         """Jacobians (m, 6, n) at configurations that fill the limits."""
         if "jacobian_mixed" not in self.functions:
             return self._jacobian_at_reference()
-        middle = np.zeros(self.n) if self.reference is None else np.array(self.reference.q)
-        J = self.jacobian_mixed(configurations(self.coordinates, middle))
+        J = self.jacobian_mixed(configurations(self.coordinates, self.reference))
         closed = np.isfinite(J).all((-2, -1))
         if closed.any():
             return J[closed]
+        middle = np.zeros(self.n) if self.reference is None else np.array(self.reference.q)
         return self.jacobian_mixed(middle)[None]
 
     def _jacobian_at_reference(self) -> FloatArray:

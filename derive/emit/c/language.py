@@ -1,9 +1,15 @@
 """The language C: functions of a single pose, branches side by side, batches on vector lanes."""
 
+from collections.abc import Sequence
+
 from ...derivation import Derivation
 from ...program.programs import Programs
+from ...terms.symbolic_function import SymbolicFunction, WrittenFunction
 from . import batch, branch_lanes, polished, scalar, written
 from .header import header, support
+
+RIGID = "chasles_rigid.h"
+"""The support file that projects poses, of robots with an inverse of poses."""
 
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
@@ -13,8 +19,15 @@ def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
         f"{robot.name}.c": scalar.source(robot, functions, programs, derivation.written),
         f"{robot.name}.h": header(robot, (*functions, *derivation.written), programs),
         scalar.SUPPORT: support(scalar.SUPPORT),
+        **_for_poses((*functions, *derivation.written)),
         **written.written_files(robot, derivation.written),
         **polished.polished_files(derivation, programs),
         **branch_lanes.files(robot, functions, programs),
         **batch.files(robot, functions, programs, derivation.written),
     }
+
+
+def _for_poses(functions: Sequence[SymbolicFunction | WrittenFunction]) -> dict[str, str]:
+    """The support file where a function takes a pose."""
+    takes_pose = any(item.shape == (4, 4) for f in functions for item in f.inputs)
+    return {RIGID: support(RIGID)} if takes_pose else {}

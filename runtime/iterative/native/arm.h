@@ -40,8 +40,9 @@ typedef struct {
 } Arm;
 
 typedef struct {
-    const double *weights; /* (6,) of the error, linear first */
-    double tolerance;      /* metre and radian */
+    const double *weights; /* (6,) of the error, linear first; those of lengths per unit */
+    double unit;           /* metre: the length that counts as much as a radian */
+    double tolerance;      /* radian, and parts of the unit */
     int in_tool_axes; /* whether weights and error are along the axes of the tip, not the base */
     int whole;        /* whether all weights are positive: the error is then the logarithm */
     int budget;       /* evaluations of forward kinematics */

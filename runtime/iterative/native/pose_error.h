@@ -17,7 +17,7 @@ typedef struct {
     double T[POSE];     /* the pose of the tip */
     double e[TWIST];    /* weighted error */
     double half_square; /* |e|^2 / 2 */
-    double residual;    /* the larger of distance [m] and angle [rad], of the parts that count */
+    double residual;    /* the larger of distance [unit] and angle [rad], of the parts that count */
 } Evaluation;
 
 /* Expresses n twists or columns of the Jacobian (n, 6), given in base axes, in the task's axes. */
@@ -96,6 +96,7 @@ static inline void measure_error(const Task *task, const double *p, Evaluation *
         sum += e[i] * e[i];
     }
     out->half_square = sum / 2;
+    distance /= task->unit * task->unit;
     /* The comparison alone would lose a NaN in one of the two. */
     out->residual = (distance + angle) * 0 + sqrt(distance > angle ? distance : angle);
 }

@@ -85,7 +85,7 @@ static void search_pose(const Problem *problem, const double *seed, Ending endin
     search.budget += reserved;
     refine_ends(problem, &search);
     memcpy(results->q, search.best_q, arm->n * sizeof(double));
-    *results->residual = search.best.residual;
+    *results->residual = search.best.residual * problem->task->unit;
     *results->success = search.best.residual <= problem->task->tolerance;
     *results->ending = search.ending;
     *results->iterations = given - search.budget;

@@ -11,7 +11,7 @@
 /* Where the results of one pose go, or of the first pose of a batch. */
 typedef struct {
     double *q;              /* (n,) coordinates; NaN where no start could be evaluated */
-    double *residual;       /* metre or radian */
+    double *residual;       /* metre: of the distance, or the angle times the unit */
     unsigned char *success; /* whether the residual is at most the tolerance */
     signed char *ending;    /* an Ending of attempt.h */
     int *iterations;        /* evaluations of forward kinematics */

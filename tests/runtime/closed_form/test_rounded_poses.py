@@ -29,6 +29,9 @@ REACHED = 1e-12
 SOLVED = 1e-9
 """Residual up to which a slot or an iteration counts as solved."""
 
+TILTED = 1e-5
+"""Entries of the nearest pose of an arm with few joints: single precision, amplified by the arm."""
+
 
 @functools.cache
 def arm_and_poses(name):
@@ -254,6 +257,21 @@ def test_the_tolerance_that_is_named_suffices():
         rigid = se3.project(given, tolerance=named)
         np.testing.assert_allclose(rigid, polar(given), atol=SAME_POSE)
         arm.ik(rigid)
+
+
+def test_few_joints_are_told_of_rounding():
+    arm = chasles.load("lynxmotion")
+    q = np.random.default_rng(8).uniform(-1.5, 1.5, (60, arm.n))
+    told = 0
+    for pose, there in zip(arm.fk(q).astype(np.float32), q, strict=True):
+        found = arm.ik(pose)
+        if found.count:
+            continue
+        with pytest.raises(chasles.OutOfReachError, match="joints reach no pose that rounding"):
+            found.nearest(there)
+        assert np.abs(arm.fk(found.least_squares().q) - pose).max() < TILTED
+        told += 1
+    assert told > 20
 
 
 def test_not_a_number_is_no_error():

@@ -65,10 +65,10 @@ def distance(A, B):
     return np.linalg.norm(A[..., :3, 3] - B[..., :3, 3], axis=-1)
 
 
-def away(A, B):
-    """The larger of distance and angle."""
+def away(A, B, unit=1.0):
+    """The larger of the distance and of the angle times the robot's unit of length."""
     turn = screws.log(screws.inverse(A) @ B)[..., 3:]
-    return np.maximum(distance(A, B), np.linalg.norm(turn, axis=-1))
+    return np.maximum(distance(A, B), unit * np.linalg.norm(turn, axis=-1))
 
 
 def same(a, b):
@@ -84,9 +84,11 @@ def test_reachable_poses_are_found_within_the_limits(robot):
     assert found.success.all()
     assert (found.reason == "converged").all()
     assert within(robot, found.q)
-    assert found.residual.max() <= TOLERANCE
+    assert found.residual.max() <= TOLERANCE * robot.unit_length
     rounding = CLOSED if robot.name in (*LOOPS, *PLATFORMS) else ROUNDING
-    np.testing.assert_allclose(away(robot.fk(found.q), T), found.residual, rtol=0, atol=rounding)
+    np.testing.assert_allclose(
+        away(robot.fk(found.q), T, robot.unit_length), found.residual, rtol=0, atol=rounding
+    )
 
 
 @pytest.mark.parametrize("name", [name for name in ROBOTS if name not in ENDLESS])
@@ -99,7 +101,9 @@ def test_poses_out_of_reach_end_as_near_as_they_say(name):
     assert within(robot, found.q)
     assert found.iterations.max() <= 10_000
     rounding = CLOSED if robot.name in (*LOOPS, *PLATFORMS) else ROUNDING
-    np.testing.assert_allclose(away(robot.fk(found.q), T), found.residual, rtol=0, atol=rounding)
+    np.testing.assert_allclose(
+        away(robot.fk(found.q), T, robot.unit_length), found.residual, rtol=0, atol=rounding
+    )
     assert found.residual.min() > 0.01
 
 
@@ -294,7 +298,8 @@ def test_any_link_is_a_tip(name):
         assert found.success.all(), link
         assert within(robot, found.q)
         reached = robot.link_poses(found.q)[:, k]
-        assert away(reached, poses[:, k]).max() <= TOLERANCE + ROUNDING
+        unit = robot.unit_length
+        assert away(reached, poses[:, k], unit).max() <= TOLERANCE * unit + ROUNDING
         far = poses[:, k].copy()
         far[:, :3, 3] += 100
         found = robot.ik_numeric(far[:3], tip=link, weights=POSITION, budget=500)
@@ -364,8 +369,12 @@ def test_parts_of_small_weight_count_for_success(name, small):
     T = robot.fk(configurations(robot, 100))
     for weights in ((1, 1, 1, small, small, small), (small, small, small, 1, 1, 1)):
         found = robot.ik_numeric(T, weights=weights)
-        np.testing.assert_allclose(away(robot.fk(found.q), T), found.residual, rtol=0, atol=1e-12)
-        np.testing.assert_array_equal(found.success, found.residual <= TOLERANCE)
+        np.testing.assert_allclose(
+            away(robot.fk(found.q), T, robot.unit_length), found.residual, rtol=0, atol=1e-12
+        )
+        np.testing.assert_array_equal(
+            found.success, found.residual <= TOLERANCE * robot.unit_length
+        )
         np.testing.assert_array_equal(found.success, found.reason == "converged")
 
 

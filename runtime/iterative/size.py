@@ -12,15 +12,18 @@ and is small for a gantry with a small wrist, whose positions have the rounding 
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .contract.facts import Coordinate
-from .iterative.low_discrepancy import low_discrepancy
-from .tolerances import LEAST_SIZE
+from ..call._call import Function
+from ..contract.facts import Coordinate, Reference
+from ..tolerances import LEAST_SIZE
+from .low_discrepancy import low_discrepancy
 
 FloatArray = NDArray[np.float64]
 
@@ -28,17 +31,15 @@ _SAMPLES = 256
 """Configurations that stand for all; with more, a length changes by a percent."""
 
 
-def configurations(
-    coordinates: Sequence[Coordinate], middle: FloatArray | None = None
-) -> FloatArray:
+def configurations(coordinates: Sequence[Coordinate], reference: Reference | None) -> FloatArray:
     """(256, n) coordinates that fill the limits; where there are none a turn, or 2 m.
 
     Args:
         coordinates: The coordinates with their limits.
-        middle: (n,) where coordinates without limits are centred; 0 if None.
+        reference: Its q is where coordinates without limits are centred; 0 if None.
     """
     n = len(coordinates)
-    centre = np.zeros(n) if middle is None else middle
+    centre = np.zeros(n) if reference is None else np.array(reference.q)
     lower = np.array([-np.inf if c.lower is None else c.lower for c in coordinates])
     upper = np.array([np.inf if c.upper is None else c.upper for c in coordinates])
     half = np.array([np.pi if c.kind == "revolute" else 1.0 for c in coordinates])
@@ -50,19 +51,19 @@ def configurations(
 def unit_length(
     fk: Callable[[FloatArray], FloatArray],
     coordinates: Sequence[Coordinate],
-    middle: FloatArray | None = None,
+    reference: Reference | None,
 ) -> float:
     """The power of ten [m] nearest to the size of a robot's workspace.
 
     Args:
         fk: Poses of the tip (m, 4, 4) of coordinates (m, n), NaN where there is none.
         coordinates: The coordinates with their limits.
-        middle: (n,) as for `configurations`.
+        reference: Its q is where coordinates without limits are centred; 0 if None.
 
     Returns:
         The unit; 1 m where the tip stays in the origin of the base.
     """
-    p = fk(configurations(coordinates, middle))[:, :3, 3]
+    p = fk(configurations(coordinates, reference))[:, :3, 3]
     p = p[np.isfinite(p).all(-1)]
     if not len(p):
         return 1.0
@@ -70,3 +71,21 @@ def unit_length(
     away = math.sqrt(float((p**2).sum(-1).mean()))
     size = max(spread, LEAST_SIZE * away)
     return 10.0 ** round(math.log10(size)) if size > 0 else 1.0
+
+
+class SizeMethods:
+    """The unit of length of a robot."""
+
+    coordinates: tuple[Coordinate, ...]
+    reference: Reference | None
+    functions: Mapping[str, Function[Any]]
+
+    @functools.cached_property
+    def unit_length(self) -> float:
+        """The length [m] that counts as much as a radian in residuals and tolerances.
+
+        The power of ten nearest to the size of the workspace: 1 m for robots of 0.3 m to 3 m. The
+        head of `iterative/size.py` has the definition. 1 m for a robot without `fk`.
+        """
+        fk = self.functions.get("fk")
+        return 1.0 if fk is None else unit_length(fk, self.coordinates, self.reference)

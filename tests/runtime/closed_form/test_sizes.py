@@ -1,0 +1,188 @@
+"""A robot of a micrometre and one of a kilometre have the solutions of the same robot of a metre.
+
+The oracle is the similarity itself: with every length times a factor, joints that turn keep their
+values, positions are multiplied, and a slot is valid where it was.
+"""
+
+import random
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy as sp
+from scaled import scaled
+
+import chasles
+import chasles.derive
+from chasles.contract.facts import Coordinate
+from chasles.derive.emit.languages import EMITTERS
+from chasles.iterative.size import unit_length
+
+ROBOTS = Path(chasles.derive.__file__).parent / "robots"
+FUNCTIONS = ("fk", "fk_jacobian_mixed", "hessian_mixed", "ik")
+FACTORS = {"micrometre": sp.Rational(1, 10**6), "kilometre": sp.Integer(1000)}
+POSES = 300
+BORDER = 0.1
+"""Parts of the tolerance by which a residual is off it where rounding decides."""
+REACHED = 1e-12
+"""Parts of the unit of length, and radians, by which the pose of a solution is off."""
+
+
+def varied(name, generator):
+    """A shipped robot with lengths of its own."""
+    robot = chasles.derive.load(ROBOTS / f"{name}.toml")
+    parameters = tuple(
+        replace(item, value=item.value * sp.Rational(generator.randint(70, 140), 100))
+        if item.kind == "length"
+        else item
+        for item in robot.parameters
+    )
+    return replace(robot, parameters=parameters)
+
+
+def written(robot, folder):
+    emitters = [emitter for emitter in EMITTERS if emitter.language == "c"]
+    chasles.derive.write(robot, folder, FUNCTIONS, emitters)
+    return chasles.load(folder)
+
+
+@pytest.fixture(scope="module", params=["ur5e", "scara", "stanford"])
+def family(request, tmp_path_factory):
+    """A robot of about a metre, and the same robot in other sizes."""
+    folder = tmp_path_factory.mktemp("sizes")
+    robot = varied(request.param, random.Random(request.param))
+    made = {1: written(robot, folder / robot.name)}
+    for name, factor in FACTORS.items():
+        made[float(factor)] = written(scaled(robot, factor, robot.name), folder / name / robot.name)
+    return made
+
+
+def poses(arm):
+    """Poses within reach, many of them beyond it, and some a hair beyond."""
+    rng = np.random.default_rng(1)
+    q = rng.uniform(-2, 2, (POSES, arm.n))
+    T = arm.fk(q)
+    T[: POSES // 3, :3, 3] *= rng.uniform(1, 1.5, (POSES // 3, 1))
+    near = T[POSES // 3 : POSES // 2]
+    near[:, :3, 3] *= 1 + 10 ** rng.uniform(-12, -3, (len(near), 1))
+    return T
+
+
+def resized(T, factor):
+    T = T.copy()
+    T[..., :3, 3] *= factor
+    return T
+
+
+def slides(arm, factor):
+    """What the coordinates are multiplied with."""
+    return np.array([factor if c.unit == "m" else 1.0 for c in arm.coordinates])
+
+
+def test_the_unit_follows_the_size(family):
+    for factor, arm in family.items():
+        assert arm.unit_length == pytest.approx(family[1].unit_length * factor)
+        assert arm.ik.solutions.unit == arm.unit_length
+        np.testing.assert_allclose(arm.ik.solutions.TOLERANCE, 1e-9 * arm.unit_length)
+
+
+def test_every_size_has_the_same_solutions(family):
+    T = poses(family[1])
+    wanted = family[1].ik(T)
+    assert 0.1 < wanted.valid.mean() < 1
+    for factor, arm in family.items():
+        found = arm.ik(resized(T, factor))
+        # A pose at the border of what is valid may fall on either side.
+        border = np.abs(wanted.residual / wanted.TOLERANCE - 1) < BORDER
+        np.testing.assert_array_equal(found.valid | border, wanted.valid | border)
+        np.testing.assert_allclose(
+            found.residual[~wanted.valid] / factor, wanted.residual[~wanted.valid], rtol=1e-3
+        )
+        off = resized(arm.fk(found.q) - resized(T, factor)[:, None], 1 / arm.unit_length)
+        assert np.abs(off[wanted.residual < REACHED]).max() < REACHED
+        single = arm.ik(resized(T, factor)[5])
+        np.testing.assert_array_equal(single.valid, found.valid[5])
+        np.testing.assert_allclose(single.residual, found.residual[5], atol=1e-12 * factor)
+        batch = arm.ik(resized(T, factor)[::-1], threads=2)
+        np.testing.assert_array_equal(batch.valid[::-1], found.valid)
+
+
+def test_every_size_chooses_the_same_solution(family):
+    q = np.random.default_rng(2).uniform(-1.5, 1.5, (100, family[1].n))
+    T, seed = family[1].fk(q), q + 0.1
+    wanted = family[1].ik(T)
+    for factor, arm in family.items():
+        by = slides(arm, factor)
+        found = arm.ik(resized(T, factor))
+        nearest = found.nearest(seed * by) / by
+        np.testing.assert_allclose(nearest, wanted.nearest(seed), atol=1e-9)
+        np.testing.assert_array_equal(found.distinct().valid, wanted.distinct().valid)
+        np.testing.assert_array_equal(
+            found.within_limits(windings=False).valid, wanted.within_limits(windings=False).valid
+        )
+
+
+def test_every_size_follows_the_same_path(family):
+    q = np.linspace(0.2, 0.9, 60)[:, None] * np.linspace(1, 0.6, family[1].n)
+    T = family[1].fk(q)
+    wanted = family[1].ik_path(T, q[0])
+    for factor, arm in family.items():
+        by = slides(arm, factor)
+        found = arm.ik_path(resized(T, factor), q[0] * by)
+        assert (found.reason, found.ended_at) == (wanted.reason, wanted.ended_at)
+        np.testing.assert_allclose(found.q / by, wanted.q, atol=1e-9)
+
+
+def test_every_size_iterates_in_the_same_way(family):
+    q = np.random.default_rng(3).uniform(-1, 1, (60, family[1].n))
+    T = family[1].fk(np.clip(q, family[1].lower, family[1].upper))
+    for factor, arm in family.items():
+        found = arm.ik_numeric(resized(T, factor))
+        assert found.success.all()
+        off = resized(arm.fk(found.q) - resized(T, factor), 1 / arm.unit_length)
+        assert np.abs(off).max() < 2e-9
+
+
+def test_millimetres_are_suspected(family):
+    for factor, arm in family.items():
+        T = arm.fk(np.full(arm.n, 0.3) * slides(arm, factor))
+        if arm.ik(resized(T, 1000)).valid.any():
+            # `ik` knows no limits, and a slide goes anywhere.
+            assert arm.name == "stanford"
+            continue
+        with pytest.raises(chasles.OutOfReachError, match="in millimetres"):
+            arm.ik(resized(T, 1000)).nearest(np.zeros(arm.n))
+        with pytest.raises(chasles.OutOfReachError, match="out of reach, by"):
+            arm.ik(resized(T, 10)).nearest(np.zeros(arm.n))
+
+
+def coordinate(kind, lower=None, upper=None):
+    return Coordinate("q", kind, "rad" if kind == "revolute" else "m", lower, upper)
+
+
+def on_a_line(scale, away=0.0):
+    """Forward kinematics of a slide."""
+
+    def fk(q):
+        T = np.tile(np.eye(4), (len(q), 1, 1))
+        T[:, 0, 3] = scale * q[:, 0] + away
+        return T
+
+    return fk
+
+
+@pytest.mark.parametrize("exponent", range(-6, 4))
+def test_the_unit_of_a_slide(exponent):
+    span = 10.0**exponent
+    slide = (coordinate("prismatic", -2 * span, 2 * span),)
+    assert unit_length(on_a_line(1), slide, None) == pytest.approx(span)
+    # A robot that stands far away is not large, but its positions have the rounding of the way.
+    assert unit_length(on_a_line(1, 100 * span), slide, None) == pytest.approx(span)
+    assert unit_length(on_a_line(1, 1e7 * span), slide, None) == pytest.approx(100 * span)
+
+
+def test_the_unit_without_lengths_is_a_metre():
+    assert unit_length(on_a_line(0), (coordinate("revolute"),), None) == 1
+    lost = unit_length(lambda q: np.full((len(q), 4, 4), np.nan), (coordinate("revolute"),), None)
+    assert lost == 1

@@ -1,0 +1,90 @@
+"""Mechanisms of a millimetre and of a hundred metres behave as those of decimetres.
+
+The oracle is the similarity to the shipped robot: angles stay, lengths are multiplied.
+"""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import chasles
+import chasles.derive
+from chasles.derive.emit.languages import EMITTERS
+
+ROBOTS = Path(chasles.derive.__file__).parent / "robots"
+FACTORS = (1 / 256, 256.0)
+"""Powers of two, so that the lengths are the same to the last bit."""
+LENGTHS = {
+    "planar_3rrr": re.compile(r"(?<=value = )[\d.]+"),
+    "five_bar": re.compile(r"(?<=value = )[\d.]+"),
+    "stewart_gough": re.compile(r"(?<=value = )[\d.]+|(?<=leg_\d = )\d+|(?<=\nz = )\d+|160"),
+}
+CONFIGURATIONS = 60
+SAME = 1e-12
+"""Radians, and parts of the size."""
+
+
+def written(name, factor, folder):
+    """A shipped robot with every length of its file times a factor."""
+    text = (ROBOTS / f"{name}.toml").read_text()
+    file = folder / f"{name}.toml"
+    file.write_text(LENGTHS[name].sub(lambda found: f"{float(found[0]) * factor:.12f}", text))
+    emitters = [emitter for emitter in EMITTERS if emitter.language == "c"]
+    chasles.derive.write(chasles.derive.load(file), folder / name, emitters=emitters)
+    return chasles.load(folder / name)
+
+
+@pytest.fixture(scope="module", params=[(n, f) for n in LENGTHS for f in FACTORS], ids=str)
+def pair(request, tmp_path_factory):
+    """A shipped robot, the same robot in another size, and the factor."""
+    name, factor = request.param
+    return chasles.load(name), written(name, factor, tmp_path_factory.mktemp("sizes")), factor
+
+
+def configurations(robot):
+    lower = np.where(np.isfinite(robot.lower), robot.lower, np.array(robot.reference.q) - 0.5)
+    upper = np.where(np.isfinite(robot.upper), robot.upper, np.array(robot.reference.q) + 0.5)
+    return np.random.default_rng(4).uniform(lower, upper, (CONFIGURATIONS, robot.n))
+
+
+def test_another_size_moves_in_the_same_way(pair):
+    robot, other, factor = pair
+    q = configurations(robot)
+    by = np.array([factor if c.unit == "m" else 1.0 for c in robot.coordinates])
+    T, resized = robot.fk(q), other.fk(q * by)
+    np.testing.assert_array_equal(robot.valid(q), other.valid(q * by))
+    closed = np.isfinite(T).all((-2, -1))
+    assert closed.mean() > 0.5
+    T[:, :3, 3] *= factor
+    np.testing.assert_allclose(resized[..., :3], T[..., :3], atol=SAME)
+    np.testing.assert_allclose(resized[:, :3, 3], T[:, :3, 3], atol=SAME * factor)
+    found = other.ik_numeric(T[closed])
+    assert found.success.all()
+    assert found.residual.max() <= 1e-9 * other.unit_length
+
+
+def test_another_size_has_the_same_modes(pair):
+    robot, other, factor = pair
+    q = configurations(robot)
+    if not hasattr(robot, "fk_planar_all"):
+        return
+    modes, resized = robot.fk_planar_all(q), other.fk_planar_all(q)
+    np.testing.assert_array_equal(modes.valid, resized.valid)
+    assert modes.valid.any()
+    at = np.array([factor, factor, 1.0])
+    np.testing.assert_allclose(resized.x / at, modes.x, atol=1e-10)
+
+
+def test_another_size_holds_the_same_chain(pair):
+    robot, other, factor = pair
+    if not hasattr(robot, "actuators_valid"):
+        return
+    theta = robot.chain(configurations(robot))
+    theta = theta[np.isfinite(theta).all(-1)]
+    by = np.array([factor if c.unit == "m" else 1.0 for c in robot.chain_joints])
+    shifted = theta + 1e-3 * np.eye(theta.shape[1])[0]
+    for chain in (theta, shifted):
+        held = other.actuators_valid(chain * by)
+        np.testing.assert_array_equal(held, robot.actuators_valid(chain))
