@@ -1,7 +1,7 @@
 """Every tolerance of the Python runtime: name, value, unit and reason, by the room that uses it.
 
-A length without a unit is in parts of the robot's unit of length: the power of ten nearest to the
-size of its workspace, 1 m for robots of 0.3 m to 3 m (`iterative/size.py`). Residuals compare a
+A length without a unit is in parts of the robot's unit of length: the power of 1000 nearest to the
+size of its workspace, 1 m for robots of 0.03 m to 30 m (`iterative/size.py`). Residuals compare a
 distance with an angle times this unit. A count of steps or a size of a block is no tolerance and
 stays in the file that uses it. Tolerances that belong to the generated code stand in the manifest.
 """

@@ -64,8 +64,8 @@ class Solutions(_Fields):
             beyond it.
         valid: (..., k) whether the slot holds a solution (residual <= 1e-9 `unit`) that no filter
             has removed.
-        unit: The robot's unit of length [m]: the power of ten nearest to the size of its workspace,
-            1 m for robots of 0.3 m to 3 m.
+        unit: The robot's unit of length [m]: the power of 1000 nearest to the size of its
+            workspace, 1 m for robots of 0.03 m to 30 m.
         coordinates: The elements of q.
         wraps: (n,) whether a full turn of the coordinate leaves the pose unchanged: true for
             turning joints until `within_limits` lists their turns separately.

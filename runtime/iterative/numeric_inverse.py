@@ -156,7 +156,7 @@ class NumericMethods(SizeMethods):
                 Platforms accept the tool alone.
             weights: Six factors on the components of the error (v, omega), 0 for a free component:
                 (1, 1, 1, 0, 0, 0) for a position alone. All 1 by default, so that `unit_length`
-                (1 m for robots of 0.3 m to 3 m) counts as much as a radian.
+                (1 m for robots of 0.03 m to 30 m) counts as much as a radian.
             axes: Whether these components are expressed in the axes of the tip or of the base.
             tolerance: Largest residual of a success [m]; 1e-9 `unit_length` if None.
             budget: Greatest number of evaluations of forward kinematics for a pose, about 0.4

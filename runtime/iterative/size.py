@@ -2,9 +2,9 @@
 
 A residual compares a distance with an angle, and 1e-9 m means nothing to a stage of a micrometre
 and is little more than rounding to a crane of a kilometre. So lengths are judged in a unit that
-belongs to the robot: the power of ten [m] nearest to the size of its workspace, which is the root
+belongs to the robot: the power of 1000 [m] nearest to the size of its workspace, which is the root
 mean square distance of the tip from the mean of its positions, over configurations that fill the
-limits. It is 1 m for robots of 0.3 m to 3 m. A power of ten keeps the digits of tolerances.
+limits. It is 1 m for robots of 0.03 m to 30 m. These are km, m, mm and um.
 
 `characteristic_length` serves other purposes: it is the lever arm of the joints that turn the tool,
 and is small for a gantry with a small wrist, whose positions have the rounding of the gantry.
@@ -53,7 +53,7 @@ def unit_length(
     coordinates: Sequence[Coordinate],
     reference: Reference | None,
 ) -> float:
-    """The power of ten [m] nearest to the size of a robot's workspace.
+    """The power of 1000 [m] nearest to the size of a robot's workspace.
 
     Args:
         fk: Poses of the tip (m, 4, 4) of coordinates (m, n), NaN where there is none.
@@ -70,7 +70,7 @@ def unit_length(
     spread = math.sqrt(float(((p - p.mean(0)) ** 2).sum(-1).mean()))
     away = math.sqrt(float((p**2).sum(-1).mean()))
     size = max(spread, LEAST_SIZE * away)
-    return 10.0 ** round(math.log10(size)) if size > 0 else 1.0
+    return 1000.0 ** round(math.log(size, 1000)) if size > 0 else 1.0
 
 
 class SizeMethods:
@@ -84,8 +84,8 @@ class SizeMethods:
     def unit_length(self) -> float:
         """The length [m] that counts as much as a radian in residuals and tolerances.
 
-        The power of ten nearest to the size of the workspace: 1 m for robots of 0.3 m to 3 m. The
-        head of `iterative/size.py` has the definition. 1 m for a robot without `fk`.
+        The power of 1000 nearest to the size of the workspace: 1 m for robots of 0.03 m to 30 m,
+        and for those without `fk`. The head of `iterative/size.py` has the definition.
         """
         fk = self.functions.get("fk")
         return 1.0 if fk is None else unit_length(fk, self.coordinates, self.reference)

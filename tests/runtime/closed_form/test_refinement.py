@@ -122,7 +122,7 @@ def test_what_is_out_of_reach_stays_so(arm, q):
     T = arm.fk(q)
     T[:5, :2, 3] *= 0.75 / np.linalg.norm(T[:5, :2, 3], axis=-1, keepdims=True)
     # A hair beyond a stretched arm; nearer than that rounding alone decides.
-    beyond = np.array([1e-7, 3e-8, 1e-6])[:, None]
+    beyond = np.array([1e-7, 3e-9, 1e-6])[:, None]
     T[5:8, :2, 3] *= (0.7 + beyond) / np.linalg.norm(T[5:8, :2, 3], axis=-1, keepdims=True)
     T[8, 0, 3] = np.nan
     # Tilted, as no pose of this arm is.

@@ -139,9 +139,9 @@ def test_out_of_reach_and_not_finite(arm):
 
 
 def test_tolerance_divides_valid_from_not(arm):
-    # Beyond reach by less than the tolerance, and by more; the lift makes this a robot of 10 m.
+    # Beyond reach by less than the tolerance, and by more.
     reach = scara.A1 + scara.A2
-    for beyond, valid in ((0.5e-8, True), (2e-8, False)):
+    for beyond, valid in ((0.5e-9, True), (2e-9, False)):
         T = scara.fk(np.zeros(4))
         T[0, 3] = reach + beyond
         assert (arm.ik(T).valid == valid).all()
@@ -198,7 +198,7 @@ def test_calls_leak_nothing(arm, q, few_objects):
 
 def test_the_class_is_known(arm):
     assert arm.ik.solutions is solutions_of(
-        arm.coordinates, (True, True, False, True), ("elbow +", "elbow -"), unit=10.0
+        arm.coordinates, (True, True, False, True), ("elbow +", "elbow -"), unit=1.0
     )
     assert arm.fk.solutions is None
 
@@ -225,7 +225,7 @@ def test_only_a_class_of_tuples_with_a_tolerance_is_taken(tmp_path, cache, bad):
 
 def test_help_tells_of_valid(arm):
     assert "q: (..., 2, 4) [rad or m]" in arm.ik.__doc__
-    assert "valid: (..., 2) whether residual <= 1e-08" in arm.ik.__doc__
+    assert "valid: (..., 2) whether residual <= 1e-09" in arm.ik.__doc__
     assert "valid" not in arm.fk.__doc__
 
 

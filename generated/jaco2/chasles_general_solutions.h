@@ -1,0 +1,285 @@
+/* The solutions of an arm of six revolute joints of any geometry; part of chasles, the same for
+ * every such robot. What the names mean is told in chasles_general.h.
+ */
+#ifndef CHASLES_GENERAL_SOLUTIONS_H
+#define CHASLES_GENERAL_SOLUTIONS_H
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "chasles_general_back.h"
+
+#define CHASLES_SLOTS 16
+/* Poses nearby whose solutions are surely all known, that are enough for those of a pose. */
+#define CHASLES_AGREED 4
+
+/* Solutions found so far, none twice. */
+typedef struct {
+    int count;
+    double q[CHASLES_SLOTS][6], residual[CHASLES_SLOTS], margin[CHASLES_SLOTS];
+} chasles_general_found;
+
+/* Keeps a solution; returns its place, or -1 where it is none. */
+static int chasles_general_keep(const chasles_general_six *six, chasles_general_found *found,
+                                const double *q, double residual, const double *J)
+{
+    if (!(residual <= CHASLES_SOLVED))
+        return -1;
+    int own = 0;
+    for (; own < found->count; own++) {
+        double most = 0.0;
+        for (int k = 0; k < 6; k++) {
+            const double apart = fabs(chasles_general_wrapped(q[k] - found->q[own][k]));
+            most = apart > most ? apart : most;
+        }
+        if (most < CHASLES_SAME)
+            break;
+    }
+    if (own < found->count && found->residual[own] <= residual)
+        return own;
+    const double margin = chasles_general_margin(J, six->arm->length);
+    if (own == found->count && own < CHASLES_SLOTS) {
+        found->count++;
+    } else if (own == found->count) {
+        /* One of infinitely many makes room for one that stands alone. */
+        own = 0;
+        for (int k = 1; k < CHASLES_SLOTS; k++)
+            own = found->margin[k] < found->margin[own] ? k : own;
+        if (found->margin[own] >= margin)
+            return -1;
+    }
+    memcpy(found->q[own], q, 6 * sizeof *q);
+    found->residual[own] = residual;
+    found->margin[own] = margin;
+    return own;
+}
+
+/* The direction in which J moves the pose least, by one step of inverse iteration. */
+static void chasles_general_least(const double *J, double length, double *direction)
+{
+    double a[6][7], norm = 0.0;
+    for (int i = 0; i < 6; i++) {
+        for (int k = 0; k < 6; k++) {
+            a[i][k] = i == k ? CHASLES_SHIFT : 0.0;
+            for (int m = 0; m < 6; m++) {
+                a[i][k] += J[6 * m + i] * J[6 * m + k] * (m < 3 ? 1.0 / (length * length) : 1.0);
+            }
+        }
+        a[i][6] = 1.0 + 0.1 * i;
+        direction[i] = 0.0;
+    }
+    chasles_general_solve(a, direction);
+    for (int k = 0; k < 6; k++)
+        norm += direction[k] * direction[k];
+    norm = norm > 0.0 ? sqrt(norm) : 1.0;
+    for (int k = 0; k < 6; k++)
+        direction[k] /= norm;
+}
+
+/* Newton's steps from a start; from both sides of one where two roots meet. Returns the places of
+ * what was found, as bits. */
+static unsigned chasles_general_try(const chasles_general_six *six, const double *T,
+                                    const chasles_general_start *start,
+                                    chasles_general_found *found)
+{
+    double q[6], J[36], direction[6], at[16], e[6];
+    unsigned places = 0;
+    if (start->imaginary == 0.0) {
+        memcpy(q, start->q, sizeof q);
+        const double left = chasles_general_polish(six, T, CHASLES_STEPS, q, J);
+        const int own = chasles_general_keep(six, found, q, left, J);
+        return own < 0 ? 0 : 1u << own;
+    }
+    chasles_general_forward(six, start->q, at, J);
+    chasles_general_least(J, six->arm->length, direction);
+    const double apart = sqrt(chasles_general_error(T, at, e)) + start->imaginary;
+    for (int side = -1; side < 2; side += 2) {
+        for (int k = 0; k < 6; k++)
+            q[k] = start->q[k] + side * apart * direction[k];
+        const double left = chasles_general_polish(six, T, CHASLES_STEPS, q, J);
+        const int own = chasles_general_keep(six, found, q, left, J);
+        places |= own < 0 ? 0 : 1u << own;
+    }
+    return places;
+}
+
+static int chasles_general_bits(unsigned places)
+{
+    int count = 0;
+    for (; places; places &= places - 1)
+        count++;
+    return count;
+}
+
+/* The solutions that a split gives; whether they surely are all. */
+static int chasles_general_by_split(const chasles_general_six *six, const double *T,
+                                    const chasles_general_split *split,
+                                    chasles_general_found *found)
+{
+    chasles_general_start starts[CHASLES_MOST_STARTS];
+    unsigned places = 0;
+    int real = 0, roots = 0, meeting = 0, sure;
+    const int count = chasles_general_starts(six, split, T, starts, &sure);
+    for (int k = 0; k < count; k++) {
+        if (starts[k].twin < 2) {
+            roots += starts[k].imaginary == 0.0;
+            meeting += starts[k].imaginary > 0.0;
+            real += starts[k].twin == 0;
+        } else if (meeting == 0 && chasles_general_bits(places) == roots) {
+            break;
+        }
+        places |= chasles_general_try(six, T, starts + k, found);
+    }
+    /* Solutions come in pairs; a split that misses a solution of another is not to be trusted. */
+    const int own = chasles_general_bits(places);
+    return sure && own >= real && own == found->count && own % 2 == 0;
+}
+
+/* The pose turned and moved a little, each time another way; twice back and forth, for it may be at
+ * the end of the reach. */
+static void chasles_general_nudged(const double *T, double length, double size, int way,
+                                   double *near)
+{
+    static const double ways[][6] = {
+        {0.6, -0.5, 0.4, 0.3, 0.7, -0.6},
+        {-0.3, 0.8, 0.5, -0.7, 0.2, 0.5},
+        {0.7, 0.2, -0.6, 0.5, -0.4, -0.8},
+        {-0.5, -0.6, -0.2, -0.4, 0.6, 0.3},
+    };
+    const double *w = ways[way / 2 % 4];
+    size = way % 2 ? -size : size;
+    const double a = size * w[0], b = size * w[1], c = size * w[2];
+    const double n = 1.0 / (1.0 + a * a + b * b + c * c);
+    /* Cayley's rotation, so that the pose stays one. */
+    const double R[3][3] = {
+        {n * (1.0 + a * a - b * b - c * c), 2.0 * n * (a * b - c), 2.0 * n * (a * c + b)},
+        {2.0 * n * (a * b + c), n * (1.0 - a * a + b * b - c * c), 2.0 * n * (b * c - a)},
+        {2.0 * n * (a * c - b), 2.0 * n * (b * c + a), n * (1.0 - a * a - b * b + c * c)},
+    };
+    memcpy(near, T, 16 * sizeof *T);
+    for (int i = 0; i < 3; i++) {
+        for (int k = 0; k < 3; k++) {
+            near[4 * i + k] = R[i][0] * T[k] + R[i][1] * T[4 + k] + R[i][2] * T[8 + k];
+        }
+        near[4 * i + 3] += size * length * w[3 + i];
+    }
+}
+
+/* The solutions that the splits give, one after the other until one surely gives all; whether it
+ * does. Where two splits find none there is none. */
+static int chasles_general_by_splits(const chasles_general_six *six, const double *T,
+                                     chasles_general_found *found)
+{
+    found->count = 0;
+    for (int k = 0; k < six->arm->splits; k++) {
+        if (chasles_general_by_split(six, T, six->arm->split + k, found) &&
+            (found->count > 0 || k > 0))
+            return 1;
+    }
+    return 0;
+}
+
+/* All solutions of a pose. Where roots run together or the equations fail, they are found from
+ * those of poses nearby, all of which are known surely. */
+static void chasles_general_search_all(const chasles_general_six *six, const double *T,
+                                       chasles_general_found *found)
+{
+    static const double sizes[] = {1e-3, 1e-3, 1e-2, 1e-2, 1e-4, 1e-4};
+    chasles_general_found nearby;
+    chasles_general_start start = {{0.0}, 0.0, 0.0, 0};
+    double near[16];
+    if (chasles_general_by_splits(six, T, found))
+        return;
+    for (int k = 0, sure = 0; k < 6 && sure < CHASLES_AGREED; k++) {
+        chasles_general_nudged(T, six->arm->length, sizes[k], k, near);
+        sure += chasles_general_by_splits(six, near, &nearby);
+        for (int i = 0; i < nearby.count; i++) {
+            memcpy(start.q, nearby.q[i], sizeof start.q);
+            chasles_general_try(six, T, &start, found);
+        }
+    }
+}
+
+/* What is left of the pose by each of a few answers; they are no solutions, or near to none. */
+typedef struct {
+    double q[CHASLES_SLOTS][6], left[CHASLES_SLOTS];
+} chasles_general_rest;
+
+/* Where nothing reaches a pose, or several solutions run together and steps get short: the nearest
+ * answers from many starts. */
+static void chasles_general_nearest(const chasles_general_six *six, const double *T,
+                                    chasles_general_found *found, chasles_general_rest *rest)
+{
+    /* Evenly distributed without a pattern: multiples of square roots. */
+    static const double roots[6] = {1.41421356, 1.73205081, 2.23606798,
+                                    2.64575131, 3.31662479, 3.60555128};
+    double J[36];
+    for (int k = 0; k < CHASLES_SLOTS; k++) {
+        double *q = rest->q[k];
+        for (int i = 0; i < 6; i++)
+            q[i] = chasles_general_wrapped(CHASLES_TURN * k * roots[i]);
+        rest->left[k] = chasles_general_polish(six, T, 200, q, J);
+        if (rest->left[k] < CHASLES_NEAR)
+            rest->left[k] = chasles_general_polish(six, T, 1000, q, J);
+        chasles_general_keep(six, found, q, rest->left[k], J);
+    }
+}
+
+/* A configuration that is no solution, in all slots: none is there twice. */
+static void chasles_general_none(const chasles_general_six *six, const double *T,
+                                 chasles_general_rest *rest)
+{
+    double q[6] = {0.0}, J[36];
+    double left = chasles_general_polish(six, T, 0, q, J);
+    for (int k = 0; k < 6 && left <= CHASLES_SOLVED; k++) {
+        q[k] = 1.0;
+        left = chasles_general_polish(six, T, 0, q, J);
+    }
+    for (int k = 0; k < CHASLES_SLOTS; k++) {
+        memcpy(rest->q[k], q, sizeof q);
+        rest->left[k] = left;
+    }
+}
+
+/* Every solution of a pose in sixteen slots: solutions first, by the suppressed joint of the first
+ * split. The others hold the nearest answers where there is none, else what is no solution. */
+static void chasles_general_slots(const chasles_general_arm *arm, double value, const double *T,
+                                  double *q, double *residual, double *margin)
+{
+    chasles_general_six six;
+    chasles_general_found found;
+    chasles_general_rest rest;
+    int order[CHASLES_SLOTS], finite = value - value == 0.0;
+    const int n = arm->joints, key = arm->split[0].joint[2];
+    for (int k = 0; k < 16; k++)
+        finite = finite && T[k] - T[k] == 0.0;
+    if (!finite) {
+        for (int k = 0; k < CHASLES_SLOTS; k++) {
+            for (int i = 0; i < n; i++)
+                q[n * k + i] = NAN;
+            residual[k] = margin[k] = NAN;
+        }
+        return;
+    }
+    chasles_general_set(arm, value, &six);
+    chasles_general_search_all(&six, T, &found);
+    if (found.count == 0)
+        chasles_general_nearest(&six, T, &found, &rest);
+    if (found.count > 0)
+        chasles_general_none(&six, T, &rest);
+    for (int i = 0; i < found.count; i++) {
+        int k = i;
+        for (; k > 0 && found.q[order[k - 1]][key] > found.q[i][key]; k--)
+            order[k] = order[k - 1];
+        order[k] = i;
+    }
+    for (int k = 0; k < CHASLES_SLOTS; k++) {
+        const int there = k < found.count;
+        chasles_general_joints(&six, there ? found.q[order[k]] : rest.q[k], q + n * k);
+        residual[k] = there ? found.residual[order[k]] : rest.left[k];
+        margin[k] = there ? found.margin[order[k]] : -rest.left[k];
+    }
+}
+
+#endif
