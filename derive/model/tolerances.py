@@ -24,6 +24,15 @@ reliable digits."""
 ANGLE_SNAP = 1e-9
 """Difference (radian) within which an angle of a URDF becomes a multiple of pi/12: exporters round
 to ten digits or more, and 1e-9 rad moves a tool at 1 m by 1 nm."""
+GIMBAL_LOCK = 1e-14
+"""Part of a quaternion (no unit) below which roll and yaw turn about one axis: rounding of doubles
+leaves 1e-16 there, and the direction of so small a part would be mostly rounding."""
+COMPILED_DECIMALS = 14
+"""Decimals (metre, radian) of numbers that another program computed from a file's: rounding leaves
+1e-16 of a metre or two, and nobody writes more than 13 decimals."""
+CALIBRATED_TOOL = 0.05
+"""Metre, and norm of a difference of rotations: the farthest that a factory calibration moves the
+tool of an arm at zero. Calibrations move it by millimetres, another type by 80 mm or more."""
 LENGTH_SCALING = 1e-10
 """Deviation (m or rad, at lengths of about 1 m) from a linear or a constant function above which an
 expression does not scale with the file's lengths: at 15 digits, rounding gives about 1e-14, and

@@ -1,0 +1,233 @@
+"""MJCF import: random models against MuJoCo's own kinematics, and everything that can be wrong."""
+
+import random
+
+import numpy as np
+import pytest
+from tolerances import ORACLE
+
+from chasles.derive import derive
+from chasles.derive.description.importers.mjcf.mjcf_file import MjcfFile
+from chasles.derive.terms.casadi_graph import lower
+
+mujoco = pytest.importorskip("mujoco", reason="the reader of MJCF and the oracle")
+
+MODELS, POSES, LINKAGES = 14, 3, 6
+RIGHT = (0, 90, -90, 180, 45)
+
+
+def numbers(dice, low=-1.0, high=1.0, digits=3):
+    return " ".join(f"{dice.uniform(low, high):.{digits}f}" for _ in range(3))
+
+
+def orientation(dice):
+    """One of MJCF's forms of an orientation."""
+    right = " ".join(str(dice.choice(RIGHT)) for _ in range(3))
+    return dice.choice(
+        (
+            "",
+            f'euler="{right}"',
+            f'euler="{numbers(dice, -180, 180, 1)}"',
+            f'axisangle="{numbers(dice)} {dice.uniform(-180, 180):.2f}"',
+            f'quat="{dice.uniform(0.1, 1):.3f} {numbers(dice)}"',
+            'quat="1 1 1 1"',
+            'xyaxes="0 1 0 0 0 1"',
+            'zaxis="1 0 0"',
+        )
+    )
+
+
+def random_joint(dice, name):
+    kind = dice.choice(("hinge", "hinge", "slide"))
+    axis = dice.choice(("1 0 0", "0 1 0", "0 0 -1", "0 1 1", numbers(dice)))
+    anchor = f'pos="{numbers(dice)}"' if dice.random() < 0.4 else ""
+    reference = f'ref="{dice.uniform(-1, 1):.2f}"' if dice.random() < 0.4 else ""
+    limits = 'range="-2 2"' if dice.random() < 0.5 else ""
+    return f'<joint name="{name}" type="{kind}" axis="{axis}" {anchor} {reference} {limits}/>'
+
+
+def random_model(dice):
+    """A chain of bodies with none to three joints each, side branches, frames and sites."""
+    count = dice.randint(2, 6)
+    degree = dice.choice(("degree", "degree", "radian"))
+    opened, closed, names = [], [], 0
+    for k in range(1, count + 1):
+        joints = []
+        for _ in range(dice.choice((0, 1, 1, 2, 3)) if k > 1 else 1):
+            names += 1
+            joints.append(random_joint(dice, f"j{names}"))
+        if dice.random() < 0.3:
+            opened.append(f'<frame pos="{numbers(dice)}" {orientation(dice)}>')
+            closed.append("</frame>")
+        opened += [
+            f'<body name="b{k}" pos="{numbers(dice)}" {orientation(dice)}>',
+            *joints,
+            '<geom type="mesh" mesh="missing" material="grey"/>' if k % 2 else '<geom size="0.1"/>',
+            f'<site name="s{k}" pos="{numbers(dice)}" {orientation(dice)}/>',
+            f'<body name="side{k}"><joint name="f{k}" type="ball"/><geom size="0.1"/></body>',
+        ]
+        closed.append("</body>")
+    return "\n".join(
+        [
+            f'<mujoco model="random-{degree}"><compiler angle="{degree}"/>',
+            '<asset><mesh name="missing" file="missing.stl"/><material name="grey"/></asset>',
+            "<worldbody>",
+            *opened,
+            *reversed(closed),
+            "</worldbody></mujoco>",
+        ]
+    ), count
+
+
+def oracle(text):
+    """MuJoCo's model, without the meshes that are missing."""
+    return mujoco.MjModel.from_xml_string(
+        text.replace('<mesh name="missing" file="missing.stl"/>', "").replace(
+            'type="mesh" mesh="missing"', 'size="0.1"'
+        )
+    )
+
+
+def poses_of(model, values):
+    """The pose of every body and site at values of joints."""
+    data = mujoco.MjData(model)
+    for name, value in values.items():
+        data.qpos[model.joint(name).qposadr[0]] = value
+    mujoco.mj_kinematics(model, data)
+    found = {}
+    for kind, count, xpos, xmat in (
+        (model.body, model.nbody, data.xpos, data.xmat),
+        (model.site, model.nsite, data.site_xpos, data.site_xmat),
+    ):
+        for k in range(count):
+            pose = np.eye(4)
+            pose[:3, :3], pose[:3, 3] = xmat[k].reshape(3, 3), xpos[k]
+            found[kind(k).name] = pose
+    return found
+
+
+def read(path, text, base=None, tip=None):
+    path.write_text(text)
+    return MjcfFile(path).robot(base, tip, None)
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "model.xml"
+
+
+def compare(path, seed):
+    """Poses of all links of a random model, beside MuJoCo's; the number of them."""
+    dice = random.Random(seed)
+    text, count = random_model(dice)
+    robot = read(path, text, "world", f"s{count}")
+    fk, links = lower(derive(robot, ("fk", "link_poses")).functions, "r")
+    model = oracle(text)
+    checked = 0
+    for _ in range(POSES):
+        q = np.array([dice.uniform(-2, 2) for _ in robot.coordinates])
+        names = [joint.name for joint in robot.coordinates]
+        expected = poses_of(model, dict(zip(names, q, strict=True)))
+        tool = np.array(fk(q)).reshape(4, 4)
+        assert np.abs(tool - expected[f"s{count}"]).max() <= ORACLE, seed
+        for name, pose in zip(robot.link_names, np.array(links(q)).reshape(-1, 4, 4), strict=True):
+            if name in expected:
+                assert np.abs(pose - expected[name]).max() <= ORACLE, (seed, name)
+                checked += 1
+    return text, checked
+
+
+def test_random_models_against_mujoco(path):
+    words = ("ref", "range", "<frame", "pos=", "slide", "euler", "quat")
+    texts, counts = zip(*(compare(path, seed) for seed in range(MODELS)), strict=True)
+    assert sum(counts) > MODELS * POSES * 2
+    assert min(sum(word in text for text in texts) for word in words) >= 3
+
+
+def random_linkage(dice):
+    """A four-bar linkage in a tilted plane, closed by one of MJCF's ways to do so."""
+    A, D = np.zeros(2), np.array([dice.uniform(0.3, 0.4), dice.uniform(-0.1, 0.1)])
+    B = np.array([dice.uniform(-0.05, 0.05), dice.uniform(0.08, 0.12)])
+    C = D + np.array([dice.uniform(-0.1, 0.1), dice.uniform(0.2, 0.3)])
+    A, B, C, D = (np.round(point, 3) for point in (A, B, C, D))
+    turns = [dice.choice((0, 30, dice.randint(-170, 170))) for _ in range(3)]
+
+    def local(point, origin, turn):
+        c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
+        x, y = point - origin
+        return f"{float(c * x + s * y)!r} {float(c * y - s * x)!r} 0"
+
+    crank, coupler, rocker = turns
+    way = dice.choice(("bodies", "sites", "pin", "weld"))
+    closure = {
+        "bodies": f'<connect name="pin" body1="rocker" body2="coupler" '
+        f'anchor="{local(C, D, rocker)}"/>',
+        "sites": '<connect name="pin" site1="end" site2="other"/>',
+        "pin": f'<connect name="pin" body1="rocker" body2="coupler" '
+        f'anchor="{local(C, D, rocker)}"/><connect body1="rocker" body2="coupler" '
+        f'anchor="{local(C, D, rocker)[:-1]}0.1"/>',
+        "weld": '<weld name="pin" body1="rocker" body2="last"/>',
+    }[way]
+    last = (
+        f'<body name="last" pos="{local(C, B, coupler)}"><joint name="last"/>'
+        '<geom size=".01"/></body>'
+        if way == "weld"
+        else ""
+    )
+    return f"""<mujoco model="linkage"><compiler angle="degree"/><worldbody>
+<body name="frame" pos="{numbers(dice)}" euler="{numbers(dice, -180, 180, 1)}">
+<body name="crank" euler="0 0 {crank}"><joint name="crank"/><geom size=".01"/>
+<body name="coupler" pos="{local(B, A, crank)}" euler="0 0 {coupler - crank}"><joint name="elbow"/>
+<geom size=".01"/><site name="end" pos="{local(C, B, coupler)}"/><site name="tool" pos=".1 .1 0"/>
+{last}</body></body>
+<body name="rocker" pos="{local(D, A, 0)}" euler="0 0 {rocker}"><joint name="rocker"/>
+<geom size=".01"/><site name="other" pos="{local(C, D, rocker)}"/></body>
+</body></worldbody><equality>{closure}</equality>
+<actuator><motor joint="crank"/></actuator></mujoco>"""
+
+
+def satisfied(model, crank):
+    """MuJoCo's coordinates with its equalities satisfied, by Newton's method from its own pose."""
+    data = mujoco.MjData(model)
+    at = model.joint("crank").qposadr[0]
+    free = [k for k in range(model.nq) if k != at]
+    for step in np.linspace(0, crank, 5):
+        data.qpos[at] = step
+        for _ in range(30):
+            mujoco.mj_forward(model, data)
+            held = data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY
+            error = data.efc_pos[: data.nefc][held]
+            J = data.efc_J.reshape(-1, model.nv)[: data.nefc][held]
+            data.qpos[free] -= np.linalg.lstsq(J[:, free], error, rcond=1e-9)[0]
+    assert np.abs(error).max() < 1e-12
+    mujoco.mj_kinematics(model, data)
+    return data
+
+
+def compare_linkage(path, seed):
+    """Residuals and poses of a linkage at MuJoCo's solution."""
+    dice = random.Random(seed)
+    text = random_linkage(dice)
+    robot = read(path, text, "world", "tool")
+    derived = derive(robot, ("fk", "constraint"))
+    fk, constraint = (
+        dict(zip((f.name for f in derived.functions), lower(derived.functions, "r"), strict=True))[
+            n
+        ]
+        for n in ("fk", "constraint")
+    )
+    text = text.replace("<compiler", '<option jacobian="dense"/><compiler')
+    model = mujoco.MjModel.from_xml_string(text)
+    order = [joint.name for joint in robot.joints if joint.kind != "fixed"]
+    for crank in (0.0, *(dice.uniform(-0.2, 0.2) for _ in range(POSES))):
+        data = satisfied(model, crank)
+        z = [data.qpos[model.joint(name).qposadr[0]] for name in order]
+        assert np.abs(np.array(constraint(z))).max() <= 1e-11, seed
+        expected = poses_of(model, dict(zip(order, z, strict=True)))["tool"]
+        assert np.abs(np.array(fk([crank])).reshape(4, 4) - expected).max() <= 1e-9, seed
+    return robot.closures[0].kind
+
+
+def test_linkages_against_mujoco(path):
+    kinds = {compare_linkage(path, seed) for seed in range(LINKAGES)}
+    assert kinds == {"ball", "pin", "weld"}
