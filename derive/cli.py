@@ -80,7 +80,7 @@ def derive(
     started = time.perf_counter()
     wanted = tuple(name.strip() for name in functions.split(",") if name.strip())
     files = _files(robots or _shipped())
-    folder = GENERATED if explain else _target([file for file, _ in files], to)
+    folder = GENERATED if explain else _target([file for file, _ in files], to, calibration)
     asked = [
         Job(file, folder, base, None, wanted, words, calibration=calibration)
         for file, words in files
@@ -132,9 +132,9 @@ def _shipped() -> list[str]:
     return sorted(path.stem for path in ROBOTS.glob("*.toml"))
 
 
-def _target(files: list[Path], to: Path | None) -> Path:
+def _target(files: list[Path], to: Path | None, calibration: Path | None) -> Path:
     """The folder to write into: the package's own folder for shipped robots alone."""
-    own = [file for file in files if file.parent != ROBOTS]
+    own = [file for file in files if file.parent != ROBOTS or calibration]
     if to is None and own:
         _stop(f"{own[0]}: say where the robots shall go, with --to FOLDER")
     return to or GENERATED

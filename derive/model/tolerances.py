@@ -30,6 +30,8 @@ leaves 1e-16 there, and the direction of so small a part would be mostly roundin
 COMPILED_DECIMALS = 14
 """Decimals (metre, radian) of numbers that another program computed from a file's: rounding leaves
 1e-16 of a metre or two, and nobody writes more than 13 decimals."""
+COMPILED_ANGLE = 1e-13
+"""Difference (radian) of such an angle from the file's: a few roundings of an angle of some pi."""
 CALIBRATED_TOOL = 0.05
 """Metre, and norm of a difference of rotations: the farthest that a factory calibration moves the
 tool of an arm at zero. Calibrations move it by millimetres, another type by 80 mm or more."""

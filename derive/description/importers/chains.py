@@ -11,6 +11,7 @@ from ..urdf import UrdfFile
 from .identifiers import identifier
 from .kinematic_tree import KinematicTree
 from .mjcf.mjcf_file import MjcfFile
+from .robot_xml import is_urdf
 from .srdf import group_ends, srdf_beside
 from .tool_links import Ends
 from .xacro_file import expanded, is_xacro
@@ -39,6 +40,32 @@ def is_imported(file: Path) -> bool:
     return file.suffix in SUFFIXES
 
 
+def from_file(
+    path: str | Path,
+    base: str | None = None,
+    tip: str | None = None,
+    name: str | None = None,
+    arguments: Sequence[str] = (),
+) -> Described:
+    """The chain between two links of a URDF, a xacro file or an MJCF model.
+
+    Args:
+        path: The file; its ending says which it is.
+        base: The link whose frame is the base frame; by default the root.
+        tip: The link whose frame is the tool frame; by default the end of the longest chain.
+        name: The robot's name; by default the file's own.
+        arguments: Values of a xacro file's arguments, each as ``name:=value``.
+
+    Returns:
+        The robot: a Mechanism where an MJCF model closes loops through joints of the chain, else a
+        Robot. ``notes`` name the tip where others are there.
+
+    Raises:
+        DescriptionError: The file is wrong, has no such chain, or has several longest chains.
+    """
+    return opened(Path(path), arguments).robot(base, tip, name)
+
+
 def opened(file: Path, arguments: Sequence[str] = ()) -> LinkedBodies:
     """A file of linked bodies, read.
 
@@ -54,7 +81,9 @@ def opened(file: Path, arguments: Sequence[str] = ()) -> LinkedBodies:
     if arguments:
         expected = "a xacro file: no other takes arguments"
         raise DescriptionError(str(file), None, "", arguments[0], expected)
-    return MjcfFile(file) if file.suffix == ".xml" else UrdfFile(str(file), read_text(file))
+    if file.suffix == ".xml" and not is_urdf(read_text(file)):
+        return MjcfFile(file)
+    return UrdfFile(str(file), read_text(file))
 
 
 def chains(

@@ -1,10 +1,20 @@
 """XML of robots: parsed without entities, so that no file can read another or fill the memory."""
 
+import re
+
 from lxml import etree
 
 from ..toml_file import DescriptionError
 
 ROOT = "robot"
+_FIRST_TAG = re.compile(r"<([A-Za-z][\w:.-]*)")
+
+
+def is_urdf(text: str) -> bool:
+    """Whether the first element of an XML text is that of a URDF."""
+    without_comments = re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL)
+    first = _FIRST_TAG.search(without_comments)
+    return first is not None and first[1] == ROOT
 
 
 def parsed(file: str, text: str, root: str = ROOT) -> etree._Element:

@@ -47,7 +47,7 @@ TOOL_NAMES = (
 MOST_LINKS = 500
 """Links of a tree in which a tip may be guessed: a bound of the work that a file can cause."""
 LONGEST_FINGER = 4
-SHORTEST_ARM = 3
+SHORTEST_ARM = 4
 MOST_OTHERS = 6
 """Other ends that a note names."""
 
@@ -129,6 +129,8 @@ def only_chain(tree: KinematicTree, base: str | None, tip: str | None) -> Ends:
 
 
 def _only_root(tree: KinematicTree) -> str:
+    if not tree.links:
+        raise NoChain("link", None, "links; the file has none, perhaps it only defines macros")
     if len(tree.roots) != 1:
         found = ", ".join(tree.roots) or "none"
         raise NoChain("base", None, f"a choice of the base link (there are: {found})")
@@ -157,7 +159,7 @@ def _guessed_ends(tree: KinematicTree, base: str) -> tuple[Ends, ...]:
 def _without_motion(base: str, leaves: Sequence[str]) -> Ends:
     """The only end of a tree in which no joint has a coordinate: its reader says why."""
     if leaves == [base]:
-        raise NoChain("tip", base, "a link other than the base")
+        raise NoChain("tip", base, "a link other than the base, and a joint that moves it")
     if len(leaves) != 1:
         raise NoChain("tip", None, "a joint that moves, or a choice of the tip link")
     return Ends(base, leaves[0])

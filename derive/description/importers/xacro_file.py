@@ -13,6 +13,7 @@ from ..toml_file import DescriptionError, read_text
 
 ARGUMENT = re.compile(r"([A-Za-z_]\w*):=(.*)", re.DOTALL)
 PACKAGE_FILE = "package.xml"
+PACKAGE_ENDINGS = ("_description", "_support")
 FOLDERS_UP = 5
 """Folders above a file in which and beside which the packages that it names are looked for."""
 NEEDS_XACRO = "the package xacro, to expand it (pip install 'chasles[files]')"
@@ -26,8 +27,9 @@ def is_xacro(file: Path) -> bool:
 def expanded(file: Path, arguments: Sequence[str]) -> str:
     """The XML that a xacro file stands for.
 
-    ``$(find package)`` is looked for in ROS, then in the folders above the file and beside them:
-    a package is a folder with a package.xml of that name, or a folder of that name.
+    ``$(find package)`` is looked for in ROS, then in the folders above the file and beside them: a
+    package is a folder with a package.xml of that name, or a folder of that name, where endings of
+    ``PACKAGE_ENDINGS`` do not count.
 
     Args:
         file: A xacro file.
@@ -51,10 +53,11 @@ def expanded(file: Path, arguments: Sequence[str]) -> str:
             _packages_found(substitution_args, file),
         ):
             document = xacro.process_file(str(file), mappings=values)
-    except (xacro.XacroException, substitution_args.SubstitutionException) as error:
-        raise _refused(file, str(error) or repr(error), xacro.filestack) from error
-    except (ExpatError, OSError, ValueError, KeyError, TypeError, RecursionError) as error:
-        raise _refused(file, f"{type(error).__name__}: {error}", xacro.filestack) from error
+    except Exception as error:
+        # The file's own expressions may raise any error, and xacro raises several of its own.
+        known = isinstance(error, xacro.XacroException | substitution_args.SubstitutionException)
+        reason = str(error) if known and str(error) else f"{type(error).__name__}: {error}"
+        raise _refused(file, reason, xacro.filestack) from error
     return str(document.toprettyxml(indent="  "))
 
 
@@ -78,7 +81,9 @@ def _refused(file: Path, reason: str, stack: Sequence[str | None] | None) -> Des
     inner = next((name for name in reversed(stack or []) if name), str(file))
     line = re.search(r"line (\d+)", reason)
     within = "" if inner == str(file) else f", included by {file}"
-    expected = f"xacro that can be expanded ({reason.strip()}{within})"
+    undefined = re.search(r"Undefined substitution argument (\w+)", reason)
+    hint = f"; give it by {undefined[1]}:=value" if undefined else ""
+    expected = f"xacro that can be expanded ({reason.strip()}{within}{hint})"
     return DescriptionError(inner, int(line[1]) if line else None, "", None, expected)
 
 
@@ -111,10 +116,12 @@ class _Packages:
         self.above = list(file.parents)[:FOLDERS_UP]
 
     def folder(self, name: str, error: type[Exception]) -> str:
-        for known in (self._declared, self._named):
+        stem = _stem(name)
+        rules = ((self._declared, name), (self._named, name), (self._named_nearly, stem))
+        for known, sought in rules:
             for folder in self.above:
-                if name in (there := known(folder)):
-                    return str(there[name])
+                if sought in (there := known(folder)):
+                    return str(there[sought])
         raise error(
             f"no package {name!r} in ROS, nor in {self.above[0]} and {FOLDERS_UP - 1} folders "
             f"above it: put the package there, as a folder {name}"
@@ -128,6 +135,13 @@ class _Packages:
     def _named(self, folder: Path) -> Mapping[str, Path]:
         inner = (path for path in sorted(folder.iterdir()) if path.is_dir())
         return {folder.name: folder} | {path.name: path for path in inner}
+
+    def _named_nearly(self, folder: Path) -> Mapping[str, Path]:
+        return {_stem(name): path for name, path in self._named(folder).items()}
+
+
+def _stem(name: str) -> str:
+    return next((name.removesuffix(end) for end in PACKAGE_ENDINGS if name.endswith(end)), name)
 
 
 def _package_name(file: Path) -> str:

@@ -6,7 +6,7 @@ reference. Here each joint's link has its origin in the anchor; where the last a
 body's origin, a fixed joint leads back to it, so that links called as bodies have their poses.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -22,7 +22,7 @@ from ....model.tolerances import EVALUATION_DIGITS
 from ...conventions.urdf_origin import urdf
 from ..identifiers import identifier
 from ..kinematic_tree import KinematicTree, TreeJoint
-from .mjcf_model import CompiledModel, angle, direction, length, lengths, roll_pitch_yaw
+from .mjcf_model import CompiledModel, angle, direction, length, lengths, roll_pitch_yaw, snapped
 
 WORLD = "world"
 FREE, BALL, SLIDE, HINGE = range(4)
@@ -47,6 +47,7 @@ class BodyJoint:
         axis: Direction of the motion in the origin's frame.
         limits: Lowest and highest coordinate (radian or metre).
         mimic: The law by which it follows another joint.
+        notes: Angles that became multiples of pi/12.
     """
 
     name: str
@@ -58,6 +59,7 @@ class BodyJoint:
     axis: Vector = (sp.S.Zero, sp.S.Zero, sp.S.One)
     limits: tuple[sp.Expr | None, sp.Expr | None] = (None, None)
     mimic: Mimic | None = None
+    notes: tuple[str, ...] = ()
 
     def joint(self, is_in_a_tree: bool) -> Joint:
         """The joint of a robot; in a tree of a robot with loops, with the link that carries it.
@@ -133,14 +135,9 @@ class Bodies:
         for body in range(1, self.arrays.nbody):
             yield from self._of_body(body, laws)
         for k, name in self.sites.items():
-            yield BodyJoint(
-                f"{name}_mount",
-                self.names[int(self.arrays.site_bodyid[k])],
-                name,
-                "fixed",
-                lengths(self.arrays.site_pos[k]),
-                roll_pitch_yaw(self.arrays.site_quat[k]),
-            )
+            parent = self.names[int(self.arrays.site_bodyid[k])]
+            at, turned = self.arrays.site_pos[k], self.arrays.site_quat[k]
+            yield _mounted(parent, name, at, turned)
 
     def _of_body(self, body: int, laws: Mapping[int, "_Law"]) -> Iterator[BodyJoint]:
         """The joints that move a body, and a fixed joint where they do not end at its frame."""
@@ -158,9 +155,7 @@ class Bodies:
             link, at, turned, anchor = child, np.zeros(3), _UNTURNED, next_anchor
         if link != name:
             at = at + _rotated(turned, -anchor)
-            yield BodyJoint(
-                f"{name}_mount", link, name, "fixed", lengths(at), roll_pitch_yaw(turned)
-            )
+            yield _mounted(link, name, at, turned)
 
     def _moving(
         self,
@@ -181,16 +176,18 @@ class Bodies:
             turned = _times(turned, _turn(self.arrays.jnt_axis[k], -reference))
         else:
             at = at + _rotated(turned, -reference * self.arrays.jnt_axis[k])
+        rpy, notes = snapped(roll_pitch_yaw(turned))
         return BodyJoint(
             name,
             parent,
             child,
             KINDS[kind],
             xyz=lengths(at),
-            rpy=roll_pitch_yaw(turned),
+            rpy=rpy,
             axis=axis,
             limits=self._limits(k),
             mimic=self._mimic(k, laws),
+            notes=_of_joint(name, notes),
         )
 
     def _limits(self, k: int) -> tuple[sp.Expr | None, sp.Expr | None]:
@@ -212,6 +209,17 @@ class Bodies:
         return (
             None if leader == k else Mimic(identifier(self.joint_name(leader)), multiplier, offset)
         )
+
+
+def _mounted(parent: str, child: str, at: np.ndarray, turned: Sequence[float]) -> BodyJoint:
+    """A link that is fixed to another."""
+    name = f"{child}_mount"
+    rpy, notes = snapped(roll_pitch_yaw(turned))
+    return BodyJoint(name, parent, child, "fixed", lengths(at), rpy, notes=_of_joint(name, notes))
+
+
+def _of_joint(name: str, notes: Iterable[str]) -> tuple[str, ...]:
+    return tuple(f"joint {name}: {note}" for note in notes)
 
 
 @dataclass(frozen=True)

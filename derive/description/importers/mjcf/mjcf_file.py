@@ -66,7 +66,7 @@ class MjcfFile:
         """
         try:
             ends = only_chain(self.tree, base, tip)
-            return self._between(ends, identifier(name or self.model.name or self.file.stem))
+            return self._between(ends, identifier(name or self.model.name))
         except NoChain as error:
             self._fail(error.field, error.value, error.expected)
         except DescriptionError:
@@ -78,14 +78,15 @@ class MjcfFile:
         carried = {joint.child: joint for joint in self.bodies.joints}
         way = [carried[joint.child] for joint in self.tree.way(ends.base, ends.tip) or ()]
         closures = self.loops.through(way, ends.base)
-        notes = tuple(note for note in (ends.note, *self.loops.notes) if note)
-        title = self.model.name or self.file.stem
+        title = self.model.name
         source = f"MJCF {self.file.name}, {ends.base} to {ends.tip}"
         base_frame, tool_frame = identifier(ends.base), identifier(ends.tip)
         held = self.loops.links(closures)
         parts = [*way, *(carried[j.child] for h in held for j in self.tree.way(ends.base, h) or ())]
         tree = [joint for joint in self.bodies.joints if joint in parts] if closures else way
         self.loops.check_laws(tree, is_in_a_tree=bool(closures))
+        said = (ends.note, *self.loops.notes, *(note for joint in tree for note in joint.notes))
+        notes = tuple(note for note in said if note)
         joints = tuple(joint.joint(is_in_a_tree=bool(closures)) for joint in tree)
         if not closures:
             return Robot(

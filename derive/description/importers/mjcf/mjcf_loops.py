@@ -143,10 +143,18 @@ class ModelLoops:
     def _read(self) -> Iterator[_Equality]:
         for k in range(self.arrays.neq):
             is_weld = self._is(k, "mjEQ_WELD")
-            if self.arrays.eq_active0[k] and (is_weld or self._is(k, "mjEQ_CONNECT")):
+            if not self.arrays.eq_active0[k] or not (is_weld or self._is(k, "mjEQ_CONNECT")):
+                continue
+            if not self._leads_by_hand(k):
                 name = self.model.named("mjOBJ_EQUALITY", k) or f"loop{k + 1}"
                 a, b = self._of_sites(k) if self._is_of_sites(k) else self._of_bodies(k, is_weld)
                 yield _Equality(identifier(name), is_weld, a, b)
+
+    def _leads_by_hand(self, k: int) -> bool:
+        """Whether an equality holds a body to one that the program moves, which is no loop."""
+        ids = [int(numbers[k]) for numbers in (self.arrays.eq_obj1id, self.arrays.eq_obj2id)]
+        bodies = [self.arrays.site_bodyid[i] for i in ids] if self._is_of_sites(k) else ids
+        return any(self.arrays.body_mocapid[body] >= 0 for body in bodies)
 
     def _is(self, k: int, kind: str) -> bool:
         return int(self.arrays.eq_type[k]) == int(getattr(self.model.mujoco.mjtEq, kind))

@@ -6,6 +6,7 @@ form are resolved by MuJoCo, and positions and quaternions are its doubles.
 """
 
 import re
+import warnings
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,11 +15,13 @@ import sympy as sp
 
 from ....model.exact import read, snap_angle
 from ....model.placements import Vector
-from ....model.tolerances import COMPILED_DECIMALS, EVALUATION_DIGITS, UNIT_VECTOR
+from ....model.tolerances import COMPILED_ANGLE, COMPILED_DECIMALS, EVALUATION_DIGITS, UNIT_VECTOR
 from ...toml_file import DescriptionError, read_text
 from ..roll_pitch_yaw import of_quaternion
 
 NEEDED = "the package mujoco, to read MJCF (pip install 'chasles[files]')"
+UNNAMED = "MuJoCo Model"
+"""The name that MuJoCo gives a model without one."""
 REMOVED = (
     "keys",
     "sensors",
@@ -78,11 +81,16 @@ def compiled(file: Path) -> CompiledModel:
             if actuator.trntype == mujoco.mjtTrn.mjTRN_JOINT
         )
         _remove_shapes(spec, mujoco)
-        arrays = spec.compile()
+        with warnings.catch_warnings():
+            # Of masses and the like, on which no pose depends.
+            warnings.simplefilter("ignore")
+            arrays = spec.compile()
     except (ValueError, mujoco.FatalError) as error:
         raise _refused(file, str(error)) from error
     axes = {joint.id: tuple(float(value) for value in joint.axis) for joint in spec.joints}
-    return CompiledModel(str(spec.modelname), arrays, mujoco, axes, actuated)
+    name = str(spec.modelname)
+    name = file.stem if name == UNNAMED else name
+    return CompiledModel(name, arrays, mujoco, axes, actuated)
 
 
 def _remove_shapes(spec: Any, mujoco: Any) -> None:
@@ -98,6 +106,8 @@ def _remove_shapes(spec: Any, mujoco: Any) -> None:
     spec.compiler.balanceinertia = 1
     for joint in spec.joints:
         joint.armature = 1
+    for site in spec.sites:
+        site.material = ""
     spec.compiler.fusestatic = 0
 
 
@@ -123,8 +133,10 @@ def lengths(values: Any) -> Vector:
 
 
 def angle(value: float) -> sp.Expr:
-    """A compiled angle (radian): a multiple of pi/12 where it is within rounding of one."""
-    return snap_angle(length(value))
+    """A compiled angle (radian): a multiple of pi/12 where only compiling's rounding is between."""
+    exact = length(value)
+    multiple = snap_angle(exact)
+    return multiple if abs(float(multiple) - float(value)) < COMPILED_ANGLE else exact
 
 
 def roll_pitch_yaw(quaternion: Any) -> Vector:
@@ -132,6 +144,18 @@ def roll_pitch_yaw(quaternion: Any) -> Vector:
     with mp.workdps(EVALUATION_DIGITS):
         roll, pitch, yaw = of_quaternion(*map(mp.mpf, quaternion))
     return angle(roll), angle(pitch), angle(yaw)
+
+
+def snapped(angles: Vector) -> tuple[Vector, list[str]]:
+    """Angles that a file rounds, as multiples of pi/12, and a note of each that changes."""
+    exact = [snap_angle(value) for value in angles]
+    notes = [
+        f"{which} = {float(value)!r} taken as {taken}"
+        for which, value, taken in zip("rpy", angles, exact, strict=True)
+        if taken != value
+    ]
+    roll, pitch, yaw = exact
+    return (roll, pitch, yaw), notes
 
 
 def direction(model: CompiledModel, joint: int) -> Vector:
