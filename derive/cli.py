@@ -58,11 +58,21 @@ def derive(
         list[str] | None, typer.Option(help="Group of an SRDF instead of base and tip.")
     ] = None,
     srdf: Annotated[
-        Path | None, typer.Option(help="File with the groups. Default: the one beside the robot's.")
+        Path | None,
+        typer.Option(
+            exists=True,
+            dir_okay=False,
+            help="File with the groups. Default: the one beside the robot's.",
+        ),
     ] = None,
     calibration: Annotated[
         Path | None,
-        typer.Option(help="Factory calibration of a UR arm: a .yaml of its ROS driver, or .conf."),
+        typer.Option(
+            exists=True,
+            dir_okay=False,
+            help="Factory calibration of a UR arm: the .yaml of its ROS driver or its "
+            "calibration.conf.",
+        ),
     ] = None,
     jobs: Annotated[int, typer.Option(min=1, help="Robots at once.")] = os.cpu_count() or 1,
     check: Annotated[

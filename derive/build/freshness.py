@@ -12,6 +12,8 @@ from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
+from ..model.errors import RobotError
+
 ROOM = Path(__file__).parent.parent
 STAMP = ".derived"
 
@@ -76,7 +78,11 @@ def _description(job: Job) -> list[bytes]:
         # Conditions and arguments decide which files it includes.
         from ..description.importers.xacro_file import expanded  # noqa: PLC0415
 
-        return [expanded(file, job.arguments).encode()]
+        try:
+            return [expanded(file, job.arguments).encode()]
+        except RobotError:
+            # The reader of the description reports a wrong file.
+            return [file.read_bytes()]
     if file.suffix == ".xml":
         return _included(file, file.parent, {})
     content = file.read_bytes()

@@ -9,13 +9,12 @@ import sympy as sp
 import yaml
 from derivations import ROBOTS
 from tolerances import ORACLE
+from ur_files import DELTAS, LINKS, conf
 
 from chasles.derive import DescriptionError, RobotError, derive, from_urdf, load
 from chasles.derive.description.importers.ur_calibration import calibrated
 from chasles.derive.terms.casadi_graph import lower
 
-LINKS = ("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")
-DELTAS = ("theta", "d", "a", "alpha")
 MADE, POSES = 12, 6
 
 FORUM = {
@@ -95,11 +94,6 @@ def arm(sizes=None):
         return robot
     parameters = tuple(replace(p, value=sp.Rational(sizes[p.name])) for p in robot.parameters)
     return replace(robot, parameters=parameters)
-
-
-def conf(deltas):
-    lines = [f"delta_{name} = [ {deltas[name]}]" for name in DELTAS]
-    return "\n".join(["[mounting]", *lines, "joint_checksum = [ 0x6e0f7bf, 0xa32a713f]", ""])
 
 
 def rows(robot, deltas):
