@@ -73,12 +73,9 @@ class _Srdf:
             self._fail(chains[0], f"{base} to {tip}", "a chain between links of the robot")
         links = self._links(element)
         tips = [link for link in links if not self._carries(link, links)]
-        if len(tips) == 1:
-            base = self._base(tips[0], links)
-            way = self.tree.way(base, tips[0]) or ()
-        if len(tips) != 1 or len(way) != len(links):
+        if len(tips) != 1:
             self._fail(element, element.get("name"), "a group whose joints are one chain")
-        return base, tips[0]
+        return self._base(tips[0], links), tips[0]
 
     def _links(self, element: etree._Element) -> list[str]:
         """The links that the joints of a group carry; those of its links that joints carry."""

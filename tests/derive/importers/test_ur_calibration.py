@@ -151,6 +151,8 @@ def test_the_controllers_deviations_are_those_of_plain_dh(tmp_path, deltas):
     lengths = [value for j in measured.joints for name, value in j.given if name[:3] == "xyz"]
     assert max(abs(float(value)) for value in lengths) < 0.62
     assert measured.notes == ("calibration: calibration.conf",)
+    forearm = dict(measured.joints[2].given)
+    assert forearm["xyz_y"] == forearm["xyz_z"] == 0, "the upper arm's x axis points to it"
 
 
 def test_random_deviations_are_those_of_plain_dh(tmp_path):
