@@ -15,7 +15,8 @@ from chasles.derive.terms.casadi_graph import lower
 
 mujoco = pytest.importorskip("mujoco", reason="the reader of MJCF and the oracle")
 
-MODELS, POSES, LINKAGES = 14, 3, 6
+MODELS, POSES, LINKAGES, LOOPS = 14, 3, 6, 8
+SPATIAL_AXES = ("1 0 0", "0 1 0", "0 0 1", "0 3 4", "3 0 -4")
 RIGHT = (0, 90, -90, 180, 45)
 
 
@@ -190,8 +191,37 @@ def random_linkage(dice):
 <actuator><motor joint="crank"/></actuator></mujoco>"""
 
 
+def random_spatial_loop(dice):
+    """A loop of hinges in space: four closed by a connect, or seven closed by a weld."""
+    is_weld = dice.random() < 0.5
+    count = 7 if is_weld else 4
+    split = dice.randint(2, count - 1)
+
+    def branch(numbers_of):
+        opened = "".join(
+            f'<body name="b{k}" pos="{numbers(dice, -0.5, 0.5)}">'
+            f'<joint name="j{k}" axis="{dice.choice(SPATIAL_AXES)}"/><geom size="0.01"/>'
+            for k in numbers_of
+        )
+        return opened + "</body>" * len(numbers_of)
+
+    first, second = range(1, split + 1), range(split + 1, count + 1)
+    bodies = f'body1="b{split}" body2="b{count}"'
+    closure = (
+        f"<weld {bodies}/>"
+        if is_weld
+        else f'<connect {bodies} anchor="{numbers(dice, -0.5, 0.5)}"/>'
+    )
+    return f"""<mujoco model="loop"><compiler angle="degree"/><worldbody>
+{branch(first)}{branch(second)}</worldbody><equality>{closure}</equality>
+<actuator><motor joint="j1"/></actuator></mujoco>""".replace('"j1"', '"crank"')
+
+
 def satisfied(model, crank):
-    """MuJoCo's coordinates with its equalities satisfied, by Newton's method from its own pose."""
+    """MuJoCo's data where its equalities are satisfied, by Newton's method from its own pose.
+
+    None where the loops do not close there.
+    """
     data = mujoco.MjData(model)
     at = model.joint("crank").qposadr[0]
     free = [k for k in range(model.nq) if k != at]
@@ -203,33 +233,60 @@ def satisfied(model, crank):
             error = data.efc_pos[: data.nefc][held]
             J = data.efc_J.reshape(-1, model.nv)[: data.nefc][held]
             data.qpos[free] -= np.linalg.lstsq(J[:, free], error, rcond=1e-9)[0]
-    assert np.abs(error).max() < 1e-12
     mujoco.mj_kinematics(model, data)
-    return data
+    return data if np.abs(error).max() < 1e-12 else None
+
+
+def at_solutions(path, text, tip, cranks):
+    """A mechanism's functions by name, and MuJoCo's coordinates where its loops are closed."""
+    robot = read(path, text, "world", tip)
+    wanted = ("fk", "constraint") if tip == "tool" else ("constraint",)
+    derived = derive(robot, wanted)
+    kernels = lower(derived.functions, "r")
+    functions = dict(zip((f.name for f in derived.functions), kernels, strict=True))
+    model = mujoco.MjModel.from_xml_string(
+        text.replace("<compiler", '<option jacobian="dense"/><compiler')
+    )
+    order = [joint.name for joint in robot.joints if joint.kind != "fixed"]
+    solutions = []
+    for data in (satisfied(model, crank) for crank in cranks):
+        if data is None:
+            break
+        solutions.append({name: data.qpos[model.joint(name).qposadr[0]] for name in order})
+    return robot, functions, model, solutions
 
 
 def compare_linkage(path, seed):
     """Residuals and poses of a linkage at MuJoCo's solution."""
     dice = random.Random(seed)
     text = random_linkage(dice)
-    robot = read(path, text, "world", "tool")
-    derived = derive(robot, ("fk", "constraint"))
-    fk, constraint = (
-        dict(zip((f.name for f in derived.functions), lower(derived.functions, "r"), strict=True))[
-            n
-        ]
-        for n in ("fk", "constraint")
-    )
-    text = text.replace("<compiler", '<option jacobian="dense"/><compiler')
-    model = mujoco.MjModel.from_xml_string(text)
-    order = [joint.name for joint in robot.joints if joint.kind != "fixed"]
-    for crank in (0.0, *(dice.uniform(-0.2, 0.2) for _ in range(POSES))):
-        data = satisfied(model, crank)
-        z = [data.qpos[model.joint(name).qposadr[0]] for name in order]
-        assert np.abs(np.array(constraint(z))).max() <= 1e-11, seed
-        expected = poses_of(model, dict(zip(order, z, strict=True)))["tool"]
-        assert np.abs(np.array(fk([crank])).reshape(4, 4) - expected).max() <= 1e-9, seed
+    cranks = [0.0, *(dice.uniform(-0.2, 0.2) for _ in range(POSES))]
+    robot, functions, model, found = at_solutions(path, text, "tool", cranks)
+    for crank, z in zip(cranks, found, strict=True):
+        residual = np.array(functions["constraint"](list(z.values())))
+        assert np.abs(residual).max() <= 1e-11, seed
+        tool = np.array(functions["fk"]([crank])).reshape(4, 4)
+        assert np.abs(tool - poses_of(model, z)["tool"]).max() <= 1e-9, seed
     return robot.closures[0].kind
+
+
+def compare_loop(path, seed):
+    """Residuals of a spatial loop at MuJoCo's solution, and beside it."""
+    dice = random.Random(seed)
+    text = random_spatial_loop(dice)
+    robot, functions, _, found = at_solutions(path, text, "b1", [0.0, 0.02, -0.03])
+    for z in found:
+        values = np.array(list(z.values()))
+        assert np.abs(np.array(functions["constraint"](values))).max() <= 1e-11, seed
+        beside = values + 1e-3 * np.array([dice.choice((-1, 1)) for _ in values])
+        assert np.abs(np.array(functions["constraint"](beside))).max() > 1e-6, seed
+    return robot.closures[0].kind, len(found)
+
+
+def test_spatial_loops_against_mujoco(path):
+    kinds, counts = zip(*(compare_loop(path, seed) for seed in range(LOOPS)), strict=True)
+    assert set(kinds) == {"ball", "weld"}
+    assert sum(counts) > 2 * LOOPS
 
 
 def test_linkages_against_mujoco(path):
