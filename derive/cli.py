@@ -89,6 +89,8 @@ def derive(
     """
     started = time.perf_counter()
     wanted = tuple(name.strip() for name in functions.split(",") if name.strip())
+    if group and (base or tip):
+        _stop("--group chooses base and tip: give a group, or --base and --tip")
     files = _files(robots or _shipped())
     folder = GENERATED if explain else _target([file for file, _ in files], to, calibration)
     asked = [

@@ -15,7 +15,7 @@ from chasles.derive.terms.casadi_graph import lower
 
 mujoco = pytest.importorskip("mujoco", reason="the reader of MJCF and the oracle")
 
-MODELS, POSES, LINKAGES, LOOPS = 14, 3, 6, 8
+MODELS, POSES, LINKAGES, LOOPS, DELTAS = 14, 3, 6, 8, 3
 SPATIAL_AXES = ("1 0 0", "0 1 0", "0 0 1", "0 3 4", "3 0 -4")
 RIGHT = (0, 90, -90, 180, 45)
 
@@ -294,6 +294,78 @@ def test_linkages_against_mujoco(path):
     assert kinds == {"ball", "pin", "weld"}
 
 
+def random_delta(dice):
+    """A platform that slides along x, y, z on three rods between balls, moved by three arms."""
+    sizes = [dice.uniform(*bounds) for bounds in ((0.15, 0.25), (0.15, 0.25), (0.04, 0.06))]
+    radius, arm, edge = (round(size, 3) for size in sizes)
+    height = round(dice.uniform(0.35, 0.45), 3)
+    anchor = dice.choice(("", 'pos="0.01 0.02 -0.03"'))
+    parts, closures, motors = [], [], []
+    for k in range(3):
+        parts.append(
+            f'<body name="hub{k}" euler="0 0 {120 * k}"><body name="arm{k}" pos="{radius} 0 0">'
+            f'<joint name="motor{k}" axis="0 1 0" range="-90 90"/><geom size="0.01"/>'
+            f'<body name="rod{k}" pos="{arm} 0 0"><joint name="ball{k}" type="ball" {anchor}/>'
+            f'<geom size="0.01"/></body></body></body>'
+        )
+        end = np.array([edge, 0, 0])
+        turned = np.radians(120 * k)
+        c, s = np.cos(turned), np.sin(turned)
+        start = np.array([c * (radius + arm), s * (radius + arm), 0])
+        far = np.array([c * end[0], s * end[0], -height]) - start
+        x, y, z = c * far[0] + s * far[1], c * far[1] - s * far[0], far[2]
+        closures.append(
+            f'<connect name="link{k}" body1="rod{k}" body2="platform" '
+            f'anchor="{float(x)!r} {float(y)!r} {float(z)!r}"/>'
+        )
+        motors.append(f'<motor joint="motor{k}"/>')
+    slides = "".join(
+        f'<joint name="{name}" type="slide" axis="{axis}"/>'
+        for name, axis in (("x", "1 0 0"), ("y", "0 1 0"), ("z", "0 0 1"))
+    )
+    return f"""<mujoco model="delta"><compiler angle="degree"/><worldbody>{"".join(parts)}
+<body name="platform" pos="0 0 -{height}">{slides}<geom size="0.01"/><site name="tool"/></body>
+</worldbody><equality>{"".join(closures)}</equality><actuator>{"".join(motors)}</actuator></mujoco>"""
+
+
+def compare_delta(path, seed):
+    """The platform's pose beside MuJoCo's solution for the same motors."""
+    dice = random.Random(seed)
+    text = random_delta(dice)
+    robot = read(path, text, "world", "tool")
+    assert [strut.ends for strut in robot.struts] == ["ball"] * 3
+    (fk,) = lower(derive(robot, ("fk",)).functions, "r")
+    model = mujoco.MjModel.from_xml_string(
+        text.replace("<compiler", '<option jacobian="dense"/><compiler')
+    )
+    data = mujoco.MjData(model)
+    held = [model.joint(f"motor{k}").qposadr[0] for k in range(3)]
+    moving = [model.joint(f"motor{k}").dofadr[0] for k in range(3)]
+    free = [k for k in range(model.nv) if k not in moving]
+    for _ in range(POSES):
+        q = [dice.uniform(-0.3, 0.3) for _ in range(3)]
+        data.qpos[:] = model.qpos0
+        for part in (0.5, 1.0):
+            data.qpos[held] = part * np.array(q)
+            for _ in range(30):
+                mujoco.mj_forward(model, data)
+                kinds = data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY
+                error = data.efc_pos[: data.nefc][kinds]
+                J = data.efc_J.reshape(-1, model.nv)[: data.nefc][kinds]
+                step = np.zeros(model.nv)
+                step[free] = -np.linalg.lstsq(J[:, free], error, rcond=1e-9)[0]
+                mujoco.mj_integratePos(model, data.qpos, step, 1.0)
+        assert np.abs(error).max() < 1e-12
+        mujoco.mj_kinematics(model, data)
+        tool = np.array(fk(q)).reshape(4, 4)[:3, 3]
+        assert np.abs(tool - data.site("tool").xpos).max() <= 1e-9, seed
+
+
+def test_rods_on_balls_against_mujoco(path):
+    for seed in range(DELTAS):
+        compare_delta(path, seed)
+
+
 ARM = """\
 <mujoco model="arm">
 <worldbody><body name="base"><body name="link"><joint name="turn" range="-30 30"/>
@@ -385,6 +457,14 @@ def test_connects_that_are_no_hinge(path):
     frames = [f'body1="rocker" body2="coupler" anchor="0 0 {k / 10}"' for k in range(3)]
     three = "<equality>" + "".join(f"<connect {frame}/>" for frame in frames)
     assert "3 connects hold" in wrong(path, linkage.replace(closure, three), tip="tool")
+
+
+def test_a_rod_that_holds_more_is_none(path):
+    """A second connect of the same body: its ball joint is refused then."""
+    text = random_delta(random.Random(0)).replace(
+        "</equality>", '<connect body1="rod0" body2="arm1" anchor="0 0 0"/></equality>'
+    )
+    assert "joint 'ball0' is a ball joint" in wrong(path, text, tip="tool")
 
 
 def test_a_program_that_moves_a_body_closes_no_loop(path):

@@ -168,6 +168,8 @@ def test_groups_that_are_no_chains(arm, group, words):
 def test_groups_on_the_command_line(arm, tmp_path):
     assert run(arm, "--group", "both", "--to", tmp_path / "out").exit_code == 0
     assert names(tmp_path / "out") == ["duo_left_tool0", "duo_right_link"]
+    both = run(arm, "--group", "both", "--tip", "left_link", "--to", tmp_path / "x")
+    assert "--group chooses base and tip" in both.output
     assert "--group belongs to" in run("ur5e", "--group", "arm", "--to", tmp_path / "x").output
 
 

@@ -169,7 +169,7 @@ class Bodies:
         kind = int(self.arrays.jnt_type[k])
         name = self.joint_name(k)
         if kind not in KINDS:
-            return BodyJoint(name, parent, child, FREE_WORDS[kind])
+            return BodyJoint(name, parent, child, FREE_WORDS[kind], lengths(at))
         axis = direction(self.model, k)
         reference = float(self.arrays.qpos0[self.arrays.jnt_qposadr[k]])
         if kind == HINGE:

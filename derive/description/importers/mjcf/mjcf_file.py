@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from ....model.errors import RobotError
-from ....model.mechanism import Described, Mechanism
+from ....model.mechanism import Closure, Described, Mechanism, Strut
 from ....model.robot import Robot
 from ...toml_file import DescriptionError
 from ..identifiers import identifier
@@ -77,18 +77,18 @@ class MjcfFile:
     def _between(self, ends: Ends, name: str) -> Described:
         carried = {joint.child: joint for joint in self.bodies.joints}
         way = [carried[joint.child] for joint in self.tree.way(ends.base, ends.tip) or ()]
-        closures = self.loops.through(way, ends.base)
+        closers = self.loops.through(way, ends.base)
         title = self.model.name
         source = f"MJCF {self.file.name}, {ends.base} to {ends.tip}"
         base_frame, tool_frame = identifier(ends.base), identifier(ends.tip)
-        held = self.loops.links(closures)
+        held = self.loops.links(closers)
         parts = [*way, *(carried[j.child] for h in held for j in self.tree.way(ends.base, h) or ())]
-        tree = [joint for joint in self.bodies.joints if joint in parts] if closures else way
-        self.loops.check_laws(tree, is_in_a_tree=bool(closures))
+        tree = [joint for joint in self.bodies.joints if joint in parts] if closers else way
+        self.loops.check_laws(tree, is_in_a_tree=bool(closers))
         said = (ends.note, *self.loops.notes, *(note for joint in tree for note in joint.notes))
         notes = tuple(note for note in said if note)
-        joints = tuple(joint.joint(is_in_a_tree=bool(closures)) for joint in tree)
-        if not closures:
+        joints = tuple(joint.joint(is_in_a_tree=bool(closers)) for joint in tree)
+        if not closers:
             return Robot(
                 name,
                 joints,
@@ -102,7 +102,8 @@ class MjcfFile:
             name=name,
             joints=joints,
             actuated=self.loops.actuated(tree),
-            closures=closures,
+            closures=tuple(closer for closer in closers if isinstance(closer, Closure)),
+            struts=tuple(closer for closer in closers if isinstance(closer, Strut)),
             tool_body=identifier(ends.tip),
             title=title,
             source=source,

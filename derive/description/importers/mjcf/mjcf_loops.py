@@ -1,19 +1,20 @@
 """Loops of a compiled MJCF model: equalities of bodies or sites become closures.
 
 A connect keeps two points together: a ball. Two connects of the same two bodies are a pin along the
-line through their points. A weld keeps two frames together. Equalities of joints are laws of
-followers, or couple joints in a way that chasles does not know, which is refused where it matters.
+line through their points. A weld keeps two frames together. A connect of a body that nothing but a
+ball joint carries is a rod on balls. Equalities of joints are laws of followers, or couple joints
+in a way that chasles does not know, which is refused where it matters.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
-from typing import Any
+from typing import Any, Literal
 
 import sympy as sp
 
 from ....model.errors import RobotError
-from ....model.mechanism import Closure, ClosureKind, Frame
+from ....model.mechanism import Closure, ClosureKind, Frame, Strut
 from ....model.placements import Vector, align_z, from_xyz_rpy
 from ....model.tolerances import COMPILED_DECIMALS
 from ..identifiers import identifier
@@ -35,10 +36,13 @@ class _Held:
 
 @dataclass(frozen=True)
 class _Equality:
+    """A connect or a weld of two frames, or a rod between their origins."""
+
     name: str
-    is_weld: bool
+    kind: Literal["connect", "weld", "rod"]
     a: _Held
     b: _Held
+    length: sp.Expr = sp.S.Zero
 
 
 class ModelLoops:
@@ -51,11 +55,12 @@ class ModelLoops:
     def __init__(self, model: CompiledModel, bodies: Bodies) -> None:
         """Reads the equalities; says nothing of those that no chain needs."""
         self.model, self.bodies, self.arrays = model, bodies, model.arrays
-        self.equalities = tuple(self._read())
         self.carried = {joint.child: joint for joint in bodies.joints}
+        read = tuple(self._read())
+        self.equalities = tuple(self._as_rod(equality, read) for equality in read)
         self.notes: list[str] = []
 
-    def through(self, way: Sequence[BodyJoint], base: str) -> tuple[Closure, ...]:
+    def through(self, way: Sequence[BodyJoint], base: str) -> tuple[Closure | Strut, ...]:
         """The closures of all loops that share a moving joint with a chain, or with such a loop.
 
         Raises:
@@ -79,9 +84,9 @@ class ModelLoops:
                     )
         return tuple(_closures(found))
 
-    def links(self, closures: Iterable[Closure]) -> set[str]:
-        """The links that closures hold."""
-        names = {closure.name for closure in closures}
+    def links(self, closers: Iterable[Closure | Strut]) -> set[str]:
+        """The links that closures and rods hold."""
+        names = {closer.name for closer in closers}
         held = [e for e in self.equalities if e.name in names]
         return {frame.link for equality in held for frame in (equality.a, equality.b)}
 
@@ -138,6 +143,37 @@ class ModelLoops:
             link = found[-1].parent
         return found
 
+    # --- rods ---
+
+    def _as_rod(self, equality: _Equality, others: Sequence[_Equality]) -> _Equality:
+        """A connect whose one body is a rod on a ball joint, as a rod; other equalities as such."""
+        if equality.kind == "connect":
+            for rod, end in ((equality.a, equality.b), (equality.b, equality.a)):
+                ball = next((j for j in self._way(rod.link) if j.kind != "fixed"), None)
+                if ball is not None and self._is_rod(ball, equality, others):
+                    xyz = self._from_ball(ball, rod)
+                    far = length(float(sp.sqrt(sum(part**2 for part in xyz))))
+                    begin = _Held(ball.parent, ball.xyz)
+                    return _Equality(equality.name, "rod", begin, end, far)
+        return equality
+
+    def _is_rod(self, ball: BodyJoint, equality: _Equality, others: Sequence[_Equality]) -> bool:
+        """Whether a ball joint carries nothing that moves or that another equality holds."""
+        links = set(self.bodies.tree.rigid(ball.child))
+        held = [e for e in others if {e.a.link, e.b.link} & links]
+        return ball.kind == "ball" and held == [equality] and not self.bodies.tree.moved(ball.child)
+
+    def _from_ball(self, ball: BodyJoint, point: _Held) -> Vector:
+        """A point on a rod, from the centre of its ball joint."""
+        x, y, z = point.xyz
+        for joint in self._way(point.link):
+            if joint is ball:
+                break
+            if joint.rpy != ORIGIN:
+                raise RobotError(f"rod {point.link!r}: expected a body with the ball joint itself")
+            x, y, z = (a + b for a, b in zip(joint.xyz, (x, y, z), strict=True))
+        return x, y, z
+
     # --- equalities ---
 
     def _read(self) -> Iterator[_Equality]:
@@ -148,7 +184,7 @@ class ModelLoops:
             if not self._leads_by_hand(k):
                 name = self.model.named("mjOBJ_EQUALITY", k) or f"loop{k + 1}"
                 a, b = self._of_sites(k) if self._is_of_sites(k) else self._of_bodies(k, is_weld)
-                yield _Equality(identifier(name), is_weld, a, b)
+                yield _Equality(identifier(name), "weld" if is_weld else "connect", a, b)
 
     def _leads_by_hand(self, k: int) -> bool:
         """Whether an equality holds a body to one that the program moves, which is no loop."""
@@ -186,12 +222,15 @@ class ModelLoops:
         return _Held(first, one), _Held(second, other)
 
 
-def _closures(equalities: Sequence[_Equality]) -> Iterator[Closure]:
-    """The closures of equalities; connects of the same two bodies are one closure."""
+def _closures(equalities: Sequence[_Equality]) -> Iterator[Closure | Strut]:
+    """The closers of equalities; connects of the same two bodies are one closure."""
     for equality in equalities:
-        if equality.is_weld:
+        if equality.kind == "weld":
             yield _closure(equality.name, "weld", equality.a, equality.b)
-    connects = [equality for equality in equalities if not equality.is_weld]
+        if equality.kind == "rod":
+            a, b = (_frame(held, ORIGIN) for held in (equality.a, equality.b))
+            yield Strut(equality.name, a, b, equality.length, ends="ball")
+    connects = [equality for equality in equalities if equality.kind == "connect"]
     pairs = {equality: frozenset((equality.a.link, equality.b.link)) for equality in connects}
     ordered = sorted(connects, key=lambda e: list(pairs.values()).index(pairs[e]))
     for _, run in groupby(ordered, key=pairs.__getitem__):
@@ -231,8 +270,9 @@ def _between(start: _Held, end: _Held) -> Vector:
 
 
 def _closure(name: str, kind: ClosureKind, a: _Held, b: _Held) -> Closure:
-    if kind == "ball":
-        frames = [Frame(identifier(held.link), from_xyz_rpy(held.xyz, ORIGIN)) for held in (a, b)]
-    else:
-        frames = [Frame(identifier(held.link), from_xyz_rpy(held.xyz, held.rpy)) for held in (a, b)]
-    return Closure(name, kind, *frames)
+    angles = [ORIGIN if kind == "ball" else held.rpy for held in (a, b)]
+    return Closure(name, kind, _frame(a, angles[0]), _frame(b, angles[1]))
+
+
+def _frame(held: _Held, rpy: Vector) -> Frame:
+    return Frame(identifier(held.link), from_xyz_rpy(held.xyz, rpy))
