@@ -40,10 +40,10 @@ class KinematicTree:
     @cached_property
     def below(self) -> Mapping[str, tuple[TreeJoint, ...]]:
         """The joints that each link carries."""
-        return {
-            link: tuple(joint for joint in self.joints if joint.parent == link)
-            for link in self.links
-        }
+        found: dict[str, list[TreeJoint]] = {link: [] for link in self.links}
+        for joint in self.joints:
+            found[joint.parent].append(joint)
+        return {link: tuple(joints) for link, joints in found.items()}
 
     @property
     def roots(self) -> tuple[str, ...]:
@@ -70,12 +70,22 @@ class KinematicTree:
             link = self.joint_to[link].parent
         return start
 
+    def outwards(self, link: str) -> Iterator[str]:
+        """A link and all links further out, each before those that it carries."""
+        waiting = [link]
+        while waiting:
+            reached = waiting.pop()
+            yield reached
+            waiting += [joint.child for joint in reversed(self.below[reached])]
+
     def rigid(self, link: str) -> Iterator[str]:
         """A link and all links that are fixed to it further out."""
-        yield link
-        for joint in self.below[link]:
-            if joint.kind == "fixed":
-                yield from self.rigid(joint.child)
+        waiting = [link]
+        while waiting:
+            reached = waiting.pop()
+            yield reached
+            fixed = [joint for joint in self.below[reached] if joint.kind == "fixed"]
+            waiting += [joint.child for joint in reversed(fixed)]
 
     def moved(self, link: str) -> tuple[TreeJoint, ...]:
         """The joints that move a next link, on a link and the links that are fixed to it."""

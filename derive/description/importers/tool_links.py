@@ -1,7 +1,7 @@
 """The chain that is meant where nobody names its ends, by rules that a user can read.
 
-1. A joint called a finger (``FINGER_WORDS``) ends the arm, and so do joints that several branches
-   of at most ``LONGEST_FINGER`` joints share behind ``SHORTEST_ARM`` joints: the fingers of a hand.
+1. A joint called a finger (``FINGER_WORDS``) ends the arm. So do several branches of at most
+   ``LONGEST_FINGER`` joints on one link behind ``JOINTS_OF_AN_ARM`` joints: the fingers of a hand.
 2. The arm is the longest chain of joints with a coordinate of their own. Arms of equal length that
    end in different joints are several robots.
 3. Among the links that are fixed to the last joint, the tip is the first with a well-known name, in
@@ -14,7 +14,7 @@ import difflib
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import groupby, pairwise
+from itertools import pairwise, takewhile
 
 from ...model.errors import RobotError
 from .kinematic_tree import KinematicTree, TreeJoint
@@ -47,7 +47,7 @@ TOOL_NAMES = (
 MOST_LINKS = 500
 """Links of a tree in which a tip may be guessed: a bound of the work that a file can cause."""
 LONGEST_FINGER = 4
-SHORTEST_ARM = 4
+JOINTS_OF_AN_ARM = 4
 MOST_OTHERS = 6
 """Other ends that a note names."""
 
@@ -142,7 +142,7 @@ def _guessed_ends(tree: KinematicTree, base: str) -> tuple[Ends, ...]:
     if tree.root_of(base) in tree.joint_to or len(tree.links) > MOST_LINKS:
         raise NoChain("tip", None, f"a tip link: this is no tree of at most {MOST_LINKS} links")
     arms = _longest(list(_arms(tree, base)))
-    leaves = [link for link in _links_below(tree, base) if not tree.below[link]]
+    leaves = [link for link in tree.outwards(base) if not tree.below[link]]
     if not arms:
         return (_without_motion(base, leaves),)
     tips = [_tip(tree, arm[-1].child) for arm in arms]
@@ -189,35 +189,37 @@ def _longest(ways: Sequence[tuple[TreeJoint, ...]]) -> list[tuple[TreeJoint, ...
 
 def _freedom(way: Sequence[TreeJoint]) -> int:
     """The number of own coordinates on a way, behind the last joint of several freedoms."""
-    behind = [list(run) for free, run in groupby(way, key=lambda j: j.kind == "free") if not free]
-    return sum(joint.kind == "moving" for joint in behind[-1]) if behind else 0
+    behind = takewhile(lambda joint: joint.kind != "free", reversed(way))
+    return sum(joint.kind == "moving" for joint in behind)
 
 
-def _arms(
-    tree: KinematicTree, link: str, way: tuple[TreeJoint, ...] = ()
-) -> Iterator[tuple[TreeJoint, ...]]:
+def _arms(tree: KinematicTree, base: str) -> Iterator[tuple[TreeJoint, ...]]:
     """The ways of all moving joints from a link outwards, fingers left out."""
-    if way:
-        yield way
-    moved = tree.moved(link)
-    if _carries_a_hand(tree, moved, way):
-        return
-    for joint in moved:
-        if not _is_finger(joint):
-            yield from _arms(tree, joint.child, (*way, joint))
+    heights = _heights(tree, base)
+    waiting: list[tuple[str, tuple[TreeJoint, ...]]] = [(base, ())]
+    while waiting:
+        link, way = waiting.pop()
+        if way:
+            yield way
+        moved = tree.moved(link)
+        if not _are_fingers([heights[joint.child] + 1 for joint in moved], way):
+            arms = [joint for joint in reversed(moved) if not _is_finger(joint)]
+            waiting += [(joint.child, (*way, joint)) for joint in arms]
 
 
-def _carries_a_hand(
-    tree: KinematicTree, moved: Sequence[TreeJoint], way: Sequence[TreeJoint]
-) -> bool:
-    lengths = [_height(tree, joint.child) + 1 for joint in moved]
-    behind_an_arm = _freedom(way) >= SHORTEST_ARM
+def _are_fingers(lengths: Sequence[int], way: Sequence[TreeJoint]) -> bool:
+    """Whether several branches of some lengths at the end of a way are the fingers of a hand."""
+    behind_an_arm = _freedom(way) >= JOINTS_OF_AN_ARM
     return behind_an_arm and len(lengths) > 1 and max(lengths) <= LONGEST_FINGER
 
 
-def _height(tree: KinematicTree, link: str) -> int:
-    """The greatest number of moving joints in series further out."""
-    return max((1 + _height(tree, joint.child) for joint in tree.moved(link)), default=0)
+def _heights(tree: KinematicTree, base: str) -> dict[str, int]:
+    """The greatest number of moving joints in series further out, of each link."""
+    found: dict[str, int] = {}
+    for link in reversed(list(tree.outwards(base))):
+        lengths = (found[j.child] + (j.kind != "fixed") for j in tree.below[link])
+        found[link] = max(lengths, default=0)
+    return found
 
 
 def _is_finger(joint: TreeJoint) -> bool:
@@ -247,9 +249,3 @@ def _rank(link: str) -> int | None:
 
 def _has_a_word(name: str, words: Iterable[str]) -> bool:
     return any(word in name.lower() for word in words)
-
-
-def _links_below(tree: KinematicTree, link: str) -> Iterator[str]:
-    yield link
-    for joint in tree.below[link]:
-        yield from _links_below(tree, joint.child)

@@ -69,6 +69,8 @@ TWO_PLATES = f"{arm('l', 5, 'base')} l5>plate_a:f l5>plate_b:f"
             "panda_hand_tcp",
         ),
         (arm("l", 2, "base"), "base", "l2"),
+        (arm("l", 3, "base") + " l3>ball:x", "base", "l3"),
+        (arm("l", 3, "base") + " l3>ball:x " + arm("m", 4, "ball"), "ball", "m4"),
     ],
 )
 def test_the_chain_that_is_meant(text, base, tip):
@@ -139,6 +141,13 @@ def test_random_trees():
         made, base, tip = random_tree(random.Random(seed))
         found = only_chain(made, None, None)
         assert (found.base, found.tip) == (base, tip), seed
+
+
+def test_long_chains():
+    found = only_chain(tree(arm("l", 480, "base")), None, None)
+    assert found.tip == "l480"
+    rigid = " ".join(f"r{k}>r{k + 1}:f" for k in range(480)) + " r480>last:m"
+    assert only_chain(tree(rigid), None, None).tip == "last"
 
 
 def test_circles_and_large_trees_ask_for_a_tip():
