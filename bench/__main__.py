@@ -5,9 +5,10 @@ The figures in docs/performance.md are replaced by the new ones. With --quick no
 
 import argparse
 import sys
+from pathlib import Path
 
 from . import check, count, document
-from .accuracy import misses
+from .accuracy import cleaned_files, misses
 from .cases.poses import CASES
 from .measures import derivation
 from .peers.forward import absent
@@ -15,6 +16,7 @@ from .plans import FULL, QUICK, SECTIONS, without_slow_builds
 from .report import Plan, out, records, save, tables
 
 DERIVATION = "derivation"
+MUTANTS = 200
 
 
 def main() -> int:
@@ -26,6 +28,8 @@ def main() -> int:
         return count.run(options.write)
     if options.command == "misses":
         return misses.run(options.quick, options.robot)
+    if options.command == "mutants":
+        return cleaned_files.run(options.urdfs, options.count)
     if options.quick:
         measure(without_slow_builds(QUICK), options.only, keep=False)
     else:
@@ -71,6 +75,9 @@ def _parser() -> argparse.ArgumentParser:
     )
     lost.add_argument("--quick", action="store_true", default=argparse.SUPPRESS, help="small sets")
     lost.add_argument("--robot", choices=[case.name for case in CASES], help="one robot")
+    mutants = commands.add_parser("mutants", help="mutated URDFs: structure and pose error")
+    mutants.add_argument("--urdfs", type=Path, help="folder of URDFs besides the shipped robots")
+    mutants.add_argument("--count", type=int, default=MUTANTS, help="number of mutants")
     return parser
 
 

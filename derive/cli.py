@@ -74,6 +74,10 @@ def derive(
             "calibration.conf.",
         ),
     ] = None,
+    exact: Annotated[
+        bool,
+        typer.Option("--exact", help="Take all numbers as written: no noise dropped, no 1.5708."),
+    ] = False,
     jobs: Annotated[int, typer.Option(min=1, help="Robots at once.")] = os.cpu_count() or 1,
     check: Annotated[
         bool, typer.Option("--check", help="Write nothing, compare, fail where files differ.")
@@ -94,7 +98,7 @@ def derive(
     files = _files(robots or _shipped())
     folder = GENERATED if explain else _target([file for file, _ in files], to, calibration)
     asked = [
-        Job(file, folder, base, None, wanted, words, calibration=calibration)
+        Job(file, folder, base, None, wanted, words, calibration=calibration, exact=exact)
         for file, words in files
     ]
     due = _each_robot(asked, tip or [], group or [], srdf)

@@ -23,6 +23,7 @@ from .closed_form.paths import InverseMethods
 from .closed_form.solutions import Solutions
 from .contract.facts import (
     Argument,
+    Cleaning,
     Coordinate,
     Frames,
     Manifest,
@@ -78,6 +79,8 @@ class Robot(
         frames: The names of base, tip and links.
         parameters: Its geometry by name.
         notes: Remarks, such as numbers that were snapped.
+        cleaning: The numbers of its description that were not taken as written, with bounds of
+            their effect on the tool's pose: `cleaning.position` [m], `cleaning.orientation` [rad].
         functions: Its functions by name.
         labels: The branch in each slot, of every function with slots, by its name:
             `robot.labels["ik"]`, `robot.labels["chain_all"]`.
@@ -105,6 +108,7 @@ class Robot(
     frames: Frames
     parameters: Mapping[str, Parameter]
     notes: tuple[str, ...]
+    cleaning: Cleaning
     functions: Mapping[str, Function[Any]]
     labels: Mapping[str, tuple[str, ...]]
     redundancy: tuple[Argument, ...]
@@ -197,6 +201,7 @@ class Robot(
             frames=manifest.frames,
             parameters=MappingProxyType({item.name: item for item in manifest.parameters}),
             notes=manifest.notes,
+            cleaning=manifest.cleaning,
             functions=MappingProxyType(functions),
             labels=MappingProxyType({f.name: f.labels for f in manifest.functions if f.labels}),
             redundancy=inverse.inputs[1:] if inverse else (),

@@ -31,6 +31,7 @@ class Job:
         arguments: Values of a xacro file's arguments, each as ``name:=value``.
         suffix: End of the robot's name, where one file gives several robots.
         calibration: File of the factory calibration of a UR arm.
+        exact: Whether the numbers of the description are taken as they are written.
     """
 
     file: Path
@@ -41,6 +42,7 @@ class Job:
     arguments: tuple[str, ...] = ()
     suffix: str = ""
     calibration: Path | None = None
+    exact: bool = False
 
 
 def is_up_to_date(job: Job) -> bool:
@@ -64,7 +66,7 @@ def stamp(job: Job, folder: Path) -> None:
 
 
 def _recipe(job: Job) -> str:
-    choices = (job.base, job.tip, job.functions, job.suffix)
+    choices = (job.base, job.tip, job.functions, job.suffix, job.exact)
     calibration = [job.calibration.read_bytes()] if job.calibration else []
     described = [*_description(job), *calibration]
     parts = (*described, _compiler().encode(), repr(choices).encode())

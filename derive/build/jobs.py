@@ -8,13 +8,14 @@ from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from pathlib import Path
 
+from ..description.cleaned_robot import cleaned
 from ..description.importers.chains import chains, is_imported, opened
 from ..description.importers.identifiers import identifier
 from ..description.importers.ur_calibration import calibrated
 from ..description.robot_files import load
 from ..inverse.explanation import explain
 from ..model.errors import RobotError
-from ..model.mechanism import Described
+from ..model.mechanism import Described, Mechanism
 from .freshness import Job, stamp
 from .generate import MANIFEST, artifacts, put, strays
 
@@ -33,16 +34,20 @@ def read(job: Job) -> Described:
     Raises:
         RobotError: The description is wrong.
     """
+    robot = _as_written(job)
+    robot = robot if job.exact or isinstance(robot, Mechanism) else cleaned(robot)
+    return calibrated(robot, job.calibration) if job.calibration else robot
+
+
+def _as_written(job: Job) -> Described:
     if is_imported(job.file):
         robot = opened(job.file, job.arguments).robot(job.base, job.tip, None)
         ending = f"_{job.suffix}" if job.suffix else ""
-        robot = replace(robot, name=identifier(robot.name + ending))
-    elif job.base or job.tip or job.arguments:
+        return replace(robot, name=identifier(robot.name + ending))
+    if job.base or job.tip or job.arguments:
         expected = "--base, --tip and arguments belong to URDF, xacro and MJCF files"
         raise RobotError(f"{job.file}: {expected}, of which this is none")
-    else:
-        robot = load(job.file)
-    return calibrated(robot, job.calibration) if job.calibration else robot
+    return load(job.file, exact=True)
 
 
 def robots_of(job: Job, tips: Sequence[str], groups: Sequence[str], srdf: Path | None) -> list[Job]:
@@ -131,10 +136,11 @@ def _derive(job: Job) -> Report:
     folder = job.to / robot.name
     put(files, folder)
     stamp(job, folder)
-    lines = [f"{robot.name:<12} {_summary(files)}  {time.perf_counter() - started:5.2f} s"]
-    lines += [] if job.functions else [explain(robot).line]
+    parts = [f"{robot.name:<12} {_summary(files)}  {time.perf_counter() - started:5.2f} s"]
+    parts += [robot.cleaning.line] if robot.cleaning.numbers else []
+    lines = [", ".join(parts), *([] if job.functions else [explain(robot).line])]
     notes = json.loads(files[MANIFEST])["notes"]
-    return Report(True, "\n    ".join([*lines, *notes]))
+    return Report(True, "\n    ".join([*lines, *(n for n in notes if n not in parts)]))
 
 
 def _compare(job: Job) -> Report:

@@ -31,6 +31,7 @@ from pathlib import Path
 from ..model.convention import Convention
 from ..model.mechanism import Mechanism
 from ..model.robot import Robot
+from .cleaned_robot import cleaned
 from .conventions import CONVENTIONS
 from .mechanism_file import MechanismFile, has_loops
 from .serial_file import RobotFile
@@ -39,12 +40,17 @@ from .toml_file import DescriptionError, TomlFile, read_text
 __all__ = ["DescriptionError", "load", "loads"]
 
 
-def load(path: str | Path, conventions: Sequence[Convention] = CONVENTIONS) -> Robot | Mechanism:
+def load(
+    path: str | Path, conventions: Sequence[Convention] = CONVENTIONS, exact: bool = False
+) -> Robot | Mechanism:
     """Reads a robot file.
 
     Args:
         path: A TOML file.
         conventions: The conventions that the file may name; the shipped ones by default.
+        exact: Whether every number is taken as it is written. Otherwise the numbers of a serial
+            robot lose noise, and rounded angles and directions become exact; ``cleaning`` of the
+            robot lists them.
 
     Returns:
         The robot, in metres and radians: a Mechanism where the file closes loops, names actuated
@@ -53,11 +59,14 @@ def load(path: str | Path, conventions: Sequence[Convention] = CONVENTIONS) -> R
     Raises:
         DescriptionError: The file, or the file that it extends, cannot be read or is wrong.
     """
-    return loads(read_text(path), str(path), conventions)
+    return loads(read_text(path), str(path), conventions, exact)
 
 
 def loads(
-    text: str, file: str = "<text>", conventions: Sequence[Convention] = CONVENTIONS
+    text: str,
+    file: str = "<text>",
+    conventions: Sequence[Convention] = CONVENTIONS,
+    exact: bool = False,
 ) -> Robot | Mechanism:
     """Reads a robot from the text of a robot file.
 
@@ -65,6 +74,7 @@ def loads(
         text: TOML.
         file: Name of the file in errors; a file that it extends is looked for beside it.
         conventions: The conventions that the text may name; the shipped ones by default.
+        exact: Whether every number is taken as it is written, see :func:`load`.
 
     Returns:
         The robot, see :func:`load`.
@@ -77,7 +87,8 @@ def loads(
     source = written if heir is None else _extended(heir)
     if has_loops(source.table):
         return MechanismFile(source.file, source.text, heir, conventions).mechanism()
-    return RobotFile(source.file, source.text, heir, conventions).robot()
+    robot = RobotFile(source.file, source.text, heir, conventions).robot()
+    return robot if exact else cleaned(robot)
 
 
 def _extended(heir: TomlFile) -> TomlFile:

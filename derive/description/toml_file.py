@@ -21,6 +21,7 @@ from ..model.kinds import ParameterKind
 from ..model.placements import Vector
 from ..model.robot import Parameter
 from ..model.tolerances import LENGTH_SCALING
+from .plausibility import LARGEST, statement_of
 
 Keys = tuple[str | int, ...]
 """The path to a value in the file's table: names of tables and fields, indices in lists."""
@@ -123,6 +124,7 @@ class TomlFile:
         self.heir: TomlFile | None = None
         self.table = self._parsed()
         self.scale: dict[ParameterKind, sp.Expr] = {"ratio": sp.Integer(1)}
+        self.stated: frozenset[str] = frozenset()
         self.symbols: dict[str, sp.Symbol] = {}
         self.kinds: dict[str, ParameterKind] = {}
         if heir is not None:
@@ -173,6 +175,7 @@ class TomlFile:
         """Reads the units of the file's numbers."""
         units = self.table_at(("units",), {})
         self.check_fields(("units",), units, ("length", "angle"))
+        self.stated = frozenset(units)
         self.scale["length"] = self.choice(("units", "length"), LENGTHS, "m")
         self.scale["angle"] = self.choice(("units", "angle"), ANGLES, "rad")
 
@@ -198,10 +201,17 @@ class TomlFile:
         if not isinstance(given, Mapping) or "unit" not in given:
             self.check_degrees(keys, given, kind)
         if not isinstance(given, Mapping):
-            return Parameter(name, self.literal(keys) * self.scale[kind], kind)
+            return Parameter(name, self._sized(keys, self.literal(keys), kind), kind)
         scale = (LENGTHS | ANGLES | RATIOS).get(str(given.get("unit")), self.scale[kind])
-        value = self.literal((*keys, "value")) * scale
+        value = self.literal((*keys, "value"))
+        value = value * scale if "unit" in given else self._sized(keys, value, kind)
         return Parameter(name, value, kind, self.string((*keys, "meaning"), ""))
+
+    def _sized(self, keys: Keys, value: sp.Expr, kind: ParameterKind) -> sp.Expr:
+        """A number in metres or radians, refused if it is too large for a unit nobody stated."""
+        if kind in LARGEST and kind not in self.stated and abs(float(value)) > LARGEST[kind]:
+            self.fail(keys, statement_of(kind))
+        return value * self.scale[kind]
 
     def vector(self, keys: Keys, kind: ParameterKind) -> Vector:
         """A list of three numbers; zeros where the field is missing."""
@@ -237,6 +247,8 @@ class TomlFile:
                 f"{KIND_WORDS[kind]}, which this is not if the parameters are lengths; "
                 'declare ratios as { value = ..., unit = "1" } in [parameters]',
             )
+        if not expression.free_symbols:
+            self._sized(keys, expression, kind)
         try:
             checked(self.at_defaults(expression))
         except NotExact as error:

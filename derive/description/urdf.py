@@ -1,10 +1,10 @@
 """URDF import: the chain between two links of a URDF becomes a robot in exact numbers.
 
-Decimals are read as written. An angle within :data:`~chasles.derive.model.tolerances.ANGLE_SNAP` of
-a multiple of pi/12 becomes that multiple, and the robot's notes name it.
+Decimals are read as written, then cleaned (:mod:`~chasles.derive.description.cleaned_robot`).
 """
 
 import re
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import NoReturn
@@ -13,15 +13,17 @@ import sympy as sp
 from lxml import etree
 
 from ..model.errors import RobotError
-from ..model.exact import NotExact, read, snap_angle
+from ..model.exact import NotExact, read
 from ..model.kinds import JointKind
 from ..model.placements import Vector
 from ..model.robot import Joint, Mimic, Robot
+from .cleaned_robot import cleaned
 from .conventions.urdf_origin import urdf
 from .importers.identifiers import identifier as _identifier
 from .importers.kinematic_tree import KinematicTree, TreeJoint, TreeJointKind
 from .importers.robot_xml import parsed
 from .importers.tool_links import Ends, NoChain, chosen_ends, only_chain
+from .plausibility import questioned
 from .toml_file import DescriptionError, read_text
 
 DECIMAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
@@ -36,7 +38,11 @@ KINDS: dict[str, JointKind] = {
 
 
 def from_urdf(
-    path: str | Path, base: str | None = None, tip: str | None = None, name: str | None = None
+    path: str | Path,
+    base: str | None = None,
+    tip: str | None = None,
+    name: str | None = None,
+    exact: bool = False,
 ) -> Robot:
     """The chain from one link of a URDF to another.
 
@@ -46,20 +52,23 @@ def from_urdf(
             :mod:`~chasles.derive.description.importers.tool_links`.
         tip: The link whose frame is the tool frame; by default the end of the longest chain.
         name: The robot's name; by default the URDF's.
+        exact: Whether every number is taken as it is written. Otherwise numbers lose noise, and
+            rounded angles and axes become exact; ``cleaning`` of the robot lists them.
 
     Returns:
         The robot: frames, joints and links as in the URDF (characters that C names cannot hold
-        become _); ``notes`` name the angles that became multiples of pi, and the chosen tip where
-        the file has others.
+        become _); ``notes`` name rounded numbers, doubtful units, and the chosen tip where the file
+        has others.
 
     Raises:
         DescriptionError: The file is no URDF, has no such chain, or has several longest chains.
     """
-    return UrdfFile(str(path), read_text(path)).robot(base, tip, name)
+    robot = UrdfFile(str(path), read_text(path)).robot(base, tip, name)
+    return robot if exact else cleaned(robot)
 
 
 class UrdfFile:
-    """A URDF: its joints by the link that they carry, and the notes of the reader."""
+    """A URDF: its joints by the link that they carry."""
 
     def __init__(self, file: str, text: str) -> None:
         """Reads the tree of links and joints.
@@ -72,7 +81,6 @@ class UrdfFile:
             DescriptionError: The text is no URDF, or its joints do not join its links.
         """
         self.file = file
-        self.notes: list[str] = []
         self.root = parsed(file, text)
         self.links = [self._attribute(link, "name") for link in self.root.findall("link")]
         for link in self.root.findall("link"):
@@ -93,21 +101,20 @@ class UrdfFile:
             self._fail(self.root, error.field, error.value, error.expected)
         base, tip = ends.base, ends.tip
         elements = [self.joint_to[joint.child] for joint in self.tree.way(base, tip) or ()]
-        self.notes += [ends.note] if ends.note else []
         try:
-            return Robot(
+            robot = Robot(
                 name=_identifier(name or self._attribute(self.root, "name")),
                 joints=tuple(self._joint(element) for element in elements),
                 title=self.root.get("name", ""),
                 source=f"URDF {Path(self.file).name}, {base} to {tip}",
                 base_frame=_identifier(base),
                 tool_frame=_identifier(tip),
-                notes=tuple(self.notes),
             )
         except DescriptionError:
             raise
         except RobotError as error:
             self._fail(self.root, "", None, f"joints that make a robot ({error})")
+        return replace(robot, notes=(*filter(None, [ends.note]), *questioned(robot)))
 
     # --- the tree ---
 
@@ -154,7 +161,7 @@ class UrdfFile:
             self._fail(element, "type", kind, f"one of {', '.join(KINDS)}")
         given = {
             "xyz": self._vector(element, "origin", "xyz", "0 0 0"),
-            "rpy": self._angles(element),
+            "rpy": self._vector(element, "origin", "rpy", "0 0 0"),
             "axis": self._vector(element, "axis", "xyz", "1 0 0"),
         }
         try:
@@ -204,19 +211,6 @@ class UrdfFile:
         return Mimic(_identifier(self._attribute(leader, "name")), multiplier, offset)
 
     # --- values ---
-
-    def _angles(self, element: etree._Element) -> Vector:
-        angles = []
-        for which, value in zip(
-            "rpy", self._vector(element, "origin", "rpy", "0 0 0"), strict=True
-        ):
-            exact = snap_angle(value)
-            if exact != value:
-                joint = element.get("name")
-                self.notes.append(f"joint {joint}: {which} = {float(value)!r} taken as {exact}")
-            angles.append(exact)
-        roll, pitch, yaw = angles
-        return roll, pitch, yaw
 
     def _vector(self, element: etree._Element, tag: str, attribute: str, default: str) -> Vector:
         child = element.find(tag)

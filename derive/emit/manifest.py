@@ -11,6 +11,7 @@ import sympy as sp
 from ..derivation import Derivation
 from ..inverse.serial_inverse import Inverses
 from ..loops.hybrid import Hybrid
+from ..model.cleaning import Cleaning, written
 from ..model.mechanism import Coordinate, Described
 from ..model.robot import UNITS, Joint, Parameter
 from ..model.tolerances import DEAD_POINT, NOMINAL
@@ -51,6 +52,7 @@ def manifest(
         },
         "parameters": [_parameter(parameter) for parameter in robot.parameters],
         "notes": [*robot.notes, *(hybrid.mobility.disagreements if hybrid else ())],
+        **_cleaning(robot.cleaning),
         "functions": [
             _function(robot, function, programs.whole[function.name])
             for function in derivation.functions
@@ -90,6 +92,18 @@ def _kind(hybrid: Hybrid | None) -> str:
         return "hybrid"
     actuated = {coordinate.moves for coordinate in hybrid.mechanism.coordinates}
     return "platform" if actuated.isdisjoint(hybrid.backward.open) else "iterated"
+
+
+def _cleaning(cleaning: Cleaning) -> dict[str, Any]:
+    """The numbers that were not taken as written, and bounds of their effect on the tool's pose."""
+    if not cleaning.numbers:
+        return {}
+    numbers = [
+        {"at": n.at, "field": n.field, "found": written(n.found), "taken": sp.sstr(n.taken)}
+        for n in cleaning.numbers
+    ]
+    bounds = {"position": cleaning.position, "orientation": cleaning.orientation}
+    return {"cleaning": {**bounds, "numbers": numbers}}
 
 
 def _inverse(inverse: Inverses) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from typing import Literal, get_args
 
 import sympy as sp
 
+from .cleaning import Cleaning
 from .errors import RobotError
 from .exact import exact
 from .robot import (
@@ -164,6 +165,7 @@ class Mechanism:
         reference: Values of coordinates and joints at the configuration that selects the branch,
             zero where none is given. Those of passive joints need only be near.
         notes: Changes and assumptions made while the description was read.
+        cleaning: Empty, as the numbers of a robot with loops are taken as they are written.
 
     Raises:
         RobotError: Names clash, a body or joint is unknown, or a body has two parents.
@@ -185,6 +187,7 @@ class Mechanism:
     parameters: tuple[Parameter, ...] = ()
     reference: tuple[tuple[str, sp.Expr], ...] = ()
     notes: tuple[str, ...] = field(default=())
+    cleaning: Cleaning = field(default=Cleaning(), repr=False, compare=False)
 
     def __post_init__(self) -> None:
         check_name("robot", self.name)

@@ -7,10 +7,12 @@ left have reached, so that a placement reads from left to right like the product
 from dataclasses import dataclass
 from typing import Literal
 
+import mpmath
 import sympy as sp
 
 from .errors import RobotError
 from .exact import exact, exact_vector, is_zero
+from .tolerances import AXIS_DIGITS, EVALUATION_DIGITS, ROUNDING, SHORT_PROPORTION
 
 Vector = tuple[sp.Expr, sp.Expr, sp.Expr]
 """Three components along the x, y and z axes of a frame."""
@@ -83,8 +85,36 @@ def align_z(axis: Vector) -> Placement:
         if is_zero(z):
             raise RobotError("a joint's axis must not be the zero vector")
         return () if z > 0 else rotation("x", sp.pi)
-    tilt = sp.atan2(sp.sqrt(x**2 + y**2), z)
-    return rotation("z", sp.atan2(x, -y)) + rotation("x", tilt)
+    azimuth, tilt = _azimuth_and_tilt(axis)
+    return rotation("z", azimuth) + rotation("x", tilt)
+
+
+def _azimuth_and_tilt(axis: Vector) -> tuple[sp.Expr, sp.Expr]:
+    """The angles of a direction that is not along z, exact where they have a short form."""
+    x, y, z = axis
+    if not all(component.is_Rational for component in axis) or _is_short(axis):
+        azimuth, tilt = sp.atan2(x, -y), sp.atan2(sp.sqrt(x**2 + y**2), z)
+        return _twelfths(azimuth), _twelfths(tilt)
+    with mpmath.workdps(EVALUATION_DIGITS):
+        u, v, w = (mpmath.mpf(component.p) / component.q for component in axis)
+        angles = mpmath.atan2(u, -v), mpmath.atan2(mpmath.hypot(u, v), w)
+        decimals = [sp.Rational(mpmath.nstr(angle, AXIS_DIGITS)) for angle in angles]
+    in_plane = sp.atan2(x, -y) if x == 0 or y == 0 else decimals[0]
+    return in_plane, sp.pi / 2 if z == 0 else decimals[1]
+
+
+def _is_short(axis: Vector) -> bool:
+    """Whether a direction of fractions has the proportions of small whole numbers."""
+    x, y, z = axis
+    whole = [component * sp.ilcm(x.q, y.q, z.q) for component in axis]
+    return bool(max(map(abs, whole)) <= SHORT_PROPORTION * sp.igcd(*whole))
+
+
+def _twelfths(angle: sp.Expr) -> sp.Expr:
+    """An angle that is a multiple of pi/12, as such a multiple; else the angle itself."""
+    twelfths = (12 * angle / sp.pi).evalf(EVALUATION_DIGITS)
+    nearest = sp.Integer(round(twelfths))
+    return sp.pi * nearest / 12 if abs(twelfths - nearest) < ROUNDING else angle
 
 
 def inverse(placement: Placement) -> Placement:

@@ -11,11 +11,12 @@ angles in radians.
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import get_args
 
 import sympy as sp
 
+from .cleaning import Cleaning
 from .convention import Convention
 from .errors import RobotError
 from .exact import exact
@@ -137,6 +138,8 @@ class Robot:
         tool_frame: Name of the tool frame.
         parameters: The named lengths and angles that the placements use.
         notes: Changes and assumptions made while reading, such as snapped angles.
+        cleaning: The numbers of the description that were not taken as they are written; it is
+            no part of the robot's identity.
 
     Raises:
         RobotError: Names clash, a mimic joint has no leader, a symbol is no parameter, or no joint
@@ -153,6 +156,7 @@ class Robot:
     tool_frame: str = "ee"
     parameters: tuple[Parameter, ...] = ()
     notes: tuple[str, ...] = ()
+    cleaning: Cleaning = field(default=Cleaning(), repr=False, compare=False)
 
     def __post_init__(self) -> None:
         check_name("robot", self.name)

@@ -21,9 +21,37 @@ reliable digits."""
 
 # --- description: rounding in files ---
 
-ANGLE_SNAP = 1e-9
-"""Difference (radian) within which an angle of a URDF becomes a multiple of pi/12: exporters round
-to ten digits or more, and 1e-9 rad moves a tool at 1 m by 1 nm."""
+NOISE = 1e-9
+"""Difference between a number of a file and a short decimal that is noise: part of the robot's
+longest length, radian, or part of a direction's largest component. Exporters compose poses in
+floats and round to nine places or more, and 1e-9 rad moves a tool at 1 m by 1 nm."""
+NOISE_GAP = 1000
+"""Ratio of a decimal's last place to a difference that is noise (no unit): three zeros or nines
+follow the decimal, as they do in one of 500 numbers that are meant."""
+DOUBLE = 1e-15
+"""Relative difference of a decimal from a double that it is written for (no unit): 15 digits. One
+number of 10^7 is as close to a number of single precision by chance."""
+SINGLE = 2.0**-23
+"""Relative difference of a number of single precision from the number that it is rounded from (no
+unit): one unit in its last place, for a computation that rounds twice."""
+ANGLE_SNAP = NOISE
+"""Difference (radian) within which an angle of a file becomes a multiple of pi/12, however many
+digits are written."""
+CHANCE = 0.01
+"""Part of all angles that may be taken for a multiple of a step by their few digits: the ratio of
+the last place to the step. 1.57 is a right angle; 0.79 is not 45 degrees, and 0.785 is."""
+LONGEST_LENGTH = 20.0
+"""Length (metre) above which the unit must be stated: links of arms are shorter than 10 m, and
+an arm in millimetres has a link above 20."""
+SHORTEST_ARM = 1e-3
+"""Length (metre) below which a whole arm is questioned: arms of a desk are some 0.1 m long."""
+LARGEST_ANGLE = 6.5
+"""Angle (radian) above which the unit must be stated: a turn and its rounding, 6.2832 or 6.3."""
+AXIS_DIGITS = 25
+"""Digits of the angles of an axis without a short exact form: 1e-25 rad is far below the rounding
+of doubles, and roots of long fractions, which SymPy would factorise, are avoided."""
+SHORT_PROPORTION = 1000
+"""Greatest whole number in the proportions of a direction with a short exact form."""
 GIMBAL_LOCK = 1e-14
 """Part of a quaternion (no unit) below which roll and yaw turn about one axis: rounding of doubles
 leaves 1e-16 there, and the direction of so small a part would be mostly rounding."""
@@ -199,6 +227,8 @@ NOMINAL_GUARD_DIGITS = 8
 
 PRINTED_DIGITS = 10
 """Digits of a number without a short exact form in an article; dots follow where digits are cut."""
+GIVEN_DIGITS = 17
+"""Most digits of a number that a file gives, which an article prints in full: a double has 17."""
 FEW_PRINTED_DIGITS = 6
 """Digits of such a number where a line has no room for ``PRINTED_DIGITS``."""
 

@@ -150,6 +150,39 @@ class InverseFacts:
 
 
 @dataclass(frozen=True, slots=True)
+class CleanedNumber:
+    """A number of the description that was not taken as it is written.
+
+    Attributes:
+        at: The joint, "base", "tool" or the parameter that has it.
+        field: Its field there, such as "alpha" or "roll"; "" for a parameter.
+        found: The number as written.
+        taken: The exact number that the robot has instead, such as "pi/2".
+    """
+
+    at: str
+    field: str
+    found: str
+    taken: str
+
+
+@dataclass(frozen=True, slots=True)
+class Cleaning:
+    """The effect of all cleaned numbers together.
+
+    Attributes:
+        position: Bound of the distance (m) between the tool's positions as described and as
+            computed, at joint values within the limits; 0.0 where no number was cleaned.
+        orientation: Bound of the angle (rad) between the tool's orientations.
+        numbers: The cleaned numbers, in order from the base.
+    """
+
+    position: float = 0.0
+    orientation: float = 0.0
+    numbers: tuple[CleanedNumber, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class LoopFacts:
     """The loops of a robot; all fields are empty for a serial one.
 
@@ -202,6 +235,7 @@ class Manifest:
         frames: The names of the frames.
         parameters: The geometry.
         notes: Remarks, such as numbers that were snapped.
+        cleaning: The numbers of the description that were not taken as written, and their effect.
         functions: Its functions.
         loops: Its loops.
         inverse: The tier of its inverse, or the reason why there is none.
@@ -219,6 +253,7 @@ class Manifest:
     frames: Frames
     parameters: tuple[Parameter, ...]
     notes: tuple[str, ...]
+    cleaning: Cleaning
     functions: tuple[FunctionInfo, ...]
     loops: LoopFacts
     inverse: InverseFacts

@@ -15,6 +15,8 @@ from ..errors import ManifestError, UnknownRobotError
 from .facts import (
     ActuatedVariable,
     Argument,
+    CleanedNumber,
+    Cleaning,
     ContractTolerances,
     Coordinate,
     Frames,
@@ -82,6 +84,7 @@ def read_manifest(folder: Path) -> Manifest:
         frames=_frames(entry["frames"]),
         parameters=tuple(_parameter(item) for item in entry["parameters"]),
         notes=entry.get("notes", []).texts(),
+        cleaning=_cleaning(entry["cleaning"]) if "cleaning" in entry.fields() else Cleaning(),
         functions=tuple(_function(item) for item in entry["functions"]),
         loops=_loops(entry),
         inverse=_inverse(entry.get("inverse", {})),
@@ -99,6 +102,14 @@ def read_manifest(folder: Path) -> Manifest:
 def _inverse(entry: Entry) -> InverseFacts:
     tier = entry.get("tier", "exact").one_of(("exact", "snapped", "general", "none"))
     return InverseFacts(tier, entry.get("missing", "").text())
+
+
+def _cleaning(entry: Entry) -> Cleaning:
+    numbers = (
+        CleanedNumber(*(item[field].text() for field in ("at", "field", "found", "taken")))
+        for item in entry["numbers"]
+    )
+    return Cleaning(entry["position"].number(), entry["orientation"].number(), tuple(numbers))
 
 
 def _tolerances(entry: Entry) -> ContractTolerances:

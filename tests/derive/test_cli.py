@@ -1,11 +1,14 @@
 """The command line: files written, runs without work, error messages."""
 
+import json
+import math
 from pathlib import Path
 
 import pytest
 from derivations import ALL, ROBOTS
 from typer.testing import CliRunner
 
+import chasles
 from chasles.derive import cli
 from chasles.derive.build import freshness
 from chasles.derive.cli import app
@@ -151,3 +154,33 @@ def test_links_are_chosen_in_a_urdf_only(arm, tmp_path):
 
 def test_a_close_name_is_offered():
     assert "did you mean ur5e?" in run("ur5").output
+
+
+def test_rounded_numbers_are_cleaned_and_said_unless_the_file_is_taken_at_its_word(arm, tmp_path):
+    arm.write_text(ARM.replace('"pi/2"', '"1.5708"'))
+    to = tmp_path / "out"
+    done = run(arm, "--to", to)
+    first, _, note = (line.strip() for line in done.output.splitlines()[:3])
+    assert first.endswith("1 number cleaned, at most 0 m and 3.7e-06 rad")
+    assert note == "1.5708 taken as pi/2: alpha of joint2"
+    manifest = json.loads((to / "arm" / "manifest.json").read_text())
+    assert manifest["notes"] == ["1 number cleaned, at most 0 m and 3.7e-06 rad", note]
+    found = manifest["cleaning"]
+    assert found["orientation"] == pytest.approx(1.5708 - math.pi / 2, rel=1e-9)
+    assert found["numbers"] == [
+        {"at": "joint2", "field": "alpha", "found": "1.5708", "taken": "pi/2"}
+    ]
+    loaded = chasles.load(to / "arm")
+    assert loaded.cleaning.orientation == found["orientation"]
+    assert loaded.cleaning.numbers[0].taken == "pi/2"
+    assert loaded.notes == tuple(manifest["notes"])
+    cleaned = (to / "arm" / "arm.c").read_text()
+    # The choice is part of what the folder was made from.
+    assert run(arm, "--to", to).output == "nothing to derive: all is up to date\n"
+    exact = run(arm, "--to", to, "--exact")
+    assert "cleaned" not in exact.output
+    assert "cleaning" not in (to / "arm" / "manifest.json").read_text()
+    assert (to / "arm" / "arm.c").read_text() != cleaned
+    assert run(arm, "--to", to, "--exact").output == "nothing to derive: all is up to date\n"
+    assert chasles.load(to / "arm").cleaning.numbers == ()
+    assert "16 functions" in run(arm, "--to", to).output

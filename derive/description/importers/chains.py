@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import Protocol
 
 from ...model.errors import RobotError
-from ...model.mechanism import Described
+from ...model.mechanism import Described, Mechanism
+from ..cleaned_robot import cleaned
 from ..toml_file import DescriptionError, read_text
 from ..urdf import UrdfFile
 from .identifiers import identifier
@@ -46,6 +47,7 @@ def from_file(
     tip: str | None = None,
     name: str | None = None,
     arguments: Sequence[str] = (),
+    exact: bool = False,
 ) -> Described:
     """The chain between two links of a URDF, a xacro file or an MJCF model.
 
@@ -55,6 +57,8 @@ def from_file(
         tip: The link whose frame is the tool frame; by default the end of the longest chain.
         name: The robot's name; by default the file's own.
         arguments: Values of a xacro file's arguments, each as ``name:=value``.
+        exact: Whether every number is taken as it is written. Otherwise the numbers of a serial
+            robot lose noise, and rounded angles and directions become exact.
 
     Returns:
         The robot: a Mechanism where an MJCF model closes loops through joints of the chain, else a
@@ -63,7 +67,8 @@ def from_file(
     Raises:
         DescriptionError: The file is wrong, has no such chain, or has several longest chains.
     """
-    return opened(Path(path), arguments).robot(base, tip, name)
+    robot = opened(Path(path), arguments).robot(base, tip, name)
+    return robot if exact or isinstance(robot, Mechanism) else cleaned(robot)
 
 
 def opened(file: Path, arguments: Sequence[str] = ()) -> LinkedBodies:

@@ -1,31 +1,27 @@
 r"""The fragments of the description: joints by convention, parameters, and short symbols."""
 
-import math
-import re
 from collections.abc import Sequence
 
+from ...model.cleaning import rounded_up
 from ...model.convention import Convention, motions_before
-from ...model.exact import read
+from ...model.mechanism import Mechanism
 from ...model.robot import Robot
-from ...model.tolerances import ANGLE_SNAP
 from ..setting.layout import aligned
 from ..setting.names import escape
 from ..setting.notation import COMMAS_FROM, Notation
 from ..setting.page import Page, sentence, text
-from ..setting.printer import number
 from ..setting.transforms import symbolic_factors, transform
 from . import tables
 
 FEW = 4
 """Most names that a sentence joins by "and"; longer lists have commas or dots."""
-SNAPPED = re.compile(r"joint (.+): ([rpy]) = (\S+) taken as (\S+)")
-"""A robot's note of an angle that became a multiple of pi."""
-ANGLES = {"r": "roll", "p": "pitch", "y": "yaw"}
 
 
 def parameters(page: Page) -> str:
     """The joints in their conventions, and the values of the parameters."""
-    return text(_coordinates(page), joints(page), values(page), noted(page.robot.notes))
+    return text(
+        _coordinates(page), joints(page), values(page), cleaned(page.robot), noted(page.robot)
+    )
 
 
 def joints(page: Page) -> str:
@@ -140,37 +136,28 @@ def _displacements(robot: Robot) -> list[str]:
     ]
 
 
-def noted(notes: Sequence[str]) -> str:
-    """The notes of the robot; angles that became the same multiple of pi are listed together."""
-    angles: dict[tuple[str, str], list[str]] = {}
-    others = []
-    for note in notes:
-        if found := SNAPPED.fullmatch(note):
-            joint, angle, value, exact = found.groups()
-            angles.setdefault((value, exact), []).append(f"{ANGLES[angle]} of {escape(joint)}")
-        else:
-            others.append(escape(note))
-    sentences = []
-    if angles:
-        within = rf"$10^{{{round(math.log10(ANGLE_SNAP))}}}$"
-        listed = [
-            rf"${_scientific(value)}$ as ${number(read(exact))}$ ({', '.join(where)})"
-            for (value, exact), where in angles.items()
-        ]
-        sentences.append(
-            rf"Angles within {within} of a multiple of $\pi/12$ were taken as that multiple:"
-            f" {', '.join(listed)}."
-        )
-    if others:
-        sentences.append(f"Notes: {'; '.join(others)}.")
+def cleaned(robot: Robot) -> str:
+    """The numbers that were not taken as the file writes them, and the effect of all together."""
+    cleaning = robot.cleaning
+    if not cleaning.numbers:
+        return ""
+    bounds = rf"${tables.scientific(rounded_up(cleaning.position))}$ m"
+    if cleaning.orientation:
+        bounds += rf" and ${tables.scientific(rounded_up(cleaning.orientation))}$ rad"
+    opening = (
+        "Numbers that the file rounds or blurs were taken for exact ones; together they change the "
+        f"pose of the tool by at most {bounds}:"
+    )
+    return sentence(opening, tables.cleaning_table(cleaning))
+
+
+def noted(robot: Robot | Mechanism) -> str:
+    """The notes of the robot that do not repeat its table of cleaned numbers."""
+    said = {robot.cleaning.line, *robot.cleaning.sentences}
+    others = [escape(note) for note in robot.notes if note not in said]
     # Names and digits that cannot be broken need loose lines.
-    body = " ".join(sentences)
+    body = f"Notes: {'; '.join(others)}." if others else ""
     return f"\\begin{{sloppypar}}\n{body}\n\\end{{sloppypar}}" if body else ""
-
-
-def _scientific(value: str) -> str:
-    digits, _, exponent = value.partition("e")
-    return rf"{digits} \cdot 10^{{{int(exponent)}}}" if exponent else digits
 
 
 def _rules(page: Page) -> list[str]:

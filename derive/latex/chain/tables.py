@@ -5,13 +5,15 @@ from itertools import groupby
 
 import sympy as sp
 
+from ...model.cleaning import CleanedNumber, Cleaning, places, rounded_up
 from ...model.convention import Convention, Field
 from ...model.kinds import UNITS
 from ...model.robot import Joint, Robot
+from ...model.tolerances import PRINTED_DIGITS
 from ..setting import names
 from ..setting.layout import MARGIN
 from ..setting.notation import CONSTANT_TRIGONOMETRY, Notation
-from ..setting.printer import Printer, decimal, number
+from ..setting.printer import Printer, cut, decimal, number
 from ..setting.widths import LINE, width
 
 Column = tuple[str, list[str]]
@@ -125,7 +127,7 @@ def _limit(value: sp.Expr) -> str:
     degrees = value * 180 / sp.pi
     if value != 0 and degrees.is_Rational:
         return f"{number(degrees)}^\\circ"
-    return number(value)
+    return cut(value, PRINTED_DIGITS) if value.is_Rational and value != 0 else number(value)
 
 
 def value_table(robot: Robot, printer: Printer) -> str:
@@ -144,6 +146,36 @@ def value_cell(value: sp.Expr) -> str:
     """A number, with its decimals where it is no fraction."""
     exact = number(value)
     return f"${exact}$" if value.is_Rational else rf"${exact} \approx {decimal(value)}$"
+
+
+def cleaning_table(cleaning: Cleaning) -> str:
+    """The numbers that were not taken as written; those that became zero share a row."""
+    rows: dict[tuple[str, str], list[CleanedNumber]] = {}
+    largest = max((abs(entry.change) for entry in cleaning.numbers if entry.taken == 0), default=0)
+    small = rf"up to ${scientific(rounded_up(largest))}$"
+    for entry in cleaning.numbers:
+        found = f"${_as_written(entry.found)}$" if entry.taken != 0 else small
+        rows.setdefault((found, f"${number(entry.taken)}$"), []).append(entry)
+    columns: list[Column] = [
+        ("in the file", [found for found, _ in rows]),
+        ("taken as", [taken for _, taken in rows]),
+        ("at", [names.escape(places(numbers)) for numbers in rows.values()]),
+    ]
+    return tabular(columns, repeated=1)
+
+
+def _as_written(value: sp.Expr) -> str:
+    """The first digits of a number of a file, an angle of rational degrees in degrees."""
+    if value.is_Rational:
+        return cut(value, PRINTED_DIGITS)
+    degrees = 180 * value / sp.pi
+    return rf"{cut(degrees, PRINTED_DIGITS)}^\circ" if degrees.is_Rational else number(value)
+
+
+def scientific(text: str) -> str:
+    """A decimal in LaTeX, its power of ten written out."""
+    digits, _, exponent = text.partition("e")
+    return rf"{digits} \cdot 10^{{{int(exponent)}}}" if exponent else digits
 
 
 def symbol_table(notation: Notation, printer: Printer) -> str:

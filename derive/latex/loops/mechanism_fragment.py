@@ -30,7 +30,7 @@ def description(page: LoopPage) -> str:
         _closures(page),
         _struts(page),
         values(page.chain),
-        noted(page.mechanism.notes),
+        noted(page.mechanism),
     )
 
 

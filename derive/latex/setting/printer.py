@@ -3,14 +3,17 @@ r"""Expressions as engineers write them: lengths first, indices ascending, no le
 A sum is a list of signed terms in the order of the chain, so that long sums break between terms.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from decimal import Decimal
 
 import sympy as sp
 
-from ...model.tolerances import PRINTED_DIGITS, RELIABLE_DIGITS
+from ...model.cleaning import decimal_places
+from ...model.tolerances import GIVEN_DIGITS, PRINTED_DIGITS, RELIABLE_DIGITS
 from .notation import ENTRY, LENGTH, OTHER, TERM, Order
 
+SMALL = sp.Rational(1, 10**5)
+"""Magnitude below which a decimal is printed with a power of ten."""
 _FUNCTIONS = {sp.cos: r"\cos", sp.sin: r"\sin", sp.tan: r"\tan", sp.atan: r"\arctan"}
 
 
@@ -125,7 +128,7 @@ def number(value: sp.Expr) -> str:
     if value.is_Float:
         return cut(value, PRINTED_DIGITS)
     if value.is_Rational:
-        return _rational(value)
+        return _rational(value) if _is_given(value) else cut(value, PRINTED_DIGITS)
     multiple = value / sp.pi
     if multiple.is_Rational:
         times = "" if abs(multiple.p) == 1 else str(abs(multiple.p))
@@ -136,16 +139,20 @@ def number(value: sp.Expr) -> str:
     return over if denominator == 1 else rf"\tfrac{{{over}}}{{{sp.latex(denominator)}}}"
 
 
+def _is_given(value: sp.Rational) -> bool:
+    """Whether a fraction has no more digits than files give, so that it is no computed number."""
+    places = decimal_places(value)
+    digits = max(abs(value.p), value.q) if places is None else abs(value.p) * 10**places // value.q
+    return bool(digits < 10**GIVEN_DIGITS)
+
+
 def _rational(value: sp.Rational) -> str:
     sign, value = ("-" if value < 0 else ""), abs(value)
-    rest, places = value.q, 0
-    for prime in (2, 5):
-        count = 0
-        while rest % prime == 0:
-            rest, count = rest // prime, count + 1
-        places = max(places, count)
-    if rest != 1:
+    places = decimal_places(value)
+    if places is None:
         return rf"{sign}\tfrac{{{value.p}}}{{{value.q}}}"
+    if 0 < value < SMALL:
+        return sign + _with_power(_rational, value)
     digits = str(value.p * 10**places // value.q).rjust(places + 1, "0")
     whole = digits[: len(digits) - places]
     return sign + whole + (f".{digits[-places:]}" if places else "")
@@ -153,16 +160,26 @@ def _rational(value: sp.Rational) -> str:
 
 def decimal(value: sp.Expr) -> str:
     """A number rounded to a few digits."""
+    if 0 < abs(value) < SMALL:
+        return _with_power(decimal, value)
     text = _plain(value, PRINTED_DIGITS)
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
 def cut(value: sp.Expr, digits: int) -> str:
     """The first digits of a number, and dots where digits are left out."""
-    text = _plain(value, RELIABLE_DIGITS).rstrip("0")
+    if 0 < abs(value) < SMALL:
+        return _with_power(lambda mantissa: cut(mantissa, digits), value)
+    text = _plain(value, RELIABLE_DIGITS)
+    text = text.rstrip("0").rstrip(".") if "." in text else text
     first = next(k for k, digit in enumerate(text) if digit in "123456789")
-    end = first + digits + ("." in text[first : first + digits])
+    end = max(first + digits + ("." in text[first : first + digits]), (text + ".").index("."))
     return rf"{text[:end]}\ldots" if len(text) > end else text
+
+
+def _with_power(show: Callable[[sp.Expr], str], value: sp.Expr) -> str:
+    exponent = Decimal(str(sp.N(value, PRINTED_DIGITS))).adjusted()
+    return rf"{show(value * sp.Integer(10) ** -exponent)} \cdot 10^{{{exponent}}}"
 
 
 def _plain(value: sp.Expr, digits: int) -> str:

@@ -83,7 +83,7 @@ def test_random_robots_against_pinocchio(tmp_path):
         text, tip = random_urdf(dice)
         path = tmp_path / f"{seed}.urdf"
         path.write_text(text)
-        robot = from_urdf(path, "l0", tip)
+        robot = from_urdf(path, "l0", tip, exact=True)
         joints = ElementTree.fromstring(text).findall("joint")
         led = {
             j.get("name"): j.find("mimic").get("joint")
@@ -156,11 +156,15 @@ def test_names_limits_and_snapped_angles(path):
     assert robot.joints[0].limits == (sp.Rational(-3, 2), 2)
     given = dict(robot.joints[0].given)
     assert given["rpy_y"] == sp.pi / 2
-    assert len(robot.notes) == 1
-    assert "turn" in robot.notes[0]
-    assert "pi/2" in robot.notes[0]
-    # 1.5708 is 3.7e-6 away from a right angle: taken as it is written.
-    assert dict(robot.joints[1].given)["rpy_z"] == sp.Rational(15708, 10000)
+    assert dict(robot.joints[1].given)["rpy_z"] == sp.pi / 2
+    cleaned, noted = robot.notes
+    # 1.5708 turns the tool, which lies 0.3 m behind it, by 3.7e-6 rad about its own z axis.
+    assert cleaned == "2 numbers cleaned, at most 1.5e-12 m and 3.7e-06 rad"
+    assert noted == "1.5708 taken as pi/2: yaw of mount"
+    as_written = from_urdf(path, exact=True)
+    assert dict(as_written.joints[0].given)["rpy_y"] == sp.Rational("1.57079632679")
+    assert dict(as_written.joints[1].given)["rpy_z"] == sp.Rational("1.5708")
+    assert as_written.notes == ()
 
 
 def wrong(path, text, *arguments):
@@ -263,11 +267,14 @@ def test_what_exporters_write(path):
     noisy = TWO_LINKS.replace('"0.1 0 0.2"', '"1.2246467991473532E-16 -6.1e-33 0.2"')
     content = '\ufeff<?xml version="1.0" encoding="ISO-8859-1"?>\n' + noisy.replace("\n", "\r\n")
     path.write_bytes(content.replace("two-links", "Gerät").encode())
-    robot = from_urdf(path)
+    robot = from_urdf(path, exact=True)
     assert robot.title == "Gerät"
     given = dict(robot.joints[0].given)
     assert given["xyz_x"] == sp.Rational("1.2246467991473532e-16")
     assert given["xyz_y"] == sp.Rational("-6.1e-33")
+    cleaned = from_urdf(path)
+    assert dict(cleaned.joints[0].given)["xyz_x"] == 0
+    assert cleaned.joints[0].before[0].vector == (0, 0, sp.Rational("0.2"))
 
 
 def test_axes_of_fixed_joints_and_defaults(path):

@@ -1,0 +1,48 @@
+"""Doubts about units: numbers that fit another unit better than the one that they are read in.
+
+A file that can state its units is refused where it does not and a number is implausible. A file
+that cannot, such as a URDF, is read with a note. A stated unit is believed.
+"""
+
+from ..model.cleaning import written
+from ..model.kinds import ParameterKind
+from ..model.placements import Rotation
+from ..model.robot import Joint, Robot
+from ..model.tolerances import LARGEST_ANGLE, LONGEST_LENGTH, SHORTEST_ARM
+from .pose_error import lengths, robot_size
+
+LARGEST: dict[ParameterKind, float] = {"length": LONGEST_LENGTH, "angle": LARGEST_ANGLE}
+"""The largest magnitude (metre, radian) that needs no stated unit."""
+_DEFAULTS: dict[ParameterKind, tuple[str, str]] = {"length": ("m", "mm"), "angle": ("rad", "deg")}
+
+
+def statement_of(kind: ParameterKind) -> str:
+    """The words of an error that asks for the unit of a large length or angle."""
+    default, other = _DEFAULTS[kind]
+    return (
+        f"{'a length' if kind == 'length' else 'an angle'} of at most {LARGEST[kind]:g} {default}, "
+        f"the unit where none is stated; state it by units = {{ {kind} = "
+        f'"{other}" }} or, if it is meant so, "{default}"'
+    )
+
+
+def questioned(robot: Robot) -> tuple[str, ...]:
+    """Notes on the numbers of a robot whose unit is doubtful."""
+    asked = [question for joint in robot.joints for question in _questioned_angles(joint)]
+    longest = robot_size(robot)
+    if longest > LONGEST_LENGTH:
+        asked.append(f"a length of {longest:.6g} m: is the file in millimetres?")
+    total = float(sum(lengths(robot)))
+    if 0 < total < SHORTEST_ARM:
+        asked.append(f"all lengths together are {total:.3g} m: are they in another unit?")
+    return tuple(asked)
+
+
+def _questioned_angles(joint: Joint) -> list[str]:
+    motions = [motion for part in (joint.before, joint.after) for motion in part]
+    angles = [motion.angle for motion in motions if isinstance(motion, Rotation)]
+    return [
+        f"joint {joint.name}: an angle of {written(angle)} rad: is it in degrees?"
+        for angle in dict.fromkeys(angles)
+        if not angle.free_symbols and abs(float(angle)) > LARGEST_ANGLE
+    ]

@@ -1,0 +1,39 @@
+"""Mutated URDFs of the shipped robots: their structure, and their poses as Pinocchio reads them."""
+
+from dataclasses import replace
+
+import pytest
+
+from bench.accuracy.cleaned_files import classified, excess, findings, read, shipped
+from tests.helpers.mutated_urdfs import MUTATIONS, arm_of_urdf, mutated
+
+pytest.importorskip("pinocchio", reason="the oracle, in the extra `crosscheck`")
+MUTANTS = 24
+
+
+def test_mutants_keep_their_structure_and_poses_stay_in_bounds():
+    found = list(findings(shipped(), MUTANTS))
+    for finding in found:
+        assert finding.excess <= 1, str(finding)
+        assert finding.kept, str(finding)
+    assert {name for finding in found for name in finding.mutant.made} == set(MUTATIONS)
+    assert sum(bool(finding.cleaning) for finding in found) > MUTANTS / 2
+
+
+def test_a_robot_that_is_not_the_file_is_found_out(tmp_path):
+    path = tmp_path / "arm.urdf"
+    arm = next(arm for arm in shipped() if arm.arm == "ur5e")
+    robot = read(path, arm)
+    assert excess(robot, path) <= 1
+    shifted = replace(arm.joints[1], xyz=("0", "0", "1e-10"))
+    read(path, replace(arm, joints=(arm.joints[0], shifted, *arm.joints[2:])))
+    assert excess(robot, path) > 1
+
+
+def test_a_mutant_is_another_text_of_the_same_arm(tmp_path):
+    arm = next(arm for arm in shipped() if arm.arm == "panda")
+    assert arm_of_urdf("panda", arm.text) == arm
+    assert len({mutated(arm, seed).text for seed in range(20)}) == 20
+    assert mutated(arm, 3) == mutated(arm, 3)
+    wanted = classified(read(tmp_path / "panda.urdf", arm))
+    assert wanted.tier == "exact"

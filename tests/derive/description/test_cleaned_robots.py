@@ -1,0 +1,233 @@
+"""Robots from files with rounded numbers: the list of changes, its bound, doubts about units."""
+
+import random
+
+import mpmath
+import numpy as np
+import pytest
+import sympy as sp
+
+from chasles.derive import DescriptionError, from_urdf, loads
+from chasles.derive.description.conventions import CONVENTIONS
+from chasles.derive.description.pose_error import pose_error
+from chasles.derive.model.cleaning import places
+from chasles.derive.model.placements import Rotation
+
+R = sp.Rational
+ARM = """\
+name = "arm"
+convention = "dh"
+
+[parameters]
+d1 = "0.20249999999999999"
+twist = {{ value = "1.5708", unit = "rad" }}
+
+[tool]
+xyz = [0, "6.1e-17", "0.1"]
+rpy = [0, "-1.571", 0]
+
+[[joints]]
+name = "turn"
+d = "d1"
+alpha = "twist"
+limits = [-3.1415, 3.1415]
+
+[[joints]]
+name = "bend"
+a = "0.4"
+alpha = "3.1416"
+theta = "{theta}"
+"""
+
+
+def numbers(robot):
+    return {places([number]): (number.found, number.taken) for number in robot.cleaning.numbers}
+
+
+def test_all_changes_are_listed_and_the_robot_has_the_exact_numbers():
+    text = ARM.format(theta="0.3")
+    robot = loads(text)
+    assert numbers(robot) == {
+        "parameter d1": (R("0.20249999999999999"), R("0.2025")),
+        "parameter twist": (R("1.5708"), sp.pi / 2),
+        "alpha of bend": (R("3.1416"), sp.pi),
+        "y of tool": (R("6.1e-17"), 0),
+        "pitch of tool": (R("-1.571"), -sp.pi / 2),
+    }
+    turn, bend = robot.joints
+    assert turn.limits == (R("-3.1415"), R("3.1415"))
+    assert dict(bend.given)["alpha"] == sp.pi == bend.after[-1].angle
+    assert [p.value for p in robot.parameters] == [R("0.2025"), sp.pi / 2]
+    assert robot.tool[0].vector == (0, 0, R("0.1"))
+    assert robot.notes[0] == robot.cleaning.line
+    assert robot.notes[1:] == (
+        "1.5708 taken as pi/2: parameter twist",
+        "3.1416 taken as pi: alpha of bend",
+        "-1.571 taken as -pi/2: pitch of tool",
+    )
+
+
+def test_exact_files_stay_and_every_file_does_where_its_word_is_taken():
+    text = ARM.format(theta="0.3")
+    as_written = loads(text, exact=True)
+    assert as_written.cleaning.numbers == as_written.notes == ()
+    assert [p.value for p in as_written.parameters] == [R("0.20249999999999999"), R("1.5708")]
+    exact = text.replace('"1.5708"', '"pi/2"').replace('"-1.571"', '"-pi/2"')
+    exact = exact.replace('"3.1416"', '"pi"').replace('"6.1e-17"', "0")
+    exact = exact.replace("0.20249999999999999", "0.2025")
+    assert loads(exact) == loads(exact, exact=True)
+    assert repr(loads(exact)) == repr(loads(text)).replace(repr(loads(text).notes), "()")
+
+
+def test_the_same_number_is_the_same_everywhere():
+    robot = loads(ARM.format(theta="3.1416"))
+    assert dict(robot.joints[1].given)["theta"] == dict(robot.joints[1].given)["alpha"] == sp.pi
+    assert "3.1416 taken as pi: alpha, theta of bend" in robot.notes
+
+
+VALUES = ("0", "1.5708", "-1.571", "3.1416", "0.7854", "0.3", "-1.2", "1.57079632", "2e-10")
+LENGTHS = ("0", "0.4", "-0.25", "0.1250000004", "3e-10", "0.07")
+AXES = ("[0, 0, 1]", '[0, "2e-10", 1]', '["0.866", 0, "0.5"]', '["0.707", "-0.5", "0.5"]')
+
+
+def random_file(dice):
+    """An arm of two to six joints in mixed conventions with rounded numbers."""
+    parts = ['name = "random"', 'convention = "dh"']
+    for _ in range(dice.randint(2, 6)):
+        convention = dice.choice(CONVENTIONS)
+        kind = dice.choice(("revolute", "revolute", "prismatic", "fixed"))
+        parts += ["[[joints]]", f'type = "{kind}"', f'convention = "{convention.name}"']
+        if kind == "prismatic":
+            parts.append("limits = [-0.5, 0.75]")
+        for field in convention.fields:
+            if field.kind == "direction":
+                value = dice.choice(AXES)
+            else:
+                known = VALUES if "angle" in field.kind else LENGTHS
+                drawn = [f'"{dice.choice(known)}"' for _ in field.components]
+                value = f"[{', '.join(drawn)}]" if field.is_vector else drawn[0]
+            parts.append(f"{field.name} = {value}")
+    return "\n".join([*parts, "[[joints]]", 'd = "0.2"'])
+
+
+def pose(robot, q):
+    """The tool's pose (4, 4) from the placements, at 30 digits."""
+    T = mpmath.eye(4)
+    values = iter(q)
+    for joint in robot.joints:
+        motions = [*joint.before]
+        if joint.kind == "revolute":
+            motions.append(Rotation("z", R(next(values))))
+        T = T * of(motions)
+        if joint.kind == "prismatic":
+            step = mpmath.eye(4)
+            step[2, 3] = next(values)
+            T = T * step
+        T = T * of(joint.after)
+    return T * of(robot.tool)
+
+
+def of(motions):
+    T = mpmath.eye(4)
+    for motion in motions:
+        step = mpmath.eye(4)
+        if isinstance(motion, Rotation):
+            angle = mpmath.mpmathify(sp.N(motion.angle, 30))
+            j, k = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[motion.axis]
+            step[j, j] = step[k, k] = mpmath.cos(angle)
+            step[k, j], step[j, k] = mpmath.sin(angle), -mpmath.sin(angle)
+        else:
+            for i in range(3):
+                step[i, 3] = mpmath.mpmathify(sp.N(motion.vector[i], 30))
+        T = T * step
+    return T
+
+
+def distances(one, other):
+    turned = mpmath.norm(list(one[:3, :3] - other[:3, :3])) / mpmath.sqrt(8)
+    return mpmath.norm(one[:3, 3] - other[:3, 3]), 2 * mpmath.asin(turned)
+
+
+def test_the_bound_holds_in_every_convention_and_is_no_idle_one():
+    shares, conventions = [], set()
+    with mpmath.workdps(30):
+        for seed in range(60):
+            dice = random.Random(seed)
+            text = random_file(dice)
+            robot, written = loads(text), loads(text, exact=True)
+            if not robot.cleaning.numbers:
+                assert repr(robot.joints) == repr(written.joints)
+                continue
+            bounds = robot.cleaning.position, robot.cleaning.orientation
+            worst = [0.0, 0.0]
+            for _ in range(5):
+                q = [
+                    dice.uniform(-0.5, 0.75) if joint.kind == "prismatic" else dice.uniform(-3, 3)
+                    for joint in robot.coordinates
+                ]
+                found = distances(pose(robot, q), pose(written, q))
+                worst = [max(a, float(b)) for a, b in zip(worst, found, strict=True)]
+            for found, bound in zip(worst, bounds, strict=True):
+                assert found <= bound * (1 + 1e-12), (seed, found, bound)
+            shares.append(worst[0] / bounds[0] if bounds[0] else 1)
+            conventions |= {joint.convention.name for joint in robot.joints}
+    assert len(shares) > 50
+    assert conventions == {convention.name for convention in CONVENTIONS}
+    # Errors of several numbers rarely point the same way, but the bound is of their order.
+    assert np.median(shares) > 0.2
+
+
+def test_equal_robots_have_no_pose_error():
+    robot = loads(ARM.format(theta="0.3"))
+    assert pose_error(robot, robot) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('theta = "0.3"', "theta = -90", "joints[2].theta: expected an angle of at most 6.5 rad"),
+        ('theta = "0.3"', "theta = -90", 'units = { angle = "deg" }'),
+        ('a = "0.4"', "a = 290", "<text>:20: joints[2].a: expected a length of at most 20 m"),
+        ('a = "0.4"', "a = 290", 'units = { length = "mm" } or, if it is meant so, "m"'),
+        ('"0.20249999999999999"', "290", "parameters.d1: expected a length of at most 20 m"),
+    ],
+)
+def test_numbers_that_fit_another_unit_are_refused_without_a_unit(old, new, words):
+    text = ARM.format(theta="0.3")
+    assert old in text
+    with pytest.raises(DescriptionError) as caught:
+        loads(text.replace(old, new))
+    assert words in str(caught.value)
+
+
+def test_a_stated_unit_is_believed():
+    text = ARM.format(theta="0.3").replace('a = "0.4"', "a = 2900")
+    stated = text.replace("[parameters]", 'units = { length = "m" }\n[parameters]')
+    assert dict(loads(stated).joints[1].given)["a"] == 2900
+    small = stated.replace('"m"', '"mm"').replace("2900", '"0.0029"')
+    assert dict(loads(small).joints[1].given)["a"] == R("2.9e-6")
+
+
+URDF = """\
+<robot name="r"><link name="a"/><link name="b"/><link name="c"/>
+<joint name="j" type="continuous"><parent link="a"/><child link="b"/>
+<origin xyz="{x} 0 0" rpy="0 0 {yaw}"/><axis xyz="0 0 1"/></joint>
+<joint name="k" type="fixed"><parent link="b"/><child link="c"/>
+<origin xyz="{x} 0 0"/></joint></robot>
+"""
+
+
+@pytest.mark.parametrize(
+    ("x", "yaw", "notes"),
+    [
+        ("0.29", "1.2", ()),
+        ("290", "1.2", ("a length of 290 m: is the file in millimetres?",)),
+        ("0.29", "90", ("joint j: an angle of 90 rad: is it in degrees?",)),
+        ("2e-4", "1.2", ("all lengths together are 0.0004 m: are they in another unit?",)),
+    ],
+)
+def test_files_that_cannot_state_units_are_read_with_a_note(tmp_path, x, yaw, notes):
+    path = tmp_path / "r.urdf"
+    path.write_text(URDF.format(x=x, yaw=yaw))
+    assert from_urdf(path).notes == notes
+    assert dict(from_urdf(path).joints[0].given)["xyz_x"] == R(x)

@@ -1,0 +1,270 @@
+"""URDFs as exporters might have written them: the same arm, with other digits, frames and names.
+
+A mutation changes the text of a chain's numbers or the frames in which the chain is described. The
+axes stay where they are, apart from the digits that are cut or the noise that is added.
+"""
+
+import random
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from xml.etree import ElementTree
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from chasles.derive import Robot
+from chasles.derive.chain.poe import placement_matrix
+
+Texts = tuple[str, str, str]
+ZEROS: Texts = ("0", "0", "0")
+FEWEST_DIGITS, MOST_DIGITS = 3, 6
+SMALLEST_NOISE, LARGEST_NOISE = -16, -9
+"""Decimal exponents of the noise that is added to a number (metre, radian, or 1)."""
+ODD_NAMES = ("{} link", "2{}", "{}-axis", "arm/{}", "{}.joint", "x_{}")
+MOST_TURNED, MOST_INSERTED = 3, 3
+
+
+@dataclass(frozen=True)
+class UrdfJoint:
+    """A joint of a chain, its numbers as a file writes them."""
+
+    name: str
+    kind: str
+    xyz: Texts = ZEROS
+    rpy: Texts = ZEROS
+    axis: Texts = ("0", "0", "1")
+    limits: tuple[str, str] | None = None
+
+    @property
+    def origin(self) -> np.ndarray:
+        """The joint's frame (4, 4) in the link before it."""
+        T = np.eye(4)
+        T[:3, :3] = rotation(*map(float, self.rpy))
+        T[:3, 3] = [float(x) for x in self.xyz]
+        return T
+
+    def placed(self, T: np.ndarray) -> "UrdfJoint":
+        """The joint at an origin (4, 4), in the digits of doubles."""
+        return replace(self, xyz=texts(T[:3, 3]), rpy=texts(rpy_of(T[:3, :3])))
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """A URDF of a chain: its text, and what was done to it.
+
+    Attributes:
+        arm: Name of the arm.
+        joints: The joints from the base.
+        made: Names of the mutations.
+    """
+
+    arm: str
+    joints: tuple[UrdfJoint, ...]
+    made: tuple[str, ...] = ()
+
+    @property
+    def text(self) -> str:
+        """The file."""
+        parts = [f"<robot name={quoteattr(self.arm)}>", '<link name="l0"/>']
+        for k, joint in enumerate(self.joints, 1):
+            limits = ""
+            if joint.limits:
+                lower, upper = joint.limits
+                limits = f'<limit lower="{lower}" upper="{upper}" effort="1" velocity="1"/>'
+            parts += [
+                f'<link name="l{k}"/>',
+                f'<joint name={quoteattr(joint.name)} type="{joint.kind}">'
+                f'<parent link="l{k - 1}"/><child link="l{k}"/>'
+                f'<origin xyz="{" ".join(joint.xyz)}" rpy="{" ".join(joint.rpy)}"/>'
+                f'<axis xyz="{" ".join(joint.axis)}"/>{limits}</joint>',
+            ]
+        return "\n".join([*parts, "</robot>"])
+
+
+def arm_of_urdf(name: str, text: str) -> Mutant:
+    """The chain of a URDF that holds nothing else, its numbers as they are written."""
+    joints = []
+    for element in ElementTree.fromstring(text).findall("joint"):
+        found = {
+            tag: part.attrib for tag in ("origin", "axis", "limit") for part in element.findall(tag)
+        }
+        limit = found.get("limit")
+        joints.append(
+            UrdfJoint(
+                element.get("name", ""),
+                element.get("type", ""),
+                three(found.get("origin", {}).get("xyz", "0 0 0")),
+                three(found.get("origin", {}).get("rpy", "0 0 0")),
+                three(found.get("axis", {}).get("xyz", "1 0 0")),
+                (limit["lower"], limit["upper"]) if limit else None,
+            )
+        )
+    return Mutant(name, tuple(joints))
+
+
+def arm_of_robot(robot: Robot) -> Mutant:
+    """A serial robot of turning and sliding joints as an exporter writes it, in doubles."""
+    values = {parameter.symbol: parameter.value for parameter in robot.parameters}
+
+    def pose(placement: object) -> np.ndarray:
+        return np.array(placement_matrix(placement).xreplace(values).evalf(20), float)
+
+    joints, carried = [], pose(robot.base)
+    for joint in robot.joints:
+        at = carried @ pose(joint.before)
+        carried = pose(joint.after)
+        if joint.kind == "fixed":
+            carried = at @ carried
+            continue
+        limits = None if None in joint.limits else tuple(repr(float(x)) for x in joint.limits)
+        kind = joint.kind if limits or joint.kind == "prismatic" else "continuous"
+        limits = limits or (("-1.0", "1.0") if kind == "prismatic" else None)
+        axis = ("0", "0", "-1" if joint.direction == -1 else "1")
+        joints.append(UrdfJoint(joint.name, kind, axis=axis, limits=limits).placed(at))
+    joints.append(UrdfJoint("to_tool_frame", "fixed").placed(carried @ pose(robot.tool)))
+    return Mutant(robot.name, tuple(joints))
+
+
+def mutated(arm: Mutant, seed: int) -> Mutant:
+    """One to four mutations of an arm, frames before digits."""
+    dice = random.Random(f"{arm.arm} {seed}")
+    chosen = dice.sample(sorted(MUTATIONS), dice.randint(1, 4))
+    rewriting = [name for name in chosen if name in ("noise", "single precision", "digits")]
+    for name in rewriting[1:]:
+        chosen.remove(name)
+    result = arm
+    for name in (name for name in MUTATIONS if name in chosen):
+        result = replace(MUTATIONS[name](result, dice), made=(*result.made, name))
+    return result
+
+
+def right_angles(mutant: Mutant, dice: random.Random) -> Mutant:
+    """Some links' frames turned by right angles about their origins."""
+    joints = list(mutant.joints)
+    for _ in range(dice.randint(1, MOST_TURNED)):
+        k = dice.randrange(len(joints) - 1)
+        quarters = (dice.randrange(4) for _ in range(3))
+        turn = np.eye(4)
+        turn[:3, :3] = np.round(rotation(*(np.pi / 2 * quarter for quarter in quarters)))
+        joint, following = joints[k], joints[k + 1]
+        axis = turn[:3, :3].T @ [float(x) for x in joint.axis]
+        joints[k] = replace(joint.placed(joint.origin @ turn), axis=texts(axis))
+        joints[k + 1] = following.placed(turn.T @ following.origin)
+    return replace(mutant, joints=tuple(joints))
+
+
+def fixed_joints(mutant: Mutant, dice: random.Random) -> Mutant:
+    """Fixed joints put in: without a displacement, or with a joint's translation."""
+    joints = list(mutant.joints)
+    for n in range(dice.randint(1, MOST_INSERTED)):
+        k = dice.randrange(len(joints))
+        fixed = UrdfJoint(f"mount_{n}", "fixed")
+        if dice.random() < 0.5:
+            fixed = replace(fixed, xyz=joints[k].xyz)
+            joints[k] = replace(joints[k], xyz=ZEROS)
+        joints.insert(k, fixed)
+    return replace(mutant, joints=tuple(joints))
+
+
+def flipped(mutant: Mutant, dice: random.Random) -> Mutant:
+    """Axes that point the other way."""
+
+    def turned(joint: UrdfJoint) -> UrdfJoint:
+        if dice.random() < 0.5:
+            return joint
+        x, y, z = (negative(component) for component in joint.axis)
+        return replace(joint, axis=(x, y, z))
+
+    return replace(mutant, joints=tuple(turned(joint) for joint in mutant.joints))
+
+
+def renamed(mutant: Mutant, dice: random.Random) -> Mutant:
+    """Joints with other names, which C does not allow."""
+    joints = enumerate(mutant.joints)
+    names = [dice.choice(ODD_NAMES).format(f"j{k}") for k, _ in joints]
+    pairs = zip(mutant.joints, names, strict=True)
+    return replace(mutant, joints=tuple(replace(joint, name=name) for joint, name in pairs))
+
+
+def noise(mutant: Mutant, dice: random.Random) -> Mutant:
+    """Numbers with noise between 1e-16 and 1e-9."""
+
+    def noisy(text: str) -> str:
+        size = 10 ** dice.uniform(SMALLEST_NOISE, LARGEST_NOISE)
+        return repr(float(text) + dice.choice((-1, 1)) * size)
+
+    return rewritten(mutant, noisy)
+
+
+def single_precision(mutant: Mutant, _: random.Random) -> Mutant:
+    """Numbers of single precision in the digits of doubles."""
+    return rewritten(mutant, lambda text: repr(float(np.float32(float(text)))))
+
+
+def digits(mutant: Mutant, dice: random.Random) -> Mutant:
+    """Numbers cut to three to six digits, as many everywhere."""
+    count = dice.randint(FEWEST_DIGITS, MOST_DIGITS)
+    return rewritten(mutant, lambda text: f"{float(text):.{count}g}")
+
+
+MUTATIONS: dict[str, Callable[[Mutant, random.Random], Mutant]] = {
+    "right angles": right_angles,
+    "fixed joints": fixed_joints,
+    "flipped": flipped,
+    "renamed": renamed,
+    "noise": noise,
+    "single precision": single_precision,
+    "digits": digits,
+}
+"""The mutations, in the order in which they are made."""
+
+
+def rewritten(mutant: Mutant, change: Callable[[str], str]) -> Mutant:
+    """The chain with every number of its origins and axes written anew."""
+
+    def each(vector: Texts) -> Texts:
+        x, y, z = map(change, vector)
+        return x, y, z
+
+    return replace(
+        mutant,
+        joints=tuple(
+            replace(joint, xyz=each(joint.xyz), rpy=each(joint.rpy), axis=each(joint.axis))
+            for joint in mutant.joints
+        ),
+    )
+
+
+def rotation(roll: float, pitch: float, yaw: float) -> np.ndarray:
+    """Rz(yaw) Ry(pitch) Rx(roll)."""
+    (cr, cp, cy), (sr, sn, sy) = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
+    Rx = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+    Ry = np.array([[cp, 0, sn], [0, 1, 0], [-sn, 0, cp]])
+    Rz = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
+    return Rz @ Ry @ Rx
+
+
+def rpy_of(R: np.ndarray) -> tuple[float, float, float]:
+    """Roll, pitch and yaw of a rotation, roll 0 where the pitch is a right angle."""
+    level = np.hypot(R[0, 0], R[1, 0])
+    pitch = np.arctan2(-R[2, 0], level)
+    if level < 1e-9:
+        return 0.0, float(pitch), float(np.arctan2(-R[0, 1], R[1, 1]))
+    return float(np.arctan2(R[2, 1], R[2, 2])), float(pitch), float(np.arctan2(R[1, 0], R[0, 0]))
+
+
+def texts(vector: np.ndarray) -> Texts:
+    """Three numbers in the digits of doubles."""
+    x, y, z = (repr(float(number)) for number in vector)
+    return x, y, z
+
+
+def three(text: str) -> Texts:
+    """Three words."""
+    x, y, z = text.split()
+    return x, y, z
+
+
+def negative(text: str) -> str:
+    """A number with the other sign."""
+    return text[1:] if text.startswith("-") else f"-{text}"
