@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from chasles.derive import DescriptionError, RobotError
+from chasles.derive import DescriptionError, RobotError, from_file
 from chasles.derive.cli import app
-from chasles.derive.description.importers.chains import chains, opened
+from chasles.derive.description.importers.chains import chains
 from chasles.derive.description.importers.xacro_file import expanded
 
 pytest.importorskip("xacro", reason="the reader of xacro files")
@@ -82,7 +82,7 @@ def names(folder):
 
 
 def test_macros_properties_includes_and_arguments(arm):
-    robot = opened(arm, ("reach:=0.125",)).robot(None, "left_tool0", None)
+    robot = from_file(arm, tip="left_tool0", arguments=("reach:=0.125",))
     assert robot.name == "duo"
     given = {name: str(value) for name, value in robot.joints[0].given}
     assert (given["xyz_z"], given["rpy_x"]) == ("1/4", "pi/2")
