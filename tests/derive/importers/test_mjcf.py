@@ -9,6 +9,7 @@ from tolerances import ORACLE
 from typer.testing import CliRunner
 
 from chasles.derive import DescriptionError, derive, from_file
+from chasles.derive.build.generate import artifacts
 from chasles.derive.cli import app
 from chasles.derive.description.importers.mjcf.mjcf_file import MjcfFile
 from chasles.derive.terms.casadi_graph import lower
@@ -189,6 +190,12 @@ def random_linkage(dice):
 <geom size=".01"/><site name="other" pos="{local(C, D, rocker)}"/></body>
 </body></worldbody><equality>{closure}</equality>
 <actuator><motor joint="crank"/></actuator></mujoco>"""
+
+
+def test_a_linkage_in_any_plane_has_an_article(path):
+    """Coefficients of its inverse and vectors of its loop stand in one product."""
+    robot = read(path, random_linkage(random.Random(3)), "world", "tool")
+    assert "latex/rates.tex" in artifacts(robot)
 
 
 def random_spatial_loop(dice):
