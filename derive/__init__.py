@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from .chain.poe import to_poe as to_poe
     from .derivation import Derivation as Derivation
     from .derivation import derive as derive
+    from .description.importers.chains import from_file as from_file
+    from .description.importers.ur_calibration import calibrated as calibrated
     from .description.robot_files import DescriptionError as DescriptionError
     from .description.robot_files import load as load
     from .description.robot_files import loads as loads
@@ -59,6 +61,8 @@ _ROOMS = {
     "inverse.explanation": ("Explanation", "explain"),
     "chain.kinematics": ("FUNCTIONS",),
     "description.urdf": ("from_urdf",),
+    "description.importers.chains": ("from_file",),
+    "description.importers.ur_calibration": ("calibrated",),
 }
 _ROOM_OF = {name: room for room, names in _ROOMS.items() for name in names}
 __all__ = [*_ROOM_OF]  # noqa: PLE0604

@@ -3,6 +3,7 @@
 import os
 import time
 from collections.abc import Iterable
+from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
@@ -22,6 +23,8 @@ SHELF = ROBOTS / "shelf"
 GENERATED = ROOM.parent / "generated"
 LIMIT = 300.0
 """Seconds for one robot: some sixty times what a six-axis arm takes on one core."""
+NAMED = "robot:"
+"""What stands before a name of the package robot_descriptions."""
 
 app = typer.Typer(pretty_exceptions_enable=False)
 out = Console(highlight=False, soft_wrap=True)
@@ -33,7 +36,9 @@ def derive(
     robots: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Robots by name, or files (.toml, .urdf). Default: all that are generated."
+            help="Robots by name, robot:NAME of robot_descriptions, or files (.toml, .urdf, "
+            ".xacro and its arguments as name:=value, .xml of MuJoCo). "
+            "Default: all that are generated."
         ),
     ] = None,
     to: Annotated[
@@ -46,8 +51,36 @@ def derive(
     functions: Annotated[
         str, typer.Option(help="Functions wanted, with commas between. Default: all.")
     ] = "",
-    base: Annotated[str | None, typer.Option(help="Base link of a URDF.")] = None,
-    tip: Annotated[str | None, typer.Option(help="Tip link of a URDF.")] = None,
+    base: Annotated[
+        str | None, typer.Option(help="Base link in a tree of links. Default: its root.")
+    ] = None,
+    tip: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Tip link in a tree of links; several give a robot each. "
+            "Default: the end of the longest chain."
+        ),
+    ] = None,
+    group: Annotated[
+        list[str] | None, typer.Option(help="Group of an SRDF instead of base and tip.")
+    ] = None,
+    srdf: Annotated[
+        Path | None,
+        typer.Option(
+            exists=True,
+            dir_okay=False,
+            help="File with the groups. Default: the one beside the robot's.",
+        ),
+    ] = None,
+    calibration: Annotated[
+        Path | None,
+        typer.Option(
+            exists=True,
+            dir_okay=False,
+            help="Factory calibration of a UR arm: the .yaml of its ROS driver or its "
+            "calibration.conf.",
+        ),
+    ] = None,
     exact: Annotated[
         bool,
         typer.Option("--exact", help="Take all numbers as written: no noise dropped, no 1.5708."),
@@ -71,13 +104,19 @@ def derive(
     """
     started = time.perf_counter()
     wanted = tuple(name.strip() for name in functions.split(",") if name.strip())
-    asked = [*(robots or []), *(_names(SHELF) if shelf else [])]
-    files = [_file(robot) for robot in asked or _names(ROBOTS)]
+    if group and (base or tip):
+        _stop("--group chooses base and tip: give a group, or --base and --tip")
+    named = [*(robots or []), *(_names(SHELF) if shelf else [])]
+    files = _files(named or _names(ROBOTS))
+    folder = GENERATED if explain else _target([file for file, _ in files], to, calibration)
+    asked = [
+        Job(file, folder, base, None, wanted, words, "", calibration, exact, limit)
+        for file, words in files
+    ]
+    due = _each_robot(asked, tip or [], group or [], srdf)
     if explain:
-        _explain([Job(file, GENERATED, base, tip, exact=exact, limit=limit) for file in files])
+        _explain(due)
         return
-    folder = _target(files, to)
-    due = [Job(file, folder, base, tip, wanted, exact, limit) for file in files]
     if not check:
         due = [job for job in due if not is_up_to_date(job)]
     if not due:
@@ -123,9 +162,9 @@ def _names(folder: Path) -> list[str]:
     return sorted(path.stem for path in folder.glob("*.toml"))
 
 
-def _target(files: list[Path], to: Path | None) -> Path:
+def _target(files: list[Path], to: Path | None, calibration: Path | None) -> Path:
     """The folder to write into: the package's own folder for shipped robots alone."""
-    own = [file for file in files if file.parent != ROBOTS]
+    own = [file for file in files if file.parent != ROBOTS or calibration]
     if to is None and own:
         _stop(f"{own[0]}: say where the robots shall go, with --to FOLDER")
     return to or GENERATED
@@ -138,16 +177,62 @@ def _make(folder: Path) -> None:
         _stop(f"{folder}: expected a folder that can be written to ({error.strerror})")
 
 
-def _file(robot: str) -> Path:
+def _files(words: Iterable[str]) -> list[tuple[Path, tuple[str, ...]]]:
+    """The files of the command line, each with the arguments that follow it."""
+    files: list[tuple[Path, tuple[str, ...]]] = []
+    for word in words:
+        if ":=" not in word:
+            files.append(_file(word))
+        elif files:
+            files[-1] = (files[-1][0], (*files[-1][1], word))
+        else:
+            _stop(f"{word}: expected a xacro file before its arguments")
+    return files
+
+
+def _file(robot: str) -> tuple[Path, tuple[str, ...]]:
     for folder in (ROBOTS, SHELF):
         if robot in _names(folder):
-            return folder / f"{robot}.toml"
+            return folder / f"{robot}.toml", ()
+    if robot.startswith(NAMED):
+        return _named(robot.removeprefix(NAMED))
     if not Path(robot).is_file():
         known = [*_names(ROBOTS), *_names(SHELF)]
         close = get_close_matches(robot, known, n=1)
         hint = f" (did you mean {close[0]}?)" if close else ""
         _stop(f"{robot}: expected a robot file, or one of {', '.join(known)}{hint}")
-    return Path(robot)
+    return Path(robot), ()
+
+
+def _named(name: str) -> tuple[Path, tuple[str, ...]]:
+    from .description.importers.named_robots import described  # noqa: PLC0415
+    from .model.errors import RobotError  # noqa: PLC0415
+
+    try:
+        return described(name)
+    except RobotError as error:
+        _stop(str(error))
+
+
+def _each_robot(
+    jobs: list[Job], tips: list[str], groups: list[str], srdf: Path | None
+) -> list[Job]:
+    """The jobs for all robots of all files; files of one robot each are not read for it."""
+    if not groups and all(job.file.suffix == ".toml" for job in jobs):
+        return [replace(job, tip=tips[0] if tips else None) for job in jobs]
+    from .build.jobs import robots_of  # noqa: PLC0415
+    from .model.errors import RobotError  # noqa: PLC0415
+
+    found: list[Job] = []
+    problems = []
+    for job in jobs:
+        try:
+            found += robots_of(job, tips, groups, srdf)
+        except RobotError as error:
+            problems.append(str(error))
+    if problems:
+        _stop("\n".join([*problems, "nothing was written"]))
+    return found
 
 
 def _show(results: Iterable["Report"], total: int) -> bool:

@@ -5,11 +5,14 @@ themselves.
 """
 
 import hashlib
+import re
 import tomllib
 from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
+
+from ..model.errors import RobotError
 
 ROOM = Path(__file__).parent.parent
 STAMP = ".derived"
@@ -22,9 +25,12 @@ class Job:
     Attributes:
         file: Its description.
         to: The folder that receives the robot's own folder.
-        base: Base link of a URDF.
-        tip: Tip link of a URDF.
+        base: Base link of a URDF or an MJCF model.
+        tip: Tip link of a URDF or an MJCF model.
         functions: The functions to derive; all functions if empty.
+        arguments: Values of a xacro file's arguments, each as ``name:=value``.
+        suffix: End of the robot's name, where one file gives several robots.
+        calibration: File of the factory calibration of a UR arm.
         exact: Whether the numbers of the description are taken as they are written.
         limit: Seconds that the derivation may take; 0 is no limit.
     """
@@ -34,6 +40,9 @@ class Job:
     base: str | None = None
     tip: str | None = None
     functions: tuple[str, ...] = ()
+    arguments: tuple[str, ...] = ()
+    suffix: str = ""
+    calibration: Path | None = None
     exact: bool = False
     limit: float = 0
 
@@ -59,13 +68,27 @@ def stamp(job: Job, folder: Path) -> None:
 
 
 def _recipe(job: Job) -> str:
-    choices = (job.base, job.tip, job.functions, job.exact)
-    parts = (*_description(job.file), _compiler().encode(), repr(choices).encode())
+    choices = (job.base, job.tip, job.functions, job.suffix, job.exact)
+    calibration = [job.calibration.read_bytes()] if job.calibration else []
+    described = [*_description(job), *calibration]
+    parts = (*described, _compiler().encode(), repr(choices).encode())
     return hashlib.sha256(b"\0".join(parts)).hexdigest()
 
 
-def _description(file: Path) -> list[bytes]:
-    """The bytes of a description and of the file that it extends, if there is such a file."""
+def _description(job: Job) -> list[bytes]:
+    """The bytes of a description and of the files that it includes or extends."""
+    file = job.file
+    if file.suffix == ".xacro":
+        # Conditions and arguments decide which files it includes.
+        from ..description.importers.xacro_file import expanded  # noqa: PLC0415
+
+        try:
+            return [expanded(file, job.arguments).encode()]
+        except RobotError:
+            # The reader of the description reports a wrong file.
+            return [file.read_bytes()]
+    if file.suffix == ".xml":
+        return _included(file, file.parent, {})
     content = file.read_bytes()
     if file.suffix != ".toml":
         return [content]
@@ -76,6 +99,18 @@ def _description(file: Path) -> list[bytes]:
         return [content]
     beside = file.parent / extended if isinstance(extended, str) else None
     return [content, beside.read_bytes()] if beside and beside.is_file() else [content]
+
+
+def _included(file: Path, folder: Path, seen: dict[Path, bytes]) -> list[bytes]:
+    """The bytes of an MJCF file and of the files that it includes, relative to the first's folder.
+
+    A file that is missing is left to the reader of the description, which reports it.
+    """
+    if file.is_file() and file not in seen:
+        seen[file] = file.read_bytes()
+        for name in re.findall(rb"""<include\s+file\s*=\s*["']([^"']+)["']""", seen[file]):
+            _included(folder / name.decode(errors="replace"), folder, seen)
+    return list(seen.values())
 
 
 @cache

@@ -4,13 +4,15 @@ import json
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from pathlib import Path
 
 from ..description.cleaned_robot import cleaned
+from ..description.importers.chains import chains, is_imported, opened
+from ..description.importers.identifiers import identifier, prefix
+from ..description.importers.ur_calibration import calibrated
 from ..description.robot_files import load
-from ..description.urdf import from_urdf
 from ..inverse.explanation import explain
 from ..model.errors import RobotError
 from ..model.mechanism import Described, Mechanism
@@ -34,15 +36,42 @@ def read(job: Job) -> Described:
         RobotError: The description is wrong.
     """
     robot = _as_written(job)
-    return robot if job.exact or isinstance(robot, Mechanism) else cleaned(robot)
+    robot = robot if job.exact or isinstance(robot, Mechanism) else cleaned(robot)
+    return calibrated(robot, job.calibration) if job.calibration else robot
 
 
 def _as_written(job: Job) -> Described:
-    if job.file.suffix == ".urdf":
-        return from_urdf(job.file, job.base, job.tip, exact=True)
-    if job.base or job.tip:
-        raise RobotError(f"{job.file}: --base and --tip choose links of a URDF, which this is not")
+    if is_imported(job.file):
+        robot = opened(job.file, job.arguments).robot(job.base, job.tip, None)
+        ending = f"_{job.suffix}" if job.suffix else ""
+        return replace(robot, name=prefix(robot.name + ending))
+    if job.base or job.tip or job.arguments:
+        expected = "--base, --tip and arguments belong to URDF, xacro and MJCF files"
+        raise RobotError(f"{job.file}: {expected}, of which this is none")
     return load(job.file, exact=True)
+
+
+def robots_of(job: Job, tips: Sequence[str], groups: Sequence[str], srdf: Path | None) -> list[Job]:
+    """The jobs for the robots of one file: one for each tip, each group or each arm.
+
+    Args:
+        job: The job for the file.
+        tips: Tip links; where there are none, groups or the file's tree decide.
+        groups: Names of groups of an SRDF.
+        srdf: The SRDF; by default the one beside the file.
+
+    Raises:
+        RobotError: The description is wrong.
+    """
+    if tips:
+        several = len(tips) > 1
+        return [replace(job, tip=tip, suffix=identifier(tip) if several else "") for tip in tips]
+    if not is_imported(job.file):
+        if groups:
+            raise RobotError(f"{job.file}: --group belongs to URDF, xacro and MJCF files")
+        return [job]
+    found = chains(job.file, job.arguments, job.base, groups, srdf)
+    return [replace(job, base=base, tip=tip, suffix=suffix) for base, tip, suffix in found]
 
 
 def problems(jobs: Sequence[Job]) -> list[str]:
@@ -73,7 +102,7 @@ def compared(jobs: Sequence[Job], workers: int) -> Iterator[Report]:
 
 
 def explained(jobs: Sequence[Job]) -> Iterator[Report]:
-    """Explains the inverse of each robot."""
+    """Explains the inverse of each robot, after the notes of its reader."""
     return (_attempt(_explain, job) for job in jobs)
 
 
@@ -102,7 +131,8 @@ def _attempt(work: Callable[[Job], Report], job: Job) -> Report:
 
 
 def _explain(job: Job) -> Report:
-    return Report(True, str(explain(read(job))))
+    robot = read(job)
+    return Report(True, "\n".join([*robot.notes, str(explain(robot))]))
 
 
 def _derive(job: Job) -> Report:

@@ -3,10 +3,9 @@
 Decimals are read as written, then cleaned (:mod:`~chasles.derive.description.cleaned_robot`).
 """
 
-import difflib
-import keyword
 import re
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from typing import NoReturn
 
@@ -20,12 +19,17 @@ from ..model.placements import Vector
 from ..model.robot import Joint, Mimic, Robot
 from .cleaned_robot import cleaned
 from .conventions.urdf_origin import urdf
+from .importers.identifiers import identifier as _identifier
+from .importers.identifiers import prefix
+from .importers.kinematic_tree import KinematicTree, TreeJoint, TreeJointKind
+from .importers.robot_xml import parsed
+from .importers.tool_links import Ends, NoChain, chosen_ends, only_chain
 from .plausibility import questioned
 from .toml_file import DescriptionError, read_text
 
-ROOT = "robot"
-LONGEST_NAME = 60
 DECIMAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+FREE_KINDS = ("floating", "planar")
+"""Joints of several freedoms: a chain begins behind them."""
 KINDS: dict[str, JointKind] = {
     "revolute": "revolute",
     "continuous": "revolute",
@@ -45,41 +49,40 @@ def from_urdf(
 
     Args:
         path: A URDF file.
-        base: The link whose frame is the base frame; by default the root.
-        tip: The link whose frame is the tool frame; by default the only link without children.
+        base: The link whose frame is the base frame; by default the root, see
+            :mod:`~chasles.derive.description.importers.tool_links`.
+        tip: The link whose frame is the tool frame; by default the end of the longest chain.
         name: The robot's name; by default the URDF's.
         exact: Whether every number is taken as it is written. Otherwise numbers lose noise, and
             rounded angles and axes become exact; ``cleaning`` of the robot lists them.
 
     Returns:
         The robot: frames, joints and links as in the URDF (characters that C names cannot hold
-        become _); ``notes`` name rounded numbers and doubtful units.
+        become _); ``notes`` name rounded numbers, doubtful units, and the chosen tip where the file
+        has others.
 
     Raises:
-        DescriptionError: The file is no URDF, or has no such chain.
+        DescriptionError: The file is no URDF, has no such chain, or has several longest chains.
     """
-    robot = _Urdf(str(path), read_text(path)).robot(base, tip, name)
-    robot = replace(robot, notes=questioned(robot))
+    robot = UrdfFile(str(path), read_text(path)).robot(base, tip, name)
     return robot if exact else cleaned(robot)
 
 
-class _Urdf:
+class UrdfFile:
     """A URDF: its joints by the link that they carry."""
 
     def __init__(self, file: str, text: str) -> None:
+        """Reads the tree of links and joints.
+
+        Args:
+            file: The name of the file in errors.
+            text: URDF.
+
+        Raises:
+            DescriptionError: The text is no URDF, or its joints do not join its links.
+        """
         self.file = file
-        parser = etree.XMLParser(
-            encoding="utf-8", resolve_entities=False, no_network=True, huge_tree=False
-        )
-        try:
-            self.root = etree.fromstring(text.encode(), parser)
-        except etree.XMLSyntaxError as error:
-            reason = f"well-formed XML ({error.msg})"
-            raise DescriptionError(file, error.lineno, "", None, reason) from error
-        if self.root.getroottree().docinfo.doctype:
-            self._fail(self.root, "", None, "no document type, which could define entities")
-        if self.root.tag != ROOT:
-            self._fail(self.root, "", self.root.tag, "a <robot>")
+        self.root = parsed(file, text)
         self.links = [self._attribute(link, "name") for link in self.root.findall("link")]
         for link in self.root.findall("link"):
             if self.links.count(str(link.get("name"))) > 1:
@@ -92,12 +95,16 @@ class _Urdf:
             self.joint_to[child] = joint
 
     def robot(self, base: str | None, tip: str | None, name: str | None) -> Robot:
-        base = self._known(base) if base else self._only("base", self._roots())
-        tip = self._known(tip) if tip else self._only("tip", self._leaves())
-        elements = self._chain(base, tip)
+        """The chain between two links, see :func:`from_urdf`."""
         try:
-            return Robot(
-                name=_prefix(name or self._attribute(self.root, "name")),
+            ends = only_chain(self.tree, base, tip)
+        except NoChain as error:
+            self._fail(self.root, error.field, error.value, error.expected)
+        base, tip = ends.base, ends.tip
+        elements = [self.joint_to[joint.child] for joint in self.tree.way(base, tip) or ()]
+        try:
+            robot = Robot(
+                name=prefix(name or self._attribute(self.root, "name")),
                 joints=tuple(self._joint(element) for element in elements),
                 title=self.root.get("name", ""),
                 source=f"URDF {Path(self.file).name}, {base} to {tip}",
@@ -108,39 +115,44 @@ class _Urdf:
             raise
         except RobotError as error:
             self._fail(self.root, "", None, f"joints that make a robot ({error})")
+        return replace(robot, notes=(*filter(None, [ends.note]), *questioned(robot)))
 
     # --- the tree ---
 
-    def _roots(self) -> list[str]:
-        return [link for link in self.links if link not in self.joint_to]
+    @cached_property
+    def tree(self) -> KinematicTree:
+        """Links and joints by name."""
+        joints = (
+            TreeJoint(
+                str(joint.get("name")),
+                self._tree_kind(joint),
+                self._link_of(joint, "parent"),
+                child,
+            )
+            for child, joint in self.joint_to.items()
+        )
+        return KinematicTree(tuple(self.links), tuple(joints))
 
-    def _leaves(self) -> list[str]:
-        parents = {self._link_of(joint, "parent") for joint in self.joint_to.values()}
-        return [link for link in self.links if link not in parents]
+    def _tree_kind(self, joint: etree._Element) -> TreeJointKind:
+        kind = joint.get("type", "")
+        if kind in FREE_KINDS:
+            return "free"
+        if kind not in KINDS:
+            self._fail(joint, "type", kind, f"one of {', '.join(KINDS)}")
+        if kind == "fixed":
+            return "fixed"
+        return "moving" if joint.find("mimic") is None else "follower"
 
-    def _only(self, which: str, links: list[str]) -> str:
-        if len(links) != 1:
-            found = ", ".join(links) or "none"
-            self._fail(self.root, which, None, f"a choice of the {which} link (there are: {found})")
-        return links[0]
+    def ends(self, base: str | None, tip: str | None) -> tuple[Ends, ...]:
+        """The chains between the given links; where one is not given, those that are meant.
 
-    def _known(self, link: str) -> str:
-        if link not in self.links:
-            close = difflib.get_close_matches(link, self.links, n=3) or self.links
-            self._fail(self.root, "link", link, f"a link of the file, such as {', '.join(close)}")
-        return link
-
-    def _chain(self, base: str, tip: str) -> list[etree._Element]:
-        elements: list[etree._Element] = []
-        link = tip
-        while link != base:
-            if link not in self.joint_to or len(elements) > len(self.joint_to):
-                self._fail(self.root, "tip", tip, f"a link below {base}")
-            elements.append(self.joint_to[link])
-            link = self._link_of(elements[-1], "parent")
-        if not elements:
-            self._fail(self.root, "tip", tip, "a link other than the base")
-        return elements[::-1]
+        Raises:
+            DescriptionError: A link is none of the file, or there is no chain.
+        """
+        try:
+            return chosen_ends(self.tree, base, tip)
+        except NoChain as error:
+            self._fail(self.root, error.field, error.value, error.expected)
 
     # --- one joint ---
 
@@ -241,17 +253,3 @@ class _Urdf:
 
 def _tag(element: etree._Element) -> str:
     return f"<{' '.join(str(word) for word in (element.tag, element.get('name')) if word)}>"
-
-
-def _identifier(name: str) -> str:
-    """A name that C and Python allow, short enough for the name of a file."""
-    identifier = re.sub(r"[^A-Za-z0-9_]", "_", name)[:LONGEST_NAME]
-    if keyword.iskeyword(identifier):
-        return f"{identifier}_"
-    return identifier if identifier[:1].isalpha() else f"x{identifier}"
-
-
-def _prefix(name: str) -> str:
-    """An identifier with single underscores between its parts: the robot's name."""
-    prefix = re.sub("__+", "_", _identifier(name)).rstrip("_")
-    return f"x{prefix}" if keyword.iskeyword(prefix) else prefix

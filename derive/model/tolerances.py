@@ -55,6 +55,17 @@ AXIS_DIGITS = 25
 of doubles, and roots of long fractions, which SymPy would factorise, are avoided."""
 SHORT_PROPORTION = 1000
 """Greatest whole number in the proportions of a direction with a short exact form."""
+GIMBAL_LOCK = 1e-14
+"""Part of a quaternion (no unit) below which roll and yaw turn about one axis: rounding of doubles
+leaves 1e-16 there, and the direction of so small a part would be mostly rounding."""
+COMPILED_DECIMALS = 14
+"""Decimals (metre, radian) of numbers that another program computed from a file's: rounding leaves
+1e-16 of a metre or two, and nobody writes more than 13 decimals."""
+COMPILED_ANGLE = 1e-13
+"""Difference (radian) of such an angle from the file's: a few roundings of an angle of some pi."""
+CALIBRATED_TOOL = 0.05
+"""Metre, and norm of a difference of rotations: the farthest that a factory calibration moves the
+tool of an arm at zero. Calibrations move it by millimetres, another type by 80 mm or more."""
 LENGTH_SCALING = 1e-10
 """Deviation (m or rad, at lengths of about 1 m) from a linear or a constant function above which an
 expression does not scale with the file's lengths: at 15 digits, rounding gives about 1e-14, and

@@ -161,7 +161,7 @@ def test_a_folder_that_cannot_be_made(arm):
 def test_links_are_chosen_in_a_urdf_only(arm, tmp_path):
     done = run(arm, "--to", tmp_path / "out", "--base", "world")
     assert done.exit_code == 1
-    assert "--base and --tip choose links of a URDF" in done.output
+    assert "--base, --tip and arguments belong to URDF, xacro and MJCF files" in done.output
 
 
 def test_a_close_name_is_offered():

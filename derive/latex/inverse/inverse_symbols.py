@@ -11,6 +11,9 @@ from ...model.robot import Robot
 from ..setting.notation import ENTRY, LENGTH, OTHER, Notation
 from .inverse_letters import InverseLetters
 
+BEHIND_VECTORS = 100
+"""Place of a step's coefficients in a product: behind the vectors of a linkage's step."""
+
 
 class InverseSymbols:
     """The symbols of a task.
@@ -68,7 +71,7 @@ class InverseSymbols:
     def coefficient(self, letter: str, number: int) -> sp.Symbol:
         """The coefficient A, B or C of a step."""
         tex = f"{self.letters.of(letter)}_{{{number}}}"
-        return self.notation.symbol(tex, (LENGTH, (95, number, letter)))
+        return self.notation.symbol(tex, (LENGTH, (95, number, BEHIND_VECTORS, letter)))
 
     def sum(self, number: int) -> sp.Symbol:
         """The sum of angles that a step finds."""

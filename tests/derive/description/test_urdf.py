@@ -184,7 +184,7 @@ def wrong(path, text, *arguments):
         ('"0 0 1"', '"0 0 0"', "zero vector"),
         ('"0 0 1"', '"0 0"', "three numbers"),
         ('"0 0 1"', '"0 0 x"', "found 'x'"),
-        ('type="fixed"', 'type="floating"', "one of revolute, continuous, prismatic, fixed"),
+        ('type="fixed"', 'type="screw"', "one of revolute, continuous, prismatic, fixed"),
         ('<child link="arm"/>', "", "<child link=...>"),
         ('<child link="arm"/>', '<child link="leg"/>', "found 'leg'"),
         ('<child link="arm"/>', '<child link="tool-0"/>', "no other joint carries"),
@@ -234,9 +234,10 @@ def test_a_circle_of_links(path):
 def test_which_links(path):
     fork = '<link name="side"/><joint name="f" type="fixed"><parent link="arm"/>'
     text = TWO_LINKS.replace("</robot>", f'{fork}<child link="side"/></joint></robot>')
-    message = wrong(path, text)
-    assert "<robot two-links> tip: expected a choice of the tip link" in message
-    assert "(there are: tool-0, side)" in message
+    path.write_text(text)
+    assert from_urdf(path).tool_frame == "arm"
+    assert "tip: arm; also there: tool-0, side" in from_urdf(path).notes
+    assert not any("also there" in note for note in from_urdf(path, tip="side").notes)
     assert [joint.name for joint in from_urdf(path, tip="side").joints] == ["turn", "f"]
     assert from_urdf(path, tip="arm").joints == from_urdf(path, tip="side").joints[:1]
     assert "base: expected a choice of the base link (there are: base, x)" in wrong(
@@ -312,7 +313,7 @@ def test_entities_are_not_expanded(path):
         (b"<robot name='x'>" + b"<a>" * 50_000, "expected well-formed XML"),
         (b"<robot name='x'>\n\xff</robot>", ":2: expected UTF-8 text"),
         ("<robot name='x'/>".encode("utf-16"), "expected UTF-8 text"),
-        (b"<robot name='x'/>", "a choice of the base link (there are: none)"),
+        (b"<robot name='x'/>", "expected links; the file has none"),
         (b"<robot name='x'><link name='a'/></robot>", "a link other than the base"),
         (b"<!--" + b"x" * 1_000_000, "at most 1000000 bytes"),
     ],

@@ -1,0 +1,1 @@
+"""Files that other programs write: trees of links, xacro, SRDF, MJCF, calibrations."""

@@ -1,0 +1,274 @@
+"""Bodies of a compiled MJCF model as links and joints with one freedom each.
+
+MuJoCo places a body by its pose in its parent's frame, then moves it by its joints one after
+another: joint k turns about or slides along an axis through its anchor, by its coordinate less its
+reference. Here each joint's link has its origin in the anchor; where the last anchor is not the
+body's origin, a fixed joint leads back to it, so that links called as bodies have their poses.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import mpmath as mp
+import numpy as np
+import sympy as sp
+
+from ....model.errors import RobotError
+from ....model.kinds import JointKind
+from ....model.placements import Vector
+from ....model.robot import Joint, Mimic
+from ....model.tolerances import EVALUATION_DIGITS
+from ...conventions.urdf_origin import urdf
+from ..identifiers import identifier
+from ..kinematic_tree import KinematicTree, TreeJoint
+from .mjcf_model import CompiledModel, angle, direction, length, lengths, roll_pitch_yaw, snapped
+
+WORLD = "world"
+FREE, BALL, SLIDE, HINGE = range(4)
+"""MuJoCo's numbers of its kinds of joints."""
+FREE_WORDS: Mapping[int, Literal["free", "ball"]] = {FREE: "free", BALL: "ball"}
+KINDS: Mapping[int, JointKind] = {SLIDE: "prismatic", HINGE: "revolute"}
+ORIGIN = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
+Quaternion = tuple[mp.mpf, mp.mpf, mp.mpf, mp.mpf]
+
+
+@dataclass(frozen=True)
+class BodyJoint:
+    """A joint between two links of a model.
+
+    Attributes:
+        name: Its name, or one made of the body's.
+        parent: The link that carries it.
+        child: The link that it carries.
+        kind: Revolute, prismatic, fixed, or MuJoCo's word for a joint of several freedoms.
+        xyz: Origin in the parent's frame (metre).
+        rpy: Roll, pitch, yaw of the origin (radian).
+        axis: Direction of the motion in the origin's frame.
+        limits: Lowest and highest coordinate (radian or metre).
+        mimic: The law by which it follows another joint.
+        notes: Angles that became multiples of pi/12.
+    """
+
+    name: str
+    parent: str
+    child: str
+    kind: JointKind | Literal["free", "ball"]
+    xyz: Vector = ORIGIN
+    rpy: Vector = ORIGIN
+    axis: Vector = (sp.S.Zero, sp.S.Zero, sp.S.One)
+    limits: tuple[sp.Expr | None, sp.Expr | None] = (None, None)
+    mimic: Mimic | None = None
+    notes: tuple[str, ...] = ()
+
+    def joint(self, is_in_a_tree: bool) -> Joint:
+        """The joint of a robot; in a tree of a robot with loops, with the link that carries it.
+
+        Raises:
+            RobotError: The joint has several freedoms.
+        """
+        if self.kind == "free" or self.kind == "ball":  # noqa: PLR1714
+            raise RobotError(
+                f"joint {self.name!r} is a {self.kind} joint; expected hinges, slides and fixed "
+                f"bodies between base and tip (--base {self.child} begins behind it)"
+            )
+        given: dict[str, sp.Expr | Vector] = {"xyz": self.xyz, "rpy": self.rpy, "axis": self.axis}
+        before, after = urdf(self.kind, **given)
+        return Joint(
+            name=identifier(self.name),
+            kind=self.kind,
+            before=before,
+            after=after,
+            link=identifier(self.child),
+            parent=identifier(self.parent) if is_in_a_tree else "",
+            limits=self.limits,
+            mimic=self.mimic,
+            convention=urdf,
+            given=urdf.scalars(given),
+        )
+
+    @property
+    def in_tree(self) -> TreeJoint:
+        """The joint by its names."""
+        if self.kind == "fixed":
+            return TreeJoint(self.name, "fixed", self.parent, self.child)
+        if self.kind in FREE_WORDS.values():
+            return TreeJoint(self.name, "free", self.parent, self.child)
+        return TreeJoint(self.name, "follower" if self.mimic else "moving", self.parent, self.child)
+
+
+class Bodies:
+    """All links and joints of a model.
+
+    Attributes:
+        names: The link of each body, by its number.
+        sites: The link of each named site, by its number.
+        joints: The joints, each behind those that carry it.
+    """
+
+    def __init__(self, model: CompiledModel) -> None:
+        self.model, self.arrays = model, model.arrays
+        self.names = {
+            k: (self.model.named("mjOBJ_BODY", k) or f"body{k}") if k else WORLD
+            for k in range(self.arrays.nbody)
+        }
+        taken = {*self.names.values()}
+        self.sites = {
+            k: f"{name}_site" if name in taken else name
+            for k in range(self.arrays.nsite)
+            if (name := self.model.named("mjOBJ_SITE", k))
+        }
+        laws = dict(_laws(model))
+        self.joints = tuple(self._all(laws))
+        self.tree = KinematicTree(
+            (WORLD, *(joint.child for joint in self.joints)),
+            tuple(joint.in_tree for joint in self.joints),
+        )
+
+    def joint_name(self, k: int) -> str:
+        """The name of a joint, or one made of its body's."""
+        body = int(self.arrays.jnt_bodyid[k])
+        place = k - int(self.arrays.body_jntadr[body])
+        return self.model.named("mjOBJ_JOINT", k) or f"{self.names[body]}_joint{place + 1}"
+
+    def _all(self, laws: Mapping[int, "_Law"]) -> Iterator[BodyJoint]:
+        for body in range(1, self.arrays.nbody):
+            yield from self._of_body(body, laws)
+        for k, name in self.sites.items():
+            parent = self.names[int(self.arrays.site_bodyid[k])]
+            at, turned = self.arrays.site_pos[k], self.arrays.site_quat[k]
+            yield _mounted(parent, name, at, turned)
+
+    def _of_body(self, body: int, laws: Mapping[int, "_Law"]) -> Iterator[BodyJoint]:
+        """The joints that move a body, and a fixed joint where they do not end at its frame."""
+        name, arrays = self.names[body], self.arrays
+        first, count = int(arrays.body_jntadr[body]), int(arrays.body_jntnum[body])
+        link = self.names[int(arrays.body_parentid[body])]
+        at, turned = arrays.body_pos[body], tuple(map(mp.mpf, arrays.body_quat[body]))
+        anchor = np.zeros(3)
+        for k in range(first, first + count):
+            next_anchor = arrays.jnt_pos[k]
+            ends_at_body = k == first + count - 1 and not next_anchor.any()
+            child = name if ends_at_body else f"{name}_{k - first + 1}"
+            at = at + _rotated(turned, next_anchor - anchor)
+            yield self._moving(k, link, child, at, turned, laws)
+            link, at, turned, anchor = child, np.zeros(3), _UNTURNED, next_anchor
+        if link != name:
+            at = at + _rotated(turned, -anchor)
+            yield _mounted(link, name, at, turned)
+
+    def _moving(
+        self,
+        k: int,
+        parent: str,
+        child: str,
+        at: np.ndarray,
+        turned: Quaternion,
+        laws: Mapping[int, "_Law"],
+    ) -> BodyJoint:
+        kind = int(self.arrays.jnt_type[k])
+        name = self.joint_name(k)
+        if kind not in KINDS:
+            return BodyJoint(name, parent, child, FREE_WORDS[kind], lengths(at))
+        axis = direction(self.model, k)
+        reference = float(self.arrays.qpos0[self.arrays.jnt_qposadr[k]])
+        if kind == HINGE:
+            turned = _times(turned, _turn(self.arrays.jnt_axis[k], -reference))
+        else:
+            at = at + _rotated(turned, -reference * self.arrays.jnt_axis[k])
+        rpy, notes = snapped(roll_pitch_yaw(turned))
+        return BodyJoint(
+            name,
+            parent,
+            child,
+            KINDS[kind],
+            xyz=lengths(at),
+            rpy=rpy,
+            axis=axis,
+            limits=self._limits(k),
+            mimic=self._mimic(k, laws),
+            notes=_of_joint(name, notes),
+        )
+
+    def _limits(self, k: int) -> tuple[sp.Expr | None, sp.Expr | None]:
+        if not self.arrays.jnt_limited[k]:
+            return None, None
+        exact = angle if int(self.arrays.jnt_type[k]) == HINGE else length
+        lower, upper = (exact(value) for value in self.arrays.jnt_range[k])
+        return lower, upper
+
+    def _mimic(self, k: int, laws: Mapping[int, "_Law"]) -> Mimic | None:
+        """The law of a joint that an equality couples to another, laws of leaders resolved."""
+        multiplier, offset, leader = sp.S.One, sp.S.Zero, k
+        for _ in laws:
+            if leader not in laws:
+                break
+            law = laws[leader]
+            offset, multiplier = offset + multiplier * law.offset, multiplier * law.multiplier
+            leader = law.leader
+        return (
+            None if leader == k else Mimic(identifier(self.joint_name(leader)), multiplier, offset)
+        )
+
+
+def _mounted(parent: str, child: str, at: np.ndarray, turned: Sequence[float]) -> BodyJoint:
+    """A link that is fixed to another."""
+    name = f"{child}_mount"
+    rpy, notes = snapped(roll_pitch_yaw(turned))
+    return BodyJoint(name, parent, child, "fixed", lengths(at), rpy, notes=_of_joint(name, notes))
+
+
+def _of_joint(name: str, notes: Iterable[str]) -> tuple[str, ...]:
+    return tuple(f"joint {name}: {note}" for note in notes)
+
+
+@dataclass(frozen=True)
+class _Law:
+    """A joint's value as ``multiplier * leader + offset``."""
+
+    leader: int
+    multiplier: sp.Expr
+    offset: sp.Expr
+
+
+def _laws(model: CompiledModel) -> Iterator[tuple[int, _Law]]:
+    """The linear laws of active equalities between two joints: y - y0 = a0 + a1 (x - x0)."""
+    arrays, eq = model.arrays, model.mujoco.mjtEq.mjEQ_JOINT
+    start = {k: length(arrays.qpos0[arrays.jnt_qposadr[k]]) for k in range(arrays.njnt)}
+    for k in range(arrays.neq):
+        leader = int(arrays.eq_obj2id[k])
+        if int(arrays.eq_type[k]) == int(eq) and arrays.eq_active0[k] and leader >= 0:
+            follower = int(arrays.eq_obj1id[k])
+            a0, a1, *bent = (length(value) for value in arrays.eq_data[k][:5])
+            if not any(bent):
+                yield follower, _Law(leader, a1, start[follower] + a0 - a1 * start[leader])
+
+
+# --- quaternions, scalar first ---
+
+_UNTURNED: Quaternion = (mp.mpf(1), mp.mpf(0), mp.mpf(0), mp.mpf(0))
+
+
+def _times(a: Quaternion, b: Quaternion) -> Quaternion:
+    (aw, ax, ay, az), (bw, bx, by, bz) = a, b
+    with mp.workdps(EVALUATION_DIGITS):
+        return (
+            aw * bw - ax * bx - ay * by - az * bz,
+            aw * bx + ax * bw + ay * bz - az * by,
+            aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw,
+        )
+
+
+def _turn(axis: np.ndarray, by: float) -> Quaternion:
+    with mp.workdps(EVALUATION_DIGITS):
+        sine = mp.sin(mp.mpf(by) / 2)
+        x, y, z = (sine * mp.mpf(value) for value in axis)
+        return mp.cos(mp.mpf(by) / 2), x, y, z
+
+
+def _rotated(quaternion: Quaternion, vector: np.ndarray) -> np.ndarray:
+    w, x, y, z = quaternion
+    pure = (mp.mpf(0), *map(mp.mpf, vector))
+    _, *found = _times(_times(quaternion, pure), (w, -x, -y, -z))
+    return np.array([float(value) for value in found])

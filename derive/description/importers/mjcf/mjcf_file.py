@@ -1,0 +1,117 @@
+"""The chain between two bodies of a MuJoCo model, with the loops that its joints belong to."""
+
+from functools import cached_property
+from pathlib import Path
+from typing import NoReturn
+
+from ....model.errors import RobotError
+from ....model.mechanism import Closure, Described, Mechanism, Strut
+from ....model.robot import Robot
+from ...toml_file import DescriptionError
+from ..identifiers import identifier, prefix
+from ..kinematic_tree import KinematicTree
+from ..tool_links import Ends, NoChain, chosen_ends, only_chain
+from .mjcf_bodies import Bodies
+from .mjcf_loops import ModelLoops
+from .mjcf_model import compiled
+
+
+class MjcfFile:
+    """An MJCF model: its bodies and sites are links, its hinges and slides joints."""
+
+    def __init__(self, file: Path) -> None:
+        """Reads the model.
+
+        Raises:
+            DescriptionError: MuJoCo cannot read the file.
+        """
+        self.file = file
+        self.model = compiled(file)
+        self.bodies = Bodies(self.model)
+
+    @property
+    def tree(self) -> KinematicTree:
+        """Links and joints by name."""
+        return self.bodies.tree
+
+    @cached_property
+    def loops(self) -> ModelLoops:
+        """The closures of the model's equalities."""
+        return ModelLoops(self.model, self.bodies)
+
+    def ends(self, base: str | None, tip: str | None) -> tuple[Ends, ...]:
+        """The chains between the given links; where one is not given, those that are meant.
+
+        Raises:
+            DescriptionError: A link is none of the model, or there is no chain.
+        """
+        try:
+            return chosen_ends(self.tree, base, tip)
+        except NoChain as error:
+            self._fail(error.field, error.value, error.expected)
+
+    def robot(self, base: str | None, tip: str | None, name: str | None) -> Described:
+        """The chain between two links.
+
+        Args:
+            base: A body or a site; by default the world, or the body behind a free joint.
+            tip: A body or a site; by default the end of the longest chain.
+            name: The robot's name; by default the model's.
+
+        Returns:
+            A Robot; a Mechanism where equalities close loops through joints of the chain.
+
+        Raises:
+            DescriptionError: There is no such chain, or it has parts that no robot of chasles has.
+        """
+        try:
+            ends = only_chain(self.tree, base, tip)
+            return self._between(ends, prefix(name or self.model.name))
+        except NoChain as error:
+            self._fail(error.field, error.value, error.expected)
+        except DescriptionError:
+            raise
+        except RobotError as error:
+            self._fail("", None, f"a robot ({error})")
+
+    def _between(self, ends: Ends, name: str) -> Described:
+        carried = {joint.child: joint for joint in self.bodies.joints}
+        way = [carried[joint.child] for joint in self.tree.way(ends.base, ends.tip) or ()]
+        closers = self.loops.through(way, ends.base)
+        title = self.model.name
+        source = f"MJCF {self.file.name}, {ends.base} to {ends.tip}"
+        base_frame, tool_frame = identifier(ends.base), identifier(ends.tip)
+        held = self.loops.links(closers)
+        parts = [*way, *(carried[j.child] for h in held for j in self.tree.way(ends.base, h) or ())]
+        tree = [joint for joint in self.bodies.joints if joint in parts] if closers else way
+        self.loops.check_laws(tree, is_in_a_tree=bool(closers))
+        said = (ends.note, *self.loops.notes, *(note for joint in tree for note in joint.notes))
+        notes = tuple(note for note in said if note)
+        joints = tuple(joint.joint(is_in_a_tree=bool(closers)) for joint in tree)
+        if not closers:
+            return Robot(
+                name,
+                joints,
+                title,
+                source,
+                base_frame=base_frame,
+                tool_frame=tool_frame,
+                notes=notes,
+            )
+        return Mechanism(
+            name=name,
+            joints=joints,
+            actuated=self.loops.actuated(tree),
+            closures=tuple(closer for closer in closers if isinstance(closer, Closure)),
+            struts=tuple(closer for closer in closers if isinstance(closer, Strut)),
+            tool_body=identifier(ends.tip),
+            title=title,
+            source=source,
+            base_frame=base_frame,
+            tool_frame=tool_frame,
+            reference=self.loops.reference(tree),
+            notes=notes,
+        )
+
+    def _fail(self, field: str, value: object, expected: str) -> NoReturn:
+        raise DescriptionError(str(self.file), None, field, value, expected) from None

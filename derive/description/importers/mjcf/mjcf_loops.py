@@ -1,0 +1,278 @@
+"""Loops of a compiled MJCF model: equalities of bodies or sites become closures.
+
+A connect keeps two points together: a ball. Two connects of the same two bodies are a pin along the
+line through their points. A weld keeps two frames together. A connect of a body that nothing but a
+ball joint carries is a rod on balls. Equalities of joints are laws of followers, or couple joints
+in a way that chasles does not know, which is refused where it matters.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from typing import Any, Literal
+
+import sympy as sp
+
+from ....model.errors import RobotError
+from ....model.mechanism import Closure, ClosureKind, Frame, Strut
+from ....model.placements import Vector, align_z, from_xyz_rpy
+from ....model.tolerances import COMPILED_DECIMALS
+from ..identifiers import identifier
+from .mjcf_bodies import ORIGIN, Bodies, BodyJoint
+from .mjcf_model import CompiledModel, length, lengths, roll_pitch_yaw
+
+MOST_CONNECTS = 2
+"""Connects of two bodies: one is a ball, two are a pin."""
+
+
+@dataclass(frozen=True)
+class _Held:
+    """A frame on a link that an equality holds: its position (metre) and angles (radian)."""
+
+    link: str
+    xyz: Vector
+    rpy: Vector = ORIGIN
+
+
+@dataclass(frozen=True)
+class _Equality:
+    """A connect or a weld of two frames, or a rod between their origins."""
+
+    name: str
+    kind: Literal["connect", "weld", "rod"]
+    a: _Held
+    b: _Held
+    length: sp.Expr = sp.S.Zero
+
+
+class ModelLoops:
+    """The closures of a model.
+
+    Attributes:
+        notes: Equalities that are left out, and why.
+    """
+
+    def __init__(self, model: CompiledModel, bodies: Bodies) -> None:
+        """Reads the equalities; says nothing of those that no chain needs."""
+        self.model, self.bodies, self.arrays = model, bodies, model.arrays
+        self.carried = {joint.child: joint for joint in bodies.joints}
+        read = tuple(self._read())
+        self.equalities = tuple(self._as_rod(equality, read) for equality in read)
+        self.notes: list[str] = []
+
+    def through(self, way: Sequence[BodyJoint], base: str) -> tuple[Closure | Strut, ...]:
+        """The closures of all loops that share a moving joint with a chain, or with such a loop.
+
+        Raises:
+            RobotError: Such a loop leaves the bodies below the base, or is none that chasles has.
+        """
+        moving = {joint.name for joint in way if joint.kind != "fixed"}
+        found: list[_Equality] = []
+        left = list(self.equalities)
+        while meeting := [e for e in left if moving & {j.name for j in self._around(e)}]:
+            found += meeting
+            left = [equality for equality in left if equality not in meeting]
+            moving |= {j.name for e in meeting for j in self._around(e) if j.kind != "fixed"}
+        self.notes += [f"{equality.name}: not on the way to the tip" for equality in left]
+        found.sort(key=self.equalities.index)
+        for equality in found:
+            for held in (equality.a, equality.b):
+                if self.bodies.tree.way(base, held.link) is None:
+                    raise RobotError(
+                        f"equality {equality.name!r} holds {held.link!r}, which is not below the "
+                        f"base {base!r}: choose a base above it, such as world"
+                    )
+        return tuple(_closures(found))
+
+    def links(self, closers: Iterable[Closure | Strut]) -> set[str]:
+        """The links that closures and rods hold."""
+        names = {closer.name for closer in closers}
+        held = [e for e in self.equalities if e.name in names]
+        return {frame.link for equality in held for frame in (equality.a, equality.b)}
+
+    def check_laws(self, joints: Iterable[BodyJoint], is_in_a_tree: bool) -> None:
+        """Raises RobotError where an equality couples joints in a way that the robot has not."""
+        by_name = {joint.name: joint for joint in joints}
+        for k in range(self.arrays.neq):
+            if not self._is(k, "mjEQ_JOINT") or not self.arrays.eq_active0[k]:
+                continue
+            joint = by_name.get(self.bodies.joint_name(int(self.arrays.eq_obj1id[k])))
+            if joint is not None and (joint.mimic is None or is_in_a_tree):
+                reason = (
+                    "a robot with loops has no followers"
+                    if joint.mimic
+                    else "a follower's value is linear in that of another joint"
+                )
+                raise RobotError(f"joint {joint.name!r} is coupled by an equality; {reason}")
+
+    def actuated(self, tree: Sequence[BodyJoint]) -> tuple[str, ...]:
+        """The joints that actuators move, in the order of the actuators.
+
+        Raises:
+            RobotError: There are none.
+        """
+        names = {joint.name for joint in tree}
+        moved = [name for name in dict.fromkeys(self.model.actuated) if name in names]
+        if not moved:
+            raise RobotError(
+                "the joints of its loops have no actuator, which would say what q is: add one for "
+                f"each freedom, <motor joint={next(iter(sorted(names)))!r}/> in <actuator>"
+            )
+        return tuple(map(identifier, moved))
+
+    def reference(self, tree: Sequence[BodyJoint]) -> tuple[tuple[str, sp.Expr], ...]:
+        """The model's own configuration: the values of joints that are not 0 there."""
+        names = {joint.name for joint in tree}
+        found = []
+        for k in range(self.arrays.njnt):
+            name = self.bodies.joint_name(k)
+            if name in names:
+                value = length(self.arrays.qpos0[self.arrays.jnt_qposadr[k]])
+                found += [(identifier(name), value)] if value != 0 else []
+        return tuple(found)
+
+    def _around(self, equality: _Equality) -> list[BodyJoint]:
+        """The joints of the tree between the two bodies that an equality holds."""
+        to_a, to_b = (self._way(held.link) for held in (equality.a, equality.b))
+        return [j for j in (*to_a, *to_b) if (j in to_a) != (j in to_b) and j.kind != "fixed"]
+
+    def _way(self, link: str) -> list[BodyJoint]:
+        found = []
+        while link in self.carried:
+            found.append(self.carried[link])
+            link = found[-1].parent
+        return found
+
+    # --- rods ---
+
+    def _as_rod(self, equality: _Equality, others: Sequence[_Equality]) -> _Equality:
+        """A connect whose one body is a rod on a ball joint, as a rod; other equalities as such."""
+        if equality.kind == "connect":
+            for rod, end in ((equality.a, equality.b), (equality.b, equality.a)):
+                ball = next((j for j in self._way(rod.link) if j.kind != "fixed"), None)
+                if ball is not None and self._is_rod(ball, equality, others):
+                    xyz = self._from_ball(ball, rod)
+                    far = length(float(sp.sqrt(sum(part**2 for part in xyz))))
+                    begin = _Held(ball.parent, ball.xyz)
+                    return _Equality(equality.name, "rod", begin, end, far)
+        return equality
+
+    def _is_rod(self, ball: BodyJoint, equality: _Equality, others: Sequence[_Equality]) -> bool:
+        """Whether a ball joint carries nothing that moves or that another equality holds."""
+        links = set(self.bodies.tree.rigid(ball.child))
+        held = [e for e in others if {e.a.link, e.b.link} & links]
+        return ball.kind == "ball" and held == [equality] and not self.bodies.tree.moved(ball.child)
+
+    def _from_ball(self, ball: BodyJoint, point: _Held) -> Vector:
+        """A point on a rod, from the centre of its ball joint."""
+        x, y, z = point.xyz
+        for joint in self._way(point.link):
+            if joint is ball:
+                break
+            if joint.rpy != ORIGIN:
+                raise RobotError(f"rod {point.link!r}: expected a body with the ball joint itself")
+            x, y, z = (a + b for a, b in zip(joint.xyz, (x, y, z), strict=True))
+        return x, y, z
+
+    # --- equalities ---
+
+    def _read(self) -> Iterator[_Equality]:
+        for k in range(self.arrays.neq):
+            is_weld = self._is(k, "mjEQ_WELD")
+            if not self.arrays.eq_active0[k] or not (is_weld or self._is(k, "mjEQ_CONNECT")):
+                continue
+            if not self._leads_by_hand(k):
+                name = self.model.named("mjOBJ_EQUALITY", k) or f"loop{k + 1}"
+                a, b = self._of_sites(k) if self._is_of_sites(k) else self._of_bodies(k, is_weld)
+                yield _Equality(identifier(name), "weld" if is_weld else "connect", a, b)
+
+    def _leads_by_hand(self, k: int) -> bool:
+        """Whether an equality holds a body to one that the program moves, which is no loop."""
+        ids = [int(numbers[k]) for numbers in (self.arrays.eq_obj1id, self.arrays.eq_obj2id)]
+        bodies = [self.arrays.site_bodyid[i] for i in ids] if self._is_of_sites(k) else ids
+        return any(self.arrays.body_mocapid[body] >= 0 for body in bodies)
+
+    def _is(self, k: int, kind: str) -> bool:
+        return int(self.arrays.eq_type[k]) == int(getattr(self.model.mujoco.mjtEq, kind))
+
+    def _is_of_sites(self, k: int) -> bool:
+        return int(self.arrays.eq_objtype[k]) == int(self.model.mujoco.mjtObj.mjOBJ_SITE)
+
+    def _of_sites(self, k: int) -> tuple[_Held, _Held]:
+        a, b = (self._site(int(ids[k])) for ids in (self.arrays.eq_obj1id, self.arrays.eq_obj2id))
+        return a, b
+
+    def _site(self, site: int) -> _Held:
+        link = self.bodies.names[int(self.arrays.site_bodyid[site])]
+        rpy = roll_pitch_yaw(self.arrays.site_quat[site])
+        return _Held(link, lengths(self.arrays.site_pos[site]), rpy)
+
+    def _of_bodies(self, k: int, is_weld: bool) -> tuple[_Held, _Held]:
+        """A connect's points on both bodies; a weld's frame on the first, its point on the second.
+
+        A weld lists the point on the second body first, then that on the first and the orientation
+        of the second in the first.
+        """
+        ids = (self.arrays.eq_obj1id, self.arrays.eq_obj2id)
+        first, second = (self.bodies.names[int(numbers[k])] for numbers in ids)
+        data: Any = self.arrays.eq_data[k]
+        one, other = lengths(data[:3]), lengths(data[3:6])
+        if is_weld:
+            return _Held(first, other, roll_pitch_yaw(data[6:10])), _Held(second, one)
+        return _Held(first, one), _Held(second, other)
+
+
+def _closures(equalities: Sequence[_Equality]) -> Iterator[Closure | Strut]:
+    """The closers of equalities; connects of the same two bodies are one closure."""
+    for equality in equalities:
+        if equality.kind == "weld":
+            yield _closure(equality.name, "weld", equality.a, equality.b)
+        if equality.kind == "rod":
+            a, b = (_frame(held, ORIGIN) for held in (equality.a, equality.b))
+            yield Strut(equality.name, a, b, equality.length, ends="ball")
+    connects = [equality for equality in equalities if equality.kind == "connect"]
+    pairs = {equality: frozenset((equality.a.link, equality.b.link)) for equality in connects}
+    ordered = sorted(connects, key=lambda e: list(pairs.values()).index(pairs[e]))
+    for _, run in groupby(ordered, key=pairs.__getitem__):
+        first, *others = list(run)
+        if not others:
+            yield _closure(first.name, "ball", first.a, first.b)
+        else:
+            yield _pin(first, others)
+
+
+def _pin(first: _Equality, others: Sequence[_Equality]) -> Closure:
+    """The pin of two connects: its axis goes through both points on each body."""
+    if len(others) + 1 > MOST_CONNECTS:
+        raise RobotError(
+            f"{len(others) + 1} connects hold {first.a.link!r} and {first.b.link!r}: expected one, "
+            "two for a hinge, or a weld"
+        )
+    second = others[0]
+    ends = (second.a, second.b) if second.a.link == first.a.link else (second.b, second.a)
+    axes = [_between(held, end) for held, end in zip((first.a, first.b), ends, strict=True)]
+    lengths_of = [float(sp.sqrt(sum(part**2 for part in axis))) for axis in axes]
+    if abs(lengths_of[0] - lengths_of[1]) > 10 ** (3 - COMPILED_DECIMALS) or not lengths_of[0]:
+        raise RobotError(
+            f"connects {first.name!r} and {second.name!r} hold points {lengths_of[0]} m apart on "
+            f"one body and {lengths_of[1]} m on the other: expected two points of one hinge"
+        )
+    a, b = (
+        Frame(identifier(held.link), from_xyz_rpy(held.xyz, ORIGIN) + align_z(axis))
+        for held, axis in zip((first.a, first.b), axes, strict=True)
+    )
+    return Closure(first.name, "pin", a, b)
+
+
+def _between(start: _Held, end: _Held) -> Vector:
+    x, y, z = (b - a for a, b in zip(start.xyz, end.xyz, strict=True))
+    return x, y, z
+
+
+def _closure(name: str, kind: ClosureKind, a: _Held, b: _Held) -> Closure:
+    angles = [ORIGIN if kind == "ball" else held.rpy for held in (a, b)]
+    return Closure(name, kind, _frame(a, angles[0]), _frame(b, angles[1]))
+
+
+def _frame(held: _Held, rpy: Vector) -> Frame:
+    return Frame(identifier(held.link), from_xyz_rpy(held.xyz, rpy))

@@ -1,0 +1,55 @@
+"""Robots of the package robot_descriptions, by name."""
+
+from difflib import get_close_matches
+from importlib import import_module
+from pathlib import Path
+
+from ...model.errors import RobotError
+
+NEEDED = "pip install 'chasles[files]'"
+ENDINGS = ("", "_description", "_mj_description")
+MOST_SHOWN = 5
+
+
+def described(name: str) -> tuple[Path, tuple[str, ...]]:
+    """The file of a robot of robot_descriptions, which downloads it by git at its first use.
+
+    Args:
+        name: The package's name of a description, such as ``ur5e_description``; its ending may be
+            left out, where a URDF or xacro file is preferred to an MJCF model.
+
+    Returns:
+        The file, and the arguments of a xacro file, each as ``name:=value``.
+
+    Raises:
+        RobotError: The package is not installed, has no such robot, or cannot download it.
+    """
+    try:
+        from git.exc import GitError  # noqa: PLC0415
+        from robot_descriptions import DESCRIPTIONS  # noqa: PLC0415
+    except ImportError as error:
+        reason = f"robot_descriptions and git ({NEEDED})"
+        raise RobotError(f"robot:{name}: expected {reason}") from error
+    known = next((name + end for end in ENDINGS if name + end in DESCRIPTIONS), None)
+    if known is None:
+        close = get_close_matches(name, DESCRIPTIONS, n=MOST_SHOWN, cutoff=0.4)
+        near = f", such as {', '.join(close)}" if close else ""
+        raise RobotError(f"robot:{name}: expected a name of robot_descriptions{near}")
+    try:
+        module = import_module(f"robot_descriptions.{known}")
+    except (GitError, OSError, ImportError) as error:
+        reason = str(error).strip().splitlines()[-1] if str(error).strip() else repr(error)
+        raise RobotError(f"robot:{name}: expected {known} to be downloaded ({reason})") from error
+    for attribute in ("URDF_PATH", "XACRO_PATH", "MJCF_PATH"):
+        if hasattr(module, attribute):
+            given = getattr(module, "XACRO_ARGS", {}) if attribute == "XACRO_PATH" else {}
+            return _there(name, getattr(module, attribute)), tuple(
+                f"{argument}:={value}" for argument, value in given.items()
+            )
+    raise RobotError(f"robot:{name}: expected a URDF, a xacro file or an MJCF model in {known}")
+
+
+def _there(name: str, path: str) -> Path:
+    if not Path(path).is_file():
+        raise RobotError(f"robot:{name}: expected a file {path}")
+    return Path(path)

@@ -1,0 +1,54 @@
+"""Roll, pitch and yaw of a rotation, to all the digits of its numbers, at gimbal lock too.
+
+With half angles, w + y, x - z, w - y and x + z of the unit quaternion of Rz(yaw) Ry(pitch) Rx(roll)
+are cosine and sine of (roll - yaw)/2, times cos(pitch/2) + sin(pitch/2), and of (roll + yaw)/2,
+times cos(pitch/2) - sin(pitch/2). No root of a small difference is taken.
+"""
+
+from typing import Any
+
+import mpmath as mp
+
+from ...model.tolerances import GIMBAL_LOCK
+
+Angles = tuple[mp.mpf, mp.mpf, mp.mpf]
+"""Roll, pitch, yaw (radian), roll and yaw in (-pi, pi], pitch in [-pi/2, pi/2]."""
+
+
+def of_quaternion(w: Any, x: Any, y: Any, z: Any) -> Angles:
+    """The angles of a quaternion of any length, scalar first.
+
+    At gimbal lock, where only the sum or the difference of roll and yaw matters, yaw is 0.
+    """
+    up, down = mp.hypot(w + y, x - z), mp.hypot(w - y, x + z)
+    difference, total = 2 * mp.atan2(x - z, w + y), 2 * mp.atan2(x + z, w - y)
+    least = GIMBAL_LOCK * (up + down)
+    if down < least:
+        return _wrapped(difference), mp.pi / 2, mp.mpf(0)
+    if up < least:
+        return _wrapped(total), -mp.pi / 2, mp.mpf(0)
+    pitch = 2 * mp.atan2(up, down) - mp.pi / 2
+    return _wrapped((total + difference) / 2), pitch, _wrapped((total - difference) / 2)
+
+
+def of_matrix(pose: mp.matrix) -> Angles:
+    """The angles of the rotation in the upper left of a matrix."""
+    return of_quaternion(*_quaternion(pose))
+
+
+def _quaternion(R: mp.matrix) -> list[mp.mpf]:
+    """A quaternion of the rotation, not of unit length: the largest of four that are parallel."""
+    xx, yy, zz = R[0, 0], R[1, 1], R[2, 2]
+    x, y, z = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
+    xy, yz, zx = R[1, 0] + R[0, 1], R[2, 1] + R[1, 2], R[0, 2] + R[2, 0]
+    candidates = [
+        [1 + xx + yy + zz, x, y, z],
+        [x, 1 + xx - yy - zz, xy, zx],
+        [y, xy, 1 - xx + yy - zz, yz],
+        [z, zx, yz, 1 - xx - yy + zz],
+    ]
+    return max(candidates, key=lambda quaternion: float(mp.norm(mp.matrix(quaternion))))
+
+
+def _wrapped(angle: mp.mpf) -> mp.mpf:
+    return angle - 2 * mp.pi * mp.ceil(angle / (2 * mp.pi) - mp.mpf(1) / 2)

@@ -1,0 +1,101 @@
+"""SRDF: the groups of joints that a motion planner's file names, as ends of chains.
+
+Source:
+    The SRDF specification of <group>: <chain>, <link>, <joint> and <group> inside it.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NoReturn
+
+from lxml import etree
+
+from ..toml_file import DescriptionError, hint, listed, read_text
+from .kinematic_tree import KinematicTree
+from .robot_xml import parsed
+from .xacro_file import expanded, is_xacro
+
+MOST_NESTED = 16
+
+
+def group_ends(file: Path, tree: KinematicTree, group: str) -> tuple[tuple[str, str], ...]:
+    """The base and tip links of a group, one pair for each chain in it.
+
+    Args:
+        file: An SRDF file, or a xacro file that makes one.
+        tree: The links and joints that the group is of.
+        group: The group's name.
+
+    Returns:
+        One pair where the group is a chain; one for each group inside where it is made of several.
+
+    Raises:
+        DescriptionError: The file is no SRDF, or the group is none of it or no chain.
+    """
+    return tuple(_Srdf(file, tree).ends(group, 0))
+
+
+def srdf_beside(file: Path) -> Path | None:
+    """The SRDF of a robot's file: the one of the same name in its folder, or the only one there."""
+    stem = file.name.split(".")[0]
+    there = sorted(path for path in file.parent.glob("*.srdf*") if path.is_file())
+    of_the_name = [path for path in there if path.name.split(".")[0] == stem]
+    found = of_the_name or there
+    return found[0] if len(found) == 1 else None
+
+
+class _Srdf:
+    def __init__(self, file: Path, tree: KinematicTree) -> None:
+        text = expanded(file, ()) if is_xacro(file) else read_text(file)
+        self.file, self.tree = str(file), tree
+        self.root = parsed(self.file, text)
+        groups = self.root.findall("group")
+        self.groups = {str(element.get("name")): element for element in groups}
+
+    def ends(self, group: str, depth: int) -> Iterator[tuple[str, str]]:
+        if group not in self.groups or depth > MOST_NESTED:
+            names = listed(self.groups) or "none"
+            self._fail(self.root, group, f"one of the groups {names}{hint(group, self.groups)}")
+        element = self.groups[group]
+        inner = [str(part.get("name")) for part in element.findall("group")]
+        for part in inner:
+            yield from self.ends(part, depth + 1)
+        if len(element) and not inner:
+            yield self._own(element)
+
+    def _own(self, element: etree._Element) -> tuple[str, str]:
+        """The ends of a group that names a chain, joints or links itself."""
+        chains = element.findall("chain")
+        if len(chains) == 1:
+            base, tip = str(chains[0].get("base_link")), str(chains[0].get("tip_link"))
+            if {base, tip} <= set(self.tree.links) and self.tree.way(base, tip):
+                return base, tip
+            self._fail(chains[0], f"{base} to {tip}", "a chain between links of the robot")
+        links = self._links(element)
+        tips = [link for link in links if not self._carries(link, links)]
+        if len(tips) != 1:
+            self._fail(element, element.get("name"), "a group whose joints are one chain")
+        return self._base(tips[0], links), tips[0]
+
+    def _links(self, element: etree._Element) -> list[str]:
+        """The links that the joints of a group carry; those of its links that joints carry."""
+        carried = {joint.name: joint.child for joint in self.tree.joints}
+        for joint in element.findall("joint"):
+            if joint.get("name") not in carried:
+                self._fail(joint, joint.get("name"), "a joint of the robot")
+        links = [carried[str(joint.get("name"))] for joint in element.findall("joint")]
+        named = [str(link.get("name")) for link in element.findall("link")]
+        links += [link for link in named if link in self.tree.joint_to]
+        return list(dict.fromkeys(links))
+
+    def _carries(self, link: str, links: list[str]) -> bool:
+        return any(joint.child in links for joint in self.tree.below[link])
+
+    def _base(self, tip: str, links: list[str]) -> str:
+        link = tip
+        while link in links:
+            link = self.tree.joint_to[link].parent
+        return link
+
+    def _fail(self, element: etree._Element, value: object, expected: str) -> NoReturn:
+        raise DescriptionError(self.file, element.sourceline, "<group>", value, expected) from None

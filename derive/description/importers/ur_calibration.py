@@ -1,0 +1,280 @@
+"""The factory calibration of a UR arm, put into the arm's own description.
+
+A controller keeps deviations of the six rows of DH parameters (``calibration.conf``: delta_theta,
+delta_a, delta_d, delta_alpha). Axes 2, 3 and 4 are nearly parallel, so that their common normals
+lie anywhere along them, and delta_d is often many metres. The ROS driver moves these frames along
+their axes and writes the pose of each link in the link before it (``kinematics:`` in YAML: x, y, z,
+roll, pitch, yaw). Both become this second form here.
+
+Source:
+    Universal Robots, ROS driver, package ur_calibration: page "algorithm" of its documentation, and
+    the joints of ur_description.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, NoReturn
+
+import mpmath as mp
+import sympy as sp
+
+from ...model.errors import RobotError
+from ...model.exact import NotExact, read
+from ...model.mechanism import Described
+from ...model.placements import Rotation, Vector
+from ...model.robot import Joint, Robot
+from ...model.tolerances import CALIBRATED_TOOL, EVALUATION_DIGITS, ROUNDING
+from ..conventions.denavit_hartenberg import dh
+from ..conventions.urdf_origin import urdf
+from ..toml_file import DescriptionError, read_text
+from .roll_pitch_yaw import of_matrix
+
+if TYPE_CHECKING:
+    from yaml import Node
+
+LINKS = ("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")
+"""The links by their names in the YAML, each with the pose of its joint in the link before."""
+COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw")
+DELTAS = ("theta", "d", "a", "alpha")
+NEARLY_PARALLEL = (1, 2)
+"""Rows of the upper arm and the forearm: their joints' axes and the next are nearly parallel."""
+WRITTEN_DIGITS = 20
+"""Digits of the computed placements: more than a double holds, so that rounding costs nothing."""
+
+
+@dataclass(frozen=True)
+class LinkPose:
+    """The pose of a joint in the link before it: metre, and roll, pitch, yaw in radian."""
+
+    xyz: Vector
+    rpy: Vector
+
+
+def calibrated(robot: Described, file: Path) -> Robot:
+    """An arm with the measured geometry of one robot instead of the data sheet's.
+
+    Names, limits, base and tool frames stay. Joints are described by URDF origins afterwards.
+
+    Args:
+        robot: A UR arm: six revolute joints in DH parameters, or in URDF origins with axes z.
+        file: The controller's ``calibration.conf``, or the ``.yaml`` that the ROS driver extracts.
+
+    Raises:
+        RobotError: The file is no calibration, the robot is no such arm, or the calibration is that
+            of another type of arm: tools at zero differ by more than ``CALIBRATED_TOOL``.
+    """
+    with mp.workdps(EVALUATION_DIGITS):
+        return _measured(_arm(robot, file), _File(file), file)
+
+
+def _measured(arm: Robot, calibration: "_File", file: Path) -> Robot:
+    names = (joint.name for joint in arm.moving)
+    poses = dict(zip(names, calibration.poses(arm), strict=True))
+    measured = replace(
+        arm,
+        joints=tuple(_placed(j, poses[j.name]) if j.name in poses else j for j in arm.joints),
+        parameters=(),
+        source=f"{arm.source}; calibration {file.name}{calibration.hash}",
+        notes=(*arm.notes, f"calibration: {file.name}{calibration.hash}"),
+    )
+    apart = _tool_at_zero(measured) - _tool_at_zero(arm)
+    distance = float(mp.norm(apart[:3, 3]))
+    if max(distance, float(mp.norm(apart[:3, :3]))) > CALIBRATED_TOOL:
+        expected = f"the calibration of a {arm.title or arm.name}"
+        raise RobotError(f"{file}: expected {expected}; its tool is {distance:.3f} m away at zero")
+    return measured
+
+
+def _arm(robot: Described, file: Path) -> Robot:
+    """The robot, if it is a chain of six turning joints one right after another."""
+    if isinstance(robot, Robot):
+        names = [joint.name for joint in robot.joints]
+        moving = robot.moving
+        first, last = names.index(moving[0].name), names.index(moving[-1].name)
+        turning = all(j.kind == "revolute" and not j.mimic and j.direction == 1 for j in moving)
+        if turning and len(moving) == len(LINKS) == last - first + 1:
+            return robot
+    expected = "expected a UR arm, six revolute joints in series"
+    raise RobotError(f"{file}: {expected}, for a calibration; {robot.name} is none")
+
+
+def _placed(joint: Joint, pose: LinkPose) -> Joint:
+    given: dict[str, Vector] = {
+        "xyz": pose.xyz,
+        "rpy": pose.rpy,
+        "axis": (sp.S(0), sp.S(0), sp.S(1)),
+    }
+    before, after = urdf("revolute", **given)
+    return replace(joint, before=before, after=after, convention=urdf, given=urdf.scalars(given))
+
+
+# --- the file ---
+
+
+class _File:
+    """A calibration file: poses as such, or deviations of DH parameters."""
+
+    def __init__(self, file: Path) -> None:
+        self.file = file
+        self.text = read_text(file)
+        self.hash = ""
+
+    def poses(self, robot: Robot) -> tuple[LinkPose, ...]:
+        if self.file.suffix in (".yaml", ".yml"):
+            return self._of_yaml()
+        if self.file.suffix != ".conf":
+            self._fail(None, "", self.file.suffix, "a calibration file, .yaml or .conf")
+        return _without_large_offsets(self._rows(robot))
+
+    def _of_yaml(self) -> tuple[LinkPose, ...]:
+        import yaml  # noqa: PLC0415
+
+        try:
+            root = yaml.compose(self.text, Loader=yaml.SafeLoader)
+        except yaml.YAMLError as error:
+            mark = getattr(error, "problem_mark", None)
+            line = mark.line + 1 if mark else None
+            self._fail(line, "", None, f"valid YAML ({getattr(error, 'problem', error)})")
+        top = _entries(root)
+        if "kinematics" not in top:
+            self._fail(1, "kinematics", None, "a table kinematics, as the ROS driver writes it")
+        links = _entries(top["kinematics"])
+        if "hash" in links:
+            self.hash = f" ({links['hash'].value})"
+        return tuple(self._pose(link, links, top["kinematics"]) for link in LINKS)
+
+    def _pose(self, link: str, links: Mapping[str, "Node"], table: "Node") -> LinkPose:
+        line = table.start_mark.line + 1
+        if link not in links:
+            self._fail(line, f"kinematics.{link}", None, f"a table with {', '.join(COORDINATES)}")
+        entries = _entries(links[link])
+        values = []
+        for name in COORDINATES:
+            field = f"kinematics.{link}.{name}"
+            if name not in entries:
+                self._fail(links[link].start_mark.line + 1, field, None, "a number")
+            at = entries[name]
+            values.append(self._number(at.start_mark.line + 1, field, str(at.value)))
+        x, y, z, roll, pitch, yaw = values
+        return LinkPose((x, y, z), (roll, pitch, yaw))
+
+    def _rows(self, robot: Robot) -> list[list[mp.mpf]]:
+        """Rows theta, d, a, alpha of the arm: those of its description plus the deviations."""
+        deltas = {name: self._deltas(f"delta_{name}") for name in DELTAS}
+        defaults = {parameter.symbol: parameter.value for parameter in robot.parameters}
+        rows = []
+        for k, joint in enumerate(robot.moving):
+            if joint.convention != dh:
+                expected = (
+                    "an arm in DH parameters (convention dh), such as ur5e, for deviations of"
+                )
+                self._fail(None, "", None, f"{expected} them: joint {joint.name} has none")
+            given = dict(joint.given)
+            row = [given[name].xreplace(defaults) + deltas[name][k] for name in DELTAS]
+            rows.append([_evaluated(value) for value in row])
+        last = len(LINKS) - 1
+        for name in ("a", "alpha"):
+            if deltas[name][last] != 0:
+                expected = "0 for the last joint, whose frame is the tool's"
+                self._fail(self._line(f"delta_{name}"), f"delta_{name}", None, expected)
+        return rows
+
+    def _deltas(self, name: str) -> list[sp.Expr]:
+        line = self._line(name)
+        found = re.search(rf"(?m)^\s*{name}\s*=\s*\[([^]]*)\]", self.text)
+        words = found[1].split(",") if found else []
+        if len(words) != len(LINKS):
+            self._fail(line, name, None, f"{name} = [six numbers]")
+        return [self._number(line, name, word.strip()) for word in words]
+
+    def _line(self, name: str) -> int | None:
+        lines = self.text.splitlines()
+        return next((k for k, line in enumerate(lines, 1) if line.strip().startswith(name)), None)
+
+    def _number(self, line: int | None, field: str, text: str) -> sp.Expr:
+        try:
+            value = read(text)
+        except NotExact as error:
+            self._fail(line, field, text, f"a decimal number ({error})")
+        if not value.is_Rational:
+            self._fail(line, field, text, "a decimal number")
+        return value
+
+    def _fail(self, line: int | None, field: str, value: object, expected: str) -> NoReturn:
+        raise DescriptionError(str(self.file), line, field, value, expected) from None
+
+
+def _entries(node: "Node | None") -> dict[str, "Node"]:
+    """The entries of a YAML table; none where the node is no table."""
+    pairs = node.value if node is not None and node.id == "mapping" else []
+    return {str(key.value): value for key, value in pairs}
+
+
+# --- DH rows to poses without large offsets ---
+
+
+def _without_large_offsets(rows: Sequence[Sequence[mp.mpf]]) -> tuple[LinkPose, ...]:
+    """The pose of each joint in the link before it, from DH rows theta, d, a, alpha.
+
+    An origin may lie anywhere on its joint's axis. The origin of the joint behind a row of
+    ``NEARLY_PARALLEL`` goes to the point of its axis in the plane across the axis before, and the x
+    axis before it points there. No pose of the tool changes.
+    """
+    turns = [_turn("z", theta) * _shift(0, 0, d) for theta, d, _, _ in rows]
+    arms = [_shift(a, 0, 0) * _turn("x", alpha) for _, _, a, alpha in rows]
+    for k in NEARLY_PARALLEL:
+        if rows[k][1] == 0 and turns[k][2, 3] == 0:
+            continue
+        behind = turns[k] * arms[k]
+        along = -behind[2, 3] / behind[2, 2]
+        foot = behind * mp.matrix([0, 0, along, 1])
+        direction = mp.atan(foot[1] / foot[0])
+        turns[k] = _turn("z", direction)
+        arms[k] = mp.chop(turns[k].T * behind * _shift(0, 0, along), ROUNDING)
+        turns[k + 1] = _shift(0, 0, -along) * turns[k + 1]
+    poses = [turns[0], *(arms[k] * turns[k + 1] for k in range(len(rows) - 1))]
+    return tuple(_link_pose(pose) for pose in poses)
+
+
+def _link_pose(pose: mp.matrix) -> LinkPose:
+    x, y, z = (_written(pose[row, 3]) for row in range(3))
+    roll, pitch, yaw = (_written(angle) for angle in of_matrix(pose))
+    return LinkPose((x, y, z), (roll, pitch, yaw))
+
+
+def _written(value: mp.mpf) -> sp.Expr:
+    return read(mp.nstr(value, WRITTEN_DIGITS))
+
+
+def _turn(axis: str, angle: mp.mpf) -> mp.matrix:
+    j, k = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[axis]
+    turned = mp.eye(4)
+    turned[j, j] = turned[k, k] = mp.cos(angle)
+    turned[k, j] = mp.sin(angle)
+    turned[j, k] = -turned[k, j]
+    return turned
+
+
+def _shift(x: mp.mpf, y: mp.mpf, z: mp.mpf) -> mp.matrix:
+    shifted = mp.eye(4)
+    shifted[0, 3], shifted[1, 3], shifted[2, 3] = x, y, z
+    return shifted
+
+
+def _evaluated(value: sp.Expr) -> mp.mpf:
+    return mp.mpf(str(value.evalf(EVALUATION_DIGITS)))
+
+
+def _tool_at_zero(robot: Robot) -> mp.matrix:
+    """The pose of the tool at q = 0."""
+    defaults = {parameter.symbol: parameter.value for parameter in robot.parameters}
+    placements = [robot.base, *(p for j in robot.joints for p in (j.before, j.after)), robot.tool]
+    pose = mp.eye(4)
+    for motion in (motion for placement in placements for motion in placement):
+        if isinstance(motion, Rotation):
+            pose *= _turn(motion.axis, _evaluated(motion.angle.xreplace(defaults)))
+        else:
+            pose *= _shift(*(_evaluated(value.xreplace(defaults)) for value in motion.vector))
+    return pose

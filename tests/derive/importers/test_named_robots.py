@@ -1,0 +1,39 @@
+"""Names of robot_descriptions, from folders laid out as its own cache is."""
+
+import importlib
+
+import pytest
+from typer.testing import CliRunner
+
+from chasles.derive.cli import app
+
+pytest.importorskip("robot_descriptions", reason="the package whose names are read")
+
+
+def run(*words):
+    return CliRunner().invoke(app, [*map(str, words), "--jobs", "1"])
+
+
+@pytest.mark.parametrize(
+    ("name", "robot"),
+    [("panda", "panda"), ("ur5e_mj_description", "ur5e"), ("ur5e", "ur5e")],
+)
+def test_a_urdf_a_model_and_a_xacro_file(cache, name, robot):
+    to = cache / "out"
+    done = run(f"robot:{name}", "--to", to, "--functions", "fk")
+    assert done.exit_code == 0, done.output
+    assert (to / robot / "manifest.json").is_file()
+
+
+def test_the_paths_are_those_of_the_package(cache):
+    from chasles.derive.description.importers.named_robots import described
+
+    module = importlib.import_module("robot_descriptions.panda_description")
+    assert described("panda") == (cache.__class__(module.URDF_PATH), ())
+    file, words = described("ur5e_description")
+    assert (file.name, words) == ("ur.urdf.xacro", ("ur_type:=ur5e", "name:=ur5e"))
+
+
+def test_unknown_and_unreachable_names(cache):
+    assert "expected a name of robot_descriptions, such as panda" in run("robot:pandaa").output
+    assert "expected iiwa14_description to be downloaded (" in run("robot:iiwa14").output

@@ -1,0 +1,197 @@
+"""Base and tip where nobody names them: trees as robots have them, and random ones."""
+
+import random
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from chasles.derive import DescriptionError, from_urdf
+from chasles.derive.description.importers.chains import opened
+from chasles.derive.description.importers.kinematic_tree import KinematicTree, TreeJoint
+from chasles.derive.description.importers.tool_links import NoChain, chosen_ends, only_chain
+from chasles.derive.description.urdf import UrdfFile
+
+KINDS = {"m": "moving", "f": "fixed", "x": "free", "c": "follower"}
+TREES = 200
+
+
+def tree(text):
+    """A tree from words ``parent>child``, ``m`` or another kind behind: ``a>b:m``.
+
+    A joint is called ``<child>_joint`` unless a name follows: ``a>b:m:name``.
+    """
+    links, joints = [], []
+    for word in text.split():
+        ends, kind, *name = word.split(":")
+        parent, child = ends.split(">")
+        links += [link for link in (parent, child) if link not in links]
+        joints.append(TreeJoint(name[0] if name else f"{child}_joint", KINDS[kind], parent, child))
+    return KinematicTree(tuple(links), tuple(joints))
+
+
+def arm(prefix, count, start):
+    """A chain of moving joints from a link to ``<prefix><count>``."""
+    links = [start, *(f"{prefix}{k}" for k in range(1, count + 1))]
+    return " ".join(f"{a}>{b}:m" for a, b in pairwise(links))
+
+
+PANDA = f"""{arm("panda_link", 7, "panda_link0")} panda_link7>panda_link8:f panda_link8>panda_hand:f
+panda_hand>panda_leftfinger:m:panda_finger_joint1
+panda_hand>panda_rightfinger:c:panda_finger_joint2 panda_hand>camera_link:f panda_link0>sc0:f"""
+UR = f"""world>base_link:f base_link>base:f base_link>inertia:f {arm("link", 6, "inertia")}
+link6>ft_frame:f link6>flange:f flange>tool0:f tool0>camera_mount:f camera_mount>camera_optical:f
+tool0>robotiq_base:f robotiq_base>left_outer:m:finger_joint robotiq_base>right_outer:c:mimic1"""
+PALM = f"""base_link>torso:m {arm("arm", 6, "torso")} arm6>palm_link:f palm_link>a1:m:a1 a1>a2:m:a2
+palm_link>b1:m:b1 b1>b2:m:b2 torso>head1:m head1>head2:m head2>camera:f base_link>wheel:m"""
+TWO = f"""base>body:f {arm("left", 7, "body")} {arm("right", 7, "body")} left7>left_tool0:f
+right7>right_tool0:f body>head:m"""
+LEGGED = f"world>trunk:x {arm('a', 3, 'trunk')} {arm('b', 5, 'trunk')} b5>b_ee:f"
+COUPLED = f"{arm('l', 4, 'base')} l4>l5:c"
+NO_NAME = f"{arm('l', 5, 'base')} l5>camera_a:f l5>imu:f l5>plate:f"
+TWO_PLATES = f"{arm('l', 5, 'base')} l5>plate_a:f l5>plate_b:f"
+
+
+@pytest.mark.parametrize(
+    ("text", "base", "tip"),
+    [
+        (PANDA, "panda_link0", "panda_hand"),
+        (UR, "world", "tool0"),
+        (PALM, "base_link", "palm_link"),
+        (LEGGED, "trunk", "b_ee"),
+        (COUPLED, "base", "l5"),
+        (NO_NAME, "base", "plate"),
+        (TWO_PLATES, "base", "l5"),
+        (UR.replace("tool0>camera_mount:f", "tool0>tcp:f tool0>camera_mount:f"), "world", "tool0"),
+        (
+            PANDA.replace("panda_hand>camera_link:f", "panda_hand>panda_hand_tcp:f"),
+            "panda_link0",
+            "panda_hand_tcp",
+        ),
+        (arm("l", 2, "base"), "base", "l2"),
+        (arm("l", 3, "base") + " l3>ball:x", "base", "l3"),
+        (arm("l", 3, "base") + " l3>ball:x " + arm("m", 4, "ball"), "ball", "m4"),
+    ],
+)
+def test_the_chain_that_is_meant(text, base, tip):
+    ends = only_chain(tree(text), None, None)
+    assert (ends.base, ends.tip) == (base, tip)
+
+
+def test_other_ends_are_named():
+    assert only_chain(tree(NO_NAME), None, None).note == "tip: plate; also there: camera_a, imu"
+    assert only_chain(tree(arm("l", 3, "base")), None, None).note == ""
+    many = arm("l", 2, "b") + "".join(f" b>s{k}:f" for k in range(9))
+    assert only_chain(tree(many), None, None).note.endswith("s4, s5 and 3 more")
+
+
+def test_two_arms_are_two_robots():
+    found = chosen_ends(tree(TWO), None, None)
+    assert [(ends.base, ends.tip) for ends in found] == [
+        ("base", "left_tool0"),
+        ("base", "right_tool0"),
+    ]
+    with pytest.raises(NoChain, match="chains of equal length end at: left_tool0, right_tool0"):
+        only_chain(tree(TWO), None, None)
+    assert only_chain(tree(TWO), "base", "right_tool0").note == ""
+
+
+def test_ends_that_are_given():
+    assert only_chain(tree(UR), "base_link", None).base == "base_link"
+    assert only_chain(tree(LEGGED), None, "a3").base == "trunk"
+    assert only_chain(tree(UR), None, "ft_frame").base == "world"
+    for base, tip, words in (
+        ("tool0", "world", "a link below tool0"),
+        ("tool0", "tool0", "other than the base"),
+        ("tool0", None, "a joint that moves"),
+        ("tol0", None, "such as tool0"),
+    ):
+        with pytest.raises(NoChain, match=words):
+            only_chain(tree(UR), base, tip)
+
+
+def random_tree(dice):
+    """An arm with a tool among distractions; the base and the tip that are meant."""
+    count = dice.randint(4, 7)
+    words = [arm("j", count, "base")]
+    tool = dice.choice(("tool0", "my_tcp", "left_ee_link", "flange", "gripper/tool_frame"))
+    words.append(f"j{count}>mount:f mount>{tool}:f")
+    for k in range(dice.randint(0, 5)):
+        at = dice.choice(("base", "mount", tool, *(f"j{n}" for n in range(1, count + 1))))
+        words.append(
+            dice.choice(
+                (
+                    f"{at}>camera{k}:f camera{k}>optical{k}:f",
+                    f"{at}>plate{k}:f",
+                    f"base>head{k}:m",
+                    f"base>wheel{k}:m",
+                    f"{tool}>hand{k}x:f hand{k}x>l{k}:m:left_finger{k} hand{k}x>r{k}:c:right{k}",
+                    f"mount>grip{k}:f grip{k}>k{k}:m:drive{k} grip{k}>n{k}:m:other{k}",
+                    f"mount>jaw{k}:m:gripper_jaw{k}",
+                )
+            )
+        )
+    parts = " ".join(words).split()
+    dice.shuffle(parts)
+    return tree(" ".join(parts)), "base", tool
+
+
+def test_random_trees():
+    for seed in range(TREES):
+        made, base, tip = random_tree(random.Random(seed))
+        found = only_chain(made, None, None)
+        assert (found.base, found.tip) == (base, tip), seed
+
+
+def test_long_chains():
+    found = only_chain(tree(arm("l", 480, "base")), None, None)
+    assert found.tip == "l480"
+    rigid = " ".join(f"r{k}>r{k + 1}:f" for k in range(480)) + " r480>last:m"
+    assert only_chain(tree(rigid), None, None).tip == "last"
+
+
+def test_circles_and_large_trees_ask_for_a_tip():
+    circle = KinematicTree(
+        ("a", "b"), (TreeJoint("1", "moving", "a", "b"), TreeJoint("2", "moving", "b", "a"))
+    )
+    for made, base in ((circle, "a"), (tree(arm("l", 600, "base")), None)):
+        with pytest.raises(NoChain, match="a tip link"):
+            only_chain(made, base, None)
+
+
+def test_a_file_with_two_arms(tmp_path):
+    parts = ["<robot name='two'><link name='body'/>"]
+    for side in ("left", "right"):
+        parts.append(
+            f"<link name='{side}'/><joint name='{side}_turn' type='continuous'>"
+            f"<parent link='body'/><child link='{side}'/></joint>"
+        )
+    path = tmp_path / "two.urdf"
+    path.write_text("".join([*parts, "</robot>"]))
+    with pytest.raises(DescriptionError, match="equal length end at: left, right"):
+        from_urdf(path)
+    assert from_urdf(path, tip="right").tool_frame == "right"
+    assert len(UrdfFile(str(path), path.read_text()).ends(None, None)) == 2
+
+
+@pytest.mark.parametrize(
+    ("file", "base", "tips"),
+    [
+        ("abb_irb140_description/urdf/irb140.urdf", "base_link", ["tool0"]),
+        ("kuka_description/kuka_kr10/urdf/kr10r1100sixx.xacro", "base_link", ["tool0"]),
+        ("lynxmotion_al5d_description/urdf/al5d_robot.urdf", "base", ["link4"]),
+        ("qut_frankie_description/robots/panda_arm_hand.urdf.xacro", "panda_link0", ["panda_hand"]),
+        (
+            "qut_frankie_description/robots/dual_panda_example.urdf.xacro",
+            "base",
+            ["panda_1_hand", "panda_2_hand"],
+        ),
+        ("trossen_descriptions/urdf/wx250s.urdf.xacro", "/base_link", ["/ee_gripper_link"]),
+        ("unimation_puma560_description/urdf/puma560_robot.urdf.xacro", "link1", ["link7"]),
+    ],
+)
+def test_files_of_others(file, base, tips):
+    data = pytest.importorskip("rtbdata", reason="files of real robots, in the extra `crosscheck`")
+    path = Path(next(iter(data.__path__))) / "xacro" / file
+    found = opened(path).ends(None, None)
+    assert [(ends.base, ends.tip) for ends in found] == [(base, tip) for tip in tips]
