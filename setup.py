@@ -54,7 +54,13 @@ setup(
     ],
     package_data={
         "chasles": ["py.typed", "*/*.pyi", "contract/_kernel.h"],
-        "chasles.derive": ["py.typed", "robots/*", "robots/shelf/*", "emit/c/support/*"],
+        "chasles.derive": [
+            "py.typed",
+            "robots/*",
+            "robots/shelf/*",
+            "emit/c/support/*.h",
+            "emit/c/support/*/*.h",
+        ],
         **{
             name: ["*.c", "*.h", "*.json", "*.pyi", "*.tex", "*/*.tex", "*.casadi"]
             for name in packages_under("generated")

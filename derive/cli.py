@@ -131,7 +131,7 @@ def derive(
     _make(folder)
     results = work.compared(due, jobs) if check else work.derived(due, jobs)
     good = _show(results, len(due))
-    orphans = work.orphans(due, folder) if check and not asked else []
+    orphans = work.orphans(due, folder) if check and not named else []
     if orphans:
         _stop(f"{folder}: no description for {', '.join(orphans)}")
     if not good:

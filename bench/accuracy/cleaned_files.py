@@ -1,7 +1,7 @@
 """``python -m bench mutants``: mutated URDFs keep their structure, and poses stay in their bounds.
 
 The URDFs of a folder and the shipped serial robots, written as URDFs in doubles, are mutated (see
-``tests/helpers/mutated_urdfs.py``), read and classified. The pose of the tool is compared with
+``tests/helpers/arms/mutated_urdfs.py``), read and classified. The pose of the tool is compared with
 Pinocchio's on the file as it stands.
 """
 

@@ -72,8 +72,12 @@ def notice(robot: Described) -> str:
 
 
 def support(name: str) -> str:
-    """The text of a C file that is written by hand and the same for every robot."""
-    return (Path(__file__).parent / "support" / name).read_text(encoding="utf-8")
+    """The text of a C file that is written by hand and the same for every robot.
+
+    Generated folders are flat: files of all rooms of ``support`` lie beside each other there.
+    """
+    (found,) = (Path(__file__).parent / "support").rglob(name)
+    return found.read_text(encoding="utf-8")
 
 
 def own_copy(argument: Argument) -> list[str]:
