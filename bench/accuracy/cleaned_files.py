@@ -1,7 +1,7 @@
 """``python -m bench mutants``: mutated URDFs keep their structure, and poses stay in their bounds.
 
 The URDFs of a folder and the shipped serial robots, written as URDFs in doubles, are mutated (see
-``tests/helpers/arms/mutated_urdfs.py``), read and classified. The pose of the tool is compared with
+``bench/cases/mutated_urdfs.py``), read and classified. The pose of the tool is compared with
 Pinocchio's on the file as it stands.
 """
 
@@ -18,8 +18,8 @@ from chasles.derive.inverse.classify import Attempt, Classification, classify
 from chasles.derive.model.placements import Placement, Rotation
 from chasles.derive.model.tolerances import EXACT_STRUCTURE
 from chasles.derive.terms.terms import Terms
-from tests.helpers.mutated_urdfs import Mutant, arm_of_robot, arm_of_urdf, mutated
 
+from ..cases.mutated_urdfs import Mutant, arm_of_robot, arm_of_urdf, mutated
 from ..cases.screws import ROBOTS
 from ..report import out
 

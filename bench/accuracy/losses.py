@@ -1,6 +1,6 @@
 """``python -m bench losses``: the poses that inverses of random arms lose, arm by arm.
 
-Each arm of ``tests/helpers/arms/random_arms.py`` is derived, and each of its inverses is asked for poses
+Each arm of ``bench/cases/drawn_arms.py`` is derived, and each of its inverses is asked for poses
 of random coordinates, of coordinates at right angles and of ones near them. No pose may stay
 without a solution, no solution may be wrong, and regular coordinates must be among the solutions.
 Nothing is compiled: the equations run in CasADi. Poses that a robot's ``ik`` solves only by its
@@ -15,8 +15,7 @@ from itertools import product
 
 import numpy as np
 
-from tests.helpers.random_arms import Derived, cases_of, random_arm
-
+from ..cases.drawn_arms import Derived, cases_of, random_arm
 from ..cases.poses import PoseSet, nearly
 from ..report import out
 from .verdict import Verdict, judged

@@ -22,9 +22,7 @@ from chasles.derive import from_urdf
 from .poses import Case
 from .screws import Screws, screws_of
 
-CALIBRATION = (
-    Path(__file__).parents[2] / "tests" / "helpers" / "arms" / "ur5_factory_calibration.json"
-)
+CALIBRATION = Path(__file__).parents[2] / "tests" / "helpers" / "ur5_factory_calibration.json"
 UPRIGHT = 1e-9
 """Cosine of a pitch below which roll and yaw turn about one axis."""
 

@@ -5,12 +5,12 @@ from functools import cache
 import numpy as np
 import pytest
 from derivations import derivation
-from synthetic import Arm, Function, robot_of
 from tolerances import WORST_INVERSE
 
 from bench.accuracy import verdict
 from bench.accuracy.verdict import SAME, VALID, counts, judged, newton
 from bench.cases.poses import Case, PoseSet, nearly, right_angles
+from bench.cases.synthetic import Arm, Function, robot_of
 from bench.cases.tasks import wrapped
 from bench.peers.inverse.interface import INSTALL, absent, answers
 from chasles.derive.inverse.classify import classify

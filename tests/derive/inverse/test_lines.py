@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 import sympy as sp
-from synthetic import Arm, robot_of, rows_of, screws_of
 
 from bench.cases.screws import Screws
+from bench.cases.synthetic import Arm, robot_of, rows_of, screws_of
 from chasles.derive import loads
 from chasles.derive.inverse.classify import classify
 from chasles.derive.inverse.given_joints import without

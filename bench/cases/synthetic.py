@@ -20,15 +20,16 @@ from zlib import crc32
 import casadi as ca
 import numpy as np
 
-from bench.accuracy.verdict import VALID
-from bench.cases.poses import Case
-from bench.cases.screws import Screws
-from bench.peers.inverse.interface import Answers
 from chasles.derive import Robot, loads
 from chasles.derive.inverse.serial_inverse import Inverses, inverses
 from chasles.derive.terms.casadi_graph import lower
 from chasles.derive.terms.symbolic_function import SymbolicFunction
 from chasles.derive.terms.terms import Terms
+
+from ..accuracy.verdict import VALID
+from ..peers.inverse.interface import Answers
+from .poses import Case
+from .screws import Screws
 
 DEGREE = np.pi / 180
 

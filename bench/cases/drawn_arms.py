@@ -12,9 +12,6 @@ from types import SimpleNamespace
 import numpy as np
 import sympy as sp
 
-from bench.cases.poses import Case
-from bench.cases.screws import Screws, screws_of
-from bench.peers.inverse.interface import Answers
 from chasles.closed_form.refinement import Refinement
 from chasles.derive import Joint, Robot
 from chasles.derive.description.conventions import CONVENTIONS
@@ -22,6 +19,9 @@ from chasles.derive.inverse.serial_inverse import Inverses, inverses
 from chasles.derive.model.convention import Field
 from chasles.derive.terms.terms import Terms
 
+from ..peers.inverse.interface import Answers
+from .poses import Case
+from .screws import Screws, screws_of
 from .synthetic import Found, Function, jacobian
 
 MOST_JOINTS = 8
