@@ -112,7 +112,7 @@ def findings(arms: Sequence[Mutant], count: int) -> Iterator[Finding]:
 def read(path: Path, mutant: Mutant) -> Robot:
     """The robot of a mutant's file."""
     path.write_text(mutant.text, encoding="utf-8")
-    return from_urdf(path)
+    return from_urdf(path, tip=mutant.tip)
 
 
 def classified(robot: Robot) -> Classification:

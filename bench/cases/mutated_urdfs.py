@@ -63,6 +63,11 @@ class Mutant:
     made: tuple[str, ...] = ()
 
     @property
+    def tip(self) -> str:
+        """The last link."""
+        return f"l{len(self.joints)}"
+
+    @property
     def text(self) -> str:
         """The file."""
         parts = [f"<robot name={quoteattr(self.arm)}>", '<link name="l0"/>']

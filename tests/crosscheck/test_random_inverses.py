@@ -75,6 +75,11 @@ def test_a_turntable_whose_fifth_joint_moves_the_tool_has_no_task_of_a_position(
     assert functions == {"ik"}
 
 
+def test_a_pitch_is_no_task_of_a_turntable_that_lies():
+    functions = {case.function for case in cases_of(random_arm(6228))}
+    assert functions == {"ik", "ik_position", "ik_position_direction"}
+
+
 def test_a_position_is_no_task_of_joints_that_move_the_tool_on_a_surface():
     assert cases_of(random_arm(292)) == []
 

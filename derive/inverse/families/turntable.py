@@ -17,7 +17,7 @@ from ...model.robot import Robot
 from ...model.tolerances import OBLIQUE_AXES, TOOL_ON_AXIS
 from ...terms.symbolic_function import Argument
 from ...terms.terms import Terms
-from ...terms.vectors import Vector, added, combination, cross, dot, subtracted
+from ...terms.vectors import IDENTITY, Vector, added, combination, cross, dot, subtracted
 from ..steps.loop_of_three import negative
 from ..steps.plane import turn_to_plane
 from ..steps.target import Target
@@ -138,7 +138,12 @@ def _keeps_position(robot: Robot, lines: Lines) -> bool:
 
 
 def _has_pitch(robot: Robot, lines: Lines) -> bool:
-    """Whether the tool's axis moves in the plane of the arm, about itself with a fifth joint."""
+    """Whether axis 1 is the base's third axis, above whose normal plane the elevation counts.
+
+    The tool's axis has to move in the plane of the arm, and about itself with a fifth joint.
+    """
+    if abs(float(lines.axes[0].direction[2])) < 1 - TOOL_ON_AXIS:
+        return False
     if len(lines.axes) > _ARM:
         return max(_off(robot, lines, _ARM)) < TOOL_ON_AXIS
     return abs(float(_home(robot, lines)[:3, 2] @ lines.axes[1].direction)) < TOOL_ON_AXIS
@@ -221,22 +226,23 @@ def _bent_least(terms: Terms, lines: Lines, lever: Vector, U: Vector) -> FoundTu
 
 
 def _with_pitch(robot: Robot, lines: Lines) -> Solved:
-    """Position and elevation of the tool's axis over the plane normal to axis 1."""
-    terms, (a1, a2, *_) = lines.terms, lines.axes
+    """Position and elevation of the tool's axis over the base's x-y plane."""
+    terms, (_, a2, *_) = lines.terms, lines.axes
     work = Work(terms)
     tool, axis = tool_origin(robot, terms), tool_axis(robot, terms)
     pitch = CosSin(*terms.cos_sin(PITCH))
     U, _ = _turned_to(work, lines, tool, POSITION)
     # The tool may point away from axis 1 or towards it.
     sign = work.sign()
-    outward = cross(terms, a2.h, a1.h)
-    wanted = combination(terms, (terms.let(sign * pitch.c), pitch.s), (outward, a1.h))
+    _, _, up = IDENTITY
+    outward = cross(terms, a2.h, up)
+    wanted = combination(terms, (terms.let(sign * pitch.c), pitch.s), (outward, up))
     found = sp1(terms, a2.h, axis, wanted)
     found = FoundTurn(found.turn, found.equation, sign)
     q234 = _sum(work, lines, found, "the pitch, with the tool pointing outward or inward")
     _arm(work, lines, tool, U, q234)
     _leave(work, lines, _ARM)
-    return position_pitch(robot, work, a1.h, pitch)
+    return position_pitch(robot, work, up, pitch)
 
 
 def _with_direction(robot: Robot, lines: Lines) -> Solved:
