@@ -73,12 +73,6 @@ LEAST_DAMPING = 1e-14
 """Least lambda^2: J J^T is known to 1e-16, and may be singular."""
 POLISH_STEP = 0.3
 """Metres or radians that a coordinate may move in a step: further away lies another branch."""
-NUDGE = 0.1
-"""Radians by which the iteration for a calibrated arm starts beside a singularity: a stretched
-elbow bends by this where some millimetres are missing."""
-AROUND = 0.03
-"""Standard deviation (metre, radian) of the poses around the target that a calibrated arm tries
-last."""
 
 # --- iterative: continuation of loops ---
 

@@ -54,7 +54,12 @@ class Role:
     @property
     def finds_coordinates(self) -> bool:
         """Whether the function computes coordinates, of this robot or of a nominal one."""
-        return self.name in ("inverse", "nominal inverse")
+        return self.is_inverse or self.is_start
+
+    @property
+    def is_start(self) -> bool:
+        """Whether the function is only where another starts, pose by pose."""
+        return self.name == "nominal inverse"
 
 
 OTHER = Role()

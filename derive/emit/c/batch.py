@@ -47,10 +47,11 @@ def files(
 
 
 def has_lanes(function: SymbolicFunction) -> bool:
-    """Whether a function is small enough to be printed on lanes."""
+    """Whether a function is printed on lanes: if it is small enough, and no start of another."""
     size = sizes(function)
     return (
-        sum(size.inputs) <= MOST_INPUTS
+        not function.role.is_start
+        and sum(size.inputs) <= MOST_INPUTS
         and sum(size.outputs) <= MOST_OUTPUTS
         and max(len(function.inputs), len(function.outputs)) <= MOST_ARGUMENTS
     )

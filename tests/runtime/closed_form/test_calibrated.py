@@ -12,7 +12,12 @@ import chasles
 from bench.cases.calibrated import displaced
 from chasles.derive import load, write
 from chasles.derive.emit.languages import EMITTERS
-from chasles.derive.inverse.serial_inverse import inverses
+from chasles.derive.inverse.chain_solution import pose_task
+from chasles.derive.inverse.classify import classify
+from chasles.derive.inverse.led import share_led
+from chasles.derive.inverse.nominal import nominal_of
+from chasles.derive.inverse.structure.lines import Lines, axes_of
+from chasles.derive.model.tolerances import LED
 from chasles.derive.terms.terms import Terms
 
 ERRORS = {"ur5e": 3e-3, "puma560": 1e-5, "irb6640": 1e-2, "panda": 1e-3}
@@ -130,16 +135,17 @@ def test_the_C_alone_agrees(case, tmp_path):
     ik = getattr(ctypes.CDLL(str(library)), f"{arm.name}_ik")
     slots = len(arm.labels["ik"])
     q, residual, margin = np.empty((slots, arm.n)), np.empty(slots), np.empty(slots)
+    same = 0
     for wanted in np.random.default_rng(5).uniform(-np.pi, np.pi, (50, arm.n)):
         T = np.ascontiguousarray(arm.fk(wanted))
         address = [array.ctypes.data_as(ctypes.c_void_p) for array in (T, q, residual, margin)]
         ik(*address)
         python = arm.ik(T)
-        # Plain C may meet other solutions near a singularity than vectors do.
-        assert abs((residual <= 1e-9).sum() - python.count) <= 2
-        assert ((np.abs(python.moves_from(wanted)).max(-1) < 1e-6) & python.valid).any()
+        same += (residual <= 1e-9).sum() == python.count
         for row in q[residual <= 1e-9]:
             assert np.abs(fk(row) - T).max() < TRUE
+    # Near a singularity plain C may meet another solution than vectors do.
+    assert same >= 48
 
 
 def test_what_is_said_and_offered(case):
@@ -152,8 +158,14 @@ def test_what_is_said_and_offered(case):
     assert "residual" not in casadi
 
 
-def test_a_far_structure_is_not_taken():
-    robot = displaced(load(ROBOTS / "puma560.toml"), 8e-2)
-    result = inverses(robot, Terms({p.symbol: p.value for p in robot.parameters}))
-    assert result.polished is None
-    assert result.general is not None
+def test_the_share_that_is_led_falls_with_the_deviation():
+    shares = []
+    for size in (1e-4, 8e-2):
+        robot = displaced(load(ROBOTS / "puma560.toml"), size)
+        classification = classify(robot, Terms({}))
+        lines, near = classification.lines, classification.near[0]
+        nominal = nominal_of(robot, lines, near)
+        task = pose_task(nominal, Lines(lines.terms, axes_of(nominal, lines.terms)), near)
+        shares.append(share_led(robot, lines, task.function, 0))
+    assert shares[0] > 0.97
+    assert shares[1] < LED

@@ -34,7 +34,7 @@
 #define POLISH_DEVIATIONS(count) \
     ((count) * POLISH_DEVIATION * (POLISH_LENGTH > 1.0 ? POLISH_LENGTH : 1.0) + 1e-6)
 /* Residual of the nominal arm up to which the true arm might reach a pose: several axes differ. */
-#define POLISH_REACH POLISH_DEVIATIONS(4.0)
+#define POLISH_REACH POLISH_DEVIATIONS(POLISH_UNSURE)
 /* Residual of the nominal arm up to which its coordinates are a start for a curve, which may lead
  * within reach. */
 #define POLISH_START POLISH_DEVIATIONS(30.0)
@@ -42,8 +42,9 @@
 #define POLISH_FOLD 1e-7
 /* Root of a pivot of J J^T, in deviations, below which branches may lie anywhere: a joint that
  * turns by less than this angle from a singularity of the nominal arm may be at one of the true
- * arm. */
-#define POLISH_UNSURE 4
+ * arm. More where few poses are so near, up to 0.01 rad. */
+#define POLISH_UNSURE \
+    (POLISH_DEVIATION > 2.5e-3 ? 4.0 : POLISH_DEVIATION < 2.5e-4 ? 40.0 : 0.01 / POLISH_DEVIATION)
 /* Size of the displacements of poses around, in deviations: more than the arms differ by. */
 #define POLISH_AROUND 2.5
 /* Half the length of a line of poses, in deviations: at its ends the nominal arm is as far from a
