@@ -64,7 +64,7 @@ class KinematicTree:
     def root_of(self, link: str) -> str:
         """The link above which there is none; the link itself where joints form a circle."""
         start = link
-        for _ in self.joints:
+        for _ in self.links:
             if link not in self.joint_to:
                 return link
             link = self.joint_to[link].parent

@@ -329,3 +329,9 @@ def test_a_missing_file_and_a_folder(tmp_path):
     for path in (tmp_path, tmp_path / "none.urdf"):
         with pytest.raises(DescriptionError, match="a readable file"):
             from_urdf(path)
+
+
+def test_the_last_link_of_a_bare_chain_can_be_named(path):
+    path.write_text(TWO_LINKS, encoding="utf-8")
+    assert from_urdf(path, tip="tool-0") == from_urdf(path)
+    assert from_urdf(path, tip="tool-0").base_frame == "base"
