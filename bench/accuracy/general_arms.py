@@ -94,7 +94,9 @@ class Judged:
         others = [len(self.everywhere(*one, random)) for one in zip(T, q, strict=True)]
         return int((own != others).sum())
 
-    def everywhere(self, T: np.ndarray, at: np.ndarray, random: np.random.Generator) -> list:
+    def everywhere(
+        self, T: np.ndarray, at: np.ndarray, random: np.random.Generator
+    ) -> list[np.ndarray]:
         """Solutions of a pose by Newton's iteration from random configurations."""
         n = len(at)
         free = [k for k in range(n) if not self.is_given(k)]
@@ -123,7 +125,7 @@ class Judged:
 
 def apart(q: np.ndarray, other: np.ndarray) -> np.ndarray:
     """The largest difference of a joint (rad), the shorter way round."""
-    return np.abs((q - other + np.pi) % (2 * np.pi) - np.pi).max(-1)
+    return np.asarray(np.abs((q - other + np.pi) % (2 * np.pi) - np.pi).max(-1))
 
 
 def errors(T: np.ndarray, A: np.ndarray) -> np.ndarray:

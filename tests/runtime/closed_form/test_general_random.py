@@ -11,7 +11,6 @@ from chasles.derive import write
 ARMS = {
     "skew": (11, "//////"),
     "two_parallel_wrist_offset": (12, "x=//x/"),
-    "meeting_pairs": (13, "x/x/x/"),
     "seven_with_meeting_axes": (16, "xx/x/x/"),
 }
 

@@ -1,5 +1,16 @@
 /* The equations of Raghavan and Roth for an arm of six revolute joints, as they are for one pose;
- * part of chasles, the same for every such robot. What the names mean is told in chasles_general.h.
+ * part of chasles, the same for every such robot.
+ *
+ * The loop of arm and tool, numbered from any joint in either sense, gives fourteen equations
+ * A y = B(s) x for the products y of the cosines and sines of two joints (the pair), and
+ * x = (1, cos, sin) of joint v times (1, cos, sin) of joint w; s is the angle of one more joint,
+ * the suppressed one. The pose may be in any of the placements. Six combinations of rows are free
+ * of y. With the half angle of v they are twelve equations M(s) u = 0 in as many unknowns, and det
+ * M is a trigonometric polynomial of degree 8 in s. It is sampled (chasles_general_determinant.h);
+ * its real roots are isolated (chasles_general_roots.h), and give the other joints
+ * (chasles_general_back.h). Newton's steps on the pose end it (chasles_general_newton.h). One such
+ * order of the joints is a split; where it fails, others and poses nearby are tried
+ * (chasles_general_solutions.h). No allocation, no state, libm alone.
  */
 #ifndef CHASLES_GENERAL_EQUATIONS_H
 #define CHASLES_GENERAL_EQUATIONS_H
@@ -10,8 +21,7 @@
 
 #include "chasles_general_tolerances.h"
 
-/* Quantities of a line: p, l, p.p, p.l, p x l, (p.p) l - 2 (p.l) p, and the 1. */
-#define CHASLES_QUANTITIES 15
+/* The quantities of a line are fifteen: p, l, p.p, p.l, p x l, (p.p) l - 2 (p.l) p, and the 1. */
 #define CHASLES_EQUATIONS 14
 #define CHASLES_MOST_JOINTS 7
 #define CHASLES_SPLITS 4

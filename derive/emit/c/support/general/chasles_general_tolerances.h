@@ -23,7 +23,7 @@
 #define CHASLES_PIVOT_FLOOR 1e-30
 /* Part of the determinant's greatest coefficient that its errors may be: six digits remain. */
 #define CHASLES_NOISE 1e-6
-/* The determinant, of entries of order 1, where it vanishes for every angle but for rounding. */
+/* The determinant, of entries of order 1, where it may vanish for every angle but for rounding. */
 #define CHASLES_VANISHED 1e-15
 /* Ratio to errors of the polynomial, below which a part of it is computed anew: five digits. */
 #define CHASLES_BLURRED 1e5
