@@ -271,7 +271,7 @@ void board_installer_constraint_D_z_dot(const double z[16], const double zd[16],
 
 /* Every solution of the inverse kinematics, in 8 slots.
  * fk(q[k]) = T wherever residual[k] is rounding
- * 666 operations: multiply 234, add 336, negate 19, trig 12, other 65.
+ * 716 operations: multiply 255, add 348, negate 22, trig 12, other 79.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: joint coordinates, one solution a row, 8 x 6 (rad or m)
  *   residual: distance of fk(q[k]) from the target, 8 (m or rad)

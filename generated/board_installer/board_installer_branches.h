@@ -18,7 +18,7 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
-// One branch of ik: 234 operations: multiply 112, add 94, negate 4, trig 4, other 20
+// One branch of ik: 250 operations: multiply 119, add 98, negate 5, trig 4, other 24
 LANES_INLINE void LANES_NAME(board_installer_ik_branch)(
     const double *T, const double (*choice)[8], int b, lanes *out)
 {
@@ -27,91 +27,95 @@ LANES_INLINE void LANES_NAME(board_installer_ik_branch)(
       T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
       T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
-      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = T_4 * T_4, v2 = 1e-150 - T_0,
-      v3 = 0.28 * T_4, v4 = 0.28 * T_0, v5 = 0.28 * T_8;
-  const lanes_where v6 = LANES_LT(0.0, choice_2);
-  const lanes v7 = T_8 * T_8, v8 = v2 * v2, v9 = T_7 - v3, v10 = T_3 - v4, v11 = T_11 - v5,
-      v12 = v1 + v8, v13 = 0.3 + v11;
-  LANES_LET1(v14, rsqrt, v12);
-  const lanes v15 = v13 - 0.54, v16 = T_4 * v14, v17 = v2 * v14, v18 = -4.0 * v15,
-      v19 = choice_0 * v16, v20 = choice_0 * v17, v21 = -4.0 - v18, v22 = 0.12 * v19,
-      v23 = 0.12 * v20, v24 = v21 * v21, v25 = 0.3125 * v21;
-  const lanes_where v26 = LANES_LT(v21, 0.0);
-  const lanes v27 = T_0 * v20, v28 = T_4 * v19, v29 = T_2 * v19, v30 = T_6 * v20, v31 = T_6 * v19,
-      v32 = T_2 * v20, v33 = v22 + v9, v34 = v10 - v23, v35 = 10.24 - v24,
-      v36 = LANES_CHOICE(v26, -1.0, 1.0), v37 = v27 - v28, v38 = v29 + v30, v39 = v31 - v32,
-      v40 = v33 * v33, v41 = 1e-150 + v34;
-  const lanes_where v42 = LANES_LT(4.096e-14, v35); LANES_LET1(v43, sqrt, v35);
-  const lanes v44 = v37 * v37, v45 = v38 * v38, v46 = 0.09765625 * v35, v47 = v41 * v41,
-      v48 = v41 * choice_1, v49 = 0.3125 * v43, v50 = LANES_CHOICE(v42, v25, v36), v51 = v7 + v44;
-  out[7] = v46;
-  const lanes v52 = v40 + v47, v54 = LANES_CHOICE(v42, v49, 0.0);
-  LANES_LET1(v55, rsqrt, v51);
-  const lanes v56 = 0.16 * v50, v57 = 0.8 * v50;
-  LANES_LET1(v58, rsqrt, v52);
-  const lanes v59 = choice_2 * v54, v60 = -v54, v61 = v37 * v55, v62 = T_8 * v55, v64 = 0.2 + v56,
-      v65 = 1.0 + v57, v66 = v33 * v58, v67 = v41 * v58, v69 = T_10 * v61, v70 = v62 * v39,
-      v71 = 0.8 * v59, v72 = 0.15 * v61, v73 = 0.15 * v62, v74 = 0.16 * v59, v75 = v64 * v64,
-      v76 = choice_1 * v67, v77 = choice_1 * v66, v79 = v69 + v70, v80 = 0.12 - v72,
-      v81 = 0.20784609690826528 + v73, v83 = v20 * v77, v84 = v19 * v76, v85 = v20 * v76,
-      v86 = v19 * v77, v87 = v79 * v79, v89 = v34 * v76, v90 = v33 * v77, v91 = v80 * v80,
-      v92 = v81 * v81, v93 = v83 + v84, v94 = v85 - v86, v95 = v45 + v87, v96 = v89 + v90,
-      v97 = v91 + v92;
-  LANES_LET1(v100, rsqrt, v95);
-  const lanes v101 = 0.1 + v96;
-  LANES_LET1(v102, sqrt, v97);
-  const lanes v103 = v76 * v94, v104 = v77 * v93, v105 = v77 * v94, v106 = v76 * v93,
-      v107 = v38 * v100, v108 = v79 * v100, v109 = v101 + 0.8, v111 = v102 - 0.21,
-      v112 = v103 + v104, v113 = v105 - v106, v114 = v109 + v71;
-  out[4] = v111;
-  const lanes v115 = v111 * v111, v116 = 0.42 * v111, v117 = v108 * v113, v118 = v107 * v113,
-      v119 = v108 * v112, v120 = v107 * v112, v121 = v114 - 1.2, v122 = v115 + 0.0576,
-      v123 = 0.25 * v121, v124 = 1.25 * v121, v125 = v122 + 0.0225, v126 = -v123,
-      v127 = -0.2 - v123, v128 = 1.2 + v124, v129 = v125 + v116;
-  out[1] = v126;
-  const lanes v130 = v128 - 0.8, v131 = v129 - 0.036, v132 = v130 - v71, v133 = 0.2 * v130,
-      v134 = 0.5 * v131, v135 = 0.1521 - v131, v136 = v131 - 0.0081, v137 = v133 - v74,
-      v138 = 0.0288 + v134, v139 = v135 * v136, v140 = v137 * v137, v141 = v138 - 0.01125;
-  LANES_LET1(v142, sqrt, v139);
-  const lanes v143 = v140 + v75, v144 = 2.0833333333333335 * v141, v145 = 1.8042195912175805 * v142,
-      v146 = 1.0416666666666667 * v142, v147 = 3.608439182435161 * v141, v148 = 0.1936 - v143,
-      v149 = v143 - 0.0016, v150 = v144 - v145, v151 = v146 + v147, v152 = v148 * v149,
-      v153 = v150 - 0.12, v154 = 0.20784609690826528 - v151, v155 = 108.50694444444444 * v152,
-      v156 = 1.8666666666666667 * v153, v157 = 1.8666666666666667 * v154,
-      v158 = 6.666666666666666 * v153, v159 = 6.666666666666666 * v154;
-  const lanes_where v160 = LANES_LE(0.0, v155);
-  const lanes v161 = 0.12 - v156, v162 = v157 + 0.3, v163 = v158 * v112, v164 = v159 * v112,
-      v165 = v158 * v113, v166 = v159 * v113, v167 = T_8 + v159, v168 = v107 * v158,
-      v169 = v108 * v158, v170 = LANES_CHOICE(v160, 0.0, -1.0), v171 = v94 * v161,
-      v172 = v93 * v161, v173 = T_0 + v163, v174 = v107 * v164, v175 = v108 * v164,
-      v176 = T_4 + v165, v177 = v107 * v166, v178 = v108 * v166, v179 = v167 * v167,
-      v180 = v168 - T_9, v181 = T_10 + v169;
-  LANES_LET1(v182, sqrt, v170);
-  const lanes v183 = v77 * v172, v184 = v76 * v172, v185 = v173 * v173, v186 = v117 + v174,
-      v187 = v175 - v118, v188 = v176 * v176, v189 = v119 - v177, v190 = v178 + v120,
-      v191 = v180 * v180, v192 = v181 * v181, v193 = v132 + v182, v194 = v65 + v182,
-      v195 = T_1 + v186, v196 = v187 - T_2, v197 = v189 - T_5, v198 = v190 - T_6, v199 = v193 + 0.1,
-      v200 = v194 - v162, v201 = v195 * v195, v202 = v196 * v196, v203 = v197 * v197,
-      v204 = v198 * v198, v205 = v199 + v171, v206 = v200 + 0.54, v207 = v185 + v201,
-      v208 = v127 + v205, v209 = v206 - T_11, v210 = v207 + v202, v211 = v76 * v208,
-      v212 = v77 * v208, v213 = v209 * v209, v214 = v210 + v188, v215 = v211 + v183,
-      v216 = v212 - v184, v217 = v214 + v203, v218 = v215 - T_3, v219 = v216 - T_7,
-      v220 = v217 + v204, v221 = v218 * v218, v222 = v219 * v219, v223 = v220 + v179,
-      v224 = v221 + v222, v225 = v223 + v191, v226 = v224 + v213, v227 = v225 + v192,
-      v228 = 0.5 * v227, v229 = v226 + v228, v230 = v226 - v228;
-  LANES_LET1(v231, fabs, v230);
-  const lanes v232 = v229 + v231, v233 = 0.5 * v232;
-  LANES_LET1(v234, sqrt, v233); out[6] = v234;
-  lanes v53, v68; LANES_NAME(lanes_two_atan2)(&v33, &v48, &v50, &v60, &v53, &v68);
-  lanes v88, v99; LANES_NAME(lanes_two_atan2)(&v38, &v79, &v93, &v94, &v88, &v99);
-  const lanes v63 = choice_1 * v53;
-  out[0] = v63; LANES_LET2(v78, supplement, v68, v50);
-  const lanes v82 = LANES_CHOICE(v6, v68, v78);
-  out[2] = v82;
-  const lanes v98 = -v88;
-  out[5] = v98;
-  const lanes v110 = -v99;
-  out[3] = v110;
+      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 0.28 * T_4, v2 = T_0 * T_0,
+      v3 = T_4 * T_4, v4 = 1e-150 - T_0, v5 = 0.28 * T_0, v6 = 0.28 * T_8;
+  const lanes_where v7 = LANES_LT(0.0, choice_2);
+  const lanes v8 = T_8 * T_8, v9 = T_7 - v1, v10 = v2 + v3, v11 = v4 * v4, v12 = T_3 - v5,
+      v13 = T_11 - v6;
+  const lanes_where v14 = LANES_LT(2.5e-19, v10);
+  const lanes v15 = v3 + v11, v16 = 0.12 * v9, v17 = 0.12 * v12, v18 = 0.3 + v13;
+  LANES_LET1(v19, rsqrt, v15);
+  const lanes v20 = v16 * v16, v21 = 1e-150 - v17, v22 = v18 - 0.54, v23 = T_4 * v19,
+      v24 = v21 * v21, v25 = v4 * v19, v26 = -4.0 * v22, v27 = choice_0 * v23, v28 = v20 + v24,
+      v29 = choice_0 * v25, v30 = -4.0 - v26, v31 = -v27;
+  LANES_LET1(v32, rsqrt, v28);
+  const lanes v33 = v30 * v30, v34 = 0.3125 * v30;
+  const lanes_where v35 = LANES_LT(v30, 0.0);
+  const lanes v36 = v16 * v32, v37 = v21 * v32, v38 = 10.24 - v33,
+      v39 = LANES_CHOICE(v35, -1.0, 1.0), v40 = -v36, v41 = LANES_CHOICE(v14, v29, v37);
+  const lanes_where v42 = LANES_LT(4.096e-14, v38); LANES_LET1(v43, sqrt, v38);
+  const lanes v44 = 0.09765625 * v38, v45 = LANES_CHOICE(v14, v31, v40), v46 = 0.12 * v41,
+      v47 = 0.3125 * v43, v48 = LANES_CHOICE(v42, v34, v39), v49 = T_0 * v41, v50 = T_6 * v41,
+      v51 = T_2 * v41;
+  out[7] = v44;
+  const lanes v52 = 0.12 * v45, v53 = v12 - v46, v54 = LANES_CHOICE(v42, v47, 0.0), v55 = T_4 * v45,
+      v56 = T_2 * v45, v57 = T_6 * v45, v58 = 0.16 * v48, v59 = 0.8 * v48, v60 = v9 - v52,
+      v61 = 1e-150 + v53, v62 = choice_2 * v54, v63 = -v54, v64 = v49 + v55, v65 = v56 - v50,
+      v66 = v51 + v57, v67 = 0.2 + v58, v68 = 1.0 + v59, v69 = v60 * v60, v70 = v61 * v61,
+      v71 = v61 * choice_1, v73 = 1e-150 + v64, v74 = v65 * v65, v75 = 0.8 * v62, v76 = 0.16 * v62,
+      v77 = v67 * v67, v78 = v69 + v70, v81 = v73 * v73;
+  LANES_LET1(v82, rsqrt, v78);
+  const lanes v84 = v8 + v81, v86 = v60 * v82, v87 = v61 * v82;
+  LANES_LET1(v88, rsqrt, v84);
+  const lanes v89 = choice_1 * v87, v90 = choice_1 * v86, v91 = v73 * v88, v92 = T_8 * v88,
+      v93 = v45 * v89, v94 = v41 * v90, v95 = v41 * v89, v96 = v45 * v90, v97 = v92 * v66,
+      v98 = T_10 * v91, v99 = v53 * v89, v100 = v60 * v90, v101 = 0.15 * v91, v102 = 0.15 * v92,
+      v103 = v93 - v94, v104 = v95 + v96, v105 = v97 - v98, v106 = v99 + v100, v107 = 0.12 - v101,
+      v108 = 0.20784609690826528 + v102, v110 = v105 * v105, v111 = -v105, v112 = 0.1 + v106,
+      v113 = v107 * v107, v114 = v108 * v108, v115 = v89 * v104, v116 = v90 * v103,
+      v117 = v89 * v103, v118 = v90 * v104, v119 = v74 + v110, v121 = v112 + 0.8,
+      v122 = v113 + v114, v123 = v115 - v116, v124 = v117 + v118;
+  LANES_LET1(v125, rsqrt, v119);
+  const lanes v126 = v121 + v75;
+  LANES_LET1(v127, sqrt, v122);
+  const lanes v128 = v65 * v125, v129 = v105 * v125, v130 = v126 - 1.2, v131 = v127 - 0.21,
+      v132 = 0.25 * v130;
+  out[4] = v131;
+  const lanes v133 = 1.25 * v130, v134 = v131 * v131, v135 = 0.42 * v131, v136 = v129 * v124,
+      v137 = v128 * v124, v138 = v129 * v123, v139 = v128 * v123, v140 = -v132, v141 = -0.2 - v132,
+      v142 = 1.2 + v133, v143 = v134 + 0.0576;
+  out[1] = v140;
+  const lanes v144 = v142 - 0.8, v145 = v143 + 0.0225, v146 = v144 - v75, v147 = 0.2 * v144,
+      v148 = v145 + v135, v149 = v147 - v76, v150 = v148 - 0.036, v151 = v149 * v149,
+      v152 = 0.5 * v150, v153 = 0.1521 - v150, v154 = v150 - 0.0081, v155 = v151 + v77,
+      v156 = 0.0288 + v152, v157 = v153 * v154, v158 = 0.1936 - v155, v159 = v155 - 0.0016,
+      v160 = v156 - 0.01125;
+  LANES_LET1(v161, sqrt, v157);
+  const lanes v162 = v158 * v159, v163 = 2.0833333333333335 * v160,
+      v164 = 1.8042195912175805 * v161, v165 = 1.0416666666666667 * v161,
+      v166 = 3.608439182435161 * v160, v167 = 108.50694444444444 * v162, v168 = v163 - v164,
+      v169 = v165 + v166;
+  const lanes_where v170 = LANES_LE(0.0, v167);
+  const lanes v171 = v168 - 0.12, v172 = 0.20784609690826528 - v169,
+      v173 = LANES_CHOICE(v170, 0.0, -1.0), v174 = 1.8666666666666667 * v171,
+      v175 = 1.8666666666666667 * v172, v176 = 6.666666666666666 * v171,
+      v177 = 6.666666666666666 * v172;
+  LANES_LET1(v178, sqrt, v173);
+  const lanes v179 = 0.12 - v174, v180 = v175 + 0.3, v181 = v176 * v123, v182 = v177 * v123,
+      v183 = v176 * v124, v184 = v177 * v124, v185 = T_8 + v177, v186 = v128 * v176,
+      v187 = v129 * v176, v188 = v146 + v178, v189 = v104 * v179, v190 = v103 * v179,
+      v191 = v68 + v178, v192 = T_0 + v181, v193 = v128 * v182, v194 = v129 * v182,
+      v195 = T_4 + v183, v196 = v128 * v184, v197 = v129 * v184, v198 = v185 * v185,
+      v199 = T_9 + v186, v200 = v187 - T_10, v201 = v188 + 0.1, v202 = v90 * v190,
+      v203 = v89 * v190, v204 = v191 - v180, v205 = v192 * v192, v206 = v136 + v193,
+      v207 = v137 - v194, v208 = v195 * v195, v209 = v196 - v138, v210 = v197 + v139,
+      v211 = v199 * v199, v212 = v200 * v200, v213 = v201 + v189, v214 = v204 + 0.54,
+      v215 = v206 - T_1, v216 = v207 - T_2, v217 = v209 - T_5, v218 = T_6 + v210,
+      v219 = v141 + v213, v220 = v214 - T_11, v221 = v215 * v215, v222 = v216 * v216,
+      v223 = v217 * v217, v224 = v218 * v218, v225 = v89 * v219, v226 = v90 * v219,
+      v227 = v220 * v220, v228 = v205 + v221, v229 = v225 - v202, v230 = v203 + v226,
+      v231 = v228 + v222, v232 = v229 - T_3, v233 = v230 - T_7, v234 = v231 + v208,
+      v235 = v232 * v232, v236 = v233 * v233, v237 = v234 + v223, v238 = v235 + v236,
+      v239 = v237 + v224, v240 = v238 + v227, v241 = v239 + v198, v242 = v241 + v211,
+      v243 = v242 + v212, v244 = 0.5 * v243, v245 = v240 + v244, v246 = v240 - v244;
+  LANES_LET1(v247, fabs, v246);
+  const lanes v248 = v245 + v247, v249 = 0.5 * v248;
+  LANES_LET1(v250, sqrt, v249); out[6] = v250;
+  lanes v72, v79; LANES_NAME(lanes_two_atan2)(&v48, &v63, &v60, &v71, &v72, &v79);
+  lanes v109, v120; LANES_NAME(lanes_two_atan2)(&v103, &v104, &v65, &v111, &v109, &v120);
+  LANES_LET2(v80, supplement, v72, v48);
+  const lanes v83 = LANES_CHOICE(v7, v72, v80), v85 = choice_1 * v79;
+  out[0] = v85; out[2] = v83; out[3] = v109; out[5] = v120;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(board_installer_ik_branches)(const double *T, double *q, double *residual, double *margin)

@@ -205,10 +205,10 @@ static int chasles_general_starts(const chasles_general_six *six,
     chasles_general_eliminate(six, split, T, &system);
     chasles_general_interpolated(&system, &series);
     *sure = 0;
-    if (!(series.most > CHASLES_VANISHED && series.noise < CHASLES_NOISE * series.most))
+    if (!(series.noise < CHASLES_NOISE * series.most))
         return 0;
     chasles_general_real(&system, &series, &roots);
-    *sure = !roots.unresolved;
+    *sure = !roots.unresolved && series.most > CHASLES_VANISHED;
     int real = 0;
     for (int k = 0; k < roots.count; k++) {
         int near = 0, before = 0;

@@ -1,6 +1,16 @@
-/* The equations of Raghavan and Roth for an arm of six revolute joints, as the eigenvalues of a
- * matrix; part of chasles, the same for every such robot. What the names mean is told in
- * chasles_general.h.
+/* The equations of Raghavan and Roth for an arm of six revolute joints, as they are for one pose;
+ * part of chasles, the same for every such robot.
+ *
+ * The loop of arm and tool, numbered from any joint in either sense, gives fourteen equations
+ * A y = B(s) x for the products y of the cosines and sines of two joints (the pair), and
+ * x = (1, cos, sin) of joint v times (1, cos, sin) of joint w; s is the angle of one more joint,
+ * the suppressed one. The pose may be in any of the placements. Six combinations of rows are free
+ * of y. With the half angle of v they are twelve equations M(s) u = 0 in as many unknowns, and det
+ * M is a trigonometric polynomial of degree 8 in s. It is sampled (chasles_general_determinant.h);
+ * its real roots are isolated (chasles_general_roots.h), and give the other joints
+ * (chasles_general_back.h). Newton's steps on the pose end it (chasles_general_newton.h). One such
+ * order of the joints is a split; where it fails, others and poses nearby are tried
+ * (chasles_general_solutions.h). No allocation, no state, libm alone.
  */
 #ifndef CHASLES_GENERAL_EQUATIONS_H
 #define CHASLES_GENERAL_EQUATIONS_H
@@ -9,35 +19,52 @@
 #include <math.h>
 #include <string.h>
 
-#include "chasles_eigenvalues.h"
 #include "chasles_general_tolerances.h"
 
-#define CHASLES_ROOTS 16
+/* The quantities of a line are fifteen: p, l, p.p, p.l, p x l, (p.p) l - 2 (p.l) p, and the 1. */
+#define CHASLES_EQUATIONS 14
+#define CHASLES_MOST_JOINTS 7
+#define CHASLES_SPLITS 4
+/* Newton's steps at most. */
+#define CHASLES_STEPS 20
+/* rad: the half angle is counted from here, where no arm's right angles are. */
+#define CHASLES_HALF_FROM 0.61
 
-/* What an arm is, besides its pose and Jacobian. Local angles are sign * q. */
+/* The order of the joints in the equations. */
 typedef struct {
-    /* left[14][9]: the columns of 1 and of the eight products y. */
-    void (*left)(const double *T, double *left);
+    int joint[6]; /* index among the six: the pair, suppressed, two more, the last */
+    int sense;    /* 1 along the arm, -1 against it */
+    int halved;   /* the joint of the half angle: 0 the first of the two more, 1 the second */
+} chasles_general_split;
+
+/* What an arm is. Six of its joints are solved for; where there is one more, it is given. */
+typedef struct {
+    /* fk and its Jacobian, mixed: the robot's own. */
     void (*pose_jacobian)(const double *q, double *T, double *J);
-    int joint[6]; /* index in q: the pair, suppressed, v, w, and the joint that is left */
-    double sign[6];
-    double length;          /* m, the arm's size: weighs metres against radians */
-    double right[3][14][9]; /* B: of 1, cos s, sin s */
-    double own[12][12];     /* unknowns (alpha, beta, gamma) to u as they meet 1 / (1 - i t) */
-    double back[12][12];    /* inverse of the same as they meet t: the negative is taken here */
+    int joints;
+    int given;                             /* index of the joint that is given, or -1 */
+    double direction[CHASLES_MOST_JOINTS]; /* angle of a joint about z at a coordinate of 1 */
+    double length;                         /* m, the arm's size: weighs metres against radians */
+    double placed[CHASLES_MOST_JOINTS + 1][12]; /* (3, 4) before, between and behind the joints */
+    int splits;
+    chasles_general_split split[CHASLES_SPLITS]; /* the best first */
 } chasles_general_arm;
 
+/* The six joints that are solved for, at the value of the other; lengths in parts of the arm's. */
 typedef struct {
-    double factor[14][8]; /* the triangle of A */
-    double head[3][8][9]; /* the rows of B that go with it */
-    double M[3][12][12];
-} chasles_general_system;
+    const chasles_general_arm *arm;
+    double value; /* rad, of the joint that is given */
+    double placed[7][12];
+} chasles_general_six;
 
+/* The equations of a split at a pose. */
 typedef struct {
-    double q[6];
-    double imaginary; /* of s; 0 for a real root */
-    double along;     /* s */
-} chasles_general_start;
+    double loop[6][12];      /* C_1 ... C_6 */
+    double factor[8][8];     /* the triangle of A */
+    double head[3][8][9];    /* the rows of B that go with it */
+    double rest[3][6][9];    /* the rows without y: of 1, cos and sin of the suppressed angle */
+    double form[3][3][6][3]; /* the same for the half angle: by 1, cos, sin; by A, B, C */
+} chasles_general_system;
 
 static double chasles_general_wrapped(double angle)
 {
@@ -46,290 +73,229 @@ static double chasles_general_wrapped(double angle)
     return wrapped <= -0.5 * turn ? 0.5 * turn : wrapped;
 }
 
-/* The six equations without y, doubled, and the eight that give y. */
-static void chasles_general_eliminate(const chasles_general_arm *arm, const double *T,
-                                      chasles_general_system *system)
+static void chasles_general_product(const double *a, const double *b, double *c)
 {
-    double left[14 * 9], S[14][36];
-    arm->left(T, left);
-    for (int i = 0; i < 14; i++) {
-        for (int k = 0; k < 8; k++)
-            S[i][k] = left[9 * i + 1 + k];
-        for (int m = 0; m < 3; m++) {
-            for (int k = 0; k < 9; k++)
-                S[i][8 + 9 * m + k] = arm->right[m][i][k];
+    for (int i = 0; i < 3; i++) {
+        for (int k = 0; k < 4; k++) {
+            c[4 * i + k] = a[4 * i] * b[k] + a[4 * i + 1] * b[4 + k] + a[4 * i + 2] * b[8 + k];
         }
-        S[i][8] -= left[9 * i];
+        c[4 * i + 3] += a[4 * i + 3];
+    }
+}
+
+static void chasles_general_inverse(const double *a, double *b)
+{
+    for (int i = 0; i < 3; i++) {
+        b[4 * i + 3] = 0.0;
+        for (int k = 0; k < 3; k++) {
+            b[4 * i + k] = a[4 * k + i];
+            b[4 * i + 3] -= a[4 * k + i] * a[4 * k + 3];
+        }
+    }
+}
+
+/* The arm with its seventh joint, if it has one, at a value. */
+static void chasles_general_set(const chasles_general_arm *arm, double value,
+                                chasles_general_six *six)
+{
+    six->arm = arm;
+    six->value = value;
+    for (int k = 0; k < 7; k++) {
+        const int from = arm->given >= 0 && k > arm->given ? k + 1 : k;
+        memcpy(six->placed[k], arm->placed[from], sizeof six->placed[k]);
+    }
+    if (arm->given >= 0) {
+        const double angle = arm->direction[arm->given] * value, c = cos(angle), s = sin(angle);
+        const double turn[12] = {c, -s, 0.0, 0.0, s, c, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0};
+        double turned[12];
+        chasles_general_product(arm->placed[arm->given], turn, turned);
+        chasles_general_product(turned, arm->placed[arm->given + 1], six->placed[arm->given]);
+    }
+    for (int k = 0; k < 7; k++) {
+        for (int i = 0; i < 3; i++)
+            six->placed[k][4 * i + 3] /= arm->length;
+    }
+}
+
+static double chasles_general_direction(const chasles_general_arm *arm, int k)
+{
+    return arm->direction[arm->given >= 0 && k >= arm->given ? k + 1 : k];
+}
+
+/* The placements C_1 ... C_6 of the loop of arm and tool, in the order of the split. */
+static void chasles_general_loop(const chasles_general_six *six, const chasles_general_split *split,
+                                 const double *T, double (*C)[12])
+{
+    double pose[12], back[12], closing[12];
+    memcpy(pose, T, sizeof pose);
+    for (int i = 0; i < 3; i++)
+        pose[4 * i + 3] /= six->arm->length;
+    chasles_general_inverse(pose, back);
+    chasles_general_product(six->placed[6], back, pose);
+    chasles_general_product(pose, six->placed[0], closing);
+    for (int i = 0; i < 6; i++) {
+        const int k = split->joint[i];
+        if (split->sense > 0) {
+            memcpy(C[i], k < 5 ? six->placed[k + 1] : closing, sizeof C[i]);
+        } else {
+            chasles_general_inverse(k > 0 ? six->placed[k] : closing, C[i]);
+        }
+    }
+}
+
+/* The quantities of the z axis of a frame. */
+static void chasles_general_line(const double *C, double *x)
+{
+    const double p[3] = {C[3], C[7], C[11]}, l[3] = {C[2], C[6], C[10]};
+    const double pp = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
+    const double pl = p[0] * l[0] + p[1] * l[1] + p[2] * l[2];
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        x[i] = p[i], x[3 + i] = l[i];
+        x[8 + i] = p[j] * l[k] - p[k] * l[j];
+        x[11 + i] = pp * l[i] - 2.0 * pl * p[i];
+    }
+    x[6] = pp, x[7] = pl, x[14] = 1.0;
+}
+
+/* The quantities of a line that is moved: they are linear in those before. */
+static void chasles_general_moved(const double *C, const double *x, double *y)
+{
+    const double d[3] = {C[3], C[7], C[11]};
+    double p[3], l[3], m[3], w[3], hp = 0.0, hl = 0.0, dd = 0.0;
+    for (int i = 0; i < 3; i++) {
+        const double *r = C + 4 * i;
+        p[i] = r[0] * x[0] + r[1] * x[1] + r[2] * x[2];
+        l[i] = r[0] * x[3] + r[1] * x[4] + r[2] * x[5];
+        m[i] = r[0] * x[8] + r[1] * x[9] + r[2] * x[10];
+        w[i] = r[0] * x[11] + r[1] * x[12] + r[2] * x[13];
+        hp += d[i] * p[i], hl += d[i] * l[i], dd += d[i] * d[i];
+    }
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        y[i] = p[i] + d[i] * x[14];
+        y[3 + i] = l[i];
+        y[8 + i] = m[i] + (d[j] * l[k] - d[k] * l[j]);
+        y[11 + i] = w[i] - 2.0 * (d[j] * m[k] - d[k] * m[j]) + dd * l[i] - 2.0 * (hl + x[7]) * d[i];
+    }
+    y[6] = x[6] + 2.0 * hp + dd * x[14];
+    y[7] = x[7] + hl;
+    y[14] = x[14];
+}
+
+/* The parts of 1, cos and sin of a line's quantities turned by sign * angle about z. */
+static void chasles_general_turned(const double *x, double sign, double (*parts)[15])
+{
+    static const int vectors[4] = {0, 3, 8, 11};
+    memset(parts, 0, 3 * sizeof *parts);
+    for (int b = 0; b < 4; b++) {
+        const int k = vectors[b];
+        parts[0][k + 2] = x[k + 2];
+        parts[1][k] = x[k], parts[1][k + 1] = x[k + 1];
+        parts[2][k] = -sign * x[k + 1], parts[2][k + 1] = sign * x[k];
+    }
+    parts[0][6] = x[6], parts[0][7] = x[7], parts[0][14] = x[14];
+}
+
+/* The fourteen equations: the columns of y, then those of B, with what is free of y in its first.
+ */
+static void chasles_general_rows(const double (*C)[12], double (*S)[36])
+{
+    double inverse[12], x[15], y[15], one[3][15], two[3][15], three[3][15];
+    double first[12], second[12];
+    chasles_general_inverse(C[5], inverse);
+    chasles_general_line(inverse, x);
+    chasles_general_turned(x, -1.0, one);
+    chasles_general_inverse(C[0], first);
+    chasles_general_inverse(C[1], second);
+    double left[9][15];
+    for (int a = 0; a < 3; a++) {
+        chasles_general_moved(first, one[a], y);
+        chasles_general_turned(y, -1.0, two);
+        for (int b = 0; b < 3; b++)
+            chasles_general_moved(second, two[b], left[3 * a + b]);
+    }
+    for (int i = 0; i < CHASLES_EQUATIONS; i++) {
+        for (int k = 0; k < 8; k++)
+            S[i][k] = left[1 + k][i];
+    }
+    chasles_general_line(C[4], x);
+    chasles_general_turned(x, 1.0, one);
+    for (int b = 0; b < 3; b++) {
+        chasles_general_moved(C[3], one[b], y);
+        chasles_general_turned(y, 1.0, two);
+        for (int a = 0; a < 3; a++) {
+            chasles_general_moved(C[2], two[a], y);
+            chasles_general_turned(y, 1.0, three);
+            for (int m = 0; m < 3; m++) {
+                for (int i = 0; i < CHASLES_EQUATIONS; i++)
+                    S[i][8 + 9 * m + 3 * a + b] = three[m][i];
+            }
+        }
+    }
+    for (int i = 0; i < CHASLES_EQUATIONS; i++) {
+        S[i][8] -= left[0][i];
         S[i][35] = 0.0;
     }
-    /* Householder's reflections of the columns of y. */
+}
+
+/* Householder's reflections of the columns of y. */
+static void chasles_general_reflect(double (*S)[36])
+{
     for (int j = 0; j < 8; j++) {
-        double norm = 0.0, h[14], sum[36] = {0.0};
-        for (int i = j; i < 14; i++)
+        double norm = 0.0, h[CHASLES_EQUATIONS], sum[36] = {0.0};
+        for (int i = j; i < CHASLES_EQUATIONS; i++)
             norm += S[i][j] * S[i][j];
         norm = copysign(sqrt(norm), S[j][j]);
         const double scale = norm * (norm + S[j][j]);
         if (scale == 0.0)
             continue;
-        for (int i = j; i < 14; i++)
+        for (int i = j; i < CHASLES_EQUATIONS; i++)
             h[i] = S[i][j];
         h[j] += norm;
-        for (int i = j; i < 14; i++) {
+        for (int i = j; i < CHASLES_EQUATIONS; i++) {
             for (int k = 0; k < 36; k++)
                 sum[k] += h[i] * S[i][k];
         }
         for (int k = 0; k < 36; k++)
             sum[k] /= scale;
-        for (int i = j; i < 14; i++) {
+        for (int i = j; i < CHASLES_EQUATIONS; i++) {
             for (int k = 0; k < 36; k++)
                 S[i][k] -= h[i] * sum[k];
         }
     }
+}
+
+/* The six equations without y and the eight that give y. */
+static void chasles_general_eliminate(const chasles_general_six *six,
+                                      const chasles_general_split *split, const double *T,
+                                      chasles_general_system *system)
+{
+    const double c0 = cos(CHASLES_HALF_FROM), s0 = sin(CHASLES_HALF_FROM);
+    double S[CHASLES_EQUATIONS][36];
+    chasles_general_loop(six, split, T, system->loop);
+    chasles_general_rows((const double(*)[12])system->loop, S);
+    chasles_general_reflect(S);
     for (int i = 0; i < 8; i++) {
-        for (int k = 0; k < 8; k++)
-            system->factor[i][k] = S[i][k];
-        for (int m = 0; m < 3; m++) {
-            for (int k = 0; k < 9; k++)
-                system->head[m][i][k] = S[i][8 + 9 * m + k];
-        }
+        memcpy(system->factor[i], S[i], sizeof system->factor[i]);
+        for (int m = 0; m < 3; m++)
+            memcpy(system->head[m][i], S[i] + 8 + 9 * m, sizeof system->head[m][i]);
     }
+    const int along = split->halved ? 1 : 3, across = split->halved ? 3 : 1;
     for (int m = 0; m < 3; m++) {
         for (int i = 0; i < 6; i++) {
-            double *even = system->M[m][i], *odd = system->M[m][6 + i];
             const double *row = S[8 + i] + 8 + 9 * m;
+            memcpy(system->rest[m][i], row, sizeof system->rest[m][i]);
             for (int k = 0; k < 3; k++) {
-                const double one = row[k], c = 0.5 * row[3 + k], s = 0.5 * row[6 + k];
-                even[k] = c, even[3 + k] = s, even[6 + k] = one + c, even[9 + k] = s;
-                odd[k] = -s, odd[3 + k] = c, odd[6 + k] = s, odd[9 + k] = one - c;
+                const double one = row[across * k], c = row[across * k + along];
+                const double s = row[across * k + 2 * along];
+                const double cosine = c0 * c + s0 * s, sine = c0 * s - s0 * c;
+                system->form[m][0][i][k] = one - cosine;
+                system->form[m][1][i][k] = 2.0 * sine;
+                system->form[m][2][i][k] = one + cosine;
             }
         }
     }
-}
-
-/* Solves the first n columns of a for the rest in place; returns the least ratio of pivots. */
-static double chasles_general_divide(double (*a)[28])
-{
-    double least = DBL_MAX, most = 0.0;
-    for (int j = 0; j < 12; j++) {
-        int p = j;
-        for (int i = j + 1; i < 12; i++) {
-            if (fabs(a[i][j]) > fabs(a[p][j]))
-                p = i;
-        }
-        const double pivot = fabs(a[p][j]);
-        if (!(pivot > 0.0))
-            return 0.0;
-        least = pivot < least ? pivot : least;
-        most = pivot > most ? pivot : most;
-        if (p != j) {
-            double row[28];
-            memcpy(row, a[p], sizeof row);
-            memcpy(a[p], a[j], sizeof row);
-            memcpy(a[j], row, sizeof row);
-        }
-        const double inverse = 1.0 / a[j][j];
-        for (int i = j + 1; i < 12; i++) {
-            const double factor = a[i][j] * inverse;
-            for (int k = j; k < 28; k++)
-                a[i][k] -= factor * a[j][k];
-        }
-    }
-    for (int j = 11; j >= 0; j--) {
-        const double inverse = 1.0 / a[j][j];
-        for (int k = 12; k < 28; k++)
-            a[j][k] *= inverse;
-        for (int i = 0; i < j; i++) {
-            const double factor = a[i][j];
-            for (int k = 12; k < 28; k++)
-                a[i][k] -= factor * a[j][k];
-        }
-    }
-    return least / most;
-}
-
-/* The matrix whose eigenvalues are tan((s - from) / 2); returns its least ratio of pivots. */
-static double chasles_general_companion(const chasles_general_arm *arm,
-                                        const chasles_general_system *system, double from,
-                                        double (*H)[16])
-{
-    const double c = cos(from), s = sin(from);
-    double a[12][28], plus[12][12], twice[12][12];
-    for (int i = 0; i < 12; i++) {
-        for (int k = 0; k < 12; k++) {
-            const double m0 = system->M[0][i][k];
-            const double along = c * system->M[1][i][k] + s * system->M[2][i][k];
-            plus[i][k] = m0 + along;
-            a[i][k] = m0 - along;
-            twice[i][k] = 2.0 * (c * system->M[2][i][k] - s * system->M[1][i][k]);
-        }
-        for (int k = 12; k < 28; k++)
-            a[i][k] = 0.0;
-        for (int m = 0; m < 12; m++) {
-            for (int k = 0; k < 12; k++)
-                a[i][12 + k] += plus[i][m] * arm->own[m][k];
-            for (int k = 0; k < 4; k++)
-                a[i][24 + k] += twice[i][m] * arm->own[m][8 + k];
-        }
-    }
-    const double ratio = chasles_general_divide(a);
-    for (int i = 0; i < 12; i++) {
-        double row[16] = {0.0};
-        for (int m = 0; m < 12; m++) {
-            for (int k = 0; k < 16; k++)
-                row[k] -= arm->back[i][m] * a[m][12 + k];
-        }
-        memcpy(H[i < 8 ? i : i + 4], row, sizeof row);
-    }
-    memset(H[8], 0, 4 * sizeof H[8]);
-    for (int k = 0; k < 4; k++)
-        H[8 + k][12 + k] = 1.0;
-    return ratio;
-}
-
-/* A vector that M(s) takes nearest to zero, by elimination with the largest pivot of all. */
-static void chasles_general_null(const chasles_general_system *system, double c, double s,
-                                 double *u)
-{
-    double a[12][12];
-    int name[12];
-    for (int i = 0; i < 12; i++) {
-        name[i] = i;
-        for (int k = 0; k < 12; k++) {
-            a[i][k] = system->M[0][i][k] + c * system->M[1][i][k] + s * system->M[2][i][k];
-        }
-    }
-    for (int j = 0; j < 11; j++) {
-        int row = j, column = j;
-        double most = -1.0;
-        for (int i = j; i < 12; i++) {
-            for (int k = j; k < 12; k++) {
-                if (fabs(a[i][k]) > most)
-                    most = fabs(a[i][k]), row = i, column = k;
-            }
-        }
-        if (!(most > 0.0))
-            break;
-        for (int k = 0; k < 12; k++) {
-            const double kept = a[row][k];
-            a[row][k] = a[j][k], a[j][k] = kept;
-        }
-        for (int i = 0; i < 12; i++) {
-            const double kept = a[i][column];
-            a[i][column] = a[i][j], a[i][j] = kept;
-        }
-        const int kept = name[column];
-        name[column] = name[j], name[j] = kept;
-        const double inverse = 1.0 / a[j][j];
-        for (int i = j + 1; i < 12; i++) {
-            const double factor = a[i][j] * inverse;
-            for (int k = j; k < 12; k++)
-                a[i][k] -= factor * a[j][k];
-        }
-    }
-    u[name[11]] = 1.0;
-    for (int j = 10; j >= 0; j--) {
-        double sum = 0.0;
-        for (int k = j + 1; k < 12; k++)
-            sum += a[j][k] * u[name[k]];
-        u[name[j]] = a[j][j] != 0.0 ? -sum / a[j][j] : 0.0;
-    }
-}
-
-/* The other joints at an angle s of the suppressed one. */
-static void chasles_general_back(const chasles_general_arm *arm,
-                                 const chasles_general_system *system, const double *T,
-                                 double along, double *q)
-{
-    const double cs = cos(along), ss = sin(along);
-    double u[12], r[3] = {0.0}, local[5];
-    chasles_general_null(system, cs, ss, u);
-    /* u is a product of two vectors: their directions, from the largest row. */
-    int row = 0;
-    double most = -1.0;
-    for (int i = 0; i < 4; i++) {
-        const double size =
-            u[3 * i] * u[3 * i] + u[3 * i + 1] * u[3 * i + 1] + u[3 * i + 2] * u[3 * i + 2];
-        if (size > most)
-            most = size, row = i;
-    }
-    for (int i = 0; i < 4; i++) {
-        const double weight =
-            u[3 * i] * u[3 * row] + u[3 * i + 1] * u[3 * row + 1] + u[3 * i + 2] * u[3 * row + 2];
-        for (int k = 0; k < 3; k++)
-            r[k] += weight * u[3 * i + k];
-    }
-    const double sign = copysign(1.0, r[0]);
-    const double w = atan2(sign * r[2], sign * r[1]);
-    const double v = 2.0 * atan2(u[9] * r[0] + u[10] * r[1] + u[11] * r[2],
-                                 u[6] * r[0] + u[7] * r[1] + u[8] * r[2]);
-    const double of_v[3] = {1.0, cos(v), sin(v)}, of_w[3] = {1.0, cos(w), sin(w)};
-    double y[8];
-    for (int i = 7; i >= 0; i--) {
-        double sum = 0.0;
-        for (int k = 0; k < 9; k++) {
-            sum +=
-                of_v[k / 3] * of_w[k % 3] *
-                (system->head[0][i][k] + cs * system->head[1][i][k] + ss * system->head[2][i][k]);
-        }
-        for (int k = i + 1; k < 8; k++)
-            sum -= system->factor[i][k] * y[k];
-        y[i] = system->factor[i][i] != 0.0 ? sum / system->factor[i][i] : 0.0;
-    }
-    local[0] = atan2(y[5], y[2]), local[1] = atan2(y[1], y[0]);
-    local[2] = along, local[3] = v, local[4] = w;
-    for (int k = 0; k < 5; k++)
-        q[arm->joint[k]] = chasles_general_wrapped(arm->sign[k] * local[k]);
-    /* The last turns what is left of the pose about its axis. */
-    const int last = arm->joint[5];
-    double at[16], J[36], axis[3], vector[3] = {0.0}, trace = 0.0;
-    q[last] = 0.0;
-    arm->pose_jacobian(q, at, J);
-    for (int k = 0; k < 3; k++) {
-        const double a[3] = {at[k], at[4 + k], at[8 + k]}, b[3] = {T[k], T[4 + k], T[8 + k]};
-        axis[k] = J[6 * (3 + k) + last];
-        vector[0] += a[1] * b[2] - a[2] * b[1];
-        vector[1] += a[2] * b[0] - a[0] * b[2];
-        vector[2] += a[0] * b[1] - a[1] * b[0];
-        trace += a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    }
-    q[last] = atan2(axis[0] * vector[0] + axis[1] * vector[1] + axis[2] * vector[2], trace - 1.0);
-}
-
-/* Starts for Newton's steps, one a root; how many. Also how far M was from being singular. */
-static int chasles_general_starts(const chasles_general_arm *arm, const double *T,
-                                  chasles_general_start *starts, double *ratio)
-{
-    static const double from[] = {0.4, 2.5, -1.7, 1.45, -2.75, -0.65};
-    chasles_general_system system;
-    double H[16][16], best[16][16], re[16], im[16], at = 0.0;
-    *ratio = -1.0;
-    chasles_general_eliminate(arm, T, &system);
-    for (int k = 0; k < 6 && *ratio < CHASLES_PIVOT; k++) {
-        const double own = chasles_general_companion(arm, &system, from[k], H);
-        if (own > *ratio) {
-            *ratio = own, at = from[k];
-            memcpy(best, H, sizeof H);
-        }
-    }
-    if (!(*ratio > 0.0))
-        return 0;
-    chasles_general_balance(best);
-    chasles_general_hessenberg(best);
-    const int count = chasles_general_eigenvalues(best, re, im);
-    for (int k = 0; k < count; k++) {
-        const double x = re[k], y = im[k];
-        chasles_general_start *start = starts + k;
-        start->along = at + atan2(x, 1.0 - y) + atan2(x, 1.0 + y);
-        start->imaginary =
-            y == 0.0 ? 0.0
-                     : 0.5 * log(((1.0 + y) * (1.0 + y) + x * x) / ((1.0 - y) * (1.0 - y) + x * x));
-        if (y < 0.0) {
-            memcpy(start->q, starts[k - 1].q, sizeof start->q);
-        } else {
-            chasles_general_back(arm, &system, T, start->along, start->q);
-        }
-    }
-    return count;
 }
 
 #endif

@@ -1,5 +1,5 @@
 /* The solutions of an arm of six revolute joints of any geometry; part of chasles, the same for
- * every such robot. What the names mean is told in chasles_general.h.
+ * every such robot. What the names mean is told in chasles_general_equations.h.
  */
 #ifndef CHASLES_GENERAL_SOLUTIONS_H
 #define CHASLES_GENERAL_SOLUTIONS_H

@@ -474,30 +474,6 @@ void crx10_acceleration_mixed_batch(size_t n, const double *q, const double *qd,
 }
 
 /* Rows of any step, in doubles. */
-static void crx10_ik_matrices_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-#if CHASLES_LANES
-  static const int sizes[] = {16, 126};
-  static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(crx10_ik_matrices_avx512)
-  CHASLES_RUN_AVX2(crx10_ik_matrices_avx2)
-  CHASLES_RUN_BASELINE(crx10_ik_matrices_baseline)
-#endif
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    crx10_ik_matrices(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void crx10_ik_matrices_batch(size_t n, const double *T, double *left)
-{
-  const double *const inputs[] = {T};
-  double *const outputs[] = {left};
-  const ptrdiff_t input_steps[] = {16}, output_steps[] = {126};
-  crx10_ik_matrices_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
 static void crx10_ik_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {

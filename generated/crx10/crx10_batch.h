@@ -27,7 +27,6 @@ void crx10_twist_mixed_batch(size_t n, const double *q, const double *qd, double
 void crx10_acceleration_space_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
 void crx10_acceleration_body_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
 void crx10_acceleration_mixed_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
-void crx10_ik_matrices_batch(size_t n, const double *T, double *left);
 void crx10_ik_batch(size_t n, const double *T, double *q, double *residual, double *margin);
 
 #ifdef __cplusplus

@@ -613,7 +613,7 @@ def ik(
     T: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> Solutions:
-    """Every solution of the inverse kinematics, in 4 slots.
+    """Every solution of the inverse kinematics, in 2 slots.
 
     fk(q[k]) = T wherever residual[k] is rounding
 
@@ -623,7 +623,7 @@ def ik(
         threads: How many share a large batch.
 
     Returns:
-        q (..., 4, 4): joint coordinates, one solution a row (rad or m).
-        residual (..., 4): distance of fk(q[k]) from the target (m or rad).
-        margin (..., 4): distance from the boundary of the reachable set, negative beyond (1).
+        q (..., 2, 4): joint coordinates, one solution a row (rad or m).
+        residual (..., 2): distance of fk(q[k]) from the target (m or rad).
+        margin (..., 2): distance from the boundary of the reachable set, negative beyond (1).
     """

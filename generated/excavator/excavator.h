@@ -286,14 +286,14 @@ void excavator_constraint_D_z(const double z[12], double residual_D_z[96]);
  *   residual_D_z_dot: rate of the constraint Jacobian, 8 x 12 (1/s, m/s, 1/(m s)) */
 void excavator_constraint_D_z_dot(const double z[12], const double zd[12], double residual_D_z_dot[96]);
 
-/* Every solution of the inverse kinematics, in 4 slots.
+/* Every solution of the inverse kinematics, in 2 slots.
  * fk(q[k]) = T wherever residual[k] is rounding
- * 1064 operations: multiply 523, add 451, negate 2, trig 2, other 86.
+ * 544 operations: multiply 267, add 229, negate 1, trig 1, other 46.
  *   T: pose of the tool, T_0_tip, 4 x 4 (1, m)
- *   q: joint coordinates, one solution a row, 4 x 4 (rad or m)
- *   residual: distance of fk(q[k]) from the target, 4 (m or rad)
- *   margin: distance from the boundary of the reachable set, negative beyond, 4 (1) */
-void excavator_ik(const double T[16], double q[16], double residual[4], double margin[4]);
+ *   q: joint coordinates, one solution a row, 2 x 4 (rad or m)
+ *   residual: distance of fk(q[k]) from the target, 2 (m or rad)
+ *   margin: distance from the boundary of the reachable set, negative beyond, 2 (1) */
+void excavator_ik(const double T[16], double q[8], double residual[2], double margin[2]);
 
 #ifdef __cplusplus
 }

@@ -910,7 +910,7 @@ static void excavator_ik_rows(size_t n, const double *const *inputs, const ptrdi
     double *const *outputs, const ptrdiff_t *output_steps)
 {
 #if CHASLES_LANES
-  static const int sizes[] = {16, 16, 4, 4};
+  static const int sizes[] = {16, 8, 2, 2};
   static const lanes_shape shape = {1, 3, sizes};
   CHASLES_RUN_AVX512(excavator_ik_avx512)
   CHASLES_RUN_AVX2(excavator_ik_avx2)
@@ -925,6 +925,6 @@ void excavator_ik_batch(size_t n, const double *T, double *q, double *residual, 
 {
   const double *const inputs[] = {T};
   double *const outputs[] = {q, residual, margin};
-  const ptrdiff_t input_steps[] = {16}, output_steps[] = {16, 4, 4};
+  const ptrdiff_t input_steps[] = {16}, output_steps[] = {8, 2, 2};
   excavator_ik_rows(n, inputs, input_steps, outputs, output_steps);
 }

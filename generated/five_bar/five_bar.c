@@ -2,7 +2,6 @@
 #include "five_bar.h"
 
 #include "chasles_cos_sin.h"
-#include "five_bar_branches.h"
 
 // Pose of the tool (ee) in the base frame (0).
 // 33 operations: multiply 16, add 10, negate 1, trig 4, other 2
@@ -53,10 +52,10 @@ void five_bar_fk(const double q[2], double T_0_ee[16]) {
   const double v29 = 0.9999999999999999 * v25;
   T_0_ee[0] = v26;
   const double v30 = -v27;
-  const double v31 = v28 + v6;
+  const double v31 = v6 + v28;
   T_0_ee[4] = v27;
   T_0_ee[5] = v26;
-  const double v32 = v29 + v8;
+  const double v32 = v8 + v29;
   // shared terms; columns 2 and 4 of T_0_ee
   T_0_ee[1] = v30;
   const double v33 = v31 - 0.1;
@@ -198,10 +197,10 @@ void five_bar_fk_jacobian_mixed(const double q[2], double T_0_ee[16], double J[1
   const double v31 = v25 - v10;
   T_0_ee[0] = v26;
   const double v32 = -v27;
-  const double v33 = v28 + v6;
+  const double v33 = v6 + v28;
   T_0_ee[4] = v27;
   T_0_ee[5] = v26;
-  const double v34 = v29 + v8;
+  const double v34 = v8 + v29;
   const double v35 = v8 * v30;
   const double v36 = v6 * v31;
   const double v37 = v5 * v31;
@@ -218,14 +217,14 @@ void five_bar_fk_jacobian_mixed(const double q[2], double T_0_ee[16], double J[1
   const double v43 = v41 / v20;
   // shared terms; J
   const double v44 = v42 - 1.0;
-  const double v45 = v29 * v43;
-  const double v46 = v28 * v43;
+  const double v45 = v43 * v29;
+  const double v46 = v43 * v28;
   J[10] = v42;
   J[11] = v43;
   // shared terms; column 2 of J
-  const double v47 = v29 * v44;
+  const double v47 = v44 * v29;
   const double v48 = -v45;
-  const double v49 = v28 * v44;
+  const double v49 = v44 * v28;
   J[3] = v46;
   // shared terms; column 2 of J
   const double v50 = v34 + v47;
@@ -313,7 +312,7 @@ void five_bar_jacobian_body(const double q[2], double J[12]) {
   const double q_0 = q[0];
   const double q_1 = q[1];
   // cosines and sines
-  const double angle[2] = {q_1, q_0};
+  const double angle[2] = {q_0, q_1};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
   // constant entries of J
@@ -327,11 +326,11 @@ void five_bar_jacobian_body(const double q[2], double J[12]) {
   // shared terms; J
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
-  const double v7 = 0.2 * s[0];
-  const double v8 = 0.2 * s[1];
-  const double v9 = 0.2 + v5;
+  const double v7 = 0.2 * s[1];
+  const double v8 = 0.2 * s[0];
+  const double v9 = 0.2 + v6;
   const double v10 = v7 - v8;
-  const double v11 = v9 - v6;
+  const double v11 = v9 - v5;
   const double v12 = v10 * v10;
   const double v13 = 0.5 * v10;
   const double v14 = 0.5 * v11;
@@ -352,11 +351,11 @@ void five_bar_jacobian_body(const double q[2], double J[12]) {
   const double v29 = 3.333333333333333 * v24;
   const double v30 = v24 - v11;
   const double v31 = v25 - v10;
-  const double v32 = v26 + v6;
-  const double v33 = v28 + v8;
+  const double v32 = v5 + v26;
+  const double v33 = v8 + v28;
   const double v34 = v8 * v30;
-  const double v35 = v6 * v31;
-  const double v36 = v5 * v31;
+  const double v35 = v5 * v31;
+  const double v36 = v6 * v31;
   const double v37 = v7 * v30;
   const double v38 = v32 * v27;
   const double v39 = v33 * v29;
@@ -388,7 +387,7 @@ void five_bar_jacobian_mixed(const double q[2], double J[12]) {
   const double q_0 = q[0];
   const double q_1 = q[1];
   // cosines and sines
-  const double angle[2] = {q_1, q_0};
+  const double angle[2] = {q_0, q_1};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
   // constant entries of J
@@ -401,9 +400,9 @@ void five_bar_jacobian_mixed(const double q[2], double J[12]) {
   // shared terms; J
   const double v5 = 0.2 * s[0];
   const double v6 = 0.2 * s[1];
-  const double v7 = 0.2 * c[0];
-  const double v8 = 0.2 * c[1];
-  const double v9 = v5 - v6;
+  const double v7 = 0.2 * c[1];
+  const double v8 = 0.2 * c[0];
+  const double v9 = v6 - v5;
   const double v10 = 0.2 + v7;
   const double v11 = 0.5 * v9;
   const double v12 = v10 - v8;
@@ -424,25 +423,25 @@ void five_bar_jacobian_mixed(const double q[2], double J[12]) {
   const double v27 = v25 - v12;
   const double v28 = v24 - v9;
   const double v29 = 0.9999999999999999 * v25;
-  const double v30 = v26 + v6;
-  const double v31 = v6 * v27;
+  const double v30 = v5 + v26;
+  const double v31 = v5 * v27;
   const double v32 = v8 * v28;
   const double v33 = v7 * v28;
-  const double v34 = v5 * v27;
-  const double v35 = v29 + v8;
+  const double v34 = v6 * v27;
+  const double v35 = v8 + v29;
   const double v36 = v31 - v32;
   const double v37 = v33 - v34;
   const double v38 = v36 / v20;
   const double v39 = v37 / v20;
   const double v40 = v38 - 1.0;
-  const double v41 = v26 * v39;
-  const double v42 = v29 * v39;
+  const double v41 = v39 * v26;
+  const double v42 = v39 * v29;
   J[10] = v38;
   J[11] = v39;
   // shared terms; column 2 of J
-  const double v43 = v26 * v40;
+  const double v43 = v40 * v26;
   const double v44 = -v41;
-  const double v45 = v29 * v40;
+  const double v45 = v40 * v29;
   J[3] = v42;
   // shared terms; column 2 of J
   const double v46 = v30 + v43;
@@ -613,7 +612,7 @@ void five_bar_jacobian_body_dot(const double q[2], const double qd[2], double J_
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
   // cosines and sines
-  const double angle[2] = {q_1, q_0};
+  const double angle[2] = {q_0, q_1};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
   // constant entries of J_dot
@@ -627,19 +626,19 @@ void five_bar_jacobian_body_dot(const double q[2], const double qd[2], double J_
   // shared terms; column 1 of J_dot
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
-  const double v7 = 0.2 * s[0];
-  const double v8 = 0.2 * s[1];
-  const double v9 = s[1] * qd_0;
-  const double v10 = s[0] * qd_1;
-  const double v11 = c[0] * qd_1;
-  const double v12 = c[1] * qd_0;
-  const double v13 = 0.2 + v5;
+  const double v7 = 0.2 * s[1];
+  const double v8 = 0.2 * s[0];
+  const double v9 = s[0] * qd_0;
+  const double v10 = s[1] * qd_1;
+  const double v11 = c[1] * qd_1;
+  const double v12 = c[0] * qd_0;
+  const double v13 = 0.2 + v6;
   const double v14 = v7 - v8;
   const double v15 = 0.2 * v9;
   const double v16 = 0.2 * v10;
   const double v17 = 0.2 * v11;
   const double v18 = 0.2 * v12;
-  const double v19 = v13 - v6;
+  const double v19 = v13 - v5;
   const double v20 = v14 * v14;
   const double v21 = 0.5 * v14;
   const double v22 = v15 - v16;
@@ -696,8 +695,8 @@ void five_bar_jacobian_body_dot(const double q[2], const double qd[2], double J_
   const double v73 = v65 * v14;
   const double v74 = v66 + v53;
   const double v75 = v65 * v19;
-  const double v76 = v67 + v6;
-  const double v77 = v69 + v8;
+  const double v76 = v5 + v67;
+  const double v77 = v8 + v69;
   const double v78 = v71 * v22;
   const double v79 = v72 * v23;
   const double v80 = v64 - v73;
@@ -705,10 +704,10 @@ void five_bar_jacobian_body_dot(const double q[2], const double qd[2], double J_
   const double v82 = v72 * v15;
   const double v83 = v74 + v75;
   const double v84 = v8 * v71;
-  const double v85 = v6 * v72;
+  const double v85 = v5 * v72;
   const double v86 = v71 * v17;
   const double v87 = v72 * v16;
-  const double v88 = v5 * v72;
+  const double v88 = v6 * v72;
   const double v89 = v7 * v71;
   const double v90 = v76 * v68;
   const double v91 = v77 * v70;
@@ -722,10 +721,10 @@ void five_bar_jacobian_body_dot(const double q[2], const double qd[2], double J_
   const double v99 = v90 + v91;
   const double v100 = v92 / v46;
   const double v101 = v8 * v93;
-  const double v102 = v6 * v94;
+  const double v102 = v5 * v94;
   const double v103 = v95 / v54;
   const double v104 = v96 - v97;
-  const double v105 = v5 * v94;
+  const double v105 = v6 * v94;
   const double v106 = v7 * v93;
   const double v107 = v98 / v54;
   const double v108 = v100 - qd_0;
@@ -767,7 +766,7 @@ void five_bar_jacobian_mixed_dot(const double q[2], const double qd[2], double J
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
   // cosines and sines
-  const double angle[2] = {q_1, q_0};
+  const double angle[2] = {q_0, q_1};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
   // constant entries of J_dot
@@ -780,19 +779,19 @@ void five_bar_jacobian_mixed_dot(const double q[2], const double qd[2], double J
   // shared terms; J_dot
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
-  const double v7 = 0.2 * s[0];
-  const double v8 = 0.2 * s[1];
-  const double v9 = s[1] * qd_0;
-  const double v10 = s[0] * qd_1;
-  const double v11 = c[0] * qd_1;
-  const double v12 = c[1] * qd_0;
-  const double v13 = 0.2 + v5;
+  const double v7 = 0.2 * s[1];
+  const double v8 = 0.2 * s[0];
+  const double v9 = s[0] * qd_0;
+  const double v10 = s[1] * qd_1;
+  const double v11 = c[1] * qd_1;
+  const double v12 = c[0] * qd_0;
+  const double v13 = 0.2 + v6;
   const double v14 = v7 - v8;
   const double v15 = 0.2 * v9;
   const double v16 = 0.2 * v10;
   const double v17 = 0.2 * v11;
   const double v18 = 0.2 * v12;
-  const double v19 = v13 - v6;
+  const double v19 = v13 - v5;
   const double v20 = v14 * v14;
   const double v21 = v15 - v16;
   const double v22 = 0.5 * v14;
@@ -843,24 +842,24 @@ void five_bar_jacobian_mixed_dot(const double q[2], const double qd[2], double J
   const double v67 = 0.9999999999999999 * v62;
   const double v68 = v62 - v19;
   const double v69 = v63 - v14;
-  const double v70 = 0.9999999999999999 * v63;
-  const double v71 = v65 * v14;
-  const double v72 = v66 + v53;
-  const double v73 = v65 * v19;
-  const double v74 = v67 + v6;
+  const double v70 = v65 * v14;
+  const double v71 = v66 + v53;
+  const double v72 = v65 * v19;
+  const double v73 = 0.9999999999999999 * v63;
+  const double v74 = v5 + v67;
   const double v75 = v68 * v21;
   const double v76 = v69 * v23;
   const double v77 = v8 * v68;
-  const double v78 = v6 * v69;
-  const double v79 = v64 - v71;
+  const double v78 = v5 * v69;
+  const double v79 = v64 - v70;
   const double v80 = v68 * v18;
   const double v81 = v69 * v15;
-  const double v82 = v72 + v73;
-  const double v83 = v5 * v69;
+  const double v82 = v71 + v72;
+  const double v83 = v6 * v69;
   const double v84 = v7 * v68;
   const double v85 = v68 * v17;
   const double v86 = v69 * v16;
-  const double v87 = v70 + v8;
+  const double v87 = v8 + v73;
   const double v88 = v74 * qd_0;
   const double v89 = v75 + v76;
   const double v90 = v77 - v78;
@@ -871,26 +870,26 @@ void five_bar_jacobian_mixed_dot(const double q[2], const double qd[2], double J
   const double v95 = v89 / v46;
   const double v96 = v90 / v46;
   const double v97 = v8 * v91;
-  const double v98 = v6 * v92;
+  const double v98 = v5 * v92;
   const double v99 = v90 / v54;
   const double v100 = v93 / v46;
-  const double v101 = v5 * v92;
+  const double v101 = v6 * v92;
   const double v102 = v7 * v91;
   const double v103 = v93 / v54;
   const double v104 = v95 - qd_0;
   const double v105 = v96 - 1.0;
-  const double v106 = v67 * v95;
+  const double v106 = v95 * v67;
   const double v107 = v97 + v80;
   const double v108 = v51 * v99;
   const double v109 = v101 - v102;
   const double v110 = v51 * v103;
-  const double v111 = v70 * v95;
-  const double v112 = v67 * v104;
+  const double v111 = v95 * v73;
+  const double v112 = v104 * v67;
   const double v113 = v105 * v106;
   const double v114 = v107 + v81;
   const double v115 = v100 * v106;
   const double v116 = v109 - v85;
-  const double v117 = v70 * v104;
+  const double v117 = v104 * v73;
   const double v118 = v105 * v111;
   const double v119 = v100 * v111;
   const double v120 = v88 + v112;
@@ -903,10 +902,10 @@ void five_bar_jacobian_mixed_dot(const double q[2], const double qd[2], double J
   const double v127 = v123 + v118;
   const double v128 = v125 - v108;
   const double v129 = v126 - v110;
-  const double v130 = v70 * v128;
-  const double v131 = v70 * v129;
-  const double v132 = v67 * v128;
-  const double v133 = v67 * v129;
+  const double v130 = v128 * v73;
+  const double v131 = v129 * v73;
+  const double v132 = v128 * v67;
+  const double v133 = v129 * v67;
   J_dot[10] = v128;
   J_dot[11] = v129;
   // shared terms; J_dot
@@ -930,7 +929,7 @@ void five_bar_hessian_mixed(const double q[2], double H[24]) {
   const double q_0 = q[0];
   const double q_1 = q[1];
   // cosines and sines
-  const double angle[2] = {q_1, q_0};
+  const double angle[2] = {q_0, q_1};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
   // constant entries of H
@@ -949,23 +948,23 @@ void five_bar_hessian_mixed(const double q[2], double H[24]) {
   // shared terms; H
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
-  const double v7 = 0.2 * s[0];
-  const double v8 = 0.2 * s[1];
-  const double v9 = 0.1 * s[1];
-  const double v10 = 0.1 * c[1];
-  const double v11 = 0.1 * s[0];
-  const double v12 = 0.1 * c[0];
-  const double v13 = 0.2 + v5;
+  const double v7 = 0.2 * s[1];
+  const double v8 = 0.2 * s[0];
+  const double v9 = 0.1 * s[0];
+  const double v10 = 0.1 * c[0];
+  const double v11 = 0.1 * s[1];
+  const double v12 = 0.1 * c[1];
+  const double v13 = 0.2 + v6;
   const double v14 = v7 - v8;
-  const double v15 = v13 - v6;
+  const double v15 = v13 - v5;
   const double v16 = v14 * v14;
   const double v17 = 0.5 * v14;
   const double v18 = 2.0 * v14;
   const double v19 = 0.5 * v15;
   const double v20 = v15 * v15;
   const double v21 = 2.0 * v15;
-  const double v22 = v6 * v18;
-  const double v23 = v5 * v18;
+  const double v22 = v5 * v18;
+  const double v23 = v6 * v18;
   const double v24 = v20 + v16;
   const double v25 = v8 * v21;
   const double v26 = v7 * v21;
@@ -1004,12 +1003,12 @@ void five_bar_hessian_mixed(const double q[2], double H[24]) {
   const double v59 = v50 * v14;
   const double v60 = v51 * v14;
   const double v61 = v51 * v15;
-  const double v62 = v6 * v51;
+  const double v62 = v5 * v51;
   const double v63 = v53 / v24;
   const double v64 = v54 * v28;
   const double v65 = v8 * v51;
   const double v66 = v57 - v11;
-  const double v67 = v51 * v5;
+  const double v67 = v51 * v6;
   const double v68 = v58 / v24;
   const double v69 = v54 * v31;
   const double v70 = v12 + v59;
@@ -1024,26 +1023,26 @@ void five_bar_hessian_mixed(const double q[2], double H[24]) {
   const double v79 = 0.9999999999999999 * v72;
   const double v80 = v72 - v15;
   const double v81 = v73 - v14;
-  const double v82 = 0.9999999999999999 * v73;
-  const double v83 = v74 + v52;
-  const double v84 = v75 * v14;
-  const double v85 = v75 * v15;
+  const double v82 = v74 + v52;
+  const double v83 = v75 * v14;
+  const double v84 = v75 * v15;
+  const double v85 = 0.9999999999999999 * v73;
   const double v86 = v78 * v14;
   const double v87 = v78 * v15;
-  const double v88 = v79 + v6;
+  const double v88 = v5 + v79;
   const double v89 = v8 * v80;
-  const double v90 = v6 * v81;
-  const double v91 = v6 * v80;
+  const double v90 = v5 * v81;
+  const double v91 = v5 * v80;
   const double v92 = v8 * v81;
-  const double v93 = v83 - v84;
-  const double v94 = v76 + v85;
-  const double v95 = v5 * v81;
+  const double v93 = v82 - v83;
+  const double v94 = v76 + v84;
+  const double v95 = v6 * v81;
   const double v96 = v7 * v80;
   const double v97 = v77 - v86;
   const double v98 = v70 + v87;
   const double v99 = v7 * v81;
-  const double v100 = v5 * v80;
-  const double v101 = v82 + v8;
+  const double v100 = v6 * v80;
+  const double v101 = v8 + v85;
   const double v102 = v89 - v90;
   const double v103 = v91 + v92;
   const double v104 = v93 - v8;
@@ -1053,45 +1052,45 @@ void five_bar_hessian_mixed(const double q[2], double H[24]) {
   const double v108 = v98 - v71;
   const double v109 = v102 / v47;
   const double v110 = v8 * v104;
-  const double v111 = v6 + v105;
+  const double v111 = v5 + v105;
   const double v112 = v102 / v56;
   const double v113 = v106 / v47;
   const double v114 = v8 * v107;
-  const double v115 = v108 - v5;
+  const double v115 = v108 - v6;
   const double v116 = v7 * v104;
   const double v117 = v106 / v56;
   const double v118 = v7 * v107;
   const double v119 = v109 - 1.0;
   const double v120 = v103 + v110;
-  const double v121 = v6 * v111;
+  const double v121 = v5 * v111;
   const double v122 = v112 * v53;
-  const double v123 = v79 * v113;
-  const double v124 = v6 * v115;
+  const double v123 = v113 * v79;
+  const double v124 = v5 * v115;
   const double v125 = v112 * v58;
-  const double v126 = v5 * v111;
+  const double v126 = v6 * v111;
   const double v127 = v117 * v53;
-  const double v128 = v5 * v115;
+  const double v128 = v6 * v115;
   const double v129 = v117 * v58;
-  const double v130 = v82 * v113;
-  const double v131 = v79 * v119;
+  const double v130 = v113 * v85;
+  const double v131 = v119 * v79;
   const double v132 = v120 - v121;
   const double v133 = v119 * v123;
   const double v134 = v114 - v124;
   const double v135 = v126 - v116;
   const double v136 = v113 * v123;
   const double v137 = v128 - v99;
-  const double v138 = v82 * v119;
+  const double v138 = v119 * v85;
   const double v139 = v119 * v130;
   const double v140 = v113 * v130;
   const double v141 = v88 + v131;
-  const double v142 = v79 + v131;
+  const double v142 = v131 + v79;
   const double v143 = v132 / v47;
   const double v144 = v123 + v133;
   const double v145 = v134 / v47;
   const double v146 = v135 / v47;
   const double v147 = v137 - v118;
   const double v148 = v101 + v138;
-  const double v149 = v82 + v138;
+  const double v149 = v138 + v85;
   const double v150 = v130 + v139;
   const double v151 = v119 * v142;
   const double v152 = v143 - v122;
@@ -1102,14 +1101,14 @@ void five_bar_hessian_mixed(const double q[2], double H[24]) {
   const double v157 = v119 * v149;
   const double v158 = v113 * v149;
   const double v159 = v141 + v151;
-  const double v160 = v82 * v152;
-  const double v161 = v82 * v153;
-  const double v162 = v82 * v155;
+  const double v160 = v152 * v85;
+  const double v161 = v153 * v85;
+  const double v162 = v155 * v85;
   const double v163 = v156 / v47;
-  const double v164 = v79 * v152;
+  const double v164 = v152 * v79;
   const double v165 = v148 + v157;
-  const double v166 = v79 * v153;
-  const double v167 = v79 * v155;
+  const double v166 = v153 * v79;
+  const double v167 = v155 * v79;
   H[20] = v152;
   H[21] = v153;
   H[22] = v155;
@@ -1124,11 +1123,11 @@ void five_bar_hessian_mixed(const double q[2], double H[24]) {
   const double v175 = -v168;
   const double v176 = -v169;
   const double v177 = -v170;
-  const double v178 = v82 * v171;
+  const double v178 = v171 * v85;
   H[4] = v172;
   H[5] = v173;
   H[6] = v174;
-  const double v179 = v79 * v171;
+  const double v179 = v171 * v79;
   H[23] = v171;
   // shared terms; H
   H[0] = v175;
@@ -1220,7 +1219,7 @@ void five_bar_twist_body(const double q[2], const double qd[2], double V[6]) {
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
   // cosines and sines
-  const double angle[2] = {q_1, q_0};
+  const double angle[2] = {q_0, q_1};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
   // constant entries of V
@@ -1230,19 +1229,19 @@ void five_bar_twist_body(const double q[2], const double qd[2], double V[6]) {
   // shared terms; V
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
-  const double v7 = 0.2 * s[0];
-  const double v8 = 0.2 * s[1];
-  const double v9 = s[1] * qd_0;
-  const double v10 = s[0] * qd_1;
-  const double v11 = c[0] * qd_1;
-  const double v12 = c[1] * qd_0;
-  const double v13 = 0.2 + v5;
+  const double v7 = 0.2 * s[1];
+  const double v8 = 0.2 * s[0];
+  const double v9 = s[0] * qd_0;
+  const double v10 = s[1] * qd_1;
+  const double v11 = c[1] * qd_1;
+  const double v12 = c[0] * qd_0;
+  const double v13 = 0.2 + v6;
   const double v14 = v7 - v8;
   const double v15 = 0.2 * v9;
   const double v16 = 0.2 * v10;
   const double v17 = 0.2 * v11;
   const double v18 = 0.2 * v12;
-  const double v19 = v13 - v6;
+  const double v19 = v13 - v5;
   const double v20 = v14 * v14;
   const double v21 = 0.5 * v14;
   const double v22 = v15 - v16;
@@ -1265,8 +1264,8 @@ void five_bar_twist_body(const double q[2], const double qd[2], double V[6]) {
   const double v39 = 3.333333333333333 * v34;
   const double v40 = v34 - v19;
   const double v41 = v35 - v14;
-  const double v42 = v36 + v6;
-  const double v43 = v38 + v8;
+  const double v42 = v5 + v36;
+  const double v43 = v8 + v38;
   const double v44 = v40 * v22;
   const double v45 = v41 * v23;
   const double v46 = v42 * v37;
@@ -1298,7 +1297,7 @@ void five_bar_twist_mixed(const double q[2], const double qd[2], double V[6]) {
   const double qd_0 = qd[0];
   const double qd_1 = qd[1];
   // cosines and sines
-  const double angle[2] = {q_1, q_0};
+  const double angle[2] = {q_0, q_1};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
   // constant entries of V
@@ -1308,13 +1307,13 @@ void five_bar_twist_mixed(const double q[2], const double qd[2], double V[6]) {
   // shared terms; V
   const double v5 = 0.2 * s[0];
   const double v6 = 0.2 * s[1];
-  const double v7 = 0.2 * c[0];
-  const double v8 = 0.2 * c[1];
-  const double v9 = s[1] * qd_0;
-  const double v10 = s[0] * qd_1;
-  const double v11 = c[0] * qd_1;
-  const double v12 = c[1] * qd_0;
-  const double v13 = v5 - v6;
+  const double v7 = 0.2 * c[1];
+  const double v8 = 0.2 * c[0];
+  const double v9 = s[0] * qd_0;
+  const double v10 = s[1] * qd_1;
+  const double v11 = c[1] * qd_1;
+  const double v12 = c[0] * qd_0;
+  const double v13 = v6 - v5;
   const double v14 = 0.2 + v7;
   const double v15 = 0.2 * v9;
   const double v16 = 0.2 * v10;
@@ -1341,10 +1340,10 @@ void five_bar_twist_mixed(const double q[2], const double qd[2], double V[6]) {
   const double v37 = v35 - v20;
   const double v38 = v34 - v13;
   const double v39 = 0.9999999999999999 * v35;
-  const double v40 = v36 + v6;
+  const double v40 = v5 + v36;
   const double v41 = v37 * v22;
   const double v42 = v38 * v23;
-  const double v43 = v39 + v8;
+  const double v43 = v8 + v39;
   const double v44 = v40 * qd_0;
   const double v45 = v41 + v42;
   const double v46 = v43 * qd_0;
@@ -1352,8 +1351,8 @@ void five_bar_twist_mixed(const double q[2], const double qd[2], double V[6]) {
   const double v48 = v47 - qd_0;
   V[5] = v47;
   // shared terms; V
-  const double v49 = v36 * v48;
-  const double v50 = v39 * v48;
+  const double v49 = v48 * v36;
+  const double v50 = v48 * v39;
   const double v51 = v44 + v49;
   const double v52 = v46 + v50;
   const double v53 = -v51;
@@ -1519,7 +1518,7 @@ void five_bar_acceleration_body(const double q[2], const double qd[2], const dou
   const double qdd_0 = qdd[0];
   const double qdd_1 = qdd[1];
   // cosines and sines
-  const double angle[2] = {q_1, q_0};
+  const double angle[2] = {q_0, q_1};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
   // constant entries of A
@@ -1529,17 +1528,17 @@ void five_bar_acceleration_body(const double q[2], const double qd[2], const dou
   // shared terms; A
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
-  const double v7 = 0.2 * s[0];
-  const double v8 = 0.2 * s[1];
-  const double v9 = s[1] * qd_0;
-  const double v10 = s[0] * qd_1;
-  const double v11 = c[0] * qd_1;
-  const double v12 = c[1] * qd_0;
-  const double v13 = s[1] * qdd_0;
-  const double v14 = s[0] * qdd_1;
-  const double v15 = c[0] * qdd_1;
-  const double v16 = c[1] * qdd_0;
-  const double v17 = 0.2 + v5;
+  const double v7 = 0.2 * s[1];
+  const double v8 = 0.2 * s[0];
+  const double v9 = s[0] * qd_0;
+  const double v10 = s[1] * qd_1;
+  const double v11 = c[1] * qd_1;
+  const double v12 = c[0] * qd_0;
+  const double v13 = s[0] * qdd_0;
+  const double v14 = s[1] * qdd_1;
+  const double v15 = c[1] * qdd_1;
+  const double v16 = c[0] * qdd_0;
+  const double v17 = 0.2 + v6;
   const double v18 = v7 - v8;
   const double v19 = 0.2 * v9;
   const double v20 = 0.2 * v10;
@@ -1549,7 +1548,7 @@ void five_bar_acceleration_body(const double q[2], const double qd[2], const dou
   const double v24 = v11 * qd_1;
   const double v25 = v10 * qd_1;
   const double v26 = v9 * qd_0;
-  const double v27 = v17 - v6;
+  const double v27 = v17 - v5;
   const double v28 = v18 * v18;
   const double v29 = 0.5 * v18;
   const double v30 = v19 - v20;
@@ -1616,8 +1615,8 @@ void five_bar_acceleration_body(const double q[2], const double qd[2], const dou
   const double v91 = v83 * v18;
   const double v92 = v84 + v71;
   const double v93 = v83 * v27;
-  const double v94 = v85 + v6;
-  const double v95 = v87 + v8;
+  const double v94 = v5 + v85;
+  const double v95 = v8 + v87;
   const double v96 = v89 * v30;
   const double v97 = v90 * v31;
   const double v98 = v89 * v48;
@@ -1675,7 +1674,7 @@ void five_bar_acceleration_mixed(const double q[2], const double qd[2], const do
   const double qdd_0 = qdd[0];
   const double qdd_1 = qdd[1];
   // cosines and sines
-  const double angle[2] = {q_1, q_0};
+  const double angle[2] = {q_0, q_1};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
   // constant entries of A
@@ -1685,17 +1684,17 @@ void five_bar_acceleration_mixed(const double q[2], const double qd[2], const do
   // shared terms; A
   const double v5 = 0.2 * s[0];
   const double v6 = 0.2 * s[1];
-  const double v7 = 0.2 * c[0];
-  const double v8 = 0.2 * c[1];
-  const double v9 = c[1] * qd_0;
-  const double v10 = s[1] * qdd_0;
-  const double v11 = c[0] * qd_1;
-  const double v12 = s[0] * qdd_1;
-  const double v13 = c[0] * qdd_1;
-  const double v14 = s[0] * qd_1;
-  const double v15 = c[1] * qdd_0;
-  const double v16 = s[1] * qd_0;
-  const double v17 = v5 - v6;
+  const double v7 = 0.2 * c[1];
+  const double v8 = 0.2 * c[0];
+  const double v9 = c[0] * qd_0;
+  const double v10 = s[0] * qdd_0;
+  const double v11 = c[1] * qd_1;
+  const double v12 = s[1] * qdd_1;
+  const double v13 = c[1] * qdd_1;
+  const double v14 = s[1] * qd_1;
+  const double v15 = c[0] * qdd_0;
+  const double v16 = s[0] * qd_0;
+  const double v17 = v6 - v5;
   const double v18 = 0.2 + v7;
   const double v19 = v9 * qd_0;
   const double v20 = v11 * qd_1;
@@ -1770,14 +1769,14 @@ void five_bar_acceleration_mixed(const double q[2], const double qd[2], const do
   const double v89 = v84 + v71;
   const double v90 = v83 * v28;
   const double v91 = 0.9999999999999999 * v81;
-  const double v92 = v85 + v6;
+  const double v92 = v5 + v85;
   const double v93 = v86 * v48;
   const double v94 = v87 * v49;
   const double v95 = v82 - v88;
   const double v96 = v89 + v90;
   const double v97 = v86 * v34;
   const double v98 = v87 * v35;
-  const double v99 = v91 + v8;
+  const double v99 = v8 + v91;
   const double v100 = v92 * qdd_0;
   const double v101 = v93 + v94;
   const double v102 = v95 - v34;
@@ -1793,12 +1792,12 @@ void five_bar_acceleration_mixed(const double q[2], const double qd[2], const do
   const double v112 = v101 + v108;
   const double v113 = v69 * v110;
   const double v114 = v111 - qd_0;
-  const double v115 = v91 * v111;
-  const double v116 = v85 * v111;
+  const double v115 = v111 * v91;
+  const double v116 = v111 * v85;
   const double v117 = v112 + v109;
-  const double v118 = v91 * v114;
+  const double v118 = v114 * v91;
   const double v119 = v114 * v115;
-  const double v120 = v85 * v114;
+  const double v120 = v114 * v85;
   const double v121 = v114 * v116;
   const double v122 = v117 / v64;
   const double v123 = v105 + v118;
@@ -1811,8 +1810,8 @@ void five_bar_acceleration_mixed(const double q[2], const double qd[2], const do
   const double v130 = v127 + v121;
   A[5] = v125;
   // shared terms; A
-  const double v131 = v85 * v128;
-  const double v132 = v91 * v128;
+  const double v131 = v128 * v85;
+  const double v132 = v128 * v91;
   const double v133 = v100 + v131;
   const double v134 = v106 + v132;
   const double v135 = v133 + v129;
@@ -2884,10 +2883,9 @@ void five_bar_constraint_D_z_dot(const double z[4], const double zd[4], double r
   residual_D_z_dot[6] = v42;
 }
 
-#if !FIVE_BAR_BRANCHES
-// One branch of ik.
-// 130 operations: multiply 60, add 52, trig 2, other 16
-static void five_bar_ik_branch(const double T[16], const double choice[1], double q[2], double residual[1], double margin[1]) {
+// Every solution of the inverse kinematics, in 1 slots.
+// 109 operations: multiply 47, add 47, trig 2, other 13
+void five_bar_ik(const double T[16], double q[2], double residual[1], double margin[1]) {
   // inputs
   const double T_0 = T[0];
   const double T_1 = T[1];
@@ -2901,160 +2899,122 @@ static void five_bar_ik_branch(const double T[16], const double choice[1], doubl
   const double T_9 = T[9];
   const double T_10 = T[10];
   const double T_11 = T[11];
-  const double choice_0 = choice[0];
   // shared terms
-  const double v1 = T_7 * T_7;
-  const double v2 = T_3 + 0.1;
-  const double v3 = T_11 * T_11;
-  const double v4 = T_2 * T_2;
-  const double v5 = T_6 * T_6;
-  const double v6 = T_8 * T_8;
-  const double v7 = T_9 * T_9;
-  const double v8 = 1.0 - T_10;
-  const double v9 = v2 * v2;
-  const double v10 = v4 + v5;
-  const double v11 = v8 * v8;
-  const double v12 = v1 + v9;
-  const double v13 = v10 + v6;
-  const double v14 = v12 - 0.01;
-  const double v15 = 0.25 - v12;
-  const double v16 = v12 - 0.13;
-  const double v17 = v13 + v7;
-  const double v18 = v14 * v15;
-  const double v19 = 8.333333333333334 * v16;
-  const int v20 = v16 < 0.0;
-  const int v21 = 5.76e-17 < v18;
-  const double v22 = v20 ? -1.0 : 1.0;
-  const double v23 = sqrt(v18);
-  const double v24 = 69.44444444444444 * v18;
-  const double v25 = v21 ? v19 : v22;
-  const double v26 = 8.333333333333334 * v23;
-  const double v27 = 0.3 * v25;
-  const double v28 = v21 ? v26 : 0.0;
-  const double v29 = 0.2 + v27;
-  const double v30 = choice_0 * v28;
-  const double v31 = T_7 * v29;
-  const double v32 = 0.3 * v30;
-  const double v33 = v2 * v29;
-  const double v34 = v2 * v32;
-  const double v35 = T_7 * v32;
-  const double v36 = v31 - v34;
-  const double v37 = v35 + v33;
-  const double v38 = v36 * v36;
-  const double v39 = 1e-150 + v37;
-  const double v40 = v39 * v39;
-  const double v41 = v38 + v40;
-  const double v42 = sqrt(v41);
-  const double v43 = v36 / v42;
-  const double v44 = v39 / v42;
-  const double v45 = atan2(v43, v44);
-  const double v46 = 0.2 * v43;
-  const double v47 = v25 * v43;
-  const double v48 = v30 * v44;
-  const double v49 = 0.2 * v44;
-  const double v50 = v25 * v44;
-  const double v51 = v30 * v43;
-  const double v52 = v47 + v48;
-  const double v53 = v50 - v51;
-  const double v54 = 0.3 * v52;
-  const double v55 = 0.3 * v53;
-  const double v56 = v46 + v54;
-  const double v57 = v49 + v55;
-  const double v58 = v57 - 0.2;
-  const double v59 = v56 * v56;
-  const double v60 = v58 * v58;
-  const double v61 = v60 + v59;
-  const double v62 = 0.5 * v61;
-  const double v63 = 0.25 - v61;
-  const double v64 = v61 - 0.01;
-  const double v65 = 0.02 + v62;
-  const double v66 = v63 * v64;
-  const double v67 = v65 - 0.045;
-  const double v68 = sqrt(v66);
-  const double v69 = v67 / v61;
-  const double v70 = 0.5 * v68;
-  const double v71 = v56 * v69;
-  const double v72 = v70 / v61;
-  const double v73 = v58 * v69;
-  const double v74 = v58 * v72;
-  const double v75 = v56 * v72;
-  const double v76 = v71 - v74;
-  const double v77 = v73 + v75;
-  const double v78 = 5.0 * v76;
-  const double v79 = 5.0 * v77;
-  const double v80 = 0.2 + v77;
-  const double v81 = v76 - v46;
-  const double v82 = atan2(v78, v79);
-  const double v83 = v80 - v49;
-  const double v84 = v81 * v81;
-  const double v85 = 0.5 * v81;
-  const double v86 = 0.5 * v83;
-  const double v87 = v83 * v83;
-  const double v88 = v87 + v84;
-  const double v89 = 0.36 - v88;
-  const double v90 = v88 * v89;
-  const double v91 = sqrt(v90);
-  const double v92 = 0.5 * v91;
-  const double v93 = v92 / v88;
-  const double v94 = v81 * v93;
-  const double v95 = v83 * v93;
-  const double v96 = v86 - v94;
-  const double v97 = v95 + v85;
-  const double v98 = 0.9999999999999999 * v96;
-  const double v99 = 0.9999999999999999 * v97;
-  const double v100 = 3.333333333333333 * v96;
-  const double v101 = 3.333333333333333 * v97;
-  const double v102 = v98 + v49;
-  const double v103 = v99 + v46;
-  const double v104 = v100 - T_0;
-  const double v105 = T_1 + v101;
-  const double v106 = v101 - T_4;
-  const double v107 = v100 - T_5;
-  const double v108 = v102 - 0.1;
-  const double v109 = v103 - T_7;
-  const double v110 = v104 * v104;
-  const double v111 = v105 * v105;
-  const double v112 = v106 * v106;
-  const double v113 = v107 * v107;
-  const double v114 = v108 - T_3;
-  const double v115 = v109 * v109;
-  const double v116 = v17 + v110;
-  const double v117 = v114 * v114;
-  const double v118 = v116 + v111;
-  const double v119 = v3 + v117;
-  const double v120 = v118 + v112;
-  const double v121 = v119 + v115;
-  const double v122 = v120 + v113;
-  const double v123 = v122 + v11;
-  const double v124 = 0.5 * v123;
-  const double v125 = v121 + v124;
-  const double v126 = v121 - v124;
-  const double v127 = fabs(v126);
-  const double v128 = v125 + v127;
-  const double v129 = 0.5 * v128;
-  const double v130 = sqrt(v129);
-  // margin
-  margin[0] = v24;
-  // q
-  q[0] = v45;
-  // q
-  q[1] = v82;
+  const double v1 = T_4 * T_4;
+  const double v2 = 1e-150 + T_0;
+  const double v3 = T_3 + 0.1;
+  const double v4 = T_11 * T_11;
+  const double v5 = T_2 * T_2;
+  const double v6 = T_6 * T_6;
+  const double v7 = T_8 * T_8;
+  const double v8 = T_9 * T_9;
+  const double v9 = 1.0 - T_10;
+  const double v10 = v2 * v2;
+  const double v11 = v5 + v6;
+  const double v12 = v9 * v9;
+  const double v13 = v1 + v10;
+  const double v14 = v11 + v7;
+  const double v15 = sqrt(v13);
+  const double v16 = v14 + v8;
+  const double v17 = T_4 / v15;
+  const double v18 = v2 / v15;
+  const double v19 = 0.3 * v17;
+  const double v20 = 0.3 * v18;
+  const double v21 = T_7 - v19;
+  const double v22 = v3 - v20;
+  const double v23 = 0.2 * v21;
+  const double v24 = 0.2 * v22;
+  const double v25 = v23 * v23;
+  const double v26 = 1e-150 + v24;
+  const double v27 = v26 * v26;
+  const double v28 = v25 + v27;
+  const double v29 = sqrt(v28);
+  const double v30 = v23 / v29;
+  const double v31 = v26 / v29;
+  const double v32 = atan2(v30, v31);
+  const double v33 = 0.2 * v30;
+  const double v34 = 0.2 * v31;
+  const double v35 = v19 + v33;
+  const double v36 = v20 + v34;
+  const double v37 = v36 - 0.2;
+  const double v38 = v35 * v35;
+  const double v39 = v37 * v37;
+  const double v40 = v39 + v38;
+  const double v41 = 0.5 * v40;
+  const double v42 = 0.25 - v40;
+  const double v43 = v40 - 0.01;
+  const double v44 = 0.02 + v41;
+  const double v45 = v42 * v43;
+  const double v46 = v44 - 0.045;
+  const double v47 = sqrt(v45);
+  const double v48 = v46 / v40;
+  const double v49 = 0.5 * v47;
+  const double v50 = v35 * v48;
+  const double v51 = v49 / v40;
+  const double v52 = v37 * v48;
+  const double v53 = v37 * v51;
+  const double v54 = v35 * v51;
+  const double v55 = v50 - v53;
+  const double v56 = v52 + v54;
+  const double v57 = 5.0 * v55;
+  const double v58 = 5.0 * v56;
+  const double v59 = 0.2 + v56;
+  const double v60 = v55 - v33;
+  const double v61 = atan2(v57, v58);
+  const double v62 = v59 - v34;
+  const double v63 = v60 * v60;
+  const double v64 = 0.5 * v60;
+  const double v65 = 0.5 * v62;
+  const double v66 = v62 * v62;
+  const double v67 = v66 + v63;
+  const double v68 = 0.36 - v67;
+  const double v69 = v67 * v68;
+  const double v70 = sqrt(v69);
+  const double v71 = 0.5 * v70;
+  const double v72 = v71 / v67;
+  const double v73 = v60 * v72;
+  const double v74 = v62 * v72;
+  const double v75 = v65 - v73;
+  const double v76 = v74 + v64;
+  const double v77 = 0.9999999999999999 * v75;
+  const double v78 = 0.9999999999999999 * v76;
+  const double v79 = 3.333333333333333 * v75;
+  const double v80 = 3.333333333333333 * v76;
+  const double v81 = v77 + v34;
+  const double v82 = v78 + v33;
+  const double v83 = v79 - T_0;
+  const double v84 = T_1 + v80;
+  const double v85 = v80 - T_4;
+  const double v86 = v79 - T_5;
+  const double v87 = v81 - 0.1;
+  const double v88 = v82 - T_7;
+  const double v89 = v83 * v83;
+  const double v90 = v84 * v84;
+  const double v91 = v85 * v85;
+  const double v92 = v86 * v86;
+  const double v93 = v87 - T_3;
+  const double v94 = v88 * v88;
+  const double v95 = v16 + v89;
+  const double v96 = v93 * v93;
+  const double v97 = v95 + v90;
+  const double v98 = v4 + v96;
+  const double v99 = v97 + v91;
+  const double v100 = v98 + v94;
+  const double v101 = v99 + v92;
+  const double v102 = v101 + v12;
+  const double v103 = 0.5 * v102;
+  const double v104 = v100 + v103;
+  const double v105 = v100 - v103;
+  const double v106 = fabs(v105);
+  const double v107 = v104 + v106;
+  const double v108 = 0.5 * v107;
+  const double v109 = sqrt(v108);
+  // constant entries of margin
+  margin[0] = 1.0;
+  // column 1 of q
+  q[0] = v32;
+  // column 2 of q
+  q[1] = v61;
   // residual
-  residual[0] = v130;
-}
-#endif
-
-void five_bar_ik(const double T[16], double q[4], double residual[2], double margin[2]) {
-#if FIVE_BAR_BRANCHES
-  LANES_NAME(five_bar_ik_branches)(T, q, residual, margin);
-#else
-  double own_T[16];
-  for (int i = 0; i < 16; i++) {
-    own_T[i] = T[i];
-  }
-  for (int b = 0; b < 2; b++) {
-    const double choice[1] = {b & 1 ? -1.0 : 1.0};
-    five_bar_ik_branch(own_T, choice, q + 2 * b, residual + 1 * b, margin + 1 * b);
-  }
-#endif
+  residual[0] = v109;
 }

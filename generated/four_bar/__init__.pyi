@@ -578,7 +578,7 @@ def ik(
     T: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> Solutions:
-    """Every solution of the inverse kinematics, in 2 slots.
+    """Every solution of the inverse kinematics, in 1 slots.
 
     fk(q[k]) = T wherever residual[k] is rounding
 
@@ -588,7 +588,7 @@ def ik(
         threads: How many share a large batch.
 
     Returns:
-        q (..., 2, 1): joint coordinates, one solution a row (rad).
-        residual (..., 2): distance of fk(q[k]) from the target (m or rad).
-        margin (..., 2): distance from the boundary of the reachable set, negative beyond (1).
+        q (..., 1, 1): joint coordinates, one solution a row (rad).
+        residual (..., 1): distance of fk(q[k]) from the target (m or rad).
+        margin (..., 1): distance from the boundary of the reachable set, negative beyond (1).
     """

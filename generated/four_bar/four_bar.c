@@ -2,7 +2,6 @@
 #include "four_bar.h"
 
 #include "chasles_cos_sin.h"
-#include "four_bar_branches.h"
 
 // Pose of the tool (ee) in the base frame (0).
 // 35 operations: multiply 17, add 12, negate 1, trig 2, other 3
@@ -2136,10 +2135,9 @@ void four_bar_constraint_D_z_dot(const double z[3], const double zd[3], double r
   residual_D_z_dot[3] = v29;
 }
 
-#if !FOUR_BAR_BRANCHES
-// One branch of ik.
-// 112 operations: multiply 52, add 45, trig 1, other 14
-static void four_bar_ik_branch(const double T[16], const double choice[1], double q[1], double residual[1], double margin[1]) {
+// Every solution of the inverse kinematics, in 1 slots.
+// 93 operations: multiply 41, add 40, trig 1, other 11
+void four_bar_ik(const double T[16], double q[1], double residual[1], double margin[1]) {
   // inputs
   const double T_0 = T[0];
   const double T_1 = T[1];
@@ -2153,140 +2151,104 @@ static void four_bar_ik_branch(const double T[16], const double choice[1], doubl
   const double T_9 = T[9];
   const double T_10 = T[10];
   const double T_11 = T[11];
-  const double choice_0 = choice[0];
   // shared terms
-  const double v1 = T_3 * T_3;
-  const double v2 = T_7 * T_7;
-  const double v3 = T_2 * T_2;
-  const double v4 = T_6 * T_6;
-  const double v5 = T_8 * T_8;
-  const double v6 = T_9 * T_9;
-  const double v7 = 1.0 - T_10;
-  const double v8 = T_11 * T_11;
-  const double v9 = v1 + v2;
-  const double v10 = v3 + v4;
-  const double v11 = v7 * v7;
-  const double v12 = v9 - 0.008481254575402908;
-  const double v13 = 0.0853187454245971 - v9;
-  const double v14 = v9 - 0.0469;
-  const double v15 = v10 + v5;
-  const double v16 = v12 * v13;
-  const double v17 = 26.028960314767676 * v14;
-  const int v18 = v14 < 0.0;
-  const double v19 = v15 + v6;
-  const int v20 = 5.904e-18 < v16;
-  const double v21 = v18 ? -1.0 : 1.0;
-  const double v22 = sqrt(v16);
-  const double v23 = 677.5067750677507 * v16;
-  const double v24 = v20 ? v17 : v21;
-  const double v25 = 26.028960314767676 * v22;
-  const double v26 = 0.7808688094430303 * v24;
-  const double v27 = v20 ? v25 : 0.0;
-  const double v28 = 0.6246950475544243 * v24;
-  const double v29 = choice_0 * v27;
-  const double v30 = 0.6246950475544243 * v29;
-  const double v31 = 0.7808688094430303 * v29;
-  const double v32 = v26 + v30;
-  const double v33 = v31 - v28;
-  const double v34 = 0.15 * v32;
-  const double v35 = 0.12 * v33;
-  const double v36 = 0.15 * v33;
-  const double v37 = 0.12 * v32;
-  const double v38 = v34 - v35;
-  const double v39 = v36 + v37;
-  const double v40 = v38 + 0.1;
-  const double v41 = T_3 * v39;
-  const double v42 = T_7 * v39;
-  const double v43 = T_7 * v40;
-  const double v44 = T_3 * v40;
-  const double v45 = v43 - v41;
-  const double v46 = v44 + v42;
-  const double v47 = v45 * v45;
-  const double v48 = 1e-150 + v46;
-  const double v49 = v48 * v48;
-  const double v50 = v47 + v49;
-  const double v51 = sqrt(v50);
-  const double v52 = v45 / v51;
-  const double v53 = v48 / v51;
-  const double v54 = atan2(v52, v53);
-  const double v55 = 0.1 * v53;
-  const double v56 = 0.1 * v52;
-  const double v57 = 0.35 - v55;
-  const double v58 = v56 * v56;
-  const double v59 = v57 * v57;
-  const double v60 = v59 + v58;
-  const double v61 = 0.5 * v60;
-  const double v62 = 0.3025 - v60;
-  const double v63 = v60 - 0.0025;
-  const double v64 = 0.045 + v61;
-  const double v65 = v62 * v63;
-  const double v66 = v64 - 0.03125;
-  const double v67 = sqrt(v65);
-  const double v68 = v66 / v60;
-  const double v69 = 0.5 * v67;
-  const double v70 = v57 * v68;
-  const double v71 = v69 / v60;
-  const double v72 = v56 * v68;
-  const double v73 = v56 * v71;
-  const double v74 = v57 * v71;
-  const double v75 = v70 + v73;
-  const double v76 = v74 - v72;
-  const double v77 = 3.333333333333333 * v75;
-  const double v78 = 3.333333333333333 * v76;
-  const double v79 = 0.49999999999999994 * v75;
-  const double v80 = 0.39999999999999997 * v76;
-  const double v81 = 0.49999999999999994 * v76;
-  const double v82 = 0.39999999999999997 * v75;
-  const double v83 = v77 - T_5;
-  const double v84 = v77 - T_0;
-  const double v85 = T_1 + v78;
-  const double v86 = v78 - T_4;
-  const double v87 = v79 - v80;
-  const double v88 = v81 + v82;
-  const double v89 = v83 * v83;
-  const double v90 = v84 * v84;
-  const double v91 = v85 * v85;
-  const double v92 = v86 * v86;
-  const double v93 = v87 + v55;
-  const double v94 = v56 + v88;
-  const double v95 = v19 + v89;
-  const double v96 = v93 - T_3;
-  const double v97 = v94 - T_7;
-  const double v98 = v95 + v11;
-  const double v99 = v96 * v96;
-  const double v100 = v97 * v97;
-  const double v101 = v98 + v90;
-  const double v102 = v8 + v99;
-  const double v103 = v101 + v91;
-  const double v104 = v102 + v100;
-  const double v105 = v103 + v92;
-  const double v106 = 0.5 * v105;
-  const double v107 = v106 + v104;
-  const double v108 = v104 - v106;
-  const double v109 = fabs(v108);
-  const double v110 = v107 + v109;
-  const double v111 = 0.5 * v110;
-  const double v112 = sqrt(v111);
-  // margin
-  margin[0] = v23;
+  const double v1 = T_4 * T_4;
+  const double v2 = 1e-150 + T_0;
+  const double v3 = T_11 * T_11;
+  const double v4 = T_2 * T_2;
+  const double v5 = T_6 * T_6;
+  const double v6 = T_8 * T_8;
+  const double v7 = T_9 * T_9;
+  const double v8 = 1.0 - T_10;
+  const double v9 = v2 * v2;
+  const double v10 = v4 + v5;
+  const double v11 = v8 * v8;
+  const double v12 = v1 + v9;
+  const double v13 = v10 + v6;
+  const double v14 = sqrt(v12);
+  const double v15 = v13 + v7;
+  const double v16 = T_4 / v14;
+  const double v17 = v2 / v14;
+  const double v18 = 0.15 * v16;
+  const double v19 = 0.12 * v17;
+  const double v20 = 0.15 * v17;
+  const double v21 = 0.12 * v16;
+  const double v22 = v18 + v19;
+  const double v23 = v20 - v21;
+  const double v24 = T_7 - v22;
+  const double v25 = T_3 - v23;
+  const double v26 = 0.1 * v24;
+  const double v27 = 0.1 * v25;
+  const double v28 = v26 * v26;
+  const double v29 = 1e-150 + v27;
+  const double v30 = v29 * v29;
+  const double v31 = v28 + v30;
+  const double v32 = sqrt(v31);
+  const double v33 = v26 / v32;
+  const double v34 = v29 / v32;
+  const double v35 = atan2(v33, v34);
+  const double v36 = 0.1 * v34;
+  const double v37 = 0.1 * v33;
+  const double v38 = 0.35 - v36;
+  const double v39 = v37 * v37;
+  const double v40 = v38 * v38;
+  const double v41 = v40 + v39;
+  const double v42 = 0.5 * v41;
+  const double v43 = 0.3025 - v41;
+  const double v44 = v41 - 0.0025;
+  const double v45 = 0.045 + v42;
+  const double v46 = v43 * v44;
+  const double v47 = v45 - 0.03125;
+  const double v48 = sqrt(v46);
+  const double v49 = v47 / v41;
+  const double v50 = 0.5 * v48;
+  const double v51 = v38 * v49;
+  const double v52 = v50 / v41;
+  const double v53 = v37 * v49;
+  const double v54 = v37 * v52;
+  const double v55 = v38 * v52;
+  const double v56 = v51 + v54;
+  const double v57 = v55 - v53;
+  const double v58 = 0.49999999999999994 * v56;
+  const double v59 = 0.39999999999999997 * v57;
+  const double v60 = 0.49999999999999994 * v57;
+  const double v61 = 0.39999999999999997 * v56;
+  const double v62 = 3.333333333333333 * v56;
+  const double v63 = 3.333333333333333 * v57;
+  const double v64 = v58 - v59;
+  const double v65 = v60 + v61;
+  const double v66 = v62 - T_0;
+  const double v67 = T_1 + v63;
+  const double v68 = v63 - T_4;
+  const double v69 = v62 - T_5;
+  const double v70 = v64 + v36;
+  const double v71 = v37 + v65;
+  const double v72 = v66 * v66;
+  const double v73 = v67 * v67;
+  const double v74 = v68 * v68;
+  const double v75 = v69 * v69;
+  const double v76 = v70 - T_3;
+  const double v77 = v71 - T_7;
+  const double v78 = v15 + v72;
+  const double v79 = v76 * v76;
+  const double v80 = v77 * v77;
+  const double v81 = v78 + v73;
+  const double v82 = v3 + v79;
+  const double v83 = v81 + v74;
+  const double v84 = v82 + v80;
+  const double v85 = v83 + v75;
+  const double v86 = v85 + v11;
+  const double v87 = 0.5 * v86;
+  const double v88 = v84 - v87;
+  const double v89 = v84 + v87;
+  const double v90 = fabs(v88);
+  const double v91 = v90 + v89;
+  const double v92 = 0.5 * v91;
+  const double v93 = sqrt(v92);
+  // constant entries of margin
+  margin[0] = 1.0;
   // q
-  q[0] = v54;
+  q[0] = v35;
   // residual
-  residual[0] = v112;
-}
-#endif
-
-void four_bar_ik(const double T[16], double q[2], double residual[2], double margin[2]) {
-#if FOUR_BAR_BRANCHES
-  LANES_NAME(four_bar_ik_branches)(T, q, residual, margin);
-#else
-  double own_T[16];
-  for (int i = 0; i < 16; i++) {
-    own_T[i] = T[i];
-  }
-  for (int b = 0; b < 2; b++) {
-    const double choice[1] = {b & 1 ? -1.0 : 1.0};
-    four_bar_ik_branch(own_T, choice, q + 1 * b, residual + 1 * b, margin + 1 * b);
-  }
-#endif
+  residual[0] = v93;
 }

@@ -260,14 +260,14 @@ void four_bar_constraint_D_z(const double z[3], double residual_D_z[6]);
  *   residual_D_z_dot: rate of the constraint Jacobian, 2 x 3 (1/s, m/s, 1/(m s)) */
 void four_bar_constraint_D_z_dot(const double z[3], const double zd[3], double residual_D_z_dot[6]);
 
-/* Every solution of the inverse kinematics, in 2 slots.
+/* Every solution of the inverse kinematics, in 1 slots.
  * fk(q[k]) = T wherever residual[k] is rounding
- * 192 operations: multiply 86, add 82, trig 2, other 22.
+ * 93 operations: multiply 41, add 40, trig 1, other 11.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
- *   q: joint coordinates, one solution a row, 2 x 1 (rad)
- *   residual: distance of fk(q[k]) from the target, 2 (m or rad)
- *   margin: distance from the boundary of the reachable set, negative beyond, 2 (1) */
-void four_bar_ik(const double T[16], double q[2], double residual[2], double margin[2]);
+ *   q: joint coordinates, one solution a row, 1 x 1 (rad)
+ *   residual: distance of fk(q[k]) from the target, 1 (m or rad)
+ *   margin: distance from the boundary of the reachable set, negative beyond, 1 (1) */
+void four_bar_ik(const double T[16], double q[1], double residual[1], double margin[1]);
 
 #ifdef __cplusplus
 }

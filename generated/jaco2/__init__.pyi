@@ -294,23 +294,6 @@ def acceleration_mixed(
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
     """
 
-def ik_matrices(
-    T: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Left side of Raghavan and Roth's equations, which are free of joint_5.
-
-    left (1, y) = B(joint_2) x, y of joint_6, joint_1 and x of joint_3, joint_4
-
-    Args:
-        T (..., 4, 4): pose of the tool, T_0_ee (1, m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        left (..., 14, 9): left side: the columns of 1 and of the products of joint_6 and joint_1 (1, m, m^2, m^3).
-    """
-
 def ik(
     T: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,

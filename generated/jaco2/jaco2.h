@@ -145,16 +145,9 @@ void jaco2_acceleration_body(const double q[6], const double qd[6], const double
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void jaco2_acceleration_mixed(const double q[6], const double qd[6], const double qdd[6], double A[6]);
 
-/* Left side of Raghavan and Roth's equations, which are free of joint_5.
- * left (1, y) = B(joint_2) x, y of joint_6, joint_1 and x of joint_3, joint_4
- * 238 operations: multiply 145, add 69, negate 24.
- *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
- *   left: left side: the columns of 1 and of the products of joint_6 and joint_1, 14 x 9 (1, m, m^2, m^3) */
-void jaco2_ik_matrices(const double T[16], double left[126]);
-
 /* Every solution of the inverse kinematics, in 16 slots, solutions first.
  * fk(q[k]) = T wherever residual[k] is rounding
- * About 100000 operations.
+ * About 60000 operations.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: joint coordinates, one solution a row, 16 x 6 (rad)
  *   residual: distance of fk(q[k]) from the target, 16 (m or rad)

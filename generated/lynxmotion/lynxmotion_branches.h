@@ -18,7 +18,7 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
-// One branch of ik: 176 operations: multiply 87, add 65, negate 3, trig 5, other 16
+// One branch of ik: 206 operations: multiply 100, add 74, negate 4, trig 5, other 23
 LANES_INLINE void LANES_NAME(lynxmotion_ik_branch)(
     const double *T, const double (*choice)[8], int b, lanes *out)
 {
@@ -26,68 +26,81 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_branch)(
       T_3 = LANES_OF(T[3]), T_4 = LANES_OF(T[4]), T_5 = LANES_OF(T[5]), T_6 = LANES_OF(T[6]),
       T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
       T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
-      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b), v1 = 0.2 * T_6, v2 = 0.2 * T_2,
-      v3 = 0.2 * T_10, v4 = 1e-150 + T_10, v5 = T_7 - v1, v6 = T_3 - v2, v7 = T_11 - v3,
-      v8 = v4 * v4, v9 = v5 * v5, v10 = 1e-150 - v6, v11 = v7 - 0.1, v12 = v10 * v10,
-      v13 = v10 * choice_0, v14 = v9 + v12;
-  LANES_LET1(v16, rsqrt, v14);
-  const lanes v18 = v5 * v16, v19 = v10 * v16, v21 = choice_0 * v19, v22 = choice_0 * v18,
-      v23 = T_2 * v21, v24 = T_6 * v22, v25 = v6 * v21, v26 = v5 * v22, v27 = T_0 * v22,
-      v28 = T_4 * v21, v29 = T_0 * v21, v30 = T_4 * v22, v31 = v23 - v24, v32 = v25 - v26,
-      v33 = v27 + v28, v34 = v29 - v30, v35 = v31 * v31, v37 = v33 * v33, v38 = v35 + v8;
-  LANES_LET1(v39, rsqrt, v38);
-  const lanes v40 = v4 * v39, v41 = v31 * v39, v42 = 0.1 * v40, v43 = 0.1 * v41, v44 = v40 * v34,
-      v45 = T_8 * v41, v46 = v21 * v40, v47 = v21 * v41, v48 = v22 * v40, v49 = v22 * v41,
-      v50 = v40 - T_10, v51 = v11 + v42, v52 = v32 + v43, v53 = v44 - v45, v54 = v47 - T_2,
-      v55 = T_6 + v49, v56 = v50 * v50, v57 = v52 * v52, v58 = v51 * v51, v59 = 1e-150 + v53,
-      v60 = v54 * v54, v61 = v55 * v55, v62 = v57 + v58, v63 = v59 * v59, v65 = 0.04 - v62,
-      v66 = v62 - 0.02, v67 = v37 + v63, v68 = v62 * v65, v69 = 50.0 * v66;
-  const lanes_where v70 = LANES_LT(v66, 0.0); LANES_LET1(v71, rsqrt, v67);
-  const lanes_where v72 = LANES_LT(1.6e-18, v68);
-  const lanes v73 = LANES_CHOICE(v70, -1.0, 1.0);
-  LANES_LET1(v74, sqrt, v68);
-  const lanes v75 = v33 * v71, v76 = v59 * v71, v77 = 2500.0 * v68,
-      v78 = LANES_CHOICE(v72, v69, v73), v79 = 50.0 * v74, v80 = v22 * v75, v81 = v76 * v46,
-      v82 = v22 * v76, v83 = v75 * v46, v84 = v21 * v75, v85 = v76 * v48, v86 = v21 * v76,
-      v87 = v75 * v48, v88 = v41 * v76, v89 = v41 * v75;
-  out[6] = v77;
-  const lanes v90 = 0.1 * v78, v91 = LANES_CHOICE(v72, v79, 0.0), v92 = v80 + v81, v93 = v82 - v83,
-      v94 = v84 - v85, v95 = v86 + v87, v96 = T_8 + v88, v97 = v89 - T_9, v98 = v90 + 0.1,
-      v99 = choice_1 * v91, v101 = v92 - T_0, v102 = v93 - T_1, v103 = v94 - T_4, v104 = v95 - T_5,
-      v105 = v96 * v96, v106 = v97 * v97, v107 = v51 * v98, v108 = 0.1 * v99, v109 = v52 * v98,
-      v111 = v101 * v101, v112 = v102 * v102, v113 = v103 * v103, v114 = v104 * v104,
-      v115 = v52 * v108, v116 = v51 * v108, v117 = v111 + v112, v118 = v107 - v115,
-      v119 = v109 + v116, v120 = v117 + v60, v121 = v118 * v118, v122 = 1e-150 + v119,
-      v123 = v120 + v113, v124 = v122 * v122;
-  LANES_LET2(v125, atan2, v118, v122);
-  const lanes v126 = v123 + v114, v127 = v121 + v124;
-  out[1] = v125;
-  const lanes v129 = v126 + v61;
-  LANES_LET1(v130, rsqrt, v127);
-  const lanes v132 = v129 + v105, v133 = v118 * v130, v134 = v122 * v130, v138 = v132 + v106,
-      v142 = v78 * v134, v143 = v99 * v133, v144 = 0.1 * v134, v145 = v78 * v133, v146 = v99 * v134,
-      v147 = 0.1 * v133, v148 = v138 + v56, v150 = v142 - v143, v151 = v145 + v146,
-      v152 = 0.5 * v148, v154 = 0.1 * v150, v155 = 0.1 * v151, v156 = v43 + v154, v157 = v42 + v155,
-      v158 = v156 + v144, v159 = v157 + v147, v160 = v21 * v158, v161 = v22 * v158,
-      v162 = v159 + 0.1, v163 = v160 - T_3, v164 = T_7 + v161, v165 = v162 - T_11,
-      v166 = v163 * v163, v167 = v164 * v164, v168 = v165 * v165, v169 = v166 + v167,
-      v170 = v169 + v168, v171 = v170 + v152, v172 = v170 - v152;
-  LANES_LET1(v173, fabs, v172);
-  const lanes v174 = v171 + v173, v175 = 0.5 * v174;
-  LANES_LET1(v176, sqrt, v175); out[5] = v176;
-  lanes v15, v36; LANES_NAME(lanes_two_atan2)(&v5, &v13, &v31, &v4, &v15, &v36);
-  lanes v64, v100; LANES_NAME(lanes_two_atan2)(&v33, &v59, &v91, &v78, &v64, &v100);
-  const lanes v17 = choice_0 * v15, v20 = -v17;
-  out[0] = v20; out[4] = v64;
-  const lanes v110 = choice_1 * v100;
-  out[2] = v110;
-  const lanes v128 = v36 + v125, v131 = v128 + v110, v135 = -v131, v136 = v131 + 6.283185307179586,
-      v137 = 6.283185307179586 - v131;
-  const lanes_where v139 = LANES_LT(3.141592653589793, v135);
-  const lanes v140 = -v136;
-  const lanes_where v141 = LANES_LT(v135, -3.141592653589793);
-  const lanes v149 = LANES_CHOICE(v141, v137, v135), v153 = LANES_CHOICE(v139, v140, v149);
-  out[3] = v153;
+      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b), v1 = 0.2 * T_2, v2 = 0.2 * T_6,
+      v3 = T_2 * T_2, v4 = T_6 * T_6, v5 = T_10 * T_10, v6 = 0.2 * T_10, v7 = 1e-150 - T_2,
+      v8 = 1e-150 + T_10, v9 = T_3 - v1, v10 = T_7 - v2, v11 = v3 + v4, v12 = T_11 - v6,
+      v13 = v7 * v7, v14 = v8 * v8, v15 = v9 * v9, v16 = v10 * v10, v17 = v11 + v5, v18 = v12 * v12,
+      v19 = 1e-150 - v9, v20 = v4 + v13, v21 = v12 - 0.1, v22 = v15 + v16, v23 = 1e-300 + v17,
+      v24 = v19 * v19;
+  LANES_LET1(v25, rsqrt, v20);
+  const lanes v26 = v22 * v23, v27 = v22 + v18, v28 = v16 + v24, v29 = T_6 * v25, v30 = v7 * v25,
+      v31 = 1e-300 + v27;
+  LANES_LET1(v32, rsqrt, v28);
+  const lanes v33 = v11 * v31, v34 = v10 * v32, v35 = v19 * v32;
+  const lanes_where v36 = LANES_LT(v26, v33);
+  const lanes v37 = T_6 * v34, v38 = T_2 * v35, v39 = choice_0 * v34, v40 = choice_0 * v35,
+      v41 = v37 - v38, v42 = -v39;
+  const lanes_where v43 = LANES_LE(0.0, v41);
+  const lanes v44 = LANES_CHOICE(v43, 1.0, -1.0), v45 = choice_0 * v44, v46 = v45 * v29,
+      v47 = v45 * v30, v48 = -v46, v49 = LANES_CHOICE(v36, v47, v40),
+      v50 = LANES_CHOICE(v36, v48, v42), v51 = T_2 * v49, v52 = v9 * v49, v53 = T_4 * v49,
+      v54 = T_0 * v49, v56 = T_6 * v50, v57 = v10 * v50, v58 = T_0 * v50, v59 = T_4 * v50,
+      v60 = v51 + v56, v61 = v52 + v57, v62 = v53 - v58, v63 = v54 + v59, v64 = v60 * v60,
+      v66 = v62 * v62, v67 = v64 + v14;
+  LANES_LET1(v68, rsqrt, v67);
+  const lanes v69 = v8 * v68, v70 = v60 * v68, v71 = 0.1 * v69, v72 = 0.1 * v70, v73 = v69 * v63,
+      v74 = T_8 * v70, v75 = v49 * v69, v76 = v49 * v70, v77 = v50 * v69, v78 = v50 * v70,
+      v79 = v69 - T_10, v80 = v21 + v71, v81 = v61 + v72, v82 = v73 - v74, v83 = v76 - T_2,
+      v84 = v78 - T_6, v85 = v79 * v79, v86 = v81 * v81, v87 = v80 * v80, v88 = 1e-150 + v82,
+      v89 = v83 * v83, v90 = v84 * v84, v91 = v86 + v87, v92 = v88 * v88, v94 = 0.04 - v91,
+      v95 = v91 - 0.02, v96 = v66 + v92, v97 = v91 * v94, v98 = 50.0 * v95;
+  const lanes_where v99 = LANES_LT(v95, 0.0); LANES_LET1(v100, rsqrt, v96);
+  const lanes_where v101 = LANES_LT(1.6e-18, v97);
+  const lanes v102 = LANES_CHOICE(v99, -1.0, 1.0);
+  LANES_LET1(v103, sqrt, v97);
+  const lanes v104 = v62 * v100, v105 = v88 * v100, v106 = 2500.0 * v97,
+      v107 = LANES_CHOICE(v101, v98, v102), v108 = 50.0 * v103, v109 = v105 * v75,
+      v110 = v50 * v104, v111 = v50 * v105, v112 = v104 * v75, v113 = v49 * v104, v114 = v105 * v77,
+      v115 = v49 * v105, v116 = v104 * v77, v117 = v70 * v105, v118 = v70 * v104,
+      v119 = LANES_MIN(v106, 1.0), v120 = 0.1 * v107, v121 = LANES_CHOICE(v101, v108, 0.0),
+      v122 = v109 - v110, v123 = v111 + v112, v124 = v113 + v114, v125 = v115 - v116,
+      v126 = T_8 + v117, v127 = v118 - T_9;
+  out[6] = v119;
+  const lanes v128 = v120 + 0.1, v129 = choice_1 * v121, v131 = v122 - T_0, v132 = T_1 + v123,
+      v133 = v124 - T_4, v134 = v125 - T_5, v135 = v126 * v126, v136 = v127 * v127,
+      v137 = v80 * v128, v138 = 0.1 * v129, v139 = v81 * v128, v141 = v131 * v131,
+      v142 = v132 * v132, v143 = v133 * v133, v144 = v134 * v134, v145 = v81 * v138,
+      v146 = v80 * v138, v147 = v141 + v142, v148 = v137 - v145, v149 = v139 + v146,
+      v150 = v147 + v89, v151 = v148 * v148, v152 = 1e-150 + v149, v153 = v150 + v143,
+      v154 = v152 * v152;
+  LANES_LET2(v155, atan2, v148, v152);
+  const lanes v156 = v153 + v144, v157 = v151 + v154;
+  out[1] = v155;
+  const lanes v159 = v156 + v90;
+  LANES_LET1(v160, rsqrt, v157);
+  const lanes v162 = v159 + v135, v163 = v148 * v160, v164 = v152 * v160, v168 = v162 + v136,
+      v172 = v107 * v164, v173 = v129 * v163, v174 = 0.1 * v164, v175 = v107 * v163,
+      v176 = v129 * v164, v177 = 0.1 * v163, v178 = v168 + v85, v180 = v172 - v173,
+      v181 = v175 + v176, v182 = 0.5 * v178, v184 = 0.1 * v180, v185 = 0.1 * v181,
+      v186 = v72 + v184, v187 = v71 + v185, v188 = v186 + v174, v189 = v187 + v177,
+      v190 = v49 * v188, v191 = v50 * v188, v192 = v189 + 0.1, v193 = v190 - T_3, v194 = v191 - T_7,
+      v195 = v192 - T_11, v196 = v193 * v193, v197 = v194 * v194, v198 = v195 * v195,
+      v199 = v196 + v197, v200 = v199 + v198, v201 = v200 + v182, v202 = v200 - v182;
+  LANES_LET1(v203, fabs, v202);
+  const lanes v204 = v201 + v203, v205 = 0.5 * v204;
+  LANES_LET1(v206, sqrt, v205); out[5] = v206;
+  lanes v55, v65; LANES_NAME(lanes_two_atan2)(&v50, &v49, &v60, &v8, &v55, &v65);
+  lanes v93, v130; LANES_NAME(lanes_two_atan2)(&v62, &v88, &v121, &v107, &v93, &v130); out[0] = v55;
+  out[4] = v93;
+  const lanes v140 = choice_1 * v130;
+  out[2] = v140;
+  const lanes v158 = v65 + v155, v161 = v158 + v140, v165 = -v161, v166 = v161 + 6.283185307179586,
+      v167 = 6.283185307179586 - v161;
+  const lanes_where v169 = LANES_LT(3.141592653589793, v165);
+  const lanes v170 = -v166;
+  const lanes_where v171 = LANES_LT(v165, -3.141592653589793);
+  const lanes v179 = LANES_CHOICE(v171, v167, v165), v183 = LANES_CHOICE(v169, v170, v179);
+  out[3] = v183;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_branches)(const double *T, double *q, double *residual, double *margin)
@@ -108,7 +121,7 @@ static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_branches)(cons
   }
 }
 
-// One branch of ik_position: 84 operations: multiply 42, add 29, negate 1, trig 3, other 9
+// One branch of ik_position: 142 operations: multiply 70, add 41, negate 2, trig 4, other 25
 LANES_INLINE void LANES_NAME(lynxmotion_ik_position_branch)(
     const double *p, const double (*choice)[8], int b, lanes *out)
 {
@@ -116,38 +129,60 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_position_branch)(
       choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b), v1 = 1e-150 - p_0, v2 = p_1 * p_1,
       v3 = p_2 - 0.1;
-  out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
+  out[4] = LANES_OF(0.0);
   const lanes v4 = v1 * v1, v5 = v1 * choice_0, v6 = v3 * v3, v7 = v4 + v2;
   LANES_LET1(v9, rsqrt, v7);
   const lanes v11 = p_1 * v9, v12 = v1 * v9, v14 = choice_0 * v12, v15 = choice_0 * v11,
-      v16 = v14 * p_0, v17 = v15 * p_1, v18 = v16 - v17, v19 = v18 * v18, v20 = v19 + v6,
-      v21 = v20 - 0.001715728752538099, v22 = 0.058284271247461904 - v20, v23 = v20 - 0.03,
-      v24 = v21 * v22, v25 = 35.35533905932738 * v23;
-  const lanes_where v26 = LANES_LT(v23, 0.0); const lanes_where v27 = LANES_LT(3.2e-18, v24);
-  const lanes v28 = LANES_CHOICE(v26, -1.0, 1.0);
-  LANES_LET1(v29, sqrt, v24);
-  const lanes v30 = 1250.0 * v24, v31 = LANES_CHOICE(v27, v25, v28), v32 = 35.35533905932738 * v29;
-  out[6] = v30;
-  const lanes v33 = 0.7071067811865476 * v31, v34 = LANES_CHOICE(v27, v32, 0.0),
-      v35 = choice_1 * v34, v36 = 0.7071067811865476 * v35, v37 = v33 + v36, v38 = v36 - v33,
-      v39 = 0.1 * v37, v40 = 0.1 * v38;
-  LANES_LET2(v41, atan2, v38, v37);
-  const lanes v42 = v39 - v40, v43 = v39 + v40;
-  out[2] = v41;
-  const lanes v44 = v42 + 0.1, v45 = v18 * v43, v46 = v3 * v43, v47 = v3 * v44, v48 = v18 * v44,
-      v49 = v47 - v45, v50 = v48 + v46, v51 = v49 * v49, v52 = 1e-150 + v50, v53 = v52 * v52;
-  LANES_LET2(v54, atan2, v49, v52);
-  const lanes v55 = v51 + v53;
-  out[1] = v54; LANES_LET1(v56, rsqrt, v55);
-  const lanes v57 = v49 * v56, v58 = v52 * v56, v59 = v37 * v58, v60 = v38 * v57, v61 = v37 * v57,
-      v62 = v38 * v58, v63 = 0.1 * v58, v64 = 0.1 * v57, v65 = v59 - v60, v66 = v61 + v62,
-      v67 = 0.1 * v65, v68 = 0.1 * v66, v69 = v67 - v68, v70 = v67 + v68, v71 = v69 + v63,
-      v72 = v70 + v64, v73 = v14 * v71, v74 = v15 * v71, v75 = v72 + 0.1, v76 = v73 - p_0,
-      v77 = v74 + p_1, v78 = v75 - p_2, v79 = v76 * v76, v80 = v77 * v77, v81 = v78 * v78,
-      v82 = v79 + v80, v83 = v82 + v81;
-  LANES_LET1(v84, sqrt, v83); out[5] = v84; LANES_LET2(v8, atan2, p_1, v5);
+      v16 = v14 * p_0, v17 = v15 * p_1, v18 = v16 - v17, v19 = v18 * v18, v20 = v19 + v6;
+  LANES_LET1(v21, sqrt, v20);
+  const lanes v22 = v21 - 0.1, v23 = 0.1 + v21;
+  LANES_LET1(v24, fabs, v22); const lanes_where v25 = LANES_LE(0.1414213562373095, v23);
+  const lanes v26 = LANES_MIN(v23, 0.1414213562373095);
+  const lanes_where v27 = LANES_LE(v24, 0.1414213562373095); LANES_LET2(v28, fmax, v24, v26);
+  const lanes_where v29 = LANES_AND(v27, v25);
+  const lanes v30 = v28 * v28, v31 = 0.04 - v30, v32 = v30 - 0.02, v33 = v30 * v31,
+      v34 = 50.0 * v32;
+  const lanes_where v35 = LANES_LT(v32, 0.0); const lanes_where v36 = LANES_LT(1.6e-18, v33);
+  const lanes v37 = LANES_CHOICE(v35, -1.0, 1.0);
+  LANES_LET1(v38, sqrt, v33);
+  const lanes v39 = LANES_CHOICE(v36, v34, v37), v40 = 50.0 * v38, v41 = -v39,
+      v42 = LANES_CHOICE(v36, v40, 0.0), v43 = LANES_CHOICE(v29, 0.0, v41),
+      v44 = LANES_CHOICE(v29, 1.0, v42), v45 = 0.1 * v43, v46 = 0.020000000000000004 * v44,
+      v47 = 0.1 * v44, v49 = 0.2 - v45, v50 = v46 * v46, v51 = v47 * v47, v52 = v49 - 0.1,
+      v53 = 0.2 * v52, v54 = v52 * v52, v55 = 1e-150 + v53, v56 = v53 * v53, v57 = v54 + v51,
+      v58 = v55 * v55, v59 = v56 + v50, v60 = 0.01 + v57, v61 = v50 + v58, v62 = v20 - v60;
+  LANES_LET1(v63, rsqrt, v61);
+  const lanes v64 = 4e-15 * v61, v65 = v62 * v62;
+  const lanes_where v66 = LANES_LT(v62, 0.0);
+  const lanes v67 = v55 * v63, v68 = v59 - v65, v69 = v62 * v63, v70 = LANES_CHOICE(v66, -1.0, 1.0),
+      v71 = v46 * v63, v72 = 1.0 * v63;
+  const lanes_where v73 = LANES_LT(v64, v68); LANES_LET1(v74, sqrt, v68);
+  const lanes v75 = v72 * v72, v76 = LANES_CHOICE(v73, v69, v70), v77 = v74 * v63, v78 = v68 * v75,
+      v79 = v67 * v76, v80 = LANES_CHOICE(v73, v77, 0.0), v81 = v71 * v76;
+  out[6] = v78;
+  const lanes v82 = choice_1 * v80, v83 = v71 * v82, v84 = v67 * v82, v85 = v79 + v83,
+      v86 = v84 - v81, v87 = v52 * v85, v88 = v47 * v86, v89 = v52 * v86, v90 = v47 * v85;
+  LANES_LET2(v91, atan2, v86, v85);
+  const lanes v92 = v87 - v88, v93 = v89 + v90;
+  out[2] = v91;
+  const lanes v94 = v92 + 0.1, v95 = v18 * v93, v96 = v3 * v93, v97 = v3 * v94, v98 = v18 * v94,
+      v99 = v97 - v95, v100 = v98 + v96, v101 = v99 * v99, v102 = 1e-150 + v100, v103 = v102 * v102;
+  LANES_LET2(v104, atan2, v99, v102);
+  const lanes v105 = v101 + v103;
+  out[1] = v104; LANES_LET1(v106, rsqrt, v105);
+  const lanes v107 = v99 * v106, v108 = v102 * v106, v109 = v85 * v108, v110 = v86 * v107,
+      v111 = v85 * v107, v112 = v86 * v108, v113 = 0.1 * v108, v114 = 0.1 * v107,
+      v115 = v109 - v110, v116 = v111 + v112, v117 = 0.1 * v115, v118 = v44 * v116,
+      v119 = v43 * v115, v120 = v44 * v115, v121 = v43 * v116, v122 = 0.1 * v116,
+      v123 = v118 + v119, v124 = v120 - v121, v125 = 0.1 * v123, v126 = 0.1 * v124,
+      v127 = v117 - v125, v128 = v126 + v122, v129 = v127 + v113, v130 = v128 + v114,
+      v131 = v14 * v129, v132 = v15 * v129, v133 = v130 + 0.1, v134 = v131 - p_0, v135 = v132 + p_1,
+      v136 = v133 - p_2, v137 = v134 * v134, v138 = v135 * v135, v139 = v136 * v136,
+      v140 = v137 + v138, v141 = v140 + v139;
+  LANES_LET1(v142, sqrt, v141); out[5] = v142;
+  lanes v8, v48; LANES_NAME(lanes_two_atan2)(&p_1, &v5, &v43, &v44, &v8, &v48);
   const lanes v10 = choice_0 * v8, v13 = -v10;
-  out[0] = v13;
+  out[0] = v13; out[3] = v48;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_branches)(const double *p, double *q, double *residual, double *margin)
@@ -253,62 +288,70 @@ static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch
   }
 }
 
-// One branch of ik_position_direction: 118 operations: multiply 55, add 41, negate 3, trig 4, other 15
+// One branch of ik_position_direction: 148 operations: multiply 68, add 50, negate 4, trig 4, other 22
 LANES_INLINE void LANES_NAME(lynxmotion_ik_position_direction_branch)(
     const double *x, const double (*choice)[8], int b, lanes *out)
 {
   const lanes x_0 = LANES_OF(x[0]), x_1 = LANES_OF(x[1]), x_2 = LANES_OF(x[2]),
       x_3 = LANES_OF(x[3]), x_4 = LANES_OF(x[4]), x_5 = LANES_OF(x[5]),
       choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
-      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b), v1 = 1e-150 - x_0, v2 = x_1 * x_1,
-      v3 = x_2 - 0.1, v4 = 1e-150 + x_5;
+      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b), v1 = x_0 * x_0, v2 = x_1 * x_1,
+      v3 = x_3 * x_3, v4 = x_4 * x_4, v5 = x_5 * x_5, v6 = x_2 * x_2, v7 = 1e-150 - x_0,
+      v8 = 1e-150 - x_3, v9 = x_2 - 0.1, v10 = 1e-150 + x_5;
   out[4] = LANES_OF(0.0);
-  const lanes v5 = v1 * v1, v6 = v1 * choice_0, v7 = v4 * v4, v8 = v5 + v2;
-  LANES_LET1(v10, rsqrt, v8);
-  const lanes v12 = x_1 * v10, v13 = v1 * v10, v15 = choice_0 * v13, v16 = choice_0 * v12,
-      v17 = v15 * x_3, v18 = v16 * x_4, v19 = v15 * x_0, v20 = v16 * x_1, v21 = v17 - v18,
-      v22 = v19 - v20, v23 = v21 * v21, v25 = v23 + v7;
-  LANES_LET1(v26, rsqrt, v25);
-  const lanes v27 = v4 * v26, v28 = v21 * v26, v29 = 0.1 * v27, v30 = 0.1 * v28, v31 = v15 * v28,
-      v32 = v16 * v28, v33 = v27 - x_5, v34 = v3 - v29, v35 = v22 - v30, v36 = v31 - x_3,
-      v37 = v32 + x_4, v38 = v33 * v33, v39 = v35 * v35, v40 = v34 * v34, v41 = v36 * v36,
-      v42 = v37 * v37, v43 = v39 + v40, v44 = v41 + v42, v45 = 0.04 - v43, v46 = v43 - 0.02,
-      v47 = v44 + v38, v48 = v43 * v45, v49 = 50.0 * v46;
-  const lanes_where v50 = LANES_LT(v46, 0.0); const lanes_where v51 = LANES_LT(1.6e-18, v48);
-  const lanes v52 = LANES_CHOICE(v50, -1.0, 1.0);
-  LANES_LET1(v53, sqrt, v48);
-  const lanes v54 = 2500.0 * v48, v55 = LANES_CHOICE(v51, v49, v52), v56 = 50.0 * v53;
-  out[6] = v54;
-  const lanes v57 = 0.1 * v55, v58 = LANES_CHOICE(v51, v56, 0.0), v59 = v57 + 0.1,
-      v60 = choice_1 * v58, v62 = v34 * v59, v63 = 0.1 * v60, v64 = v35 * v59, v66 = v35 * v63,
-      v67 = v34 * v63, v68 = v62 - v66, v69 = v64 + v67, v70 = v68 * v68, v71 = 1e-150 + v69,
-      v72 = v71 * v71;
-  LANES_LET2(v73, atan2, v68, v71);
-  const lanes v74 = v70 + v72;
-  out[1] = v73; LANES_LET1(v76, rsqrt, v74);
-  const lanes v78 = v68 * v76, v79 = v71 * v76, v86 = v55 * v79, v87 = v60 * v78, v88 = 0.1 * v79,
-      v89 = v55 * v78, v90 = v60 * v79, v91 = 0.1 * v78, v93 = v86 - v87, v94 = v89 + v90,
-      v96 = 0.1 * v93, v97 = 0.1 * v94, v98 = v30 + v96, v99 = v29 + v97, v100 = v98 + v88,
-      v101 = v99 + v91, v102 = v15 * v100, v103 = v16 * v100, v104 = v101 + 0.1, v105 = v102 - x_0,
-      v106 = v103 + x_1, v107 = v104 - x_2, v108 = v105 * v105, v109 = v106 * v106,
-      v110 = v107 * v107, v111 = v108 + v109, v112 = v111 + v110, v113 = v112 + v47,
-      v114 = v112 - v47;
-  LANES_LET1(v115, fabs, v114);
-  const lanes v116 = v113 + v115, v117 = 0.5 * v116;
-  LANES_LET1(v118, sqrt, v117); out[5] = v118;
-  lanes v9, v24; LANES_NAME(lanes_two_atan2)(&x_1, &v6, &v21, &v4, &v9, &v24);
-  LANES_LET2(v61, atan2, v58, v55);
-  const lanes v11 = choice_0 * v9, v14 = -v11;
-  out[0] = v14;
-  const lanes v65 = choice_1 * v61;
-  out[2] = v65;
-  const lanes v75 = v24 + v73, v77 = v75 + v65, v80 = -v77, v81 = v77 + 6.283185307179586,
-      v82 = 6.283185307179586 - v77;
-  const lanes_where v83 = LANES_LT(3.141592653589793, v80);
-  const lanes v84 = -v81;
-  const lanes_where v85 = LANES_LT(v80, -3.141592653589793);
-  const lanes v92 = LANES_CHOICE(v85, v82, v80), v95 = LANES_CHOICE(v83, v84, v92);
-  out[3] = v95;
+  const lanes v11 = v1 + v2, v12 = v3 + v4, v13 = v7 * v7, v14 = v8 * v8, v15 = v10 * v10,
+      v16 = v12 + v5, v17 = v11 + v6, v18 = v13 + v2, v19 = v14 + v4, v20 = 1e-300 + v16,
+      v21 = 1e-300 + v17;
+  LANES_LET1(v22, rsqrt, v18); LANES_LET1(v23, rsqrt, v19);
+  const lanes v24 = v11 * v20, v25 = v12 * v21, v26 = x_1 * v22, v27 = v7 * v22, v28 = x_4 * v23,
+      v29 = v8 * v23;
+  const lanes_where v30 = LANES_LT(v24, v25);
+  const lanes v31 = v26 * x_4, v32 = v27 * x_3, v33 = choice_0 * v26, v34 = choice_0 * v27,
+      v35 = v31 - v32, v36 = -v33;
+  const lanes_where v37 = LANES_LE(0.0, v35);
+  const lanes v38 = LANES_CHOICE(v37, 1.0, -1.0), v39 = choice_0 * v38, v40 = v39 * v28,
+      v41 = v39 * v29, v42 = -v40, v43 = LANES_CHOICE(v30, v41, v34),
+      v44 = LANES_CHOICE(v30, v42, v36), v45 = v43 * x_3, v46 = v43 * x_0, v48 = v44 * x_4,
+      v49 = v44 * x_1, v50 = v45 + v48, v51 = v46 + v49, v52 = v50 * v50, v54 = v52 + v15;
+  LANES_LET1(v55, rsqrt, v54);
+  const lanes v56 = v10 * v55, v57 = v50 * v55, v58 = 0.1 * v56, v59 = 0.1 * v57, v60 = v43 * v57,
+      v61 = v44 * v57, v62 = v56 - x_5, v63 = v9 - v58, v64 = v51 - v59, v65 = v60 - x_3,
+      v66 = v61 - x_4, v67 = v62 * v62, v68 = v64 * v64, v69 = v63 * v63, v70 = v65 * v65,
+      v71 = v66 * v66, v72 = v68 + v69, v73 = v70 + v71, v74 = 0.04 - v72, v75 = v72 - 0.02,
+      v76 = v73 + v67, v77 = v72 * v74, v78 = 50.0 * v75;
+  const lanes_where v79 = LANES_LT(v75, 0.0); const lanes_where v80 = LANES_LT(1.6e-18, v77);
+  const lanes v81 = LANES_CHOICE(v79, -1.0, 1.0);
+  LANES_LET1(v82, sqrt, v77);
+  const lanes v83 = 2500.0 * v77, v84 = LANES_CHOICE(v80, v78, v81), v85 = 50.0 * v82,
+      v86 = LANES_MIN(v83, 1.0), v87 = 0.1 * v84, v88 = LANES_CHOICE(v80, v85, 0.0);
+  out[6] = v86;
+  const lanes v89 = v87 + 0.1, v90 = choice_1 * v88, v92 = v63 * v89, v93 = 0.1 * v90,
+      v94 = v64 * v89, v96 = v64 * v93, v97 = v63 * v93, v98 = v92 - v96, v99 = v94 + v97,
+      v100 = v98 * v98, v101 = 1e-150 + v99, v102 = v101 * v101;
+  LANES_LET2(v103, atan2, v98, v101);
+  const lanes v104 = v100 + v102;
+  out[1] = v103; LANES_LET1(v106, rsqrt, v104);
+  const lanes v108 = v98 * v106, v109 = v101 * v106, v116 = v84 * v109, v117 = v90 * v108,
+      v118 = 0.1 * v109, v119 = v84 * v108, v120 = v90 * v109, v121 = 0.1 * v108,
+      v123 = v116 - v117, v124 = v119 + v120, v126 = 0.1 * v123, v127 = 0.1 * v124,
+      v128 = v59 + v126, v129 = v58 + v127, v130 = v128 + v118, v131 = v129 + v121,
+      v132 = v43 * v130, v133 = v44 * v130, v134 = v131 + 0.1, v135 = v132 - x_0, v136 = v133 - x_1,
+      v137 = v134 - x_2, v138 = v135 * v135, v139 = v136 * v136, v140 = v137 * v137,
+      v141 = v138 + v139, v142 = v141 + v140, v143 = v142 + v76, v144 = v142 - v76;
+  LANES_LET1(v145, fabs, v144);
+  const lanes v146 = v143 + v145, v147 = 0.5 * v146;
+  LANES_LET1(v148, sqrt, v147); out[5] = v148;
+  lanes v47, v53; LANES_NAME(lanes_two_atan2)(&v44, &v43, &v50, &v10, &v47, &v53);
+  LANES_LET2(v91, atan2, v88, v84); out[0] = v47;
+  const lanes v95 = choice_1 * v91;
+  out[2] = v95;
+  const lanes v105 = v53 + v103, v107 = v105 + v95, v110 = -v107, v111 = v107 + 6.283185307179586,
+      v112 = 6.283185307179586 - v107;
+  const lanes_where v113 = LANES_LT(3.141592653589793, v110);
+  const lanes v114 = -v111;
+  const lanes_where v115 = LANES_LT(v110, -3.141592653589793);
+  const lanes v122 = LANES_CHOICE(v115, v112, v110), v125 = LANES_CHOICE(v113, v114, v122);
+  out[3] = v125;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction_branches)(const double *x, double *q, double *residual, double *margin)

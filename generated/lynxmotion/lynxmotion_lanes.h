@@ -823,164 +823,175 @@ static LANES_TARGET void LANES_NAME(lynxmotion_acceleration_mixed)(const lanes *
   out[5] = v196;
 }
 
-// ik: 356 operations: multiply 153, add 150, negate 5, trig 9, other 39
+// ik: 386 operations: multiply 167, add 159, negate 5, trig 9, other 46
 static LANES_SPARING LANES_TARGET void LANES_NAME(lynxmotion_ik)(const lanes *in, lanes *out)
 {
   const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
       T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
-      v1 = 0.2 * T_6, v2 = 0.2 * T_2, v3 = 0.2 * T_10, v4 = 1e-150 + T_10, v5 = T_7 - v1,
-      v6 = T_3 - v2, v7 = T_11 - v3, v8 = v4 * v4, v9 = v5 * v5, v10 = 1e-150 - v6, v11 = v7 - 0.1,
-      v12 = v10 * v10;
-  LANES_LET2(v13, atan2, v5, v10);
-  const lanes v14 = v9 + v12, v15 = -v13;
-  LANES_LET1(v16, rsqrt, v14); out[0] = v15; out[5] = v15;
-  const lanes v17 = v5 * v16, v18 = v10 * v16, v19 = T_2 * v18, v20 = T_6 * v17, v21 = v6 * v18,
-      v22 = v5 * v17, v23 = T_0 * v17, v24 = T_4 * v18, v25 = T_0 * v18, v26 = T_4 * v17;
-  LANES_LET2(v27, supplement, v13, v17);
-  const lanes v28 = v19 - v20, v29 = v21 - v22, v30 = v23 + v24, v31 = v25 - v26;
-  out[10] = v27; out[15] = v27;
-  const lanes v32 = v28 * v28;
-  LANES_LET2(v33, atan2, v28, v4);
-  const lanes v34 = v30 * v30, v35 = v32 + v8;
-  LANES_LET1(v36, rsqrt, v35);
-  const lanes v37 = v4 * v36, v38 = v28 * v36, v39 = 0.1 * v37, v40 = 0.1 * v38, v41 = v37 * v31,
-      v42 = T_8 * v38, v43 = v18 * v37, v44 = v18 * v38, v45 = v17 * v37, v46 = v17 * v38,
-      v47 = v37 - T_10, v48 = v11 + v39, v49 = v29 + v40, v50 = v41 - v42, v51 = v44 - T_2,
-      v52 = T_6 + v46, v53 = v47 * v47, v54 = v49 * v49, v55 = v48 * v48, v56 = 1e-150 + v50,
-      v57 = 1e-150 - v50, v58 = v51 * v51, v59 = v52 * v52, v60 = v54 + v55, v61 = v56 * v56;
-  LANES_LET2(v62, atan2, v30, v56);
+      v1 = 0.2 * T_2, v2 = 0.2 * T_6, v3 = T_2 * T_2, v4 = T_6 * T_6, v5 = T_10 * T_10,
+      v6 = 0.2 * T_10, v7 = 1e-150 - T_2, v8 = 1e-150 + T_10, v9 = T_3 - v1, v10 = T_7 - v2,
+      v11 = v3 + v4, v12 = T_11 - v6, v13 = v7 * v7, v14 = v8 * v8, v15 = v9 * v9, v16 = v10 * v10,
+      v17 = v11 + v5, v18 = v12 * v12, v19 = 1e-150 - v9, v20 = v4 + v13, v21 = v12 - 0.1,
+      v22 = v15 + v16, v23 = 1e-300 + v17, v24 = v19 * v19;
+  LANES_LET1(v25, rsqrt, v20);
+  const lanes v26 = v22 * v23, v27 = v22 + v18, v28 = v16 + v24, v29 = T_6 * v25, v30 = v7 * v25,
+      v31 = 1e-300 + v27;
+  LANES_LET1(v32, rsqrt, v28);
+  const lanes v33 = v11 * v31, v34 = v10 * v32, v35 = v19 * v32;
+  const lanes_where v36 = LANES_LT(v26, v33);
+  const lanes v37 = T_6 * v34, v38 = T_2 * v35, v39 = v37 - v38;
+  const lanes_where v40 = LANES_LE(0.0, v39);
+  const lanes v41 = LANES_CHOICE(v40, 1.0, -1.0), v42 = v41 * v29, v43 = v41 * v30,
+      v44 = LANES_CHOICE(v36, v42, v34), v45 = LANES_CHOICE(v36, v43, v35);
+  LANES_LET2(v46, atan2, v44, v45);
+  const lanes v47 = T_2 * v45, v48 = T_6 * v44, v49 = v9 * v45, v50 = v10 * v44, v51 = T_4 * v45,
+      v52 = T_0 * v44, v53 = T_0 * v45, v54 = T_4 * v44, v55 = v47 - v48, v56 = v49 - v50,
+      v57 = v51 + v52, v58 = v53 - v54;
+  LANES_LET2(v59, supplement, v46, v44);
+  const lanes v60 = -v46, v61 = v55 * v55;
+  LANES_LET2(v62, atan2, v55, v8);
   const lanes v63 = v57 * v57;
-  LANES_LET2(v64, atan2, v30, v57);
-  const lanes v65 = 0.04 - v60, v66 = v60 - 0.02, v67 = v34 + v61, v68 = v34 + v63;
-  out[4] = v62; out[9] = v62;
-  const lanes v69 = -v64, v70 = v60 * v65, v71 = 50.0 * v66;
-  const lanes_where v72 = LANES_LT(v66, 0.0); LANES_LET1(v73, rsqrt, v67);
-  LANES_LET1(v74, rsqrt, v68); out[14] = v69; out[19] = v69;
-  const lanes_where v75 = LANES_LT(1.6e-18, v70);
-  const lanes v76 = LANES_CHOICE(v72, -1.0, 1.0);
-  LANES_LET1(v77, sqrt, v70);
-  const lanes v78 = v30 * v73, v79 = v56 * v73, v80 = v30 * v74, v81 = v57 * v74,
-      v82 = 2500.0 * v70, v83 = LANES_CHOICE(v75, v71, v76), v84 = 50.0 * v77, v85 = v17 * v78,
-      v86 = v79 * v43, v87 = v17 * v79, v88 = v78 * v43, v89 = v18 * v78, v90 = v79 * v45,
-      v91 = v18 * v79, v92 = v78 * v45, v93 = v38 * v79, v94 = v38 * v78;
-  out[24] = v82; out[25] = v82;
-  const lanes v95 = v17 * v80, v96 = v81 * v43, v97 = v17 * v81, v98 = v80 * v43, v99 = v18 * v80,
-      v100 = v81 * v45, v101 = v18 * v81, v102 = v80 * v45, v103 = v38 * v81, v104 = v38 * v80;
-  out[26] = v82; out[27] = v82;
-  const lanes v105 = 0.1 * v83, v106 = LANES_CHOICE(v75, v84, 0.0), v107 = v85 + v86,
-      v108 = v87 - v88, v109 = v89 - v90, v110 = v91 + v92, v111 = T_8 + v93, v112 = v94 - T_9,
-      v113 = v95 - v96, v114 = v97 + v98, v115 = v99 + v100, v116 = v102 - v101, v117 = T_8 - v103,
-      v118 = v104 - T_9, v119 = v105 + 0.1, v120 = 0.1 * v106;
-  LANES_LET2(v121, atan2, v106, v83);
-  const lanes v122 = v107 - T_0, v123 = v108 - T_1, v124 = v109 - T_4, v125 = v110 - T_5,
-      v126 = v111 * v111, v127 = v112 * v112, v128 = v113 - T_0, v129 = v114 + T_1,
-      v130 = v115 - T_4, v131 = v116 - T_5, v132 = v117 * v117, v133 = v118 * v118,
-      v134 = v48 * v119, v135 = v49 * v120, v136 = v49 * v119, v137 = v48 * v120;
-  out[2] = v121;
-  const lanes v138 = v122 * v122, v139 = v123 * v123, v140 = v124 * v124, v141 = v125 * v125,
-      v142 = -v121;
-  out[12] = v121;
-  const lanes v143 = v128 * v128, v144 = v129 * v129, v145 = v130 * v130, v146 = v131 * v131,
-      v147 = v134 - v135, v148 = v136 + v137, v149 = v134 + v135, v150 = v136 - v137,
-      v151 = v138 + v139;
-  out[7] = v142;
-  const lanes v152 = v143 + v144;
-  out[17] = v142;
-  const lanes v153 = v147 * v147, v154 = 1e-150 + v148, v155 = v149 * v149, v156 = 1e-150 + v150,
-      v157 = 1e-150 - v150, v158 = 1e-150 - v148, v159 = v151 + v58, v160 = v152 + v58,
-      v161 = v154 * v154;
-  LANES_LET2(v162, atan2, v147, v154);
-  const lanes v163 = v156 * v156;
-  LANES_LET2(v164, atan2, v149, v156);
-  const lanes v165 = v157 * v157;
-  LANES_LET2(v166, atan2, v149, v157);
-  const lanes v167 = v158 * v158;
-  LANES_LET2(v168, atan2, v147, v158);
-  const lanes v169 = v159 + v140, v170 = v160 + v145, v171 = v153 + v161, v172 = v155 + v163,
-      v173 = v155 + v165, v174 = v153 + v167;
-  out[1] = v162;
-  const lanes v175 = v33 + v162, v176 = v169 + v141;
-  out[6] = v164;
-  const lanes v177 = v33 + v164;
-  out[11] = v166;
-  const lanes v178 = v33 - v166, v179 = v170 + v146;
-  out[16] = v168;
-  const lanes v180 = v168 - v33;
-  LANES_LET1(v181, rsqrt, v171); LANES_LET1(v182, rsqrt, v172); LANES_LET1(v183, rsqrt, v173);
-  LANES_LET1(v184, rsqrt, v174);
-  const lanes v185 = v175 + v121, v186 = v176 + v59, v187 = v121 - v177, v188 = v178 - v121,
-      v189 = v179 + v59, v190 = v121 - v180, v191 = v147 * v181, v192 = v154 * v181,
-      v193 = v149 * v182, v194 = v156 * v182, v195 = v149 * v183, v196 = v157 * v183,
-      v197 = v147 * v184, v198 = v158 * v184;
-  const lanes_where v199 = LANES_LT(v185, -3.141592653589793);
-  const lanes v200 = v185 + 6.283185307179586;
-  const lanes_where v201 = LANES_LT(3.141592653589793, v185);
-  const lanes v202 = 6.283185307179586 - v185, v203 = -v185, v204 = v186 + v126;
-  const lanes_where v205 = LANES_LT(3.141592653589793, v187);
-  const lanes v206 = v187 - 6.283185307179586;
-  const lanes_where v207 = LANES_LT(v187, -3.141592653589793);
-  const lanes v208 = 6.283185307179586 + v187;
-  const lanes_where v209 = LANES_LT(3.141592653589793, v188);
-  const lanes v210 = v188 - 6.283185307179586;
-  const lanes_where v211 = LANES_LT(v188, -3.141592653589793);
-  const lanes v212 = 6.283185307179586 + v188, v213 = v189 + v132;
-  const lanes_where v214 = LANES_LT(3.141592653589793, v190);
-  const lanes v215 = v190 - 6.283185307179586;
-  const lanes_where v216 = LANES_LT(v190, -3.141592653589793);
-  const lanes v217 = 6.283185307179586 + v190, v218 = LANES_CHOICE(v201, v202, v203), v219 = -v200,
-      v220 = v83 * v192, v221 = v106 * v191, v222 = 0.1 * v192, v223 = v83 * v191,
-      v224 = v106 * v192, v225 = 0.1 * v191, v226 = v204 + v127,
-      v227 = LANES_CHOICE(v207, v208, v187), v228 = v83 * v194, v229 = v106 * v193,
-      v230 = 0.1 * v194, v231 = v83 * v193, v232 = v106 * v194, v233 = 0.1 * v193,
-      v234 = LANES_CHOICE(v211, v212, v188), v235 = v83 * v196, v236 = v106 * v195,
-      v237 = 0.1 * v196, v238 = v83 * v195, v239 = v106 * v196, v240 = 0.1 * v195,
-      v241 = v213 + v133, v242 = LANES_CHOICE(v216, v217, v190), v243 = v83 * v198,
-      v244 = v106 * v197, v245 = 0.1 * v198, v246 = v83 * v197, v247 = v106 * v198,
-      v248 = 0.1 * v197, v249 = LANES_CHOICE(v199, v219, v218), v250 = v220 - v221,
-      v251 = v223 + v224, v252 = v226 + v53, v253 = LANES_CHOICE(v205, v206, v227),
-      v254 = v228 + v229, v255 = v231 - v232, v256 = LANES_CHOICE(v209, v210, v234),
-      v257 = v235 - v236, v258 = v238 + v239, v259 = v241 + v53,
-      v260 = LANES_CHOICE(v214, v215, v242), v261 = v243 + v244, v262 = v246 - v247;
-  out[3] = v249;
-  const lanes v263 = 0.1 * v250, v264 = 0.1 * v251, v265 = 0.5 * v252;
-  out[8] = v253;
-  const lanes v266 = 0.1 * v254, v267 = 0.1 * v255;
-  out[13] = v256;
-  const lanes v268 = 0.1 * v257, v269 = 0.1 * v258, v270 = 0.5 * v259;
-  out[18] = v260;
-  const lanes v271 = 0.1 * v261, v272 = 0.1 * v262, v273 = v40 + v263, v274 = v39 + v264,
-      v275 = v40 + v266, v276 = v39 + v267, v277 = v268 - v40, v278 = v39 + v269, v279 = v271 - v40,
-      v280 = v39 + v272, v281 = v273 + v222, v282 = v274 + v225, v283 = v275 + v230,
-      v284 = v276 + v233, v285 = v277 + v237, v286 = v278 + v240, v287 = v279 + v245,
-      v288 = v280 + v248, v289 = v18 * v281, v290 = v17 * v281, v291 = v282 + 0.1,
-      v292 = v18 * v283, v293 = v17 * v283, v294 = v284 + 0.1, v295 = v18 * v285, v296 = v17 * v285,
-      v297 = v286 + 0.1, v298 = v18 * v287, v299 = v17 * v287, v300 = v288 + 0.1, v301 = v289 - T_3,
-      v302 = T_7 + v290, v303 = v291 - T_11, v304 = v292 - T_3, v305 = T_7 + v293,
-      v306 = v294 - T_11, v307 = v295 + T_3, v308 = T_7 - v296, v309 = v297 - T_11,
-      v310 = v298 + T_3, v311 = T_7 - v299, v312 = v300 - T_11, v313 = v301 * v301,
-      v314 = v302 * v302, v315 = v303 * v303, v316 = v304 * v304, v317 = v305 * v305,
-      v318 = v306 * v306, v319 = v307 * v307, v320 = v308 * v308, v321 = v309 * v309,
-      v322 = v310 * v310, v323 = v311 * v311, v324 = v312 * v312, v325 = v313 + v314,
-      v326 = v316 + v317, v327 = v319 + v320, v328 = v322 + v323, v329 = v325 + v315,
-      v330 = v326 + v318, v331 = v327 + v321, v332 = v328 + v324, v333 = v329 + v265,
-      v334 = v329 - v265, v335 = v330 + v265, v336 = v330 - v265, v337 = v331 + v270,
-      v338 = v331 - v270, v339 = v332 + v270, v340 = v332 - v270;
-  LANES_LET1(v341, fabs, v334); LANES_LET1(v342, fabs, v336); LANES_LET1(v343, fabs, v338);
-  LANES_LET1(v344, fabs, v340);
-  const lanes v345 = v333 + v341, v346 = v335 + v342, v347 = v337 + v343, v348 = v339 + v344,
-      v349 = 0.5 * v345, v350 = 0.5 * v346, v351 = 0.5 * v347, v352 = 0.5 * v348;
-  LANES_LET1(v353, sqrt, v349); LANES_LET1(v354, sqrt, v350); LANES_LET1(v355, sqrt, v351);
-  LANES_LET1(v356, sqrt, v352); out[20] = v353; out[21] = v354; out[22] = v355; out[23] = v356;
+  out[0] = v60; out[5] = v60; out[10] = v59; out[15] = v59;
+  const lanes v64 = v61 + v14;
+  LANES_LET1(v65, rsqrt, v64);
+  const lanes v66 = v8 * v65, v67 = v55 * v65, v68 = 0.1 * v66, v69 = 0.1 * v67, v70 = v66 * v58,
+      v71 = T_8 * v67, v72 = v45 * v66, v73 = v45 * v67, v74 = v44 * v66, v75 = v44 * v67,
+      v76 = v66 - T_10, v77 = v21 + v68, v78 = v56 + v69, v79 = v70 - v71, v80 = v73 - T_2,
+      v81 = v75 + T_6, v82 = v76 * v76, v83 = v78 * v78, v84 = v77 * v77, v85 = 1e-150 + v79,
+      v86 = 1e-150 - v79, v87 = v80 * v80, v88 = v81 * v81, v89 = v83 + v84, v90 = v85 * v85;
+  LANES_LET2(v91, atan2, v57, v85);
+  const lanes v92 = v86 * v86;
+  LANES_LET2(v93, atan2, v57, v86);
+  const lanes v94 = 0.04 - v89, v95 = v89 - 0.02, v96 = v63 + v90, v97 = v63 + v92;
+  out[4] = v91; out[9] = v91;
+  const lanes v98 = -v93, v99 = v89 * v94, v100 = 50.0 * v95;
+  const lanes_where v101 = LANES_LT(v95, 0.0); LANES_LET1(v102, rsqrt, v96);
+  LANES_LET1(v103, rsqrt, v97); out[14] = v98; out[19] = v98;
+  const lanes_where v104 = LANES_LT(1.6e-18, v99);
+  const lanes v105 = LANES_CHOICE(v101, -1.0, 1.0);
+  LANES_LET1(v106, sqrt, v99);
+  const lanes v107 = v57 * v102, v108 = v85 * v102, v109 = v57 * v103, v110 = v86 * v103,
+      v111 = 2500.0 * v99, v112 = LANES_CHOICE(v104, v100, v105), v113 = 50.0 * v106,
+      v114 = v108 * v72, v115 = v44 * v107, v116 = v44 * v108, v117 = v107 * v72, v118 = v45 * v107,
+      v119 = v108 * v74, v120 = v45 * v108, v121 = v107 * v74, v122 = v67 * v108, v123 = v67 * v107,
+      v124 = LANES_MIN(v111, 1.0), v125 = v110 * v72, v126 = v44 * v109, v127 = v44 * v110,
+      v128 = v109 * v72, v129 = v45 * v109, v130 = v110 * v74, v131 = v45 * v110, v132 = v109 * v74,
+      v133 = v67 * v110, v134 = v67 * v109, v135 = 0.1 * v112, v136 = LANES_CHOICE(v104, v113, 0.0),
+      v137 = v114 + v115, v138 = v117 - v116, v139 = v118 - v119, v140 = v120 + v121,
+      v141 = T_8 + v122, v142 = v123 - T_9;
+  out[24] = v124; out[25] = v124;
+  const lanes v143 = v126 - v125, v144 = v127 + v128, v145 = v129 + v130, v146 = v132 - v131,
+      v147 = T_8 - v133, v148 = v134 - T_9;
+  out[26] = v124; out[27] = v124;
+  const lanes v149 = v135 + 0.1, v150 = 0.1 * v136;
+  LANES_LET2(v151, atan2, v136, v112);
+  const lanes v152 = v137 - T_0, v153 = T_1 + v138, v154 = v139 - T_4, v155 = v140 - T_5,
+      v156 = v141 * v141, v157 = v142 * v142, v158 = v143 - T_0, v159 = T_1 + v144,
+      v160 = v145 - T_4, v161 = v146 - T_5, v162 = v147 * v147, v163 = v148 * v148,
+      v164 = v77 * v149, v165 = v78 * v150, v166 = v78 * v149, v167 = v77 * v150;
+  out[2] = v151;
+  const lanes v168 = v152 * v152, v169 = v153 * v153, v170 = v154 * v154, v171 = v155 * v155,
+      v172 = -v151;
+  out[12] = v151;
+  const lanes v173 = v158 * v158, v174 = v159 * v159, v175 = v160 * v160, v176 = v161 * v161,
+      v177 = v164 - v165, v178 = v166 + v167, v179 = v164 + v165, v180 = v166 - v167,
+      v181 = v168 + v169;
+  out[7] = v172;
+  const lanes v182 = v173 + v174;
+  out[17] = v172;
+  const lanes v183 = v177 * v177, v184 = 1e-150 + v178, v185 = v179 * v179, v186 = 1e-150 + v180,
+      v187 = 1e-150 - v180, v188 = 1e-150 - v178, v189 = v181 + v87, v190 = v182 + v87,
+      v191 = v184 * v184;
+  LANES_LET2(v192, atan2, v177, v184);
+  const lanes v193 = v186 * v186;
+  LANES_LET2(v194, atan2, v179, v186);
+  const lanes v195 = v187 * v187;
+  LANES_LET2(v196, atan2, v179, v187);
+  const lanes v197 = v188 * v188;
+  LANES_LET2(v198, atan2, v177, v188);
+  const lanes v199 = v189 + v170, v200 = v190 + v175, v201 = v183 + v191, v202 = v185 + v193,
+      v203 = v185 + v195, v204 = v183 + v197;
+  out[1] = v192;
+  const lanes v205 = v62 + v192, v206 = v199 + v171;
+  out[6] = v194;
+  const lanes v207 = v62 + v194;
+  out[11] = v196;
+  const lanes v208 = v62 - v196, v209 = v200 + v176;
+  out[16] = v198;
+  const lanes v210 = v198 - v62;
+  LANES_LET1(v211, rsqrt, v201); LANES_LET1(v212, rsqrt, v202); LANES_LET1(v213, rsqrt, v203);
+  LANES_LET1(v214, rsqrt, v204);
+  const lanes v215 = v205 + v151, v216 = v206 + v88, v217 = v151 - v207, v218 = v208 - v151,
+      v219 = v209 + v88, v220 = v151 - v210, v221 = v177 * v211, v222 = v184 * v211,
+      v223 = v179 * v212, v224 = v186 * v212, v225 = v179 * v213, v226 = v187 * v213,
+      v227 = v177 * v214, v228 = v188 * v214;
+  const lanes_where v229 = LANES_LT(v215, -3.141592653589793);
+  const lanes v230 = v215 + 6.283185307179586;
+  const lanes_where v231 = LANES_LT(3.141592653589793, v215);
+  const lanes v232 = 6.283185307179586 - v215, v233 = -v215, v234 = v216 + v156;
+  const lanes_where v235 = LANES_LT(3.141592653589793, v217);
+  const lanes v236 = v217 - 6.283185307179586;
+  const lanes_where v237 = LANES_LT(v217, -3.141592653589793);
+  const lanes v238 = 6.283185307179586 + v217;
+  const lanes_where v239 = LANES_LT(3.141592653589793, v218);
+  const lanes v240 = v218 - 6.283185307179586;
+  const lanes_where v241 = LANES_LT(v218, -3.141592653589793);
+  const lanes v242 = 6.283185307179586 + v218, v243 = v219 + v162;
+  const lanes_where v244 = LANES_LT(3.141592653589793, v220);
+  const lanes v245 = v220 - 6.283185307179586;
+  const lanes_where v246 = LANES_LT(v220, -3.141592653589793);
+  const lanes v247 = 6.283185307179586 + v220, v248 = LANES_CHOICE(v231, v232, v233), v249 = -v230,
+      v250 = v112 * v222, v251 = v136 * v221, v252 = 0.1 * v222, v253 = v112 * v221,
+      v254 = v136 * v222, v255 = 0.1 * v221, v256 = v234 + v157,
+      v257 = LANES_CHOICE(v237, v238, v217), v258 = v112 * v224, v259 = v136 * v223,
+      v260 = 0.1 * v224, v261 = v112 * v223, v262 = v136 * v224, v263 = 0.1 * v223,
+      v264 = LANES_CHOICE(v241, v242, v218), v265 = v112 * v226, v266 = v136 * v225,
+      v267 = 0.1 * v226, v268 = v112 * v225, v269 = v136 * v226, v270 = 0.1 * v225,
+      v271 = v243 + v163, v272 = LANES_CHOICE(v246, v247, v220), v273 = v112 * v228,
+      v274 = v136 * v227, v275 = 0.1 * v228, v276 = v112 * v227, v277 = v136 * v228,
+      v278 = 0.1 * v227, v279 = LANES_CHOICE(v229, v249, v248), v280 = v250 - v251,
+      v281 = v253 + v254, v282 = v256 + v82, v283 = LANES_CHOICE(v235, v236, v257),
+      v284 = v258 + v259, v285 = v261 - v262, v286 = LANES_CHOICE(v239, v240, v264),
+      v287 = v265 - v266, v288 = v268 + v269, v289 = v271 + v82,
+      v290 = LANES_CHOICE(v244, v245, v272), v291 = v273 + v274, v292 = v276 - v277;
+  out[3] = v279;
+  const lanes v293 = 0.1 * v280, v294 = 0.1 * v281, v295 = 0.5 * v282;
+  out[8] = v283;
+  const lanes v296 = 0.1 * v284, v297 = 0.1 * v285;
+  out[13] = v286;
+  const lanes v298 = 0.1 * v287, v299 = 0.1 * v288, v300 = 0.5 * v289;
+  out[18] = v290;
+  const lanes v301 = 0.1 * v291, v302 = 0.1 * v292, v303 = v69 + v293, v304 = v68 + v294,
+      v305 = v69 + v296, v306 = v68 + v297, v307 = v298 - v69, v308 = v68 + v299, v309 = v301 - v69,
+      v310 = v68 + v302, v311 = v303 + v252, v312 = v304 + v255, v313 = v305 + v260,
+      v314 = v306 + v263, v315 = v307 + v267, v316 = v308 + v270, v317 = v309 + v275,
+      v318 = v310 + v278, v319 = v45 * v311, v320 = v44 * v311, v321 = v312 + 0.1,
+      v322 = v45 * v313, v323 = v44 * v313, v324 = v314 + 0.1, v325 = v45 * v315, v326 = v44 * v315,
+      v327 = v316 + 0.1, v328 = v45 * v317, v329 = v44 * v317, v330 = v318 + 0.1, v331 = v319 - T_3,
+      v332 = v320 + T_7, v333 = v321 - T_11, v334 = v322 - T_3, v335 = v323 + T_7,
+      v336 = v324 - T_11, v337 = v325 + T_3, v338 = v326 - T_7, v339 = v327 - T_11,
+      v340 = v328 + T_3, v341 = v329 - T_7, v342 = v330 - T_11, v343 = v331 * v331,
+      v344 = v332 * v332, v345 = v333 * v333, v346 = v334 * v334, v347 = v335 * v335,
+      v348 = v336 * v336, v349 = v337 * v337, v350 = v338 * v338, v351 = v339 * v339,
+      v352 = v340 * v340, v353 = v341 * v341, v354 = v342 * v342, v355 = v343 + v344,
+      v356 = v346 + v347, v357 = v349 + v350, v358 = v352 + v353, v359 = v355 + v345,
+      v360 = v356 + v348, v361 = v357 + v351, v362 = v358 + v354, v363 = v359 + v295,
+      v364 = v359 - v295, v365 = v360 + v295, v366 = v360 - v295, v367 = v361 + v300,
+      v368 = v361 - v300, v369 = v362 + v300, v370 = v362 - v300;
+  LANES_LET1(v371, fabs, v364); LANES_LET1(v372, fabs, v366); LANES_LET1(v373, fabs, v368);
+  LANES_LET1(v374, fabs, v370);
+  const lanes v375 = v363 + v371, v376 = v365 + v372, v377 = v367 + v373, v378 = v369 + v374,
+      v379 = 0.5 * v375, v380 = 0.5 * v376, v381 = 0.5 * v377, v382 = 0.5 * v378;
+  LANES_LET1(v383, sqrt, v379); LANES_LET1(v384, sqrt, v380); LANES_LET1(v385, sqrt, v381);
+  LANES_LET1(v386, sqrt, v382); out[20] = v383; out[21] = v384; out[22] = v385; out[23] = v386;
 }
 
-// ik_position: 185 operations: multiply 86, add 73, negate 3, trig 7, other 16
+// ik_position: 285 operations: multiply 142, add 100, negate 3, trig 8, other 32
 static LANES_SPARING LANES_TARGET void LANES_NAME(lynxmotion_ik_position)(const lanes *in, lanes *out)
 {
   const lanes p_0 = in[0], p_1 = in[1], p_2 = in[2], v1 = 1e-150 - p_0, v2 = p_1 * p_1,
       v3 = p_2 - 0.1;
-  out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0); out[18] = LANES_OF(0.0);
-  out[19] = LANES_OF(0.0);
+  out[4] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[14] = LANES_OF(0.0); out[19] = LANES_OF(0.0);
   const lanes v4 = v1 * v1;
   LANES_LET2(v5, atan2, p_1, v1);
   const lanes v6 = v3 * v3, v7 = v4 + v2, v8 = -v5;
@@ -989,62 +1000,99 @@ static LANES_SPARING LANES_TARGET void LANES_NAME(lynxmotion_ik_position)(const 
   LANES_LET2(v14, supplement, v5, v10);
   const lanes v15 = v12 - v13;
   out[10] = v14; out[15] = v14;
-  const lanes v16 = v15 * v15, v17 = v16 + v6, v18 = v17 - 0.001715728752538099,
-      v19 = 0.058284271247461904 - v17, v20 = v17 - 0.03, v21 = v18 * v19,
-      v22 = 35.35533905932738 * v20;
-  const lanes_where v23 = LANES_LT(v20, 0.0); const lanes_where v24 = LANES_LT(3.2e-18, v21);
-  const lanes v25 = LANES_CHOICE(v23, -1.0, 1.0);
-  LANES_LET1(v26, sqrt, v21);
-  const lanes v27 = 1250.0 * v21, v28 = LANES_CHOICE(v24, v22, v25), v29 = 35.35533905932738 * v26;
-  out[24] = v27; out[25] = v27; out[26] = v27; out[27] = v27;
-  const lanes v30 = 0.7071067811865476 * v28, v31 = LANES_CHOICE(v24, v29, 0.0),
-      v32 = 0.7071067811865476 * v31, v33 = v30 + v32, v34 = v32 - v30, v35 = 0.1 * v33,
-      v36 = 0.1 * v34;
-  LANES_LET2(v37, atan2, v34, v33);
-  const lanes v38 = -v34, v39 = v35 - v36, v40 = v35 + v36;
-  LANES_LET2(v41, atan2, v33, v38); out[2] = v37; out[12] = v37;
-  const lanes v42 = v39 + 0.1, v43 = v15 * v40, v44 = v3 * v40, v45 = -v41, v46 = v3 * v42,
-      v47 = v15 * v42;
-  out[7] = v45; out[17] = v45;
-  const lanes v48 = v46 - v43, v49 = v47 + v44, v50 = v46 + v43, v51 = v47 - v44, v52 = v48 * v48,
-      v53 = 1e-150 + v49, v54 = v50 * v50, v55 = 1e-150 + v51, v56 = 1e-150 - v51,
-      v57 = 1e-150 - v49, v58 = v53 * v53;
-  LANES_LET2(v59, atan2, v48, v53);
-  const lanes v60 = v55 * v55;
-  LANES_LET2(v61, atan2, v50, v55);
-  const lanes v62 = v56 * v56;
-  LANES_LET2(v63, atan2, v50, v56);
-  const lanes v64 = v57 * v57;
-  LANES_LET2(v65, atan2, v48, v57);
-  const lanes v66 = v52 + v58, v67 = v54 + v60, v68 = v54 + v62, v69 = v52 + v64;
-  out[1] = v59; out[6] = v61; out[11] = v63; out[16] = v65; LANES_LET1(v70, rsqrt, v66);
-  LANES_LET1(v71, rsqrt, v67); LANES_LET1(v72, rsqrt, v68); LANES_LET1(v73, rsqrt, v69);
-  const lanes v74 = v48 * v70, v75 = v53 * v70, v76 = v50 * v71, v77 = v55 * v71, v78 = v50 * v72,
-      v79 = v56 * v72, v80 = v48 * v73, v81 = v57 * v73, v82 = v33 * v75, v83 = v34 * v74,
-      v84 = v33 * v74, v85 = v34 * v75, v86 = 0.1 * v75, v87 = 0.1 * v74, v88 = v34 * v77,
-      v89 = v33 * v76, v90 = v34 * v76, v91 = v33 * v77, v92 = 0.1 * v77, v93 = 0.1 * v76,
-      v94 = v33 * v79, v95 = v34 * v78, v96 = v33 * v78, v97 = v34 * v79, v98 = 0.1 * v79,
-      v99 = 0.1 * v78, v100 = v34 * v81, v101 = v33 * v80, v102 = v34 * v80, v103 = v33 * v81,
-      v104 = 0.1 * v81, v105 = 0.1 * v80, v106 = v82 - v83, v107 = v84 + v85, v108 = v89 - v88,
-      v109 = v90 + v91, v110 = v94 - v95, v111 = v96 + v97, v112 = v101 - v100, v113 = v102 + v103,
-      v114 = 0.1 * v106, v115 = 0.1 * v107, v116 = 0.1 * v108, v117 = 0.1 * v109, v118 = 0.1 * v110,
-      v119 = 0.1 * v111, v120 = 0.1 * v112, v121 = 0.1 * v113, v122 = v114 - v115,
-      v123 = v114 + v115, v124 = v116 + v117, v125 = v116 - v117, v126 = v118 - v119,
-      v127 = v118 + v119, v128 = v120 + v121, v129 = v120 - v121, v130 = v122 + v86,
-      v131 = v123 + v87, v132 = v124 + v92, v133 = v125 + v93, v134 = v126 + v98, v135 = v127 + v99,
-      v136 = v128 + v104, v137 = v129 + v105, v138 = v11 * v130, v139 = v10 * v130,
-      v140 = v131 + 0.1, v141 = v11 * v132, v142 = v10 * v132, v143 = v133 + 0.1, v144 = v11 * v134,
-      v145 = v10 * v134, v146 = v135 + 0.1, v147 = v11 * v136, v148 = v10 * v136, v149 = v137 + 0.1,
-      v150 = v138 - p_0, v151 = v139 + p_1, v152 = v140 - p_2, v153 = v141 - p_0, v154 = v142 + p_1,
-      v155 = v143 - p_2, v156 = v144 + p_0, v157 = p_1 - v145, v158 = v146 - p_2, v159 = v147 + p_0,
-      v160 = p_1 - v148, v161 = v149 - p_2, v162 = v150 * v150, v163 = v151 * v151,
-      v164 = v152 * v152, v165 = v153 * v153, v166 = v154 * v154, v167 = v155 * v155,
-      v168 = v156 * v156, v169 = v157 * v157, v170 = v158 * v158, v171 = v159 * v159,
-      v172 = v160 * v160, v173 = v161 * v161, v174 = v162 + v163, v175 = v165 + v166,
-      v176 = v168 + v169, v177 = v171 + v172, v178 = v174 + v164, v179 = v175 + v167,
-      v180 = v176 + v170, v181 = v177 + v173;
-  LANES_LET1(v182, sqrt, v178); LANES_LET1(v183, sqrt, v179); LANES_LET1(v184, sqrt, v180);
-  LANES_LET1(v185, sqrt, v181); out[20] = v182; out[21] = v183; out[22] = v184; out[23] = v185;
+  const lanes v16 = v15 * v15, v17 = v16 + v6;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = v18 - 0.1, v20 = 0.1 + v18;
+  LANES_LET1(v21, fabs, v19); const lanes_where v22 = LANES_LE(0.1414213562373095, v20);
+  const lanes v23 = LANES_MIN(v20, 0.1414213562373095);
+  const lanes_where v24 = LANES_LE(v21, 0.1414213562373095); LANES_LET2(v25, fmax, v21, v23);
+  const lanes_where v26 = LANES_AND(v24, v22);
+  const lanes v27 = v25 * v25, v28 = 0.04 - v27, v29 = v27 - 0.02, v30 = v27 * v28,
+      v31 = 50.0 * v29;
+  const lanes_where v32 = LANES_LT(v29, 0.0); const lanes_where v33 = LANES_LT(1.6e-18, v30);
+  const lanes v34 = LANES_CHOICE(v32, -1.0, 1.0);
+  LANES_LET1(v35, sqrt, v30);
+  const lanes v36 = LANES_CHOICE(v33, v31, v34), v37 = 50.0 * v35, v38 = -v36,
+      v39 = LANES_CHOICE(v33, v37, 0.0), v40 = LANES_CHOICE(v26, 0.0, v38),
+      v41 = LANES_CHOICE(v26, 1.0, v39), v42 = 0.1 * v40, v43 = 0.020000000000000004 * v41,
+      v44 = 0.1 * v41;
+  LANES_LET2(v45, atan2, v40, v41);
+  const lanes v46 = 0.2 - v42, v47 = v43 * v43, v48 = v44 * v44;
+  out[3] = v45; out[8] = v45; out[13] = v45; out[18] = v45;
+  const lanes v49 = v46 - 0.1, v50 = 0.2 * v49, v51 = v49 * v49, v52 = 1e-150 + v50,
+      v53 = v50 * v50, v54 = v51 + v48, v55 = v52 * v52, v56 = v53 + v47, v57 = 0.01 + v54,
+      v58 = v47 + v55, v59 = v17 - v57;
+  LANES_LET1(v60, rsqrt, v58);
+  const lanes v61 = 4e-15 * v58, v62 = v59 * v59;
+  const lanes_where v63 = LANES_LT(v59, 0.0);
+  const lanes v64 = v52 * v60, v65 = v56 - v62, v66 = v59 * v60, v67 = LANES_CHOICE(v63, -1.0, 1.0),
+      v68 = v43 * v60, v69 = 1.0 * v60;
+  const lanes_where v70 = LANES_LT(v61, v65); LANES_LET1(v71, sqrt, v65);
+  const lanes v72 = v69 * v69, v73 = LANES_CHOICE(v70, v66, v67), v74 = v71 * v60, v75 = v65 * v72,
+      v76 = v64 * v73, v77 = LANES_CHOICE(v70, v74, 0.0), v78 = v68 * v73;
+  out[24] = v75; out[25] = v75; out[26] = v75; out[27] = v75;
+  const lanes v79 = v68 * v77, v80 = v64 * v77, v81 = v76 + v79, v82 = v80 - v78, v83 = v76 - v79,
+      v84 = v80 + v78, v85 = v49 * v81, v86 = v44 * v82, v87 = v49 * v82, v88 = v44 * v81;
+  LANES_LET2(v89, atan2, v82, v81);
+  const lanes v90 = v49 * v83, v91 = v44 * v84, v92 = v49 * v84, v93 = v44 * v83;
+  LANES_LET2(v94, atan2, v84, v83);
+  const lanes v95 = v85 - v86, v96 = v87 + v88, v97 = v90 + v91, v98 = v93 - v92;
+  out[2] = v89;
+  const lanes v99 = -v94;
+  out[12] = v89;
+  const lanes v100 = v95 + 0.1, v101 = v15 * v96, v102 = v3 * v96, v103 = v97 + 0.1,
+      v104 = v15 * v98, v105 = v3 * v98;
+  out[7] = v99; out[17] = v99;
+  const lanes v106 = v3 * v100, v107 = v15 * v100, v108 = v3 * v103, v109 = v15 * v103,
+      v110 = v106 - v101, v111 = v107 + v102, v112 = v108 - v104, v113 = v109 + v105,
+      v114 = v106 + v101, v115 = v102 - v107, v116 = v108 + v104, v117 = v105 - v109,
+      v118 = v110 * v110, v119 = 1e-150 + v111, v120 = v112 * v112, v121 = 1e-150 + v113,
+      v122 = v114 * v114, v123 = 1e-150 + v115, v124 = v116 * v116, v125 = 1e-150 + v117,
+      v126 = v119 * v119;
+  LANES_LET2(v127, atan2, v110, v119);
+  const lanes v128 = v121 * v121;
+  LANES_LET2(v129, atan2, v112, v121);
+  const lanes v130 = v123 * v123;
+  LANES_LET2(v131, atan2, v114, v123);
+  const lanes v132 = v125 * v125;
+  LANES_LET2(v133, atan2, v116, v125);
+  const lanes v134 = v118 + v126, v135 = v120 + v128, v136 = v122 + v130, v137 = v124 + v132;
+  out[1] = v127; out[6] = v129; out[11] = v131; out[16] = v133; LANES_LET1(v138, rsqrt, v134);
+  LANES_LET1(v139, rsqrt, v135); LANES_LET1(v140, rsqrt, v136); LANES_LET1(v141, rsqrt, v137);
+  const lanes v142 = v110 * v138, v143 = v119 * v138, v144 = v112 * v139, v145 = v121 * v139,
+      v146 = v114 * v140, v147 = v123 * v140, v148 = v116 * v141, v149 = v125 * v141,
+      v150 = v81 * v143, v151 = v82 * v142, v152 = v81 * v142, v153 = v82 * v143, v154 = 0.1 * v143,
+      v155 = 0.1 * v142, v156 = v83 * v145, v157 = v84 * v144, v158 = v83 * v144, v159 = v84 * v145,
+      v160 = 0.1 * v145, v161 = 0.1 * v144, v162 = v81 * v147, v163 = v82 * v146, v164 = v81 * v146,
+      v165 = v82 * v147, v166 = 0.1 * v147, v167 = 0.1 * v146, v168 = v83 * v149, v169 = v84 * v148,
+      v170 = v83 * v148, v171 = v84 * v149, v172 = 0.1 * v149, v173 = 0.1 * v148,
+      v174 = v150 - v151, v175 = v152 + v153, v176 = v156 + v157, v177 = v158 - v159,
+      v178 = v162 - v163, v179 = v164 + v165, v180 = v168 + v169, v181 = v170 - v171,
+      v182 = 0.1 * v174, v183 = v41 * v175, v184 = v40 * v174, v185 = v41 * v174, v186 = v40 * v175,
+      v187 = 0.1 * v175, v188 = 0.1 * v176, v189 = v41 * v177, v190 = v40 * v176, v191 = v41 * v176,
+      v192 = v40 * v177, v193 = 0.1 * v177, v194 = 0.1 * v178, v195 = v41 * v179, v196 = v40 * v178,
+      v197 = v41 * v178, v198 = v40 * v179, v199 = 0.1 * v179, v200 = 0.1 * v180, v201 = v41 * v181,
+      v202 = v40 * v180, v203 = v41 * v180, v204 = v40 * v181, v205 = 0.1 * v181,
+      v206 = v183 + v184, v207 = v185 - v186, v208 = v189 + v190, v209 = v191 - v192,
+      v210 = v195 + v196, v211 = v197 - v198, v212 = v201 + v202, v213 = v203 - v204,
+      v214 = 0.1 * v206, v215 = 0.1 * v207, v216 = 0.1 * v208, v217 = 0.1 * v209, v218 = 0.1 * v210,
+      v219 = 0.1 * v211, v220 = 0.1 * v212, v221 = 0.1 * v213, v222 = v182 - v214,
+      v223 = v215 + v187, v224 = v188 - v216, v225 = v217 + v193, v226 = v194 - v218,
+      v227 = v219 + v199, v228 = v200 - v220, v229 = v221 + v205, v230 = v222 + v154,
+      v231 = v223 + v155, v232 = v224 + v160, v233 = v225 + v161, v234 = v226 + v166,
+      v235 = v227 + v167, v236 = v228 + v172, v237 = v229 + v173, v238 = v11 * v230,
+      v239 = v10 * v230, v240 = v231 + 0.1, v241 = v11 * v232, v242 = v10 * v232, v243 = v233 + 0.1,
+      v244 = v11 * v234, v245 = v10 * v234, v246 = v235 + 0.1, v247 = v11 * v236, v248 = v10 * v236,
+      v249 = v237 + 0.1, v250 = v238 - p_0, v251 = v239 + p_1, v252 = v240 - p_2, v253 = v241 - p_0,
+      v254 = v242 + p_1, v255 = v243 - p_2, v256 = v244 + p_0, v257 = p_1 - v245, v258 = v246 - p_2,
+      v259 = v247 + p_0, v260 = p_1 - v248, v261 = v249 - p_2, v262 = v250 * v250,
+      v263 = v251 * v251, v264 = v252 * v252, v265 = v253 * v253, v266 = v254 * v254,
+      v267 = v255 * v255, v268 = v256 * v256, v269 = v257 * v257, v270 = v258 * v258,
+      v271 = v259 * v259, v272 = v260 * v260, v273 = v261 * v261, v274 = v262 + v263,
+      v275 = v265 + v266, v276 = v268 + v269, v277 = v271 + v272, v278 = v274 + v264,
+      v279 = v275 + v267, v280 = v276 + v270, v281 = v277 + v273;
+  LANES_LET1(v282, sqrt, v278); LANES_LET1(v283, sqrt, v279); LANES_LET1(v284, sqrt, v280);
+  LANES_LET1(v285, sqrt, v281); out[20] = v282; out[21] = v283; out[22] = v284; out[23] = v285;
 }
 
 // ik_position_pitch: 472 operations: multiply 181, add 197, negate 7, trig 14, other 73
@@ -1267,120 +1315,128 @@ static LANES_SPARING LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch)(
   out[42] = v467; out[43] = v468; out[44] = v469; out[45] = v470; out[46] = v471; out[47] = v472;
 }
 
-// ik_position_direction: 255 operations: multiply 101, add 106, negate 4, trig 7, other 37
+// ik_position_direction: 285 operations: multiply 115, add 115, negate 4, trig 7, other 44
 static LANES_SPARING LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction)(const lanes *in, lanes *out)
 {
   const lanes x_0 = in[0], x_1 = in[1], x_2 = in[2], x_3 = in[3], x_4 = in[4], x_5 = in[5],
-      v1 = 1e-150 - x_0, v2 = x_1 * x_1, v3 = x_2 - 0.1, v4 = 1e-150 + x_5;
+      v1 = x_0 * x_0, v2 = x_1 * x_1, v3 = x_3 * x_3, v4 = x_4 * x_4, v5 = x_5 * x_5,
+      v6 = x_2 * x_2, v7 = 1e-150 - x_0, v8 = 1e-150 - x_3, v9 = x_2 - 0.1, v10 = 1e-150 + x_5;
   out[4] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[14] = LANES_OF(0.0); out[19] = LANES_OF(0.0);
-  const lanes v5 = v1 * v1;
-  LANES_LET2(v6, atan2, x_1, v1);
-  const lanes v7 = v4 * v4, v8 = v5 + v2, v9 = -v6;
-  LANES_LET1(v10, rsqrt, v8); out[0] = v9; out[5] = v9;
-  const lanes v11 = x_1 * v10, v12 = v1 * v10, v13 = v12 * x_3, v14 = v11 * x_4, v15 = v12 * x_0,
-      v16 = v11 * x_1;
-  LANES_LET2(v17, supplement, v6, v11);
-  const lanes v18 = v13 - v14, v19 = v15 - v16;
-  out[10] = v17; out[15] = v17;
-  const lanes v20 = v18 * v18;
-  LANES_LET2(v21, atan2, v18, v4);
-  const lanes v22 = v20 + v7;
-  LANES_LET1(v23, rsqrt, v22);
-  const lanes v24 = v4 * v23, v25 = v18 * v23, v26 = 0.1 * v24, v27 = 0.1 * v25, v28 = v12 * v25,
-      v29 = v11 * v25, v30 = v24 - x_5, v31 = v3 - v26, v32 = v19 - v27, v33 = v28 - x_3,
-      v34 = v29 + x_4, v35 = v30 * v30, v36 = v32 * v32, v37 = v31 * v31, v38 = v33 * v33,
-      v39 = v34 * v34, v40 = v36 + v37, v41 = v38 + v39, v42 = 0.04 - v40, v43 = v40 - 0.02,
-      v44 = v41 + v35, v45 = v40 * v42, v46 = 50.0 * v43;
-  const lanes_where v47 = LANES_LT(v43, 0.0); const lanes_where v48 = LANES_LT(1.6e-18, v45);
-  const lanes v49 = LANES_CHOICE(v47, -1.0, 1.0);
-  LANES_LET1(v50, sqrt, v45);
-  const lanes v51 = 2500.0 * v45, v52 = LANES_CHOICE(v48, v46, v49), v53 = 50.0 * v50;
-  out[24] = v51; out[25] = v51; out[26] = v51; out[27] = v51;
-  const lanes v54 = 0.1 * v52, v55 = LANES_CHOICE(v48, v53, 0.0), v56 = v54 + 0.1, v57 = 0.1 * v55;
-  LANES_LET2(v58, atan2, v55, v52);
-  const lanes v59 = v31 * v56, v60 = v32 * v57, v61 = v32 * v56, v62 = v31 * v57;
-  out[2] = v58;
-  const lanes v63 = -v58;
-  out[12] = v58;
-  const lanes v64 = v59 - v60, v65 = v61 + v62, v66 = v59 + v60, v67 = v61 - v62;
-  out[7] = v63; out[17] = v63;
-  const lanes v68 = v64 * v64, v69 = 1e-150 + v65, v70 = v66 * v66, v71 = 1e-150 + v67,
-      v72 = 1e-150 - v67, v73 = 1e-150 - v65, v74 = v69 * v69;
-  LANES_LET2(v75, atan2, v64, v69);
-  const lanes v76 = v71 * v71;
-  LANES_LET2(v77, atan2, v66, v71);
-  const lanes v78 = v72 * v72;
-  LANES_LET2(v79, atan2, v66, v72);
-  const lanes v80 = v73 * v73;
-  LANES_LET2(v81, atan2, v64, v73);
-  const lanes v82 = v68 + v74, v83 = v70 + v76, v84 = v70 + v78, v85 = v68 + v80;
-  out[1] = v75;
-  const lanes v86 = v21 + v75;
-  out[6] = v77;
-  const lanes v87 = v21 + v77;
-  out[11] = v79;
-  const lanes v88 = v21 - v79;
-  out[16] = v81;
-  const lanes v89 = v81 - v21;
-  LANES_LET1(v90, rsqrt, v82); LANES_LET1(v91, rsqrt, v83); LANES_LET1(v92, rsqrt, v84);
-  LANES_LET1(v93, rsqrt, v85);
-  const lanes v94 = v86 + v58, v95 = v58 - v87, v96 = v88 - v58, v97 = v58 - v89, v98 = v64 * v90,
-      v99 = v69 * v90, v100 = v66 * v91, v101 = v71 * v91, v102 = v66 * v92, v103 = v72 * v92,
-      v104 = v64 * v93, v105 = v73 * v93;
-  const lanes_where v106 = LANES_LT(v94, -3.141592653589793);
-  const lanes v107 = v94 + 6.283185307179586;
-  const lanes_where v108 = LANES_LT(3.141592653589793, v94);
-  const lanes v109 = 6.283185307179586 - v94, v110 = -v94;
-  const lanes_where v111 = LANES_LT(3.141592653589793, v95);
-  const lanes v112 = v95 - 6.283185307179586;
-  const lanes_where v113 = LANES_LT(v95, -3.141592653589793);
-  const lanes v114 = 6.283185307179586 + v95;
-  const lanes_where v115 = LANES_LT(3.141592653589793, v96);
-  const lanes v116 = v96 - 6.283185307179586;
-  const lanes_where v117 = LANES_LT(v96, -3.141592653589793);
-  const lanes v118 = 6.283185307179586 + v96;
-  const lanes_where v119 = LANES_LT(3.141592653589793, v97);
-  const lanes v120 = v97 - 6.283185307179586;
-  const lanes_where v121 = LANES_LT(v97, -3.141592653589793);
-  const lanes v122 = 6.283185307179586 + v97, v123 = LANES_CHOICE(v108, v109, v110), v124 = -v107,
-      v125 = v52 * v99, v126 = v55 * v98, v127 = 0.1 * v99, v128 = v52 * v98, v129 = v55 * v99,
-      v130 = 0.1 * v98, v131 = LANES_CHOICE(v113, v114, v95), v132 = v52 * v101, v133 = v55 * v100,
-      v134 = 0.1 * v101, v135 = v52 * v100, v136 = v55 * v101, v137 = 0.1 * v100,
-      v138 = LANES_CHOICE(v117, v118, v96), v139 = v52 * v103, v140 = v55 * v102, v141 = 0.1 * v103,
-      v142 = v52 * v102, v143 = v55 * v103, v144 = 0.1 * v102, v145 = LANES_CHOICE(v121, v122, v97),
-      v146 = v52 * v105, v147 = v55 * v104, v148 = 0.1 * v105, v149 = v52 * v104, v150 = v55 * v105,
-      v151 = 0.1 * v104, v152 = LANES_CHOICE(v106, v124, v123), v153 = v125 - v126,
-      v154 = v128 + v129, v155 = LANES_CHOICE(v111, v112, v131), v156 = v132 + v133,
-      v157 = v135 - v136, v158 = LANES_CHOICE(v115, v116, v138), v159 = v139 - v140,
-      v160 = v142 + v143, v161 = LANES_CHOICE(v119, v120, v145), v162 = v146 + v147,
-      v163 = v149 - v150;
-  out[3] = v152;
-  const lanes v164 = 0.1 * v153, v165 = 0.1 * v154;
-  out[8] = v155;
-  const lanes v166 = 0.1 * v156, v167 = 0.1 * v157;
-  out[13] = v158;
-  const lanes v168 = 0.1 * v159, v169 = 0.1 * v160;
-  out[18] = v161;
-  const lanes v170 = 0.1 * v162, v171 = 0.1 * v163, v172 = v27 + v164, v173 = v26 + v165,
-      v174 = v27 + v166, v175 = v26 + v167, v176 = v168 - v27, v177 = v26 + v169, v178 = v170 - v27,
-      v179 = v26 + v171, v180 = v172 + v127, v181 = v173 + v130, v182 = v174 + v134,
-      v183 = v175 + v137, v184 = v176 + v141, v185 = v177 + v144, v186 = v178 + v148,
-      v187 = v179 + v151, v188 = v12 * v180, v189 = v11 * v180, v190 = v181 + 0.1,
-      v191 = v12 * v182, v192 = v11 * v182, v193 = v183 + 0.1, v194 = v12 * v184, v195 = v11 * v184,
-      v196 = v185 + 0.1, v197 = v12 * v186, v198 = v11 * v186, v199 = v187 + 0.1, v200 = v188 - x_0,
-      v201 = v189 + x_1, v202 = v190 - x_2, v203 = v191 - x_0, v204 = v192 + x_1, v205 = v193 - x_2,
-      v206 = v194 + x_0, v207 = x_1 - v195, v208 = v196 - x_2, v209 = v197 + x_0, v210 = x_1 - v198,
-      v211 = v199 - x_2, v212 = v200 * v200, v213 = v201 * v201, v214 = v202 * v202,
-      v215 = v203 * v203, v216 = v204 * v204, v217 = v205 * v205, v218 = v206 * v206,
-      v219 = v207 * v207, v220 = v208 * v208, v221 = v209 * v209, v222 = v210 * v210,
-      v223 = v211 * v211, v224 = v212 + v213, v225 = v215 + v216, v226 = v218 + v219,
-      v227 = v221 + v222, v228 = v224 + v214, v229 = v225 + v217, v230 = v226 + v220,
-      v231 = v227 + v223, v232 = v228 + v44, v233 = v228 - v44, v234 = v229 + v44,
-      v235 = v229 - v44, v236 = v230 + v44, v237 = v230 - v44, v238 = v231 + v44, v239 = v231 - v44;
-  LANES_LET1(v240, fabs, v233); LANES_LET1(v241, fabs, v235); LANES_LET1(v242, fabs, v237);
-  LANES_LET1(v243, fabs, v239);
-  const lanes v244 = v232 + v240, v245 = v234 + v241, v246 = v236 + v242, v247 = v238 + v243,
-      v248 = 0.5 * v244, v249 = 0.5 * v245, v250 = 0.5 * v246, v251 = 0.5 * v247;
-  LANES_LET1(v252, sqrt, v248); LANES_LET1(v253, sqrt, v249); LANES_LET1(v254, sqrt, v250);
-  LANES_LET1(v255, sqrt, v251); out[20] = v252; out[21] = v253; out[22] = v254; out[23] = v255;
+  const lanes v11 = v1 + v2, v12 = v3 + v4, v13 = v7 * v7, v14 = v8 * v8, v15 = v10 * v10,
+      v16 = v12 + v5, v17 = v11 + v6, v18 = v13 + v2, v19 = v14 + v4, v20 = 1e-300 + v16,
+      v21 = 1e-300 + v17;
+  LANES_LET1(v22, rsqrt, v18); LANES_LET1(v23, rsqrt, v19);
+  const lanes v24 = v11 * v20, v25 = v12 * v21, v26 = x_1 * v22, v27 = v7 * v22, v28 = x_4 * v23,
+      v29 = v8 * v23;
+  const lanes_where v30 = LANES_LT(v24, v25);
+  const lanes v31 = v26 * x_4, v32 = v27 * x_3, v33 = v31 - v32;
+  const lanes_where v34 = LANES_LE(0.0, v33);
+  const lanes v35 = LANES_CHOICE(v34, 1.0, -1.0), v36 = v35 * v28, v37 = v35 * v29,
+      v38 = LANES_CHOICE(v30, v36, v26), v39 = LANES_CHOICE(v30, v37, v27);
+  LANES_LET2(v40, atan2, v38, v39);
+  const lanes v41 = v39 * x_3, v42 = v38 * x_4, v43 = v39 * x_0, v44 = v38 * x_1, v45 = v41 - v42,
+      v46 = v43 - v44;
+  LANES_LET2(v47, supplement, v40, v38);
+  const lanes v48 = -v40, v49 = v45 * v45;
+  LANES_LET2(v50, atan2, v45, v10); out[0] = v48; out[5] = v48; out[10] = v47; out[15] = v47;
+  const lanes v51 = v49 + v15;
+  LANES_LET1(v52, rsqrt, v51);
+  const lanes v53 = v10 * v52, v54 = v45 * v52, v55 = 0.1 * v53, v56 = 0.1 * v54, v57 = v39 * v54,
+      v58 = v38 * v54, v59 = v53 - x_5, v60 = v9 - v55, v61 = v46 - v56, v62 = v57 - x_3,
+      v63 = v58 + x_4, v64 = v59 * v59, v65 = v61 * v61, v66 = v60 * v60, v67 = v62 * v62,
+      v68 = v63 * v63, v69 = v65 + v66, v70 = v67 + v68, v71 = 0.04 - v69, v72 = v69 - 0.02,
+      v73 = v70 + v64, v74 = v69 * v71, v75 = 50.0 * v72;
+  const lanes_where v76 = LANES_LT(v72, 0.0); const lanes_where v77 = LANES_LT(1.6e-18, v74);
+  const lanes v78 = LANES_CHOICE(v76, -1.0, 1.0);
+  LANES_LET1(v79, sqrt, v74);
+  const lanes v80 = 2500.0 * v74, v81 = LANES_CHOICE(v77, v75, v78), v82 = 50.0 * v79,
+      v83 = LANES_MIN(v80, 1.0), v84 = 0.1 * v81, v85 = LANES_CHOICE(v77, v82, 0.0);
+  out[24] = v83; out[25] = v83; out[26] = v83; out[27] = v83;
+  const lanes v86 = v84 + 0.1, v87 = 0.1 * v85;
+  LANES_LET2(v88, atan2, v85, v81);
+  const lanes v89 = v60 * v86, v90 = v61 * v87, v91 = v61 * v86, v92 = v60 * v87;
+  out[2] = v88;
+  const lanes v93 = -v88;
+  out[12] = v88;
+  const lanes v94 = v89 - v90, v95 = v91 + v92, v96 = v89 + v90, v97 = v91 - v92;
+  out[7] = v93; out[17] = v93;
+  const lanes v98 = v94 * v94, v99 = 1e-150 + v95, v100 = v96 * v96, v101 = 1e-150 + v97,
+      v102 = 1e-150 - v97, v103 = 1e-150 - v95, v104 = v99 * v99;
+  LANES_LET2(v105, atan2, v94, v99);
+  const lanes v106 = v101 * v101;
+  LANES_LET2(v107, atan2, v96, v101);
+  const lanes v108 = v102 * v102;
+  LANES_LET2(v109, atan2, v96, v102);
+  const lanes v110 = v103 * v103;
+  LANES_LET2(v111, atan2, v94, v103);
+  const lanes v112 = v98 + v104, v113 = v100 + v106, v114 = v100 + v108, v115 = v98 + v110;
+  out[1] = v105;
+  const lanes v116 = v50 + v105;
+  out[6] = v107;
+  const lanes v117 = v50 + v107;
+  out[11] = v109;
+  const lanes v118 = v50 - v109;
+  out[16] = v111;
+  const lanes v119 = v111 - v50;
+  LANES_LET1(v120, rsqrt, v112); LANES_LET1(v121, rsqrt, v113); LANES_LET1(v122, rsqrt, v114);
+  LANES_LET1(v123, rsqrt, v115);
+  const lanes v124 = v116 + v88, v125 = v88 - v117, v126 = v118 - v88, v127 = v88 - v119,
+      v128 = v94 * v120, v129 = v99 * v120, v130 = v96 * v121, v131 = v101 * v121,
+      v132 = v96 * v122, v133 = v102 * v122, v134 = v94 * v123, v135 = v103 * v123;
+  const lanes_where v136 = LANES_LT(v124, -3.141592653589793);
+  const lanes v137 = v124 + 6.283185307179586;
+  const lanes_where v138 = LANES_LT(3.141592653589793, v124);
+  const lanes v139 = 6.283185307179586 - v124, v140 = -v124;
+  const lanes_where v141 = LANES_LT(3.141592653589793, v125);
+  const lanes v142 = v125 - 6.283185307179586;
+  const lanes_where v143 = LANES_LT(v125, -3.141592653589793);
+  const lanes v144 = 6.283185307179586 + v125;
+  const lanes_where v145 = LANES_LT(3.141592653589793, v126);
+  const lanes v146 = v126 - 6.283185307179586;
+  const lanes_where v147 = LANES_LT(v126, -3.141592653589793);
+  const lanes v148 = 6.283185307179586 + v126;
+  const lanes_where v149 = LANES_LT(3.141592653589793, v127);
+  const lanes v150 = v127 - 6.283185307179586;
+  const lanes_where v151 = LANES_LT(v127, -3.141592653589793);
+  const lanes v152 = 6.283185307179586 + v127, v153 = LANES_CHOICE(v138, v139, v140), v154 = -v137,
+      v155 = v81 * v129, v156 = v85 * v128, v157 = 0.1 * v129, v158 = v81 * v128, v159 = v85 * v129,
+      v160 = 0.1 * v128, v161 = LANES_CHOICE(v143, v144, v125), v162 = v81 * v131,
+      v163 = v85 * v130, v164 = 0.1 * v131, v165 = v81 * v130, v166 = v85 * v131, v167 = 0.1 * v130,
+      v168 = LANES_CHOICE(v147, v148, v126), v169 = v81 * v133, v170 = v85 * v132,
+      v171 = 0.1 * v133, v172 = v81 * v132, v173 = v85 * v133, v174 = 0.1 * v132,
+      v175 = LANES_CHOICE(v151, v152, v127), v176 = v81 * v135, v177 = v85 * v134,
+      v178 = 0.1 * v135, v179 = v81 * v134, v180 = v85 * v135, v181 = 0.1 * v134,
+      v182 = LANES_CHOICE(v136, v154, v153), v183 = v155 - v156, v184 = v158 + v159,
+      v185 = LANES_CHOICE(v141, v142, v161), v186 = v162 + v163, v187 = v165 - v166,
+      v188 = LANES_CHOICE(v145, v146, v168), v189 = v169 - v170, v190 = v172 + v173,
+      v191 = LANES_CHOICE(v149, v150, v175), v192 = v176 + v177, v193 = v179 - v180;
+  out[3] = v182;
+  const lanes v194 = 0.1 * v183, v195 = 0.1 * v184;
+  out[8] = v185;
+  const lanes v196 = 0.1 * v186, v197 = 0.1 * v187;
+  out[13] = v188;
+  const lanes v198 = 0.1 * v189, v199 = 0.1 * v190;
+  out[18] = v191;
+  const lanes v200 = 0.1 * v192, v201 = 0.1 * v193, v202 = v56 + v194, v203 = v55 + v195,
+      v204 = v56 + v196, v205 = v55 + v197, v206 = v198 - v56, v207 = v55 + v199, v208 = v200 - v56,
+      v209 = v55 + v201, v210 = v202 + v157, v211 = v203 + v160, v212 = v204 + v164,
+      v213 = v205 + v167, v214 = v206 + v171, v215 = v207 + v174, v216 = v208 + v178,
+      v217 = v209 + v181, v218 = v39 * v210, v219 = v38 * v210, v220 = v211 + 0.1,
+      v221 = v39 * v212, v222 = v38 * v212, v223 = v213 + 0.1, v224 = v39 * v214, v225 = v38 * v214,
+      v226 = v215 + 0.1, v227 = v39 * v216, v228 = v38 * v216, v229 = v217 + 0.1, v230 = v218 - x_0,
+      v231 = v219 + x_1, v232 = v220 - x_2, v233 = v221 - x_0, v234 = v222 + x_1, v235 = v223 - x_2,
+      v236 = v224 + x_0, v237 = v225 - x_1, v238 = v226 - x_2, v239 = v227 + x_0, v240 = v228 - x_1,
+      v241 = v229 - x_2, v242 = v230 * v230, v243 = v231 * v231, v244 = v232 * v232,
+      v245 = v233 * v233, v246 = v234 * v234, v247 = v235 * v235, v248 = v236 * v236,
+      v249 = v237 * v237, v250 = v238 * v238, v251 = v239 * v239, v252 = v240 * v240,
+      v253 = v241 * v241, v254 = v242 + v243, v255 = v245 + v246, v256 = v248 + v249,
+      v257 = v251 + v252, v258 = v254 + v244, v259 = v255 + v247, v260 = v256 + v250,
+      v261 = v257 + v253, v262 = v258 + v73, v263 = v258 - v73, v264 = v259 + v73,
+      v265 = v259 - v73, v266 = v260 + v73, v267 = v260 - v73, v268 = v261 + v73, v269 = v261 - v73;
+  LANES_LET1(v270, fabs, v263); LANES_LET1(v271, fabs, v265); LANES_LET1(v272, fabs, v267);
+  LANES_LET1(v273, fabs, v269);
+  const lanes v274 = v262 + v270, v275 = v264 + v271, v276 = v266 + v272, v277 = v268 + v273,
+      v278 = 0.5 * v274, v279 = 0.5 * v275, v280 = 0.5 * v276, v281 = 0.5 * v277;
+  LANES_LET1(v282, sqrt, v278); LANES_LET1(v283, sqrt, v279); LANES_LET1(v284, sqrt, v280);
+  LANES_LET1(v285, sqrt, v281); out[20] = v282; out[21] = v283; out[22] = v284; out[23] = v285;
 }

@@ -18,7 +18,7 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
-// One branch of ik: 269 operations: multiply 151, add 93, negate 2, trig 6, other 17
+// One branch of ik: 268 operations: multiply 150, add 93, negate 2, trig 6, other 17
 LANES_INLINE void LANES_NAME(photo_robot_ik_branch)(
     const double *T, const double *q1, const double *q4, const double (*choice)[8], int b, lanes *out)
 {
@@ -34,85 +34,85 @@ LANES_INLINE void LANES_NAME(photo_robot_ik_branch)(
   const lanes v6 = q1_0 + 1.0, v7 = q4_0 + 0.333, v8 = v2 - 1.0, v9 = v3 - 1.0, v10 = v4 * v4,
       v11 = 1e-150 + v8, v12 = 1.926 * v9, v13 = v9 * v9, v14 = v11 * v11, v15 = v11 * choice_0,
       v16 = v12 * v12, v17 = 0.110889 + v13, v18 = v1 + v14, v20 = 0.411340084164 + v16,
-      v21 = 3.709476 * v17, v22 = 0.927369 + v17;
-  LANES_LET1(v23, rsqrt, v18); LANES_LET1(v24, rsqrt, v20);
-  const lanes v25 = 4e-15 * v20, v27 = T_7 * v23, v28 = v11 * v23, v29 = v12 * v24,
-      v30 = 0.641358 * v24, v31 = 1.0 * v24, v32 = choice_0 * v28, v33 = choice_0 * v27,
-      v34 = v31 * v31, v35 = T_7 * v33, v36 = v8 * v32, v37 = T_6 * v32, v38 = T_2 * v33,
-      v39 = T_2 * v32, v40 = T_6 * v33, v41 = T_4 * v32, v42 = T_0 * v33, v43 = T_0 * v32,
-      v44 = T_4 * v33, v45 = v35 + v36, v46 = v37 - v38, v47 = v39 + v40, v48 = v41 - v42,
-      v49 = v43 + v44, v50 = v45 * v45, v51 = v46 * v46, v52 = v50 + v10, v53 = v52 - v22,
-      v54 = v53 * v53, v55 = v53 * v24;
-  const lanes_where v56 = LANES_LT(v53, 0.0);
-  const lanes v57 = v21 - v54, v58 = LANES_CHOICE(v56, -1.0, 1.0);
-  const lanes_where v59 = LANES_LT(v25, v57); LANES_LET1(v60, sqrt, v57);
-  const lanes v61 = v57 * v34, v62 = v60 * v24, v63 = LANES_CHOICE(v59, v55, v58);
-  out[9] = v61;
-  const lanes v64 = LANES_CHOICE(v59, v62, 0.0), v65 = v30 * v63, v66 = v29 * v63,
-      v67 = choice_1 * v64, v68 = v29 * v67, v69 = v30 * v67, v70 = v68 - v65, v71 = v69 + v66,
-      v72 = 0.963 * v70, v73 = 0.963 * v71, v75 = 0.333 - v72, v76 = v9 + v73, v78 = v45 * v75,
-      v79 = v4 * v76, v80 = v45 * v76, v81 = v4 * v75, v82 = v78 - v79, v83 = v80 + v81,
-      v84 = v82 * v82, v85 = 1e-150 + v83, v86 = v85 * v85, v88 = v84 + v86;
-  LANES_LET1(v89, rsqrt, v88);
-  const lanes v90 = v82 * v89, v91 = v85 * v89, v92 = v91 * v47, v93 = T_10 * v90, v94 = T_10 * v91,
-      v95 = v90 * v47, v96 = v91 * v49, v97 = T_8 * v90, v98 = T_8 * v91, v99 = v90 * v49,
-      v100 = v7 * v91, v101 = 0.333 * v90, v102 = v70 * v90, v103 = v71 * v91, v104 = v70 * v91,
-      v105 = v71 * v90, v106 = v7 * v90, v107 = 0.333 * v91, v108 = v92 - v93, v109 = v94 + v95,
-      v110 = v96 - v97, v111 = v98 + v99, v112 = v100 + v101, v113 = v102 - v103,
-      v114 = v104 + v105, v115 = v106 - v107, v116 = v70 * v108, v117 = v71 * v109,
-      v118 = v70 * v109, v119 = v71 * v108, v120 = v70 * v110, v121 = v71 * v111, v122 = v70 * v111,
-      v123 = v71 * v110, v124 = 0.963 * v113, v125 = 0.963 * v114, v126 = v32 * v113,
-      v127 = v32 * v114, v128 = v33 * v113, v129 = v33 * v114, v130 = v116 + v117,
-      v131 = v118 - v119, v132 = v120 + v121, v133 = v122 - v123, v134 = v112 - v124,
-      v135 = v125 + v115, v136 = 1e-150 - v130, v137 = v131 * v131, v138 = v32 * v134,
-      v139 = v33 * v134, v140 = 0.3 - v135, v141 = v136 * v136, v143 = v6 + v138, v144 = v139 - T_7,
-      v145 = v140 - T_11, v146 = v51 + v141, v148 = v143 - T_3, v149 = v144 * v144,
-      v150 = v145 * v145;
-  LANES_LET1(v151, rsqrt, v146);
-  const lanes v153 = v148 * v148, v154 = v46 * v151, v155 = v136 * v151, v157 = v153 + v149,
-      v158 = choice_2 * v155, v159 = choice_2 * v154, v160 = v157 + v150, v161 = v130 * v158,
-      v162 = v46 * v159, v163 = v158 * v48, v164 = v159 * v132, v165 = v158 * v132,
-      v166 = v159 * v48, v167 = v33 * v159, v168 = v158 * v127, v169 = v33 * v158,
-      v170 = v159 * v127, v171 = v158 * v129, v172 = v32 * v159, v173 = v32 * v158,
-      v174 = v159 * v129, v175 = v158 * v113, v176 = v159 * v113, v177 = v161 - v162,
-      v178 = v163 + v164, v179 = v165 - v166, v180 = v167 + v168, v181 = v169 - v170,
-      v182 = v171 - v172, v183 = v173 + v174, v184 = v177 * v177;
-  LANES_LET2(v185, atan2, v131, v177);
-  const lanes v186 = v178 * v178, v187 = v137 + v184, v188 = -v185;
-  LANES_LET1(v189, rsqrt, v187); out[6] = v188;
-  const lanes v190 = v131 * v189, v191 = v177 * v189, v192 = v191 * v133, v193 = v190 * v179,
-      v194 = v191 * v126, v195 = v190 * v180, v196 = v191 * v180, v197 = v190 * v126,
-      v198 = v191 * v128, v199 = v190 * v182, v200 = v191 * v182, v201 = v190 * v128,
-      v202 = v191 * v114, v203 = v190 * v175, v204 = v190 * v114, v205 = v191 * v175,
-      v206 = v192 - v193, v207 = v194 - v195, v208 = v196 + v197, v209 = v198 - v199,
-      v210 = v200 + v201, v211 = v202 + v203, v212 = v204 - v205, v213 = v206 * v206;
-  LANES_LET2(v214, atan2, v178, v206);
-  const lanes v215 = v208 - T_2, v216 = v210 - T_6, v217 = v212 - T_10, v218 = v186 + v213;
-  out[7] = v214;
-  const lanes v219 = v215 * v215, v220 = v216 * v216, v221 = v217 * v217;
-  LANES_LET1(v222, rsqrt, v218);
-  const lanes v223 = v178 * v222, v224 = v206 * v222, v225 = v224 * v207, v226 = v223 * v181,
-      v227 = v224 * v181, v228 = v223 * v207, v229 = v224 * v209, v230 = v223 * v183,
-      v231 = v223 * v209, v232 = v224 * v183, v233 = v224 * v211, v234 = v223 * v176,
-      v235 = v224 * v176, v236 = v223 * v211, v237 = v225 - v226, v238 = v227 + v228,
-      v239 = v229 + v230, v240 = v231 - v232, v241 = v233 - v234, v242 = v235 + v236,
-      v243 = v237 - T_0, v244 = v238 - T_1, v245 = v239 - T_4, v246 = v240 - T_5, v247 = v241 - T_8,
-      v248 = v242 - T_9, v249 = v243 * v243, v250 = v244 * v244, v251 = v245 * v245,
-      v252 = v246 * v246, v253 = v247 * v247, v254 = v248 * v248, v255 = v249 + v250,
-      v256 = v255 + v219, v257 = v256 + v251, v258 = v257 + v252, v259 = v258 + v220,
-      v260 = v259 + v253, v261 = v260 + v254, v262 = v261 + v221, v263 = 0.5 * v262,
-      v264 = v160 + v263, v265 = v160 - v263;
-  LANES_LET1(v266, fabs, v265);
-  const lanes v267 = v264 + v266, v268 = 0.5 * v267;
-  LANES_LET1(v269, sqrt, v268); out[8] = v269;
-  lanes v19, v74; LANES_NAME(lanes_two_atan2)(&T_7, &v15, &v71, &v70, &v19, &v74);
-  lanes v87, v142; LANES_NAME(lanes_two_atan2)(&v82, &v85, &v46, &v136, &v87, &v142);
-  const lanes v26 = choice_0 * v19;
-  out[1] = v26;
-  const lanes v77 = -v74;
-  out[4] = v77; out[2] = v87; LANES_LET2(v147, supplement, v142, v46);
-  const lanes v152 = LANES_CHOICE(v5, v142, v147), v156 = choice_2 * v152;
-  out[5] = v156;
+      v21 = 0.927369 + v17;
+  LANES_LET1(v22, rsqrt, v18); LANES_LET1(v23, rsqrt, v20);
+  const lanes v24 = 4e-15 * v20, v26 = T_7 * v22, v27 = v11 * v22, v28 = v12 * v23,
+      v29 = 0.641358 * v23, v30 = 1.0 * v23, v31 = choice_0 * v27, v32 = choice_0 * v26,
+      v33 = v30 * v30, v34 = T_7 * v32, v35 = v8 * v31, v36 = T_6 * v31, v37 = T_2 * v32,
+      v38 = T_2 * v31, v39 = T_6 * v32, v40 = T_4 * v31, v41 = T_0 * v32, v42 = T_0 * v31,
+      v43 = T_4 * v32, v44 = v34 + v35, v45 = v36 - v37, v46 = v38 + v39, v47 = v40 - v41,
+      v48 = v42 + v43, v49 = v44 * v44, v50 = v45 * v45, v51 = v49 + v10, v52 = v51 - v21,
+      v53 = v52 * v52, v54 = v52 * v23;
+  const lanes_where v55 = LANES_LT(v52, 0.0);
+  const lanes v56 = v20 - v53, v57 = LANES_CHOICE(v55, -1.0, 1.0);
+  const lanes_where v58 = LANES_LT(v24, v56); LANES_LET1(v59, sqrt, v56);
+  const lanes v60 = v56 * v33, v61 = v59 * v23, v62 = LANES_CHOICE(v58, v54, v57);
+  out[9] = v60;
+  const lanes v63 = LANES_CHOICE(v58, v61, 0.0), v64 = v29 * v62, v65 = v28 * v62,
+      v66 = choice_1 * v63, v67 = v28 * v66, v68 = v29 * v66, v69 = v67 - v64, v70 = v68 + v65,
+      v71 = 0.963 * v69, v72 = 0.963 * v70, v74 = 0.333 - v71, v75 = v9 + v72, v77 = v44 * v74,
+      v78 = v4 * v75, v79 = v44 * v75, v80 = v4 * v74, v81 = v77 - v78, v82 = v79 + v80,
+      v83 = v81 * v81, v84 = 1e-150 + v82, v85 = v84 * v84, v87 = v83 + v85;
+  LANES_LET1(v88, rsqrt, v87);
+  const lanes v89 = v81 * v88, v90 = v84 * v88, v91 = v90 * v46, v92 = T_10 * v89, v93 = T_10 * v90,
+      v94 = v89 * v46, v95 = v90 * v48, v96 = T_8 * v89, v97 = T_8 * v90, v98 = v89 * v48,
+      v99 = v7 * v90, v100 = 0.333 * v89, v101 = v69 * v89, v102 = v70 * v90, v103 = v69 * v90,
+      v104 = v70 * v89, v105 = v7 * v89, v106 = 0.333 * v90, v107 = v91 - v92, v108 = v93 + v94,
+      v109 = v95 - v96, v110 = v97 + v98, v111 = v99 + v100, v112 = v101 - v102, v113 = v103 + v104,
+      v114 = v105 - v106, v115 = v69 * v107, v116 = v70 * v108, v117 = v69 * v108,
+      v118 = v70 * v107, v119 = v69 * v109, v120 = v70 * v110, v121 = v69 * v110, v122 = v70 * v109,
+      v123 = 0.963 * v112, v124 = 0.963 * v113, v125 = v31 * v112, v126 = v31 * v113,
+      v127 = v32 * v112, v128 = v32 * v113, v129 = v115 + v116, v130 = v117 - v118,
+      v131 = v119 + v120, v132 = v121 - v122, v133 = v111 - v123, v134 = v124 + v114,
+      v135 = 1e-150 - v129, v136 = v130 * v130, v137 = v31 * v133, v138 = v32 * v133,
+      v139 = 0.3 - v134, v140 = v135 * v135, v142 = v6 + v137, v143 = v138 - T_7,
+      v144 = v139 - T_11, v145 = v50 + v140, v147 = v142 - T_3, v148 = v143 * v143,
+      v149 = v144 * v144;
+  LANES_LET1(v150, rsqrt, v145);
+  const lanes v152 = v147 * v147, v153 = v45 * v150, v154 = v135 * v150, v156 = v152 + v148,
+      v157 = choice_2 * v154, v158 = choice_2 * v153, v159 = v156 + v149, v160 = v129 * v157,
+      v161 = v45 * v158, v162 = v157 * v47, v163 = v158 * v131, v164 = v157 * v131,
+      v165 = v158 * v47, v166 = v32 * v158, v167 = v157 * v126, v168 = v32 * v157,
+      v169 = v158 * v126, v170 = v157 * v128, v171 = v31 * v158, v172 = v31 * v157,
+      v173 = v158 * v128, v174 = v157 * v112, v175 = v158 * v112, v176 = v160 - v161,
+      v177 = v162 + v163, v178 = v164 - v165, v179 = v166 + v167, v180 = v168 - v169,
+      v181 = v170 - v171, v182 = v172 + v173, v183 = v176 * v176;
+  LANES_LET2(v184, atan2, v130, v176);
+  const lanes v185 = v177 * v177, v186 = v136 + v183, v187 = -v184;
+  LANES_LET1(v188, rsqrt, v186); out[6] = v187;
+  const lanes v189 = v130 * v188, v190 = v176 * v188, v191 = v190 * v132, v192 = v189 * v178,
+      v193 = v190 * v125, v194 = v189 * v179, v195 = v190 * v179, v196 = v189 * v125,
+      v197 = v190 * v127, v198 = v189 * v181, v199 = v190 * v181, v200 = v189 * v127,
+      v201 = v190 * v113, v202 = v189 * v174, v203 = v189 * v113, v204 = v190 * v174,
+      v205 = v191 - v192, v206 = v193 - v194, v207 = v195 + v196, v208 = v197 - v198,
+      v209 = v199 + v200, v210 = v201 + v202, v211 = v203 - v204, v212 = v205 * v205;
+  LANES_LET2(v213, atan2, v177, v205);
+  const lanes v214 = v207 - T_2, v215 = v209 - T_6, v216 = v211 - T_10, v217 = v185 + v212;
+  out[7] = v213;
+  const lanes v218 = v214 * v214, v219 = v215 * v215, v220 = v216 * v216;
+  LANES_LET1(v221, rsqrt, v217);
+  const lanes v222 = v177 * v221, v223 = v205 * v221, v224 = v223 * v206, v225 = v222 * v180,
+      v226 = v223 * v180, v227 = v222 * v206, v228 = v223 * v208, v229 = v222 * v182,
+      v230 = v222 * v208, v231 = v223 * v182, v232 = v223 * v210, v233 = v222 * v175,
+      v234 = v223 * v175, v235 = v222 * v210, v236 = v224 - v225, v237 = v226 + v227,
+      v238 = v228 + v229, v239 = v230 - v231, v240 = v232 - v233, v241 = v234 + v235,
+      v242 = v236 - T_0, v243 = v237 - T_1, v244 = v238 - T_4, v245 = v239 - T_5, v246 = v240 - T_8,
+      v247 = v241 - T_9, v248 = v242 * v242, v249 = v243 * v243, v250 = v244 * v244,
+      v251 = v245 * v245, v252 = v246 * v246, v253 = v247 * v247, v254 = v248 + v249,
+      v255 = v254 + v218, v256 = v255 + v250, v257 = v256 + v251, v258 = v257 + v219,
+      v259 = v258 + v252, v260 = v259 + v253, v261 = v260 + v220, v262 = 0.5 * v261,
+      v263 = v159 + v262, v264 = v159 - v262;
+  LANES_LET1(v265, fabs, v264);
+  const lanes v266 = v263 + v265, v267 = 0.5 * v266;
+  LANES_LET1(v268, sqrt, v267); out[8] = v268;
+  lanes v19, v73; LANES_NAME(lanes_two_atan2)(&T_7, &v15, &v70, &v69, &v19, &v73);
+  lanes v86, v141; LANES_NAME(lanes_two_atan2)(&v81, &v84, &v45, &v135, &v86, &v141);
+  const lanes v25 = choice_0 * v19;
+  out[1] = v25;
+  const lanes v76 = -v73;
+  out[4] = v76; out[2] = v86; LANES_LET2(v146, supplement, v141, v45);
+  const lanes v151 = LANES_CHOICE(v5, v141, v146), v155 = choice_2 * v151;
+  out[5] = v155;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(photo_robot_ik_branches)(const double *T, const double *q1, const double *q4, double *q, double *residual, double *margin)

@@ -147,7 +147,7 @@ void ur5e_acceleration_mixed(const double q[6], const double qd[6], const double
 
 /* Every solution of the inverse kinematics, in 8 slots.
  * fk(q[k]) = T wherever residual[k] is rounding
- * 1094 operations: multiply 459, add 419, negate 18, trig 26, other 172.
+ * 1095 operations: multiply 458, add 421, negate 18, trig 26, other 172.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: joint coordinates, one solution a row, 8 x 6 (rad)
  *   residual: distance of fk(q[k]) from the target, 8 (m or rad)

@@ -18,7 +18,7 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
-// One branch of ik: 281 operations: multiply 146, add 94, negate 3, trig 6, other 32
+// One branch of ik: 282 operations: multiply 146, add 95, negate 3, trig 6, other 32
 LANES_INLINE void LANES_NAME(ur5e_ik_branch)(
     const double *T, const double (*choice)[8], int b, lanes *out)
 {
@@ -31,102 +31,102 @@ LANES_INLINE void LANES_NAME(ur5e_ik_branch)(
       v2 = 0.0996 * T_2, v3 = T_10 * T_10, v4 = 0.0996 * T_10, v5 = T_7 - v1, v6 = T_3 - v2,
       v7 = T_11 - v4, v8 = 1e-150 - v5, v9 = v6 * v6, v10 = v5 * v5, v11 = v7 - 0.1625,
       v12 = v8 * v8, v13 = v9 + v10, v14 = 0.1994 * v11, v15 = v11 * v11, v16 = v9 + v12,
-      v17 = v13 - 0.01776889, v18 = 1e-150 + v14;
-  LANES_LET1(v19, rsqrt, v16);
-  const lanes v20 = 4e-15 * v16;
-  LANES_LET1(v21, sqrt, v17);
-  const lanes v22 = v18 * v18, v23 = v8 * v19;
-  const lanes_where v24 = LANES_LT(v20, v17);
-  const lanes v25 = v21 * v19, v26 = v6 * v19, v27 = 0.1333 * v19, v28 = 1.0 * v19,
-      v29 = LANES_CHOICE(v24, v25, 0.0), v30 = LANES_CHOICE(v24, v27, 1.0), v31 = v28 * v28,
-      v32 = choice_0 * v29, v33 = v26 * v30, v34 = v23 * v30, v35 = v17 * v31, v36 = v23 * v32,
-      v37 = v26 * v32, v38 = v36 + v33, v39 = v34 - v37, v41 = v6 * v39, v42 = v5 * v38,
-      v43 = T_2 * v39, v44 = T_6 * v38, v45 = T_6 * v39, v46 = T_2 * v38, v47 = T_0 * v39,
-      v48 = T_4 * v38, v49 = T_4 * v39, v50 = T_0 * v38, v51 = v41 + v42, v52 = v43 + v44,
-      v53 = v45 - v46, v54 = v47 + v48, v55 = v49 - v50, v56 = v52 * v52, v57 = 1e-150 - v52,
-      v58 = 0.1994 * v51, v59 = v51 * v51, v60 = v53 * v53, v61 = -v53, v62 = v3 + v56,
-      v63 = v57 * v57, v64 = v58 * v58, v65 = v59 + v15;
-  const lanes_where v66 = LANES_LT(2.5e-19, v62);
-  const lanes v67 = v3 + v63, v68 = v64 + v22, v69 = 0.03976036 * v65, v70 = 0.00994009 + v65;
-  LANES_LET1(v71, rsqrt, v67); LANES_LET1(v72, rsqrt, v68);
-  const lanes v73 = 4e-15 * v68, v74 = 0.33444584 - v70, v75 = T_10 * v71, v76 = v18 * v72,
-      v77 = v74 * v74, v78 = v58 * v72, v79 = v74 * v72;
-  const lanes_where v80 = LANES_LT(v74, 0.0);
-  const lanes v81 = v57 * v71, v82 = choice_1 * v75, v83 = v69 - v77,
-      v84 = LANES_CHOICE(v80, -1.0, 1.0), v85 = choice_1 * v81, v86 = -v82;
-  const lanes_where v87 = LANES_LT(v73, v83); LANES_LET1(v88, sqrt, v83);
-  const lanes v89 = v88 * v72, v90 = LANES_CHOICE(v87, v79, v84), v91 = LANES_CHOICE(v87, v89, 0.0),
-      v92 = v78 * v90, v93 = v76 * v90, v94 = choice_1 * v91, v95 = v76 * v94, v96 = v78 * v94,
-      v97 = v95 - v92, v98 = v93 + v96, v99 = LANES_CHOICE(v66, v86, v97),
-      v100 = LANES_CHOICE(v66, v85, v98), v101 = 0.0997 * v99, v102 = 0.0997 * v100,
-      v104 = T_10 * v99, v105 = v52 * v100, v106 = T_8 * v100, v107 = v99 * v54, v108 = T_8 * v99,
-      v109 = v100 * v54, v110 = v39 * v100, v111 = v39 * v99, v112 = v38 * v100, v113 = v38 * v99,
-      v114 = v51 - v101, v115 = v11 + v102, v116 = v104 + v105, v117 = v106 - v107,
-      v118 = v108 + v109, v119 = v114 * v114, v120 = v115 * v115, v121 = v116 * v116,
-      v123 = v117 * v117, v124 = v119 + v120, v125 = v60 + v121, v127 = v124 - 0.00107584,
-      v128 = 0.66781584 - v124, v129 = v124 - 0.33444584;
-  LANES_LET1(v130, rsqrt, v125);
-  const lanes v131 = v127 * v128, v132 = 2.9996700362960076 * v129;
-  const lanes_where v133 = LANES_LT(v129, 0.0);
-  const lanes v134 = v116 * v130, v135 = v53 * v130;
-  const lanes_where v136 = LANES_LT(4.445422276e-16, v131); LANES_LET1(v137, sqrt, v131);
-  const lanes v138 = LANES_CHOICE(v133, -1.0, 1.0), v139 = v134 * v55, v140 = v135 * v118,
-      v141 = 0.0996 * v134, v142 = 0.0996 * v135, v143 = v38 * v134, v144 = v135 * v110,
-      v145 = v134 * v110, v146 = v38 * v135, v147 = v39 * v134, v148 = v135 * v112,
-      v149 = v39 * v135, v150 = v134 * v112, v151 = v99 * v135, v152 = v99 * v134,
-      v153 = 8.99802032665209 * v131, v154 = 2.9996700362960076 * v137,
-      v155 = LANES_CHOICE(v136, v132, v138), v156 = v139 - v140, v157 = v100 * v141,
-      v158 = 0.1333 - v142, v159 = v99 * v141, v160 = v143 + v144, v161 = v145 - v146,
-      v162 = v147 - v148, v163 = v149 + v150, v164 = v152 - T_10;
-  LANES_LET2(v165, fmin, v35, v153);
-  const lanes v166 = LANES_CHOICE(v136, v154, 0.0), v167 = 0.3922 * v155, v168 = v156 * v156,
-      v170 = v157 + v101, v171 = v38 * v158, v172 = v39 * v158, v173 = v159 - v102,
-      v174 = v161 - T_2, v175 = v163 - T_6, v176 = v164 * v164;
-  out[7] = v165;
-  const lanes v177 = choice_2 * v166, v178 = -0.425 - v167, v180 = v123 + v168, v181 = v174 * v174,
-      v182 = v175 * v175, v183 = 0.3922 * v177, v184 = v115 * v178, v185 = v114 * v178;
-  LANES_LET1(v187, rsqrt, v180);
-  const lanes v188 = v114 * v183, v189 = v115 * v183, v190 = v117 * v187, v191 = v156 * v187,
-      v192 = v188 + v184, v193 = v185 - v189, v194 = v191 * v160, v195 = v190 * v111,
-      v196 = v190 * v160, v197 = v191 * v111, v198 = v191 * v162, v199 = v190 * v113,
-      v200 = v191 * v113, v201 = v190 * v162, v202 = v100 * v190, v203 = v191 * v151,
-      v204 = v100 * v191, v205 = v190 * v151, v206 = v192 * v192, v207 = 1e-150 + v193,
-      v208 = v194 + v195, v209 = v196 - v197, v210 = v198 - v199, v211 = v200 + v201,
-      v212 = v202 - v203, v213 = v204 + v205, v214 = v207 * v207;
-  LANES_LET2(v215, atan2, v192, v207);
-  const lanes v216 = T_0 + v208, v217 = v209 - T_1, v218 = v210 - T_4, v219 = T_5 + v211,
-      v220 = v212 - T_8, v221 = v213 - T_9, v222 = v206 + v214;
-  out[1] = v215;
-  const lanes v224 = v216 * v216, v225 = v217 * v217, v226 = v218 * v218, v227 = v219 * v219,
-      v228 = v220 * v220, v229 = v221 * v221;
-  LANES_LET1(v230, rsqrt, v222);
-  const lanes v232 = v224 + v225, v233 = v192 * v230, v234 = v207 * v230, v239 = v232 + v181,
-      v241 = v155 * v234, v242 = v177 * v233, v243 = -0.425 * v234, v244 = v155 * v233,
-      v245 = v177 * v234, v246 = -0.425 * v233, v247 = v239 + v226, v249 = v241 - v242,
-      v250 = v244 + v245, v251 = v247 + v227, v252 = -0.3922 * v249, v253 = -0.3922 * v250,
-      v254 = v251 + v182, v255 = v170 + v252, v256 = v173 + v253, v257 = v254 + v228,
-      v258 = v255 + v243, v259 = v256 + v246, v260 = v257 + v229, v261 = v39 * v258,
-      v262 = v38 * v258, v263 = v259 + 0.1625, v264 = v260 + v176, v265 = v261 + v171,
-      v266 = v262 - v172, v267 = v263 - T_11, v268 = 0.5 * v264, v269 = v265 - T_3,
-      v270 = v266 - T_7, v271 = v267 * v267, v272 = v269 * v269, v273 = v270 * v270,
-      v274 = v272 + v273, v275 = v274 + v271, v276 = v275 + v268, v277 = v275 - v268;
-  LANES_LET1(v278, fabs, v277);
-  const lanes v279 = v276 + v278, v280 = 0.5 * v279;
-  LANES_LET1(v281, sqrt, v280); out[6] = v281;
-  lanes v40, v103; LANES_NAME(lanes_two_atan2)(&v38, &v39, &v99, &v100, &v40, &v103);
-  lanes v122, v169; LANES_NAME(lanes_two_atan2)(&v116, &v61, &v117, &v156, &v122, &v169);
-  LANES_LET2(v179, atan2, v166, v155); out[0] = v40;
-  const lanes v126 = -v122;
-  out[4] = v126; out[5] = v169;
-  const lanes v186 = choice_2 * v179;
-  out[2] = v186;
-  const lanes v223 = v103 - v215, v231 = v223 - v186;
-  const lanes_where v235 = LANES_LT(3.141592653589793, v231);
-  const lanes v236 = v231 - 6.283185307179586;
-  const lanes_where v237 = LANES_LT(v231, -3.141592653589793);
-  const lanes v238 = v231 + 6.283185307179586, v240 = LANES_CHOICE(v237, v238, v231),
-      v248 = LANES_CHOICE(v235, v236, v240);
-  out[3] = v248;
+      v17 = v13 - 0.01776889, v18 = 1e-150 + v14, v19 = v14 * v14;
+  LANES_LET1(v20, rsqrt, v16);
+  const lanes v21 = 4e-15 * v16;
+  LANES_LET1(v22, sqrt, v17);
+  const lanes v23 = v18 * v18, v24 = v8 * v20;
+  const lanes_where v25 = LANES_LT(v21, v17);
+  const lanes v26 = v22 * v20, v27 = v6 * v20, v28 = 0.1333 * v20, v29 = 1.0 * v20,
+      v30 = LANES_CHOICE(v25, v26, 0.0), v31 = LANES_CHOICE(v25, v28, 1.0), v32 = v29 * v29,
+      v33 = choice_0 * v30, v34 = v27 * v31, v35 = v24 * v31, v36 = v17 * v32, v37 = v24 * v33,
+      v38 = v27 * v33, v39 = v37 + v34, v40 = v35 - v38, v42 = v6 * v40, v43 = v5 * v39,
+      v44 = T_2 * v40, v45 = T_6 * v39, v46 = T_6 * v40, v47 = T_2 * v39, v48 = T_0 * v40,
+      v49 = T_4 * v39, v50 = T_4 * v40, v51 = T_0 * v39, v52 = v42 + v43, v53 = v44 + v45,
+      v54 = v46 - v47, v55 = v48 + v49, v56 = v50 - v51, v57 = v53 * v53, v58 = 1e-150 - v53,
+      v59 = 0.1994 * v52, v60 = v52 * v52, v61 = v54 * v54, v62 = -v54, v63 = v3 + v57,
+      v64 = v58 * v58, v65 = v59 * v59, v66 = v60 + v15;
+  const lanes_where v67 = LANES_LT(2.5e-19, v63);
+  const lanes v68 = v3 + v64, v69 = v65 + v23, v70 = v19 + v65, v71 = 0.00994009 + v66;
+  LANES_LET1(v72, rsqrt, v68); LANES_LET1(v73, rsqrt, v69);
+  const lanes v74 = 4e-15 * v69, v75 = 0.33444584 - v71, v76 = T_10 * v72, v77 = v18 * v73,
+      v78 = v75 * v75, v79 = v59 * v73, v80 = v75 * v73;
+  const lanes_where v81 = LANES_LT(v75, 0.0);
+  const lanes v82 = v58 * v72, v83 = choice_1 * v76, v84 = v70 - v78,
+      v85 = LANES_CHOICE(v81, -1.0, 1.0), v86 = choice_1 * v82, v87 = -v83;
+  const lanes_where v88 = LANES_LT(v74, v84); LANES_LET1(v89, sqrt, v84);
+  const lanes v90 = v89 * v73, v91 = LANES_CHOICE(v88, v80, v85), v92 = LANES_CHOICE(v88, v90, 0.0),
+      v93 = v79 * v91, v94 = v77 * v91, v95 = choice_1 * v92, v96 = v77 * v95, v97 = v79 * v95,
+      v98 = v96 - v93, v99 = v94 + v97, v100 = LANES_CHOICE(v67, v87, v98),
+      v101 = LANES_CHOICE(v67, v86, v99), v102 = 0.0997 * v100, v103 = 0.0997 * v101,
+      v105 = T_10 * v100, v106 = v53 * v101, v107 = T_8 * v101, v108 = v100 * v55,
+      v109 = T_8 * v100, v110 = v101 * v55, v111 = v40 * v101, v112 = v40 * v100, v113 = v39 * v101,
+      v114 = v39 * v100, v115 = v52 - v102, v116 = v11 + v103, v117 = v105 + v106,
+      v118 = v107 - v108, v119 = v109 + v110, v120 = v115 * v115, v121 = v116 * v116,
+      v122 = v117 * v117, v124 = v118 * v118, v125 = v120 + v121, v126 = v61 + v122,
+      v128 = v125 - 0.00107584, v129 = 0.66781584 - v125, v130 = v125 - 0.33444584;
+  LANES_LET1(v131, rsqrt, v126);
+  const lanes v132 = v128 * v129, v133 = 2.9996700362960076 * v130;
+  const lanes_where v134 = LANES_LT(v130, 0.0);
+  const lanes v135 = v117 * v131, v136 = v54 * v131;
+  const lanes_where v137 = LANES_LT(4.445422276e-16, v132); LANES_LET1(v138, sqrt, v132);
+  const lanes v139 = LANES_CHOICE(v134, -1.0, 1.0), v140 = v135 * v56, v141 = v136 * v119,
+      v142 = 0.0996 * v135, v143 = 0.0996 * v136, v144 = v39 * v135, v145 = v136 * v111,
+      v146 = v135 * v111, v147 = v39 * v136, v148 = v40 * v135, v149 = v136 * v113,
+      v150 = v40 * v136, v151 = v135 * v113, v152 = v100 * v136, v153 = v100 * v135,
+      v154 = 8.99802032665209 * v132, v155 = 2.9996700362960076 * v138,
+      v156 = LANES_CHOICE(v137, v133, v139), v157 = v140 - v141, v158 = v101 * v142,
+      v159 = 0.1333 - v143, v160 = v100 * v142, v161 = v144 + v145, v162 = v146 - v147,
+      v163 = v148 - v149, v164 = v150 + v151, v165 = v153 - T_10;
+  LANES_LET2(v166, fmin, v36, v154);
+  const lanes v167 = LANES_CHOICE(v137, v155, 0.0), v168 = 0.3922 * v156, v169 = v157 * v157,
+      v171 = v158 + v102, v172 = v39 * v159, v173 = v40 * v159, v174 = v160 - v103,
+      v175 = v162 - T_2, v176 = v164 - T_6, v177 = v165 * v165;
+  out[7] = v166;
+  const lanes v178 = choice_2 * v167, v179 = -0.425 - v168, v181 = v124 + v169, v182 = v175 * v175,
+      v183 = v176 * v176, v184 = 0.3922 * v178, v185 = v116 * v179, v186 = v115 * v179;
+  LANES_LET1(v188, rsqrt, v181);
+  const lanes v189 = v115 * v184, v190 = v116 * v184, v191 = v118 * v188, v192 = v157 * v188,
+      v193 = v189 + v185, v194 = v186 - v190, v195 = v192 * v161, v196 = v191 * v112,
+      v197 = v191 * v161, v198 = v192 * v112, v199 = v192 * v163, v200 = v191 * v114,
+      v201 = v192 * v114, v202 = v191 * v163, v203 = v101 * v191, v204 = v192 * v152,
+      v205 = v101 * v192, v206 = v191 * v152, v207 = v193 * v193, v208 = 1e-150 + v194,
+      v209 = v195 + v196, v210 = v197 - v198, v211 = v199 - v200, v212 = v201 + v202,
+      v213 = v203 - v204, v214 = v205 + v206, v215 = v208 * v208;
+  LANES_LET2(v216, atan2, v193, v208);
+  const lanes v217 = T_0 + v209, v218 = v210 - T_1, v219 = v211 - T_4, v220 = T_5 + v212,
+      v221 = v213 - T_8, v222 = v214 - T_9, v223 = v207 + v215;
+  out[1] = v216;
+  const lanes v225 = v217 * v217, v226 = v218 * v218, v227 = v219 * v219, v228 = v220 * v220,
+      v229 = v221 * v221, v230 = v222 * v222;
+  LANES_LET1(v231, rsqrt, v223);
+  const lanes v233 = v225 + v226, v234 = v193 * v231, v235 = v208 * v231, v240 = v233 + v182,
+      v242 = v156 * v235, v243 = v178 * v234, v244 = -0.425 * v235, v245 = v156 * v234,
+      v246 = v178 * v235, v247 = -0.425 * v234, v248 = v240 + v227, v250 = v242 - v243,
+      v251 = v245 + v246, v252 = v248 + v228, v253 = -0.3922 * v250, v254 = -0.3922 * v251,
+      v255 = v252 + v183, v256 = v171 + v253, v257 = v174 + v254, v258 = v255 + v229,
+      v259 = v256 + v244, v260 = v257 + v247, v261 = v258 + v230, v262 = v40 * v259,
+      v263 = v39 * v259, v264 = v260 + 0.1625, v265 = v261 + v177, v266 = v262 + v172,
+      v267 = v263 - v173, v268 = v264 - T_11, v269 = 0.5 * v265, v270 = v266 - T_3,
+      v271 = v267 - T_7, v272 = v268 * v268, v273 = v270 * v270, v274 = v271 * v271,
+      v275 = v273 + v274, v276 = v275 + v272, v277 = v276 + v269, v278 = v276 - v269;
+  LANES_LET1(v279, fabs, v278);
+  const lanes v280 = v277 + v279, v281 = 0.5 * v280;
+  LANES_LET1(v282, sqrt, v281); out[6] = v282;
+  lanes v41, v104; LANES_NAME(lanes_two_atan2)(&v39, &v40, &v100, &v101, &v41, &v104);
+  lanes v123, v170; LANES_NAME(lanes_two_atan2)(&v117, &v62, &v118, &v157, &v123, &v170);
+  LANES_LET2(v180, atan2, v167, v156); out[0] = v41;
+  const lanes v127 = -v123;
+  out[4] = v127; out[5] = v170;
+  const lanes v187 = choice_2 * v180;
+  out[2] = v187;
+  const lanes v224 = v104 - v216, v232 = v224 - v187;
+  const lanes_where v236 = LANES_LT(3.141592653589793, v232);
+  const lanes v237 = v232 - 6.283185307179586;
+  const lanes_where v238 = LANES_LT(v232, -3.141592653589793);
+  const lanes v239 = v232 + 6.283185307179586, v241 = LANES_CHOICE(v238, v239, v232),
+      v249 = LANES_CHOICE(v236, v237, v241);
+  out[3] = v249;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(ur5e_ik_branches)(const double *T, double *q, double *residual, double *margin)

@@ -1190,7 +1190,7 @@ static LANES_TARGET void LANES_NAME(ur5e_acceleration_mixed)(const lanes *in, la
   out[5] = v290;
 }
 
-// ik: 1094 operations: multiply 508, add 419, negate 18, trig 26, other 123
+// ik: 1095 operations: multiply 507, add 421, negate 18, trig 26, other 123
 static LANES_SPARING LANES_TARGET void LANES_NAME(ur5e_ik)(const lanes *in, lanes *out)
 {
   const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
@@ -1198,428 +1198,428 @@ static LANES_SPARING LANES_TARGET void LANES_NAME(ur5e_ik)(const lanes *in, lane
       v1 = 0.0996 * T_6, v2 = 0.0996 * T_2, v3 = T_10 * T_10, v4 = 0.0996 * T_10, v5 = T_7 - v1,
       v6 = T_3 - v2, v7 = T_11 - v4, v8 = 1e-150 - v5, v9 = v6 * v6, v10 = v5 * v5,
       v11 = v7 - 0.1625, v12 = v8 * v8, v13 = v9 + v10, v14 = 0.1994 * v11, v15 = v11 * v11,
-      v16 = v9 + v12, v17 = v13 - 0.01776889, v18 = 1e-150 + v14;
-  LANES_LET1(v19, rsqrt, v16);
-  const lanes v20 = 4e-15 * v16;
-  LANES_LET1(v21, sqrt, v17);
-  const lanes v22 = v18 * v18, v23 = v8 * v19;
-  const lanes_where v24 = LANES_LT(v20, v17);
-  const lanes v25 = v21 * v19, v26 = v6 * v19, v27 = 0.1333 * v19, v28 = 1.0 * v19,
-      v29 = LANES_CHOICE(v24, v25, 0.0), v30 = LANES_CHOICE(v24, v27, 1.0), v31 = v28 * v28,
-      v32 = v23 * v29, v33 = v26 * v30, v34 = v23 * v30, v35 = v26 * v29, v36 = v17 * v31,
-      v37 = v32 + v33, v38 = v34 - v35, v39 = v33 - v32, v40 = v34 + v35;
-  LANES_LET2(v41, atan2, v37, v38);
-  const lanes v42 = v6 * v38, v43 = v5 * v37, v44 = T_2 * v38, v45 = T_6 * v37, v46 = T_6 * v38,
-      v47 = T_2 * v37, v48 = T_0 * v38, v49 = T_4 * v37, v50 = T_4 * v38, v51 = T_0 * v37;
-  LANES_LET2(v52, atan2, v39, v40);
-  const lanes v53 = v6 * v40, v54 = v5 * v39, v55 = T_2 * v40, v56 = T_6 * v39, v57 = T_6 * v40,
-      v58 = T_2 * v39, v59 = T_0 * v40, v60 = T_4 * v39, v61 = T_4 * v40, v62 = T_0 * v39,
-      v63 = v42 + v43, v64 = v44 + v45, v65 = v46 - v47, v66 = v48 + v49, v67 = v50 - v51,
-      v68 = v53 + v54, v69 = v55 + v56, v70 = v57 - v58, v71 = v59 + v60, v72 = v61 - v62;
-  out[0] = v41; out[6] = v41; out[12] = v41; out[18] = v41; out[24] = v52; out[30] = v52;
-  out[36] = v52; out[42] = v52;
-  const lanes v73 = v64 * v64, v74 = 1e-150 - v64, v75 = 0.1994 * v63, v76 = v63 * v63,
-      v77 = v65 * v65, v78 = -v65, v79 = -v65, v80 = v69 * v69, v81 = 1e-150 - v69,
-      v82 = 0.1994 * v68, v83 = v68 * v68, v84 = v70 * v70, v85 = -v70, v86 = -v70, v87 = v3 + v73,
-      v88 = v74 * v74, v89 = v75 * v75, v90 = v76 + v15, v91 = v3 + v80, v92 = v81 * v81,
-      v93 = v82 * v82, v94 = v83 + v15;
-  const lanes_where v95 = LANES_LT(2.5e-19, v87);
-  const lanes v96 = v3 + v88, v97 = v89 + v22, v98 = 0.03976036 * v90, v99 = 0.00994009 + v90;
-  const lanes_where v100 = LANES_LT(2.5e-19, v91);
-  const lanes v101 = v3 + v92, v102 = v93 + v22, v103 = 0.03976036 * v94, v104 = 0.00994009 + v94;
-  LANES_LET1(v105, rsqrt, v96); LANES_LET1(v106, rsqrt, v97);
-  const lanes v107 = 4e-15 * v97, v108 = 0.33444584 - v99;
-  LANES_LET1(v109, rsqrt, v101); LANES_LET1(v110, rsqrt, v102);
-  const lanes v111 = 4e-15 * v102, v112 = 0.33444584 - v104, v113 = T_10 * v105, v114 = v18 * v106,
-      v115 = v108 * v108, v116 = v75 * v106, v117 = v108 * v106;
-  const lanes_where v118 = LANES_LT(v108, 0.0);
-  const lanes v119 = v74 * v105, v120 = T_10 * v109, v121 = v18 * v110, v122 = v112 * v112,
-      v123 = v82 * v110, v124 = v112 * v110;
-  const lanes_where v125 = LANES_LT(v112, 0.0);
-  const lanes v126 = v81 * v109, v127 = v98 - v115, v128 = LANES_CHOICE(v118, -1.0, 1.0),
-      v129 = -v113, v130 = -v119, v131 = v103 - v122, v132 = LANES_CHOICE(v125, -1.0, 1.0),
-      v133 = -v120, v134 = -v126;
-  const lanes_where v135 = LANES_LT(v107, v127); LANES_LET1(v136, sqrt, v127);
-  const lanes_where v137 = LANES_LT(v111, v131); LANES_LET1(v138, sqrt, v131);
-  const lanes v139 = v136 * v106, v140 = LANES_CHOICE(v135, v117, v128), v141 = v138 * v110,
-      v142 = LANES_CHOICE(v137, v124, v132), v143 = LANES_CHOICE(v135, v139, 0.0),
-      v144 = v116 * v140, v145 = v114 * v140, v146 = LANES_CHOICE(v137, v141, 0.0),
-      v147 = v123 * v142, v148 = v121 * v142, v149 = v114 * v143, v150 = v116 * v143,
-      v151 = v121 * v146, v152 = v123 * v146, v153 = v149 - v144, v154 = v145 + v150,
-      v155 = v149 + v144, v156 = v145 - v150, v157 = v151 - v147, v158 = v148 + v152,
-      v159 = v151 + v147, v160 = v148 - v152, v161 = LANES_CHOICE(v95, v129, v153),
-      v162 = LANES_CHOICE(v95, v119, v154), v163 = -v155, v164 = LANES_CHOICE(v95, v130, v156),
-      v165 = LANES_CHOICE(v100, v133, v157), v166 = LANES_CHOICE(v100, v126, v158), v167 = -v159,
-      v168 = LANES_CHOICE(v100, v134, v160), v169 = 0.0997 * v161, v170 = 0.0997 * v162;
-  LANES_LET2(v171, atan2, v161, v162);
-  const lanes v172 = T_10 * v161, v173 = v64 * v162, v174 = T_8 * v162, v175 = v161 * v66,
-      v176 = T_8 * v161, v177 = v162 * v66, v178 = LANES_CHOICE(v95, v113, v163),
-      v179 = 0.0997 * v164, v180 = v64 * v164, v181 = T_8 * v164, v182 = v164 * v66,
-      v183 = 0.0997 * v165, v184 = 0.0997 * v166;
-  LANES_LET2(v185, atan2, v165, v166);
-  const lanes v186 = T_10 * v165, v187 = v69 * v166, v188 = T_8 * v166, v189 = v165 * v71,
-      v190 = T_8 * v165, v191 = v166 * v71, v192 = LANES_CHOICE(v100, v120, v167),
-      v193 = 0.0997 * v168, v194 = v69 * v168, v195 = T_8 * v168, v196 = v168 * v71,
-      v197 = v38 * v162, v198 = v38 * v161, v199 = v37 * v162, v200 = v37 * v161, v201 = v38 * v164,
-      v202 = v37 * v164, v203 = v40 * v166, v204 = v40 * v165, v205 = v39 * v166, v206 = v39 * v165,
-      v207 = v40 * v168, v208 = v39 * v168, v209 = v63 - v169, v210 = v11 + v170,
-      v211 = v172 + v173, v212 = v174 - v175, v213 = v176 + v177, v214 = 0.0997 * v178,
-      v215 = v11 + v179;
-  LANES_LET2(v216, atan2, v178, v164);
-  const lanes v217 = T_10 * v178, v218 = v178 * v66, v219 = T_8 * v178, v220 = v68 - v183,
-      v221 = v11 + v184, v222 = v186 + v187, v223 = v188 - v189, v224 = v190 + v191,
-      v225 = 0.0997 * v192, v226 = v11 + v193;
-  LANES_LET2(v227, atan2, v192, v168);
-  const lanes v228 = T_10 * v192, v229 = v192 * v71, v230 = T_8 * v192, v231 = v38 * v178,
-      v232 = v37 * v178, v233 = v40 * v192, v234 = v39 * v192, v235 = v209 * v209,
-      v236 = v210 * v210, v237 = v211 * v211;
-  LANES_LET2(v238, atan2, v211, v78);
-  const lanes v239 = v212 * v212, v240 = v63 - v214, v241 = v215 * v215, v242 = v217 + v180,
-      v243 = v181 - v218, v244 = v219 + v182, v245 = v220 * v220, v246 = v221 * v221,
-      v247 = v222 * v222;
-  LANES_LET2(v248, atan2, v222, v85);
-  const lanes v249 = v223 * v223, v250 = v68 - v225, v251 = v226 * v226, v252 = v228 + v194,
-      v253 = v195 - v229, v254 = v230 + v196, v255 = v235 + v236, v256 = v77 + v237,
-      v257 = v240 * v240, v258 = v242 * v242;
-  LANES_LET2(v259, atan2, v242, v79);
-  const lanes v260 = v243 * v243, v261 = v245 + v246, v262 = v84 + v247, v263 = v250 * v250,
-      v264 = v252 * v252;
-  LANES_LET2(v265, atan2, v252, v86);
-  const lanes v266 = v253 * v253, v267 = -v238, v268 = -v248, v269 = v255 - 0.00107584,
-      v270 = 0.66781584 - v255, v271 = v255 - 0.33444584;
-  LANES_LET1(v272, rsqrt, v256);
-  const lanes v273 = v257 + v241, v274 = v77 + v258, v275 = v261 - 0.00107584,
-      v276 = 0.66781584 - v261, v277 = v261 - 0.33444584;
-  LANES_LET1(v278, rsqrt, v262);
-  const lanes v279 = v263 + v251, v280 = v84 + v264;
-  out[4] = v267; out[10] = v267;
-  const lanes v281 = -v259;
-  out[28] = v268; out[34] = v268;
-  const lanes v282 = -v265, v283 = v269 * v270, v284 = 2.9996700362960076 * v271;
-  const lanes_where v285 = LANES_LT(v271, 0.0);
-  const lanes v286 = v211 * v272, v287 = v65 * v272, v288 = v273 - 0.00107584,
-      v289 = 0.66781584 - v273, v290 = v273 - 0.33444584;
-  LANES_LET1(v291, rsqrt, v274);
-  const lanes v292 = v275 * v276, v293 = 2.9996700362960076 * v277;
-  const lanes_where v294 = LANES_LT(v277, 0.0);
-  const lanes v295 = v222 * v278, v296 = v70 * v278, v297 = v279 - 0.00107584,
-      v298 = 0.66781584 - v279, v299 = v279 - 0.33444584;
-  LANES_LET1(v300, rsqrt, v280); out[16] = v281; out[22] = v281; out[40] = v282; out[46] = v282;
-  const lanes_where v301 = LANES_LT(4.445422276e-16, v283); LANES_LET1(v302, sqrt, v283);
-  const lanes v303 = LANES_CHOICE(v285, -1.0, 1.0), v304 = v286 * v67, v305 = v287 * v213,
-      v306 = v288 * v289, v307 = 2.9996700362960076 * v290;
-  const lanes_where v308 = LANES_LT(v290, 0.0);
-  const lanes v309 = v242 * v291, v310 = v65 * v291;
-  const lanes_where v311 = LANES_LT(4.445422276e-16, v292); LANES_LET1(v312, sqrt, v292);
-  const lanes v313 = LANES_CHOICE(v294, -1.0, 1.0), v314 = v295 * v72, v315 = v296 * v224,
-      v316 = v297 * v298, v317 = 2.9996700362960076 * v299;
-  const lanes_where v318 = LANES_LT(v299, 0.0);
-  const lanes v319 = v252 * v300, v320 = v70 * v300, v321 = 0.0996 * v286, v322 = 0.0996 * v287,
-      v323 = v37 * v286, v324 = v287 * v197, v325 = v286 * v197, v326 = v37 * v287,
-      v327 = v38 * v286, v328 = v287 * v199, v329 = v38 * v287, v330 = v286 * v199,
-      v331 = v161 * v287, v332 = v161 * v286, v333 = 8.99802032665209 * v283, v334 = 0.0996 * v295,
-      v335 = 0.0996 * v296, v336 = v39 * v295, v337 = v296 * v203, v338 = v295 * v203,
-      v339 = v39 * v296, v340 = v40 * v295, v341 = v296 * v205, v342 = v40 * v296,
-      v343 = v295 * v205, v344 = v165 * v296, v345 = v165 * v295, v346 = 8.99802032665209 * v292,
-      v347 = 2.9996700362960076 * v302, v348 = LANES_CHOICE(v301, v284, v303), v349 = v304 - v305;
-  const lanes_where v350 = LANES_LT(4.445422276e-16, v306); LANES_LET1(v351, sqrt, v306);
-  const lanes v352 = LANES_CHOICE(v308, -1.0, 1.0), v353 = v309 * v67, v354 = v310 * v244,
-      v355 = 2.9996700362960076 * v312, v356 = LANES_CHOICE(v311, v293, v313), v357 = v314 - v315;
-  const lanes_where v358 = LANES_LT(4.445422276e-16, v316); LANES_LET1(v359, sqrt, v316);
-  const lanes v360 = LANES_CHOICE(v318, -1.0, 1.0), v361 = v319 * v72, v362 = v320 * v254,
-      v363 = v162 * v321, v364 = 0.1333 - v322, v365 = v161 * v321, v366 = v323 + v324,
-      v367 = v325 - v326, v368 = v327 - v328, v369 = v329 + v330, v370 = v332 - T_10;
-  LANES_LET2(v371, fmin, v36, v333);
-  const lanes v372 = 0.0996 * v309, v373 = 0.0996 * v310, v374 = v37 * v309, v375 = v310 * v201,
-      v376 = v309 * v201, v377 = v37 * v310, v378 = v38 * v309, v379 = v310 * v202,
-      v380 = v38 * v310, v381 = v309 * v202, v382 = v178 * v310, v383 = v178 * v309,
-      v384 = 8.99802032665209 * v306, v385 = v166 * v334, v386 = 0.1333 - v335, v387 = v165 * v334,
-      v388 = v336 + v337, v389 = v338 - v339, v390 = v340 - v341, v391 = v342 + v343,
-      v392 = v345 - T_10;
-  LANES_LET2(v393, fmin, v36, v346);
-  const lanes v394 = 0.0996 * v319, v395 = 0.0996 * v320, v396 = v39 * v319, v397 = v320 * v207,
-      v398 = v319 * v207, v399 = v39 * v320, v400 = v40 * v319, v401 = v320 * v208,
-      v402 = v40 * v320, v403 = v319 * v208, v404 = v192 * v320, v405 = v192 * v319,
-      v406 = 8.99802032665209 * v316, v407 = LANES_CHOICE(v301, v347, 0.0), v408 = 0.3922 * v348,
-      v409 = v349 * v349;
-  LANES_LET2(v410, atan2, v212, v349);
-  const lanes v411 = 2.9996700362960076 * v351, v412 = LANES_CHOICE(v350, v307, v352),
-      v413 = v353 - v354, v414 = LANES_CHOICE(v311, v355, 0.0), v415 = 0.3922 * v356,
-      v416 = v357 * v357;
-  LANES_LET2(v417, atan2, v223, v357);
-  const lanes v418 = 2.9996700362960076 * v359, v419 = LANES_CHOICE(v358, v317, v360),
-      v420 = v361 - v362, v421 = v363 + v169, v422 = v37 * v364, v423 = v38 * v364,
-      v424 = v365 - v170, v425 = v367 - T_2, v426 = v369 - T_6, v427 = v370 * v370;
-  out[56] = v371; out[57] = v371;
-  const lanes v428 = v164 * v372, v429 = 0.1333 - v373, v430 = v178 * v372, v431 = v374 + v375,
-      v432 = v376 - v377, v433 = v378 - v379, v434 = v380 + v381, v435 = v383 - T_10;
-  LANES_LET2(v436, fmin, v36, v384);
-  const lanes v437 = v385 + v183, v438 = v39 * v386, v439 = v40 * v386, v440 = v387 - v184,
-      v441 = v389 - T_2, v442 = v391 - T_6, v443 = v392 * v392;
-  out[60] = v393; out[61] = v393;
-  const lanes v444 = v168 * v394, v445 = 0.1333 - v395, v446 = v192 * v394, v447 = v396 + v397,
-      v448 = v398 - v399, v449 = v400 - v401, v450 = v402 + v403, v451 = v405 - T_10;
-  LANES_LET2(v452, fmin, v36, v406);
-  const lanes v453 = 0.3922 * v407, v454 = -0.425 - v408;
-  LANES_LET2(v455, atan2, v407, v348);
-  const lanes v456 = v239 + v409, v457 = LANES_CHOICE(v350, v411, 0.0), v458 = 0.3922 * v412,
-      v459 = v413 * v413;
-  LANES_LET2(v460, atan2, v243, v413);
-  const lanes v461 = 0.3922 * v414, v462 = -0.425 - v415;
-  LANES_LET2(v463, atan2, v414, v356);
-  const lanes v464 = v249 + v416, v465 = LANES_CHOICE(v358, v418, 0.0), v466 = 0.3922 * v419,
-      v467 = v420 * v420;
-  LANES_LET2(v468, atan2, v253, v420); out[5] = v410;
-  const lanes v469 = v425 * v425, v470 = v426 * v426;
-  out[11] = v410;
-  const lanes v471 = v428 + v214, v472 = v37 * v429, v473 = v38 * v429, v474 = v430 - v179,
-      v475 = v432 - T_2, v476 = v434 - T_6, v477 = v435 * v435;
-  out[58] = v436; out[59] = v436; out[29] = v417;
-  const lanes v478 = v441 * v441, v479 = v442 * v442;
-  out[35] = v417;
-  const lanes v480 = v444 + v225, v481 = v39 * v445, v482 = v40 * v445, v483 = v446 - v193,
-      v484 = v448 - T_2, v485 = v450 - T_6, v486 = v451 * v451;
-  out[62] = v452; out[63] = v452;
-  const lanes v487 = v209 * v453, v488 = v210 * v454, v489 = v209 * v454, v490 = v210 * v453;
-  LANES_LET1(v491, rsqrt, v456);
-  const lanes v492 = 0.3922 * v457, v493 = -0.425 - v458;
-  LANES_LET2(v494, atan2, v457, v412);
-  const lanes v495 = v260 + v459, v496 = v220 * v461, v497 = v221 * v462, v498 = v220 * v462,
-      v499 = v221 * v461;
-  LANES_LET1(v500, rsqrt, v464);
-  const lanes v501 = 0.3922 * v465, v502 = -0.425 - v466;
-  LANES_LET2(v503, atan2, v465, v419);
-  const lanes v504 = v266 + v467;
-  out[2] = v455;
-  const lanes v505 = -v455;
-  out[17] = v460;
-  const lanes v506 = v475 * v475, v507 = v476 * v476;
-  out[23] = v460; out[26] = v463;
-  const lanes v508 = -v463;
-  out[41] = v468;
-  const lanes v509 = v484 * v484, v510 = v485 * v485;
-  out[47] = v468;
-  const lanes v511 = v487 + v488, v512 = v489 - v490, v513 = v212 * v491, v514 = v349 * v491,
-      v515 = v488 - v487, v516 = v489 + v490, v517 = v240 * v492, v518 = v215 * v493,
-      v519 = v240 * v493, v520 = v215 * v492;
-  LANES_LET1(v521, rsqrt, v495);
-  const lanes v522 = v496 + v497, v523 = v498 - v499, v524 = v223 * v500, v525 = v357 * v500,
-      v526 = v497 - v496, v527 = v498 + v499, v528 = v250 * v501, v529 = v226 * v502,
-      v530 = v250 * v502, v531 = v226 * v501;
-  LANES_LET1(v532, rsqrt, v504); out[8] = v505; out[14] = v494;
-  const lanes v533 = -v494;
-  out[32] = v508; out[38] = v503;
-  const lanes v534 = -v503, v535 = v511 * v511, v536 = 1e-150 + v512, v537 = v515 * v515,
-      v538 = 1e-150 + v516, v539 = v517 + v518, v540 = v519 - v520, v541 = v243 * v521,
-      v542 = v413 * v521, v543 = v518 - v517, v544 = v519 + v520, v545 = v522 * v522,
-      v546 = 1e-150 + v523, v547 = v526 * v526, v548 = 1e-150 + v527, v549 = v528 + v529,
-      v550 = v530 - v531, v551 = v253 * v532, v552 = v420 * v532, v553 = v529 - v528,
-      v554 = v530 + v531, v555 = v514 * v366, v556 = v513 * v198, v557 = v513 * v366,
-      v558 = v514 * v198, v559 = v514 * v368, v560 = v513 * v200, v561 = v514 * v200,
-      v562 = v513 * v368, v563 = v162 * v513, v564 = v514 * v331, v565 = v162 * v514,
-      v566 = v513 * v331;
-  out[20] = v533;
-  const lanes v567 = v525 * v388, v568 = v524 * v204, v569 = v524 * v388, v570 = v525 * v204,
-      v571 = v525 * v390, v572 = v524 * v206, v573 = v525 * v206, v574 = v524 * v390,
-      v575 = v166 * v524, v576 = v525 * v344, v577 = v166 * v525, v578 = v524 * v344;
-  out[44] = v534;
-  const lanes v579 = v536 * v536;
-  LANES_LET2(v580, atan2, v511, v536);
-  const lanes v581 = v538 * v538;
-  LANES_LET2(v582, atan2, v515, v538);
-  const lanes v583 = v539 * v539, v584 = 1e-150 + v540, v585 = v543 * v543, v586 = 1e-150 + v544,
-      v587 = v546 * v546;
-  LANES_LET2(v588, atan2, v522, v546);
-  const lanes v589 = v548 * v548;
-  LANES_LET2(v590, atan2, v526, v548);
-  const lanes v591 = v549 * v549, v592 = 1e-150 + v550, v593 = v553 * v553, v594 = 1e-150 + v554,
-      v595 = v555 + v556, v596 = v557 - v558, v597 = v559 - v560, v598 = v561 + v562,
-      v599 = v563 - v564, v600 = v565 + v566, v601 = v542 * v431, v602 = v541 * v231,
-      v603 = v541 * v431, v604 = v542 * v231, v605 = v542 * v433, v606 = v541 * v232,
-      v607 = v542 * v232, v608 = v541 * v433, v609 = v164 * v541, v610 = v542 * v382,
-      v611 = v164 * v542, v612 = v541 * v382, v613 = v567 + v568, v614 = v569 - v570,
-      v615 = v571 - v572, v616 = v573 + v574, v617 = v575 - v576, v618 = v577 + v578,
-      v619 = v552 * v447, v620 = v551 * v233, v621 = v551 * v447, v622 = v552 * v233,
-      v623 = v552 * v449, v624 = v551 * v234, v625 = v552 * v234, v626 = v551 * v449,
-      v627 = v168 * v551, v628 = v552 * v404, v629 = v168 * v552, v630 = v551 * v404,
-      v631 = v535 + v579, v632 = v537 + v581, v633 = v584 * v584;
-  LANES_LET2(v634, atan2, v539, v584);
-  const lanes v635 = v586 * v586;
-  LANES_LET2(v636, atan2, v543, v586);
-  const lanes v637 = v545 + v587, v638 = v547 + v589, v639 = v592 * v592;
-  LANES_LET2(v640, atan2, v549, v592);
-  const lanes v641 = v594 * v594;
-  LANES_LET2(v642, atan2, v553, v594); out[1] = v580;
-  const lanes v643 = v171 - v580, v644 = T_0 + v595, v645 = v596 - T_1, v646 = v597 - T_4,
-      v647 = T_5 + v598, v648 = v599 - T_8, v649 = v600 - T_9;
-  out[7] = v582;
-  const lanes v650 = v171 - v582, v651 = v601 + v602, v652 = v603 - v604, v653 = v605 - v606,
-      v654 = v607 + v608, v655 = v609 - v610, v656 = v611 + v612;
-  out[25] = v588;
-  const lanes v657 = v185 - v588, v658 = T_0 + v613, v659 = v614 - T_1, v660 = v615 - T_4,
-      v661 = T_5 + v616, v662 = v617 - T_8, v663 = v618 - T_9;
-  out[31] = v590;
-  const lanes v664 = v185 - v590, v665 = v619 + v620, v666 = v621 - v622, v667 = v623 - v624,
-      v668 = v625 + v626, v669 = v627 - v628, v670 = v629 + v630;
-  LANES_LET1(v671, rsqrt, v631); LANES_LET1(v672, rsqrt, v632);
-  const lanes v673 = v583 + v633, v674 = v585 + v635;
-  LANES_LET1(v675, rsqrt, v637); LANES_LET1(v676, rsqrt, v638);
-  const lanes v677 = v591 + v639, v678 = v593 + v641, v679 = v643 - v455, v680 = v644 * v644,
-      v681 = v645 * v645, v682 = v646 * v646, v683 = v647 * v647, v684 = v648 * v648,
-      v685 = v649 * v649, v686 = v650 + v455;
-  out[13] = v634;
-  const lanes v687 = v216 - v634, v688 = T_0 + v651, v689 = v652 - T_1, v690 = v653 - T_4,
-      v691 = T_5 + v654, v692 = v655 - T_8, v693 = v656 - T_9;
-  out[19] = v636;
-  const lanes v694 = v216 - v636, v695 = v657 - v463, v696 = v658 * v658, v697 = v659 * v659,
-      v698 = v660 * v660, v699 = v661 * v661, v700 = v662 * v662, v701 = v663 * v663,
-      v702 = v664 + v463;
-  out[37] = v640;
-  const lanes v703 = v227 - v640, v704 = T_0 + v665, v705 = v666 - T_1, v706 = v667 - T_4,
-      v707 = T_5 + v668, v708 = v669 - T_8, v709 = v670 - T_9;
-  out[43] = v642;
-  const lanes v710 = v227 - v642, v711 = v511 * v671, v712 = v536 * v671, v713 = v515 * v672,
-      v714 = v538 * v672;
-  LANES_LET1(v715, rsqrt, v673); LANES_LET1(v716, rsqrt, v674);
-  const lanes v717 = v522 * v675, v718 = v546 * v675, v719 = v526 * v676, v720 = v548 * v676;
-  LANES_LET1(v721, rsqrt, v677); LANES_LET1(v722, rsqrt, v678);
-  const lanes_where v723 = LANES_LT(3.141592653589793, v679);
-  const lanes v724 = v679 - 6.283185307179586;
-  const lanes_where v725 = LANES_LT(v679, -3.141592653589793);
-  const lanes v726 = v679 + 6.283185307179586, v727 = v680 + v681;
-  const lanes_where v728 = LANES_LT(3.141592653589793, v686);
-  const lanes v729 = v686 - 6.283185307179586;
-  const lanes_where v730 = LANES_LT(v686, -3.141592653589793);
-  const lanes v731 = v686 + 6.283185307179586, v732 = v687 - v494, v733 = v688 * v688,
-      v734 = v689 * v689, v735 = v690 * v690, v736 = v691 * v691, v737 = v692 * v692,
-      v738 = v693 * v693, v739 = v694 + v494;
-  const lanes_where v740 = LANES_LT(3.141592653589793, v695);
-  const lanes v741 = v695 - 6.283185307179586;
-  const lanes_where v742 = LANES_LT(v695, -3.141592653589793);
-  const lanes v743 = v695 + 6.283185307179586, v744 = v696 + v697;
-  const lanes_where v745 = LANES_LT(3.141592653589793, v702);
-  const lanes v746 = v702 - 6.283185307179586;
-  const lanes_where v747 = LANES_LT(v702, -3.141592653589793);
-  const lanes v748 = v702 + 6.283185307179586, v749 = v703 - v503, v750 = v704 * v704,
-      v751 = v705 * v705, v752 = v706 * v706, v753 = v707 * v707, v754 = v708 * v708,
-      v755 = v709 * v709, v756 = v710 + v503, v757 = v539 * v715, v758 = v584 * v715,
-      v759 = v543 * v716, v760 = v586 * v716, v761 = v549 * v721, v762 = v592 * v721,
-      v763 = v553 * v722, v764 = v594 * v722, v765 = LANES_CHOICE(v725, v726, v679),
-      v766 = v348 * v712, v767 = v407 * v711, v768 = -0.425 * v712, v769 = v348 * v711,
-      v770 = v407 * v712, v771 = -0.425 * v711, v772 = v727 + v469,
-      v773 = LANES_CHOICE(v730, v731, v686), v774 = v348 * v714, v775 = v407 * v713,
-      v776 = -0.425 * v714, v777 = v348 * v713, v778 = v407 * v714, v779 = -0.425 * v713;
-  const lanes_where v780 = LANES_LT(3.141592653589793, v732);
-  const lanes v781 = v732 - 6.283185307179586;
-  const lanes_where v782 = LANES_LT(v732, -3.141592653589793);
-  const lanes v783 = v732 + 6.283185307179586, v784 = v733 + v734;
-  const lanes_where v785 = LANES_LT(3.141592653589793, v739);
-  const lanes v786 = v739 - 6.283185307179586;
-  const lanes_where v787 = LANES_LT(v739, -3.141592653589793);
-  const lanes v788 = v739 + 6.283185307179586, v789 = LANES_CHOICE(v742, v743, v695),
-      v790 = v356 * v718, v791 = v414 * v717, v792 = -0.425 * v718, v793 = v356 * v717,
-      v794 = v414 * v718, v795 = -0.425 * v717, v796 = v744 + v478,
-      v797 = LANES_CHOICE(v747, v748, v702), v798 = v356 * v720, v799 = v414 * v719,
-      v800 = -0.425 * v720, v801 = v356 * v719, v802 = v414 * v720, v803 = -0.425 * v719;
-  const lanes_where v804 = LANES_LT(3.141592653589793, v749);
-  const lanes v805 = v749 - 6.283185307179586;
-  const lanes_where v806 = LANES_LT(v749, -3.141592653589793);
-  const lanes v807 = v749 + 6.283185307179586, v808 = v750 + v751;
-  const lanes_where v809 = LANES_LT(3.141592653589793, v756);
-  const lanes v810 = v756 - 6.283185307179586;
-  const lanes_where v811 = LANES_LT(v756, -3.141592653589793);
-  const lanes v812 = v756 + 6.283185307179586, v813 = LANES_CHOICE(v723, v724, v765),
-      v814 = v766 - v767, v815 = v769 + v770, v816 = v772 + v682,
-      v817 = LANES_CHOICE(v728, v729, v773), v818 = v774 + v775, v819 = v777 - v778,
-      v820 = LANES_CHOICE(v782, v783, v732), v821 = v412 * v758, v822 = v457 * v757,
-      v823 = -0.425 * v758, v824 = v412 * v757, v825 = v457 * v758, v826 = -0.425 * v757,
-      v827 = v784 + v506, v828 = LANES_CHOICE(v787, v788, v739), v829 = v412 * v760,
-      v830 = v457 * v759, v831 = -0.425 * v760, v832 = v412 * v759, v833 = v457 * v760,
-      v834 = -0.425 * v759, v835 = LANES_CHOICE(v740, v741, v789), v836 = v790 - v791,
-      v837 = v793 + v794, v838 = v796 + v698, v839 = LANES_CHOICE(v745, v746, v797),
-      v840 = v798 + v799, v841 = v801 - v802, v842 = LANES_CHOICE(v806, v807, v749),
-      v843 = v419 * v762, v844 = v465 * v761, v845 = -0.425 * v762, v846 = v419 * v761,
-      v847 = v465 * v762, v848 = -0.425 * v761, v849 = v808 + v509,
-      v850 = LANES_CHOICE(v811, v812, v756), v851 = v419 * v764, v852 = v465 * v763,
-      v853 = -0.425 * v764, v854 = v419 * v763, v855 = v465 * v764, v856 = -0.425 * v763;
-  out[3] = v813;
-  const lanes v857 = -0.3922 * v814, v858 = -0.3922 * v815, v859 = v816 + v683;
-  out[9] = v817;
-  const lanes v860 = -0.3922 * v818, v861 = -0.3922 * v819, v862 = LANES_CHOICE(v780, v781, v820),
-      v863 = v821 - v822, v864 = v824 + v825, v865 = v827 + v735,
-      v866 = LANES_CHOICE(v785, v786, v828), v867 = v829 + v830, v868 = v832 - v833;
-  out[27] = v835;
-  const lanes v869 = -0.3922 * v836, v870 = -0.3922 * v837, v871 = v838 + v699;
-  out[33] = v839;
-  const lanes v872 = -0.3922 * v840, v873 = -0.3922 * v841, v874 = LANES_CHOICE(v804, v805, v842),
-      v875 = v843 - v844, v876 = v846 + v847, v877 = v849 + v752,
-      v878 = LANES_CHOICE(v809, v810, v850), v879 = v851 + v852, v880 = v854 - v855,
-      v881 = v421 + v857, v882 = v424 + v858, v883 = v859 + v470, v884 = v421 + v860,
-      v885 = v424 + v861;
-  out[15] = v862;
-  const lanes v886 = -0.3922 * v863, v887 = -0.3922 * v864, v888 = v865 + v736;
-  out[21] = v866;
-  const lanes v889 = -0.3922 * v867, v890 = -0.3922 * v868, v891 = v437 + v869, v892 = v440 + v870,
-      v893 = v871 + v479, v894 = v437 + v872, v895 = v440 + v873;
-  out[39] = v874;
-  const lanes v896 = -0.3922 * v875, v897 = -0.3922 * v876, v898 = v877 + v753;
-  out[45] = v878;
-  const lanes v899 = -0.3922 * v879, v900 = -0.3922 * v880, v901 = v881 + v768, v902 = v882 + v771,
-      v903 = v883 + v684, v904 = v884 + v776, v905 = v885 + v779, v906 = v471 + v886,
-      v907 = v474 + v887, v908 = v888 + v507, v909 = v471 + v889, v910 = v474 + v890,
-      v911 = v891 + v792, v912 = v892 + v795, v913 = v893 + v700, v914 = v894 + v800,
-      v915 = v895 + v803, v916 = v480 + v896, v917 = v483 + v897, v918 = v898 + v510,
-      v919 = v480 + v899, v920 = v483 + v900, v921 = v38 * v901, v922 = v37 * v901,
-      v923 = v902 + 0.1625, v924 = v903 + v685, v925 = v38 * v904, v926 = v37 * v904,
-      v927 = v905 + 0.1625, v928 = v906 + v823, v929 = v907 + v826, v930 = v908 + v737,
-      v931 = v909 + v831, v932 = v910 + v834, v933 = v40 * v911, v934 = v39 * v911,
-      v935 = v912 + 0.1625, v936 = v913 + v701, v937 = v40 * v914, v938 = v39 * v914,
-      v939 = v915 + 0.1625, v940 = v916 + v845, v941 = v917 + v848, v942 = v918 + v754,
-      v943 = v919 + v853, v944 = v920 + v856, v945 = v921 + v422, v946 = v922 - v423,
-      v947 = v923 - T_11, v948 = v924 + v427, v949 = v925 + v422, v950 = v926 - v423,
-      v951 = v927 - T_11, v952 = v38 * v928, v953 = v37 * v928, v954 = v929 + 0.1625,
-      v955 = v930 + v738, v956 = v38 * v931, v957 = v37 * v931, v958 = v932 + 0.1625,
-      v959 = v933 + v438, v960 = v934 - v439, v961 = v935 - T_11, v962 = v936 + v443,
-      v963 = v937 + v438, v964 = v938 - v439, v965 = v939 - T_11, v966 = v40 * v940,
-      v967 = v39 * v940, v968 = v941 + 0.1625, v969 = v942 + v755, v970 = v40 * v943,
-      v971 = v39 * v943, v972 = v944 + 0.1625, v973 = v945 - T_3, v974 = v946 - T_7,
-      v975 = v947 * v947, v976 = 0.5 * v948, v977 = v949 - T_3, v978 = v950 - T_7,
-      v979 = v951 * v951, v980 = v952 + v472, v981 = v953 - v473, v982 = v954 - T_11,
-      v983 = v955 + v477, v984 = v956 + v472, v985 = v957 - v473, v986 = v958 - T_11,
-      v987 = v959 - T_3, v988 = v960 - T_7, v989 = v961 * v961, v990 = 0.5 * v962,
-      v991 = v963 - T_3, v992 = v964 - T_7, v993 = v965 * v965, v994 = v966 + v481,
-      v995 = v967 - v482, v996 = v968 - T_11, v997 = v969 + v486, v998 = v970 + v481,
-      v999 = v971 - v482, v1000 = v972 - T_11, v1001 = v973 * v973, v1002 = v974 * v974,
-      v1003 = v977 * v977, v1004 = v978 * v978, v1005 = v980 - T_3, v1006 = v981 - T_7,
-      v1007 = v982 * v982, v1008 = 0.5 * v983, v1009 = v984 - T_3, v1010 = v985 - T_7,
-      v1011 = v986 * v986, v1012 = v987 * v987, v1013 = v988 * v988, v1014 = v991 * v991,
-      v1015 = v992 * v992, v1016 = v994 - T_3, v1017 = v995 - T_7, v1018 = v996 * v996,
-      v1019 = 0.5 * v997, v1020 = v998 - T_3, v1021 = v999 - T_7, v1022 = v1000 * v1000,
-      v1023 = v1001 + v1002, v1024 = v1003 + v1004, v1025 = v1005 * v1005, v1026 = v1006 * v1006,
-      v1027 = v1009 * v1009, v1028 = v1010 * v1010, v1029 = v1012 + v1013, v1030 = v1014 + v1015,
-      v1031 = v1016 * v1016, v1032 = v1017 * v1017, v1033 = v1020 * v1020, v1034 = v1021 * v1021,
-      v1035 = v1023 + v975, v1036 = v1024 + v979, v1037 = v1025 + v1026, v1038 = v1027 + v1028,
-      v1039 = v1029 + v989, v1040 = v1030 + v993, v1041 = v1031 + v1032, v1042 = v1033 + v1034,
-      v1043 = v1035 + v976, v1044 = v1035 - v976, v1045 = v1036 + v976, v1046 = v1036 - v976,
-      v1047 = v1037 + v1007, v1048 = v1038 + v1011, v1049 = v1039 + v990, v1050 = v1039 - v990,
-      v1051 = v1040 + v990, v1052 = v1040 - v990, v1053 = v1041 + v1018, v1054 = v1042 + v1022;
-  LANES_LET1(v1055, fabs, v1044); LANES_LET1(v1056, fabs, v1046);
-  const lanes v1057 = v1047 + v1008, v1058 = v1047 - v1008, v1059 = v1048 + v1008,
-      v1060 = v1048 - v1008;
-  LANES_LET1(v1061, fabs, v1050); LANES_LET1(v1062, fabs, v1052);
-  const lanes v1063 = v1053 + v1019, v1064 = v1053 - v1019, v1065 = v1054 + v1019,
-      v1066 = v1054 - v1019, v1067 = v1043 + v1055, v1068 = v1045 + v1056;
-  LANES_LET1(v1069, fabs, v1058); LANES_LET1(v1070, fabs, v1060);
-  const lanes v1071 = v1049 + v1061, v1072 = v1051 + v1062;
-  LANES_LET1(v1073, fabs, v1064); LANES_LET1(v1074, fabs, v1066);
-  const lanes v1075 = 0.5 * v1067, v1076 = 0.5 * v1068, v1077 = v1057 + v1069,
-      v1078 = v1059 + v1070, v1079 = 0.5 * v1071, v1080 = 0.5 * v1072, v1081 = v1063 + v1073,
-      v1082 = v1065 + v1074;
-  LANES_LET1(v1083, sqrt, v1075); LANES_LET1(v1084, sqrt, v1076);
-  const lanes v1085 = 0.5 * v1077, v1086 = 0.5 * v1078;
-  LANES_LET1(v1087, sqrt, v1079); LANES_LET1(v1088, sqrt, v1080);
-  const lanes v1089 = 0.5 * v1081, v1090 = 0.5 * v1082;
-  out[48] = v1083; out[49] = v1084; LANES_LET1(v1091, sqrt, v1085); LANES_LET1(v1092, sqrt, v1086);
-  out[52] = v1087; out[53] = v1088; LANES_LET1(v1093, sqrt, v1089); LANES_LET1(v1094, sqrt, v1090);
-  out[50] = v1091; out[51] = v1092; out[54] = v1093; out[55] = v1094;
+      v16 = v9 + v12, v17 = v13 - 0.01776889, v18 = 1e-150 + v14, v19 = v14 * v14;
+  LANES_LET1(v20, rsqrt, v16);
+  const lanes v21 = 4e-15 * v16;
+  LANES_LET1(v22, sqrt, v17);
+  const lanes v23 = v18 * v18, v24 = v8 * v20;
+  const lanes_where v25 = LANES_LT(v21, v17);
+  const lanes v26 = v22 * v20, v27 = v6 * v20, v28 = 0.1333 * v20, v29 = 1.0 * v20,
+      v30 = LANES_CHOICE(v25, v26, 0.0), v31 = LANES_CHOICE(v25, v28, 1.0), v32 = v29 * v29,
+      v33 = v24 * v30, v34 = v27 * v31, v35 = v24 * v31, v36 = v27 * v30, v37 = v17 * v32,
+      v38 = v33 + v34, v39 = v35 - v36, v40 = v34 - v33, v41 = v35 + v36;
+  LANES_LET2(v42, atan2, v38, v39);
+  const lanes v43 = v6 * v39, v44 = v5 * v38, v45 = T_2 * v39, v46 = T_6 * v38, v47 = T_6 * v39,
+      v48 = T_2 * v38, v49 = T_0 * v39, v50 = T_4 * v38, v51 = T_4 * v39, v52 = T_0 * v38;
+  LANES_LET2(v53, atan2, v40, v41);
+  const lanes v54 = v6 * v41, v55 = v5 * v40, v56 = T_2 * v41, v57 = T_6 * v40, v58 = T_6 * v41,
+      v59 = T_2 * v40, v60 = T_0 * v41, v61 = T_4 * v40, v62 = T_4 * v41, v63 = T_0 * v40,
+      v64 = v43 + v44, v65 = v45 + v46, v66 = v47 - v48, v67 = v49 + v50, v68 = v51 - v52,
+      v69 = v54 + v55, v70 = v56 + v57, v71 = v58 - v59, v72 = v60 + v61, v73 = v62 - v63;
+  out[0] = v42; out[6] = v42; out[12] = v42; out[18] = v42; out[24] = v53; out[30] = v53;
+  out[36] = v53; out[42] = v53;
+  const lanes v74 = v65 * v65, v75 = 1e-150 - v65, v76 = 0.1994 * v64, v77 = v64 * v64,
+      v78 = v66 * v66, v79 = -v66, v80 = -v66, v81 = v70 * v70, v82 = 1e-150 - v70,
+      v83 = 0.1994 * v69, v84 = v69 * v69, v85 = v71 * v71, v86 = -v71, v87 = -v71, v88 = v3 + v74,
+      v89 = v75 * v75, v90 = v76 * v76, v91 = v77 + v15, v92 = v3 + v81, v93 = v82 * v82,
+      v94 = v83 * v83, v95 = v84 + v15;
+  const lanes_where v96 = LANES_LT(2.5e-19, v88);
+  const lanes v97 = v3 + v89, v98 = v90 + v23, v99 = v19 + v90, v100 = 0.00994009 + v91;
+  const lanes_where v101 = LANES_LT(2.5e-19, v92);
+  const lanes v102 = v3 + v93, v103 = v94 + v23, v104 = v19 + v94, v105 = 0.00994009 + v95;
+  LANES_LET1(v106, rsqrt, v97); LANES_LET1(v107, rsqrt, v98);
+  const lanes v108 = 4e-15 * v98, v109 = 0.33444584 - v100;
+  LANES_LET1(v110, rsqrt, v102); LANES_LET1(v111, rsqrt, v103);
+  const lanes v112 = 4e-15 * v103, v113 = 0.33444584 - v105, v114 = T_10 * v106, v115 = v18 * v107,
+      v116 = v109 * v109, v117 = v76 * v107, v118 = v109 * v107;
+  const lanes_where v119 = LANES_LT(v109, 0.0);
+  const lanes v120 = v75 * v106, v121 = T_10 * v110, v122 = v18 * v111, v123 = v113 * v113,
+      v124 = v83 * v111, v125 = v113 * v111;
+  const lanes_where v126 = LANES_LT(v113, 0.0);
+  const lanes v127 = v82 * v110, v128 = v99 - v116, v129 = LANES_CHOICE(v119, -1.0, 1.0),
+      v130 = -v114, v131 = -v120, v132 = v104 - v123, v133 = LANES_CHOICE(v126, -1.0, 1.0),
+      v134 = -v121, v135 = -v127;
+  const lanes_where v136 = LANES_LT(v108, v128); LANES_LET1(v137, sqrt, v128);
+  const lanes_where v138 = LANES_LT(v112, v132); LANES_LET1(v139, sqrt, v132);
+  const lanes v140 = v137 * v107, v141 = LANES_CHOICE(v136, v118, v129), v142 = v139 * v111,
+      v143 = LANES_CHOICE(v138, v125, v133), v144 = LANES_CHOICE(v136, v140, 0.0),
+      v145 = v117 * v141, v146 = v115 * v141, v147 = LANES_CHOICE(v138, v142, 0.0),
+      v148 = v124 * v143, v149 = v122 * v143, v150 = v115 * v144, v151 = v117 * v144,
+      v152 = v122 * v147, v153 = v124 * v147, v154 = v150 - v145, v155 = v146 + v151,
+      v156 = v150 + v145, v157 = v146 - v151, v158 = v152 - v148, v159 = v149 + v153,
+      v160 = v152 + v148, v161 = v149 - v153, v162 = LANES_CHOICE(v96, v130, v154),
+      v163 = LANES_CHOICE(v96, v120, v155), v164 = -v156, v165 = LANES_CHOICE(v96, v131, v157),
+      v166 = LANES_CHOICE(v101, v134, v158), v167 = LANES_CHOICE(v101, v127, v159), v168 = -v160,
+      v169 = LANES_CHOICE(v101, v135, v161), v170 = 0.0997 * v162, v171 = 0.0997 * v163;
+  LANES_LET2(v172, atan2, v162, v163);
+  const lanes v173 = T_10 * v162, v174 = v65 * v163, v175 = T_8 * v163, v176 = v162 * v67,
+      v177 = T_8 * v162, v178 = v163 * v67, v179 = LANES_CHOICE(v96, v114, v164),
+      v180 = 0.0997 * v165, v181 = v65 * v165, v182 = T_8 * v165, v183 = v165 * v67,
+      v184 = 0.0997 * v166, v185 = 0.0997 * v167;
+  LANES_LET2(v186, atan2, v166, v167);
+  const lanes v187 = T_10 * v166, v188 = v70 * v167, v189 = T_8 * v167, v190 = v166 * v72,
+      v191 = T_8 * v166, v192 = v167 * v72, v193 = LANES_CHOICE(v101, v121, v168),
+      v194 = 0.0997 * v169, v195 = v70 * v169, v196 = T_8 * v169, v197 = v169 * v72,
+      v198 = v39 * v163, v199 = v39 * v162, v200 = v38 * v163, v201 = v38 * v162, v202 = v39 * v165,
+      v203 = v38 * v165, v204 = v41 * v167, v205 = v41 * v166, v206 = v40 * v167, v207 = v40 * v166,
+      v208 = v41 * v169, v209 = v40 * v169, v210 = v64 - v170, v211 = v11 + v171,
+      v212 = v173 + v174, v213 = v175 - v176, v214 = v177 + v178, v215 = 0.0997 * v179,
+      v216 = v11 + v180;
+  LANES_LET2(v217, atan2, v179, v165);
+  const lanes v218 = T_10 * v179, v219 = v179 * v67, v220 = T_8 * v179, v221 = v69 - v184,
+      v222 = v11 + v185, v223 = v187 + v188, v224 = v189 - v190, v225 = v191 + v192,
+      v226 = 0.0997 * v193, v227 = v11 + v194;
+  LANES_LET2(v228, atan2, v193, v169);
+  const lanes v229 = T_10 * v193, v230 = v193 * v72, v231 = T_8 * v193, v232 = v39 * v179,
+      v233 = v38 * v179, v234 = v41 * v193, v235 = v40 * v193, v236 = v210 * v210,
+      v237 = v211 * v211, v238 = v212 * v212;
+  LANES_LET2(v239, atan2, v212, v79);
+  const lanes v240 = v213 * v213, v241 = v64 - v215, v242 = v216 * v216, v243 = v218 + v181,
+      v244 = v182 - v219, v245 = v220 + v183, v246 = v221 * v221, v247 = v222 * v222,
+      v248 = v223 * v223;
+  LANES_LET2(v249, atan2, v223, v86);
+  const lanes v250 = v224 * v224, v251 = v69 - v226, v252 = v227 * v227, v253 = v229 + v195,
+      v254 = v196 - v230, v255 = v231 + v197, v256 = v236 + v237, v257 = v78 + v238,
+      v258 = v241 * v241, v259 = v243 * v243;
+  LANES_LET2(v260, atan2, v243, v80);
+  const lanes v261 = v244 * v244, v262 = v246 + v247, v263 = v85 + v248, v264 = v251 * v251,
+      v265 = v253 * v253;
+  LANES_LET2(v266, atan2, v253, v87);
+  const lanes v267 = v254 * v254, v268 = -v239, v269 = -v249, v270 = v256 - 0.00107584,
+      v271 = 0.66781584 - v256, v272 = v256 - 0.33444584;
+  LANES_LET1(v273, rsqrt, v257);
+  const lanes v274 = v258 + v242, v275 = v78 + v259, v276 = v262 - 0.00107584,
+      v277 = 0.66781584 - v262, v278 = v262 - 0.33444584;
+  LANES_LET1(v279, rsqrt, v263);
+  const lanes v280 = v264 + v252, v281 = v85 + v265;
+  out[4] = v268; out[10] = v268;
+  const lanes v282 = -v260;
+  out[28] = v269; out[34] = v269;
+  const lanes v283 = -v266, v284 = v270 * v271, v285 = 2.9996700362960076 * v272;
+  const lanes_where v286 = LANES_LT(v272, 0.0);
+  const lanes v287 = v212 * v273, v288 = v66 * v273, v289 = v274 - 0.00107584,
+      v290 = 0.66781584 - v274, v291 = v274 - 0.33444584;
+  LANES_LET1(v292, rsqrt, v275);
+  const lanes v293 = v276 * v277, v294 = 2.9996700362960076 * v278;
+  const lanes_where v295 = LANES_LT(v278, 0.0);
+  const lanes v296 = v223 * v279, v297 = v71 * v279, v298 = v280 - 0.00107584,
+      v299 = 0.66781584 - v280, v300 = v280 - 0.33444584;
+  LANES_LET1(v301, rsqrt, v281); out[16] = v282; out[22] = v282; out[40] = v283; out[46] = v283;
+  const lanes_where v302 = LANES_LT(4.445422276e-16, v284); LANES_LET1(v303, sqrt, v284);
+  const lanes v304 = LANES_CHOICE(v286, -1.0, 1.0), v305 = v287 * v68, v306 = v288 * v214,
+      v307 = v289 * v290, v308 = 2.9996700362960076 * v291;
+  const lanes_where v309 = LANES_LT(v291, 0.0);
+  const lanes v310 = v243 * v292, v311 = v66 * v292;
+  const lanes_where v312 = LANES_LT(4.445422276e-16, v293); LANES_LET1(v313, sqrt, v293);
+  const lanes v314 = LANES_CHOICE(v295, -1.0, 1.0), v315 = v296 * v73, v316 = v297 * v225,
+      v317 = v298 * v299, v318 = 2.9996700362960076 * v300;
+  const lanes_where v319 = LANES_LT(v300, 0.0);
+  const lanes v320 = v253 * v301, v321 = v71 * v301, v322 = 0.0996 * v287, v323 = 0.0996 * v288,
+      v324 = v38 * v287, v325 = v288 * v198, v326 = v287 * v198, v327 = v38 * v288,
+      v328 = v39 * v287, v329 = v288 * v200, v330 = v39 * v288, v331 = v287 * v200,
+      v332 = v162 * v288, v333 = v162 * v287, v334 = 8.99802032665209 * v284, v335 = 0.0996 * v296,
+      v336 = 0.0996 * v297, v337 = v40 * v296, v338 = v297 * v204, v339 = v296 * v204,
+      v340 = v40 * v297, v341 = v41 * v296, v342 = v297 * v206, v343 = v41 * v297,
+      v344 = v296 * v206, v345 = v166 * v297, v346 = v166 * v296, v347 = 8.99802032665209 * v293,
+      v348 = 2.9996700362960076 * v303, v349 = LANES_CHOICE(v302, v285, v304), v350 = v305 - v306;
+  const lanes_where v351 = LANES_LT(4.445422276e-16, v307); LANES_LET1(v352, sqrt, v307);
+  const lanes v353 = LANES_CHOICE(v309, -1.0, 1.0), v354 = v310 * v68, v355 = v311 * v245,
+      v356 = 2.9996700362960076 * v313, v357 = LANES_CHOICE(v312, v294, v314), v358 = v315 - v316;
+  const lanes_where v359 = LANES_LT(4.445422276e-16, v317); LANES_LET1(v360, sqrt, v317);
+  const lanes v361 = LANES_CHOICE(v319, -1.0, 1.0), v362 = v320 * v73, v363 = v321 * v255,
+      v364 = v163 * v322, v365 = 0.1333 - v323, v366 = v162 * v322, v367 = v324 + v325,
+      v368 = v326 - v327, v369 = v328 - v329, v370 = v330 + v331, v371 = v333 - T_10;
+  LANES_LET2(v372, fmin, v37, v334);
+  const lanes v373 = 0.0996 * v310, v374 = 0.0996 * v311, v375 = v38 * v310, v376 = v311 * v202,
+      v377 = v310 * v202, v378 = v38 * v311, v379 = v39 * v310, v380 = v311 * v203,
+      v381 = v39 * v311, v382 = v310 * v203, v383 = v179 * v311, v384 = v179 * v310,
+      v385 = 8.99802032665209 * v307, v386 = v167 * v335, v387 = 0.1333 - v336, v388 = v166 * v335,
+      v389 = v337 + v338, v390 = v339 - v340, v391 = v341 - v342, v392 = v343 + v344,
+      v393 = v346 - T_10;
+  LANES_LET2(v394, fmin, v37, v347);
+  const lanes v395 = 0.0996 * v320, v396 = 0.0996 * v321, v397 = v40 * v320, v398 = v321 * v208,
+      v399 = v320 * v208, v400 = v40 * v321, v401 = v41 * v320, v402 = v321 * v209,
+      v403 = v41 * v321, v404 = v320 * v209, v405 = v193 * v321, v406 = v193 * v320,
+      v407 = 8.99802032665209 * v317, v408 = LANES_CHOICE(v302, v348, 0.0), v409 = 0.3922 * v349,
+      v410 = v350 * v350;
+  LANES_LET2(v411, atan2, v213, v350);
+  const lanes v412 = 2.9996700362960076 * v352, v413 = LANES_CHOICE(v351, v308, v353),
+      v414 = v354 - v355, v415 = LANES_CHOICE(v312, v356, 0.0), v416 = 0.3922 * v357,
+      v417 = v358 * v358;
+  LANES_LET2(v418, atan2, v224, v358);
+  const lanes v419 = 2.9996700362960076 * v360, v420 = LANES_CHOICE(v359, v318, v361),
+      v421 = v362 - v363, v422 = v364 + v170, v423 = v38 * v365, v424 = v39 * v365,
+      v425 = v366 - v171, v426 = v368 - T_2, v427 = v370 - T_6, v428 = v371 * v371;
+  out[56] = v372; out[57] = v372;
+  const lanes v429 = v165 * v373, v430 = 0.1333 - v374, v431 = v179 * v373, v432 = v375 + v376,
+      v433 = v377 - v378, v434 = v379 - v380, v435 = v381 + v382, v436 = v384 - T_10;
+  LANES_LET2(v437, fmin, v37, v385);
+  const lanes v438 = v386 + v184, v439 = v40 * v387, v440 = v41 * v387, v441 = v388 - v185,
+      v442 = v390 - T_2, v443 = v392 - T_6, v444 = v393 * v393;
+  out[60] = v394; out[61] = v394;
+  const lanes v445 = v169 * v395, v446 = 0.1333 - v396, v447 = v193 * v395, v448 = v397 + v398,
+      v449 = v399 - v400, v450 = v401 - v402, v451 = v403 + v404, v452 = v406 - T_10;
+  LANES_LET2(v453, fmin, v37, v407);
+  const lanes v454 = 0.3922 * v408, v455 = -0.425 - v409;
+  LANES_LET2(v456, atan2, v408, v349);
+  const lanes v457 = v240 + v410, v458 = LANES_CHOICE(v351, v412, 0.0), v459 = 0.3922 * v413,
+      v460 = v414 * v414;
+  LANES_LET2(v461, atan2, v244, v414);
+  const lanes v462 = 0.3922 * v415, v463 = -0.425 - v416;
+  LANES_LET2(v464, atan2, v415, v357);
+  const lanes v465 = v250 + v417, v466 = LANES_CHOICE(v359, v419, 0.0), v467 = 0.3922 * v420,
+      v468 = v421 * v421;
+  LANES_LET2(v469, atan2, v254, v421); out[5] = v411;
+  const lanes v470 = v426 * v426, v471 = v427 * v427;
+  out[11] = v411;
+  const lanes v472 = v429 + v215, v473 = v38 * v430, v474 = v39 * v430, v475 = v431 - v180,
+      v476 = v433 - T_2, v477 = v435 - T_6, v478 = v436 * v436;
+  out[58] = v437; out[59] = v437; out[29] = v418;
+  const lanes v479 = v442 * v442, v480 = v443 * v443;
+  out[35] = v418;
+  const lanes v481 = v445 + v226, v482 = v40 * v446, v483 = v41 * v446, v484 = v447 - v194,
+      v485 = v449 - T_2, v486 = v451 - T_6, v487 = v452 * v452;
+  out[62] = v453; out[63] = v453;
+  const lanes v488 = v210 * v454, v489 = v211 * v455, v490 = v210 * v455, v491 = v211 * v454;
+  LANES_LET1(v492, rsqrt, v457);
+  const lanes v493 = 0.3922 * v458, v494 = -0.425 - v459;
+  LANES_LET2(v495, atan2, v458, v413);
+  const lanes v496 = v261 + v460, v497 = v221 * v462, v498 = v222 * v463, v499 = v221 * v463,
+      v500 = v222 * v462;
+  LANES_LET1(v501, rsqrt, v465);
+  const lanes v502 = 0.3922 * v466, v503 = -0.425 - v467;
+  LANES_LET2(v504, atan2, v466, v420);
+  const lanes v505 = v267 + v468;
+  out[2] = v456;
+  const lanes v506 = -v456;
+  out[17] = v461;
+  const lanes v507 = v476 * v476, v508 = v477 * v477;
+  out[23] = v461; out[26] = v464;
+  const lanes v509 = -v464;
+  out[41] = v469;
+  const lanes v510 = v485 * v485, v511 = v486 * v486;
+  out[47] = v469;
+  const lanes v512 = v488 + v489, v513 = v490 - v491, v514 = v213 * v492, v515 = v350 * v492,
+      v516 = v489 - v488, v517 = v490 + v491, v518 = v241 * v493, v519 = v216 * v494,
+      v520 = v241 * v494, v521 = v216 * v493;
+  LANES_LET1(v522, rsqrt, v496);
+  const lanes v523 = v497 + v498, v524 = v499 - v500, v525 = v224 * v501, v526 = v358 * v501,
+      v527 = v498 - v497, v528 = v499 + v500, v529 = v251 * v502, v530 = v227 * v503,
+      v531 = v251 * v503, v532 = v227 * v502;
+  LANES_LET1(v533, rsqrt, v505); out[8] = v506; out[14] = v495;
+  const lanes v534 = -v495;
+  out[32] = v509; out[38] = v504;
+  const lanes v535 = -v504, v536 = v512 * v512, v537 = 1e-150 + v513, v538 = v516 * v516,
+      v539 = 1e-150 + v517, v540 = v518 + v519, v541 = v520 - v521, v542 = v244 * v522,
+      v543 = v414 * v522, v544 = v519 - v518, v545 = v520 + v521, v546 = v523 * v523,
+      v547 = 1e-150 + v524, v548 = v527 * v527, v549 = 1e-150 + v528, v550 = v529 + v530,
+      v551 = v531 - v532, v552 = v254 * v533, v553 = v421 * v533, v554 = v530 - v529,
+      v555 = v531 + v532, v556 = v515 * v367, v557 = v514 * v199, v558 = v514 * v367,
+      v559 = v515 * v199, v560 = v515 * v369, v561 = v514 * v201, v562 = v515 * v201,
+      v563 = v514 * v369, v564 = v163 * v514, v565 = v515 * v332, v566 = v163 * v515,
+      v567 = v514 * v332;
+  out[20] = v534;
+  const lanes v568 = v526 * v389, v569 = v525 * v205, v570 = v525 * v389, v571 = v526 * v205,
+      v572 = v526 * v391, v573 = v525 * v207, v574 = v526 * v207, v575 = v525 * v391,
+      v576 = v167 * v525, v577 = v526 * v345, v578 = v167 * v526, v579 = v525 * v345;
+  out[44] = v535;
+  const lanes v580 = v537 * v537;
+  LANES_LET2(v581, atan2, v512, v537);
+  const lanes v582 = v539 * v539;
+  LANES_LET2(v583, atan2, v516, v539);
+  const lanes v584 = v540 * v540, v585 = 1e-150 + v541, v586 = v544 * v544, v587 = 1e-150 + v545,
+      v588 = v547 * v547;
+  LANES_LET2(v589, atan2, v523, v547);
+  const lanes v590 = v549 * v549;
+  LANES_LET2(v591, atan2, v527, v549);
+  const lanes v592 = v550 * v550, v593 = 1e-150 + v551, v594 = v554 * v554, v595 = 1e-150 + v555,
+      v596 = v556 + v557, v597 = v558 - v559, v598 = v560 - v561, v599 = v562 + v563,
+      v600 = v564 - v565, v601 = v566 + v567, v602 = v543 * v432, v603 = v542 * v232,
+      v604 = v542 * v432, v605 = v543 * v232, v606 = v543 * v434, v607 = v542 * v233,
+      v608 = v543 * v233, v609 = v542 * v434, v610 = v165 * v542, v611 = v543 * v383,
+      v612 = v165 * v543, v613 = v542 * v383, v614 = v568 + v569, v615 = v570 - v571,
+      v616 = v572 - v573, v617 = v574 + v575, v618 = v576 - v577, v619 = v578 + v579,
+      v620 = v553 * v448, v621 = v552 * v234, v622 = v552 * v448, v623 = v553 * v234,
+      v624 = v553 * v450, v625 = v552 * v235, v626 = v553 * v235, v627 = v552 * v450,
+      v628 = v169 * v552, v629 = v553 * v405, v630 = v169 * v553, v631 = v552 * v405,
+      v632 = v536 + v580, v633 = v538 + v582, v634 = v585 * v585;
+  LANES_LET2(v635, atan2, v540, v585);
+  const lanes v636 = v587 * v587;
+  LANES_LET2(v637, atan2, v544, v587);
+  const lanes v638 = v546 + v588, v639 = v548 + v590, v640 = v593 * v593;
+  LANES_LET2(v641, atan2, v550, v593);
+  const lanes v642 = v595 * v595;
+  LANES_LET2(v643, atan2, v554, v595); out[1] = v581;
+  const lanes v644 = v172 - v581, v645 = T_0 + v596, v646 = v597 - T_1, v647 = v598 - T_4,
+      v648 = T_5 + v599, v649 = v600 - T_8, v650 = v601 - T_9;
+  out[7] = v583;
+  const lanes v651 = v172 - v583, v652 = v602 + v603, v653 = v604 - v605, v654 = v606 - v607,
+      v655 = v608 + v609, v656 = v610 - v611, v657 = v612 + v613;
+  out[25] = v589;
+  const lanes v658 = v186 - v589, v659 = T_0 + v614, v660 = v615 - T_1, v661 = v616 - T_4,
+      v662 = T_5 + v617, v663 = v618 - T_8, v664 = v619 - T_9;
+  out[31] = v591;
+  const lanes v665 = v186 - v591, v666 = v620 + v621, v667 = v622 - v623, v668 = v624 - v625,
+      v669 = v626 + v627, v670 = v628 - v629, v671 = v630 + v631;
+  LANES_LET1(v672, rsqrt, v632); LANES_LET1(v673, rsqrt, v633);
+  const lanes v674 = v584 + v634, v675 = v586 + v636;
+  LANES_LET1(v676, rsqrt, v638); LANES_LET1(v677, rsqrt, v639);
+  const lanes v678 = v592 + v640, v679 = v594 + v642, v680 = v644 - v456, v681 = v645 * v645,
+      v682 = v646 * v646, v683 = v647 * v647, v684 = v648 * v648, v685 = v649 * v649,
+      v686 = v650 * v650, v687 = v651 + v456;
+  out[13] = v635;
+  const lanes v688 = v217 - v635, v689 = T_0 + v652, v690 = v653 - T_1, v691 = v654 - T_4,
+      v692 = T_5 + v655, v693 = v656 - T_8, v694 = v657 - T_9;
+  out[19] = v637;
+  const lanes v695 = v217 - v637, v696 = v658 - v464, v697 = v659 * v659, v698 = v660 * v660,
+      v699 = v661 * v661, v700 = v662 * v662, v701 = v663 * v663, v702 = v664 * v664,
+      v703 = v665 + v464;
+  out[37] = v641;
+  const lanes v704 = v228 - v641, v705 = T_0 + v666, v706 = v667 - T_1, v707 = v668 - T_4,
+      v708 = T_5 + v669, v709 = v670 - T_8, v710 = v671 - T_9;
+  out[43] = v643;
+  const lanes v711 = v228 - v643, v712 = v512 * v672, v713 = v537 * v672, v714 = v516 * v673,
+      v715 = v539 * v673;
+  LANES_LET1(v716, rsqrt, v674); LANES_LET1(v717, rsqrt, v675);
+  const lanes v718 = v523 * v676, v719 = v547 * v676, v720 = v527 * v677, v721 = v549 * v677;
+  LANES_LET1(v722, rsqrt, v678); LANES_LET1(v723, rsqrt, v679);
+  const lanes_where v724 = LANES_LT(3.141592653589793, v680);
+  const lanes v725 = v680 - 6.283185307179586;
+  const lanes_where v726 = LANES_LT(v680, -3.141592653589793);
+  const lanes v727 = v680 + 6.283185307179586, v728 = v681 + v682;
+  const lanes_where v729 = LANES_LT(3.141592653589793, v687);
+  const lanes v730 = v687 - 6.283185307179586;
+  const lanes_where v731 = LANES_LT(v687, -3.141592653589793);
+  const lanes v732 = v687 + 6.283185307179586, v733 = v688 - v495, v734 = v689 * v689,
+      v735 = v690 * v690, v736 = v691 * v691, v737 = v692 * v692, v738 = v693 * v693,
+      v739 = v694 * v694, v740 = v695 + v495;
+  const lanes_where v741 = LANES_LT(3.141592653589793, v696);
+  const lanes v742 = v696 - 6.283185307179586;
+  const lanes_where v743 = LANES_LT(v696, -3.141592653589793);
+  const lanes v744 = v696 + 6.283185307179586, v745 = v697 + v698;
+  const lanes_where v746 = LANES_LT(3.141592653589793, v703);
+  const lanes v747 = v703 - 6.283185307179586;
+  const lanes_where v748 = LANES_LT(v703, -3.141592653589793);
+  const lanes v749 = v703 + 6.283185307179586, v750 = v704 - v504, v751 = v705 * v705,
+      v752 = v706 * v706, v753 = v707 * v707, v754 = v708 * v708, v755 = v709 * v709,
+      v756 = v710 * v710, v757 = v711 + v504, v758 = v540 * v716, v759 = v585 * v716,
+      v760 = v544 * v717, v761 = v587 * v717, v762 = v550 * v722, v763 = v593 * v722,
+      v764 = v554 * v723, v765 = v595 * v723, v766 = LANES_CHOICE(v726, v727, v680),
+      v767 = v349 * v713, v768 = v408 * v712, v769 = -0.425 * v713, v770 = v349 * v712,
+      v771 = v408 * v713, v772 = -0.425 * v712, v773 = v728 + v470,
+      v774 = LANES_CHOICE(v731, v732, v687), v775 = v349 * v715, v776 = v408 * v714,
+      v777 = -0.425 * v715, v778 = v349 * v714, v779 = v408 * v715, v780 = -0.425 * v714;
+  const lanes_where v781 = LANES_LT(3.141592653589793, v733);
+  const lanes v782 = v733 - 6.283185307179586;
+  const lanes_where v783 = LANES_LT(v733, -3.141592653589793);
+  const lanes v784 = v733 + 6.283185307179586, v785 = v734 + v735;
+  const lanes_where v786 = LANES_LT(3.141592653589793, v740);
+  const lanes v787 = v740 - 6.283185307179586;
+  const lanes_where v788 = LANES_LT(v740, -3.141592653589793);
+  const lanes v789 = v740 + 6.283185307179586, v790 = LANES_CHOICE(v743, v744, v696),
+      v791 = v357 * v719, v792 = v415 * v718, v793 = -0.425 * v719, v794 = v357 * v718,
+      v795 = v415 * v719, v796 = -0.425 * v718, v797 = v745 + v479,
+      v798 = LANES_CHOICE(v748, v749, v703), v799 = v357 * v721, v800 = v415 * v720,
+      v801 = -0.425 * v721, v802 = v357 * v720, v803 = v415 * v721, v804 = -0.425 * v720;
+  const lanes_where v805 = LANES_LT(3.141592653589793, v750);
+  const lanes v806 = v750 - 6.283185307179586;
+  const lanes_where v807 = LANES_LT(v750, -3.141592653589793);
+  const lanes v808 = v750 + 6.283185307179586, v809 = v751 + v752;
+  const lanes_where v810 = LANES_LT(3.141592653589793, v757);
+  const lanes v811 = v757 - 6.283185307179586;
+  const lanes_where v812 = LANES_LT(v757, -3.141592653589793);
+  const lanes v813 = v757 + 6.283185307179586, v814 = LANES_CHOICE(v724, v725, v766),
+      v815 = v767 - v768, v816 = v770 + v771, v817 = v773 + v683,
+      v818 = LANES_CHOICE(v729, v730, v774), v819 = v775 + v776, v820 = v778 - v779,
+      v821 = LANES_CHOICE(v783, v784, v733), v822 = v413 * v759, v823 = v458 * v758,
+      v824 = -0.425 * v759, v825 = v413 * v758, v826 = v458 * v759, v827 = -0.425 * v758,
+      v828 = v785 + v507, v829 = LANES_CHOICE(v788, v789, v740), v830 = v413 * v761,
+      v831 = v458 * v760, v832 = -0.425 * v761, v833 = v413 * v760, v834 = v458 * v761,
+      v835 = -0.425 * v760, v836 = LANES_CHOICE(v741, v742, v790), v837 = v791 - v792,
+      v838 = v794 + v795, v839 = v797 + v699, v840 = LANES_CHOICE(v746, v747, v798),
+      v841 = v799 + v800, v842 = v802 - v803, v843 = LANES_CHOICE(v807, v808, v750),
+      v844 = v420 * v763, v845 = v466 * v762, v846 = -0.425 * v763, v847 = v420 * v762,
+      v848 = v466 * v763, v849 = -0.425 * v762, v850 = v809 + v510,
+      v851 = LANES_CHOICE(v812, v813, v757), v852 = v420 * v765, v853 = v466 * v764,
+      v854 = -0.425 * v765, v855 = v420 * v764, v856 = v466 * v765, v857 = -0.425 * v764;
+  out[3] = v814;
+  const lanes v858 = -0.3922 * v815, v859 = -0.3922 * v816, v860 = v817 + v684;
+  out[9] = v818;
+  const lanes v861 = -0.3922 * v819, v862 = -0.3922 * v820, v863 = LANES_CHOICE(v781, v782, v821),
+      v864 = v822 - v823, v865 = v825 + v826, v866 = v828 + v736,
+      v867 = LANES_CHOICE(v786, v787, v829), v868 = v830 + v831, v869 = v833 - v834;
+  out[27] = v836;
+  const lanes v870 = -0.3922 * v837, v871 = -0.3922 * v838, v872 = v839 + v700;
+  out[33] = v840;
+  const lanes v873 = -0.3922 * v841, v874 = -0.3922 * v842, v875 = LANES_CHOICE(v805, v806, v843),
+      v876 = v844 - v845, v877 = v847 + v848, v878 = v850 + v753,
+      v879 = LANES_CHOICE(v810, v811, v851), v880 = v852 + v853, v881 = v855 - v856,
+      v882 = v422 + v858, v883 = v425 + v859, v884 = v860 + v471, v885 = v422 + v861,
+      v886 = v425 + v862;
+  out[15] = v863;
+  const lanes v887 = -0.3922 * v864, v888 = -0.3922 * v865, v889 = v866 + v737;
+  out[21] = v867;
+  const lanes v890 = -0.3922 * v868, v891 = -0.3922 * v869, v892 = v438 + v870, v893 = v441 + v871,
+      v894 = v872 + v480, v895 = v438 + v873, v896 = v441 + v874;
+  out[39] = v875;
+  const lanes v897 = -0.3922 * v876, v898 = -0.3922 * v877, v899 = v878 + v754;
+  out[45] = v879;
+  const lanes v900 = -0.3922 * v880, v901 = -0.3922 * v881, v902 = v882 + v769, v903 = v883 + v772,
+      v904 = v884 + v685, v905 = v885 + v777, v906 = v886 + v780, v907 = v472 + v887,
+      v908 = v475 + v888, v909 = v889 + v508, v910 = v472 + v890, v911 = v475 + v891,
+      v912 = v892 + v793, v913 = v893 + v796, v914 = v894 + v701, v915 = v895 + v801,
+      v916 = v896 + v804, v917 = v481 + v897, v918 = v484 + v898, v919 = v899 + v511,
+      v920 = v481 + v900, v921 = v484 + v901, v922 = v39 * v902, v923 = v38 * v902,
+      v924 = v903 + 0.1625, v925 = v904 + v686, v926 = v39 * v905, v927 = v38 * v905,
+      v928 = v906 + 0.1625, v929 = v907 + v824, v930 = v908 + v827, v931 = v909 + v738,
+      v932 = v910 + v832, v933 = v911 + v835, v934 = v41 * v912, v935 = v40 * v912,
+      v936 = v913 + 0.1625, v937 = v914 + v702, v938 = v41 * v915, v939 = v40 * v915,
+      v940 = v916 + 0.1625, v941 = v917 + v846, v942 = v918 + v849, v943 = v919 + v755,
+      v944 = v920 + v854, v945 = v921 + v857, v946 = v922 + v423, v947 = v923 - v424,
+      v948 = v924 - T_11, v949 = v925 + v428, v950 = v926 + v423, v951 = v927 - v424,
+      v952 = v928 - T_11, v953 = v39 * v929, v954 = v38 * v929, v955 = v930 + 0.1625,
+      v956 = v931 + v739, v957 = v39 * v932, v958 = v38 * v932, v959 = v933 + 0.1625,
+      v960 = v934 + v439, v961 = v935 - v440, v962 = v936 - T_11, v963 = v937 + v444,
+      v964 = v938 + v439, v965 = v939 - v440, v966 = v940 - T_11, v967 = v41 * v941,
+      v968 = v40 * v941, v969 = v942 + 0.1625, v970 = v943 + v756, v971 = v41 * v944,
+      v972 = v40 * v944, v973 = v945 + 0.1625, v974 = v946 - T_3, v975 = v947 - T_7,
+      v976 = v948 * v948, v977 = 0.5 * v949, v978 = v950 - T_3, v979 = v951 - T_7,
+      v980 = v952 * v952, v981 = v953 + v473, v982 = v954 - v474, v983 = v955 - T_11,
+      v984 = v956 + v478, v985 = v957 + v473, v986 = v958 - v474, v987 = v959 - T_11,
+      v988 = v960 - T_3, v989 = v961 - T_7, v990 = v962 * v962, v991 = 0.5 * v963,
+      v992 = v964 - T_3, v993 = v965 - T_7, v994 = v966 * v966, v995 = v967 + v482,
+      v996 = v968 - v483, v997 = v969 - T_11, v998 = v970 + v487, v999 = v971 + v482,
+      v1000 = v972 - v483, v1001 = v973 - T_11, v1002 = v974 * v974, v1003 = v975 * v975,
+      v1004 = v978 * v978, v1005 = v979 * v979, v1006 = v981 - T_3, v1007 = v982 - T_7,
+      v1008 = v983 * v983, v1009 = 0.5 * v984, v1010 = v985 - T_3, v1011 = v986 - T_7,
+      v1012 = v987 * v987, v1013 = v988 * v988, v1014 = v989 * v989, v1015 = v992 * v992,
+      v1016 = v993 * v993, v1017 = v995 - T_3, v1018 = v996 - T_7, v1019 = v997 * v997,
+      v1020 = 0.5 * v998, v1021 = v999 - T_3, v1022 = v1000 - T_7, v1023 = v1001 * v1001,
+      v1024 = v1002 + v1003, v1025 = v1004 + v1005, v1026 = v1006 * v1006, v1027 = v1007 * v1007,
+      v1028 = v1010 * v1010, v1029 = v1011 * v1011, v1030 = v1013 + v1014, v1031 = v1015 + v1016,
+      v1032 = v1017 * v1017, v1033 = v1018 * v1018, v1034 = v1021 * v1021, v1035 = v1022 * v1022,
+      v1036 = v1024 + v976, v1037 = v1025 + v980, v1038 = v1026 + v1027, v1039 = v1028 + v1029,
+      v1040 = v1030 + v990, v1041 = v1031 + v994, v1042 = v1032 + v1033, v1043 = v1034 + v1035,
+      v1044 = v1036 + v977, v1045 = v1036 - v977, v1046 = v1037 + v977, v1047 = v1037 - v977,
+      v1048 = v1038 + v1008, v1049 = v1039 + v1012, v1050 = v1040 + v991, v1051 = v1040 - v991,
+      v1052 = v1041 + v991, v1053 = v1041 - v991, v1054 = v1042 + v1019, v1055 = v1043 + v1023;
+  LANES_LET1(v1056, fabs, v1045); LANES_LET1(v1057, fabs, v1047);
+  const lanes v1058 = v1048 + v1009, v1059 = v1048 - v1009, v1060 = v1049 + v1009,
+      v1061 = v1049 - v1009;
+  LANES_LET1(v1062, fabs, v1051); LANES_LET1(v1063, fabs, v1053);
+  const lanes v1064 = v1054 + v1020, v1065 = v1054 - v1020, v1066 = v1055 + v1020,
+      v1067 = v1055 - v1020, v1068 = v1044 + v1056, v1069 = v1046 + v1057;
+  LANES_LET1(v1070, fabs, v1059); LANES_LET1(v1071, fabs, v1061);
+  const lanes v1072 = v1050 + v1062, v1073 = v1052 + v1063;
+  LANES_LET1(v1074, fabs, v1065); LANES_LET1(v1075, fabs, v1067);
+  const lanes v1076 = 0.5 * v1068, v1077 = 0.5 * v1069, v1078 = v1058 + v1070,
+      v1079 = v1060 + v1071, v1080 = 0.5 * v1072, v1081 = 0.5 * v1073, v1082 = v1064 + v1074,
+      v1083 = v1066 + v1075;
+  LANES_LET1(v1084, sqrt, v1076); LANES_LET1(v1085, sqrt, v1077);
+  const lanes v1086 = 0.5 * v1078, v1087 = 0.5 * v1079;
+  LANES_LET1(v1088, sqrt, v1080); LANES_LET1(v1089, sqrt, v1081);
+  const lanes v1090 = 0.5 * v1082, v1091 = 0.5 * v1083;
+  out[48] = v1084; out[49] = v1085; LANES_LET1(v1092, sqrt, v1086); LANES_LET1(v1093, sqrt, v1087);
+  out[52] = v1088; out[53] = v1089; LANES_LET1(v1094, sqrt, v1090); LANES_LET1(v1095, sqrt, v1091);
+  out[50] = v1092; out[51] = v1093; out[54] = v1094; out[55] = v1095;
 }

@@ -272,17 +272,17 @@ void well_manipulator_constraint_D_z(const double z[15], double residual_D_z[120
  *   residual_D_z_dot: rate of the constraint Jacobian, 8 x 15 (1/s, m/s, 1/(m s)) */
 void well_manipulator_constraint_D_z_dot(const double z[15], const double zd[15], double residual_D_z_dot[120]);
 
-/* Every solution of the inverse kinematics, in 4 slots.
+/* Every solution of the inverse kinematics, in 2 slots.
  * fk(q[k]) = T wherever residual[k] is rounding
- * 1166 operations: multiply 596, add 492, negate 2, trig 4, other 72.
+ * 653 operations: multiply 332, add 276, trig 3, other 42.
  *   T: pose of the tool, T_0_R, 4 x 4 (1, m)
  *   l_HI: the value of l_HI, which is given,  (m)
  *   l_MN: the value of l_MN, which is given,  (m)
  *   theta7: the value of theta7, which is given,  (rad)
- *   q: joint coordinates, one solution a row, 4 x 7 (rad or m)
- *   residual: distance of fk(q[k]) from the target, 4 (m or rad)
- *   margin: distance from the boundary of the reachable set, negative beyond, 4 (1) */
-void well_manipulator_ik(const double T[16], const double l_HI[1], const double l_MN[1], const double theta7[1], double q[28], double residual[4], double margin[4]);
+ *   q: joint coordinates, one solution a row, 2 x 7 (rad or m)
+ *   residual: distance of fk(q[k]) from the target, 2 (m or rad)
+ *   margin: distance from the boundary of the reachable set, negative beyond, 2 (1) */
+void well_manipulator_ik(const double T[16], const double l_HI[1], const double l_MN[1], const double theta7[1], double q[14], double residual[2], double margin[2]);
 
 #ifdef __cplusplus
 }

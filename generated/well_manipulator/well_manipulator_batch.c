@@ -862,7 +862,7 @@ static void well_manipulator_ik_rows(size_t n, const double *const *inputs, cons
     double *const *outputs, const ptrdiff_t *output_steps)
 {
 #if CHASLES_LANES
-  static const int sizes[] = {16, 1, 1, 1, 28, 4, 4};
+  static const int sizes[] = {16, 1, 1, 1, 14, 2, 2};
   static const lanes_shape shape = {4, 3, sizes};
   CHASLES_RUN_AVX512(well_manipulator_ik_avx512)
   CHASLES_RUN_AVX2(well_manipulator_ik_avx2)
@@ -877,6 +877,6 @@ void well_manipulator_ik_batch(size_t n, const double *T, const double *l_HI, co
 {
   const double *const inputs[] = {T, l_HI, l_MN, theta7};
   double *const outputs[] = {q, residual, margin};
-  const ptrdiff_t input_steps[] = {16, 1, 1, 1}, output_steps[] = {28, 4, 4};
+  const ptrdiff_t input_steps[] = {16, 1, 1, 1}, output_steps[] = {14, 2, 2};
   well_manipulator_ik_rows(n, inputs, input_steps, outputs, output_steps);
 }
