@@ -121,7 +121,7 @@ def _deviation(matrices: FloatArray) -> FloatArray:
         left_handed = np.linalg.det(rows[:, :3, :3]) <= 0
     off[left_handed] = np.inf
     off[~np.isfinite(rows).all((-2, -1))] = np.nan
-    return off.reshape(matrices.shape[:-2])
+    return np.asarray(off.reshape(matrices.shape[:-2]))
 
 
 def _refuse(
