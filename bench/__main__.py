@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from . import check, count, document
-from .accuracy import cleaned_files, field, losses, misses
+from .accuracy import cleaned_files, field, general_arms, losses, misses
 from .cases.poses import CASES
 from .measures import derivation
 from .peers.forward import absent
@@ -33,6 +33,8 @@ def main() -> int:
         return misses.run(options.quick, options.robot)
     if options.command == "field":
         return field.run(options.quick, options.arm)
+    if options.command == "general":
+        return general_arms.run(options)
     if options.command == "losses":
         return losses.run(options.arms, options.first)
     if options.command == "mutants":
@@ -89,6 +91,8 @@ def _parser() -> argparse.ArgumentParser:
     met = commands.add_parser("field", help="arms of other makers' files, derived and judged")
     met.add_argument("--quick", action="store_true", default=argparse.SUPPRESS, help="small sets")
     met.add_argument("--arm", help="arms with this text in their names")
+    general = commands.add_parser("general", help="arms without a structure: judged and timed")
+    general_arms.add_arguments(general)
     arms = commands.add_parser("losses", help="poses that inverses of random arms lose")
     arms.add_argument("--arms", type=int, default=ARMS, help="number of arms")
     arms.add_argument("--first", type=int, default=0, help="number of the first arm")

@@ -1,4 +1,4 @@
-"""``python -m bench.accuracy.general_arms``: arms without a structure, judged and timed one by one.
+"""``python -m bench general``: arms without a structure, judged and timed one by one.
 
 Random arms of six joints (--arms), of seven (--sevens), and the arms of URDF files. Each is derived
 into a temporary folder. For random poses (--poses) and right angles (--right), a line tells
@@ -13,6 +13,7 @@ A configuration at which the Jacobian is singular is not looked for: solutions a
 """
 
 import argparse
+import re
 import tempfile
 import time
 from collections.abc import Iterator
@@ -170,19 +171,20 @@ def line(robot: Robot, options: argparse.Namespace) -> str:
     return "; ".join([*parts, f"single {single:.1f} batch {batch:.1f} us"])
 
 
-def main() -> int:
-    """Prints a line for each arm."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The arguments of the command line."""
     parser.add_argument("urdf", nargs="*", type=Path)
-    for name, default in (("arms", 0), ("sevens", 0), ("poses", 2000), ("right", 1000)):
+    for name, default in (("arms", 20), ("sevens", 3), ("poses", 2000), ("right", 1000)):
         parser.add_argument(f"--{name}", type=int, default=default)
     parser.add_argument("--counted", type=int, default=10)
     parser.add_argument("--seed", type=int, default=0)
-    options = parser.parse_args()
+
+
+def run(options: argparse.Namespace) -> int:
+    """Prints a line for each arm; returns 1 if a solution is lost or wrong."""
+    failed = False
     for robot in arms(options):
-        out.print(line(robot, options), soft_wrap=True)
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())
+        found = line(robot, options)
+        out.print(found, soft_wrap=True)
+        failed |= re.search(r"(lost|none|wrong) [1-9]|no ik", found) is not None
+    return int(failed)
