@@ -65,7 +65,7 @@ xyz = ["0.7", "0.3", "-0.4"]
 rpy = ["pi/3", 0, 0]
 axis = [0, 1, 0]
 """
-"""The tool on the last axis: both coefficients of an equation are zero."""
+"""The tool on the last axis, which does not move it: no position determines the angle."""
 
 
 SLIDES = """name = "arm"
@@ -80,11 +80,11 @@ alpha = "pi/4"
 [[joints]]
 alpha = "-pi/4"
 """
-"""A turn that no slide sees: its equation holds for every angle."""
+"""Slides along one line, and a turn that none of them sees."""
 
 
 @pytest.mark.parametrize("text", [ZEROS, SLIDES])
-def test_a_step_whose_coefficients_are_all_zero(text):
+def test_an_angle_that_no_equation_determines(text):
     article = artifacts(loads(text))["latex/inverse.tex"]
-    assert ("q_{3} &= 0." in article) == (text is SLIDES)
     assert "zoo" not in article
+    assert "There is no closed form" in article

@@ -27,7 +27,7 @@ def is_xacro(file: Path) -> bool:
 def expanded(file: Path, arguments: Sequence[str]) -> str:
     """The XML that a xacro file stands for.
 
-    ``$(find package)`` is looked for in ROS, then in the folders above the file and beside them: a
+    ``$(find package)`` is looked for in the folders above the file and beside them, then in ROS: a
     package is a folder with a package.xml of that name, or a folder of that name, where endings of
     ``PACKAGE_ENDINGS`` do not count.
 
@@ -97,10 +97,14 @@ def _packages_found(substitution_args: Any, file: Path) -> Iterator[None]:
     around = _Packages(file.resolve())
 
     def found(name: str) -> str:
+        folder = around.folder(name)
+        if folder is not None:
+            return str(folder)
         try:
             return str(of_ros(name))
-        except (ModuleNotFoundError, LookupError):
-            return around.folder(name, substitution_args.SubstitutionException)
+        except Exception as error:
+            # Where there is no ROS, or where another package has put its own finder in its place.
+            raise substitution_args.SubstitutionException(around.missed(name)) from error
 
     substitution_args._eval_find = substitution_args._eval_dict["find"] = found
     try:
@@ -115,16 +119,21 @@ class _Packages:
     def __init__(self, file: Path) -> None:
         self.above = list(file.parents)[:FOLDERS_UP]
 
-    def folder(self, name: str, error: type[Exception]) -> str:
+    def folder(self, name: str) -> Path | None:
+        """The folder of a package; None where it is not around the file."""
         stem = _stem(name)
         rules = ((self._declared, name), (self._named, name), (self._named_nearly, stem))
         for known, sought in rules:
             for folder in self.above:
                 if sought in (there := known(folder)):
-                    return str(there[sought])
-        raise error(
-            f"no package {name!r} in ROS, nor in {self.above[0]} and {FOLDERS_UP - 1} folders "
-            f"above it: put the package there, as a folder {name}"
+                    return there[sought]
+        return None
+
+    def missed(self, name: str) -> str:
+        """Where a package was looked for, in words."""
+        return (
+            f"no package {name!r} in {self.above[0]} and {FOLDERS_UP - 1} folders above it, nor in "
+            f"ROS: put the package there, as a folder {name}"
         )
 
     def _declared(self, folder: Path) -> Mapping[str, Path]:

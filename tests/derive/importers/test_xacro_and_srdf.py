@@ -177,7 +177,7 @@ def test_groups_on_the_command_line(arm, tmp_path):
     ("file", "old", "new", "words"),
     [
         ("arm", '<xacro:turn side="left"', '<xacro:tern side="left"', "unknown macro name"),
-        ("arm", "$(find arm_parts)", "$(find arm_part)", "no package 'arm_part' in ROS, nor in"),
+        ("arm", "$(find arm_parts)", "$(find arm_part)", "no package 'arm_part' in "),
         ("arm", "joint.xacro", "join.xacro", "No such file"),
         ("arm", "${pi/2}", "${py/2}", "'py' is not defined"),
         ("arm", "</robot>", "", ":13: expected xacro"),

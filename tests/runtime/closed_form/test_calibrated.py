@@ -104,7 +104,11 @@ def test_no_solution_of_what_is_no_pose(case):
     arm, _ = case
     q = np.random.default_rng(3).uniform(-1, 1, (10, arm.n))
     T, *given = asked(arm, q)
-    assert not arm.ik(T.astype(np.float32).astype(float), *given).valid.any()
+    assert arm.ik(T.astype(np.float32), *given).valid.any(-1).all()
+    off = T.copy()
+    off[:, 0, 0] += 1e-3
+    with pytest.raises(chasles.InputValueError, match="no rigid pose|no rotation|off by"):
+        arm.ik(off, *given)
     T[0], T[1, 0, 3] = np.nan, 100.0
     solutions = arm.ik(T, *given)
     assert np.isnan(solutions.residual[0]).all()

@@ -234,7 +234,8 @@ static int check_inverse(const char *mode)
     }
     poses[(POSES - 2) * POSE + 3] += 1e3;
     poses[(POSES - 1) * POSE] = NAN;
-    const Task tasks[] = {{whole, TOLERANCE, 0, 1, 20000}, {position, TOLERANCE, 1, 0, 20000}};
+    const Task tasks[] = {{whole, 1.0, TOLERANCE, 0, 1, 20000},
+                          {position, 1.0, TOLERANCE, 1, 0, 20000}};
     for (int t = 0; t < 2; t++) {
         check_batch(&arm, &tasks[t], poses, NULL);
         check_batch(&arm, &tasks[t], poses, seeds);
