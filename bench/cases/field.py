@@ -5,6 +5,7 @@ user would derive it. Poses to judge by come from the same numbers in NumPy.
 """
 
 import importlib
+import importlib.util
 import json
 import subprocess
 import sys
@@ -118,7 +119,9 @@ def arms() -> Iterator[FieldArm]:
 
 
 def prebuilt() -> dict[str, ModuleType]:
-    """The modules of its wheel by the names of their arms."""
+    """The modules of ssik's wheel by the names of their arms; none where it is not installed."""
+    if importlib.util.find_spec("ssik") is None:
+        return {}
     package = importlib.import_module("ssik.prebuilt")
     root = Path(str(package.__file__)).parent
     return {
