@@ -218,7 +218,7 @@ def _each_robot(
     jobs: list[Job], tips: list[str], groups: list[str], srdf: Path | None
 ) -> list[Job]:
     """The jobs for all robots of all files; files of one robot each are not read for it."""
-    if not groups and all(job.file.suffix == ".toml" for job in jobs):
+    if not groups and all(job.file.suffix.lower() == ".toml" for job in jobs):
         return [replace(job, tip=tips[0] if tips else None) for job in jobs]
     from .build.jobs import robots_of  # noqa: PLC0415
     from .model.errors import RobotError  # noqa: PLC0415
