@@ -113,7 +113,7 @@ def derive(
         Job(file, folder, base, None, wanted, words, "", calibration, exact, limit)
         for file, words in files
     ]
-    due = _each_robot(asked, tip or [], group or [], srdf)
+    due = list(dict.fromkeys(_each_robot(asked, tip or [], group or [], srdf)))
     if explain:
         _explain(due)
         return
@@ -197,6 +197,8 @@ def _file(robot: str) -> tuple[Path, tuple[str, ...]]:
     if robot.startswith(NAMED):
         return _named(robot.removeprefix(NAMED))
     if not Path(robot).is_file():
+        if Path(robot).suffix or os.sep in robot:
+            _stop(f"{robot}: no such file")
         known = [*_names(ROBOTS), *_names(SHELF)]
         close = get_close_matches(robot, known, n=1)
         hint = f" (did you mean {close[0]}?)" if close else ""

@@ -72,7 +72,7 @@ class Explanation:
         of_chain = " of the main chain" if self.loops else ""
         title = found.title + _for_given(found, classification)
         if classification.tier == "snapped":
-            title = f"nearly {title} ({missed_by(classification)}), led from a nominal arm"
+            title = f"nearly {title}, led from a nominal arm"
         return f"inverse{of_chain}: {title}, at most {_counted(self.most_solutions, 'solution')}"
 
     def __str__(self) -> str:
