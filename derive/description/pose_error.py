@@ -8,6 +8,7 @@ distance from there to the tool. The sums hold at all joint values within the li
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 import mpmath
 import sympy as sp
@@ -19,7 +20,8 @@ from ..model.tolerances import EVALUATION_DIGITS, ROUNDING
 TRAVEL = 1.0
 """Displacement (metre) that is assumed for slides without limits."""
 _PLANES = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}
-_Matrix = mpmath.matrix
+_Matrix: TypeAlias = Any
+"""A matrix of mpmath, which makes its classes where types are not known."""
 _Values = Mapping[sp.Symbol, sp.Expr]
 
 

@@ -118,7 +118,7 @@ def written(value: sp.Expr) -> str:
     degrees = value * 180 / sp.pi
     if decimal_places(degrees) is not None:
         return f"{written(degrees)} deg"
-    return sp.sstr(value)
+    return str(sp.sstr(value))
 
 
 def _decimal(value: Decimal) -> str:
