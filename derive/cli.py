@@ -113,7 +113,7 @@ def derive(
         Job(file, folder, base, None, wanted, words, "", calibration, exact, limit)
         for file, words in files
     ]
-    due = _each_robot(asked, tip or [], group or [], srdf)
+    due = list(dict.fromkeys(_each_robot(asked, tip or [], group or [], srdf)))
     if explain:
         _explain(due)
         return
@@ -197,6 +197,8 @@ def _file(robot: str) -> tuple[Path, tuple[str, ...]]:
     if robot.startswith(NAMED):
         return _named(robot.removeprefix(NAMED))
     if not Path(robot).is_file():
+        if Path(robot).suffix or os.sep in robot:
+            _stop(f"{robot}: no such file")
         known = [*_names(ROBOTS), *_names(SHELF)]
         close = get_close_matches(robot, known, n=1)
         hint = f" (did you mean {close[0]}?)" if close else ""
@@ -218,7 +220,7 @@ def _each_robot(
     jobs: list[Job], tips: list[str], groups: list[str], srdf: Path | None
 ) -> list[Job]:
     """The jobs for all robots of all files; files of one robot each are not read for it."""
-    if not groups and all(job.file.suffix == ".toml" for job in jobs):
+    if not groups and all(job.file.suffix.lower() == ".toml" for job in jobs):
         return [replace(job, tip=tips[0] if tips else None) for job in jobs]
     from .build.jobs import robots_of  # noqa: PLC0415
     from .model.errors import RobotError  # noqa: PLC0415

@@ -10,9 +10,9 @@ TEXT = """\
 # Arms that can be loaded by name
 
 `python docs/robots.py` writes this page. The inverse is named by the structure of the axes that it
-follows from; "for given" joints, the number of solutions is the largest for one value of these. An
-inverse of a nominal arm is [refined on the true arm](inverse.md#calibrated-arms). Where there is no
-closed form, `ik_numeric` iterates.
+follows from; "for given" joints, the number of solutions is the largest for one value of these.
+Where the axes only nearly have a structure, the inverse is [led from a nominal
+arm](inverse.md#calibrated-arms) to the true one. Where there is no inverse, `ik_numeric` iterates.
 
 ## The shelf
 
@@ -46,8 +46,6 @@ def _row(robot: Robot) -> str:
     explanation = explain(robot)
     axes = sum(joint.kind != "fixed" and joint.mimic is None for joint in robot.joints)
     structure = explanation.line.removeprefix("inverse: ").split(", at most ")[0]
-    if explanation.inverses and explanation.inverses.classification.tier == "snapped":
-        structure += ", of a nominal arm"
     most = explanation.most_solutions
     cells = (f"`{robot.name}`", robot.title, axes, structure if most else "no closed form", most)
     return f"| {' | '.join(map(str, cells))} |"

@@ -85,7 +85,8 @@ def load(robot: str | os.PathLike[str]) -> Robot:
         robot: The name of one of `robots()` or of `shelf_robots()`; a description, which ends in
             .toml or .urdf; or the folder of a generated robot, as a path object or as a string with
             a separator in it ("./mine"). The first use of an arm of the shelf or of a description
-            runs the compiler (`pip install 'chasles[derive]'`), which takes seconds.
+            runs the compiler (`pip install 'chasles[derive]'`), which takes seconds. Files of other
+            kinds are derived into a folder first, by `chasles-derive arm.xacro --to robots`.
 
     Returns:
         The robot.
@@ -99,7 +100,8 @@ def load(robot: str | os.PathLike[str]) -> Robot:
     if folder.is_file():
         raise UnknownRobotError(
             f"{folder} is a file; expected a description, .toml or .urdf, or the folder of a "
-            "generated robot"
+            "generated robot; chasles-derive FILE --to robots makes such a folder, also from "
+            ".xacro and .xml"
         )
     return Robot(read_manifest(folder))
 

@@ -241,7 +241,8 @@ class Robot(
         """Title, coordinates and functions."""
         coordinates = ", ".join(f"{c.name} [{c.unit}]" for c in self.coordinates)
         functions = ", ".join(self.functions)
-        return f"<Robot {self.name}: {self.title}; q = ({coordinates}); {functions}>"
+        title = "" if self.title == self.name else f"{self.title}; "
+        return f"<Robot {self.name}: {title}q = ({coordinates}); {functions}>"
 
     def __eq__(self, other: object) -> bool:
         """Whether both have the same manifest."""

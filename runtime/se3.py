@@ -116,7 +116,9 @@ def _matrices(caller: str, T: ArrayLike, name: str) -> FloatArray:
 
 def _deviation(matrices: FloatArray) -> FloatArray:
     rows = matrices.reshape(-1, 4, 4)
-    off = np.maximum(off_rotation(rows[:, :3, :3]), np.abs(rows[:, 3] - _LAST_ROW).max(-1))
+    off: FloatArray = np.maximum(
+        off_rotation(rows[:, :3, :3]), np.abs(rows[:, 3] - _LAST_ROW).max(-1)
+    )
     with np.errstate(invalid="ignore", over="ignore"):
         left_handed = np.linalg.det(rows[:, :3, :3]) <= 0
     off[left_handed] = np.inf

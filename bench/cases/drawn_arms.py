@@ -16,7 +16,8 @@ from chasles.closed_form.refinement import Refinement
 from chasles.derive import Joint, Robot
 from chasles.derive.description.conventions import CONVENTIONS
 from chasles.derive.inverse.serial_inverse import Inverses, inverses
-from chasles.derive.model.convention import Field
+from chasles.derive.model.convention import Convention, Field
+from chasles.derive.model.kinds import JointKind
 from chasles.derive.terms.terms import Terms
 
 from ..peers.inverse.interface import Answers
@@ -24,6 +25,7 @@ from .poses import Case
 from .screws import Screws, screws_of
 from .synthetic import Found, Function, jacobian
 
+Value = sp.Expr | tuple[sp.Expr, ...]
 MOST_JOINTS = 8
 SLIDES = 0.2
 """Part of the joints that slide."""
@@ -40,22 +42,40 @@ DIRECTIONS = (
 )
 
 
-def random_arm(seed: int) -> Robot:
-    """The arm of a seed."""
+@dataclass(frozen=True)
+class Drawn:
+    """The convention of an arm, and the kind and the fields of each of its joints."""
+
+    convention: Convention
+    joints: tuple[tuple[JointKind, dict[str, Value]], ...]
+
+
+def drawn(seed: int, oblique: float = OBLIQUE) -> Drawn:
+    """The arm of a seed, where a part of the angles are no right angles."""
     draw = random.Random(seed)
     convention = draw.choice(CONVENTIONS)
     zeros = draw.uniform(*ZEROS)
-    joints = []
-    for k in range(draw.randint(2, MOST_JOINTS)):
-        kind = "prismatic" if draw.random() < SLIDES else "revolute"
-        values = {field.name: _value(draw, field, zeros) for field in convention.fields}
-        joints.append(Joint(f"j{k + 1}", kind, *convention(kind, **values)))
-    return Robot("arm", tuple(joints), title=f"arm {seed}, {convention.name}")
+    joints: list[tuple[JointKind, dict[str, Value]]] = []
+    for _ in range(draw.randint(2, MOST_JOINTS)):
+        kind: JointKind = "prismatic" if draw.random() < SLIDES else "revolute"
+        fields = {f.name: _value(draw, f, zeros, oblique) for f in convention.fields}
+        joints.append((kind, fields))
+    return Drawn(convention, tuple(joints))
 
 
-def _value(draw: random.Random, field: Field, zeros: float) -> object:
+def random_arm(seed: int) -> Robot:
+    """The arm of a seed."""
+    arm = drawn(seed)
+    joints = tuple(
+        Joint(f"j{k}", kind, *arm.convention(kind, **fields))
+        for k, (kind, fields) in enumerate(arm.joints, 1)
+    )
+    return Robot("arm", joints, title=f"arm {seed}, {arm.convention.name}")
+
+
+def _value(draw: random.Random, field: Field, zeros: float, oblique: float) -> Value:
     def one(draw: random.Random) -> sp.Expr:
-        return _angle(draw) if "angle" in field.kind else _length(draw, zeros)
+        return _angle(draw, oblique) if "angle" in field.kind else _length(draw, zeros)
 
     if field.kind == "direction":
         return tuple(sp.Integer(e) for e in draw.choice(DIRECTIONS))
@@ -66,8 +86,8 @@ def _length(draw: random.Random, zeros: float) -> sp.Expr:
     return sp.Integer(0) if draw.random() < zeros else draw.choice(LENGTHS)
 
 
-def _angle(draw: random.Random) -> sp.Expr:
-    degrees = draw.choice(ANGLES if draw.random() < OBLIQUE else RIGHT_ANGLES)
+def _angle(draw: random.Random, oblique: float) -> sp.Expr:
+    degrees = draw.choice(ANGLES if draw.random() < oblique else RIGHT_ANGLES)
     return sp.Rational(degrees, 180) * sp.pi
 
 

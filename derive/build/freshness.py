@@ -78,7 +78,8 @@ def _recipe(job: Job) -> str:
 def _description(job: Job) -> list[bytes]:
     """The bytes of a description and of the files that it includes or extends."""
     file = job.file
-    if file.suffix == ".xacro":
+    ending = file.suffix.lower()
+    if ending == ".xacro":
         # Conditions and arguments decide which files it includes.
         from ..description.importers.xacro_file import expanded  # noqa: PLC0415
 
@@ -87,10 +88,10 @@ def _description(job: Job) -> list[bytes]:
         except RobotError:
             # The reader of the description reports a wrong file.
             return [file.read_bytes()]
-    if file.suffix == ".xml":
+    if ending == ".xml":
         return _included(file, file.parent, {})
     content = file.read_bytes()
-    if file.suffix != ".toml":
+    if ending != ".toml":
         return [content]
     try:
         extended = tomllib.loads(content.decode("utf-8-sig")).get("extends")

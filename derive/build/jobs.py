@@ -43,8 +43,13 @@ def read(job: Job) -> Described:
 def _as_written(job: Job) -> Described:
     if is_imported(job.file):
         robot = opened(job.file, job.arguments).robot(job.base, job.tip, None)
-        ending = f"_{job.suffix}" if job.suffix else ""
-        return replace(robot, name=prefix(robot.name + ending))
+        if not job.suffix:
+            return robot
+        name, title = (
+            prefix(f"{robot.name}_{job.suffix}"),
+            f"{robot.title or robot.name} {job.suffix}",
+        )
+        return replace(robot, name=name, title=title)
     if job.base or job.tip or job.arguments:
         expected = "--base, --tip and arguments belong to URDF, xacro and MJCF files"
         raise RobotError(f"{job.file}: {expected}, of which this is none")

@@ -1,4 +1,4 @@
-"""Robot files: a TOML file becomes a robot, or an error that names its line.
+"""Robot files: a file becomes a robot, or an error that names its line.
 
 A robot file holds the numbers of a data sheet::
 
@@ -33,21 +33,26 @@ from ..model.mechanism import Mechanism
 from ..model.robot import Robot
 from .cleaned_robot import cleaned
 from .conventions import CONVENTIONS
+from .importers.chains import SUFFIXES, from_file, is_imported
 from .mechanism_file import MechanismFile, has_loops
 from .serial_file import RobotFile
 from .toml_file import DescriptionError, TomlFile, read_text
 
 __all__ = ["DescriptionError", "load", "loads"]
 
+SUFFIX = ".toml"
+
 
 def load(
     path: str | Path, conventions: Sequence[Convention] = CONVENTIONS, exact: bool = False
 ) -> Robot | Mechanism:
-    """Reads a robot file.
+    """Reads a robot from any file that chasles knows; the ending says which it is.
+
+    :func:`~chasles.derive.from_file` reads a chain between chosen links, and xacro with arguments.
 
     Args:
-        path: A TOML file.
-        conventions: The conventions that the file may name; the shipped ones by default.
+        path: A robot file (.toml), a URDF (.urdf), a xacro file (.xacro) or an MJCF model (.xml).
+        conventions: The conventions that a robot file may name; the shipped ones by default.
         exact: Whether every number is taken as it is written. Otherwise the numbers of a serial
             robot lose noise, and rounded angles and directions become exact; ``cleaning`` of the
             robot lists them.
@@ -57,8 +62,15 @@ def load(
         joints, or names the body that carries a joint; else a Robot.
 
     Raises:
-        DescriptionError: The file, or the file that it extends, cannot be read or is wrong.
+        DescriptionError: The file, or the file that it extends, cannot be read or is wrong, has
+            another ending, or holds several arms.
     """
+    file = Path(path)
+    if is_imported(file):
+        return from_file(file, exact=exact)
+    if file.is_file() and file.suffix.lower() != SUFFIX:
+        expected = f"a file that ends in one of {', '.join((SUFFIX, *SUFFIXES))}"
+        raise DescriptionError(str(path), None, "", None, expected)
     return loads(read_text(path), str(path), conventions, exact)
 
 

@@ -128,7 +128,7 @@ def of_lines(
             return Classification(lines, attempt, tuple(attempts))
     nearest = min(attempts, key=lambda attempt: attempt.deviation, default=None)
     near = tuple(_near(lines, choices, families))
-    return Classification(lines, None, tuple(attempts), _nearest_in_words(nearest), near)
+    return Classification(lines, None, tuple(attempts), _nearest_in_words(nearest, lines), near)
 
 
 def _near(
@@ -191,12 +191,12 @@ def _attempts(
                 yield Attempt(family, reading, given, tuple(family.requires(seen)))
 
 
-def _nearest_in_words(nearest: Attempt | None) -> str:
+def _nearest_in_words(nearest: Attempt | None, lines: Lines) -> str:
     if nearest is None:
         return "no structure of so many joints is known"
     missed = [r for r in nearest.requirements if r.deviation > EXACT_STRUCTURE]
     finite = [r for r in missed if np.isfinite(r.deviation)]
-    text = "; ".join(f"{r.text} (off by {r.deviation:.3g})" for r in finite)
+    text = "; ".join(f"{r.text} (off by {r.in_units(lines.length)})" for r in finite)
     never = "; ".join(r.text for r in missed if not np.isfinite(r.deviation))
     parts = [part for part in (text, never) if part]
     return f"nearest is {nearest.title}, which asks that {'; '.join(parts)}"

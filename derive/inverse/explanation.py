@@ -23,9 +23,6 @@ from .tasks.task import Solved
 NEVER = "no small change of the arm would do"
 MOST_LISTED = 12
 """Number of structures that a table lists, the nearest first."""
-SMALL_ANGLE = 0.1
-"""Radian, below which an angle is said in milliradians."""
-_MILLI = 1e3
 _GAP = 3
 """Blanks between the columns of a table."""
 
@@ -75,7 +72,7 @@ class Explanation:
         of_chain = " of the main chain" if self.loops else ""
         title = found.title + _for_given(found, classification)
         if classification.tier == "snapped":
-            title = f"nearly {title} ({missed_by(classification)}), led from a nominal arm"
+            title = f"nearly {title}, led from a nominal arm"
         return f"inverse{of_chain}: {title}, at most {_counted(self.most_solutions, 'solution')}"
 
     def __str__(self) -> str:
@@ -84,7 +81,7 @@ class Explanation:
         if self.inverses is None:
             return f"{title}\n\n{self.loops}"
         classification = self.inverses.classification
-        parts = [title, _structure(classification)]
+        parts = [title, _structure(classification, is_general=self.inverses.general is not None)]
         if classification.found is not None:
             parts += [_task(name, solved) for name, solved in self.inverses.solved.items()]
         if self.inverses.general is not None:
@@ -116,8 +113,10 @@ def explain(robot: Described, families: Sequence[Family] = FAMILIES) -> Explanat
     return Explanation(title, chain, inverses(chain, terms, families=families))
 
 
-def _structure(classification: Classification) -> str:
+def _structure(classification: Classification, is_general: bool) -> str:
     found = classification.found
+    if found is None and is_general:
+        return f"No structure gives a closed form: {classification.missing}."
     if found is None:
         return f"No closed-form inverse: {classification.missing}."
     nearly = "" if classification.tier == "exact" else "nearly "
@@ -167,11 +166,7 @@ def _distance(requirement: Requirement, classification: Classification) -> str:
     """The deviation from a condition, in the unit of its kind."""
     if not np.isfinite(requirement.deviation):
         return NEVER
-    if requirement.is_length:
-        return f"{_MILLI * requirement.deviation * (classification.lines.length or 1.0):.3g} mm"
-    if requirement.deviation < SMALL_ANGLE:
-        return f"{_MILLI * requirement.deviation:.3g} mrad"
-    return f"{requirement.deviation:.3g} rad"
+    return requirement.in_units(classification.lines.length)
 
 
 def nearest(classification: Classification) -> list[tuple[str, list[tuple[str, str]]]]:

@@ -4,6 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+_PARTS_OF_A_POSE = {
+    "ik_position": "a position",
+    "ik_position_pitch": "a position and a pitch",
+    "ik_position_direction": "a position and a direction",
+}
+"""Tasks of arms that reach no whole pose, with their targets."""
+
 
 def no_inverse(robot: Any) -> tuple[str, str]:
     """The reason that the manifest states, and the methods that solve the same problem.
@@ -19,7 +26,9 @@ def no_inverse(robot: Any) -> tuple[str, str]:
         "actuators": "actuators, which takes the joints of the main chain",
         "ik_numeric": "ik_numeric, which finds one solution by iteration",
     }
-    found = [text for name, text in substitutes.items() if name in dir(robot)]
+    tasks = [name for name in robot.functions if name in _PARTS_OF_A_POSE]
+    found = [f"{name}, which takes {_PARTS_OF_A_POSE[name]}" for name in tasks]
+    found += [text for name, text in substitutes.items() if name in dir(robot)]
     reason = "its loops are solved by iteration" if robot._is_iterated else robot._no_inverse
     return reason, "; ".join(found)
 

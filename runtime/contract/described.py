@@ -19,6 +19,7 @@ from ..errors import CacheError, DerivationError, UnknownRobotError
 from .library import cache_folder
 
 _COMPILER = "chasles.derive"
+# A xacro file or an MJCF model may include other files, which only the compiler can find.
 _SUFFIXES = (".toml", ".urdf")
 
 
@@ -31,30 +32,36 @@ def shelf() -> dict[str, Path]:
 
 def is_description(path: Path) -> bool:
     """Whether a path names a description, a robot file or a URDF, rather than a folder."""
-    return path.suffix in _SUFFIXES and not path.is_dir()
+    return path.suffix.lower() in _SUFFIXES and not path.is_dir()
 
 
 def derived_folder(description: Path) -> Path:
     """The generated folder of a description, derived first if the cache has none.
 
     Args:
-        description: A robot file (.toml), or a URDF with one root and one leaf (.urdf).
+        description: A robot file (.toml), or a URDF (.urdf) of one robot.
 
     Returns:
         The folder in the cache.
 
     Raises:
-        UnknownRobotError: If the description cannot be read.
+        UnknownRobotError: If the description cannot be read, or describes several robots.
         DerivationError: If the compiler is not installed or refuses the description.
         CacheError: If the cache cannot be written to, or holds a damaged folder.
     """
     home = _home(description)
     if not home.is_dir():
         _derive(description, home)
-    manifests = list(home.glob("*/manifest.json"))
-    if not manifests:
+    robots = sorted(manifest.parent for manifest in home.glob("*/manifest.json"))
+    if not robots:
         raise CacheError(f"{home}: holds no robot any more; delete this folder")
-    return manifests[0].parent
+    if len(robots) > 1:
+        names = ", ".join(robot.name for robot in robots)
+        raise UnknownRobotError(
+            f"{description}: describes several robots ({names}); derive them into a folder, by "
+            f"chasles-derive {description} --to robots, and load ./robots/{robots[0].name}"
+        )
+    return robots[0]
 
 
 def is_of_shelf(folder: Path) -> bool:
@@ -89,7 +96,7 @@ def _contents(description: Path) -> list[bytes]:
         content = description.read_bytes()
     except OSError as error:
         raise UnknownRobotError(f"{description}: cannot be read ({error.strerror})") from error
-    if description.suffix != ".toml":
+    if description.suffix.lower() != ".toml":
         return [content]
     # Robots that are generated along need no reader of TOML.
     import tomllib  # noqa: PLC0415

@@ -87,7 +87,8 @@ class NumericSolution(NamedTuple):
     def __str__(self) -> str:
         """The result in a sentence."""
         if self.success.ndim == 0:
-            return f"{self.reason} after {self.iterations} iterations, residual {self.residual:.3g}"
+            steps = f"{self.iterations} iteration{'' if self.iterations == 1 else 's'}"
+            return f"{self.reason} after {steps}, residual {self.residual:.3g}"
         counts = np.bincount(self.ending.reshape(-1), minlength=len(REASONS))
         of = [f"{n} {name}" for n, name in zip(counts, REASONS, strict=True) if n]
         worst = np.nanmax(self.residual, initial=0.0)

@@ -95,6 +95,19 @@ def test_unknown_robots_are_listed():
     assert f"expected a robot file, or one of {', '.join(ALL)}" in done.output
 
 
+@pytest.mark.parametrize("name", ["panda.urdf", "robots/panda"])
+def test_files_that_are_missing(name):
+    done = run(name, "--explain")
+    assert done.exit_code == 1
+    assert done.output.strip() == f"{name}: no such file"
+
+
+def test_a_robot_asked_for_twice_is_derived_once(arm, tmp_path):
+    done = run(arm, arm, "--to", tmp_path / "out")
+    assert done.exit_code == 0, done.output
+    assert "1 robot written" in done.output
+
+
 def test_check_sees_a_change_a_missing_and_a_stale_file(arm, tmp_path):
     to = tmp_path / "out"
     assert run(arm, "--to", to).exit_code == 0

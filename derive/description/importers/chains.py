@@ -38,7 +38,7 @@ class LinkedBodies(Protocol):
 
 def is_imported(file: Path) -> bool:
     """Whether a file's ending is that of a URDF, a xacro file or an MJCF model."""
-    return file.suffix in SUFFIXES
+    return file.suffix.lower() in SUFFIXES
 
 
 def from_file(
@@ -86,7 +86,7 @@ def opened(file: Path, arguments: Sequence[str] = ()) -> LinkedBodies:
     if arguments:
         expected = "a xacro file: no other takes arguments"
         raise DescriptionError(str(file), None, "", arguments[0], expected)
-    if file.suffix == ".xml" and not is_urdf(read_text(file)):
+    if file.suffix.lower() == ".xml" and not is_urdf(read_text(file)):
         return MjcfFile(file)
     return UrdfFile(str(file), read_text(file))
 

@@ -96,8 +96,11 @@ def _arm(robot: Described, file: Path) -> Robot:
         turning = all(j.kind == "revolute" and not j.mimic and j.direction == 1 for j in moving)
         if turning and len(moving) == len(LINKS) == last - first + 1:
             return robot
-    expected = "expected a UR arm, six revolute joints in series"
-    raise RobotError(f"{file}: {expected}, for a calibration; {robot.name} is none")
+    expected = "six revolute joints one right after another, with no fixed joint between them"
+    raise RobotError(
+        f"{file}: belongs to a UR arm, of {expected}; {robot.name} is none (the shelf has ur5, "
+        "ur5e and others)"
+    )
 
 
 def _placed(joint: Joint, pose: LinkPose) -> Joint:

@@ -21,7 +21,7 @@ NEEDS_XACRO = "the package xacro, to expand it (pip install 'chasles[files]')"
 
 def is_xacro(file: Path) -> bool:
     """Whether a file's name says that it is xacro."""
-    return file.suffix == ".xacro"
+    return file.suffix.lower() == ".xacro"
 
 
 def expanded(file: Path, arguments: Sequence[str]) -> str:

@@ -1,1 +1,1 @@
-"""Six revolute axes of any geometry: the equations of Raghavan and Roth as eigenvalues."""
+"""Six revolute axes of any geometry: the roots of a determinant (Raghavan and Roth)."""

@@ -8,6 +8,10 @@ import numpy as np
 from ...model.tolerances import MEASURED_STRUCTURE
 from .lines import Lines
 
+SMALL_ANGLE = 0.1
+"""Radian, below which an angle is said in milliradians."""
+_MILLI = 1e3
+
 
 @dataclass(frozen=True)
 class Requirement:
@@ -29,6 +33,14 @@ class Requirement:
     parallel: tuple[int, ...] = ()
     meeting: tuple[int, ...] = ()
     parts: tuple["Requirement", ...] = ()
+
+    def in_units(self, length: float) -> str:
+        """The finite deviation of an arm of this length [m], in millimetres or radians."""
+        if self.is_length:
+            return f"{_MILLI * self.deviation * (length or 1.0):.3g} mm"
+        if self.deviation < SMALL_ANGLE:
+            return f"{_MILLI * self.deviation:.3g} mrad"
+        return f"{self.deviation:.3g} rad"
 
 
 def revolute(lines: Lines, indices: Iterable[int]) -> Requirement:

@@ -247,7 +247,10 @@ class Clusters:
         if at_reference == 0:
             # The far ends of struts have no name in the description.
             names = ", ".join(edge.name for edge in edges if "." not in edge.name)
-            raise RobotError(f"the loop of {names} does not close at the reference, or not clearly")
+            raise RobotError(
+                f"the loop of {names} does not close at the reference, or is at a dead point there:"
+                " choose a reference at which it closes and can move"
+            )
         return at_reference
 
     def distance(

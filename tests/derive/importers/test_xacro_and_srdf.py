@@ -92,6 +92,8 @@ def test_one_robot_for_each_arm_and_each_named_tip(arm, tmp_path):
     done = run(arm, "reach:=0.25", "--to", tmp_path / "out")
     assert done.exit_code == 0, done.output
     assert names(tmp_path / "out") == ["duo_left_tool0", "duo_right_tool0"]
+    said = run(arm, "--explain").output
+    assert said.count("\nduo left_tool0\n===") == said.count("\nduo right_tool0\n===") == 1
     done = run(arm, "--to", tmp_path / "tips", "--tip", "left_link", "--tip", "right_tool0")
     assert done.exit_code == 0, done.output
     assert names(tmp_path / "tips") == ["duo_left_link", "duo_right_tool0"]

@@ -107,6 +107,22 @@ def test_wrong_descriptions(arm, tmp_path, cache):
     with pytest.raises(chasles.DerivationError, match="a choice of the base link"):
         chasles.load(fork)
     assert derived(cache) == []
+    two = tmp_path / "two.urdf"
+    more = URDF.replace('name="lid"', 'name="flap"').replace('"lid"', '"flap"')
+    two.write_text(
+        URDF.replace(
+            "</robot>",
+            more.split('<link name="base"/>')[1].replace(
+                'joint name="hinge"', 'joint name="second"'
+            ),
+        )
+    )
+    for _ in range(2):
+        with pytest.raises(
+            chasles.UnknownRobotError, match=r"\(hinge_flap, hinge_lid\); derive them"
+        ):
+            chasles.load(two)
+    shutil.rmtree(cache)
     with pytest.raises(chasles.UnknownRobotError, match=r"none.toml: cannot be read \(No such"):
         chasles.load("none.toml")
     with pytest.raises(chasles.UnknownRobotError, match=r"did you mean .*ur10e.*on first use: cr5"):
@@ -115,6 +131,10 @@ def test_wrong_descriptions(arm, tmp_path, cache):
     other.write_text(ARM)
     with pytest.raises(chasles.UnknownRobotError, match=r"expected a description, .toml or .urdf"):
         chasles.load(other)
+    for name in ("arm.xacro", "arm.xml"):
+        (tmp_path / name).write_text(URDF)
+        with pytest.raises(chasles.UnknownRobotError, match="chasles-derive FILE --to robots"):
+            chasles.load(tmp_path / name)
 
 
 def test_processes_that_load_a_new_robot_at_once(arm, cache):

@@ -255,6 +255,10 @@ def test_one_pose_gives_scalars(ur5e):
     assert found.reason == "converged"
     assert np.ndim(found.residual) == np.ndim(found.iterations) == np.ndim(found.restarts) == 0
     assert str(found).startswith(f"converged after {found.iterations} iterations, residual ")
+    assert found.iterations > 1
+    assert str(ur5e.ik_numeric(ur5e.fk(found.q), found.q)).startswith(
+        "converged after 1 iteration,"
+    )
 
 
 def test_poses_and_seeds_of_any_layout(ur5e):
