@@ -107,7 +107,7 @@ def test_no_solution_of_what_is_no_pose(case):
     assert arm.ik(T.astype(np.float32), *given).valid.any(-1).all()
     off = T.copy()
     off[:, 0, 0] += 1e-3
-    with pytest.raises(chasles.InputValueError, match="no rigid pose|no rotation|off by"):
+    with pytest.raises(chasles.InputValueError, match="off by"):
         arm.ik(off, *given)
     T[0], T[1, 0, 3] = np.nan, 100.0
     solutions = arm.ik(T, *given)
