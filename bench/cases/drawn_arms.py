@@ -166,8 +166,13 @@ class Derived(Case):
 
 
 def cases_of(robot: Robot) -> list[Derived]:
-    """Every inverse of a serial robot that its structure gives, as a case each."""
+    """Every inverse of a serial robot that its structure gives, as a case each.
+
+    An arm that nearly has a structure is solved by compiled C alone, from its nominal inverse.
+    """
     found = inverses(robot, Terms({p.symbol: p.value for p in robot.parameters}))
+    if found.polished is not None:
+        return []
     return [
         Derived(robot.title or robot.name, name, described=robot, inverses=found)
         for name in found.solved

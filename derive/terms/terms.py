@@ -92,6 +92,10 @@ class Terms:
         """Whether an expression is a constant other than 0, at the default of every parameter."""
         return self.is_constant(expression) and self.value(expression) != 0
 
+    def is_noise(self, expression: sp.Expr) -> bool:
+        """Whether an expression is a constant other than 0 whose square counts as 0."""
+        return self.is_never_zero(expression) and bool(self.value(expression) ** 2 <= ROUNDING)
+
     def cos_sin(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
         """Named cosine and sine of an angle; right angles in a sum are taken out exactly.
 

@@ -114,3 +114,9 @@ def test_a_slot_keeps_its_second_sign_until_two_solutions_meet(chain):
         followed += steady.sum()
         assert (second[1:] == second[:-1])[steady].all()
     assert followed > 0.9 * PATHS * STEPS
+
+
+def test_a_constant_that_is_noise_is_no_divisor():
+    """The squares of a vector of 1e-17 are 0, and its direction is any."""
+    for case in cases_of(random_arm(20715)):
+        clean(case, 20715)

@@ -54,7 +54,9 @@ def direction_of(
     terms: Terms, x: sp.Expr, y: sp.Expr, *, sure: bool = False
 ) -> tuple[CosSin, sp.Expr, sp.Expr]:
     """:func:`direction`, the square of the vector's length and the inverse of the length."""
-    x, y = terms.let(x), terms.let(y)
+    x, y = (terms.let(entry) for entry in (x, y))
+    # Squares of noise would vanish from a sum that is divided by.
+    x, y = (sp.S.Zero if terms.is_noise(entry) else entry for entry in (x, y))
     if not sure and not (terms.is_never_zero(x) or terms.is_never_zero(y)):
         x = terms.let(x + DIRECTION_FLOOR)
     squared = terms.let(x**2 + y**2)
