@@ -115,9 +115,7 @@ def _by_nominal(
     return None
 
 
-def led(
-    classification: Classification, nominal: Solved, general: tuple[Table, ...]
-) -> Inverses:
+def led(classification: Classification, nominal: Solved, general: tuple[Table, ...]) -> Inverses:
     """The inverse of an arm that is led from the task ``ik`` of its nominal arm."""
     start = as_start(nominal)
     inverse = polished_inverse(classification, nominal.function, general)

@@ -17,7 +17,8 @@ from .sections import summary
 from .written import GENERAL, table_lines, written_file
 
 SUPPORTS = tuple(
-    f"chasles_polish{part}.h" for part in ("", "_general", "_lanes", "_steps", "_search", "_tolerances")
+    f"chasles_polish{part}.h"
+    for part in ("", "_general", "_lanes", "_steps", "_search", "_tolerances")
 )
 
 

@@ -64,7 +64,7 @@ def _source(robot: Described, function: WrittenFunction) -> str:
 def table_lines(
     robot: Described, kind: str, name: str, calls: Sequence[str], tables: Sequence[Table]
 ) -> list[str]:
-    """The definition of a constant structure: the functions of the robot that it holds, then tables."""
+    """The definition of a constant structure: functions of the robot, then tables."""
     fields = [f"  {robot.name}_{called}," for called in calls]
     fields += [line for values in tables for line in _field(values)]
     return [f"static const {kind} {name} = {{", *fields, "};\n"]

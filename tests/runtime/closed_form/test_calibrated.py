@@ -65,7 +65,7 @@ def test_valid_is_true_and_nothing_is_lost(case):
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (300, arm.n))
     solutions = arm.ik(*asked(arm, q))
     assert (solutions.count > 0).all()
-    assert found(arm, solutions, q).mean() > 0.98
+    assert found(arm, solutions, q).mean() > 0.996
     wanted = np.broadcast_to(arm.fk(q)[:, None], (*solutions.valid.shape, 4, 4))
     for row, T in zip(solutions.q[solutions.valid], wanted[solutions.valid], strict=True):
         assert np.abs(fk(row) - T).max() < TRUE
@@ -104,7 +104,10 @@ def test_no_solution_of_what_is_no_pose(case):
     arm, _ = case
     q = np.random.default_rng(3).uniform(-1, 1, (10, arm.n))
     T, *given = asked(arm, q)
-    assert not arm.ik(T.astype(np.float32).astype(float), *given).valid.any()
+    stretched = T.copy()
+    stretched[:, :3, :3] *= 1.001
+    with pytest.raises(chasles.errors.InputValueError, match="no rotation"):
+        arm.ik(stretched, *given)
     T[0], T[1, 0, 3] = np.nan, 100.0
     solutions = arm.ik(T, *given)
     assert np.isnan(solutions.residual[0]).all()

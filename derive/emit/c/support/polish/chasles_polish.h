@@ -88,7 +88,7 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
     s.in = in, s.q = q, s.residual = residual, s.margin = margin, s.waiting = s.ways = 0;
     POLISH_NAME(mark)(&s);
 #if POLISH_IS_GENERAL
-    if (POLISH_DEVIATION > POLISH_APART) {
+    if (POLISH_ASKED_FIRST) {
         if (!POLISH_NAME(is_doubtful)(&s, &start, (const double *)least) ||
             !POLISH_NAME(is_rigid)(in) || (POLISH_NAME(ask)(&s, &start) && s.count > 0))
             return;
@@ -120,7 +120,7 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
     if (s.waiting > 0)
         POLISH_NAME(follow)(&s);
 #if POLISH_IS_GENERAL
-    if (POLISH_DEVIATION <= POLISH_APART && POLISH_NAME(is_short)(&s, &start))
+    if (!(POLISH_ASKED_FIRST) && POLISH_NAME(is_short)(&s, &start))
         POLISH_NAME(ask)(&s, &start);
 #endif
 }

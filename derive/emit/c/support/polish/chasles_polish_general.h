@@ -1,6 +1,6 @@
-/* The solutions of the arm as a general one, in the slots of the branches to which they are nearest;
- * part of chasles, the same for every robot whose inverse is led from a nominal arm. Included by
- * chasles_polish.h, once for each robot that the general solver takes.
+/* The solutions of the arm as a general one, in the slots of the branches to which they are
+ * nearest; part of chasles, the same for every robot whose inverse is led from a nominal arm.
+ * Included by chasles_polish.h, once for each robot that the general solver takes.
  */
 /* The sum of the squares of differences between two configurations (rad^2). */
 static double POLISH_NAME(apart2)(const double *a, const double *b)
