@@ -6,7 +6,7 @@ ends on the true arm, by ``chasles_polish.h``.
 
 from dataclasses import replace
 
-from ..terms.symbolic_function import SymbolicFunction, WrittenFunction
+from ..terms.symbolic_function import SymbolicFunction, Table, WrittenFunction
 from .classify import Classification
 from .tasks.task import Solved
 
@@ -41,7 +41,9 @@ def as_start(nominal: Solved) -> Solved:
     return replace(nominal, function=start)
 
 
-def polished_inverse(classification: Classification, nominal: SymbolicFunction) -> WrittenFunction:
+def polished_inverse(
+    classification: Classification, nominal: SymbolicFunction, general: tuple[Table, ...]
+) -> WrittenFunction:
     """The function ``ik`` of an arm that nearly has a structure.
 
     Its slots are those of the nominal arm, and behind them ``FURTHER`` for solutions that the true
@@ -50,6 +52,8 @@ def polished_inverse(classification: Classification, nominal: SymbolicFunction) 
     Args:
         classification: The structure, and how far the axes are from it.
         nominal: The task ``ik`` of the nominal arm.
+        general: The tables by which the arm is solved as a general one where branches are unsure;
+            empty where it cannot be.
     """
     lines, found = classification.lines, classification.found
     deviation = 0.0 if found is None else found.deviation
@@ -76,7 +80,7 @@ def polished_inverse(classification: Classification, nominal: SymbolicFunction) 
             ),
         ),
         SOLVER,
-        (is_free, turns, lines.length or 1.0, deviation),
+        (is_free, turns, lines.length or 1.0, deviation, general),
         CALLS,
         slots,
         OPERATIONS * nominal.branches,

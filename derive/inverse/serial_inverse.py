@@ -11,13 +11,13 @@ from dataclasses import dataclass, replace
 
 from ..model.robot import Robot
 from ..model.tolerances import LED
-from ..terms.symbolic_function import SymbolicFunction, WrittenFunction
+from ..terms.symbolic_function import SymbolicFunction, Table, WrittenFunction
 from ..terms.terms import Terms
 from .chain_solution import pose_task
 from .classify import Classification, classify
 from .families import FAMILIES
 from .families.family import Family
-from .general.general_inverse import GeneralInverse, general_inverse
+from .general.general_inverse import GeneralInverse, general_inverse, general_tables
 from .led import share_led
 from .nominal import nominal_of
 from .polished_inverse import as_start, polished_inverse
@@ -110,14 +110,15 @@ def _by_nominal(
         exact = Lines(lines.terms, axes_of(nominal, lines.terms))
         solved = pose_task(nominal, exact, found)
         if share_led(robot, lines, solved.function, len(found.given)) >= LED:
-            return led(replace(classification, found=found, missing=""), solved)
+            fitting = replace(classification, found=found, missing="")
+            return led(fitting, solved, general_tables(robot, found.given))
     return None
 
 
-def led(classification: Classification, nominal: Solved) -> Inverses:
+def led(classification: Classification, nominal: Solved, general: tuple[Table, ...]) -> Inverses:
     """The inverse of an arm that is led from the task ``ik`` of its nominal arm."""
     start = as_start(nominal)
-    inverse = polished_inverse(classification, nominal.function)
+    inverse = polished_inverse(classification, nominal.function, general)
     return Inverses(classification, {start.function.name: start}, polished=inverse)
 
 

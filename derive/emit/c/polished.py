@@ -14,10 +14,11 @@ from .header import notice, signature, support
 from .lanes import kernel, offsets, sizes
 from .scalar import branches_flag
 from .sections import summary
-from .written import written_file
+from .written import GENERAL, table_lines, written_file
 
 SUPPORTS = tuple(
-    f"chasles_polish{part}.h" for part in ("", "_lanes", "_steps", "_search", "_tolerances")
+    f"chasles_polish{part}.h"
+    for part in ("", "_general", "_lanes", "_steps", "_search", "_tolerances")
 )
 
 
@@ -32,14 +33,15 @@ def polished_files(derivation: Derivation, programs: Programs) -> dict[str, str]
         for function in derivation.written
         if function.solver == SOLVER
     }
-    return own | ({name: support(name) for name in SUPPORTS} if own else {})
+    general = GENERAL if any(_general(f) for f in derivation.written if f.solver == SOLVER) else ()
+    return own | {name: support(name) for name in ((*SUPPORTS, *general) if own else ())}
 
 
 def _source(derivation: Derivation, function: WrittenFunction, programs: Programs) -> str:
     """The robot's numbers as macros, and the function, behind the functions that it calls."""
     robot = derivation.robot
     nominal, pose = (derivation.function(name) for name in function.calls)
-    is_free, turns, length, deviation = map(_value, function.tables)
+    is_free, turns, length, deviation = map(_value, function.tables[:4])
     own, size, program = f"{robot.name}_{function.name}", sizes(pose), programs.whole[pose.name]
     started = _at("in", nominal.inputs) + _at("out", nominal.outputs)
     macros = {
@@ -72,6 +74,7 @@ def _source(derivation: Derivation, function: WrittenFunction, programs: Program
             on_lanes,
             "#endif",
             *others,
+            *_general_lines(derivation, function),
             '#include "chasles_polish.h"\n',
             *textwrap.wrap(signature(robot.name, function), WIDTH, subsequent_indent="    "),
             "{",
@@ -79,6 +82,31 @@ def _source(derivation: Derivation, function: WrittenFunction, programs: Program
             "}\n",
         ]
     )
+
+
+def _general(function: WrittenFunction) -> tuple[Table, ...]:
+    """The tables of the arm as a general one; empty where it cannot be solved so."""
+    general = function.tables[4]
+    assert isinstance(general, tuple)
+    return general
+
+
+def _general_lines(derivation: Derivation, function: WrittenFunction) -> list[str]:
+    """The arm as a general one. Its solver is written for compilers with vectors alone."""
+    robot, general = derivation.robot, _general(function)
+    if not general:
+        return ["#define POLISH_IS_GENERAL 0"]
+    name = f"{robot.name}_{function.name}_tables"
+    return [
+        "#ifdef __GNUC__",
+        '#include "chasles_general_solutions.h"\n',
+        *table_lines(robot, "chasles_general_arm", name, function.calls[1:], general),
+        "#define POLISH_IS_GENERAL 1",
+        f"#define POLISH_GENERAL {name}",
+        "#else",
+        "#define POLISH_IS_GENERAL 0",
+        "#endif",
+    ]
 
 
 def _at(array: str, values: Sequence[Argument | Result]) -> list[str]:

@@ -44,8 +44,6 @@ def _source(robot: Described, function: WrittenFunction) -> str:
     """
     prefix, solver = f"chasles_{function.solver}", SUPPORTS[function.solver][0]
     table = f"{robot.name}_{function.name}_tables"
-    fields = [f"  {robot.name}_{name}," for name in function.calls]
-    fields += [line for values in function.tables for line in _field(values)]
     copies = [line for argument in function.inputs for line in own_copy(argument)]
     passed = [f"&{table}", *(f"own_{a.name}" for a in function.inputs)]
     passed += [result.name for result in function.outputs]
@@ -53,9 +51,7 @@ def _source(robot: Described, function: WrittenFunction) -> str:
         [
             notice(robot),
             f'#include "{solver}"\n',
-            f"static const {prefix}_arm {table} = {{",
-            *fields,
-            "};\n",
+            *table_lines(robot, f"{prefix}_arm", table, function.calls, function.tables),
             *textwrap.wrap(f"{signature(robot.name, function)}", WIDTH, subsequent_indent="    "),
             "{",
             *copies,
@@ -63,6 +59,15 @@ def _source(robot: Described, function: WrittenFunction) -> str:
             "}\n",
         ]
     )
+
+
+def table_lines(
+    robot: Described, kind: str, name: str, calls: Sequence[str], tables: Sequence[Table]
+) -> list[str]:
+    """The definition of a constant structure: functions of the robot, then tables."""
+    fields = [f"  {robot.name}_{called}," for called in calls]
+    fields += [line for values in tables for line in _field(values)]
+    return [f"static const {kind} {name} = {{", *fields, "};\n"]
 
 
 def _field(values: Table) -> list[str]:

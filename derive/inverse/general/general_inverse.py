@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 
 from ...model.robot import Robot
-from ...terms.symbolic_function import WrittenFunction
+from ...terms.symbolic_function import Table, WrittenFunction
 from . import written_inverse
 from .raghavan_roth import JOINTS, is_fit, numbers
-from .split_choice import Choice, choose
+from .split_choice import Choice, choice_at, choose
 
 
 @dataclass(frozen=True)
@@ -51,6 +51,19 @@ def general_inverse(robot: Robot) -> GeneralInverse | None:
         _steps(robot, choice),
         given,
     )
+
+
+def general_tables(robot: Robot, given: tuple[int, ...]) -> tuple[Table, ...]:
+    """The tables by which an arm is solved as a general one, none where it cannot be.
+
+    Args:
+        robot: The description.
+        given: Indices of the joints that are given: none of six joints, one of seven.
+    """
+    if len(given) > 1 or not is_fit(robot, JOINTS + len(given)):
+        return ()
+    choice = choice_at(numbers(robot), given[0] if given else None)
+    return () if choice is None else written_inverse.tables(robot, choice)
 
 
 def _steps(robot: Robot, choice: Choice) -> tuple[str, ...]:

@@ -105,10 +105,15 @@ def choose(constants: Sequence[Array]) -> Choice | None:
         constants: The placements before, between and behind its joints, as floats.
     """
     givens = [None] if len(constants) == JOINTS + 1 else range(len(constants) - 1)
-    choices = [Choice(given, _ratings(constants, given)) for given in givens]
-    found = [choice for choice in choices if choice.ratings and choice.good > 0]
+    found = [choice for given in givens if (choice := choice_at(constants, given))]
     # Of equals the joint nearest to the tool is given: an operator sets it most easily.
     return max(reversed(found), key=lambda c: (c.good, c.ratings[0].key), default=None)
+
+
+def choice_at(constants: Sequence[Array], given: int | None) -> Choice | None:
+    """The splits where the joint of this index is given, or None where none is good."""
+    choice = Choice(given, _ratings(constants, given))
+    return choice if choice.ratings and choice.good > 0 else None
 
 
 def without(constants: Sequence[Array], given: int | None, angle: float) -> list[Array]:

@@ -14,6 +14,8 @@
  *   POLISH_LENGTH              the arm's length (metre), which compares lengths with angles
  *   POLISH_DEVIATION           between axes of the two arms (radian, parts of the length)
  *
+ *   POLISH_IS_GENERAL          whether POLISH_GENERAL is the arm as a general one, whose solver
+ *                              (chasles_general_solutions.h) tells what branches are unsure of
  *   POLISH_ON_LANES            whether chasles_lanes.h was included before: a branch a lane
  *
  * Newton's step from q is dq = J^T (J J^T + lambda 1)^-1 e, with e the twist from the tool to the
@@ -34,6 +36,9 @@
 
 #include "chasles_polish_steps.h"
 #include "chasles_polish_search.h"
+#if POLISH_IS_GENERAL
+#include "chasles_polish_general.h"
+#endif
 
 /* Lines of poses on which to look for further solutions near a branch, 0 where there are none.
  *
@@ -82,6 +87,13 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
     }
     s.in = in, s.q = q, s.residual = residual, s.margin = margin, s.waiting = s.ways = 0;
     POLISH_NAME(mark)(&s);
+#if POLISH_IS_GENERAL
+    if (POLISH_ASKED_FIRST) {
+        if (!POLISH_NAME(is_doubtful)(&s, &start, (const double *)least) ||
+            !POLISH_NAME(is_rigid)(in) || (POLISH_NAME(ask)(&s, &start) && s.count > 0))
+            return;
+    }
+#endif
     for (int k = 0; k < POLISH_SLOTS; k++) {
         const double *pivots = (const double *)least[k / LANES] + k % LANES;
         int ways = POLISH_NAME(lines)(start.residual[k], residual[k], s.taken[k], pivots);
@@ -107,6 +119,10 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
         POLISH_NAME(around)(&s, is_unsure);
     if (s.waiting > 0)
         POLISH_NAME(follow)(&s);
+#if POLISH_IS_GENERAL
+    if (!(POLISH_ASKED_FIRST) && POLISH_NAME(is_short)(&s, &start))
+        POLISH_NAME(ask)(&s, &start);
+#endif
 }
 
 #undef POLISH_NAME
@@ -120,6 +136,8 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
 #undef POLISH_TURNS
 #undef POLISH_LENGTH
 #undef POLISH_DEVIATION
+#undef POLISH_IS_GENERAL
+#undef POLISH_GENERAL
 #undef POLISH_ON_LANES
 #undef POLISH_ROWS
 #undef POLISH_HALF

@@ -45,6 +45,18 @@
  * arm. More where few poses are so near, up to 0.01 rad. */
 #define POLISH_UNSURE \
     (POLISH_DEVIATION > 2.5e-3 ? 4.0 : POLISH_DEVIATION < 2.5e-4 ? 40.0 : 0.01 / POLISH_DEVIATION)
+/* The same where the general solver is asked, which costs less than a search. */
+#define POLISH_DOUBT (0.75 * POLISH_UNSURE)
+/* The same at a branch that does not reach the pose, and is singular anyway: so small it is where a
+ * second singularity is near, which moves the first. */
+#define POLISH_DOUBT_BEYOND (0.25 * POLISH_UNSURE)
+/* Residual up to which a branch that is no solution may become a pair of them: the iteration slows
+ * down where it has to pass a fold. */
+#define POLISH_NEARLY POLISH_DEVIATIONS(0.4)
+/* Whether the general solver is asked before a search: near a singularity of an arm that is nearer
+ * to its structure than a measured one, roots of its determinant run together, and a search costs
+ * less; but where the arm is so near that few poses are in doubt, the cost does not show. */
+#define POLISH_ASKED_FIRST (POLISH_DEVIATION > 1e-3 || POLISH_DEVIATION < 1e-6)
 /* Size of the displacements of poses around, in deviations: more than the arms differ by. */
 #define POLISH_AROUND 2.5
 /* Half the length of a line of poses, in deviations: at its ends the nominal arm is as far from a

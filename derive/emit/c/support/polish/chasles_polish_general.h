@@ -1,0 +1,94 @@
+/* The solutions of the arm as a general one, in the slots of the branches to which they are
+ * nearest; part of chasles, the same for every robot whose inverse is led from a nominal arm.
+ * Included by chasles_polish.h, once for each robot that the general solver takes.
+ */
+/* The sum of the squares of differences between two configurations (rad^2). */
+static double POLISH_NAME(apart2)(const double *a, const double *b)
+{
+    double sum = 0.0;
+    for (int i = 0; i < POLISH_N; i++) {
+        const double apart = chasles_general_wrapped(a[i] - b[i]);
+        sum += apart * apart;
+    }
+    return sum;
+}
+
+/* Keeps a further solution in the slot that holds it less exactly, else in the one without a
+ * solution whose nominal branch is nearest, else in a further one. */
+static void POLISH_NAME(place)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start,
+                               const double *q, double residual)
+{
+    double least = INFINITY, least_free = INFINITY;
+    int branch = 0, slot = -1, same = -1;
+    for (int k = 0; k < POLISH_SLOTS; k++) {
+        const double apart2 = POLISH_NAME(apart2)(q, start->q + POLISH_N * k);
+        if (apart2 < least)
+            least = apart2, branch = k;
+        if (!s->taken[k] && apart2 < least_free)
+            least_free = apart2, slot = k;
+    }
+    for (int k = 0; k < POLISH_RESULTS; k++) {
+        if (!s->taken[k] && POLISH_NAME(same)(q, s->q + POLISH_N * k))
+            same = k;
+        if (!s->taken[k] && slot < 0)
+            slot = k;
+    }
+    slot = same < 0 ? slot : same;
+    if (slot < 0)
+        return;
+    memcpy(s->q + POLISH_N * slot, q, POLISH_N * sizeof *q);
+    s->residual[slot] = residual;
+    s->margin[slot] = start->margin[branch];
+    s->taken[slot] = 1;
+    s->count++;
+}
+
+/* Whether solutions are missing: they come in pairs and, off singularities, are as many as the
+ * nominal arm's. */
+static int POLISH_NAME(is_short)(const POLISH_NAME(search) * s, const POLISH_NAME(slots) * start)
+{
+    int reached = 0;
+    for (int k = 0; k < POLISH_SLOTS; k++)
+        reached += start->residual[k] < POLISH_FOLD;
+    return s->count == 0 || s->count % 2 || s->count < reached;
+}
+
+/* Whether the branches may not be all solutions. `least` holds the least pivots of each branch. */
+static int POLISH_NAME(is_doubtful)(const POLISH_NAME(search) * s, const POLISH_NAME(slots) * start,
+                                    const double *least)
+{
+    const double singular = POLISH_DOUBT * POLISH_DEVIATION;
+    const double twice = POLISH_DOUBT_BEYOND * POLISH_DEVIATION;
+    for (int k = 0; k < POLISH_SLOTS; k++) {
+        const double pivot = least[2 * LANES * (k / LANES) + k % LANES];
+        if (s->taken[k] && pivot < singular * singular)
+            return 1;
+        if (s->taken[k] || !(start->residual[k] < POLISH_START))
+            continue;
+        if (s->residual[k] < POLISH_NEARLY || pivot < twice * twice)
+            return 1;
+        if (start->residual[k] < POLISH_REACH && s->residual[k] < 0.5 * start->residual[k])
+            return 1;
+    }
+    return POLISH_NAME(is_short)(s, start);
+}
+
+/* Adds the solutions of the general solver that no slot holds; whether they surely are all. */
+static int POLISH_NAME(ask)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start)
+{
+    chasles_general_six six;
+    chasles_general_found found;
+    double q[POLISH_N];
+    for (int i = 0; i < POLISH_INPUTS; i++) {
+        if (!isfinite(s->in[i]))
+            return 0;
+    }
+    chasles_general_set(&POLISH_GENERAL, POLISH_INPUTS > 16 ? s->in[POLISH_INPUTS - 1] : 0.0, &six);
+    const int is_sure = chasles_general_by_splits(&six, s->in, &found);
+    for (int k = 0; k < found.count; k++) {
+        chasles_general_joints(&six, found.q[k], q);
+        if (!POLISH_NAME(known)(s, q))
+            POLISH_NAME(place)(s, start, q, found.residual[k]);
+    }
+    return is_sure;
+}
