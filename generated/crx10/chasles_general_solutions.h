@@ -244,8 +244,9 @@ static void chasles_general_none(const chasles_general_six *six, const double *T
 
 /* Every solution of a pose in sixteen slots: solutions first, by the suppressed joint of the first
  * split. The others hold the nearest answers where there is none, else what is no solution. */
-static void chasles_general_slots(const chasles_general_arm *arm, double value, const double *T,
-                                  double *q, double *residual, double *margin)
+static inline void chasles_general_slots(const chasles_general_arm *arm, double value,
+                                         const double *T, double *q, double *residual,
+                                         double *margin)
 {
     chasles_general_six six;
     chasles_general_found found;
