@@ -84,15 +84,13 @@ class _Arm:
         return T, np.stack(columns, -1)
 
 
-def share_led(robot: Robot, lines: Lines, nominal: SymbolicFunction, given: int) -> float:
+def share_led(robot: Robot, lines: Lines, nominal: SymbolicFunction) -> float:
     """The share of random configurations to which the nominal arm leads.
 
     Args:
         robot: The true arm.
         lines: Its axes.
-        nominal: The task ``ik`` of the nominal arm.
-        given: Number of joints whose values follow the pose among the inputs; where other inputs
-            choose among infinitely many solutions, any solution counts.
+        nominal: The task ``ik`` of the nominal arm; values of given joints follow the pose.
 
     Returns:
         From 0 to 1.
@@ -101,27 +99,21 @@ def share_led(robot: Robot, lines: Lines, nominal: SymbolicFunction, given: int)
     arm = _Arm.of(robot, lines)
     q = rng.uniform(-np.pi, np.pi, (SAMPLES, len(lines.axes)))
     T, _ = arm.pose_jacobian(q)
-    own = q[:, list(nominal.role.given)]
-    others = sum(argument.size for argument in nominal.inputs[1 + given :])
-    asked = np.hstack([own, rng.uniform(-np.pi, np.pi, (SAMPLES, others))])
+    given = q[:, list(nominal.role.given)]
     led = np.zeros(SAMPLES, dtype=bool)
     (kernel,) = lower([nominal], "nominal")
-    for start in _branches(kernel, nominal, T, asked):
+    for start in _branches(kernel, nominal, T, given):
         found, left = _polished(arm, T, start, nominal.role.given)
         apart = np.abs(np.remainder(found - q + np.pi, 2 * np.pi) - np.pi).max(-1)
-        led |= (left < LED_BACK) & ((apart < LED_BACK) | (others > 0))
+        led |= (left < LED_BACK) & (apart < LED_BACK)
     return float(led.mean())
 
 
 def _branches(
-    kernel: ca.Function, nominal: SymbolicFunction, T: FloatArray, asked: FloatArray
+    kernel: ca.Function, nominal: SymbolicFunction, T: FloatArray, given: FloatArray
 ) -> list[FloatArray]:
     """The coordinates (N, n) of every branch."""
-    inputs = [T.reshape(len(T), 16).T]
-    first = 0
-    for argument in nominal.inputs[1:]:
-        inputs.append(asked[:, first : first + argument.size].T)
-        first += argument.size
+    inputs = [T.reshape(len(T), 16).T, *(values[None] for values in given.T)]
     if not nominal.signs:
         return [np.array(kernel(*inputs)[0]).T]
     return [

@@ -109,7 +109,7 @@ def _by_nominal(
         nominal = nominal_of(robot, lines, found)
         exact = Lines(lines.terms, axes_of(nominal, lines.terms))
         solved = pose_task(nominal, exact, found)
-        if share_led(robot, lines, solved.function, len(found.given)) >= LED:
+        if share_led(robot, lines, solved.function) >= LED:
             fitting = replace(classification, found=found, missing="")
             return led(fitting, solved, general_tables(robot, found.given))
     return None

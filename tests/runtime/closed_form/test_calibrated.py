@@ -170,6 +170,6 @@ def test_the_share_that_is_led_falls_with_the_deviation():
         lines, near = classification.lines, classification.near[0]
         nominal = nominal_of(robot, lines, near)
         task = pose_task(nominal, Lines(lines.terms, axes_of(nominal, lines.terms)), near)
-        shares.append(share_led(robot, lines, task.function, 0))
+        shares.append(share_led(robot, lines, task.function))
     assert shares[0] > 0.97
     assert shares[1] < LED
