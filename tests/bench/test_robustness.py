@@ -90,3 +90,21 @@ def test_an_angle_that_no_equation_determines(text):
     assert "the tool moves in fewer directions" in str(explain(robot))
     assert "zoo" not in article
     assert "There is no closed form" in article
+
+
+SURDS = """name = "arm"
+convention = "hayati5"
+[[joints]]
+a = "1/2"
+alpha = "-3*pi/4"
+theta = "-pi/6"
+[[joints]]
+beta = "-5*pi/6"
+d = "2/5"
+theta = "pi/2"
+"""
+"""An entry of a screw is 0, a sum of roots that does not say so."""
+
+
+def test_a_zero_that_does_not_look_like_one_is_printed():
+    assert artifacts(loads(SURDS))["latex/screws.tex"]

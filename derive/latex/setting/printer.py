@@ -9,6 +9,7 @@ from decimal import Decimal
 import sympy as sp
 
 from ...model.cleaning import decimal_places
+from ...model.exact import is_zero
 from ...model.tolerances import GIVEN_DIGITS, PRINTED_DIGITS, RELIABLE_DIGITS
 from .notation import ENTRY, LENGTH, OTHER, TERM, Order
 
@@ -168,7 +169,10 @@ def decimal(value: sp.Expr) -> str:
 
 def cut(value: sp.Expr, digits: int) -> str:
     """The first digits of a number, and dots where digits are left out."""
-    if 0 < abs(value) < SMALL:
+    # A sum of roots may be 0 without SymPy's knowledge; its digits would be none.
+    if is_zero(value):
+        return "0"
+    if abs(value) < SMALL:
         return _with_power(lambda mantissa: cut(mantissa, digits), value)
     text = _plain(value, RELIABLE_DIGITS)
     text = text.rstrip("0").rstrip(".") if "." in text else text
