@@ -45,11 +45,8 @@ def _as_written(job: Job) -> Described:
         robot = opened(job.file, job.arguments).robot(job.base, job.tip, None)
         if not job.suffix:
             return robot
-        name, title = (
-            prefix(f"{robot.name}_{job.suffix}"),
-            f"{robot.title or robot.name} {job.suffix}",
-        )
-        return replace(robot, name=name, title=title)
+        title = f"{robot.title or robot.name} {job.suffix}"
+        return replace(robot, name=prefix(f"{robot.name}_{job.suffix}"), title=title)
     if job.base or job.tip or job.arguments:
         expected = "--base, --tip and arguments belong to URDF, xacro and MJCF files"
         raise RobotError(f"{job.file}: {expected}, of which this is none")

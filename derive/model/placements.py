@@ -76,7 +76,8 @@ def from_xyz_rpy(xyz: Vector, rpy: Vector) -> Placement:
 def align_z(axis: Vector) -> Placement:
     """The rotations Rz(azimuth) Rx(tilt) that carry the z axis onto a direction of any length.
 
-    Where the ratios of its components have many digits, the angles are decimals of 60 digits.
+    Where the ratios of its components have many digits, the angles are decimals
+    of ``AXIS_DIGITS`` digits.
 
     Raises:
         RobotError: The direction is zero or contains a parameter.

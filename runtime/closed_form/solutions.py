@@ -12,7 +12,7 @@ from __future__ import annotations
 import itertools
 import math
 from functools import cache
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, NamedTuple, Self, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -81,7 +81,6 @@ class Solutions(_Fields):
     wraps: ClassVar[tuple[bool, ...]] = ()
     labels: ClassVar[tuple[str, ...]] = ()
     unit: ClassVar[float] = 1.0
-    _kind: ClassVar[Any]
 
     @classmethod
     def judged(cls, q: Any, residual: Any, margin: Any) -> Self:
@@ -106,7 +105,7 @@ class Solutions(_Fields):
         batch = self.valid.shape[:-1]
         if len(index) != len(batch):
             raise InputValueError(f"Solutions.at: expected an index into {batch}, got {index}")
-        return self._derived(type(self), tuple(field[index] for field in self), index)
+        return type(self)(*(field[index] for field in self))
 
     def array(self) -> FloatArray:
         """The valid solutions of one pose, without the other slots.
@@ -169,25 +168,17 @@ class Solutions(_Fields):
         moved = self.q[..., None, :] + _TURN * (first[..., None, :] + offsets)
         q = moved.reshape(*self.q.shape[:-2], slots * len(offsets), n)
         inside = within(q, low, high, self.units())
-        residual, margin, valid = (field[..., order] for field in self[1:])
         unlimited = np.isinf(low) & np.isinf(high)
         kind = solutions_of(
             self.coordinates,
             tuple((wraps & unlimited).tolist()),
             tuple(self.labels[k] for k in order) if self.labels else (),
-            self._kind,
             self.unit,
         )
-        return self._derived(
-            kind,
-            (
-                np.where(inside, np.clip(q, low, high), q),
-                residual,
-                margin,
-                valid & np.asarray(inside.all(-1)),
-            ),
-            np.broadcast_to(order, valid.shape),
-        )
+        clipped = np.where(inside, np.clip(q, low, high), q)
+        residual, margin = self.residual[..., order], self.margin[..., order]
+        valid = self.valid[..., order] & np.asarray(inside.all(-1))
+        return cast(Self, kind(clipped, residual, margin, valid))
 
     def sorted_from(self, seed: ArrayLike) -> Self:
         """The slots in the order of the largest move of a joint, those that are not valid last.
@@ -207,8 +198,8 @@ class Solutions(_Fields):
         order = np.argsort(self._largest_move("sorted_from", seed), axis=-1, kind="stable")
         fields = (np.take_along_axis(field, order, -1) for field in self[1:])
         q = np.take_along_axis(self.q, order[..., None], -2)
-        unlabelled = solutions_of(self.coordinates, self.wraps, (), self._kind, self.unit)
-        return self._derived(unlabelled, (q, *fields), order)
+        unlabelled = solutions_of(self.coordinates, self.wraps, unit=self.unit)
+        return cast(Self, unlabelled._make((q, *fields)))
 
     def distinct(self, tolerance: float = SAME_SOLUTION) -> Self:
         """Keeps the first of slots with the same solution, as they occur at singularities.
@@ -225,7 +216,7 @@ class Solutions(_Fields):
             apart = self._wrapped(self.q[..., :slot, :] - self.q[..., slot, None, :])
             same = (np.abs(apart) <= tolerance * self.units()).all(-1)
             valid[..., slot] &= ~(same & valid[..., :slot]).any(-1)
-        return self._derived(type(self), (*self[:-1], valid), None)
+        return type(self)(*self[:-1], valid)
 
     def nearest(self, seed: ArrayLike) -> FloatArray:
         """The solution with the smallest largest move of a joint; slides count in `unit`.
@@ -288,22 +279,8 @@ class Solutions(_Fields):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickles the facts of its class and the tuple."""
-        facts = (self.coordinates, self.wraps, self.labels, self._kind, self.unit)
+        facts = (self.coordinates, self.wraps, self.labels, self.unit)
         return _restore, (*facts, tuple(self))
-
-    def _derived(
-        self, kind: type[Self], fields: tuple[Any, ...], order: IntArray | tuple[int, ...] | None
-    ) -> Self:
-        """Solutions of new fields.
-
-        Args:
-            kind: Their class.
-            fields: The fields.
-            order: (..., k) the slot of self behind each slot, or the index of their pose; None
-                where nothing moved.
-        """
-        del order
-        return kind(*fields)
 
     def _limits(
         self, lower: ArrayLike | None, upper: ArrayLike | None
@@ -400,19 +377,17 @@ def solutions_of(
     coordinates: tuple[Coordinate, ...],
     wraps: tuple[bool, ...],
     labels: tuple[str, ...] = (),
-    kind: Any = Solutions,
     unit: float = 1.0,
-) -> type[Any]:
+) -> type[Solutions]:
     """The class of solutions in given coordinates, which filters need to know.
 
     Args:
         coordinates: The elements of q.
         wraps: Whether a full turn of each of them leaves the pose unchanged.
         labels: The branch in each slot, () where slots have none.
-        kind: Its base: Solutions, or a class derived from it.
         unit: The robot's unit of length [m].
     """
-    return _made(coordinates, wraps, labels, kind, unit)
+    return _made(coordinates, wraps, labels, unit)
 
 
 @cache
@@ -420,13 +395,11 @@ def _made(
     coordinates: tuple[Coordinate, ...],
     wraps: tuple[bool, ...],
     labels: tuple[str, ...],
-    kind: Any,
     unit: float,
-) -> type[Any]:
-    facts = {"coordinates": coordinates, "wraps": wraps, "labels": labels, "_kind": kind}
-    facts |= {"unit": unit, "TOLERANCE": SOLVED * unit}
-    about = {"__slots__": (), "__module__": kind.__module__, "__doc__": kind.__doc__}
-    return type(kind.__name__, (kind,), about | facts)
+) -> type[Solutions]:
+    facts = {"coordinates": coordinates, "wraps": wraps, "labels": labels, "unit": unit}
+    about = {"__slots__": (), "__module__": __name__, "__doc__": Solutions.__doc__}
+    return type("Solutions", (Solutions,), {**about, **facts, "TOLERANCE": SOLVED * unit})
 
 
 def within(q: FloatArray, lower: FloatArray, upper: FloatArray, units: FloatArray) -> BoolArray:
@@ -446,12 +419,10 @@ def _restore(
     coordinates: tuple[Coordinate, ...],
     wraps: tuple[bool, ...],
     labels: tuple[str, ...],
-    kind: Any,
     unit: float,
     fields: tuple[Any, ...],
 ) -> Solutions:
-    made: Solutions = solutions_of(coordinates, wraps, labels, kind, unit)(*fields)
-    return made
+    return solutions_of(coordinates, wraps, labels, unit)(*fields)
 
 
 def _windings(low: FloatArray, high: FloatArray, wraps: BoolArray) -> IntArray:

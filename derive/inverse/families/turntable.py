@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from ...model.robot import Robot
 from ...model.tolerances import OBLIQUE_AXES, TOOL_ON_AXIS
-from ...terms.symbolic_function import Argument
 from ...terms.terms import Terms
 from ...terms.vectors import IDENTITY, Vector, added, combination, cross, dot, subtracted
 from ..steps.loop_of_three import negative
@@ -36,15 +35,13 @@ from ..tasks.partial_poses import (
     DIRECTION,
     PITCH,
     POSITION,
-    POSITION_ENTRIES,
-    partial_pose,
+    position,
     position_direction,
     position_pitch,
     tool_axis,
     tool_origin,
 )
-from ..tasks.slots import squares
-from ..tasks.task import Solved, Task, TaskInput
+from ..tasks.task import Solved, Task
 from .family import Family
 
 _ARM = 4
@@ -189,15 +186,7 @@ def _with_position(robot: Robot, lines: Lines) -> Solved:
         hand = added(terms, a4.p, rotated(terms, a4.h, bent, lever))
     triangle(work, a2, a3, hand, U)
     _leave(work, lines, _ARM)
-    meaning = "position of the tool in the base frame"
-    return partial_pose(
-        "ik_position",
-        robot,
-        work,
-        TaskInput(Argument("p", POSITION, (3,), "m", meaning), POSITION_ENTRIES),
-        lambda pose: terms.let(sp.sqrt(squares(terms, subtracted(terms, pose[1], POSITION)))),
-        "fk(q[k]) has its origin in p wherever residual[k] is rounding; a fifth joint is 0",
-    )
+    return position(robot, work)
 
 
 def _bent_least(terms: Terms, lines: Lines, lever: Vector, U: Vector) -> FoundTurn:

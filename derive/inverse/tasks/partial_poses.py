@@ -83,15 +83,7 @@ def _by_three_joints(robot: Robot, lines: Lines) -> Solved:
     case.solve(work, arm, tool_origin(robot, terms), POSITION)
     for axis in lines.axes[3:]:
         work.turns[axis.joint] = NO_TURN
-    meaning = "position of the tool in the base frame"
-    return partial_pose(
-        "ik_position",
-        robot,
-        work,
-        TaskInput(Argument("p", POSITION, (3,), "m", meaning), POSITION_ENTRIES),
-        lambda pose: terms.let(sp.sqrt(_squared_distance(terms, pose))),
-        "fk(q[k]) has its origin in p wherever residual[k] is rounding; free joints are 0",
-    )
+    return position(robot, work)
 
 
 def _move_in_space(robot: Robot, lines: Lines) -> bool:
@@ -101,6 +93,20 @@ def _move_in_space(robot: Robot, lines: Lines) -> bool:
 
 
 POSITION_TASK = Task("ik_position", _by_three_joints, _move_in_space)
+
+
+def position(robot: Robot, work: Work) -> Solved:
+    """The task of position, from the joints found for it."""
+    terms = work.terms
+    meaning = "position of the tool in the base frame"
+    return partial_pose(
+        "ik_position",
+        robot,
+        work,
+        TaskInput(Argument("p", POSITION, (3,), "m", meaning), POSITION_ENTRIES),
+        lambda pose: terms.let(sp.sqrt(_squared_distance(terms, pose))),
+        "fk(q[k]) has its origin in p wherever residual[k] is rounding; free joints are 0",
+    )
 
 
 def position_pitch(robot: Robot, work: Work, up: Vector, pitch: CosSin) -> Solved:

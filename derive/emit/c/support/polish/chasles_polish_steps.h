@@ -48,7 +48,7 @@ POLISH_INLINE void POLISH_NAME(evaluate)(const double *T, POLISH_NAME(configurat
 }
 
 /* Solves the symmetric a x = b for right sides b; a is given by its lower half, and x replaces b.
- * Of the pivots, the squares of lengths, the two least are kept. */
+ * Keeps the two least pivots, which are squares of lengths. */
 POLISH_INLINE void POLISH_NAME(solve)(lanes a[POLISH_ROWS][POLISH_ROWS], lanes (*b)[POLISH_ROWS],
                                       int sides, lanes *pivots)
 {
