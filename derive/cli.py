@@ -244,7 +244,7 @@ def _show(results: Iterable["Report"], total: int) -> bool:
         bar = progress.add_task("deriving", total=total)
         for report in results:
             good &= report.good
-            progress.console.print(report.line)
+            progress.console.print(report.line, markup=False)
             progress.advance(bar)
     return good
 

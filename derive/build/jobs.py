@@ -2,6 +2,7 @@
 
 import json
 import time
+import traceback
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
@@ -130,6 +131,9 @@ def _attempt(work: Callable[[Job], Report], job: Job) -> Report:
             return work(job)
     except RobotError as error:
         return Report(False, f"{job.file}: {error}")
+    except Exception:  # A defect of the compiler ends the derivation of one robot, not of all.
+        told = "chasles fails on this file; please report the file with these lines"
+        return Report(False, f"{job.file}: {told}\n{traceback.format_exc()}")
 
 
 def _explain(job: Job) -> Report:

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 import chasles
 from chasles.derive import cli, from_urdf
-from chasles.derive.build import freshness
+from chasles.derive.build import freshness, jobs
 from chasles.derive.build.time_limit import OutOfTime, at_most
 from chasles.derive.cli import app
 
@@ -100,6 +100,25 @@ def test_files_that_are_missing(name):
     done = run(name, "--explain")
     assert done.exit_code == 1
     assert done.output.strip() == f"{name}: no such file"
+
+
+def test_a_defect_of_chasles_ends_one_robot_and_not_the_others(arm, tmp_path, monkeypatch):
+    artifacts = jobs.artifacts
+
+    def fails(robot, functions):
+        if robot.name == "arm":
+            return {}["[/key]"]
+        return artifacts(robot, functions)
+
+    monkeypatch.setattr(jobs, "artifacts", fails)
+    other = arm.with_name("other.toml")
+    other.write_text(ARM.replace('"arm"', '"other"'))
+    done = run(arm, other, "--to", tmp_path / "out")
+    assert done.exit_code == 1
+    assert f"{arm}: chasles fails on this file; please report" in done.output
+    assert "KeyError: '[/key]'" in done.output
+    assert (tmp_path / "out" / "other" / "other.c").is_file()
+    assert not (tmp_path / "out" / "arm").exists()
 
 
 def test_a_robot_asked_for_twice_is_derived_once(arm, tmp_path):
