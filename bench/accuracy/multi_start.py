@@ -331,8 +331,10 @@ class Multistart:
             strut = loop.closer
             if isinstance(strut, Closure) or strut.ends == "ball":
                 continue
-            T = [self.body(frame.body, mode) @ self.pose(frame.placement) for frame in
-                 (strut.a, strut.b)]
+            T = [
+                self.body(frame.body, mode) @ self.pose(frame.placement)
+                for frame in (strut.a, strut.b)
+            ]
             along = self.body(strut.a.body, mode)[:3, :3].T @ (T[1] - T[0])[:3, 3]
             found[strut.swing_name] = float(np.arctan2(along[1], along[0]))
         return found

@@ -205,7 +205,7 @@ def _parallelogram(
 def parallelogram(s: Sketch) -> None:
     """A parallelogram, or the crossed one; now and then on three cranks."""
     pivot, arm = (s.length(150, 400), sp.S.Zero), s.length(100, 300)
-    crank, bar = _parallelogram(s, "a", BASE, ORIGIN, pivot, arm)
+    _, bar = _parallelogram(s, "a", BASE, ORIGIN, pivot, arm)
     s.actuated, s.tools = ["a_crank"], [bar]
     if s.draw.random() < 0.25:
         middle = (pivot[0] / 2, s.length(0, 60))
@@ -349,9 +349,7 @@ def _mechanism(sketch: Sketch, scale: sp.Expr, name: str, tool: str) -> Mechanis
     scaled = _scaled_by(scale)
     return Mechanism(
         name,
-        tuple(
-            replace(j, before=scaled(j.before), after=scaled(j.after)) for j in sketch.joints
-        ),
+        tuple(replace(j, before=scaled(j.before), after=scaled(j.after)) for j in sketch.joints),
         tuple(sketch.actuated),
         closures=tuple(
             replace(c, a=_moved(c.a, scaled), b=_moved(c.b, scaled)) for c in sketch.closures
