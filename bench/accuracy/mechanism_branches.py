@@ -9,8 +9,7 @@ cylinders are of negative length. Mechanisms without a closed form are counted a
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +29,7 @@ AT_DEAD_POINT = 1e-5
 """Margin below which a branch is about to meet another one, and no count is certain."""
 SLOW = 10.0
 """Seconds that a derivation may take."""
+MAPS = ("map", "margin", "branches")
 FAULTS = ("missing", "repeated", "wrong", "not the first", "out of branch", "unlabelled")
 
 
@@ -103,13 +103,25 @@ def run(count: int, first: int) -> int:
     return int(not all(v.is_clean for v in verdicts))
 
 
-def judged(drawn: DrawnMechanism, seed: int, inputs: int = INPUTS) -> Verdict:
-    """The verdict on a mechanism, after deriving, writing and loading it."""
+def judged(
+    drawn: DrawnMechanism, seed: int, inputs: int = INPUTS, is_short: bool = False
+) -> Verdict:
+    """The verdict on a mechanism, after deriving, writing and loading it.
+
+    Args:
+        drawn: The mechanism.
+        seed: Its number.
+        inputs: Number of inputs.
+        is_short: Whether only the maps are written and compiled.
+    """
     verdict = Verdict(seed, drawn.family)
     try:
         begin = time.perf_counter()
         derivation = derive(drawn.mechanism)
         verdict.seconds = time.perf_counter() - begin
+        if is_short:
+            maps = (f for f in derivation.functions if f.role.name in MAPS)
+            derivation = replace(derivation, functions=tuple(maps), inverse=None)
         with tempfile.TemporaryDirectory() as folder:
             put(files_of(derivation), Path(folder))
             robot = chasles.load(folder)
@@ -222,8 +234,3 @@ def _distinct(
         if _match(numbers, names, values, kept, [0] * len(kept)) is None:
             kept.append(mode)
     return kept
-
-
-def lines(verdicts: list[Verdict]) -> Iterator[str]:
-    """The verdicts that are not clean, in words."""
-    return (str(verdict) for verdict in verdicts if not verdict.is_clean)

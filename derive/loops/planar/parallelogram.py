@@ -59,7 +59,10 @@ class Parallelogram(PlanarStep):
 
     title: ClassVar[str] = "a parallelogram"
     branches: ClassVar[Mapping[int, str]] = FIGURES
-    reason: ClassVar[str] = "Opposite sides are of equal length and stay parallel."
+    reason: ClassVar[str] = (
+        "Opposite sides are of equal length and stay parallel; the crossed figure with these sides"
+        " is another branch."
+    )
 
     @classmethod
     def join(cls, clusters: Clusters) -> bool:
