@@ -119,7 +119,7 @@ def judged(
         begin = time.perf_counter()
         derivation = derive(drawn.mechanism)
         verdict.seconds = time.perf_counter() - begin
-        if is_short:
+        if is_short and not derivation.hybrid.forward.open:
             maps = (f for f in derivation.functions if f.role.name in MAPS)
             derivation = replace(derivation, functions=tuple(maps), inverse=None)
         with tempfile.TemporaryDirectory() as folder:
