@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from . import check, count, document
-from .accuracy import cleaned_files, field, general_arms, losses, misses
+from .accuracy import cleaned_files, field, general_arms, losses, mechanism_branches, misses
 from .cases.poses import CASES
 from .measures import derivation
 from .peers.forward import absent
@@ -20,6 +20,7 @@ DERIVATION = "derivation"
 ARMS = 50
 """Number of random arms, of which about a sixth have a structure."""
 MUTANTS = 200
+MECHANISMS = 500
 
 
 def main() -> int:
@@ -37,6 +38,8 @@ def main() -> int:
         return general_arms.run(options)
     if options.command == "losses":
         return losses.run(options.arms, options.first)
+    if options.command == "mechanisms":
+        return mechanism_branches.run(options.count, options.first)
     if options.command == "mutants":
         return cleaned_files.run(options.urdfs, options.count)
     if options.command == "robust":
@@ -96,6 +99,9 @@ def _parser() -> argparse.ArgumentParser:
     arms = commands.add_parser("losses", help="poses that inverses of random arms lose")
     arms.add_argument("--arms", type=int, default=ARMS, help="number of arms")
     arms.add_argument("--first", type=int, default=0, help="number of the first arm")
+    loops = commands.add_parser("mechanisms", help="branches of drawn mechanisms, one to one")
+    loops.add_argument("--count", type=int, default=MECHANISMS, help="number of mechanisms")
+    loops.add_argument("--first", type=int, default=0, help="number of the first mechanism")
     mutants = commands.add_parser("mutants", help="mutated URDFs: structure and pose error")
     mutants.add_argument("--urdfs", type=Path, help="folder of URDFs besides the shipped robots")
     mutants.add_argument("--count", type=int, default=MUTANTS, help="number of mutants")

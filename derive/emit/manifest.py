@@ -55,6 +55,7 @@ def manifest(
         "notes": [
             *robot.notes,
             *(hybrid.mobility.disagreements if hybrid else ()),
+            *(hybrid.missing.values() if hybrid else ()),
             *(notes(derivation.inverse.classification) if derivation.inverse else ()),
         ],
         **_cleaning(robot.cleaning),

@@ -37,6 +37,8 @@ def hybrid_inverses(hybrid: Hybrid, families: Sequence[Family] = FAMILIES) -> In
         families: The families to try on the main chain, in order.
     """
     classification = classify(hybrid.robot, hybrid.terms, len(hybrid.q), families)
+    if not {c.moves for c in hybrid.mechanism.coordinates}.isdisjoint(hybrid.backward.open):
+        return Inverses(classification, {})
     if classification.found is not None:
         solved = _by_chain(hybrid, classification.lines, classification.found)
         return Inverses(classification, {"ik": solved})

@@ -58,6 +58,17 @@ def closed_configuration(
     return dict(zip(loops.names, map(float, z), strict=True))
 
 
+def longest_length(mechanism: Mechanism, terms: Terms) -> float:
+    """The longest translation or rod of a mechanism (metre), 1 where all are zero."""
+    placements = [p for joint in mechanism.joints for p in (joint.before, joint.after)]
+    placements += [frame.placement for c in mechanism.closers for frame in (c.a, c.b)]
+    lengths = [abs(float(terms.value(strut.length))) for strut in mechanism.struts]
+    for placement in placements:
+        shift = [float(terms.value(x)) for x in _shift(placement)]
+        lengths.append(float(np.linalg.norm(shift)))
+    return max(lengths, default=0.0) or 1.0
+
+
 class ClosedLoops:
     """The constraints of one mechanism in double precision.
 
@@ -111,12 +122,7 @@ class ClosedLoops:
     @cached_property
     def size(self) -> float:
         """The longest translation or rod of the mechanism (metre), 1 where all are zero."""
-        placements = [p for joint in self.mechanism.joints for p in (joint.before, joint.after)]
-        placements += [frame.placement for c in self.mechanism.closers for frame in (c.a, c.b)]
-        lengths = [self._float(strut.length) for strut in self.mechanism.struts]
-        for placement in placements:
-            lengths.append(float(np.linalg.norm([self._float(x) for x in _shift(placement)])))
-        return max(lengths, default=0.0) or 1.0
+        return longest_length(self.mechanism, self.terms)
 
     def actuated_at(self, q: Sequence[float]) -> Mapping[int, float]:
         """The entries of z that actuated coordinates give, by index."""

@@ -18,17 +18,38 @@ from .closing import closed_configuration
 from .collapse import collapsed
 from .constraints import ConfigurationVariable, LoopEquations, configuration_names, constraints
 from .mobility import Mobility, mobility
-from .solution import Loops, Solution, from_actuators, from_chain, joint_angle, sorted_loops
+from .solution import (
+    Loops,
+    Solution,
+    every_solution,
+    from_actuators,
+    from_chain,
+    joint_angle,
+    sorted_loops,
+)
 
+MOST_BRANCHES = 128
+"""Branches of a map: seven choices between two sides."""
 _DOMAINS = {"q": "actuators", "theta": "chain", "z": "configuration"}
 
 
 class Hybrid:
-    """The parts that the functions of one mechanism share, each derived when it is first used."""
+    """The parts that the functions of one mechanism share, each derived when it is first used.
+
+    Attributes:
+        mechanism: The description.
+        robot: The main chain as a serial robot.
+        terms: Names of all terms.
+        loops: The loops by kind.
+        arguments: The arguments of all functions, by name.
+        missing: For a function of all branches that does not hold all of them, how many it
+            leaves out.
+    """
 
     def __init__(self, mechanism: Mechanism) -> None:
         """Sorts the loops and names the coordinates."""
         self.mechanism = mechanism
+        self.missing: dict[str, str] = {}
         self.robot = mechanism.main_chain
         self.terms = Terms({p.symbol: p.value for p in mechanism.parameters})
         self.loops: Loops = sorted_loops(mechanism, self.terms)
@@ -64,6 +85,29 @@ class Hybrid:
     def backward(self) -> Solution:
         """All joints from the main chain."""
         return from_chain(self.loops, self.terms, self.theta, closed=self.closed)
+
+    @cached_property
+    def forward_branches(self) -> list[Solution]:
+        """The solutions from the actuators on all branches that have a closed form."""
+        given = [c.moves for c in self.mechanism.coordinates]
+        return self._complete("chain_all", self.forward, given)
+
+    @cached_property
+    def backward_branches(self) -> list[Solution]:
+        """The solutions from the main chain on all branches that have a closed form."""
+        given = [joint.name for joint in self.robot.moving]
+        return self._complete("actuators_all", self.backward, given)
+
+    def _complete(self, name: str, own: Solution, given: Sequence[str]) -> list[Solution]:
+        """The branches on which all joints are determined that are so on the reference's."""
+        found, is_all = every_solution(self.loops, own, given, MOST_BRANCHES)
+        whole = [solution for solution in found if set(solution.open) <= set(own.open)]
+        if not is_all:
+            self.missing[name] = f"{name} holds {len(whole)} branches of more than {MOST_BRANCHES}"
+        elif len(whole) < len(found):
+            left = len(found) - len(whole)
+            self.missing[name] = f"{name} leaves out {left} branches without a closed form"
+        return whole
 
     @cached_property
     def closed(self) -> dict[str, float]:

@@ -2,8 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
-from itertools import islice, product
 
 import sympy as sp
 
@@ -11,9 +9,9 @@ from ..terms.role import Role, branch_label, side_of
 from ..terms.symbolic_function import Result, SymbolicFunction, matrix_entries
 from ..terms.tangents import Tangent, derivative_columns
 from .hybrid import Hybrid
-from .solution import Solution, from_actuators, from_chain
+from .planar.reference import Joined
+from .solution import Solution
 
-MOST_BRANCHES = 16
 Maker = Callable[[Hybrid], SymbolicFunction]
 
 
@@ -170,34 +168,15 @@ def chain_all(h: Hybrid) -> SymbolicFunction:
     """The main chain's joints on every branch."""
     branches = [
         (h.named(solution, [joint.name for joint in h.robot.moving]), solution)
-        for solution in _branches(h, h.forward, from_actuators, h.q)
+        for solution in h.forward_branches
     ]
     return _all(h, "chain_all", ("q", "chain"), "theta", h.arguments["theta"].unit, branches)
 
 
 def actuators_all(h: Hybrid) -> SymbolicFunction:
     """The actuators on every branch."""
-    solutions = _branches(h, h.backward, partial(from_chain, closed=h.closed), h.theta)
-    branches = [(h.actuators_in(solution), solution) for solution in solutions]
+    branches = [(h.actuators_in(solution), solution) for solution in h.backward_branches]
     return _all(h, "actuators_all", ("theta", "actuators"), "q", h.arguments["q"].unit, branches)
-
-
-def _branches(
-    h: Hybrid,
-    at_reference: Solution,
-    solve: Callable[..., Solution],
-    symbols: Sequence[sp.Symbol],
-) -> list[Solution]:
-    """Solutions with every combination of signs, the reference's first."""
-    signs = [step.sign for step in at_reference.steps if step.sign]
-    combinations = [
-        [own * flip for own, flip in zip(signs, flips, strict=True)]
-        for flips in product((1, -1), repeat=len(signs))
-    ]
-    return [
-        solve(h.loops, h.terms, symbols, iter(chosen))
-        for chosen in islice(combinations, MOST_BRANCHES)
-    ]
 
 
 def _all(
@@ -208,36 +187,73 @@ def _all(
     unit: str,
     branches: Sequence[tuple[tuple[sp.Expr, ...], Solution]],
 ) -> SymbolicFunction:
+    """The function of all branches, each a slot; passive joints alone make no branch."""
     argument, codomain = between
-    count = len(branches)
-    margins = [margin for _, solution in branches for _, margin in solution.margins]
-    steps = len(branches[0][1].margins)
-    values = tuple(value for row, _ in branches for value in row)
-    width = len(branches[0][0])
-    names = "; ".join(
-        ", ".join(step.branch for step in solution.steps if step.branch) for _, solution in branches
+    alike: dict[tuple[sp.Expr, ...], list[Solution]] = {}
+    for values, solution in branches:
+        alike.setdefault(values, []).append(solution)
+    steps = dict.fromkeys(
+        step.joints for _, s in branches for step in s.steps if step.margin is not None
     )
-    labels = tuple(_label(h, solution) for _, solution in branches)
+    rows = [_margins_of(solutions, list(steps)) for solutions in alike.values()]
+    labels = _labels(h, list(alike.values()))
+    count, width = len(alike), len(branches[0][0])
     return h.function(
         name,
         "All branches of the loops' solution, NaN where a branch does not close.",
-        f"branches: {names}",
+        f"branches: {'; '.join(labels)}",
         (argument,),
-        Result(result, values, (count, width), unit, "one branch a row"),
-        Result("margin", tuple(margins), (count, steps), "1", "margins of each branch"),
+        Result(result, sum(alike, ()), (count, width), unit, "one branch a row"),
+        Result("margin", sum(rows, ()), (count, len(rows[0])), "1", "margins of each branch"),
         role=Role("branches", codomain=codomain, labels=labels),
     )
 
 
-def _label(h: Hybrid, solution: Solution) -> str:
-    """Which side each step of a solution takes, by the names of the loops that it closes."""
-    return branch_label(
-        [
-            (step.name(h.mechanism), step.branch or side_of(step.sign))
-            for step in solution.steps
-            if step.sign
-        ]
-    )
+def _margins_of(solutions: Sequence[Solution], steps: Sequence[Joined]) -> tuple[sp.Expr, ...]:
+    """The margins of a slot, 1 for a step that its branch does not have.
+
+    Where several branches of passive joints have the same values, those of the first that closes.
+    """
+    rows = []
+    for solution in solutions:
+        of = {step.joints: step.margin for step in solution.steps if step.margin is not None}
+        row = tuple(of.get(joints, sp.S.One) for joints in steps) or (sp.S.One,)
+        if row not in rows:
+            rows.append(row)
+    *others, last = rows
+    for row in reversed(others):
+        closes = sp.And(*(sp.Ge(margin, 0) for margin in row))
+        last = tuple(
+            one if one == other else sp.Piecewise((one, closes), (other, True))
+            for one, other in zip(row, last, strict=True)
+        )
+    return last
+
+
+def _labels(h: Hybrid, slots: Sequence[Sequence[Solution]]) -> tuple[str, ...]:
+    """Which side each step of a slot takes, by the names of the loops that it closes."""
+    sides = [_sides(solutions) for solutions in slots]
+    names = {step.joints: step.name(h.mechanism) for s in slots for step in s[0].steps}
+    asked = [names[joints] for joints in dict.fromkeys(j for of in sides for j in of)]
+    # A loop that two steps close in turn is not enough of a name.
+    named = {
+        joints: f"{name} at {joints[1].split('.')[0]}" if asked.count(name) > 1 else name
+        for joints, name in names.items()
+    }
+    return tuple(branch_label([(named[j], side) for j, side in of.items()]) for of in sides)
+
+
+def _sides(solutions: Sequence[Solution]) -> dict[Joined, str]:
+    """The sides that all branches of a slot have in common, by the joints of the step."""
+    taken = [
+        {step.joints: step.branch or side_of(step.sign) for step in s.steps if step.is_choice}
+        for s in solutions
+    ]
+    return {
+        joints: side
+        for joints, side in taken[0].items()
+        if all(other.get(joints) == side for other in taken)
+    }
 
 
 def _along(h: Hybrid, solution: Solution, argument: str) -> Tangent:
@@ -291,12 +307,16 @@ def makers(h: Hybrid) -> dict[str, Maker]:
         if not h.mechanism.passive:
             found = {name: maker for name, maker in found.items() if "passive" not in name}
         if h.forward.margins:
-            found |= {"margin": margin, "chain_all": chain_all}
+            found |= {"margin": margin}
+        if h.mechanism.closers:
+            found |= {"chain_all": chain_all}
     members = {c.moves for c in h.mechanism.coordinates}
     if members.isdisjoint(h.backward.open):
         found |= _BACKWARD
         if h.backward.margins:
-            found |= {"actuator_margin": actuator_margin, "actuators_all": actuators_all}
+            found |= {"actuator_margin": actuator_margin}
+        if h.mechanism.closers:
+            found |= {"actuators_all": actuators_all}
     return found
 
 

@@ -1,22 +1,28 @@
 """All joints of a mechanism from the actuators, or from the joints of the main chain."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import islice
 
 import sympy as sp
 
 from ..model.errors import RobotError
-from ..model.mechanism import Mechanism
+from ..model.mechanism import Mechanism, Strut
 from ..model.robot import Joint
 from ..terms.tangents import LoopRate
 from ..terms.terms import Terms
-from .planar.assembly import assemble
+from .closing import longest_length
+from .planar.assembly import Assembly, assemble
 from .planar.loop_step import LoopStep
 from .planar.phasors import PhasorSum
 from .planar.planes import Linkage, Loop, linkages
-from .planar.reference import AtReference
+from .planar.reference import AtReference, Branch, every_branch
 from .spatial.legs import assemble_in_space
 from .spatial.struts import Known
+
+OFF_THE_REFERENCE = (0.05, -0.08)
+"""Radian, or parts of the mechanism's size: where it is tried whether a branch exists."""
 
 
 @dataclass(frozen=True)
@@ -72,16 +78,13 @@ def sorted_loops(mechanism: Mechanism, terms: Terms) -> Loops:
     return Loops(mechanism, tuple(planar), tuple(spatial))
 
 
-def from_actuators(
-    loops: Loops, terms: Terms, q: Sequence[sp.Symbol], signs: Iterator[int] | None = None
-) -> Solution:
+def from_actuators(loops: Loops, terms: Terms, q: Sequence[sp.Symbol]) -> Solution:
     """All joints from the actuated coordinates.
 
     Args:
         loops: The mechanism and its loops.
         terms: Names of all terms.
         q: The actuated coordinates (radian or metre).
-        signs: Signs of the branches, step by step, instead of those at the reference.
 
     Raises:
         RobotError: A loop does not close at the reference, or its branch there is not clear.
@@ -92,14 +95,13 @@ def from_actuators(
         s: _value_of(loops.mechanism, c.name, c.moves, c.ratio)
         for c, s in zip(coordinates, q, strict=True)
     }
-    return _solved(loops, terms, known, at, {}, signs)
+    return _solved(loops, _begun(loops, terms, known, at, {}))
 
 
 def from_chain(
     loops: Loops,
     terms: Terms,
     theta: Sequence[sp.Symbol],
-    signs: Iterator[int] | None = None,
     *,
     closed: Mapping[str, float],
 ) -> Solution:
@@ -109,7 +111,6 @@ def from_chain(
         loops: The mechanism and its loops.
         terms: Names of all terms.
         theta: The main chain's joints (radian or metre).
-        signs: Signs of the branches, step by step, instead of those at the reference.
         closed: Joint values at the reference configuration, as far as they are known.
 
     Raises:
@@ -119,38 +120,131 @@ def from_chain(
     known = {joint.name: symbol for joint, symbol in zip(moving, theta, strict=True)}
     near = _given(loops.mechanism) | dict(closed)
     at = {symbol: near.get(name, 0.0) for name, symbol in known.items()}
-    return _solved(loops, terms, known, at, closed, signs)
+    return _solved(loops, _begun(loops, terms, known, at, closed))
 
 
-def _solved(
+def _begun(
     loops: Loops,
     terms: Terms,
     known: Mapping[str, sp.Expr],
     at: Mapping[sp.Symbol, float],
     closed: Mapping[str, float],
-    signs: Iterator[int] | None,
 ) -> Solution:
+    """The solution before its first step."""
     mechanism = loops.mechanism
     joints = [joint.name for joint in mechanism.joints if joint.kind != "fixed"]
-    reference = AtReference(terms, at, _given(mechanism) | dict(closed), joints)
-    values = dict(known)
-    rates: dict[sp.Symbol, LoopRate] = {}
-    steps: list[LoopStep] = []
-    relations: list[PhasorSum] = []
-    spatial = Known(values, rates, steps)
+    size = longest_length(mechanism, terms)
+    reference = AtReference(terms, at, _given(mechanism) | dict(closed), joints, size)
+    return _with_open(Solution(mechanism, dict(known), {}, (), (), (), reference))
+
+
+def _near(own: Solution, known: Mapping[str, sp.Expr]) -> list[AtReference]:
+    """The reference, and configurations a little off it."""
+    terms, members, size = own.reference.terms, own.mechanism.members, own.reference.size
+    found = []
+    for part in (0.0, *OFF_THE_REFERENCE):
+        values = {}
+        for name, value in known.items():
+            (symbol,) = (s for s in value.free_symbols if not terms.is_constant(s))
+            step = part * (size if _is_length(members[name]) else 1.0)
+            values[symbol] = own.reference.of(symbol) + step / float(terms.value(value / symbol))
+        found.append(AtReference(terms, values, {}, size=size))
+    return found
+
+
+def _is_length(member: Joint | Strut) -> bool:
+    return isinstance(member, Strut) or member.kind == "prismatic"
+
+
+def _solved(loops: Loops, begun: Solution) -> Solution:
+    """The solution at the reference's branch."""
+    solution = begun
     try:
         for linkage in loops.planar:
-            part = assemble(terms, linkage, values, reference, signs)
-            values |= part.values
-            rates |= part.loops
-            steps.extend(part.steps)
-            relations.extend(part.relations)
-        assemble_in_space(terms, mechanism, loops.spatial, spatial, reference, signs)
+            part = assemble(begun.reference.terms, linkage, solution.values, begun.reference)
+            solution = _with_part(solution, part)
+        return _in_space(loops, solution, None)
     except RobotError as error:
-        raise RobotError(f"robot {mechanism.name!r}: {error}") from error
-    wanted = [*mechanism.members, *mechanism.swings]
-    still_open = tuple(name for name in wanted if name not in values)
-    return Solution(mechanism, values, rates, tuple(steps), tuple(relations), still_open, reference)
+        raise RobotError(f"robot {loops.mechanism.name!r}: {error}") from error
+
+
+def every_solution(
+    loops: Loops, own: Solution, given: Sequence[str], most: int
+) -> tuple[list[Solution], bool]:
+    """The solutions on all branches, the reference's first.
+
+    Args:
+        loops: The mechanism and its loops.
+        own: The solution on the reference's branch.
+        given: Names of the joints and cylinders whose values the solution begins with.
+        most: The largest number of solutions.
+
+    Returns:
+        The solutions, and whether these are all.
+    """
+    known = {name: own.values[name] for name in given}
+    # Joints that depend on each other tell nothing where they are moved one by one.
+    is_free = len(given) <= len(own.mechanism.coordinates)
+    elsewhere = _near(own, known) if is_free else ()
+    begun = replace(own, values=known, loops={}, steps=(), relations=())
+    found, is_all = [begun], True
+    for linkage in loops.planar:
+        # Linkages without a common joint are solved once, not once for each branch of the others.
+        parts: dict[tuple[sp.Expr | None, ...], list[Assembly]] = {}
+        after = []
+        for solution in found:
+            shared = tuple(solution.values.get(edge.name) for edge in linkage.edges)
+            if shared not in parts:
+                parts[shared] = _assemblies(linkage, solution, elsewhere)
+            after += [_with_part(solution, part) for part in parts[shared]]
+        found, is_all = after[:most], is_all and len(after) <= most
+    spatial: list[Solution] = []
+    for solution in found:
+        in_space = partial(_in_space, loops, solution)
+        spatial += islice(every_branch(in_space, own.reference.sides), most + 1)
+    return spatial[:most], is_all and len(spatial) <= most
+
+
+def _assemblies(
+    linkage: Linkage, begun: Solution, elsewhere: Sequence[AtReference]
+) -> list[Assembly]:
+    """A linkage on all branches that exist."""
+    reference = begun.reference
+
+    def on(branch: Branch) -> Assembly:
+        known = begun.values
+        return assemble(reference.terms, linkage, known, reference, branch, elsewhere)
+
+    return [part for part in every_branch(on, reference.sides) if part.exists]
+
+
+def _with_part(solution: Solution, part: Assembly) -> Solution:
+    """The solution with one more linkage."""
+    return _with_open(
+        replace(
+            solution,
+            values={**part.values, **solution.values},
+            loops=solution.loops | dict(part.loops),
+            steps=(*solution.steps, *part.steps),
+            relations=(*solution.relations, *part.relations),
+        )
+    )
+
+
+def _in_space(loops: Loops, solution: Solution, branch: Branch | None) -> Solution:
+    """The solution with the spatial loops."""
+    known = Known(dict(solution.values), dict(solution.loops), list(solution.steps))
+    terms, reference = solution.reference.terms, solution.reference
+    assemble_in_space(terms, loops.mechanism, loops.spatial, known, reference, branch)
+    return _with_open(
+        replace(solution, values=known.values, loops=known.loops, steps=tuple(known.steps))
+    )
+
+
+def _with_open(solution: Solution) -> Solution:
+    """The solution with the names of the joints that it leaves open."""
+    wanted = [*solution.mechanism.members, *solution.mechanism.swings]
+    return replace(solution, open=tuple(name for name in wanted if name not in solution.values))
 
 
 def joint_angle(terms: Terms, solution: Solution, value: sp.Expr, joint: Joint | None) -> sp.Expr:

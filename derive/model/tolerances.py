@@ -85,8 +85,15 @@ about 1e-15. A vector of exact numbers must be of length 1 exactly."""
 BRANCHES_APART = 1e-6
 """Two branches whose distances from the reference differ by less are not told apart.
 
-Root of a sum of squared radians and metres. The distances come from doubles through a few roots,
-which leaves about 1e-8 near a dead point; a reference is given by hand, to millimetres.
+Root of a sum of squared radians and parts of the mechanism's size. The distances come from doubles
+through a few roots, which leaves about 1e-8 near a dead point; a reference is given by hand, to
+three digits.
+"""
+OFF_BRANCH = 1e-6
+"""Gap of a joint (parts of the mechanism's size, radian) above which a branch does not exist.
+
+Doubles through a few roots leave about 1e-8 near a dead point; a joint that does not fit is off by
+about its own length.
 """
 ZERO_COMPONENT = 1e-25
 """Components of vectors below this are zero (pure number, or metre where points are compared).

@@ -89,11 +89,13 @@ class LoopMethods(NewtonMethods, SizeMethods):
 
     @needs("actuators", when=_can_check_chain)
     def actuators_valid(self, theta: ArrayLike) -> BoolArray:
-        """Whether the actuators can hold the main chain at given joints; at dead points they can.
+        """Whether `actuators` leads to given joints and back; at dead points it does.
 
         The result is False for joints that the loops do not allow together, although `actuators`
-        returns a number for them: it reads no more joints than it needs. It is also False for
-        joints on another branch.
+        returns a number for them: it reads no more joints than it needs. It is also False where
+        the branch of the reference configuration is left, beyond a dead point for example: there
+        `chain(actuators(theta))` is another posture. `actuator_branches` holds the actuated
+        coordinates of all postures.
 
         Args:
             theta: (..., n_theta) main-chain joints [rad or m].
@@ -106,24 +108,34 @@ class LoopMethods(NewtonMethods, SizeMethods):
         if guard is not None:
             held = held & _closes(guard(theta))
         if ("map", "actuators", "chain") in self._roles:
-            held = held & self._comes_back(np.asarray(theta, dtype=np.float64))
+            rows = np.asarray(theta, dtype=np.float64)
+            q = self._roles["map", "chain", "actuators"](np.atleast_2d(rows))
+            again = self._roles["map", "actuators", "chain"](q)
+            back = self._is_same(again, np.atleast_2d(rows))
+            held = np.asarray(held & back.reshape(rows.shape[:-1]))
         return held
 
-    def _comes_back(self, theta: FloatArray) -> BoolArray:
-        """Whether the actuators of joints theta lead back to theta on any branch."""
-        rows = np.atleast_2d(theta)
-        q = self._roles["map", "chain", "actuators"](rows)
-        branches = self._roles.get(("branches", "actuators", "chain"))
-        if branches is not None:
-            again = branches(q)[0]
-        else:
-            again = self._roles["map", "actuators", "chain"](q)[..., None, :]
-        apart = again - rows[..., None, :]
+    def _is_same(self, theta: FloatArray, other: FloatArray) -> BoolArray:
+        """Whether joints of the main chain (..., n_theta) are the same."""
+        apart = theta - other
         turns = [joint.unit == "rad" for joint in self.chain_joints]
         apart[..., turns] = np.remainder(apart[..., turns] + np.pi, 2 * np.pi) - np.pi
         same = SAME_JOINTS * np.where(turns, 1.0, self.unit_length)
-        back = (np.abs(apart) < same).all(-1).any(-1)
-        return np.asarray(back).reshape(theta.shape[:-1])
+        return np.asarray((np.abs(apart) < same).all(-1))
+
+    def _is_repeated(self, q: FloatArray, closes: BoolArray) -> BoolArray:
+        """Whether a valid slot (..., k) has the actuated coordinates of one before it."""
+        turns = [c.unit == "rad" for c in self.coordinates]
+        apart = q[..., :, None, :] - q[..., None, :, :]
+        apart[..., turns] = np.remainder(apart[..., turns] + np.pi, 2 * np.pi) - np.pi
+        same = SAME_JOINTS * np.where(turns, 1.0, self.unit_length)
+        alike = (np.abs(apart) < same).all(-1) & closes[..., None, :]
+        return np.asarray(np.tril(alike, -1).any(-1))
+
+    def _leads_to(self, q: FloatArray, theta: FloatArray) -> BoolArray:
+        """Whether actuated coordinates (..., k, n) hold joints (..., n_theta) on any branch."""
+        every, _ = self._roles["branches", "actuators", "chain"](q)
+        return self._is_same(every, theta[..., None, None, :]).any(-1)
 
     @needs("chain_all")
     def chain_branches(self, q: ArrayLike) -> ChainBranches:
@@ -143,6 +155,8 @@ class LoopMethods(NewtonMethods, SizeMethods):
     def actuator_branches(self, theta: ArrayLike) -> ActuatorBranches:
         """Every vector of actuated coordinates that holds the main chain there, in fixed slots.
 
+        All postures count, those off the branch of the reference configuration too.
+
         Args:
             theta: (..., n_theta) main-chain joints [rad or m].
 
@@ -151,7 +165,13 @@ class LoopMethods(NewtonMethods, SizeMethods):
             and `labels["actuators_all"]` names the branch in each slot.
         """
         q, margin = self.actuators_all(theta)
-        return ActuatorBranches(q, _branch_closes(q, margin), margin)
+        closes = _branch_closes(q, margin)
+        if self.n < len(self.chain_joints) and ("branches", "actuators", "chain") in self._roles:
+            # More joints than freedoms: the loops may not allow these joints together.
+            closes = closes & self._leads_to(q, np.asarray(theta, dtype=np.float64))
+            closes = closes & ~self._is_repeated(q, closes)
+            q[~closes] = np.nan
+        return ActuatorBranches(q, closes, margin)
 
     @needs("actuators_all", when=_is_planar)
     def ik_planar(self, pose: ArrayLike) -> ActuatorBranches:

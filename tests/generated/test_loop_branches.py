@@ -69,8 +69,11 @@ def test_chains_out_of_the_actuators_reach(name):
     np.testing.assert_array_equal(np.isfinite(q).all(-1), reached)
     assert 0.01 < reached.mean() < 0.999
     assert (margin[reached] <= 1 + 1e-12).all()
-    # On whichever branch of the chain.
-    np.testing.assert_array_equal(r.actuators_valid(theta), reached)
+    # On whichever branch of the chain; off the reference's the chain is another one.
+    np.testing.assert_array_equal(r.actuator_branches(theta).valid.any(-1), reached)
+    apart = np.abs(wrapped(r.chain(q) - theta)).max(-1)
+    np.testing.assert_array_equal(r.actuators_valid(theta), reached & (apart < 1e-6))
+    assert 0.01 < (reached & (apart > 1e-3)).mean()
     z = np.zeros((reached.sum(), len(m.names)))
     z[:, m.chain], z[:, m.actuated] = theta[reached], q[reached]
     known = sorted({*m.chain, *m.actuated})
@@ -290,3 +293,58 @@ def test_no_actuators_are_missed(name):
         np.testing.assert_allclose(np.sort(branches[good][:, -1]), np.sort(scanned), atol=1e-9)
         counts.append(len(scanned))
     assert set(counts) == {0, 2}
+
+
+def test_beyond_a_dead_point_the_actuators_lead_to_another_posture():
+    r = robot("well_manipulator")
+    theta = r.chain(r.reference.q)
+    last = [joint.name for joint in r.chain_joints].index("theta7")
+    for angle, is_own in ((-40.62, True), (46.4953, False)):
+        theta[last] = np.deg2rad(angle)
+        q = r.actuators(theta)
+        assert (np.abs(r.chain(q) - theta).max() < 1e-9) == is_own
+        assert r.actuators_valid(theta) == is_own
+        # The lengths hold it there all the same, and both postures are among the branches.
+        found, valid, _ = r.actuator_branches(theta)
+        np.testing.assert_allclose(found[valid], [q], atol=1e-12)
+        every, closes, _ = r.chain_branches(q)
+        apart = np.abs(wrapped(every[closes] - theta)).max(-1)
+        assert (apart < 1e-9).sum() == 1
+        assert closes.sum() == 16
+
+
+def test_cylinders_are_never_turned_inside_out():
+    r = robot("excavator")
+    theta = r.chain(r.reference.q)
+    found, valid, _ = r.actuator_branches(theta)
+    retracted = np.array([1.98, 2.4, 1.6])
+    assert valid.tolist() == [True, True]
+    assert (found[:, 1:] + retracted > 0).all()
+    # The same triangles with lengths below zero are none.
+    q = np.array(r.reference.q)
+    q[1:] = -q[1:] - 2 * retracted
+    for k in range(1, 4):
+        inside_out = np.array(r.reference.q)
+        inside_out[k] = q[k]
+        assert not r.valid(inside_out)
+        assert not r.chain_branches(inside_out).valid.any()
+        assert np.isnan(r.chain(inside_out[None])).any()
+
+
+def test_every_figure_of_the_parallelograms_is_a_branch():
+    r, m = robot("board_installer"), model("board_installer")
+    q = random_q("board_installer", 20, seed=66)
+    theta, valid, _ = r.chain_branches(q)
+    assert valid.all()
+    assert theta.shape[1] == 32
+    labels = r.labels["chain_all"]
+    assert sum("crossed" not in label for label in labels) == 4
+    # Only with both rods parallel does the wrist stay level.
+    level = np.abs(wrapped(theta[..., 2:5].sum(-1) - theta[:, :1, 2:5].sum(-1))) < 1e-9
+    parallel = ["greater_rod parallel, smaller_rod parallel" in label for label in labels]
+    assert level[:, parallel].all()
+    assert not level[:, ~np.array(parallel)].any()
+    z = np.zeros((theta.shape[1], len(m.names)))
+    for row, posture in zip(q, theta, strict=True):
+        z[:, m.chain], z[:, m.actuated] = posture, row * m.ratio
+        assert closest(m, z, sorted({*m.chain, *m.actuated})).max() < CLOSED

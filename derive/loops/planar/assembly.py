@@ -6,11 +6,12 @@ sequence of Assur groups of class II. Whether the actuated joints are known or t
 makes no difference here.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import sympy as sp
 
+from ...model.tolerances import OFF_BRANCH
 from ...terms.tangents import LoopRate
 from ...terms.terms import Terms
 from .clusters import Clusters, PlanarStep
@@ -20,12 +21,13 @@ from .phasors import PhasorSum
 from .pin_pin_slide import TwoPinsAndSlide
 from .pin_slide_slide import PinAndTwoSlides
 from .planes import Linkage
-from .reference import AtReference
+from .reference import AtReference, Branch
 from .three_pins import ThreePins
-from .two_pins import TwoPins
+from .two_pins import PinAndSlide, TwoPins
 
 STEPS: tuple[type[PlanarStep], ...] = (
     TwoPins,
+    PinAndSlide,
     Parallelogram,
     PinAndTwoSlides,
     TwoPinsAndSlide,
@@ -45,6 +47,7 @@ class Assembly:
         loops: Rates of the solved angles.
         relations: Sums of turning vectors that are zero.
         open: Names of the edges between bodies that could not be joined.
+        exists: Whether all joints fit on this branch.
     """
 
     steps: tuple[LoopStep, ...]
@@ -52,6 +55,7 @@ class Assembly:
     loops: Mapping[sp.Symbol, LoopRate]
     relations: tuple[PhasorSum, ...]
     open: tuple[str, ...]
+    exists: bool = True
 
 
 def assemble(
@@ -59,7 +63,8 @@ def assemble(
     linkage: Linkage,
     known: Mapping[str, sp.Expr],
     reference: AtReference,
-    signs: Iterator[int] | None = None,
+    branch: Branch | None = None,
+    elsewhere: Sequence[AtReference] = (),
 ) -> Assembly:
     """Solves a linkage for given values of some of its joints.
 
@@ -68,18 +73,26 @@ def assemble(
         linkage: Bodies and joints.
         known: Values of joints, swings or cylinders by name (radian, metre).
         reference: The configuration that selects the branch.
-        signs: Signs of the branches, step by step, instead of those at the reference.
+        branch: The branch that is asked for, instead of that at the reference.
+        elsewhere: Configurations at which a branch that exists is closed.
 
     Raises:
         RobotError: A loop does not close at the reference, or its branch there is not clear.
     """
-    clusters = Clusters(terms, linkage, known, reference, signs)
+    clusters = Clusters(terms, linkage, known, reference, branch)
     while clusters.join_known() or any(kind.join(clusters) for kind in STEPS):
         pass
+    exists = branch is None or -1 not in branch.taken or _fits(clusters, elsewhere)
     return Assembly(
         tuple(clusters.steps),
         clusters.values(),
         clusters.loops,
         tuple(clusters.relations),
         tuple(edge.name for edge in clusters.between() if edge in linkage.edges),
+        exists,
     )
+
+
+def _fits(clusters: Clusters, elsewhere: Sequence[AtReference]) -> bool:
+    """Whether joints that repeat others fit on a branch, wherever its loops close."""
+    return not any(gap > OFF_BRANCH for gap in map(clusters.gap, elsewhere))

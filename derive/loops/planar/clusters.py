@@ -19,8 +19,16 @@ from ...terms.tangents import LoopRate
 from ...terms.terms import Terms
 from .loop_step import LoopStep
 from .phasors import REAL, ZERO, Complex, PhasorSum, PlanarPose, conjugate, dot, product
-from .planes import Edge, Linkage, PinEdge, SlideEdge, WeldEdge, tidied_entry
-from .reference import AtReference, wrapped
+from .planes import (
+    Edge,
+    Linkage,
+    PinEdge,
+    SlideEdge,
+    WeldEdge,
+    is_cylinder,
+    tidied_entry,
+)
+from .reference import AtReference, Branch, wrapped
 
 Turned = tuple[sp.Expr, Complex]
 """A turn: an exact angle, and a constant unit rotor."""
@@ -82,7 +90,7 @@ class Clusters:
         linkage: Bodies and joints.
         known: Given values of joints, swings or cylinders by name (radian, metre).
         reference: The configuration that selects the branch.
-        signs: Signs of the branches, step by step; None for those at the reference.
+        branch: The branch that is asked for; None for that at the reference.
         all: The clusters.
         steps: The steps so far.
         loops: Rates of the solved angles.
@@ -96,11 +104,11 @@ class Clusters:
         linkage: Linkage,
         known: Mapping[str, sp.Expr],
         reference: AtReference,
-        signs: Iterator[int] | None,
+        branch: Branch | None = None,
     ) -> None:
         """Begins with every body by itself."""
         self.terms, self.linkage, self.known = terms, linkage, known
-        self.reference, self.signs = reference, signs
+        self.reference, self.branch = reference, branch
         self.edges = (*linkage.edges, *_implied(linkage.edges))
         self.all: list[Cluster] = [{body: PlanarPose()} for body in linkage.bodies]
         self.steps: list[LoopStep] = []
@@ -230,6 +238,28 @@ class Clusters:
         self.loops.setdefault(angle, rate)
         return angle
 
+    def while_long(self, square: sp.Expr, parts: Sequence[Cluster]) -> sp.Expr:
+        """A square that is below zero where a cylinder of given length would be turned inside out.
+
+        Args:
+            square: The square under the root of a step.
+            parts: The clusters that the step joins; cylinders among them count.
+        """
+        lengths = [
+            edge.at_a[0] + self.known[edge.name]
+            for edge in self.linkage.edges
+            if isinstance(edge, SlideEdge)
+            and is_cylinder(edge)
+            and edge.name in self.known
+            and any(part.keys() == {edge.a, edge.b} for part in parts)
+        ]
+        if not lengths:
+            return square
+        is_long = sp.And(*(sp.Gt(length, 0) for length in lengths))
+        gated = self.terms.let(sp.Piecewise((square, is_long), (-1, True)))
+        self.loops.setdefault(gated, lambda tangent: tangent.of(square))
+        return gated
+
     # --- branches ---
 
     def sign(self, at_reference: int, edges: Sequence[Edge]) -> int:
@@ -242,8 +272,9 @@ class Clusters:
         Raises:
             RobotError: The reference does not tell the sign.
         """
-        if self.signs is not None:
-            return next(self.signs, 1)
+        joined = tuple(edge.name for edge in edges)
+        if self.branch is not None:
+            return self.branch.side(joined)
         if at_reference == 0:
             # The far ends of struts have no name in the description.
             names = ", ".join(edge.name for edge in edges if "." not in edge.name)
@@ -251,12 +282,15 @@ class Clusters:
                 f"the loop of {names} does not close at the reference, or is at a dead point there:"
                 " choose a reference at which it closes and can move"
             )
+        self.reference.sides[joined] = at_reference
         return at_reference
 
     def distance(
         self, edges: Sequence[Edge], turns: Mapping[int, float], travel: float = 0.0
     ) -> float:
         """The root of the squared differences of joints from their values at the reference.
+
+        Travels count in parts of the mechanism's size.
 
         Args:
             edges: The joints.
@@ -275,7 +309,7 @@ class Clusters:
                 turn -= cmath.phase(self.reference.number(edge.rotor))
                 total += wrapped(edge.sense * turn - hints[edge.name]) ** 2
             else:
-                total += (travel - hints[edge.name]) ** 2
+                total += ((travel - hints[edge.name]) / self.reference.size) ** 2
         return math.sqrt(total)
 
     def nearer(self, distances: Mapping[int, float]) -> int:
@@ -283,6 +317,37 @@ class Clusters:
         if abs(distances[1] - distances[-1]) < BRANCHES_APART:
             return 0
         return min(distances, key=distances.__getitem__)
+
+    def gap(self, at: AtReference) -> float:
+        """How far joints between bodies that are rigid together are open at a configuration.
+
+        On a branch that the reference is not on, a joint that repeats the others may not fit.
+
+        Args:
+            at: The configuration.
+
+        Returns:
+            The largest gap (radian, or parts of the size); NaN where a loop does not close there.
+        """
+        gaps = [self._gap(edge, at) for edge in self.linkage.edges]
+        return math.nan if any(map(math.isnan, gaps)) else max(gaps)
+
+    def _gap(self, edge: Edge, at: AtReference) -> float:
+        """How far a joint is open, in parts of the size; 0 between bodies that are not joined."""
+        cluster = self.cluster(edge.a)
+        if edge.b not in cluster:
+            return 0.0
+        on_a, on_b = cluster[edge.a], cluster[edge.b]
+        at_b = (ZERO, ZERO) if isinstance(edge, WeldEdge) else edge.at_b
+        apart = at.vector(on_b.point(at_b) - on_a.point(edge.at_a)) / at.size
+        if isinstance(edge, PinEdge):
+            return abs(apart)
+        turn = at.turn(on_b.angle, on_b.rotor) - at.turn(on_a.angle, on_a.rotor)
+        turn -= cmath.phase(at.number(edge.rotor))
+        if isinstance(edge, SlideEdge):
+            along = at.vector(on_a.vector(edge.direction))
+            apart = complex(0.0, (along.conjugate() * apart).imag)
+        return max(abs(apart), abs(wrapped(turn)))
 
     # --- reading the joints between them ---
 

@@ -70,7 +70,12 @@ def join_dyad(
 
 
 def side_of(clusters: Clusters, dyad: Dyad) -> int:
-    """The side of the base on which the far pin is at the reference; 0 where neither is clear."""
+    """The side of the base on which the far pin is at the reference; 0 where neither is clear.
+
+    It is 0 on a branch that is asked for, too, which does not depend on the reference.
+    """
+    if clusters.branch is not None:
+        return 0
     v, w, d = (clusters.reference.vector(vector) for vector in (dyad.V, dyad.W, dyad.D))
     base, X, Y = dyad.clusters
     distances = {}

@@ -160,14 +160,20 @@ class LoopStep(ABC):
     @property
     def branch(self) -> str:
         """Name of the branch; empty where there is a single solution."""
-        return "" if self.margin is None else self.branches.get(self.sign, "")
+        return self.branches.get(self.sign, "")
+
+    @property
+    def is_choice(self) -> bool:
+        """Whether another branch takes the other side."""
+        return self.sign != 0
 
     def name(self, mechanism: Mechanism) -> str:
-        """Names of the closures and struts that the step closes."""
+        """Names of the closures and struts that the step closes; its joints where it has none."""
         swings = {strut.swing_name: strut.name for strut in mechanism.struts}
         names = [swings.get(name, name.split(".")[0]) for name in self.joints]
         closers = {closer.name for closer in mechanism.closers}
-        return " and ".join(dict.fromkeys(name for name in names if name in closers))
+        closed = [name for name in names if name in closers]
+        return " and ".join(dict.fromkeys(closed or names))
 
 
 def weighted(vector: Quantities, weights: tuple[sp.Expr, ...], factor: sp.Expr = ONE) -> Weighted:

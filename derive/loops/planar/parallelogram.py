@@ -1,15 +1,56 @@
-"""A ring of three pins whose base is the sum of two vectors as long as the arms: no root."""
+"""A ring of three pins whose base is the sum of two vectors as long as the arms: no root.
 
+Two figures have these sides. In the parallelogram the arms stay parallel to the two vectors; the
+crossed one is its mirror image about the base, which needs no root either:
+
+    C* = D conj(C) / conj(D)
+"""
+
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import permutations
 from typing import ClassVar
 
+import sympy as sp
+
+from ...terms.tangents import LoopRate, Tangent
+from .arm import rates_of
 from .clusters import Clusters, PlanarStep, Turned
 from .dyads import Dyad, dyad_of, exact_turn, join_dyad, side_of
-from .loop_step import StepEquations
-from .phasors import PhasorSum
+from .loop_step import (
+    AngleEquation,
+    LoopStep,
+    RateEquation,
+    StepEquations,
+    components,
+    length_of,
+    weighted,
+)
+from .phasors import Complex, PhasorSum, conjugate, cross, product, quotient
 
 SIDES_OF_THE_BASE = 2
+FIGURES = {1: "parallel", -1: "crossed"}
+"""Whether the arms are parallel to the sides of the base, or their mirror images."""
+
+
+@dataclass(frozen=True)
+class Sides:
+    """The base of a ring of three pins as a sum of two sides as long as its arms.
+
+    Attributes:
+        dyad: The ring.
+        first: The side that V becomes in the parallelogram.
+        turns: The turns of X and Y in the parallelogram.
+        crossed: Their turns in the crossed figure, where they are exact: in a rhombus the two sides
+            change places.
+        base: The sum.
+    """
+
+    dyad: Dyad
+    first: PhasorSum
+    turns: tuple[Turned, Turned]
+    crossed: tuple[Turned, Turned] | None
+    base: PhasorSum
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -17,18 +58,32 @@ class Parallelogram(PlanarStep):
     """Arms that stay parallel to the two vectors that the base is the sum of."""
 
     title: ClassVar[str] = "a parallelogram"
-    reason: ClassVar[str] = "Opposite sides are of equal length and stay parallel."
+    branches: ClassVar[Mapping[int, str]] = FIGURES
+    reason: ClassVar[str] = (
+        "Opposite sides are of equal length and stay parallel; the crossed figure with these sides"
+        " is another branch."
+    )
 
     @classmethod
     def join(cls, clusters: Clusters) -> bool:
-        """Joins the first ring of three pins that is a parallelogram on the branch meant."""
+        """Joins the first ring of three pins with the sides of a parallelogram, on either branch.
+
+        Raises:
+            RobotError: It is stretched out at the reference, where both figures meet.
+        """
         for pins in clusters.rings(slides=0):
-            dyad = dyad_of(clusters, pins)
-            turns = _turns(clusters, dyad)
-            if turns is not None:
-                joints, axes, relation = join_dyad(clusters, dyad, *turns)
-                clusters.steps.append(cls(joints=joints, axes=axes, relation=relation))
+            sides = _sides(clusters, dyad_of(clusters, pins))
+            if sides is None:
+                continue
+            sign = clusters.sign(_figure(clusters, sides), sides.dyad.pins)
+            turns = sides.turns if sign > 0 else sides.crossed
+            if turns is None:
+                clusters.steps.append(_mirrored(clusters, sides))
                 return True
+            joints, axes, relation = join_dyad(clusters, sides.dyad, *turns)
+            step = cls(joints=joints, axes=axes, relation=relation, sign=sign)
+            clusters.steps.append(step)
+            return True
         return False
 
     def equations(self) -> StepEquations:
@@ -36,19 +91,99 @@ class Parallelogram(PlanarStep):
         return StepEquations()
 
 
-def _turns(clusters: Clusters, dyad: Dyad) -> tuple[Turned, Turned] | None:
-    """The turns of both arms, where the base is a sum of two vectors as long as they are."""
+@dataclass(frozen=True, kw_only=True)
+class CrossedParallelogram(LoopStep):
+    """The mirror image of a parallelogram about its base.
+
+    Attributes:
+        base: The base, in named components.
+    """
+
+    base: Complex
+
+    title: ClassVar[str] = "a crossed parallelogram"
+    branches: ClassVar[Mapping[int, str]] = FIGURES
+
+    def equations(self) -> StepEquations:
+        """The turn that carries the conjugate of the base to the base."""
+        (angle,) = self.solved
+        D, d = components("D"), length_of("D")
+        x, y = self.base
+        across = (-2 * D[1], 2 * D[0])
+        return StepEquations(
+            vectors={"D": self.base, "A": (x, -y)},
+            lengths=("D",),
+            angles=(AngleEquation(angle, "A", D),),
+            rates=(RateEquation(((angle, d**2),), weighted(D, across)),),
+        )
+
+    @property
+    def remark(self) -> str:
+        """A sentence on the other figure."""
+        return (
+            "The arms are the mirror images about ${D}$ of two vectors whose sum is ${D}$; the"
+            " other branch is the parallelogram."
+        )
+
+
+def _mirrored(clusters: Clusters, sides: Sides) -> CrossedParallelogram:
+    """Joins the bodies of a parallelogram in its mirror image."""
+    terms, dyad = clusters.terms, sides.dyad
+    x, y = D = sides.base.coordinates(terms)
+    square = terms.let(terms.let(x * x) + terms.let(y * y))
+    # e^(i psi) = D / conj(D)
+    c = terms.let(terms.let((x - y) * (x + y)) / square)
+    s = terms.let(terms.let(2 * x * y) / square)
+    psi = clusters.solved(c, s, _rate_of_mirror(D, square))
+    turn_V, turn_W = sides.turns
+    turns = _mirror(dyad.V, turn_V, psi), _mirror(dyad.W, turn_W, psi)
+    joints, axes, relation = join_dyad(clusters, dyad, *turns)
+    return CrossedParallelogram(
+        joints=joints, axes=axes, relation=relation, solved=(psi,), sign=-1, base=D
+    )
+
+
+def _sides(clusters: Clusters, dyad: Dyad) -> Sides | None:
+    """The sides of the base, where it is a sum of two vectors as long as the arms."""
     D = dyad.D.reduced(clusters.relations, lambda total: len(total.terms))
-    sign = side_of(clusters, dyad)
     if len(D.terms) != SIDES_OF_THE_BASE:
         return None
-    sides = [PhasorSum.of(vector, angle) for angle, vector in D.terms.items()]
-    for C, rest in permutations(sides):
+    parts = [PhasorSum.of(vector, angle) for angle, vector in D.terms.items()]
+    found = []
+    for C, rest in permutations(parts):
         turn_V, turn_W = exact_turn(dyad.V, C), exact_turn(dyad.W, -rest)
-        c, d = clusters.reference.vector(C), clusters.reference.vector(D)
-        side = (d.conjugate() * c).imag
-        # Where branches are asked for by their signs, the vectors alone decide.
-        is_meant = side * sign > 0 or clusters.signs is not None
-        if turn_V is not None and turn_W is not None and is_meant:
-            return turn_V, turn_W
-    return None
+        if turn_V is not None and turn_W is not None:
+            found.append((C, (turn_V, turn_W)))
+    if not found:
+        return None
+    (C, turns), *others = found
+    return Sides(dyad, C, turns, others[0][1] if others else None, D)
+
+
+def _figure(clusters: Clusters, sides: Sides) -> int:
+    """The figure at the reference: 1 for the parallelogram; 0 where neither is clear."""
+    if clusters.branch is not None:
+        return 0
+    c, d = (clusters.reference.vector(total) for total in (sides.first, sides.base))
+    return side_of(clusters, sides.dyad) * (1 if (d.conjugate() * c).imag > 0 else -1)
+
+
+def _mirror(arm: PhasorSum, turn: Turned, mirrored: sp.Expr) -> Turned:
+    """The turn of an arm to the mirror image of the vector that a turn carries it to.
+
+    With C = e^(i alpha) r V and V = v e^(i beta), e^(i psi) conj(C) = e^(i (psi - alpha - 2 beta))
+    conj(r v) / v V.
+    """
+    ((beta, v),) = arm.terms.items()
+    alpha, rotor = turn
+    return sp.expand(mirrored - alpha - 2 * beta), quotient(conjugate(product(rotor, v)), v)
+
+
+def _rate_of_mirror(D: Complex, square: sp.Expr) -> LoopRate:
+    """The rate of the turn from conj(D) to D: twice that of D, 2 D x D' / d^2."""
+
+    def rate(tangent: Tangent) -> sp.Expr:
+        let = tangent.terms.let
+        return let(2 * let(cross(D, rates_of(tangent, D))) / square)
+
+    return rate

@@ -7,8 +7,9 @@ Source:
 
 import cmath
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import ClassVar
 
 import sympy as sp
@@ -27,7 +28,7 @@ from .loop_step import (
     weighted,
 )
 from .phasors import REAL, ZERO, Complex, PhasorSum, cross, dot
-from .planes import Edge, PinEdge, SlideEdge
+from .planes import Edge, PinEdge, SlideEdge, is_cylinder
 
 TRAVELS = {1: "far", -1: "near"}
 """The greater and the smaller of two travels."""
@@ -56,7 +57,12 @@ class CircleAndLine:
 
 
 def circle_and_line(
-    terms: Terms, offset: Complex, direction: Complex, r: Arm, sign: int
+    terms: Terms,
+    offset: Complex,
+    direction: Complex,
+    r: Arm,
+    sign: int,
+    gate: Callable[[sp.Expr], sp.Expr] = lambda square: square,
 ) -> CircleAndLine:
     """The travel t for which ``|offset + t direction| = |r|``.
 
@@ -68,15 +74,16 @@ def circle_and_line(
         direction: Unit vector of the slide.
         r: From the one pin to the other on the third body.
         sign: 1 for the greater travel, -1 for the smaller.
+        gate: Makes the square under the root negative where the arm is none.
     """
     n = terms.let(sp.expand(cross(direction, offset)))
     m = terms.let(sp.expand(dot(direction, offset)))
     radius = terms.let(sp.sqrt(r.square))
-    inside = r.square if n == 0 else terms.let(terms.let(radius - n) * terms.let(radius + n))
+    inside = gate(r.square if n == 0 else terms.let(terms.let(radius - n) * terms.let(radius + n)))
     along = terms.let(sign * sp.sqrt(inside))
     x = terms.let(direction[0] * along - direction[1] * n)
     y = terms.let(direction[1] * along + direction[0] * n)
-    margin = sp.Integer(1) if n == 0 else terms.let(inside / r.square)
+    margin = sp.Integer(1) if inside == r.square else terms.let(inside / r.square)
     return CircleAndLine(offset, direction, r, terms.let(along - m), (x, y), margin)
 
 
@@ -106,9 +113,11 @@ class TwoPinsAndSlide(PlanarStep):
 
     Attributes:
         line: The slide's line and the circle of the third body.
+        is_length: Whether the travel is a cylinder's between known points, which is not mirrored.
     """
 
     line: CircleAndLine
+    is_length: bool = False
 
     title: ClassVar[str] = "two pins and a slide"
     branches: ClassVar[Mapping[int, str]] = TRAVELS
@@ -135,9 +144,16 @@ class TwoPinsAndSlide(PlanarStep):
         R = clusters.pin(Z, far) - clusters.pin(Z, near)
         r = arm(terms, R)
         held = slide, near, far
-        reach = _reach(clusters, offset, direction, R, guide, held, (base, Y, Z))
-        sign = clusters.sign(reach, held)
-        line = circle_and_line(terms, offset.coordinates(terms), direction, r, sign)
+        parts = base, Y, Z
+        at_zero = offset.coordinates(terms)
+        # The length of a cylinder is the positive root; on any other guide both travels exist.
+        is_length = is_cylinder(slide) and terms.let(sp.expand(cross(direction, at_zero))) == 0
+        sign = 1
+        if not is_length:
+            reach = _reach(clusters, offset, direction, R, guide, held, parts)
+            sign = clusters.sign(reach, held)
+        gate = partial(clusters.while_long, parts=parts)
+        line = circle_and_line(terms, at_zero, direction, r, sign, gate)
         turn = clusters.solved(*turn_of(terms, line.vector, r), rate_of_third(line))
         angle = sp.expand(delta + turn - r.angle)
         relation = offset.turned(delta) + guide.along.times((line.travel, ZERO))
@@ -152,6 +168,7 @@ class TwoPinsAndSlide(PlanarStep):
                 margin=None if line.margin == 1 else line.margin,
                 sign=sign,
                 line=line,
+                is_length=is_length,
             )
         )
         clusters.relations.append(relation)
@@ -191,6 +208,16 @@ class TwoPinsAndSlide(PlanarStep):
         )
 
     @property
+    def branch(self) -> str:
+        """The greater or the smaller travel; empty for a length."""
+        return "" if self.is_length else self.branches[self.sign]
+
+    @property
+    def is_choice(self) -> bool:
+        """Whether another branch has the other travel."""
+        return not self.is_length
+
+    @property
     def remark(self) -> str:
         """A sentence on the choice of the travel."""
         return travel_remark(self.sign) if self.branch else ""
@@ -206,6 +233,8 @@ def _reach(
     parts: tuple[Cluster, Cluster, Cluster],
 ) -> int:
     """The sign of the travel at the reference: 1 for the greater; 0 where neither is clear."""
+    if clusters.branch is not None:
+        return 0
     reference = clusters.reference
     o, r = reference.vector(offset), reference.vector(R)
     d = reference.number(direction)

@@ -286,6 +286,11 @@ def piston(cylinder: Strut) -> str:
     return f"{cylinder.name}.piston"
 
 
+def is_cylinder(edge: Edge) -> bool:
+    """Whether an edge is the slide between both halves of a cylinder: its length is positive."""
+    return isinstance(edge, SlideEdge) and edge.b == f"{edge.a}.piston"
+
+
 class _Plane:
     """The plane's axes in every body's frame, and everything written in them."""
 

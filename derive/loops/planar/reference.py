@@ -7,7 +7,8 @@ takes 40 digits.
 
 import cmath
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import TypeVar
 
 import sympy as sp
 
@@ -15,9 +16,56 @@ from ...model.tolerances import EVALUATION_DIGITS
 from ...terms.terms import Terms
 from .phasors import Complex, PhasorSum
 
+Joined = tuple[str, ...]
+"""Names of the edges or struts that a step joins."""
+Solved = TypeVar("Solved")
+
+
+class Branch:
+    """The sides that steps take on one branch: those asked for, then those of the reference.
+
+    Attributes:
+        asked: For the first steps with a choice, 1 for the reference's side and -1 for the other.
+        own: The side at the reference, by the edges or struts that a step joins.
+        taken: The sides taken so far, in the form of ``asked``.
+    """
+
+    def __init__(self, asked: Sequence[int] = (), own: Mapping[Joined, int] | None = None) -> None:
+        """Begins before the first step."""
+        self.asked, self.own = tuple(asked), own or {}
+        self.taken: list[int] = []
+
+    def side(self, joined: Joined) -> int:
+        """The side of the next step with a choice."""
+        k = len(self.taken)
+        self.taken.append(self.asked[k] if k < len(self.asked) else 1)
+        return self.taken[-1] * self.own.get(joined, 1)
+
+
+def every_branch(solve: Callable[[Branch], Solved], own: Mapping[Joined, int]) -> Iterator[Solved]:
+    """Results on all branches, the reference's first; later steps change sides first.
+
+    The choices that a solution meets depend on the sides that it took before.
+
+    Args:
+        solve: Solves on a branch.
+        own: The sides at the reference.
+    """
+    waiting: list[tuple[int, ...]] = [()]
+    while waiting:
+        branch = Branch(waiting.pop(), own)
+        yield solve(branch)
+        taken = tuple(branch.taken)
+        waiting += [(*taken[:k], -1) for k in range(len(branch.asked), len(taken))]
+
 
 class AtReference:
-    """Values of terms where the known coordinates have their reference values."""
+    """Values of terms where the known coordinates have their reference values.
+
+    Attributes:
+        size: The longest length of the mechanism: lengths are compared in parts of it (metre).
+        sides: The side of each step with a choice, by the edges or struts that the step joins.
+    """
 
     def __init__(
         self,
@@ -25,6 +73,7 @@ class AtReference:
         values: Mapping[sp.Symbol, float],
         given: Mapping[str, float],
         joints: Iterable[str] = (),
+        size: float = 1.0,
     ) -> None:
         """Fixes the configuration.
 
@@ -33,7 +82,10 @@ class AtReference:
             values: Reference values of the known coordinates.
             given: Joint, swing and cylinder values near the reference configuration, by name.
             joints: Names of joints that are near zero there if nothing is given.
+            size: The longest length of the mechanism (metre).
         """
+        self.size = size
+        self.sides: dict[Joined, int] = {}
         self.terms = terms
         self.given = dict(given)
         self.assumed = dict.fromkeys(joints, 0.0)

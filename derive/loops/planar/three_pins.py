@@ -5,8 +5,9 @@ Source:
     acos, and no difference of squares where the triangle is thin.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import ClassVar
 
 import sympy as sp
@@ -53,7 +54,14 @@ class TwoCircles:
     margin: sp.Expr
 
 
-def two_circles(terms: Terms, v: Arm, w: Arm, D: Arm, sign: int) -> TwoCircles:
+def two_circles(
+    terms: Terms,
+    v: Arm,
+    w: Arm,
+    D: Arm,
+    sign: int,
+    gate: Callable[[sp.Expr], sp.Expr] = lambda square: square,
+) -> TwoCircles:
     """Where circles of radius |v| about the beginning of D and |w| about its end meet.
 
     With p = (d^2 + v^2 - w^2) / 2 and 4 h^2 = ((d + w)^2 - v^2)(v^2 - (d - w)^2):
@@ -66,10 +74,11 @@ def two_circles(terms: Terms, v: Arm, w: Arm, D: Arm, sign: int) -> TwoCircles:
         w: The arm from its end.
         D: The base.
         sign: 1 where C stands to the left of D, -1 to the right.
+        gate: Makes the square under the root negative where the arms are none.
     """
     squares = v.square, w.square, D.square
     p = terms.let((D.square + v.square - w.square) * HALF)
-    product_of_sums = terms.let(_heron(terms, *squares))
+    product_of_sums = gate(terms.let(_heron(terms, *squares)))
     h = terms.let(sign * HALF * sp.sqrt(product_of_sums))
     if terms.is_constant(D.vector[0]) and terms.is_constant(D.vector[1]):
         x, y = (terms.let(part / D.square) for part in D.vector)
@@ -193,7 +202,8 @@ class ThreePins(PlanarStep):
         sign = clusters.sign(side_of(clusters, dyad), dyad.pins)
         terms = clusters.terms
         v, w, d = (arm(terms, vector) for vector in (dyad.V, dyad.W, dyad.D))
-        found = two_circles(terms, v, w, d, sign)
+        gate = partial(clusters.while_long, parts=dyad.clusters)
+        found = two_circles(terms, v, w, d, sign, gate)
         turn_v, turn_w = turn_of(terms, found.C, v), turn_of(terms, found.W, w)
         first = clusters.solved(*turn_v, rate_of_first(found, *turn_v))
         second = clusters.solved(*turn_w, rate_of_second(found, *turn_w))

@@ -1,7 +1,8 @@
-"""Two bodies that share two pins: both vectors between the pins are known."""
+"""Two bodies that share two pins, or a pin and a slide: nothing but their pose is left to find."""
 
 from dataclasses import dataclass, field
 from itertools import combinations
+from itertools import product as product_of
 from typing import ClassVar
 
 import sympy as sp
@@ -10,9 +11,17 @@ from ...terms.tangents import LoopRate, Tangent
 from .arm import Arm, arm, rates_of
 from .clusters import Clusters, PlanarStep, Turned
 from .dyads import exact_turn
-from .loop_step import AngleEquation, RateEquation, StepEquations, components, length_of, weighted
-from .phasors import REAL, Complex, PhasorSum, conjugate, cross, dot, product
-from .planes import PinEdge
+from .loop_step import (
+    AngleEquation,
+    RateEquation,
+    StepEquations,
+    components,
+    length_of,
+    quantity,
+    weighted,
+)
+from .phasors import REAL, ZERO, Complex, PhasorSum, conjugate, cross, dot, product
+from .planes import PinEdge, SlideEdge
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,3 +112,66 @@ def rate_of_direction(there: Complex, here: Arm) -> LoopRate:
         return let(first - let(cross(here.vector, b)) / here.square)
 
     return rate
+
+
+@dataclass(frozen=True, kw_only=True)
+class PinAndSlide(PlanarStep):
+    """The travel that brings a pin of a sliding body to its place.
+
+    Attributes:
+        offset: From the pin's position at a travel of zero to its place.
+        direction: Unit vector of the slide.
+        travel: Along the slide (metre).
+    """
+
+    offset: Complex
+    direction: Complex
+    travel: sp.Expr
+
+    title: ClassVar[str] = "a pin and a slide"
+
+    @classmethod
+    def join(cls, clusters: Clusters) -> bool:
+        """Joins the first two clusters that share a pin and a slide."""
+        edges = clusters.between()
+        pairs = product_of(
+            [edge for edge in edges if isinstance(edge, SlideEdge)],
+            [edge for edge in edges if isinstance(edge, PinEdge)],
+        )
+        for slide, pin in pairs:
+            base, other = clusters.first(clusters.cluster(slide.a), clusters.cluster(slide.b))
+            if not clusters.holds(pin, base, other):
+                continue
+            terms, guide = clusters.terms, clusters.guide(slide, base, other)
+            still = guide.mounted(ZERO)
+            there = clusters.pin(other, pin).times(still.rotor).turned(still.angle)
+            offset = clusters.pin(base, pin) - still.origin - there
+            delta = guide.along.common_angle()
+            d, e = (v.turned(-delta).coordinates(terms) for v in (offset, guide.along))
+            travel = terms.let(sp.expand(dot(d, e)))
+            clusters.travels[slide.name] = travel
+            clusters.steps.append(
+                cls(
+                    joints=(slide.name, pin.name),
+                    axes=next(iter(base)),
+                    relation=guide.along.times((travel, ZERO)) - offset,
+                    turned=delta,
+                    offset=d,
+                    direction=e,
+                    travel=travel,
+                )
+            )
+            clusters.join(base, other, guide.mounted(travel))
+            return True
+        return False
+
+    def equations(self) -> StepEquations:
+        """The travel t, the part of D along B."""
+        D, B = components("D"), components("B")
+        t = quantity("t")
+        return StepEquations(
+            vectors={"D": self.offset, "B": self.direction},
+            unknowns={t: self.travel},
+            results=((t, dot(D, B)),),
+            rates=(RateEquation(((t, sp.Integer(1)),), (*weighted(D, B), *weighted(B, D))),),
+        )

@@ -9,12 +9,12 @@ Source:
     Merlet, Parallel Robots, ch. 2 and 4; Clavel 1988 for the parallelograms of balls.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 from ...model.mechanism import Mechanism, Strut
 from ...terms.terms import Terms
 from ..planar.planes import Loop
-from ..planar.reference import AtReference
+from ..planar.reference import AtReference, Branch
 from .cylinder_length import CylinderLength
 from .sliding_leg import SlidingLeg
 from .struts import Known, Legs, LegStep
@@ -31,7 +31,7 @@ def assemble_in_space(
     loops: Sequence[Loop],
     known: Known,
     reference: AtReference,
-    signs: Iterator[int] | None = None,
+    branch: Branch | None = None,
 ) -> None:
     """Adds the values that the spatial loops determine to the known values.
 
@@ -41,12 +41,12 @@ def assemble_in_space(
         loops: The loops that are not planar; loops of struts on balls are solved.
         known: Receives values, rates and steps.
         reference: The configuration that selects the branch.
-        signs: Signs of the branches, step by step, instead of those at the reference.
+        branch: The branch that is asked for, instead of that at the reference.
 
     Raises:
         RobotError: A loop does not close at the reference.
     """
-    legs = Legs(terms, mechanism, known, reference, signs)
+    legs = Legs(terms, mechanism, known, reference, branch)
     struts = [loop.closer for loop in loops if isinstance(loop.closer, Strut)]
     left = [strut for strut in struts if strut.ends == "ball"]
     while left:

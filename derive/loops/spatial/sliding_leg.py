@@ -48,7 +48,7 @@ class SlidingLeg(LegStep):
             return False
         let, joint = legs.terms.let, reach.joint
         x, y, z = subtracted(legs.terms, reach.target, reach.tip)
-        inside = let(reach.square - let(x**2 + y**2))
+        inside = legs.while_long(let(reach.square - let(x**2 + y**2)), reach.strut)
         along = let(sp.sqrt(inside))
         sign = legs.chosen(reach, lambda s: legs.reference.of(joint.direction * (z + s * along)))
         value = let(z + sign * along)

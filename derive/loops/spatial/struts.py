@@ -2,7 +2,7 @@
 
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import sympy as sp
@@ -10,11 +10,12 @@ import sympy as sp
 from ...model.errors import RobotError
 from ...model.mechanism import Frame, Mechanism, Strut
 from ...model.robot import Joint
+from ...model.tolerances import BRANCHES_APART
 from ...terms.tangents import LoopRate
 from ...terms.terms import Terms
 from ...terms.vectors import ZERO, Vector, dot, subtracted
 from ..planar.loop_step import LoopStep
-from ..planar.reference import AtReference, wrapped
+from ..planar.reference import AtReference, Branch, wrapped
 from .body_frames import pose_of
 
 SIGNS = (1, -1)
@@ -82,7 +83,7 @@ class Legs:
         mechanism: The description.
         known: Receives values, rates and steps.
         reference: The configuration that selects the branch.
-        signs: Signs of the branches, step by step; None for those at the reference.
+        branch: The branch that is asked for; None for that at the reference.
     """
 
     def __init__(
@@ -91,11 +92,11 @@ class Legs:
         mechanism: Mechanism,
         known: Known,
         reference: AtReference,
-        signs: Iterator[int] | None,
+        branch: Branch | None,
     ) -> None:
         """Begins with the known values."""
         self.terms, self.mechanism, self.known = terms, mechanism, known
-        self.reference, self.signs = reference, signs
+        self.reference, self.branch = reference, branch
 
     # --- joints and points ---
 
@@ -114,6 +115,15 @@ class Legs:
             return strut.length
         value = self.known.values.get(strut.name)
         return None if value is None else strut.length + value
+
+    def while_long(self, square: sp.Expr, strut: Strut) -> sp.Expr:
+        """A square under a root, below zero where a cylinder's given length is not positive."""
+        length = self.length(strut)
+        if not strut.is_cylinder or length is None:
+            return square
+        gated = self.terms.let(sp.Piecewise((square, sp.Gt(length, 0)), (-1, True)))
+        self.known.loops.setdefault(gated, lambda tangent: tangent.of(square))
+        return gated
 
     def point(self, frame: Frame) -> Vector:
         """The origin of a frame in the base frame."""
@@ -168,21 +178,31 @@ class Legs:
         """
         joint = reach.joint
         hint = self.reference.hints_of([joint.name]).get(joint.name, 0.0)
-        apart = wrapped if joint.kind != "prismatic" else float
+        if self.branch is not None:
+            return self.branch.side((reach.strut.name,))
+        size = self.reference.size
+        apart = wrapped if joint.kind != "prismatic" else lambda length: length / size
         return self.sign({s: abs(apart(value(s) - hint)) for s in SIGNS}, reach.strut.name)
 
     def sign(self, distances: Mapping[int, float], name: str) -> int:
         """The sign of the smaller distance from the reference, or the next one asked for.
 
         Args:
-            distances: Distance by sign; NaN where the loop does not close.
+            distances: Distance by sign (radian, or parts of the mechanism's size); NaN where the
+                loop does not close.
             name: Name of the loop, for the message.
 
         Raises:
-            RobotError: The loop does not close at the reference.
+            RobotError: The loop does not close at the reference, or its branch is not clear there.
         """
-        if self.signs is not None:
-            return next(self.signs, 1)
+        if self.branch is not None:
+            return self.branch.side((name,))
         if any(math.isnan(distance) for distance in distances.values()):
             raise RobotError(f"the loop of {name} does not close at the reference")
-        return min(distances, key=distances.__getitem__)
+        if abs(distances[1] - distances[-1]) < BRANCHES_APART:
+            raise RobotError(
+                f"both branches of the loop of {name} are equally near to the reference, or it is "
+                "at a dead point there: choose a reference nearer to one of them"
+            )
+        self.reference.sides[(name,)] = min(distances, key=distances.__getitem__)
+        return self.reference.sides[(name,)]

@@ -75,7 +75,9 @@ class ThreeSpheres(LegStep):
             return False
         axes = [legs.axis(joint, still) for joint in sliders]
         meet = _meeting(legs.terms, spheres)
-        distances = {s: _distance(legs, meet.position(s), axes, sliders) for s in SIGNS}
+        distances = {}
+        if legs.branch is None:
+            distances = {s: _distance(legs, meet.position(s), axes, sliders) for s in SIGNS}
         sign = legs.sign(distances, struts[0].name)
         position = meet.position(sign)
         _note_rates(legs, position, [sphere.centre for sphere in spheres])
@@ -222,16 +224,19 @@ def _meeting(terms: Terms, spheres: Sequence[Sphere]) -> _Meeting:
 def _distance(
     legs: Legs, position: Vector, axes: Sequence[Vector], sliders: Sequence[Joint]
 ) -> float:
-    """The distance of a position from the position at the reference (metre)."""
+    """The distance of a position from the reference's, in parts of the mechanism's size."""
     of = legs.reference.of
     hints = legs.reference.hints_of([joint.name for joint in sliders])
     p = [of(entry) for entry in position]
-    return math.hypot(
-        *(
-            joint.direction * sum(of(a) * x for a, x in zip(axis, p, strict=True))
-            - hints.get(joint.name, 0.0)
-            for joint, axis in zip(sliders, axes, strict=True)
+    return (
+        math.hypot(
+            *(
+                joint.direction * sum(of(a) * x for a, x in zip(axis, p, strict=True))
+                - hints.get(joint.name, 0.0)
+                for joint, axis in zip(sliders, axes, strict=True)
+            )
         )
+        / legs.reference.size
     )
 
 

@@ -4,6 +4,7 @@ import cmath
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import ClassVar
 
 import sympy as sp
@@ -55,7 +56,8 @@ class TurningLeg(LegStep):
         v = Arm((tip[0], tip[1]), ZERO, let(tip[0] ** 2 + tip[1] ** 2))
         w = Arm((let(sp.sqrt(flat)), ZERO), ZERO, flat)
         sign = legs.chosen(reach, lambda s: _angle_at_reference(legs, v, w, D, s))
-        found = two_circles(terms, v, w, D, sign)
+        gate = partial(legs.while_long, strut=reach.strut)
+        found = two_circles(terms, v, w, D, sign, gate)
         c, s = turn_of(terms, found.C, v)
         angle = terms.solved_angle(c, s)
         legs.known.loops.setdefault(angle, rate_of_first(found, c, s))

@@ -32,7 +32,7 @@ from mechanisms import (
 
 from chasles.derive import RobotError, Rotation, Translation, derive
 from chasles.derive.loops.hybrid import Hybrid
-from chasles.derive.loops.planar.parallelogram import Parallelogram
+from chasles.derive.loops.planar.parallelogram import CrossedParallelogram, Parallelogram
 from chasles.derive.loops.planar.pin_pin_slide import TwoPinsAndSlide
 from chasles.derive.loops.planar.pin_slide_slide import PinAndTwoSlides
 from chasles.derive.loops.planar.three_pins import ThreePins
@@ -343,9 +343,10 @@ def test_alike_angles_need_no_root():
     assert type(step) is Parallelogram
     assert sp.expand(h.forward.values["shade"] + h.q[0]) == 0
     assert h.forward.values["stay_swing"] == h.q[0]
-    # The crossed assembly is another branch, with a root.
+    # The crossed assembly is another branch, without a root too.
     crossed = replace(
         mechanism, reference=near(("arm", 1), ("shade", "-14/5"), ("stay_swing", "1/3"))
     )
     (step,) = Hybrid(crossed).forward.steps
-    assert type(step) is ThreePins
+    assert type(step) is CrossedParallelogram
+    assert step.margin is None

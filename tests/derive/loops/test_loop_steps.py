@@ -1,14 +1,19 @@
 """Every kind of step: the equations that it carries are those that it solves."""
 
+from dataclasses import replace
 from functools import cache, reduce
 
 import numpy as np
 import pytest
 import sympy as sp
 from mechanisms import (
+    BASE,
+    at,
     delta,
     excavator_arm,
+    near,
     parallelogram,
+    pin,
     rssr,
     slider_crank,
     slotted_rocker,
@@ -17,16 +22,38 @@ from mechanisms import (
 from test_assembly import crank_slider_offset, oldham
 from test_spatial import crank_and_slider
 
+from chasles.derive import Frame, Mechanism, Strut
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.loops.planar.assembly import STEPS as PLANAR
 from chasles.derive.loops.planar.loop_step import Cross, components, length_of, quantity
+from chasles.derive.loops.planar.parallelogram import CrossedParallelogram
 from chasles.derive.loops.spatial.legs import STEPS as SPATIAL
 from chasles.derive.terms.tangents import Tangent
 
 TRUE = 1e-10
+
+
+def crossed():
+    """A parallelogram's bars, assembled crosswise."""
+    return Mechanism(
+        "crossed",
+        (pin("crank", BASE, "arm"), pin("bar", "arm", "coupler", 1)),
+        ("crank",),
+        struts=(Strut("rod", Frame(BASE, at(2)), Frame("coupler", at(2)), 1),),
+        tool_body="coupler",
+        reference=near(("crank", 1), ("bar", "-18/10"), ("rod_swing", "-18/10")),
+    )
+
+
+def pushed():
+    """A slider-crank whose slider is driven and whose rod carries the tool."""
+    whole = slider_crank()
+    return replace(whole, name="pushed", actuated=("cross",), tool_body="rod")
+
+
 BUILDERS = (
-    *(crank_and_slider, crank_slider_offset, delta, excavator_arm, oldham, parallelogram),
-    *(rssr, slider_crank, slotted_rocker),
+    *(crank_and_slider, crank_slider_offset, crossed, delta, excavator_arm, oldham, parallelogram),
+    *(pushed, rssr, slider_crank, slotted_rocker),
 )
 """Mechanisms whose joints all follow from the actuators."""
 
@@ -39,7 +66,7 @@ def hybrid(build):
 def steps():
     """Every step of the mechanisms, with the solution it is from."""
     forward = [hybrid(build).forward for build in BUILDERS]
-    backward = [hybrid(build).backward for build in (stewart, slider_crank, delta)]
+    backward = [hybrid(build).backward for build in (stewart, slider_crank, delta, pushed)]
     return [(solution, step) for solution in (*forward, *backward) for step in solution.steps]
 
 
@@ -80,7 +107,7 @@ class Numbers:
 
 
 def test_every_kind_is_among_them():
-    assert {type(step) for _, step in steps()} == {*PLANAR, *SPATIAL}
+    assert {type(step) for _, step in steps()} == {*PLANAR, *SPATIAL, CrossedParallelogram}
 
 
 def test_results_angles_and_margins_are_those_that_were_solved():
@@ -101,7 +128,7 @@ def test_results_angles_and_margins_are_those_that_were_solved():
         if step.margin is not None:
             assert numbers(equations.margin) == pytest.approx(numbers.of(step.margin), abs=TRUE)
             checked += 1
-    assert checked == 36
+    assert checked == 41
 
 
 def test_rates_are_those_of_the_solution():
@@ -151,5 +178,6 @@ def test_a_step_without_equations_says_why():
 
 def test_a_branch_has_a_name_and_a_remark_where_there_are_two():
     for _, step in steps():
-        assert bool(step.branch) is (step.margin is not None)
-        assert bool(step.remark) is bool(step.branch)
+        assert bool(step.branch) is step.is_choice
+        # A step that needs no equations says it in their place.
+        assert bool(step.remark) is bool(step.branch and step.equations().vectors)

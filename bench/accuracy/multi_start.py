@@ -1,0 +1,362 @@
+"""The assembly modes of a mechanism by Newton's iteration from many starts, in plain NumPy.
+
+Nothing here comes from the compiler but the description: frames, closures and lengths. A pin or a
+ball holds two points together, a rod keeps two points at a distance, and a cylinder of unknown
+length holds nothing. Loops that share no unknown joint are solved apart, and their modes combined.
+"""
+
+from collections.abc import Mapping, Sequence
+from itertools import product
+
+import numpy as np
+
+from chasles.derive.model.mechanism import Closure, Mechanism, Strut
+from chasles.derive.model.placements import Placement, Translation
+from chasles.derive.model.robot import Joint
+
+STARTS = 48
+"""Starts of a round; rounds go on until one finds nothing new."""
+ROUNDS = 12
+ITERATIONS = 60
+LONGEST_STEP = 0.8
+"""Radian, or parts of the mechanism's size."""
+CLOSED = 1e-11
+"""Residual of a mode that is kept, parts of the mechanism's size."""
+SAME = 1e-6
+"""Radian, or parts of the mechanism's size, below which two modes are one."""
+Way = list[tuple[Joint, np.ndarray, np.ndarray]]
+
+
+class Loop:
+    """A closure or a strut in numbers, and the joints to both sides from where they part."""
+
+    def __init__(self, numbers: "Multistart", closer: Closure | Strut) -> None:
+        """Finds the joints that the two ways do not share."""
+        ways = [numbers.mechanism.way(frame.body) for frame in (closer.a, closer.b)]
+        while ways[0] and ways[1] and ways[0][0] is ways[1][0]:
+            ways = [way[1:] for way in ways]
+        self.closer = closer
+        self.ways = [[numbers.around(joint) for joint in way] for way in ways]
+        self.ends = [numbers.pose(frame.placement) for frame in (closer.a, closer.b)]
+        self.joints = {j.name for way in ways for j in way if j.kind != "fixed"}
+        self.size = numbers.size
+
+    def points(
+        self, values: Mapping[str, np.ndarray], unknown: Sequence[str], count: int
+    ) -> tuple[list[np.ndarray], list[np.ndarray]]:
+        """Both ends (n, 3) and their derivatives (n, 3, unknown)."""
+        points, slopes = [], []
+        for way, end in zip(self.ways, self.ends, strict=True):
+            T = np.broadcast_to(np.eye(4), (count, 4, 4))
+            axes = {}
+            for joint, before, after in way:
+                T = T @ before
+                if joint.kind != "fixed":
+                    axes[joint.name] = joint, T
+                    T = T @ _motion(joint, values[joint.name], count)
+                T = T @ after
+            p = (T @ end)[:, :3, 3]
+            slope = np.zeros((count, 3, len(unknown)))
+            for k, name in enumerate(unknown):
+                if name in axes:
+                    joint, at = axes[name]
+                    z = joint.direction * at[:, :3, 2]
+                    turns = joint.kind != "prismatic"
+                    slope[:, :, k] = np.cross(z, p - at[:, :3, 3]) if turns else z * self.size
+            points.append(p)
+            slopes.append(slope)
+        return points, slopes
+
+    def residual(
+        self, values: Mapping[str, np.ndarray], unknown: Sequence[str], count: int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """What is left, in parts of the size (n, m), and its derivatives (n, m, unknown)."""
+        (a, b), (A, B) = self.points(values, unknown, count)
+        d, D = (a - b) / self.size, (A - B) / self.size
+        if isinstance(self.closer, Closure):
+            return d, D
+        length = float(self.closer.length) + values.get(self.closer.name, 0.0)
+        far = np.linalg.norm(d, axis=-1)
+        slope = np.einsum("ni,nik->nk", d, D) / np.where(far > 0, far, 1.0)[:, None]
+        return (far - length / self.size)[:, None], slope[:, None]
+
+    def distance(self, values: Mapping[str, np.ndarray], count: int) -> np.ndarray:
+        """How far both ends are apart (n,)."""
+        (a, b), _ = self.points(values, (), count)
+        return np.linalg.norm(a - b, axis=-1)
+
+
+class Multistart:
+    """A mechanism in numbers.
+
+    Attributes:
+        mechanism: The description, without parameters.
+        size: Its longest length, the unit of all lengths of the iteration (metre).
+        actuated: Names of the members that the coordinates move, which are these coordinates.
+        chain: Names of the main chain's joints.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        """Takes the numbers of the description."""
+        self.mechanism = mechanism
+        placements = [p for j in mechanism.joints for p in (j.before, j.after)]
+        placements += [f.placement for c in mechanism.closers for f in (c.a, c.b)]
+        lengths = [float(strut.length) for strut in mechanism.struts]
+        lengths += [float(np.linalg.norm(self.pose(p)[:3, 3])) for p in placements]
+        self.size = max(lengths)
+        self.actuated = [c.moves for c in mechanism.coordinates]
+        self.chain = [joint.name for joint in mechanism.main_chain.moving]
+        self.joints = {j.name: j for j in mechanism.joints if j.kind != "fixed"}
+        self.cylinders = {s.name: s for s in mechanism.struts if s.is_cylinder}
+        self.loops = [Loop(self, closer) for closer in mechanism.closers]
+
+    @staticmethod
+    def pose(placement: Placement) -> np.ndarray:
+        """A placement (4, 4)."""
+        T = np.eye(4)
+        for step in placement:
+            M = np.eye(4)
+            if isinstance(step, Translation):
+                M[:3, 3] = [float(x) for x in step.vector]
+            else:
+                c, s = np.cos(float(step.angle)), np.sin(float(step.angle))
+                i, j = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[step.axis]
+                M[i, i], M[i, j], M[j, i], M[j, j] = c, -s, s, c
+            T = T @ M
+        return T
+
+    def around(self, joint: Joint) -> tuple[Joint, np.ndarray, np.ndarray]:
+        """A joint with its placements in numbers."""
+        return joint, self.pose(joint.before), self.pose(joint.after)
+
+    def units(self, names: Mapping[str, float]) -> dict[str, str]:
+        """The unit of each value by name."""
+        slides = {j.name for j in self.joints.values() if j.kind == "prismatic"}
+        return {n: "m" if n in slides or n in self.cylinders else "rad" for n in names}
+
+    def scales(self, names: Sequence[str]) -> np.ndarray:
+        """The size for lengths, 1 for angles."""
+        units = self.units(dict.fromkeys(names, 0.0))
+        return np.array([self.size if units[name] == "m" else 1.0 for name in names])
+
+    def wrapped(self, names: Sequence[str], difference: np.ndarray) -> np.ndarray:
+        """Differences of values (..., n) in parts of the size, angles within half a turn."""
+        scales = self.scales(names)
+        turned = np.remainder(difference + np.pi, 2 * np.pi) - np.pi
+        units = self.units(dict.fromkeys(names, 0.0))
+        is_angle = np.array([units[name] == "rad" for name in names], dtype=bool)
+        return np.where(is_angle, turned, difference / scales)
+
+    def random_q(self, rng: np.random.Generator, count: int) -> np.ndarray:
+        """Coordinates (count, n): all angles, travels and lengths of the mechanism's order."""
+        columns = []
+        for name in self.actuated:
+            if name in self.cylinders:
+                length = self.size * rng.uniform(0.1, 1.3, count)
+                columns.append(length - float(self.cylinders[name].length))
+            elif self.joints[name].kind == "prismatic":
+                columns.append(self.size * rng.uniform(-1.2, 1.2, count))
+            else:
+                columns.append(rng.uniform(-np.pi, np.pi, count))
+        return np.stack(columns, axis=-1)
+
+    # --- modes ---
+
+    def modes(self, known: np.ndarray, names: Sequence[str]) -> list[list[dict[str, float]]]:
+        """All configurations at known values.
+
+        Args:
+            known: (count, n) values (radian or metre).
+            names: Names of the joints and cylinders that have these values.
+
+        Returns:
+            For each row all modes: values of every joint and cylinder by name.
+        """
+        count = len(known)
+        given = {name: known[:, k] for k, name in enumerate(names)}
+        parts = [self._part(given, loops, count) for loops in self._parts(given)]
+        found: list[list[dict[str, float]]] = []
+        for row in range(count):
+            fixed = {name: float(values[row]) for name, values in given.items()}
+            short = any(
+                fixed[n] + float(c.length) <= 0 for n, c in self.cylinders.items() if n in fixed
+            )
+            if short or not self._holds(fixed):
+                found.append([])
+                continue
+            combined = product(*(part[row] for part in parts))
+            found.append([self._whole(fixed, choice) for choice in combined])
+        return found
+
+    def _whole(self, fixed: dict[str, float], choice: Sequence[Mapping[str, float]]) -> dict:
+        values = dict(fixed)
+        for part in choice:
+            values |= part
+        for loop in self.loops:
+            name = loop.closer.name
+            if name in self.cylinders and name not in values:
+                at = {n: np.array([v]) for n, v in values.items()}
+                far = float(loop.distance(at, 1)[0])
+                values[name] = far - float(self.cylinders[name].length)
+        return values
+
+    def _holding(self, given: Mapping[str, object]) -> list[Loop]:
+        """The loops that are equations: all but those of cylinders of unknown length."""
+        return [
+            loop
+            for loop in self.loops
+            if loop.closer.name not in self.cylinders or loop.closer.name in given
+        ]
+
+    def _holds(self, fixed: Mapping[str, float]) -> bool:
+        """Whether the loops without an unknown are closed."""
+        at = {name: np.array([value]) for name, value in fixed.items()}
+        known = [loop for loop in self._holding(fixed) if loop.joints <= fixed.keys()]
+        return all(np.abs(loop.residual(at, (), 1)[0]).max() < SAME for loop in known)
+
+    def _parts(self, given: Mapping[str, object]) -> list[list[Loop]]:
+        """The loops by the unknown joints that they share."""
+        parts: list[tuple[set[str], list[Loop]]] = []
+        for loop in self._holding(given):
+            unknown = loop.joints - given.keys()
+            if not unknown:
+                continue
+            met = [part for part in parts if part[0] & unknown]
+            parts = [part for part in parts if part not in met]
+            merged = unknown.union(*(part[0] for part in met))
+            parts.append((merged, [*(one for part in met for one in part[1]), loop]))
+        return [loops for _, loops in parts]
+
+    def _part(
+        self, given: Mapping[str, np.ndarray], loops: Sequence[Loop], count: int
+    ) -> list[list[dict[str, float]]]:
+        """All modes of loops that share unknown joints, row by row."""
+        unknown = sorted({name for loop in loops for name in loop.joints} - given.keys())
+        rng = np.random.default_rng(0)
+        found: list[np.ndarray] = [np.zeros((0, len(unknown))) for _ in range(count)]
+        for round_ in range(ROUNDS):
+            x = rng.uniform(-np.pi, np.pi, (count, STARTS, len(unknown)))
+            rows = np.repeat(np.arange(count), STARTS)
+            x, error = self._newton(given, loops, unknown, rows, x.reshape(len(rows), -1))
+            new = False
+            for row in range(count):
+                for mode in x[(rows == row) & (error < CLOSED)]:
+                    apart = np.abs(self._apart(unknown, found[row] - mode)).max(-1, initial=0)
+                    if not (apart < SAME).any():
+                        found[row], new = np.vstack([found[row], mode]), True
+            if not new and round_:
+                break
+        scales = self.scales(unknown)
+        return [
+            [dict(zip(unknown, map(float, mode * scales), strict=True)) for mode in modes]
+            for modes in found
+        ]
+
+    def _apart(self, names: Sequence[str], difference: np.ndarray) -> np.ndarray:
+        return self.wrapped(names, difference * self.scales(names))
+
+    def _newton(
+        self,
+        given: Mapping[str, np.ndarray],
+        loops: Sequence[Loop],
+        unknown: Sequence[str],
+        rows: np.ndarray,
+        x: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Newton's iteration from starts x (n, unknown); lengths in parts of the size."""
+        error = np.full(len(x), np.inf)
+        left = np.arange(len(x))
+        eye = np.eye(len(unknown))
+        polished = np.zeros(len(x), dtype=int)
+        for _ in range(ITERATIONS):
+            residual, J = self._equations(given, loops, unknown, rows[left], x[left])
+            error[left] = np.abs(residual).max(-1)
+            polished[left] += error[left] < CLOSED
+            keep = polished[left] < 3
+            left, residual, J = left[keep], residual[keep], J[keep]
+            if not len(left):
+                break
+            square = np.einsum("nmi,nmj->nij", J, J)
+            top = np.einsum("nmi,nm->ni", J, residual)
+            damped = np.minimum(1e-3, (residual**2).sum(-1))[:, None, None] * eye + 1e-15 * eye
+            step = np.linalg.solve(square + damped, -top[..., None])[..., 0]
+            longest = np.abs(step).max(-1, keepdims=True)
+            x[left] += step * np.minimum(1.0, LONGEST_STEP / np.maximum(longest, 1e-300))
+        angles = self.scales(unknown) == 1.0
+        x[:, angles] = np.remainder(x[:, angles] + np.pi, 2 * np.pi) - np.pi
+        return x, error
+
+    def _equations(
+        self,
+        given: Mapping[str, np.ndarray],
+        loops: Sequence[Loop],
+        unknown: Sequence[str],
+        rows: np.ndarray,
+        x: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        values = {name: value[rows] for name, value in given.items()}
+        scales = self.scales(unknown)
+        values |= {name: x[:, k] * scales[k] for k, name in enumerate(unknown)}
+        both = [loop.residual(values, unknown, len(x)) for loop in loops]
+        return tuple(np.concatenate(part, axis=1) for part in zip(*both, strict=True))
+
+    # --- judging others' configurations ---
+
+    def residual(self, mode: Mapping[str, float], held: Sequence[str]) -> float:
+        """What is left of the loops where some values are held, and the others do their best.
+
+        Args:
+            mode: A configuration (radian or metre) near a closed one.
+            held: Names of values that keep theirs.
+        """
+        given = {name: np.array([mode[name]]) for name in held}
+        loops = self._holding(given)
+        unknown = sorted({name for loop in loops for name in loop.joints} - given.keys())
+        x = np.array([[mode[name] for name in unknown]]) / self.scales(unknown)
+        best = np.inf
+        for _ in range(6):
+            rows = np.zeros(1, dtype=int)
+            if not loops:
+                return 0.0
+            residual, J = self._equations(given, loops, unknown, rows, x)
+            best = min(best, float(np.abs(residual).max()))
+            if unknown:
+                x = x - np.linalg.lstsq(J[0], residual[0], rcond=1e-12)[0]
+        return best
+
+    def strut_values(self, mode: Mapping[str, float]) -> dict[str, float]:
+        """The swings of struts on pins, as angles in the axes of the bodies that they begin on."""
+        found = {}
+        for loop in self.loops:
+            strut = loop.closer
+            if isinstance(strut, Closure) or strut.ends == "ball":
+                continue
+            T = [
+                self.body(frame.body, mode) @ self.pose(frame.placement)
+                for frame in (strut.a, strut.b)
+            ]
+            along = self.body(strut.a.body, mode)[:3, :3].T @ (T[1] - T[0])[:3, 3]
+            found[strut.swing_name] = float(np.arctan2(along[1], along[0]))
+        return found
+
+    def body(self, name: str, mode: Mapping[str, float]) -> np.ndarray:
+        """Pose (4, 4) of a body in the base body's frame."""
+        T = np.eye(4)
+        for joint in self.mechanism.way(name):
+            _, before, after = self.around(joint)
+            motion = _motion(joint, np.array([mode.get(joint.name, 0.0)]), 1)[0]
+            T = T @ before @ motion @ after
+        return T
+
+
+def _motion(joint: Joint, value: np.ndarray, count: int) -> np.ndarray:
+    M = np.zeros((count, 4, 4)) + np.eye(4)
+    if joint.kind == "fixed":
+        return M
+    value = joint.direction * value
+    if joint.kind == "prismatic":
+        M[:, 2, 3] = value
+    else:
+        c, s = np.cos(value), np.sin(value)
+        M[:, 0, 0], M[:, 0, 1], M[:, 1, 0], M[:, 1, 1] = c, -s, s, c
+    return M
