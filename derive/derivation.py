@@ -143,12 +143,10 @@ def _of_mechanism(
         mechanism,
         hybrid.terms,
         hybrid.groups if has_chain else (),
-        tuple(_guarded(made[name], capabilities) for name in chosen if name not in written),
+        tuple(_guarded(made[name], chosen) for name in chosen if name not in written),
         hybrid,
         inverse,
-        tuple(
-            _unguarded_without(written[name], chosen) for name in chosen if name in written
-        ),
+        tuple(_unguarded_without(written[name], chosen) for name in chosen if name in written),
         families=families,
         closure=closure,
     )

@@ -164,9 +164,9 @@ def swing_angles(
     planar, _ = linkages(mechanism, terms)
     linkage_of = {name: linkage for linkage in planar for name in linkage.closers}
     return {
-        loop.closer.swing_name: _Planar(
-            terms, linkage_of[loop.closer.name], loop, values
-        ).swing_of(loop.closer)
+        loop.closer.swing_name: _Planar(terms, linkage_of[loop.closer.name], loop, values).swing_of(
+            loop.closer
+        )
         for loop in loops(mechanism)
         if isinstance(loop.closer, Strut) and loop.closer.ends == "pin"
     }

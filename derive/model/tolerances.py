@@ -96,6 +96,9 @@ to be different from zero is as small.
 """
 CLOSED_LOOP = 1e-12
 """Residual below which a loop is closed in double precision (metre, or sine of an angle)."""
+FOUND_LOOP = 1e-10
+"""Residual (metre, or sine of an angle) above which an implicit function of CasADi found no closed
+loop: its last step is 1e-14, and where equations repeat each other it iterates on their squares."""
 ZERO_SINGULAR_VALUE = 1e-9
 """Singular values below this part of the largest are zero (pure number).
 

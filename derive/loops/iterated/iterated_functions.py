@@ -83,9 +83,7 @@ class _Maps:
         text = "All joints, swings and cylinder lengths."
         identity = f"z = ({names}), constraint(z) = 0"
         found.append(self._map("configuration", text, identity, "z", "configuration"))
-        found.append(
-            self._slope("configuration", "z_D_q", len(h.variables), "full configuration")
-        )
+        found.append(self._slope("configuration", "z_D_q", len(h.variables), "full configuration"))
         return found
 
     def margin(self) -> WrittenFunction:

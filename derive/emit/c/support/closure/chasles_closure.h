@@ -47,7 +47,7 @@ typedef struct {
 } CLOSURE_NAME(closed);
 
 /* D_u = Q R. The sense is the sign of det D_u, 0 where D_u is not square. */
-static void CLOSURE_NAME(factored)(CLOSURE_NAME(closed) *s)
+static void CLOSURE_NAME(factored)(CLOSURE_NAME(closed) * s)
 {
     s->sense = CLOSURE_M == CLOSURE_U ? 1.0 : 0.0;
     for (int k = 0; k < CLOSURE_U; k++)
@@ -80,7 +80,7 @@ static void CLOSURE_NAME(factored)(CLOSURE_NAME(closed) *s)
 }
 
 /* Least squares D_u x = b; b is lost. */
-static void CLOSURE_NAME(solve)(const CLOSURE_NAME(closed) *s, double b[CLOSURE_M],
+static void CLOSURE_NAME(solve)(const CLOSURE_NAME(closed) * s, double b[CLOSURE_M],
                                 double x[CLOSURE_U])
 {
     for (int k = 0; k < CLOSURE_U; k++) {
@@ -100,7 +100,7 @@ static void CLOSURE_NAME(solve)(const CLOSURE_NAME(closed) *s, double b[CLOSURE_
 }
 
 /* A step of Newton's iteration on the unknown variables; its size. */
-static double CLOSURE_NAME(step)(CLOSURE_NAME(closed) *s)
+static double CLOSURE_NAME(step)(CLOSURE_NAME(closed) * s)
 {
     double x[CLOSURE_U], size = 0.0;
     CLOSURE_AT(s->w, s->c, s->D);
@@ -117,9 +117,10 @@ static double CLOSURE_NAME(step)(CLOSURE_NAME(closed) *s)
     return size;
 }
 
-/* Whether Newton's iteration contracts, on the branch of a sense (0: that of its first step), within
- * some steps: onto the loops, or, on the way, near them. */
-static int CLOSURE_NAME(corrected)(CLOSURE_NAME(closed) *s, double sense, int is_last)
+/* Whether Newton's iteration contracts, on the branch of a sense (0: that of its first step),
+ * within some steps: onto the loops, or, on the way, near them. */
+static int CLOSURE_NAME(corrected)(CLOSURE_NAME(closed) * s, double sense, double contraction,
+                                   int is_last)
 {
     double bound = CLOSURE_FARTHEST;
     for (int k = 1; k <= CLOSURE_STEPS; k++) {
@@ -129,13 +130,13 @@ static int CLOSURE_NAME(corrected)(CLOSURE_NAME(closed) *s, double sense, int is
         sense = s->sense;
         if (size <= CLOSURE_SETTLED || (!is_last && k == CLOSURE_FEW_STEPS))
             return 1;
-        bound = CLOSURE_CONTRACTION * size;
+        bound = contraction * size;
     }
     return 0;
 }
 
 /* Whether the loops are closed; evaluates the equations. */
-static int CLOSURE_NAME(is_closed)(CLOSURE_NAME(closed) *s)
+static int CLOSURE_NAME(is_closed)(CLOSURE_NAME(closed) * s)
 {
     int is_closed = 1;
     CLOSURE_AT(s->w, s->c, s->D);
@@ -145,23 +146,25 @@ static int CLOSURE_NAME(is_closed)(CLOSURE_NAME(closed) *s)
 }
 
 /* The derivative of the unknown variables along rates of the coordinates, D_u factored before. */
-static void CLOSURE_NAME(slope)(const CLOSURE_NAME(closed) *s, const double qd[CLOSURE_Q],
+static void CLOSURE_NAME(slope)(const CLOSURE_NAME(closed) * s, const double qd[CLOSURE_Q],
                                 double x[CLOSURE_U])
 {
     double b[CLOSURE_M];
     for (int i = 0; i < CLOSURE_M; i++) {
         b[i] = 0.0;
         for (int k = 0; k < CLOSURE_Q; k++)
-            b[i] -= s->D[i * CLOSURE_W + CLOSURE_NAME(actuated)[k]] * CLOSURE_NAME(ratio)[k] * qd[k];
+            b[i] -=
+                s->D[i * CLOSURE_W + CLOSURE_NAME(actuated)[k]] * CLOSURE_NAME(ratio)[k] * qd[k];
     }
     CLOSURE_NAME(solve)(s, b, x);
 }
 
 /* Follows s->w, where the loops are nearly closed, to coordinates q; whether it gets there. */
-static int CLOSURE_NAME(follow)(CLOSURE_NAME(closed) *s, const double q[CLOSURE_Q], double sense,
+static int CLOSURE_NAME(follow)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q], double sense,
                                 double tangent[CLOSURE_U])
 {
     double from[CLOSURE_W], way[CLOSURE_Q], done = 0.0, stride = 1.0;
+    const double contraction = CLOSURE_M == CLOSURE_U ? CLOSURE_CONTRACTION : CLOSURE_CAREFUL;
     memcpy(from, s->w, sizeof from);
     for (int k = 0; k < CLOSURE_Q; k++)
         way[k] = q[k] - from[CLOSURE_NAME(actuated)[k]] / CLOSURE_NAME(ratio)[k];
@@ -176,7 +179,7 @@ static int CLOSURE_NAME(follow)(CLOSURE_NAME(closed) *s, const double q[CLOSURE_
             const int u = CLOSURE_NAME(unknown)[k];
             s->w[u] = from[u] + (to - done) * tangent[k];
         }
-        if (CLOSURE_NAME(corrected)(s, sense, is_last)) {
+        if (CLOSURE_NAME(corrected)(s, sense, contraction, is_last)) {
             if (is_last)
                 return CLOSURE_NAME(is_closed)(s);
             memcpy(from, s->w, sizeof from);
@@ -193,7 +196,7 @@ static int CLOSURE_NAME(follow)(CLOSURE_NAME(closed) *s, const double q[CLOSURE_
 }
 
 /* NaN in place of a configuration that is not reached. */
-static void CLOSURE_NAME(reached)(CLOSURE_NAME(closed) *s, int is_reached)
+static void CLOSURE_NAME(reached)(CLOSURE_NAME(closed) * s, int is_reached)
 {
     if (is_reached)
         return;
@@ -204,7 +207,7 @@ static void CLOSURE_NAME(reached)(CLOSURE_NAME(closed) *s, int is_reached)
 }
 
 /* The configuration at q, followed from the reference. */
-static void CLOSURE_NAME(at)(const double q[CLOSURE_Q], CLOSURE_NAME(closed) *s)
+static void CLOSURE_NAME(at)(const double q[CLOSURE_Q], CLOSURE_NAME(closed) * s)
 {
     double tangent[CLOSURE_U], finite = 0.0;
     s->count = 0;
@@ -217,20 +220,19 @@ static void CLOSURE_NAME(at)(const double q[CLOSURE_Q], CLOSURE_NAME(closed) *s)
         for (int k = 0; k < CLOSURE_U; k++)
             tangent[k] += CLOSURE_NAME(tangent)[k * CLOSURE_Q + j] * way;
     }
-    const int is_reached =
-        finite == 0.0 && CLOSURE_NAME(follow)(s, q, CLOSURE_SENSE, tangent);
+    const int is_reached = finite == 0.0 && CLOSURE_NAME(follow)(s, q, CLOSURE_SENSE, tangent);
     CLOSURE_NAME(reached)(s, is_reached);
 }
 
 /* The configuration at q by Newton's iteration from a configuration nearby, without a way between:
  * at most CLOSURE_STEPS linear systems. */
-static void CLOSURE_NAME(near)(const double q[CLOSURE_Q], CLOSURE_NAME(closed) *s)
+static void CLOSURE_NAME(near)(const double q[CLOSURE_Q], CLOSURE_NAME(closed) * s)
 {
     s->count = 0;
     for (int k = 0; k < CLOSURE_Q; k++)
         s->w[CLOSURE_NAME(actuated)[k]] = CLOSURE_NAME(ratio)[k] * q[k];
     const int is_reached =
-        CLOSURE_NAME(corrected)(s, 0.0, 1) && CLOSURE_NAME(is_closed)(s);
+        CLOSURE_NAME(corrected)(s, 0.0, CLOSURE_CONTRACTION, 1) && CLOSURE_NAME(is_closed)(s);
     CLOSURE_NAME(reached)(s, is_reached);
 }
 

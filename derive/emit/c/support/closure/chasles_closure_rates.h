@@ -6,7 +6,7 @@
  * with the actuated rows given. D_u is factored once, at the closed configuration. */
 
 /* (W x Q) the derivative of all variables by the coordinates. */
-static void CLOSURE_NAME(w_D_q)(const CLOSURE_NAME(closed) *s, double *D)
+static void CLOSURE_NAME(w_D_q)(const CLOSURE_NAME(closed) * s, double *D)
 {
     for (int j = 0; j < CLOSURE_Q; j++) {
         double qd[CLOSURE_Q] = {0.0}, x[CLOSURE_U];
@@ -20,7 +20,7 @@ static void CLOSURE_NAME(w_D_q)(const CLOSURE_NAME(closed) *s, double *D)
 }
 
 /* Rates of all variables from those of the coordinates. */
-static void CLOSURE_NAME(rates)(const CLOSURE_NAME(closed) *s, const double *qd, double *wd)
+static void CLOSURE_NAME(rates)(const CLOSURE_NAME(closed) * s, const double *qd, double *wd)
 {
     double x[CLOSURE_U];
     CLOSURE_NAME(slope)(s, qd, x);
@@ -31,7 +31,7 @@ static void CLOSURE_NAME(rates)(const CLOSURE_NAME(closed) *s, const double *qd,
 }
 
 /* x = -c_u^+ bend v, the part of a second derivative that is due to the bend of the equations. */
-static void CLOSURE_NAME(bent)(const CLOSURE_NAME(closed) *s, const double *bend, const double *v,
+static void CLOSURE_NAME(bent)(const CLOSURE_NAME(closed) * s, const double *bend, const double *v,
                                int step, double x[CLOSURE_U])
 {
     double b[CLOSURE_M];
@@ -44,7 +44,7 @@ static void CLOSURE_NAME(bent)(const CLOSURE_NAME(closed) *s, const double *bend
 }
 
 /* Accelerations of all variables from those of the coordinates, and the rates wd. */
-static void CLOSURE_NAME(accelerations)(const CLOSURE_NAME(closed) *s, const double *wd,
+static void CLOSURE_NAME(accelerations)(const CLOSURE_NAME(closed) * s, const double *wd,
                                         const double *qdd, double *wdd)
 {
     double bend[CLOSURE_M * CLOSURE_W], x[CLOSURE_U];
@@ -56,7 +56,7 @@ static void CLOSURE_NAME(accelerations)(const CLOSURE_NAME(closed) *s, const dou
 }
 
 /* (W x Q) the rate of the derivative w_q at rates wd of all variables. */
-static void CLOSURE_NAME(w_D_q_dot)(const CLOSURE_NAME(closed) *s, const double *wd,
+static void CLOSURE_NAME(w_D_q_dot)(const CLOSURE_NAME(closed) * s, const double *wd,
                                     const double *w_q, double *D)
 {
     double bend[CLOSURE_M * CLOSURE_W], x[CLOSURE_U];
@@ -71,7 +71,7 @@ static void CLOSURE_NAME(w_D_q_dot)(const CLOSURE_NAME(closed) *s, const double 
 }
 
 /* All variables, the swings of struts behind w, and their derivatives by the coordinates. */
-static void CLOSURE_NAME(all)(const CLOSURE_NAME(closed) *s, double *all)
+static void CLOSURE_NAME(all)(const CLOSURE_NAME(closed) * s, double *all)
 {
     memcpy(all, s->w, sizeof s->w);
 #if CLOSURE_SWINGS
@@ -80,7 +80,7 @@ static void CLOSURE_NAME(all)(const CLOSURE_NAME(closed) *s, double *all)
 #endif
 }
 
-static void CLOSURE_NAME(all_D_q)(const CLOSURE_NAME(closed) *s, double *D)
+static void CLOSURE_NAME(all_D_q)(const CLOSURE_NAME(closed) * s, double *D)
 {
     CLOSURE_NAME(w_D_q)(s, D);
 #if CLOSURE_SWINGS
@@ -97,7 +97,7 @@ static void CLOSURE_NAME(all_D_q)(const CLOSURE_NAME(closed) *s, double *D)
 }
 
 /* The square of det c_u in parts of that at the reference: 0 at a singularity, NaN out of reach. */
-static double CLOSURE_NAME(margin)(CLOSURE_NAME(closed) *s)
+static double CLOSURE_NAME(margin)(CLOSURE_NAME(closed) * s)
 {
     double part = 1.0 / CLOSURE_DETERMINANT;
     CLOSURE_NAME(factored)(s);
@@ -108,7 +108,7 @@ static double CLOSURE_NAME(margin)(CLOSURE_NAME(closed) *s)
 
 /* Some rows of a table with so many columns. */
 static void CLOSURE_NAME(picked)(const double *table, int columns, int count, const int *index,
-                               double *picked)
+                                 double *picked)
 {
     for (int k = 0; k < count; k++)
         for (int j = 0; j < columns; j++)

@@ -1,5 +1,5 @@
-/* Tolerances of Newton's iteration on loops: lengths in parts of the robot's size, angles in radians;
- * part of chasles, the same for every robot. */
+/* Tolerances of Newton's iteration on loops: lengths in parts of the robot's size, angles in
+ * radians; part of chasles, the same for every robot. */
 #ifndef CHASLES_CLOSURE_TOLERANCES_H
 #define CHASLES_CLOSURE_TOLERANCES_H
 
@@ -11,6 +11,8 @@
  * Kantorovich, below 1/2 the solution nearby exists and is unique; the ratio is about half of its
  * number, which is estimated from two steps only. */
 #define CLOSURE_CONTRACTION 0.2
+/* The same where equations repeat others, and no determinant tells the branches apart. */
+#define CLOSURE_CAREFUL 0.05
 /* First step above which a start counts as too far away, whatever follows. */
 #define CLOSURE_FARTHEST 0.5
 /* Share of the way below which no solution is sought: a singularity is that near. */
