@@ -2,6 +2,7 @@
 
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import casadi as ca
 
@@ -66,9 +67,9 @@ def casadi_function(folder: str | Path, name: str) -> ca.Function:
             f"{found[0]} has no {name!r}; it has {everything.name_out()}, to be differentiated"
         )
     # An implicit function has no graph of scalars.
-    kind = ca.SX if everything.is_a("SXFunction") else ca.MX
+    kind: Any = ca.SX if everything.is_a("SXFunction") else ca.MX
     inputs = {i: kind.sym(i, everything.numel_in(i)) for i in everything.name_in()}
-    found = everything.call(list(inputs.values()), kind is ca.MX, False)
-    output = found[everything.name_out().index(name)]
+    outputs: Any = everything.call(list(inputs.values()), kind is ca.MX, False)
+    output = outputs[everything.name_out().index(name)]
     used = {i: symbol for i, symbol in inputs.items() if ca.depends_on(output, symbol)}
     return ca.Function(name, list(used.values()), [output], list(used), [name])
