@@ -133,6 +133,7 @@ def _of_mechanism(
     if has_chain and (functions is None or not set(functions) <= set(capabilities)):
         inverse = hybrid_inverses(hybrid, families)
         capabilities += [name for name in inverse.functions if name not in capabilities]
+        written = {function.name: function for function in inverse.written}
     capabilities += written
     chosen = _chosen(mechanism.name, _with_called(functions, written), capabilities)
     asked_of_tool = [name for name in chosen if name in of_tool]
