@@ -1,4 +1,4 @@
-"""The nominal mechanism of a robot with loops as it is built: lengths on a grid, axes at 15 degrees.
+"""The nominal mechanism of a robot with loops as built: lengths on a grid, axes at 15 degrees.
 
 The lengths of a robot as built differ a little from those of its design, and so do the directions
 of its axes. A design has round numbers, and loops that have a structure by equal or proportional
@@ -53,7 +53,7 @@ def nominal_mechanisms(mechanism: Mechanism) -> Iterator[Nominal]:
     for grid in GRIDS:
         rounding = _Rounding(mechanism, grid)
         found = rounding.rounded()
-        if rounding.moved > 0 and repr(found) not in seen:
+        if rounding.moved + rounding.turned > 0 and repr(found) not in seen:
             seen.add(repr(found))
             yield Nominal(found, rounding.moved, rounding.turned)
 
@@ -96,16 +96,17 @@ class _Rounding:
         )
 
     def _length(self, value: sp.Expr) -> sp.Expr:
-        """The length on the grid; a length that is no rational number is meant as it is."""
+        """The length on the grid, in numbers; one that is not rational is meant as it is."""
         number = value.xreplace(self.values)
         if not number.is_Rational:
-            return value
+            return number
         rounded = sp.Rational(int(sp.floor(number / self.grid + sp.Rational(1, 2)))) * self.grid
         self.moved = max(self.moved, abs(float(rounded - number)))
-        return value if rounded == number else rounded
+        return rounded
 
     def _turn(self, part: Rotation) -> Rotation:
         number = part.angle.xreplace(self.values)
+        part = replace(part, angle=number)
         steps = round(float(number / TURN))
         off = abs(float(number - steps * TURN))
         if not 0 < off <= MEASURED_STRUCTURE:
