@@ -12,6 +12,8 @@ from .inverse.hybrid_inverse import hybrid_inverses
 from .inverse.serial_inverse import Inverses, inverses
 from .loops import constraint_functions, maps, platforms
 from .loops.hybrid import Hybrid
+from .loops.iterated.closure_equations import LoopClosure
+from .loops.iterated.iterated_functions import inner_makers, written_functions
 from .loops.maps import Maker
 from .model.errors import RobotError
 from .model.mechanism import Described, Mechanism
@@ -35,6 +37,7 @@ class Derivation:
         inverse: The inverse kinematics; None if none of its functions was requested.
         written: Functions whose C is written by hand over tables of the robot.
         families: The families of inverses that were tried.
+        closure: The equations of loops without a closed form; None for other robots.
     """
 
     robot: Described
@@ -45,6 +48,7 @@ class Derivation:
     inverse: Inverses | None = None
     written: tuple[WrittenFunction, ...] = ()
     families: tuple[Family, ...] = FAMILIES
+    closure: LoopClosure | None = None
 
     def function(self, name: str) -> SymbolicFunction:
         """The function with a name.
@@ -119,12 +123,19 @@ def _of_mechanism(
     has_chain = not hybrid.forward.open
     of_tool = FUNCTIONS if has_chain else ()
     makers = _makers(hybrid)
+    closure, written = None if has_chain else LoopClosure(hybrid), {}
+    if closure is not None and closure.is_determined:
+        makers |= inner_makers(closure)
+        of_chain = {name: makers[name](hybrid) for name in platforms.OF_CHAIN}
+        written = written_functions(closure, of_chain)
     capabilities = [*of_tool, *makers]
     inverse = None
     if has_chain and (functions is None or not set(functions) <= set(capabilities)):
         inverse = hybrid_inverses(hybrid, families)
         capabilities += [name for name in inverse.functions if name not in capabilities]
-    chosen = _chosen(mechanism.name, functions, capabilities)
+        written = {function.name: function for function in inverse.written}
+    capabilities += written
+    chosen = _chosen(mechanism.name, _with_called(functions, written), capabilities)
     asked_of_tool = [name for name in chosen if name in of_tool]
     made = hybrid.kinematics.functions(asked_of_tool) if asked_of_tool else {}
     made |= {name: makers[name](hybrid) for name in chosen if name in makers}
@@ -133,11 +144,18 @@ def _of_mechanism(
         mechanism,
         hybrid.terms,
         hybrid.groups if has_chain else (),
-        tuple(_guarded(made[name], capabilities) for name in chosen),
+        tuple(_guarded(made[name], chosen) for name in chosen if name not in written),
         hybrid,
         inverse,
+        tuple(_unguarded_without(written[name], chosen) for name in chosen if name in written),
         families=families,
+        closure=closure,
     )
+
+
+def _unguarded_without(function: WrittenFunction, chosen: Collection[str]) -> WrittenFunction:
+    """The function, without a guard that is not asked for."""
+    return function if function.margin in chosen else replace(function, margin="")
 
 
 def _makers(hybrid: Hybrid) -> dict[str, Maker]:

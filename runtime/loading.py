@@ -77,6 +77,7 @@ def _guard(manifest: Manifest, info: FunctionInfo, functions: Mapping[str, Funct
         steps=steps,
         coordinates=manifest.loops.chain if info.domain == "chain" else manifest.coordinates,
         dead_point=manifest.tolerances.dead_point,
+        is_followed=manifest.is_iterated,
     )
 
 

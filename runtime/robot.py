@@ -33,7 +33,6 @@ from .contract.facts import (
 )
 from .contract.manifest import read_manifest
 from .errors import SourceMismatchError
-from .iterative import newton
 from .iterative.numeric_inverse import NumericMethods
 from .loading import load_functions
 from .velocity.rates import VelocityMethods
@@ -177,9 +176,6 @@ class Robot(
         """
         pickler = _function_pickler(manifest)
         functions = load_functions(manifest, pickler)
-        if manifest.is_iterated:
-            vars(self)["_loops"], iterated = newton.functions(manifest, functions, pickler)
-            functions |= iterated
         roles: dict[tuple[str, str, str], Function[Any]] = {}
         for info in manifest.functions:
             roles.setdefault((info.role, info.domain, info.codomain), functions[info.name])

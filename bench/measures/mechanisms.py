@@ -39,6 +39,15 @@ SWING = 0.075
 """Amplitude of the cranks [rad]: a step is below a milliradian, as in control."""
 ITERATED = 1000
 """Number of poses in a batch that is solved by iteration."""
+FOLLOWED = (
+    ("planar_3rrr", "fk", {"C": 2.0, "Python": 4.0}),
+    ("planar_3rrr", "fk_near", {}),
+    ("stewart_gough", "fk", {}),
+    ("stewart_gough", "fk_near", {"C": 3.0}),
+)
+"""Functions that iterate in C, with the time [us] that they may take."""
+STEP = 1e-3
+"""Distance of a seed from its pose: radian or metre, a step of control."""
 
 
 def run(plan: Plan) -> list[Ratio | Limit]:
@@ -142,17 +151,39 @@ def times(plan: Plan) -> list[Limit]:
 
 
 def iterations(plan: Plan) -> list[Limit]:
-    """Times per pose of functions that iterate in NumPy, in a batch and alone."""
-    planar, spatial = chasles.load("planar_3rrr"), chasles.load("stewart_gough")
+    """Times per pose of functions that iterate: in C, from Python one by one, and in a batch."""
     found = []
-    for robot, name in ((planar, "fk_planar_all"), (planar, "fk"), (spatial, "fk")):
-        q, call = closed(robot, ITERATED), getattr(robot, name)
-        works = {"in a batch": lambda f=call, q=q: f(q), "alone": lambda f=call, q=q: f(q[0])}
-        counts = {"in a batch": len(q), "alone": 1}
-        of = {way: [seconds(work) for _ in range(plan.rounds)] for way, work in works.items()}
-        found += [_time(f"{robot.name} {name}, {way}", of[way], counts[way], "us") for way in works]
-    return found
+    repeats = max(plan.calls // VECTORS, 1)
+    for name, function, bars in FOLLOWED:
+        robot = chasles.load(name)
+        call, inputs = getattr(robot, function), followed(robot, function)
+        many = np.ascontiguousarray(np.tile(np.concatenate(inputs, axis=-1), (repeats, 1)))
+        in_C = kernel(robot, function)
+        works = {
+            "C": lambda k=in_C, m=many: k.run(m),
+            "Python": lambda f=call, i=inputs: [f(*r) for r in zip(*i, strict=True)],
+            "in a batch": lambda f=call, i=inputs: f(*i),
+        }
+        counts = {"C": len(many), "Python": len(inputs[0]), "in a batch": len(inputs[0])}
+        of = alternated(works, plan.rounds)
+        found += [
+            _time(f"{name} {function}, {way}", of[way], counts[way], "us", bars.get(way))
+            for way in of
+        ]
+    robot = chasles.load("planar_3rrr")
+    q = closed(robot, ITERATED)
+    of_modes = [seconds(lambda: robot.fk_planar_all(q)) for _ in range(plan.rounds)]
+    return [*found, _time("planar_3rrr fk_planar_all, in a batch", of_modes, len(q), "us")]
 
 
-def _time(key: str, taken: list[float], count: int, unit: str) -> Limit:
-    return Limit(key, min(taken) / count * {"ns": 1e9, "us": 1e6}[unit], unit)
+def followed(robot: chasles.Robot, function: str) -> tuple[np.ndarray, ...]:
+    """Coordinates, and for functions that start from a seed, configurations a step away."""
+    q = closed(robot, VECTORS)
+    if not function.endswith("_near"):
+        return (q,)
+    away = np.random.default_rng(1).uniform(-STEP, STEP, q.shape)
+    return q, robot.configuration(q + away)
+
+
+def _time(key: str, taken: list[float], count: int, unit: str, bar: float | None = None) -> Limit:
+    return Limit(key, min(taken) / count * {"ns": 1e9, "us": 1e6}[unit], unit, bar)

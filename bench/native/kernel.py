@@ -51,11 +51,13 @@ class Kernel:
 
 
 def kernel(robot: chasles.Robot, function: str, flags: Sequence[str] = ()) -> Kernel:
-    """A function of a robot that takes one array, compiled as chasles compiles it."""
-    (array,), outputs = robot.functions[function].inputs, robot.functions[function].outputs
-    arguments = ["in", *(f"out + {ROOM * k}" for k in range(len(outputs)))]
+    """A function of a robot, compiled as chasles compiles it; a row holds all of its inputs."""
+    inputs, outputs = robot.functions[function].inputs, robot.functions[function].outputs
+    sizes = [math.prod(array.shape) for array in inputs]
+    arguments = [f"in + {sum(sizes[:k])}" for k in range(len(sizes))]
+    arguments += [f"out + {ROOM * k}" for k in range(len(outputs))]
     main = MAIN.format(robot=robot.name, function=function, arguments=", ".join(arguments))
     own = {file.name: file.read_text(encoding="utf-8") for file in robot.folder.glob("*.[ch]")}
     files = {"main.c": main, **own}
     library = compiled(Source(f"{robot.name}-{function}", files, (UNPACKED, *flags)))
-    return Kernel(ctypes.CDLL(str(library)), math.prod(array.shape), aligned(len(outputs), ROOM))
+    return Kernel(ctypes.CDLL(str(library)), sum(sizes), aligned(len(outputs), ROOM))

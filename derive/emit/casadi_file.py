@@ -2,12 +2,14 @@
 
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import casadi as ca
 
 from ..derivation import Derivation
 from ..program.programs import Programs
 from ..terms.casadi_graph import whole
+from .casadi_loops import with_loops
 
 POSITIONS = frozenset(
     {
@@ -29,9 +31,14 @@ def files(derivation: Derivation, _: Programs) -> dict[str, str]:
     if not kept:
         return {}
     name = derivation.robot.name
+    joined = (
+        whole(kept, name)
+        if derivation.closure is None
+        else with_loops(derivation, derivation.closure, kept)
+    )
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "function.casadi"
-        whole(kept, name).save(str(path))
+        joined.save(str(path))
         return {f"{name}.casadi": path.read_text(encoding="ascii")}
 
 
@@ -59,7 +66,10 @@ def casadi_function(folder: str | Path, name: str) -> ca.Function:
         raise KeyError(
             f"{found[0]} has no {name!r}; it has {everything.name_out()}, to be differentiated"
         )
-    inputs = {i: ca.SX.sym(i, everything.numel_in(i)) for i in everything.name_in()}
-    output = everything(**inputs)[name]
+    # An implicit function has no graph of scalars.
+    kind: Any = ca.SX if everything.is_a("SXFunction") else ca.MX
+    inputs = {i: kind.sym(i, everything.numel_in(i)) for i in everything.name_in()}
+    outputs: Any = everything.call(list(inputs.values()), kind is ca.MX, False)
+    output = outputs[everything.name_out().index(name)]
     used = {i: symbol for i, symbol in inputs.items() if ca.depends_on(output, symbol)}
     return ca.Function(name, list(used.values()), [output], list(used), [name])

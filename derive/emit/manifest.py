@@ -175,6 +175,13 @@ def _function(robot: Described, function: SymbolicFunction, program: Program) ->
     return {
         **_signature(robot, function),
         "operations": count_operations(program).as_dict(),
+        **_guard(function),
+    }
+
+
+def _guard(function: SymbolicFunction | WrittenFunction) -> dict[str, Any]:
+    """The name of the guard of a function, and the loops of a guard."""
+    return {
         **({"margin": function.margin} if function.margin else {}),
         **({"steps": list(function.steps)} if function.steps else {}),
     }
@@ -183,7 +190,7 @@ def _function(robot: Described, function: SymbolicFunction, program: Program) ->
 def _written(robot: Described, function: WrittenFunction) -> dict[str, Any]:
     """The entry of a handwritten function; the kinds of its operations depend on the pose."""
     operations = {"other": function.operations, "total": function.operations}
-    return {**_signature(robot, function), "operations": operations}
+    return {**_signature(robot, function), "operations": operations, **_guard(function)}
 
 
 def _signature(robot: Described, function: Signature) -> dict[str, Any]:

@@ -6,21 +6,27 @@ actuators that move this part follow from the lengths of the slides.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import sympy as sp
 
 from ..chain.kinematics import common_unit
 from ..loops.hybrid import Hybrid
+from ..model.errors import RobotError
+from ..model.tolerances import LED
 from ..terms.symbolic_function import Argument
 from ..terms.vectors import Basis, Vector
 from .chain_solution import given_argument, solve_chain
 from .classify import Attempt, classify, of_lines
 from .families import FAMILIES
 from .families.family import Family
+from .nominal_mechanism import Nominal, lead, nominal_mechanisms
+from .polished_inverse import TURN, as_start, led_from
 from .serial_inverse import Inverses
 from .steps.target import of_pose
 from .steps.work import Work
 from .structure.lines import Lines, home_of
+from .structure.requirement import Requirement
 from .substitution import substituted
 from .tasks.slots import POSE_SYMBOLS, function_of, pose_argument, pose_residual, values_of
 from .tasks.task import Solved, TaskInput
@@ -32,10 +38,18 @@ IDENTITY = "fk(q[k]) = T wherever residual[k] is rounding"
 def hybrid_inverses(hybrid: Hybrid, families: Sequence[Family] = FAMILIES) -> Inverses:
     """Derives the closed-form inverse of a robot with loops that has a main chain.
 
+    Where lengths off their design spoil the structure, the inverse is led from the nominal robot.
+
     Args:
         hybrid: The robot; its loops must be solved in closed form.
         families: The families to try on the main chain, in order.
     """
+    exact = _by_structure(hybrid, families)
+    return exact if exact.solved else _by_nominal(hybrid, families) or exact
+
+
+def _by_structure(hybrid: Hybrid, families: Sequence[Family]) -> Inverses:
+    """The inverse of the chain, or of the shorter chain with slides."""
     classification = classify(hybrid.robot, hybrid.terms, len(hybrid.q), families)
     if not {c.moves for c in hybrid.mechanism.coordinates}.isdisjoint(hybrid.backward.open):
         return Inverses(classification, {})
@@ -48,6 +62,50 @@ def hybrid_inverses(hybrid: Hybrid, families: Sequence[Family] = FAMILIES) -> In
     shorter = of_lines(moved.lines, families=families)
     solved_ = _by_translation(hybrid, moved, shorter.found) if shorter.found else None
     return Inverses(shorter, {} if solved_ is None else {"ik": solved_})
+
+
+def _by_nominal(hybrid: Hybrid, families: Sequence[Family]) -> Inverses | None:
+    """The inverse that is led from a nominal mechanism; None where none leads to the robot."""
+    for nominal in nominal_mechanisms(hybrid.mechanism):
+        try:
+            found = _of_nominal(hybrid, nominal, families)
+        except RobotError:
+            # The loops of this one do not close at the reference.
+            continue
+        if found is not None:
+            return found
+    return None
+
+
+def _of_nominal(hybrid: Hybrid, nominal: Nominal, families: Sequence[Family]) -> Inverses | None:
+    design = Hybrid(nominal.mechanism, hybrid.terms)
+    if design.forward.open:
+        return None
+    exact = _by_structure(design, families)
+    if not exact.solved:
+        return None
+    solved, found = exact.solved["ik"], exact.classification.found
+    if solved.inputs or solved.given or found is None:
+        return None
+    length = exact.classification.lines.length or 1.0
+    leads = lead(hybrid, solved.function, length)
+    if leads.share < LED:
+        return None
+    start = as_start(solved)
+    missed = Requirement(
+        "the loops have the lengths of the nominal robot", nominal.moved / length, is_length=True
+    )
+    nearly = replace(found, requirements=(*found.requirements, missed))
+    turns = tuple(
+        1 / TURN if c.kind == "revolute" and abs(hybrid.terms.value(c.ratio)) == 1 else 0.0
+        for c in hybrid.mechanism.coordinates
+    )
+    polished = led_from(solved.function, turns, length, leads.deviation)
+    return Inverses(
+        replace(exact.classification, found=nearly, missing=""),
+        {start.function.name: start},
+        polished=polished,
+    )
 
 
 def _by_chain(hybrid: Hybrid, lines: Lines, found: Attempt) -> Solved:

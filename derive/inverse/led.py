@@ -131,15 +131,15 @@ def _polished(
     for _ in range(STEPS):
         here, J = arm.pose_jacobian(q)
         J[..., list(given)] = 0.0
-        error = _twist(here, T) * weights
+        error = twist_between(here, T) * weights
         inverse = np.linalg.pinv(J * weights[:, None], rcond=LED_BACK)
         step = np.einsum("Nij,Nj->Ni", inverse, error)
         q = q + step * LED_STEP / np.maximum(np.abs(step).max(-1, keepdims=True), LED_STEP)
     here, _ = arm.pose_jacobian(q)
-    return q, np.abs(_twist(here, T) * weights).max(-1)
+    return q, np.abs(twist_between(here, T) * weights).max(-1)
 
 
-def _twist(here: FloatArray, there: FloatArray) -> FloatArray:
+def twist_between(here: FloatArray, there: FloatArray) -> FloatArray:
     """Twists (N, 6) from poses to others; the angular part is the axis times the sine."""
     turn = there[:, :3, :3] @ np.swapaxes(here[:, :3, :3], 1, 2)
     skew = (turn - np.swapaxes(turn, 1, 2)) / 2

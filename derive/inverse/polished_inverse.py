@@ -18,7 +18,7 @@ OPERATIONS = 1500
 FURTHER = 4
 """Slots for further solutions: arms with 8 branches were seen to have 10 solutions."""
 FREEDOMS = 6
-_TURN = 6.283185307179586
+TURN = 6.283185307179586
 
 
 def as_start(nominal: Solved) -> Solved:
@@ -46,9 +46,6 @@ def polished_inverse(
 ) -> WrittenFunction:
     """The function ``ik`` of an arm that nearly has a structure.
 
-    Its slots are those of the nominal arm, and behind them ``FURTHER`` for solutions that the true
-    arm has near singularities beyond the nominal arm's number; NaN where there is none.
-
     Args:
         classification: The structure, and how far the axes are from it.
         nominal: The task ``ik`` of the nominal arm.
@@ -57,13 +54,37 @@ def polished_inverse(
     """
     lines, found = classification.lines, classification.found
     deviation = 0.0 if found is None else found.deviation
+    turns = tuple(1.0 / TURN if axis.turns else 0.0 for axis in lines.axes)
+    further = FURTHER if len(turns) >= FREEDOMS else 0
+    return led_from(nominal, turns, lines.length or 1.0, deviation, general, further)
+
+
+def led_from(
+    nominal: SymbolicFunction,
+    turns: tuple[float, ...],
+    length: float,
+    deviation: float,
+    general: tuple[Table, ...] = (),
+    further: int = 0,
+) -> WrittenFunction:
+    """The function ``ik`` of a robot that is led from a nominal one.
+
+    Its slots are those of the nominal robot, and some behind them for solutions that the true one
+    has near singularities beyond the nominal one's number; NaN where there is none.
+
+    Args:
+        nominal: The task ``ik`` of the nominal robot.
+        turns: Turns in a unit of each coordinate, 0 where it does not turn.
+        length: The robot's length (metre), which compares lengths with angles.
+        deviation: Between both robots: radian, parts of the length.
+        general: As of :func:`polished_inverse`.
+        further: Number of slots for further solutions.
+    """
     q, residual, margin = nominal.outputs
     n = q.shape[-1]
-    further = FURTHER if n >= FREEDOMS else 0
     slots = nominal.branches + further
     labels = tuple(f"further {k + 1}" for k in range(further))
     is_free = tuple(0.0 if k in nominal.role.given else 1.0 for k in range(n))
-    turns = tuple(1.0 / _TURN if axis.turns else 0.0 for axis in lines.axes)
     return WrittenFunction(
         nominal.name,
         f"Every solution of the inverse kinematics, in {slots} slots.",
@@ -80,7 +101,7 @@ def polished_inverse(
             ),
         ),
         SOLVER,
-        (is_free, turns, lines.length or 1.0, deviation, general),
+        (is_free, turns, length, deviation, general),
         CALLS,
         slots,
         OPERATIONS * nominal.branches,

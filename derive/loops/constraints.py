@@ -151,6 +151,27 @@ def constraints(
     return _Constraints(mechanism, terms, z).all()
 
 
+def swing_angles(
+    mechanism: Mechanism, terms: Terms, values: Mapping[str, sp.Expr]
+) -> dict[str, sp.Expr]:
+    """The swing of each strut on pins between two points, by name, between -pi and pi.
+
+    Args:
+        mechanism: The description; loops with struts on pins are planar.
+        terms: Receives the named terms.
+        values: All joints and cylinders by name (radian or metre), without swings.
+    """
+    planar, _ = linkages(mechanism, terms)
+    linkage_of = {name: linkage for linkage in planar for name in linkage.closers}
+    return {
+        loop.closer.swing_name: _Planar(terms, linkage_of[loop.closer.name], loop, values).swing_of(
+            loop.closer
+        )
+        for loop in loops(mechanism)
+        if isinstance(loop.closer, Strut) and loop.closer.ends == "pin"
+    }
+
+
 def jacobian(
     equations: Sequence[LoopEquations], terms: Terms, z: Sequence[sp.Symbol]
 ) -> tuple[tuple[sp.Expr, ...], ...]:
@@ -283,6 +304,16 @@ class _Planar:
 
     def _met(self, difference: PhasorSum) -> _Residual:
         return _Residual("planar", difference.coordinates(self.terms), ("m", "m"))
+
+    def swing_of(self, strut: Strut) -> sp.Expr:
+        """The angle of a strut from end to end, measured on the body at its beginning."""
+        swing, end = self.edges[strut.swing_name], self.edges[f"{strut.name}.end"]
+        assert isinstance(swing, PinEdge)
+        assert isinstance(end, PinEdge)
+        along = self.b.point(end.at_b) - self.a.point(swing.at_a)
+        seen = along.turned(-self.a.angle).times(conjugate(self.a.rotor))
+        x, y = seen.coordinates(self.terms)
+        return self.terms.let(sp.atan2(swing.sense * y, x, evaluate=False))
 
     def _strut(self, strut: Strut) -> _Residual:
         swing, end = self.edges[strut.swing_name], self.edges[f"{strut.name}.end"]

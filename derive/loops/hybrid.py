@@ -46,12 +46,17 @@ class Hybrid:
             leaves out.
     """
 
-    def __init__(self, mechanism: Mechanism) -> None:
-        """Sorts the loops and names the coordinates."""
+    def __init__(self, mechanism: Mechanism, terms: Terms | None = None) -> None:
+        """Sorts the loops and names the coordinates.
+
+        Args:
+            mechanism: The description.
+            terms: The terms of another mechanism with the same parameters; new ones by default.
+        """
         self.mechanism = mechanism
         self.missing: dict[str, str] = {}
         self.robot = mechanism.main_chain
-        self.terms = Terms({p.symbol: p.value for p in mechanism.parameters})
+        self.terms = terms or Terms({p.symbol: p.value for p in mechanism.parameters})
         self.loops: Loops = sorted_loops(mechanism, self.terms)
         moving = self.robot.moving
         self.arguments = arguments_of([c.unit for c in mechanism.coordinates], "actuator")

@@ -19,7 +19,7 @@ import sympy as sp
 
 from ..chain.coordinates import InProportion
 from ..chain.groups import groups
-from ..chain.kinematics import Kinematics
+from ..chain.kinematics import FUNCTIONS, Kinematics
 from ..model.mechanism import Frame, Mechanism, Strut
 from ..model.robot import Joint
 from ..terms.role import Role
@@ -35,22 +35,16 @@ from .triad import triad_mirror, triad_polynomial, triad_position
 
 ONE, ZERO = sp.Integer(1), sp.Integer(0)
 TRIAD = 3
-OF_CHAIN = (
-    "fk",
-    "link_poses",
-    "jacobian_space",
-    "jacobian_body",
-    "jacobian_mixed",
-)
-"""Functions of the open main chain, called ``chain_fk`` and so on, of a robot whose loops have no
-closed form."""
+OF_CHAIN = {f"chain_{name}": name for name in FUNCTIONS}
+"""Functions of the open main chain of a robot whose loops have no closed form, and what they are
+called of a serial robot."""
 
 
 def makers(h: Hybrid) -> dict[str, Maker]:
     """The functions of a platform on legs, none for other robots."""
     found: dict[str, Maker] = {}
     if h.forward.open:
-        found |= {f"chain_{name}": partial(of_open_chain, name) for name in OF_CHAIN}
+        found |= {name: partial(of_open_chain, called) for name, called in OF_CHAIN.items()}
     if not is_platform(h.mechanism):
         return found
     found |= {

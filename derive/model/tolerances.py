@@ -103,6 +103,15 @@ to be different from zero is as small.
 """
 CLOSED_LOOP = 1e-12
 """Residual below which a loop is closed in double precision (metre, or sine of an angle)."""
+NEARLY_DEAD = 1e-3
+"""sin^2 of a transmission angle at the reference up to which another ring of pins is solved first:
+two degrees from a dead point, a tenth of a millimetre moves joints by milliradians."""
+VANISHED = 1e-12
+"""Part of the longest of some vectors up to which a vector may be the zero that exact arithmetic
+finds: rounding leaves 1e-16 of it, and more only makes the exact test run."""
+FOUND_LOOP = 1e-10
+"""Residual (metre, or sine of an angle) above which an implicit function of CasADi found no closed
+loop: its last step is 1e-14, and where equations repeat each other it iterates on their squares."""
 ZERO_SINGULAR_VALUE = 1e-9
 """Singular values below this part of the largest are zero (pure number).
 

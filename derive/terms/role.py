@@ -8,7 +8,7 @@ ROLES = (
     *("twist", "acceleration"),
     *("inverse", "nominal inverse", "redundancy"),
     *("map", "map derivative", "map rate", "map acceleration", "margin", "branches"),
-    *("constraint", "constraint derivative", "constraint rate"),
+    *("constraint", "constraint derivative", "constraint rate", "closure", "near"),
     *("lengths", "lengths derivative", "velocity relation"),
     *("assembly polynomial", "assembly pose", "assembly mirror"),
     "other",

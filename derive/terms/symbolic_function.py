@@ -81,6 +81,8 @@ class WrittenFunction(Signature):
         calls: Names of the functions that the solver calls, in the order in which it takes them.
         branches: Number of slots that it fills.
         operations: About how many operations it takes, by which a batch is divided over threads.
+        margin: Name of the function that tells why its results are NaN; empty where none does.
+        steps: Names of the loops, one an entry, where the function gives margins.
     """
 
     solver: str
@@ -88,6 +90,8 @@ class WrittenFunction(Signature):
     calls: tuple[str, ...]
     branches: int
     operations: int
+    margin: str = field(default="", kw_only=True)
+    steps: tuple[str, ...] = field(default=(), kw_only=True)
 
 
 @dataclass(frozen=True)

@@ -42,6 +42,8 @@ class Guard:
         steps: The loop of each step.
         coordinates: The elements of the function's first input.
         dead_point: Margin up to which a loop counts as at its dead point.
+        is_followed: Whether the loops are followed from the reference configuration, and may have
+            no margin because a singularity is on the way.
     """
 
     label: str
@@ -49,6 +51,7 @@ class Guard:
     steps: tuple[str, ...]
     coordinates: Sequence[Named]
     dead_point: float
+    is_followed: bool = False
 
     def __call__(self, inputs: tuple[NDArray[np.float64], ...]) -> None:
         """Finds the loop that makes the result not finite.
@@ -79,7 +82,10 @@ class Guard:
             )
         if np.isnan(margin).any():
             loop = self.steps[int(np.argmax(np.isnan(margin)))]
-            raise OutOfReachError(f"{self.label}: {loop} does not close at {position}")
+            way = ", or not on a way without singularities from the reference configuration"
+            raise OutOfReachError(
+                f"{self.label}: {loop} does not close at {position}{way * self.is_followed}"
+            )
         if value <= self.dead_point:
             raise SingularityError(
                 f"{self.label}: at a dead point of {loop}, at {position}: margin {value:.4g}; "

@@ -53,7 +53,7 @@ def _is_planar(robot: LoopMethods) -> bool:
 
 
 def _can_check_actuators(robot: LoopMethods) -> bool:
-    return robot._is_iterated or ("margin", "actuators", "") in robot._roles
+    return ("margin", "actuators", "") in robot._roles
 
 
 def _can_check_chain(robot: LoopMethods) -> bool:
@@ -83,8 +83,6 @@ class LoopMethods(NewtonMethods, SizeMethods):
         Returns:
             (...,): False also where an input is not finite.
         """
-        if self._is_iterated:
-            return self.follow(q).valid
         return _closes(self._roles["margin", "actuators", ""](q))
 
     @needs("actuators", when=_can_check_chain)

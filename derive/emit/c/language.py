@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from ...derivation import Derivation
 from ...program.programs import Programs
 from ...terms.symbolic_function import SymbolicFunction, WrittenFunction
-from . import batch, branch_lanes, polished, scalar, written
+from . import batch, branch_lanes, closed_loops, polished, scalar, written
 from .header import header, support
 
 RIGID = "chasles_rigid.h"
@@ -22,6 +22,7 @@ def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
         **_for_poses((*functions, *derivation.written)),
         **written.written_files(robot, derivation.written),
         **polished.polished_files(derivation, programs),
+        **closed_loops.closure_files(derivation),
         **branch_lanes.files(robot, functions, programs),
         **batch.files(robot, functions, programs, derivation.written),
     }

@@ -56,6 +56,7 @@ def _source(derivation: Derivation, function: WrittenFunction, programs: Program
         "TURNS": turns,
         "LENGTH": length,
         "DEVIATION": deviation,
+        "IS_SEARCHED": int(derivation.hybrid is None),
     }
     on_lanes, *others = (f"#define POLISH_{name} {value}" for name, value in macros.items())
     return "\n".join(

@@ -41,7 +41,8 @@ def source(
         included += f'\n#include "{branches_file(robot)}"'
     parts = [notice(robot), f"{included}\n"]
     parts += [_definition(robot, function, programs.alone(function)) for function in functions]
-    parts += [f'#include "{written_file(robot, function)}"\n' for function in written]
+    own = dict.fromkeys(written_file(robot, function) for function in written)
+    parts += [f'#include "{file}"\n' for file in own]
     return "\n".join(parts)
 
 

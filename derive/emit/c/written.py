@@ -22,6 +22,8 @@ SUPPORTS = {
     "general_given": ("chasles_general_given.h", *GENERAL),
 }
 """The files of each solver that takes tables; a generated file includes the first."""
+SHARED = ("closure",)
+"""Solvers of several functions of a robot, which share one file."""
 
 
 def written_files(robot: Described, written: Sequence[WrittenFunction]) -> dict[str, str]:
@@ -33,8 +35,9 @@ def written_files(robot: Described, written: Sequence[WrittenFunction]) -> dict[
 
 
 def written_file(robot: Described, function: WrittenFunction) -> str:
-    """Name of the file of a function with a handwritten solver."""
-    return f"{robot.name}_{function.name}.h"
+    """Name of the file of a function with a handwritten solver; some solvers share one file."""
+    of = function.solver if function.solver in SHARED else function.name
+    return f"{robot.name}_{of}.h"
 
 
 def _source(robot: Described, function: WrittenFunction) -> str:

@@ -5,6 +5,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import sympy as sp
+
+from ...model.tolerances import NEARLY_DEAD, VANISHED
 from .clusters import Cluster, Clusters, Turned
 from .phasors import PhasorSum, dot, is_zero, quotient
 from .planes import Edge, PinEdge
@@ -106,3 +109,60 @@ def exact_turn(here: PhasorSum, there: PhasorSum) -> Turned | None:
     if not is_zero(dot(a, a) - dot(b, b)):
         return None
     return angle_there - angle, quotient(b, a)
+
+
+def clear_ring(clusters: Clusters) -> tuple[Edge, ...] | None:
+    """The first ring of three pins that is not near a dead point at the reference.
+
+    The first of all where every ring is; None where there is none.
+    """
+    rings = list(clusters.rings(slides=0))
+    clear = (ring for ring in rings if _margin(clusters, dyad_of(clusters, ring)) > NEARLY_DEAD)
+    return next(clear, rings[0] if rings else None)
+
+
+def _margin(clusters: Clusters, dyad: Dyad) -> float:
+    """The sine squared of the angle between the arms at the reference, below 0 out of reach."""
+    v, w, d = (abs(clusters.reference.vector(vector)) for vector in (dyad.V, dyad.W, dyad.D))
+    return ((v + w) ** 2 - d**2) * (d**2 - (v - w) ** 2) / (4 * v**2 * w**2)
+
+
+def may_be_parallelogram(clusters: Clusters, dyad: Dyad) -> bool:
+    """Whether the base is a sum of vectors as long as the arms, in numbers.
+
+    Exact arithmetic takes much longer.
+    """
+
+    def in_numbers(total: PhasorSum) -> dict[sp.Expr, complex]:
+        return {angle: clusters.reference.number(c) for angle, c in total.terms.items()}
+
+    relations = [in_numbers(relation) for relation in clusters.relations]
+    best = in_numbers(dyad.D)
+    fewer = True
+    while fewer:
+        candidates = [
+            _less(best, relation, best[angle] / vector)
+            for relation in relations
+            for angle, vector in relation.items()
+            if angle in best
+        ]
+        least = min(candidates, key=len, default=best)
+        fewer = len(least) < len(best)
+        best = least if fewer else best
+    if len(best) != len(SIDES):
+        return False
+    sides = sorted(map(abs, best.values()))
+    arms = sorted(abs(clusters.reference.vector(arm)) for arm in (dyad.V, dyad.W))
+    return all(abs(a - b) <= VANISHED * b for a, b in zip(sides, arms, strict=True))
+
+
+def _less(
+    total: dict[sp.Expr, complex], relation: dict[sp.Expr, complex], factor: complex
+) -> dict[sp.Expr, complex]:
+    """A sum of turning vectors less a multiple of another, without vectors that are rounding."""
+    size = max(map(abs, total.values()))
+    rest = {
+        angle: total.get(angle, 0j) - factor * relation.get(angle, 0j)
+        for angle in {**total, **relation}
+    }
+    return {angle: c for angle, c in rest.items() if abs(c) > VANISHED * size}

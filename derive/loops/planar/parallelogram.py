@@ -16,7 +16,7 @@ import sympy as sp
 from ...terms.tangents import LoopRate, Tangent
 from .arm import rates_of
 from .clusters import Clusters, PlanarStep, Turned
-from .dyads import Dyad, dyad_of, exact_turn, join_dyad, side_of
+from .dyads import Dyad, dyad_of, exact_turn, join_dyad, may_be_parallelogram, side_of
 from .loop_step import (
     AngleEquation,
     LoopStep,
@@ -145,6 +145,8 @@ def _mirrored(clusters: Clusters, sides: Sides) -> CrossedParallelogram:
 
 def _sides(clusters: Clusters, dyad: Dyad) -> Sides | None:
     """The sides of the base, where it is a sum of two vectors as long as the arms."""
+    if not may_be_parallelogram(clusters, dyad):
+        return None
     D = dyad.D.reduced(clusters.relations, lambda total: len(total.terms))
     if len(D.terms) != SIDES_OF_THE_BASE:
         return None

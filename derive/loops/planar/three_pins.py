@@ -16,7 +16,7 @@ from ...terms.tangents import LoopRate, Tangent
 from ...terms.terms import Terms
 from .arm import Arm, arm, rates_of, turn_of
 from .clusters import Clusters, PlanarStep
-from .dyads import SIDES, dyad_of, join_dyad, side_of
+from .dyads import SIDES, clear_ring, dyad_of, join_dyad, side_of
 from .loop_step import (
     HALF,
     AngleEquation,
@@ -195,7 +195,7 @@ class ThreePins(PlanarStep):
     @classmethod
     def join(cls, clusters: Clusters) -> bool:
         """Joins the first ring of three pins."""
-        pins = clusters.ring(slides=0)
+        pins = clear_ring(clusters)
         if pins is None:
             return False
         dyad = dyad_of(clusters, pins)

@@ -1,135 +1,245 @@
-"""Loops solved by Newton's iteration: followed from the reference, called like the rest."""
+"""Loops solved by Newton's iteration in C: on their branch, with derivatives, from seeds."""
 
 import pickle
+import tomllib
 
 import numpy as np
 import pytest
 
 import chasles
-from chasles.iterative import newton
+from chasles.derive import load, write
+from chasles.derive.emit.casadi_file import casadi_function
+from tests.helpers.derivations import ROBOTS
 
-from .. import struts
+REDUNDANT = """
+[[joints]]
+name = "bar_pin"
+parent = "crank_1"
+link = "bar"
+xyz = ["S_A", 0, 0]
+axis = [0, 0, 1]
+
+[[rods]]
+name = "upper"
+length = "S_A"
+a = { body = "0", xyz = ["r_b*cos(210) + 50", "r_b*sin(210)", 0] }
+b = { body = "bar", xyz = [50, 0, 0] }
+swing = "upper_swing"
+
+[[rods]]
+name = "lower"
+length = "S_A"
+a = { body = "0", xyz = ["r_b*cos(210) - 70", "r_b*sin(210)", 0] }
+b = { body = "bar", xyz = [-70, 0, 0] }
+swing = "lower_swing"
+
+[reference]
+bar_pin = -76
+upper_swing = 76
+lower_swing = 76
+"""
+"""A bar on three parallel cranks, which repeat each other: one equation too many."""
+NAMES = ("planar_3rrr", "stewart_gough", "redundant")
 
 
-@pytest.fixture(scope="module")
-def robot(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("struts")
+def description(folder, name):
+    if name != "redundant":
+        return ROBOTS / f"{name}.toml"
+    text = (ROBOTS / "planar_3rrr.toml").read_text().replace('"planar_3rrr"', '"redundant"')
+    parts, reference = text.split("[reference]")
+    file = folder / "redundant.toml"
+    file.write_text(f"{parts}{REDUNDANT}{reference}")
+    tomllib.loads(file.read_text())
+    return file
+
+
+@pytest.fixture(scope="module", params=NAMES)
+def robot(request, tmp_path_factory):
+    folder = tmp_path_factory.mktemp(request.param)
+    read = load(description(folder, request.param))
+    wanted = [name for name in WANTED if read.passive or not name.startswith("passive")]
+    write(read, folder / request.param, wanted)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("CHASLES_CACHE", str(folder / "cache"))
-        yield chasles.load(struts.write(folder / "struts"))
+        yield chasles.load(folder / request.param)
 
 
-def poses(n, seed=0):
-    """Poses of the reference's branch: no singularity is on the way to them."""
-    return np.random.default_rng(seed).uniform([-0.15, -0.15, -0.2], [0.15, 0.15, 0.2], (n, 3))
+WANTED = (
+    *("fk", "jacobian_mixed", "fk_jacobian_mixed", "jacobian_body_dot", "jacobian_mixed_dot"),
+    *("hessian_mixed", "twist_mixed", "acceleration_mixed", "link_poses", "margin", "fk_near"),
+    *("chain", "chain_D_q", "chain_rates", "chain_accelerations", "passive", "passive_D_q"),
+    *("configuration", "configuration_D_q", "configuration_near", "constraint", "closure"),
+    *("actuators", "constraint_D_z"),
+)
 
 
-UNREACHABLE = np.array([0.1, 0.1, 30.0])
+def coordinates(robot, n, wide=1.0, seed=0):
+    """Coordinates about the middle of the limits."""
+    middle, half = (robot.lower + robot.upper) / 2, (robot.upper - robot.lower) / 2
+    return middle + half * wide * np.random.default_rng(seed).uniform(-1, 1, (n, robot.n))
 
 
-def test_it_finds_the_pose_that_made_q(robot):
-    expected = poses(10_000)
-    found = robot.follow(struts.q_of(expected))
+def difference(function, x, step=1e-6):
+    """(..., n) derivative of a function of rows x (N, n) by central differences."""
+    slopes = [(function(x + h) - function(x - h)) / (2 * step) for h in step * np.eye(x.shape[-1])]
+    return np.stack(slopes, axis=-1)
+
+
+def test_every_pose_within_limits_is_found(robot):
+    q = coordinates(robot, 5000)
+    found = robot.follow(q)
     assert found.valid.all()
     assert found.n_failed == 0
     assert found.residual.max() < 1e-12
-    np.testing.assert_allclose(found.z[:, :3], expected, atol=1e-10)
-    np.testing.assert_array_equal(found.z[:, 4::2], struts.q_of(expected) / 2)
+    assert robot.valid(q).all()
+    if "actuators" in robot.functions:
+        np.testing.assert_allclose(robot.actuators(robot.chain(q)), q, atol=1e-12)
 
 
-def test_functions_of_q(robot):
-    expected = poses(50).reshape(5, 10, 3)
-    q = struts.q_of(expected)
-    np.testing.assert_allclose(robot.chain(q), expected, atol=1e-10)
-    np.testing.assert_allclose(robot.fk(q), robot.chain_fk(expected), atol=1e-10)
-    assert robot.passive(q).shape == (5, 10, 3)
+def followed(robot, q, steps):
+    """Variables w at q by Newton's iteration in small steps, NaN where det c_u changes sign."""
+    names = [v.name for v in robot.configuration_variables]
+    own = [k for k, name in enumerate(names) if not name.startswith("psi")]
+    moved = [c.name for c in robot.coordinates]
+    actuated = [own.index(names.index(name)) for name in moved]
+    unknown = np.setdiff1d(np.arange(len(own)), actuated)
+    q_0, w = np.array(robot.reference.q), np.tile(np.array(robot.reference.z)[own], (len(q), 1))
+    sense = None
+    for part in np.linspace(0, 1, steps + 1):
+        w[:, actuated] = q_0 + part * (q - q_0)
+        for _ in range(3):
+            c, D = robot.closure(w)
+            J = np.where(np.isfinite(c).all(-1)[:, None, None], D[..., unknown], unknown.size)
+            J += np.eye(len(unknown)) * ~np.isfinite(c).all(-1)[:, None, None]
+            w[:, unknown] -= np.linalg.solve(J, c[..., None])[..., 0]
+        sign = np.sign(np.linalg.det(J))
+        sense = sign if sense is None else sense
+        w[(sign != sense) | (np.abs(c).max(-1) > 1e-6)] = np.nan
+    return w, own
+
+
+def test_the_branch_is_kept_far_outside_the_limits(robot):
+    if robot.name == "redundant":
+        pytest.skip("without a determinant")
+    q = coordinates(robot, 60, wide=3.0)
+    expected, own = followed(robot, q, 3000)
+    z = robot.follow(q).z[:, own]
+    reached = np.isfinite(expected).all(-1)
+    assert 15 < reached.sum() < 60
+    np.testing.assert_allclose(z[reached], expected[reached], atol=1e-9)
+    # Behind a singularity nothing is found; near to one, steps of this length may pass over it.
+    assert np.isfinite(z[~reached]).all(-1).sum() <= 1
+
+
+def test_derivatives(robot):
+    q = coordinates(robot, 20)
+    qd, qdd = np.random.default_rng(1).normal(size=(2, *q.shape))
+    for name in ("chain", "passive", "configuration"):
+        slope = difference(robot.functions[name], q) if name in robot.functions else None
+        if slope is not None:
+            np.testing.assert_allclose(robot.functions[f"{name}_D_q"](q), slope, atol=1e-7)
+    D, J, H = robot.chain_D_q(q), robot.jacobian_mixed(q), robot.hessian_mixed(q)
+    D_dot = np.einsum("nijk,nk->nij", difference(robot.chain_D_q, q), qd)
+    np.testing.assert_allclose(robot.chain_rates(q, qd), np.einsum("nij,nj->ni", D, qd), atol=1e-12)
+    expected = np.einsum("nij,nj->ni", D, qdd) + np.einsum("nij,nj->ni", D_dot, qd)
+    np.testing.assert_allclose(robot.chain_accelerations(q, qd, qdd), expected, atol=2e-6)
+    np.testing.assert_allclose(J[:, :3], difference(lambda x: robot.fk(x)[:, :3, 3], q), atol=1e-7)
+    np.testing.assert_allclose(H, difference(robot.jacobian_mixed, q), atol=2e-6)
+    J_dot = np.einsum("nijk,nk->nij", H, qd)
+    np.testing.assert_allclose(robot.jacobian_mixed_dot(q, qd), J_dot, atol=1e-10)
+    of_body = np.einsum("nijk,nk->nij", difference(_of_body(robot), q), qd)
+    np.testing.assert_allclose(robot.jacobian_body_dot(q, qd), of_body, atol=2e-6)
+    V, A = robot.twist_mixed(q, qd), robot.acceleration_mixed(q, qd, qdd)
+    np.testing.assert_allclose(V, np.einsum("nij,nj->ni", J, qd), atol=1e-12)
+    expected = np.einsum("nij,nj->ni", J, qdd) + np.einsum("nij,nj->ni", J_dot, qd)
+    np.testing.assert_allclose(A, expected, atol=1e-10)
+    T, both = robot.fk_jacobian_mixed(q)
+    np.testing.assert_array_equal(T, robot.fk(q))
+    np.testing.assert_array_equal(both, J)
+    np.testing.assert_allclose(robot.link_poses(q)[:, -1], T, atol=1e-12)
+
+
+def _of_body(robot):
+    def J(q):
+        R = np.swapaxes(robot.fk(q)[:, :3, :3], -1, -2)
+        mixed = robot.jacobian_mixed(q)
+        return np.concatenate([R @ mixed[:, :3], R @ mixed[:, 3:]], axis=1)
+
+    return J
+
+
+def test_from_a_seed(robot):
+    q = coordinates(robot, 200)
     z = robot.configuration(q)
-    np.testing.assert_array_equal(robot.passive(q), z[..., 3::2])
-    assert np.abs(robot.constraint(z)).max() < 1e-12
+    near = q + np.random.default_rng(2).normal(scale=1e-3, size=q.shape)
+    found = robot.follow(near, seed=z)
+    assert found.valid.all()
+    np.testing.assert_allclose(found.z, robot.configuration(near), atol=1e-11)
+    T, again = robot.fk_near(near, z)
+    np.testing.assert_allclose(T, robot.fk(near), atol=1e-11)
+    np.testing.assert_array_equal(again, found.z)
+    path = np.linspace(q[0], q[1], 40)
+    walked = robot.follow_path(path)
+    np.testing.assert_allclose(walked.z[-1], z[1], atol=1e-11)
+    assert walked.valid.all()
+    assert not robot.follow(q[0], seed=z[0] + 5.0).valid
 
 
-@pytest.mark.parametrize("name", ["configuration", "chain", "passive"])
-def test_derivatives_by_q(robot, name):
-    q, h = struts.q_of(poses(20)), 1e-5
-    function = robot.functions[name]
-    slope = robot.functions[f"{name}_D_q"](q)
-    for k, step in enumerate(h * np.eye(3)):
-        difference = (function(q + step) - function(q - step)) / (2 * h)
-        np.testing.assert_allclose(slope[..., k], difference, atol=1e-7)
-
-
-def test_jacobian_is_the_chains_times_the_derivative_of_its_joints(robot):
-    q = struts.q_of(poses(20))
-    J = robot.jacobian_mixed(q)
-    expected = robot.chain_jacobian_mixed(robot.chain(q)) @ robot.chain_D_q(q)
-    np.testing.assert_allclose(J, expected, atol=1e-12)
-    assert robot.jacobian_mixed(q[0]).shape == (6, 3)
+def unreachable(robot):
+    """Coordinates at which the first leg is too far away."""
+    return np.array(robot.reference.q) + 2.5 * np.eye(robot.n)[0]
 
 
 def test_what_is_not_reached(robot):
-    q = np.stack([UNREACHABLE, struts.q_of(np.zeros(3)), [np.nan, 1.0, 1.0]])
+    far = unreachable(robot)
+    q = np.stack([far, robot.reference.q, np.full(robot.n, np.nan)])
     found = robot.follow(q)
     np.testing.assert_array_equal(found.valid, [False, True, False])
     assert found.n_failed == 2
     np.testing.assert_array_equal(np.isnan(found.z).all(-1), [True, False, True])
     np.testing.assert_array_equal(robot.valid(q), [False, True, False])
     np.testing.assert_array_equal(np.isnan(robot.fk(q)).any((-2, -1)), [True, False, True])
-    with pytest.raises(
-        chasles.OutOfReachError,
-        match=r"struts.fk: .* to motor1 = 0.1 rad, .*, motor3 = 30 rad: the loops do not close",
-    ):
-        robot.fk(UNREACHABLE)
-    out = np.zeros(3)
+    with pytest.raises(chasles.OutOfReachError, match=r"fk: .* does not close at .*singularities"):
+        robot.fk(far)
+    out = np.zeros(len(robot.chain_joints))
     with pytest.raises(chasles.OutOfReachError):
-        robot.chain(UNREACHABLE, out=out)
+        robot.chain(far, out=out)
     assert np.isnan(out).all()
-    assert np.isnan(robot.chain([np.nan, 1.0, 1.0])).all()
-
-
-def test_branches_are_not_mixed(robot):
-    # For poses on both sides of a singularity, solutions stay on the side of the reference.
-    spread = poses(5000) * 3
-    found = robot.follow(struts.q_of(spread))
-    assert 4000 < found.valid.sum() < 5000
-
-    def side(z):
-        return np.linalg.det(robot.constraint_D_z(z)[..., :6, [0, 1, 2, 3, 5, 7]]) > 0
-
-    z = found.z[found.valid]
-    assert (side(z) == side(robot.configuration(robot.reference.q))).all()
-    assert (np.abs(z[:, :3] - spread[found.valid]).max(-1) > 1e-3).any()
+    assert np.isnan(robot.chain(q[2])).all()
 
 
 def test_calls(robot):
-    q = struts.q_of(poses(4)).reshape(2, 2, 3)
+    q = coordinates(robot, 4).reshape(2, 2, -1)
     out = np.empty((2, 2, 4, 4))
     assert robot.fk(q, out=out, threads="all") is out
     np.testing.assert_array_equal(out, robot.fk(q=q))
-    np.testing.assert_allclose(robot.fk(q[0, 0].tolist()), out[0, 0], atol=1e-12)
+    np.testing.assert_array_equal(robot.fk(q[0, 0].tolist()), out[0, 0])
     assert robot.fk(q[:0]).shape == (0, 2, 4, 4)
-    with pytest.raises(chasles.ShapeError, match=r"struts.fk: q must end in 3 values .* \(2,\)"):
-        robot.fk([1.0, 2.0])
-    with pytest.raises(chasles.ShapeError, match=r"out for T must have shape \(2, 2, 4, 4\)"):
-        robot.fk(q, out=np.empty((4, 4)))
-    with pytest.raises(chasles.InputError, match="writable float64"):
-        robot.fk(q, out=np.empty((2, 2, 4, 4), np.float32))
-    with pytest.raises(chasles.InputError, match="real numbers, got dtype complex"):
-        robot.fk(q * 1j)
-    with pytest.raises(chasles.InputError, match="cannot be read"):
-        robot.fk([[1.0], [2.0, 3.0]])
-
-
-def test_help_and_pickle(robot):
-    assert "by Newton's iteration on the generated constraints" in robot.fk.__doc__
-    assert "chain_fk of it" in robot.fk.__doc__
     assert list(robot.fk.__signature__.parameters) == ["q", "out", "threads"]
     assert robot.functions["fk"] is robot.fk
-    q = struts.q_of([0.1, 0.1, 0.1])
-    np.testing.assert_array_equal(pickle.loads(pickle.dumps(robot.fk))(q), robot.fk(q))
+    np.testing.assert_array_equal(pickle.loads(pickle.dumps(robot.fk))(q), out)
     assert pickle.loads(pickle.dumps(robot)) == robot
 
 
-def test_singular_systems_in_a_batch_are_solved_in_least_squares():
-    J = np.stack([np.eye(2), np.ones((2, 2))])
-    x = newton._least_squares(J, np.ones((2, 2, 1)))
-    np.testing.assert_allclose(x[..., 0], [[1, 1], [0.5, 0.5]])
+def test_margin_is_zero_at_a_singularity(robot):
+    # Until the continuation ends, the margin falls with the square root of the way that is left.
+    near, far = np.array(robot.reference.q), unreachable(robot)
+    assert robot.margin(near)[0] == pytest.approx(1.0, abs=1e-4)
+    for _ in range(60):
+        middle = (near + far) / 2
+        near, far = (middle, far) if robot.valid(middle) else (near, middle)
+    assert robot.margin(near)[0] < 1e-3
+
+
+def test_casadi_finds_and_differentiates_the_same(robot):
+    ca = pytest.importorskip("casadi")
+    q = coordinates(robot, 10)
+    fk = casadi_function(robot.folder, "fk")
+    for row in q:
+        np.testing.assert_allclose(np.array(fk(row)), robot.fk(row), atol=1e-11)
+    x = ca.MX.sym("q", robot.n)
+    J = ca.Function("J", [x], [ca.jacobian(fk(x)[:3, 3], x)])
+    np.testing.assert_allclose(np.array(J(q[0])), robot.jacobian_mixed(q[0])[:3], atol=1e-9)
+    z = casadi_function(robot.folder, "configuration")
+    np.testing.assert_allclose(np.array(z(q[1])).ravel(), robot.configuration(q[1]), atol=1e-11)
+    assert np.isnan(np.array(fk(unreachable(robot)))).any()

@@ -16,6 +16,9 @@
  *
  *   POLISH_IS_GENERAL          whether POLISH_GENERAL is the arm as a general one, whose solver
  *                              (chasles_general_solutions.h) tells what branches are unsure of
+ *   POLISH_IS_SEARCHED         whether to look around where branches are unsure: not in a robot with
+ *                              loops, where a nominal solution may be on a branch that the true
+ *                              loops do not have
  *   POLISH_ON_LANES            whether chasles_lanes.h was included before: a branch a lane
  *
  * Newton's step from q is dq = J^T (J J^T + lambda 1)^-1 e, with e the twist from the tool to the
@@ -40,6 +43,7 @@
 #include "chasles_polish_general.h"
 #endif
 
+#if POLISH_IS_SEARCHED
 /* Lines of poses on which to look for further solutions near a branch, 0 where there are none.
  *
  * Where the nominal arm does not quite reach, two branches meet at a fold. Where its Jacobian is
@@ -59,6 +63,7 @@ static int POLISH_NAME(lines)(double nominal, double residual, int is_distinct, 
         return 0;
     return nominal > POLISH_FOLD && !second ? 1 : POLISH_FEW_WAYS;
 }
+#endif
 
 /* All branches of the true arm, in the slots of the nominal one's. */
 static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, double *residual,
@@ -67,7 +72,9 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
     POLISH_NAME(slots) start;
     POLISH_NAME(search) s;
     lanes least[(POLISH_SLOTS + LANES - 1) / LANES][2];
+#if POLISH_IS_SEARCHED
     int is_unsure[POLISH_SLOTS];
+#endif
     POLISH_NOMINAL(in, (double *)&start);
     for (int b = 0; b < POLISH_SLOTS; b += LANES) {
         lanes nominal;
@@ -87,6 +94,7 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
     }
     s.in = in, s.q = q, s.residual = residual, s.margin = margin, s.waiting = s.ways = 0;
     POLISH_NAME(mark)(&s);
+#if POLISH_IS_SEARCHED
 #if POLISH_IS_GENERAL
     if (POLISH_ASKED_FIRST) {
         if (!POLISH_NAME(is_doubtful)(&s, &start, (const double *)least) ||
@@ -123,6 +131,7 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
     if (!(POLISH_ASKED_FIRST) && POLISH_NAME(is_short)(&s, &start))
         POLISH_NAME(ask)(&s, &start);
 #endif
+#endif
 }
 
 #undef POLISH_NAME
@@ -137,6 +146,7 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
 #undef POLISH_LENGTH
 #undef POLISH_DEVIATION
 #undef POLISH_IS_GENERAL
+#undef POLISH_IS_SEARCHED
 #undef POLISH_GENERAL
 #undef POLISH_ON_LANES
 #undef POLISH_ROWS

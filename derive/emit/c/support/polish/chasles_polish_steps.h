@@ -166,20 +166,26 @@ POLISH_INLINE void POLISH_NAME(step)(const POLISH_NAME(configurations) * c, cons
 
 /* Newton's steps where `going`; other lanes keep their coordinates. `pivots` are those of the first
  * step, without damping but where going. */
-static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where *going,
+static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where *near,
                                              POLISH_NAME(configurations) * c, lanes *pivots)
 {
-    const lanes damping = LANES_CHOICE(*going, POLISH_DAMPING, 0.0);
+    const lanes damping = LANES_CHOICE(*near, POLISH_DAMPING, 0.0);
+    lanes_where going = *near;
     lanes q[POLISH_N], others[2];
     pivots[0] = pivots[1] = others[0] = others[1] = POLISH_OF(1.0);
     for (int k = 0;; k++) {
         POLISH_NAME(evaluate)(T, c);
+#if !POLISH_IS_SEARCHED
+        /* Where the true loops are on another branch, the tool is far away. */
+        if (k == 0)
+            going = POLISH_AND(going, LANES_LT(c->cost, POLISH_OF(POLISH_ON_BRANCH)));
+#endif
         const lanes_where left = LANES_LT(POLISH_CLOSED * POLISH_CLOSED, c->residual2);
-        if (k == POLISH_STEPS || (k > 0 && !LANES_ANY(POLISH_AND(left, *going))))
+        if (k == POLISH_STEPS || (k > 0 && !LANES_ANY(POLISH_AND(left, going))))
             return;
         POLISH_NAME(step)(c, &damping, q, k > 0 ? others : pivots);
         for (int i = 0; i < POLISH_N; i++)
-            c->q[i] = LANES_CHOICE(*going, q[i], c->q[i]);
+            c->q[i] = LANES_CHOICE(going, q[i], c->q[i]);
     }
 }
 

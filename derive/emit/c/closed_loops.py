@@ -1,0 +1,310 @@
+"""The C of functions through loops without a closed form, solved by ``chasles_closure.h``."""
+
+import textwrap
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from ...derivation import Derivation
+from ...loops.iterated.closure_equations import LoopClosure
+from ...loops.iterated.iterated_functions import SOLVER
+from ...terms.symbolic_function import WrittenFunction
+from .expressions import WIDTH, number
+from .header import notice, signature, support
+from .written import written_file
+
+SUPPORTS = ("chasles_closure.h", "chasles_closure_rates.h", "chasles_closure_tolerances.h")
+
+
+def closure_files(derivation: Derivation) -> dict[str, str]:
+    """The file of these functions, with their solver, by name; none for another robot."""
+    written = [function for function in derivation.written if function.solver == SOLVER]
+    closure = derivation.closure
+    if closure is None or not written:
+        return {}
+    own = {written_file(derivation.robot, written[0]): _source(derivation, closure, written)}
+    return own | {name: support(name) for name in SUPPORTS}
+
+
+def _source(
+    derivation: Derivation, closure: LoopClosure, written: Sequence[WrittenFunction]
+) -> str:
+    """The robot's numbers as macros and tables, and the functions, behind those that they call."""
+    robot = derivation.robot
+    body = _Bodies(robot.name, closure)
+    functions = [
+        "\n".join(
+            [
+                *textwrap.wrap(signature(robot.name, f), WIDTH, subsequent_indent="    "),
+                "{",
+                *(f"  {line}" for line in body.of(f)),
+                "}\n",
+            ]
+        )
+        for f in written
+    ]
+    return "\n".join(
+        [
+            notice(robot),
+            *_macros(robot.name, closure),
+            *_tables(robot.name, closure),
+            '\n#include "chasles_closure.h"\n',
+            *functions,
+        ]
+    )
+
+
+def _macros(robot: str, closure: LoopClosure) -> list[str]:
+    determinant = closure.start.determinant
+    is_square = len(closure.units) == len(closure.unknown)
+    macros = {
+        "NAME(name)": f"{robot}_loops_##name",
+        "Q": len(closure.actuated),
+        "W": len(closure.names),
+        "U": len(closure.unknown),
+        "M": len(closure.units),
+        "AT(w, c, D)": f"{robot}_closure(w, c, D)",
+        "BEND(w, wd, D)": f"{robot}_closure_D_w_dot(w, wd, D)",
+        "SWINGS": len(closure.hybrid.mechanism.swings),
+        "SWING(w, s, D)": f"{robot}_swings(w, s, D)",
+        "SENSE": number(float(np.sign(determinant) * is_square)),
+        "DETERMINANT": number(abs(determinant)),
+    }
+    return [f"#define CLOSURE_{name} {value}" for name, value in macros.items()]
+
+
+def _tables(robot: str, closure: LoopClosure) -> list[str]:
+    start = closure.start
+    lengths = [closure.size if is_length else 1.0 for is_length in closure.is_length]
+    numbers = {
+        "ratio": closure.ratios,
+        "size_u": [lengths[k] for k in closure.unknown],
+        "size_c": [closure.size if unit == "m" else 1.0 for unit in closure.units],
+        "start_q": start.q.tolist(),
+        "start_w": start.w.tolist(),
+        "tangent": start.tangent.ravel().tolist(),
+    }
+    h = closure.hybrid
+    chain = [joint.name for joint in h.robot.moving]
+    z = [variable.name for variable in h.variables]
+    everything = [*closure.names, *h.mechanism.swings]
+    indices = {
+        "actuated": closure.actuated,
+        "unknown": closure.unknown,
+        "theta": [everything.index(name) for name in chain],
+        "passive": [everything.index(name) for name in h.mechanism.passive] or [0],
+        "z": [everything.index(name) for name in z],
+        "of_z": [z.index(name) for name in closure.names],
+    }
+    return [
+        *(_table(f"double {robot}_loops_{key}", map(number, v)) for key, v in numbers.items()),
+        *(_table(f"int {robot}_loops_{key}", map(str, v)) for key, v in indices.items()),
+    ]
+
+
+def _table(name: str, values: "Sequence[str] | map[str]") -> str:
+    own = list(values)
+    text = f"static const {name}[{len(own)}] = {{{', '.join(own)}}};"
+    return textwrap.fill(text, WIDTH, subsequent_indent="    ")
+
+
+class _Bodies:
+    """The statements of each function."""
+
+    def __init__(self, robot: str, closure: LoopClosure) -> None:
+        h = closure.hybrid
+        self.robot, self.own = robot, f"{robot}_loops"
+        self.n, self.q = len(h.robot.moving), len(closure.actuated)
+        self.w, self.all = len(closure.names), len(closure.names) + len(h.mechanism.swings)
+        self.sizes = {
+            "chain": ("theta", self.n),
+            "passive": ("passive", len(h.mechanism.passive)),
+            "configuration": ("z", len(h.variables)),
+        }
+
+    def of(self, function: WrittenFunction) -> list[str]:
+        """The statements of a function, by its name."""
+        name = function.name
+        if name in self.sizes:
+            return [*self._solved(), *self._every(name, function.outputs[0].name)]
+        if name.removesuffix("_D_q") in self.sizes:
+            return self._slope(name.removesuffix("_D_q"), function.outputs[0].name)
+        return self._others(function)[name](function)
+
+    def _others(
+        self, function: WrittenFunction
+    ) -> Mapping[str, Callable[[WrittenFunction], list[str]]]:
+        kind = function.name.partition("_")[0]
+        dot = function.name.endswith("_dot")
+        of_kind = {
+            "jacobian": self._jacobian_dot if dot else self._jacobian,
+            "twist": self._along,
+            "acceleration": self._along,
+        }
+        own = {
+            "fk": self._posed,
+            "link_poses": self._posed,
+            "fk_jacobian_mixed": self._fk_jacobian,
+            "hessian_mixed": self._hessian,
+            "chain_rates": self._along,
+            "chain_accelerations": self._along,
+            "margin": self._margin,
+            "configuration_near": self._near,
+            "fk_near": self._near,
+        }
+        return own if function.name in own else {function.name: of_kind[kind]}
+
+    # --- parts ---
+
+    def _solved(self) -> list[str]:
+        return [f"{self.own}_closed s;", f"{self.own}_at(q, &s);"]
+
+    def _every(self, kind: str, result: str) -> list[str]:
+        table, size = self.sizes[kind]
+        return [
+            f"double all[{self.all}];",
+            f"{self.own}_all(&s, all);",
+            f"{self.own}_picked(all, 1, {size}, {self.own}_{table}, {result});",
+        ]
+
+    def _theta(self) -> list[str]:
+        return [f"double theta[{self.n}];", self._rows("s.w", 1, "theta")]
+
+    def _rows(self, table: str, columns: int, to: str) -> str:
+        return f"{self.own}_picked({table}, {columns}, {self.n}, {self.own}_theta, {to});"
+
+    def _w_D_q(self) -> list[str]:
+        return [
+            f"double w_q[{self.w * self.q}], theta_q[{self.n * self.q}];",
+            f"{self.own}_factored(&s);",
+            f"{self.own}_w_D_q(&s, w_q);",
+            self._rows("w_q", self.q, "theta_q"),
+        ]
+
+    def _called(self, name: str, *arguments: str) -> str:
+        return f"{self.robot}_{name}({', '.join(arguments)});"
+
+    def _product(self, J: str, by: str, is_sum: int, to: str) -> str:
+        return f"{self.own}_product({J}, {by}, {self.n}, {is_sum}, {to});"
+
+    # --- functions ---
+
+    def _slope(self, kind: str, result: str) -> list[str]:
+        table, size = self.sizes[kind]
+        return [
+            *self._solved(),
+            f"double all[{self.all * self.q}];",
+            f"{self.own}_factored(&s);",
+            f"{self.own}_all_D_q(&s, all);",
+            f"{self.own}_picked(all, {self.q}, {size}, {self.own}_{table}, {result});",
+        ]
+
+    def _posed(self, function: WrittenFunction) -> list[str]:
+        (result,) = function.outputs
+        call = self._called(function.calls[0], "theta", result.name)
+        return [*self._solved(), *self._theta(), call]
+
+    def _jacobian(self, function: WrittenFunction) -> list[str]:
+        (result,) = function.outputs
+        return [
+            *self._solved(),
+            *self._theta(),
+            *self._w_D_q(),
+            f"double J_theta[{6 * self.n}];",
+            self._called(function.calls[0], "theta", "J_theta"),
+            self._product("J_theta", "theta_q", 0, result.name),
+        ]
+
+    def _fk_jacobian(self, function: WrittenFunction) -> list[str]:
+        T, J = function.outputs
+        return [
+            *self._solved(),
+            *self._theta(),
+            *self._w_D_q(),
+            f"double J_theta[{6 * self.n}];",
+            self._called(function.calls[0], "theta", T.name, "J_theta"),
+            self._product("J_theta", "theta_q", 0, J.name),
+        ]
+
+    def _jacobian_dot(self, function: WrittenFunction) -> list[str]:
+        (result,) = function.outputs
+        rate, jacobian = function.calls[:2]
+        return [
+            *self._solved(),
+            *self._theta(),
+            *self._w_D_q(),
+            *self._bent("qd"),
+            f"double J_theta[{6 * self.n}];",
+            self._called(rate, "theta", "thetad", "J_theta"),
+            self._product("J_theta", "theta_q", 0, result.name),
+            self._called(jacobian, "theta", "J_theta"),
+            self._product("J_theta", "theta_q_dot", 1, result.name),
+        ]
+
+    def _bent(self, rates: str) -> list[str]:
+        return [
+            f"double w_q_dot[{self.w * self.q}], theta_q_dot[{self.n * self.q}];",
+            f"double wd[{self.w}], thetad[{self.n}];",
+            f"{self.own}_rates(&s, {rates}, wd);",
+            self._rows("wd", 1, "thetad"),
+            f"{self.own}_w_D_q_dot(&s, wd, w_q, w_q_dot);",
+            self._rows("w_q_dot", self.q, "theta_q_dot"),
+        ]
+
+    def _hessian(self, function: WrittenFunction) -> list[str]:
+        (result,) = function.outputs
+        own, jacobian = function.calls[:2]
+        n, q = self.n, self.q
+        return [
+            *self._solved(),
+            *self._theta(),
+            *self._w_D_q(),
+            f"double theta_q_q[{n * q * q}], w_q_dot[{self.w * q}], wd[{self.w}];",
+            f"double H_theta[{6 * n * n}], J_theta[{6 * n}];",
+            f"for (int k = 0; k < {q}; k++) {{",
+            f"  for (int i = 0; i < {self.w}; i++)",
+            f"    wd[i] = w_q[i * {q} + k];",
+            f"  {self.own}_w_D_q_dot(&s, wd, w_q, w_q_dot);",
+            f"  {self._rows('w_q_dot', q, f'theta_q_q + k * {n * q}')}",
+            "}",
+            self._called(own, "theta", "H_theta"),
+            self._called(jacobian, "theta", "J_theta"),
+            f"{self.own}_hessian(H_theta, J_theta, theta_q, theta_q_q, {n}, {result.name});",
+        ]
+
+    def _along(self, function: WrittenFunction) -> list[str]:
+        """Rates and accelerations of the chain or of the tool."""
+        (result,) = function.outputs
+        is_second = "qdd" in [argument.name for argument in function.inputs]
+        lines = [
+            *self._solved(),
+            f"double wd[{self.w}];",
+            f"{self.own}_factored(&s);",
+            f"{self.own}_rates(&s, qd, wd);",
+        ]
+        if is_second:
+            lines += [f"double wdd[{self.w}];", f"{self.own}_accelerations(&s, wd, qdd, wdd);"]
+        if function.name.startswith("chain"):
+            return [*lines, self._rows("wdd" if is_second else "wd", 1, result.name)]
+        lines += [*self._theta(), f"double thetad[{self.n}];", self._rows("wd", 1, "thetad")]
+        motion = ["theta", "thetad"]
+        if is_second:
+            lines += [f"double thetadd[{self.n}];", self._rows("wdd", 1, "thetadd")]
+            motion.append("thetadd")
+        return [*lines, self._called(function.calls[0], *motion, result.name)]
+
+    def _margin(self, function: WrittenFunction) -> list[str]:
+        (result,) = function.outputs
+        return [*self._solved(), f"{result.name}[0] = {self.own}_margin(&s);"]
+
+    def _near(self, function: WrittenFunction) -> list[str]:
+        q, seed = function.inputs
+        lines = [
+            f"{self.own}_closed s;",
+            f"{self.own}_picked({seed.name}, 1, {self.w}, {self.own}_of_z, s.w);",
+            f"{self.own}_near({q.name}, &s);",
+        ]
+        if function.name == "fk_near":
+            call = self._called(function.calls[0], "theta", function.outputs[0].name)
+            lines += [*self._theta(), call]
+        return [*lines, *self._every("configuration", function.outputs[-1].name)]

@@ -1,0 +1,198 @@
+"""The nominal mechanism of a robot with loops as built: lengths on a grid, axes at 15 degrees.
+
+The lengths of a robot as built differ a little from those of its design, and so do the directions
+of its axes. A design has round numbers, and loops that have a structure by equal or proportional
+lengths have it there. So the lengths are rounded to a grid, the coarsest first, and the first
+mechanism that has a closed-form inverse from which Newton's iteration leads to the true robot is
+the nominal one.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import casadi as ca
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from ..loops.hybrid import Hybrid
+from ..model.mechanism import Frame, Mechanism
+from ..model.robot import Placement, Rotation, Translation
+from ..model.tolerances import LED_BACK, LED_STEP, MEASURED_STRUCTURE, SAMPLED_RANGE
+from ..terms.branches import patterns
+from ..terms.casadi_graph import lower
+from ..terms.symbolic_function import SymbolicFunction
+from .led import twist_between
+
+FloatArray = NDArray[np.float64]
+GRIDS = tuple(sp.Rational(text) for text in ("0.01", "0.005", "0.001", "0.0005", "0.0001"))
+"""Metre; the coarsest first, as a structure of round lengths is the design's and no chance."""
+TURN = sp.pi / 12
+SAMPLES = 100
+STEPS = 8
+
+
+@dataclass(frozen=True)
+class Nominal:
+    """A mechanism near another.
+
+    Attributes:
+        mechanism: The description, with numbers in place of the parameters that it rounds.
+        moved: The largest change of a length (metre).
+        turned: The largest change of an axis (radian).
+    """
+
+    mechanism: Mechanism
+    moved: float
+    turned: float
+
+
+def nominal_mechanisms(mechanism: Mechanism) -> Iterator[Nominal]:
+    """Mechanisms with rounded lengths and angles, each once, the coarsest first."""
+    seen = {repr(mechanism)}
+    for grid in GRIDS:
+        rounding = _Rounding(mechanism, grid)
+        found = rounding.rounded()
+        if rounding.moved + rounding.turned > 0 and repr(found) not in seen:
+            seen.add(repr(found))
+            yield Nominal(found, rounding.moved, rounding.turned)
+
+
+class _Rounding:
+    """A mechanism on a grid, and how far that moves its parts."""
+
+    def __init__(self, mechanism: Mechanism, grid: sp.Rational) -> None:
+        self.mechanism, self.grid = mechanism, grid
+        self.values = {p.symbol: p.value for p in mechanism.parameters}
+        self.moved, self.turned = 0.0, 0.0
+
+    def rounded(self) -> Mechanism:
+        m = self.mechanism
+        joints = tuple(
+            replace(joint, before=self._placement(joint.before), after=self._placement(joint.after))
+            for joint in m.joints
+        )
+        closures = tuple(replace(c, a=self._frame(c.a), b=self._frame(c.b)) for c in m.closures)
+        struts = tuple(
+            replace(
+                strut,
+                a=self._frame(strut.a),
+                b=self._frame(strut.b),
+                length=strut.length if strut.is_cylinder else self._length(strut.length),
+            )
+            for strut in m.struts
+        )
+        return replace(m, joints=joints, closures=closures, struts=struts)
+
+    def _frame(self, frame: Frame) -> Frame:
+        return replace(frame, placement=self._placement(frame.placement))
+
+    def _placement(self, placement: Placement) -> Placement:
+        return tuple(
+            replace(part, vector=tuple(map(self._length, part.vector)))
+            if isinstance(part, Translation)
+            else self._turn(part)
+            for part in placement
+        )
+
+    def _length(self, value: sp.Expr) -> sp.Expr:
+        """The length on the grid, in numbers; one that is not rational is meant as it is."""
+        number = value.xreplace(self.values)
+        if not number.is_Rational:
+            return number
+        rounded = sp.Rational(int(sp.floor(number / self.grid + sp.Rational(1, 2)))) * self.grid
+        self.moved = max(self.moved, abs(float(rounded - number)))
+        return rounded
+
+    def _turn(self, part: Rotation) -> Rotation:
+        number = part.angle.xreplace(self.values)
+        part = replace(part, angle=number)
+        steps = round(float(number / TURN))
+        off = abs(float(number - steps * TURN))
+        if not 0 < off <= MEASURED_STRUCTURE:
+            return part
+        self.turned = max(self.turned, off)
+        return replace(part, angle=steps * TURN)
+
+
+@dataclass(frozen=True)
+class Lead:
+    """How well a nominal robot leads to the true one.
+
+    Attributes:
+        share: Of random configurations, those to which Newton's iteration leads.
+        deviation: The largest error of the start of those (radian, parts of the length).
+    """
+
+    share: float
+    deviation: float
+
+
+def lead(hybrid: Hybrid, nominal: SymbolicFunction, length: float) -> Lead:
+    """Leads the solutions of a nominal robot to random poses of the true one.
+
+    Args:
+        hybrid: The true robot.
+        nominal: The task ``ik`` of the nominal robot.
+        length: The length (metre) that compares distances with angles.
+    """
+    pose = hybrid.kinematics.function("fk_jacobian_mixed")
+    fk, ik = lower([pose], "true")[0], lower([nominal], "nominal")[0]
+    q = _configurations(hybrid)
+    T, _ = _at(fk, q)
+    closed = np.isfinite(T).all((-2, -1))
+    q, T = q[closed], T[closed]
+    if not len(q):
+        return Lead(0.0, np.inf)
+    is_led, first = np.zeros(len(q), dtype=bool), np.full(len(q), np.inf)
+    weights = np.array([1 / length] * 3 + [1.0] * 3)
+    for signs in patterns(nominal) if nominal.signs else [None]:
+        inputs = [T.reshape(len(T), 16).T]
+        if signs is not None:
+            inputs.append(np.repeat(np.array(signs, dtype=float)[:, None], len(T), 1))
+        start = np.array(ik(*inputs)[0]).T
+        begin = _error(_at(fk, start)[0], T, weights)
+        found = _led(fk, T, start, weights)
+        back = np.abs(found - q).max(-1) < LED_BACK * max(length, 1.0)
+        first = np.where(back, np.fmin(first, begin), first)
+        is_led |= back
+    deviation = float(np.max(first[is_led], initial=0.0))
+    return Lead(float(is_led.mean()), deviation)
+
+
+def _configurations(hybrid: Hybrid) -> FloatArray:
+    """Random coordinates (N, n) within the limits, or around the reference."""
+    mechanism, at = hybrid.mechanism, hybrid.at_reference
+    low, high = [], []
+    for c in mechanism.coordinates:
+        middle = at[c.moves] / float(hybrid.terms.value(c.ratio))
+        limits = zip(c.limits, (-SAMPLED_RANGE, SAMPLED_RANGE), strict=True)
+        a, b = (middle + off if v is None else float(v) for v, off in limits)
+        low.append(a)
+        high.append(b)
+    return np.random.default_rng(0).uniform(low, high, (SAMPLES, len(low)))
+
+
+def _at(fk: ca.Function, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Poses (N, 4, 4) and Jacobians (N, 6, n)."""
+    T, J = fk(q.T)
+    n = q.shape[1]
+    return np.array(T).T.reshape(-1, 4, 4), np.array(J).T.reshape(-1, 6, n)
+
+
+def _led(fk: ca.Function, T: FloatArray, q: FloatArray, weights: FloatArray) -> FloatArray:
+    """Newton's steps (N, n) from starts to poses."""
+    q = q.copy()
+    for _ in range(STEPS):
+        here, J = _at(fk, q)
+        sound = np.isfinite(here).all((-2, -1)) & np.isfinite(J).all((-2, -1))
+        inverse = np.linalg.pinv(J[sound] * weights[:, None], rcond=LED_BACK)
+        step = np.einsum("Nij,Nj->Ni", inverse, twist_between(here[sound], T[sound]) * weights)
+        size = np.maximum(np.abs(step).max(-1, keepdims=True, initial=0.0), LED_STEP)
+        q[sound] += step * LED_STEP / size
+        q[~sound] = np.nan
+    return q
+
+
+def _error(here: FloatArray, there: FloatArray, weights: FloatArray) -> FloatArray:
+    return np.asarray(np.abs(twist_between(here, there) * weights).max(-1))
