@@ -119,12 +119,17 @@ def _of_mechanism(
     has_chain = not hybrid.forward.open
     of_tool = FUNCTIONS if has_chain else ()
     makers = _makers(hybrid)
+    by_hand = platforms.written_makers(hybrid)
     capabilities = [*of_tool, *makers]
     inverse = None
-    if has_chain and (functions is None or not set(functions) <= set(capabilities)):
+    if has_chain and (functions is None or not set(functions) <= {*capabilities, *by_hand}):
         inverse = hybrid_inverses(hybrid, families)
         capabilities += [name for name in inverse.functions if name not in capabilities]
-    chosen = _chosen(mechanism.name, functions, capabilities)
+    asked = [name for name in by_hand if functions is None or name in functions]
+    found = [function for name in asked if (function := by_hand[name](hybrid)) is not None]
+    written = {function.name: function for function in found}
+    capabilities += written
+    chosen = _chosen(mechanism.name, _with_called(functions, written), capabilities)
     asked_of_tool = [name for name in chosen if name in of_tool]
     made = hybrid.kinematics.functions(asked_of_tool) if asked_of_tool else {}
     made |= {name: makers[name](hybrid) for name in chosen if name in makers}
@@ -133,9 +138,10 @@ def _of_mechanism(
         mechanism,
         hybrid.terms,
         hybrid.groups if has_chain else (),
-        tuple(_guarded(made[name], capabilities) for name in chosen),
+        tuple(_guarded(made[name], capabilities) for name in chosen if name not in written),
         hybrid,
         inverse,
+        tuple(written.values()),
         families=families,
     )
 

@@ -11,7 +11,7 @@ Source:
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -21,18 +21,34 @@ from ..chain.coordinates import InProportion
 from ..chain.groups import groups
 from ..chain.kinematics import Kinematics
 from ..model.mechanism import Frame, Mechanism, Strut
-from ..model.robot import Joint
 from ..terms.role import Role
-from ..terms.symbolic_function import Argument, Result, SymbolicFunction, matrix_entries
+from ..terms.symbolic_function import (
+    Argument,
+    Result,
+    SymbolicFunction,
+    WrittenFunction,
+    matrix_entries,
+)
 from ..terms.tangents import derivative_columns
 from ..terms.vectors import ORIGIN, Vector, cross, dot, named, subtracted
 from .hybrid import Hybrid
 from .maps import Maker
+from .modes import hexapod
+from .modes.hexapod import hexapod_of
 from .planar.phasors import Complex
-from .rods import Rod, from_base, joint_values, line_coordinates, rods_of, tool_position
+from .rods import (
+    Rod,
+    from_base,
+    joint_frame,
+    joint_values,
+    line_coordinates,
+    rods_of,
+    tool_position,
+)
 from .spatial.body_frames import pose_of
 from .triad import triad_mirror, triad_polynomial, triad_position
 
+WrittenMaker = Callable[[Hybrid], WrittenFunction | None]
 ONE, ZERO = sp.Integer(1), sp.Integer(0)
 TRIAD = 3
 OF_CHAIN = (
@@ -64,7 +80,16 @@ def makers(h: Hybrid) -> dict[str, Maker]:
             "assembly_position": partial(_assembly, "assembly_position"),
             "assembly_mirror": partial(_assembly, "assembly_mirror"),
         }
+    if hexapod_of(h) is not None:
+        found[hexapod.CALLED] = hexapod.rod_ends
     return found
+
+
+def written_makers(h: Hybrid) -> dict[str, WrittenMaker]:
+    """The functions of a platform on legs whose C is written by hand, none for other robots."""
+    if is_platform(h.mechanism) and hexapod_of(h) is not None:
+        return {"modes": hexapod.modes}
+    return {}
 
 
 def is_platform(mechanism: Mechanism) -> bool:
@@ -205,7 +230,7 @@ def triad_of(h: Hybrid) -> Triad | None:
     if any(strut.is_cylinder for strut in mechanism.struts):
         return None
     still = joint_values(h) | {joint.name: ZERO for joint in moving}
-    frames = [_frame(h, joint, still) for joint in moving]
+    frames = [pose_of(mechanism, h.terms, joint_frame(joint), still) for joint in moving]
     directions = [
         named(h.terms, (joint.direction * component for component in axes[2]))
         for joint, (axes, _) in zip(moving, frames, strict=True)
@@ -228,13 +253,6 @@ def triad_of(h: Hybrid) -> Triad | None:
         return None
     A, b = (tuple(end[k][:2] for end in ends) for k in (0, 1))
     return Triad(A, b, tuple(strut.length for strut in mechanism.struts))
-
-
-def _frame(
-    h: Hybrid, joint: Joint, values: Mapping[str, sp.Expr]
-) -> tuple[Sequence[Vector], Vector]:
-    """Axes and origin of a joint's frame in the base frame."""
-    return pose_of(h.mechanism, h.terms, Frame(joint.parent, joint.before), values)
 
 
 def assembly_polynomial(h: Hybrid) -> SymbolicFunction:

@@ -16,10 +16,18 @@ GENERAL = (
     "chasles_general_roots.h",
     "chasles_general_solutions.h",
     "chasles_general_tolerances.h",
+    "chasles_solve_six.h",
+)
+HEXAPOD = (
+    "chasles_hexapod_paths.h",
+    "chasles_hexapod_system.h",
+    "chasles_hexapod_tolerances.h",
+    "chasles_solve_six.h",
 )
 SUPPORTS = {
     "general": ("chasles_general.h", *GENERAL),
     "general_given": ("chasles_general_given.h", *GENERAL),
+    "hexapod": ("chasles_hexapod.h", *HEXAPOD),
 }
 """The files of each solver that takes tables; a generated file includes the first."""
 
@@ -44,6 +52,7 @@ def _source(robot: Described, function: WrittenFunction) -> str:
     """
     prefix, solver = f"chasles_{function.solver}", SUPPORTS[function.solver][0]
     table = f"{robot.name}_{function.name}_tables"
+    kind = "arm" if function.role.is_inverse else "platform"
     copies = [line for argument in function.inputs for line in own_copy(argument)]
     passed = [f"&{table}", *(f"own_{a.name}" for a in function.inputs)]
     passed += [result.name for result in function.outputs]
@@ -51,7 +60,7 @@ def _source(robot: Described, function: WrittenFunction) -> str:
         [
             notice(robot),
             f'#include "{solver}"\n',
-            *table_lines(robot, f"{prefix}_arm", table, function.calls, function.tables),
+            *table_lines(robot, f"{prefix}_{kind}", table, function.calls, function.tables),
             *textwrap.wrap(f"{signature(robot.name, function)}", WIDTH, subsequent_indent="    "),
             "{",
             *copies,
