@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from .chain.coordinates import InProportion
 from .chain.groups import Group, groups
 from .chain.kinematics import FUNCTIONS, Kinematics, arguments_of
+from .inverse import leg_inverse
 from .inverse.families import FAMILIES
 from .inverse.families.family import Family
 from .inverse.hybrid_inverse import hybrid_inverses
@@ -148,7 +149,8 @@ def _of_mechanism(
 
 def _makers(hybrid: Hybrid) -> dict[str, Maker]:
     """The derivation of each function through the loops with a closed form, in order."""
-    return maps.makers(hybrid) | constraint_functions.makers(hybrid) | platforms.makers(hybrid)
+    of_loops = maps.makers(hybrid) | constraint_functions.makers(hybrid)
+    return of_loops | platforms.makers(hybrid) | leg_inverse.makers(hybrid)
 
 
 def _guarded(function: SymbolicFunction, capabilities: Collection[str]) -> SymbolicFunction:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .call._call import Function
 from .call.capabilities import Hint, Missing, missing_names
-from .closed_form.assembly_modes import PlanarMethods
+from .closed_form.assembly_modes import PlatformMethods
 from .closed_form.closures import LoopMethods
 from .closed_form.hints import no_inverse, no_representation
 from .closed_form.paths import InverseMethods
@@ -47,7 +47,7 @@ class Robot(
     InverseMethods,
     LoopMethods,
     NumericMethods,
-    PlanarMethods,
+    PlatformMethods,
     SingularityMethods,
     TrackMethods,
     VelocityMethods,

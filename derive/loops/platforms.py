@@ -12,7 +12,6 @@ Source:
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
 
 import sympy as sp
@@ -33,9 +32,8 @@ from ..terms.tangents import derivative_columns
 from ..terms.vectors import ORIGIN, Vector, cross, dot, named, subtracted
 from .hybrid import Hybrid
 from .maps import Maker
-from .modes import hexapod
+from .modes import hexapod, triad_modes
 from .modes.hexapod import hexapod_of
-from .planar.phasors import Complex
 from .rods import (
     Rod,
     from_base,
@@ -46,7 +44,7 @@ from .rods import (
     tool_position,
 )
 from .spatial.body_frames import pose_of
-from .triad import triad_mirror, triad_polynomial, triad_position
+from .triad import Triad, triad_mirror, triad_polynomial, triad_position
 
 WrittenMaker = Callable[[Hybrid], WrittenFunction | None]
 ONE, ZERO = sp.Integer(1), sp.Integer(0)
@@ -87,9 +85,12 @@ def makers(h: Hybrid) -> dict[str, Maker]:
 
 def written_makers(h: Hybrid) -> dict[str, WrittenMaker]:
     """The functions of a platform on legs whose C is written by hand, none for other robots."""
-    if is_platform(h.mechanism) and hexapod_of(h) is not None:
+    if not is_platform(h.mechanism):
+        return {}
+    if hexapod_of(h) is not None:
         return {"modes": hexapod.modes}
-    return {}
+    triad = triad_of(h) if h.forward.open else None
+    return {} if triad is None else {"modes": lambda h: triad_modes.modes(h, triad)}
 
 
 def is_platform(mechanism: Mechanism) -> bool:
@@ -205,29 +206,12 @@ def of_open_chain(name: str, h: Hybrid) -> SymbolicFunction:
 # --- three rods in a plane ---
 
 
-@dataclass(frozen=True)
-class Triad:
-    """Three rods that hold a platform in a plane.
-
-    Attributes:
-        A: The rods' known ends (x, y), metre.
-        b: Their ends on the platform, in the platform's axes, metre.
-        L: Their lengths, metre.
-    """
-
-    A: tuple[Complex, ...]
-    b: tuple[Complex, ...]
-    L: tuple[sp.Expr, ...]
-
-
 def triad_of(h: Hybrid) -> Triad | None:
     """The three rods of a planar platform; None for other robots."""
     mechanism = h.mechanism
     moving = [j for j in mechanism.way(mechanism.tool_body) if j.kind != "fixed"]
     kinds = [joint.kind for joint in moving]
     if kinds != ["prismatic", "prismatic", "revolute"] or len(mechanism.struts) != TRIAD:
-        return None
-    if any(strut.is_cylinder for strut in mechanism.struts):
         return None
     still = joint_values(h) | {joint.name: ZERO for joint in moving}
     frames = [pose_of(mechanism, h.terms, joint_frame(joint), still) for joint in moving]
@@ -252,7 +236,7 @@ def triad_of(h: Hybrid) -> Triad | None:
     if any(h.terms.let(a[2] - b[2]) != 0 for a, b in ends):
         return None
     A, b = (tuple(end[k][:2] for end in ends) for k in (0, 1))
-    return Triad(A, b, tuple(strut.length for strut in mechanism.struts))
+    return Triad(A, b, tuple(h.terms.let(rod.length) for rod in rods_of(h)))
 
 
 def assembly_polynomial(h: Hybrid) -> SymbolicFunction:

@@ -8,7 +8,9 @@ from ...terms.symbolic_function import Table, WrittenFunction
 from .expressions import WIDTH, number
 from .header import notice, own_copy, signature, support
 
+CIRCLE = ("chasles_circle_roots.h", "chasles_circle_tolerances.h")
 GENERAL = (
+    *CIRCLE,
     "chasles_general_back.h",
     "chasles_general_determinant.h",
     "chasles_general_equations.h",
@@ -28,6 +30,7 @@ SUPPORTS = {
     "general": ("chasles_general.h", *GENERAL),
     "general_given": ("chasles_general_given.h", *GENERAL),
     "hexapod": ("chasles_hexapod.h", *HEXAPOD),
+    "triad": ("chasles_triad.h", "chasles_triad_tolerances.h", *CIRCLE),
 }
 """The files of each solver that takes tables; a generated file includes the first."""
 

@@ -13,7 +13,7 @@ from ...terms.vectors import ORIGIN, Vector, cross, dot, named, subtracted
 from ..hybrid import Hybrid
 from ..rods import from_base, joint_frame, joint_values, rods_of
 from ..spatial.body_frames import pose_of
-from .hexapod_starts import MOST_POSES, Family, starts
+from .hexapod_starts import MOST_POSES, RodFamily, starts
 from .soma import RODS, SOMA, Array, SixRods
 
 FREE = ["prismatic"] * 3 + ["revolute"] * 3
@@ -161,7 +161,7 @@ class RodNumbers:
         self.size = _short(np.sqrt(spread))
         middle, origin = (np.array([_short(x) for x in point]) for point in (middle, origin))
         self.origin, self.middle = origin / self.size, middle / self.size
-        self.family = Family(
+        self.family = RodFamily(
             (a - origin) / self.size, (b - middle) / self.size, lengths / self.size
         )
 

@@ -37,7 +37,7 @@ def generic(count: int, phase: int) -> Array:
     return np.exp(2j * np.pi * ((k * np.sqrt(2)) % 1 + (k * k * np.sqrt(3)) % 1))
 
 
-class Family:
+class RodFamily:
     """The rods of all actuators, and generic complex ones in the space that they span."""
 
     def __init__(self, a: Array, b: Array, lengths: Array) -> None:
@@ -64,7 +64,7 @@ class Family:
         return SixRods(found[:18].reshape(6, 3), self.b, found[18:])
 
 
-def starts(family: Family) -> tuple[SixRods, Array]:
+def starts(family: RodFamily) -> tuple[SixRods, Array]:
     """Generic rods of a family, and all of their complex poses (n, 8), of length 1.
 
     The poses are sorted, and rounded once from many digits.
@@ -84,7 +84,7 @@ def starts(family: Family) -> tuple[SixRods, Array]:
     return own, _exact(own, known)
 
 
-def _around(family: Family, own: SixRods, known: Array, phase: int) -> Array:
+def _around(family: RodFamily, own: SixRods, known: Array, phase: int) -> Array:
     """The poses, and those that a loop through other rods of the family leads to."""
     stations = [own, family.member(phase), family.member(phase + 1), own]
     x = known
