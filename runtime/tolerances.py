@@ -84,6 +84,9 @@ TURNS = 1e-6
 """Radians per metre at the tip below which a coordinate does not turn the tool."""
 RANK = 1e-9
 """Ratio to the largest singular value below which a singular value is zero."""
+SINGULAR = 1e-6
+"""Singular value of the pure velocity relation up to which a parallel robot is singular: rounding
+of a pose at a singularity of type 1 leaves the root of 1e-13."""
 INFINITE_CONDITION = RANK**2
 """Ratio of the smallest to the largest singular value below which the condition number is
 infinite."""

@@ -42,8 +42,9 @@ static void given(const double *q, double *a, double *l)
 {
     memcpy(a, q, 18 * sizeof *a), memcpy(l, q + 18, 6 * sizeof *l);
 }
-__attribute__((visibility("default"))) double modes(chasles_hexapod_platform *platform, const double *q, double *theta, double *margin,
-             double *unsure)
+__attribute__((visibility("default"))) double modes(
+    chasles_hexapod_platform *platform, const double *q, double *theta, double *margin,
+    double *unsure)
 {
     struct timespec from, to;
     platform->rods = given;
