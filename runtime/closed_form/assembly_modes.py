@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -65,7 +65,7 @@ class PlatformMethods:
     modes: Function[tuple[FloatArray, FloatArray, FloatArray]]
 
     @needs("modes", when=_has_chain_pose)
-    def fk_all(self, q: ArrayLike, threads: int | str | None = 1) -> Modes:
+    def fk_all(self, q: ArrayLike, threads: int | Literal["all"] | None = 1) -> Modes:
         """Every pose of the tool in which the platform can be assembled at given actuators.
 
         Where the poses are not isolated, as at some singularities of type 2, some of them are

@@ -38,12 +38,13 @@ def zero_curves(values: Values, x: FloatArray, y: FloatArray) -> tuple[FloatArra
 def _zeros(values: Values, grid: FloatArray, f: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
     """The sides with a zero, numbered (2, n, m) with -1 for all others, and the zeros."""
     sides = np.full((2, *f.shape), -1)
-    starts, ends = [], []
+    starts: list[FloatArray] = []
+    ends: list[FloatArray] = []
     for axis in (0, 1):
         first, second = (np.take(f, range(k, f.shape[axis] - 1 + k), axis) for k in (0, 1))
         index = np.nonzero(_changes(first, second))
         other = tuple(i + (k == axis) for k, i in enumerate(index))
-        sides[(axis, *index)] = np.arange(len(index[0])) + sum(map(len, starts))
+        sides[(axis, *index)] = np.arange(len(index[0])) + sum(len(part) for part in starts)
         starts.append(grid[index])
         ends.append(grid[other])
     low, high = np.concatenate(starts), np.concatenate(ends)

@@ -181,7 +181,7 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
                 raise InputValueError(
                     f"{self.name}.singularity_curves: {name} must ascend and points be at least 2"
                 )
-        grid = [np.linspace(*bounds, points) for bounds in (x, y)]
+        grid = [np.linspace(low, high, points) for low, high in (x, y)]
 
         def at(position: FloatArray) -> tuple[FloatArray, FloatArray]:
             pose = np.concatenate([position, np.full((*position.shape[:-1], 1), phi)], -1)

@@ -12,9 +12,9 @@ import sympy as sp
 
 from ...loops.hybrid import Hybrid
 from ...loops.planar.phasors import Complex
-from ...loops.platforms import Triad, free_directions, triad_of
+from ...loops.platforms import free_directions, triad_of
 from ...loops.rods import joint_values, line_coordinates, pins_in_tool, rods_of, tool_position
-from ...loops.triad import elimination
+from ...loops.triad import Triad, elimination
 from ..setting.layout import Equation, aligned, flowed
 from ..setting.names import head
 from ..setting.notation import LENGTH, TERM

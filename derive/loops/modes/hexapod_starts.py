@@ -34,7 +34,7 @@ REFINEMENTS = 3
 def generic(count: int, phase: int) -> Array:
     """Complex numbers of absolute value 1, the same everywhere; none of a phase come in another."""
     k = np.arange(1, count + 1) + 100 * phase
-    return np.exp(2j * np.pi * ((k * np.sqrt(2)) % 1 + (k * k * np.sqrt(3)) % 1))
+    return np.asarray(np.exp(2j * np.pi * ((k * np.sqrt(2)) % 1 + (k * k * np.sqrt(3)) % 1)))
 
 
 class RodFamily:
