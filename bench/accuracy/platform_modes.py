@@ -171,21 +171,41 @@ def modes(
     library: ctypes.CDLL, a: np.ndarray, b: np.ndarray, lengths: np.ndarray
 ) -> tuple[np.ndarray, float, float]:
     """The modes (n, 6) that the C finds, its doubts, and its time in ms."""
-    drawn = np.random.default_rng(0).uniform(0.8, 1.2, (12, 6)) * lengths
+    found = solved(library, numbered(a, b, lengths), a, lengths)
+    return found.theta[np.isfinite(found.margin)], found.unsure, found.ms
+
+
+@dataclass(frozen=True)
+class Solved:
+    """The results of the C: joints (n, 6) and margins (n,) of all slots, doubts, time in ms."""
+
+    theta: np.ndarray
+    margin: np.ndarray
+    unsure: float
+    ms: float
+
+
+def numbered(a: np.ndarray, b: np.ndarray, usual: np.ndarray) -> Platform:
+    """The numbers of a platform whose lengths are about the usual ones."""
+    drawn = np.random.default_rng(0).uniform(0.8, 1.2, (12, 6)) * usual
     rods = RodNumbers(np.tile(a, (12, 1, 1)), b, drawn)
-    own, poses = starts(rods.family)
-    numbers = tables(rods, AXES, own, poses)
+    numbers = tables(rods, AXES, *starts(rods.family))
     platform = Platform()
     for (name, kind), value in zip(Platform._fields_[1:], numbers, strict=True):
         flat = np.asarray(value).ravel()
         setattr(platform, name, flat[0].item() if flat.size == 1 else kind(*flat.tolist()))
-    n = len(poses)
+    return platform
+
+
+def solved(library: ctypes.CDLL, platform: Platform, a: np.ndarray, lengths: np.ndarray) -> Solved:
+    """The results of the C for a platform at some lengths."""
+    n = platform.paths
     theta, margin, unsure = np.empty((n, 6)), np.empty(n), np.empty(1)
     q = np.concatenate([a.ravel(), lengths])
     pointers = [array.ctypes.data_as(ctypes.c_void_p) for array in (q, theta, margin, unsure)]
     library.modes.restype = ctypes.c_double
     ms = library.modes(ctypes.byref(platform), *pointers)
-    return theta[np.isfinite(margin)], float(unsure[0]), ms
+    return Solved(theta, margin, float(unsure[0]), ms)
 
 
 def newton(
