@@ -8,7 +8,15 @@ import sys
 from pathlib import Path
 
 from . import check, count, document
-from .accuracy import cleaned_files, field, general_arms, losses, mechanism_branches, misses
+from .accuracy import (
+    cleaned_files,
+    field,
+    general_arms,
+    losses,
+    mechanism_branches,
+    misses,
+    platform_modes,
+)
 from .cases.poses import CASES
 from .measures import derivation
 from .peers.forward import absent
@@ -36,6 +44,8 @@ def main() -> int:
         return field.run(options.quick, options.arm)
     if options.command == "general":
         return general_arms.run(options)
+    if options.command == "platforms":
+        return platform_modes.run(options.count, options.starts, options.seed)
     if options.command == "losses":
         return losses.run(options.arms, options.first)
     if options.command == "mechanisms":
@@ -96,6 +106,10 @@ def _parser() -> argparse.ArgumentParser:
     met.add_argument("--arm", help="arms with this text in their names")
     general = commands.add_parser("general", help="arms without a structure: judged and timed")
     general_arms.add_arguments(general)
+    held = commands.add_parser("platforms", help="modes of platforms on six rods, judged and timed")
+    held.add_argument("--count", type=int, default=platform_modes.COUNT, help="number of platforms")
+    held.add_argument("--starts", type=int, default=platform_modes.STARTS, help="of the iteration")
+    held.add_argument("--seed", type=int, default=0)
     arms = commands.add_parser("losses", help="poses that inverses of random arms lose")
     arms.add_argument("--arms", type=int, default=ARMS, help="number of arms")
     arms.add_argument("--first", type=int, default=0, help="number of the first arm")

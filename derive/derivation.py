@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from .chain.coordinates import InProportion
 from .chain.groups import Group, groups
 from .chain.kinematics import FUNCTIONS, Kinematics, arguments_of
+from .inverse import leg_inverse
 from .inverse.families import FAMILIES
 from .inverse.families.family import Family
 from .inverse.hybrid_inverse import hybrid_inverses
@@ -123,17 +124,22 @@ def _of_mechanism(
     has_chain = not hybrid.forward.open
     of_tool = FUNCTIONS if has_chain else ()
     makers = _makers(hybrid)
-    closure, written = None if has_chain else LoopClosure(hybrid), {}
+    written: dict[str, WrittenFunction] = {}
+    closure = None if has_chain else LoopClosure(hybrid)
     if closure is not None and closure.is_determined:
         makers |= inner_makers(closure)
         of_chain = {name: makers[name](hybrid) for name in platforms.OF_CHAIN}
-        written = written_functions(closure, of_chain)
+        written |= written_functions(closure, of_chain)
+    by_hand = platforms.written_makers(hybrid)
     capabilities = [*of_tool, *makers]
     inverse = None
-    if has_chain and (functions is None or not set(functions) <= set(capabilities)):
+    if has_chain and (functions is None or not set(functions) <= {*capabilities, *by_hand}):
         inverse = hybrid_inverses(hybrid, families)
         capabilities += [name for name in inverse.functions if name not in capabilities]
-        written = {function.name: function for function in inverse.written}
+        written |= {function.name: function for function in inverse.written}
+    asked = [name for name in by_hand if functions is None or name in functions]
+    found = [function for name in asked if (function := by_hand[name](hybrid)) is not None]
+    written |= {function.name: function for function in found}
     capabilities += written
     chosen = _chosen(mechanism.name, _with_called(functions, written), capabilities)
     asked_of_tool = [name for name in chosen if name in of_tool]
@@ -160,7 +166,8 @@ def _unguarded_without(function: WrittenFunction, chosen: Collection[str]) -> Wr
 
 def _makers(hybrid: Hybrid) -> dict[str, Maker]:
     """The derivation of each function through the loops with a closed form, in order."""
-    return maps.makers(hybrid) | constraint_functions.makers(hybrid) | platforms.makers(hybrid)
+    of_loops = maps.makers(hybrid) | constraint_functions.makers(hybrid)
+    return of_loops | platforms.makers(hybrid) | leg_inverse.makers(hybrid)
 
 
 def _guarded(function: SymbolicFunction, capabilities: Collection[str]) -> SymbolicFunction:

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from .call._call import Function
 from .call.capabilities import Hint, Missing, missing_names
-from .closed_form.assembly_modes import PlanarMethods
-from .closed_form.closures import LoopMethods
+from .closed_form.assembly_modes import PlatformMethods
 from .closed_form.hints import no_inverse, no_representation
 from .closed_form.paths import InverseMethods
 from .closed_form.solutions import Solutions
@@ -36,7 +35,7 @@ from .errors import SourceMismatchError
 from .iterative.numeric_inverse import NumericMethods
 from .loading import load_functions
 from .velocity.rates import VelocityMethods
-from .velocity.singularity import SingularityMethods
+from .velocity.singular_ways import SingularWayMethods
 from .velocity.track import TrackMethods
 
 FloatArray = NDArray[np.float64]
@@ -44,10 +43,9 @@ FloatArray = NDArray[np.float64]
 
 class Robot(
     InverseMethods,
-    LoopMethods,
     NumericMethods,
-    PlanarMethods,
-    SingularityMethods,
+    PlatformMethods,
+    SingularWayMethods,
     TrackMethods,
     VelocityMethods,
 ):

@@ -39,27 +39,6 @@ than this is too coarse to tell a fast joint from a change of branch."""
 SAME_JOINTS = 1e-6
 """Metres or radians below which joints of the main chain are the same: near a dead point, at a
 margin of 1e-10, the rounding of the lengths makes half of the digits uncertain."""
-RODS_CLOSED = 1e-12
-"""Error in the length of a rod (metre) up to which an assembly mode is valid."""
-RODS_POLISHED = 1e-14
-"""Error in the length of a rod (metre) at which Newton's iteration has nothing left to gain, for
-rods of up to a few metres."""
-SETTLED_STEP = 1e-9
-"""Last step (metre, radian) of a Newton iteration that has converged: the next step would be the
-square of it."""
-MODE_STEP = 0.3
-"""Radians that a Newton step on an assembly mode may turn by: further away lies another mode."""
-NEAR_CIRCLE = 0.03
-"""Distance from the unit circle up to which a root is tried as an angle: a root of multiplicity 4
-is off by 1e-4."""
-NEAR_PAIR = 1e-3
-"""Distance below which two roots may stand for two positions at nearly the same angle."""
-SAME_MODE = 1e-7
-"""Metres or radians below which two assembly modes are one: at a double root the lengths of the
-rods, which change with the square of the distance, determine no more digits in doubles."""
-VANISHING = 1e-10
-"""Share of the largest coefficient below which a leading coefficient counts as zero."""
-
 # --- closed_form: Newton's iteration on forward kinematics ---
 
 POLISHED = 1e-14
@@ -80,6 +59,9 @@ CLOSED = 1e-12
 """Residual of the constraint (metre, radian) up to which a configuration is valid."""
 CONTRACTION = 0.5
 """Ratio of successive Newton corrections above which the start was too far away."""
+SETTLED_STEP = 1e-9
+"""Last step (metre, radian) of a Newton iteration that has converged: the next step would be the
+square of it."""
 STRIDE = 0.2
 """Metres or radians that an unknown may move along the tangent in one step."""
 SHORTEST_STRIDE = 2.0**-12
@@ -102,6 +84,9 @@ TURNS = 1e-6
 """Radians per metre at the tip below which a coordinate does not turn the tool."""
 RANK = 1e-9
 """Ratio to the largest singular value below which a singular value is zero."""
+SINGULAR = 1e-6
+"""Singular value of the pure velocity relation up to which a parallel robot is singular: rounding
+of a pose at a singularity of type 1 leaves the root of 1e-13."""
 INFINITE_CONDITION = RANK**2
 """Ratio of the smallest to the largest singular value below which the condition number is
 infinite."""

@@ -11,8 +11,7 @@ Source:
 """
 
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import sympy as sp
@@ -21,18 +20,33 @@ from ..chain.coordinates import InProportion
 from ..chain.groups import groups
 from ..chain.kinematics import FUNCTIONS, Kinematics
 from ..model.mechanism import Frame, Mechanism, Strut
-from ..model.robot import Joint
 from ..terms.role import Role
-from ..terms.symbolic_function import Argument, Result, SymbolicFunction, matrix_entries
+from ..terms.symbolic_function import (
+    Argument,
+    Result,
+    SymbolicFunction,
+    WrittenFunction,
+    matrix_entries,
+)
 from ..terms.tangents import derivative_columns
 from ..terms.vectors import ORIGIN, Vector, cross, dot, named, subtracted
 from .hybrid import Hybrid
 from .maps import Maker
-from .planar.phasors import Complex
-from .rods import Rod, from_base, joint_values, line_coordinates, rods_of, tool_position
+from .modes import hexapod, triad_modes
+from .modes.hexapod import hexapod_of
+from .rods import (
+    Rod,
+    from_base,
+    joint_frame,
+    joint_values,
+    line_coordinates,
+    rods_of,
+    tool_position,
+)
 from .spatial.body_frames import pose_of
-from .triad import triad_mirror, triad_polynomial, triad_position
+from .triad import Triad, triad_mirror, triad_polynomial, triad_position
 
+WrittenMaker = Callable[[Hybrid], WrittenFunction | None]
 ONE, ZERO = sp.Integer(1), sp.Integer(0)
 TRIAD = 3
 OF_CHAIN = {f"chain_{name}": name for name in FUNCTIONS}
@@ -58,7 +72,19 @@ def makers(h: Hybrid) -> dict[str, Maker]:
             "assembly_position": partial(_assembly, "assembly_position"),
             "assembly_mirror": partial(_assembly, "assembly_mirror"),
         }
+    if hexapod_of(h) is not None:
+        found[hexapod.CALLED] = hexapod.rod_ends
     return found
+
+
+def written_makers(h: Hybrid) -> dict[str, WrittenMaker]:
+    """The functions of a platform on legs whose C is written by hand, none for other robots."""
+    if not is_platform(h.mechanism):
+        return {}
+    if hexapod_of(h) is not None:
+        return {"modes": hexapod.modes}
+    triad = triad_of(h) if h.forward.open else None
+    return {} if triad is None else {"modes": lambda h: triad_modes.modes(h, triad)}
 
 
 def is_platform(mechanism: Mechanism) -> bool:
@@ -174,21 +200,6 @@ def of_open_chain(name: str, h: Hybrid) -> SymbolicFunction:
 # --- three rods in a plane ---
 
 
-@dataclass(frozen=True)
-class Triad:
-    """Three rods that hold a platform in a plane.
-
-    Attributes:
-        A: The rods' known ends (x, y), metre.
-        b: Their ends on the platform, in the platform's axes, metre.
-        L: Their lengths, metre.
-    """
-
-    A: tuple[Complex, ...]
-    b: tuple[Complex, ...]
-    L: tuple[sp.Expr, ...]
-
-
 def triad_of(h: Hybrid) -> Triad | None:
     """The three rods of a planar platform; None for other robots."""
     mechanism = h.mechanism
@@ -196,10 +207,8 @@ def triad_of(h: Hybrid) -> Triad | None:
     kinds = [joint.kind for joint in moving]
     if kinds != ["prismatic", "prismatic", "revolute"] or len(mechanism.struts) != TRIAD:
         return None
-    if any(strut.is_cylinder for strut in mechanism.struts):
-        return None
     still = joint_values(h) | {joint.name: ZERO for joint in moving}
-    frames = [_frame(h, joint, still) for joint in moving]
+    frames = [pose_of(mechanism, h.terms, joint_frame(joint), still) for joint in moving]
     directions = [
         named(h.terms, (joint.direction * component for component in axes[2]))
         for joint, (axes, _) in zip(moving, frames, strict=True)
@@ -221,14 +230,7 @@ def triad_of(h: Hybrid) -> Triad | None:
     if any(h.terms.let(a[2] - b[2]) != 0 for a, b in ends):
         return None
     A, b = (tuple(end[k][:2] for end in ends) for k in (0, 1))
-    return Triad(A, b, tuple(strut.length for strut in mechanism.struts))
-
-
-def _frame(
-    h: Hybrid, joint: Joint, values: Mapping[str, sp.Expr]
-) -> tuple[Sequence[Vector], Vector]:
-    """Axes and origin of a joint's frame in the base frame."""
-    return pose_of(h.mechanism, h.terms, Frame(joint.parent, joint.before), values)
+    return Triad(A, b, tuple(h.terms.let(rod.length) for rod in rods_of(h)))
 
 
 def assembly_polynomial(h: Hybrid) -> SymbolicFunction:

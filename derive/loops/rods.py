@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ..model.mechanism import Frame, Strut
+from ..model.robot import Joint
 from ..terms.tangents import Tangent
 from ..terms.terms import Terms
 from ..terms.vectors import ZERO, Vector, dot, subtracted
@@ -106,3 +107,8 @@ def from_base(h: Hybrid, strut: Strut) -> tuple[Frame, Frame]:
     chain = {joint.name for joint in h.robot.moving}
     at_end = any(joint.name in chain for joint in h.mechanism.way(strut.b.body))
     return (strut.a, strut.b) if at_end else (strut.b, strut.a)
+
+
+def joint_frame(joint: Joint) -> Frame:
+    """The frame of a joint before it moves."""
+    return Frame(joint.parent, joint.before)

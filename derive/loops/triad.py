@@ -41,6 +41,21 @@ Named = tuple[sp.Symbol, sp.Expr]
 
 
 @dataclass(frozen=True)
+class Triad:
+    """Three rods that hold a platform in a plane.
+
+    Attributes:
+        A: The rods' known ends (x, y), metre.
+        b: Their ends on the platform, in the platform's axes, metre.
+        L: Their lengths, metre.
+    """
+
+    A: tuple[Complex, ...]
+    b: tuple[Complex, ...]
+    L: tuple[sp.Expr, ...]
+
+
+@dataclass(frozen=True)
 class Elimination:
     """The elimination of the platform's position as equations to read.
 
@@ -129,7 +144,7 @@ def triad_polynomial(
         terms: Names of all terms.
         A: Three known points (x, y), metre.
         b: Three pins in the platform's axes, metre; constants.
-        L: Three lengths of rods, metre; constants.
+        L: Three lengths of rods, metre.
 
     Returns:
         a_0, a_1, b_1, a_2, b_2, a_3, b_3, named.
@@ -171,7 +186,7 @@ def triad_position(
         terms: Names of all terms.
         A: Three known points (x, y), metre.
         b: Three pins in the platform's axes, metre; constants.
-        L: Three lengths of rods, metre; constants.
+        L: Three lengths of rods, metre.
         c: Cosine of the platform's angle.
         s: Its sine.
 

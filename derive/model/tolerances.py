@@ -148,6 +148,26 @@ LAYOUT_TIE = 1e-5
 Machines differ in the last digits of these numbers; the bytes of a drawing must not.
 """
 
+# --- loops: paths of complex poses, of length 1 in Study's coordinates ---
+
+PATH_NEAR = 1e-4
+"""First Newton correction behind a step along a path; above it another path may be as near."""
+PATH_ON = 1e-7
+"""Second correction: of the order of the square of the first."""
+SHORTEST_PATH_STEP = 1e-9
+"""Part of a path below which a step is given up: its end is singular, or at infinity."""
+POSES_ARE_ONE = 1e-8
+"""1 - |<x, y>| of two poses that are one: each is known to 1e-12, its square is what counts."""
+SINGULAR_POSE = 1e11
+"""Condition number at which a pose counts as singular for generic rods; those that are not have
+some 1e4."""
+POSE_AT_INFINITY = 1e-10
+"""|e.e| of a pose at infinity: no rotation has e.e = 0."""
+NO_FRAME = 1e-9
+"""Metres below which a middle of points counts as the origin."""
+RODS_SPAN = 1e-9
+"""Singular value, in parts of the greatest, below which rods do not move in a direction."""
+
 # --- inverse: structures, boundaries of subproblems, determinants ---
 
 EXACT_STRUCTURE = 1e-9

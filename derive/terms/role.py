@@ -10,7 +10,7 @@ ROLES = (
     *("map", "map derivative", "map rate", "map acceleration", "margin", "branches"),
     *("constraint", "constraint derivative", "constraint rate", "closure", "near"),
     *("lengths", "lengths derivative", "velocity relation"),
-    *("assembly polynomial", "assembly pose", "assembly mirror"),
+    *("assembly polynomial", "assembly pose", "assembly mirror", "rod ends", "modes"),
     "other",
 )
 """Every role that a function can have."""

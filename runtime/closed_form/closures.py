@@ -18,6 +18,7 @@ from ..tolerances import SAME_JOINTS
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 _PLANAR = ["prismatic", "prismatic", "revolute"]
+_LEG_INVERSES = ("actuators_all", "actuators")
 
 
 class ChainBranches(NamedTuple):
@@ -50,6 +51,10 @@ class ActuatorBranches(NamedTuple):
 
 def _is_planar(robot: LoopMethods) -> bool:
     return [joint.kind for joint in robot.chain_joints] == _PLANAR
+
+
+def _has_leg_inverse(robot: LoopMethods) -> bool:
+    return _is_planar(robot) and not robot.functions.keys().isdisjoint(_LEG_INVERSES)
 
 
 def _can_check_actuators(robot: LoopMethods) -> bool:
@@ -171,7 +176,7 @@ class LoopMethods(NewtonMethods, SizeMethods):
             q[~closes] = np.nan
         return ActuatorBranches(q, closes, margin)
 
-    @needs("actuators_all", when=_is_planar)
+    @needs(when=_has_leg_inverse)
     def ik_planar(self, pose: ArrayLike) -> ActuatorBranches:
         """The inverse of a planar platform, leg by leg: all actuated coordinates at a pose.
 
@@ -180,9 +185,14 @@ class LoopMethods(NewtonMethods, SizeMethods):
 
         Returns:
             `q (..., k, n)`, `valid (..., k)`, `margin`; with two branches per leg, k is 8 for three
-            legs.
+            legs. Legs that are cylinders have one branch, which is valid everywhere: k and the
+            margin are 1.
         """
-        return self.actuator_branches(pose)
+        if "actuators_all" in self.functions:
+            return self.actuator_branches(pose)
+        q = self.functions["actuators"](pose)[..., None, :]
+        valid = np.asarray(np.isfinite(q).all(-1))
+        return ActuatorBranches(q, valid, np.where(valid, 1.0, np.nan))
 
 
 def _closes(margin: FloatArray) -> BoolArray:

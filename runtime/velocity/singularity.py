@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..call._call import Function
 from ..call.capabilities import needs
+from ..tolerances import SINGULAR
 from .characteristic_length import LengthMethods
 
 FloatArray = NDArray[np.float64]
@@ -28,6 +29,15 @@ class Singularity(NamedTuple):
     type_1: FloatArray
     type_2: FloatArray
     type_3: FloatArray
+
+    @property
+    def kind(self) -> NDArray[np.int64]:
+        """(...,) the type of the singularity, 1, 2 or 3; 0 where there is none.
+
+        A distance up to 1e-6 counts as none.
+        """
+        one, two = self.type_1 <= SINGULAR, self.type_2 <= SINGULAR
+        return np.where(one & two, 3, np.where(two, 2, np.where(one, 1, 0)))[()]
 
 
 def _has_relation(robot: SingularityMethods) -> bool:
@@ -65,14 +75,21 @@ class SingularityMethods(LengthMethods):
         Source:
             Gosselin and Angeles, Singularity analysis of closed-loop kinematic chains, 1990.
         """
+        J_x, J_q = self._pure_relation("singularity", theta, q, length)
+        type_1, type_2 = _smallest(J_q), _smallest(J_x)
+        return Singularity(type_1, type_2, np.maximum(type_1, type_2))
+
+    def _pure_relation(
+        self, name: str, theta: ArrayLike, q: ArrayLike, length: float | None
+    ) -> tuple[FloatArray, FloatArray]:
+        """J_x and J_q, the columns of turning directions divided by a length."""
         assert self._velocity_relation is not None
-        length = self._checked_length("singularity", length)
+        length = self._checked_length(name, length)
         J_x, J_q = self.velocity_relation(theta, q)
         turning = np.array(self._velocity_relation.directions) >= 3  # noqa: PLR2004
         unit_x = np.where(turning, length, 1.0)
         unit_q = np.array([length if c.kind == "revolute" else 1.0 for c in self.coordinates])
-        type_1, type_2 = _smallest(J_q / unit_q), _smallest(J_x / unit_x)
-        return Singularity(type_1, type_2, np.maximum(type_1, type_2))
+        return J_x / unit_x, J_q / unit_q
 
 
 def _smallest(J: FloatArray) -> FloatArray:

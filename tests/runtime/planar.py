@@ -10,6 +10,8 @@ import sympy as sp
 
 from chasles.derive.emit.c import scalar
 from chasles.derive.emit.c.header import header, support
+from chasles.derive.emit.c.written import written_files
+from chasles.derive.loops.modes.triad_modes import written_modes
 from chasles.derive.loops.triad import triad_mirror, triad_polynomial, triad_position
 from chasles.derive.model.robot import Joint, Robot
 from chasles.derive.program.programs import programs
@@ -127,6 +129,7 @@ ROLES = {
         "domain": "chain",
         "directions": [0, 1, 5],
     },
+    "modes": {"role": "modes", "domain": "actuators", "codomain": "chain"},
     "actuators_all": {
         "role": "branches",
         "domain": "chain",
@@ -142,10 +145,12 @@ def write(folder: Path, rod="13/100"):
     joints = tuple(Joint(f"crank_{k}", "revolute") for k in (1, 2, 3))
     robot = Robot("planar", joints, title="A planar platform")
     made = programs(derived, "planar")
+    modes = written_modes(derived[0].inputs[0], PLATFORM)
     files = {
-        "planar.c": scalar.source(robot, derived, made),
-        "planar.h": header(robot, derived, made),
+        "planar.c": scalar.source(robot, derived, made, [modes]),
+        "planar.h": header(robot, [*derived, modes], made),
         scalar.SUPPORT: support(scalar.SUPPORT),
+        **written_files(robot, [modes]),
     }
 
     def described(item):
@@ -190,7 +195,7 @@ def write(folder: Path, rod="13/100"):
                 "operations": {"total": 300},
                 **ROLES[f.name],
             }
-            for f in derived
+            for f in (*derived, modes)
         ],
         "files": {name: sha256(text) for name, text in files.items()},
     }

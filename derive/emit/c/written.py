@@ -8,7 +8,9 @@ from ...terms.symbolic_function import Table, WrittenFunction
 from .expressions import WIDTH, number
 from .header import notice, own_copy, signature, support
 
+CIRCLE = ("chasles_circle_roots.h", "chasles_circle_tolerances.h")
 GENERAL = (
+    *CIRCLE,
     "chasles_general_back.h",
     "chasles_general_determinant.h",
     "chasles_general_equations.h",
@@ -16,10 +18,19 @@ GENERAL = (
     "chasles_general_roots.h",
     "chasles_general_solutions.h",
     "chasles_general_tolerances.h",
+    "chasles_solve_six.h",
+)
+HEXAPOD = (
+    "chasles_hexapod_paths.h",
+    "chasles_hexapod_system.h",
+    "chasles_hexapod_tolerances.h",
+    "chasles_solve_six.h",
 )
 SUPPORTS = {
     "general": ("chasles_general.h", *GENERAL),
     "general_given": ("chasles_general_given.h", *GENERAL),
+    "hexapod": ("chasles_hexapod.h", *HEXAPOD),
+    "triad": ("chasles_triad.h", "chasles_triad_tolerances.h", *CIRCLE),
 }
 """The files of each solver that takes tables; a generated file includes the first."""
 SHARED = ("closure",)
@@ -47,6 +58,7 @@ def _source(robot: Described, function: WrittenFunction) -> str:
     """
     prefix, solver = f"chasles_{function.solver}", SUPPORTS[function.solver][0]
     table = f"{robot.name}_{function.name}_tables"
+    kind = "arm" if function.role.is_inverse else "platform"
     copies = [line for argument in function.inputs for line in own_copy(argument)]
     passed = [f"&{table}", *(f"own_{a.name}" for a in function.inputs)]
     passed += [result.name for result in function.outputs]
@@ -54,7 +66,7 @@ def _source(robot: Described, function: WrittenFunction) -> str:
         [
             notice(robot),
             f'#include "{solver}"\n',
-            *table_lines(robot, f"{prefix}_arm", table, function.calls, function.tables),
+            *table_lines(robot, f"{prefix}_{kind}", table, function.calls, function.tables),
             *textwrap.wrap(f"{signature(robot.name, function)}", WIDTH, subsequent_indent="    "),
             "{",
             *copies,

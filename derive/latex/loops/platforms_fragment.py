@@ -11,10 +11,11 @@ from functools import cached_property
 import sympy as sp
 
 from ...loops.hybrid import Hybrid
+from ...loops.modes.hexapod import hexapod_of
 from ...loops.planar.phasors import Complex
-from ...loops.platforms import Triad, free_directions, triad_of
+from ...loops.platforms import free_directions, triad_of
 from ...loops.rods import joint_values, line_coordinates, pins_in_tool, rods_of, tool_position
-from ...loops.triad import elimination
+from ...loops.triad import Triad, elimination
 from ..setting.layout import Equation, aligned, flowed
 from ..setting.names import head
 from ..setting.notation import LENGTH, TERM
@@ -85,6 +86,11 @@ class PrintedPlatform:
     def is_planar(self) -> bool:
         """Whether all rods lie in a plane of the base frame."""
         return len(self.axes) == PLANE
+
+    def length(self, length: sp.Expr) -> sp.Expr:
+        """The length of a rod, which a cylinder's coordinate moves."""
+        is_constant = self.page.terms.is_constant(length)
+        return self.page.constant(length) if is_constant else self.of(length)
 
     @cached_property
     def n(self) -> tuple[Vector, ...]:
@@ -174,7 +180,7 @@ class PrintedTriad:
     def __init__(self, platform: PrintedPlatform, triad: Triad) -> None:
         """Writes a triad out."""
         A, b = ([_pair(map(platform.of, point)) for point in of] for of in (triad.A, triad.b))
-        L = [platform.page.constant(length) for length in triad.L]
+        L = list(map(platform.length, triad.L))
         self.phi = platform.page.theta[-1]
         self.letters = _free_letters(platform)
         tex = {"w": r"\mathbf{w}", "u": r"\mathbf{u}", "l": r"\ell", "J": "J"}
@@ -218,6 +224,7 @@ def platform(page: LoopPage) -> str:
         _velocities(printed),
         _singularities(printed),
         *([] if triad is None else [_elimination(printed, triad), _harmonics(printed, triad)]),
+        *([] if hexapod_of(page.hybrid) is None else [_paths()]),
     )
 
 
@@ -424,9 +431,29 @@ def _harmonics(printed: PrintedPlatform, triad: PrintedTriad) -> str:
             rf" \bigl(({a} - \mathrm{{i}} {b})\,{root}^{{3+m}}"
             rf" + ({a} + \mathrm{{i}} {b})\,{root}^{{3-m}}\bigr) = 0."
         ),
-        rf"Its zeros are the eigenvalues of its companion matrix. Those with $|{root}| = 1$ give"
-        rf" angles ${phi}$ of the platform: there are at most six assembly modes.",
+        rf"Its zeros with $|{root}| = 1$ give angles ${phi}$ of the platform: there are at most six"
+        " assembly modes. They are found on parts of the circle in each of which the Taylor series"
+        " of the sum proves that it has no zero, or one.",
         _position(printed, triad),
+    )
+
+
+def _paths() -> str:
+    """All modes of six rods in space."""
+    return sentence(
+        r"\paragraph{All assembly modes} of given actuators are real solutions of equations in"
+        r" Study's coordinates (Wampler 1996). A quaternion $\mathbf{e}$ turns the pins of the"
+        r" platform, and $\mathbf{g} = \mathbf{p}\,\mathbf{e}$ holds its position,"
+        r" $\mathbf{e} \cdot \mathbf{g} = 0$. With products of quaternions, the lengths are",
+        _equation(
+            r"|\mathbf{g} + \mathbf{e}\,\mathbf{b}'_i - \mathbf{a}_i\,\mathbf{e}|^2"
+            r" = \ell_i^2\,|\mathbf{e}|^2, \quad i = 1, \dots, 6."
+        ),
+        r"The last equation subtracted from the others leaves no $|\mathbf{g}|^2$ in them. The"
+        r" equations have at most forty solutions, most of them complex (Raghavan 1993). All are"
+        r" known for rods with generic complex numbers; where these move along a straight line to"
+        r" the rods of given actuators, the solutions move along paths that do not meet, and end in"
+        r" all solutions for the given rods. The real ones are the modes.",
     )
 
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import chasles
-from chasles.closed_form.assembly_modes import roots
 
 from .. import planar
 
@@ -161,20 +160,10 @@ def test_symmetric_cranks(robot_and_rod):
     assert (modes.valid.sum(-1) >= expected).all()
 
 
-def test_many_inputs_take_seconds(robot_and_rod):
-    robot, _ = robot_and_rod
-    q = np.random.default_rng(4).uniform(-np.pi, np.pi, (20_000, 3))
+def test_every_mode_within_microseconds(robot_and_rod):
+    robot, rod = robot_and_rod
+    q = random_q(np.random.default_rng(4), 5_000, rod)
     start = time.perf_counter()
-    robot.fk_planar_all(q)
-    assert time.perf_counter() - start < 10
-
-
-def test_roots_where_leading_coefficients_vanish():
-    # sin(phi - 1) sin(phi - 2): degree 2; sin(phi - 1): degree 1; a constant has none.
-    two = [np.cos(1) / 2, 0, 0, -np.cos(3) / 2, -np.sin(3) / 2, 0, 0]
-    one = [0, -np.sin(1), np.cos(1), 0, 0, 1e-14, 0]
-    none = [1.0, 0, 0, 0, 0, 0, 0]
-    z = roots(np.array([two, one, none, [np.nan] * 7]))
-    np.testing.assert_array_equal(np.isfinite(z).sum(-1), [4, 2, 0, 0])
-    np.testing.assert_allclose(np.sort(np.angle(z[0, :4])), [1 - np.pi, 2 - np.pi, 1, 2])
-    np.testing.assert_allclose(np.sort(np.angle(z[1, :2])), [1 - np.pi, 1])
+    robot.modes(q)
+    # 9 us on an idle core.
+    assert time.perf_counter() - start < 5_000 * 60e-6

@@ -200,14 +200,14 @@ static int chasles_general_starts(const chasles_general_six *six,
                                   chasles_general_start *starts, int *sure)
 {
     chasles_general_system system;
-    chasles_general_series series;
-    chasles_general_roots roots;
+    chasles_circle_series series;
+    chasles_circle_roots roots;
     chasles_general_eliminate(six, split, T, &system);
     chasles_general_interpolated(&system, &series);
     *sure = 0;
     if (!(series.noise < CHASLES_NOISE * series.most))
         return 0;
-    chasles_general_real(&system, &series, &roots);
+    chasles_circle_real(chasles_general_sampled, &system, &series, &roots);
     *sure = !roots.unresolved && series.most > CHASLES_VANISHED;
     int real = 0;
     for (int k = 0; k < roots.count; k++) {

@@ -16,12 +16,10 @@
 #include <math.h>
 #include <string.h>
 
+#include "chasles_circle_roots.h"
 #include "chasles_general_equations.h"
 
-#define CHASLES_LANES 8
-
-/* GCC's and Clang's vectors: of plain arrays, sums would go through memory. */
-typedef double chasles_general_lanes __attribute__((vector_size(8 * CHASLES_LANES)));
+typedef chasles_circle_lanes chasles_general_lanes;
 
 /* Reflects the first columns of a matrix of six rows to a triangle; multiplies its determinant. */
 static void chasles_general_triangle(chasles_general_lanes (*a)[6], int columns, int all,

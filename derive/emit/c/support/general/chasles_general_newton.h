@@ -9,6 +9,7 @@
 
 #include "chasles_general_equations.h"
 #include "chasles_general_tolerances.h"
+#include "chasles_solve_six.h"
 
 typedef struct {
     double q[6];
@@ -71,42 +72,6 @@ static double chasles_general_error(const double *T, const double *at, double *e
     return sqrt(position > turned ? position : turned);
 }
 
-/* Solves a x = b, n = 6, in place; returns the determinant, 0 where a is singular. */
-static double chasles_general_solve(double (*a)[7], double *x)
-{
-    double determinant = 1.0;
-    for (int j = 0; j < 6; j++) {
-        int p = j;
-        for (int i = j + 1; i < 6; i++) {
-            if (fabs(a[i][j]) > fabs(a[p][j]))
-                p = i;
-        }
-        if (!(fabs(a[p][j]) > 0.0))
-            return 0.0;
-        if (p != j) {
-            determinant = -determinant;
-            for (int k = 0; k < 7; k++) {
-                const double kept = a[p][k];
-                a[p][k] = a[j][k], a[j][k] = kept;
-            }
-        }
-        determinant *= a[j][j];
-        const double inverse = 1.0 / a[j][j];
-        for (int i = j + 1; i < 6; i++) {
-            const double factor = a[i][j] * inverse;
-            for (int k = j; k < 7; k++)
-                a[i][k] -= factor * a[j][k];
-        }
-    }
-    for (int j = 5; j >= 0; j--) {
-        double sum = a[j][6];
-        for (int k = j + 1; k < 6; k++)
-            sum -= a[j][k] * x[k];
-        x[j] = sum / a[j][j];
-    }
-    return determinant;
-}
-
 /* One step towards the pose: Newton's where damping is 0, else Levenberg and Marquardt's. */
 static void chasles_general_step(const double *J, const double *e, double length, double damping,
                                  double *step)
@@ -129,7 +94,7 @@ static void chasles_general_step(const double *J, const double *e, double length
         memcpy(a, b, sizeof a);
     }
     memset(step, 0, 6 * sizeof *step);
-    chasles_general_solve(a, step);
+    chasles_solve_six(a, step);
     double most = 0.0;
     for (int k = 0; k < 6; k++)
         most = fabs(step[k]) > most ? fabs(step[k]) : most;
@@ -201,7 +166,7 @@ static double chasles_general_margin(const double *J, double length)
         }
         lengths *= sqrt(sum);
     }
-    return fabs(chasles_general_solve(a, x)) / lengths;
+    return fabs(chasles_solve_six(a, x)) / lengths;
 }
 
 #endif

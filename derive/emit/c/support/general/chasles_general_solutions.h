@@ -69,7 +69,7 @@ static void chasles_general_least(const double *J, double length, double *direct
         a[i][6] = 1.0 + 0.1 * i;
         direction[i] = 0.0;
     }
-    chasles_general_solve(a, direction);
+    chasles_solve_six(a, direction);
     for (int k = 0; k < 6; k++)
         norm += direction[k] * direction[k];
     norm = norm > 0.0 ? sqrt(norm) : 1.0;

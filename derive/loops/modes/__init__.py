@@ -1,0 +1,1 @@
+"""All assembly modes of platforms on legs."""

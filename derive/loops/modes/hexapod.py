@@ -1,0 +1,230 @@
+"""All assembly modes of a platform on six rods: the function ``modes``."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import sympy as sp
+
+from ...model.tolerances import NO_FRAME
+from ...terms.casadi_graph import lower
+from ...terms.role import Role
+from ...terms.symbolic_function import Result, SymbolicFunction, Table, WrittenFunction
+from ...terms.vectors import ORIGIN, Vector, cross, dot, named, subtracted
+from ..hybrid import Hybrid
+from ..rods import from_base, joint_frame, joint_values, rods_of
+from ..spatial.body_frames import pose_of
+from .hexapod_starts import MOST_POSES, RodFamily, starts
+from .soma import RODS, SOMA, Array, SixRods
+
+FREE = ["prismatic"] * 3 + ["revolute"] * 3
+SAMPLES = 60
+"""Configurations by whose rods the space of all rods is found; it has 24 dimensions at most."""
+OPERATIONS = 2_000_000
+"""About what forty paths of thirty steps take."""
+CALLED = "rod_ends"
+
+
+@dataclass(frozen=True)
+class Hexapod:
+    """Six rods between points that actuators move and a body that the main chain moves freely.
+
+    All points are seen along the main chain's first three joints, from the point about which its
+    last three turn, at rest.
+
+    Attributes:
+        a: Rods' ends apart from the platform.
+        b: Their ends on the platform, where its coordinates are zero; constants.
+        lengths: Lengths of the rods.
+        axes: Which of the first three joints' directions each of the last three turns about.
+    """
+
+    a: tuple[Vector, ...]
+    b: tuple[Vector, ...]
+    lengths: tuple[sp.Expr, ...]
+    axes: tuple[int, ...]
+
+
+def hexapod_of(h: Hybrid) -> Hexapod | None:
+    """The six rods of a platform in space; None for other platforms."""
+    mechanism = h.mechanism
+    moving = [joint for joint in mechanism.way(mechanism.tool_body) if joint.kind != "fixed"]
+    if [joint.kind for joint in moving] != FREE or len(mechanism.struts) != RODS:
+        return None
+    still = joint_values(h) | {joint.name: sp.S.Zero for joint in moving}
+    frames = [pose_of(mechanism, h.terms, joint_frame(joint), still) for joint in moving]
+    directions = [
+        named(h.terms, (joint.direction * component for component in axes[2]))
+        for joint, (axes, _) in zip(moving, frames, strict=True)
+    ]
+    along, about = directions[:3], directions[3:]
+    _, origin = frames[-1]
+    meet = all(subtracted(h.terms, point, origin) == ORIGIN for _, point in frames[3:])
+    is_right = subtracted(h.terms, cross(h.terms, *along[:2]), along[2]) == ORIGIN
+    axes = [k for turned in about for k in range(3) if turned == along[k]]
+    if not (meet and is_right and len(axes) == len(set(axes)) == len(about)):
+        return None
+
+    def seen(point: Vector) -> Vector:
+        offset = subtracted(h.terms, point, origin)
+        x, y, z = (dot(h.terms, e, offset) for e in along)
+        return x, y, z
+
+    ends = [
+        tuple(seen(pose_of(mechanism, h.terms, frame, still)[1]) for frame in from_base(h, strut))
+        for strut in mechanism.struts
+    ]
+    a, b = (tuple(end[k] for end in ends) for k in (0, 1))
+    return Hexapod(a, b, tuple(rod.length for rod in rods_of(h)), tuple(axes))
+
+
+def rod_ends(h: Hybrid) -> SymbolicFunction:
+    """The rods' ends apart from the platform, and their lengths."""
+    found = hexapod_of(h)
+    assert found is not None
+    a = tuple(h.terms.let(entry) for point in found.a for entry in point)
+    lengths = tuple(map(h.terms.let, found.lengths))
+    return h.function(
+        CALLED,
+        "Ends of the rods apart from the platform, in the axes of its first three joints, and the "
+        "rods' lengths.",
+        "|b_i(theta) - a_i(q)| = l_i",
+        ("q",),
+        Result("a", a, (RODS, 3), "m", "ends apart from the platform"),
+        Result("l", lengths, (RODS,), "m", "lengths"),
+        role=Role("rod ends"),
+    )
+
+
+def modes(h: Hybrid) -> WrittenFunction | None:
+    """The function ``modes``; None where lengths of the rods do not determine poses."""
+    found = hexapod_of(h)
+    assert found is not None
+    rods = _rods(h, found)
+    own, poses = starts(rods.family)
+    n = len(poses)
+    if n == 0:
+        return None
+    return WrittenFunction(
+        "modes",
+        f"Every assembly mode of the platform, up to {n}, the highest first.",
+        "|b_i(theta[k]) - a_i(q)| = l_i wherever theta[k] is finite",
+        (h.arguments["q"],),
+        (
+            Result("theta", (), (n, len(FREE)), "m, rad", "joints of the main chain, a mode a row"),
+            Result(
+                "margin",
+                (),
+                (n,),
+                "1",
+                "|det J_x| over the lengths of its rows: 0 where the "
+                "platform is singular and two modes meet",
+            ),
+            Result(
+                "unsure",
+                (),
+                (1,),
+                "1",
+                "number of complex solutions that were not found for "
+                "certain; 0 where no mode is missing",
+            ),
+        ),
+        "hexapod",
+        tables(rods, found.axes, own, poses),
+        (CALLED,),
+        n,
+        OPERATIONS,
+        role=Role("modes", "actuators", "chain"),
+    )
+
+
+class RodNumbers:
+    """Six rods in numbers, at some configurations, in parts of the platform's size.
+
+    Attributes:
+        size: The platform's size, metre.
+        origin: The middle of the ends apart from the platform, in parts of the size.
+        middle: The middle of the ends on it.
+        family: The rods of all configurations, seen from these two.
+    """
+
+    def __init__(self, a: Array, b: Array, lengths: Array) -> None:
+        """Scales the rods.
+
+        Args:
+            a: (n, 6, 3) ends apart from the platform at n configurations, metre.
+            b: (6, 3) ends on the platform, in its axes.
+            lengths: (n, 6) lengths.
+        """
+        middle, origin = b.mean(0), a.mean((0, 1))
+        spread = ((a - origin) ** 2).sum(-1).mean() + ((b - middle) ** 2).sum(-1).mean()
+        # Rounded, so that no later digit depends on the order of a sum.
+        self.size = _short(np.sqrt(spread))
+        middle, origin = (np.array([_short(x) for x in point]) for point in (middle, origin))
+        self.origin, self.middle = origin / self.size, middle / self.size
+        self.family = RodFamily(
+            (a - origin) / self.size, (b - middle) / self.size, lengths / self.size
+        )
+
+
+def tables(
+    rods: RodNumbers, axes: tuple[int, ...], own: SixRods, poses: Array
+) -> tuple[Table, ...]:
+    """The fields of ``chasles_hexapod_platform`` behind the function that it calls.
+
+    Args:
+        rods: The rods.
+        axes: The direction about which each of the platform's angles turns, 0 to 2.
+        own: Generic rods of their family.
+        poses: (n, 8) all complex poses for these.
+    """
+    slots = np.zeros((MOST_POSES, SOMA), np.complex128)
+    slots[: len(poses)] = poses
+    return (
+        rods.size,
+        tuple(map(float, rods.origin)),
+        tuple(map(float, rods.middle)),
+        axes,
+        int(rods.family.moves),
+        len(poses),
+        tuple(tuple(map(float, row)) for row in rods.family.b),
+        _pairs(own.a),
+        _pairs(own.c),
+        _pairs(slots),
+    )
+
+
+def _rods(h: Hybrid, found: Hexapod) -> RodNumbers:
+    kernel = lower([rod_ends(h)], h.mechanism.name)[0]
+    outputs = [kernel(q) for q in _samples(h)]
+    a = np.array([np.array(out[0]).reshape(RODS, 3) for out in outputs])
+    lengths = np.array([np.array(out[1]).ravel() for out in outputs])
+    b = np.array([[float(h.terms.value(entry)) for entry in point] for point in found.b])
+    return RodNumbers(a, b, lengths)
+
+
+def _short(x: float) -> float:
+    """Three digits of a number whose further digits do not matter."""
+    return float(f"{x:.3g}") if abs(x) > NO_FRAME else 0.0
+
+
+def _samples(h: Hybrid) -> Array:
+    """Generic actuated coordinates, the same everywhere; within the limits where there are any."""
+    coordinates = h.mechanism.coordinates
+    parts = np.sqrt(np.arange(2, SAMPLES * len(coordinates) + 2) * 3) % 1
+    rows = parts.reshape(SAMPLES, len(coordinates))
+    bounds = []
+    for c in coordinates:
+        low, high = c.limits
+        at = h.at_reference[c.moves] / float(h.terms.value(c.ratio))
+        bounds.append(
+            (at - 1, at + 1) if low is None or high is None else (float(low), float(high))
+        )
+    lower_, upper = np.array(bounds).T
+    return np.asarray(lower_ + rows * (upper - lower_))
+
+
+def _pairs(values: Array) -> Table:
+    """Complex numbers as pairs."""
+    if values.ndim:
+        return tuple(map(_pairs, values))
+    return float(values.real), float(values.imag)

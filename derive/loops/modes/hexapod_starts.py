@@ -1,0 +1,133 @@
+"""All complex poses of a platform on six rods, for generic rods of its own kind.
+
+A generic platform has forty complex poses, which a table lists. Their paths to a special platform
+(flat, or with rods that share their ends) lead to all of its poses for generic lengths, and else to
+infinity. At generic lengths no pose is singular: the lengths are functions of the pose, and almost
+all values of smooth functions are regular. So what ends in a singular pose is no start.
+
+Source:
+    Sommese and Wampler 2005, The Numerical Solution of Systems of Polynomials, ch. 7 (parameters).
+"""
+
+from itertools import pairwise
+
+import mpmath
+import numpy as np
+
+from ...model.tolerances import (
+    EVALUATION_DIGITS,
+    POSE_AT_INFINITY,
+    POSES_ARE_ONE,
+    RODS_SPAN,
+    SINGULAR_POSE,
+)
+from .generic_platform import POSES, RODS
+from .path_tracking import condition, followed
+from .soma import SOMA, Array, SixRods, finite, quadrics, residuals
+
+MOST_POSES = len(POSES)
+LOOPS_WITHOUT_A_NEW_POSE = 3
+"""Paths around loops permute all poses, so that any that is missing would come in soon."""
+REFINEMENTS = 3
+
+
+def generic(count: int, phase: int) -> Array:
+    """Complex numbers of absolute value 1, the same everywhere; none of a phase come in another."""
+    k = np.arange(1, count + 1) + 100 * phase
+    return np.asarray(np.exp(2j * np.pi * ((k * np.sqrt(2)) % 1 + (k * k * np.sqrt(3)) % 1)))
+
+
+class RodFamily:
+    """The rods of all actuators, and generic complex ones in the space that they span."""
+
+    def __init__(self, a: Array, b: Array, lengths: Array) -> None:
+        """Finds the space.
+
+        Args:
+            a: (n, 6, 3) ends apart from the platform, at n configurations; parts of its size.
+            b: (6, 3) ends on the platform.
+            lengths: (n, 6) lengths.
+        """
+        self.b = b
+        squares = (a**2).sum(-1) + (b**2).sum(-1) - lengths**2
+        samples = np.concatenate([a.reshape(len(a), -1), squares], 1)
+        self.middle = samples.mean(0)
+        _, sizes, directions = np.linalg.svd(samples - self.middle)
+        self.directions = directions[: int((sizes > RODS_SPAN * sizes[0]).sum())]
+        self.moves = bool(np.ptp(a, axis=0).max() > RODS_SPAN)
+
+    def member(self, phase: int) -> SixRods:
+        """Generic rods of the family."""
+        # An orthonormal basis is known up to turns in it: a projector is one alone.
+        away = self.directions.T @ (self.directions @ generic(len(self.middle), phase))
+        found = self.middle + away
+        return SixRods(found[:18].reshape(6, 3), self.b, found[18:])
+
+
+def starts(family: RodFamily) -> tuple[SixRods, Array]:
+    """Generic rods of a family, and all of their complex poses (n, 8), of length 1.
+
+    The poses are sorted, and rounded once from many digits.
+    """
+    own = family.member(1)
+    halfway = SixRods(RODS.a, family.b, 2 * generic(6, 2))
+    x, arrived = followed(RODS, halfway, POSES)
+    x, arrived = followed(halfway, own, x[arrived])
+    known = _regular(own, x[arrived])
+    fruitless = 0
+    for phase in range(3, 100, 2):
+        if len(known) == MOST_POSES or fruitless == LOOPS_WITHOUT_A_NEW_POSE:
+            break
+        more = _around(family, own, known, phase)
+        fruitless = 0 if len(more) > len(known) else fruitless + 1
+        known = more
+    return own, _exact(own, known)
+
+
+def _around(family: RodFamily, own: SixRods, known: Array, phase: int) -> Array:
+    """The poses, and those that a loop through other rods of the family leads to."""
+    stations = [own, family.member(phase), family.member(phase + 1), own]
+    x = known
+    for start, end in pairwise(stations):
+        if not len(x):
+            return known
+        x, arrived = followed(start, end, x)
+        x = x[arrived]
+    return _regular(own, np.concatenate([known, x]))
+
+
+def _regular(rods: SixRods, x: Array) -> Array:
+    """The poses that are finite and not singular, each once."""
+    x = x[(finite(x) > POSE_AT_INFINITY) & (condition(rods, x) < SINGULAR_POSE)]
+    apart = 1 - np.abs(x.conj() @ x.T) > POSES_ARE_ONE
+    kept = [k for k in range(len(x)) if apart[k, :k].all()]
+    return x[kept]
+
+
+def _exact(rods: SixRods, x: Array) -> Array:
+    """The poses from many digits, in an order that rounding does not decide."""
+    # Doubles would be rounded differently from machine to machine.
+    scale = generic(SOMA, 0)
+    x = x / (x @ scale)[:, None]
+    J = np.empty((len(x), SOMA, SOMA), np.complex128)
+    J[:, :-1] = 2 * np.einsum("kij,nj->nki", quadrics(rods), x)
+    J[:, -1] = scale
+    with mpmath.workdps(EVALUATION_DIGITS):
+        number = np.frompyfunc(mpmath.mpc, 1, 1)
+        exact = SixRods(*(number(part.astype(complex)) for part in (rods.a, rods.b, rods.c)))
+        fine, weights = number(x), number(scale)
+        for _ in range(REFINEMENTS):
+            values = residuals(exact, fine)
+            sums = fine @ weights - 1
+            right = np.concatenate([values, sums[:, None]], 1).astype(complex)
+            fine = fine - number(np.linalg.solve(J, right[..., None])[..., 0])
+        sizes = [mpmath.sqrt(sum(abs(entry) ** 2 for entry in row)) for row in fine]
+        rounded = np.array(
+            [
+                [complex(entry / size) for entry in row]
+                for row, size in zip(fine, sizes, strict=True)
+            ],
+            complex,
+        )
+    rounded = rounded.reshape(-1, SOMA)
+    return np.asarray(rounded[np.lexsort((rounded[:, 0].imag, rounded[:, 0].real))])

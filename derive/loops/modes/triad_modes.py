@@ -1,0 +1,67 @@
+"""All assembly modes of a planar platform on three rods: the function ``modes``."""
+
+import math
+
+from ...terms.role import Role
+from ...terms.symbolic_function import Argument, Result, WrittenFunction
+from ..hybrid import Hybrid
+from ..triad import Triad
+
+SLOTS, CHAIN = 6, 3
+OPERATIONS = 12_000
+"""About 6,000 for the roots of the polynomial, and 1,000 for each mode."""
+CALLS = (
+    "assembly_polynomial",
+    "assembly_position",
+    "assembly_mirror",
+    "rods",
+    "rods_D_chain",
+)
+
+
+def modes(h: Hybrid, triad: Triad) -> WrittenFunction:
+    """The function ``modes`` of three rods in a plane."""
+    return written_modes(h.arguments["q"], _size(h, triad))
+
+
+def written_modes(q: Argument, size: float) -> WrittenFunction:
+    """The function over the functions of a triad that it calls.
+
+    Args:
+        q: The actuated coordinates.
+        size: The platform's size (metre), in parts of which lengths are judged.
+    """
+    return WrittenFunction(
+        "modes",
+        f"Every assembly mode of the platform, up to {SLOTS}, in the order of phi.",
+        "|b_i(theta[k]) - a_i(q)| = l_i wherever theta[k] is finite",
+        (q,),
+        (
+            Result(
+                "theta", (), (SLOTS, CHAIN), "m, rad", "joints of the main chain, one mode a row"
+            ),
+            Result(
+                "margin",
+                (),
+                (SLOTS,),
+                "1",
+                "|det J_x| over the lengths of its rows: 0 where the platform is singular and two "
+                "modes meet",
+            ),
+            Result("unsure", (), (1,), "1", "0 where no mode is missing for certain"),
+        ),
+        "triad",
+        (size,),
+        CALLS,
+        SLOTS,
+        OPERATIONS,
+        role=Role("modes", "actuators", "chain"),
+    )
+
+
+def _size(h: Hybrid, triad: Triad) -> float:
+    """The greatest distance of two pins of the platform, or length of a rod (metre)."""
+    pins = [[float(h.terms.value(x)) for x in point] for point in triad.b]
+    sizes = [math.dist(one, other) for one in pins for other in pins]
+    sizes += [float(h.terms.value(length)) for length in triad.L if h.terms.is_constant(length)]
+    return float(f"{max(sizes):.3g}") or 1.0

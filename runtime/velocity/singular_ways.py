@@ -1,0 +1,250 @@
+"""Parallel singularities: determinants, the way to the next one, and their curves in a plane."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..call._call import Function
+from ..call.capabilities import needs
+from ..closed_form.closures import LoopMethods
+from ..errors import InputValueError, ShapeError
+from .contours import zero_curves
+from .singularity import SingularityMethods
+
+FloatArray = NDArray[np.float64]
+_PLANAR = ["prismatic", "prismatic", "revolute"]
+_SAMPLES, _HALVINGS = 512, 48
+
+
+class Determinants(NamedTuple):
+    """Determinants of the velocity relation J_x x' = J_q q', pure numbers.
+
+    Attributes:
+        J_x: (...,) of the forward Jacobian; it changes sign at a singularity of type 2.
+        J_q: (...,) of the inverse Jacobian; where it is no square matrix, the root of
+            det(J_q^T J_q). It is 0 at a singularity of type 1.
+    """
+
+    J_x: FloatArray
+    J_q: FloatArray
+
+
+class WayToSingularity(NamedTuple):
+    """How far a pose can move in a direction; inf where it meets no singularity.
+
+    Attributes:
+        type_1: (...,) multiple of the direction at which a leg is stretched or folded.
+        type_2: (...,) multiple at which the platform gains a freedom.
+    """
+
+    type_1: FloatArray
+    type_2: FloatArray
+
+
+class SingularityCurves(NamedTuple):
+    """Curves of singular positions at one orientation, polylines (k, 2) of x and y [m].
+
+    Attributes:
+        type_1: Curves on which a leg is stretched or folded.
+        type_2: Curves on which the platform gains a freedom.
+    """
+
+    type_1: tuple[FloatArray, ...]
+    type_2: tuple[FloatArray, ...]
+
+
+def _has_maps(robot: SingularWayMethods) -> bool:
+    return not robot.functions.keys().isdisjoint(("actuators_all", "actuators"))
+
+
+def _is_planar(robot: SingularWayMethods) -> bool:
+    return _has_maps(robot) and [joint.kind for joint in robot.chain_joints] == _PLANAR
+
+
+class SingularWayMethods(LoopMethods, SingularityMethods):
+    """The methods of a robot with a velocity relation and the map from its poses to actuators."""
+
+    functions: Mapping[str, Function[Any]]
+
+    @needs("velocity_relation")
+    def determinants(
+        self, theta: ArrayLike, q: ArrayLike, length: float | None = None
+    ) -> Determinants:
+        """Determinants of the forward and the inverse Jacobian.
+
+        The columns of turning directions are divided by the characteristic length, as those of
+        `singularity`.
+
+        Args:
+            theta: (..., n_theta) main-chain joints [rad or m].
+            q: (..., n) actuated coordinates [rad or m], of the same pose.
+            length: The characteristic length [m]; `robot.characteristic_length` if None.
+
+        Returns:
+            `J_x (...,)` and `J_q (...,)`; NaN where a loop is open.
+
+        Raises:
+            InputValueError: If the length is not positive.
+
+        Source:
+            Gosselin and Angeles, Singularity analysis of closed-loop kinematic chains, 1990.
+        """
+        J_x, J_q = self._pure_relation("determinants", theta, q, length)
+        return Determinants(_determinant(J_x)[()], _determinant(J_q)[()])
+
+    @needs("velocity_relation", when=_has_maps)
+    def way_to_singularity(
+        self, theta: ArrayLike, direction: ArrayLike, q: ArrayLike | None = None
+    ) -> WayToSingularity:
+        """How far the main chain can move along a straight line until it is singular.
+
+        The line theta + s direction, 0 < s <= 1, is looked at in 512 parts, and the first part in
+        which a determinant changes sign, or a leg ceases to reach, is halved to rounding. Two
+        singularities within one part are not seen. The legs stay on their branches.
+
+        Args:
+            theta: (..., n_theta) main-chain joints [rad or m] to start from.
+            direction: (..., n_theta) the whole way [rad or m].
+            q: (..., n) actuated coordinates at the start, which choose the branch of the legs; the
+                reference's branch if None.
+
+        Returns:
+            `type_1 (...,)` and `type_2 (...,)`: the least s, inf where there is none up to 1; NaN
+            where the start is out of reach.
+        """
+        start, way = np.broadcast_arrays(
+            np.asarray(theta, np.float64), np.asarray(direction, np.float64)
+        )
+        batch, n = start.shape[:-1], start.shape[-1]
+        if n != len(self.chain_joints):
+            raise ShapeError(
+                f"{self.name}.way_to_singularity: theta must end in {len(self.chain_joints)} "
+                f"values, got {n}"
+            )
+        start, way = start.reshape(-1, n), way.reshape(-1, n)
+        slots = self._slots(start, q)
+        rows = np.arange(len(start))
+
+        def f(s: FloatArray, at: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
+            there = start[at] + s[:, None] * way[at]
+            return self._values(there, slots[at])
+
+        s = np.linspace(0, 1, _SAMPLES + 1)
+        margin, determinant = (
+            part.reshape(len(start), -1)
+            for part in f(np.tile(s, len(start)), np.repeat(rows, len(s)))
+        )
+        reached = margin >= 0
+        type_1 = _first(reached[:, 1:] != reached[:, :-1], lambda s, at: f(s, at)[0] >= 0, s)
+        sign = determinant > 0
+        known = np.isfinite(determinant[:, 1:]) & np.isfinite(determinant[:, :-1])
+        type_2 = _first((sign[:, 1:] != sign[:, :-1]) & known, lambda s, at: f(s, at)[1] > 0, s)
+        # Behind the place where a leg ceases to reach there is no pose.
+        type_2[type_2 > type_1] = np.inf
+        for found in (type_1, type_2):
+            found[~reached[:, 0]] = np.nan
+        return WayToSingularity(type_1.reshape(batch)[()], type_2.reshape(batch)[()])
+
+    @needs("velocity_relation", when=_is_planar)
+    def singularity_curves(
+        self,
+        phi: float,
+        x: Sequence[float],
+        y: Sequence[float],
+        slot: int = 0,
+        points: int = 201,
+    ) -> SingularityCurves:
+        """The singular positions of a planar platform at one orientation.
+
+        Zeros are found on the lines of a grid, to rounding, and joined by straight lines.
+
+        Args:
+            phi: The platform's angle [rad].
+            x: Lower and upper bound of x [m].
+            y: Lower and upper bound of y [m].
+            slot: The branch of the legs, a slot of `ik_planar`; 0 is the reference's.
+            points: Number of grid lines each way.
+
+        Returns:
+            `type_1` and `type_2`, polylines (k, 2) of x and y [m]; those of type 2 end where a leg
+            ceases to reach.
+
+        Raises:
+            InputValueError: If a bound is not above the other, or there are no two grid lines.
+        """
+        for name, (low, high) in (("x", x), ("y", y)):
+            if not low < high or points < 2:  # noqa: PLR2004
+                raise InputValueError(
+                    f"{self.name}.singularity_curves: {name} must ascend and points be at least 2"
+                )
+        grid = [np.linspace(low, high, points) for low, high in (x, y)]
+
+        def at(position: FloatArray) -> tuple[FloatArray, FloatArray]:
+            pose = np.concatenate([position, np.full((*position.shape[:-1], 1), phi)], -1)
+            rows = pose.reshape(-1, 3)
+            _, determinant = self._values(rows, np.full(len(rows), slot))
+            margins = self._margins(rows, np.full(len(rows), slot))
+            shape = position.shape[:-1]
+            return margins.reshape(*shape, -1), determinant.reshape(shape)
+
+        legs = at(np.zeros((1, 2)))[0].shape[-1]
+        type_1 = [zero_curves(lambda p, k=leg: at(p)[0][..., k], *grid) for leg in range(legs)]  # type: ignore[misc]
+        type_2 = zero_curves(lambda p: at(p)[1], *grid)
+        return SingularityCurves(tuple(curve for found in type_1 for curve in found), type_2)
+
+    def _branches(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """(N, k, n) actuated coordinates of all branches, and (N, k, legs) margins."""
+        if "actuators_all" in self.functions:
+            q, margin = self.functions["actuators_all"](theta)
+            return q, margin if margin.ndim == q.ndim else margin[..., None]
+        q = self.functions["actuators"](theta)[:, None]
+        return q, np.where(np.isfinite(q).all(-1, keepdims=True), 1.0, np.nan)
+
+    def _slots(self, theta: FloatArray, q: ArrayLike | None) -> NDArray[np.intp]:
+        if q is None:
+            return np.zeros(len(theta), np.intp)
+        apart = self._branches(theta)[0] - np.broadcast_to(q, (len(theta), self.n))[:, None]
+        turns = [c.unit == "rad" for c in self.coordinates]
+        apart[..., turns] = np.remainder(apart[..., turns] + np.pi, 2 * np.pi) - np.pi
+        size = np.where(np.isfinite(apart), np.abs(apart), np.inf).max(-1)
+        return np.asarray(size.argmin(-1))
+
+    def _margins(self, theta: FloatArray, slots: NDArray[np.intp]) -> FloatArray:
+        return np.asarray(self._branches(theta)[1][np.arange(len(theta)), slots])
+
+    def _values(self, theta: FloatArray, slots: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
+        """(N,) least margin of a leg, and determinants of J_x."""
+        q, margin = self._branches(theta)
+        rows = np.arange(len(theta))
+        J_x, _ = self._pure_relation("determinants", theta, q[rows, slots], None)
+        return margin[rows, slots].min(-1), _determinant(J_x)
+
+
+def _determinant(J: FloatArray) -> FloatArray:
+    """Determinants; for matrices with more rows than columns the root of det(J^T J)."""
+    sound = np.asarray(np.isfinite(J).all((-2, -1)))
+    J = np.where(sound[..., None, None], J, 0.0)
+    if J.shape[-2] == J.shape[-1]:
+        found = np.linalg.det(J)
+    else:
+        found = np.sqrt(np.maximum(np.linalg.det(np.swapaxes(J, -1, -2) @ J), 0.0))
+    return np.asarray(np.where(sound, found, np.nan))
+
+
+def _first(changes: NDArray[np.bool_], is_on: Any, s: FloatArray) -> FloatArray:
+    """(N,) where a condition changes first, halved to rounding; inf where it does not."""
+    rows = np.flatnonzero(changes.any(1))
+    part = changes[rows].argmax(1)
+    low, high = s[part], s[part + 1]
+    before = is_on(low, rows)
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2
+        same = is_on(middle, rows) == before
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    found = np.full(len(changes), np.inf)
+    found[rows] = (low + high) / 2
+    return found
