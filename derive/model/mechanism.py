@@ -6,7 +6,7 @@ from the base to the body that carries the tool: a serial robot, whose coordinat
 determine.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal, get_args
@@ -164,7 +164,8 @@ class Mechanism:
         tool_frame: Name of the tool frame.
         parameters: The named lengths and angles that the placements use.
         reference: Values of coordinates and joints at the configuration that selects the branch,
-            zero where none is given. Those of passive joints need only be near.
+            zero where none is given, and for a cylinder with both limits the middle of them.
+            Those of passive joints need only be near.
         notes: Changes and assumptions made while the description was read.
         cleaning: Empty, as the numbers of a robot with loops are taken as they are written.
 
@@ -208,6 +209,7 @@ class Mechanism:
         self._check_known("reference of", [n for n, _ in self.reference], known | self._swings)
         if not self.actuated:
             raise RobotError(f"robot {self.name!r} has no actuated coordinate")
+        object.__setattr__(self, "reference", (*self.reference, *self._middles()))
 
     @property
     def closers(self) -> tuple[Closure | Strut, ...]:
@@ -302,6 +304,15 @@ class Mechanism:
     def reference_of(self, name: str) -> sp.Expr:
         """The reference value of a coordinate, joint or swing."""
         return dict(self.reference).get(name, sp.S.Zero)
+
+    def _middles(self) -> Iterator[tuple[str, sp.Expr]]:
+        """The middle of the limits of each cylinder that the reference leaves out."""
+        given = {name for name, _ in self.reference}
+        given |= {drive.joint for drive in self.drives if drive.name in given}
+        for strut in self.struts:
+            low, high = strut.limits
+            if low is not None and high is not None and strut.name not in given:
+                yield strut.name, exact((low + high) / 2)
 
     def _check_bodies(self) -> None:
         seen = {self.base_frame}
