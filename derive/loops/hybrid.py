@@ -180,10 +180,14 @@ class Hybrid:
         return gate
 
     def named(self, solution: Solution, names: Iterable[str]) -> tuple[sp.Expr, ...]:
-        """Joint values, angles between -pi and pi."""
+        """Values of joints and of drives that follow; joint angles between -pi and pi."""
         joints = {joint.name: joint for joint in self.mechanism.joints}
         found = []
         for name in names:
+            follower = self.mechanism.followers.get(name)
+            if follower is not None:
+                found.append(self.terms.let(solution.values[follower.joint] / follower.ratio))
+                continue
             value, joint = solution.values[name], joints.get(name)
             lengths = isinstance(self.mechanism.members.get(name), Strut)
             if not lengths and (joint is None or joint.kind != "prismatic"):
