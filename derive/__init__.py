@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from .emit.casadi_file import casadi_function as casadi_function
     from .inverse.explanation import Explanation as Explanation
     from .inverse.explanation import explain as explain
+    from .loops.mobility import Mobility as Mobility
+    from .loops.mobility import mobility as mobility
     from .model.errors import RobotError as RobotError
     from .model.mechanism import Closure as Closure
     from .model.mechanism import Drive as Drive
@@ -45,6 +47,7 @@ LIBRARIES = ("sympy", "casadi", "lxml", "typer", "rich")
 _ROOMS = {
     "emit.casadi_file": ("casadi_function",),
     "description.robot_files": ("DescriptionError", "load", "loads"),
+    "loops.mobility": ("Mobility", "mobility"),
     "model.errors": ("RobotError",),
     "build.generate": ("artifacts", "write"),
     "model.mechanism": ("Closure", "Drive", "Frame", "Mechanism", "Strut"),

@@ -79,7 +79,8 @@ def derive(
         families: The families of inverses to try, in order.
 
     Raises:
-        RobotError: The robot has no function of a name, or a loop does not close at the reference.
+        RobotError: The robot has no function of a name, a loop does not close at the reference, or
+            the actuated coordinates of a mechanism are not as many as its freedoms.
     """
     if isinstance(robot, Mechanism):
         return _of_mechanism(robot, functions, families)
@@ -122,6 +123,7 @@ def _of_mechanism(
 ) -> Derivation:
     hybrid = Hybrid(mechanism)
     has_chain = not hybrid.forward.open
+    hybrid.check_actuation()
     of_tool = FUNCTIONS if has_chain else ()
     makers = _makers(hybrid)
     written: dict[str, WrittenFunction] = {}

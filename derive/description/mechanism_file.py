@@ -2,24 +2,46 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import ClassVar, Literal, get_args
+from typing import ClassVar, get_args
 
 import sympy as sp
 
 from ..model.errors import RobotError
 from ..model.kinds import JointKind, ParameterKind
-from ..model.mechanism import Closure, ClosureKind, Drive, EndKind, Frame, Mechanism, Strut
+from ..model.mechanism import (
+    Closure,
+    ClosureKind,
+    Drive,
+    DriveKind,
+    EndKind,
+    Frame,
+    Mechanism,
+    Strut,
+)
 from ..model.placements import Placement, Vector, align_z, inverse
 from ..model.robot import Joint
 from ..terms.vectors import ONE, ZERO
+from .assumptions import assumption
 from .serial_file import JOINT_FIELDS, KINDS, ROBOT_FIELDS, RobotFile
 from .toml_file import DescriptionError, Keys, dotted, hint, listed
 
 MECHANISM_FIELDS = ("closures", "rods", "cylinders", "drives", "actuated", "reference")
 FRAME_FIELDS = ("body", "xyz", "rpy")
-ROD_FIELDS = ("name", "length", "a", "b", "ends", "swing")
-CYLINDER_FIELDS = ("name", "retracted", "limits", "a", "b", "ends", "swing")
-PLATFORM_FIELDS = ("name", "type", "parent", "coordinates", "limits", "link", "xyz", "rpy")
+HELD_FIELDS = (*FRAME_FIELDS, "assumed")
+ROD_FIELDS = ("name", "length", "a", "b", "ends", "swing", "assumed")
+CYLINDER_FIELDS = ("name", "retracted", "limits", "a", "b", "ends", "swing", "assumed")
+PLATFORM_FIELDS = (
+    "name",
+    "type",
+    "parent",
+    "coordinates",
+    "limits",
+    "link",
+    "xyz",
+    "rpy",
+    "assumed",
+)
+DRIVE_FIELDS = ("name", "joint", "kind", "radius", "ratio", "teeth", "pitch", "assumed")
 MOST_CLOSERS = 256
 _X, _Y, _Z = (ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE)
 PLATFORMS: Mapping[str, tuple[tuple[str, JointKind, Vector], ...]] = {
@@ -69,6 +91,9 @@ class MechanismFile(RobotFile):
         kinds = _moving(joints, struts)
         drives = tuple(self._drive(keys, kinds) for keys in self._each("drives"))
         tool_body, tool, tool_frame = self._tool(bodies)
+        parameters = tuple(self.parameter(name) for name in self.symbols)
+        reference = self._reference(kinds, struts, drives)
+        closers: tuple[Closure | Strut, ...] = (*closures, *struts)
         try:
             return Mechanism(
                 name=name,
@@ -84,8 +109,9 @@ class MechanismFile(RobotFile):
                 tool=tool,
                 base_frame=base_frame,
                 tool_frame=tool_frame,
-                reference=self._reference(kinds, struts, drives),
-                parameters=tuple(self.parameter(name) for name in self.symbols),
+                reference=reference,
+                parameters=parameters,
+                notes=assumption(parameters, joints, closers, drives),
             )
         except DescriptionError:
             raise
@@ -130,6 +156,7 @@ class MechanismFile(RobotFile):
                 link=end if is_last else f"{name}_{coordinate}",
                 parent=parent,
                 limits=self._limits((*keys, "limits", k), joint_kind),
+                assumed=self.assumed(keys, ("limits", "xyz", "rpy")),
             )
             yield joint
             before, parent = (), joint.link
@@ -157,7 +184,8 @@ class MechanismFile(RobotFile):
         length = self.number((*keys, "length"), "length")
         if not self.at_defaults(length) > 0:
             self.fail((*keys, "length"), "a length above 0")
-        return self._strut(keys, bodies, length)
+        assumed = self.assumed(keys, ("length",))
+        return replace(self._strut(keys, bodies, length), assumed=assumed)
 
     def _cylinder(self, keys: Keys, bodies: Sequence[str]) -> Strut:
         self.check_fields(keys, self.table_at(keys), CYLINDER_FIELDS)
@@ -165,7 +193,8 @@ class MechanismFile(RobotFile):
         limits = self._limits((*keys, "limits"), "prismatic")
         if limits[0] is not None and not self.at_defaults(length) + limits[0] > 0:
             self.fail((*keys, "limits", 0), "a cylinder longer than 0 there")
-        return replace(self._strut(keys, bodies, length, is_cylinder=True), limits=limits)
+        strut = self._strut(keys, bodies, length, is_cylinder=True)
+        return replace(strut, limits=limits, assumed=self.assumed(keys, ("retracted", "limits")))
 
     def _strut(
         self, keys: Keys, bodies: Sequence[str], length: sp.Expr, is_cylinder: bool = False
@@ -187,8 +216,9 @@ class MechanismFile(RobotFile):
         return a, b
 
     def _frame_on_body(self, keys: Keys, bodies: Sequence[str]) -> Frame:
-        self.check_fields(keys, self.table_at(keys), FRAME_FIELDS)
-        return Frame(self._body((*keys, "body"), bodies, ""), self._pose(keys))
+        self.check_fields(keys, self.table_at(keys), HELD_FIELDS)
+        assumed = bool(self.assumed(keys, ("xyz", "rpy")))
+        return Frame(self._body((*keys, "body"), bodies, ""), self._pose(keys), assumed)
 
     def _body(self, keys: Keys, bodies: Sequence[str], default: str) -> str:
         return self.option(keys, bodies, default)
@@ -197,21 +227,45 @@ class MechanismFile(RobotFile):
 
     def _drive(self, keys: Keys, kinds: Mapping[str, JointKind]) -> Drive:
         table = self.table_at(keys)
-        self.check_fields(keys, table, ("name", "joint", "radius", "ratio"))
+        self.check_fields(keys, table, DRIVE_FIELDS)
         joint = self.option((*keys, "joint"), kinds, "")
-        field: Literal["radius", "ratio"]
-        field, other = ("radius", "ratio") if kinds[joint] == "prismatic" else ("ratio", "radius")
-        if other in table:
-            slides = "slides" if field == "radius" else "turns"
-            self.fail(
-                (*keys, other), f"no {other}: {joint} {slides}, so that its drive has a {field}"
-            )
+        kind: DriveKind = self.option((*keys, "kind"), get_args(DriveKind), "gear")
+        ratio = self._advance(keys, table, joint, kinds[joint] == "prismatic")
+        assumed = bool(self.assumed(keys, ("radius", "ratio", "teeth", "pitch")))
+        return Drive(self._new((*keys, "name")), joint, ratio, kind, assumed)
+
+    def _advance(
+        self, keys: Keys, table: Mapping[str, object], joint: str, slides: bool
+    ) -> sp.Expr:
+        """The advance of a joint per radian of its motor."""
+        field, others = (
+            ("radius", ("ratio",)) if slides else ("ratio", ("radius", "teeth", "pitch"))
+        )
+        for other in others:
+            if other in table:
+                does = "slides" if slides else "turns"
+                expected = f"no {other}: {joint} {does}, so that its drive has a {field}"
+                self.fail((*keys, other), expected)
+        if "teeth" in table or "pitch" in table:
+            return self._of_teeth(keys, table)
         if field not in table:
-            self.fail((*keys, field), f"the advance of {joint} per radian of the motor")
-        ratio = self.number((*keys, field), "length" if field == "radius" else "ratio")
+            instead = ", or teeth and pitch of the wheel" if slides else ""
+            self.fail((*keys, field), f"the advance of {joint} per radian of the motor{instead}")
+        ratio = self.number((*keys, field), "length" if slides else "ratio")
         if self.at_defaults(ratio) == 0:
             self.fail((*keys, field), "a number other than 0")
-        return Drive(self._new((*keys, "name")), joint, ratio)
+        return ratio
+
+    def _of_teeth(self, keys: Keys, table: Mapping[str, object]) -> sp.Expr:
+        """The radius at which a wheel moves a belt, a chain or a rack."""
+        if "radius" in table:
+            self.fail((*keys, "radius"), "either a radius, or teeth and pitch")
+        teeth = self.number((*keys, "teeth"), "ratio")
+        pitch = self.number((*keys, "pitch"), "length")
+        for field, value in (("teeth", teeth), ("pitch", pitch)):
+            if self.at_defaults(value) == 0:
+                self.fail((*keys, field), "a number other than 0", self.at((*keys, field)) or 0)
+        return teeth * pitch / (2 * sp.pi)
 
     def _actuated(self, kinds: Mapping[str, JointKind], drives: Sequence[Drive]) -> tuple[str, ...]:
         value = self.at(("actuated",))

@@ -11,6 +11,7 @@ from ..model.errors import RobotError
 from ..model.kinds import JointKind
 from ..model.placements import Placement, Vector, from_xyz_rpy
 from ..model.robot import Joint, Mimic, Robot
+from .assumptions import assumption
 from .conventions import CONVENTIONS
 from .toml_file import FRAME, DescriptionError, Keys, TomlFile, dotted, listed
 
@@ -26,7 +27,7 @@ ROBOT_FIELDS = (
     "tool",
     "joints",
 )
-JOINT_FIELDS = ("name", "type", "convention", "limits", "link", "pitch", "direction")
+JOINT_FIELDS = ("name", "type", "convention", "limits", "link", "pitch", "direction", "assumed")
 KINDS: tuple[JointKind, ...] = ("revolute", "prismatic", "helical", "fixed")
 
 
@@ -67,6 +68,7 @@ class RobotFile(TomlFile):
         base, base_frame = self._frame("base", "0")
         tool, tool_frame = self._frame("tool", "ee")
         joints = self._joints()
+        parameters = tuple(self.parameter(name) for name in self.symbols)
         try:
             return Robot(
                 name=name,
@@ -77,7 +79,8 @@ class RobotFile(TomlFile):
                 tool=tool,
                 base_frame=base_frame,
                 tool_frame=tool_frame,
-                parameters=tuple(self.parameter(name) for name in self.symbols),
+                parameters=parameters,
+                notes=assumption(parameters, joints),
             )
         except DescriptionError:
             raise
@@ -137,6 +140,7 @@ class RobotFile(TomlFile):
             mimic=self._mimic(keys, kind),
             convention=convention,
             given=convention.scalars(given),
+            assumed=self.assumed(keys, ("limits", "pitch", *names)),
         )
 
     def _new(self, keys: Keys, default: str | None = None, what: str = "name") -> str:

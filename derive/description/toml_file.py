@@ -7,7 +7,7 @@ import difflib
 import keyword
 import re
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import NoReturn, TypeVar
 
@@ -178,7 +178,7 @@ class TomlFile:
                 self.fail(keys, expected, shown=name)
             self.symbols[name] = sp.Symbol(name, real=True)
             if isinstance(value, Mapping):
-                self.check_fields(keys, value, ("value", "unit", "meaning"))
+                self.check_fields(keys, value, ("value", "unit", "meaning", "assumed"))
                 if "unit" in value:
                     self.choice((*keys, "unit"), LENGTHS | ANGLES | RATIOS, "m")
                     self.kinds[name] = _kind_of_unit(str(value["unit"]))
@@ -195,7 +195,21 @@ class TomlFile:
         scale = (LENGTHS | ANGLES | RATIOS).get(str(given.get("unit")), self.scale[kind])
         value = self.literal((*keys, "value"))
         value = value * scale if "unit" in given else self._sized(keys, value, kind)
-        return Parameter(name, value, kind, self.string((*keys, "meaning"), ""))
+        assumed = bool(self.assumed(keys, ("value",)))
+        return Parameter(name, value, kind, self.string((*keys, "meaning"), ""), assumed)
+
+    def assumed(self, keys: Keys, fields: Sequence[str]) -> tuple[str, ...]:
+        """The fields of a table that its source does not state: all (``true``), or some by name."""
+        at: Keys = (*keys, "assumed")
+        value = self.at(at)
+        given = tuple(field for field in fields if self.at((*keys, field)) is not None)
+        if value is None or value is False:
+            return ()
+        if value is True:
+            return given
+        if not isinstance(value, list) or not value:
+            self.fail(at, "true, or a list of fields of this table")
+        return tuple(self.option((*at, k), given, "") for k in range(len(value)))
 
     def _sized(self, keys: Keys, value: sp.Expr, kind: ParameterKind) -> sp.Expr:
         """A number in metres or radians, refused if it is too large for a unit nobody stated."""

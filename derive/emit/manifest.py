@@ -11,6 +11,7 @@ import sympy as sp
 from ..derivation import Derivation
 from ..inverse.explanation import notes
 from ..inverse.serial_inverse import Inverses
+from ..loops.checks.closable import limits_of
 from ..loops.hybrid import Hybrid
 from ..model.cleaning import Cleaning, written
 from ..model.mechanism import Coordinate, Described
@@ -56,6 +57,7 @@ def manifest(
             *robot.notes,
             *(hybrid.mobility.disagreements if hybrid else ()),
             *(hybrid.missing.values() if hybrid else ()),
+            *(limits_of(hybrid) if hybrid else ()),
             *(notes(derivation.inverse.classification) if derivation.inverse else ()),
         ],
         **_cleaning(robot.cleaning),
@@ -127,7 +129,12 @@ def _loops(hybrid: Hybrid) -> dict[str, Any]:
     ratios = [float(hybrid.terms.value(c.ratio)) for c in mechanism.coordinates]
     return {
         "chain": [_coordinate(joint) for joint in mechanism.main_chain.moving],
-        "passive": [{"name": name, "unit": units[name]} for name in mechanism.passive],
+        "passive": [
+            {"name": name, "unit": units.get(name, "rad")}
+            for name in mechanism.passive
+            # The runtime takes passive joints that it iterates from the configuration.
+            if name in units or not hybrid.forward.open
+        ],
         "configuration": [{"name": name, "unit": units[name]} for name in names],
         "loops": [closer.name for closer in mechanism.closers],
         "reference": {
@@ -158,7 +165,13 @@ def _coordinate(joint: Coordinate | Joint) -> dict[str, Any]:
         "unit": joint.unit,
         "lower": lower,
         "upper": upper,
+        **({"assumed": True} if _is_assumed(joint) else {}),
     }
+
+
+def _is_assumed(joint: Coordinate | Joint) -> bool:
+    """Whether the limits are assumed."""
+    return joint.assumed if isinstance(joint, Coordinate) else "limits" in joint.assumed
 
 
 def _parameter(parameter: Parameter) -> dict[str, Any]:
@@ -168,6 +181,7 @@ def _parameter(parameter: Parameter) -> dict[str, Any]:
         "exact": sp.sstr(parameter.value),
         "unit": UNITS[parameter.kind],
         "meaning": parameter.meaning,
+        **({"assumed": True} if parameter.assumed else {}),
     }
 
 

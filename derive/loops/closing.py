@@ -83,9 +83,14 @@ class ClosedLoops:
         passive: Which entries are not actuated.
     """
 
-    def __init__(self, mechanism: Mechanism) -> None:
-        """Derives the constraints and their Jacobian."""
-        self.mechanism = mechanism
+    def __init__(self, mechanism: Mechanism, near: Mapping[str, float] | None = None) -> None:
+        """Derives the constraints and their Jacobian.
+
+        Args:
+            mechanism: The description.
+            near: Values of entries of z near the reference that replace the described ones.
+        """
+        self.mechanism, self._near = mechanism, near or {}
         self.terms = Terms({p.symbol: p.value for p in mechanism.parameters})
         variables = configuration_names(mechanism)
         self.names = [variable.name for variable in variables]
@@ -117,7 +122,8 @@ class ClosedLoops:
         for c in self.mechanism.coordinates:
             if c.name in given:
                 given[c.moves] = given[c.name] * c.ratio
-        return np.array([self._float(given.get(name, sp.S.Zero)) for name in self.names])
+        described = {name: self._float(given.get(name, sp.S.Zero)) for name in self.names}
+        return np.array([self._near.get(name, described[name]) for name in self.names])
 
     @cached_property
     def size(self) -> float:
@@ -221,11 +227,23 @@ class ClosedLoops:
 
     def rank(self) -> int:
         """Rank of the Jacobian at generic closed configurations near the reference."""
-        if not self.entries:
-            return 0
+        return self._rank_at(self.generic[0])[0] if self.entries else 0
+
+    @cached_property
+    def generic(self) -> tuple[Vector, ...]:
+        """Closed configurations near the reference at which the Jacobian has its full rank.
+
+        Raises:
+            RobotError: The loops do not close from the reference.
+        """
         reference = self.closed(self.reference, np.ones(len(self.z), dtype=bool))
-        found = [self._rank_at(z) for z in self._random(reference)]
-        return max([rank for rank, is_sure in found if is_sure] or [rank for rank, _ in found])
+        if not self.entries:
+            return (reference,)
+        found = [(*self._rank_at(z), z) for z in self._random(reference)]
+        sure = [(rank, z) for rank, is_sure, z in found if is_sure]
+        ranked = sure or [(rank, z) for rank, _, z in found]
+        highest = max(rank for rank, _ in ranked)
+        return tuple(z for rank, z in ranked if rank == highest)
 
     def _random(self, reference: Vector) -> Iterator[Vector]:
         """A closed configuration, and random configurations as far around it as they close."""
@@ -265,7 +283,9 @@ class ClosedLoops:
     def _open(self, residual: Vector, facing: Vector) -> str:
         name, left = self._widest(residual)
         why = (
-            f"{left:.3g} m is left" if left > CLOSED_LOOP else "it closes with a frame turned over"
+            f"{1000 * left:.3g} mm are left"
+            if left > CLOSED_LOOP
+            else "it closes with a frame turned over"
         )
         if left <= CLOSED_LOOP:
             name = self._turned_over(facing)

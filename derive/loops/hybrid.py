@@ -10,14 +10,17 @@ from ..chain.coordinates import ThroughLoops
 from ..chain.forward import Forward
 from ..chain.groups import Group, groups
 from ..chain.kinematics import Kinematics, arguments_of, common_unit, coordinates
+from ..model.errors import RobotError
 from ..model.mechanism import Mechanism, Strut
 from ..terms.role import OTHER, Role
 from ..terms.symbolic_function import Argument, Result, SymbolicFunction
 from ..terms.terms import Terms
-from .closing import closed_configuration
+from .checks.actuation import check_actuation
+from .checks.gaps import not_closing
+from .closing import ClosedLoops, Vector
 from .collapse import collapsed
 from .constraints import ConfigurationVariable, LoopEquations, configuration_names, constraints
-from .mobility import Mobility, mobility
+from .mobility import Mobility, mobility_of
 from .solution import (
     Loops,
     Solution,
@@ -83,8 +86,16 @@ class Hybrid:
 
     @cached_property
     def forward(self) -> Solution:
-        """All joints from the actuators."""
-        return from_actuators(self.loops, self.terms, self.q)
+        """All joints from the actuators.
+
+        Raises:
+            RobotError: The loops do not close at the reference; the message tells by how much, and
+                what would close them.
+        """
+        try:
+            return from_actuators(self.loops, self.terms, self.q)
+        except RobotError as error:
+            raise not_closing(self.mechanism, error) from error
 
     @cached_property
     def backward(self) -> Solution:
@@ -131,7 +142,7 @@ class Hybrid:
     def at_reference(self) -> dict[str, float]:
         """The value of every entry of z at the reference configuration, its loops closed."""
         if self.forward.open:
-            return dict(closed_configuration(self.mechanism))
+            return dict(zip(self.in_numbers.names, map(float, self._closed), strict=True))
         values = self.named(self.forward, [variable.name for variable in self.variables])
         of = self.forward.reference.of
         return {v.name: of(value) for v, value in zip(self.variables, values, strict=True)}
@@ -142,9 +153,38 @@ class Hybrid:
         return constraints(self.mechanism, self.terms, self.arguments["z"].symbols)
 
     @cached_property
+    def in_numbers(self) -> ClosedLoops:
+        """The constraints in double precision, near the reference configuration."""
+        return ClosedLoops(self.mechanism, {} if self.forward.open else self.at_reference)
+
+    @cached_property
+    def _closed(self) -> Vector:
+        """The reference configuration, closed by Newton's method where there is no closed form."""
+        loops = self.in_numbers
+        try:
+            return loops.closed(loops.reference, loops.passive)
+        except RobotError as error:
+            raise not_closing(self.mechanism, error) from error
+
+    @cached_property
     def mobility(self) -> Mobility:
         """The mechanism's freedoms, counted and by rank."""
-        return mobility(self.mechanism)
+        return mobility_of(self._loops_that_close())
+
+    def _loops_that_close(self) -> ClosedLoops:
+        try:
+            self.in_numbers.generic  # noqa: B018
+        except RobotError as error:
+            raise not_closing(self.mechanism, error) from error
+        return self.in_numbers
+
+    def check_actuation(self) -> None:
+        """Refuses a mechanism whose actuated coordinates do not determine it.
+
+        Raises:
+            RobotError: Freedoms are left without an actuator, or actuators depend on each other.
+        """
+        check_actuation(self._loops_that_close())
 
     # --- the chain in actuated coordinates ---
 
@@ -189,10 +229,14 @@ class Hybrid:
         return gate
 
     def named(self, solution: Solution, names: Iterable[str]) -> tuple[sp.Expr, ...]:
-        """Joint values, angles between -pi and pi."""
+        """Values of joints and of drives that follow; joint angles between -pi and pi."""
         joints = {joint.name: joint for joint in self.mechanism.joints}
         found = []
         for name in names:
+            follower = self.mechanism.followers.get(name)
+            if follower is not None:
+                found.append(self.terms.let(solution.values[follower.joint] / follower.ratio))
+                continue
             value, joint = solution.values[name], joints.get(name)
             lengths = isinstance(self.mechanism.members.get(name), Strut)
             if not lengths and (joint is None or joint.kind != "prismatic"):

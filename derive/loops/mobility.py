@@ -7,7 +7,9 @@ overconstrained, or a member can turn without moving anything.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import overload
 
+from ..model.errors import RobotError
 from ..model.mechanism import Mechanism
 from .closing import ClosedLoops
 from .freedoms import SPATIAL, Counts
@@ -102,24 +104,69 @@ class Mobility:
             yield f"actuated coordinates: {self.actuated}, degrees of freedom: {self.true}"
 
 
-def mobility(mechanism: Mechanism) -> Mobility:
-    """The degrees of freedom of a mechanism, counted and by the rank of its constraints.
+@overload
+def mobility(mechanism: Mechanism) -> Mobility: ...
+@overload
+def mobility(*, lambda_: int, links: int, joints: int, freedom: int) -> int: ...
+def mobility(
+    mechanism: Mechanism | None = None,
+    *,
+    lambda_: int = SPATIAL,
+    links: int | None = None,
+    joints: int | None = None,
+    freedom: int | None = None,
+) -> Mobility | int:
+    """The degrees of freedom of a mechanism, or Gruebler and Kutzbach's count of given numbers.
 
-    Bodies that fixed joints hold together are one. A rod is a body with two joints, a cylinder two
+    ``mobility(mechanism)`` counts bodies and joints and takes the rank of the constraints. Bodies
+    that fixed joints hold together are one. A rod is a body with two joints, a cylinder two
     bodies with two joints and a slider between. A platform on virtual joints counts as one body
     without them (:func:`~chasles.derive.loops.freedoms.virtual_joints`). A motor behind a gear is
     not counted: with its bearing and the gear pair it adds no freedom.
 
+    ``mobility(lambda_=6, links=14, joints=15, freedom=15)`` is lambda (n - 1 - j) + sum f = 3. It
+    presumes that all constraints are independent, and can be negative.
+
     Args:
         mechanism: The description, with a reference configuration from which it closes.
+        lambda_: The order of the group in which the bodies move: 6 in space, 3 in a plane or about
+            a point, 2 for slides in a plane.
+        links: n, the base included.
+        joints: j.
+        freedom: Sum of the joints' degrees of freedom.
 
     Raises:
-        RobotError: The loops do not close from the reference.
+        RobotError: The loops do not close from the reference, or a number cannot be.
 
     Source:
         Gogu, Mechanism and Machine Theory 40 (2005), 1068-1097, for the counts and their limits.
     """
-    loops = ClosedLoops(mechanism)
+    if mechanism is not None:
+        return mobility_of(ClosedLoops(mechanism))
+    if links is None or joints is None or freedom is None:
+        raise RobotError("mobility: expected a mechanism, or lambda_, links, joints and freedom")
+    if not 1 <= lambda_ <= SPATIAL:
+        raise RobotError(f"mobility: expected lambda_ from 1 to {SPATIAL}, found {lambda_}")
+    if links < 1 or joints < links - 1:
+        raise RobotError(
+            f"mobility: expected at least 1 link and {max(links - 1, 0)} joints, which hold "
+            f"{links} links together, found {joints} joints"
+        )
+    if not joints <= freedom <= lambda_ * joints:
+        raise RobotError(
+            f"mobility: expected freedom from {joints} to {lambda_ * joints}, since each of "
+            f"{joints} joints has 1 to {lambda_} freedoms, found {freedom}"
+        )
+    return lambda_ * (links - 1 - joints) + freedom
+
+
+def mobility_of(loops: ClosedLoops) -> Mobility:
+    """The degrees of freedom of a mechanism whose constraints are in numbers.
+
+    Raises:
+        RobotError: The loops do not close from the reference.
+    """
+    mechanism = loops.mechanism
     counts = Counts(mechanism, loops.terms)
     return Mobility(
         bodies=counts.bodies,

@@ -6,7 +6,7 @@ from the base to the body that carries the tool: a serial robot, whose coordinat
 determine.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal, get_args
@@ -30,16 +30,21 @@ from .robot import (
 
 ClosureKind = Literal["pin", "slider", "ball", "weld"]
 EndKind = Literal["pin", "ball"]
+DriveKind = Literal["gear", "rack", "belt", "chain"]
 FREEDOM: Mapping[str, int] = {"pin": 1, "slider": 1, "ball": 3, "weld": 0}
 """Degrees of freedom that a closure leaves."""
 
 
 @dataclass(frozen=True)
 class Frame:
-    """A frame that is fixed on a body: the body's name and the frame's pose in the body's frame."""
+    """A frame that is fixed on a body: the body's name and the frame's pose in the body's frame.
+
+    ``assumed`` tells that the source of the description does not state the pose.
+    """
 
     body: str
     placement: Placement = ()
+    assumed: bool = False
 
 
 @dataclass(frozen=True)
@@ -77,6 +82,7 @@ class Strut:
         ends: Whether pins or balls hold its ends.
         swing: Name of its passive angle, measured on the body at its beginning.
         limits: Lowest and highest value of a cylinder's coordinate (metre).
+        assumed: What the source of the description does not state: ``length`` or ``limits``.
     """
 
     name: str
@@ -87,6 +93,7 @@ class Strut:
     ends: EndKind = "pin"
     swing: str = ""
     limits: tuple[sp.Expr | None, sp.Expr | None] = (None, None)
+    assumed: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         check_name("strut", self.name)
@@ -103,20 +110,28 @@ class Strut:
 
 @dataclass(frozen=True)
 class Drive:
-    """A motor that moves a joint through a gear, a pinion or a sprocket.
+    """A motor that moves a joint through a gear, a rack, a belt or a chain.
+
+    A drive that is not actuated follows: its motor's angle is a passive coordinate. So does the
+    second of two motors on one slide.
 
     Attributes:
         name: Name of the motor's coordinate.
         joint: The joint or cylinder that it moves.
         ratio: Advance of the joint per radian of the motor: a radius (metre) or a ratio (1).
+        kind: What is between the motor and the joint.
+        assumed: Whether the source of the description does not state the ratio.
     """
 
     name: str
     joint: str
     ratio: sp.Expr
+    kind: DriveKind = "gear"
+    assumed: bool = False
 
     def __post_init__(self) -> None:
         check_name("drive", self.name)
+        check_choice("kind of drive", self.name, self.kind, get_args(DriveKind))
         object.__setattr__(self, "ratio", exact(self.ratio))
 
 
@@ -130,6 +145,7 @@ class Coordinate:
         limits: Lowest and highest value (radian or metre), None where unbounded.
         moves: The joint or cylinder that it moves.
         ratio: Advance of the joint or cylinder per unit of the coordinate.
+        assumed: Whether the limits are assumed: the source of the description does not state them.
     """
 
     name: str
@@ -137,6 +153,7 @@ class Coordinate:
     limits: tuple[sp.Expr | None, sp.Expr | None]
     moves: str
     ratio: sp.Expr = sp.S.One
+    assumed: bool = False
 
     @property
     def unit(self) -> str:
@@ -164,7 +181,8 @@ class Mechanism:
         tool_frame: Name of the tool frame.
         parameters: The named lengths and angles that the placements use.
         reference: Values of coordinates and joints at the configuration that selects the branch,
-            zero where none is given. Those of passive joints need only be near.
+            zero where none is given, and for a cylinder with both limits the middle of them.
+            Those of passive joints need only be near.
         notes: Changes and assumptions made while the description was read.
         cleaning: Empty, as the numbers of a robot with loops are taken as they are written.
 
@@ -208,6 +226,7 @@ class Mechanism:
         self._check_known("reference of", [n for n, _ in self.reference], known | self._swings)
         if not self.actuated:
             raise RobotError(f"robot {self.name!r} has no actuated coordinate")
+        object.__setattr__(self, "reference", (*self.reference, *self._middles()))
 
     @property
     def closers(self) -> tuple[Closure | Strut, ...]:
@@ -239,13 +258,15 @@ class Mechanism:
             drive = drives.get(name)
             member = self.members[drive.joint if drive else name]
             kind = "prismatic" if isinstance(member, Strut) else member.kind
+            assumed = "limits" in member.assumed
             if drive is None:
-                found.append(Coordinate(name, kind, member.limits, name))
+                found.append(Coordinate(name, kind, member.limits, name, assumed=assumed))
             else:
                 ratio = drive.ratio.xreplace({p.symbol: p.value for p in self.parameters})
                 low, high = (None if v is None else v / ratio for v in member.limits)
                 limits = (low, high) if ratio > 0 else (high, low)
-                found.append(Coordinate(name, "revolute", limits, drive.joint, drive.ratio))
+                moves, gear = drive.joint, drive.ratio
+                found.append(Coordinate(name, "revolute", limits, moves, gear, assumed))
         return tuple(found)
 
     def way(self, body: str) -> list[Joint]:
@@ -273,12 +294,21 @@ class Mechanism:
 
     @property
     def passive(self) -> tuple[str, ...]:
-        """Names of the joints and swings that are neither actuated nor in the main chain."""
+        """Names of the joints and swings that are neither actuated nor in the main chain.
+
+        The drives that follow come last.
+        """
         taken = {c.moves for c in self.coordinates}
         taken |= {joint.name for joint in self.main_chain.moving}
         joints = [joint.name for joint in self.joints if joint.kind != "fixed"]
         cylinders = [strut.name for strut in self.struts if strut.is_cylinder]
-        return tuple(name for name in (*joints, *self.swings, *cylinders) if name not in taken)
+        passive = [name for name in (*joints, *self.swings, *cylinders) if name not in taken]
+        return (*passive, *self.followers)
+
+    @cached_property
+    def followers(self) -> Mapping[str, Drive]:
+        """The drives that are not actuated, by name."""
+        return {drive.name: drive for drive in self.drives if drive.name not in self.actuated}
 
     @property
     def swings(self) -> tuple[str, ...]:
@@ -302,6 +332,15 @@ class Mechanism:
     def reference_of(self, name: str) -> sp.Expr:
         """The reference value of a coordinate, joint or swing."""
         return dict(self.reference).get(name, sp.S.Zero)
+
+    def _middles(self) -> Iterator[tuple[str, sp.Expr]]:
+        """The middle of the limits of each cylinder that the reference leaves out."""
+        given = {name for name, _ in self.reference}
+        given |= {drive.joint for drive in self.drives if drive.name in given}
+        for strut in self.struts:
+            low, high = strut.limits
+            if low is not None and high is not None and strut.name not in given:
+                yield strut.name, exact((low + high) / 2)
 
     def _check_bodies(self) -> None:
         seen = {self.base_frame}

@@ -44,12 +44,16 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Parameter:
-    """A named length, angle or ratio with its default value (metre, radian, 1)."""
+    """A named length, angle or ratio with its default value (metre, radian, 1).
+
+    ``assumed`` tells that the source of the description does not state the value.
+    """
 
     name: str
     value: sp.Expr
     kind: ParameterKind = "length"
     meaning: str = ""
+    assumed: bool = False
 
     def __post_init__(self) -> None:
         check_name("parameter", self.name)
@@ -95,6 +99,7 @@ class Joint:
             placements alone.
         given: Values of the convention's fields as described, vectors by component, for the
             printed table.
+        assumed: Names of the fields that the source of the description does not state.
     """
 
     name: str
@@ -109,6 +114,7 @@ class Joint:
     mimic: Mimic | None = None
     convention: Convention | None = None
     given: tuple[tuple[str, sp.Expr], ...] = ()
+    assumed: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         check_name("joint", self.name)

@@ -130,6 +130,15 @@ SAMPLED_RANGE = 0.3
 
 Large enough to leave a singular reference, small enough for Newton's method to close the loops.
 """
+GAP = 1e-7
+"""Gap up to which a loop counts as closed in a search in numbers: part of the mechanism's size, or
+radian. A search by differences ends some 1e-10 from closure, and at a dead point, where the gap
+grows by the square of the motion, an angle is then right to 3e-4 rad."""
+DIFFERENCE_STEP = 1e-6
+"""Step of central differences in such a search: radian, or part of the mechanism's size. Its square
+and the rounding of a double over it are both below 1e-9."""
+WORTHWHILE_GAIN = 1e-5
+"""Part of the squared gap (no unit) by which each iteration of such a search must lower it."""
 SAME_POINT = 1e-9
 """Points of a drawing closer than this are one (metre), and so are directions (pure number).
 

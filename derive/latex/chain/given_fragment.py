@@ -19,9 +19,9 @@ FEW = 4
 
 def parameters(page: Page) -> str:
     """The joints in their conventions, and the values of the parameters."""
-    return text(
-        _coordinates(page), joints(page), values(page), cleaned(page.robot), noted(page.robot)
-    )
+    given = text(_coordinates(page), joints(page), values(page)).rstrip()
+    legend = tables.legend(given)
+    return text(given, legend, cleaned(page.robot), noted(page.robot))
 
 
 def joints(page: Page) -> str:

@@ -30,6 +30,9 @@ MOST_ROWS = 36
 """Most rows of a table on a page."""
 TYPES = {"revolute": "R", "prismatic": "P", "helical": "H", "fixed": "F"}
 NONE = "--"
+ASSUMED = r"\,$^{\ast}$"
+"""Mark of a number that the source of the description does not state."""
+LEGEND = r"An asterisk marks what the source does not state and the description assumes."
 
 
 def joint_tables(
@@ -90,7 +93,7 @@ def _joint_columns(
             second_part = second_part or heading
     if any(_has_column(joint) for _, joint, _ in run):
         columns.append((variable, [_variable(joint, value, printer) for _, joint, value in run]))
-    columns.append(("limits", [limits(joint.limits) for _, joint, _ in run]))
+    columns.append(("limits", [_limits(joint) for _, joint, _ in run]))
     return columns, second_part
 
 
@@ -99,7 +102,22 @@ def _cell(joint: Joint, field: Field, scalar: str, value: sp.Expr, printer: Prin
     given = dict(joint.given)
     if scalar not in given or (joint.kind == "fixed" and field.is_of_motion):
         return NONE
-    return _math(printer, given[scalar] + (value if scalar == variable_field(joint) else 0))
+    cell = _math(printer, given[scalar] + (value if scalar == variable_field(joint) else 0))
+    return marked(cell, field.name in joint.assumed)
+
+
+def marked(cell: str, is_assumed: bool) -> str:
+    """A cell, with the mark of an assumption."""
+    return f"{cell}{ASSUMED}" if is_assumed and cell != NONE else cell
+
+
+def legend(cells: str) -> str:
+    """The meaning of the mark, where a text has it."""
+    return LEGEND if ASSUMED in cells else ""
+
+
+def _limits(joint: Joint) -> str:
+    return marked(limits(joint.limits), "limits" in joint.assumed)
 
 
 def _has_column(joint: Joint) -> bool:
@@ -135,7 +153,7 @@ def value_table(robot: Robot, printer: Printer) -> str:
     """Default values of the parameters with their units and meanings."""
     columns: list[Column] = [
         ("parameter", [_math(printer, p.symbol) for p in robot.parameters]),
-        ("value", [value_cell(p.value) for p in robot.parameters]),
+        ("value", [marked(value_cell(p.value), p.assumed) for p in robot.parameters]),
         ("unit", [UNITS[p.kind] for p in robot.parameters]),
     ]
     if any(p.meaning for p in robot.parameters):

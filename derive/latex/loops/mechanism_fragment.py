@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import sympy as sp
 
 from ...chain.poe import placement_matrix
-from ...model.mechanism import Coordinate, Frame, Strut
+from ...model.mechanism import Coordinate, Drive, Frame, Strut
 from ...model.robot import Joint, Placement
 from ..chain import tables
 from ..chain.given_fragment import joints, noted, values
@@ -19,8 +19,9 @@ CLOSURES = {"pin": "pin", "slider": "slider", "ball": "ball", "weld": "weld"}
 
 def description(page: LoopPage) -> str:
     """Actuated coordinates, main chain, other joints, closures, members, drives, parameters."""
-    return text(
+    shown = text(
         _coordinates(page),
+        _followers(page),
         sentence(
             r"The main chain leads from the base to the tool; its joints are"
             rf" {listed(page.members.theta)}."
@@ -30,8 +31,8 @@ def description(page: LoopPage) -> str:
         _closures(page),
         _struts(page),
         values(page.chain),
-        noted(page.mechanism),
-    )
+    ).rstrip()
+    return text(shown, tables.legend(shown), noted(page.mechanism))
 
 
 def _coordinates(page: LoopPage) -> str:
@@ -41,7 +42,7 @@ def _coordinates(page: LoopPage) -> str:
         ("coordinate", [escape(c.name) for c in coordinates]),
         ("moves", [_moved(page, c) for c in coordinates]),
         ("unit", [c.unit for c in coordinates]),
-        ("limits", [tables.limits(c.limits) for c in coordinates]),
+        ("limits", [tables.marked(tables.limits(c.limits), c.assumed) for c in coordinates]),
     ]
     return sentence(
         "Equations and tables are in metres and radians. The actuated coordinates are",
@@ -54,10 +55,31 @@ def _moved(page: LoopPage, c: Coordinate) -> str:
     symbol = page.joints[c.moves]
     if c.name != c.moves:
         ratio = page.printed_terms.constant(c.ratio)
-        return f"${page.tex(symbol)} = {page.tex(ratio)}\\,{page.members.q[_place(page, c)]}$"
+        advance = f"${page.tex(symbol)} = {page.tex(ratio)}\\,{page.members.q[_place(page, c)]}$"
+        (drive,) = (drive for drive in page.mechanism.drives if drive.name == c.name)
+        return tables.marked(f"{advance}{_by(drive)}", drive.assumed)
     if page.members.of[c.moves] in page.members.q:
         return "cylinder" if isinstance(page.mechanism.members[c.moves], Strut) else "joint"
     return f"${page.tex(symbol)}$"
+
+
+def _by(drive: Drive) -> str:
+    """The part between a motor and its joint, in words."""
+    return "" if drive.kind == "gear" else f", {drive.kind}"
+
+
+def _followers(page: LoopPage) -> str:
+    """The drives that are not actuated, whose motors follow."""
+    followers = page.mechanism.followers.values()
+    told = []
+    for drive in followers:
+        symbol = page.tex(page.joints[drive.joint])
+        ratio = page.tex(page.printed_terms.constant(drive.ratio))
+        told.append(rf"{escape(drive.name)} (${symbol}$ divided by ${ratio}${_by(drive)})")
+    one = len(told) == 1
+    return (
+        f"The motor{'' if one else 's'} {listed(told)} follow{'s' if one else ''}." if told else ""
+    )
 
 
 def _place(page: LoopPage, c: Coordinate) -> int:
@@ -135,7 +157,8 @@ def _swing(page: LoopPage, strut: Strut) -> str:
 def _length(page: LoopPage, strut: Strut) -> str:
     length = page.printed_terms.exact(sp.cancel(strut.length))
     variable = page.joints[strut.name] if strut.is_cylinder else sp.S.Zero
-    return f"${page.tex(length + variable)}$"
+    is_assumed = bool({"length", "retracted"} & {*strut.assumed})
+    return tables.marked(f"${page.tex(length + variable)}$", is_assumed)
 
 
 def _frames(page: LoopPage, frames: Sequence[tuple[Frame, Frame]]) -> list[Column]:
@@ -144,13 +167,17 @@ def _frames(page: LoopPage, frames: Sequence[tuple[Frame, Frame]]) -> list[Colum
         for k, word in enumerate(("from", "to"))
         for column in (
             (word, [_body(page, pair[k].body) for pair in frames]),
-            ("at", [_point(page, pair[k].placement) for pair in frames]),
+            ("at", [_held(page, pair[k]) for pair in frames]),
         )
     ]
 
 
 def _body(page: LoopPage, name: str) -> str:
     return "base" if name == page.mechanism.base_frame else escape(name)
+
+
+def _held(page: LoopPage, frame: Frame) -> str:
+    return tables.marked(_point(page, frame.placement), frame.assumed)
 
 
 def _point(page: LoopPage, placement: Placement) -> str:

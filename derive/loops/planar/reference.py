@@ -146,8 +146,10 @@ class GenericPoint:
         self.values: dict[sp.Symbol, sp.Expr] = {}
         golden = (sp.sqrt(5) - 1) / 2
         for k, symbol in enumerate(symbols):
-            # Fractional parts of multiples of the golden section never repeat.
-            part = (phase * len(symbols) + k + 1) * golden
+            # Fractional parts of multiples of the golden section never repeat. The square keeps
+            # differences of two symbols from being the same at points of different phase.
+            number = phase * len(symbols) + k + 1
+            part = number * golden + phase * number**2 * sp.sqrt(2)
             default = terms.parameters.get(symbol, sp.S.Zero)
             self.values[symbol] = (default + part - sp.floor(part)).evalf(EVALUATION_DIGITS)
         for symbol, default in terms.parameters.items():

@@ -3,7 +3,8 @@
 A strut on balls keeps two points at a distance. Where both points are known it gives a cylinder's
 length; where a single joint moves one of them it gives that joint (a circle or a line meets a
 sphere); where three struts hold a platform that keeps its orientation they give its position (three
-spheres meet). Pairs of equal, parallel rods hold a platform in that way.
+spheres meet). Pairs of equal, parallel rods hold a platform in that way. A closure between bodies
+on guides gives the travels of their slides.
 
 Source:
     Merlet, Parallel Robots, ch. 2 and 4; Clavel 1988 for the parallelograms of balls.
@@ -16,6 +17,7 @@ from ...terms.terms import Terms
 from ..planar.planes import Loop
 from ..planar.reference import AtReference, Branch
 from .cylinder_length import CylinderLength
+from .guides import Guides
 from .sliding_leg import SlidingLeg
 from .struts import Known, Legs, LegStep
 from .three_spheres import ThreeSpheres
@@ -38,7 +40,7 @@ def assemble_in_space(
     Args:
         terms: Names of all terms.
         mechanism: The description.
-        loops: The loops that are not planar; loops of struts on balls are solved.
+        loops: The loops that are not planar; struts on balls and bodies on guides are solved.
         known: Receives values, rates and steps.
         reference: The configuration that selects the branch.
         branch: The branch that is asked for, instead of that at the reference.
@@ -47,6 +49,8 @@ def assemble_in_space(
         RobotError: A loop does not close at the reference.
     """
     legs = Legs(terms, mechanism, known, reference, branch)
+    while any(Guides.use(legs, loop) for loop in loops):
+        pass
     struts = [loop.closer for loop in loops if isinstance(loop.closer, Strut)]
     left = [strut for strut in struts if strut.ends == "ball"]
     while left:

@@ -147,6 +147,8 @@ def _way(legs: Legs, struts: Sequence[Strut]) -> list[Joint] | None:
     """The joints that move the platform of all struts: three sliders first; else None."""
     if len(struts) < SPHERES or any(legs.length(strut) is None for strut in struts):
         return None
+    if any(legs.unknown(strut.a) and legs.unknown(strut.b) for strut in struts):
+        return None
     ways = [legs.unknown(strut.b) or legs.unknown(strut.a) for strut in struts]
     way = ways[0]
     sliders = [joint for joint in way if joint.kind == "prismatic"]

@@ -8,8 +8,8 @@ import pytest
 import sympy as sp
 from derivations import ALL, ROBOTS, article, derivation, kernels
 
-from chasles.derive import Joint, load
-from chasles.derive.latex import document
+from chasles.derive import Joint, derive, load, loads
+from chasles.derive.latex import document, fragments
 from chasles.derive.latex.loops.loop_page import LoopPage
 from chasles.derive.latex.loops.loops_fragment import residual
 from chasles.derive.latex.loops.members import dotted, is_symbol, members, words
@@ -336,9 +336,26 @@ def test_no_internal_name_is_printed(name):
         assert "sqrt(" not in text, file
 
 
+GEARED = """
+name = "geared"
+convention = "urdf"
+actuated = ["motor"]
+[[joints]]
+name = "x"
+type = "prismatic"
+axis = [1, 0, 0]
+[[drives]]
+name = "motor"
+kind = "belt"
+joint = "x"
+teeth = 20
+pitch = "0.005"
+"""
+
+
 def test_fragments_of_loops_only_where_there_are_some():
     with_loops = article("four_bar")
-    geared = article("bricklaying_gantry")
+    geared = fragments(derive(loads(GEARED)))
     assert {"drawing.tex", "mobility.tex", "loops.tex", "solution.tex", "rates.tex"} <= {
         *with_loops
     }

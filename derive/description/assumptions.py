@@ -1,0 +1,45 @@
+"""What a description assumes, in a sentence: limits and sizes that its source does not state."""
+
+from collections.abc import Iterable, Iterator, Sequence
+
+from ..model.mechanism import Closure, Drive, Strut
+from ..model.robot import Joint, Parameter
+
+
+def assumption(
+    parameters: Sequence[Parameter],
+    joints: Sequence[Joint],
+    closers: Sequence[Closure | Strut] = (),
+    drives: Sequence[Drive] = (),
+) -> tuple[str, ...]:
+    """A note that names all assumed limits and dimensions; none where the source states all.
+
+    Args:
+        parameters: Named lengths, angles and ratios.
+        joints: All joints.
+        closers: Closures, rods and cylinders.
+        drives: Motors behind gears.
+    """
+    struts = [closer for closer in closers if isinstance(closer, Strut)]
+    named: dict[str, list[str]] = {}
+    members: tuple[Joint | Strut, ...] = (*joints, *struts)
+    for member in members:
+        for field in member.assumed:
+            named.setdefault(field, []).append(member.name)
+    parts = [f"{field} of {', '.join(names)}" for field, names in named.items()]
+    parts += _list("parameters", (p.name for p in parameters if p.assumed))
+    parts += _list("ratios of", (drive.name for drive in drives if drive.assumed))
+    parts += _list("points of", _held(closers))
+    return (f"assumed, not stated by the source: {'; '.join(parts)}",) if parts else ()
+
+
+def _held(closers: Iterable[Closure | Strut]) -> Iterator[str]:
+    for closer in closers:
+        for side, frame in (("a", closer.a), ("b", closer.b)):
+            if frame.assumed:
+                yield f"{closer.name} on {frame.body} ({side})"
+
+
+def _list(word: str, names: Iterable[str]) -> list[str]:
+    found = ", ".join(names)
+    return [f"{word} {found}"] if found else []

@@ -1,0 +1,109 @@
+"""Whether the actuated coordinates of a mechanism are as many as its freedoms, and independent.
+
+At a closed configuration the rates of all coordinates are the null space of the constraint
+Jacobian. The actuated coordinates determine them if their rows of it are a regular square matrix.
+At a singularity they are not, so that several configurations are asked.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...model.errors import RobotError
+from ...model.tolerances import REPEATED_EQUATION
+from ..closing import ClosedLoops, Vector
+
+MOST_NAMED = 6
+
+
+def check_actuation(loops: ClosedLoops) -> None:
+    """Refuses a mechanism whose actuated coordinates do not determine it, or hinder each other.
+
+    Args:
+        loops: Its constraints.
+
+    Raises:
+        RobotError: Freedoms are left without an actuator, or actuators depend on each other; the
+            message names them.
+    """
+    coordinates = loops.mechanism.coordinates
+    actuated = [loops.names.index(c.moves) for c in coordinates]
+    moving = max((_motions(loops, z) for z in loops.generic), key=lambda m: _rank(m[actuated]))
+    rows = moving[actuated]
+    freedoms, independent = moving.shape[1], _rank(rows)
+    names = [c.name for c in coordinates]
+    if freedoms == independent == len(names):
+        return
+    has = f"robot {loops.mechanism.name!r} has {_counted(freedoms, 'degree')} of freedom"
+    if freedoms == 0:
+        raise RobotError(
+            f"{has}: its loops hold every body; take a rod, a closure or a part of its constraint "
+            "away (a pin in place of a weld, a ball in place of a pin), or add a joint"
+        )
+    parts = []
+    if independent < len(names):
+        parts.append(_too_many(names, rows))
+    if independent < freedoms:
+        parts.append(_too_few(loops, moving, rows, freedoms - independent))
+    and_has = f"{_counted(len(names), 'actuated coordinate')} ({', '.join(names)})"
+    raise RobotError(f"{has} and {and_has}: {'; '.join(parts)}")
+
+
+def _motions(loops: ClosedLoops, z: Vector) -> Vector:
+    """The independent rates of all coordinates, by columns."""
+    _, J, _ = loops.evaluated(z)
+    scale = np.where(loops.is_length, loops.size, 1.0)
+    J = J * scale
+    norms = np.linalg.norm(J, axis=1, keepdims=True)
+    _, values, V = np.linalg.svd(J / np.where(norms > 0, norms, 1))
+    kept = int(np.sum(values > REPEATED_EQUATION * max(values, default=1.0)))
+    found: Vector = V[kept:].T
+    return found
+
+
+def _rank(rows: Vector) -> int:
+    return int(np.linalg.matrix_rank(rows, tol=REPEATED_EQUATION)) if rows.size else 0
+
+
+def _too_many(names: Sequence[str], rows: Vector) -> str:
+    """The actuated coordinates that depend on each other."""
+    spare = len(names) - _rank(rows)
+    dependent = [
+        name for k, name in enumerate(names) if _rank(np.delete(rows, k, axis=0)) == _rank(rows)
+    ]
+    motors = "its motor" if spare == 1 else "their motors"
+    return (
+        f"{_few(dependent)} depend on each other: take {spare} of them away from actuated (a drive "
+        f"that is not in actuated follows, so that {motors} can stay in the file)"
+        if len(dependent) > 1
+        else f"{dependent[0]} cannot move: take it away from actuated"
+    )
+
+
+def _too_few(loops: ClosedLoops, moving: Vector, rows: Vector, missing: int) -> str:
+    """The joints that move while all actuators are locked, and those that could be actuated."""
+    _, values, V = np.linalg.svd(rows)
+    free = moving @ V[int(np.sum(values > REPEATED_EQUATION)) :].T
+    moves = np.linalg.norm(free, axis=1) > REPEATED_EQUATION
+    members = set(loops.mechanism.members)
+    loose = [name for name, is_moving in zip(loops.names, moves, strict=True) if is_moving]
+    named = [name for name in loose if name in members] or loose
+    locked = "with all actuators locked, " if len(rows) else ""
+    if len(named) == 1:
+        hold = "or hold it by a rod or a closure"
+        return f"{locked}{named[0]} can still move: add it to actuated, {hold}"
+    count = "one" if missing == 1 else str(missing)
+    return (
+        f"{locked}{_few(named)} can still move: add {count} of them to actuated, or hold them by a "
+        "rod or a closure"
+    )
+
+
+def _few(names: Sequence[str]) -> str:
+    """Names in a sentence, a long list cut."""
+    shown = [*names[:MOST_NAMED], "others"] if len(names) > MOST_NAMED else [*names]
+    return " and ".join(filter(None, [", ".join(shown[:-1]), shown[-1]]))
+
+
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}{'s' if count != 1 else ''}"

@@ -1,0 +1,364 @@
+"""A mechanism in double precision: poses of its bodies, and the gaps that its loops leave.
+
+The poses follow from the description alone, without the equations of the compiler, and at any
+values of the parameters, so that they tell which length or angle would close a loop.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from ...model.mechanism import Closure, Frame, Mechanism, Strut
+from ...model.placements import Rotation, Translation
+from ...model.robot import Joint, Placement
+from ...model.tolerances import DIFFERENCE_STEP, GAP, WORTHWHILE_GAIN
+from ...terms.terms import Terms
+from ..planar.planes import linkages
+
+Floats = NDArray[np.float64]
+ITERATIONS = 80
+START, WEAKEST, STRONGEST, FACTOR = 1e-4, 1e-15, 1e8, 10
+"""Damping of the search at its start and at most and least, and its change by each trial."""
+OTHERS_FIRST = 1e3
+"""Weight of the loops that stay closed beside a loop whose gap is made small."""
+_AXES = {"x": 0, "y": 1, "z": 2}
+
+
+class Gap(NamedTuple):
+    """What a loop leaves open: a distance (metre), and a turn (radian)."""
+
+    distance: float
+    turn: float
+
+
+class BodiesInNumbers:
+    """The bodies, loops and constants of one mechanism in numbers.
+
+    Attributes:
+        mechanism: The description.
+        constants: Values of the parameters, and of the lengths of rods and the distances of frames
+            from their bodies' origins that no parameter gives, by name (metre, radian).
+        values: Values of joints and cylinders at the reference (radian or metre), by name.
+        unknown: Names of the joints and cylinders that are not actuated.
+        size: The longest translation or rod (metre), 1 where all are zero.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        """Reads the reference, and the planes of planar loops."""
+        self.mechanism = mechanism
+        self.constants = {p.name: float(p.value) for p in mechanism.parameters}
+        self._symbols = [p.symbol for p in mechanism.parameters]
+        terms = Terms({p.symbol: p.value for p in mechanism.parameters})
+        planar, _ = linkages(mechanism, terms)
+        self._normals = {
+            closer.name: _floats(linkage.axes[closer.a.body].n, terms)
+            for linkage in planar
+            for closer in mechanism.closers
+            if closer.name in linkage.closers
+        }
+        self._numbers: dict[sp.Expr, Callable[..., float]] = {}
+        self._placed: dict[str, tuple[list[float], Floats]] = {}
+        self._bare = self._lengths()
+        self.constants |= self._bare
+        self.values = self._reference()
+        actuated = {c.moves for c in mechanism.coordinates}
+        self.unknown = [name for name in mechanism.members if name not in actuated]
+        self.size = self._size()
+
+    # --- constants ---
+
+    def number(self, expression: sp.Expr) -> float:
+        """The value of an expression of parameters."""
+        if expression not in self._numbers:
+            self._numbers[expression] = sp.lambdify(self._symbols, expression, "math")
+        return float(self._numbers[expression](*self._given()))
+
+    def matrix(self, placement: Placement) -> Floats:
+        """A placement (4, 4) at the values of the parameters."""
+        T = np.eye(4)
+        for motion in placement:
+            if isinstance(motion, Rotation):
+                T = T @ _turn(_AXES[motion.axis], self.number(motion.angle))
+            else:
+                T[:3, 3] += T[:3, :3] @ np.array([self.number(x) for x in motion.vector])
+        return T
+
+    def _given(self) -> list[float]:
+        return [self.constants[symbol.name] for symbol in self._symbols]
+
+    def length(self, strut: Strut, values: Mapping[str, float]) -> float:
+        """A strut's length."""
+        name = length_of(strut)
+        base = self.constants[name] if name in self._bare else self.number(strut.length)
+        return base + (values[strut.name] if strut.is_cylinder else 0.0)
+
+    def _lengths(self) -> dict[str, float]:
+        """Lengths of struts and distances of frames from their origins without a parameter."""
+        found = {
+            length_of(strut): float(strut.length)
+            for strut in self.mechanism.struts
+            if not strut.length.free_symbols
+        }
+        placed = [(offset_of(joint), joint.before) for joint in self.mechanism.joints]
+        for closer in self.mechanism.closers:
+            placed += [(offset_of(closer, side), frame.placement) for side, frame in _sides(closer)]
+        for name, placement in placed:
+            if not any(map(_has_symbols, placement)) and (
+                distance := _shift(self.matrix(placement))
+            ):
+                found[name] = distance
+        return found
+
+    def _offset(self, name: str, placement: Placement) -> Floats:
+        """A placement whose translation has the length that stands among the constants."""
+        own = self.constants[name] / self._bare[name] if name in self._bare else 1.0
+        state = [own, *self._given()]
+        known = self._placed.get(name)
+        if known is None or known[0] != state:
+            T = self.matrix(placement)
+            T[:3, 3] *= own
+            known = self._placed[name] = state, T
+        return known[1]
+
+    def _reference(self) -> dict[str, float]:
+        given = {name: self.number(value) for name, value in self.mechanism.reference}
+        for c in self.mechanism.coordinates:
+            if c.name in given:
+                given[c.moves] = given[c.name] * self.number(c.ratio)
+        return {name: given.get(name, 0.0) for name in self.mechanism.members}
+
+    def _size(self) -> float:
+        lengths = [abs(self.number(strut.length)) for strut in self.mechanism.struts]
+        for joint in self.mechanism.joints:
+            lengths += [_shift(self.matrix(part)) for part in (joint.before, joint.after)]
+        for closer in self.mechanism.closers:
+            lengths += [_shift(self.matrix(frame.placement)) for frame in (closer.a, closer.b)]
+        return max(lengths, default=0.0) or 1.0
+
+    # --- poses and gaps ---
+
+    def poses(self, values: Mapping[str, float]) -> dict[str, Floats]:
+        """The pose (4, 4) of every body in the base body's frame."""
+        found = {self.mechanism.base_frame: np.eye(4)}
+        for joint in self.mechanism.joints:
+            found[joint.link] = (
+                found[joint.parent]
+                @ self._offset(offset_of(joint), joint.before)
+                @ _motion(joint, values, self.number)
+                @ self._offset(f"{joint.name}.after", joint.after)
+            )
+        return found
+
+    def gaps(self, values: Mapping[str, float]) -> dict[str, Gap]:
+        """What each loop leaves open, by its closure or strut."""
+        poses = self.poses(values)
+        found = {}
+        for closer in self.mechanism.closers:
+            shift, turns = self._open(closer, poses, values)
+            found[closer.name] = Gap(float(np.linalg.norm(shift)), float(np.linalg.norm(turns)))
+        return found
+
+    def ends(
+        self, closer: Closure | Strut, values: Mapping[str, float]
+    ) -> tuple[Floats, Floats, Floats]:
+        """Both frames of a closure or strut (4, 4), and the vector between them in its plane."""
+        poses = self.poses(values)
+        A, B = self._frames(poses, closer)
+        return A, B, self._in_plane(closer, poses, B[:3, 3] - A[:3, 3])
+
+    def is_closed(self, gap: Gap) -> bool:
+        """Whether a loop counts as closed."""
+        return gap.distance <= GAP * self.size and gap.turn <= GAP
+
+    def all_closed(self, values: Mapping[str, float], loops: Iterable[str]) -> bool:
+        """Whether each of some loops counts as closed."""
+        gaps = self.gaps(values)
+        return all(self.is_closed(gaps[name]) for name in loops)
+
+    def _frames(
+        self, poses: Mapping[str, Floats], closer: Closure | Strut
+    ) -> tuple[Floats, Floats]:
+        A, B = (
+            poses[frame.body] @ self._offset(offset_of(closer, side), frame.placement)
+            for side, frame in _sides(closer)
+        )
+        return A, B
+
+    def _in_plane(
+        self, closer: Closure | Strut, poses: Mapping[str, Floats], vector: Floats
+    ) -> Floats:
+        normal = self._normals.get(closer.name)
+        if normal is None:
+            return vector
+        n = poses[closer.a.body][:3, :3] @ normal
+        return vector - n * (n @ vector)
+
+    def _open(
+        self, closer: Closure | Strut, poses: Mapping[str, Floats], values: Mapping[str, float]
+    ) -> tuple[Floats, Floats]:
+        """Components of the gap (metre) and of the turn (radian) that a loop leaves."""
+        A, B = self._frames(poses, closer)
+        d = self._in_plane(closer, poses, B[:3, 3] - A[:3, 3])
+        if isinstance(closer, Strut):
+            return np.array([np.linalg.norm(d) - self.length(closer, values)]), np.zeros(0)
+        if closer.kind == "ball":
+            return d, np.zeros(0)
+        R = A[:3, :3].T @ B[:3, :3]
+        if closer.kind == "pin":
+            # In a plane, a pin also holds frames whose z axes are opposed.
+            opposed = closer.name in self._normals and R[2, 2] < 0
+            return d, _tilt(-R[:, 2] if opposed else R[:, 2])
+        return (A[:3, :2].T @ d if closer.kind == "slider" else d), _rotation_vector(R)
+
+    # --- closing in numbers ---
+
+    def nearest(
+        self,
+        values: Mapping[str, float],
+        free: Sequence[str],
+        loops: Iterable[str],
+        last: str = "",
+    ) -> dict[str, float]:
+        """Values of free joints, cylinders and constants that leave the smallest gaps.
+
+        Levenberg and Marquardt's method, from the given values.
+
+        Args:
+            values: Values of all joints and cylinders; constants among ``free`` are added to them.
+            free: Names of joints, cylinders or constants.
+            loops: Names of the loops that count.
+            last: The loop whose gap is made small while the others stay closed; "" where all count
+                alike.
+        """
+        names = {*loops}
+        at = {**values, **{name: self.constants[name] for name in free if name in self.constants}}
+        scale = np.array([self.size if self.is_length(name) else 1.0 for name in free])
+        x = np.array([at[name] for name in free]) / scale
+
+        def residual(x: Floats) -> Floats:
+            self._set(at, free, x * scale)
+            poses = self.poses(at)
+            parts = []
+            for closer in self.mechanism.closers:
+                if closer.name in names:
+                    shift, turns = self._open(closer, poses, at)
+                    weight = 1.0 if not last or closer.name == last else OTHERS_FIRST
+                    parts += [shift / self.size * weight, turns * weight]
+            return np.concatenate(parts) if parts else np.zeros(0)
+
+        before = dict(self.constants)
+        try:
+            x = _least(residual, x)
+            self._set(at, free, x * scale)
+        finally:
+            self.constants = before
+        return at
+
+    def is_length(self, name: str) -> bool:
+        """Whether a joint, cylinder or constant is a length."""
+        member = self.mechanism.members.get(name)
+        if member is not None:
+            return isinstance(member, Strut) or member.kind == "prismatic"
+        kinds = {p.name: p.kind for p in self.mechanism.parameters}
+        return kinds.get(name, "length") == "length"
+
+    def _set(self, at: dict[str, float], names: Sequence[str], x: Floats) -> None:
+        for name, value in zip(names, map(float, x), strict=True):
+            at[name] = value
+            if name in self.constants:
+                self.constants[name] = value
+
+
+def length_of(strut: Strut) -> str:
+    """The name of a strut's length among the constants."""
+    return f"{strut.name}.length"
+
+
+def offset_of(member: Joint | Closure | Strut, side: str = "") -> str:
+    """The name of the distance of a joint's or closer's frame from its body's origin."""
+    return f"{member.name}.xyz" if not side else f"{member.name}.{side}.xyz"
+
+
+def _sides(closer: Closure | Strut) -> tuple[tuple[str, Frame], tuple[str, Frame]]:
+    return ("a", closer.a), ("b", closer.b)
+
+
+def _motion(
+    joint: Joint, values: Mapping[str, float], number: Callable[[sp.Expr], float]
+) -> Floats:
+    """The motion (4, 4) of a joint about or along its z axis."""
+    if joint.kind == "fixed":
+        return np.eye(4)
+    value = joint.direction * values[joint.name]
+    T = np.eye(4) if joint.kind == "prismatic" else _turn(2, value)
+    T[2, 3] = {"prismatic": 1.0, "helical": number(joint.pitch)}.get(joint.kind, 0.0) * value
+    return T
+
+
+def _turn(axis: int, angle: float) -> Floats:
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    T = np.eye(4)
+    T[i, i] = T[j, j] = np.cos(angle)
+    T[j, i] = np.sin(angle)
+    T[i, j] = -T[j, i]
+    return T
+
+
+def _tilt(axis: Floats) -> Floats:
+    """The turn (radian) about x and y that tilts z to an axis."""
+    flat = float(np.hypot(axis[0], axis[1]))
+    angle = float(np.arctan2(flat, axis[2]))
+    return np.array([angle, 0.0]) if flat == 0 else np.array([-axis[1], axis[0]]) * angle / flat
+
+
+def _rotation_vector(R: Floats) -> Floats:
+    """The axis of a rotation times its angle (radian)."""
+    v = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2
+    s = float(np.linalg.norm(v))
+    angle = float(np.arctan2(s, (np.trace(R) - 1) / 2))
+    return np.array([angle, 0.0, 0.0]) if s == 0 else v * angle / s
+
+
+def _floats(vector: sp.Matrix, terms: Terms) -> Floats:
+    return np.array([float(terms.value(entry)) for entry in vector])
+
+
+def _shift(T: Floats) -> float:
+    return float(np.linalg.norm(T[:3, 3]))
+
+
+def _has_symbols(motion: Rotation | Translation) -> bool:
+    values = (motion.angle,) if isinstance(motion, Rotation) else motion.vector
+    return any(value.free_symbols for value in values)
+
+
+def _least(residual: Callable[[Floats], Floats], x: Floats) -> Floats:
+    """Levenberg and Marquardt's iteration on the sum of squares."""
+    damping, r = START, residual(x)
+    for _ in range(ITERATIONS):
+        if len(x) == 0 or r @ r < (GAP / 10) ** 2:
+            break
+        J = _differences(residual, x)
+        H, g = J.T @ J, J.T @ r
+        trial, there = r, x
+        while not trial @ trial < r @ r:
+            damping *= FACTOR
+            if damping > STRONGEST:
+                return x
+            there = x - np.linalg.solve(H + damping * np.eye(len(x)), g)
+            trial = residual(there)
+        gained = 1 - (trial @ trial) / (r @ r)
+        x, r, damping = there, trial, max(damping / FACTOR**2, WEAKEST)
+        if gained < WORTHWHILE_GAIN:
+            break
+    return x
+
+
+def _differences(residual: Callable[[Floats], Floats], x: Floats) -> Floats:
+    """The Jacobian of residuals by central differences."""
+    steps = DIFFERENCE_STEP * np.eye(len(x))
+    columns = [(residual(x + step) - residual(x - step)) / (2 * DIFFERENCE_STEP) for step in steps]
+    return np.stack(columns, axis=1)

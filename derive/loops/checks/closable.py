@@ -1,0 +1,149 @@
+"""How much of the box of limits a mechanism can reach, and which limits lie beyond it.
+
+A box in which loops stand open is no error: limits are those of single actuators. It is told where
+the loops close in less than half of it, and where a single actuator, the others at the reference,
+has limits at which they do not.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...model.mechanism import Coordinate, Mechanism
+from ...terms.casadi_graph import lower
+from ..hybrid import Hybrid
+from ..maps import margin
+from .bodies_in_numbers import BodiesInNumbers
+from .gaps import interval
+
+Floats = NDArray[np.float64]
+IsClosed = Callable[[Floats], bool]
+"""Whether the loops close at actuated coordinates."""
+MANY, MANY_STEPS = 500, 64
+"""Random configurations, and values of each coordinate, where a closed form tests them."""
+FEW, FEW_STEPS = 60, 17
+"""The same where each test is a search."""
+HALVINGS = 20
+LITTLE = 0.5
+"""Part of the box below which the fraction that closes is told."""
+
+
+def limits_of(h: Hybrid) -> tuple[str, ...]:
+    """Sentences on limits at which the loops of a robot do not close; none where they do."""
+    mechanism = h.mechanism
+    if h.forward.open:
+        search = BySearch(BodiesInNumbers(mechanism), h.at_reference)
+        return tuple(limits_in_words(mechanism, _reference(h), search.is_closed, FEW, FEW_STEPS))
+    if not h.forward.margins:
+        return ()
+    kernel = lower([margin(h)], mechanism.name)[0]
+
+    def is_closed(q: Floats) -> bool:
+        return bool(np.all(np.asarray(kernel(q)).ravel() >= 0))
+
+    return tuple(limits_in_words(mechanism, _reference(h), is_closed, MANY, MANY_STEPS))
+
+
+class BySearch:
+    """The test of a mechanism without a closed form: a search from the reference's posture."""
+
+    def __init__(self, bodies: BodiesInNumbers, posture: Mapping[str, float]) -> None:
+        """Begins at a closed posture."""
+        self.bodies = bodies
+        self.posture = {name: posture[name] for name in bodies.values}
+        self.names = [closer.name for closer in bodies.mechanism.closers]
+
+    def is_closed(self, q: Floats) -> bool:
+        """Whether the loops close at actuated coordinates."""
+        coordinates = self.bodies.mechanism.coordinates
+        actuated = {
+            c.moves: float(value) * self.bodies.number(c.ratio)
+            for c, value in zip(coordinates, q, strict=True)
+        }
+        at = self.bodies.nearest({**self.posture, **actuated}, self.bodies.unknown, self.names)
+        return self.bodies.all_closed(at, self.names)
+
+
+def _reference(h: Hybrid) -> Floats:
+    """The actuated coordinates of the reference."""
+    at = h.at_reference
+    return np.array([at[c.moves] / float(h.terms.value(c.ratio)) for c in h.mechanism.coordinates])
+
+
+def limits_in_words(
+    mechanism: Mechanism, reference: Floats, is_closed: IsClosed, samples: int, steps: int
+) -> Iterator[str]:
+    """Sentences on limits at which the loops do not close; none where all of the box closes.
+
+    Args:
+        mechanism: The description.
+        reference: The actuated coordinates of the reference; those without limits stay there.
+        is_closed: Whether the loops close at actuated coordinates.
+        samples: Number of random configurations in the box.
+        steps: Number of values between the limits of each coordinate.
+    """
+    coordinates = mechanism.coordinates
+    low, high = _bounds(coordinates, reference)
+    limited = [k for k in range(len(coordinates)) if low[k] < high[k]]
+    if not limited:
+        return
+    box = np.random.default_rng(0).uniform(low, high, (samples, len(low)))
+    part = float(np.mean([is_closed(q) for q in box]))
+    if part < LITTLE:
+        where = "in no" if part == 0 else f"in {100 * part:.0f} % of"
+        yield f"limits: the loops close {where} {samples} random configurations within them"
+    for k in limited:
+        c = coordinates[k]
+        closed = _closing(k, np.linspace(low[k], high[k], steps), reference, is_closed)
+        is_length = c.unit == "m"
+        within = interval(float(low[k]), float(high[k]), is_length)
+        if closed is None:
+            yield f"limits of {c.name}, {within}: with the others at the reference no loop closes"
+        elif closed[0] > low[k] or closed[1] < high[k]:
+            yield (
+                f"limits of {c.name}, {within}: with the others at the reference the loops close "
+                f"from {interval(*closed, is_length)}"
+            )
+
+
+def _bounds(coordinates: tuple[Coordinate, ...], reference: Floats) -> tuple[Floats, Floats]:
+    """The limits; the reference on both sides where a coordinate lacks one of them."""
+    low, high = reference.copy(), reference.copy()
+    for k, c in enumerate(coordinates):
+        lowest, highest = c.limits
+        if lowest is not None and highest is not None:
+            low[k], high[k] = float(lowest), float(highest)
+    return low, high
+
+
+def _closing(
+    k: int, values: Floats, reference: Floats, is_closed: IsClosed
+) -> tuple[float, float] | None:
+    """The part of a coordinate's range around its reference at which the loops close."""
+
+    def closes(value: float) -> bool:
+        q = reference.copy()
+        q[k] = value
+        return is_closed(q)
+
+    start = int(np.argmin(np.abs(values - reference[k])))
+    if not closes(values[start]):
+        return None
+    ends = []
+    for steps in (values[start::-1], values[start:]):
+        inside = float(steps[0])
+        for value in map(float, steps[1:]):
+            if not closes(value):
+                inside = _edge_between(inside, value, closes)
+                break
+            inside = value
+        ends.append(inside)
+    return ends[0], ends[1]
+
+
+def _edge_between(inside: float, outside: float, closes: Callable[[float], bool]) -> float:
+    for _ in range(HALVINGS):
+        middle = (inside + outside) / 2
+        inside, outside = (middle, outside) if closes(middle) else (inside, middle)
+    return inside

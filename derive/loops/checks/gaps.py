@@ -1,0 +1,396 @@
+"""The loop that stands open, in words: its gap, and the lengths and angles that would close it.
+
+Loops are closed one after the other, in the order of the description, from the reference and from
+random starts. The first that does not close with those before it is the one that is told.
+"""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...model.errors import RobotError
+from ...model.mechanism import Closure, Mechanism, Strut
+from ...model.placements import Placement, symbols_of
+from ...model.tolerances import GAP
+from .bodies_in_numbers import BodiesInNumbers, length_of, offset_of
+
+STARTS = 8
+"""Random starts from which a loop is tried before it counts as open."""
+MOST_TOLD = 5
+"""Most lengths and angles that a message offers, those of the smallest change first."""
+DOUBLINGS, HALVINGS = 12, 16
+FARTHEST = 8.0
+"""Longest length that is tried, in parts of the mechanism's size."""
+DIGITS = 4
+FIRST_STEP = 0.05
+"""First step of the search for the far end of a range: radian, or part of the mechanism's size."""
+ASIDE = 0.2
+"""Step off a dead point: radian, or part of the mechanism's size."""
+UNITS = {True: ("mm", 1000.0), False: ("deg", 180 / math.pi)}
+"""Unit and factor of a length, and of an angle."""
+
+
+@dataclass(frozen=True)
+class Remedy:
+    """A length or angle that closes the loop, and the range in which it does.
+
+    Attributes:
+        name: The length or angle in words.
+        now: Its value (metre or radian).
+        low: The lowest value; None where none was found.
+        high: The highest value; None where none was found.
+        is_length: Whether it is a length.
+    """
+
+    name: str
+    now: float
+    low: float | None
+    high: float | None
+    is_length: bool
+
+    def __str__(self) -> str:
+        """``L (couplers), now 130 mm: 152.3 mm or more``."""
+        now = shown(self.now, self.is_length)
+        return f"{self.name}, now {now}: {interval(self.low, self.high, self.is_length)}"
+
+
+def open_loop(mechanism: Mechanism) -> str:
+    """The loop that does not close at the reference, its gap, and what would close it.
+
+    Args:
+        mechanism: The description.
+
+    Returns:
+        Some lines; empty where all loops close with the actuated coordinates of the reference.
+    """
+    bodies = BodiesInNumbers(mechanism)
+    values, tried = bodies.values, []
+    for closer in mechanism.closers:
+        tried.append(closer.name)
+        values = _closed(bodies, values, tried)
+        gap = bodies.gaps(values)[closer.name]
+        if not bodies.is_closed(gap) or not bodies.all_closed(values, tried):
+            return _told(bodies, closer, values, tried)
+    return ""
+
+
+def not_closing(mechanism: Mechanism, error: RobotError) -> RobotError:
+    """The error of loops that are not solved at the reference, with what would help.
+
+    Args:
+        mechanism: The description.
+        error: The error of the solution, which stays where the loops do close.
+    """
+    told = open_loop(mechanism)
+    if told:
+        return RobotError(f"robot {mechanism.name!r}: {told}")
+    bodies = BodiesInNumbers(mechanism)
+    names = [closer.name for closer in mechanism.closers]
+    at = _closed(bodies, bodies.values, names)
+    near = ", ".join(
+        f"{name} = {shown(at[name], bodies.is_length(name))}" for name in bodies.unknown
+    )
+    return RobotError(
+        f"{error}\n    The loops close at {near}: write values near these in [reference]"
+    )
+
+
+def _closed(
+    bodies: BodiesInNumbers, values: Mapping[str, float], loops: Sequence[str]
+) -> dict[str, float]:
+    """The values nearest to closure: from the given ones, else from the best of random starts."""
+    random = np.random.default_rng(0)
+    last = loops[-1]
+    best = bodies.nearest(values, bodies.unknown, loops)
+    if bodies.all_closed(best, loops):
+        return best
+    found = [bodies.nearest(values, bodies.unknown, loops, last)]
+    for _ in range(STARTS):
+        trial = dict(values)
+        for name in bodies.unknown:
+            reach = bodies.size if bodies.is_length(name) else math.pi
+            trial[name] += random.uniform(-reach, reach)
+        trial = bodies.nearest(trial, bodies.unknown, loops)
+        if bodies.all_closed(trial, loops):
+            return trial
+        found.append(bodies.nearest(trial, bodies.unknown, loops, last))
+    return min(found, key=lambda at: _gap(bodies, at, loops))
+
+
+def _gap(bodies: BodiesInNumbers, values: Mapping[str, float], loops: Sequence[str]) -> float:
+    gaps = bodies.gaps(values)
+    return max(gaps[name].distance / bodies.size + gaps[name].turn for name in loops)
+
+
+# --- what would close it ---
+
+
+def _told(
+    bodies: BodiesInNumbers,
+    closer: Closure | Strut,
+    values: Mapping[str, float],
+    loops: Sequence[str],
+) -> str:
+    gap = _missing(bodies, closer, values)
+    head = f"the loop of {closer.name!r} does not close{_where(bodies)}: {gap}"
+    remedies = sorted(_remedies(bodies, closer, values, loops), key=lambda r: _change(bodies, r))
+    if not remedies:
+        return f"{head}; no single length, angle or coordinate of it closes the loop"
+    lines = [f"    {remedy}" for remedy in remedies[:MOST_TOLD]]
+    return "\n".join([f"{head}. Any one of these closes it:", *lines])
+
+
+def _where(bodies: BodiesInNumbers) -> str:
+    """The actuated coordinates of the reference."""
+    told = [
+        f"{c.name} = {shown(bodies.values[c.moves] / bodies.number(c.ratio), c.unit == 'm')}"
+        for c in bodies.mechanism.coordinates
+    ]
+    return f" at the reference ({', '.join(told)})"
+
+
+def _missing(bodies: BodiesInNumbers, closer: Closure | Strut, values: Mapping[str, float]) -> str:
+    """The gap in words."""
+    _, _, d = bodies.ends(closer, values)
+    distance = float(np.linalg.norm(d))
+    if isinstance(closer, Strut):
+        length = bodies.length(closer, values)
+        word = "too short" if distance > length else "too long"
+        return (
+            f"its ends on {closer.a.body} and {closer.b.body} are {shown(distance, True)} apart at"
+            f" best and it is {shown(length, True)} long, {shown(abs(distance - length), True)}"
+            f" {word}"
+        )
+    gap = bodies.gaps(values)[closer.name]
+    parts = [shown(gap.distance, True)] if gap.distance > GAP * bodies.size else []
+    parts += [shown(gap.turn, False)] if gap.turn > GAP else []
+    apart = f"stay {' and '.join(parts)} apart at best"
+    return f"its frames on {closer.a.body} and {closer.b.body} {apart}"
+
+
+def _remedies(
+    bodies: BodiesInNumbers,
+    closer: Closure | Strut,
+    values: Mapping[str, float],
+    loops: Sequence[str],
+) -> Iterator[Remedy]:
+    for name, words, factor in _candidates(bodies, closer):
+        found = _range(bodies, name, values, loops)
+        if found is not None:
+            now = values.get(name, bodies.constants.get(name, 0.0))
+            low, high = (None if v is None else v / factor for v in found)
+            if factor < 0:
+                low, high = high, low
+            is_length = bodies.is_length(name) and factor == 1
+            yield Remedy(words, now / factor, low, high, is_length)
+
+
+def _candidates(
+    bodies: BodiesInNumbers, closer: Closure | Strut
+) -> Iterator[tuple[str, str, float]]:
+    """Constants and actuated coordinates in a loop: name, words, and advance per unit."""
+    mechanism = bodies.mechanism
+    ways = [mechanism.way(frame.body) for frame in (closer.a, closer.b)]
+    joints = [joint for way in ways for joint in way if not all(joint in w for w in ways)]
+    yield from _constants(bodies, closer, [joint.before for joint in joints])
+    for joint in joints:
+        if offset_of(joint) in bodies.constants:
+            yield (
+                offset_of(joint),
+                f"distance of joint {joint.name} from the origin of {joint.parent}",
+                1.0,
+            )
+    moved = {joint.name for joint in joints} | {closer.name}
+    for c in mechanism.coordinates:
+        if c.moves in moved or _is_beside(mechanism, c.moves, moved):
+            yield c.moves, c.name, bodies.number(c.ratio)
+
+
+def _constants(
+    bodies: BodiesInNumbers, closer: Closure | Strut, placements: Sequence[Placement]
+) -> Iterator[tuple[str, str, float]]:
+    if (
+        isinstance(closer, Strut)
+        and length_of(closer) in bodies.constants
+        and not closer.is_cylinder
+    ):
+        yield length_of(closer), f"length of {closer.name}", 1.0
+    used = set().union(*map(symbols_of, (*placements, closer.a.placement, closer.b.placement)))
+    if isinstance(closer, Strut):
+        used |= closer.length.free_symbols
+    for parameter in bodies.mechanism.parameters:
+        if parameter.symbol in used and parameter.kind != "ratio":
+            meaning = f" ({parameter.meaning})" if parameter.meaning else ""
+            yield parameter.name, f"{parameter.name}{meaning}", 1.0
+    for side, frame in (("a", closer.a), ("b", closer.b)):
+        if offset_of(closer, side) in bodies.constants:
+            words = f"distance of {closer.name}'s end {side} from the origin of {frame.body}"
+            yield offset_of(closer, side), words, 1.0
+
+
+def _is_beside(mechanism: Mechanism, name: str, moved: set[str]) -> bool:
+    """Whether a strut shares a moving joint with a loop."""
+    for strut in mechanism.struts:
+        if strut.name == name:
+            ways = {j.name for f in (strut.a, strut.b) for j in mechanism.way(f.body)}
+            return bool(ways & moved)
+    return False
+
+
+# --- ranges ---
+
+
+def _range(
+    bodies: BodiesInNumbers, name: str, values: Mapping[str, float], loops: Sequence[str]
+) -> tuple[float | None, float | None] | None:
+    """The interval of a constant or coordinate in which the loops close; None if none is found."""
+    now = values.get(name, bodies.constants.get(name, 0.0))
+    inside = _inside(bodies, name, now, values, loops)
+    if inside is None:
+        return None
+    at, posture = inside
+    near = _edge(bodies, name, at, now, posture, loops)
+    sense = 1.0 if at > now else -1.0
+    far = at
+    step = FIRST_STEP * (bodies.size if bodies.is_length(name) else 1.0)
+    for _ in range(DOUBLINGS):
+        beyond = far + sense * step
+        if not _is_sensible(bodies, name, now, beyond):
+            is_short = name in bodies.constants and bodies.is_length(name) and beyond <= 0
+            return _ordered(near, 0.0 if is_short else None, sense)
+        closed = _at(bodies, name, beyond, posture, loops) or _at(
+            bodies, name, beyond, _beside(bodies, posture), loops
+        )
+        if closed is None:
+            return _ordered(near, _edge(bodies, name, far, beyond, posture, loops), sense)
+        far, posture, step = beyond, closed, 2 * step
+    return _ordered(near, None, sense)
+
+
+def _ordered(near: float, far: float | None, sense: float) -> tuple[float | None, float | None]:
+    return (near, far) if sense > 0 else (far, near)
+
+
+def _beside(bodies: BodiesInNumbers, posture: Mapping[str, float]) -> dict[str, float]:
+    """A posture off a dead point, at which the joints would not know which way to turn."""
+    moved = dict(posture)
+    for k, name in enumerate(bodies.unknown):
+        moved[name] += ASIDE * (-1) ** k * (bodies.size if bodies.is_length(name) else 1.0)
+    return moved
+
+
+def _is_sensible(bodies: BodiesInNumbers, name: str, now: float, value: float) -> bool:
+    if bodies.is_length(name):
+        positive = name not in bodies.constants or value > 0
+        return positive and abs(value) < FARTHEST * bodies.size
+    return abs(value - now) < 2 * math.pi
+
+
+def _inside(
+    bodies: BodiesInNumbers,
+    name: str,
+    now: float,
+    values: Mapping[str, float],
+    loops: Sequence[str],
+) -> tuple[float, dict[str, float]] | None:
+    """A value at which the loops close, and the posture there."""
+    reach = bodies.size if bodies.is_length(name) else math.pi
+    for start in (0.0, 0.1, -0.1, 0.5, -0.5, 1.0, -1.0):
+        trial = {**values, name: now + start * reach}
+        found = _nearest_with(bodies, name, trial, loops)
+        value = found.pop(name) if name in bodies.constants else found[name]
+        if _is_sensible(bodies, name, now, value):
+            closed = _at(bodies, name, value, found, loops)
+            if closed is not None:
+                return value, closed
+    return None
+
+
+def _nearest_with(
+    bodies: BodiesInNumbers, name: str, values: Mapping[str, float], loops: Sequence[str]
+) -> dict[str, float]:
+    before = bodies.constants
+    if name in bodies.constants:
+        bodies.constants = {**before, name: values[name]}
+    found = bodies.nearest(values, [*bodies.unknown, name], loops)
+    bodies.constants = before
+    return found
+
+
+def _at(
+    bodies: BodiesInNumbers,
+    name: str,
+    value: float,
+    values: Mapping[str, float],
+    loops: Sequence[str],
+) -> dict[str, float] | None:
+    """The posture in which the loops close at a value; None where they do not."""
+    before = bodies.constants
+    if name in bodies.constants:
+        bodies.constants = {**before, name: value}
+        found = bodies.nearest(values, bodies.unknown, loops)
+    else:
+        found = bodies.nearest({**values, name: value}, bodies.unknown, loops)
+    closed = bodies.all_closed(found, loops)
+    bodies.constants = before
+    return found if closed else None
+
+
+def _edge(
+    bodies: BodiesInNumbers,
+    name: str,
+    inside: float,
+    outside: float,
+    posture: Mapping[str, float],
+    loops: Sequence[str],
+) -> float:
+    """The last value between one that closes and one that does not."""
+    for _ in range(HALVINGS):
+        middle = (inside + outside) / 2
+        closed = _at(bodies, name, middle, posture, loops)
+        if closed is None:
+            outside = middle
+        else:
+            inside, posture = middle, closed
+    return inside
+
+
+def _change(bodies: BodiesInNumbers, remedy: Remedy) -> float:
+    """The smallest change that closes the loop, in parts of the size or radian."""
+    ends = [abs(end - remedy.now) for end in (remedy.low, remedy.high) if end is not None]
+    return min(ends, default=math.inf) / (bodies.size if remedy.is_length else 1.0)
+
+
+# --- numbers in words ---
+
+
+def shown(value: float, is_length: bool) -> str:
+    """A length in millimetres or an angle in degrees, four digits."""
+    unit, factor = UNITS[is_length]
+    return f"{value * factor + 0.0:.{DIGITS}g} {unit}"
+
+
+def interval(low: float | None, high: float | None, is_length: bool) -> str:
+    """A range, its ends rounded inwards."""
+    unit, factor = UNITS[is_length]
+    bottom = None if low is None else _inwards(low * factor, up=True)
+    top = None if high is None else _inwards(high * factor, up=False)
+    if bottom is None and top is None:
+        return "any other"
+    if low is not None and high is not None and high - low < 1e-3 * abs(high):
+        return shown((low + high) / 2, is_length)
+    if top is None:
+        return f"{bottom} {unit} or more"
+    if bottom is None:
+        return f"{top} {unit} or less"
+    return f"{bottom} {unit}" if bottom == top else f"{bottom} to {top} {unit}"
+
+
+def _inwards(value: float, *, up: bool) -> str:
+    if value == 0:
+        return "0"
+    digit = 10.0 ** (math.floor(math.log10(abs(value))) - DIGITS + 1)
+    whole = math.ceil(value / digit - 1e-3) if up else math.floor(value / digit + 1e-3)
+    return f"{whole * digit + 0.0:.{DIGITS}g}"

@@ -1,0 +1,147 @@
+"""A body on several guides, such as a bridge on two rails: it moves, and its bearings do not turn.
+
+A closure joins both branches of the loop. With every turn at its reference the frames of the
+closure have the same orientation; if the turns that are left are about independent axes, each stays
+where it is, and the travels of the slides follow from the points of the closure, a linear equation.
+
+The bearings' other assembly, with three axes each turned over by half a turn, is left out: no
+bearing is mounted so.
+
+Source:
+    Blanding, Exact Constraint, 1999, ch. 4, for bodies on guides without forced constraints.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import ClassVar
+
+import numpy as np
+import sympy as sp
+
+from ...chain.forward import Pose
+from ...model.mechanism import Closure
+from ...model.robot import Joint
+from ...model.tolerances import REPEATED_EQUATION, ZERO_COMPONENT
+from ...terms.vectors import Vector, added, dot, named, subtracted
+from ..planar.loop_step import LoopStep, StepEquations
+from ..planar.planes import Loop
+from ..planar.reference import GenericPoint, coordinates_in
+from .body_frames import pose_along
+from .struts import Legs
+
+SPACE_AXES = 3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Guides(LoopStep):
+    """Slides that follow from a body's position while its bearings keep their angles."""
+
+    title: ClassVar[str] = "guides"
+    reason: ClassVar[str] = (
+        "The turns of the bearings are about independent axes, so that the bearings keep their"
+        " angles; the slides follow from the position of the closure."
+    )
+
+    @classmethod
+    def use(cls, legs: Legs, loop: Loop) -> bool:
+        """Solves for the slides and bearings of one closure."""
+        found = _Guided(legs, loop).values()
+        if not found:
+            return False
+        legs.known.values.update(found)
+        names = (*found, loop.closer.name)
+        legs.known.steps.append(cls(joints=names, axes=loop.meeting))
+        return True
+
+    def equations(self) -> StepEquations:
+        """No equations: each slide is a sum of known travels."""
+        return StepEquations()
+
+
+class _Guided:
+    """The unknown joints of a loop, and its closure with their turns at the reference."""
+
+    def __init__(self, legs: Legs, loop: Loop) -> None:
+        self.legs, self.loop, self.terms = legs, loop, legs.terms
+        known = legs.known.values
+        self.unknown = [joint for joint in loop.joints if joint.name not in known]
+        self.slides = [joint for joint in self.unknown if joint.kind == "prismatic"]
+        self.turns = [joint for joint in self.unknown if joint.kind == "revolute"]
+        self.still: Mapping[str, sp.Expr] = {
+            **known,
+            **{joint.name: legs.mechanism.reference_of(joint.name) for joint in self.turns},
+            **{joint.name: sp.Integer(0) for joint in self.slides},
+        }
+
+    def values(self) -> dict[str, sp.Expr]:
+        """Values of the unknown joints; none where the closure does not fit."""
+        closer = self.loop.closer
+        both = {joint.name for joint in self.loop.to_a} & {j.name for j in self.loop.to_b}
+        if (
+            not isinstance(closer, Closure)
+            or not self.unknown
+            or len(self.slides) + len(self.turns) < len(self.unknown)
+            or both
+            or len(self.slides) > SPACE_AXES
+        ):
+            return {}
+        (A, p_a), (B, p_b) = self._ends(closer)
+        if not self._turns_stay(closer, A, B):
+            return {}
+        travels = self._travels(closer, A, subtracted(self.terms, p_b, p_a))
+        return {} if travels is None else {j.name: self.still[j.name] for j in self.turns} | travels
+
+    def _ends(self, closer: Closure) -> tuple[Pose, Pose]:
+        mechanism, terms = self.legs.mechanism, self.terms
+        return (
+            pose_along(mechanism, terms, self.loop.to_a, closer.a.placement, self.still),
+            pose_along(mechanism, terms, self.loop.to_b, closer.b.placement, self.still),
+        )
+
+    def _axis(self, joint: Joint) -> Vector:
+        """The direction of a joint's z axis in the meeting body's frame, times its direction."""
+        way = self.loop.to_a if joint in self.loop.to_a else self.loop.to_b
+        before = way[: way.index(joint)]
+        axes, _ = pose_along(self.legs.mechanism, self.terms, before, joint.before, self.still)
+        return named(self.terms, (joint.direction * x for x in axes[2]))
+
+    def _turns_stay(self, closer: Closure, A: Sequence[Vector], B: Sequence[Vector]) -> bool:
+        """Whether the frames agree with all turns at the reference, and no turn is left free."""
+        along = [dot(self.terms, a, b) for a, b in zip(A, B, strict=True)]
+        free = [self._axis(joint) for joint in self.turns]
+        agree = {"pin": along[2:], "ball": [], "weld": along, "slider": along}[closer.kind]
+        if closer.kind == "pin":
+            free.append(A[2])
+        if closer.kind == "ball" or not self._vanish([entry - 1 for entry in agree]):
+            return False
+        numbers = [[self.legs.reference.of(x) for x in axis] for axis in free]
+        return not free or bool(
+            np.linalg.matrix_rank(np.array(numbers), tol=REPEATED_EQUATION) == len(free)
+        )
+
+    def _travels(
+        self, closer: Closure, A: Sequence[Vector], d: Vector
+    ) -> dict[str, sp.Expr] | None:
+        """The slides' travels that carry a's point to b's; None where they do not."""
+        terms = self.terms
+        axes = [self._axis(joint) for joint in self.slides]
+        if closer.kind == "slider":
+            axes.append(A[2])
+        crossed = [dot(terms, one, other) for one, other in combinations(axes, 2)]
+        if not self._vanish(crossed):
+            return None
+        travels = {}
+        for joint, axis in zip(self.slides, axes, strict=False):
+            sense = 1 if joint in self.loop.to_a else -1
+            travels[joint.name] = terms.let(sense * dot(terms, axis, d))
+        rest = d
+        for axis in axes:
+            part = dot(terms, axis, d)
+            rest = added(terms, rest, named(terms, (-part * x for x in axis)))
+        return travels if self._vanish(rest) else None
+
+    def _vanish(self, entries: Sequence[sp.Expr]) -> bool:
+        """Whether expressions are zero in every configuration, judged at a generic one."""
+        generic = GenericPoint(self.terms, coordinates_in(self.terms, entries))
+        return all(abs(generic.value(entry)) < ZERO_COMPONENT for entry in entries)
