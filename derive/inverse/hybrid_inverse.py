@@ -29,18 +29,21 @@ from .translation import Translating, actuators_of, translating
 IDENTITY = "fk(q[k]) = T wherever residual[k] is rounding"
 
 
-def hybrid_inverses(hybrid: Hybrid, families: Sequence[Family] = FAMILIES) -> Inverses:
+def hybrid_inverses(
+    hybrid: Hybrid, families: Sequence[Family] = FAMILIES, give: tuple[int, ...] = ()
+) -> Inverses:
     """Derives the closed-form inverse of a robot with loops that has a main chain.
 
     Args:
         hybrid: The robot; its loops must be solved in closed form.
         families: The families to try on the main chain, in order.
+        give: Indices of the chain's joints to be given; () for those that the structure needs.
     """
-    classification = classify(hybrid.robot, hybrid.terms, len(hybrid.q), families)
+    classification = classify(hybrid.robot, hybrid.terms, len(hybrid.q), families, give)
     if classification.found is not None:
         solved = _by_chain(hybrid, classification.lines, classification.found)
         return Inverses(classification, {"ik": solved})
-    moved = translating(hybrid)
+    moved = None if give else translating(hybrid)
     if moved is None:
         return Inverses(classification, {})
     shorter = of_lines(moved.lines, families=families)
