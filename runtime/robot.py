@@ -176,7 +176,7 @@ class Robot(
                 reason.
         """
         pickler = _function_pickler(manifest)
-        functions = load_functions(manifest, pickler)
+        functions = load_functions(manifest, pickler, Robot)
         if manifest.is_iterated:
             vars(self)["_loops"], iterated = newton.functions(manifest, functions, pickler)
             functions |= iterated

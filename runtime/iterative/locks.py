@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import functools
 import operator
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..contract.facts import Coordinate, Reference
 from ..errors import InputTypeError, InputValueError
 from .size import configurations
 
+FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 Lock = str | int | Iterable[str | int]
 """Coordinates or joints: a name or an index in q, or several."""
@@ -85,7 +87,7 @@ def _index(robot: Any, caller: str, item: object) -> int:
         raise InputValueError(
             f"{caller}: there is no coordinate {index}; {robot.n} coordinates, from 0"
         )
-    return index % robot.n
+    return index % int(robot.n)
 
 
 @functools.lru_cache(maxsize=64)
@@ -97,5 +99,14 @@ def follows(robot: Any) -> BoolArray:
     """
     if not robot.loops:
         return np.eye(robot.n, dtype=np.bool_)
-    q = np.vstack([configurations(robot.coordinates, robot.reference), robot.reference.q])
-    return np.asarray((np.nan_to_num(robot.chain_D_q(q)) != 0).any(0))
+    return following(robot.coordinates, robot.reference, robot.chain_D_q)
+
+
+def following(
+    coordinates: Sequence[Coordinate],
+    reference: Reference,
+    chain_D_q: Callable[[FloatArray], FloatArray],
+) -> BoolArray:
+    """As `follows`, for a robot with loops in closed form, from its derivative chain_D_q."""
+    q = np.vstack([configurations(coordinates, reference), reference.q])
+    return np.asarray((np.nan_to_num(chain_D_q(q)) != 0).any(0))
