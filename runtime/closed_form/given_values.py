@@ -24,6 +24,9 @@ from ..contract.facts import FunctionInfo, Manifest
 from ..contract.manifest import read_manifest
 from ..errors import DerivationError, InputTypeError, InputValueError
 from ..iterative.locks import following
+from ..se3 import projected
+from ..tolerances import GIVEN_ASIDE, GIVEN_NEAR, SOLVED
+from .refinement import refined
 from .solutions import Solutions
 
 FloatArray = NDArray[np.float64]
@@ -65,13 +68,12 @@ class GivenValues:
             DerivationError: If the given joints leave no closed form; names those that do.
         """
         own = self._own
-        if not given and given is not None and not isinstance(given, Mapping):
+        result: Solutions
+        if given is not None and not isinstance(given, Mapping):
             raise self._no_mapping(given)
         if not given:
-            result: Solutions = self.functions[own.name](*inputs, **options)
+            result = self.functions[own.name](*inputs, **options)
             return result
-        if not isinstance(given, Mapping):
-            raise self._no_mapping(given)
         if len(inputs) + (own.inputs[0].name in options) > 1:
             more = ", ".join(argument.name for argument in own.inputs[1:])
             raise InputTypeError(f"{self._label}: give {more} or given=, not both")
@@ -79,14 +81,18 @@ class GivenValues:
         if len(values) < len(given):
             raise InputValueError(f"{self._label}: given={sorted(given)}: a joint is given twice")
         names = tuple(joint for joint in self._joints if joint in values)
-        inverse = self.functions[own.name] if set(names) == set(self._own_given) else None
-        if inverse is None:
-            inverse = self._derived(names)
+        T = inputs[0] if inputs else options.pop(own.inputs[0].name)
+        inverse: Function[Solutions]
+        if set(names) == set(self._own_given):
+            names, inverse = self._own_given, self.functions[own.name]
         else:
-            names = self._own_given
-        first = inputs or (options.pop(own.inputs[0].name),)
-        solutions: Solutions = inverse(*first, *(values[name] for name in names), **options)
-        return solutions
+            inverse = self._derived(names)
+        result = inverse(T, *(values[name] for name in names), **options)
+        if not self.manifest.loops.chain and isinstance(result.q, np.ndarray):
+            fixed = tuple(self._joints.index(name) for name in names)
+            aside = _Aside(inverse, self.functions["fk_jacobian_mixed"], fixed)
+            aside.complete(result, T, [np.asarray(values[name]) for name in names])
+        return result
 
     @functools.cached_property
     def _own(self) -> FunctionInfo:
@@ -160,6 +166,48 @@ class GivenValues:
             )
         digest = _description_digest(self.manifest.folder)
         return _inverse_of(self.robot_of, description, digest, names)
+
+
+@dataclass(frozen=True)
+class _Aside:
+    """Solutions at values of given joints where the structure of the others degenerates.
+
+    With a given joint at a right angle two axes beside it may become parallel, and formulas made
+    for oblique ones then lose the solutions. They are found from a value slightly aside, by
+    Newton's iteration with the joint at its value again.
+    """
+
+    inverse: Function[Solutions]
+    fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]]
+    fixed: tuple[int, ...]
+
+    def complete(self, solutions: Solutions, T: ArrayLike, given: list[FloatArray]) -> None:
+        """Fills slots of poses that have no solution, in place.
+
+        Args:
+            solutions: The solutions (..., k, n).
+            T: The poses.
+            given: The value of each given joint.
+        """
+        # One pose is a batch of one.
+        lead = (None,) if solutions.valid.ndim == 1 else ()
+        q, residual, margin, valid = (field[lead] for field in solutions)
+        missed = ~valid.any(-1) & np.isfinite(residual).all(-1)
+        if not missed.any():
+            return
+        poses = projected("ik", np.broadcast_to(T, (*missed.shape, 4, 4))[missed])
+        values = [np.broadcast_to(value, missed.shape)[missed] for value in given]
+        near = self.inverse(poses, *(value + GIVEN_ASIDE for value in values))
+        rows, slots = np.nonzero(near.residual <= GIVEN_NEAR * solutions.unit)
+        start = near.q[rows, slots]
+        start[:, self.fixed] = np.stack(values, -1)[rows]
+        found, left = refined(
+            self.fk_jacobian_mixed, poses[rows], start, self.fixed, solutions.unit
+        )
+        solved = left <= SOLVED * solutions.unit
+        at = (*(index[rows[solved]] for index in np.nonzero(missed)), slots[solved])
+        q[at], residual[at], valid[at] = found[solved], left[solved], True
+        margin[at] = near.margin[rows[solved], slots[solved]]
 
 
 @functools.lru_cache(maxsize=_MOST_KEPT)
