@@ -36,7 +36,7 @@ def main() -> int:
     if options.command == "general":
         return general_arms.run(options)
     if options.command == "losses":
-        return losses.run(options.arms, options.first)
+        return losses.run(options.arms, options.first, given=options.given)
     if options.command == "mutants":
         return cleaned_files.run(options.urdfs, options.count)
     if options.command == "robust":
@@ -96,6 +96,7 @@ def _parser() -> argparse.ArgumentParser:
     arms = commands.add_parser("losses", help="poses that inverses of random arms lose")
     arms.add_argument("--arms", type=int, default=ARMS, help="number of arms")
     arms.add_argument("--first", type=int, default=0, help="number of the first arm")
+    arms.add_argument("--given", action="store_true", help="joints are given by chance")
     mutants = commands.add_parser("mutants", help="mutated URDFs: structure and pose error")
     mutants.add_argument("--urdfs", type=Path, help="folder of URDFs besides the shipped robots")
     mutants.add_argument("--count", type=int, default=MUTANTS, help="number of mutants")

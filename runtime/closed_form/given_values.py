@@ -90,8 +90,8 @@ class GivenValues:
         result = inverse(T, *(values[name] for name in names), **options)
         if not self.manifest.loops.chain and isinstance(result.q, np.ndarray):
             fixed = tuple(self._joints.index(name) for name in names)
-            aside = _Aside(inverse, self.functions["fk_jacobian_mixed"], fixed)
-            aside.complete(result, T, [np.asarray(values[name]) for name in names])
+            aside = Aside(inverse, self.functions["fk_jacobian_mixed"], fixed, result.unit)
+            aside.complete(tuple(result), T, [np.asarray(values[name]) for name in names])
         return result
 
     @functools.cached_property
@@ -169,28 +169,37 @@ class GivenValues:
 
 
 @dataclass(frozen=True)
-class _Aside:
+class Aside:
     """Solutions at values of given joints where the structure of the others degenerates.
 
     With a given joint at a right angle two axes beside it may become parallel, and formulas made
     for oblique ones then lose the solutions. They are found from a value slightly aside, by
     Newton's iteration with the joint at its value again.
+
+    Attributes:
+        inverse: The inverse for the given joints.
+        fk_jacobian_mixed: The function of the robot.
+        fixed: Indices of the given joints in q.
+        unit: The robot's unit of length [m].
     """
 
-    inverse: Function[Solutions]
+    inverse: Callable[..., Any]
     fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]]
     fixed: tuple[int, ...]
+    unit: float
 
-    def complete(self, solutions: Solutions, T: ArrayLike, given: list[FloatArray]) -> None:
+    def complete(
+        self, solutions: tuple[NDArray[Any], ...], T: ArrayLike, given: list[FloatArray]
+    ) -> None:
         """Fills slots of poses that have no solution, in place.
 
         Args:
-            solutions: The solutions (..., k, n).
-            T: The poses.
-            given: The value of each given joint.
+            solutions: q (..., k, n), residual, margin and valid (..., k).
+            T: (..., 4, 4) the poses.
+            given: The value (...) of each given joint.
         """
         # One pose is a batch of one.
-        lead = (None,) if solutions.valid.ndim == 1 else ()
+        lead = (None,) if solutions[-1].ndim == 1 else ()
         q, residual, margin, valid = (field[lead] for field in solutions)
         missed = ~valid.any(-1) & np.isfinite(residual).all(-1)
         if not missed.any():
@@ -198,13 +207,11 @@ class _Aside:
         poses = projected("ik", np.broadcast_to(T, (*missed.shape, 4, 4))[missed])
         values = [np.broadcast_to(value, missed.shape)[missed] for value in given]
         near = self.inverse(poses, *(value + GIVEN_ASIDE for value in values))
-        rows, slots = np.nonzero(near.residual <= GIVEN_NEAR * solutions.unit)
+        rows, slots = np.nonzero(near.residual <= GIVEN_NEAR * self.unit)
         start = near.q[rows, slots]
         start[:, self.fixed] = np.stack(values, -1)[rows]
-        found, left = refined(
-            self.fk_jacobian_mixed, poses[rows], start, self.fixed, solutions.unit
-        )
-        solved = left <= SOLVED * solutions.unit
+        found, left = refined(self.fk_jacobian_mixed, poses[rows], start, self.fixed, self.unit)
+        solved = left <= SOLVED * self.unit
         at = (*(index[rows[solved]] for index in np.nonzero(missed)), slots[solved])
         q[at], residual[at], valid[at] = found[solved], left[solved], True
         margin[at] = near.margin[rows[solved], slots[solved]]
