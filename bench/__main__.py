@@ -47,7 +47,7 @@ def main() -> int:
     if options.command == "platforms":
         return platform_modes.run(options.count, options.starts, options.seed)
     if options.command == "losses":
-        return losses.run(options.arms, options.first)
+        return losses.run(options.arms, options.first, given=options.given)
     if options.command == "mechanisms":
         return mechanism_branches.run(options.count, options.first)
     if options.command == "mutants":
@@ -113,6 +113,7 @@ def _parser() -> argparse.ArgumentParser:
     arms = commands.add_parser("losses", help="poses that inverses of random arms lose")
     arms.add_argument("--arms", type=int, default=ARMS, help="number of arms")
     arms.add_argument("--first", type=int, default=0, help="number of the first arm")
+    arms.add_argument("--given", action="store_true", help="joints are given by chance")
     loops = commands.add_parser("mechanisms", help="branches of drawn mechanisms, one to one")
     loops.add_argument("--count", type=int, default=MECHANISMS, help="number of mechanisms")
     loops.add_argument("--first", type=int, default=0, help="number of the first mechanism")

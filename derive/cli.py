@@ -51,6 +51,13 @@ def derive(
     functions: Annotated[
         str, typer.Option(help="Functions wanted, with commas between. Default: all.")
     ] = "",
+    give: Annotated[
+        str,
+        typer.Option(
+            help="Joints whose values ik takes beside the pose, with commas between. "
+            "Default: those that a redundant robot needs."
+        ),
+    ] = "",
     base: Annotated[
         str | None, typer.Option(help="Base link in a tree of links. Default: its root.")
     ] = None,
@@ -103,14 +110,14 @@ def derive(
     Skips robots that are up to date. A wrong description stops the run before a file is written.
     """
     started = time.perf_counter()
-    wanted = tuple(name.strip() for name in functions.split(",") if name.strip())
+    wanted, given = _listed(functions), _listed(give)
     if group and (base or tip):
         _stop("--group chooses base and tip: give a group, or --base and --tip")
     named = [*(robots or []), *(_names(SHELF) if shelf else [])]
     files = _files(named or _names(ROBOTS))
-    folder = GENERATED if explain else _target([file for file, _ in files], to, calibration)
+    folder = GENERATED if explain else _target([file for file, _ in files], to, calibration or give)
     asked = [
-        Job(file, folder, base, None, wanted, words, "", calibration, exact, limit)
+        Job(file, folder, base, None, wanted, words, "", calibration, exact, given, limit)
         for file, words in files
     ]
     due = list(dict.fromkeys(_each_robot(asked, tip or [], group or [], srdf)))
@@ -158,13 +165,17 @@ def _explain(asked: list[Job]) -> None:
         out.print(report.line, end="\n\n", markup=False)
 
 
+def _listed(names: str) -> tuple[str, ...]:
+    return tuple(name.strip() for name in names.split(",") if name.strip())
+
+
 def _names(folder: Path) -> list[str]:
     return sorted(path.stem for path in folder.glob("*.toml"))
 
 
-def _target(files: list[Path], to: Path | None, calibration: Path | None) -> Path:
-    """The folder to write into: the package's own folder for shipped robots alone."""
-    own = [file for file in files if file.parent != ROBOTS or calibration]
+def _target(files: list[Path], to: Path | None, changed: object) -> Path:
+    """The folder to write into: the package's own folder for shipped robots as they are."""
+    own = [file for file in files if file.parent != ROBOTS or changed]
     if to is None and own:
         _stop(f"{own[0]}: say where the robots shall go, with --to FOLDER")
     return to or GENERATED

@@ -7,10 +7,10 @@ from .chain.coordinates import InProportion
 from .chain.groups import Group, groups
 from .chain.kinematics import FUNCTIONS, Kinematics, arguments_of
 from .inverse import leg_inverse
+from .inverse.chosen_joints import hybrid_inverses_for_given, inverses_for_given
 from .inverse.families import FAMILIES
 from .inverse.families.family import Family
-from .inverse.hybrid_inverse import hybrid_inverses
-from .inverse.serial_inverse import Inverses, inverses
+from .inverse.serial_inverse import Inverses
 from .loops import constraint_functions, maps, platforms
 from .loops.hybrid import Hybrid
 from .loops.iterated.closure_equations import LoopClosure
@@ -67,6 +67,7 @@ def derive(
     robot: Described,
     functions: Sequence[str] | None = None,
     families: tuple[Family, ...] = FAMILIES,
+    give: Sequence[str] = (),
 ) -> Derivation:
     """Derives the functions of a robot: kinematics of its tool, and the maps through its loops.
 
@@ -77,13 +78,16 @@ def derive(
         robot: A serial robot or a mechanism, from a file, a URDF or built in Python.
         functions: Names of functions; all functions of the robot by default.
         families: The families of inverses to try, in order.
+        give: Names of the joints whose values ``ik`` shall take beside the pose; () for those that
+            the structure of a redundant robot needs.
 
     Raises:
-        RobotError: The robot has no function of a name, a loop does not close at the reference, or
-            the actuated coordinates of a mechanism are not as many as its freedoms.
+        RobotError: The robot has no function of a name, a loop does not close at the reference, the
+            actuated coordinates of a mechanism are not as many as its freedoms, or no closed form
+            is left where those joints are given.
     """
     if isinstance(robot, Mechanism):
-        return _of_mechanism(robot, functions, families)
+        return _of_mechanism(robot, functions, families, give)
     terms = Terms({p.symbol: p.value for p in robot.parameters})
     arguments = arguments_of([joint.unit for joint in robot.coordinates])
     motion = InProportion(robot, terms, arguments["q"].symbols)
@@ -92,7 +96,7 @@ def derive(
     made = kinematics.functions(FUNCTIONS if functions is None else functions)
     inverse = None
     if functions is None or not set(functions) <= set(FUNCTIONS):
-        inverse = inverses(robot, terms, families=families)
+        inverse = inverses_for_given(robot, terms, families, give)
         made |= inverse.functions
     written = {function.name: function for function in inverse.written} if inverse else {}
     capabilities = [*FUNCTIONS, *(inverse.functions if inverse else ()), *written]
@@ -119,7 +123,10 @@ def _with_called(
 
 
 def _of_mechanism(
-    mechanism: Mechanism, functions: Sequence[str] | None, families: tuple[Family, ...]
+    mechanism: Mechanism,
+    functions: Sequence[str] | None,
+    families: tuple[Family, ...],
+    give: Sequence[str],
 ) -> Derivation:
     hybrid = Hybrid(mechanism)
     has_chain = not hybrid.forward.open
@@ -136,7 +143,7 @@ def _of_mechanism(
     capabilities = [*of_tool, *makers]
     inverse = None
     if has_chain and (functions is None or not set(functions) <= {*capabilities, *by_hand}):
-        inverse = hybrid_inverses(hybrid, families)
+        inverse = hybrid_inverses_for_given(hybrid, families, give)
         capabilities += [name for name in inverse.functions if name not in capabilities]
         written |= {function.name: function for function in inverse.written}
     asked = [name for name in by_hand if functions is None or name in functions]
@@ -148,6 +155,10 @@ def _of_mechanism(
     made = hybrid.kinematics.functions(asked_of_tool) if asked_of_tool else {}
     made |= {name: makers[name](hybrid) for name in chosen if name in makers}
     made |= inverse.functions if inverse else {}
+    guards = {made[name].role.domain for name in chosen if _has_guard(made[name])}
+    needed = {_GUARDS[domain] for domain in guards} & set(makers)
+    chosen = [name for name in capabilities if name in chosen or name in needed]
+    made |= {name: makers[name](hybrid) for name in needed if name not in made}
     return Derivation(
         mechanism,
         hybrid.terms,
@@ -174,10 +185,13 @@ def _makers(hybrid: Hybrid) -> dict[str, Maker]:
 
 def _guarded(function: SymbolicFunction, capabilities: Collection[str]) -> SymbolicFunction:
     """The function, with the function that gives the margins of its loops named as its guard."""
-    guard = _GUARDS.get(function.role.domain, "")
-    if guard not in capabilities or function.role.name in ("margin", "branches"):
+    if not _has_guard(function) or _GUARDS[function.role.domain] not in capabilities:
         return function
-    return replace(function, margin=guard)
+    return replace(function, margin=_GUARDS[function.role.domain])
+
+
+def _has_guard(function: SymbolicFunction) -> bool:
+    return function.role.domain in _GUARDS and function.role.name not in ("margin", "branches")
 
 
 def _chosen(robot: str, functions: Sequence[str] | None, known: Sequence[str]) -> list[str]:

@@ -9,6 +9,7 @@ from typing import Any
 
 from .call._call import NEARLY_RIGID, Function
 from .call.guard import Guard
+from .closed_form.given_values import GivenValues
 from .closed_form.refinement import refinement_of
 from .closed_form.solutions import solutions_of
 from .contract.facts import Argument, FunctionInfo, Manifest
@@ -17,17 +18,21 @@ from .iterative.size import unit_length
 from .tolerances import SOLVED
 
 _WIDTH = 100
+_IN = " " * 8
 _POSE = (4, 4)
 
 
 def load_functions(
-    manifest: Manifest, reduced: Callable[[str], tuple[Any, ...]]
+    manifest: Manifest,
+    reduced: Callable[[str], tuple[Any, ...]],
+    robot_of: Callable[[Manifest], Any],
 ) -> dict[str, Function[Any]]:
     """The functions of a robot, compiled first if the cache has no library for it.
 
     Args:
         manifest: The robot's manifest.
         reduced: From a function's name to the value of its `__reduce__`.
+        robot_of: The robot of a manifest, for inverses that are derived on first use.
 
     Returns:
         The functions by name, in the manifest's order.
@@ -42,6 +47,7 @@ def load_functions(
     # refinement may call any other function.
     order = sorted(manifest.functions, key=lambda info: (info.is_inverse, bool(info.margin)))
     pose = manifest.with_role("pose", "actuators")
+    inverse = manifest.with_role("inverse", "pose")
     unit = 1.0
     for info in order:
         if info.is_inverse and pose and manifest.inverse.tier != "snapped":
@@ -51,8 +57,8 @@ def load_functions(
             info.inputs,
             info.outputs,
             label=f"{manifest.name}.{info.name}",
-            doc=write_doc(info, unit),
-            signature=_signature(info),
+            doc=write_doc(info, unit, manifest if info == inverse else None),
+            signature=_signature(info, with_given=info == inverse),
             operations=info.operations,
             reduced=reduced(info.name),
             guard=_guard(manifest, info, functions) if info.margin else None,
@@ -65,6 +71,7 @@ def load_functions(
             poses=_poses(manifest, info),
             fk=pose.name if pose else None,
             unit=unit,
+            chosen=GivenValues(manifest, functions, robot_of) if info == inverse else None,
         )
     return {info.name: functions[info.name] for info in manifest.functions}
 
@@ -98,8 +105,14 @@ def _solves_poses(info: FunctionInfo) -> bool:
     return info.is_inverse and info.inputs[0].shape == _POSE
 
 
-def write_doc(info: FunctionInfo, unit: float = 1.0) -> str:
-    """The help text of a function; unit: the robot's unit of length [m], for inverses."""
+def write_doc(info: FunctionInfo, unit: float = 1.0, chooses: Manifest | None = None) -> str:
+    """The help text of a function.
+
+    Args:
+        info: The function.
+        unit: The robot's unit of length [m], for inverses.
+        chooses: The robot's manifest, if the caller may choose the joints that are given.
+    """
     lines = [info.summary, ""]
     if info.identity:
         lines += [*textwrap.wrap(info.identity, _WIDTH), ""]
@@ -109,6 +122,7 @@ def write_doc(info: FunctionInfo, unit: float = 1.0) -> str:
     lines += [f"    out: The {out} to write into; float64, of the shape of the result."]
     lines += [
         "    threads: The number of threads for a large batch; 'all' is one per core.",
+        *(_about_given(chooses) if chooses else ()),
         "",
     ]
     lines += ["Returns:", *(f"    {_describe(item)}" for item in info.outputs)]
@@ -139,14 +153,25 @@ def write_doc(info: FunctionInfo, unit: float = 1.0) -> str:
     return "\n".join(lines)
 
 
+def _about_given(manifest: Manifest) -> list[str]:
+    joints = ", ".join(joint.name for joint in manifest.loops.chain or manifest.coordinates)
+    return [
+        '    given: {"joint": value (...)}, the values of joints [rad or m] instead of any further',
+        "        inputs. The inverse for these joints is derived on first use, in seconds; where",
+        "        they leave no closed form, the error names joints that do.",
+        *textwrap.wrap(f"Joints: {joints}.", _WIDTH, initial_indent=_IN, subsequent_indent=_IN),
+    ]
+
+
 def _describe(argument: Argument) -> str:
     shape = ", ".join(["...", *map(str, argument.shape)])
     return f"{argument.name}: ({shape}) [{argument.unit}] {argument.meaning}"
 
 
-def _signature(info: FunctionInfo) -> inspect.Signature:
+def _signature(info: FunctionInfo, with_given: bool) -> inspect.Signature:
     kind = inspect.Parameter
     inputs = [kind(item.name, kind.POSITIONAL_OR_KEYWORD) for item in info.inputs]
     options = [kind("out", kind.KEYWORD_ONLY, default=None)]
     options += [kind("threads", kind.KEYWORD_ONLY, default=1)]
+    options += [kind("given", kind.KEYWORD_ONLY, default=None)] if with_given else []
     return inspect.Signature([*inputs, *options])

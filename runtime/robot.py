@@ -173,7 +173,7 @@ class Robot(
                 reason.
         """
         pickler = _function_pickler(manifest)
-        functions = load_functions(manifest, pickler)
+        functions = load_functions(manifest, pickler, Robot)
         roles: dict[tuple[str, str, str], Function[Any]] = {}
         for info in manifest.functions:
             roles.setdefault((info.role, info.domain, info.codomain), functions[info.name])

@@ -21,6 +21,12 @@ border of reach."""
 REFINED = 1e-5
 """Residual (length, radian) up to which a slot may be a solution spoilt by rounding: the root of
 rounding is 1e-8, and a second singularity multiplies it."""
+GIVEN_ASIDE = 1e-4
+"""Radians or lengths by which a given joint is moved aside from a value at which the structure of
+the others degenerates: their formulas have 1e-12 there, and Newton's iteration comes back."""
+GIVEN_NEAR = 1e-2
+"""Residual (length, radian) up to which an answer for that value leads to a solution: the step
+aside, times the growth of a residual near a singularity."""
 SAME_SOLUTION = 1e-6
 """Lengths or radians up to which two slots hold the same solution: at a singularity two branches
 meet, and each is known to 1e-8 there."""

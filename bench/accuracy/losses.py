@@ -15,7 +15,7 @@ from itertools import product
 
 import numpy as np
 
-from ..cases.drawn_arms import Derived, cases_of, random_arm
+from ..cases.drawn_arms import Derived, cases_for_given, cases_of, random_arm
 from ..cases.poses import PoseSet, nearly
 from ..report import out
 from .verdict import Verdict, judged
@@ -62,19 +62,21 @@ class Loss:
         )
 
 
-def run(arms: int, first: int) -> int:
+def run(arms: int, first: int, *, given: bool = False) -> int:
     """Prints each loss and the sums; returns 1 if anything is lost.
 
     Args:
         arms: Number of arms.
         first: Number of the first arm.
+        given: Whether joints are given by chance instead of those that the structure needs.
     """
     asked: Counter[str] = Counter()
     losses: list[Loss] = []
     underived = solved = 0
     for seed in range(first, first + arms):
         try:
-            cases = cases_of(random_arm(seed))
+            arm = random_arm(seed)
+            cases = cases_for_given(arm, seed) if given else cases_of(arm)
         except TypeError as error:
             # A known fault of comparisons in SymPy, which is counted and shown.
             out.print(f"arm {seed} is not derived: {error}")

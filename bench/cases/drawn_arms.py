@@ -7,15 +7,19 @@ people build; each arm is in one convention, and its slides are at any place. A 
 import random
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import combinations
 from types import SimpleNamespace
 
 import numpy as np
 import sympy as sp
 
+from chasles.closed_form.given_values import Aside
 from chasles.closed_form.refinement import Refinement
 from chasles.derive import Joint, Robot
 from chasles.derive.description.conventions import CONVENTIONS
 from chasles.derive.inverse.serial_inverse import Inverses, inverses
+from chasles.derive.inverse.structure import rank
+from chasles.derive.inverse.structure.lines import Lines, axes_of
 from chasles.derive.model.convention import Convention, Field
 from chasles.derive.model.kinds import JointKind
 from chasles.derive.terms.terms import Terms
@@ -27,6 +31,8 @@ from .synthetic import Found, Function, jacobian
 
 Value = sp.Expr | tuple[sp.Expr, ...]
 MOST_JOINTS = 8
+SETS = 4
+"""Sets of joints that are given by chance, of each arm."""
 SLIDES = 0.2
 """Part of the joints that slide."""
 ZEROS = (0.4, 0.9)
@@ -156,6 +162,10 @@ class Derived(Case):
             fixed = tuple(k for k in range(self.robot.n) if k not in self.solved)
             refine = Refinement(PoseAndJacobian(self.screws), fixed)
             refine((self.targets(q), *self.others(q)), found.q, found.residual, valid)
+            if self.inverses.classification.give:
+                slots = (found.q, found.residual, found.margin, valid)
+                aside = Aside(self.robot.functions["ik"], refine.fk_jacobian_mixed, fixed, 1.0)
+                aside.complete(slots, self.targets(q), list(self.others(q)))
         return Answers(found.q, valid)
 
     @property
@@ -165,12 +175,35 @@ class Derived(Case):
         return tuple(k for k, value in enumerate(q.entries) if value == 0)
 
 
+def cases_for_given(robot: Robot, seed: int) -> list[Derived]:
+    """The inverses of a serial robot for joints that are given by chance, those that there are.
+
+    As many joints are given as the robot has in surplus, one where it has none; turning joints
+    between others among them.
+    """
+    lines = Lines(_terms(robot), axes_of(robot, _terms(robot)))
+    count = max(len(lines.axes) - rank.of_chain(lines), 1)
+    sets = list(combinations(range(len(lines.axes)), count))
+    random.Random(seed).shuffle(sets)
+    cases = []
+    for give in sets[:SETS]:
+        found = inverses(robot, _terms(robot), give=give)
+        if "ik" in found.solved and found.polished is None:
+            name = f"{robot.title}, {', '.join(robot.moving[k].name for k in give)} given"
+            cases.append(Derived(name, "ik", described=robot, inverses=found))
+    return cases
+
+
+def _terms(robot: Robot) -> Terms:
+    return Terms({p.symbol: p.value for p in robot.parameters})
+
+
 def cases_of(robot: Robot) -> list[Derived]:
     """Every inverse of a serial robot that its structure gives, as a case each.
 
     An arm that nearly has a structure is solved by compiled C alone, from its nominal inverse.
     """
-    found = inverses(robot, Terms({p.symbol: p.value for p in robot.parameters}))
+    found = inverses(robot, _terms(robot))
     if found.polished is not None:
         return []
     return [

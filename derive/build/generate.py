@@ -20,6 +20,7 @@ def artifacts(
     robot: Described,
     functions: Sequence[str] | None = None,
     emitters: Sequence[Emitter] = EMITTERS,
+    give: Sequence[str] = (),
 ) -> dict[str, str]:
     """Every generated file of a robot: its path inside the robot's folder, and its text.
 
@@ -27,6 +28,7 @@ def artifacts(
         robot: The description.
         functions: The functions to derive, all by default.
         emitters: The languages to write, all that chasles has by default.
+        give: Names of the joints whose values ``ik`` shall take; () for those that it needs.
 
     Returns:
         The files of every language and the manifest; the same bytes for the same description on
@@ -35,7 +37,7 @@ def artifacts(
     Raises:
         RobotError: The description or a function's name is wrong, or two languages write one file.
     """
-    return files_of(derive(robot, functions), emitters)
+    return files_of(derive(robot, functions, give=give), emitters)
 
 
 def files_of(derivation: Derivation, emitters: Sequence[Emitter] = EMITTERS) -> dict[str, str]:

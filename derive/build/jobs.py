@@ -138,26 +138,26 @@ def _attempt(work: Callable[[Job], Report], job: Job) -> Report:
 
 def _explain(job: Job) -> Report:
     robot = read(job)
-    return Report(True, "\n".join([*robot.notes, str(explain(robot))]))
+    return Report(True, "\n".join([*robot.notes, str(explain(robot, give=job.give))]))
 
 
 def _derive(job: Job) -> Report:
     started = time.perf_counter()
     robot = read(job)
-    files = artifacts(robot, job.functions or None)
+    files = artifacts(robot, job.functions or None, give=job.give)
     folder = job.to / robot.name
     put(files, folder)
     stamp(job, folder)
     parts = [f"{robot.name:<12} {_summary(files)}  {time.perf_counter() - started:5.2f} s"]
     parts += [robot.cleaning.line] if robot.cleaning.numbers else []
-    lines = [", ".join(parts), *([] if job.functions else [explain(robot).line])]
+    lines = [", ".join(parts), *([] if job.functions else [explain(robot, give=job.give).line])]
     notes = json.loads(files[MANIFEST])["notes"]
     return Report(True, "\n    ".join([*lines, *(n for n in notes if n not in parts)]))
 
 
 def _compare(job: Job) -> Report:
     robot = read(job)
-    files = artifacts(robot, job.functions or None)
+    files = artifacts(robot, job.functions or None, give=job.give)
     folder = job.to / robot.name
     differing = [name for name, text in files.items() if _text(folder / name) != text]
     differing += strays(files, folder)

@@ -70,6 +70,7 @@ class Classification:
         missing: Why there is no closed form, in words; empty where there is one.
         near: Structures that the axes miss by little, the likeliest first: the inverse may be led
             from a nominal arm that has one of them.
+        give: Indices of the joints that were to be given; () where the structure chooses them.
     """
 
     lines: Lines
@@ -77,6 +78,7 @@ class Classification:
     attempts: tuple[Attempt, ...]
     missing: str = ""
     near: tuple[Attempt, ...] = ()
+    give: tuple[int, ...] = ()
 
     @property
     def tier(self) -> Literal["exact", "snapped", "none"]:
@@ -91,27 +93,32 @@ def classify(
     terms: Terms,
     coordinates: int | None = None,
     families: Sequence[Family] = FAMILIES,
+    give: tuple[int, ...] = (),
 ) -> Classification:
     """Finds the structure of a serial robot, or of the main chain of a robot with loops.
 
     Where there are more coordinates than the tool has freedoms, the surplus joints must be given:
-    the first choice that leaves a solvable chain is taken.
+    the first choice that leaves a solvable chain is taken, unless joints are chosen to be given.
 
     Args:
         robot: The description.
         terms: Receives the constants of the axes.
         coordinates: Number of coordinates that move the chain, if loops couple some joints.
         families: The families to try, in order.
+        give: Indices of the joints to be given, in ascending order; () for the first choice.
     """
     lines = Lines(terms, axes_of(robot, terms))
     reason = _unfit(robot)
     if reason:
-        return Classification(lines, None, (), reason)
-    return of_lines(lines, coordinates, families)
+        return Classification(lines, None, (), reason, give=give)
+    return of_lines(lines, coordinates, families, give)
 
 
 def of_lines(
-    lines: Lines, coordinates: int | None = None, families: Sequence[Family] = FAMILIES
+    lines: Lines,
+    coordinates: int | None = None,
+    families: Sequence[Family] = FAMILIES,
+    give: tuple[int, ...] = (),
 ) -> Classification:
     """Finds the structure of a chain of axes.
 
@@ -119,16 +126,29 @@ def of_lines(
         lines: The chain.
         coordinates: Number of coordinates that move it; by default the number of joints.
         families: The families to try, in order.
+        give: Indices of the joints to be given; () for the first choice that fits.
     """
+    if give and not _leaves_full_rank(lines, give):
+        surplus = len(lines.axes) - rank.of_chain(lines)
+        reason = "the others could still move while the tool stands still"
+        reason += f"; {surplus} joints must be given" if surplus > len(give) else ""
+        return Classification(lines, None, (), reason, give=give)
     attempts: list[Attempt] = []
-    choices = list(_choices(lines, coordinates or len(lines.axes)))
+    choices = [give] if give else list(_choices(lines, coordinates or len(lines.axes)))
     for attempt in _attempts(lines, choices, families):
         attempts.append(attempt)
         if attempt.deviation <= EXACT_STRUCTURE:
-            return Classification(lines, attempt, tuple(attempts))
+            return Classification(lines, attempt, tuple(attempts), give=give)
     nearest = min(attempts, key=lambda attempt: attempt.deviation, default=None)
-    near = tuple(_near(lines, choices, families))
-    return Classification(lines, None, tuple(attempts), _nearest_in_words(nearest, lines), near)
+    near = () if _turns_within(lines, give) else tuple(_near(lines, choices, families))
+    missing = _nearest_in_words(nearest, lines)
+    return Classification(lines, None, tuple(attempts), missing, near, give)
+
+
+def _turns_within(lines: Lines, given: tuple[int, ...]) -> bool:
+    """Whether a given turning joint has others on both sides; no nominal arm is sought then."""
+    free = [k for k in range(len(lines.axes)) if k not in given]
+    return any(lines.axes[k].turns and free[0] < k < free[-1] for k in given)
 
 
 def _near(

@@ -10,12 +10,12 @@ from ..model.mechanism import Described, Mechanism
 from ..model.robot import Robot
 from ..model.tolerances import EXACT_STRUCTURE
 from ..terms.terms import Terms
+from .chosen_joints import hybrid_inverses_for_given, inverses_for_given
 from .classify import Attempt, Classification
 from .families import FAMILIES
 from .families.family import Family
 from .general.general_inverse import GeneralInverse
-from .hybrid_inverse import hybrid_inverses
-from .serial_inverse import Inverses, inverses
+from .serial_inverse import Inverses
 from .steps.work import InverseStep
 from .structure.requirement import Requirement
 from .tasks.task import Solved
@@ -91,12 +91,15 @@ class Explanation:
         return "\n\n".join([*parts, *([self.loops] if self.loops else [])])
 
 
-def explain(robot: Described, families: Sequence[Family] = FAMILIES) -> Explanation:
+def explain(
+    robot: Described, families: Sequence[Family] = FAMILIES, give: Sequence[str] = ()
+) -> Explanation:
     """Explains the closed-form inverse of a robot, or the conditions that its structure misses.
 
     Args:
         robot: A serial robot, or a mechanism, whose main chain is explained.
         families: The families to try, in order.
+        give: Names of the joints to be given; () for those that the structure needs.
 
     Returns:
         An object whose text describes the structure of the axes, the numbered steps that follow
@@ -107,10 +110,10 @@ def explain(robot: Described, families: Sequence[Family] = FAMILIES) -> Explanat
     title = robot.title or robot.name
     if isinstance(robot, Mechanism):
         hybrid = Hybrid(robot)
-        found = None if hybrid.forward.open else hybrid_inverses(hybrid, families)
+        found = None if hybrid.forward.open else hybrid_inverses_for_given(hybrid, families, give)
         return Explanation(title, chain, found, _of_loops(hybrid))
     terms = Terms({parameter.symbol: parameter.value for parameter in chain.parameters})
-    return Explanation(title, chain, inverses(chain, terms, families=families))
+    return Explanation(title, chain, inverses_for_given(chain, terms, families, give))
 
 
 def _structure(classification: Classification, is_general: bool) -> str:

@@ -1,8 +1,14 @@
 """Joints whose values are given: the chain and the target that remain without them.
 
 A redundant arm is solved for given values of its surplus joints. A joint at either end is taken out
-by inverting its motion; a slide in between shifts everything behind it without turning it, so that
-its motion can be inverted at the end.
+by inverting its motion. A joint in between displaces everything behind it, after which its motion
+can be inverted at the end: with E the motion of joint k, P that of the joints before it and Q that
+of the joints behind it,
+
+    P E Q = P (E Q E^-1) E.
+
+A slide shifts the axes behind it without turning them, so that slides alone are chosen here as
+given joints in between; a turning joint is taken out where the user asks for it.
 """
 
 from collections.abc import Mapping
@@ -12,10 +18,10 @@ from itertools import combinations
 import sympy as sp
 
 from ..terms.terms import Terms
-from ..terms.vectors import Vector, combination
+from ..terms.vectors import Vector, added, combination, subtracted
 from .steps.target import Target
-from .structure.lines import SOME_SLIDE, Axis, Lines
-from .subproblems.turns import CosSin
+from .structure.lines import SOME_SLIDE, SOME_TURN, Axis, Lines, rotation
+from .subproblems.turns import CosSin, rotated
 
 LONG = 12
 """In a chain of more joints no slides in between are tried: the choices would be too many."""
@@ -62,9 +68,8 @@ def without(lines: Lines, target: Target, given: Mapping[int, sp.Expr]) -> tuple
             target = _without_last(terms, target, axes[k], given[k])
     for k in sorted(given):
         if free[0] < k < free[-1]:
-            by = combination(terms, (given[k],), (axes[k].h,))
-            axes[k + 1 :] = [_shifted(terms, axis, by, axes[k]) for axis in axes[k + 1 :]]
-            target = target.shifted(terms, by)
+            axes[k + 1 :] = _moved(terms, axes[k], given[k], axes[k + 1 :])
+            target = _without_last(terms, target, axes[k], given[k])
     return Lines(terms, tuple(axes[k] for k in free), lines.tolerance), target
 
 
@@ -77,6 +82,30 @@ def _without_last(terms: Terms, target: Target, axis: Axis, value: sp.Expr) -> T
     if not axis.turns:
         return target.shifted(terms, combination(terms, (value,), (axis.h,)))
     return target.without_last(terms, axis.h, axis.p, CosSin(*terms.cos_sin(value)))
+
+
+def _moved(terms: Terms, given: Axis, value: sp.Expr, behind: list[Axis]) -> list[Axis]:
+    """The axes behind a given joint, displaced by its motion."""
+    if not given.turns:
+        by = combination(terms, (value,), (given.h,))
+        return [_shifted(terms, axis, by, given) for axis in behind]
+    turn = CosSin(*terms.cos_sin(value))
+    return [_turned(terms, axis, turn, given) for axis in behind]
+
+
+def _turned(terms: Terms, axis: Axis, turn: CosSin, given: Axis) -> Axis:
+    """The axis after a given turn; its numbers are those after one turn in general position."""
+    h = axis.h if axis.is_along(given) else rotated(terms, given.h, turn, axis.h)
+    lever = subtracted(terms, axis.p, given.p)
+    p = added(terms, given.p, rotated(terms, given.h, turn, lever)) if axis.turns else axis.p
+    R, origin = rotation(given.direction, SOME_TURN), given.origin
+    return replace(
+        axis,
+        h=h,
+        p=p,
+        direction=R @ axis.direction,
+        origin=origin + R @ (axis.origin - origin),
+    )
 
 
 def _shifted(terms: Terms, axis: Axis, by: Vector, slid: Axis) -> Axis:

@@ -35,7 +35,9 @@ from .translation import Translating, actuators_of, translating
 IDENTITY = "fk(q[k]) = T wherever residual[k] is rounding"
 
 
-def hybrid_inverses(hybrid: Hybrid, families: Sequence[Family] = FAMILIES) -> Inverses:
+def hybrid_inverses(
+    hybrid: Hybrid, families: Sequence[Family] = FAMILIES, give: tuple[int, ...] = ()
+) -> Inverses:
     """Derives the closed-form inverse of a robot with loops that has a main chain.
 
     Where lengths off their design spoil the structure, the inverse is led from the nominal robot.
@@ -43,20 +45,23 @@ def hybrid_inverses(hybrid: Hybrid, families: Sequence[Family] = FAMILIES) -> In
     Args:
         hybrid: The robot; its loops must be solved in closed form.
         families: The families to try on the main chain, in order.
+        give: Indices of the chain's joints to be given; () for those that the structure needs.
     """
-    exact = _by_structure(hybrid, families)
-    return exact if exact.solved else _by_nominal(hybrid, families) or exact
+    exact = _by_structure(hybrid, families, give)
+    return exact if exact.solved or give else _by_nominal(hybrid, families) or exact
 
 
-def _by_structure(hybrid: Hybrid, families: Sequence[Family]) -> Inverses:
+def _by_structure(
+    hybrid: Hybrid, families: Sequence[Family], give: tuple[int, ...]
+) -> Inverses:
     """The inverse of the chain, or of the shorter chain with slides."""
-    classification = classify(hybrid.robot, hybrid.terms, len(hybrid.q), families)
+    classification = classify(hybrid.robot, hybrid.terms, len(hybrid.q), families, give)
     if not {c.moves for c in hybrid.mechanism.coordinates}.isdisjoint(hybrid.backward.open):
         return Inverses(classification, {})
     if classification.found is not None:
         solved = _by_chain(hybrid, classification.lines, classification.found)
         return Inverses(classification, {"ik": solved})
-    moved = translating(hybrid)
+    moved = None if give else translating(hybrid)
     if moved is None:
         return Inverses(classification, {})
     shorter = of_lines(moved.lines, families=families)

@@ -68,6 +68,7 @@ def inverses(
     terms: Terms,
     coordinates: int | None = None,
     families: Sequence[Family] = FAMILIES,
+    give: tuple[int, ...] = (),
 ) -> Inverses:
     """Derives the closed-form inverse of a serial robot, in all tasks that its structure solves.
 
@@ -76,8 +77,9 @@ def inverses(
         terms: Names of all terms.
         coordinates: Number of coordinates that move it, if loops couple some joints.
         families: The families to try, in order.
+        give: Indices of the joints to be given; () for those that the structure needs.
     """
-    classification = classify(robot, terms, coordinates, families)
+    classification = classify(robot, terms, coordinates, families, give)
     found = (way(robot, classification, families) for way in WAYS)
     return next((result for result in found if result), Inverses(classification, {}))
 
@@ -138,7 +140,7 @@ def _by_determinant(
     """The inverse of a general arm."""
     if classification.found is not None:
         return None
-    general = general_inverse(robot)
+    general = general_inverse(robot, classification.give)
     return None if general is None else Inverses(classification, {}, general=general)
 
 

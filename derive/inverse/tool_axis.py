@@ -29,16 +29,19 @@ def by_tool_axis(
         families: The families to try, in order.
 
     Returns:
-        None where the chain has another number of joints, or no structure with the axis either.
+        None where another number of joints is to be found, or no structure with the axis either.
     """
-    if len(classification.lines.axes) != JOINTS:
+    give = classification.give
+    if len(classification.lines.axes) - len(give) != JOINTS:
         return None
     lines = with_tool_axis(robot, classification.lines, stays=False)
-    longer = of_lines(lines, families=families)
-    if longer.found is None or longer.tier != "exact" or longer.found.given:
+    longer = of_lines(lines, families=families, give=give)
+    if longer.found is None or longer.tier != "exact" or longer.found.given != give:
         return None
     still = with_tool_axis(robot, classification.lines, stays=True)
     solved = {"ik": pose_task(robot, still, longer.found)}
+    if give:
+        return longer, solved
     work = Work(lines.terms)
     solve_chain(work, lines, longer.found, target_of_direction(robot, lines.terms), {})
     solved["ik_position_direction"] = position_direction(robot, work)

@@ -49,6 +49,7 @@ class Function(Generic[R_co]):
         *inputs: ArrayLike,
         out: NDArray[np.float64] | tuple[NDArray[np.float64] | None, ...] | None = None,
         threads: int | Literal["all"] | None = 1,
+        given: Mapping[str, ArrayLike] | None = ...,
         **named_inputs: ArrayLike,
     ) -> R_co: ...
 
@@ -74,6 +75,7 @@ class Library:
         poses: int,
         fk: str | None,
         unit: float,
+        chosen: Callable[..., Any] | None,
     ) -> Function[Any]: ...
 
 def open(path: str | PathLike[str], expected_hash: str) -> Library: ...  # noqa: A001

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -22,6 +22,8 @@ from .solutions import Solutions, within
 FloatArray = NDArray[np.float64]
 
 Reason = Literal["", "no solution", "jump", "limit"]
+PathTask = Literal["pose", "position", "position_pitch", "position_direction", "planar"]
+"""What of each pose a path asks for: the whole of it, or the part that `ik_position` ... take."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +79,42 @@ class _Step:
 
 
 def _has_inverse(robot: InverseMethods) -> bool:
-    return ("inverse", "pose", "") in robot._roles
+    return ("inverse", "pose", "") in robot._roles or bool(_tasks_of(robot))
+
+
+def _tasks_of(robot: InverseMethods) -> list[PathTask]:
+    """The parts of a pose that a robot has inverses for."""
+    return [task for task in _PART_OF_POSE if f"ik_{task}" in robot.functions]
+
+
+def _position(T: FloatArray) -> FloatArray:
+    return T[:, :3, 3]
+
+
+def _position_pitch(T: FloatArray) -> FloatArray:
+    """Position, and elevation of the third axis above the base's horizontal plane."""
+    z = T[:, :3, 2]
+    pitch = np.arctan2(z[:, 2], np.hypot(z[:, 0], z[:, 1]))
+    return np.column_stack([_position(T), pitch])
+
+
+def _position_direction(T: FloatArray) -> FloatArray:
+    """Position, and direction of the third axis."""
+    return np.hstack([_position(T), T[:, :3, 2]])
+
+
+def _planar(T: FloatArray) -> FloatArray:
+    """Position in the base's x-y plane, and angle of the first axis in it."""
+    return np.column_stack([T[:, :2, 3], np.arctan2(T[:, 1, 0], T[:, 0, 0])])
+
+
+_PART_OF_POSE: Mapping[PathTask, Callable[[FloatArray], FloatArray]] = {
+    "position": _position,
+    "position_pitch": _position_pitch,
+    "position_direction": _position_direction,
+    "planar": _planar,
+}
+"""From poses (m, 4, 4) to the input of each task (m, k)."""
 
 
 class InverseMethods:
@@ -95,7 +132,12 @@ class InverseMethods:
 
     @needs(when=_has_inverse, hint=no_inverse)
     def ik_path(
-        self, T: ArrayLike, seed: ArrayLike, *given: ArrayLike, jump: float | None = None
+        self,
+        T: ArrayLike,
+        seed: ArrayLike,
+        *given: ArrayLike,
+        task: PathTask = "pose",
+        jump: float | None = None,
     ) -> Path:
         """Follows one branch along a path of poses, from the solution nearest to a seed.
 
@@ -105,13 +147,22 @@ class InverseMethods:
         wrist with two axes in line), Newton's iteration finds the solution nearby. A path ends
         where it would have to leave the robot's limits, even if another branch would continue.
 
+        Arms of fewer axes follow the part of the poses that they can reach, such as a position and
+        the elevation of the tool's axis along a straight line: `task` names one of the robot's
+        inverses `ik_position`, `ik_position_pitch`, `ik_position_direction` and `ik_planar`. A
+        joint that the task leaves free is 0, as there.
+
         Args:
             T: (m, 4, 4) poses of the tool measured and expressed in the base frame, close to each
                 other; the nearest rigid pose is taken where one is off by at most
-                `se3.NEARLY_RIGID`.
+                `se3.NEARLY_RIGID`. For a part of a pose also (m, k), the input of that inverse.
             seed: (n,) coordinates [rad or m] near the start: the path begins at the nearest
                 solution within the limits.
             given: The further inputs of `ik` (`redundancy`), each () or (m,).
+            task: The part of each pose that counts: "pose", "position", "position_pitch" (the
+                elevation of the tool's third axis above the base's x-y plane),
+                "position_direction" (of the third axis) or "planar" (x, y and the angle of the
+                first axis in that plane).
             jump: Largest move of a joint between successive poses [rad or m]; None: 0.5 rad, and
                 for slides 0.5 of the robot's unit of length.
 
@@ -120,31 +171,50 @@ class InverseMethods:
 
         Raises:
             ShapeError: If T is not a list of poses, or the seed not n values.
-            InputValueError: If jump is not positive, or a pose not nearly rigid, with the reason.
+            InputValueError: If the robot has no inverse for that part of a pose, if jump is not
+                positive, or a pose not nearly rigid, with the reason.
         """
+        inverse = self._inverse_for(task)
         poses, start = np.asarray(T, np.float64), np.asarray(seed, np.float64)
-        if poses.ndim != 3 or start.shape != (self.n,):  # noqa: PLR2004
+        core = (4, 4) if task == "pose" else inverse.inputs[0].shape
+        is_part = task != "pose" and poses.ndim == 2 and poses.shape[1:] == core  # noqa: PLR2004
+        if start.shape != (self.n,) or not (is_part or poses.ndim == 3):  # noqa: PLR2004
+            also = "" if task == "pose" else f" or (m, {core[0]})"
             raise ShapeError(
-                f"{self.name}.ik_path: expected T (m, 4, 4) and seed ({self.n},), got shapes "
+                f"{self.name}.ik_path: expected T (m, 4, 4){also} and seed ({self.n},), got shapes "
                 f"{poses.shape} and {start.shape}"
             )
         if jump is not None and not jump > 0:
             raise InputValueError(f"{self.name}.ik_path: jump must be positive, got {jump!r}")
-        poses = projected(f"{self.name}.ik_path", poses)
-        solutions = self._roles["inverse", "pose", ""](poses, *given)
+        poses = poses if is_part else projected(f"{self.name}.ik_path", poses)
+        asked = poses if is_part or task == "pose" else _PART_OF_POSE[task](poses)
+        solutions = inverse(asked, *given)
         if solutions.q.shape[:-2] != poses.shape[:1]:
             raise ShapeError(f"{self.name}.ik_path: inputs beside the pose must be () or (m,)")
         most = JUMP * solutions.units() if jump is None else np.full(self.n, float(jump))
         steps: list[_Step] = []
         for index, pose in enumerate(poses):
-            slots = solutions.at(index)
+            slots, whole = solutions.at(index), pose if task == "pose" else None
             step = (
-                self._next(slots, pose, steps[-1].q, most) if steps else self._first(slots, start)
+                self._next(slots, whole, steps[-1].q, most) if steps else self._first(slots, start)
             )
             if step.reason:
                 return self._report(steps, step)
             steps.append(step)
         return self._report(steps, None)
+
+    def _inverse_for(self, task: PathTask) -> Function[Solutions]:
+        """The inverse that takes this part of a pose."""
+        if task == "pose" and ("inverse", "pose", "") in self._roles:
+            return self._roles["inverse", "pose", ""]
+        tasks = _tasks_of(self)
+        if task not in tasks:
+            whole = ["pose"] if ("inverse", "pose", "") in self._roles else []
+            raise InputValueError(
+                f"{self.name}.ik_path: the robot has no inverse for task {task!r}; it has "
+                f"{', '.join([*whole, *tasks])}"
+            )
+        return self.functions[f"ik_{task}"]
 
     def _first(self, slots: Solutions, seed: FloatArray) -> _Step:
         if not slots.valid.any():
@@ -160,7 +230,7 @@ class InverseMethods:
         return _Step(q, margin, "limit", int(np.argmax(outside)))
 
     def _next(
-        self, slots: Solutions, pose: FloatArray, here: FloatArray, jump: FloatArray
+        self, slots: Solutions, pose: FloatArray | None, here: FloatArray, jump: FloatArray
     ) -> _Step:
         if not slots.valid.any():
             return _Step(here, np.nan, "no solution")
@@ -178,9 +248,13 @@ class InverseMethods:
             return _Step(q, margin, "limit", int(np.argmax(outside)))
         return _Step(q, margin)
 
-    def _nearby(self, pose: FloatArray, here: FloatArray, unit: float) -> FloatArray | None:
+    def _nearby(self, pose: FloatArray | None, here: FloatArray, unit: float) -> FloatArray | None:
         """The solution near the last one, where the pose alone determines solutions."""
-        if ("pose and jacobian", "actuators", "") not in self._roles or self.redundancy:
+        if (
+            pose is None
+            or ("pose and jacobian", "actuators", "") not in self._roles
+            or self.redundancy
+        ):
             return None
         q, residual = refined(self.fk_jacobian_mixed, pose, here, (), unit)
         return q if residual <= SOLVED * unit else None

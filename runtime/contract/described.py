@@ -21,6 +21,10 @@ from .library import cache_folder
 _COMPILER = "chasles.derive"
 # A xacro file or an MJCF model may include other files, which only the compiler can find.
 _SUFFIXES = (".toml", ".urdf")
+_DESCRIBED_BY = "description.txt"
+"""File beside a derived robot's folder that holds the path of its description."""
+_FUNCTIONS_OF_GIVEN = ("fk", "fk_jacobian_mixed", "ik")
+"""What is derived of a robot for chosen given joints: its inverse, and what refines it."""
 
 
 def shelf() -> dict[str, Path]:
@@ -35,11 +39,12 @@ def is_description(path: Path) -> bool:
     return path.suffix.lower() in _SUFFIXES and not path.is_dir()
 
 
-def derived_folder(description: Path) -> Path:
+def derived_folder(description: Path, give: tuple[str, ...] = ()) -> Path:
     """The generated folder of a description, derived first if the cache has none.
 
     Args:
         description: A robot file (.toml), or a URDF (.urdf) of one robot.
+        give: Names of joints whose values `ik` takes; the folder then holds `ik` and what it needs.
 
     Returns:
         The folder in the cache.
@@ -49,9 +54,9 @@ def derived_folder(description: Path) -> Path:
         DerivationError: If the compiler is not installed or refuses the description.
         CacheError: If the cache cannot be written to, or holds a damaged folder.
     """
-    home = _home(description)
+    home = _home(description, give)
     if not home.is_dir():
-        _derive(description, home)
+        _derive(description, home, give)
     robots = sorted(manifest.parent for manifest in home.glob("*/manifest.json"))
     if not robots:
         raise CacheError(f"{home}: holds no robot any more; delete this folder")
@@ -62,6 +67,22 @@ def derived_folder(description: Path) -> Path:
             f"chasles-derive {description} --to robots, and load ./robots/{robots[0].name}"
         )
     return robots[0]
+
+
+def description_of(folder: Path) -> Path | None:
+    """The description that a generated folder was derived from, None where nothing tells it.
+
+    Args:
+        folder: A folder of the cache, or of a robot that is generated along.
+    """
+    if _homes() in folder.parents:
+        note = folder.parent / _DESCRIBED_BY
+        path = Path(note.read_text(encoding="utf-8")) if note.is_file() else None
+        return path if path and path.is_file() else None
+    spec, root = find_spec("chasles.generated"), _compiler_folder()
+    shipped = [Path(at) for at in spec.submodule_search_locations or ()] if spec else []
+    own = root / "robots" / f"{folder.name}.toml" if root else None
+    return own if own and own.is_file() and folder.parent in shipped else None
 
 
 def is_of_shelf(folder: Path) -> bool:
@@ -82,10 +103,11 @@ def _homes() -> Path:
     return cache_folder() / "derived"
 
 
-def _home(description: Path) -> Path:
+def _home(description: Path, give: tuple[str, ...] = ()) -> Path:
     """The folder that holds a description's generated folder, complete or not there at all."""
     # The name of a URDF is among the facts of its robot.
     parts = (description.name.encode(), *_contents(description), _compiler_digest())
+    parts += (",".join(give).encode(),) if give else ()
     key = hashlib.sha256(b"".join(hashlib.sha256(part).digest() for part in parts)).hexdigest()
     return _homes() / f"{description.stem}-{key[:32]}"
 
@@ -119,18 +141,21 @@ def _compiler_digest() -> bytes:
     return digest.digest()
 
 
-def _derive(description: Path, home: Path) -> None:
+def _derive(description: Path, home: Path, give: tuple[str, ...]) -> None:
     # Loading a robot that was derived before needs no temporary folder.
     import tempfile  # noqa: PLC0415
 
-    name = description.stem
+    name = f"{description.stem} for given {', '.join(give)}" if give else description.stem
     print(f"chasles: deriving {name} once, a few seconds ...", file=sys.stderr, flush=True)
     try:
         home.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=f".{name}-", dir=home.parent) as temporary:
+        with tempfile.TemporaryDirectory(
+            prefix=f".{description.stem}-", dir=home.parent
+        ) as temporary:
             whole = Path(temporary) / "robots"
-            _run_compiler(description, whole)
-            if _home(description) != home:
+            _run_compiler(description, whole, give)
+            (whole / _DESCRIBED_BY).write_text(str(description.absolute()), encoding="utf-8")
+            if _home(description, give) != home:
                 raise DerivationError(f"{description}: changed while it was derived; load it again")
             _move(whole, home)
     except OSError as error:
@@ -140,13 +165,15 @@ def _derive(description: Path, home: Path) -> None:
         ) from error
 
 
-def _run_compiler(description: Path, folder: Path) -> None:
+def _run_compiler(description: Path, folder: Path, give: tuple[str, ...]) -> None:
     import subprocess  # noqa: PLC0415
 
     # -P: a module of the user's in the working directory must not take the place of an installed
     # one.
     python = [sys.executable or "python3", "-P", "-m", _COMPILER]
     command = [*python, str(description.absolute()), "--to", str(folder), "--jobs", "1"]
+    if give:
+        command += ["--give", ",".join(give), "--functions", ",".join(_FUNCTIONS_OF_GIVEN)]
     try:
         result = subprocess.run(
             command, capture_output=True, text=True, errors="replace", check=False
@@ -154,7 +181,8 @@ def _run_compiler(description: Path, folder: Path) -> None:
     except OSError as error:
         raise DerivationError(f"{description}: {python[0]} cannot be run ({error})") from error
     if result.returncode:
-        said = (result.stderr or result.stdout).strip()
+        # The reports of robots go to the one, the errors that stop the run to the other.
+        said = "\n".join(filter(None, (result.stdout.strip(), result.stderr.strip())))
         raise DerivationError(f"{description}: cannot be derived; {said}")
 
 

@@ -297,11 +297,31 @@ static int run(const Solver *self, Task *task, PyArrayObject *T, PyArrayObject *
     return 0;
 }
 
-/* solve(T, seeds, weights, in_tool_axes, tolerance, unit, budget, threads), as in _numeric.pyi. */
+/* Reads which coordinates are locked (n,); they need the seeds' values. NULL with an error set. */
+static PyArrayObject *read_locked(const Solver *self, PyObject *object, PyObject *seeds, Task *task)
+{
+    PyArrayObject *array = (PyArrayObject *)PyArray_FROM_OTF(object, NPY_BOOL, NPY_ARRAY_IN_ARRAY);
+    if (array && (PyArray_NDIM(array) != 1 || PyArray_DIM(array, 0) != self->arm.n)) {
+        PyErr_SetString(PyExc_ValueError, "locked: wrong shape");
+        Py_CLEAR(array);
+    }
+    task->locked = array ? PyArray_DATA(array) : NULL;
+    for (int k = 0; array && k < self->arm.n; k++) {
+        task->n_locked += task->locked[k] != 0;
+    }
+    if (task->n_locked && seeds == Py_None) {
+        PyErr_SetString(PyExc_ValueError, "locked: expected seeds as well");
+        Py_CLEAR(array);
+    }
+    return array;
+}
+
+/* solve(T, seeds, weights, in_tool_axes, tolerance, unit, budget, threads, locked), as in
+ * _numeric.pyi. */
 static PyObject *solver_solve(Solver *self, PyObject *const *args, Py_ssize_t n_args)
 {
-    if (n_args != 8) {
-        return PyErr_Format(PyExc_TypeError, "solve: expected 8 arguments, got %zd", n_args);
+    if (n_args != 9) {
+        return PyErr_Format(PyExc_TypeError, "solve: expected 9 arguments, got %zd", n_args);
     }
     double unit = PyFloat_AsDouble(args[5]), per_unit[TWIST];
     Task task = {.in_tool_axes = PyObject_IsTrue(args[3]),
@@ -317,7 +337,8 @@ static PyObject *solver_solve(Solver *self, PyObject *const *args, Py_ssize_t n_
     PyObject *results[N_RESULTS] = {NULL}, *result = NULL;
     PyArrayObject *T = read_poses(args[0]), *seeds = NULL;
     PyArrayObject *weights = T ? doubles(args[2], "weights", 1, six) : NULL;
-    int fits = weights != NULL;
+    PyArrayObject *locked = weights ? read_locked(self, args[8], args[1], &task) : NULL;
+    int fits = locked != NULL;
     if (fits && args[1] != Py_None) {
         const npy_intp rows[] = {PyArray_SIZE(T) / POSE, self->arm.n_all};
         seeds = doubles(args[1], "seeds", 2, rows);
@@ -342,14 +363,15 @@ static PyObject *solver_solve(Solver *self, PyObject *const *args, Py_ssize_t n_
     Py_XDECREF(T);
     Py_XDECREF(seeds);
     Py_XDECREF(weights);
+    Py_XDECREF(locked);
     return result;
 }
 
 static PyMethodDef solver_methods[] = {
     {"solve", (PyCFunction)(void (*)(void))solver_solve, METH_FASTCALL,
-     "solve(T, seeds, weights, in_tool_axes, tolerance, unit, budget, threads): inverse "
-     "kinematics\n"
-     "of poses (..., 4, 4). Returns coordinates, residual, success, ending, iterations, restarts."},
+     "solve(T, seeds, weights, in_tool_axes, tolerance, unit, budget, threads, locked): inverse\n"
+     "kinematics of poses (..., 4, 4). Returns coordinates, residual, success, ending, iterations, "
+     "restarts."},
     {NULL},
 };
 

@@ -48,6 +48,7 @@ class Solver:
         unit: float,
         budget: int,
         threads: int,
+        locked: NDArray[np.bool_],
         /,
     ) -> tuple[
         FloatArray,
@@ -69,6 +70,7 @@ class Solver:
             unit: The length [m] that counts as much as a radian, in errors and residuals.
             budget: Evaluations of forward kinematics for each pose.
             threads: The greatest number of threads.
+            locked: (n,) coordinates that keep the values of their seeds, also beyond a limit.
 
         Returns:
             Coordinates (..., n) [rad or m], and over the batch: residual [m], success,

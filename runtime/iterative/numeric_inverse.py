@@ -31,6 +31,7 @@ from ..contract.facts import Coordinate, Frames, Reference
 from ..errors import InputValueError, ShapeError
 from ..tolerances import NUMERIC_SOLVED, PROBE, STANDSTILL
 from ._numeric import Solver
+from .locks import Lock, locked_coordinates
 from .low_discrepancy import low_discrepancy
 from .size import SizeMethods
 
@@ -134,6 +135,7 @@ class NumericMethods(SizeMethods):
         tip: str | None = None,
         weights: Sequence[float] | None = None,
         axes: Literal["tool", "base"] = "tool",
+        lock: Lock | None = None,
         tolerance: float | None = None,
         budget: int = 10_000,
         rng: int | np.random.Generator = 0,
@@ -159,6 +161,8 @@ class NumericMethods(SizeMethods):
                 (1, 1, 1, 0, 0, 0) for a position alone. All 1 by default, so that `unit_length`
                 (1 m for robots of 0.03 m to 30 m) counts as much as a radian.
             axes: Whether these components are expressed in the axes of the tip or of the base.
+            lock: Coordinates that keep their values of the seed exactly, also beyond a limit, by
+                names or indexes; a joint of the main chain stands for the coordinate that moves it.
             tolerance: Largest residual of a success [m]; 1e-9 `unit_length` if None.
             budget: Greatest number of evaluations of forward kinematics for a pose, about 0.4
                 microseconds each for an arm with six joints.
@@ -172,8 +176,8 @@ class NumericMethods(SizeMethods):
 
         Raises:
             ShapeError: If a shape is wrong, or the leading dimensions do not broadcast.
-            InputValueError: If there is no such link, a weight is negative, all weights are 0, or
-                an option is unknown.
+            InputValueError: If there is no such link or coordinate, a weight is negative, all
+                weights are 0, a lock comes without a seed, or an option is unknown.
         """
         method = f"{self.name}.ik_numeric"
         if axes not in ("tool", "base"):
@@ -191,14 +195,18 @@ class NumericMethods(SizeMethods):
         poses = real_array(method, "T", T)
         if poses.shape[-2:] != (4, 4):
             raise ShapeError(f"{method}: expected poses T (..., 4, 4), got shape {poses.shape}")
-        begin = None
+        locked, begin = locked_coordinates(self, "ik_numeric", lock), None
         if seed is not None:
-            poses, begin = self._with_seeds(poses, seed)
+            poses, begin = self._with_seeds(poses, seed, locked)
+        elif locked.any():
+            raise InputValueError(
+                f"{method}: lock needs a seed, which holds the values of the locked coordinates"
+            )
         task = _WHOLE if weights is None else _weights(method, weights)
         # With equal weights in all directions the axes make no difference.
         turned = axes == "tool" and task is not _WHOLE
         return NumericSolution._make(
-            solver.solve(poses, begin, task, turned, tolerance, unit, most, count)
+            solver.solve(poses, begin, task, turned, tolerance, unit, most, count, locked)
         )
 
     def _new_solver(self, tip: str | None, key: int) -> Solver:
@@ -207,7 +215,9 @@ class NumericMethods(SizeMethods):
             self._solvers.clear()
         return self._solvers.setdefault((tip, key), _solver(self, tip, key))
 
-    def _with_seeds(self, poses: FloatArray, seed: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    def _with_seeds(
+        self, poses: FloatArray, seed: ArrayLike, locked: NDArray[np.bool_]
+    ) -> tuple[FloatArray, FloatArray]:
         """As many poses as seeds, and as many seeds as poses."""
         method = f"{self.name}.ik_numeric"
         begin = real_array(method, "seed", seed)
@@ -221,7 +231,8 @@ class NumericMethods(SizeMethods):
                 f"{begin.shape[:-1]} of seed"
             ) from None
         poses = np.broadcast_to(poses, (*batch, 4, 4))
-        begin = np.broadcast_to(np.clip(begin, self.lower, self.upper), (*batch, self.n))
+        inside = np.where(locked, begin, np.clip(begin, self.lower, self.upper))
+        begin = np.broadcast_to(inside, (*batch, self.n))
         return poses, with_chain(self, begin.reshape(-1, self.n))
 
 

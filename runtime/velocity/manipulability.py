@@ -218,23 +218,27 @@ class ManipulabilityMethods(LengthMethods):
             np.where(sound[..., None], lengths * size, np.nan),
         )
 
-    def _metric(self, method: str, rows: Rows, length: float | None) -> Metric:
+    def _metric(
+        self, method: str, rows: Rows, length: float | None, locked: tuple[int, ...] = ()
+    ) -> Metric:
         if rows not in get_args(Rows):
             raise InputValueError(
                 f'{self.name}.{method}: rows must be "all", "linear" or "angular", got {rows!r}'
             )
-        return metric_of(self, rows, self._checked_length(method, length))
+        return metric_of(self, rows, self._checked_length(method, length), locked)
 
 
 @functools.lru_cache(maxsize=256)
-def metric_of(robot: HasSamples, rows: Rows, length: float) -> Metric:
-    """The factors that turn the robot's Jacobian into pure numbers."""
+def metric_of(robot: HasSamples, rows: Rows, length: float, locked: tuple[int, ...] = ()) -> Metric:
+    """The factors that turn the Jacobian into pure numbers, and its rank without locked columns."""
     unit = np.array([1.0 if c.kind == "revolute" else length for c in robot.coordinates])
     row = np.zeros(6)
     row[_PART[rows]] = np.repeat([1 / length, 1.0], 3)[_PART[rows]]
     for array in (unit, row):
         array.flags.writeable = False
-    values = np.linalg.svd(row[:, None] * robot._samples * unit, compute_uv=False)
+    scaled = row[:, None] * robot._samples * unit
+    scaled[..., list(locked)] = 0
+    values = np.linalg.svd(scaled, compute_uv=False)
     rank = int((values > RANK * values.max()).sum(-1).max()) if values.any() else 1
     return Metric(unit, row, rank, length)
 

@@ -31,6 +31,7 @@ from ..call._call import Function
 from ..call.capabilities import needs
 from ..call.validation import real_array
 from ..errors import InputTypeError, InputValueError, ShapeError
+from ..iterative.locks import Lock, locked_coordinates
 from . import _rates
 from .manipulability import ManipulabilityMethods, Metric, Rows
 
@@ -112,6 +113,7 @@ class VelocityMethods(ManipulabilityMethods):
         acceleration_limits: ArrayLike | None = None,
         previous: ArrayLike | None = None,
         dt: ArrayLike | None = None,
+        lock: Lock | None = None,
         damping: float = _rates.DAMPING,
         length: float | None = None,
     ) -> Rates:
@@ -133,6 +135,10 @@ class VelocityMethods(ManipulabilityMethods):
           for a joint that is too fast to brake, the acceleration limit takes precedence over the
           rate limit, and the rate limit over the joint limit.
 
+        A locked coordinate has the rate 0 exactly, and the others are the whole arm: singular
+        values, damping and scale are those of the robot without it. A rate limit of 0 is a lock,
+        whatever the acceleration limits.
+
         The null space of a redundant robot serves a secondary objective without effect on the task:
         joint rates down the gradient of the objective, projected to the null space.
 
@@ -153,6 +159,8 @@ class VelocityMethods(ManipulabilityMethods):
                 `previous` and `dt`.
             previous: (..., n) joint rates of the previous tick [rad/s or m/s].
             dt: (...) duration of the rates [s].
+            lock: Coordinates that do not move, by names or indexes; a joint of the main chain
+                stands for the coordinate that moves it.
             damping: The singular value below which a direction is damped, a pure number.
             length: The characteristic length [m] that makes metres and radians comparable;
                 `robot.characteristic_length` if None.
@@ -171,7 +179,10 @@ class VelocityMethods(ManipulabilityMethods):
             (secondary objective).
         """
         method = "joint_rates"
-        metric = self._checked(method, representation, rows, damping, length)
+        rate = self._limits(method, "rate_limits", rate_limits)
+        rate[..., locked_coordinates(self, method, lock)] = 0
+        locked = np.flatnonzero((rate == 0).reshape(-1, self.n).all(0))
+        metric = self._checked(method, representation, rows, damping, length, tuple(locked))
         if not (isinstance(gain, int | float) and 0 <= gain < np.inf):
             raise InputValueError(
                 f"{self.name}.{method}: gain must be a number that is not negative, got {gain!r}"
@@ -179,10 +190,10 @@ class VelocityMethods(ManipulabilityMethods):
         twist = self._reals(method, "V", V, (_SPATIAL,))
         posed = self._at_tip(q, representation)
         q = np.asarray(q, np.float64)
-        bounds = self._bounds(q, rate_limits, acceleration_limits, previous, dt)
+        bounds = self._bounds(q, rate, acceleration_limits, previous, dt)
         wanted = np.zeros(self.n)
         if secondary is not None:
-            wanted = self._secondary(q, secondary, gain, metric)
+            wanted = self._secondary(q, secondary, gain, metric, locked)
         return Rates(*self._solve(method, posed, twist, bounds, wanted, metric, damping))
 
     @needs("acceleration_mixed")
@@ -278,14 +289,13 @@ class VelocityMethods(ManipulabilityMethods):
     def _bounds(
         self,
         q: FloatArray,
-        rate_limits: ArrayLike | None,
+        rate: FloatArray,
         acceleration_limits: ArrayLike | None,
         previous: ArrayLike | None,
         dt: ArrayLike | None,
     ) -> tuple[FloatArray, FloatArray]:
         """The least and the greatest rates (..., n)."""
         method = "joint_rates"
-        rate = self._limits(method, "rate_limits", rate_limits)
         acceleration = self._limits(method, "acceleration_limits", acceleration_limits)
         before, tick = np.zeros(self.n), _NO_TICK
         if acceleration_limits is not None:
@@ -309,7 +319,12 @@ class VelocityMethods(ManipulabilityMethods):
         return least, greatest
 
     def _secondary(
-        self, q: FloatArray, secondary: object, gain: float, metric: Metric
+        self,
+        q: FloatArray,
+        secondary: object,
+        gain: float,
+        metric: Metric,
+        locked: NDArray[np.intp],
     ) -> FloatArray:
         """Joint rates down the gradient of the objective, in pure numbers."""
         weight = gain * metric.unit**2
@@ -321,6 +336,7 @@ class VelocityMethods(ManipulabilityMethods):
                         "derivative that manipulability needs; secondary can be a posture"
                     )
                 J, H = self.jacobian_mixed(q), self.hessian_mixed(q)
+                J[..., locked] = H[..., locked, :] = 0
                 _, upwards = _rates.gradient(J, H, metric.unit, metric.row, metric.rank)
                 return np.asarray(weight * upwards)
             if secondary == "limits":
@@ -345,6 +361,7 @@ class VelocityMethods(ManipulabilityMethods):
         rows: Rows,
         damping: float,
         length: float | None,
+        locked: tuple[int, ...] = (),
     ) -> Metric:
         if representation not in get_args(Representation):
             raise InputValueError(
@@ -355,10 +372,10 @@ class VelocityMethods(ManipulabilityMethods):
             raise InputValueError(
                 f"{self.name}.{method}: damping must be a positive number, got {damping!r}"
             )
-        return self._metric(method, rows, length)
+        return self._metric(method, rows, length, locked)
 
     def _limits(self, method: str, name: str, given: ArrayLike | None) -> FloatArray:
-        """Limits (..., n), infinite where none are given."""
+        """Limits (..., n) in an array of their own, infinite where none are given."""
         if given is None:
             return np.full(self.n, np.inf)
         limits = np.asarray(given)
@@ -369,7 +386,7 @@ class VelocityMethods(ManipulabilityMethods):
             raise InputValueError(
                 f"{self.name}.{method}: {name} must not be negative, got {given!r}"
             )
-        return limits
+        return np.array(limits)
 
     def _reals(self, method: str, name: str, given: Any, core: tuple[int, ...]) -> FloatArray:
         """A float64 array (..., *core)."""

@@ -14,6 +14,7 @@ from ..call._call import Function
 from ..call.capabilities import needs
 from ..call.validation import real_array
 from ..errors import InputValueError, ShapeError
+from ..iterative.locks import Lock, locked_coordinates
 from ..se3 import projected
 from ..tolerances import TRACK_GAIN
 from . import _track
@@ -41,7 +42,7 @@ class Track:
         smallest_singular_value: The smallest singular value on the path.
         smallest_singular_value_at: The index of that pose.
         at_rate_limit: The steps in which a coordinate was held at its rate limit, by its name;
-            other coordinates are left out. Step k leads from pose k to pose k + 1.
+            other coordinates are left out, and locked ones. Step k leads from pose k to pose k + 1.
         at_limit: The steps in which a coordinate was held at one of its limits, by its name.
         shortened: The steps that were shortened because the robot's forward kinematics is not
             defined at their ends (a loop does not close).
@@ -92,6 +93,7 @@ class TrackMethods(ManipulabilityMethods):
         dt: float,
         *,
         rate_limits: ArrayLike | None = None,
+        lock: Lock | None = None,
         gain: float | None = None,
         length: float | None = None,
     ) -> Track:
@@ -128,7 +130,11 @@ class TrackMethods(ManipulabilityMethods):
             q0: (n,) coordinates at the start [rad or m], within the limits. They need not reach the
                 first pose.
             dt: Time from pose to pose [s].
-            rate_limits: () or (n,) largest rates [rad/s or m/s]; none if None.
+            rate_limits: () or (n,) largest rates [rad/s or m/s]; none if None. A limit of 0 is a
+                lock.
+            lock: Coordinates that keep their values of q0 exactly, by names or indexes; a joint of
+                the main chain stands for the coordinate that moves it. Singular values and damping
+                are those of the robot without them.
             gain: The rate at which errors are corrected [1/s], above 0, at most 1 / dt; 0.5 / dt if
                 None.
             length: The characteristic length [m], which compares angles with distances: with a
@@ -152,7 +158,7 @@ class TrackMethods(ManipulabilityMethods):
             Bounded-variable least squares, 1995.
         """
         path, start = self._checked_path(poses, q0)
-        rates = self._rates(rate_limits)
+        rates = self._rates(rate_limits, lock)
         _require(
             isinstance(dt, Real) and 0 < dt < np.inf,
             f"{self.name}.track: dt must be a positive number, got {dt!r}",
@@ -187,15 +193,21 @@ class TrackMethods(ManipulabilityMethods):
         _require(not outside.any(), f"{self.name}.track: q0 {start}: {name} is outside its limits")
         return path, start
 
-    def _rates(self, rate_limits: ArrayLike | None) -> FloatArray:
+    def _rates(self, rate_limits: ArrayLike | None, lock: Lock | None) -> FloatArray:
         given = np.inf if rate_limits is None else rate_limits
         given = real_array(f"{self.name}.track", "rate_limits", given)
         if given.shape not in {(), (self.n,)}:
             raise ShapeError(
                 f"{self.name}.track: expected rate_limits () or ({self.n},), got {given.shape}"
             )
-        _require(bool((given > 0).all()), f"{self.name}.track: rate_limits must be positive")
-        return np.ascontiguousarray(np.broadcast_to(given, self.n))
+        _require(bool((given >= 0).all()), f"{self.name}.track: rate_limits must not be negative")
+        rates = np.array(np.broadcast_to(given, self.n))
+        rates[locked_coordinates(self, "track", lock)] = 0
+        _require(
+            bool(rates.any()),
+            f"{self.name}.track: every rate limit is 0, so that nothing is left to move",
+        )
+        return rates
 
     def _units(self, q: FloatArray, length: float) -> FloatArray:
         """Motion of the tool [m] per unit of each coordinate, which depends on gears."""

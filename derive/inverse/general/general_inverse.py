@@ -30,15 +30,17 @@ class GeneralInverse:
     given: tuple[str, ...] = ()
 
 
-def general_inverse(robot: Robot) -> GeneralInverse | None:
+def general_inverse(robot: Robot, give: tuple[int, ...] = ()) -> GeneralInverse | None:
     """The inverse of an arm of six or seven revolute joints, or None where it has none.
 
     Args:
         robot: The description.
+        give: Index of the joint of seven to be given; () for the one that is best.
     """
-    if not any(is_fit(robot, joints) for joints in (JOINTS, JOINTS + 1)):
+    sizes = (JOINTS + len(give),) if give else (JOINTS, JOINTS + 1)
+    if len(give) > 1 or not any(is_fit(robot, joints) for joints in sizes):
         return None
-    choice = choose(numbers(robot))
+    choice = choice_at(numbers(robot), give[0]) if give else choose(numbers(robot))
     if choice is None:
         return None
     count = "six" if choice.given is None else "seven"

@@ -35,6 +35,8 @@ MOST_ADDENDS = 16
 """Addends of a constant in parameters up to which it is written out to let equal ones cancel."""
 SOME_SLIDE = 0.6180339887
 """A slide (metre) in general position: axes that meet at this length meet at any."""
+SOME_TURN = 0.7548776662
+"""A turn (radian) in general position."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +67,10 @@ class Axis:
     def turns(self) -> bool:
         """Whether the joint is revolute."""
         return self.kind == "revolute"
+
+    def is_along(self, other: "Axis") -> bool:
+        """Whether the axis has the direction of another one, or the opposite."""
+        return bool(np.linalg.norm(np.cross(self.direction, other.direction)) <= EXACT_STRUCTURE)
 
     def reversed(self) -> "Axis":
         """The axis as one sees it from the tool: it turns the other way."""
@@ -166,6 +172,12 @@ def numbers(terms: Terms, vector: Iterable[sp.Expr]) -> NDArray[np.float64]:
     return np.array([float(terms.value(component)) for component in vector])
 
 
+def rotation(k: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
+    """The rotation matrix about a unit vector (Rodrigues)."""
+    K = np.array([[0, -k[2], k[1]], [k[2], 0, -k[0]], [-k[1], k[0], 0]])
+    return np.asarray(np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K)
+
+
 @dataclass(frozen=True)
 class Lines:
     """The axes of a chain, and the tolerance up to which they count as parallel or as meeting.
@@ -191,17 +203,22 @@ class Lines:
         return replace(self, axes=tuple(axis.reversed() for axis in self.axes[::-1]))
 
     def at_generic(self, given: Sequence[int]) -> "Lines":
-        """The axes of joints that are not given, after given slides in general position.
+        """The axes of joints that are not given, after given joints in general position.
 
         It serves to judge the structure, not to solve it.
         """
-        origin = np.zeros(3)
+        R, t = np.eye(3), np.zeros(3)
         kept = []
         for k, axis in enumerate(self.axes):
             if k not in given:
-                kept.append(replace(axis, origin=axis.origin + origin))
+                at = replace(axis, direction=R @ axis.direction, origin=R @ axis.origin + t)
+                kept.append(at)
+            elif axis.turns and kept:
+                turn = rotation(axis.direction, SOME_TURN)
+                t = t + R @ (axis.origin - turn @ axis.origin)
+                R = R @ turn
             elif not axis.turns:
-                origin = origin + SOME_SLIDE * axis.direction
+                t = t + SOME_SLIDE * (R @ axis.direction)
         return replace(self, axes=tuple(kept))
 
     def parallel(self, *indices: int) -> bool:

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...model.tolerances import JACOBIAN_RANK
-from .lines import Lines
+from .lines import Lines, rotation
 
 _POSTURES = 3
 
@@ -59,9 +59,3 @@ def _jacobian(
             columns.append(np.concatenate([h, np.zeros(3)]))
             t = t + h * value
     return np.array(columns).T, R, t
-
-
-def rotation(k: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
-    """The rotation matrix about a unit vector (Rodrigues)."""
-    K = np.array([[0, -k[2], k[1]], [k[2], 0, -k[0]], [-k[1], k[0], 0]])
-    return np.asarray(np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K)

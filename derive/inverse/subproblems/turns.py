@@ -90,7 +90,18 @@ def perpendicular(terms: Terms, k: Vector, v: Vector) -> Vector:
 
 
 def any_across(terms: Terms, k: Vector) -> Vector:
-    """A constant unit vector perpendicular to a constant vector."""
+    """A unit vector perpendicular to a unit vector; a constant one to a constant vector.
+
+    Source: Duff et al. 2017, Building an orthonormal basis, revisited, for vectors of the input.
+    """
+    if not all(terms.is_constant(component) for component in k):
+        side = terms.let(sp.Piecewise((1, k[2] >= 0), (-1, True), evaluate=False))
+        a = terms.let(-1 / terms.let(side + k[2]))
+        return (
+            terms.let(1 + side * k[0] ** 2 * a),
+            terms.let(side * k[0] * k[1] * a),
+            terms.let(-side * k[0]),
+        )
     size = [abs(float(terms.value(component))) for component in k]
     e = [sp.Integer(0)] * 3
     e[size.index(min(size))] = sp.Integer(1)

@@ -6,6 +6,8 @@
  *   call_general   all others: arguments are read and checked, then the ufunc broadcasts the
  *                  leading dimensions. With threads= it is called on parts of the batch
  *                  (threads.py); arguments with a ufunc protocol of their own go to overrides.py.
+ *
+ * A call of an inverse with given= is passed on as it is, to the inverse for the chosen joints.
  */
 #include <string.h>
 
@@ -349,6 +351,13 @@ PyObject *function_vectorcall(PyObject *object, PyObject *const *args, size_t n_
     PyObject *const *outs = NULL;
     long threads = 1;
 
+    if (keywords && self->chosen) {
+        int with_given = PySequence_Contains(keywords, str_given);
+        if (with_given != 0) {
+            return with_given < 0 ? NULL
+                                  : PyObject_Vectorcall(self->chosen, args, n_flagged, keywords);
+        }
+    }
     Py_ssize_t n_args = PyVectorcall_NARGS(n_flagged);
     if (keywords || n_args != kernel->n_inputs) {
         if (bind_arguments(kernel, args, n_args, keywords, slots) < 0 ||

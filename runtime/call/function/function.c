@@ -18,6 +18,7 @@ static int function_traverse(Function *self, visitproc visit, void *arg)
     Py_VISIT(self->guard);
     Py_VISIT(self->solutions);
     Py_VISIT(self->refinement);
+    Py_VISIT(self->chosen);
     return 0;
 }
 
@@ -39,6 +40,7 @@ static void function_dealloc(Function *self)
     Py_XDECREF(self->guard);
     Py_XDECREF(self->solutions);
     Py_XDECREF(self->refinement);
+    Py_XDECREF(self->chosen);
     Py_TYPE(self)->tp_free((PyObject *)self);
 }
 
@@ -116,18 +118,18 @@ PyTypeObject FunctionType = {
 
 PyObject *function_new(PyObject *library, PyObject *args, PyObject *kwargs)
 {
-    static char *keywords[] = {"name",      "inputs",     "outputs", "label", "doc",
-                               "signature", "operations", "reduced", "guard", "solutions",
-                               "rescue",    "poses",      "fk",      "unit",  NULL};
+    static char *keywords[] = {
+        "name",  "inputs",    "outputs", "label", "doc", "signature", "operations", "reduced",
+        "guard", "solutions", "rescue",  "poses", "fk",  "unit",      "chosen",     NULL};
     PyObject *name, *inputs, *outputs, *label, *doc, *signature, *operations, *reduced, *guard,
-        *solutions, *rescue;
+        *solutions, *rescue, *chosen;
     int poses;
     const char *fk_name;
     double unit;
-    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "UO!O!$UUOOO!OOOizd:function", keywords, &name,
+    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "UO!O!$UUOOO!OOOizdO:function", keywords, &name,
                                      &PyTuple_Type, &inputs, &PyTuple_Type, &outputs, &label, &doc,
                                      &signature, &operations, &PyTuple_Type, &reduced, &guard,
-                                     &solutions, &rescue, &poses, &fk_name, &unit)) {
+                                     &solutions, &rescue, &poses, &fk_name, &unit, &chosen)) {
         return NULL;
     }
     const char *utf8 = PyUnicode_AsUTF8(name);
@@ -163,6 +165,7 @@ PyObject *function_new(PyObject *library, PyObject *args, PyObject *kwargs)
     function->operations = Py_NewRef(operations);
     function->reduced = Py_NewRef(reduced);
     function->guard = guard == Py_None ? NULL : Py_NewRef(guard);
+    function->chosen = chosen == Py_None ? NULL : Py_NewRef(chosen);
     if (set_solutions(function, solutions) < 0 || set_refinement(function, rescue) < 0) {
         Py_CLEAR(function);
     }

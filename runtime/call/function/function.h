@@ -18,6 +18,7 @@ typedef struct {
     double tolerance;        /* greatest residual of a valid branch */
     PyObject *refinement;    /* of branches that are nearly valid; NULL where there is none */
     double near;             /* greatest residual of a branch that is refined */
+    PyObject *chosen;        /* takes calls with given=, of an inverse; NULL for other functions */
 } Function;
 
 extern PyTypeObject FunctionType;

@@ -46,6 +46,8 @@ typedef struct {
     int in_tool_axes; /* whether weights and error are along the axes of the tip, not the base */
     int whole;        /* whether all weights are positive: the error is then the logarithm */
     int budget;       /* evaluations of forward kinematics */
+    const unsigned char *locked; /* (n,) coordinates that keep the seed's values, or NULL */
+    int n_locked;
 } Task;
 
 /* The memory of an iteration, all of it in one block. */

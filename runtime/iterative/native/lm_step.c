@@ -14,7 +14,8 @@ int find_free(const Problem *problem, const double *e)
     int m = 0;
     for (int k = 0; k < arm->n; k++) {
         double slope = dot6(work->J + k * TWIST, e);
-        int held = (slope < 0 && work->q[k] <= arm->lower[k]) ||
+        int locked = problem->task->locked && problem->task->locked[k];
+        int held = locked || (slope < 0 && work->q[k] <= arm->lower[k]) ||
                    (slope > 0 && work->q[k] >= arm->upper[k]);
         if (!held) {
             work->free[m++] = k;

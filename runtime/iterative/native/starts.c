@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "iterative/native/evaluate.h"
+
 /* Writes the weighted squared distances of the table's poses from the target. The distance between
  * rotations is half the squared difference of their matrices, angle^2 to second order. */
 static void measure_starts(const Problem *problem, double *distances)
@@ -25,6 +27,30 @@ static void measure_starts(const Problem *problem, double *distances)
     }
 }
 
+/* Copies a start of the table (n_all,), with the seed's values of locked coordinates. */
+static void copy_start(const Problem *problem, const double *seed, int start, double *to)
+{
+    const Arm *arm = problem->arm;
+    const Task *task = problem->task;
+    memcpy(to, arm->starts + (size_t)start * arm->n_all, arm->n_all * sizeof(double));
+    for (int k = 0; k < arm->n && task->n_locked; k++) {
+        to[k] = task->locked[k] ? seed[k] : to[k];
+    }
+}
+
+/* Writes the squared errors of the starts themselves: with locked coordinates the tool is elsewhere
+ * than in the table. */
+static void measure_locked_starts(const Problem *problem, const double *seed, double *distances)
+{
+    const Workspace *work = problem->work;
+    Evaluation there;
+    for (int s = 0; s < problem->arm->n_starts; s++) {
+        copy_start(problem, seed, s, work->trial);
+        int defined = evaluate(problem, work->trial, work->trial_J, &there);
+        distances[s] = defined ? there.half_square : INFINITY;
+    }
+}
+
 static int nearest_start(const double *distances, int count)
 {
     int nearest = 0;
@@ -43,7 +69,9 @@ int next_start(const Problem *problem, const double *seed, int tried)
         memcpy(work->q, seed, row);
         return 1;
     }
-    if (tried == (seed != NULL)) {
+    if (tried == (seed != NULL) && problem->task->n_locked) {
+        measure_locked_starts(problem, seed, work->distances);
+    } else if (tried == (seed != NULL)) {
         measure_starts(problem, work->distances);
     }
     int next = nearest_start(work->distances, arm->n_starts);
@@ -51,7 +79,7 @@ int next_start(const Problem *problem, const double *seed, int tried)
         return 0;
     }
     work->distances[next] = INFINITY;
-    memcpy(work->q, arm->starts + (size_t)next * arm->n_all, row);
+    copy_start(problem, seed, next, work->q);
     return 1;
 }
 

@@ -14,7 +14,7 @@ int rate_problem_new(RateProblem *p, int n)
     int longer = n < TWIST ? TWIST : n;
     size_t doubles = (size_t)TWIST * (2 * n + longer) + 12 * (size_t)n;
     p->n = p->svd.n = n;
-    p->memory = calloc(doubles * sizeof(double) + 3 * (size_t)n + 1, 1);
+    p->memory = calloc(doubles * sizeof(double) + 4 * (size_t)n + 1, 1);
     if (!p->memory) {
         return -1;
     }
@@ -29,6 +29,7 @@ int rate_problem_new(RateProblem *p, int n)
         *vectors[i] = next;
     }
     p->held = (char *)next, p->best_held = p->held + n, p->limited = p->best_held + n;
+    p->locked = p->limited + n;
     return 0;
 }
 
@@ -167,7 +168,7 @@ static int decompose_free(RateProblem *p)
 /* Holds joints one after the other, each time the one that keeps the scale from being larger. */
 static void hold_one_by_one(RateProblem *p, Candidate *best)
 {
-    memset(p->held, 0, p->n);
+    memcpy(p->held, p->locked, p->n);
     memset(p->held_rate, 0, p->n * sizeof(double));
     for (;;) {
         Candidate found = compute_candidate(p);
@@ -196,7 +197,7 @@ static void hold_as_in_box(RateProblem *p, Candidate *best)
     damped_box_solve(&box, p->V);
     damped_box_bound(&box, p->lo, p->hi);
     for (int k = 0; k < p->n; k++) {
-        p->held[k] = box.at[k] != 0;
+        p->held[k] = p->locked[k] || box.at[k] != 0;
         p->held_rate[k] = box.at[k] ? box.x[k] : 0;
     }
     damped_box_free(&box);

@@ -24,6 +24,7 @@ typedef struct {
     double *y;                   /* (n,) the result */
     double *exact_lo, *exact_hi; /* (n,) the bounds in rad/s or m/s */
     char *limited;               /* (n,) whether a bound determines the rate of the joint */
+    char *locked;                /* (n,) joints that do not move: the others are the whole arm */
     char *held; /* (n,) joints that are held at a bound, as columns that the SVD leaves out */
     Svd svd;
     double *a, *b, *held_rate; /* (n,) candidates y = a + b; rates of the joints held */

@@ -44,7 +44,8 @@ static double round_before_limit(double q, double rate, double dt, double limit,
 }
 
 /* Writes the least and the greatest rate of one joint. Where limits contradict one another,
- * acceleration goes before rate, and rate before the joint's limit. */
+ * acceleration goes before rate, and rate before the joint's limit. A rate limit of 0 is a lock and
+ * goes before all of them. */
 static void bound_rate(const double *x, double dt, double *least, double *greatest)
 {
     double q = x[Q], acceleration = x[ACCELERATION], previous = x[PREVIOUS];
@@ -71,6 +72,10 @@ static void bound_rate(const double *x, double dt, double *least, double *greate
     }
     double from = *least, to = *greatest;
     int defined = !isnan(q) && !isnan(previous);
+    if (x[RATE] == 0) {
+        *least = *greatest = defined ? 0 : NAN;
+        return;
+    }
     *least = defined ? clamp(down, from, to) : NAN;
     *greatest = defined ? clamp(up, from, to) : NAN;
 }

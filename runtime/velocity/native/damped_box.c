@@ -18,7 +18,8 @@ int damped_box_new(DampedBox *box, int n, double border, double damping)
     if (!block) {
         return 0;
     }
-    *box = (DampedBox){.n = n, .border = border, .least_damping = damping, .damping = damping};
+    *box = (DampedBox){
+        .n = n, .moving = n, .border = border, .least_damping = damping, .damping = damping};
     box->age = MOST_AGE;
     box->rows = block;
     box->x = box->rows + TWIST * N;
@@ -84,7 +85,7 @@ double damped_box_decompose(DampedBox *box, const double *J)
         }
         ordered[rank] = value;
     }
-    return ordered[(n < TWIST ? n : TWIST) - 1];
+    return ordered[(box->moving < TWIST ? box->moving : TWIST) - 1];
 }
 
 void damped_box_solve(DampedBox *box, const double *y)

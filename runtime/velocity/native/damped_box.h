@@ -27,6 +27,7 @@
 
 typedef struct {
     int n;
+    int moving;                   /* columns that are not always zero, 1 to n */
     double border;                /* e, a singular value */
     double least_damping;         /* the d to begin with */
     double damping;               /* d now; see damped_box_adapt */
@@ -47,7 +48,7 @@ int damped_box_new(DampedBox *box, int n, double border, double damping);
 
 void damped_box_free(DampedBox *box);
 
-/* Decomposes J (6, n). Returns the smallest of its min(6, n) singular values. */
+/* Decomposes J (6, n). Returns the smallest of its min(6, moving) singular values. */
 double damped_box_decompose(DampedBox *box, const double *J);
 
 /* Computes x for y (6,) from the last decomposition, without bounds. */

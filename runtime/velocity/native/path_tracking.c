@@ -18,6 +18,10 @@ int tracking_new(Tracking *t, double border, double damping)
         free(t->memory);
         return 0;
     }
+    t->box.moving = 0;
+    for (size_t j = 0; j < n; j++) {
+        t->box.moving += t->rate[j] > 0;
+    }
     t->J = t->memory;
     t->scaled = t->J + TWIST * n;
     t->low = t->scaled + TWIST * n;
@@ -47,7 +51,8 @@ static int forward_kinematics(Tracking *t, const double *q)
 }
 
 /* Writes the displacement from the tool to pose k, records its size, adapts the damping to how well
- * the last step was predicted, and decomposes the Jacobian. */
+ * the last step was predicted, and decomposes the Jacobian; the column of a coordinate whose rate
+ * limit is 0 is zero, so that the others are the whole arm. */
 static void measure_error(Tracking *t, ptrdiff_t k, double *missing)
 {
     displacement_between(t->T, t->poses + POSE * k, missing);
@@ -55,7 +60,8 @@ static void measure_error(Tracking *t, ptrdiff_t k, double *missing)
     t->error[2 * k + 1] = sqrt(dot(missing + 3, missing + 3, 3));
     for (int i = 0; i < TWIST; i++) {
         for (int j = 0; j < t->n; j++) {
-            t->scaled[i * t->n + j] = t->J[i * t->n + j] * (i < 3 ? 1 : t->length) / t->unit[j];
+            double scaled = t->J[i * t->n + j] * (i < 3 ? 1 : t->length) / t->unit[j];
+            t->scaled[i * t->n + j] = t->rate[j] == 0 ? 0 : scaled;
         }
     }
     double distance = t->error[2 * k], rotated = t->length * t->error[2 * k + 1];
@@ -70,6 +76,9 @@ static void measure_error(Tracking *t, ptrdiff_t k, double *missing)
  * rate. */
 static double step_coordinate(const Tracking *t, int j, double from, double step)
 {
+    if (t->rate[j] == 0) {
+        return from;
+    }
     double most = t->rate[j] * t->dt, change = clamp(step, -most, most);
     double to = clamp(from + change, t->lower[j], t->upper[j]);
     /* The change is lowered by its own last places: those of a coordinate near zero are too small

@@ -10,6 +10,22 @@ enum { RATES = N_INPUTS, REACHED, DAMPING, SMALLEST, DIRECTION, SCALE, LIMITED, 
 enum { J_ROW, J_COLUMN, V_STEP, LOWER_STEP, UPPER_STEP, SECONDARY_STEP, UNIT_STEP, ROW_STEP };
 enum { RATES_STEP = ROW_STEP + 1, REACHED_STEP, DIRECTION_STEP, LIMITED_STEP };
 
+/* Takes the joints that cannot move at all out of the problem: what remains is the problem of the
+ * arm without them, and their columns are zero. */
+static void lock_joints(RateProblem *p)
+{
+    int n = p->n, free = 0;
+    for (int k = 0; k < n; k++) {
+        p->locked[k] = p->exact_lo[k] == 0 && p->exact_hi[k] == 0;
+        free += !p->locked[k];
+        for (int i = 0; i < TWIST && p->locked[k]; i++) {
+            p->J[i * n + k] = 0;
+        }
+        p->z[k] = p->locked[k] ? 0 : p->z[k];
+    }
+    p->rank = p->rank < free ? p->rank : free;
+}
+
 /* Reads the inputs in pure numbers; returns 0 where one of them is not finite; bounds may be
  * infinite, but not NaN. */
 static int read_problem(RateProblem *p, char **args, const npy_intp *core)
@@ -35,6 +51,7 @@ static int read_problem(RateProblem *p, char **args, const npy_intp *core)
     memcpy(&rank, args[RANK], sizeof rank);
     p->rank = (int)rank;
     p->border = get(args[BORDER]);
+    lock_joints(p);
     return finite;
 }
 
@@ -62,9 +79,10 @@ static void write_rates(RateProblem *p, char **args, const npy_intp *core)
 {
     int n = p->n;
     for (int k = 0; k < n; k++) {
-        p->y[k] = clamp(p->y[k] * p->unit[k], p->exact_lo[k], p->exact_hi[k]);
+        double rate = clamp(p->y[k] * p->unit[k], p->exact_lo[k], p->exact_hi[k]);
+        p->y[k] = p->locked[k] ? 0 : rate;
         put(args[RATES] + k * core[RATES_STEP], p->y[k]);
-        args[LIMITED][k * core[LIMITED_STEP]] = p->limited[k];
+        args[LIMITED][k * core[LIMITED_STEP]] = p->limited[k] || p->locked[k];
     }
     for (int i = 0; i < TWIST; i++) {
         double sum = 0;
@@ -75,16 +93,17 @@ static void write_rates(RateProblem *p, char **args, const npy_intp *core)
     }
 }
 
-static void write_nan(int n, char **args, const npy_intp *core)
+/* Writes the same value into all results: NaN, or 0 where every joint is locked. */
+static void write_everywhere(double value, int limited, int n, char **args, const npy_intp *core)
 {
-    fill_vector(args[RATES], n, core[RATES_STEP], NAN);
-    fill_vector(args[REACHED], TWIST, core[REACHED_STEP], NAN);
-    fill_vector(args[DIRECTION], TWIST, core[DIRECTION_STEP], NAN);
-    put(args[DAMPING], NAN);
-    put(args[SMALLEST], NAN);
-    put(args[SCALE], NAN);
+    fill_vector(args[RATES], n, core[RATES_STEP], value);
+    fill_vector(args[REACHED], TWIST, core[REACHED_STEP], value);
+    fill_vector(args[DIRECTION], TWIST, core[DIRECTION_STEP], value);
+    put(args[DAMPING], value);
+    put(args[SMALLEST], value);
+    put(args[SCALE], value);
     for (int k = 0; k < n; k++) {
-        args[LIMITED][k * core[LIMITED_STEP]] = 0;
+        args[LIMITED][k * core[LIMITED_STEP]] = (char)limited;
     }
 }
 
@@ -104,10 +123,14 @@ void solve_loop(char **arguments, const npy_intp *dimensions, const npy_intp *st
     }
     for (npy_intp row = 0; row < dimensions[0]; row++, advance(args, steps, N_OPERANDS)) {
         if (!read_problem(&p, args, core)) {
-            write_nan(p.n, args, core);
+            write_everywhere(NAN, 0, p.n, args, core);
             continue;
         }
-        memset(p.held, 0, p.n);
+        if (p.rank == 0) {
+            write_everywhere(0, 1, p.n, args, core);
+            continue;
+        }
+        memcpy(p.held, p.locked, p.n);
         svd_decompose(&p.svd, p.J, p.held);
         write_smallest(&p, args, core);
         put(args[SCALE], solve_within_bounds(&p));

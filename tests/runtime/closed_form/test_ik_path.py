@@ -240,3 +240,70 @@ def test_seven_joints_with_one_given():
     path = arm.ik_path(arm.fk(q), q[0], q[:, 6])
     assert path.complete
     np.testing.assert_allclose(path.q, q, atol=1e-9)
+
+
+TASKS = {
+    "lynxmotion": ["position", "position_pitch", "position_direction"],
+    "bricklaying_planar": ["planar"],
+}
+STILL = {"position": [3, 4], "position_pitch": [4], "position_direction": [4], "planar": []}
+"""Coordinates that each task leaves at 0."""
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_parts_of_poses_along_random_ways(name):
+    robot, rng, kept = chasles.load(name), np.random.default_rng(3), 0
+    assert [f"ik_{task}" for task in TASKS[name]] == [
+        name for name in robot.functions if name.startswith("ik_")
+    ]
+    lower, upper = np.maximum(robot.lower, -2.5), np.minimum(robot.upper, 2.5)
+    for task in TASKS[name]:
+        for _ in range(60):
+            q0, turn = rng.uniform(0.15, 0.85, robot.n), rng.uniform(-0.1, 0.1, robot.n)
+            q = lower + line(q0, q0 + turn, 60) * (upper - lower)
+            q[:, STILL[task]] = 0
+            T = robot.fk(q)
+            path = robot.ik_path(T, q[0], task=task)
+            assert path.complete
+            there = robot.fk(path.q)
+            np.testing.assert_allclose(there[:, :3, 3], T[:, :3, 3], atol=1e-9)
+            if task != "position":
+                np.testing.assert_allclose(there[:, 2, 2], T[:, 2, 2], atol=1e-9)
+            # Only where branches meet may the path go on by another one.
+            if path.smallest_margin > 1e-3:
+                np.testing.assert_allclose(path.q, q, atol=1e-7)
+                kept += 1
+    assert kept >= 45 * len(TASKS[name])
+
+
+def test_five_axes_along_a_straight_line_at_a_constant_pitch():
+    robot = chasles.load("lynxmotion")
+    q = np.array([0.3, 1.4, -1.2, -0.9, 0.0])
+    start = robot.fk(q)
+    T = np.broadcast_to(start, (300, 4, 4)).copy()
+    T[:, :3, 3] += line([0, 0, 0], [-0.03, 0.04, 0.02], 300)
+    # Its five axes cannot keep the whole orientation on the way.
+    assert robot.ik_path(T, q).ended_at == 1
+    path = robot.ik_path(T, q, task="position_pitch")
+    assert path.complete
+    there = robot.fk(path.q)
+    np.testing.assert_allclose(there[:, :3, 3], T[:, :3, 3], atol=1e-12)
+    np.testing.assert_allclose(there[:, 2, 2], start[2, 2], atol=1e-12)
+    assert path.largest_step.max() < 0.01
+    # The same from the input of ik_position_pitch itself.
+    pitch = np.arctan2(start[2, 2], np.hypot(*start[:2, 2]))
+    x = np.column_stack([T[:, :3, 3], np.full(300, pitch)])
+    np.testing.assert_array_equal(robot.ik_path(x, q, task="position_pitch").q, path.q)
+
+
+def test_a_part_that_a_robot_has_no_inverse_for_is_named():
+    robot = chasles.load("lynxmotion")
+    message = "no inverse for task 'planar'; it has pose, position, position_pitch, position_dir"
+    with pytest.raises(chasles.InputValueError, match=message):
+        robot.ik_path(np.eye(4)[None], np.zeros(5), task="planar")
+    with pytest.raises(
+        chasles.InputValueError, match="no inverse for task 'position'; it has pose"
+    ):
+        chasles.load("ur5e").ik_path(np.eye(4)[None], np.zeros(6), task="position")
+    with pytest.raises(chasles.ShapeError, match=r"T \(m, 4, 4\) or \(m, 4\) and seed \(5,\)"):
+        robot.ik_path(np.zeros((3, 5)), np.zeros(5), task="position_pitch")

@@ -207,6 +207,10 @@ static void check_batch(const Arm *arm, const Task *task, const double *poses, c
         }
         for (int i = 0; i < arm->n; i++) {
             double q = alone.q[k * arm->n + i];
+            if (task->n_locked && task->locked[i] && k < POSES - 1 &&
+                q != seeds[k * arm->n_all + i]) {
+                fail("a locked coordinate has moved", k);
+            }
             if (k < POSES - 1 && !(q >= arm->lower[i] && q <= arm->upper[i])) {
                 fail("a coordinate violates its limits", k);
             }
@@ -234,16 +238,32 @@ static int check_inverse(const char *mode)
     }
     poses[(POSES - 2) * POSE + 3] += 1e3;
     poses[(POSES - 1) * POSE] = NAN;
-    const Task tasks[] = {{whole, 1.0, TOLERANCE, 0, 1, 20000},
-                          {position, 1.0, TOLERANCE, 1, 0, 20000}};
+    unsigned char *locked = calloc(arm.n, 1);
+    if (!locked) {
+        fail("no memory", 0);
+    }
+    locked[0] = 1;
+    const Task tasks[] = {{whole, 1.0, TOLERANCE, 0, 1, 20000, NULL, 0},
+                          {position, 1.0, TOLERANCE, 1, 0, 20000, NULL, 0},
+                          {whole, 1.0, TOLERANCE, 0, 1, 20000, locked, 1}};
     for (int t = 0; t < 2; t++) {
         check_batch(&arm, &tasks[t], poses, NULL);
         check_batch(&arm, &tasks[t], poses, seeds);
     }
+    /* The first coordinate of each pose is locked, and the others begin elsewhere. */
+    for (int k = 0; k < POSES; k++) {
+        double *seed = seeds + (size_t)k * arm.n_all;
+        configuration(&arm, k, reach, seed);
+        double first = seed[0];
+        configuration(&arm, k + POSES, reach, seed);
+        seed[0] = first;
+    }
+    check_batch(&arm, &tasks[2], poses, seeds);
+    free(locked);
     free(poses);
     free(seeds);
     empty(&arm);
-    return 4 * POSES;
+    return 5 * POSES;
 }
 
 /* ------------------------------------------------------------------ within a box */

@@ -464,14 +464,14 @@ def test_inputs_stay_as_they_were(ur5e):
 
 def test_the_examples_of_the_page_run(capsys):
     blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
-    assert len(blocks) == 7
+    assert len(blocks) == 8
     names, seen = {}, []
     for block in blocks:
         exec(compile(block, str(PAGE), "exec"), names)
         seen.append(dict(names))
     printed = [line for block in blocks for line in re.findall(r"print\(.*\)  # (.*)", block)]
     assert capsys.readouterr().out.splitlines() == printed
-    _, far, near, _, parts, link, _ = seen
+    _, far, near, _, parts, link, locked, _ = seen
     arm, q_now = far["arm"], far["q_now"]
     np.testing.assert_array_equal(far["found"].success, [True, False, False])
     assert away(far["reached"], far["targets"][1]) > 0.5
@@ -479,6 +479,8 @@ def test_the_examples_of_the_page_run(capsys):
     assert np.abs(near["found"].q - q_now).max() < 0.02
     assert parts["place"].success
     assert parts["point"].success
+    assert locked["stuck"].success
+    assert locked["stuck"].q[2] == q_now[2] + 0.1
     assert distance(arm.link_poses(link["found"].q)[3], link["elbow"]) <= TOLERANCE
 
 

@@ -48,4 +48,4 @@ def test_arrays_must_have_the_size_of_the_robot(arm):
         Solver("tool", functions, arm.lower[:5], arm.upper, *NONE)
     solver = Solver("tool", functions, arm.lower, arm.upper, *NONE)
     with pytest.raises(ValueError, match=r"^T: expected shape \(..., 4, 4\)$"):
-        solver.solve(np.eye(3), None, np.ones(6), False, 1e-9, 1.0, 100, 1)
+        solver.solve(np.eye(3), None, np.ones(6), False, 1e-9, 1.0, 100, 1, np.zeros(6, bool))

@@ -79,7 +79,7 @@ def test_the_page():
     """The examples of docs/velocity.md run, and what their comments promise holds."""
     page = Path(__file__).parents[3] / "docs" / "velocity.md"
     blocks = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
-    assert len(blocks) == 6
+    assert len(blocks) == 7
     names = {}
     for block in blocks:
         exec(compile(block, str(page), "exec"), names)
@@ -89,6 +89,7 @@ def test_the_page():
     assert abs(wrist.damping - 0.0016) < 1e-15
     assert abs(fast.scale - float(re.findall(r"fast\.scale  # (\S+):", blocks[2])[0])) < 0.005
     assert fast.limited.any()
+    assert (names["stiff"].qd[[2, 5]] == 0).all()
     for other in ("away", "better", "home"):
         np.testing.assert_allclose(names[other].twist, names["V"], rtol=0, atol=1e-13)
     np.testing.assert_allclose(names["still"].acceleration, np.zeros(6), rtol=0, atol=1e-13)

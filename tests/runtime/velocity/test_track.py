@@ -312,8 +312,9 @@ BAD = [
     ({"gain": 101.0}, chasles.InputError, "gain must be in"),
     ({"length": -1.0}, chasles.InputError, "track: length must be a positive number"),
     ({"rate_limits": [1.0, 2.0]}, chasles.ShapeError, r"rate_limits \(\) or \(6,\)"),
-    ({"rate_limits": 0.0}, chasles.InputError, "rate_limits must be positive"),
-    ({"rate_limits": np.nan}, chasles.InputError, "rate_limits must be positive"),
+    ({"rate_limits": 0.0}, chasles.InputError, "every rate limit is 0"),
+    ({"rate_limits": -1.0}, chasles.InputError, "rate_limits must not be negative"),
+    ({"rate_limits": np.nan}, chasles.InputError, "rate_limits must not be negative"),
 ]
 
 

@@ -1,0 +1,107 @@
+"""Inverses for joints that the user chooses to give, and the error where none is left."""
+
+from collections.abc import Iterator, Sequence
+from itertools import combinations
+
+from ..loops.hybrid import Hybrid
+from ..model.errors import RobotError
+from ..model.robot import Robot
+from ..terms.terms import Terms
+from .classify import classify
+from .families.family import Family
+from .general.general_inverse import general_tables
+from .hybrid_inverse import hybrid_inverses
+from .serial_inverse import Inverses, inverses
+from .structure import rank
+
+MOST_FREE = 6
+"""Joints that a pose of the tool determines, at most."""
+MOST_TRIED = 60
+"""Sets of joints that are tried to name those that can be given: a second or two."""
+MOST_NAMED = 12
+"""Sets of joints that an error names."""
+
+
+def inverses_for_given(
+    robot: Robot, terms: Terms, families: Sequence[Family], give: Sequence[str]
+) -> Inverses:
+    """The inverses of a serial robot where the values of some joints are given.
+
+    Args:
+        robot: The description.
+        terms: Names of all terms.
+        families: The families to try, in order.
+        give: Names of these joints; () for those that the structure of a redundant robot needs.
+
+    Raises:
+        RobotError: There is no joint of such a name, or no closed form is left for the others.
+    """
+    chosen = _indices(robot, give)
+    found = inverses(robot, terms, families=families, give=chosen)
+    if chosen and not (found.solved or found.written):
+        raise _nothing_left(robot, families, chosen, found)
+    return found
+
+
+def hybrid_inverses_for_given(
+    hybrid: Hybrid, families: Sequence[Family], give: Sequence[str]
+) -> Inverses:
+    """The inverses of a robot with loops where some joints of its main chain are given.
+
+    Raises:
+        RobotError: The main chain has no such joint, or no closed form is left for the others.
+    """
+    chosen = _indices(hybrid.robot, give)
+    if chosen and len(hybrid.q) != len(hybrid.robot.moving):
+        raise RobotError(
+            f"{hybrid.robot.name}: no joint can be given: loops couple the joints of its main "
+            "chain; ik_numeric with lock finds one solution by iteration"
+        )
+    found = hybrid_inverses(hybrid, families, chosen)
+    if chosen and not found.solved:
+        raise _nothing_left(hybrid.robot, families, chosen, found)
+    return found
+
+
+def _indices(robot: Robot, give: Sequence[str]) -> tuple[int, ...]:
+    """The indices of joints among those that move, in ascending order."""
+    names = [joint.name for joint in robot.moving]
+    unknown = [name for name in give if name not in names]
+    if unknown:
+        raise RobotError(
+            f"{robot.name} has no joint {', '.join(unknown)} to be given; its joints are "
+            f"{', '.join(names)}"
+        )
+    if len({*give}) >= len(names):
+        raise RobotError(f"{robot.name}: all joints are given, so that none is left to be found")
+    return tuple(sorted({names.index(name) for name in give}))
+
+
+def _nothing_left(
+    robot: Robot, families: Sequence[Family], chosen: tuple[int, ...], found: Inverses
+) -> RobotError:
+    """The error that names joints that leave a closed form where they are given."""
+    names = [joint.name for joint in robot.moving]
+    surplus = len(names) - rank.of_chain(found.classification.lines)
+    others = list(_offered(robot, families, chosen, max(len(chosen), surplus)))[:MOST_NAMED]
+    offered = "; ".join(", ".join(names[k] for k in g) for g in others) or "none as many"
+    rest = len(names) - len(chosen)
+    numeric = "; ik_numeric with lock finds one solution by iteration" if rest <= MOST_FREE else ""
+    return RobotError(
+        f"{robot.name}: no closed form is left where {', '.join(names[k] for k in chosen)} "
+        f"{'is' if len(chosen) == 1 else 'are'} given: {found.missing}; joints that can be given: "
+        f"{offered}{numeric}"
+    )
+
+
+def _offered(
+    robot: Robot, families: Sequence[Family], chosen: tuple[int, ...], count: int
+) -> Iterator[tuple[int, ...]]:
+    """The sets of so many joints that leave a structure, those with the chosen joints first."""
+    sets = list(combinations(range(len(robot.moving)), count))
+    sets.sort(key=lambda given: -len({*given} & {*chosen}))
+    for given in sets[:MOST_TRIED]:
+        terms = Terms({p.symbol: p.value for p in robot.parameters})
+        found = classify(robot, terms, None, families, given)
+        if found.tier == "exact" or found.near or general_tables(robot, given):
+            yield given

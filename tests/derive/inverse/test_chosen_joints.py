@@ -1,0 +1,61 @@
+"""Inverses for joints that the user gives, turning joints between others among them."""
+
+import numpy as np
+import pytest
+from derivations import ROBOTS
+
+from bench.accuracy.losses import losses_of
+from bench.cases.drawn_arms import cases_for_given, random_arm
+from chasles.derive import RobotError, derive, explain, load
+from chasles.derive.inverse.given_joints import ways_to_give
+
+SEEDS = (1, 13, 14, 22, 135, 155)
+"""Arms that nobody chose, some with turning joints given in between."""
+
+
+def test_no_random_pose_is_lost_where_joints_are_given_by_chance():
+    asked = between = 0
+    for seed in SEEDS:
+        for case in cases_for_given(random_arm(seed), seed):
+            lines, give = case.inverses.classification.lines, case.inverses.classification.give
+            found = [loss for loss in losses_of(case, seed) if loss.poses == "random"]
+            assert not found, "\n".join(map(str, found))
+            asked += 1
+            between += give not in ways_to_give(lines, len(give))
+            # The given joints have their values to the last bit.
+            q = np.random.default_rng(seed).uniform(-3, 3, (20, case.robot.n))
+            assert (case.found(q).q[..., list(give)] == q[:, None, list(give)]).all()
+    assert asked >= 10
+    assert between >= 4
+
+
+def derived(name, *give):
+    return derive(load(ROBOTS / f"{name}.toml"), ["ik"], give=give)
+
+
+def test_the_inputs_are_the_given_joints():
+    well = derived("well_manipulator", "l_MN", "theta2", "l_HI")
+    assert [a.name for a in well.function("ik").inputs] == ["T", "theta2", "l_HI", "l_MN"]
+    assert well.inverse.classification.give == (1, 3, 5)
+    panda = derived("panda", "joint2")
+    (ik,) = panda.written
+    assert [a.name for a in ik.inputs] == ["T", "q2"]
+    assert ik.role.given == (1,)
+    text = str(explain(load(ROBOTS / "photo_robot.toml"), give=("theta2", "r4")))
+    assert "Structure: spherical wrist, for given theta2 and r4." in text
+
+
+@pytest.mark.parametrize(
+    ("name", "give", "message"),
+    [
+        ("panda", ("joint8",), "panda has no joint joint8 to be given; its joints are joint1, joi"),
+        ("scara", ("shoulder", "elbow", "quill", "flange"), "all joints are given"),
+        ("iiwa14", ("A4",), "the others could still move while the tool stands still; joints that"),
+        ("well_manipulator", ("theta2",), "3 joints must be given; .* given: theta2, l_HI, l_MN; "),
+        ("board_installer", ("waist",), "loops couple the joints of its main chain; ik_numeric"),
+        ("ur5e", ("elbow",), "can be given: wrist_3; ik_numeric with lock finds one solution"),
+    ],
+)
+def test_an_error_names_the_joints_that_can_be_given(name, give, message):
+    with pytest.raises(RobotError, match=message):
+        derived(name, *give)

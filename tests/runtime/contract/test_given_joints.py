@@ -1,0 +1,205 @@
+"""`ik(T, given={...})`: inverses for joints that the caller chooses, derived on first use."""
+
+import inspect
+
+import numpy as np
+import pytest
+from scipy.optimize import root
+
+import chasles
+from bench.cases.drawn_arms import random_arm
+from chasles import screws
+from chasles.derive.build.generate import artifacts, put
+
+DEG, MM = np.pi / 180, 1e-3
+
+
+@pytest.fixture(scope="module", autouse=True)
+def cache(tmp_path_factory):
+    """One cache for this file, and C that is compiled quickly."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("CHASLES_CACHE", str(tmp_path_factory.mktemp("given")))
+        patch.setenv("CHASLES_CFLAGS", "-O0")
+        yield
+
+
+@pytest.fixture(scope="module")
+def well():
+    return chasles.load("well_manipulator")
+
+
+@pytest.fixture(scope="module")
+def panda():
+    return chasles.load("panda")
+
+
+def stages(well):
+    """The 49 s of the paper in steps of 0.1 s: poses, and the values of theta1 and theta2."""
+    t = np.arange(0, 49, 0.1)
+    upright = np.array([[0, 1, 0], [0, 0, -1], [-1, 0, 0]])
+    start = np.array([0, 88.79, -49.2, 0, -86.76, 0, -40.62]) * DEG
+    ready = np.array([0, 88.79, -11.25844509, 0, -129.76606998, 0, -35.55548493]) * DEG
+    theta = start + np.clip((t - 15) / 10, 0, 1)[:, None] * (ready - start)
+    theta[:, 0] = np.interp(t, [0, 5, 10, 15], [0, 30, 30, 0]) * DEG
+    T = well.fk(well.actuators(theta))
+    down = t > 25
+    T[down] = np.eye(4)
+    T[down, :3, :3] = upright
+    T[down, 0, 3] = 1.237
+    depth = np.interp(t, [27, 37, 39, 49], [1020, -1146, -1146, -1146 - 2166])
+    T[down, 2, 3] = depth[down] * MM
+    # The paper leaves open how joint 2 helps from 39 s on; here it lowers the arm.
+    theta2 = np.interp(t, [39, 49], [88.79, 30]) * DEG
+    return t, T, theta[:, 0], theta2
+
+
+def test_the_well_manipulator_over_its_paper_with_theta2_given(well, capfd):
+    t, T, theta1, theta2 = stages(well)
+    found = well.ik(T, given={"theta2": theta2, "l_HI": 0.0, "l_MN": 0.0})
+    assert "deriving well_manipulator for given theta2, l_HI, l_MN once" in capfd.readouterr().err
+    valid = found.valid.any(-1)
+    assert valid[t <= 39].all()
+    q = found.q[np.arange(len(t)), found.valid.argmax(-1)][valid]
+    np.testing.assert_allclose(well.fk(q), T[valid], atol=1e-10)
+    theta = well.chain(q)
+    np.testing.assert_allclose(theta[:, 1], theta2[valid], atol=1e-10)
+    np.testing.assert_allclose(theta[:, 0], theta1[valid], atol=1e-10)
+    assert np.abs(theta[:, [3, 5]]).max() == 0
+    # The same motion with the cylinder locked, followed by rates from 27 s to 37 s.
+    part = (t >= 27) & (t <= 37)
+    track = well.track(T[part], q[part[valid]][0], 0.1, lock=["theta2", "l_HI", "l_MN"])
+    locked = [1, 3, 5]
+    assert (track.q[:, locked] == track.q[0, locked]).all()
+    assert track.largest_distance < 2e-3
+    assert np.abs(well.chain(track.q)[:, 2] - theta[part[valid], 2]).max() < 2e-2
+    # By iteration, from configurations 5 cm of each cylinder away.
+    seed = q[::20] + 0.02
+    seed[:, locked] = q[::20][:, locked]
+    numeric = well.ik_numeric(T[valid][::20], seed, lock=["theta2", "l_HI", "l_MN"])
+    assert (numeric.q[:, locked] == q[::20][:, locked]).all()
+    assert numeric.success.mean() > 0.9
+
+
+def test_a_cylinder_stands_for_its_joint(well):
+    q = np.array(well.reference.q)
+    theta = well.chain(q)
+    others = {"l_HI": theta[3], "l_MN": theta[5]}
+    by_joint = well.ik(well.fk(q), given={"theta2": theta[1], **others})
+    by_cylinder = well.ik(well.fk(q), given={"cylinder_1": q[1], **others})
+    np.testing.assert_allclose(by_cylinder.q, by_joint.q, atol=1e-14)
+    np.testing.assert_allclose(by_joint.nearest(q), q, atol=1e-12)
+    # A length at which the loop does not close: NaN in a batch, an error by itself.
+    assert not well.ik(well.fk(q), given={"cylinder_1": [9.0], **others}).valid.any()
+    with pytest.raises(chasles.OutOfReachError, match="cylinder_1 does not close"):
+        well.ik(well.fk(q), given={"cylinder_1": 9.0, **others})
+    installer = chasles.load("board_installer")
+    message = "crank moves no joint of the main chain alone: give the values of joints, among waist"
+    with pytest.raises(chasles.InputValueError, match=message):
+        installer.ik(np.eye(4), given={"crank": 0.1})
+
+
+def test_the_joints_that_the_robot_needs_anyway(panda, well, capfd):
+    q = np.random.default_rng(0).uniform(-1, 1, (20, 7))
+    T = panda.fk(q)
+    for found, wanted in zip(
+        panda.ik(T, given={"joint7": q[:, 6]}), panda.ik(T, q[:, 6]), strict=True
+    ):
+        np.testing.assert_array_equal(found, wanted)
+    np.testing.assert_array_equal(panda.ik(T, q[:, 6], given=None).q, panda.ik(T, q[:, 6]).q)
+    theta = well.chain(well.reference.q)
+    T = well.fk(well.reference.q)
+    # In any order.
+    chosen = {"theta7": theta[6], "l_HI": theta[3], "l_MN": theta[5]}
+    wanted = well.ik(T, theta[3], theta[5], theta[6])
+    np.testing.assert_array_equal(well.ik(T, given=chosen).q, wanted.q)
+    assert "for given" not in capfd.readouterr().err
+
+
+def test_the_elbow_of_an_arm_of_seven_joints(panda):
+    rng = np.random.default_rng(1)
+    q = panda.lower + rng.uniform(size=(500, 7)) * (panda.upper - panda.lower)
+    T = panda.fk(q)
+    found = panda.ik(T, given={"joint4": q[:, 3]})
+    assert found.valid.any(-1).all()
+    rows = np.nonzero(found.valid)[0]
+    np.testing.assert_allclose(panda.fk(found.q[found.valid]), T[rows], atol=1e-8)
+    assert (found.q[..., 3] == q[:, None, 3]).all()
+    away = np.where(found.valid[..., None], found.moves_from(q), np.inf)
+    assert np.abs(away).max(-1).min(-1).max() < 1e-6
+    # Values and poses broadcast, out and threads are as in every call.
+    one = panda.ik(T[0], given={"joint4": q[:3, 3]}, threads=2)
+    assert one.q.shape == (3, 8, 7)
+    out = tuple(np.empty(shape) for shape in ((8, 7), (8,), (8,)))
+    assert panda.ik(T=T[0], given={"joint4": q[0, 3]}, out=out).q is out[0]
+    np.testing.assert_array_equal(out[0], one.q[0])
+
+
+def test_all_solutions_that_an_independent_search_finds(panda):
+    """Roots of the pose error by SciPy from random starts, with the joint out of the problem."""
+    rng = np.random.default_rng(2)
+    free, searched = [0, 1, 2, 4, 5, 6], 0
+    for q in rng.uniform(-1.2, 1.2, (3, 7)):
+        T = panda.fk(q)
+        found = panda.ik(T, given={"joint4": q[3]})
+
+        def error(x, q=q, T=T):
+            there = panda.fk(np.insert(x, 3, q[3]))
+            return screws.log(screws.inverse(T) @ there)
+
+        for start in rng.uniform(-np.pi, np.pi, (40, 6)):
+            answer = root(error, start, tol=1e-12)
+            if np.abs(answer.fun).max() > 1e-9:
+                continue
+            searched += 1
+            moves = found.moves_from(np.insert(answer.x, 3, q[3]))[found.valid][:, free]
+            assert np.abs(moves).max(-1).min() < 1e-5
+    assert searched > 30
+
+
+def test_right_angles_at_which_axes_become_parallel(tmp_path):
+    """Given joints in between at right angles: the arm around them has another structure there."""
+    robot, names = random_arm(155), ("j2", "j3")
+    files = artifacts(robot, ("fk", "fk_jacobian_mixed", "ik"), give=names)
+    put(files, tmp_path / "arm")
+    arm = chasles.load(tmp_path / "arm")
+    q = np.random.default_rng(0).integers(-1, 3, (200, arm.n)) * np.pi / 2
+    T = arm.fk(q)
+    plain = arm.ik(T, q[:, 1], q[:, 2])
+    found = arm.ik(T, given={"j3": q[:, 2], "j2": q[:, 1]})
+    assert plain.valid.any(-1).mean() < 0.9
+    assert found.valid.any(-1).all()
+    rows = np.nonzero(found.valid)[0]
+    np.testing.assert_allclose(arm.fk(found.q[found.valid]), T[rows], atol=1e-8)
+    assert (found.q[found.valid][:, [1, 2]] == q[rows][:, [1, 2]]).all()
+    lost = int(np.flatnonzero(~plain.valid.any(-1))[0])
+    one = arm.ik(T[lost], given={"j2": q[lost, 1], "j3": q[lost, 2]})
+    np.testing.assert_array_equal(one.valid, found.valid[lost])
+    with pytest.raises(chasles.DerivationError, match="chasles-derive FILE --give j1 --to FOLDER"):
+        arm.ik(T[0], given={"j1": 0.2})
+
+
+def test_errors_in_words(panda):
+    T = np.eye(4)
+    with pytest.raises(
+        chasles.InputValueError, match="no joint 'joint8' to be given; there are joi"
+    ):
+        panda.ik(T, given={"joint8": 0.0})
+    with pytest.raises(chasles.InputTypeError, match=r'expected given=\{"joint7": value\}'):
+        panda.ik(T, given=0.3)
+    with pytest.raises(chasles.InputTypeError, match="give q7 or given=, not both"):
+        panda.ik(T, 0.3, given={"joint4": 0.0})
+    with pytest.raises(chasles.InputTypeError, match="unknown argument 'given'"):
+        panda.fk(np.zeros(7), given={"joint4": 0.0})
+    arm = chasles.load("ur5e")
+    message = (
+        "where elbow is given: nearest is .* can be given: wrist_3; ik_numeric with lock finds"
+    )
+    with pytest.raises(chasles.DerivationError, match=message):
+        arm.ik(arm.fk(np.zeros(6)), given={"elbow": 0.3})
+
+
+def test_help_names_the_joints(panda):
+    assert "given" in inspect.signature(panda.ik).parameters
+    assert "given" not in inspect.signature(panda.fk).parameters
+    doc = panda.ik.__doc__
+    assert "Joints: joint1, joint2, joint3, joint4, joint5, joint6, joint7." in doc
