@@ -12,6 +12,7 @@ from types import SimpleNamespace
 import numpy as np
 import sympy as sp
 
+from chasles.closed_form.aims import Task
 from chasles.closed_form.refinement import Refinement
 from chasles.derive import Joint, Robot
 from chasles.derive.description.conventions import CONVENTIONS
@@ -152,10 +153,14 @@ class Derived(Case):
         """The answers after the refinement of poses without a solution, as a robot gives them."""
         found = self.found(q)
         valid = found.valid
-        if self.function == "ik":
-            fixed = tuple(k for k in range(self.robot.n) if k not in self.solved)
-            refine = Refinement(PoseAndJacobian(self.screws), fixed)
-            refine((self.targets(q), *self.others(q)), found.q, found.residual, valid)
+        role = self.inverses.functions[self.function].role
+        refine = Refinement(
+            PoseAndJacobian(self.screws),
+            (*role.given, *role.held),
+            task=Task(role.aims),
+            searches=role.searches,
+        )
+        refine((self.targets(q), *self.others(q)), found.q, found.residual, valid)
         return Answers(found.q, valid)
 
     @property

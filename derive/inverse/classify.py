@@ -1,6 +1,6 @@
 """The structure of a chain's axes: families are tried in order, with the deviation from each."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -129,6 +129,24 @@ def of_lines(
     nearest = min(attempts, key=lambda attempt: attempt.deviation, default=None)
     near = tuple(_near(lines, choices, families))
     return Classification(lines, None, tuple(attempts), _nearest_in_words(nearest, lines), near)
+
+
+def others_that_fit(
+    lines: Lines, found: Attempt, families: Sequence[Family] = FAMILIES
+) -> Iterator[Attempt]:
+    """Further structures for the pose that the axes have exactly, or for other given joints.
+
+    Args:
+        lines: The chain.
+        found: The structure that was found for it.
+        families: The families to try, in order.
+    """
+    families = [family for family in families if family.solves_pose and not family.inputs]
+    known = found.family, found.reading, found.given
+    for attempt in _attempts(lines, list(_choices(lines, len(lines.axes))), families):
+        other = (attempt.family, attempt.reading, attempt.given) != known
+        if other and attempt.deviation <= EXACT_STRUCTURE:
+            yield attempt
 
 
 def _near(

@@ -7,6 +7,7 @@ import sympy as sp
 
 from ...chain.forward import Pose
 from ...model.robot import Robot
+from ...terms.role import Aim
 from ...terms.symbolic_function import Argument
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, combination, subtracted
@@ -51,6 +52,7 @@ def partial_pose(
     robot: Robot,
     work: Work,
     task_input: TaskInput,
+    aims: tuple[Aim, ...],
     residual: Callable[[Pose], sp.Expr],
     identity: str,
 ) -> Solved:
@@ -61,12 +63,16 @@ def partial_pose(
         robot: The description.
         work: Holds the joints that were found.
         task_input: The part of the pose that the task prescribes.
+        aims: The same for the runtime, in the order of the input's entries.
         residual: The deviation of the tool's pose from it (metre or radian).
         identity: The identity that the function satisfies, in one line.
     """
     values = values_of(work, robot, {})
     deviation = residual(tool_of(work.terms, robot, values))
-    return branches(name, robot, work, (), values, deviation, identity, inputs=(task_input,))
+    solved = branches(name, robot, work, (), values, deviation, identity, inputs=(task_input,))
+    held = tuple(k for k, value in enumerate(values) if value == 0)
+    role = replace(solved.function.role, aims=aims, held=held)
+    return replace(solved, function=replace(solved.function, role=role))
 
 
 def _squared_distance(terms: Terms, pose: Pose) -> sp.Expr:
@@ -104,6 +110,7 @@ def position(robot: Robot, work: Work) -> Solved:
         robot,
         work,
         TaskInput(Argument("p", POSITION, (3,), "m", meaning), POSITION_ENTRIES),
+        ("position",),
         lambda pose: terms.let(sp.sqrt(_squared_distance(terms, pose))),
         "fk(q[k]) has its origin in p wherever residual[k] is rounding; free joints are 0",
     )
@@ -142,6 +149,7 @@ def position_pitch(robot: Robot, work: Work, up: Vector, pitch: CosSin) -> Solve
             Argument("x", (*POSITION, PITCH), (4,), "m, rad", meaning),
             (*POSITION_ENTRIES, _PITCH_LETTER),
         ),
+        ("position", "pitch"),
         residual,
         "fk(q[k]) has its origin in x[:3] and its third axis the elevation x[3] wherever "
         "residual[k] is rounding; a free joint is 0",
@@ -168,6 +176,7 @@ def position_direction(robot: Robot, work: Work) -> Solved:
             Argument("x", (*POSITION, *DIRECTION), (6,), "m, 1", meaning),
             (*POSITION_ENTRIES, *_DIRECTION_LETTERS),
         ),
+        ("position", "direction"),
         residual,
         "fk(q[k]) has its origin in x[:3] and the third axis x[3:] wherever residual[k] is "
         "rounding; a free joint is 0",
