@@ -3,7 +3,7 @@
 Where a joint carries what comes behind it along its own axis, its angle is arbitrary, and a step
 takes one. If other joints reach the pose for some angles alone, the closed form may lose it. That
 happens at right angles, in arms of round numbers, and with a given slide that makes axes meet which
-otherwise do not; so such configurations are tried, and ones near them.
+otherwise do not; so such configurations are tried.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..model.tolerances import LOST, NEAR_RIGHT_ANGLES
+from ..model.tolerances import LOST
 from ..terms.branches import patterns
 from ..terms.casadi_graph import lower
 from ..terms.role import Aim
@@ -46,7 +46,7 @@ def lost_poses(
         others: Functions of a configuration, among them those that further inputs are named after.
 
     Returns:
-        From 0 to :data:`SAMPLES`.
+        From 0 to ``SAMPLES``.
     """
     role = inverse.role
     q = _configurations(arm, role.held)
@@ -73,16 +73,12 @@ def _least_residuals(inverse: SymbolicFunction, inputs: Sequence[FloatArray]) ->
 
 
 def _configurations(arm: NumericArm, held: Sequence[int]) -> FloatArray:
-    """Right angles (N, n), the second half of them displaced by little.
+    """Configurations (N, n) at right angles.
 
     A slide is 0, or as long as one of the arm's offsets, which it may cancel so that axes meet.
     """
     rng = np.random.default_rng(0)
-    count = SAMPLES // 2
     slides = np.unique([0.0, *arm.offsets, *-arm.offsets])
-    q = np.stack([rng.choice(QUARTERS if turns else slides, count) for turns in arm.turns], 1)
-    by = rng.choice([*NEAR_RIGHT_ANGLES, *(-step for step in NEAR_RIGHT_ANGLES)], q.shape)
-    near = q + by * arm.turns * rng.integers(0, 2, q.shape)
-    q = np.concatenate([q, near])
+    q = np.stack([rng.choice(QUARTERS if turns else slides, SAMPLES) for turns in arm.turns], 1)
     q[:, list(held)] = 0.0
     return q

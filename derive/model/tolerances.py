@@ -159,9 +159,6 @@ LED_STEP = 0.3
 LOST = 1e-5
 """Radian, or metre for arms of a metre and more, from which a reachable pose is lost: the runtime's
 refinement begins up to there, where rounding may have spoilt a solution."""
-NEAR_RIGHT_ANGLES = tuple(10.0**-k for k in range(3, 13))
-"""Distances (radian) from right angles at which poses are tried, too: next to a singularity as many
-digits are lost as the distance has zeros."""
 JACOBIAN_RANK = 1e-9
 """A singular value of the Jacobian, lengths in parts of the arm's, that is 0 but for rounding."""
 OBLIQUE_AXES = 1e-3

@@ -4,7 +4,8 @@ Where singularities of several steps nearly coincide, each step loses half of it
 within reach may have no slot better than 1e-8. Newton's iteration from there reaches the solution
 after a step or two. Where it stands still, two solutions meet: along the motion of the joints that
 leaves the tool at rest, the error falls with the square of the way, so that the way is the root of
-the error. It runs for such targets only, one in a hundred thousand of poses made to be singular;
+the error. Where the tool rests all along such a motion but for a hundred nanometres, the whole turn
+is tried. It runs for such targets only, one in a hundred thousand of poses made to be singular;
 all others cost one comparison per slot.
 
 Some closed forms lose poses where joints are at right angles: a step takes any value for an angle
@@ -24,7 +25,7 @@ from numpy.typing import NDArray
 from ..call._call import Function
 from ..contract.facts import FunctionInfo, Manifest
 from ..se3 import projected
-from ..tolerances import REFINED, SOLVED
+from ..tolerances import AT_REST, REFINED, SOLVED
 from .aims import Task
 from .polish import BLOCK, iterate
 
@@ -35,6 +36,8 @@ IntArray = NDArray[np.intp]
 _DIRECTIONS = 2
 """Motions that leave the tool at rest, along which the iteration begins again: where three
 solutions meet the tool rests twice."""
+_TURNS = 16
+"""Parts of a turn along such a motion: the error changes with the cosine of the way."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,20 +102,27 @@ class Refinement:
         valid: BoolArray,
     ) -> None:
         """Moves some slots (N of them) onto solutions for targets (N, ...), in place."""
-        found, left = self.led(target, q[slots])
-        _take(slots, found, left, SOLVED * self.judged, (q, residual, valid))
-        still = (left <= REFINED * self.judged) & ~valid.any(-1)[slots[:-1]]
-        target, found, left = target[still], found[still], left[still]
-        slots = tuple(index[still] for index in slots)
-        for step in self._at_rest(target, found) if still.any() else ():
-            way = np.sqrt(left / self.judged)[:, None] * step
-            for start in (found + way, found - way):
-                _take(
-                    slots,
-                    *self.led(target, start),
-                    SOLVED * self.judged,
-                    (q, residual, valid),
-                )
+        near, left = self.led(target, q[slots])
+        self._take(slots, near, left, q, residual, valid)
+        for start in self._beside(target, near, left):
+            missed = ~valid.any(-1)[slots[:-1]] & np.isfinite(start).all(-1)
+            if missed.any():
+                some = tuple(index[missed] for index in slots)
+                self._take(some, *self.led(target[missed], start[missed]), q, residual, valid)
+
+    def _take(
+        self,
+        slots: tuple[IntArray, ...],
+        found: FloatArray,
+        left: FloatArray,
+        q: FloatArray,
+        residual: FloatArray,
+        valid: BoolArray,
+    ) -> None:
+        """Writes coordinates (N, n) with residuals (N,) into their slots where they are solved."""
+        solved = left <= SOLVED * self.judged
+        slots = tuple(index[solved] for index in slots)
+        q[slots], residual[slots], valid[slots] = found[solved], left[solved], True
 
     def led(self, target: FloatArray, q: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Coordinates (N, n) led from q (N, n) to targets (N, ...), and their residuals (N,)."""
@@ -132,31 +142,42 @@ class Refinement:
             J[..., :3, :] /= self.unit
         return pose, J
 
-    def _at_rest(self, target: FloatArray, q: FloatArray) -> Iterator[FloatArray]:
+    def _beside(
+        self, target: FloatArray, q: FloatArray, left: FloatArray
+    ) -> Iterator[FloatArray]:
+        """Starts (N, n) along the motions that leave the tool at rest; NaN where there is none.
+
+        Args:
+            target: (N, ...) targets.
+            q: (N, n) coordinates at which the iteration stands still.
+            left: (N,) their residuals.
+        """
+        part = left / self.judged
+        if not (part <= REFINED).any():
+            return
+        motions = self._at_rest(target, np.nan_to_num(q))
+        way = np.where(part <= REFINED, np.sqrt(part), np.nan)[:, None]
+        for motion in motions:
+            yield q + way * motion
+            yield q - way * motion
+        turn = np.where(part <= AT_REST, 2 * np.pi / _TURNS, np.nan)[:, None]
+        for motion in motions if (part <= AT_REST).any() else ():
+            whole = turn * motion / np.abs(motion).max(-1, keepdims=True)
+            yield from (q + k * whole for k in range(1, _TURNS))
+
+    def _at_rest(self, target: FloatArray, q: FloatArray) -> list[FloatArray]:
         """Motions (N, n) of length 1 that move the tool least, seen by the task."""
         n = q.shape[-1]
         free = [k for k in range(n) if k not in self.fixed]
         wanted = target if self.unit == 1 else self.task.divided(target, self.unit)
         rows, _, _ = self.task(*self._in_unit(q), wanted)
         _, _, V = np.linalg.svd(rows[..., free])
+        motions = []
         for k in range(1, min(_DIRECTIONS, len(free)) + 1):
             motion = np.zeros_like(q)
             motion[:, free] = V[:, -k]
-            yield motion
-
-
-def _take(
-    slots: tuple[IntArray, ...],
-    found: FloatArray,
-    left: FloatArray,
-    tolerance: float,
-    fields: tuple[FloatArray, FloatArray, BoolArray],
-) -> None:
-    """Writes what solves its target into the slots of q, residual and valid."""
-    q, residual, valid = fields
-    solved = left <= tolerance
-    slots = tuple(index[solved] for index in slots)
-    q[slots], residual[slots], valid[slots] = found[solved], left[solved], True
+            motions.append(motion)
+        return motions
 
 
 def refinement_of(
