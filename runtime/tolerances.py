@@ -22,8 +22,8 @@ REFINED = 1e-5
 """Residual (length, radian) up to which a slot may be a solution spoilt by rounding: the root of
 rounding is 1e-8, and a second singularity multiplies it."""
 AT_REST = 1e-7
-"""Residual (length, radian) up to which a motion of the joints may leave the tool at rest all along:
-its rate, in which the steps of the iteration are too short, is at most LEAST_DAMPING's root."""
+"""Residual (length, radian) up to which a motion of the joints may leave the tool at rest all the
+way: where it moves the tool by less, the damping keeps the steps of the iteration too short."""
 SAME_SOLUTION = 1e-6
 """Lengths or radians up to which two slots hold the same solution: at a singularity two branches
 meet, and each is known to 1e-8 there."""

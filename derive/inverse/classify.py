@@ -53,6 +53,12 @@ class Attempt:
         """The largest deviation from the conditions: radian, or parts of the arm's length."""
         return max((requirement.deviation for requirement in self.requirements), default=0.0)
 
+    def on(self, lines: Lines) -> "Attempt":
+        """The same structure tried on another chain, such as a nominal arm."""
+        left = lines.at_generic(self.given)
+        seen = left.reversed() if self.backwards else left
+        return replace(self, requirements=tuple(self.family.requires(seen)))
+
     @property
     def title(self) -> str:
         """The structure in words."""

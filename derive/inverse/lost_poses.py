@@ -35,15 +35,12 @@ TARGETS: Mapping[Aim, Callable[[FloatArray], FloatArray]] = {
 """The entries (N, size) of an aim, from poses (N, 4, 4)."""
 
 
-def lost_poses(
-    arm: NumericArm, inverse: SymbolicFunction, others: Sequence[SymbolicFunction] = ()
-) -> int:
+def lost_poses(arm: NumericArm, inverse: SymbolicFunction) -> int:
     """The number of sampled configurations whose pose no branch reaches, not even nearly.
 
     Args:
         arm: The arm.
-        inverse: The inverse of one of its tasks.
-        others: Functions of a configuration, among them those that further inputs are named after.
+        inverse: The inverse of one of its tasks, whose further inputs are given joints.
 
     Returns:
         From 0 to ``SAMPLES``.
@@ -53,10 +50,6 @@ def lost_poses(
     T, _ = arm.pose_jacobian(q)
     inputs = [np.concatenate([TARGETS[aim](T) for aim in role.aims or WHOLE], axis=1).T]
     inputs += [q[:, k][None] for k in role.given]
-    functions = {function.name: function for function in others}
-    for argument in inverse.inputs[len(inputs) :]:
-        (kernel,) = lower([functions[argument.name]], "other")
-        inputs.append(np.array(kernel(q.T)))
     least = _least_residuals(inverse, inputs)
     return int((~(least <= LOST * min(arm.length, 1.0))).sum())
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from itertools import chain, islice
 
 from ..model.robot import Robot
-from ..model.tolerances import LED
+from ..model.tolerances import EXACT_STRUCTURE, LED
 from ..terms.symbolic_function import SymbolicFunction, Table, WrittenFunction
 from ..terms.terms import Terms
 from .chain_solution import pose_task
@@ -27,7 +27,6 @@ from .structure.lines import Lines, axes_of
 from .structure.numeric_arm import NumericArm
 from .tasks.task import Solved
 from .tool_axis import by_tool_axis
-
 
 MOST_TRIED = 5
 """Structures and given joints that are tried on an arm until one loses no pose."""
@@ -129,10 +128,15 @@ def _losing_least(
 
 
 def _searching(robot: Robot, found: Inverses) -> Inverses:
-    """The same inverses, with a mark on those that lose poses at right angles."""
+    """The same inverses, with a mark on those that lose poses at right angles.
+
+    A given swivel angle, which is no coordinate, would not keep its value in a search.
+    """
+    if found.others:
+        return found
     arm = NumericArm.of(robot, found.classification.lines)
     solved = {
-        name: task.searching() if lost_poses(arm, task.function, found.others) else task
+        name: task.searching() if task.is_known and lost_poses(arm, task.function) else task
         for name, task in found.solved.items()
     }
     return replace(found, solved=solved)
@@ -146,6 +150,8 @@ def _by_nominal(
     for found in classification.near:
         nominal = nominal_of(robot, lines, found)
         exact = Lines(lines.terms, axes_of(nominal, lines.terms))
+        if found.on(exact).deviation > EXACT_STRUCTURE:
+            continue
         solved = pose_task(nominal, exact, found)
         if share_led(robot, lines, solved.function) >= LED:
             fitting = replace(classification, found=found, missing="")

@@ -77,6 +77,10 @@ class Task:
             first += AIMS[aim]
 
 
+WHOLE = Task()
+"""The whole pose."""
+
+
 def _position(pose: FloatArray, J: FloatArray, p: FloatArray) -> Measured:
     error = p - pose[:, : p.shape[1], 3]
     return J[:, : p.shape[1]], error, np.sqrt((error * error).sum(-1))

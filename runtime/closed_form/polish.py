@@ -121,7 +121,7 @@ def of_pose(pose: FloatArray, J: FloatArray, T: FloatArray) -> Measured:
 
 
 def iterate(
-    fk_jacobian: Function[tuple[FloatArray, FloatArray]],
+    fk_jacobian: Callable[[FloatArray], tuple[FloatArray, FloatArray]],
     measure: Measure,
     T: FloatArray,
     q: FloatArray,

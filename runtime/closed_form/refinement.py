@@ -26,7 +26,7 @@ from ..call._call import Function
 from ..contract.facts import FunctionInfo, Manifest
 from ..se3 import projected
 from ..tolerances import AT_REST, REFINED, SOLVED
-from .aims import Task
+from .aims import WHOLE, Task
 from .polish import BLOCK, iterate
 
 FloatArray = NDArray[np.float64]
@@ -52,14 +52,17 @@ class Refinement:
         task: The part of the tool's pose that the inverse asks for.
         judged: The same unit in residuals and tolerances: the task's, which may be 1.
         searches: Whether the closed form loses targets, so that every slot is tried.
+        is_determined: Whether the target and the fixed coordinates are all that is given; a swivel
+            angle changes along a motion that leaves the tool at rest.
     """
 
     fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]]
     fixed: tuple[int, ...]
     unit: float = 1.0
-    task: Task = Task()
+    task: Task = WHOLE
     judged: float = 1.0
     searches: bool = False
+    is_determined: bool = True
 
     @property
     def near(self) -> float:
@@ -76,7 +79,7 @@ class Refinement:
         """Moves slots near a solution onto it, in place.
 
         A slot that reaches no solution keeps its least-squares answer. A given swivel angle keeps
-        its value up to the residual of the closed form, unless the inverse searches.
+        its value up to the residual of the closed form.
 
         Args:
             inputs: The inputs of the inverse: targets (..., *task.shape) first.
@@ -90,6 +93,7 @@ class Refinement:
         for first in range(0, len(slots[0]), BLOCK):
             block = tuple(index[first : first + BLOCK] for index in slots)
             target = targets[block[:-1]]
+            target = np.broadcast_to(target, (len(block[0]), *self.task.shape))
             target = target if self.task.aims else projected("refinement", target)
             self._refine(target, block, q, residual, valid)
 
@@ -105,7 +109,7 @@ class Refinement:
         near, left = self.led(target, q[slots])
         self._take(slots, near, left, q, residual, valid)
         for start in self._beside(target, near, left):
-            missed = ~valid.any(-1)[slots[:-1]] & np.isfinite(start).all(-1)
+            missed = ~np.asarray(valid.any(-1))[slots[:-1]] & np.isfinite(start).all(-1)
             if missed.any():
                 some = tuple(index[missed] for index in slots)
                 self._take(some, *self.led(target[missed], start[missed]), q, residual, valid)
@@ -142,9 +146,7 @@ class Refinement:
             J[..., :3, :] /= self.unit
         return pose, J
 
-    def _beside(
-        self, target: FloatArray, q: FloatArray, left: FloatArray
-    ) -> Iterator[FloatArray]:
+    def _beside(self, target: FloatArray, q: FloatArray, left: FloatArray) -> Iterator[FloatArray]:
         """Starts (N, n) along the motions that leave the tool at rest; NaN where there is none.
 
         Args:
@@ -153,7 +155,7 @@ class Refinement:
             left: (N,) their residuals.
         """
         part = left / self.judged
-        if not (part <= REFINED).any():
+        if not (self.is_determined and (part <= REFINED).any()):
             return
         motions = self._at_rest(target, np.nan_to_num(q))
         way = np.where(part <= REFINED, np.sqrt(part), np.nan)[:, None]
@@ -213,6 +215,7 @@ def refinement_of(
         Task(info.aims),
         judged,
         info.searches,
+        len(info.inputs) - 1 <= len(info.given),
     )
 
 

@@ -119,10 +119,10 @@ def _in_base_plane(robot: Robot, lines: Lines) -> Solved:
             Argument("x", (X, Y, _PHI), (3,), "m, rad", meaning),
             (*POSITION_ENTRIES[:2], _PHI_LETTER),
         ),
-        ("plane", "heading"),
         residual,
         "fk(q[k]) has its origin in x[:2] and its first axis at the angle x[2] wherever "
         "residual[k] is rounding",
+        ("plane", "heading"),
     )
 
 

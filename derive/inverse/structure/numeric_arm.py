@@ -1,4 +1,4 @@
-"""An arm in numbers: the poses and the Jacobians of configurations that a decision is sampled at."""
+"""An arm in numbers: poses and Jacobians at configurations by which a decision is made."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

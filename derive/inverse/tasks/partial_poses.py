@@ -52,9 +52,9 @@ def partial_pose(
     robot: Robot,
     work: Work,
     task_input: TaskInput,
-    aims: tuple[Aim, ...],
     residual: Callable[[Pose], sp.Expr],
     identity: str,
+    aims: tuple[Aim, ...] = (),
 ) -> Solved:
     """The task that asks for part of a pose, from the joints that were found for it.
 
@@ -63,9 +63,10 @@ def partial_pose(
         robot: The description.
         work: Holds the joints that were found.
         task_input: The part of the pose that the task prescribes.
-        aims: The same for the runtime, in the order of the input's entries.
         residual: The deviation of the tool's pose from it (metre or radian).
         identity: The identity that the function satisfies, in one line.
+        aims: The parts of the pose for the runtime, in the order of the input's entries; without
+            them it does not refine the task near singularities.
     """
     values = values_of(work, robot, {})
     deviation = residual(tool_of(work.terms, robot, values))
@@ -110,9 +111,9 @@ def position(robot: Robot, work: Work) -> Solved:
         robot,
         work,
         TaskInput(Argument("p", POSITION, (3,), "m", meaning), POSITION_ENTRIES),
-        ("position",),
         lambda pose: terms.let(sp.sqrt(_squared_distance(terms, pose))),
         "fk(q[k]) has its origin in p wherever residual[k] is rounding; free joints are 0",
+        ("position",),
     )
 
 
@@ -149,10 +150,10 @@ def position_pitch(robot: Robot, work: Work, up: Vector, pitch: CosSin) -> Solve
             Argument("x", (*POSITION, PITCH), (4,), "m, rad", meaning),
             (*POSITION_ENTRIES, _PITCH_LETTER),
         ),
-        ("position", "pitch"),
         residual,
         "fk(q[k]) has its origin in x[:3] and its third axis the elevation x[3] wherever "
         "residual[k] is rounding; a free joint is 0",
+        ("position", "pitch"),
     )
 
 
@@ -176,10 +177,10 @@ def position_direction(robot: Robot, work: Work) -> Solved:
             Argument("x", (*POSITION, *DIRECTION), (6,), "m, 1", meaning),
             (*POSITION_ENTRIES, *_DIRECTION_LETTERS),
         ),
-        ("position", "direction"),
         residual,
         "fk(q[k]) has its origin in x[:3] and the third axis x[3:] wherever residual[k] is "
         "rounding; a free joint is 0",
+        ("position", "direction"),
     )
 
 

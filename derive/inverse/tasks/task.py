@@ -54,6 +54,11 @@ class Solved:
     given: tuple[str, ...] = ()
     inputs: tuple[TaskInput, ...] = ()
 
+    @property
+    def is_known(self) -> bool:
+        """Whether the function's role says what the task asks of the tool's pose."""
+        return self.function.role.domain == "pose" or bool(self.function.role.aims)
+
     def searching(self) -> "Solved":
         """The same task, whose function says that the runtime has to search for lost poses."""
         role = replace(self.function.role, searches=True)
