@@ -34,7 +34,7 @@ Measured = tuple[FloatArray, FloatArray, FloatArray]
 Measure = Callable[[FloatArray, FloatArray, FloatArray], Measured]
 """From poses (N, 4, 4), Jacobians (N, 6, n) at the tip in base axes and targets (N, ...)."""
 
-_STEPS = 40
+STEPS = 40
 """An arm 5 mm off takes three or four steps, each of which doubles the digits; where branches meet,
 a step reduces the error by a factor of four or less."""
 _LESS, _MORE = 0.1, 100.0
@@ -126,6 +126,7 @@ def iterate(
     T: FloatArray,
     q: FloatArray,
     fixed: Sequence[int],
+    steps: int = STEPS,
 ) -> FloatArray:
     """Moves coordinates in place until the tool is where a measure wants it.
 
@@ -135,6 +136,7 @@ def iterate(
         T: (N, ...) targets.
         q: (N, n) coordinates at the start, which become those at the end.
         fixed: Indices of the coordinates that keep their values.
+        steps: Number of steps after which it ends.
 
     Returns:
         (N,) the size of the error at the end.
@@ -151,7 +153,7 @@ def iterate(
     least = now.residual
     row, damping = np.arange(len(q)), np.ones(len(q))
     going = (least > POLISHED) & np.isfinite(least)
-    for _ in range(_STEPS):
+    for _ in range(steps):
         if not going.all():
             row, T, damping = row[going], T[going], damping[going]
             now = _State(*(field[going] for field in now))

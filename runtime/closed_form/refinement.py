@@ -27,7 +27,7 @@ from ..contract.facts import FunctionInfo, Manifest
 from ..se3 import projected
 from ..tolerances import AT_REST, REFINED, SOLVED
 from .aims import WHOLE, Task
-from .polish import BLOCK, iterate
+from .polish import BLOCK, STEPS, iterate
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -36,6 +36,9 @@ IntArray = NDArray[np.intp]
 _DIRECTIONS = 2
 """Motions that leave the tool at rest, along which the iteration begins again: where three
 solutions meet the tool rests twice."""
+_SEARCH = 12
+"""Steps from a slot far away, after which only what is near goes on: for a pose out of reach each
+step costs time, and where a solution is double a step leaves a quarter of the error."""
 _TURNS = 16
 """Parts of a turn along such a motion: the error changes with the cosine of the way."""
 
@@ -106,7 +109,7 @@ class Refinement:
         valid: BoolArray,
     ) -> None:
         """Moves some slots (N of them) onto solutions for targets (N, ...), in place."""
-        near, left = self.led(target, q[slots])
+        near, left = self.led(target, q[slots], _SEARCH if self.searches else STEPS)
         self._take(slots, near, left, q, residual, valid)
         for start in self._beside(target, near, left):
             missed = ~np.asarray(valid.any(-1))[slots[:-1]] & np.isfinite(start).all(-1)
@@ -128,11 +131,13 @@ class Refinement:
         slots = tuple(index[solved] for index in slots)
         q[slots], residual[slots], valid[slots] = found[solved], left[solved], True
 
-    def led(self, target: FloatArray, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def led(
+        self, target: FloatArray, q: FloatArray, steps: int = STEPS
+    ) -> tuple[FloatArray, FloatArray]:
         """Coordinates (N, n) led from q (N, n) to targets (N, ...), and their residuals (N,)."""
         found = q.copy()
         wanted = target if self.unit == 1 else self.task.divided(target, self.unit)
-        iterate(self._in_unit, self.task, wanted, found, self.fixed)
+        iterate(self._in_unit, self.task, wanted, found, self.fixed, steps)
         pose, J = self.fk_jacobian_mixed(found)
         if not self.task.aims:
             return found, _residual(pose, target, self.unit)
@@ -149,6 +154,8 @@ class Refinement:
     def _beside(self, target: FloatArray, q: FloatArray, left: FloatArray) -> Iterator[FloatArray]:
         """Starts (N, n) along the motions that leave the tool at rest; NaN where there is none.
 
+        A search goes on from where it ended first.
+
         Args:
             target: (N, ...) targets.
             q: (N, n) coordinates at which the iteration stands still.
@@ -157,6 +164,8 @@ class Refinement:
         part = left / self.judged
         if not (self.is_determined and (part <= REFINED).any()):
             return
+        if self.searches:
+            yield np.where((part <= REFINED)[:, None], q, np.nan)
         motions = self._at_rest(target, np.nan_to_num(q))
         way = np.where(part <= REFINED, np.sqrt(part), np.nan)[:, None]
         for motion in motions:
