@@ -46,7 +46,7 @@ def lost_poses(arm: NumericArm, inverse: SymbolicFunction) -> int:
         From 0 to ``SAMPLES``.
     """
     role = inverse.role
-    q = _configurations(arm, role.held)
+    q = configurations(arm, role.held)
     T, _ = arm.pose_jacobian(q)
     inputs = [np.concatenate([TARGETS[aim](T) for aim in role.aims or WHOLE], axis=1).T]
     inputs += [q[:, k][None] for k in role.given]
@@ -65,13 +65,15 @@ def _least_residuals(inverse: SymbolicFunction, inputs: Sequence[FloatArray]) ->
     return np.asarray(np.fmin.reduce(residuals))
 
 
-def _configurations(arm: NumericArm, held: Sequence[int]) -> FloatArray:
+def configurations(arm: NumericArm, held: Sequence[int]) -> FloatArray:
     """Configurations (N, n) at right angles.
 
-    A slide is 0, or as long as one of the arm's offsets, which it may cancel so that axes meet.
+    A slide is 0, or as long as two of the arm's offsets at most, which it may cancel so that axes
+    meet.
     """
     rng = np.random.default_rng(0)
-    slides = np.unique([0.0, *arm.offsets, *-arm.offsets])
+    offsets = np.unique([0.0, *arm.offsets, *-arm.offsets])
+    slides = np.add.outer(offsets, offsets).reshape(-1)
     q = np.stack([rng.choice(QUARTERS if turns else slides, SAMPLES) for turns in arm.turns], 1)
     q[:, list(held)] = 0.0
     return q

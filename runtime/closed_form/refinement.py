@@ -2,11 +2,10 @@
 
 Where singularities of several steps nearly coincide, each step loses half of its digits, and a pose
 within reach may have no slot better than 1e-8. Newton's iteration from there reaches the solution
-after a step or two. Where it stands still, two solutions meet: along the motion of the joints that
-leaves the tool at rest, the error falls with the square of the way, so that the way is the root of
-the error. Where the tool rests all along such a motion but for a hundred nanometres, the whole turn
-is tried. It runs for such targets only, one in a hundred thousand of poses made to be singular;
-all others cost one comparison per slot.
+after a step or two. Next to a singularity a motion of the joints may leave the tool at rest but for
+some nanometres, which decide where along the motion the solution is: too little for steps, so that
+the whole turn is tried. All this runs for such targets only, one in a hundred thousand of poses
+made to be singular; all others cost one comparison per slot.
 
 Some closed forms lose poses where joints are at right angles: a step takes any value for an angle
 that is arbitrary, and other joints reach the pose for some values alone. The manifest names the
@@ -33,9 +32,9 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 
-_DIRECTIONS = 2
-"""Motions that leave the tool at rest, along which the iteration begins again: where three
-solutions meet the tool rests twice."""
+_MOTIONS = 2
+"""Motions that leave the tool at rest, along which the iteration begins again: where two
+singularities coincide there are two."""
 _SEARCH = 12
 """Steps from a slot far away, after which only what is near goes on: for a pose out of reach each
 step costs time, and where a solution is double a step leaves a quarter of the error."""
@@ -162,19 +161,14 @@ class Refinement:
             left: (N,) their residuals.
         """
         part = left / self.judged
-        if not (self.is_determined and (part <= REFINED).any()):
-            return
         if self.searches:
             yield np.where((part <= REFINED)[:, None], q, np.nan)
-        motions = self._at_rest(target, np.nan_to_num(q))
-        way = np.where(part <= REFINED, np.sqrt(part), np.nan)[:, None]
-        for motion in motions:
-            yield q + way * motion
-            yield q - way * motion
-        turn = np.where(part <= AT_REST, 2 * np.pi / _TURNS, np.nan)[:, None]
-        for motion in motions if (part <= AT_REST).any() else ():
-            whole = turn * motion / np.abs(motion).max(-1, keepdims=True)
-            yield from (q + k * whole for k in range(1, _TURNS))
+        rests = part <= AT_REST
+        if not (self.is_determined and rests.any()):
+            return
+        for motion in self._at_rest(target, np.nan_to_num(q)):
+            turn = 2 * np.pi / _TURNS * motion / np.abs(motion).max(-1, keepdims=True)
+            yield from (np.where(rests[:, None], q + k * turn, np.nan) for k in range(1, _TURNS))
 
     def _at_rest(self, target: FloatArray, q: FloatArray) -> list[FloatArray]:
         """Motions (N, n) of length 1 that move the tool least, seen by the task."""
@@ -184,7 +178,7 @@ class Refinement:
         rows, _, _ = self.task(*self._in_unit(q), wanted)
         _, _, V = np.linalg.svd(rows[..., free])
         motions = []
-        for k in range(1, min(_DIRECTIONS, len(free)) + 1):
+        for k in range(1, min(_MOTIONS, len(free)) + 1):
             motion = np.zeros_like(q)
             motion[:, free] = V[:, -k]
             motions.append(motion)

@@ -18,7 +18,7 @@ from bench.cases.poses import PoseSet
 from bench.cases.screws import screws_of
 from bench.cases.tasks import TASKS
 from chasles.derive import Robot, load
-from chasles.derive.inverse.lost_poses import SAMPLES, TARGETS, lost_poses
+from chasles.derive.inverse.lost_poses import TARGETS, configurations, lost_poses
 from chasles.derive.inverse.serial_inverse import inverses
 from chasles.derive.inverse.structure.lines import Lines, axes_of
 from chasles.derive.inverse.structure.numeric_arm import NumericArm
@@ -103,19 +103,14 @@ def test_poses_in_numbers_are_those_of_the_screws():
 
 
 @pytest.mark.parametrize("seed", SEARCHED)
-def test_lost_poses_are_counted(seed, monkeypatch):
-    """A larger sample of another kind, judged by other code, has the same share of lost poses."""
+def test_lost_poses_are_counted(seed):
+    """Poses of other code, judged by other code: only rounding decides otherwise now and then."""
     case = pose_case(seed)
     arm = NumericArm.of(case.described, case.inverses.classification.lines)
-    share = lost_poses(arm, case.inverses.functions["ik"]) / SAMPLES
-    monkeypatch.setattr(losses, "RIGHT", 2000)
-    q = right_angles(case, np.random.default_rng(7))
-    # A slide as long as one of the arm's offsets, as the sample has them.
-    for k in np.flatnonzero(~case.turns):
-        q = q[np.isclose(np.abs(q[:, k, None]), [0, *np.abs(arm.offsets)]).any(axis=1)]
-    assert len(q) > 300
-    other = judged(case, PoseSet("right angles", q), case.answers).unfound / len(q)
-    assert other / 3 < share < other * 3
+    q = configurations(arm, ())
+    expected = judged(case, PoseSet("right angles", q), case.answers).unfound
+    assert expected > 10
+    assert abs(lost_poses(arm, case.inverses.functions["ik"]) - expected) < 0.2 * expected
 
 
 def test_targets_are_those_of_the_tasks():
