@@ -67,7 +67,7 @@ def load_functions(
             )
             if info.is_inverse
             else None,
-            rescue=refinement_of(manifest, info, functions, unit),
+            rescue=refinement_of(manifest, info, functions, unit, _residual_unit(info, unit)),
             poses=_poses(manifest, info),
             fk=pose.name if pose else None,
             unit=unit,

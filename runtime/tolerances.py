@@ -27,6 +27,9 @@ the others degenerates: their formulas have 1e-12 there, and Newton's iteration 
 GIVEN_NEAR = 1e-2
 """Residual (length, radian) up to which an answer for that value leads to a solution: the step
 aside, times the growth of a residual near a singularity."""
+AT_REST = 1e-7
+"""Residual (length, radian) up to which a motion of the joints may leave the tool at rest all the
+way: where it moves the tool by less, the damping keeps the steps of the iteration too short."""
 SAME_SOLUTION = 1e-6
 """Lengths or radians up to which two slots hold the same solution: at a singularity two branches
 meet, and each is known to 1e-8 there."""

@@ -13,6 +13,7 @@ from types import SimpleNamespace
 import numpy as np
 import sympy as sp
 
+from chasles.closed_form.aims import Task
 from chasles.closed_form.given_values import Aside
 from chasles.closed_form.refinement import Refinement
 from chasles.derive import Joint, Robot
@@ -158,14 +159,18 @@ class Derived(Case):
         """The answers after the refinement of poses without a solution, as a robot gives them."""
         found = self.found(q)
         valid = found.valid
-        if self.function == "ik":
-            fixed = tuple(k for k in range(self.robot.n) if k not in self.solved)
-            refine = Refinement(PoseAndJacobian(self.screws), fixed)
-            refine((self.targets(q), *self.others(q)), found.q, found.residual, valid)
-            if self.inverses.classification.give:
-                slots = (found.q, found.residual, found.margin, valid)
-                aside = Aside(self.robot.functions["ik"], refine.fk_jacobian_mixed, fixed, 1.0)
-                aside.complete(slots, self.targets(q), list(self.others(q)))
+        role = self.inverses.functions[self.function].role
+        refine = Refinement(
+            PoseAndJacobian(self.screws),
+            (*role.given, *role.held),
+            task=Task(role.aims),
+            searches=role.searches,
+        )
+        refine((self.targets(q), *self.others(q)), found.q, found.residual, valid)
+        if self.inverses.classification.give:
+            slots = (found.q, found.residual, found.margin, valid)
+            aside = Aside(self.robot.functions["ik"], refine.fk_jacobian_mixed, role.given, 1.0)
+            aside.complete(slots, self.targets(q), list(self.others(q)))
         return Answers(found.q, valid)
 
     @property

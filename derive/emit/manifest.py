@@ -228,6 +228,9 @@ def _role(role: Role) -> dict[str, Any]:
         "labels": list(role.labels),
         "of_actuators": role.of_actuators,
         "directions": list(role.directions),
+        "aims": list(role.aims),
+        "held": list(role.held),
+        "searches": role.searches,
     }
     return {"role": role.name, **{key: value for key, value in fields.items() if value}}
 

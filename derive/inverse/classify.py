@@ -1,6 +1,6 @@
 """The structure of a chain's axes: families are tried in order, with the deviation from each."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -52,6 +52,12 @@ class Attempt:
     def deviation(self) -> float:
         """The largest deviation from the conditions: radian, or parts of the arm's length."""
         return max((requirement.deviation for requirement in self.requirements), default=0.0)
+
+    def on(self, lines: Lines) -> "Attempt":
+        """The same structure tried on another chain, such as a nominal arm."""
+        left = lines.at_generic(self.given)
+        seen = left.reversed() if self.backwards else left
+        return replace(self, requirements=tuple(self.family.requires(seen)))
 
     @property
     def title(self) -> str:
@@ -149,6 +155,24 @@ def _turns_within(lines: Lines, given: tuple[int, ...]) -> bool:
     """Whether a given turning joint has others on both sides; no nominal arm is sought then."""
     free = [k for k in range(len(lines.axes)) if k not in given]
     return any(lines.axes[k].turns and free[0] < k < free[-1] for k in given)
+
+
+def others_that_fit(
+    lines: Lines, found: Attempt, families: Sequence[Family] = FAMILIES
+) -> Iterator[Attempt]:
+    """Further structures for the pose that the axes have exactly, or for other given joints.
+
+    Args:
+        lines: The chain.
+        found: The structure that was found for it.
+        families: The families to try, in order.
+    """
+    families = [family for family in families if family.solves_pose and not family.inputs]
+    known = found.family, found.reading, found.given
+    for attempt in _attempts(lines, list(_choices(lines, len(lines.axes))), families):
+        other = (attempt.family, attempt.reading, attempt.given) != known
+        if other and attempt.deviation <= EXACT_STRUCTURE:
+            yield attempt
 
 
 def _near(

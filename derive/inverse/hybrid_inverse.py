@@ -86,7 +86,7 @@ def _of_nominal(hybrid: Hybrid, nominal: Nominal, families: Sequence[Family]) ->
     design = Hybrid(nominal.mechanism, hybrid.terms)
     if design.forward.open:
         return None
-    exact = _by_structure(design, families)
+    exact = _by_structure(design, families, ())
     if not exact.solved:
         return None
     solved, found = exact.solved["ik"], exact.classification.found

@@ -6,8 +6,6 @@ structure that the axes miss by little leads back to the configuration, one that
 much does not.
 """
 
-from dataclasses import dataclass
-
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
@@ -17,71 +15,12 @@ from ..model.tolerances import LED_BACK, LED_STEP
 from ..terms.branches import patterns
 from ..terms.casadi_graph import lower
 from ..terms.symbolic_function import SymbolicFunction
-from .structure.lines import Lines, home_of, numbers
+from .structure.lines import Lines
+from .structure.numeric_arm import NumericArm
 
 FloatArray = NDArray[np.float64]
 SAMPLES = 200
 STEPS = 8
-
-
-@dataclass(frozen=True)
-class _Arm:
-    """An arm in numbers.
-
-    Attributes:
-        directions: (n, 3) of the axes in the home pose.
-        points: (n, 3) on the axes.
-        turns: (n,) whether a joint is revolute.
-        senses: (n,) 1 or -1, the sense of a coordinate.
-        home: (4, 4) the tool's pose at zero.
-        length: The arm's length (metre).
-    """
-
-    directions: FloatArray
-    points: FloatArray
-    turns: NDArray[np.bool_]
-    senses: FloatArray
-    home: FloatArray
-    length: float
-
-    @classmethod
-    def of(cls, robot: Robot, lines: Lines) -> "_Arm":
-        """The arm of a description."""
-        home = numbers(lines.terms, home_of(robot, lines.terms)).reshape(4, 4)
-        return cls(
-            np.array([axis.direction for axis in lines.axes]),
-            np.array([axis.origin for axis in lines.axes]),
-            np.array([axis.turns for axis in lines.axes]),
-            np.array([float(joint.direction) for joint in robot.moving]),
-            home,
-            lines.length or 1.0,
-        )
-
-    def pose_jacobian(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Poses (N, 4, 4) and Jacobians (N, 6, n) at the tip in base axes, at q (N, n)."""
-        R, p = np.broadcast_to(np.eye(3), (len(q), 3, 3)), np.zeros((len(q), 3))
-        axes = []
-        for h, point, turns, sense, value in zip(
-            self.directions, self.points, self.turns, self.senses, q.T, strict=True
-        ):
-            axes.append((sense * R @ h, R @ point + p, turns))
-            angle = (sense * value)[:, None, None]
-            if turns:
-                K = np.cross(np.eye(3), h)
-                turn = np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * (K @ K)
-                p = p + np.einsum("Nij,Nj->Ni", R, point - turn @ point)
-                R = R @ turn
-            else:
-                p = p + np.einsum("Nij,Nj->Ni", R, angle[..., 0] * h)
-        T = np.zeros((len(q), 4, 4))
-        T[:, :3, :3], T[:, 3, 3] = R @ self.home[:3, :3], 1.0
-        T[:, :3, 3] = R @ self.home[:3, 3] + p
-        tip = T[:, :3, 3]
-        columns = [
-            np.hstack([np.cross(h, tip - point), h] if turns else [h, np.zeros_like(h)])
-            for h, point, turns in axes
-        ]
-        return T, np.stack(columns, -1)
 
 
 def share_led(robot: Robot, lines: Lines, nominal: SymbolicFunction) -> float:
@@ -96,7 +35,7 @@ def share_led(robot: Robot, lines: Lines, nominal: SymbolicFunction) -> float:
         From 0 to 1.
     """
     rng = np.random.default_rng(0)
-    arm = _Arm.of(robot, lines)
+    arm = NumericArm.of(robot, lines)
     q = rng.uniform(-np.pi, np.pi, (SAMPLES, len(lines.axes)))
     T, _ = arm.pose_jacobian(q)
     given = q[:, list(nominal.role.given)]
@@ -123,7 +62,7 @@ def _branches(
 
 
 def _polished(
-    arm: _Arm, T: FloatArray, q: FloatArray, given: tuple[int, ...]
+    arm: NumericArm, T: FloatArray, q: FloatArray, given: tuple[int, ...]
 ) -> tuple[FloatArray, FloatArray]:
     """Newton's steps (N, n), and what they leave (N,): radian, parts of the arm's length."""
     weights = np.array([1 / arm.length] * 3 + [1.0] * 3)

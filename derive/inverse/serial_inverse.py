@@ -6,24 +6,30 @@ axis, and any other chain of six revolute joints, or of seven of which one is gi
 arm.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain, islice
 
 from ..model.robot import Robot
-from ..model.tolerances import LED
+from ..model.tolerances import EXACT_STRUCTURE, LED
 from ..terms.symbolic_function import SymbolicFunction, Table, WrittenFunction
 from ..terms.terms import Terms
 from .chain_solution import pose_task
-from .classify import Classification, classify
+from .classify import Attempt, Classification, classify, others_that_fit
 from .families import FAMILIES
 from .families.family import Family
 from .general.general_inverse import GeneralInverse, general_inverse, general_tables
 from .led import share_led
+from .lost_poses import lost_poses
 from .nominal import nominal_of
 from .polished_inverse import as_start, polished_inverse
 from .structure.lines import Lines, axes_of
+from .structure.numeric_arm import NumericArm
 from .tasks.task import Solved
 from .tool_axis import by_tool_axis
+
+MOST_TRIED = 5
+"""Structures and given joints that are tried on an arm until one loses no pose."""
 
 
 @dataclass(frozen=True)
@@ -85,21 +91,57 @@ def inverses(
 
 
 def _by_structure(
-    robot: Robot, classification: Classification, _: Sequence[Family]
+    robot: Robot, classification: Classification, families: Sequence[Family]
 ) -> Inverses | None:
     """The tasks of the family that fits exactly."""
     found, lines = classification.found, classification.lines
     if found is None or classification.tier != "exact":
         return None
-    solved = {"ik": pose_task(robot, lines, found)} if found.family.solves_pose else {}
     if not found.is_whole:
-        return Inverses(classification, solved)
+        others = others_that_fit(lines, found, families)
+        attempt, task = _losing_least(robot, lines, chain([found], others))
+        return Inverses(replace(classification, found=attempt), {"ik": task})
+    solved = {"ik": pose_task(robot, lines, found)} if found.family.solves_pose else {}
     tasks = [task for task in found.family.tasks if task.applies(robot, lines)]
     if not solved and not tasks:
         reason = f"{found.title}, but the tool moves in fewer directions than its tasks ask for"
         return Inverses(replace(classification, found=None, missing=reason), {})
     solved |= {task.name: task.solved(robot, lines) for task in tasks}
-    return Inverses(classification, solved, found.family.functions(robot, lines))
+    functions = found.family.functions(robot, lines)
+    return _searching(robot, Inverses(classification, solved, functions))
+
+
+def _losing_least(
+    robot: Robot, lines: Lines, attempts: Iterable[Attempt]
+) -> tuple[Attempt, Solved]:
+    """The first structure whose task ``ik`` loses no pose at right angles, or the fewest."""
+    arm = NumericArm.of(robot, lines)
+    best: tuple[int, Attempt, Solved] | None = None
+    for attempt in islice(attempts, MOST_TRIED):
+        task = pose_task(robot, lines, attempt)
+        lost = lost_poses(arm, task.function)
+        if best is None or lost < best[0]:
+            best = lost, attempt, task
+        if not lost:
+            break
+    assert best is not None
+    lost, attempt, task = best
+    return attempt, task.searching() if lost else task
+
+
+def _searching(robot: Robot, found: Inverses) -> Inverses:
+    """The same inverses, with a mark on those that lose poses at right angles.
+
+    A given swivel angle, which is no coordinate, would not keep its value in a search.
+    """
+    if found.others:
+        return found
+    arm = NumericArm.of(robot, found.classification.lines)
+    solved = {
+        name: task.searching() if task.is_known and lost_poses(arm, task.function) else task
+        for name, task in found.solved.items()
+    }
+    return replace(found, solved=solved)
 
 
 def _by_nominal(
@@ -110,6 +152,8 @@ def _by_nominal(
     for found in classification.near:
         nominal = nominal_of(robot, lines, found)
         exact = Lines(lines.terms, axes_of(nominal, lines.terms))
+        if found.on(exact).deviation > EXACT_STRUCTURE:
+            continue
         solved = pose_task(nominal, exact, found)
         if share_led(robot, lines, solved.function) >= LED:
             fitting = replace(classification, found=found, missing="")
@@ -131,7 +175,7 @@ def _by_tool_axis(
     if classification.found is not None:
         return None
     found = by_tool_axis(robot, classification, families)
-    return None if found is None else Inverses(*found)
+    return None if found is None else _searching(robot, Inverses(*found))
 
 
 def _by_determinant(

@@ -201,6 +201,9 @@ LED_BACK = 1e-6
 steps leave 1e-14 off singularities."""
 LED_STEP = 0.3
 """Metres or radians that a coordinate may move in such a step: further away lies another branch."""
+LOST = 1e-5
+"""Radian, or metre for arms of a metre and more, from which a reachable pose is lost: the runtime's
+refinement begins up to there, where rounding may have spoilt a solution."""
 JACOBIAN_RANK = 1e-9
 """A singular value of the Jacobian, lengths in parts of the arm's, that is 0 but for rounding."""
 OBLIQUE_AXES = 1e-3

@@ -2,7 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
+Aim = Literal["pose", "position", "plane", "direction", "pitch", "heading"]
+"""A part of the tool's pose that a task prescribes: its position, the first two coordinates of it,
+the direction of its third axis, the elevation of this axis above the base's x-y plane, or the angle
+of its first axis in this plane."""
 ROLES = (
     *("pose", "link poses", "pose and jacobian", "jacobian", "jacobian rate", "hessian"),
     *("twist", "acceleration"),
@@ -36,6 +41,11 @@ class Role:
             chain becomes where the runtime solves the loops; empty for all others.
         directions: The components of the twist (v, omega), 0 to 5, in the columns of a velocity
             relation's first matrix.
+        aims: The parts of the tool's pose that the first input of an inverse prescribes, in the
+            order of its entries; empty where it prescribes the whole pose.
+        held: The coordinates that an inverse leaves at 0, by their indices in q.
+        searches: Whether the closed form loses poses where joints are at right angles, so that the
+            runtime has to search from its least-squares answers.
     """
 
     name: str = "other"
@@ -45,6 +55,9 @@ class Role:
     labels: tuple[str, ...] = ()
     of_actuators: str = ""
     directions: tuple[int, ...] = ()
+    aims: tuple[Aim, ...] = ()
+    held: tuple[int, ...] = ()
+    searches: bool = False
 
     @property
     def is_inverse(self) -> bool:

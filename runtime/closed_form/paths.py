@@ -16,7 +16,7 @@ from ..errors import InputValueError, ShapeError
 from ..se3 import projected
 from ..tolerances import JUMP, SOLVED
 from .hints import no_inverse
-from .refinement import refined
+from .refinement import Refinement
 from .solutions import Solutions, within
 
 FloatArray = NDArray[np.float64]
@@ -256,7 +256,8 @@ class InverseMethods:
             or self.redundancy
         ):
             return None
-        q, residual = refined(self.fk_jacobian_mixed, pose, here, (), unit)
+        refinement = Refinement(self.fk_jacobian_mixed, (), unit, judged=unit)
+        (q,), (residual,) = refinement.led(pose[None], here[None])
         return q if residual <= SOLVED * unit else None
 
     def _report(self, steps: list[_Step], end: _Step | None) -> Path:

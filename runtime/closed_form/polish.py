@@ -17,7 +17,7 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -29,8 +29,12 @@ from ..tolerances import LEAST_DAMPING, MOST_DAMPING, POLISH_STEP, POLISHED, SET
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
+Measured = tuple[FloatArray, FloatArray, FloatArray]
+"""Rows of a Jacobian (N, m, n), the error (N, m) that a step has to make, and its size (N,)."""
+Measure = Callable[[FloatArray, FloatArray, FloatArray], Measured]
+"""From poses (N, 4, 4), Jacobians (N, 6, n) at the tip in base axes and targets (N, ...)."""
 
-_STEPS = 40
+STEPS = 40
 """An arm 5 mm off takes three or four steps, each of which doubles the digits; where branches meet,
 a step reduces the error by a factor of four or less."""
 _LESS, _MORE = 0.1, 100.0
@@ -38,7 +42,7 @@ _LESS, _MORE = 0.1, 100.0
 the error, and after a step that did not."""
 _MANY = 64
 """Number of rows from which array operations over all rows are faster than LAPACK on each."""
-_BLOCK = 4096
+BLOCK = 4096
 """Rows iterated at a time, so that their results stay in the processor's cache."""
 
 
@@ -99,37 +103,57 @@ def polish(robot: HasJacobian, T: ArrayLike, q: ArrayLike, fixed: Sequence[int] 
             f"{start.shape[:-1]} of q"
         ) from None
     # Poses are looked up rather than repeated for every slot.
-    of_pose = np.arange(poses[..., 0, 0].size).reshape(poses.shape[:-2])
-    row = np.broadcast_to(of_pose, batch).reshape(-1)
+    index = np.arange(poses[..., 0, 0].size).reshape(poses.shape[:-2])
+    row = np.broadcast_to(index, batch).reshape(-1)
     poses = poses.reshape(-1, 4, 4)
     found = np.array(np.broadcast_to(start, (*batch, n))).reshape(-1, n)
     residual = np.empty(len(found))
-    for first in range(0, len(found), _BLOCK):
-        block = slice(first, first + _BLOCK)
-        residual[block] = _iterate(fk_jacobian, poses[row[block]], found[block], fixed)
+    for first in range(0, len(found), BLOCK):
+        block = slice(first, first + BLOCK)
+        residual[block] = iterate(fk_jacobian, of_pose, poses[row[block]], found[block], fixed)
     return Polished(found.reshape(*batch, n), residual.reshape(batch)[()])
 
 
-def _iterate(
-    fk_jacobian: Function[tuple[FloatArray, FloatArray]],
+def of_pose(pose: FloatArray, J: FloatArray, T: FloatArray) -> Measured:
+    """The measure of a whole pose: the twist to it."""
+    error, residual = _twist(pose, T)
+    return J, error, residual
+
+
+def iterate(
+    fk_jacobian: Callable[[FloatArray], tuple[FloatArray, FloatArray]],
+    measure: Measure,
     T: FloatArray,
     q: FloatArray,
     fixed: Sequence[int],
+    steps: int = STEPS,
 ) -> FloatArray:
-    """Moves q (N, n) in place; the residuals (N,)."""
+    """Moves coordinates in place until the tool is where a measure wants it.
+
+    Args:
+        fk_jacobian: From q (N, n) to poses (N, 4, 4) and Jacobians (N, 6, n).
+        measure: The error of a pose from a target.
+        T: (N, ...) targets.
+        q: (N, n) coordinates at the start, which become those at the end.
+        fixed: Indices of the coordinates that keep their values.
+        steps: Number of steps after which it ends.
+
+    Returns:
+        (N,) the size of the error at the end.
+    """
 
     def evaluated(here: FloatArray, T: FloatArray) -> _State:
         pose, J = fk_jacobian(here)
         J[..., list(fixed)] = 0.0
         with np.errstate(invalid="ignore", over="ignore"):
-            error, residual = _twist(pose, T)
-            return _State(here, J, error, (error * error).sum(-1), residual)
+            rows, error, residual = measure(pose, J, T)
+            return _State(here, rows, error, (error * error).sum(-1), residual)
 
     now = evaluated(q.copy(), T)
     least = now.residual
     row, damping = np.arange(len(q)), np.ones(len(q))
     going = (least > POLISHED) & np.isfinite(least)
-    for _ in range(_STEPS):
+    for _ in range(steps):
         if not going.all():
             row, T, damping = row[going], T[going], damping[going]
             now = _State(*(field[going] for field in now))
@@ -148,7 +172,7 @@ def _iterate(
 
 
 class _State(NamedTuple):
-    """Forward kinematics at q (N, n): Jacobian, twist to the pose, its square and its size."""
+    """The rows of the Jacobian at q (N, n), the error (N, m), its square and its size."""
 
     q: FloatArray
     J: FloatArray
@@ -192,7 +216,7 @@ def _twist(here: FloatArray, there: FloatArray) -> tuple[FloatArray, FloatArray]
 
 
 def _step(J: FloatArray, error: FloatArray, damping: FloatArray) -> FloatArray:
-    """The damped step (N, n) by J (N, 6, n) against errors (N, 6), lambda^2 (N,) given."""
+    """The damped step (N, n) by J (N, m, n) against errors (N, m), lambda^2 (N,) given."""
     wide = J.shape[2] >= J.shape[1]
     A = J if wide else J.mT
     right = error if wide else np.einsum("Nik,Nk->Ni", A, error)

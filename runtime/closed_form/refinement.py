@@ -1,14 +1,20 @@
-"""Refinement near singularities: poses at which a closed form loses half of its digits.
+"""Refinement near singularities: targets at which a closed form loses digits, or its solution.
 
 Where singularities of several steps nearly coincide, each step loses half of its digits, and a pose
 within reach may have no slot better than 1e-8. Newton's iteration from there reaches the solution
-after a step or two. It runs for such poses only, one in a hundred thousand of poses made to be
-singular; all others cost one comparison per slot.
+after a step or two. Next to a singularity a motion of the joints may leave the tool at rest but for
+some nanometres, which decide where along the motion the solution is: too little for steps, so that
+the whole turn is tried. All this runs for such targets only, one in a hundred thousand of poses
+made to be singular; all others cost one comparison per slot.
+
+Some closed forms lose poses where joints are at right angles: a step takes any value for an angle
+that is arbitrary, and other joints reach the pose for some values alone. The manifest names the
+inverses that do, and only there the iteration begins at least-squares answers far away, too.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,31 +24,52 @@ from numpy.typing import NDArray
 from ..call._call import Function
 from ..contract.facts import FunctionInfo, Manifest
 from ..se3 import projected
-from ..tolerances import REFINED, SOLVED
-from .polish import polish
+from ..tolerances import AT_REST, REFINED, SOLVED
+from .aims import WHOLE, Task
+from .polish import BLOCK, STEPS, iterate
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.intp]
+
+_MOTIONS = 2
+"""Motions that leave the tool at rest, along which the iteration begins again: where two
+singularities coincide there are two."""
+_SEARCH = 12
+"""Steps from a slot far away, after which only what is near goes on: for a pose out of reach each
+step costs time, and where a solution is double a step leaves a quarter of the error."""
+_TURNS = 16
+"""Parts of a turn along such a motion: the error changes with the cosine of the way."""
 
 
 @dataclass(frozen=True, slots=True)
 class Refinement:
-    """Newton's iteration for poses that have no valid slot, but one with a small residual.
+    """Newton's iteration for targets that have no valid slot, but one with a small residual.
 
     Attributes:
         fk_jacobian_mixed: The function ``fk_jacobian_mixed`` of the robot.
-        fixed: Indices of the coordinates that are given beside the pose and keep their values.
-        unit: The robot's unit of length [m].
+        fixed: Indices of the coordinates that keep their values: they are given beside the target,
+            or the task leaves them at 0.
+        unit: The robot's unit of length [m], by which the iteration compares lengths with angles.
+        task: The part of the tool's pose that the inverse asks for.
+        judged: The same unit in residuals and tolerances: the task's, which may be 1.
+        searches: Whether the closed form loses targets, so that every slot is tried.
+        is_determined: Whether the target and the fixed coordinates are all that is given; a swivel
+            angle changes along a motion that leaves the tool at rest.
     """
 
     fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]]
     fixed: tuple[int, ...]
     unit: float = 1.0
+    task: Task = WHOLE
+    judged: float = 1.0
+    searches: bool = False
+    is_determined: bool = True
 
     @property
     def near(self) -> float:
         """Largest residual [m] at which a slot is refined."""
-        return REFINED * self.unit
+        return np.inf if self.searches else REFINED * self.judged
 
     def __call__(
         self,
@@ -57,64 +84,105 @@ class Refinement:
         its value up to the residual of the closed form.
 
         Args:
-            inputs: The inputs of the inverse: poses (..., 4, 4) first.
+            inputs: The inputs of the inverse: targets (..., *task.shape) first.
             q: (..., k, n) coordinates.
             residual: (..., k).
             valid: (..., k).
         """
-        near = residual <= self.near
-        missed = np.asarray(~valid.any(-1) & near.any(-1))
-        poses = np.broadcast_to(inputs[0], (*missed.shape, 4, 4))
-        slots = np.nonzero(near & missed[..., None])
-        T = projected("refinement", poses[slots[:-1]])
-        found, remaining = refined(self.fk_jacobian_mixed, T, q[slots], self.fixed, self.unit)
-        solved = remaining <= SOLVED * self.unit
+        tried = np.isfinite(residual) & (residual <= self.near) & ~valid.any(-1, keepdims=True)
+        slots = np.nonzero(tried)
+        targets = np.broadcast_to(inputs[0], (*valid.shape[:-1], *self.task.shape))
+        for first in range(0, len(slots[0]), BLOCK):
+            block = tuple(index[first : first + BLOCK] for index in slots)
+            target = targets[block[:-1]]
+            target = np.broadcast_to(target, (len(block[0]), *self.task.shape))
+            target = target if self.task.aims else projected("refinement", target)
+            self._refine(target, block, q, residual, valid)
+
+    def _refine(
+        self,
+        target: FloatArray,
+        slots: tuple[IntArray, ...],
+        q: FloatArray,
+        residual: FloatArray,
+        valid: BoolArray,
+    ) -> None:
+        """Moves some slots (N of them) onto solutions for targets (N, ...), in place."""
+        near, left = self.led(target, q[slots], _SEARCH if self.searches else STEPS)
+        self._take(slots, near, left, q, residual, valid)
+        for start in self._beside(target, near, left):
+            missed = ~np.asarray(valid.any(-1))[slots[:-1]] & np.isfinite(start).all(-1)
+            if missed.any():
+                some = tuple(index[missed] for index in slots)
+                self._take(some, *self.led(target[missed], start[missed]), q, residual, valid)
+
+    def _take(
+        self,
+        slots: tuple[IntArray, ...],
+        found: FloatArray,
+        left: FloatArray,
+        q: FloatArray,
+        residual: FloatArray,
+        valid: BoolArray,
+    ) -> None:
+        """Writes coordinates (N, n) with residuals (N,) into their slots where they are solved."""
+        solved = left <= SOLVED * self.judged
         slots = tuple(index[solved] for index in slots)
-        q[slots], residual[slots], valid[slots] = found[solved], remaining[solved], True
+        q[slots], residual[slots], valid[slots] = found[solved], left[solved], True
 
+    def led(
+        self, target: FloatArray, q: FloatArray, steps: int = STEPS
+    ) -> tuple[FloatArray, FloatArray]:
+        """Coordinates (N, n) led from q (N, n) to targets (N, ...), and their residuals (N,)."""
+        found = q.copy()
+        wanted = target if self.unit == 1 else self.task.divided(target, self.unit)
+        iterate(self._in_unit, self.task, wanted, found, self.fixed, steps)
+        pose, J = self.fk_jacobian_mixed(found)
+        if not self.task.aims:
+            return found, _residual(pose, target, self.unit)
+        return found, self.task(pose, J, target)[2]
 
-def refined(
-    fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]],
-    T: FloatArray,
-    q: FloatArray,
-    fixed: tuple[int, ...],
-    unit: float,
-) -> tuple[FloatArray, FloatArray]:
-    """Coordinates (..., n) moved until the tool is at poses (..., 4, 4), and their residuals (...).
+    def _in_unit(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The pose and the Jacobian at q (N, n), with lengths in the robot's unit."""
+        pose, J = self.fk_jacobian_mixed(q)
+        if self.unit != 1:
+            pose[..., :3, 3] /= self.unit
+            J[..., :3, :] /= self.unit
+        return pose, J
 
-    The iteration compares a metre with a radian, so it is given lengths in the robot's unit [m].
-    """
-    target = T if unit == 1 else _divided(T, unit)
-    found = polish(_InUnit(fk_jacobian_mixed, unit), target, q, fixed).q
-    return found, _residual(fk_jacobian_mixed(found)[0], T, unit)
+    def _beside(self, target: FloatArray, q: FloatArray, left: FloatArray) -> Iterator[FloatArray]:
+        """Starts (N, n) along the motions that leave the tool at rest; NaN where there is none.
 
+        A search goes on from where it ended first.
 
-@dataclass(frozen=True, slots=True)
-class _InUnit:
-    """The pose and the Jacobian of a robot, with lengths in its unit."""
+        Args:
+            target: (N, ...) targets.
+            q: (N, n) coordinates at which the iteration stands still.
+            left: (N,) their residuals.
+        """
+        part = left / self.judged
+        if self.searches:
+            yield np.where((part <= REFINED)[:, None], q, np.nan)
+        rests = part <= AT_REST
+        if not (self.is_determined and rests.any()):
+            return
+        for motion in self._at_rest(target, np.nan_to_num(q)):
+            turn = 2 * np.pi / _TURNS * motion / np.abs(motion).max(-1, keepdims=True)
+            yield from (np.where(rests[:, None], q + k * turn, np.nan) for k in range(1, _TURNS))
 
-    function: Function[tuple[FloatArray, FloatArray]]
-    unit: float
-
-    @property
-    def fk_jacobian_mixed(self) -> Any:
-        return self.function if self.unit == 1 else self
-
-    @property
-    def inputs(self) -> Any:
-        return self.function.inputs
-
-    def __call__(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        T, J = self.function(q)
-        J[..., :3, :] /= self.unit
-        return _divided(T, self.unit), J
-
-
-def _divided(T: FloatArray, unit: float) -> FloatArray:
-    """Poses with their translations in a unit."""
-    poses = np.array(T)
-    poses[..., :3, 3] /= unit
-    return poses
+    def _at_rest(self, target: FloatArray, q: FloatArray) -> list[FloatArray]:
+        """Motions (N, n) of length 1 that move the tool least, seen by the task."""
+        n = q.shape[-1]
+        free = [k for k in range(n) if k not in self.fixed]
+        wanted = target if self.unit == 1 else self.task.divided(target, self.unit)
+        rows, _, _ = self.task(*self._in_unit(q), wanted)
+        _, _, V = np.linalg.svd(rows[..., free])
+        motions = []
+        for k in range(1, min(_MOTIONS, len(free)) + 1):
+            motion = np.zeros_like(q)
+            motion[:, free] = V[:, -k]
+            motions.append(motion)
+        return motions
 
 
 def refinement_of(
@@ -122,6 +190,7 @@ def refinement_of(
     info: FunctionInfo,
     functions: Mapping[str, Function[Any]],
     unit: float = 1.0,
+    judged: float = 1.0,
 ) -> Refinement | None:
     """The refinement of an inverse.
 
@@ -130,17 +199,27 @@ def refinement_of(
         info: One of its functions.
         functions: Its other functions.
         unit: Its unit of length [m].
+        judged: The unit [m] of the function's residuals.
 
     Returns:
-        None unless the function is the inverse of a pose; None for the nominal inverse of a
-        calibrated arm, which is iterated on anyway, and without a Jacobian to iterate with.
+        None unless the function is the inverse of a pose, or of parts of one that the manifest
+        names; None for the inverse of a calibrated arm, which iterates by itself, and without a
+        Jacobian to iterate with.
     """
     jacobian = manifest.with_role("pose and jacobian", "actuators")
-    if not (info.is_inverse and info.domain == "pose" and jacobian):
+    if not (info.is_inverse and (info.domain == "pose" or info.aims) and jacobian):
         return None
     if manifest.inverse.tier == "snapped":
         return None
-    return Refinement(functions[jacobian.name], info.given, unit)
+    return Refinement(
+        functions[jacobian.name],
+        (*info.given, *info.held),
+        unit,
+        Task(info.aims),
+        judged,
+        info.searches,
+        len(info.inputs) - 1 <= len(info.given),
+    )
 
 
 def _residual(here: FloatArray, there: FloatArray, unit: float) -> FloatArray:

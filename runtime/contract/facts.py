@@ -83,6 +83,10 @@ class Argument:
     meaning: str
 
 
+AIMS: Mapping[str, int] = {"position": 3, "plane": 2, "direction": 3, "pitch": 1, "heading": 1}
+"""The parts of a pose that a task can prescribe, and the number of entries that each takes."""
+
+
 @dataclass(frozen=True, slots=True)
 class FunctionInfo:
     """A generated C function.
@@ -109,6 +113,12 @@ class FunctionInfo:
             chain becomes once the loops are solved; "" for all others.
         directions: The components of the twist (v, omega), 0 to 5, in the columns of a velocity
             relation's first matrix.
+        aims: The parts of the tool's pose that the first input of an inverse prescribes, in the
+            order of its entries: "position", "plane" (x and y), "direction" (of the tool's third
+            axis), "pitch" (the elevation of this axis), "heading" (the angle of the first axis in
+            the plane); () for a whole pose, and where the manifest does not say.
+        held: The coordinates that an inverse leaves at 0, by index in q.
+        searches: Whether the closed form loses poses where joints are at right angles.
     """
 
     name: str
@@ -127,6 +137,9 @@ class FunctionInfo:
     labels: tuple[str, ...] = ()
     of_actuators: str = ""
     directions: tuple[int, ...] = ()
+    aims: tuple[str, ...] = ()
+    held: tuple[int, ...] = ()
+    searches: bool = False
 
     @property
     def is_inverse(self) -> bool:

@@ -98,6 +98,12 @@ class Entry:
             self.fail("a count")
         return self.value
 
+    def flag(self) -> bool:
+        """True or false."""
+        if not isinstance(self.value, bool):
+            self.fail("true or false")
+        return self.value
+
     def shape(self) -> tuple[int, ...]:
         """The value as the shape of an array."""
         shape = tuple(size.count() for size in self)

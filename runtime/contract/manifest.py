@@ -13,6 +13,7 @@ from types import MappingProxyType
 
 from ..errors import ManifestError, UnknownRobotError
 from .facts import (
+    AIMS,
     ActuatedVariable,
     Argument,
     CleanedNumber,
@@ -130,8 +131,12 @@ def _check_slots(entry: Entry, manifest: Manifest) -> None:
             item["outputs"].fail(f"q ({k}, {n}), residual ({k}) and margin ({k})")
         if function.is_inverse and function.margin:
             item["margin"].fail("none, since an inverse returns its own margin")
-        if any(index >= n for index in function.given):
-            item["given"].fail(f"indices below {n}, the number of coordinates")
+        for field, indices in (("given", function.given), ("held", function.held)):
+            if any(index >= n for index in indices):
+                item[field].fail(f"indices below {n}, the number of coordinates")
+        entries = sum(AIMS[aim] for aim in function.aims)
+        if function.aims and (entries,) != function.inputs[0].shape:
+            item["aims"].fail(f"parts with {function.inputs[0].shape} entries in all")
 
 
 def _loops(entry: Entry) -> LoopFacts:
@@ -244,6 +249,9 @@ def _function(entry: Entry) -> FunctionInfo:
         labels=entry.get("labels", []).texts(),
         of_actuators=entry.get("of_actuators", "").text(),
         directions=tuple(index.count() for index in directions),
+        aims=tuple(aim.one_of(tuple(AIMS)) for aim in entry.get("aims", [])),
+        held=tuple(index.count() for index in entry.get("held", [])),
+        searches=entry.get("searches", False).flag(),
     )
 
 

@@ -122,6 +122,7 @@ def _in_base_plane(robot: Robot, lines: Lines) -> Solved:
         residual,
         "fk(q[k]) has its origin in x[:2] and its first axis at the angle x[2] wherever "
         "residual[k] is rounding",
+        ("plane", "heading"),
     )
 
 

@@ -7,6 +7,7 @@ import sympy as sp
 
 from ...chain.forward import Pose
 from ...model.robot import Robot
+from ...terms.role import Aim
 from ...terms.symbolic_function import Argument
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, combination, subtracted
@@ -53,6 +54,7 @@ def partial_pose(
     task_input: TaskInput,
     residual: Callable[[Pose], sp.Expr],
     identity: str,
+    aims: tuple[Aim, ...] = (),
 ) -> Solved:
     """The task that asks for part of a pose, from the joints that were found for it.
 
@@ -63,10 +65,15 @@ def partial_pose(
         task_input: The part of the pose that the task prescribes.
         residual: The deviation of the tool's pose from it (metre or radian).
         identity: The identity that the function satisfies, in one line.
+        aims: The parts of the pose for the runtime, in the order of the input's entries; without
+            them it does not refine the task near singularities.
     """
     values = values_of(work, robot, {})
     deviation = residual(tool_of(work.terms, robot, values))
-    return branches(name, robot, work, (), values, deviation, identity, inputs=(task_input,))
+    solved = branches(name, robot, work, (), values, deviation, identity, inputs=(task_input,))
+    held = tuple(k for k, value in enumerate(values) if value == 0)
+    role = replace(solved.function.role, aims=aims, held=held)
+    return replace(solved, function=replace(solved.function, role=role))
 
 
 def _squared_distance(terms: Terms, pose: Pose) -> sp.Expr:
@@ -106,6 +113,7 @@ def position(robot: Robot, work: Work) -> Solved:
         TaskInput(Argument("p", POSITION, (3,), "m", meaning), POSITION_ENTRIES),
         lambda pose: terms.let(sp.sqrt(_squared_distance(terms, pose))),
         "fk(q[k]) has its origin in p wherever residual[k] is rounding; free joints are 0",
+        ("position",),
     )
 
 
@@ -145,6 +153,7 @@ def position_pitch(robot: Robot, work: Work, up: Vector, pitch: CosSin) -> Solve
         residual,
         "fk(q[k]) has its origin in x[:3] and its third axis the elevation x[3] wherever "
         "residual[k] is rounding; a free joint is 0",
+        ("position", "pitch"),
     )
 
 
@@ -171,6 +180,7 @@ def position_direction(robot: Robot, work: Work) -> Solved:
         residual,
         "fk(q[k]) has its origin in x[:3] and the third axis x[3:] wherever residual[k] is "
         "rounding; a free joint is 0",
+        ("position", "direction"),
     )
 
 

@@ -1,7 +1,7 @@
 """Tasks of an inverse: the function, its inputs, and how the article prints them."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import sympy as sp
 
@@ -53,6 +53,16 @@ class Solved:
     work: Work
     given: tuple[str, ...] = ()
     inputs: tuple[TaskInput, ...] = ()
+
+    @property
+    def is_known(self) -> bool:
+        """Whether the function's role says what the task asks of the tool's pose."""
+        return self.function.role.domain == "pose" or bool(self.function.role.aims)
+
+    def searching(self) -> "Solved":
+        """The same task, whose function says that the runtime has to search for lost poses."""
+        role = replace(self.function.role, searches=True)
+        return replace(self, function=replace(self.function, role=role))
 
 
 def _always(_robot: Robot, _lines: Lines) -> bool:

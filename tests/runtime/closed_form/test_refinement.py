@@ -269,7 +269,7 @@ def test_an_error_of_its_own_is_told(arm, q, monkeypatch):
         raise RuntimeError("no step can be taken")
 
     T = arm.fk(q)
-    monkeypatch.setattr("chasles.closed_form.refinement.polish", fail)
+    monkeypatch.setattr("chasles.closed_form.refinement.iterate", fail)
     for poses in (T, T[0], T[::-1]):
         with pytest.raises(RuntimeError, match="no step"):
             arm.ik(poses)

@@ -1,0 +1,86 @@
+"""An arm in numbers: poses and Jacobians at configurations by which a decision is made."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from ...model.robot import Robot, Translation
+from .lines import Lines, home_of, numbers
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class NumericArm:
+    """An arm in numbers.
+
+    Attributes:
+        directions: (n, 3) of the axes in the home pose.
+        points: (n, 3) on the axes.
+        turns: (n,) whether a joint is revolute.
+        senses: (n,) 1 or -1, the sense of a coordinate.
+        home: (4, 4) the tool's pose at zero.
+        length: The arm's length (metre).
+        offsets: The displacements (metre) that its description places joints and tool by.
+    """
+
+    directions: FloatArray
+    points: FloatArray
+    turns: NDArray[np.bool_]
+    senses: FloatArray
+    home: FloatArray
+    length: float
+    offsets: FloatArray
+
+    @classmethod
+    def of(cls, robot: Robot, lines: Lines) -> "NumericArm":
+        """The arm of a description; a further axis that no joint turns is left out."""
+        home = numbers(lines.terms, home_of(robot, lines.terms)).reshape(4, 4)
+        axes = lines.axes[: len(robot.moving)]
+        return cls(
+            np.array([axis.direction for axis in axes]),
+            np.array([axis.origin for axis in axes]),
+            np.array([axis.turns for axis in axes]),
+            np.array([float(joint.direction) for joint in robot.moving]),
+            home,
+            lines.length or 1.0,
+            np.array([float(lines.terms.value(component)) for component in _offsets(robot)]),
+        )
+
+    def pose_jacobian(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Poses (N, 4, 4) and Jacobians (N, 6, n) at the tip in base axes, at q (N, n)."""
+        R, p = np.broadcast_to(np.eye(3), (len(q), 3, 3)), np.zeros((len(q), 3))
+        axes = []
+        for h, point, turns, sense, value in zip(
+            self.directions, self.points, self.turns, self.senses, q.T, strict=True
+        ):
+            axes.append((sense * R @ h, R @ point + p, turns))
+            angle = (sense * value)[:, None, None]
+            if turns:
+                K = np.cross(np.eye(3), h)
+                turn = np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * (K @ K)
+                p = p + np.einsum("Nij,Nj->Ni", R, point - turn @ point)
+                R = R @ turn
+            else:
+                p = p + np.einsum("Nij,Nj->Ni", R, angle[..., 0] * h)
+        T = np.zeros((len(q), 4, 4))
+        T[:, :3, :3], T[:, 3, 3] = R @ self.home[:3, :3], 1.0
+        T[:, :3, 3] = R @ self.home[:3, 3] + p
+        tip = T[:, :3, 3]
+        columns = [
+            np.hstack([np.cross(h, tip - point), h] if turns else [h, np.zeros_like(h)])
+            for h, point, turns in axes
+        ]
+        return T, np.stack(columns, -1)
+
+
+def _offsets(robot: Robot) -> Iterator[sp.Expr]:
+    """The components of all translations between the robot's frames."""
+    placements = [placement for joint in robot.joints for placement in (joint.before, joint.after)]
+    for placement in (robot.base, *placements, robot.tool):
+        for motion in placement:
+            if isinstance(motion, Translation):
+                yield from motion.vector

@@ -1,0 +1,125 @@
+"""Inverses that lose poses at right angles: told when derived, or replaced by ones that lose none.
+
+All arms are drawn by a seed; poses come from the product of exponentials of their screws.
+"""
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import chasles.derive
+from bench.accuracy import losses
+from bench.accuracy.losses import right_angles, sets
+from bench.accuracy.verdict import judged
+from bench.cases.drawn_arms import cases_of, random_arm
+from bench.cases.poses import PoseSet
+from bench.cases.screws import screws_of
+from bench.cases.tasks import TASKS
+from chasles.derive import Robot, load
+from chasles.derive.inverse.lost_poses import TARGETS, configurations, lost_poses
+from chasles.derive.inverse.serial_inverse import inverses
+from chasles.derive.inverse.structure.lines import Lines, axes_of
+from chasles.derive.inverse.structure.numeric_arm import NumericArm
+from chasles.derive.terms.terms import Terms
+
+ROBOTS = Path(chasles.derive.__file__).parent / "robots"
+OTHER_JOINT_GIVEN = {1462: (1,), 2158: (0,), 3615: (0, 1)}
+"""Arms that lose poses with the first joints that can be given, and none with these."""
+SEARCHED = (776, 4220, 5388)
+"""Arms that lose poses with all joints that can be given."""
+
+
+@cache
+def pose_case(seed):
+    return next(case for case in cases_of(random_arm(seed)) if case.function == "ik")
+
+
+def lost(case, solve, count=400):
+    """The number of poses at right angles that no valid slot reaches."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(losses, "RIGHT", count)
+        q = right_angles(case, np.random.default_rng(3))
+    verdict = judged(case, PoseSet("right angles", q), solve)
+    assert verdict.poses == count
+    assert verdict.wrong == 0
+    return verdict.missed
+
+
+@pytest.mark.parametrize("seed", OTHER_JOINT_GIVEN)
+def test_joints_are_given_with_which_no_pose_is_lost(seed):
+    case = pose_case(seed)
+    assert case.inverses.classification.found.given == OTHER_JOINT_GIVEN[seed]
+    assert not case.inverses.functions["ik"].role.searches
+    assert lost(case, case.answers) == 0
+
+
+@pytest.mark.parametrize("seed", SEARCHED)
+def test_an_inverse_that_loses_poses_says_so(seed):
+    case = pose_case(seed)
+    assert case.inverses.functions["ik"].role.searches
+    assert lost(case, case.answers) > 0
+    assert lost(case, case.refined) == 0
+
+
+@pytest.mark.parametrize("seed", SEARCHED)
+def test_a_search_ends_at_the_given_joints(seed):
+    case = pose_case(seed)
+    role = case.inverses.functions["ik"].role
+    for chosen, poses in sets(case, np.random.default_rng(seed)):
+        found, bare = chosen.refined(poses.q), chosen.answers(poses.q)
+        given = found.q[..., list(role.given)]
+        assert (given == bare.q[..., list(role.given)]).all()
+
+
+def test_no_other_robot_searches():
+    """Searching takes time where a pose is out of reach, so that robots that need it not have none.
+
+    All shipped serial robots, whose poses at right angles ``python -m bench inverse`` asks in full.
+    """
+    checked = 0
+    for file in sorted(ROBOTS.glob("*.toml")):
+        robot = load(file)
+        if isinstance(robot, Robot):
+            found = inverses(robot, Terms({p.symbol: p.value for p in robot.parameters}))
+            assert not any(f.role.searches for f in found.functions.values()), file.stem
+            checked += len(found.solved)
+    assert checked >= 12
+
+
+def test_poses_in_numbers_are_those_of_the_screws():
+    rng = np.random.default_rng(0)
+    checked = 0
+    for seed in range(80):
+        robot = random_arm(seed)
+        terms = Terms({p.symbol: p.value for p in robot.parameters})
+        arm = NumericArm.of(robot, Lines(terms, axes_of(robot, terms)))
+        q = rng.uniform(-3, 3, (5, len(robot.coordinates)))
+        T, _ = arm.pose_jacobian(q)
+        np.testing.assert_allclose(T, screws_of(robot).fk(q), atol=1e-12)
+        checked += 1
+    assert checked == 80
+
+
+@pytest.mark.parametrize("seed", SEARCHED)
+def test_lost_poses_are_counted(seed):
+    """Poses of other code, judged by other code; rounding decides whether some of them are lost."""
+    case = pose_case(seed)
+    arm = NumericArm.of(case.described, case.inverses.classification.lines)
+    q = configurations(arm, ())
+    expected = judged(case, PoseSet("right angles", q), case.answers).unfound
+    assert expected > 10
+    assert expected / 4 < lost_poses(arm, case.inverses.functions["ik"]) < expected * 4
+
+
+def test_targets_are_those_of_the_tasks():
+    T = screws_of(random_arm(5)).fk(np.random.default_rng(1).uniform(-3, 3, (200, 8)))
+    for task, aims in {
+        "ik_position": ("position",),
+        "ik_position_pitch": ("position", "pitch"),
+        "ik_position_direction": ("position", "direction"),
+        "ik_planar": ("plane", "heading"),
+    }.items():
+        found = np.concatenate([TARGETS[aim](T) for aim in aims], axis=1)
+        np.testing.assert_allclose(found, TASKS[task].target(T), atol=1e-15)
