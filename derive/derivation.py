@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from .chain.coordinates import InProportion
 from .chain.groups import Group, groups
 from .chain.kinematics import FUNCTIONS, Kinematics, arguments_of
+from .chain.parametric import PARAMETRIC, Parametric
 from .inverse.families import FAMILIES
 from .inverse.families.family import Family
 from .inverse.hybrid_inverse import hybrid_inverses
@@ -14,6 +15,7 @@ from .loops import constraint_functions, maps, platforms
 from .loops.hybrid import Hybrid
 from .loops.maps import Maker
 from .model.errors import RobotError
+from .model.geometry import Geometry
 from .model.mechanism import Described, Mechanism
 from .terms.symbolic_function import SymbolicFunction, WrittenFunction
 from .terms.terms import Terms
@@ -35,6 +37,7 @@ class Derivation:
         inverse: The inverse kinematics; None if none of its functions was requested.
         written: Functions whose C is written by hand over tables of the robot.
         families: The families of inverses that were tried.
+        geometry: The geometry as variables; None where no parametric function was requested.
     """
 
     robot: Described
@@ -45,6 +48,7 @@ class Derivation:
     inverse: Inverses | None = None
     written: tuple[WrittenFunction, ...] = ()
     families: tuple[Family, ...] = FAMILIES
+    geometry: Geometry | None = None
 
     def function(self, name: str) -> SymbolicFunction:
         """The function with a name.
@@ -90,8 +94,12 @@ def derive(
         made |= inverse.functions
     written = {function.name: function for function in inverse.written} if inverse else {}
     capabilities = [*FUNCTIONS, *(inverse.functions if inverse else ()), *written]
-    chosen = _chosen(robot.name, _with_called(functions, written), capabilities)
+    chosen = _chosen(robot.name, _with_called(functions, written), capabilities, PARAMETRIC)
     made |= kinematics.functions([name for name in chosen if name not in made])
+    parametric = None
+    if asked := [name for name in chosen if name in PARAMETRIC]:
+        parametric = Parametric.of(robot, terms)
+        made |= parametric.functions(asked)
     return Derivation(
         robot,
         terms,
@@ -100,6 +108,7 @@ def derive(
         inverse=inverse,
         written=tuple(written[name] for name in chosen if name in written),
         families=families,
+        geometry=parametric.geometry if parametric else None,
     )
 
 
@@ -153,10 +162,16 @@ def _guarded(function: SymbolicFunction, capabilities: Collection[str]) -> Symbo
     return replace(function, margin=guard)
 
 
-def _chosen(robot: str, functions: Sequence[str] | None, known: Sequence[str]) -> list[str]:
+def _chosen(
+    robot: str,
+    functions: Sequence[str] | None,
+    default: Sequence[str],
+    on_demand: Sequence[str] = (),
+) -> list[str]:
     """The requested functions, in the order of derivation."""
     if functions is None:
-        return list(known)
+        return list(default)
+    known = [*default, *on_demand]
     unknown = [name for name in functions if name not in known]
     if unknown:
         functions_there = ", ".join(known)

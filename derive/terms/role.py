@@ -11,6 +11,7 @@ ROLES = (
     *("constraint", "constraint derivative", "constraint rate"),
     *("lengths", "lengths derivative", "velocity relation"),
     *("assembly polynomial", "assembly pose", "assembly mirror"),
+    *("parametric pose", "parametric jacobian", "identification jacobian"),
     "other",
 )
 """Every role that a function can have."""
