@@ -66,6 +66,8 @@ def derive(
     robot: Described,
     functions: Sequence[str] | None = None,
     families: tuple[Family, ...] = FAMILIES,
+    *,
+    parametric: bool = False,
 ) -> Derivation:
     """Derives the functions of a robot: kinematics of its tool, and the maps through its loops.
 
@@ -76,6 +78,7 @@ def derive(
         robot: A serial robot or a mechanism, from a file, a URDF or built in Python.
         functions: Names of functions; all functions of the robot by default.
         families: The families of inverses to try, in order.
+        parametric: Whether :data:`~chasles.derive.chain.parametric.PARAMETRIC` are derived too.
 
     Raises:
         RobotError: The robot has no function of a name, or a loop does not close at the reference.
@@ -95,6 +98,7 @@ def derive(
     written = {function.name: function for function in inverse.written} if inverse else {}
     capabilities = [*FUNCTIONS, *(inverse.functions if inverse else ()), *written]
     chosen = _chosen(robot.name, _with_called(functions, written), capabilities, PARAMETRIC)
+    chosen += [name for name in PARAMETRIC if parametric and name not in chosen]
     made |= kinematics.functions([name for name in chosen if name not in made])
     parametric = None
     if asked := [name for name in chosen if name in PARAMETRIC]:

@@ -32,6 +32,7 @@ class Job:
         suffix: End of the robot's name, where one file gives several robots.
         calibration: File of the factory calibration of a UR arm.
         exact: Whether the numbers of the description are taken as they are written.
+        parametric: Whether the parametric functions are derived too.
         limit: Seconds that the derivation may take; 0 is no limit.
     """
 
@@ -44,6 +45,7 @@ class Job:
     suffix: str = ""
     calibration: Path | None = None
     exact: bool = False
+    parametric: bool = False
     limit: float = 0
 
 
@@ -68,7 +70,7 @@ def stamp(job: Job, folder: Path) -> None:
 
 
 def _recipe(job: Job) -> str:
-    choices = (job.base, job.tip, job.functions, job.suffix, job.exact)
+    choices = (job.base, job.tip, job.functions, job.suffix, job.exact, job.parametric)
     calibration = [job.calibration.read_bytes()] if job.calibration else []
     described = [*_description(job), *calibration]
     parts = (*described, _compiler().encode(), repr(choices).encode())

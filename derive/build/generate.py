@@ -20,6 +20,8 @@ def artifacts(
     robot: Described,
     functions: Sequence[str] | None = None,
     emitters: Sequence[Emitter] = EMITTERS,
+    *,
+    parametric: bool = False,
 ) -> dict[str, str]:
     """Every generated file of a robot: its path inside the robot's folder, and its text.
 
@@ -27,6 +29,7 @@ def artifacts(
         robot: The description.
         functions: The functions to derive, all by default.
         emitters: The languages to write, all that chasles has by default.
+        parametric: Whether the parametric functions are derived too.
 
     Returns:
         The files of every language and the manifest; the same bytes for the same description on
@@ -35,7 +38,7 @@ def artifacts(
     Raises:
         RobotError: The description or a function's name is wrong, or two languages write one file.
     """
-    return files_of(derive(robot, functions), emitters)
+    return files_of(derive(robot, functions, parametric=parametric), emitters)
 
 
 def files_of(derivation: Derivation, emitters: Sequence[Emitter] = EMITTERS) -> dict[str, str]:
@@ -52,6 +55,8 @@ def write(
     folder: str | Path,
     functions: Sequence[str] | None = None,
     emitters: Sequence[Emitter] = EMITTERS,
+    *,
+    parametric: bool = False,
 ) -> list[Path]:
     """Derives a robot and writes its folder, to be loaded by ``chasles.load(folder)``.
 
@@ -62,6 +67,7 @@ def write(
         folder: The robot's own folder, created if it does not exist; usually named as the robot.
         functions: The functions to derive, all by default.
         emitters: The languages to write, all that chasles has by default.
+        parametric: Whether the parametric functions are derived too.
 
     Returns:
         The files written.
@@ -69,7 +75,7 @@ def write(
     Raises:
         RobotError: The description or a function's name is wrong, or two languages write one file.
     """
-    return put(artifacts(robot, functions, emitters), Path(folder))
+    return put(artifacts(robot, functions, emitters, parametric=parametric), Path(folder))
 
 
 def put(files: Mapping[str, str], folder: Path) -> list[Path]:

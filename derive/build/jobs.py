@@ -144,7 +144,7 @@ def _explain(job: Job) -> Report:
 def _derive(job: Job) -> Report:
     started = time.perf_counter()
     robot = read(job)
-    files = artifacts(robot, job.functions or None)
+    files = artifacts(robot, job.functions or None, parametric=job.parametric)
     folder = job.to / robot.name
     put(files, folder)
     stamp(job, folder)
@@ -157,7 +157,7 @@ def _derive(job: Job) -> Report:
 
 def _compare(job: Job) -> Report:
     robot = read(job)
-    files = artifacts(robot, job.functions or None)
+    files = artifacts(robot, job.functions or None, parametric=job.parametric)
     folder = job.to / robot.name
     differing = [name for name, text in files.items() if _text(folder / name) != text]
     differing += strays(files, folder)

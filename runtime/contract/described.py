@@ -12,6 +12,7 @@ from __future__ import annotations
 import functools
 import hashlib
 import sys
+from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -25,8 +26,17 @@ _SUFFIXES = (".toml", ".urdf")
 
 def shelf() -> dict[str, Path]:
     """The descriptions of the well-known arms that are installed with chasles, by name."""
+    return _descriptions("robots/shelf/*.toml")
+
+
+def shipped() -> dict[str, Path]:
+    """The descriptions of the generated robots that are installed with chasles, by name."""
+    return _descriptions("robots/*.toml")
+
+
+def _descriptions(pattern: str) -> dict[str, Path]:
     root = _compiler_folder()
-    files = sorted(root.glob("robots/shelf/*.toml")) if root else []
+    files = sorted(root.glob(pattern)) if root else []
     return {file.stem: file for file in files}
 
 
@@ -35,11 +45,12 @@ def is_description(path: Path) -> bool:
     return path.suffix.lower() in _SUFFIXES and not path.is_dir()
 
 
-def derived_folder(description: Path) -> Path:
+def derived_folder(description: Path, *, parametric: bool = False) -> Path:
     """The generated folder of a description, derived first if the cache has none.
 
     Args:
         description: A robot file (.toml), or a URDF (.urdf) of one robot.
+        parametric: Whether its parametric functions are derived too.
 
     Returns:
         The folder in the cache.
@@ -49,9 +60,10 @@ def derived_folder(description: Path) -> Path:
         DerivationError: If the compiler is not installed or refuses the description.
         CacheError: If the cache cannot be written to, or holds a damaged folder.
     """
-    home = _home(description)
+    options = ("--parametric",) if parametric else ()
+    home = _home(description, options)
     if not home.is_dir():
-        _derive(description, home)
+        _derive(description, home, options)
     robots = sorted(manifest.parent for manifest in home.glob("*/manifest.json"))
     if not robots:
         raise CacheError(f"{home}: holds no robot any more; delete this folder")
@@ -82,10 +94,11 @@ def _homes() -> Path:
     return cache_folder() / "derived"
 
 
-def _home(description: Path) -> Path:
+def _home(description: Path, options: Sequence[str] = ()) -> Path:
     """The folder that holds a description's generated folder, complete or not there at all."""
     # The name of a URDF is among the facts of its robot.
-    parts = (description.name.encode(), *_contents(description), _compiler_digest())
+    named = " ".join((description.name, *options)).encode()
+    parts = (named, *_contents(description), _compiler_digest())
     key = hashlib.sha256(b"".join(hashlib.sha256(part).digest() for part in parts)).hexdigest()
     return _homes() / f"{description.stem}-{key[:32]}"
 
@@ -119,7 +132,7 @@ def _compiler_digest() -> bytes:
     return digest.digest()
 
 
-def _derive(description: Path, home: Path) -> None:
+def _derive(description: Path, home: Path, options: Sequence[str]) -> None:
     # Loading a robot that was derived before needs no temporary folder.
     import tempfile  # noqa: PLC0415
 
@@ -129,8 +142,8 @@ def _derive(description: Path, home: Path) -> None:
         home.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=f".{name}-", dir=home.parent) as temporary:
             whole = Path(temporary) / "robots"
-            _run_compiler(description, whole)
-            if _home(description) != home:
+            _run_compiler(description, whole, options)
+            if _home(description, options) != home:
                 raise DerivationError(f"{description}: changed while it was derived; load it again")
             _move(whole, home)
     except OSError as error:
@@ -140,13 +153,13 @@ def _derive(description: Path, home: Path) -> None:
         ) from error
 
 
-def _run_compiler(description: Path, folder: Path) -> None:
+def _run_compiler(description: Path, folder: Path, options: Sequence[str]) -> None:
     import subprocess  # noqa: PLC0415
 
     # -P: a module of the user's in the working directory must not take the place of an installed
     # one.
     python = [sys.executable or "python3", "-P", "-m", _COMPILER]
-    command = [*python, str(description.absolute()), "--to", str(folder), "--jobs", "1"]
+    command = [*python, str(description.absolute()), "--to", str(folder), "--jobs", "1", *options]
     try:
         result = subprocess.run(
             command, capture_output=True, text=True, errors="replace", check=False
