@@ -4,9 +4,11 @@ The pose of the tool is a product of elementary motions in the coordinates q and
 
     T_base_tool = B(p) base  prod_k before_k(p) motion_k(value_k(q, p)) after_k(p)  tool E(p)
 
-The parameters of a joint are the fields of its own convention; a joint that has none, and a
-direction among the fields, is corrected by small motions. B and E correct the frames at both ends.
-Corrections are 0 in the nominal robot. The value of a joint is
+The parameters of a joint are the fields of its own convention, except directions, and corrections
+of its axis: two tilts and, where it turns, two shifts. B and E correct the frames at both ends.
+Corrections are 0 in the nominal robot. Those of all axes and of the tool are a complete and minimal
+model of any chain, with 4 parameters a turning and 2 a sliding joint and 6 for the tool. The value
+of a joint is
 
     value = gain q + offset + sin1 sin q + cos1 cos q + sin2 sin 2q + cos2 cos 2q,
 
@@ -28,8 +30,9 @@ from .convention import Field, Placements
 from .placements import Placement, Rotation, Translation, inverse, rotation, translation
 from .robot import Joint, Robot
 
-Part = Literal["joint", "transmission", "base", "tool"]
-"""A joint's own numbers; gain and waves of its drive; the corrections at both ends."""
+Part = Literal["joint", "axis", "transmission", "base", "tool"]
+"""A joint's own numbers; corrections of its axis; gain and waves of its drive; corrections of the
+frames at both ends."""
 _UNITS = {"length": "m", "lengths": "m", "angle": "rad", "angles": "rad", "direction": "rad"}
 _CORRECTION = (
     ("x", "m", "shift along x"),
@@ -46,7 +49,6 @@ _WAVES = (
     ("sin2", "sine wave, two a turn", sp.sin(2 * _TURN)),
     ("cos2", "cosine wave, two a turn", sp.cos(2 * _TURN)),
 )
-_TILTS = (("tilt_x", "tilt of the axis about x"), ("tilt_y", "tilt of the axis about y"))
 
 
 @dataclass(frozen=True)
@@ -150,18 +152,30 @@ class _Made:
 
     def placed(self, joint: Joint) -> Placements:
         """The placements of a moving joint with a symbol for each of its numbers."""
-        if joint.convention is None:
-            return joint.before + self.corrected(joint.name, "joint"), joint.after
-        given = dict(joint.given)
-        fields = joint.convention.fields
-        before, after = joint.convention(
-            joint.kind, **{field.name: self._field(joint, field, given) for field in fields}
-        )
-        if not any(field.kind == "direction" for field in fields):
-            return before, after
-        about_x, about_y = (self.new(joint.name, name, "rad", meaning) for name, meaning in _TILTS)
-        tilt = rotation("x", about_x) + rotation("y", about_y)
-        return before + tilt, inverse(tilt) + after
+        before, after = joint.before, joint.after
+        if joint.convention:
+            given = dict(joint.given)
+            before, after = joint.convention(
+                joint.kind,
+                **{f.name: self._field(joint, f, given) for f in joint.convention.fields},
+            )
+        moved = self._axis(joint)
+        return before + moved, inverse(moved) + after
+
+    def _axis(self, joint: Joint) -> Placement:
+        """The correction of a joint's axis; shifts of a sliding joint's axis change nothing."""
+
+        def new(name: str, unit: str, meaning: str) -> sp.Symbol:
+            return self.new(joint.name, name, unit, f"correction: {meaning}", part="axis")
+
+        shifts: Placement = ()
+        if joint.kind != "prismatic":
+            x = new("shift_x", "m", "shift of the axis along x")
+            y = new("shift_y", "m", "shift of the axis along y")
+            shifts = translation(x, y, sp.S.Zero)
+        about_x = new("tilt_x", "rad", "tilt of the axis about x")
+        about_y = new("tilt_y", "rad", "tilt of the axis about y")
+        return shifts + rotation("x", about_x) + rotation("y", about_y)
 
     def _field(self, joint: Joint, field: Field, given: Mapping[str, sp.Expr]) -> object:
         if field.kind == "direction":
