@@ -26,13 +26,13 @@ from typing import Literal
 
 import sympy as sp
 
-from .convention import Field, Placements
+from .convention import Convention, Field, Placements
 from .placements import Placement, Rotation, Translation, inverse, rotation, translation
 from .robot import Joint, Robot
 
-Part = Literal["joint", "axis", "transmission", "base", "tool"]
-"""A joint's own numbers; corrections of its axis; gain and waves of its drive; corrections of the
-frames at both ends."""
+Part = Literal["joint", "offset", "axis", "transmission", "base", "tool"]
+"""A joint's own numbers, of which the offset of its coordinate; corrections of its axis; gain and
+waves of its drive; corrections of the frames at both ends."""
 _UNITS = {"length": "m", "lengths": "m", "angle": "rad", "angles": "rad", "direction": "rad"}
 _CORRECTION = (
     ("x", "m", "shift along x"),
@@ -157,7 +157,10 @@ class _Made:
             given = dict(joint.given)
             before, after = joint.convention(
                 joint.kind,
-                **{f.name: self._field(joint, f, given) for f in joint.convention.fields},
+                **{
+                    f.name: self._field(joint, joint.convention, f, given)
+                    for f in joint.convention.fields
+                },
             )
         moved = self._axis(joint)
         return before + moved, inverse(moved) + after
@@ -177,12 +180,16 @@ class _Made:
         about_y = new("tilt_y", "rad", "tilt of the axis about y")
         return shifts + rotation("x", about_x) + rotation("y", about_y)
 
-    def _field(self, joint: Joint, field: Field, given: Mapping[str, sp.Expr]) -> object:
+    def _field(
+        self, joint: Joint, convention: Convention, field: Field, given: Mapping[str, sp.Expr]
+    ) -> object:
         if field.kind == "direction":
             return tuple(given[name] for name in field.components)
-        unit, meaning = _UNITS[field.kind], f"of its {joint.convention!r} description"
+        unit, meaning = _UNITS[field.kind], f"{field.name} of its {convention.name} description"
+        part: Part = "offset" if field.name == convention.variable(joint.kind) else "joint"
         symbols = tuple(
-            self.new(joint.name, name, unit, meaning, given[name]) for name in field.components
+            self.new(joint.name, name, unit, meaning, given[name], part)
+            for name in field.components
         )
         return symbols if field.is_vector else symbols[0]
 
@@ -199,7 +206,7 @@ def _values(robot: Robot, made: _Made, q: Sequence[sp.Symbol]) -> dict[str, sp.E
         followed = joint.mimic.multiplier * own + joint.mimic.offset if joint.mimic else own
         offset = sp.S.Zero
         if not (joint.convention and joint.convention.variable(joint.kind)):
-            offset = made.new(joint.name, "offset", joint.unit, "offset of the joint")
+            offset = made.new(joint.name, "offset", joint.unit, "offset", part="offset")
         values[joint.name] = joint.direction * followed + offset
     return values
 

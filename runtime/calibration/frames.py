@@ -22,8 +22,12 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-_ROUNDS = 30
+BoolArray = NDArray[np.bool_]
+
+_ROUNDS = 100
 """Alternations from each of 24 rotations; the best of them is refined by the identification."""
+_SETTLED = 0.9999
+"""Part of the error that is left by an alternation behind which no more follow."""
 
 
 class Registration(NamedTuple):
@@ -75,26 +79,46 @@ def register_poses(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, Flo
 
 def _alternated(T: FloatArray, measured: FloatArray, R: FloatArray) -> Registration:
     """Targets and shift from the rotation, then the rotation from them, in turns."""
-    N, m, _ = measured.shape
     seen = np.isfinite(measured).all(-1)
-    design = np.zeros((N, m, 3, 3 * m + 3))
-    design[..., -3:] = np.eye(3)
-    points, shift = np.zeros((m, 3)), np.zeros(3)
+    axes, origin = T[:, :3, :3], T[:, :3, 3]
+    before = np.inf
     for _ in range(_ROUNDS):
-        for j in range(m):
-            design[:, j, :, 3 * j : 3 * j + 3] = R @ T[:, :3, :3]
-        right = measured - (T[:, :3, 3] @ R.T)[:, None]
-        found = np.linalg.lstsq(design[seen].reshape(-1, 3 * m + 3), right[seen].ravel())[0]
-        points, shift = found[:-3].reshape(m, 3), found[-3:]
-        placed = T[:, None, :3, 3] + np.einsum("nij,mj->nmi", T[:, :3, :3], points)
-        R = _rotation(np.einsum("ni,nj->ij", *(_centred(v[seen]) for v in (measured, placed))))
-    shift = (measured - placed @ R.T)[seen].mean(0)
-    apart = (placed @ R.T + shift - measured)[seen]
-    return Registration(_pose(R, shift), points, float(np.sqrt((apart**2).sum(-1).mean())))
+        points = _targets(axes, origin, np.where(seen[..., None], measured @ R, 0), seen)
+        placed = origin[:, None] + np.einsum("nij,mj->nmi", axes, points)
+        a, b = measured[seen], placed[seen]
+        a_mean, b_mean = a.mean(0), b.mean(0)
+        R = _rotation((a - a_mean).T @ (b - b_mean))
+        shift = a_mean - R @ b_mean
+        error = float(np.sqrt(((b @ R.T + shift - a) ** 2).sum(-1).mean()))
+        if error > _SETTLED * before:
+            break
+        before = error
+    return Registration(_pose(R, shift), points, error)
 
 
-def _centred(points: FloatArray) -> FloatArray:
-    return np.asarray(points - points.mean(0))
+def _targets(
+    axes: FloatArray, origin: FloatArray, turned: FloatArray, seen: BoolArray
+) -> FloatArray:
+    """Targets x_j in the tool's frame with R_i x_j + p_i + c = y_ij, by normal equations.
+
+    Args:
+        axes: (N, 3, 3) the R_i.
+        origin: (N, 3) the p_i.
+        turned: (N, m, 3) measured positions in axes parallel to the base's, 0 where unseen.
+        seen: (N, m) whether they were measured.
+    """
+    m = turned.shape[1]
+    A, right = np.zeros((3 * m + 3, 3 * m + 3)), np.zeros(3 * m + 3)
+    for j in range(m):
+        own, there = slice(3 * j, 3 * j + 3), seen[:, j]
+        apart = turned[there, j] - origin[there]
+        A[own, own] = there.sum() * np.eye(3)
+        A[own, -3:] = axes[there].sum(0).T
+        A[-3:, own] = axes[there].sum(0)
+        A[-3:, -3:] += there.sum() * np.eye(3)
+        right[own] = np.einsum("nij,ni->j", axes[there], apart)
+        right[-3:] += apart.sum(0)
+    return np.asarray(np.linalg.lstsq(A, right)[0][:-3].reshape(m, 3))
 
 
 def _rotation(matrix: FloatArray) -> FloatArray:

@@ -50,6 +50,9 @@ class Calibration:
         after: The same of the calibrated robot.
         noise: Factor by which the errors exceed the standard deviations that were stated.
         outliers: Labels of the rows that were left out.
+        freedoms: Measured numbers beyond those that determine the variables.
+        observation: The measurements, with the frames that were found for them.
+        robot: The nominal robot.
     """
 
     names: tuple[str, ...]
@@ -64,6 +67,17 @@ class Calibration:
     noise: float
     outliers: tuple[str, ...]
     freedoms: int
+    observation: Observation
+    robot: Any
+
+    @property
+    def unknowns(self) -> FloatArray:
+        """The values of the observation's unknowns, such as targets on the tool [m]."""
+        return self.values[len(self.values) - len(self.observation.unknowns) :]
+
+    def poses(self, q: ArrayLike) -> FloatArray:
+        """Poses (..., 4, 4) of the calibrated robot's tool in the measuring device's frame."""
+        return np.asarray(self.T_W_base @ self.robot.fk_p(q, self.p))
 
     @property
     def std(self) -> FloatArray:
@@ -146,7 +160,7 @@ class _Problem:
     ) -> _Problem:
         """Frames in closed form, and the parameters that the measurements tell apart."""
         at = np.asarray(q, dtype=np.float64)
-        if at.ndim != 2 or at.shape[1] != robot.n:
+        if at.shape[1:] != (robot.n,):
             raise ShapeError(f"identify: q must have shape (N, {robot.n}), got {at.shape}")
         nominal = np.array([parameter.value for parameter in robot.geometry])
         start = observation.start(robot.fk_p(at, nominal))
@@ -241,6 +255,8 @@ class _Problem:
             noise,
             tuple(np.array(self.observation.labels)[~used].tolist()),
             freedoms,
+            self.observation,
+            self.robot,
         )
 
 

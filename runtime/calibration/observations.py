@@ -58,6 +58,10 @@ class Observation(Protocol):
         """Frame and unknowns from nominal poses (N, 4, 4) of the tool in the base frame."""
         ...
 
+    def at(self, index: NDArray[np.intp]) -> Observation:
+        """The measurements of some configurations."""
+        ...
+
     def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
         """(M,) errors at poses T (N, 4, 4) of the tool in W and unknowns x."""
         ...
@@ -67,6 +71,11 @@ class Observation(Protocol):
     ) -> tuple[FloatArray, FloatArray]:
         """(M, p) by parameters whose mixed twists are J (N, 6, p), in the axes of W; (M, u)."""
         ...
+
+
+def points_on_tool(T: FloatArray, targets: FloatArray) -> FloatArray:
+    """Positions (N, m, 3) of targets (m, 3) on the tool at poses (N, 4, 4)."""
+    return T[:, None, :3, 3] + np.einsum("nij,mj->nmi", T[:, :3, :3], targets)
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,6 +111,10 @@ class Positions:
         """Measurement and target, from 1."""
         return tuple(f"measurement {i + 1}, target {j + 1}" for i, j in np.argwhere(self.seen))
 
+    def at(self, index: NDArray[np.intp]) -> Positions:
+        """The measurements of some configurations."""
+        return replace(self, points=self.points[index])
+
     def start(self, T: FloatArray) -> Start:
         """By :func:`register_points`."""
         found = register_points(T, self.points)
@@ -109,8 +122,8 @@ class Positions:
 
     def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
         """Computed less measured positions."""
-        placed = T[:, None, :3, 3] + np.einsum("nij,mj->nmi", T[:, :3, :3], x.reshape(-1, 3))
-        return np.asarray(((placed - self.points) / self.sigma)[self.seen].ravel())
+        apart = points_on_tool(T, x.reshape(-1, 3)) - self.points
+        return np.asarray((apart / self.sigma)[self.seen].ravel())
 
     def derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
@@ -155,6 +168,10 @@ class Poses:
     def labels(self) -> tuple[str, ...]:
         """Measurement, from 1."""
         return tuple(f"measurement {i + 1}" for i in range(len(self.T)))
+
+    def at(self, index: NDArray[np.intp]) -> Poses:
+        """The measurements of some configurations."""
+        return replace(self, T=self.T[index])
 
     def start(self, T: FloatArray) -> Start:
         """By :func:`register_poses`."""

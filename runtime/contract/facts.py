@@ -82,8 +82,9 @@ class GeometryParameter:
         value: Its nominal value.
         unit: "m", "rad", "m/rad" of a pitch, or "1" of a gain.
         of: The joint, "base" or "tool".
-        part: "joint": a number of the joint's own description; "transmission": gain and waves of
-            its drive; "base" or "tool": corrections of the frames at both ends.
+        part: "joint": a number of the joint's own description; "offset": the one of its coordinate;
+            "axis": a correction of its axis; "transmission": gain and waves of its drive; "base" or
+            "tool": corrections of the frames at both ends.
         meaning: Its meaning in a few words.
     """
 
