@@ -22,8 +22,10 @@ import scipy.stats
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputValueError, ShapeError
+from .doubts import check_units
 from .identifiable import Redundancy, identifiable
 from .observations import SMALL, Observation
+from .report import report
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -79,6 +81,16 @@ class Calibration:
         """Poses (..., 4, 4) of the calibrated robot's tool in the measuring device's frame."""
         return np.asarray(self.T_W_base @ self.robot.fk_p(q, self.p))
 
+    def held_back(self, q: ArrayLike, observation: Observation) -> FloatArray:
+        """Errors on measurements that took no part, in their standard deviations.
+
+        Args:
+            q: (N, n) coordinates [rad or m].
+            observation: What was measured there, `at` other configurations of the same set-up.
+        """
+        frames = observation.placed_as(self.observation)
+        return frames.errors(self.poses(q), self.unknowns)
+
     @property
     def std(self) -> FloatArray:
         """Standard deviation of each value."""
@@ -89,6 +101,10 @@ class Calibration:
         """(k, 2) bounds between which each value lies in 95 of 100 calibrations (Student's t)."""
         reach = float(scipy.stats.t.ppf(0.975, self.freedoms)) * self.std
         return np.stack([self.values - reach, self.values + reach], -1)
+
+    def __str__(self) -> str:
+        """A report for people."""
+        return report(self)
 
     @property
     def correlations(self) -> FloatArray:
@@ -111,8 +127,9 @@ def identify(
         q: (N, n) coordinates at which the tool was measured [rad or m].
         observation: The measurements.
         vary: Parameters that may differ from nominal: names, or parts of the model ("joint",
-            "axis", "transmission", "base", "tool"). The default, with the tool's corrections where
-            poses are measured, is complete and minimal for every robot.
+            "offset", "axis", "transmission", "base", "tool"). The default, with the tool's
+            corrections where poses are measured, is complete and minimal for every robot. Without
+            "axis" the corrections of the base are added.
         robust: Whether rows that contradict the others are left out and named.
 
     Raises:
@@ -163,6 +180,7 @@ class _Problem:
         if at.shape[1:] != (robot.n,):
             raise ShapeError(f"identify: q must have shape (N, {robot.n}), got {at.shape}")
         nominal = np.array([parameter.value for parameter in robot.geometry])
+        check_units(robot, at, nominal, observation)
         start = observation.start(robot.fk_p(at, nominal))
         candidates = _candidates(robot, vary, start.observation)
         x0 = np.concatenate([nominal[candidates], start.unknowns])
@@ -261,7 +279,9 @@ class _Problem:
 
 
 def _candidates(robot: Any, vary: Collection[str], observation: Observation) -> NDArray[np.intp]:
-    wanted = set(vary) | ({"tool"} if observation.fixes_tool else set())
+    # The device's frame is never known exactly: axes that shift contain it, else the base does.
+    frame = set() if "axis" in vary else {"base"}
+    wanted = set(vary) | frame | ({"tool"} if observation.fixes_tool else set())
     known = {word for item in robot.geometry for word in (item.name, item.part)}
     if unknown := sorted(wanted - known):
         raise InputValueError(f"identify: {robot.name} has no parameter {', '.join(unknown)}")
@@ -271,3 +291,28 @@ def _candidates(robot: Any, vary: Collection[str], observation: Observation) -> 
 
 def _rms(errors: FloatArray) -> float:
     return float(np.sqrt(np.mean(errors**2)))
+
+
+def cross_validated(
+    robot: Any, q: ArrayLike, observation: Observation, folds: int = 6, **options: Any
+) -> FloatArray:
+    """Errors of each configuration when the robot is identified from the others.
+
+    Args:
+        robot: As in :func:`identify`.
+        q: As in :func:`identify`.
+        observation: As in :func:`identify`.
+        folds: Number of parts, each of which is held back once; every folds-th configuration.
+        options: Further arguments of :func:`identify`.
+
+    Returns:
+        The errors, part by part, in standard deviations.
+    """
+    at = np.asarray(q, dtype=np.float64)
+    every = np.arange(len(at))
+    errors = []
+    for fold in range(folds):
+        others, held = every[every % folds != fold], every[every % folds == fold]
+        found = identify(robot, at[others], observation.at(others), **options)
+        errors.append(found.held_back(at[held], observation.at(held)))
+    return np.concatenate(errors)

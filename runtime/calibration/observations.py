@@ -8,7 +8,7 @@ A row is what may be wrong as a whole: a pose, or the position of a target.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,7 +59,19 @@ class Observation(Protocol):
         ...
 
     def at(self, index: NDArray[np.intp]) -> Observation:
-        """The measurements of some configurations."""
+        """The measurements of some configurations, with the same frames."""
+        ...
+
+    def placed_as(self, other: Any) -> Observation:
+        """The measurements with the frames that were found for others of the same set-up."""
+        ...
+
+    def scaled(self, factor: float) -> Observation:
+        """The measurements with all lengths times a factor."""
+        ...
+
+    def misfit(self, T: FloatArray) -> float:
+        """Root mean square distance between measured positions and those at nominal poses [m]."""
         ...
 
     def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
@@ -114,6 +126,19 @@ class Positions:
     def at(self, index: NDArray[np.intp]) -> Positions:
         """The measurements of some configurations."""
         return replace(self, points=self.points[index])
+
+    def placed_as(self, other: Positions) -> Positions:
+        """These: targets are unknowns, and no frame is kept."""
+        del other
+        return self
+
+    def scaled(self, factor: float) -> Positions:
+        """The measurements with all lengths times a factor."""
+        return replace(self, points=factor * self.points)
+
+    def misfit(self, T: FloatArray) -> float:
+        """Of :func:`register_points`."""
+        return register_points(T, self.points).error
 
     def start(self, T: FloatArray) -> Start:
         """By :func:`register_points`."""
@@ -172,6 +197,22 @@ class Poses:
     def at(self, index: NDArray[np.intp]) -> Poses:
         """The measurements of some configurations."""
         return replace(self, T=self.T[index])
+
+    def placed_as(self, other: Poses) -> Poses:
+        """The measurements with the other's frame of the probe."""
+        return replace(self, T_tool_probe=other.T_tool_probe)
+
+    def scaled(self, factor: float) -> Poses:
+        """The measurements with all lengths times a factor."""
+        scale = np.ones((4, 4))
+        scale[:3, 3] = factor
+        return replace(self, T=scale * self.T)
+
+    def misfit(self, T: FloatArray) -> float:
+        """Distance between positions of the probe, after :func:`register_poses`."""
+        T_W_base, T_tool_probe = register_poses(T, self.T)
+        apart = (T_W_base @ T @ T_tool_probe - self.T)[:, :3, 3]
+        return float(np.sqrt((apart**2).sum(-1).mean()))
 
     def start(self, T: FloatArray) -> Start:
         """By :func:`register_poses`."""
