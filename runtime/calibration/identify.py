@@ -136,7 +136,18 @@ def identify(
         ShapeError: q does not fit the robot.
         InputValueError: There are fewer measurements than variables, or an unknown name in vary.
     """
-    problem = _Problem.of(robot, q, observation, vary)
+    at = np.asarray(q, dtype=np.float64)
+    if at.shape[1:] != (robot.n,):
+        raise ShapeError(f"identify: q must have shape (N, {robot.n}), got {at.shape}")
+    nominal = np.array([parameter.value for parameter in robot.geometry])
+    check_units(robot, at, nominal, observation)
+    start = observation.start(robot.fk_p(at, nominal))
+    problem = problem_at(robot, at, start.observation, start.T_W_base, start.unknowns, vary)
+    if len(problem.observation.rows) <= len(problem.x0):
+        raise InputValueError(
+            f"identify: {len(problem.observation.rows)} measured numbers do not determine "
+            f"{len(problem.x0)} variables; measure more configurations, or vary fewer parameters"
+        )
     x = problem.solve(problem.x0, problem.everything, robust=robust)
     used = problem.everything
     if robust:
@@ -147,8 +158,37 @@ def identify(
     return problem.calibration(x, used)
 
 
+def problem_at(
+    robot: Any,
+    q: FloatArray,
+    observation: Observation,
+    T_W_base: FloatArray,
+    unknowns: FloatArray,
+    vary: Collection[str],
+) -> Problem:
+    """The variables that measurements tell apart, at the nominal robot.
+
+    Args:
+        robot: A robot with parametric functions.
+        q: (N, n) coordinates [rad or m].
+        observation: The measurements.
+        T_W_base: (4, 4) the base frame in the device's.
+        unknowns: Values of the observation's unknowns [m].
+        vary: As in :func:`identify`.
+    """
+    nominal = np.array([parameter.value for parameter in robot.geometry])
+    candidates = _candidates(robot, vary, observation)
+    x0 = np.concatenate([nominal[candidates], unknowns])
+    whole = Problem(robot, q, observation, T_W_base, nominal, candidates, x0, ())
+    J = whole.derivative(x0) * SMALL
+    n = len(candidates)
+    chosen, redundant = identifiable(J[:, n:], J[:, :n], whole.names[:n], observation.unknowns)
+    x0 = np.concatenate([nominal[candidates[chosen]], unknowns])
+    return replace(whole, sought=candidates[chosen], x0=x0, redundant=redundant)
+
+
 @dataclass(frozen=True, eq=False)
-class _Problem:
+class Problem:
     """The variables x and the errors: x holds identified parameters, then unknowns.
 
     Attributes:
@@ -171,32 +211,11 @@ class _Problem:
     x0: FloatArray
     redundant: tuple[Redundancy, ...]
 
-    @classmethod
-    def of(
-        cls, robot: Any, q: ArrayLike, observation: Observation, vary: Collection[str]
-    ) -> _Problem:
-        """Frames in closed form, and the parameters that the measurements tell apart."""
-        at = np.asarray(q, dtype=np.float64)
-        if at.shape[1:] != (robot.n,):
-            raise ShapeError(f"identify: q must have shape (N, {robot.n}), got {at.shape}")
-        nominal = np.array([parameter.value for parameter in robot.geometry])
-        check_units(robot, at, nominal, observation)
-        start = observation.start(robot.fk_p(at, nominal))
-        candidates = _candidates(robot, vary, start.observation)
-        x0 = np.concatenate([nominal[candidates], start.unknowns])
-        whole = cls(robot, at, start.observation, start.T_W_base, nominal, candidates, x0, ())
-        J = whole.derivative(x0) * SMALL
-        n = len(candidates)
-        names = tuple(robot.geometry[k].name for k in candidates)
-        chosen, redundant = identifiable(J[:, n:], J[:, :n], names, start.observation.unknowns)
-        x0 = np.concatenate([nominal[candidates[chosen]], start.unknowns])
-        problem = replace(whole, sought=candidates[chosen], x0=x0, redundant=redundant)
-        if len(J) <= len(x0):
-            raise InputValueError(
-                f"identify: {len(J)} measured numbers do not determine {len(x0)} variables; "
-                "measure more configurations, or vary fewer parameters"
-            )
-        return problem
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the variables."""
+        own = (self.robot.geometry[k].name for k in self.sought)
+        return (*own, *self.observation.unknowns)
 
     @property
     def everything(self) -> BoolArray:
@@ -258,10 +277,9 @@ class _Problem:
         freedoms = len(e) - len(x)
         noise = float(np.sqrt(e @ e / freedoms))
         covariance = np.linalg.inv(J.T @ J) * (SMALL * noise) ** 2
-        names = tuple(self.robot.geometry[k].name for k in self.sought)
         nominal = np.concatenate([self.nominal[self.sought], np.zeros(len(x) - len(self.sought))])
         return Calibration(
-            names + self.observation.unknowns,
+            self.names,
             x,
             x - nominal,
             covariance,
