@@ -9,17 +9,26 @@ It needs SciPy, `pip install 'chasles[calibration]'`.
 """
 
 from .calibrated_file import robot_file
-from .identify import Calibration, identify
+from .design import Design, design
+from .identify import Calibration, cross_validated, identify
 from .measurement_table import Measured, read_measurements
 from .observations import Observation, Poses, Positions
+from .tool_errors import FirstOrder, MonteCarlo, random_arms, tool_errors
 
 __all__ = [
     "Calibration",
+    "Design",
+    "FirstOrder",
     "Measured",
+    "MonteCarlo",
     "Observation",
     "Poses",
     "Positions",
+    "cross_validated",
+    "design",
     "identify",
+    "random_arms",
     "read_measurements",
     "robot_file",
+    "tool_errors",
 ]

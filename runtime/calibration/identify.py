@@ -119,6 +119,7 @@ def identify(
     *,
     vary: Collection[str] = ("axis",),
     robust: bool = True,
+    T_W_base: ArrayLike | None = None,
 ) -> Calibration:
     """The parameters with which a robot explains measurements best.
 
@@ -130,6 +131,7 @@ def identify(
             "offset", "axis", "transmission", "base", "tool"). The default, with the tool's
             corrections where poses are measured, is complete and minimal for every robot. Without
             "axis" the corrections of the base are added.
+        T_W_base: (4, 4) the base frame in the device's, where it is known; it is found otherwise.
         robust: Whether rows that contradict the others are left out and named.
 
     Raises:
@@ -142,7 +144,8 @@ def identify(
     nominal = np.array([parameter.value for parameter in robot.geometry])
     check_units(robot, at, nominal, observation)
     start = observation.start(robot.fk_p(at, nominal))
-    problem = problem_at(robot, at, start.observation, start.T_W_base, start.unknowns, vary)
+    frame = start.T_W_base if T_W_base is None else np.asarray(T_W_base, dtype=np.float64)
+    problem = problem_at(robot, at, start.observation, frame, start.unknowns, vary)
     if len(problem.observation.rows) <= len(problem.x0):
         raise InputValueError(
             f"identify: {len(problem.observation.rows)} measured numbers do not determine "

@@ -8,6 +8,7 @@ of the nominal arm.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -15,7 +16,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .. import screws
 from ..errors import InputValueError
 
 FloatArray = NDArray[np.float64]
@@ -121,8 +121,9 @@ def random_arms(
         here = at if at.ndim == 1 else at[part]
         T, true = robot.fk_p(here, p), robot.fk_p(here, nominal)
         along[part] = T[:, :3, 3] - true[..., :3, 3]
-        turned = T[:, :3, :3] @ true[..., :3, :3].swapaxes(-1, -2)
-        angle[part] = np.linalg.norm(screws.log_rotation(turned), axis=-1)
+        # |R - R'| = 2 sqrt(2) sin(angle / 2)
+        apart = np.linalg.norm((T - true)[:, :3, :3], axis=(-2, -1))
+        angle[part] = 2 * np.arcsin(np.minimum(apart / math.sqrt(8), 1))
     return MonteCarlo(along, np.linalg.norm(along, axis=-1), angle)
 
 
