@@ -100,10 +100,10 @@ def derive(
     chosen = _chosen(robot.name, _with_called(functions, written), capabilities, PARAMETRIC)
     chosen += [name for name in PARAMETRIC if parametric and name not in chosen]
     made |= kinematics.functions([name for name in chosen if name not in made])
-    parametric = None
+    longer = None
     if asked := [name for name in chosen if name in PARAMETRIC]:
-        parametric = Parametric.of(robot, terms)
-        made |= parametric.functions(asked)
+        longer = Parametric.of(robot, terms)
+        made |= longer.functions(asked)
     return Derivation(
         robot,
         terms,
@@ -112,7 +112,7 @@ def derive(
         inverse=inverse,
         written=tuple(written[name] for name in chosen if name in written),
         families=families,
-        geometry=parametric.geometry if parametric else None,
+        geometry=longer.geometry if longer else None,
     )
 
 

@@ -15,7 +15,7 @@ Source:
 """
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import sympy as sp
 
@@ -179,5 +179,5 @@ def _lengthened(robot: Robot, motions: Placement) -> tuple[Robot, tuple[sp.Expr,
             add("revolute", motion.axis, motion.angle)
         else:
             waiting += (motion,)
-    names = {"base_frame": robot.base_frame, "tool_frame": robot.tool_frame}
-    return Robot(robot.name, tuple(joints), tool=waiting, **names), tuple(values)
+    longer = replace(robot, joints=tuple(joints), base=(), tool=waiting, parameters=())
+    return longer, tuple(values)

@@ -42,6 +42,7 @@ _CORRECTION = (
     ("pitch", "rad", "turn about y"),
     ("yaw", "rad", "turn about z"),
 )
+_DRIVE: Part = "transmission"
 _TURN = sp.Symbol("turn", real=True)
 _WAVES = (
     ("sin1", "sine wave, one a turn", sp.sin(_TURN)),
@@ -213,7 +214,7 @@ def _values(robot: Robot, made: _Made, q: Sequence[sp.Symbol]) -> dict[str, sp.E
 
 def _driven(joint: Joint, coordinate: sp.Symbol, made: _Made) -> sp.Expr:
     """The joint's value by its drive, before its direction and offset."""
-    of, part = joint.name, "transmission"
+    of, part = joint.name, _DRIVE
     value = made.new(of, "gain", "1", "gain of the drive", sp.S.One, part) * coordinate
     for name, words, wave in _WAVES if joint.unit == "rad" else ():
         value += made.new(of, name, "rad", words, sp.S.Zero, part) * wave.subs(_TURN, coordinate)

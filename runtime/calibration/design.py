@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputValueError
 from .identify import problem_at
-from .observations import SMALL, Poses, Positions
+from .observations import SMALL, Observation, Poses, Positions
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -106,7 +106,7 @@ def design(
     chosen = search.best(count)
     more = search.extended(chosen, min(_NEXT, len(index) - count))
     A = search.information(chosen)
-    covariance = np.linalg.inv(A)
+    covariance = np.asarray(np.linalg.inv(A))
     return Design(
         index[chosen],
         at[index[chosen]],
@@ -114,7 +114,7 @@ def design(
         SMALL * np.sqrt(np.diag(covariance)),
         float(np.exp(np.linalg.slogdet(A)[1] / (2 * len(names))) / np.sqrt(count)),
         _tool_error(tool, covariance),
-        _tool_error(tool, np.linalg.inv(search.information(more))),
+        _tool_error(tool, np.asarray(np.linalg.inv(search.information(more)))),
     )
 
 
@@ -126,6 +126,7 @@ def _derivatives(
     vary: Collection[str],
 ) -> tuple[FloatArray, FloatArray, tuple[str, ...]]:
     """Derivatives of measurements (M, r, k), of the tool's position (M, 3, k), and names."""
+    observation: Observation
     if targets is None:
         pair = (SMALL, SMALL) if sigma is None else sigma
         if not isinstance(pair, tuple):

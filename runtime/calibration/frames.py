@@ -73,13 +73,13 @@ def register_poses(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, Flo
     rows = np.concatenate([R, np.broadcast_to(-np.eye(3), R.shape)], -1).reshape(-1, 6)
     right = measured[:, :3, 3] @ R_base_W.T - T[:, :3, 3]
     found = np.linalg.lstsq(rows, right.ravel())[0]
-    T_W_base = np.linalg.inv(_pose(R_base_W, found[3:]))
+    T_W_base = np.asarray(np.linalg.inv(_pose(R_base_W, found[3:])))
     return T_W_base, _pose(R_tool_probe, found[:3])
 
 
 def _alternated(T: FloatArray, measured: FloatArray, R: FloatArray) -> Registration:
     """Targets and shift from the rotation, then the rotation from them, in turns."""
-    seen = np.isfinite(measured).all(-1)
+    seen = np.asarray(np.isfinite(measured).all(-1))
     axes, origin = T[:, :3, :3], T[:, :3, 3]
     before = np.inf
     for _ in range(_ROUNDS):

@@ -279,7 +279,7 @@ class Problem:
         e, J = self.errors(x)[chosen], self.derivative(x)[chosen] * SMALL
         freedoms = len(e) - len(x)
         noise = float(np.sqrt(e @ e / freedoms))
-        covariance = np.linalg.inv(J.T @ J) * (SMALL * noise) ** 2
+        covariance = np.asarray(np.linalg.inv(J.T @ J) * (SMALL * noise) ** 2)
         nominal = np.concatenate([self.nominal[self.sought], np.zeros(len(x) - len(self.sought))])
         return Calibration(
             self.names,

@@ -83,7 +83,7 @@ def read_measurements(file: str | Path, robot: Any) -> Measured:
 
 
 class _Column(NamedTuple):
-    index: int
+    number: int
     unit: str
 
 
@@ -112,7 +112,7 @@ class _Table(NamedTuple):
         return UNITS[unit][1]
 
     def _number(self, name: str, number: int, line: Sequence[str], may_be_empty: bool) -> float:
-        index = self.columns[name].index
+        index = self.columns[name].number
         text = line[index].strip() if index < len(line) else ""
         if not text and may_be_empty:
             return math.nan
@@ -206,7 +206,7 @@ def _over(angle: FloatArray, sine: FloatArray) -> FloatArray:
 
 def _long(table: _Table, q: FloatArray) -> Measured:
     """A row a target: rows of equal coordinates that follow each other are one configuration."""
-    index = table.columns["target"].index
+    index = table.columns["target"].number
     names = [line[index].strip() for _, line in table.rows]
     targets = list(dict.fromkeys(names))
     xyz = np.stack([table.numbers(name, "m", may_be_empty=True) for name in _AXES], -1)

@@ -7,8 +7,9 @@ A row is what may be wrong as a whole: a pose, or the position of a target.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple, Protocol
+from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from .frames import register_points, register_poses
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.intp]
 
 SMALL = 1e-3
 """A small length [m] and angle [rad]: the standard deviations where none is given, and the scale in
@@ -38,60 +40,69 @@ class Start(NamedTuple):
     observation: Observation
 
 
-class Observation(Protocol):
-    """What was measured.
+class Observation(ABC):
+    """What was measured at N configurations.
 
     Attributes:
-        unknowns: Names of the unknowns, all lengths.
         fixes_tool: Whether the orientation of the tool's frame is measured too, so that its six
             corrections are sought rather than targets.
-        rows: (M,) index of the row of each error.
-        labels: Name of each row, for messages.
     """
 
-    unknowns: tuple[str, ...]
-    fixes_tool: bool
-    rows: NDArray[np.intp]
-    labels: tuple[str, ...]
+    fixes_tool: ClassVar[bool]
 
+    @property
+    @abstractmethod
+    def unknowns(self) -> tuple[str, ...]:
+        """Names of the unknowns, all lengths."""
+
+    @property
+    @abstractmethod
+    def rows(self) -> IntArray:
+        """(M,) index of the row of each error."""
+
+    @property
+    @abstractmethod
+    def labels(self) -> tuple[str, ...]:
+        """Name of each row, for messages."""
+
+    @abstractmethod
     def start(self, T: FloatArray) -> Start:
         """Frame and unknowns from nominal poses (N, 4, 4) of the tool in the base frame."""
-        ...
 
-    def at(self, index: NDArray[np.intp]) -> Observation:
+    @abstractmethod
+    def at(self, index: IntArray) -> Self:
         """The measurements of some configurations, with the same frames."""
-        ...
 
-    def placed_as(self, other: Any) -> Observation:
+    @abstractmethod
+    def placed_as(self, other: Self) -> Self:
         """The measurements with the frames that were found for others of the same set-up."""
-        ...
 
-    def scaled(self, factor: float) -> Observation:
+    @abstractmethod
+    def scaled(self, factor: float) -> Self:
         """The measurements with all lengths times a factor."""
-        ...
 
+    @abstractmethod
     def misfit(self, T: FloatArray) -> float:
         """Root mean square distance between measured positions and those at nominal poses [m]."""
-        ...
 
+    @abstractmethod
     def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
         """(M,) errors at poses T (N, 4, 4) of the tool in W and unknowns x."""
-        ...
 
+    @abstractmethod
     def derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """(M, p) by parameters whose mixed twists are J (N, 6, p), in the axes of W; (M, u)."""
-        ...
 
 
 def points_on_tool(T: FloatArray, targets: FloatArray) -> FloatArray:
     """Positions (N, m, 3) of targets (m, 3) on the tool at poses (N, 4, 4)."""
-    return T[:, None, :3, 3] + np.einsum("nij,mj->nmi", T[:, :3, :3], targets)
+    return np.asarray(T[:, None, :3, 3] + np.einsum("nij,mj->nmi", T[:, :3, :3], targets))
 
 
 @dataclass(frozen=True, eq=False)
-class Positions:
+class Positions(Observation):
     """Positions of targets whose places on the tool are unknown, as a laser tracker measures them.
 
     Attributes:
@@ -101,7 +112,7 @@ class Positions:
 
     points: FloatArray
     sigma: float = SMALL
-    fixes_tool = False
+    fixes_tool: ClassVar[bool] = False
 
     @property
     def unknowns(self) -> tuple[str, ...]:
@@ -114,7 +125,7 @@ class Positions:
         return np.asarray(np.isfinite(self.points).all(-1))
 
     @property
-    def rows(self) -> NDArray[np.intp]:
+    def rows(self) -> IntArray:
         """The target's number among those seen."""
         return np.repeat(np.arange(int(self.seen.sum())), 3)
 
@@ -123,16 +134,16 @@ class Positions:
         """Measurement and target, from 1."""
         return tuple(f"measurement {i + 1}, target {j + 1}" for i, j in np.argwhere(self.seen))
 
-    def at(self, index: NDArray[np.intp]) -> Positions:
+    def at(self, index: IntArray) -> Self:
         """The measurements of some configurations."""
         return replace(self, points=self.points[index])
 
-    def placed_as(self, other: Positions) -> Positions:
+    def placed_as(self, other: Self) -> Self:
         """These: targets are unknowns, and no frame is kept."""
         del other
         return self
 
-    def scaled(self, factor: float) -> Positions:
+    def scaled(self, factor: float) -> Self:
         """The measurements with all lengths times a factor."""
         return replace(self, points=factor * self.points)
 
@@ -169,7 +180,7 @@ class Positions:
 
 
 @dataclass(frozen=True, eq=False)
-class Poses:
+class Poses(Observation):
     """Poses of a probe whose place on the tool is nearly, or not at all, known.
 
     Attributes:
@@ -181,11 +192,15 @@ class Poses:
     T: FloatArray
     sigma: tuple[float, float] = (SMALL, SMALL)
     T_tool_probe: FloatArray = field(default_factory=lambda: np.eye(4))
-    unknowns = ()
-    fixes_tool = True
+    fixes_tool: ClassVar[bool] = True
 
     @property
-    def rows(self) -> NDArray[np.intp]:
+    def unknowns(self) -> tuple[str, ...]:
+        """None: the probe's frame is found, and the tool's corrections are parameters."""
+        return ()
+
+    @property
+    def rows(self) -> IntArray:
         """The measurement."""
         return np.repeat(np.arange(len(self.T)), 6)
 
@@ -194,15 +209,15 @@ class Poses:
         """Measurement, from 1."""
         return tuple(f"measurement {i + 1}" for i in range(len(self.T)))
 
-    def at(self, index: NDArray[np.intp]) -> Poses:
+    def at(self, index: IntArray) -> Self:
         """The measurements of some configurations."""
         return replace(self, T=self.T[index])
 
-    def placed_as(self, other: Poses) -> Poses:
+    def placed_as(self, other: Self) -> Self:
         """The measurements with the other's frame of the probe."""
         return replace(self, T_tool_probe=other.T_tool_probe)
 
-    def scaled(self, factor: float) -> Poses:
+    def scaled(self, factor: float) -> Self:
         """The measurements with all lengths times a factor."""
         scale = np.ones((4, 4))
         scale[:3, 3] = factor
