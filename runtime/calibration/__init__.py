@@ -9,6 +9,7 @@ It needs SciPy, `pip install 'chasles[calibration]'`.
 """
 
 from .calibrated_file import robot_file
+from .contacts import Distances, PlaneContacts
 from .design import Design, design
 from .identify import Calibration, cross_validated, identify
 from .measurement_table import Measured, read_measurements
@@ -18,10 +19,12 @@ from .tool_errors import FirstOrder, MonteCarlo, random_arms, tool_errors
 __all__ = [
     "Calibration",
     "Design",
+    "Distances",
     "FirstOrder",
     "Measured",
     "MonteCarlo",
     "Observation",
+    "PlaneContacts",
     "Poses",
     "Positions",
     "cross_validated",
