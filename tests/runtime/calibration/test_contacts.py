@@ -44,7 +44,7 @@ def test_derivatives(name):
     differences = [
         (observation.errors(T, x + e) - observation.errors(T, x - e)) / (2 * h) for e in unit
     ]
-    assert_allclose(by_x, np.array(differences).reshape(len(x), -1).T, atol=1e-7)
+    assert_allclose(by_x, np.array(differences).reshape(len(x), len(by_x)).T, atol=1e-7)
 
 
 def test_a_ball_bar(arm, truth):
