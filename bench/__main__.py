@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from . import check, count, document
-from .accuracy import cleaned_files, field, general_arms, losses, misses
+from .accuracy import calibrations, cleaned_files, field, general_arms, losses, misses
 from .cases.poses import CASES
 from .measures import derivation
 from .peers.forward import absent
@@ -35,6 +35,8 @@ def main() -> int:
         return field.run(options.quick, options.arm)
     if options.command == "general":
         return general_arms.run(options)
+    if options.command == "calibration":
+        return calibrations.run(options.runs)
     if options.command == "losses":
         return losses.run(options.arms, options.first)
     if options.command == "mutants":
@@ -93,6 +95,8 @@ def _parser() -> argparse.ArgumentParser:
     met.add_argument("--arm", help="arms with this text in their names")
     general = commands.add_parser("general", help="arms without a structure: judged and timed")
     general_arms.add_arguments(general)
+    drawn = commands.add_parser("calibration", help="identification of drawn arms")
+    drawn.add_argument("--runs", type=int, default=200, help="drawn arms of each kind")
     arms = commands.add_parser("losses", help="poses that inverses of random arms lose")
     arms.add_argument("--arms", type=int, default=ARMS, help="number of arms")
     arms.add_argument("--first", type=int, default=0, help="number of the first arm")

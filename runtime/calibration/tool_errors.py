@@ -20,7 +20,7 @@ from ..errors import InputValueError
 
 FloatArray = NDArray[np.float64]
 
-_AT_ONCE = 100_000
+_AT_ONCE = 20_000
 """Random arms computed at once, so that memory stays bounded."""
 QUANTILES = (0.5, 0.95, 0.99, 1.0)
 
@@ -113,13 +113,15 @@ def random_arms(
     at = np.asarray(q, dtype=np.float64)
     along, angle = np.empty((samples, 3)), np.empty(samples)
     used = np.flatnonzero(sigma)
+    p = np.tile(nominal, (min(samples, _AT_ONCE), 1))
     for first in range(0, samples, _AT_ONCE):
         part = slice(first, min(first + _AT_ONCE, samples))
         count = part.stop - first
-        p = np.tile(nominal, (count, 1))
-        p[:, used] += random.standard_normal((count, len(used))) * sigma[used]
+        drawn = random.standard_normal((len(used), count))
+        for row, k in zip(drawn, used, strict=True):
+            p[:count, k] = nominal[k] + sigma[k] * row
         here = at if at.ndim == 1 else at[part]
-        T, true = robot.fk_p(here, p), robot.fk_p(here, nominal)
+        T, true = robot.fk_p(here, p[:count], threads="all"), robot.fk_p(here, nominal)
         along[part] = T[:, :3, 3] - true[..., :3, 3]
         # |R - R'| = 2 sqrt(2) sin(angle / 2)
         apart = np.linalg.norm((T - true)[:, :3, :3], axis=(-2, -1))
