@@ -9,6 +9,7 @@ from pathlib import Path
 
 from . import check, count, document
 from .accuracy import (
+    calibrations,
     cleaned_files,
     field,
     general_arms,
@@ -46,6 +47,8 @@ def main() -> int:
         return general_arms.run(options)
     if options.command == "platforms":
         return platform_modes.run(options.count, options.starts, options.seed)
+    if options.command == "calibration":
+        return calibrations.run(options.runs)
     if options.command == "losses":
         return losses.run(options.arms, options.first, given=options.given)
     if options.command == "mechanisms":
@@ -110,6 +113,8 @@ def _parser() -> argparse.ArgumentParser:
     held.add_argument("--count", type=int, default=platform_modes.COUNT, help="number of platforms")
     held.add_argument("--starts", type=int, default=platform_modes.STARTS, help="of the iteration")
     held.add_argument("--seed", type=int, default=0)
+    drawn = commands.add_parser("calibration", help="identification of drawn arms")
+    drawn.add_argument("--runs", type=int, default=200, help="drawn arms of each kind")
     arms = commands.add_parser("losses", help="poses that inverses of random arms lose")
     arms.add_argument("--arms", type=int, default=ARMS, help="number of arms")
     arms.add_argument("--first", type=int, default=0, help="number of the first arm")

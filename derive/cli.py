@@ -92,6 +92,13 @@ def derive(
         bool,
         typer.Option("--exact", help="Take all numbers as written: no noise dropped, no 1.5708."),
     ] = False,
+    parametric: Annotated[
+        bool,
+        typer.Option(
+            "--parametric",
+            help="Also fk_p and others, whose geometry is an input; calibration needs them.",
+        ),
+    ] = False,
     jobs: Annotated[int, typer.Option(min=1, help="Robots at once.")] = os.cpu_count() or 1,
     limit: Annotated[
         float,
@@ -117,7 +124,18 @@ def derive(
     files = _files(named or _names(ROBOTS))
     folder = GENERATED if explain else _target([file for file, _ in files], to, calibration or give)
     asked = [
-        Job(file, folder, base, None, wanted, words, "", calibration, exact, given, limit)
+        Job(
+            file,
+            folder,
+            base,
+            functions=wanted,
+            arguments=words,
+            calibration=calibration,
+            exact=exact,
+            give=given,
+            parametric=parametric,
+            limit=limit,
+        )
         for file, words in files
     ]
     due = list(dict.fromkeys(_each_robot(asked, tip or [], group or [], srdf)))

@@ -8,6 +8,7 @@ from .chain.groups import Group, groups
 from .chain.kinematics import FUNCTIONS, Kinematics, arguments_of
 from .inverse import leg_inverse
 from .inverse.chosen_joints import hybrid_inverses_for_given, inverses_for_given
+from .chain.parametric import PARAMETRIC, Parametric
 from .inverse.families import FAMILIES
 from .inverse.families.family import Family
 from .inverse.serial_inverse import Inverses
@@ -17,6 +18,7 @@ from .loops.iterated.closure_equations import LoopClosure
 from .loops.iterated.iterated_functions import inner_makers, written_functions
 from .loops.maps import Maker
 from .model.errors import RobotError
+from .model.geometry import Geometry
 from .model.mechanism import Described, Mechanism
 from .terms.symbolic_function import SymbolicFunction, WrittenFunction
 from .terms.terms import Terms
@@ -39,6 +41,7 @@ class Derivation:
         written: Functions whose C is written by hand over tables of the robot.
         families: The families of inverses that were tried.
         closure: The equations of loops without a closed form; None for other robots.
+        geometry: The geometry as variables; None where no parametric function was requested.
     """
 
     robot: Described
@@ -50,6 +53,7 @@ class Derivation:
     written: tuple[WrittenFunction, ...] = ()
     families: tuple[Family, ...] = FAMILIES
     closure: LoopClosure | None = None
+    geometry: Geometry | None = None
 
     def function(self, name: str) -> SymbolicFunction:
         """The function with a name.
@@ -68,6 +72,8 @@ def derive(
     functions: Sequence[str] | None = None,
     families: tuple[Family, ...] = FAMILIES,
     give: Sequence[str] = (),
+    *,
+    parametric: bool = False,
 ) -> Derivation:
     """Derives the functions of a robot: kinematics of its tool, and the maps through its loops.
 
@@ -80,6 +86,7 @@ def derive(
         families: The families of inverses to try, in order.
         give: Names of the joints whose values ``ik`` shall take beside the pose; () for those that
             the structure of a redundant robot needs.
+        parametric: Whether :data:`~chasles.derive.chain.parametric.PARAMETRIC` are derived too.
 
     Raises:
         RobotError: The robot has no function of a name, a loop does not close at the reference, the
@@ -87,6 +94,8 @@ def derive(
             is left where those joints are given.
     """
     if isinstance(robot, Mechanism):
+        if parametric:
+            raise RobotError(f"{robot.name}: robots with loops have no parametric functions")
         return _of_mechanism(robot, functions, families, give)
     terms = Terms({p.symbol: p.value for p in robot.parameters})
     arguments = arguments_of([joint.unit for joint in robot.coordinates])
@@ -100,8 +109,13 @@ def derive(
         made |= inverse.functions
     written = {function.name: function for function in inverse.written} if inverse else {}
     capabilities = [*FUNCTIONS, *(inverse.functions if inverse else ()), *written]
-    chosen = _chosen(robot.name, _with_called(functions, written), capabilities)
+    chosen = _chosen(robot.name, _with_called(functions, written), capabilities, PARAMETRIC)
+    chosen += [name for name in PARAMETRIC if parametric and name not in chosen]
     made |= kinematics.functions([name for name in chosen if name not in made])
+    longer = None
+    if asked := [name for name in chosen if name in PARAMETRIC]:
+        longer = Parametric.of(robot, terms)
+        made |= longer.functions(asked)
     return Derivation(
         robot,
         terms,
@@ -110,6 +124,7 @@ def derive(
         inverse=inverse,
         written=tuple(written[name] for name in chosen if name in written),
         families=families,
+        geometry=longer.geometry if longer else None,
     )
 
 
@@ -194,10 +209,16 @@ def _has_guard(function: SymbolicFunction) -> bool:
     return function.role.domain in _GUARDS and function.role.name not in ("margin", "branches")
 
 
-def _chosen(robot: str, functions: Sequence[str] | None, known: Sequence[str]) -> list[str]:
+def _chosen(
+    robot: str,
+    functions: Sequence[str] | None,
+    default: Sequence[str],
+    on_demand: Sequence[str] = (),
+) -> list[str]:
     """The requested functions, in the order of derivation."""
     if functions is None:
-        return list(known)
+        return list(default)
+    known = [*default, *on_demand]
     unknown = [name for name in functions if name not in known]
     if unknown:
         functions_there = ", ".join(known)

@@ -13,7 +13,7 @@ from pathlib import Path
 from . import screws, se3
 from .call._call import Function, release_memory
 from .closed_form.solutions import Solutions
-from .contract.described import derived_folder, is_description, shelf
+from .contract.described import derived_folder, is_description, shelf, shipped
 from .contract.manifest import read_manifest
 from .errors import (
     CacheError,
@@ -78,7 +78,7 @@ def shelf_robots() -> list[str]:
     return list(shelf())
 
 
-def load(robot: str | os.PathLike[str]) -> Robot:
+def load(robot: str | os.PathLike[str], *, parametric: bool = False) -> Robot:
     """Loads a robot; derives and compiles it first if the cache does not hold it.
 
     Args:
@@ -87,6 +87,8 @@ def load(robot: str | os.PathLike[str]) -> Robot:
             a separator in it ("./mine"). The first use of an arm of the shelf or of a description
             runs the compiler (`pip install 'chasles[derive]'`), which takes seconds. Files of other
             kinds are derived into a folder first, by `chasles-derive arm.xacro --to robots`.
+        parametric: Whether the robot has `fk_p` and the other functions that take its geometry as
+            an input, which calibration needs: they are derived on first use.
 
     Returns:
         The robot.
@@ -96,7 +98,7 @@ def load(robot: str | os.PathLike[str]) -> Robot:
         DerivationError: If the compiler is not installed or refuses the description.
         ChaslesError: If it cannot be read, compiled or opened; the message states the reason.
     """
-    folder = find_folder(robot)
+    folder = find_folder(robot, parametric=parametric)
     if folder.is_file():
         raise UnknownRobotError(
             f"{folder} is a file; expected a description, .toml or .urdf, or the folder of a "
@@ -106,24 +108,25 @@ def load(robot: str | os.PathLike[str]) -> Robot:
     return Robot(read_manifest(folder))
 
 
-def find_folder(robot: str | os.PathLike[str]) -> Path:
+def find_folder(robot: str | os.PathLike[str], *, parametric: bool = False) -> Path:
     """The folder of a robot, given in the same way as to `load`, and derived first like there.
 
     Raises:
         UnknownRobotError: If no installed robot has that name.
         DerivationError: If the compiler is not installed or refuses the description.
     """
+    options = ("--parametric",) if parametric else ()
     path = Path(robot)
     if is_description(path):
-        return derived_folder(path)
+        return derived_folder(path, options)
     if not isinstance(robot, str) or os.sep in robot or path.is_file():
         return path
     folders = shipped_folders()
-    if robot in folders:
+    if robot in folders and not parametric:
         return folders[robot]
-    arms = shelf()
+    arms = (shipped() if parametric else {}) | shelf()
     if robot in arms:
-        return derived_folder(arms[robot])
+        return derived_folder(arms[robot], options)
     import difflib  # noqa: PLC0415
 
     close = difflib.get_close_matches(robot, [*folders, *arms])

@@ -1,4 +1,4 @@
-"""The command line: `python -m chasles build`, `info` and `list`."""
+"""The command line: `python -m chasles build`, `calibrate`, `info` and `list`."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ import tomllib
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from pathlib import Path
 
-from . import find_folder, robots
+from . import find_folder, load, robots
 from .contract.described import shelf
 from .contract.facts import Argument, Manifest
 from .contract.library import build
@@ -53,6 +54,19 @@ def _parser() -> argparse.ArgumentParser:
         "robots", nargs="*", help="names, folders or descriptions; all generated ones if none"
     )
     build_.set_defaults(run=_build)
+    calibrate = commands.add_parser(
+        "calibrate", help="identify a robot from a table of measured positions or poses"
+    )
+    calibrate.add_argument("measurements", type=Path, help=".csv with units in its header")
+    calibrate.add_argument("--robot", required=True, help="name or description of the robot")
+    calibrate.add_argument("--to", type=Path, help="robot file (.toml) to write")
+    calibrate.add_argument(
+        "--vary",
+        action="append",
+        metavar="PART",
+        help="parameters or parts of the model: axis (the default), joint, offset, transmission",
+    )
+    calibrate.set_defaults(run=_calibrate)
     info = commands.add_parser("info", help="show the functions of a robot")
     info.add_argument("robot", help="name, folder or description")
     info.set_defaults(run=_info)
@@ -70,6 +84,22 @@ def _build(options: argparse.Namespace) -> int:
             print(report.line, flush=True, file=sys.stderr if report.failed else sys.stdout)
             failed += report.failed
     return 1 if failed else 0
+
+
+def _calibrate(options: argparse.Namespace) -> int:
+    # SciPy is an extra, and takes a second to import.
+    from . import calibration  # noqa: PLC0415
+
+    robot = load(options.robot, parametric=True)
+    q, observation = calibration.read_measurements(options.measurements, robot)
+    found = calibration.identify(robot, q, observation, vary=options.vary or ("axis",))
+    print(found)
+    if options.to:
+        source = f"{robot.source}; identified from {options.measurements.name}"
+        text = calibration.robot_file(robot, found.p, options.to.stem, source)
+        options.to.write_text(text, encoding="utf-8")
+        print(f"\nwritten: {options.to}")
+    return 0
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,7 @@ from .contract.facts import (
     Cleaning,
     Coordinate,
     Frames,
+    GeometryParameter,
     Manifest,
     Parameter,
     Reference,
@@ -74,7 +75,9 @@ class Robot(
         lower: (n,) lower limits [rad or m], -inf where there is none.
         upper: (n,) upper limits [rad or m], inf where there is none.
         frames: The names of base, tip and links.
-        parameters: Its geometry by name.
+        parameters: The named numbers of its description, by name.
+        geometry: The numbers that its parametric functions take as `p`, in order; () where it was
+            derived without them.
         notes: Remarks, such as numbers that were snapped.
         cleaning: The numbers of its description that were not taken as written, with bounds of
             their effect on the tool's pose: `cleaning.position` [m], `cleaning.orientation` [rad].
@@ -104,6 +107,7 @@ class Robot(
     upper: FloatArray
     frames: Frames
     parameters: Mapping[str, Parameter]
+    geometry: tuple[GeometryParameter, ...]
     notes: tuple[str, ...]
     cleaning: Cleaning
     functions: Mapping[str, Function[Any]]
@@ -155,6 +159,12 @@ class Robot(
     constraint_D_z: Function[FloatArray]
     constraint_D_z_dot: Function[FloatArray]
     swivel: Function[FloatArray]
+
+    fk_p: Function[FloatArray]
+    jacobian_p: Function[FloatArray]
+    identification_jacobian: Function[FloatArray]
+    identification_jacobian_space: Function[FloatArray]
+    identification_jacobian_body: Function[FloatArray]
     chain_fk: Function[FloatArray]
     chain_link_poses: Function[FloatArray]
     chain_jacobian_space: Function[FloatArray]
@@ -192,6 +202,7 @@ class Robot(
             upper=_constant(upper),
             frames=manifest.frames,
             parameters=MappingProxyType({item.name: item for item in manifest.parameters}),
+            geometry=manifest.geometry,
             notes=manifest.notes,
             cleaning=manifest.cleaning,
             functions=MappingProxyType(functions),

@@ -33,6 +33,7 @@ class Job:
         calibration: File of the factory calibration of a UR arm.
         exact: Whether the numbers of the description are taken as they are written.
         give: Names of the joints whose values ``ik`` takes; those that it needs if empty.
+        parametric: Whether the parametric functions are derived too.
         limit: Seconds that the derivation may take; 0 is no limit.
     """
 
@@ -46,6 +47,7 @@ class Job:
     calibration: Path | None = None
     exact: bool = False
     give: tuple[str, ...] = ()
+    parametric: bool = False
     limit: float = 0
 
 
@@ -70,7 +72,7 @@ def stamp(job: Job, folder: Path) -> None:
 
 
 def _recipe(job: Job) -> str:
-    choices = (job.base, job.tip, job.functions, job.suffix, job.exact, job.give)
+    choices = (job.base, job.tip, job.functions, job.suffix, job.exact, job.give, job.parametric)
     calibration = [job.calibration.read_bytes()] if job.calibration else []
     described = [*_description(job), *calibration]
     parts = (*described, _compiler().encode(), repr(choices).encode())

@@ -21,6 +21,8 @@ def artifacts(
     functions: Sequence[str] | None = None,
     emitters: Sequence[Emitter] = EMITTERS,
     give: Sequence[str] = (),
+    *,
+    parametric: bool = False,
 ) -> dict[str, str]:
     """Every generated file of a robot: its path inside the robot's folder, and its text.
 
@@ -29,6 +31,7 @@ def artifacts(
         functions: The functions to derive, all by default.
         emitters: The languages to write, all that chasles has by default.
         give: Names of the joints whose values ``ik`` shall take; () for those that it needs.
+        parametric: Whether the parametric functions are derived too.
 
     Returns:
         The files of every language and the manifest; the same bytes for the same description on
@@ -37,7 +40,7 @@ def artifacts(
     Raises:
         RobotError: The description or a function's name is wrong, or two languages write one file.
     """
-    return files_of(derive(robot, functions, give=give), emitters)
+    return files_of(derive(robot, functions, give=give, parametric=parametric), emitters)
 
 
 def files_of(derivation: Derivation, emitters: Sequence[Emitter] = EMITTERS) -> dict[str, str]:
@@ -54,6 +57,8 @@ def write(
     folder: str | Path,
     functions: Sequence[str] | None = None,
     emitters: Sequence[Emitter] = EMITTERS,
+    *,
+    parametric: bool = False,
 ) -> list[Path]:
     """Derives a robot and writes its folder, to be loaded by ``chasles.load(folder)``.
 
@@ -64,6 +69,7 @@ def write(
         folder: The robot's own folder, created if it does not exist; usually named as the robot.
         functions: The functions to derive, all by default.
         emitters: The languages to write, all that chasles has by default.
+        parametric: Whether the parametric functions are derived too.
 
     Returns:
         The files written.
@@ -71,7 +77,7 @@ def write(
     Raises:
         RobotError: The description or a function's name is wrong, or two languages write one file.
     """
-    return put(artifacts(robot, functions, emitters), Path(folder))
+    return put(artifacts(robot, functions, emitters, parametric=parametric), Path(folder))
 
 
 def put(files: Mapping[str, str], folder: Path) -> list[Path]:

@@ -144,7 +144,7 @@ def _explain(job: Job) -> Report:
 def _derive(job: Job) -> Report:
     started = time.perf_counter()
     robot = read(job)
-    files = artifacts(robot, job.functions or None, give=job.give)
+    files = _files(job, robot)
     folder = job.to / robot.name
     put(files, folder)
     stamp(job, folder)
@@ -155,9 +155,14 @@ def _derive(job: Job) -> Report:
     return Report(True, "\n    ".join([*lines, *(n for n in notes if n not in parts)]))
 
 
+def _files(job: Job, robot: Described) -> dict[str, str]:
+    wanted = job.functions or None
+    return artifacts(robot, wanted, give=job.give, parametric=job.parametric)
+
+
 def _compare(job: Job) -> Report:
     robot = read(job)
-    files = artifacts(robot, job.functions or None, give=job.give)
+    files = _files(job, robot)
     folder = job.to / robot.name
     differing = [name for name, text in files.items() if _text(folder / name) != text]
     differing += strays(files, folder)

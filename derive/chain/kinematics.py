@@ -163,7 +163,7 @@ class _Derivation:
 
     def _link_poses(self) -> SymbolicFunction:
         poses = self.links.link_poses()
-        entries = tuple(entry for pose in poses for entry in _pose_entries(pose))
+        entries = tuple(entry for pose in poses for entry in pose_entries(pose))
         names = ", ".join(self.robot.link_names)
         return self._function(
             "link_poses",
@@ -274,7 +274,7 @@ class _Derivation:
         return SymbolicFunction(name, summary, identity, arguments, outputs, self.terms, role=role)
 
     def _pose_result(self) -> Result:
-        entries = _pose_entries(self.forward.tool_pose())
+        entries = pose_entries(self.forward.tool_pose())
         return Result(self.pose, entries, (4, 4), "1, m", "pose of the tool")
 
     def _jacobian_result(self, representation: Representation) -> Result:
@@ -325,6 +325,7 @@ def _entries(twists: Iterable[Twist]) -> tuple[sp.Expr, ...]:
     return matrix_entries(twist.entries for twist in twists)
 
 
-def _pose_entries(pose: Pose) -> tuple[sp.Expr, ...]:
+def pose_entries(pose: Pose) -> tuple[sp.Expr, ...]:
+    """Row-major entries of a pose as a matrix of four rows."""
     axes, origin = pose
     return (*matrix_entries((*axes, origin)), *BOTTOM_ROW)

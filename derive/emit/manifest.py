@@ -61,6 +61,7 @@ def manifest(
             *(notes(derivation.inverse.classification) if derivation.inverse else ()),
         ],
         **_cleaning(robot.cleaning),
+        **_geometry(derivation),
         "functions": [
             _function(robot, function, programs.whole[function.name])
             for function in derivation.functions
@@ -112,6 +113,24 @@ def _cleaning(cleaning: Cleaning) -> dict[str, Any]:
     ]
     bounds = {"position": cleaning.position, "orientation": cleaning.orientation}
     return {"cleaning": {**bounds, "numbers": numbers}}
+
+
+def _geometry(derivation: Derivation) -> dict[str, Any]:
+    """The parameters p, where the robot has parametric functions."""
+    if derivation.geometry is None:
+        return {}
+    parameters = [
+        {
+            "name": parameter.name,
+            "value": float(derivation.terms.value(parameter.value)),
+            "unit": parameter.unit,
+            "of": parameter.of,
+            "part": parameter.part,
+            "meaning": parameter.meaning,
+        }
+        for parameter in derivation.geometry.parameters
+    ]
+    return {"geometry": parameters}
 
 
 def _inverse(inverse: Inverses) -> dict[str, Any]:

@@ -51,9 +51,7 @@ def hybrid_inverses(
     return exact if exact.solved or give else _by_nominal(hybrid, families) or exact
 
 
-def _by_structure(
-    hybrid: Hybrid, families: Sequence[Family], give: tuple[int, ...]
-) -> Inverses:
+def _by_structure(hybrid: Hybrid, families: Sequence[Family], give: tuple[int, ...]) -> Inverses:
     """The inverse of the chain, or of the shorter chain with slides."""
     classification = classify(hybrid.robot, hybrid.terms, len(hybrid.q), families, give)
     if not {c.moves for c in hybrid.mechanism.coordinates}.isdisjoint(hybrid.backward.open):

@@ -16,6 +16,7 @@ ROLES = (
     *("constraint", "constraint derivative", "constraint rate", "closure", "near"),
     *("lengths", "lengths derivative", "velocity relation"),
     *("assembly polynomial", "assembly pose", "assembly mirror", "rod ends", "modes"),
+    *("parametric pose", "parametric jacobian", "identification jacobian"),
     "other",
 )
 """Every role that a function can have."""

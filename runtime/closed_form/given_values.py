@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..call._call import Function
 from ..call.validation import real_array
-from ..contract.described import derived_folder, description_of
+from ..contract.described import derived_folder, giving, description_of
 from ..contract.facts import FunctionInfo, Manifest
 from ..contract.manifest import read_manifest
 from ..errors import DerivationError, InputTypeError, InputValueError
@@ -221,7 +221,7 @@ class Aside:
 def _inverse_of(
     robot_of: Callable[[Manifest], Any], description: Path, digest: str, names: tuple[str, ...]
 ) -> Function[Solutions]:
-    folder = derived_folder(description, names)
+    folder = derived_folder(description, giving(names))
     if _description_digest(folder) != digest:
         raise DerivationError(
             f"{description}: has changed since the robot was derived from it; load it again"

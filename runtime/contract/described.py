@@ -12,6 +12,7 @@ from __future__ import annotations
 import functools
 import hashlib
 import sys
+from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -29,8 +30,17 @@ _FUNCTIONS_OF_GIVEN = ("fk", "fk_jacobian_mixed", "ik")
 
 def shelf() -> dict[str, Path]:
     """The descriptions of the well-known arms that are installed with chasles, by name."""
+    return _descriptions("robots/shelf/*.toml")
+
+
+def shipped() -> dict[str, Path]:
+    """The descriptions of the generated robots that are installed with chasles, by name."""
+    return _descriptions("robots/*.toml")
+
+
+def _descriptions(pattern: str) -> dict[str, Path]:
     root = _compiler_folder()
-    files = sorted(root.glob("robots/shelf/*.toml")) if root else []
+    files = sorted(root.glob(pattern)) if root else []
     return {file.stem: file for file in files}
 
 
@@ -39,12 +49,17 @@ def is_description(path: Path) -> bool:
     return path.suffix.lower() in _SUFFIXES and not path.is_dir()
 
 
-def derived_folder(description: Path, give: tuple[str, ...] = ()) -> Path:
+def giving(names: Sequence[str]) -> tuple[str, ...]:
+    """The options by which the folder has `ik` for given joints, and what that needs."""
+    return ("--give", ",".join(names), "--functions", ",".join(_FUNCTIONS_OF_GIVEN))
+
+
+def derived_folder(description: Path, options: Sequence[str] = ()) -> Path:
     """The generated folder of a description, derived first if the cache has none.
 
     Args:
         description: A robot file (.toml), or a URDF (.urdf) of one robot.
-        give: Names of joints whose values `ik` takes; the folder then holds `ik` and what it needs.
+        options: Further words for the compiler's command line, such as those of :func:`giving`.
 
     Returns:
         The folder in the cache.
@@ -54,9 +69,9 @@ def derived_folder(description: Path, give: tuple[str, ...] = ()) -> Path:
         DerivationError: If the compiler is not installed or refuses the description.
         CacheError: If the cache cannot be written to, or holds a damaged folder.
     """
-    home = _home(description, give)
+    home = _home(description, options)
     if not home.is_dir():
-        _derive(description, home, give)
+        _derive(description, home, options)
     robots = sorted(manifest.parent for manifest in home.glob("*/manifest.json"))
     if not robots:
         raise CacheError(f"{home}: holds no robot any more; delete this folder")
@@ -103,11 +118,11 @@ def _homes() -> Path:
     return cache_folder() / "derived"
 
 
-def _home(description: Path, give: tuple[str, ...] = ()) -> Path:
+def _home(description: Path, options: Sequence[str] = ()) -> Path:
     """The folder that holds a description's generated folder, complete or not there at all."""
     # The name of a URDF is among the facts of its robot.
-    parts = (description.name.encode(), *_contents(description), _compiler_digest())
-    parts += (",".join(give).encode(),) if give else ()
+    named = " ".join((description.name, *options)).encode()
+    parts = (named, *_contents(description), _compiler_digest())
     key = hashlib.sha256(b"".join(hashlib.sha256(part).digest() for part in parts)).hexdigest()
     return _homes() / f"{description.stem}-{key[:32]}"
 
@@ -141,7 +156,7 @@ def _compiler_digest() -> bytes:
     return digest.digest()
 
 
-def _derive(description: Path, home: Path, give: tuple[str, ...]) -> None:
+def _derive(description: Path, home: Path, options: Sequence[str]) -> None:
     # Loading a robot that was derived before needs no temporary folder.
     import tempfile  # noqa: PLC0415
 
@@ -153,9 +168,9 @@ def _derive(description: Path, home: Path, give: tuple[str, ...]) -> None:
             prefix=f".{description.stem}-", dir=home.parent
         ) as temporary:
             whole = Path(temporary) / "robots"
-            _run_compiler(description, whole, give)
+            _run_compiler(description, whole, options)
             (whole / _DESCRIBED_BY).write_text(str(description.absolute()), encoding="utf-8")
-            if _home(description, give) != home:
+            if _home(description, options) != home:
                 raise DerivationError(f"{description}: changed while it was derived; load it again")
             _move(whole, home)
     except OSError as error:
@@ -165,15 +180,13 @@ def _derive(description: Path, home: Path, give: tuple[str, ...]) -> None:
         ) from error
 
 
-def _run_compiler(description: Path, folder: Path, give: tuple[str, ...]) -> None:
+def _run_compiler(description: Path, folder: Path, options: Sequence[str]) -> None:
     import subprocess  # noqa: PLC0415
 
     # -P: a module of the user's in the working directory must not take the place of an installed
     # one.
     python = [sys.executable or "python3", "-P", "-m", _COMPILER]
-    command = [*python, str(description.absolute()), "--to", str(folder), "--jobs", "1"]
-    if give:
-        command += ["--give", ",".join(give), "--functions", ",".join(_FUNCTIONS_OF_GIVEN)]
+    command = [*python, str(description.absolute()), "--to", str(folder), "--jobs", "1", *options]
     try:
         result = subprocess.run(
             command, capture_output=True, text=True, errors="replace", check=False

@@ -74,6 +74,29 @@ class Parameter:
 
 
 @dataclass(frozen=True, slots=True)
+class GeometryParameter:
+    """An element of the vector p of parametric functions.
+
+    Attributes:
+        name: A joint, "base" or "tool", and the number, such as "elbow_alpha".
+        value: Its nominal value.
+        unit: "m", "rad", "m/rad" of a pitch, or "1" of a gain.
+        of: The joint, "base" or "tool".
+        part: "joint": a number of the joint's own description; "offset": the one of its coordinate;
+            "axis": a correction of its axis; "transmission": gain and waves of its drive; "base" or
+            "tool": corrections of the frames at both ends.
+        meaning: Its meaning in a few words.
+    """
+
+    name: str
+    value: float
+    unit: str
+    of: str
+    part: str
+    meaning: str
+
+
+@dataclass(frozen=True, slots=True)
 class Argument:
     """An input or output of a function: dense row-major float64 of one shape."""
 
@@ -244,7 +267,8 @@ class Manifest:
         source: The origin of the description.
         coordinates: The actuated coordinates, in the order of `q`.
         frames: The names of the frames.
-        parameters: The geometry.
+        parameters: The named numbers of its description.
+        geometry: The vector p of its parametric functions; () where it has none.
         notes: Remarks, such as numbers that were snapped.
         cleaning: The numbers of the description that were not taken as written, and their effect.
         functions: Its functions.
@@ -263,6 +287,7 @@ class Manifest:
     coordinates: tuple[Coordinate, ...]
     frames: Frames
     parameters: tuple[Parameter, ...]
+    geometry: tuple[GeometryParameter, ...]
     notes: tuple[str, ...]
     cleaning: Cleaning
     functions: tuple[FunctionInfo, ...]

@@ -22,6 +22,7 @@ from .facts import (
     Coordinate,
     Frames,
     FunctionInfo,
+    GeometryParameter,
     InverseFacts,
     LoopFacts,
     Manifest,
@@ -84,6 +85,7 @@ def read_manifest(folder: Path) -> Manifest:
         coordinates=tuple(_coordinate(item) for item in entry["coordinates"]),
         frames=_frames(entry["frames"]),
         parameters=tuple(_parameter(item) for item in entry["parameters"]),
+        geometry=tuple(_geometry(item) for item in entry.get("geometry", [])),
         notes=entry.get("notes", []).texts(),
         cleaning=_cleaning(entry["cleaning"]) if "cleaning" in entry.fields() else Cleaning(),
         functions=tuple(_function(item) for item in entry["functions"]),
@@ -98,6 +100,12 @@ def read_manifest(folder: Path) -> Manifest:
     _check_margins(entry, manifest.functions)
     _check_slots(entry, manifest)
     return manifest
+
+
+def _geometry(entry: Entry) -> GeometryParameter:
+    unit, of, part, meaning = (entry[name].text() for name in ("unit", "of", "part", "meaning"))
+    value = entry["value"].number()
+    return GeometryParameter(entry["name"].identifier(), value, unit, of, part, meaning)
 
 
 def _inverse(entry: Entry) -> InverseFacts:

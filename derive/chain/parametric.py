@@ -1,0 +1,183 @@
+"""The parametric functions of a serial robot: its geometry is an input beside its coordinates.
+
+Each elementary motion of the chain that depends on q or on a parameter is a joint of a longer
+chain, so that the Jacobian of that chain holds the screw of every motion. With v_m the value of
+motion m and S_m its screw,
+
+    J_q = sum_m S_m dv_m/dq,    J_p = sum_m S_m dv_m/dp,
+
+which is exact for any law v_m(q, p).
+
+Source:
+    I.-W. Park, B.-J. Lee, S.-H. Cho, Y.-D. Hong, J.-H. Kim, Laser-based kinematic calibration of
+    robot manipulator using differential kinematics, IEEE/ASME Transactions on Mechatronics 17
+    (2012), for the columns of parameters as screws.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import sympy as sp
+
+from ..model.geometry import Geometry, geometry
+from ..model.kinds import JointKind
+from ..model.placements import Placement, Translation, inverse, rotation, translation
+from ..model.robot import Joint, Robot
+from ..terms.role import Role
+from ..terms.symbolic_function import Argument, Result, SymbolicFunction, matrix_entries
+from ..terms.terms import Terms
+from .differential import Representation, Twist, columns, weighted
+from .forward import Forward
+from .groups import groups
+from .kinematics import OBSERVED, arguments_of, common_unit, pose_entries
+
+PARAMETRIC = (
+    "fk_p",
+    "jacobian_p",
+    "identification_jacobian",
+    "identification_jacobian_space",
+    "identification_jacobian_body",
+)
+"""Every parametric function, in the order in which it is derived and written."""
+_REPRESENTATION: dict[str, Representation] = {
+    "identification_jacobian": "mixed",
+    "identification_jacobian_space": "space",
+    "identification_jacobian_body": "body",
+}
+_ROLES = {
+    "fk_p": "parametric pose",
+    "jacobian_p": "parametric jacobian",
+    **dict.fromkeys(_REPRESENTATION, "identification jacobian"),
+}
+_TO_Z: dict[str, Placement] = {
+    "x": rotation("y", sp.pi / 2),
+    "y": rotation("x", -sp.pi / 2),
+    "z": (),
+}
+"""Turns that carry the z axis onto each axis."""
+
+
+@dataclass(frozen=True)
+class Parametric:
+    """The longer chain of a serial robot, over which its parametric functions are derived.
+
+    Attributes:
+        geometry: The robot's geometry as variables.
+        arguments: ``q`` and ``p``.
+        values: The value of each motion of the longer chain, in q and p.
+        forward: Forward kinematics of the longer chain.
+        pose: Name of the tool's pose.
+    """
+
+    geometry: Geometry
+    arguments: Mapping[str, Argument]
+    values: tuple[sp.Expr, ...]
+    forward: Forward
+    pose: str
+
+    @classmethod
+    def of(cls, robot: Robot, terms: Terms) -> "Parametric":
+        """Makes the longer chain of a robot.
+
+        Args:
+            robot: The description.
+            terms: Receives the terms of the functions.
+        """
+        q = arguments_of([joint.unit for joint in robot.coordinates])["q"]
+        found = geometry(robot, q.symbols)
+        chain, values = _lengthened(robot, found.motions)
+        forward = Forward(terms, groups(chain, terms, values))
+        pose = f"T_{robot.base_frame}_{robot.tool_frame}"
+        return cls(found, {"q": q, "p": _argument(found)}, values, forward, pose)
+
+    def functions(self, names: Collection[str]) -> dict[str, SymbolicFunction]:
+        """The functions of some names, derived in the order of :data:`PARAMETRIC`."""
+        return {name: self._function(name) for name in PARAMETRIC if name in names}
+
+    def _function(self, name: str) -> SymbolicFunction:
+        if name == "fk_p":
+            entries = pose_entries(self.forward.tool_pose())
+            return self._made(
+                name,
+                "Pose of the tool in the base frame, of any geometry.",
+                f"{self.pose}(q, p); fk_p(q, nominal p) = fk(q)",
+                Result(self.pose, entries, (4, 4), "1, m", "pose of the tool"),
+            )
+        if name == "jacobian_p":
+            return self._jacobian(
+                name,
+                "mixed",
+                "q",
+                "Mixed Jacobian, of any geometry.",
+                "V = jacobian_p(q, p) qd; jacobian_p(q, nominal p) = jacobian_mixed(q)",
+            )
+        representation = _REPRESENTATION[name]
+        return self._jacobian(
+            name,
+            representation,
+            "p",
+            f"Twist (v, omega) {OBSERVED[representation]}, for each parameter's rate.",
+            f"V = {name}(q, p) pd with q at rest",
+        )
+
+    def _jacobian(
+        self, name: str, representation: Representation, by: str, summary: str, identity: str
+    ) -> SymbolicFunction:
+        screws = columns(self.forward, representation)
+        entries = matrix_entries(
+            self._column(screws, variable).entries for variable in self.arguments[by].symbols
+        )
+        shape = (6, self.arguments[by].size)
+        return self._made(
+            name, summary, identity, Result("J", entries, shape, "m, 1", f"derivative by {by}")
+        )
+
+    def _column(self, screws: Sequence[Twist], variable: sp.Symbol) -> Twist:
+        """sum_m S_m dv_m/dx for one coordinate or parameter x."""
+        rates = [sp.diff(value, variable) for value in self.values]
+        moved = [(screw, rate) for screw, rate in zip(screws, rates, strict=True) if rate != 0]
+        return weighted(
+            self.forward.terms,
+            [screw for screw, _ in moved],
+            [self.forward.terms.let(rate) for _, rate in moved],
+        )
+
+    def _made(self, name: str, summary: str, identity: str, result: Result) -> SymbolicFunction:
+        inputs = (self.arguments["q"], self.arguments["p"])
+        role = Role(_ROLES[name], "actuators")
+        terms = self.forward.terms
+        return SymbolicFunction(name, summary, identity, inputs, (result,), terms, role=role)
+
+
+def _argument(found: Geometry) -> Argument:
+    symbols = tuple(parameter.symbol for parameter in found.parameters)
+    unit = common_unit(parameter.unit for parameter in found.parameters)
+    return Argument("p", symbols, (len(symbols),), unit, "parameters of the geometry")
+
+
+def _lengthened(robot: Robot, motions: Placement) -> tuple[Robot, tuple[sp.Expr, ...]]:
+    """A chain with a joint for each motion that is no constant, and the joints' values."""
+    joints: list[Joint] = []
+    values: list[sp.Expr] = []
+    waiting: Placement = ()
+
+    def add(kind: JointKind, axis: str, value: sp.Expr) -> None:
+        nonlocal waiting
+        to_z = _TO_Z[axis]
+        joints.append(Joint(f"m{len(joints) + 1}", kind, waiting + to_z, inverse(to_z)))
+        values.append(value)
+        waiting = ()
+
+    for motion in motions:
+        if isinstance(motion, Translation):
+            for axis, length in zip("xyz", motion.vector, strict=True):
+                if length.free_symbols:
+                    add("prismatic", axis, length)
+            fixed = (part if not part.free_symbols else sp.S.Zero for part in motion.vector)
+            waiting += translation(*fixed)
+        elif motion.angle.free_symbols:
+            add("revolute", motion.axis, motion.angle)
+        else:
+            waiting += (motion,)
+    longer = replace(robot, joints=tuple(joints), base=(), tool=waiting, parameters=())
+    return longer, tuple(values)

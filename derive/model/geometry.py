@@ -1,0 +1,231 @@
+"""The geometry of a serial robot as variables: every number that a calibration may correct.
+
+The pose of the tool is a product of elementary motions in the coordinates q and the parameters p:
+
+    T_base_tool = B(p) base  prod_k before_k(p) motion_k(value_k(q, p)) after_k(p)  tool E(p)
+
+The parameters of a joint are the fields of its own convention, except directions, and corrections
+of its axis: two tilts and, where it turns, two shifts. B and E correct the frames at both ends.
+Corrections are 0 in the nominal robot. Those of all axes and of the tool are a complete and minimal
+model of any chain, with 4 parameters a turning and 2 a sliding joint and 6 for the tool. The value
+of a joint is
+
+    value = gain q + offset + sin1 sin q + cos1 cos q + sin2 sin 2q + cos2 cos 2q,
+
+of which a sliding joint has no waves; they stand for eccentric encoders and gears. Fixed joints
+keep their numbers, since the joint behind them, or the tool, has parameters in the same place.
+
+Source:
+    K. Schroeer, S. Albright, M. Grethlein, Complete, minimal and model-continuous kinematic models
+    for robot calibration, Robotics and Computer-Integrated Manufacturing 13 (1997).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import sympy as sp
+
+from .convention import Convention, Field, Placements
+from .placements import Placement, Rotation, Translation, inverse, rotation, translation
+from .robot import Joint, Robot
+
+Part = Literal["joint", "offset", "axis", "transmission", "base", "tool"]
+"""A joint's own numbers, of which the offset of its coordinate; corrections of its axis; gain and
+waves of its drive; corrections of the frames at both ends."""
+_UNITS = {"length": "m", "lengths": "m", "angle": "rad", "angles": "rad", "direction": "rad"}
+_CORRECTION = (
+    ("x", "m", "shift along x"),
+    ("y", "m", "shift along y"),
+    ("z", "m", "shift along z"),
+    ("roll", "rad", "turn about x"),
+    ("pitch", "rad", "turn about y"),
+    ("yaw", "rad", "turn about z"),
+)
+_DRIVE: Part = "transmission"
+_TURN = sp.Symbol("turn", real=True)
+_WAVES = (
+    ("sin1", "sine wave, one a turn", sp.sin(_TURN)),
+    ("cos1", "cosine wave, one a turn", sp.cos(_TURN)),
+    ("sin2", "sine wave, two a turn", sp.sin(2 * _TURN)),
+    ("cos2", "cosine wave, two a turn", sp.cos(2 * _TURN)),
+)
+
+
+@dataclass(frozen=True)
+class GeometryParameter:
+    """A number of a robot's geometry, an input of its parametric functions.
+
+    Attributes:
+        name: Unique: a joint, "base" or "tool", and the number, such as ``elbow_alpha``.
+        symbol: Its symbol in the equations.
+        value: Its nominal value (metre, radian or 1).
+        unit: "m", "rad", or "1" of a gain.
+        of: The joint, "base" or "tool".
+        part: The part of the model to which it belongs.
+        meaning: Its meaning in a few words.
+    """
+
+    name: str
+    symbol: sp.Symbol
+    value: sp.Expr
+    unit: str
+    of: str
+    part: Part
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """The geometry of a serial robot as variables.
+
+    Attributes:
+        q: The symbols of the coordinates.
+        parameters: The parameters p from the base to the tool.
+        motions: The pose of the tool in the base frame, elementary motions in q and p.
+    """
+
+    q: tuple[sp.Symbol, ...]
+    parameters: tuple[GeometryParameter, ...]
+    motions: Placement
+
+
+def geometry(robot: Robot, q: Sequence[sp.Symbol]) -> Geometry:
+    """The geometry of a serial robot in any conventions, its named parameters at their values.
+
+    Args:
+        robot: The description.
+        q: A symbol for each coordinate.
+    """
+    made = _Made(robot)
+    motions = made.corrected("base", "base") + made.at_values(robot.base)
+    values = _values(robot, made, q)
+    for joint in robot.joints:
+        before, after = (joint.before, joint.after) if joint.kind == "fixed" else made.placed(joint)
+        motions += made.at_values(before)
+        if joint.kind != "fixed":
+            motions += _moved(joint, values[joint.name], made)
+        motions += made.at_values(after)
+    motions += made.at_values(robot.tool) + made.corrected("tool", "tool")
+    return Geometry(tuple(q), tuple(made.parameters), motions)
+
+
+class _Made:
+    """The parameters made so far."""
+
+    def __init__(self, robot: Robot) -> None:
+        self.parameters: list[GeometryParameter] = []
+        self._named = {parameter.symbol: parameter.value for parameter in robot.parameters}
+
+    def new(
+        self,
+        of: str,
+        name: str,
+        unit: str,
+        meaning: str,
+        value: sp.Expr = sp.S.Zero,
+        part: Part = "joint",
+    ) -> sp.Symbol:
+        symbol = sp.Symbol(f"p{len(self.parameters) + 1}", real=True)
+        nominal = value.xreplace(self._named)
+        found = GeometryParameter(f"{of}_{name}", symbol, nominal, unit, of, part, meaning)
+        self.parameters.append(found)
+        return symbol
+
+    def at_values(self, placement: Placement) -> Placement:
+        """A placement with the values of the robot's named parameters."""
+        return tuple(
+            Rotation(motion.axis, motion.angle.xreplace(self._named))
+            if isinstance(motion, Rotation)
+            else Translation(tuple(part.xreplace(self._named) for part in motion.vector))
+            for motion in placement
+        )
+
+    def corrected(self, of: str, part: Part) -> Placement:
+        """A small motion in all six directions, as T(x, y, z) Rz(yaw) Ry(pitch) Rx(roll)."""
+        x, y, z, roll, pitch, yaw = (
+            self.new(of, name, unit, f"correction: {meaning}", part=part)
+            for name, unit, meaning in _CORRECTION
+        )
+        return (
+            translation(x, y, z) + rotation("z", yaw) + rotation("y", pitch) + rotation("x", roll)
+        )
+
+    def placed(self, joint: Joint) -> Placements:
+        """The placements of a moving joint with a symbol for each of its numbers."""
+        before, after = joint.before, joint.after
+        if joint.convention:
+            given = dict(joint.given)
+            before, after = joint.convention(
+                joint.kind,
+                **{
+                    f.name: self._field(joint, joint.convention, f, given)
+                    for f in joint.convention.fields
+                },
+            )
+        moved = self._axis(joint)
+        return before + moved, inverse(moved) + after
+
+    def _axis(self, joint: Joint) -> Placement:
+        """The correction of a joint's axis; shifts of a sliding joint's axis change nothing."""
+
+        def new(name: str, unit: str, meaning: str) -> sp.Symbol:
+            return self.new(joint.name, name, unit, f"correction: {meaning}", part="axis")
+
+        shifts: Placement = ()
+        if joint.kind != "prismatic":
+            x = new("shift_x", "m", "shift of the axis along x")
+            y = new("shift_y", "m", "shift of the axis along y")
+            shifts = translation(x, y, sp.S.Zero)
+        about_x = new("tilt_x", "rad", "tilt of the axis about x")
+        about_y = new("tilt_y", "rad", "tilt of the axis about y")
+        return shifts + rotation("x", about_x) + rotation("y", about_y)
+
+    def _field(
+        self, joint: Joint, convention: Convention, field: Field, given: Mapping[str, sp.Expr]
+    ) -> object:
+        if field.kind == "direction":
+            return tuple(given[name] for name in field.components)
+        unit, meaning = _UNITS[field.kind], f"{field.name} of its {convention.name} description"
+        part: Part = "offset" if field.name == convention.variable(joint.kind) else "joint"
+        symbols = tuple(
+            self.new(joint.name, name, unit, meaning, given[name], part)
+            for name in field.components
+        )
+        return symbols if field.is_vector else symbols[0]
+
+
+def _values(robot: Robot, made: _Made, q: Sequence[sp.Symbol]) -> dict[str, sp.Expr]:
+    """The value of each moving joint in q and p; a mimic joint follows its leader's value."""
+    leaders = {
+        joint.name: _driven(joint, coordinate, made)
+        for joint, coordinate in zip(robot.coordinates, q, strict=True)
+    }
+    values = {}
+    for joint in robot.moving:
+        own = leaders[joint.mimic.leader if joint.mimic else joint.name]
+        followed = joint.mimic.multiplier * own + joint.mimic.offset if joint.mimic else own
+        offset = sp.S.Zero
+        if not (joint.convention and joint.convention.variable(joint.kind)):
+            offset = made.new(joint.name, "offset", joint.unit, "offset", part="offset")
+        values[joint.name] = joint.direction * followed + offset
+    return values
+
+
+def _driven(joint: Joint, coordinate: sp.Symbol, made: _Made) -> sp.Expr:
+    """The joint's value by its drive, before its direction and offset."""
+    of, part = joint.name, _DRIVE
+    value = made.new(of, "gain", "1", "gain of the drive", sp.S.One, part) * coordinate
+    for name, words, wave in _WAVES if joint.unit == "rad" else ():
+        value += made.new(of, name, "rad", words, sp.S.Zero, part) * wave.subs(_TURN, coordinate)
+    return value
+
+
+def _moved(joint: Joint, value: sp.Expr, made: _Made) -> Placement:
+    """The motion of a joint along or about the z axis of its frame."""
+    if joint.kind == "prismatic":
+        return translation(sp.S.Zero, sp.S.Zero, value)
+    if joint.kind == "helical":
+        pitch = made.new(joint.name, "pitch", "m/rad", "advance per radian", joint.pitch)
+        return rotation("z", value) + translation(sp.S.Zero, sp.S.Zero, pitch * value)
+    return rotation("z", value)

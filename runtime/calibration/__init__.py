@@ -1,0 +1,37 @@
+"""Calibration: from measurements of a robot's tool to the robot that explains them.
+
+    robot = chasles.load("ur5e", parametric=True)
+    q, observation = read_measurements("tracker.csv", robot)
+    found = identify(robot, q, observation)
+    print(found)
+
+It needs SciPy, `pip install 'chasles[calibration]'`.
+"""
+
+from .calibrated_file import robot_file
+from .contacts import Distances, PlaneContacts
+from .design import Design, design
+from .identify import Calibration, cross_validated, identify
+from .measurement_table import Measured, read_measurements
+from .observations import Observation, Poses, Positions
+from .tool_errors import FirstOrder, MonteCarlo, random_arms, tool_errors
+
+__all__ = [
+    "Calibration",
+    "Design",
+    "Distances",
+    "FirstOrder",
+    "Measured",
+    "MonteCarlo",
+    "Observation",
+    "PlaneContacts",
+    "Poses",
+    "Positions",
+    "cross_validated",
+    "design",
+    "identify",
+    "random_arms",
+    "read_measurements",
+    "robot_file",
+    "tool_errors",
+]

@@ -1,0 +1,102 @@
+"""A calibrated robot as a robot file: the screws of its joints and the pose of its tool at zero.
+
+Screw axes describe any chain, however its nominal description was written, and keep every digit.
+The compiler finds the nominal structure behind them, from which the inverse starts.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..contract.facts import Coordinate
+from ..errors import InputValueError
+
+FloatArray = NDArray[np.float64]
+
+
+def robot_file(robot: Any, p: FloatArray, name: str, source: str) -> str:
+    """The text of a robot file.
+
+    Args:
+        robot: The nominal robot, with parametric functions.
+        p: Its identified geometry.
+        name: Name of the calibrated robot.
+        source: Origin of the numbers, for the file.
+
+    Raises:
+        InputValueError: Drives were identified, which screws cannot describe, or a coordinate moves
+            several joints.
+    """
+    drives = [
+        parameter.name
+        for parameter, value in zip(robot.geometry, p, strict=True)
+        if parameter.part == "transmission" and value != parameter.value
+    ]
+    if drives:
+        raise InputValueError(
+            f"a robot file has no gains and waves of drives, and {', '.join(drives)} were "
+            "identified; apply them to the joint values before the robot is called"
+        )
+    zero = np.zeros(robot.n)
+    T, J = robot.fk_p(zero, p), robot.jacobian_p(zero, p)
+    lines = [
+        f"name = {json.dumps(name)}",
+        f"title = {json.dumps(f'{robot.title}, calibrated')}",
+        f"source = {json.dumps(source)}",
+        'convention = "poe"',
+        'units = { length = "m", angle = "rad" }',
+        "",
+        "[tool]",
+        f"xyz = {_row(T[:3, 3])}",
+        f"rpy = {_row(_rpy(T[:3, :3]))}",
+    ]
+    for coordinate, column in zip(robot.coordinates, J.T, strict=True):
+        lines += ["", "[[joints]]", f"name = {json.dumps(coordinate.name)}"]
+        lines += _screw(coordinate, column, T[:3, 3]) + _limits(coordinate)
+    return "\n".join(lines) + "\n"
+
+
+def _screw(coordinate: Coordinate, column: FloatArray, tool: FloatArray) -> list[str]:
+    """Axis and point of a joint from its column of the mixed Jacobian."""
+    v, omega = column[:3], column[3:]
+    if coordinate.kind == "prismatic":
+        return ['type = "prismatic"', f"axis = {_row(v)}"]
+    if abs(omega @ v) > _PITCH * np.linalg.norm(omega) or not math.isclose(
+        np.linalg.norm(omega), 1, abs_tol=_PITCH
+    ):
+        raise InputValueError(
+            f"coordinate {coordinate.name!r} moves several joints, or one with a pitch; write the "
+            "identified numbers into the robot's own file"
+        )
+    # v = omega x (tool - point), with the point that is nearest to the tool's origin.
+    return [f"axis = {_row(omega)}", f"point = {_row(tool + np.cross(omega, v))}"]
+
+
+_PITCH = 1e-12
+"""Largest advance of a turning joint along its axis that is rounding [m], and likewise of the
+length of its axis."""
+
+
+def _limits(coordinate: Coordinate) -> list[str]:
+    if coordinate.lower is None or coordinate.upper is None:
+        return []
+    return [f"limits = {_row(np.array([coordinate.lower, coordinate.upper]))}"]
+
+
+def _row(values: FloatArray) -> str:
+    return f"[{', '.join(repr(float(value)) for value in values)}]"
+
+
+def _rpy(R: FloatArray) -> FloatArray:
+    """Roll, pitch and yaw with R = Rz(yaw) Ry(pitch) Rx(roll)."""
+    pitch = math.atan2(-R[2, 0], math.hypot(R[0, 0], R[1, 0]))
+    yaw = math.atan2(R[1, 0], R[0, 0])
+    # Where the tool's x axis is vertical, roll and yaw are one turn: yaw is that which remains.
+    c, s = math.cos(yaw), math.sin(yaw)
+    roll = math.atan2(s * R[0, 2] - c * R[1, 2], c * R[1, 1] - s * R[0, 1])
+    return np.array([roll, pitch, yaw])

@@ -1,0 +1,194 @@
+"""Measurements of one number: distances from a fixed point, and contacts with a sphere or a plane.
+
+One target x on the tool takes part, a ball in a socket or the tip of a probe. No device has a frame
+of its own; the fixed point or plane is unknown, in the robot's base frame.
+
+    |T_i x - c| = d_i     a ball bar between a fixed point c and the target; d_i = r on a sphere
+    n . (T_i x) = h       contacts with a plane
+
+Source:
+    J. M. Hollerbach, C. W. Wampler, The calibration index and taxonomy for robot kinematic
+    calibration methods, International Journal of Robotics Research 15 (1996).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .observations import SMALL, Observation, Start, points_on_tool
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
+
+
+class _OneNumber(Observation):
+    """One number a configuration."""
+
+    fixes_tool: ClassVar[bool] = False
+    values: FloatArray
+
+    @property
+    def rows(self) -> IntArray:
+        """The measurement."""
+        return np.arange(len(self.values))
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Measurement, from 1."""
+        return tuple(f"measurement {i + 1}" for i in range(len(self.values)))
+
+    def placed_as(self, other: Self) -> Self:
+        """These: fixed points and targets are unknowns."""
+        del other
+        return self
+
+
+@dataclass(frozen=True, eq=False)
+class Distances(_OneNumber):
+    """Distances of a target on the tool from a fixed point: a ball bar, or contacts with a sphere.
+
+    Attributes:
+        values: (N,) distances [m]; all alike on a sphere, its radius and that of the probe.
+        sigma: Standard deviation [m].
+    """
+
+    values: FloatArray
+    sigma: float = SMALL
+
+    @property
+    def unknowns(self) -> tuple[str, ...]:
+        """The target in the tool's frame, and the fixed point in the base frame."""
+        return tuple(f"{what}_{axis}" for what in ("target", "centre") for axis in "xyz")
+
+    def at(self, index: IntArray) -> Self:
+        """The measurements of some configurations."""
+        return replace(self, values=self.values[index])
+
+    def scaled(self, factor: float) -> Self:
+        """The measurements with all lengths times a factor."""
+        return replace(self, values=factor * self.values)
+
+    def misfit(self, T: FloatArray) -> float:
+        """Root mean square error after :meth:`start`."""
+        return float(np.sqrt(np.mean((self.sigma * self.errors(T, self.start(T).unknowns)) ** 2)))
+
+    def start(self, T: FloatArray) -> Start:
+        """The target in the tool's origin, and the centre by a linear fit of spheres."""
+        p = T[:, :3, 3]
+        # d^2 = |p|^2 - 2 p . c + |c|^2
+        rows = np.column_stack([2 * p, np.ones(len(p))])
+        found = np.linalg.lstsq(rows, (p**2).sum(-1) - self.values**2)[0]
+        x = np.concatenate([np.zeros(3), found[:3]])
+        for _ in range(_STEPS):
+            by_x = self.derivatives(T, np.zeros((len(T), 6, 0)), x)[1]
+            x = x - np.linalg.lstsq(by_x, self.errors(T, x))[0]
+        return Start(np.eye(4), x, self)
+
+    def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
+        """Computed less measured distances."""
+        apart = points_on_tool(T, x[None, :3])[:, 0] - x[3:]
+        return np.asarray((np.linalg.norm(apart, axis=-1) - self.values) / self.sigma)
+
+    def derivatives(
+        self, T: FloatArray, J: FloatArray, x: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """The velocity of the target along the line to the centre."""
+        apart = points_on_tool(T, x[None, :3])[:, 0] - x[3:]
+        along = apart / np.linalg.norm(apart, axis=-1, keepdims=True) / self.sigma
+        by_p = np.einsum("ni,nip->np", along, _velocity(T, J, x[:3]))
+        by_x = np.concatenate([np.einsum("ni,nij->nj", along, T[:, :3, :3]), -along], -1)
+        return by_p, by_x
+
+
+@dataclass(frozen=True, eq=False)
+class PlaneContacts(_OneNumber):
+    """Contacts of a target on the tool with a plane.
+
+    Attributes:
+        values: (N,) distances from the plane [m]; zeros where the probe touches it.
+        sigma: Standard deviation [m].
+        normal: (3,) the plane's normal, found from the nominal robot.
+    """
+
+    values: FloatArray
+    sigma: float = SMALL
+    normal: tuple[float, float, float] = (0.0, 0.0, 1.0)
+
+    @property
+    def unknowns(self) -> tuple[str, ...]:
+        """The target in the tool's frame, the plane's slopes (m per m) and height."""
+        return (
+            "target_x",
+            "target_y",
+            "target_z",
+            "plane_slope_1",
+            "plane_slope_2",
+            "plane_height",
+        )
+
+    def at(self, index: IntArray) -> Self:
+        """The measurements of some configurations."""
+        return replace(self, values=self.values[index])
+
+    def scaled(self, factor: float) -> Self:
+        """The measurements with all lengths times a factor."""
+        return replace(self, values=factor * self.values)
+
+    def misfit(self, T: FloatArray) -> float:
+        """Root mean square error after :meth:`start`."""
+        start = self.start(T)
+        errors = start.observation.errors(T, start.unknowns)
+        return float(self.sigma * np.sqrt(np.mean(errors**2)))
+
+    def start(self, T: FloatArray) -> Start:
+        """The target in the tool's origin, and the plane of least squares."""
+        p = T[:, :3, 3]
+        normal = np.linalg.svd(p - p.mean(0))[2][2]
+        found = replace(self, normal=tuple(normal.tolist()))
+        x = np.zeros(6)
+        x[5] = normal @ p.mean(0)
+        for _ in range(_STEPS):
+            by_x = found.derivatives(T, np.zeros((len(T), 6, 0)), x)[1]
+            x = x - np.linalg.lstsq(by_x, found.errors(T, x))[0]
+        return Start(np.eye(4), x, found)
+
+    def placed_as(self, other: Self) -> Self:
+        """The measurements with the other's normal."""
+        return replace(self, normal=other.normal)
+
+    def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
+        """Distance from the plane, less the one that was measured."""
+        height = points_on_tool(T, x[None, :3])[:, 0] @ self._direction(x) - x[5]
+        return np.asarray((height - self.values) / self.sigma)
+
+    def derivatives(
+        self, T: FloatArray, J: FloatArray, x: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """The velocity of the target along the normal."""
+        n, points = self._direction(x), points_on_tool(T, x[None, :3])[:, 0]
+        by_p = np.einsum("i,nip->np", n, _velocity(T, J, x[:3]))
+        slopes = points @ self._across().T
+        by_x = np.column_stack([n @ T[:, :3, :3], slopes, -np.ones(len(T))])
+        return by_p / self.sigma, by_x / self.sigma
+
+    def _across(self) -> FloatArray:
+        """(2, 3) directions perpendicular to the normal."""
+        return np.asarray(np.linalg.svd(np.array([self.normal]))[2][1:])
+
+    def _direction(self, x: FloatArray) -> FloatArray:
+        """The normal at slopes x[3:5]; its length differs from 1 by their squares."""
+        return np.asarray(np.array(self.normal) + x[3:5] @ self._across())
+
+
+_STEPS = 5
+"""Gauss-Newton steps on the unknowns alone; the identification goes on from there."""
+
+
+def _velocity(T: FloatArray, J: FloatArray, x: FloatArray) -> FloatArray:
+    """(N, 3, p) velocity of a point x on the tool."""
+    lever = T[:, :3, :3] @ x
+    return np.asarray(J[:, :3] + np.cross(J[:, 3:], lever[:, :, None], axis=1))

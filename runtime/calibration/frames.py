@@ -1,0 +1,146 @@
+"""Frames of measuring devices in closed form, from the nominal robot: starts of an identification.
+
+A laser tracker or a camera measures in a frame W of its own, and the place of its targets on the
+tool is unknown. With the nominal poses T_i of the tool in the base frame,
+
+    y_ij = T_W_base (T_i x_j)         positions of targets x_j
+    Y_i  = T_W_base T_i T_tool_probe  poses of a probe
+
+Source:
+    S. Umeyama, Least-squares estimation of transformation parameters between two point patterns,
+    IEEE PAMI 13 (1991), for the rotation; M. Shah, Solving the robot-world/hand-eye calibration
+    problem using the Kronecker product, ASME J. Mechanisms and Robotics 5 (2013), for poses.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+BoolArray = NDArray[np.bool_]
+
+_ROUNDS = 100
+"""Alternations from each of 24 rotations; the best of them is refined by the identification."""
+_SETTLED = 0.9999
+"""Part of the error that is left by an alternation behind which no more follow."""
+
+
+class Registration(NamedTuple):
+    """Frames found from measurements.
+
+    Attributes:
+        T_W_base: (4, 4) the base frame in the measuring device's.
+        points: (m, 3) targets in the tool's frame [m].
+        error: Root mean square distance [m].
+    """
+
+    T_W_base: FloatArray
+    points: FloatArray
+    error: float
+
+
+def register_points(T: FloatArray, measured: FloatArray) -> Registration:
+    """The base frame and the targets that fit measured positions best.
+
+    Args:
+        T: (N, 4, 4) nominal poses of the tool in the base frame.
+        measured: (N, m, 3) positions of m targets in the device's frame [m], NaN where a target was
+            not seen.
+    """
+    candidates = (_alternated(T, measured, R) for R in _cube_rotations())
+    return min(candidates, key=lambda found: found.error)
+
+
+def register_poses(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The frames T_W_base and T_tool_probe that fit measured poses best.
+
+    Args:
+        T: (N, 4, 4) nominal poses of the tool in the base frame.
+        measured: (N, 4, 4) poses of the probe in the device's frame.
+    """
+    R, Y = T[:, :3, :3], measured[:, :3, :3]
+    # R_base_W = R_i R_tool_probe Y_i^T for all i: the largest singular value's pair of vectors.
+    products = np.einsum("nij,nkl->ikjl", R, Y).reshape(9, 9)
+    X = np.linalg.svd(products)[2][0].reshape(3, 3)
+    R_tool_probe = _rotation(X * np.sign(np.linalg.det(X)))
+    R_base_W = _rotation(np.einsum("nij,jk,nlk->il", R, R_tool_probe, Y))
+    # R_base_W y_i - p_i = R_i t_tool_probe - t_base_W
+    rows = np.concatenate([R, np.broadcast_to(-np.eye(3), R.shape)], -1).reshape(-1, 6)
+    right = measured[:, :3, 3] @ R_base_W.T - T[:, :3, 3]
+    found = np.linalg.lstsq(rows, right.ravel())[0]
+    T_W_base = np.asarray(np.linalg.inv(_pose(R_base_W, found[3:])))
+    return T_W_base, _pose(R_tool_probe, found[:3])
+
+
+def _alternated(T: FloatArray, measured: FloatArray, R: FloatArray) -> Registration:
+    """Targets and shift from the rotation, then the rotation from them, in turns."""
+    seen = np.asarray(np.isfinite(measured).all(-1))
+    axes, origin = T[:, :3, :3], T[:, :3, 3]
+    before = np.inf
+    for _ in range(_ROUNDS):
+        points = _targets(axes, origin, np.where(seen[..., None], measured @ R, 0), seen)
+        placed = origin[:, None] + np.einsum("nij,mj->nmi", axes, points)
+        a, b = measured[seen], placed[seen]
+        a_mean, b_mean = a.mean(0), b.mean(0)
+        R = _rotation((a - a_mean).T @ (b - b_mean))
+        shift = a_mean - R @ b_mean
+        error = float(np.sqrt(((b @ R.T + shift - a) ** 2).sum(-1).mean()))
+        if error > _SETTLED * before:
+            break
+        before = error
+    return Registration(_pose(R, shift), points, error)
+
+
+def _targets(
+    axes: FloatArray, origin: FloatArray, turned: FloatArray, seen: BoolArray
+) -> FloatArray:
+    """Targets x_j in the tool's frame with R_i x_j + p_i + c = y_ij, by normal equations.
+
+    Args:
+        axes: (N, 3, 3) the R_i.
+        origin: (N, 3) the p_i.
+        turned: (N, m, 3) measured positions in axes parallel to the base's, 0 where unseen.
+        seen: (N, m) whether they were measured.
+    """
+    m = turned.shape[1]
+    A, right = np.zeros((3 * m + 3, 3 * m + 3)), np.zeros(3 * m + 3)
+    for j in range(m):
+        own, there = slice(3 * j, 3 * j + 3), seen[:, j]
+        apart = turned[there, j] - origin[there]
+        A[own, own] = there.sum() * np.eye(3)
+        A[own, -3:] = axes[there].sum(0).T
+        A[-3:, own] = axes[there].sum(0)
+        A[-3:, -3:] += there.sum() * np.eye(3)
+        right[own] = np.einsum("nij,ni->j", axes[there], apart)
+        right[-3:] += apart.sum(0)
+    return np.asarray(np.linalg.lstsq(A, right)[0][:-3].reshape(m, 3))
+
+
+def _rotation(matrix: FloatArray) -> FloatArray:
+    """The rotation R with the largest trace(R^T matrix)."""
+    u, _, vt = np.linalg.svd(matrix)
+    mirror = np.diag([1, 1, np.sign(np.linalg.det(u @ vt))])
+    return np.asarray(u @ mirror @ vt)
+
+
+def _pose(R: FloatArray, p: FloatArray) -> FloatArray:
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = R, p
+    return T
+
+
+def _cube_rotations() -> list[FloatArray]:
+    """The 24 rotations of a cube."""
+    found = []
+    for order in itertools.permutations(range(3)):
+        for signs in itertools.product((1.0, -1.0), repeat=3):
+            matrix = np.zeros((3, 3))
+            matrix[range(3), order] = signs
+            if np.linalg.det(matrix) > 0:
+                found.append(matrix)
+    return found

@@ -1,0 +1,77 @@
+"""Which parameters measurements tell apart: pivoted QR of the scaled derivative.
+
+Source:
+    K. Schroeer, S. Albright, M. Grethlein, Complete, minimal and model-continuous kinematic models
+    for robot calibration, 1997; G. H. Golub, C. F. Van Loan, Matrix Computations, 5.5.7, for the
+    choice of columns by pivoted QR behind the singular value decomposition.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+TOLD_APART = 1e-4
+"""Least part of a column that the other columns leave: below it a parameter would amplify noise ten
+thousand times."""
+SHOWN = 0.01
+"""Least coefficient of a redundant combination that is shown."""
+
+
+@dataclass(frozen=True)
+class Redundancy:
+    """A parameter that the measurements do not tell apart from others.
+
+    Attributes:
+        name: The parameter, held at its nominal value.
+        combination: Names and coefficients of the parameters that have the same effect.
+    """
+
+    name: str
+    combination: tuple[tuple[str, float], ...]
+
+    def __str__(self) -> str:
+        """A sentence for people."""
+        if not self.combination:
+            return f"{self.name} has no effect on the measurements"
+        sum_ = " ".join(f"{c:+.3g} {name}" for name, c in self.combination)
+        return f"{self.name} has the effect of {sum_}"
+
+
+def identifiable(
+    kept: FloatArray, columns: FloatArray, names: tuple[str, ...], kept_names: tuple[str, ...]
+) -> tuple[NDArray[np.intp], tuple[Redundancy, ...]]:
+    """The columns that are told apart from each other and from those that are kept anyway.
+
+    Args:
+        kept: (M, u) scaled columns of unknowns that are sought in any case.
+        columns: (M, p) scaled columns of parameters.
+        names: Names of the parameters.
+        kept_names: Names of the unknowns.
+
+    Returns:
+        The indices of the parameters, in order, and the redundancy of each of the others.
+    """
+    basis = np.linalg.qr(kept)[0] if kept.shape[1] else kept
+    size = np.linalg.norm(columns, axis=0)
+    left = columns - basis @ (basis.T @ columns)
+    _, R, order = scipy.linalg.qr(left, mode="economic", pivoting=True)
+    pivots = np.abs(np.diag(R))
+    enough = pivots > TOLD_APART * pivots.max(initial=0.0)
+    chosen = np.sort(order[: len(pivots)][enough])
+    others = [k for k in range(len(names)) if k not in chosen]
+    sought = np.concatenate([kept, columns[:, chosen]], 1)
+    told = (*kept_names, *(names[k] for k in chosen))
+    redundancies = []
+    for k in others:
+        weights = np.linalg.lstsq(sought, columns[:, k])[0] if size[k] else np.zeros(len(told))
+        combination = tuple(
+            (name, float(w)) for name, w in zip(told, weights, strict=True) if abs(w) > SHOWN
+        )
+        redundancies.append(Redundancy(names[k], combination))
+    return chosen, tuple(redundancies)

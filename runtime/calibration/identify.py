@@ -1,0 +1,339 @@
+"""Identification: the parameters of a robot from measurements of its tool.
+
+The sum of squares of the errors, each divided by its standard deviation, is least at the sought
+parameters and unknowns. Levenberg and Marquardt's iteration takes the exact derivative, which the
+robot's generated identification Jacobian gives. Variables count in parts of 1 mm and 1 mrad.
+
+Source:
+    J. M. Hollerbach, W. Khalil, M. Gautier, Model identification, Springer Handbook of Robotics,
+    chapter 6; A. Joubair, I. A. Bonev, Non-kinematic calibration of a six-axis serial robot using
+    planar constraints, Precision Engineering 40 (2015), for scaling.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import scipy.optimize
+import scipy.stats
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputValueError, ShapeError
+from .doubts import check_units
+from .identifiable import Redundancy, identifiable
+from .observations import SMALL, Observation
+from .report import report
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+OUTLYING = 5.0
+"""Errors of a row, in robust standard deviations, from which on the row counts as an outlier."""
+_CONSISTENT = 1.4826
+"""Median absolute deviation to standard deviation of a normal distribution."""
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """Identified parameters, and how well they are known.
+
+    Attributes:
+        names: The identified parameters, those of the robot first, then unknowns.
+        values: Their values [m, rad, 1].
+        deviations: What they differ by from the nominal robot; of unknowns, the values.
+        covariance: (k, k) of the values.
+        p: The whole vector of the robot's geometry.
+        redundant: The parameters that the measurements do not tell apart; they kept their values.
+        T_W_base: (4, 4) the base frame in the measuring device's.
+        before: Root mean square error of the nominal robot, in standard deviations.
+        after: The same of the calibrated robot.
+        noise: Factor by which the errors exceed the standard deviations that were stated.
+        outliers: Labels of the rows that were left out.
+        freedoms: Measured numbers beyond those that determine the variables.
+        observation: The measurements, with the frames that were found for them.
+        robot: The nominal robot.
+    """
+
+    names: tuple[str, ...]
+    values: FloatArray
+    deviations: FloatArray
+    covariance: FloatArray
+    p: FloatArray
+    redundant: tuple[Redundancy, ...]
+    T_W_base: FloatArray
+    before: float
+    after: float
+    noise: float
+    outliers: tuple[str, ...]
+    freedoms: int
+    observation: Observation
+    robot: Any
+
+    @property
+    def unknowns(self) -> FloatArray:
+        """The values of the observation's unknowns, such as targets on the tool [m]."""
+        return self.values[len(self.values) - len(self.observation.unknowns) :]
+
+    def poses(self, q: ArrayLike) -> FloatArray:
+        """Poses (..., 4, 4) of the calibrated robot's tool in the measuring device's frame."""
+        return np.asarray(self.T_W_base @ self.robot.fk_p(q, self.p))
+
+    def held_back(self, q: ArrayLike, observation: Observation) -> FloatArray:
+        """Errors on measurements that took no part, in their standard deviations.
+
+        Args:
+            q: (N, n) coordinates [rad or m].
+            observation: What was measured there, `at` other configurations of the same set-up.
+        """
+        frames = observation.placed_as(self.observation)
+        return frames.errors(self.poses(q), self.unknowns)
+
+    @property
+    def std(self) -> FloatArray:
+        """Standard deviation of each value."""
+        return np.asarray(np.sqrt(np.diag(self.covariance)))
+
+    @property
+    def intervals(self) -> FloatArray:
+        """(k, 2) bounds between which each value lies in 95 of 100 calibrations (Student's t)."""
+        reach = float(scipy.stats.t.ppf(0.975, self.freedoms)) * self.std
+        return np.stack([self.values - reach, self.values + reach], -1)
+
+    def __str__(self) -> str:
+        """A report for people."""
+        return report(self)
+
+    @property
+    def correlations(self) -> FloatArray:
+        """(k, k) correlation of the values."""
+        return np.asarray(self.covariance / np.outer(self.std, self.std))
+
+
+def identify(
+    robot: Any,
+    q: ArrayLike,
+    observation: Observation,
+    *,
+    vary: Collection[str] = ("axis",),
+    robust: bool = True,
+    T_W_base: ArrayLike | None = None,
+) -> Calibration:
+    """The parameters with which a robot explains measurements best.
+
+    Args:
+        robot: A robot with parametric functions, `chasles.load(name, parametric=True)`.
+        q: (N, n) coordinates at which the tool was measured [rad or m].
+        observation: The measurements.
+        vary: Parameters that may differ from nominal: names, or parts of the model ("joint",
+            "offset", "axis", "transmission", "base", "tool"). The default, with the tool's
+            corrections where poses are measured, is complete and minimal for every robot. Without
+            "axis" the corrections of the base are added.
+        T_W_base: (4, 4) the base frame in the device's, where it is known; it is found otherwise.
+        robust: Whether rows that contradict the others are left out and named.
+
+    Raises:
+        ShapeError: q does not fit the robot.
+        InputValueError: There are fewer measurements than variables, or an unknown name in vary.
+    """
+    at = np.asarray(q, dtype=np.float64)
+    if at.shape[1:] != (robot.n,):
+        raise ShapeError(f"identify: q must have shape (N, {robot.n}), got {at.shape}")
+    nominal = np.array([parameter.value for parameter in robot.geometry])
+    check_units(robot, at, nominal, observation)
+    start = observation.start(robot.fk_p(at, nominal))
+    frame = start.T_W_base if T_W_base is None else np.asarray(T_W_base, dtype=np.float64)
+    problem = problem_at(robot, at, start.observation, frame, start.unknowns, vary)
+    if len(problem.observation.rows) <= len(problem.x0):
+        raise InputValueError(
+            f"identify: {len(problem.observation.rows)} measured numbers do not determine "
+            f"{len(problem.x0)} variables; measure more configurations, or vary fewer parameters"
+        )
+    x = problem.solve(problem.x0, problem.everything, robust=robust)
+    used = problem.everything
+    if robust:
+        used = problem.within(x)
+        x = problem.solve(x, used)
+        used = problem.within(x)
+        x = problem.solve(x, used)
+    return problem.calibration(x, used)
+
+
+def problem_at(
+    robot: Any,
+    q: FloatArray,
+    observation: Observation,
+    T_W_base: FloatArray,
+    unknowns: FloatArray,
+    vary: Collection[str],
+) -> Problem:
+    """The variables that measurements tell apart, at the nominal robot.
+
+    Args:
+        robot: A robot with parametric functions.
+        q: (N, n) coordinates [rad or m].
+        observation: The measurements.
+        T_W_base: (4, 4) the base frame in the device's.
+        unknowns: Values of the observation's unknowns [m].
+        vary: As in :func:`identify`.
+    """
+    nominal = np.array([parameter.value for parameter in robot.geometry])
+    candidates = _candidates(robot, vary, observation)
+    x0 = np.concatenate([nominal[candidates], unknowns])
+    whole = Problem(robot, q, observation, T_W_base, nominal, candidates, x0, ())
+    J = whole.derivative(x0) * SMALL
+    n = len(candidates)
+    chosen, redundant = identifiable(J[:, n:], J[:, :n], whole.names[:n], observation.unknowns)
+    x0 = np.concatenate([nominal[candidates[chosen]], unknowns])
+    return replace(whole, sought=candidates[chosen], x0=x0, redundant=redundant)
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """The variables x and the errors: x holds identified parameters, then unknowns.
+
+    Attributes:
+        robot: The robot.
+        q: (N, n) coordinates.
+        observation: The measurements.
+        T_W_base: (4, 4) base frame in the device's.
+        nominal: The robot's geometry.
+        sought: Indices of the identified parameters in it.
+        x0: Start of x.
+        redundant: Parameters that are not told apart.
+    """
+
+    robot: Any
+    q: FloatArray
+    observation: Observation
+    T_W_base: FloatArray
+    nominal: FloatArray
+    sought: NDArray[np.intp]
+    x0: FloatArray
+    redundant: tuple[Redundancy, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the variables."""
+        own = (self.robot.geometry[k].name for k in self.sought)
+        return (*own, *self.observation.unknowns)
+
+    @property
+    def everything(self) -> BoolArray:
+        """All rows."""
+        return np.ones(len(self.observation.labels), dtype=bool)
+
+    def geometry(self, x: FloatArray) -> FloatArray:
+        """The robot's geometry at variables x."""
+        p = self.nominal.copy()
+        p[self.sought] = x[: len(self.sought)]
+        return p
+
+    def errors(self, x: FloatArray) -> FloatArray:
+        """All errors."""
+        T = self.T_W_base @ self.robot.fk_p(self.q, self.geometry(x))
+        return self.observation.errors(T, x[len(self.sought) :])
+
+    def derivative(self, x: FloatArray) -> FloatArray:
+        """(M, k) derivative of all errors by x."""
+        p = self.geometry(x)
+        T = self.T_W_base @ self.robot.fk_p(self.q, p)
+        J = self.robot.identification_jacobian(self.q, p)[..., self.sought]
+        R = self.T_W_base[:3, :3]
+        J = np.concatenate([R @ J[:, :3], R @ J[:, 3:]], 1)
+        return np.concatenate(self.observation.derivatives(T, J, x[len(self.sought) :]), 1)
+
+    def solve(self, x: FloatArray, used: BoolArray, *, robust: bool = False) -> FloatArray:
+        """The least sum of squares over some rows, or of a loss that outliers do not govern."""
+        chosen = used[self.observation.rows]
+        found = scipy.optimize.least_squares(
+            lambda y: self.errors(y)[chosen],
+            x,
+            jac=lambda y: self.derivative(y)[chosen],
+            x_scale=SMALL,
+            loss="cauchy" if robust else "linear",
+            f_scale=self.spread(x) if robust else 1.0,
+            method="trf",
+            xtol=1e-14,
+            ftol=1e-14,
+            gtol=1e-14,
+        )
+        return np.asarray(found.x)
+
+    def spread(self, x: FloatArray) -> float:
+        """A standard deviation of the errors that outliers do not govern."""
+        return float(_CONSISTENT * np.median(np.abs(self.errors(x))))
+
+    def within(self, x: FloatArray) -> BoolArray:
+        """Which rows agree with the others."""
+        e, rows = self.errors(x), self.observation.rows
+        largest = np.zeros(len(self.observation.labels))
+        np.maximum.at(largest, rows, np.abs(e))
+        return largest <= OUTLYING * self.spread(x)
+
+    def calibration(self, x: FloatArray, used: BoolArray) -> Calibration:
+        """The result at the variables found."""
+        chosen = used[self.observation.rows]
+        e, J = self.errors(x)[chosen], self.derivative(x)[chosen] * SMALL
+        freedoms = len(e) - len(x)
+        noise = float(np.sqrt(e @ e / freedoms))
+        covariance = np.asarray(np.linalg.inv(J.T @ J) * (SMALL * noise) ** 2)
+        nominal = np.concatenate([self.nominal[self.sought], np.zeros(len(x) - len(self.sought))])
+        return Calibration(
+            self.names,
+            x,
+            x - nominal,
+            covariance,
+            self.geometry(x),
+            self.redundant,
+            self.T_W_base,
+            _rms(self.errors(self.x0)[chosen]),
+            _rms(e),
+            noise,
+            tuple(np.array(self.observation.labels)[~used].tolist()),
+            freedoms,
+            self.observation,
+            self.robot,
+        )
+
+
+def _candidates(robot: Any, vary: Collection[str], observation: Observation) -> NDArray[np.intp]:
+    # The device's frame is never known exactly: axes that shift contain it, else the base does.
+    frame = set() if "axis" in vary else {"base"}
+    wanted = set(vary) | frame | ({"tool"} if observation.fixes_tool else set())
+    known = {word for item in robot.geometry for word in (item.name, item.part)}
+    if unknown := sorted(wanted - known):
+        raise InputValueError(f"identify: {robot.name} has no parameter {', '.join(unknown)}")
+    found = [k for k, item in enumerate(robot.geometry) if {item.name, item.part} & wanted]
+    return np.array(found, dtype=np.intp)
+
+
+def _rms(errors: FloatArray) -> float:
+    return float(np.sqrt(np.mean(errors**2)))
+
+
+def cross_validated(
+    robot: Any, q: ArrayLike, observation: Observation, folds: int = 6, **options: Any
+) -> FloatArray:
+    """Errors of each configuration when the robot is identified from the others.
+
+    Args:
+        robot: As in :func:`identify`.
+        q: As in :func:`identify`.
+        observation: As in :func:`identify`.
+        folds: Number of parts, each of which is held back once; every folds-th configuration.
+        options: Further arguments of :func:`identify`.
+
+    Returns:
+        The errors, part by part, in standard deviations.
+    """
+    at = np.asarray(q, dtype=np.float64)
+    every = np.arange(len(at))
+    errors = []
+    for fold in range(folds):
+        others, held = every[every % folds != fold], every[every % folds == fold]
+        found = identify(robot, at[others], observation.at(others), **options)
+        errors.append(found.held_back(at[held], observation.at(held)))
+    return np.concatenate(errors)

@@ -1,0 +1,80 @@
+"""Measurements of one number; derivatives of all observations by central differences."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from chasles import screws
+from chasles.calibration import Distances, PlaneContacts, Poses, Positions, identify
+
+NOISE = 2e-5
+RANDOM = np.random.default_rng(7)
+POSES = screws.exp(RANDOM.normal(size=(5, 6)))
+OBSERVATIONS = {
+    "positions": (Positions(RANDOM.normal(size=(5, 2, 3)), 0.1), RANDOM.normal(size=6)),
+    "distances": (Distances(RANDOM.uniform(1, 2, 5), 0.1), RANDOM.normal(size=6)),
+    "plane": (PlaneContacts(RANDOM.normal(size=5), 0.1, (0.6, 0.0, 0.8)), RANDOM.normal(size=6)),
+    "poses": (
+        Poses(POSES @ np.linalg.inv(screws.exp([0.1, 0.2, 0.3, 1, 0, 0.5])), (0.1, 0.2)),
+        np.zeros(0),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", OBSERVATIONS)
+def test_derivatives(name):
+    observation, x = OBSERVATIONS[name]
+    T, h = POSES, 1e-6
+    if name == "poses":
+        # The derivative of the error of orientation is exact where that error is 0.
+        probe = screws.exp([0.2, -0.1, 0.3, 0.4, 0.2, 0.1])
+        observation = Poses(T @ probe, (0.1, 0.2), probe)
+    twists = np.broadcast_to(np.eye(6), (len(T), 6, 6))
+    by_p, by_x = observation.derivatives(T, twists, x)
+
+    def moved(k, step):
+        turned = screws.exp_rotation(step * np.eye(6)[k, 3:]) @ T[:, :3, :3]
+        found = T.copy()
+        found[:, :3, :3], found[:, :3, 3] = turned, T[:, :3, 3] + step * np.eye(6)[k, :3]
+        return observation.errors(found, x)
+
+    differences = [(moved(k, h) - moved(k, -h)) / (2 * h) for k in range(6)]
+    assert_allclose(by_p, np.array(differences).T, atol=1e-7)
+    unit = np.eye(len(x)) * h
+    differences = [
+        (observation.errors(T, x + e) - observation.errors(T, x - e)) / (2 * h) for e in unit
+    ]
+    assert_allclose(by_x, np.array(differences).reshape(len(x), len(by_x)).T, atol=1e-7)
+
+
+def test_a_ball_bar(arm, truth):
+    random = np.random.default_rng(0)
+    target, centre = np.array([0.05, 0.02, 0.1, 1]), np.array([0.5, 0.2, 0.1])
+
+    def measured(q):
+        return np.linalg.norm((arm.fk_p(q, truth.p) @ target)[:, :3] - centre, axis=-1)
+
+    q = random.uniform(-2.5, 2.5, (200, 6))
+    found = identify(arm, q, Distances(measured(q) + NOISE * random.normal(size=200), NOISE))
+    assert found.before > 20
+    assert 0.8 < found.noise < 1.2
+    assert found.redundant
+    held = random.uniform(-2.5, 2.5, (500, 6))
+    assert np.sqrt(np.mean(found.held_back(held, Distances(measured(held), NOISE)) ** 2)) < 1
+
+
+def test_contacts_with_a_plane(arm, truth):
+    random = np.random.default_rng(1)
+    normal, target = np.array([0.1, 0.2, 1.0]) / np.sqrt(1.05), np.array([0.05, 0.02, 0.1, 1])
+    q = random.uniform(-2, 2, (400, 6))
+    for _ in range(30):
+        point = (arm.fk_p(q, truth.p) @ target)[:, :3]
+        twist = arm.jacobian_p(q, truth.p)[:, :, 1]
+        lever = point - arm.fk_p(q, truth.p)[:, :3, 3]
+        slope = (twist[:, :3] + np.cross(twist[:, 3:], lever)) @ normal
+        q[:, 1] -= np.clip((point @ normal - 0.3) / slope, -0.3, 0.3)
+    q = q[(np.abs((arm.fk_p(q, truth.p) @ target)[:, :3] @ normal - 0.3) < 1e-9)][:150]
+    found = identify(arm, q, PlaneContacts(NOISE * random.normal(size=len(q)), NOISE))
+    assert len(q) == 150
+    assert found.before > 20
+    assert 0.7 < found.noise < 1.3

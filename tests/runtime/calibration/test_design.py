@@ -1,0 +1,77 @@
+"""Designs of measurements and errors from tolerances, beside plain linear algebra and chance."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from chasles.calibration import Positions, design, identify, random_arms, tool_errors
+from chasles.errors import InputValueError
+
+TARGETS = [[0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]]
+
+
+@pytest.fixture
+def candidates(arm):
+    return np.random.default_rng(0).uniform(-2.5, 2.5, (300, arm.n))
+
+
+@pytest.mark.parametrize("targets", [TARGETS, None])
+def test_it_is_better_than_chance(arm, candidates, targets):
+    sigma = 2e-5 if targets else (2e-5, 5e-5)
+    chosen = design(arm, candidates, 20, targets=targets, sigma=sigma)
+    assert len(set(chosen.chosen.tolist())) == 20
+    assert_allclose(chosen.q, candidates[chosen.chosen])
+    random = np.random.default_rng(1)
+    chance = [
+        design(
+            arm, candidates[random.choice(300, 20, replace=False)], 20, targets=targets, sigma=sigma
+        )
+        for _ in range(20)
+    ]
+    assert chosen.o1 > max(other.o1 for other in chance)
+    assert chosen.with_more < chosen.tool_error
+
+
+def test_its_deviations_are_those_of_an_identification(arm, candidates):
+    chosen = design(arm, candidates, 20, targets=TARGETS, sigma=2e-5)
+    p = np.array([g.value for g in arm.geometry])
+    T = arm.fk_p(chosen.q, p)
+    points = T[:, None, :3, 3] + np.einsum("nij,mj->nmi", T[:, :3, :3], np.array(TARGETS))
+    points += np.random.default_rng(2).normal(size=points.shape) * 2e-5
+    found = identify(arm, chosen.q, Positions(points, 2e-5), robust=False, T_W_base=np.eye(4))
+    assert chosen.names == found.names
+    assert_allclose(chosen.std, found.std / found.noise, rtol=2e-3)
+
+
+def test_limits_and_the_users_test_are_kept(arm, candidates):
+    chosen = design(arm, 2 * candidates, 10, allowed=lambda q: q[:, 0] > 0)
+    assert (chosen.q[:, 0] > 0).all()
+    assert (np.abs(chosen.q) <= arm.upper).all()
+    with pytest.raises(InputValueError, match="0 of 300 candidates are within limits and allowed"):
+        design(arm, candidates, 10, allowed=lambda q: q[:, 0] > 9)
+    with pytest.raises(InputValueError, match="4 postures give 24 numbers for 30 variables"):
+        design(arm, candidates, 4)
+
+
+def test_first_order_errors_are_those_of_random_arms(arm):
+    q = np.array([0.3, -1.0, 1.2, 0.4, 0.9, -0.5])
+    tolerances = {"axis": 1e-4, "elbow_tilt_x": 3e-4}
+    first = tool_errors(arm, q, tolerances)
+    drawn = random_arms(arm, q, tolerances, samples=40_000, seed=3)
+    assert_allclose(np.sqrt((drawn.position**2).mean()), first.position, rtol=0.02)
+    assert_allclose(np.sqrt((drawn.orientation**2).mean()), first.orientation, rtol=0.02)
+    covariance = np.cov(drawn.along.T)
+    assert_allclose(covariance, first.covariance[:3, :3], atol=0.03 * covariance.max())
+    assert drawn.quantiles()[-1, 0] == drawn.position.max()
+    assert len(first.names) == 24
+    alone = tool_errors(arm, q, {first.names[0]: tolerances.get(first.names[0], 1e-4)})
+    assert_allclose(alone.position, first.effects[0])
+    again = random_arms(arm, q, tolerances, samples=40_000, seed=3)
+    assert (again.along == drawn.along).all()
+
+
+def test_unknown_tolerances(arm):
+    with pytest.raises(InputValueError, match="no parameter, part or unit mm"):
+        tool_errors(arm, np.zeros(6), {"mm": 1.0})
+    with pytest.raises(InputValueError, match="two standard deviations"):
+        design(arm, np.zeros((50, 6)), 20, sigma=1e-5)

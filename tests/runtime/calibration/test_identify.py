@@ -1,0 +1,161 @@
+"""Identification on drawn arms: error on held-back poses, intervals, outliers, wrong input."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from chasles import screws
+from chasles.calibration import Poses, Positions, cross_validated, identify
+from chasles.calibration.frames import register_points
+from chasles.errors import InputValueError, ShapeError
+
+NOISE = 2e-5, 5e-5
+"""Metre and radian."""
+
+
+def measured_poses(arm, truth, random):
+    T = truth.poses(arm, truth.q) @ screws.exp([0.1, 0.02, -0.05, 1.0, -2.0, 0.5])
+    T[:, :3, 3] += random.normal(size=(len(T), 3)) * NOISE[0]
+    T[:, :3, :3] = screws.exp_rotation(random.normal(size=(len(T), 3)) * NOISE[1]) @ T[:, :3, :3]
+    return Poses(T, NOISE)
+
+
+def measured_positions(arm, truth, random):
+    points = truth.positions(arm, truth.q)
+    return Positions(points + random.normal(size=points.shape) * NOISE[0], NOISE[0])
+
+
+def held_back(arm, truth, found, random):
+    """Errors of three points on the tool at new configurations [m]: calibrated, nominal."""
+    q = random.uniform(-2.5, 2.5, (2000, arm.n))
+    true = truth.positions(arm, q)
+    T = found.poses(q)
+    placed = T[:, None, :3, 3] + np.einsum(
+        "nij,mj->nmi", T[:, :3, :3], found.unknowns.reshape(-1, 3)
+    )
+    nominal = register_points(arm.fk(q), true)
+    T = nominal.T_W_base @ arm.fk(q)
+    of_nominal = T[:, None, :3, 3] + np.einsum("nij,mj->nmi", T[:, :3, :3], nominal.points)
+    return (np.linalg.norm(x - true, axis=-1).mean() for x in (placed, of_nominal))
+
+
+@pytest.mark.parametrize("truth", range(6), indirect=True)
+def test_positions_of_unknown_targets(arm, truth):
+    random = np.random.default_rng(1)
+    found = identify(arm, truth.q, measured_positions(arm, truth, random))
+    assert len(found.names) == 4 * 6 + 9
+    assert not found.redundant
+    after, before = held_back(arm, truth, found, random)
+    assert 20 * after < before
+    assert 0.9 < found.noise < 1.1
+
+
+@pytest.mark.parametrize("truth", range(6), indirect=True)
+def test_gross_errors_are_named_and_left_out(arm, truth):
+    random = np.random.default_rng(2)
+    observation = measured_positions(arm, truth, random)
+    wrong = np.argwhere(random.random((60, 3)) < 0.05)
+    for i, j in wrong:
+        observation.points[i, j] += random.normal(size=3) * 5e-3
+    found = identify(arm, truth.q, observation)
+    named = {f"measurement {i + 1}, target {j + 1}" for i, j in wrong}
+    assert set(found.outliers) <= named
+    assert len(found.outliers) > 0.9 * len(named)
+    after, before = held_back(arm, truth, found, random)
+    assert 20 * after < before
+
+
+@pytest.mark.parametrize("truth", range(4), indirect=True)
+def test_poses_of_a_probe_at_an_unknown_place(arm, truth):
+    random = np.random.default_rng(3)
+    observation = measured_poses(arm, truth, random)
+    found = identify(arm, truth.q, observation)
+    assert len(found.names) == 4 * 6 + 6
+    q = random.uniform(-2.5, 2.5, (2000, arm.n))
+    placed = found.poses(q) @ found.observation.T_tool_probe
+    true = truth.poses(arm, q) @ screws.exp([0.1, 0.02, -0.05, 1.0, -2.0, 0.5])
+    apart = np.linalg.norm((placed - true)[:, :3, 3], axis=-1).mean()
+    T_W_base, T_tool_probe = found.T_W_base, found.observation.T_tool_probe
+    nominal = np.linalg.norm((T_W_base @ arm.fk(q) @ T_tool_probe - true)[:, :3, 3], axis=-1).mean()
+    assert 20 * apart < nominal
+
+
+def test_intervals_hold_the_truth_in_95_of_100(arm):
+    """Each of 40 arms is drawn on the parameters that are identified, so that truth is unique."""
+    inside = []
+    for seed in range(40):
+        random = np.random.default_rng(seed)
+        p = np.array([g.value for g in arm.geometry])
+        off = np.array([g.part == "axis" for g in arm.geometry])
+        p[off] += random.uniform(-1e-3, 1e-3, off.sum())
+        q = random.uniform(-2.5, 2.5, (40, arm.n))
+        targets = random.uniform(-0.15, 0.15, (3, 3))
+        T = arm.fk_p(q, p)
+        points = T[:, None, :3, 3] + np.einsum("nij,mj->nmi", T[:, :3, :3], targets)
+        observation = Positions(points + random.normal(size=points.shape) * NOISE[0], NOISE[0])
+        found = identify(arm, q, observation, robust=False, T_W_base=np.eye(4))
+        true = np.concatenate([p[off], targets.ravel()])
+        low, high = found.intervals.T
+        inside.append((low <= true) & (true <= high))
+    assert 0.92 < np.mean(inside) < 0.98
+
+
+def test_covariance_is_that_of_repeated_measurements(arm, truth):
+    found = [
+        identify(arm, truth.q, measured_positions(arm, truth, np.random.default_rng(seed)))
+        for seed in range(30)
+    ]
+    spread = np.std([c.poses(truth.q[:1])[0, :3, 3] for c in found], axis=0)
+    assert (spread < 5 * NOISE[0]).all()
+    assert_allclose(np.diag(found[0].correlations), 1)
+
+
+def test_convention_without_a_tilt_misses_parallel_axes(arm, truth):
+    """DH has no parameter for a tilt of axis 3 in the plane of axes 2 and 3."""
+    observation = measured_positions(arm, truth, np.random.default_rng(0))
+    complete = identify(arm, truth.q, observation, robust=False)
+    dh = identify(arm, truth.q, observation, vary=("joint", "offset"), robust=False)
+    assert complete.after < 1.1
+    assert dh.after > 3
+    names = {item.name for item in dh.redundant}
+    assert "elbow_d" in names or "shoulder_lift_d" in names
+
+
+def test_errors_of_measurements_that_took_no_part(arm, truth):
+    observation = measured_positions(arm, truth, np.random.default_rng(0))
+    errors = cross_validated(arm, truth.q, observation, folds=3)
+    assert errors.shape == (540,)
+    assert 0.8 < np.sqrt(np.mean(errors**2)) < 1.6
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda q, y: (np.degrees(q), y), "joint angles are in degrees"),
+        (lambda q, y: (np.radians(q), y), "joint angles are in radians, not in degrees"),
+        (lambda q, y: (q, 1e3 * y), "positions are in millimetres"),
+        (lambda q, y: (q, 1e-3 * y), "positions are in metres, not in millimetres"),
+    ],
+)
+def test_wrong_units_are_found(arm, truth, change, words):
+    q, points = change(truth.q, truth.positions(arm, truth.q))
+    with pytest.raises(InputValueError, match=words):
+        identify(arm, q, Positions(points))
+
+
+def test_wrong_arguments(arm, truth):
+    points = truth.positions(arm, truth.q)
+    with pytest.raises(InputValueError, match="18 measured numbers do not determine"):
+        identify(arm, truth.q[:6], Positions(points[:6, :1]))
+    with pytest.raises(ShapeError, match=r"q must have shape \(N, 6\), got \(60, 5\)"):
+        identify(arm, truth.q[:, :5], Positions(points))
+    with pytest.raises(InputValueError, match="no parameter elbows"):
+        identify(arm, truth.q, Positions(points), vary=("elbows",))
+
+
+def test_the_report(arm, truth):
+    found = identify(arm, truth.q, measured_positions(arm, truth, np.random.default_rng(0)))
+    text = str(found)
+    assert "33 variables from 540 measured numbers" in text
+    assert "shoulder_pan_shift_x" in text
+    assert "target3_z" in text

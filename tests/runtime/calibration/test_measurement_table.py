@@ -1,0 +1,106 @@
+"""Tables of measurements: every form of header, and what is said of wrong ones."""
+
+import csv
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from chasles import screws
+from chasles.calibration import Poses, Positions, read_measurements
+from chasles.errors import InputValueError
+
+
+@pytest.fixture
+def write(tmp_path):
+    def written(header, rows, delimiter=","):
+        path = tmp_path / "measured.csv"
+        with path.open("w", newline="", encoding="utf-8") as stream:
+            csv.writer(stream, delimiter=delimiter).writerows([header, *rows])
+        return path
+
+    return written
+
+
+Q = np.random.default_rng(0).uniform(-2, 2, (5, 6))
+HEADER = [f"q{k + 1} [deg]" for k in range(6)]
+
+
+def test_several_targets_some_unseen(arm, write):
+    points = np.random.default_rng(1).normal(size=(5, 2, 3))
+    header = [*HEADER, *(f"{axis}{j} (mm)" for j in (1, 2) for axis in "xyz"), "remark"]
+    rows = [[*q, *y.ravel(), "good"] for q, y in zip(np.degrees(Q), 1e3 * points, strict=True)]
+    rows[2][6:9] = ["", "", ""]
+    q, found = read_measurements(write(header, rows), arm)
+    assert_allclose(q, Q, atol=1e-15)
+    assert isinstance(found, Positions)
+    points[2, 0] = np.nan
+    assert_allclose(found.points, points, atol=1e-15)
+    assert found.labels[4] == "measurement 3, target 2"
+
+
+def test_a_row_a_target_with_the_robots_own_names(arm, write):
+    points = np.random.default_rng(1).normal(size=(5, 3, 3))
+    header = [*(f"{c.name} [rad]" for c in arm.coordinates), "target", "x [m]", "y [m]", "z [m]"]
+    rows = [
+        [*map(repr, map(float, q)), name, *map(repr, map(float, y))]
+        for q, own in zip(Q, points, strict=True)
+        for name, y in zip("ABC", own, strict=True)
+    ]
+    q, found = read_measurements(write(header, rows, ";"), arm)
+    assert_allclose(q, Q, atol=0)
+    assert_allclose(found.points, points, atol=0)
+
+
+def turns(R, form):
+    if form == "rotation vector":
+        return ["rx [deg]", "ry [deg]", "rz [deg]"], np.degrees(screws.log_rotation(R))
+    if form == "roll, pitch and yaw":
+        pitch = np.arcsin(-R[2, 0])
+        roll, yaw = np.arctan2(R[2, 1], R[2, 2]), np.arctan2(R[1, 0], R[0, 0])
+        return ["roll [mrad]", "pitch [mrad]", "yaw [mrad]"], 1e3 * np.array([roll, pitch, yaw])
+    vector = screws.log_rotation(R)
+    angle = np.linalg.norm(vector)
+    axis = vector / angle if angle else vector
+    return ["qw", "qx", "qy", "qz"], -2 * np.array([np.cos(angle / 2), *np.sin(angle / 2) * axis])
+
+
+@pytest.mark.parametrize("form", ["rotation vector", "roll, pitch and yaw", "quaternion"])
+def test_poses(arm, write, form):
+    T = screws.exp(np.random.default_rng(2).normal(size=(5, 6)))
+    T[0, :3, :3] = np.eye(3)
+    rows = []
+    for q, pose in zip(Q, T, strict=True):
+        names, values = turns(pose[:3, :3], form)
+        rows.append([*np.degrees(q), *pose[:3, 3], *values])
+    q, found = read_measurements(write([*HEADER, "x [m]", "y [m]", "z [m]", *names], rows), arm)
+    assert isinstance(found, Poses)
+    assert_allclose(found.T, T, atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (
+            lambda h, r: (h[1:], r),
+            "no column for coordinate 'shoulder_pan'; expected 'shoulder_pan",
+        ),
+        (lambda h, r: (["q1", *h[1:]], r), "'q1' has no unit; expected 'q1 .rad.' or another of"),
+        (lambda h, r: (["q1 [mm]", *h[1:]], r), "'q1' has unit 'mm'; expected 'q1 .rad.'"),
+        (lambda h, r: ([*h[:-1], "height [m]"], r), "no positions; expected columns x, y, z"),
+        (lambda h, r: (h, [["x", *r[0][1:]]]), "line 2: 'q1' is 'x', expected a number"),
+        (lambda h, r: (h, [r[0], ["inf", *r[0][1:]]]), "line 3: 'q1' is 'inf', expected a number"),
+        (lambda h, r: (["q2 [deg]", *h[1:]], r), "two columns are called 'q2'"),
+    ],
+)
+def test_what_is_wrong_is_said(arm, write, change, message):
+    header, rows = change([*HEADER, "x [m]", "y [m]", "z [m]"], [[1.0] * 9])
+    with pytest.raises(InputValueError, match=message):
+        read_measurements(write(header, rows), arm)
+
+
+def test_an_empty_file(arm, tmp_path):
+    path = tmp_path / "empty.csv"
+    path.write_text("")
+    with pytest.raises(InputValueError, match="empty; expected a header"):
+        read_measurements(path, arm)
