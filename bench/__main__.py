@@ -5,6 +5,7 @@ The figures in docs/performance.md are replaced by the new ones. With --quick no
 
 import argparse
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 from . import check, count, document
@@ -32,33 +33,27 @@ MUTANTS = 200
 MECHANISMS = 500
 
 
+COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {
+    "check": lambda o: check.run(o.write),
+    "count": lambda o: count.run(o.write),
+    "misses": lambda o: misses.run(o.quick, o.robot),
+    "field": lambda o: field.run(o.quick, o.arm),
+    "general": general_arms.run,
+    "platforms": lambda o: platform_modes.run(o.count, o.starts, o.seed),
+    "calibration": lambda o: calibrations.run(o.runs),
+    "losses": lambda o: losses.run(o.arms, o.first, given=o.given),
+    "mechanisms": lambda o: mechanism_branches.run(o.count, o.first),
+    "mutants": lambda o: cleaned_files.run(o.urdfs, o.count),
+    "robust": lambda o: attempts.run(o.folder, o.files, o.derived, o.arms, o.seed),
+}
+"""The benchmarks with a command of their own."""
+
+
 def main() -> int:
     """Runs the benchmarks that the command line selects; returns the exit status."""
     options = _parser().parse_args()
-    if options.command == "check":
-        return check.run(options.write)
-    if options.command == "count":
-        return count.run(options.write)
-    if options.command == "misses":
-        return misses.run(options.quick, options.robot)
-    if options.command == "field":
-        return field.run(options.quick, options.arm)
-    if options.command == "general":
-        return general_arms.run(options)
-    if options.command == "platforms":
-        return platform_modes.run(options.count, options.starts, options.seed)
-    if options.command == "calibration":
-        return calibrations.run(options.runs)
-    if options.command == "losses":
-        return losses.run(options.arms, options.first, given=options.given)
-    if options.command == "mechanisms":
-        return mechanism_branches.run(options.count, options.first)
-    if options.command == "mutants":
-        return cleaned_files.run(options.urdfs, options.count)
-    if options.command == "robust":
-        return attempts.run(
-            options.folder, options.files, options.derived, options.arms, options.seed
-        )
+    if options.command:
+        return COMMANDS[options.command](options)
     if options.quick:
         measure(without_slow_builds(QUICK), options.only, keep=False)
     else:

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 from .chain.coordinates import InProportion
 from .chain.groups import Group, groups
 from .chain.kinematics import FUNCTIONS, Kinematics, arguments_of
+from .chain.parametric import PARAMETRIC, Parametric
 from .inverse import leg_inverse
 from .inverse.chosen_joints import hybrid_inverses_for_given, inverses_for_given
-from .chain.parametric import PARAMETRIC, Parametric
 from .inverse.families import FAMILIES
 from .inverse.families.family import Family
 from .inverse.serial_inverse import Inverses

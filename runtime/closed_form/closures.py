@@ -68,6 +68,7 @@ def _can_check_chain(robot: LoopMethods) -> bool:
 class LoopMethods(NewtonMethods, SizeMethods):
     """The methods of a robot with loops."""
 
+    n: int
     chain_joints: tuple[Coordinate, ...]
     _roles: Mapping[tuple[str, str, str], Function[Any]]
     margin: Function[FloatArray]
@@ -138,7 +139,7 @@ class LoopMethods(NewtonMethods, SizeMethods):
     def _leads_to(self, q: FloatArray, theta: FloatArray) -> BoolArray:
         """Whether actuated coordinates (..., k, n) hold joints (..., n_theta) on any branch."""
         every, _ = self._roles["branches", "actuators", "chain"](q)
-        return self._is_same(every, theta[..., None, None, :]).any(-1)
+        return np.asarray(self._is_same(every, theta[..., None, None, :]).any(-1))
 
     @needs("chain_all")
     def chain_branches(self, q: ArrayLike) -> ChainBranches:

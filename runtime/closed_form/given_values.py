@@ -19,14 +19,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..call._call import Function
 from ..call.validation import real_array
-from ..contract.described import derived_folder, giving, description_of
+from ..contract.described import derived_folder, description_of, giving
 from ..contract.facts import FunctionInfo, Manifest
 from ..contract.manifest import read_manifest
 from ..errors import DerivationError, InputTypeError, InputValueError
 from ..iterative.locks import following
 from ..se3 import projected
 from ..tolerances import GIVEN_ASIDE, GIVEN_NEAR, SOLVED
-from .refinement import refined
+from .refinement import Refinement
 from .solutions import Solutions
 
 FloatArray = NDArray[np.float64]
@@ -210,7 +210,8 @@ class Aside:
         rows, slots = np.nonzero(near.residual <= GIVEN_NEAR * self.unit)
         start = near.q[rows, slots]
         start[:, self.fixed] = np.stack(values, -1)[rows]
-        found, left = refined(self.fk_jacobian_mixed, poses[rows], start, self.fixed, self.unit)
+        refine = Refinement(self.fk_jacobian_mixed, self.fixed, self.unit)
+        found, left = refine.led(poses[rows], start)
         solved = left <= SOLVED * self.unit
         at = (*(index[rows[solved]] for index in np.nonzero(missed)), slots[solved])
         q[at], residual[at], valid[at] = found[solved], left[solved], True

@@ -160,7 +160,7 @@ def _derive(description: Path, home: Path, options: Sequence[str]) -> None:
     # Loading a robot that was derived before needs no temporary folder.
     import tempfile  # noqa: PLC0415
 
-    name = f"{description.stem} for given {', '.join(give)}" if give else description.stem
+    name = f"{description.stem} ({' '.join(options)})" if options else description.stem
     print(f"chasles: deriving {name} once, a few seconds ...", file=sys.stderr, flush=True)
     try:
         home.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
