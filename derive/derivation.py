@@ -20,7 +20,7 @@ from .loops.maps import Maker
 from .model.errors import RobotError
 from .model.geometry import Geometry
 from .model.mechanism import Described, Mechanism
-from .terms.symbolic_function import SymbolicFunction, WrittenFunction
+from .terms.symbolic_function import Signature, SymbolicFunction, WrittenFunction
 from .terms.terms import Terms
 
 _GUARDS = {"actuators": "margin", "chain": "actuator_margin"}
@@ -170,7 +170,8 @@ def _of_mechanism(
     made = hybrid.kinematics.functions(asked_of_tool) if asked_of_tool else {}
     made |= {name: makers[name](hybrid) for name in chosen if name in makers}
     made |= inverse.functions if inverse else {}
-    guards = {made[name].role.domain for name in chosen if _has_guard(made[name])}
+    signatures: Mapping[str, Signature] = made | written
+    guards = {signatures[name].role.domain for name in chosen if _has_guard(signatures[name])}
     needed = {_GUARDS[domain] for domain in guards} & set(makers)
     chosen = [name for name in capabilities if name in chosen or name in needed]
     made |= {name: makers[name](hybrid) for name in needed if name not in made}
@@ -205,7 +206,7 @@ def _guarded(function: SymbolicFunction, capabilities: Collection[str]) -> Symbo
     return replace(function, margin=_GUARDS[function.role.domain])
 
 
-def _has_guard(function: SymbolicFunction) -> bool:
+def _has_guard(function: Signature) -> bool:
     return function.role.domain in _GUARDS and function.role.name not in ("margin", "branches")
 
 
