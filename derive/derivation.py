@@ -7,10 +7,10 @@ from .chain.coordinates import InProportion
 from .chain.groups import Group, groups
 from .chain.kinematics import FUNCTIONS, Kinematics, arguments_of
 from .chain.parametric import PARAMETRIC, Parametric
-from .inverse import leg_inverse
 from .inverse.chosen_joints import hybrid_inverses_for_given, inverses_for_given
 from .inverse.families import FAMILIES
 from .inverse.families.family import Family
+from .inverse.mechanisms import leg_inverse
 from .inverse.serial_inverse import Inverses
 from .loops import constraint_functions, maps, platforms
 from .loops.hybrid import Hybrid

@@ -10,7 +10,7 @@ from ..terms.terms import Terms
 from .classify import classify
 from .families.family import Family
 from .general.general_inverse import general_tables
-from .hybrid_inverse import hybrid_inverses
+from .mechanisms.hybrid_inverse import hybrid_inverses
 from .serial_inverse import Inverses, inverses
 from .structure import rank
 

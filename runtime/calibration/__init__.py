@@ -11,9 +11,10 @@ It needs SciPy, `pip install 'chasles[calibration]'`.
 from .calibrated_file import robot_file
 from .contacts import Distances, PlaneContacts
 from .design import Design, design
-from .identify import Calibration, cross_validated, identify
+from .identify import cross_validated, identify
 from .measurement_table import Measured, read_measurements
 from .observations import Observation, Poses, Positions
+from .result import Calibration
 from .tool_errors import FirstOrder, MonteCarlo, random_arms, tool_errors
 
 __all__ = [

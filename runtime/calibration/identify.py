@@ -18,14 +18,13 @@ from typing import Any
 
 import numpy as np
 import scipy.optimize
-import scipy.stats
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputValueError, ShapeError
 from .doubts import check_units
 from .identifiable import Redundancy, identifiable
 from .observations import SMALL, Observation
-from .report import report
+from .result import Calibration
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -34,82 +33,6 @@ OUTLYING = 5.0
 """Errors of a row, in robust standard deviations, from which on the row counts as an outlier."""
 _CONSISTENT = 1.4826
 """Median absolute deviation to standard deviation of a normal distribution."""
-
-
-@dataclass(frozen=True, eq=False)
-class Calibration:
-    """Identified parameters, and how well they are known.
-
-    Attributes:
-        names: The identified parameters, those of the robot first, then unknowns.
-        values: Their values [m, rad, 1].
-        deviations: What they differ by from the nominal robot; of unknowns, the values.
-        covariance: (k, k) of the values.
-        p: The whole vector of the robot's geometry.
-        redundant: The parameters that the measurements do not tell apart; they kept their values.
-        T_W_base: (4, 4) the base frame in the measuring device's.
-        before: Root mean square error of the nominal robot, in standard deviations.
-        after: The same of the calibrated robot.
-        noise: Factor by which the errors exceed the standard deviations that were stated.
-        outliers: Labels of the rows that were left out.
-        freedoms: Measured numbers beyond those that determine the variables.
-        observation: The measurements, with the frames that were found for them.
-        robot: The nominal robot.
-    """
-
-    names: tuple[str, ...]
-    values: FloatArray
-    deviations: FloatArray
-    covariance: FloatArray
-    p: FloatArray
-    redundant: tuple[Redundancy, ...]
-    T_W_base: FloatArray
-    before: float
-    after: float
-    noise: float
-    outliers: tuple[str, ...]
-    freedoms: int
-    observation: Observation
-    robot: Any
-
-    @property
-    def unknowns(self) -> FloatArray:
-        """The values of the observation's unknowns, such as targets on the tool [m]."""
-        return self.values[len(self.values) - len(self.observation.unknowns) :]
-
-    def poses(self, q: ArrayLike) -> FloatArray:
-        """Poses (..., 4, 4) of the calibrated robot's tool in the measuring device's frame."""
-        return np.asarray(self.T_W_base @ self.robot.fk_p(q, self.p))
-
-    def held_back(self, q: ArrayLike, observation: Observation) -> FloatArray:
-        """Errors on measurements that took no part, in their standard deviations.
-
-        Args:
-            q: (N, n) coordinates [rad or m].
-            observation: What was measured there, `at` other configurations of the same set-up.
-        """
-        frames = observation.placed_as(self.observation)
-        return frames.errors(self.poses(q), self.unknowns)
-
-    @property
-    def std(self) -> FloatArray:
-        """Standard deviation of each value."""
-        return np.asarray(np.sqrt(np.diag(self.covariance)))
-
-    @property
-    def intervals(self) -> FloatArray:
-        """(k, 2) bounds between which each value lies in 95 of 100 calibrations (Student's t)."""
-        reach = float(scipy.stats.t.ppf(0.975, self.freedoms)) * self.std
-        return np.stack([self.values - reach, self.values + reach], -1)
-
-    def __str__(self) -> str:
-        """A report for people."""
-        return report(self)
-
-    @property
-    def correlations(self) -> FloatArray:
-        """(k, k) correlation of the values."""
-        return np.asarray(self.covariance / np.outer(self.std, self.std))
 
 
 def identify(

@@ -2,14 +2,14 @@
 
 import sympy as sp
 
-from ..loops.hybrid import Hybrid
-from ..loops.maps import Maker
-from ..loops.platforms import is_platform
-from ..loops.rods import pins_in_tool, rods_of
-from ..terms.role import Role
-from ..terms.symbolic_function import Result, SymbolicFunction
-from ..terms.vectors import dot
-from .tasks.slots import POSE_SYMBOLS, pose_argument, squares
+from ...loops.hybrid import Hybrid
+from ...loops.maps import Maker
+from ...loops.platforms import is_platform
+from ...loops.rods import pins_in_tool, rods_of
+from ...terms.role import Role
+from ...terms.symbolic_function import Result, SymbolicFunction
+from ...terms.vectors import dot
+from ..tasks.slots import POSE_SYMBOLS, pose_argument, squares
 
 FREEDOMS = 6
 

@@ -7,13 +7,13 @@ from itertools import pairwise
 import numpy as np
 import sympy as sp
 
-from ..chain.groups import Group, Station
-from ..loops.collapse import collapsed
-from ..loops.hybrid import Hybrid
-from ..model.robot import JointKind
-from ..model.tolerances import INDEPENDENT_SLIDES
-from ..terms.terms import Terms
-from ..terms.vectors import (
+from ...chain.groups import Group, Station
+from ...loops.collapse import collapsed
+from ...loops.hybrid import Hybrid
+from ...model.robot import JointKind
+from ...model.tolerances import INDEPENDENT_SLIDES
+from ...terms.terms import Terms
+from ...terms.vectors import (
     IDENTITY,
     ORIGIN,
     Basis,
@@ -22,10 +22,10 @@ from ..terms.vectors import (
     turned_about_x,
     turned_about_z,
 )
-from .steps.work import Work
-from .structure.lines import Axis, Lines, numbers
-from .subproblems.equations import LineAndPlane
-from .subproblems.found import FoundLength
+from ..steps.work import Work
+from ..structure.lines import Axis, Lines, numbers
+from ..subproblems.equations import LineAndPlane
+from ..subproblems.found import FoundLength
 from .subproblems.sp4 import on_line
 
 

@@ -10,26 +10,26 @@ from dataclasses import replace
 
 import sympy as sp
 
-from ..chain.kinematics import common_unit
-from ..loops.hybrid import Hybrid
-from ..model.errors import RobotError
-from ..model.tolerances import LED
-from ..terms.symbolic_function import Argument
-from ..terms.vectors import Basis, Vector
-from .chain_solution import given_argument, solve_chain
-from .classify import Attempt, classify, of_lines
-from .families import FAMILIES
-from .families.family import Family
-from .nominal_mechanism import Nominal, lead, nominal_mechanisms
-from .polished_inverse import TURN, as_start, led_from
-from .serial_inverse import Inverses
-from .steps.target import of_pose
-from .steps.work import Work
-from .structure.lines import Lines, home_of
-from .structure.requirement import Requirement
+from ...chain.kinematics import common_unit
+from ...loops.hybrid import Hybrid
+from ...model.errors import RobotError
+from ...model.tolerances import LED
+from ...terms.symbolic_function import Argument
+from ...terms.vectors import Basis, Vector
+from ..chain_solution import given_argument, solve_chain
+from ..classify import Attempt, classify, of_lines
+from ..families import FAMILIES
+from ..families.family import Family
+from ..nominal_mechanism import Nominal, lead, nominal_mechanisms
+from ..polished_inverse import TURN, as_start, led_from
+from ..serial_inverse import Inverses
+from ..steps.target import of_pose
+from ..steps.work import Work
+from ..structure.lines import Lines, home_of
+from ..structure.requirement import Requirement
+from ..tasks.slots import POSE_SYMBOLS, function_of, pose_argument, pose_residual, values_of
+from ..tasks.task import Solved, TaskInput
 from .substitution import substituted
-from .tasks.slots import POSE_SYMBOLS, function_of, pose_argument, pose_residual, values_of
-from .tasks.task import Solved, TaskInput
 from .translation import Translating, actuators_of, translating
 
 IDENTITY = "fk(q[k]) = T wherever residual[k] is rounding"

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import sympy as sp
 
-from ..terms.terms import Terms
+from ...terms.terms import Terms
 
 
 def substituted(
