@@ -20,7 +20,7 @@ from .loops.maps import Maker
 from .model.errors import RobotError
 from .model.geometry import Geometry
 from .model.mechanism import Described, Mechanism
-from .terms.symbolic_function import Signature, SymbolicFunction, WrittenFunction
+from .terms.symbolic_function import SymbolicFunction, WrittenFunction
 from .terms.terms import Terms
 
 _GUARDS = {"actuators": "margin", "chain": "actuator_margin"}
@@ -170,11 +170,6 @@ def _of_mechanism(
     made = hybrid.kinematics.functions(asked_of_tool) if asked_of_tool else {}
     made |= {name: makers[name](hybrid) for name in chosen if name in makers}
     made |= inverse.functions if inverse else {}
-    signatures: Mapping[str, Signature] = made | written
-    guards = {signatures[name].role.domain for name in chosen if _has_guard(signatures[name])}
-    needed = {_GUARDS[domain] for domain in guards} & set(makers)
-    chosen = [name for name in capabilities if name in chosen or name in needed]
-    made |= {name: makers[name](hybrid) for name in needed if name not in made}
     return Derivation(
         mechanism,
         hybrid.terms,
@@ -201,13 +196,10 @@ def _makers(hybrid: Hybrid) -> dict[str, Maker]:
 
 def _guarded(function: SymbolicFunction, capabilities: Collection[str]) -> SymbolicFunction:
     """The function, with the function that gives the margins of its loops named as its guard."""
-    if not _has_guard(function) or _GUARDS[function.role.domain] not in capabilities:
+    guard = _GUARDS.get(function.role.domain, "")
+    if guard not in capabilities or function.role.name in ("margin", "branches"):
         return function
-    return replace(function, margin=_GUARDS[function.role.domain])
-
-
-def _has_guard(function: Signature) -> bool:
-    return function.role.domain in _GUARDS and function.role.name not in ("margin", "branches")
+    return replace(function, margin=guard)
 
 
 def _chosen(
