@@ -8,7 +8,15 @@ import sys
 from pathlib import Path
 
 from . import check, count, document
-from .accuracy import cleaned_files, field, general_arms, losses, mechanism_branches, misses
+from .accuracy import (
+    cleaned_files,
+    field,
+    general_arms,
+    loop_numbers,
+    losses,
+    mechanism_branches,
+    misses,
+)
 from .cases.poses import CASES
 from .measures import derivation
 from .peers.forward import absent
@@ -21,6 +29,7 @@ ARMS = 50
 """Number of random arms, of which about a sixth have a structure."""
 MUTANTS = 200
 MECHANISMS = 500
+CONFIGURATIONS = 1_000_000
 
 
 def main() -> int:
@@ -40,6 +49,8 @@ def main() -> int:
         return losses.run(options.arms, options.first)
     if options.command == "mechanisms":
         return mechanism_branches.run(options.count, options.first)
+    if options.command == "loops":
+        return loop_numbers.run(options.count)
     if options.command == "mutants":
         return cleaned_files.run(options.urdfs, options.count)
     if options.command == "robust":
@@ -102,6 +113,8 @@ def _parser() -> argparse.ArgumentParser:
     loops = commands.add_parser("mechanisms", help="branches of drawn mechanisms, one to one")
     loops.add_argument("--count", type=int, default=MECHANISMS, help="number of mechanisms")
     loops.add_argument("--first", type=int, default=0, help="number of the first mechanism")
+    far = commands.add_parser("loops", help="configurations of robots with loops, far out of reach")
+    far.add_argument("--count", type=int, default=CONFIGURATIONS, help="number for each robot")
     mutants = commands.add_parser("mutants", help="mutated URDFs: structure and pose error")
     mutants.add_argument("--urdfs", type=Path, help="folder of URDFs besides the shipped robots")
     mutants.add_argument("--count", type=int, default=MUTANTS, help="number of mutants")
