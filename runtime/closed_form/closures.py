@@ -106,7 +106,7 @@ class LoopMethods(NewtonMethods, SizeMethods):
         held = np.asarray(np.isfinite(theta).all(-1))
         guard = self._roles.get(("margin", "chain", ""))
         if guard is not None:
-            held = held & _closes(guard(theta))
+            held = np.asarray(held & _closes(guard(theta)))
         if ("map", "actuators", "chain") in self._roles:
             rows = np.asarray(theta, dtype=np.float64)
             q = self._roles["map", "chain", "actuators"](np.atleast_2d(rows))
@@ -135,7 +135,7 @@ class LoopMethods(NewtonMethods, SizeMethods):
     def _leads_to(self, q: FloatArray, theta: FloatArray) -> BoolArray:
         """Whether actuated coordinates (..., k, n) hold joints (..., n_theta) on any branch."""
         every, _ = self._roles["branches", "actuators", "chain"](q)
-        return self._is_same(every, theta[..., None, None, :]).any(-1)
+        return np.asarray(self._is_same(every, theta[..., None, None, :]).any(-1))
 
     @needs("chain_all")
     def chain_branches(self, q: ArrayLike) -> ChainBranches:
@@ -170,7 +170,7 @@ class LoopMethods(NewtonMethods, SizeMethods):
             # More joints than freedoms: the loops may not allow these joints together.
             closes = closes & self._leads_to(q, np.asarray(theta, dtype=np.float64))
             closes = closes & ~self._is_repeated(q, closes)
-            q[~closes] = np.nan
+            q = np.where(closes[..., None], q, np.nan)
         return ActuatorBranches(q, closes, margin)
 
     @needs("actuators_all", when=_is_planar)
