@@ -14,6 +14,7 @@ from .accuracy import (
     cleaned_files,
     field,
     general_arms,
+    loop_numbers,
     losses,
     mechanism_branches,
     misses,
@@ -31,6 +32,7 @@ ARMS = 50
 """Number of random arms, of which about a sixth have a structure."""
 MUTANTS = 200
 MECHANISMS = 500
+CONFIGURATIONS = 1_000_000
 
 
 COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {
@@ -43,6 +45,7 @@ COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {
     "calibration": lambda o: calibrations.run(o.runs),
     "losses": lambda o: losses.run(o.arms, o.first, given=o.given),
     "mechanisms": lambda o: mechanism_branches.run(o.count, o.first),
+    "loops": lambda o: loop_numbers.run(o.count),
     "mutants": lambda o: cleaned_files.run(o.urdfs, o.count),
     "robust": lambda o: attempts.run(o.folder, o.files, o.derived, o.arms, o.seed),
 }
@@ -117,6 +120,8 @@ def _parser() -> argparse.ArgumentParser:
     loops = commands.add_parser("mechanisms", help="branches of drawn mechanisms, one to one")
     loops.add_argument("--count", type=int, default=MECHANISMS, help="number of mechanisms")
     loops.add_argument("--first", type=int, default=0, help="number of the first mechanism")
+    far = commands.add_parser("loops", help="configurations of robots with loops, far out of reach")
+    far.add_argument("--count", type=int, default=CONFIGURATIONS, help="number for each robot")
     mutants = commands.add_parser("mutants", help="mutated URDFs: structure and pose error")
     mutants.add_argument("--urdfs", type=Path, help="folder of URDFs besides the shipped robots")
     mutants.add_argument("--count", type=int, default=MUTANTS, help="number of mutants")

@@ -28,7 +28,7 @@ LEFT = 1e-12
 AT_DEAD_POINT = 1e-5
 """Margin below which a branch is about to meet another one, and no count is certain."""
 SLOW = 10.0
-"""Seconds that a derivation may take."""
+"""Seconds of the processor that a derivation may take."""
 MAPS = ("map", "margin", "branches")
 FAULTS = ("missing", "repeated", "wrong", "not the first", "out of branch", "unlabelled")
 
@@ -116,9 +116,9 @@ def judged(
     """
     verdict = Verdict(seed, drawn.family)
     try:
-        begin = time.perf_counter()
+        begin = time.process_time()
         derivation = derive(drawn.mechanism)
-        verdict.seconds = time.perf_counter() - begin
+        verdict.seconds = time.process_time() - begin
         if is_short and not derivation.hybrid.forward.open:
             maps = (f for f in derivation.functions if f.role.name in MAPS)
             derivation = replace(derivation, functions=tuple(maps), inverse=None)

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from itertools import product
 
 import numpy as np
+import sympy as sp
 
 from chasles.derive.model.mechanism import Closure, Mechanism, Strut
 from chasles.derive.model.placements import Placement, Translation
@@ -36,6 +37,7 @@ class Loop:
         while ways[0] and ways[1] and ways[0][0] is ways[1][0]:
             ways = [way[1:] for way in ways]
         self.closer = closer
+        self.length = 0.0 if isinstance(closer, Closure) else numbers.number(closer.length)
         self.ways = [[numbers.around(joint) for joint in way] for way in ways]
         self.ends = [numbers.pose(frame.placement) for frame in (closer.a, closer.b)]
         self.joints = {j.name for way in ways for j in way if j.kind != "fixed"}
@@ -75,7 +77,7 @@ class Loop:
         d, D = (a - b) / self.size, (A - B) / self.size
         if isinstance(self.closer, Closure):
             return d, D
-        length = float(self.closer.length) + values.get(self.closer.name, 0.0)
+        length = self.length + values.get(self.closer.name, 0.0)
         far = np.linalg.norm(d, axis=-1)
         slope = np.einsum("ni,nik->nk", d, D) / np.where(far > 0, far, 1.0)[:, None]
         return (far - length / self.size)[:, None], slope[:, None]
@@ -90,7 +92,8 @@ class Multistart:
     """A mechanism in numbers.
 
     Attributes:
-        mechanism: The description, without parameters.
+        mechanism: The description.
+        given: The values of its parameters.
         size: Its longest length, the unit of all lengths of the iteration (metre).
         actuated: Names of the members that the coordinates move, which are these coordinates.
         chain: Names of the main chain's joints.
@@ -99,9 +102,10 @@ class Multistart:
     def __init__(self, mechanism: Mechanism) -> None:
         """Takes the numbers of the description."""
         self.mechanism = mechanism
+        self.given = {p.symbol: p.value for p in mechanism.parameters}
         placements = [p for j in mechanism.joints for p in (j.before, j.after)]
         placements += [f.placement for c in mechanism.closers for f in (c.a, c.b)]
-        lengths = [float(strut.length) for strut in mechanism.struts]
+        lengths = [self.number(strut.length) for strut in mechanism.struts]
         lengths += [float(np.linalg.norm(self.pose(p)[:3, 3])) for p in placements]
         self.size = max(lengths)
         self.actuated = [c.moves for c in mechanism.coordinates]
@@ -110,16 +114,20 @@ class Multistart:
         self.cylinders = {s.name: s for s in mechanism.struts if s.is_cylinder}
         self.loops = [Loop(self, closer) for closer in mechanism.closers]
 
-    @staticmethod
-    def pose(placement: Placement) -> np.ndarray:
+    def number(self, value: sp.Expr) -> float:
+        """A number of the description at the values of its parameters."""
+        return float(value.xreplace(self.given))
+
+    def pose(self, placement: Placement) -> np.ndarray:
         """A placement (4, 4)."""
         T = np.eye(4)
         for step in placement:
             M = np.eye(4)
             if isinstance(step, Translation):
-                M[:3, 3] = [float(x) for x in step.vector]
+                M[:3, 3] = [self.number(x) for x in step.vector]
             else:
-                c, s = np.cos(float(step.angle)), np.sin(float(step.angle))
+                angle = self.number(step.angle)
+                c, s = np.cos(angle), np.sin(angle)
                 i, j = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[step.axis]
                 M[i, i], M[i, j], M[j, i], M[j, j] = c, -s, s, c
             T = T @ M
@@ -153,7 +161,7 @@ class Multistart:
         for name in self.actuated:
             if name in self.cylinders:
                 length = self.size * rng.uniform(0.1, 1.3, count)
-                columns.append(length - float(self.cylinders[name].length))
+                columns.append(length - self.number(self.cylinders[name].length))
             elif self.joints[name].kind == "prismatic":
                 columns.append(self.size * rng.uniform(-1.2, 1.2, count))
             else:
@@ -179,7 +187,9 @@ class Multistart:
         for row in range(count):
             fixed = {name: float(values[row]) for name, values in given.items()}
             short = any(
-                fixed[n] + float(c.length) <= 0 for n, c in self.cylinders.items() if n in fixed
+                fixed[n] + self.number(c.length) <= 0
+                for n, c in self.cylinders.items()
+                if n in fixed
             )
             if short or not self._holds(fixed):
                 found.append([])
@@ -197,7 +207,7 @@ class Multistart:
             if name in self.cylinders and name not in values:
                 at = {n: np.array([v]) for n, v in values.items()}
                 far = float(loop.distance(at, 1)[0])
-                values[name] = far - float(self.cylinders[name].length)
+                values[name] = far - self.number(self.cylinders[name].length)
         return values
 
     def _holding(self, given: Mapping[str, object]) -> list[Loop]:
@@ -301,6 +311,19 @@ class Multistart:
         return tuple(np.concatenate(part, axis=1) for part in zip(*both, strict=True))
 
     # --- judging others' configurations ---
+
+    def gaps(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
+        """How far the loops are open, at values (n,) of all joints, in parts of the size (n,).
+
+        It is infinite where a cylinder's length is not positive.
+        """
+        count = len(next(iter(values.values())))
+        gaps = [np.abs(loop.residual(values, (), count)[0]).max(-1) for loop in self.loops]
+        short = [
+            np.where(values[name] + self.number(cylinder.length) > 0, 0.0, np.inf)
+            for name, cylinder in self.cylinders.items()
+        ]
+        return np.max([*gaps, *short], axis=0)
 
     def residual(self, mode: Mapping[str, float], held: Sequence[str]) -> float:
         """What is left of the loops where some values are held, and the others do their best.

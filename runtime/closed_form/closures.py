@@ -110,7 +110,7 @@ class LoopMethods(NewtonMethods, SizeMethods):
         held = np.asarray(np.isfinite(theta).all(-1))
         guard = self._roles.get(("margin", "chain", ""))
         if guard is not None:
-            held = held & _closes(guard(theta))
+            held = np.asarray(held & _closes(guard(theta)))
         if ("map", "actuators", "chain") in self._roles:
             rows = np.asarray(theta, dtype=np.float64)
             q = self._roles["map", "chain", "actuators"](np.atleast_2d(rows))
@@ -174,7 +174,7 @@ class LoopMethods(NewtonMethods, SizeMethods):
             # More joints than freedoms: the loops may not allow these joints together.
             closes = closes & self._leads_to(q, np.asarray(theta, dtype=np.float64))
             closes = closes & ~self._is_repeated(q, closes)
-            q[~closes] = np.nan
+            q = np.where(closes[..., None], q, np.nan)
         return ActuatorBranches(q, closes, margin)
 
     @needs(when=_has_leg_inverse)

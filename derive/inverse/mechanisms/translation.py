@@ -26,7 +26,7 @@ from ..steps.work import Work
 from ..structure.lines import Axis, Lines, numbers
 from ..subproblems.equations import LineAndPlane
 from ..subproblems.found import FoundLength
-from .subproblems.sp4 import on_line
+from ..subproblems.sp4 import on_line
 
 
 @dataclass(frozen=True)

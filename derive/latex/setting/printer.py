@@ -90,10 +90,18 @@ class Printer:
 
     def _factor_key(self, factor: sp.Expr) -> tuple[Order, str]:
         base = factor.base if factor.is_Pow else factor
-        order = self._order.get(base, (OTHER, ()))
+        kind, place = self._order.get(base, (OTHER, ()))
+        order = kind, tuple(map(_comparable, place))
         if base in self._order:
             return order, ""
         return order, str(factor) if factor.is_number else self._factor(factor)
+
+
+def _comparable(part: object) -> tuple[object, ...]:
+    """A part of a place, such that numbers, words and places in it are comparable."""
+    if isinstance(part, tuple):
+        return 2, tuple(map(_comparable, part))
+    return (1 if isinstance(part, str) else 0), part
 
 
 class FractionPrinter(Printer):

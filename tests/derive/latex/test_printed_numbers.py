@@ -9,7 +9,8 @@ import sympy as sp
 from chasles.derive import derive, loads
 from chasles.derive.latex import fragments
 from chasles.derive.latex.chain.tables import limits
-from chasles.derive.latex.setting.printer import cut, decimal, number
+from chasles.derive.latex.setting.notation import LENGTH, TERM
+from chasles.derive.latex.setting.printer import Printer, cut, decimal, number
 from chasles.derive.model.tolerances import GIVEN_DIGITS
 
 R = sp.Rational
@@ -33,6 +34,14 @@ LONG = R("0.0001839675682371554044092221147366217337548732757568359375")
 )
 def test_numbers(value, tex):
     assert number(value) == tex
+
+
+def test_places_of_numbers_and_of_words_are_compared():
+    x, y, z = sp.symbols("x y z")
+    order = {x: (TERM, (1, "b")), y: (TERM, ("a",)), z: (LENGTH, (1, (2, "c")))}
+    printer = Printer({s: s.name for s in order}, order)
+    assert printer.tex(y + x + z) == "z + x + y"
+    assert printer.tex(y * x * z) == "z x y"
 
 
 def test_digits_that_are_cut_are_the_first_ones():

@@ -68,6 +68,22 @@ def from_the_platform():
     return replace(whole, joints=joints, struts=rods, reference=reference)
 
 
+def test_a_tie_between_two_branches_is_told():
+    whole = crank_and_slider()
+    h = Hybrid(whole)
+    far, near_ = (h.forward.reference.of(s.values["ram"]) for s in h.forward_branches)
+    assert far - near_ > 1
+    middle = sp.Rational(f"{(far + near_) / 2:.9f}")
+    for offset in (0, sp.Rational(1, 10**6)):
+        tie = replace(whole, reference=(*whole.reference[:1], ("ram", middle + offset)))
+        with pytest.raises(RobotError, match="both branches of the loop of rod are equally near"):
+            _ = Hybrid(tie).forward
+    for offset, sign in ((sp.Rational(1, 100), 1), (-sp.Rational(1, 100), -1)):
+        clear = replace(whole, reference=(*whole.reference[:1], ("ram", middle + offset)))
+        (step,) = Hybrid(clear).forward.steps
+        assert step.sign == sign
+
+
 BUILDERS = {f.__name__: f for f in (rssr, crank_and_slider, lift, delta, from_the_platform)}
 KINDS = {
     "rssr": TurningLeg,

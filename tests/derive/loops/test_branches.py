@@ -1,0 +1,107 @@
+"""Branches of maps: which exist, how they are named, and what is said where some are left out."""
+
+import json
+from dataclasses import replace
+
+import pytest
+import sympy as sp
+from mechanisms import BASE, at, excavator_arm, near, parallelogram, pin
+
+from chasles.derive import Frame, Mechanism, Strut, artifacts, derive
+from chasles.derive.loops import hybrid
+from chasles.derive.loops.hybrid import Hybrid
+from chasles.derive.model.mechanism import Closure
+
+
+def in_a_row(count):
+    """Four-bars, each on the rocker of the one before."""
+    joints, closures, reference, on = [], [], [], BASE
+    for k in range(count):
+        joints += [
+            pin(f"crank{k}", on, f"crank{k}_b", 2 if k else 0),
+            pin(f"coupler{k}", f"crank{k}_b", f"coupler{k}_b", 1),
+            pin(f"rocker{k}", on, f"rocker{k}_b", 5 if k else 3),
+        ]
+        ends = Frame(f"coupler{k}_b", at(3)), Frame(f"rocker{k}_b", at(2))
+        closures.append(Closure(f"pin{k}", "pin", *ends))
+        reference += [(f"crank{k}", 1), (f"coupler{k}", "-1/2"), (f"rocker{k}", 2)]
+        on = f"rocker{k}_b"
+    return Mechanism(
+        "row",
+        tuple(joints),
+        tuple(f"crank{k}" for k in range(count)),
+        closures=tuple(closures),
+        reference=near(*reference),
+    )
+
+
+def labels(mechanism, name):
+    return derive(mechanism, [name]).function(name).role.labels
+
+
+def test_branches_in_a_row_multiply():
+    found = labels(in_a_row(3), "chain_all")
+    assert len(set(found)) == 8
+    assert found[0] == "pin0 left, pin1 left, pin2 left"
+    assert found[-1] == "pin0 right, pin1 right, pin2 right"
+
+
+def test_branches_beyond_the_most_are_told(monkeypatch):
+    monkeypatch.setattr(hybrid, "MOST_BRANCHES", 4)
+    made = artifacts(in_a_row(3), ["chain", "chain_all"])
+    content = json.loads(made["manifest.json"])
+    (function,) = [f for f in content["functions"] if f["name"] == "chain_all"]
+    assert function["outputs"][0]["shape"] == [4, 3]
+    assert "chain_all holds 4 branches of more than 4" in content["notes"]
+
+
+def test_a_cylinder_s_length_is_no_choice():
+    assert labels(excavator_arm(), "actuators_all") == ("the only one",)
+    assert labels(excavator_arm(), "chain_all") == ("lift right", "lift left")
+
+
+def uneven(count):
+    """A parallelogram of unequal sides on cranks."""
+    others = [
+        Strut(f"rod{k}", Frame(BASE, at(k)), Frame("coupler", at(k)), 1)
+        for k in range(2, count + 1)
+    ]
+    return Mechanism(
+        "uneven",
+        (pin("crank", BASE, "arm"), pin("bar", "arm", "coupler", 1)),
+        ("crank",),
+        struts=tuple(others),
+        tool_body="coupler",
+        reference=near(("crank", 1), ("bar", -1), *((s.swing_name, 1) for s in others)),
+    )
+
+
+def test_a_parallelogram_can_be_assembled_crosswise():
+    assert labels(uneven(2), "chain_all") == ("rod2 parallel", "rod2 crossed")
+    crossed = near(("crank", 1), ("bar", "-9/5"), ("rod2_swing", "-9/5"))
+    assert labels(replace(uneven(2), reference=crossed), "chain_all") == (
+        "rod2 crossed",
+        "rod2 parallel",
+    )
+
+
+@pytest.mark.parametrize("cranks", [3, 4])
+def test_a_third_crank_keeps_it_parallel(cranks):
+    assert labels(uneven(cranks), "chain_all") == ("rod2 parallel",)
+
+
+def test_a_rhombus_folds():
+    h = Hybrid(parallelogram(2))
+    own, other = (solution.values for solution in h.forward_branches)
+    assert sp.expand(own["bar"] + h.q[0]) == 0
+    assert sp.expand(own["crank1"] - h.q[0]) == 0
+    # The bar lies on the first crank, and the second crank on the ground.
+    assert not h.terms.is_solved(other["bar"])
+    assert sp.expand(other["bar"]) in (sp.pi, -sp.pi)
+    assert sp.expand(other["crank1"]) in (sp.pi, -sp.pi)
+
+
+def test_passive_joints_make_no_branch_of_their_own():
+    whole = in_a_row(2)
+    inner = replace(whole, tool_body="rocker0_b")
+    assert labels(inner, "chain_all") == ("pin0 left", "pin0 right")
