@@ -38,8 +38,8 @@
 /* Residual of the nominal arm up to which its coordinates are a start for a curve, which may lead
  * within reach. */
 #define POLISH_START POLISH_DEVIATIONS(30.0)
-/* Square of an error (radian, parts of the length) of a start that is on the branch of the true loops:
- * ten deviations, of which one was the largest of a hundred starts within the limits. */
+/* Square of an error (radian, parts of the length) of a start that is on the branch of the true
+ * loops: ten deviations, of which one was the largest of a hundred starts within the limits. */
 #define POLISH_ON_BRANCH (100.0 * POLISH_DEVIATION * POLISH_DEVIATION)
 /* m, rad: residual up to which the nominal arm reaches a pose: rounding near a singularity. */
 #define POLISH_FOLD 1e-7
