@@ -120,6 +120,7 @@ def _of_mechanism(
     mechanism: Mechanism, functions: Sequence[str] | None, families: tuple[Family, ...]
 ) -> Derivation:
     hybrid = Hybrid(mechanism)
+    mechanism = hybrid.mechanism
     has_chain = not hybrid.forward.open
     of_tool = FUNCTIONS if has_chain else ()
     makers = _makers(hybrid)

@@ -8,7 +8,16 @@ import sympy as sp
 
 from ..model.errors import RobotError
 from ..model.kinds import JointKind, ParameterKind
-from ..model.mechanism import Closure, ClosureKind, Drive, EndKind, Frame, Mechanism, Strut
+from ..model.mechanism import (
+    Closure,
+    ClosureKind,
+    ClosureMode,
+    Drive,
+    EndKind,
+    Frame,
+    Mechanism,
+    Strut,
+)
 from ..model.placements import Placement, Vector, align_z, inverse
 from ..model.robot import Joint
 from ..terms.vectors import ONE, ZERO
@@ -16,6 +25,7 @@ from .serial_file import JOINT_FIELDS, KINDS, ROBOT_FIELDS, RobotFile
 from .toml_file import DescriptionError, Keys, dotted, hint, listed
 
 MECHANISM_FIELDS = ("closures", "rods", "cylinders", "drives", "actuated", "reference")
+CLOSURE_MODES: tuple[ClosureMode, ...] = get_args(ClosureMode)
 FRAME_FIELDS = ("body", "xyz", "rpy")
 ROD_FIELDS = ("name", "length", "a", "b", "ends", "swing")
 CYLINDER_FIELDS = ("name", "retracted", "limits", "a", "b", "ends", "swing")
@@ -55,7 +65,7 @@ class MechanismFile(RobotFile):
         Raises:
             DescriptionError: The file is wrong.
         """
-        self.check_fields((), self.table, (*ROBOT_FIELDS, *MECHANISM_FIELDS))
+        self.check_fields((), self.table, (*ROBOT_FIELDS, *MECHANISM_FIELDS, "closure"))
         name = self.robot_name()
         self.declare_units()
         self.declare_parameters()
@@ -85,6 +95,7 @@ class MechanismFile(RobotFile):
                 base_frame=base_frame,
                 tool_frame=tool_frame,
                 reference=self._reference(kinds, struts, drives),
+                closure=self.option(("closure",), CLOSURE_MODES, "exact"),
                 parameters=tuple(self.parameter(name) for name in self.symbols),
             )
         except DescriptionError:

@@ -51,6 +51,8 @@ def hybrid_inverses(hybrid: Hybrid, families: Sequence[Family] = FAMILIES) -> In
 def _by_structure(hybrid: Hybrid, families: Sequence[Family]) -> Inverses:
     """The inverse of the chain, or of the shorter chain with slides."""
     classification = classify(hybrid.robot, hybrid.terms, len(hybrid.q), families)
+    if not {c.moves for c in hybrid.mechanism.coordinates}.isdisjoint(hybrid.backward.open):
+        return Inverses(classification, {})
     if classification.found is not None:
         solved = _by_chain(hybrid, classification.lines, classification.found)
         return Inverses(classification, {"ik": solved})

@@ -10,6 +10,7 @@ from ..chain.coordinates import ThroughLoops
 from ..chain.forward import Forward
 from ..chain.groups import Group, groups
 from ..chain.kinematics import Kinematics, arguments_of, common_unit, coordinates
+from ..model.errors import RobotError
 from ..model.mechanism import Mechanism, Strut
 from ..terms.role import OTHER, Role
 from ..terms.symbolic_function import Argument, Result, SymbolicFunction
@@ -17,6 +18,7 @@ from ..terms.terms import Terms
 from .closing import closed_configuration
 from .collapse import collapsed
 from .constraints import ConfigurationVariable, LoopEquations, configuration_names, constraints
+from .iterated.tilted_pins import closable
 from .mobility import Mobility, mobility
 from .solution import Loops, Solution, from_actuators, from_chain, joint_angle, sorted_loops
 
@@ -33,9 +35,9 @@ class Hybrid:
             mechanism: The description.
             terms: The terms of another mechanism with the same parameters; new ones by default.
         """
-        self.mechanism = mechanism
-        self.robot = mechanism.main_chain
         self.terms = terms or Terms({p.symbol: p.value for p in mechanism.parameters})
+        self.mechanism = mechanism = closable(mechanism, self.terms)
+        self.robot = mechanism.main_chain
         self.loops: Loops = sorted_loops(mechanism, self.terms)
         moving = self.robot.moving
         self.arguments = arguments_of([c.unit for c in mechanism.coordinates], "actuator")
@@ -67,8 +69,17 @@ class Hybrid:
 
     @cached_property
     def backward(self) -> Solution:
-        """All joints from the main chain."""
-        return from_chain(self.loops, self.terms, self.theta, closed=self.closed)
+        """All joints from the main chain; none where the reference does not tell the branch.
+
+        That is an error, unless the loops have no closed form anyway or are those as built.
+        """
+        try:
+            return from_chain(self.loops, self.terms, self.theta, closed=self.closed)
+        except RobotError:
+            if not self.forward.open and self.mechanism.closure == "exact":
+                raise
+        none = replace(self.loops, planar=(), spatial=())
+        return from_chain(none, self.terms, self.theta, closed=self.closed)
 
     @cached_property
     def closed(self) -> dict[str, float]:

@@ -28,6 +28,8 @@ from .robot import (
     symbols_of,
 )
 
+ClosureMode = Literal["exact", "least squares"]
+"""How loops close: exactly, or as well as they can where they are overconstrained."""
 ClosureKind = Literal["pin", "slider", "ball", "weld"]
 EndKind = Literal["pin", "ball"]
 FREEDOM: Mapping[str, int] = {"pin": 1, "slider": 1, "ball": 3, "weld": 0}
@@ -166,6 +168,7 @@ class Mechanism:
         reference: Values of coordinates and joints at the configuration that selects the branch,
             zero where none is given. Those of passive joints need only be near.
         notes: Changes and assumptions made while the description was read.
+        closure: Whether loops of pins that are not quite in a plane are closed in least squares.
         cleaning: Empty, as the numbers of a robot with loops are taken as they are written.
 
     Raises:
@@ -188,6 +191,7 @@ class Mechanism:
     parameters: tuple[Parameter, ...] = ()
     reference: tuple[tuple[str, sp.Expr], ...] = ()
     notes: tuple[str, ...] = field(default=())
+    closure: ClosureMode = "exact"
     cleaning: Cleaning = field(default=Cleaning(), repr=False, compare=False)
 
     def __post_init__(self) -> None:
