@@ -25,7 +25,7 @@ from .measures import derivation
 from .peers.forward import absent
 from .plans import FULL, QUICK, SECTIONS, without_slow_builds
 from .report import Plan, out, records, save, tables
-from .robustness import attempts
+from .robustness import attempts, built_robots
 
 DERIVATION = "derivation"
 ARMS = 50
@@ -47,6 +47,7 @@ COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {
     "mechanisms": lambda o: mechanism_branches.run(o.count, o.first),
     "loops": lambda o: loop_numbers.run(o.count),
     "mutants": lambda o: cleaned_files.run(o.urdfs, o.count),
+    "as_built": lambda o: built_robots.run(o.draws, o.first),
     "robust": lambda o: attempts.run(o.folder, o.files, o.derived, o.arms, o.seed),
 }
 """The benchmarks with a command of their own."""
@@ -125,6 +126,9 @@ def _parser() -> argparse.ArgumentParser:
     mutants = commands.add_parser("mutants", help="mutated URDFs: structure and pose error")
     mutants.add_argument("--urdfs", type=Path, help="folder of URDFs besides the shipped robots")
     mutants.add_argument("--count", type=int, default=MUTANTS, help="number of mutants")
+    built = commands.add_parser("as_built", help="a robot with loops as built, derived and judged")
+    built.add_argument("--draws", type=int, default=100, help="number of draws")
+    built.add_argument("--first", type=int, default=0, help="number of the first draw")
     robust = commands.add_parser("robust", help="read and derive mutated files and round arms")
     robust.add_argument("folder", type=Path, help="more .toml and .urdf files; crashes are kept")
     for name, default in (("files", 5_000), ("derived", 50), ("arms", 500), ("seed", 0)):

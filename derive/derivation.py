@@ -144,6 +144,7 @@ def _of_mechanism(
     give: Sequence[str],
 ) -> Derivation:
     hybrid = Hybrid(mechanism)
+    mechanism = hybrid.mechanism
     has_chain = not hybrid.forward.open
     hybrid.check_actuation()
     of_tool = FUNCTIONS if has_chain else ()

@@ -11,6 +11,7 @@ from ..model.kinds import JointKind, ParameterKind
 from ..model.mechanism import (
     Closure,
     ClosureKind,
+    ClosureMode,
     Drive,
     DriveKind,
     EndKind,
@@ -26,6 +27,7 @@ from .serial_file import JOINT_FIELDS, KINDS, ROBOT_FIELDS, RobotFile
 from .toml_file import DescriptionError, Keys, dotted, hint, listed
 
 MECHANISM_FIELDS = ("closures", "rods", "cylinders", "drives", "actuated", "reference")
+CLOSURE_MODES: tuple[ClosureMode, ...] = get_args(ClosureMode)
 FRAME_FIELDS = ("body", "xyz", "rpy")
 HELD_FIELDS = (*FRAME_FIELDS, "assumed")
 ROD_FIELDS = ("name", "length", "a", "b", "ends", "swing", "assumed")
@@ -77,7 +79,7 @@ class MechanismFile(RobotFile):
         Raises:
             DescriptionError: The file is wrong.
         """
-        self.check_fields((), self.table, (*ROBOT_FIELDS, *MECHANISM_FIELDS))
+        self.check_fields((), self.table, (*ROBOT_FIELDS, *MECHANISM_FIELDS, "closure"))
         name = self.robot_name()
         self.declare_units()
         self.declare_parameters()
@@ -110,6 +112,7 @@ class MechanismFile(RobotFile):
                 base_frame=base_frame,
                 tool_frame=tool_frame,
                 reference=reference,
+                closure=self.option(("closure",), CLOSURE_MODES, "exact"),
                 parameters=parameters,
                 notes=assumption(parameters, joints, closers, drives),
             )

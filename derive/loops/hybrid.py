@@ -20,6 +20,7 @@ from .checks.gaps import not_closing
 from .closing import ClosedLoops, Vector
 from .collapse import collapsed
 from .constraints import ConfigurationVariable, LoopEquations, configuration_names, constraints
+from .iterated.tilted_pins import closable
 from .mobility import Mobility, mobility_of
 from .solution import (
     Loops,
@@ -56,10 +57,10 @@ class Hybrid:
             mechanism: The description.
             terms: The terms of another mechanism with the same parameters; new ones by default.
         """
-        self.mechanism = mechanism
         self.missing: dict[str, str] = {}
-        self.robot = mechanism.main_chain
         self.terms = terms or Terms({p.symbol: p.value for p in mechanism.parameters})
+        self.mechanism = mechanism = closable(mechanism, self.terms)
+        self.robot = mechanism.main_chain
         self.loops: Loops = sorted_loops(mechanism, self.terms)
         moving = self.robot.moving
         self.arguments = arguments_of([c.unit for c in mechanism.coordinates], "actuator")
@@ -99,8 +100,17 @@ class Hybrid:
 
     @cached_property
     def backward(self) -> Solution:
-        """All joints from the main chain."""
-        return from_chain(self.loops, self.terms, self.theta, closed=self.closed)
+        """All joints from the main chain; none where the reference does not tell the branch.
+
+        That is an error, unless the loops have no closed form anyway or are those as built.
+        """
+        try:
+            return from_chain(self.loops, self.terms, self.theta, closed=self.closed)
+        except RobotError:
+            if not self.forward.open and self.mechanism.closure == "exact":
+                raise
+        none = replace(self.loops, planar=(), spatial=())
+        return from_chain(none, self.terms, self.theta, closed=self.closed)
 
     @cached_property
     def forward_branches(self) -> list[Solution]:

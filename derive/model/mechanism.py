@@ -28,6 +28,8 @@ from .robot import (
     symbols_of,
 )
 
+ClosureMode = Literal["exact", "least squares"]
+"""How loops close: exactly, or as well as they can where they are overconstrained."""
 ClosureKind = Literal["pin", "slider", "ball", "weld"]
 EndKind = Literal["pin", "ball"]
 DriveKind = Literal["gear", "rack", "belt", "chain"]
@@ -184,6 +186,7 @@ class Mechanism:
             zero where none is given, and for a cylinder with both limits the middle of them.
             Those of passive joints need only be near.
         notes: Changes and assumptions made while the description was read.
+        closure: Whether loops of pins that are not quite in a plane are closed in least squares.
         cleaning: Empty, as the numbers of a robot with loops are taken as they are written.
 
     Raises:
@@ -206,6 +209,7 @@ class Mechanism:
     parameters: tuple[Parameter, ...] = ()
     reference: tuple[tuple[str, sp.Expr], ...] = ()
     notes: tuple[str, ...] = field(default=())
+    closure: ClosureMode = "exact"
     cleaning: Cleaning = field(default=Cleaning(), repr=False, compare=False)
 
     def __post_init__(self) -> None:

@@ -11,7 +11,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
 import sympy as sp
+from numpy.typing import NDArray
 
 from ...chain.poe import placement_matrix
 from ...model.mechanism import Closure, Frame, Mechanism, Strut
@@ -19,6 +21,8 @@ from ...model.robot import Joint, Placement
 from ...model.tolerances import ZERO_COMPONENT
 from ...terms.terms import Terms
 from .phasors import ONE, REAL, ZERO, Complex
+
+Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -218,6 +222,28 @@ def _normal(mechanism: Mechanism, loop: Loop, terms: Terms) -> sp.Matrix | None:
     kept = kind not in ("slider", "weld") or _is_small(a.R.T * n - b.R.T * n)
     is_planar = kept and holds(n, turning, sliding) and abs(n.dot(b.p - a.p)) < ZERO_COMPONENT
     return n if is_planar else None
+
+
+def axes_in_numbers(
+    mechanism: Mechanism, terms: Terms, loop: Loop
+) -> tuple[list[str], list[Vector], tuple[Vector, Vector]]:
+    """Names and directions of a loop's turning axes, and the closer's ends, with joints at zero.
+
+    Everything is in the base body's frame (metre).
+    """
+    branches = [
+        (_Branch(mechanism, terms, frame, list(way)), way)
+        for frame, way in ((loop.closer.a, loop.to_a), (loop.closer.b, loop.to_b))
+    ]
+    turning = ("revolute", "helical")
+    names = [joint.name for _, way in branches for joint in way if joint.kind in turning]
+    axes = [axis for branch, _ in branches for axis in branch.turning]
+    a, b = (_in_numbers(branch.p) for branch, _ in branches)
+    return names, [_in_numbers(axis) for axis in axes], (a, b)
+
+
+def _in_numbers(vector: sp.Matrix) -> Vector:
+    return np.array([float(entry) for entry in vector])
 
 
 def holds(n: sp.Matrix, turning: Iterable[sp.Matrix], sliding: Iterable[sp.Matrix]) -> bool:

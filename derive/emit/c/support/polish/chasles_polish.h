@@ -16,9 +16,8 @@
  *
  *   POLISH_IS_GENERAL          whether POLISH_GENERAL is the arm as a general one, whose solver
  *                              (chasles_general_solutions.h) tells what branches are unsure of
- *   POLISH_IS_SEARCHED         whether to look around where branches are unsure: not in a robot with
- *                              loops, where a nominal solution may be on a branch that the true
- *                              loops do not have
+ *   POLISH_IS_SEARCHED         whether to look around where branches are unsure: not in a robot
+ * with loops, where a nominal solution may be on a branch that the true loops do not have
  *   POLISH_ON_LANES            whether chasles_lanes.h was included before: a branch a lane
  *
  * Newton's step from q is dq = J^T (J J^T + lambda 1)^-1 e, with e the twist from the tool to the
@@ -65,6 +64,31 @@ static int POLISH_NAME(lines)(double nominal, double residual, int is_distinct, 
 }
 #endif
 
+#if !POLISH_IS_SEARCHED
+/* Descends from starts on the branch of the true loops that Newton's steps led astray: near a dead
+ * point a step may lead to where the loops do not close. */
+static LANES_TARGET void POLISH_NAME(again)(const double *in, const double *start, int b,
+                                            const lanes_where *near,
+                                            POLISH_NAME(configurations) * c)
+{
+    POLISH_NAME(configurations) next;
+    const lanes_where settled = LANES_LT(c->residual2, POLISH_SETTLED * POLISH_SETTLED);
+    if (!LANES_ANY(POLISH_AND(*near, POLISH_NOT(settled))))
+        return;
+    POLISH_NAME(load)(start, b, &next);
+    POLISH_NAME(evaluate)(in, &next);
+    const lanes_where on_branch = LANES_LT(next.cost, POLISH_OF(POLISH_ON_BRANCH));
+    const lanes_where astray = POLISH_AND(POLISH_AND(*near, on_branch), POLISH_NOT(settled));
+    if (!LANES_ANY(astray))
+        return;
+    POLISH_NAME(descend)(in, &next);
+    const lanes *from = next.q;
+    lanes *to = c->q;
+    for (size_t i = 0; i < sizeof next / sizeof *to; i++)
+        to[i] = LANES_CHOICE(astray, from[i], to[i]);
+}
+#endif
+
 /* All branches of the true arm, in the slots of the nominal one's. */
 static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, double *residual,
                                                double *margin)
@@ -83,6 +107,9 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
             ((double *)&nominal)[k] = start.residual[b + k < POLISH_SLOTS ? b + k : b];
         const lanes_where near = LANES_LT(nominal, POLISH_OF(POLISH_REACH));
         POLISH_NAME(newton)(in, &near, &s.c, least[b / LANES]);
+#if !POLISH_IS_SEARCHED
+        POLISH_NAME(again)(in, start.q, b, &near, &s.c);
+#endif
         for (int k = b; k < b + LANES && k < POLISH_SLOTS; k++)
             POLISH_NAME(store)(&s.c, k - b, q + POLISH_N * k, residual + k);
     }

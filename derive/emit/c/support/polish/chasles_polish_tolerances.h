@@ -38,9 +38,9 @@
 /* Residual of the nominal arm up to which its coordinates are a start for a curve, which may lead
  * within reach. */
 #define POLISH_START POLISH_DEVIATIONS(30.0)
-/* Square of an error (radian, parts of the length) of a start that is on the branch of the true loops:
- * four deviations, of which one was the largest of a hundred starts. */
-#define POLISH_ON_BRANCH (16.0 * POLISH_DEVIATION * POLISH_DEVIATION)
+/* Square of an error (radian, parts of the length) of a start that is on the branch of the true
+ * loops: ten deviations, of which one was the largest of a hundred starts within the limits. */
+#define POLISH_ON_BRANCH (100.0 * POLISH_DEVIATION * POLISH_DEVIATION)
 /* m, rad: residual up to which the nominal arm reaches a pose: rounding near a singularity. */
 #define POLISH_FOLD 1e-7
 /* Root of a pivot of J J^T, in deviations, below which branches may lie anywhere: a joint that

@@ -1,0 +1,119 @@
+"""Rods and cylinders on pins whose axes are not parallel, as a robot is built.
+
+Pins hold a rod in a plane. Where an axis of its loop is out of that plane by a little, the loop is
+overconstrained: no configuration meets the lengths and the pins' directions at once. The direction
+along the axes is the redundant one, since the rod closes its loop in the plane without it. In the
+least-squares sense, to first order, the lengths are kept and the tilt is left to the pins.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...model.errors import RobotError
+from ...model.mechanism import Mechanism, Strut
+from ...model.tolerances import MEASURED_STRUCTURE
+from ...terms.terms import Terms
+from ..planar.planes import Loop, axes_in_numbers, linkages
+
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Tilt:
+    """How far the loop of a rod on pins is from a plane.
+
+    Attributes:
+        strut: Name of the rod or cylinder.
+        joint: The joint whose axis is farthest from the others'.
+        angle: Between that axis and the mean of the others (radian); 0 where it is the only one.
+        offset: Distance of the rod's ends along the mean axis where all joints are zero (metre).
+        span: Their distance there (metre).
+    """
+
+    strut: str
+    joint: str
+    angle: float
+    offset: float
+    span: float
+
+    @property
+    def is_small(self) -> bool:
+        """Whether the loop is meant to be planar: off by no more than a measured robot is."""
+        return max(self.angle, self.offset / self.span) <= MEASURED_STRUCTURE
+
+    def __str__(self) -> str:
+        """How far the loop is open."""
+        return (
+            f"the axis of {self.joint!r} is {1e3 * self.angle:.3g} mrad out of parallel with the"
+            f" others, and the ends of {self.strut!r} are {1e3 * self.offset:.3g} mm apart along"
+            " them"
+        )
+
+
+def tilts(mechanism: Mechanism, terms: Terms) -> list[Tilt]:
+    """The rods and cylinders on pins in loops that are not planar."""
+    _, spatial = linkages(mechanism, terms)
+    return [
+        _tilt(mechanism, terms, loop, loop.closer)
+        for loop in spatial
+        if isinstance(loop.closer, Strut) and loop.closer.ends == "pin"
+    ]
+
+
+def closable(mechanism: Mechanism, terms: Terms) -> Mechanism:
+    """The mechanism, its tilted rods held at their lengths alone where its file asks for that.
+
+    Raises:
+        RobotError: Pins hold a rod in a loop that is not planar, and the file does not ask for
+            least squares, or the loop is far from a plane.
+    """
+    found = tilts(mechanism, terms)
+    if not found:
+        return mechanism
+    far = [tilt for tilt in found if not tilt.is_small]
+    if far or mechanism.closure != "least squares":
+        tilt = (far or found)[0]
+        remedy = (
+            'expected parallel axes, or ends = "ball"'
+            if far
+            else 'expected parallel axes, ends = "ball", or closure = "least squares" at the top of'
+            " the file for pins whose play takes that up"
+        )
+        raise RobotError(
+            f"robot {mechanism.name!r}: pins hold the ends of {tilt.strut!r} in a plane, and its"
+            f" loop cannot close: {tilt}. The constraint along the axes is redundant; {remedy}"
+        )
+    names = {tilt.strut for tilt in found}
+    swings = {strut.swing_name for strut in mechanism.struts if strut.name in names}
+    return replace(
+        mechanism,
+        struts=tuple(
+            replace(strut, ends="ball") if strut.name in names else strut
+            for strut in mechanism.struts
+        ),
+        reference=tuple((name, v) for name, v in mechanism.reference if name not in swings),
+        notes=(*mechanism.notes, *(f"closed in least squares: {tilt}" for tilt in found)),
+    )
+
+
+def _tilt(mechanism: Mechanism, terms: Terms, loop: Loop, strut: Strut) -> Tilt:
+    names, axes, (a, b) = axes_in_numbers(mechanism, terms, loop)
+    others = [[*axes[:k], *axes[k + 1 :]] or [axis] for k, axis in enumerate(axes)]
+    angles = [_angle(axis, _mean(rest)) for axis, rest in zip(axes, others, strict=True)]
+    worst = int(np.argmax(angles))
+    offset = abs(float(_mean(others[worst]) @ (b - a)))
+    return Tilt(strut.name, names[worst], angles[worst], offset, float(np.linalg.norm(b - a)))
+
+
+def _mean(axes: Sequence[Vector]) -> Vector:
+    """The mean direction of axes, whichever way they point."""
+    total = sum((axis * (1.0 if axis @ axes[0] >= 0 else -1.0) for axis in axes), np.zeros(3))
+    return np.asarray(total / np.linalg.norm(total))
+
+
+def _angle(a: Vector, b: Vector) -> float:
+    """The angle between two lines."""
+    return float(np.arctan2(np.linalg.norm(np.cross(a, b)), abs(a @ b)))

@@ -1,0 +1,141 @@
+"""Robots with loops as they are built: closed, and led from their design, judged without either."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import sympy as sp
+from closures import Model
+from derivations import ROBOTS
+
+import chasles
+from bench.cases.as_built import BOARD_INSTALLER, as_built
+from chasles.derive import RobotError, derive, load, write
+from chasles.derive.emit.languages import EMITTERS
+from chasles.derive.model.robot import Rotation
+
+POSES = 300
+FUNCTIONS = ("fk", "fk_jacobian_mixed", "configuration", "constraint", "margin")
+DESIGN = load(ROBOTS / "board_installer.toml")
+
+
+def longer(mechanism, name, length):
+    """A rod that is off by a length in millimetres."""
+    struts = tuple(
+        replace(strut, length=strut.length + sp.Rational(length) / 1000)
+        if strut.name == name
+        else strut
+        for strut in mechanism.struts
+    )
+    return replace(mechanism, struts=struts)
+
+
+def tilted(mechanism, name):
+    """A joint whose axis is 0.1 degrees out of the plane."""
+    joints = tuple(
+        replace(joint, before=(*joint.before, Rotation("x", sp.pi / 1800)))
+        if joint.name == name
+        else joint
+        for joint in mechanism.joints
+    )
+    return replace(mechanism, joints=joints)
+
+
+def drawn(seed):
+    return as_built(DESIGN, BOARD_INSTALLER, 5e-4, np.random.default_rng(seed))
+
+
+def all_at_once():
+    spoilt = longer(longer(DESIGN, "rod_KH", "0.1"), "greater_rod", "0.2")
+    return replace(tilted(spoilt, "elbow"), closure="least squares")
+
+
+BUILT = {
+    "lengths": lambda: drawn(7),
+    "all at once": all_at_once,
+    "crank": lambda: replace(tilted(DESIGN, "crank"), closure="least squares"),
+}
+
+
+@pytest.fixture(scope="module", params=list(BUILT))
+def built(request, tmp_path_factory):
+    """A robot, and the description that its loops are closed for."""
+    mechanism = BUILT[request.param]()
+    derivation = derive(mechanism)
+    folder = tmp_path_factory.mktemp("built")
+    emitters = [e for e in EMITTERS if e.language in ("c", "casadi", "python")]
+    has_inverse = any(f.name == "ik" for f in derivation.written)
+    write(mechanism, folder, [*FUNCTIONS, *["ik"] * has_inverse], emitters)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("CHASLES_CACHE", str(folder / "cache"))
+        yield chasles.load(folder), Model(derivation.robot)
+
+
+def coordinates(robot):
+    return np.random.default_rng(0).uniform(robot.lower, robot.upper, (POSES, robot.n))
+
+
+def test_the_loops_are_closed(built):
+    robot, model = built
+    q = coordinates(robot)
+    z = robot.configuration(q)
+    assert robot.valid(q).all()
+    assert model.gap(z).max() < 1e-12
+    np.testing.assert_allclose(robot.fk(q), model.tip(z), atol=1e-12)
+
+
+def test_the_branch_is_that_of_the_reference(built):
+    robot, model = built
+    q = coordinates(robot)[:20]
+    z = np.repeat(np.array([robot.reference.z]), len(q), 0)
+    start = np.array(robot.reference.q)
+    for part in np.linspace(0, 1, 21):
+        z[:, model.actuated] = (start + part * (q - start)) * model.ratio
+        z = model.newton(z, model.actuated)
+    np.testing.assert_allclose(robot.fk(q), model.tip(z), atol=1e-9)
+
+
+def test_the_jacobian_is_the_derivative(built):
+    robot, model = built
+    q = coordinates(robot)[:50]
+    z = robot.configuration(q)
+    D, step = model.z_D_q(z), 1e-7
+    _, J = robot.fk_jacobian_mixed(q)
+    for k in range(robot.n):
+        moved = model.tip(z + step * D[..., k]) - model.tip(z - step * D[..., k])
+        np.testing.assert_allclose(J[:, :3, k], moved[:, :3, 3] / (2 * step), atol=1e-7)
+
+
+def test_every_configuration_is_a_solution_of_its_pose(built):
+    robot, _ = built
+    if "ik" not in robot.functions:
+        pytest.skip("followed from the reference, and no inverse is led")
+    q = coordinates(robot)
+    T = robot.fk(q)
+    found = robot.ik(T)
+    assert found.valid.any(-1).all()
+    apart = np.where(found.valid[..., None], np.abs(found.q - q[:, None]), np.inf).max(-1)
+    assert apart.min(-1).max() < 1e-9
+    again = robot.fk(found.q[found.valid])
+    np.testing.assert_allclose(again, np.repeat(T, found.valid.sum(-1), 0), atol=1e-11)
+    # Another posture than the configuration's own.
+    assert (found.valid.sum(-1) > 1).mean() > 0.5
+
+
+def test_what_the_article_and_the_manifest_say():
+    notes = derive(drawn(7), ["fk", "ik"]).inverse.classification.found.requirements
+    assert notes[-1].text == "the loops have the lengths of the nominal robot"
+    assert 0 < notes[-1].deviation < 1e-3
+
+
+def test_pins_out_of_parallel_are_told():
+    with pytest.raises(RobotError, match=r"'rod_FH' in a plane.*'elbow' is 1.75 mrad out") as told:
+        derive(tilted(DESIGN, "elbow"))
+    assert 'closure = "least squares"' in str(told.value)
+    with pytest.raises(RobotError, match=r"'push_rod' are 0.363 mm apart"):
+        derive(tilted(DESIGN, "pitch"))
+    far = replace(DESIGN.joint_of["greater_arm"], before=(Rotation("x", sp.pi / 30),))
+    joints = tuple(far if joint.name == far.name else joint for joint in DESIGN.joints)
+    wrong = replace(DESIGN, joints=joints, closure="least squares")
+    with pytest.raises(RobotError, match=r'expected parallel axes, or ends = "ball"$'):
+        derive(wrong)
