@@ -73,7 +73,8 @@ def makers(h: Hybrid) -> dict[str, Maker]:
             "assembly_mirror": partial(_assembly, "assembly_mirror"),
         }
     if hexapod_of(h) is not None:
-        found[hexapod.CALLED] = hexapod.rod_ends
+        # Turned platforms are no poses of actuated coordinates.
+        found |= {"chain_fk": partial(of_open_chain, "fk"), hexapod.CALLED: hexapod.rod_ends}
     return found
 
 

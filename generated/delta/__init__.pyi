@@ -630,6 +630,41 @@ def velocity_relation(
         J_q (..., 6, 3): actuators (1, m).
     """
 
+def chain_fk(
+    theta: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Pose of the tool (ee) in the base frame (0), from the main chain's joints.
+
+    T_0_ee = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_ee
+
+    Args:
+        theta (..., 6): joints of the main chain (rad or m).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        T_0_ee (..., 4, 4): pose of the tool (1, m).
+    """
+
+def rod_ends(
+    q: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Ends of the rods apart from the platform, in the axes of its first three joints, and the rods' lengths.
+
+    |b_i(theta) - a_i(q)| = l_i
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        a (..., 6, 3): ends apart from the platform (m).
+        l (..., 6): lengths (m).
+    """
+
 def ik(
     T: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
@@ -647,4 +682,23 @@ def ik(
         q (..., 2, 3): joint coordinates, one solution a row (rad).
         residual (..., 2): distance of fk(q[k]) from the target (m or rad).
         margin (..., 2): distance from the boundary of the reachable set, negative beyond (1).
+    """
+
+def modes(
+    q: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Every assembly mode of the platform, up to 40, the highest first.
+
+    |b_i(theta[k]) - a_i(q)| = l_i wherever theta[k] is finite
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        theta (..., 40, 6): joints of the main chain, a mode a row (m, rad).
+        margin (..., 40): |det J_x| over the lengths of its rows: 0 where the platform is singular and two modes meet (1).
+        unsure (..., 1): number of complex solutions that were not found for certain; 0 where no mode is missing (1).
     """

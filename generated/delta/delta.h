@@ -260,7 +260,7 @@ void delta_constraint_D_z(const double z[9], double residual_D_z[54]);
 
 /* Time derivative of the constraint Jacobian.
  * constraint_D_z(z) zdd + constraint_D_z_dot(z, zd) zd = 0
- * 1038 operations: multiply 586, add 417, negate 5, trig 12, other 18.
+ * 1037 operations: multiply 586, add 416, negate 5, trig 12, other 18.
  *   z: full configuration, 9 ((rad or m))
  *   zd: rates of the full configuration, 9 ((rad or m)/s)
  *   residual_D_z_dot: rate of the constraint Jacobian, 6 x 9 (1/s, m/s, 1/(m s)) */
@@ -293,6 +293,21 @@ void delta_rods_D_chain(const double theta[6], const double q[3], double residua
  *   J_q: actuators, 6 x 3 (1, m) */
 void delta_velocity_relation(const double theta[6], const double q[3], double J_x[36], double J_q[18]);
 
+/* Pose of the tool (ee) in the base frame (0), from the main chain's joints.
+ * T_0_ee = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_ee
+ * 25 operations: multiply 14, add 4, negate 1, trig 6.
+ *   theta: joints of the main chain, 6 (rad or m)
+ *   T_0_ee: pose of the tool, 4 x 4 (1, m) */
+void delta_chain_fk(const double theta[6], double T_0_ee[16]);
+
+/* Ends of the rods apart from the platform, in the axes of its first three joints, and the rods' lengths.
+ * |b_i(theta) - a_i(q)| = l_i
+ * 33 operations: multiply 10, add 11, negate 6, trig 6.
+ *   q: actuator coordinates, 3 (rad)
+ *   a: ends apart from the platform, 6 x 3 (m)
+ *   l: lengths, 6 (m) */
+void delta_rod_ends(const double q[3], double a[18], double l[6]);
+
 /* Every solution of the inverse kinematics, in 2 slots.
  * fk(q[k]) = T wherever residual[k] is rounding
  * 323 operations: multiply 154, add 132, negate 6, trig 3, other 28.
@@ -301,6 +316,15 @@ void delta_velocity_relation(const double theta[6], const double q[3], double J_
  *   residual: distance of fk(q[k]) from the target, 2 (m or rad)
  *   margin: distance from the boundary of the reachable set, negative beyond, 2 (1) */
 void delta_ik(const double T[16], double q[6], double residual[2], double margin[2]);
+
+/* Every assembly mode of the platform, up to 40, the highest first.
+ * |b_i(theta[k]) - a_i(q)| = l_i wherever theta[k] is finite
+ * About 2000000 operations.
+ *   q: actuator coordinates, 3 (rad)
+ *   theta: joints of the main chain, a mode a row, 40 x 6 (m, rad)
+ *   margin: |det J_x| over the lengths of its rows: 0 where the platform is singular and two modes meet, 40 (1)
+ *   unsure: number of complex solutions that were not found for certain; 0 where no mode is missing, 1 (1) */
+void delta_modes(const double q[3], double theta[240], double margin[40], double unsure[1]);
 
 #ifdef __cplusplus
 }

@@ -930,6 +930,54 @@ void delta_velocity_relation_batch(size_t n, const double *theta, const double *
 }
 
 /* Rows of any step, in doubles. */
+static void delta_chain_fk_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {6, 16};
+  static const lanes_shape shape = {1, 1, sizes};
+  CHASLES_RUN_AVX512(delta_chain_fk_avx512)
+  CHASLES_RUN_AVX2(delta_chain_fk_avx2)
+  CHASLES_RUN_BASELINE(delta_chain_fk_baseline)
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    delta_chain_fk(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void delta_chain_fk_batch(size_t n, const double *theta, double *T_0_ee)
+{
+  const double *const inputs[] = {theta};
+  double *const outputs[] = {T_0_ee};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {16};
+  delta_chain_fk_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void delta_rod_ends_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {3, 18, 6};
+  static const lanes_shape shape = {1, 2, sizes};
+  CHASLES_RUN_AVX512(delta_rod_ends_avx512)
+  CHASLES_RUN_AVX2(delta_rod_ends_avx2)
+  CHASLES_RUN_BASELINE(delta_rod_ends_baseline)
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    delta_rod_ends(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
+  }
+}
+
+void delta_rod_ends_batch(size_t n, const double *q, double *a, double *l)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {a, l};
+  const ptrdiff_t input_steps[] = {3}, output_steps[] = {18, 6};
+  delta_rod_ends_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
 static void delta_ik_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -951,4 +999,21 @@ void delta_ik_batch(size_t n, const double *T, double *q, double *residual, doub
   double *const outputs[] = {q, residual, margin};
   const ptrdiff_t input_steps[] = {16}, output_steps[] = {6, 2, 2};
   delta_ik_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void delta_modes_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    delta_modes(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1], outputs[2] + k * output_steps[2]);
+  }
+}
+
+void delta_modes_batch(size_t n, const double *q, double *theta, double *margin, double *unsure)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {theta, margin, unsure};
+  const ptrdiff_t input_steps[] = {3}, output_steps[] = {240, 40, 1};
+  delta_modes_rows(n, inputs, input_steps, outputs, output_steps);
 }

@@ -46,7 +46,10 @@ void delta_constraint_D_z_dot_batch(size_t n, const double *z, const double *zd,
 void delta_rods_batch(size_t n, const double *theta, const double *q, double *residual);
 void delta_rods_D_chain_batch(size_t n, const double *theta, const double *q, double *residual_D_theta);
 void delta_velocity_relation_batch(size_t n, const double *theta, const double *q, double *J_x, double *J_q);
+void delta_chain_fk_batch(size_t n, const double *theta, double *T_0_ee);
+void delta_rod_ends_batch(size_t n, const double *q, double *a, double *l);
 void delta_ik_batch(size_t n, const double *T, double *q, double *residual, double *margin);
+void delta_modes_batch(size_t n, const double *q, double *theta, double *margin, double *unsure);
 
 #ifdef __cplusplus
 }

@@ -144,8 +144,8 @@ void planar_3rrr_actuators_D_chain(const double theta[3], double q_D_theta[9]) {
   const double v16 = v7 - v8;
   const double v17 = v5 + v8;
   const double v18 = v4 + v9;
-  const double v19 = v10 - v9;
-  const double v20 = v8 + v7;
+  const double v19 = v8 + v7;
+  const double v20 = v9 - v10;
   const double v21 = theta_0 - v11;
   const double v22 = v6 + v12;
   const double v23 = v13 - v8;
@@ -217,16 +217,16 @@ void planar_3rrr_actuators_D_chain(const double theta[3], double q_D_theta[9]) {
   const double v89 = v83 - v26;
   const double v90 = v84 / v58;
   const double v91 = v85 / v58;
-  const double v92 = v12 * v84;
-  const double v93 = v11 * v85;
+  const double v92 = v11 * v85;
+  const double v93 = v12 * v84;
   const double v94 = v86 / v60;
   const double v95 = v87 / v60;
   const double v96 = v15 * v86;
-  const double v97 = v16 * v87;
+  const double v97 = v87 * v16;
   const double v98 = v88 / v62;
   const double v99 = v89 / v62;
-  const double v100 = v19 * v88;
-  const double v101 = v20 * v89;
+  const double v100 = v19 * v89;
+  const double v101 = v20 * v88;
   q_D_theta[6] = v90;
   q_D_theta[7] = v91;
   const double v102 = v92 + v93;
@@ -236,7 +236,7 @@ void planar_3rrr_actuators_D_chain(const double theta[3], double q_D_theta[9]) {
   const double v103 = v96 + v97;
   q_D_theta[3] = v98;
   q_D_theta[4] = v99;
-  const double v104 = v100 + v101;
+  const double v104 = v100 - v101;
   const double v105 = v102 / v58;
   // shared terms; column 3 of q_D_theta
   const double v106 = v103 / v60;
@@ -545,12 +545,12 @@ void planar_3rrr_actuator_accelerations(const double theta[3], const double thet
   const double v144 = v28 * v126;
   const double v145 = v29 * v126;
   const double v146 = v128 * v128;
-  const double v147 = v47 * v130;
+  const double v147 = v130 * v47;
   const double v148 = v86 * v131;
   const double v149 = v132 / v68;
   const double v150 = v121 * v133;
   const double v151 = v132 / v87;
-  const double v152 = v51 * v130;
+  const double v152 = v130 * v51;
   const double v153 = v130 * v32;
   const double v154 = v130 * v33;
   const double v155 = v132 * v132;
@@ -571,10 +571,10 @@ void planar_3rrr_actuator_accelerations(const double theta[3], const double thet
   const double v170 = v29 * v140;
   const double v171 = v28 * v140;
   const double v172 = v119 - v148;
-  const double v173 = v51 * v149;
+  const double v173 = v149 * v51;
   const double v174 = v150 / v68;
   const double v175 = v86 * v151;
-  const double v176 = v47 * v149;
+  const double v176 = v149 * v47;
   const double v177 = v149 * v33;
   const double v178 = v149 * v32;
   const double v179 = v123 - v157;
@@ -592,7 +592,7 @@ void planar_3rrr_actuator_accelerations(const double theta[3], const double thet
   const double v191 = v171 + v145;
   const double v192 = v172 * v32;
   const double v193 = v174 - v175;
-  const double v194 = v176 + v152;
+  const double v194 = v152 + v176;
   const double v195 = v172 * v33;
   const double v196 = v153 - v177;
   const double v197 = v154 + v178;
@@ -628,7 +628,7 @@ void planar_3rrr_actuator_accelerations(const double theta[3], const double thet
   const double v227 = v45 * v209;
   const double v228 = v210 - v173;
   const double v229 = v212 + v213;
-  const double v230 = v90 * v214;
+  const double v230 = v214 * v90;
   const double v231 = v91 * v215;
   const double v232 = v47 * v214;
   const double v233 = v51 * v215;
@@ -1498,7 +1498,7 @@ void planar_3rrr_rods(const double theta[3], const double q[3], double residual[
   const double v24 = v14 - 0.145;
   const double v25 = v10 + v9;
   const double v26 = 0.2511473670974872 + v15;
-  const double v27 = v13 - v12;
+  const double v27 = v12 - v13;
   const double v28 = v16 - 0.145;
   const double v29 = theta_0 - v17;
   const double v30 = v19 + theta_1;
@@ -1506,7 +1506,7 @@ void planar_3rrr_rods(const double theta[3], const double q[3], double residual[
   const double v32 = v21 + theta_0;
   const double v33 = theta_1 - v23;
   const double v34 = v25 + theta_0;
-  const double v35 = theta_1 - v27;
+  const double v35 = v27 + theta_1;
   const double v36 = v29 - v18;
   const double v37 = v30 - v31;
   const double v38 = v32 - v22;
@@ -1567,7 +1567,7 @@ void planar_3rrr_rods_D_chain(const double theta[3], const double q[3], double r
   const double v24 = v14 - 0.145;
   const double v25 = v10 + v9;
   const double v26 = 0.2511473670974872 + v15;
-  const double v27 = v13 - v12;
+  const double v27 = v12 - v13;
   const double v28 = v16 - 0.145;
   const double v29 = theta_0 - v17;
   const double v30 = v19 + theta_1;
@@ -1575,7 +1575,7 @@ void planar_3rrr_rods_D_chain(const double theta[3], const double q[3], double r
   const double v32 = v21 + theta_0;
   const double v33 = theta_1 - v23;
   const double v34 = v25 + theta_0;
-  const double v35 = theta_1 - v27;
+  const double v35 = v27 + theta_1;
   const double v36 = v29 - v18;
   const double v37 = v30 - v31;
   const double v38 = v32 - v22;
@@ -1595,20 +1595,20 @@ void planar_3rrr_rods_D_chain(const double theta[3], const double q[3], double r
   const double v52 = v41 * v41;
   const double v53 = 2.0 * v41;
   const double v54 = v43 + v44;
-  const double v55 = v19 * v42;
-  const double v56 = v17 * v45;
+  const double v55 = v17 * v45;
+  const double v56 = v19 * v42;
   const double v57 = v47 + v48;
   const double v58 = v23 * v46;
-  const double v59 = v21 * v49;
+  const double v59 = v49 * v21;
   const double v60 = v51 + v52;
-  const double v61 = v27 * v50;
-  const double v62 = v25 * v53;
+  const double v61 = v25 * v53;
+  const double v62 = v27 * v50;
   const double v63 = sqrt(v54);
   const double v64 = v55 + v56;
   const double v65 = sqrt(v57);
   const double v66 = v58 + v59;
   const double v67 = sqrt(v60);
-  const double v68 = v61 + v62;
+  const double v68 = v61 - v62;
   const double v69 = 0.5 / v63;
   const double v70 = 0.5 / v65;
   const double v71 = 0.5 / v67;
@@ -1635,7 +1635,7 @@ void planar_3rrr_rods_D_chain(const double theta[3], const double q[3], double r
 }
 
 // Both matrices of the velocity relation of a platform on legs.
-// 92 operations: multiply 39, add 33, trig 8, other 12
+// 91 operations: multiply 39, add 32, trig 8, other 12
 void planar_3rrr_velocity_relation(const double theta[3], const double q[3], double J_x[9], double J_q[9]) {
   // inputs
   const double theta_0 = theta[0];
@@ -1674,7 +1674,7 @@ void planar_3rrr_velocity_relation(const double theta[3], const double q[3], dou
   const double v24 = v14 - 0.145;
   const double v25 = v10 + v9;
   const double v26 = 0.2511473670974872 + v15;
-  const double v27 = v13 - v12;
+  const double v27 = v12 - v13;
   const double v28 = v16 - 0.145;
   const double v29 = theta_0 - v17;
   const double v30 = v19 + theta_1;
@@ -1682,7 +1682,7 @@ void planar_3rrr_velocity_relation(const double theta[3], const double q[3], dou
   const double v32 = v21 + theta_0;
   const double v33 = theta_1 - v23;
   const double v34 = v25 + theta_0;
-  const double v35 = theta_1 - v27;
+  const double v35 = v27 + theta_1;
   const double v36 = v29 - v18;
   const double v37 = v30 - v31;
   const double v38 = v29 - theta_0;
@@ -1691,70 +1691,69 @@ void planar_3rrr_velocity_relation(const double theta[3], const double q[3], dou
   const double v41 = v33 - theta_1;
   const double v42 = v34 - v26;
   const double v43 = v35 - v28;
-  const double v44 = v35 - theta_1;
-  const double v45 = v36 * v36;
-  const double v46 = v37 * v37;
-  const double v47 = 2.0 * v37;
-  const double v48 = 2.0 * v36;
-  const double v49 = v39 * v39;
-  const double v50 = v40 * v40;
-  const double v51 = v42 * v42;
-  const double v52 = v43 * v43;
-  const double v53 = v45 + v46;
-  const double v54 = 2.0 * v40;
-  const double v55 = 2.0 * v39;
-  const double v56 = 2.0 * v43;
-  const double v57 = 2.0 * v42;
-  const double v58 = v47 * v18;
-  const double v59 = v48 * v20;
-  const double v60 = v49 + v50;
-  const double v61 = v51 + v52;
-  const double v62 = sqrt(v53);
-  const double v63 = v54 * v11;
-  const double v64 = v55 * v14;
-  const double v65 = v56 * v15;
-  const double v66 = v57 * v16;
-  const double v67 = v58 - v59;
+  const double v44 = v36 * v36;
+  const double v45 = v37 * v37;
+  const double v46 = 2.0 * v37;
+  const double v47 = 2.0 * v36;
+  const double v48 = v39 * v39;
+  const double v49 = v40 * v40;
+  const double v50 = v42 * v42;
+  const double v51 = v43 * v43;
+  const double v52 = v44 + v45;
+  const double v53 = 2.0 * v40;
+  const double v54 = 2.0 * v39;
+  const double v55 = 2.0 * v43;
+  const double v56 = 2.0 * v42;
+  const double v57 = v46 * v18;
+  const double v58 = v47 * v20;
+  const double v59 = v48 + v49;
+  const double v60 = v50 + v51;
+  const double v61 = sqrt(v52);
+  const double v62 = v53 * v11;
+  const double v63 = v54 * v14;
+  const double v64 = v55 * v15;
+  const double v65 = v56 * v16;
+  const double v66 = v57 - v58;
+  const double v67 = sqrt(v59);
   const double v68 = sqrt(v60);
-  const double v69 = sqrt(v61);
-  const double v70 = v36 / v62;
-  const double v71 = v37 / v62;
-  const double v72 = v63 - v64;
-  const double v73 = v65 - v66;
-  const double v74 = 0.5 / v62;
-  const double v75 = v39 / v68;
-  const double v76 = v40 / v68;
-  const double v77 = v42 / v69;
-  const double v78 = v43 / v69;
-  J_x[6] = v70;
-  J_x[7] = v71;
-  const double v79 = v71 * v38;
-  const double v80 = v70 * v19;
+  const double v69 = v36 / v61;
+  const double v70 = v37 / v61;
+  const double v71 = v62 - v63;
+  const double v72 = v64 - v65;
+  const double v73 = 0.5 / v61;
+  const double v74 = v39 / v67;
+  const double v75 = v40 / v67;
+  const double v76 = v42 / v68;
+  const double v77 = v43 / v68;
+  J_x[6] = v69;
+  J_x[7] = v70;
+  const double v78 = v70 * v38;
+  const double v79 = v69 * v19;
+  const double v80 = 0.5 / v67;
   const double v81 = 0.5 / v68;
-  const double v82 = 0.5 / v69;
-  const double v83 = v74 * v67;
+  const double v82 = v73 * v66;
   // shared terms; columns 1 and 2 of J_x; column 3 of J_q
-  J_x[0] = v75;
-  J_x[1] = v76;
-  const double v84 = v76 * v21;
-  const double v85 = v75 * v41;
-  J_x[3] = v77;
-  J_x[4] = v78;
-  const double v86 = v78 * v25;
-  const double v87 = v77 * v44;
-  const double v88 = v79 - v80;
+  J_x[0] = v74;
+  J_x[1] = v75;
+  const double v83 = v75 * v21;
+  const double v84 = v74 * v41;
+  J_x[3] = v76;
+  J_x[4] = v77;
+  const double v85 = v77 * v25;
+  const double v86 = v76 * v27;
+  const double v87 = v78 - v79;
+  const double v88 = v80 * v71;
   const double v89 = v81 * v72;
-  const double v90 = v82 * v73;
-  J_q[8] = v83;
+  J_q[8] = v82;
   // shared terms; column 3 of J_x; columns 1 and 2 of J_q
-  const double v91 = v84 - v85;
-  const double v92 = v86 - v87;
-  J_x[8] = v88;
-  J_q[0] = v89;
-  J_q[4] = v90;
+  const double v90 = v83 - v84;
+  const double v91 = v85 - v86;
+  J_x[8] = v87;
+  J_q[0] = v88;
+  J_q[4] = v89;
   // column 3 of J_x
-  J_x[2] = v91;
-  J_x[5] = v92;
+  J_x[2] = v90;
+  J_x[5] = v91;
 }
 
 // Coefficients of the polynomial whose zeros are the platform's angles in all modes.
@@ -2210,3 +2209,5 @@ void planar_3rrr_assembly_mirror(const double q[3], const double phi[1], double 
   theta[0] = v84;
   theta[1] = v85;
 }
+
+#include "planar_3rrr_modes.h"

@@ -140,7 +140,7 @@ void planar_3rrr_rods_D_chain(const double theta[3], const double q[3], double r
 /* Both matrices of the velocity relation of a platform on legs.
  * J_x x' = J_q q', x' the tool's twist (v, omega) in base axes in the free directions v_x, v_y,
  * omega_z
- * 92 operations: multiply 39, add 33, trig 8, other 12.
+ * 91 operations: multiply 39, add 32, trig 8, other 12.
  *   theta: joints of the main chain, 3 (rad or m)
  *   q: actuator coordinates, 3 (rad)
  *   J_x: rods along their directions, 3 x 3 (1, m)
@@ -169,6 +169,15 @@ void planar_3rrr_assembly_position(const double q[3], const double phi[1], doubl
  *   phi: angle of the platform,  (rad)
  *   theta: pose of the platform, 3 (m, rad) */
 void planar_3rrr_assembly_mirror(const double q[3], const double phi[1], double theta[3]);
+
+/* Every assembly mode of the platform, up to 6, in the order of phi.
+ * |b_i(theta[k]) - a_i(q)| = l_i wherever theta[k] is finite
+ * About 12000 operations.
+ *   q: actuator coordinates, 3 (rad)
+ *   theta: joints of the main chain, one mode a row, 6 x 3 (m, rad)
+ *   margin: |det J_x| over the lengths of its rows: 0 where the platform is singular and two modes meet, 6 (1)
+ *   unsure: 0 where no mode is missing for certain, 1 (1) */
+void planar_3rrr_modes(const double q[3], double theta[18], double margin[6], double unsure[1]);
 
 #ifdef __cplusplus
 }

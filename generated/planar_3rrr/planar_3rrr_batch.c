@@ -568,3 +568,20 @@ void planar_3rrr_assembly_mirror_batch(size_t n, const double *q, const double *
   const ptrdiff_t input_steps[] = {3, 1}, output_steps[] = {3};
   planar_3rrr_assembly_mirror_rows(n, inputs, input_steps, outputs, output_steps);
 }
+
+/* Rows of any step, in doubles. */
+static void planar_3rrr_modes_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    planar_3rrr_modes(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1], outputs[2] + k * output_steps[2]);
+  }
+}
+
+void planar_3rrr_modes_batch(size_t n, const double *q, double *theta, double *margin, double *unsure)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {theta, margin, unsure};
+  const ptrdiff_t input_steps[] = {3}, output_steps[] = {18, 6, 1};
+  planar_3rrr_modes_rows(n, inputs, input_steps, outputs, output_steps);
+}

@@ -55,7 +55,7 @@ static LANES_TARGET void LANES_NAME(planar_3rrr_actuators_D_chain)(const lanes *
   out[0] = v30;
   const lanes v31 = v19 * v13, v32 = v26 * v7, v33 = v31 + v32, v34 = v33 - v13, v35 = v34 / v25;
   out[1] = v35;
-  const lanes v36 = v10 + v12, v37 = v36 * v29, v38 = v4 - v6, v39 = v38 * v34, v40 = v37 + v39,
+  const lanes v36 = v10 + v12, v37 = v36 * v29, v38 = v4 - v6, v39 = v34 * v38, v40 = v37 + v39,
       v41 = v40 / v25;
   out[2] = v41;
   const lanes v42 = theta_0 - 0.2511473670974872, v43 = v42 + v6, v44 = v43 + v4, v45 = v44 * v44,
@@ -68,7 +68,7 @@ static LANES_TARGET void LANES_NAME(planar_3rrr_actuators_D_chain)(const lanes *
   out[3] = v64;
   const lanes v65 = v44 * v60, v66 = v47 * v53, v67 = v65 + v66, v68 = v67 - v47, v69 = v68 / v59;
   out[4] = v69;
-  const lanes v70 = v12 - v10, v71 = v70 * v63, v72 = v6 + v4, v73 = v72 * v68, v74 = v71 + v73,
+  const lanes v70 = v6 + v4, v71 = v70 * v68, v72 = v10 - v12, v73 = v72 * v63, v74 = v71 - v73,
       v75 = v74 / v59;
   out[5] = v75;
   const lanes v76 = 0.13 * v1, v77 = theta_0 - v76, v78 = v77 * v77, v79 = theta_1 - 0.29,
@@ -82,7 +82,7 @@ static LANES_TARGET void LANES_NAME(planar_3rrr_actuators_D_chain)(const lanes *
   const lanes v99 = v77 * v94, v100 = v81 * v87, v101 = v99 + v100, v102 = v101 - v81,
       v103 = v102 / v93;
   out[7] = v103;
-  const lanes v104 = v80 * v97, v105 = v76 * v102, v106 = v104 + v105, v107 = v106 / v93,
+  const lanes v104 = v76 * v102, v105 = v80 * v97, v106 = v104 + v105, v107 = v106 / v93,
       v108 = -v107;
   out[8] = v108;
 }
@@ -138,25 +138,26 @@ static LANES_TARGET void LANES_NAME(planar_3rrr_actuator_accelerations)(const la
       v10 = 0.065 * v1, v11 = v9 + v10, v12 = 0.11258330249197702 * v2, v13 = v11 - v12,
       v14 = v13 * v13, v15 = theta_1 + 0.145, v16 = 0.11258330249197702 * v1, v17 = v15 - v16,
       v18 = 0.065 * v2, v19 = v17 - v18, v20 = v19 * v19, v21 = v14 + v20, v22 = 0.5 * v21,
-      v23 = 0.01445 + v22, v24 = v23 - 0.00845, v25 = v24 / v21, v26 = v8 * v25, v27 = 2.0 * v13,
+      v23 = 0.01445 + v22, v24 = v23 - 0.00845, v25 = v24 / v21, v26 = v25 * v8, v27 = 2.0 * v13,
       v28 = v8 * v27, v29 = 0.065 * v3, v30 = thetad_1 + v29, v31 = 0.11258330249197702 * v6,
       v32 = v30 - v31, v33 = 2.0 * v19, v34 = v32 * v33, v35 = v28 + v34, v36 = 0.5 * v35,
       v37 = v36 / v21, v38 = v21 * v21, v39 = v24 / v38, v40 = v35 * v39, v41 = v37 - v40,
       v42 = v41 * v13, v43 = v26 + v42, v44 = v21 - 0.0016, v45 = 0.09 - v21, v46 = v44 * v45;
   LANES_LET1(v47, sqrt, v46);
-  const lanes v48 = 0.5 * v47, v49 = v48 / v21, v50 = v32 * v49, v51 = v43 - v50, v52 = v35 * v45,
+  const lanes v48 = 0.5 * v47, v49 = v48 / v21, v50 = v49 * v32, v51 = v43 - v50, v52 = v35 * v45,
       v53 = v44 * v35, v54 = v52 - v53, v55 = 0.25 / v47, v56 = v54 * v55, v57 = v56 / v21,
       v58 = v48 / v38, v59 = v35 * v58, v60 = v57 - v59, v61 = v60 * v19, v62 = v51 - v61,
-      v63 = v62 - v8, v64 = v8 * v63, v65 = v8 * v49, v66 = v32 * v25, v67 = v65 + v66,
+      v63 = v62 - v8, v64 = v8 * v63, v65 = v25 * v32, v66 = v49 * v8, v67 = v65 + v66,
       v68 = v41 * v19, v69 = v67 + v68, v70 = v60 * v13, v71 = v69 + v70, v72 = v71 - v32,
-      v73 = v32 * v72, v74 = v64 + v73, v75 = v6 * thetad_2, v76 = v1 * thetadd_2, v77 = v75 + v76,
-      v78 = 0.11258330249197702 * v77, v79 = thetadd_0 + v78, v80 = v2 * thetadd_2,
-      v81 = v3 * thetad_2, v82 = v80 - v81, v83 = 0.065 * v82, v84 = v79 + v83, v85 = v25 * v13,
-      v86 = v49 * v19, v87 = v85 - v86, v88 = v87 - v13, v89 = v84 * v88, v90 = v74 + v89,
-      v91 = 0.065 * v77, v92 = thetadd_1 + v91, v93 = 0.11258330249197702 * v82, v94 = v92 - v93,
-      v95 = v25 * v19, v96 = v49 * v13, v97 = v95 + v96, v98 = v97 - v19, v99 = v94 * v98,
-      v100 = v90 + v99, v101 = v100 / v48, v102 = v8 * v88, v103 = v32 * v98, v104 = v102 + v103,
-      v105 = v48 * v48, v106 = v104 / v105, v107 = v56 * v106, v108 = v101 - v107;
+      v73 = v32 * v72, v74 = v64 + v73, v75 = v25 * v13, v76 = v49 * v19, v77 = v75 - v76,
+      v78 = v77 - v13, v79 = v6 * thetad_2, v80 = v1 * thetadd_2, v81 = v79 + v80,
+      v82 = 0.11258330249197702 * v81, v83 = thetadd_0 + v82, v84 = v2 * thetadd_2,
+      v85 = v3 * thetad_2, v86 = v84 - v85, v87 = 0.065 * v86, v88 = v83 + v87, v89 = v78 * v88,
+      v90 = v74 + v89, v91 = 0.065 * v81, v92 = thetadd_1 + v91, v93 = 0.11258330249197702 * v86,
+      v94 = v92 - v93, v95 = v25 * v19, v96 = v49 * v13, v97 = v95 + v96, v98 = v97 - v19,
+      v99 = v94 * v98, v100 = v90 + v99, v101 = v100 / v48, v102 = v8 * v78, v103 = v32 * v98,
+      v104 = v102 + v103, v105 = v48 * v48, v106 = v104 / v105, v107 = v56 * v106,
+      v108 = v101 - v107;
   out[0] = v108;
   const lanes v109 = thetad_0 + v7, v110 = v109 - v4, v111 = theta_0 - 0.2511473670974872,
       v112 = v111 + v12, v113 = v112 + v10, v114 = v113 * v113, v115 = v15 + v16, v116 = v115 - v18,
@@ -174,8 +175,8 @@ static LANES_TARGET void LANES_NAME(planar_3rrr_actuator_accelerations)(const la
       v155 = v152 - v154, v156 = v155 * v116, v157 = v146 - v156, v158 = v157 - v110,
       v159 = v110 * v158, v160 = v110 * v144, v161 = v127 * v122, v162 = v160 + v161,
       v163 = v136 * v116, v164 = v162 + v163, v165 = v155 * v113, v166 = v164 + v165,
-      v167 = v166 - v127, v168 = v127 * v167, v169 = v159 + v168, v170 = thetadd_0 + v83,
-      v171 = v170 - v78, v172 = v113 * v122, v173 = v116 * v144, v174 = v172 - v173,
+      v167 = v166 - v127, v168 = v127 * v167, v169 = v159 + v168, v170 = thetadd_0 + v87,
+      v171 = v170 - v82, v172 = v113 * v122, v173 = v116 * v144, v174 = v172 - v173,
       v175 = v174 - v113, v176 = v171 * v175, v177 = v169 + v176, v178 = thetadd_1 + v93,
       v179 = v178 + v91, v180 = v113 * v144, v181 = v116 * v122, v182 = v180 + v181,
       v183 = v182 - v116, v184 = v179 * v183, v185 = v177 + v184, v186 = v185 / v143,
@@ -198,9 +199,9 @@ static LANES_TARGET void LANES_NAME(planar_3rrr_actuator_accelerations)(const la
       v240 = v237 - v239, v241 = v240 * v201, v242 = v231 - v241, v243 = v242 - v195,
       v244 = v195 * v243, v245 = v195 * v229, v246 = v212 * v207, v247 = v245 + v246,
       v248 = v221 * v201, v249 = v247 + v248, v250 = v240 * v197, v251 = v249 + v250,
-      v252 = v251 - v212, v253 = v212 * v252, v254 = v244 + v253, v255 = 0.13 * v82,
+      v252 = v251 - v212, v253 = v212 * v252, v254 = v244 + v253, v255 = 0.13 * v86,
       v256 = thetadd_0 - v255, v257 = v197 * v207, v258 = v201 * v229, v259 = v257 - v258,
-      v260 = v259 - v197, v261 = v256 * v260, v262 = v254 + v261, v263 = 0.13 * v77,
+      v260 = v259 - v197, v261 = v256 * v260, v262 = v254 + v261, v263 = 0.13 * v81,
       v264 = thetadd_1 - v263, v265 = v197 * v229, v266 = v201 * v207, v267 = v265 + v266,
       v268 = v267 - v201, v269 = v264 * v268, v270 = v262 + v269, v271 = v270 / v228,
       v272 = v195 * v260, v273 = v212 * v268, v274 = v272 + v273, v275 = v228 * v228,
@@ -515,7 +516,7 @@ static LANES_TARGET void LANES_NAME(planar_3rrr_rods)(const lanes *in, lanes *ou
   const lanes v27 = v26 - 0.13;
   out[0] = v27;
   const lanes v28 = v10 + v9, v29 = v28 + theta_0, v30 = 0.17 * v5, v31 = 0.2511473670974872 + v30,
-      v32 = v29 - v31, v33 = v32 * v32, v34 = v18 - v17, v35 = theta_1 - v34, v36 = 0.17 * v6,
+      v32 = v29 - v31, v33 = v32 * v32, v34 = v17 - v18, v35 = v34 + theta_1, v36 = 0.17 * v6,
       v37 = v36 - 0.145, v38 = v35 - v37, v39 = v38 * v38, v40 = v33 + v39;
   LANES_LET1(v41, sqrt, v40);
   const lanes v42 = v41 - 0.13;
@@ -545,17 +546,17 @@ static LANES_TARGET void LANES_NAME(planar_3rrr_rods_D_chain)(const lanes *in, l
   out[0] = v29;
   const lanes v30 = 2.0 * v24, v31 = v28 * v30;
   out[1] = v31;
-  const lanes v32 = v20 * v16, v33 = v11 * v30, v34 = v32 + v33, v35 = v28 * v34;
+  const lanes v32 = v20 * v16, v33 = v30 * v11, v34 = v32 + v33, v35 = v28 * v34;
   out[2] = v35;
   const lanes v36 = v10 + v9, v37 = v36 + theta_0, v38 = 0.17 * v5, v39 = 0.2511473670974872 + v38,
-      v40 = v37 - v39, v41 = 2.0 * v40, v42 = v40 * v40, v43 = v19 - v18, v44 = theta_1 - v43,
+      v40 = v37 - v39, v41 = 2.0 * v40, v42 = v40 * v40, v43 = v18 - v19, v44 = v43 + theta_1,
       v45 = 0.17 * v6, v46 = v45 - 0.145, v47 = v44 - v46, v48 = v47 * v47, v49 = v42 + v48;
   LANES_LET1(v50, sqrt, v49);
   const lanes v51 = 0.5 / v50, v52 = v41 * v51;
   out[3] = v52;
   const lanes v53 = 2.0 * v47, v54 = v51 * v53;
   out[4] = v54;
-  const lanes v55 = v43 * v41, v56 = v36 * v53, v57 = v55 + v56, v58 = v51 * v57;
+  const lanes v55 = v36 * v53, v56 = v43 * v41, v57 = v55 - v56, v58 = v51 * v57;
   out[5] = v58;
   const lanes v59 = 0.13 * v1, v60 = theta_0 - v59, v61 = 0.17 * v7, v62 = v60 - v61,
       v63 = 2.0 * v62, v64 = v62 * v62, v65 = 0.13 * v2, v66 = v65 + theta_1, v67 = 0.17 * v8,
@@ -565,11 +566,11 @@ static LANES_TARGET void LANES_NAME(planar_3rrr_rods_D_chain)(const lanes *in, l
   out[6] = v74;
   const lanes v75 = 2.0 * v69, v76 = v73 * v75;
   out[7] = v76;
-  const lanes v77 = v65 * v63, v78 = v59 * v75, v79 = v77 + v78, v80 = v73 * v79, v81 = -v80;
+  const lanes v77 = v59 * v75, v78 = v65 * v63, v79 = v77 + v78, v80 = v73 * v79, v81 = -v80;
   out[8] = v81;
 }
 
-// velocity_relation: 92 operations: multiply 39, add 33, trig 8, other 12
+// velocity_relation: 91 operations: multiply 39, add 32, trig 8, other 12
 static LANES_TARGET void LANES_NAME(planar_3rrr_velocity_relation)(const lanes *in, lanes *out)
 {
   const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], q_0 = in[3], q_1 = in[4],
@@ -588,34 +589,34 @@ static LANES_TARGET void LANES_NAME(planar_3rrr_velocity_relation)(const lanes *
   const lanes v29 = v28 * v11, v30 = v20 - theta_1, v31 = v27 * v30, v32 = v29 - v31;
   out[2] = v32;
   const lanes v33 = v10 + v9, v34 = v33 + theta_0, v35 = 0.17 * v5, v36 = 0.2511473670974872 + v35,
-      v37 = v34 - v36, v38 = v37 * v37, v39 = v18 - v17, v40 = theta_1 - v39, v41 = 0.17 * v6,
+      v37 = v34 - v36, v38 = v37 * v37, v39 = v17 - v18, v40 = v39 + theta_1, v41 = 0.17 * v6,
       v42 = v41 - 0.145, v43 = v40 - v42, v44 = v43 * v43, v45 = v38 + v44;
   LANES_LET1(v46, sqrt, v45);
   const lanes v47 = v37 / v46;
   out[3] = v47;
   const lanes v48 = v43 / v46;
   out[4] = v48;
-  const lanes v49 = v48 * v33, v50 = v40 - theta_1, v51 = v47 * v50, v52 = v49 - v51;
-  out[5] = v52;
-  const lanes v53 = 0.13 * v1, v54 = theta_0 - v53, v55 = 0.17 * v7, v56 = v54 - v55,
-      v57 = v56 * v56, v58 = 0.13 * v2, v59 = v58 + theta_1, v60 = 0.17 * v8, v61 = v60 + 0.29,
-      v62 = v59 - v61, v63 = v62 * v62, v64 = v57 + v63;
-  LANES_LET1(v65, sqrt, v64);
-  const lanes v66 = v56 / v65;
-  out[6] = v66;
-  const lanes v67 = v62 / v65;
-  out[7] = v67;
-  const lanes v68 = v54 - theta_0, v69 = v67 * v68, v70 = v66 * v58, v71 = v69 - v70;
-  out[8] = v71;
-  const lanes v72 = 0.5 / v26, v73 = 2.0 * v23, v74 = v73 * v13, v75 = 2.0 * v15, v76 = v75 * v21,
-      v77 = v74 - v76, v78 = v72 * v77;
-  out[9] = v78; out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
-  const lanes v79 = 0.5 / v46, v80 = 2.0 * v43, v81 = v80 * v35, v82 = 2.0 * v37, v83 = v82 * v41,
-      v84 = v81 - v83, v85 = v79 * v84;
-  out[13] = v85; out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0);
-  const lanes v86 = 0.5 / v65, v87 = 2.0 * v62, v88 = v87 * v55, v89 = 2.0 * v56, v90 = v89 * v60,
-      v91 = v88 - v90, v92 = v86 * v91;
-  out[17] = v92;
+  const lanes v49 = v48 * v33, v50 = v47 * v39, v51 = v49 - v50;
+  out[5] = v51;
+  const lanes v52 = 0.13 * v1, v53 = theta_0 - v52, v54 = 0.17 * v7, v55 = v53 - v54,
+      v56 = v55 * v55, v57 = 0.13 * v2, v58 = v57 + theta_1, v59 = 0.17 * v8, v60 = v59 + 0.29,
+      v61 = v58 - v60, v62 = v61 * v61, v63 = v56 + v62;
+  LANES_LET1(v64, sqrt, v63);
+  const lanes v65 = v55 / v64;
+  out[6] = v65;
+  const lanes v66 = v61 / v64;
+  out[7] = v66;
+  const lanes v67 = v53 - theta_0, v68 = v66 * v67, v69 = v65 * v57, v70 = v68 - v69;
+  out[8] = v70;
+  const lanes v71 = 0.5 / v26, v72 = 2.0 * v23, v73 = v72 * v13, v74 = 2.0 * v15, v75 = v74 * v21,
+      v76 = v73 - v75, v77 = v71 * v76;
+  out[9] = v77; out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
+  const lanes v78 = 0.5 / v46, v79 = 2.0 * v43, v80 = v79 * v35, v81 = 2.0 * v37, v82 = v81 * v41,
+      v83 = v80 - v82, v84 = v78 * v83;
+  out[13] = v84; out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0);
+  const lanes v85 = 0.5 / v64, v86 = 2.0 * v61, v87 = v86 * v54, v88 = 2.0 * v55, v89 = v88 * v59,
+      v90 = v87 - v89, v91 = v85 * v90;
+  out[17] = v91;
 }
 
 // assembly_polynomial: 242 operations: multiply 130, add 103, negate 3, trig 6

@@ -359,3 +359,22 @@ def assembly_mirror(
     Returns:
         theta (..., 3): pose of the platform (m, rad).
     """
+
+def modes(
+    q: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Every assembly mode of the platform, up to 6, in the order of phi.
+
+    |b_i(theta[k]) - a_i(q)| = l_i wherever theta[k] is finite
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        theta (..., 6, 3): joints of the main chain, one mode a row (m, rad).
+        margin (..., 6): |det J_x| over the lengths of its rows: 0 where the platform is singular and two modes meet (1).
+        unsure (..., 1): 0 where no mode is missing for certain (1).
+    """

@@ -129,8 +129,8 @@ void planar_3rrr_170_actuators_D_chain(const double theta[3], double q_D_theta[9
   const double v16 = v7 - v8;
   const double v17 = v5 + v8;
   const double v18 = v4 + v9;
-  const double v19 = v10 - v9;
-  const double v20 = v8 + v7;
+  const double v19 = v8 + v7;
+  const double v20 = v9 - v10;
   const double v21 = theta_0 - v11;
   const double v22 = v6 + v12;
   const double v23 = v13 - v8;
@@ -187,16 +187,16 @@ void planar_3rrr_170_actuators_D_chain(const double theta[3], double q_D_theta[9
   const double v74 = v68 - v26;
   const double v75 = v69 / v51;
   const double v76 = v70 / v51;
-  const double v77 = v12 * v69;
-  const double v78 = v11 * v70;
+  const double v77 = v11 * v70;
+  const double v78 = v12 * v69;
   const double v79 = v71 / v52;
   const double v80 = v72 / v52;
   const double v81 = v15 * v71;
-  const double v82 = v16 * v72;
+  const double v82 = v72 * v16;
   const double v83 = v73 / v53;
   const double v84 = v74 / v53;
-  const double v85 = v19 * v73;
-  const double v86 = v20 * v74;
+  const double v85 = v19 * v74;
+  const double v86 = v20 * v73;
   q_D_theta[6] = v75;
   q_D_theta[7] = v76;
   const double v87 = v77 + v78;
@@ -206,7 +206,7 @@ void planar_3rrr_170_actuators_D_chain(const double theta[3], double q_D_theta[9
   const double v88 = v81 + v82;
   q_D_theta[3] = v83;
   q_D_theta[4] = v84;
-  const double v89 = v85 + v86;
+  const double v89 = v85 - v86;
   const double v90 = v87 / v51;
   // shared terms; column 3 of q_D_theta
   const double v91 = v88 / v52;
@@ -408,9 +408,9 @@ void planar_3rrr_170_actuator_accelerations(const double theta[3], const double 
   const double v52 = 2.0 * v34;
   const double v53 = v32 * v32;
   const double v54 = v34 * v34;
-  const double v55 = 0.11258330249197702 * v35;
-  const double v56 = 0.065 * v36;
-  const double v57 = 0.5 * v32;
+  const double v55 = 0.5 * v32;
+  const double v56 = 0.11258330249197702 * v35;
+  const double v57 = 0.065 * v36;
   const double v58 = 0.065 * v35;
   const double v59 = 0.11258330249197702 * v36;
   const double v60 = 0.5 * v34;
@@ -434,14 +434,14 @@ void planar_3rrr_170_actuator_accelerations(const double theta[3], const double 
   const double v78 = v51 * v52;
   const double v79 = v53 + v54;
   const double v80 = 0.5 * v51;
-  const double v81 = thetadd_0 + v55;
+  const double v81 = thetadd_0 + v56;
   const double v82 = thetadd_1 + v58;
   const double v83 = 0.5 * v61;
   const double v84 = v61 * v62;
   const double v85 = v63 * v64;
   const double v86 = v65 + v66;
   const double v87 = 0.5 * v63;
-  const double v88 = thetadd_0 + v56;
+  const double v88 = thetadd_0 + v57;
   const double v89 = thetadd_1 + v59;
   const double v90 = v70 + v71;
   const double v91 = 0.5 * v72;
@@ -453,13 +453,13 @@ void planar_3rrr_170_actuator_accelerations(const double theta[3], const double 
   const double v97 = 0.5 * v79;
   const double v98 = v79 * v79;
   const double v99 = 0.1156 - v79;
-  const double v100 = v81 + v56;
+  const double v100 = v81 + v57;
   const double v101 = v82 - v59;
   const double v102 = v84 + v85;
   const double v103 = 0.5 * v86;
   const double v104 = v86 * v86;
   const double v105 = 0.1156 - v86;
-  const double v106 = v88 - v55;
+  const double v106 = v88 - v56;
   const double v107 = v89 + v58;
   const double v108 = 0.5 * v90;
   const double v109 = v91 / v92;
@@ -523,10 +523,10 @@ void planar_3rrr_170_actuator_accelerations(const double theta[3], const double 
   const double v167 = v30 * v145;
   const double v168 = v28 * v145;
   const double v169 = v76 + v150;
-  const double v170 = v51 * v151;
+  const double v170 = v151 * v51;
   const double v171 = v152 / v79;
   const double v172 = v96 * v153;
-  const double v173 = v49 * v151;
+  const double v173 = v151 * v49;
   const double v174 = v151 * v34;
   const double v175 = v151 * v32;
   const double v176 = v83 + v156;
@@ -543,8 +543,8 @@ void planar_3rrr_170_actuator_accelerations(const double theta[3], const double 
   const double v187 = v168 + v48;
   const double v188 = v169 - v170;
   const double v189 = v171 - v172;
-  const double v190 = v173 + v80;
-  const double v191 = v57 - v174;
+  const double v190 = v80 + v173;
+  const double v191 = v55 - v174;
   const double v192 = v60 + v175;
   const double v193 = v176 - v177;
   const double v194 = v178 - v179;
@@ -574,7 +574,7 @@ void planar_3rrr_170_actuator_accelerations(const double theta[3], const double 
   const double v218 = v43 * v202;
   const double v219 = v188 - v203;
   const double v220 = v204 + v205;
-  const double v221 = v100 * v206;
+  const double v221 = v206 * v100;
   const double v222 = v101 * v207;
   const double v223 = v49 * v206;
   const double v224 = v51 * v207;
@@ -1423,7 +1423,7 @@ void planar_3rrr_170_rods(const double theta[3], const double q[3], double resid
   const double v24 = v14 - 0.145;
   const double v25 = v10 + v9;
   const double v26 = 0.2511473670974872 + v15;
-  const double v27 = v13 - v12;
+  const double v27 = v12 - v13;
   const double v28 = v16 - 0.145;
   const double v29 = theta_0 - v17;
   const double v30 = v19 + theta_1;
@@ -1431,7 +1431,7 @@ void planar_3rrr_170_rods(const double theta[3], const double q[3], double resid
   const double v32 = v21 + theta_0;
   const double v33 = theta_1 - v23;
   const double v34 = v25 + theta_0;
-  const double v35 = theta_1 - v27;
+  const double v35 = v27 + theta_1;
   const double v36 = v29 - v18;
   const double v37 = v30 - v31;
   const double v38 = v32 - v22;
@@ -1492,7 +1492,7 @@ void planar_3rrr_170_rods_D_chain(const double theta[3], const double q[3], doub
   const double v24 = v14 - 0.145;
   const double v25 = v10 + v9;
   const double v26 = 0.2511473670974872 + v15;
-  const double v27 = v13 - v12;
+  const double v27 = v12 - v13;
   const double v28 = v16 - 0.145;
   const double v29 = theta_0 - v17;
   const double v30 = v19 + theta_1;
@@ -1500,7 +1500,7 @@ void planar_3rrr_170_rods_D_chain(const double theta[3], const double q[3], doub
   const double v32 = v21 + theta_0;
   const double v33 = theta_1 - v23;
   const double v34 = v25 + theta_0;
-  const double v35 = theta_1 - v27;
+  const double v35 = v27 + theta_1;
   const double v36 = v29 - v18;
   const double v37 = v30 - v31;
   const double v38 = v32 - v22;
@@ -1520,20 +1520,20 @@ void planar_3rrr_170_rods_D_chain(const double theta[3], const double q[3], doub
   const double v52 = v41 * v41;
   const double v53 = 2.0 * v41;
   const double v54 = v43 + v44;
-  const double v55 = v19 * v42;
-  const double v56 = v17 * v45;
+  const double v55 = v17 * v45;
+  const double v56 = v19 * v42;
   const double v57 = v47 + v48;
   const double v58 = v23 * v46;
-  const double v59 = v21 * v49;
+  const double v59 = v49 * v21;
   const double v60 = v51 + v52;
-  const double v61 = v27 * v50;
-  const double v62 = v25 * v53;
+  const double v61 = v25 * v53;
+  const double v62 = v27 * v50;
   const double v63 = sqrt(v54);
   const double v64 = v55 + v56;
   const double v65 = sqrt(v57);
   const double v66 = v58 + v59;
   const double v67 = sqrt(v60);
-  const double v68 = v61 + v62;
+  const double v68 = v61 - v62;
   const double v69 = 0.5 / v63;
   const double v70 = 0.5 / v65;
   const double v71 = 0.5 / v67;
@@ -1560,7 +1560,7 @@ void planar_3rrr_170_rods_D_chain(const double theta[3], const double q[3], doub
 }
 
 // Both matrices of the velocity relation of a platform on legs.
-// 92 operations: multiply 39, add 33, trig 8, other 12
+// 91 operations: multiply 39, add 32, trig 8, other 12
 void planar_3rrr_170_velocity_relation(const double theta[3], const double q[3], double J_x[9], double J_q[9]) {
   // inputs
   const double theta_0 = theta[0];
@@ -1599,7 +1599,7 @@ void planar_3rrr_170_velocity_relation(const double theta[3], const double q[3],
   const double v24 = v14 - 0.145;
   const double v25 = v10 + v9;
   const double v26 = 0.2511473670974872 + v15;
-  const double v27 = v13 - v12;
+  const double v27 = v12 - v13;
   const double v28 = v16 - 0.145;
   const double v29 = theta_0 - v17;
   const double v30 = v19 + theta_1;
@@ -1607,7 +1607,7 @@ void planar_3rrr_170_velocity_relation(const double theta[3], const double q[3],
   const double v32 = v21 + theta_0;
   const double v33 = theta_1 - v23;
   const double v34 = v25 + theta_0;
-  const double v35 = theta_1 - v27;
+  const double v35 = v27 + theta_1;
   const double v36 = v29 - v18;
   const double v37 = v30 - v31;
   const double v38 = v29 - theta_0;
@@ -1616,70 +1616,69 @@ void planar_3rrr_170_velocity_relation(const double theta[3], const double q[3],
   const double v41 = v33 - theta_1;
   const double v42 = v34 - v26;
   const double v43 = v35 - v28;
-  const double v44 = v35 - theta_1;
-  const double v45 = v36 * v36;
-  const double v46 = v37 * v37;
-  const double v47 = 2.0 * v37;
-  const double v48 = 2.0 * v36;
-  const double v49 = v39 * v39;
-  const double v50 = v40 * v40;
-  const double v51 = v42 * v42;
-  const double v52 = v43 * v43;
-  const double v53 = v45 + v46;
-  const double v54 = 2.0 * v40;
-  const double v55 = 2.0 * v39;
-  const double v56 = 2.0 * v43;
-  const double v57 = 2.0 * v42;
-  const double v58 = v47 * v18;
-  const double v59 = v48 * v20;
-  const double v60 = v49 + v50;
-  const double v61 = v51 + v52;
-  const double v62 = sqrt(v53);
-  const double v63 = v54 * v11;
-  const double v64 = v55 * v14;
-  const double v65 = v56 * v15;
-  const double v66 = v57 * v16;
-  const double v67 = v58 - v59;
+  const double v44 = v36 * v36;
+  const double v45 = v37 * v37;
+  const double v46 = 2.0 * v37;
+  const double v47 = 2.0 * v36;
+  const double v48 = v39 * v39;
+  const double v49 = v40 * v40;
+  const double v50 = v42 * v42;
+  const double v51 = v43 * v43;
+  const double v52 = v44 + v45;
+  const double v53 = 2.0 * v40;
+  const double v54 = 2.0 * v39;
+  const double v55 = 2.0 * v43;
+  const double v56 = 2.0 * v42;
+  const double v57 = v46 * v18;
+  const double v58 = v47 * v20;
+  const double v59 = v48 + v49;
+  const double v60 = v50 + v51;
+  const double v61 = sqrt(v52);
+  const double v62 = v53 * v11;
+  const double v63 = v54 * v14;
+  const double v64 = v55 * v15;
+  const double v65 = v56 * v16;
+  const double v66 = v57 - v58;
+  const double v67 = sqrt(v59);
   const double v68 = sqrt(v60);
-  const double v69 = sqrt(v61);
-  const double v70 = v36 / v62;
-  const double v71 = v37 / v62;
-  const double v72 = v63 - v64;
-  const double v73 = v65 - v66;
-  const double v74 = 0.5 / v62;
-  const double v75 = v39 / v68;
-  const double v76 = v40 / v68;
-  const double v77 = v42 / v69;
-  const double v78 = v43 / v69;
-  J_x[6] = v70;
-  J_x[7] = v71;
-  const double v79 = v71 * v38;
-  const double v80 = v70 * v19;
+  const double v69 = v36 / v61;
+  const double v70 = v37 / v61;
+  const double v71 = v62 - v63;
+  const double v72 = v64 - v65;
+  const double v73 = 0.5 / v61;
+  const double v74 = v39 / v67;
+  const double v75 = v40 / v67;
+  const double v76 = v42 / v68;
+  const double v77 = v43 / v68;
+  J_x[6] = v69;
+  J_x[7] = v70;
+  const double v78 = v70 * v38;
+  const double v79 = v69 * v19;
+  const double v80 = 0.5 / v67;
   const double v81 = 0.5 / v68;
-  const double v82 = 0.5 / v69;
-  const double v83 = v74 * v67;
+  const double v82 = v73 * v66;
   // shared terms; columns 1 and 2 of J_x; column 3 of J_q
-  J_x[0] = v75;
-  J_x[1] = v76;
-  const double v84 = v76 * v21;
-  const double v85 = v75 * v41;
-  J_x[3] = v77;
-  J_x[4] = v78;
-  const double v86 = v78 * v25;
-  const double v87 = v77 * v44;
-  const double v88 = v79 - v80;
+  J_x[0] = v74;
+  J_x[1] = v75;
+  const double v83 = v75 * v21;
+  const double v84 = v74 * v41;
+  J_x[3] = v76;
+  J_x[4] = v77;
+  const double v85 = v77 * v25;
+  const double v86 = v76 * v27;
+  const double v87 = v78 - v79;
+  const double v88 = v80 * v71;
   const double v89 = v81 * v72;
-  const double v90 = v82 * v73;
-  J_q[8] = v83;
+  J_q[8] = v82;
   // shared terms; column 3 of J_x; columns 1 and 2 of J_q
-  const double v91 = v84 - v85;
-  const double v92 = v86 - v87;
-  J_x[8] = v88;
-  J_q[0] = v89;
-  J_q[4] = v90;
+  const double v90 = v83 - v84;
+  const double v91 = v85 - v86;
+  J_x[8] = v87;
+  J_q[0] = v88;
+  J_q[4] = v89;
   // column 3 of J_x
-  J_x[2] = v91;
-  J_x[5] = v92;
+  J_x[2] = v90;
+  J_x[5] = v91;
 }
 
 // Coefficients of the polynomial whose zeros are the platform's angles in all modes.
@@ -2135,3 +2134,5 @@ void planar_3rrr_170_assembly_mirror(const double q[3], const double phi[1], dou
   theta[0] = v84;
   theta[1] = v85;
 }
+
+#include "planar_3rrr_170_modes.h"

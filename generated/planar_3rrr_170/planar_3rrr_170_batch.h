@@ -31,6 +31,7 @@ void planar_3rrr_170_velocity_relation_batch(size_t n, const double *theta, cons
 void planar_3rrr_170_assembly_polynomial_batch(size_t n, const double *q, double *coefficients);
 void planar_3rrr_170_assembly_position_batch(size_t n, const double *q, const double *phi, double *theta);
 void planar_3rrr_170_assembly_mirror_batch(size_t n, const double *q, const double *phi, double *theta);
+void planar_3rrr_170_modes_batch(size_t n, const double *q, double *theta, double *margin, double *unsure);
 
 #ifdef __cplusplus
 }

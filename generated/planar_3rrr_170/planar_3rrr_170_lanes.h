@@ -51,7 +51,7 @@ static LANES_TARGET void LANES_NAME(planar_3rrr_170_actuators_D_chain)(const lan
   out[0] = v25;
   const lanes v26 = 0.5 * v14, v27 = v21 * v7, v28 = v26 + v27, v29 = v28 - v14, v30 = v29 / v20;
   out[1] = v30;
-  const lanes v31 = v11 + v13, v32 = v31 * v24, v33 = v4 - v6, v34 = v33 * v29, v35 = v32 + v34,
+  const lanes v31 = v11 + v13, v32 = v31 * v24, v33 = v4 - v6, v34 = v29 * v33, v35 = v32 + v34,
       v36 = v35 / v20;
   out[2] = v36;
   const lanes v37 = theta_0 - 0.2511473670974872, v38 = v37 + v6, v39 = v38 + v4, v40 = 0.5 * v39,
@@ -63,7 +63,7 @@ static LANES_TARGET void LANES_NAME(planar_3rrr_170_actuators_D_chain)(const lan
   out[3] = v54;
   const lanes v55 = v39 * v50, v56 = 0.5 * v42, v57 = v55 + v56, v58 = v57 - v42, v59 = v58 / v49;
   out[4] = v59;
-  const lanes v60 = v13 - v11, v61 = v60 * v53, v62 = v6 + v4, v63 = v62 * v58, v64 = v61 + v63,
+  const lanes v60 = v6 + v4, v61 = v60 * v58, v62 = v11 - v13, v63 = v62 * v53, v64 = v61 - v63,
       v65 = v64 / v49;
   out[5] = v65;
   const lanes v66 = 0.13 * v1, v67 = theta_0 - v66, v68 = 0.5 * v67, v69 = theta_1 - 0.29,
@@ -75,7 +75,7 @@ static LANES_TARGET void LANES_NAME(planar_3rrr_170_actuators_D_chain)(const lan
   out[6] = v83;
   const lanes v84 = v67 * v79, v85 = 0.5 * v71, v86 = v84 + v85, v87 = v86 - v71, v88 = v87 / v78;
   out[7] = v88;
-  const lanes v89 = v70 * v82, v90 = v66 * v87, v91 = v89 + v90, v92 = v91 / v78, v93 = -v92;
+  const lanes v89 = v66 * v87, v90 = v70 * v82, v91 = v89 + v90, v92 = v91 / v78, v93 = -v92;
   out[8] = v93;
 }
 
@@ -132,19 +132,19 @@ static LANES_TARGET void LANES_NAME(planar_3rrr_170_actuator_accelerations)(cons
       v35 = v32 * v32, v36 = v34 / v35, v37 = v28 * v36, v38 = v33 - v37, v39 = v38 * v14,
       v40 = v9 + v39, v41 = 0.1156 - v32, v42 = v32 * v41;
   LANES_LET1(v43, sqrt, v42);
-  const lanes v44 = 0.5 * v43, v45 = v44 / v32, v46 = v20 * v45, v47 = v40 - v46, v48 = v28 * v41,
+  const lanes v44 = 0.5 * v43, v45 = v44 / v32, v46 = v45 * v20, v47 = v40 - v46, v48 = v28 * v41,
       v49 = v32 * v28, v50 = v48 - v49, v51 = 0.25 / v43, v52 = v50 * v51, v53 = v52 / v32,
       v54 = v44 / v35, v55 = v28 * v54, v56 = v53 - v55, v57 = v56 * v25, v58 = v47 - v57,
-      v59 = v58 - v8, v60 = v8 * v59, v61 = v8 * v45, v62 = 0.5 * v20, v63 = v61 + v62,
+      v59 = v58 - v8, v60 = v8 * v59, v61 = 0.5 * v20, v62 = v45 * v8, v63 = v61 + v62,
       v64 = v38 * v25, v65 = v63 + v64, v66 = v56 * v14, v67 = v65 + v66, v68 = v67 - v20,
-      v69 = v20 * v68, v70 = v60 + v69, v71 = v6 * thetad_2, v72 = v1 * thetadd_2, v73 = v71 + v72,
-      v74 = 0.11258330249197702 * v73, v75 = thetadd_0 + v74, v76 = v2 * thetadd_2,
-      v77 = v3 * thetad_2, v78 = v76 - v77, v79 = 0.065 * v78, v80 = v75 + v79, v81 = 0.5 * v14,
-      v82 = v45 * v25, v83 = v81 - v82, v84 = v83 - v14, v85 = v80 * v84, v86 = v70 + v85,
-      v87 = 0.065 * v73, v88 = thetadd_1 + v87, v89 = 0.11258330249197702 * v78, v90 = v88 - v89,
-      v91 = 0.5 * v25, v92 = v45 * v14, v93 = v91 + v92, v94 = v93 - v25, v95 = v90 * v94,
-      v96 = v86 + v95, v97 = v96 / v44, v98 = v8 * v84, v99 = v20 * v94, v100 = v98 + v99,
-      v101 = v44 * v44, v102 = v100 / v101, v103 = v52 * v102, v104 = v97 - v103;
+      v69 = v20 * v68, v70 = v60 + v69, v71 = 0.5 * v14, v72 = v45 * v25, v73 = v71 - v72,
+      v74 = v73 - v14, v75 = v6 * thetad_2, v76 = v1 * thetadd_2, v77 = v75 + v76,
+      v78 = 0.11258330249197702 * v77, v79 = thetadd_0 + v78, v80 = v2 * thetadd_2,
+      v81 = v3 * thetad_2, v82 = v80 - v81, v83 = 0.065 * v82, v84 = v79 + v83, v85 = v74 * v84,
+      v86 = v70 + v85, v87 = 0.065 * v77, v88 = thetadd_1 + v87, v89 = 0.11258330249197702 * v82,
+      v90 = v88 - v89, v91 = 0.5 * v25, v92 = v45 * v14, v93 = v91 + v92, v94 = v93 - v25,
+      v95 = v90 * v94, v96 = v86 + v95, v97 = v96 / v44, v98 = v8 * v74, v99 = v20 * v94,
+      v100 = v98 + v99, v101 = v44 * v44, v102 = v100 / v101, v103 = v52 * v102, v104 = v97 - v103;
   out[0] = v104;
   const lanes v105 = thetad_0 + v7, v106 = v105 - v4, v107 = 0.5 * v106,
       v108 = theta_0 - 0.2511473670974872, v109 = v108 + v13, v110 = v109 + v11, v111 = 2.0 * v110,
@@ -161,8 +161,8 @@ static LANES_TARGET void LANES_NAME(planar_3rrr_170_actuator_accelerations)(cons
       v147 = v144 - v146, v148 = v147 * v116, v149 = v138 - v148, v150 = v149 - v106,
       v151 = v106 * v150, v152 = v106 * v136, v153 = 0.5 * v114, v154 = v152 + v153,
       v155 = v129 * v116, v156 = v154 + v155, v157 = v147 * v110, v158 = v156 + v157,
-      v159 = v158 - v114, v160 = v114 * v159, v161 = v151 + v160, v162 = thetadd_0 + v79,
-      v163 = v162 - v74, v164 = 0.5 * v110, v165 = v116 * v136, v166 = v164 - v165,
+      v159 = v158 - v114, v160 = v114 * v159, v161 = v151 + v160, v162 = thetadd_0 + v83,
+      v163 = v162 - v78, v164 = 0.5 * v110, v165 = v116 * v136, v166 = v164 - v165,
       v167 = v166 - v110, v168 = v163 * v167, v169 = v161 + v168, v170 = thetadd_1 + v89,
       v171 = v170 + v87, v172 = v110 * v136, v173 = 0.5 * v116, v174 = v172 + v173,
       v175 = v174 - v116, v176 = v171 * v175, v177 = v169 + v176, v178 = v177 / v135,
@@ -184,9 +184,9 @@ static LANES_TARGET void LANES_NAME(planar_3rrr_170_actuator_accelerations)(cons
       v228 = v225 - v227, v229 = v228 * v197, v230 = v219 - v229, v231 = v230 - v187,
       v232 = v187 * v231, v233 = v187 * v217, v234 = 0.5 * v194, v235 = v233 + v234,
       v236 = v210 * v197, v237 = v235 + v236, v238 = v228 * v190, v239 = v237 + v238,
-      v240 = v239 - v194, v241 = v194 * v240, v242 = v232 + v241, v243 = 0.13 * v78,
+      v240 = v239 - v194, v241 = v194 * v240, v242 = v232 + v241, v243 = 0.13 * v82,
       v244 = thetadd_0 - v243, v245 = 0.5 * v190, v246 = v197 * v217, v247 = v245 - v246,
-      v248 = v247 - v190, v249 = v244 * v248, v250 = v242 + v249, v251 = 0.13 * v73,
+      v248 = v247 - v190, v249 = v244 * v248, v250 = v242 + v249, v251 = 0.13 * v77,
       v252 = thetadd_1 - v251, v253 = v190 * v217, v254 = 0.5 * v197, v255 = v253 + v254,
       v256 = v255 - v197, v257 = v252 * v256, v258 = v250 + v257, v259 = v258 / v216,
       v260 = v187 * v248, v261 = v194 * v256, v262 = v260 + v261, v263 = v216 * v216,
@@ -498,7 +498,7 @@ static LANES_TARGET void LANES_NAME(planar_3rrr_170_rods)(const lanes *in, lanes
   const lanes v27 = v26 - 0.17;
   out[0] = v27;
   const lanes v28 = v10 + v9, v29 = v28 + theta_0, v30 = 0.17 * v5, v31 = 0.2511473670974872 + v30,
-      v32 = v29 - v31, v33 = v32 * v32, v34 = v18 - v17, v35 = theta_1 - v34, v36 = 0.17 * v6,
+      v32 = v29 - v31, v33 = v32 * v32, v34 = v17 - v18, v35 = v34 + theta_1, v36 = 0.17 * v6,
       v37 = v36 - 0.145, v38 = v35 - v37, v39 = v38 * v38, v40 = v33 + v39;
   LANES_LET1(v41, sqrt, v40);
   const lanes v42 = v41 - 0.17;
@@ -528,17 +528,17 @@ static LANES_TARGET void LANES_NAME(planar_3rrr_170_rods_D_chain)(const lanes *i
   out[0] = v29;
   const lanes v30 = 2.0 * v24, v31 = v28 * v30;
   out[1] = v31;
-  const lanes v32 = v20 * v16, v33 = v11 * v30, v34 = v32 + v33, v35 = v28 * v34;
+  const lanes v32 = v20 * v16, v33 = v30 * v11, v34 = v32 + v33, v35 = v28 * v34;
   out[2] = v35;
   const lanes v36 = v10 + v9, v37 = v36 + theta_0, v38 = 0.17 * v5, v39 = 0.2511473670974872 + v38,
-      v40 = v37 - v39, v41 = 2.0 * v40, v42 = v40 * v40, v43 = v19 - v18, v44 = theta_1 - v43,
+      v40 = v37 - v39, v41 = 2.0 * v40, v42 = v40 * v40, v43 = v18 - v19, v44 = v43 + theta_1,
       v45 = 0.17 * v6, v46 = v45 - 0.145, v47 = v44 - v46, v48 = v47 * v47, v49 = v42 + v48;
   LANES_LET1(v50, sqrt, v49);
   const lanes v51 = 0.5 / v50, v52 = v41 * v51;
   out[3] = v52;
   const lanes v53 = 2.0 * v47, v54 = v51 * v53;
   out[4] = v54;
-  const lanes v55 = v43 * v41, v56 = v36 * v53, v57 = v55 + v56, v58 = v51 * v57;
+  const lanes v55 = v36 * v53, v56 = v43 * v41, v57 = v55 - v56, v58 = v51 * v57;
   out[5] = v58;
   const lanes v59 = 0.13 * v1, v60 = theta_0 - v59, v61 = 0.17 * v7, v62 = v60 - v61,
       v63 = 2.0 * v62, v64 = v62 * v62, v65 = 0.13 * v2, v66 = v65 + theta_1, v67 = 0.17 * v8,
@@ -548,11 +548,11 @@ static LANES_TARGET void LANES_NAME(planar_3rrr_170_rods_D_chain)(const lanes *i
   out[6] = v74;
   const lanes v75 = 2.0 * v69, v76 = v73 * v75;
   out[7] = v76;
-  const lanes v77 = v65 * v63, v78 = v59 * v75, v79 = v77 + v78, v80 = v73 * v79, v81 = -v80;
+  const lanes v77 = v59 * v75, v78 = v65 * v63, v79 = v77 + v78, v80 = v73 * v79, v81 = -v80;
   out[8] = v81;
 }
 
-// velocity_relation: 92 operations: multiply 39, add 33, trig 8, other 12
+// velocity_relation: 91 operations: multiply 39, add 32, trig 8, other 12
 static LANES_TARGET void LANES_NAME(planar_3rrr_170_velocity_relation)(const lanes *in, lanes *out)
 {
   const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], q_0 = in[3], q_1 = in[4],
@@ -571,34 +571,34 @@ static LANES_TARGET void LANES_NAME(planar_3rrr_170_velocity_relation)(const lan
   const lanes v29 = v28 * v11, v30 = v20 - theta_1, v31 = v27 * v30, v32 = v29 - v31;
   out[2] = v32;
   const lanes v33 = v10 + v9, v34 = v33 + theta_0, v35 = 0.17 * v5, v36 = 0.2511473670974872 + v35,
-      v37 = v34 - v36, v38 = v37 * v37, v39 = v18 - v17, v40 = theta_1 - v39, v41 = 0.17 * v6,
+      v37 = v34 - v36, v38 = v37 * v37, v39 = v17 - v18, v40 = v39 + theta_1, v41 = 0.17 * v6,
       v42 = v41 - 0.145, v43 = v40 - v42, v44 = v43 * v43, v45 = v38 + v44;
   LANES_LET1(v46, sqrt, v45);
   const lanes v47 = v37 / v46;
   out[3] = v47;
   const lanes v48 = v43 / v46;
   out[4] = v48;
-  const lanes v49 = v48 * v33, v50 = v40 - theta_1, v51 = v47 * v50, v52 = v49 - v51;
-  out[5] = v52;
-  const lanes v53 = 0.13 * v1, v54 = theta_0 - v53, v55 = 0.17 * v7, v56 = v54 - v55,
-      v57 = v56 * v56, v58 = 0.13 * v2, v59 = v58 + theta_1, v60 = 0.17 * v8, v61 = v60 + 0.29,
-      v62 = v59 - v61, v63 = v62 * v62, v64 = v57 + v63;
-  LANES_LET1(v65, sqrt, v64);
-  const lanes v66 = v56 / v65;
-  out[6] = v66;
-  const lanes v67 = v62 / v65;
-  out[7] = v67;
-  const lanes v68 = v54 - theta_0, v69 = v67 * v68, v70 = v66 * v58, v71 = v69 - v70;
-  out[8] = v71;
-  const lanes v72 = 0.5 / v26, v73 = 2.0 * v23, v74 = v73 * v13, v75 = 2.0 * v15, v76 = v75 * v21,
-      v77 = v74 - v76, v78 = v72 * v77;
-  out[9] = v78; out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
-  const lanes v79 = 0.5 / v46, v80 = 2.0 * v43, v81 = v80 * v35, v82 = 2.0 * v37, v83 = v82 * v41,
-      v84 = v81 - v83, v85 = v79 * v84;
-  out[13] = v85; out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0);
-  const lanes v86 = 0.5 / v65, v87 = 2.0 * v62, v88 = v87 * v55, v89 = 2.0 * v56, v90 = v89 * v60,
-      v91 = v88 - v90, v92 = v86 * v91;
-  out[17] = v92;
+  const lanes v49 = v48 * v33, v50 = v47 * v39, v51 = v49 - v50;
+  out[5] = v51;
+  const lanes v52 = 0.13 * v1, v53 = theta_0 - v52, v54 = 0.17 * v7, v55 = v53 - v54,
+      v56 = v55 * v55, v57 = 0.13 * v2, v58 = v57 + theta_1, v59 = 0.17 * v8, v60 = v59 + 0.29,
+      v61 = v58 - v60, v62 = v61 * v61, v63 = v56 + v62;
+  LANES_LET1(v64, sqrt, v63);
+  const lanes v65 = v55 / v64;
+  out[6] = v65;
+  const lanes v66 = v61 / v64;
+  out[7] = v66;
+  const lanes v67 = v53 - theta_0, v68 = v66 * v67, v69 = v65 * v57, v70 = v68 - v69;
+  out[8] = v70;
+  const lanes v71 = 0.5 / v26, v72 = 2.0 * v23, v73 = v72 * v13, v74 = 2.0 * v15, v75 = v74 * v21,
+      v76 = v73 - v75, v77 = v71 * v76;
+  out[9] = v77; out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
+  const lanes v78 = 0.5 / v46, v79 = 2.0 * v43, v80 = v79 * v35, v81 = 2.0 * v37, v82 = v81 * v41,
+      v83 = v80 - v82, v84 = v78 * v83;
+  out[13] = v84; out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0);
+  const lanes v85 = 0.5 / v64, v86 = 2.0 * v61, v87 = v86 * v54, v88 = 2.0 * v55, v89 = v88 * v59,
+      v90 = v87 - v89, v91 = v85 * v90;
+  out[17] = v91;
 }
 
 // assembly_polynomial: 242 operations: multiply 130, add 103, negate 3, trig 6

@@ -5,7 +5,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chasles import Robot
+from chasles import Robot, Solutions
 
 robot: Robot
 
@@ -270,4 +270,60 @@ def velocity_relation(
     Returns:
         J_x (..., 6, 6): rods along their directions (1, m).
         J_q (..., 6, 6): actuators (1, m).
+    """
+
+def rod_ends(
+    q: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Ends of the rods apart from the platform, in the axes of its first three joints, and the rods' lengths.
+
+    |b_i(theta) - a_i(q)| = l_i
+
+    Args:
+        q (..., 6): actuator coordinates (m).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        a (..., 6, 3): ends apart from the platform (m).
+        l (..., 6): lengths (m).
+    """
+
+def ik(
+    T: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> Solutions:
+    """The leg lengths at a pose of the tool.
+
+    q[0]_i = |p + R b_i - a_i| - l_i, and T is one of the poses of modes(q[0])
+
+    Args:
+        T (..., 4, 4): pose of the tool, T_0_ee (1, m).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        q (..., 1, 6): coordinates of the legs (m).
+        residual (..., 1): deviation of T from a rigid pose (1).
+        margin (..., 1): length of the shortest leg (m).
+    """
+
+def modes(
+    q: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Every assembly mode of the platform, up to 28, the highest first.
+
+    |b_i(theta[k]) - a_i(q)| = l_i wherever theta[k] is finite
+
+    Args:
+        q (..., 6): actuator coordinates (m).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        theta (..., 28, 6): joints of the main chain, a mode a row (m, rad).
+        margin (..., 28): |det J_x| over the lengths of its rows: 0 where the platform is singular and two modes meet (1).
+        unsure (..., 1): number of complex solutions that were not found for certain; 0 where no mode is missing (1).
     """

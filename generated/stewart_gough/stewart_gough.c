@@ -4328,3 +4328,245 @@ void stewart_gough_velocity_relation(const double theta[6], const double q[6], d
   J_x[34] = v209;
   J_x[35] = v210;
 }
+
+// Ends of the rods apart from the platform, in the axes of its first three joints, and the rods'
+// lengths.
+// 6 operations: add 6
+void stewart_gough_rod_ends(const double q[6], double a[18], double l[6]) {
+  // inputs
+  const double q_0 = q[0];
+  const double q_1 = q[1];
+  const double q_2 = q[2];
+  const double q_3 = q[3];
+  const double q_4 = q[4];
+  const double q_5 = q[5];
+  // shared terms
+  const double v1 = 0.57 + q_0;
+  const double v2 = 0.57 + q_1;
+  const double v3 = 0.57 + q_2;
+  const double v4 = 0.57 + q_3;
+  const double v5 = 0.57 + q_4;
+  const double v6 = 0.57 + q_5;
+  // constant entries of a
+  a[0] = 0.3939231012048832;
+  a[1] = -0.06945927106677215;
+  a[2] = 0.0;
+  a[3] = 0.3939231012048832;
+  a[4] = 0.06945927106677215;
+  a[5] = 0.0;
+  a[6] = -0.1368080573302675;
+  a[7] = 0.37587704831436336;
+  a[8] = 0.0;
+  a[9] = -0.25711504387461576;
+  a[10] = 0.3064177772475912;
+  a[11] = 0.0;
+  a[12] = -0.25711504387461576;
+  a[13] = -0.3064177772475912;
+  a[14] = 0.0;
+  a[15] = -0.1368080573302675;
+  a[16] = -0.37587704831436336;
+  a[17] = 0.0;
+  // l
+  l[0] = v1;
+  l[1] = v2;
+  l[2] = v3;
+  l[3] = v4;
+  l[4] = v5;
+  l[5] = v6;
+}
+
+// The leg lengths at a pose of the tool.
+// 163 operations: multiply 60, add 86, other 17
+void stewart_gough_ik(const double T[16], double q[6], double residual[1], double margin[1]) {
+  // inputs
+  const double T_0 = T[0];
+  const double T_1 = T[1];
+  const double T_2 = T[2];
+  const double T_3 = T[3];
+  const double T_4 = T[4];
+  const double T_5 = T[5];
+  const double T_6 = T[6];
+  const double T_7 = T[7];
+  const double T_8 = T[8];
+  const double T_9 = T[9];
+  const double T_10 = T[10];
+  const double T_11 = T[11];
+  // shared terms
+  const double v1 = 0.16069690242163484 * T_0;
+  const double v2 = 0.1915111107797445 * T_1;
+  const double v3 = 0.06945927106677215 + T_7;
+  const double v4 = 0.16069690242163484 * T_4;
+  const double v5 = 0.1915111107797445 * T_5;
+  const double v6 = 0.16069690242163484 * T_8;
+  const double v7 = 0.1915111107797445 * T_9;
+  const double v8 = 0.1368080573302675 + T_3;
+  const double v9 = 0.2349231551964771 * T_1;
+  const double v10 = 0.08550503583141718 * T_0;
+  const double v11 = 0.2349231551964771 * T_5;
+  const double v12 = 0.08550503583141718 * T_4;
+  const double v13 = 0.2349231551964771 * T_9;
+  const double v14 = 0.08550503583141718 * T_8;
+  const double v15 = 0.25711504387461576 + T_3;
+  const double v16 = 0.04341204441673259 * T_1;
+  const double v17 = 0.246201938253052 * T_0;
+  const double v18 = 0.04341204441673259 * T_5;
+  const double v19 = 0.246201938253052 * T_4;
+  const double v20 = 0.04341204441673259 * T_9;
+  const double v21 = 0.246201938253052 * T_8;
+  const double v22 = 0.3064177772475912 + T_7;
+  const double v23 = 0.37587704831436336 + T_7;
+  const double v24 = T_0 * T_1;
+  const double v25 = T_4 * T_5;
+  const double v26 = T_8 * T_9;
+  const double v27 = T_0 * T_2;
+  const double v28 = T_4 * T_6;
+  const double v29 = T_8 * T_10;
+  const double v30 = T_1 * T_2;
+  const double v31 = T_5 * T_6;
+  const double v32 = T_9 * T_10;
+  const double v33 = T_0 * T_0;
+  const double v34 = T_4 * T_4;
+  const double v35 = T_8 * T_8;
+  const double v36 = T_1 * T_1;
+  const double v37 = T_5 * T_5;
+  const double v38 = T_9 * T_9;
+  const double v39 = T_2 * T_2;
+  const double v40 = T_6 * T_6;
+  const double v41 = T_10 * T_10;
+  const double v42 = fabs(T_3);
+  const double v43 = fabs(T_7);
+  const double v44 = fabs(T_11);
+  const double v45 = T_3 + v1;
+  const double v46 = v3 + v4;
+  const double v47 = T_11 + v6;
+  const double v48 = T_3 + v2;
+  const double v49 = T_7 + v5;
+  const double v50 = T_11 + v7;
+  const double v51 = v8 + v9;
+  const double v52 = T_7 + v11;
+  const double v53 = T_11 + v13;
+  const double v54 = v15 + v16;
+  const double v55 = T_7 + v18;
+  const double v56 = T_11 + v20;
+  const double v57 = v15 - v16;
+  const double v58 = v22 - v18;
+  const double v59 = T_11 - v20;
+  const double v60 = v8 + v10;
+  const double v61 = v23 + v12;
+  const double v62 = T_11 + v14;
+  const double v63 = v24 + v25;
+  const double v64 = v27 + v28;
+  const double v65 = v30 + v31;
+  const double v66 = v33 + v34;
+  const double v67 = v36 + v37;
+  const double v68 = v39 + v40;
+  const double v69 = v42 + v43;
+  const double v70 = v45 - 0.3939231012048832;
+  const double v71 = v46 - v5;
+  const double v72 = v47 - v7;
+  const double v73 = v48 + v1;
+  const double v74 = v49 + v4;
+  const double v75 = v50 + v6;
+  const double v76 = v51 + v10;
+  const double v77 = v52 + v12;
+  const double v78 = v53 + v14;
+  const double v79 = v54 - v17;
+  const double v80 = v55 - 0.3064177772475912;
+  const double v81 = v56 - v21;
+  const double v82 = v57 - v17;
+  const double v83 = v58 - v19;
+  const double v84 = v59 - v21;
+  const double v85 = v60 - v9;
+  const double v86 = v61 - v11;
+  const double v87 = v62 - v13;
+  const double v88 = v63 + v26;
+  const double v89 = v64 + v29;
+  const double v90 = v65 + v32;
+  const double v91 = v66 + v35;
+  const double v92 = v67 + v38;
+  const double v93 = v68 + v41;
+  const double v94 = v69 + v44;
+  const double v95 = v70 - v2;
+  const double v96 = v71 * v71;
+  const double v97 = v72 * v72;
+  const double v98 = v73 - 0.3939231012048832;
+  const double v99 = v74 - 0.06945927106677215;
+  const double v100 = v75 * v75;
+  const double v101 = v76 * v76;
+  const double v102 = v77 - 0.37587704831436336;
+  const double v103 = v78 * v78;
+  const double v104 = v79 * v79;
+  const double v105 = v80 - v19;
+  const double v106 = v81 * v81;
+  const double v107 = v82 * v82;
+  const double v108 = v83 * v83;
+  const double v109 = v84 * v84;
+  const double v110 = v85 * v85;
+  const double v111 = v86 * v86;
+  const double v112 = v87 * v87;
+  const double v113 = v88 * v88;
+  const double v114 = v89 * v89;
+  const double v115 = v90 * v90;
+  const double v116 = v91 - 1.0;
+  const double v117 = v92 - 1.0;
+  const double v118 = v93 - 1.0;
+  const int v119 = v94 <= 1e+300;
+  const double v120 = v95 * v95;
+  const double v121 = v98 * v98;
+  const double v122 = v99 * v99;
+  const double v123 = v102 * v102;
+  const double v124 = v105 * v105;
+  const double v125 = v107 + v108;
+  const double v126 = v110 + v111;
+  const double v127 = v113 + v114;
+  const double v128 = v116 * v116;
+  const double v129 = v117 * v117;
+  const double v130 = v118 * v118;
+  const double v131 = v120 + v96;
+  const double v132 = v121 + v122;
+  const double v133 = v101 + v123;
+  const double v134 = v104 + v124;
+  const double v135 = v125 + v109;
+  const double v136 = v126 + v112;
+  const double v137 = v127 + v115;
+  const double v138 = v131 + v97;
+  const double v139 = v132 + v100;
+  const double v140 = v133 + v103;
+  const double v141 = v134 + v106;
+  const double v142 = sqrt(v135);
+  const double v143 = sqrt(v136);
+  const double v144 = v137 + v128;
+  const double v145 = sqrt(v138);
+  const double v146 = sqrt(v139);
+  const double v147 = sqrt(v140);
+  const double v148 = sqrt(v141);
+  const double v149 = v142 - 0.57;
+  const double v150 = v143 - 0.57;
+  const double v151 = v144 + v129;
+  const double v152 = v145 - 0.57;
+  const double v153 = v146 - 0.57;
+  const double v154 = v147 - 0.57;
+  const double v155 = v148 - 0.57;
+  const double v156 = v151 + v130;
+  const double v157 = fmin(v145, v146);
+  const double v158 = sqrt(v156);
+  const double v159 = fmin(v147, v157);
+  const double v160 = fmin(v148, v159);
+  const double v161 = v119 ? v158 : v94;
+  const double v162 = fmin(v142, v160);
+  const double v163 = fmin(v143, v162);
+  // columns 5 and 6 of q
+  q[4] = v149;
+  q[5] = v150;
+  // columns 1, 2, 3 and 4 of q
+  q[0] = v152;
+  q[1] = v153;
+  q[2] = v154;
+  q[3] = v155;
+  // residual
+  residual[0] = v161;
+  // margin
+  margin[0] = v163;
+}
+
+#include "stewart_gough_modes.h"

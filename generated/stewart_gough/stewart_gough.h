@@ -136,6 +136,32 @@ void stewart_gough_rods_D_chain(const double theta[6], const double q[6], double
  *   J_q: actuators, 6 x 6 (1, m) */
 void stewart_gough_velocity_relation(const double theta[6], const double q[6], double J_x[36], double J_q[36]);
 
+/* Ends of the rods apart from the platform, in the axes of its first three joints, and the rods' lengths.
+ * |b_i(theta) - a_i(q)| = l_i
+ * 6 operations: add 6.
+ *   q: actuator coordinates, 6 (m)
+ *   a: ends apart from the platform, 6 x 3 (m)
+ *   l: lengths, 6 (m) */
+void stewart_gough_rod_ends(const double q[6], double a[18], double l[6]);
+
+/* The leg lengths at a pose of the tool.
+ * q[0]_i = |p + R b_i - a_i| - l_i, and T is one of the poses of modes(q[0])
+ * 163 operations: multiply 60, add 86, other 17.
+ *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
+ *   q: coordinates of the legs, 1 x 6 (m)
+ *   residual: deviation of T from a rigid pose, 1 (1)
+ *   margin: length of the shortest leg, 1 (m) */
+void stewart_gough_ik(const double T[16], double q[6], double residual[1], double margin[1]);
+
+/* Every assembly mode of the platform, up to 28, the highest first.
+ * |b_i(theta[k]) - a_i(q)| = l_i wherever theta[k] is finite
+ * About 2000000 operations.
+ *   q: actuator coordinates, 6 (m)
+ *   theta: joints of the main chain, a mode a row, 28 x 6 (m, rad)
+ *   margin: |det J_x| over the lengths of its rows: 0 where the platform is singular and two modes meet, 28 (1)
+ *   unsure: number of complex solutions that were not found for certain; 0 where no mode is missing, 1 (1) */
+void stewart_gough_modes(const double q[6], double theta[168], double margin[28], double unsure[1]);
+
 #ifdef __cplusplus
 }
 #endif

@@ -448,3 +448,68 @@ void stewart_gough_velocity_relation_batch(size_t n, const double *theta, const 
   const ptrdiff_t input_steps[] = {6, 6}, output_steps[] = {36, 36};
   stewart_gough_velocity_relation_rows(n, inputs, input_steps, outputs, output_steps);
 }
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_rod_ends_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {6, 18, 6};
+  static const lanes_shape shape = {1, 2, sizes};
+  CHASLES_RUN_AVX512(stewart_gough_rod_ends_avx512)
+  CHASLES_RUN_AVX2(stewart_gough_rod_ends_avx2)
+  CHASLES_RUN_BASELINE(stewart_gough_rod_ends_baseline)
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_rod_ends(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
+  }
+}
+
+void stewart_gough_rod_ends_batch(size_t n, const double *q, double *a, double *l)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {a, l};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {18, 6};
+  stewart_gough_rod_ends_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_ik_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {16, 6, 1, 1};
+  static const lanes_shape shape = {1, 3, sizes};
+  CHASLES_RUN_AVX512(stewart_gough_ik_avx512)
+  CHASLES_RUN_AVX2(stewart_gough_ik_avx2)
+  CHASLES_RUN_BASELINE(stewart_gough_ik_baseline)
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_ik(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1], outputs[2] + k * output_steps[2]);
+  }
+}
+
+void stewart_gough_ik_batch(size_t n, const double *T, double *q, double *residual, double *margin)
+{
+  const double *const inputs[] = {T};
+  double *const outputs[] = {q, residual, margin};
+  const ptrdiff_t input_steps[] = {16}, output_steps[] = {6, 1, 1};
+  stewart_gough_ik_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_modes_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_modes(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1], outputs[2] + k * output_steps[2]);
+  }
+}
+
+void stewart_gough_modes_batch(size_t n, const double *q, double *theta, double *margin, double *unsure)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {theta, margin, unsure};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {168, 28, 1};
+  stewart_gough_modes_rows(n, inputs, input_steps, outputs, output_steps);
+}

@@ -26,6 +26,9 @@ void stewart_gough_chain_jacobian_mixed_batch(size_t n, const double *theta, dou
 void stewart_gough_rods_batch(size_t n, const double *theta, const double *q, double *residual);
 void stewart_gough_rods_D_chain_batch(size_t n, const double *theta, const double *q, double *residual_D_theta);
 void stewart_gough_velocity_relation_batch(size_t n, const double *theta, const double *q, double *J_x, double *J_q);
+void stewart_gough_rod_ends_batch(size_t n, const double *q, double *a, double *l);
+void stewart_gough_ik_batch(size_t n, const double *T, double *q, double *residual, double *margin);
+void stewart_gough_modes_batch(size_t n, const double *q, double *theta, double *margin, double *unsure);
 
 #ifdef __cplusplus
 }

@@ -1472,3 +1472,100 @@ static LANES_TARGET void LANES_NAME(stewart_gough_velocity_relation)(const lanes
   out[66] = LANES_OF(0.0); out[67] = LANES_OF(0.0); out[68] = LANES_OF(0.0);
   out[69] = LANES_OF(0.0); out[70] = LANES_OF(0.0); out[71] = LANES_OF(1.0);
 }
+
+// rod_ends: 6 operations: add 6
+static LANES_TARGET void LANES_NAME(stewart_gough_rod_ends)(const lanes *in, lanes *out)
+{
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5];
+  out[0] = LANES_OF(0.3939231012048832); out[1] = LANES_OF(-0.06945927106677215);
+  out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.3939231012048832);
+  out[4] = LANES_OF(0.06945927106677215); out[5] = LANES_OF(0.0);
+  out[6] = LANES_OF(-0.1368080573302675); out[7] = LANES_OF(0.37587704831436336);
+  out[8] = LANES_OF(0.0); out[9] = LANES_OF(-0.25711504387461576);
+  out[10] = LANES_OF(0.3064177772475912); out[11] = LANES_OF(0.0);
+  out[12] = LANES_OF(-0.25711504387461576); out[13] = LANES_OF(-0.3064177772475912);
+  out[14] = LANES_OF(0.0); out[15] = LANES_OF(-0.1368080573302675);
+  out[16] = LANES_OF(-0.37587704831436336); out[17] = LANES_OF(0.0);
+  const lanes v1 = 0.57 + q_0;
+  out[18] = v1;
+  const lanes v2 = 0.57 + q_1;
+  out[19] = v2;
+  const lanes v3 = 0.57 + q_2;
+  out[20] = v3;
+  const lanes v4 = 0.57 + q_3;
+  out[21] = v4;
+  const lanes v5 = 0.57 + q_4;
+  out[22] = v5;
+  const lanes v6 = 0.57 + q_5;
+  out[23] = v6;
+}
+
+// ik: 163 operations: multiply 60, add 86, other 17
+static LANES_TARGET void LANES_NAME(stewart_gough_ik)(const lanes *in, lanes *out)
+{
+  const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
+      T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
+      v1 = 0.16069690242163484 * T_0, v2 = T_3 + v1, v3 = v2 - 0.3939231012048832,
+      v4 = 0.1915111107797445 * T_1, v5 = v3 - v4, v6 = v5 * v5, v7 = 0.06945927106677215 + T_7,
+      v8 = 0.16069690242163484 * T_4, v9 = v7 + v8, v10 = 0.1915111107797445 * T_5, v11 = v9 - v10,
+      v12 = v11 * v11, v13 = v6 + v12, v14 = 0.16069690242163484 * T_8, v15 = T_11 + v14,
+      v16 = 0.1915111107797445 * T_9, v17 = v15 - v16, v18 = v17 * v17, v19 = v13 + v18;
+  LANES_LET1(v20, sqrt, v19);
+  const lanes v21 = v20 - 0.57;
+  out[0] = v21;
+  const lanes v22 = T_3 + v4, v23 = v22 + v1, v24 = v23 - 0.3939231012048832, v25 = v24 * v24,
+      v26 = T_7 + v10, v27 = v26 + v8, v28 = v27 - 0.06945927106677215, v29 = v28 * v28,
+      v30 = v25 + v29, v31 = T_11 + v16, v32 = v31 + v14, v33 = v32 * v32, v34 = v30 + v33;
+  LANES_LET1(v35, sqrt, v34);
+  const lanes v36 = v35 - 0.57;
+  out[1] = v36;
+  const lanes v37 = 0.1368080573302675 + T_3, v38 = 0.2349231551964771 * T_1, v39 = v37 + v38,
+      v40 = 0.08550503583141718 * T_0, v41 = v39 + v40, v42 = v41 * v41,
+      v43 = 0.2349231551964771 * T_5, v44 = T_7 + v43, v45 = 0.08550503583141718 * T_4,
+      v46 = v44 + v45, v47 = v46 - 0.37587704831436336, v48 = v47 * v47, v49 = v42 + v48,
+      v50 = 0.2349231551964771 * T_9, v51 = T_11 + v50, v52 = 0.08550503583141718 * T_8,
+      v53 = v51 + v52, v54 = v53 * v53, v55 = v49 + v54;
+  LANES_LET1(v56, sqrt, v55);
+  const lanes v57 = v56 - 0.57;
+  out[2] = v57;
+  const lanes v58 = 0.25711504387461576 + T_3, v59 = 0.04341204441673259 * T_1, v60 = v58 + v59,
+      v61 = 0.246201938253052 * T_0, v62 = v60 - v61, v63 = v62 * v62,
+      v64 = 0.04341204441673259 * T_5, v65 = T_7 + v64, v66 = v65 - 0.3064177772475912,
+      v67 = 0.246201938253052 * T_4, v68 = v66 - v67, v69 = v68 * v68, v70 = v63 + v69,
+      v71 = 0.04341204441673259 * T_9, v72 = T_11 + v71, v73 = 0.246201938253052 * T_8,
+      v74 = v72 - v73, v75 = v74 * v74, v76 = v70 + v75;
+  LANES_LET1(v77, sqrt, v76);
+  const lanes v78 = v77 - 0.57;
+  out[3] = v78;
+  const lanes v79 = v58 - v59, v80 = v79 - v61, v81 = v80 * v80, v82 = 0.3064177772475912 + T_7,
+      v83 = v82 - v64, v84 = v83 - v67, v85 = v84 * v84, v86 = v81 + v85, v87 = T_11 - v71,
+      v88 = v87 - v73, v89 = v88 * v88, v90 = v86 + v89;
+  LANES_LET1(v91, sqrt, v90);
+  const lanes v92 = v91 - 0.57;
+  out[4] = v92;
+  const lanes v93 = v37 + v40, v94 = v93 - v38, v95 = v94 * v94, v96 = 0.37587704831436336 + T_7,
+      v97 = v96 + v45, v98 = v97 - v43, v99 = v98 * v98, v100 = v95 + v99, v101 = T_11 + v52,
+      v102 = v101 - v50, v103 = v102 * v102, v104 = v100 + v103;
+  LANES_LET1(v105, sqrt, v104);
+  const lanes v106 = v105 - 0.57;
+  out[5] = v106;
+  const lanes v107 = T_0 * T_1, v108 = T_4 * T_5, v109 = v107 + v108, v110 = T_8 * T_9,
+      v111 = v109 + v110, v112 = v111 * v111, v113 = T_0 * T_2, v114 = T_4 * T_6,
+      v115 = v113 + v114, v116 = T_8 * T_10, v117 = v115 + v116, v118 = v117 * v117,
+      v119 = v112 + v118, v120 = T_1 * T_2, v121 = T_5 * T_6, v122 = v120 + v121, v123 = T_9 * T_10,
+      v124 = v122 + v123, v125 = v124 * v124, v126 = v119 + v125, v127 = T_0 * T_0,
+      v128 = T_4 * T_4, v129 = v127 + v128, v130 = T_8 * T_8, v131 = v129 + v130, v132 = v131 - 1.0,
+      v133 = v132 * v132, v134 = v126 + v133, v135 = T_1 * T_1, v136 = T_5 * T_5,
+      v137 = v135 + v136, v138 = T_9 * T_9, v139 = v137 + v138, v140 = v139 - 1.0,
+      v141 = v140 * v140, v142 = v134 + v141, v143 = T_2 * T_2, v144 = T_6 * T_6,
+      v145 = v143 + v144, v146 = T_10 * T_10, v147 = v145 + v146, v148 = v147 - 1.0,
+      v149 = v148 * v148, v150 = v142 + v149;
+  LANES_LET1(v151, sqrt, v150); LANES_LET2(v152, fmin, v20, v35); LANES_LET2(v153, fmin, v56, v152);
+  LANES_LET2(v154, fmin, v77, v153); LANES_LET2(v155, fmin, v91, v154);
+  LANES_LET2(v156, fmin, v105, v155); out[7] = v156; LANES_LET1(v157, fabs, T_3);
+  LANES_LET1(v158, fabs, T_7); LANES_LET1(v159, fabs, T_11);
+  const lanes v160 = v157 + v158, v161 = v160 + v159;
+  const lanes_where v162 = LANES_LE(v161, 1e+300);
+  const lanes v163 = LANES_CHOICE(v162, v151, v161);
+  out[6] = v163;
+}

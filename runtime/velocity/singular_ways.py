@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +17,7 @@ from .singularity import SingularityMethods
 
 FloatArray = NDArray[np.float64]
 _PLANAR = ["prismatic", "prismatic", "revolute"]
+Condition = Callable[[FloatArray], NDArray[np.bool_]]
 _SAMPLES, _HALVINGS = 512, 48
 
 
@@ -135,14 +136,21 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
 
         s = np.linspace(0, 1, _SAMPLES + 1)
         margin, determinant = (
-            part.reshape(len(start), -1)
+            part.reshape(len(start), len(s))
             for part in f(np.tile(s, len(start)), np.repeat(rows, len(s)))
         )
         reached = margin >= 0
-        type_1 = _first(reached[:, 1:] != reached[:, :-1], lambda s, at: f(s, at)[0] >= 0, s)
-        sign = determinant > 0
-        known = np.isfinite(determinant[:, 1:]) & np.isfinite(determinant[:, :-1])
-        type_2 = _first((sign[:, 1:] != sign[:, :-1]) & known, lambda s, at: f(s, at)[1] > 0, s)
+        leaves = ~reached[:, 1:]
+        type_1 = np.full(len(start), np.inf)
+        low, high, at = _brackets(leaves, s)
+        type_1[at] = _halved(lambda x: f(x, at)[0] >= 0, low, high)
+        # The last part may hold both singularities.
+        turned = (determinant[:, 1:] > 0) != (determinant[:, :-1] > 0)
+        turned[at, leaves[at].argmax(1)] = (f(type_1[at], at)[1] > 0) != (f(low, at)[1] > 0)
+        type_2 = np.full(len(start), np.inf)
+        low, high, at = _brackets(turned, s)
+        high = np.minimum(high, type_1[at])
+        type_2[at] = _halved(lambda x: f(x, at)[1] > 0, low, high)
         # Behind the place where a leg ceases to reach there is no pose.
         type_2[type_2 > type_1] = np.inf
         for found in (type_1, type_2):
@@ -235,16 +243,20 @@ def _determinant(J: FloatArray) -> FloatArray:
     return np.asarray(np.where(sound, found, np.nan))
 
 
-def _first(changes: NDArray[np.bool_], is_on: Any, s: FloatArray) -> FloatArray:
-    """(N,) where a condition changes first, halved to rounding; inf where it does not."""
+def _brackets(
+    changes: NDArray[np.bool_], s: FloatArray
+) -> tuple[FloatArray, FloatArray, NDArray[np.intp]]:
+    """Both ends of the first part with a change, and the rows that have one."""
     rows = np.flatnonzero(changes.any(1))
     part = changes[rows].argmax(1)
-    low, high = s[part], s[part + 1]
-    before = is_on(low, rows)
+    return s[part], s[part + 1], rows
+
+
+def _halved(is_on: Condition, low: FloatArray, high: FloatArray) -> FloatArray:
+    """The last places before a condition is no longer as it is at the lower ends."""
+    before = is_on(low)
     for _ in range(_HALVINGS):
         middle = (low + high) / 2
-        same = is_on(middle, rows) == before
+        same = is_on(middle) == before
         low, high = np.where(same, middle, low), np.where(same, high, middle)
-    found = np.full(len(changes), np.inf)
-    found[rows] = (low + high) / 2
-    return found
+    return low

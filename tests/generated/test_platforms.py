@@ -229,7 +229,7 @@ def test_one_pose_and_a_batch_are_the_same(name):
     generator = np.random.default_rng(12)
     for key in ("q", "theta", "z"):
         given |= {f"{key}{d}": generator.uniform(-1, 1, given[key].shape) for d in ("d", "dd")}
-    given["phi"] = generator.uniform(-3, 3, 60)
+    given |= {"phi": generator.uniform(-3, 3, 60), "T": r.chain_fk(given["theta"])}
     for key, function in r.functions.items():
         inputs = [given[argument.name] for argument in function.inputs]
         batch = function(*inputs)

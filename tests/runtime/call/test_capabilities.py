@@ -29,7 +29,6 @@ def test_a_name_without_a_representation_names_the_three():
 @pytest.mark.parametrize(
     ("name", "reason", "substitutes"),
     [
-        ("stewart_gough", "its loops are solved by iteration", ("actuators", "ik_numeric")),
         ("planar_3rrr", "its loops are solved by iteration", ("ik_planar", "actuators")),
         ("slider_crank", "no structure of so many joints is known", ("actuators", "ik_numeric")),
     ],

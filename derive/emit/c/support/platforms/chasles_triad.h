@@ -145,6 +145,21 @@ static int chasles_triad_series(const chasles_triad_platform *platform, const do
     return series->most <= DBL_MAX;
 }
 
+/* Adds the modes near a root that others are near, where its errors may hide some. */
+static int chasles_triad_near(const chasles_triad_platform *platform, const double *q, double angle,
+                              double apart, chasles_triad_mode *modes, int count)
+{
+    for (int k = -1; k <= 1; k++) {
+        const double phi = angle + k * apart;
+        double start[3];
+        platform->position(q, &phi, start);
+        count = chasles_triad_added(platform, q, start, modes, count);
+        platform->mirror(q, &phi, start);
+        count = chasles_triad_added(platform, q, start, modes, count);
+    }
+    return count;
+}
+
 /* All modes in the order of phi, behind them NaN; the margin of each, and whether one may be
  * missing. */
 static void chasles_triad_modes(const chasles_triad_platform *platform, const double *q,
@@ -160,18 +175,24 @@ static void chasles_triad_modes(const chasles_triad_platform *platform, const do
     if (finite && !vanishes)
         chasles_circle_real(0, 0, &series, &roots);
     for (int k = 0; k < roots.count; k++) {
-        double start[3];
-        int paired = roots.imaginary[k] > 0.0;
+        double start[3], near = roots.imaginary[k];
+        int paired = near > 0.0;
         for (int i = 0; i < roots.count; i++) {
-            const double apart = remainder(roots.angle[i] - roots.angle[k], CHASLES_TURN);
-            paired = paired || (i != k && fabs(apart) < CHASLES_TWINS);
+            const double apart = fabs(remainder(roots.angle[i] - roots.angle[k], CHASLES_TURN));
+            paired = paired || (i != k && apart < CHASLES_TWINS);
+            near = i != k && apart < CHASLES_TWINS && apart > near ? apart : near;
         }
-        platform->position(q, roots.angle + k, start);
-        count = chasles_triad_added(platform, q, start, modes, count);
         if (paired) {
-            platform->mirror(q, roots.angle + k, start);
+            count = chasles_triad_near(platform, q, roots.angle[k], near, modes, count);
+        } else {
+            platform->position(q, roots.angle + k, start);
             count = chasles_triad_added(platform, q, start, modes, count);
         }
+    }
+    /* Where rounding hides roots, they are beside those that are seen. */
+    for (int k = 0; k < roots.count && roots.unresolved; k++) {
+        for (double apart = CHASLES_TWINS; apart < CHASLES_TRIAD_BESIDE; apart *= 2.0)
+            count = chasles_triad_near(platform, q, roots.angle[k], apart, modes, count);
     }
     *unsure = !finite ? NAN : vanishes || roots.unresolved ? 1.0 : 0.0;
     for (int k = 0; k < CHASLES_TRIAD_MODES; k++) {

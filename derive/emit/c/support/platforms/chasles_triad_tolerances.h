@@ -15,6 +15,8 @@
 #define CHASLES_TRIAD_POLISHED 1e-15
 /* rad: angle that a step may turn by: further away lies another mode. */
 #define CHASLES_TRIAD_STEP 0.3
+/* rad: distance up to which roots are looked for beside others where rounding may hide some. */
+#define CHASLES_TRIAD_BESIDE 2e-2
 /* Parts of the platform's size, and rad, below which two modes are one: at a double root the
  * lengths, which change with the square of the distance, determine no more digits. */
 #define CHASLES_TRIAD_SAME 1e-7
