@@ -118,7 +118,7 @@ def _of_mechanism(
 ) -> Derivation:
     hybrid = Hybrid(mechanism)
     has_chain = not hybrid.forward.open
-    hybrid.check_actuation()
+    hybrid.check()
     of_tool = FUNCTIONS if has_chain else ()
     makers = _makers(hybrid)
     capabilities = [*of_tool, *makers]
