@@ -146,7 +146,7 @@ def _of_mechanism(
     hybrid = Hybrid(mechanism)
     mechanism = hybrid.mechanism
     has_chain = not hybrid.forward.open
-    hybrid.check_actuation()
+    hybrid.check()
     of_tool = FUNCTIONS if has_chain else ()
     makers = _makers(hybrid)
     written: dict[str, WrittenFunction] = {}

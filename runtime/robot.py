@@ -17,6 +17,7 @@ from .call._call import Function
 from .call.capabilities import Hint, Missing, missing_names
 from .closed_form.assembly_modes import PlatformMethods
 from .closed_form.hints import no_inverse, no_representation
+from .closed_form.substitutes import INSTEAD, substitute
 from .closed_form.paths import InverseMethods
 from .closed_form.solutions import Solutions
 from .contract.described import derived_folder, is_of_shelf, shelf
@@ -265,10 +266,11 @@ class Robot(
 _INVERSES = ("ik", "ik_position", "ik_position_pitch", "ik_position_direction")
 _PLAIN = ("jacobian", "jacobian_dot", "hessian", "twist", "acceleration")
 _HINTS: Mapping[str, Hint] = {
+    **{name: partial(substitute, name=name) for name in INSTEAD},
     **dict.fromkeys(_INVERSES, no_inverse),
     **{name: partial(no_representation, name=name) for name in _PLAIN},
 }
-"""Hints for functions; those without a representation are ones that no robot has."""
+"""Hints for functions and methods; those without a representation are ones that no robot has."""
 
 
 @functools.cache
@@ -276,7 +278,8 @@ def _optional_functions() -> frozenset[str]:
     """Every function that a robot can have: the attributes that are annotated as one."""
     annotations = (vars(parent).get("__annotations__", {}) for parent in Robot.__mro__)
     named = (item for own in annotations for item in own.items())
-    return frozenset([*_HINTS, *(name for name, kind in named if kind.startswith("Function["))])
+    own_names = (name for name, kind in named if kind.startswith("Function["))
+    return frozenset([*_INVERSES, *_PLAIN, *own_names])
 
 
 @functools.cache

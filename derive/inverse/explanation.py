@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..loops.checks.mechanism_report import in_words
 from ..loops.hybrid import Hybrid
 from ..model.mechanism import Described, Mechanism
 from ..model.robot import Robot
@@ -37,12 +38,14 @@ class Explanation:
         inverses: Its structure, and the tasks that this solves; None where loops allow the tool
             more than one pose, as a platform's do.
         loops: A sentence on the inverse of the loops; empty for a serial robot.
+        hybrid: The loops and their solution, which the text describes; None for a serial robot.
     """
 
     robot: str
     chain: Robot
     inverses: Inverses | None
     loops: str = ""
+    hybrid: Hybrid | None = None
 
     @property
     def most_solutions(self) -> int:
@@ -76,8 +79,15 @@ class Explanation:
         return f"inverse{of_chain}: {title}, at most {_counted(self.most_solutions, 'solution')}"
 
     def __str__(self) -> str:
-        """The whole explanation, some 30 lines."""
+        """The whole explanation, some 30 lines.
+
+        Raises:
+            RobotError: The loops of a mechanism do not close at the reference, or its actuators do
+                not match its freedoms.
+        """
         title = f"{self.robot}\n{'=' * len(self.robot)}"
+        if self.hybrid is not None:
+            title = f"{title}\n\n{in_words(self.hybrid)}"
         if self.inverses is None:
             return f"{title}\n\n{self.loops}"
         classification = self.inverses.classification
@@ -96,6 +106,8 @@ def explain(
 ) -> Explanation:
     """Explains the closed-form inverse of a robot, or the conditions that its structure misses.
 
+    The text of a mechanism begins with its freedoms, its loops and the steps that solve them.
+
     Args:
         robot: A serial robot, or a mechanism, whose main chain is explained.
         families: The families to try, in order.
@@ -111,7 +123,7 @@ def explain(
     if isinstance(robot, Mechanism):
         hybrid = Hybrid(robot)
         found = None if hybrid.forward.open else hybrid_inverses_for_given(hybrid, families, give)
-        return Explanation(title, chain, found, _of_loops(hybrid))
+        return Explanation(title, chain, found, _of_loops(hybrid), hybrid)
     terms = Terms({parameter.symbol: parameter.value for parameter in chain.parameters})
     return Explanation(title, chain, inverses_for_given(chain, terms, families, give))
 

@@ -188,13 +188,15 @@ class Hybrid:
             raise not_closing(self.mechanism, error) from error
         return self.in_numbers
 
-    def check_actuation(self) -> None:
-        """Refuses a mechanism whose actuated coordinates do not determine it.
+    def check(self) -> None:
+        """Refuses a mechanism whose loops stand open, or whose actuators do not determine it.
 
         Raises:
-            RobotError: Freedoms are left without an actuator, or actuators depend on each other.
+            RobotError: The loops do not close at the reference, freedoms are left without an
+                actuator, or actuators depend on each other.
         """
         check_actuation(self._loops_that_close())
+        self.at_reference  # noqa: B018
 
     # --- the chain in actuated coordinates ---
 

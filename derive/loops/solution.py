@@ -1,6 +1,7 @@
 """All joints of a mechanism from the actuators, or from the joints of the main chain."""
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
@@ -250,6 +251,9 @@ def _with_open(solution: Solution) -> Solution:
 def joint_angle(terms: Terms, solution: Solution, value: sp.Expr, joint: Joint | None) -> sp.Expr:
     """A solved angle between -pi and pi, or within a turn about the middle of its joint's limits.
 
+    Without limits, and with a reference beyond pi, it is within a turn about the nearest multiple
+    of pi, so that angles near the reference are not a turn away from it.
+
     Args:
         terms: Names of all terms.
         solution: The solution that gives the value; receives the rate of the new name.
@@ -258,7 +262,7 @@ def joint_angle(terms: Terms, solution: Solution, value: sp.Expr, joint: Joint |
     """
     if not terms.is_solved(value):
         return terms.let(value)
-    middle = _middle(joint)
+    middle = _middle(solution.mechanism, joint)
     sum_of_angles = sp.expand(value - middle)
     if sum_of_angles in terms.solved:
         return terms.let(sum_of_angles + middle)
@@ -267,9 +271,14 @@ def joint_angle(terms: Terms, solution: Solution, value: sp.Expr, joint: Joint |
     return terms.let(angle + middle)
 
 
-def _middle(joint: Joint | None) -> sp.Expr:
-    low, high = (None, None) if joint is None else joint.limits
-    if low is None or high is None or (low >= -sp.pi and high <= sp.pi):
+def _middle(mechanism: Mechanism, joint: Joint | None) -> sp.Expr:
+    if joint is None:
+        return sp.Integer(0)
+    low, high = joint.limits
+    if low is None or high is None:
+        half_turns = float(mechanism.reference_of(joint.name)) / math.pi
+        return sp.pi * round(half_turns) if abs(half_turns) > 1 else sp.Integer(0)
+    if low >= -sp.pi and high <= sp.pi:
         return sp.Integer(0)
     return (low + high) / 2
 

@@ -75,7 +75,7 @@ def missing_names(
     Args:
         robot: The robot, with its functions and facts in place.
         functions: Names of all functions that robots can have.
-        hints: Hints for functions.
+        hints: Hints for functions, and for methods that have none of their own.
     """
     missing = {name: hints.get(name, no_hint) for name in functions if name not in robot.functions}
     for parent in type(robot).__mro__:
@@ -83,7 +83,7 @@ def missing_names(
             # A cached property holds the function that was marked.
             need = getattr(getattr(item, "func", item), "need", None)
             if isinstance(need, Need) and not need.is_met(robot):
-                missing[name] = need.hint
+                missing[name] = hints.get(name, no_hint) if need.hint is no_hint else need.hint
     return {name: hint for name, hint in missing.items() if name not in robot.functions}
 
 

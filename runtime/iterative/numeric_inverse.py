@@ -43,7 +43,7 @@ _STARTS = 256
 _FEWEST = 32
 """Fewest starts at which the loops close; sampling goes on until so many are found."""
 _UNBOUNDED = {"rad": np.pi, "m": 1.0}
-"""Range of the starts to both sides of 0 in a coordinate without limits."""
+"""Range of the starts to both sides of the reference, or 0, in a coordinate without limits."""
 _MOST_SOLVERS = 64
 """Solvers kept for a robot, one for each tip and key; the next one clears them."""
 _MOST_BUDGET = 2**31 - 1
@@ -295,8 +295,9 @@ def _entries(T: FloatArray) -> FloatArray:
 def starts(robot: Any, key: int) -> FloatArray:
     """(m, n) coordinates that fill the limits, at which the loops close; the key selects them."""
     reach = np.array([_UNBOUNDED[c.unit] for c in robot.coordinates])
-    lower = np.where(np.isfinite(robot.lower), robot.lower, -reach)
-    upper = np.where(np.isfinite(robot.upper), robot.upper, reach)
+    centre = np.zeros(robot.n) if robot.reference is None else np.array(robot.reference.q)
+    lower = np.where(np.isfinite(robot.lower), robot.lower, centre - reach)
+    upper = np.where(np.isfinite(robot.upper), robot.upper, centre + reach)
     first = np.random.default_rng(key).random(robot.n)
     found = np.empty((0, robot.n))
     for k in range(_STARTS // _FEWEST):

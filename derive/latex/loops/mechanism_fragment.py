@@ -70,16 +70,13 @@ def _by(drive: Drive) -> str:
 
 def _followers(page: LoopPage) -> str:
     """The drives that are not actuated, whose motors follow."""
-    followers = page.mechanism.followers.values()
     told = []
-    for drive in followers:
+    for drive in page.mechanism.followers.values():
         symbol = page.tex(page.joints[drive.joint])
         ratio = page.tex(page.printed_terms.constant(drive.ratio))
-        told.append(rf"{escape(drive.name)} (${symbol}$ divided by ${ratio}${_by(drive)})")
-    one = len(told) == 1
-    return (
-        f"The motor{'' if one else 's'} {listed(told)} follow{'s' if one else ''}." if told else ""
-    )
+        formula = tables.marked(f"${symbol} / {ratio}$", drive.assumed)
+        told.append(f"the motor {escape(drive.name)} turns by {formula}{_by(drive)}")
+    return f"Not actuated but driven along, {'; '.join(told)}." if told else ""
 
 
 def _place(page: LoopPage, c: Coordinate) -> int:

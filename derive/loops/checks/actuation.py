@@ -12,6 +12,7 @@ import numpy as np
 from ...model.errors import RobotError
 from ...model.tolerances import REPEATED_EQUATION
 from ..closing import ClosedLoops, Vector
+from .bodies_in_numbers import BodiesInNumbers
 
 MOST_NAMED = 6
 
@@ -36,10 +37,15 @@ def check_actuation(loops: ClosedLoops) -> None:
         return
     has = f"robot {loops.mechanism.name!r} has {_counted(freedoms, 'degree')} of freedom"
     if freedoms == 0:
-        raise RobotError(
-            f"{has}: its loops hold every body; take a rod, a closure or a part of its constraint "
-            "away (a pin in place of a weld, a ball in place of a pin), or add a joint"
+        bodies = BodiesInNumbers(loops.mechanism)
+        across = [
+            f"{c.name}: {words}" for c in loops.mechanism.closers if (words := bodies.across(c))
+        ]
+        advice = "; ".join(across) or (
+            "take a rod, a closure or a part of its constraint away (a pin in place of a weld, a "
+            "ball in place of a pin), or add a joint"
         )
+        raise RobotError(f"{has}: its loops hold every body; {advice}")
     parts = []
     if independent < len(names):
         parts.append(_too_many(names, rows))
@@ -91,12 +97,12 @@ def _too_few(loops: ClosedLoops, moving: Vector, rows: Vector, missing: int) -> 
     locked = "with all actuators locked, " if len(rows) else ""
     if len(named) == 1:
         hold = "or hold it by a rod or a closure"
-        return f"{locked}{named[0]} can still move: add it to actuated, {hold}"
-    count = "one" if missing == 1 else str(missing)
-    return (
-        f"{locked}{_few(named)} can still move: add {count} of them to actuated, or hold them by a "
-        "rod or a closure"
-    )
+        advice = f"{locked}{named[0]} can still move: add it to actuated, {hold}"
+    else:
+        count = "one" if missing == 1 else str(missing)
+        hold = "or hold them by a rod or a closure"
+        advice = f"{locked}{_few(named)} can still move: add {count} of them to actuated, {hold}"
+    return f"{advice}; or choose another posture in [reference]" if loops.entries else advice
 
 
 def _few(names: Sequence[str]) -> str:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ...model.mechanism import Closure, Frame, Mechanism, Strut
 from ...model.placements import Rotation, Translation
 from ...model.robot import Joint, Placement
-from ...model.tolerances import DIFFERENCE_STEP, GAP, WORTHWHILE_GAIN
+from ...model.tolerances import DIFFERENCE_STEP, GAP, REPEATED_EQUATION, WORTHWHILE_GAIN
 from ...terms.terms import Terms
 from ..planar.planes import linkages
 
@@ -213,6 +213,35 @@ class BodiesInNumbers:
             return d, _tilt(-R[:, 2] if opposed else R[:, 2])
         return (A[:3, :2].T @ d if closer.kind == "slider" else d), _rotation_vector(R)
 
+    def is_dead(self, values: Mapping[str, float]) -> bool:
+        """Whether unknown joints can move a closed posture although the actuators stand still."""
+        names = [closer.name for closer in self.mechanism.closers]
+        residual, x = self._residual(dict(values), self.unknown, names, "")
+        J = _differences(residual, x)
+        return int(np.linalg.matrix_rank(J, tol=REPEATED_EQUATION)) < len(x)
+
+    def across(self, closer: Closure | Strut) -> str:
+        """A sentence where a pin's axis is across the parallel axes of its loop; else ""."""
+        if not isinstance(closer, Closure) or closer.kind != "pin":
+            return ""
+        poses = self.poses(self.values)
+        ways = [self.mechanism.way(frame.body) for frame in (closer.a, closer.b)]
+        turning = [
+            (poses[joint.parent] @ self.matrix(joint.before))[:3, 2]
+            for way in ways
+            for joint in way
+            if joint.kind == "revolute" and not all(joint in other for other in ways)
+        ]
+        pin = self._frames(poses, closer)[0][:3, 2]
+        parallel = all(abs(axis @ turning[0]) > 1 - GAP for axis in turning)
+        if not turning or not parallel or abs(pin @ turning[0]) > 1 - GAP:
+            return ""
+        axis = ", ".join(f"{x + 0.0:.3g}" for x in np.round(turning[0], 6))
+        return (
+            f"a pin turns about the z axis of its frames, and the joints of this loop turn about "
+            f"({axis}): turn both frames by rpy"
+        )
+
     # --- closing in numbers ---
 
     def nearest(
@@ -233,29 +262,37 @@ class BodiesInNumbers:
             last: The loop whose gap is made small while the others stay closed; "" where all count
                 alike.
         """
-        names = {*loops}
         at = {**values, **{name: self.constants[name] for name in free if name in self.constants}}
+        before = dict(self.constants)
+        residual, x = self._residual(at, free, loops, last)
+        try:
+            residual(_least(residual, x))
+        finally:
+            self.constants = before
+        return at
+
+    def _residual(
+        self, at: dict[str, float], free: Sequence[str], loops: Iterable[str], last: str
+    ) -> tuple[Callable[[Floats], Floats], Floats]:
+        """The gaps of loops as a function of free values in parts of the size, and these values.
+
+        The function leaves its argument in ``at`` and in the constants.
+        """
+        names = {*loops}
         scale = np.array([self.size if self.is_length(name) else 1.0 for name in free])
-        x = np.array([at[name] for name in free]) / scale
 
         def residual(x: Floats) -> Floats:
             self._set(at, free, x * scale)
             poses = self.poses(at)
-            parts = []
+            parts = [np.zeros(0)]
             for closer in self.mechanism.closers:
                 if closer.name in names:
                     shift, turns = self._open(closer, poses, at)
                     weight = 1.0 if not last or closer.name == last else OTHERS_FIRST
                     parts += [shift / self.size * weight, turns * weight]
-            return np.concatenate(parts) if parts else np.zeros(0)
+            return np.concatenate(parts)
 
-        before = dict(self.constants)
-        try:
-            x = _least(residual, x)
-            self._set(at, free, x * scale)
-        finally:
-            self.constants = before
-        return at
+        return residual, np.array([at[name] for name in free]) / scale
 
     def is_length(self, name: str) -> bool:
         """Whether a joint, cylinder or constant is a length."""
@@ -360,5 +397,7 @@ def _least(residual: Callable[[Floats], Floats], x: Floats) -> Floats:
 def _differences(residual: Callable[[Floats], Floats], x: Floats) -> Floats:
     """The Jacobian of residuals by central differences."""
     steps = DIFFERENCE_STEP * np.eye(len(x))
+    if len(x) == 0:
+        return np.zeros((len(residual(x)), 0))
     columns = [(residual(x + step) - residual(x - step)) / (2 * DIFFERENCE_STEP) for step in steps]
     return np.stack(columns, axis=1)

@@ -23,7 +23,7 @@ MOST_TOLD = 5
 DOUBLINGS, HALVINGS = 12, 16
 FARTHEST = 8.0
 """Longest length that is tried, in parts of the mechanism's size."""
-DIGITS = 4
+DIGITS, DECIMALS = 4, 6
 FIRST_STEP = 0.05
 """First step of the search for the far end of a range: radian, or part of the mechanism's size."""
 ASIDE = 0.2
@@ -92,6 +92,10 @@ def not_closing(mechanism: Mechanism, error: RobotError) -> RobotError:
     near = ", ".join(
         f"{name} = {shown(at[name], bodies.is_length(name))}" for name in bodies.unknown
     )
+    if bodies.is_dead(at):
+        actuated = ", ".join(mechanism.actuated)
+        advice = f"give other values of {actuated} in [reference], at which the loops can move"
+        return RobotError(f"{error}\n    The loops are at a dead point at {near}: {advice}")
     return RobotError(
         f"{error}\n    The loops close at {near}: write values near these in [reference]"
     )
@@ -136,6 +140,9 @@ def _told(
     gap = _missing(bodies, closer, values)
     head = f"the loop of {closer.name!r} does not close{_where(bodies)}: {gap}"
     remedies = sorted(_remedies(bodies, closer, values, loops), key=lambda r: _change(bodies, r))
+    across = bodies.across(closer)
+    if across:
+        head = f"{head} ({across})"
     if not remedies:
         return f"{head}; no single length, angle or coordinate of it closes the loop"
     lines = [f"    {remedy}" for remedy in remedies[:MOST_TOLD]]
@@ -369,7 +376,8 @@ def _change(bodies: BodiesInNumbers, remedy: Remedy) -> float:
 def shown(value: float, is_length: bool) -> str:
     """A length in millimetres or an angle in degrees, four digits."""
     unit, factor = UNITS[is_length]
-    return f"{value * factor + 0.0:.{DIGITS}g} {unit}"
+    shortened = round(value * factor, DECIMALS) + 0.0
+    return f"{shortened:.{DIGITS}g} {unit}"
 
 
 def interval(low: float | None, high: float | None, is_length: bool) -> str:

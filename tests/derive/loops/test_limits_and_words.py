@@ -1,0 +1,110 @@
+"""Limits at which loops stand open, and mechanisms in words."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import sympy as sp
+from derivations import ROBOTS
+
+from chasles.derive import RobotError, explain, load, mobility
+from chasles.derive.loops.checks.closable import limits_of
+from chasles.derive.loops.hybrid import Hybrid
+
+
+def limited(name, **limits):
+    """A shipped robot with other limits (radian or metre)."""
+    robot = load(ROBOTS / f"{name}.toml")
+    exact = {key: tuple(map(sp.nsimplify, pair)) for key, pair in limits.items()}
+    return replace(
+        robot,
+        joints=tuple(replace(j, limits=exact.get(j.name, j.limits)) for j in robot.joints),
+        struts=tuple(replace(s, limits=exact.get(s.name, s.limits)) for s in robot.struts),
+    )
+
+
+def test_limits_within_reach_are_not_told():
+    for name in ("four_bar", "five_bar", "excavator", "well_manipulator", "bricklaying_gantry"):
+        assert limits_of(Hybrid(load(ROBOTS / f"{name}.toml"))) == ()
+
+
+def test_limits_beyond_reach_tell_where_loops_close():
+    # Stretched, the cylinder is as long as both of its pins are far from the boom's pin.
+    reach = 1000 * (np.hypot(0.55, 0.65) + np.hypot(2.6, 0.85)) - 1980
+    (told,) = limits_of(Hybrid(limited("excavator", boom_cylinder=("0", "3"))))
+    found = re.fullmatch(
+        r"limits of boom_cylinder, 0 to 3000 mm: with the others at the reference the loops close "
+        r"from 0 to (\S+) mm",
+        told,
+    )
+    assert float(found.group(1)) == pytest.approx(reach, abs=1)
+
+
+def test_a_box_that_stays_open_tells_the_part_that_closes():
+    robot = limited("five_bar", left=("1.9", "3.1"), right=("0", "1.25"))
+    short = tuple(
+        replace(p, value=sp.Rational(18, 100)) if p.name == "b" else p for p in robot.parameters
+    )
+    told = limits_of(Hybrid(replace(robot, parameters=short)))
+    part = float(re.match(r"limits: the loops close in (\d+) % of 500 random", told[0]).group(1))
+    # The elbows may be both couplers apart, 360 mm: counted on a grid.
+    left, right = np.meshgrid(np.linspace(1.9, 3.1, 400), np.linspace(0, 1.25, 400))
+    apart = 0.2 + 0.2 * np.exp(1j * right) - 0.2 * np.exp(1j * left)
+    assert part < 50
+    assert np.mean(np.abs(apart) <= 0.36) == pytest.approx(part / 100, abs=0.07)
+    assert len(told) == 3
+
+
+def test_limits_of_a_platform_are_searched():
+    told = limits_of(Hybrid(limited("planar_3rrr", theta_1=("-3", "3"))))
+    assert re.match(r"limits: the loops close in \d+ % of 60 random", told[0])
+    low, high = map(float, re.search(r"close from (\S+) to (\S+) deg", told[1]).groups())
+    assert -171.9 < low < 76.28 < high < 171.9
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("bricklaying_gantry", "Gruebler-Kutzbach: 6 (14 - 1 - 15) + 15 = 3"),
+        ("four_bar", "rocker_pin (planar, 2 equations): crank, coupler, rocker_pin, rocker"),
+        ("planar_3rrr", "by Newton's iteration at run time"),
+        ("excavator", "boom_cylinder: two pins and a slide"),
+    ],
+)
+def test_mechanisms_in_words(name, words):
+    text = str(explain(load(ROBOTS / f"{name}.toml")))
+    assert "Freedoms: " in text
+    assert words in text
+
+
+def test_words_on_a_mechanism_that_is_not_determined():
+    robot = load(ROBOTS / "five_bar.toml")
+    with pytest.raises(RobotError, match="2 degrees of freedom and 1 actuated coordinate"):
+        str(explain(replace(robot, actuated=("left",))))
+
+
+# --- given numbers ---
+
+
+def test_counts_of_textbooks_from_their_numbers():
+    assert mobility(lambda_=6, links=14, joints=15, freedom=15) == 3
+    assert mobility(lambda_=3, links=4, joints=4, freedom=4) == 1
+    assert mobility(lambda_=6, links=14, joints=18, freedom=36) == 6
+    assert mobility(lambda_=6, links=4, joints=4, freedom=4) == -2
+    assert mobility(lambda_=6, links=1, joints=0, freedom=0) == 0
+
+
+@pytest.mark.parametrize(
+    ("numbers", "words"),
+    [
+        ({"lambda_": 7, "links": 4, "joints": 4, "freedom": 4}, "lambda_ from 1 to 6, found 7"),
+        ({"lambda_": 6, "links": 4, "joints": 2, "freedom": 2}, "at least 1 link and 3 joints"),
+        ({"lambda_": 3, "links": 4, "joints": 4, "freedom": 13}, "freedom from 4 to 12"),
+        ({"lambda_": 3, "links": 4, "joints": 4, "freedom": 3}, "each of 4 joints has 1 to 3"),
+        ({"lambda_": 3, "links": 4, "joints": 4}, "expected a mechanism, or lambda_, links"),
+    ],
+)
+def test_numbers_that_cannot_be(numbers, words):
+    with pytest.raises(RobotError, match=words):
+        mobility(**numbers)

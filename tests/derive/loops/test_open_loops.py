@@ -1,0 +1,251 @@
+"""Errors of mechanisms that nobody could build: what they say, and whether it is true.
+
+Each shipped robot with loops is spoilt in ways that a description can go wrong. Where the message
+offers a length or a coordinate with a range, the middle of that range must close the loops, by an
+oracle that does not know the equations of the compiler.
+"""
+
+import re
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+import sympy as sp
+from closed_in_numbers import Model
+from derivations import ROBOTS
+
+from chasles.derive import RobotError, derive, load, loads
+from chasles.derive.loops.checks.gaps import open_loop
+from chasles.derive.loops.hybrid import Hybrid
+
+LOOPED = ["four_bar", "slider_crank", "five_bar", "excavator", "planar_3rrr"]
+
+
+@cache
+def mechanism(name):
+    return load(ROBOTS / f"{name}.toml")
+
+
+def with_parameter(robot, name, value):
+    parameters = tuple(
+        replace(p, value=sp.nsimplify(value)) if p.name == name else p for p in robot.parameters
+    )
+    return replace(robot, parameters=parameters)
+
+
+def message(robot):
+    """The error of a robot's loops and actuators; "" where there is none."""
+    try:
+        hybrid = Hybrid(robot)
+        assert hybrid.forward is not None
+        hybrid.check()
+    except RobotError as error:
+        return str(error)
+    return ""
+
+
+# --- gaps, and what closes them ---
+
+OFFER = re.compile(
+    r"^    (\w+).*, now \S+ (?:mm|deg): (\S+)(?: to (\S+))? (mm|deg)( or more)?$", re.M
+)
+
+
+def offers(text):
+    """Name, lowest and highest value of each offer, in metres and radians."""
+    for name, low, high, unit, or_more in OFFER.findall(text):
+        factor = 1e-3 if unit == "mm" else np.pi / 180
+        bottom = float(low) * factor
+        top = float(high) * factor if high else bottom * 2 if or_more else bottom
+        yield name, bottom, top
+
+
+def closes(robot, name, value):
+    """Whether the oracle closes the loops where a parameter or a coordinate has a value."""
+    if name in robot.actuated:
+        reference = dict(robot.reference) | {name: sp.nsimplify(round(value, 9))}
+        robot = replace(robot, reference=tuple(reference.items()))
+    else:
+        robot = with_parameter(robot, name, round(value, 9))
+    model, random = Model(robot), np.random.default_rng(0)
+    for _ in range(30):
+        try:
+            model.closed(model.q, model.u + random.normal(0, 0.6, len(model.u)))
+        except (AssertionError, np.linalg.LinAlgError):
+            continue
+        return True
+    return False
+
+
+SPOILT = [
+    ("four_bar", "b", "0.08"),
+    ("four_bar", "d", "0.9"),
+    ("five_bar", "b", "0.075"),
+    ("five_bar", "w", "0.4"),
+    ("slider_crank", "l", "0.02"),
+    ("planar_3rrr", "L", "0.03"),
+]
+
+
+@pytest.mark.parametrize(("name", "parameter", "value"), SPOILT)
+def test_offers_close_the_loop(name, parameter, value):
+    whole = mechanism(name)
+    # The reference as numbers: that of a platform follows from its parameters.
+    robot = with_parameter(whole, parameter, value)
+    text = message(robot)
+    assert re.search(rf"'{name}': the loop of '\w+' does not close at the reference", text), text
+    assert re.search(r"\d mm", text)
+    found = [
+        o for o in offers(text) if o[0] in (*robot.actuated, *(p.name for p in robot.parameters))
+    ]
+    assert any(o[0] == parameter for o in found), text
+    for offer, low, high in found:
+        assert closes(robot, offer, (low + high) / 2), (offer, low, high)
+
+
+def test_the_gap_and_its_ranges_in_numbers():
+    # The crank's pin is at (0, 100), the rocker's at (350, 0): 364.0 mm apart.
+    apart = 1000 * np.hypot(0.1, 0.35)
+    text = message(with_parameter(mechanism("four_bar"), "b", "0.08"))
+    assert f"stay {apart - 330:.4g} mm apart" in text
+    ranges = {name: (1e3 * low, 1e3 * high) for name, low, high in offers(text)}
+    assert ranges["b"] == pytest.approx((apart - 250, apart + 250), abs=0.1)
+    assert ranges["c"] == pytest.approx((apart - 80, apart + 80), abs=0.1)
+
+
+def test_a_rod_says_how_much_it_lacks():
+    robot = mechanism("excavator")
+    struts = tuple(
+        replace(s, length=sp.Rational(3, 2)) if s.name == "boom_cylinder" else s
+        for s in robot.struts
+    )
+    reference = dict(robot.reference) | {"boom_cylinder": sp.Integer(4)}
+    text = message(replace(robot, struts=struts, reference=tuple(reference.items())))
+    assert "its ends on upper and boom are" in text
+    assert re.search(r"5500 mm long, \d+ mm too long", text)
+    assert re.search(r"^    boom_cylinder, now 4000 mm: \S+ to \S+ mm$", text, re.M)
+
+
+def test_loops_that_close_have_no_gap():
+    for name in LOOPED:
+        assert open_loop(mechanism(name)) == ""
+
+
+def test_a_reference_that_tells_no_branch_is_told_a_posture():
+    text = message(replace(mechanism("five_bar"), reference=()))
+    assert "The loops close at left_elbow = " in text
+    assert "write values near these in [reference]" in text
+    text = message(replace(mechanism("slider_crank"), reference=()))
+    assert text == ""
+
+
+PIN_ACROSS = """
+name = "upright"
+convention = "urdf"
+actuated = ["crank"]
+tool = { body = "rod" }
+[[joints]]
+name = "crank"
+link = "crank"
+axis = [0, -1, 0]
+[[joints]]
+name = "elbow"
+link = "rod"
+xyz = [1, 0, 0]
+axis = [0, -1, 0]
+[[joints]]
+name = "foot"
+parent = "0"
+type = "prismatic"
+link = "shoe"
+axis = [1, 0, 0]
+[[closures]]
+name = "pin"
+kind = "pin"
+a = { body = "rod", xyz = [2, 0, 0] }
+b = { body = "shoe" }
+[reference]
+crank = 1
+elbow = -1
+foot = 2
+"""
+
+
+def test_a_pin_across_the_plane_is_told_to_turn():
+    text = message(loads(PIN_ACROSS))
+    assert "a pin turns about the z axis of its frames" in text
+    assert "turn about (0, -1, 0): turn both frames by rpy" in text
+    good = PIN_ACROSS.replace("xyz = [2, 0, 0] }", 'xyz = [2, 0, 0], rpy = ["pi/2", 0, 0] }')
+    good = good.replace('{ body = "shoe" }', '{ body = "shoe", rpy = ["pi/2", 0, 0] }')
+    assert message(loads(good)) == ""
+
+
+# --- freedoms and actuators ---
+
+
+def spoilt_actuation():
+    """Each robot with an actuator less, with each further joint actuated, and without a member."""
+    for name in LOOPED:
+        robot = mechanism(name)
+        taken = {c.moves for c in robot.coordinates}
+        for k, actuated in enumerate(robot.actuated):
+            if len(robot.actuated) > 1:
+                fewer = (*robot.actuated[:k], *robot.actuated[k + 1 :])
+                yield f"{name} without {actuated}", replace(robot, actuated=fewer), "can still move"
+        for member in robot.members:
+            if member not in taken:
+                more = replace(robot, actuated=(*robot.actuated, member))
+                yield f"{name} and {member}", more, "take "
+        for closure in robot.closures:
+            less = tuple(c for c in robot.closures if c is not closure)
+            yield f"{name} open", replace(robot, closures=less), "can still move"
+        for strut in robot.struts:
+            if not strut.is_cylinder:
+                kept = tuple(s for s in robot.struts if s is not strut)
+                given = [(n, v) for n, v in robot.reference if n != strut.swing_name]
+                less = replace(robot, struts=kept, reference=tuple(given))
+                yield f"{name} without {strut.name}", less, "can still move"
+
+
+CASES = list(spoilt_actuation())
+
+
+@pytest.mark.parametrize(("robot", "words"), [c[1:] for c in CASES], ids=[c[0] for c in CASES])
+def test_actuators_that_do_not_match_the_freedoms(robot, words):
+    text = message(robot)
+    model = Model(robot)
+    # What is told are the unknown joints that the oracle's Jacobian leaves free.
+    assert f"robot {robot.name!r} has " in text
+    assert f"{len(robot.actuated)} actuated coordinate" in text
+    assert words in text
+    passive_cylinder = any(s.is_cylinder and s.name not in robot.actuated for s in robot.struts)
+    # The oracle gives no freedom to cylinders that nothing moves.
+    if words == "can still move" and not passive_cylinder:
+        free = len(model.unknown) - np.linalg.matrix_rank(
+            model.jacobian(model.q, model.u), tol=1e-6
+        )
+        told = int(re.search(r"has (\d+) degree", text).group(1))
+        assert told - len(robot.actuated) == free > 0
+
+
+def test_enough_spoilt_mechanisms():
+    assert len(CASES) >= 25
+
+
+def test_shipped_mechanisms_are_determined():
+    for name in LOOPED:
+        assert message(mechanism(name)) == ""
+
+
+def test_a_structure_that_cannot_move():
+    robot = mechanism("four_bar")
+    twice = (*robot.closures, replace(robot.closures[0], name="again"))
+    braced = replace(
+        robot,
+        struts=(),
+        closures=twice[:1],
+        actuated=("crank", "rocker"),
+    )
+    with pytest.raises(RobotError, match="crank and rocker depend on each other: take 1 of them"):
+        derive(braced, ["fk"])
