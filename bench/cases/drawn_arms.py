@@ -15,6 +15,7 @@ import sympy as sp
 
 from chasles.closed_form.given_values import Aside
 from chasles.closed_form.refinement import Refinement
+from chasles.closed_form.solutions import Solutions
 from chasles.derive import Joint, Robot
 from chasles.derive.description.conventions import CONVENTIONS
 from chasles.derive.inverse.serial_inverse import Inverses, inverses
@@ -163,8 +164,9 @@ class Derived(Case):
             refine = Refinement(PoseAndJacobian(self.screws), fixed)
             refine((self.targets(q), *self.others(q)), found.q, found.residual, valid)
             if self.inverses.classification.give:
-                slots = (found.q, found.residual, found.margin, valid)
-                aside = Aside(self.robot.functions["ik"], refine.fk_jacobian_mixed, fixed, 1.0)
+                slots = Solutions(found.q, found.residual, found.margin, valid)
+                inverse = self.robot.functions["ik"]
+                aside = Aside((), inverse, refine.fk_jacobian_mixed, fixed)
                 aside.complete(slots, self.targets(q), list(self.others(q)))
         return Answers(found.q, valid)
 
