@@ -74,13 +74,18 @@ class GivenValues:
         if not given:
             result = self.functions[own.name](*inputs, **options)
             return result
-        if len(inputs) + (own.inputs[0].name in options) > 1:
-            more = ", ".join(argument.name for argument in own.inputs[1:])
-            raise InputTypeError(f"{self._label}: give {more} or given=, not both")
+        first, *more = (argument.name for argument in own.inputs)
+        if len(inputs) > 1 or any(name in options for name in (*more, *(inputs and [first]))):
+            others = ", ".join(more) or "nothing"
+            raise InputTypeError(
+                f"{self._label}: takes {first} alone beside given=, which stands for {others}"
+            )
+        if not inputs and first not in options:
+            raise InputTypeError(f"{self._label}: takes {first} beside given=, got none")
         values = dict(self._of_joint(name, value) for name, value in given.items())
         if len(values) < len(given):
             raise InputValueError(f"{self._label}: given={sorted(given)}: a joint is given twice")
-        T = inputs[0] if inputs else options.pop(own.inputs[0].name)
+        T = inputs[0] if inputs else options.pop(first)
         aside = self._inverses.get(tuple(values)) or self._inverse_for(tuple(values))
         ordered = [values[name] for name in aside.names]
         result = aside.inverse(T, *ordered, **options)
