@@ -16,6 +16,7 @@ import sympy as sp
 from chasles.closed_form.aims import Task
 from chasles.closed_form.given_values import Aside
 from chasles.closed_form.refinement import Refinement
+from chasles.closed_form.solutions import Solutions
 from chasles.derive import Joint, Robot
 from chasles.derive.description.conventions import CONVENTIONS
 from chasles.derive.inverse.serial_inverse import Inverses, inverses
@@ -168,8 +169,9 @@ class Derived(Case):
         )
         refine((self.targets(q), *self.others(q)), found.q, found.residual, valid)
         if self.inverses.classification.give:
-            slots = (found.q, found.residual, found.margin, valid)
-            aside = Aside(self.robot.functions["ik"], refine.fk_jacobian_mixed, role.given, 1.0)
+            slots = Solutions(found.q, found.residual, found.margin, valid)
+            inverse = self.robot.functions["ik"]
+            aside = Aside((), inverse, refine.fk_jacobian_mixed, role.given)
             aside.complete(slots, self.targets(q), list(self.others(q)))
         return Answers(found.q, valid)
 

@@ -1,7 +1,7 @@
 """All joints of a mechanism from the actuators, or from the joints of the main chain."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice

@@ -74,25 +74,42 @@ class GivenValues:
         if not given:
             result = self.functions[own.name](*inputs, **options)
             return result
-        if len(inputs) + (own.inputs[0].name in options) > 1:
-            more = ", ".join(argument.name for argument in own.inputs[1:])
-            raise InputTypeError(f"{self._label}: give {more} or given=, not both")
+        first, *more = (argument.name for argument in own.inputs)
+        if len(inputs) > 1 or any(name in options for name in (*more, *(inputs and [first]))):
+            others = ", ".join(more) or "nothing"
+            raise InputTypeError(
+                f"{self._label}: takes {first} alone beside given=, which stands for {others}"
+            )
+        if not inputs and first not in options:
+            raise InputTypeError(f"{self._label}: takes {first} beside given=, got none")
         values = dict(self._of_joint(name, value) for name, value in given.items())
         if len(values) < len(given):
             raise InputValueError(f"{self._label}: given={sorted(given)}: a joint is given twice")
-        names = tuple(joint for joint in self._joints if joint in values)
-        T = inputs[0] if inputs else options.pop(own.inputs[0].name)
-        inverse: Function[Solutions]
+        T = inputs[0] if inputs else options.pop(first)
+        aside = self._inverses.get(tuple(values)) or self._inverse_for(tuple(values))
+        ordered = [values[name] for name in aside.names]
+        result = aside.inverse(T, *ordered, **options)
+        # The solutions of dask arrays are lazy.
+        if aside.fixed and isinstance(result.valid, np.ndarray):
+            aside.complete(result, T, ordered)
+        return result
+
+    @functools.cached_property
+    def _inverses(self) -> dict[tuple[str, ...], Aside]:
+        """The inverses that were asked for, by the names of the given joints as they came."""
+        return {}
+
+    def _inverse_for(self, asked: tuple[str, ...]) -> Aside:
+        names = tuple(joint for joint in self._joints if joint in asked)
         if set(names) == set(self._own_given):
-            names, inverse = self._own_given, self.functions[own.name]
+            names, inverse = self._own_given, self.functions[self._own.name]
         else:
             inverse = self._derived(names)
-        result = inverse(T, *(values[name] for name in names), **options)
-        if not self.manifest.loops.chain and isinstance(result.q, np.ndarray):
-            fixed = tuple(self._joints.index(name) for name in names)
-            aside = Aside(inverse, self.functions["fk_jacobian_mixed"], fixed, result.unit)
-            aside.complete(tuple(result), T, [np.asarray(values[name]) for name in names])
-        return result
+        serial = not self.manifest.loops.chain
+        fixed = tuple(self._joints.index(name) for name in names) if serial else ()
+        fk_jacobian_mixed = self.functions["fk_jacobian_mixed"] if serial else None
+        aside = Aside(names, inverse, fk_jacobian_mixed, fixed)
+        return self._inverses.setdefault(asked, aside)
 
     @functools.cached_property
     def _own(self) -> FunctionInfo:
@@ -177,29 +194,31 @@ class Aside:
     Newton's iteration with the joint at its value again.
 
     Attributes:
-        inverse: The inverse for the given joints.
-        fk_jacobian_mixed: The function of the robot.
-        fixed: Indices of the given joints in q.
-        unit: The robot's unit of length [m].
+        names: The given joints, in the order of the inverse's inputs.
+        inverse: The inverse for them.
+        fk_jacobian_mixed: The function of a serial robot.
+        fixed: Indices of the given joints in q, () for a robot with loops.
     """
 
+    names: tuple[str, ...]
     inverse: Callable[..., Any]
-    fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]]
+    fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]] | None
     fixed: tuple[int, ...]
-    unit: float
 
-    def complete(
-        self, solutions: tuple[NDArray[Any], ...], T: ArrayLike, given: list[FloatArray]
-    ) -> None:
+    def complete(self, solutions: Solutions, T: ArrayLike, given: list[ArrayLike]) -> None:
         """Fills slots of poses that have no solution, in place.
 
         Args:
-            solutions: q (..., k, n), residual, margin and valid (..., k).
+            solutions: The solutions (..., k, n).
             T: (..., 4, 4) the poses.
             given: The value (...) of each given joint.
         """
+        if solutions.valid.any(-1).all():
+            return
+        assert self.fk_jacobian_mixed is not None
         # One pose is a batch of one.
-        lead = (None,) if solutions[-1].ndim == 1 else ()
+        lead = (None,) if solutions.valid.ndim == 1 else ()
+        unit = solutions.unit
         q, residual, margin, valid = (field[lead] for field in solutions)
         missed = ~valid.any(-1) & np.isfinite(residual).all(-1)
         if not missed.any():
@@ -207,12 +226,12 @@ class Aside:
         poses = projected("ik", np.broadcast_to(T, (*missed.shape, 4, 4))[missed])
         values = [np.broadcast_to(value, missed.shape)[missed] for value in given]
         near = self.inverse(poses, *(value + GIVEN_ASIDE for value in values))
-        rows, slots = np.nonzero(near.residual <= GIVEN_NEAR * self.unit)
+        rows, slots = np.nonzero(near.residual <= GIVEN_NEAR * unit)
         start = near.q[rows, slots]
         start[:, self.fixed] = np.stack(values, -1)[rows]
-        refine = Refinement(self.fk_jacobian_mixed, self.fixed, self.unit)
+        refine = Refinement(self.fk_jacobian_mixed, self.fixed, unit)
         found, left = refine.led(poses[rows], start)
-        solved = left <= SOLVED * self.unit
+        solved = left <= SOLVED * unit
         at = (*(index[rows[solved]] for index in np.nonzero(missed)), slots[solved])
         q[at], residual[at], valid[at] = found[solved], left[solved], True
         margin[at] = near.margin[rows[solved], slots[solved]]

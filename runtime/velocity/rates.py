@@ -180,9 +180,11 @@ class VelocityMethods(ManipulabilityMethods):
         """
         method = "joint_rates"
         rate = self._limits(method, "rate_limits", rate_limits)
-        rate[..., locked_coordinates(self, method, lock)] = 0
-        locked = np.flatnonzero((rate == 0).reshape(-1, self.n).all(0))
-        metric = self._checked(method, representation, rows, damping, length, tuple(locked))
+        locked: tuple[int, ...] = ()
+        if lock is not None or rate_limits is not None:
+            rate[..., locked_coordinates(self, method, lock)] = 0
+            locked = tuple(np.flatnonzero((rate == 0).reshape(-1, self.n).all(0)))
+        metric = self._checked(method, representation, rows, damping, length, locked)
         if not (isinstance(gain, int | float) and 0 <= gain < np.inf):
             raise InputValueError(
                 f"{self.name}.{method}: gain must be a number that is not negative, got {gain!r}"
@@ -324,7 +326,7 @@ class VelocityMethods(ManipulabilityMethods):
         secondary: object,
         gain: float,
         metric: Metric,
-        locked: NDArray[np.intp],
+        locked: tuple[int, ...],
     ) -> FloatArray:
         """Joint rates down the gradient of the objective, in pure numbers."""
         weight = gain * metric.unit**2
@@ -336,7 +338,7 @@ class VelocityMethods(ManipulabilityMethods):
                         "derivative that manipulability needs; secondary can be a posture"
                     )
                 J, H = self.jacobian_mixed(q), self.hessian_mixed(q)
-                J[..., locked] = H[..., locked, :] = 0
+                J[..., list(locked)] = H[..., list(locked), :] = 0
                 _, upwards = _rates.gradient(J, H, metric.unit, metric.row, metric.rank)
                 return np.asarray(weight * upwards)
             if secondary == "limits":

@@ -254,3 +254,24 @@ def test_a_lock_goes_before_acceleration_limits():
     )
     assert found.qd[2] == 0
     assert (np.abs(found.qd - fast)[[0, 1, 3, 4, 5]] <= 0.01 + 1e-15).all()
+
+
+@pytest.mark.parametrize("secondary", ["limits", "manipulability"])
+def test_null_motion_leaves_locked_joints_alone(secondary):
+    robot, rng = chasles.load("panda"), np.random.default_rng(4)
+    for q in rng.uniform(0.3, 0.7, (20, 7)) * (robot.upper - robot.lower) + robot.lower:
+        V = rng.normal(size=6) / 10
+        plain = robot.joint_rates(q, V, rows="linear", lock=[1, 4])
+        moved = robot.joint_rates(q, V, rows="linear", lock=[1, 4], secondary=secondary)
+        assert (moved.qd[[1, 4]] == 0).all()
+        assert np.abs(moved.qd - plain.qd).max() > 1e-6
+        np.testing.assert_allclose(moved.twist[:3], plain.twist[:3], atol=1e-12)
+        if secondary == "manipulability":
+            # The measure of the rest increases along its null motion.
+            null = moved.qd - plain.qd
+
+            def measure(x):
+                J = np.delete(robot.jacobian_mixed(x)[:3], [1, 4], 1)
+                return np.sqrt(np.linalg.det(J @ J.T))
+
+            assert measure(q + 1e-4 * null) > measure(q - 1e-4 * null)

@@ -270,3 +270,22 @@ def test_names_that_cannot_be_prefixes_are_refused_and_those_of_a_urdf_are_chang
     for name, safe in (("my--arm (2)", "my_arm_2"), ("class", "xclass"), ("_", "x")):
         path.write_text(urdf.format(name))
         assert from_urdf(path).name == safe
+
+
+def test_joints_to_be_given_are_chosen(tmp_path):
+    wanted = ("panda", "--functions", "ik,fk", "--give", "joint4")
+    own = run(*wanted)
+    assert own.exit_code == 1
+    assert "say where the robots shall go, with --to FOLDER" in own.output
+    to = tmp_path / "out"
+    done = run(*wanted, "--to", to)
+    assert done.exit_code == 0, done.output
+    manifest = json.loads((to / "panda" / "manifest.json").read_text())
+    inverse = next(f for f in manifest["functions"] if f["role"] == "inverse")
+    assert [item["name"] for item in inverse["inputs"]] == ["T", "q4"]
+    assert "nothing to derive" in run(*wanted, "--to", to).output
+    wrong = run("panda", "--give", "elbow", "--to", to)
+    assert wrong.exit_code == 1
+    assert "panda has no joint elbow to be given; its joints are joint1, joint2" in wrong.output
+    explained = run("photo_robot", "--explain", "--give", "theta2, r4")
+    assert "Structure: spherical wrist, for given theta2 and r4." in explained.output

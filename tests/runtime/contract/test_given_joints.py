@@ -179,15 +179,21 @@ def test_right_angles_at_which_axes_become_parallel(tmp_path):
 
 
 def test_errors_in_words(panda):
-    T = np.eye(4)
+    T, wanted = np.eye(4), {"joint4": 0.0}
     with pytest.raises(
         chasles.InputValueError, match="no joint 'joint8' to be given; there are joi"
     ):
         panda.ik(T, given={"joint8": 0.0})
     with pytest.raises(chasles.InputTypeError, match=r'expected given=\{"joint7": value\}'):
         panda.ik(T, given=0.3)
-    with pytest.raises(chasles.InputTypeError, match="give q7 or given=, not both"):
-        panda.ik(T, 0.3, given={"joint4": 0.0})
+    message = "takes T alone beside given=, which stands for q7"
+    for more in (lambda: panda.ik(T, 0.3, given=wanted), lambda: panda.ik(T, q7=1, given=wanted)):
+        with pytest.raises(chasles.InputTypeError, match=message):
+            more()
+    with pytest.raises(chasles.InputTypeError, match="takes T beside given=, got none"):
+        panda.ik(given=wanted)
+    with pytest.raises(chasles.InputTypeError, match="unknown argument 'fast'; it takes T, q4"):
+        panda.ik(T, given=wanted, fast=True)
     with pytest.raises(chasles.InputTypeError, match="unknown argument 'given'"):
         panda.fk(np.zeros(7), given={"joint4": 0.0})
     arm = chasles.load("ur5e")
