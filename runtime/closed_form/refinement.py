@@ -3,9 +3,9 @@
 Where singularities of several steps nearly coincide, each step loses half of its digits, and a pose
 within reach may have no slot better than 1e-8. Newton's iteration from there reaches the solution
 after a step or two. Next to a singularity a motion of the joints may leave the tool at rest but for
-some nanometres, which decide where along the motion the solution is: too little for steps, so that
-the whole turn is tried. All this runs for such targets only, one in a hundred thousand of poses
-made to be singular; all others cost one comparison per slot.
+some nanometres, which decide where along the motion the solution is: too little for Newton's steps,
+so that the motion is followed for a turn. All this runs for such targets only, one in a hundred
+thousand of poses made to be singular; all others cost one comparison per slot.
 
 Some closed forms lose poses where joints are at right angles: a step takes any value for an angle
 that is arbitrary, and other joints reach the pose for some values alone. The manifest names the
@@ -31,15 +31,16 @@ from .polish import BLOCK, STEPS, iterate
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
+_Fields = tuple[FloatArray, FloatArray, BoolArray]
+"""Coordinates (..., k, n), residuals (..., k) and validity (..., k) of all slots."""
 
 _MOTIONS = 2
-"""Motions that leave the tool at rest, along which the iteration begins again: where two
-singularities coincide there are two."""
+"""Motions that leave the tool at rest: where two singularities coincide there are two."""
 _SEARCH = 12
 """Steps from a slot far away, after which only what is near goes on: for a pose out of reach each
 step costs time, and where a solution is double a step leaves a quarter of the error."""
 _TURNS = 16
-"""Parts of a turn along such a motion: the error changes with the cosine of the way."""
+"""Steps in a turn along such a motion: the error changes with the cosine of the way."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,26 +109,45 @@ class Refinement:
         valid: BoolArray,
     ) -> None:
         """Moves some slots (N of them) onto solutions for targets (N, ...), in place."""
-        near, left = self.led(target, q[slots], _SEARCH if self.searches else STEPS)
-        self._take(slots, near, left, q, residual, valid)
-        for start in self._beside(target, near, left):
-            missed = ~np.asarray(valid.any(-1))[slots[:-1]] & np.isfinite(start).all(-1)
-            if missed.any():
-                some = tuple(index[missed] for index in slots)
-                self._take(some, *self.led(target[missed], start[missed]), q, residual, valid)
+        fields = q, residual, valid
+        found, left = self.led(target, q[slots], _SEARCH if self.searches else STEPS)
+        self._take(slots, found, left, fields)
+        if self.searches:
+            near = _missed(slots, valid) & (left <= REFINED * self.judged)
+            target, slots = target[near], _at(slots, near)
+            found, left = self.led(target, found[near])
+            self._take(slots, found, left, fields)
+        rests = _missed(slots, valid) & (left <= AT_REST * self.judged)
+        if self.is_determined and rests.any():
+            self._walk(target[rests], found[rests], _at(slots, rests), fields)
+
+    def _walk(
+        self, target: FloatArray, q: FloatArray, slots: tuple[IntArray, ...], fields: _Fields
+    ) -> None:
+        """Follows the motions that leave the tool at rest, from coordinates (N, n), for a turn."""
+        for motion, rate in self._motions(target, q):
+            at_rest = rate <= AT_REST
+            here, going = q[at_rest], motion[at_rest]
+            for _ in range(1, _TURNS if at_rest.any() else 1):
+                going *= 2 * np.pi / _TURNS / np.abs(going).max(-1, keepdims=True)
+                there, left = self.led(target[at_rest], here + going, _SEARCH)
+                self._take(_at(slots, at_rest), there, left, fields)
+                # Where the motion is none, the iteration comes back.
+                way = np.abs(there - here).max(-1)
+                on = (left <= AT_REST * self.judged) & (way > np.pi / _TURNS)
+                on &= _missed(_at(slots, at_rest), fields[2])
+                if not on.any():
+                    break
+                at_rest[at_rest] = on
+                here, going = there[on], (there - here)[on]
 
     def _take(
-        self,
-        slots: tuple[IntArray, ...],
-        found: FloatArray,
-        left: FloatArray,
-        q: FloatArray,
-        residual: FloatArray,
-        valid: BoolArray,
+        self, slots: tuple[IntArray, ...], found: FloatArray, left: FloatArray, fields: _Fields
     ) -> None:
         """Writes coordinates (N, n) with residuals (N,) into their slots where they are solved."""
+        q, residual, valid = fields
         solved = left <= SOLVED * self.judged
-        slots = tuple(index[solved] for index in slots)
+        slots = _at(slots, solved)
         q[slots], residual[slots], valid[slots] = found[solved], left[solved], True
 
     def led(
@@ -137,10 +157,7 @@ class Refinement:
         found = q.copy()
         wanted = target if self.unit == 1 else self.task.divided(target, self.unit)
         iterate(self._in_unit, self.task, wanted, found, self.fixed, steps)
-        pose, J = self.fk_jacobian_mixed(found)
-        if not self.task.aims:
-            return found, _residual(pose, target, self.unit)
-        return found, self.task(pose, J, target)[2]
+        return found, self._residual(target, found)
 
     def _in_unit(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The pose and the Jacobian at q (N, n), with lengths in the robot's unit."""
@@ -150,39 +167,35 @@ class Refinement:
             J[..., :3, :] /= self.unit
         return pose, J
 
-    def _beside(self, target: FloatArray, q: FloatArray, left: FloatArray) -> Iterator[FloatArray]:
-        """Starts (N, n) along the motions that leave the tool at rest; NaN where there is none.
-
-        A search goes on from where it ended first.
-
-        Args:
-            target: (N, ...) targets.
-            q: (N, n) coordinates at which the iteration stands still.
-            left: (N,) their residuals.
-        """
-        part = left / self.judged
-        if self.searches:
-            yield np.where((part <= REFINED)[:, None], q, np.nan)
-        rests = part <= AT_REST
-        if not (self.is_determined and rests.any()):
-            return
-        for motion in self._at_rest(target, np.nan_to_num(q)):
-            turn = 2 * np.pi / _TURNS * motion / np.abs(motion).max(-1, keepdims=True)
-            yield from (np.where(rests[:, None], q + k * turn, np.nan) for k in range(1, _TURNS))
-
-    def _at_rest(self, target: FloatArray, q: FloatArray) -> list[FloatArray]:
-        """Motions (N, n) of length 1 that move the tool least, seen by the task."""
-        n = q.shape[-1]
-        free = [k for k in range(n) if k not in self.fixed]
+    def _motions(
+        self, target: FloatArray, q: FloatArray
+    ) -> Iterator[tuple[FloatArray, FloatArray]]:
+        """Motions (N, n) of length 1 that move the tool least, seen by the task, and rates (N,)."""
+        free = [k for k in range(q.shape[-1]) if k not in self.fixed]
         wanted = target if self.unit == 1 else self.task.divided(target, self.unit)
         rows, _, _ = self.task(*self._in_unit(q), wanted)
-        _, _, V = np.linalg.svd(rows[..., free])
-        motions = []
-        for k in range(1, min(_MOTIONS, len(free)) + 1):
+        _, s, V = np.linalg.svd(rows[..., free])
+        for k in range(len(free) - 1, max(len(free) - 1 - _MOTIONS, -1), -1):
             motion = np.zeros_like(q)
-            motion[:, free] = V[:, -k]
-            motions.append(motion)
-        return motions
+            motion[:, free] = V[:, k]
+            yield motion, s[:, k] if k < s.shape[1] else np.zeros(len(q))
+
+    def _residual(self, target: FloatArray, q: FloatArray) -> FloatArray:
+        """The residuals (N,) of coordinates (N, n) for targets (N, ...)."""
+        pose, J = self.fk_jacobian_mixed(q)
+        if not self.task.aims:
+            return _residual(pose, target, self.unit)
+        return self.task(pose, J, target)[2]
+
+
+def _at(slots: tuple[IntArray, ...], chosen: BoolArray) -> tuple[IntArray, ...]:
+    """Some of the slots (N of them), which are given by their indices."""
+    return tuple(index[chosen] for index in slots)
+
+
+def _missed(slots: tuple[IntArray, ...], valid: BoolArray) -> BoolArray:
+    """Whether the targets of slots (N of them) have no valid slot yet."""
+    return np.broadcast_to(~np.asarray(valid.any(-1))[slots[:-1]], slots[-1].shape)
 
 
 def refinement_of(
