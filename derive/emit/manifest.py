@@ -1,7 +1,6 @@
 """The manifest: the facts of a generated robot in fields, for the runtime and for people."""
 
 import hashlib
-import json
 from collections.abc import Mapping
 from importlib.metadata import version
 from typing import Any
@@ -23,6 +22,7 @@ from ..program.programs import Programs
 from ..terms.role import Role
 from ..terms.symbolic_function import Argument, Result, Signature, SymbolicFunction, WrittenFunction
 from .emitter import Files
+from .json_text import json_text
 
 FORMAT = 2
 
@@ -75,7 +75,7 @@ def manifest(
         "files": {name: sha256(text) for name, text in sorted(_together(files).items())},
         "versions": {package: version(package) for package in ("casadi", "sympy")},
     }
-    return json.dumps(content, indent=1, ensure_ascii=False) + "\n"
+    return json_text(content) + "\n"
 
 
 def _together(files: Mapping[str, Files]) -> dict[str, str]:

@@ -1,0 +1,28 @@
+"""The text of manifests: the same data, in lines that can be read."""
+
+import json
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from chasles.derive.emit.json_text import LINE, json_text
+
+LEAVES = st.none() | st.booleans() | st.floats(allow_nan=False) | st.text() | st.integers()
+DATA = st.recursive(
+    LEAVES, lambda part: st.lists(part) | st.dictionaries(st.text(), part), max_leaves=60
+)
+
+
+@given(DATA)
+def test_it_holds_the_same_data(value):
+    assert json.loads(json_text(value)) == value
+
+
+def test_what_fits_into_a_line_stands_in_one():
+    short, long = {"name": "q", "shape": [6]}, [["x" * 40] * 2] * 3
+    assert json_text(short) == '{"name": "q", "shape": [6]}'
+    lines = json_text({"short": short, "long": long}).split("\n")
+    assert lines[1] == ' "short": {"name": "q", "shape": [6]},'
+    assert lines[2] == ' "long": ['
+    assert all(len(line) <= LINE + 1 for line in lines)
+    assert len(lines) == 8
