@@ -21,10 +21,16 @@ NAMES = [name for name in ALL if isinstance(load(ROBOTS / f"{name}.toml"), Robot
 """The serial ones."""
 
 
+def description(name: str) -> Path:
+    """The file of a shipped robot or of one on the shelf."""
+    own = ROBOTS / f"{name}.toml"
+    return own if own.is_file() else ROBOTS / "shelf" / own.name
+
+
 @cache
 def derivation(name: str) -> Derivation:
     """All functions of a shipped robot."""
-    return derive(load(ROBOTS / f"{name}.toml"))
+    return derive(load(description(name)))
 
 
 @cache

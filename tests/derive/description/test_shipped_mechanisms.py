@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from closed_in_numbers import HELD, NEAR, Model
-from derivations import ROBOTS
+from derivations import ROBOTS, description
 
 from chasles.derive import load, mobility
 from chasles.derive.model.mechanism import Mechanism
@@ -14,7 +14,7 @@ from chasles.derive.model.mechanism import Mechanism
 
 @cache
 def mechanism(name):
-    return load(ROBOTS / f"{name}.toml")
+    return load(description(name))
 
 
 @cache
@@ -55,7 +55,7 @@ SHIPPED = {
 
 
 def test_every_shipped_robot_with_loops_is_here():
-    names = [path.stem for path in ROBOTS.glob("*.toml")]
+    names = [path.stem for path in [*ROBOTS.glob("*.toml"), *ROBOTS.glob("shelf/*.toml")]]
     assert sorted(SHIPPED) == sorted(n for n in names if isinstance(mechanism(n), Mechanism))
 
 

@@ -63,7 +63,7 @@ def test_the_guard_of_a_function_takes_the_same_vector(manifest):
 def test_kinds_are_those_of_the_robots():
     kinds = {name: read_manifest(chasles.find_folder(name)).kind for name in NAMES}
     by_kind = {kind: {n for n, k in kinds.items() if k == kind} for kind in set(kinds.values())}
-    assert by_kind["platform"] == {"stewart_gough", "planar_3rrr", "planar_3rrr_170"}
+    assert by_kind["platform"] == {"stewart_gough", "planar_3rrr"}
     assert {"delta", "excavator", "four_bar", "bricklaying_gantry"} <= by_kind["hybrid"]
     assert {"ur5e", "crx10", "bricklaying_planar"} <= by_kind["serial"]
     assert set(chain(*by_kind.values())) == set(NAMES)
