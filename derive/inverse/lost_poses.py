@@ -16,6 +16,7 @@ from ..terms.branches import patterns
 from ..terms.casadi_graph import lower
 from ..terms.role import Aim
 from ..terms.symbolic_function import SymbolicFunction
+from .structure.lines import SOME_SLIDE
 from .structure.numeric_arm import NumericArm
 
 FloatArray = NDArray[np.float64]
@@ -69,10 +70,10 @@ def configurations(arm: NumericArm, held: Sequence[int]) -> FloatArray:
     """Configurations (N, n) at right angles.
 
     A slide is 0, or as long as two of the arm's offsets at most, which it may cancel so that axes
-    meet.
+    meet, or in general position.
     """
     rng = np.random.default_rng(0)
-    offsets = np.unique([0.0, *arm.offsets, *-arm.offsets])
+    offsets = np.unique([0.0, SOME_SLIDE * arm.length, *arm.offsets, *-arm.offsets])
     slides = np.add.outer(offsets, offsets).reshape(-1)
     q = np.stack([rng.choice(QUARTERS if turns else slides, SAMPLES) for turns in arm.turns], 1)
     q[:, list(held)] = 0.0
