@@ -1,9 +1,9 @@
 """A platform that struts on balls hold in its orientation: three spheres meet in its position."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import partial, reduce
 from typing import ClassVar
 
 import sympy as sp
@@ -74,7 +74,7 @@ class ThreeSpheres(LegStep):
         if len(spheres) != SPHERES:
             return False
         axes = [legs.axis(joint, still) for joint in sliders]
-        meet = _meeting(legs.terms, spheres)
+        meet = _meeting(legs.terms, spheres, lambda h2: reduce(legs.while_long, struts, h2))
         distances = {}
         if legs.branch is None:
             distances = {s: _distance(legs, meet.position(s), axes, sliders) for s in SIGNS}
@@ -209,7 +209,9 @@ class _Meeting:
         return named(self.terms, (c + f + sign * self.rise * e for c, f, e in parts))
 
 
-def _meeting(terms: Terms, spheres: Sequence[Sphere]) -> _Meeting:
+def _meeting(
+    terms: Terms, spheres: Sequence[Sphere], gate: Callable[[sp.Expr], sp.Expr]
+) -> _Meeting:
     let = terms.let
     (c1, c2, c3), (l1, l2, l3) = zip(*((s.centre, s.square) for s in spheres), strict=True)
     u, v = subtracted(terms, c2, c1), subtracted(terms, c3, c1)
@@ -219,7 +221,7 @@ def _meeting(terms: Terms, spheres: Sequence[Sphere]) -> _Meeting:
     vw, wu = cross(terms, v, w), cross(terms, w, u)
     w2 = dot(terms, w, w)
     foot = named(terms, (let(alpha * a + beta * b) / w2 for a, b in zip(vw, wu, strict=True)))
-    h2 = let(l1 - dot(terms, foot, foot))
+    h2 = gate(let(l1 - dot(terms, foot, foot)))
     return _Meeting(terms, c1, foot, w, h2, let(sp.sqrt(let(h2 / w2))))
 
 

@@ -68,6 +68,42 @@ def from_the_platform():
     return replace(whole, joints=joints, struts=rods, reference=reference)
 
 
+def tripod():
+    """A platform on three sliders, and three cylinders on balls below it."""
+    legs = [
+        Strut(f"leg{k}", Frame(BASE, at(*foot)), Frame("platform", at()), 1, True, "ball")
+        for k, foot in enumerate(((1, 0, 0), (-1, 1, 0), (-1, -1, "1/5")))
+    ]
+    return Mechanism(
+        "tripod",
+        (
+            slider("x", BASE, "along", 0, 0, 0, ("y", sp.pi / 2)),
+            slider("y", "along", "across", 0, 0, 0, ("y", -sp.pi / 2), ("x", -sp.pi / 2)),
+            slider("z", "across", "platform", 0, 0, 0, ("x", sp.pi / 2)),
+        ),
+        tuple(leg.name for leg in legs),
+        struts=tuple(legs),
+        tool_body="platform",
+        reference=near(("z", 1), *((leg.name, "1/2") for leg in legs)),
+    )
+
+
+@pytest.mark.parametrize(("build", "step"), [(lift, TurningLeg), (tripod, ThreeSpheres)])
+def test_cylinders_of_negative_length_close_nothing(build, step):
+    mechanism = build()
+    made = derive(mechanism, ["chain", "margin"])
+    assert {type(one) for one in made.hybrid.forward.steps} == {step}
+    chain, margin = lower(made.functions, mechanism.name)
+    own = np.array([float(mechanism.reference_of(name)) for name in mechanism.actuated])
+    assert np.isfinite(np.array(chain(own))).all()
+    for k in range(len(own)):
+        q = own.copy()
+        # The same length, below zero.
+        q[k] = -2 - own[k]
+        assert np.isnan(np.array(chain(q))).all()
+        assert (np.array(margin(q)) < 0).all()
+
+
 def test_a_tie_between_two_branches_is_told():
     whole = crank_and_slider()
     h = Hybrid(whole)
