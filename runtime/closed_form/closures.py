@@ -103,7 +103,9 @@ class LoopMethods(NewtonMethods, SizeMethods):
         guard = self._roles.get(("margin", "chain", ""))
         if guard is not None:
             held = held & _closes(guard(theta))
-        if ("map", "actuators", "chain") in self._roles:
+        # Where the iteration finds the chain, it finds one of several modes.
+        is_free = self._is_iterated and len(self.chain_joints) == self.n
+        if ("map", "actuators", "chain") in self._roles and not is_free:
             held = held & self._comes_back(np.asarray(theta, dtype=np.float64))
         return held
 
