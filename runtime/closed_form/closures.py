@@ -111,7 +111,9 @@ class LoopMethods(NewtonMethods, SizeMethods):
         guard = self._roles.get(("margin", "chain", ""))
         if guard is not None:
             held = np.asarray(held & _closes(guard(theta)))
-        if ("map", "actuators", "chain") in self._roles:
+        # Where the iteration finds the chain, it finds one of several modes.
+        is_free = self._is_iterated and len(self.chain_joints) == self.n
+        if ("map", "actuators", "chain") in self._roles and not is_free:
             rows = np.asarray(theta, dtype=np.float64)
             q = self._roles["map", "chain", "actuators"](np.atleast_2d(rows))
             again = self._roles["map", "actuators", "chain"](q)

@@ -234,8 +234,11 @@ def test_one_pose_and_a_batch_are_the_same(name):
     r = robot(name)
     q = within(name, 60, 11)
     given = {"q": q, "theta": r.chain(q), "z": r.configuration(q)}
+    given["seed"] = given["z"]
+    # The swings of struts come last.
+    given["w"] = given["z"][:, : r.functions["closure"].inputs[0].shape[0]]
     generator = np.random.default_rng(12)
-    for key in ("q", "theta", "z"):
+    for key in ("q", "theta", "z", "w"):
         given |= {f"{key}{d}": generator.uniform(-1, 1, given[key].shape) for d in ("d", "dd")}
     given |= {"phi": generator.uniform(-3, 3, 60), "T": r.chain_fk(given["theta"])}
     for key, function in r.functions.items():

@@ -8,7 +8,13 @@ import chasles
 from chasles.contract.manifest import read_manifest
 
 NAMES = chasles.robots()
-DOMAINS = {"q": "actuators", "theta": "chain", "z": "configuration", "T": "pose"}
+DOMAINS = {
+    "q": "actuators",
+    "theta": "chain",
+    "z": "configuration",
+    "w": "configuration",
+    "T": "pose",
+}
 """The vector of each first input; other first inputs are tasks."""
 
 
