@@ -18,9 +18,9 @@ from .call.capabilities import Hint, Missing, missing_names
 from .closed_form.assembly_modes import PlanarMethods
 from .closed_form.closures import LoopMethods
 from .closed_form.hints import no_inverse, no_representation
-from .closed_form.substitutes import INSTEAD, substitute
 from .closed_form.paths import InverseMethods
 from .closed_form.solutions import Solutions
+from .closed_form.substitutes import INSTEAD, substitute
 from .contract.described import derived_folder, is_of_shelf, shelf
 from .contract.facts import (
     Argument,
