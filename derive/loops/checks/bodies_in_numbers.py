@@ -221,8 +221,8 @@ class BodiesInNumbers:
         return int(np.linalg.matrix_rank(J, tol=REPEATED_EQUATION)) < len(x)
 
     def across(self, closer: Closure | Strut) -> str:
-        """A sentence where a pin's axis is across the parallel axes of its loop; else ""."""
-        if not isinstance(closer, Closure) or closer.kind != "pin":
+        """A sentence where pins do not fit the parallel axes of their loop; else ""."""
+        if closer.name in self._normals or not _has_pins(closer):
             return ""
         poses = self.poses(self.values)
         ways = [self.mechanism.way(frame.body) for frame in (closer.a, closer.b)]
@@ -232,11 +232,19 @@ class BodiesInNumbers:
             for joint in way
             if joint.kind == "revolute" and not all(joint in other for other in ways)
         ]
-        pin = self._frames(poses, closer)[0][:3, 2]
-        parallel = all(abs(axis @ turning[0]) > 1 - GAP for axis in turning)
-        if not turning or not parallel or abs(pin @ turning[0]) > 1 - GAP:
+        if not turning or not all(abs(axis @ turning[0]) > 1 - GAP for axis in turning):
             return ""
-        axis = ", ".join(f"{x + 0.0:.3g}" for x in np.round(turning[0], 6))
+        n = turning[0]
+        A, B = self._frames(poses, closer)
+        axis = ", ".join(f"{x + 0.0:.3g}" for x in np.round(n, 6))
+        if isinstance(closer, Strut):
+            apart = abs(float(n @ (B[:3, 3] - A[:3, 3])))
+            return (
+                f"its ends are {1000 * apart:.4g} mm apart along ({axis}), about which the joints "
+                "of the loop turn: put them in one plane across it, or on balls"
+            )
+        if abs(A[:3, 2] @ n) > 1 - GAP:
+            return ""
         return (
             f"a pin turns about the z axis of its frames, and the joints of this loop turn about "
             f"({axis}): turn both frames by rpy"
@@ -333,6 +341,10 @@ def _motion(
     T = np.eye(4) if joint.kind == "prismatic" else _turn(2, value)
     T[2, 3] = {"prismatic": 1.0, "helical": number(joint.pitch)}.get(joint.kind, 0.0) * value
     return T
+
+
+def _has_pins(closer: Closure | Strut) -> bool:
+    return (closer.ends if isinstance(closer, Strut) else closer.kind) == "pin"
 
 
 def _turn(axis: int, angle: float) -> Floats:

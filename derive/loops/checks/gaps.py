@@ -87,6 +87,10 @@ def not_closing(mechanism: Mechanism, error: RobotError) -> RobotError:
     if told:
         return RobotError(f"robot {mechanism.name!r}: {told}")
     bodies = BodiesInNumbers(mechanism)
+    for closer in mechanism.closers:
+        across = bodies.across(closer)
+        if across:
+            return RobotError(f"{error} ({closer.name}: {across})")
     names = [closer.name for closer in mechanism.closers]
     at = _closed(bodies, bodies.values, names)
     near = ", ".join(
@@ -138,24 +142,26 @@ def _told(
     loops: Sequence[str],
 ) -> str:
     gap = _missing(bodies, closer, values)
-    head = f"the loop of {closer.name!r} does not close{_where(bodies)}: {gap}"
-    remedies = sorted(_remedies(bodies, closer, values, loops), key=lambda r: _change(bodies, r))
+    head = f"the loop of {closer.name!r} does not close{_where(bodies, closer)}: {gap}"
     across = bodies.across(closer)
     if across:
-        head = f"{head} ({across})"
+        return f"{head}; {across}"
+    remedies = sorted(_remedies(bodies, closer, values, loops), key=lambda r: _change(bodies, r))
     if not remedies:
         return f"{head}; no single length, angle or coordinate of it closes the loop"
     lines = [f"    {remedy}" for remedy in remedies[:MOST_TOLD]]
     return "\n".join([f"{head}. Any one of these closes it:", *lines])
 
 
-def _where(bodies: BodiesInNumbers) -> str:
-    """The actuated coordinates of the reference."""
+def _where(bodies: BodiesInNumbers, closer: Closure | Strut) -> str:
+    """The actuated coordinates of the loop at the reference."""
+    names = {name for name, _, _ in _candidates(bodies, closer)}
     told = [
         f"{c.name} = {shown(bodies.values[c.moves] / bodies.number(c.ratio), c.unit == 'm')}"
         for c in bodies.mechanism.coordinates
+        if c.moves in names
     ]
-    return f" at the reference ({', '.join(told)})"
+    return f" at the reference ({', '.join(told)})" if told else " at the reference"
 
 
 def _missing(bodies: BodiesInNumbers, closer: Closure | Strut, values: Mapping[str, float]) -> str:

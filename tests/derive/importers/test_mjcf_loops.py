@@ -16,6 +16,8 @@ from mjcf_models import (
 
 from chasles.derive import derive
 from chasles.derive.build.generate import artifacts
+from chasles.derive.loops import constraint_functions
+from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.terms.casadi_graph import lower
 
 POSES, LINKAGES, LOOPS, DELTAS = 3, 6, 8, 3
@@ -55,10 +57,14 @@ def satisfied(model, crank):
 def at_solutions(path, text, tip, cranks):
     """A mechanism's functions by name, and MuJoCo's coordinates where its loops are closed."""
     robot = read(path, text, "world", tip)
-    wanted = ("fk", "constraint") if tip == "tool" else ("constraint",)
-    derived = derive(robot, wanted)
-    kernels = lower(derived.functions, "r")
-    functions = dict(zip((f.name for f in derived.functions), kernels, strict=True))
+    if tip == "tool":
+        made = derive(robot, ("fk", "constraint")).functions
+    else:
+        # Loops drawn at random may have more freedoms than motors, which derive() refuses.
+        hybrid = Hybrid(robot)
+        made = (constraint_functions.makers(hybrid)["constraint"](hybrid),)
+    kernels = lower(made, "r")
+    functions = dict(zip((f.name for f in made), kernels, strict=True))
     model = mujoco.MjModel.from_xml_string(
         text.replace("<compiler", '<option jacobian="dense"/><compiler')
     )

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import chasles
+from chasles.call.capabilities import Missing
 
 
 def message(robot, name):
@@ -141,3 +142,35 @@ def test_branches_of_loops_have_labels(name, function):
     assert names <= {*robot.loops}
     text = robot.functions[function].__doc__
     assert re.search(rf"Slots:\n    0: {re.escape(labels[0])}\n", text)
+
+
+ALONE = {"swivel"}
+"""What only arms of one family have: there is nothing instead."""
+
+
+@pytest.mark.parametrize("name", ["ur5e", "four_bar", "excavator", "delta", "stewart_gough"])
+def test_whatever_is_missing_has_a_reason_or_a_substitute(name):
+    robot = chasles.load(name)
+    missing = [key for key, item in vars(type(robot)).items() if isinstance(item, Missing)]
+    assert len(missing) > 10
+    for key in missing:
+        with pytest.raises(AttributeError) as caught:
+            getattr(robot, key)
+        told = str(caught.value).split("; its functions are")[0]
+        assert ": " in told or "; instead: " in told or key in ALONE, told
+
+
+@pytest.mark.parametrize(
+    ("robot", "name", "words"),
+    [
+        ("ur5e", "chain", "'chain': its q are its joints, since it has no loops;"),
+        ("four_bar", "chain_fk", "has no 'chain_fk'; instead: fk;"),
+        ("four_bar", "ik_planar", "it is no platform on legs; instead: ik, actuators"),
+        ("stewart_gough", "twist_mixed", "solved by iteration; instead: jacobian_mixed"),
+        ("four_bar", "actuator_branches", "in one way; instead: actuators"),
+    ],
+)
+def test_reasons_and_substitutes(robot, name, words):
+    with pytest.raises(AttributeError) as caught:
+        getattr(chasles.load(robot), name)
+    assert words in str(caught.value)
