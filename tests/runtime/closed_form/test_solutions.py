@@ -216,6 +216,7 @@ def test_only_a_class_of_tuples_with_a_tolerance_is_taken(tmp_path, cache, bad):
     ik = manifest.functions[2]
     rest = {"label": "x", "doc": "", "signature": None, "operations": {}, "reduced": ()}
     rest |= {"guard": None, "solutions": bad, "rescue": None, "poses": 0, "fk": None, "unit": 1.0}
+    rest |= {"chosen": None}
     with pytest.raises((TypeError, AttributeError)):
         library.function("ik", ik.inputs, ik.outputs, **rest)
     fk, rest["solutions"] = manifest.functions[0], Solutions
