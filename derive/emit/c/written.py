@@ -16,6 +16,7 @@ GENERAL = (
     "chasles_general_roots.h",
     "chasles_general_solutions.h",
     "chasles_general_tolerances.h",
+    "chasles_general_vectors.h",
 )
 SUPPORTS = {
     "general": ("chasles_general.h", *GENERAL),
