@@ -55,10 +55,11 @@ static void chasles_general_factored(const chasles_general_system *system,
     chasles_general_triangle(R, 6, determinant);
 }
 
-/* The vector that a triangle takes nearest to zero, by inverse iteration. */
+/* The unit vector that a triangle takes nearest to zero, by inverse iteration. */
 static void chasles_general_null(chasles_general_lanes (*R)[6], chasles_general_lanes *x)
 {
     const chasles_general_lanes zero = {0.0}, one = zero + 1.0;
+    chasles_general_lanes largest = zero, square = zero;
     for (int j = 0; j < 6; j++) {
         for (int l = 0; l < CHASLES_LANES; l++)
             R[j][j][l] += copysign(CHASLES_PIVOT_FLOOR, R[j][j][l]);
@@ -67,6 +68,19 @@ static void chasles_general_null(chasles_general_lanes (*R)[6], chasles_general_
     chasles_general_upper(R, x);
     chasles_general_lower(R, x);
     chasles_general_upper(R, x);
+    /* Squares of what a nearly singular triangle gives may be too large. */
+    for (int j = 0; j < 6; j++) {
+        const chasles_general_lanes size = chasles_general_sizes(x[j]);
+        largest = chasles_general_chosen(size > largest, size, largest);
+    }
+    const chasles_general_lanes part = 1.0 / (largest + DBL_MIN);
+    for (int j = 0; j < 6; j++) {
+        x[j] *= part;
+        square += x[j] * x[j];
+    }
+    const chasles_general_lanes norm = chasles_general_roots_of(square);
+    for (int j = 0; j < 6; j++)
+        x[j] /= norm;
 }
 
 #endif

@@ -13,9 +13,11 @@
 
 typedef struct {
     double q[6];
-    double imaginary; /* of the suppressed angle; 0 for a real root */
+    double n[6];      /* the vector that M takes to zero */
     double along;     /* the suppressed angle */
-    int twin;         /* 1 where another root is near, 2 for the vectors of both */
+    double c, s;      /* of this angle */
+    double imaginary; /* of this angle; 0 for a real root */
+    int has_twin;     /* whether another root is near */
 } chasles_general_start;
 
 /* A configuration on its way to a pose. */

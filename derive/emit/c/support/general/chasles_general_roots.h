@@ -21,7 +21,6 @@
 /* Samples of a cell, at Chebyshev's nodes. */
 #define CHASLES_NODES 12
 #define CHASLES_MOST_ROOTS 32
-#define CHASLES_MOST_STARTS (3 * CHASLES_MOST_ROOTS)
 /* Terms of a Taylor series; the first left out is 1e-14 of the greatest. */
 #define CHASLES_TERMS 11
 /* Parts of the circle to look at; a pose takes some fifty, one at which all is rounding far more.

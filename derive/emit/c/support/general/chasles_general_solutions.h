@@ -152,34 +152,37 @@ static int chasles_general_by_split(const chasles_general_six *six, const double
                                     const chasles_general_split *split,
                                     chasles_general_found *found)
 {
-    chasles_general_start starts[CHASLES_MOST_STARTS];
-    chasles_general_way ways[CHASLES_MOST_ROOTS], way;
+    chasles_general_system system;
+    chasles_general_start starts[CHASLES_MOST_ROOTS], twins[2 * CHASLES_MOST_ROOTS];
+    chasles_general_way ways[2 * CHASLES_MOST_ROOTS];
     unsigned places = 0;
+    int real = 0, meeting = 0, sure;
+    const int count = chasles_general_starts(six, split, T, &system, starts, &sure);
     found->open = 0;
-    int real = 0, meeting = 0, sure, first = 0;
-    const int count = chasles_general_starts(six, split, T, starts, &sure);
-    for (; first < count && starts[first].twin < 2; first++) {
-        meeting += starts[first].imaginary > 0.0;
-        real += starts[first].twin == 0;
-        chasles_general_begin(six, T, starts[first].q, ways + first);
+    for (int k = 0; k < count; k++) {
+        meeting += starts[k].imaginary > 0.0;
+        real += !starts[k].has_twin;
+        chasles_general_begin(six, T, starts[k].q, ways + k);
         /* That is left to steps from both sides of it. */
-        ways[first].is_over |= starts[first].imaginary > 0.0;
+        ways[k].is_over |= starts[k].imaginary > 0.0;
     }
-    chasles_general_together(six, T, ways, first);
-    for (int k = 0; k < first; k++) {
+    chasles_general_together(six, T, ways, count);
+    for (int k = 0; k < count; k++) {
         places |= starts[k].imaginary > 0.0 ? chasles_general_sides(six, T, starts + k, found)
                                             : chasles_general_finish(six, T, ways + k, found);
     }
-    if (meeting > 0 || chasles_general_bits(places) < first) {
-        for (int k = first; k < count; k++) {
-            chasles_general_begin(six, T, starts[k].q, &way);
-            places |= chasles_general_finish(six, T, &way, found);
-        }
+    if (meeting > 0 || chasles_general_bits(places) < count) {
+        const int more = chasles_general_twins(six, split, &system, starts, count, twins);
+        for (int k = 0; k < more; k++)
+            chasles_general_begin(six, T, twins[k].q, ways + k);
+        chasles_general_together(six, T, ways, more);
+        for (int k = 0; k < more; k++)
+            places |= chasles_general_finish(six, T, ways + k, found);
     }
     sure = sure && found->open == 0;
-    for (int k = 0; k < first; k++) {
-        sure = sure &&
-               !(starts[k].twin && chasles_general_is_short(six, split, starts, first, found, k));
+    for (int k = 0; k < count; k++) {
+        sure = sure && !(starts[k].has_twin &&
+                         chasles_general_is_short(six, split, starts, count, found, k));
     }
     /* Solutions come in pairs; a split that misses a solution of another is not to be trusted. */
     const int own = chasles_general_bits(places);

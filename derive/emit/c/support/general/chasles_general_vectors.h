@@ -54,6 +54,37 @@ CHASLES_INLINE chasles_general_lanes chasles_general_roots_of(chasles_general_la
     return x;
 }
 
+/* Minimax on |t| <= 1/2, for z = t^2: atan t = t + t z P(z) to 2^-57; highest power first. */
+static const double chasles_general_arctangent[] = {
+    0.010117105953140847, -0.02743532082961043, 0.04186527516045578, -0.051220140523104356,
+    0.05858300759286596,  -0.0666381088370742,  0.07692073937540857, -0.09090896246194469,
+    0.11111110659684081,  -0.14285714276386502, 0.19999999999903106, -0.3333333333333298};
+
+/* The angles of points (x, y): of the nearest axis or diagonal, and from there. */
+CHASLES_INLINE chasles_general_lanes chasles_general_angles(chasles_general_lanes y,
+                                                            chasles_general_lanes x)
+{
+    const double right = 1.57079632679489661923;
+    const chasles_general_lanes zero = {0.0};
+    const chasles_general_lanes width = chasles_general_sizes(x), height = chasles_general_sizes(y);
+    const chasles_general_mask steep = height > width;
+    const chasles_general_lanes large = chasles_general_chosen(steep, height, width);
+    const chasles_general_lanes small = chasles_general_chosen(steep, width, height);
+    const chasles_general_mask diagonal = small > 0.5 * large;
+    const chasles_general_lanes above = chasles_general_chosen(diagonal, small - large, small);
+    const chasles_general_lanes below = chasles_general_chosen(diagonal, small + large, large);
+    const chasles_general_lanes t = above / (below + DBL_MIN), z = t * t;
+    chasles_general_lanes series = zero + chasles_general_arctangent[0];
+    CHASLES_UNROLL
+    for (int k = 1; k < 12; k++)
+        series = series * z + chasles_general_arctangent[k];
+    chasles_general_lanes angle = t + t * z * series;
+    angle += chasles_general_chosen(diagonal, zero + 0.5 * right, zero);
+    angle = chasles_general_chosen(steep, right - angle, angle);
+    angle = chasles_general_chosen(x < zero, 2.0 * right - angle, angle);
+    return chasles_general_signed(angle, y);
+}
+
 /* Reflects column j of a matrix of six rows, and those behind it; multiplies its determinant. */
 CHASLES_INLINE void chasles_general_reflected(chasles_general_lanes (*a)[6], int j, int columns,
                                               chasles_general_lanes *determinant)
