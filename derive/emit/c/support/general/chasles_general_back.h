@@ -16,7 +16,7 @@ CHASLES_INLINE void chasles_general_unit(chasles_general_lanes x, chasles_genera
                                          chasles_general_lanes *c, chasles_general_lanes *s)
 {
     const chasles_general_lanes zero = {0.0};
-    const chasles_general_lanes size = chasles_general_roots_of(x * x + y * y);
+    const chasles_general_lanes size = chasles_general_square_roots(x * x + y * y);
     const chasles_general_mask is_there = size > zero;
     *c = chasles_general_chosen(is_there, x / size, zero + 1.0);
     *s = chasles_general_chosen(is_there, y / size, zero);

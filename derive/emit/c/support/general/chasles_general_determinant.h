@@ -61,8 +61,7 @@ static void chasles_general_null(chasles_general_lanes (*R)[6], chasles_general_
     const chasles_general_lanes zero = {0.0}, one = zero + 1.0;
     chasles_general_lanes largest = zero, square = zero;
     for (int j = 0; j < 6; j++) {
-        for (int l = 0; l < CHASLES_LANES; l++)
-            R[j][j][l] += copysign(CHASLES_PIVOT_FLOOR, R[j][j][l]);
+        R[j][j] += chasles_general_signed(zero + CHASLES_PIVOT_FLOOR, R[j][j]);
         x[j] = one;
     }
     chasles_general_upper(R, x);
@@ -78,7 +77,7 @@ static void chasles_general_null(chasles_general_lanes (*R)[6], chasles_general_
         x[j] *= part;
         square += x[j] * x[j];
     }
-    const chasles_general_lanes norm = chasles_general_roots_of(square);
+    const chasles_general_lanes norm = chasles_general_square_roots(square);
     for (int j = 0; j < 6; j++)
         x[j] /= norm;
 }

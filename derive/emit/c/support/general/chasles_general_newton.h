@@ -281,7 +281,7 @@ static void chasles_general_margins(const double (*J)[36], int count, double len
         }
         chasles_general_triangle(a, 6, &determinant);
         const chasles_general_lanes found =
-            chasles_general_sizes(determinant) / chasles_general_roots_of(squares);
+            chasles_general_sizes(determinant) / chasles_general_square_roots(squares);
         for (int l = 0; l < CHASLES_LANES && from + l < count; l++)
             margin[from + l] = found[l];
     }

@@ -17,7 +17,7 @@
 /* Solutions found so far, none twice. */
 typedef struct {
     int count;
-    int open; /* how often steps became short near what may be a solution */
+    int open; /* how often steps ended short of what may be a solution */
     double q[CHASLES_SLOTS][6], residual[CHASLES_SLOTS], J[CHASLES_SLOTS][36];
 } chasles_general_found;
 
@@ -147,21 +147,33 @@ static int chasles_general_is_short(const chasles_general_six *six,
     return near < roots || (near - roots) % 2;
 }
 
-/* The solutions that a split gives; whether they surely are all. */
-static int chasles_general_by_split(const chasles_general_six *six, const double *T,
-                                    const chasles_general_split *split,
-                                    chasles_general_found *found)
+/* What is found from both vectors of each start that another one is near; places as bits. */
+static unsigned chasles_general_by_twins(const chasles_general_six *six, const double *T,
+                                         const chasles_general_split *split,
+                                         const chasles_general_system *system,
+                                         const chasles_general_start *starts, int count,
+                                         chasles_general_found *found)
 {
-    chasles_general_system system;
-    chasles_general_start starts[CHASLES_MOST_ROOTS], twins[2 * CHASLES_MOST_ROOTS];
+    chasles_general_start twins[2 * CHASLES_MOST_ROOTS];
     chasles_general_way ways[2 * CHASLES_MOST_ROOTS];
     unsigned places = 0;
-    int real = 0, meeting = 0, sure;
-    const int count = chasles_general_starts(six, split, T, &system, starts, &sure);
-    found->open = 0;
+    const int all = chasles_general_twins(six, split, system, starts, count, twins);
+    for (int k = 0; k < all; k++)
+        chasles_general_begin(six, T, twins[k].q, ways + k);
+    chasles_general_together(six, T, ways, all);
+    for (int k = 0; k < all; k++)
+        places |= chasles_general_finish(six, T, ways + k, found);
+    return places;
+}
+
+/* What is found from the starts; places as bits. */
+static unsigned chasles_general_by_starts(const chasles_general_six *six, const double *T,
+                                          const chasles_general_start *starts, int count,
+                                          chasles_general_found *found)
+{
+    chasles_general_way ways[CHASLES_MOST_ROOTS];
+    unsigned places = 0;
     for (int k = 0; k < count; k++) {
-        meeting += starts[k].imaginary > 0.0;
-        real += !starts[k].has_twin;
         chasles_general_begin(six, T, starts[k].q, ways + k);
         /* That is left to steps from both sides of it. */
         ways[k].is_over |= starts[k].imaginary > 0.0;
@@ -171,14 +183,26 @@ static int chasles_general_by_split(const chasles_general_six *six, const double
         places |= starts[k].imaginary > 0.0 ? chasles_general_sides(six, T, starts + k, found)
                                             : chasles_general_finish(six, T, ways + k, found);
     }
-    if (meeting > 0 || chasles_general_bits(places) < count) {
-        const int more = chasles_general_twins(six, split, &system, starts, count, twins);
-        for (int k = 0; k < more; k++)
-            chasles_general_begin(six, T, twins[k].q, ways + k);
-        chasles_general_together(six, T, ways, more);
-        for (int k = 0; k < more; k++)
-            places |= chasles_general_finish(six, T, ways + k, found);
+    return places;
+}
+
+/* The solutions that a split gives; whether they surely are all. */
+static int chasles_general_by_split(const chasles_general_six *six, const double *T,
+                                    const chasles_general_split *split,
+                                    chasles_general_found *found)
+{
+    chasles_general_system system;
+    chasles_general_start starts[CHASLES_MOST_ROOTS];
+    int alone = 0, meeting = 0, sure;
+    const int count = chasles_general_starts(six, split, T, &system, starts, &sure);
+    for (int k = 0; k < count; k++) {
+        meeting += starts[k].imaginary > 0.0;
+        alone += !starts[k].has_twin;
     }
+    found->open = 0;
+    unsigned places = chasles_general_by_starts(six, T, starts, count, found);
+    if (meeting > 0 || chasles_general_bits(places) < count)
+        places |= chasles_general_by_twins(six, T, split, &system, starts, count, found);
     sure = sure && found->open == 0;
     for (int k = 0; k < count; k++) {
         sure = sure && !(starts[k].has_twin &&
@@ -186,7 +210,7 @@ static int chasles_general_by_split(const chasles_general_six *six, const double
     }
     /* Solutions come in pairs; a split that misses a solution of another is not to be trusted. */
     const int own = chasles_general_bits(places);
-    return sure && own >= real && own == found->count && own % 2 == 0;
+    return sure && own >= alone && own == found->count && own % 2 == 0;
 }
 
 /* The pose turned and moved a little, each time another way; twice back and forth, for it may be at

@@ -47,7 +47,7 @@ CHASLES_INLINE chasles_general_lanes chasles_general_signed(chasles_general_lane
                                    ((chasles_general_mask)y & INT64_MIN));
 }
 
-CHASLES_INLINE chasles_general_lanes chasles_general_roots_of(chasles_general_lanes x)
+CHASLES_INLINE chasles_general_lanes chasles_general_square_roots(chasles_general_lanes x)
 {
     for (int l = 0; l < CHASLES_LANES; l++)
         x[l] = sqrt(x[l]);
@@ -94,7 +94,7 @@ CHASLES_INLINE void chasles_general_reflected(chasles_general_lanes (*a)[6], int
     for (int i = j; i < 5; i++)
         square += a[j][i] * a[j][i];
     const chasles_general_lanes norm =
-        chasles_general_signed(chasles_general_roots_of(square), a[j][j]);
+        chasles_general_signed(chasles_general_square_roots(square), a[j][j]);
     const chasles_general_lanes scale = 1.0 / (norm * (norm + a[j][j]) + DBL_MIN);
     *determinant *= norm;
     a[j][j] += norm;
