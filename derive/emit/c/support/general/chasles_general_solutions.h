@@ -126,8 +126,8 @@ static int chasles_general_bits(unsigned places)
     return count;
 }
 
-/* Whether solutions may be missing near a root that is not alone: they are as many as real roots
- * there, or more by pairs. */
+/* Whether solutions may be missing near a root: they are as many as real roots there, or more by
+ * pairs. */
 static int chasles_general_is_short(const chasles_general_six *six,
                                     const chasles_general_split *split,
                                     const chasles_general_start *starts, int count,
@@ -193,24 +193,20 @@ static int chasles_general_by_split(const chasles_general_six *six, const double
 {
     chasles_general_system system;
     chasles_general_start starts[CHASLES_MOST_ROOTS];
-    int alone = 0, meeting = 0, sure;
+    int meeting = 0, sure;
     const int count = chasles_general_starts(six, split, T, &system, starts, &sure);
-    for (int k = 0; k < count; k++) {
+    for (int k = 0; k < count; k++)
         meeting += starts[k].imaginary > 0.0;
-        alone += !starts[k].has_twin;
-    }
     found->open = 0;
     unsigned places = chasles_general_by_starts(six, T, starts, count, found);
     if (meeting > 0 || chasles_general_bits(places) < count)
         places |= chasles_general_by_twins(six, T, split, &system, starts, count, found);
     sure = sure && found->open == 0;
-    for (int k = 0; k < count; k++) {
-        sure = sure && !(starts[k].has_twin &&
-                         chasles_general_is_short(six, split, starts, count, found, k));
-    }
+    for (int k = 0; k < count; k++)
+        sure = sure && !chasles_general_is_short(six, split, starts, count, found, k);
     /* Solutions come in pairs; a split that misses a solution of another is not to be trusted. */
     const int own = chasles_general_bits(places);
-    return sure && own >= alone && own == found->count && own % 2 == 0;
+    return sure && own == found->count && own % 2 == 0;
 }
 
 /* The pose turned and moved a little, each time another way; twice back and forth, for it may be at
