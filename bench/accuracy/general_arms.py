@@ -9,6 +9,10 @@ into a temporary folder. For random poses (--poses) and right angles (--right), 
     counts   poses (--counted) whose number of solutions differs from that of Newton's iteration
     single, batch   microseconds a pose, on one thread
 
+Arms of seven joints are asked for the same poses at other given values (--others): those of
+configurations to which Levenberg and Marquardt's iteration leads from a random start, and, for the
+counts, any values.
+
 A configuration at which the Jacobian is singular is not looked for: solutions are not isolated.
 """
 
@@ -38,7 +42,10 @@ REGULAR = 1e-5
 """Least singular value (m or rad per rad) of a Jacobian whose solution is isolated."""
 STARTS, STEPS = 1500, 60
 SINGLES = 200
+SIX = 6
 DERIVED = ["fk", "ik", "fk_jacobian_mixed"]
+ITERATED = [*DERIVED, "hessian_mixed"]
+"""With what the iteration to other configurations of a pose takes."""
 
 
 @dataclass(frozen=True)
@@ -88,9 +95,19 @@ class Judged:
         name = self.robot.coordinates[joint].name
         return any(f"of {name}," in argument.meaning for argument in self.arm.redundancy)
 
-    def counts(self, q: np.ndarray, random: np.random.Generator) -> int:
-        """How many poses have another number of solutions than Newton's iteration finds."""
-        T = self.arm.fk(q)
+    def elsewhere(self, q: np.ndarray, random: np.random.Generator) -> np.ndarray:
+        """Configurations (m, n) of the poses of others, reached by iteration from random starts."""
+        found = self.arm.ik_numeric(self.arm.fk(q), random.uniform(-np.pi, np.pi, q.shape))
+        return np.asarray(found.q[found.success])
+
+    def counts(self, T: np.ndarray, q: np.ndarray, random: np.random.Generator) -> int:
+        """How many poses have another number of solutions than Newton's iteration finds.
+
+        Args:
+            T: The poses (m, 4, 4).
+            q: Configurations (m, n) whose given values are taken.
+            random: Draws the starts.
+        """
         own = self.arm.ik(T, *self.given(q)).count
         others = [len(self.everywhere(*one, random)) for one in zip(T, q, strict=True)]
         return int((own != others).sum())
@@ -153,7 +170,7 @@ def line(robot: Robot, options: argparse.Namespace) -> str:
     """An arm's results in a line."""
     start = time.process_time()
     with tempfile.TemporaryDirectory() as folder:
-        write(robot, Path(folder), DERIVED)
+        write(robot, Path(folder), ITERATED if options.others else DERIVED)
         derived = time.process_time() - start
         arm = chasles.load(folder)
     if "ik" not in arm.functions:
@@ -163,10 +180,18 @@ def line(robot: Robot, options: argparse.Namespace) -> str:
     q = random.uniform(-np.pi, np.pi, (options.poses, n))
     right = random.integers(0, 4, (options.right, n)) * np.pi / 2
     parts = [f"{robot.name:24} derived {derived:4.1f} s"]
-    for name, some in (("random", q), ("right", right)):
+    sets = {"random": q, "right": right}
+    if n > SIX and options.others:
+        sets["elsewhere"] = judged.elsewhere(q[: options.others], random)
+    for name, some in sets.items():
         regular, lost, none, wrong = judged.lost(some)
         parts.append(f"{name} {regular}/{len(some)}: lost {lost} none {none} wrong {wrong}")
-    parts.append(f"counts {judged.counts(q[: options.counted], random)}/{options.counted}")
+    some = q[: options.counted]
+    T = arm.fk(some)
+    parts.append(f"counts {judged.counts(T, some, random)}/{len(some)}")
+    if n > SIX and options.others:
+        drawn = random.uniform(-np.pi, np.pi, some.shape)
+        parts.append(f"at any value {judged.counts(T, drawn, random)}/{len(some)}")
     single, batch = judged.times(q[:2000])
     return "; ".join([*parts, f"single {single:.1f} batch {batch:.1f} us"])
 
@@ -177,6 +202,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     for name, default in (("arms", 20), ("sevens", 3), ("poses", 2000), ("right", 1000)):
         parser.add_argument(f"--{name}", type=int, default=default)
     parser.add_argument("--counted", type=int, default=10)
+    parser.add_argument("--others", type=int, default=0)
     parser.add_argument("--seed", type=int, default=0)
 
 

@@ -405,7 +405,7 @@ def chain_all(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """All branches of the loops' solution, NaN where a branch does not close.
 
-    branches: below; above
+    branches: rod_1_left and rod_1_right and rod_2_left and rod_2_right and rod_3_left and rod_3_right below; rod_1_left and rod_1_right and rod_2_left and rod_2_right and rod_3_left and rod_3_right above
 
     Args:
         q (..., 3): actuator coordinates (rad).
@@ -511,7 +511,7 @@ def actuators_all(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """All branches of the loops' solution, NaN where a branch does not close.
 
-    branches: right, right, right; right, right, left; right, left, right; right, left, left; left, right, right; left, right, left; left, left, right; left, left, left
+    branches: rod_1_left right, rod_2_left right, rod_3_left right; rod_1_left right, rod_2_left right, rod_3_left left; rod_1_left right, rod_2_left left, rod_3_left right; rod_1_left right, rod_2_left left, rod_3_left left; rod_1_left left, rod_2_left right, rod_3_left right; rod_1_left left, rod_2_left right, rod_3_left left; rod_1_left left, rod_2_left left, rod_3_left right; rod_1_left left, rod_2_left left, rod_3_left left
 
     Args:
         theta (..., 6): joints of the main chain (rad or m).

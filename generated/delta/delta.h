@@ -189,7 +189,9 @@ void delta_configuration(const double q[3], double z[9]);
 void delta_margin(const double q[3], double margin[1]);
 
 /* All branches of the loops' solution, NaN where a branch does not close.
- * branches: below; above
+ * branches: rod_1_left and rod_1_right and rod_2_left and rod_2_right and rod_3_left and
+ * rod_3_right below; rod_1_left and rod_1_right and rod_2_left and rod_2_right and rod_3_left and
+ * rod_3_right above
  * 109 operations: multiply 52, add 46, trig 6, other 5.
  *   q: actuator coordinates, 3 (rad)
  *   theta: one branch a row, 2 x 6 (rad or m)
@@ -235,8 +237,11 @@ void delta_actuator_accelerations(const double theta[6], const double thetad[6],
 void delta_actuator_margin(const double theta[6], double margin[3]);
 
 /* All branches of the loops' solution, NaN where a branch does not close.
- * branches: right, right, right; right, right, left; right, left, right; right, left, left; left,
- * right, right; left, right, left; left, left, right; left, left, left
+ * branches: rod_1_left right, rod_2_left right, rod_3_left right; rod_1_left right, rod_2_left
+ * right, rod_3_left left; rod_1_left right, rod_2_left left, rod_3_left right; rod_1_left right,
+ * rod_2_left left, rod_3_left left; rod_1_left left, rod_2_left right, rod_3_left right;
+ * rod_1_left left, rod_2_left right, rod_3_left left; rod_1_left left, rod_2_left left, rod_3_left
+ * right; rod_1_left left, rod_2_left left, rod_3_left left
  * 205 operations: multiply 98, add 69, negate 11, trig 12, other 15.
  *   theta: joints of the main chain, 6 (rad or m)
  *   q: one branch a row, 8 x 3 (rad)

@@ -439,7 +439,7 @@ def chain_all(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """All branches of the loops' solution, NaN where a branch does not close.
 
-    branches: right, left, left, right; right, left, left, left; right, left, right, right; right, left, right, left; right, right, left, right; right, right, left, left; right, right, right, right; right, right, right, left; left, left, left, right; left, left, left, left; left, left, right, right; left, left, right, left; left, right, left, right; left, right, left, left; left, right, right, right; left, right, right, left
+    branches: boom_cylinder right, stick_cylinder left, bucket_cylinder left, bucket_link right; boom_cylinder right, stick_cylinder left, bucket_cylinder left, bucket_link left; boom_cylinder right, stick_cylinder left, bucket_cylinder right, bucket_link right; boom_cylinder right, stick_cylinder left, bucket_cylinder right, bucket_link left; boom_cylinder right, stick_cylinder right, bucket_cylinder left, bucket_link right; boom_cylinder right, stick_cylinder right, bucket_cylinder left, bucket_link left; boom_cylinder right, stick_cylinder right, bucket_cylinder right, bucket_link right; boom_cylinder right, stick_cylinder right, bucket_cylinder right, bucket_link left; boom_cylinder left, stick_cylinder left, bucket_cylinder left, bucket_link right; boom_cylinder left, stick_cylinder left, bucket_cylinder left, bucket_link left; boom_cylinder left, stick_cylinder left, bucket_cylinder right, bucket_link right; boom_cylinder left, stick_cylinder left, bucket_cylinder right, bucket_link left; boom_cylinder left, stick_cylinder right, bucket_cylinder left, bucket_link right; boom_cylinder left, stick_cylinder right, bucket_cylinder left, bucket_link left; boom_cylinder left, stick_cylinder right, bucket_cylinder right, bucket_link right; boom_cylinder left, stick_cylinder right, bucket_cylinder right, bucket_link left
 
     Args:
         q (..., 4): actuator coordinates (rad or m).
@@ -545,7 +545,7 @@ def actuators_all(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """All branches of the loops' solution, NaN where a branch does not close.
 
-    branches: left; left; right; right; left; left; right; right; left; left; right; right; left; left; right; right
+    branches: bucket_link left; bucket_link right
 
     Args:
         theta (..., 4): joints of the main chain (rad).
@@ -553,8 +553,8 @@ def actuators_all(
         threads: How many share a large batch.
 
     Returns:
-        q (..., 16, 4): one branch a row (rad or m).
-        margin (..., 16, 1): margins of each branch (1).
+        q (..., 2, 4): one branch a row (rad or m).
+        margin (..., 2, 1): margins of each branch (1).
     """
 
 def constraint(

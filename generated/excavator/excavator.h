@@ -20,21 +20,21 @@ extern "C" {
 
 /* Pose of the tool (tip) in the base frame (0).
  * T_0_tip = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_tip, theta = chain(q)
- * 135 operations: multiply 73, add 51, negate 3, trig 2, other 6.
+ * 141 operations: multiply 73, add 51, negate 3, trig 2, other 12.
  *   q: actuator coordinates, 4 (rad or m)
  *   T_0_tip: pose of the tool, 4 x 4 (1, m) */
 void excavator_fk(const double q[4], double T_0_tip[16]);
 
 /* Pose of every link's frame in the base frame, in order from the base.
  * T[k] is the pose of link k of: upper, boom, stick, bucket
- * 147 operations: multiply 81, add 51, negate 7, trig 2, other 6.
+ * 153 operations: multiply 81, add 51, negate 7, trig 2, other 12.
  *   q: actuator coordinates, 4 (rad or m)
  *   T: link poses, 4 x 4 x 4 (1, m) */
 void excavator_link_poses(const double q[4], double T[64]);
 
 /* Pose of the tool and mixed Jacobian in one call.
  * (fk(q), jacobian_mixed(q))
- * 185 operations: multiply 105, add 57, negate 11, trig 2, other 10.
+ * 191 operations: multiply 105, add 57, negate 11, trig 2, other 16.
  *   q: actuator coordinates, 4 (rad or m)
  *   T_0_tip: pose of the tool, 4 x 4 (1, m)
  *   J: mixed Jacobian, 6 x 4 (m, 1) */
@@ -42,28 +42,28 @@ void excavator_fk_jacobian_mixed(const double q[4], double T_0_tip[16], double J
 
 /* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
- * 158 operations: multiply 87, add 51, negate 8, trig 2, other 10.
+ * 164 operations: multiply 87, add 51, negate 8, trig 2, other 16.
  *   q: actuator coordinates, 4 (rad or m)
  *   J: space Jacobian, 6 x 4 (m, 1) */
 void excavator_jacobian_space(const double q[4], double J[24]);
 
 /* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
- * 165 operations: multiply 91, add 60, negate 4, other 10.
+ * 171 operations: multiply 91, add 60, negate 4, other 16.
  *   q: actuator coordinates, 4 (rad or m)
  *   J: body Jacobian, 6 x 4 (m, 1) */
 void excavator_jacobian_body(const double q[4], double J[24]);
 
 /* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
- * 177 operations: multiply 101, add 56, negate 8, trig 2, other 10.
+ * 183 operations: multiply 101, add 56, negate 8, trig 2, other 16.
  *   q: actuator coordinates, 4 (rad or m)
  *   J: mixed Jacobian, 6 x 4 (m, 1) */
 void excavator_jacobian_mixed(const double q[4], double J[24]);
 
 /* Time derivative of jacobian_space at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- * 352 operations: multiply 200, add 113, negate 8, trig 2, other 29.
+ * 358 operations: multiply 200, add 113, negate 8, trig 2, other 35.
  *   q: actuator coordinates, 4 (rad or m)
  *   qd: actuator rates, 4 (rad or m/s)
  *   J_dot: rate of the Jacobian, 6 x 4 (m/s, 1/s) */
@@ -71,7 +71,7 @@ void excavator_jacobian_space_dot(const double q[4], const double qd[4], double 
 
 /* Time derivative of jacobian_body at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- * 303 operations: multiply 169, add 100, negate 5, other 29.
+ * 309 operations: multiply 169, add 100, negate 5, other 35.
  *   q: actuator coordinates, 4 (rad or m)
  *   qd: actuator rates, 4 (rad or m/s)
  *   J_dot: rate of the Jacobian, 6 x 4 (m/s, 1/s) */
@@ -79,7 +79,7 @@ void excavator_jacobian_body_dot(const double q[4], const double qd[4], double J
 
 /* Time derivative of jacobian_mixed at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- * 394 operations: multiply 227, add 129, negate 6, trig 2, other 30.
+ * 400 operations: multiply 227, add 129, negate 6, trig 2, other 36.
  *   q: actuator coordinates, 4 (rad or m)
  *   qd: actuator rates, 4 (rad or m/s)
  *   J_dot: rate of the Jacobian, 6 x 4 (m/s, 1/s) */
@@ -87,14 +87,14 @@ void excavator_jacobian_mixed_dot(const double q[4], const double qd[4], double 
 
 /* Derivative of jacobian_mixed by the joint coordinates.
  * H[:, j, k] = d jacobian_mixed[:, j] / d q_k
- * 364 operations: multiply 219, add 95, negate 22, trig 2, other 26.
+ * 370 operations: multiply 219, add 95, negate 22, trig 2, other 32.
  *   q: actuator coordinates, 4 (rad or m)
  *   H: Hessian, 6 x 4 x 4 (m, 1) */
 void excavator_hessian_mixed(const double q[4], double H[96]);
 
 /* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
  * V = jacobian_space(q) qd
- * 163 operations: multiply 90, add 61, trig 2, other 10.
+ * 169 operations: multiply 90, add 61, trig 2, other 16.
  *   q: actuator coordinates, 4 (rad or m)
  *   qd: actuator rates, 4 (rad or m/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
@@ -102,7 +102,7 @@ void excavator_twist_space(const double q[4], const double qd[4], double V[6]);
 
 /* Twist (v, omega) of the tool's origin, in tool axes.
  * V = jacobian_body(q) qd
- * 172 operations: multiply 97, add 65, other 10.
+ * 178 operations: multiply 97, add 65, other 16.
  *   q: actuator coordinates, 4 (rad or m)
  *   qd: actuator rates, 4 (rad or m/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
@@ -110,7 +110,7 @@ void excavator_twist_body(const double q[4], const double qd[4], double V[6]);
 
 /* Twist (v, omega) of the tool's origin, in base axes.
  * V = jacobian_mixed(q) qd
- * 186 operations: multiply 106, add 68, trig 2, other 10.
+ * 192 operations: multiply 106, add 68, trig 2, other 16.
  *   q: actuator coordinates, 4 (rad or m)
  *   qd: actuator rates, 4 (rad or m/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
@@ -118,7 +118,7 @@ void excavator_twist_mixed(const double q[4], const double qd[4], double V[6]);
 
 /* Time derivative of twist_space at rates qd and accelerations qdd.
  * A = jacobian_space(q) qdd + jacobian_space_dot(q, qd) qd
- * 358 operations: multiply 202, add 128, trig 2, other 26.
+ * 364 operations: multiply 202, add 128, trig 2, other 32.
  *   q: actuator coordinates, 4 (rad or m)
  *   qd: actuator rates, 4 (rad or m/s)
  *   qdd: actuator accelerations, 4 (rad or m/s^2)
@@ -127,7 +127,7 @@ void excavator_acceleration_space(const double q[4], const double qd[4], const d
 
 /* Time derivative of twist_body at rates qd and accelerations qdd.
  * A = jacobian_body(q) qdd + jacobian_body_dot(q, qd) qd
- * 312 operations: multiply 175, add 111, other 26.
+ * 318 operations: multiply 175, add 111, other 32.
  *   q: actuator coordinates, 4 (rad or m)
  *   qd: actuator rates, 4 (rad or m/s)
  *   qdd: actuator accelerations, 4 (rad or m/s^2)
@@ -136,7 +136,7 @@ void excavator_acceleration_body(const double q[4], const double qd[4], const do
 
 /* Time derivative of twist_mixed at rates qd and accelerations qdd.
  * A = jacobian_mixed(q) qdd + jacobian_mixed_dot(q, qd) qd
- * 406 operations: multiply 231, add 147, trig 2, other 26.
+ * 412 operations: multiply 231, add 147, trig 2, other 32.
  *   q: actuator coordinates, 4 (rad or m)
  *   qd: actuator rates, 4 (rad or m/s)
  *   qdd: actuator accelerations, 4 (rad or m/s^2)
@@ -145,21 +145,21 @@ void excavator_acceleration_mixed(const double q[4], const double qd[4], const d
 
 /* Joints of the main chain, angles between -pi and pi.
  * theta = (swing, boom, stick, bucket), with every loop closed
- * 105 operations: multiply 53, add 41, negate 2, trig 3, other 6.
+ * 111 operations: multiply 53, add 41, negate 2, trig 3, other 12.
  *   q: actuator coordinates, 4 (rad or m)
  *   theta: main chain, 4 (rad) */
 void excavator_chain(const double q[4], double theta[4]);
 
 /* Derivative of the main chain's joints by the actuated coordinates.
  * chain_D_q[:, k] = d chain / d q_k
- * 79 operations: multiply 36, add 31, negate 2, other 10.
+ * 85 operations: multiply 36, add 31, negate 2, other 16.
  *   q: actuator coordinates, 4 (rad or m)
  *   theta_D_q: derivative, 4 x 4 (1, m, 1/m) */
 void excavator_chain_D_q(const double q[4], double theta_D_q[16]);
 
 /* Joint rates of the main chain.
  * thetad = chain_D_q(q) qd
- * 82 operations: multiply 39, add 31, negate 2, other 10.
+ * 88 operations: multiply 39, add 31, negate 2, other 16.
  *   q: actuator coordinates, 4 (rad or m)
  *   qd: actuator rates, 4 (rad or m/s)
  *   thetad: rates of the main chain, 4 (rad/s) */
@@ -167,7 +167,7 @@ void excavator_chain_rates(const double q[4], const double qd[4], double thetad[
 
 /* Joint accelerations of the main chain.
  * thetadd = chain_D_q(q) qdd + d/dt chain_D_q(q) qd
- * 183 operations: multiply 97, add 61, negate 2, other 23.
+ * 189 operations: multiply 97, add 61, negate 2, other 29.
  *   q: actuator coordinates, 4 (rad or m)
  *   qd: actuator rates, 4 (rad or m/s)
  *   qdd: actuator accelerations, 4 (rad or m/s^2)
@@ -177,14 +177,14 @@ void excavator_chain_accelerations(const double q[4], const double qd[4], const 
 /* Passive joints that are not in the main chain, angles between -pi and pi.
  * passive = (rocker, bucket_link_swing, boom_cylinder_swing, stick_cylinder_swing,
  * bucket_cylinder_swing), with every loop closed
- * 104 operations: multiply 49, add 38, trig 5, other 12.
+ * 110 operations: multiply 49, add 38, trig 5, other 18.
  *   q: actuator coordinates, 4 (rad or m)
  *   passive: passive joints, 5 (rad or m) */
 void excavator_passive(const double q[4], double passive[5]);
 
 /* Derivative of the passive joints by the actuated coordinates.
  * passive_D_q[:, k] = d passive / d q_k
- * 121 operations: multiply 58, add 43, negate 3, other 17.
+ * 127 operations: multiply 58, add 43, negate 3, other 23.
  *   q: actuator coordinates, 4 (rad or m)
  *   passive_D_q: derivative, 5 x 4 (1, m, 1/m) */
 void excavator_passive_D_q(const double q[4], double passive_D_q[20]);
@@ -192,25 +192,36 @@ void excavator_passive_D_q(const double q[4], double passive_D_q[20]);
 /* All joints, swings and cylinder lengths, angles between -pi and pi.
  * z = (swing, boom, stick, bucket, rocker, bucket_link_swing, boom_cylinder, boom_cylinder_swing,
  * stick_cylinder, stick_cylinder_swing, bucket_cylinder, bucket_cylinder_swing), constraint(z) = 0
- * 137 operations: multiply 67, add 48, negate 2, trig 8, other 12.
+ * 143 operations: multiply 67, add 48, negate 2, trig 8, other 18.
  *   q: actuator coordinates, 4 (rad or m)
  *   z: full configuration, 12 (rad or m) */
 void excavator_configuration(const double q[4], double z[12]);
 
 /* Margin of each step of the loops' solution, zero at its dead point.
  * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
- * 49 operations: multiply 23, add 22, other 4.
+ * 55 operations: multiply 23, add 22, other 10.
  *   q: actuator coordinates, 4 (rad or m)
  *   margin: margins, 4 (1) */
 void excavator_margin(const double q[4], double margin[4]);
 
 /* All branches of the loops' solution, NaN where a branch does not close.
- * branches: right, left, left, right; right, left, left, left; right, left, right, right; right,
- * left, right, left; right, right, left, right; right, right, left, left; right, right, right,
- * right; right, right, right, left; left, left, left, right; left, left, left, left; left, left,
- * right, right; left, left, right, left; left, right, left, right; left, right, left, left; left,
- * right, right, right; left, right, right, left
- * 200 operations: multiply 99, add 75, negate 6, trig 8, other 12.
+ * branches: boom_cylinder right, stick_cylinder left, bucket_cylinder left, bucket_link right;
+ * boom_cylinder right, stick_cylinder left, bucket_cylinder left, bucket_link left; boom_cylinder
+ * right, stick_cylinder left, bucket_cylinder right, bucket_link right; boom_cylinder right,
+ * stick_cylinder left, bucket_cylinder right, bucket_link left; boom_cylinder right,
+ * stick_cylinder right, bucket_cylinder left, bucket_link right; boom_cylinder right,
+ * stick_cylinder right, bucket_cylinder left, bucket_link left; boom_cylinder right,
+ * stick_cylinder right, bucket_cylinder right, bucket_link right; boom_cylinder right,
+ * stick_cylinder right, bucket_cylinder right, bucket_link left; boom_cylinder left,
+ * stick_cylinder left, bucket_cylinder left, bucket_link right; boom_cylinder left, stick_cylinder
+ * left, bucket_cylinder left, bucket_link left; boom_cylinder left, stick_cylinder left,
+ * bucket_cylinder right, bucket_link right; boom_cylinder left, stick_cylinder left,
+ * bucket_cylinder right, bucket_link left; boom_cylinder left, stick_cylinder right,
+ * bucket_cylinder left, bucket_link right; boom_cylinder left, stick_cylinder right,
+ * bucket_cylinder left, bucket_link left; boom_cylinder left, stick_cylinder right,
+ * bucket_cylinder right, bucket_link right; boom_cylinder left, stick_cylinder right,
+ * bucket_cylinder right, bucket_link left
+ * 206 operations: multiply 99, add 75, negate 6, trig 8, other 18.
  *   q: actuator coordinates, 4 (rad or m)
  *   theta: one branch a row, 16 x 4 (rad)
  *   margin: margins of each branch, 16 x 4 (1) */
@@ -255,13 +266,12 @@ void excavator_actuator_accelerations(const double theta[4], const double thetad
 void excavator_actuator_margin(const double theta[4], double margin[1]);
 
 /* All branches of the loops' solution, NaN where a branch does not close.
- * branches: left; left; right; right; left; left; right; right; left; left; right; right; left;
- * left; right; right
- * 87 operations: multiply 34, add 36, negate 4, trig 6, other 7.
+ * branches: bucket_link left; bucket_link right
+ * 79 operations: multiply 34, add 32, trig 6, other 7.
  *   theta: joints of the main chain, 4 (rad)
- *   q: one branch a row, 16 x 4 (rad or m)
- *   margin: margins of each branch, 16 x 1 (1) */
-void excavator_actuators_all(const double theta[4], double q[64], double margin[16]);
+ *   q: one branch a row, 2 x 4 (rad or m)
+ *   margin: margins of each branch, 2 x 1 (1) */
+void excavator_actuators_all(const double theta[4], double q[8], double margin[2]);
 
 /* Residuals of the loop closure equations, zero where the loops are closed.
  * independent scalar equations of each loop: bucket_link (2), boom_cylinder (2), stick_cylinder
@@ -288,7 +298,7 @@ void excavator_constraint_D_z_dot(const double z[12], const double zd[12], doubl
 
 /* Every solution of the inverse kinematics, in 2 slots.
  * fk(q[k]) = T wherever residual[k] is rounding
- * 544 operations: multiply 267, add 229, negate 1, trig 1, other 46.
+ * 556 operations: multiply 267, add 229, negate 1, trig 1, other 58.
  *   T: pose of the tool, T_0_tip, 4 x 4 (1, m)
  *   q: joint coordinates, one solution a row, 2 x 4 (rad or m)
  *   residual: distance of fk(q[k]) from the target, 2 (m or rad)

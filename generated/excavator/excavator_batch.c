@@ -814,7 +814,7 @@ static void excavator_actuators_all_rows(size_t n, const double *const *inputs, 
     double *const *outputs, const ptrdiff_t *output_steps)
 {
 #if CHASLES_LANES
-  static const int sizes[] = {4, 64, 16};
+  static const int sizes[] = {4, 8, 2};
   static const lanes_shape shape = {1, 2, sizes};
   CHASLES_RUN_AVX512(excavator_actuators_all_avx512)
   CHASLES_RUN_AVX2(excavator_actuators_all_avx2)
@@ -829,7 +829,7 @@ void excavator_actuators_all_batch(size_t n, const double *theta, double *q, dou
 {
   const double *const inputs[] = {theta};
   double *const outputs[] = {q, margin};
-  const ptrdiff_t input_steps[] = {4}, output_steps[] = {64, 16};
+  const ptrdiff_t input_steps[] = {4}, output_steps[] = {8, 2};
   excavator_actuators_all_rows(n, inputs, input_steps, outputs, output_steps);
 }
 

@@ -439,7 +439,7 @@ def chain_all(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """All branches of the loops' solution, NaN where a branch does not close.
 
-    branches: left; right
+    branches: right_coupler left; right_coupler right
 
     Args:
         q (..., 2): actuator coordinates (rad).
@@ -545,7 +545,7 @@ def actuators_all(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """All branches of the loops' solution, NaN where a branch does not close.
 
-    branches: right; left
+    branches: right_coupler right; right_coupler left
 
     Args:
         theta (..., 2): joints of the main chain (rad).

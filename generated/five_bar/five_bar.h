@@ -201,7 +201,7 @@ void five_bar_configuration(const double q[2], double z[4]);
 void five_bar_margin(const double q[2], double margin[1]);
 
 /* All branches of the loops' solution, NaN where a branch does not close.
- * branches: left; right
+ * branches: right_coupler left; right_coupler right
  * 46 operations: multiply 25, add 13, trig 6, other 2.
  *   q: actuator coordinates, 2 (rad)
  *   theta: one branch a row, 2 x 2 (rad)
@@ -247,7 +247,7 @@ void five_bar_actuator_accelerations(const double theta[2], const double thetad[
 void five_bar_actuator_margin(const double theta[2], double margin[1]);
 
 /* All branches of the loops' solution, NaN where a branch does not close.
- * branches: right; left
+ * branches: right_coupler right; right_coupler left
  * 40 operations: multiply 18, add 13, trig 6, other 3.
  *   theta: joints of the main chain, 2 (rad)
  *   q: one branch a row, 2 x 2 (rad)

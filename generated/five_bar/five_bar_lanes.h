@@ -16,9 +16,9 @@ static LANES_TARGET void LANES_NAME(five_bar_fk)(const lanes *in, lanes *out)
   const lanes v24 = 0.5 * v13, v25 = v20 * v8, v26 = v24 + v25, v27 = 3.333333333333333 * v26,
       v28 = -v27;
   out[1] = v28; out[2] = LANES_OF(0.0);
-  const lanes v29 = 0.9999999999999999 * v22, v30 = v7 + v29, v31 = v30 - 0.1;
+  const lanes v29 = 0.9999999999999999 * v22, v30 = v29 + v7, v31 = v30 - 0.1;
   out[3] = v31; out[4] = v27; out[5] = v23; out[6] = LANES_OF(0.0);
-  const lanes v32 = 0.9999999999999999 * v26, v33 = v12 + v32;
+  const lanes v32 = 0.9999999999999999 * v26, v33 = v32 + v12;
   out[7] = v33; out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(1.0);
   out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
   out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
@@ -66,21 +66,21 @@ static LANES_TARGET void LANES_NAME(five_bar_fk_jacobian_mixed)(const lanes *in,
   const lanes v24 = 0.5 * v13, v25 = v20 * v8, v26 = v24 + v25, v27 = 3.333333333333333 * v26,
       v28 = -v27;
   out[1] = v28; out[2] = LANES_OF(0.0);
-  const lanes v29 = 0.9999999999999999 * v22, v30 = v7 + v29, v31 = v30 - 0.1;
+  const lanes v29 = 0.9999999999999999 * v22, v30 = v29 + v7, v31 = v30 - 0.1;
   out[3] = v31; out[4] = v27; out[5] = v23; out[6] = LANES_OF(0.0);
-  const lanes v32 = 0.9999999999999999 * v26, v33 = v12 + v32;
+  const lanes v32 = 0.9999999999999999 * v26, v33 = v32 + v12;
   out[7] = v33; out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(1.0);
   out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
   out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
   const lanes v34 = v22 - v8, v35 = v12 * v34, v36 = v26 - v13, v37 = v7 * v36, v38 = v35 - v37,
-      v39 = v38 / v19, v40 = v39 - 1.0, v41 = v40 * v32, v42 = v33 + v41, v43 = -v42;
+      v39 = v38 / v19, v40 = v39 - 1.0, v41 = v32 * v40, v42 = v33 + v41, v43 = -v42;
   out[16] = v43;
-  const lanes v44 = v5 * v36, v45 = v11 * v34, v46 = v44 - v45, v47 = v46 / v19, v48 = v47 * v32,
+  const lanes v44 = v5 * v36, v45 = v11 * v34, v46 = v44 - v45, v47 = v46 / v19, v48 = v32 * v47,
       v49 = -v48;
   out[17] = v49;
-  const lanes v50 = v40 * v29, v51 = v30 + v50;
+  const lanes v50 = v29 * v40, v51 = v30 + v50;
   out[18] = v51;
-  const lanes v52 = v47 * v29;
+  const lanes v52 = v29 * v47;
   out[19] = v52; out[20] = LANES_OF(0.0); out[21] = LANES_OF(0.0); out[22] = LANES_OF(0.0);
   out[23] = LANES_OF(0.0); out[24] = LANES_OF(0.0); out[25] = LANES_OF(0.0); out[26] = v39;
   out[27] = v47;
@@ -113,22 +113,22 @@ static LANES_TARGET void LANES_NAME(five_bar_jacobian_space)(const lanes *in, la
 static LANES_TARGET void LANES_NAME(five_bar_jacobian_body)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], q_1 = in[1];
-  LANES_COS_SIN(v1, v4, q_0); LANES_COS_SIN(v2, v3, q_1);
-  const lanes v5 = 0.2 * v1, v6 = 0.2 * v2, v7 = 0.2 + v6, v8 = v7 - v5, v9 = 0.5 * v8,
+  LANES_COS_SIN(v1, v3, q_1); LANES_COS_SIN(v2, v4, q_0);
+  const lanes v5 = 0.2 * v1, v6 = 0.2 + v5, v7 = 0.2 * v2, v8 = v6 - v7, v9 = 0.5 * v8,
       v10 = v8 * v8, v11 = 0.2 * v3, v12 = 0.2 * v4, v13 = v11 - v12, v14 = v13 * v13,
       v15 = v10 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
   LANES_LET1(v18, sqrt, v17);
   const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v13, v22 = v9 - v21,
-      v23 = 0.9999999999999999 * v22, v24 = v5 + v23, v25 = 0.5 * v13, v26 = v20 * v8,
+      v23 = 0.9999999999999999 * v22, v24 = v23 + v7, v25 = 0.5 * v13, v26 = v20 * v8,
       v27 = v25 + v26, v28 = 3.333333333333333 * v27, v29 = v24 * v28,
-      v30 = 0.9999999999999999 * v27, v31 = v12 + v30, v32 = 3.333333333333333 * v22,
+      v30 = 0.9999999999999999 * v27, v31 = v30 + v12, v32 = 3.333333333333333 * v22,
       v33 = v31 * v32, v34 = v29 - v33;
   out[0] = v34; out[1] = LANES_OF(0.0);
   const lanes v35 = v24 * v32, v36 = v31 * v28, v37 = v35 + v36, v38 = v22 - v8, v39 = v12 * v38,
-      v40 = v27 - v13, v41 = v5 * v40, v42 = v39 - v41, v43 = v42 / v19, v44 = v43 - 1.0,
+      v40 = v27 - v13, v41 = v7 * v40, v42 = v39 - v41, v43 = v42 / v19, v44 = v43 - 1.0,
       v45 = 0.3 * v44, v46 = v37 + v45;
   out[2] = v46;
-  const lanes v47 = v6 * v40, v48 = v11 * v38, v49 = v47 - v48, v50 = v49 / v19, v51 = 0.3 * v50;
+  const lanes v47 = v5 * v40, v48 = v11 * v38, v49 = v47 - v48, v50 = v49 / v19, v51 = 0.3 * v50;
   out[3] = v51; out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0);
   out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = v43;
   out[11] = v50;
@@ -138,23 +138,23 @@ static LANES_TARGET void LANES_NAME(five_bar_jacobian_body)(const lanes *in, lan
 static LANES_TARGET void LANES_NAME(five_bar_jacobian_mixed)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], q_1 = in[1];
-  LANES_COS_SIN(v4, v1, q_0); LANES_COS_SIN(v3, v2, q_1);
-  const lanes v5 = 0.2 * v1, v6 = 0.2 * v2, v7 = v6 - v5, v8 = 0.5 * v7, v9 = 0.2 * v3,
+  LANES_COS_SIN(v3, v1, q_1); LANES_COS_SIN(v4, v2, q_0);
+  const lanes v5 = 0.2 * v1, v6 = 0.2 * v2, v7 = v5 - v6, v8 = 0.5 * v7, v9 = 0.2 * v3,
       v10 = 0.2 + v9, v11 = 0.2 * v4, v12 = v10 - v11, v13 = v12 * v12, v14 = v7 * v7,
       v15 = v13 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
   LANES_LET1(v18, sqrt, v17);
   const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v12, v22 = v8 + v21,
-      v23 = 0.9999999999999999 * v22, v24 = v5 + v23, v25 = 0.5 * v12, v26 = v20 * v7,
-      v27 = v25 - v26, v28 = v27 - v12, v29 = v5 * v28, v30 = v22 - v7, v31 = v11 * v30,
-      v32 = v29 - v31, v33 = v32 / v19, v34 = v33 - 1.0, v35 = v34 * v23, v36 = v24 + v35,
+      v23 = 0.9999999999999999 * v22, v24 = v23 + v6, v25 = 0.5 * v12, v26 = v20 * v7,
+      v27 = v25 - v26, v28 = v27 - v12, v29 = v6 * v28, v30 = v22 - v7, v31 = v11 * v30,
+      v32 = v29 - v31, v33 = v32 / v19, v34 = v33 - 1.0, v35 = v23 * v34, v36 = v24 + v35,
       v37 = -v36;
   out[0] = v37;
-  const lanes v38 = v9 * v30, v39 = v6 * v28, v40 = v38 - v39, v41 = v40 / v19, v42 = v41 * v23,
+  const lanes v38 = v9 * v30, v39 = v5 * v28, v40 = v38 - v39, v41 = v40 / v19, v42 = v23 * v41,
       v43 = -v42;
   out[1] = v43;
-  const lanes v44 = 0.9999999999999999 * v27, v45 = v11 + v44, v46 = v34 * v44, v47 = v45 + v46;
+  const lanes v44 = 0.9999999999999999 * v27, v45 = v44 + v11, v46 = v44 * v34, v47 = v45 + v46;
   out[2] = v47;
-  const lanes v48 = v41 * v44;
+  const lanes v48 = v44 * v41;
   out[3] = v48; out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0);
   out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = v33;
   out[11] = v41;
@@ -204,18 +204,18 @@ static LANES_TARGET void LANES_NAME(five_bar_jacobian_space_dot)(const lanes *in
 static LANES_TARGET void LANES_NAME(five_bar_jacobian_body_dot)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], q_1 = in[1], qd_0 = in[2], qd_1 = in[3];
-  LANES_COS_SIN(v1, v4, q_0); LANES_COS_SIN(v2, v3, q_1);
-  const lanes v5 = 0.2 * v1, v6 = 0.2 * v2, v7 = 0.2 + v6, v8 = v7 - v5, v9 = 0.5 * v8,
+  LANES_COS_SIN(v1, v3, q_1); LANES_COS_SIN(v2, v4, q_0);
+  const lanes v5 = 0.2 * v1, v6 = 0.2 + v5, v7 = 0.2 * v2, v8 = v6 - v7, v9 = 0.5 * v8,
       v10 = v8 * v8, v11 = 0.2 * v3, v12 = 0.2 * v4, v13 = v11 - v12, v14 = v13 * v13,
       v15 = v10 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
   LANES_LET1(v18, sqrt, v17);
   const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v13, v22 = v9 - v21,
-      v23 = 0.9999999999999999 * v22, v24 = v5 + v23, v25 = 3.333333333333333 * v22,
+      v23 = 0.9999999999999999 * v22, v24 = v23 + v7, v25 = 3.333333333333333 * v22,
       v26 = v24 * v25, v27 = 0.5 * v13, v28 = v20 * v8, v29 = v27 + v28,
-      v30 = 0.9999999999999999 * v29, v31 = v12 + v30, v32 = 3.333333333333333 * v29,
+      v30 = 0.9999999999999999 * v29, v31 = v30 + v12, v32 = 3.333333333333333 * v29,
       v33 = v31 * v32, v34 = v26 + v33, v35 = v22 - v8, v36 = v4 * qd_0, v37 = 0.2 * v36,
       v38 = v3 * qd_1, v39 = 0.2 * v38, v40 = v37 - v39, v41 = v35 * v40, v42 = v29 - v13,
-      v43 = v2 * qd_1, v44 = 0.2 * v43, v45 = v1 * qd_0, v46 = 0.2 * v45, v47 = v44 - v46,
+      v43 = v1 * qd_1, v44 = 0.2 * v43, v45 = v2 * qd_0, v46 = 0.2 * v45, v47 = v44 - v46,
       v48 = v42 * v47, v49 = v41 + v48, v50 = v49 / v19, v51 = v50 - qd_0, v52 = v34 * v51,
       v53 = 0.3 * v51, v54 = v52 - v53;
   out[0] = v54; out[1] = LANES_OF(0.0);
@@ -227,13 +227,13 @@ static LANES_TARGET void LANES_NAME(five_bar_jacobian_body_dot)(const lanes *in,
       v80 = v77 - v79, v81 = v80 * v13, v82 = v71 - v81, v83 = v82 - v40, v84 = v12 * v83,
       v85 = v35 * v46, v86 = v84 + v85, v87 = v42 * v37, v88 = v86 + v87, v89 = 0.5 * v47,
       v90 = v20 * v40, v91 = v89 + v90, v92 = v67 * v13, v93 = v91 + v92, v94 = v80 * v8,
-      v95 = v93 + v94, v96 = v95 - v47, v97 = v5 * v96, v98 = v88 - v97, v99 = v98 / v19,
-      v100 = v12 * v35, v101 = v5 * v42, v102 = v100 - v101, v103 = v19 * v19, v104 = v102 / v103,
+      v95 = v93 + v94, v96 = v95 - v47, v97 = v7 * v96, v98 = v88 - v97, v99 = v98 / v19,
+      v100 = v12 * v35, v101 = v7 * v42, v102 = v100 - v101, v103 = v19 * v19, v104 = v102 / v103,
       v105 = v76 * v104, v106 = v99 - v105, v107 = 0.3 * v106, v108 = v24 * v32, v109 = v31 * v25,
       v110 = v108 - v109, v111 = v110 * v51, v112 = v107 - v111;
   out[2] = v112;
-  const lanes v113 = v6 * v96, v114 = v11 * v83, v115 = v113 - v114, v116 = v35 * v44,
-      v117 = v115 - v116, v118 = v42 * v39, v119 = v117 - v118, v120 = v119 / v19, v121 = v6 * v42,
+  const lanes v113 = v5 * v96, v114 = v11 * v83, v115 = v113 - v114, v116 = v35 * v44,
+      v117 = v115 - v116, v118 = v42 * v39, v119 = v117 - v118, v120 = v119 / v19, v121 = v5 * v42,
       v122 = v11 * v35, v123 = v121 - v122, v124 = v123 / v103, v125 = v76 * v124,
       v126 = v120 - v125, v127 = 0.3 * v126;
   out[3] = v127; out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0);
@@ -245,44 +245,44 @@ static LANES_TARGET void LANES_NAME(five_bar_jacobian_body_dot)(const lanes *in,
 static LANES_TARGET void LANES_NAME(five_bar_jacobian_mixed_dot)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], q_1 = in[1], qd_0 = in[2], qd_1 = in[3];
-  LANES_COS_SIN(v1, v4, q_0); LANES_COS_SIN(v2, v3, q_1);
-  const lanes v5 = 0.2 * v1, v6 = 0.2 * v2, v7 = 0.2 + v6, v8 = v7 - v5, v9 = 0.5 * v8,
+  LANES_COS_SIN(v1, v3, q_1); LANES_COS_SIN(v2, v4, q_0);
+  const lanes v5 = 0.2 * v1, v6 = 0.2 + v5, v7 = 0.2 * v2, v8 = v6 - v7, v9 = 0.5 * v8,
       v10 = v8 * v8, v11 = 0.2 * v3, v12 = 0.2 * v4, v13 = v11 - v12, v14 = v13 * v13,
       v15 = v10 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
   LANES_LET1(v18, sqrt, v17);
   const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v13, v22 = v9 - v21,
-      v23 = 0.9999999999999999 * v22, v24 = v5 + v23, v25 = v24 * qd_0, v26 = v22 - v8,
+      v23 = 0.9999999999999999 * v22, v24 = v23 + v7, v25 = v24 * qd_0, v26 = v22 - v8,
       v27 = v4 * qd_0, v28 = 0.2 * v27, v29 = v3 * qd_1, v30 = 0.2 * v29, v31 = v28 - v30,
       v32 = v26 * v31, v33 = 0.5 * v13, v34 = v20 * v8, v35 = v33 + v34, v36 = v35 - v13,
-      v37 = v2 * qd_1, v38 = 0.2 * v37, v39 = v1 * qd_0, v40 = 0.2 * v39, v41 = v38 - v40,
-      v42 = v36 * v41, v43 = v32 + v42, v44 = v43 / v19, v45 = v44 - qd_0, v46 = v45 * v23,
-      v47 = v25 + v46, v48 = v12 * v26, v49 = v5 * v36, v50 = v48 - v49, v51 = v50 / v19,
-      v52 = v51 - 1.0, v53 = v44 * v23, v54 = v52 * v53, v55 = v47 + v54, v56 = 0.5 * v31,
-      v57 = 2.0 * v8, v58 = v31 * v57, v59 = 2.0 * v13, v60 = v41 * v59, v61 = v58 + v60,
-      v62 = 0.5 * v61, v63 = v62 / v15, v64 = 0.5 * v15, v65 = v15 * v15, v66 = v64 / v65,
-      v67 = v61 * v66, v68 = v63 - v67, v69 = v68 * v8, v70 = v56 + v69, v71 = v20 * v41,
-      v72 = v70 - v71, v73 = v61 * v16, v74 = v61 * v15, v75 = v73 - v74, v76 = 0.25 / v18,
-      v77 = v75 * v76, v78 = v77 / v15, v79 = v19 / v65, v80 = v61 * v79, v81 = v78 - v80,
-      v82 = v81 * v13, v83 = v72 - v82, v84 = v83 - v31, v85 = v12 * v84, v86 = v26 * v40,
-      v87 = v85 + v86, v88 = v36 * v28, v89 = v87 + v88, v90 = 0.5 * v41, v91 = v20 * v31,
-      v92 = v90 + v91, v93 = v68 * v13, v94 = v92 + v93, v95 = v81 * v8, v96 = v94 + v95,
-      v97 = v96 - v41, v98 = v5 * v97, v99 = v89 - v98, v100 = v99 / v19, v101 = v19 * v19,
-      v102 = v50 / v101, v103 = v77 * v102, v104 = v100 - v103, v105 = 0.9999999999999999 * v35,
-      v106 = v104 * v105, v107 = v55 + v106, v108 = -v107;
+      v37 = v1 * qd_1, v38 = 0.2 * v37, v39 = v2 * qd_0, v40 = 0.2 * v39, v41 = v38 - v40,
+      v42 = v36 * v41, v43 = v32 + v42, v44 = v43 / v19, v45 = v44 - qd_0, v46 = v23 * v45,
+      v47 = v25 + v46, v48 = v12 * v26, v49 = v7 * v36, v50 = v48 - v49, v51 = v50 / v19,
+      v52 = v51 - 1.0, v53 = v23 * v44, v54 = v52 * v53, v55 = v47 + v54,
+      v56 = 0.9999999999999999 * v35, v57 = 0.5 * v31, v58 = 2.0 * v8, v59 = v31 * v58,
+      v60 = 2.0 * v13, v61 = v41 * v60, v62 = v59 + v61, v63 = 0.5 * v62, v64 = v63 / v15,
+      v65 = 0.5 * v15, v66 = v15 * v15, v67 = v65 / v66, v68 = v62 * v67, v69 = v64 - v68,
+      v70 = v69 * v8, v71 = v57 + v70, v72 = v20 * v41, v73 = v71 - v72, v74 = v62 * v16,
+      v75 = v62 * v15, v76 = v74 - v75, v77 = 0.25 / v18, v78 = v76 * v77, v79 = v78 / v15,
+      v80 = v19 / v66, v81 = v62 * v80, v82 = v79 - v81, v83 = v82 * v13, v84 = v73 - v83,
+      v85 = v84 - v31, v86 = v12 * v85, v87 = v26 * v40, v88 = v86 + v87, v89 = v36 * v28,
+      v90 = v88 + v89, v91 = 0.5 * v41, v92 = v20 * v31, v93 = v91 + v92, v94 = v69 * v13,
+      v95 = v93 + v94, v96 = v82 * v8, v97 = v95 + v96, v98 = v97 - v41, v99 = v7 * v98,
+      v100 = v90 - v99, v101 = v100 / v19, v102 = v19 * v19, v103 = v50 / v102, v104 = v78 * v103,
+      v105 = v101 - v104, v106 = v56 * v105, v107 = v55 + v106, v108 = -v107;
   out[0] = v108;
-  const lanes v109 = v6 * v36, v110 = v11 * v26, v111 = v109 - v110, v112 = v111 / v19,
-      v113 = v112 * v53, v114 = v6 * v97, v115 = v11 * v84, v116 = v114 - v115, v117 = v26 * v38,
+  const lanes v109 = v5 * v36, v110 = v11 * v26, v111 = v109 - v110, v112 = v111 / v19,
+      v113 = v112 * v53, v114 = v5 * v98, v115 = v11 * v85, v116 = v114 - v115, v117 = v26 * v38,
       v118 = v116 - v117, v119 = v36 * v30, v120 = v118 - v119, v121 = v120 / v19,
-      v122 = v111 / v101, v123 = v77 * v122, v124 = v121 - v123, v125 = v124 * v105,
+      v122 = v111 / v102, v123 = v78 * v122, v124 = v121 - v123, v125 = v56 * v124,
       v126 = v113 + v125, v127 = -v126;
   out[1] = v127;
-  const lanes v128 = v104 * v23, v129 = v12 + v105, v130 = v129 * qd_0, v131 = v45 * v105,
-      v132 = v130 + v131, v133 = v44 * v105, v134 = v52 * v133, v135 = v132 + v134,
+  const lanes v128 = v23 * v105, v129 = v56 + v12, v130 = v129 * qd_0, v131 = v56 * v45,
+      v132 = v130 + v131, v133 = v56 * v44, v134 = v52 * v133, v135 = v132 + v134,
       v136 = v128 - v135;
   out[2] = v136;
-  const lanes v137 = v124 * v23, v138 = v112 * v133, v139 = v137 - v138;
+  const lanes v137 = v23 * v124, v138 = v112 * v133, v139 = v137 - v138;
   out[3] = v139; out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = v104;
+  out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = v105;
   out[11] = v124;
 }
 
@@ -290,60 +290,60 @@ static LANES_TARGET void LANES_NAME(five_bar_jacobian_mixed_dot)(const lanes *in
 static LANES_TARGET void LANES_NAME(five_bar_hessian_mixed)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], q_1 = in[1];
-  LANES_COS_SIN(v1, v4, q_0); LANES_COS_SIN(v2, v3, q_1);
-  const lanes v5 = 0.2 * v1, v6 = 0.2 * v2, v7 = 0.2 + v6, v8 = v7 - v5, v9 = 0.5 * v8,
+  LANES_COS_SIN(v1, v3, q_1); LANES_COS_SIN(v2, v4, q_0);
+  const lanes v5 = 0.2 * v1, v6 = 0.2 + v5, v7 = 0.2 * v2, v8 = v6 - v7, v9 = 0.5 * v8,
       v10 = v8 * v8, v11 = 0.2 * v3, v12 = 0.2 * v4, v13 = v11 - v12, v14 = v13 * v13,
       v15 = v10 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
   LANES_LET1(v18, sqrt, v17);
   const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v13, v22 = v9 - v21,
-      v23 = 0.9999999999999999 * v22, v24 = v5 + v23, v25 = v22 - v8, v26 = v12 * v25,
-      v27 = 0.5 * v13, v28 = v20 * v8, v29 = v27 + v28, v30 = v29 - v13, v31 = v5 * v30,
-      v32 = v26 - v31, v33 = v32 / v19, v34 = v33 - 1.0, v35 = v34 * v23, v36 = v24 + v35,
-      v37 = v35 + v23, v38 = v34 * v37, v39 = v36 + v38, v40 = v5 * v25, v41 = v12 * v30,
-      v42 = v40 + v41, v43 = v5 * v20, v44 = 0.1 * v4, v45 = v43 + v44, v46 = 2.0 * v8,
-      v47 = v12 * v46, v48 = 2.0 * v13, v49 = v5 * v48, v50 = v47 - v49, v51 = 0.5 * v50,
-      v52 = v51 / v15, v53 = 0.5 * v15, v54 = v15 * v15, v55 = v53 / v54, v56 = v55 * v50,
-      v57 = v52 - v56, v58 = v57 * v8, v59 = v45 + v58, v60 = 0.25 / v18, v61 = v50 * v16,
-      v62 = v50 * v15, v63 = v61 - v62, v64 = v60 * v63, v65 = v64 / v15, v66 = v19 / v54,
-      v67 = v66 * v50, v68 = v65 - v67, v69 = v68 * v13, v70 = v59 - v69, v71 = v70 - v12,
-      v72 = v12 * v71, v73 = v42 + v72, v74 = v12 * v20, v75 = v57 * v13, v76 = v74 + v75,
-      v77 = v68 * v8, v78 = v76 + v77, v79 = 0.1 * v1, v80 = v78 - v79, v81 = v5 + v80,
-      v82 = v5 * v81, v83 = v73 - v82, v84 = v83 / v19, v85 = v19 * v19, v86 = v32 / v85,
-      v87 = v86 * v64, v88 = v84 - v87, v89 = 0.9999999999999999 * v29, v90 = v88 * v89,
+      v23 = 0.9999999999999999 * v22, v24 = v23 + v7, v25 = v22 - v8, v26 = v12 * v25,
+      v27 = 0.5 * v13, v28 = v20 * v8, v29 = v27 + v28, v30 = v29 - v13, v31 = v7 * v30,
+      v32 = v26 - v31, v33 = v32 / v19, v34 = v33 - 1.0, v35 = v23 * v34, v36 = v24 + v35,
+      v37 = v23 + v35, v38 = v34 * v37, v39 = v36 + v38, v40 = 0.9999999999999999 * v29,
+      v41 = v7 * v25, v42 = v12 * v30, v43 = v41 + v42, v44 = v7 * v20, v45 = 0.1 * v4,
+      v46 = v44 + v45, v47 = 2.0 * v8, v48 = v12 * v47, v49 = 2.0 * v13, v50 = v7 * v49,
+      v51 = v48 - v50, v52 = 0.5 * v51, v53 = v52 / v15, v54 = 0.5 * v15, v55 = v15 * v15,
+      v56 = v54 / v55, v57 = v56 * v51, v58 = v53 - v57, v59 = v58 * v8, v60 = v46 + v59,
+      v61 = 0.25 / v18, v62 = v51 * v16, v63 = v51 * v15, v64 = v62 - v63, v65 = v61 * v64,
+      v66 = v65 / v15, v67 = v19 / v55, v68 = v67 * v51, v69 = v66 - v68, v70 = v69 * v13,
+      v71 = v60 - v70, v72 = v71 - v12, v73 = v12 * v72, v74 = v43 + v73, v75 = v12 * v20,
+      v76 = v58 * v13, v77 = v75 + v76, v78 = v69 * v8, v79 = v77 + v78, v80 = 0.1 * v2,
+      v81 = v79 - v80, v82 = v7 + v81, v83 = v7 * v82, v84 = v74 - v83, v85 = v84 / v19,
+      v86 = v19 * v19, v87 = v32 / v86, v88 = v87 * v65, v89 = v85 - v88, v90 = v40 * v89,
       v91 = v39 + v90, v92 = -v91;
   out[0] = v92;
-  const lanes v93 = v6 * v30, v94 = v11 * v25, v95 = v93 - v94, v96 = v95 / v19, v97 = v96 * v23,
-      v98 = v34 * v97, v99 = v97 + v98, v100 = v6 * v48, v101 = v11 * v46, v102 = v100 - v101,
-      v103 = 0.5 * v102, v104 = v103 / v15, v105 = v55 * v102, v106 = v104 - v105, v107 = v106 * v8,
-      v108 = 0.1 * v3, v109 = v107 - v108, v110 = v20 * v6, v111 = v109 - v110, v112 = v102 * v16,
-      v113 = v102 * v15, v114 = v112 - v113, v115 = v60 * v114, v116 = v115 / v15,
-      v117 = v66 * v102, v118 = v116 - v117, v119 = v118 * v13, v120 = v111 - v119,
-      v121 = v11 + v120, v122 = v12 * v121, v123 = 0.1 * v2, v124 = v106 * v13, v125 = v123 + v124,
-      v126 = v118 * v8, v127 = v125 + v126, v128 = v20 * v11, v129 = v127 - v128, v130 = v129 - v6,
-      v131 = v5 * v130, v132 = v122 - v131, v133 = v132 / v19, v134 = v86 * v115,
-      v135 = v133 - v134, v136 = v135 * v89, v137 = v99 + v136, v138 = -v137;
+  const lanes v93 = v5 * v30, v94 = v11 * v25, v95 = v93 - v94, v96 = v95 / v19, v97 = v23 * v96,
+      v98 = v34 * v97, v99 = v97 + v98, v100 = v5 * v49, v101 = v11 * v47, v102 = v100 - v101,
+      v103 = 0.5 * v102, v104 = v103 / v15, v105 = v56 * v102, v106 = v104 - v105, v107 = v106 * v8,
+      v108 = 0.1 * v3, v109 = v107 - v108, v110 = v20 * v5, v111 = v109 - v110, v112 = v102 * v16,
+      v113 = v102 * v15, v114 = v112 - v113, v115 = v61 * v114, v116 = v115 / v15,
+      v117 = v67 * v102, v118 = v116 - v117, v119 = v118 * v13, v120 = v111 - v119,
+      v121 = v11 + v120, v122 = v12 * v121, v123 = 0.1 * v1, v124 = v106 * v13, v125 = v123 + v124,
+      v126 = v118 * v8, v127 = v125 + v126, v128 = v20 * v11, v129 = v127 - v128, v130 = v129 - v5,
+      v131 = v7 * v130, v132 = v122 - v131, v133 = v132 / v19, v134 = v87 * v115,
+      v135 = v133 - v134, v136 = v40 * v135, v137 = v99 + v136, v138 = -v137;
   out[1] = v138;
-  const lanes v139 = v96 * v37, v140 = v6 * v81, v141 = v11 * v71, v142 = v140 - v141,
-      v143 = v142 / v19, v144 = v95 / v85, v145 = v144 * v64, v146 = v143 - v145, v147 = v146 * v89,
+  const lanes v139 = v96 * v37, v140 = v5 * v82, v141 = v11 * v72, v142 = v140 - v141,
+      v143 = v142 / v19, v144 = v95 / v86, v145 = v144 * v65, v146 = v143 - v145, v147 = v40 * v146,
       v148 = v139 + v147, v149 = -v148;
   out[2] = v149;
-  const lanes v150 = v96 * v97, v151 = v6 * v130, v152 = v11 * v30, v153 = v151 - v152,
-      v154 = v11 * v121, v155 = v153 - v154, v156 = v6 * v25, v157 = v155 - v156, v158 = v157 / v19,
-      v159 = v144 * v115, v160 = v158 - v159, v161 = v160 * v89, v162 = v150 + v161, v163 = -v162;
+  const lanes v150 = v96 * v97, v151 = v5 * v130, v152 = v11 * v30, v153 = v151 - v152,
+      v154 = v11 * v121, v155 = v153 - v154, v156 = v5 * v25, v157 = v155 - v156, v158 = v157 / v19,
+      v159 = v144 * v115, v160 = v158 - v159, v161 = v40 * v160, v162 = v150 + v161, v163 = -v162;
   out[3] = v163;
-  const lanes v164 = v88 * v23, v165 = v12 + v89, v166 = v34 * v89, v167 = v165 + v166,
-      v168 = v166 + v89, v169 = v34 * v168, v170 = v167 + v169, v171 = v164 - v170;
+  const lanes v164 = v23 * v89, v165 = v40 + v12, v166 = v40 * v34, v167 = v165 + v166,
+      v168 = v40 + v166, v169 = v34 * v168, v170 = v167 + v169, v171 = v164 - v170;
   out[4] = v171;
-  const lanes v172 = v135 * v23, v173 = v96 * v89, v174 = v34 * v173, v175 = v173 + v174,
+  const lanes v172 = v23 * v135, v173 = v40 * v96, v174 = v34 * v173, v175 = v173 + v174,
       v176 = v172 - v175;
   out[5] = v176;
-  const lanes v177 = v146 * v23, v178 = v96 * v168, v179 = v177 - v178;
+  const lanes v177 = v23 * v146, v178 = v96 * v168, v179 = v177 - v178;
   out[6] = v179;
-  const lanes v180 = v160 * v23, v181 = v96 * v173, v182 = v180 - v181;
+  const lanes v180 = v23 * v160, v181 = v96 * v173, v182 = v180 - v181;
   out[7] = v182; out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0);
   out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
   out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0); out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0); out[20] = v88;
+  out[17] = LANES_OF(0.0); out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0); out[20] = v89;
   out[21] = v135; out[22] = v146; out[23] = v160;
 }
 
@@ -371,20 +371,20 @@ static LANES_TARGET void LANES_NAME(five_bar_twist_space)(const lanes *in, lanes
 static LANES_TARGET void LANES_NAME(five_bar_twist_body)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], q_1 = in[1], qd_0 = in[2], qd_1 = in[3];
-  LANES_COS_SIN(v1, v4, q_0); LANES_COS_SIN(v2, v3, q_1);
-  const lanes v5 = 0.2 * v1, v6 = 0.2 * v2, v7 = 0.2 + v6, v8 = v7 - v5, v9 = 0.5 * v8,
+  LANES_COS_SIN(v1, v3, q_1); LANES_COS_SIN(v2, v4, q_0);
+  const lanes v5 = 0.2 * v1, v6 = 0.2 + v5, v7 = 0.2 * v2, v8 = v6 - v7, v9 = 0.5 * v8,
       v10 = v8 * v8, v11 = 0.2 * v3, v12 = 0.2 * v4, v13 = v11 - v12, v14 = v13 * v13,
       v15 = v10 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
   LANES_LET1(v18, sqrt, v17);
   const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v13, v22 = v9 - v21,
-      v23 = 0.9999999999999999 * v22, v24 = v5 + v23, v25 = 0.5 * v13, v26 = v20 * v8,
+      v23 = 0.9999999999999999 * v22, v24 = v23 + v7, v25 = 0.5 * v13, v26 = v20 * v8,
       v27 = v25 + v26, v28 = 3.333333333333333 * v27, v29 = v24 * v28,
-      v30 = 0.9999999999999999 * v27, v31 = v12 + v30, v32 = 3.333333333333333 * v22,
+      v30 = 0.9999999999999999 * v27, v31 = v30 + v12, v32 = 3.333333333333333 * v22,
       v33 = v31 * v32, v34 = v29 - v33, v35 = v34 * qd_0;
   out[0] = v35;
   const lanes v36 = v24 * v32, v37 = v31 * v28, v38 = v36 + v37, v39 = v38 * qd_0, v40 = v22 - v8,
       v41 = v4 * qd_0, v42 = 0.2 * v41, v43 = v3 * qd_1, v44 = 0.2 * v43, v45 = v42 - v44,
-      v46 = v40 * v45, v47 = v27 - v13, v48 = v2 * qd_1, v49 = 0.2 * v48, v50 = v1 * qd_0,
+      v46 = v40 * v45, v47 = v27 - v13, v48 = v1 * qd_1, v49 = 0.2 * v48, v50 = v2 * qd_0,
       v51 = 0.2 * v50, v52 = v49 - v51, v53 = v47 * v52, v54 = v46 + v53, v55 = v54 / v19,
       v56 = v55 - qd_0, v57 = 0.3 * v56, v58 = v39 + v57;
   out[1] = v58; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
@@ -395,20 +395,20 @@ static LANES_TARGET void LANES_NAME(five_bar_twist_body)(const lanes *in, lanes 
 static LANES_TARGET void LANES_NAME(five_bar_twist_mixed)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], q_1 = in[1], qd_0 = in[2], qd_1 = in[3];
-  LANES_COS_SIN(v4, v1, q_0); LANES_COS_SIN(v3, v2, q_1);
-  const lanes v5 = 0.2 * v1, v6 = 0.2 * v2, v7 = v6 - v5, v8 = 0.5 * v7, v9 = 0.2 * v3,
+  LANES_COS_SIN(v3, v1, q_1); LANES_COS_SIN(v4, v2, q_0);
+  const lanes v5 = 0.2 * v1, v6 = 0.2 * v2, v7 = v5 - v6, v8 = 0.5 * v7, v9 = 0.2 * v3,
       v10 = 0.2 + v9, v11 = 0.2 * v4, v12 = v10 - v11, v13 = v12 * v12, v14 = v7 * v7,
       v15 = v13 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
   LANES_LET1(v18, sqrt, v17);
   const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v12, v22 = v8 + v21,
-      v23 = 0.9999999999999999 * v22, v24 = v5 + v23, v25 = v24 * qd_0, v26 = 0.5 * v12,
-      v27 = v20 * v7, v28 = v26 - v27, v29 = v28 - v12, v30 = v1 * qd_0, v31 = 0.2 * v30,
-      v32 = v2 * qd_1, v33 = 0.2 * v32, v34 = v31 - v33, v35 = v29 * v34, v36 = v22 - v7,
+      v23 = 0.9999999999999999 * v22, v24 = v23 + v6, v25 = v24 * qd_0, v26 = 0.5 * v12,
+      v27 = v20 * v7, v28 = v26 - v27, v29 = v28 - v12, v30 = v2 * qd_0, v31 = 0.2 * v30,
+      v32 = v1 * qd_1, v33 = 0.2 * v32, v34 = v31 - v33, v35 = v29 * v34, v36 = v22 - v7,
       v37 = v3 * qd_1, v38 = 0.2 * v37, v39 = v4 * qd_0, v40 = 0.2 * v39, v41 = v38 - v40,
-      v42 = v36 * v41, v43 = v35 + v42, v44 = v43 / v19, v45 = v44 - qd_0, v46 = v45 * v23,
+      v42 = v36 * v41, v43 = v35 + v42, v44 = v43 / v19, v45 = v44 - qd_0, v46 = v23 * v45,
       v47 = v25 + v46, v48 = -v47;
   out[0] = v48;
-  const lanes v49 = 0.9999999999999999 * v28, v50 = v11 + v49, v51 = v50 * qd_0, v52 = v45 * v49,
+  const lanes v49 = 0.9999999999999999 * v28, v50 = v49 + v11, v51 = v50 * qd_0, v52 = v49 * v45,
       v53 = v51 + v52;
   out[1] = v53; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
   out[5] = v44;
@@ -455,26 +455,26 @@ static LANES_TARGET void LANES_NAME(five_bar_acceleration_space)(const lanes *in
 static LANES_TARGET void LANES_NAME(five_bar_acceleration_body)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], q_1 = in[1], qd_0 = in[2], qd_1 = in[3], qdd_0 = in[4], qdd_1 = in[5];
-  LANES_COS_SIN(v1, v4, q_0); LANES_COS_SIN(v2, v3, q_1);
-  const lanes v5 = 0.2 * v1, v6 = 0.2 * v2, v7 = 0.2 + v6, v8 = v7 - v5, v9 = 0.5 * v8,
+  LANES_COS_SIN(v1, v3, q_1); LANES_COS_SIN(v2, v4, q_0);
+  const lanes v5 = 0.2 * v1, v6 = 0.2 + v5, v7 = 0.2 * v2, v8 = v6 - v7, v9 = 0.5 * v8,
       v10 = v8 * v8, v11 = 0.2 * v3, v12 = 0.2 * v4, v13 = v11 - v12, v14 = v13 * v13,
       v15 = v10 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
   LANES_LET1(v18, sqrt, v17);
   const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v13, v22 = v9 - v21,
-      v23 = 0.9999999999999999 * v22, v24 = v5 + v23, v25 = 0.5 * v13, v26 = v20 * v8,
+      v23 = 0.9999999999999999 * v22, v24 = v23 + v7, v25 = 0.5 * v13, v26 = v20 * v8,
       v27 = v25 + v26, v28 = 3.333333333333333 * v27, v29 = v24 * v28,
-      v30 = 0.9999999999999999 * v27, v31 = v12 + v30, v32 = 3.333333333333333 * v22,
+      v30 = 0.9999999999999999 * v27, v31 = v30 + v12, v32 = 3.333333333333333 * v22,
       v33 = v31 * v32, v34 = v29 - v33, v35 = v34 * qdd_0, v36 = v24 * v32, v37 = v31 * v28,
       v38 = v36 + v37, v39 = v22 - v8, v40 = v4 * qd_0, v41 = 0.2 * v40, v42 = v3 * qd_1,
-      v43 = 0.2 * v42, v44 = v41 - v43, v45 = v39 * v44, v46 = v27 - v13, v47 = v2 * qd_1,
-      v48 = 0.2 * v47, v49 = v1 * qd_0, v50 = 0.2 * v49, v51 = v48 - v50, v52 = v46 * v51,
+      v43 = 0.2 * v42, v44 = v41 - v43, v45 = v39 * v44, v46 = v27 - v13, v47 = v1 * qd_1,
+      v48 = 0.2 * v47, v49 = v2 * qd_0, v50 = 0.2 * v49, v51 = v48 - v50, v52 = v46 * v51,
       v53 = v45 + v52, v54 = v53 / v19, v55 = v54 - qd_0, v56 = v38 * v55, v57 = 0.3 * v55,
       v58 = v56 - v57, v59 = v58 * qd_0, v60 = v35 + v59;
   out[0] = v60;
   const lanes v61 = v38 * qdd_0, v62 = v49 * qd_0, v63 = v4 * qdd_0, v64 = v62 + v63,
       v65 = 0.2 * v64, v66 = v47 * qd_1, v67 = v3 * qdd_1, v68 = v66 + v67, v69 = 0.2 * v68,
-      v70 = v65 - v69, v71 = v39 * v70, v72 = v2 * qdd_1, v73 = v42 * qd_1, v74 = v72 - v73,
-      v75 = 0.2 * v74, v76 = v1 * qdd_0, v77 = v40 * qd_0, v78 = v76 - v77, v79 = 0.2 * v78,
+      v70 = v65 - v69, v71 = v39 * v70, v72 = v1 * qdd_1, v73 = v42 * qd_1, v74 = v72 - v73,
+      v75 = 0.2 * v74, v76 = v2 * qdd_0, v77 = v40 * qd_0, v78 = v76 - v77, v79 = 0.2 * v78,
       v80 = v75 - v79, v81 = v46 * v80, v82 = v71 + v81, v83 = 0.5 * v44, v84 = 2.0 * v8,
       v85 = v44 * v84, v86 = 2.0 * v13, v87 = v51 * v86, v88 = v85 + v87, v89 = 0.5 * v88,
       v90 = v89 / v15, v91 = 0.5 * v15, v92 = v15 * v15, v93 = v91 / v92, v94 = v88 * v93,
@@ -495,18 +495,18 @@ static LANES_TARGET void LANES_NAME(five_bar_acceleration_body)(const lanes *in,
 static LANES_TARGET void LANES_NAME(five_bar_acceleration_mixed)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], q_1 = in[1], qd_0 = in[2], qd_1 = in[3], qdd_0 = in[4], qdd_1 = in[5];
-  LANES_COS_SIN(v4, v1, q_0); LANES_COS_SIN(v3, v2, q_1);
-  const lanes v5 = 0.2 * v1, v6 = 0.2 * v2, v7 = v6 - v5, v8 = 0.5 * v7, v9 = 0.2 * v3,
+  LANES_COS_SIN(v3, v1, q_1); LANES_COS_SIN(v4, v2, q_0);
+  const lanes v5 = 0.2 * v1, v6 = 0.2 * v2, v7 = v5 - v6, v8 = 0.5 * v7, v9 = 0.2 * v3,
       v10 = 0.2 + v9, v11 = 0.2 * v4, v12 = v10 - v11, v13 = v12 * v12, v14 = v7 * v7,
       v15 = v13 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
   LANES_LET1(v18, sqrt, v17);
   const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v12, v22 = v8 + v21,
-      v23 = 0.9999999999999999 * v22, v24 = v5 + v23, v25 = v24 * qdd_0, v26 = 0.5 * v12,
+      v23 = 0.9999999999999999 * v22, v24 = v23 + v6, v25 = v24 * qdd_0, v26 = 0.5 * v12,
       v27 = v20 * v7, v28 = v26 - v27, v29 = v28 - v12, v30 = v4 * qd_0, v31 = v30 * qd_0,
-      v32 = v1 * qdd_0, v33 = v31 + v32, v34 = 0.2 * v33, v35 = v3 * qd_1, v36 = v35 * qd_1,
-      v37 = v2 * qdd_1, v38 = v36 + v37, v39 = 0.2 * v38, v40 = v34 - v39, v41 = v29 * v40,
-      v42 = v22 - v7, v43 = v3 * qdd_1, v44 = v2 * qd_1, v45 = v44 * qd_1, v46 = v43 - v45,
-      v47 = 0.2 * v46, v48 = v4 * qdd_0, v49 = v1 * qd_0, v50 = v49 * qd_0, v51 = v48 - v50,
+      v32 = v2 * qdd_0, v33 = v31 + v32, v34 = 0.2 * v33, v35 = v3 * qd_1, v36 = v35 * qd_1,
+      v37 = v1 * qdd_1, v38 = v36 + v37, v39 = 0.2 * v38, v40 = v34 - v39, v41 = v29 * v40,
+      v42 = v22 - v7, v43 = v3 * qdd_1, v44 = v1 * qd_1, v45 = v44 * qd_1, v46 = v43 - v45,
+      v47 = 0.2 * v46, v48 = v4 * qdd_0, v49 = v2 * qd_0, v50 = v49 * qd_0, v51 = v48 - v50,
       v52 = 0.2 * v51, v53 = v47 - v52, v54 = v42 * v53, v55 = v41 + v54, v56 = 0.2 * v49,
       v57 = 0.2 * v44, v58 = v56 - v57, v59 = 0.5 * v58, v60 = 2.0 * v12, v61 = v58 * v60,
       v62 = 0.2 * v35, v63 = 0.2 * v30, v64 = v62 - v63, v65 = 2.0 * v7, v66 = v64 * v65,
@@ -519,13 +519,13 @@ static LANES_TARGET void LANES_NAME(five_bar_acceleration_mixed)(const lanes *in
       v97 = v95 + v96, v98 = v87 * v12, v99 = v97 + v98, v100 = v99 - v64, v101 = v64 * v100,
       v102 = v92 + v101, v103 = v102 / v19, v104 = v29 * v58, v105 = v42 * v64, v106 = v104 + v105,
       v107 = v19 * v19, v108 = v106 / v107, v109 = v83 * v108, v110 = v103 - v109,
-      v111 = v110 - qdd_0, v112 = v111 * v23, v113 = v25 + v112, v114 = 0.9999999999999999 * v28,
-      v115 = v11 + v114, v116 = v115 * qd_0, v117 = v106 / v19, v118 = v117 - qd_0,
-      v119 = v118 * v114, v120 = v116 + v119, v121 = v120 * qd_0, v122 = v117 * v114,
+      v111 = v110 - qdd_0, v112 = v23 * v111, v113 = v25 + v112, v114 = 0.9999999999999999 * v28,
+      v115 = v114 + v11, v116 = v115 * qd_0, v117 = v106 / v19, v118 = v117 - qd_0,
+      v119 = v114 * v118, v120 = v116 + v119, v121 = v120 * qd_0, v122 = v114 * v117,
       v123 = v118 * v122, v124 = v121 + v123, v125 = v113 + v124, v126 = -v125;
   out[0] = v126;
-  const lanes v127 = v115 * qdd_0, v128 = v111 * v114, v129 = v127 + v128, v130 = v24 * qd_0,
-      v131 = v118 * v23, v132 = v130 + v131, v133 = v132 * qd_0, v134 = v117 * v23,
+  const lanes v127 = v115 * qdd_0, v128 = v114 * v111, v129 = v127 + v128, v130 = v24 * qd_0,
+      v131 = v23 * v118, v132 = v130 + v131, v133 = v132 * qd_0, v134 = v23 * v117,
       v135 = v118 * v134, v136 = v133 + v135, v137 = v129 - v136;
   out[1] = v137; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
   out[5] = v110;
@@ -769,30 +769,30 @@ static LANES_TARGET void LANES_NAME(five_bar_actuator_accelerations)(const lanes
   const lanes v2 = theta_0 + theta_1;
   LANES_COS_SIN(v3, v5, v2); out[0] = thetadd_0;
   const lanes v6 = v1 * thetad_0, v7 = 0.2 * v6, v8 = v3 * thetad_0, v9 = v3 * thetad_1,
-      v10 = v8 + v9, v11 = 0.3 * v10, v12 = v7 + v11, v13 = 0.2 * v4, v14 = 0.3 * v5,
-      v15 = v13 + v14, v16 = 2.0 * v15, v17 = v12 * v16, v18 = v4 * thetad_0, v19 = 0.2 * v18,
-      v20 = v5 * thetad_0, v21 = v5 * thetad_1, v22 = v20 + v21, v23 = 0.3 * v22, v24 = v19 + v23,
-      v25 = 0.2 * v1, v26 = 0.3 * v3, v27 = v25 + v26, v28 = v27 - 0.2, v29 = 2.0 * v28,
-      v30 = v24 * v29, v31 = v17 - v30, v32 = 0.5 * v31, v33 = v28 * v28, v34 = v15 * v15,
-      v35 = v33 + v34, v36 = v32 / v35, v37 = 0.5 * v35, v38 = 0.02 + v37, v39 = v38 - 0.045,
-      v40 = v35 * v35, v41 = v39 / v40, v42 = v31 * v41, v43 = v36 - v42, v44 = v15 * v43,
-      v45 = 0.25 - v35, v46 = v35 - 0.01, v47 = v45 * v46;
-  LANES_LET1(v48, sqrt, v47);
-  const lanes v49 = 0.5 * v48, v50 = v49 / v35, v51 = v24 * v50, v52 = v44 + v51, v53 = v39 / v35,
-      v54 = v12 * v53, v55 = v52 + v54, v56 = v45 * v31, v57 = v46 * v31, v58 = v56 - v57,
-      v59 = 0.25 / v48, v60 = v58 * v59, v61 = v60 / v35, v62 = v49 / v40, v63 = v31 * v62,
-      v64 = v61 - v63, v65 = v28 * v64, v66 = v55 - v65, v67 = v66 - v12, v68 = v12 * v67,
-      v69 = v1 * thetadd_0, v70 = v18 * thetad_0, v71 = v69 - v70, v72 = 0.2 * v71,
+      v10 = v8 + v9, v11 = 0.3 * v10, v12 = v7 + v11, v13 = v4 * thetad_0, v14 = 0.2 * v13,
+      v15 = v5 * thetad_0, v16 = v5 * thetad_1, v17 = v15 + v16, v18 = 0.3 * v17, v19 = v14 + v18,
+      v20 = 0.2 * v1, v21 = 0.3 * v3, v22 = v20 + v21, v23 = v22 - 0.2, v24 = v23 * v23,
+      v25 = 0.2 * v4, v26 = 0.3 * v5, v27 = v25 + v26, v28 = v27 * v27, v29 = v24 + v28,
+      v30 = 0.25 - v29, v31 = v29 - 0.01, v32 = v30 * v31;
+  LANES_LET1(v33, sqrt, v32);
+  const lanes v34 = 0.5 * v33, v35 = v34 / v29, v36 = v19 * v35, v37 = 2.0 * v27, v38 = v12 * v37,
+      v39 = 2.0 * v23, v40 = v19 * v39, v41 = v38 - v40, v42 = 0.5 * v41, v43 = v42 / v29,
+      v44 = 0.5 * v29, v45 = 0.02 + v44, v46 = v45 - 0.045, v47 = v29 * v29, v48 = v46 / v47,
+      v49 = v41 * v48, v50 = v43 - v49, v51 = v27 * v50, v52 = v36 + v51, v53 = v46 / v29,
+      v54 = v12 * v53, v55 = v52 + v54, v56 = v41 * v30, v57 = v41 * v31, v58 = v56 - v57,
+      v59 = 0.25 / v33, v60 = v58 * v59, v61 = v60 / v29, v62 = v34 / v47, v63 = v41 * v62,
+      v64 = v61 - v63, v65 = v23 * v64, v66 = v55 - v65, v67 = v66 - v12, v68 = v12 * v67,
+      v69 = v1 * thetadd_0, v70 = v13 * thetad_0, v71 = v69 - v70, v72 = 0.2 * v71,
       v73 = v3 * thetadd_0, v74 = v3 * thetadd_1, v75 = v73 + v74, v76 = thetad_0 + thetad_1,
-      v77 = v22 * v76, v78 = v75 - v77, v79 = 0.3 * v78, v80 = v72 + v79, v81 = v15 * v53,
-      v82 = v28 * v50, v83 = v81 - v82, v84 = v83 - v15, v85 = v80 * v84, v86 = v68 + v85,
-      v87 = v28 * v43, v88 = v15 * v64, v89 = v87 + v88, v90 = v12 * v50, v91 = v89 + v90,
-      v92 = v24 * v53, v93 = v91 - v92, v94 = v24 + v93, v95 = v24 * v94, v96 = v86 - v95,
+      v77 = v17 * v76, v78 = v75 - v77, v79 = 0.3 * v78, v80 = v72 + v79, v81 = v27 * v53,
+      v82 = v23 * v35, v83 = v81 - v82, v84 = v83 - v27, v85 = v80 * v84, v86 = v68 + v85,
+      v87 = v23 * v50, v88 = v27 * v64, v89 = v87 + v88, v90 = v12 * v35, v91 = v89 + v90,
+      v92 = v19 * v53, v93 = v91 - v92, v94 = v19 + v93, v95 = v19 * v94, v96 = v86 - v95,
       v97 = v4 * thetadd_0, v98 = v6 * thetad_0, v99 = v97 + v98, v100 = 0.2 * v99,
       v101 = v5 * thetadd_0, v102 = v5 * thetadd_1, v103 = v101 + v102, v104 = v10 * v76,
-      v105 = v103 + v104, v106 = 0.3 * v105, v107 = v100 + v106, v108 = v28 * v53, v109 = v15 * v50,
-      v110 = v108 + v109, v111 = v110 - v28, v112 = v107 * v111, v113 = v96 - v112,
-      v114 = v113 / v49, v115 = v12 * v84, v116 = v24 * v111, v117 = v115 - v116, v118 = v49 * v49,
+      v105 = v103 + v104, v106 = 0.3 * v105, v107 = v100 + v106, v108 = v23 * v53, v109 = v27 * v35,
+      v110 = v108 + v109, v111 = v110 - v23, v112 = v107 * v111, v113 = v96 - v112,
+      v114 = v113 / v34, v115 = v12 * v84, v116 = v19 * v111, v117 = v115 - v116, v118 = v34 * v34,
       v119 = v117 / v118, v120 = v60 * v119, v121 = v114 - v120, v122 = -v121;
   out[1] = v122;
 }

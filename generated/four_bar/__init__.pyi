@@ -439,7 +439,7 @@ def chain_all(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """All branches of the loops' solution, NaN where a branch does not close.
 
-    branches: left; right
+    branches: rocker_pin left; rocker_pin right
 
     Args:
         q (..., 1): actuator coordinates (rad).
@@ -520,6 +520,24 @@ def actuator_accelerations(
 
     Returns:
         qdd (..., 1): actuator accelerations (rad/s^2).
+    """
+
+def actuators_all(
+    theta: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """All branches of the loops' solution, NaN where a branch does not close.
+
+    branches: the only one
+
+    Args:
+        theta (..., 2): joints of the main chain (rad).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        q (..., 1, 1): one branch a row (rad).
+        margin (..., 1, 1): margins of each branch (1).
     """
 
 def constraint(

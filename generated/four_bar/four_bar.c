@@ -2020,6 +2020,16 @@ void four_bar_actuator_accelerations(const double theta[2], const double thetad[
   qdd[0] = thetadd_0;
 }
 
+// All branches of the loops' solution, NaN where a branch does not close.
+// 0 operations
+void four_bar_actuators_all(const double theta[2], double q[1], double margin[1]) {
+  // inputs
+  const double theta_0 = theta[0];
+  // q; margin
+  q[0] = theta_0;
+  margin[0] = 1.0;
+}
+
 // Residuals of the loop closure equations, zero where the loops are closed.
 // 18 operations: multiply 6, add 6, trig 6
 void four_bar_constraint(const double z[3], double residual[2]) {
@@ -2154,19 +2164,19 @@ void four_bar_ik(const double T[16], double q[1], double residual[1], double mar
   // shared terms
   const double v1 = T_4 * T_4;
   const double v2 = 1e-150 + T_0;
-  const double v3 = T_11 * T_11;
-  const double v4 = T_2 * T_2;
-  const double v5 = T_6 * T_6;
-  const double v6 = T_8 * T_8;
-  const double v7 = T_9 * T_9;
-  const double v8 = 1.0 - T_10;
+  const double v3 = T_2 * T_2;
+  const double v4 = T_6 * T_6;
+  const double v5 = T_8 * T_8;
+  const double v6 = T_9 * T_9;
+  const double v7 = 1.0 - T_10;
+  const double v8 = T_11 * T_11;
   const double v9 = v2 * v2;
-  const double v10 = v4 + v5;
-  const double v11 = v8 * v8;
+  const double v10 = v3 + v4;
+  const double v11 = v7 * v7;
   const double v12 = v1 + v9;
-  const double v13 = v10 + v6;
+  const double v13 = v10 + v5;
   const double v14 = sqrt(v12);
-  const double v15 = v13 + v7;
+  const double v15 = v13 + v6;
   const double v16 = T_4 / v14;
   const double v17 = v2 / v14;
   const double v18 = 0.15 * v16;
@@ -2209,40 +2219,40 @@ void four_bar_ik(const double T[16], double q[1], double residual[1], double mar
   const double v55 = v38 * v52;
   const double v56 = v51 + v54;
   const double v57 = v55 - v53;
-  const double v58 = 0.49999999999999994 * v56;
-  const double v59 = 0.39999999999999997 * v57;
-  const double v60 = 0.49999999999999994 * v57;
-  const double v61 = 0.39999999999999997 * v56;
-  const double v62 = 3.333333333333333 * v56;
-  const double v63 = 3.333333333333333 * v57;
-  const double v64 = v58 - v59;
-  const double v65 = v60 + v61;
-  const double v66 = v62 - T_0;
-  const double v67 = T_1 + v63;
-  const double v68 = v63 - T_4;
-  const double v69 = v62 - T_5;
-  const double v70 = v64 + v36;
-  const double v71 = v37 + v65;
+  const double v58 = 3.333333333333333 * v56;
+  const double v59 = 3.333333333333333 * v57;
+  const double v60 = 0.49999999999999994 * v56;
+  const double v61 = 0.39999999999999997 * v57;
+  const double v62 = 0.49999999999999994 * v57;
+  const double v63 = 0.39999999999999997 * v56;
+  const double v64 = v58 - T_0;
+  const double v65 = T_1 + v59;
+  const double v66 = v59 - T_4;
+  const double v67 = v58 - T_5;
+  const double v68 = v60 - v61;
+  const double v69 = v62 + v63;
+  const double v70 = v64 * v64;
+  const double v71 = v65 * v65;
   const double v72 = v66 * v66;
   const double v73 = v67 * v67;
-  const double v74 = v68 * v68;
-  const double v75 = v69 * v69;
-  const double v76 = v70 - T_3;
-  const double v77 = v71 - T_7;
-  const double v78 = v15 + v72;
-  const double v79 = v76 * v76;
+  const double v74 = v68 + v36;
+  const double v75 = v37 + v69;
+  const double v76 = v15 + v70;
+  const double v77 = v74 - T_3;
+  const double v78 = v75 - T_7;
+  const double v79 = v76 + v71;
   const double v80 = v77 * v77;
-  const double v81 = v78 + v73;
-  const double v82 = v3 + v79;
-  const double v83 = v81 + v74;
-  const double v84 = v82 + v80;
-  const double v85 = v83 + v75;
-  const double v86 = v85 + v11;
+  const double v81 = v78 * v78;
+  const double v82 = v79 + v72;
+  const double v83 = v8 + v80;
+  const double v84 = v82 + v73;
+  const double v85 = v83 + v81;
+  const double v86 = v84 + v11;
   const double v87 = 0.5 * v86;
-  const double v88 = v84 - v87;
-  const double v89 = v84 + v87;
-  const double v90 = fabs(v88);
-  const double v91 = v90 + v89;
+  const double v88 = v87 + v85;
+  const double v89 = v85 - v87;
+  const double v90 = fabs(v89);
+  const double v91 = v88 + v90;
   const double v92 = 0.5 * v91;
   const double v93 = sqrt(v92);
   // constant entries of margin

@@ -200,7 +200,7 @@ void four_bar_configuration(const double q[1], double z[3]);
 void four_bar_margin(const double q[1], double margin[1]);
 
 /* All branches of the loops' solution, NaN where a branch does not close.
- * branches: left; right
+ * branches: rocker_pin left; rocker_pin right
  * 46 operations: multiply 24, add 14, negate 1, trig 4, other 3.
  *   q: actuator coordinates, 1 (rad)
  *   theta: one branch a row, 2 x 2 (rad)
@@ -237,6 +237,14 @@ void four_bar_actuator_rates(const double theta[2], const double thetad[2], doub
  *   thetadd: joint accelerations of the main chain, 2 (rad/s^2)
  *   qdd: actuator accelerations, 1 (rad/s^2) */
 void four_bar_actuator_accelerations(const double theta[2], const double thetad[2], const double thetadd[2], double qdd[1]);
+
+/* All branches of the loops' solution, NaN where a branch does not close.
+ * branches: the only one
+ * 0 operations.
+ *   theta: joints of the main chain, 2 (rad)
+ *   q: one branch a row, 1 x 1 (rad)
+ *   margin: margins of each branch, 1 x 1 (1) */
+void four_bar_actuators_all(const double theta[2], double q[1], double margin[1]);
 
 /* Residuals of the loop closure equations, zero where the loops are closed.
  * independent scalar equations of each loop: rocker_pin (2)

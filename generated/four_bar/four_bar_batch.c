@@ -786,6 +786,30 @@ void four_bar_actuator_accelerations_batch(size_t n, const double *theta, const 
 }
 
 /* Rows of any step, in doubles. */
+static void four_bar_actuators_all_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {2, 1, 1};
+  static const lanes_shape shape = {1, 2, sizes};
+  CHASLES_RUN_AVX512(four_bar_actuators_all_avx512)
+  CHASLES_RUN_AVX2(four_bar_actuators_all_avx2)
+  CHASLES_RUN_BASELINE(four_bar_actuators_all_baseline)
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    four_bar_actuators_all(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
+  }
+}
+
+void four_bar_actuators_all_batch(size_t n, const double *theta, double *q, double *margin)
+{
+  const double *const inputs[] = {theta};
+  double *const outputs[] = {q, margin};
+  const ptrdiff_t input_steps[] = {2}, output_steps[] = {1, 1};
+  four_bar_actuators_all_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
 static void four_bar_constraint_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {

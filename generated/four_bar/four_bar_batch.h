@@ -40,6 +40,7 @@ void four_bar_actuators_batch(size_t n, const double *theta, double *q);
 void four_bar_actuators_D_chain_batch(size_t n, const double *theta, double *q_D_theta);
 void four_bar_actuator_rates_batch(size_t n, const double *theta, const double *thetad, double *qd);
 void four_bar_actuator_accelerations_batch(size_t n, const double *theta, const double *thetad, const double *thetadd, double *qdd);
+void four_bar_actuators_all_batch(size_t n, const double *theta, double *q, double *margin);
 void four_bar_constraint_batch(size_t n, const double *z, double *residual);
 void four_bar_constraint_D_z_batch(size_t n, const double *z, double *residual_D_z);
 void four_bar_constraint_D_z_dot_batch(size_t n, const double *z, const double *zd, double *residual_D_z_dot);

@@ -639,6 +639,13 @@ static LANES_TARGET void LANES_NAME(four_bar_actuator_accelerations)(const lanes
   out[0] = thetadd_0;
 }
 
+// actuators_all: 0 operations
+static LANES_TARGET void LANES_NAME(four_bar_actuators_all)(const lanes *in, lanes *out)
+{
+  const lanes theta_0 = in[0];
+  out[0] = theta_0; out[1] = LANES_OF(1.0);
+}
+
 // constraint: 18 operations: multiply 6, add 6, trig 6
 static LANES_TARGET void LANES_NAME(four_bar_constraint)(const lanes *in, lanes *out)
 {
@@ -709,24 +716,24 @@ static LANES_TARGET void LANES_NAME(four_bar_ik)(const lanes *in, lanes *out)
   LANES_LET1(v22, sqrt, v21);
   const lanes v23 = v12 / v22, v24 = v19 / v22;
   LANES_LET2(v25, atan2, v23, v24); out[0] = v25;
-  const lanes v26 = T_11 * T_11, v27 = 0.1 * v24, v28 = 0.35 - v27, v29 = v28 * v28,
-      v30 = 0.1 * v23, v31 = v30 * v30, v32 = v29 + v31, v33 = 0.5 * v32, v34 = 0.045 + v33,
-      v35 = v34 - 0.03125, v36 = v35 / v32, v37 = v28 * v36, v38 = 0.3025 - v32, v39 = v32 - 0.0025,
-      v40 = v38 * v39;
-  LANES_LET1(v41, sqrt, v40);
-  const lanes v42 = 0.5 * v41, v43 = v42 / v32, v44 = v30 * v43, v45 = v37 + v44,
-      v46 = 0.49999999999999994 * v45, v47 = v28 * v43, v48 = v30 * v36, v49 = v47 - v48,
-      v50 = 0.39999999999999997 * v49, v51 = v46 - v50, v52 = v51 + v27, v53 = v52 - T_3,
-      v54 = v53 * v53, v55 = v26 + v54, v56 = 0.49999999999999994 * v49,
-      v57 = 0.39999999999999997 * v45, v58 = v56 + v57, v59 = v30 + v58, v60 = v59 - T_7,
-      v61 = v60 * v60, v62 = v55 + v61, v63 = T_2 * T_2, v64 = T_6 * T_6, v65 = v63 + v64,
-      v66 = T_8 * T_8, v67 = v65 + v66, v68 = T_9 * T_9, v69 = v67 + v68,
-      v70 = 3.333333333333333 * v45, v71 = v70 - T_0, v72 = v71 * v71, v73 = v69 + v72,
-      v74 = 3.333333333333333 * v49, v75 = T_1 + v74, v76 = v75 * v75, v77 = v73 + v76,
-      v78 = v74 - T_4, v79 = v78 * v78, v80 = v77 + v79, v81 = v70 - T_5, v82 = v81 * v81,
-      v83 = v80 + v82, v84 = 1.0 - T_10, v85 = v84 * v84, v86 = v83 + v85, v87 = 0.5 * v86,
-      v88 = v62 - v87;
-  LANES_LET1(v89, fabs, v88);
-  const lanes v90 = v62 + v87, v91 = v89 + v90, v92 = 0.5 * v91;
+  const lanes v26 = T_2 * T_2, v27 = T_6 * T_6, v28 = v26 + v27, v29 = T_8 * T_8, v30 = v28 + v29,
+      v31 = T_9 * T_9, v32 = v30 + v31, v33 = 0.1 * v24, v34 = 0.35 - v33, v35 = v34 * v34,
+      v36 = 0.1 * v23, v37 = v36 * v36, v38 = v35 + v37, v39 = 0.5 * v38, v40 = 0.045 + v39,
+      v41 = v40 - 0.03125, v42 = v41 / v38, v43 = v34 * v42, v44 = 0.3025 - v38, v45 = v38 - 0.0025,
+      v46 = v44 * v45;
+  LANES_LET1(v47, sqrt, v46);
+  const lanes v48 = 0.5 * v47, v49 = v48 / v38, v50 = v36 * v49, v51 = v43 + v50,
+      v52 = 3.333333333333333 * v51, v53 = v52 - T_0, v54 = v53 * v53, v55 = v32 + v54,
+      v56 = v34 * v49, v57 = v36 * v42, v58 = v56 - v57, v59 = 3.333333333333333 * v58,
+      v60 = T_1 + v59, v61 = v60 * v60, v62 = v55 + v61, v63 = v59 - T_4, v64 = v63 * v63,
+      v65 = v62 + v64, v66 = v52 - T_5, v67 = v66 * v66, v68 = v65 + v67, v69 = 1.0 - T_10,
+      v70 = v69 * v69, v71 = v68 + v70, v72 = 0.5 * v71, v73 = T_11 * T_11,
+      v74 = 0.49999999999999994 * v51, v75 = 0.39999999999999997 * v58, v76 = v74 - v75,
+      v77 = v76 + v33, v78 = v77 - T_3, v79 = v78 * v78, v80 = v73 + v79,
+      v81 = 0.49999999999999994 * v58, v82 = 0.39999999999999997 * v51, v83 = v81 + v82,
+      v84 = v36 + v83, v85 = v84 - T_7, v86 = v85 * v85, v87 = v80 + v86, v88 = v72 + v87,
+      v89 = v87 - v72;
+  LANES_LET1(v90, fabs, v89);
+  const lanes v91 = v88 + v90, v92 = 0.5 * v91;
   LANES_LET1(v93, sqrt, v92); out[1] = v93; out[2] = LANES_OF(1.0);
 }

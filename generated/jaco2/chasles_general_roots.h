@@ -1,9 +1,7 @@
 /* The real roots of det M, a trigonometric polynomial of degree 8 in the suppressed angle; part of
  * chasles, the same for every robot of six revolute joints.
  *
- * It is known from 24 samples; what is left of degrees above 8 tells its errors. The circle is
- * divided into 96 cells, in each of which the polynomial is its Taylor series. A cell is divided
- * until the sizes of the terms prove that it has no root, or that it is monotonous, or convex.
+ * It is known from 24 samples; what is left of degrees above 8 tells its errors.
  */
 #ifndef CHASLES_GENERAL_ROOTS_H
 #define CHASLES_GENERAL_ROOTS_H
@@ -15,10 +13,15 @@
 #include "chasles_general_determinant.h"
 
 #define CHASLES_SAMPLES 24
+<<<<<<< HEAD
+#define CHASLES_MOST_STARTS (3 * CHASLES_MOST_ROOTS)
+=======
+#define CHASLES_HALF (CHASLES_SAMPLES / 2)
 #define CHASLES_CELLS 96
 #define CHASLES_DEGREE 8
+/* Samples of a cell, at Chebyshev's nodes. */
+#define CHASLES_NODES 12
 #define CHASLES_MOST_ROOTS 32
-#define CHASLES_MOST_STARTS (3 * CHASLES_MOST_ROOTS)
 /* Terms of a Taylor series; the first left out is 1e-14 of the greatest. */
 #define CHASLES_TERMS 11
 /* Parts of the circle to look at; a pose takes some fifty, one at which all is rounding far more.
@@ -87,12 +90,13 @@ typedef struct {
     double
         imaginary[CHASLES_MOST_ROOTS]; /* 0 for a root, else half the way between two that meet */
 } chasles_general_roots;
+>>>>>>> any-special
 
 /* The polynomial from the determinant's samples. */
 static void chasles_general_interpolated(const chasles_general_system *system,
-                                         chasles_general_series *series)
+                                         chasles_circle_series *series)
 {
-    const double *cosine = chasles_general_cosine;
+    const double *cosine = chasles_circle_cosine;
     double values[CHASLES_SAMPLES];
     chasles_general_lanes R[6][6], c, s, determinant;
     for (int from = 0; from < CHASLES_SAMPLES; from += CHASLES_LANES) {
@@ -104,13 +108,19 @@ static void chasles_general_interpolated(const chasles_general_system *system,
         memcpy(values + from, &determinant, sizeof determinant);
     }
     series->most = series->noise = 0.0;
-    for (int m = 0; m <= CHASLES_SAMPLES / 2; m++) {
+    double even[CHASLES_HALF + 1], odd[CHASLES_HALF + 1];
+    for (int k = 0; k <= CHASLES_HALF; k++) {
+        const double other = k % CHASLES_HALF ? values[CHASLES_SAMPLES - k] : 0.0;
+        even[k] = values[k] + other;
+        odd[k] = values[k] - other;
+    }
+    CHASLES_UNROLL
+    for (int m = 0; m <= CHASLES_HALF; m++) {
         double a = 0.0, b = 0.0;
-        for (int k = 0, at = 0; k < CHASLES_SAMPLES; k++) {
-            a += values[k] * cosine[at];
-            b += values[k] * cosine[at + 72];
-            at += 4 * m;
-            at -= at >= CHASLES_CELLS ? CHASLES_CELLS : 0;
+        CHASLES_UNROLL
+        for (int k = 0; k <= CHASLES_HALF; k++) {
+            a += even[k] * cosine[4 * k * m % CHASLES_CELLS];
+            b += odd[k] * cosine[4 * k * m % CHASLES_CELLS + 72];
         }
         a *= 2.0 / CHASLES_SAMPLES, b *= 2.0 / CHASLES_SAMPLES;
         const double size = fabs(a) > fabs(b) ? fabs(a) : fabs(b);
@@ -124,11 +134,14 @@ static void chasles_general_interpolated(const chasles_general_system *system,
     series->noise += DBL_EPSILON * series->most;
 }
 
-/* The Taylor series of a polynomial at eight angles of these cosines and sines, in parts of a
+<<<<<<< HEAD
+=======
+/* The Taylor series of a polynomial at the angles of these cosines and sines, in parts of a
  * radius: weight[k][m] is (m radius)^k / k! with the sign of the derivative. */
-static void chasles_general_taylor(const chasles_general_series *series,
-                                   const double (*weight)[CHASLES_DEGREE + 1], const double *c,
-                                   const double *s, chasles_general_lanes *t)
+CHASLES_INLINE void chasles_general_taylor(const chasles_general_series *series,
+                                           const double (*weight)[CHASLES_DEGREE + 1],
+                                           const double *c, const double *s,
+                                           chasles_general_lanes *t)
 {
     chasles_general_lanes c1, s1, cosine, sine = {0.0};
     memcpy(&c1, c, sizeof c1);
@@ -143,6 +156,7 @@ static void chasles_general_taylor(const chasles_general_series *series,
         cosine = next;
         const chasles_general_lanes even = series->a[m] * cosine + series->b[m] * sine;
         const chasles_general_lanes odd = series->b[m] * cosine - series->a[m] * sine;
+        CHASLES_UNROLL
         for (int k = 0; k < CHASLES_TERMS; k++)
             t[k] += weight[k][m] * (k % 2 ? odd : even);
     }
@@ -307,31 +321,45 @@ static void chasles_general_divided(const chasles_general_part *part, int halvin
     }
 }
 
+>>>>>>> any-special
 /* The same part from samples of the determinant in it: where it is small on a whole cell, several
  * roots being near, it is known there to more digits than from all around the circle. */
-static void chasles_general_sampled(const chasles_general_system *system,
-                                    chasles_general_part *part)
+static void chasles_general_sampled(const void *source, chasles_circle_part *part)
 {
+<<<<<<< HEAD
+    const chasles_general_system *system = (const chasles_general_system *)source;
     double values[2 * CHASLES_LANES], terms[CHASLES_TERMS][CHASLES_TERMS] = {{0.0}};
+=======
+    double values[CHASLES_NODES + CHASLES_LANES], terms[CHASLES_TERMS][CHASLES_TERMS] = {{0.0}};
+>>>>>>> any-special
     chasles_general_lanes R[6][6], c, s, determinant;
-    for (int from = 0; from < 2; from++) {
+    for (int from = 0; from < CHASLES_NODES; from += CHASLES_LANES) {
         for (int l = 0; l < CHASLES_LANES; l++) {
+<<<<<<< HEAD
             const double z =
-                chasles_general_cosine[(4 * (CHASLES_LANES * from + l) + 2) % CHASLES_CELLS];
+                chasles_circle_cosine[(4 * (CHASLES_LANES * from + l) + 2) % CHASLES_CELLS];
+=======
+            const double z = chasles_general_cosine[(4 * (from + l) + 2) % CHASLES_CELLS];
+>>>>>>> any-special
             c[l] = cos(part->from + part->radius * z);
             s[l] = sin(part->from + part->radius * z);
         }
         chasles_general_factored(system, &c, &s, R, &determinant);
-        memcpy(values + CHASLES_LANES * from, &determinant, sizeof determinant);
+        memcpy(values + from, &determinant, sizeof determinant);
     }
-    /* Chebyshev's polynomials, from twelve nodes; then powers of z. */
+    /* Chebyshev's polynomials; then powers of z. */
     memset(part->t, 0, sizeof part->t);
     terms[0][0] = terms[1][1] = 1.0;
     part->noise = 0.0;
-    for (int k = 0; k < 12; k++) {
+    for (int k = 0; k < CHASLES_NODES; k++) {
         double sum = 0.0;
+<<<<<<< HEAD
         for (int i = 0; i < 12; i++)
+            sum += values[i] * chasles_circle_cosine[k * (4 * i + 2) % CHASLES_CELLS] /
+=======
+        for (int i = 0; i < CHASLES_NODES; i++)
             sum += values[i] * chasles_general_cosine[k * (4 * i + 2) % CHASLES_CELLS] /
+>>>>>>> any-special
                    (k > 0 ? 6.0 : 12.0);
         if (k > CHASLES_TERMS - 3)
             part->noise += fabs(sum);
@@ -343,6 +371,8 @@ static void chasles_general_sampled(const chasles_general_system *system,
     }
 }
 
+<<<<<<< HEAD
+=======
 /* The roots of a cell. */
 static void chasles_general_cell(const chasles_general_system *system, double noise,
                                  chasles_general_part *part, chasles_general_roots *roots)
@@ -366,10 +396,12 @@ static void chasles_general_real(const chasles_general_system *system,
     const double radius = 0.5 * CHASLES_TURN / CHASLES_CELLS;
     const double wide = 1.0 + CHASLES_NEARLY_REAL / radius;
     double weight[CHASLES_TERMS][CHASLES_DEGREE + 1];
-    chasles_general_lanes t[CHASLES_TERMS], most;
+    chasles_general_lanes t[CHASLES_TERMS];
     chasles_general_part part;
+    CHASLES_UNROLL
     for (int m = 0; m <= CHASLES_DEGREE; m++) {
         weight[0][m] = 1.0;
+        CHASLES_UNROLL
         for (int k = 1; k < CHASLES_TERMS; k++)
             weight[k][m] = weight[k - 1][m] * (k % 2 ? m : -m) * radius / k;
     }
@@ -378,14 +410,14 @@ static void chasles_general_real(const chasles_general_system *system,
         chasles_general_taylor(series, (const double(*)[CHASLES_DEGREE + 1]) weight,
                                chasles_general_cosine + from, chasles_general_cosine + from + 72,
                                t);
-        most = t[0] - t[0];
-        for (int k = CHASLES_TERMS - 1; k > 0; k--) {
-            for (int l = 0; l < CHASLES_LANES; l++)
-                most[l] += fabs(t[k][l]);
-            most *= wide;
-        }
+        chasles_general_lanes most = t[0] - t[0];
+        CHASLES_UNROLL
+        for (int k = CHASLES_TERMS - 1; k > 0; k--)
+            most = wide * (most + chasles_general_sizes(t[k]));
+        const chasles_general_lanes over =
+            chasles_general_sizes(t[0]) - most - CHASLES_UNSURE * series->noise;
         for (int l = 0; l < CHASLES_LANES; l++) {
-            if (fabs(t[0][l]) > most[l] + CHASLES_UNSURE * series->noise)
+            if (over[l] > 0.0)
                 continue;
             part.from = 2.0 * radius * (from + l);
             part.radius = radius;
@@ -396,4 +428,5 @@ static void chasles_general_real(const chasles_general_system *system,
     }
 }
 
+>>>>>>> any-special
 #endif

@@ -319,7 +319,7 @@ def ik_position(
 ) -> Solutions:
     """Every solution of the inverse kinematics, in 4 slots.
 
-    fk(q[k]) has its origin in p wherever residual[k] is rounding; a fifth joint is 0
+    fk(q[k]) has its origin in p wherever residual[k] is rounding; free joints are 0
 
     Args:
         p (..., 3): position of the tool in the base frame (m).

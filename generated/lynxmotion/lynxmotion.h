@@ -154,7 +154,7 @@ void lynxmotion_acceleration_mixed(const double q[5], const double qd[5], const 
 void lynxmotion_ik(const double T[16], double q[20], double residual[4], double margin[4]);
 
 /* Every solution of the inverse kinematics, in 4 slots.
- * fk(q[k]) has its origin in p wherever residual[k] is rounding; a fifth joint is 0
+ * fk(q[k]) has its origin in p wherever residual[k] is rounding; free joints are 0
  * 286 operations: multiply 127, add 100, negate 4, trig 9, other 46.
  *   p: position of the tool in the base frame, 3 (m)
  *   q: joint coordinates, one solution a row, 4 x 5 (rad)

@@ -4,7 +4,7 @@
 #include "chasles_cos_sin.h"
 
 // Actuated coordinates from the joints of the main chain.
-// 94 operations: multiply 41, add 38, negate 1, trig 5, other 9
+// 90 operations: multiply 39, add 36, negate 1, trig 5, other 9
 void planar_3rrr_actuators(const double theta[3], double q[3]) {
   // inputs
   const double theta_0 = theta[0];
@@ -51,68 +51,64 @@ void planar_3rrr_actuators(const double theta[3], double q[3]) {
   const double v35 = 0.5 * v30;
   const double v36 = v30 - 0.0016;
   const double v37 = 0.09 - v30;
-  const double v38 = 0.5 * v31;
-  const double v39 = 0.09 - v31;
-  const double v40 = v31 - 0.0016;
+  const double v38 = 0.09 - v31;
+  const double v39 = v31 - 0.0016;
+  const double v40 = 0.5 * v31;
   const double v41 = v32 * v33;
   const double v42 = 0.01445 + v34;
   const double v43 = 0.01445 + v35;
   const double v44 = v36 * v37;
-  const double v45 = 0.01445 + v38;
-  const double v46 = v39 * v40;
+  const double v45 = v38 * v39;
+  const double v46 = 0.01445 + v40;
   const double v47 = sqrt(v41);
   const double v48 = v42 - 0.00845;
   const double v49 = v43 - 0.00845;
   const double v50 = sqrt(v44);
-  const double v51 = v45 - 0.00845;
-  const double v52 = sqrt(v46);
+  const double v51 = sqrt(v45);
+  const double v52 = v46 - 0.00845;
   const double v53 = 0.5 * v47;
   const double v54 = v48 / v29;
   const double v55 = v49 / v30;
   const double v56 = 0.5 * v50;
-  const double v57 = v51 / v31;
-  const double v58 = 0.5 * v52;
+  const double v57 = 0.5 * v51;
+  const double v58 = v52 / v31;
   const double v59 = v53 / v29;
   const double v60 = v18 * v54;
   const double v61 = v17 * v54;
   const double v62 = v55 * v20;
   const double v63 = v56 / v30;
   const double v64 = v55 * v19;
-  const double v65 = v21 * v57;
-  const double v66 = v58 / v31;
-  const double v67 = v22 * v57;
+  const double v65 = v57 / v31;
+  const double v66 = v22 * v58;
+  const double v67 = v21 * v58;
   const double v68 = v17 * v59;
   const double v69 = v18 * v59;
   const double v70 = v63 * v19;
   const double v71 = v63 * v20;
-  const double v72 = v22 * v66;
-  const double v73 = v21 * v66;
+  const double v72 = v21 * v65;
+  const double v73 = v22 * v65;
   const double v74 = v68 + v60;
   const double v75 = v61 - v69;
   const double v76 = v62 + v70;
   const double v77 = v64 - v71;
-  const double v78 = v65 - v72;
-  const double v79 = v73 + v67;
+  const double v78 = v72 + v66;
+  const double v79 = v67 - v73;
   const double v80 = 5.882352941176471 * v74;
   const double v81 = 5.882352941176471 * v75;
   const double v82 = 5.882352941176471 * v76;
   const double v83 = 5.882352941176471 * v77;
-  const double v84 = 1.122405855156146 * v78;
-  const double v85 = 5.774277549692141 * v79;
-  const double v86 = 5.774277549692141 * v78;
-  const double v87 = 1.122405855156146 * v79;
-  const double v88 = atan2(v80, v81);
-  const double v89 = atan2(v82, v83);
-  const double v90 = v84 - v85;
-  const double v91 = v86 + v87;
-  q[2] = v88;
+  const double v84 = 5.882352941176471 * v78;
+  const double v85 = 5.882352941176471 * v79;
+  const double v86 = atan2(v80, v81);
+  const double v87 = atan2(v82, v83);
+  const double v88 = -v85;
+  q[2] = v86;
   // shared terms; q
-  const double v92 = -v91;
-  q[0] = v89;
+  const double v89 = atan2(v84, v88);
+  q[0] = v87;
   // shared terms; q
-  const double v93 = atan2(v90, v92);
-  const double v94 = v93 + 3.3335788713091694;
-  q[1] = v94;
+  const double v90 = 3.141592653589793 - v89;
+  q[1] = v90;
 }
 
 // Derivative of the actuated coordinates by the main chain's joints.
@@ -267,48 +263,48 @@ void planar_3rrr_actuator_rates(const double theta[3], const double thetad[3], d
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
   // shared terms; qd
-  const double v7 = s[0] * thetad_2;
-  const double v8 = c[0] * thetad_2;
-  const double v9 = 0.065 * s[0];
-  const double v10 = 0.11258330249197702 * c[0];
-  const double v11 = 0.11258330249197702 * s[0];
-  const double v12 = 0.065 * c[0];
+  const double v7 = 0.065 * s[0];
+  const double v8 = 0.11258330249197702 * c[0];
+  const double v9 = 0.11258330249197702 * s[0];
+  const double v10 = 0.065 * c[0];
+  const double v11 = s[0] * thetad_2;
+  const double v12 = c[0] * thetad_2;
   const double v13 = 0.13 * s[0];
   const double v14 = 0.13 * c[0];
-  const double v15 = 0.11258330249197702 * v7;
-  const double v16 = 0.065 * v8;
-  const double v17 = v3 + v9;
-  const double v18 = v4 - v11;
-  const double v19 = 0.065 * v7;
-  const double v20 = 0.11258330249197702 * v8;
-  const double v21 = v5 + v10;
-  const double v22 = v4 + v11;
-  const double v23 = 0.13 * v8;
+  const double v15 = v3 + v7;
+  const double v16 = v4 - v9;
+  const double v17 = 0.11258330249197702 * v11;
+  const double v18 = 0.065 * v12;
+  const double v19 = 0.065 * v11;
+  const double v20 = 0.11258330249197702 * v12;
+  const double v21 = v5 + v8;
+  const double v22 = v4 + v9;
+  const double v23 = 0.13 * v12;
   const double v24 = theta_0 - v13;
   const double v25 = v6 + v14;
-  const double v26 = 0.13 * v7;
-  const double v27 = thetad_0 + v15;
-  const double v28 = v17 - v10;
-  const double v29 = v18 - v12;
+  const double v26 = 0.13 * v11;
+  const double v27 = v15 - v8;
+  const double v28 = v16 - v10;
+  const double v29 = thetad_0 + v17;
   const double v30 = thetad_1 + v19;
-  const double v31 = thetad_0 + v16;
-  const double v32 = v21 + v9;
-  const double v33 = v22 - v12;
+  const double v31 = thetad_0 + v18;
+  const double v32 = v21 + v7;
+  const double v33 = v22 - v10;
   const double v34 = thetad_1 + v20;
   const double v35 = thetad_0 - v23;
   const double v36 = v24 * v24;
   const double v37 = v25 * v25;
   const double v38 = thetad_1 - v26;
-  const double v39 = v27 + v16;
+  const double v39 = v27 * v27;
   const double v40 = v28 * v28;
-  const double v41 = v29 * v29;
+  const double v41 = v29 + v18;
   const double v42 = v30 - v20;
-  const double v43 = v31 - v15;
+  const double v43 = v31 - v17;
   const double v44 = v32 * v32;
   const double v45 = v33 * v33;
   const double v46 = v34 + v19;
   const double v47 = v36 + v37;
-  const double v48 = v40 + v41;
+  const double v48 = v39 + v40;
   const double v49 = v44 + v45;
   const double v50 = 0.5 * v47;
   const double v51 = 0.09 - v47;
@@ -340,16 +336,16 @@ void planar_3rrr_actuator_rates(const double theta[3], const double thetad[3], d
   const double v77 = v24 * v71;
   const double v78 = v72 / v47;
   const double v79 = v25 * v71;
-  const double v80 = v73 * v28;
+  const double v80 = v73 * v27;
   const double v81 = v74 / v48;
-  const double v82 = v73 * v29;
+  const double v82 = v73 * v28;
   const double v83 = v32 * v75;
   const double v84 = v76 / v49;
   const double v85 = v33 * v75;
   const double v86 = v25 * v78;
   const double v87 = v24 * v78;
-  const double v88 = v81 * v29;
-  const double v89 = v81 * v28;
+  const double v88 = v81 * v28;
+  const double v89 = v81 * v27;
   const double v90 = v33 * v84;
   const double v91 = v32 * v84;
   const double v92 = v77 - v86;
@@ -360,14 +356,14 @@ void planar_3rrr_actuator_rates(const double theta[3], const double thetad[3], d
   const double v97 = v91 + v85;
   const double v98 = v92 - v24;
   const double v99 = v93 - v25;
-  const double v100 = v94 - v28;
-  const double v101 = v95 - v29;
+  const double v100 = v94 - v27;
+  const double v101 = v95 - v28;
   const double v102 = v96 - v32;
   const double v103 = v97 - v33;
   const double v104 = v35 * v98;
   const double v105 = v38 * v99;
-  const double v106 = v39 * v100;
-  const double v107 = v42 * v101;
+  const double v106 = v100 * v41;
+  const double v107 = v101 * v42;
   const double v108 = v43 * v102;
   const double v109 = v46 * v103;
   const double v110 = v104 + v105;
@@ -405,77 +401,77 @@ void planar_3rrr_actuator_accelerations(const double theta[3], const double thet
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
   // shared terms; qdd
-  const double v7 = s[0] * thetad_2;
-  const double v8 = c[0] * thetad_2;
-  const double v9 = 0.065 * s[0];
-  const double v10 = 0.11258330249197702 * c[0];
-  const double v11 = 0.11258330249197702 * s[0];
-  const double v12 = 0.065 * c[0];
-  const double v13 = s[0] * thetadd_2;
-  const double v14 = c[0] * thetadd_2;
+  const double v7 = 0.065 * s[0];
+  const double v8 = 0.11258330249197702 * c[0];
+  const double v9 = 0.11258330249197702 * s[0];
+  const double v10 = 0.065 * c[0];
+  const double v11 = c[0] * thetad_2;
+  const double v12 = s[0] * thetadd_2;
+  const double v13 = c[0] * thetadd_2;
+  const double v14 = s[0] * thetad_2;
   const double v15 = 0.13 * s[0];
   const double v16 = 0.13 * c[0];
-  const double v17 = 0.11258330249197702 * v7;
-  const double v18 = 0.065 * v8;
-  const double v19 = v3 + v9;
-  const double v20 = v4 - v11;
-  const double v21 = 0.065 * v7;
-  const double v22 = 0.11258330249197702 * v8;
-  const double v23 = v8 * thetad_2;
-  const double v24 = v7 * thetad_2;
-  const double v25 = v5 + v10;
-  const double v26 = v4 + v11;
-  const double v27 = 0.13 * v8;
+  const double v17 = v3 + v7;
+  const double v18 = v4 - v9;
+  const double v19 = v11 * thetad_2;
+  const double v20 = v14 * thetad_2;
+  const double v21 = 0.11258330249197702 * v14;
+  const double v22 = 0.065 * v11;
+  const double v23 = 0.065 * v14;
+  const double v24 = 0.11258330249197702 * v11;
+  const double v25 = v5 + v8;
+  const double v26 = v4 + v9;
+  const double v27 = 0.13 * v11;
   const double v28 = theta_0 - v15;
   const double v29 = v6 + v16;
-  const double v30 = 0.13 * v7;
-  const double v31 = thetad_0 + v17;
-  const double v32 = v19 - v10;
-  const double v33 = v20 - v12;
-  const double v34 = thetad_1 + v21;
-  const double v35 = v23 + v13;
-  const double v36 = v14 - v24;
-  const double v37 = thetad_0 + v18;
-  const double v38 = v25 + v9;
-  const double v39 = v26 - v12;
-  const double v40 = thetad_1 + v22;
+  const double v30 = 0.13 * v14;
+  const double v31 = v17 - v8;
+  const double v32 = v18 - v10;
+  const double v33 = v19 + v12;
+  const double v34 = v13 - v20;
+  const double v35 = thetad_0 + v21;
+  const double v36 = thetad_1 + v23;
+  const double v37 = thetad_0 + v22;
+  const double v38 = v25 + v7;
+  const double v39 = thetad_1 + v24;
+  const double v40 = v26 - v10;
   const double v41 = thetad_0 - v27;
   const double v42 = v28 * v28;
   const double v43 = v29 * v29;
   const double v44 = 2.0 * v28;
   const double v45 = thetad_1 - v30;
   const double v46 = 2.0 * v29;
-  const double v47 = v31 + v18;
+  const double v47 = v31 * v31;
   const double v48 = v32 * v32;
-  const double v49 = v33 * v33;
-  const double v50 = 2.0 * v32;
-  const double v51 = v34 - v22;
-  const double v52 = 2.0 * v33;
-  const double v53 = 0.11258330249197702 * v35;
-  const double v54 = 0.065 * v36;
-  const double v55 = 0.065 * v35;
-  const double v56 = 0.11258330249197702 * v36;
-  const double v57 = v37 - v17;
-  const double v58 = v38 * v38;
-  const double v59 = v39 * v39;
-  const double v60 = 2.0 * v38;
-  const double v61 = v40 + v21;
-  const double v62 = 2.0 * v39;
+  const double v49 = 0.11258330249197702 * v33;
+  const double v50 = 0.065 * v34;
+  const double v51 = 0.065 * v33;
+  const double v52 = 0.11258330249197702 * v34;
+  const double v53 = v35 + v22;
+  const double v54 = 2.0 * v31;
+  const double v55 = v36 - v24;
+  const double v56 = 2.0 * v32;
+  const double v57 = v37 - v21;
+  const double v58 = 2.0 * v38;
+  const double v59 = v39 + v23;
+  const double v60 = 2.0 * v40;
+  const double v61 = v38 * v38;
+  const double v62 = v40 * v40;
   const double v63 = v42 + v43;
   const double v64 = v41 * v44;
   const double v65 = v45 * v46;
-  const double v66 = 0.13 * v36;
-  const double v67 = 0.13 * v35;
-  const double v68 = v48 + v49;
-  const double v69 = v47 * v50;
-  const double v70 = v51 * v52;
-  const double v71 = thetadd_0 + v53;
-  const double v72 = thetadd_1 + v55;
-  const double v73 = v58 + v59;
-  const double v74 = v57 * v60;
-  const double v75 = v61 * v62;
-  const double v76 = thetadd_0 + v54;
-  const double v77 = thetadd_1 + v56;
+  const double v66 = 0.13 * v34;
+  const double v67 = 0.13 * v33;
+  const double v68 = v47 + v48;
+  const double v69 = thetadd_0 + v49;
+  const double v70 = thetadd_1 + v51;
+  const double v71 = v53 * v54;
+  const double v72 = v55 * v56;
+  const double v73 = v57 * v58;
+  const double v74 = v59 * v60;
+  const double v75 = v61 + v62;
+  const double v76 = thetadd_0 + v50;
+  const double v77 = thetadd_1 + v52;
   const double v78 = 0.5 * v63;
   const double v79 = v64 + v65;
   const double v80 = v63 * v63;
@@ -484,58 +480,58 @@ void planar_3rrr_actuator_accelerations(const double theta[3], const double thet
   const double v83 = thetadd_0 - v66;
   const double v84 = thetadd_1 - v67;
   const double v85 = 0.5 * v68;
-  const double v86 = v69 + v70;
-  const double v87 = v68 * v68;
-  const double v88 = v68 - 0.0016;
-  const double v89 = 0.09 - v68;
-  const double v90 = v71 + v54;
-  const double v91 = v72 - v56;
-  const double v92 = 0.5 * v73;
-  const double v93 = v74 + v75;
-  const double v94 = v73 * v73;
-  const double v95 = 0.09 - v73;
-  const double v96 = v73 - 0.0016;
-  const double v97 = v76 - v53;
-  const double v98 = v77 + v55;
+  const double v86 = v68 - 0.0016;
+  const double v87 = 0.09 - v68;
+  const double v88 = v69 + v50;
+  const double v89 = v70 - v52;
+  const double v90 = v71 + v72;
+  const double v91 = v68 * v68;
+  const double v92 = v73 + v74;
+  const double v93 = 0.5 * v75;
+  const double v94 = v75 * v75;
+  const double v95 = 0.09 - v75;
+  const double v96 = v75 - 0.0016;
+  const double v97 = v76 - v49;
+  const double v98 = v77 + v51;
   const double v99 = 0.01445 + v78;
   const double v100 = 0.5 * v79;
   const double v101 = v81 * v82;
   const double v102 = v79 * v81;
   const double v103 = v79 * v82;
   const double v104 = 0.01445 + v85;
-  const double v105 = 0.5 * v86;
-  const double v106 = v88 * v89;
-  const double v107 = v86 * v89;
-  const double v108 = v88 * v86;
-  const double v109 = 0.01445 + v92;
-  const double v110 = 0.5 * v93;
-  const double v111 = v95 * v96;
-  const double v112 = v93 * v95;
-  const double v113 = v93 * v96;
+  const double v105 = v86 * v87;
+  const double v106 = 0.5 * v90;
+  const double v107 = v90 * v87;
+  const double v108 = v86 * v90;
+  const double v109 = 0.5 * v92;
+  const double v110 = 0.01445 + v93;
+  const double v111 = v95 * v92;
+  const double v112 = v96 * v92;
+  const double v113 = v95 * v96;
   const double v114 = v99 - 0.00845;
   const double v115 = v100 / v63;
   const double v116 = sqrt(v101);
   const double v117 = v102 - v103;
   const double v118 = v104 - 0.00845;
-  const double v119 = v105 / v68;
-  const double v120 = sqrt(v106);
+  const double v119 = sqrt(v105);
+  const double v120 = v106 / v68;
   const double v121 = v107 - v108;
-  const double v122 = v109 - 0.00845;
-  const double v123 = v110 / v73;
-  const double v124 = sqrt(v111);
-  const double v125 = v112 - v113;
+  const double v122 = v109 / v75;
+  const double v123 = v110 - 0.00845;
+  const double v124 = v111 - v112;
+  const double v125 = sqrt(v113);
   const double v126 = v114 / v63;
   const double v127 = v114 / v80;
   const double v128 = 0.5 * v116;
   const double v129 = 0.25 / v116;
   const double v130 = v118 / v68;
-  const double v131 = v118 / v87;
-  const double v132 = 0.5 * v120;
-  const double v133 = 0.25 / v120;
-  const double v134 = v122 / v73;
-  const double v135 = v122 / v94;
-  const double v136 = 0.5 * v124;
-  const double v137 = 0.25 / v124;
+  const double v131 = 0.5 * v119;
+  const double v132 = v118 / v91;
+  const double v133 = 0.25 / v119;
+  const double v134 = v123 / v94;
+  const double v135 = v123 / v75;
+  const double v136 = 0.25 / v125;
+  const double v137 = 0.5 * v125;
   const double v138 = v41 * v126;
   const double v139 = v79 * v127;
   const double v140 = v128 / v63;
@@ -545,24 +541,24 @@ void planar_3rrr_actuator_accelerations(const double theta[3], const double thet
   const double v144 = v28 * v126;
   const double v145 = v29 * v126;
   const double v146 = v128 * v128;
-  const double v147 = v130 * v47;
-  const double v148 = v86 * v131;
-  const double v149 = v132 / v68;
-  const double v150 = v121 * v133;
-  const double v151 = v132 / v87;
-  const double v152 = v130 * v51;
-  const double v153 = v130 * v32;
-  const double v154 = v130 * v33;
-  const double v155 = v132 * v132;
-  const double v156 = v57 * v134;
-  const double v157 = v93 * v135;
-  const double v158 = v136 / v73;
-  const double v159 = v125 * v137;
-  const double v160 = v136 / v94;
-  const double v161 = v61 * v134;
-  const double v162 = v38 * v134;
-  const double v163 = v39 * v134;
-  const double v164 = v136 * v136;
+  const double v147 = v130 * v31;
+  const double v148 = v131 / v68;
+  const double v149 = v130 * v32;
+  const double v150 = v130 * v53;
+  const double v151 = v90 * v132;
+  const double v152 = v121 * v133;
+  const double v153 = v131 / v91;
+  const double v154 = v130 * v55;
+  const double v155 = v131 * v131;
+  const double v156 = v92 * v134;
+  const double v157 = v57 * v135;
+  const double v158 = v124 * v136;
+  const double v159 = v137 / v94;
+  const double v160 = v137 / v75;
+  const double v161 = v59 * v135;
+  const double v162 = v38 * v135;
+  const double v163 = v40 * v135;
+  const double v164 = v137 * v137;
   const double v165 = v115 - v139;
   const double v166 = v45 * v140;
   const double v167 = v141 / v63;
@@ -570,116 +566,116 @@ void planar_3rrr_actuator_accelerations(const double theta[3], const double thet
   const double v169 = v41 * v140;
   const double v170 = v29 * v140;
   const double v171 = v28 * v140;
-  const double v172 = v119 - v148;
-  const double v173 = v149 * v51;
-  const double v174 = v150 / v68;
-  const double v175 = v86 * v151;
-  const double v176 = v149 * v47;
-  const double v177 = v149 * v33;
-  const double v178 = v149 * v32;
-  const double v179 = v123 - v157;
-  const double v180 = v61 * v158;
-  const double v181 = v159 / v73;
-  const double v182 = v93 * v160;
-  const double v183 = v57 * v158;
-  const double v184 = v39 * v158;
-  const double v185 = v38 * v158;
+  const double v172 = v148 * v32;
+  const double v173 = v148 * v31;
+  const double v174 = v120 - v151;
+  const double v175 = v148 * v55;
+  const double v176 = v152 / v68;
+  const double v177 = v90 * v153;
+  const double v178 = v148 * v53;
+  const double v179 = v122 - v156;
+  const double v180 = v158 / v75;
+  const double v181 = v92 * v159;
+  const double v182 = v59 * v160;
+  const double v183 = v57 * v160;
+  const double v184 = v40 * v160;
+  const double v185 = v38 * v160;
   const double v186 = v165 * v28;
   const double v187 = v167 - v168;
   const double v188 = v169 + v143;
   const double v189 = v165 * v29;
   const double v190 = v144 - v170;
   const double v191 = v171 + v145;
-  const double v192 = v172 * v32;
-  const double v193 = v174 - v175;
-  const double v194 = v152 + v176;
-  const double v195 = v172 * v33;
-  const double v196 = v153 - v177;
-  const double v197 = v154 + v178;
-  const double v198 = v179 * v38;
-  const double v199 = v181 - v182;
-  const double v200 = v183 + v161;
-  const double v201 = v179 * v39;
-  const double v202 = v162 - v184;
-  const double v203 = v185 + v163;
-  const double v204 = v138 + v186;
-  const double v205 = v187 * v29;
-  const double v206 = v188 + v189;
-  const double v207 = v187 * v28;
-  const double v208 = v190 - v28;
-  const double v209 = v191 - v29;
-  const double v210 = v147 + v192;
-  const double v211 = v193 * v33;
-  const double v212 = v194 + v195;
-  const double v213 = v193 * v32;
-  const double v214 = v196 - v32;
-  const double v215 = v197 - v33;
-  const double v216 = v156 + v198;
-  const double v217 = v199 * v39;
-  const double v218 = v200 + v201;
-  const double v219 = v199 * v38;
-  const double v220 = v202 - v38;
-  const double v221 = v203 - v39;
-  const double v222 = v204 - v166;
-  const double v223 = v206 + v207;
-  const double v224 = v83 * v208;
-  const double v225 = v84 * v209;
-  const double v226 = v41 * v208;
-  const double v227 = v45 * v209;
-  const double v228 = v210 - v173;
-  const double v229 = v212 + v213;
-  const double v230 = v214 * v90;
-  const double v231 = v91 * v215;
-  const double v232 = v47 * v214;
-  const double v233 = v51 * v215;
-  const double v234 = v216 - v180;
-  const double v235 = v218 + v219;
-  const double v236 = v97 * v220;
-  const double v237 = v98 * v221;
-  const double v238 = v57 * v220;
-  const double v239 = v61 * v221;
-  const double v240 = v222 - v205;
-  const double v241 = v223 - v45;
-  const double v242 = v226 + v227;
-  const double v243 = v228 - v211;
-  const double v244 = v229 - v51;
-  const double v245 = v232 + v233;
-  const double v246 = v234 - v217;
-  const double v247 = v235 - v61;
-  const double v248 = v238 + v239;
-  const double v249 = v240 - v41;
-  const double v250 = v45 * v241;
-  const double v251 = v242 / v146;
-  const double v252 = v243 - v47;
-  const double v253 = v51 * v244;
-  const double v254 = v245 / v155;
-  const double v255 = v246 - v57;
-  const double v256 = v61 * v247;
-  const double v257 = v248 / v164;
-  const double v258 = v41 * v249;
-  const double v259 = v141 * v251;
-  const double v260 = v47 * v252;
-  const double v261 = v150 * v254;
-  const double v262 = v57 * v255;
-  const double v263 = v159 * v257;
-  const double v264 = v258 + v250;
-  const double v265 = v260 + v253;
-  const double v266 = v262 + v256;
-  const double v267 = v264 + v224;
-  const double v268 = v265 + v230;
-  const double v269 = v266 + v236;
-  const double v270 = v267 + v225;
-  const double v271 = v268 + v231;
-  const double v272 = v269 + v237;
+  const double v192 = v147 - v172;
+  const double v193 = v149 + v173;
+  const double v194 = v174 * v31;
+  const double v195 = v176 - v177;
+  const double v196 = v154 + v178;
+  const double v197 = v174 * v32;
+  const double v198 = v38 * v179;
+  const double v199 = v180 - v181;
+  const double v200 = v40 * v179;
+  const double v201 = v162 - v184;
+  const double v202 = v185 + v163;
+  const double v203 = v138 + v186;
+  const double v204 = v187 * v29;
+  const double v205 = v188 + v189;
+  const double v206 = v187 * v28;
+  const double v207 = v190 - v28;
+  const double v208 = v191 - v29;
+  const double v209 = v192 - v31;
+  const double v210 = v193 - v32;
+  const double v211 = v150 + v194;
+  const double v212 = v195 * v32;
+  const double v213 = v196 + v197;
+  const double v214 = v195 * v31;
+  const double v215 = v198 + v157;
+  const double v216 = v40 * v199;
+  const double v217 = v38 * v199;
+  const double v218 = v201 - v38;
+  const double v219 = v202 - v40;
+  const double v220 = v203 - v166;
+  const double v221 = v205 + v206;
+  const double v222 = v83 * v207;
+  const double v223 = v84 * v208;
+  const double v224 = v41 * v207;
+  const double v225 = v45 * v208;
+  const double v226 = v209 * v88;
+  const double v227 = v210 * v89;
+  const double v228 = v211 - v175;
+  const double v229 = v213 + v214;
+  const double v230 = v209 * v53;
+  const double v231 = v210 * v55;
+  const double v232 = v215 - v216;
+  const double v233 = v217 + v200;
+  const double v234 = v97 * v218;
+  const double v235 = v98 * v219;
+  const double v236 = v57 * v218;
+  const double v237 = v59 * v219;
+  const double v238 = v220 - v204;
+  const double v239 = v221 - v45;
+  const double v240 = v224 + v225;
+  const double v241 = v226 + v227;
+  const double v242 = v228 - v212;
+  const double v243 = v229 - v55;
+  const double v244 = v230 + v231;
+  const double v245 = v232 - v182;
+  const double v246 = v233 + v183;
+  const double v247 = v236 + v237;
+  const double v248 = v238 - v41;
+  const double v249 = v45 * v239;
+  const double v250 = v240 / v146;
+  const double v251 = v242 - v53;
+  const double v252 = v55 * v243;
+  const double v253 = v244 / v155;
+  const double v254 = v245 - v57;
+  const double v255 = v246 + v161;
+  const double v256 = v247 / v164;
+  const double v257 = v41 * v248;
+  const double v258 = v141 * v250;
+  const double v259 = v53 * v251;
+  const double v260 = v152 * v253;
+  const double v261 = v57 * v254;
+  const double v262 = v255 - v59;
+  const double v263 = v158 * v256;
+  const double v264 = v257 + v249;
+  const double v265 = v241 + v259;
+  const double v266 = v59 * v262;
+  const double v267 = v264 + v222;
+  const double v268 = v265 + v252;
+  const double v269 = v261 + v266;
+  const double v270 = v267 + v223;
+  const double v271 = v268 / v131;
+  const double v272 = v269 + v234;
   const double v273 = v270 / v128;
-  const double v274 = v271 / v132;
-  const double v275 = v272 / v136;
-  const double v276 = v273 - v259;
-  const double v277 = v274 - v261;
-  const double v278 = v275 - v263;
+  const double v274 = v271 - v260;
+  const double v275 = v272 + v235;
+  const double v276 = v273 - v258;
+  qdd[0] = v274;
+  const double v277 = v275 / v137;
   qdd[2] = v276;
-  // qdd
-  qdd[0] = v277;
+  // shared terms; qdd
+  const double v278 = v277 - v263;
   qdd[1] = v278;
 }
 
@@ -744,7 +740,7 @@ void planar_3rrr_actuator_margin(const double theta[3], double margin[3]) {
 }
 
 // All branches of the loops' solution, NaN where a branch does not close.
-// 118 operations: multiply 52, add 47, negate 2, trig 8, other 9
+// 110 operations: multiply 48, add 43, negate 2, trig 8, other 9
 void planar_3rrr_actuators_all(const double theta[3], double q[24], double margin[24]) {
   // inputs
   const double theta_0 = theta[0];
@@ -791,26 +787,26 @@ void planar_3rrr_actuators_all(const double theta[3], double q[24], double margi
   const double v35 = 0.5 * v30;
   const double v36 = v30 - 0.0016;
   const double v37 = 0.09 - v30;
-  const double v38 = 0.5 * v31;
-  const double v39 = 0.09 - v31;
-  const double v40 = v31 - 0.0016;
+  const double v38 = 0.09 - v31;
+  const double v39 = v31 - 0.0016;
+  const double v40 = 0.5 * v31;
   const double v41 = v32 * v33;
   const double v42 = 0.01445 + v34;
   const double v43 = 0.01445 + v35;
   const double v44 = v36 * v37;
-  const double v45 = 0.01445 + v38;
-  const double v46 = v39 * v40;
+  const double v45 = v38 * v39;
+  const double v46 = 0.01445 + v40;
   const double v47 = sqrt(v41);
   const double v48 = v42 - 0.00845;
   const double v49 = 511.8650314285129 * v41;
   const double v50 = v43 - 0.00845;
   const double v51 = sqrt(v44);
-  const double v52 = v45 - 0.00845;
-  const double v53 = sqrt(v46);
+  const double v52 = sqrt(v45);
+  const double v53 = v46 - 0.00845;
   const double v54 = 0.5 * v47;
   const double v55 = v48 / v29;
   const double v56 = 511.8650314285129 * v44;
-  const double v57 = 511.8650314285129 * v46;
+  const double v57 = 511.8650314285129 * v45;
   margin[2] = v49;
   margin[5] = v49;
   margin[8] = v49;
@@ -822,8 +818,8 @@ void planar_3rrr_actuators_all(const double theta[3], double q[24], double margi
   // shared terms; columns 1 and 2 of margin
   const double v58 = v50 / v30;
   const double v59 = 0.5 * v51;
-  const double v60 = v52 / v31;
-  const double v61 = 0.5 * v53;
+  const double v60 = 0.5 * v52;
+  const double v61 = v53 / v31;
   const double v62 = v54 / v29;
   const double v63 = v18 * v55;
   const double v64 = v17 * v55;
@@ -847,83 +843,75 @@ void planar_3rrr_actuators_all(const double theta[3], double q[24], double margi
   const double v65 = v58 * v20;
   const double v66 = v59 / v30;
   const double v67 = v58 * v19;
-  const double v68 = v21 * v60;
-  const double v69 = v61 / v31;
-  const double v70 = v22 * v60;
+  const double v68 = v60 / v31;
+  const double v69 = v22 * v61;
+  const double v70 = v21 * v61;
   const double v71 = v17 * v62;
   const double v72 = v18 * v62;
   const double v73 = v66 * v19;
   const double v74 = v66 * v20;
-  const double v75 = v22 * v69;
-  const double v76 = v21 * v69;
+  const double v75 = v21 * v68;
+  const double v76 = v22 * v68;
   const double v77 = v71 + v63;
   const double v78 = v64 - v72;
   const double v79 = v63 - v71;
   const double v80 = v64 + v72;
   const double v81 = v65 + v73;
   const double v82 = v67 - v74;
-  const double v83 = v68 - v75;
-  const double v84 = v76 + v70;
+  const double v83 = v75 + v69;
+  const double v84 = v70 - v76;
   const double v85 = 5.882352941176471 * v77;
   const double v86 = 5.882352941176471 * v78;
   const double v87 = 5.882352941176471 * v79;
   const double v88 = 5.882352941176471 * v80;
-  const double v89 = v68 + v75;
-  const double v90 = v70 - v76;
+  const double v89 = v69 - v75;
+  const double v90 = v70 + v76;
   const double v91 = v65 - v73;
   const double v92 = v67 + v74;
   const double v93 = 5.882352941176471 * v81;
   const double v94 = 5.882352941176471 * v82;
-  const double v95 = 1.122405855156146 * v83;
-  const double v96 = 5.774277549692141 * v84;
-  const double v97 = 5.774277549692141 * v83;
-  const double v98 = 1.122405855156146 * v84;
-  const double v99 = atan2(v85, v86);
-  const double v100 = atan2(v87, v88);
-  const double v101 = 1.122405855156146 * v89;
-  const double v102 = 5.774277549692141 * v90;
-  const double v103 = 5.774277549692141 * v89;
-  const double v104 = 1.122405855156146 * v90;
-  const double v105 = 5.882352941176471 * v91;
-  const double v106 = 5.882352941176471 * v92;
-  const double v107 = atan2(v93, v94);
-  const double v108 = v95 - v96;
-  const double v109 = v97 + v98;
-  const double v110 = v101 - v102;
-  const double v111 = v103 + v104;
-  const double v112 = atan2(v105, v106);
-  q[2] = v99;
-  q[5] = v100;
-  q[8] = v99;
-  q[11] = v100;
-  q[14] = v99;
-  q[17] = v100;
-  q[20] = v99;
-  q[23] = v100;
+  const double v95 = 5.882352941176471 * v83;
+  const double v96 = 5.882352941176471 * v84;
+  const double v97 = atan2(v85, v86);
+  const double v98 = atan2(v87, v88);
+  const double v99 = 5.882352941176471 * v89;
+  const double v100 = 5.882352941176471 * v90;
+  const double v101 = 5.882352941176471 * v91;
+  const double v102 = 5.882352941176471 * v92;
+  const double v103 = atan2(v93, v94);
+  const double v104 = -v96;
+  const double v105 = -v100;
+  const double v106 = atan2(v101, v102);
+  q[2] = v97;
+  q[5] = v98;
+  q[8] = v97;
+  q[11] = v98;
+  q[14] = v97;
+  q[17] = v98;
+  q[20] = v97;
+  q[23] = v98;
   // shared terms; column 1 of q
-  const double v113 = -v109;
-  const double v114 = -v111;
-  q[0] = v107;
-  q[3] = v107;
-  q[6] = v107;
-  q[9] = v107;
-  q[12] = v112;
-  q[15] = v112;
-  q[18] = v112;
-  q[21] = v112;
+  const double v107 = atan2(v95, v104);
+  const double v108 = atan2(v99, v105);
+  q[0] = v103;
+  q[3] = v103;
+  q[6] = v103;
+  q[9] = v103;
+  q[12] = v106;
+  q[15] = v106;
+  q[18] = v106;
+  q[21] = v106;
   // shared terms; column 2 of q
-  const double v115 = atan2(v108, v113);
-  const double v116 = atan2(v110, v114);
-  const double v117 = v115 + 3.3335788713091694;
-  const double v118 = v116 + 3.3335788713091694;
-  q[1] = v117;
-  q[4] = v117;
-  q[7] = v118;
-  q[10] = v118;
-  q[13] = v117;
-  q[16] = v117;
-  q[19] = v118;
-  q[22] = v118;
+  const double v109 = 3.141592653589793 - v107;
+  const double v110 = 3.141592653589793 - v108;
+  q[1] = v109;
+  q[4] = v109;
+  q[7] = v110;
+  q[10] = v110;
+  q[13] = v109;
+  q[16] = v109;
+  q[19] = v110;
+  q[22] = v110;
 }
 
 // Residuals of the loop closure equations, zero where the loops are closed.
@@ -1374,6 +1362,57 @@ void planar_3rrr_chain_link_poses(const double theta[3], double T[48]) {
   T[33] = v3;
 }
 
+// Pose of the tool and mixed Jacobian in one call, from the main chain's joints.
+// 3 operations: negate 1, trig 2
+void planar_3rrr_chain_fk_jacobian_mixed(const double theta[3], double T_0_ee[16], double J[18]) {
+  // inputs
+  const double theta_0 = theta[0];
+  const double theta_1 = theta[1];
+  const double theta_2 = theta[2];
+  // cosines and sines
+  const double angle[1] = {theta_2};
+  double c[1], s[1];
+  chasles_cos_sin(1, angle, c, s);
+  // T_0_ee; J
+  T_0_ee[2] = 0.0;
+  T_0_ee[3] = theta_0;
+  T_0_ee[6] = 0.0;
+  T_0_ee[7] = theta_1;
+  T_0_ee[8] = 0.0;
+  T_0_ee[9] = 0.0;
+  T_0_ee[10] = 1.0;
+  T_0_ee[11] = 0.0;
+  T_0_ee[12] = 0.0;
+  T_0_ee[13] = 0.0;
+  T_0_ee[14] = 0.0;
+  T_0_ee[15] = 1.0;
+  J[0] = 1.0;
+  J[1] = 0.0;
+  J[2] = 0.0;
+  J[3] = 0.0;
+  J[4] = 1.0;
+  J[5] = 0.0;
+  J[6] = 0.0;
+  J[7] = 0.0;
+  J[8] = 0.0;
+  J[9] = 0.0;
+  J[10] = 0.0;
+  J[11] = 0.0;
+  J[12] = 0.0;
+  J[13] = 0.0;
+  J[14] = 0.0;
+  J[15] = 0.0;
+  J[16] = 0.0;
+  J[17] = 1.0;
+  // shared terms; columns 1 and 2 of T_0_ee
+  T_0_ee[0] = c[0];
+  const double v3 = -s[0];
+  T_0_ee[4] = s[0];
+  T_0_ee[5] = c[0];
+  // column 2 of T_0_ee
+  T_0_ee[1] = v3;
+}
+
 // Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
 // axes, from the main chain's joints.
 // 1 operations: negate 1
@@ -1463,6 +1502,321 @@ void planar_3rrr_chain_jacobian_mixed(const double theta[3], double J[18]) {
   J[15] = 0.0;
   J[16] = 0.0;
   J[17] = 1.0;
+}
+
+// Time derivative of jacobian_space at joint rates qd, from the main chain's joints.
+// 1 operations: negate 1
+void planar_3rrr_chain_jacobian_space_dot(const double theta[3], const double thetad[3], double J_dot[18]) {
+  (void)theta;
+  // inputs
+  const double thetad_0 = thetad[0];
+  const double thetad_1 = thetad[1];
+  // shared terms
+  const double v1 = -thetad_0;
+  // J_dot
+  J_dot[0] = 0.0;
+  J_dot[1] = 0.0;
+  J_dot[2] = thetad_1;
+  J_dot[3] = 0.0;
+  J_dot[4] = 0.0;
+  J_dot[6] = 0.0;
+  J_dot[7] = 0.0;
+  J_dot[8] = 0.0;
+  J_dot[9] = 0.0;
+  J_dot[10] = 0.0;
+  J_dot[11] = 0.0;
+  J_dot[12] = 0.0;
+  J_dot[13] = 0.0;
+  J_dot[14] = 0.0;
+  J_dot[15] = 0.0;
+  J_dot[16] = 0.0;
+  J_dot[17] = 0.0;
+  // column 3 of J_dot
+  J_dot[5] = v1;
+}
+
+// Time derivative of jacobian_body at joint rates qd, from the main chain's joints.
+// 6 operations: multiply 2, negate 2, trig 2
+void planar_3rrr_chain_jacobian_body_dot(const double theta[3], const double thetad[3], double J_dot[18]) {
+  // inputs
+  const double theta_2 = theta[2];
+  const double thetad_2 = thetad[2];
+  // cosines and sines
+  const double angle[1] = {theta_2};
+  double c[1], s[1];
+  chasles_cos_sin(1, angle, c, s);
+  // constant entries of J_dot
+  J_dot[2] = 0.0;
+  J_dot[5] = 0.0;
+  J_dot[6] = 0.0;
+  J_dot[7] = 0.0;
+  J_dot[8] = 0.0;
+  J_dot[9] = 0.0;
+  J_dot[10] = 0.0;
+  J_dot[11] = 0.0;
+  J_dot[12] = 0.0;
+  J_dot[13] = 0.0;
+  J_dot[14] = 0.0;
+  J_dot[15] = 0.0;
+  J_dot[16] = 0.0;
+  J_dot[17] = 0.0;
+  // shared terms; column 2 of J_dot
+  const double v3 = s[0] * thetad_2;
+  const double v4 = c[0] * thetad_2;
+  const double v5 = -v3;
+  J_dot[1] = v4;
+  const double v6 = -v4;
+  // columns 1 and 2 of J_dot
+  J_dot[0] = v5;
+  J_dot[3] = v6;
+  J_dot[4] = v5;
+}
+
+// Time derivative of jacobian_mixed at joint rates qd, from the main chain's joints.
+// 0 operations
+void planar_3rrr_chain_jacobian_mixed_dot(const double theta[3], const double thetad[3], double J_dot[18]) {
+  (void)theta;
+  (void)thetad;
+  // constant entries of J_dot
+  J_dot[0] = 0.0;
+  J_dot[1] = 0.0;
+  J_dot[2] = 0.0;
+  J_dot[3] = 0.0;
+  J_dot[4] = 0.0;
+  J_dot[5] = 0.0;
+  J_dot[6] = 0.0;
+  J_dot[7] = 0.0;
+  J_dot[8] = 0.0;
+  J_dot[9] = 0.0;
+  J_dot[10] = 0.0;
+  J_dot[11] = 0.0;
+  J_dot[12] = 0.0;
+  J_dot[13] = 0.0;
+  J_dot[14] = 0.0;
+  J_dot[15] = 0.0;
+  J_dot[16] = 0.0;
+  J_dot[17] = 0.0;
+}
+
+// Derivative of jacobian_mixed by the joint coordinates, from the main chain's joints.
+// 0 operations
+void planar_3rrr_chain_hessian_mixed(const double theta[3], double H[54]) {
+  (void)theta;
+  // constant entries of H
+  H[0] = 0.0;
+  H[1] = 0.0;
+  H[2] = 0.0;
+  H[3] = 0.0;
+  H[4] = 0.0;
+  H[5] = 0.0;
+  H[6] = 0.0;
+  H[7] = 0.0;
+  H[8] = 0.0;
+  H[9] = 0.0;
+  H[10] = 0.0;
+  H[11] = 0.0;
+  H[12] = 0.0;
+  H[13] = 0.0;
+  H[14] = 0.0;
+  H[15] = 0.0;
+  H[16] = 0.0;
+  H[17] = 0.0;
+  H[18] = 0.0;
+  H[19] = 0.0;
+  H[20] = 0.0;
+  H[21] = 0.0;
+  H[22] = 0.0;
+  H[23] = 0.0;
+  H[24] = 0.0;
+  H[25] = 0.0;
+  H[26] = 0.0;
+  H[27] = 0.0;
+  H[28] = 0.0;
+  H[29] = 0.0;
+  H[30] = 0.0;
+  H[31] = 0.0;
+  H[32] = 0.0;
+  H[33] = 0.0;
+  H[34] = 0.0;
+  H[35] = 0.0;
+  H[36] = 0.0;
+  H[37] = 0.0;
+  H[38] = 0.0;
+  H[39] = 0.0;
+  H[40] = 0.0;
+  H[41] = 0.0;
+  H[42] = 0.0;
+  H[43] = 0.0;
+  H[44] = 0.0;
+  H[45] = 0.0;
+  H[46] = 0.0;
+  H[47] = 0.0;
+  H[48] = 0.0;
+  H[49] = 0.0;
+  H[50] = 0.0;
+  H[51] = 0.0;
+  H[52] = 0.0;
+  H[53] = 0.0;
+}
+
+// Twist (v, omega) of the point of the tool's body at the base origin, in base axes, from the main
+// chain's joints.
+// 4 operations: multiply 2, add 2
+void planar_3rrr_chain_twist_space(const double theta[3], const double thetad[3], double V[6]) {
+  // inputs
+  const double theta_0 = theta[0];
+  const double theta_1 = theta[1];
+  const double thetad_0 = thetad[0];
+  const double thetad_1 = thetad[1];
+  const double thetad_2 = thetad[2];
+  // shared terms
+  const double v1 = theta_1 * thetad_2;
+  const double v2 = theta_0 * thetad_2;
+  const double v3 = v1 + thetad_0;
+  const double v4 = thetad_1 - v2;
+  // V
+  V[2] = 0.0;
+  V[3] = 0.0;
+  V[4] = 0.0;
+  V[5] = thetad_2;
+  // V
+  V[0] = v3;
+  V[1] = v4;
+}
+
+// Twist (v, omega) of the tool's origin, in tool axes, from the main chain's joints.
+// 8 operations: multiply 4, add 2, trig 2
+void planar_3rrr_chain_twist_body(const double theta[3], const double thetad[3], double V[6]) {
+  // inputs
+  const double theta_2 = theta[2];
+  const double thetad_0 = thetad[0];
+  const double thetad_1 = thetad[1];
+  const double thetad_2 = thetad[2];
+  // cosines and sines
+  const double angle[1] = {theta_2};
+  double c[1], s[1];
+  chasles_cos_sin(1, angle, c, s);
+  // V
+  V[2] = 0.0;
+  V[3] = 0.0;
+  V[4] = 0.0;
+  V[5] = thetad_2;
+  // shared terms; V
+  const double v3 = c[0] * thetad_0;
+  const double v4 = s[0] * thetad_1;
+  const double v5 = c[0] * thetad_1;
+  const double v6 = s[0] * thetad_0;
+  const double v7 = v3 + v4;
+  const double v8 = v5 - v6;
+  V[0] = v7;
+  V[1] = v8;
+}
+
+// Twist (v, omega) of the tool's origin, in base axes, from the main chain's joints.
+// 0 operations
+void planar_3rrr_chain_twist_mixed(const double theta[3], const double thetad[3], double V[6]) {
+  (void)theta;
+  // inputs
+  const double thetad_0 = thetad[0];
+  const double thetad_1 = thetad[1];
+  const double thetad_2 = thetad[2];
+  // V
+  V[0] = thetad_0;
+  V[1] = thetad_1;
+  V[2] = 0.0;
+  V[3] = 0.0;
+  V[4] = 0.0;
+  V[5] = thetad_2;
+}
+
+// Time derivative of twist_space at rates qd and accelerations qdd, from the main chain's joints.
+// 8 operations: multiply 4, add 4
+void planar_3rrr_chain_acceleration_space(const double theta[3], const double thetad[3], const double thetadd[3], double A[6]) {
+  // inputs
+  const double theta_0 = theta[0];
+  const double theta_1 = theta[1];
+  const double thetad_0 = thetad[0];
+  const double thetad_1 = thetad[1];
+  const double thetad_2 = thetad[2];
+  const double thetadd_0 = thetadd[0];
+  const double thetadd_1 = thetadd[1];
+  const double thetadd_2 = thetadd[2];
+  // shared terms
+  const double v1 = theta_1 * thetadd_2;
+  const double v2 = thetad_1 * thetad_2;
+  const double v3 = theta_0 * thetadd_2;
+  const double v4 = thetad_0 * thetad_2;
+  const double v5 = v1 + thetadd_0;
+  const double v6 = thetadd_1 - v3;
+  const double v7 = v5 + v2;
+  const double v8 = v6 - v4;
+  // A
+  A[2] = 0.0;
+  A[3] = 0.0;
+  A[4] = 0.0;
+  A[5] = thetadd_2;
+  // A
+  A[0] = v7;
+  A[1] = v8;
+}
+
+// Time derivative of twist_body at rates qd and accelerations qdd, from the main chain's joints.
+// 18 operations: multiply 10, add 6, trig 2
+void planar_3rrr_chain_acceleration_body(const double theta[3], const double thetad[3], const double thetadd[3], double A[6]) {
+  // inputs
+  const double theta_2 = theta[2];
+  const double thetad_0 = thetad[0];
+  const double thetad_1 = thetad[1];
+  const double thetad_2 = thetad[2];
+  const double thetadd_0 = thetadd[0];
+  const double thetadd_1 = thetadd[1];
+  const double thetadd_2 = thetadd[2];
+  // cosines and sines
+  const double angle[1] = {theta_2};
+  double c[1], s[1];
+  chasles_cos_sin(1, angle, c, s);
+  // A
+  A[2] = 0.0;
+  A[3] = 0.0;
+  A[4] = 0.0;
+  A[5] = thetadd_2;
+  // shared terms; A
+  const double v3 = c[0] * thetadd_0;
+  const double v4 = s[0] * thetadd_1;
+  const double v5 = c[0] * thetad_2;
+  const double v6 = s[0] * thetad_2;
+  const double v7 = c[0] * thetadd_1;
+  const double v8 = s[0] * thetadd_0;
+  const double v9 = v3 + v4;
+  const double v10 = v5 * thetad_1;
+  const double v11 = v6 * thetad_0;
+  const double v12 = v7 - v8;
+  const double v13 = v5 * thetad_0;
+  const double v14 = v6 * thetad_1;
+  const double v15 = v10 - v11;
+  const double v16 = v13 + v14;
+  const double v17 = v9 + v15;
+  const double v18 = v12 - v16;
+  A[0] = v17;
+  A[1] = v18;
+}
+
+// Time derivative of twist_mixed at rates qd and accelerations qdd, from the main chain's joints.
+// 0 operations
+void planar_3rrr_chain_acceleration_mixed(const double theta[3], const double thetad[3], const double thetadd[3], double A[6]) {
+  (void)theta;
+  (void)thetad;
+  // inputs
+  const double thetadd_0 = thetadd[0];
+  const double thetadd_1 = thetadd[1];
+  const double thetadd_2 = thetadd[2];
+  // A
+  A[0] = thetadd_0;
+  A[1] = thetadd_1;
+  A[2] = 0.0;
+  A[3] = 0.0;
+  A[4] = 0.0;
+  A[5] = thetadd_2;
 }
 
 // Distance between the ends of each rod or cylinder less its length.
@@ -2209,5 +2563,574 @@ void planar_3rrr_assembly_mirror(const double q[3], const double phi[1], double 
   theta[0] = v84;
   theta[1] = v85;
 }
+
+// Least equations of the loops, zero where the loops are closed, and their derivative.
+// 104 operations: multiply 48, add 36, negate 6, trig 8, other 6
+void planar_3rrr_closure(const double w[6], double residual[3], double residual_D_w[18]) {
+  // inputs
+  const double w_0 = w[0];
+  const double w_1 = w[1];
+  const double w_2 = w[2];
+  const double w_3 = w[3];
+  const double w_4 = w[4];
+  const double w_5 = w[5];
+  // shared terms
+  const double v9 = w_0 + 0.2511473670974872;
+  const double v10 = w_1 + 0.145;
+  const double v11 = 0.2511473670974872 - w_0;
+  const double v12 = 0.29 - w_1;
+  // cosines and sines
+  const double angle[4] = {w_3, w_2, w_4, w_5};
+  double c[4], s[4];
+  chasles_cos_sin(4, angle, c, s);
+  // constant entries of residual_D_w
+  residual_D_w[4] = 0.0;
+  residual_D_w[5] = 0.0;
+  residual_D_w[9] = 0.0;
+  residual_D_w[11] = 0.0;
+  residual_D_w[15] = 0.0;
+  residual_D_w[16] = 0.0;
+  // shared terms; residual
+  const double v13 = 0.17 * c[0];
+  const double v14 = 0.11258330249197702 * c[1];
+  const double v15 = 0.065 * s[1];
+  const double v16 = 0.17 * s[0];
+  const double v17 = 0.11258330249197702 * s[1];
+  const double v18 = 0.065 * c[1];
+  const double v19 = 0.17 * c[2];
+  const double v20 = 0.17 * s[2];
+  const double v21 = 0.17 * c[3];
+  const double v22 = 0.13 * s[1];
+  const double v23 = 0.17 * s[3];
+  const double v24 = 0.13 * c[1];
+  const double v25 = v13 + v14;
+  const double v26 = v16 + v17;
+  const double v27 = v11 + v19;
+  const double v28 = v20 + v18;
+  const double v29 = v21 + v22;
+  const double v30 = v12 + v23;
+  const double v31 = v14 - v15;
+  const double v32 = v17 + v18;
+  const double v33 = v17 - v18;
+  const double v34 = v14 + v15;
+  const double v35 = v25 - v9;
+  const double v36 = v26 + v18;
+  const double v37 = v27 - v14;
+  const double v38 = v28 - v10;
+  const double v39 = v29 - w_0;
+  const double v40 = v30 - v24;
+  const double v41 = v35 - v15;
+  const double v42 = v36 - v10;
+  const double v43 = v37 - v15;
+  const double v44 = v38 - v17;
+  const double v45 = v39 * v39;
+  const double v46 = v40 * v40;
+  const double v47 = 2.0 * v39;
+  const double v48 = 2.0 * v40;
+  const double v49 = v41 * v41;
+  const double v50 = v42 * v42;
+  const double v51 = v43 * v43;
+  const double v52 = v44 * v44;
+  const double v53 = v45 + v46;
+  const double v54 = 2.0 * v41;
+  const double v55 = 2.0 * v42;
+  const double v56 = 2.0 * v43;
+  const double v57 = 2.0 * v44;
+  const double v58 = v47 * v24;
+  const double v59 = v48 * v22;
+  const double v60 = v48 * v21;
+  const double v61 = v47 * v23;
+  const double v62 = v49 + v50;
+  const double v63 = v51 + v52;
+  const double v64 = sqrt(v53);
+  const double v65 = v55 * v31;
+  const double v66 = v54 * v32;
+  const double v67 = v55 * v13;
+  const double v68 = v54 * v16;
+  const double v69 = v56 * v33;
+  const double v70 = v57 * v34;
+  const double v71 = v57 * v19;
+  const double v72 = v56 * v20;
+  const double v73 = v58 + v59;
+  const double v74 = v60 - v61;
+  const double v75 = sqrt(v62);
+  const double v76 = sqrt(v63);
+  const double v77 = v64 - 0.13;
+  const double v78 = v65 - v66;
+  const double v79 = v67 - v68;
+  const double v80 = v69 - v70;
+  const double v81 = v71 - v72;
+  const double v82 = 0.5 / v64;
+  const double v83 = v75 - 0.13;
+  const double v84 = v76 - 0.13;
+  residual[2] = v77;
+  const double v85 = 0.5 / v75;
+  const double v86 = 0.5 / v76;
+  const double v87 = v47 * v82;
+  const double v88 = v82 * v48;
+  const double v89 = v82 * v73;
+  const double v90 = v82 * v74;
+  // shared terms; residual; columns 3 and 6 of residual_D_w
+  residual[0] = v83;
+  residual[1] = v84;
+  const double v91 = v54 * v85;
+  const double v92 = v85 * v55;
+  const double v93 = v85 * v78;
+  const double v94 = v85 * v79;
+  const double v95 = v56 * v86;
+  const double v96 = v86 * v57;
+  const double v97 = v86 * v80;
+  const double v98 = v86 * v81;
+  const double v99 = -v87;
+  const double v100 = -v88;
+  residual_D_w[14] = v89;
+  residual_D_w[17] = v90;
+  // shared terms; columns 1, 2, 3, 4 and 5 of residual_D_w
+  const double v101 = -v91;
+  const double v102 = -v92;
+  residual_D_w[2] = v93;
+  residual_D_w[3] = v94;
+  const double v103 = -v95;
+  const double v104 = -v96;
+  residual_D_w[8] = v97;
+  residual_D_w[10] = v98;
+  residual_D_w[12] = v99;
+  residual_D_w[13] = v100;
+  // columns 1 and 2 of residual_D_w
+  residual_D_w[0] = v101;
+  residual_D_w[1] = v102;
+  residual_D_w[6] = v103;
+  residual_D_w[7] = v104;
+}
+
+// Time derivative of the derivative of the loops' least equations.
+// 230 operations: multiply 122, add 86, negate 5, trig 8, other 9
+void planar_3rrr_closure_D_w_dot(const double w[6], const double wd[6], double residual_D_w_dot[18]) {
+  // inputs
+  const double w_0 = w[0];
+  const double w_1 = w[1];
+  const double w_2 = w[2];
+  const double w_3 = w[3];
+  const double w_4 = w[4];
+  const double w_5 = w[5];
+  const double wd_0 = wd[0];
+  const double wd_1 = wd[1];
+  const double wd_2 = wd[2];
+  const double wd_3 = wd[3];
+  const double wd_4 = wd[4];
+  const double wd_5 = wd[5];
+  // shared terms
+  const double v9 = w_0 + 0.2511473670974872;
+  const double v10 = w_1 + 0.145;
+  const double v11 = 0.2511473670974872 - w_0;
+  const double v12 = 0.29 - w_1;
+  // cosines and sines
+  const double angle[4] = {w_3, w_2, w_4, w_5};
+  double c[4], s[4];
+  chasles_cos_sin(4, angle, c, s);
+  // constant entries of residual_D_w_dot
+  residual_D_w_dot[4] = 0.0;
+  residual_D_w_dot[5] = 0.0;
+  residual_D_w_dot[9] = 0.0;
+  residual_D_w_dot[11] = 0.0;
+  residual_D_w_dot[15] = 0.0;
+  residual_D_w_dot[16] = 0.0;
+  // shared terms; columns 3 and 6 of residual_D_w_dot
+  const double v13 = 0.17 * c[0];
+  const double v14 = 0.11258330249197702 * c[1];
+  const double v15 = 0.065 * s[1];
+  const double v16 = 0.17 * s[0];
+  const double v17 = 0.11258330249197702 * s[1];
+  const double v18 = 0.065 * c[1];
+  const double v19 = c[0] * wd_3;
+  const double v20 = c[1] * wd_2;
+  const double v21 = s[1] * wd_2;
+  const double v22 = s[0] * wd_3;
+  const double v23 = 0.17 * c[2];
+  const double v24 = 0.17 * s[2];
+  const double v25 = s[2] * wd_4;
+  const double v26 = c[2] * wd_4;
+  const double v27 = 0.17 * c[3];
+  const double v28 = 0.13 * s[1];
+  const double v29 = 0.17 * s[3];
+  const double v30 = 0.13 * c[1];
+  const double v31 = s[3] * wd_5;
+  const double v32 = c[3] * wd_5;
+  const double v33 = v13 + v14;
+  const double v34 = v16 + v17;
+  const double v35 = 0.17 * v19;
+  const double v36 = 0.11258330249197702 * v20;
+  const double v37 = 0.065 * v21;
+  const double v38 = 0.17 * v22;
+  const double v39 = 0.11258330249197702 * v21;
+  const double v40 = 0.065 * v20;
+  const double v41 = v14 - v15;
+  const double v42 = v17 + v18;
+  const double v43 = v11 + v23;
+  const double v44 = v24 + v18;
+  const double v45 = 0.17 * v25;
+  const double v46 = 0.17 * v26;
+  const double v47 = v17 - v18;
+  const double v48 = v14 + v15;
+  const double v49 = v27 + v28;
+  const double v50 = v12 + v29;
+  const double v51 = 0.13 * v20;
+  const double v52 = 0.17 * v31;
+  const double v53 = 0.17 * v32;
+  const double v54 = 0.13 * v21;
+  const double v55 = v33 - v9;
+  const double v56 = v34 + v18;
+  const double v57 = v35 + v36;
+  const double v58 = wd_0 + v38;
+  const double v59 = v39 + v40;
+  const double v60 = v36 - v37;
+  const double v61 = v43 - v14;
+  const double v62 = v44 - v10;
+  const double v63 = v39 - wd_0;
+  const double v64 = v46 - wd_1;
+  const double v65 = v36 + v37;
+  const double v66 = v40 - v39;
+  const double v67 = v49 - w_0;
+  const double v68 = v50 - v30;
+  const double v69 = v51 - wd_0;
+  const double v70 = v53 + v54;
+  const double v71 = v55 - v15;
+  const double v72 = v56 - v10;
+  const double v73 = v57 - wd_1;
+  const double v74 = v58 + v39;
+  const double v75 = v61 - v15;
+  const double v76 = v62 - v17;
+  const double v77 = v63 - v45;
+  const double v78 = v64 - v36;
+  const double v79 = v67 * v67;
+  const double v80 = v68 * v68;
+  const double v81 = v69 - v52;
+  const double v82 = 2.0 * v67;
+  const double v83 = 2.0 * v68;
+  const double v84 = v70 - wd_1;
+  const double v85 = 2.0 * v71;
+  const double v86 = 2.0 * v72;
+  const double v87 = v73 - v37;
+  const double v88 = v74 + v40;
+  const double v89 = v71 * v71;
+  const double v90 = v72 * v72;
+  const double v91 = v75 * v75;
+  const double v92 = v76 * v76;
+  const double v93 = v77 - v40;
+  const double v94 = 2.0 * v75;
+  const double v95 = 2.0 * v76;
+  const double v96 = v78 - v37;
+  const double v97 = v79 + v80;
+  const double v98 = 2.0 * v81;
+  const double v99 = v82 * v81;
+  const double v100 = v83 * v84;
+  const double v101 = 2.0 * v84;
+  const double v102 = v82 * v54;
+  const double v103 = v83 * v51;
+  const double v104 = v82 * v30;
+  const double v105 = v83 * v28;
+  const double v106 = v83 * v52;
+  const double v107 = v82 * v53;
+  const double v108 = v83 * v27;
+  const double v109 = v82 * v29;
+  const double v110 = v86 * v87;
+  const double v111 = v85 * v88;
+  const double v112 = v89 + v90;
+  const double v113 = 2.0 * v88;
+  const double v114 = 2.0 * v87;
+  const double v115 = v86 * v59;
+  const double v116 = v85 * v60;
+  const double v117 = v86 * v41;
+  const double v118 = v85 * v42;
+  const double v119 = v86 * v38;
+  const double v120 = v85 * v35;
+  const double v121 = v86 * v13;
+  const double v122 = v85 * v16;
+  const double v123 = v91 + v92;
+  const double v124 = 2.0 * v93;
+  const double v125 = v94 * v93;
+  const double v126 = v95 * v96;
+  const double v127 = 2.0 * v96;
+  const double v128 = v94 * v65;
+  const double v129 = v95 * v66;
+  const double v130 = v94 * v47;
+  const double v131 = v95 * v48;
+  const double v132 = v95 * v45;
+  const double v133 = v94 * v46;
+  const double v134 = v95 * v23;
+  const double v135 = v94 * v24;
+  const double v136 = sqrt(v97);
+  const double v137 = v99 + v100;
+  const double v138 = v30 * v98;
+  const double v139 = v28 * v101;
+  const double v140 = v104 + v105;
+  const double v141 = v27 * v101;
+  const double v142 = v29 * v98;
+  const double v143 = v108 - v109;
+  const double v144 = v110 - v111;
+  const double v145 = sqrt(v112);
+  const double v146 = v41 * v114;
+  const double v147 = v42 * v113;
+  const double v148 = v117 - v118;
+  const double v149 = v13 * v114;
+  const double v150 = v16 * v113;
+  const double v151 = v121 - v122;
+  const double v152 = sqrt(v123);
+  const double v153 = v125 + v126;
+  const double v154 = v47 * v124;
+  const double v155 = v48 * v127;
+  const double v156 = v130 - v131;
+  const double v157 = v23 * v127;
+  const double v158 = v24 * v124;
+  const double v159 = v134 - v135;
+  const double v160 = 0.5 / v136;
+  const double v161 = v136 * v97;
+  const double v162 = v138 - v102;
+  const double v163 = v103 + v139;
+  const double v164 = v141 - v106;
+  const double v165 = v107 + v142;
+  const double v166 = v145 * v112;
+  const double v167 = 0.5 / v145;
+  const double v168 = v146 - v115;
+  const double v169 = v116 - v147;
+  const double v170 = v149 - v119;
+  const double v171 = v120 - v150;
+  const double v172 = 0.5 / v152;
+  const double v173 = v152 * v123;
+  const double v174 = v128 + v154;
+  const double v175 = v129 + v155;
+  const double v176 = v157 - v132;
+  const double v177 = v133 + v158;
+  const double v178 = v160 * v98;
+  const double v179 = 0.25 / v161;
+  const double v180 = v160 * v101;
+  const double v181 = v162 + v163;
+  const double v182 = v164 - v165;
+  const double v183 = 0.25 / v166;
+  const double v184 = v167 * v113;
+  const double v185 = v167 * v114;
+  const double v186 = v168 - v169;
+  const double v187 = v170 - v171;
+  const double v188 = v172 * v124;
+  const double v189 = 0.25 / v173;
+  const double v190 = v172 * v127;
+  const double v191 = v174 - v175;
+  const double v192 = v176 - v177;
+  const double v193 = v137 * v179;
+  const double v194 = v160 * v181;
+  const double v195 = v160 * v182;
+  const double v196 = v144 * v183;
+  const double v197 = v167 * v186;
+  const double v198 = v167 * v187;
+  const double v199 = v153 * v189;
+  const double v200 = v172 * v191;
+  const double v201 = v172 * v192;
+  const double v202 = v82 * v193;
+  const double v203 = v83 * v193;
+  const double v204 = v140 * v193;
+  const double v205 = v143 * v193;
+  const double v206 = v85 * v196;
+  const double v207 = v86 * v196;
+  const double v208 = v148 * v196;
+  const double v209 = v151 * v196;
+  const double v210 = v94 * v199;
+  const double v211 = v95 * v199;
+  const double v212 = v156 * v199;
+  const double v213 = v159 * v199;
+  const double v214 = v178 - v202;
+  const double v215 = v180 - v203;
+  const double v216 = v194 - v204;
+  const double v217 = v195 - v205;
+  const double v218 = v206 + v184;
+  const double v219 = v185 - v207;
+  const double v220 = v197 - v208;
+  const double v221 = v198 - v209;
+  const double v222 = v188 - v210;
+  const double v223 = v190 - v211;
+  const double v224 = v200 - v212;
+  const double v225 = v201 - v213;
+  const double v226 = -v214;
+  const double v227 = -v215;
+  residual_D_w_dot[14] = v216;
+  residual_D_w_dot[17] = v217;
+  // shared terms; columns 1, 2, 3, 4 and 5 of residual_D_w_dot
+  residual_D_w_dot[0] = v218;
+  const double v228 = -v219;
+  residual_D_w_dot[2] = v220;
+  residual_D_w_dot[3] = v221;
+  const double v229 = -v222;
+  const double v230 = -v223;
+  residual_D_w_dot[8] = v224;
+  residual_D_w_dot[10] = v225;
+  residual_D_w_dot[12] = v226;
+  residual_D_w_dot[13] = v227;
+  // columns 1 and 2 of residual_D_w_dot
+  residual_D_w_dot[1] = v228;
+  residual_D_w_dot[6] = v229;
+  residual_D_w_dot[7] = v230;
+}
+
+// Swings of struts on pins, between -pi and pi, and their derivative.
+// 128 operations: multiply 52, add 52, negate 3, trig 15, other 6
+void planar_3rrr_swings(const double w[6], double swing[3], double swing_D_w[18]) {
+  // inputs
+  const double w_0 = w[0];
+  const double w_1 = w[1];
+  const double w_2 = w[2];
+  const double w_3 = w[3];
+  const double w_4 = w[4];
+  const double w_5 = w[5];
+  // shared terms
+  const double v1 = w_1 + 0.145;
+  const double v3 = w_2 - w_3;
+  const double v4 = w_0 + 0.2511473670974872;
+  const double v6 = w_2 - w_4;
+  const double v8 = 0.2511473670974872 - w_0;
+  const double v10 = w_2 - w_5;
+  const double v11 = 0.29 - w_1;
+  // cosines and sines
+  const double angle[6] = {w_3, w_4, w_5, v3, v6, v10};
+  double c[6], s[6];
+  chasles_cos_sin(6, angle, c, s);
+  // constant entries of swing_D_w
+  swing_D_w[4] = 0.0;
+  swing_D_w[5] = 0.0;
+  swing_D_w[9] = 0.0;
+  swing_D_w[11] = 0.0;
+  swing_D_w[15] = 0.0;
+  swing_D_w[16] = 0.0;
+  // shared terms; swing
+  const double v14 = v1 * c[0];
+  const double v17 = v4 * s[0];
+  const double v18 = v4 * c[0];
+  const double v19 = v1 * s[0];
+  const double v21 = v1 * c[1];
+  const double v22 = v8 * s[1];
+  const double v24 = v1 * s[1];
+  const double v25 = v8 * c[1];
+  const double v27 = v11 * c[2];
+  const double v28 = s[2] * w_0;
+  const double v29 = c[2] * w_0;
+  const double v30 = v11 * s[2];
+  const double v32 = 0.11258330249197702 * s[3];
+  const double v33 = 0.065 * c[3];
+  const double v34 = 0.065 * s[3];
+  const double v35 = 0.11258330249197702 * c[3];
+  const double v36 = 0.11258330249197702 * s[4];
+  const double v37 = 0.065 * c[4];
+  const double v38 = 0.11258330249197702 * c[4];
+  const double v39 = 0.065 * s[4];
+  const double v40 = 0.13 * c[5];
+  const double v41 = v29 - 0.17;
+  const double v42 = 0.13 * s[5];
+  const double v43 = v14 - v32;
+  const double v44 = v34 + v18;
+  const double v45 = v36 + v21;
+  const double v46 = v38 + v39;
+  const double v47 = v40 - v27;
+  const double v48 = v41 - v30;
+  const double v49 = v34 - v35;
+  const double v50 = v32 + v33;
+  const double v51 = v35 - v34;
+  const double v52 = v37 - v36;
+  const double v53 = v25 - v38;
+  const double v54 = v30 + v42;
+  const double v55 = v43 - v33;
+  const double v56 = v44 + v19;
+  const double v57 = v45 + v22;
+  const double v58 = v46 + v24;
+  const double v59 = v47 - v28;
+  const double v60 = v48 - v42;
+  const double v61 = v51 - v18;
+  const double v62 = v53 - v39;
+  const double v63 = v54 - v29;
+  const double v64 = v55 - v17;
+  const double v65 = v56 - 0.17;
+  const double v66 = v57 - v37;
+  const double v67 = v58 - 0.17;
+  const double v68 = atan2(v59, v60);
+  const double v69 = v61 - v19;
+  const double v70 = v62 - v24;
+  const double v71 = v60 * v60;
+  const double v72 = v59 * v59;
+  const double v73 = v65 - v35;
+  const double v74 = v67 - v25;
+  swing[2] = v68;
+  const double v75 = v64 * v64;
+  const double v76 = v66 * v66;
+  const double v77 = v71 + v72;
+  // shared terms; swing
+  const double v78 = atan2(v64, v73);
+  const double v79 = atan2(v66, v74);
+  const double v80 = v73 * v73;
+  const double v81 = v74 * v74;
+  const double v82 = v59 / v77;
+  const double v83 = v60 / v77;
+  swing[0] = v78;
+  swing[1] = v79;
+  const double v84 = v80 + v75;
+  const double v85 = v81 + v76;
+  const double v86 = c[2] * v82;
+  const double v87 = s[2] * v83;
+  const double v88 = c[2] * v83;
+  const double v89 = s[2] * v82;
+  const double v90 = v82 * v40;
+  const double v91 = v83 * v42;
+  const double v92 = v83 * v63;
+  const double v93 = v59 * v82;
+  // shared terms; columns 2, 3 and 6 of swing_D_w
+  const double v94 = v64 / v84;
+  const double v95 = v73 / v84;
+  const double v96 = v66 / v85;
+  const double v97 = v74 / v85;
+  const double v98 = v86 + v87;
+  const double v99 = v88 - v89;
+  const double v100 = v90 - v91;
+  const double v101 = v92 - v93;
+  const double v102 = c[0] * v94;
+  const double v103 = s[0] * v95;
+  const double v104 = c[0] * v95;
+  const double v105 = s[0] * v94;
+  const double v106 = v95 * v49;
+  const double v107 = v94 * v50;
+  const double v108 = v95 * v69;
+  const double v109 = v64 * v94;
+  const double v110 = c[1] * v96;
+  const double v111 = s[1] * v97;
+  const double v112 = c[1] * v97;
+  const double v113 = s[1] * v96;
+  const double v114 = v97 * v46;
+  const double v115 = v96 * v52;
+  const double v116 = v97 * v70;
+  const double v117 = v66 * v96;
+  const double v118 = -v98;
+  swing_D_w[13] = v99;
+  swing_D_w[14] = v100;
+  swing_D_w[17] = v101;
+  // shared terms; column 1 of swing_D_w
+  const double v119 = v102 + v103;
+  const double v120 = v104 - v105;
+  const double v121 = v106 - v107;
+  const double v122 = v108 - v109;
+  const double v123 = v110 + v111;
+  const double v124 = v112 - v113;
+  const double v125 = v114 - v115;
+  const double v126 = v116 - v117;
+  swing_D_w[12] = v118;
+  // shared terms; columns 2, 3, 4 and 5 of swing_D_w
+  const double v127 = -v119;
+  swing_D_w[1] = v120;
+  swing_D_w[2] = v121;
+  swing_D_w[3] = v122;
+  const double v128 = -v123;
+  swing_D_w[7] = v124;
+  swing_D_w[8] = v125;
+  swing_D_w[10] = v126;
+  // column 1 of swing_D_w
+  swing_D_w[0] = v127;
+  swing_D_w[6] = v128;
+}
+
+#include "planar_3rrr_closure.h"
 
 #include "planar_3rrr_modes.h"

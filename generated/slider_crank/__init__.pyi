@@ -439,7 +439,7 @@ def chain_all(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """All branches of the loops' solution, NaN where a branch does not close.
 
-    branches: far; near
+    branches: connecting_rod far; connecting_rod near
 
     Args:
         q (..., 1): actuator coordinates (rad).
@@ -545,7 +545,7 @@ def actuators_all(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """All branches of the loops' solution, NaN where a branch does not close.
 
-    branches: left; right
+    branches: connecting_rod left; connecting_rod right
 
     Args:
         theta (..., 1): joints of the main chain (m).

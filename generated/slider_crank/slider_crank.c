@@ -247,7 +247,7 @@ void slider_crank_jacobian_space_dot(const double q[1], const double qd[1], doub
   const double v12 = v4 * v9;
   const double v13 = v4 * v10;
   const double v14 = v8 * v9;
-  const double v15 = v8 * v10;
+  const double v15 = v10 * v8;
   const double v16 = v10 * v9;
   const double v17 = v9 - v10;
   const double v18 = v7 * v8;
@@ -297,7 +297,7 @@ void slider_crank_jacobian_body_dot(const double q[1], const double qd[1], doubl
   const double v12 = v4 * v9;
   const double v13 = v4 * v10;
   const double v14 = v8 * v9;
-  const double v15 = v8 * v10;
+  const double v15 = v10 * v8;
   const double v16 = v10 * v9;
   const double v17 = v9 - v10;
   const double v18 = v7 * v8;
@@ -347,7 +347,7 @@ void slider_crank_jacobian_mixed_dot(const double q[1], const double qd[1], doub
   const double v12 = v4 * v9;
   const double v13 = v4 * v10;
   const double v14 = v8 * v9;
-  const double v15 = v8 * v10;
+  const double v15 = v10 * v8;
   const double v16 = v10 * v9;
   const double v17 = v9 - v10;
   const double v18 = v7 * v8;
@@ -436,7 +436,7 @@ void slider_crank_twist_space(const double q[1], const double qd[1], double V[6]
   const double v9 = 0.05 * v5;
   const double v10 = v6 * v7;
   const double v11 = v8 * v7;
-  const double v12 = v8 * v6;
+  const double v12 = v6 * v8;
   const double v13 = sqrt(v10);
   const double v14 = v11 - v12;
   const double v15 = 0.5 / v13;
@@ -471,7 +471,7 @@ void slider_crank_twist_body(const double q[1], const double qd[1], double V[6])
   const double v9 = 0.05 * v5;
   const double v10 = v6 * v7;
   const double v11 = v8 * v7;
-  const double v12 = v8 * v6;
+  const double v12 = v6 * v8;
   const double v13 = sqrt(v10);
   const double v14 = v11 - v12;
   const double v15 = 0.5 / v13;
@@ -506,7 +506,7 @@ void slider_crank_twist_mixed(const double q[1], const double qd[1], double V[6]
   const double v9 = 0.05 * v5;
   const double v10 = v6 * v7;
   const double v11 = v8 * v7;
-  const double v12 = v8 * v6;
+  const double v12 = v6 * v8;
   const double v13 = sqrt(v10);
   const double v14 = v11 - v12;
   const double v15 = 0.5 / v13;
@@ -548,7 +548,7 @@ void slider_crank_acceleration_space(const double q[1], const double qd[1], cons
   const double v15 = v4 - v10;
   const double v16 = v11 * v11;
   const double v17 = v11 * v9;
-  const double v18 = v11 * v8;
+  const double v18 = v8 * v11;
   const double v19 = v7 + v12;
   const double v20 = sqrt(v13);
   const double v21 = 0.05 * v15;
@@ -601,7 +601,7 @@ void slider_crank_acceleration_body(const double q[1], const double qd[1], const
   const double v15 = v4 - v10;
   const double v16 = v11 * v11;
   const double v17 = v11 * v9;
-  const double v18 = v11 * v8;
+  const double v18 = v8 * v11;
   const double v19 = v7 + v12;
   const double v20 = sqrt(v13);
   const double v21 = 0.05 * v15;
@@ -654,7 +654,7 @@ void slider_crank_acceleration_mixed(const double q[1], const double qd[1], cons
   const double v15 = v4 - v10;
   const double v16 = v11 * v11;
   const double v17 = v11 * v9;
-  const double v18 = v11 * v8;
+  const double v18 = v8 * v11;
   const double v19 = v7 + v12;
   const double v20 = sqrt(v13);
   const double v21 = 0.05 * v15;
@@ -739,7 +739,7 @@ void slider_crank_chain_rates(const double q[1], const double qd[1], double thet
   const double v9 = 0.05 * v5;
   const double v10 = v6 * v7;
   const double v11 = v8 * v7;
-  const double v12 = v8 * v6;
+  const double v12 = v6 * v8;
   const double v13 = sqrt(v10);
   const double v14 = v11 - v12;
   const double v15 = 0.5 / v13;
@@ -775,7 +775,7 @@ void slider_crank_chain_accelerations(const double q[1], const double qd[1], con
   const double v15 = v4 - v10;
   const double v16 = v11 * v11;
   const double v17 = v11 * v9;
-  const double v18 = v11 * v8;
+  const double v18 = v8 * v11;
   const double v19 = v7 + v12;
   const double v20 = sqrt(v13);
   const double v21 = 0.05 * v15;

@@ -200,7 +200,7 @@ void slider_crank_configuration(const double q[1], double z[3]);
 void slider_crank_margin(const double q[1], double margin[1]);
 
 /* All branches of the loops' solution, NaN where a branch does not close.
- * branches: far; near
+ * branches: connecting_rod far; connecting_rod near
  * 11 operations: multiply 4, add 4, trig 2, other 1.
  *   q: actuator coordinates, 1 (rad)
  *   theta: one branch a row, 2 x 1 (m)
@@ -246,7 +246,7 @@ void slider_crank_actuator_accelerations(const double theta[1], const double the
 void slider_crank_actuator_margin(const double theta[1], double margin[1]);
 
 /* All branches of the loops' solution, NaN where a branch does not close.
- * branches: left; right
+ * branches: connecting_rod left; connecting_rod right
  * 19 operations: multiply 9, add 4, negate 1, trig 2, other 3.
  *   theta: joints of the main chain, 1 (m)
  *   q: one branch a row, 2 x 1 (rad)

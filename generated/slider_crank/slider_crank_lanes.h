@@ -95,7 +95,7 @@ static LANES_TARGET void LANES_NAME(slider_crank_jacobian_space_dot)(const lanes
   const lanes q_0 = in[0], qd_0 = in[1];
   LANES_COS_SIN(v1, v2, q_0);
   const lanes v3 = v1 * qd_0, v4 = 0.05 * v3, v5 = 0.05 * v1, v6 = 0.05 * v2, v7 = 0.18 - v6,
-      v8 = v5 * v7, v9 = 0.18 + v6, v10 = v5 * v9, v11 = v8 - v10, v12 = v4 * v7, v13 = v4 * v9,
+      v8 = v5 * v7, v9 = 0.18 + v6, v10 = v5 * v9, v11 = v8 - v10, v12 = v4 * v7, v13 = v9 * v4,
       v14 = v12 - v13, v15 = v9 * v7;
   LANES_LET1(v16, sqrt, v15);
   const lanes v17 = v16 * v15, v18 = 0.25 / v17, v19 = v14 * v18, v20 = v11 * v19, v21 = 0.5 / v16,
@@ -111,7 +111,7 @@ static LANES_TARGET void LANES_NAME(slider_crank_jacobian_body_dot)(const lanes 
   const lanes q_0 = in[0], qd_0 = in[1];
   LANES_COS_SIN(v1, v2, q_0);
   const lanes v3 = v1 * qd_0, v4 = 0.05 * v3, v5 = 0.05 * v1, v6 = 0.05 * v2, v7 = 0.18 - v6,
-      v8 = v5 * v7, v9 = 0.18 + v6, v10 = v5 * v9, v11 = v8 - v10, v12 = v4 * v7, v13 = v4 * v9,
+      v8 = v5 * v7, v9 = 0.18 + v6, v10 = v5 * v9, v11 = v8 - v10, v12 = v4 * v7, v13 = v9 * v4,
       v14 = v12 - v13, v15 = v9 * v7;
   LANES_LET1(v16, sqrt, v15);
   const lanes v17 = v16 * v15, v18 = 0.25 / v17, v19 = v14 * v18, v20 = v11 * v19, v21 = 0.5 / v16,
@@ -127,7 +127,7 @@ static LANES_TARGET void LANES_NAME(slider_crank_jacobian_mixed_dot)(const lanes
   const lanes q_0 = in[0], qd_0 = in[1];
   LANES_COS_SIN(v1, v2, q_0);
   const lanes v3 = v1 * qd_0, v4 = 0.05 * v3, v5 = 0.05 * v1, v6 = 0.05 * v2, v7 = 0.18 - v6,
-      v8 = v5 * v7, v9 = 0.18 + v6, v10 = v5 * v9, v11 = v8 - v10, v12 = v4 * v7, v13 = v4 * v9,
+      v8 = v5 * v7, v9 = 0.18 + v6, v10 = v5 * v9, v11 = v8 - v10, v12 = v4 * v7, v13 = v9 * v4,
       v14 = v12 - v13, v15 = v9 * v7;
   LANES_LET1(v16, sqrt, v15);
   const lanes v17 = v16 * v15, v18 = 0.25 / v17, v19 = v14 * v18, v20 = v11 * v19, v21 = 0.5 / v16,
@@ -159,7 +159,7 @@ static LANES_TARGET void LANES_NAME(slider_crank_twist_space)(const lanes *in, l
   LANES_COS_SIN(v2, v1, q_0);
   const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
   LANES_LET1(v7, sqrt, v6);
-  const lanes v8 = 0.5 / v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v10 * v4,
+  const lanes v8 = 0.5 / v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v4 * v10,
       v13 = v11 - v12, v14 = v8 * v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16;
   out[0] = v17; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
@@ -172,7 +172,7 @@ static LANES_TARGET void LANES_NAME(slider_crank_twist_body)(const lanes *in, la
   LANES_COS_SIN(v2, v1, q_0);
   const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
   LANES_LET1(v7, sqrt, v6);
-  const lanes v8 = 0.5 / v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v10 * v4,
+  const lanes v8 = 0.5 / v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v4 * v10,
       v13 = v11 - v12, v14 = v8 * v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16;
   out[0] = v17; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
@@ -185,7 +185,7 @@ static LANES_TARGET void LANES_NAME(slider_crank_twist_mixed)(const lanes *in, l
   LANES_COS_SIN(v2, v1, q_0);
   const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
   LANES_LET1(v7, sqrt, v6);
-  const lanes v8 = 0.5 / v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v10 * v4,
+  const lanes v8 = 0.5 / v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v4 * v10,
       v13 = v11 - v12, v14 = v8 * v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16;
   out[0] = v17; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
@@ -201,7 +201,7 @@ static LANES_TARGET void LANES_NAME(slider_crank_acceleration_space)(const lanes
   const lanes v8 = 0.5 / v7, v9 = v5 - v4, v10 = v2 * qdd_0, v11 = v1 * qd_0, v12 = v11 * qd_0,
       v13 = v10 - v12, v14 = 0.05 * v13, v15 = v9 * v14, v16 = v2 * qd_0, v17 = 0.05 * v16,
       v18 = v17 * v17, v19 = 2.0 * v18, v20 = v15 - v19, v21 = v8 * v20, v22 = v17 * v5,
-      v23 = v17 * v4, v24 = v22 - v23, v25 = v7 * v6, v26 = 0.25 / v25, v27 = v24 * v26,
+      v23 = v4 * v17, v24 = v22 - v23, v25 = v7 * v6, v26 = 0.25 / v25, v27 = v24 * v26,
       v28 = v24 * v27, v29 = v21 - v28, v30 = v1 * qdd_0, v31 = v16 * qd_0, v32 = v30 + v31,
       v33 = 0.05 * v32, v34 = v29 - v33;
   out[0] = v34; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
@@ -218,7 +218,7 @@ static LANES_TARGET void LANES_NAME(slider_crank_acceleration_body)(const lanes 
   const lanes v8 = 0.5 / v7, v9 = v5 - v4, v10 = v2 * qdd_0, v11 = v1 * qd_0, v12 = v11 * qd_0,
       v13 = v10 - v12, v14 = 0.05 * v13, v15 = v9 * v14, v16 = v2 * qd_0, v17 = 0.05 * v16,
       v18 = v17 * v17, v19 = 2.0 * v18, v20 = v15 - v19, v21 = v8 * v20, v22 = v17 * v5,
-      v23 = v17 * v4, v24 = v22 - v23, v25 = v7 * v6, v26 = 0.25 / v25, v27 = v24 * v26,
+      v23 = v4 * v17, v24 = v22 - v23, v25 = v7 * v6, v26 = 0.25 / v25, v27 = v24 * v26,
       v28 = v24 * v27, v29 = v21 - v28, v30 = v1 * qdd_0, v31 = v16 * qd_0, v32 = v30 + v31,
       v33 = 0.05 * v32, v34 = v29 - v33;
   out[0] = v34; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
@@ -235,7 +235,7 @@ static LANES_TARGET void LANES_NAME(slider_crank_acceleration_mixed)(const lanes
   const lanes v8 = 0.5 / v7, v9 = v5 - v4, v10 = v2 * qdd_0, v11 = v1 * qd_0, v12 = v11 * qd_0,
       v13 = v10 - v12, v14 = 0.05 * v13, v15 = v9 * v14, v16 = v2 * qd_0, v17 = 0.05 * v16,
       v18 = v17 * v17, v19 = 2.0 * v18, v20 = v15 - v19, v21 = v8 * v20, v22 = v17 * v5,
-      v23 = v17 * v4, v24 = v22 - v23, v25 = v7 * v6, v26 = 0.25 / v25, v27 = v24 * v26,
+      v23 = v4 * v17, v24 = v22 - v23, v25 = v7 * v6, v26 = 0.25 / v25, v27 = v24 * v26,
       v28 = v24 * v27, v29 = v21 - v28, v30 = v1 * qdd_0, v31 = v16 * qd_0, v32 = v30 + v31,
       v33 = 0.05 * v32, v34 = v29 - v33;
   out[0] = v34; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
@@ -272,7 +272,7 @@ static LANES_TARGET void LANES_NAME(slider_crank_chain_rates)(const lanes *in, l
   LANES_COS_SIN(v2, v1, q_0);
   const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
   LANES_LET1(v7, sqrt, v6);
-  const lanes v8 = 0.5 / v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v10 * v4,
+  const lanes v8 = 0.5 / v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v4 * v10,
       v13 = v11 - v12, v14 = v8 * v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16;
   out[0] = v17;
 }
@@ -287,7 +287,7 @@ static LANES_TARGET void LANES_NAME(slider_crank_chain_accelerations)(const lane
   const lanes v8 = 0.5 / v7, v9 = v5 - v4, v10 = v2 * qdd_0, v11 = v1 * qd_0, v12 = v11 * qd_0,
       v13 = v10 - v12, v14 = 0.05 * v13, v15 = v9 * v14, v16 = v2 * qd_0, v17 = 0.05 * v16,
       v18 = v17 * v17, v19 = 2.0 * v18, v20 = v15 - v19, v21 = v8 * v20, v22 = v17 * v5,
-      v23 = v17 * v4, v24 = v22 - v23, v25 = v7 * v6, v26 = 0.25 / v25, v27 = v24 * v26,
+      v23 = v4 * v17, v24 = v22 - v23, v25 = v7 * v6, v26 = 0.25 / v25, v27 = v24 * v26,
       v28 = v24 * v27, v29 = v21 - v28, v30 = v1 * qdd_0, v31 = v16 * qd_0, v32 = v30 + v31,
       v33 = 0.05 * v32, v34 = v29 - v33;
   out[0] = v34;

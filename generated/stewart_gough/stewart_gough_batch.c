@@ -186,6 +186,30 @@ void stewart_gough_actuator_accelerations_batch(size_t n, const double *theta, c
 }
 
 /* Rows of any step, in doubles. */
+static void stewart_gough_actuators_all_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {6, 6, 1};
+  static const lanes_shape shape = {1, 2, sizes};
+  CHASLES_RUN_AVX512(stewart_gough_actuators_all_avx512)
+  CHASLES_RUN_AVX2(stewart_gough_actuators_all_avx2)
+  CHASLES_RUN_BASELINE(stewart_gough_actuators_all_baseline)
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_actuators_all(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
+  }
+}
+
+void stewart_gough_actuators_all_batch(size_t n, const double *theta, double *q, double *margin)
+{
+  const double *const inputs[] = {theta};
+  double *const outputs[] = {q, margin};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {6, 1};
+  stewart_gough_actuators_all_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
 static void stewart_gough_constraint_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -306,6 +330,30 @@ void stewart_gough_chain_link_poses_batch(size_t n, const double *theta, double 
 }
 
 /* Rows of any step, in doubles. */
+static void stewart_gough_chain_fk_jacobian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {6, 16, 36};
+  static const lanes_shape shape = {1, 2, sizes};
+  CHASLES_RUN_AVX512(stewart_gough_chain_fk_jacobian_mixed_avx512)
+  CHASLES_RUN_AVX2(stewart_gough_chain_fk_jacobian_mixed_avx2)
+  CHASLES_RUN_BASELINE(stewart_gough_chain_fk_jacobian_mixed_baseline)
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_chain_fk_jacobian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
+  }
+}
+
+void stewart_gough_chain_fk_jacobian_mixed_batch(size_t n, const double *theta, double *T_0_ee, double *J)
+{
+  const double *const inputs[] = {theta};
+  double *const outputs[] = {T_0_ee, J};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {16, 36};
+  stewart_gough_chain_fk_jacobian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
 static void stewart_gough_chain_jacobian_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -375,6 +423,246 @@ void stewart_gough_chain_jacobian_mixed_batch(size_t n, const double *theta, dou
   double *const outputs[] = {J};
   const ptrdiff_t input_steps[] = {6}, output_steps[] = {36};
   stewart_gough_chain_jacobian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_chain_jacobian_space_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {6, 6, 36};
+  static const lanes_shape shape = {2, 1, sizes};
+  CHASLES_RUN_AVX512(stewart_gough_chain_jacobian_space_dot_avx512)
+  CHASLES_RUN_AVX2(stewart_gough_chain_jacobian_space_dot_avx2)
+  CHASLES_RUN_BASELINE(stewart_gough_chain_jacobian_space_dot_baseline)
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_chain_jacobian_space_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_chain_jacobian_space_dot_batch(size_t n, const double *theta, const double *thetad, double *J_dot)
+{
+  const double *const inputs[] = {theta, thetad};
+  double *const outputs[] = {J_dot};
+  const ptrdiff_t input_steps[] = {6, 6}, output_steps[] = {36};
+  stewart_gough_chain_jacobian_space_dot_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_chain_jacobian_body_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {6, 6, 36};
+  static const lanes_shape shape = {2, 1, sizes};
+  CHASLES_RUN_AVX512(stewart_gough_chain_jacobian_body_dot_avx512)
+  CHASLES_RUN_AVX2(stewart_gough_chain_jacobian_body_dot_avx2)
+  CHASLES_RUN_BASELINE(stewart_gough_chain_jacobian_body_dot_baseline)
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_chain_jacobian_body_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_chain_jacobian_body_dot_batch(size_t n, const double *theta, const double *thetad, double *J_dot)
+{
+  const double *const inputs[] = {theta, thetad};
+  double *const outputs[] = {J_dot};
+  const ptrdiff_t input_steps[] = {6, 6}, output_steps[] = {36};
+  stewart_gough_chain_jacobian_body_dot_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_chain_jacobian_mixed_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {6, 6, 36};
+  static const lanes_shape shape = {2, 1, sizes};
+  CHASLES_RUN_AVX512(stewart_gough_chain_jacobian_mixed_dot_avx512)
+  CHASLES_RUN_AVX2(stewart_gough_chain_jacobian_mixed_dot_avx2)
+  CHASLES_RUN_BASELINE(stewart_gough_chain_jacobian_mixed_dot_baseline)
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_chain_jacobian_mixed_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_chain_jacobian_mixed_dot_batch(size_t n, const double *theta, const double *thetad, double *J_dot)
+{
+  const double *const inputs[] = {theta, thetad};
+  double *const outputs[] = {J_dot};
+  const ptrdiff_t input_steps[] = {6, 6}, output_steps[] = {36};
+  stewart_gough_chain_jacobian_mixed_dot_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_chain_hessian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {6, 216};
+  static const lanes_shape shape = {1, 1, sizes};
+  CHASLES_RUN_AVX512(stewart_gough_chain_hessian_mixed_avx512)
+  CHASLES_RUN_AVX2(stewart_gough_chain_hessian_mixed_avx2)
+  CHASLES_RUN_BASELINE(stewart_gough_chain_hessian_mixed_baseline)
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_chain_hessian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_chain_hessian_mixed_batch(size_t n, const double *theta, double *H)
+{
+  const double *const inputs[] = {theta};
+  double *const outputs[] = {H};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {216};
+  stewart_gough_chain_hessian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_chain_twist_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {6, 6, 6};
+  static const lanes_shape shape = {2, 1, sizes};
+  CHASLES_RUN_AVX512(stewart_gough_chain_twist_space_avx512)
+  CHASLES_RUN_AVX2(stewart_gough_chain_twist_space_avx2)
+  CHASLES_RUN_BASELINE(stewart_gough_chain_twist_space_baseline)
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_chain_twist_space(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_chain_twist_space_batch(size_t n, const double *theta, const double *thetad, double *V)
+{
+  const double *const inputs[] = {theta, thetad};
+  double *const outputs[] = {V};
+  const ptrdiff_t input_steps[] = {6, 6}, output_steps[] = {6};
+  stewart_gough_chain_twist_space_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_chain_twist_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {6, 6, 6};
+  static const lanes_shape shape = {2, 1, sizes};
+  CHASLES_RUN_AVX512(stewart_gough_chain_twist_body_avx512)
+  CHASLES_RUN_AVX2(stewart_gough_chain_twist_body_avx2)
+  CHASLES_RUN_BASELINE(stewart_gough_chain_twist_body_baseline)
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_chain_twist_body(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_chain_twist_body_batch(size_t n, const double *theta, const double *thetad, double *V)
+{
+  const double *const inputs[] = {theta, thetad};
+  double *const outputs[] = {V};
+  const ptrdiff_t input_steps[] = {6, 6}, output_steps[] = {6};
+  stewart_gough_chain_twist_body_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_chain_twist_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {6, 6, 6};
+  static const lanes_shape shape = {2, 1, sizes};
+  CHASLES_RUN_AVX512(stewart_gough_chain_twist_mixed_avx512)
+  CHASLES_RUN_AVX2(stewart_gough_chain_twist_mixed_avx2)
+  CHASLES_RUN_BASELINE(stewart_gough_chain_twist_mixed_baseline)
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_chain_twist_mixed(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_chain_twist_mixed_batch(size_t n, const double *theta, const double *thetad, double *V)
+{
+  const double *const inputs[] = {theta, thetad};
+  double *const outputs[] = {V};
+  const ptrdiff_t input_steps[] = {6, 6}, output_steps[] = {6};
+  stewart_gough_chain_twist_mixed_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_chain_acceleration_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {6, 6, 6, 6};
+  static const lanes_shape shape = {3, 1, sizes};
+  CHASLES_RUN_AVX512(stewart_gough_chain_acceleration_space_avx512)
+  CHASLES_RUN_AVX2(stewart_gough_chain_acceleration_space_avx2)
+  CHASLES_RUN_BASELINE(stewart_gough_chain_acceleration_space_baseline)
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_chain_acceleration_space(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_chain_acceleration_space_batch(size_t n, const double *theta, const double *thetad, const double *thetadd, double *A)
+{
+  const double *const inputs[] = {theta, thetad, thetadd};
+  double *const outputs[] = {A};
+  const ptrdiff_t input_steps[] = {6, 6, 6}, output_steps[] = {6};
+  stewart_gough_chain_acceleration_space_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_chain_acceleration_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {6, 6, 6, 6};
+  static const lanes_shape shape = {3, 1, sizes};
+  CHASLES_RUN_AVX512(stewart_gough_chain_acceleration_body_avx512)
+  CHASLES_RUN_AVX2(stewart_gough_chain_acceleration_body_avx2)
+  CHASLES_RUN_BASELINE(stewart_gough_chain_acceleration_body_baseline)
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_chain_acceleration_body(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_chain_acceleration_body_batch(size_t n, const double *theta, const double *thetad, const double *thetadd, double *A)
+{
+  const double *const inputs[] = {theta, thetad, thetadd};
+  double *const outputs[] = {A};
+  const ptrdiff_t input_steps[] = {6, 6, 6}, output_steps[] = {6};
+  stewart_gough_chain_acceleration_body_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_chain_acceleration_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {6, 6, 6, 6};
+  static const lanes_shape shape = {3, 1, sizes};
+  CHASLES_RUN_AVX512(stewart_gough_chain_acceleration_mixed_avx512)
+  CHASLES_RUN_AVX2(stewart_gough_chain_acceleration_mixed_avx2)
+  CHASLES_RUN_BASELINE(stewart_gough_chain_acceleration_mixed_baseline)
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_chain_acceleration_mixed(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_chain_acceleration_mixed_batch(size_t n, const double *theta, const double *thetad, const double *thetadd, double *A)
+{
+  const double *const inputs[] = {theta, thetad, thetadd};
+  double *const outputs[] = {A};
+  const ptrdiff_t input_steps[] = {6, 6, 6}, output_steps[] = {6};
+  stewart_gough_chain_acceleration_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
 /* Rows of any step, in doubles. */
@@ -495,6 +783,479 @@ void stewart_gough_ik_batch(size_t n, const double *T, double *q, double *residu
   double *const outputs[] = {q, residual, margin};
   const ptrdiff_t input_steps[] = {16}, output_steps[] = {6, 1, 1};
   stewart_gough_ik_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_closure_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {12, 6, 72};
+  static const lanes_shape shape = {1, 2, sizes};
+  CHASLES_RUN_AVX512(stewart_gough_closure_avx512)
+  CHASLES_RUN_AVX2(stewart_gough_closure_avx2)
+  CHASLES_RUN_BASELINE(stewart_gough_closure_baseline)
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_closure(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
+  }
+}
+
+void stewart_gough_closure_batch(size_t n, const double *w, double *residual, double *residual_D_w)
+{
+  const double *const inputs[] = {w};
+  double *const outputs[] = {residual, residual_D_w};
+  const ptrdiff_t input_steps[] = {12}, output_steps[] = {6, 72};
+  stewart_gough_closure_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_closure_D_w_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {12, 12, 72};
+  static const lanes_shape shape = {2, 1, sizes};
+  CHASLES_RUN_AVX512(stewart_gough_closure_D_w_dot_avx512)
+  CHASLES_RUN_AVX2(stewart_gough_closure_D_w_dot_avx2)
+  CHASLES_RUN_BASELINE(stewart_gough_closure_D_w_dot_baseline)
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_closure_D_w_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_closure_D_w_dot_batch(size_t n, const double *w, const double *wd, double *residual_D_w_dot)
+{
+  const double *const inputs[] = {w, wd};
+  double *const outputs[] = {residual_D_w_dot};
+  const ptrdiff_t input_steps[] = {12, 12}, output_steps[] = {72};
+  stewart_gough_closure_D_w_dot_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_chain_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_chain(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_chain_batch(size_t n, const double *q, double *theta)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {theta};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {6};
+  stewart_gough_chain_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_chain_D_q_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_chain_D_q(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_chain_D_q_batch(size_t n, const double *q, double *theta_D_q)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {theta_D_q};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {36};
+  stewart_gough_chain_D_q_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_chain_rates_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_chain_rates(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_chain_rates_batch(size_t n, const double *q, const double *qd, double *thetad)
+{
+  const double *const inputs[] = {q, qd};
+  double *const outputs[] = {thetad};
+  const ptrdiff_t input_steps[] = {6, 6}, output_steps[] = {6};
+  stewart_gough_chain_rates_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_chain_accelerations_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_chain_accelerations(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_chain_accelerations_batch(size_t n, const double *q, const double *qd, const double *qdd, double *thetadd)
+{
+  const double *const inputs[] = {q, qd, qdd};
+  double *const outputs[] = {thetadd};
+  const ptrdiff_t input_steps[] = {6, 6, 6}, output_steps[] = {6};
+  stewart_gough_chain_accelerations_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_configuration_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_configuration(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_configuration_batch(size_t n, const double *q, double *z)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {z};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {12};
+  stewart_gough_configuration_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_configuration_D_q_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_configuration_D_q(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_configuration_D_q_batch(size_t n, const double *q, double *z_D_q)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {z_D_q};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {72};
+  stewart_gough_configuration_D_q_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_fk_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_fk(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_fk_batch(size_t n, const double *q, double *T_0_ee)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {T_0_ee};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {16};
+  stewart_gough_fk_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_link_poses_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_link_poses(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_link_poses_batch(size_t n, const double *q, double *T)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {T};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {96};
+  stewart_gough_link_poses_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_fk_jacobian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_fk_jacobian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
+  }
+}
+
+void stewart_gough_fk_jacobian_mixed_batch(size_t n, const double *q, double *T_0_ee, double *J)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {T_0_ee, J};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {16, 36};
+  stewart_gough_fk_jacobian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_jacobian_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_jacobian_space(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_jacobian_space_batch(size_t n, const double *q, double *J)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {J};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {36};
+  stewart_gough_jacobian_space_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_jacobian_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_jacobian_body(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_jacobian_body_batch(size_t n, const double *q, double *J)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {J};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {36};
+  stewart_gough_jacobian_body_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_jacobian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_jacobian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_jacobian_mixed_batch(size_t n, const double *q, double *J)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {J};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {36};
+  stewart_gough_jacobian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_jacobian_space_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_jacobian_space_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_jacobian_space_dot_batch(size_t n, const double *q, const double *qd, double *J_dot)
+{
+  const double *const inputs[] = {q, qd};
+  double *const outputs[] = {J_dot};
+  const ptrdiff_t input_steps[] = {6, 6}, output_steps[] = {36};
+  stewart_gough_jacobian_space_dot_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_jacobian_body_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_jacobian_body_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_jacobian_body_dot_batch(size_t n, const double *q, const double *qd, double *J_dot)
+{
+  const double *const inputs[] = {q, qd};
+  double *const outputs[] = {J_dot};
+  const ptrdiff_t input_steps[] = {6, 6}, output_steps[] = {36};
+  stewart_gough_jacobian_body_dot_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_jacobian_mixed_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_jacobian_mixed_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_jacobian_mixed_dot_batch(size_t n, const double *q, const double *qd, double *J_dot)
+{
+  const double *const inputs[] = {q, qd};
+  double *const outputs[] = {J_dot};
+  const ptrdiff_t input_steps[] = {6, 6}, output_steps[] = {36};
+  stewart_gough_jacobian_mixed_dot_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_hessian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_hessian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_hessian_mixed_batch(size_t n, const double *q, double *H)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {H};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {216};
+  stewart_gough_hessian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_twist_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_twist_space(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_twist_space_batch(size_t n, const double *q, const double *qd, double *V)
+{
+  const double *const inputs[] = {q, qd};
+  double *const outputs[] = {V};
+  const ptrdiff_t input_steps[] = {6, 6}, output_steps[] = {6};
+  stewart_gough_twist_space_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_twist_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_twist_body(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_twist_body_batch(size_t n, const double *q, const double *qd, double *V)
+{
+  const double *const inputs[] = {q, qd};
+  double *const outputs[] = {V};
+  const ptrdiff_t input_steps[] = {6, 6}, output_steps[] = {6};
+  stewart_gough_twist_body_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_twist_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_twist_mixed(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_twist_mixed_batch(size_t n, const double *q, const double *qd, double *V)
+{
+  const double *const inputs[] = {q, qd};
+  double *const outputs[] = {V};
+  const ptrdiff_t input_steps[] = {6, 6}, output_steps[] = {6};
+  stewart_gough_twist_mixed_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_acceleration_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_acceleration_space(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_acceleration_space_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A)
+{
+  const double *const inputs[] = {q, qd, qdd};
+  double *const outputs[] = {A};
+  const ptrdiff_t input_steps[] = {6, 6, 6}, output_steps[] = {6};
+  stewart_gough_acceleration_space_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_acceleration_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_acceleration_body(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_acceleration_body_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A)
+{
+  const double *const inputs[] = {q, qd, qdd};
+  double *const outputs[] = {A};
+  const ptrdiff_t input_steps[] = {6, 6, 6}, output_steps[] = {6};
+  stewart_gough_acceleration_body_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_acceleration_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_acceleration_mixed(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_acceleration_mixed_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A)
+{
+  const double *const inputs[] = {q, qd, qdd};
+  double *const outputs[] = {A};
+  const ptrdiff_t input_steps[] = {6, 6, 6}, output_steps[] = {6};
+  stewart_gough_acceleration_mixed_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_margin_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_margin(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_margin_batch(size_t n, const double *q, double *margin)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {margin};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {1};
+  stewart_gough_margin_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_configuration_near_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_configuration_near(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_configuration_near_batch(size_t n, const double *q, const double *seed, double *z)
+{
+  const double *const inputs[] = {q, seed};
+  double *const outputs[] = {z};
+  const ptrdiff_t input_steps[] = {6, 12}, output_steps[] = {12};
+  stewart_gough_configuration_near_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_fk_near_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_fk_near(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
+  }
+}
+
+void stewart_gough_fk_near_batch(size_t n, const double *q, const double *seed, double *T_0_ee, double *z)
+{
+  const double *const inputs[] = {q, seed};
+  double *const outputs[] = {T_0_ee, z};
+  const ptrdiff_t input_steps[] = {6, 12}, output_steps[] = {16, 12};
+  stewart_gough_fk_near_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
 /* Rows of any step, in doubles. */

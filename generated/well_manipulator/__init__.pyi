@@ -439,7 +439,7 @@ def chain_all(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """All branches of the loops' solution, NaN where a branch does not close.
 
-    branches: left, left, left, left; left, left, left, right; left, left, right, left; left, left, right, right; left, right, left, left; left, right, left, right; left, right, right, left; left, right, right, right; right, left, left, left; right, left, left, right; right, left, right, left; right, left, right, right; right, right, left, left; right, right, left, right; right, right, right, left; right, right, right, right
+    branches: cylinder_1 left, cylinder_2 left, cylinder_3 left, cylinder_4 left; cylinder_1 left, cylinder_2 left, cylinder_3 left, cylinder_4 right; cylinder_1 left, cylinder_2 left, cylinder_3 right, cylinder_4 left; cylinder_1 left, cylinder_2 left, cylinder_3 right, cylinder_4 right; cylinder_1 left, cylinder_2 right, cylinder_3 left, cylinder_4 left; cylinder_1 left, cylinder_2 right, cylinder_3 left, cylinder_4 right; cylinder_1 left, cylinder_2 right, cylinder_3 right, cylinder_4 left; cylinder_1 left, cylinder_2 right, cylinder_3 right, cylinder_4 right; cylinder_1 right, cylinder_2 left, cylinder_3 left, cylinder_4 left; cylinder_1 right, cylinder_2 left, cylinder_3 left, cylinder_4 right; cylinder_1 right, cylinder_2 left, cylinder_3 right, cylinder_4 left; cylinder_1 right, cylinder_2 left, cylinder_3 right, cylinder_4 right; cylinder_1 right, cylinder_2 right, cylinder_3 left, cylinder_4 left; cylinder_1 right, cylinder_2 right, cylinder_3 left, cylinder_4 right; cylinder_1 right, cylinder_2 right, cylinder_3 right, cylinder_4 left; cylinder_1 right, cylinder_2 right, cylinder_3 right, cylinder_4 right
 
     Args:
         q (..., 7): actuator coordinates (rad or m).
@@ -520,6 +520,24 @@ def actuator_accelerations(
 
     Returns:
         qdd (..., 7): actuator accelerations (rad or m/s^2).
+    """
+
+def actuators_all(
+    theta: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """All branches of the loops' solution, NaN where a branch does not close.
+
+    branches: the only one
+
+    Args:
+        theta (..., 7): joints of the main chain (rad or m).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        q (..., 1, 7): one branch a row (rad or m).
+        margin (..., 1, 1): margins of each branch (1).
     """
 
 def constraint(

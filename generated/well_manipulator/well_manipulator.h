@@ -23,21 +23,21 @@ extern "C" {
 
 /* Pose of the tool (R) in the base frame (0).
  * T_0_R = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_R, theta = chain(q)
- * 182 operations: multiply 100, add 73, negate 3, trig 2, other 4.
+ * 192 operations: multiply 100, add 75, negate 3, trig 2, other 12.
  *   q: actuator coordinates, 7 (rad or m)
  *   T_0_R: pose of the tool, 4 x 4 (1, m) */
 void well_manipulator_fk(const double q[7], double T_0_R[16]);
 
 /* Pose of every link's frame in the base frame, in order from the base.
  * T[k] is the pose of link k of: arm_1, arm_2, arm_3, arm_4, arm_5, arm_6, arm_7
- * 253 operations: multiply 143, add 95, negate 9, trig 2, other 4.
+ * 264 operations: multiply 143, add 97, negate 10, trig 2, other 12.
  *   q: actuator coordinates, 7 (rad or m)
  *   T: link poses, 7 x 4 x 4 (1, m) */
 void well_manipulator_link_poses(const double q[7], double T[112]);
 
 /* Pose of the tool and mixed Jacobian in one call.
  * (fk(q), jacobian_mixed(q))
- * 239 operations: multiply 140, add 75, negate 14, trig 2, other 8.
+ * 247 operations: multiply 140, add 77, negate 12, trig 2, other 16.
  *   q: actuator coordinates, 7 (rad or m)
  *   T_0_R: pose of the tool, 4 x 4 (1, m)
  *   J: mixed Jacobian, 6 x 7 (m, 1) */
@@ -45,28 +45,28 @@ void well_manipulator_fk_jacobian_mixed(const double q[7], double T_0_R[16], dou
 
 /* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
- * 182 operations: multiply 106, add 58, negate 8, trig 2, other 8.
+ * 195 operations: multiply 106, add 59, negate 12, trig 2, other 16.
  *   q: actuator coordinates, 7 (rad or m)
  *   J: space Jacobian, 6 x 7 (m, 1) */
 void well_manipulator_jacobian_space(const double q[7], double J[42]);
 
 /* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
- * 237 operations: multiply 130, add 84, negate 15, other 8.
+ * 244 operations: multiply 130, add 86, negate 12, other 16.
  *   q: actuator coordinates, 7 (rad or m)
  *   J: body Jacobian, 6 x 7 (m, 1) */
 void well_manipulator_jacobian_body(const double q[7], double J[42]);
 
 /* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
- * 231 operations: multiply 136, add 74, negate 11, trig 2, other 8.
+ * 239 operations: multiply 136, add 76, negate 9, trig 2, other 16.
  *   q: actuator coordinates, 7 (rad or m)
  *   J: mixed Jacobian, 6 x 7 (m, 1) */
 void well_manipulator_jacobian_mixed(const double q[7], double J[42]);
 
 /* Time derivative of jacobian_space at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- * 394 operations: multiply 229, add 128, negate 12, trig 2, other 23.
+ * 406 operations: multiply 229, add 129, negate 15, trig 2, other 31.
  *   q: actuator coordinates, 7 (rad or m)
  *   qd: actuator rates, 7 (rad or m/s)
  *   J_dot: rate of the Jacobian, 6 x 7 (m/s, 1/s) */
@@ -74,7 +74,7 @@ void well_manipulator_jacobian_space_dot(const double q[7], const double qd[7], 
 
 /* Time derivative of jacobian_body at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- * 349 operations: multiply 194, add 118, negate 14, other 23.
+ * 356 operations: multiply 194, add 120, negate 11, other 31.
  *   q: actuator coordinates, 7 (rad or m)
  *   qd: actuator rates, 7 (rad or m/s)
  *   J_dot: rate of the Jacobian, 6 x 7 (m/s, 1/s) */
@@ -82,7 +82,7 @@ void well_manipulator_jacobian_body_dot(const double q[7], const double qd[7], d
 
 /* Time derivative of jacobian_mixed at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- * 473 operations: multiply 274, add 157, negate 16, trig 2, other 24.
+ * 481 operations: multiply 274, add 159, negate 14, trig 2, other 32.
  *   q: actuator coordinates, 7 (rad or m)
  *   qd: actuator rates, 7 (rad or m/s)
  *   J_dot: rate of the Jacobian, 6 x 7 (m/s, 1/s) */
@@ -90,14 +90,14 @@ void well_manipulator_jacobian_mixed_dot(const double q[7], const double qd[7], 
 
 /* Derivative of jacobian_mixed by the joint coordinates.
  * H[:, j, k] = d jacobian_mixed[:, j] / d q_k
- * 488 operations: multiply 291, add 100, negate 75, trig 2, other 20.
+ * 488 operations: multiply 291, add 102, negate 65, trig 2, other 28.
  *   q: actuator coordinates, 7 (rad or m)
  *   H: Hessian, 6 x 7 x 7 (m, 1) */
 void well_manipulator_hessian_mixed(const double q[7], double H[294]);
 
 /* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
  * V = jacobian_space(q) qd
- * 205 operations: multiply 116, add 78, negate 1, trig 2, other 8.
+ * 214 operations: multiply 116, add 79, negate 1, trig 2, other 16.
  *   q: actuator coordinates, 7 (rad or m)
  *   qd: actuator rates, 7 (rad or m/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
@@ -105,7 +105,7 @@ void well_manipulator_twist_space(const double q[7], const double qd[7], double 
 
 /* Twist (v, omega) of the tool's origin, in tool axes.
  * V = jacobian_body(q) qd
- * 249 operations: multiply 141, add 97, negate 3, other 8.
+ * 258 operations: multiply 141, add 99, negate 2, other 16.
  *   q: actuator coordinates, 7 (rad or m)
  *   qd: actuator rates, 7 (rad or m/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
@@ -113,7 +113,7 @@ void well_manipulator_twist_body(const double q[7], const double qd[7], double V
 
 /* Twist (v, omega) of the tool's origin, in base axes.
  * V = jacobian_mixed(q) qd
- * 257 operations: multiply 148, add 97, negate 2, trig 2, other 8.
+ * 266 operations: multiply 148, add 99, negate 1, trig 2, other 16.
  *   q: actuator coordinates, 7 (rad or m)
  *   qd: actuator rates, 7 (rad or m/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
@@ -121,7 +121,7 @@ void well_manipulator_twist_mixed(const double q[7], const double qd[7], double 
 
 /* Time derivative of twist_space at rates qd and accelerations qdd.
  * A = jacobian_space(q) qdd + jacobian_space_dot(q, qd) qd
- * 434 operations: multiply 250, add 161, negate 1, trig 2, other 20.
+ * 443 operations: multiply 250, add 162, negate 1, trig 2, other 28.
  *   q: actuator coordinates, 7 (rad or m)
  *   qd: actuator rates, 7 (rad or m/s)
  *   qdd: actuator accelerations, 7 (rad or m/s^2)
@@ -130,7 +130,7 @@ void well_manipulator_acceleration_space(const double q[7], const double qd[7], 
 
 /* Time derivative of twist_body at rates qd and accelerations qdd.
  * A = jacobian_body(q) qdd + jacobian_body_dot(q, qd) qd
- * 380 operations: multiply 216, add 142, negate 2, other 20.
+ * 389 operations: multiply 216, add 144, negate 1, other 28.
  *   q: actuator coordinates, 7 (rad or m)
  *   qd: actuator rates, 7 (rad or m/s)
  *   qdd: actuator accelerations, 7 (rad or m/s^2)
@@ -139,7 +139,7 @@ void well_manipulator_acceleration_body(const double q[7], const double qd[7], c
 
 /* Time derivative of twist_mixed at rates qd and accelerations qdd.
  * A = jacobian_mixed(q) qdd + jacobian_mixed_dot(q, qd) qd
- * 517 operations: multiply 298, add 195, negate 2, trig 2, other 20.
+ * 526 operations: multiply 298, add 197, negate 1, trig 2, other 28.
  *   q: actuator coordinates, 7 (rad or m)
  *   qd: actuator rates, 7 (rad or m/s)
  *   qdd: actuator accelerations, 7 (rad or m/s^2)
@@ -148,21 +148,21 @@ void well_manipulator_acceleration_mixed(const double q[7], const double qd[7], 
 
 /* Joints of the main chain, angles between -pi and pi.
  * theta = (theta1, theta2, theta3, l_HI, theta5, l_MN, theta7), with every loop closed
- * 101 operations: multiply 52, add 38, negate 3, trig 4, other 4.
+ * 108 operations: multiply 52, add 40, trig 4, other 12.
  *   q: actuator coordinates, 7 (rad or m)
  *   theta: main chain, 7 (rad or m) */
 void well_manipulator_chain(const double q[7], double theta[7]);
 
 /* Derivative of the main chain's joints by the actuated coordinates.
  * chain_D_q[:, k] = d chain / d q_k
- * 32 operations: multiply 12, add 8, negate 4, other 8.
+ * 40 operations: multiply 12, add 8, negate 4, other 16.
  *   q: actuator coordinates, 7 (rad or m)
  *   theta_D_q: derivative, 7 x 7 (1, m, 1/m) */
 void well_manipulator_chain_D_q(const double q[7], double theta_D_q[49]);
 
 /* Joint rates of the main chain.
  * thetad = chain_D_q(q) qd
- * 36 operations: multiply 16, add 8, negate 4, other 8.
+ * 44 operations: multiply 16, add 8, negate 4, other 16.
  *   q: actuator coordinates, 7 (rad or m)
  *   qd: actuator rates, 7 (rad or m/s)
  *   thetad: rates of the main chain, 7 (rad or m/s) */
@@ -170,7 +170,7 @@ void well_manipulator_chain_rates(const double q[7], const double qd[7], double 
 
 /* Joint accelerations of the main chain.
  * thetadd = chain_D_q(q) qdd + d/dt chain_D_q(q) qd
- * 92 operations: multiply 52, add 20, negate 4, other 16.
+ * 100 operations: multiply 52, add 20, negate 4, other 24.
  *   q: actuator coordinates, 7 (rad or m)
  *   qd: actuator rates, 7 (rad or m/s)
  *   qdd: actuator accelerations, 7 (rad or m/s^2)
@@ -179,14 +179,14 @@ void well_manipulator_chain_accelerations(const double q[7], const double qd[7],
 
 /* Passive joints that are not in the main chain, angles between -pi and pi.
  * passive = (theta8, theta9, theta10, theta11), with every loop closed
- * 75 operations: multiply 36, add 22, negate 1, trig 4, other 12.
+ * 85 operations: multiply 36, add 24, negate 1, trig 4, other 20.
  *   q: actuator coordinates, 7 (rad or m)
  *   passive: passive joints, 4 (rad or m) */
 void well_manipulator_passive(const double q[7], double passive[4]);
 
 /* Derivative of the passive joints by the actuated coordinates.
  * passive_D_q[:, k] = d passive / d q_k
- * 101 operations: multiply 48, add 34, negate 3, other 16.
+ * 111 operations: multiply 48, add 36, negate 3, other 24.
  *   q: actuator coordinates, 7 (rad or m)
  *   passive_D_q: derivative, 4 x 7 (1, m, 1/m) */
 void well_manipulator_passive_D_q(const double q[7], double passive_D_q[28]);
@@ -194,25 +194,33 @@ void well_manipulator_passive_D_q(const double q[7], double passive_D_q[28]);
 /* All joints, swings and cylinder lengths, angles between -pi and pi.
  * z = (theta1, theta2, theta3, l_HI, theta5, l_MN, theta7, cylinder_1, theta8, cylinder_2, theta9,
  * cylinder_3, theta10, cylinder_4, theta11), constraint(z) = 0
- * 122 operations: multiply 60, add 38, negate 4, trig 8, other 12.
+ * 129 operations: multiply 60, add 40, negate 1, trig 8, other 20.
  *   q: actuator coordinates, 7 (rad or m)
  *   z: full configuration, 15 (rad or m) */
 void well_manipulator_configuration(const double q[7], double z[15]);
 
 /* Margin of each step of the loops' solution, zero at its dead point.
  * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
- * 24 operations: multiply 12, add 8, other 4.
+ * 32 operations: multiply 12, add 8, other 12.
  *   q: actuator coordinates, 7 (rad or m)
  *   margin: margins, 4 (1) */
 void well_manipulator_margin(const double q[7], double margin[4]);
 
 /* All branches of the loops' solution, NaN where a branch does not close.
- * branches: left, left, left, left; left, left, left, right; left, left, right, left; left, left,
- * right, right; left, right, left, left; left, right, left, right; left, right, right, left; left,
- * right, right, right; right, left, left, left; right, left, left, right; right, left, right,
- * left; right, left, right, right; right, right, left, left; right, right, left, right; right,
- * right, right, left; right, right, right, right
- * 164 operations: multiply 80, add 62, negate 6, trig 8, other 8.
+ * branches: cylinder_1 left, cylinder_2 left, cylinder_3 left, cylinder_4 left; cylinder_1 left,
+ * cylinder_2 left, cylinder_3 left, cylinder_4 right; cylinder_1 left, cylinder_2 left, cylinder_3
+ * right, cylinder_4 left; cylinder_1 left, cylinder_2 left, cylinder_3 right, cylinder_4 right;
+ * cylinder_1 left, cylinder_2 right, cylinder_3 left, cylinder_4 left; cylinder_1 left, cylinder_2
+ * right, cylinder_3 left, cylinder_4 right; cylinder_1 left, cylinder_2 right, cylinder_3 right,
+ * cylinder_4 left; cylinder_1 left, cylinder_2 right, cylinder_3 right, cylinder_4 right;
+ * cylinder_1 right, cylinder_2 left, cylinder_3 left, cylinder_4 left; cylinder_1 right,
+ * cylinder_2 left, cylinder_3 left, cylinder_4 right; cylinder_1 right, cylinder_2 left,
+ * cylinder_3 right, cylinder_4 left; cylinder_1 right, cylinder_2 left, cylinder_3 right,
+ * cylinder_4 right; cylinder_1 right, cylinder_2 right, cylinder_3 left, cylinder_4 left;
+ * cylinder_1 right, cylinder_2 right, cylinder_3 left, cylinder_4 right; cylinder_1 right,
+ * cylinder_2 right, cylinder_3 right, cylinder_4 left; cylinder_1 right, cylinder_2 right,
+ * cylinder_3 right, cylinder_4 right
+ * 168 operations: multiply 80, add 64, trig 8, other 16.
  *   q: actuator coordinates, 7 (rad or m)
  *   theta: one branch a row, 16 x 7 (rad or m)
  *   margin: margins of each branch, 16 x 4 (1) */
@@ -227,7 +235,7 @@ void well_manipulator_actuators(const double theta[7], double q[7]);
 
 /* Derivative of the actuated coordinates by the main chain's joints.
  * actuators_D_chain[:, k] = d actuators / d theta_k
- * 91 operations: multiply 44, add 31, trig 8, other 8.
+ * 89 operations: multiply 44, add 29, trig 8, other 8.
  *   theta: joints of the main chain, 7 (rad or m)
  *   q_D_theta: derivative, 7 x 7 (1, m, 1/m) */
 void well_manipulator_actuators_D_chain(const double theta[7], double q_D_theta[49]);
@@ -249,6 +257,14 @@ void well_manipulator_actuator_rates(const double theta[7], const double thetad[
  *   qdd: actuator accelerations, 7 (rad or m/s^2) */
 void well_manipulator_actuator_accelerations(const double theta[7], const double thetad[7], const double thetadd[7], double qdd[7]);
 
+/* All branches of the loops' solution, NaN where a branch does not close.
+ * branches: the only one
+ * 56 operations: multiply 24, add 20, trig 8, other 4.
+ *   theta: joints of the main chain, 7 (rad or m)
+ *   q: one branch a row, 1 x 7 (rad or m)
+ *   margin: margins of each branch, 1 x 1 (1) */
+void well_manipulator_actuators_all(const double theta[7], double q[7], double margin[1]);
+
 /* Residuals of the loop closure equations, zero where the loops are closed.
  * independent scalar equations of each loop: cylinder_1 (2), cylinder_2 (2), cylinder_3 (2),
  * cylinder_4 (2)
@@ -266,7 +282,7 @@ void well_manipulator_constraint_D_z(const double z[15], double residual_D_z[120
 
 /* Time derivative of the constraint Jacobian.
  * constraint_D_z(z) zdd + constraint_D_z_dot(z, zd) zd = 0
- * 91 operations: multiply 48, add 16, negate 11, trig 16.
+ * 88 operations: multiply 48, add 16, negate 8, trig 16.
  *   z: full configuration, 15 ((rad or m))
  *   zd: rates of the full configuration, 15 ((rad or m)/s)
  *   residual_D_z_dot: rate of the constraint Jacobian, 8 x 15 (1/s, m/s, 1/(m s)) */
@@ -274,7 +290,7 @@ void well_manipulator_constraint_D_z_dot(const double z[15], const double zd[15]
 
 /* Every solution of the inverse kinematics, in 2 slots.
  * fk(q[k]) = T wherever residual[k] is rounding
- * 653 operations: multiply 332, add 276, trig 3, other 42.
+ * 670 operations: multiply 332, add 279, trig 3, other 56.
  *   T: pose of the tool, T_0_R, 4 x 4 (1, m)
  *   l_HI: the value of l_HI, which is given,  (m)
  *   l_MN: the value of l_MN, which is given,  (m)

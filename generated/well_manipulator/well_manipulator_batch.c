@@ -786,6 +786,30 @@ void well_manipulator_actuator_accelerations_batch(size_t n, const double *theta
 }
 
 /* Rows of any step, in doubles. */
+static void well_manipulator_actuators_all_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {7, 7, 1};
+  static const lanes_shape shape = {1, 2, sizes};
+  CHASLES_RUN_AVX512(well_manipulator_actuators_all_avx512)
+  CHASLES_RUN_AVX2(well_manipulator_actuators_all_avx2)
+  CHASLES_RUN_BASELINE(well_manipulator_actuators_all_baseline)
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    well_manipulator_actuators_all(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
+  }
+}
+
+void well_manipulator_actuators_all_batch(size_t n, const double *theta, double *q, double *margin)
+{
+  const double *const inputs[] = {theta};
+  double *const outputs[] = {q, margin};
+  const ptrdiff_t input_steps[] = {7}, output_steps[] = {7, 1};
+  well_manipulator_actuators_all_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
 static void well_manipulator_constraint_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {

@@ -40,6 +40,7 @@ void well_manipulator_actuators_batch(size_t n, const double *theta, double *q);
 void well_manipulator_actuators_D_chain_batch(size_t n, const double *theta, double *q_D_theta);
 void well_manipulator_actuator_rates_batch(size_t n, const double *theta, const double *thetad, double *qd);
 void well_manipulator_actuator_accelerations_batch(size_t n, const double *theta, const double *thetad, const double *thetadd, double *qdd);
+void well_manipulator_actuators_all_batch(size_t n, const double *theta, double *q, double *margin);
 void well_manipulator_constraint_batch(size_t n, const double *z, double *residual);
 void well_manipulator_constraint_D_z_batch(size_t n, const double *z, double *residual_D_z);
 void well_manipulator_constraint_D_z_dot_batch(size_t n, const double *z, const double *zd, double *residual_D_z_dot);

@@ -8,7 +8,7 @@ from ...terms.symbolic_function import Table, WrittenFunction
 from .expressions import WIDTH, number
 from .header import notice, own_copy, signature, support
 
-CIRCLE = ("chasles_circle_roots.h", "chasles_circle_tolerances.h")
+CIRCLE = ("chasles_circle_roots.h", "chasles_circle_tolerances.h", "chasles_vectors.h")
 GENERAL = (
     *CIRCLE,
     "chasles_general_back.h",
@@ -18,6 +18,7 @@ GENERAL = (
     "chasles_general_roots.h",
     "chasles_general_solutions.h",
     "chasles_general_tolerances.h",
+    "chasles_general_vectors.h",
     "chasles_solve_six.h",
 )
 HEXAPOD = (

@@ -10,7 +10,8 @@
  * its real roots are isolated (chasles_general_roots.h), and give the other joints
  * (chasles_general_back.h). Newton's steps on the pose end it (chasles_general_newton.h). One such
  * order of the joints is a split; where it fails, others and poses nearby are tried
- * (chasles_general_solutions.h). No allocation, no state, libm alone.
+ * (chasles_general_solutions.h). All of this is computed in vectors, of samples, roots or solutions
+ * (chasles_general_vectors.h). No allocation, no state, libm alone.
  */
 #ifndef CHASLES_GENERAL_EQUATIONS_H
 #define CHASLES_GENERAL_EQUATIONS_H

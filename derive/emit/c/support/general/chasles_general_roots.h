@@ -13,7 +13,9 @@
 #include "chasles_general_determinant.h"
 
 #define CHASLES_SAMPLES 24
-#define CHASLES_MOST_STARTS (3 * CHASLES_MOST_ROOTS)
+#define CHASLES_HALF (CHASLES_SAMPLES / 2)
+/* Samples of a cell, at Chebyshev's nodes. */
+#define CHASLES_NODES 12
 
 /* The polynomial from the determinant's samples. */
 static void chasles_general_interpolated(const chasles_general_system *system,
@@ -21,7 +23,7 @@ static void chasles_general_interpolated(const chasles_general_system *system,
 {
     const double *cosine = chasles_circle_cosine;
     double values[CHASLES_SAMPLES];
-    chasles_general_lanes R[6][6], c, s, determinant;
+    chasles_vector R[6][6], c, s, determinant;
     for (int from = 0; from < CHASLES_SAMPLES; from += CHASLES_LANES) {
         for (int l = 0; l < CHASLES_LANES; l++) {
             c[l] = cosine[4 * (from + l)];
@@ -31,13 +33,19 @@ static void chasles_general_interpolated(const chasles_general_system *system,
         memcpy(values + from, &determinant, sizeof determinant);
     }
     series->most = series->noise = 0.0;
-    for (int m = 0; m <= CHASLES_SAMPLES / 2; m++) {
+    double even[CHASLES_HALF + 1], odd[CHASLES_HALF + 1];
+    for (int k = 0; k <= CHASLES_HALF; k++) {
+        const double other = k % CHASLES_HALF ? values[CHASLES_SAMPLES - k] : 0.0;
+        even[k] = values[k] + other;
+        odd[k] = values[k] - other;
+    }
+    CHASLES_UNROLL
+    for (int m = 0; m <= CHASLES_HALF; m++) {
         double a = 0.0, b = 0.0;
-        for (int k = 0, at = 0; k < CHASLES_SAMPLES; k++) {
-            a += values[k] * cosine[at];
-            b += values[k] * cosine[at + 72];
-            at += 4 * m;
-            at -= at >= CHASLES_CELLS ? CHASLES_CELLS : 0;
+        CHASLES_UNROLL
+        for (int k = 0; k <= CHASLES_HALF; k++) {
+            a += even[k] * cosine[4 * k * m % CHASLES_CELLS];
+            b += odd[k] * cosine[4 * k * m % CHASLES_CELLS + 72];
         }
         a *= 2.0 / CHASLES_SAMPLES, b *= 2.0 / CHASLES_SAMPLES;
         const double size = fabs(a) > fabs(b) ? fabs(a) : fabs(b);
@@ -56,25 +64,24 @@ static void chasles_general_interpolated(const chasles_general_system *system,
 static void chasles_general_sampled(const void *source, chasles_circle_part *part)
 {
     const chasles_general_system *system = (const chasles_general_system *)source;
-    double values[2 * CHASLES_LANES], terms[CHASLES_TERMS][CHASLES_TERMS] = {{0.0}};
-    chasles_general_lanes R[6][6], c, s, determinant;
-    for (int from = 0; from < 2; from++) {
+    double values[CHASLES_NODES + CHASLES_LANES], terms[CHASLES_TERMS][CHASLES_TERMS] = {{0.0}};
+    chasles_vector R[6][6], c, s, determinant;
+    for (int from = 0; from < CHASLES_NODES; from += CHASLES_LANES) {
         for (int l = 0; l < CHASLES_LANES; l++) {
-            const double z =
-                chasles_circle_cosine[(4 * (CHASLES_LANES * from + l) + 2) % CHASLES_CELLS];
+            const double z = chasles_circle_cosine[(4 * (from + l) + 2) % CHASLES_CELLS];
             c[l] = cos(part->from + part->radius * z);
             s[l] = sin(part->from + part->radius * z);
         }
         chasles_general_factored(system, &c, &s, R, &determinant);
-        memcpy(values + CHASLES_LANES * from, &determinant, sizeof determinant);
+        memcpy(values + from, &determinant, sizeof determinant);
     }
-    /* Chebyshev's polynomials, from twelve nodes; then powers of z. */
+    /* Chebyshev's polynomials; then powers of z. */
     memset(part->t, 0, sizeof part->t);
     terms[0][0] = terms[1][1] = 1.0;
     part->noise = 0.0;
-    for (int k = 0; k < 12; k++) {
+    for (int k = 0; k < CHASLES_NODES; k++) {
         double sum = 0.0;
-        for (int i = 0; i < 12; i++)
+        for (int i = 0; i < CHASLES_NODES; i++)
             sum += values[i] * chasles_circle_cosine[k * (4 * i + 2) % CHASLES_CELLS] /
                    (k > 0 ? 6.0 : 12.0);
         if (k > CHASLES_TERMS - 3)

@@ -1,0 +1,375 @@
+/* Every assembly mode of a platform on six rods; part of chasles, the same for every such robot.
+ *
+ * All complex poses are known for rods that the table starts from. Their paths lead to the complex
+ * poses for the rods that are given, of which the real ones are the modes.
+ */
+#ifndef CHASLES_HEXAPOD_H
+#define CHASLES_HEXAPOD_H
+
+#include <float.h>
+
+#include "chasles_hexapod_paths.h"
+#include "chasles_solve_six.h"
+
+/* Newton's steps on the lengths of the rods; at a double solution each halves the error. */
+#define CHASLES_MODE_STEPS 40
+
+typedef struct {
+    /* Rods of a pose of the actuators: their ends apart from the platform, and their lengths. */
+    void (*rods)(const double *q, double *a, double *l);
+    double size;      /* of the platform, metre */
+    double origin[3]; /* of a, and of b below, in parts of the size */
+    double middle[3];
+    int axis[3];    /* of the angles of theta, in order */
+    int moves;      /* whether the rods' ends apart from the platform move */
+    int paths;      /* as many as there are complex poses, and slots */
+    double b[6][3]; /* ends on the platform; with all below in parts of the size */
+    chasles_hexapod_number a[6][3], c[6];
+    chasles_hexapod_number starts[CHASLES_MOST_PATHS][CHASLES_SOMA];
+} chasles_hexapod_platform;
+
+/* The rods of given actuators, in parts of the platform's size. */
+typedef struct {
+    double a[6][3], l[6];
+} chasles_hexapod_rods;
+
+/* A real pose: a quaternion of length 1, and the position. */
+typedef struct {
+    double e[4], p[3], margin;
+} chasles_hexapod_mode;
+
+static void chasles_hexapod_product(const double *x, const double *y, double *xy)
+{
+    xy[0] = x[0] * y[0] - x[1] * y[1] - x[2] * y[2] - x[3] * y[3];
+    xy[1] = x[0] * y[1] + x[1] * y[0] + x[2] * y[3] - x[3] * y[2];
+    xy[2] = x[0] * y[2] - x[1] * y[3] + x[2] * y[0] + x[3] * y[1];
+    xy[3] = x[0] * y[3] + x[1] * y[2] - x[2] * y[1] + x[3] * y[0];
+}
+
+static void chasles_hexapod_rotation(const double *e, double (*R)[3])
+{
+    const double w = e[0], x = e[1], y = e[2], z = e[3];
+    R[0][0] = w * w + x * x - y * y - z * z, R[0][1] = 2.0 * (x * y - w * z);
+    R[1][1] = w * w - x * x + y * y - z * z, R[1][0] = 2.0 * (x * y + w * z);
+    R[2][2] = w * w - x * x - y * y + z * z, R[0][2] = 2.0 * (x * z + w * y);
+    R[2][0] = 2.0 * (x * z - w * y), R[1][2] = 2.0 * (y * z - w * x),
+    R[2][1] = 2.0 * (y * z + w * x);
+}
+
+/* 1 - |<x, y>|^2 for vectors of length 1, of y's conjugate if asked for, without cancellation. */
+static double chasles_hexapod_apart(const chasles_hexapod_number *x,
+                                    const chasles_hexapod_number *y, int conjugate)
+{
+    double re = 0.0, im = 0.0, sum = 0.0;
+    const double sign = conjugate ? -1.0 : 1.0;
+    for (int k = 0; k < CHASLES_SOMA; k++) {
+        re += x[k].re * y[k].re + sign * x[k].im * y[k].im;
+        im += x[k].im * y[k].re - sign * x[k].re * y[k].im;
+    }
+    for (int k = 0; k < CHASLES_SOMA; k++) {
+        const double r = x[k].re - (re * y[k].re - im * sign * y[k].im);
+        const double i = x[k].im - (re * sign * y[k].im + im * y[k].re);
+        sum += r * r + i * i;
+    }
+    return sum;
+}
+
+/* |e.e|: 0 at infinity. */
+static double chasles_hexapod_finite(const chasles_hexapod_number *x)
+{
+    double re = 0.0, im = 0.0;
+    for (int k = 0; k < 4; k++) {
+        re += x[k].re * x[k].re - x[k].im * x[k].im;
+        im += 2.0 * x[k].re * x[k].im;
+    }
+    return sqrt(re * re + im * im);
+}
+
+/* Whether a path ended, at a pose or at infinity. */
+static int chasles_hexapod_ended(const chasles_hexapod_end *end)
+{
+    return end->t > 1.0 - CHASLES_PATH_ALMOST;
+}
+
+/* The paths to follow again, more carefully: those that were lost, and those that met at an end. */
+static int chasles_hexapod_again(const chasles_hexapod_end *ends, int count, int *which)
+{
+    int again = 0;
+    for (int i = 0; i < count; i++) {
+        int doubtful = !chasles_hexapod_ended(ends + i);
+        for (int k = 0; k < count && !doubtful; k++)
+            doubtful = k != i && ends[i].t == 1.0 && ends[k].t == 1.0 &&
+                       chasles_hexapod_apart(ends[i].x, ends[k].x, 0) < CHASLES_ENDS_ARE_ONE;
+        if (doubtful)
+            which[again++] = i;
+    }
+    return again;
+}
+
+/* The real pose at an end; returns 0 where it is far from real, or at infinity. */
+static int chasles_hexapod_real(const chasles_hexapod_end *end, chasles_hexapod_mode *mode)
+{
+    const chasles_hexapod_number *x = end->x;
+    double most = 0.0, real[8], size = 0.0, imaginary = 0.0, back[4], p[4];
+    int at = 0;
+    for (int k = 0; k < 4; k++) {
+        const double square = x[k].re * x[k].re + x[k].im * x[k].im;
+        size += square;
+        if (square > most)
+            most = square, at = k;
+    }
+    if (!(chasles_hexapod_finite(x) > CHASLES_AT_INFINITY))
+        return 0;
+    const double c = x[at].re / sqrt(most * size), s = x[at].im / sqrt(most * size);
+    for (int k = 0; k < CHASLES_SOMA; k++) {
+        real[k] = c * x[k].re + s * x[k].im;
+        const double im = c * x[k].im - s * x[k].re;
+        imaginary += im * im;
+    }
+    /* Lengths count in parts of the pose's own where it is far away. */
+    double far = 1.0;
+    for (int k = 4; k < CHASLES_SOMA; k++)
+        far += real[k] * real[k];
+    if (!(imaginary < CHASLES_NEARLY_REAL_POSE * CHASLES_NEARLY_REAL_POSE * far))
+        return 0;
+    for (int k = 0; k < 4; k++)
+        mode->e[k] = real[k], back[k] = k > 0 ? -real[k] : real[k];
+    chasles_hexapod_product(real + 4, back, p);
+    memcpy(mode->p, p + 1, sizeof mode->p);
+    return 1;
+}
+
+/* Lengths of the rods beyond those given, with the rods as rows (n, r x n); the largest. */
+static double chasles_hexapod_excess(const chasles_hexapod_platform *platform,
+                                     const chasles_hexapod_rods *rods,
+                                     const chasles_hexapod_mode *mode, double (*J)[7])
+{
+    double R[3][3], most = 0.0;
+    chasles_hexapod_rotation(mode->e, R);
+    for (int i = 0; i < CHASLES_RODS; i++) {
+        double r[3], d[3], sum = 0.0;
+        for (int k = 0; k < 3; k++) {
+            const double *b = platform->b[i];
+            r[k] = R[k][0] * b[0] + R[k][1] * b[1] + R[k][2] * b[2];
+            d[k] = mode->p[k] + r[k] - rods->a[i][k];
+            sum += d[k] * d[k];
+        }
+        const double length = sqrt(sum), inverse = length > 0.0 ? 1.0 / length : 0.0;
+        for (int k = 0; k < 3; k++) {
+            const int m = (k + 1) % 3, n = (k + 2) % 3;
+            J[i][k] = d[k] * inverse;
+            J[i][3 + k] = (r[m] * d[n] - r[n] * d[m]) * inverse;
+        }
+        J[i][6] = rods->l[i] - length;
+        const double error = fabs(J[i][6]);
+        most = error > most || error != error ? error : most;
+    }
+    return most;
+}
+
+/* |det J| over the product of the lengths of J's rows. */
+static double chasles_hexapod_margin(double (*J)[7])
+{
+    double x[6], lengths = 1.0;
+    for (int i = 0; i < 6; i++) {
+        double sum = 0.0;
+        for (int k = 0; k < 6; k++)
+            sum += J[i][k] * J[i][k];
+        lengths *= sqrt(sum);
+    }
+    return fabs(chasles_solve_six(J, x)) / lengths;
+}
+
+/* Newton's steps onto the lengths of the rods; returns 0 where they lead elsewhere. */
+static int chasles_hexapod_polished(const chasles_hexapod_platform *platform,
+                                    const chasles_hexapod_rods *rods, chasles_hexapod_mode *mode)
+{
+    double J[6][7], step[6], moved = 0.0;
+    double error = chasles_hexapod_excess(platform, rods, mode, J);
+    for (int k = 0; k < CHASLES_MODE_STEPS && error > CHASLES_RODS_POLISHED; k++) {
+        chasles_hexapod_mode next = *mode;
+        double half[4] = {0.0}, turned[4], size = 0.0;
+        double kept[6][7];
+        if (chasles_solve_six(J, step) == 0.0)
+            break;
+        for (int i = 0; i < 3; i++)
+            next.p[i] += step[i], half[1 + i] = 0.5 * step[3 + i];
+        chasles_hexapod_product(half, mode->e, turned);
+        for (int i = 0; i < 4; i++)
+            next.e[i] += turned[i], size += next.e[i] * next.e[i];
+        for (int i = 0; i < 4; i++)
+            next.e[i] /= sqrt(size);
+        const double then = chasles_hexapod_excess(platform, rods, &next, kept);
+        if (!(then < error))
+            break;
+        for (int i = 0; i < 6; i++)
+            moved += fabs(step[i]);
+        if (!(moved < CHASLES_SAME_END))
+            return 0;
+        error = then;
+        *mode = next;
+        memcpy(J, kept, sizeof J);
+    }
+    if (!(error <= CHASLES_RODS_CLOSED))
+        return 0;
+    chasles_hexapod_excess(platform, rods, mode, J);
+    mode->margin = chasles_hexapod_margin(J);
+    return 1;
+}
+
+static int chasles_hexapod_same(const chasles_hexapod_mode *one, const chasles_hexapod_mode *other)
+{
+    double along = 0.0, turned = 0.0, most = 0.0;
+    for (int k = 0; k < 4; k++)
+        along += one->e[k] * other->e[k];
+    for (int k = 0; k < 4; k++) {
+        const double difference = one->e[k] - copysign(1.0, along) * other->e[k];
+        turned += difference * difference;
+    }
+    for (int k = 0; k < 3; k++) {
+        const double difference = fabs(one->p[k] - other->p[k]);
+        most = difference > most ? difference : most;
+    }
+    return most < CHASLES_ONE_MODE && 4.0 * turned < CHASLES_ONE_MODE * CHASLES_ONE_MODE;
+}
+
+/* Position (metre) and angles of a mode. */
+static void chasles_hexapod_theta(const chasles_hexapod_platform *platform,
+                                  const chasles_hexapod_mode *mode, double *theta)
+{
+    double R[3][3];
+    const int i = platform->axis[0], j = platform->axis[1], k = platform->axis[2];
+    const double s = (j - i + 3) % 3 == 1 ? 1.0 : -1.0;
+    chasles_hexapod_rotation(mode->e, R);
+    for (int n = 0; n < 3; n++) {
+        const double *m = platform->middle;
+        const double turned = R[n][0] * m[0] + R[n][1] * m[1] + R[n][2] * m[2];
+        theta[n] = platform->size * (mode->p[n] + platform->origin[n] - turned);
+    }
+    const double cosine = sqrt(R[i][i] * R[i][i] + R[i][j] * R[i][j]);
+    theta[4] = atan2(s * R[i][k], cosine);
+    if (cosine > CHASLES_GIMBAL) {
+        theta[3] = atan2(-s * R[j][k], R[k][k]);
+        theta[5] = atan2(-s * R[i][j], R[i][i]);
+    } else {
+        theta[3] = atan2(s * R[k][j], R[j][j]);
+        theta[5] = 0.0;
+    }
+}
+
+/* The ends whose conjugate is no end: the polynomials are real, and so it should be one. */
+static int chasles_hexapod_unpaired(const chasles_hexapod_end *ends, int count)
+{
+    int unpaired = 0;
+    for (int i = 0; i < count; i++) {
+        int found = ends[i].t < 1.0 || !(chasles_hexapod_finite(ends[i].x) > CHASLES_AT_INFINITY);
+        for (int k = 0; k < count && !found; k++)
+            found = chasles_hexapod_apart(ends[i].x, ends[k].x, 1) < CHASLES_ENDS_ARE_PAIRED;
+        unpaired += !found;
+    }
+    return unpaired;
+}
+
+/* The rods in parts of the platform's size; returns 0 where a number is not finite. */
+static int chasles_hexapod_given(const chasles_hexapod_platform *platform, const double *q,
+                                 chasles_hexapod_rods *rods)
+{
+    double sum = 0.0;
+    platform->rods(q, rods->a[0], rods->l);
+    for (int i = 0; i < CHASLES_RODS; i++) {
+        rods->l[i] /= platform->size;
+        sum += fabs(rods->l[i]);
+        for (int k = 0; k < 3; k++) {
+            rods->a[i][k] = rods->a[i][k] / platform->size - platform->origin[k];
+            sum += fabs(rods->a[i][k]);
+        }
+    }
+    return sum < DBL_MAX;
+}
+
+/* The way from the start to given rods. */
+static void chasles_hexapod_way_to(const chasles_hexapod_platform *platform,
+                                   const chasles_hexapod_rods *rods, chasles_hexapod_way *way)
+{
+    chasles_hexapod_number a[6][3] = {{{0.0, 0.0}}}, c[6] = {{0.0, 0.0}};
+    for (int i = 0; i < CHASLES_RODS; i++) {
+        c[i].re = -rods->l[i] * rods->l[i];
+        for (int k = 0; k < 3; k++) {
+            a[i][k].re = rods->a[i][k];
+            c[i].re += rods->a[i][k] * rods->a[i][k] + platform->b[i][k] * platform->b[i][k];
+        }
+    }
+    chasles_hexapod_forms_of(platform->a, platform->b, platform->c, &way->at);
+    chasles_hexapod_forms_of((const chasles_hexapod_number(*)[3])a, platform->b, c, &way->change);
+    for (int i = 0; i < CHASLES_RODS; i++) {
+        for (int k = 0; k < 6; k++) {
+            way->change.M[i][k].re -= way->at.M[i][k].re;
+            way->change.M[i][k].im -= way->at.M[i][k].im;
+        }
+        for (int k = 0; k < 10; k++) {
+            way->change.S[i][k].re -= way->at.S[i][k].re;
+            way->change.S[i][k].im -= way->at.S[i][k].im;
+        }
+    }
+    way->moves = platform->moves;
+}
+
+/* Every end of the paths to given rods; returns how many of them are doubtful. */
+static int chasles_hexapod_ends(const chasles_hexapod_platform *platform,
+                                const chasles_hexapod_rods *rods, chasles_hexapod_end *ends)
+{
+    const double near[3] = {CHASLES_PATH_NEAR, CHASLES_PATH_NEARER, CHASLES_PATH_NEAREST};
+    const int paths = platform->paths;
+    chasles_hexapod_way way;
+    int which[CHASLES_MOST_PATHS], again = paths, lost = 0;
+    chasles_hexapod_way_to(platform, rods, &way);
+    for (int k = 0; k < paths; k++)
+        which[k] = k;
+    for (int pass = 0; pass < 3 && again > 0; pass++) {
+        chasles_hexapod_follow(&way, platform->starts, which, again, near[pass], ends);
+        again = chasles_hexapod_again(ends, paths, which);
+    }
+    for (int k = 0; k < paths; k++)
+        lost += !chasles_hexapod_ended(ends + k);
+    return lost + chasles_hexapod_unpaired(ends, paths);
+}
+
+/* All modes, highest first, behind them NaN; the margin of each, and how many complex poses were
+ * not found for certain. */
+static void chasles_hexapod_modes(const chasles_hexapod_platform *platform, const double *q,
+                                  double *theta, double *margin, double *unsure)
+{
+    chasles_hexapod_rods rods;
+    chasles_hexapod_end ends[CHASLES_MOST_PATHS];
+    chasles_hexapod_mode modes[CHASLES_MOST_PATHS], mode;
+    int count = 0, possible = 1;
+    const int finite = chasles_hexapod_given(platform, q, &rods);
+    for (int i = 0; i < CHASLES_RODS; i++)
+        possible = possible && rods.l[i] >= 0.0;
+    *unsure = finite ? 0.0 : NAN;
+    if (finite && possible) {
+        *unsure = chasles_hexapod_ends(platform, &rods, ends);
+        for (int k = 0; k < platform->paths; k++) {
+            int known =
+                !(chasles_hexapod_ended(ends + k) && chasles_hexapod_real(ends + k, &mode) &&
+                  chasles_hexapod_polished(platform, &rods, &mode));
+            for (int m = 0; m < count && !known; m++)
+                known = chasles_hexapod_same(&mode, modes + m);
+            if (known)
+                continue;
+            int at = count++;
+            for (; at > 0 && modes[at - 1].p[2] < mode.p[2]; at--)
+                modes[at] = modes[at - 1];
+            modes[at] = mode;
+        }
+    }
+    for (int k = 0; k < platform->paths; k++) {
+        margin[k] = k < count ? modes[k].margin : NAN;
+        for (int i = 0; i < 6; i++)
+            theta[6 * k + i] = NAN;
+        if (k < count)
+            chasles_hexapod_theta(platform, modes + k, theta + 6 * k);
+    }
+}
+
+#endif

@@ -1,0 +1,206 @@
+/* Paths of complex poses from the start, where all are known, to the rods that are given; part of
+ * chasles, the same for every platform on six rods.
+ *
+ * A step along a path is Runge and Kutta's, followed by two of Newton's. Eight paths are followed
+ * at once, each with steps of its own; a lane whose path has ended takes the next.
+ *
+ * Source:
+ *     Sommese and Wampler 2005, The Numerical Solution of Systems of Polynomials, ch. 2 and 7.
+ */
+#ifndef CHASLES_HEXAPOD_PATHS_H
+#define CHASLES_HEXAPOD_PATHS_H
+
+#include <math.h>
+#include <string.h>
+
+#include "chasles_hexapod_system.h"
+#include "chasles_hexapod_tolerances.h"
+
+#define CHASLES_MOST_PATHS 40
+/* Steps of one path; a usual one takes some thirty. */
+#define CHASLES_MOST_STEPS 1000
+
+/* A pose in Study's coordinates, and how far its path was followed. */
+typedef struct {
+    chasles_hexapod_number x[CHASLES_SOMA];
+    double t;
+} chasles_hexapod_end;
+
+/* The paths on the lanes. */
+typedef struct {
+    chasles_hexapod_lanes x[CHASLES_SOMA];
+    chasles_hexapod_reals t, h;
+    int path[CHASLES_PATHS_AT_ONCE]; /* -1 where there is none */
+    int steps[CHASLES_PATHS_AT_ONCE];
+} chasles_hexapod_group;
+
+/* Scales x to length 1 on every lane. */
+static void chasles_hexapod_normal(chasles_hexapod_lanes *x)
+{
+    chasles_hexapod_reals sum = {0.0}, size;
+    for (int k = 0; k < CHASLES_SOMA; k++) {
+        chasles_hexapod_square(x + k, &size);
+        sum += size;
+    }
+    for (int l = 0; l < CHASLES_PATHS_AT_ONCE; l++)
+        size[l] = sqrt(sum[l]);
+    for (int k = 0; k < CHASLES_SOMA; k++)
+        x[k].re /= size, x[k].im /= size;
+}
+
+/* x + factor y. */
+static inline void chasles_hexapod_sum(const chasles_hexapod_lanes *x,
+                                       const chasles_hexapod_reals *factor,
+                                       const chasles_hexapod_lanes *y, chasles_hexapod_lanes *sum)
+{
+    for (int k = 0; k < CHASLES_SOMA; k++) {
+        sum[k].re = x[k].re + *factor * y[k].re;
+        sum[k].im = x[k].im + *factor * y[k].im;
+    }
+}
+
+/* The direction of the paths at x, orthogonal to `of`. */
+static void chasles_hexapod_tangent(const chasles_hexapod_way *way,
+                                    const chasles_hexapod_place *place,
+                                    const chasles_hexapod_lanes *x, const chasles_hexapod_lanes *of,
+                                    chasles_hexapod_lanes *slope)
+{
+    chasles_hexapod_lanes a[CHASLES_SOMA][CHASLES_SOMA + 1];
+    chasles_hexapod_newton(place, x, of, a);
+    chasles_hexapod_along(way, x, a);
+    chasles_hexapod_solve(a, slope);
+}
+
+/* One of Newton's steps, and the square of its length. */
+static void chasles_hexapod_corrected(const chasles_hexapod_place *place,
+                                      const chasles_hexapod_lanes *of, chasles_hexapod_lanes *x,
+                                      chasles_hexapod_reals *length)
+{
+    chasles_hexapod_lanes a[CHASLES_SOMA][CHASLES_SOMA + 1], step[CHASLES_SOMA];
+    chasles_hexapod_reals sum = {0.0}, square;
+    chasles_hexapod_newton(place, x, of, a);
+    chasles_hexapod_solve(a, step);
+    for (int k = 0; k < CHASLES_SOMA; k++) {
+        chasles_hexapod_square(step + k, &square);
+        sum += square;
+        x[k].re += step[k].re, x[k].im += step[k].im;
+    }
+    *length = sum;
+}
+
+/* Tries a step on every lane: the pose behind it, and the squared lengths of both corrections. */
+static void chasles_hexapod_tried(const chasles_hexapod_way *way, chasles_hexapod_place *place,
+                                  const chasles_hexapod_group *group, chasles_hexapod_lanes *next,
+                                  chasles_hexapod_reals *corrections)
+{
+    const chasles_hexapod_lanes *x = group->x;
+    chasles_hexapod_lanes slope[4][CHASLES_SOMA], at[CHASLES_SOMA];
+    const chasles_hexapod_reals half = 0.5 * group->h;
+    const chasles_hexapod_reals middle = group->t + half, end = group->t + group->h;
+    chasles_hexapod_placed(way, &group->t, 0, place);
+    chasles_hexapod_tangent(way, place, x, x, slope[0]);
+    chasles_hexapod_placed(way, &middle, 0, place);
+    chasles_hexapod_sum(x, &half, slope[0], at);
+    chasles_hexapod_tangent(way, place, at, x, slope[1]);
+    chasles_hexapod_sum(x, &half, slope[1], at);
+    chasles_hexapod_tangent(way, place, at, x, slope[2]);
+    chasles_hexapod_placed(way, &end, 0, place);
+    chasles_hexapod_sum(x, &group->h, slope[2], at);
+    chasles_hexapod_tangent(way, place, at, x, slope[3]);
+    for (int k = 0; k < CHASLES_SOMA; k++) {
+        next[k].re = x[k].re + group->h / 6.0 *
+                                   (slope[0][k].re + 2.0 * (slope[1][k].re + slope[2][k].re) +
+                                    slope[3][k].re);
+        next[k].im = x[k].im + group->h / 6.0 *
+                                   (slope[0][k].im + 2.0 * (slope[1][k].im + slope[2][k].im) +
+                                    slope[3][k].im);
+    }
+    for (int k = 0; k < 2; k++)
+        chasles_hexapod_corrected(place, x, next, corrections + k);
+    chasles_hexapod_normal(next);
+}
+
+/* The factor of the next step: a correction grows with the fifth power of a step, and it is better
+ * to change too much than too little. */
+static double chasles_hexapod_growth(double correction, double near)
+{
+    const double ratio = 0.5 * near / (correction + 1e-30);
+    const double factor = ratio > 0.0 ? sqrt(sqrt(ratio)) : 0.25;
+    return factor < 0.25 ? 0.25 : factor > 2.0 ? 2.0 : factor;
+}
+
+/* Puts a path on a lane, none if all have been followed. */
+static void chasles_hexapod_next(chasles_hexapod_group *group, int lane,
+                                 const chasles_hexapod_number (*starts)[CHASLES_SOMA],
+                                 const int *which, int count, int *from)
+{
+    const int path = *from < count ? which[(*from)++] : -1;
+    group->path[lane] = path;
+    group->steps[lane] = 0;
+    group->t[lane] = 0.0;
+    group->h[lane] = path < 0 ? 0.0 : CHASLES_PATH_FIRST;
+    for (int k = 0; k < CHASLES_SOMA; k++) {
+        /* A lane without a path takes steps of length 0 from where it is. */
+        if (path >= 0) {
+            group->x[k].re[lane] = starts[path][k].re;
+            group->x[k].im[lane] = starts[path][k].im;
+        }
+    }
+}
+
+/* Follows some paths of the way, `which`, each to its end or as far as it goes. */
+static void chasles_hexapod_follow(const chasles_hexapod_way *way,
+                                   const chasles_hexapod_number (*starts)[CHASLES_SOMA],
+                                   const int *which, int count, double near,
+                                   chasles_hexapod_end *ends)
+{
+    chasles_hexapod_group group;
+    chasles_hexapod_place place;
+    chasles_hexapod_lanes next[CHASLES_SOMA];
+    chasles_hexapod_reals corrections[2];
+    int from = 0, left = count;
+    for (int l = 0; l < CHASLES_PATHS_AT_ONCE; l++) {
+        for (int k = 0; k < CHASLES_SOMA; k++) {
+            group.x[k].re[l] = starts[which[0]][k].re;
+            group.x[k].im[l] = starts[which[0]][k].im;
+        }
+        chasles_hexapod_next(&group, l, starts, which, count, &from);
+    }
+    chasles_hexapod_normal(group.x);
+    chasles_hexapod_placed(way, &group.t, 1, &place);
+    while (left > 0) {
+        chasles_hexapod_tried(way, &place, &group, next, corrections);
+        for (int l = 0; l < CHASLES_PATHS_AT_ONCE; l++) {
+            const int path = group.path[l];
+            const double first = sqrt(corrections[0][l]), second = sqrt(corrections[1][l]);
+            const double factor = chasles_hexapod_growth(first, near);
+            if (path < 0)
+                continue;
+            if (first < near && second < CHASLES_PATH_ON) {
+                group.t[l] += group.h[l];
+                group.h[l] *= factor;
+                for (int k = 0; k < CHASLES_SOMA; k++)
+                    group.x[k].re[l] = next[k].re[l], group.x[k].im[l] = next[k].im[l];
+            } else {
+                group.h[l] *= factor < 0.5 ? factor : 0.5;
+            }
+            const int lost =
+                !(group.h[l] > CHASLES_PATH_SHORTEST) || ++group.steps[l] >= CHASLES_MOST_STEPS;
+            if (group.h[l] > CHASLES_PATH_LONGEST)
+                group.h[l] = CHASLES_PATH_LONGEST;
+            if (group.h[l] > 1.0 - group.t[l])
+                group.h[l] = 1.0 - group.t[l];
+            if (group.t[l] == 1.0 || lost) {
+                for (int k = 0; k < CHASLES_SOMA; k++) {
+                    ends[path].x[k].re = group.x[k].re[l];
+                    ends[path].x[k].im = group.x[k].im[l];
+                }
+                ends[path].t = group.t[l];
+                left--;
+                chasles_hexapod_next(&group, l, starts, which, count, &from);
+            }
+        }
+    }
+}
+
+#endif

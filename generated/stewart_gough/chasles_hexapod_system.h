@@ -1,0 +1,276 @@
+/* The equations of a platform on six rods in Study's coordinates, for many poses at once, one a
+ * lane; part of chasles, the same for every such robot.
+ *
+ * Quaternions e and g = p e, e.g = 0, hold the rotation b -> e b / e and the position p. A rod of
+ * length l from a to b holds
+ *
+ *     |g + e b - a e|^2 = l^2 e.e     or, with M = R(b) - L(a), S = c + 2 L(a) R(b),
+ *                                     c = |a|^2 + |b|^2 - l^2:
+ *     g.g + 2 g.M e + e.S e = 0
+ *
+ * L and R are the matrices of the products from the left and from the right. The last rod's
+ * equation, subtracted from the others, leaves no g.g in them. For given b all coefficients are
+ * linear in a and c, and so in the parameter t of a path.
+ *
+ * Source:
+ *     Wampler 1996, Forward displacement analysis of general six-in-parallel SPS (Stewart) platform
+ *     manipulators using soma coordinates: forty solutions.
+ */
+#ifndef CHASLES_HEXAPOD_SYSTEM_H
+#define CHASLES_HEXAPOD_SYSTEM_H
+
+#include <math.h>
+#include <string.h>
+
+#define CHASLES_RODS 6
+#define CHASLES_SOMA 8
+#define CHASLES_PATHS_AT_ONCE 8
+
+/* GCC's and Clang's vectors: of plain arrays, sums would go through memory. */
+typedef double chasles_hexapod_reals __attribute__((vector_size(8 * CHASLES_PATHS_AT_ONCE)));
+typedef long long chasles_hexapod_mask __attribute__((vector_size(8 * CHASLES_PATHS_AT_ONCE)));
+typedef struct {
+    chasles_hexapod_reals re, im;
+} chasles_hexapod_lanes;
+
+/* A complex number. */
+typedef struct {
+    double re, im;
+} chasles_hexapod_number;
+
+/* The coefficients of the rods: entries (0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3) of M, which
+ * is antisymmetric, and the upper triangle of S. */
+typedef struct {
+    chasles_hexapod_number M[CHASLES_RODS][6], S[CHASLES_RODS][10];
+} chasles_hexapod_forms;
+
+/* Coefficients at the start of a path, and their change to its end. */
+typedef struct {
+    chasles_hexapod_forms at, change;
+    int moves; /* whether more than c changes */
+} chasles_hexapod_way;
+
+/* The coefficients on each lane's place of the way. */
+typedef struct {
+    chasles_hexapod_lanes M[CHASLES_RODS][6], S[CHASLES_RODS][10];
+} chasles_hexapod_place;
+
+static inline void chasles_hexapod_add(chasles_hexapod_lanes *sum, const chasles_hexapod_lanes *x,
+                                       const chasles_hexapod_lanes *y)
+{
+    sum->re += x->re * y->re - x->im * y->im;
+    sum->im += x->re * y->im + x->im * y->re;
+}
+
+static inline void chasles_hexapod_subtract(chasles_hexapod_lanes *sum,
+                                            const chasles_hexapod_lanes *x,
+                                            const chasles_hexapod_lanes *y)
+{
+    sum->re -= x->re * y->re - x->im * y->im;
+    sum->im -= x->re * y->im + x->im * y->re;
+}
+
+/* The coefficients of one rod. */
+static void chasles_hexapod_rod(const chasles_hexapod_number *a, const double *b,
+                                chasles_hexapod_number c, chasles_hexapod_number *M,
+                                chasles_hexapod_number *S)
+{
+    /* Entries (0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3) of L and R by axis and sign. */
+    static const int axis[6] = {0, 1, 2, 2, 1, 0};
+    static const double of_left[6] = {-1.0, -1.0, -1.0, -1.0, 1.0, -1.0};
+    static const double of_right[6] = {-1.0, -1.0, -1.0, 1.0, -1.0, 1.0};
+    chasles_hexapod_number L[4][4] = {{{0.0, 0.0}}};
+    double R[4][4] = {{0.0}};
+    for (int k = 0, i = 0; i < 4; i++) {
+        for (int j = i + 1; j < 4; j++, k++) {
+            R[i][j] = of_right[k] * b[axis[k]], R[j][i] = -R[i][j];
+            L[i][j].re = of_left[k] * a[axis[k]].re, L[j][i].re = -L[i][j].re;
+            L[i][j].im = of_left[k] * a[axis[k]].im, L[j][i].im = -L[i][j].im;
+            M[k].re = R[i][j] - L[i][j].re, M[k].im = -L[i][j].im;
+        }
+    }
+    for (int k = 0, i = 0; i < 4; i++) {
+        for (int j = i; j < 4; j++, k++) {
+            S[k].re = i == j ? c.re : 0.0, S[k].im = i == j ? c.im : 0.0;
+            for (int m = 0; m < 4; m++)
+                S[k].re += 2.0 * L[i][m].re * R[m][j], S[k].im += 2.0 * L[i][m].im * R[m][j];
+        }
+    }
+}
+
+/* All coefficients, of the differences for all rods but the last. */
+static void chasles_hexapod_forms_of(const chasles_hexapod_number (*a)[3], const double (*b)[3],
+                                     const chasles_hexapod_number *c, chasles_hexapod_forms *forms)
+{
+    const int last = CHASLES_RODS - 1;
+    for (int i = 0; i < CHASLES_RODS; i++)
+        chasles_hexapod_rod(a[i], b[i], c[i], forms->M[i], forms->S[i]);
+    for (int i = 0; i < last; i++) {
+        for (int k = 0; k < 6; k++)
+            forms->M[i][k].re -= forms->M[last][k].re, forms->M[i][k].im -= forms->M[last][k].im;
+        for (int k = 0; k < 10; k++)
+            forms->S[i][k].re -= forms->S[last][k].re, forms->S[i][k].im -= forms->S[last][k].im;
+    }
+}
+
+/* The number on the way at each lane's t. */
+static inline void chasles_hexapod_between(const chasles_hexapod_number *at,
+                                           const chasles_hexapod_number *change,
+                                           const chasles_hexapod_reals *t,
+                                           chasles_hexapod_lanes *value)
+{
+    value->re = at->re + *t * change->re;
+    value->im = at->im + *t * change->im;
+}
+
+/* Moves coefficients to a place of the way; all of them if they are computed for the first time. */
+static void chasles_hexapod_placed(const chasles_hexapod_way *way, const chasles_hexapod_reals *t,
+                                   int all, chasles_hexapod_place *place)
+{
+    static const int diagonal[4] = {0, 4, 7, 9};
+    for (int i = 0; i < CHASLES_RODS; i++) {
+        if (all || way->moves) {
+            for (int k = 0; k < 6; k++)
+                chasles_hexapod_between(&way->at.M[i][k], &way->change.M[i][k], t, &place->M[i][k]);
+            for (int k = 0; k < 10; k++)
+                chasles_hexapod_between(&way->at.S[i][k], &way->change.S[i][k], t, &place->S[i][k]);
+        } else {
+            for (int k = 0; k < 4; k++) {
+                const int d = diagonal[k];
+                chasles_hexapod_between(&way->at.S[i][d], &way->change.S[i][d], t, &place->S[i][d]);
+            }
+        }
+    }
+}
+
+/* Half the gradient of a rod's equation at (e, g), without that of g.g. */
+static inline void chasles_hexapod_gradient(const chasles_hexapod_lanes *M,
+                                            const chasles_hexapod_lanes *S,
+                                            const chasles_hexapod_lanes *x,
+                                            chasles_hexapod_lanes *half)
+{
+    memset(half, 0, CHASLES_SOMA * sizeof *half);
+    for (int k = 0, i = 0; i < 4; i++) {
+        for (int j = i + 1; j < 4; j++, k++) {
+            chasles_hexapod_add(half + 4 + i, M + k, x + j);
+            chasles_hexapod_subtract(half + 4 + j, M + k, x + i);
+            chasles_hexapod_add(half + j, M + k, x + 4 + i);
+            chasles_hexapod_subtract(half + i, M + k, x + 4 + j);
+        }
+    }
+    for (int k = 0, i = 0; i < 4; i++) {
+        for (int j = i; j < 4; j++, k++) {
+            chasles_hexapod_add(half + i, S + k, x + j);
+            if (j > i)
+                chasles_hexapod_add(half + j, S + k, x + i);
+        }
+    }
+}
+
+/* Half of the Jacobian, with the value of each equation behind it, both of opposite sign for the
+ * values; the last row keeps steps orthogonal to x, of which only the direction counts. */
+static void chasles_hexapod_newton(const chasles_hexapod_place *place,
+                                   const chasles_hexapod_lanes *x, const chasles_hexapod_lanes *of,
+                                   chasles_hexapod_lanes (*a)[CHASLES_SOMA + 1])
+{
+    for (int i = 0; i < CHASLES_RODS; i++)
+        chasles_hexapod_gradient(place->M[i], place->S[i], x, a[i]);
+    for (int k = 0; k < 4; k++) {
+        chasles_hexapod_lanes *last = a[CHASLES_RODS - 1] + 4 + k;
+        last->re += x[4 + k].re, last->im += x[4 + k].im;
+        a[6][k].re = 0.5 * x[4 + k].re, a[6][k].im = 0.5 * x[4 + k].im;
+        a[6][4 + k].re = 0.5 * x[k].re, a[6][4 + k].im = 0.5 * x[k].im;
+    }
+    for (int k = 0; k < CHASLES_SOMA; k++)
+        a[7][k].re = of[k].re, a[7][k].im = -of[k].im;
+    for (int i = 0; i < 8; i++) {
+        chasles_hexapod_lanes sum = {{0.0}, {0.0}};
+        for (int k = 0; k < CHASLES_SOMA && i < 7; k++)
+            chasles_hexapod_subtract(&sum, a[i] + k, x + k);
+        a[i][8].re = 0.5 * sum.re, a[i][8].im = 0.5 * sum.im;
+    }
+}
+
+/* Half the change of each equation along the way, of opposite sign, behind the Jacobian. */
+static void chasles_hexapod_along(const chasles_hexapod_way *way, const chasles_hexapod_lanes *x,
+                                  chasles_hexapod_lanes (*a)[CHASLES_SOMA + 1])
+{
+    chasles_hexapod_reals zero = {0.0};
+    chasles_hexapod_lanes square = {zero, zero}, half[CHASLES_SOMA], M[6], S[10];
+    for (int k = 0; k < 4; k++)
+        chasles_hexapod_add(&square, x + k, x + k);
+    for (int i = 0; i < CHASLES_RODS; i++) {
+        chasles_hexapod_lanes sum = {zero, zero};
+        if (way->moves) {
+            for (int k = 0; k < 6; k++) {
+                M[k].re = zero + way->change.M[i][k].re;
+                M[k].im = zero + way->change.M[i][k].im;
+            }
+            for (int k = 0; k < 10; k++) {
+                S[k].re = zero + way->change.S[i][k].re;
+                S[k].im = zero + way->change.S[i][k].im;
+            }
+            chasles_hexapod_gradient(M, S, x, half);
+            for (int k = 0; k < CHASLES_SOMA; k++)
+                chasles_hexapod_subtract(&sum, half + k, x + k);
+        } else {
+            const chasles_hexapod_number *c = way->change.S[i];
+            sum.re = -(c->re * square.re - c->im * square.im);
+            sum.im = -(c->re * square.im + c->im * square.re);
+        }
+        a[i][8].re = 0.5 * sum.re, a[i][8].im = 0.5 * sum.im;
+    }
+    a[6][8].re = a[6][8].im = a[7][8].re = a[7][8].im = zero;
+}
+
+/* Exchanges two numbers on the lanes of a mask. */
+static inline void chasles_hexapod_exchange(const chasles_hexapod_mask *mask,
+                                            chasles_hexapod_reals *x, chasles_hexapod_reals *y)
+{
+    const chasles_hexapod_mask one = (chasles_hexapod_mask)*x, other = (chasles_hexapod_mask)*y;
+    *x = (chasles_hexapod_reals)((*mask & other) | (~*mask & one));
+    *y = (chasles_hexapod_reals)((*mask & one) | (~*mask & other));
+}
+
+static inline void chasles_hexapod_square(const chasles_hexapod_lanes *x,
+                                          chasles_hexapod_reals *square)
+{
+    *square = x->re * x->re + x->im * x->im;
+}
+
+/* Solves eight equations by elimination with pivots of each lane's own; the right sides are the
+ * last column. */
+static void chasles_hexapod_solve(chasles_hexapod_lanes (*a)[CHASLES_SOMA + 1],
+                                  chasles_hexapod_lanes *x)
+{
+    for (int j = 0; j < CHASLES_SOMA; j++) {
+        chasles_hexapod_reals most, size;
+        chasles_hexapod_square(&a[j][j], &most);
+        for (int i = j + 1; i < CHASLES_SOMA; i++) {
+            chasles_hexapod_square(&a[i][j], &size);
+            const chasles_hexapod_mask larger = size > most;
+            chasles_hexapod_exchange(&larger, &size, &most);
+            for (int k = j; k <= CHASLES_SOMA; k++) {
+                chasles_hexapod_exchange(&larger, &a[i][k].re, &a[j][k].re);
+                chasles_hexapod_exchange(&larger, &a[i][k].im, &a[j][k].im);
+            }
+        }
+        const chasles_hexapod_lanes inverse = {a[j][j].re / most, -a[j][j].im / most};
+        for (int k = j + 1; k <= CHASLES_SOMA; k++) {
+            chasles_hexapod_lanes scaled = {{0.0}, {0.0}};
+            chasles_hexapod_add(&scaled, &inverse, &a[j][k]);
+            a[j][k] = scaled;
+        }
+        for (int i = j + 1; i < CHASLES_SOMA; i++) {
+            for (int k = j + 1; k <= CHASLES_SOMA; k++)
+                chasles_hexapod_subtract(&a[i][k], &a[i][j], &a[j][k]);
+        }
+    }
+    for (int j = CHASLES_SOMA - 1; j >= 0; j--) {
+        x[j] = a[j][CHASLES_SOMA];
+        for (int k = j + 1; k < CHASLES_SOMA; k++)
+            chasles_hexapod_subtract(x + j, &a[j][k], x + k);
+    }
+}
+
+#endif
