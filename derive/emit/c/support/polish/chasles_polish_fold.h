@@ -108,7 +108,7 @@ static int POLISH_NAME(is_folded)(const POLISH_NAME(search) * s, const POLISH_NA
                                   int k, double pivot)
 {
     const double residual = start->residual[k];
-    const double least = POLISH_DEVIATION, moved = POLISH_AMPLIFIED * POLISH_DEVIATIONS(1.0);
+    const double least = 2.0 * POLISH_DEVIATION, moved = POLISH_AMPLIFIED * POLISH_DEVIATIONS(1.0);
     if (residual < POLISH_FOLD) {
         const double singular = POLISH_DOUBT * POLISH_DEVIATION;
         return !s->taken[k] || pivot < singular * singular;
@@ -116,7 +116,7 @@ static int POLISH_NAME(is_folded)(const POLISH_NAME(search) * s, const POLISH_NA
     if (residual < POLISH_REACH)
         return 1;
     return residual < POLISH_START && pivot < least * least &&
-           pivot * residual * residual < least * least * moved * moved;
+           pivot * residual * residual < POLISH_DEVIATION * POLISH_DEVIATION * moved * moved;
 }
 
 /* Begins branches on both sides of folds, one a lane, unless their solutions are known; whether it
@@ -163,9 +163,10 @@ static LANES_TARGET int POLISH_NAME(unfold)(POLISH_NAME(search) * s,
 {
     POLISH_NAME(folds) f;
     POLISH_NAME(pairs) pairs;
-    int slot[LANES], count = 0, is_clear = 1;
+    int slot[LANES], count = 0, reached = 0, is_clear = 1;
     pairs.count = 0;
     for (int k = 0; k < POLISH_SLOTS; k++) {
+        reached += start->residual[k] < POLISH_FOLD;
         if (POLISH_NAME(is_folded)(s, start, k, least[2 * LANES * (k / LANES) + k % LANES])) {
             for (int i = 0; i < POLISH_N; i++)
                 ((double *)f.c.q)[LANES * i + count] = start->q[POLISH_N * k + i];
@@ -182,5 +183,5 @@ static LANES_TARGET int POLISH_NAME(unfold)(POLISH_NAME(search) * s,
         is_clear = POLISH_NAME(is_held)(s, pairs.q[k][0], pairs.far2[k]) &&
                    POLISH_NAME(is_held)(s, pairs.q[k][1], pairs.far2[k]);
     }
-    return is_clear && s->count > 0 && s->count % 2 == 0;
+    return is_clear && s->count > 0 && s->count % 2 == 0 && s->count >= reached;
 }

@@ -94,6 +94,6 @@
 #define POLISH_CLEAR 0.3
 /* Displacement of the tool by a deviation, in deviations, where a pivot's root is one deviation: it
  * grows as the pivot's root falls. */
-#define POLISH_AMPLIFIED 10.0
+#define POLISH_AMPLIFIED 20.0
 
 #endif
