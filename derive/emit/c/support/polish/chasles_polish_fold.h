@@ -108,7 +108,8 @@ static int POLISH_NAME(is_folded)(const POLISH_NAME(search) * s, const POLISH_NA
                                   int k, double pivot)
 {
     const double residual = start->residual[k];
-    const double least = 2.0 * POLISH_DEVIATION, moved = POLISH_AMPLIFIED * POLISH_DEVIATIONS(1.0);
+    const double least = POLISH_SECOND * POLISH_DEVIATION,
+                 moved = POLISH_AMPLIFIED * POLISH_DEVIATIONS(1.0);
     if (residual < POLISH_FOLD) {
         const double singular = POLISH_DOUBT * POLISH_DEVIATION;
         return !s->taken[k] || pivot < singular * singular;

@@ -53,9 +53,10 @@
 /* Residual up to which a branch that is no solution may become a pair of them: the iteration slows
  * down where it has to pass a fold. */
 #define POLISH_NEARLY POLISH_DEVIATIONS(0.4)
-/* Whether the general solver is asked before a search: near a singularity of an arm that is nearer
- * to its structure than a measured one, roots of its determinant run together, and a search costs
- * less; but where the arm is so near that few poses are in doubt, the cost does not show. */
+/* Whether the general solver is asked before a search. Where folds leave a doubt, it is: few poses
+ * are left, and it finds most. Else near a singularity of an arm that is nearer to its structure
+ * than a measured one, roots of its determinant run together, and a search costs less; but where
+ * the arm is so near that few poses are in doubt, the cost does not show. */
 #define POLISH_ASKED_FIRST (POLISH_UNFOLDS || POLISH_DEVIATION > 1e-3 || POLISH_DEVIATION < 1e-6)
 /* Size of the displacements of poses around, in deviations: more than the arms differ by. */
 #define POLISH_AROUND 2.5
@@ -92,8 +93,10 @@
 #define POLISH_SQUARED 0.01
 /* Part of the terms of this equation's discriminant that their errors may be. */
 #define POLISH_CLEAR 0.3
-/* Displacement of the tool by a deviation, in deviations, where a pivot's root is one deviation: it
- * grows as the pivot's root falls. */
+/* Root of a pivot, in deviations, up to which a branch may be beside a second singularity though
+ * the nominal arm misses the pose by far; and the displacement of the tool there, in deviations,
+ * where that root is one deviation: it grows as the root falls. */
+#define POLISH_SECOND 2.0
 #define POLISH_AMPLIFIED 20.0
 
 #endif
