@@ -35,9 +35,15 @@
 
 /* Equations of a step: of the pose or, where they are fewer, of the coordinates. */
 #define POLISH_ROWS (POLISH_N < 6 ? POLISH_N : 6)
+/* Whether branches that meet are looked for at folds. Where a value is given, arms are singular in
+ * more ways. */
+#define POLISH_UNFOLDS (POLISH_N == 6 && POLISH_IS_SEARCHED)
 
 #include "chasles_polish_steps.h"
 #include "chasles_polish_search.h"
+#if POLISH_UNFOLDS
+#include "chasles_polish_fold.h"
+#endif
 #if POLISH_IS_GENERAL
 #include "chasles_polish_general.h"
 #endif
@@ -105,7 +111,8 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
         POLISH_NAME(load)(start.q, b, &s.c);
         for (int k = 0; k < LANES; k++)
             ((double *)&nominal)[k] = start.residual[b + k < POLISH_SLOTS ? b + k : b];
-        const lanes_where near = LANES_LT(nominal, POLISH_OF(POLISH_REACH));
+        const lanes_where near =
+            LANES_LT(nominal, POLISH_OF(POLISH_UNFOLDS ? POLISH_FOLD : POLISH_REACH));
         POLISH_NAME(newton)(in, &near, &s.c, least[b / LANES]);
 #if !POLISH_IS_SEARCHED
         POLISH_NAME(again)(in, start.q, b, &near, &s.c);
@@ -122,12 +129,17 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
     s.in = in, s.q = q, s.residual = residual, s.margin = margin, s.waiting = s.ways = 0;
     POLISH_NAME(mark)(&s);
 #if POLISH_IS_SEARCHED
+#if POLISH_UNFOLDS
+    if (POLISH_NAME(unfold)(&s, &start, (const double *)least))
+        return;
+#elif POLISH_IS_GENERAL
+    if (POLISH_ASKED_FIRST && !POLISH_NAME(is_doubtful)(&s, &start, (const double *)least))
+        return;
+#endif
 #if POLISH_IS_GENERAL
-    if (POLISH_ASKED_FIRST) {
-        if (!POLISH_NAME(is_doubtful)(&s, &start, (const double *)least) ||
-            !POLISH_NAME(is_rigid)(in) || (POLISH_NAME(ask)(&s, &start) && s.count > 0))
-            return;
-    }
+    if (POLISH_ASKED_FIRST &&
+        (!POLISH_NAME(is_rigid)(in) || (POLISH_NAME(ask)(&s, &start) && s.count > 0)))
+        return;
 #endif
     for (int k = 0; k < POLISH_SLOTS; k++) {
         const double *pivots = (const double *)least[k / LANES] + k % LANES;
@@ -177,4 +189,5 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
 #undef POLISH_GENERAL
 #undef POLISH_ON_LANES
 #undef POLISH_ROWS
+#undef POLISH_UNFOLDS
 #undef POLISH_HALF

@@ -2,17 +2,6 @@
  * nearest; part of chasles, the same for every robot whose inverse is led from a nominal arm.
  * Included by chasles_polish.h, once for each robot that the general solver takes.
  */
-/* The sum of the squares of differences between two configurations (rad^2). */
-static double POLISH_NAME(apart2)(const double *a, const double *b)
-{
-    double sum = 0.0;
-    for (int i = 0; i < POLISH_N; i++) {
-        const double apart = chasles_circle_wrapped(a[i] - b[i]);
-        sum += apart * apart;
-    }
-    return sum;
-}
-
 /* Keeps a further solution in the slot that holds it less exactly, else in the one without a
  * solution whose nominal branch is nearest, else in a further one. */
 static void POLISH_NAME(place)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start,
@@ -53,6 +42,7 @@ static int POLISH_NAME(is_short)(const POLISH_NAME(search) * s, const POLISH_NAM
     return s->count == 0 || s->count % 2 || s->count < reached;
 }
 
+#if !POLISH_UNFOLDS
 /* Whether the branches may not be all solutions. `least` holds the least pivots of each branch. */
 static int POLISH_NAME(is_doubtful)(const POLISH_NAME(search) * s, const POLISH_NAME(slots) * start,
                                     const double *least)
@@ -72,6 +62,7 @@ static int POLISH_NAME(is_doubtful)(const POLISH_NAME(search) * s, const POLISH_
     }
     return POLISH_NAME(is_short)(s, start);
 }
+#endif
 
 /* Adds the solutions of the general solver that no slot holds; whether they surely are all. */
 static int POLISH_NAME(ask)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start)

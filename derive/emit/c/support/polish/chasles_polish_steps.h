@@ -85,6 +85,41 @@ POLISH_INLINE void POLISH_NAME(solve)(lanes a[POLISH_ROWS][POLISH_ROWS], lanes (
     }
 }
 
+#if POLISH_N >= 6
+/* Solves the same equations once more for another right side. */
+POLISH_INLINE void POLISH_NAME(again)(lanes a[6][6], lanes *b)
+{
+    POLISH_UNROLL
+    for (int i = 0; i < 6; i++) {
+        POLISH_UNROLL
+        for (int j = 0; j < i; j++)
+            b[i] -= a[j][i] * b[j];
+    }
+    POLISH_UNROLL
+    for (int i = 5; i >= 0; i--) {
+        b[i] /= a[i][i];
+        POLISH_UNROLL
+        for (int j = i + 1; j < 6; j++)
+            b[i] -= a[i][j] * b[j];
+    }
+}
+
+/* The lower half of J J^T with `added` on the diagonal. */
+POLISH_INLINE void POLISH_NAME(squared)(lanes (*J)[POLISH_N], const lanes *added, lanes a[6][6])
+{
+    POLISH_UNROLL
+    for (int i = 0; i < 6; i++) {
+        POLISH_UNROLL
+        for (int j = 0; j <= i; j++) {
+            a[i][j] = i == j ? *added : POLISH_OF(0.0);
+            POLISH_UNROLL
+            for (int k = 0; k < POLISH_N; k++)
+                a[i][j] += J[i][k] * J[j][k];
+        }
+    }
+}
+#endif
+
 /* The Jacobian, with lengths in parts of the arm's and without the coordinates that are given. */
 POLISH_INLINE void POLISH_NAME(weighted)(const POLISH_NAME(configurations) * c,
                                          lanes (*J)[POLISH_N])
@@ -141,17 +176,9 @@ POLISH_INLINE void POLISH_NAME(step)(const POLISH_NAME(configurations) * c, cons
     for (int k = 0; k < POLISH_N; k++)
         dq[k] = b[0][k];
 #else
-    POLISH_UNROLL
-    for (int i = 0; i < 6; i++) {
+    for (int i = 0; i < 6; i++)
         b[0][i] = c->e[i];
-        POLISH_UNROLL
-        for (int j = 0; j <= i; j++) {
-            a[i][j] = i == j ? added : POLISH_OF(0.0);
-            POLISH_UNROLL
-            for (int k = 0; k < POLISH_N; k++)
-                a[i][j] += J[i][k] * J[j][k];
-        }
-    }
+    POLISH_NAME(squared)(J, &added, a);
     POLISH_NAME(solve)(a, b, 1, pivots);
     POLISH_UNROLL
     for (int k = 0; k < POLISH_N; k++) {
@@ -250,3 +277,19 @@ static int POLISH_NAME(same)(const double *a, const double *b)
     }
     return 1;
 }
+
+#if POLISH_UNFOLDS || POLISH_IS_GENERAL
+/* The square of the distance of two configurations (rad, m). */
+static double POLISH_NAME(apart2)(const double *a, const double *b)
+{
+    static const double turns[] = POLISH_TURNS;
+    double sum = 0.0;
+    for (int i = 0; i < POLISH_N; i++) {
+        double apart = fabs(a[i] - b[i]);
+        if (turns[i] > 0.0)
+            apart -= 6.283185307179586 * floor(apart * turns[i] + 0.5);
+        sum += apart * apart;
+    }
+    return sum;
+}
+#endif

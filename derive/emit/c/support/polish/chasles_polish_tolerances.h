@@ -56,10 +56,11 @@
 /* Residual up to which a branch that is no solution may become a pair of them: the iteration slows
  * down where it has to pass a fold. */
 #define POLISH_NEARLY POLISH_DEVIATIONS(0.4)
-/* Whether the general solver is asked before a search: near a singularity of an arm that is nearer
- * to its structure than a measured one, roots of its determinant run together, and a search costs
- * less; but where the arm is so near that few poses are in doubt, the cost does not show. */
-#define POLISH_ASKED_FIRST (POLISH_DEVIATION > 1e-3 || POLISH_DEVIATION < 1e-6)
+/* Whether the general solver is asked before a search. Where folds leave a doubt, it is: few poses
+ * are left, and it finds most. Else near a singularity of an arm that is nearer to its structure
+ * than a measured one, roots of its determinant run together, and a search costs less; but where
+ * the arm is so near that few poses are in doubt, the cost does not show. */
+#define POLISH_ASKED_FIRST (POLISH_UNFOLDS || POLISH_DEVIATION > 1e-3 || POLISH_DEVIATION < 1e-6)
 /* Size of the displacements of poses around, in deviations: more than the arms differ by. */
 #define POLISH_AROUND 2.5
 /* Half the length of a line of poses, in deviations: at its ends the nominal arm is as far from a
@@ -81,5 +82,24 @@
 #define POLISH_MOST_STRIDES 60
 #define POLISH_WAYS 6
 #define POLISH_FEW_WAYS 2
+
+/* rad: the bend at a fold is measured so far beside it. */
+#define POLISH_BESIDE 0.03
+/* Bend at a fold (1/rad), in deviations, up to which the deviation may have made it: where joints
+ * turn together without moving the tool, there is no bend at all. */
+#define POLISH_FLAT 8.0
+/* rad: way from a fold to its solutions, and step beside that way, up to which an equation of
+ * second order tells how many there are. */
+#define POLISH_LONGEST 0.5
+#define POLISH_SIDEWAYS 0.1
+/* Part of a step's square that a second one is taken to leave at least. */
+#define POLISH_SQUARED 0.01
+/* Part of the terms of this equation's discriminant that their errors may be. */
+#define POLISH_CLEAR 0.3
+/* Root of a pivot, in deviations, up to which a branch may be beside a second singularity though
+ * the nominal arm misses the pose by far; and the displacement of the tool there, in deviations,
+ * where that root is one deviation: it grows as the root falls. */
+#define POLISH_SECOND 2.0
+#define POLISH_AMPLIFIED 20.0
 
 #endif

@@ -1,0 +1,188 @@
+/* Folds, at which two branches meet; part of chasles, the same for every robot whose inverse is led
+ * from a nominal arm. Included by chasles_polish.h, once for each robot.
+ *
+ * Where the Jacobian is nearly singular, v is the direction in which coordinates move the pose
+ * least, and u that of the twist which they reach least. At q + s v the twist to the pose is, along
+ * u and to second order, lack - slope s - bend s^2 / 2. It vanishes at two places s, on both sides
+ * of the fold, or at none: the discriminant slope^2 + 2 bend lack tells which. So the two branches
+ * of the true arm are begun at their own places, even where the nominal arm has none.
+ */
+/* What is known of folds, one a lane: a configuration near each; v and u; the parts of the
+ * equation, of which lack is not negative; the square of the step that is left beside v. */
+typedef struct {
+    POLISH_NAME(configurations) c;
+    lanes along[POLISH_N], u[6], lack, slope, bend, step[POLISH_N], step2;
+} POLISH_NAME(folds);
+
+/* Finds v and u at the configurations, and the step beside v. */
+POLISH_INLINE void POLISH_NAME(weakest)(const double *T, POLISH_NAME(folds) * f)
+{
+    const lanes added = POLISH_OF(POLISH_LEAST_DAMPING);
+    lanes J[6][POLISH_N], a[6][6], b[1][6], pivots[2] = {POLISH_OF(1.0), POLISH_OF(1.0)};
+    lanes size = POLISH_OF(0.0), lack = size, slope2 = POLISH_OF(1e-30), along = size;
+    POLISH_NAME(evaluate)(T, &f->c);
+    POLISH_NAME(weighted)(&f->c, J);
+    POLISH_NAME(squared)(J, &added, a);
+    /* Two steps of inverse iteration, from what is no axis of an arm. */
+    for (int i = 0; i < 6; i++)
+        b[0][i] = POLISH_OF(1.0 - 0.3 * i);
+    POLISH_NAME(solve)(a, b, 1, pivots);
+    POLISH_NAME(again)(a, b[0]);
+    for (int i = 0; i < 6; i++) {
+        size += b[0][i] * b[0][i];
+        lack += b[0][i] * f->c.e[i];
+    }
+    POLISH_RSQRT(unit, size);
+    const lanes sign = LANES_CHOICE(LANES_LT(lack, POLISH_OF(0.0)), -unit, unit);
+    f->lack = lack * sign;
+    for (int i = 0; i < 6; i++) {
+        f->u[i] = b[0][i] * sign;
+        b[0][i] = f->c.e[i] - f->lack * f->u[i];
+    }
+    POLISH_NAME(again)(a, b[0]);
+    for (int k = 0; k < POLISH_N; k++) {
+        f->along[k] = f->step[k] = POLISH_OF(0.0);
+        POLISH_UNROLL
+        for (int i = 0; i < 6; i++) {
+            f->along[k] += J[i][k] * f->u[i];
+            f->step[k] += J[i][k] * b[0][i];
+        }
+        slope2 += f->along[k] * f->along[k];
+    }
+    POLISH_RSQRT(inverse, slope2);
+    f->slope = slope2 * inverse;
+    for (int k = 0; k < POLISH_N; k++) {
+        f->along[k] *= inverse;
+        along += f->along[k] * f->step[k];
+    }
+    f->step2 = POLISH_OF(0.0);
+    for (int k = 0; k < POLISH_N; k++) {
+        f->step[k] -= along * f->along[k];
+        f->step2 += f->step[k] * f->step[k];
+    }
+}
+
+/* Steps beside v, finds v and u there, and the bend from a place beside. */
+static LANES_TARGET void POLISH_NAME(bent)(const double *T, POLISH_NAME(folds) * f)
+{
+    POLISH_NAME(configurations) beside;
+    lanes J[6][POLISH_N], moved = POLISH_OF(0.0);
+    POLISH_NAME(weakest)(T, f);
+    const lanes first2 = f->step2;
+    POLISH_NAME(move)(f->c.q, f->step, f->c.q);
+    POLISH_NAME(weakest)(T, f);
+    f->step2 = POLISH_MAX(f->step2, POLISH_SQUARED * first2);
+    for (int k = 0; k < POLISH_N; k++)
+        beside.q[k] = f->c.q[k] + POLISH_BESIDE * f->along[k];
+    POLISH_NAME(evaluate)(T, &beside);
+    POLISH_NAME(weighted)(&beside, J);
+    for (int k = 0; k < POLISH_N; k++) {
+        POLISH_UNROLL
+        for (int i = 0; i < 6; i++)
+            moved += f->u[i] * J[i][k] * f->along[k];
+    }
+    f->bend = (moved - f->slope) * (1.0 / POLISH_BESIDE);
+}
+
+/* Folds near which solutions are looked for: places of the two branches of each, and the square of
+ * how far solutions may be from them. */
+typedef struct {
+    int count;
+    double q[POLISH_SLOTS][2][POLISH_N], far2[POLISH_SLOTS];
+} POLISH_NAME(pairs);
+
+/* Whether a solution is known near a place. */
+static int POLISH_NAME(is_held)(const POLISH_NAME(search) * s, const double *q, double far2)
+{
+    for (int k = 0; k < POLISH_RESULTS; k++) {
+        if (s->taken[k] && POLISH_NAME(apart2)(q, s->q + POLISH_N * k) < far2)
+            return 1;
+    }
+    return 0;
+}
+
+/* Whether a branch may be one of two that meet: where the true arm may reach the pose and the
+ * nominal one does not, also from afar if a second singularity is near; where the iteration led
+ * nowhere new, or to a singularity. */
+static int POLISH_NAME(is_folded)(const POLISH_NAME(search) * s, const POLISH_NAME(slots) * start,
+                                  int k, double pivot)
+{
+    const double residual = start->residual[k];
+    const double least = POLISH_SECOND * POLISH_DEVIATION,
+                 moved = POLISH_AMPLIFIED * POLISH_DEVIATIONS(1.0);
+    if (residual < POLISH_FOLD) {
+        const double singular = POLISH_DOUBT * POLISH_DEVIATION;
+        return !s->taken[k] || pivot < singular * singular;
+    }
+    if (residual < POLISH_REACH)
+        return 1;
+    return residual < POLISH_START && pivot < least * least &&
+           pivot * residual * residual < POLISH_DEVIATION * POLISH_DEVIATION * moved * moved;
+}
+
+/* Begins branches on both sides of folds, one a lane, unless their solutions are known; whether it
+ * is clear of each fold that it has two solutions, or none. */
+static LANES_TARGET int POLISH_NAME(part)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start,
+                                          POLISH_NAME(folds) * f, const int *slot, int count,
+                                          POLISH_NAME(pairs) * pairs)
+{
+    int is_clear = 1;
+    POLISH_NAME(repeat)((double *)f->c.q, POLISH_N, count);
+    POLISH_NAME(bent)(s->in, f);
+    for (int lane = 0; lane < count; lane++) {
+        const double slope = ((double *)&f->slope)[lane], bend = ((double *)&f->bend)[lane];
+        const double of_lack = 2.0 * bend * ((double *)&f->lack)[lane], of_slope = slope * slope;
+        const double square = of_slope + of_lack, step2 = ((double *)&f->step2)[lane];
+        const double most = fabs(of_lack) > of_slope ? fabs(of_lack) : of_slope;
+        const double longest = POLISH_LONGEST * bend;
+        is_clear = is_clear && fabs(bend) > POLISH_FLAT * POLISH_DEVIATION &&
+                   (square > 0.0 ? most : of_slope) < longest * longest &&
+                   step2 < POLISH_SIDEWAYS * POLISH_SIDEWAYS &&
+                   fabs(square) > POLISH_CLEAR * (most + step2);
+        if (!(square > 0.0))
+            continue;
+        const double *q = (double *)f->c.q + lane, *along = (double *)f->along + lane;
+        const double root = sqrt(square), far2 = square / (bend * bend);
+        pairs->far2[pairs->count] = far2;
+        for (int side = 0; side < 2; side++) {
+            double *place = pairs->q[pairs->count][side];
+            const double way = ((side ? root : -root) - slope) / bend;
+            for (int i = 0; i < POLISH_N; i++)
+                place[i] = q[LANES * i] + way * along[LANES * i];
+            if (!POLISH_NAME(is_held)(s, place, far2))
+                POLISH_NAME(add)(s, place, slot[lane], start->margin[slot[lane]]);
+        }
+        pairs->count++;
+    }
+    return is_clear;
+}
+
+/* Looks for the solutions of branches that meet; whether all solutions are surely known: they come
+ * in pairs, and each fold has two or none. `least` holds the least pivots of each branch. */
+static LANES_TARGET int POLISH_NAME(unfold)(POLISH_NAME(search) * s,
+                                            const POLISH_NAME(slots) * start, const double *least)
+{
+    POLISH_NAME(folds) f;
+    POLISH_NAME(pairs) pairs;
+    int slot[LANES], count = 0, reached = 0, is_clear = 1;
+    pairs.count = 0;
+    for (int k = 0; k < POLISH_SLOTS; k++) {
+        reached += start->residual[k] < POLISH_FOLD;
+        if (POLISH_NAME(is_folded)(s, start, k, least[2 * LANES * (k / LANES) + k % LANES])) {
+            for (int i = 0; i < POLISH_N; i++)
+                ((double *)f.c.q)[LANES * i + count] = start->q[POLISH_N * k + i];
+            slot[count++] = k;
+        }
+        if (count == LANES || (k + 1 == POLISH_SLOTS && count > 0)) {
+            is_clear = POLISH_NAME(part)(s, start, &f, slot, count, &pairs) && is_clear;
+            count = 0;
+        }
+    }
+    if (s->waiting > 0)
+        POLISH_NAME(follow)(s);
+    for (int k = 0; k < pairs.count && is_clear; k++) {
+        is_clear = POLISH_NAME(is_held)(s, pairs.q[k][0], pairs.far2[k]) &&
+                   POLISH_NAME(is_held)(s, pairs.q[k][1], pairs.far2[k]);
+    }
+    return is_clear && s->count > 0 && s->count % 2 == 0 && s->count >= reached;
+}
