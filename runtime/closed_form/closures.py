@@ -63,6 +63,7 @@ def _can_check_chain(robot: LoopMethods) -> bool:
 class LoopMethods(NewtonMethods, SizeMethods):
     """The methods of a robot with loops."""
 
+    n: int
     chain_joints: tuple[Coordinate, ...]
     _roles: Mapping[tuple[str, str, str], Function[Any]]
     margin: Function[FloatArray]
