@@ -66,13 +66,14 @@ def test_platforms_move_as_their_actuators_are_told(name, representation):
     np.testing.assert_allclose(body.qd, rates.qd, atol=1e-5)
 
 
-def test_platforms_have_no_gradient_and_no_accelerations():
+def test_platforms_have_a_gradient_and_accelerations():
     platform = chasles.load("stewart_gough")
     q = np.array(platform.reference.q)
-    with pytest.raises(chasles.InputError, match=r"^stewart_gough\.joint_rates: its loops are"):
-        platform.joint_rates(q, np.zeros(6), secondary="manipulability")
-    with pytest.raises(AttributeError, match="'joint_accelerations'"):
-        platform.joint_accelerations  # noqa: B018
+    rates = platform.joint_rates(q, np.zeros(6), secondary="manipulability")
+    np.testing.assert_allclose(rates.twist, np.zeros(6), atol=CLOSURE)
+    qd, A = np.linspace(-0.1, 0.2, 6), np.linspace(0.3, -0.2, 6)
+    found = platform.joint_accelerations(q, qd, A)
+    np.testing.assert_allclose(platform.acceleration_mixed(q, qd, found.qdd), A, atol=1e-9)
 
 
 def test_the_page():
