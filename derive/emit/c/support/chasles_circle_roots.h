@@ -77,6 +77,13 @@ static const double chasles_circle_cosine[CHASLES_CELLS + 72] = {
 };
 /* clang-format on */
 
+/* The same angle between -pi and pi, pi included. */
+static double chasles_circle_wrapped(double angle)
+{
+    const double wrapped = angle - CHASLES_TURN * floor(angle / CHASLES_TURN + 0.5);
+    return wrapped <= -0.5 * CHASLES_TURN ? 0.5 * CHASLES_TURN : wrapped;
+}
+
 /* a[k] cos(k x) + b[k] sin(k x), its greatest coefficient, and the size of errors in it. */
 typedef struct {
     double a[CHASLES_DEGREE + 1], b[CHASLES_DEGREE + 1];

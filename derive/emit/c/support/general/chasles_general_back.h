@@ -78,8 +78,8 @@ static void chasles_general_all(const chasles_general_six *six, const chasles_ge
     angle[5] = atan2(-turned[1], turned[0]);
     for (int k = 0; k < 6; k++) {
         const int joint = split->joint[k];
-        q[joint] = chasles_general_wrapped(split->sense * angle[k] *
-                                           chasles_general_direction(six->arm, joint));
+        q[joint] = chasles_circle_wrapped(split->sense * angle[k] *
+                                          chasles_general_direction(six->arm, joint));
     }
 }
 
@@ -213,7 +213,7 @@ static int chasles_general_starts(const chasles_general_six *six,
     for (int k = 0; k < roots.count; k++) {
         int near = 0, before = 0;
         for (int i = 0; i < roots.count; i++) {
-            const double apart = fabs(chasles_general_wrapped(roots.angle[i] - roots.angle[k]));
+            const double apart = fabs(chasles_circle_wrapped(roots.angle[i] - roots.angle[k]));
             near += i != k && apart < CHASLES_TWINS;
             before += i < k && apart < CHASLES_TWINS;
         }

@@ -149,7 +149,7 @@ static double chasles_general_polish(const chasles_general_six *six, const doubl
         }
     }
     for (int i = 0; i < 6; i++)
-        q[i] = chasles_general_wrapped(q[i]);
+        q[i] = chasles_circle_wrapped(q[i]);
     return left;
 }
 

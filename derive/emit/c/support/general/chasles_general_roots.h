@@ -55,7 +55,7 @@ static void chasles_general_interpolated(const chasles_general_system *system,
  * roots being near, it is known there to more digits than from all around the circle. */
 static void chasles_general_sampled(const void *source, chasles_circle_part *part)
 {
-    const chasles_general_system *system = source;
+    const chasles_general_system *system = (const chasles_general_system *)source;
     double values[2 * CHASLES_LANES], terms[CHASLES_TERMS][CHASLES_TERMS] = {{0.0}};
     chasles_general_lanes R[6][6], c, s, determinant;
     for (int from = 0; from < 2; from++) {

@@ -30,7 +30,7 @@ static int chasles_general_keep(const chasles_general_six *six, chasles_general_
     for (; own < found->count; own++) {
         double most = 0.0;
         for (int k = 0; k < 6; k++) {
-            const double apart = fabs(chasles_general_wrapped(q[k] - found->q[own][k]));
+            const double apart = fabs(chasles_circle_wrapped(q[k] - found->q[own][k]));
             most = apart > most ? apart : most;
         }
         if (most < CHASLES_SAME)
@@ -218,7 +218,7 @@ static void chasles_general_nearest(const chasles_general_six *six, const double
     for (int k = 0; k < CHASLES_SLOTS; k++) {
         double *q = rest->q[k];
         for (int i = 0; i < 6; i++)
-            q[i] = chasles_general_wrapped(CHASLES_TURN * k * roots[i]);
+            q[i] = chasles_circle_wrapped(CHASLES_TURN * k * roots[i]);
         rest->left[k] = chasles_general_polish(six, T, 200, q, J);
         if (rest->left[k] < CHASLES_NEAR)
             rest->left[k] = chasles_general_polish(six, T, 1000, q, J);

@@ -34,26 +34,28 @@ typedef struct {
     int steps[CHASLES_PATHS_AT_ONCE];
 } chasles_hexapod_group;
 
-/* Scales x to length 1 on every lane; returns its length before. */
-static chasles_hexapod_reals chasles_hexapod_normal(chasles_hexapod_lanes *x)
+/* Scales x to length 1 on every lane. */
+static void chasles_hexapod_normal(chasles_hexapod_lanes *x)
 {
     chasles_hexapod_reals sum = {0.0}, size;
-    for (int k = 0; k < CHASLES_SOMA; k++)
-        sum += chasles_hexapod_square(x + k);
+    for (int k = 0; k < CHASLES_SOMA; k++) {
+        chasles_hexapod_square(x + k, &size);
+        sum += size;
+    }
     for (int l = 0; l < CHASLES_PATHS_AT_ONCE; l++)
         size[l] = sqrt(sum[l]);
     for (int k = 0; k < CHASLES_SOMA; k++)
         x[k].re /= size, x[k].im /= size;
-    return size;
 }
 
 /* x + factor y. */
-static inline void chasles_hexapod_sum(const chasles_hexapod_lanes *x, chasles_hexapod_reals factor,
+static inline void chasles_hexapod_sum(const chasles_hexapod_lanes *x,
+                                       const chasles_hexapod_reals *factor,
                                        const chasles_hexapod_lanes *y, chasles_hexapod_lanes *sum)
 {
     for (int k = 0; k < CHASLES_SOMA; k++) {
-        sum[k].re = x[k].re + factor * y[k].re;
-        sum[k].im = x[k].im + factor * y[k].im;
+        sum[k].re = x[k].re + *factor * y[k].re;
+        sum[k].im = x[k].im + *factor * y[k].im;
     }
 }
 
@@ -69,20 +71,21 @@ static void chasles_hexapod_tangent(const chasles_hexapod_way *way,
     chasles_hexapod_solve(a, slope);
 }
 
-/* One of Newton's steps; returns its length. */
-static chasles_hexapod_reals chasles_hexapod_corrected(const chasles_hexapod_place *place,
-                                                       const chasles_hexapod_lanes *of,
-                                                       chasles_hexapod_lanes *x)
+/* One of Newton's steps, and the square of its length. */
+static void chasles_hexapod_corrected(const chasles_hexapod_place *place,
+                                      const chasles_hexapod_lanes *of, chasles_hexapod_lanes *x,
+                                      chasles_hexapod_reals *length)
 {
     chasles_hexapod_lanes a[CHASLES_SOMA][CHASLES_SOMA + 1], step[CHASLES_SOMA];
-    chasles_hexapod_reals sum = {0.0};
+    chasles_hexapod_reals sum = {0.0}, square;
     chasles_hexapod_newton(place, x, of, a);
     chasles_hexapod_solve(a, step);
     for (int k = 0; k < CHASLES_SOMA; k++) {
-        sum += chasles_hexapod_square(step + k);
+        chasles_hexapod_square(step + k, &square);
+        sum += square;
         x[k].re += step[k].re, x[k].im += step[k].im;
     }
-    return sum;
+    *length = sum;
 }
 
 /* Tries a step on every lane: the pose behind it, and the squared lengths of both corrections. */
@@ -93,15 +96,16 @@ static void chasles_hexapod_tried(const chasles_hexapod_way *way, chasles_hexapo
     const chasles_hexapod_lanes *x = group->x;
     chasles_hexapod_lanes slope[4][CHASLES_SOMA], at[CHASLES_SOMA];
     const chasles_hexapod_reals half = 0.5 * group->h;
-    chasles_hexapod_placed(way, group->t, 0, place);
+    const chasles_hexapod_reals middle = group->t + half, end = group->t + group->h;
+    chasles_hexapod_placed(way, &group->t, 0, place);
     chasles_hexapod_tangent(way, place, x, x, slope[0]);
-    chasles_hexapod_placed(way, group->t + half, 0, place);
-    chasles_hexapod_sum(x, half, slope[0], at);
+    chasles_hexapod_placed(way, &middle, 0, place);
+    chasles_hexapod_sum(x, &half, slope[0], at);
     chasles_hexapod_tangent(way, place, at, x, slope[1]);
-    chasles_hexapod_sum(x, half, slope[1], at);
+    chasles_hexapod_sum(x, &half, slope[1], at);
     chasles_hexapod_tangent(way, place, at, x, slope[2]);
-    chasles_hexapod_placed(way, group->t + group->h, 0, place);
-    chasles_hexapod_sum(x, group->h, slope[2], at);
+    chasles_hexapod_placed(way, &end, 0, place);
+    chasles_hexapod_sum(x, &group->h, slope[2], at);
     chasles_hexapod_tangent(way, place, at, x, slope[3]);
     for (int k = 0; k < CHASLES_SOMA; k++) {
         next[k].re = x[k].re + group->h / 6.0 *
@@ -112,15 +116,16 @@ static void chasles_hexapod_tried(const chasles_hexapod_way *way, chasles_hexapo
                                     slope[3][k].im);
     }
     for (int k = 0; k < 2; k++)
-        corrections[k] = chasles_hexapod_corrected(place, x, next);
+        chasles_hexapod_corrected(place, x, next, corrections + k);
     chasles_hexapod_normal(next);
 }
 
-/* The factor of the next step, by a correction that grows with the fifth power of a step. */
+/* The factor of the next step: a correction grows with the fifth power of a step, and it is better
+ * to change too much than too little. */
 static double chasles_hexapod_growth(double correction, double near)
 {
     const double ratio = 0.5 * near / (correction + 1e-30);
-    const double factor = ratio > 0.0 ? exp(0.2 * log(ratio)) : 0.25;
+    const double factor = ratio > 0.0 ? sqrt(sqrt(ratio)) : 0.25;
     return factor < 0.25 ? 0.25 : factor > 2.0 ? 2.0 : factor;
 }
 
@@ -162,7 +167,7 @@ static void chasles_hexapod_follow(const chasles_hexapod_way *way,
         chasles_hexapod_next(&group, l, starts, which, count, &from);
     }
     chasles_hexapod_normal(group.x);
-    chasles_hexapod_placed(way, group.t, 1, &place);
+    chasles_hexapod_placed(way, &group.t, 1, &place);
     while (left > 0) {
         chasles_hexapod_tried(way, &place, &group, next, corrections);
         for (int l = 0; l < CHASLES_PATHS_AT_ONCE; l++) {

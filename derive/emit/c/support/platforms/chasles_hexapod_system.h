@@ -116,15 +116,16 @@ static void chasles_hexapod_forms_of(const chasles_hexapod_number (*a)[3], const
 /* The number on the way at each lane's t. */
 static inline void chasles_hexapod_between(const chasles_hexapod_number *at,
                                            const chasles_hexapod_number *change,
-                                           chasles_hexapod_reals t, chasles_hexapod_lanes *value)
+                                           const chasles_hexapod_reals *t,
+                                           chasles_hexapod_lanes *value)
 {
-    value->re = at->re + t * change->re;
-    value->im = at->im + t * change->im;
+    value->re = at->re + *t * change->re;
+    value->im = at->im + *t * change->im;
 }
 
 /* Moves coefficients to a place of the way; all of them if they are computed for the first time. */
-static void chasles_hexapod_placed(const chasles_hexapod_way *way, chasles_hexapod_reals t, int all,
-                                   chasles_hexapod_place *place)
+static void chasles_hexapod_placed(const chasles_hexapod_way *way, const chasles_hexapod_reals *t,
+                                   int all, chasles_hexapod_place *place)
 {
     static const int diagonal[4] = {0, 4, 7, 9};
     for (int i = 0; i < CHASLES_RODS; i++) {
@@ -222,17 +223,19 @@ static void chasles_hexapod_along(const chasles_hexapod_way *way, const chasles_
     a[6][8].re = a[6][8].im = a[7][8].re = a[7][8].im = zero;
 }
 
-static inline chasles_hexapod_reals chasles_hexapod_chosen(chasles_hexapod_mask mask,
-                                                           chasles_hexapod_reals yes,
-                                                           chasles_hexapod_reals no)
+/* Exchanges two numbers on the lanes of a mask. */
+static inline void chasles_hexapod_exchange(const chasles_hexapod_mask *mask,
+                                            chasles_hexapod_reals *x, chasles_hexapod_reals *y)
 {
-    return (chasles_hexapod_reals)((mask & (chasles_hexapod_mask)yes) |
-                                   (~mask & (chasles_hexapod_mask)no));
+    const chasles_hexapod_mask one = (chasles_hexapod_mask)*x, other = (chasles_hexapod_mask)*y;
+    *x = (chasles_hexapod_reals)((*mask & other) | (~*mask & one));
+    *y = (chasles_hexapod_reals)((*mask & one) | (~*mask & other));
 }
 
-static inline chasles_hexapod_reals chasles_hexapod_square(const chasles_hexapod_lanes *x)
+static inline void chasles_hexapod_square(const chasles_hexapod_lanes *x,
+                                          chasles_hexapod_reals *square)
 {
-    return x->re * x->re + x->im * x->im;
+    *square = x->re * x->re + x->im * x->im;
 }
 
 /* Solves eight equations by elimination with pivots of each lane's own; the right sides are the
@@ -241,17 +244,15 @@ static void chasles_hexapod_solve(chasles_hexapod_lanes (*a)[CHASLES_SOMA + 1],
                                   chasles_hexapod_lanes *x)
 {
     for (int j = 0; j < CHASLES_SOMA; j++) {
-        chasles_hexapod_reals most = chasles_hexapod_square(&a[j][j]);
+        chasles_hexapod_reals most, size;
+        chasles_hexapod_square(&a[j][j], &most);
         for (int i = j + 1; i < CHASLES_SOMA; i++) {
-            const chasles_hexapod_reals size = chasles_hexapod_square(&a[i][j]);
+            chasles_hexapod_square(&a[i][j], &size);
             const chasles_hexapod_mask larger = size > most;
-            most = chasles_hexapod_chosen(larger, size, most);
+            chasles_hexapod_exchange(&larger, &size, &most);
             for (int k = j; k <= CHASLES_SOMA; k++) {
-                const chasles_hexapod_lanes one = a[j][k], other = a[i][k];
-                a[j][k].re = chasles_hexapod_chosen(larger, other.re, one.re);
-                a[j][k].im = chasles_hexapod_chosen(larger, other.im, one.im);
-                a[i][k].re = chasles_hexapod_chosen(larger, one.re, other.re);
-                a[i][k].im = chasles_hexapod_chosen(larger, one.im, other.im);
+                chasles_hexapod_exchange(&larger, &a[i][k].re, &a[j][k].re);
+                chasles_hexapod_exchange(&larger, &a[i][k].im, &a[j][k].im);
             }
         }
         const chasles_hexapod_lanes inverse = {a[j][j].re / most, -a[j][j].im / most};

@@ -94,9 +94,7 @@ static int chasles_triad_polished(const chasles_triad_platform *platform, const 
         rows *= sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
     }
     mode->margin = fabs(chasles_triad_cofactors(J, C)) / rows;
-    mode->x[2] = remainder(mode->x[2], CHASLES_TURN);
-    if (mode->x[2] <= -0.5 * CHASLES_TURN)
-        mode->x[2] += CHASLES_TURN;
+    mode->x[2] = chasles_circle_wrapped(mode->x[2]);
     return 1;
 }
 
@@ -105,7 +103,7 @@ static int chasles_triad_same(const chasles_triad_platform *platform, const doub
 {
     const double length = CHASLES_TRIAD_SAME * platform->size;
     return fabs(one[0] - other[0]) < length && fabs(one[1] - other[1]) < length &&
-           fabs(remainder(one[2] - other[2], CHASLES_TURN)) < CHASLES_TRIAD_SAME;
+           fabs(chasles_circle_wrapped(one[2] - other[2])) < CHASLES_TRIAD_SAME;
 }
 
 /* Adds the mode that a start leads to, in the order of phi, if it is new; returns how many. */
@@ -178,7 +176,7 @@ static void chasles_triad_modes(const chasles_triad_platform *platform, const do
         double start[3], near = roots.imaginary[k];
         int paired = near > 0.0;
         for (int i = 0; i < roots.count; i++) {
-            const double apart = fabs(remainder(roots.angle[i] - roots.angle[k], CHASLES_TURN));
+            const double apart = fabs(chasles_circle_wrapped(roots.angle[i] - roots.angle[k]));
             paired = paired || (i != k && apart < CHASLES_TWINS);
             near = i != k && apart < CHASLES_TWINS && apart > near ? apart : near;
         }

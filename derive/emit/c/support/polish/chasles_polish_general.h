@@ -7,7 +7,7 @@ static double POLISH_NAME(apart2)(const double *a, const double *b)
 {
     double sum = 0.0;
     for (int i = 0; i < POLISH_N; i++) {
-        const double apart = chasles_general_wrapped(a[i] - b[i]);
+        const double apart = chasles_circle_wrapped(a[i] - b[i]);
         sum += apart * apart;
     }
     return sum;
