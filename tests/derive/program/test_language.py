@@ -96,7 +96,11 @@ def test_it_computes_what_the_c_computes(folder):
     given = {"q": q, "qd": rng.uniform(-1, 1, robot.n), "qdd": rng.uniform(-1, 1, robot.n)}
     given["T"] = robot.fk(q)
     compared = 0
+    by_hand = {"modes"}
+    assert robot.functions.keys() - plain.keys() <= by_hand
     for name, function in robot.functions.items():
+        if name in by_hand:
+            continue
         arguments = plain[name].__code__.co_varnames[: plain[name].__code__.co_argcount]
         if not set(arguments) <= given.keys() or name == "ik":
             continue
