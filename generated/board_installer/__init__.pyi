@@ -439,7 +439,7 @@ def chain_all(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """All branches of the loops' solution, NaN where a branch does not close.
 
-    branches: left, right; left, left; right, right; right, left
+    branches: rod_KH left, rod_FH parallel, greater_rod parallel, smaller_rod parallel, push_rod right; rod_KH left, rod_FH parallel, greater_rod parallel, smaller_rod parallel, push_rod left; rod_KH left, rod_FH parallel, greater_rod parallel, smaller_rod crossed, push_rod right; rod_KH left, rod_FH parallel, greater_rod parallel, smaller_rod crossed, push_rod left; rod_KH left, rod_FH parallel, greater_rod crossed, smaller_rod parallel, push_rod right; rod_KH left, rod_FH parallel, greater_rod crossed, smaller_rod parallel, push_rod left; rod_KH left, rod_FH parallel, greater_rod crossed, smaller_rod crossed, push_rod right; rod_KH left, rod_FH parallel, greater_rod crossed, smaller_rod crossed, push_rod left; rod_KH left, rod_FH crossed, greater_rod parallel, smaller_rod parallel, push_rod right; rod_KH left, rod_FH crossed, greater_rod parallel, smaller_rod parallel, push_rod left; rod_KH left, rod_FH crossed, greater_rod parallel, smaller_rod crossed, push_rod right; rod_KH left, rod_FH crossed, greater_rod parallel, smaller_rod crossed, push_rod left; rod_KH left, rod_FH crossed, greater_rod crossed, smaller_rod parallel, push_rod right; rod_KH left, rod_FH crossed, greater_rod crossed, smaller_rod parallel, push_rod left; rod_KH left, rod_FH crossed, greater_rod crossed, smaller_rod crossed, push_rod right; rod_KH left, rod_FH crossed, greater_rod crossed, smaller_rod crossed, push_rod left; rod_KH right, rod_FH parallel, greater_rod parallel, smaller_rod parallel, push_rod right; rod_KH right, rod_FH parallel, greater_rod parallel, smaller_rod parallel, push_rod left; rod_KH right, rod_FH parallel, greater_rod parallel, smaller_rod crossed, push_rod right; rod_KH right, rod_FH parallel, greater_rod parallel, smaller_rod crossed, push_rod left; rod_KH right, rod_FH parallel, greater_rod crossed, smaller_rod parallel, push_rod right; rod_KH right, rod_FH parallel, greater_rod crossed, smaller_rod parallel, push_rod left; rod_KH right, rod_FH parallel, greater_rod crossed, smaller_rod crossed, push_rod right; rod_KH right, rod_FH parallel, greater_rod crossed, smaller_rod crossed, push_rod left; rod_KH right, rod_FH crossed, greater_rod parallel, smaller_rod parallel, push_rod right; rod_KH right, rod_FH crossed, greater_rod parallel, smaller_rod parallel, push_rod left; rod_KH right, rod_FH crossed, greater_rod parallel, smaller_rod crossed, push_rod right; rod_KH right, rod_FH crossed, greater_rod parallel, smaller_rod crossed, push_rod left; rod_KH right, rod_FH crossed, greater_rod crossed, smaller_rod parallel, push_rod right; rod_KH right, rod_FH crossed, greater_rod crossed, smaller_rod parallel, push_rod left; rod_KH right, rod_FH crossed, greater_rod crossed, smaller_rod crossed, push_rod right; rod_KH right, rod_FH crossed, greater_rod crossed, smaller_rod crossed, push_rod left
 
     Args:
         q (..., 6): actuator coordinates (rad or m).
@@ -447,8 +447,8 @@ def chain_all(
         threads: How many share a large batch.
 
     Returns:
-        theta (..., 4, 8): one branch a row (rad or m).
-        margin (..., 4, 2): margins of each branch (1).
+        theta (..., 32, 8): one branch a row (rad or m).
+        margin (..., 32, 2): margins of each branch (1).
     """
 
 def actuators(
@@ -520,6 +520,24 @@ def actuator_accelerations(
 
     Returns:
         qdd (..., 6): actuator accelerations (rad or m/s^2).
+    """
+
+def actuators_all(
+    theta: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """All branches of the loops' solution, NaN where a branch does not close.
+
+    branches: rod_KH and rod_FH parallel; rod_KH and rod_FH crossed
+
+    Args:
+        theta (..., 8): joints of the main chain (rad or m).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        q (..., 2, 6): one branch a row (rad or m).
+        margin (..., 2, 1): margins of each branch (1).
     """
 
 def constraint(

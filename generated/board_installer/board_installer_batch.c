@@ -670,7 +670,7 @@ static void board_installer_chain_all_rows(size_t n, const double *const *inputs
     double *const *outputs, const ptrdiff_t *output_steps)
 {
 #if CHASLES_LANES
-  static const int sizes[] = {6, 32, 8};
+  static const int sizes[] = {6, 256, 64};
   static const lanes_shape shape = {1, 2, sizes};
   CHASLES_RUN_AVX512(board_installer_chain_all_avx512)
   CHASLES_RUN_AVX2(board_installer_chain_all_avx2)
@@ -685,7 +685,7 @@ void board_installer_chain_all_batch(size_t n, const double *q, double *theta, d
 {
   const double *const inputs[] = {q};
   double *const outputs[] = {theta, margin};
-  const ptrdiff_t input_steps[] = {6}, output_steps[] = {32, 8};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {256, 64};
   board_installer_chain_all_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
@@ -783,6 +783,30 @@ void board_installer_actuator_accelerations_batch(size_t n, const double *theta,
   double *const outputs[] = {qdd};
   const ptrdiff_t input_steps[] = {8, 8, 8}, output_steps[] = {6};
   board_installer_actuator_accelerations_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void board_installer_actuators_all_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {8, 12, 2};
+  static const lanes_shape shape = {1, 2, sizes};
+  CHASLES_RUN_AVX512(board_installer_actuators_all_avx512)
+  CHASLES_RUN_AVX2(board_installer_actuators_all_avx2)
+  CHASLES_RUN_BASELINE(board_installer_actuators_all_baseline)
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    board_installer_actuators_all(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
+  }
+}
+
+void board_installer_actuators_all_batch(size_t n, const double *theta, double *q, double *margin)
+{
+  const double *const inputs[] = {theta};
+  double *const outputs[] = {q, margin};
+  const ptrdiff_t input_steps[] = {8}, output_steps[] = {12, 2};
+  board_installer_actuators_all_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
 /* Rows of any step, in doubles. */

@@ -40,6 +40,7 @@ void board_installer_actuators_batch(size_t n, const double *theta, double *q);
 void board_installer_actuators_D_chain_batch(size_t n, const double *theta, double *q_D_theta);
 void board_installer_actuator_rates_batch(size_t n, const double *theta, const double *thetad, double *qd);
 void board_installer_actuator_accelerations_batch(size_t n, const double *theta, const double *thetad, const double *thetadd, double *qdd);
+void board_installer_actuators_all_batch(size_t n, const double *theta, double *q, double *margin);
 void board_installer_constraint_batch(size_t n, const double *z, double *residual);
 void board_installer_constraint_D_z_batch(size_t n, const double *z, double *residual_D_z);
 void board_installer_constraint_D_z_dot_batch(size_t n, const double *z, const double *zd, double *residual_D_z_dot);

@@ -365,13 +365,13 @@ def chain_accelerations(
         thetadd (..., 3): accelerations of the main chain (m/s^2).
     """
 
-def configuration(
+def passive(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """All joints, swings and cylinder lengths, angles between -pi and pi.
+    """Passive joints that are not in the main chain, angles between -pi and pi.
 
-    z = (y, x, z), constraint(z) = 0
+    passive = (y_second, y_cross, y_height, y_roll, y_pitch, x_second, x_cross, x_height, x_roll, x_pitch, motor_y_second), with every loop closed
 
     Args:
         q (..., 3): actuator coordinates (rad).
@@ -379,7 +379,59 @@ def configuration(
         threads: How many share a large batch.
 
     Returns:
-        z (..., 3): full configuration (rad or m).
+        passive (..., 11): passive joints (rad or m).
+    """
+
+def passive_D_q(
+    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Derivative of the passive joints by the actuated coordinates.
+
+    passive_D_q[:, k] = d passive / d q_k
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        passive_D_q (..., 11, 3): derivative (1, m, 1/m).
+    """
+
+def configuration(
+    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """All joints, swings and cylinder lengths, angles between -pi and pi.
+
+    z = (y, x, z, y_second, y_cross, y_height, y_roll, y_pitch, x_second, x_cross, x_height, x_roll, x_pitch), constraint(z) = 0
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        z (..., 13): full configuration (rad or m).
+    """
+
+def chain_all(
+    q: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """All branches of the loops' solution, NaN where a branch does not close.
+
+    branches: the only one
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        theta (..., 1, 3): one branch a row (m).
+        margin (..., 1, 1): margins of each branch (1).
     """
 
 def actuators(
@@ -451,6 +503,76 @@ def actuator_accelerations(
 
     Returns:
         qdd (..., 3): actuator accelerations (rad/s^2).
+    """
+
+def actuators_all(
+    theta: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """All branches of the loops' solution, NaN where a branch does not close.
+
+    branches: the only one
+
+    Args:
+        theta (..., 3): joints of the main chain (m).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        q (..., 1, 3): one branch a row (rad).
+        margin (..., 1, 1): margins of each branch (1).
+    """
+
+def constraint(
+    z: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Residuals of the loop closure equations, zero where the loops are closed.
+
+    independent scalar equations of each loop: y_yaw (5), x_yaw (5)
+
+    Args:
+        z (..., 13): full configuration ((rad or m)).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        residual (..., 10): residuals (m or 1).
+    """
+
+def constraint_D_z(
+    z: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Derivative of the loops' equations by the full configuration.
+
+    constraint_D_z(z) zd = 0 for every motion that keeps the loops closed
+
+    Args:
+        z (..., 13): full configuration ((rad or m)).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        residual_D_z (..., 10, 13): constraint Jacobian (1, m, 1/m).
+    """
+
+def constraint_D_z_dot(
+    z: ArrayLike, zd: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Time derivative of the constraint Jacobian.
+
+    constraint_D_z(z) zdd + constraint_D_z_dot(z, zd) zd = 0
+
+    Args:
+        z (..., 13): full configuration ((rad or m)).
+        zd (..., 13): rates of the full configuration ((rad or m)/s).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        residual_D_z_dot (..., 10, 13): rate of the constraint Jacobian (1/s, m/s, 1/(m s)).
     """
 
 def ik(

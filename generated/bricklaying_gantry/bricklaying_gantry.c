@@ -566,9 +566,73 @@ void bricklaying_gantry_chain_accelerations(const double q[3], const double qd[3
   thetadd[2] = v3;
 }
 
+// Passive joints that are not in the main chain, angles between -pi and pi.
+// 2 operations: multiply 2
+void bricklaying_gantry_passive(const double q[3], double passive[11]) {
+  // inputs
+  const double q_0 = q[0];
+  const double q_1 = q[1];
+  // shared terms
+  const double v1 = 0.01 * q_1;
+  const double v2 = 0.01 * q_0;
+  // passive
+  passive[1] = 0.0;
+  passive[2] = 0.0;
+  passive[3] = 0.0;
+  passive[4] = 0.0;
+  passive[6] = 0.0;
+  passive[7] = 0.0;
+  passive[8] = 0.0;
+  passive[9] = 0.0;
+  passive[10] = q_1;
+  // passive
+  passive[0] = v1;
+  passive[5] = v2;
+}
+
+// Derivative of the passive joints by the actuated coordinates.
+// 0 operations
+void bricklaying_gantry_passive_D_q(const double q[3], double passive_D_q[33]) {
+  (void)q;
+  // constant entries of passive_D_q
+  passive_D_q[0] = 0.0;
+  passive_D_q[1] = 0.01;
+  passive_D_q[2] = 0.0;
+  passive_D_q[3] = 0.0;
+  passive_D_q[4] = 0.0;
+  passive_D_q[5] = 0.0;
+  passive_D_q[6] = 0.0;
+  passive_D_q[7] = 0.0;
+  passive_D_q[8] = 0.0;
+  passive_D_q[9] = 0.0;
+  passive_D_q[10] = 0.0;
+  passive_D_q[11] = 0.0;
+  passive_D_q[12] = 0.0;
+  passive_D_q[13] = 0.0;
+  passive_D_q[14] = 0.0;
+  passive_D_q[15] = 0.01;
+  passive_D_q[16] = 0.0;
+  passive_D_q[17] = 0.0;
+  passive_D_q[18] = 0.0;
+  passive_D_q[19] = 0.0;
+  passive_D_q[20] = 0.0;
+  passive_D_q[21] = 0.0;
+  passive_D_q[22] = 0.0;
+  passive_D_q[23] = 0.0;
+  passive_D_q[24] = 0.0;
+  passive_D_q[25] = 0.0;
+  passive_D_q[26] = 0.0;
+  passive_D_q[27] = 0.0;
+  passive_D_q[28] = 0.0;
+  passive_D_q[29] = 0.0;
+  passive_D_q[30] = 0.0;
+  passive_D_q[31] = 1.0;
+  passive_D_q[32] = 0.0;
+}
+
 // All joints, swings and cylinder lengths, angles between -pi and pi.
 // 3 operations: multiply 3
-void bricklaying_gantry_configuration(const double q[3], double z[3]) {
+void bricklaying_gantry_configuration(const double q[3], double z[13]) {
   // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
@@ -577,10 +641,40 @@ void bricklaying_gantry_configuration(const double q[3], double z[3]) {
   const double v1 = 0.01 * q_1;
   const double v2 = 0.01 * q_0;
   const double v3 = 0.015 * q_2;
+  // constant entries of z
+  z[4] = 0.0;
+  z[5] = 0.0;
+  z[6] = 0.0;
+  z[7] = 0.0;
+  z[9] = 0.0;
+  z[10] = 0.0;
+  z[11] = 0.0;
+  z[12] = 0.0;
   // z
   z[0] = v1;
   z[1] = v2;
   z[2] = v3;
+  z[3] = v1;
+  z[8] = v2;
+}
+
+// All branches of the loops' solution, NaN where a branch does not close.
+// 3 operations: multiply 3
+void bricklaying_gantry_chain_all(const double q[3], double theta[3], double margin[1]) {
+  // inputs
+  const double q_0 = q[0];
+  const double q_1 = q[1];
+  const double q_2 = q[2];
+  // shared terms
+  const double v1 = 0.01 * q_1;
+  const double v2 = 0.01 * q_0;
+  const double v3 = 0.015 * q_2;
+  // constant entries of margin
+  margin[0] = 1.0;
+  // theta
+  theta[0] = v1;
+  theta[1] = v2;
+  theta[2] = v3;
 }
 
 // Actuated coordinates from the joints of the main chain.
@@ -651,6 +745,397 @@ void bricklaying_gantry_actuator_accelerations(const double theta[3], const doub
   qdd[0] = v1;
   qdd[1] = v2;
   qdd[2] = v3;
+}
+
+// All branches of the loops' solution, NaN where a branch does not close.
+// 3 operations: multiply 3
+void bricklaying_gantry_actuators_all(const double theta[3], double q[3], double margin[1]) {
+  // inputs
+  const double theta_0 = theta[0];
+  const double theta_1 = theta[1];
+  const double theta_2 = theta[2];
+  // shared terms
+  const double v1 = 100.0 * theta_1;
+  const double v2 = 100.0 * theta_0;
+  const double v3 = 66.66666666666667 * theta_2;
+  // constant entries of margin
+  margin[0] = 1.0;
+  // q
+  q[0] = v1;
+  q[1] = v2;
+  q[2] = v3;
+}
+
+// Residuals of the loop closure equations, zero where the loops are closed.
+// 16 operations: multiply 2, add 2, negate 6, trig 6
+void bricklaying_gantry_constraint(const double z[13], double residual[10]) {
+  // inputs
+  const double z_0 = z[0];
+  const double z_1 = z[1];
+  const double z_3 = z[3];
+  const double z_4 = z[4];
+  const double z_5 = z[5];
+  const double z_6 = z[6];
+  const double z_7 = z[7];
+  const double z_8 = z[8];
+  const double z_9 = z[9];
+  const double z_10 = z[10];
+  const double z_11 = z[11];
+  const double z_12 = z[12];
+  // shared terms
+  const double v7 = -z_4;
+  const double v8 = z_0 - z_3;
+  const double v9 = -z_5;
+  const double v10 = z_1 - z_8;
+  const double v11 = -z_9;
+  const double v12 = -z_10;
+  // cosines and sines
+  const double angle[4] = {z_7, z_6, z_12, z_11};
+  double c[4], s[4];
+  chasles_cos_sin(4, angle, c, s);
+  // shared terms; residual
+  residual[0] = v7;
+  residual[1] = v8;
+  residual[2] = v9;
+  residual[3] = s[0];
+  const double v13 = s[1] * c[0];
+  residual[5] = v10;
+  residual[6] = v11;
+  residual[7] = v12;
+  residual[8] = s[2];
+  const double v14 = s[3] * c[2];
+  // shared terms; residual
+  const double v15 = -v13;
+  const double v16 = -v14;
+  residual[4] = v15;
+  residual[9] = v16;
+}
+
+// Derivative of the loops' equations by the full configuration.
+// 14 operations: multiply 4, negate 2, trig 8
+void bricklaying_gantry_constraint_D_z(const double z[13], double residual_D_z[130]) {
+  // inputs
+  const double z_6 = z[6];
+  const double z_7 = z[7];
+  const double z_11 = z[11];
+  const double z_12 = z[12];
+  // cosines and sines
+  const double angle[4] = {z_7, z_6, z_12, z_11};
+  double c[4], s[4];
+  chasles_cos_sin(4, angle, c, s);
+  // constant entries of residual_D_z
+  residual_D_z[0] = 0.0;
+  residual_D_z[1] = 0.0;
+  residual_D_z[2] = 0.0;
+  residual_D_z[3] = 0.0;
+  residual_D_z[4] = -1.0;
+  residual_D_z[5] = 0.0;
+  residual_D_z[6] = 0.0;
+  residual_D_z[7] = 0.0;
+  residual_D_z[8] = 0.0;
+  residual_D_z[9] = 0.0;
+  residual_D_z[10] = 0.0;
+  residual_D_z[11] = 0.0;
+  residual_D_z[12] = 0.0;
+  residual_D_z[13] = 1.0;
+  residual_D_z[14] = 0.0;
+  residual_D_z[15] = 0.0;
+  residual_D_z[16] = -1.0;
+  residual_D_z[17] = 0.0;
+  residual_D_z[18] = 0.0;
+  residual_D_z[19] = 0.0;
+  residual_D_z[20] = 0.0;
+  residual_D_z[21] = 0.0;
+  residual_D_z[22] = 0.0;
+  residual_D_z[23] = 0.0;
+  residual_D_z[24] = 0.0;
+  residual_D_z[25] = 0.0;
+  residual_D_z[26] = 0.0;
+  residual_D_z[27] = 0.0;
+  residual_D_z[28] = 0.0;
+  residual_D_z[29] = 0.0;
+  residual_D_z[30] = 0.0;
+  residual_D_z[31] = -1.0;
+  residual_D_z[32] = 0.0;
+  residual_D_z[33] = 0.0;
+  residual_D_z[34] = 0.0;
+  residual_D_z[35] = 0.0;
+  residual_D_z[36] = 0.0;
+  residual_D_z[37] = 0.0;
+  residual_D_z[38] = 0.0;
+  residual_D_z[39] = 0.0;
+  residual_D_z[40] = 0.0;
+  residual_D_z[41] = 0.0;
+  residual_D_z[42] = 0.0;
+  residual_D_z[43] = 0.0;
+  residual_D_z[44] = 0.0;
+  residual_D_z[45] = 0.0;
+  residual_D_z[47] = 0.0;
+  residual_D_z[48] = 0.0;
+  residual_D_z[49] = 0.0;
+  residual_D_z[50] = 0.0;
+  residual_D_z[51] = 0.0;
+  residual_D_z[52] = 0.0;
+  residual_D_z[53] = 0.0;
+  residual_D_z[54] = 0.0;
+  residual_D_z[55] = 0.0;
+  residual_D_z[56] = 0.0;
+  residual_D_z[57] = 0.0;
+  residual_D_z[60] = 0.0;
+  residual_D_z[61] = 0.0;
+  residual_D_z[62] = 0.0;
+  residual_D_z[63] = 0.0;
+  residual_D_z[64] = 0.0;
+  residual_D_z[65] = 0.0;
+  residual_D_z[66] = 1.0;
+  residual_D_z[67] = 0.0;
+  residual_D_z[68] = 0.0;
+  residual_D_z[69] = 0.0;
+  residual_D_z[70] = 0.0;
+  residual_D_z[71] = 0.0;
+  residual_D_z[72] = 0.0;
+  residual_D_z[73] = -1.0;
+  residual_D_z[74] = 0.0;
+  residual_D_z[75] = 0.0;
+  residual_D_z[76] = 0.0;
+  residual_D_z[77] = 0.0;
+  residual_D_z[78] = 0.0;
+  residual_D_z[79] = 0.0;
+  residual_D_z[80] = 0.0;
+  residual_D_z[81] = 0.0;
+  residual_D_z[82] = 0.0;
+  residual_D_z[83] = 0.0;
+  residual_D_z[84] = 0.0;
+  residual_D_z[85] = 0.0;
+  residual_D_z[86] = 0.0;
+  residual_D_z[87] = -1.0;
+  residual_D_z[88] = 0.0;
+  residual_D_z[89] = 0.0;
+  residual_D_z[90] = 0.0;
+  residual_D_z[91] = 0.0;
+  residual_D_z[92] = 0.0;
+  residual_D_z[93] = 0.0;
+  residual_D_z[94] = 0.0;
+  residual_D_z[95] = 0.0;
+  residual_D_z[96] = 0.0;
+  residual_D_z[97] = 0.0;
+  residual_D_z[98] = 0.0;
+  residual_D_z[99] = 0.0;
+  residual_D_z[100] = 0.0;
+  residual_D_z[101] = -1.0;
+  residual_D_z[102] = 0.0;
+  residual_D_z[103] = 0.0;
+  residual_D_z[104] = 0.0;
+  residual_D_z[105] = 0.0;
+  residual_D_z[106] = 0.0;
+  residual_D_z[107] = 0.0;
+  residual_D_z[108] = 0.0;
+  residual_D_z[109] = 0.0;
+  residual_D_z[110] = 0.0;
+  residual_D_z[111] = 0.0;
+  residual_D_z[112] = 0.0;
+  residual_D_z[113] = 0.0;
+  residual_D_z[114] = 0.0;
+  residual_D_z[115] = 0.0;
+  residual_D_z[117] = 0.0;
+  residual_D_z[118] = 0.0;
+  residual_D_z[119] = 0.0;
+  residual_D_z[120] = 0.0;
+  residual_D_z[121] = 0.0;
+  residual_D_z[122] = 0.0;
+  residual_D_z[123] = 0.0;
+  residual_D_z[124] = 0.0;
+  residual_D_z[125] = 0.0;
+  residual_D_z[126] = 0.0;
+  residual_D_z[127] = 0.0;
+  // shared terms; columns 8 and 13 of residual_D_z
+  residual_D_z[46] = c[0];
+  const double v9 = c[1] * c[0];
+  const double v10 = s[1] * s[0];
+  residual_D_z[116] = c[2];
+  const double v11 = c[3] * c[2];
+  const double v12 = s[3] * s[2];
+  // shared terms; columns 8 and 13 of residual_D_z
+  const double v13 = -v9;
+  residual_D_z[59] = v10;
+  const double v14 = -v11;
+  residual_D_z[129] = v12;
+  // columns 7 and 12 of residual_D_z
+  residual_D_z[58] = v13;
+  residual_D_z[128] = v14;
+}
+
+// Time derivative of the constraint Jacobian.
+// 30 operations: multiply 16, add 4, negate 2, trig 8
+void bricklaying_gantry_constraint_D_z_dot(const double z[13], const double zd[13], double residual_D_z_dot[130]) {
+  // inputs
+  const double z_6 = z[6];
+  const double z_7 = z[7];
+  const double z_11 = z[11];
+  const double z_12 = z[12];
+  const double zd_6 = zd[6];
+  const double zd_7 = zd[7];
+  const double zd_11 = zd[11];
+  const double zd_12 = zd[12];
+  // cosines and sines
+  const double angle[4] = {z_7, z_6, z_12, z_11};
+  double c[4], s[4];
+  chasles_cos_sin(4, angle, c, s);
+  // constant entries of residual_D_z_dot
+  residual_D_z_dot[0] = 0.0;
+  residual_D_z_dot[1] = 0.0;
+  residual_D_z_dot[2] = 0.0;
+  residual_D_z_dot[3] = 0.0;
+  residual_D_z_dot[4] = 0.0;
+  residual_D_z_dot[5] = 0.0;
+  residual_D_z_dot[6] = 0.0;
+  residual_D_z_dot[7] = 0.0;
+  residual_D_z_dot[8] = 0.0;
+  residual_D_z_dot[9] = 0.0;
+  residual_D_z_dot[10] = 0.0;
+  residual_D_z_dot[11] = 0.0;
+  residual_D_z_dot[12] = 0.0;
+  residual_D_z_dot[13] = 0.0;
+  residual_D_z_dot[14] = 0.0;
+  residual_D_z_dot[15] = 0.0;
+  residual_D_z_dot[16] = 0.0;
+  residual_D_z_dot[17] = 0.0;
+  residual_D_z_dot[18] = 0.0;
+  residual_D_z_dot[19] = 0.0;
+  residual_D_z_dot[20] = 0.0;
+  residual_D_z_dot[21] = 0.0;
+  residual_D_z_dot[22] = 0.0;
+  residual_D_z_dot[23] = 0.0;
+  residual_D_z_dot[24] = 0.0;
+  residual_D_z_dot[25] = 0.0;
+  residual_D_z_dot[26] = 0.0;
+  residual_D_z_dot[27] = 0.0;
+  residual_D_z_dot[28] = 0.0;
+  residual_D_z_dot[29] = 0.0;
+  residual_D_z_dot[30] = 0.0;
+  residual_D_z_dot[31] = 0.0;
+  residual_D_z_dot[32] = 0.0;
+  residual_D_z_dot[33] = 0.0;
+  residual_D_z_dot[34] = 0.0;
+  residual_D_z_dot[35] = 0.0;
+  residual_D_z_dot[36] = 0.0;
+  residual_D_z_dot[37] = 0.0;
+  residual_D_z_dot[38] = 0.0;
+  residual_D_z_dot[39] = 0.0;
+  residual_D_z_dot[40] = 0.0;
+  residual_D_z_dot[41] = 0.0;
+  residual_D_z_dot[42] = 0.0;
+  residual_D_z_dot[43] = 0.0;
+  residual_D_z_dot[44] = 0.0;
+  residual_D_z_dot[45] = 0.0;
+  residual_D_z_dot[47] = 0.0;
+  residual_D_z_dot[48] = 0.0;
+  residual_D_z_dot[49] = 0.0;
+  residual_D_z_dot[50] = 0.0;
+  residual_D_z_dot[51] = 0.0;
+  residual_D_z_dot[52] = 0.0;
+  residual_D_z_dot[53] = 0.0;
+  residual_D_z_dot[54] = 0.0;
+  residual_D_z_dot[55] = 0.0;
+  residual_D_z_dot[56] = 0.0;
+  residual_D_z_dot[57] = 0.0;
+  residual_D_z_dot[60] = 0.0;
+  residual_D_z_dot[61] = 0.0;
+  residual_D_z_dot[62] = 0.0;
+  residual_D_z_dot[63] = 0.0;
+  residual_D_z_dot[64] = 0.0;
+  residual_D_z_dot[65] = 0.0;
+  residual_D_z_dot[66] = 0.0;
+  residual_D_z_dot[67] = 0.0;
+  residual_D_z_dot[68] = 0.0;
+  residual_D_z_dot[69] = 0.0;
+  residual_D_z_dot[70] = 0.0;
+  residual_D_z_dot[71] = 0.0;
+  residual_D_z_dot[72] = 0.0;
+  residual_D_z_dot[73] = 0.0;
+  residual_D_z_dot[74] = 0.0;
+  residual_D_z_dot[75] = 0.0;
+  residual_D_z_dot[76] = 0.0;
+  residual_D_z_dot[77] = 0.0;
+  residual_D_z_dot[78] = 0.0;
+  residual_D_z_dot[79] = 0.0;
+  residual_D_z_dot[80] = 0.0;
+  residual_D_z_dot[81] = 0.0;
+  residual_D_z_dot[82] = 0.0;
+  residual_D_z_dot[83] = 0.0;
+  residual_D_z_dot[84] = 0.0;
+  residual_D_z_dot[85] = 0.0;
+  residual_D_z_dot[86] = 0.0;
+  residual_D_z_dot[87] = 0.0;
+  residual_D_z_dot[88] = 0.0;
+  residual_D_z_dot[89] = 0.0;
+  residual_D_z_dot[90] = 0.0;
+  residual_D_z_dot[91] = 0.0;
+  residual_D_z_dot[92] = 0.0;
+  residual_D_z_dot[93] = 0.0;
+  residual_D_z_dot[94] = 0.0;
+  residual_D_z_dot[95] = 0.0;
+  residual_D_z_dot[96] = 0.0;
+  residual_D_z_dot[97] = 0.0;
+  residual_D_z_dot[98] = 0.0;
+  residual_D_z_dot[99] = 0.0;
+  residual_D_z_dot[100] = 0.0;
+  residual_D_z_dot[101] = 0.0;
+  residual_D_z_dot[102] = 0.0;
+  residual_D_z_dot[103] = 0.0;
+  residual_D_z_dot[104] = 0.0;
+  residual_D_z_dot[105] = 0.0;
+  residual_D_z_dot[106] = 0.0;
+  residual_D_z_dot[107] = 0.0;
+  residual_D_z_dot[108] = 0.0;
+  residual_D_z_dot[109] = 0.0;
+  residual_D_z_dot[110] = 0.0;
+  residual_D_z_dot[111] = 0.0;
+  residual_D_z_dot[112] = 0.0;
+  residual_D_z_dot[113] = 0.0;
+  residual_D_z_dot[114] = 0.0;
+  residual_D_z_dot[115] = 0.0;
+  residual_D_z_dot[117] = 0.0;
+  residual_D_z_dot[118] = 0.0;
+  residual_D_z_dot[119] = 0.0;
+  residual_D_z_dot[120] = 0.0;
+  residual_D_z_dot[121] = 0.0;
+  residual_D_z_dot[122] = 0.0;
+  residual_D_z_dot[123] = 0.0;
+  residual_D_z_dot[124] = 0.0;
+  residual_D_z_dot[125] = 0.0;
+  residual_D_z_dot[126] = 0.0;
+  residual_D_z_dot[127] = 0.0;
+  // shared terms; columns 8 and 13 of residual_D_z_dot
+  const double v9 = s[0] * zd_7;
+  const double v10 = s[1] * zd_6;
+  const double v11 = c[0] * zd_7;
+  const double v12 = c[1] * zd_6;
+  const double v13 = s[2] * zd_12;
+  const double v14 = s[3] * zd_11;
+  const double v15 = c[2] * zd_12;
+  const double v16 = c[3] * zd_11;
+  const double v17 = -v9;
+  const double v18 = c[1] * v9;
+  const double v19 = c[0] * v10;
+  const double v20 = s[1] * v11;
+  const double v21 = s[0] * v12;
+  const double v22 = -v13;
+  const double v23 = c[3] * v13;
+  const double v24 = c[2] * v14;
+  const double v25 = s[3] * v15;
+  const double v26 = s[2] * v16;
+  residual_D_z_dot[46] = v17;
+  const double v27 = v18 + v19;
+  const double v28 = v20 + v21;
+  residual_D_z_dot[116] = v22;
+  const double v29 = v23 + v24;
+  const double v30 = v25 + v26;
+  // columns 7, 8, 12 and 13 of residual_D_z_dot
+  residual_D_z_dot[58] = v27;
+  residual_D_z_dot[59] = v28;
+  residual_D_z_dot[128] = v29;
+  residual_D_z_dot[129] = v30;
 }
 
 // Every solution of the inverse kinematics, in 1 slots.

@@ -173,12 +173,36 @@ void bricklaying_gantry_chain_rates(const double q[3], const double qd[3], doubl
  *   thetadd: accelerations of the main chain, 3 (m/s^2) */
 void bricklaying_gantry_chain_accelerations(const double q[3], const double qd[3], const double qdd[3], double thetadd[3]);
 
+/* Passive joints that are not in the main chain, angles between -pi and pi.
+ * passive = (y_second, y_cross, y_height, y_roll, y_pitch, x_second, x_cross, x_height, x_roll,
+ * x_pitch, motor_y_second), with every loop closed
+ * 2 operations: multiply 2.
+ *   q: actuator coordinates, 3 (rad)
+ *   passive: passive joints, 11 (rad or m) */
+void bricklaying_gantry_passive(const double q[3], double passive[11]);
+
+/* Derivative of the passive joints by the actuated coordinates.
+ * passive_D_q[:, k] = d passive / d q_k
+ * 0 operations.
+ *   q: actuator coordinates, 3 (rad)
+ *   passive_D_q: derivative, 11 x 3 (1, m, 1/m) */
+void bricklaying_gantry_passive_D_q(const double q[3], double passive_D_q[33]);
+
 /* All joints, swings and cylinder lengths, angles between -pi and pi.
- * z = (y, x, z), constraint(z) = 0
+ * z = (y, x, z, y_second, y_cross, y_height, y_roll, y_pitch, x_second, x_cross, x_height, x_roll,
+ * x_pitch), constraint(z) = 0
  * 3 operations: multiply 3.
  *   q: actuator coordinates, 3 (rad)
- *   z: full configuration, 3 (rad or m) */
-void bricklaying_gantry_configuration(const double q[3], double z[3]);
+ *   z: full configuration, 13 (rad or m) */
+void bricklaying_gantry_configuration(const double q[3], double z[13]);
+
+/* All branches of the loops' solution, NaN where a branch does not close.
+ * branches: the only one
+ * 3 operations: multiply 3.
+ *   q: actuator coordinates, 3 (rad)
+ *   theta: one branch a row, 1 x 3 (m)
+ *   margin: margins of each branch, 1 x 1 (1) */
+void bricklaying_gantry_chain_all(const double q[3], double theta[3], double margin[1]);
 
 /* Actuated coordinates from the joints of the main chain.
  * actuators(chain(q)) = q
@@ -210,6 +234,36 @@ void bricklaying_gantry_actuator_rates(const double theta[3], const double theta
  *   thetadd: joint accelerations of the main chain, 3 (m/s^2)
  *   qdd: actuator accelerations, 3 (rad/s^2) */
 void bricklaying_gantry_actuator_accelerations(const double theta[3], const double thetad[3], const double thetadd[3], double qdd[3]);
+
+/* All branches of the loops' solution, NaN where a branch does not close.
+ * branches: the only one
+ * 3 operations: multiply 3.
+ *   theta: joints of the main chain, 3 (m)
+ *   q: one branch a row, 1 x 3 (rad)
+ *   margin: margins of each branch, 1 x 1 (1) */
+void bricklaying_gantry_actuators_all(const double theta[3], double q[3], double margin[1]);
+
+/* Residuals of the loop closure equations, zero where the loops are closed.
+ * independent scalar equations of each loop: y_yaw (5), x_yaw (5)
+ * 16 operations: multiply 2, add 2, negate 6, trig 6.
+ *   z: full configuration, 13 ((rad or m))
+ *   residual: residuals, 10 (m or 1) */
+void bricklaying_gantry_constraint(const double z[13], double residual[10]);
+
+/* Derivative of the loops' equations by the full configuration.
+ * constraint_D_z(z) zd = 0 for every motion that keeps the loops closed
+ * 14 operations: multiply 4, negate 2, trig 8.
+ *   z: full configuration, 13 ((rad or m))
+ *   residual_D_z: constraint Jacobian, 10 x 13 (1, m, 1/m) */
+void bricklaying_gantry_constraint_D_z(const double z[13], double residual_D_z[130]);
+
+/* Time derivative of the constraint Jacobian.
+ * constraint_D_z(z) zdd + constraint_D_z_dot(z, zd) zd = 0
+ * 30 operations: multiply 16, add 4, negate 2, trig 8.
+ *   z: full configuration, 13 ((rad or m))
+ *   zd: rates of the full configuration, 13 ((rad or m)/s)
+ *   residual_D_z_dot: rate of the constraint Jacobian, 10 x 13 (1/s, m/s, 1/(m s)) */
+void bricklaying_gantry_constraint_D_z_dot(const double z[13], const double zd[13], double residual_D_z_dot[130]);
 
 /* Every solution of the inverse kinematics, in 1 slots.
  * fk(q[k]) = T wherever residual[k] is rounding

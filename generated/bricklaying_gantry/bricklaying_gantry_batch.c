@@ -570,11 +570,59 @@ void bricklaying_gantry_chain_accelerations_batch(size_t n, const double *q, con
 }
 
 /* Rows of any step, in doubles. */
+static void bricklaying_gantry_passive_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {3, 11};
+  static const lanes_shape shape = {1, 1, sizes};
+  CHASLES_RUN_AVX512(bricklaying_gantry_passive_avx512)
+  CHASLES_RUN_AVX2(bricklaying_gantry_passive_avx2)
+  CHASLES_RUN_BASELINE(bricklaying_gantry_passive_baseline)
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    bricklaying_gantry_passive(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void bricklaying_gantry_passive_batch(size_t n, const double *q, double *passive)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {passive};
+  const ptrdiff_t input_steps[] = {3}, output_steps[] = {11};
+  bricklaying_gantry_passive_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void bricklaying_gantry_passive_D_q_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {3, 33};
+  static const lanes_shape shape = {1, 1, sizes};
+  CHASLES_RUN_AVX512(bricklaying_gantry_passive_D_q_avx512)
+  CHASLES_RUN_AVX2(bricklaying_gantry_passive_D_q_avx2)
+  CHASLES_RUN_BASELINE(bricklaying_gantry_passive_D_q_baseline)
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    bricklaying_gantry_passive_D_q(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void bricklaying_gantry_passive_D_q_batch(size_t n, const double *q, double *passive_D_q)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {passive_D_q};
+  const ptrdiff_t input_steps[] = {3}, output_steps[] = {33};
+  bricklaying_gantry_passive_D_q_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
 static void bricklaying_gantry_configuration_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
 #if CHASLES_LANES
-  static const int sizes[] = {3, 3};
+  static const int sizes[] = {3, 13};
   static const lanes_shape shape = {1, 1, sizes};
   CHASLES_RUN_AVX512(bricklaying_gantry_configuration_avx512)
   CHASLES_RUN_AVX2(bricklaying_gantry_configuration_avx2)
@@ -589,8 +637,32 @@ void bricklaying_gantry_configuration_batch(size_t n, const double *q, double *z
 {
   const double *const inputs[] = {q};
   double *const outputs[] = {z};
-  const ptrdiff_t input_steps[] = {3}, output_steps[] = {3};
+  const ptrdiff_t input_steps[] = {3}, output_steps[] = {13};
   bricklaying_gantry_configuration_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void bricklaying_gantry_chain_all_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {3, 3, 1};
+  static const lanes_shape shape = {1, 2, sizes};
+  CHASLES_RUN_AVX512(bricklaying_gantry_chain_all_avx512)
+  CHASLES_RUN_AVX2(bricklaying_gantry_chain_all_avx2)
+  CHASLES_RUN_BASELINE(bricklaying_gantry_chain_all_baseline)
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    bricklaying_gantry_chain_all(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
+  }
+}
+
+void bricklaying_gantry_chain_all_batch(size_t n, const double *q, double *theta, double *margin)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {theta, margin};
+  const ptrdiff_t input_steps[] = {3}, output_steps[] = {3, 1};
+  bricklaying_gantry_chain_all_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
 /* Rows of any step, in doubles. */
@@ -687,6 +759,102 @@ void bricklaying_gantry_actuator_accelerations_batch(size_t n, const double *the
   double *const outputs[] = {qdd};
   const ptrdiff_t input_steps[] = {3, 3, 3}, output_steps[] = {3};
   bricklaying_gantry_actuator_accelerations_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void bricklaying_gantry_actuators_all_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {3, 3, 1};
+  static const lanes_shape shape = {1, 2, sizes};
+  CHASLES_RUN_AVX512(bricklaying_gantry_actuators_all_avx512)
+  CHASLES_RUN_AVX2(bricklaying_gantry_actuators_all_avx2)
+  CHASLES_RUN_BASELINE(bricklaying_gantry_actuators_all_baseline)
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    bricklaying_gantry_actuators_all(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
+  }
+}
+
+void bricklaying_gantry_actuators_all_batch(size_t n, const double *theta, double *q, double *margin)
+{
+  const double *const inputs[] = {theta};
+  double *const outputs[] = {q, margin};
+  const ptrdiff_t input_steps[] = {3}, output_steps[] = {3, 1};
+  bricklaying_gantry_actuators_all_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void bricklaying_gantry_constraint_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {13, 10};
+  static const lanes_shape shape = {1, 1, sizes};
+  CHASLES_RUN_AVX512(bricklaying_gantry_constraint_avx512)
+  CHASLES_RUN_AVX2(bricklaying_gantry_constraint_avx2)
+  CHASLES_RUN_BASELINE(bricklaying_gantry_constraint_baseline)
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    bricklaying_gantry_constraint(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void bricklaying_gantry_constraint_batch(size_t n, const double *z, double *residual)
+{
+  const double *const inputs[] = {z};
+  double *const outputs[] = {residual};
+  const ptrdiff_t input_steps[] = {13}, output_steps[] = {10};
+  bricklaying_gantry_constraint_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void bricklaying_gantry_constraint_D_z_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {13, 130};
+  static const lanes_shape shape = {1, 1, sizes};
+  CHASLES_RUN_AVX512(bricklaying_gantry_constraint_D_z_avx512)
+  CHASLES_RUN_AVX2(bricklaying_gantry_constraint_D_z_avx2)
+  CHASLES_RUN_BASELINE(bricklaying_gantry_constraint_D_z_baseline)
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    bricklaying_gantry_constraint_D_z(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void bricklaying_gantry_constraint_D_z_batch(size_t n, const double *z, double *residual_D_z)
+{
+  const double *const inputs[] = {z};
+  double *const outputs[] = {residual_D_z};
+  const ptrdiff_t input_steps[] = {13}, output_steps[] = {130};
+  bricklaying_gantry_constraint_D_z_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void bricklaying_gantry_constraint_D_z_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {13, 13, 130};
+  static const lanes_shape shape = {2, 1, sizes};
+  CHASLES_RUN_AVX512(bricklaying_gantry_constraint_D_z_dot_avx512)
+  CHASLES_RUN_AVX2(bricklaying_gantry_constraint_D_z_dot_avx2)
+  CHASLES_RUN_BASELINE(bricklaying_gantry_constraint_D_z_dot_baseline)
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    bricklaying_gantry_constraint_D_z_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void bricklaying_gantry_constraint_D_z_dot_batch(size_t n, const double *z, const double *zd, double *residual_D_z_dot)
+{
+  const double *const inputs[] = {z, zd};
+  double *const outputs[] = {residual_D_z_dot};
+  const ptrdiff_t input_steps[] = {13, 13}, output_steps[] = {130};
+  bricklaying_gantry_constraint_D_z_dot_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
 /* Rows of any step, in doubles. */

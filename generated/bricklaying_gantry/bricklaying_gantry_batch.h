@@ -31,11 +31,18 @@ void bricklaying_gantry_chain_batch(size_t n, const double *q, double *theta);
 void bricklaying_gantry_chain_D_q_batch(size_t n, const double *q, double *theta_D_q);
 void bricklaying_gantry_chain_rates_batch(size_t n, const double *q, const double *qd, double *thetad);
 void bricklaying_gantry_chain_accelerations_batch(size_t n, const double *q, const double *qd, const double *qdd, double *thetadd);
+void bricklaying_gantry_passive_batch(size_t n, const double *q, double *passive);
+void bricklaying_gantry_passive_D_q_batch(size_t n, const double *q, double *passive_D_q);
 void bricklaying_gantry_configuration_batch(size_t n, const double *q, double *z);
+void bricklaying_gantry_chain_all_batch(size_t n, const double *q, double *theta, double *margin);
 void bricklaying_gantry_actuators_batch(size_t n, const double *theta, double *q);
 void bricklaying_gantry_actuators_D_chain_batch(size_t n, const double *theta, double *q_D_theta);
 void bricklaying_gantry_actuator_rates_batch(size_t n, const double *theta, const double *thetad, double *qd);
 void bricklaying_gantry_actuator_accelerations_batch(size_t n, const double *theta, const double *thetad, const double *thetadd, double *qdd);
+void bricklaying_gantry_actuators_all_batch(size_t n, const double *theta, double *q, double *margin);
+void bricklaying_gantry_constraint_batch(size_t n, const double *z, double *residual);
+void bricklaying_gantry_constraint_D_z_batch(size_t n, const double *z, double *residual_D_z);
+void bricklaying_gantry_constraint_D_z_dot_batch(size_t n, const double *z, const double *zd, double *residual_D_z_dot);
 void bricklaying_gantry_ik_batch(size_t n, const double *T, double *q, double *residual, double *margin);
 
 #ifdef __cplusplus

@@ -255,6 +255,33 @@ static LANES_TARGET void LANES_NAME(bricklaying_gantry_chain_accelerations)(cons
   out[2] = v3;
 }
 
+// passive: 2 operations: multiply 2
+static LANES_TARGET void LANES_NAME(bricklaying_gantry_passive)(const lanes *in, lanes *out)
+{
+  const lanes q_0 = in[0], q_1 = in[1], v1 = 0.01 * q_1;
+  out[0] = v1; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  out[4] = LANES_OF(0.0);
+  const lanes v2 = 0.01 * q_0;
+  out[5] = v2; out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0);
+  out[9] = LANES_OF(0.0); out[10] = q_1;
+}
+
+// passive_D_q: 0 operations
+static LANES_TARGET void LANES_NAME(bricklaying_gantry_passive_D_q)(const lanes *in, lanes *out)
+{
+  (void)in; out[0] = LANES_OF(0.0); out[1] = LANES_OF(0.01); out[2] = LANES_OF(0.0);
+  out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0);
+  out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0);
+  out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.01); out[16] = LANES_OF(0.0);
+  out[17] = LANES_OF(0.0); out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0);
+  out[20] = LANES_OF(0.0); out[21] = LANES_OF(0.0); out[22] = LANES_OF(0.0);
+  out[23] = LANES_OF(0.0); out[24] = LANES_OF(0.0); out[25] = LANES_OF(0.0);
+  out[26] = LANES_OF(0.0); out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0);
+  out[29] = LANES_OF(0.0); out[30] = LANES_OF(0.0); out[31] = LANES_OF(1.0);
+  out[32] = LANES_OF(0.0);
+}
+
 // configuration: 3 operations: multiply 3
 static LANES_TARGET void LANES_NAME(bricklaying_gantry_configuration)(const lanes *in, lanes *out)
 {
@@ -263,7 +290,20 @@ static LANES_TARGET void LANES_NAME(bricklaying_gantry_configuration)(const lane
   const lanes v2 = 0.01 * q_0;
   out[1] = v2;
   const lanes v3 = 0.015 * q_2;
-  out[2] = v3;
+  out[2] = v3; out[3] = v1; out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0);
+  out[7] = LANES_OF(0.0); out[8] = v2; out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0);
+  out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
+}
+
+// chain_all: 3 operations: multiply 3
+static LANES_TARGET void LANES_NAME(bricklaying_gantry_chain_all)(const lanes *in, lanes *out)
+{
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], v1 = 0.01 * q_1;
+  out[0] = v1;
+  const lanes v2 = 0.01 * q_0;
+  out[1] = v2;
+  const lanes v3 = 0.015 * q_2;
+  out[2] = v3; out[3] = LANES_OF(1.0);
 }
 
 // actuators: 3 operations: multiply 3
@@ -305,6 +345,157 @@ static LANES_TARGET void LANES_NAME(bricklaying_gantry_actuator_accelerations)(c
   out[1] = v2;
   const lanes v3 = 66.66666666666667 * thetadd_2;
   out[2] = v3;
+}
+
+// actuators_all: 3 operations: multiply 3
+static LANES_TARGET void LANES_NAME(bricklaying_gantry_actuators_all)(const lanes *in, lanes *out)
+{
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], v1 = 100.0 * theta_1;
+  out[0] = v1;
+  const lanes v2 = 100.0 * theta_0;
+  out[1] = v2;
+  const lanes v3 = 66.66666666666667 * theta_2;
+  out[2] = v3; out[3] = LANES_OF(1.0);
+}
+
+// constraint: 16 operations: multiply 2, add 2, negate 6, trig 6
+static LANES_TARGET void LANES_NAME(bricklaying_gantry_constraint)(const lanes *in, lanes *out)
+{
+  const lanes z_0 = in[0], z_1 = in[1], z_3 = in[3], z_4 = in[4], z_5 = in[5], z_6 = in[6],
+      z_7 = in[7], z_8 = in[8], z_9 = in[9], z_10 = in[10], z_11 = in[11], z_12 = in[12];
+  LANES_COS_SIN(v3, v1, z_7); LANES_LET1(v2, sin, z_6); LANES_COS_SIN(v6, v4, z_12);
+  LANES_LET1(v5, sin, z_11);
+  const lanes v7 = -z_4;
+  out[0] = v7;
+  const lanes v8 = z_0 - z_3;
+  out[1] = v8;
+  const lanes v9 = -z_5;
+  out[2] = v9; out[3] = v1;
+  const lanes v10 = v2 * v3, v11 = -v10;
+  out[4] = v11;
+  const lanes v12 = z_1 - z_8;
+  out[5] = v12;
+  const lanes v13 = -z_9;
+  out[6] = v13;
+  const lanes v14 = -z_10;
+  out[7] = v14; out[8] = v4;
+  const lanes v15 = v5 * v6, v16 = -v15;
+  out[9] = v16;
+}
+
+// constraint_D_z: 14 operations: multiply 4, negate 2, trig 8
+static LANES_TARGET void LANES_NAME(bricklaying_gantry_constraint_D_z)(const lanes *in, lanes *out)
+{
+  const lanes z_6 = in[6], z_7 = in[7], z_11 = in[11], z_12 = in[12];
+  LANES_COS_SIN(v1, v4, z_7); LANES_COS_SIN(v2, v3, z_6); LANES_COS_SIN(v5, v8, z_12);
+  LANES_COS_SIN(v6, v7, z_11); out[0] = LANES_OF(0.0); out[1] = LANES_OF(0.0);
+  out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(-1.0); out[5] = LANES_OF(0.0);
+  out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0);
+  out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
+  out[13] = LANES_OF(1.0); out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0);
+  out[16] = LANES_OF(-1.0); out[17] = LANES_OF(0.0); out[18] = LANES_OF(0.0);
+  out[19] = LANES_OF(0.0); out[20] = LANES_OF(0.0); out[21] = LANES_OF(0.0);
+  out[22] = LANES_OF(0.0); out[23] = LANES_OF(0.0); out[24] = LANES_OF(0.0);
+  out[25] = LANES_OF(0.0); out[26] = LANES_OF(0.0); out[27] = LANES_OF(0.0);
+  out[28] = LANES_OF(0.0); out[29] = LANES_OF(0.0); out[30] = LANES_OF(0.0);
+  out[31] = LANES_OF(-1.0); out[32] = LANES_OF(0.0); out[33] = LANES_OF(0.0);
+  out[34] = LANES_OF(0.0); out[35] = LANES_OF(0.0); out[36] = LANES_OF(0.0);
+  out[37] = LANES_OF(0.0); out[38] = LANES_OF(0.0); out[39] = LANES_OF(0.0);
+  out[40] = LANES_OF(0.0); out[41] = LANES_OF(0.0); out[42] = LANES_OF(0.0);
+  out[43] = LANES_OF(0.0); out[44] = LANES_OF(0.0); out[45] = LANES_OF(0.0); out[46] = v1;
+  out[47] = LANES_OF(0.0); out[48] = LANES_OF(0.0); out[49] = LANES_OF(0.0);
+  out[50] = LANES_OF(0.0); out[51] = LANES_OF(0.0); out[52] = LANES_OF(0.0);
+  out[53] = LANES_OF(0.0); out[54] = LANES_OF(0.0); out[55] = LANES_OF(0.0);
+  out[56] = LANES_OF(0.0); out[57] = LANES_OF(0.0);
+  const lanes v9 = v2 * v1, v10 = -v9;
+  out[58] = v10;
+  const lanes v11 = v3 * v4;
+  out[59] = v11; out[60] = LANES_OF(0.0); out[61] = LANES_OF(0.0); out[62] = LANES_OF(0.0);
+  out[63] = LANES_OF(0.0); out[64] = LANES_OF(0.0); out[65] = LANES_OF(0.0);
+  out[66] = LANES_OF(1.0); out[67] = LANES_OF(0.0); out[68] = LANES_OF(0.0);
+  out[69] = LANES_OF(0.0); out[70] = LANES_OF(0.0); out[71] = LANES_OF(0.0);
+  out[72] = LANES_OF(0.0); out[73] = LANES_OF(-1.0); out[74] = LANES_OF(0.0);
+  out[75] = LANES_OF(0.0); out[76] = LANES_OF(0.0); out[77] = LANES_OF(0.0);
+  out[78] = LANES_OF(0.0); out[79] = LANES_OF(0.0); out[80] = LANES_OF(0.0);
+  out[81] = LANES_OF(0.0); out[82] = LANES_OF(0.0); out[83] = LANES_OF(0.0);
+  out[84] = LANES_OF(0.0); out[85] = LANES_OF(0.0); out[86] = LANES_OF(0.0);
+  out[87] = LANES_OF(-1.0); out[88] = LANES_OF(0.0); out[89] = LANES_OF(0.0);
+  out[90] = LANES_OF(0.0); out[91] = LANES_OF(0.0); out[92] = LANES_OF(0.0);
+  out[93] = LANES_OF(0.0); out[94] = LANES_OF(0.0); out[95] = LANES_OF(0.0);
+  out[96] = LANES_OF(0.0); out[97] = LANES_OF(0.0); out[98] = LANES_OF(0.0);
+  out[99] = LANES_OF(0.0); out[100] = LANES_OF(0.0); out[101] = LANES_OF(-1.0);
+  out[102] = LANES_OF(0.0); out[103] = LANES_OF(0.0); out[104] = LANES_OF(0.0);
+  out[105] = LANES_OF(0.0); out[106] = LANES_OF(0.0); out[107] = LANES_OF(0.0);
+  out[108] = LANES_OF(0.0); out[109] = LANES_OF(0.0); out[110] = LANES_OF(0.0);
+  out[111] = LANES_OF(0.0); out[112] = LANES_OF(0.0); out[113] = LANES_OF(0.0);
+  out[114] = LANES_OF(0.0); out[115] = LANES_OF(0.0); out[116] = v5; out[117] = LANES_OF(0.0);
+  out[118] = LANES_OF(0.0); out[119] = LANES_OF(0.0); out[120] = LANES_OF(0.0);
+  out[121] = LANES_OF(0.0); out[122] = LANES_OF(0.0); out[123] = LANES_OF(0.0);
+  out[124] = LANES_OF(0.0); out[125] = LANES_OF(0.0); out[126] = LANES_OF(0.0);
+  out[127] = LANES_OF(0.0);
+  const lanes v12 = v6 * v5, v13 = -v12;
+  out[128] = v13;
+  const lanes v14 = v7 * v8;
+  out[129] = v14;
+}
+
+// constraint_D_z_dot: 30 operations: multiply 16, add 4, negate 2, trig 8
+static LANES_TARGET void LANES_NAME(bricklaying_gantry_constraint_D_z_dot)(const lanes *in, lanes *out)
+{
+  const lanes z_6 = in[6], z_7 = in[7], z_11 = in[11], z_12 = in[12], zd_6 = in[19], zd_7 = in[20],
+      zd_11 = in[24], zd_12 = in[25];
+  LANES_COS_SIN(v3, v1, z_7); LANES_COS_SIN(v2, v4, z_6); LANES_COS_SIN(v7, v5, z_12);
+  LANES_COS_SIN(v6, v8, z_11); out[0] = LANES_OF(0.0); out[1] = LANES_OF(0.0);
+  out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
+  out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0);
+  out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
+  out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0);
+  out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0); out[18] = LANES_OF(0.0);
+  out[19] = LANES_OF(0.0); out[20] = LANES_OF(0.0); out[21] = LANES_OF(0.0);
+  out[22] = LANES_OF(0.0); out[23] = LANES_OF(0.0); out[24] = LANES_OF(0.0);
+  out[25] = LANES_OF(0.0); out[26] = LANES_OF(0.0); out[27] = LANES_OF(0.0);
+  out[28] = LANES_OF(0.0); out[29] = LANES_OF(0.0); out[30] = LANES_OF(0.0);
+  out[31] = LANES_OF(0.0); out[32] = LANES_OF(0.0); out[33] = LANES_OF(0.0);
+  out[34] = LANES_OF(0.0); out[35] = LANES_OF(0.0); out[36] = LANES_OF(0.0);
+  out[37] = LANES_OF(0.0); out[38] = LANES_OF(0.0); out[39] = LANES_OF(0.0);
+  out[40] = LANES_OF(0.0); out[41] = LANES_OF(0.0); out[42] = LANES_OF(0.0);
+  out[43] = LANES_OF(0.0); out[44] = LANES_OF(0.0); out[45] = LANES_OF(0.0);
+  const lanes v9 = v1 * zd_7, v10 = -v9;
+  out[46] = v10; out[47] = LANES_OF(0.0); out[48] = LANES_OF(0.0); out[49] = LANES_OF(0.0);
+  out[50] = LANES_OF(0.0); out[51] = LANES_OF(0.0); out[52] = LANES_OF(0.0);
+  out[53] = LANES_OF(0.0); out[54] = LANES_OF(0.0); out[55] = LANES_OF(0.0);
+  out[56] = LANES_OF(0.0); out[57] = LANES_OF(0.0);
+  const lanes v11 = v2 * v9, v12 = v4 * zd_6, v13 = v3 * v12, v14 = v11 + v13;
+  out[58] = v14;
+  const lanes v15 = v3 * zd_7, v16 = v4 * v15, v17 = v2 * zd_6, v18 = v1 * v17, v19 = v16 + v18;
+  out[59] = v19; out[60] = LANES_OF(0.0); out[61] = LANES_OF(0.0); out[62] = LANES_OF(0.0);
+  out[63] = LANES_OF(0.0); out[64] = LANES_OF(0.0); out[65] = LANES_OF(0.0);
+  out[66] = LANES_OF(0.0); out[67] = LANES_OF(0.0); out[68] = LANES_OF(0.0);
+  out[69] = LANES_OF(0.0); out[70] = LANES_OF(0.0); out[71] = LANES_OF(0.0);
+  out[72] = LANES_OF(0.0); out[73] = LANES_OF(0.0); out[74] = LANES_OF(0.0);
+  out[75] = LANES_OF(0.0); out[76] = LANES_OF(0.0); out[77] = LANES_OF(0.0);
+  out[78] = LANES_OF(0.0); out[79] = LANES_OF(0.0); out[80] = LANES_OF(0.0);
+  out[81] = LANES_OF(0.0); out[82] = LANES_OF(0.0); out[83] = LANES_OF(0.0);
+  out[84] = LANES_OF(0.0); out[85] = LANES_OF(0.0); out[86] = LANES_OF(0.0);
+  out[87] = LANES_OF(0.0); out[88] = LANES_OF(0.0); out[89] = LANES_OF(0.0);
+  out[90] = LANES_OF(0.0); out[91] = LANES_OF(0.0); out[92] = LANES_OF(0.0);
+  out[93] = LANES_OF(0.0); out[94] = LANES_OF(0.0); out[95] = LANES_OF(0.0);
+  out[96] = LANES_OF(0.0); out[97] = LANES_OF(0.0); out[98] = LANES_OF(0.0);
+  out[99] = LANES_OF(0.0); out[100] = LANES_OF(0.0); out[101] = LANES_OF(0.0);
+  out[102] = LANES_OF(0.0); out[103] = LANES_OF(0.0); out[104] = LANES_OF(0.0);
+  out[105] = LANES_OF(0.0); out[106] = LANES_OF(0.0); out[107] = LANES_OF(0.0);
+  out[108] = LANES_OF(0.0); out[109] = LANES_OF(0.0); out[110] = LANES_OF(0.0);
+  out[111] = LANES_OF(0.0); out[112] = LANES_OF(0.0); out[113] = LANES_OF(0.0);
+  out[114] = LANES_OF(0.0); out[115] = LANES_OF(0.0);
+  const lanes v20 = v5 * zd_12, v21 = -v20;
+  out[116] = v21; out[117] = LANES_OF(0.0); out[118] = LANES_OF(0.0); out[119] = LANES_OF(0.0);
+  out[120] = LANES_OF(0.0); out[121] = LANES_OF(0.0); out[122] = LANES_OF(0.0);
+  out[123] = LANES_OF(0.0); out[124] = LANES_OF(0.0); out[125] = LANES_OF(0.0);
+  out[126] = LANES_OF(0.0); out[127] = LANES_OF(0.0);
+  const lanes v22 = v6 * v20, v23 = v8 * zd_11, v24 = v7 * v23, v25 = v22 + v24;
+  out[128] = v25;
+  const lanes v26 = v7 * zd_12, v27 = v8 * v26, v28 = v6 * zd_11, v29 = v5 * v28, v30 = v27 + v29;
+  out[129] = v30;
 }
 
 // ik: 35 operations: multiply 14, add 14, other 7

@@ -7,79 +7,114 @@
 #include <math.h>
 #include <string.h>
 
+#include "chasles_cos_sin.h"
 #include "chasles_general_newton.h"
 #include "chasles_general_roots.h"
 
-/* Angles of the two joints behind the suppressed one, from the vector that M takes to zero. */
-static void chasles_general_two(const double *n, const chasles_general_split *split, double *angle)
+/* cos and sin of the direction of (x, y); of the angle 0 where it has none. */
+CHASLES_INLINE void chasles_general_unit(chasles_vector x, chasles_vector y, chasles_vector *c,
+                                         chasles_vector *s)
+{
+    const chasles_vector zero = {0.0};
+    const chasles_vector size = chasles_vector_square_roots(x * x + y * y);
+    const chasles_vector_mask is_there = size > zero;
+    *c = chasles_vector_chosen(is_there, x / size, zero + 1.0);
+    *s = chasles_vector_chosen(is_there, y / size, zero);
+}
+
+/* cos and sin of the two joints behind the suppressed one, from the vector that M takes to zero:
+ * of its half angle in place 0, of the other one in place 1. */
+CHASLES_INLINE void chasles_general_two(const chasles_vector *n, chasles_vector *c,
+                                        chasles_vector *s)
 {
     /* n is a product (sin, cos) x (1, cos, sin): its directions, from the larger row. */
-    double size[2] = {0.0}, along = 0.0, r[3];
+    const double c0 = cos(CHASLES_HALF_FROM), s0 = sin(CHASLES_HALF_FROM);
+    const chasles_vector zero = {0.0};
+    const chasles_vector high = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
+    const chasles_vector low = n[3] * n[3] + n[4] * n[4] + n[5] * n[5];
+    const chasles_vector along = n[0] * n[3] + n[1] * n[4] + n[2] * n[5];
+    const chasles_vector_mask row = low > high;
+    chasles_vector r[3];
     for (int k = 0; k < 3; k++) {
-        size[0] += n[k] * n[k];
-        size[1] += n[3 + k] * n[3 + k];
-        along += n[k] * n[3 + k];
+        r[k] = chasles_vector_chosen(row, low * n[3 + k] + along * n[k],
+                                     high * n[k] + along * n[3 + k]);
     }
-    const int row = size[1] > size[0];
-    for (int k = 0; k < 3; k++)
-        r[k] = row ? size[1] * n[3 + k] + along * n[k] : size[0] * n[k] + along * n[3 + k];
-    const double s = n[0] * r[0] + n[1] * r[1] + n[2] * r[2];
-    const double c = n[3] * r[0] + n[4] * r[1] + n[5] * r[2];
-    const double sign = copysign(1.0, r[0]);
-    angle[split->halved] = 2.0 * atan2(s, c) + CHASLES_HALF_FROM;
-    angle[1 - split->halved] = atan2(sign * r[2], sign * r[1]);
+    const chasles_vector y = n[0] * r[0] + n[1] * r[1] + n[2] * r[2];
+    const chasles_vector x = n[3] * r[0] + n[4] * r[1] + n[5] * r[2];
+    const chasles_vector over = 1.0 / (x * x + y * y + DBL_MIN);
+    const chasles_vector cosine = (x * x - y * y) * over, sine = 2.0 * x * y * over;
+    c[0] = c0 * cosine - s0 * sine;
+    s[0] = c0 * sine + s0 * cosine;
+    const chasles_vector sign = chasles_vector_signed(zero + 1.0, r[0]);
+    chasles_general_unit(sign * r[1], sign * r[2], c + 1, s + 1);
 }
 
-/* cos and sin of the direction of (x, y); of the angle 0 where it has none. */
-static void chasles_general_unit(double x, double y, double *c, double *s)
+/* cos and sin of the pair, from those of the three joints behind it. */
+CHASLES_INLINE void chasles_general_pair(const chasles_general_system *system, chasles_vector *c,
+                                         chasles_vector *s)
 {
-    const double size = sqrt(x * x + y * y);
-    *c = size > 0.0 ? x / size : 1.0;
-    *s = size > 0.0 ? y / size : 0.0;
-}
-
-/* All joints from those of one side of the equations. */
-static void chasles_general_all(const chasles_general_six *six, const chasles_general_split *split,
-                                const chasles_general_system *system, const double *local,
-                                double *q)
-{
-    double c[5], s[5], x[9], y[8], angle[6];
-    for (int k = 2; k < 5; k++) {
-        angle[k] = local[k - 2];
-        c[k] = cos(angle[k]), s[k] = sin(angle[k]);
-    }
-    const double of_v[3] = {1.0, c[3], s[3]}, of_w[3] = {1.0, c[4], s[4]};
-    for (int k = 0; k < 9; k++)
-        x[k] = of_v[k / 3] * of_w[k % 3];
+    const chasles_vector zero = {0.0}, one = zero + 1.0;
+    const chasles_vector of_v[3] = {one, c[3], s[3]}, of_w[3] = {one, c[4], s[4]};
+    chasles_vector y[8];
     for (int i = 7; i >= 0; i--) {
-        double sum = 0.0;
+        y[i] = zero;
+        CHASLES_UNROLL
         for (int k = 0; k < 9; k++) {
-            sum += x[k] * (system->head[0][i][k] + c[2] * system->head[1][i][k] +
-                           s[2] * system->head[2][i][k]);
+            y[i] += of_v[k / 3] * of_w[k % 3] *
+                    (system->head[0][i][k] + c[2] * system->head[1][i][k] +
+                     s[2] * system->head[2][i][k]);
         }
         for (int k = i + 1; k < 8; k++)
-            sum -= system->factor[i][k] * y[k];
-        y[i] = system->factor[i][i] != 0.0 ? sum / system->factor[i][i] : 0.0;
+            y[i] -= system->factor[i][k] * y[k];
+        y[i] *= system->factor[i][i] != 0.0 ? 1.0 / system->factor[i][i] : 0.0;
     }
     chasles_general_unit(y[2], y[5], c, s);
     chasles_general_unit(y[0], y[1], c + 1, s + 1);
-    angle[0] = atan2(s[0], c[0]), angle[1] = atan2(s[1], c[1]);
-    /* The rest of the loop turns x by the last angle, backwards. */
-    double turned[3] = {1.0, 0.0, 0.0};
+}
+
+/* cos and sin of the last joint, from those of all others: they turn x by its angle, backwards. */
+CHASLES_INLINE void chasles_general_last(const chasles_general_system *system, chasles_vector *c,
+                                         chasles_vector *s)
+{
+    const chasles_vector zero = {0.0};
+    chasles_vector turned[3] = {zero + 1.0, zero, zero}, moved[3];
     for (int k = 4; k >= -1; k--) {
         const double *C = system->loop[k >= 0 ? k : 5];
-        double moved[3];
         for (int i = 0; i < 3; i++)
             moved[i] = C[4 * i] * turned[0] + C[4 * i + 1] * turned[1] + C[4 * i + 2] * turned[2];
         turned[0] = k >= 0 ? c[k] * moved[0] - s[k] * moved[1] : moved[0];
         turned[1] = k >= 0 ? s[k] * moved[0] + c[k] * moved[1] : moved[1];
         turned[2] = moved[2];
     }
-    angle[5] = atan2(-turned[1], turned[0]);
+    c[5] = turned[0], s[5] = -turned[1];
+}
+
+/* All joints of as many starts as there are lanes, or fewer, from their vectors. */
+static void chasles_general_all(const chasles_general_six *six, const chasles_general_split *split,
+                                const chasles_general_system *system, chasles_general_start *starts,
+                                int count)
+{
+    double rows[8][CHASLES_LANES];
+    chasles_vector given[8], c[6], s[6], two_c[2], two_s[2];
+    for (int l = 0; l < CHASLES_LANES; l++) {
+        const chasles_general_start *start = starts + (l < count ? l : 0);
+        for (int k = 0; k < 6; k++)
+            rows[k][l] = start->n[k];
+        rows[6][l] = start->c, rows[7][l] = start->s;
+    }
+    memcpy(given, rows, sizeof given);
+    chasles_general_two(given, two_c, two_s);
+    const int half = split->halved;
+    c[2] = given[6], c[3] = two_c[half], c[4] = two_c[1 - half];
+    s[2] = given[7], s[3] = two_s[half], s[4] = two_s[1 - half];
+    chasles_general_pair(system, c, s);
+    chasles_general_last(system, c, s);
     for (int k = 0; k < 6; k++) {
         const int joint = split->joint[k];
-        q[joint] = chasles_general_wrapped(split->sense * angle[k] *
-                                           chasles_general_direction(six->arm, joint));
+        const double sign = split->sense * chasles_general_direction(six->arm, joint);
+        const chasles_vector angle = sign * chasles_general_angles(s[k], c[k]);
+        for (int l = 0; l < count; l++)
+            starts[l].q[joint] = angle[l];
     }
 }
 
@@ -152,68 +187,44 @@ static int chasles_general_products(const double (*n)[6], double (*product)[6])
     return 1;
 }
 
-/* All joints at up to eight roots; returns how many starts were added behind the last, where two
- * roots are so near that both of their vectors are needed. */
-static int chasles_general_eight(const chasles_general_six *six, const chasles_general_split *split,
-                                 const chasles_general_system *system,
-                                 chasles_general_start *starts, int count,
-                                 chasles_general_start *last, int room)
+/* The triangles that are singular at roots, one a lane. */
+static void chasles_general_triangles(const chasles_general_system *system,
+                                      const chasles_general_start *const *starts, int count,
+                                      chasles_vector (*R)[6])
 {
-    chasles_general_lanes R[6][6], n[6], c, s, value;
-    int added = 0;
+    double cosine[CHASLES_LANES], sine[CHASLES_LANES];
+    chasles_vector c, s, value;
     for (int l = 0; l < CHASLES_LANES; l++) {
-        const double angle = starts[l < count ? l : 0].along;
-        c[l] = cos(angle), s[l] = sin(angle);
+        cosine[l] = starts[l < count ? l : 0]->c;
+        sine[l] = starts[l < count ? l : 0]->s;
     }
+    memcpy(&c, cosine, sizeof c);
+    memcpy(&s, sine, sizeof s);
     chasles_general_factored(system, &c, &s, R, &value);
-    chasles_general_null(R, n);
-    for (int l = 0; l < count; l++) {
-        const double own[6] = {n[0][l], n[1][l], n[2][l], n[3][l], n[4][l], n[5][l]};
-        double local[3];
-        local[0] = starts[l].along;
-        chasles_general_two(own, split, local + 1);
-        chasles_general_all(six, split, system, local, starts[l].q);
-        if (starts[l].twin && added + 2 <= room) {
-            double triangle[6][6], plane[2][6], product[2][6];
-            for (int j = 0; j < 6; j++) {
-                for (int i = 0; i < 6; i++)
-                    triangle[j][i] = R[j][i][l];
-            }
-            chasles_general_plane((const double(*)[6])triangle, plane);
-            if (!chasles_general_products((const double(*)[6])plane, product))
-                continue;
-            for (int v = 0; v < 2; v++) {
-                chasles_general_start *twin = last + added++;
-                twin->along = local[0], twin->imaginary = 0.0, twin->twin = 2;
-                chasles_general_two(product[v], split, local + 1);
-                chasles_general_all(six, split, system, local, twin->q);
-            }
-        }
-    }
-    return added;
 }
 
-/* Starts for Newton's steps, one a real root, and one where two are about to meet; how many. Two
- * more for each of them that another one is near. Also whether no more of them may be hidden. */
+/* Starts for Newton's steps, one a real root, and one where two are about to meet; how many. Also
+ * whether no more of them may be hidden. */
 static int chasles_general_starts(const chasles_general_six *six,
                                   const chasles_general_split *split, const double *T,
-                                  chasles_general_start *starts, int *sure)
+                                  chasles_general_system *system, chasles_general_start *starts,
+                                  int *sure)
 {
-    chasles_general_system system;
-    chasles_general_series series;
-    chasles_general_roots roots;
-    chasles_general_eliminate(six, split, T, &system);
-    chasles_general_interpolated(&system, &series);
+    double along[CHASLES_MOST_ROOTS], c[CHASLES_MOST_ROOTS], s[CHASLES_MOST_ROOTS];
+    chasles_circle_series series;
+    chasles_circle_roots roots;
+    chasles_general_eliminate(six, split, T, system);
+    chasles_general_interpolated(system, &series);
     *sure = 0;
     if (!(series.noise < CHASLES_NOISE * series.most))
         return 0;
-    chasles_general_real(&system, &series, &roots);
+    chasles_circle_real(chasles_general_sampled, system, &series, &roots);
     *sure = !roots.unresolved && series.most > CHASLES_VANISHED;
-    int real = 0;
+    int count = 0;
     for (int k = 0; k < roots.count; k++) {
         int near = 0, before = 0;
         for (int i = 0; i < roots.count; i++) {
-            const double apart = fabs(chasles_general_wrapped(roots.angle[i] - roots.angle[k]));
+            const double apart = fabs(chasles_circle_wrapped(roots.angle[i] - roots.angle[k]));
             near += i != k && apart < CHASLES_TWINS;
             before += i < k && apart < CHASLES_TWINS;
         }
@@ -221,17 +232,69 @@ static int chasles_general_starts(const chasles_general_six *six,
         /* Where many are near each other, they are found from poses nearby. */
         if (near > 1 && before > 0)
             continue;
-        starts[real].along = roots.angle[k];
-        starts[real].imaginary = roots.imaginary[k];
-        starts[real++].twin = near > 0 || roots.imaginary[k] > 0.0;
+        along[count] = starts[count].along = roots.angle[k];
+        starts[count].imaginary = roots.imaginary[k];
+        starts[count++].has_twin = near > 0 || roots.imaginary[k] > 0.0;
     }
-    int count = real;
-    for (int k = 0; k < real; k += CHASLES_LANES) {
-        const int some = real - k < CHASLES_LANES ? real - k : CHASLES_LANES;
-        count += chasles_general_eight(six, split, &system, starts + k, some, starts + count,
-                                       CHASLES_MOST_STARTS - count);
+    chasles_cos_sin(count, along, c, s);
+    for (int k = 0; k < count; k++)
+        starts[k].c = c[k], starts[k].s = s[k];
+    for (int k = 0; k < count; k += CHASLES_LANES) {
+        const chasles_general_start *some[CHASLES_LANES];
+        chasles_vector R[6][6], n[6];
+        const int all = count - k < CHASLES_LANES ? count - k : CHASLES_LANES;
+        for (int l = 0; l < all; l++)
+            some[l] = starts + k + l;
+        chasles_general_triangles(system, some, all, R);
+        chasles_general_null(R, n);
+        for (int i = 0; i < 6; i++) {
+            for (int l = 0; l < all; l++)
+                starts[k + l].n[i] = n[i][l];
+        }
+        chasles_general_all(six, split, system, starts + k, all);
     }
     return count;
+}
+
+/* Two more starts for each of those that another one is near, by both of their vectors; how many.
+ */
+static int chasles_general_twins(const chasles_general_six *six, const chasles_general_split *split,
+                                 const chasles_general_system *system,
+                                 const chasles_general_start *starts, int count,
+                                 chasles_general_start *twins)
+{
+    const chasles_general_start *some[CHASLES_LANES];
+    chasles_vector R[6][6];
+    int added = 0;
+    for (int k = 0, all = 0; k < count; k++) {
+        if (starts[k].has_twin)
+            some[all++] = starts + k;
+        if (all == 0 || (all < CHASLES_LANES && k < count - 1))
+            continue;
+        chasles_general_triangles(system, some, all, R);
+        for (int l = 0; l < all; l++) {
+            double triangle[6][6], plane[2][6], product[2][6];
+            for (int j = 0; j < 6; j++) {
+                for (int i = 0; i < 6; i++)
+                    triangle[j][i] = R[j][i][l];
+                triangle[j][j] += copysign(CHASLES_PIVOT_FLOOR, triangle[j][j]);
+            }
+            chasles_general_plane((const double(*)[6])triangle, plane);
+            if (!chasles_general_products((const double(*)[6])plane, product))
+                continue;
+            for (int v = 0; v < 2; v++) {
+                twins[added] = *some[l];
+                twins[added].imaginary = 0.0;
+                memcpy(twins[added++].n, product[v], sizeof product[v]);
+            }
+        }
+        all = 0;
+    }
+    for (int k = 0; k < added; k += CHASLES_LANES) {
+        const int all = added - k < CHASLES_LANES ? added - k : CHASLES_LANES;
+        chasles_general_all(six, split, system, twins + k, all);
+    }
+    return added;
 }
 
 #endif

@@ -17,46 +17,16 @@
 #include <string.h>
 
 #include "chasles_general_equations.h"
-
-#define CHASLES_LANES 8
-
-/* GCC's and Clang's vectors: of plain arrays, sums would go through memory. */
-typedef double chasles_general_lanes __attribute__((vector_size(8 * CHASLES_LANES)));
-
-/* Reflects the first columns of a matrix of six rows to a triangle; multiplies its determinant. */
-static void chasles_general_triangle(chasles_general_lanes (*a)[6], int columns, int all,
-                                     chasles_general_lanes *determinant)
-{
-    for (int j = 0; j < columns; j++) {
-        chasles_general_lanes norm = {0.0};
-        for (int i = j; i < 6; i++)
-            norm += a[j][i] * a[j][i];
-        for (int l = 0; l < CHASLES_LANES; l++)
-            norm[l] = copysign(sqrt(norm[l]), a[j][j][l]);
-        const chasles_general_lanes scale = 1.0 / (norm * (norm + a[j][j]) + DBL_MIN);
-        *determinant *= norm;
-        a[j][j] += norm;
-        for (int k = j + 1; k < all; k++) {
-            chasles_general_lanes dot = {0.0};
-            for (int i = j; i < 6; i++)
-                dot += a[j][i] * a[k][i];
-            dot *= scale;
-            for (int i = j; i < 6; i++)
-                a[k][i] -= dot * a[j][i];
-        }
-        a[j][j] = -norm;
-    }
-}
+#include "chasles_general_vectors.h"
 
 /* The triangle (6, 6) that is singular where M is, by columns, and the determinant of M. */
-static void chasles_general_factored(const chasles_general_system *system,
-                                     const chasles_general_lanes *c, const chasles_general_lanes *s,
-                                     chasles_general_lanes (*R)[6],
-                                     chasles_general_lanes *determinant)
+static void chasles_general_factored(const chasles_general_system *system, const chasles_vector *c,
+                                     const chasles_vector *s, chasles_vector (*R)[6],
+                                     chasles_vector *determinant)
 {
     /* Columns of A, B, C for those of s, then of C, B, A for those of c. */
-    const chasles_general_lanes zero = {0.0};
-    chasles_general_lanes high[9][6], low[9][6];
+    const chasles_vector zero = {0.0};
+    chasles_vector high[9][6], low[9][6];
     for (int f = 0; f < 3; f++) {
         for (int k = 0; k < 3; k++) {
             for (int i = 0; i < 6; i++) {
@@ -69,48 +39,46 @@ static void chasles_general_factored(const chasles_general_system *system,
     memcpy(low + 3, high + 3, 3 * sizeof *low);
     memcpy(low + 6, high, 3 * sizeof *low);
     *determinant = zero + 1.0;
-    chasles_general_triangle(high, 3, 9, determinant);
-    chasles_general_triangle(low, 3, 9, determinant);
+    /* Side by side, for each waits for its roots and quotients. */
+    CHASLES_UNROLL
+    for (int j = 0; j < 3; j++) {
+        chasles_general_reflected(high, j, 9, determinant);
+        chasles_general_reflected(low, j, 9, determinant);
+    }
     for (int k = 0; k < 3; k++) {
         memcpy(R[k], high[3 + k] + 3, 3 * sizeof *R[k]);
         memcpy(R[3 + k], high[6 + k] + 3, 3 * sizeof *R[k]);
         memcpy(R[k] + 3, low[6 + k] + 3, 3 * sizeof *R[k]);
         memcpy(R[3 + k] + 3, low[3 + k] + 3, 3 * sizeof *R[k]);
     }
-    chasles_general_triangle(R, 6, 6, determinant);
+    chasles_general_triangle(R, 6, determinant);
 }
 
-/* Solves R x = b in place, or with R transposed. */
-static void chasles_general_upper(chasles_general_lanes (*R)[6], chasles_general_lanes *x)
+/* The unit vector that a triangle takes nearest to zero, by inverse iteration. */
+static void chasles_general_null(chasles_vector (*R)[6], chasles_vector *x)
 {
-    for (int j = 5; j >= 0; j--) {
-        x[j] /= R[j][j];
-        for (int i = 0; i < j; i++)
-            x[i] -= R[j][i] * x[j];
-    }
-}
-
-static void chasles_general_lower(chasles_general_lanes (*R)[6], chasles_general_lanes *x)
-{
+    const chasles_vector zero = {0.0}, one = zero + 1.0;
+    chasles_vector largest = zero, square = zero;
     for (int j = 0; j < 6; j++) {
-        for (int i = 0; i < j; i++)
-            x[j] -= R[j][i] * x[i];
-        x[j] /= R[j][j];
-    }
-}
-
-/* The vector that a triangle takes nearest to zero, by inverse iteration. */
-static void chasles_general_null(chasles_general_lanes (*R)[6], chasles_general_lanes *x)
-{
-    const chasles_general_lanes zero = {0.0}, one = zero + 1.0;
-    for (int j = 0; j < 6; j++) {
-        for (int l = 0; l < CHASLES_LANES; l++)
-            R[j][j][l] += copysign(CHASLES_PIVOT_FLOOR, R[j][j][l]);
+        R[j][j] += chasles_vector_signed(zero + CHASLES_PIVOT_FLOOR, R[j][j]);
         x[j] = one;
     }
     chasles_general_upper(R, x);
     chasles_general_lower(R, x);
     chasles_general_upper(R, x);
+    /* Squares of what a nearly singular triangle gives may be too large. */
+    for (int j = 0; j < 6; j++) {
+        const chasles_vector size = chasles_vector_sizes(x[j]);
+        largest = chasles_vector_chosen(size > largest, size, largest);
+    }
+    const chasles_vector part = 1.0 / (largest + DBL_MIN);
+    for (int j = 0; j < 6; j++) {
+        x[j] *= part;
+        square += x[j] * x[j];
+    }
+    const chasles_vector norm = chasles_vector_square_roots(square);
+    for (int j = 0; j < 6; j++)
+        x[j] /= norm;
 }
 
 #endif

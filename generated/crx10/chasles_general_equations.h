@@ -10,7 +10,8 @@
  * its real roots are isolated (chasles_general_roots.h), and give the other joints
  * (chasles_general_back.h). Newton's steps on the pose end it (chasles_general_newton.h). One such
  * order of the joints is a split; where it fails, others and poses nearby are tried
- * (chasles_general_solutions.h). No allocation, no state, libm alone.
+ * (chasles_general_solutions.h). All of this is computed in vectors, of samples, roots or solutions
+ * (chasles_general_vectors.h). No allocation, no state, libm alone.
  */
 #ifndef CHASLES_GENERAL_EQUATIONS_H
 #define CHASLES_GENERAL_EQUATIONS_H
@@ -19,6 +20,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "chasles_circle_roots.h"
 #include "chasles_general_tolerances.h"
 
 /* The quantities of a line are fifteen: p, l, p.p, p.l, p x l, (p.p) l - 2 (p.l) p, and the 1. */
@@ -65,13 +67,6 @@ typedef struct {
     double rest[3][6][9];    /* the rows without y: of 1, cos and sin of the suppressed angle */
     double form[3][3][6][3]; /* the same for the half angle: by 1, cos, sin; by A, B, C */
 } chasles_general_system;
-
-static double chasles_general_wrapped(double angle)
-{
-    const double turn = 6.283185307179586476925286766559;
-    const double wrapped = angle - turn * floor(angle / turn + 0.5);
-    return wrapped <= -0.5 * turn ? 0.5 * turn : wrapped;
-}
 
 static void chasles_general_product(const double *a, const double *b, double *c)
 {

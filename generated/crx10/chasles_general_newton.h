@@ -9,13 +9,28 @@
 
 #include "chasles_general_equations.h"
 #include "chasles_general_tolerances.h"
+#include "chasles_general_vectors.h"
+#include "chasles_solve_six.h"
 
 typedef struct {
     double q[6];
-    double imaginary; /* of the suppressed angle; 0 for a real root */
+    double n[6];      /* the vector that M takes to zero */
     double along;     /* the suppressed angle */
-    int twin;         /* 1 where another root is near, 2 for the vectors of both */
+    double c, s;      /* of this angle */
+    double imaginary; /* of this angle; 0 for a real root */
+    int has_twin;     /* whether another root is near */
 } chasles_general_start;
+
+/* A configuration on its way to a pose. */
+typedef struct {
+    double q[6], J[36];
+    double e[6];    /* the twist that is left */
+    double left;    /* metre or radian, the larger */
+    double cost;    /* the sum of squares that steps make smaller */
+    double damping; /* of the next step; 0 for Newton's */
+    int steps;      /* so far */
+    int is_over;    /* whether no further step may help */
+} chasles_general_way;
 
 /* All joints of the robot, from the six that are solved for. */
 static void chasles_general_joints(const chasles_general_six *six, const double *q, double *all)
@@ -71,72 +86,25 @@ static double chasles_general_error(const double *T, const double *at, double *e
     return sqrt(position > turned ? position : turned);
 }
 
-/* Solves a x = b, n = 6, in place; returns the determinant, 0 where a is singular. */
-static double chasles_general_solve(double (*a)[7], double *x)
-{
-    double determinant = 1.0;
-    for (int j = 0; j < 6; j++) {
-        int p = j;
-        for (int i = j + 1; i < 6; i++) {
-            if (fabs(a[i][j]) > fabs(a[p][j]))
-                p = i;
-        }
-        if (!(fabs(a[p][j]) > 0.0))
-            return 0.0;
-        if (p != j) {
-            determinant = -determinant;
-            for (int k = 0; k < 7; k++) {
-                const double kept = a[p][k];
-                a[p][k] = a[j][k], a[j][k] = kept;
-            }
-        }
-        determinant *= a[j][j];
-        const double inverse = 1.0 / a[j][j];
-        for (int i = j + 1; i < 6; i++) {
-            const double factor = a[i][j] * inverse;
-            for (int k = j; k < 7; k++)
-                a[i][k] -= factor * a[j][k];
-        }
-    }
-    for (int j = 5; j >= 0; j--) {
-        double sum = a[j][6];
-        for (int k = j + 1; k < 6; k++)
-            sum -= a[j][k] * x[k];
-        x[j] = sum / a[j][j];
-    }
-    return determinant;
-}
-
-/* One step towards the pose: Newton's where damping is 0, else Levenberg and Marquardt's. */
-static void chasles_general_step(const double *J, const double *e, double length, double damping,
-                                 double *step)
+/* A step of Levenberg and Marquardt towards the pose. */
+static void chasles_general_damped(const chasles_general_way *way, double length, double *step)
 {
     double a[6][7], b[6][7];
     for (int i = 0; i < 6; i++) {
         const double weight = i < 3 ? 1.0 / length : 1.0;
         for (int k = 0; k < 6; k++)
-            a[i][k] = weight * J[6 * i + k];
-        a[i][6] = weight * e[i];
+            a[i][k] = weight * way->J[6 * i + k];
+        a[i][6] = weight * way->e[i];
     }
-    if (damping > 0.0) {
-        for (int i = 0; i < 6; i++) {
-            for (int k = 0; k < 7; k++) {
-                b[i][k] = i == k ? damping : 0.0;
-                for (int m = 0; m < 6; m++)
-                    b[i][k] += a[m][i] * a[m][k];
-            }
+    for (int i = 0; i < 6; i++) {
+        for (int k = 0; k < 7; k++) {
+            b[i][k] = i == k ? way->damping : 0.0;
+            for (int m = 0; m < 6; m++)
+                b[i][k] += a[m][i] * a[m][k];
         }
-        memcpy(a, b, sizeof a);
     }
     memset(step, 0, 6 * sizeof *step);
-    chasles_general_solve(a, step);
-    double most = 0.0;
-    for (int k = 0; k < 6; k++)
-        most = fabs(step[k]) > most ? fabs(step[k]) : most;
-    if (!(most <= 0.5)) {
-        for (int k = 0; k < 6; k++)
-            step[k] = most < DBL_MAX ? step[k] * 0.5 / most : 0.0;
-    }
+    chasles_solve_six(b, step);
 }
 
 /* What is left of a pose as the sum of squares that steps make smaller. */
@@ -148,60 +116,144 @@ static double chasles_general_cost(const double *e, double length)
     return metres / (length * length) + radians;
 }
 
-/* Steps q towards the pose; returns what is left (metre or radian, the larger). */
-static double chasles_general_polish(const chasles_general_six *six, const double *T, int most,
-                                     double *q, double *J)
+static void chasles_general_begin(const chasles_general_six *six, const double *T, const double *q,
+                                  chasles_general_way *way)
 {
-    double at[16], e[6], step[6], next[6], next_J[36], damping = 0.0;
+    double at[16];
+    memcpy(way->q, q, sizeof way->q);
+    chasles_general_forward(six, q, at, way->J);
+    way->left = chasles_general_error(T, at, way->e);
+    way->cost = chasles_general_cost(way->e, six->arm->length);
+    way->damping = 0.0;
+    way->steps = 0;
+    way->is_over = way->left <= CHASLES_CLOSED;
+}
+
+/* Takes a step, half a radian at most, if it helps; else the next one is damped more. */
+static void chasles_general_advance(const chasles_general_six *six, const double *T,
+                                    const double *step, chasles_general_way *way)
+{
+    double q[6], at[16], J[36], e[6], most = 0.0, sum = 0.0;
+    for (int k = 0; k < 6; k++) {
+        most = fabs(step[k]) > most ? fabs(step[k]) : most;
+        sum += fabs(step[k]);
+    }
+    const double part = !(sum < DBL_MAX) ? 0.0 : most > 0.5 ? 0.5 / most : 1.0;
+    for (int k = 0; k < 6; k++)
+        q[k] = way->q[k] + (part > 0.0 ? part * step[k] : 0.0);
     chasles_general_forward(six, q, at, J);
-    double left = chasles_general_error(T, at, e);
-    double cost = chasles_general_cost(e, six->arm->length);
-    for (int k = 0; k < most && left > CHASLES_CLOSED; k++) {
-        double next_e[6];
-        chasles_general_step(J, e, six->arm->length, damping, step);
-        for (int i = 0; i < 6; i++)
-            next[i] = q[i] + step[i];
-        chasles_general_forward(six, next, at, next_J);
-        const double then = chasles_general_error(T, at, next_e);
-        const double cost_then = chasles_general_cost(next_e, six->arm->length);
-        if (cost_then < cost) {
-            const int slow = cost_then > 0.999999 * cost && left > CHASLES_NEAR;
-            /* Where a step did much, the next may be Newton's. */
-            damping =
-                cost_then < 0.25 * cost || damping < CHASLES_DAMPING_DROPPED ? 0.0 : 0.03 * damping;
-            left = then, cost = cost_then;
-            memcpy(q, next, sizeof next);
-            memcpy(J, next_J, sizeof next_J);
-            memcpy(e, next_e, sizeof e);
-            if (slow)
-                break;
-        } else if (left < CHASLES_NEARLY_CLOSED || damping > CHASLES_DAMPING_MOST) {
-            break;
+    const double left = chasles_general_error(T, at, e);
+    const double cost = chasles_general_cost(e, six->arm->length);
+    way->steps++;
+    if (cost < way->cost) {
+        const int is_slow = cost > 0.999999 * way->cost && way->left > CHASLES_NEAR;
+        /* Where a step did much, the next may be Newton's. */
+        way->damping = cost < 0.25 * way->cost || way->damping < CHASLES_DAMPING_DROPPED
+                           ? 0.0
+                           : 0.03 * way->damping;
+        way->left = left, way->cost = cost;
+        memcpy(way->q, q, sizeof q);
+        memcpy(way->J, J, sizeof J);
+        memcpy(way->e, e, sizeof e);
+        way->is_over = is_slow || left <= CHASLES_CLOSED;
+    } else if (way->left < CHASLES_NEARLY_CLOSED || way->damping > CHASLES_DAMPING_MOST) {
+        way->is_over = 1;
+    } else {
+        way->damping = way->damping > 0.0         ? 30.0 * way->damping
+                       : way->left > CHASLES_NEAR ? CHASLES_DAMPING_FAR
+                                                  : CHASLES_DAMPING_NEAR;
+    }
+}
+
+/* Newton's next steps of as many configurations as there are lanes, or fewer. */
+static void chasles_general_newton(const chasles_general_six *six, const double *T,
+                                   chasles_general_way *const *ways, int count)
+{
+    double rows[7][6][CHASLES_LANES];
+    chasles_vector a[7][6], determinant = {0.0};
+    for (int l = 0; l < CHASLES_LANES; l++) {
+        const chasles_general_way *way = ways[l < count ? l : 0];
+        for (int i = 0; i < 6; i++) {
+            const double weight = i < 3 ? 1.0 / six->arm->length : 1.0;
+            for (int k = 0; k < 6; k++)
+                rows[k][i][l] = weight * way->J[6 * i + k];
+            rows[6][i][l] = weight * way->e[i];
+        }
+    }
+    memcpy(a, rows, sizeof a);
+    chasles_general_triangle(a, 7, &determinant);
+    chasles_general_upper(a, a[6]);
+    for (int l = 0; l < count; l++) {
+        double step[6];
+        for (int k = 0; k < 6; k++)
+            step[k] = a[6][k][l];
+        chasles_general_advance(six, T, step, ways[l]);
+    }
+}
+
+/* Newton's steps of many configurations, as long as they help. */
+static void chasles_general_together(const chasles_general_six *six, const double *T,
+                                     chasles_general_way *ways, int count)
+{
+    chasles_general_way *going[CHASLES_LANES];
+    for (int moved = 1, step = 0; moved && step < CHASLES_STEPS; step++) {
+        int some = 0;
+        moved = 0;
+        for (int k = 0; k < count; k++) {
+            if (!ways[k].is_over && ways[k].damping == 0.0)
+                going[some++] = ways + k;
+            if (some == CHASLES_LANES || (some > 0 && k == count - 1)) {
+                chasles_general_newton(six, T, going, some);
+                some = 0, moved = 1;
+            }
+        }
+    }
+}
+
+/* Steps towards the pose, damped where they do not help. */
+static void chasles_general_polish(const chasles_general_six *six, const double *T, int most,
+                                   chasles_general_way *way)
+{
+    double step[6];
+    while (!way->is_over && way->steps < most) {
+        if (way->damping > 0.0) {
+            chasles_general_damped(way, six->arm->length, step);
+            chasles_general_advance(six, T, step, way);
         } else {
-            damping = damping > 0.0         ? 30.0 * damping
-                      : left > CHASLES_NEAR ? CHASLES_DAMPING_FAR
-                                            : CHASLES_DAMPING_NEAR;
+            chasles_general_newton(six, T, &way, 1);
         }
     }
     for (int i = 0; i < 6; i++)
-        q[i] = chasles_general_wrapped(q[i]);
-    return left;
+        way->q[i] = chasles_circle_wrapped(way->q[i]);
 }
 
-/* |det J| over the product of its columns' lengths: 1 at best, 0 where J is singular. */
-static double chasles_general_margin(const double *J, double length)
+/* |det J| over the product of its columns' lengths, of many J: 1 at best, 0 where J is singular. */
+static void chasles_general_margins(const double (*J)[36], int count, double length, double *margin)
 {
-    double a[6][7], x[6], lengths = 1.0;
-    for (int k = 0; k < 6; k++) {
-        double sum = 0.0;
-        for (int i = 0; i < 6; i++) {
-            a[i][k] = i < 3 ? J[6 * i + k] / length : J[6 * i + k];
-            sum += a[i][k] * a[i][k];
-            a[i][6] = 0.0;
+    double rows[6][6][CHASLES_LANES];
+    for (int from = 0; from < count; from += CHASLES_LANES) {
+        for (int l = 0; l < CHASLES_LANES; l++) {
+            const double *own = J[from + l < count ? from + l : from];
+            for (int i = 0; i < 6; i++) {
+                for (int k = 0; k < 6; k++)
+                    rows[k][i][l] = i < 3 ? own[6 * i + k] / length : own[6 * i + k];
+            }
         }
-        lengths *= sqrt(sum);
+        const chasles_vector zero = {0.0};
+        chasles_vector a[6][6], determinant = zero + 1.0, squares = zero + 1.0;
+        memcpy(a, rows, sizeof a);
+        for (int k = 0; k < 6; k++) {
+            chasles_vector sum = a[k][0] * a[k][0];
+            for (int i = 1; i < 6; i++)
+                sum += a[k][i] * a[k][i];
+            squares *= sum;
+        }
+        chasles_general_triangle(a, 6, &determinant);
+        const chasles_vector found =
+            chasles_vector_sizes(determinant) / chasles_vector_square_roots(squares);
+        for (int l = 0; l < CHASLES_LANES && from + l < count; l++)
+            margin[from + l] = found[l];
     }
-    return fabs(chasles_general_solve(a, x)) / lengths;
 }
 
 #endif

@@ -17,41 +17,51 @@
 /* Solutions found so far, none twice. */
 typedef struct {
     int count;
-    double q[CHASLES_SLOTS][6], residual[CHASLES_SLOTS], margin[CHASLES_SLOTS];
+    int open; /* how often steps ended short of what may be a solution */
+    double q[CHASLES_SLOTS][6], residual[CHASLES_SLOTS], J[CHASLES_SLOTS][36];
 } chasles_general_found;
+
+/* The place of a solution that makes room for one that stands alone: one of infinitely many. Or -1
+ * where the new one does not. */
+static int chasles_general_room(const chasles_general_six *six, const chasles_general_found *found,
+                                const double *J)
+{
+    double margin[CHASLES_SLOTS + 1], all[CHASLES_SLOTS + 1][36];
+    memcpy(all, found->J, sizeof found->J);
+    memcpy(all[CHASLES_SLOTS], J, sizeof *all);
+    chasles_general_margins((const double(*)[36])all, CHASLES_SLOTS + 1, six->arm->length, margin);
+    int own = 0;
+    for (int k = 1; k < CHASLES_SLOTS; k++)
+        own = margin[k] < margin[own] ? k : own;
+    return margin[own] >= margin[CHASLES_SLOTS] ? -1 : own;
+}
 
 /* Keeps a solution; returns its place, or -1 where it is none. */
 static int chasles_general_keep(const chasles_general_six *six, chasles_general_found *found,
-                                const double *q, double residual, const double *J)
+                                const chasles_general_way *way)
 {
-    if (!(residual <= CHASLES_SOLVED))
+    if (!(way->left <= CHASLES_SOLVED))
         return -1;
     int own = 0;
     for (; own < found->count; own++) {
         double most = 0.0;
         for (int k = 0; k < 6; k++) {
-            const double apart = fabs(chasles_general_wrapped(q[k] - found->q[own][k]));
+            const double apart = fabs(chasles_circle_wrapped(way->q[k] - found->q[own][k]));
             most = apart > most ? apart : most;
         }
         if (most < CHASLES_SAME)
             break;
     }
-    if (own < found->count && found->residual[own] <= residual)
+    if (own < found->count && found->residual[own] <= way->left)
         return own;
-    const double margin = chasles_general_margin(J, six->arm->length);
-    if (own == found->count && own < CHASLES_SLOTS) {
-        found->count++;
-    } else if (own == found->count) {
-        /* One of infinitely many makes room for one that stands alone. */
-        own = 0;
-        for (int k = 1; k < CHASLES_SLOTS; k++)
-            own = found->margin[k] < found->margin[own] ? k : own;
-        if (found->margin[own] >= margin)
-            return -1;
-    }
-    memcpy(found->q[own], q, 6 * sizeof *q);
-    found->residual[own] = residual;
-    found->margin[own] = margin;
+    if (own == CHASLES_SLOTS)
+        own = chasles_general_room(six, found, way->J);
+    if (own < 0)
+        return -1;
+    found->count += own == found->count;
+    memcpy(found->q[own], way->q, sizeof way->q);
+    memcpy(found->J[own], way->J, sizeof way->J);
+    found->residual[own] = way->left;
     return own;
 }
 
@@ -69,7 +79,7 @@ static void chasles_general_least(const double *J, double length, double *direct
         a[i][6] = 1.0 + 0.1 * i;
         direction[i] = 0.0;
     }
-    chasles_general_solve(a, direction);
+    chasles_solve_six(a, direction);
     for (int k = 0; k < 6; k++)
         norm += direction[k] * direction[k];
     norm = norm > 0.0 ? sqrt(norm) : 1.0;
@@ -77,29 +87,33 @@ static void chasles_general_least(const double *J, double length, double *direct
         direction[k] /= norm;
 }
 
-/* Newton's steps from a start; from both sides of one where two roots meet. Returns the places of
- * what was found, as bits. */
-static unsigned chasles_general_try(const chasles_general_six *six, const double *T,
-                                    const chasles_general_start *start,
-                                    chasles_general_found *found)
+/* The rest of the steps of a configuration; returns the place of what was found, as a bit. */
+static unsigned chasles_general_finish(const chasles_general_six *six, const double *T,
+                                       chasles_general_way *way, chasles_general_found *found)
 {
-    double q[6], J[36], direction[6], at[16], e[6];
+    chasles_general_polish(six, T, CHASLES_STEPS, way);
+    const int own = chasles_general_keep(six, found, way);
+    found->open += way->left > CHASLES_SOLVED && way->left < CHASLES_NEAR;
+    return own < 0 ? 0 : 1u << own;
+}
+
+/* Newton's steps from both sides of a start where two roots meet. Returns the places of what was
+ * found, as bits. */
+static unsigned chasles_general_sides(const chasles_general_six *six, const double *T,
+                                      const chasles_general_start *start,
+                                      chasles_general_found *found)
+{
+    double q[6], direction[6];
+    chasles_general_way way;
     unsigned places = 0;
-    if (start->imaginary == 0.0) {
-        memcpy(q, start->q, sizeof q);
-        const double left = chasles_general_polish(six, T, CHASLES_STEPS, q, J);
-        const int own = chasles_general_keep(six, found, q, left, J);
-        return own < 0 ? 0 : 1u << own;
-    }
-    chasles_general_forward(six, start->q, at, J);
-    chasles_general_least(J, six->arm->length, direction);
-    const double apart = sqrt(chasles_general_error(T, at, e)) + start->imaginary;
+    chasles_general_begin(six, T, start->q, &way);
+    chasles_general_least(way.J, six->arm->length, direction);
+    const double apart = sqrt(way.left) + start->imaginary;
     for (int side = -1; side < 2; side += 2) {
         for (int k = 0; k < 6; k++)
             q[k] = start->q[k] + side * apart * direction[k];
-        const double left = chasles_general_polish(six, T, CHASLES_STEPS, q, J);
-        const int own = chasles_general_keep(six, found, q, left, J);
-        places |= own < 0 ? 0 : 1u << own;
+        chasles_general_begin(six, T, q, &way);
+        places |= chasles_general_finish(six, T, &way, found);
     }
     return places;
 }
@@ -112,28 +126,87 @@ static int chasles_general_bits(unsigned places)
     return count;
 }
 
+/* Whether solutions may be missing near a root: they are as many as real roots there, or more by
+ * pairs. */
+static int chasles_general_is_short(const chasles_general_six *six,
+                                    const chasles_general_split *split,
+                                    const chasles_general_start *starts, int count,
+                                    const chasles_general_found *found, int k)
+{
+    const int joint = split->joint[2];
+    const double sign = split->sense * chasles_general_direction(six->arm, joint);
+    int roots = 0, near = 0;
+    for (int i = 0; i < count; i++) {
+        const double apart = chasles_circle_wrapped(starts[i].along - starts[k].along);
+        roots += starts[i].imaginary == 0.0 && fabs(apart) < CHASLES_TWINS;
+    }
+    for (int i = 0; i < found->count; i++) {
+        const double apart = chasles_circle_wrapped(sign * found->q[i][joint] - starts[k].along);
+        near += fabs(apart) < CHASLES_TWINS;
+    }
+    return near < roots || (near - roots) % 2;
+}
+
+/* What is found from both vectors of each start that another one is near; places as bits. */
+static unsigned chasles_general_by_twins(const chasles_general_six *six, const double *T,
+                                         const chasles_general_split *split,
+                                         const chasles_general_system *system,
+                                         const chasles_general_start *starts, int count,
+                                         chasles_general_found *found)
+{
+    chasles_general_start twins[2 * CHASLES_MOST_ROOTS];
+    chasles_general_way ways[2 * CHASLES_MOST_ROOTS];
+    unsigned places = 0;
+    const int all = chasles_general_twins(six, split, system, starts, count, twins);
+    for (int k = 0; k < all; k++)
+        chasles_general_begin(six, T, twins[k].q, ways + k);
+    chasles_general_together(six, T, ways, all);
+    for (int k = 0; k < all; k++)
+        places |= chasles_general_finish(six, T, ways + k, found);
+    return places;
+}
+
+/* What is found from the starts; places as bits. */
+static unsigned chasles_general_by_starts(const chasles_general_six *six, const double *T,
+                                          const chasles_general_start *starts, int count,
+                                          chasles_general_found *found)
+{
+    chasles_general_way ways[CHASLES_MOST_ROOTS];
+    unsigned places = 0;
+    for (int k = 0; k < count; k++) {
+        chasles_general_begin(six, T, starts[k].q, ways + k);
+        /* That is left to steps from both sides of it. */
+        ways[k].is_over |= starts[k].imaginary > 0.0;
+    }
+    chasles_general_together(six, T, ways, count);
+    for (int k = 0; k < count; k++) {
+        places |= starts[k].imaginary > 0.0 ? chasles_general_sides(six, T, starts + k, found)
+                                            : chasles_general_finish(six, T, ways + k, found);
+    }
+    return places;
+}
+
 /* The solutions that a split gives; whether they surely are all. */
 static int chasles_general_by_split(const chasles_general_six *six, const double *T,
                                     const chasles_general_split *split,
                                     chasles_general_found *found)
 {
-    chasles_general_start starts[CHASLES_MOST_STARTS];
-    unsigned places = 0;
-    int real = 0, roots = 0, meeting = 0, sure;
-    const int count = chasles_general_starts(six, split, T, starts, &sure);
-    for (int k = 0; k < count; k++) {
-        if (starts[k].twin < 2) {
-            roots += starts[k].imaginary == 0.0;
-            meeting += starts[k].imaginary > 0.0;
-            real += starts[k].twin == 0;
-        } else if (meeting == 0 && chasles_general_bits(places) == roots) {
-            break;
-        }
-        places |= chasles_general_try(six, T, starts + k, found);
-    }
+    chasles_general_system system;
+    chasles_general_start starts[CHASLES_MOST_ROOTS];
+    int meeting = 0, sure;
+    const int count = chasles_general_starts(six, split, T, &system, starts, &sure);
+    for (int k = 0; k < count; k++)
+        meeting += starts[k].imaginary > 0.0;
+    found->open = 0;
+    unsigned places = chasles_general_by_starts(six, T, starts, count, found);
+    if (meeting > 0 || chasles_general_bits(places) < count)
+        places |= chasles_general_by_twins(six, T, split, &system, starts, count, found);
+    sure = sure && found->open == 0;
+    for (int k = 0; k < count; k++)
+        sure = sure && !chasles_general_is_short(six, split, starts, count, found, k);
     /* Solutions come in pairs; a split that misses a solution of another is not to be trusted. */
     const int own = chasles_general_bits(places);
-    return sure && own >= real && own == found->count && own % 2 == 0;
+    return sure && own == found->count && own % 2 == 0;
 }
 
 /* The pose turned and moved a little, each time another way; twice back and forth, for it may be at
@@ -187,7 +260,7 @@ static void chasles_general_search_all(const chasles_general_six *six, const dou
 {
     static const double sizes[] = {1e-3, 1e-3, 1e-2, 1e-2, 1e-4, 1e-4};
     chasles_general_found nearby;
-    chasles_general_start start = {{0.0}, 0.0, 0.0, 0};
+    chasles_general_way way;
     double near[16];
     if (chasles_general_by_splits(six, T, found))
         return;
@@ -195,8 +268,8 @@ static void chasles_general_search_all(const chasles_general_six *six, const dou
         chasles_general_nudged(T, six->arm->length, sizes[k], k, near);
         sure += chasles_general_by_splits(six, near, &nearby);
         for (int i = 0; i < nearby.count; i++) {
-            memcpy(start.q, nearby.q[i], sizeof start.q);
-            chasles_general_try(six, T, &start, found);
+            chasles_general_begin(six, T, nearby.q[i], &way);
+            chasles_general_finish(six, T, &way, found);
         }
     }
 }
@@ -214,15 +287,20 @@ static void chasles_general_nearest(const chasles_general_six *six, const double
     /* Evenly distributed without a pattern: multiples of square roots. */
     static const double roots[6] = {1.41421356, 1.73205081, 2.23606798,
                                     2.64575131, 3.31662479, 3.60555128};
-    double J[36];
+    chasles_general_way way;
     for (int k = 0; k < CHASLES_SLOTS; k++) {
-        double *q = rest->q[k];
+        double q[6];
         for (int i = 0; i < 6; i++)
-            q[i] = chasles_general_wrapped(CHASLES_TURN * k * roots[i]);
-        rest->left[k] = chasles_general_polish(six, T, 200, q, J);
-        if (rest->left[k] < CHASLES_NEAR)
-            rest->left[k] = chasles_general_polish(six, T, 1000, q, J);
-        chasles_general_keep(six, found, q, rest->left[k], J);
+            q[i] = chasles_circle_wrapped(CHASLES_TURN * k * roots[i]);
+        chasles_general_begin(six, T, q, &way);
+        chasles_general_polish(six, T, 200, &way);
+        if (way.left < CHASLES_NEAR) {
+            chasles_general_begin(six, T, way.q, &way);
+            chasles_general_polish(six, T, 1000, &way);
+        }
+        memcpy(rest->q[k], way.q, sizeof way.q);
+        rest->left[k] = way.left;
+        chasles_general_keep(six, found, &way);
     }
 }
 
@@ -230,15 +308,16 @@ static void chasles_general_nearest(const chasles_general_six *six, const double
 static void chasles_general_none(const chasles_general_six *six, const double *T,
                                  chasles_general_rest *rest)
 {
-    double q[6] = {0.0}, J[36];
-    double left = chasles_general_polish(six, T, 0, q, J);
-    for (int k = 0; k < 6 && left <= CHASLES_SOLVED; k++) {
+    double q[6] = {0.0};
+    chasles_general_way way;
+    chasles_general_begin(six, T, q, &way);
+    for (int k = 0; k < 6 && way.left <= CHASLES_SOLVED; k++) {
         q[k] = 1.0;
-        left = chasles_general_polish(six, T, 0, q, J);
+        chasles_general_begin(six, T, q, &way);
     }
     for (int k = 0; k < CHASLES_SLOTS; k++) {
         memcpy(rest->q[k], q, sizeof q);
-        rest->left[k] = left;
+        rest->left[k] = way.left;
     }
 }
 
@@ -251,6 +330,7 @@ static inline void chasles_general_slots(const chasles_general_arm *arm, double 
     chasles_general_six six;
     chasles_general_found found;
     chasles_general_rest rest;
+    double margins[CHASLES_SLOTS];
     int order[CHASLES_SLOTS], finite = value - value == 0.0;
     const int n = arm->joints, key = arm->split[0].joint[2];
     for (int k = 0; k < 16; k++)
@@ -269,6 +349,7 @@ static inline void chasles_general_slots(const chasles_general_arm *arm, double 
         chasles_general_nearest(&six, T, &found, &rest);
     if (found.count > 0)
         chasles_general_none(&six, T, &rest);
+    chasles_general_margins((const double(*)[36])found.J, found.count, arm->length, margins);
     for (int i = 0; i < found.count; i++) {
         int k = i;
         for (; k > 0 && found.q[order[k - 1]][key] > found.q[i][key]; k--)
@@ -279,7 +360,7 @@ static inline void chasles_general_slots(const chasles_general_arm *arm, double 
         const int there = k < found.count;
         chasles_general_joints(&six, there ? found.q[order[k]] : rest.q[k], q + n * k);
         residual[k] = there ? found.residual[order[k]] : rest.left[k];
-        margin[k] = there ? found.margin[order[k]] : -rest.left[k];
+        margin[k] = there ? margins[order[k]] : -rest.left[k];
     }
 }
 

@@ -12,31 +12,16 @@
 #define CHASLES_NEARLY_CLOSED 1e-12
 /* rad: coordinates of solutions closer than this are one. Double solutions differ by about 1e-8. */
 #define CHASLES_SAME 1e-6
-/* rad: half the way between complex roots up to which they may be real: with a residual of 1e-9
- * they are 1e-4 apart. */
-#define CHASLES_NEARLY_REAL 1e-3
 /* m, rad: residual beyond which a pose may be out of reach, and slow steps are given up. */
 #define CHASLES_NEAR 1e-4
-/* rad: the last step of a root of the determinant: Newton's next would be in rounding. */
-#define CHASLES_ROOT_FOUND 1e-9
 /* Added to pivots that may be 0; rows are of order 1, and rounding leaves about 1e-16 of them. */
 #define CHASLES_PIVOT_FLOOR 1e-30
 /* Part of the determinant's greatest coefficient that its errors may be: six digits remain. */
 #define CHASLES_NOISE 1e-6
 /* The determinant, of entries of order 1, where it may vanish for every angle but for rounding. */
 #define CHASLES_VANISHED 1e-15
-/* Ratio to errors of the polynomial, below which a part of it is computed anew: five digits. */
-#define CHASLES_BLURRED 1e5
-/* rad: roots of the determinant nearer than this may have the vectors of each other. */
-#define CHASLES_TWINS 1e-3
-/* Ratio of the polynomial to its errors up to which its sign is unsure. */
-#define CHASLES_UNSURE 10.0
-/* rad: half the way between two roots where the sign is unsure. */
-#define CHASLES_EDGE 1e-4
 /* rad^2: square of an angle so small that its series ends with its third power. */
 #define CHASLES_SMALL_TURN 1e-7
-/* rad: a root of the determinant that is known no better may be several. */
-#define CHASLES_DOUBT 3e-4
 /* Damping of Newton's steps, over the squares of J's entries: at first far from a solution and near
  * to one, where it is dropped, and where steps are given up. */
 #define CHASLES_DAMPING_FAR 1e-5

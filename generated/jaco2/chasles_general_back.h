@@ -12,50 +12,50 @@
 #include "chasles_general_roots.h"
 
 /* cos and sin of the direction of (x, y); of the angle 0 where it has none. */
-CHASLES_INLINE void chasles_general_unit(chasles_general_lanes x, chasles_general_lanes y,
-                                         chasles_general_lanes *c, chasles_general_lanes *s)
+CHASLES_INLINE void chasles_general_unit(chasles_vector x, chasles_vector y, chasles_vector *c,
+                                         chasles_vector *s)
 {
-    const chasles_general_lanes zero = {0.0};
-    const chasles_general_lanes size = chasles_general_square_roots(x * x + y * y);
-    const chasles_general_mask is_there = size > zero;
-    *c = chasles_general_chosen(is_there, x / size, zero + 1.0);
-    *s = chasles_general_chosen(is_there, y / size, zero);
+    const chasles_vector zero = {0.0};
+    const chasles_vector size = chasles_vector_square_roots(x * x + y * y);
+    const chasles_vector_mask is_there = size > zero;
+    *c = chasles_vector_chosen(is_there, x / size, zero + 1.0);
+    *s = chasles_vector_chosen(is_there, y / size, zero);
 }
 
 /* cos and sin of the two joints behind the suppressed one, from the vector that M takes to zero:
  * of its half angle in place 0, of the other one in place 1. */
-CHASLES_INLINE void chasles_general_two(const chasles_general_lanes *n, chasles_general_lanes *c,
-                                        chasles_general_lanes *s)
+CHASLES_INLINE void chasles_general_two(const chasles_vector *n, chasles_vector *c,
+                                        chasles_vector *s)
 {
     /* n is a product (sin, cos) x (1, cos, sin): its directions, from the larger row. */
     const double c0 = cos(CHASLES_HALF_FROM), s0 = sin(CHASLES_HALF_FROM);
-    const chasles_general_lanes zero = {0.0};
-    const chasles_general_lanes high = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
-    const chasles_general_lanes low = n[3] * n[3] + n[4] * n[4] + n[5] * n[5];
-    const chasles_general_lanes along = n[0] * n[3] + n[1] * n[4] + n[2] * n[5];
-    const chasles_general_mask row = low > high;
-    chasles_general_lanes r[3];
+    const chasles_vector zero = {0.0};
+    const chasles_vector high = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
+    const chasles_vector low = n[3] * n[3] + n[4] * n[4] + n[5] * n[5];
+    const chasles_vector along = n[0] * n[3] + n[1] * n[4] + n[2] * n[5];
+    const chasles_vector_mask row = low > high;
+    chasles_vector r[3];
     for (int k = 0; k < 3; k++) {
-        r[k] = chasles_general_chosen(row, low * n[3 + k] + along * n[k],
-                                      high * n[k] + along * n[3 + k]);
+        r[k] = chasles_vector_chosen(row, low * n[3 + k] + along * n[k],
+                                     high * n[k] + along * n[3 + k]);
     }
-    const chasles_general_lanes y = n[0] * r[0] + n[1] * r[1] + n[2] * r[2];
-    const chasles_general_lanes x = n[3] * r[0] + n[4] * r[1] + n[5] * r[2];
-    const chasles_general_lanes over = 1.0 / (x * x + y * y + DBL_MIN);
-    const chasles_general_lanes cosine = (x * x - y * y) * over, sine = 2.0 * x * y * over;
+    const chasles_vector y = n[0] * r[0] + n[1] * r[1] + n[2] * r[2];
+    const chasles_vector x = n[3] * r[0] + n[4] * r[1] + n[5] * r[2];
+    const chasles_vector over = 1.0 / (x * x + y * y + DBL_MIN);
+    const chasles_vector cosine = (x * x - y * y) * over, sine = 2.0 * x * y * over;
     c[0] = c0 * cosine - s0 * sine;
     s[0] = c0 * sine + s0 * cosine;
-    const chasles_general_lanes sign = chasles_general_signed(zero + 1.0, r[0]);
+    const chasles_vector sign = chasles_vector_signed(zero + 1.0, r[0]);
     chasles_general_unit(sign * r[1], sign * r[2], c + 1, s + 1);
 }
 
 /* cos and sin of the pair, from those of the three joints behind it. */
-CHASLES_INLINE void chasles_general_pair(const chasles_general_system *system,
-                                         chasles_general_lanes *c, chasles_general_lanes *s)
+CHASLES_INLINE void chasles_general_pair(const chasles_general_system *system, chasles_vector *c,
+                                         chasles_vector *s)
 {
-    const chasles_general_lanes zero = {0.0}, one = zero + 1.0;
-    const chasles_general_lanes of_v[3] = {one, c[3], s[3]}, of_w[3] = {one, c[4], s[4]};
-    chasles_general_lanes y[8];
+    const chasles_vector zero = {0.0}, one = zero + 1.0;
+    const chasles_vector of_v[3] = {one, c[3], s[3]}, of_w[3] = {one, c[4], s[4]};
+    chasles_vector y[8];
     for (int i = 7; i >= 0; i--) {
         y[i] = zero;
         CHASLES_UNROLL
@@ -73,11 +73,11 @@ CHASLES_INLINE void chasles_general_pair(const chasles_general_system *system,
 }
 
 /* cos and sin of the last joint, from those of all others: they turn x by its angle, backwards. */
-CHASLES_INLINE void chasles_general_last(const chasles_general_system *system,
-                                         chasles_general_lanes *c, chasles_general_lanes *s)
+CHASLES_INLINE void chasles_general_last(const chasles_general_system *system, chasles_vector *c,
+                                         chasles_vector *s)
 {
-    const chasles_general_lanes zero = {0.0};
-    chasles_general_lanes turned[3] = {zero + 1.0, zero, zero}, moved[3];
+    const chasles_vector zero = {0.0};
+    chasles_vector turned[3] = {zero + 1.0, zero, zero}, moved[3];
     for (int k = 4; k >= -1; k--) {
         const double *C = system->loop[k >= 0 ? k : 5];
         for (int i = 0; i < 3; i++)
@@ -95,7 +95,7 @@ static void chasles_general_all(const chasles_general_six *six, const chasles_ge
                                 int count)
 {
     double rows[8][CHASLES_LANES];
-    chasles_general_lanes given[8], c[6], s[6], two_c[2], two_s[2];
+    chasles_vector given[8], c[6], s[6], two_c[2], two_s[2];
     for (int l = 0; l < CHASLES_LANES; l++) {
         const chasles_general_start *start = starts + (l < count ? l : 0);
         for (int k = 0; k < 6; k++)
@@ -111,15 +111,10 @@ static void chasles_general_all(const chasles_general_six *six, const chasles_ge
     chasles_general_last(system, c, s);
     for (int k = 0; k < 6; k++) {
         const int joint = split->joint[k];
-<<<<<<< HEAD
-        q[joint] = chasles_circle_wrapped(split->sense * angle[k] *
-                                          chasles_general_direction(six->arm, joint));
-=======
         const double sign = split->sense * chasles_general_direction(six->arm, joint);
-        const chasles_general_lanes angle = sign * chasles_general_angles(s[k], c[k]);
+        const chasles_vector angle = sign * chasles_general_angles(s[k], c[k]);
         for (int l = 0; l < count; l++)
             starts[l].q[joint] = angle[l];
->>>>>>> any-special
     }
 }
 
@@ -195,10 +190,10 @@ static int chasles_general_products(const double (*n)[6], double (*product)[6])
 /* The triangles that are singular at roots, one a lane. */
 static void chasles_general_triangles(const chasles_general_system *system,
                                       const chasles_general_start *const *starts, int count,
-                                      chasles_general_lanes (*R)[6])
+                                      chasles_vector (*R)[6])
 {
     double cosine[CHASLES_LANES], sine[CHASLES_LANES];
-    chasles_general_lanes c, s, value;
+    chasles_vector c, s, value;
     for (int l = 0; l < CHASLES_LANES; l++) {
         cosine[l] = starts[l < count ? l : 0]->c;
         sine[l] = starts[l < count ? l : 0]->s;
@@ -215,27 +210,15 @@ static int chasles_general_starts(const chasles_general_six *six,
                                   chasles_general_system *system, chasles_general_start *starts,
                                   int *sure)
 {
-<<<<<<< HEAD
-    chasles_general_system system;
+    double along[CHASLES_MOST_ROOTS], c[CHASLES_MOST_ROOTS], s[CHASLES_MOST_ROOTS];
     chasles_circle_series series;
     chasles_circle_roots roots;
-    chasles_general_eliminate(six, split, T, &system);
-    chasles_general_interpolated(&system, &series);
-    *sure = 0;
-    if (!(series.noise < CHASLES_NOISE * series.most))
-        return 0;
-    chasles_circle_real(chasles_general_sampled, &system, &series, &roots);
-=======
-    double along[CHASLES_MOST_ROOTS], c[CHASLES_MOST_ROOTS], s[CHASLES_MOST_ROOTS];
-    chasles_general_series series;
-    chasles_general_roots roots;
     chasles_general_eliminate(six, split, T, system);
     chasles_general_interpolated(system, &series);
     *sure = 0;
     if (!(series.noise < CHASLES_NOISE * series.most))
         return 0;
-    chasles_general_real(system, &series, &roots);
->>>>>>> any-special
+    chasles_circle_real(chasles_general_sampled, system, &series, &roots);
     *sure = !roots.unresolved && series.most > CHASLES_VANISHED;
     int count = 0;
     for (int k = 0; k < roots.count; k++) {
@@ -258,7 +241,7 @@ static int chasles_general_starts(const chasles_general_six *six,
         starts[k].c = c[k], starts[k].s = s[k];
     for (int k = 0; k < count; k += CHASLES_LANES) {
         const chasles_general_start *some[CHASLES_LANES];
-        chasles_general_lanes R[6][6], n[6];
+        chasles_vector R[6][6], n[6];
         const int all = count - k < CHASLES_LANES ? count - k : CHASLES_LANES;
         for (int l = 0; l < all; l++)
             some[l] = starts + k + l;
@@ -281,7 +264,7 @@ static int chasles_general_twins(const chasles_general_six *six, const chasles_g
                                  chasles_general_start *twins)
 {
     const chasles_general_start *some[CHASLES_LANES];
-    chasles_general_lanes R[6][6];
+    chasles_vector R[6][6];
     int added = 0;
     for (int k = 0, all = 0; k < count; k++) {
         if (starts[k].has_twin)

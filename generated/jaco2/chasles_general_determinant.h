@@ -16,49 +16,17 @@
 #include <math.h>
 #include <string.h>
 
-#include "chasles_circle_roots.h"
 #include "chasles_general_equations.h"
-<<<<<<< HEAD
-
-typedef chasles_circle_lanes chasles_general_lanes;
-
-/* Reflects the first columns of a matrix of six rows to a triangle; multiplies its determinant. */
-static void chasles_general_triangle(chasles_general_lanes (*a)[6], int columns, int all,
-                                     chasles_general_lanes *determinant)
-{
-    for (int j = 0; j < columns; j++) {
-        chasles_general_lanes norm = {0.0};
-        for (int i = j; i < 6; i++)
-            norm += a[j][i] * a[j][i];
-        for (int l = 0; l < CHASLES_LANES; l++)
-            norm[l] = copysign(sqrt(norm[l]), a[j][j][l]);
-        const chasles_general_lanes scale = 1.0 / (norm * (norm + a[j][j]) + DBL_MIN);
-        *determinant *= norm;
-        a[j][j] += norm;
-        for (int k = j + 1; k < all; k++) {
-            chasles_general_lanes dot = {0.0};
-            for (int i = j; i < 6; i++)
-                dot += a[j][i] * a[k][i];
-            dot *= scale;
-            for (int i = j; i < 6; i++)
-                a[k][i] -= dot * a[j][i];
-        }
-        a[j][j] = -norm;
-    }
-}
-=======
 #include "chasles_general_vectors.h"
->>>>>>> any-special
 
 /* The triangle (6, 6) that is singular where M is, by columns, and the determinant of M. */
-static void chasles_general_factored(const chasles_general_system *system,
-                                     const chasles_general_lanes *c, const chasles_general_lanes *s,
-                                     chasles_general_lanes (*R)[6],
-                                     chasles_general_lanes *determinant)
+static void chasles_general_factored(const chasles_general_system *system, const chasles_vector *c,
+                                     const chasles_vector *s, chasles_vector (*R)[6],
+                                     chasles_vector *determinant)
 {
     /* Columns of A, B, C for those of s, then of C, B, A for those of c. */
-    const chasles_general_lanes zero = {0.0};
-    chasles_general_lanes high[9][6], low[9][6];
+    const chasles_vector zero = {0.0};
+    chasles_vector high[9][6], low[9][6];
     for (int f = 0; f < 3; f++) {
         for (int k = 0; k < 3; k++) {
             for (int i = 0; i < 6; i++) {
@@ -87,12 +55,12 @@ static void chasles_general_factored(const chasles_general_system *system,
 }
 
 /* The unit vector that a triangle takes nearest to zero, by inverse iteration. */
-static void chasles_general_null(chasles_general_lanes (*R)[6], chasles_general_lanes *x)
+static void chasles_general_null(chasles_vector (*R)[6], chasles_vector *x)
 {
-    const chasles_general_lanes zero = {0.0}, one = zero + 1.0;
-    chasles_general_lanes largest = zero, square = zero;
+    const chasles_vector zero = {0.0}, one = zero + 1.0;
+    chasles_vector largest = zero, square = zero;
     for (int j = 0; j < 6; j++) {
-        R[j][j] += chasles_general_signed(zero + CHASLES_PIVOT_FLOOR, R[j][j]);
+        R[j][j] += chasles_vector_signed(zero + CHASLES_PIVOT_FLOOR, R[j][j]);
         x[j] = one;
     }
     chasles_general_upper(R, x);
@@ -100,15 +68,15 @@ static void chasles_general_null(chasles_general_lanes (*R)[6], chasles_general_
     chasles_general_upper(R, x);
     /* Squares of what a nearly singular triangle gives may be too large. */
     for (int j = 0; j < 6; j++) {
-        const chasles_general_lanes size = chasles_general_sizes(x[j]);
-        largest = chasles_general_chosen(size > largest, size, largest);
+        const chasles_vector size = chasles_vector_sizes(x[j]);
+        largest = chasles_vector_chosen(size > largest, size, largest);
     }
-    const chasles_general_lanes part = 1.0 / (largest + DBL_MIN);
+    const chasles_vector part = 1.0 / (largest + DBL_MIN);
     for (int j = 0; j < 6; j++) {
         x[j] *= part;
         square += x[j] * x[j];
     }
-    const chasles_general_lanes norm = chasles_general_square_roots(square);
+    const chasles_vector norm = chasles_vector_square_roots(square);
     for (int j = 0; j < 6; j++)
         x[j] /= norm;
 }

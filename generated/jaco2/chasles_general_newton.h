@@ -9,11 +9,8 @@
 
 #include "chasles_general_equations.h"
 #include "chasles_general_tolerances.h"
-<<<<<<< HEAD
-#include "chasles_solve_six.h"
-=======
 #include "chasles_general_vectors.h"
->>>>>>> any-special
+#include "chasles_solve_six.h"
 
 typedef struct {
     double q[6];
@@ -89,46 +86,8 @@ static double chasles_general_error(const double *T, const double *at, double *e
     return sqrt(position > turned ? position : turned);
 }
 
-<<<<<<< HEAD
-/* One step towards the pose: Newton's where damping is 0, else Levenberg and Marquardt's. */
-static void chasles_general_step(const double *J, const double *e, double length, double damping,
-                                 double *step)
-=======
-/* Solves a x = b, n = 6, in place; leaves x where a is singular. */
-static void chasles_general_solve(double (*a)[7], double *x)
-{
-    for (int j = 0; j < 6; j++) {
-        int p = j;
-        for (int i = j + 1; i < 6; i++) {
-            if (fabs(a[i][j]) > fabs(a[p][j]))
-                p = i;
-        }
-        if (!(fabs(a[p][j]) > 0.0))
-            return;
-        if (p != j) {
-            for (int k = 0; k < 7; k++) {
-                const double kept = a[p][k];
-                a[p][k] = a[j][k], a[j][k] = kept;
-            }
-        }
-        const double inverse = 1.0 / a[j][j];
-        for (int i = j + 1; i < 6; i++) {
-            const double factor = a[i][j] * inverse;
-            for (int k = j; k < 7; k++)
-                a[i][k] -= factor * a[j][k];
-        }
-    }
-    for (int j = 5; j >= 0; j--) {
-        double sum = a[j][6];
-        for (int k = j + 1; k < 6; k++)
-            sum -= a[j][k] * x[k];
-        x[j] = sum / a[j][j];
-    }
-}
-
 /* A step of Levenberg and Marquardt towards the pose. */
 static void chasles_general_damped(const chasles_general_way *way, double length, double *step)
->>>>>>> any-special
 {
     double a[6][7], b[6][7];
     for (int i = 0; i < 6; i++) {
@@ -145,18 +104,7 @@ static void chasles_general_damped(const chasles_general_way *way, double length
         }
     }
     memset(step, 0, 6 * sizeof *step);
-<<<<<<< HEAD
-    chasles_solve_six(a, step);
-    double most = 0.0;
-    for (int k = 0; k < 6; k++)
-        most = fabs(step[k]) > most ? fabs(step[k]) : most;
-    if (!(most <= 0.5)) {
-        for (int k = 0; k < 6; k++)
-            step[k] = most < DBL_MAX ? step[k] * 0.5 / most : 0.0;
-    }
-=======
-    chasles_general_solve(b, step);
->>>>>>> any-special
+    chasles_solve_six(b, step);
 }
 
 /* What is left of a pose as the sum of squares that steps make smaller. */
@@ -222,7 +170,7 @@ static void chasles_general_newton(const chasles_general_six *six, const double 
                                    chasles_general_way *const *ways, int count)
 {
     double rows[7][6][CHASLES_LANES];
-    chasles_general_lanes a[7][6], determinant = {0.0};
+    chasles_vector a[7][6], determinant = {0.0};
     for (int l = 0; l < CHASLES_LANES; l++) {
         const chasles_general_way *way = ways[l < count ? l : 0];
         for (int i = 0; i < 6; i++) {
@@ -276,12 +224,7 @@ static void chasles_general_polish(const chasles_general_six *six, const double 
         }
     }
     for (int i = 0; i < 6; i++)
-<<<<<<< HEAD
-        q[i] = chasles_circle_wrapped(q[i]);
-    return left;
-=======
-        way->q[i] = chasles_general_wrapped(way->q[i]);
->>>>>>> any-special
+        way->q[i] = chasles_circle_wrapped(way->q[i]);
 }
 
 /* |det J| over the product of its columns' lengths, of many J: 1 at best, 0 where J is singular. */
@@ -296,25 +239,21 @@ static void chasles_general_margins(const double (*J)[36], int count, double len
                     rows[k][i][l] = i < 3 ? own[6 * i + k] / length : own[6 * i + k];
             }
         }
-        const chasles_general_lanes zero = {0.0};
-        chasles_general_lanes a[6][6], determinant = zero + 1.0, squares = zero + 1.0;
+        const chasles_vector zero = {0.0};
+        chasles_vector a[6][6], determinant = zero + 1.0, squares = zero + 1.0;
         memcpy(a, rows, sizeof a);
         for (int k = 0; k < 6; k++) {
-            chasles_general_lanes sum = a[k][0] * a[k][0];
+            chasles_vector sum = a[k][0] * a[k][0];
             for (int i = 1; i < 6; i++)
                 sum += a[k][i] * a[k][i];
             squares *= sum;
         }
         chasles_general_triangle(a, 6, &determinant);
-        const chasles_general_lanes found =
-            chasles_general_sizes(determinant) / chasles_general_square_roots(squares);
+        const chasles_vector found =
+            chasles_vector_sizes(determinant) / chasles_vector_square_roots(squares);
         for (int l = 0; l < CHASLES_LANES && from + l < count; l++)
             margin[from + l] = found[l];
     }
-<<<<<<< HEAD
-    return fabs(chasles_solve_six(a, x)) / lengths;
-=======
->>>>>>> any-special
 }
 
 #endif

@@ -46,11 +46,7 @@ static int chasles_general_keep(const chasles_general_six *six, chasles_general_
     for (; own < found->count; own++) {
         double most = 0.0;
         for (int k = 0; k < 6; k++) {
-<<<<<<< HEAD
-            const double apart = fabs(chasles_circle_wrapped(q[k] - found->q[own][k]));
-=======
-            const double apart = fabs(chasles_general_wrapped(way->q[k] - found->q[own][k]));
->>>>>>> any-special
+            const double apart = fabs(chasles_circle_wrapped(way->q[k] - found->q[own][k]));
             most = apart > most ? apart : most;
         }
         if (most < CHASLES_SAME)
@@ -141,11 +137,11 @@ static int chasles_general_is_short(const chasles_general_six *six,
     const double sign = split->sense * chasles_general_direction(six->arm, joint);
     int roots = 0, near = 0;
     for (int i = 0; i < count; i++) {
-        const double apart = chasles_general_wrapped(starts[i].along - starts[k].along);
+        const double apart = chasles_circle_wrapped(starts[i].along - starts[k].along);
         roots += starts[i].imaginary == 0.0 && fabs(apart) < CHASLES_TWINS;
     }
     for (int i = 0; i < found->count; i++) {
-        const double apart = chasles_general_wrapped(sign * found->q[i][joint] - starts[k].along);
+        const double apart = chasles_circle_wrapped(sign * found->q[i][joint] - starts[k].along);
         near += fabs(apart) < CHASLES_TWINS;
     }
     return near < roots || (near - roots) % 2;
@@ -295,14 +291,7 @@ static void chasles_general_nearest(const chasles_general_six *six, const double
     for (int k = 0; k < CHASLES_SLOTS; k++) {
         double q[6];
         for (int i = 0; i < 6; i++)
-<<<<<<< HEAD
             q[i] = chasles_circle_wrapped(CHASLES_TURN * k * roots[i]);
-        rest->left[k] = chasles_general_polish(six, T, 200, q, J);
-        if (rest->left[k] < CHASLES_NEAR)
-            rest->left[k] = chasles_general_polish(six, T, 1000, q, J);
-        chasles_general_keep(six, found, q, rest->left[k], J);
-=======
-            q[i] = chasles_general_wrapped(CHASLES_TURN * k * roots[i]);
         chasles_general_begin(six, T, q, &way);
         chasles_general_polish(six, T, 200, &way);
         if (way.left < CHASLES_NEAR) {
@@ -312,7 +301,6 @@ static void chasles_general_nearest(const chasles_general_six *six, const double
         memcpy(rest->q[k], way.q, sizeof way.q);
         rest->left[k] = way.left;
         chasles_general_keep(six, found, &way);
->>>>>>> any-special
     }
 }
 

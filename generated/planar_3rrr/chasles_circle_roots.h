@@ -13,8 +13,8 @@
 #include <string.h>
 
 #include "chasles_circle_tolerances.h"
+#include "chasles_vectors.h"
 
-#define CHASLES_LANES 8
 /* Newton's steps on a root at most. */
 #define CHASLES_ROOT_STEPS 20
 #define CHASLES_CELLS 96
@@ -28,9 +28,6 @@
 /* Halvings of a cell, to 1e-6 rad, after which roots are one. */
 #define CHASLES_HALVINGS 15
 #define CHASLES_TURN 6.283185307179586476925286766559
-
-/* GCC's and Clang's vectors: of plain arrays, sums would go through memory. */
-typedef double chasles_circle_lanes __attribute__((vector_size(8 * CHASLES_LANES)));
 
 /* cos(2 pi k / 96); the sine of an angle is the cosine of 72 more. */
 /* clang-format off */
@@ -99,13 +96,13 @@ typedef struct {
         imaginary[CHASLES_MOST_ROOTS]; /* 0 for a root, else half the way between two that meet */
 } chasles_circle_roots;
 
-/* The Taylor series of a polynomial at eight angles of these cosines and sines, in parts of a
+/* The Taylor series of a polynomial at the angles of these cosines and sines, in parts of a
  * radius: weight[k][m] is (m radius)^k / k! with the sign of the derivative. */
-static void chasles_circle_taylor(const chasles_circle_series *series,
-                                  const double (*weight)[CHASLES_DEGREE + 1], const double *c,
-                                  const double *s, chasles_circle_lanes *t)
+CHASLES_INLINE void chasles_circle_taylor(const chasles_circle_series *series,
+                                          const double (*weight)[CHASLES_DEGREE + 1],
+                                          const double *c, const double *s, chasles_vector *t)
 {
-    chasles_circle_lanes c1, s1, cosine, sine = {0.0};
+    chasles_vector c1, s1, cosine, sine = {0.0};
     memcpy(&c1, c, sizeof c1);
     memcpy(&s1, s, sizeof s1);
     cosine = sine + 1.0;
@@ -113,11 +110,12 @@ static void chasles_circle_taylor(const chasles_circle_series *series,
     for (int k = 1; k < CHASLES_TERMS; k++)
         t[k] = sine;
     for (int m = 1; m <= CHASLES_DEGREE; m++) {
-        const chasles_circle_lanes next = cosine * c1 - sine * s1;
+        const chasles_vector next = cosine * c1 - sine * s1;
         sine = sine * c1 + cosine * s1;
         cosine = next;
-        const chasles_circle_lanes even = series->a[m] * cosine + series->b[m] * sine;
-        const chasles_circle_lanes odd = series->b[m] * cosine - series->a[m] * sine;
+        const chasles_vector even = series->a[m] * cosine + series->b[m] * sine;
+        const chasles_vector odd = series->b[m] * cosine - series->a[m] * sine;
+        CHASLES_UNROLL
         for (int k = 0; k < CHASLES_TERMS; k++)
             t[k] += weight[k][m] * (k % 2 ? odd : even);
     }
@@ -308,10 +306,12 @@ static void chasles_circle_real(chasles_circle_sampler sampler, const void *sour
     const double radius = 0.5 * CHASLES_TURN / CHASLES_CELLS;
     const double wide = 1.0 + CHASLES_NEARLY_REAL / radius;
     double weight[CHASLES_TERMS][CHASLES_DEGREE + 1];
-    chasles_circle_lanes t[CHASLES_TERMS], most;
+    chasles_vector t[CHASLES_TERMS];
     chasles_circle_part part;
+    CHASLES_UNROLL
     for (int m = 0; m <= CHASLES_DEGREE; m++) {
         weight[0][m] = 1.0;
+        CHASLES_UNROLL
         for (int k = 1; k < CHASLES_TERMS; k++)
             weight[k][m] = weight[k - 1][m] * (k % 2 ? m : -m) * radius / k;
     }
@@ -319,14 +319,14 @@ static void chasles_circle_real(chasles_circle_sampler sampler, const void *sour
     for (int from = 0; from < CHASLES_CELLS; from += CHASLES_LANES) {
         chasles_circle_taylor(series, (const double(*)[CHASLES_DEGREE + 1]) weight,
                               chasles_circle_cosine + from, chasles_circle_cosine + from + 72, t);
-        most = t[0] - t[0];
-        for (int k = CHASLES_TERMS - 1; k > 0; k--) {
-            for (int l = 0; l < CHASLES_LANES; l++)
-                most[l] += fabs(t[k][l]);
-            most *= wide;
-        }
+        chasles_vector most = t[0] - t[0];
+        CHASLES_UNROLL
+        for (int k = CHASLES_TERMS - 1; k > 0; k--)
+            most = wide * (most + chasles_vector_sizes(t[k]));
+        const chasles_vector over =
+            chasles_vector_sizes(t[0]) - most - CHASLES_UNSURE * series->noise;
         for (int l = 0; l < CHASLES_LANES; l++) {
-            if (fabs(t[0][l]) > most[l] + CHASLES_UNSURE * series->noise)
+            if (over[l] > 0.0)
                 continue;
             part.from = 2.0 * radius * (from + l);
             part.radius = radius;
