@@ -29,6 +29,8 @@ MOST_POSES = len(POSES)
 LOOPS_WITHOUT_A_NEW_POSE = 3
 """Paths around loops permute all poses, so that any that is missing would come in soon."""
 REFINEMENTS = 3
+GENERIC_DIGITS = 12
+"""Decimals of generic numbers."""
 
 
 def generic(count: int, phase: int) -> Array:
@@ -48,7 +50,7 @@ class RodFamily:
             b: (6, 3) ends on the platform.
             lengths: (n, 6) lengths.
         """
-        self.b = b
+        self.a, self.b = a[0].astype(np.complex128), b
         squares = (a**2).sum(-1) + (b**2).sum(-1) - lengths**2
         samples = np.concatenate([a.reshape(len(a), -1), squares], 1)
         self.middle = samples.mean(0)
@@ -60,8 +62,10 @@ class RodFamily:
         """Generic rods of the family."""
         # An orthonormal basis is known up to turns in it: a projector is one alone.
         away = self.directions.T @ (self.directions @ generic(len(self.middle), phase))
-        found = self.middle + away
-        return SixRods(found[:18].reshape(6, 3), self.b, found[18:])
+        # Rounded, since the last digits of a decomposition differ from machine to machine.
+        found = np.round(self.middle + away, GENERIC_DIGITS)
+        a = found[:18].reshape(6, 3) if self.moves else self.a
+        return SixRods(a, self.b, found[18:])
 
 
 def starts(family: RodFamily) -> tuple[SixRods, Array]:
