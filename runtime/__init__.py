@@ -13,7 +13,7 @@ from pathlib import Path
 from . import screws, se3
 from .call._call import Function, release_memory
 from .closed_form.solutions import Solutions
-from .contract.described import derived_folder, is_description, shelf, shipped
+from .contract.described import PARAMETRIC, derived_folder, is_description, shelf, shipped
 from .contract.manifest import read_manifest
 from .errors import (
     CacheError,
@@ -115,7 +115,7 @@ def find_folder(robot: str | os.PathLike[str], *, parametric: bool = False) -> P
         UnknownRobotError: If no installed robot has that name.
         DerivationError: If the compiler is not installed or refuses the description.
     """
-    options = ("--parametric",) if parametric else ()
+    options = PARAMETRIC if parametric else ()
     path = Path(robot)
     if is_description(path):
         return derived_folder(path, options)

@@ -46,6 +46,8 @@ FOLLOWED = (
     ("stewart_gough", "fk_near", {"C": 3.0}),
 )
 """Functions that iterate in C, with the time [us] that they may take."""
+FREE = 0.3
+"""Reach to both sides of the reference in coordinates without limits: radian or metre."""
 STEP = 1e-3
 """Distance of a seed from its pose: radian or metre, a step of control."""
 
@@ -57,9 +59,10 @@ def run(plan: Plan) -> list[Ratio | Limit]:
 
 
 def closed(robot: chasles.Robot, count: int) -> np.ndarray:
-    """Random coordinates at which the loops close, within limits, or in -pi..pi without limits."""
-    lower = np.where(np.isfinite(robot.lower), robot.lower, -np.pi)
-    upper = np.where(np.isfinite(robot.upper), robot.upper, np.pi)
+    """Random coordinates at which the loops close, within limits or about the reference."""
+    reference = robot.reference.q
+    lower = np.where(np.isfinite(robot.lower), robot.lower, np.subtract(reference, FREE))
+    upper = np.where(np.isfinite(robot.upper), robot.upper, np.add(reference, FREE))
     q = np.random.default_rng(0).uniform(lower, upper, (count, robot.n))
     return q[robot.valid(q)]
 

@@ -1,6 +1,6 @@
 """CasADi functions through loops without a closed form: implicit functions with derivatives."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import casadi as ca
 import numpy as np
@@ -42,11 +42,9 @@ def with_loops(
     """
     arguments = {a.name: a.size for f in kept for a in f.inputs} | {"q": len(closure.actuated)}
     inputs = {name: ca.MX.sym(name, size) for name, size in arguments.items()}
-    posed = [f for f in kept if f.role.of_actuators and f.role.name in POSES]
-    others = [f for f in kept if f not in posed]
-    open_poses = whole(posed, "posed") if posed else None
-    outputs = _called(whole(others, "others") if others else None, inputs)
-    outputs |= _called(open_poses, inputs)
+    outputs = {
+        f.name: whole([f], f.name)(*(inputs[argument.name] for argument in f.inputs)) for f in kept
+    }
     joints = _joints(closure, inputs["q"])
     h = closure.hybrid
     for name, names in {
@@ -56,21 +54,14 @@ def with_loops(
     }.items():
         if names:
             outputs[name] = ca.vertcat(*(joints[n] for n in names))
-    of_actuators = {f.name: f.role.of_actuators for f in posed}
-    closed = _called(open_poses, inputs | {"theta": outputs["chain"]})
-    outputs |= {of_actuators[name]: value for name, value in closed.items()}
+    for f in kept:
+        called = f.role.of_actuators
+        if called and f.role.name in POSES:
+            outputs[called] = whole([f], f.name)(outputs["chain"])
     name = derivation.robot.name
     return ca.Function(
         name, list(inputs.values()), list(outputs.values()), list(inputs), list(outputs)
     )
-
-
-def _called(joined: ca.Function | None, inputs: Mapping[str, ca.MX]) -> dict[str, ca.MX]:
-    """The outputs of functions that were joined, at inputs; none where there is no function."""
-    if joined is None:
-        return {}
-    found: dict[str, ca.MX] = joined.call({word: inputs[word] for word in joined.name_in()})
-    return found
 
 
 def _joints(closure: LoopClosure, q: ca.MX) -> dict[str, ca.MX]:

@@ -158,7 +158,10 @@ def _turns_within(lines: Lines, given: tuple[int, ...]) -> bool:
 
 
 def others_that_fit(
-    lines: Lines, found: Attempt, families: Sequence[Family] = FAMILIES
+    lines: Lines,
+    found: Attempt,
+    families: Sequence[Family] = FAMILIES,
+    give: tuple[int, ...] = (),
 ) -> Iterator[Attempt]:
     """Further structures for the pose that the axes have exactly, or for other given joints.
 
@@ -166,10 +169,12 @@ def others_that_fit(
         lines: The chain.
         found: The structure that was found for it.
         families: The families to try, in order.
+        give: Indices of the joints to be given; () for every choice.
     """
     families = [family for family in families if family.solves_pose and not family.inputs]
     known = found.family, found.reading, found.given
-    for attempt in _attempts(lines, list(_choices(lines, len(lines.axes))), families):
+    choices = [give] if give else list(_choices(lines, len(lines.axes)))
+    for attempt in _attempts(lines, choices, families):
         other = (attempt.family, attempt.reading, attempt.given) != known
         if other and attempt.deviation <= EXACT_STRUCTURE:
             yield attempt

@@ -48,10 +48,15 @@ class Nominal:
 
 
 def nominal_mechanisms(mechanism: Mechanism) -> Iterator[Nominal]:
-    """Mechanisms with rounded lengths and angles, each once, the coarsest first."""
+    """Mechanisms with rounded lengths and angles, each once, the coarsest first.
+
+    A grid on which a rod would have no length is too coarse for the mechanism.
+    """
     seen = {repr(mechanism)}
     for grid in GRIDS:
         rounding = _Rounding(mechanism, grid)
+        if not rounding.keeps_rods:
+            continue
         found = rounding.rounded()
         if rounding.moved + rounding.turned > 0 and repr(found) not in seen:
             seen.add(repr(found))
@@ -65,6 +70,12 @@ class _Rounding:
         self.mechanism, self.grid = mechanism, grid
         self.values = {p.symbol: p.value for p in mechanism.parameters}
         self.moved, self.turned = 0.0, 0.0
+
+    @property
+    def keeps_rods(self) -> bool:
+        """Whether every rod still has a length."""
+        rods = (strut for strut in self.mechanism.struts if not strut.is_cylinder)
+        return all(self._rounded(rod.length.xreplace(self.values)) != 0 for rod in rods)
 
     def rounded(self) -> Mechanism:
         m = self.mechanism
@@ -96,13 +107,17 @@ class _Rounding:
         )
 
     def _length(self, value: sp.Expr) -> sp.Expr:
-        """The length on the grid, in numbers; one that is not rational is meant as it is."""
+        """The length on the grid, in numbers; notes how far that moves it."""
         number = value.xreplace(self.values)
-        if not number.is_Rational:
-            return number
-        rounded = sp.Rational(int(sp.floor(number / self.grid + sp.Rational(1, 2)))) * self.grid
+        rounded = self._rounded(number)
         self.moved = max(self.moved, abs(float(rounded - number)))
         return rounded
+
+    def _rounded(self, number: sp.Expr) -> sp.Expr:
+        """The number on the grid; one that is not rational is meant as it is."""
+        if not number.is_Rational:
+            return number
+        return sp.Rational(int(sp.floor(number / self.grid + sp.Rational(1, 2)))) * self.grid
 
     def _turn(self, part: Rotation) -> Rotation:
         number = part.angle.xreplace(self.values)

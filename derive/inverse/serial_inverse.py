@@ -98,7 +98,7 @@ def _by_structure(
     if found is None or classification.tier != "exact":
         return None
     if not found.is_whole:
-        others = others_that_fit(lines, found, families)
+        others = others_that_fit(lines, found, families, classification.give)
         attempt, task = _losing_least(robot, lines, chain([found], others))
         return Inverses(replace(classification, found=attempt), {"ik": task})
     solved = {"ik": pose_task(robot, lines, found)} if found.family.solves_pose else {}

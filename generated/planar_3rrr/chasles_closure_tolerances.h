@@ -15,8 +15,8 @@
 #define CLOSURE_CAREFUL 0.05
 /* First step above which a start counts as too far away, whatever follows. */
 #define CLOSURE_FARTHEST 0.5
-/* Share of the way below which no solution is sought: a singularity is that near. */
-#define CLOSURE_SHORTEST 0x1p-12
+/* Share of the way below which no solution is sought, 12 halvings: a singularity is that near. */
+#define CLOSURE_SHORTEST 0.000244140625
 /* Most steps of one iteration: at that contraction, squared each time, 6 are enough. */
 #define CLOSURE_STEPS 8
 /* Steps that bring a point of the way near its branch: the second shows whether they contract. */

@@ -237,3 +237,15 @@ static void CLOSURE_NAME(near)(const double q[CLOSURE_Q], CLOSURE_NAME(closed) *
 }
 
 #include "chasles_closure_rates.h"
+
+#undef CLOSURE_NAME
+#undef CLOSURE_Q
+#undef CLOSURE_W
+#undef CLOSURE_U
+#undef CLOSURE_M
+#undef CLOSURE_AT
+#undef CLOSURE_BEND
+#undef CLOSURE_SWINGS
+#undef CLOSURE_SWING
+#undef CLOSURE_SENSE
+#undef CLOSURE_DETERMINANT

@@ -8,7 +8,11 @@ from typing import Any
 _OF_LOOPS = "its q are its joints, since it has no loops"
 _ITERATED = "its loops are solved by iteration"
 _ALWAYS_CLOSED = "its loops close everywhere, in one way"
+_CLOSED_FORM = "it has a closed form, which needs no seed"
+_NOT_PLANAR = "it is no planar platform"
 _NO_PLATFORM = "it is no platform on legs"
+_ON_DEMAND = "it is derived by chasles.load(..., parametric=True)"
+_SERIAL_ALONE = "only serial robots have parametric functions"
 _TWO_BRANCHES = "its actuators follow from the main chain in one way"
 
 INSTEAD: Mapping[str, tuple[str, ...]] = {
@@ -65,9 +69,27 @@ INSTEAD: Mapping[str, tuple[str, ...]] = {
     "joint_accelerations": ("joint_rates",),
     "manipulability_gradient": ("manipulability",),
     "track": ("joint_rates", "ik_numeric"),
+    "fk_all": ("chain_branches", "fk"),
+    "modes": ("chain_branches", "fk"),
+    "fk_near": ("fk",),
+    "configuration_near": ("configuration",),
+    "follow_path": ("configuration",),
+    "determinants": ("singularity", "manipulability"),
+    "way_to_singularity": ("singularity", "manipulability"),
+    "singularity_curves": ("way_to_singularity", "manipulability"),
+    "fk_p": ("fk",),
+    "jacobian_p": ("jacobian_mixed",),
+    "identification_jacobian": (),
+    "identification_jacobian_space": (),
+    "identification_jacobian_body": (),
 }
 """Functions and methods for the same problem, by the missing name, the nearest first."""
 
+_PARAMETRIC = {
+    *("fk_p", "jacobian_p", "identification_jacobian"),
+    *("identification_jacobian_space", "identification_jacobian_body"),
+}
+_NEWTON_ALONE = {"fk_near", "configuration_near", "follow_path"}
 _LOOPS_ALONE = {
     *("chain", "chain_D_q", "chain_rates", "chain_accelerations", "chain_all", "chain_branches"),
     *("passive", "passive_D_q", "configuration", "configuration_D_q", "follow", "valid", "margin"),
@@ -78,6 +100,7 @@ _LOOPS_ALONE = {
 _PLATFORMS_ALONE = {
     *("fk_planar_all", "ik_planar", "singularity", "velocity_relation", "rods", "rods_D_chain"),
     *("assembly_polynomial", "assembly_position", "assembly_mirror"),
+    *("fk_all", "modes", "determinants", "way_to_singularity", "singularity_curves"),
 }
 
 
@@ -96,8 +119,14 @@ def substitute(robot: Any, name: str) -> tuple[str, str]:
 
 
 def _reason(robot: Any, name: str) -> str:
+    if name in _PARAMETRIC:
+        return _ON_DEMAND if robot.kind == "serial" else _SERIAL_ALONE
     if name in _PLATFORMS_ALONE and "rods" not in robot.functions:
         return _NO_PLATFORM
+    if name == "singularity_curves":
+        return _NOT_PLANAR
+    if name in _NEWTON_ALONE:
+        return _CLOSED_FORM
     if name in _LOOPS_ALONE and robot.kind == "serial":
         return _OF_LOOPS
     if robot._is_iterated and name != "swivel":

@@ -24,6 +24,9 @@ _COMPILER = "chasles.derive"
 _SUFFIXES = (".toml", ".urdf")
 _DESCRIBED_BY = "description.txt"
 """File beside a derived robot's folder that holds the path of its description."""
+PARAMETRIC = ("--parametric",)
+"""The options by which the folder has functions of the robot's geometry."""
+_GIVE = "--give"
 _FUNCTIONS_OF_GIVEN = ("fk", "fk_jacobian_mixed", "ik")
 """What is derived of a robot for chosen given joints: its inverse, and what refines it."""
 
@@ -51,7 +54,7 @@ def is_description(path: Path) -> bool:
 
 def giving(names: Sequence[str]) -> tuple[str, ...]:
     """The options by which the folder has `ik` for given joints, and what that needs."""
-    return ("--give", ",".join(names), "--functions", ",".join(_FUNCTIONS_OF_GIVEN))
+    return (_GIVE, ",".join(names), "--functions", ",".join(_FUNCTIONS_OF_GIVEN))
 
 
 def derived_folder(description: Path, options: Sequence[str] = ()) -> Path:
@@ -160,7 +163,7 @@ def _derive(description: Path, home: Path, options: Sequence[str]) -> None:
     # Loading a robot that was derived before needs no temporary folder.
     import tempfile  # noqa: PLC0415
 
-    name = f"{description.stem} ({' '.join(options)})" if options else description.stem
+    name = f"{description.stem}{_in_words(options)}"
     print(f"chasles: deriving {name} once, a few seconds ...", file=sys.stderr, flush=True)
     try:
         home.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -178,6 +181,14 @@ def _derive(description: Path, home: Path, options: Sequence[str]) -> None:
             f"{home.parent}: cannot keep a derived robot here ({error}); set CHASLES_CACHE to a "
             "folder that can be written to"
         ) from error
+
+
+def _in_words(options: Sequence[str]) -> str:
+    """The part of a message that tells how a robot is derived, by the compiler's options."""
+    if _GIVE in options:
+        names = options[options.index(_GIVE) + 1]
+        return f" for given {names.replace(',', ', ')}"
+    return " with parametric functions" if set(PARAMETRIC) <= set(options) else ""
 
 
 def _run_compiler(description: Path, folder: Path, options: Sequence[str]) -> None:

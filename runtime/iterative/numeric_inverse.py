@@ -96,14 +96,20 @@ class NumericSolution(NamedTuple):
         return f"{self.success.size} poses: {', '.join(of)}; largest residual {worst:.3g}"
 
 
-def is_platform(robot: Any) -> bool:
-    """Whether the coordinates follow in closed form from the joints of the chain alone."""
-    return bool(robot.kind == "platform")
+def _solves_chain(robot: Any, tip: str | None = None) -> bool:
+    """Whether a solver iterates the joints of a platform's chain, from which q follows.
+
+    These joints can pass singularities behind which `fk(q)` is another pose: where there are
+    functions of q, a solver iterates q.
+    """
+    of_tool = tip is None or tip == robot.frames.tip
+    in_q = robot.functions.keys() >= {*_KERNELS["tool"]}
+    return bool(of_tool and robot.kind == "platform" and not in_q)
 
 
 def _can_iterate(robot: Any) -> bool:
     """Whether a robot has the functions that a solver calls, for the tool or for a link."""
-    kernels = _KERNELS["platform" if is_platform(robot) else "tool"]
+    kernels = _KERNELS["platform" if _solves_chain(robot) else "tool"]
     return _can_reach_links(robot) or robot.functions.keys() >= {*kernels}
 
 
@@ -156,7 +162,7 @@ class NumericMethods(SizeMethods):
                 beyond a limit are moved to it. Without a seed, the start with the nearest pose
                 comes first.
             tip: The link to be moved to the pose, one of `frames.links`; the tool by default.
-                Platforms accept the tool alone.
+                Robots derived without `link_poses` accept the tool alone.
             weights: Six factors on the components of the error (v, omega), 0 for a free component:
                 (1, 1, 1, 0, 0, 0) for a position alone. All 1 by default, so that `unit_length`
                 (1 m for robots of 0.03 m to 30 m) counts as much as a radian.
@@ -198,6 +204,8 @@ class NumericMethods(SizeMethods):
         locked, begin = locked_coordinates(self, "ik_numeric", lock), None
         if seed is not None:
             poses, begin = self._with_seeds(poses, seed, locked)
+            if _solves_chain(self, tip):
+                begin = _with_chain(self, begin)
         elif locked.any():
             raise InputValueError(
                 f"{method}: lock needs a seed, which holds the values of the locked coordinates"
@@ -233,7 +241,7 @@ class NumericMethods(SizeMethods):
         poses = np.broadcast_to(poses, (*batch, 4, 4))
         inside = np.where(locked, begin, np.clip(begin, self.lower, self.upper))
         begin = np.broadcast_to(inside, (*batch, self.n))
-        return poses, with_chain(self, begin.reshape(-1, self.n))
+        return poses, begin.reshape(-1, self.n)
 
 
 def _whole_number(method: str, name: str, given: object, least: int, most: int | None) -> int:
@@ -261,9 +269,9 @@ def _weights(method: str, given: Sequence[float]) -> FloatArray:
     return weights
 
 
-def with_chain(robot: Any, q: FloatArray) -> FloatArray:
-    """Coordinates (m, n) for the solver: for a platform, its chain's joints follow them."""
-    return np.hstack([q, robot.chain(q)]) if is_platform(robot) else q
+def _with_chain(robot: Any, q: FloatArray) -> FloatArray:
+    """Coordinates (m, n) and behind them the joints of a platform's chain."""
+    return np.hstack([q, robot.chain(q)])
 
 
 def _solver(robot: Any, tip: str | None, key: int) -> Solver:
@@ -271,9 +279,10 @@ def _solver(robot: Any, tip: str | None, key: int) -> Solver:
     functions, limits = robot.functions, (robot.lower, robot.upper)
     q = starts(robot, key)
     if tip is None or tip == robot.frames.tip:
-        kind = "platform" if is_platform(robot) else "tool"
+        kind = "platform" if _solves_chain(robot) else "tool"
         kernels = tuple(functions[name].kernel for name in _KERNELS[kind])
-        return Solver(kind, kernels, *limits, with_chain(robot, q), _entries(robot.fk(q)))
+        begin = _with_chain(robot, q) if kind == "platform" else q
+        return Solver(kind, kernels, *limits, begin, _entries(robot.fk(q)))
     offered = robot.frames.links if _can_reach_links(robot) else ()
     if tip not in offered:
         links = ", ".join((robot.frames.tip, *offered))

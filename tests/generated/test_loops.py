@@ -342,7 +342,8 @@ def arguments(name, function, n):
 def test_one_pose_a_batch_and_casadi_are_the_same(name):
     r, checked = robot(name), 0
     for key, function in r.functions.items():
-        if function.solutions:
+        # Those whose C is written by hand have no equations for CasADi.
+        if function.solutions or key not in kernels(name):
             continue
         inputs = arguments(name, function, 150)
         batch = function(*inputs)

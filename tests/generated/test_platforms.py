@@ -6,10 +6,11 @@ from itertools import product
 import numpy as np
 import pytest
 from closures import TINY, model, wrapped
-from runtime.closed_form.test_modes import errors, random_q, scan
+from runtime.loops.test_modes import errors, random_q, scan
 
 import chasles
 from runtime import planar
+from tests.helpers.rate_inputs import held
 
 PLANAR = {"planar_3rrr": 0.13, "planar_3rrr_170": 0.17}
 ITERATED = [*PLANAR, "stewart_gough"]
@@ -24,16 +25,9 @@ def robot(name):
     return chasles.load(name)
 
 
-def box(r):
-    """The limits; for cranks without limits, angles at which the platform is held everywhere."""
-    if np.isfinite(r.lower).all():
-        return r.lower, r.upper
-    return np.radians([50, 170, -70]), np.radians([92, 212, -28])
-
-
 def within(name, n, seed):
     r = robot(name)
-    return np.random.default_rng(seed).uniform(*box(r), (n, r.n))
+    return np.random.default_rng(seed).uniform(*held(r), (n, r.n))
 
 
 def twists(m, z, rates):
@@ -190,7 +184,7 @@ def test_derivatives_by_the_implicit_function_theorem(name):
 @pytest.mark.parametrize("name", ITERATED)
 def test_far_outside_no_number_is_wrong(name):
     r, m = robot(name), model(name)
-    lower, upper = box(r)
+    lower, upper = held(r)
     span = 2 * (upper - lower)
     q = np.random.default_rng(8).uniform(lower - span, upper + span, (2000, r.n))
     z = r.configuration(q)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import chasles
+from tests.helpers.rate_inputs import held
 
 NAMES = ["planar_3rrr", "planar_3rrr_170", "stewart_gough", "delta"]
 MOST = {"planar_3rrr": 6, "planar_3rrr_170": 6, "stewart_gough": 28, "delta": 40}
@@ -19,7 +20,7 @@ def robot(name):
 
 def within(name, n, seed):
     r = robot(name)
-    return np.random.default_rng(seed).uniform(r.lower, r.upper, (n, r.n))
+    return np.random.default_rng(seed).uniform(*held(r), (n, r.n))
 
 
 def apart(T, other):
@@ -124,8 +125,9 @@ def test_every_way_to_call_modes(name):
 @pytest.mark.parametrize("name", NAMES)
 def test_far_outside_no_number_is_wrong(name):
     r = robot(name)
-    span = 1.5 * (r.upper - r.lower)
-    q = np.random.default_rng(5).uniform(r.lower - span, r.upper + span, (300, r.n))
+    lower, upper = held(r)
+    beyond = 1.5 * (upper - lower)
+    q = np.random.default_rng(5).uniform(lower - beyond, upper + beyond, (300, r.n))
     found = r.fk_all(q)
     rods = r.rods(found.theta[found.valid], np.repeat(q, found.valid.sum(-1), 0))
     assert np.abs(rods).max() < CLOSED

@@ -7,7 +7,7 @@ functions take many configurations at once, and complex ones: derivatives are co
 from functools import cache
 
 import numpy as np
-from derivations import ROBOTS
+from derivations import description
 
 from chasles.derive import Rotation, load
 from chasles.derive.model.mechanism import Strut
@@ -193,7 +193,7 @@ def _closure_gap(kind, A, B):
 @cache
 def model(name):
     """A shipped robot in numbers."""
-    return Model(load(ROBOTS / f"{name}.toml"))
+    return Model(load(description(name)))
 
 
 def wrapped(angle):

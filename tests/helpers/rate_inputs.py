@@ -1,9 +1,29 @@
-"""Coordinates and twists at random, and what rates make of them."""
+"""Ranges of coordinates, coordinates and twists at random, and what rates make of them."""
 
 import numpy as np
 
+from chasles import Robot
+
 CLOSURE = 1e-12
 """J qd against V, relative to the size of V: rounding by the condition of J."""
+HELD = np.radians([[50, 170, -70], [92, 212, -28]])
+"""Lowest and highest angles of the cranks at which the platform of planar_3rrr is held everywhere,
+with couplers of 130 and of 170 mm."""
+
+
+def held(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
+    """The limits (n,), or for three cranks without limits `HELD`."""
+    if np.isfinite(robot.lower).all() and np.isfinite(robot.upper).all():
+        return robot.lower, robot.upper
+    return HELD[0], HELD[1]
+
+
+def span(robot: Robot, reach: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The limits (n,); without limits, the reach to both sides of the reference or of 0."""
+    centre = np.zeros(robot.n) if robot.reference is None else np.array(robot.reference.q)
+    lower = np.where(np.isfinite(robot.lower), robot.lower, centre - reach)
+    upper = np.where(np.isfinite(robot.upper), robot.upper, centre + reach)
+    return lower, upper
 
 
 def inside(robot, count, seed=0, margin=0.1):

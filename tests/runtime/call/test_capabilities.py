@@ -166,8 +166,9 @@ def test_whatever_is_missing_has_a_reason_or_a_substitute(name):
         ("ur5e", "chain", "'chain': its q are its joints, since it has no loops;"),
         ("four_bar", "chain_fk", "has no 'chain_fk'; instead: fk;"),
         ("four_bar", "ik_planar", "it is no platform on legs; instead: ik, actuators"),
-        ("stewart_gough", "twist_mixed", "solved by iteration; instead: jacobian_mixed"),
-        ("four_bar", "actuator_branches", "in one way; instead: actuators"),
+        ("stewart_gough", "chain_all", "its loops are solved by iteration; instead: chain"),
+        ("five_bar", "fk_p", "'fk_p': only serial robots have parametric functions; instead: fk"),
+        ("ur5e", "fk_p", "'fk_p': it is derived by chasles.load(..., parametric=True)"),
     ],
 )
 def test_reasons_and_substitutes(robot, name, words):

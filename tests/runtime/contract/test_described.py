@@ -75,6 +75,14 @@ def test_an_arm_of_the_shelf_from_nothing(cache, capfd):
     assert len(derived(cache)) == 1
 
 
+def test_the_message_tells_of_parametric_functions(arm, capfd):
+    robot = chasles.load(arm, parametric=True)
+    said = "chasles: deriving elbow_arm with parametric functions once, a few seconds ...\n"
+    assert capfd.readouterr().err == said
+    assert "fk_p" in robot.functions
+    assert chasles.find_folder(arm, parametric=True) == robot.folder
+
+
 def test_names_on_the_shelf_are_no_names_of_generated_robots():
     assert len(chasles.shelf_robots()) >= 35
     assert not set(chasles.shelf_robots()) & set(chasles.robots())

@@ -10,6 +10,7 @@ import chasles
 from chasles.derive import load, write
 from chasles.derive.emit.casadi_file import casadi_function
 from tests.helpers.derivations import ROBOTS
+from tests.helpers.rate_inputs import held
 
 REDUNDANT = """
 [[joints]]
@@ -74,8 +75,9 @@ WANTED = (
 
 
 def coordinates(robot, n, wide=1.0, seed=0):
-    """Coordinates about the middle of the limits."""
-    middle, half = (robot.lower + robot.upper) / 2, (robot.upper - robot.lower) / 2
+    """Coordinates about the middle of the limits, or of angles at which the platform is held."""
+    lower, upper = held(robot)
+    middle, half = (lower + upper) / 2, (upper - lower) / 2
     return middle + half * wide * np.random.default_rng(seed).uniform(-1, 1, (n, robot.n))
 
 

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 import chasles
+from chasles.derive import load, write
+from tests.helpers.derivations import description
 
 from .test_rates import WITH_RATES, inside, pure
 
@@ -150,8 +152,15 @@ def test_wrong_input_is_named(ur5e):
         ur5e.velocity_ellipsoid(q, rows="linear", length=0.0)
     with pytest.raises(chasles.ShapeError):
         ur5e.manipulability(np.zeros(5))
-    with pytest.raises(AttributeError, match="'stewart_gough' has no 'manipulability_gradient'"):
-        chasles.load("stewart_gough").manipulability_gradient  # noqa: B018
+
+
+def test_without_a_hessian_there_is_no_gradient(tmp_path, monkeypatch):
+    monkeypatch.setenv("CHASLES_CACHE", str(tmp_path / "cache"))
+    write(load(description("scara")), tmp_path / "scara", ["fk", "jacobian_mixed"])
+    scara = chasles.load(tmp_path / "scara")
+    assert scara.manipulability(np.full(4, 0.1)).measure > 0
+    with pytest.raises(AttributeError, match="'scara' has no 'manipulability_gradient'"):
+        scara.manipulability_gradient  # noqa: B018
 
 
 def test_a_platform_moves_with_its_chain_as_its_actuators_make_it():

@@ -11,6 +11,7 @@ from scipy.optimize import lsq_linear
 import chasles
 from chasles import screws
 from chasles.velocity._track import BORDER, DAMPING
+from tests.helpers.rate_inputs import span
 
 from .. import snake
 
@@ -240,8 +241,7 @@ def test_every_robot_with_a_jacobian_finds_its_own_paths(name):
 def start_and_end(robot):
     """A short way in the joints, from a regular pose, on which forward kinematics is defined."""
     rng = np.random.default_rng(1)
-    lower = np.where(np.isfinite(robot.lower), robot.lower, -2)
-    upper = np.where(np.isfinite(robot.upper), robot.upper, 2)
+    lower, upper = span(robot, 2.0)
     for _ in range(1000):
         q0 = lower + rng.uniform(0.3, 0.7, robot.n) * (upper - lower)
         if robot.reference is not None:

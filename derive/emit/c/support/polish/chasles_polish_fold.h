@@ -27,7 +27,7 @@ POLISH_INLINE void POLISH_NAME(weakest)(const double *T, POLISH_NAME(folds) * f)
     for (int i = 0; i < 6; i++)
         b[0][i] = POLISH_OF(1.0 - 0.3 * i);
     POLISH_NAME(solve)(a, b, 1, pivots);
-    POLISH_NAME(again)(a, b[0]);
+    POLISH_NAME(solve_again)(a, b[0]);
     for (int i = 0; i < 6; i++) {
         size += b[0][i] * b[0][i];
         lack += b[0][i] * f->c.e[i];
@@ -39,7 +39,7 @@ POLISH_INLINE void POLISH_NAME(weakest)(const double *T, POLISH_NAME(folds) * f)
         f->u[i] = b[0][i] * sign;
         b[0][i] = f->c.e[i] - f->lack * f->u[i];
     }
-    POLISH_NAME(again)(a, b[0]);
+    POLISH_NAME(solve_again)(a, b[0]);
     for (int k = 0; k < POLISH_N; k++) {
         f->along[k] = f->step[k] = POLISH_OF(0.0);
         POLISH_UNROLL

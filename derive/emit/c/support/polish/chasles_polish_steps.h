@@ -87,7 +87,7 @@ POLISH_INLINE void POLISH_NAME(solve)(lanes a[POLISH_ROWS][POLISH_ROWS], lanes (
 
 #if POLISH_N >= 6
 /* Solves the same equations once more for another right side. */
-POLISH_INLINE void POLISH_NAME(again)(lanes a[6][6], lanes *b)
+POLISH_INLINE void POLISH_NAME(solve_again)(lanes a[6][6], lanes *b)
 {
     POLISH_UNROLL
     for (int i = 0; i < 6; i++) {
