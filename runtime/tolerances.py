@@ -66,16 +66,6 @@ POLISH_STEP = 0.3
 
 CLOSED = 1e-12
 """Residual of the constraint (metre, radian) up to which a configuration is valid."""
-CONTRACTION = 0.5
-"""Ratio of successive Newton corrections above which the start was too far away."""
-SETTLED_STEP = 1e-9
-"""Last step (metre, radian) of a Newton iteration that has converged: the next step would be the
-square of it."""
-STRIDE = 0.2
-"""Metres or radians that an unknown may move along the tangent in one step."""
-SHORTEST_STRIDE = 2.0**-12
-"""Share of the way below which a step is given up; what is left of the way below its square is
-rounding."""
 
 # --- iterative: inverse of a pose ---
 
