@@ -18,6 +18,7 @@ from .accuracy import (
     losses,
     mechanism_branches,
     misses,
+    planar_modes,
     platform_modes,
 )
 from .cases.poses import CASES
@@ -42,6 +43,7 @@ COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {
     "field": lambda o: field.run(o.quick, o.arm),
     "general": general_arms.run,
     "platforms": lambda o: platform_modes.run(o.count, o.starts, o.seed),
+    "planar": lambda o: planar_modes.run(o.count, o.starts, o.seed),
     "calibration": lambda o: calibrations.run(o.runs),
     "losses": lambda o: losses.run(o.arms, o.first, given=o.given),
     "mechanisms": lambda o: mechanism_branches.run(o.count, o.first),
@@ -112,6 +114,10 @@ def _parser() -> argparse.ArgumentParser:
     held.add_argument("--count", type=int, default=platform_modes.COUNT, help="number of platforms")
     held.add_argument("--starts", type=int, default=platform_modes.STARTS, help="of the iteration")
     held.add_argument("--seed", type=int, default=0)
+    legs = commands.add_parser("planar", help="modes of planar platforms on legs of all kinds")
+    legs.add_argument("--count", type=int, default=planar_modes.COUNT, help="number of platforms")
+    legs.add_argument("--starts", type=int, default=planar_modes.STARTS, help="of the iteration")
+    legs.add_argument("--seed", type=int, default=0, help="of the first platform")
     drawn = commands.add_parser("calibration", help="identification of drawn arms")
     drawn.add_argument("--runs", type=int, default=200, help="drawn arms of each kind")
     arms = commands.add_parser("losses", help="poses that inverses of random arms lose")

@@ -21,7 +21,7 @@ import numpy as np
 
 from chasles.derive.emit.c.header import support
 from chasles.derive.emit.c.written import SUPPORTS
-from chasles.derive.loops.modes.hexapod import RodNumbers, tables
+from chasles.derive.loops.modes.hexapod import NO_JOINTS, RodNumbers, double_joints, tables
 from chasles.derive.loops.modes.hexapod_starts import starts
 
 from ..native.library import Source, compiled
@@ -74,6 +74,8 @@ class Platform(ctypes.Structure):
         ("axis", ctypes.c_int * 3),
         ("moves", ctypes.c_int),
         ("paths", ctypes.c_int),
+        ("joined", ctypes.c_int),
+        ("pairs", ctypes.c_int * 6),
         ("b", ctypes.c_double * 18),
         ("a", ctypes.c_double * 36),
         ("c", ctypes.c_double * 12),
@@ -185,11 +187,17 @@ class Solved:
     ms: float
 
 
-def numbered(a: np.ndarray, b: np.ndarray, usual: np.ndarray) -> Platform:
-    """The numbers of a platform whose lengths are about the usual ones."""
+def numbered(
+    a: np.ndarray, b: np.ndarray, usual: np.ndarray, *, eliminates: bool = True
+) -> Platform:
+    """The numbers of a platform whose lengths are about the usual ones.
+
+    Without elimination, the modes of double joints are the ends of paths as those of others.
+    """
+    joints = double_joints(a.tolist(), b.tolist()) if eliminates else NO_JOINTS
     drawn = np.random.default_rng(0).uniform(0.8, 1.2, (12, 6)) * usual
     rods = RodNumbers(np.tile(a, (12, 1, 1)), b, drawn)
-    numbers = tables(rods, AXES, *starts(rods.family))
+    numbers = tables(rods, AXES, joints, *starts(rods.family))
     platform = Platform()
     for (name, kind), value in zip(Platform._fields_[1:], numbers, strict=True):
         flat = np.asarray(value).ravel()

@@ -245,7 +245,6 @@ def _role(role: Role) -> dict[str, Any]:
         "codomain": role.codomain,
         "given": list(role.given),
         "labels": list(role.labels),
-        "of_actuators": role.of_actuators,
         "directions": list(role.directions),
         "aims": list(role.aims),
         "held": list(role.held),

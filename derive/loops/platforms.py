@@ -30,6 +30,7 @@ from ..terms.symbolic_function import (
 )
 from ..terms.tangents import derivative_columns
 from ..terms.vectors import ORIGIN, Vector, cross, dot, named, subtracted
+from . import planar_legs
 from .hybrid import Hybrid
 from .maps import Maker
 from .modes import hexapod, triad_modes
@@ -59,20 +60,26 @@ def makers(h: Hybrid) -> dict[str, Maker]:
     found: dict[str, Maker] = {}
     if h.forward.open:
         found |= {name: partial(of_open_chain, called) for name, called in OF_CHAIN.items()}
-    if not is_platform(h.mechanism):
-        return found
-    found |= {
-        "rods": rods,
-        "rods_D_chain": rods_D_chain,
-        "velocity_relation": velocity_relation,
-    }
-    if h.forward.open and triad_of(h) is not None:
+    on_struts, triad = is_platform(h.mechanism), triad_of(h) if h.forward.open else None
+    if on_struts:
+        found |= {
+            "rods": rods,
+            "rods_D_chain": rods_D_chain,
+            "velocity_relation": velocity_relation,
+        }
+    elif triad is not None:
+        found |= {
+            "legs": partial(planar_legs.legs, triad=triad),
+            "legs_D_chain": partial(planar_legs.legs_D_chain, triad=triad),
+            "velocity_relation": velocity_relation,
+        }
+    if triad is not None:
         found |= {
             "assembly_polynomial": assembly_polynomial,
             "assembly_position": partial(_assembly, "assembly_position"),
             "assembly_mirror": partial(_assembly, "assembly_mirror"),
         }
-    if hexapod_of(h) is not None:
+    if on_struts and hexapod_of(h) is not None:
         # Turned platforms are no poses of actuated coordinates.
         found |= {"chain_fk": partial(of_open_chain, "fk"), hexapod.CALLED: hexapod.rod_ends}
     return found
@@ -80,9 +87,7 @@ def makers(h: Hybrid) -> dict[str, Maker]:
 
 def written_makers(h: Hybrid) -> dict[str, WrittenMaker]:
     """The functions of a platform on legs whose C is written by hand, none for other robots."""
-    if not is_platform(h.mechanism):
-        return {}
-    if hexapod_of(h) is not None:
+    if is_platform(h.mechanism) and hexapod_of(h) is not None:
         return {"modes": hexapod.modes}
     triad = triad_of(h) if h.forward.open else None
     return {} if triad is None else {"modes": lambda h: triad_modes.modes(h, triad)}
@@ -150,17 +155,14 @@ def rods_D_chain(h: Hybrid) -> SymbolicFunction:
 
 def velocity_relation(h: Hybrid) -> SymbolicFunction:
     """The matrices J_x and J_q of the velocity relation."""
-    found = rods_of(h)
-    tool = tool_position(h)
-    rows = []
-    for rod in found:
-        n = named(h.terms, (component / rod.distance for component in rod.d))
-        r = subtracted(h.terms, rod.b, tool)
-        rows.append(tuple(map(h.terms.let, line_coordinates(n, r))))
+    if is_platform(h.mechanism):
+        rows, J_q = _relation_of_rods(h)
+    else:
+        triad = triad_of(h)
+        assert triad is not None
+        rows, J_q = planar_legs.relation(h, triad)
     free = free_directions(h)
     J_x = tuple(row[k] for row in rows for k in free)
-    residuals = _residuals(h, found)
-    columns = derivative_columns(h.terms, residuals, h.q, factor=-1)
     return h.function(
         "velocity_relation",
         "Both matrices of the velocity relation of a platform on legs.",
@@ -168,9 +170,22 @@ def velocity_relation(h: Hybrid) -> SymbolicFunction:
         + ", ".join(("v_x", "v_y", "v_z", "omega_x", "omega_y", "omega_z")[k] for k in free),
         ("theta", "q"),
         Result("J_x", J_x, (len(rows), len(free)), "1, m", "rods along their directions"),
-        Result("J_q", matrix_entries(columns), (len(rows), len(columns)), "1, m", "actuators"),
+        Result("J_q", J_q, (len(rows), len(h.q)), "1, m", "actuators"),
         role=Role("velocity relation", directions=tuple(free)),
     )
+
+
+def _relation_of_rods(h: Hybrid) -> tuple[list[tuple[sp.Expr, ...]], tuple[sp.Expr, ...]]:
+    """The rods' rows of J_x for a twist in base axes, and the entries of J_q."""
+    found = rods_of(h)
+    tool = tool_position(h)
+    rows = []
+    for rod in found:
+        n = named(h.terms, (component / rod.distance for component in rod.d))
+        r = subtracted(h.terms, rod.b, tool)
+        rows.append(tuple(map(h.terms.let, line_coordinates(n, r))))
+    columns = derivative_columns(h.terms, _residuals(h, found), h.q, factor=-1)
+    return rows, matrix_entries(columns)
 
 
 def free_directions(h: Hybrid) -> list[int]:
@@ -202,7 +217,12 @@ def of_open_chain(name: str, h: Hybrid) -> SymbolicFunction:
 
 
 def triad_of(h: Hybrid) -> Triad | None:
-    """The three rods of a planar platform; None for other robots."""
+    """The three legs of a planar platform; None for other robots."""
+    return _rods_in_plane(h) if is_platform(h.mechanism) else planar_legs.legs_of(h)
+
+
+def _rods_in_plane(h: Hybrid) -> Triad | None:
+    """The rods of a planar platform that struts alone hold."""
     mechanism = h.mechanism
     moving = [j for j in mechanism.way(mechanism.tool_body) if j.kind != "fixed"]
     kinds = [joint.kind for joint in moving]
@@ -238,7 +258,7 @@ def assembly_polynomial(h: Hybrid) -> SymbolicFunction:
     """The polynomial of all assembly modes."""
     triad = triad_of(h)
     assert triad is not None
-    entries = triad_polynomial(h.terms, triad.A, triad.b, triad.L)
+    entries = triad_polynomial(h.terms, triad.A, triad.b, triad.L, triad.lines)
     return h.function(
         "assembly_polynomial",
         "Coefficients of the polynomial whose zeros are the platform's angles in all modes.",
@@ -255,13 +275,14 @@ def _assembly(name: str, h: Hybrid) -> SymbolicFunction:
     assert triad is not None
     phi = sp.Symbol("_phi", real=True)
     find = triad_mirror if name == "assembly_mirror" else triad_position
-    x, y = find(h.terms, triad.A, triad.b, triad.L, *h.terms.cos_sin(phi))
+    x, y = find(h.terms, triad.A, triad.b, triad.L, *h.terms.cos_sin(phi), triad.lines)
     argument = Argument("phi", (phi,), (), "rad", "angle of the platform")
+    residuals = "rods" if is_platform(h.mechanism) else "legs"
     return SymbolicFunction(
         name,
         "Pose of the platform in the assembly mode of an angle"
         + (", mirrored in the line of two centres." if name == "assembly_mirror" else "."),
-        "rods((x, y, phi), q) = 0 where phi is a zero of assembly_polynomial(q)",
+        f"{residuals}((x, y, phi), q) = 0 where phi is a zero of assembly_polynomial(q)",
         (h.arguments["q"], argument),
         (Result("theta", (x, y, phi), (TRIAD,), "m, rad", "pose of the platform"),),
         h.terms,

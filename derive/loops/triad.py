@@ -19,9 +19,15 @@ Every factor, |u_i|^2 and u_2 . u_3 too, is of degree 1 in cos(phi), sin(phi), f
 and scalar products as they are: the degree is 3, though k_3 u_2 - k_2 u_3 is of degree 2. With
 exp(i phi) as the unknown it is a polynomial of degree 6: at most six assembly modes.
 
+A leg with a joint that slides leaves a line instead of a circle, n_i . (w + u_i) = 0, whose normal
+n_i, of length 1, is constant or turns with the platform. In the linear pair and in all that follows
+n_i takes the place of u_i, and k_i = -n_i . u_i; the degree does not grow. Three lines leave
+
+    k_2 (n_3 x n_1) + k_3 (n_1 x n_2) = 0
+
 Source:
-    Gosselin, Sefrioui and Richard 1992; Hunt 1983. The elimination is written out here so that the
-    degree shows.
+    Gosselin, Sefrioui and Richard 1992; Hunt 1983; Merlet, Direct kinematics of planar parallel
+    manipulators, 1996. The elimination is written out here so that the degree shows.
 """
 
 from collections.abc import Callable, Sequence
@@ -37,22 +43,39 @@ Harmonics = tuple[Complex, ...]
 """A real trigonometric polynomial: c_0 + Re(c_1 exp(i phi) + c_2 exp(2 i phi) ...), c_0 real."""
 HALF = sp.Rational(1, 2)
 LEGS = 3
+_UNIT: Harmonics = ((sp.S.One, ZERO), (ZERO, ZERO))
 Named = tuple[sp.Symbol, sp.Expr]
 
 
 @dataclass(frozen=True)
-class Triad:
-    """Three rods that hold a platform in a plane.
+class Line:
+    """A line on which a leg keeps a point.
 
     Attributes:
-        A: The rods' known ends (x, y), metre.
-        b: Their ends on the platform, in the platform's axes, metre.
-        L: Their lengths, metre.
+        normal: Its normal, of length 1.
+        turns: Whether the line is the platform's, and its normal in the platform's axes.
+    """
+
+    normal: Complex
+    turns: bool
+
+
+@dataclass(frozen=True)
+class Triad:
+    """Three legs that hold a platform in a plane: rods, then lines.
+
+    Attributes:
+        A: The rods' known ends, and known points of lines or on them (x, y), metre.
+        b: Points of the platform, in the platform's axes: the rods' ends, points that lines keep,
+            points of its own lines; metre.
+        L: The lengths of the rods, metre.
+        lines: The lines.
     """
 
     A: tuple[Complex, ...]
     b: tuple[Complex, ...]
     L: tuple[sp.Expr, ...]
+    lines: tuple[Line, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -132,37 +155,36 @@ def elimination(
 
 
 def triad_polynomial(
-    terms: Terms, A: Sequence[Complex], b: Sequence[Complex], L: Sequence[sp.Expr]
+    terms: Terms,
+    A: Sequence[Complex],
+    b: Sequence[Complex],
+    L: Sequence[sp.Expr],
+    lines: Sequence[Line] = (),
 ) -> tuple[sp.Expr, ...]:
     """The trigonometric polynomial whose zeros are the platform's angles in all assembly modes.
 
     a_0 + sum_k (a_k cos(k phi) + b_k sin(k phi)) = 0, k = 1, 2, 3. Squares of lengths are measured
     in the mean square of the rods and that of the platform's sides together, so that coefficients
-    are of order 1. It vanishes altogether where the three rods can stay parallel.
+    are of order 1. It vanishes altogether where the three rods can stay parallel. Where legs are
+    lines, the squares of the distances between the known points count too.
 
     Args:
         terms: Names of all terms.
         A: Three known points (x, y), metre.
-        b: Three pins in the platform's axes, metre; constants.
-        L: Three lengths of rods, metre.
+        b: Three pins in the platform's axes, metre.
+        L: Lengths of rods, metre: of the first legs.
+        lines: The lines of the other legs.
 
     Returns:
         a_0, a_1, b_1, a_2, b_2, a_3, b_3, named.
     """
-    triad = _Triad(terms, A, b, L)
-    (k2, k3), (s2, s3) = triad.half_gaps, triad.squares
-    k2k2, k2k3, k3k3 = (_times(terms, *pair) for pair in ((k2, k2), (k2, k3), (k3, k3)))
-    parts = [
-        _times(terms, k2k2, s3),
-        _scaled(_times(terms, k2k3, triad.scalar), sp.Integer(-2)),
-        _times(terms, k3k3, s2),
-        _scaled(_times(terms, triad.area, triad.area), -triad.L1_squared),
-    ]
-    scale = terms.let(triad.length_squared ** (-LEGS))
+    triad = _Triad(terms, A, b, L, lines)
+    scale = terms.let(triad.length_squared ** sp.Rational(-triad.degree, 2))
     found = [
         (terms.let(scale * terms.let(re)), terms.let(scale * terms.let(im)))
-        for re, im in _sum(*parts)
+        for re, im in _sum(*(triad.of_circle() if L else triad.of_lines()))
     ]
+    found += [(ZERO, ZERO)] * (LEGS + 1 - len(found))
     return (found[0][0], *(entry for re, im in found[1:] for entry in (re, terms.let(-im))))
 
 
@@ -173,6 +195,7 @@ def triad_position(
     L: Sequence[sp.Expr],
     c: sp.Expr,
     s: sp.Expr,
+    lines: Sequence[Line] = (),
 ) -> Complex:
     """The platform's position at an angle that is a zero of the polynomial.
 
@@ -180,20 +203,22 @@ def triad_position(
     follows from the rod's length. Both are well determined where u_2 and u_3 are parallel and the
     linear pair is singular. The third circle selects the side. Where the three centres lie on one
     line both sides are solutions; this function gives the first and :func:`triad_mirror` the
-    second. Where the centres coincide there is no position (NaN).
+    second. Where the centres coincide there is no position (NaN). Lines come before rods; of three
+    lines, the two that cross at the greatest angle give the position.
 
     Args:
         terms: Names of all terms.
         A: Three known points (x, y), metre.
-        b: Three pins in the platform's axes, metre; constants.
-        L: Three lengths of rods, metre.
+        b: Three pins in the platform's axes, metre.
+        L: Lengths of rods, metre: of the first legs.
         c: Cosine of the platform's angle.
         s: Its sine.
+        lines: The lines of the other legs.
 
     Returns:
         x and y, named. At an angle that is no zero, a position near the first two circles.
     """
-    return _Triad(terms, A, b, L).position(c, s, sp.S.One)
+    return _Triad(terms, A, b, L, lines).position(c, s, sp.S.One)
 
 
 def triad_mirror(
@@ -203,65 +228,173 @@ def triad_mirror(
     L: Sequence[sp.Expr],
     c: sp.Expr,
     s: sp.Expr,
+    lines: Sequence[Line] = (),
 ) -> Complex:
     """The mirror image of :func:`triad_position` in the line of two centres.
 
     It is a second solution where the centres lie on one line, and a start for the iteration near a
     double zero.
     """
-    return _Triad(terms, A, b, L).position(c, s, sp.S.NegativeOne)
+    return _Triad(terms, A, b, L, lines).position(c, s, sp.S.NegativeOne)
+
+
+def leg_residuals(terms: Terms, triad: Triad, theta: Sequence[sp.Expr]) -> list[sp.Expr]:
+    """By how much the platform misses each leg's circle or line at x, y, phi (metre), named."""
+    x, y, phi = theta
+    turn = terms.cos_sin(phi)
+    rods = len(triad.L)
+    found = []
+    for i, (A, b) in enumerate(zip(triad.A, triad.b, strict=True)):
+        pin = product(b, turn)
+        d = terms.let(x + pin[0] - A[0]), terms.let(y + pin[1] - A[1])
+        if i < rods:
+            found.append(terms.let(terms.let(sp.sqrt(terms.let(dot(d, d)))) - triad.L[i]))
+            continue
+        line = triad.lines[i - rods]
+        found.append(terms.let(dot(product(line.normal, turn) if line.turns else line.normal, d)))
+    return found
 
 
 class _Triad:
-    """The factors of the polynomial."""
+    """The factors of the polynomial, by the vectors w_2 and w_3: u of a rod, the normal of a line.
+
+    A vector R t - f is the pair of its part t that turns with the platform and its part f that does
+    not.
+    """
 
     def __init__(
-        self, terms: Terms, A: Sequence[Complex], b: Sequence[Complex], L: Sequence[sp.Expr]
+        self,
+        terms: Terms,
+        A: Sequence[Complex],
+        b: Sequence[Complex],
+        L: Sequence[sp.Expr],
+        lines: Sequence[Line],
     ) -> None:
         self.terms = terms
-        self.origin, self.pin = A[0], b[0]
+        self.origin, self.pin, self.rods = A[0], b[0], len(L)
+        others = max(0, self.rods - 1)
         self.sides = [self._named(minus(other, b[0])) for other in b[1:]]
         self.gaps = [self._named(minus(other, A[0])) for other in A[1:]]
-        self.L1_squared = terms.let(L[0] ** 2)
+        self.L1_squared = terms.let(L[0] ** 2) if L else ZERO
         self.rises = [terms.let(sp.expand(length**2 - L[0] ** 2)) for length in L[1:]]
         third = minus(self.sides[1], self.sides[0])
         squares = [dot(side, side) for side in (*self.sides, third)]
-        self.length_squared = terms.let(sp.Add(*squares, *(length**2 for length in L)) / LEGS)
+        squares += [length**2 for length in L]
+        squares += [dot(gap, gap) for gap in self.gaps[others:]]
+        self.length_squared = terms.let(sp.Add(*squares) / LEGS)
+        normals = [_as_pair(line) for line in lines]
+        self.first = None if L else normals[0]
+        u = list(zip(self.sides, self.gaps, strict=True))
+        self.w = [*u[:others], *(normals if L else normals[1:])]
         self.squares = [
-            self._product(side, gap, side, gap)
-            for side, gap in zip(self.sides, self.gaps, strict=True)
+            self._product(*pair, *pair) if self._is_rod(i) else _UNIT
+            for i, pair in enumerate(self.w)
         ]
         self.half_gaps = [
-            self._linear(HALF * (rise - u[0][0]), _scaled(u, -HALF)[1])
-            for rise, u in zip(self.rises, self.squares, strict=True)
+            self._linear(HALF * (self.rises[i] - square[0][0]), _scaled(square, -HALF)[1])
+            if self._is_rod(i)
+            else _scaled(self._product(*w, *pair), sp.S.NegativeOne)
+            for i, (w, pair, square) in enumerate(zip(self.w, u, self.squares, strict=True))
         ]
-        (b2, b3), (a2, a3) = self.sides, self.gaps
-        self.scalar = self._product(b2, a2, b3, a3)
-        # u_2 x u_3 = (J u_2) . u_3, and J and R may be exchanged.
-        self.area = self._product(_quarter_turned(b2), _quarter_turned(a2), b3, a3)
+        self.area = self._area(*self.w)
+
+    @property
+    def degree(self) -> int:
+        """The degree of the polynomial in lengths."""
+        return 2 * self.rods if self.rods else 1
+
+    def of_circle(self) -> list[Harmonics]:
+        """The parts of the polynomial of a rod and two other legs."""
+        terms, (k2, k3), (s2, s3) = self.terms, self.half_gaps, self.squares
+        k2k2, k2k3, k3k3 = (_times(terms, *pair) for pair in ((k2, k2), (k2, k3), (k3, k3)))
+        scalar = self._product(*self.w[0], *self.w[1])
+        return [
+            _times(terms, k2k2, s3),
+            _scaled(_times(terms, k2k3, scalar), sp.Integer(-2)),
+            _times(terms, k3k3, s2),
+            _scaled(_times(terms, self.area, self.area), -self.L1_squared),
+        ]
+
+    def of_lines(self) -> list[Harmonics]:
+        """The parts of the polynomial of three lines."""
+        assert self.first is not None
+        (k2, k3), (n2, n3) = self.half_gaps, self.w
+        return [
+            _times(self.terms, k2, self._area(n3, self.first)),
+            _times(self.terms, k3, self._area(self.first, n2)),
+        ]
 
     def position(self, c: sp.Expr, s: sp.Expr, side: sp.Expr) -> Complex:
         terms = self.terms
-        turned = [self._named(product(b, (c, s))) for b in self.sides]
-        u = [self._named(minus(t, a)) for t, a in zip(turned, self.gaps, strict=True)]
-        n = [terms.let(dot(v, v)) for v in u]
-        k = [terms.let(HALF * (rise - square)) for rise, square in zip(self.rises, n, strict=True)]
-        longer = sp.Ge(n[0], n[1])
-        n1 = self._chosen(longer, *n)
-        k1, k2 = self._chosen(longer, *k), self._chosen(longer, *k[::-1])
-        x, y = (self._chosen(longer, u[0][axis], u[1][axis]) for axis in range(2))
-        area = terms.let(cross(*u))
-        along = terms.let(k1 / n1)
-        linear = terms.let((k2 - along * terms.let(dot(*u))) * self._chosen(longer, area, -area))
-        left = terms.let(sp.Max(ZERO, self.L1_squared / n1 - along**2))
-        across = terms.let(sp.sqrt(left))
-        across = terms.let(side * self._chosen(sp.Ge(linear, 0), across, -across))
-        wx, wy = terms.let(along * x - across * y), terms.let(along * y + across * x)
+        u = [self._at(pair, (c, s)) for pair in zip(self.sides, self.gaps, strict=True)]
+        w = [
+            self._at(pair, (c, s)) if not self._is_rod(i) else u[i] for i, pair in enumerate(self.w)
+        ]
+        n = [terms.let(dot(v, v)) if self._is_rod(i) else sp.S.One for i, v in enumerate(w)]
+        k = [
+            terms.let(HALF * (self.rises[i] - n[i]))
+            if self._is_rod(i)
+            else terms.let(-dot(w[i], u[i]))
+            for i in range(2)
+        ]
+        wx, wy = self._crossing(c, s, w, k) if self.first else self._on_circle(w, n, k, side)
         px, py = self._named(product(self.pin, (c, s)))
         return (
             terms.let(self.origin[0] + wx - px),
             terms.let(self.origin[1] + wy - py),
         )
+
+    def _on_circle(
+        self, w: Sequence[Complex], n: Sequence[sp.Expr], k: Sequence[sp.Expr], side: sp.Expr
+    ) -> Complex:
+        """The first rod by its component along one vector and the rod's length."""
+        terms = self.terms
+        longer = sp.Ge(n[0], n[1]) if len(self.rises) == len(w) else sp.false
+        n1 = self._chosen(longer, *n)
+        k1, k2 = self._chosen(longer, *k), self._chosen(longer, *k[::-1])
+        x, y = (self._chosen(longer, w[0][axis], w[1][axis]) for axis in range(2))
+        area = terms.let(cross(*w))
+        along = terms.let(k1 / n1)
+        linear = terms.let((k2 - along * terms.let(dot(*w))) * self._chosen(longer, area, -area))
+        left = terms.let(sp.Max(ZERO, self.L1_squared / n1 - along**2))
+        across = terms.let(sp.sqrt(left))
+        across = terms.let(side * self._chosen(sp.Ge(linear, 0), across, -across))
+        return terms.let(along * x - across * y), terms.let(along * y + across * x)
+
+    def _crossing(
+        self, c: sp.Expr, s: sp.Expr, w: Sequence[Complex], k: Sequence[sp.Expr]
+    ) -> Complex:
+        """The point in which the two lines cross that are nearest to right angles."""
+        terms = self.terms
+        assert self.first is not None
+        n = [self._at(self.first, (c, s)), *w]
+        known = [ZERO, *k]
+        found, sizes = [], []
+        for i, j in ((0, 1), (1, 2), (2, 0)):
+            area = terms.let(cross(n[i], n[j]))
+            x = terms.let((known[i] * n[j][1] - known[j] * n[i][1]) / area)
+            y = terms.let((known[j] * n[i][0] - known[i] * n[j][0]) / area)
+            found.append((x, y))
+            sizes.append(terms.let(area**2))
+        is_first = sp.And(sp.Ge(sizes[0], sizes[1]), sp.Ge(sizes[0], sizes[2]))
+        later = [
+            self._chosen(sp.Ge(sizes[1], sizes[2]), found[1][axis], found[2][axis])
+            for axis in range(2)
+        ]
+        x, y = (self._chosen(is_first, *pair) for pair in zip(found[0], later, strict=True))
+        return x, y
+
+    def _is_rod(self, i: int) -> bool:
+        """Whether the second (0) or third leg (1) is a rod."""
+        return i < len(self.rises)
+
+    def _at(self, pair: tuple[Complex, Complex], turn: Complex) -> Complex:
+        """A vector where the platform has turned."""
+        return self._named(minus(self._named(product(pair[0], turn)), pair[1]))
+
+    def _area(self, w: tuple[Complex, Complex], v: tuple[Complex, Complex]) -> Harmonics:
+        # w x v = (J w) . v, and J and R may be exchanged.
+        return self._product(*map(_quarter_turned, w), *v)
 
     def _chosen(self, condition: sp.Expr, one: sp.Expr, other: sp.Expr) -> sp.Expr:
         return self.terms.let(sp.Piecewise((one, condition), (other, True)))
@@ -276,6 +409,12 @@ class _Triad:
         """(R b - a) . (R d - e) = b . d + a . e - Re(exp(i phi) (b conj(e) + d conj(a)))."""
         be, da = product(b, conjugate(e)), product(d, conjugate(a))
         return self._linear(dot(b, d) + dot(a, e), (-be[0] - da[0], -be[1] - da[1]))
+
+
+def _as_pair(line: Line) -> tuple[Complex, Complex]:
+    """A line's normal: its part that turns with the platform, and its other part, negative."""
+    x, y = line.normal
+    return ((x, y), (ZERO, ZERO)) if line.turns else ((ZERO, ZERO), (-x, -y))
 
 
 def _quarter_turned(vector: Complex) -> Complex:

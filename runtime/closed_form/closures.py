@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -123,19 +123,12 @@ class LoopMethods(NewtonMethods, SizeMethods):
 
     def _is_same(self, theta: FloatArray, other: FloatArray) -> BoolArray:
         """Whether joints of the main chain (..., n_theta) are the same."""
-        apart = theta - other
-        turns = [joint.unit == "rad" for joint in self.chain_joints]
-        apart[..., turns] = np.remainder(apart[..., turns] + np.pi, 2 * np.pi) - np.pi
-        same = SAME_JOINTS * np.where(turns, 1.0, self.unit_length)
-        return np.asarray((np.abs(apart) < same).all(-1))
+        return _is_small(theta - other, self.chain_joints, self.unit_length)
 
     def _is_repeated(self, q: FloatArray, closes: BoolArray) -> BoolArray:
         """Whether a valid slot (..., k) has the actuated coordinates of one before it."""
-        turns = [c.unit == "rad" for c in self.coordinates]
         apart = q[..., :, None, :] - q[..., None, :, :]
-        apart[..., turns] = np.remainder(apart[..., turns] + np.pi, 2 * np.pi) - np.pi
-        same = SAME_JOINTS * np.where(turns, 1.0, self.unit_length)
-        alike = (np.abs(apart) < same).all(-1) & closes[..., None, :]
+        alike = _is_small(apart, self.coordinates, self.unit_length) & closes[..., None, :]
         return np.asarray(np.tril(alike, -1).any(-1))
 
     def _leads_to(self, q: FloatArray, theta: FloatArray) -> BoolArray:
@@ -196,6 +189,13 @@ class LoopMethods(NewtonMethods, SizeMethods):
         q = self.functions["actuators"](pose)[..., None, :]
         valid = np.asarray(np.isfinite(q).all(-1))
         return ActuatorBranches(q, valid, np.where(valid, 1.0, np.nan))
+
+
+def _is_small(apart: FloatArray, variables: Sequence[Coordinate], unit_length: float) -> BoolArray:
+    """Whether differences (..., n) of variables are those of the same ones, up to whole turns."""
+    turns = np.array([variable.unit == "rad" for variable in variables])
+    rest = np.where(turns, np.remainder(apart + np.pi, 2 * np.pi) - np.pi, apart)
+    return np.asarray((np.abs(rest) < SAME_JOINTS * np.where(turns, 1.0, unit_length)).all(-1))
 
 
 def _closes(margin: FloatArray) -> BoolArray:

@@ -24,11 +24,17 @@ def no_inverse(robot: Any) -> tuple[str, str]:
     substitutes = {
         "ik_planar": "ik_planar, which takes the pose of a planar platform",
         "actuators": "actuators, which takes the joints of the main chain",
-        "ik_numeric": "ik_numeric, which finds one solution by iteration",
+        "ik_numeric": "ik_numeric, which finds one solution by iteration, and with lock= keeps "
+        "given joints at their values of the seed",
     }
     tasks = [name for name in robot.functions if name in _PARTS_OF_A_POSE]
     found = [f"{name}, which takes {_PARTS_OF_A_POSE[name]}" for name in tasks]
     found += [text for name, text in substitutes.items() if name in dir(robot)]
+    if robot.kind == "serial":
+        found.append(
+            "chasles-derive FILE --give JOINTS, which writes an ik of given joints where they "
+            "leave a closed form"
+        )
     reason = "its loops are solved by iteration" if robot._is_iterated else robot._no_inverse
     return reason, "; ".join(found)
 

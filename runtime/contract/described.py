@@ -97,10 +97,9 @@ def description_of(folder: Path) -> Path | None:
         note = folder.parent / _DESCRIBED_BY
         path = Path(note.read_text(encoding="utf-8")) if note.is_file() else None
         return path if path and path.is_file() else None
-    spec, root = find_spec("chasles.generated"), _compiler_folder()
-    shipped = [Path(at) for at in spec.submodule_search_locations or ()] if spec else []
-    own = root / "robots" / f"{folder.name}.toml" if root else None
-    return own if own and own.is_file() and folder.parent in shipped else None
+    spec = find_spec("chasles.generated")
+    generated = [Path(at) for at in spec.submodule_search_locations or ()] if spec else []
+    return shipped().get(folder.name) if folder.parent in generated else None
 
 
 def is_of_shelf(folder: Path) -> bool:

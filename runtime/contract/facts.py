@@ -132,8 +132,6 @@ class FunctionInfo:
         steps: The loop of each entry of a guard's result.
         given: The coordinates that the further inputs of an inverse determine, by index in q.
         labels: The branch in each slot, of an inverse or of branches of loops.
-        of_actuators: Name of the function of actuated coordinates that this function of the main
-            chain becomes once the loops are solved; "" for all others.
         directions: The components of the twist (v, omega), 0 to 5, in the columns of a velocity
             relation's first matrix.
         aims: The parts of the tool's pose that the first input of an inverse prescribes, in the
@@ -158,7 +156,6 @@ class FunctionInfo:
     steps: tuple[str, ...] = ()
     given: tuple[int, ...] = ()
     labels: tuple[str, ...] = ()
-    of_actuators: str = ""
     directions: tuple[int, ...] = ()
     aims: tuple[str, ...] = ()
     held: tuple[int, ...] = ()

@@ -255,7 +255,6 @@ def _function(entry: Entry) -> FunctionInfo:
         steps=entry.get("steps", []).texts(),
         given=tuple(index.count() for index in entry.get("given", [])),
         labels=entry.get("labels", []).texts(),
-        of_actuators=entry.get("of_actuators", "").text(),
         directions=tuple(index.count() for index in directions),
         aims=tuple(aim.one_of(tuple(AIMS)) for aim in entry.get("aims", [])),
         held=tuple(index.count() for index in entry.get("held", [])),

@@ -179,11 +179,7 @@ class VelocityMethods(ManipulabilityMethods):
             (secondary objective).
         """
         method = "joint_rates"
-        rate = self._limits(method, "rate_limits", rate_limits)
-        locked: tuple[int, ...] = ()
-        if lock is not None or rate_limits is not None:
-            rate[..., locked_coordinates(self, method, lock)] = 0
-            locked = tuple(np.flatnonzero((rate == 0).reshape(-1, self.n).all(0)))
+        rate, locked = self._locked_limits(method, "rate_limits", rate_limits, lock)
         metric = self._checked(method, representation, rows, damping, length, locked)
         if not (isinstance(gain, int | float) and 0 <= gain < np.inf):
             raise InputValueError(
@@ -208,6 +204,7 @@ class VelocityMethods(ManipulabilityMethods):
         representation: Representation = "mixed",
         rows: Rows = "all",
         acceleration_limits: ArrayLike | None = None,
+        lock: Lock | None = None,
         damping: float = _rates.DAMPING,
         length: float | None = None,
     ) -> Accelerations:
@@ -216,6 +213,10 @@ class VelocityMethods(ManipulabilityMethods):
         Damped and limited in the same way as `joint_rates`. The result is the smallest
         acceleration, so that a redundant robot keeps its self-motion.
 
+        A locked coordinate has the acceleration 0 exactly and keeps its rate, which is 0 where
+        `joint_rates` locks it too; the others are the whole arm. An acceleration limit of 0 is a
+        lock.
+
         Args:
             q: (..., n) coordinates [rad or m].
             qd: (..., n) joint rates [rad/s or m/s].
@@ -223,6 +224,7 @@ class VelocityMethods(ManipulabilityMethods):
             representation: The representation of A: "space", "body" or "mixed".
             rows: As in `joint_rates`.
             acceleration_limits: (..., n) or () greatest |qdd| [rad/s^2 or m/s^2].
+            lock: As in `joint_rates`.
             damping: As in `joint_rates`.
             length: As in `joint_rates`.
 
@@ -235,9 +237,9 @@ class VelocityMethods(ManipulabilityMethods):
             InputError: If an argument is not as described above.
         """
         method = "joint_accelerations"
-        metric = self._checked(method, representation, rows, damping, length)
+        most, locked = self._locked_limits(method, "acceleration_limits", acceleration_limits, lock)
+        metric = self._checked(method, representation, rows, damping, length, locked)
         asked = self._reals(method, "A", A, (_SPATIAL,))
-        most = self._limits(method, "acceleration_limits", acceleration_limits)
         posed = self._at_tip(q, representation)
         none = np.zeros(self.n)
         without: FloatArray = self.functions[f"acceleration_{representation}"](q, qd, none)
@@ -375,6 +377,16 @@ class VelocityMethods(ManipulabilityMethods):
                 f"{self.name}.{method}: damping must be a positive number, got {damping!r}"
             )
         return self._metric(method, rows, length, locked)
+
+    def _locked_limits(
+        self, method: str, name: str, given: ArrayLike | None, lock: Lock | None
+    ) -> tuple[FloatArray, tuple[int, ...]]:
+        """Limits (..., n), 0 where a coordinate is locked, and which are 0 in every row."""
+        limits = self._limits(method, name, given)
+        if lock is None and given is None:
+            return limits, ()
+        limits[..., locked_coordinates(self, method, lock)] = 0
+        return limits, tuple(np.flatnonzero((limits == 0).reshape(-1, self.n).all(0)))
 
     def _limits(self, method: str, name: str, given: ArrayLike | None) -> FloatArray:
         """Limits (..., n) in an array of their own, infinite where none are given."""

@@ -22,6 +22,8 @@ GENERAL = (
     "chasles_solve_six.h",
 )
 HEXAPOD = (
+    *CIRCLE,
+    "chasles_double_joints.h",
     "chasles_hexapod_paths.h",
     "chasles_hexapod_system.h",
     "chasles_hexapod_tolerances.h",

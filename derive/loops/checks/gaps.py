@@ -15,6 +15,7 @@ from ...model.mechanism import Closure, Mechanism, Strut
 from ...model.placements import Placement, symbols_of
 from ...model.tolerances import GAP
 from .bodies_in_numbers import BodiesInNumbers, length_of, offset_of
+from .swapped_ends import swapped_ends
 
 STARTS = 8
 """Random starts from which a loop is tried before it counts as open."""
@@ -84,8 +85,12 @@ def not_closing(mechanism: Mechanism, error: RobotError) -> RobotError:
         error: The error of the solution, which stays where the loops do close.
     """
     told = open_loop(mechanism)
+    swapped = swapped_ends(mechanism)
     if told:
-        return RobotError(f"robot {mechanism.name!r}: {told}")
+        more = f"\n    Or {swapped}" if swapped else ""
+        return RobotError(f"robot {mechanism.name!r}: {told}{more}")
+    if swapped:
+        return RobotError(f"{error}\n    Perhaps {swapped}")
     bodies = BodiesInNumbers(mechanism)
     for closer in mechanism.closers:
         across = bodies.across(closer)

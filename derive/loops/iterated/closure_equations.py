@@ -17,7 +17,7 @@ from ...chain.kinematics import coordinates
 from ...model.mechanism import Mechanism
 from ...terms.casadi_graph import lower
 from ...terms.role import Role
-from ...terms.symbolic_function import Argument, Result, SymbolicFunction
+from ...terms.symbolic_function import Argument, Result, SymbolicFunction, matrix_entries
 from ...terms.tangents import derivative_columns
 from ..closing import ClosedLoops
 from ..constraints import (
@@ -170,7 +170,6 @@ class LoopClosure:
         angles = swing_angles(self.hybrid.mechanism, terms, values)
         entries = tuple(angles[name] for name in self.hybrid.mechanism.swings)
         columns = derivative_columns(terms, entries, self.w)
-        rows = zip(*columns, strict=True)
         return self._function(
             "swings",
             "Swings of struts on pins, between -pi and pi, and their derivative.",
@@ -179,7 +178,7 @@ class LoopClosure:
             Result("swing", entries, (len(entries),), "rad", "swings"),
             Result(
                 "swing_D_w",
-                tuple(entry for row in rows for entry in row),
+                matrix_entries(columns),
                 (len(entries), len(self.w)),
                 "1, 1/m",
                 "their derivative",

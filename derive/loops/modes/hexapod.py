@@ -1,6 +1,8 @@
 """All assembly modes of a platform on six rods: the function ``modes``."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -16,6 +18,7 @@ from ..spatial.body_frames import pose_of
 from .hexapod_starts import MOST_POSES, RodFamily, starts
 from .soma import RODS, SOMA, Array, SixRods
 
+PAIR = 2
 FREE = ["prismatic"] * 3 + ["revolute"] * 3
 SAMPLES = 60
 """Configurations by whose rods the space of all rods is found; it has 24 dimensions at most."""
@@ -42,6 +45,37 @@ class Hexapod:
     b: tuple[Vector, ...]
     lengths: tuple[sp.Expr, ...]
     axes: tuple[int, ...]
+
+
+class DoubleJoints(NamedTuple):
+    """Pairs of rods that end in one joint.
+
+    Attributes:
+        side: 1 where the joints are on the platform, 2 where they are apart from it, 0 where there
+            are none.
+        rods: The rods, pair by pair.
+    """
+
+    side: int
+    rods: tuple[int, ...]
+
+
+NO_JOINTS = DoubleJoints(0, (0,) * RODS)
+
+
+def double_joints(a: Sequence[Sequence[object]], b: Sequence[Sequence[object]]) -> DoubleJoints:
+    """The pairs of rods that end in one joint on the platform (b), or else apart from it (a)."""
+    sides = ((side, _paired(ends)) for side, ends in ((1, b), (2, a)))
+    return next((DoubleJoints(side, rods) for side, rods in sides if rods), NO_JOINTS)
+
+
+def _paired(ends: Sequence[Sequence[object]]) -> tuple[int, ...]:
+    """The rods in pairs that share an end; empty where they do not end in three double joints."""
+    joints: dict[tuple[object, ...], list[int]] = {}
+    for rod, end in enumerate(ends):
+        joints.setdefault(tuple(end), []).append(rod)
+    pairs = tuple(rod for rods in joints.values() for rod in rods)
+    return pairs if all(len(rods) == PAIR for rods in joints.values()) else ()
 
 
 def hexapod_of(h: Hybrid) -> Hexapod | None:
@@ -129,7 +163,7 @@ def modes(h: Hybrid) -> WrittenFunction | None:
             ),
         ),
         "hexapod",
-        tables(rods, found.axes, own, poses),
+        tables(rods, found.axes, double_joints(found.a, found.b), own, poses),
         (CALLED,),
         n,
         OPERATIONS,
@@ -167,13 +201,18 @@ class RodNumbers:
 
 
 def tables(
-    rods: RodNumbers, axes: tuple[int, ...], own: SixRods, poses: Array
+    rods: RodNumbers,
+    axes: tuple[int, ...],
+    joints: DoubleJoints,
+    own: SixRods,
+    poses: Array,
 ) -> tuple[Table, ...]:
     """The fields of ``chasles_hexapod_platform`` behind the function that it calls.
 
     Args:
         rods: The rods.
         axes: The direction about which each of the platform's angles turns, 0 to 2.
+        joints: The double joints.
         own: Generic rods of their family.
         poses: (n, 8) all complex poses for these.
     """
@@ -186,6 +225,8 @@ def tables(
         axes,
         int(rods.family.moves),
         len(poses),
+        joints.side,
+        joints.rods,
         tuple(tuple(map(float, row)) for row in rods.family.b),
         _pairs(own.a),
         _pairs(own.c),

@@ -1,9 +1,10 @@
-"""All assembly modes of a planar platform on three rods: the function ``modes``."""
+"""All assembly modes of a planar platform on three legs: the function ``modes``."""
 
 import math
 
 from ...terms.role import Role
 from ...terms.symbolic_function import Argument, Result, WrittenFunction
+from ..closing import longest_length
 from ..hybrid import Hybrid
 from ..triad import Triad
 
@@ -14,27 +15,31 @@ CALLS = (
     "assembly_polynomial",
     "assembly_position",
     "assembly_mirror",
-    "rods",
-    "rods_D_chain",
 )
 
 
 def modes(h: Hybrid, triad: Triad) -> WrittenFunction:
-    """The function ``modes`` of three rods in a plane."""
+    """The function ``modes`` of three legs in a plane."""
+    if h.mechanism.closures:
+        size = float(f"{longest_length(h.mechanism, h.terms):.3g}")
+        return written_modes(h.arguments["q"], size, "legs")
     return written_modes(h.arguments["q"], _size(h, triad))
 
 
-def written_modes(q: Argument, size: float) -> WrittenFunction:
+def written_modes(q: Argument, size: float, legs: str = "rods") -> WrittenFunction:
     """The function over the functions of a triad that it calls.
 
     Args:
         q: The actuated coordinates.
         size: The platform's size (metre), in parts of which lengths are judged.
+        legs: The function of the residuals of its legs.
     """
     return WrittenFunction(
         "modes",
         f"Every assembly mode of the platform, up to {SLOTS}, in the order of phi.",
-        "|b_i(theta[k]) - a_i(q)| = l_i wherever theta[k] is finite",
+        "|b_i(theta[k]) - a_i(q)| = l_i wherever theta[k] is finite"
+        if legs == "rods"
+        else f"{legs}(theta[k], q) = 0 wherever theta[k] is finite",
         (q,),
         (
             Result(
@@ -52,7 +57,7 @@ def written_modes(q: Argument, size: float) -> WrittenFunction:
         ),
         "triad",
         (size,),
-        CALLS,
+        (*CALLS, legs, f"{legs}_D_chain"),
         SLOTS,
         OPERATIONS,
         role=Role("modes", "actuators", "chain"),

@@ -249,3 +249,22 @@ def test_a_structure_that_cannot_move():
     )
     with pytest.raises(RobotError, match="crank and rocker depend on each other: take 1 of them"):
         derive(braced, ["fk"])
+
+
+def swapped(rod):
+    """A rod with the places of its ends exchanged between their bodies."""
+    a, b = rod.a, rod.b
+    return replace(rod, a=replace(a, placement=b.placement), b=replace(b, placement=a.placement))
+
+
+@pytest.mark.parametrize("k", [0, 1])
+def test_a_rod_whose_ends_are_swapped_is_named(k):
+    robot = mechanism("delta")
+    struts = tuple(swapped(s) if i == k else s for i, s in enumerate(robot.struts))
+    text = message(replace(robot, struts=struts))
+    assert f"the ends of rod {robot.struts[k].name!r} seem swapped" in text
+
+
+@pytest.mark.parametrize(("name", "parameter", "value"), SPOILT)
+def test_rods_of_a_wrong_length_do_not_seem_swapped(name, parameter, value):
+    assert "swapped" not in message(with_parameter(mechanism(name), parameter, value))

@@ -7,6 +7,7 @@ import pytest
 
 import chasles
 from chasles.call.capabilities import Missing
+from chasles.derive import loads, write
 
 
 def message(robot, name):
@@ -175,3 +176,15 @@ def test_reasons_and_substitutes(robot, name, words):
     with pytest.raises(AttributeError) as caught:
         getattr(chasles.load(robot), name)
     assert words in str(caught.value)
+
+
+def test_what_keeps_given_joints_where_there_is_no_inverse(tmp_path):
+    with pytest.raises(AttributeError, match=r"ik_numeric, .* with lock= keeps given joints at"):
+        chasles.load("slider_crank").ik(np.eye(4), given={"slider": 0.1})
+    text = "\n".join(
+        ['name = "pair"', 'convention = "urdf"']
+        + [f'[[joints]]\nname = "j{k}"\nxyz = [0.1, 0.2, 0.3]\naxis = [0, 1, {k}]' for k in (0, 1)]
+    )
+    write(loads(text), tmp_path / "pair", ["fk"])
+    with pytest.raises(AttributeError, match="chasles-derive FILE --give JOINTS"):
+        chasles.load(tmp_path / "pair").ik(np.eye(4), given={"j0": 0.1})

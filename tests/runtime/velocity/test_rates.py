@@ -419,3 +419,27 @@ def test_accelerations_close(name, representation):
     )
     assert (np.abs(limited.qdd) <= 0.3).all()
     assert limited.limited.any()
+
+
+@pytest.mark.parametrize("name", ["panda", "board_installer"])
+def test_a_locked_joint_is_not_accelerated_and_the_others_are_the_whole_arm(name):
+    robot = chasles.load(name)
+    q, lock = inside(robot, 100), 2
+    rng = np.random.default_rng(16)
+    qd, qdd = rng.normal(size=(2, *q.shape))
+    qdd[:, lock] = 0
+    A = robot.acceleration_mixed(q, qd, qdd)
+    found = robot.joint_accelerations(q, qd, A, lock=robot.coordinates[lock].name)
+    assert (found.qdd[:, lock] == 0).all()
+    rates = robot.joint_rates(q, A, lock=lock)
+    np.testing.assert_array_equal(found.smallest, rates.smallest)
+    np.testing.assert_array_equal(found.damping, rates.damping)
+    away = found.damping == 0
+    assert away.sum() > 50
+    again = robot.acceleration_mixed(q, qd, found.qdd)
+    np.testing.assert_allclose(again[away], A[away], rtol=0, atol=ORACLE_RATES)
+    limits = np.where(np.arange(robot.n) == lock, 0, np.inf)
+    same = robot.joint_accelerations(q, qd, A, acceleration_limits=limits)
+    np.testing.assert_array_equal(same.qdd, found.qdd)
+    if robot.n > 6:
+        assert np.abs(robot.joint_accelerations(q, qd, A).qdd - found.qdd).max() > 1e-3

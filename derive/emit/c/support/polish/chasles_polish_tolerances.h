@@ -5,8 +5,6 @@
 #ifndef CHASLES_POLISH_TOLERANCES_H
 #define CHASLES_POLISH_TOLERANCES_H
 
-/* m, rad: residual up to which a slot is a solution, as the runtime judges it. */
-#define POLISH_SOLVED 1e-9
 /* m, rad: residual at which the iteration ends: rounding of forward kinematics is a tenth of it. */
 #define POLISH_CLOSED 1e-14
 /* m, rad: residual below which a step without gain is the last: only rounding is left. */

@@ -1,0 +1,236 @@
+"""Random planar platforms on legs of joints that turn or slide, as robot files and in numbers.
+
+A leg has three joints, of which one is actuated and one, the closure, is no joint of the tree: the
+base carries those before it, the platform those behind it. Legs that keep two slides when the
+actuator is held are left out: they hold the platform's angle alone.
+"""
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+Place = tuple[float, float, float]
+"""x, y (metre) and angle of a frame in another."""
+HEAD = """
+name = "{name}"
+convention = "urdf"
+actuated = ["q_1", "q_2", "q_3"]
+units = {{ length = "m", angle = "rad" }}
+tool = {{ body = "platform" }}
+
+[[joints]]
+name = "platform"
+type = "planar"
+link = "platform"
+coordinates = ["x", "y", "phi"]
+"""
+JOINT = """
+[[joints]]
+name = "{name}"
+type = "{kind}"
+parent = "{parent}"
+link = "{link}"
+xyz = [{x}, {y}, 0]
+rpy = [0, 0, {angle}]
+axis = {axis}
+"""
+CLOSURE = """
+[[closures]]
+name = "closure_{k}"
+kind = "{kind}"
+a = {{ body = "{body_a}", {a} }}
+b = {{ body = "{body_b}", {b} }}
+"""
+TYPES = {"R": ("revolute", "[0, 0, 1]"), "P": ("prismatic", "[1, 0, 0]")}
+JOINTS = 3
+LEGS = tuple(
+    ("".join(kinds), actuated)
+    for kinds in product("RP", repeat=JOINTS)
+    for actuated in range(JOINTS)
+    if "R" in kinds[:actuated] + kinds[actuated + 1 :]
+)
+"""The kinds of legs: the joints from the base to the platform, and which of them is actuated."""
+
+
+@dataclass(frozen=True)
+class DrawnLeg:
+    """A leg.
+
+    Attributes:
+        kinds: The joints from the base to the platform, R or P each.
+        actuated: Which of them is actuated.
+        closed: Which of them is the closure.
+        front: Frames from the base before each joint up to the closure.
+        back: Frames from the platform before each joint back to the closure.
+        values: Values of the joints near the reference (radian or metre).
+    """
+
+    kinds: str
+    actuated: int
+    closed: int
+    front: tuple[Place, ...]
+    back: tuple[Place, ...]
+    values: tuple[float, ...]
+
+    @property
+    def passive(self) -> int:
+        """The joint that is neither actuated nor the closure."""
+        return JOINTS - self.actuated - self.closed
+
+    @property
+    def behind(self) -> range:
+        """The joints that the platform carries, in the order from it."""
+        return range(JOINTS - 1, self.closed, -1)
+
+    def __str__(self) -> str:
+        letters = self.kinds.lower()
+        return "".join(x.upper() if i == self.actuated else x for i, x in enumerate(letters))
+
+
+@dataclass(frozen=True)
+class DrawnPlatform:
+    """A platform: its legs, and its pose (x, y, phi) near the reference."""
+
+    legs: tuple[DrawnLeg, ...]
+    pose: Place
+
+    @property
+    def q(self) -> np.ndarray:
+        """(3,) the actuated coordinates at the reference."""
+        return np.array([leg.values[leg.actuated] for leg in self.legs])
+
+    def text(self, name: str) -> str:
+        """The robot file."""
+        reference = dict(zip(("x", "y", "phi"), self.pose, strict=True))
+        parts = [HEAD.format(name=name)]
+        for k, leg in enumerate(self.legs, 1):
+            parts += _leg_text(k, leg)
+            names = [_name(k, leg, i) for i in range(JOINTS)]
+            values = zip(names, leg.values, strict=True)
+            reference |= {n: v for i, (n, v) in enumerate(values) if i != leg.closed}
+        lines = "\n".join(f"{key} = {value}" for key, value in reference.items())
+        return "".join(parts) + f"\n[reference]\n{lines}\n"
+
+    def excess(self, x: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """How far the legs are open.
+
+        Args:
+            x: (n, 6) x, y, phi and the passive joint of each leg in the tree; may be complex.
+            q: (3,) actuated coordinates.
+
+        Returns:
+            (n, 6) two differences for each leg, zero where it closes, and (n, 3) above zero where
+            the frames of a slide point the same way.
+        """
+        gaps, facing = [], []
+        pose = _frames(*x[:, :3].T)
+        for k, leg in enumerate(self.legs):
+            values = {leg.actuated: np.full(len(x), q[k]), leg.passive: x[:, 3 + k]}
+            base, platform = _frames(*np.zeros((3, len(x)))), pose
+            for i, place in zip(range(leg.closed), leg.front, strict=False):
+                base = base @ _frames(*place) @ _moved(leg.kinds[i], values[i])
+            for i, place in zip(leg.behind, leg.back, strict=False):
+                platform = platform @ _frames(*place) @ _moved(leg.kinds[i], values[i])
+            a, b = base @ _frames(*leg.front[-1]), platform @ _frames(*leg.back[-1])
+            between = _inverse(a) @ b
+            turns = leg.kinds[leg.closed] == "R"
+            gaps += [between[:, 1, 2], between[:, 0, 2] if turns else between[:, 1, 0]]
+            facing.append(np.ones(len(x)) if turns else between[:, 0, 0].real)
+        return np.stack(gaps, -1), np.stack(facing, -1)
+
+
+def drawn_platform(
+    generator: np.random.Generator, kinds: tuple[tuple[str, int], ...] = ()
+) -> DrawnPlatform:
+    """A platform on legs of given or random kinds, of about a metre's size."""
+    pose = _rounded(generator.uniform([-0.3, -0.3, -0.8], [0.3, 0.3, 0.8]))
+    kinds = kinds or tuple(LEGS[k] for k in generator.integers(len(LEGS), size=3))
+    return DrawnPlatform(tuple(_drawn_leg(*kind, pose, generator) for kind in kinds), pose)
+
+
+def _drawn_leg(kinds: str, actuated: int, pose: Place, generator: np.random.Generator) -> DrawnLeg:
+    closed = int(generator.choice([i for i in range(JOINTS) if i != actuated]))
+    values = tuple(
+        round(float(generator.uniform(*((-2, 2) if kind == "R" else (0.2, 0.8)))), 3)
+        for kind in kinds
+    )
+    front = [_rounded(generator.uniform([-1, -1, -3], [1, 1, 3]))]
+    front += [_link(generator) for _ in range(closed)]
+    back = [_rounded(generator.uniform([-0.6, -0.6, -3], [0.6, 0.6, 3]))]
+    back += [_link(generator) for _ in range(JOINTS - 2 - closed)]
+    base, platform = np.eye(3), _frames(*pose)
+    for i, place in enumerate(front):
+        base = base @ _frames(*place) @ _moved(kinds[i], values[i])
+    behind = range(JOINTS - 1, closed, -1)
+    for i, place in zip(behind, back, strict=False):
+        platform = platform @ _frames(*place) @ _moved(kinds[i], values[i])
+    between = _inverse(platform) @ base
+    angle = np.arctan2(between[1, 0], between[0, 0])
+    last = _rounded(np.array([between[0, 2], between[1, 2], angle]))
+    back = [*back[: len(behind)], last]
+    return DrawnLeg(kinds, actuated, closed, tuple(front), tuple(back), values)
+
+
+def _link(generator: np.random.Generator) -> Place:
+    return _rounded(generator.uniform([0.2, -0.2, -3], [0.8, 0.2, 3]))
+
+
+def _rounded(place: np.ndarray) -> Place:
+    """Short decimals: a robot file is exact."""
+    x, y, angle = (round(float(value), 3) for value in place)
+    return x, y, angle
+
+
+def _frames(x: np.ndarray, y: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """(..., 3, 3) poses in the plane."""
+    x, y, angle = np.broadcast_arrays(x, y, angle)
+    c, s, one = np.cos(angle), np.sin(angle), np.ones(x.shape)
+    rows = [[c, -s, x], [s, c, y], [0 * one, 0 * one, one]]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
+def _moved(kind: str, value: np.ndarray) -> np.ndarray:
+    """(..., 3, 3) displacements of a joint."""
+    return _frames(0, 0, value) if kind == "R" else _frames(value, 0, 0)
+
+
+def _inverse(T: np.ndarray) -> np.ndarray:
+    """The inverse of poses; without a conjugate, for poses may be complex."""
+    found = np.zeros_like(T)
+    found[..., :2, :2] = np.swapaxes(T[..., :2, :2], -1, -2)
+    found[..., :2, 2:] = -found[..., :2, :2] @ T[..., :2, 2:]
+    found[..., 2, 2] = 1
+    return found
+
+
+def _name(k: int, leg: DrawnLeg, i: int) -> str:
+    return f"q_{k}" if i == leg.actuated else f"p_{k}{i}"
+
+
+def _leg_text(k: int, leg: DrawnLeg) -> list[str]:
+    parts, ends = [], []
+    sides = (("0", range(leg.closed), leg.front), ("platform", leg.behind, leg.back))
+    for root, joints, places in sides:
+        parent = root
+        for i, (x, y, angle) in zip(joints, places, strict=False):
+            kind, axis = TYPES[leg.kinds[i]]
+            name, link = _name(k, leg, i), f"link_{k}{i}"
+            parts.append(
+                JOINT.format(
+                    name=name, kind=kind, parent=parent, link=link, x=x, y=y, angle=angle, axis=axis
+                )
+            )
+            parent = link
+        ends.append((parent, places[-1]))
+    turns = leg.kinds[leg.closed] == "R"
+    (body_a, a), (body_b, b) = ((body, _frame_text(place, turns)) for body, place in ends)
+    kind = "pin" if turns else "slider"
+    parts.append(CLOSURE.format(k=k, kind=kind, body_a=body_a, a=a, body_b=body_b, b=b))
+    return parts
+
+
+def _frame_text(place: Place, turns: bool) -> str:
+    """A frame whose z axis is that of a pin, or the direction x of a slide."""
+    x, y, angle = place
+    return f"xyz = [{x}, {y}, 0]" + ("" if turns else f', rpy = [0, "pi/2", {angle}]')

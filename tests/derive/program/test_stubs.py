@@ -1,0 +1,22 @@
+"""The type stubs of a robot's package."""
+
+import ast
+
+import pytest
+
+from chasles.derive import derive, load
+from chasles.derive.emit import python_package
+from tests.helpers.derivations import description
+
+
+@pytest.mark.parametrize(("name", "further"), [("scara", 0), ("iiwa14", 1)])
+def test_the_inverse_of_poses_takes_given_joints(name, further):
+    derived = derive(load(description(name)), ["fk", "ik"])
+    text = python_package.files(derived, None)["__init__.pyi"]
+    found = {item.name: item for item in ast.parse(text).body if isinstance(item, ast.FunctionDef)}
+    inverse, pose = found["ik"].args, found["fk"].args
+    assert [argument.arg for argument in inverse.kwonlyargs] == ["out", "threads", "given"]
+    assert [argument.arg for argument in pose.kwonlyargs] == ["out", "threads"]
+    # A further input is left out where joints are given by name.
+    assert (len(inverse.args), len(inverse.defaults)) == (1 + further, further)
+    assert "from collections.abc import Mapping" in text
