@@ -31,6 +31,7 @@ class Tilt:
         angle: Between that axis and the mean of the others (radian); 0 where it is the only one.
         offset: Distance of the rod's ends along the mean axis where all joints are zero (metre).
         span: Their distance there (metre).
+        axes: Number of the loop's axes. Of two, either may be the one that is tilted.
     """
 
     strut: str
@@ -38,6 +39,7 @@ class Tilt:
     angle: float
     offset: float
     span: float
+    axes: int
 
     @property
     def is_small(self) -> bool:
@@ -75,7 +77,7 @@ def closable(mechanism: Mechanism, terms: Terms) -> Mechanism:
         return mechanism
     far = [tilt for tilt in found if not tilt.is_small]
     if far or mechanism.closure != "least squares":
-        tilt = (far or found)[0]
+        tilt = max(far or found, key=lambda tilt: tilt.axes)
         remedy = (
             'expected parallel axes, or ends = "ball"'
             if far
@@ -105,7 +107,9 @@ def _tilt(mechanism: Mechanism, terms: Terms, loop: Loop, strut: Strut) -> Tilt:
     angles = [_angle(axis, _mean(rest)) for axis, rest in zip(axes, others, strict=True)]
     worst = int(np.argmax(angles))
     offset = abs(float(_mean(others[worst]) @ (b - a)))
-    return Tilt(strut.name, names[worst], angles[worst], offset, float(np.linalg.norm(b - a)))
+    return Tilt(
+        strut.name, names[worst], angles[worst], offset, float(np.linalg.norm(b - a)), len(axes)
+    )
 
 
 def _mean(axes: Sequence[Vector]) -> Vector:

@@ -12,6 +12,8 @@ import chasles
 from bench.cases.as_built import BOARD_INSTALLER, as_built
 from chasles.derive import RobotError, derive, load, write
 from chasles.derive.emit.languages import EMITTERS
+from chasles.derive.inverse.mechanisms.hybrid_inverse import hybrid_inverses
+from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.model.robot import Rotation
 
 POSES = 300
@@ -64,8 +66,7 @@ def built(request, tmp_path_factory):
     derivation = derive(mechanism)
     folder = tmp_path_factory.mktemp("built")
     emitters = [e for e in EMITTERS if e.language in ("c", "casadi", "python")]
-    has_inverse = any(f.name == "ik" for f in derivation.written)
-    write(mechanism, folder, [*FUNCTIONS, *["ik"] * has_inverse], emitters)
+    write(mechanism, folder, [*FUNCTIONS, "ik"], emitters)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("CHASLES_CACHE", str(folder / "cache"))
         yield chasles.load(folder), Model(derivation.robot)
@@ -108,8 +109,6 @@ def test_the_jacobian_is_the_derivative(built):
 
 def test_every_configuration_is_a_solution_of_its_pose(built):
     robot, _ = built
-    if "ik" not in robot.functions:
-        pytest.skip("followed from the reference, and no inverse is led")
     q = coordinates(robot)
     T = robot.fk(q)
     found = robot.ik(T)
@@ -126,6 +125,17 @@ def test_what_the_article_and_the_manifest_say():
     notes = derive(drawn(7), ["fk", "ik"]).inverse.classification.found.requirements
     assert notes[-1].text == "the loops have the lengths of the nominal robot"
     assert 0 < notes[-1].deviation < 1e-3
+
+
+@pytest.mark.parametrize("joint", ["shoulder", "wrist"])
+def test_loops_of_tilted_joints_are_solved_in_turn(joint):
+    """Spatial loops give joints from which planar ones follow, and the inverse is led."""
+    hybrid = Hybrid(replace(tilted(DESIGN, joint), closure="least squares"))
+    assert not hybrid.forward.open
+    assert {"SlidingLeg", "TurningLeg"} & {type(step).__name__ for step in hybrid.forward.steps}
+    found = hybrid_inverses(hybrid)
+    assert found.polished is not None
+    assert list(found.solved) == ["ik_nominal"]
 
 
 def test_pins_out_of_parallel_are_told():
