@@ -14,6 +14,7 @@ from ...model.errors import RobotError
 from ...model.mechanism import Closure, Mechanism, Strut
 from ...model.placements import Placement, symbols_of
 from ...model.tolerances import GAP
+from ..iterated.tilted_pins import what_holds_it_open
 from .bodies_in_numbers import BodiesInNumbers, length_of, offset_of
 
 STARTS = 8
@@ -85,7 +86,7 @@ def not_closing(mechanism: Mechanism, error: RobotError) -> RobotError:
     """
     told = open_loop(mechanism)
     if told:
-        return RobotError(f"robot {mechanism.name!r}: {told}")
+        return RobotError(f"robot {mechanism.name!r}: {told}{what_holds_it_open(mechanism)}")
     bodies = BodiesInNumbers(mechanism)
     for closer in mechanism.closers:
         across = bodies.across(closer)
