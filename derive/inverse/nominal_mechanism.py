@@ -7,7 +7,7 @@ mechanism that has a closed-form inverse from which Newton's iteration leads to 
 the nominal one.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import casadi as ca
@@ -16,6 +16,7 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from ..loops.hybrid import Hybrid
+from ..loops.maps import chain
 from ..model.mechanism import Frame, Mechanism
 from ..model.robot import Placement, Rotation, Translation
 from ..model.tolerances import LED_BACK, LED_STEP, MEASURED_STRUCTURE, SAMPLED_RANGE
@@ -143,16 +144,21 @@ class Lead:
     deviation: float
 
 
-def lead(hybrid: Hybrid, nominal: SymbolicFunction, length: float) -> Lead:
+def lead(
+    hybrid: Hybrid, nominal: SymbolicFunction, length: float, given: tuple[int, ...] = ()
+) -> Lead:
     """Leads the solutions of a nominal robot to random poses of the true one.
 
     Args:
         hybrid: The true robot.
         nominal: The task ``ik`` of the nominal robot.
         length: The length (metre) that compares distances with angles.
+        given: Indices of the chain's joints whose values follow the pose.
     """
     pose = hybrid.kinematics.function("fk_jacobian_mixed")
-    fk, ik = lower([pose], "true")[0], lower([nominal], "nominal")[0]
+    fk, theta = lower([pose, chain(hybrid)], "true")
+    (ik,) = lower([nominal], "nominal")
+    held = list(nominal.role.given)
     q = _configurations(hybrid)
     T, _ = _at(fk, q)
     closed = np.isfinite(T).all((-2, -1))
@@ -162,12 +168,12 @@ def lead(hybrid: Hybrid, nominal: SymbolicFunction, length: float) -> Lead:
     is_led, first = np.zeros(len(q), dtype=bool), np.full(len(q), np.inf)
     weights = np.array([1 / length] * 3 + [1.0] * 3)
     for signs in patterns(nominal) if nominal.signs else [None]:
-        inputs = [T.reshape(len(T), 16).T]
+        inputs = [T.reshape(len(T), 16).T, *(np.array(theta(q.T))[k][None] for k in given)]
         if signs is not None:
             inputs.append(np.repeat(np.array(signs, dtype=float)[:, None], len(T), 1))
         start = np.array(ik(*inputs)[0]).T
         begin = _error(_at(fk, start)[0], T, weights)
-        found = _led(fk, T, start, weights)
+        found = _led(fk, T, start, weights, held)
         back = np.abs(found - q).max(-1) < LED_BACK * max(length, 1.0)
         first = np.where(back, np.fmin(first, begin), first)
         is_led |= back
@@ -195,11 +201,14 @@ def _at(fk: ca.Function, q: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.array(T).T.reshape(-1, 4, 4), np.array(J).T.reshape(-1, 6, n)
 
 
-def _led(fk: ca.Function, T: FloatArray, q: FloatArray, weights: FloatArray) -> FloatArray:
-    """Newton's steps (N, n) from starts to poses."""
+def _led(
+    fk: ca.Function, T: FloatArray, q: FloatArray, weights: FloatArray, held: Sequence[int]
+) -> FloatArray:
+    """Newton's steps (N, n) from starts to poses; some coordinates are held."""
     q = q.copy()
     for _ in range(STEPS):
         here, J = _at(fk, q)
+        J[..., held] = 0.0
         sound = np.isfinite(here).all((-2, -1)) & np.isfinite(J).all((-2, -1))
         inverse = np.linalg.pinv(J[sound] * weights[:, None], rcond=LED_BACK)
         step = np.einsum("Nij,Nj->Ni", inverse, twist_between(here[sound], T[sound]) * weights)

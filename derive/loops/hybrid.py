@@ -274,6 +274,18 @@ class Hybrid:
         """The actuators from the main chain."""
         return self.actuators_in(self.backward)
 
+    def actuator(self, k: int) -> sp.Expr:
+        """One actuator from the main chain; the others may have no closed form.
+
+        Raises:
+            RobotError: It has none.
+        """
+        coordinate = self.mechanism.coordinates[k]
+        if coordinate.moves in self.backward.open:
+            raise RobotError(f"{self.mechanism.name}: no closed form gives {coordinate.name}")
+        (value,) = self.named(self.backward, [coordinate.moves])
+        return self.terms.let(value / coordinate.ratio)
+
     def actuators_in(self, solution: Solution) -> tuple[sp.Expr, ...]:
         """The actuated coordinates of a solution."""
         coordinates = self.mechanism.coordinates

@@ -138,6 +138,28 @@ def test_loops_of_tilted_joints_are_solved_in_turn(joint):
     assert list(found.solved) == ["ik_nominal"]
 
 
+def test_given_joints_keep_their_values(tmp_path, monkeypatch):
+    """Every length off by up to half a millimetre, and two axes by 0.1 degrees."""
+    design = load(ROBOTS / "well_manipulator.toml")
+    members = frozenset(one.name for one in (*design.joints, *design.struts))
+    spoilt = as_built(design, members, 5e-4, np.random.default_rng(1))
+    spoilt = replace(tilted(tilted(spoilt, "theta3"), "theta7"), closure="least squares")
+    emitters = [e for e in EMITTERS if e.language in ("c", "python")]
+    write(spoilt, tmp_path, [*FUNCTIONS, "chain", "ik"], emitters)
+    monkeypatch.setenv("CHASLES_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setenv("CHASLES_CFLAGS", "-O1")
+    robot = chasles.load(tmp_path)
+    q = coordinates(robot)
+    T, theta = robot.fk(q), robot.chain(q)
+    places = {"l_HI": 3, "l_MN": 5, "theta7": 6}
+    found = robot.ik(T, given={name: theta[:, k] for name, k in places.items()})
+    apart = np.where(found.valid[..., None], np.abs(found.q - q[:, None]), np.inf).max(-1)
+    assert apart.min(-1).max() < 1e-9
+    of, slot = np.nonzero(found.valid)
+    held = robot.chain(found.q[of, slot])[:, list(places.values())]
+    np.testing.assert_allclose(held, theta[of][:, list(places.values())], atol=1e-12)
+
+
 def test_pins_out_of_parallel_are_told():
     with pytest.raises(RobotError, match=r"'rod_FH' in a plane.*'elbow' is 1.75 mrad out") as told:
         derive(tilted(DESIGN, "elbow"))
