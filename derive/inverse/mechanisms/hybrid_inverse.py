@@ -48,7 +48,7 @@ def hybrid_inverses(
         give: Indices of the chain's joints to be given; () for those that the structure needs.
     """
     exact = _by_structure(hybrid, families, give)
-    return exact if exact.solved else _by_nominal(hybrid, families, give) or exact
+    return exact if exact.solved else _by_nominal(hybrid, families, give) or _unled(hybrid, exact)
 
 
 def _by_structure(
@@ -85,10 +85,25 @@ def _by_nominal(
             found = _of_nominal(hybrid, nominal, families, give)
         except RobotError:
             # The loops of this one do not close at the reference.
+            if hybrid.mechanism.nominal is not None:
+                raise
             continue
         if found is not None:
             return found
     return None
+
+
+def _unled(hybrid: Hybrid, exact: Inverses) -> Inverses:
+    """No inverse, and what that has to do with the nominal robot."""
+    nominal, missing = hybrid.mechanism.nominal, exact.classification.missing
+    if nominal is not None:
+        why = f"no inverse of the nominal robot {nominal.name!r} leads to it"
+    elif hybrid.mechanism.closers and missing:
+        why = 'if it is as built, nominal = "<file>" names the robot as designed'
+    else:
+        return exact
+    missing = f"{missing}; {why}" if missing else why
+    return replace(exact, classification=replace(exact.classification, missing=missing))
 
 
 def _of_nominal(
