@@ -112,7 +112,7 @@ def _in_numbers(mechanism: Mechanism) -> Mechanism:
     values = {p.symbol: p.value for p in mechanism.parameters}
 
     def number(value: sp.Expr) -> sp.Expr:
-        return sp.sympify(value).xreplace(values)
+        return value.xreplace(values)
 
     def turn(part: Rotation) -> Rotation:
         return replace(part, angle=number(part.angle))
