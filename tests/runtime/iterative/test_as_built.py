@@ -138,6 +138,19 @@ def test_loops_of_tilted_joints_are_solved_in_turn(joint):
     assert list(found.solved) == ["ik_nominal"]
 
 
+def test_a_solution_beside_a_dead_point_is_found(tmp_path, monkeypatch):
+    """Its margin is 1.5e-5: between a step too long for the loops and one too short to help."""
+    emitters = [e for e in EMITTERS if e.language in ("c", "python")]
+    write(drawn(94), tmp_path, ["fk", "fk_jacobian_mixed", "margin", "ik"], emitters)
+    monkeypatch.setenv("CHASLES_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setenv("CHASLES_CFLAGS", "-O1")
+    robot = chasles.load(tmp_path)
+    q = np.array([-0.82292224, -0.47466385, -3.10882504, 0.70505359, 0.0415733, 0.11240639])
+    assert 1e-5 < robot.margin(q).min() < 2e-5
+    found = robot.ik(robot.fk(q))
+    assert np.abs(found.q[found.valid] - q).max(-1).min() < 1e-9
+
+
 def test_given_joints_keep_their_values(tmp_path, monkeypatch):
     """Every length off by up to half a millimetre, and two axes by 0.1 degrees."""
     design = load(ROBOTS / "well_manipulator.toml")
