@@ -169,11 +169,23 @@ def _reference(
 
 
 def _valid(verdict: Verdict, numbers: Multistart, robot: chasles.Robot, theta: np.ndarray) -> None:
-    """``actuators_valid`` is true where the actuators lead back to theta, and only there."""
+    """``actuators_valid`` is true where the actuators lead back to theta, and only there.
+
+    Near a dead point another mode may be as near as the tolerance: the chain that comes back must
+    be nearer to theta than half the way to any other mode.
+    """
     q = robot.actuators(theta)
-    apart = numbers.wrapped(numbers.chain, robot.chain(q) - theta)
-    back = np.abs(apart).max(-1) < 100 * SAME
+    apart = np.abs(numbers.wrapped(numbers.chain, robot.chain(q) - theta)).max(-1)
+    modes = numbers.modes(q, numbers.actuated)
+    back = apart < [half_way(numbers, modes[k], theta[k]) for k in range(len(theta))]
     verdict.faults["out of branch"] += int((back != robot.actuators_valid(theta)).sum())
+
+
+def half_way(numbers: Multistart, modes: list[dict[str, float]], theta: np.ndarray) -> float:
+    """Half the distance from joints to the nearest mode beside them, the tolerance at most."""
+    others = np.array([[mode[name] for name in numbers.chain] for mode in modes])
+    apart = np.abs(numbers.wrapped(numbers.chain, others.reshape(-1, len(theta)) - theta)).max(-1)
+    return min([100 * SAME, *(apart[apart > SAME] / 2)])
 
 
 def _count(

@@ -80,7 +80,7 @@ def _recipe(job: Job) -> str:
 
 
 def _description(job: Job) -> list[bytes]:
-    """The bytes of a description and of the files that it includes or extends."""
+    """The bytes of a description and of the files that it includes, extends or names as nominal."""
     file = job.file
     ending = file.suffix.lower()
     if ending == ".xacro":
@@ -94,16 +94,23 @@ def _description(job: Job) -> list[bytes]:
             return [file.read_bytes()]
     if ending == ".xml":
         return _included(file, file.parent, {})
-    content = file.read_bytes()
-    if ending != ".toml":
-        return [content]
+    return list(_named_along(file, {}).values()) if ending == ".toml" else [file.read_bytes()]
+
+
+def _named_along(file: Path, seen: dict[Path, bytes]) -> dict[Path, bytes]:
+    """The bytes of a robot file and of the files that it extends or names as nominal, by path."""
+    if not file.is_file() or file.resolve() in seen:
+        return seen
+    seen[file.resolve()] = content = file.read_bytes()
     try:
-        extended = tomllib.loads(content.decode("utf-8-sig")).get("extends")
+        table = tomllib.loads(content.decode("utf-8-sig"))
     except ValueError:
         # The reader of the description reports a wrong file.
-        return [content]
-    beside = file.parent / extended if isinstance(extended, str) else None
-    return [content, beside.read_bytes()] if beside and beside.is_file() else [content]
+        return seen
+    for name in (table.get("extends"), table.get("nominal")):
+        if isinstance(name, str):
+            _named_along(file.parent / name, seen)
+    return seen
 
 
 def _included(file: Path, folder: Path, seen: dict[Path, bytes]) -> list[bytes]:

@@ -79,7 +79,7 @@ class MechanismFile(RobotFile):
         Raises:
             DescriptionError: The file is wrong.
         """
-        self.check_fields((), self.table, (*ROBOT_FIELDS, *MECHANISM_FIELDS, "closure"))
+        self.check_fields((), self.table, (*ROBOT_FIELDS, *MECHANISM_FIELDS, "closure", "nominal"))
         name = self.robot_name()
         self.declare_units()
         self.declare_parameters()

@@ -22,13 +22,16 @@ reads.
 
 The file of a robot with loops lists its joints as a tree, by ``parent``, and the members that close
 the loops: ``[[closures]]``, ``[[rods]]`` and ``[[cylinders]]``; ``actuated`` names the coordinates.
-A file may extend another file with other values of its parameters.
+A file may extend another file with other values of its parameters. The file of a robot as built may
+name that of the robot as designed (``nominal``), from which its inverse is led.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from ..model.convention import Convention
+from ..model.errors import RobotError
 from ..model.mechanism import Mechanism
 from ..model.robot import Robot
 from .cleaned_robot import cleaned
@@ -98,9 +101,27 @@ def loads(
     heir = written if "extends" in written.table else None
     source = written if heir is None else _extended(heir)
     if has_loops(source.table):
-        return MechanismFile(source.file, source.text, heir, conventions).mechanism()
-    robot = RobotFile(source.file, source.text, heir, conventions).robot()
-    return robot if exact else cleaned(robot)
+        robot = MechanismFile(source.file, source.text, heir, conventions).mechanism()
+        return _with_nominal(source, robot, conventions) if "nominal" in source.table else robot
+    arm = RobotFile(source.file, source.text, heir, conventions).robot()
+    return arm if exact else cleaned(arm)
+
+
+def _with_nominal(file: TomlFile, robot: Mechanism, conventions: Sequence[Convention]) -> Mechanism:
+    """The robot with the nominal robot that its file names."""
+    keys = ("nominal",)
+    path = Path(file.file).parent / file.string(keys, "")
+    try:
+        nominal = load(path, conventions)
+        if not isinstance(nominal, Mechanism) or nominal.nominal is not None:
+            file.fail(keys, "the file of a robot with loops that names no nominal robot itself")
+        return replace(robot, nominal=nominal)
+    except DescriptionError as error:
+        if error.field == "nominal" and error.file == file.file:
+            raise
+        file.fail(keys, f"a robot file beside this one ({error})")
+    except RobotError as error:
+        file.fail(keys, f"the file of the robot as designed ({error})")
 
 
 def _extended(heir: TomlFile) -> TomlFile:

@@ -1,13 +1,14 @@
-"""The nominal mechanism of a robot with loops as built: lengths on a grid, axes at 15 degrees.
+"""The nominal mechanism of a robot with loops as built: its design, or lengths on a grid.
 
 The lengths of a robot as built differ a little from those of its design, and so do the directions
-of its axes. A design has round numbers, and loops that have a structure by equal or proportional
-lengths have it there. So the lengths are rounded to a grid, the coarsest first, and the first
-mechanism that has a closed-form inverse from which Newton's iteration leads to the true robot is
-the nominal one.
+of its axes. Where the file names the robot as designed, that is the nominal one. Else a design has
+round numbers, and loops that have a structure by equal or proportional lengths have it there. So
+the lengths are rounded to a grid, the coarsest first, and axes to multiples of 15 degrees, and the
+first mechanism that has a closed-form inverse from which Newton's iteration leads to the true robot
+is the nominal one.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import casadi as ca
@@ -15,7 +16,9 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
+from ..chain.poe import placement_matrix
 from ..loops.hybrid import Hybrid
+from ..loops.maps import chain
 from ..model.mechanism import Frame, Mechanism
 from ..model.robot import Placement, Rotation, Translation
 from ..model.tolerances import LED_BACK, LED_STEP, MEASURED_STRUCTURE, SAMPLED_RANGE
@@ -48,10 +51,14 @@ class Nominal:
 
 
 def nominal_mechanisms(mechanism: Mechanism) -> Iterator[Nominal]:
-    """Mechanisms with rounded lengths and angles, each once, the coarsest first.
+    """The robot as designed; else mechanisms with rounded lengths and angles, the coarsest first.
 
     A grid on which a rod would have no length is too coarse for the mechanism.
     """
+    if mechanism.nominal is not None:
+        design = _in_numbers(mechanism.nominal)
+        yield Nominal(design, *_apart(_in_numbers(mechanism), design))
+        return
     seen = {repr(mechanism)}
     for grid in GRIDS:
         rounding = _Rounding(mechanism, grid)
@@ -61,6 +68,88 @@ def nominal_mechanisms(mechanism: Mechanism) -> Iterator[Nominal]:
         if rounding.moved + rounding.turned > 0 and repr(found) not in seen:
             seen.add(repr(found))
             yield Nominal(found, rounding.moved, rounding.turned)
+
+
+Length = Callable[[sp.Expr], sp.Expr]
+Turn = Callable[[Rotation], Rotation]
+
+
+def _placed(placement: Placement, length: Length, turn: Turn) -> Placement:
+    """A placement with other lengths and turns."""
+    return tuple(
+        replace(part, vector=tuple(map(length, part.vector)))
+        if isinstance(part, Translation)
+        else turn(part)
+        for part in placement
+    )
+
+
+def _changed(m: Mechanism, length: Length, turn: Turn) -> Mechanism:
+    """A mechanism with other lengths and turns of its members."""
+
+    def placed(placement: Placement) -> Placement:
+        return _placed(placement, length, turn)
+
+    def frame(of: Frame) -> Frame:
+        return replace(of, placement=placed(of.placement))
+
+    joints = (replace(j, before=placed(j.before), after=placed(j.after)) for j in m.joints)
+    closures = (replace(c, a=frame(c.a), b=frame(c.b)) for c in m.closures)
+    struts = (
+        replace(
+            strut,
+            a=frame(strut.a),
+            b=frame(strut.b),
+            length=strut.length if strut.is_cylinder else length(strut.length),
+        )
+        for strut in m.struts
+    )
+    return replace(m, joints=tuple(joints), closures=tuple(closures), struts=tuple(struts))
+
+
+def _in_numbers(mechanism: Mechanism) -> Mechanism:
+    """A mechanism with numbers in place of its parameters."""
+    values = {p.symbol: p.value for p in mechanism.parameters}
+
+    def number(value: sp.Expr) -> sp.Expr:
+        return value.xreplace(values)
+
+    def turn(part: Rotation) -> Rotation:
+        return replace(part, angle=number(part.angle))
+
+    changed = _changed(mechanism, number, turn)
+    return replace(
+        changed,
+        struts=tuple(replace(strut, length=number(strut.length)) for strut in changed.struts),
+        drives=tuple(replace(drive, ratio=number(drive.ratio)) for drive in mechanism.drives),
+        base=_placed(mechanism.base, number, turn),
+        tool=_placed(mechanism.tool, number, turn),
+        parameters=(),
+        nominal=None,
+    )
+
+
+def _apart(built: Mechanism, design: Mechanism) -> tuple[float, float]:
+    """The largest distance (metre) and turn (radian) between the same places of two mechanisms."""
+    pairs = [
+        pair
+        for a, b in zip(built.joints, design.joints, strict=True)
+        for pair in ((a.before, b.before), (a.after, b.after))
+    ]
+    pairs += [
+        pair
+        for a, b in zip(built.closers, design.closers, strict=True)
+        for pair in ((a.a.placement, b.a.placement), (a.b.placement, b.b.placement))
+    ]
+    moved = [
+        abs(float(a.length - b.length)) for a, b in zip(built.struts, design.struts, strict=True)
+    ]
+    turned = []
+    for one, other in [*pairs, (built.tool, design.tool), (built.base, design.base)]:
+        M, N = (np.array(placement_matrix(p).evalf(), dtype=float) for p in (one, other))
+        moved.append(float(np.linalg.norm(M[:3, 3] - N[:3, 3])))
+        turned.append(2 * float(np.arcsin(np.linalg.norm(M[:3, :3] - N[:3, :3]) / np.sqrt(8))))
+    return max(moved), max(turned)
 
 
 class _Rounding:
@@ -78,33 +167,7 @@ class _Rounding:
         return all(self._rounded(rod.length.xreplace(self.values)) != 0 for rod in rods)
 
     def rounded(self) -> Mechanism:
-        m = self.mechanism
-        joints = tuple(
-            replace(joint, before=self._placement(joint.before), after=self._placement(joint.after))
-            for joint in m.joints
-        )
-        closures = tuple(replace(c, a=self._frame(c.a), b=self._frame(c.b)) for c in m.closures)
-        struts = tuple(
-            replace(
-                strut,
-                a=self._frame(strut.a),
-                b=self._frame(strut.b),
-                length=strut.length if strut.is_cylinder else self._length(strut.length),
-            )
-            for strut in m.struts
-        )
-        return replace(m, joints=joints, closures=closures, struts=struts)
-
-    def _frame(self, frame: Frame) -> Frame:
-        return replace(frame, placement=self._placement(frame.placement))
-
-    def _placement(self, placement: Placement) -> Placement:
-        return tuple(
-            replace(part, vector=tuple(map(self._length, part.vector)))
-            if isinstance(part, Translation)
-            else self._turn(part)
-            for part in placement
-        )
+        return _changed(self.mechanism, self._length, self._turn)
 
     def _length(self, value: sp.Expr) -> sp.Expr:
         """The length on the grid, in numbers; notes how far that moves it."""
@@ -143,16 +206,21 @@ class Lead:
     deviation: float
 
 
-def lead(hybrid: Hybrid, nominal: SymbolicFunction, length: float) -> Lead:
+def lead(
+    hybrid: Hybrid, nominal: SymbolicFunction, length: float, given: tuple[int, ...] = ()
+) -> Lead:
     """Leads the solutions of a nominal robot to random poses of the true one.
 
     Args:
         hybrid: The true robot.
         nominal: The task ``ik`` of the nominal robot.
         length: The length (metre) that compares distances with angles.
+        given: Indices of the chain's joints whose values follow the pose.
     """
     pose = hybrid.kinematics.function("fk_jacobian_mixed")
-    fk, ik = lower([pose], "true")[0], lower([nominal], "nominal")[0]
+    fk, theta = lower([pose, chain(hybrid)], "true")
+    (ik,) = lower([nominal], "nominal")
+    held = list(nominal.role.given)
     q = _configurations(hybrid)
     T, _ = _at(fk, q)
     closed = np.isfinite(T).all((-2, -1))
@@ -162,12 +230,12 @@ def lead(hybrid: Hybrid, nominal: SymbolicFunction, length: float) -> Lead:
     is_led, first = np.zeros(len(q), dtype=bool), np.full(len(q), np.inf)
     weights = np.array([1 / length] * 3 + [1.0] * 3)
     for signs in patterns(nominal) if nominal.signs else [None]:
-        inputs = [T.reshape(len(T), 16).T]
+        inputs = [T.reshape(len(T), 16).T, *(np.array(theta(q.T))[k][None] for k in given)]
         if signs is not None:
             inputs.append(np.repeat(np.array(signs, dtype=float)[:, None], len(T), 1))
         start = np.array(ik(*inputs)[0]).T
         begin = _error(_at(fk, start)[0], T, weights)
-        found = _led(fk, T, start, weights)
+        found = _led(fk, T, start, weights, held)
         back = np.abs(found - q).max(-1) < LED_BACK * max(length, 1.0)
         first = np.where(back, np.fmin(first, begin), first)
         is_led |= back
@@ -195,11 +263,14 @@ def _at(fk: ca.Function, q: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.array(T).T.reshape(-1, 4, 4), np.array(J).T.reshape(-1, 6, n)
 
 
-def _led(fk: ca.Function, T: FloatArray, q: FloatArray, weights: FloatArray) -> FloatArray:
-    """Newton's steps (N, n) from starts to poses."""
+def _led(
+    fk: ca.Function, T: FloatArray, q: FloatArray, weights: FloatArray, held: Sequence[int]
+) -> FloatArray:
+    """Newton's steps (N, n) from starts to poses; some coordinates are held."""
     q = q.copy()
     for _ in range(STEPS):
         here, J = _at(fk, q)
+        J[..., held] = 0.0
         sound = np.isfinite(here).all((-2, -1)) & np.isfinite(J).all((-2, -1))
         inverse = np.linalg.pinv(J[sound] * weights[:, None], rcond=LED_BACK)
         step = np.einsum("Nij,Nj->Ni", inverse, twist_between(here[sound], T[sound]) * weights)

@@ -10,9 +10,9 @@ the ends of the two branches at zero. The scalar equations hold exactly where th
 a plane, points are sums of turning vectors; in space, the poses of both branches are compared.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Literal, NamedTuple
 
 import sympy as sp
@@ -148,7 +148,27 @@ def constraints(
         RobotError: Pins hold the ends of a strut in a loop that is not planar, or a loop has an
             equation that is never zero.
     """
-    return _Constraints(mechanism, terms, z).all()
+    names = [variable.name for variable in configuration_names(mechanism)]
+    return _Constraints(mechanism, terms, dict(zip(names, z, strict=True))).all()
+
+
+def residuals(
+    mechanism: Mechanism, terms: Terms, values: Mapping[str, sp.Expr], closers: Container[str]
+) -> list[tuple[sp.Expr, str]]:
+    """What is left of the loops of some closers, equations that always hold included.
+
+    Args:
+        mechanism: The description.
+        terms: Receives the named terms.
+        values: Joints, swings and cylinders of these loops by name (radian or metre).
+        closers: Names of closures and struts.
+
+    Returns:
+        As of :func:`constraints`, each with its unit, m or 1.
+    """
+    at = _Constraints(mechanism, terms, values)
+    asked = [at.residual_of(loop) for loop in loops(mechanism) if loop.closer.name in closers]
+    return [pair for one in asked for pair in zip(one.entries, one.units, strict=True)]
 
 
 def swing_angles(
@@ -211,24 +231,23 @@ class _Residual(NamedTuple):
 class _Constraints:
     """The loops of one mechanism over shared terms."""
 
-    def __init__(self, mechanism: Mechanism, terms: Terms, z: Sequence[sp.Symbol]) -> None:
-        self.mechanism, self.terms, self.z = mechanism, terms, tuple(z)
-        names = [variable.name for variable in configuration_names(mechanism)]
-        self.values: dict[str, sp.Expr] = dict(zip(names, z, strict=True))
+    def __init__(self, mechanism: Mechanism, terms: Terms, values: Mapping[str, sp.Expr]) -> None:
+        self.mechanism, self.terms, self.values = mechanism, terms, values
         planar, _ = linkages(mechanism, terms)
         self.linkage_of = {name: linkage for linkage in planar for name in linkage.closers}
-        symbols = (*terms.parameters, *z)
-        self.generic = [GenericPoint(terms, symbols, phase) for phase in (1, 2)]
+
+    @cached_property
+    def generic(self) -> list[GenericPoint]:
+        """Two configurations without meaning."""
+        symbols = (*self.terms.parameters, *self.values.values())
+        return [GenericPoint(self.terms, symbols, phase) for phase in (1, 2)]
 
     def all(self) -> tuple[LoopEquations, ...]:
         return tuple(self.of(loop) for loop in loops(self.mechanism))
 
     def of(self, loop: Loop) -> LoopEquations:
         linkage = self.linkage_of.get(loop.closer.name)
-        if linkage is not None:
-            residual = _Planar(self.terms, linkage, loop, self.values).residual()
-        else:
-            residual = _Spatial(self.mechanism, self.terms, loop, self.values).residual()
+        residual = self.residual_of(loop)
         kept = [k for k, e in enumerate(residual.entries) if not self._vanishes(loop, e)]
         factors, home = _around(self.terms, loop, linkage)
         return LoopEquations(
@@ -240,6 +259,12 @@ class _Constraints:
             tuple(residual.units[k] for k in kept),
             tuple(entry for entry in residual.facing if entry != ONE),
         )
+
+    def residual_of(self, loop: Loop) -> _Residual:
+        linkage = self.linkage_of.get(loop.closer.name)
+        if linkage is not None:
+            return _Planar(self.terms, linkage, loop, self.values).residual()
+        return _Spatial(self.mechanism, self.terms, loop, self.values).residual()
 
     def _vanishes(self, loop: Loop, entry: sp.Expr) -> bool:
         """Whether an equation holds in every configuration, judged at two generic points."""

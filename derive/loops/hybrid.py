@@ -233,12 +233,15 @@ class Hybrid:
         ]
         if not margins:
             return sp.Integer(0)
-        # A constant on both sides, so that automatic differentiation finds nothing to divide by.
-        is_closed = sp.And(*(sp.Ge(margin, 0) for margin in margins))
-        square = self.terms.let(sp.Piecewise((0, is_closed), (-1, True)))
-        gate = self.terms.let(sp.sqrt(square))
+        gate = self.where(sp.And(*(sp.Ge(margin, 0) for margin in margins)))
         self.forward.loops[gate] = lambda _: gate
         return gate
+
+    def where(self, condition: sp.Basic) -> sp.Expr:
+        """0 where a condition holds, else NaN."""
+        # A constant on both sides, so that automatic differentiation finds nothing to divide by.
+        square = self.terms.let(sp.Piecewise((0, condition), (-1, True)))
+        return self.terms.let(sp.sqrt(square))
 
     def named(self, solution: Solution, names: Iterable[str]) -> tuple[sp.Expr, ...]:
         """Values of joints and of drives that follow; joint angles between -pi and pi."""
@@ -270,6 +273,18 @@ class Hybrid:
     def actuators(self) -> tuple[sp.Expr, ...]:
         """The actuators from the main chain."""
         return self.actuators_in(self.backward)
+
+    def actuator(self, k: int) -> sp.Expr:
+        """One actuator from the main chain; the others may have no closed form.
+
+        Raises:
+            RobotError: It has none.
+        """
+        coordinate = self.mechanism.coordinates[k]
+        if coordinate.moves in self.backward.open:
+            raise RobotError(f"{self.mechanism.name}: no closed form gives {coordinate.name}")
+        (value,) = self.named(self.backward, [coordinate.moves])
+        return self.terms.let(value / coordinate.ratio)
 
     def actuators_in(self, solution: Solution) -> tuple[sp.Expr, ...]:
         """The actuated coordinates of a solution."""

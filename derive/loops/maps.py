@@ -8,6 +8,7 @@ import sympy as sp
 from ..terms.role import Role, branch_label, side_of
 from ..terms.symbolic_function import Result, SymbolicFunction, matrix_entries
 from ..terms.tangents import Tangent, derivative_columns
+from .agreement import allowed
 from .hybrid import Hybrid
 from .planar.reference import Joined
 from .solution import Solution
@@ -176,7 +177,19 @@ def chain_all(h: Hybrid) -> SymbolicFunction:
 def actuators_all(h: Hybrid) -> SymbolicFunction:
     """The actuators on every branch."""
     branches = [(h.actuators_in(solution), solution) for solution in h.backward_branches]
-    return _all(h, "actuators_all", ("theta", "actuators"), "q", h.arguments["q"].unit, branches)
+    return _all(
+        h,
+        "actuators_all",
+        ("theta", "actuators"),
+        "q",
+        h.arguments["q"].unit,
+        branches,
+        allowed if len(h.theta) > len(h.q) else _always,
+    )
+
+
+def _always(_: Sequence[Solution]) -> sp.Basic:
+    return sp.true
 
 
 def _all(
@@ -186,6 +199,7 @@ def _all(
     result: str,
     unit: str,
     branches: Sequence[tuple[tuple[sp.Expr, ...], Solution]],
+    condition: Callable[[Sequence[Solution]], sp.Basic] = _always,
 ) -> SymbolicFunction:
     """The function of all branches, each a slot; passive joints alone make no branch."""
     argument, codomain = between
@@ -198,15 +212,24 @@ def _all(
     rows = [_margins_of(solutions, list(steps)) for solutions in alike.values()]
     labels = _labels(h, list(alike.values()))
     count, width = len(alike), len(branches[0][0])
+    values = sum((_where(h, row, condition(solutions)) for row, solutions in alike.items()), ())
     return h.function(
         name,
         "All branches of the loops' solution, NaN where a branch does not close.",
         f"branches: {'; '.join(labels)}",
         (argument,),
-        Result(result, sum(alike, ()), (count, width), unit, "one branch a row"),
+        Result(result, values, (count, width), unit, "one branch a row"),
         Result("margin", sum(rows, ()), (count, len(rows[0])), "1", "margins of each branch"),
         role=Role("branches", codomain=codomain, labels=labels),
     )
+
+
+def _where(h: Hybrid, row: tuple[sp.Expr, ...], condition: sp.Basic) -> tuple[sp.Expr, ...]:
+    """The values of a slot, NaN where a condition does not hold."""
+    if condition == sp.true:
+        return row
+    gate = h.where(condition)
+    return tuple(h.terms.let(value + gate) for value in row)
 
 
 def _margins_of(solutions: Sequence[Solution], steps: Sequence[Joined]) -> tuple[sp.Expr, ...]:

@@ -17,7 +17,7 @@ from .closing import longest_length
 from .planar.assembly import Assembly, assemble
 from .planar.loop_step import LoopStep
 from .planar.phasors import PhasorSum
-from .planar.planes import Linkage, Loop, linkages
+from .planar.planes import Linkage, Loop, WeldEdge, linkages
 from .planar.reference import AtReference, Branch, every_branch
 from .spatial.legs import assemble_in_space
 from .spatial.struts import Known
@@ -161,12 +161,24 @@ def _solved(loops: Loops, begun: Solution) -> Solution:
     """The solution at the reference's branch."""
     solution = begun
     try:
-        for linkage in loops.planar:
-            part = assemble(begun.reference.terms, linkage, solution.values, begun.reference)
-            solution = _with_part(solution, part)
-        return _in_space(loops, solution, None)
+        while True:
+            for linkage in _left(loops, solution):
+                part = assemble(begun.reference.terms, linkage, solution.values, begun.reference)
+                solution = _with_part(solution, part)
+            planar, solution = solution, _in_space(loops, solution, None)
+            if solution.open == planar.open or not _left(loops, solution):
+                return solution
     except RobotError as error:
         raise RobotError(f"robot {loops.mechanism.name!r}: {error}") from error
+
+
+def _left(loops: Loops, solution: Solution) -> list[Linkage]:
+    """The planar linkages of which a joint is not known: a spatial loop may give one that helps."""
+    return [
+        linkage
+        for linkage in loops.planar
+        if any(e.name not in solution.values for e in linkage.edges if not isinstance(e, WeldEdge))
+    ]
 
 
 def every_solution(
@@ -189,7 +201,23 @@ def every_solution(
     elsewhere = _near(own, known) if is_free else ()
     begun = replace(own, values=known, loops={}, steps=(), relations=())
     found, is_all = [begun], True
-    for linkage in loops.planar:
+    while True:
+        found, is_whole = _on_planar_branches(loops, found, elsewhere, most)
+        planar, spatial = found, list[Solution]()
+        for solution in planar:
+            in_space = partial(_in_space, loops, solution)
+            spatial += islice(every_branch(in_space, own.reference.sides), most + 1)
+        found, is_all = spatial[:most], is_all and is_whole and len(spatial) <= most
+        if not found or found[0].open == planar[0].open or not _left(loops, found[0]):
+            return found, is_all
+
+
+def _on_planar_branches(
+    loops: Loops, found: list[Solution], elsewhere: Sequence[AtReference], most: int
+) -> tuple[list[Solution], bool]:
+    """Solutions with the planar linkages on all branches, at most so many; whether that is all."""
+    is_all = True
+    for linkage in _left(loops, found[0]):
         # Linkages without a common joint are solved once, not once for each branch of the others.
         parts: dict[tuple[sp.Expr | None, ...], list[Assembly]] = {}
         after = []
@@ -199,11 +227,7 @@ def every_solution(
                 parts[shared] = _assemblies(linkage, solution, elsewhere)
             after += [_with_part(solution, part) for part in parts[shared]]
         found, is_all = after[:most], is_all and len(after) <= most
-    spatial: list[Solution] = []
-    for solution in found:
-        in_space = partial(_in_space, loops, solution)
-        spatial += islice(every_branch(in_space, own.reference.sides), most + 1)
-    return spatial[:most], is_all and len(spatial) <= most
+    return found, is_all
 
 
 def _assemblies(

@@ -187,6 +187,8 @@ class Mechanism:
             Those of passive joints need only be near.
         notes: Changes and assumptions made while the description was read.
         closure: Whether loops of pins that are not quite in a plane are closed in least squares.
+        nominal: The robot as designed, with the same members, where this one is as built; None
+            where it is not described.
         cleaning: Empty, as the numbers of a robot with loops are taken as they are written.
 
     Raises:
@@ -210,6 +212,7 @@ class Mechanism:
     reference: tuple[tuple[str, sp.Expr], ...] = ()
     notes: tuple[str, ...] = field(default=())
     closure: ClosureMode = "exact"
+    nominal: "Mechanism | None" = field(default=None, repr=False, compare=False)
     cleaning: Cleaning = field(default=Cleaning(), repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -230,6 +233,8 @@ class Mechanism:
         self._check_known("reference of", [n for n, _ in self.reference], known | self._swings)
         if not self.actuated:
             raise RobotError(f"robot {self.name!r} has no actuated coordinate")
+        if self.nominal is not None:
+            self._check_nominal(self.nominal)
         object.__setattr__(self, "reference", (*self.reference, *self._middles()))
 
     @property
@@ -357,6 +362,21 @@ class Mechanism:
             if item.a.body == item.b.body:
                 raise RobotError(f"{item.name!r} holds body {item.a.body!r} to itself")
 
+    def _check_nominal(self, nominal: "Mechanism") -> None:
+        for what in ("joints", "closures", "struts", "drives"):
+            mine, other = (list(map(_outline, getattr(m, what))) for m in (self, nominal))
+            if mine != other:
+                apart = [a[0] for a in (*mine, *other) if a not in mine or a not in other]
+                raise RobotError(
+                    f"robot {self.name!r}: its {what} are not those of the nominal robot "
+                    f"{nominal.name!r}: {', '.join(dict.fromkeys(apart)) or 'another order'}"
+                )
+        if (self.actuated, self.tool_body) != (nominal.actuated, nominal.tool_body):
+            raise RobotError(
+                f"robot {self.name!r}: its actuated coordinates and the body of its tool are not "
+                f"those of the nominal robot {nominal.name!r}"
+            )
+
     def _check_known(self, role: str, names: Sequence[str], known: set[str]) -> None:
         for name in names:
             if name not in known:
@@ -372,6 +392,16 @@ class Mechanism:
         unknown = sorted(str(symbol) for symbol in used - known)
         if unknown:
             raise RobotError(f"robot {self.name!r} uses {', '.join(unknown)}, no parameter of it")
+
+
+def _outline(member: Joint | Closure | Strut | Drive) -> tuple[str, ...]:
+    """What a member is and which bodies it holds, without its numbers."""
+    if isinstance(member, Joint):
+        return member.name, member.kind, member.link, member.parent
+    if isinstance(member, Drive):
+        return member.name, member.joint
+    kind = member.kind if isinstance(member, Closure) else str(member.is_cylinder)
+    return member.name, kind, member.a.body, member.b.body
 
 
 Described = Robot | Mechanism

@@ -95,6 +95,12 @@ OFF_BRANCH = 1e-6
 Doubles through a few roots leave about 1e-8 near a dead point; a joint that does not fit is off by
 about its own length.
 """
+LOOPS_AGREE = 1e-6
+"""What loops may leave (parts of the mechanism's size, entries of axes) of joints given together.
+
+More joints of the main chain than freedoms are known to 1e-8 near a dead point; joints that do not
+belong together are off by more than a person can set.
+"""
 ZERO_COMPONENT = 1e-25
 """Components of vectors below this are zero (pure number, or metre where points are compared).
 

@@ -2,7 +2,7 @@
 
 The runtime imports nothing of the compiler: it runs `python -m chasles.derive` as a program of its
 own, once a description. The name of the generated folder in the cache holds the SHA-256 of the
-description, of a file that it extends, and of the sources of the compiler, so that neither a
+description, of files that it names, and of the sources of the compiler, so that neither a
 changed description nor a changed compiler meets an old folder. (The extra `derive` pins the
 versions of the libraries that the compiler uses.)
 """
@@ -130,23 +130,36 @@ def _home(description: Path, options: Sequence[str] = ()) -> Path:
 
 
 def _contents(description: Path) -> list[bytes]:
-    """The bytes of a description and of the file that it extends, if there is such a file."""
+    """The bytes of a description and of the files that it extends or is built from."""
     try:
         content = description.read_bytes()
     except OSError as error:
         raise UnknownRobotError(f"{description}: cannot be read ({error.strerror})") from error
     if description.suffix.lower() != ".toml":
         return [content]
+    return [content, *_named_along(description, content)]
+
+
+def _named_along(description: Path, content: bytes) -> list[bytes]:
+    """The bytes of the files that a robot file names, and of those that they name."""
     # Robots that are generated along need no reader of TOML.
     import tomllib  # noqa: PLC0415
 
-    try:
-        extended = tomllib.loads(content.decode("utf-8-sig")).get("extends")
-    except ValueError:
-        # The compiler reports a wrong file, with the line.
-        return [content]
-    beside = description.parent / extended if isinstance(extended, str) else None
-    return [content, beside.read_bytes()] if beside and beside.is_file() else [content]
+    seen = {description.resolve(): content}
+    left = [description]
+    while left:
+        file = left.pop()
+        try:
+            table = tomllib.loads(seen[file.resolve()].decode("utf-8-sig"))
+        except ValueError:
+            # The compiler reports a wrong file, with the line.
+            continue
+        for name in (table.get("extends"), table.get("nominal")):
+            beside = file.parent / name if isinstance(name, str) else file
+            if beside.is_file() and beside.resolve() not in seen:
+                seen[beside.resolve()] = beside.read_bytes()
+                left.append(beside)
+    return list(seen.values())[1:]
 
 
 @functools.cache

@@ -252,6 +252,23 @@ def rssr():
     )
 
 
+def rsur():
+    """Two cranks about crossed axes; a rod on a ball and an oblique cross between them."""
+    return Mechanism(
+        "rsur",
+        (
+            pin("crank", BASE, "input"),
+            pin("rocker", BASE, "output", 3, 1, 0, ("x", sp.pi / 2)),
+            pin("yoke", "output", "fork", 2, 0, "-1/10", ("y", sp.pi / 2)),
+            pin("swing", "fork", "rod", 0, 0, "1/5", ("x", sp.pi * sp.Rational(2, 5))),
+        ),
+        ("crank",),
+        closures=(Closure("ball", "ball", Frame("input", at(1)), Frame("rod", at(3, 0, "1/4"))),),
+        tool_body="rod",
+        reference=near(("crank", 1), ("rocker", "7/4"), ("yoke", 2), ("swing", "-7/10")),
+    )
+
+
 def bennett(kind="pin"):
     """Bennett's linkage: four skew pins that move although the count says -2."""
     a, b, alpha = 1, 2, sp.pi / 6

@@ -48,16 +48,25 @@ def hybrid_inverses(
         give: Indices of the chain's joints to be given; () for those that the structure needs.
     """
     exact = _by_structure(hybrid, families, give)
-    return exact if exact.solved or give else _by_nominal(hybrid, families) or exact
+    return exact if exact.solved else _by_nominal(hybrid, families, give) or _unled(hybrid, exact)
 
 
-def _by_structure(hybrid: Hybrid, families: Sequence[Family], give: tuple[int, ...]) -> Inverses:
-    """The inverse of the chain, or of the shorter chain with slides."""
+def _by_structure(
+    hybrid: Hybrid, families: Sequence[Family], give: tuple[int, ...], built: Hybrid | None = None
+) -> Inverses:
+    """The inverse of the chain, or of the shorter chain with slides.
+
+    Args:
+        hybrid: The robot.
+        families: The families to try.
+        give: Indices of the chain's joints to be given.
+        built: The robot as built whose coordinates hold given joints; by default the robot itself.
+    """
     classification = classify(hybrid.robot, hybrid.terms, len(hybrid.q), families, give)
     if not {c.moves for c in hybrid.mechanism.coordinates}.isdisjoint(hybrid.backward.open):
         return Inverses(classification, {})
     if classification.found is not None:
-        solved = _by_chain(hybrid, classification.lines, classification.found)
+        solved = _by_chain(hybrid, classification.lines, classification.found, built or hybrid)
         return Inverses(classification, {"ik": solved})
     moved = None if give else translating(hybrid)
     if moved is None:
@@ -67,31 +76,50 @@ def _by_structure(hybrid: Hybrid, families: Sequence[Family], give: tuple[int, .
     return Inverses(shorter, {} if solved_ is None else {"ik": solved_})
 
 
-def _by_nominal(hybrid: Hybrid, families: Sequence[Family]) -> Inverses | None:
+def _by_nominal(
+    hybrid: Hybrid, families: Sequence[Family], give: tuple[int, ...]
+) -> Inverses | None:
     """The inverse that is led from a nominal mechanism; None where none leads to the robot."""
     for nominal in nominal_mechanisms(hybrid.mechanism):
         try:
-            found = _of_nominal(hybrid, nominal, families)
+            found = _of_nominal(hybrid, nominal, families, give)
         except RobotError:
             # The loops of this one do not close at the reference.
+            if hybrid.mechanism.nominal is not None:
+                raise
             continue
         if found is not None:
             return found
     return None
 
 
-def _of_nominal(hybrid: Hybrid, nominal: Nominal, families: Sequence[Family]) -> Inverses | None:
+def _unled(hybrid: Hybrid, exact: Inverses) -> Inverses:
+    """No inverse, and what that has to do with the nominal robot."""
+    nominal, missing = hybrid.mechanism.nominal, exact.classification.missing
+    if nominal is not None:
+        why = f"no inverse of the nominal robot {nominal.name!r} leads to it"
+    elif hybrid.mechanism.closers and missing:
+        why = 'if it is as built, nominal = "<file>" names the robot as designed'
+    else:
+        return exact
+    missing = f"{missing}; {why}" if missing else why
+    return replace(exact, classification=replace(exact.classification, missing=missing))
+
+
+def _of_nominal(
+    hybrid: Hybrid, nominal: Nominal, families: Sequence[Family], give: tuple[int, ...]
+) -> Inverses | None:
     design = Hybrid(nominal.mechanism, hybrid.terms)
     if design.forward.open:
         return None
-    exact = _by_structure(design, families, ())
+    exact = _by_structure(design, families, give, hybrid)
     if not exact.solved:
         return None
     solved, found = exact.solved["ik"], exact.classification.found
-    if solved.inputs or solved.given or found is None:
+    if solved.inputs or found is None or not _holds(hybrid, solved, found):
         return None
     length = exact.classification.lines.length or 1.0
-    leads = lead(hybrid, solved.function, length)
+    leads = lead(hybrid, solved.function, length, found.given)
     if leads.share < LED:
         return None
     start = as_start(solved)
@@ -111,8 +139,18 @@ def _of_nominal(hybrid: Hybrid, nominal: Nominal, families: Sequence[Family]) ->
     )
 
 
-def _by_chain(hybrid: Hybrid, lines: Lines, found: Attempt) -> Solved:
-    """The joints of the main chain, then the actuators from them."""
+def _holds(hybrid: Hybrid, solved: Solved, found: Attempt) -> bool:
+    """Whether given joints alone determine the coordinates that hold them."""
+    given = {hybrid.theta[k] for k in found.given}
+    held = (hybrid.actuator(k) for k in solved.function.role.given)
+    return all(_arguments(hybrid, entry) <= given for entry in held)
+
+
+def _by_chain(hybrid: Hybrid, lines: Lines, found: Attempt, built: Hybrid) -> Solved:
+    """The joints of the main chain, then the actuators from them.
+
+    The iteration does not move coordinates that hold given joints: they are those as built.
+    """
     robot, terms = hybrid.robot, hybrid.terms
     work = Work(terms)
     symbols = {k: sp.Symbol(f"_{robot.moving[k].name}", real=True) for k in found.given}
@@ -125,9 +163,12 @@ def _by_chain(hybrid: Hybrid, lines: Lines, found: Attempt) -> Solved:
         for joint, value in zip(robot.moving, values_of(work, robot, given), strict=True)
     ]
     theta = dict(zip(hybrid.theta, joints, strict=True))
-    q = substituted(terms, hybrid.actuators, theta)
     names = tuple(robot.moving[k].name for k in found.given)
     held = _coordinates(hybrid, found.given)
+    actuators = [
+        built.actuator(k) if k in held else value for k, value in enumerate(hybrid.actuators)
+    ]
+    q = substituted(terms, actuators, theta)
     return _solved(hybrid, work, arguments, found.family.inputs, q, names, held)
 
 

@@ -14,6 +14,7 @@ from ...model.errors import RobotError
 from ...model.mechanism import Closure, Mechanism, Strut
 from ...model.placements import Placement, symbols_of
 from ...model.tolerances import GAP
+from ..iterated.tilted_pins import what_holds_it_open
 from .bodies_in_numbers import BodiesInNumbers, length_of, offset_of
 from .swapped_ends import swapped_ends
 
@@ -88,7 +89,8 @@ def not_closing(mechanism: Mechanism, error: RobotError) -> RobotError:
     swapped = swapped_ends(mechanism)
     if told:
         more = f"\n    Or {swapped}" if swapped else ""
-        return RobotError(f"robot {mechanism.name!r}: {told}{more}")
+        held = what_holds_it_open(mechanism)
+        return RobotError(f"robot {mechanism.name!r}: {told}{held}{more}")
     if swapped:
         return RobotError(f"{error}\n    Perhaps {swapped}")
     bodies = BodiesInNumbers(mechanism)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...model.errors import RobotError
-from ...model.mechanism import Mechanism, Strut
+from ...model.mechanism import Closure, Mechanism, Strut
 from ...model.tolerances import MEASURED_STRUCTURE
 from ...terms.terms import Terms
 from ..planar.planes import Loop, axes_in_numbers, linkages
@@ -26,29 +26,31 @@ class Tilt:
     """How far the loop of a rod on pins is from a plane.
 
     Attributes:
-        strut: Name of the rod or cylinder.
+        closer: Name of the rod, cylinder or closure.
         joint: The joint whose axis is farthest from the others'.
         angle: Between that axis and the mean of the others (radian); 0 where it is the only one.
         offset: Distance of the rod's ends along the mean axis where all joints are zero (metre).
         span: Their distance there (metre).
+        axes: Number of the loop's axes. Of two, either may be the one that is tilted.
     """
 
-    strut: str
+    closer: str
     joint: str
     angle: float
     offset: float
     span: float
+    axes: int
 
     @property
     def is_small(self) -> bool:
         """Whether the loop is meant to be planar: off by no more than a measured robot is."""
-        return max(self.angle, self.offset / self.span) <= MEASURED_STRUCTURE
+        return max(self.angle * self.span, self.offset) <= MEASURED_STRUCTURE * self.span
 
     def __str__(self) -> str:
         """How far the loop is open."""
         return (
             f"the axis of {self.joint!r} is {1e3 * self.angle:.3g} mrad out of parallel with the"
-            f" others, and the ends of {self.strut!r} are {1e3 * self.offset:.3g} mm apart along"
+            f" others, and the ends of {self.closer!r} are {1e3 * self.offset:.3g} mm apart along"
             " them"
         )
 
@@ -63,6 +65,30 @@ def tilts(mechanism: Mechanism, terms: Terms) -> list[Tilt]:
     ]
 
 
+def what_holds_it_open(mechanism: Mechanism) -> str:
+    """Sentences on loops that no length closes; "" where nothing is known.
+
+    They name the joint whose axis keeps a pin between two bodies from closing, and say to which
+    loops ``closure = "least squares"`` applies.
+    """
+    terms = Terms({p.symbol: p.value for p in mechanism.parameters})
+    _, spatial = linkages(mechanism, terms)
+    found = ""
+    for loop in spatial:
+        turning = [joint for joint in loop.joints if joint.kind == "revolute"]
+        if isinstance(loop.closer, Closure) and loop.closer.kind in ("pin", "ball") and turning:
+            tilt = _tilt(mechanism, terms, loop, loop.closer)
+            if tilt.is_small:
+                found += f"\n    Its loop is nearly plane: {tilt}."
+    if mechanism.closure == "least squares":
+        found += (
+            '\n    closure = "least squares" applies to rods and cylinders on pins out of parallel,'
+            " which then hold their lengths alone; other loops have to close: describe a link"
+            " between two pins as a rod, or leave out a member that repeats another"
+        )
+    return found
+
+
 def closable(mechanism: Mechanism, terms: Terms) -> Mechanism:
     """The mechanism, its tilted rods held at their lengths alone where its file asks for that.
 
@@ -75,7 +101,7 @@ def closable(mechanism: Mechanism, terms: Terms) -> Mechanism:
         return mechanism
     far = [tilt for tilt in found if not tilt.is_small]
     if far or mechanism.closure != "least squares":
-        tilt = (far or found)[0]
+        tilt = max(far or found, key=lambda tilt: tilt.axes)
         remedy = (
             'expected parallel axes, or ends = "ball"'
             if far
@@ -83,10 +109,10 @@ def closable(mechanism: Mechanism, terms: Terms) -> Mechanism:
             " the file for pins whose play takes that up"
         )
         raise RobotError(
-            f"robot {mechanism.name!r}: pins hold the ends of {tilt.strut!r} in a plane, and its"
+            f"robot {mechanism.name!r}: pins hold the ends of {tilt.closer!r} in a plane, and its"
             f" loop cannot close: {tilt}. The constraint along the axes is redundant; {remedy}"
         )
-    names = {tilt.strut for tilt in found}
+    names = {tilt.closer for tilt in found}
     swings = {strut.swing_name for strut in mechanism.struts if strut.name in names}
     return replace(
         mechanism,
@@ -99,13 +125,14 @@ def closable(mechanism: Mechanism, terms: Terms) -> Mechanism:
     )
 
 
-def _tilt(mechanism: Mechanism, terms: Terms, loop: Loop, strut: Strut) -> Tilt:
+def _tilt(mechanism: Mechanism, terms: Terms, loop: Loop, closer: Closure | Strut) -> Tilt:
     names, axes, (a, b) = axes_in_numbers(mechanism, terms, loop)
     others = [[*axes[:k], *axes[k + 1 :]] or [axis] for k, axis in enumerate(axes)]
     angles = [_angle(axis, _mean(rest)) for axis, rest in zip(axes, others, strict=True)]
     worst = int(np.argmax(angles))
     offset = abs(float(_mean(others[worst]) @ (b - a)))
-    return Tilt(strut.name, names[worst], angles[worst], offset, float(np.linalg.norm(b - a)))
+    span = float(np.linalg.norm(b - a))
+    return Tilt(closer.name, names[worst], angles[worst], offset, span, len(axes))
 
 
 def _mean(axes: Sequence[Vector]) -> Vector:

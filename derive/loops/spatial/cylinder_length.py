@@ -9,6 +9,8 @@ import sympy as sp
 from ...model.mechanism import Strut
 from ...terms.vectors import Vector, dot, subtracted
 from ..planar.loop_step import SPACE, RateEquation, StepEquations, components, quantity, weighted
+from ..planar.planes import loops
+from .body_frames import pose_along
 from .struts import Legs, LegStep
 
 
@@ -33,11 +35,18 @@ class CylinderLength(LegStep):
             return False
         (strut,) = struts
         terms = legs.terms
-        d = subtracted(terms, legs.point(strut.b), legs.point(strut.a))
+        # Joints before both ends do not change their distance.
+        loop = next(loop for loop in loops(legs.mechanism) if loop.closer is strut)
+        (_, begin), (_, end) = (
+            pose_along(legs.mechanism, terms, way, frame.placement, legs.known.values)
+            for way, frame in ((loop.to_a, strut.a), (loop.to_b, strut.b))
+        )
+        d = subtracted(terms, end, begin)
         distance = terms.let(sp.sqrt(dot(terms, d, d)))
         legs.known.values[strut.name] = terms.let(distance - strut.length)
-        axes = legs.mechanism.base_frame
-        legs.known.steps.append(cls(joints=(strut.name,), axes=axes, d=d, distance=distance))
+        legs.known.steps.append(
+            cls(joints=(strut.name,), axes=loop.meeting, d=d, distance=distance)
+        )
         return True
 
     def equations(self) -> StepEquations:

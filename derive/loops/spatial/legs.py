@@ -3,7 +3,8 @@
 A strut on balls keeps two points at a distance. Where both points are known it gives a cylinder's
 length; where a single joint moves one of them it gives that joint (a circle or a line meets a
 sphere); where three struts hold a platform that keeps its orientation they give its position (three
-spheres meet). Pairs of equal, parallel rods hold a platform in that way. A closure between bodies
+spheres meet). Pairs of equal, parallel rods hold a platform in that way. A rod on a universal
+joint and a ball is such a strut, which gives the joint's angles besides. A closure between bodies
 on guides gives the travels of their slides.
 
 Source:
@@ -22,6 +23,7 @@ from .sliding_leg import SlidingLeg
 from .struts import Known, Legs, LegStep
 from .three_spheres import ThreeSpheres
 from .turning_leg import TurningLeg
+from .universal_leg import UniversalJoint, UniversalLeg
 
 STEPS: tuple[type[LegStep], ...] = (CylinderLength, SlidingLeg, TurningLeg, ThreeSpheres)
 """The kinds of steps, in the order in which they are tried."""
@@ -40,7 +42,8 @@ def assemble_in_space(
     Args:
         terms: Names of all terms.
         mechanism: The description.
-        loops: The loops that are not planar; struts on balls and bodies on guides are solved.
+        loops: The loops that are not planar; struts on balls, rods on universal joints and bodies
+            on guides are solved.
         known: Receives values, rates and steps.
         reference: The configuration that selects the branch.
         branch: The branch that is asked for, instead of that at the reference.
@@ -52,12 +55,17 @@ def assemble_in_space(
     while any(Guides.use(legs, loop) for loop in loops):
         pass
     struts = [loop.closer for loop in loops if isinstance(loop.closer, Strut)]
-    left = [strut for strut in struts if strut.ends == "ball"]
-    while left:
+    joints = [joint for loop in loops if (joint := UniversalJoint.of(legs, loop)) is not None]
+    left = [strut for strut in struts if strut.ends == "ball"] + [joint.rod for joint in joints]
+    while left or joints:
+        aimed = [joint for joint in joints if UniversalLeg.use(legs, joint)]
         used = [strut for strut in left if _use(legs, (strut,)) or _is_held(legs, strut)]
-        if not used and not _use(legs, left):
-            return
-        left = [strut for strut in left if strut not in used] if used else []
+        if not aimed and not used:
+            if not left or not _use(legs, left):
+                return
+            used = left
+        left = [strut for strut in left if strut not in used]
+        joints = [joint for joint in joints if joint not in aimed]
 
 
 def _use(legs: Legs, struts: Sequence[Strut]) -> bool:

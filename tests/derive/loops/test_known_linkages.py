@@ -121,6 +121,15 @@ def test_a_scissor_lift_keeps_its_table_level():
         assert T[:3, :3] == pytest.approx(np.eye(3), abs=1e-12)
 
 
+@pytest.mark.parametrize("body", ["table", "roller", "arm_4", "arm_2", "shoe"])
+def test_a_scissor_lift_is_commanded_by_any_of_its_bodies(body):
+    tool = "tool = { body = "
+    robot = loads(SCISSORS.replace(f'{tool}"table"', f'{tool}"{body}"'))
+    chain, actuators = lower(derive(robot, ["chain", "actuators"]).functions, robot.name)
+    for foot in np.linspace(0.5, 2.3, 7):
+        assert float(actuators(chain(foot))) == pytest.approx(foot, abs=1e-12)
+
+
 def test_a_leg_of_a_beast_walks():
     hybrid, tool = tool_of(JANSEN)
     assert hybrid.mobility.true == 1

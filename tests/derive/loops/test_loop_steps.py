@@ -15,6 +15,7 @@ from mechanisms import (
     parallelogram,
     pin,
     rssr,
+    rsur,
     slider_crank,
     slotted_rocker,
     stewart,
@@ -28,6 +29,7 @@ from chasles.derive.loops.planar.assembly import STEPS as PLANAR
 from chasles.derive.loops.planar.loop_step import Cross, components, length_of, quantity
 from chasles.derive.loops.planar.parallelogram import CrossedParallelogram
 from chasles.derive.loops.spatial.legs import STEPS as SPATIAL
+from chasles.derive.loops.spatial.universal_leg import UniversalLeg
 from chasles.derive.terms.tangents import Tangent
 
 TRUE = 1e-10
@@ -53,7 +55,7 @@ def pushed():
 
 BUILDERS = (
     *(crank_and_slider, crank_slider_offset, crossed, delta, excavator_arm, oldham, parallelogram),
-    *(pushed, rssr, slider_crank, slotted_rocker),
+    *(pushed, rssr, rsur, slider_crank, slotted_rocker),
 )
 """Mechanisms whose joints all follow from the actuators."""
 
@@ -107,7 +109,12 @@ class Numbers:
 
 
 def test_every_kind_is_among_them():
-    assert {type(step) for _, step in steps()} == {*PLANAR, *SPATIAL, CrossedParallelogram}
+    assert {type(step) for _, step in steps()} == {
+        *PLANAR,
+        *SPATIAL,
+        CrossedParallelogram,
+        UniversalLeg,
+    }
 
 
 def test_results_angles_and_margins_are_those_that_were_solved():
@@ -128,7 +135,7 @@ def test_results_angles_and_margins_are_those_that_were_solved():
         if step.margin is not None:
             assert numbers(equations.margin) == pytest.approx(numbers.of(step.margin), abs=TRUE)
             checked += 1
-    assert checked == 41
+    assert checked == 46
 
 
 def test_rates_are_those_of_the_solution():

@@ -14,10 +14,12 @@ import pytest
 import sympy as sp
 from closed_in_numbers import Model
 from derivations import ROBOTS
+from mechanisms import BASE, at, near, pin
 
-from chasles.derive import RobotError, derive, load, loads
+from chasles.derive import Frame, Mechanism, RobotError, Strut, derive, load, loads
 from chasles.derive.loops.checks.gaps import open_loop
 from chasles.derive.loops.hybrid import Hybrid
+from chasles.derive.model.mechanism import Closure
 
 LOOPED = ["four_bar", "slider_crank", "five_bar", "excavator", "planar_3rrr"]
 
@@ -268,3 +270,50 @@ def test_a_rod_whose_ends_are_swapped_is_named(k):
 @pytest.mark.parametrize(("name", "parameter", "value"), SPOILT)
 def test_rods_of_a_wrong_length_do_not_seem_swapped(name, parameter, value):
     assert "swapped" not in message(with_parameter(mechanism(name), parameter, value))
+
+
+def with_a_tilted_rocker(kind, closure):
+    """A four-bar whose rocker turns about an axis 0.05 degrees out of parallel."""
+    tilt = ("x", sp.pi / 3600)
+    return Mechanism(
+        "tilted",
+        (
+            pin("crank", BASE, "crank_b"),
+            pin("coupler", "crank_b", "coupler_b", 1),
+            pin("rocker", BASE, "rocker_b", 3, 0, 0, tilt),
+        ),
+        ("crank",),
+        closures=(Closure("far", kind, Frame("coupler_b", at(3)), Frame("rocker_b", at(2))),),
+        reference=near(("crank", 1), ("coupler", "-1/2"), ("rocker", 2)),
+        closure=closure,
+    )
+
+
+@pytest.mark.parametrize("kind", ["pin", "ball"])
+def test_a_pin_between_bodies_out_of_parallel_is_told(kind):
+    told = message(with_a_tilted_rocker(kind, "exact"))
+    assert "'far' does not close" in told
+    assert "the axis of 'rocker' is 0.873 mrad out of parallel" in told
+    assert "least squares" not in told
+    asked = message(with_a_tilted_rocker(kind, "least squares"))
+    assert asked.startswith(told)
+    assert 'closure = "least squares" applies to rods and cylinders on pins' in asked
+
+
+def test_least_squares_of_a_third_crank_are_refused():
+    rods = tuple(
+        Strut(name, Frame(BASE, at(x)), Frame("coupler", at(x)), length)
+        for name, x, length in (("rod", 2, 1), ("third", 1, sp.Rational(10002, 10000)))
+    )
+    whole = Mechanism(
+        "three",
+        (pin("crank", BASE, "arm"), pin("bar", "arm", "coupler", 1)),
+        ("crank",),
+        struts=rods,
+        tool_body="coupler",
+        reference=near(("crank", 1), ("bar", -1)),
+        closure="least squares",
+    )
+    told = message(whole)
+    assert "0.2 mm too long" in told
+    assert "leave out a member that repeats another" in told

@@ -16,6 +16,7 @@ import pytest
 
 import chasles
 from chasles.__main__ import main
+from chasles.contract import described
 
 ROOT = Path(__file__).parents[3]
 ARM = """\
@@ -104,6 +105,19 @@ def test_a_changed_description_is_derived_again(arm, tmp_path, cache):
     assert chasles.find_folder(heir) != first
     assert chasles.find_folder(arm) != own
     assert len(derived(cache)) == 4
+
+
+def test_a_changed_file_of_the_design_is_derived_again(tmp_path, cache):
+    design = (ROOT / "derive" / "robots" / "four_bar.toml").read_text()
+    (tmp_path / "design.toml").write_text(design)
+    built = tmp_path / "built.toml"
+    built.write_text(design.replace("units =", 'nominal = "design.toml"\nunits =', 1))
+    heir = tmp_path / "heir.toml"
+    heir.write_text('extends = "built.toml"\nname = "heir"\n')
+    first = [described._home(path) for path in (built, heir)]
+    (tmp_path / "design.toml").write_text(design + "\n")
+    second = [described._home(path) for path in (built, heir)]
+    assert all(a != b for a, b in zip(first, second, strict=True))
 
 
 def test_wrong_descriptions(arm, tmp_path, cache):

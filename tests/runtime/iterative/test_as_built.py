@@ -12,6 +12,8 @@ import chasles
 from bench.cases.as_built import BOARD_INSTALLER, as_built
 from chasles.derive import RobotError, derive, load, write
 from chasles.derive.emit.languages import EMITTERS
+from chasles.derive.inverse.mechanisms.hybrid_inverse import hybrid_inverses
+from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.model.robot import Rotation
 
 POSES = 300
@@ -64,8 +66,7 @@ def built(request, tmp_path_factory):
     derivation = derive(mechanism)
     folder = tmp_path_factory.mktemp("built")
     emitters = [e for e in EMITTERS if e.language in ("c", "casadi", "python")]
-    has_inverse = any(f.name == "ik" for f in derivation.written)
-    write(mechanism, folder, [*FUNCTIONS, *["ik"] * has_inverse], emitters)
+    write(mechanism, folder, [*FUNCTIONS, "ik"], emitters)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("CHASLES_CACHE", str(folder / "cache"))
         yield chasles.load(folder), Model(derivation.robot)
@@ -108,8 +109,6 @@ def test_the_jacobian_is_the_derivative(built):
 
 def test_every_configuration_is_a_solution_of_its_pose(built):
     robot, _ = built
-    if "ik" not in robot.functions:
-        pytest.skip("followed from the reference, and no inverse is led")
     q = coordinates(robot)
     T = robot.fk(q)
     found = robot.ik(T)
@@ -126,6 +125,52 @@ def test_what_the_article_and_the_manifest_say():
     notes = derive(drawn(7), ["fk", "ik"]).inverse.classification.found.requirements
     assert notes[-1].text == "the loops have the lengths of the nominal robot"
     assert 0 < notes[-1].deviation < 1e-3
+
+
+@pytest.mark.parametrize("joint", ["shoulder", "wrist"])
+def test_loops_of_tilted_joints_are_solved_in_turn(joint):
+    """Spatial loops give joints from which planar ones follow, and the inverse is led."""
+    hybrid = Hybrid(replace(tilted(DESIGN, joint), closure="least squares"))
+    assert not hybrid.forward.open
+    assert {"SlidingLeg", "TurningLeg"} & {type(step).__name__ for step in hybrid.forward.steps}
+    found = hybrid_inverses(hybrid)
+    assert found.polished is not None
+    assert list(found.solved) == ["ik_nominal"]
+
+
+def test_a_solution_beside_a_dead_point_is_found(tmp_path, monkeypatch):
+    """Its margin is 1.5e-5: between a step too long for the loops and one too short to help."""
+    emitters = [e for e in EMITTERS if e.language in ("c", "python")]
+    write(drawn(94), tmp_path, ["fk", "fk_jacobian_mixed", "margin", "ik"], emitters)
+    monkeypatch.setenv("CHASLES_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setenv("CHASLES_CFLAGS", "-O1")
+    robot = chasles.load(tmp_path)
+    q = np.array([-0.82292224, -0.47466385, -3.10882504, 0.70505359, 0.0415733, 0.11240639])
+    assert 1e-5 < robot.margin(q).min() < 2e-5
+    found = robot.ik(robot.fk(q))
+    assert np.abs(found.q[found.valid] - q).max(-1).min() < 1e-9
+
+
+def test_given_joints_keep_their_values(tmp_path, monkeypatch):
+    """Every length off by up to half a millimetre, and two axes by 0.1 degrees."""
+    design = load(ROBOTS / "well_manipulator.toml")
+    members = frozenset(one.name for one in (*design.joints, *design.struts))
+    spoilt = as_built(design, members, 5e-4, np.random.default_rng(1))
+    spoilt = replace(tilted(tilted(spoilt, "theta3"), "theta7"), closure="least squares")
+    emitters = [e for e in EMITTERS if e.language in ("c", "python")]
+    write(spoilt, tmp_path, [*FUNCTIONS, "chain", "ik"], emitters)
+    monkeypatch.setenv("CHASLES_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setenv("CHASLES_CFLAGS", "-O1")
+    robot = chasles.load(tmp_path)
+    q = coordinates(robot)
+    T, theta = robot.fk(q), robot.chain(q)
+    places = {"l_HI": 3, "l_MN": 5, "theta7": 6}
+    found = robot.ik(T, given={name: theta[:, k] for name, k in places.items()})
+    apart = np.where(found.valid[..., None], np.abs(found.q - q[:, None]), np.inf).max(-1)
+    assert apart.min(-1).max() < 1e-9
+    of, slot = np.nonzero(found.valid)
+    held = robot.chain(found.q[of, slot])[:, list(places.values())]
+    np.testing.assert_allclose(held, theta[of][:, list(places.values())], atol=1e-12)
 
 
 def test_pins_out_of_parallel_are_told():

@@ -71,8 +71,7 @@ static int POLISH_NAME(lines)(double nominal, double residual, int is_distinct, 
 #endif
 
 #if !POLISH_IS_SEARCHED
-/* Descends from starts on the branch of the true loops that Newton's steps led astray: near a dead
- * point a step may lead to where the loops do not close. */
+/* Begins once more from starts on the branch of the true loops that Newton's steps led astray. */
 static LANES_TARGET void POLISH_NAME(again)(const double *in, const double *start, int b,
                                             const lanes_where *near,
                                             POLISH_NAME(configurations) * c)
@@ -87,7 +86,7 @@ static LANES_TARGET void POLISH_NAME(again)(const double *in, const double *star
     const lanes_where astray = POLISH_AND(POLISH_AND(*near, on_branch), POLISH_NOT(settled));
     if (!LANES_ANY(astray))
         return;
-    POLISH_NAME(descend)(in, &next);
+    POLISH_NAME(approach)(in, &next);
     const lanes *from = next.q;
     lanes *to = c->q;
     for (size_t i = 0; i < sizeof next / sizeof *to; i++)

@@ -150,11 +150,11 @@ POLISH_INLINE void POLISH_NAME(move)(const lanes *from, const lanes *dq, lanes *
     }
 }
 
-/* Moves q by the damped step from c. `pivots` are the least of its equations. */
-POLISH_INLINE void POLISH_NAME(step)(const POLISH_NAME(configurations) * c, const lanes *damping,
-                                     lanes *q, lanes *pivots)
+/* The damped step dq from c. `pivots` are the least of its equations. */
+POLISH_INLINE void POLISH_NAME(towards)(const POLISH_NAME(configurations) * c, const lanes *damping,
+                                        lanes *dq, lanes *pivots)
 {
-    lanes J[6][POLISH_N], a[POLISH_ROWS][POLISH_ROWS], b[1][POLISH_ROWS], dq[POLISH_N];
+    lanes J[6][POLISH_N], a[POLISH_ROWS][POLISH_ROWS], b[1][POLISH_ROWS];
     const lanes added = *damping * c->cost + POLISH_LEAST_DAMPING;
     POLISH_NAME(weighted)(c, J);
 #if POLISH_N < 6
@@ -188,6 +188,14 @@ POLISH_INLINE void POLISH_NAME(step)(const POLISH_NAME(configurations) * c, cons
             dq[k] += J[i][k] * b[0][i];
     }
 #endif
+}
+
+/* Moves q by the damped step from c. */
+POLISH_INLINE void POLISH_NAME(step)(const POLISH_NAME(configurations) * c, const lanes *damping,
+                                     lanes *q, lanes *pivots)
+{
+    lanes dq[POLISH_N];
+    POLISH_NAME(towards)(c, damping, dq, pivots);
     POLISH_NAME(move)(c->q, dq, q);
 }
 
@@ -242,6 +250,38 @@ static LANES_TARGET void POLISH_NAME(descend)(const double *T, POLISH_NAME(confi
         going = POLISH_AND(POLISH_AND(going, left), POLISH_NOT(POLISH_OR(stuck, hopeless)));
     }
 }
+
+#if !POLISH_IS_SEARCHED
+/* The same near a dead point, beyond which the loops do not close: steps without damping, of which
+ * one that does not decrease the error is halved. */
+static LANES_TARGET void POLISH_NAME(approach)(const double *T, POLISH_NAME(configurations) * c)
+{
+    const lanes undamped = POLISH_OF(0.0);
+    lanes part = POLISH_OF(1.0);
+    POLISH_NAME(evaluate)(T, c);
+    lanes_where going = LANES_LT(POLISH_CLOSED * POLISH_CLOSED, c->residual2);
+    for (int k = 0; k < POLISH_MOST_HALVED && LANES_ANY(going); k++) {
+        POLISH_NAME(configurations) next;
+        lanes dq[POLISH_N], pivots[2] = {part, part};
+        POLISH_NAME(towards)(c, &undamped, dq, pivots);
+        for (int i = 0; i < POLISH_N; i++)
+            dq[i] *= part;
+        POLISH_NAME(move)(c->q, dq, next.q);
+        POLISH_NAME(evaluate)(T, &next);
+        const lanes_where better = POLISH_AND(going, LANES_LT(next.cost, c->cost));
+        const lanes_where small = LANES_LT(c->residual2, POLISH_SETTLED * POLISH_SETTLED);
+        const lanes *from = next.q;
+        lanes *to = c->q;
+        for (size_t i = 0; i < sizeof next / sizeof *to; i++)
+            to[i] = LANES_CHOICE(better, from[i], to[i]);
+        part = LANES_CHOICE(better, POLISH_MIN(2.0 * part, POLISH_OF(1.0)), 0.5 * part);
+        const lanes_where left = LANES_LT(POLISH_CLOSED * POLISH_CLOSED, c->residual2);
+        const lanes_where ended = POLISH_OR(POLISH_AND(small, POLISH_NOT(better)),
+                                            LANES_LT(part, POLISH_OF(POLISH_LEAST_PART)));
+        going = POLISH_AND(POLISH_AND(going, left), POLISH_NOT(ended));
+    }
+}
+#endif
 
 /* Takes the slots from `first` on to lanes; lanes without a slot repeat the last. */
 POLISH_INLINE void POLISH_NAME(load)(const double *q, int first, POLISH_NAME(configurations) * c)

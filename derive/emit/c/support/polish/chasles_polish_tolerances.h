@@ -24,6 +24,10 @@
 #define POLISH_LEAST_DAMPING 1e-15
 /* Damping over the squared error above which no step helps: the least residual is reached. */
 #define POLISH_MOST_DAMPING 1e6
+/* Steps of which some are halved, near a dead point: along it, 77 of them were seen. Part of a step
+ * that is too short to help: the least residual is reached, or the border of what loops close. */
+#define POLISH_MOST_HALVED 150
+#define POLISH_LEAST_PART 1e-4
 /* Part of the squared error that a step has to leave at most, so that the iteration goes on. */
 #define POLISH_SLOW 0.95
 

@@ -1,0 +1,268 @@
+"""A rod on a universal joint and a ball: its length leads its centre, then it points to the ball.
+
+The axes of the two last joints before a ball meet in a point, the joint's centre. The ball is at a
+constant distance from it, so that a leg between centre and ball determines the joint that moves
+one of them, as a strut on balls does. Where both are known, the rod's direction gives both angles,
+on two branches: the fork turned by half a turn, and the rod by the supplement.
+
+Source:
+    Hunt, Kinematic Geometry of Mechanisms, 1978, ch. 13, for RSUR as a four-bar of space.
+"""
+
+import cmath
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import sympy as sp
+
+from ...model.mechanism import Closure, Frame, Strut
+from ...model.robot import Joint, Translation
+from ...model.tolerances import ZERO_COMPONENT
+from ...terms.tangents import LoopRate, Tangent
+from ...terms.terms import Terms
+from ...terms.vectors import ZERO, Vector, dot, named, subtracted
+from ..planar.arm import Arm, turn_of
+from ..planar.loop_step import (
+    SPACE,
+    AngleEquation,
+    LoopStep,
+    RateEquation,
+    StepEquations,
+    components,
+    quantity,
+)
+from ..planar.planes import Loop
+from ..planar.reference import GenericPoint, coordinates_in, wrapped
+from ..planar.two_pins import rate_of_direction
+from .body_frames import pose_along, pose_of
+from .struts import SIGNS, Legs
+
+FORKS = {1: "forward", -1: "turned over"}
+"""Both positions of the joint's fork for one direction of the rod."""
+
+
+@dataclass(frozen=True)
+class UniversalJoint:
+    """Two revolute joints whose axes meet, and the ball at the end of the rod on them.
+
+    Attributes:
+        closure: The closure of the ball.
+        first: The joint that turns the fork.
+        second: The joint that turns the rod on the fork.
+        target: The ball's frame on the other body.
+        axes: The first joint's x, y and z axes where it is at zero, in the second's axes.
+        tip: From the centre to the ball where the second joint is at zero, in its axes (metre).
+        rod: The rod from the centre to the ball, as a strut on balls.
+    """
+
+    closure: Closure
+    first: Joint
+    second: Joint
+    target: Frame
+    axes: tuple[Vector, Vector, Vector]
+    tip: Vector
+    rod: Strut
+
+    @classmethod
+    def of(cls, legs: Legs, loop: Loop) -> "UniversalJoint | None":
+        """The universal joint before the ball of a closure; None where there is none."""
+        closer = loop.closer
+        if not isinstance(closer, Closure) or closer.kind != "ball":
+            return None
+        sides = ((loop.to_a, closer.a, closer.b), (loop.to_b, closer.b, closer.a))
+        found = (_joint_before(legs, closer, way, end, target) for way, end, target in sides)
+        return next((joint for joint in found if joint is not None), None)
+
+
+def _joint_before(
+    legs: Legs, closure: Closure, way: Sequence[Joint], end: Frame, target: Frame
+) -> UniversalJoint | None:
+    """The last two moving joints of a way, where their axes meet off the ball."""
+    i, k = [-1, -1, *(k for k, joint in enumerate(way) if joint.kind != "fixed")][-2:]
+    if i < 0 or any(way[place].kind != "revolute" for place in (i, k)):
+        return None
+    mechanism, terms, let = legs.mechanism, legs.terms, legs.terms.let
+    # From each joint's axes, at zero, to what follows.
+    after, before = way[i].after, way[k].before
+    columns, origin = pose_along(mechanism, terms, way[i + 1 : k], before, {}, after)
+    _, ball = pose_along(mechanism, terms, way[k + 1 :], end.placement, {}, way[k].after)
+    w = columns[2]
+    across = let(w[0] ** 2 + w[1] ** 2)
+    skew = let(w[0] * origin[1] - w[1] * origin[0])
+    if _vanishes(terms, across) or not _vanishes(terms, skew):
+        return None
+    back = let(let(w[0] * origin[0] + w[1] * origin[1]) / across)
+    height = let(origin[2] - back * w[2])
+    tip = (ball[0], ball[1], let(ball[2] + back))
+    if _vanishes(terms, let(tip[0] ** 2 + tip[1] ** 2)):
+        return None
+    centre = Frame(way[i].parent, (*way[i].before, Translation((ZERO, ZERO, height))))
+    length = let(sp.sqrt(dot(terms, tip, tip)))
+    x, y, z = (named(terms, (column[k] for column in columns)) for k in range(3))
+    rod = Strut(closure.name, centre, target, length, ends="ball")
+    return UniversalJoint(closure, way[i], way[k], target, (x, y, z), tip, rod)
+
+
+def _vanishes(terms: Terms, value: sp.Expr) -> bool:
+    """Whether a length is zero for all values of the parameters."""
+    generic = GenericPoint(terms, [*coordinates_in(terms, [value]), *terms.parameters])
+    return bool(abs(generic.value(value)) < ZERO_COMPONENT)
+
+
+@dataclass(frozen=True, kw_only=True)
+class UniversalLeg(LoopStep):
+    """The angles of a universal joint whose rod points to a known ball.
+
+    Attributes:
+        joint: The universal joint.
+        direction: From its centre to the ball, in the first joint's axes (metre).
+    """
+
+    joint: UniversalJoint
+    direction: Vector
+
+    title: ClassVar[str] = "a universal joint points to a ball"
+    branches: ClassVar[Mapping[int, str]] = FORKS
+    opening: ClassVar[str] = (
+        "Let, with $D$ from the joint's centre to the ball in the axes of its first joint at zero,"
+        " and other vectors in those of its second joint,"
+    )
+
+    @classmethod
+    def use(cls, legs: Legs, joint: UniversalJoint) -> bool:
+        """Solves for both angles where the ball and the centre are known."""
+        unknown = [j.name for j in (*legs.unknown(joint.target), *legs.unknown(joint.rod.a))]
+        values = legs.known.values
+        if unknown or joint.first.name in values or joint.second.name in values:
+            return False
+        terms = legs.terms
+        axes, centre = pose_of(legs.mechanism, terms, joint.rod.a, values)
+        between = subtracted(terms, legs.point(joint.target), centre)
+        x, y, z = (dot(terms, axis, between) for axis in axes)
+        aim = _Aim(terms, joint, (x, y, z))
+        distances = {}
+        if legs.branch is None:
+            distances = {sign: aim.distance(legs, sign) for sign in SIGNS}
+        sign = legs.sign(distances, joint.second.name)
+        first, second = aim.angles(sign, legs)
+        values[joint.first.name] = joint.first.direction * first
+        values[joint.second.name] = joint.second.direction * second
+        legs.known.steps.append(
+            cls(
+                joints=(joint.first.name, joint.second.name, joint.closure.name),
+                axes=joint.first.parent,
+                solved=(first, second),
+                margin=terms.let(aim.inside / aim.most),
+                sign=sign,
+                joint=joint,
+                direction=(x, y, z),
+            )
+        )
+        return True
+
+    def equations(self) -> StepEquations:
+        """The angle of the rod from the part of D along the fork's axis, then the fork's."""
+        A, B, C, D, E, F = (components(letter, SPACE) for letter in "ABCDEF")
+        V = components("V")
+        n, h, a, b = map(quantity, "nhab")
+        first, second = self.solved
+        turned = (C[0], C[1], B[2])
+        parts = [sp.Add(*(e * c for e, c in zip(axis, turned, strict=True))) for axis in (E, F)]
+        return StepEquations(
+            vectors=dict(zip("EFA", self.joint.axes, strict=True))
+            | {"B": self.joint.tip, "D": self.direction},
+            results=(
+                (n, D[2] - A[2] * B[2]),
+                (a, A[0] ** 2 + A[1] ** 2),
+                (b, B[0] ** 2 + B[1] ** 2),
+                (h, self.sign * sp.sqrt(a * b - n**2)),
+                (C[0], (A[0] * n - A[1] * h) / a),
+                (C[1], (A[1] * n + A[0] * h) / a),
+                (V[0], parts[0]),
+                (V[1], parts[1]),
+            ),
+            angles=(
+                AngleEquation(second, "B", (C[0], C[1])),
+                AngleEquation(first, "V", (D[0], D[1])),
+            ),
+            margin=h**2 / (a * b),
+            rates=(RateEquation(((second, h),), ((D[2], sp.Integer(-1)),)),),
+        )
+
+    @property
+    def remark(self) -> str:
+        """The other branch."""
+        return (
+            "The other sign of ${h}$ turns the fork over: the rod points the same way from its"
+            " other side."
+        )
+
+
+class _Aim:
+    """The rod's direction, and what both angles have in common on both branches.
+
+    With a the first axis and b the rod, in the second joint's axes, and C = b turned by its angle:
+    a . C = D_z; so C_xy = (a_xy n + sign h (z x a_xy)) / a_xy^2 with n = D_z - a_z b_z and
+    h^2 = a_xy^2 b_xy^2 - n^2.
+    """
+
+    def __init__(self, terms: Terms, joint: UniversalJoint, direction: Vector) -> None:
+        let = terms.let
+        self.terms, self.joint, self.direction = terms, joint, direction
+        (ax, ay, az), (bx, by, bz) = joint.axes[2], joint.tip
+        self.across = let(ax**2 + ay**2)
+        self.tip = Arm((bx, by), ZERO, let(bx**2 + by**2))
+        self.n = let(direction[2] - az * bz)
+        self.most = let(self.across * self.tip.square)
+        self.inside = let(self.most - self.n**2)
+        self.h = let(sp.sqrt(self.inside))
+
+    def turned(self, sign: int) -> tuple[sp.Expr, sp.Expr]:
+        """The rod's part across the second axis."""
+        let, (ax, ay, _) = self.terms.let, self.joint.axes[2]
+        return (
+            let(let(ax * self.n - sign * ay * self.h) / self.across),
+            let(let(ay * self.n + sign * ax * self.h) / self.across),
+        )
+
+    def on_fork(self, C: tuple[sp.Expr, sp.Expr]) -> Arm:
+        """The rod's part across the first axis, in the fork's axes."""
+        rod = (*C, self.joint.tip[2])
+        x, y = (dot(self.terms, axis, rod) for axis in self.joint.axes[:2])
+        return Arm((x, y), ZERO, self.terms.let(x**2 + y**2))
+
+    def angles(self, sign: int, legs: Legs) -> tuple[sp.Symbol, sp.Symbol]:
+        """The first and the second angle, with their rates."""
+        terms, flat = self.terms, (self.direction[0], self.direction[1])
+        C = self.turned(sign)
+        V = self.on_fork(C)
+        second = terms.solved_angle(*turn_of(terms, C, self.tip))
+        legs.known.loops.setdefault(second, self._rate_of_second(sign))
+        first = terms.solved_angle(*turn_of(terms, flat, V))
+        legs.known.loops.setdefault(first, rate_of_direction(flat, V))
+        return first, second
+
+    def _rate_of_second(self, sign: int) -> LoopRate:
+        def rate(tangent: Tangent) -> sp.Expr:
+            return tangent.terms.let(-sign * tangent.of(self.direction[2]) / self.h)
+
+        return rate
+
+    def distance(self, legs: Legs, sign: int) -> float:
+        """How far both angles are from the reference's (radian); NaN where the rod does not fit."""
+        of = legs.reference.of
+        C = self.turned(sign)
+        if math.isnan(of(C[0])):
+            return math.nan
+        here = complex(*map(of, self.tip.vector))
+        V = complex(*map(of, self.on_fork(C).vector))
+        flat = complex(*map(of, self.direction[:2]))
+        angles = (cmath.phase(flat / V), cmath.phase(complex(*map(of, C)) / here))
+        joints = (self.joint.first, self.joint.second)
+        hints = legs.reference.hints_of([j.name for j in joints])
+        return max(
+            abs(wrapped(joint.direction * angle - hints.get(joint.name, 0.0)))
+            for joint, angle in zip(joints, angles, strict=True)
+        )

@@ -1,0 +1,122 @@
+"""A robot with loops as built, whose file names the robot as designed."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import sympy as sp
+from derivations import ROBOTS
+
+from bench.cases.as_built import BOARD_INSTALLER, as_built
+from chasles.derive import DescriptionError, RobotError, load, loads
+from chasles.derive.build.freshness import Job, is_up_to_date, stamp
+from chasles.derive.inverse.mechanisms.hybrid_inverse import hybrid_inverses
+from chasles.derive.loops.hybrid import Hybrid
+from chasles.derive.model.robot import Rotation
+
+TEXT = (ROBOTS / "board_installer.toml").read_text()
+VALUES = {"L1": "1003.37", "L2": "1198.21", "k": "4.53", "r": "161.77", "p": "118.43"}
+"""No round numbers: on no grid do the pantograph's lengths stay in proportion."""
+
+
+def with_values(values):
+    text = TEXT
+    for name, value in values.items():
+        pattern = rf"^{name} = {{ value = [^,]*,"
+        text, count = re.subn(pattern, f'{name} = {{ value = "{value}",', text, flags=re.M)
+        assert count == 1
+    return text
+
+
+DESIGN = loads(with_values(VALUES))
+
+
+def built(seed=3):
+    """Lengths off by up to 0.1 mm, and the crank by 0.05 degrees."""
+    spoilt = as_built(DESIGN, BOARD_INSTALLER, 1e-4, np.random.default_rng(seed))
+    joints = tuple(
+        replace(joint, before=(*joint.before, Rotation("x", sp.pi / 3600)))
+        if joint.name == "crank"
+        else joint
+        for joint in spoilt.joints
+    )
+    return replace(spoilt, joints=joints, closure="least squares")
+
+
+def test_the_design_leads_where_no_grid_does():
+    alone = hybrid_inverses(Hybrid(built()))
+    assert not alone.solved
+    assert 'nominal = "<file>" names the robot as designed' in alone.missing
+    led = hybrid_inverses(Hybrid(replace(built(), nominal=DESIGN)))
+    assert list(led.solved) == ["ik_nominal"]
+    assert led.polished is not None
+    (*_, lengths) = led.classification.found.requirements
+    assert 1e-5 < lengths.deviation < 2e-4
+
+
+def test_a_design_that_does_not_lead_is_told():
+    other = as_built(DESIGN, BOARD_INSTALLER, 1e-4, np.random.default_rng(4))
+    found = hybrid_inverses(Hybrid(replace(built(), nominal=other)))
+    assert not found.solved
+    assert "no inverse of the nominal robot 'board_installer' leads to it" in found.missing
+
+
+def test_members_are_those_of_the_design():
+    def off(**changes):
+        return replace(built(), nominal=replace(DESIGN, **changes))
+
+    renamed = tuple(
+        replace(strut, name="rod_X") if strut.name == "rod_KH" else strut for strut in DESIGN.struts
+    )
+    reference = tuple((n, v) for n, v in DESIGN.reference if n != "rod_KH_swing")
+    with pytest.raises(RobotError, match=r"its struts are not those of.*: rod_KH, rod_X"):
+        off(struts=renamed, reference=reference)
+    with pytest.raises(RobotError, match="its actuated coordinates"):
+        off(actuated=DESIGN.actuated[::-1])
+
+
+@pytest.fixture
+def files(tmp_path):
+    """The file as built beside the design's."""
+    (tmp_path / "design.toml").write_text(with_values(VALUES))
+    own = with_values(VALUES | {"r": "161.82"})
+    own = own.replace('convention = "urdf"', 'convention = "urdf"\nnominal = "design.toml"', 1)
+    (tmp_path / "built.toml").write_text(own)
+    return tmp_path
+
+
+def test_a_file_names_its_design(files):
+    robot = load(files / "built.toml")
+    assert robot.nominal == DESIGN
+    assert robot.nominal.nominal is None
+
+
+@pytest.mark.parametrize(
+    ("named", "told"),
+    [
+        ("none.toml", "a robot file beside this one"),
+        ("built.toml", "names no nominal robot itself"),
+        ("four_bar.toml", "its joints are not those of the nominal robot 'four_bar'"),
+        ("ur5e.toml", "the file of a robot with loops"),
+    ],
+)
+def test_a_wrong_name_is_told_with_its_line(files, named, told):
+    for name in ("four_bar", "ur5e"):
+        (files / f"{name}.toml").write_text((ROBOTS / f"{name}.toml").read_text())
+    text = (files / "built.toml").read_text()
+    (files / "wrong.toml").write_text(text.replace('"design.toml"', f'"{named}"'))
+    with pytest.raises(DescriptionError, match=re.escape(told)) as error:
+        load(files / "wrong.toml")
+    line = text[: text.index("nominal =")].count("\n") + 1
+    assert str(error.value).startswith(f"{files / 'wrong.toml'}:{line}: nominal")
+
+
+def test_a_changed_design_is_not_fresh(files):
+    job = Job(files / "built.toml", files / "out")
+    folder = files / "out" / "board_installer"
+    folder.mkdir(parents=True)
+    stamp(job, folder)
+    assert is_up_to_date(job)
+    (files / "design.toml").write_text(with_values(VALUES | {"p": "119"}))
+    assert not is_up_to_date(job)
