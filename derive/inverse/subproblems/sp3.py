@@ -27,7 +27,7 @@ from ...terms.terms import Terms
 from ...terms.vectors import Vector, cross, dot
 from .found import FoundTurn
 from .sp4 import near_line, on_line
-from .turns import perpendicular
+from .turns import CosSin, perpendicular
 
 
 def sp3(
@@ -44,11 +44,7 @@ def sp3(
             :func:`squared_across`.
         sign: Chooses among the two angles: the sign of sin(phi).
     """
-    p0_across, p_across = perpendicular(terms, k, p0), perpendicular(terms, k, p)
-    P2, Q2 = dot(terms, p0_across, p0_across), dot(terms, p_across, p_across)
-    a = terms.let(2 * dot(terms, p0_across, p_across))
-    b = terms.let(2 * dot(terms, p0_across, cross(terms, k, p)))
-    e = terms.let(across2 - terms.let(P2 + Q2))
+    (P2, Q2), (a, b, e) = _line(terms, k, p0, p, across2)
     is_constant = terms.is_constant(P2) and terms.is_constant(Q2)
     P, Q = (sp.sqrt(square) if is_constant else terms.let(sp.sqrt(square)) for square in (P2, Q2))
     least, most = terms.let((P - Q) ** 2), terms.let((P + Q) ** 2)
@@ -65,6 +61,29 @@ def sp3(
     # Where P is rounding alone, a^2 + b^2 differs from 4 P^2 Q^2: cosine and sine are divided by
     # their own length.
     return near_line(terms, a, b, e, sign, xi2, terms.let(4 * P2 * Q2), are_two)
+
+
+def by_cosine(
+    terms: Terms, k: Vector, p0: Vector, p: Vector, across2: sp.Expr, sign: sp.Symbol
+) -> CosSin:
+    """The turn of :func:`sp3` to half of the digits where the elbow is nearly folded or stretched.
+
+    It costs less, where any angle serves and this one is preferred.
+    """
+    _, (a, b, e) = _line(terms, k, p0, p, across2)
+    return on_line(terms, a, b, e, sign, terms.let(terms.let(a**2 + b**2) - e**2)).turn
+
+
+def _line(
+    terms: Terms, k: Vector, p0: Vector, p: Vector, across2: sp.Expr
+) -> tuple[tuple[sp.Expr, sp.Expr], tuple[sp.Expr, sp.Expr, sp.Expr]]:
+    """P^2 and Q^2, and the line ``a cos + b sin = e``."""
+    p0_across, p_across = perpendicular(terms, k, p0), perpendicular(terms, k, p)
+    P2, Q2 = dot(terms, p0_across, p0_across), dot(terms, p_across, p_across)
+    a = terms.let(2 * dot(terms, p0_across, p_across))
+    b = terms.let(2 * dot(terms, p0_across, cross(terms, k, p)))
+    e = terms.let(across2 - terms.let(P2 + Q2))
+    return (P2, Q2), (a, b, e)
 
 
 def squared_across(terms: Terms, k: Vector, total: Vector, parts: tuple[Vector, ...]) -> sp.Expr:
