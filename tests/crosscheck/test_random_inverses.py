@@ -20,7 +20,7 @@ OBLIQUE_WRISTS = (80, 579, 1957)
 """A turn of the arm is free, and a wrist or a centre reaches part of all orientations."""
 LOST_BEFORE = (776, 3671, 20454, 53007, 50925, 52722, 54909)
 """The closed form misses poses: a search finds them, or steps while a joint is held."""
-FOLDED = (33, 2144, 9074, 20350)
+FOLDED = (33, 2144, 9074, 20350, 61198)
 """The ends of the elbow nearly meet in poses near right angles."""
 OTHERS = (33, 88, 376, 764, 1478, 1797)
 SLIDES = (

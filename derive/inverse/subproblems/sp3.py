@@ -31,7 +31,13 @@ from .turns import CosSin, perpendicular
 
 
 def sp3(
-    terms: Terms, k: Vector, p0: Vector, p: Vector, across2: sp.Expr, sign: sp.Symbol
+    terms: Terms,
+    k: Vector,
+    p0: Vector,
+    p: Vector,
+    across2: sp.Expr,
+    sign: sp.Symbol,
+    whole: sp.Expr | None = None,
 ) -> FoundTurn:
     """The turn about the unit vector k after which ``p0 + R p`` has a given length.
 
@@ -43,6 +49,8 @@ def sp3(
         across2: ``D'^2``, the square of the length of the sum's part perpendicular to k; see
             :func:`squared_across`.
         sign: Chooses among the two angles: the sign of sin(phi).
+        whole: The term whose rounding across2 has, ``D^2`` where across2 is a difference; across2
+            itself if None.
     """
     (P2, Q2), (a, b, e) = _line(terms, k, p0, p, across2)
     is_constant = terms.is_constant(P2) and terms.is_constant(Q2)
@@ -53,11 +61,13 @@ def sp3(
     if is_constant and least != 0:
         return on_line(terms, a, b, e, sign, xi2)
     # Where the ends of the elbow may meet, their distance is known to its own digits.
+    opening = terms.let(
+        above - terms.let(MEETING_SOLUTIONS * (across2 if whole is None else whole))
+    )
     bend = terms.let(below - terms.let(MEETING_SOLUTIONS * most))
-    if is_constant:
-        return on_line(terms, a, b, e, sign, xi2, bend > 0)
-    opening = terms.let(above - terms.let(MEETING_SOLUTIONS * across2))
     are_two = terms.let(sp.Min(opening, bend, evaluate=False)) > 0
+    if is_constant:
+        return on_line(terms, a, b, e, sign, xi2, are_two)
     # Where P is rounding alone, a^2 + b^2 differs from 4 P^2 Q^2: cosine and sine are divided by
     # their own length.
     return near_line(terms, a, b, e, sign, xi2, terms.let(4 * P2 * Q2), are_two)
