@@ -93,7 +93,7 @@ static unsigned chasles_general_finish(const chasles_general_six *six, const dou
 {
     chasles_general_polish(six, T, CHASLES_STEPS, way);
     /* Onto a double solution a step goes half of the way: it is to be told from no other. */
-    if (way->left <= CHASLES_SOLVED)
+    if (way->left <= CHASLES_SOLVED && !way->is_over)
         chasles_general_polish(six, T, 2 * CHASLES_STEPS, way);
     const int own = chasles_general_keep(six, found, way);
     found->open += way->left > CHASLES_SOLVED && way->left < CHASLES_NEAR;
