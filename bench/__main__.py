@@ -48,7 +48,7 @@ COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {
     "losses": lambda o: losses.run(o.arms, o.first, given=o.given),
     "mechanisms": lambda o: mechanism_branches.run(o.count, o.first),
     "loops": lambda o: loop_numbers.run(o.count),
-    "mutants": lambda o: cleaned_files.run(o.urdfs, o.count),
+    "mutants": lambda o: cleaned_files.run(o.urdfs, o.count, o.first),
     "as_built": lambda o: built_robots.run(o.draws, o.first),
     "robust": lambda o: attempts.run(o.folder, o.files, o.derived, o.arms, o.seed),
 }
@@ -132,6 +132,7 @@ def _parser() -> argparse.ArgumentParser:
     mutants = commands.add_parser("mutants", help="mutated URDFs: structure and pose error")
     mutants.add_argument("--urdfs", type=Path, help="folder of URDFs besides the shipped robots")
     mutants.add_argument("--count", type=int, default=MUTANTS, help="number of mutants")
+    mutants.add_argument("--first", type=int, default=0, help="number of the first mutant")
     built = commands.add_parser("as_built", help="a robot with loops as built, derived and judged")
     built.add_argument("--draws", type=int, default=100, help="number of draws")
     built.add_argument("--first", type=int, default=0, help="number of the first draw")

@@ -6,7 +6,7 @@ Pinocchio's on the file as it stands.
 """
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -64,11 +64,17 @@ class Finding:
         )
 
 
-def run(folder: Path | None, count: int) -> int:
-    """Prints the findings that are not clean, and the counts; returns 1 if one is not good."""
+def run(folder: Path | None, count: int, first: int) -> int:
+    """Prints the findings that are not clean, and the counts; returns 1 if one is not good.
+
+    Args:
+        folder: A folder of URDFs.
+        count: Number of mutants.
+        first: Number of the first mutant.
+    """
     arms = [*urdfs(folder), *shipped()]
     found = []
-    for finding in findings(arms, count):
+    for finding in findings(arms, range(first, first + count)):
         found.append(finding)
         if not (finding.kept and finding.is_good):
             out.print(str(finding), markup=False, soft_wrap=True)
@@ -96,12 +102,12 @@ def shipped() -> list[Mutant]:
     ]
 
 
-def findings(arms: Sequence[Mutant], count: int) -> Iterator[Finding]:
-    """The findings of so many mutants, the arms in turn."""
+def findings(arms: Sequence[Mutant], numbers: Iterable[int]) -> Iterator[Finding]:
+    """The findings of mutants by their numbers, the arms in turn."""
     structures: dict[str, Classification] = {}
     with TemporaryDirectory() as folder:
         path = Path(folder) / "mutant.urdf"
-        for k in range(count):
+        for k in numbers:
             arm = arms[k % len(arms)]
             if arm.arm not in structures:
                 structures[arm.arm] = classified(read(path, arm))

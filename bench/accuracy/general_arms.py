@@ -1,7 +1,8 @@
 """``python -m bench general``: arms without a structure, judged and timed one by one.
 
-Random arms of six joints (--arms), of seven (--sevens), and the arms of URDF files. Each is derived
-into a temporary folder. For random poses (--poses) and right angles (--right), a line tells
+Random arms of six joints (--arms) and of seven (--sevens), from number --first on, and the arms of
+URDF files. Each is derived into a temporary folder. For random poses (--poses) and right angles
+(--right), a line tells
 
     lost     poses of which the configuration that made them is not among the solutions
     none     poses without any solution
@@ -41,6 +42,8 @@ WRONG = 1e-8
 REGULAR = 1e-5
 """Least singular value (m or rad per rad) of a Jacobian whose solution is isolated."""
 STARTS, STEPS = 1500, 60
+STILL = 1e-12
+"""rad: an iteration whose step is smaller has ended."""
 SINGLES = 200
 SIX = 6
 DERIVED = ["fk", "ik", "fk_jacobian_mixed"]
@@ -120,11 +123,15 @@ class Judged:
         free = [k for k in range(n) if not self.is_given(k)]
         q = np.tile(at, (STARTS, 1))
         q[:, free] = random.uniform(-np.pi, np.pi, (STARTS, len(free)))
+        moving = np.arange(STARTS)
         for _ in range(STEPS):
-            now, J = self.arm.fk_jacobian_mixed(q)
+            now, J = self.arm.fk_jacobian_mixed(q[moving])
             step = np.linalg.solve(J[..., free] + 1e-12 * np.eye(6), errors(T, now)[..., None])
             step = step[..., 0] / np.maximum(1, 2 * np.abs(step[..., 0]).max(-1, keepdims=True))
-            q[:, free] += step
+            q[np.ix_(moving, free)] += step
+            moving = moving[np.abs(step).max(-1) > STILL]
+            if not moving.size:
+                break
         q = q[np.abs(self.arm.fk(q) - T).max((-1, -2)) < 1e-10]
         found: list[np.ndarray] = []
         for one in q:
@@ -161,8 +168,9 @@ def _seconds(work: object) -> float:
 
 def arms(options: argparse.Namespace) -> Iterator[Robot]:
     """The arms that the command line asks for."""
-    yield from (random_arm(seed) for seed in range(options.arms))
-    yield from (random_arm(1000 + seed, "///////") for seed in range(options.sevens))
+    yield from (random_arm(seed) for seed in range(options.first, options.first + options.arms))
+    first = options.first + 1000
+    yield from (random_arm(first + seed, "///////") for seed in range(options.sevens))
     yield from (from_urdf(path) for path in options.urdf)
 
 
@@ -203,6 +211,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         parser.add_argument(f"--{name}", type=int, default=default)
     parser.add_argument("--counted", type=int, default=10)
     parser.add_argument("--others", type=int, default=0)
+    parser.add_argument("--first", type=int, default=0, help="number of the first arm")
     parser.add_argument("--seed", type=int, default=0)
 
 

@@ -60,9 +60,9 @@ def judged(case: Case, poses: PoseSet, solve: Callable[[np.ndarray], Answers]) -
 
 def _judged(case: Case, q: np.ndarray, found: Answers) -> tuple[int, int, int, int, float]:
     errors = residuals(case, q, found)
-    good = (errors <= VALID) & found.claimed
-    wrong = (errors > VALID + ROUNDING) & found.claimed
-    missed, unfound = ~good.any(axis=1), ~(errors <= VALID).any(axis=1)
+    reached = errors <= VALID + ROUNDING
+    good, wrong = reached & found.claimed, ~reached & found.claimed
+    missed, unfound = ~good.any(axis=1), ~reached.any(axis=1)
     marks = (missed, unfound, wrong.any(axis=1), ~_included(case, q, found.q, good))
     return (*(int(mark.sum()) for mark in marks), float(np.max(errors, where=good, initial=0.0)))
 

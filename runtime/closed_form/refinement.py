@@ -4,8 +4,9 @@ Where singularities of several steps nearly coincide, each step loses half of it
 within reach may have no slot better than 1e-8. Newton's iteration from there reaches the solution
 after a step or two. Next to a singularity a motion of the joints may leave the tool at rest but for
 some nanometres, which decide where along the motion the solution is: too little for Newton's steps,
-so that the motion is followed for a turn. All this runs for such targets only, one in a hundred
-thousand of poses made to be singular; all others cost one comparison per slot.
+so that each joint in turn is held at values all round, and the others are led. All this runs for
+such targets only, one in a hundred thousand of poses made to be singular; all others cost one
+comparison per slot.
 
 Some closed forms lose poses where joints are at right angles: a step takes any value for an angle
 that is arbitrary, and other joints reach the pose for some values alone. The manifest names the
@@ -14,8 +15,8 @@ inverses that do, and only there the iteration begins at least-squares answers f
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -34,13 +35,11 @@ IntArray = NDArray[np.intp]
 _Fields = tuple[FloatArray, FloatArray, BoolArray]
 """Coordinates (..., k, n), residuals (..., k) and validity (..., k) of all slots."""
 
-_MOTIONS = 2
-"""Motions that leave the tool at rest: where two singularities coincide there are two."""
 _SEARCH = 12
 """Steps from a slot far away, after which only what is near goes on: for a pose out of reach each
 step costs time, and where a solution is double a step leaves a quarter of the error."""
-_TURNS = 16
-"""Steps in a turn along such a motion: the error changes with the cosine of the way."""
+_VALUES = 16
+"""Values in a turn at which a joint is held: the error changes with the cosine of its angle."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,27 +118,28 @@ class Refinement:
             self._take(slots, found, left, fields)
         rests = _missed(slots, valid) & (left <= AT_REST * self.judged)
         if self.is_determined and rests.any():
-            self._walk(target[rests], found[rests], _at(slots, rests), fields)
+            best = _best_of_each(slots, np.where(rests, left, np.inf))
+            self._turn(target[best], found[best], _at(slots, best), fields)
 
-    def _walk(
+    def _turn(
         self, target: FloatArray, q: FloatArray, slots: tuple[IntArray, ...], fields: _Fields
     ) -> None:
-        """Follows the motions that leave the tool at rest, from coordinates (N, n), for a turn."""
-        for motion, rate in self._motions(target, q):
-            at_rest = rate <= AT_REST
-            here, going = q[at_rest], motion[at_rest]
-            for _ in range(1, _TURNS if at_rest.any() else 1):
-                going *= 2 * np.pi / _TURNS / np.abs(going).max(-1, keepdims=True)
-                there, left = self.led(target[at_rest], here + going, _SEARCH)
-                self._take(_at(slots, at_rest), there, left, fields)
-                # Where the motion is none, the iteration comes back.
-                way = np.abs(there - here).max(-1)
-                on = (left <= AT_REST * self.judged) & (way > np.pi / _TURNS)
-                on &= _missed(_at(slots, at_rest), fields[2])
-                if not on.any():
-                    break
-                at_rest[at_rest] = on
-                here, going = there[on], (there - here)[on]
+        """Leads coordinates (N, n) to targets (N, ...) while a joint is held, at values all round.
+
+        A joint that moves the tool by nanometres alone would take all of a step and gain nothing;
+        held, it leaves the steps to the others.
+        """
+        values = np.arange(_VALUES) * (2 * np.pi / _VALUES)
+        for joint in (k for k in range(q.shape[-1]) if k not in self.fixed):
+            open_ = np.flatnonzero(_missed(slots, fields[2]))
+            row = np.repeat(open_, _VALUES)
+            start = q[row]
+            start[:, joint] += np.tile(values, len(open_))
+            held = replace(self, fixed=(*self.fixed, joint))
+            found, left = held.led(target[row], start)
+            near = left <= AT_REST * self.judged
+            row, (found, left) = row[near], self.led(target[row[near]], found[near])
+            self._take(_at(slots, row), found, left, fields)
 
     def _take(
         self, slots: tuple[IntArray, ...], found: FloatArray, left: FloatArray, fields: _Fields
@@ -167,19 +167,6 @@ class Refinement:
             J[..., :3, :] /= self.unit
         return pose, J
 
-    def _motions(
-        self, target: FloatArray, q: FloatArray
-    ) -> Iterator[tuple[FloatArray, FloatArray]]:
-        """Motions (N, n) of length 1 that move the tool least, seen by the task, and rates (N,)."""
-        free = [k for k in range(q.shape[-1]) if k not in self.fixed]
-        wanted = target if self.unit == 1 else self.task.divided(target, self.unit)
-        rows, _, _ = self.task(*self._in_unit(q), wanted)
-        _, s, V = np.linalg.svd(rows[..., free])
-        for k in range(len(free) - 1, max(len(free) - 1 - _MOTIONS, -1), -1):
-            motion = np.zeros_like(q)
-            motion[:, free] = V[:, k]
-            yield motion, s[:, k] if k < s.shape[1] else np.zeros(len(q))
-
     def _residual(self, target: FloatArray, q: FloatArray) -> FloatArray:
         """The residuals (N,) of coordinates (N, n) for targets (N, ...)."""
         pose, J = self.fk_jacobian_mixed(q)
@@ -188,9 +175,19 @@ class Refinement:
         return self.task(pose, J, target)[2]
 
 
-def _at(slots: tuple[IntArray, ...], chosen: BoolArray) -> tuple[IntArray, ...]:
+def _at(slots: tuple[IntArray, ...], chosen: BoolArray | IntArray) -> tuple[IntArray, ...]:
     """Some of the slots (N of them), which are given by their indices."""
     return tuple(index[chosen] for index in slots)
+
+
+def _best_of_each(slots: tuple[IntArray, ...], left: FloatArray) -> IntArray:
+    """The slot with the least finite residual of each target that slots (N of them) belong to."""
+    rows = np.flatnonzero(np.isfinite(left))
+    rows = rows[np.argsort(left[rows], kind="stable")]
+    if len(slots) == 1:
+        return rows[:1]
+    targets = np.stack([index[rows] for index in slots[:-1]], -1)
+    return rows[np.unique(targets, axis=0, return_index=True)[1]]
 
 
 def _missed(slots: tuple[IntArray, ...], valid: BoolArray) -> BoolArray:

@@ -72,7 +72,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         [a4],
         "subproblem 3",
         "the joints of shoulder and wrist keep the distance of their centres",
-        sp3(terms, a4.h, upper, fore, across2, sign),
+        sp3(terms, a4.h, upper, fore, across2, sign, dot(terms, V, V)),
     )
 
     # 2. The swivel angle determines a frame of line, normal and side, which the shoulder turns.

@@ -6,7 +6,7 @@ from ...model.tolerances import UNDETERMINED_SUM
 from ...terms.vectors import Vector, dot, subtracted
 from ..structure.lines import Lines
 from ..subproblems.found import FoundTurn
-from ..subproblems.sp3 import sp3
+from ..subproblems.sp3 import by_cosine
 from ..subproblems.turns import CosSin, perpendicular
 from .work import Work
 
@@ -40,7 +40,7 @@ def with_elbow_in_reach(
     upper = perpendicular(terms, a2.h, subtracted(terms, a3.p, a2.p))
     fore = perpendicular(terms, a2.h, subtracted(terms, a4.p, a3.p))
     right = terms.let(dot(terms, upper, upper) + dot(terms, fore, fore))
-    best = sp3(terms, a2.h, minus_U, lever, right, sign).turn
+    best = by_cosine(terms, a2.h, minus_U, lever, right, sign)
     across = perpendicular(terms, a2.h, v)
     is_determined = dot(terms, across, across) > terms.let(UNDETERMINED_SUM**2)
     turn = CosSin(

@@ -127,7 +127,7 @@ def _first_two_meet(work: Work, lines: Lines, centre: Vector, W: Vector) -> None
         [a3],
         "subproblem 3",
         f"{a1.name} and {a2.name} keep the centre's distance from the point where their axes meet",
-        sp3(terms, a3.h, upper, fore, across2, work.sign()),
+        sp3(terms, a3.h, upper, fore, across2, work.sign(), dot(terms, V, V)),
     )
     # 2, 3. Two turns about one point.
     _two_about_a_point(work, a1, a2, added(terms, upper, rotated(terms, a3.h, q3, fore)), V)
@@ -160,7 +160,7 @@ def _last_two_meet(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
         [a1],
         "subproblem 3",
         f"{a2.name} and {a3.name} keep the centre's distance from the point where their axes meet",
-        sp3(terms, minus_h, minus_c, V, across2, work.sign()),
+        sp3(terms, minus_h, minus_c, V, across2, work.sign(), dot(terms, reach, reach)),
         "with the centre on the first axis the angle is arbitrary and taken as 0",
     )
     # 2, 3. Two turns about one point.

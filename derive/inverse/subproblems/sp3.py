@@ -9,7 +9,9 @@ between them: with ``D'^2 = D^2 - (k . p0 + k . p)^2``,
     4 P^2 Q^2 sin^2(phi) = (D'^2 - (P - Q)^2) ((P + Q)^2 - D'^2)        (Heron),
 
 a line for subproblem 4. Heron's form keeps the digits where the elbow is folded and P = Q; the
-cosine alone gives an elbow folded to 1e-10 with an error of 1e-8.
+cosine alone gives an elbow folded to 1e-10 with an error of 1e-8. Two solutions near each other are
+one where rounding of D'^2 or of (P + Q)^2 hides their difference. An elbow nearly folded, with its
+ends close together, has two: D' is small, and known to its own digits.
 
 Boundary: stretched at D' = P + Q, folded at D' = |P - Q|; beyond them the nearest of these.
 
@@ -20,15 +22,22 @@ Source: Elias and Wen 2022, subproblem 3, whose cosine is the same.
 
 import sympy as sp
 
+from ...model.tolerances import MEETING_SOLUTIONS
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, cross, dot
 from .found import FoundTurn
-from .sp4 import on_line
-from .turns import perpendicular
+from .sp4 import near_line, on_line
+from .turns import CosSin, perpendicular
 
 
 def sp3(
-    terms: Terms, k: Vector, p0: Vector, p: Vector, across2: sp.Expr, sign: sp.Symbol
+    terms: Terms,
+    k: Vector,
+    p0: Vector,
+    p: Vector,
+    across2: sp.Expr,
+    sign: sp.Symbol,
+    whole: sp.Expr | None = None,
 ) -> FoundTurn:
     """The turn about the unit vector k after which ``p0 + R p`` has a given length.
 
@@ -40,21 +49,51 @@ def sp3(
         across2: ``D'^2``, the square of the length of the sum's part perpendicular to k; see
             :func:`squared_across`.
         sign: Chooses among the two angles: the sign of sin(phi).
+        whole: The term whose rounding across2 has, ``D^2`` where across2 is a difference; across2
+            itself if None.
     """
+    (P2, Q2), (a, b, e) = _line(terms, k, p0, p, across2)
+    is_constant = terms.is_constant(P2) and terms.is_constant(Q2)
+    P, Q = (sp.sqrt(square) if is_constant else terms.let(sp.sqrt(square)) for square in (P2, Q2))
+    least, most = terms.let((P - Q) ** 2), terms.let((P + Q) ** 2)
+    above, below = terms.let(across2 - least), terms.let(most - across2)
+    xi2 = terms.let(above * below)
+    if is_constant and least != 0:
+        return on_line(terms, a, b, e, sign, xi2)
+    # Where the ends of the elbow may meet, their distance is known to its own digits.
+    opening = terms.let(
+        above - terms.let(MEETING_SOLUTIONS * (across2 if whole is None else whole))
+    )
+    bend = terms.let(below - terms.let(MEETING_SOLUTIONS * most))
+    are_two = terms.let(sp.Min(opening, bend, evaluate=False)) > 0
+    if is_constant:
+        return on_line(terms, a, b, e, sign, xi2, are_two)
+    # Where P is rounding alone, a^2 + b^2 differs from 4 P^2 Q^2: cosine and sine are divided by
+    # their own length.
+    return near_line(terms, a, b, e, sign, xi2, terms.let(4 * P2 * Q2), are_two)
+
+
+def by_cosine(
+    terms: Terms, k: Vector, p0: Vector, p: Vector, across2: sp.Expr, sign: sp.Symbol
+) -> CosSin:
+    """The turn of :func:`sp3` to half of the digits where the elbow is nearly folded or stretched.
+
+    It costs less, where any angle serves and this one is preferred.
+    """
+    _, (a, b, e) = _line(terms, k, p0, p, across2)
+    return on_line(terms, a, b, e, sign, terms.let(terms.let(a**2 + b**2) - e**2)).turn
+
+
+def _line(
+    terms: Terms, k: Vector, p0: Vector, p: Vector, across2: sp.Expr
+) -> tuple[tuple[sp.Expr, sp.Expr], tuple[sp.Expr, sp.Expr, sp.Expr]]:
+    """P^2 and Q^2, and the line ``a cos + b sin = e``."""
     p0_across, p_across = perpendicular(terms, k, p0), perpendicular(terms, k, p)
     P2, Q2 = dot(terms, p0_across, p0_across), dot(terms, p_across, p_across)
     a = terms.let(2 * dot(terms, p0_across, p_across))
     b = terms.let(2 * dot(terms, p0_across, cross(terms, k, p)))
     e = terms.let(across2 - terms.let(P2 + Q2))
-    if terms.is_constant(P2) and terms.is_constant(Q2):
-        P, Q = sp.sqrt(P2), sp.sqrt(Q2)
-        least, most = terms.let((P - Q) ** 2), terms.let((P + Q) ** 2)
-        xi2 = terms.let(terms.let(across2 - least) * terms.let(most - across2))
-    else:
-        # Not 4 P^2 Q^2: where P is rounding alone, a^2 + b^2 differs from it, and cosine and sine
-        # would not belong together.
-        xi2 = terms.let(terms.let(a**2 + b**2) - e**2)
-    return on_line(terms, a, b, e, sign, xi2)
+    return (P2, Q2), (a, b, e)
 
 
 def squared_across(terms: Terms, k: Vector, total: Vector, parts: tuple[Vector, ...]) -> sp.Expr:

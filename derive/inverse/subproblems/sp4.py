@@ -41,7 +41,13 @@ def sp4(terms: Terms, h: Vector, k: Vector, p: Vector, d: sp.Expr, sign: sp.Symb
 
 
 def on_line(
-    terms: Terms, a: sp.Expr, b: sp.Expr, e: sp.Expr, sign: sp.Symbol, xi2: sp.Expr
+    terms: Terms,
+    a: sp.Expr,
+    b: sp.Expr,
+    e: sp.Expr,
+    sign: sp.Symbol,
+    xi2: sp.Expr,
+    are_two: sp.Basic | None = None,
 ) -> FoundTurn:
     """The intersections of the line ``a cos + b sin = e`` with the unit circle.
 
@@ -52,13 +58,15 @@ def on_line(
         e: The right side.
         sign: Chooses among the two points: the sign of the turn from (a, b) to the point.
         xi2: ``a^2 + b^2 - e^2``, in the form that loses the fewest digits.
+        are_two: Whether the points are apart; None where xi2 against a^2 + b^2 tells.
     """
     if a == b == 0:
         return FoundTurn(NO_TURN, Linear(a, b, e), sign)
     if e == 0:
         return _through_centre(terms, a, b, sign)
     middle, rho2, inverse = direction_of(terms, a, b)
-    are_two = xi2 > terms.let(MEETING_SOLUTIONS * rho2)
+    if are_two is None:
+        are_two = xi2 > terms.let(MEETING_SOLUTIONS * rho2)
     # As the turn from (a, b): the divisor is known before the root is.
     half = terms.let(sp.sqrt(xi2) * inverse)
     sine = terms.let(sp.Piecewise((half, are_two), (sp.Integer(0), True), evaluate=False))
@@ -78,6 +86,7 @@ def near_line(
     sign: sp.Symbol,
     xi2: sp.Expr,
     scale: sp.Expr,
+    are_two: sp.Basic | None = None,
 ) -> FoundTurn:
     """:func:`on_line` where xi^2 does not come from a and b.
 
@@ -89,12 +98,14 @@ def near_line(
         sign: Chooses among the two points.
         xi2: ``a^2 + b^2 - e^2`` but for rounding.
         scale: The size of the terms whose difference xi^2 is.
+        are_two: Whether the points are apart; None where xi2 against the scale tells.
     """
     if a == b == 0:
         return FoundTurn(NO_TURN, Linear(a, b, e), sign)
     if e == 0:
         return _through_centre(terms, a, b, sign)
-    are_two = xi2 > terms.let(MEETING_SOLUTIONS * scale)
+    if are_two is None:
+        are_two = xi2 > terms.let(MEETING_SOLUTIONS * scale)
     xi = terms.let(sp.Piecewise((sp.sqrt(xi2), are_two), (sp.Integer(0), True), evaluate=False))
     turned = terms.let(sign * xi)
     turn = direction(terms, terms.let(e * a - turned * b), terms.let(e * b + turned * a))

@@ -277,6 +277,35 @@ def test_3_of_constant_lengths_keeps_its_digits_at_both_ends(P, Q):
         assert wrapped(angle_of(beyond[:, :2]) - angle)[0] < 1e-15
 
 
+def test_3_of_equal_lengths_folds_where_rounding_makes_a_square_negative():
+    terms, square = Terms({}), sp.Symbol("D", real=True)
+    zero, one = sp.Integer(0), sp.Integer(1)
+    found = sp3(terms, (zero, zero, one), (one, zero, zero), (zero, one, zero), square, SIGN)
+    f = compiled(terms, (square,), (found.turn.c, found.turn.s, found.margin))
+    for D2 in (-1e-16, -1e-300, 0.0):
+        y = f(1, np.array([D2]))
+        np.testing.assert_allclose(y[0, :2], [0, 1], atol=1e-15)
+        assert abs(y[0, 2]) < 1e-15
+    # A distance of 1e-9 is no fold.
+    y = f(1, np.array([1e-18]))
+    assert abs(y[0, 0]) == pytest.approx(1e-9, rel=1e-6)
+
+
+def test_3_of_lengths_that_vary_keeps_its_digits_nearly_folded():
+    """Lengths 1 and 1 + 3e-8 of vectors that are inputs, bent from 1e-7 to 1e-5 off the fold."""
+    terms, (p0, p) = Terms({}), symbols("a", "b")
+    square = sp.Symbol("D", real=True)
+    k = (sp.Integer(0), sp.Integer(0), sp.Integer(1))
+    found = sp3(terms, k, p0, p, square, SIGN)
+    f = compiled(terms, (p0, p, square), (found.turn.c, found.turn.s))
+    P, Q = 1.0, 1.0 + 3e-8
+    for bend in (1e-7, 1e-6, 1e-5):
+        D2 = (P - Q) ** 2 + 4 * P * Q * np.sin(bend / 2) ** 2
+        y = f(1, np.array([[P, 0, 0]]), np.array([[Q, 0, 0]]), np.array([D2]))
+        off = np.arctan2(-y[0, 1], -y[0, 0])
+        assert abs(off) == pytest.approx(bend, rel=1e-6)
+
+
 def test_a_slide_brings_a_point_into_a_plane():
     terms, (h, u, p), d = Terms({}), symbols("h", "u", "p"), sp.Symbol("d", real=True)
     found = slide_to_plane(terms, h, u, p, d)

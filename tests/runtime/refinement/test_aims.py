@@ -28,9 +28,8 @@ OFFERED = [
 SPOILT = 1e-7
 """Radians by which coordinates are off."""
 NEAR_RIGHT_ANGLES = {
-    53401: "ik_position",
     51898: "ik_position_direction",
-    52670: "ik_position_direction",
+    54909: "ik_position_direction",
 }
 """Arms that lose poses near right angles without refinement."""
 

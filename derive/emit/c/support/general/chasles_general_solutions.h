@@ -92,6 +92,9 @@ static unsigned chasles_general_finish(const chasles_general_six *six, const dou
                                        chasles_general_way *way, chasles_general_found *found)
 {
     chasles_general_polish(six, T, CHASLES_STEPS, way);
+    /* Onto a double solution a step goes half of the way: it is to be told from no other. */
+    if (way->left <= CHASLES_SOLVED && !way->is_over)
+        chasles_general_polish(six, T, 2 * CHASLES_STEPS, way);
     const int own = chasles_general_keep(six, found, way);
     found->open += way->left > CHASLES_SOLVED && way->left < CHASLES_NEAR;
     return own < 0 ? 0 : 1u << own;
