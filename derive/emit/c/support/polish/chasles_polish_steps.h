@@ -52,8 +52,7 @@ POLISH_INLINE void POLISH_NAME(evaluate)(const double *T, POLISH_NAME(configurat
 POLISH_INLINE void POLISH_NAME(solve)(lanes a[POLISH_ROWS][POLISH_ROWS], lanes (*b)[POLISH_ROWS],
                                       int sides, lanes *pivots)
 {
-    /* a = L D L^T: L D replaces the lower half, and L, transposed, the upper. */
-    lanes inverse[POLISH_ROWS];
+    /* a = L D L^T: L D replaces the lower half, L, transposed, the upper, and 1 / D the diagonal. */
     POLISH_UNROLL
     for (int i = 0; i < POLISH_ROWS; i++) {
         POLISH_UNROLL
@@ -64,20 +63,20 @@ POLISH_INLINE void POLISH_NAME(solve)(lanes a[POLISH_ROWS][POLISH_ROWS], lanes (
         }
         POLISH_UNROLL
         for (int j = 0; j < i; j++) {
-            a[j][i] = a[i][j] * inverse[j];
+            a[j][i] = a[i][j] * a[j][j];
             a[i][i] -= a[j][i] * a[i][j];
             for (int m = 0; m < sides; m++)
                 b[m][i] -= a[j][i] * b[m][j];
         }
-        inverse[i] = 1.0 / a[i][i];
         const lanes greater = POLISH_MAX(pivots[0], a[i][i]);
         pivots[0] = POLISH_MIN(pivots[0], a[i][i]);
         pivots[1] = POLISH_MIN(pivots[1], greater);
+        a[i][i] = 1.0 / a[i][i];
     }
     POLISH_UNROLL
     for (int i = POLISH_ROWS - 1; i >= 0; i--) {
         for (int m = 0; m < sides; m++) {
-            b[m][i] *= inverse[i];
+            b[m][i] *= a[i][i];
             POLISH_UNROLL
             for (int j = i + 1; j < POLISH_ROWS; j++)
                 b[m][i] -= a[i][j] * b[m][j];
@@ -97,7 +96,7 @@ POLISH_INLINE void POLISH_NAME(solve_again)(lanes a[6][6], lanes *b)
     }
     POLISH_UNROLL
     for (int i = 5; i >= 0; i--) {
-        b[i] /= a[i][i];
+        b[i] *= a[i][i];
         POLISH_UNROLL
         for (int j = i + 1; j < 6; j++)
             b[i] -= a[i][j] * b[j];
