@@ -215,7 +215,8 @@ static int chasles_general_isolated(const chasles_general_six *six,
     if (!(series.noise < CHASLES_NOISE * series.most))
         return 0;
     chasles_circle_real(chasles_general_sampled, system, &series, roots);
-    return !roots->unresolved && series.most > CHASLES_VANISHED;
+    const double rounding = CHASLES_CLEAN * series.most;
+    return !roots->unresolved && (series.most > CHASLES_VANISHED || series.noise < rounding);
 }
 
 /* Starts for Newton's steps, one a real root, and one where two are about to meet; how many. Also
