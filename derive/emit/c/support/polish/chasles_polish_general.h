@@ -43,14 +43,17 @@ static int POLISH_NAME(is_short)(const POLISH_NAME(search) * s, const POLISH_NAM
 }
 
 #if !POLISH_UNFOLDS
-/* Whether the branches may not be all solutions. `least` holds the least pivots of each branch. */
+/* Whether the branches may not be all solutions. `first` holds what is known of the first steps of
+ * each branch. */
 static int POLISH_NAME(is_doubtful)(const POLISH_NAME(search) * s, const POLISH_NAME(slots) * start,
-                                    const double *least)
+                                    const double *first)
 {
     const double singular = POLISH_DOUBT * POLISH_DEVIATION;
     const double twice = POLISH_DOUBT_BEYOND * POLISH_DEVIATION;
     for (int k = 0; k < POLISH_SLOTS; k++) {
-        const double pivot = least[2 * LANES * (k / LANES) + k % LANES];
+        const double *own = first + 3 * LANES * (k / LANES) + k % LANES, pivot = own[0];
+        if (s->taken[k] && own[2 * LANES] > POLISH_SLOWED * POLISH_SLOWED)
+            return 1;
         if (s->taken[k] && pivot < singular * singular)
             return 1;
         if (s->taken[k] || !(start->residual[k] < POLISH_START))

@@ -149,9 +149,10 @@ POLISH_INLINE void POLISH_NAME(move)(const lanes *from, const lanes *dq, lanes *
     }
 }
 
-/* Moves q by the damped step from c. `pivots` are the least of its equations. */
+/* Moves q by the damped step from c, whose square it returns. `pivots` are the least of its
+ * equations. */
 POLISH_INLINE void POLISH_NAME(step)(const POLISH_NAME(configurations) * c, const lanes *damping,
-                                     lanes *q, lanes *pivots)
+                                     lanes *q, lanes *pivots, lanes *square)
 {
     lanes J[6][POLISH_N], a[POLISH_ROWS][POLISH_ROWS], b[1][POLISH_ROWS], dq[POLISH_N];
     const lanes added = *damping * c->cost + POLISH_LEAST_DAMPING;
@@ -187,18 +188,23 @@ POLISH_INLINE void POLISH_NAME(step)(const POLISH_NAME(configurations) * c, cons
             dq[k] += J[i][k] * b[0][i];
     }
 #endif
+    *square = dq[0] * dq[0];
+    for (int k = 1; k < POLISH_N; k++)
+        *square += dq[k] * dq[k];
     POLISH_NAME(move)(c->q, dq, q);
 }
 
-/* Newton's steps where `going`; other lanes keep their coordinates. `pivots` are those of the first
- * step, without damping but where going. */
+/* Newton's steps where `going`; other lanes keep their coordinates. `first` holds the least pivots
+ * of the first step, without damping but where going, and the part that the second step is of it,
+ * squared. */
 static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where *near,
-                                             POLISH_NAME(configurations) * c, lanes *pivots)
+                                             POLISH_NAME(configurations) * c, lanes *first)
 {
     const lanes damping = LANES_CHOICE(*near, POLISH_DAMPING, 0.0);
     lanes_where going = *near;
-    lanes q[POLISH_N], others[2];
-    pivots[0] = pivots[1] = others[0] = others[1] = POLISH_OF(1.0);
+    lanes q[POLISH_N], others[2], square, before = POLISH_OF(1.0);
+    first[0] = first[1] = others[0] = others[1] = POLISH_OF(1.0);
+    first[2] = POLISH_OF(0.0);
     for (int k = 0;; k++) {
         POLISH_NAME(evaluate)(T, c);
 #if !POLISH_IS_SEARCHED
@@ -209,7 +215,10 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
         const lanes_where left = LANES_LT(POLISH_CLOSED * POLISH_CLOSED, c->residual2);
         if (k == POLISH_STEPS || (k > 0 && !LANES_ANY(POLISH_AND(left, going))))
             return;
-        POLISH_NAME(step)(c, &damping, q, k > 0 ? others : pivots);
+        POLISH_NAME(step)(c, &damping, q, k > 0 ? others : first, &square);
+        if (k == 1)
+            first[2] = square / (before + 1e-300);
+        before = square;
         for (int i = 0; i < POLISH_N; i++)
             c->q[i] = LANES_CHOICE(going, q[i], c->q[i]);
     }
@@ -224,8 +233,8 @@ static LANES_TARGET void POLISH_NAME(descend)(const double *T, POLISH_NAME(confi
     lanes_where going = LANES_LT(POLISH_CLOSED * POLISH_CLOSED, c->residual2);
     for (int k = 0; k < POLISH_MOST_STEPS && LANES_ANY(going); k++) {
         POLISH_NAME(configurations) next;
-        lanes pivots[2] = {damping, damping};
-        POLISH_NAME(step)(c, &damping, next.q, pivots);
+        lanes pivots[2] = {damping, damping}, square;
+        POLISH_NAME(step)(c, &damping, next.q, pivots, &square);
         POLISH_NAME(evaluate)(T, &next);
         const lanes_where better = POLISH_AND(going, LANES_LT(next.cost, c->cost));
         const lanes_where slow = LANES_LT(POLISH_SLOW * c->cost, next.cost);
