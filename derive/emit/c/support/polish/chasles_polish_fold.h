@@ -142,8 +142,7 @@ static LANES_TARGET int POLISH_NAME(part)(POLISH_NAME(search) * s, const POLISH_
             is_clear = is_clear && !(is_flat && slope < POLISH_LEVEL * POLISH_DEVIATION);
             continue;
         }
-        is_clear = is_clear && !is_flat &&
-                   (square > 0.0 ? most : of_slope) < longest * longest &&
+        is_clear = is_clear && !is_flat && (square > 0.0 ? most : of_slope) < longest * longest &&
                    step2 < POLISH_SIDEWAYS * POLISH_SIDEWAYS &&
                    fabs(square) > POLISH_CLEAR * (most + step2);
         if (!(square > 0.0))

@@ -52,7 +52,7 @@ POLISH_INLINE void POLISH_NAME(evaluate)(const double *T, POLISH_NAME(configurat
 POLISH_INLINE void POLISH_NAME(solve)(lanes a[POLISH_ROWS][POLISH_ROWS], lanes (*b)[POLISH_ROWS],
                                       int sides, lanes *pivots)
 {
-    /* a = L D L^T: L D replaces the lower half, L, transposed, the upper, and 1 / D the diagonal. */
+    /* a = L D L^T: L D replaces the lower half, L, transposed, the upper, 1 / D the diagonal. */
     POLISH_UNROLL
     for (int i = 0; i < POLISH_ROWS; i++) {
         POLISH_UNROLL
