@@ -12,6 +12,7 @@ from . import check, count, document
 from .accuracy import (
     calibrations,
     cleaned_files,
+    displaced_arms,
     field,
     general_arms,
     loop_numbers,
@@ -45,6 +46,9 @@ COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {
     "platforms": lambda o: platform_modes.run(o.count, o.starts, o.seed),
     "planar": lambda o: planar_modes.run(o.count, o.starts, o.seed),
     "calibration": lambda o: calibrations.run(o.runs),
+    "displaced": lambda o: displaced_arms.run(
+        range(o.first, o.first + o.draws), o.poses, o.singles
+    ),
     "losses": lambda o: losses.run(o.arms, o.first, given=o.given),
     "mechanisms": lambda o: mechanism_branches.run(o.count, o.first),
     "loops": lambda o: loop_numbers.run(o.count),
@@ -120,6 +124,9 @@ def _parser() -> argparse.ArgumentParser:
     legs.add_argument("--seed", type=int, default=0, help="of the first platform")
     drawn = commands.add_parser("calibration", help="identification of drawn arms")
     drawn.add_argument("--runs", type=int, default=200, help="drawn arms of each kind")
+    off = commands.add_parser("displaced", help="arms with random errors, judged and timed")
+    for name, default in (("draws", 30), ("first", 0), ("poses", 10_000), ("singles", 1000)):
+        off.add_argument(f"--{name}", type=int, default=default)
     arms = commands.add_parser("losses", help="poses that inverses of random arms lose")
     arms.add_argument("--arms", type=int, default=ARMS, help="number of arms")
     arms.add_argument("--first", type=int, default=0, help="number of the first arm")

@@ -6,6 +6,8 @@ structure that the axes miss by little leads back to the configuration, one that
 much does not.
 """
 
+from collections.abc import Iterator
+
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
@@ -34,31 +36,66 @@ def share_led(robot: Robot, lines: Lines, nominal: SymbolicFunction) -> float:
     Returns:
         From 0 to 1.
     """
-    rng = np.random.default_rng(0)
     arm = NumericArm.of(robot, lines)
-    q = rng.uniform(-np.pi, np.pi, (SAMPLES, len(lines.axes)))
+    q, T, branches = _sampled(arm, nominal)
+    led = np.zeros(SAMPLES, dtype=bool)
+    for start, _ in branches:
+        found, left = _polished(arm, T, start, nominal.role.given)
+        led |= (left < LED_BACK) & (_apart(found, q).max(-1) < LED_BACK)
+    return float(led.mean())
+
+
+def separations(robot: Robot, lines: Lines, nominal: SymbolicFunction) -> tuple[float, ...]:
+    """How far the solutions of a pose are apart in each joint that is solved for.
+
+    Args:
+        robot: The true arm, whose poses are taken.
+        lines: Its axes.
+        nominal: The task ``ik`` of the nominal arm, whose solutions are compared.
+
+    Returns:
+        The median over random poses of the least difference (radian); 0 where no pose has two
+        solutions.
+    """
+    _, _, branches = _sampled(NumericArm.of(robot, lines), nominal)
+    q = np.stack([start for start, _ in branches], 1)
+    is_there = np.stack([residual < LED_BACK for _, residual in branches], 1)
+    apart = _apart(q[:, :, None], q[:, None])
+    pairs = is_there[:, :, None] & is_there[:, None] & ~np.eye(len(branches), dtype=bool)
+    least = np.where(pairs[..., None], apart, np.inf).min((1, 2))
+    least = least[pairs.any((1, 2))]
+    found = np.median(least, axis=0) if len(least) else np.zeros(q.shape[-1])
+    return tuple(float(x) for k, x in enumerate(found) if k not in nominal.role.given)
+
+
+Branch = tuple[FloatArray, FloatArray]
+"""The coordinates (N, n) of a branch, and the residual (N,)."""
+
+
+def _sampled(
+    arm: NumericArm, nominal: SymbolicFunction
+) -> tuple[FloatArray, FloatArray, list[Branch]]:
+    """Random configurations (N, n), their poses, and every branch of the nominal arm there."""
+    q = np.random.default_rng(0).uniform(-np.pi, np.pi, (SAMPLES, len(arm.turns)))
     T, _ = arm.pose_jacobian(q)
     given = q[:, list(nominal.role.given)]
-    led = np.zeros(SAMPLES, dtype=bool)
     (kernel,) = lower([nominal], "nominal")
-    for start in _branches(kernel, nominal, T, given):
-        found, left = _polished(arm, T, start, nominal.role.given)
-        apart = np.abs(np.remainder(found - q + np.pi, 2 * np.pi) - np.pi).max(-1)
-        led |= (left < LED_BACK) & (apart < LED_BACK)
-    return float(led.mean())
+    return q, T, list(_branches(kernel, nominal, T, given))
 
 
 def _branches(
     kernel: ca.Function, nominal: SymbolicFunction, T: FloatArray, given: FloatArray
-) -> list[FloatArray]:
-    """The coordinates (N, n) of every branch."""
+) -> Iterator[Branch]:
     inputs = [T.reshape(len(T), 16).T, *(values[None] for values in given.T)]
-    if not nominal.signs:
-        return [np.array(kernel(*inputs)[0]).T]
-    return [
-        np.array(kernel(*inputs, np.repeat(np.array(signs)[:, None], len(T), 1))[0]).T
-        for signs in patterns(nominal)
-    ]
+    for signs in patterns(nominal) if nominal.signs else [None]:
+        choice = [] if signs is None else [np.repeat(np.array(signs)[:, None], len(T), 1)]
+        q, residual = kernel(*inputs, *choice)[:2]
+        yield np.array(q).T, np.array(residual)[0]
+
+
+def _apart(q: FloatArray, other: FloatArray) -> FloatArray:
+    """Differences of joints, the shorter way round."""
+    return np.asarray(np.abs(np.remainder(q - other + np.pi, 2 * np.pi) - np.pi))
 
 
 def _polished(

@@ -19,7 +19,7 @@ from .classify import Attempt, Classification, classify, others_that_fit
 from .families import FAMILIES
 from .families.family import Family
 from .general.general_inverse import GeneralInverse, general_inverse, general_tables
-from .led import share_led
+from .led import separations, share_led
 from .lost_poses import lost_poses
 from .nominal import nominal_of
 from .polished_inverse import as_start, polished_inverse
@@ -157,7 +157,8 @@ def _by_nominal(
         solved = pose_task(nominal, exact, found)
         if share_led(robot, lines, solved.function) >= LED:
             fitting = replace(classification, found=found, missing="")
-            return led(fitting, solved, general_tables(robot, found.given))
+            apart = separations(robot, lines, solved.function)
+            return led(fitting, solved, general_tables(robot, found.given, apart))
     return None
 
 

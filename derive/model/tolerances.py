@@ -300,6 +300,11 @@ SINGLE_SOLUTION = 1e-12
 
 The six equations do not single out a solution then.
 """
+SEPARATE = 1e-2
+"""Radian: solutions that are further apart in a joint are told apart by its roots.
+
+Ten times as far as two roots that may have the vectors of each other.
+"""
 NOMINAL_GUARD_DIGITS = 8
 """Decimal digits of an exact evaluation that an angle may lose before it is no right angle."""
 

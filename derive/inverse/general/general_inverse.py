@@ -55,16 +55,19 @@ def general_inverse(robot: Robot, give: tuple[int, ...] = ()) -> GeneralInverse 
     )
 
 
-def general_tables(robot: Robot, given: tuple[int, ...]) -> tuple[Table, ...]:
+def general_tables(
+    robot: Robot, given: tuple[int, ...], apart: tuple[float, ...] = ()
+) -> tuple[Table, ...]:
     """The tables by which an arm is solved as a general one, none where it cannot be.
 
     Args:
         robot: The description.
         given: Indices of the joints that are given: none of six joints, one of seven.
+        apart: How far solutions are apart in each of the six joints (radian), if it is known.
     """
     if len(given) > 1 or not is_fit(robot, JOINTS + len(given)):
         return ()
-    choice = choice_at(numbers(robot), given[0] if given else None)
+    choice = choice_at(numbers(robot), given[0] if given else None, apart)
     return () if choice is None else written_inverse.tables(robot, choice)
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...model.tolerances import DETERMINANT_TAIL, SINGLE_SOLUTION
+from ...model.tolerances import DETERMINANT_TAIL, SEPARATE, SINGLE_SOLUTION
 from .line_quantities import Array
 from .raghavan_roth import (
     JOINTS,
@@ -110,9 +110,18 @@ def choose(constants: Sequence[Array]) -> Choice | None:
     return max(reversed(found), key=lambda c: (c.good, c.ratings[0].key), default=None)
 
 
-def choice_at(constants: Sequence[Array], given: int | None) -> Choice | None:
-    """The splits where the joint of this index is given, or None where none is good."""
-    choice = Choice(given, _ratings(constants, given))
+def choice_at(
+    constants: Sequence[Array], given: int | None, apart: Sequence[float] = ()
+) -> Choice | None:
+    """The splits where the joint of this index is given, or None where none is good.
+
+    Args:
+        constants: The placements before, between and behind the joints, as floats.
+        given: The index.
+        apart: How far solutions are apart in each of the six joints (radian), if it is known: those
+            of an arm near a structure often share some joints, in which no root tells them apart.
+    """
+    choice = Choice(given, _ratings(constants, given, apart))
     return choice if choice.ratings and choice.good > 0 else None
 
 
@@ -124,13 +133,25 @@ def without(constants: Sequence[Array], given: int | None, angle: float) -> list
     return [*constants[:given], joined, *constants[given + 2 :]]
 
 
-def _ratings(constants: Sequence[Array], given: int | None) -> tuple[Rating, ...]:
-    """The best splits, no two of the same order of joints, the best first."""
+def _ratings(
+    constants: Sequence[Array], given: int | None, apart: Sequence[float]
+) -> tuple[Rating, ...]:
+    """The best splits, no two of the same order of joints, the best first.
+
+    Where it is known how far solutions are apart, splits by joints that tell them apart are
+    preferred, each by another one: solutions that meet in one joint may differ in the next.
+    """
+
+    def tells_apart(rating: Rating) -> tuple[bool, bool]:
+        joint = rating.split.joints[2]
+        is_new = all(joint != other.split.joints[2] for other in kept)
+        return not apart or apart[joint] > SEPARATE, not apart or is_new
+
     left = [rating for rating in _rated(constants, given) if rating.is_fit]
     kept: list[Rating] = []
     while left and len(kept) < MOST_KEPT:
         known = frozenset[int]().union(*(rating.good_at for rating in kept))
-        best = max(left, key=lambda rating: (len(rating.good_at - known), rating.key))
+        best = max(left, key=lambda r: (tells_apart(r), len(r.good_at - known), r.key))
         if len(kept) >= KEPT and best.good_at <= known:
             break
         kept.append(best)

@@ -100,7 +100,7 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
 {
     POLISH_NAME(slots) start;
     POLISH_NAME(search) s;
-    lanes least[(POLISH_SLOTS + LANES - 1) / LANES][2];
+    lanes first[(POLISH_SLOTS + LANES - 1) / LANES][3];
 #if POLISH_IS_SEARCHED
     int is_unsure[POLISH_SLOTS];
 #endif
@@ -112,7 +112,7 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
             ((double *)&nominal)[k] = start.residual[b + k < POLISH_SLOTS ? b + k : b];
         const lanes_where near =
             LANES_LT(nominal, POLISH_OF(POLISH_UNFOLDS ? POLISH_FOLD : POLISH_REACH));
-        POLISH_NAME(newton)(in, &near, &s.c, least[b / LANES]);
+        POLISH_NAME(newton)(in, &near, &s.c, first[b / LANES]);
 #if !POLISH_IS_SEARCHED
         POLISH_NAME(again)(in, start.q, b, &near, &s.c);
 #endif
@@ -129,10 +129,10 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
     POLISH_NAME(mark)(&s);
 #if POLISH_IS_SEARCHED
 #if POLISH_UNFOLDS
-    if (POLISH_NAME(unfold)(&s, &start, (const double *)least))
+    if (POLISH_NAME(unfold)(&s, &start, (const double *)first))
         return;
 #elif POLISH_IS_GENERAL
-    if (POLISH_ASKED_FIRST && !POLISH_NAME(is_doubtful)(&s, &start, (const double *)least))
+    if (POLISH_ASKED_FIRST && !POLISH_NAME(is_doubtful)(&s, &start, (const double *)first))
         return;
 #endif
 #if POLISH_IS_GENERAL
@@ -141,7 +141,7 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
         return;
 #endif
     for (int k = 0; k < POLISH_SLOTS; k++) {
-        const double *pivots = (const double *)least[k / LANES] + k % LANES;
+        const double *pivots = (const double *)first[k / LANES] + k % LANES;
         int ways = POLISH_NAME(lines)(start.residual[k], residual[k], s.taken[k], pivots);
         /* Where no branch has a solution, any may be the nearest. */
         if (s.count == 0 && isfinite(start.residual[k]))

@@ -121,10 +121,12 @@ static int POLISH_NAME(is_folded)(const POLISH_NAME(search) * s, const POLISH_NA
 }
 
 /* Begins branches on both sides of folds, one a lane, unless their solutions are known; whether it
- * is clear of each fold that it has two solutions, or none. */
+ * is clear of each fold that it has two solutions, or none. A branch of which only the way was bent
+ * has its solution; it is not clear that there are no further ones where the tool hardly moves
+ * along v, near or far. */
 static LANES_TARGET int POLISH_NAME(part)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start,
-                                          POLISH_NAME(folds) * f, const int *slot, int count,
-                                          POLISH_NAME(pairs) * pairs)
+                                          POLISH_NAME(folds) * f, const int *slot,
+                                          const int *is_bent, int count, POLISH_NAME(pairs) * pairs)
 {
     int is_clear = 1;
     POLISH_NAME(repeat)((double *)f->c.q, POLISH_N, count);
@@ -135,8 +137,12 @@ static LANES_TARGET int POLISH_NAME(part)(POLISH_NAME(search) * s, const POLISH_
         const double square = of_slope + of_lack, step2 = ((double *)&f->step2)[lane];
         const double most = fabs(of_lack) > of_slope ? fabs(of_lack) : of_slope;
         const double longest = POLISH_LONGEST * bend;
-        is_clear = is_clear && fabs(bend) > POLISH_FLAT * POLISH_DEVIATION &&
-                   (square > 0.0 ? most : of_slope) < longest * longest &&
+        const int is_flat = !(fabs(bend) > POLISH_FLAT * POLISH_DEVIATION);
+        if (is_bent[lane]) {
+            is_clear = is_clear && !(is_flat && slope < POLISH_LEVEL * POLISH_DEVIATION);
+            continue;
+        }
+        is_clear = is_clear && !is_flat && (square > 0.0 ? most : of_slope) < longest * longest &&
                    step2 < POLISH_SIDEWAYS * POLISH_SIDEWAYS &&
                    fabs(square) > POLISH_CLEAR * (most + step2);
         if (!(square > 0.0))
@@ -158,23 +164,27 @@ static LANES_TARGET int POLISH_NAME(part)(POLISH_NAME(search) * s, const POLISH_
 }
 
 /* Looks for the solutions of branches that meet; whether all solutions are surely known: they come
- * in pairs, and each fold has two or none. `least` holds the least pivots of each branch. */
+ * in pairs, and each fold has two or none. `first` holds what is known of the first steps of each
+ * branch. */
 static LANES_TARGET int POLISH_NAME(unfold)(POLISH_NAME(search) * s,
-                                            const POLISH_NAME(slots) * start, const double *least)
+                                            const POLISH_NAME(slots) * start, const double *first)
 {
     POLISH_NAME(folds) f;
     POLISH_NAME(pairs) pairs;
-    int slot[LANES], count = 0, reached = 0, is_clear = 1;
+    int slot[LANES], is_bent[LANES], count = 0, reached = 0, is_clear = 1;
     pairs.count = 0;
     for (int k = 0; k < POLISH_SLOTS; k++) {
         reached += start->residual[k] < POLISH_FOLD;
-        if (POLISH_NAME(is_folded)(s, start, k, least[2 * LANES * (k / LANES) + k % LANES])) {
+        const double *own = first + 3 * LANES * (k / LANES) + k % LANES;
+        const int is_folded = POLISH_NAME(is_folded)(s, start, k, own[0]);
+        if (is_folded || (s->taken[k] && own[2 * LANES] > POLISH_SLOWED * POLISH_SLOWED)) {
+            is_bent[count] = !is_folded;
             for (int i = 0; i < POLISH_N; i++)
                 ((double *)f.c.q)[LANES * i + count] = start->q[POLISH_N * k + i];
             slot[count++] = k;
         }
         if (count == LANES || (k + 1 == POLISH_SLOTS && count > 0)) {
-            is_clear = POLISH_NAME(part)(s, start, &f, slot, count, &pairs) && is_clear;
+            is_clear = POLISH_NAME(part)(s, start, &f, slot, is_bent, count, &pairs) && is_clear;
             count = 0;
         }
     }

@@ -43,14 +43,17 @@ static int POLISH_NAME(is_short)(const POLISH_NAME(search) * s, const POLISH_NAM
 }
 
 #if !POLISH_UNFOLDS
-/* Whether the branches may not be all solutions. `least` holds the least pivots of each branch. */
+/* Whether the branches may not be all solutions. `first` holds what is known of the first steps of
+ * each branch. */
 static int POLISH_NAME(is_doubtful)(const POLISH_NAME(search) * s, const POLISH_NAME(slots) * start,
-                                    const double *least)
+                                    const double *first)
 {
     const double singular = POLISH_DOUBT * POLISH_DEVIATION;
     const double twice = POLISH_DOUBT_BEYOND * POLISH_DEVIATION;
     for (int k = 0; k < POLISH_SLOTS; k++) {
-        const double pivot = least[2 * LANES * (k / LANES) + k % LANES];
+        const double *own = first + 3 * LANES * (k / LANES) + k % LANES, pivot = own[0];
+        if (s->taken[k] && own[2 * LANES] > POLISH_SLOWED * POLISH_SLOWED)
+            return 1;
         if (s->taken[k] && pivot < singular * singular)
             return 1;
         if (s->taken[k] || !(start->residual[k] < POLISH_START))
@@ -64,6 +67,60 @@ static int POLISH_NAME(is_doubtful)(const POLISH_NAME(search) * s, const POLISH_
 }
 #endif
 
+/* The number of the robot's coordinate that is one of the six joints. */
+static int POLISH_NAME(coordinate)(const chasles_general_six *six, int joint)
+{
+    return joint + (six->arm->given >= 0 && joint >= six->arm->given);
+}
+
+/* Whether the known solutions are one at each root of a split, none of which is near another: then
+ * they are all. */
+static int POLISH_NAME(is_one_each)(const POLISH_NAME(search) * s, const chasles_general_six *six,
+                                    const chasles_general_split *split,
+                                    const chasles_circle_roots *roots)
+{
+    const int joint = split->joint[2], own = POLISH_NAME(coordinate)(six, joint);
+    const double sign = split->sense * chasles_general_direction(six->arm, joint);
+    if (roots->count != s->count || s->count % 2)
+        return 0;
+    for (int i = 0; i < roots->count; i++) {
+        int near = 0;
+        for (int k = 0; k < roots->count; k++) {
+            const double apart = chasles_circle_wrapped(roots->angle[k] - roots->angle[i]);
+            near += roots->imaginary[k] > 0.0 || fabs(apart) < CHASLES_TWINS;
+        }
+        for (int k = 0; k < POLISH_RESULTS; k++) {
+            const double along = sign * s->q[POLISH_N * k + own];
+            const double apart = chasles_circle_wrapped(along - roots->angle[i]);
+            near += s->taken[k] && fabs(apart) < 0.5 * CHASLES_TWINS;
+        }
+        if (near != 2)
+            return 0;
+    }
+    return 1;
+}
+
+/* The solutions of the general solver, unless those that are known are all; whether they surely
+ * are. */
+static int POLISH_NAME(solve_generally)(const POLISH_NAME(search) * s,
+                                        const chasles_general_six *six,
+                                        chasles_general_found *found)
+{
+    chasles_general_system system;
+    chasles_circle_roots roots;
+    found->count = 0;
+    for (int k = 0; k < six->arm->splits; k++) {
+        const chasles_general_split *split = six->arm->split + k;
+        const int is_sure = chasles_general_isolated(six, split, s->in, &system, &roots);
+        if (is_sure && POLISH_NAME(is_one_each)(s, six, split, &roots))
+            return 1;
+        if (chasles_general_by_roots(six, s->in, split, &system, &roots, found) && is_sure &&
+            (found->count > 0 || k > 0))
+            return 1;
+    }
+    return 0;
+}
+
 /* Adds the solutions of the general solver that no slot holds; whether they surely are all. */
 static int POLISH_NAME(ask)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start)
 {
@@ -75,7 +132,7 @@ static int POLISH_NAME(ask)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * 
             return 0;
     }
     chasles_general_set(&POLISH_GENERAL, POLISH_INPUTS > 16 ? s->in[POLISH_INPUTS - 1] : 0.0, &six);
-    const int is_sure = chasles_general_by_splits(&six, s->in, &found);
+    const int is_sure = POLISH_NAME(solve_generally)(s, &six, &found);
     for (int k = 0; k < found.count; k++) {
         chasles_general_joints(&six, found.q[k], q);
         if (!POLISH_NAME(known)(s, q))

@@ -52,8 +52,7 @@ POLISH_INLINE void POLISH_NAME(evaluate)(const double *T, POLISH_NAME(configurat
 POLISH_INLINE void POLISH_NAME(solve)(lanes a[POLISH_ROWS][POLISH_ROWS], lanes (*b)[POLISH_ROWS],
                                       int sides, lanes *pivots)
 {
-    /* a = L D L^T: L D replaces the lower half, and L, transposed, the upper. */
-    lanes inverse[POLISH_ROWS];
+    /* a = L D L^T: L D replaces the lower half, L, transposed, the upper, 1 / D the diagonal. */
     POLISH_UNROLL
     for (int i = 0; i < POLISH_ROWS; i++) {
         POLISH_UNROLL
@@ -64,20 +63,20 @@ POLISH_INLINE void POLISH_NAME(solve)(lanes a[POLISH_ROWS][POLISH_ROWS], lanes (
         }
         POLISH_UNROLL
         for (int j = 0; j < i; j++) {
-            a[j][i] = a[i][j] * inverse[j];
+            a[j][i] = a[i][j] * a[j][j];
             a[i][i] -= a[j][i] * a[i][j];
             for (int m = 0; m < sides; m++)
                 b[m][i] -= a[j][i] * b[m][j];
         }
-        inverse[i] = 1.0 / a[i][i];
         const lanes greater = POLISH_MAX(pivots[0], a[i][i]);
         pivots[0] = POLISH_MIN(pivots[0], a[i][i]);
         pivots[1] = POLISH_MIN(pivots[1], greater);
+        a[i][i] = 1.0 / a[i][i];
     }
     POLISH_UNROLL
     for (int i = POLISH_ROWS - 1; i >= 0; i--) {
         for (int m = 0; m < sides; m++) {
-            b[m][i] *= inverse[i];
+            b[m][i] *= a[i][i];
             POLISH_UNROLL
             for (int j = i + 1; j < POLISH_ROWS; j++)
                 b[m][i] -= a[i][j] * b[m][j];
@@ -97,7 +96,7 @@ POLISH_INLINE void POLISH_NAME(solve_again)(lanes a[6][6], lanes *b)
     }
     POLISH_UNROLL
     for (int i = 5; i >= 0; i--) {
-        b[i] /= a[i][i];
+        b[i] *= a[i][i];
         POLISH_UNROLL
         for (int j = i + 1; j < 6; j++)
             b[i] -= a[i][j] * b[j];
@@ -190,24 +189,30 @@ POLISH_INLINE void POLISH_NAME(towards)(const POLISH_NAME(configurations) * c, c
 #endif
 }
 
-/* Moves q by the damped step from c. */
+/* Moves q by the damped step from c, whose square it returns. `pivots` are the least of its
+ * equations. */
 POLISH_INLINE void POLISH_NAME(step)(const POLISH_NAME(configurations) * c, const lanes *damping,
-                                     lanes *q, lanes *pivots)
+                                     lanes *q, lanes *pivots, lanes *square)
 {
     lanes dq[POLISH_N];
     POLISH_NAME(towards)(c, damping, dq, pivots);
+    *square = dq[0] * dq[0];
+    for (int k = 1; k < POLISH_N; k++)
+        *square += dq[k] * dq[k];
     POLISH_NAME(move)(c->q, dq, q);
 }
 
-/* Newton's steps where `going`; other lanes keep their coordinates. `pivots` are those of the first
- * step, without damping but where going. */
+/* Newton's steps where `going`; other lanes keep their coordinates. `first` holds the least pivots
+ * of the first step, without damping but where going, and the part that the second step is of it,
+ * squared. */
 static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where *near,
-                                             POLISH_NAME(configurations) * c, lanes *pivots)
+                                             POLISH_NAME(configurations) * c, lanes *first)
 {
     const lanes damping = LANES_CHOICE(*near, POLISH_DAMPING, 0.0);
     lanes_where going = *near;
-    lanes q[POLISH_N], others[2];
-    pivots[0] = pivots[1] = others[0] = others[1] = POLISH_OF(1.0);
+    lanes q[POLISH_N], others[2], square, before = POLISH_OF(1.0);
+    first[0] = first[1] = others[0] = others[1] = POLISH_OF(1.0);
+    first[2] = POLISH_OF(0.0);
     for (int k = 0;; k++) {
         POLISH_NAME(evaluate)(T, c);
 #if !POLISH_IS_SEARCHED
@@ -218,7 +223,10 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
         const lanes_where left = LANES_LT(POLISH_CLOSED * POLISH_CLOSED, c->residual2);
         if (k == POLISH_STEPS || (k > 0 && !LANES_ANY(POLISH_AND(left, going))))
             return;
-        POLISH_NAME(step)(c, &damping, q, k > 0 ? others : pivots);
+        POLISH_NAME(step)(c, &damping, q, k > 0 ? others : first, &square);
+        if (k == 1)
+            first[2] = square / (before + 1e-300);
+        before = square;
         for (int i = 0; i < POLISH_N; i++)
             c->q[i] = LANES_CHOICE(going, q[i], c->q[i]);
     }
@@ -233,8 +241,8 @@ static LANES_TARGET void POLISH_NAME(descend)(const double *T, POLISH_NAME(confi
     lanes_where going = LANES_LT(POLISH_CLOSED * POLISH_CLOSED, c->residual2);
     for (int k = 0; k < POLISH_MOST_STEPS && LANES_ANY(going); k++) {
         POLISH_NAME(configurations) next;
-        lanes pivots[2] = {damping, damping};
-        POLISH_NAME(step)(c, &damping, next.q, pivots);
+        lanes pivots[2] = {damping, damping}, square;
+        POLISH_NAME(step)(c, &damping, next.q, pivots, &square);
         POLISH_NAME(evaluate)(T, &next);
         const lanes_where better = POLISH_AND(going, LANES_LT(next.cost, c->cost));
         const lanes_where slow = LANES_LT(POLISH_SLOW * c->cost, next.cost);

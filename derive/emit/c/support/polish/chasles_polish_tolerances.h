@@ -55,6 +55,9 @@
 /* The same at a branch that does not reach the pose, and is singular anyway: so small it is where a
  * second singularity is near, which moves the first. */
 #define POLISH_DOUBT_BEYOND (0.25 * POLISH_UNSURE)
+/* Part of the first of Newton's steps that the second is at most on a way without a bend, on which
+ * no singularity of the true arm is near: of 100 lost solutions, none was near a less bent way. */
+#define POLISH_SLOWED 0.2
 /* Residual up to which a branch that is no solution may become a pair of them: the iteration slows
  * down where it has to pass a fold. */
 #define POLISH_NEARLY POLISH_DEVIATIONS(0.4)
@@ -90,6 +93,10 @@
 /* Bend at a fold (1/rad), in deviations, up to which the deviation may have made it: where joints
  * turn together without moving the tool, there is no bend at all. */
 #define POLISH_FLAT 8.0
+/* Slope (radian, parts of the arm's length for a radian), in deviations, up to which the deviation
+ * may bring the tool back to the pose further along: of 200 pairs that were found so, two were
+ * where it is steeper. */
+#define POLISH_LEVEL 3.0
 /* rad: way from a fold to its solutions, and step beside that way, up to which an equation of
  * second order tells how many there are. */
 #define POLISH_LONGEST 0.5

@@ -1,0 +1,99 @@
+"""An arm with errors of 4 mm and 4 mrad near its wrist's singularity: all solutions are found."""
+
+import ctypes
+import subprocess
+
+import numpy as np
+import pytest
+from calibrated import pinocchio_fk
+from derivations import description
+
+import chasles
+from bench.cases.calibrated import displaced
+from chasles.derive import load, write
+from chasles.derive.emit.languages import EMITTERS
+from chasles.derive.inverse.general.raghavan_roth import numbers
+from chasles.derive.inverse.general.split_choice import choice_at
+from chasles.derive.inverse.led import separations
+from chasles.derive.inverse.serial_inverse import inverses
+from chasles.derive.model.tolerances import SEPARATE
+from chasles.derive.terms.terms import Terms
+
+SIZE, SEED = 4e-3, 5
+"""Errors (metre, radian) of the arm, and the seed of the errors."""
+WRIST = 4
+FAR = 0.25
+"""Radian: how far from its singularity the wrist is bent."""
+TRUE = 1e-8
+"""Error of a pose (metre, or entry of a rotation) above which a solution is wrong."""
+POSES = 4000
+SURE = """
+int sure(const double *T)
+{
+  chasles_general_six six;
+  chasles_general_found found;
+  chasles_general_set(&NAME_ik_tables, 0.0, &six);
+  return chasles_general_by_splits(&six, T, &found);
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return displaced(load(description("irb120")), SIZE, SEED)
+
+
+@pytest.fixture(scope="module")
+def arm(robot, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("displaced") / robot.name
+    emitters = [emitter for emitter in EMITTERS if emitter.language in ("c", "python")]
+    write(robot, folder, ("fk", "fk_jacobian_mixed", "ik"), emitters)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("CHASLES_CACHE", str(folder.parent / "cache"))
+        return chasles.load(folder)
+
+
+def near_wrist(count, seed):
+    """Configurations near the wrist's singularity."""
+    rng = np.random.default_rng(seed)
+    q = rng.uniform(-np.pi, np.pi, (count, 6))
+    q[:, WRIST] = rng.uniform(-FAR, FAR, count) + np.pi * rng.integers(0, 2, count)
+    return q
+
+
+def test_further_solutions_beside_the_nominal_ones_are_found(arm, robot):
+    q = near_wrist(POSES, 0)
+    T = arm.fk(q)
+    found = arm.ik(T)
+    held = (found.valid & (np.abs(found.moves_from(q)).max(-1) < 1e-6)).any(-1)
+    assert held.mean() > 0.999
+    assert (found.count > 8).mean() > 0.01
+    fk = pinocchio_fk(robot)
+    for k in np.flatnonzero(found.count > 8)[:20]:
+        for row in found.q[k][found.valid[k]]:
+            assert np.abs(fk(row) - T[k]).max() < TRUE
+
+
+def test_the_general_solver_is_sure_of_all_solutions(arm, tmp_path):
+    """The determinant of such an arm is tiny, and nevertheless known to ten digits."""
+    source, library = tmp_path / "sure.c", tmp_path / "sure.so"
+    name = arm.name
+    source.write_text(f'#include "{arm.folder}/{name}.c"\n' + SURE.replace("NAME", name))
+    command = ["cc", "-std=gnu99", "-O1", "-w", "-fPIC", "-shared", source, "-o", library, "-lm"]
+    subprocess.run(command, check=True)
+    sure = ctypes.CDLL(str(library)).sure
+    poses = [np.ascontiguousarray(T) for T in arm.fk(near_wrist(300, 1))]
+    told = [sure(T.ctypes.data_as(ctypes.c_void_p)) for T in poses]
+    assert np.mean(told) > 0.98
+
+
+def test_splits_are_by_joints_that_tell_solutions_apart(robot):
+    """The solutions of a wrist share the joints before it, on which no split depends first."""
+    found = inverses(robot, Terms({}))
+    nominal = found.solved["ik_nominal"].function
+    apart = separations(robot, found.classification.lines, nominal)
+    assert max(apart[:3]) < 1e-6 < SEPARATE < min(apart[3:])
+    joints = [split.joints[2] for split in choice_at(numbers(robot), None, apart).splits]
+    assert sorted(joints[:3]) == [3, 4, 5]
+    without = [split.joints[2] for split in choice_at(numbers(robot), None).splits]
+    assert without != joints
