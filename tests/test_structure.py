@@ -32,7 +32,7 @@ STAGES = (
     ("model",),
     ("terms",),
     ("chain", "description"),
-    ("loops",),
+    ("loops", "quality"),
     ("inverse",),
     ("derivation",),
     ("program",),

@@ -33,9 +33,10 @@ from ..model.mechanism import Mechanism
 from ..model.robot import Robot
 from .cleaned_robot import cleaned
 from .conventions import CONVENTIONS
+from .conventions.suited import suited
 from .importers.chains import SUFFIXES, from_file, is_imported
 from .mechanism_file import MechanismFile, has_loops
-from .serial_file import RobotFile
+from .serial_file import AUTO, RobotFile
 from .toml_file import DescriptionError, TomlFile, read_text
 
 __all__ = ["DescriptionError", "load", "loads"]
@@ -100,7 +101,8 @@ def loads(
     if has_loops(source.table):
         return MechanismFile(source.file, source.text, heir, conventions).mechanism()
     robot = RobotFile(source.file, source.text, heir, conventions).robot()
-    return robot if exact else cleaned(robot)
+    read = robot if exact else cleaned(robot)
+    return suited(read) if source.table.get("convention") == AUTO else read
 
 
 def _extended(heir: TomlFile) -> TomlFile:

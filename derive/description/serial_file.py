@@ -12,10 +12,12 @@ from ..model.kinds import JointKind
 from ..model.placements import Placement, Vector, from_xyz_rpy
 from ..model.robot import Joint, Mimic, Robot
 from .assumptions import assumption
-from .conventions import CONVENTIONS
+from .conventions import CONVENTIONS, poe
 from .toml_file import FRAME, DescriptionError, Keys, TomlFile, dotted, listed
 
 MOST_JOINTS = 256
+AUTO = "auto"
+"""The convention of a file whose joints, given as lines, get the conventions that suit them."""
 ROBOT_FIELDS = (
     "name",
     "title",
@@ -35,6 +37,8 @@ class RobotFile(TomlFile):
     """A file that describes a serial robot."""
 
     joint_fields: ClassVar = (*JOINT_FIELDS, "mimic")
+    of_lines: ClassVar[Mapping[str, Convention]] = {AUTO: poe}
+    """Words for a file's convention that joints are rewritten to, and the one they are read in."""
 
     def __init__(
         self,
@@ -154,7 +158,9 @@ class RobotFile(TomlFile):
     def _convention(self, keys: Keys, table: Mapping[str, object]) -> Convention:
         """The convention that a joint names, or else the file."""
         at: Keys = (*keys, "convention") if "convention" in table else ("convention",)
-        return self._conventions[self.option(at, tuple(self._conventions), "")]
+        words = self.of_lines if len(at) == 1 else {}
+        chosen = self.option(at, (*self._conventions, *words), "")
+        return words.get(chosen) or self._conventions[chosen]
 
     def _given(
         self, keys: Keys, table: Mapping[str, object], convention: Convention, kind: JointKind
