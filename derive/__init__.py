@@ -41,8 +41,8 @@ if TYPE_CHECKING:
     from .model.robot import Robot as Robot
     from .model.robot import Rotation as Rotation
     from .model.robot import Translation as Translation
-    from .quality.model_report import ModelReport as ModelReport
     from .quality.model_report import model_report as model_report
+    from .quality.quality_report import ModelReport as ModelReport
 
 NOT_INSTALLED = "the compiler is not installed: pip install 'chasles[derive]'"
 LIBRARIES = ("sympy", "casadi", "lxml", "typer", "rich")
@@ -67,7 +67,8 @@ _ROOMS = {
     "inverse.explanation": ("Explanation", "explain"),
     "chain.kinematics": ("FUNCTIONS",),
     "description.conventions.suited": ("suited",),
-    "quality.model_report": ("ModelReport", "model_report"),
+    "quality.model_report": ("model_report",),
+    "quality.quality_report": ("ModelReport",),
     "description.urdf": ("from_urdf",),
     "description.importers.chains": ("from_file",),
     "description.importers.ur_calibration": ("calibrated",),

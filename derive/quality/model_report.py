@@ -9,8 +9,7 @@ Source:
     cascade manipulator with an improved kinematic model, Mathematical Problems in Engineering, 3.
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 import sympy as sp
@@ -20,195 +19,21 @@ from ..description.conventions import CONVENTIONS
 from ..description.conventions.axis_maps import Motions, axis_map, field_values, free_of
 from ..description.conventions.neighbours import Neighbours, least_singular_value, neighbours
 from ..description.conventions.suited import suited, suited_conventions
+from ..loops.freedoms import virtual_joints
 from ..model.convention import Convention
+from ..model.errors import RobotError
 from ..model.geometry import geometry
 from ..model.mechanism import Described, Mechanism
 from ..model.robot import Robot
-from ..model.tolerances import CONTINUOUS_MODEL, ZERO_SINGULAR_VALUE
+from ..model.tolerances import ZERO_SINGULAR_VALUE
+from ..terms.terms import Terms
 from .determinants import completed_determinant, determinant
 from .missed import missed
 from .own_numbers import own_displacements
+from .quality_report import ConventionQuality, JointQuality, ModelReport
 
 POSES = 60
 """Random poses over which the rank is taken."""
-
-
-@dataclass(frozen=True)
-class ConventionQuality:
-    """A convention between two axes.
-
-    Attributes:
-        convention: Its name.
-        numbers: Names of its numbers.
-        needed: How many an axis of the joint's kind needs: 4 a line, 2 a direction.
-        determinant: det(D^T D) by its own numbers.
-        completed: det(D^T D) by the numbers of a whole pose, with turns about and shifts along the
-            neighbouring axes; it vanishes where the model jumps.
-        value: Value of ``completed`` at the robot (lengths in metres); None where the convention
-            has no numbers for the axis.
-        least: The least displacement of the axis by numbers of norm 1, lengths in parts of the
-            arm's.
-        misses: The displacements of the axis that its numbers cannot give.
-    """
-
-    convention: str
-    numbers: tuple[str, ...]
-    needed: int
-    determinant: sp.Expr
-    completed: sp.Expr
-    value: float | None
-    least: float
-    misses: tuple[str, ...]
-
-    @property
-    def is_complete(self) -> bool:
-        """Whether its numbers displace the axis in every direction."""
-        return self.value is not None and not self.misses
-
-    @property
-    def is_continuous(self) -> bool:
-        """Whether no number moves much farther than the axis, and the determinant is not 0."""
-        if not self.is_complete or self.value is None:
-            return False
-        return self.least > CONTINUOUS_MODEL and self.value > ZERO_SINGULAR_VALUE
-
-    @property
-    def is_minimal(self) -> bool:
-        """Whether it is complete with as many numbers as the axis needs."""
-        return self.is_complete and len(self.numbers) == self.needed
-
-
-@dataclass(frozen=True)
-class JointQuality:
-    """The conventions between the axis of a joint and the axis before.
-
-    Attributes:
-        joint: Name of the joint.
-        before: Name of the joint before.
-        angle: Angle between both axes (radian).
-        distance: Their distance (metre); 0 where one is a direction alone.
-        own: Names of the conventions in which the robot describes the link between both.
-        misses: The displacements of the axis that the robot's own numbers cannot give.
-        conventions: Every convention.
-        suited: The convention that suits the joint.
-    """
-
-    joint: str
-    before: str
-    angle: float
-    distance: float
-    own: tuple[str, ...]
-    misses: tuple[str, ...]
-    conventions: tuple[ConventionQuality, ...]
-    suited: str
-
-
-@dataclass(frozen=True)
-class ModelReport:
-    """The quality of a robot's model: ``print(model_report(robot))``.
-
-    Attributes:
-        robot: The robot's title.
-        joints: Every joint behind the first, whose axis the six numbers of the base frame place.
-        revolute: r, turning joints, helical ones included.
-        prismatic: t, sliding joints.
-        helical: Helical joints, each of which has a pitch.
-        numbers: How many numbers the robot's own conventions, the base and the tool have.
-        rank: Rank of the tool's poses by these numbers, over random postures.
-        suited_numbers: How many numbers there are in the conventions that suit the joints.
-        suited_rank: Rank of the tool's poses by those.
-    """
-
-    robot: str
-    joints: tuple[JointQuality, ...]
-    revolute: int
-    prismatic: int
-    helical: int
-    numbers: int
-    rank: int
-    suited_numbers: int
-    suited_rank: int
-
-    @property
-    def identifiable(self) -> int:
-        """4 r + 2 t + 6, and the pitches of helical joints: all that poses of the tool can tell."""
-        return 4 * self.revolute + 2 * self.prismatic + 6 + self.helical
-
-    @property
-    def is_complete(self) -> bool:
-        """Whether the robot's own numbers explain every error of assembly."""
-        return self.rank == self.identifiable
-
-    @property
-    def is_minimal(self) -> bool:
-        """Whether no number of the robot's own model repeats others."""
-        return self.numbers == self.rank
-
-    def __str__(self) -> str:
-        """The report to read."""
-        return "\n".join(_lines(self))
-
-
-def _lines(report: ModelReport) -> Iterator[str]:
-    yield f"Model of {report.robot}"
-    yield from _counts(report)
-    for joint in report.joints:
-        yield ""
-        yield (
-            f"{joint.joint} behind {joint.before}: angle {np.degrees(joint.angle):.6g} deg, "
-            f"distance {joint.distance:.6g} m; {joint.suited} suits it"
-        )
-        own = " and ".join(joint.own) or "placements"
-        if joint.misses:
-            yield f"  as described ({own}): misses {'; '.join(joint.misses)}"
-        else:
-            yield f"  as described ({own}): complete"
-        yield from _table(joint)
-
-
-def _counts(report: ModelReport) -> Iterator[str]:
-    r, t = report.revolute, report.prismatic
-    pitches = f" + {report.helical} (pitches)" if report.helical else ""
-    yield f"identifiable: 4 r + 2 t + 6{pitches} = {report.identifiable}, r = {r}, t = {t}"
-    yield "  4 numbers place the line of a turning joint, 2 the direction of a sliding one, and 6"
-    yield "  the tool. 5 r + 2 t + 6 counts also the place of each frame along its turning axis,"
-    yield "  which no pose of the tool shows."
-    missing = report.identifiable - report.rank
-    found = "complete" if report.is_complete else f"misses {missing} displacements of axes"
-    yield _ranked("as described", report.numbers, report.rank, found)
-    found = "complete" if report.suited_rank == report.identifiable else "not complete"
-    yield _ranked("as suited", report.suited_numbers, report.suited_rank, found)
-
-
-def _ranked(model: str, numbers: int, rank: int, found: str) -> str:
-    repeating = f", {numbers - rank} repeat others" if numbers > rank else ", minimal"
-    return f"{model}: {numbers} numbers with base and tool, rank {rank}: {found}{repeating}"
-
-
-def _table(joint: JointQuality) -> Iterator[str]:
-    for item in joint.conventions:
-        marks = ", ".join(
-            word
-            for word, holds in (
-                ("complete", item.is_complete),
-                ("continuous", item.is_continuous),
-                ("minimal", item.is_minimal),
-            )
-            if holds
-        )
-        value = "no numbers" if item.value is None else f"{item.value:.3g}"
-        yield (
-            f"  {item.convention:<8} {len(item.numbers)} of {item.needed}  "
-            f"det {plain(item.determinant)}; completed {plain(item.completed)} = {value}"
-            f"  {marks or 'incomplete'}"
-        )
-        for misses in item.misses:
-            yield f"           misses {misses}"
-
-
-def plain(expression: sp.Expr) -> str:
-    """An expression as people write it."""
-    return str(expression).replace("**", "^").replace("*", " ")
 
 
 def model_report(
@@ -220,8 +45,11 @@ def model_report(
         robot: A serial robot; of a robot with loops, the main chain is judged.
         conventions: The conventions to compare; those that cannot place an axis are left out.
         seed: Of the random postures of the rank.
+
+    Raises:
+        RobotError: Legs carry the tool instead of a chain of joints.
     """
-    chain = robot.main_chain if isinstance(robot, Mechanism) else robot
+    chain = _chain(robot)
     fitting = [convention for convention in conventions if convention.fit]
     kinds = [joint.kind for joint in chain.moving]
     suits = suited_conventions(chain)
@@ -239,6 +67,16 @@ def model_report(
     )
 
 
+def _chain(robot: Described) -> Robot:
+    if not isinstance(robot, Mechanism):
+        return robot
+    terms = Terms({parameter.symbol: parameter.value for parameter in robot.parameters})
+    free = {joint.name for run in virtual_joints(robot, terms) for joint in run}
+    if any(joint.name in free for joint in robot.main_chain.joints):
+        raise RobotError(f"{robot.name}: legs carry its tool, and the joints of a chain are judged")
+    return robot.main_chain
+
+
 def _joint(
     pair: Neighbours,
     own: NDArray[np.float64],
@@ -248,6 +86,7 @@ def _joint(
 ) -> JointQuality:
     return JointQuality(
         pair.joint.name,
+        pair.joint.kind,
         pair.before.name if pair.before else "",
         pair.angle,
         pair.distance if pair.is_of_lines else 0.0,
@@ -272,7 +111,7 @@ def _quality(pair: Neighbours, convention: Convention) -> ConventionQuality:
     value = None
     if fit is not None:
         known = field_values(fit)
-        value = float(completed.subs({s: known.get(s.name, 0.0) for s in link.symbols}))
+        value = float(completed.xreplace({s: known.get(s.name, sp.S.Zero) for s in link.symbols}))
     return ConventionQuality(
         convention.name,
         tuple(symbol.name for symbol in link.own),
@@ -304,5 +143,7 @@ def _rank(robot: Robot, seed: int) -> tuple[int, int]:
 
 def _rank_of(J: NDArray[np.float64]) -> int:
     size = np.linalg.norm(J, axis=0)
-    values = np.linalg.svd(J[:, size > 0] / size[size > 0], compute_uv=False)
+    # Rounding of a number without effect is no effect.
+    moving = size > ZERO_SINGULAR_VALUE * size.max()
+    values = np.linalg.svd(J[:, moving] / size[moving], compute_uv=False)
     return int(np.sum(values > ZERO_SINGULAR_VALUE * values[0]))

@@ -30,7 +30,8 @@ def own_displacements(robot: Robot, pair: Neighbours) -> NDArray[np.float64]:
     named = {offset: sp.S.Zero}
     if pair.before is not None:
         before, after = _in_symbols(pair.before, named)
-        product = _moving_along(before) + rotation("z", offset) + after
+        turn = () if pair.before.kind == "prismatic" else rotation("z", offset)
+        product = _moving_along(before) + turn + after
     product += _between(robot, pair) + _in_symbols(pair.joint, named)[0]
     product = tuple(_at(motion, numbers) for motion in product)
     symbols = [symbol for symbol in symbols_in(product) if symbol in named]

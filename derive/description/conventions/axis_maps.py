@@ -89,7 +89,9 @@ def numbers_of(convention: Convention, kind: JointKind) -> Placement:
 
 def symbols_in(product: Placement) -> tuple[sp.Symbol, ...]:
     """The symbols of a product of elementary motions, in order."""
-    return tuple(dict.fromkeys(s for motion in product for s, _ in _coordinates(motion)))
+    arguments = (argument for motion in product for _, _, argument in _steps(motion))
+    found = (symbol for a in arguments for symbol in sorted(a.free_symbols, key=str))
+    return tuple(dict.fromkeys(found))
 
 
 def twists(product: Placement, symbols: Sequence[sp.Symbol]) -> sp.ImmutableMatrix:
@@ -172,13 +174,14 @@ def _turn(axis: int, angle: float) -> NDArray[np.float64]:
     return R
 
 
-def field_values(found: Fitted) -> dict[str, float]:
-    """Values of fields as floats, vectors by component, by the names of their symbols."""
-    values: dict[str, float] = {}
+def field_values(found: Fitted) -> dict[str, sp.Expr]:
+    """Values of fields, vectors by component, by the names of their symbols."""
+    values: dict[str, sp.Expr] = {}
     for name, value in found.values.items():
-        parts = value if isinstance(value, tuple) else (value,)
-        names = [f"{name}_{axis}" for axis in "xyz"] if isinstance(value, tuple) else [name]
-        values |= {key: float(part) for key, part in zip(names, parts, strict=True)}
+        if isinstance(value, tuple):
+            values |= {f"{name}_{axis}": part for axis, part in zip("xyz", value, strict=True)}
+        else:
+            values[name] = value
     return values
 
 

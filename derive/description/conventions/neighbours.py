@@ -78,7 +78,7 @@ class Neighbours:
             return None
         link = axis_map(convention, self.joint.kind)
         values = field_values(found)
-        known = [values.get(symbol.name, 0.0) for symbol in link.symbols]
+        known = [float(values.get(symbol.name, 0)) for symbol in link.symbols]
         return self.by_numbers(link.product, link.symbols, known)
 
     def by_numbers(
