@@ -10,6 +10,7 @@ Source:
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import sympy as sp
@@ -69,7 +70,7 @@ def model_report(
 
 def _chain(robot: Described) -> Robot:
     if not isinstance(robot, Mechanism):
-        return robot
+        return replace(robot, load=None)
     terms = Terms({parameter.symbol: parameter.value for parameter in robot.parameters})
     free = {joint.name for run in virtual_joints(robot, terms) for joint in run}
     if any(joint.name in free for joint in robot.main_chain.joints):

@@ -10,7 +10,12 @@ from chasles.derive.terms.casadi_graph import lower
 
 pin = pytest.importorskip("pinocchio", reason="Pinocchio, the oracle of this file, is not there")
 
-SHELF = sorted(path.stem for path in (ROBOTS / "shelf").glob("*.toml"))
+SHELF = sorted(
+    path.stem
+    for path in (ROBOTS / "shelf").glob("*.toml")
+    if not {"actuated", "extends"} & set(path.read_text().split())
+)
+"""The serial arms of the shelf."""
 FRAMES = {
     "identification_jacobian": "LOCAL_WORLD_ALIGNED",
     "identification_jacobian_space": "WORLD",

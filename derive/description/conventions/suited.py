@@ -14,6 +14,7 @@ import mpmath
 import sympy as sp
 
 from ...model.convention import AxisLine, Convention, Fitted
+from ...model.errors import RobotError
 from ...model.placements import Placement, Vector, from_xyz_rpy, rotation, translation
 from ...model.robot import Joint, Parameter, Robot
 from ...model.tolerances import CONTINUOUS_MODEL, EVALUATION_DIGITS, ZERO_COMPONENT
@@ -56,7 +57,15 @@ def suited(robot: Robot) -> Robot:
 
     Args:
         robot: A serial robot in any conventions; its named parameters take their values.
+
+    Raises:
+        RobotError: The robot has masses, whose places are in the frames of its links.
     """
+    if robot.load is not None:
+        raise RobotError(
+            f"{robot.name}: its masses are placed in the frames of its links, which change with "
+            "the conventions; name the conventions of its joints"
+        )
     with mpmath.workdps(EVALUATION_DIGITS):
         pairs = neighbours(robot)
         values = {parameter.symbol: parameter.value for parameter in robot.parameters}
