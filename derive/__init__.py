@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from .chain.poe import to_poe as to_poe
     from .derivation import Derivation as Derivation
     from .derivation import derive as derive
+    from .description.conventions.suited import suited as suited
     from .description.importers.chains import from_file as from_file
     from .description.importers.ur_calibration import calibrated as calibrated
     from .description.robot_files import DescriptionError as DescriptionError
@@ -40,6 +41,8 @@ if TYPE_CHECKING:
     from .model.robot import Robot as Robot
     from .model.robot import Rotation as Rotation
     from .model.robot import Translation as Translation
+    from .quality.model_report import model_report as model_report
+    from .quality.quality_report import ModelReport as ModelReport
 
 NOT_INSTALLED = "the compiler is not installed: pip install 'chasles[derive]'"
 LIBRARIES = ("sympy", "casadi", "lxml", "typer", "rich")
@@ -63,6 +66,9 @@ _ROOMS = {
     "derivation": ("Derivation", "derive"),
     "inverse.explanation": ("Explanation", "explain"),
     "chain.kinematics": ("FUNCTIONS",),
+    "description.conventions.suited": ("suited",),
+    "quality.model_report": ("model_report",),
+    "quality.quality_report": ("ModelReport",),
     "description.urdf": ("from_urdf",),
     "description.importers.chains": ("from_file",),
     "description.importers.ur_calibration": ("calibrated",),

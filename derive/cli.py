@@ -5,6 +5,7 @@ import time
 from collections.abc import Iterable
 from dataclasses import replace
 from difflib import get_close_matches
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
@@ -46,7 +47,7 @@ def derive(
         typer.Option(help="Folder that receives one folder a robot; shipped ones have theirs."),
     ] = None,
     shelf: Annotated[
-        bool, typer.Option("--shelf", help="All arms of the shelf; with --to or --explain.")
+        bool, typer.Option("--shelf", help="All arms of the shelf; with --to, --explain, --model.")
     ] = False,
     functions: Annotated[
         str, typer.Option(help="Functions wanted, with commas between. Default: all.")
@@ -111,6 +112,13 @@ def derive(
         bool,
         typer.Option("--explain", help="Write nothing, say which inverse each robot has and why."),
     ] = False,
+    model: Annotated[
+        bool,
+        typer.Option(
+            "--model",
+            help="Write nothing, say which convention suits each joint's calibration and why.",
+        ),
+    ] = False,
 ) -> None:
     """Derives robots: equations, LaTeX, C and a Python package each.
 
@@ -122,7 +130,8 @@ def derive(
         _stop("--group chooses base and tip: give a group, or --base and --tip")
     named = [*(robots or []), *(_names(SHELF) if shelf else [])]
     files = _files(named or _names(ROBOTS))
-    folder = GENERATED if explain else _target([file for file, _ in files], to, calibration or give)
+    says = explain or model
+    folder = GENERATED if says else _target([file for file, _ in files], to, calibration or give)
     asked = [
         Job(
             file,
@@ -139,8 +148,8 @@ def derive(
         for file, words in files
     ]
     due = list(dict.fromkeys(_each_robot(asked, tip or [], group or [], srdf)))
-    if explain:
-        _explain(due)
+    if says:
+        _say(due, inverse=explain, model=model)
         return
     if not check:
         due = [job for job in due if not is_up_to_date(job)]
@@ -171,13 +180,14 @@ def main() -> None:
     app()
 
 
-def _explain(asked: list[Job]) -> None:
+def _say(asked: list[Job], *, inverse: bool, model: bool) -> None:
     from .build import jobs as work  # noqa: PLC0415
 
     problems = work.problems(asked)
     if problems:
         _stop("\n".join(problems))
-    for report in work.explained(asked):
+    explained = work.explained(asked) if inverse else ()
+    for report in chain(explained, work.judged(asked) if model else ()):
         if not report.good:
             _stop(report.line)
         out.print(report.line, end="\n\n", markup=False)

@@ -33,6 +33,7 @@ STAGES = (
     ("terms",),
     ("chain", "description"),
     ("loops",),
+    ("quality",),
     ("inverse",),
     ("derivation",),
     ("program",),

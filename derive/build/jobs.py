@@ -17,6 +17,7 @@ from ..description.robot_files import load
 from ..inverse.explanation import explain
 from ..model.errors import RobotError
 from ..model.mechanism import Described, Mechanism
+from ..quality.model_report import model_report
 from .freshness import Job, stamp
 from .generate import MANIFEST, artifacts, put, strays
 from .time_limit import at_most
@@ -109,6 +110,11 @@ def explained(jobs: Sequence[Job]) -> Iterator[Report]:
     return (_attempt(_explain, job) for job in jobs)
 
 
+def judged(jobs: Sequence[Job]) -> Iterator[Report]:
+    """Judges the model of each robot for calibration, after the notes of its reader."""
+    return (_attempt(_judge, job) for job in jobs)
+
+
 def orphans(jobs: Sequence[Job], to: Path) -> list[str]:
     """Generated folders that belong to no description."""
     names = {read(job).name for job in jobs}
@@ -139,6 +145,11 @@ def _attempt(work: Callable[[Job], Report], job: Job) -> Report:
 def _explain(job: Job) -> Report:
     robot = read(job)
     return Report(True, "\n".join([*robot.notes, str(explain(robot, give=job.give))]))
+
+
+def _judge(job: Job) -> Report:
+    robot = read(job)
+    return Report(True, "\n".join([*robot.notes, str(model_report(robot))]))
 
 
 def _derive(job: Job) -> Report:

@@ -28,6 +28,7 @@ from ..terms.symbolic_function import Argument, Result, SymbolicFunction, matrix
 from ..terms.terms import Terms
 from .differential import Representation, Twist, columns, weighted
 from .forward import Forward
+from .gravity import GravityTorques, gravity_torques
 from .groups import groups
 from .kinematics import OBSERVED, arguments_of, common_unit, pose_entries
 
@@ -64,9 +65,10 @@ class Parametric:
     Attributes:
         geometry: The robot's geometry as variables.
         arguments: ``q`` and ``p``.
-        values: The value of each motion of the longer chain, in q and p.
+        values: The value of each motion of the longer chain, in q, p and torques.
         forward: Forward kinematics of the longer chain.
         pose: Name of the tool's pose.
+        torques: The torques of gravity; None where nothing sags.
     """
 
     geometry: Geometry
@@ -74,6 +76,7 @@ class Parametric:
     values: tuple[sp.Expr, ...]
     forward: Forward
     pose: str
+    torques: GravityTorques | None = None
 
     @classmethod
     def of(cls, robot: Robot, terms: Terms) -> "Parametric":
@@ -86,9 +89,11 @@ class Parametric:
         q = arguments_of([joint.unit for joint in robot.coordinates])["q"]
         found = geometry(robot, q.symbols)
         chain, values = _lengthened(robot, found.motions)
-        forward = Forward(terms, groups(chain, terms, values))
+        torques = gravity_torques(robot, robot.load, terms, q.symbols) if robot.load else None
+        at = dict(zip(found.torques, torques.values, strict=True)) if torques else {}
+        forward = Forward(terms, groups(chain, terms, [value.xreplace(at) for value in values]))
         pose = f"T_{robot.base_frame}_{robot.tool_frame}"
-        return cls(found, {"q": q, "p": _argument(found)}, values, forward, pose)
+        return cls(found, {"q": q, "p": _argument(found)}, values, forward, pose, torques)
 
     def functions(self, names: Collection[str]) -> dict[str, SymbolicFunction]:
         """The functions of some names, derived in the order of :data:`PARAMETRIC`."""
@@ -134,13 +139,25 @@ class Parametric:
 
     def _column(self, screws: Sequence[Twist], variable: sp.Symbol) -> Twist:
         """sum_m S_m dv_m/dx for one coordinate or parameter x."""
-        rates = [sp.diff(value, variable) for value in self.values]
+        rates = [self._rate(value, variable) for value in self.values]
         moved = [(screw, rate) for screw, rate in zip(screws, rates, strict=True) if rate != 0]
         return weighted(
             self.forward.terms,
             [screw for screw, _ in moved],
             [self.forward.terms.let(rate) for _, rate in moved],
         )
+
+    def _rate(self, value: sp.Expr, variable: sp.Symbol) -> sp.Expr:
+        """dv_m/dx, through the torques where x is a coordinate."""
+        rate = sp.diff(value, variable)
+        if self.torques is None:
+            return rate
+        symbols = self.geometry.torques
+        if variable in self.geometry.q:
+            k = self.geometry.q.index(variable)
+            for symbol, row in zip(symbols, self.torques.D_q, strict=True):
+                rate += sp.diff(value, symbol) * row[k]
+        return rate.xreplace(dict(zip(symbols, self.torques.values, strict=True)))
 
     def _made(self, name: str, summary: str, identity: str, result: Result) -> SymbolicFunction:
         inputs = (self.arguments["q"], self.arguments["p"])
@@ -179,5 +196,5 @@ def _lengthened(robot: Robot, motions: Placement) -> tuple[Robot, tuple[sp.Expr,
             add("revolute", motion.axis, motion.angle)
         else:
             waiting += (motion,)
-    longer = replace(robot, joints=tuple(joints), base=(), tool=waiting, parameters=())
+    longer = replace(robot, joints=tuple(joints), base=(), tool=waiting, parameters=(), load=None)
     return longer, tuple(values)

@@ -72,6 +72,7 @@ class MechanismFile(RobotFile):
     """A file that describes a robot with loops."""
 
     joint_fields: ClassVar = (*JOINT_FIELDS, "parent")
+    of_lines: ClassVar = {}
 
     def mechanism(self) -> Mechanism:
         """The robot.

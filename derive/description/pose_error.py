@@ -124,14 +124,14 @@ def _distance(one: _Matrix, other: _Matrix) -> mpmath.mpf:
 
 def _links(robot: Robot) -> Iterator[_Link]:
     values = _values(robot)
-    yield _still(_pose(robot.base, values))
+    yield _still(pose_in_digits(robot.base, values))
     for joint in robot.joints:
-        before, after = _pose(joint.before, values), _pose(joint.after, values)
+        before, after = pose_in_digits(joint.before, values), pose_in_digits(joint.after, values)
         if joint.kind == "fixed":
             yield _still(before * after)
         else:
             yield _Link(before, after, joint.kind != "prismatic", _travel(joint, values))
-    yield _still(_pose(robot.tool, values))
+    yield _still(pose_in_digits(robot.tool, values))
 
 
 def _still(home: _Matrix) -> _Link:
@@ -147,7 +147,8 @@ def _travel(joint: Joint, values: _Values) -> mpmath.mpf:
     return max(abs(_number(lower, values)), abs(_number(upper, values)))
 
 
-def _pose(placement: Placement, values: _Values) -> _Matrix:
+def pose_in_digits(placement: Placement, values: _Values) -> _Matrix:
+    """A placement as a matrix, with the precision that mpmath has."""
     T = mpmath.eye(4)
     for motion in placement:
         step = mpmath.eye(4)

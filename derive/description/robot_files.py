@@ -36,9 +36,10 @@ from ..model.mechanism import Mechanism
 from ..model.robot import Robot
 from .cleaned_robot import cleaned
 from .conventions import CONVENTIONS
+from .conventions.suited import suited
 from .importers.chains import SUFFIXES, from_file, is_imported
 from .mechanism_file import MechanismFile, has_loops
-from .serial_file import RobotFile
+from .serial_file import AUTO, RobotFile
 from .toml_file import DescriptionError, TomlFile, read_text
 
 __all__ = ["DescriptionError", "load", "loads"]
@@ -104,7 +105,8 @@ def loads(
         robot = MechanismFile(source.file, source.text, heir, conventions).mechanism()
         return _with_nominal(source, robot, conventions) if "nominal" in source.table else robot
     arm = RobotFile(source.file, source.text, heir, conventions).robot()
-    return arm if exact else cleaned(arm)
+    read = arm if exact else cleaned(arm)
+    return suited(read) if source.table.get("convention") == AUTO else read
 
 
 def _with_nominal(file: TomlFile, robot: Mechanism, conventions: Sequence[Convention]) -> Mechanism:

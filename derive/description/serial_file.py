@@ -10,12 +10,14 @@ from ..model.convention import Convention, FieldKind
 from ..model.errors import RobotError
 from ..model.kinds import JointKind
 from ..model.placements import Placement, Vector, from_xyz_rpy
-from ..model.robot import Joint, Mimic, Robot
+from ..model.robot import Joint, Load, Mimic, PointMass, Robot
 from .assumptions import assumption
-from .conventions import CONVENTIONS
+from .conventions import CONVENTIONS, poe
 from .toml_file import FRAME, DescriptionError, Keys, TomlFile, dotted, listed
 
 MOST_JOINTS = 256
+AUTO = "auto"
+"""The convention of a file whose joints, given as lines, get the conventions that suit them."""
 ROBOT_FIELDS = (
     "name",
     "title",
@@ -27,6 +29,7 @@ ROBOT_FIELDS = (
     "tool",
     "joints",
 )
+LOAD_FIELDS = ("masses", "gravity")
 JOINT_FIELDS = ("name", "type", "convention", "limits", "link", "pitch", "direction", "assumed")
 KINDS: tuple[JointKind, ...] = ("revolute", "prismatic", "helical", "fixed")
 
@@ -35,6 +38,8 @@ class RobotFile(TomlFile):
     """A file that describes a serial robot."""
 
     joint_fields: ClassVar = (*JOINT_FIELDS, "mimic")
+    of_lines: ClassVar[Mapping[str, Convention]] = {AUTO: poe}
+    """Words for a file's convention that joints are rewritten to, and the one they are read in."""
 
     def __init__(
         self,
@@ -61,13 +66,14 @@ class RobotFile(TomlFile):
         Raises:
             DescriptionError: The file is wrong.
         """
-        self.check_fields((), self.table, ROBOT_FIELDS)
+        self.check_fields((), self.table, (*ROBOT_FIELDS, *LOAD_FIELDS))
         name = self.robot_name()
         self.declare_units()
         self.declare_parameters()
         base, base_frame = self._frame("base", "0")
         tool, tool_frame = self._frame("tool", "ee")
         joints = self._joints()
+        load = self._load()
         parameters = tuple(self.parameter(name) for name in self.symbols)
         try:
             return Robot(
@@ -81,11 +87,34 @@ class RobotFile(TomlFile):
                 tool_frame=tool_frame,
                 parameters=parameters,
                 notes=assumption(parameters, joints),
+                load=load,
             )
         except DescriptionError:
             raise
         except RobotError as error:
             self.fail(("joints",), f"a robot ({error})", shown=None)
+
+    def _load(self) -> Load | None:
+        """The masses of the links and the direction of gravity in the base frame."""
+        masses = self.table.get("masses")
+        if masses is None:
+            if "gravity" in self.table:
+                self.fail(("gravity",), "masses that it pulls, [[masses]]")
+            return None
+        if not isinstance(masses, list) or not masses:
+            self.fail(("masses",), "a list of masses")
+        found = tuple(self._mass(("masses", k)) for k in range(len(masses)))
+        if self.table.get("gravity") is None:
+            return Load(found)
+        return Load(found, self.vector(("gravity",), "ratio"))
+
+    def _mass(self, keys: Keys) -> PointMass:
+        table = self.table_at(keys)
+        self.check_fields(keys, table, ("link", "mass", "at"))
+        if "mass" not in table:
+            self.fail((*keys, "mass"), "a mass in kilograms")
+        mass = self.number((*keys, "mass"), "mass")
+        return PointMass(self.name((*keys, "link")), mass, self.vector((*keys, "at"), "length"))
 
     def _frame(self, which: str, default: str) -> tuple[Placement, str]:
         table = self.table_at((which,), {})
@@ -154,7 +183,9 @@ class RobotFile(TomlFile):
     def _convention(self, keys: Keys, table: Mapping[str, object]) -> Convention:
         """The convention that a joint names, or else the file."""
         at: Keys = (*keys, "convention") if "convention" in table else ("convention",)
-        return self._conventions[self.option(at, tuple(self._conventions), "")]
+        words = self.of_lines if len(at) == 1 else {}
+        chosen = self.option(at, (*self._conventions, *words), "")
+        return words.get(chosen) or self._conventions[chosen]
 
     def _given(
         self, keys: Keys, table: Mapping[str, object], convention: Convention, kind: JointKind

@@ -39,10 +39,13 @@ LENGTHS = {
 }
 ANGLES = {"rad": sp.Integer(1), "deg": sp.pi / 180}
 RATIOS = {"1": sp.Integer(1)}
+MASSES = {"kg": sp.Integer(1), "g": sp.Rational(1, 1000)}
+PARAMETER_UNITS = LENGTHS | ANGLES | RATIOS | MASSES
 KIND_WORDS: dict[ParameterKind, str] = {
     "length": "a length",
     "angle": "an angle",
     "ratio": "a number",
+    "mass": "a mass",
 }
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")
 NAMED = "a letter, then letters, digits and _, 63 at most, and no Python keyword"
@@ -113,7 +116,7 @@ class TomlFile:
         self.file, self.text = file, text
         self.heir: TomlFile | None = None
         self.table = self._parsed()
-        self.scale: dict[ParameterKind, sp.Expr] = {"ratio": sp.Integer(1)}
+        self.scale: dict[ParameterKind, sp.Expr] = {"ratio": sp.Integer(1), "mass": sp.Integer(1)}
         self.stated: frozenset[str] = frozenset()
         self.symbols: dict[str, sp.Symbol] = {}
         self.kinds: dict[str, ParameterKind] = {}
@@ -180,7 +183,7 @@ class TomlFile:
             if isinstance(value, Mapping):
                 self.check_fields(keys, value, ("value", "unit", "meaning", "assumed"))
                 if "unit" in value:
-                    self.choice((*keys, "unit"), LENGTHS | ANGLES | RATIOS, "m")
+                    self.choice((*keys, "unit"), PARAMETER_UNITS, "m")
                     self.kinds[name] = _kind_of_unit(str(value["unit"]))
 
     def parameter(self, name: str) -> Parameter:
@@ -192,7 +195,7 @@ class TomlFile:
             self.check_degrees(keys, given, kind)
         if not isinstance(given, Mapping):
             return Parameter(name, self._sized(keys, self.literal(keys), kind), kind)
-        scale = (LENGTHS | ANGLES | RATIOS).get(str(given.get("unit")), self.scale[kind])
+        scale = PARAMETER_UNITS.get(str(given.get("unit")), self.scale[kind])
         value = self.literal((*keys, "value"))
         value = value * scale if "unit" in given else self._sized(keys, value, kind)
         assumed = bool(self.assumed(keys, ("value",)))
@@ -438,6 +441,8 @@ def _use(symbol: sp.Symbol, expression: sp.Expr, kind: ParameterKind) -> Paramet
 
 
 def _kind_of_unit(unit: str) -> ParameterKind:
+    if unit in MASSES:
+        return "mass"
     return "length" if unit in LENGTHS else "angle" if unit in ANGLES else "ratio"
 
 

@@ -14,7 +14,7 @@ from ..loops.checks.closable import limits_of
 from ..loops.hybrid import Hybrid
 from ..model.cleaning import Cleaning, written
 from ..model.mechanism import Coordinate, Described
-from ..model.robot import UNITS, Joint, Parameter
+from ..model.robot import UNITS, Joint, Parameter, Robot
 from ..model.tolerances import DEAD_POINT
 from ..program.counting import count_operations
 from ..program.operations import Program
@@ -70,7 +70,7 @@ def manifest(
         **({} if hybrid is None else _loops(hybrid)),
         **({} if derivation.inverse is None else _inverse(derivation.inverse)),
         "tolerances": {"dead_point": DEAD_POINT},
-        "description_sha256": sha256(repr(robot)),
+        "description_sha256": sha256(_identity(robot)),
         "languages": {language: sorted(texts) for language, texts in sorted(files.items())},
         "files": {name: sha256(text) for name, text in sorted(_together(files).items())},
         "versions": {package: version(package) for package in ("casadi", "sympy")},
@@ -81,6 +81,12 @@ def manifest(
 def _together(files: Mapping[str, Files]) -> dict[str, str]:
     """The files of all languages in one dictionary, by file name."""
     return {name: text for texts in files.values() for name, text in texts.items()}
+
+
+def _identity(robot: Described) -> str:
+    """The description as text; a load is named where there is one."""
+    load = robot.load if isinstance(robot, Robot) else None
+    return repr(robot) if load is None else f"{robot!r} {load!r}"
 
 
 def sha256(text: str) -> str:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Literal
 
+import mpmath
 import sympy as sp
 
 from .errors import RobotError
@@ -22,6 +23,8 @@ FieldKind = Literal["length", "angle", "lengths", "angles", "direction"]
 """A scalar (metre or radian), or a vector of lengths, of angles, or of a direction (unitless)."""
 Placements = tuple[Placement, Placement]
 """The placements before and after a joint's motion, see :class:`chasles.derive.Joint`."""
+Numbers = tuple[mpmath.mpf, mpmath.mpf, mpmath.mpf]
+"""Components of a vector to :data:`~chasles.derive.model.tolerances.EVALUATION_DIGITS` digits."""
 _SCALARS = ("length", "angle")
 _AXES = "xyz"
 
@@ -66,6 +69,34 @@ class Field:
         return exact_vector(value) if self.is_vector else exact(value)
 
 
+@dataclass(frozen=True)
+class AxisLine:
+    """The axis of a joint, seen from the axis before it: the z axis of the frame of reference.
+
+    Attributes:
+        direction: Its direction, a unit vector.
+        point: A point on it (metre).
+    """
+
+    direction: Numbers
+    point: Numbers
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """An axis in a convention: Rz(turn) Tz(shift), which is the axis before's, then the fields.
+
+    Attributes:
+        turn: Turn about the axis before (radian).
+        shift: Shift along it (metre).
+        values: Values of the fields by name; the others are zero.
+    """
+
+    turn: sp.Expr
+    shift: sp.Expr
+    values: Mapping[str, sp.Expr | Vector]
+
+
 @dataclass(frozen=True, repr=False)
 class Convention:
     """A way to describe a joint and the link that it carries.
@@ -85,6 +116,10 @@ class Convention:
         turning: Field to which a turning joint adds its variable; empty where none does.
         sliding: Field to which a sliding joint adds its variable; empty where none does.
         second_part: Field with which the second part of a table begins that is too wide.
+        numbers: Function of a joint's kind to the product of elementary motions in the numbers that
+            a calibration corrects, where this is not the link transform.
+        fit: Function of a joint's axis, as the axis before sees it, to the fields that place it;
+            its result is None where the convention has no values for the axis.
     """
 
     name: str
@@ -96,6 +131,8 @@ class Convention:
     turning: str = ""
     sliding: str = ""
     second_part: str = ""
+    numbers: Callable[[JointKind], Placement] | None = None
+    fit: Callable[[AxisLine], Fitted | None] | None = None
 
     def __repr__(self) -> str:
         """The name: a robot's repr is hashed, and a function's repr differs in each process."""
@@ -161,6 +198,7 @@ def of_transform(
     words: str,
     turning: str = "",
     sliding: str = "",
+    fit: Callable[[AxisLine], Fitted | None] | None = None,
 ) -> Convention:
     """A convention whose link transform is a product of elementary motions in its fields.
 
@@ -173,12 +211,15 @@ def of_transform(
         turning: Field to which a turning joint adds its variable.
         sliding: Field to which a sliding joint adds its variable; a joint without one slides along
             the z axis that it would turn about.
+        fit: See :class:`Convention`.
 
     Raises:
         RobotError: The variable of a joint is no turn about z or no shift with a z component.
     """
     place = partial(_placed, transform, turning, sliding)
-    convention = Convention(name, fields, place, source, words, transform, turning, sliding)
+    convention = Convention(
+        name, fields, place, source, words, transform, turning, sliding, fit=fit
+    )
     for kind in ("revolute", "prismatic"):
         motions_before(transform, convention.variable(kind) or turning)
     return convention

@@ -10,9 +10,12 @@ Corrections are 0 in the nominal robot. Those of all axes and of the tool are a 
 model of any chain, with 4 parameters a turning and 2 a sliding joint and 6 for the tool. The value
 of a joint is
 
-    value = gain q + offset + sin1 sin q + cos1 cos q + sin2 sin 2q + cos2 cos 2q,
+    value = gain q + offset + sin1 sin q + cos1 cos q + sin2 sin 2q + cos2 cos 2q + compliance tau,
 
-of which a sliding joint has no waves; they stand for eccentric encoders and gears. Fixed joints
+of which a sliding joint has no waves; they stand for eccentric encoders and gears. Where the robot
+has a load, tau is the torque of gravity on the coordinate, or the force on a slide, in the nominal
+arm at q: the joint gives way as a spring does. The torque's own change by the sag is left out, a
+product of two small numbers. Fixed joints
 keep their numbers, since the joint behind them, or the tool, has parameters in the same place.
 
 Source:
@@ -30,9 +33,9 @@ from .convention import Convention, Field, Placements
 from .placements import Placement, Rotation, Translation, inverse, rotation, translation
 from .robot import Joint, Robot
 
-Part = Literal["joint", "offset", "axis", "transmission", "base", "tool"]
+Part = Literal["joint", "offset", "axis", "transmission", "compliance", "base", "tool"]
 """A joint's own numbers, of which the offset of its coordinate; corrections of its axis; gain and
-waves of its drive; corrections of the frames at both ends."""
+waves of its drive; its spring under gravity; corrections of the frames at both ends."""
 _UNITS = {"length": "m", "lengths": "m", "angle": "rad", "angles": "rad", "direction": "rad"}
 _CORRECTION = (
     ("x", "m", "shift along x"),
@@ -82,12 +85,14 @@ class Geometry:
     Attributes:
         q: The symbols of the coordinates.
         parameters: The parameters p from the base to the tool.
-        motions: The pose of the tool in the base frame, elementary motions in q and p.
+        motions: The pose of the tool in the base frame, elementary motions in q, p and torques.
+        torques: A symbol of the torque of gravity on each coordinate; () where nothing sags.
     """
 
     q: tuple[sp.Symbol, ...]
     parameters: tuple[GeometryParameter, ...]
     motions: Placement
+    torques: tuple[sp.Symbol, ...] = ()
 
 
 def geometry(robot: Robot, q: Sequence[sp.Symbol]) -> Geometry:
@@ -99,7 +104,8 @@ def geometry(robot: Robot, q: Sequence[sp.Symbol]) -> Geometry:
     """
     made = _Made(robot)
     motions = made.corrected("base", "base") + made.at_values(robot.base)
-    values = _values(robot, made, q)
+    torques = tuple(sp.symbols(f"tau1:{len(q) + 1}", real=True)) if robot.load else ()
+    values = _values(robot, made, q, torques)
     for joint in robot.joints:
         before, after = (joint.before, joint.after) if joint.kind == "fixed" else made.placed(joint)
         motions += made.at_values(before)
@@ -107,7 +113,7 @@ def geometry(robot: Robot, q: Sequence[sp.Symbol]) -> Geometry:
             motions += _moved(joint, values[joint.name], made)
         motions += made.at_values(after)
     motions += made.at_values(robot.tool) + made.corrected("tool", "tool")
-    return Geometry(tuple(q), tuple(made.parameters), motions)
+    return Geometry(tuple(q), tuple(made.parameters), motions, torques)
 
 
 class _Made:
@@ -195,12 +201,16 @@ class _Made:
         return symbols if field.is_vector else symbols[0]
 
 
-def _values(robot: Robot, made: _Made, q: Sequence[sp.Symbol]) -> dict[str, sp.Expr]:
+def _values(
+    robot: Robot, made: _Made, q: Sequence[sp.Symbol], torques: Sequence[sp.Symbol]
+) -> dict[str, sp.Expr]:
     """The value of each moving joint in q and p; a mimic joint follows its leader's value."""
     leaders = {
         joint.name: _driven(joint, coordinate, made)
         for joint, coordinate in zip(robot.coordinates, q, strict=True)
     }
+    for joint, torque in zip(robot.coordinates, torques, strict=False):
+        leaders[joint.name] += _compliance(joint, made) * torque
     values = {}
     for joint in robot.moving:
         own = leaders[joint.mimic.leader if joint.mimic else joint.name]
@@ -219,6 +229,12 @@ def _driven(joint: Joint, coordinate: sp.Symbol, made: _Made) -> sp.Expr:
     for name, words, wave in _WAVES if joint.unit == "rad" else ():
         value += made.new(of, name, "rad", words, sp.S.Zero, part) * wave.subs(_TURN, coordinate)
     return value
+
+
+def _compliance(joint: Joint, made: _Made) -> sp.Symbol:
+    """The joint's turn per torque, or its shift per force."""
+    unit = "m/N" if joint.unit == "m" else "rad/(N m)"
+    return made.new(joint.name, "compliance", unit, "yield to gravity", part="compliance")
 
 
 def _moved(joint: Joint, value: sp.Expr, made: _Made) -> Placement:

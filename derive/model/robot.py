@@ -19,9 +19,9 @@ import sympy as sp
 from .cleaning import Cleaning
 from .convention import Convention
 from .errors import RobotError
-from .exact import exact
+from .exact import exact, exact_vector
 from .kinds import UNITS, JointKind, ParameterKind
-from .placements import Placement, Rotation, Translation, symbols_of
+from .placements import Placement, Rotation, Translation, Vector, symbols_of
 
 __all__ = [
     "UNITS",
@@ -131,6 +131,41 @@ class Joint:
 
 
 @dataclass(frozen=True)
+class PointMass:
+    """A mass in a point of a link.
+
+    Attributes:
+        link: Name of the link.
+        mass: The mass (kilogram).
+        at: Its place in the link's frame (metre).
+    """
+
+    link: str
+    mass: sp.Expr
+    at: Vector
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "mass", exact(self.mass))
+        object.__setattr__(self, "at", exact_vector(self.at))
+
+
+@dataclass(frozen=True)
+class Load:
+    """The weights that bend a robot's joints.
+
+    Attributes:
+        masses: The masses of the links, that of a held body among them.
+        gravity: Acceleration of free fall in the base frame (m/s^2).
+    """
+
+    masses: tuple[PointMass, ...]
+    gravity: Vector = (sp.S.Zero, sp.S.Zero, sp.Rational("-9.81"))
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "gravity", exact_vector(self.gravity))
+
+
+@dataclass(frozen=True)
 class Robot:
     """A serial chain from a base frame to a tool frame.
 
@@ -147,6 +182,7 @@ class Robot:
         notes: Changes and assumptions made while reading, such as snapped angles.
         cleaning: The numbers of the description that were not taken as they are written; it is
             no part of the robot's identity.
+        load: The weights under which its joints sag; None where they are rigid.
 
     Raises:
         RobotError: Names clash, a mimic joint has no leader, a symbol is no parameter, or no joint
@@ -164,10 +200,12 @@ class Robot:
     parameters: tuple[Parameter, ...] = ()
     notes: tuple[str, ...] = ()
     cleaning: Cleaning = field(default=Cleaning(), repr=False, compare=False)
+    load: Load | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         check_robot_name(self.name)
         self._check_symbols()
+        self._check_load()
         check_unique("joint", [joint.name for joint in self.joints])
         check_unique("link", [joint.link for joint in self.joints if joint.link])
         check_unique("parameter", [parameter.name for parameter in self.parameters])
@@ -187,12 +225,22 @@ class Robot:
         placements += [part for joint in self.joints for part in (joint.before, joint.after)]
         used = {symbol for placement in placements for symbol in symbols_of(placement)}
         used |= {symbol for joint in self.joints for symbol in joint.pitch.free_symbols}
+        for mass in self.load.masses if self.load else ():
+            used |= {symbol for part in (mass.mass, *mass.at) for symbol in part.free_symbols}
         unknown = sorted(str(symbol) for symbol in used - known)
         if unknown:
             raise RobotError(
                 f"robot {self.name!r} uses {', '.join(unknown)}: expected symbols of its "
                 "parameters (Parameter(name, value).symbol)"
             )
+
+    def _check_load(self) -> None:
+        for mass in self.load.masses if self.load else ():
+            if mass.link not in self.link_names:
+                raise RobotError(
+                    f"robot {self.name!r} has a mass on {mass.link!r}: expected one of the links "
+                    f"{', '.join(self.link_names)}"
+                )
 
     @property
     def moving(self) -> tuple[Joint, ...]:

@@ -31,6 +31,11 @@ floats and round to nine places or more, and 1e-9 rad moves a tool at 1 m by 1 n
 NOISE_GAP = 1000
 """Ratio of a decimal's last place to a difference that is noise (no unit): three zeros or nines
 follow the decimal, as they do in one of 500 numbers that are meant."""
+CONTINUOUS_MODEL = 0.02
+"""Least displacement of an axis, in parts of the arm's length and radian, that numbers of norm 1 in
+the same units must give: where it is less, a number of the convention moves fifty times as far as
+the axis, so that an error of assembly of 1 mrad takes 50 mrad of it. A common normal of axes 6 mrad
+from parallel, as a factory calibration leaves them, gives less than 1e-4."""
 DOUBLE = 1e-15
 """Relative difference of a decimal from a double that it is written for (no unit): 15 digits. One
 number of 10^7 is as close to a number of single precision by chance."""

@@ -35,11 +35,11 @@ def robot_file(robot: Any, p: FloatArray, name: str, source: str) -> str:
     drives = [
         parameter.name
         for parameter, value in zip(robot.geometry, p, strict=True)
-        if parameter.part == "transmission" and value != parameter.value
+        if parameter.part in ("transmission", "compliance") and value != parameter.value
     ]
     if drives:
         raise InputValueError(
-            f"a robot file has no gains and waves of drives, and {', '.join(drives)} were "
+            f"a robot file has no gains, waves and springs of drives, and {', '.join(drives)} were "
             "identified; apply them to the joint values before the robot is called"
         )
     zero = np.zeros(robot.n)

@@ -51,9 +51,9 @@ def identify(
         q: (N, n) coordinates at which the tool was measured [rad or m].
         observation: The measurements.
         vary: Parameters that may differ from nominal: names, or parts of the model ("joint",
-            "offset", "axis", "transmission", "base", "tool"). The default, with the tool's
-            corrections where poses are measured, is complete and minimal for every robot. Without
-            "axis" the corrections of the base are added.
+            "offset", "axis", "transmission", "compliance", "base", "tool"). The default, with the
+            tool's corrections where poses are measured, is complete and minimal for every robot.
+            Without "axis" the corrections of the base are added.
         T_W_base: (4, 4) the base frame in the device's, where it is known; it is found otherwise.
         robust: Whether rows that contradict the others are left out and named.
 

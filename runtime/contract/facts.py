@@ -80,11 +80,12 @@ class GeometryParameter:
     Attributes:
         name: A joint, "base" or "tool", and the number, such as "elbow_alpha".
         value: Its nominal value.
-        unit: "m", "rad", "m/rad" of a pitch, or "1" of a gain.
+        unit: "m", "rad", "m/rad" of a pitch, "rad/(N m)" or "m/N" of a spring, or "1" of a gain.
         of: The joint, "base" or "tool".
         part: "joint": a number of the joint's own description; "offset": the one of its coordinate;
-            "axis": a correction of its axis; "transmission": gain and waves of its drive; "base" or
-            "tool": corrections of the frames at both ends.
+            "axis": a correction of its axis; "transmission": gain and waves of its drive;
+            "compliance": its spring under gravity; "base" or "tool": corrections of the frames at
+            both ends.
         meaning: Its meaning in a few words.
     """
 

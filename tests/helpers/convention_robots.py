@@ -5,6 +5,7 @@ import sympy as sp
 from chasles.derive import Joint, Parameter, Robot, derive
 from chasles.derive.chain.poe import placement_matrix
 from chasles.derive.description.conventions import CONVENTIONS
+from chasles.derive.model.placements import translation
 
 q = sp.symbols("q1:4", real=True)
 BY_NAME = {convention.name: convention for convention in CONVENTIONS}
@@ -55,3 +56,18 @@ def equal(A, B):
 def motion_matrix(convention, variable, kind="revolute", **given):
     described = robot(joint(convention, "j", kind, **given))
     return product(described).subs(q[0], variable)
+
+
+def drawn_chain(convention, random, kinds):
+    """A chain of joints of some kinds in a convention, with random numbers."""
+    joints = []
+    for k, kind in enumerate(kinds):
+        given = {}
+        for field in convention.fields:
+            drawn = [str(round(x, 3)) for x in random.uniform(-1, 1, 3)]
+            given[field.name] = field.value({field.name: drawn if field.is_vector else drawn[0]})
+        before, after = convention(kind, **given)
+        scalars = convention.scalars(given)
+        joints.append(Joint(f"j{k}", kind, before, after, convention=convention, given=scalars))
+    tool = translation(*(str(round(x, 3)) for x in random.uniform(-1, 1, 3)))
+    return Robot("drawn", tuple(joints), tool=tool)

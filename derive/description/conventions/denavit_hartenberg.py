@@ -9,8 +9,9 @@ Source:
 
 import sympy as sp
 
-from ...model.convention import Field, of_transform
+from ...model.convention import AxisLine, Field, Fitted, of_transform
 from ...model.placements import rotation, translation
+from .axis_lines import common_normal, into_fields
 
 a, alpha, d, theta = sp.symbols("a alpha d theta", real=True)
 _FIELDS = (
@@ -19,6 +20,13 @@ _FIELDS = (
     Field("d", "length"),
     Field("theta", "angle"),
 )
+
+
+def _distal(line: AxisLine) -> Fitted:
+    """All four fields belong to the joint whose link carries the axis."""
+    return into_fields(common_normal(line))
+
+
 dh = of_transform(
     "dh",
     _FIELDS,
@@ -30,6 +38,7 @@ dh = of_transform(
     words="the distal Denavit--Hartenberg convention",
     turning="theta",
     sliding="d",
+    fit=_distal,
 )
 """Distal Denavit-Hartenberg: Rz(theta) Tz(d) Tx(a) Rx(alpha)."""
 mdh = of_transform(
@@ -43,5 +52,6 @@ mdh = of_transform(
     words="the proximal (modified) Denavit--Hartenberg convention",
     turning="theta",
     sliding="d",
+    fit=common_normal,
 )
 """Proximal (modified, Craig's) Denavit-Hartenberg: Rx(alpha) Tx(a) Rz(theta) Tz(d)."""

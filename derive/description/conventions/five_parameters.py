@@ -8,11 +8,20 @@ Source:
 
 import sympy as sp
 
-from ...model.convention import Field, of_transform
+from ...model.convention import AxisLine, Field, Fitted, of_transform
 from ...model.placements import rotation, translation
+from .axis_lines import common_normal, tilts
 
 a, b, c, d = sp.symbols("a b c d", real=True)
 alpha, beta, theta = sp.symbols("alpha beta theta", real=True)
+
+
+def _at_the_normal(line: AxisLine) -> Fitted:
+    """The frame at the foot of the common normal: b is zero."""
+    found = common_normal(line)
+    return Fitted(found.turn, sp.S.Zero, {**found.values, "c": found.shift})
+
+
 mdh5 = of_transform(
     "mdh5",
     (
@@ -26,6 +35,7 @@ mdh5 = of_transform(
     source="Closed chain cascade manipulator, (6)",
     words="the five-parameter convention for axes that are not parallel",
     turning="theta",
+    fit=_at_the_normal,
 )
 """T(a, b, c) Rx(alpha) Rz(theta); a sliding joint moves along z right after Rz(theta)."""
 hayati5 = of_transform(
@@ -46,5 +56,6 @@ hayati5 = of_transform(
     words="the five-parameter convention for nearly parallel axes",
     turning="theta",
     sliding="d",
+    fit=tilts,
 )
 """Tx(a) Rx(alpha) Ry(beta) Tz(d) Rz(theta)."""

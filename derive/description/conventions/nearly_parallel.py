@@ -10,10 +10,19 @@ Source:
 
 import sympy as sp
 
-from ...model.convention import Field, of_transform
+from ...model.convention import AxisLine, Field, Fitted, of_transform
 from ...model.placements import rotation, translation
+from .axis_lines import fitted, tilts
 
 a, alpha, beta, theta = sp.symbols("a alpha beta theta", real=True)
+
+
+def _distal(line: AxisLine) -> Fitted | None:
+    """All four fields belong to the joint whose link carries the axis; the tilts need no d."""
+    found = tilts(line)
+    return found and fitted({"theta": found.turn, **found.values})
+
+
 hayati = of_transform(
     "hayati",
     (
@@ -29,5 +38,6 @@ hayati = of_transform(
     source="Hayati and Mirmirani 1985",
     words="the convention of Hayati and Mirmirani",
     turning="theta",
+    fit=_distal,
 )
 """Rz(theta) Tx(a) Rx(alpha) Ry(beta); a sliding joint moves along z right after Rz(theta)."""

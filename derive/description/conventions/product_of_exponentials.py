@@ -4,9 +4,12 @@ Source:
     R. W. Brockett, Robotic manipulators and the product of exponentials formula, MTNS 1983 (1984).
 """
 
-from ...model.convention import Convention, Field, Placements
+import sympy as sp
+
+from ...model.convention import AxisLine, Convention, Field, Fitted, Placements
 from ...model.kinds import JointKind
-from ...model.placements import Vector, align_z, inverse, translation
+from ...model.placements import Placement, Vector, align_z, inverse, rotation, translation
+from .axis_lines import fitted
 from .urdf_origin import AXIS
 
 
@@ -16,12 +19,26 @@ def _around_the_screw(kind: JointKind, *, axis: Vector, point: Vector) -> Placem
     return to_point + z_to_axis, inverse(z_to_axis) + inverse(to_point)
 
 
+def _corrections(kind: JointKind) -> Placement:
+    """Two shifts of an axis, unless it slides, and two tilts: a direction has no free numbers."""
+    x, y, tilt_x, tilt_y = sp.symbols("shift_x shift_y tilt_x tilt_y", real=True)
+    shifts = () if kind == "prismatic" else translation(x, y, sp.S.Zero)
+    return shifts + rotation("x", tilt_x) + rotation("y", tilt_y)
+
+
+def _uncorrected(line: AxisLine) -> Fitted:  # noqa: ARG001
+    """Any axis: its corrections are zero."""
+    return fitted({})
+
+
 poe = Convention(
     "poe",
     (AXIS, Field("point", "lengths", ("p_x", "p_y", "p_z"), is_of_motion=True)),
     _around_the_screw,
     source="Brockett 1984",
     words="screw axes, each by its direction $e$ and a point $p$ on it,",
+    numbers=_corrections,
+    fit=_uncorrected,
 )
 """The screw along ``axis`` through ``point``.
 

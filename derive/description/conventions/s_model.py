@@ -7,11 +7,21 @@ Source:
 
 import sympy as sp
 
-from ...model.convention import Field, of_transform
+from ...model.convention import AxisLine, Field, Fitted, of_transform
 from ...model.placements import rotation, translation
+from .axis_lines import fitted, in_turned_frame, origin_and_turns
 
 alpha, beta, theta = sp.symbols("alpha beta theta", real=True)
 x, y, z = sp.symbols("x y z", real=True)
+
+
+def _turned_then_moved(line: AxisLine) -> Fitted:
+    """The axis by beta and alpha, and the point in the turned frame."""
+    _, beta, alpha = origin_and_turns(line)
+    p_x, p_y, p_z = in_turned_frame(line)
+    return fitted({"beta": beta, "alpha": alpha, "x": p_x, "y": p_y, "z": p_z})
+
+
 s_model = of_transform(
     "s_model",
     (
@@ -27,5 +37,6 @@ s_model = of_transform(
     words="the S-model",
     turning="theta",
     sliding="z",
+    fit=_turned_then_moved,
 )
 """Rz(theta) Ry(beta) Rx(alpha) T(x, y, z): a joint turns by theta or slides by z."""

@@ -6,9 +6,10 @@ Source:
 
 import sympy as sp
 
-from ...model.convention import Convention, Field, Placements
+from ...model.convention import AxisLine, Convention, Field, Fitted, Placements
 from ...model.kinds import JointKind
-from ...model.placements import Vector, align_z, from_xyz_rpy, inverse
+from ...model.placements import Placement, Vector, align_z, from_xyz_rpy, inverse
+from .axis_lines import fitted, origin_and_turns
 
 AXIS = Field(
     "axis",
@@ -28,6 +29,18 @@ def _at_the_origin(kind: JointKind, *, xyz: Vector, rpy: Vector, axis: Vector) -
     return origin + z_to_axis, inverse(z_to_axis)
 
 
+def _origin(kind: JointKind) -> Placement:  # noqa: ARG001
+    x, y, z = sp.symbols("xyz_x xyz_y xyz_z", real=True)
+    roll, pitch, yaw = sp.symbols("rpy_x rpy_y rpy_z", real=True)
+    return from_xyz_rpy((x, y, z), (roll, pitch, yaw))
+
+
+def _at_the_axis(line: AxisLine) -> Fitted:
+    """The origin on the axis, whose direction is z."""
+    xyz, beta, alpha = origin_and_turns(line)
+    return fitted({"xyz": xyz, "rpy": (alpha, beta, sp.S.Zero), "axis": AXIS.default or xyz})
+
+
 urdf = Convention(
     "urdf",
     (
@@ -39,5 +52,7 @@ urdf = Convention(
     source="URDF",
     words="URDF origins $x, y, z$ with roll, pitch and yaw, axes $e$",
     second_part="axis",
+    numbers=_origin,
+    fit=_at_the_axis,
 )
 """T(xyz) Rz(yaw) Ry(pitch) Rx(roll), then the motion about or along ``axis`` of that frame."""

@@ -1,0 +1,126 @@
+"""Axes in conventions: the fields that place a joint's axis as the axis before it sees it.
+
+The frame of reference has its z axis along the axis before. The x axis of the links below is turned
+to the common normal of both axes, or, for Hayati's tilts, to the point in which the joint's axis
+meets the plane across the axis before.
+"""
+
+from collections.abc import Mapping
+
+import mpmath
+import sympy as sp
+
+from ...model.convention import AxisLine, Fitted
+from ...model.placements import Vector
+from ...model.tolerances import AXIS_DIGITS, EVALUATION_DIGITS, ROUNDING, ZERO_COMPONENT
+
+
+def angle_between(line: AxisLine) -> mpmath.mpf:
+    """The angle from the axis before to the axis (radian), 0 to pi."""
+    x, y, z = line.direction
+    return mpmath.atan2(mpmath.hypot(x, y), z)
+
+
+def is_parallel(line: AxisLine) -> bool:
+    """Whether both axes are parallel, to all digits."""
+    x, y, _ = line.direction
+    return bool(mpmath.hypot(x, y) <= ZERO_COMPONENT)
+
+
+def distance_between(line: AxisLine) -> mpmath.mpf:
+    """The distance of both axes (metre)."""
+    return mpmath.hypot(*line.point[:2]) if is_parallel(line) else abs(_of_normal(line)[2])
+
+
+def common_normal(line: AxisLine) -> Fitted:
+    """Turn and shift to the common normal, and a, alpha along and about it.
+
+    Parallel axes have many; the one through the origin is taken, and where the axes coincide, x.
+    """
+    with mpmath.workdps(EVALUATION_DIGITS):
+        if is_parallel(line):
+            x, y, _ = line.point
+            shift, a = mpmath.mpf(0), mpmath.hypot(x, y)
+            turn = mpmath.atan2(y, x) if a > ZERO_COMPONENT else mpmath.mpf(0)
+        else:
+            turn, shift, a = _of_normal(line)
+        values = {"a": length(a), "alpha": angle(angle_between(line))}
+        return Fitted(angle(turn), length(shift), values)
+
+
+def _of_normal(line: AxisLine) -> tuple[mpmath.mpf, mpmath.mpf, mpmath.mpf]:
+    """Turn to the common normal of axes that are not parallel, shift to its foot, its length."""
+    (x, y, z), (p_x, p_y, p_z) = line.direction, line.point
+    sine = mpmath.hypot(x, y)
+    n_x, n_y = -y / sine, x / sine
+    along = (p_x * x + p_y * y) / sine**2
+    return mpmath.atan2(n_y, n_x), p_z - along * z, p_x * n_x + p_y * n_y
+
+
+def tilts(line: AxisLine) -> Fitted | None:
+    """Turn to the axis in the plane z = 0, and a, alpha, beta with Tx(a) Rx(alpha) Ry(beta).
+
+    None where the axis lies in a plane across the axis before.
+    """
+    with mpmath.workdps(EVALUATION_DIGITS):
+        (x, y, z), (p_x, p_y, p_z) = line.direction, line.point
+        if abs(z) <= ZERO_COMPONENT:
+            return None
+        p_x, p_y = p_x - p_z / z * x, p_y - p_z / z * y
+        a = mpmath.hypot(p_x, p_y)
+        turn = mpmath.atan2(p_y, p_x) if a > ZERO_COMPONENT else mpmath.mpf(0)
+        c, s = mpmath.cos(turn), mpmath.sin(turn)
+        x, y = c * x + s * y, c * y - s * x
+        values = {
+            "a": length(a),
+            "alpha": angle(mpmath.atan2(-y, z)),
+            "beta": angle(mpmath.atan2(x, mpmath.hypot(y, z))),
+        }
+        return Fitted(angle(turn), sp.S.Zero, values)
+
+
+def origin_and_turns(line: AxisLine) -> tuple[Vector, sp.Expr, sp.Expr]:
+    """The axis' point, and beta, alpha with Ry(beta) Rx(alpha) z along the axis."""
+    with mpmath.workdps(EVALUATION_DIGITS):
+        x, y, z = line.direction
+        p_x, p_y, p_z = (length(component) for component in line.point)
+        beta, alpha = mpmath.atan2(x, z), mpmath.atan2(-y, mpmath.hypot(x, z))
+        return (p_x, p_y, p_z), angle(beta), angle(alpha)
+
+
+def in_turned_frame(line: AxisLine) -> Vector:
+    """The axis' point in the frame turned by Ry(beta) Rx(alpha)."""
+    with mpmath.workdps(EVALUATION_DIGITS):
+        (x, y, z), p = line.direction, line.point
+        in_plane = mpmath.hypot(x, z)
+        c, s = (z / in_plane, x / in_plane) if in_plane > ZERO_COMPONENT else (1, 0)
+        across, along = c * p[0] - s * p[2], s * p[0] + c * p[2]
+        return (
+            length(across),
+            length(in_plane * p[1] - y * along),
+            length(y * p[1] + in_plane * along),
+        )
+
+
+def fitted(values: Mapping[str, sp.Expr | Vector]) -> Fitted:
+    """An axis whose fields alone place it."""
+    return Fitted(sp.S.Zero, sp.S.Zero, values)
+
+
+def into_fields(found: Fitted) -> Fitted:
+    """Turn and shift in the fields theta and d of a distal convention."""
+    return fitted({"theta": found.turn, "d": found.shift, **found.values})
+
+
+def angle(value: mpmath.mpf) -> sp.Expr:
+    """An angle (radian): a multiple of pi/12, or a decimal of ``AXIS_DIGITS`` digits."""
+    twelfths = 12 * value / mpmath.pi
+    nearest = int(mpmath.nint(twelfths))
+    return sp.pi * nearest / 12 if abs(twelfths - nearest) < ROUNDING else length(value)
+
+
+def length(value: mpmath.mpf) -> sp.Expr:
+    """A length (metre) as a decimal of ``AXIS_DIGITS`` digits; 0 where only rounding is left."""
+    if abs(value) <= ZERO_COMPONENT:
+        return sp.S.Zero
+    return sp.Rational(mpmath.nstr(value, AXIS_DIGITS))

@@ -1,0 +1,152 @@
+"""Neighbouring axes of a chain at zero: each seen from the one before."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import mpmath
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from ...model.convention import AxisLine, Convention, Fitted
+from ...model.placements import Placement, translation
+from ...model.robot import Joint, Robot
+from ...model.tolerances import EVALUATION_DIGITS, GIMBAL_LOCK
+from ..pose_error import pose_in_digits
+from .axis_lines import angle_between, distance_between, is_parallel
+from .axis_maps import Motions, axis_map, field_values
+
+_PLACE: tuple[sp.Symbol, sp.Symbol] = sp.symbols("place_x place_y", real=True)
+"""Shifts of a sliding joint's frame across its slide."""
+
+
+@dataclass(frozen=True, eq=False)
+class Neighbours:
+    """The axis of a moving joint, and the axis before.
+
+    Attributes:
+        joint: The joint.
+        before: The moving joint before; None where the z axis of the base frame takes its place.
+        line: The axis in the frame of the joint before.
+        frame: (4, 4) pose of the joint's frame there, in many digits.
+        size: Length of the arm, the sum of the distances between neighbouring turning axes (metre);
+            1 where that is zero.
+    """
+
+    joint: Joint
+    before: Joint | None
+    line: AxisLine
+    frame: Any
+    size: float = 1.0
+
+    @property
+    def is_of_lines(self) -> bool:
+        """Whether both axes are lines: neither joint slides, and neither is the base."""
+        return self.before is not None and "prismatic" not in (self.joint.kind, self.before.kind)
+
+    @cached_property
+    def angle(self) -> float:
+        """The angle between both axes (radian), 0 to pi."""
+        return float(angle_between(self.line))
+
+    @cached_property
+    def distance(self) -> float:
+        """The distance between both axes (metre)."""
+        return float(distance_between(self.line))
+
+    @property
+    def is_parallel(self) -> bool:
+        """Whether both axes are exactly parallel."""
+        return is_parallel(self.line)
+
+    def fit(self, convention: Convention) -> Fitted | None:
+        """The numbers of a convention that place the axis; None where there are none."""
+        return convention.fit(self.line) if convention.fit else None
+
+    def displacements(self, convention: Convention) -> NDArray[np.float64] | None:
+        """(4, k) or (2, k) displacement of the axis by each number of a convention, without units.
+
+        Rows are shifts along the common normal and its perpendicular, in parts of the arm's length,
+        and turns about both; the axis of a sliding joint has turns alone. The place of a sliding
+        joint before is free, and its shifts across the slide count as numbers. None where the
+        convention has no numbers for the axis.
+        """
+        found = self.fit(convention)
+        if found is None:
+            return None
+        link = axis_map(convention, self.joint.kind)
+        values = field_values(found)
+        known = [float(values.get(symbol.name, 0)) for symbol in link.symbols]
+        return self.by_numbers(link.product, link.symbols, known)
+
+    def by_numbers(
+        self, product: Placement, symbols: Sequence[sp.Symbol], values: Sequence[float]
+    ) -> NDArray[np.float64]:
+        """The same for the numbers of any product of motions from the axis before to the axis."""
+        if self.before is not None and self.before.kind == "prismatic":
+            product = translation(_PLACE[0], _PLACE[1], sp.S.Zero) + product
+            symbols, values = (*symbols, *_PLACE), (*values, 0.0, 0.0)
+        columns, R = Motions(product, symbols)(values)
+        x, y, _ = R.T @ self.normal
+        across = np.hypot(x, y)
+        x, y = (x / across, y / across) if across > GIMBAL_LOCK else (1.0, 0.0)
+        turn = np.array([[x, y], [-y, x]])
+        shifts, turns = turn @ columns[:2] / self.size, turn @ columns[3:5]
+        rows = turns if self.joint.kind == "prismatic" else np.vstack([shifts, turns])
+        lengths = ~columns[3:].any(axis=0)
+        rows[:, lengths] *= self.size
+        return rows
+
+    @property
+    def normal(self) -> NDArray[np.float64]:
+        """The direction of the common normal as the axis before sees it; 0 where axes coincide."""
+        if self.is_parallel:
+            across = np.array([float(x) for x in self.line.point[:2]] + [0.0])
+        else:
+            x, y, _ = self.line.direction
+            across = np.array([-float(y), float(x), 0.0])
+        length = np.linalg.norm(across)
+        return across / length if length > GIMBAL_LOCK else 0 * across
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """Name of each row of :meth:`displacements`."""
+        along, across = "the common normal", "the perpendicular of axis and common normal"
+        if not self.normal.any():
+            along, across = "the link's x axis", "the link's y axis"
+        turns = f"turn about {along}", f"turn about {across}"
+        if self.joint.kind == "prismatic":
+            return turns
+        return f"shift along {along}", f"shift along {across}", *turns
+
+
+def least_singular_value(rows: NDArray[np.float64] | None) -> float:
+    """The least displacement by numbers of norm 1, over all directions; 0 without numbers."""
+    if rows is None or rows.shape[1] < rows.shape[0]:
+        return 0.0
+    return float(np.linalg.svd(rows, compute_uv=False)[-1])
+
+
+def neighbours(robot: Robot) -> tuple[Neighbours, ...]:
+    """All moving joints of a robot, each with its axis seen from the one before."""
+    with mpmath.workdps(EVALUATION_DIGITS):
+        found = list(_pairs(robot))
+        size = sum(pair.distance for pair in found if pair.is_of_lines)
+        return tuple(
+            Neighbours(pair.joint, pair.before, pair.line, pair.frame, size or 1.0)
+            for pair in found
+        )
+
+
+def _pairs(robot: Robot) -> Iterator[Neighbours]:
+    values = {parameter.symbol: parameter.value for parameter in robot.parameters}
+    frame, before = pose_in_digits(robot.base, values), None
+    for joint in robot.joints:
+        frame = frame * pose_in_digits(joint.before, values)
+        if joint.kind != "fixed":
+            line = AxisLine(tuple(frame[:3, 2]), tuple(frame[:3, 3]))
+            yield Neighbours(joint, before, line, frame)
+            frame, before = mpmath.eye(4), joint
+        frame = frame * pose_in_digits(joint.after, values)

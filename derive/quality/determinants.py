@@ -1,0 +1,99 @@
+"""det(D^T D) of a convention's link, symbolically: where it vanishes the model jumps.
+
+D is the derivative of the link's homogeneous matrix by the numbers of the link. A shift of a metre
+counts 1 in D^T D, a turn of a radian 2, by the squares of the matrix' entries.
+
+Source:
+    Closed chain cascade manipulator with an improved kinematic model, Mathematical Problems in
+    Engineering, 3.1, after Schroeer: the zeros of det(D^T D) are the discontinuities of the model.
+"""
+
+from collections.abc import Sequence
+from functools import cache
+from itertools import product as combinations
+
+import sympy as sp
+from sympy.polys.matrices import DomainMatrix
+
+from ..description.conventions.axis_maps import POSE, AxisMap, axis_map, numbers_of, twists
+from ..model.convention import Convention
+from ..model.kinds import JointKind
+from ..model.placements import Rotation
+
+_WEIGHTS = sp.diag(1, 1, 1, 2, 2, 2)
+_TURNS = 3
+_OF_TURNS = 8
+"""The product of the weights of (v, omega)."""
+_Pair = tuple[sp.Symbol, sp.Symbol]
+
+
+@cache
+def determinant(convention: Convention, kind: JointKind) -> sp.Expr:
+    """det(D^T D) by the convention's own numbers (metre to the power of the numbers' lengths)."""
+    found = axis_map(convention, kind)
+    return _simplified(_gram(twists(numbers_of(convention, kind), found.own)))
+
+
+@cache
+def completed_determinant(convention: Convention, kind: JointKind) -> sp.Expr:
+    """det(D^T D) by the numbers that make the link a whole pose.
+
+    These are the convention's own and turns about and shifts along the axes at both ends, which the
+    neighbouring joints have. Of a sliding joint's frame the orientation alone is taken, because its
+    place moves with the joint. 0 where more numbers than a pose has repeat each other.
+    """
+    found = axis_map(convention, kind)
+    if kind == "prismatic":
+        return _simplified(_gram(_turns(found)))
+    if found.columns.shape[1] == POSE:
+        # The square of a square matrix' determinant is much shorter than the Gram determinant.
+        return _simplified(found.columns, squared=True)
+    return _simplified(_gram(found.columns))
+
+
+def _turns(found: AxisMap) -> sp.Matrix:
+    """The columns that turn the frame, without shifts; three of them where there are two tilts."""
+    columns = dict(zip(found.symbols, found.columns[3:, :].T.tolist(), strict=True))
+    turning = {symbol: column for symbol, column in columns.items() if any(column)}
+    first = found.product[0]
+    if len(turning) > _TURNS and isinstance(first, Rotation):
+        # Two tilts and the turn about the joint's own axis make the turn about the axis before.
+        turning.pop(first.angle, None)
+    return sp.Matrix([[0, 0, 0, *column] for column in turning.values()]).T
+
+
+def _gram(columns: sp.Matrix) -> sp.Matrix:
+    return columns.T * _WEIGHTS * columns
+
+
+def _simplified(matrix: sp.Matrix, *, squared: bool = False) -> sp.Expr:
+    """The determinant of a matrix in cosines and sines, its shortest form as a product.
+
+    Cosines and sines become unknowns, so that each step is one of polynomials.
+    """
+    angles = sorted({f.args[0] for f in matrix.atoms(sp.sin, sp.cos)}, key=str)
+    pairs = [sp.symbols(f"c_{k} s_{k}") for k in range(len(angles))]
+    names = {
+        function(angle): letter
+        for angle, pair in zip(angles, pairs, strict=True)
+        for function, letter in zip((sp.cos, sp.sin), pair, strict=True)
+    }
+    found = _reduced(_determinant(matrix.xreplace(names)), pairs, [s for _, s in pairs])
+    if squared:
+        found = _OF_TURNS * found**2
+    forms = [sp.factor(_reduced(sp.expand(found), pairs, away)) for away in combinations(*pairs)]
+    shortest = min(forms, key=sp.count_ops)
+    return shortest.xreplace({letter: function for function, letter in names.items()})
+
+
+def _determinant(matrix: sp.Matrix) -> sp.Expr:
+    ring = DomainMatrix.from_Matrix(sp.Matrix(matrix))
+    return ring.domain.to_sympy(ring.charpoly()[-1]) * (-1) ** matrix.shape[0]
+
+
+def _reduced(polynomial: sp.Expr, pairs: Sequence[_Pair], away: Sequence[sp.Symbol]) -> sp.Expr:
+    """A polynomial in which one of the cosine and the sine of each angle has no square."""
+    for (c, s), letter in zip(pairs, away, strict=True):
+        circle = c**2 + s**2 - 1
+        polynomial = sp.rem(polynomial, circle, letter)
+    return sp.expand(polynomial)

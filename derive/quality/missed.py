@@ -1,0 +1,48 @@
+"""The displacements of an axis that numbers cannot give, in words."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..model.tolerances import ZERO_SINGULAR_VALUE
+
+_SHOWN = 1e-3
+"""Least part of a displacement that is named beside its largest."""
+
+
+def missed(rows: NDArray[np.float64], words: tuple[str, ...]) -> tuple[str, ...]:
+    """The displacements outside the span of some columns, a sentence each.
+
+    Args:
+        rows: (d, k) displacements by each of k numbers.
+        words: Name of each row.
+    """
+    U, values, _ = np.linalg.svd(rows, full_matrices=True)
+    rank = int(np.sum(values > ZERO_SINGULAR_VALUE))
+    return tuple(_named(direction, words) for direction in _sparse(U[:, rank:].T))
+
+
+def _sparse(directions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The same space by directions with as many zeros as possible: reduced rows."""
+    found = directions.copy()
+    taken: list[int] = []
+    for k in range(len(found)):
+        size = np.abs(found[k])
+        size[taken] = 0
+        pivot = int(np.argmax(size))
+        taken.append(pivot)
+        found[k] /= found[k, pivot]
+        for other in range(len(found)):
+            if other != k:
+                found[other] -= found[other, pivot] * found[k]
+    return found
+
+
+def _named(direction: NDArray[np.float64], words: tuple[str, ...]) -> str:
+    largest = int(np.argmax(np.abs(direction)))
+    direction = direction / direction[largest]
+    others = [
+        f"{abs(part):.3g} of a {word}"
+        for k, (part, word) in enumerate(zip(direction, words, strict=True))
+        if k != largest and abs(part) > _SHOWN
+    ]
+    return " with ".join([words[largest], *others])
