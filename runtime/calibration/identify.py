@@ -227,6 +227,8 @@ def _candidates(robot: Any, vary: Collection[str], observation: Observation) -> 
     frame = set() if "axis" in vary else {"base"}
     wanted = set(vary) | frame | ({"tool"} if observation.fixes_tool else set())
     known = {word for item in robot.geometry for word in (item.name, item.part)}
+    # Pins at the ends of rods are axes, too.
+    wanted |= {"loop"} & known if "axis" in vary else set()
     if unknown := sorted(wanted - known):
         raise InputValueError(f"identify: {robot.name} has no parameter {', '.join(unknown)}")
     found = [k for k, item in enumerate(robot.geometry) if {item.name, item.part} & wanted]
