@@ -13,7 +13,7 @@ tilt out of the plane, and ends in planar loops have no coordinate across it.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import sympy as sp
 
@@ -29,6 +29,19 @@ from ..planar.planes import Linkage, Loop, linkages, loops
 _FREE = 6
 """Freedoms of a body in space."""
 _TURNS: tuple[Literal["x", "y", "z"], ...] = ("x", "y", "z")
+
+
+class Step(NamedTuple):
+    """The motions from the parent's frame to a body's: to the joint, its own, and behind it."""
+
+    before: Placement
+    motion: Placement
+    after: Placement
+
+    @property
+    def whole(self) -> Placement:
+        """All of them."""
+        return self.before + self.motion + self.after
 
 
 @dataclass(frozen=True)
@@ -48,7 +61,7 @@ class MechanismGeometry:
 
     parameters: tuple[GeometryParameter, ...]
     values: Mapping[str, sp.Expr]
-    steps: Mapping[str, Placement]
+    steps: Mapping[str, Step]
     base: Placement
     tool: Placement
     ends: Mapping[str, tuple[Placement, Placement]]
@@ -91,7 +104,7 @@ class _Numbered:
     ) -> MechanismGeometry:
         made, mechanism = self.made, self.mechanism
         base = made.corrected("base", "base") + made.at_values(mechanism.base)
-        values = {name: symbol for name, symbol in unknown.items()} | self._actuated(q)
+        values = {**unknown, **self._actuated(q)}
         steps = {joint.link: self._step(joint, values) for joint in mechanism.joints}
         ends = {c.name: (self._end(c, "a"), self._end(c, "b")) for c in mechanism.closers}
         lengths = {strut.name: self._length(strut, values) for strut in mechanism.struts}
@@ -111,16 +124,17 @@ class _Numbered:
             found[coordinate.moves] = value
         return found
 
-    def _step(self, joint: Joint, values: Mapping[str, sp.Expr]) -> Placement:
+    def _step(self, joint: Joint, values: Mapping[str, sp.Expr]) -> Step:
         """The motions from the body before a joint to the body behind it."""
         made = self.made
         before, after = joint.before, joint.after
         if joint.kind == "fixed":
-            return made.at_values(before + after)
+            return Step(made.at_values(before), (), made.at_values(after))
         if joint.name not in self.free:
             before, after = made.placed(joint, self._tilts(joint))
         value = joint.direction * values[joint.name]
-        return made.at_values(before) + moved(joint, value, made) + made.at_values(after)
+        motion = moved(joint, value, made)
+        return Step(made.at_values(before), motion, made.at_values(after))
 
     def _tilts(self, joint: Joint) -> str:
         """The axes of a joint's frame about which its own axis may tilt."""

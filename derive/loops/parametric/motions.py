@@ -33,6 +33,8 @@ from ...terms.vectors import (
     subtracted,
 )
 
+from .mechanism_geometry import Step
+
 
 @dataclass(frozen=True)
 class Motion:
@@ -82,7 +84,7 @@ class Reached:
         return Reached((basis, origin), tuple(motions))
 
 
-START = Reached((IDENTITY, ORIGIN))
+BASE = Reached((IDENTITY, ORIGIN))
 
 
 @dataclass(frozen=True)
@@ -109,7 +111,7 @@ class Wrench:
 
 
 def bodies(
-    mechanism: Mechanism, terms: Terms, base: Placement, steps: Mapping[str, Placement]
+    mechanism: Mechanism, terms: Terms, base: Placement, steps: Mapping[str, Step]
 ) -> dict[str, Reached]:
     """Every body's frame by the body's name, the base first.
 
@@ -119,9 +121,9 @@ def bodies(
         base: Motions from the base frame to the base body.
         steps: Motions from its parent to each other body.
     """
-    found = {mechanism.base_frame: START.moved(terms, base)}
+    found = {mechanism.base_frame: BASE.moved(terms, base)}
     for joint in mechanism.joints:
-        found[joint.link] = found[joint.parent].moved(terms, steps[joint.link])
+        found[joint.link] = found[joint.parent].moved(terms, steps[joint.link].whole)
     return found
 
 

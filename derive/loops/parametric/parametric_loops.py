@@ -15,6 +15,7 @@ Source:
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 
 import sympy as sp
@@ -36,11 +37,14 @@ from ..hybrid import Hybrid
 from ..iterated.closure_equations import on_balls
 from .loop_rows import Row, loop_rows
 from .mechanism_geometry import MechanismGeometry, mechanism_geometry
-from .motions import Motion, Reached, bodies, gradient
+from .motions import BASE, Motion, Reached, bodies, gradient
+from .parts import parts
 
 SOLVER = "parametric"
 START = "configuration"
 """The function whose posture is the start of Newton's iteration."""
+PARTS = "parts_p"
+"""The function of the parts of a robot file."""
 OPERATIONS = 4000
 """About how many operations a function takes: three steps of Newton's iteration on six unknowns."""
 
@@ -92,6 +96,7 @@ class ParametricLoops:
         """The functions of w and p that the written ones call, by name."""
         found = [self._closure(), self._closure_by_p(), self._tool()]
         found += [self._tool_by(name) for name in ("w", "p")]
+        found.append(self._parts())
         return {function.name: function for function in found}
 
     def written(self) -> list[WrittenFunction]:
@@ -172,6 +177,25 @@ class ParametricLoops:
             f"Twist (v, omega) of the tool in base axes by the rates of {name}.",
             f"V = tool_p_D_{name}(w, p) {name}d with the other input at rest",
             Result("J", _flat(rows), (6, len(symbols)), "m, 1", f"derivative by {name}"),
+        )
+
+    def _parts(self) -> SymbolicFunction:
+        """The numbers of a robot file, in its order."""
+        placements, lengths = parts(
+            self.hybrid.mechanism, self.geometry, self.arguments["w"].symbols
+        )
+        frames = [BASE.moved(self.terms, placement).pose for placement in placements]
+        entries = tuple(entry for pose in frames for entry in pose_entries(pose))
+        values = tuple(self.terms.let(length) for length in lengths)
+        return replace(
+            self._function(
+                PARTS,
+                "Frames and lengths of the parts of any geometry, at coordinates zero.",
+                "the numbers of a robot file",
+                Result("frames", entries, (len(frames), 4, 4), "1, m", "frames in their bodies"),
+                Result("lengths", values, (len(values),), "m", "lengths of rods and cylinders"),
+            ),
+            inputs=(self.arguments["p"],),
         )
 
     def _twist(self, motion: Motion) -> tuple[sp.Expr, ...]:
