@@ -1,8 +1,8 @@
 """The robot file of a robot with loops, with places for the numbers of its geometry.
 
 The runtime puts numbers in: ``$xyz_k`` and ``$rpy_k`` of frame k in degrees, ``$length_k`` of strut
-k, in the order of :func:`chasles.derive.loops.parametric.parts.parts`; and ``$name``, ``$title``,
-``$source`` and ``$closure``.
+k, in the order of :func:`chasles.derive.loops.parametric.file_parts.parts`; and ``$name``,
+``$title``, ``$source`` and ``$closure``.
 """
 
 import json

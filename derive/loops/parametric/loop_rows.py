@@ -24,7 +24,7 @@ from ...terms.terms import Terms
 from ...terms.vectors import ORIGIN, Vector, combination, cross, dot, named, subtracted
 from ..planar.planes import Axes, Loop, loops
 from .mechanism_geometry import MechanismGeometry
-from .motions import Motion, Reached, Wrench, gradient
+from .motions import ElementaryMotion, Reached, Wrench, gradient
 
 
 @dataclass(frozen=True)
@@ -40,12 +40,12 @@ class Row:
 
     residual: sp.Expr
     unit: str
-    powers: tuple[tuple[sp.Expr, Motion], ...]
+    powers: tuple[tuple[sp.Expr, ElementaryMotion], ...]
     length: sp.Expr = sp.S.Zero
 
     def gradient(self, terms: Terms, variables: Sequence[sp.Symbol]) -> tuple[sp.Expr, ...]:
         """The named derivative by each variable."""
-        longer = sp.S.NegativeOne, Motion(self.length, ORIGIN, None)
+        longer = sp.S.NegativeOne, ElementaryMotion(self.length, ORIGIN, None)
         return gradient(terms, [*self.powers, longer], variables)
 
 

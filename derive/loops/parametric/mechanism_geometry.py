@@ -18,7 +18,7 @@ from typing import Literal, NamedTuple
 import sympy as sp
 
 from ...chain.poe import placement_matrix
-from ...model.geometry import GeometryParameter, Part, Parameters, driven, moved
+from ...model.geometry import GeometryParameter, Parameters, driven, moved
 from ...model.mechanism import Closure, Frame, Mechanism, Strut
 from ...model.placements import Placement, Rotation, rotation, translation
 from ...model.robot import Joint

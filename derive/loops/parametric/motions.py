@@ -32,12 +32,11 @@ from ...terms.vectors import (
     dot,
     subtracted,
 )
-
 from .mechanism_geometry import Step
 
 
 @dataclass(frozen=True)
-class Motion:
+class ElementaryMotion:
     """An elementary motion on the way to a body.
 
     Attributes:
@@ -61,7 +60,7 @@ class Reached:
     """
 
     pose: Pose
-    motions: tuple[Motion, ...] = ()
+    motions: tuple[ElementaryMotion, ...] = ()
 
     def moved(self, terms: Terms, placement: Placement) -> "Reached":
         """The frame behind more motions."""
@@ -71,11 +70,11 @@ class Reached:
                 k = "xyz".index(motion.axis)
                 angle = terms.let(motion.angle)
                 if motion.angle.free_symbols:
-                    motions.append(Motion(motion.angle, basis[k], origin))
+                    motions.append(ElementaryMotion(motion.angle, basis[k], origin))
                 basis = _turned(terms, basis, k, *terms.cos_sin(angle))
                 continue
             motions += [
-                Motion(length, axis, None)
+                ElementaryMotion(length, axis, None)
                 for axis, length in zip(basis, motion.vector, strict=True)
                 if length.free_symbols
             ]
@@ -101,7 +100,7 @@ class Wrench:
     point: Vector
     couple: Vector = ORIGIN
 
-    def power(self, terms: Terms, motion: Motion) -> sp.Expr:
+    def power(self, terms: Terms, motion: ElementaryMotion) -> sp.Expr:
         """The named power on a body that moves at unit speed of a motion."""
         if motion.point is None:
             return dot(terms, self.force, motion.axis)
@@ -128,7 +127,7 @@ def bodies(
 
 
 def gradient(
-    terms: Terms, powers: Iterable[tuple[sp.Expr, Motion]], variables: Sequence[sp.Symbol]
+    terms: Terms, powers: Iterable[tuple[sp.Expr, ElementaryMotion]], variables: Sequence[sp.Symbol]
 ) -> tuple[sp.Expr, ...]:
     """The named sums of powers times dv/dx, for each variable x."""
     sums: dict[sp.Symbol, sp.Expr] = dict.fromkeys(variables, ZERO)

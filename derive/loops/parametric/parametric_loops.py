@@ -35,10 +35,10 @@ from ..closing import ClosedLoops
 from ..constraints import configuration_names
 from ..hybrid import Hybrid
 from ..iterated.closure_equations import on_balls
+from .file_parts import parts
 from .loop_rows import Row, loop_rows
 from .mechanism_geometry import MechanismGeometry, mechanism_geometry
-from .motions import BASE, Motion, Reached, bodies, gradient
-from .parts import parts
+from .motions import BASE, ElementaryMotion, Reached, bodies, gradient
 
 SOLVER = "parametric"
 START = "configuration"
@@ -198,7 +198,7 @@ class ParametricLoops:
             inputs=(self.arguments["p"],),
         )
 
-    def _twist(self, motion: Motion) -> tuple[sp.Expr, ...]:
+    def _twist(self, motion: ElementaryMotion) -> tuple[sp.Expr, ...]:
         """The tool's mixed twist by a motion at unit speed."""
         if motion.point is None:
             return (*motion.axis, *ORIGIN)
