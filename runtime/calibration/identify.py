@@ -224,12 +224,13 @@ class Problem:
 
 def _candidates(robot: Any, vary: Collection[str], observation: Observation) -> NDArray[np.intp]:
     # The device's frame is never known exactly: axes that shift contain it, else the base does.
-    frame = set() if "axis" in vary else {"base"}
+    frame = set() if "axis" in vary and robot.kind == "serial" else {"base"}
     wanted = set(vary) | frame | ({"tool"} if observation.fixes_tool else set())
     known = {word for item in robot.geometry for word in (item.name, item.part)}
     # Pins at the ends of rods are axes, too.
     wanted |= {"loop"} & known if "axis" in vary else set()
-    if unknown := sorted(wanted - known):
+    # Platforms on cylinders have no joints whose axes could be off.
+    if unknown := sorted(wanted - known - {"axis"}):
         raise InputValueError(f"identify: {robot.name} has no parameter {', '.join(unknown)}")
     found = [k for k, item in enumerate(robot.geometry) if {item.name, item.part} & wanted]
     return np.array(found, dtype=np.intp)
