@@ -441,9 +441,11 @@ def _branch(terms: Terms, way: Sequence[Joint], side: Side) -> tuple[list[Factor
 def _short(terms: Terms, matrix: sp.Matrix) -> sp.Matrix:
     """A matrix whose entries have names where they are too long to be spelled: measured axes."""
     return matrix.applyfunc(
-        lambda entry: terms.let(entry)
-        if terms.addends(entry) > SPELLED
-        else tidied_entry(terms, sp.expand(entry))
+        lambda entry: (
+            terms.let(entry)
+            if terms.addends(entry) > SPELLED
+            else tidied_entry(terms, sp.expand(entry))
+        )
     )
 
 
