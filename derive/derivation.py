@@ -17,6 +17,8 @@ from .loops.hybrid import Hybrid
 from .loops.iterated.closure_equations import LoopClosure
 from .loops.iterated.iterated_functions import inner_makers, written_functions
 from .loops.maps import Maker
+from .loops.parametric.mechanism_geometry import MechanismGeometry
+from .loops.parametric.parametric_loops import ParametricLoops
 from .model.errors import RobotError
 from .model.geometry import Geometry
 from .model.mechanism import Described, Mechanism
@@ -42,6 +44,7 @@ class Derivation:
         families: The families of inverses that were tried.
         closure: The equations of loops without a closed form; None for other robots.
         geometry: The geometry as variables; None where no parametric function was requested.
+        parametric_loops: The equations of loops whose geometry is an input, likewise.
     """
 
     robot: Described
@@ -53,7 +56,8 @@ class Derivation:
     written: tuple[WrittenFunction, ...] = ()
     families: tuple[Family, ...] = FAMILIES
     closure: LoopClosure | None = None
-    geometry: Geometry | None = None
+    geometry: Geometry | MechanismGeometry | None = None
+    parametric_loops: ParametricLoops | None = None
 
     def function(self, name: str) -> SymbolicFunction:
         """The function with a name.
@@ -94,9 +98,7 @@ def derive(
             is left where those joints are given.
     """
     if isinstance(robot, Mechanism):
-        if parametric:
-            raise RobotError(f"{robot.name}: robots with loops have no parametric functions")
-        return _of_mechanism(robot, functions, families, give)
+        return _of_mechanism(robot, functions, families, give, parametric=parametric)
     terms = Terms({p.symbol: p.value for p in robot.parameters})
     arguments = arguments_of([joint.unit for joint in robot.coordinates])
     motion = InProportion(robot, terms, arguments["q"].symbols)
@@ -142,6 +144,8 @@ def _of_mechanism(
     functions: Sequence[str] | None,
     families: tuple[Family, ...],
     give: Sequence[str],
+    *,
+    parametric: bool,
 ) -> Derivation:
     hybrid = Hybrid(mechanism)
     mechanism = hybrid.mechanism
@@ -166,11 +170,20 @@ def _of_mechanism(
     found = [function for name in asked if (function := by_hand[name](hybrid)) is not None]
     written |= {function.name: function for function in found}
     capabilities += written
-    chosen = _chosen(mechanism.name, _with_called(functions, written), capabilities)
+    loops = None
+    if parametric or not set(PARAMETRIC).isdisjoint(functions or ()):
+        loops = ParametricLoops(hybrid)
+        written |= {function.name: function for function in loops.written()}
+    asked_p = PARAMETRIC if parametric else ()
+    inner = loops.inner if loops else {}
+    wanted = _with_called([*functions, *asked_p], written) if functions is not None else None
+    chosen = _chosen(mechanism.name, wanted, capabilities, [*inner, *PARAMETRIC])
+    chosen += [name for name in (*inner, *asked_p) if parametric and name not in chosen]
     asked_of_tool = [name for name in chosen if name in of_tool]
     made = hybrid.kinematics.functions(asked_of_tool) if asked_of_tool else {}
     made |= {name: makers[name](hybrid) for name in chosen if name in makers}
     made |= inverse.functions if inverse else {}
+    made |= {name: function for name, function in inner.items() if name in chosen}
     return Derivation(
         mechanism,
         hybrid.terms,
@@ -181,6 +194,8 @@ def _of_mechanism(
         tuple(_unguarded_without(written[name], chosen) for name in chosen if name in written),
         families=families,
         closure=closure,
+        geometry=loops.geometry if loops else None,
+        parametric_loops=loops,
     )
 
 

@@ -204,6 +204,7 @@ class Robot(
             frames=manifest.frames,
             parameters=MappingProxyType({item.name: item for item in manifest.parameters}),
             geometry=manifest.geometry,
+            _robot_file=manifest.robot_file,
             notes=manifest.notes,
             cleaning=manifest.cleaning,
             functions=MappingProxyType(functions),

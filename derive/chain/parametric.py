@@ -40,15 +40,15 @@ PARAMETRIC = (
     "identification_jacobian_body",
 )
 """Every parametric function, in the order in which it is derived and written."""
-_REPRESENTATION: dict[str, Representation] = {
+REPRESENTATION: dict[str, Representation] = {
     "identification_jacobian": "mixed",
     "identification_jacobian_space": "space",
     "identification_jacobian_body": "body",
 }
-_ROLES = {
+ROLES = {
     "fk_p": "parametric pose",
     "jacobian_p": "parametric jacobian",
-    **dict.fromkeys(_REPRESENTATION, "identification jacobian"),
+    **dict.fromkeys(REPRESENTATION, "identification jacobian"),
 }
 _TO_Z: dict[str, Placement] = {
     "x": rotation("y", sp.pi / 2),
@@ -116,7 +116,7 @@ class Parametric:
                 "Mixed Jacobian, of any geometry.",
                 "V = jacobian_p(q, p) qd; jacobian_p(q, nominal p) = jacobian_mixed(q)",
             )
-        representation = _REPRESENTATION[name]
+        representation = REPRESENTATION[name]
         return self._jacobian(
             name,
             representation,
@@ -161,7 +161,7 @@ class Parametric:
 
     def _made(self, name: str, summary: str, identity: str, result: Result) -> SymbolicFunction:
         inputs = (self.arguments["q"], self.arguments["p"])
-        role = Role(_ROLES[name], "actuators")
+        role = Role(ROLES[name], "actuators")
         terms = self.forward.terms
         return SymbolicFunction(name, summary, identity, inputs, (result,), terms, role=role)
 

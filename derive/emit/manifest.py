@@ -21,6 +21,7 @@ from ..program.operations import Program
 from ..program.programs import Programs
 from ..terms.role import Role
 from ..terms.symbolic_function import Argument, Result, Signature, SymbolicFunction, WrittenFunction
+from .described_parts import robot_template
 from .emitter import Files
 from .json_text import json_text
 
@@ -136,7 +137,9 @@ def _geometry(derivation: Derivation) -> dict[str, Any]:
         }
         for parameter in derivation.geometry.parameters
     ]
-    return {"geometry": parameters}
+    loops = derivation.parametric_loops
+    file = {"robot_file": robot_template(loops.hybrid)} if loops else {}
+    return {"geometry": parameters, **file}
 
 
 def _inverse(inverse: Inverses) -> dict[str, Any]:

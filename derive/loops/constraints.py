@@ -39,10 +39,13 @@ from .planar.planes import (
     linkages,
     loops,
     tidied,
+    tidied_entry,
 )
 from .planar.reference import GenericPoint
 from .spatial.body_frames import pose_along
 
+SPELLED = 64
+"""Most addends of an entry that is spelled; more are named."""
 EquationKind = Literal["planar", "spatial", "point", "distance"]
 Side = Literal["a", "closer", "b"]
 
@@ -442,7 +445,7 @@ def _around(
     middle = [
         Factor(name, _screw(terms, adjoint(T_a) * screw), "closer") for name, screw in between
     ]
-    home = tidied(terms, T_a * M * inverse_se3(T_b))
+    home = _short(terms, T_a * M * inverse_se3(T_b))
     return (*out, *middle, *back[::-1]), sp.ImmutableMatrix(home)
 
 
@@ -451,13 +454,24 @@ def _branch(terms: Terms, way: Sequence[Joint], side: Side) -> tuple[list[Factor
     factors: list[Factor] = []
     T = sp.eye(4)
     for joint in way:
-        T = tidied(terms, T * placement_matrix(joint.before))
+        T = _short(terms, T * placement_matrix(joint.before))
         if joint.kind != "fixed":
             pitch = sp.oo if joint.kind == "prismatic" else joint.pitch
             axis = adjoint(T) * _unit(2, pitch) * joint.direction
             factors.append(Factor(joint.name, _screw(terms, axis), side))
-        T = tidied(terms, T * placement_matrix(joint.after))
+        T = _short(terms, T * placement_matrix(joint.after))
     return factors, T
+
+
+def _short(terms: Terms, matrix: sp.Matrix) -> sp.Matrix:
+    """A matrix whose entries have names where they are too long to be spelled: measured axes."""
+    return matrix.applyfunc(
+        lambda entry: (
+            terms.let(entry)
+            if terms.addends(entry) > SPELLED
+            else tidied_entry(terms, sp.expand(entry))
+        )
+    )
 
 
 def _through(closer: Closure | Strut) -> tuple[list[tuple[str, sp.Matrix]], sp.Matrix]:
@@ -496,4 +510,4 @@ def _in_plane(frame: Frame, axes: Axes) -> sp.Matrix:
 
 
 def _screw(terms: Terms, screw: sp.Matrix) -> sp.ImmutableMatrix:
-    return sp.ImmutableMatrix(tidied(terms, screw))
+    return sp.ImmutableMatrix(_short(terms, screw))

@@ -30,12 +30,14 @@ from typing import Literal
 import sympy as sp
 
 from .convention import Convention, Field, Placements
+from .mechanism import Coordinate, Described
 from .placements import Placement, Rotation, Translation, inverse, rotation, translation
 from .robot import Joint, Robot
 
-Part = Literal["joint", "offset", "axis", "transmission", "compliance", "base", "tool"]
+Part = Literal["joint", "offset", "axis", "transmission", "compliance", "loop", "base", "tool"]
 """A joint's own numbers, of which the offset of its coordinate; corrections of its axis; gain and
-waves of its drive; its spring under gravity; corrections of the frames at both ends."""
+waves of its drive; its spring under gravity; places of the ends of closures and struts, and lengths
+of struts; corrections of the frames at both ends."""
 _UNITS = {"length": "m", "lengths": "m", "angle": "rad", "angles": "rad", "direction": "rad"}
 _CORRECTION = (
     ("x", "m", "shift along x"),
@@ -46,6 +48,7 @@ _CORRECTION = (
     ("yaw", "rad", "turn about z"),
 )
 _DRIVE: Part = "transmission"
+_TILTS: tuple[Literal["x", "y"], ...] = ("x", "y")
 _TURN = sp.Symbol("turn", real=True)
 _WAVES = (
     ("sin1", "sine wave, one a turn", sp.sin(_TURN)),
@@ -102,7 +105,7 @@ def geometry(robot: Robot, q: Sequence[sp.Symbol]) -> Geometry:
         robot: The description.
         q: A symbol for each coordinate.
     """
-    made = _Made(robot)
+    made = Parameters(robot)
     motions = made.corrected("base", "base") + made.at_values(robot.base)
     torques = tuple(sp.symbols(f"tau1:{len(q) + 1}", real=True)) if robot.load else ()
     values = _values(robot, made, q, torques)
@@ -110,16 +113,25 @@ def geometry(robot: Robot, q: Sequence[sp.Symbol]) -> Geometry:
         before, after = (joint.before, joint.after) if joint.kind == "fixed" else made.placed(joint)
         motions += made.at_values(before)
         if joint.kind != "fixed":
-            motions += _moved(joint, values[joint.name], made)
+            motions += moved(joint, values[joint.name], made)
         motions += made.at_values(after)
     motions += made.at_values(robot.tool) + made.corrected("tool", "tool")
     return Geometry(tuple(q), tuple(made.parameters), motions, torques)
 
 
-class _Made:
-    """The parameters made so far."""
+class Parameters:
+    """The parameters made so far.
 
-    def __init__(self, robot: Robot) -> None:
+    Attributes:
+        parameters: They in order.
+    """
+
+    def __init__(self, robot: Described) -> None:
+        """Begins without any.
+
+        Args:
+            robot: The description, whose named parameters keep their values.
+        """
         self.parameters: list[GeometryParameter] = []
         self._named = {parameter.symbol: parameter.value for parameter in robot.parameters}
 
@@ -132,18 +144,23 @@ class _Made:
         value: sp.Expr = sp.S.Zero,
         part: Part = "joint",
     ) -> sp.Symbol:
+        """The symbol of one more parameter of a joint or another part of the robot."""
         symbol = sp.Symbol(f"p{len(self.parameters) + 1}", real=True)
-        nominal = value.xreplace(self._named)
+        nominal = self.at_value(value)
         found = GeometryParameter(f"{of}_{name}", symbol, nominal, unit, of, part, meaning)
         self.parameters.append(found)
         return symbol
 
+    def at_value(self, value: sp.Expr) -> sp.Expr:
+        """A number with the values of the robot's named parameters."""
+        return value.xreplace(self._named)
+
     def at_values(self, placement: Placement) -> Placement:
         """A placement with the values of the robot's named parameters."""
         return tuple(
-            Rotation(motion.axis, motion.angle.xreplace(self._named))
+            Rotation(motion.axis, self.at_value(motion.angle))
             if isinstance(motion, Rotation)
-            else Translation(tuple(part.xreplace(self._named) for part in motion.vector))
+            else Translation(tuple(map(self.at_value, motion.vector)))
             for motion in placement
         )
 
@@ -157,8 +174,13 @@ class _Made:
             translation(x, y, z) + rotation("z", yaw) + rotation("y", pitch) + rotation("x", roll)
         )
 
-    def placed(self, joint: Joint) -> Placements:
-        """The placements of a moving joint with a symbol for each of its numbers."""
+    def placed(self, joint: Joint, tilts: str = "xy") -> Placements:
+        """The placements of a moving joint with a symbol for each of its numbers.
+
+        Args:
+            joint: The joint.
+            tilts: The axes of its frame about which its own axis may tilt.
+        """
         before, after = joint.before, joint.after
         if joint.convention:
             given = dict(joint.given)
@@ -169,10 +191,10 @@ class _Made:
                     for f in joint.convention.fields
                 },
             )
-        moved = self._axis(joint)
-        return before + moved, inverse(moved) + after
+        off = self._axis(joint, tilts)
+        return before + off, inverse(off) + after
 
-    def _axis(self, joint: Joint) -> Placement:
+    def _axis(self, joint: Joint, tilts: str) -> Placement:
         """The correction of a joint's axis; shifts of a sliding joint's axis change nothing."""
 
         def new(name: str, unit: str, meaning: str) -> sp.Symbol:
@@ -183,9 +205,9 @@ class _Made:
             x = new("shift_x", "m", "shift of the axis along x")
             y = new("shift_y", "m", "shift of the axis along y")
             shifts = translation(x, y, sp.S.Zero)
-        about_x = new("tilt_x", "rad", "tilt of the axis about x")
-        about_y = new("tilt_y", "rad", "tilt of the axis about y")
-        return shifts + rotation("x", about_x) + rotation("y", about_y)
+        for axis in (axis for axis in _TILTS if axis in tilts):
+            shifts += rotation(axis, new(f"tilt_{axis}", "rad", f"tilt of the axis about {axis}"))
+        return shifts
 
     def _field(
         self, joint: Joint, convention: Convention, field: Field, given: Mapping[str, sp.Expr]
@@ -202,11 +224,11 @@ class _Made:
 
 
 def _values(
-    robot: Robot, made: _Made, q: Sequence[sp.Symbol], torques: Sequence[sp.Symbol]
+    robot: Robot, made: Parameters, q: Sequence[sp.Symbol], torques: Sequence[sp.Symbol]
 ) -> dict[str, sp.Expr]:
     """The value of each moving joint in q and p; a mimic joint follows its leader's value."""
     leaders = {
-        joint.name: _driven(joint, coordinate, made)
+        joint.name: driven(joint, coordinate, made)
         for joint, coordinate in zip(robot.coordinates, q, strict=True)
     }
     for joint, torque in zip(robot.coordinates, torques, strict=False):
@@ -222,8 +244,8 @@ def _values(
     return values
 
 
-def _driven(joint: Joint, coordinate: sp.Symbol, made: _Made) -> sp.Expr:
-    """The joint's value by its drive, before its direction and offset."""
+def driven(joint: Joint | Coordinate, coordinate: sp.Symbol, made: Parameters) -> sp.Expr:
+    """The value of a joint or motor by its drive, before its direction and offset."""
     of, part = joint.name, _DRIVE
     value = made.new(of, "gain", "1", "gain of the drive", sp.S.One, part) * coordinate
     for name, words, wave in _WAVES if joint.unit == "rad" else ():
@@ -231,13 +253,13 @@ def _driven(joint: Joint, coordinate: sp.Symbol, made: _Made) -> sp.Expr:
     return value
 
 
-def _compliance(joint: Joint, made: _Made) -> sp.Symbol:
+def _compliance(joint: Joint, made: Parameters) -> sp.Symbol:
     """The joint's turn per torque, or its shift per force."""
     unit = "m/N" if joint.unit == "m" else "rad/(N m)"
     return made.new(joint.name, "compliance", unit, "yield to gravity", part="compliance")
 
 
-def _moved(joint: Joint, value: sp.Expr, made: _Made) -> Placement:
+def moved(joint: Joint, value: sp.Expr, made: Parameters) -> Placement:
     """The motion of a joint along or about the z axis of its frame."""
     if joint.kind == "prismatic":
         return translation(sp.S.Zero, sp.S.Zero, value)

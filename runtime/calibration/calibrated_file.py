@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..contract.facts import Coordinate
 from ..errors import InputValueError
+from .calibrated_mechanism import mechanism_text
 
 FloatArray = NDArray[np.float64]
 
@@ -42,6 +43,8 @@ def robot_file(robot: Any, p: FloatArray, name: str, source: str) -> str:
             f"a robot file has no gains, waves and springs of drives, and {', '.join(drives)} were "
             "identified; apply them to the joint values before the robot is called"
         )
+    if robot.kind != "serial":
+        return mechanism_text(robot, p, name, source, _rpy)
     zero = np.zeros(robot.n)
     T, J = robot.fk_p(zero, p), robot.jacobian_p(zero, p)
     lines = [

@@ -140,7 +140,7 @@ def _derivatives(
         observation, unknowns = Positions(np.zeros((len(q), *points.shape)), one), points.ravel()
     problem = problem_at(robot, q, observation, np.eye(4), unknowns, vary)
     B = problem.derivative(problem.x0) * SMALL
-    tool = robot.identification_jacobian(q, problem.nominal)[:, :3, problem.sought] * SMALL
+    tool = robot.identification_jacobian(q, problem.held)[:, :3, problem.sought] * SMALL
     beside = np.zeros((len(q), 3, len(unknowns)))
     return (
         B.reshape(len(q), -1, B.shape[-1]),

@@ -26,6 +26,8 @@ BoolArray = NDArray[np.bool_]
 
 _ROUNDS = 100
 """Alternations from each of 24 rotations; the best of them is refined by the identification."""
+_REPEATED = 0.999
+"""Second singular value, in parts of the first, from which orientations leave the frames open."""
 _SETTLED = 0.9999
 """Part of the error that is left by an alternation behind which no more follow."""
 
@@ -66,7 +68,10 @@ def register_poses(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, Flo
     R, Y = T[:, :3, :3], measured[:, :3, :3]
     # R_base_W = R_i R_tool_probe Y_i^T for all i: the largest singular value's pair of vectors.
     products = np.einsum("nij,nkl->ikjl", R, Y).reshape(9, 9)
-    X = np.linalg.svd(products)[2][0].reshape(3, 3)
+    _, sizes, vectors = np.linalg.svd(products)
+    if sizes[1] > _REPEATED * sizes[0]:
+        return _register_by_points(T, measured)
+    X = vectors[0].reshape(3, 3)
     R_tool_probe = _rotation(X * np.sign(np.linalg.det(X)))
     R_base_W = _rotation(np.einsum("nij,jk,nlk->il", R, R_tool_probe, Y))
     # R_base_W y_i - p_i = R_i t_tool_probe - t_base_W
@@ -75,6 +80,18 @@ def register_poses(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, Flo
     found = np.linalg.lstsq(rows, right.ravel())[0]
     T_W_base = np.asarray(np.linalg.inv(_pose(R_base_W, found[3:])))
     return T_W_base, _pose(R_tool_probe, found[:3])
+
+
+def _register_by_points(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The frames of tools that turn about one axis or not at all, whose places count as well.
+
+    The probe is four points: its origin, and one on each axis as far away as the tool moves.
+    """
+    spread = float(np.linalg.norm(T[:, :3, 3].std(0)))
+    origin, axes = measured[:, None, :3, 3], measured[:, :3, :3].swapaxes(1, 2)
+    found = register_points(T, np.concatenate([origin, origin + spread * axes], 1))
+    R = _rotation((found.points[1:] - found.points[0]).T)
+    return found.T_W_base, _pose(R, found.points[0])
 
 
 def _alternated(T: FloatArray, measured: FloatArray, R: FloatArray) -> Registration:

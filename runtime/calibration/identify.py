@@ -31,6 +31,13 @@ BoolArray = NDArray[np.bool_]
 
 OUTLYING = 5.0
 """Errors of a row, in robust standard deviations, from which on the row counts as an outlier."""
+NEARNESS = 1e-2
+"""Error that 1 mm or 1 mrad off the design counts as, in standard deviations: far below the noise,
+and enough to decide between parameters of the same effect."""
+NEARBY = 1e-6
+"""Relative step at which a robot explains the measurements well enough to tell parameters apart."""
+MOST = 50
+"""Evaluations on the way there."""
 _CONSISTENT = 1.4826
 """Median absolute deviation to standard deviation of a normal distribution."""
 
@@ -74,6 +81,9 @@ def identify(
             f"identify: {len(problem.observation.rows)} measured numbers do not determine "
             f"{len(problem.x0)} variables; measure more configurations, or vary fewer parameters"
         )
+    before = problem.errors(problem.x0)
+    if robot.kind != "serial":
+        problem = problem.told_apart_nearby(vary, robust=robust)
     x = problem.solve(problem.x0, problem.everything, robust=robust)
     used = problem.everything
     if robust:
@@ -81,7 +91,8 @@ def identify(
         x = problem.solve(x, used)
         used = problem.within(x)
         x = problem.solve(x, used)
-    return problem.calibration(x, used)
+    found = problem.calibration(x, used)
+    return replace(found, before=_rms(before[used[problem.observation.rows]]))
 
 
 def problem_at(
@@ -91,8 +102,9 @@ def problem_at(
     T_W_base: FloatArray,
     unknowns: FloatArray,
     vary: Collection[str],
+    p: FloatArray | None = None,
 ) -> Problem:
-    """The variables that measurements tell apart, at the nominal robot.
+    """The variables that measurements tell apart, at the nominal robot or at another geometry.
 
     Args:
         robot: A robot with parametric functions.
@@ -101,15 +113,16 @@ def problem_at(
         T_W_base: (4, 4) the base frame in the device's.
         unknowns: Values of the observation's unknowns [m].
         vary: As in :func:`identify`.
+        p: The geometry; parameters that are not told apart keep its values.
     """
-    nominal = np.array([parameter.value for parameter in robot.geometry])
+    held = np.array([parameter.value for parameter in robot.geometry]) if p is None else p
     candidates = _candidates(robot, vary, observation)
-    x0 = np.concatenate([nominal[candidates], unknowns])
-    whole = Problem(robot, q, observation, T_W_base, nominal, candidates, x0, ())
+    x0 = np.concatenate([held[candidates], unknowns])
+    whole = Problem(robot, q, observation, T_W_base, held, candidates, x0, ())
     J = whole.derivative(x0) * SMALL
     n = len(candidates)
     chosen, redundant = identifiable(J[:, n:], J[:, :n], whole.names[:n], observation.unknowns)
-    x0 = np.concatenate([nominal[candidates[chosen]], unknowns])
+    x0 = np.concatenate([held[candidates[chosen]], unknowns])
     return replace(whole, sought=candidates[chosen], x0=x0, redundant=redundant)
 
 
@@ -122,7 +135,7 @@ class Problem:
         q: (N, n) coordinates.
         observation: The measurements.
         T_W_base: (4, 4) base frame in the device's.
-        nominal: The robot's geometry.
+        held: The geometry of which the sought parameters are a part.
         sought: Indices of the identified parameters in it.
         x0: Start of x.
         redundant: Parameters that are not told apart.
@@ -132,7 +145,7 @@ class Problem:
     q: FloatArray
     observation: Observation
     T_W_base: FloatArray
-    nominal: FloatArray
+    held: FloatArray
     sought: NDArray[np.intp]
     x0: FloatArray
     redundant: tuple[Redundancy, ...]
@@ -150,9 +163,31 @@ class Problem:
 
     def geometry(self, x: FloatArray) -> FloatArray:
         """The robot's geometry at variables x."""
-        p = self.nominal.copy()
+        p = self.held.copy()
         p[self.sought] = x[: len(self.sought)]
         return p
+
+    def told_apart_nearby(self, vary: Collection[str], *, robust: bool) -> Problem:
+        """The variables that are told apart at a robot that explains the measurements.
+
+        A design may hide what its robots show: the rods of a delta are parallel in the design
+        alone. So all candidates are sought first; where some have the same effect, they share it.
+        """
+        sought = _candidates(self.robot, vary, self.observation)
+        x0 = np.concatenate([self.held[sought], self.x0[len(self.sought) :]])
+        whole, nearness = replace(self, sought=sought, x0=x0), NEARNESS / SMALL
+        found = scipy.optimize.least_squares(
+            lambda x: np.concatenate([whole.errors(x), nearness * (x - x0)]),
+            x0,
+            jac=lambda x: np.concatenate([whole.derivative(x), nearness * np.eye(len(x))]),
+            x_scale=SMALL,
+            loss="cauchy" if robust else "linear",
+            f_scale=self.spread(self.x0) if robust else 1.0,
+            xtol=NEARBY,
+            max_nfev=MOST,
+        )
+        x, parts = found.x, (self.robot, self.q, self.observation, self.T_W_base)
+        return problem_at(*parts, x[len(sought) :], vary, whole.geometry(x))
 
     def errors(self, x: FloatArray) -> FloatArray:
         """All errors."""
@@ -203,7 +238,8 @@ class Problem:
         freedoms = len(e) - len(x)
         noise = float(np.sqrt(e @ e / freedoms))
         covariance = np.asarray(np.linalg.inv(J.T @ J) * (SMALL * noise) ** 2)
-        nominal = np.concatenate([self.nominal[self.sought], np.zeros(len(x) - len(self.sought))])
+        own = [self.robot.geometry[k].value for k in self.sought]
+        nominal = np.concatenate([own, np.zeros(len(x) - len(self.sought))])
         return Calibration(
             self.names,
             x,
@@ -224,10 +260,13 @@ class Problem:
 
 def _candidates(robot: Any, vary: Collection[str], observation: Observation) -> NDArray[np.intp]:
     # The device's frame is never known exactly: axes that shift contain it, else the base does.
-    frame = set() if "axis" in vary else {"base"}
+    frame = set() if "axis" in vary and robot.kind == "serial" else {"base"}
     wanted = set(vary) | frame | ({"tool"} if observation.fixes_tool else set())
     known = {word for item in robot.geometry for word in (item.name, item.part)}
-    if unknown := sorted(wanted - known):
+    # Pins at the ends of rods are axes, too.
+    wanted |= {"loop"} & known if "axis" in vary else set()
+    # Platforms on cylinders have no joints whose axes could be off.
+    if unknown := sorted(wanted - known - {"axis"}):
         raise InputValueError(f"identify: {robot.name} has no parameter {', '.join(unknown)}")
     found = [k for k, item in enumerate(robot.geometry) if {item.name, item.part} & wanted]
     return np.array(found, dtype=np.intp)

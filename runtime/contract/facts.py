@@ -78,14 +78,14 @@ class GeometryParameter:
     """An element of the vector p of parametric functions.
 
     Attributes:
-        name: A joint, "base" or "tool", and the number, such as "elbow_alpha".
+        name: A joint, closure or strut, "base" or "tool", and the number, such as "elbow_alpha".
         value: Its nominal value.
         unit: "m", "rad", "m/rad" of a pitch, "rad/(N m)" or "m/N" of a spring, or "1" of a gain.
-        of: The joint, "base" or "tool".
+        of: The joint, closure or strut, "base" or "tool".
         part: "joint": a number of the joint's own description; "offset": the one of its coordinate;
             "axis": a correction of its axis; "transmission": gain and waves of its drive;
-            "compliance": its spring under gravity; "base" or "tool": corrections of the frames at
-            both ends.
+            "compliance": its spring under gravity; "loop": ends of closures and struts, and lengths
+            of struts; "base" or "tool": corrections of the frames at both ends.
         meaning: Its meaning in a few words.
     """
 
@@ -267,6 +267,8 @@ class Manifest:
         frames: The names of the frames.
         parameters: The named numbers of its description.
         geometry: The vector p of its parametric functions; () where it has none.
+        robot_file: With loops, the text of its robot file with places for the numbers of another
+            geometry; "" where it has none.
         notes: Remarks, such as numbers that were snapped.
         cleaning: The numbers of the description that were not taken as written, and their effect.
         functions: Its functions.
@@ -286,6 +288,7 @@ class Manifest:
     frames: Frames
     parameters: tuple[Parameter, ...]
     geometry: tuple[GeometryParameter, ...]
+    robot_file: str
     notes: tuple[str, ...]
     cleaning: Cleaning
     functions: tuple[FunctionInfo, ...]

@@ -86,6 +86,7 @@ def read_manifest(folder: Path) -> Manifest:
         frames=_frames(entry["frames"]),
         parameters=tuple(_parameter(item) for item in entry["parameters"]),
         geometry=tuple(_geometry(item) for item in entry.get("geometry", [])),
+        robot_file=entry.get("robot_file", "").text(),
         notes=entry.get("notes", []).texts(),
         cleaning=_cleaning(entry["cleaning"]) if "cleaning" in entry.fields() else Cleaning(),
         functions=tuple(_function(item) for item in entry["functions"]),

@@ -1,7 +1,7 @@
 """The C of functions through loops without a closed form, solved by ``chasles_closure.h``."""
 
 import textwrap
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -13,7 +13,12 @@ from .expressions import WIDTH, number
 from .header import notice, signature, support
 from .written import written_file
 
-SUPPORTS = ("chasles_closure.h", "chasles_closure_rates.h", "chasles_closure_tolerances.h")
+SUPPORTS = (
+    "chasles_closure.h",
+    "chasles_closure_newton.h",
+    "chasles_closure_rates.h",
+    "chasles_closure_tolerances.h",
+)
 
 
 def closure_files(derivation: Derivation) -> dict[str, str]:
@@ -63,7 +68,7 @@ def _macros(robot: str, closure: LoopClosure) -> list[str]:
         "W": len(closure.names),
         "U": len(closure.unknown),
         "M": len(closure.units),
-        "AT(w, c, D)": f"{robot}_closure(w, c, D)",
+        "AT(s)": f"{robot}_closure((s)->w, (s)->c, (s)->D)",
         "BEND(w, wd, D)": f"{robot}_closure_D_w_dot(w, wd, D)",
         "SWINGS": len(closure.hybrid.mechanism.swings),
         "SWING(w, s, D)": f"{robot}_swings(w, s, D)",
@@ -97,12 +102,13 @@ def _tables(robot: str, closure: LoopClosure) -> list[str]:
         "of_z": [z.index(name) for name in closure.names],
     }
     return [
-        *(_table(f"double {robot}_loops_{key}", map(number, v)) for key, v in numbers.items()),
-        *(_table(f"int {robot}_loops_{key}", map(str, v)) for key, v in indices.items()),
+        *(table(f"double {robot}_loops_{key}", map(number, v)) for key, v in numbers.items()),
+        *(table(f"int {robot}_loops_{key}", map(str, v)) for key, v in indices.items()),
     ]
 
 
-def _table(name: str, values: "Sequence[str] | map[str]") -> str:
+def table(name: str, values: Iterable[str]) -> str:
+    """The definition of an array of constants."""
     own = list(values)
     text = f"static const {name}[{len(own)}] = {{{', '.join(own)}}};"
     return textwrap.fill(text, WIDTH, subsequent_indent="    ")

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from ...derivation import Derivation
 from ...program.programs import Programs
 from ...terms.symbolic_function import SymbolicFunction, WrittenFunction
-from . import batch, branch_lanes, closed_loops, polished, scalar, written
+from . import batch, branch_lanes, closed_loops, parametric_closures, polished, scalar, written
 from .header import header, support
 
 RIGID = "chasles_rigid.h"
@@ -23,6 +23,7 @@ def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
         **written.written_files(robot, derivation.written),
         **polished.polished_files(derivation, programs),
         **closed_loops.closure_files(derivation),
+        **parametric_closures.parametric_files(derivation),
         **branch_lanes.files(robot, functions, programs),
         **batch.files(robot, functions, programs, derivation.written),
     }

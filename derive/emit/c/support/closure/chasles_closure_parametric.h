@@ -1,0 +1,94 @@
+/* Loops whose geometry p is an input, closed by Newton's iteration from the posture of the nominal
+ * robot, and the tool's derivatives through them; part of chasles, the same for every robot.
+ *
+ * Included once for each robot, which defines
+ *
+ *   CLOSURE_NAME(name)         the names of its functions and tables
+ *   CLOSURE_Q, CLOSURE_W       coordinates; variables w = (q, u) of the equations
+ *   CLOSURE_U, CLOSURE_M       unknown variables u; equations, as many
+ *   CLOSURE_P                  parameters of the geometry
+ *   CLOSURE_AT(s)              computes s->c and s->D at s->w and s->p
+ *   CLOSURE_Z                  entries of the nominal configuration z
+ *   CLOSURE_POSTURE(q, z)      it at q, NaN where the nominal loops do not close
+ *   tables actuated, ratio     the variable of each coordinate, and 1
+ *          unknown, of_z       the unknown variables, and their indices in z
+ *          size_u, size_c      what compares unknowns and equations: a length (metre), or 1
+ *
+ * No allocation, no state. */
+#include "chasles_closure_newton.h"
+
+/* The configuration at q with the geometry p. */
+static void CLOSURE_NAME(posed)(const double q[CLOSURE_Q], const double p[CLOSURE_P],
+                                CLOSURE_NAME(closed) * s)
+{
+    double z[CLOSURE_Z];
+    CLOSURE_POSTURE(q, z);
+    s->p = p;
+    for (int k = 0; k < CLOSURE_U; k++)
+        s->w[CLOSURE_NAME(unknown)[k]] = z[CLOSURE_NAME(of_z)[k]];
+    CLOSURE_NAME(near)(q, s);
+}
+
+/* L = J_u c_u^-1, (6 x M), from the tool's Jacobian J (6 x W): one system a row, c_u^T l = j, by
+ * R^T y = j and l = Q y. */
+static void CLOSURE_NAME(levers)(CLOSURE_NAME(closed) * s, const double *J, double *L)
+{
+    CLOSURE_NAME(factored)(s);
+    for (int row = 0; row < 6; row++) {
+        double *l = L + row * CLOSURE_M;
+        for (int k = 0; k < CLOSURE_U; k++) {
+            double rest = J[row * CLOSURE_W + CLOSURE_NAME(unknown)[k]];
+            for (int i = 0; i < k; i++)
+                rest -= s->qr[k][i] * l[i];
+            l[k] = rest / s->diagonal[k];
+        }
+        for (int k = CLOSURE_U - 1; k >= 0; k--) {
+            const double *v = s->qr[k];
+            double along = 0.0;
+            for (int i = k; i < CLOSURE_M; i++)
+                along += v[i] * l[i];
+            along *= s->scale[k];
+            for (int i = k; i < CLOSURE_M; i++)
+                l[i] -= along * v[i];
+        }
+    }
+}
+
+/* J = J_x - L c_x for the first columns of tables J_x and c_x of some widths. */
+static void CLOSURE_NAME(through)(const double *J_x, const double *L, const double *c_x, int width,
+                                  int columns, double *J)
+{
+    for (int i = 0; i < 6; i++)
+        for (int j = 0; j < columns; j++) {
+            double sum = J_x[i * width + j];
+            for (int k = 0; k < CLOSURE_M; k++)
+                sum -= L[i * CLOSURE_M + k] * c_x[k * width + j];
+            J[i * columns + j] = sum;
+        }
+}
+
+/* Twists (6 x P) of the tool's origin in base axes become those of the body's point at the base's
+ * origin. */
+static void CLOSURE_NAME(in_space)(const double T[16], double *J)
+{
+    for (int j = 0; j < CLOSURE_P; j++) {
+        double *v = J + j;
+        const double *omega = J + 3 * CLOSURE_P + j;
+        for (int i = 0; i < 3; i++) {
+            const int a = (i + 1) % 3, b = (i + 2) % 3;
+            v[i * CLOSURE_P] +=
+                T[4 * a + 3] * omega[b * CLOSURE_P] - T[4 * b + 3] * omega[a * CLOSURE_P];
+        }
+    }
+}
+
+/* They become those in the tool's axes. */
+static void CLOSURE_NAME(in_body)(const double T[16], double *J)
+{
+    for (int j = 0; j < 2 * CLOSURE_P; j++) {
+        double *x = J + (j < CLOSURE_P ? j : 2 * CLOSURE_P + j);
+        const double base[3] = {x[0], x[CLOSURE_P], x[2 * CLOSURE_P]};
+        for (int i = 0; i < 3; i++)
+            x[i * CLOSURE_P] = T[i] * base[0] + T[4 + i] * base[1] + T[8 + i] * base[2];
+    }
+}

@@ -1,0 +1,107 @@
+"""The robot file of a robot with loops, with places for the numbers of its geometry.
+
+The runtime puts numbers in: ``$xyz_k`` and ``$rpy_k`` of frame k in degrees, ``$length_k`` of strut
+k, in the order of :func:`chasles.derive.loops.parametric.file_parts.parts`; and ``$name``,
+``$title``, ``$source`` and ``$closure``.
+"""
+
+import json
+from collections.abc import Iterator
+
+import sympy as sp
+
+from ..loops.hybrid import Hybrid
+from ..model.mechanism import Closure, Frame, Mechanism, Strut
+from ..model.robot import Joint
+
+_HEAD = """\
+name = $name
+title = $title
+source = $source
+convention = "urdf"
+units = { length = "m", angle = "deg" }
+"""
+
+
+def robot_template(hybrid: Hybrid) -> str:
+    """The text with places for numbers; "" where a joint is helical.
+
+    Args:
+        hybrid: The robot.
+    """
+    mechanism = hybrid.mechanism
+    if any(joint.kind == "helical" for joint in mechanism.joints):
+        return ""
+    return _HEAD + "\n".join(_lines(hybrid)) + "\n"
+
+
+def _lines(hybrid: Hybrid) -> Iterator[str]:
+    mechanism = hybrid.mechanism
+    count = 1 + len(mechanism.joints) + 2 * len(mechanism.closers)
+    yield "closure = $closure"
+    yield f"actuated = {json.dumps(list(mechanism.actuated))}"
+    yield f"base = {{ name = {json.dumps(mechanism.base_frame)}, {_frame(0)} }}"
+    tool = f"name = {json.dumps(mechanism.tool_frame)}, body = {json.dumps(mechanism.tool_body)}"
+    yield f"tool = {{ {tool}, {_frame(count)} }}"
+    for k, joint in enumerate(mechanism.joints, 1):
+        yield from _joint(joint, k)
+    first = 1 + len(mechanism.joints)
+    for k, closer in enumerate(mechanism.closers):
+        yield from _closer(mechanism, closer, first + 2 * k)
+    for drive in mechanism.drives:
+        yield from ("", "[[drives]]", f"name = {json.dumps(drive.name)}")
+        yield from (f'kind = "{drive.kind}"', f"joint = {json.dumps(drive.joint)}")
+        member = mechanism.members[drive.joint]
+        slides = isinstance(member, Strut) or member.kind == "prismatic"
+        yield f"{'radius' if slides else 'ratio'} = {_number(hybrid.terms.value(drive.ratio))}"
+    yield from ("", "[reference]")
+    units = {variable.name: variable.unit for variable in hybrid.variables}
+    for name, value in hybrid.at_reference.items():
+        yield f"{json.dumps(name)} = {_number(sp.Float(value), units[name])}"
+
+
+def _joint(joint: Joint, k: int) -> Iterator[str]:
+    yield from ("", "[[joints]]", f"name = {json.dumps(joint.name)}")
+    yield from (f"parent = {json.dumps(joint.parent)}", f"link = {json.dumps(joint.link)}")
+    yield from (f'type = "{joint.kind}"', f"xyz = $xyz_{k}", f"rpy = $rpy_{k}")
+    if joint.kind != "fixed":
+        yield f"axis = [0, 0, {joint.direction}]"
+        yield from _limits(joint)
+
+
+def _closer(mechanism: Mechanism, closer: Closure | Strut, k: int) -> Iterator[str]:
+    ends = [f"a = {_end(closer.a, k)}", f"b = {_end(closer.b, k + 1)}"]
+    name = f"name = {json.dumps(closer.name)}"
+    if isinstance(closer, Closure):
+        yield from ("", "[[closures]]", name, f'kind = "{closer.kind}"', *ends)
+        return
+    place = f"$length_{mechanism.struts.index(closer)}"
+    if closer.is_cylinder:
+        yield from ("", "[[cylinders]]", name, f"retracted = {place}", *_limits(closer))
+    else:
+        yield from ("", "[[rods]]", name, f"length = {place}")
+    yield f'ends = "{closer.ends}"'
+    if closer.ends == "pin":
+        yield f"swing = {json.dumps(closer.swing_name)}"
+    yield from ends
+
+
+def _limits(member: Joint | Strut) -> Iterator[str]:
+    low, high = member.limits
+    if low is not None and high is not None:
+        unit = "m" if isinstance(member, Strut) or member.kind == "prismatic" else "rad"
+        yield f"limits = [{_number(low, unit)}, {_number(high, unit)}]"
+
+
+def _frame(k: int) -> str:
+    return f"xyz = $xyz_{k}, rpy = $rpy_{k}"
+
+
+def _end(frame: Frame, k: int) -> str:
+    return f"{{ body = {json.dumps(frame.body)}, {_frame(k)} }}"
+
+
+def _number(value: sp.Expr, unit: str = "m") -> str:
+    """A number in the file's units: metres and degrees."""
+    shown = value * 180 / sp.pi if unit == "rad" else value
+    return repr(float(shown))

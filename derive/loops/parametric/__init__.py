@@ -1,0 +1,1 @@
+"""Loops whose geometry is an input: parameters, equations and the functions of q and p."""

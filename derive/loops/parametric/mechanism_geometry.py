@@ -1,0 +1,218 @@
+"""The geometry of a robot with loops as variables: every number that a calibration may correct.
+
+Joints, frames at both ends and drives have the parameters of a serial robot's
+(:mod:`chasles.derive.model.geometry`). Closures and struts add those of their loop: the places of
+both ends in their bodies' frames, and the length of a strut, which for a cylinder is that at
+coordinate zero.
+
+A passive joint has no offset, since its loop gives its value. Six passive joints in a row that
+carry nothing between them leave a body free, so that their axes have no effect. Pins in a plane
+bear only numbers in the plane: where a closure ends a planar loop, the joints of the loop have no
+tilt out of the plane, and ends in planar loops have no coordinate across it.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import sympy as sp
+
+from ...chain.poe import placement_matrix
+from ...model.geometry import GeometryParameter, Parameters, driven, moved
+from ...model.mechanism import Closure, Frame, Mechanism, Strut
+from ...model.placements import Placement, Rotation, rotation, translation
+from ...model.robot import Joint
+from ...model.tolerances import ZERO_COMPONENT
+from ...terms.terms import Terms
+from ..planar.planes import Linkage, Loop, linkages, loops
+
+_FREE = 6
+"""Freedoms of a body in space."""
+_TURNS: tuple[Literal["x", "y", "z"], ...] = ("x", "y", "z")
+
+
+class Step(NamedTuple):
+    """The motions from the parent's frame to a body's: to the joint, its own, and behind it."""
+
+    before: Placement
+    motion: Placement
+    after: Placement
+
+    @property
+    def whole(self) -> Placement:
+        """All of them."""
+        return self.before + self.motion + self.after
+
+
+@dataclass(frozen=True)
+class MechanismGeometry:
+    """The geometry of a robot with loops as variables.
+
+    Attributes:
+        parameters: The parameters p: base, joints, loops, tool.
+        values: The value of each moving joint and each cylinder, in q, u and p.
+        steps: Motions from the parent's frame to each body's, in q, u and p.
+        base: Motions from the base frame to the base body's frame.
+        tool: Motions from the body that carries the tool to the tool.
+        ends: The frames of each closure and strut on its two bodies.
+        lengths: The length of each strut.
+        planar: The linkage of each closer whose loop is planar.
+    """
+
+    parameters: tuple[GeometryParameter, ...]
+    values: Mapping[str, sp.Expr]
+    steps: Mapping[str, Step]
+    base: Placement
+    tool: Placement
+    ends: Mapping[str, tuple[Placement, Placement]]
+    lengths: Mapping[str, sp.Expr]
+    planar: Mapping[str, Linkage]
+
+
+def mechanism_geometry(
+    mechanism: Mechanism, terms: Terms, q: Sequence[sp.Symbol], unknown: Mapping[str, sp.Symbol]
+) -> MechanismGeometry:
+    """The geometry of a mechanism, its named parameters at their values.
+
+    Args:
+        mechanism: The description.
+        terms: Terms with the mechanism's parameters.
+        q: A symbol for each actuated coordinate.
+        unknown: A symbol for the value of each joint and cylinder that is not actuated.
+    """
+    return _Numbered(mechanism, terms).geometry(q, unknown)
+
+
+class _Numbered:
+    """The parameters of one mechanism, made in the order of its parts."""
+
+    def __init__(self, mechanism: Mechanism, terms: Terms) -> None:
+        self.mechanism, self.made = mechanism, Parameters(mechanism)
+        planar, _ = linkages(mechanism, terms)
+        self.terms = terms
+        self.planar = {name: linkage for linkage in planar for name in linkage.closers}
+        self.free = _free_joints(mechanism)
+        in_plane = [
+            loop
+            for loop in loops(mechanism)
+            if isinstance(loop.closer, Closure) and loop.closer.name in self.planar
+        ]
+        self.untilted = {joint.name: loop for loop in in_plane for joint in loop.joints}
+
+    def geometry(
+        self, q: Sequence[sp.Symbol], unknown: Mapping[str, sp.Symbol]
+    ) -> MechanismGeometry:
+        made, mechanism = self.made, self.mechanism
+        base = made.corrected("base", "base") + made.at_values(mechanism.base)
+        values = {**unknown, **self._actuated(q)}
+        steps = {joint.link: self._step(joint, values) for joint in mechanism.joints}
+        ends = {c.name: (self._end(c, "a"), self._end(c, "b")) for c in mechanism.closers}
+        lengths = {strut.name: self._length(strut, values) for strut in mechanism.struts}
+        tool = made.at_values(mechanism.tool) + made.corrected("tool", "tool")
+        parameters = tuple(made.parameters)
+        return MechanismGeometry(parameters, values, steps, base, tool, ends, lengths, self.planar)
+
+    def _actuated(self, q: Sequence[sp.Symbol]) -> dict[str, sp.Expr]:
+        """Values of what the coordinates move, by the laws of their drives."""
+        found = {}
+        for coordinate, symbol in zip(self.mechanism.coordinates, q, strict=True):
+            member = self.mechanism.members[coordinate.moves]
+            ratio = self.made.at_value(coordinate.ratio)
+            value = ratio * driven(coordinate, symbol, self.made)
+            if isinstance(member, Joint) and not _has_variable(member):
+                value += self.made.new(member.name, "offset", member.unit, "offset", part="offset")
+            found[coordinate.moves] = value
+        return found
+
+    def _step(self, joint: Joint, values: Mapping[str, sp.Expr]) -> Step:
+        """The motions from the body before a joint to the body behind it."""
+        made = self.made
+        before, after = joint.before, joint.after
+        if joint.kind == "fixed":
+            return Step(made.at_values(before), (), made.at_values(after))
+        if joint.name not in self.free:
+            before, after = made.placed(joint, self._tilts(joint))
+        value = joint.direction * values[joint.name]
+        motion = moved(joint, value, made)
+        return Step(made.at_values(before), motion, made.at_values(after))
+
+    def _tilts(self, joint: Joint) -> str:
+        """The axes of a joint's frame about which its own axis may tilt."""
+        loop = self.untilted.get(joint.name)
+        if loop is None:
+            return "xy"
+        if joint.kind != "prismatic":
+            return ""
+        normal = self._normal(loop, joint.parent)
+        R = placement_matrix(self.made.at_values(joint.before))[:3, :3]
+        return "".join(
+            axis
+            for axis, column in zip("xy", (R[:, 0], R[:, 1]), strict=True)
+            if _are_parallel(self.terms, column, normal)
+        )
+
+    def _normal(self, loop: Loop, body: str) -> sp.Matrix:
+        return self.planar[loop.closer.name].axes[body].n
+
+    def _end(self, closer: Closure | Strut, side: str) -> Placement:
+        """The frame of a closer on a body, its place as parameters."""
+        frame: Frame = getattr(closer, side)
+        placement = self.made.at_values(frame.placement)
+        shift = placement_matrix(placement)[:3, 3]
+        place = [self._coordinate(closer, frame, side, k, shift[k]) for k in range(3)]
+        turns = tuple(motion for motion in placement if isinstance(motion, Rotation))
+        return translation(*place) + turns + self._turned(closer, side)
+
+    def _turned(self, closer: Closure | Strut, side: str) -> Placement:
+        """Corrections of the axes of a closure in space; balls have none."""
+        if isinstance(closer, Strut) or closer.kind == "ball" or closer.name in self.planar:
+            return ()
+        turns: Placement = ()
+        for axis in _TURNS if closer.kind != "pin" else _TURNS[:2]:
+            words = f"correction: turn of its axes on {getattr(closer, side).body} about {axis}"
+            symbol = self.made.new(closer.name, f"{side}_turn_{axis}", "rad", words, part="loop")
+            turns += rotation(axis, symbol)
+        return turns
+
+    def _coordinate(
+        self, closer: Closure | Strut, frame: Frame, side: str, k: int, value: sp.Expr
+    ) -> sp.Expr:
+        """A coordinate of an end: a number where it is across the plane of its loop."""
+        linkage = self.planar.get(closer.name)
+        axis = sp.eye(3)[:, k]
+        if linkage and _are_parallel(self.terms, axis, linkage.axes[frame.body].n):
+            return value
+        name, meaning = f"{side}_{'xyz'[k]}", f"{'xyz'[k]} of its end on {frame.body}"
+        return self.made.new(closer.name, name, "m", meaning, value, "loop")
+
+    def _length(self, strut: Strut, values: Mapping[str, sp.Expr]) -> sp.Expr:
+        meaning = "length at coordinate zero" if strut.is_cylinder else "length"
+        length = self.made.new(strut.name, "length", "m", meaning, strut.length, "loop")
+        return length + values[strut.name] if strut.is_cylinder else length
+
+
+def _has_variable(joint: Joint) -> bool:
+    """Whether a joint's convention has a field for the offset of its coordinate."""
+    return bool(joint.convention and joint.convention.variable(joint.kind))
+
+
+def _free_joints(mechanism: Mechanism) -> set[str]:
+    """The passive joints of bodies that six of them in a row leave free."""
+    moves = {coordinate.moves for coordinate in mechanism.coordinates}
+    carried = [joint.parent for joint in mechanism.joints]
+    carried += [frame.body for c in mechanism.closers for frame in (c.a, c.b)]
+    carried.append(mechanism.tool_body)
+    free: set[str] = set()
+    run: list[Joint] = []
+    for joint in mechanism.joints:
+        follows = bool(run) and joint.parent == run[-1].link and carried.count(joint.parent) == 1
+        run = [*run, joint] if follows else [joint]
+        if joint.name in moves or joint.kind == "fixed":
+            run = []
+        elif len(run) == _FREE:
+            free |= {member.name for member in run}
+    return free
+
+
+def _are_parallel(terms: Terms, a: sp.Matrix, b: sp.Matrix) -> bool:
+    return all(abs(terms.value(entry)) < ZERO_COMPONENT for entry in a.cross(b))

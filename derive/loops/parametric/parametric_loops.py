@@ -1,0 +1,259 @@
+"""The parametric functions of a robot with loops: its geometry is an input beside its coordinates.
+
+The loops' equations c(w, p) = 0 hold the variables w = (q, u): the coordinates, and the unknown
+values of passive joints and cylinders. Newton's iteration in C solves them for u, from the posture
+of the nominal robot at q. There, with the tool's Jacobians J_u, J_q and J_p,
+
+    L = J_u c_u^-1,    J = J_q - L c_q   by the coordinates,    J = J_p - L c_p   by the parameters,
+
+which is the theorem of the implicit function; L takes six linear systems, however many parameters
+there are.
+
+Source:
+    J. M. Hollerbach, W. Khalil, M. Gautier, Model identification, Springer Handbook of Robotics,
+    chapter 6, for closed loops.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+
+import sympy as sp
+
+from ...chain.kinematics import OBSERVED, common_unit, coordinates, pose_entries
+from ...chain.parametric import PARAMETRIC, REPRESENTATION, ROLES
+from ...model.errors import RobotError
+from ...terms.role import Role
+from ...terms.symbolic_function import (
+    Argument,
+    Result,
+    SymbolicFunction,
+    WrittenFunction,
+)
+from ...terms.vectors import ORIGIN, cross, subtracted
+from ..closing import ClosedLoops
+from ..constraints import configuration_names
+from ..hybrid import Hybrid
+from ..iterated.closure_equations import on_balls
+from .file_parts import parts
+from .loop_rows import Row, loop_rows
+from .mechanism_geometry import MechanismGeometry, mechanism_geometry
+from .motions import BASE, ElementaryMotion, Reached, bodies, gradient
+
+SOLVER = "parametric"
+START = "configuration"
+"""The function whose posture is the start of Newton's iteration."""
+PARTS = "parts_p"
+"""The function of the parts of a robot file."""
+OPERATIONS = 4000
+"""About how many operations a function takes: three steps of Newton's iteration on six unknowns."""
+
+
+class ParametricLoops:
+    """The parametric functions of one mechanism over the terms of its derivation."""
+
+    def __init__(self, hybrid: Hybrid) -> None:
+        """Names the variables and the parameters.
+
+        Args:
+            hybrid: The robot.
+
+        Raises:
+            RobotError: It has no loops, or not as many equations as unknown variables.
+        """
+        self.hybrid, self.terms = hybrid, hybrid.terms
+        self.mechanism = mechanism = on_balls(hybrid.mechanism)
+        variables = configuration_names(mechanism)
+        actuated = [c.moves for c in mechanism.coordinates]
+        self.unknown = [v for v in variables if v.name not in actuated]
+        q = hybrid.q
+        u = coordinates("_u", len(self.unknown))
+        symbols = dict(zip((v.name for v in self.unknown), u, strict=True))
+        self.geometry: MechanismGeometry = mechanism_geometry(
+            hybrid.mechanism, self.terms, q, symbols
+        )
+        w, p = (*q, *u), tuple(parameter.symbol for parameter in self.geometry.parameters)
+        unit = common_unit(parameter.unit for parameter in self.geometry.parameters)
+        self.arguments = {
+            "q": hybrid.arguments["q"],
+            "w": Argument("w", w, (len(w),), "rad or m", "coordinates and unknown variables"),
+            "p": Argument("p", p, (len(p),), unit, "parameters of the geometry"),
+        }
+        self._check()
+
+    @cached_property
+    def units(self) -> list[str]:
+        """The unit of each equation, m or 1."""
+        return [row.unit for row in self._rows]
+
+    @cached_property
+    def size(self) -> float:
+        """The longest translation or rod (metre), which compares lengths with angles."""
+        return float(f"{ClosedLoops(self.hybrid.mechanism).size:.3g}")
+
+    @cached_property
+    def inner(self) -> Mapping[str, SymbolicFunction]:
+        """The functions of w and p that the written ones call, by name."""
+        found = [self._closure(), self._closure_by_p(), self._tool()]
+        found += [self._tool_by(name) for name in ("w", "p")]
+        found.append(self._parts())
+        return {function.name: function for function in found}
+
+    def written(self) -> list[WrittenFunction]:
+        """The parametric functions, in the order of :data:`PARAMETRIC`."""
+        return [self._written(name) for name in PARAMETRIC]
+
+    @cached_property
+    def _bodies(self) -> dict[str, Reached]:
+        steps = self.geometry.steps
+        return bodies(self.hybrid.mechanism, self.terms, self.geometry.base, steps)
+
+    @cached_property
+    def _rows(self) -> list[Row]:
+        return loop_rows(self.hybrid.mechanism, self.terms, self.geometry, self._bodies)
+
+    @cached_property
+    def _end(self) -> Reached:
+        return self._bodies[self.mechanism.tool_body].moved(self.terms, self.geometry.tool)
+
+    def _check(self) -> None:
+        name, (m, n) = self.mechanism.name, (len(self._rows), len(self.unknown))
+        if not m:
+            raise RobotError(f"{name}: without loops, its main chain has parametric functions")
+        if m != n:
+            raise RobotError(
+                f"{name}: {m} equations of its loops for {n} unknown variables; loops that repeat "
+                "equations close for no other geometry, and have no parametric functions"
+            )
+
+    def _closure(self) -> SymbolicFunction:
+        entries = tuple(row.residual for row in self._rows)
+        slopes = [row.gradient(self.terms, self.arguments["w"].symbols) for row in self._rows]
+        count = len(entries)
+        return self._function(
+            "closure_p",
+            "Equations of the loops of any geometry, zero where they are closed.",
+            "closure_p(w, p) = 0",
+            Result("residual", entries, (count,), "m or 1", "residuals"),
+            Result(
+                "residual_D_w",
+                _flat(slopes),
+                (count, self.arguments["w"].size),
+                "1, m, 1/m",
+                "their derivative",
+            ),
+        )
+
+    def _closure_by_p(self) -> SymbolicFunction:
+        slopes = [row.gradient(self.terms, self.arguments["p"].symbols) for row in self._rows]
+        shape = (len(slopes), self.arguments["p"].size)
+        return self._function(
+            "closure_p_D_p",
+            "Derivative of the equations of the loops by the parameters.",
+            "residual_D_w wd + residual_D_p pd = 0",
+            Result("residual_D_p", _flat(slopes), shape, "1, m, 1/m", "their derivative by p"),
+        )
+
+    def _tool(self) -> SymbolicFunction:
+        h = self.hybrid.robot
+        name = f"T_{h.base_frame}_{h.tool_frame}"
+        return self._function(
+            "tool_p",
+            "Pose of the tool of any geometry, from the coordinates and unknown variables.",
+            f"{name}(w, p)",
+            Result(name, pose_entries(self._end.pose), (4, 4), "1, m", "pose of the tool"),
+        )
+
+    def _tool_by(self, name: str) -> SymbolicFunction:
+        """The tool's mixed twist by the rates of w or p, the other at rest."""
+        symbols = self.arguments[name].symbols
+        twists = [(self._twist(motion), motion) for motion in self._end.motions]
+        rows = [
+            gradient(self.terms, [(twist[k], motion) for twist, motion in twists], symbols)
+            for k in range(6)
+        ]
+        return self._function(
+            f"tool_p_D_{name}",
+            f"Twist (v, omega) of the tool in base axes by the rates of {name}.",
+            f"V = tool_p_D_{name}(w, p) {name}d with the other input at rest",
+            Result("J", _flat(rows), (6, len(symbols)), "m, 1", f"derivative by {name}"),
+        )
+
+    def _parts(self) -> SymbolicFunction:
+        """The numbers of a robot file, in its order."""
+        placements, lengths = parts(
+            self.hybrid.mechanism, self.geometry, self.arguments["w"].symbols
+        )
+        frames = [BASE.moved(self.terms, placement).pose for placement in placements]
+        entries = tuple(entry for pose in frames for entry in pose_entries(pose))
+        values = tuple(self.terms.let(length) for length in lengths)
+        return replace(
+            self._function(
+                PARTS,
+                "Frames and lengths of the parts of any geometry, at coordinates zero.",
+                "the numbers of a robot file",
+                Result("frames", entries, (len(frames), 4, 4), "1, m", "frames in their bodies"),
+                Result("lengths", values, (len(values),), "m", "lengths of rods and cylinders"),
+            ),
+            inputs=(self.arguments["p"],),
+        )
+
+    def _twist(self, motion: ElementaryMotion) -> tuple[sp.Expr, ...]:
+        """The tool's mixed twist by a motion at unit speed."""
+        if motion.point is None:
+            return (*motion.axis, *ORIGIN)
+        lever = subtracted(self.terms, self._end.pose[1], motion.point)
+        return (*cross(self.terms, motion.axis, lever), *motion.axis)
+
+    def _function(
+        self, name: str, summary: str, identity: str, *outputs: Result
+    ) -> SymbolicFunction:
+        arguments = (self.arguments["w"], self.arguments["p"])
+        role = Role("closure", "configuration")
+        return SymbolicFunction(name, summary, identity, arguments, outputs, self.terms, role=role)
+
+    def _written(self, name: str) -> WrittenFunction:
+        h = self.hybrid.robot
+        inner = _inner(name)
+        if name == "fk_p":
+            pose = f"T_{h.base_frame}_{h.tool_frame}"
+            summary = "Pose of the tool in the base frame, of any geometry."
+            identity = f"{pose}(q, p); fk_p(q, nominal p) = fk(q)"
+            result = Result(pose, (), (4, 4), "1, m", "pose of the tool")
+        elif name == "jacobian_p":
+            summary = "Mixed Jacobian, of any geometry."
+            identity = "V = jacobian_p(q, p) qd; jacobian_p(q, nominal p) = jacobian_mixed(q)"
+            result = Result("J", (), (6, len(self.hybrid.q)), "m, 1", "derivative by q")
+        else:
+            summary = (
+                f"Twist (v, omega) {OBSERVED[REPRESENTATION[name]]}, for each parameter's rate."
+            )
+            identity = f"V = {name}(q, p) pd with q at rest"
+            result = Result("J", (), (6, self.arguments["p"].size), "m, 1", "derivative by p")
+        return WrittenFunction(
+            name,
+            summary,
+            f"{identity}; NaN where the loops do not close near the nominal posture",
+            (self.arguments["q"], self.arguments["p"]),
+            (result,),
+            SOLVER,
+            (),
+            (START, "closure_p", *inner),
+            1,
+            OPERATIONS,
+            role=Role(ROLES[name], "actuators"),
+        )
+
+
+def _inner(name: str) -> tuple[str, ...]:
+    """The functions of w and p that a parametric function calls behind the iteration."""
+    if name == "fk_p":
+        return ("tool_p",)
+    if name == "jacobian_p":
+        return ("tool_p_D_w",)
+    posed = () if REPRESENTATION[name] == "mixed" else ("tool_p",)
+    return ("tool_p_D_w", "tool_p_D_p", "closure_p_D_p", *posed)
+
+
+def _flat(rows: Sequence[Sequence[sp.Expr]]) -> tuple[sp.Expr, ...]:
+    return tuple(entry for row in rows for entry in row)
