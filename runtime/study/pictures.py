@@ -1,0 +1,68 @@
+"""Pictures of studies, drawn on the axes that are given or on a figure of their own."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from .workspace import Workspace
+
+_COLOURS = "cividis"
+"""Map of colours that looks the same to people who do not see red or green, and in print."""
+_EMPTY = "#ffffff00"
+
+
+def plot_workspace(found: Workspace, ax: Any = None) -> Any:
+    """Draws where a tool's origin was, as the share of postures in each column of cells.
+
+    Args:
+        found: The workspace.
+        ax: matplotlib axes for one view, along the direction with the fewest cells; None: a new
+            figure, with a view along z and one along y where the workspace is not flat.
+
+    Returns:
+        The axes, or the array of them.
+    """
+    thin = int(np.argmin(found.cells.shape))
+    if ax is not None:
+        _view(found, thin, ax)
+        return ax
+    import matplotlib.pyplot as plt  # noqa: PLC0415
+
+    normals = [thin] if found.cells.dimension < 3 else [2, 1]  # noqa: PLR2004 - a solid has three
+    figure, axes = plt.subplots(
+        1, len(normals), squeeze=False, layout="constrained", figsize=(4.2 * len(normals), 3.6)
+    )
+    for normal, own in zip(normals, axes[0], strict=True):
+        image = _view(found, normal, own)
+    measure = found.measure
+    unit = {3: "m³", 2: "m²"}.get(measure.dimension, "m")
+    figure.suptitle(f"{found.robot}: {measure.value:.3g} ± {measure.error:.1g} {unit}")
+    figure.colorbar(image, ax=axes, label="postures in 1000")
+    return axes[0] if len(normals) > 1 else axes[0, 0]
+
+
+def _view(found: Workspace, normal: int, ax: Any) -> Any:
+    from matplotlib import colormaps  # noqa: PLC0415
+
+    across, up = (k for k in range(3) if k != normal)
+    shares = _shares(found.hits.sum(normal, dtype=np.uint64))
+    lower, upper = found.cells.lower, found.cells.upper
+    image = ax.imshow(
+        shares.T,
+        origin="lower",
+        extent=(lower[across], upper[across], lower[up], upper[up]),
+        cmap=colormaps[_COLOURS].with_extremes(bad=_EMPTY),
+        interpolation="nearest",
+    )
+    ax.set_xlabel(f"{'xyz'[across]} [m]")
+    ax.set_ylabel(f"{'xyz'[up]} [m]")
+    return image
+
+
+def _shares(hits: NDArray[np.uint64]) -> Any:
+    """Parts of a thousand of all postures; empty columns are masked."""
+    return np.ma.masked_equal(hits, 0) * (1000 / max(int(hits.sum()), 1))
