@@ -9,7 +9,19 @@ They need SciPy and more, `pip install 'chasles[study]'`.
 """
 
 from .cells import Cells, Measure
+from .reach import Reach, base_placement, evenly, reach
 from .samples import By, Samples
 from .workspace import Workspace, workspace
 
-__all__ = ["By", "Cells", "Measure", "Samples", "Workspace", "workspace"]
+__all__ = [
+    "By",
+    "Cells",
+    "Measure",
+    "Reach",
+    "Samples",
+    "Workspace",
+    "base_placement",
+    "evenly",
+    "reach",
+    "workspace",
+]

@@ -70,10 +70,9 @@ class Samples:
             yield from self._nodes(piece * PIECE, size)
             return
         span = self.upper - self.lower
-        for cube in self._cube(piece, size):
-            cube *= span
-            cube += self.lower
-            yield cube
+        for block in self._cube(piece, size):
+            np.multiply(block, span, out=block)
+            yield np.add(block, self.lower, out=block)
 
     def _nodes(self, first: int, size: int) -> Iterator[FloatArray]:
         n = len(self.lower)
@@ -120,6 +119,23 @@ def samples_of(robot: Any, count: int, by: By, key: int) -> Samples:
         raise InputValueError(f"by = {by!r}: expected one of {', '.join(get_args(By))}")
     if count < 1:
         raise InputValueError(f"samples = {count}: expected at least 1")
+    lower, upper = box_of(robot)
+    if by == "grid":
+        side = _side(count, robot.n)
+        if side < 2:  # noqa: PLR2004 - a grid has its two ends
+            raise InputValueError(
+                f"samples = {count}: a grid of {robot.n} coordinates has at least {2**robot.n}"
+            )
+        count = side**robot.n
+    return Samples(lower, upper, count, by, key)
+
+
+def box_of(robot: Any) -> tuple[FloatArray, FloatArray]:
+    """(n,) least and largest coordinates of a robot; joints without limits turn once.
+
+    Raises:
+        InputValueError: A sliding coordinate has no limits.
+    """
     lower, upper = robot.lower.copy(), robot.upper.copy()
     for i, coordinate in enumerate(robot.coordinates):
         if np.isfinite([lower[i], upper[i]]).all():
@@ -130,14 +146,7 @@ def samples_of(robot: Any, count: int, by: By, key: int) -> Samples:
                 "end; give it limits in the robot file"
             )
         lower[i], upper[i] = _one_turn(lower[i], upper[i])
-    if by == "grid":
-        side = _side(count, robot.n)
-        if side < 2:  # noqa: PLR2004 - a grid has its two ends
-            raise InputValueError(
-                f"samples = {count}: a grid of {robot.n} coordinates has at least {2**robot.n}"
-            )
-        count = side**robot.n
-    return Samples(lower, upper, count, by, key)
+    return lower, upper
 
 
 def _one_turn(lower: float, upper: float) -> tuple[float, float]:
@@ -150,8 +159,8 @@ def _one_turn(lower: float, upper: float) -> tuple[float, float]:
 
 def _side(count: int, n: int) -> int:
     """The largest k with k^n at most `count`."""
-    side = max(int(round(count ** (1 / n))), 1)
-    return side - 1 if side**n > count else side
+    side = int(count ** (1 / n))
+    return side + 1 if (side + 1) ** n <= count else side
 
 
 @lru_cache(maxsize=4)

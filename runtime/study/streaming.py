@@ -132,15 +132,16 @@ def _on_workers(
 
     begins = range(0, pieces, _PIECES_A_TASK)
     tasks = iter([range(k, min(k + _PIECES_A_TASK, pieces)) for k in begins])
-    sent = client.scatter(work, broadcast=True)
 
     def submitted(some: Iterator[Sequence[int]]) -> list[Any]:
         return [
-            client.submit(_task, sent, own, threads, pure=False, retries=_RETRIES) for own in some
+            client.submit(_task, work, own, threads, pure=False, retries=_RETRIES) for own in some
         ]
 
     at_once = _TASKS_A_WORKER * max(len(client.scheduler_info(n_workers=-1)["workers"]), 1)
-    running = as_completed(submitted(itertools.islice(tasks, at_once)))
+    running = as_completed(  # type: ignore[no-untyped-call]
+        submitted(itertools.islice(tasks, at_once))
+    )
     whole = work.empty()
     for future in running:
         tally, count = future.result()

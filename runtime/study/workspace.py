@@ -113,7 +113,9 @@ class Workspace:
 
     def to_npz(self, path: str | os.PathLike[str]) -> None:
         """Writes all data to a compressed file that `from_npz` and NumPy read."""
-        given = {name: array for name in get_args(Quality) if (array := getattr(self, name)) is not None}
+        given = {
+            name: array for name in get_args(Quality) if (array := getattr(self, name)) is not None
+        }
         facts = {
             "format": _FORMAT,
             "robot": self.robot,
@@ -140,7 +142,10 @@ class Workspace:
             InputValueError: The file holds something else.
         """
         with np.load(Path(path)) as file:
-            if "facts" not in file or (facts := json.loads(str(file["facts"])))["format"] != _FORMAT:
+            if (
+                "facts" not in file
+                or (facts := json.loads(str(file["facts"])))["format"] != _FORMAT
+            ):
                 raise InputValueError(f"{path}: expected a workspace, as to_npz writes it")
             hits = file["hits"]
             nx, ny, nz = hits.shape
@@ -153,7 +158,7 @@ class Workspace:
                 lost=facts["lost"],
                 by=facts["by"],
                 key=facts["key"],
-                **{name: file[name] if name in file else None for name in get_args(Quality)},
+                **{name: file.get(name) for name in get_args(Quality)},
             )
 
 
