@@ -8,11 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
+    from .motion.motion import Sampled
     from .workspace import Workspace
 
 _COLOURS = "cividis"
 """Map of colours that looks the same to people who do not see red or green, and in print."""
 _EMPTY = "#ffffff00"
+_COLOUR_BLIND = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#000000")
+"""Colours that differ for all kinds of sight (Okabe and Ito, 2008), and in lightness for print."""
+_STYLES = ("-", "--", ":")
 
 
 def plot_workspace(found: Workspace, ax: Any = None) -> Any:
@@ -36,16 +40,17 @@ def plot_workspace(found: Workspace, ax: Any = None) -> Any:
     figure, axes = plt.subplots(
         1, len(normals), squeeze=False, layout="constrained", figsize=(4.2 * len(normals), 3.6)
     )
+    most = max(_shares(found.hits.sum(normal)).max() for normal in normals)
     for normal, own in zip(normals, axes[0], strict=True):
-        image = _view(found, normal, own)
+        image = _view(found, normal, own, most)
     measure = found.measure
     unit = {3: "m³", 2: "m²"}.get(measure.dimension, "m")
-    figure.suptitle(f"{found.robot}: {measure.value:.3g} ± {measure.error:.1g} {unit}")
+    figure.suptitle(f"{found.robot}: {measure.value:.3g} {unit} ± {measure.error:.1g} {unit}")
     figure.colorbar(image, ax=axes, label="postures in 1000")
     return axes[0] if len(normals) > 1 else axes[0, 0]
 
 
-def _view(found: Workspace, normal: int, ax: Any) -> Any:
+def _view(found: Workspace, normal: int, ax: Any, most: float | None = None) -> Any:
     from matplotlib import colormaps  # noqa: PLC0415
 
     across, up = (k for k in range(3) if k != normal)
@@ -57,6 +62,8 @@ def _view(found: Workspace, normal: int, ax: Any) -> Any:
         extent=(lower[across], upper[across], lower[up], upper[up]),
         cmap=colormaps[_COLOURS].with_extremes(bad=_EMPTY),
         interpolation="nearest",
+        vmin=0,
+        vmax=most,
     )
     ax.set_xlabel(f"{'xyz'[across]} [m]")
     ax.set_ylabel(f"{'xyz'[up]} [m]")
@@ -66,3 +73,32 @@ def _view(found: Workspace, normal: int, ax: Any) -> Any:
 def _shares(hits: NDArray[np.uint64]) -> Any:
     """Parts of a thousand of all postures; empty columns are masked."""
     return np.ma.masked_equal(hits, 0) * (1000 / max(int(hits.sum()), 1))
+
+
+def plot_motion(found: Sampled, ax: Any = None) -> Any:
+    """Draws coordinates, rates and accelerations over time; slides in metres on the same axes.
+
+    Args:
+        found: The sampled motion.
+        ax: Three matplotlib axes; None: a new figure.
+
+    Returns:
+        The three axes.
+    """
+    import matplotlib.pyplot as plt  # noqa: PLC0415
+
+    axes = ax
+    if axes is None:
+        figure, axes = plt.subplots(3, 1, sharex=True, layout="constrained", figsize=(5.2, 6.4))
+        figure.suptitle(found.robot)
+    words = ("coordinate [rad, m]", "rate [1/s]", "acceleration [1/s²]")
+    for own, values, word in zip(axes, (found.q, found.qd, found.qdd), words, strict=True):
+        for j, name in enumerate(found.names):
+            style = _STYLES[j // len(_COLOUR_BLIND) % len(_STYLES)]
+            colour = _COLOUR_BLIND[j % len(_COLOUR_BLIND)]
+            own.plot(found.t, values[:, j], style, color=colour, label=name, linewidth=1.2)
+        own.set_ylabel(word)
+        own.grid(alpha=0.3)
+    axes[0].legend(ncols=3, fontsize="small")
+    axes[-1].set_xlabel("time [s]")
+    return axes

@@ -148,7 +148,7 @@ def _on_workers(
         whole.merge(tally)
         advance(count)
         for more in submitted(itertools.islice(tasks, 1)):
-            running.add(more)
+            running.add(more)  # type: ignore[no-untyped-call]
     return whole
 
 

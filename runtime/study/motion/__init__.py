@@ -1,0 +1,30 @@
+"""Motions: curves, laws of time, and a robot on them with all rates and accelerations."""
+
+from .curves import Arc, JointLine, Line, PoseCurve, Poses, Spline, arc, joint_line, line, through
+from .laws import Law, law
+from .motion import Excess, Motion, Sampled, excesses, joined
+from .sequence import Sequence, Stage
+from .time_optimal import time_optimal
+
+__all__ = [
+    "Arc",
+    "Excess",
+    "JointLine",
+    "Law",
+    "Line",
+    "Motion",
+    "PoseCurve",
+    "Poses",
+    "Sampled",
+    "Sequence",
+    "Spline",
+    "Stage",
+    "arc",
+    "excesses",
+    "joined",
+    "joint_line",
+    "law",
+    "line",
+    "through",
+    "time_optimal",
+]
