@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-if TYPE_CHECKING:
-    from .motion.motion import Sampled
-    from .workspace import Workspace
 
 _COLOURS = "cividis"
 """Map of colours that looks the same to people who do not see red or green, and in print."""
@@ -19,11 +15,11 @@ _COLOUR_BLIND = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#000000
 _STYLES = ("-", "--", ":")
 
 
-def plot_workspace(found: Workspace, ax: Any = None) -> Any:
+def plot_workspace(found: Any, ax: Any = None) -> Any:
     """Draws where a tool's origin was, as the share of postures in each column of cells.
 
     Args:
-        found: The workspace.
+        found: The `Workspace`.
         ax: matplotlib axes for one view, along the direction with the fewest cells; None: a new
             figure, with a view along z and one along y where the workspace is not flat.
 
@@ -50,7 +46,7 @@ def plot_workspace(found: Workspace, ax: Any = None) -> Any:
     return axes[0] if len(normals) > 1 else axes[0, 0]
 
 
-def _view(found: Workspace, normal: int, ax: Any, most: float | None = None) -> Any:
+def _view(found: Any, normal: int, ax: Any, most: float | None = None) -> Any:
     from matplotlib import colormaps  # noqa: PLC0415
 
     across, up = (k for k in range(3) if k != normal)
@@ -75,11 +71,11 @@ def _shares(hits: NDArray[np.uint64]) -> Any:
     return np.ma.masked_equal(hits, 0) * (1000 / max(int(hits.sum()), 1))
 
 
-def plot_motion(found: Sampled, ax: Any = None) -> Any:
+def plot_motion(found: Any, ax: Any = None) -> Any:
     """Draws coordinates, rates and accelerations over time; slides in metres on the same axes.
 
     Args:
-        found: The sampled motion.
+        found: The motion, as `Sampled`.
         ax: Three matplotlib axes; None: a new figure.
 
     Returns:

@@ -1,6 +1,17 @@
 """Motions: curves, laws of time, and a robot on them with all rates and accelerations."""
 
-from .curves import Arc, JointLine, Line, PoseCurve, Poses, Spline, arc, joint_line, line, through
+from .curves import (
+    Arc,
+    JointLine,
+    Line,
+    PoseCurve,
+    CurvePoses,
+    Spline,
+    arc,
+    joint_line,
+    line,
+    through,
+)
 from .laws import Law, law
 from .motion import Excess, Motion, Sampled, excesses, joined
 from .sequence import Sequence, Stage
@@ -14,7 +25,7 @@ __all__ = [
     "Line",
     "Motion",
     "PoseCurve",
-    "Poses",
+    "CurvePoses",
     "Sampled",
     "Sequence",
     "Spline",

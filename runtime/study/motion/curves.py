@@ -21,7 +21,7 @@ FloatArray = NDArray[np.float64]
 In = Literal["coordinates", "chain"]
 
 
-class Poses(NamedTuple):
+class CurvePoses(NamedTuple):
     """Poses of a tool on a curve.
 
     Attributes:
@@ -44,7 +44,7 @@ class PoseCurve(Protocol):
 
     length: float
 
-    def at(self, s: FloatArray) -> Poses:
+    def at(self, s: FloatArray) -> CurvePoses:
         """Poses at lengths (m,)."""
 
 
@@ -111,12 +111,12 @@ class Line:
     turning: _Turning
     length: float
 
-    def at(self, s: FloatArray) -> Poses:
+    def at(self, s: FloatArray) -> CurvePoses:
         """Poses at lengths (m,)."""
         R, turn = self.turning.at(s)
         along = self.step / self.length if self.length else np.zeros(3)
         V = np.broadcast_to(np.r_[along, turn], (len(s), 6))
-        return Poses(_poses(R, self.start + s[:, None] * along), V, np.zeros(V.shape))
+        return CurvePoses(_poses(R, self.start + s[:, None] * along), V, np.zeros(V.shape))
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +129,7 @@ class Arc:
     turning: _Turning
     length: float
 
-    def at(self, s: FloatArray) -> Poses:
+    def at(self, s: FloatArray) -> CurvePoses:
         """Poses at lengths (m,)."""
         angle = s / self.radius
         R, turn = self.turning.at(s)
@@ -138,7 +138,7 @@ class Arc:
         ahead = np.cos(angle)[:, None] * v - np.sin(angle)[:, None] * u
         V = np.hstack([ahead, np.broadcast_to(turn, ahead.shape)])
         A = np.hstack([-out / self.radius, np.zeros(out.shape)])
-        return Poses(_poses(R, self.centre + self.radius * out), V, A)
+        return CurvePoses(_poses(R, self.centre + self.radius * out), V, A)
 
 
 def line(T_start: ArrayLike, T_end: ArrayLike) -> Line:
@@ -220,14 +220,14 @@ class Spline:
     rotations: Any
     length: float
 
-    def at(self, s: FloatArray) -> Poses:
+    def at(self, s: FloatArray) -> CurvePoses:
         """Poses at lengths (m,)."""
         p, v, a = (self.positions(s, order) for order in range(3))
         R = self.rotations(s).as_matrix()
         # SciPy gives the turn in body axes; its derivative needs no further term in base axes,
         # since omega x omega = 0.
         turn, turn_rate = ((R @ self.rotations(s, order)[..., None])[..., 0] for order in (1, 2))
-        return Poses(_poses(R, p), np.hstack([v, turn]), np.hstack([a, turn_rate]))
+        return CurvePoses(_poses(R, p), np.hstack([v, turn]), np.hstack([a, turn_rate]))
 
 
 def through(poses: ArrayLike) -> Spline:
