@@ -98,3 +98,37 @@ def plot_motion(found: Any, ax: Any = None) -> Any:
     axes[0].legend(ncols=3, fontsize="small")
     axes[-1].set_xlabel("time [s]")
     return axes
+
+
+def plot_trials(found: Any, ax: Any = None) -> Any:
+    """Draws rates of success over the number of samples, a line a step, with 95 % intervals.
+
+    Args:
+        found: The `Trials`.
+        ax: matplotlib axes; None: a new figure.
+
+    Returns:
+        The axes.
+    """
+    import matplotlib.pyplot as plt  # noqa: PLC0415
+
+    axes = plt.subplots(layout="constrained", figsize=(4.4, 3.2))[1] if ax is None else ax
+    for k, step in enumerate(sorted({row.step for row in found.rows})):
+        rows = [row for row in found.rows if row.step == step]
+        rate = np.array([row.rate for row in rows])
+        bars = np.array([[row.rate - row.low, row.high - row.rate] for row in rows]).T
+        axes.errorbar(
+            [row.samples for row in rows],
+            100 * rate,
+            yerr=100 * np.maximum(bars, 0),
+            fmt="o" + _STYLES[k % len(_STYLES)],
+            color=_COLOUR_BLIND[k % len(_COLOUR_BLIND)],
+            label=f"step {step:g}",
+            capsize=3,
+        )
+    axes.set_xlabel("samples")
+    axes.set_ylabel("paths found [%]")
+    axes.set_ylim(-3, 103)
+    axes.legend()
+    axes.grid(alpha=0.3)
+    return axes

@@ -2,10 +2,10 @@
 
 from .curves import (
     Arc,
+    CurvePoses,
     JointLine,
     Line,
     PoseCurve,
-    CurvePoses,
     Spline,
     arc,
     joint_line,
@@ -19,13 +19,13 @@ from .time_optimal import time_optimal
 
 __all__ = [
     "Arc",
+    "CurvePoses",
     "Excess",
     "JointLine",
     "Law",
     "Line",
     "Motion",
     "PoseCurve",
-    "CurvePoses",
     "Sampled",
     "Sequence",
     "Spline",
