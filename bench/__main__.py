@@ -21,7 +21,7 @@ from .accuracy import (
     platform_modes,
 )
 from .cases.poses import CASES
-from .measures import derivation
+from .measures import derivation, studies
 from .peers.forward import absent
 from .plans import FULL, QUICK, SECTIONS, without_slow_builds
 from .report import Plan, out, records, save, tables
@@ -43,6 +43,7 @@ COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {
     "general": general_arms.run,
     "platforms": lambda o: platform_modes.run(o.count, o.starts, o.seed),
     "calibration": lambda o: calibrations.run(o.runs),
+    "studies": lambda o: studies.run(o.samples),
     "losses": lambda o: losses.run(o.arms, o.first, given=o.given),
     "mechanisms": lambda o: mechanism_branches.run(o.count, o.first),
     "loops": lambda o: loop_numbers.run(o.count),
@@ -114,6 +115,8 @@ def _parser() -> argparse.ArgumentParser:
     held.add_argument("--seed", type=int, default=0)
     drawn = commands.add_parser("calibration", help="identification of drawn arms")
     drawn.add_argument("--runs", type=int, default=200, help="drawn arms of each kind")
+    studied = commands.add_parser("studies", help="workspaces and reach beside plain loops")
+    studied.add_argument("--samples", type=int, default=10_000_000, help="postures of a workspace")
     arms = commands.add_parser("losses", help="poses that inverses of random arms lose")
     arms.add_argument("--arms", type=int, default=ARMS, help="number of arms")
     arms.add_argument("--first", type=int, default=0, help="number of the first arm")

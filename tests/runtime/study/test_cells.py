@@ -5,7 +5,7 @@ import pytest
 
 from chasles.study.cells import cells_of, measure_of
 
-POINTS = 1_500_000
+POINTS = 1_000_000
 
 
 def shell(u, inner, outer):
@@ -61,7 +61,7 @@ def test_volumes_within_the_stated_error(turn):
         assert abs(found.value - volume) <= found.error, (kind.__name__, sizes)
         stated.append(found.error / volume)
     assert len(stated) == 20
-    assert np.median(stated) < 0.08
+    assert np.median(stated) < 0.1
 
 
 def test_area_of_a_disk():
