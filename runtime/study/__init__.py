@@ -9,6 +9,7 @@ They need SciPy and more, `pip install 'chasles[study]'`.
 """
 
 from .cells import Cells, Measure
+from .planar_platform import PlanarRegion, constant_orientation, dexterous
 from .reach import Reach, base_placement, evenly, reach
 from .samples import By, Samples
 from .workspace import Workspace, workspace
@@ -17,10 +18,13 @@ __all__ = [
     "By",
     "Cells",
     "Measure",
+    "PlanarRegion",
     "Reach",
     "Samples",
     "Workspace",
     "base_placement",
+    "constant_orientation",
+    "dexterous",
     "evenly",
     "reach",
     "workspace",

@@ -132,3 +132,31 @@ def plot_trials(found: Any, ax: Any = None) -> Any:
     axes.legend()
     axes.grid(alpha=0.3)
     return axes
+
+
+def plot_region(found: Any, ax: Any = None) -> Any:
+    """Draws a planar region, its border, and the circles of the legs.
+
+    Args:
+        found: The `PlanarRegion`.
+        ax: matplotlib axes; None: a new figure.
+
+    Returns:
+        The axes.
+    """
+    import matplotlib.pyplot as plt  # noqa: PLC0415
+    from matplotlib.patches import Circle  # noqa: PLC0415
+
+    axes = plt.subplots(layout="constrained", figsize=(4.2, 4.2))[1] if ax is None else ax
+    for k, own in enumerate(found.annuli):
+        for radius in (own.inner, own.outer):
+            style = {"fill": False, "linestyle": ":", "linewidth": 0.8}
+            axes.add_patch(Circle(own.centre, radius, edgecolor=_COLOUR_BLIND[k], **style))
+    for arc in found.arcs:
+        axes.plot(*arc.points().T, color=_COLOUR_BLIND[-1], linewidth=1.6)
+    axes.set_aspect("equal")
+    axes.autoscale_view()
+    axes.set_xlabel("x [m]")
+    axes.set_ylabel("y [m]")
+    axes.set_title(f"{found.robot} {found.name}: {found.area * 1e6:.6g} mm²")
+    return axes
