@@ -7,9 +7,11 @@ from .curves import (
     Line,
     PoseCurve,
     Spline,
+    TaskLine,
     arc,
     joint_line,
     line,
+    task_line,
     through,
 )
 from .laws import Law, law
@@ -30,12 +32,14 @@ __all__ = [
     "Sequence",
     "Spline",
     "Stage",
+    "TaskLine",
     "arc",
     "excesses",
     "joined",
     "joint_line",
     "law",
     "line",
+    "task_line",
     "through",
     "time_optimal",
 ]

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple, Protocol
+from typing import Any, Literal, NamedTuple, Protocol, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,6 +19,7 @@ from ...errors import InputValueError, ShapeError
 
 FloatArray = NDArray[np.float64]
 In = Literal["coordinates", "chain"]
+Task = Literal["position", "position_pitch", "planar"]
 
 
 class CurvePoses(NamedTuple):
@@ -86,6 +87,55 @@ def joint_line(start: ArrayLike, end: ArrayLike, of: In = "coordinates") -> Join
     if a.ndim != 1 or a.shape != b.shape:
         raise ShapeError(f"joint_line: expected two vectors (n,), got {a.shape} and {b.shape}")
     return JointLine(a, b, of)
+
+
+@dataclass(frozen=True, eq=False)
+class TaskLine:
+    """A straight line in the coordinates of a task, such as position and pitch.
+
+    Attributes:
+        start: (k,) task coordinates at the start, as the robot's inverse of the task takes them.
+        end: (k,) task coordinates at the end.
+        task: "position", "position_pitch" or "planar".
+        length: The distance of the positions [m]; of a line without one, that of all coordinates.
+    """
+
+    start: FloatArray
+    end: FloatArray
+    task: Task
+    length: float
+
+    def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """(m, k) values and their first and second derivatives by s."""
+        by_s = (self.end - self.start) / (self.length or 1.0)
+        values = self.start + s[:, None] * by_s
+        return values, np.broadcast_to(by_s, values.shape), np.zeros(values.shape)
+
+
+def task_line(task: Task, start: ArrayLike, end: ArrayLike) -> TaskLine:
+    """A straight line in the coordinates of a task.
+
+    Args:
+        task: "position" (x, y, z), "position_pitch" (and the elevation of the tool's third axis
+            above the base's x-y plane) or "planar" (x, y and the angle in the base's x-y plane).
+        start: (k,) task coordinates at the start [m, rad].
+        end: (k,) task coordinates at the end [m, rad].
+
+    Raises:
+        ShapeError: They are not k values.
+        InputValueError: The task is unknown.
+    """
+    if task not in get_args(Task):
+        raise InputValueError(
+            f"task_line: expected one of {', '.join(get_args(Task))}, got {task!r}"
+        )
+    a, b = np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)
+    count = 4 if task == "position_pitch" else 3
+    if a.shape != (count,) or b.shape != (count,):
+        raise ShapeError(f"task_line: {task} has {count} values, got {a.shape} and {b.shape}")
+    places = 2 if task == "planar" else 3
+    length = float(np.linalg.norm((b - a)[:places])) or float(np.linalg.norm(b - a))
+    return TaskLine(a, b, task, length)
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,8 +20,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...errors import InputValueError, OutOfReachError, ShapeError
 from ...iterative.locks import Lock
-from .curves import JointLine, PoseCurve
+from .curves import JointLine, PoseCurve, TaskLine
 from .laws import Law
+from .tasks import task_rates
 
 FloatArray = NDArray[np.float64]
 
@@ -114,7 +115,7 @@ class Motion:
 
     Attributes:
         robot: The robot.
-        curve: The curve, of the tool or of coordinates.
+        curve: The curve, of the tool, of a task's coordinates or of the robot's.
         law: The length covered as a function of time; its length is that of the curve.
         seed: (n,) coordinates near the start, which choose the branch of a curve of the tool.
         given: The further inputs of the robot's `ik`, constant.
@@ -122,7 +123,7 @@ class Motion:
     """
 
     robot: Any
-    curve: PoseCurve | JointLine
+    curve: PoseCurve | TaskLine | JointLine
     law: Law
     seed: FloatArray
     given: tuple[float, ...] = ()
@@ -179,8 +180,12 @@ class Motion:
                 return x, by_s, by_ss
             rates = robot.actuator_rates(x, by_s)
             return robot.actuators(x), rates, robot.actuator_accelerations(x, by_s, by_ss)
+        if isinstance(self.curve, TaskLine):
+            x, by_s, by_ss = self.curve.at(s)
+            q = self._followed(x, s, self.curve.task)
+            return q, *task_rates(robot, self.curve.task, q, by_s, by_ss)
         T, V, A = self.curve.at(s)
-        q = self._followed(T, s) if self.lock is None else self._iterated(T, s)
+        q = self._followed(T, s, "pose") if self.lock is None else self._iterated(T, s)
         by_s = robot.joint_rates(q, V, lock=self._locked).qd
         return (
             q,
@@ -197,8 +202,8 @@ class Motion:
         """Coordinates that do not move: the locked ones, and those that the inverse is given."""
         return self.robot.given or None if self.lock is None else self.lock
 
-    def _followed(self, T: FloatArray, s: FloatArray) -> FloatArray:
-        path = self.robot.ik_path(T, self.seed, *self.given)
+    def _followed(self, T: FloatArray, s: FloatArray, task: str) -> FloatArray:
+        path = self.robot.ik_path(T, self.seed, *self.given, task=task)
         if not path.complete:
             raise OutOfReachError(
                 f"{self.robot.name}: at {self._part(s[path.ended_at])} the motion cannot go on: "

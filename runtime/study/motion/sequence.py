@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...errors import InputValueError, OutOfReachError
 from ...iterative.locks import Lock
-from .curves import In, PoseCurve, joint_line
+from .curves import In, PoseCurve, TaskLine, joint_line
 from .laws import Kind, Law, law
 from .motion import Motion, Sampled, joined
 
@@ -101,7 +101,7 @@ class Sequence:
 
     def follow(
         self,
-        curve: PoseCurve,
+        curve: PoseCurve | TaskLine,
         kind: Kind,
         *,
         given: tuple[float, ...] = (),
@@ -123,15 +123,18 @@ class Sequence:
             InputValueError: The curve starts elsewhere.
             OutOfReachError: The curve leaves the reach, the branch or the limits.
         """
-        here, there = self.robot.fk(self.q_end), curve.at(np.zeros(1)).T[0]
-        apart = np.abs(here - there).max()
-        if not apart <= _SAME:
-            raise InputValueError(
-                f"follow: the curve starts {np.linalg.norm((here - there)[:3, 3]):.3g} m from the "
-                f"tool, and the rotations differ by {np.abs((here - there)[:3, :3]).max():.3g}"
-            )
+        if not isinstance(curve, TaskLine):
+            self._require_start(curve.at(np.zeros(1)).T[0])
         found = law(kind, curve.length, **limits)
         return self._with(Motion(self.robot, curve, found, self.q_end, given, lock), name)
+
+    def _require_start(self, there: FloatArray) -> None:
+        off = self.robot.fk(self.q_end) - there
+        if not np.abs(off).max() <= _SAME:
+            raise InputValueError(
+                f"follow: the curve starts {np.linalg.norm(off[:3, 3]):.3g} m from the tool, and "
+                f"the rotations differ by {np.abs(off[:3, :3]).max():.3g}"
+            )
 
     def sample(self, rate: float = 100.0) -> Sampled:
         """All stages at a rate; `stage` says which.
