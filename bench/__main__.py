@@ -23,7 +23,7 @@ from .accuracy import (
     platform_modes,
 )
 from .cases.poses import CASES
-from .measures import derivation
+from .measures import derivation, studies
 from .peers.forward import absent
 from .plans import FULL, QUICK, SECTIONS, without_slow_builds
 from .report import Plan, out, records, save, tables
@@ -49,6 +49,7 @@ COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {
     "displaced": lambda o: displaced_arms.run(
         range(o.first, o.first + o.draws), o.poses, o.singles
     ),
+    "studies": lambda o: studies.run(o.samples),
     "losses": lambda o: losses.run(o.arms, o.first, given=o.given),
     "mechanisms": lambda o: mechanism_branches.run(o.count, o.first),
     "loops": lambda o: loop_numbers.run(o.count),
@@ -127,6 +128,8 @@ def _parser() -> argparse.ArgumentParser:
     off = commands.add_parser("displaced", help="arms with random errors, judged and timed")
     for name, default in (("draws", 30), ("first", 0), ("poses", 10_000), ("singles", 1000)):
         off.add_argument(f"--{name}", type=int, default=default)
+    studied = commands.add_parser("studies", help="workspaces and reach beside plain loops")
+    studied.add_argument("--samples", type=int, default=10_000_000, help="postures of a workspace")
     arms = commands.add_parser("losses", help="poses that inverses of random arms lose")
     arms.add_argument("--arms", type=int, default=ARMS, help="number of arms")
     arms.add_argument("--first", type=int, default=0, help="number of the first arm")

@@ -87,6 +87,9 @@ class Robot(
             `robot.labels["ik"]`, `robot.labels["chain_all"]`.
         redundancy: The inputs of `ik` beside the pose, which choose one of infinitely many
             inverses: name, unit and meaning of each; () where the pose suffices, or without `ik`.
+        given: The coordinates that these inputs give, by index in q; () where they are no
+            coordinates, such as a swivel angle.
+        held: The coordinates that an inverse leaves at 0, by index in q, by its name.
         loops: The names of its loops; () for a serial robot.
         solution: The solution of its loops: "closed form", "newton", or "" without loops.
         chain_joints: The joints of its main chain, in the order of `theta`; the coordinates for a
@@ -114,6 +117,8 @@ class Robot(
     functions: Mapping[str, Function[Any]]
     labels: Mapping[str, tuple[str, ...]]
     redundancy: tuple[Argument, ...]
+    given: tuple[int, ...]
+    held: Mapping[str, tuple[int, ...]]
     loops: tuple[str, ...]
     solution: str
     chain_joints: tuple[Coordinate, ...]
@@ -210,6 +215,8 @@ class Robot(
             functions=MappingProxyType(functions),
             labels=MappingProxyType({f.name: f.labels for f in manifest.functions if f.labels}),
             redundancy=inverse.inputs[1:] if inverse else (),
+            given=inverse.given if inverse else (),
+            held=MappingProxyType({f.name: f.held for f in manifest.functions if f.held}),
             loops=manifest.loops.names,
             solution=manifest.loops.solution,
             chain_joints=manifest.loops.chain or manifest.coordinates,

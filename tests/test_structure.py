@@ -45,7 +45,7 @@ STAGES = (
 )
 """Rooms and modules of the compiler; each imports from earlier stages and from itself alone."""
 RANK = {room: rank for rank, rooms in enumerate(STAGES) for room in rooms}
-COMPILER_ONLY = {"sympy", "casadi", "mpmath", "lxml", "typer", "rich", "xacro", "mujoco", "yaml"}
+COMPILER_ONLY = {"sympy", "casadi", "mpmath", "lxml", "typer", "xacro", "mujoco", "yaml"}
 
 
 def handwritten(root: Path) -> list[Path]:

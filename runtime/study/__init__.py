@@ -1,0 +1,31 @@
+"""Studies: workspaces, motion and planning on any robot.
+
+    robot = chasles.load("ur5e")
+    found = workspace(robot, samples=10_000_000)
+    print(found.measure)
+    found.plot()
+
+They need SciPy and more, `pip install 'chasles[study]'`.
+"""
+
+from .cells import Cells, Measure
+from .planar_platform import PlanarRegion, constant_orientation, dexterous
+from .reach import Reach, base_placement, evenly, reach
+from .samples import By, Samples
+from .workspace import Workspace, workspace
+
+__all__ = [
+    "By",
+    "Cells",
+    "Measure",
+    "PlanarRegion",
+    "Reach",
+    "Samples",
+    "Workspace",
+    "base_placement",
+    "constant_orientation",
+    "dexterous",
+    "evenly",
+    "reach",
+    "workspace",
+]

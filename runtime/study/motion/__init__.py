@@ -1,0 +1,45 @@
+"""Motions: curves, laws of time, and a robot on them with all rates and accelerations."""
+
+from .curves import (
+    Arc,
+    CurvePoses,
+    JointLine,
+    Line,
+    PoseCurve,
+    Spline,
+    TaskLine,
+    arc,
+    joint_line,
+    line,
+    task_line,
+    through,
+)
+from .laws import Law, law
+from .motion import Excess, Motion, Sampled, excesses, joined
+from .sequence import Sequence, Stage
+from .time_optimal import time_optimal
+
+__all__ = [
+    "Arc",
+    "CurvePoses",
+    "Excess",
+    "JointLine",
+    "Law",
+    "Line",
+    "Motion",
+    "PoseCurve",
+    "Sampled",
+    "Sequence",
+    "Spline",
+    "Stage",
+    "TaskLine",
+    "arc",
+    "excesses",
+    "joined",
+    "joint_line",
+    "law",
+    "line",
+    "task_line",
+    "through",
+    "time_optimal",
+]

@@ -1,0 +1,305 @@
+"""Curves: where a tool or the coordinates go, without time.
+
+A curve is a function of the length s from its start. In space s is the way of the tool's origin [m]
+or the angle [rad] of a curve that only turns; among coordinates s runs from 0 to 1. With a curve
+comes its first and second derivative by s, so that rates and accelerations are exact.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple, Protocol, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ... import screws
+from ...errors import InputValueError, ShapeError
+
+FloatArray = NDArray[np.float64]
+In = Literal["coordinates", "chain"]
+Task = Literal["position", "position_pitch", "planar"]
+
+
+class CurvePoses(NamedTuple):
+    """Poses of a tool on a curve.
+
+    Attributes:
+        T: (m, 4, 4) poses `T_0_ee`.
+        V: (m, 6) mixed twist by s: (dp/ds, turn by s) in base axes.
+        A: (m, 6) its derivative by s.
+    """
+
+    T: FloatArray
+    V: FloatArray
+    A: FloatArray
+
+
+class PoseCurve(Protocol):
+    """A curve of the tool.
+
+    Attributes:
+        length: Its length [m], or [rad] where the tool only turns.
+    """
+
+    length: float
+
+    def at(self, s: FloatArray) -> CurvePoses:
+        """Poses at lengths (m,)."""
+
+
+@dataclass(frozen=True, eq=False)
+class JointLine:
+    """A straight line in the coordinates: all of them move in proportion.
+
+    Attributes:
+        start: (n,) at s = 0.
+        end: (n,) at s = 1.
+        of: "coordinates": the actuated ones, q; "chain": the joints of the main chain.
+        length: 1.
+    """
+
+    start: FloatArray
+    end: FloatArray
+    of: In = "coordinates"
+    length: float = 1.0
+
+    def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """(m, n) values and their first and second derivatives by s."""
+        step = self.end - self.start
+        values = self.start + s[:, None] * step
+        return values, np.broadcast_to(step, values.shape), np.zeros(values.shape)
+
+
+def joint_line(start: ArrayLike, end: ArrayLike, of: In = "coordinates") -> JointLine:
+    """A straight line from one posture to another.
+
+    Args:
+        start: (n,) values at the start [rad or m].
+        end: (n,) values at the end [rad or m].
+        of: "coordinates": of the actuated ones; "chain": of the joints of the main chain.
+
+    Raises:
+        ShapeError: They are not vectors of the same length.
+    """
+    a, b = np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)
+    if a.ndim != 1 or a.shape != b.shape:
+        raise ShapeError(f"joint_line: expected two vectors (n,), got {a.shape} and {b.shape}")
+    return JointLine(a, b, of)
+
+
+@dataclass(frozen=True, eq=False)
+class TaskLine:
+    """A straight line in the coordinates of a task, such as position and pitch.
+
+    Attributes:
+        start: (k,) task coordinates at the start, as the robot's inverse of the task takes them.
+        end: (k,) task coordinates at the end.
+        task: "position", "position_pitch" or "planar".
+        length: The distance of the positions [m]; of a line without one, that of all coordinates.
+    """
+
+    start: FloatArray
+    end: FloatArray
+    task: Task
+    length: float
+
+    def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """(m, k) values and their first and second derivatives by s."""
+        by_s = (self.end - self.start) / (self.length or 1.0)
+        values = self.start + s[:, None] * by_s
+        return values, np.broadcast_to(by_s, values.shape), np.zeros(values.shape)
+
+
+def task_line(task: Task, start: ArrayLike, end: ArrayLike) -> TaskLine:
+    """A straight line in the coordinates of a task.
+
+    Args:
+        task: "position" (x, y, z), "position_pitch" (and the elevation of the tool's third axis
+            above the base's x-y plane) or "planar" (x, y and the angle in the base's x-y plane).
+        start: (k,) task coordinates at the start [m, rad].
+        end: (k,) task coordinates at the end [m, rad].
+
+    Raises:
+        ShapeError: They are not k values.
+        InputValueError: The task is unknown.
+    """
+    if task not in get_args(Task):
+        raise InputValueError(
+            f"task_line: expected one of {', '.join(get_args(Task))}, got {task!r}"
+        )
+    a, b = np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)
+    count = 4 if task == "position_pitch" else 3
+    if a.shape != (count,) or b.shape != (count,):
+        raise ShapeError(f"task_line: {task} has {count} values, got {a.shape} and {b.shape}")
+    places = 2 if task == "planar" else 3
+    length = float(np.linalg.norm((b - a)[:places])) or float(np.linalg.norm(b - a))
+    return TaskLine(a, b, task, length)
+
+
+@dataclass(frozen=True, eq=False)
+class _Turning:
+    """The orientation along a curve: about one axis, in proportion to s."""
+
+    R_0: FloatArray
+    turn: FloatArray
+    length: float
+
+    def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Rotations (m, 3, 3) and the turn by s (3,) in base axes."""
+        rate = self.turn / self.length if self.length else np.zeros(3)
+        return self.R_0 @ screws.exp_rotation(s[:, None] * rate), self.R_0 @ rate
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """A straight line; the tool turns about one axis on the way."""
+
+    start: FloatArray
+    step: FloatArray
+    turning: _Turning
+    length: float
+
+    def at(self, s: FloatArray) -> CurvePoses:
+        """Poses at lengths (m,)."""
+        R, turn = self.turning.at(s)
+        along = self.step / self.length if self.length else np.zeros(3)
+        V = np.broadcast_to(np.r_[along, turn], (len(s), 6))
+        return CurvePoses(_poses(R, self.start + s[:, None] * along), V, np.zeros(V.shape))
+
+
+@dataclass(frozen=True, eq=False)
+class Arc:
+    """A circular arc; the tool turns about one axis on the way."""
+
+    centre: FloatArray
+    axes: FloatArray
+    radius: float
+    turning: _Turning
+    length: float
+
+    def at(self, s: FloatArray) -> CurvePoses:
+        """Poses at lengths (m,)."""
+        angle = s / self.radius
+        R, turn = self.turning.at(s)
+        u, v = self.axes
+        out = np.cos(angle)[:, None] * u + np.sin(angle)[:, None] * v
+        ahead = np.cos(angle)[:, None] * v - np.sin(angle)[:, None] * u
+        V = np.hstack([ahead, np.broadcast_to(turn, ahead.shape)])
+        A = np.hstack([-out / self.radius, np.zeros(out.shape)])
+        return CurvePoses(_poses(R, self.centre + self.radius * out), V, A)
+
+
+def line(T_start: ArrayLike, T_end: ArrayLike) -> Line:
+    """A straight line of the tool's origin; the tool turns about one axis on the way.
+
+    Args:
+        T_start: (4, 4) pose at the start.
+        T_end: (4, 4) pose at the end. For a half turn the axis is one of two.
+
+    Raises:
+        ShapeError: A pose is not (4, 4).
+    """
+    a, b = _pose("T_start", T_start), _pose("T_end", T_end)
+    step, turn = b[:3, 3] - a[:3, 3], screws.log_rotation(a[:3, :3].T @ b[:3, :3])
+    length = float(np.linalg.norm(step)) or float(np.linalg.norm(turn))
+    return Line(a[:3, 3], step, _Turning(a[:3, :3], turn, length), length)
+
+
+def arc(T_start: ArrayLike, via: ArrayLike, T_end: ArrayLike) -> Arc:
+    """The circular arc from a pose to another through a point.
+
+    Args:
+        T_start: (4, 4) pose at the start.
+        via: (3,) point on the arc between both [m].
+        T_end: (4, 4) pose at the end; the tool turns about one axis on the way.
+
+    Raises:
+        InputValueError: The points lie on a line.
+        ShapeError: A pose is not (4, 4), or the point not (3,).
+    """
+    a, b = _pose("T_start", T_start), _pose("T_end", T_end)
+    p, m, e = a[:3, 3], np.asarray(via, dtype=np.float64), b[:3, 3]
+    if m.shape != (3,):
+        raise ShapeError(f"arc: expected via (3,), got {m.shape}")
+    chord, other = e - p, m - p
+    normal = np.cross(other, chord)
+    area = np.linalg.norm(normal)
+    if area <= _STRAIGHT * np.linalg.norm(other) * np.linalg.norm(chord):
+        raise InputValueError("arc: start, via and end lie on a line; take `line`")
+    normal /= area
+    to_centre = (
+        np.cross(normal, other) * (chord @ chord) - np.cross(normal, chord) * (other @ other)
+    ) / (2 * area)
+    centre, radius = p + to_centre, float(np.linalg.norm(to_centre))
+    u = -to_centre / radius
+    v = np.cross(normal, u)
+    angle = math.atan2((e - centre) @ v, (e - centre) @ u) % (2 * math.pi)
+    length = radius * angle
+    turn = screws.log_rotation(a[:3, :3].T @ b[:3, :3])
+    return Arc(centre, np.array([u, v]), radius, _Turning(a[:3, :3], turn, length), length)
+
+
+_STRAIGHT = 1e-9
+"""Sine of an angle below which three points lie on a line: their circle is a million times larger
+than their distances."""
+
+
+def _poses(R: FloatArray, p: FloatArray) -> FloatArray:
+    T = np.zeros((len(p), 4, 4))
+    T[:, :3, :3], T[:, :3, 3], T[:, 3, 3] = R, p, 1
+    return T
+
+
+def _pose(name: str, T: ArrayLike) -> FloatArray:
+    pose = np.asarray(T, dtype=np.float64)
+    if pose.shape != (4, 4):
+        raise ShapeError(f"{name}: expected a pose (4, 4), got shape {pose.shape}")
+    return pose
+
+
+@dataclass(frozen=True, eq=False)
+class Spline:
+    """A smooth curve through poses; s is the sum of the chords between them.
+
+    Position and orientation have continuous second derivatives.
+    """
+
+    positions: Any
+    rotations: Any
+    length: float
+
+    def at(self, s: FloatArray) -> CurvePoses:
+        """Poses at lengths (m,)."""
+        p, v, a = (self.positions(s, order) for order in range(3))
+        R = self.rotations(s).as_matrix()
+        # SciPy gives the turn in body axes; its derivative needs no further term in base axes,
+        # since omega x omega = 0.
+        turn, turn_rate = ((R @ self.rotations(s, order)[..., None])[..., 0] for order in (1, 2))
+        return CurvePoses(_poses(R, p), np.hstack([v, turn]), np.hstack([a, turn_rate]))
+
+
+def through(poses: ArrayLike) -> Spline:
+    """A smooth curve through poses: cubic splines of position and orientation.
+
+    Args:
+        poses: (m, 4, 4) poses, at least three; successive ones differ in position.
+
+    Raises:
+        ShapeError: These are not three poses or more.
+        InputValueError: Two successive poses have the same position.
+    """
+    from scipy.interpolate import CubicSpline  # noqa: PLC0415
+    from scipy.spatial.transform import Rotation, RotationSpline  # noqa: PLC0415
+
+    T = np.asarray(poses, dtype=np.float64)
+    if T.ndim != 3 or T.shape[1:] != (4, 4) or len(T) < 3:  # noqa: PLR2004 - rows of matrices
+        raise ShapeError(f"through: expected three poses or more (m, 4, 4), got {T.shape}")
+    chords = np.linalg.norm(np.diff(T[:, :3, 3], axis=0), axis=1)
+    if not (chords > 0).all():
+        k = int(np.argmin(chords))
+        raise InputValueError(f"through: poses {k} and {k + 1} have the same position")
+    s = np.r_[0, np.cumsum(chords)]
+    turns = RotationSpline(s, Rotation.from_matrix(T[:, :3, :3]))
+    return Spline(CubicSpline(s, T[:, :3, 3]), turns, float(s[-1]))

@@ -1,0 +1,170 @@
+"""Sequences: motions and pauses one after the other, as in a process.
+
+    laying = (
+        Sequence(robot, q0)
+        .move(q1, "quintic", duration=2)
+        .hold(0.5)
+        .follow(line(robot.fk(q1), T_2), "trapezoidal", speed=0.2, acceleration=1)
+    )
+    sampled = laying.sample(rate=100)
+
+Each stage begins where the one before ends.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...errors import InputValueError, OutOfReachError
+from ...iterative.locks import Lock
+from .curves import In, PoseCurve, TaskLine, joint_line
+from .laws import Kind, Law, law
+from .motion import Motion, Sampled, joined
+
+FloatArray = NDArray[np.float64]
+
+_SAME = 1e-9
+"""Distance [m] and angle [rad] between the end of a stage and the start of the next curve."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """A motion, or a pause at a posture.
+
+    Attributes:
+        motion: The motion.
+        q_end: (n,) coordinates at its end [rad or m].
+        name: Its name.
+    """
+
+    motion: Motion
+    q_end: FloatArray
+    name: str
+
+
+@dataclass(frozen=True, eq=False)
+class Sequence:
+    """Stages of a robot's motion; every method returns a longer sequence.
+
+    Attributes:
+        robot: The robot.
+        start: (n,) coordinates at the start [rad or m].
+        stages: The stages so far.
+    """
+
+    robot: Any
+    start: FloatArray
+    stages: tuple[Stage, ...] = ()
+
+    @property
+    def q_end(self) -> FloatArray:
+        """(n,) coordinates at the end [rad or m]."""
+        return self.stages[-1].q_end if self.stages else np.asarray(self.start, dtype=np.float64)
+
+    @property
+    def duration(self) -> float:
+        """The time of all stages [s]."""
+        return sum(stage.motion.duration for stage in self.stages)
+
+    def move(
+        self, to: ArrayLike, kind: Kind, *, of: In = "coordinates", name: str = "", **limits: float
+    ) -> Self:
+        """Moves all coordinates in proportion.
+
+        Args:
+            to: (n,) coordinates at the end; for the main chain its joints [rad or m].
+            kind: The law, as in `law`.
+            of: "coordinates", or "chain": the joints of the main chain move in proportion.
+            name: The name of the stage.
+            limits: duration, speed, acceleration and jerk of the part of the way, from 0 to 1.
+        """
+        begin = self.q_end
+        if of == "chain" and self.robot.loops:
+            begin = self.robot.chain(begin)
+        curve = joint_line(begin, to, of)
+        return self._with(Motion(self.robot, curve, law(kind, 1.0, **limits), self.q_end), name)
+
+    def hold(self, duration: float, name: str = "") -> Self:
+        """Waits.
+
+        Args:
+            duration: The time [s].
+            name: The name of the stage.
+        """
+        rest = Law(np.array([0.0, duration]), np.zeros((1, 1)), 0.0)
+        curve = joint_line(self.q_end, self.q_end)
+        return self._with(Motion(self.robot, curve, rest, self.q_end), name)
+
+    def follow(
+        self,
+        curve: PoseCurve | TaskLine,
+        kind: Kind,
+        *,
+        given: tuple[float, ...] = (),
+        lock: Lock | None = None,
+        name: str = "",
+        **limits: float,
+    ) -> Self:
+        """Moves the tool on a curve that starts where the tool is.
+
+        Args:
+            curve: The curve of the tool.
+            kind: The law, as in `law`.
+            given: The further inputs of the robot's `ik`, constant.
+            lock: Coordinates, or joints of the main chain, that do not move.
+            name: The name of the stage.
+            limits: duration [s], speed [m/s], acceleration and jerk of the tool on the curve.
+
+        Raises:
+            InputValueError: The curve starts elsewhere.
+            OutOfReachError: The curve leaves the reach, the branch or the limits.
+        """
+        if not isinstance(curve, TaskLine):
+            self._require_start(curve.at(np.zeros(1)).T[0])
+        found = law(kind, curve.length, **limits)
+        return self._with(Motion(self.robot, curve, found, self.q_end, given, lock), name)
+
+    def _require_start(self, there: FloatArray) -> None:
+        off = self.robot.fk(self.q_end) - there
+        if not np.abs(off).max() <= _SAME:
+            raise InputValueError(
+                f"follow: the curve starts {np.linalg.norm(off[:3, 3]):.3g} m from the tool, and "
+                f"the rotations differ by {np.abs(off[:3, :3]).max():.3g}"
+            )
+
+    def sample(self, rate: float = 100.0) -> Sampled:
+        """All stages at a rate; `stage` says which.
+
+        Args:
+            rate: Samples per second.
+
+        Raises:
+            InputValueError: There is no stage.
+            OutOfReachError: A curve leaves the reach, the branch or the limits.
+        """
+        return joined([stage.motion.sample(rate) for stage in self.stages])
+
+    def jumps(self) -> list[tuple[int, str, float, float]]:
+        """Jumps of derivatives: stage, the derivative's name, time in the sequence [s], step."""
+        found, begin = [], 0.0
+        for index, stage in enumerate(self.stages):
+            moves = stage.motion.law
+            found += [(index, name, begin + time, step) for name, time, step in moves.jumps()]
+            begin += moves.duration
+        return found
+
+    def _with(self, motion: Motion, name: str) -> Self:
+        ends = motion.sample(_CHECKS / motion.duration) if motion.law.length else None
+        q_end = self.q_end if ends is None else ends.q[-1]
+        if not np.isfinite(q_end).all():
+            raise OutOfReachError(f"{self.robot.name}: the loops do not close at the end of {name}")
+        stage = Stage(motion, q_end, name or f"stage {len(self.stages) + 1}")
+        return replace(self, stages=(*self.stages, stage))
+
+
+_CHECKS = 100
+"""Samples of a new stage on the way to its end."""

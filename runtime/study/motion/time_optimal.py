@@ -1,0 +1,138 @@
+"""The fastest law on a curve: at each moment a rate or an acceleration is at its limit.
+
+The curve in the coordinates, q(s), is sampled with its exact derivatives; reachability analysis
+gives the fastest profile s(t) on this grid. Between the grid's nodes a limit may be exceeded a
+little, so the law is then stretched by what a ten times finer grid shows.
+
+Source:
+    H. Pham, Q.-C. Pham, A new approach to time-optimal path parameterization based on reachability
+    analysis, 2018 (the library toppra).
+"""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...errors import InputValueError
+from .laws import Law
+from .motion import Motion, Sampled, per_coordinate
+
+FloatArray = NDArray[np.float64]
+
+_NODES = 400
+"""Nodes of the grid along the curve."""
+_FINER = 10
+"""Samples between two nodes at which limits are checked."""
+_BEFORE = 1e-9
+"""Part of the time between two nodes by which a sample is before a node."""
+_NONE = 1e9
+"""An acceleration that nothing reaches, for the tool's way, which has no limit of its own."""
+_MARGIN = 1e-5
+"""Part of the time that is given away for the extremes between these samples: they exceed the
+samples by the square of a tenth of the variation from node to node."""
+
+
+def time_optimal(
+    motion: Motion,
+    *,
+    rates: ArrayLike,
+    accelerations: ArrayLike,
+    tool_speed: float | None = None,
+    nodes: int = _NODES,
+) -> Motion:
+    """The same motion in the least time within limits.
+
+    Args:
+        motion: A motion on the curve; its law is replaced.
+        rates: () or (n,) largest rates [rad/s or m/s].
+        accelerations: () or (n,) largest accelerations [rad/s^2 or m/s^2].
+        tool_speed: The largest speed of the tool's origin [m/s]; None: none.
+        nodes: Nodes of the grid along the curve.
+
+    Returns:
+        The motion, from rest to rest, with no limit exceeded.
+
+    Raises:
+        InputValueError: A limit is not positive, or no motion from rest to rest exists.
+        OutOfReachError: The curve leaves the reach, the branch or the limits.
+    """
+    robot = motion.robot
+    limits = [
+        per_coordinate(name, v, robot.n)
+        for name, v in (("rate", rates), ("acceleration", accelerations))
+    ]
+    if not all((limit > 0).all() for limit in limits) or (
+        tool_speed is not None and not tool_speed > 0
+    ):
+        raise InputValueError("time_optimal: expected limits above 0")
+    found = replace(motion, law=_fastest(motion, limits, tool_speed, nodes))
+    # The acceleration jumps at a node: its value before the node counts, too.
+    parts = np.linspace(0, 1 - _BEFORE, _FINER + 1)
+    finer = found.law.breaks[:-1, None] + np.diff(found.law.breaks)[:, None] * parts
+    factor = _stretch(found.at(finer.ravel()), limits, tool_speed)
+    return replace(found, law=found.law.stretched(factor * (1 + _MARGIN)))
+
+
+def _fastest(motion: Motion, limits: list[FloatArray], tool_speed: float | None, nodes: int) -> Law:
+    """The law whose acceleration is constant between the nodes of a grid."""
+    import toppra  # noqa: PLC0415
+    from toppra.algorithm import TOPPRA  # noqa: PLC0415
+    from toppra.constraint import (  # noqa: PLC0415
+        JointAccelerationConstraint,
+        JointVelocityConstraint,
+    )
+
+    s = np.linspace(0, motion.curve.length, nodes + 1)
+    path = _on_grid(motion, s, tool_speed)
+    rate, acceleration = limits
+    if tool_speed is not None:
+        rate = np.r_[rate, tool_speed]
+        acceleration = np.r_[acceleration, _NONE]
+    constraints = [
+        JointVelocityConstraint(np.column_stack([-rate, rate])),
+        JointAccelerationConstraint(np.column_stack([-acceleration, acceleration])),
+    ]
+    logging.getLogger("toppra").setLevel(logging.ERROR)
+    toppra.algorithm.algorithm.logger.setLevel(logging.ERROR)
+    _, sd, _ = TOPPRA(constraints, path, gridpoints=s).compute_parameterization(0, 0)
+    if sd is None or not np.isfinite(sd).all():
+        raise InputValueError("time_optimal: no motion from rest to rest stays within the limits")
+    widths = 2 * np.diff(s) / (sd[1:] + sd[:-1])
+    half = (sd[1:] - sd[:-1]) / (2 * widths)
+    rows = np.column_stack([s[:-1], sd[:-1], half])
+    return Law(np.r_[0, np.cumsum(widths)], rows, motion.curve.length)
+
+
+def _on_grid(motion: Motion, s: FloatArray, tool_speed: float | None) -> Any:
+    """The curve in the coordinates as toppra reads it; the way of the tool is one more of them."""
+    from toppra.interpolator import AbstractGeometricPath  # noqa: PLC0415
+
+    orders = list(motion.on_curve(s))
+    if tool_speed is not None:
+        twist = motion.robot.twist_mixed(orders[0], orders[1])
+        way = np.linalg.norm(twist[:, :3], axis=1)
+        orders = [np.column_stack([x, y]) for x, y in zip(orders, (s, way, 0 * s), strict=True)]
+
+    class OnGrid(AbstractGeometricPath):  # type: ignore[misc]
+        dof = orders[0].shape[1]
+        path_interval = s[[0, -1]]
+        waypoints = (s, orders[0])
+
+        def __call__(self, at: Any, order: int = 0) -> FloatArray:
+            nearest = np.searchsorted(s, np.asarray(at) - (s[1] - s[0]) / 2)
+            return np.asarray(orders[order][nearest])
+
+    return OnGrid()
+
+
+def _stretch(sampled: Sampled, limits: list[FloatArray], tool_speed: float | None) -> float:
+    """The factor of time that brings rates and accelerations within limits, at least 1."""
+    rate = (np.abs(sampled.qd) / limits[0]).max()
+    acceleration = (np.abs(sampled.qdd) / limits[1]).max()
+    speed = np.linalg.norm(sampled.V[:, :3], axis=1).max() / tool_speed if tool_speed else 0.0
+    return float(max(1.0, rate, speed, np.sqrt(acceleration)))

@@ -1,0 +1,162 @@
+"""Pictures of studies, drawn on the axes that are given or on a figure of their own."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+_COLOURS = "cividis"
+"""Map of colours that looks the same to people who do not see red or green, and in print."""
+_EMPTY = "#ffffff00"
+_COLOUR_BLIND = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#000000")
+"""Colours that differ for all kinds of sight (Okabe and Ito, 2008), and in lightness for print."""
+_STYLES = ("-", "--", ":")
+
+
+def plot_workspace(found: Any, ax: Any = None) -> Any:
+    """Draws where a tool's origin was, as the share of postures in each column of cells.
+
+    Args:
+        found: The `Workspace`.
+        ax: matplotlib axes for one view, along the direction with the fewest cells; None: a new
+            figure, with a view along z and one along y where the workspace is not flat.
+
+    Returns:
+        The axes, or the array of them.
+    """
+    thin = int(np.argmin(found.cells.shape))
+    if ax is not None:
+        _view(found, thin, ax)
+        return ax
+    import matplotlib.pyplot as plt  # noqa: PLC0415
+
+    normals = [thin] if found.cells.dimension < 3 else [2, 1]  # noqa: PLR2004 - a solid has three
+    figure, axes = plt.subplots(
+        1, len(normals), squeeze=False, layout="constrained", figsize=(4.2 * len(normals), 3.6)
+    )
+    most = max(_shares(found.hits.sum(normal)).max() for normal in normals)
+    for normal, own in zip(normals, axes[0], strict=True):
+        image = _view(found, normal, own, most)
+    measure = found.measure
+    unit = {3: "m³", 2: "m²"}.get(measure.dimension, "m")
+    figure.suptitle(f"{found.robot}: {measure.value:.3g} {unit} ± {measure.error:.1g} {unit}")
+    figure.colorbar(image, ax=axes, label="postures in 1000")
+    return axes[0] if len(normals) > 1 else axes[0, 0]
+
+
+def _view(found: Any, normal: int, ax: Any, most: float | None = None) -> Any:
+    from matplotlib import colormaps  # noqa: PLC0415
+
+    across, up = (k for k in range(3) if k != normal)
+    shares = _shares(found.hits.sum(normal, dtype=np.uint64))
+    lower, upper = found.cells.lower, found.cells.upper
+    image = ax.imshow(
+        shares.T,
+        origin="lower",
+        extent=(lower[across], upper[across], lower[up], upper[up]),
+        cmap=colormaps[_COLOURS].with_extremes(bad=_EMPTY),
+        interpolation="nearest",
+        vmin=0,
+        vmax=most,
+    )
+    ax.set_xlabel(f"{'xyz'[across]} [m]")
+    ax.set_ylabel(f"{'xyz'[up]} [m]")
+    return image
+
+
+def _shares(hits: NDArray[np.uint64]) -> Any:
+    """Parts of a thousand of all postures; empty columns are masked."""
+    return np.ma.masked_equal(hits, 0) * (1000 / max(int(hits.sum()), 1))
+
+
+def plot_motion(found: Any, ax: Any = None) -> Any:
+    """Draws coordinates, rates and accelerations over time; slides in metres on the same axes.
+
+    Args:
+        found: The motion, as `Sampled`.
+        ax: Three matplotlib axes; None: a new figure.
+
+    Returns:
+        The three axes.
+    """
+    import matplotlib.pyplot as plt  # noqa: PLC0415
+
+    axes = ax
+    if axes is None:
+        figure, axes = plt.subplots(3, 1, sharex=True, layout="constrained", figsize=(5.2, 6.4))
+        figure.suptitle(found.robot)
+    words = ("coordinate [rad, m]", "rate [1/s]", "acceleration [1/s²]")
+    for own, values, word in zip(axes, (found.q, found.qd, found.qdd), words, strict=True):
+        for j, name in enumerate(found.names):
+            style = _STYLES[j // len(_COLOUR_BLIND) % len(_STYLES)]
+            colour = _COLOUR_BLIND[j % len(_COLOUR_BLIND)]
+            own.plot(found.t, values[:, j], style, color=colour, label=name, linewidth=1.2)
+        own.set_ylabel(word)
+        own.grid(alpha=0.3)
+    axes[0].legend(ncols=3, fontsize="small")
+    axes[-1].set_xlabel("time [s]")
+    return axes
+
+
+def plot_trials(found: Any, ax: Any = None) -> Any:
+    """Draws rates of success over the number of samples, a line a step, with 95 % intervals.
+
+    Args:
+        found: The `Trials`.
+        ax: matplotlib axes; None: a new figure.
+
+    Returns:
+        The axes.
+    """
+    import matplotlib.pyplot as plt  # noqa: PLC0415
+
+    axes = plt.subplots(layout="constrained", figsize=(4.4, 3.2))[1] if ax is None else ax
+    for k, step in enumerate(sorted({row.step for row in found.rows})):
+        rows = [row for row in found.rows if row.step == step]
+        rate = np.array([row.rate for row in rows])
+        bars = np.array([[row.rate - row.low, row.high - row.rate] for row in rows]).T
+        axes.errorbar(
+            [row.samples for row in rows],
+            100 * rate,
+            yerr=100 * np.maximum(bars, 0),
+            fmt="o" + _STYLES[k % len(_STYLES)],
+            color=_COLOUR_BLIND[k % len(_COLOUR_BLIND)],
+            label=f"step {step:g}",
+            capsize=3,
+        )
+    axes.set_xlabel("samples")
+    axes.set_ylabel("paths found [%]")
+    axes.set_ylim(-3, 103)
+    axes.legend()
+    axes.grid(alpha=0.3)
+    return axes
+
+
+def plot_region(found: Any, ax: Any = None) -> Any:
+    """Draws a planar region, its border, and the circles of the legs.
+
+    Args:
+        found: The `PlanarRegion`.
+        ax: matplotlib axes; None: a new figure.
+
+    Returns:
+        The axes.
+    """
+    import matplotlib.pyplot as plt  # noqa: PLC0415
+    from matplotlib.patches import Circle  # noqa: PLC0415
+
+    axes = plt.subplots(layout="constrained", figsize=(4.2, 4.2))[1] if ax is None else ax
+    for k, own in enumerate(found.annuli):
+        for radius in (own.inner, own.outer):
+            style = {"fill": False, "linestyle": ":", "linewidth": 0.8}
+            axes.add_patch(Circle(own.centre, radius, edgecolor=_COLOUR_BLIND[k], **style))
+    for arc in found.arcs:
+        axes.plot(*arc.points().T, color=_COLOUR_BLIND[-1], linewidth=1.6)
+    axes.set_aspect("equal")
+    axes.autoscale_view()
+    axes.set_xlabel("x [m]")
+    axes.set_ylabel("y [m]")
+    axes.set_title(f"{found.robot} {found.name}: {found.area * 1e6:.6g} mm²")
+    return axes

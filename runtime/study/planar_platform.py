@@ -1,0 +1,167 @@
+"""Workspaces of planar platforms on three legs, by circles.
+
+At a constant orientation a leg of two links reaches all points of an annulus, and a leg with a
+cylinder those between its limits. Neither is read from a description: the leg's margin, and the
+square of the cylinder's length, is a polynomial in the square of the distance d from the annulus's
+centre, so that samples give centre and radii exactly; other legs do not fit such a polynomial and
+are refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputValueError
+from .annuli import Annulus, BorderArc, area, border
+
+FloatArray = NDArray[np.float64]
+
+_SAMPLES = 200
+_FITS = 1e-9
+"""Relative residual of the polynomial up to which a leg's border is taken as circles."""
+_AXES = ("prismatic", "prismatic", "revolute")
+
+
+@dataclass(frozen=True, eq=False)
+class PlanarRegion:
+    """Places of a platform's tool in the plane.
+
+    Attributes:
+        robot: The robot's name.
+        name: What the region is, in words.
+        annuli: What each leg reaches.
+    """
+
+    robot: str
+    name: str
+    annuli: tuple[Annulus, ...]
+
+    @property
+    def area(self) -> float:
+        """Its area [m^2], exact to rounding."""
+        return area(self.annuli)
+
+    @property
+    def arcs(self) -> list[BorderArc]:
+        """The arcs of its border, with the region to their left."""
+        return border(self.annuli)
+
+    def contains(self, points: FloatArray) -> NDArray[np.bool_]:
+        """Whether points (m, 2) [m] belong to it."""
+        return np.asarray(np.all([own.contains(points) for own in self.annuli], axis=0))
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draws the region and the circles of the legs; returns the matplotlib axes."""
+        from .pictures import plot_region  # noqa: PLC0415
+
+        return plot_region(self, ax)
+
+
+def constant_orientation(robot: Any, phi: float) -> PlanarRegion:
+    """Where the tool of a planar platform can be at an angle.
+
+    Args:
+        robot: A planar platform on three legs, each of two links, or of a cylinder with limits.
+        phi: The angle [rad].
+
+    Raises:
+        InputValueError: The robot is no such platform.
+
+    Source:
+        J.-P. Merlet, C. Gosselin, N. Mouly, Workspaces of planar parallel manipulators, 1998.
+    """
+    annuli = tuple(_annulus(robot, leg, phi) for leg in range(robot.n)) if _is_planar(robot) else ()
+    if not annuli:
+        raise InputValueError(f"{robot.name}: expected a planar platform on three legs")
+    return PlanarRegion(robot.name, f"at {np.degrees(phi):.4g}°", annuli)
+
+
+def dexterous(robot: Any) -> PlanarRegion:
+    """Where the tool of a planar platform can be at every angle.
+
+    While the platform turns, the centre of a leg's annulus moves on a circle. The tool stays within
+    reach of the leg at every angle if its distance from the middle of that circle leaves room for
+    the circle's radius on both sides.
+
+    Args:
+        robot: As for `constant_orientation`.
+
+    Raises:
+        InputValueError: The robot is no such platform, or its tool lies within an inner circle
+            that moves around it.
+    """
+    turned = [constant_orientation(robot, phi) for phi in (0.0, np.pi)]
+    annuli = []
+    for at_0, at_half in zip(*(region.annuli for region in turned), strict=True):
+        middle = (at_0.centre + at_half.centre) / 2
+        radius = float(np.linalg.norm(at_0.centre - at_half.centre)) / 2
+        if radius < at_0.inner:
+            raise InputValueError(
+                f"{robot.name}: points inside the circle on which a leg's hole moves may be "
+                "reached at every angle, which is no annulus"
+            )
+        inner = at_0.inner + radius if at_0.inner > 0 else 0.0
+        annuli.append(Annulus(middle, inner, max(at_0.outer - radius, 0.0)))
+    return PlanarRegion(robot.name, "at every angle", tuple(annuli))
+
+
+def _is_planar(robot: Any) -> bool:
+    joints = [joint.kind for joint in robot.chain_joints]
+    return tuple(joints) == _AXES and robot.n == len(_AXES)
+
+
+def _annulus(robot: Any, leg: int, phi: float) -> Annulus:
+    """What a leg reaches, from samples of its margin or its length."""
+    coordinate = robot.coordinates[leg]
+    if coordinate.kind == "prismatic":
+        c, (a, b) = _of_distance(robot, leg, lambda x: robot.actuators(x)[:, leg] ** 2, phi, 1)
+        lower, upper = robot.lower[leg], robot.upper[leg]
+        if not np.isfinite([lower, upper]).all():
+            raise InputValueError(f"{robot.name}: {coordinate.name} has no limits")
+        squares = (np.array([max(lower, 0.0), upper]) ** 2 - a) / b
+    else:
+        c, polynomial = _of_distance(robot, leg, lambda x: robot.actuator_margin(x)[:, leg], phi, 2)
+        squares = np.sort(np.roots(polynomial[::-1]).real)
+    inner, outer = np.sqrt(np.maximum(squares, 0))
+    return Annulus(c, float(inner), float(outer))
+
+
+def _of_distance(
+    robot: Any, leg: int, value: Callable[[FloatArray], FloatArray], phi: float, degree: int
+) -> tuple[FloatArray, FloatArray]:
+    """Centre and coefficients by powers of d^2 of a polynomial in d^2 that samples determine."""
+    size = robot.characteristic_length
+    p = np.random.default_rng(0).uniform(-size, size, (_SAMPLES, 2))
+    found = value(np.column_stack([p, np.full(len(p), phi)]))
+    kept = np.isfinite(found)
+    p, found = p[kept], found[kept]
+    centre = _centre(p / size, found, degree) * size
+    square = ((p - centre) ** 2).sum(-1) / size**2
+    powers = square[:, None] ** np.arange(degree + 1)
+    coefficients = np.linalg.lstsq(powers, found, rcond=None)[0]
+    residual = np.abs(powers @ coefficients - found).max()
+    if not residual <= _FITS * np.abs(found).max():
+        raise InputValueError(
+            f"{robot.name}: the border of leg {leg + 1} does not consist of circles, it is off by "
+            f"{residual:.3g} of {np.abs(found).max():.3g}"
+        )
+    return centre, coefficients / size ** (2.0 * np.arange(degree + 1))
+
+
+def _centre(p: FloatArray, value: FloatArray, degree: int) -> FloatArray:
+    """The centre, from the two leading orders of a polynomial in x and y.
+
+    a d^2m = a (x^2 + y^2)^m - 2 m a (x^2 + y^2)^(m - 1) (c_x x + c_y y) + lower orders.
+    """
+    x, y = p.T
+    orders = [(i, j) for i in range(2 * degree + 1) for j in range(2 * degree + 1 - i)]
+    terms = np.column_stack([x**i * y**j for i, j in orders])
+    by_order = dict(zip(orders, np.linalg.lstsq(terms, value, rcond=None)[0], strict=True))
+    lead = by_order[2 * degree, 0]
+    below = np.array([by_order[2 * degree - 1, 0], by_order[0, 2 * degree - 1]])
+    return np.asarray(-below / (2 * degree * lead))

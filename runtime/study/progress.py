@@ -1,0 +1,34 @@
+"""A bar for long work, on terminals only."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
+
+
+@contextmanager
+def progress_of(
+    name: str, total: int, shown: bool | None = None
+) -> Iterator[Callable[[int], None]]:
+    """A bar with the time that is left, while the work lasts.
+
+    Args:
+        name: What is done.
+        total: Number of its parts.
+        shown: Whether to draw it; None: where standard error is a terminal and rich is installed.
+
+    Yields:
+        A function that takes the number of parts that were done since its last call.
+    """
+    drawn = sys.stderr.isatty() if shown is None else shown
+    if not drawn or find_spec("rich") is None:
+        yield lambda _: None
+        return
+    from rich.console import Console  # noqa: PLC0415
+    from rich.progress import Progress  # noqa: PLC0415
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(name, total=total)
+        yield lambda count: bar.advance(task, count)

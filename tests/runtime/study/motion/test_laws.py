@@ -1,0 +1,101 @@
+"""Laws of motion against their limits, numerical derivatives and known peaks."""
+
+import numpy as np
+import pytest
+
+from chasles.errors import InputValueError
+from chasles.study.motion import law
+
+KINDS = ("cubic", "quintic", "trapezoidal", "s_curve")
+
+
+def drawn(count):
+    rng = np.random.default_rng(1)
+    for k in range(count):
+        length, speed, acceleration, jerk = 10 ** rng.uniform(-3, 2, 4)
+        yield KINDS[k % 4], length, {"speed": speed, "acceleration": acceleration, "jerk": jerk}
+
+
+def test_limits_and_ends():
+    checked = 0
+    for kind, length, limits in drawn(400):
+        found = law(kind, length, **limits)
+        s, v, a = found.at(np.linspace(0, found.duration, 2001))
+        np.testing.assert_allclose([s[0], s[-1]], [0, length], atol=1e-9 * length)
+        assert np.abs(v).max() <= limits["speed"] * (1 + 1e-9)
+        assert np.abs(a).max() <= limits["acceleration"] * (1 + 1e-9)
+        assert np.abs(v[[0, -1]]).max() <= 1e-6 * np.abs(v).max()
+        assert (np.diff(s) >= -1e-9 * length).all()
+        # The shortest law is at one of its limits.
+        jerk = found.coefficients[:, 3] * 6 if found.coefficients.shape[1] > 3 else np.zeros(1)
+        peaks = [v.max() / limits["speed"], np.abs(a).max() / limits["acceleration"]]
+        assert max(*peaks, np.abs(jerk).max() / limits["jerk"]) > 0.99
+        checked += 1
+    assert checked == 400
+
+
+def test_derivatives_by_differences():
+    for kind, length, limits in drawn(40):
+        found = law(kind, length, **limits)
+        t, h = np.linspace(0, found.duration, 40001, retstep=True)
+        s, v, a = found.at(t)
+        assert np.abs(np.gradient(s, h) - v)[1:-1].max() <= h * np.abs(a).max() + 1e-9 * length / h
+        smooth = np.abs(np.diff(a, prepend=a[0])) < 0.01 * np.abs(a).max()
+        slope = np.gradient(v, h)
+        kept = smooth & np.roll(smooth, 1) & np.roll(smooth, -1)
+        kept[[0, -1]] = False
+        np.testing.assert_allclose(slope[kept], a[kept], atol=1e-2 * np.abs(a).max())
+
+
+def test_peaks():
+    cubic, quintic = law("cubic", 1, duration=1), law("quintic", 1, duration=1)
+    assert cubic.at(0.5)[1] == pytest.approx(1.5)
+    assert quintic.at(0.5)[1] == pytest.approx(1.875)
+    t = np.linspace(0, 1, 10001)
+    assert np.abs(quintic.at(t)[2]).max() == pytest.approx(10 / np.sqrt(3), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("kind", "first"),
+    [
+        ("constant", "rate"),
+        ("cubic", "acceleration"),
+        ("quintic", "jerk"),
+        ("trapezoidal", "acceleration"),
+        ("s_curve", "jerk"),
+    ],
+)
+def test_the_derivative_that_jumps(kind, first):
+    found = law(kind, 0.5, duration=2)
+    assert {name for name, _, _ in found.jumps()} == {first}
+    assert found.duration == pytest.approx(2)
+
+
+def test_times():
+    found = law("trapezoidal", 2, speed=1, acceleration=2)
+    assert found.duration == pytest.approx(2.5)
+    slower = law("trapezoidal", 2, speed=1, acceleration=2, duration=5)
+    assert slower.at(np.linspace(0, 5, 501))[1].max() == pytest.approx(0.5)
+    assert law("s_curve", 0.5, speed=0.3, acceleration=1, jerk=8).duration == pytest.approx(
+        0.5 / 0.3 + 0.3 / 1 + 1 / 8
+    )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("linear", 1), "expected one of constant, cubic, quintic, trapezoidal, s_curve"),
+        (("cubic", 1), "cubic needs a duration, or a limit"),
+        (("s_curve", 1), "s_curve needs speed, acceleration and jerk, or a duration"),
+        (("quintic", -1), "expected a length >= 0"),
+    ],
+)
+def test_errors(arguments, message):
+    with pytest.raises(InputValueError, match=message):
+        law(*arguments)
+
+
+def test_too_short_a_time():
+    for kind in KINDS:
+        with pytest.raises(InputValueError, match="a duration of 1 s is too short"):
+            law(kind, 1, duration=1, speed=0.5, acceleration=1, jerk=1)

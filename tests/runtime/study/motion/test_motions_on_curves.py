@@ -1,0 +1,162 @@
+"""Motions: exact on their curves, with rates and accelerations against differences."""
+
+import numpy as np
+import pytest
+
+import chasles
+from chasles import screws
+from chasles.errors import InputValueError, OutOfReachError
+from chasles.study.motion import (
+    Motion,
+    arc,
+    excesses,
+    joined,
+    joint_line,
+    law,
+    line,
+    through,
+    time_optimal,
+)
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return chasles.load("ur5e")
+
+
+HOME = np.array([0, -1, 1.2, -0.4, 0.5, 0])
+
+
+def curves(robot, rng, count):
+    """Lines, arcs and splines between postures near each other, with a posture at their start."""
+    made = 0
+    while made < count:
+        q = HOME + rng.uniform(-0.5, 0.5, 6)
+        T = robot.fk(q + np.cumsum(np.r_[np.zeros((1, 6)), rng.uniform(-0.15, 0.15, (3, 6))], 0))
+        yield (line(T[0], T[2]), arc(T[0], T[1, :3, 3], T[2]), through(T))[made % 3], q
+        made += 1
+
+
+def test_on_the_curve_with_exact_derivatives(arm):
+    checked = 0
+    for curve, q in curves(arm, np.random.default_rng(1), 12):
+        motion = Motion(arm, curve, law("quintic", curve.length, duration=2.0), q)
+        t, h = np.linspace(0, 2, 1001, retstep=True)
+        try:
+            found = motion.at(t)
+        except OutOfReachError:
+            continue
+        np.testing.assert_allclose(found.T, curve.at(motion.law.at(t)[0]).T, atol=1e-9)
+        rates = (found.q[2:] - found.q[:-2]) / (2 * h)
+        most = np.abs(found.qd).max()
+        np.testing.assert_allclose(rates, found.qd[1:-1], atol=1e-3 * most)
+        slopes = (found.qd[2:] - found.qd[:-2]) / (2 * h)
+        most = np.abs(found.qdd).max()
+        np.testing.assert_allclose(slopes, found.qdd[1:-1], atol=1e-2 * most)
+        checked += 1
+    assert checked >= 8
+
+
+def test_derivatives_of_curves_by_their_length():
+    rng = np.random.default_rng(2)
+    arm = chasles.load("ur5e")
+    h = 1e-5
+    for curve, _ in curves(arm, rng, 12):
+        s = np.linspace(0.1, 0.9, 5) * curve.length
+        T, V, A = curve.at(s)
+        before, after = curve.at(s - h), curve.at(s + h)
+        moved = (after.T[:, :3, 3] - before.T[:, :3, 3]) / (2 * h)
+        turned = screws.log_rotation(after.T[:, :3, :3] @ np.swapaxes(before.T[:, :3, :3], 1, 2))
+        np.testing.assert_allclose(np.hstack([moved, turned / (2 * h)]), V, atol=1e-6)
+        np.testing.assert_allclose((after.V - before.V) / (2 * h), A, atol=1e-4)
+        assert np.isfinite(T).all()
+
+
+def test_lines_are_straight_and_arcs_round(arm):
+    rng = np.random.default_rng(3)
+    T_a, T_b = arm.fk(HOME), arm.fk(HOME + rng.uniform(-0.2, 0.2, 6))
+    found = Motion(
+        arm, straight := line(T_a, T_b), law("s_curve", straight.length, duration=1), HOME
+    )
+    p = found.sample(1000).T[:, :3, 3]
+    along = (T_b - T_a)[:3, 3] / straight.length
+    off = (p - p[0]) - ((p - p[0]) @ along)[:, None] * along
+    assert np.linalg.norm(off, axis=1).max() < 1e-9
+    via = (T_a + T_b)[:3, 3] / 2 + 0.1 * np.cross(along, [0, 0, 1])
+    curve = arc(T_a, via, T_b)
+    points = curve.at(np.linspace(0, curve.length, 50)).T[:, :3, 3]
+    np.testing.assert_allclose(np.linalg.norm(points - curve.centre, axis=1), curve.radius)
+    np.testing.assert_allclose(points[-1], T_b[:3, 3], atol=1e-12)
+    assert np.linalg.norm(points - via, axis=1).min() < 0.01
+
+
+def test_a_curve_out_of_reach(arm):
+    T = arm.fk(HOME)
+    far = T.copy()
+    far[0, 3] += 2
+    curve = line(T, far)
+    with pytest.raises(OutOfReachError, match=r"% of the curve the motion cannot go on: ended"):
+        Motion(arm, curve, law("cubic", curve.length, duration=1), HOME).sample()
+
+
+def test_time_optimal_keeps_limits(arm):
+    checked = 0
+    for curve, q in curves(arm, np.random.default_rng(4), 6):
+        motion = Motion(arm, curve, law("cubic", curve.length, duration=1), q)
+        rates, accelerations = np.full(6, 1.5), np.linspace(2, 6, 6)
+        try:
+            fast = time_optimal(motion, rates=rates, accelerations=accelerations, tool_speed=0.3)
+        except OutOfReachError:
+            continue
+        found = fast.at(np.linspace(0, fast.duration, 10 * 400))
+        assert not excesses(
+            arm, found, rates=rates * 1.000001, accelerations=accelerations * 1.000001
+        )
+        speed = np.linalg.norm(found.V[:, :3], axis=1)
+        assert speed.max() <= 0.3 * 1.000001
+        # At each moment something is at its limit, so no faster law exists.
+        used = np.maximum(np.abs(found.qd) / rates, np.abs(found.qdd) / accelerations).max(1)
+        assert np.quantile(np.maximum(used, speed / 0.3), 0.1) > 0.95
+        checked += 1
+    assert checked >= 4
+
+
+def test_time_optimal_of_a_joint_is_a_trapezoid(arm):
+    to = HOME + np.eye(6)[1]
+    motion = Motion(arm, joint_line(HOME, to), law("cubic", 1, duration=9), HOME)
+    fast = time_optimal(motion, rates=0.5, accelerations=2)
+    assert fast.duration == pytest.approx(1 / 0.5 + 0.5 / 2, rel=1e-3)
+
+
+def test_excesses(arm):
+    motion = Motion(
+        arm, joint_line(HOME, HOME + 3 * np.eye(6)[2]), law("cubic", 1, duration=1), HOME
+    )
+    found = excesses(arm, motion.sample(), rates=4, accelerations=[99, 99, 10, 99, 99, 99])
+    assert [(e.name, e.limit) for e in found] == [
+        ("elbow", "upper"),
+        ("elbow", "rate"),
+        ("elbow", "acceleration"),
+    ]
+    assert found[1].by == pytest.approx(0.5, rel=1e-3)
+    assert found[1].at == pytest.approx(0.5)
+    assert "elbow exceeds its rate limit by 0.5 at 0.5" in str(found[1])
+
+
+def test_files_and_pictures(arm, tmp_path):
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    found = Motion(arm, joint_line(HOME, HOME + 0.1), law("quintic", 1, duration=1), HOME).sample(
+        20
+    )
+    found.to_csv(tmp_path / "motion.csv")
+    rows = (tmp_path / "motion.csv").read_text().splitlines()
+    assert len(rows) == 22
+    assert rows[0].startswith("t [s],shoulder_pan,shoulder_lift")
+    found.to_npz(tmp_path / "motion.npz")
+    with np.load(tmp_path / "motion.npz") as file:
+        assert np.array_equal(file["q"], found.q)
+    axes = found.plot()
+    assert axes[2].get_xlabel() == "time [s]"
+    with pytest.raises(InputValueError, match="joined: expected motions of one robot"):
+        joined([])

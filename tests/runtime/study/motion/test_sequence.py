@@ -1,0 +1,96 @@
+"""Sequences: the whole process of the well manipulator, 49 s, and the order of stages."""
+
+import numpy as np
+import pytest
+
+import chasles
+from chasles.errors import InputValueError
+from chasles.study.motion import Sequence, excesses, line
+
+INITIAL = np.radians([0, 88.79, -49.2, 0, -86.76, 0, -40.62])
+READY = np.radians([0, 88.79, -11.25844509, 0, -129.76606998, 0, -35.55548493])
+T_READY = np.array([[0, 1, 0, 1.237], [0, 0, -1, 0], [-1, 0, 0, 1.020], [0, 0, 0, 1.0]])
+"""The postures (63) and at 25 s, and the pose at 25 s; the papers' numbers, angles to 1e-8 deg."""
+DESCENT = 2.166
+HELD = ("theta1", "l_HI", "l_MN")
+
+
+def lowered(T, by):
+    down = T.copy()
+    down[2, 3] -= by
+    return down
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return chasles.load("well_manipulator")
+
+
+@pytest.fixture(scope="module")
+def process(robot):
+    """Section 5 of the paper; in the last stage four joints meet three conditions."""
+    turned = INITIAL + np.radians(30) * np.eye(7)[0]
+    ready = robot.ik_numeric(T_READY, robot.actuators(READY), lock=("theta2", *HELD)).q
+    middle, end = lowered(T_READY, DESCENT), lowered(T_READY, 2 * DESCENT)
+    return (
+        Sequence(robot, robot.actuators(INITIAL))
+        .move(turned, "constant", of="chain", duration=5)
+        .hold(5)
+        .move(INITIAL, "constant", of="chain", duration=5)
+        .move(robot.chain(ready), "constant", of="chain", duration=10)
+        .hold(2)
+        .follow(line(T_READY, middle), "constant", lock=("theta2", *HELD), duration=10)
+        .hold(2)
+        .follow(line(middle, end), "constant", lock=HELD, duration=10)
+    )
+
+
+def test_the_process(robot, process):
+    found = process.sample(100)
+    assert len(found.t) == 4901
+    assert found.t[-1] == pytest.approx(49)
+    assert np.abs(robot.constraint(robot.configuration(found.q))).max() < 1e-12
+    descending = (found.stage == 5) | (found.stage == 7)
+    np.testing.assert_allclose(found.T[descending][:, :2, 3], [[1.237, 0]] * 2001, atol=1e-9)
+    np.testing.assert_allclose(found.T[descending][:, :3, :3], [T_READY[:3, :3]] * 2001, atol=1e-9)
+    assert np.allclose(np.diff(found.T[found.stage == 5][:, 2, 3]), -DESCENT / 1000, atol=1e-9)
+    assert not excesses(robot, found)
+
+
+def test_postures_of_the_paper(robot, process):
+    found = process.sample(1)
+    theta = np.degrees(robot.chain(found.q))
+    reach = found.T[:, :3, 3]
+    np.testing.assert_allclose(reach[0], [2.25520386894, 0, 0.58384702201], atol=1e-10)
+    np.testing.assert_allclose(reach[5], [1.95306384122, 1.12760193447, 0.58384702201], atol=1e-10)
+    at_37 = [0, 88.79, -100.56101055, 0, -88.57420215, 0, 12.5552127]
+    np.testing.assert_allclose(theta[37], at_37, atol=1e-6)
+    lengths = 1000 * found.q[37][[1, 2, 4, 6]]
+    np.testing.assert_allclose(
+        lengths, [676.1398945, 921.8775013, 762.1369402, 546.4268791], atol=1e-5
+    )
+
+
+def test_rates_of_the_paper(robot, process):
+    found = process.sample(10)
+    theta_rates = np.degrees(robot.chain_rates(found.q, found.qd))
+    np.testing.assert_allclose(
+        theta_rates[200][[2, 4, 6]], [3.794155491, -4.300606998, 0.506451507], atol=1e-7
+    )
+    begins = np.flatnonzero(found.stage == 5)[0]
+    expected = [-8.284193124, -1.926209727, 10.210402851]
+    np.testing.assert_allclose(theta_rates[begins][[2, 4, 6]], expected, atol=1e-6)
+    lengths = 1000 * found.qd[begins][[2, 4, 6]]
+    np.testing.assert_allclose(lengths, [14.716898778, 1.634283733, -29.628184448], atol=1e-6)
+
+
+def test_jumps(process):
+    jumps = process.jumps()
+    assert {name for _, name, _, _ in jumps} == {"rate"}
+    assert [stage for stage, *_ in jumps] == [0, 0, 2, 2, 3, 3, 5, 5, 7, 7]
+
+
+def test_a_curve_that_starts_elsewhere(robot):
+    start = Sequence(robot, robot.actuators(INITIAL))
+    with pytest.raises(InputValueError, match=r"the curve starts 1\.11 m from the tool"):
+        start.follow(line(T_READY, lowered(T_READY, 0.1)), "cubic", duration=1)

@@ -1,0 +1,150 @@
+"""Roadmaps on maps: exact ways, no wrong path, failures with their reason."""
+
+import numpy as np
+import pytest
+from scipy.stats import binomtest
+
+from chasles.errors import InputValueError, ShapeError
+from chasles.study.planning import (
+    connecting_trees,
+    occupancy_map,
+    roadmap,
+    shortened,
+    success,
+)
+from chasles.study.planning.success import wilson
+
+SIDE = 0.1
+
+
+def passage(width=2):
+    """Two rooms of 20 by 40 cells, joined by a passage through a wall."""
+    occupied = np.zeros((41, 40), dtype=bool)
+    occupied[20] = True
+    occupied[20, 10 : 10 + width] = False
+    return occupancy_map(occupied, SIDE)
+
+
+START, GOAL = (0.25, 3.0), (3.85, 3.0)
+
+
+def random_map(rng):
+    return occupancy_map(rng.random((30, 30)) < 0.1, SIDE, rng.uniform(-1, 1, 2))
+
+
+def test_ways_against_fine_sampling():
+    rng = np.random.default_rng(1)
+    free = 0
+    for _ in range(300):
+        space = random_map(rng)
+        a, b = rng.uniform(space.lower, space.upper, (2, 2))
+        points = a + np.linspace(0, 1, 20001)[:, None] * (b - a)
+        sampled = space.free(points).all()
+        found = space.free_way(a, b)
+        # Sampling may miss a corner that is cut; it finds no obstacle that is not there.
+        assert sampled or not found
+        free += found
+        if sampled and not found:
+            finer = a + np.linspace(0, 1, 2_000_001)[:, None] * (b - a)
+            assert not space.free(finer).all()
+    assert free > 10
+
+
+def test_thirty_seeds_of_a_narrow_passage():
+    space = passage()
+    found = 0
+    for key in range(30):
+        plan = roadmap(space, 300, key=key).plan(START, GOAL)
+        if not plan.found:
+            assert "parts of the roadmap" in plan.reason or "no free way" in plan.reason
+            assert len(plan.points) == 0
+            continue
+        found += 1
+        for better in (plan, shortened(space, plan, key=key)):
+            assert space.free(better.at(np.linspace(0, 1, 50001))).all()
+            np.testing.assert_array_equal(better.points[[0, -1]], [START, GOAL])
+            assert better.length <= plan.length * (1 + 1e-12)
+    assert found >= 15
+
+
+def test_both_searches_find_the_same_length():
+    space = passage(4)
+    for key in range(5):
+        made = roadmap(space, 200, key=key)
+        lengths = [made.plan(START, GOAL, algorithm).length for algorithm in ("astar", "dijkstra")]
+        assert lengths[0] == pytest.approx(lengths[1]) or not np.isfinite(lengths).any()
+
+
+def test_both_readings_of_the_step():
+    space = passage()
+    near = roadmap(space, 150, step=0.4)
+    ways = near.points[near.ways]
+    assert np.linalg.norm(ways[:, 0] - ways[:, 1], axis=1).max() <= 0.4
+    spread = roadmap(space, 150, dispersion=0.3)
+    apart = np.linalg.norm(spread.points[:, None] - spread.points, axis=-1) + np.eye(
+        len(spread.points)
+    )
+    assert apart.min() >= 0.3
+    assert 40 < len(spread.points) < 150
+
+
+def test_the_same_key_gives_the_same_roadmap():
+    space = passage()
+    one, two, other = (roadmap(space, 100, key=key) for key in (5, 5, 6))
+    assert np.array_equal(one.points, two.points)
+    assert np.array_equal(one.ways, two.ways)
+    assert not np.array_equal(one.points, other.points)
+
+
+@pytest.mark.parametrize(
+    ("start", "goal", "reason"),
+    [
+        ((2.05, 3.0), GOAL, r"the start is not free: \(2\.05, 3\) m is occupied"),
+        (START, (9.0, 1.0), r"the goal is not free: \(9, 1\) m is outside the map"),
+    ],
+)
+def test_ends_that_are_not_free(start, goal, reason):
+    plan = roadmap(passage(), 50).plan(start, goal)
+    assert not plan.found
+    assert np.isinf(plan.length)
+    with pytest.raises(InputValueError, match=reason):
+        plan.at(0.5)
+
+
+def test_no_passage():
+    plan = roadmap(passage(0), 300).plan(START, GOAL)
+    assert plan.reason == "start and goal lie in different ones of the 2 parts of the roadmap"
+
+
+def test_a_study_of_success():
+    found = success(passage(), START, GOAL, samples=(30, 300), steps=(0.5, np.inf), runs=8)
+    rates = {(row.samples, row.step): row.rate for row in found.rows}
+    assert len(rates) == 4
+    assert rates[300, np.inf] > rates[30, 0.5]
+    assert all(row.low <= row.rate <= row.high for row in found.rows)
+
+
+def test_wilson():
+    for successes in range(31):
+        expected = binomtest(successes, 30).proportion_ci(method="wilson")
+        np.testing.assert_allclose(wilson(successes, 30), expected, atol=1e-12)
+
+
+def test_connecting_trees():
+    pytest.importorskip("ompl")
+    space = passage(1)
+    plan = connecting_trees(space, START, GOAL, seconds=20)
+    assert plan.found, plan.reason
+    assert space.free(plan.at(np.linspace(0, 1, 50001))).all()
+    assert connecting_trees(space, (2.05, 3.0), GOAL).reason.startswith("the start is not free")
+    blocked = connecting_trees(passage(0), START, GOAL, seconds=0.2)
+    assert blocked.reason == "no path was found in 0.2 s"
+
+
+def test_errors():
+    with pytest.raises(InputValueError, match="expected samples >= 1"):
+        roadmap(passage(), 0)
+    with pytest.raises(ShapeError, match=r"start: expected \(2,\), got shape \(3,\)"):
+        roadmap(passage(), 10).plan((0, 0, 0), GOAL)
+    with pytest.raises(InputValueError, match="expected dijkstra or astar, got 'bfs'"):
+        roadmap(passage(), 10).plan(START, GOAL, "bfs")

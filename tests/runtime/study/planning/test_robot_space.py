@@ -1,0 +1,149 @@
+"""Robots among obstacles: certain ways, distances against sampled surfaces, reasons in words."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import chasles
+from chasles.errors import InputValueError, ShapeError
+from chasles.study.planning import (
+    ball,
+    block,
+    capsule,
+    connecting_trees,
+    mesh,
+    roadmap,
+    robot_space,
+    shortened,
+)
+
+pytest.importorskip("coal", reason="coal comes with pin")
+
+
+def place(x, y, z):
+    T = np.eye(4)
+    T[:3, 3] = x, y, z
+    return T
+
+
+OBSTACLES = (
+    ball([0.4, 0.3, 0.5], 0.1, "ball"),
+    block(place(0, 0, -0.2), [2, 2, 0.1], "table"),
+    capsule([-0.5, 0.4, 0], [-0.5, 0.4, 0.8], 0.05, "post"),
+)
+
+
+@pytest.fixture(scope="module", params=["ur5e", "panda", "stanford", "excavator"])
+def space(request):
+    robot = chasles.load(request.param)
+    return robot_space(robot, OBSTACLES, radius=0.05)
+
+
+def postures(space, rng, count):
+    q = rng.uniform(
+        np.maximum(space.lower, -np.pi), np.minimum(space.upper, np.pi), (count, space.robot.n)
+    )
+    return q[space.free(q)]
+
+
+def test_free_ways_are_free_when_sampled_finer(space):
+    rng = np.random.default_rng(1)
+    free = 0
+    for q in postures(space, rng, 40):
+        other = np.clip(q + rng.normal(0, 0.2, len(q)), space.lower, space.upper)
+        if space.free_way(q, other):
+            ways = q + np.linspace(0, 1, 200)[:, None] * (other - q)
+            assert space.free(ways).all()
+            free += 1
+    assert free >= 5
+
+
+def test_distances_shrink_no_faster_than_stated(space):
+    rng = np.random.default_rng(2)
+    checked = 0
+    for q in postures(space, rng, 40):
+        step = rng.normal(0, 0.05, len(q))
+        here, there = space.distances(q), space.distances(q + step)
+        apart = (here > 0) & (there > 0)
+        assert (np.abs(here - there) <= space.travel @ np.abs(step) + 1e-6)[apart].all()
+        checked += apart.sum()
+    assert checked > 100
+
+
+def test_distance_of_a_link_to_a_ball():
+    robot = chasles.load("ur5e")
+    space = robot_space(robot, OBSTACLES[:1], radius=0.05)
+    rng = np.random.default_rng(3)
+    checked = 0
+    for q in rng.uniform(-3, 3, (50, 6)):
+        points = np.vstack([robot.link_poses(q)[:, :3, 3], robot.fk(q)[:3, 3]])
+        expected = []
+        for a, b in pairwise(points):
+            along = a + np.linspace(0, 1, 2001)[:, None] * (b - a)
+            expected.append(np.linalg.norm(along - [0.4, 0.3, 0.5], axis=1).min() - 0.15)
+        found = space.distances(q)[: len(expected)]
+        outside = np.array(expected) > 0.01
+        np.testing.assert_allclose(found[outside], np.array(expected)[outside], atol=1e-3)
+        checked += outside.sum()
+    assert checked > 200
+
+
+def test_plans_of_an_arm():
+    robot = chasles.load("ur5e")
+    space = robot_space(robot, OBSTACLES, radius=0.05)
+    q = postures(space, np.random.default_rng(4), 60)
+    found = 0
+    for start, goal in zip(q[:6:2], q[1:6:2], strict=True):
+        plan = roadmap(space, 150, neighbours=8).plan(start, goal)
+        if plan.found:
+            short = shortened(space, plan, tries=30)
+            assert space.free(short.at(np.linspace(0, 1, 1000))).all()
+            assert short.length <= plan.length
+            found += 1
+    assert found
+
+
+def test_trees_of_an_arm():
+    pytest.importorskip("ompl")
+    space = robot_space(chasles.load("scara"), OBSTACLES[:1], radius=0.03)
+    start, goal = postures(space, np.random.default_rng(5), 60)[:2]
+    plan = connecting_trees(space, start, goal, seconds=20)
+    assert plan.found, plan.reason
+    assert space.free(plan.at(np.linspace(0, 1, 1000))).all()
+
+
+def test_what_touches():
+    robot = chasles.load("ur5e")
+    stretched = np.zeros(6)
+    p = robot.fk(stretched)[:3, 3]
+    space = robot_space(robot, [ball(p, 0.05, "cup")], radius=0.04)
+    plan = roadmap(space, 3).plan(stretched, stretched + 1)
+    assert "the start is not free: link " in plan.reason
+    assert plan.reason.endswith("and cup touch")
+    beyond = roadmap(space, 3).plan(robot.upper + 1, stretched)
+    assert beyond.reason == "the start is not free: shoulder_pan is beyond its limits"
+
+
+def test_a_mesh(tmp_path):
+    corners = np.array([[x, y, z] for x in (0, 0.2) for y in (0, 0.2) for z in (0, 0.2)])
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    lines = [f"v {x} {y} {z}" for x, y, z in corners]
+    lines += [f"f {a + 1} {b + 1} {c + 1}\nf {a + 1} {c + 1} {d + 1}" for a, b, c, d in faces]
+    (tmp_path / "cube.obj").write_text("\n".join(lines) + "\n")
+    robot = chasles.load("ur5e")
+    meshed = robot_space(robot, [mesh(tmp_path / "cube.obj", place(0.5, 0.1, 0.3))], radius=0.05)
+    blocked = robot_space(robot, [block(place(0.6, 0.2, 0.4), [0.2] * 3)], radius=0.05)
+    q = np.random.default_rng(6).uniform(-3, 3, (50, 6))
+    apart = np.array([[s.distances(x)[:6].min() for s in (meshed, blocked)] for x in q])
+    outside = (apart > 0.01).all(1)
+    assert outside.sum() > 20
+    np.testing.assert_allclose(apart[outside, 0], apart[outside, 1], atol=1e-4)
+
+
+def test_errors():
+    robot = chasles.load("ur5e")
+    with pytest.raises(ShapeError, match=r"radius: expected a number or 6, got shape \(2,\)"):
+        robot_space(robot, OBSTACLES, radius=[0.1, 0.1])
+    with pytest.raises(InputValueError, match="radius: expected values above 0"):
+        robot_space(robot, OBSTACLES, radius=0)

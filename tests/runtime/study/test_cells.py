@@ -1,0 +1,82 @@
+"""Volumes by cells against shapes of known volume: the stated error holds."""
+
+import numpy as np
+import pytest
+
+from chasles.study.cells import cells_of, measure_of
+
+POINTS = 1_000_000
+
+
+def shell(u, inner, outer):
+    r, turn, rise = inner + (outer - inner) * u[0], 2 * np.pi * u[1], np.pi * (u[2] - 0.5)
+    points = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
+    return r * points, 4 / 3 * np.pi * (outer**3 - inner**3)
+
+
+def torus(u, large, small):
+    r, turn, around = small * u[0], 2 * np.pi * u[1], 2 * np.pi * u[2]
+    reach = large + r * np.cos(around)
+    points = np.array([reach * np.cos(turn), reach * np.sin(turn), r * np.sin(around)])
+    return points, 2 * np.pi**2 * large * small**2
+
+
+def sector(u, inner, outer, height, angle):
+    r, turn = inner + (outer - inner) * u[0], angle * u[1]
+    points = np.array([r * np.cos(turn), r * np.sin(turn), height * u[2]])
+    return points, (outer**2 - inner**2) * angle / 2 * height
+
+
+def box(u, *sides):
+    return np.array(sides)[:, None] * u, np.prod(sides)
+
+
+def shapes(rng, count):
+    """Random shapes of four kinds, none thinner than four cells of forty."""
+    for k in range(count):
+        a, b = rng.uniform(0, 0.75), rng.uniform(0.2, 0.95)
+        yield [
+            (shell, a, 1.0),
+            (torus, 1.0, b),
+            (sector, a, 1.0, b, rng.uniform(0.5, 6.2)),
+            (box, 1.0, b, rng.uniform(0.2, 1)),
+        ][k % 4]
+
+
+def turned(rng):
+    Q, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    return Q
+
+
+@pytest.mark.parametrize("turn", [False, True])
+def test_volumes_within_the_stated_error(turn):
+    rng = np.random.default_rng(1)
+    stated = []
+    for kind, *sizes in shapes(rng, 20):
+        points, volume = kind(rng.random((3, POINTS)), *sizes)
+        points = (turned(rng) @ points if turn else points).T
+        cells = cells_of(points.min(0), points.max(0), 40)
+        hits = np.bincount(cells.index(points), minlength=cells.count + 1)[:-1]
+        found = measure_of(cells, hits.reshape(cells.shape).astype(np.uint32))
+        assert abs(found.value - volume) <= found.error, (kind.__name__, sizes)
+        stated.append(found.error / volume)
+    assert len(stated) == 20
+    assert np.median(stated) < 0.1
+
+
+def test_area_of_a_disk():
+    rng = np.random.default_rng(2)
+    r, turn = np.sqrt(rng.random(POINTS)), 2 * np.pi * rng.random(POINTS)
+    points = np.column_stack([r * np.cos(turn), r * np.sin(turn), np.full(POINTS, 0.3)])
+    cells = cells_of(points.min(0), points.max(0), 200)
+    hits = np.bincount(cells.index(points), minlength=cells.count + 1)[:-1]
+    found = measure_of(cells, hits.reshape(cells.shape).astype(np.uint32))
+    assert found.dimension == 2
+    assert abs(found.value - np.pi) <= found.error < 0.05
+
+
+def test_points_outside_and_nan():
+    cells = cells_of(np.zeros(3), np.ones(3), 10)
+    index = cells.index(np.array([[-5.0, 0, 0], [9.0, 9, 9], [np.nan, 0, 0]]))
+    assert index[1] == cells.count - 1
+    assert index[2] == cells.count

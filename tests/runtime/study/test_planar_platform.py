@@ -1,0 +1,98 @@
+"""Areas of planar platforms: the reference's digits, random annuli against many points."""
+
+import numpy as np
+import pytest
+
+import chasles
+from chasles.errors import InputValueError
+from chasles.study.annuli import Annulus, area, border
+from chasles.study.planar_platform import constant_orientation, dexterous
+
+
+@pytest.mark.parametrize(
+    ("name", "degrees", "square_millimetres"),
+    [
+        ("planar_3rrr", 0, 64785.990758),
+        ("planar_3rrr", 30, 49662.293227),
+        ("planar_3rrr_170", 30, 89107.925046),
+    ],
+)
+def test_areas_of_the_reference(name, degrees, square_millimetres):
+    found = constant_orientation(chasles.load(name), np.radians(degrees))
+    assert found.area * 1e6 == pytest.approx(square_millimetres, rel=1e-10)
+
+
+def test_random_annuli_against_points():
+    rng = np.random.default_rng(1)
+    checked = 0
+    for _ in range(100):
+        annuli = [
+            Annulus(rng.uniform(-1, 1, 2), inner, inner + rng.uniform(0.3, 2))
+            for inner in rng.choice([0, 0.2, 0.7], 3)
+        ]
+        points = rng.uniform(-4, 4, (200_000, 2))
+        inside = np.all([own.contains(points) for own in annuli], axis=0)
+        share, found = inside.mean() * 64, area(annuli)
+        deviation = 64 * np.sqrt(inside.mean() * (1 - inside.mean()) / len(points)) + 1e-4
+        assert abs(found - share) < 5 * deviation
+        checked += found > 0
+    assert checked > 50
+
+
+def test_known_areas():
+    disk, hole = Annulus(np.zeros(2), 0, 2.0), Annulus(np.array([0.5, 0]), 0.5, 9.0)
+    assert area([disk]) == pytest.approx(4 * np.pi, rel=1e-14)
+    assert area([disk, hole]) == pytest.approx(3.75 * np.pi, rel=1e-14)
+    assert area([disk, Annulus(np.array([9.0, 0]), 0, 1.0)]) == 0
+    lens = [Annulus(np.zeros(2), 0, 1.0), Annulus(np.array([1.0, 0]), 0, 1.0)]
+    assert area(lens) == pytest.approx(2 * np.pi / 3 - np.sqrt(3) / 2, rel=1e-14)
+    assert len(border(lens)) == 2
+
+
+def test_against_the_inverse():
+    platform = chasles.load("planar_3rrr")
+    rng = np.random.default_rng(2)
+    checked = 0
+    for phi in np.radians([15, 30, 45, 60]):
+        found = constant_orientation(platform, phi)
+        points = rng.uniform(-0.35, 0.35, (2000, 2))
+        poses = np.column_stack([points, np.full(len(points), phi)])
+        _, valid, _ = platform.ik_planar(poses)
+        distance = np.min(
+            [
+                np.abs(np.linalg.norm(points - own.centre, axis=1) - r)
+                for own in found.annuli
+                for r in (own.inner, own.outer)
+            ],
+            axis=0,
+        )
+        clear = distance > 1e-9
+        assert np.array_equal(found.contains(points)[clear], valid.any(-1)[clear])
+        checked += valid.any(-1).sum()
+    assert checked > 300
+
+
+def test_every_angle():
+    platform = chasles.load("planar_3rrr_170")
+    rng = np.random.default_rng(3)
+    points = rng.uniform(-0.3, 0.3, (3000, 2))
+    angles = np.linspace(0, 2 * np.pi, 181)
+    regions = [constant_orientation(platform, phi) for phi in angles]
+    always = np.all([region.contains(points) for region in regions], axis=0)
+    found = dexterous(platform).contains(points)
+    assert (always | ~found).all()
+    assert (found != always).mean() < 0.01
+
+
+def test_other_robots_are_refused():
+    for name in ("ur5e", "five_bar", "stewart_gough"):
+        with pytest.raises(InputValueError, match="expected a planar platform on three legs"):
+            constant_orientation(chasles.load(name), 0)
+
+
+def test_picture():
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    axes = constant_orientation(chasles.load("planar_3rrr"), 0.5).plot()
+    assert axes.get_title().startswith("planar_3rrr at 28.65°: ")
+    matplotlib.pyplot.close("all")

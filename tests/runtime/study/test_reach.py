@@ -1,0 +1,122 @@
+"""Reach against the inverse with its filters, on robots that nobody chose for it."""
+
+import numpy as np
+import pytest
+
+import chasles
+from chasles import screws
+from chasles.errors import InputValueError, ShapeError
+from chasles.study import base_placement, evenly, reach
+from chasles.study.cells import cells_of
+from chasles.study.reach import FREE, OUT_OF_REACH
+
+ROBOTS = ("ur5e", "puma560", "irb6640", "scara", "stanford", "board_installer")
+POSES = 400
+
+
+def poses(robot, rng):
+    """Poses of postures up to twice beyond the limits, so that limits stop some of them."""
+    lower = np.where(np.isfinite(robot.lower), robot.lower, -np.pi)
+    upper = np.where(np.isfinite(robot.upper), robot.upper, np.pi)
+    beyond = 0.5 * (upper - lower)
+    T = robot.fk(rng.uniform(lower - beyond, upper + beyond, (POSES, robot.n)))
+    return T[np.isfinite(T).all((-1, -2))]
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_against_the_filters(name):
+    robot = chasles.load(name)
+    T = poses(robot, np.random.default_rng(3))
+    found = reach(robot, T)
+    kept = robot.ik(T).within_limits(windings=False)
+    assert np.array_equal(found.solutions[:, 0], kept.valid.sum(-1))
+    assert np.array_equal(found.stopped[:, 0] == FREE, kept.valid.any(-1))
+    open_reach = robot.ik(T).valid.any(-1)
+    assert np.array_equal(found.stopped[:, 0] == OUT_OF_REACH, ~open_reach)
+    assert found.reached.any()
+
+
+def test_the_limit_that_stops():
+    robot = chasles.load("puma560")
+    T = poses(robot, np.random.default_rng(4))
+    found = reach(robot, T)
+    lower, upper = robot.lower, robot.upper
+    checked = 0
+    for k in np.flatnonzero(found.stopped[:, 0] >= 0):
+        j = found.stopped[k, 0]
+        q = robot.ik(T[k])
+        wide = q.within_limits(
+            np.where(np.arange(robot.n) == j, -np.pi, lower - 2 * np.pi),
+            np.where(np.arange(robot.n) == j, np.pi, upper + 2 * np.pi),
+            windings=False,
+        )
+        assert wide.valid.any()
+        checked += 1
+    assert checked > 50
+    assert sum(found.stopped_by().values()) == checked
+
+
+def test_cells_and_orientations():
+    robot = chasles.load("ur5e")
+    cells = cells_of(np.array([-0.9, -0.9, 0.0]), np.array([0.9, 0.9, 0.9]), 9)
+    found = reach(robot, cells, evenly(6))
+    assert found.grid().shape == cells.shape
+    x, y, z = cells.centres()
+    T = np.eye(4)
+    checked = 0
+    for i, j, k, turn in np.ndindex(3, 3, 3, 6):
+        T[:3, 3] = x[3 * i], y[3 * j], z[k]
+        T[:3, :3] = evenly(6)[turn]
+        place = np.ravel_multi_index((3 * i, 3 * j, k), cells.shape)
+        expected = robot.ik(T).within_limits(windings=False).count
+        assert found.solutions[place, turn] == expected
+        checked += 1
+    assert checked == 162
+
+
+def test_given_joints():
+    robot = chasles.load("panda")
+    lower, upper = robot.lower[6], robot.upper[6]
+    T = robot.fk(np.random.default_rng(5).uniform(robot.lower, robot.upper, (20, 7)))
+    found = reach(robot, T, given=5)
+    values = np.linspace(lower, upper, 5)
+    counts = [robot.ik(T, value).within_limits(windings=False).valid.sum(-1) for value in values]
+    assert np.array_equal(found.solutions[:, 0], np.sum(counts, 0))
+
+
+def test_the_same_for_any_number_of_threads():
+    robot = chasles.load("ur5e")
+    places = np.random.default_rng(6).uniform(-1, 1, (5000, 3))
+    one, two = (reach(robot, places, threads=threads) for threads in (1, 2))
+    assert np.array_equal(one.solutions, two.solutions)
+    assert np.array_equal(one.stopped, two.stopped)
+
+
+def test_where_to_stand():
+    robot = chasles.load("ur5e")
+    rng = np.random.default_rng(7)
+    T_w_0 = np.tile(np.eye(4), (30, 1, 1))
+    T_w_0[:, :2, 3] = rng.uniform(-2, 2, (30, 2))
+    T_w_ee = T_w_0[11] @ robot.fk(rng.uniform(-2, 2, (15, 6)))
+    share = base_placement(robot, T_w_ee, T_w_0)
+    assert share[11] == 1
+    assert share.min() < 0.5
+    expected = [robot.ik(screws.inverse(T) @ T_w_ee).within_limits(windings=False) for T in T_w_0]
+    np.testing.assert_allclose(share, [found.valid.any(-1).mean() for found in expected])
+
+
+def test_orientations_are_even():
+    R = evenly(50)
+    np.testing.assert_allclose(R @ np.moveaxis(R, 1, 2), np.tile(np.eye(3), (50, 1, 1)), atol=1e-15)
+    between = R[:, :, 2] @ R[:, :, 2].T - 2 * np.eye(50)
+    assert between.max() < np.cos(np.radians(20))
+
+
+def test_errors():
+    robot = chasles.load("ur5e")
+    with pytest.raises(ShapeError, match=r"places: expected Cells, \(m, 3\) or \(m, 4, 4\)"):
+        reach(robot, np.zeros((2, 2)))
+    with pytest.raises(InputValueError, match="poses have their own orientations"):
+        reach(robot, np.eye(4)[None], evenly(2))
+    with pytest.raises(ShapeError, match=r"bases: expected shape \(m, 4, 4\), got \(4, 4\)"):
+        base_placement(robot, np.eye(4)[None], np.eye(4))

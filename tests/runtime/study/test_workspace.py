@@ -1,0 +1,131 @@
+"""Workspaces: extents, volumes of known shapes, the same bits for anyone who computes them."""
+
+import numpy as np
+import pytest
+
+import chasles
+from chasles.errors import InputValueError
+from chasles.study import Workspace, workspace
+
+SAMPLES = 200_000
+
+
+@pytest.fixture(scope="module")
+def lynxmotion():
+    return chasles.load("lynxmotion")
+
+
+def same(a, b):
+    arrays = ("hits", "manipulability", "limit_margin", "directions")
+    return all(np.array_equal(getattr(a, name), getattr(b, name)) for name in arrays)
+
+
+QUALITY = ("manipulability", "limit_margin", "directions")
+
+
+def test_extents_of_the_teaching_arm(lynxmotion):
+    found = workspace(lynxmotion, 1000)
+    r = 0.1 * (2 + np.sqrt(3) / 2)
+    np.testing.assert_allclose(found.extents, [[-r, -r, -0.05], [r, r, 0.4]], atol=1e-9)
+
+
+def test_every_posture_is_in_a_cell(lynxmotion):
+    for by in ("sobol", "uniform", "grid"):
+        found = workspace(lynxmotion, SAMPLES, by=by, finest=30)
+        assert found.hits.sum() == found.samples
+        assert found.lost == 0
+    assert found.samples == 11**5
+
+
+@pytest.mark.parametrize("by", ["sobol", "uniform", "grid"])
+def test_bits_for_any_number_of_threads(lynxmotion, by):
+    one, two, five = (
+        workspace(lynxmotion, SAMPLES, by=by, finest=30, quality=QUALITY, threads=threads)
+        for threads in (1, 2, 5)
+    )
+    assert same(one, two)
+    assert same(one, five)
+
+
+def test_keys(lynxmotion):
+    one, same_key, other = (workspace(lynxmotion, SAMPLES, key=key) for key in (3, 3, 4))
+    assert same(one, same_key)
+    assert not same(one, other)
+
+
+def test_quality_against_the_postures(lynxmotion):
+    found = workspace(lynxmotion, 5000, finest=12, quality=QUALITY, by="uniform")
+    from chasles.study.samples import samples_of
+
+    points = samples_of(lynxmotion, 5000, "uniform", 0)
+    q = np.concatenate([block.copy() for block in points.blocks(0)])
+    T = lynxmotion.fk(q)
+    cell = found.cells.index(T[:, :3, 3])
+    smallest = lynxmotion.manipulability(q).smallest
+    lower, upper = points.lower, points.upper
+    moving = upper > lower
+    margin = np.minimum(q - lower, upper - q) / (upper - lower + ~moving)
+    checked = 0
+    for k in np.unique(cell):
+        here = cell == k
+        assert found.hits.ravel()[k] == here.sum()
+        assert found.manipulability.ravel()[k] == np.float32(smallest[here].max())
+        assert found.limit_margin.ravel()[k] == np.float32(margin[here].min(-1).max())
+        assert 1 <= found.directions.ravel()[k] <= here.sum()
+        checked += 1
+    assert checked > 100
+
+
+def test_loops_that_do_not_close_are_counted():
+    found = workspace(chasles.load("planar_3rrr"), 2000)
+    assert 0 < found.lost < 2000
+    assert found.hits.sum() + found.lost == 2000
+    assert found.measure.dimension == 2
+
+
+def test_file(lynxmotion, tmp_path):
+    found = workspace(lynxmotion, SAMPLES, finest=20, quality=("directions",))
+    found.to_npz(tmp_path / "arm.npz")
+    again = Workspace.from_npz(tmp_path / "arm.npz")
+    assert same(found, again)
+    assert again.measure == found.measure
+    assert again.robot == "lynxmotion"
+
+
+def test_a_file_of_something_else(tmp_path):
+    np.savez(tmp_path / "other.npz", a=np.ones(3))
+    with pytest.raises(InputValueError, match=r"other\.npz: expected a workspace"):
+        Workspace.from_npz(tmp_path / "other.npz")
+
+
+def test_sections_and_projections(lynxmotion):
+    found = workspace(lynxmotion, SAMPLES, finest=20)
+    z = found.cells.centres()[2]
+    layers = [found.section("z", at) for at in z]
+    assert np.array_equal(np.sum(layers, 0), found.projection("z"))
+    with pytest.raises(InputValueError, match="z = 9 m is outside the workspace"):
+        found.section("z", 9)
+
+
+def test_pictures(lynxmotion):
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    found = workspace(lynxmotion, 20_000, finest=20)
+    top, side = found.plot()
+    assert (top.get_xlabel(), top.get_ylabel()) == ("x [m]", "y [m]")
+    assert (side.get_xlabel(), side.get_ylabel()) == ("x [m]", "z [m]")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"samples": 0}, "samples = 0: expected at least 1"),
+        ({"samples": 10, "by": "grid"}, "a grid of 5 coordinates has at least 32"),
+        ({"by": "halton"}, "by = 'halton': expected one of sobol, uniform, grid"),
+        ({"threads": 0}, "threads = 0: expected a positive number or 'all'"),
+        ({"quality": ("speed",)}, "expected quality out of manipulability, limit_margin"),
+    ],
+)
+def test_errors(lynxmotion, arguments, message):
+    with pytest.raises(InputValueError, match=message):
+        workspace(lynxmotion, **{"samples": 100, **arguments})
