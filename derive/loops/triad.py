@@ -48,7 +48,7 @@ Named = tuple[sp.Symbol, sp.Expr]
 
 
 @dataclass(frozen=True)
-class Line:
+class LegLine:
     """A line on which a leg keeps a point.
 
     Attributes:
@@ -75,7 +75,7 @@ class Triad:
     A: tuple[Complex, ...]
     b: tuple[Complex, ...]
     L: tuple[sp.Expr, ...]
-    lines: tuple[Line, ...] = ()
+    lines: tuple[LegLine, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -159,7 +159,7 @@ def triad_polynomial(
     A: Sequence[Complex],
     b: Sequence[Complex],
     L: Sequence[sp.Expr],
-    lines: Sequence[Line] = (),
+    lines: Sequence[LegLine] = (),
 ) -> tuple[sp.Expr, ...]:
     """The trigonometric polynomial whose zeros are the platform's angles in all assembly modes.
 
@@ -195,7 +195,7 @@ def triad_position(
     L: Sequence[sp.Expr],
     c: sp.Expr,
     s: sp.Expr,
-    lines: Sequence[Line] = (),
+    lines: Sequence[LegLine] = (),
 ) -> Complex:
     """The platform's position at an angle that is a zero of the polynomial.
 
@@ -228,7 +228,7 @@ def triad_mirror(
     L: Sequence[sp.Expr],
     c: sp.Expr,
     s: sp.Expr,
-    lines: Sequence[Line] = (),
+    lines: Sequence[LegLine] = (),
 ) -> Complex:
     """The mirror image of :func:`triad_position` in the line of two centres.
 
@@ -268,7 +268,7 @@ class _Triad:
         A: Sequence[Complex],
         b: Sequence[Complex],
         L: Sequence[sp.Expr],
-        lines: Sequence[Line],
+        lines: Sequence[LegLine],
     ) -> None:
         self.terms = terms
         self.origin, self.pin, self.rods = A[0], b[0], len(L)
@@ -411,7 +411,7 @@ class _Triad:
         return self._linear(dot(b, d) + dot(a, e), (-be[0] - da[0], -be[1] - da[1]))
 
 
-def _as_pair(line: Line) -> tuple[Complex, Complex]:
+def _as_pair(line: LegLine) -> tuple[Complex, Complex]:
     """A line's normal: its part that turns with the platform, and its other part, negative."""
     x, y = line.normal
     return ((x, y), (ZERO, ZERO)) if line.turns else ((ZERO, ZERO), (-x, -y))
