@@ -296,6 +296,7 @@ class _Triad:
             else _scaled(self._product(*w, *pair), sp.S.NegativeOne)
             for i, (w, pair, square) in enumerate(zip(self.w, u, self.squares, strict=True))
         ]
+        self.scalar = self._product(*self.w[0], *self.w[1])
         self.area = self._area(*self.w)
 
     @property
@@ -307,10 +308,9 @@ class _Triad:
         """The parts of the polynomial of a rod and two other legs."""
         terms, (k2, k3), (s2, s3) = self.terms, self.half_gaps, self.squares
         k2k2, k2k3, k3k3 = (_times(terms, *pair) for pair in ((k2, k2), (k2, k3), (k3, k3)))
-        scalar = self._product(*self.w[0], *self.w[1])
         return [
             _times(terms, k2k2, s3),
-            _scaled(_times(terms, k2k3, scalar), sp.Integer(-2)),
+            _scaled(_times(terms, k2k3, self.scalar), sp.Integer(-2)),
             _times(terms, k3k3, s2),
             _scaled(_times(terms, self.area, self.area), -self.L1_squared),
         ]
