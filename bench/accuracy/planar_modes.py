@@ -78,14 +78,21 @@ def _print(found: list[Compared]) -> None:
 def judged(platform: DrawnPlatform, generator: np.random.Generator, starts: int) -> list[Compared]:
     """The modes of a platform at its reference and at random inputs, compared."""
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "platform"
-        emitters = [emitter for emitter in EMITTERS if emitter.language in LANGUAGES]
-        write(loads(platform.text("platform")), path, FUNCTIONS, emitters=emitters)
-        robot = chasles.load(path)
+        robot = derived(platform, Path(folder))
     q = robot.reference.q + generator.uniform(-NEAR, NEAR, (INPUTS, 3)) * (
         np.arange(INPUTS) > 0
     ).reshape(-1, 1)
     return [compared(robot, platform, row, generator, starts) for row in q]
+
+
+def derived(
+    platform: DrawnPlatform, folder: Path, functions: tuple[str, ...] = FUNCTIONS
+) -> chasles.Robot:
+    """Some functions of a platform, compiled."""
+    emitters = [emitter for emitter in EMITTERS if emitter.language in LANGUAGES]
+    path = folder / "platform"
+    write(loads(platform.text("platform")), path, functions, emitters=emitters)
+    return chasles.load(path)
 
 
 def compared(

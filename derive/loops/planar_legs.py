@@ -39,14 +39,14 @@ from .planar.phasors import (
 from .planar.planes import Edge, Linkage, PinEdge, SlideEdge, is_cylinder
 from .rods import joint_frame, joint_values, tool_position
 from .spatial.body_frames import pose_of
-from .triad import LEGS, Line, Triad, leg_residuals
+from .triad import LEGS, LegLine, Triad, leg_residuals
 
 VIRTUAL = ["prismatic", "prismatic", "revolute"]
 """The kinds of the main chain's joints: x, y and phi of the platform."""
 QUARTER: Complex = (sp.S.Zero, sp.S.One)
 
 
-class Axes(NamedTuple):
+class ChainAxes(NamedTuple):
     """The axes of the main chain's x and y, in those of the linkage's root.
 
     Attributes:
@@ -70,7 +70,7 @@ class Leg(NamedTuple):
     A: Complex
     b: Complex
     length: sp.Expr | None
-    line: Line | None
+    line: LegLine | None
 
 
 def legs_of(h: Hybrid) -> Triad | None:
@@ -120,7 +120,7 @@ def _joined(h: Hybrid, linkage: Linkage, known: Mapping[str, sp.Expr]) -> Cluste
     return clusters
 
 
-def _axes(h: Hybrid, linkage: Linkage) -> Axes | None:
+def _axes(h: Hybrid, linkage: Linkage) -> ChainAxes | None:
     """The axes of x and y; None where x, y and phi are not those of a plane's axes."""
     moving = _virtual(h)
     x, y, phi = h.theta
@@ -139,7 +139,7 @@ def _axes(h: Hybrid, linkage: Linkage) -> Axes | None:
     if not all(map(is_zero, away)):
         return None
     origin = position[0].subs({x: 0, y: 0}), position[1].subs({x: 0, y: 0})
-    return Axes(origin, along, side, product(platform.rotor, conjugate(root.rotor)), pin.at_b)
+    return ChainAxes(origin, along, side, product(platform.rotor, conjugate(root.rotor)), pin.at_b)
 
 
 def _seen(point: PhasorSum, body: PlanarPose) -> PhasorSum:
@@ -152,7 +152,7 @@ def _along(vector: PhasorSum, body: PlanarPose) -> PhasorSum:
     return vector.turned(-body.angle).times(conjugate(body.rotor))
 
 
-def _legs(h: Hybrid, clusters: Clusters, axes: Axes) -> list[Leg | None]:
+def _legs(h: Hybrid, clusters: Clusters, axes: ChainAxes) -> list[Leg | None]:
     """The legs; None for what is between base and platform and leaves no equation."""
     moving = _virtual(h)
     base = clusters.cluster(clusters.linkage.root)
@@ -174,7 +174,7 @@ class _Reader:
     """Reads the equation of each leg."""
 
     def __init__(
-        self, h: Hybrid, clusters: Clusters, axes: Axes, base: Cluster, platform: Cluster
+        self, h: Hybrid, clusters: Clusters, axes: ChainAxes, base: Cluster, platform: Cluster
     ) -> None:
         self.terms, self.clusters, self.axes = h.terms, clusters, axes
         self.base, self.platform = base, platform
@@ -194,12 +194,12 @@ class _Reader:
                 at, normal = self._line(slide, base, middle, pin)
                 direction = self._coordinates(_along(normal, base[self.root]))
                 on = clusters.pin(platform, pin)
-                return Leg(self._apart(at), self._on(on), None, Line(direction, turns=False))
+                return Leg(self._apart(at), self._on(on), None, LegLine(direction, turns=False))
             case [PinEdge() as pin], [SlideEdge() as slide]:
                 on, normal = self._line(slide, platform, middle, pin)
                 seen = _along(normal, platform[self.body]).times(self.axes.rotor)
                 at = clusters.pin(base, pin)
-                line = Line(self._coordinates(seen), turns=True)
+                line = LegLine(self._coordinates(seen), turns=True)
                 return Leg(self._apart(at), self._on(on), None, line)
         return None
 

@@ -48,7 +48,7 @@ Named = tuple[sp.Symbol, sp.Expr]
 
 
 @dataclass(frozen=True)
-class Line:
+class LegLine:
     """A line on which a leg keeps a point.
 
     Attributes:
@@ -75,7 +75,7 @@ class Triad:
     A: tuple[Complex, ...]
     b: tuple[Complex, ...]
     L: tuple[sp.Expr, ...]
-    lines: tuple[Line, ...] = ()
+    lines: tuple[LegLine, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -159,7 +159,7 @@ def triad_polynomial(
     A: Sequence[Complex],
     b: Sequence[Complex],
     L: Sequence[sp.Expr],
-    lines: Sequence[Line] = (),
+    lines: Sequence[LegLine] = (),
 ) -> tuple[sp.Expr, ...]:
     """The trigonometric polynomial whose zeros are the platform's angles in all assembly modes.
 
@@ -195,7 +195,7 @@ def triad_position(
     L: Sequence[sp.Expr],
     c: sp.Expr,
     s: sp.Expr,
-    lines: Sequence[Line] = (),
+    lines: Sequence[LegLine] = (),
 ) -> Complex:
     """The platform's position at an angle that is a zero of the polynomial.
 
@@ -228,7 +228,7 @@ def triad_mirror(
     L: Sequence[sp.Expr],
     c: sp.Expr,
     s: sp.Expr,
-    lines: Sequence[Line] = (),
+    lines: Sequence[LegLine] = (),
 ) -> Complex:
     """The mirror image of :func:`triad_position` in the line of two centres.
 
@@ -268,7 +268,7 @@ class _Triad:
         A: Sequence[Complex],
         b: Sequence[Complex],
         L: Sequence[sp.Expr],
-        lines: Sequence[Line],
+        lines: Sequence[LegLine],
     ) -> None:
         self.terms = terms
         self.origin, self.pin, self.rods = A[0], b[0], len(L)
@@ -296,6 +296,7 @@ class _Triad:
             else _scaled(self._product(*w, *pair), sp.S.NegativeOne)
             for i, (w, pair, square) in enumerate(zip(self.w, u, self.squares, strict=True))
         ]
+        self.scalar = self._product(*self.w[0], *self.w[1])
         self.area = self._area(*self.w)
 
     @property
@@ -307,10 +308,9 @@ class _Triad:
         """The parts of the polynomial of a rod and two other legs."""
         terms, (k2, k3), (s2, s3) = self.terms, self.half_gaps, self.squares
         k2k2, k2k3, k3k3 = (_times(terms, *pair) for pair in ((k2, k2), (k2, k3), (k3, k3)))
-        scalar = self._product(*self.w[0], *self.w[1])
         return [
             _times(terms, k2k2, s3),
-            _scaled(_times(terms, k2k3, scalar), sp.Integer(-2)),
+            _scaled(_times(terms, k2k3, self.scalar), sp.Integer(-2)),
             _times(terms, k3k3, s2),
             _scaled(_times(terms, self.area, self.area), -self.L1_squared),
         ]
@@ -411,7 +411,7 @@ class _Triad:
         return self._linear(dot(b, d) + dot(a, e), (-be[0] - da[0], -be[1] - da[1]))
 
 
-def _as_pair(line: Line) -> tuple[Complex, Complex]:
+def _as_pair(line: LegLine) -> tuple[Complex, Complex]:
     """A line's normal: its part that turns with the platform, and its other part, negative."""
     x, y = line.normal
     return ((x, y), (ZERO, ZERO)) if line.turns else ((ZERO, ZERO), (-x, -y))

@@ -45,8 +45,10 @@ INSTEAD: Mapping[str, tuple[str, ...]] = {
     "swivel": ("ik",),
     "singularity": ("manipulability",),
     "velocity_relation": ("jacobian_mixed",),
-    "rods": ("constraint",),
-    "rods_D_chain": ("constraint_D_z",),
+    "rods": ("legs", "constraint"),
+    "rods_D_chain": ("legs_D_chain", "constraint_D_z"),
+    "legs": ("rods", "constraint"),
+    "legs_D_chain": ("rods_D_chain", "constraint_D_z"),
     "assembly_polynomial": ("fk_planar_all", "chain_branches"),
     "assembly_position": ("fk_planar_all", "chain_branches"),
     "assembly_mirror": ("fk_planar_all", "chain_branches"),
@@ -99,6 +101,7 @@ _LOOPS_ALONE = {
 }
 _PLATFORMS_ALONE = {
     *("fk_planar_all", "ik_planar", "singularity", "velocity_relation", "rods", "rods_D_chain"),
+    *("legs", "legs_D_chain"),
     *("assembly_polynomial", "assembly_position", "assembly_mirror"),
     *("fk_all", "modes", "determinants", "way_to_singularity", "singularity_curves"),
 }
@@ -121,7 +124,7 @@ def substitute(robot: Any, name: str) -> tuple[str, str]:
 def _reason(robot: Any, name: str) -> str:
     if name in _PARAMETRIC:
         return _ON_DEMAND if robot.kind == "serial" else _SERIAL_ALONE
-    if name in _PLATFORMS_ALONE and "rods" not in robot.functions:
+    if name in _PLATFORMS_ALONE and robot.functions.keys().isdisjoint(("rods", "legs")):
         return _NO_PLATFORM
     if name == "singularity_curves":
         return _NOT_PLANAR

@@ -141,3 +141,35 @@ def test_two_modes_that_meet(library):
         counts.append(np.isfinite(found.margin).sum())
     assert set(np.diff(counts)) <= {-2, 0, 2}
     assert counts[-1] < counts[0]
+
+
+@pytest.mark.parametrize("kind", ["6-3", "3-3", "3-6"])
+def test_double_joints_by_elimination_and_by_paths(library, kind):
+    generator = np.random.default_rng(6)
+    a, b, lengths = platform_modes.random_rods("3-3" if kind == "3-3" else "6-3", generator)
+    if kind == "3-6":
+        a, b = b, a
+    platform = platform_modes.numbered(a, b, lengths)
+    assert platform.joined == (2 if kind == "3-6" else 1)
+    others = platform_modes.Platform.from_buffer_copy(platform)
+    others.joined = 0
+    # Paths from nowhere: what the elimination leaves to them is not sure.
+    platform.starts = type(platform.starts)()
+    counts, left = set(), 0
+    for _ in range(100):
+        e, p = generator.normal(size=4), generator.normal(size=3)
+        R = platform_modes.rotations(e[None] / np.linalg.norm(e))[0]
+        lengths = distances(a, b, R, p)
+        found = platform_modes.solved(library, platform, a, lengths)
+        expected = platform_modes.solved(library, others, a, lengths)
+        assert expected.unsure == 0
+        if found.unsure:
+            left += 1
+            continue
+        np.testing.assert_allclose(found.theta[:, :3], expected.theta[:, :3], atol=1e-7)
+        counts.add(int(np.isfinite(found.margin).sum()))
+        if kind == "3-3":
+            # The base is a plane: each mode has its mirror image.
+            assert counts <= {0, 2, 4, 6, 8, 10, 12, 14, 16}
+    assert len(counts) > 2
+    assert left <= 2
