@@ -20,7 +20,7 @@ import sympy as sp
 from ..terms.terms import Terms
 from ..terms.vectors import Vector, added, combination, subtracted
 from .steps.target import Target
-from .structure.lines import SOME_SLIDE, SOME_TURN, Axis, Lines, rotation
+from .structure.lines import Axis, Lines, rotation
 from .subproblems.turns import CosSin, rotated
 
 LONG = 12
@@ -98,7 +98,7 @@ def _turned(terms: Terms, axis: Axis, turn: CosSin, given: Axis) -> Axis:
     h = axis.h if axis.is_along(given) else rotated(terms, given.h, turn, axis.h)
     lever = subtracted(terms, axis.p, given.p)
     p = added(terms, given.p, rotated(terms, given.h, turn, lever)) if axis.turns else axis.p
-    R, origin = rotation(given.direction, SOME_TURN), given.origin
+    R, origin = rotation(given.direction, given.some_motion), given.origin
     return replace(
         axis,
         h=h,
@@ -111,4 +111,4 @@ def _turned(terms: Terms, axis: Axis, turn: CosSin, given: Axis) -> Axis:
 def _shifted(terms: Terms, axis: Axis, by: Vector, slid: Axis) -> Axis:
     """The axis after a given slide; its position in numbers is that after one slide."""
     p = combination(terms, (sp.Integer(1), sp.Integer(1)), (axis.p, by))
-    return replace(axis, p=p, origin=axis.origin + SOME_SLIDE * slid.direction)
+    return replace(axis, p=p, origin=axis.origin + slid.some_motion * slid.direction)

@@ -67,7 +67,7 @@ def _least_residuals(inverse: SymbolicFunction, inputs: Sequence[FloatArray]) ->
 
 
 def configurations(arm: NumericArm, held: Sequence[int]) -> FloatArray:
-    """Configurations (N, n) at right angles.
+    """Different configurations (N, n) at right angles, ``SAMPLES`` at most.
 
     A slide is 0, or as long as two of the arm's offsets at most, which it may cancel so that axes
     meet, or in general position.
@@ -77,4 +77,4 @@ def configurations(arm: NumericArm, held: Sequence[int]) -> FloatArray:
     slides = np.add.outer(offsets, offsets).reshape(-1)
     q = np.stack([rng.choice(QUARTERS if turns else slides, SAMPLES) for turns in arm.turns], 1)
     q[:, list(held)] = 0.0
-    return q
+    return np.unique(q, axis=0)

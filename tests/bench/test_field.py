@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
+import chasles
 from bench.accuracy import field as benchmark
 from bench.accuracy.verdict import judged
 from bench.cases.field import FieldCase, arms, calibrated, derived, from_ssik, prebuilt
 from bench.cases.poses import PoseSet
 from bench.cases.screws import screws_of
 from bench.peers.inverse.interface import Answers
-from chasles.derive import from_urdf
+from chasles.derive import from_urdf, write
 
 POSES = 40
 
@@ -57,3 +58,17 @@ def test_an_arm_that_is_not_derived_is_said(tmp_path):
     with pytest.raises(RuntimeError):
         derived(broken, tmp_path)
     assert benchmark.judgement(broken, tmp_path, POSES, 0).tier == "not derived"
+
+
+def test_double_solutions_at_right_angles_stand_in_one_slot(tmp_path):
+    """Solutions of six joints come in pairs; two that meet stand twice unless steps reach them."""
+    pytest.importorskip("ssik")
+    arm = from_ssik(prebuilt()["fanuc_crx3ia"])
+    path = tmp_path / "arm.urdf"
+    path.write_text(arm.urdf(), encoding="utf-8")
+    write(from_urdf(path), tmp_path / "arm", ["fk", "ik"])
+    robot = chasles.load(tmp_path / "arm")
+    q = np.pi / 2 * np.random.default_rng(0).integers(-1, 3, (1000, 6))
+    count = robot.ik(arm.screws.fk(q)).count
+    assert (count % 2 == 0).all()
+    assert np.unique(count).size > 5

@@ -126,6 +126,11 @@ def test_a_constant_that_is_noise_is_no_divisor():
         clean(case, 20715)
 
 
+def test_slides_that_could_cancel_make_no_axes_meet():
+    """Two given slides move axes apart unless both have the same length."""
+    assert not cases_of(random_arm(62867))
+
+
 @pytest.mark.parametrize("seed", FOLDED)
 def test_an_elbow_nearly_folded_loses_nothing(seed):
     found = [loss for case in cases_of(random_arm(seed)) for loss in losses_of(case, seed)]

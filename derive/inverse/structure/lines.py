@@ -37,6 +37,8 @@ SOME_SLIDE = 0.6180339887
 """A slide (metre) in general position: axes that meet at this length meet at any."""
 SOME_TURN = 0.7548776662
 """A turn (radian) in general position."""
+APART = 0.5698402910
+"""Sets the values of different joints apart, so that opposite motions do not cancel."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +69,12 @@ class Axis:
     def turns(self) -> bool:
         """Whether the joint is revolute."""
         return self.kind == "revolute"
+
+    @property
+    def some_motion(self) -> float:
+        """A value of the joint (radian or metre) in general position, one of its own."""
+        some = SOME_TURN if self.turns else SOME_SLIDE
+        return some * (1 + self.joint * APART % 1)
 
     def is_along(self, other: "Axis") -> bool:
         """Whether the axis has the direction of another one, or the opposite."""
@@ -214,11 +222,11 @@ class Lines:
                 at = replace(axis, direction=R @ axis.direction, origin=R @ axis.origin + t)
                 kept.append(at)
             elif axis.turns and kept:
-                turn = rotation(axis.direction, SOME_TURN)
+                turn = rotation(axis.direction, axis.some_motion)
                 t = t + R @ (axis.origin - turn @ axis.origin)
                 R = R @ turn
             elif not axis.turns:
-                t = t + SOME_SLIDE * (R @ axis.direction)
+                t = t + axis.some_motion * (R @ axis.direction)
         return replace(self, axes=tuple(kept))
 
     def parallel(self, *indices: int) -> bool:
