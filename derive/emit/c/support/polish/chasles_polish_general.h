@@ -73,22 +73,25 @@ static int POLISH_NAME(coordinate)(const chasles_general_six *six, int joint)
     return joint + (six->arm->given >= 0 && joint >= six->arm->given);
 }
 
-/* Whether the known solutions are one at each root of a split, none of which is near another: then
- * they are all. */
+/* Whether the known solutions are one at each real root of a split, none of which is near another:
+ * then they are all. Roots that meet beside the real line, surely, are no solutions. */
 static int POLISH_NAME(is_one_each)(const POLISH_NAME(search) * s, const chasles_general_six *six,
                                     const chasles_general_split *split,
                                     const chasles_circle_roots *roots)
 {
     const int joint = split->joint[2], own = POLISH_NAME(coordinate)(six, joint);
     const double sign = split->sense * chasles_general_direction(six->arm, joint);
-    if (roots->count != s->count || s->count % 2)
-        return 0;
+    int real = 0;
     for (int i = 0; i < roots->count; i++) {
         int near = 0;
+        if (roots->imaginary[i] > CHASLES_DOUBT)
+            continue;
+        real++;
         for (int k = 0; k < roots->count; k++) {
             const double apart = chasles_circle_wrapped(roots->angle[k] - roots->angle[i]);
-            near += roots->imaginary[k] > 0.0 || fabs(apart) < CHASLES_TWINS;
+            near += fabs(apart) < CHASLES_TWINS;
         }
+        near += roots->imaginary[i] > 0.0;
         for (int k = 0; k < POLISH_RESULTS; k++) {
             const double along = sign * s->q[POLISH_N * k + own];
             const double apart = chasles_circle_wrapped(along - roots->angle[i]);
@@ -97,7 +100,7 @@ static int POLISH_NAME(is_one_each)(const POLISH_NAME(search) * s, const chasles
         if (near != 2)
             return 0;
     }
-    return 1;
+    return real == s->count && real % 2 == 0;
 }
 
 /* The solutions of the general solver, unless those that are known are all; whether they surely
