@@ -17,6 +17,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from math import ceil
 from pathlib import Path
 
 import numpy as np
@@ -133,8 +134,8 @@ def least(work: partial[object]) -> float:
 
 def missed(found: dict[str, float]) -> list[str]:
     """The names of the bars that a draw misses."""
-    scale = {"lost": found["regular"]}
-    return [name for name, bar in BARS.items() if found[name] > bar * scale.get(name, 1)]
+    allowed = BARS | {"lost": ceil(BARS["lost"] * found["regular"])}
+    return [name for name, bar in allowed.items() if found[name] > bar]
 
 
 def run(numbers: Sequence[int], poses: int, singles: int) -> int:

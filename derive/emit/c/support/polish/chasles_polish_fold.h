@@ -108,16 +108,14 @@ static int POLISH_NAME(is_folded)(const POLISH_NAME(search) * s, const POLISH_NA
                                   int k, double pivot)
 {
     const double residual = start->residual[k];
-    const double least = POLISH_SECOND * POLISH_DEVIATION,
-                 moved = POLISH_AMPLIFIED * POLISH_DEVIATIONS(1.0);
+    const double least = POLISH_SECOND * POLISH_DEVIATION;
     if (residual < POLISH_FOLD) {
         const double singular = POLISH_DOUBT * POLISH_DEVIATION;
         return !s->taken[k] || pivot < singular * singular;
     }
     if (residual < POLISH_REACH)
         return 1;
-    return residual < POLISH_START && pivot < least * least &&
-           pivot * residual * residual < POLISH_DEVIATION * POLISH_DEVIATION * moved * moved;
+    return residual < POLISH_AMPLIFIED && pivot < least * least;
 }
 
 /* Begins branches on both sides of folds, one a lane, unless their solutions are known; whether it

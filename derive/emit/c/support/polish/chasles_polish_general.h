@@ -51,9 +51,7 @@ static int POLISH_NAME(is_doubtful)(const POLISH_NAME(search) * s, const POLISH_
     const double singular = POLISH_DOUBT * POLISH_DEVIATION;
     const double twice = POLISH_DOUBT_BEYOND * POLISH_DEVIATION;
     for (int k = 0; k < POLISH_SLOTS; k++) {
-        const double *own = first + 3 * LANES * (k / LANES) + k % LANES, pivot = own[0];
-        if (s->taken[k] && own[2 * LANES] > POLISH_SLOWED * POLISH_SLOWED)
-            return 1;
+        const double pivot = first[3 * LANES * (k / LANES) + k % LANES];
         if (s->taken[k] && pivot < singular * singular)
             return 1;
         if (s->taken[k] || !(start->residual[k] < POLISH_START))
@@ -73,22 +71,25 @@ static int POLISH_NAME(coordinate)(const chasles_general_six *six, int joint)
     return joint + (six->arm->given >= 0 && joint >= six->arm->given);
 }
 
-/* Whether the known solutions are one at each root of a split, none of which is near another: then
- * they are all. */
+/* Whether the known solutions are one at each real root of a split, none of which is near another:
+ * then they are all. Roots that meet beside the real line, surely, are no solutions. */
 static int POLISH_NAME(is_one_each)(const POLISH_NAME(search) * s, const chasles_general_six *six,
                                     const chasles_general_split *split,
                                     const chasles_circle_roots *roots)
 {
     const int joint = split->joint[2], own = POLISH_NAME(coordinate)(six, joint);
     const double sign = split->sense * chasles_general_direction(six->arm, joint);
-    if (roots->count != s->count || s->count % 2)
-        return 0;
+    int real = 0;
     for (int i = 0; i < roots->count; i++) {
         int near = 0;
+        if (roots->imaginary[i] > CHASLES_DOUBT)
+            continue;
+        real++;
         for (int k = 0; k < roots->count; k++) {
             const double apart = chasles_circle_wrapped(roots->angle[k] - roots->angle[i]);
-            near += roots->imaginary[k] > 0.0 || fabs(apart) < CHASLES_TWINS;
+            near += fabs(apart) < CHASLES_TWINS;
         }
+        near += roots->imaginary[i] > 0.0;
         for (int k = 0; k < POLISH_RESULTS; k++) {
             const double along = sign * s->q[POLISH_N * k + own];
             const double apart = chasles_circle_wrapped(along - roots->angle[i]);
@@ -97,7 +98,7 @@ static int POLISH_NAME(is_one_each)(const POLISH_NAME(search) * s, const chasles
         if (near != 2)
             return 0;
     }
-    return 1;
+    return real == s->count && real % 2 == 0;
 }
 
 /* The solutions of the general solver, unless those that are known are all; whether they surely
