@@ -5,7 +5,17 @@ Every equation is a SymPy object in short symbols before it is printed
 (:class:`PrintedEquations`), so that tests can evaluate the printed equations.
 """
 
+from .chain.model_fragment import model_quality
 from .document import FOLDER, document, files, fragments
 from .setting.sharing import Printed, PrintedEquations, equations
 
-__all__ = ["FOLDER", "Printed", "PrintedEquations", "document", "equations", "files", "fragments"]
+__all__ = [
+    "FOLDER",
+    "Printed",
+    "PrintedEquations",
+    "document",
+    "equations",
+    "files",
+    "fragments",
+    "model_quality",
+]

@@ -10,6 +10,7 @@ from ..program.programs import Programs
 from .chain.functions_fragment import forward_kinematics, jacobians
 from .chain.geometry_fragment import link_transforms, screws
 from .chain.given_fragment import parameters, symbols
+from .chain.parametric_fragment import parametric
 from .drawing import PREAMBLE as DRAWING_PREAMBLE
 from .drawing import drawing
 from .inverse.inverse_fragment import inverse, inverse_of_loops
@@ -32,9 +33,12 @@ _FRAGMENTS: Mapping[str, tuple[str, Callable[[Page], str]]] = {
     "transforms": ("Link transforms", link_transforms),
     "fk": ("Forward kinematics", forward_kinematics),
     "jacobian": ("Jacobians", jacobians),
+    "parametric": ("Geometry as variables", parametric),
     "inverse": ("Inverse kinematics", inverse),
 }
 """Heading and writer of each fragment, in the order of reading."""
+_NEEDS_GEOMETRY = "parametric"
+"""The fragment of robots with parametric functions."""
 
 
 _OF_LOOPS: Mapping[str, tuple[str, Callable[[LoopPage], str]]] = {
@@ -77,7 +81,8 @@ def fragments(derivation: Derivation) -> dict[str, str]:
 
     Returns:
         File name and text of each: ``parameters.tex``, ``symbols.tex``, ``screws.tex``,
-        ``transforms.tex``, ``fk.tex``, ``jacobian.tex``, ``inverse.tex``; of a robot with loops
+        ``transforms.tex``, ``fk.tex``, ``jacobian.tex``, ``inverse.tex``, and ``parametric.tex``
+        where there are parametric functions; of a robot with loops
         also ``drawing.tex``, which needs TikZ, ``mobility.tex``, ``loops.tex``, ``solution.tex``
         and ``rates.tex``, and of a platform on legs ``platform.tex``.
     """
@@ -85,7 +90,7 @@ def fragments(derivation: Derivation) -> dict[str, str]:
         page = LoopPage.of(derivation)
         return _written({name: partial(_OF_LOOPS[name][1], page) for name in _headings(derivation)})
     chain = Page.of(derivation)
-    return _written({name: partial(write, chain) for name, (_, write) in _FRAGMENTS.items()})
+    return _written({name: partial(_FRAGMENTS[name][1], chain) for name in _headings(derivation)})
 
 
 def _written(writers: Mapping[str, Callable[[], str]]) -> dict[str, str]:
@@ -99,7 +104,11 @@ def _headings(derivation: Derivation) -> dict[str, str]:
     """The fragments of a robot's article with their headings."""
     robot = derivation.robot
     if not isinstance(robot, Mechanism):
-        return {name: heading for name, (heading, _) in _FRAGMENTS.items()}
+        return {
+            name: heading
+            for name, (heading, _) in _FRAGMENTS.items()
+            if name != _NEEDS_GEOMETRY or derivation.geometry is not None
+        }
     return {
         name: heading
         for name, (heading, _) in _OF_LOOPS.items()

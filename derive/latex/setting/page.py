@@ -7,6 +7,7 @@ import sympy as sp
 
 from ...derivation import Derivation
 from ...inverse.serial_inverse import Inverses, inverses
+from ...model.geometry import Geometry
 from ...model.robot import Robot
 from . import transforms
 from .layout import Display, named_matrix
@@ -31,6 +32,7 @@ class Page:
         links: The transforms between neighbouring frames in short symbols.
         screws: Screw axes and home pose in short symbols.
         inverse: The inverse kinematics over the terms of the equations.
+        geometry: The geometry as variables; None where there are no parametric functions.
     """
 
     robot: Robot
@@ -38,6 +40,7 @@ class Page:
     links: tuple[sp.ImmutableMatrix, ...]
     screws: ScrewDisplays
     inverse: Inverses
+    geometry: Geometry | None = None
 
     @classmethod
     def of(
@@ -63,7 +66,7 @@ class Page:
         terms = found.notation.terms
         derived = derivation.inverse if derivation.terms is terms else None
         inverse = derived or inverses(robot, terms, coordinates, derivation.families)
-        return cls(robot, found, tuple(links), screws, inverse)
+        return cls(robot, found, tuple(links), screws, inverse, derivation.geometry)
 
     def tex(self, expression: sp.Expr) -> str:
         """An expression on one line."""

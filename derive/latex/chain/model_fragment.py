@@ -1,0 +1,74 @@
+r"""A report on the quality of a model as a fragment: determinants and verdicts on joints."""
+
+import sympy as sp
+
+from ...quality.quality_report import JointQuality, ModelReport, ranked
+from ..setting import names
+from ..setting.page import sentence, text
+from . import tables
+
+
+def model_quality(report: ModelReport) -> str:
+    r"""A report on a robot's model as LaTeX, to ``\input`` in any article.
+
+    Args:
+        report: The report of :func:`chasles.derive.model_report`.
+    """
+    r, t = report.revolute, report.prismatic
+    pitches = f" + {report.helical}" if report.helical else ""
+    count = (
+        rf"$4 r + 2 t + 6{pitches} = {report.identifiable}$ numbers, with $r = {r}$ and $t = {t}$"
+    )
+    models = [
+        names.escape(ranked(name, numbers, rank, report.identifiable))
+        for name, numbers, rank in (
+            ("As described", report.numbers, report.rank),
+            ("As suited", report.suited_numbers, report.suited_rank),
+        )
+    ]
+    return text(
+        f"Poses of the tool tell {count}: 4 place the line of a turning joint, 2 the direction of a"
+        " sliding one, and 6 the tool. " + ". ".join(models) + ".",
+        *(_determinants(report, slides=slides) for slides in (False, True)),
+        *(_joint(joint) for joint in report.joints),
+    )
+
+
+def _determinants(report: ModelReport, *, slides: bool) -> str:
+    """The table of det(D^T D) of the conventions at turning or sliding joints."""
+    found = report.conventions_of(slides=slides)
+    if not found:
+        return ""
+    columns: list[tables.Column] = [
+        ("convention", [names.escape(item.convention) for item in found]),
+        ("numbers", [str(len(item.numbers)) for item in found]),
+        ("by its own", [f"${_tex(item.determinant)}$" for item in found]),
+        ("by those of a pose", [f"${_tex(item.completed)}$" for item in found]),
+    ]
+    kind = "sliding" if slides else "turning"
+    words = rf"At {kind} joints, $\det(D^{{\mathsf T}} D)$ of the link is"
+    return sentence(words, tables.tabular(columns, repeated=1))
+
+
+def _joint(joint: JointQuality) -> str:
+    angle = sp.N(sp.Float(joint.angle) * 180 / sp.pi, 6)
+    misses = "; ".join(joint.misses)
+    described = f"misses {names.escape(misses)}" if misses else "is complete"
+    items = joint.conventions
+    columns: list[tables.Column] = [
+        ("convention", [names.escape(item.convention) for item in items]),
+        (r"$\det$", ["" if item.value is None else f"{item.value:.3g}" for item in items]),
+        ("", [names.escape(item.verdict) for item in items]),
+    ]
+    return sentence(
+        rf"Joint {names.escape(joint.joint)} behind {names.escape(joint.before)}: angle"
+        rf" ${angle:.4g}^\circ$, distance ${joint.distance:.6g}$ m. The description {described};"
+        f" {names.escape(joint.suited)} suits the joint.",
+        tables.tabular(columns, repeated=1),
+    )
+
+
+def _tex(expression: sp.Expr) -> str:
+    """A determinant in LaTeX, its symbols as fields are printed."""
+    symbols = {symbol: names.parameter(symbol.name) for symbol in expression.free_symbols}
+    return str(sp.latex(expression, symbol_names=symbols))

@@ -1,0 +1,102 @@
+"""Articles of robots with parametric functions, and reports on models: they compile and agree."""
+
+import re
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+from derivations import ROBOTS
+from sagging import sagging_ur5e
+
+from chasles.derive import derive, load, loads, model_report
+from chasles.derive.latex import FOLDER, document, fragments, model_quality
+from chasles.derive.terms.casadi_graph import lower
+
+PDFLATEX = shutil.which("pdflatex")
+REPORT = r"""\documentclass{article}
+\usepackage{amsmath,booktabs}
+\begin{document}
+%s
+\end{document}
+"""
+
+
+@pytest.fixture(scope="module")
+def sagging():
+    return derive(loads(sagging_ur5e()), ["fk", "fk_p"])
+
+
+def compiled(folder, name, text):
+    (folder / f"{name}.tex").write_text(text)
+    arguments = [PDFLATEX, "-interaction=nonstopmode", "-halt-on-error", name]
+    done = subprocess.run(arguments, cwd=folder, capture_output=True, check=False)
+    log = (folder / f"{name}.log").read_text(errors="replace")
+    assert done.returncode == 0, log[-2000:]
+    assert "undefined" not in log.lower()
+    assert max(map(float, re.findall(r"Overfull \\hbox \(([\d.]+)pt", log)), default=0) < 1
+
+
+@pytest.mark.skipif(PDFLATEX is None, reason="pdflatex is not installed")
+def test_they_compile(tmp_path, sagging):
+    (tmp_path / FOLDER).mkdir()
+    for name, text in fragments(sagging).items():
+        (tmp_path / FOLDER / name).write_text(text)
+    compiled(tmp_path, "article", document(sagging))
+    report = model_quality(model_report(load(ROBOTS / "scara.toml")))
+    compiled(tmp_path, "report", REPORT % report)
+
+
+def test_the_fragment_is_there_on_demand(sagging):
+    assert "parametric.tex" in fragments(sagging)
+    assert "parametric.tex" not in fragments(derive(loads(sagging_ur5e()), ["fk"]))
+    text = fragments(sagging)["parametric.tex"]
+    count = len(sagging.geometry.parameters)
+    assert f"${count}$ numbers" in text
+    assert rf"p_{{{count}}}" in text
+    assert r"d = 0.1625" in text
+    assert r"+ p_{37} \tau_{1}" in text
+
+
+TOKEN = re.compile(r"([RT])_\{?([xyz])\}?\(([^()]*)\)|(T)\(([^()]*)\)")
+
+
+def test_the_printed_product_is_the_pose(sagging):
+    """The printed factors, read back, give the pose of the nominal robot and of others."""
+    text = fragments(sagging)["parametric.tex"]
+    random = np.random.default_rng(4)
+    q = random.uniform(-2, 2, 6)
+    p = [float(sagging.terms.value(g.value)) for g in sagging.geometry.parameters]
+    for k, item in enumerate(sagging.geometry.parameters):
+        p[k] += random.normal() * 0.1 if item.part in ("base", "joint", "axis", "tool") else 0
+    T = np.eye(4)
+    for k in range(7):
+        (body,) = re.findall(rf"A_\{{{k}\}} &= (.*?)\\end\{{aligned\}}", text, re.DOTALL)
+        for kind, axis, argument, _, vector in TOKEN.findall(body):
+            values = [number(part, p) for part in (vector or argument).split(",")]
+            T = T @ step(kind or "T", axis, values)
+        if k < 6:
+            T = T @ step("R", "z", [q[k]])
+    _, fk_p = lower(sagging.functions, "sagging")
+    np.testing.assert_allclose(T, np.array(fk_p(q, p)).reshape(4, 4), atol=1e-12)
+
+
+def number(text, p):
+    match = re.fullmatch(r"\s*(-?)\s*p_\{(\d+)\}\s*", text)
+    if match is None:
+        return float(text)
+    return (-1 if match[1] else 1) * p[int(match[2]) - 1]
+
+
+def step(kind, axis, values):
+    T = np.eye(4)
+    if kind == "R":
+        i = "xyz".index(axis)
+        j, k = (i + 1) % 3, (i + 2) % 3
+        c, s = np.cos(values[0]), np.sin(values[0])
+        T[j, j], T[j, k], T[k, j], T[k, k] = c, -s, s, c
+    elif axis:
+        T["xyz".index(axis), 3] = values[0]
+    else:
+        T[:3, 3] = values
+    return T
