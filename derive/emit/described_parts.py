@@ -1,7 +1,7 @@
 """The robot file of a robot with loops, with places for the numbers of its geometry.
 
-The runtime puts numbers in: ``$xyz_k`` and ``$rpy_k`` of frame k in degrees, ``$length_k`` of strut
-k, in the order of :func:`chasles.derive.loops.parametric.file_parts.parts`; and ``$name``,
+The runtime puts numbers in: ``$xyz_k`` and ``$rpy_k`` of frame k in degrees, and ``$x_k`` alone, in
+the order of :func:`chasles.derive.loops.parametric.file_parts.parts`; and ``$name``,
 ``$title``, ``$source`` and ``$closure``.
 """
 
@@ -75,7 +75,8 @@ def _closer(mechanism: Mechanism, closer: Closure | Strut, k: int) -> Iterator[s
     if isinstance(closer, Closure):
         yield from ("", "[[closures]]", name, f'kind = "{closer.kind}"', *ends)
         return
-    place = f"$length_{mechanism.struts.index(closer)}"
+    tool = 1 + len(mechanism.joints) + 2 * len(mechanism.closers)
+    place = f"$x_{tool + 1 + mechanism.struts.index(closer)}"
     if closer.is_cylinder:
         yield from ("", "[[cylinders]]", name, f"retracted = {place}", *_limits(closer))
     else:

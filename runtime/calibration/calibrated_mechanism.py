@@ -31,18 +31,16 @@ def mechanism_text(robot: Any, p: FloatArray, name: str, source: str, rpy: Any) 
         source: Origin of the numbers, for the file.
         rpy: Roll, pitch and yaw (3,) of a rotation matrix [rad].
     """
-    frames, lengths = robot.parts_p(p)
     texts = {
         "name": json.dumps(name),
         "title": json.dumps(f"{robot.title}, calibrated"),
         "source": json.dumps(source),
         "closure": json.dumps("least squares" if _has_turned(robot, p) else "exact"),
     }
-    for k, T in enumerate(frames):
+    for k, T in enumerate(robot.parts_p(p)):
         texts[f"xyz_{k}"] = _row(np.round(T[:3, 3], _METRE))
         texts[f"rpy_{k}"] = _row(np.round(np.degrees(rpy(T[:3, :3])), _DEGREE))
-    for k, length in enumerate(lengths):
-        texts[f"length_{k}"] = repr(float(length))
+        texts[f"x_{k}"] = repr(float(T[0, 3]))
     return Template(robot._robot_file).substitute(texts)
 
 

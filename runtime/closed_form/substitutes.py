@@ -12,7 +12,6 @@ _CLOSED_FORM = "it has a closed form, which needs no seed"
 _NOT_PLANAR = "it is no planar platform"
 _NO_PLATFORM = "it is no platform on legs"
 _ON_DEMAND = "it is derived by chasles.load(..., parametric=True)"
-_SERIAL_ALONE = "only serial robots have parametric functions"
 _TWO_BRANCHES = "its actuators follow from the main chain in one way"
 
 INSTEAD: Mapping[str, tuple[str, ...]] = {
@@ -123,7 +122,7 @@ def substitute(robot: Any, name: str) -> tuple[str, str]:
 
 def _reason(robot: Any, name: str) -> str:
     if name in _PARAMETRIC:
-        return _ON_DEMAND if robot.kind == "serial" else _SERIAL_ALONE
+        return _ON_DEMAND
     if name in _PLATFORMS_ALONE and robot.functions.keys().isdisjoint(("rods", "legs")):
         return _NO_PLATFORM
     if name == "singularity_curves":

@@ -9,14 +9,14 @@ from collections.abc import Collection, Mapping
 import sympy as sp
 
 from ...model.mechanism import Mechanism
-from ...model.placements import Placement, Rotation, Translation
+from ...model.placements import Placement, Rotation, Translation, translation
 from .mechanism_geometry import MechanismGeometry
 
 
 def parts(
     mechanism: Mechanism, geometry: MechanismGeometry, coordinates: Collection[sp.Symbol]
-) -> tuple[list[Placement], list[sp.Expr]]:
-    """Frames and lengths at coordinates zero.
+) -> list[Placement]:
+    """Frames at coordinates zero.
 
     Args:
         mechanism: The description.
@@ -24,8 +24,9 @@ def parts(
         coordinates: The symbols of coordinates and unknown variables.
 
     Returns:
-        The frames: the base body's in the base frame, each joint's in its parent's body, both ends
-        of each closer in their bodies, the tool's in its body. The lengths of all struts.
+        The base body's frame in the base frame, each joint's in its parent's body, both ends of
+        each closer in their bodies, the tool's in its body; and the end of each strut that lies
+        along x, at its beginning.
     """
     zero: dict[sp.Symbol, sp.Expr] = dict.fromkeys(coordinates, sp.S.Zero)
     behind: dict[str, Placement] = {mechanism.base_frame: ()}
@@ -38,8 +39,10 @@ def parts(
         a, b = geometry.ends[closer.name]
         frames += [behind[closer.a.body] + a, behind[closer.b.body] + b]
     frames.append(behind[mechanism.tool_body] + geometry.tool)
-    lengths = [geometry.lengths[strut.name].xreplace(zero) for strut in mechanism.struts]
-    return frames, lengths
+    for strut in mechanism.struts:
+        length = geometry.lengths[strut.name].xreplace(zero)
+        frames.append(translation(length, sp.S.Zero, sp.S.Zero))
+    return frames
 
 
 def _at(placement: Placement, values: Mapping[sp.Symbol, sp.Expr]) -> Placement:

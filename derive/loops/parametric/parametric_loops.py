@@ -181,19 +181,16 @@ class ParametricLoops:
 
     def _parts(self) -> SymbolicFunction:
         """The numbers of a robot file, in its order."""
-        placements, lengths = parts(
-            self.hybrid.mechanism, self.geometry, self.arguments["w"].symbols
-        )
+        w = self.arguments["w"].symbols
+        placements = parts(self.hybrid.mechanism, self.geometry, w)
         frames = [BASE.moved(self.terms, placement).pose for placement in placements]
         entries = tuple(entry for pose in frames for entry in pose_entries(pose))
-        values = tuple(self.terms.let(length) for length in lengths)
         return replace(
             self._function(
                 PARTS,
-                "Frames and lengths of the parts of any geometry, at coordinates zero.",
+                "Frames of the parts of any geometry, at coordinates zero.",
                 "the numbers of a robot file",
                 Result("frames", entries, (len(frames), 4, 4), "1, m", "frames in their bodies"),
-                Result("lengths", values, (len(values),), "m", "lengths of rods and cylinders"),
             ),
             inputs=(self.arguments["p"],),
         )

@@ -168,7 +168,7 @@ def test_whatever_is_missing_has_a_reason_or_a_substitute(name):
         ("four_bar", "chain_fk", "has no 'chain_fk'; instead: fk;"),
         ("four_bar", "ik_planar", "it is no platform on legs; instead: ik, actuators"),
         ("stewart_gough", "chain_all", "its loops are solved by iteration; instead: chain"),
-        ("five_bar", "fk_p", "'fk_p': only serial robots have parametric functions; instead: fk"),
+        ("five_bar", "fk_p", "chasles.load(..., parametric=True); instead: fk"),
         ("ur5e", "fk_p", "'fk_p': it is derived by chasles.load(..., parametric=True)"),
     ],
 )

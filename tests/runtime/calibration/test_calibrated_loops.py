@@ -1,0 +1,149 @@
+"""Robots with loops: derivatives by parameters, identification, and the robot file that is made."""
+
+import numpy as np
+import pytest
+from derivations import ROBOTS
+from numpy.testing import assert_allclose
+
+import chasles
+from chasles import screws
+from chasles.calibration import Poses, identify, random_arms, robot_file, tool_errors
+from chasles.derive import load, write
+from chasles.derive.chain.parametric import PARAMETRIC
+
+STEP = 1e-5
+SIGMA = (2e-5, 5e-5)
+LEAST = 20.0
+"""Factor by which the error of held-back poses falls."""
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A robot with its parametric functions, by name."""
+    robots = {}
+
+    def of(name):
+        if name not in robots:
+            folder = tmp_path_factory.mktemp("parametric") / name
+            functions = ["fk", "jacobian_mixed", *PARAMETRIC, "parts_p"]
+            write(load(ROBOTS / f"{name}.toml"), folder, functions)
+            robots[name] = chasles.load(folder)
+        return robots[name]
+
+    return of
+
+
+def drawn(robot, random, error):
+    """A geometry with axes, rods and tool off by up to an error."""
+    p = np.array([item.value for item in robot.geometry])
+    moved = np.array([item.part in ("axis", "loop", "tool") for item in robot.geometry])
+    p[moved] += random.uniform(-error, error, moved.sum())
+    return p
+
+
+def around(robot, random, count):
+    """Coordinates around the reference."""
+    step = np.array([0.02 if c.unit == "m" else 0.5 for c in robot.coordinates])
+    return np.array(robot.reference.q) + random.uniform(-1, 1, (count, robot.n)) * step
+
+
+def differences(function, x, T):
+    """Twists of the tool in base axes by each entry of x, fourth-order central differences."""
+    columns = []
+    for unit in np.eye(len(x)) * STEP:
+        near, far = (function(x + k * unit) - function(x - k * unit) for k in (1, 2))
+        rate = (8 * near - far) / (12 * STEP)
+        omega = rate[:, :3, :3] @ T[:, :3, :3].swapaxes(1, 2)
+        turned = (omega[:, 2, 1], omega[:, 0, 2], omega[:, 1, 0])
+        columns.append(np.concatenate([rate[:, :3, 3], np.stack(turned, -1)], -1))
+    return np.stack(columns, -1)
+
+
+@pytest.mark.parametrize("name", ["five_bar", "four_bar", "stewart_gough"])
+def test_functions_are_the_robots_own_and_derivatives_are_differences(made, name):
+    robot, random = made(name), np.random.default_rng(1)
+    q, p = around(robot, random, 20), np.array([item.value for item in robot.geometry])
+    assert_allclose(robot.fk_p(q, p), robot.fk(q), atol=1e-13)
+    assert_allclose(robot.jacobian_p(q, p), robot.jacobian_mixed(q), atol=1e-11)
+    p = drawn(robot, random, 1e-3)
+    T, J = robot.fk_p(q, p), robot.identification_jacobian(q, p)
+    assert np.isfinite(T).all()
+    assert_allclose(J, differences(lambda x: robot.fk_p(q, x), p, T), atol=1e-8)
+    by_q = [
+        differences(lambda x: robot.fk_p(x[None], p), at, t[None])[0]
+        for at, t in zip(q, T, strict=True)
+    ]
+    assert_allclose(robot.jacobian_p(q, p), by_q, atol=1e-8)
+    space, body = (getattr(robot, f"identification_jacobian_{k}")(q, p) for k in ("space", "body"))
+    shifted = J[:, :3] - np.cross(J[:, 3:], T[:, :3, 3, None], axis=1)
+    assert_allclose(space, np.concatenate([shifted, J[:, 3:]], 1), atol=1e-13)
+    R = T[:, :3, :3].swapaxes(1, 2)
+    assert_allclose(body, np.concatenate([R @ J[:, :3], R @ J[:, 3:]], 1), atol=1e-13)
+
+
+def test_a_geometry_whose_loops_do_not_close_is_nan(made):
+    robot = made("five_bar")
+    p = np.array([item.value for item in robot.geometry])
+    p[[item.name for item in robot.geometry].index("right_coupler_length")] = 2.0
+    assert np.isnan(robot.fk_p(np.array([robot.reference.q] * 2), p)[:, :3, 3]).all()
+
+
+@pytest.mark.parametrize("name", ["five_bar", "four_bar", "stewart_gough"])
+def test_identification_explains_a_drawn_robot(made, name):
+    robot, random = made(name), np.random.default_rng(4)
+    p, T_W_base = drawn(robot, random, 1e-3), screws.exp(random.normal(size=6))
+    q, held = around(robot, random, 60), around(robot, random, 500)
+    noise = screws.exp(random.normal(size=(60, 6)) * np.repeat(SIGMA, 3))
+    found = identify(robot, q, Poses(T_W_base @ robot.fk_p(q, p) @ noise, SIGMA))
+    probe = found.observation.T_tool_probe
+    true, calibrated = T_W_base @ robot.fk_p(held, p), found.poses(held) @ probe
+    nominal = found.T_W_base @ robot.fk(held) @ probe
+    before, after = (
+        np.sqrt(((T - true)[:, :3, 3] ** 2).sum(-1).mean()) for T in (nominal, calibrated)
+    )
+    assert before / after > LEAST
+    assert 0.8 < found.noise < 1.2
+    assert not found.outliers
+
+
+def test_lengths_in_proportion_are_not_told_apart(tmp_path):
+    """The rocker of a four-bar turns alike in all sizes of it."""
+    text = (ROBOTS / "four_bar.toml").read_text()
+    tool = 'tool = { body = "coupler", xyz = ["b / 2", "h", 0] }'
+    assert tool in text
+    path = tmp_path / "rocker.toml"
+    path.write_text(text.replace(tool, 'tool = { body = "rocker" }'))
+    write(load(path), tmp_path / "rocker", ["fk", *PARAMETRIC])
+    robot = chasles.load(tmp_path / "rocker")
+    q = np.linspace(-3, 3, 60)[:, None]
+    noise = screws.exp(np.random.default_rng(0).normal(size=(60, 6)) * np.repeat(SIGMA, 3))
+    # Ground 0.35, crank 0.1, coupler 0.3 and rocker 0.25: an axis that shifts takes the link before
+    # it along, and not the link behind it.
+    sizes = {"crank_shift_x": -0.35, "coupler_shift_x": -0.25}
+    sizes |= {"rocker_pin_a_x": 0.05, "rocker_pin_b_x": 0.25}
+    measured = Poses(robot.fk(q) @ noise, SIGMA)
+    found = identify(robot, q, measured, vary=sizes, T_W_base=np.eye(4))
+    (held,) = (item for item in found.redundant if item.name in sizes)
+    others = {name: weight for name, weight in held.combination if name in sizes}
+    wanted = {name: -sizes[name] / sizes[held.name] for name in sizes.keys() - {held.name}}
+    assert others == pytest.approx(wanted, abs=0.02)
+
+
+@pytest.mark.parametrize("name", ["five_bar", "four_bar"])
+def test_the_file_describes_the_robot_that_was_identified(made, name, tmp_path):
+    robot, random = made(name), np.random.default_rng(5)
+    p = drawn(robot, random, 5e-4)
+    path = tmp_path / "mine.toml"
+    path.write_text(robot_file(robot, p, "mine", "a test"))
+    write(load(path), tmp_path / "mine", ["fk"])
+    q = around(robot, random, 200)
+    assert_allclose(chasles.load(tmp_path / "mine").fk(q), robot.fk_p(q, p), atol=1e-13)
+
+
+def test_errors_from_tolerances_are_those_of_drawn_robots(made):
+    robot = made("five_bar")
+    tolerances = {"axis": 1e-5, "loop": 1e-5}
+    q = np.array(robot.reference.q)
+    first = tool_errors(robot, q, tolerances)
+    drawn_ = random_arms(robot, q, tolerances, samples=20_000)
+    assert_allclose(drawn_.along.std(0), np.sqrt(np.diag(first.covariance)[:3]), rtol=0.03)
