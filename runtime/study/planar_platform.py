@@ -14,10 +14,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputValueError
 from .annuli import Annulus, BorderArc, area, border
+from .cells import Cells, cells_of
 
 FloatArray = NDArray[np.float64]
 
@@ -108,6 +109,59 @@ def dexterous(robot: Any) -> PlanarRegion:
         inner = at_0.inner + radius if at_0.inner > 0 else 0.0
         annuli.append(Annulus(middle, inner, max(at_0.outer - radius, 0.0)))
     return PlanarRegion(robot.name, "at every angle", tuple(annuli))
+
+
+@dataclass(frozen=True, eq=False)
+class Orientations:
+    """The angles that a planar platform can have at each place.
+
+    Attributes:
+        cells: The cells, whose centres are the places.
+        angles: (k,) the angles [rad].
+        possible: (nx, ny, k) whether each angle is possible at each place.
+    """
+
+    cells: Cells
+    angles: FloatArray
+    possible: NDArray[np.bool_]
+
+    @property
+    def share(self) -> FloatArray:
+        """(nx, ny) part of the angles that are possible."""
+        return np.asarray(self.possible.mean(-1))
+
+    @property
+    def total(self) -> float:
+        """Area where all angles are possible [m^2], to about a cell along its border."""
+        return float(self.possible.all(-1).sum() * self.cells.side**2)
+
+    @property
+    def inclusive(self) -> float:
+        """Area where some angle is possible [m^2], to about a cell along its border."""
+        return float(self.possible.any(-1).sum() * self.cells.side**2)
+
+
+def orientations(robot: Any, angles: ArrayLike, finest: int = 200) -> Orientations:
+    """Which of some angles a planar platform can have, place by place.
+
+    Args:
+        robot: As for `constant_orientation`.
+        angles: (k,) angles [rad].
+        finest: Number of cells along the longest side.
+
+    Raises:
+        InputValueError: The robot is no such platform.
+    """
+    turns = np.atleast_1d(np.asarray(angles, dtype=np.float64))
+    regions = [constant_orientation(robot, phi) for phi in turns]
+    disks = [(own.centre, own.outer) for region in regions for own in region.annuli]
+    lower = np.min([np.r_[centre - radius, 0] for centre, radius in disks], axis=0)
+    upper = np.max([np.r_[centre + radius, 0] for centre, radius in disks], axis=0)
+    cells = cells_of(lower, upper, finest)
+    x, y, _ = cells.centres()
+    places = np.stack(np.meshgrid(x, y, indexing="ij"), -1).reshape(-1, 2)
+    possible = np.column_stack([region.contains(places) for region in regions])
+    return Orientations(cells, turns, possible.reshape(len(x), len(y), len(turns)))
 
 
 def _is_planar(robot: Any) -> bool:

@@ -6,7 +6,7 @@ import pytest
 import chasles
 from chasles.errors import InputValueError
 from chasles.study.annuli import Annulus, area, border
-from chasles.study.planar_platform import constant_orientation, dexterous
+from chasles.study.planar_platform import constant_orientation, dexterous, orientations
 
 
 @pytest.mark.parametrize(
@@ -82,6 +82,17 @@ def test_every_angle():
     found = dexterous(platform).contains(points)
     assert (always | ~found).all()
     assert (found != always).mean() < 0.01
+
+
+def test_some_angle_and_all_angles():
+    platform = chasles.load("planar_3rrr_170")
+    one = orientations(platform, np.radians([30]), finest=400)
+    assert one.total == one.inclusive == pytest.approx(0.089107925046, rel=5e-3)
+    few = orientations(platform, np.radians([0, 30, 60]), finest=200)
+    assert few.total < one.total < few.inclusive
+    whole = orientations(platform, np.linspace(0, 2 * np.pi, 90), finest=300)
+    assert whole.total == pytest.approx(dexterous(platform).area, rel=3e-2)
+    assert whole.share.max() == 1
 
 
 def test_other_robots_are_refused():
