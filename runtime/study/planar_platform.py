@@ -189,7 +189,7 @@ def _of_distance(
     robot: Any, leg: int, value: Callable[[FloatArray], FloatArray], phi: float, degree: int
 ) -> tuple[FloatArray, FloatArray]:
     """Centre and coefficients by powers of d^2 of a polynomial in d^2 that samples determine."""
-    size = robot.characteristic_length
+    size = robot.unit_length
     p = np.random.default_rng(0).uniform(-size, size, (_SAMPLES, 2))
     found = value(np.column_stack([p, np.full(len(p), phi)]))
     kept = np.isfinite(found)
