@@ -63,7 +63,7 @@ def test_against_the_inverse():
         distance = np.min(
             [
                 np.abs(np.linalg.norm(points - own.centre, axis=1) - r)
-                for own in found.annuli
+                for own in found.pieces[0]
                 for r in (own.inner, own.outer)
             ],
             axis=0,
