@@ -9,7 +9,13 @@ They need SciPy and more, `pip install 'chasles[study]'`.
 """
 
 from .cells import Cells, Measure
-from .planar_platform import PlanarRegion, constant_orientation, dexterous
+from .planar_platform import (
+    Orientations,
+    PlanarRegion,
+    constant_orientation,
+    dexterous,
+    orientations,
+)
 from .reach import Reach, base_placement, evenly, reach
 from .samples import By, Samples
 from .workspace import Workspace, workspace
@@ -18,6 +24,7 @@ __all__ = [
     "By",
     "Cells",
     "Measure",
+    "Orientations",
     "PlanarRegion",
     "Reach",
     "Samples",
@@ -26,6 +33,7 @@ __all__ = [
     "constant_orientation",
     "dexterous",
     "evenly",
+    "orientations",
     "reach",
     "workspace",
 ]

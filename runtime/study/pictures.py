@@ -148,7 +148,7 @@ def plot_region(found: Any, ax: Any = None) -> Any:
     from matplotlib.patches import Circle  # noqa: PLC0415
 
     axes = plt.subplots(layout="constrained", figsize=(4.2, 4.2))[1] if ax is None else ax
-    for k, own in enumerate(found.annuli):
+    for k, own in enumerate(found.pieces[0] if found.pieces else ()):
         for radius in (own.inner, own.outer):
             style = {"fill": False, "linestyle": ":", "linewidth": 0.8}
             axes.add_patch(Circle(own.centre, radius, edgecolor=_COLOUR_BLIND[k], **style))

@@ -9,15 +9,17 @@ are refused.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputValueError
 from .annuli import Annulus, BorderArc, area, border
+from .cells import Cells, cells_of
 
 FloatArray = NDArray[np.float64]
 
@@ -34,26 +36,28 @@ class PlanarRegion:
     Attributes:
         robot: The robot's name.
         name: What the region is, in words.
-        annuli: What each leg reaches.
+        pieces: Parts of the region that have no point in common; each is what annuli, one a leg,
+            have in common.
     """
 
     robot: str
     name: str
-    annuli: tuple[Annulus, ...]
+    pieces: tuple[tuple[Annulus, ...], ...]
 
     @property
     def area(self) -> float:
         """Its area [m^2], exact to rounding."""
-        return area(self.annuli)
+        return sum(area(piece) for piece in self.pieces)
 
     @property
     def arcs(self) -> list[BorderArc]:
         """The arcs of its border, with the region to their left."""
-        return border(self.annuli)
+        return [arc for piece in self.pieces for arc in border(piece)]
 
     def contains(self, points: FloatArray) -> NDArray[np.bool_]:
         """Whether points (m, 2) [m] belong to it."""
-        return np.asarray(np.all([own.contains(points) for own in self.annuli], axis=0))
+        inside = [np.all([own.contains(points) for own in piece], axis=0) for piece in self.pieces]
+        return np.asarray(np.any(inside, axis=0))
 
     def plot(self, ax: Any = None) -> Any:
         """Draws the region and the circles of the legs; returns the matplotlib axes."""
@@ -78,36 +82,88 @@ def constant_orientation(robot: Any, phi: float) -> PlanarRegion:
     annuli = tuple(_annulus(robot, leg, phi) for leg in range(robot.n)) if _is_planar(robot) else ()
     if not annuli:
         raise InputValueError(f"{robot.name}: expected a planar platform on three legs")
-    return PlanarRegion(robot.name, f"at {np.degrees(phi):.4g}°", annuli)
+    return PlanarRegion(robot.name, f"at {np.degrees(phi):.4g}°", (annuli,))
 
 
 def dexterous(robot: Any) -> PlanarRegion:
     """Where the tool of a planar platform can be at every angle.
 
-    While the platform turns, the centre of a leg's annulus moves on a circle. The tool stays within
-    reach of the leg at every angle if its distance from the middle of that circle leaves room for
-    the circle's radius on both sides.
+    While the platform turns, the centre of a leg's annulus moves on a circle of radius r about a
+    point. A tool at the distance t from that point is between |t - r| and t + r from the centre:
+    it stays in the annulus if t is at most outer - r, and either at least inner + r or, where the
+    hole of the annulus moves around the tool, at most r - inner.
 
     Args:
         robot: As for `constant_orientation`.
 
     Raises:
-        InputValueError: The robot is no such platform, or its tool lies within an inner circle
-            that moves around it.
+        InputValueError: The robot is no such platform.
     """
-    turned = [constant_orientation(robot, phi) for phi in (0.0, np.pi)]
-    annuli = []
-    for at_0, at_half in zip(*(region.annuli for region in turned), strict=True):
+    legs = []
+    turned = (constant_orientation(robot, phi).pieces[0] for phi in (0.0, np.pi))
+    for at_0, at_half in zip(*turned, strict=True):
         middle = (at_0.centre + at_half.centre) / 2
-        radius = float(np.linalg.norm(at_0.centre - at_half.centre)) / 2
-        if radius < at_0.inner:
-            raise InputValueError(
-                f"{robot.name}: points inside the circle on which a leg's hole moves may be "
-                "reached at every angle, which is no annulus"
-            )
-        inner = at_0.inner + radius if at_0.inner > 0 else 0.0
-        annuli.append(Annulus(middle, inner, max(at_0.outer - radius, 0.0)))
-    return PlanarRegion(robot.name, "at every angle", tuple(annuli))
+        r = float(np.linalg.norm(at_0.centre - at_half.centre)) / 2
+        least = at_0.inner + r if at_0.inner > 0 else 0.0
+        most = at_0.outer - r
+        parts = [Annulus(middle, least, most)] if most > least else []
+        if 0 < at_0.inner < r and most > 0:
+            parts.append(Annulus(middle, 0.0, min(r - at_0.inner, most)))
+        legs.append(parts)
+    return PlanarRegion(robot.name, "at every angle", tuple(itertools.product(*legs)))
+
+
+@dataclass(frozen=True, eq=False)
+class Orientations:
+    """The angles that a planar platform can have at each place.
+
+    Attributes:
+        cells: The cells, whose centres are the places.
+        angles: (k,) the angles [rad].
+        possible: (nx, ny, k) whether each angle is possible at each place.
+    """
+
+    cells: Cells
+    angles: FloatArray
+    possible: NDArray[np.bool_]
+
+    @property
+    def share(self) -> FloatArray:
+        """(nx, ny) part of the angles that are possible."""
+        return np.asarray(self.possible.mean(-1))
+
+    @property
+    def total(self) -> float:
+        """Area where all angles are possible [m^2], to about a cell along its border."""
+        return float(self.possible.all(-1).sum() * self.cells.side**2)
+
+    @property
+    def inclusive(self) -> float:
+        """Area where some angle is possible [m^2], to about a cell along its border."""
+        return float(self.possible.any(-1).sum() * self.cells.side**2)
+
+
+def orientations(robot: Any, angles: ArrayLike, finest: int = 200) -> Orientations:
+    """Which of some angles a planar platform can have, place by place.
+
+    Args:
+        robot: As for `constant_orientation`.
+        angles: (k,) angles [rad].
+        finest: Number of cells along the longest side.
+
+    Raises:
+        InputValueError: The robot is no such platform.
+    """
+    turns = np.atleast_1d(np.asarray(angles, dtype=np.float64))
+    regions = [constant_orientation(robot, phi) for phi in turns]
+    disks = [(own.centre, own.outer) for region in regions for own in region.pieces[0]]
+    lower = np.min([np.r_[centre - radius, 0] for centre, radius in disks], axis=0)
+    upper = np.max([np.r_[centre + radius, 0] for centre, radius in disks], axis=0)
+    cells = cells_of(lower, upper, finest)
+    x, y, _ = cells.centres()
+    places = np.stack(np.meshgrid(x, y, indexing="ij"), -1).reshape(-1, 2)
+    possible = np.column_stack([region.contains(places) for region in regions])
+    return Orientations(cells, turns, possible.reshape(len(x), len(y), len(turns)))
 
 
 def _is_planar(robot: Any) -> bool:
@@ -135,7 +191,7 @@ def _of_distance(
     robot: Any, leg: int, value: Callable[[FloatArray], FloatArray], phi: float, degree: int
 ) -> tuple[FloatArray, FloatArray]:
     """Centre and coefficients by powers of d^2 of a polynomial in d^2 that samples determine."""
-    size = robot.characteristic_length
+    size = robot.unit_length
     p = np.random.default_rng(0).uniform(-size, size, (_SAMPLES, 2))
     found = value(np.column_stack([p, np.full(len(p), phi)]))
     kept = np.isfinite(found)

@@ -261,10 +261,7 @@ def _pose(name: str, T: ArrayLike) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Spline:
-    """A smooth curve through poses; s is the sum of the chords between them.
-
-    Position and orientation have continuous second derivatives.
-    """
+    """A curve through poses, or past their corners; s is the sum of the chords between them."""
 
     positions: Any
     rotations: Any
@@ -291,15 +288,84 @@ def through(poses: ArrayLike) -> Spline:
         InputValueError: Two successive poses have the same position.
     """
     from scipy.interpolate import CubicSpline  # noqa: PLC0415
-    from scipy.spatial.transform import Rotation, RotationSpline  # noqa: PLC0415
 
+    T, s = _waypoints("through", poses)
+    return Spline(CubicSpline(s, T[:, :3, 3]), _turns(T, s), float(s[-1]))
+
+
+def parabola(poses: ArrayLike) -> Spline:
+    """The parabola through three poses, whose parameter is the sum of the chords between them.
+
+    Args:
+        poses: (3, 4, 4) poses, which differ in position.
+
+    Raises:
+        ShapeError: These are not three poses.
+        InputValueError: Two successive poses have the same position.
+    """
+    from scipy.interpolate import PPoly  # noqa: PLC0415
+
+    T, s = _waypoints("parabola", poses)
+    if len(T) != 3:  # noqa: PLR2004 - three points determine a parabola
+        raise ShapeError(f"parabola: expected three poses, got {len(T)}")
+    p = T[:, :3, 3]
+    first, second = (p[1] - p[0]) / s[1], (p[2] - p[1]) / (s[2] - s[1])
+    bend = (second - first) / s[2]
+    rows = np.array([bend, first - bend * s[1], p[0]])
+    return Spline(PPoly(rows[:, None], s[[0, -1]]), _turns(T, s), float(s[-1]))
+
+
+def blended(poses: ArrayLike, radius: float) -> Spline:
+    """Straight lines between poses, whose corners are cut off by parabolas.
+
+    The tool leaves a line at a distance from the corner and joins the next one at the same distance
+    behind it; its direction is continuous, its curvature jumps. It passes the corner within half
+    the distance, and all orientations are met at the corners.
+
+    Args:
+        poses: (m, 4, 4) poses, at least three; successive ones differ in position.
+        radius: The distance from each corner [m], at most half of the lines beside it.
+
+    Raises:
+        ShapeError: These are not three poses or more.
+        InputValueError: Two successive poses have the same position, or the radius does not fit.
+    """
+    from scipy.interpolate import PPoly  # noqa: PLC0415
+
+    T, s = _waypoints("blended", poses)
+    p, chords = T[:, :3, 3], np.diff(s)
+    if not 0 < radius <= chords.min() / 2:
+        raise InputValueError(
+            f"blended: expected a radius above 0, at most {chords.min() / 2:.6g} m, got {radius:g}"
+        )
+    along = np.diff(p, axis=0) / chords[:, None]
+    breaks, rows = [0.0], []
+    for k, direction in enumerate(along):
+        rows.append([np.zeros(3), direction, p[k] + (breaks[-1] - s[k]) * direction])
+        last = k == len(along) - 1
+        breaks.append(s[k + 1] - (0 if last else radius))
+        if not last:
+            bend = (along[k + 1] - direction) / (4 * radius)
+            rows.append([bend, direction, p[k + 1] - radius * direction])
+            breaks.append(s[k + 1] + radius)
+    coefficients = np.array(rows).transpose(1, 0, 2)
+    return Spline(PPoly(coefficients, np.array(breaks)), _turns(T, s), float(s[-1]))
+
+
+def _waypoints(name: str, poses: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """The poses (m, 4, 4), and the sums of the chords before them (m,)."""
     T = np.asarray(poses, dtype=np.float64)
     if T.ndim != 3 or T.shape[1:] != (4, 4) or len(T) < 3:  # noqa: PLR2004 - rows of matrices
-        raise ShapeError(f"through: expected three poses or more (m, 4, 4), got {T.shape}")
+        raise ShapeError(f"{name}: expected three poses or more (m, 4, 4), got {T.shape}")
     chords = np.linalg.norm(np.diff(T[:, :3, 3], axis=0), axis=1)
     if not (chords > 0).all():
         k = int(np.argmin(chords))
-        raise InputValueError(f"through: poses {k} and {k + 1} have the same position")
-    s = np.r_[0, np.cumsum(chords)]
-    turns = RotationSpline(s, Rotation.from_matrix(T[:, :3, :3]))
-    return Spline(CubicSpline(s, T[:, :3, 3]), turns, float(s[-1]))
+        raise InputValueError(f"{name}: poses {k} and {k + 1} have the same position")
+    return T, np.r_[0, np.cumsum(chords)]
+
+
+def _turns(T: FloatArray, s: FloatArray) -> Any:
+    """The smooth orientation through those of poses."""
+    from scipy.spatial.transform import Rotation, RotationSpline  # noqa: PLC0415
+
+    return RotationSpline(s, Rotation.from_matrix(T[:, :3, :3]))

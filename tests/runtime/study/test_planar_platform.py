@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from derivations import ROBOTS
 
 import chasles
+from chasles.derive import load, write
 from chasles.errors import InputValueError
 from chasles.study.annuli import Annulus, area, border
-from chasles.study.planar_platform import constant_orientation, dexterous
+from chasles.study.planar_platform import constant_orientation, dexterous, orientations
 
 
 @pytest.mark.parametrize(
@@ -30,7 +32,7 @@ def test_random_annuli_against_points():
             Annulus(rng.uniform(-1, 1, 2), inner, inner + rng.uniform(0.3, 2))
             for inner in rng.choice([0, 0.2, 0.7], 3)
         ]
-        points = rng.uniform(-4, 4, (200_000, 2))
+        points = rng.uniform(-4, 4, (50_000, 2))
         inside = np.all([own.contains(points) for own in annuli], axis=0)
         share, found = inside.mean() * 64, area(annuli)
         deviation = 64 * np.sqrt(inside.mean() * (1 - inside.mean()) / len(points)) + 1e-4
@@ -61,7 +63,7 @@ def test_against_the_inverse():
         distance = np.min(
             [
                 np.abs(np.linalg.norm(points - own.centre, axis=1) - r)
-                for own in found.annuli
+                for own in found.pieces[0]
                 for r in (own.inner, own.outer)
             ],
             axis=0,
@@ -72,16 +74,42 @@ def test_against_the_inverse():
     assert checked > 300
 
 
-def test_every_angle():
-    platform = chasles.load("planar_3rrr_170")
+@pytest.fixture(scope="module")
+def dexterous_platform(tmp_path_factory):
+    """A small platform on long couplers, which turns all the way round in the middle."""
+    folder = tmp_path_factory.mktemp("small")
+    text = f'extends = "{ROBOTS / "planar_3rrr.toml"}"\nname = "small"\n'
+    file = folder / "small.toml"
+    file.write_text(text + "parameters = { r_p = 30, L = 200 }\n")
+    write(load(file), folder / "small", ["fk", "actuators", "actuator_margin"])
+    return chasles.load(folder / "small")
+
+
+def test_every_angle(dexterous_platform):
     rng = np.random.default_rng(3)
-    points = rng.uniform(-0.3, 0.3, (3000, 2))
+    points = rng.uniform(-0.15, 0.15, (3000, 2))
     angles = np.linspace(0, 2 * np.pi, 181)
-    regions = [constant_orientation(platform, phi) for phi in angles]
+    regions = [constant_orientation(dexterous_platform, phi) for phi in angles]
     always = np.all([region.contains(points) for region in regions], axis=0)
-    found = dexterous(platform).contains(points)
+    found = dexterous(dexterous_platform).contains(points)
+    assert 300 < found.sum() < 2700
     assert (always | ~found).all()
     assert (found != always).mean() < 0.01
+
+
+def test_some_angle_and_all_angles():
+    platform = chasles.load("planar_3rrr_170")
+    one = orientations(platform, np.radians([30]), finest=400)
+    assert one.total == one.inclusive == pytest.approx(0.089107925046, rel=5e-3)
+    few = orientations(platform, np.radians([0, 30, 60]), finest=200)
+    assert few.total < one.total < few.inclusive
+
+
+def test_angles_all_round(dexterous_platform):
+    whole = orientations(dexterous_platform, np.linspace(0, 2 * np.pi, 90), finest=300)
+    assert whole.total == pytest.approx(dexterous(dexterous_platform).area, rel=3e-2)
+    assert whole.share.max() == 1
+    assert dexterous(chasles.load("planar_3rrr_170")).area == 0
 
 
 def test_other_robots_are_refused():

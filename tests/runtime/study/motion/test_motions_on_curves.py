@@ -9,11 +9,13 @@ from chasles.errors import InputValueError, OutOfReachError
 from chasles.study.motion import (
     Motion,
     arc,
+    blended,
     excesses,
     joined,
     joint_line,
     law,
     line,
+    parabola,
     through,
     time_optimal,
 )
@@ -33,7 +35,13 @@ def curves(robot, rng, count):
     while made < count:
         q = HOME + rng.uniform(-0.5, 0.5, 6)
         T = robot.fk(q + np.cumsum(np.r_[np.zeros((1, 6)), rng.uniform(-0.15, 0.15, (3, 6))], 0))
-        yield (line(T[0], T[2]), arc(T[0], T[1, :3, 3], T[2]), through(T))[made % 3], q
+        made_of = (
+            line(T[0], T[2]),
+            arc(T[0], T[1, :3, 3], T[2]),
+            through(T),
+            parabola(T[:3]),
+        )
+        yield made_of[made % 4], q
         made += 1
 
 
@@ -160,3 +168,23 @@ def test_files_and_pictures(arm, tmp_path):
     assert axes[2].get_xlabel() == "time [s]"
     with pytest.raises(InputValueError, match="joined: expected motions of one robot"):
         joined([])
+
+
+def test_parabolas_and_blends_pass_their_poses(arm):
+    rng = np.random.default_rng(7)
+    for _ in range(20):
+        T = arm.fk(HOME + np.cumsum(rng.uniform(-0.3, 0.3, (5, 6)), 0))
+        bent = parabola(T[:3])
+        s = np.r_[0, np.cumsum(np.linalg.norm(np.diff(T[:, :3, 3], axis=0), axis=1))]
+        np.testing.assert_allclose(bent.at(s[:3]).T, T[:3], atol=1e-12)
+        radius = 0.4 * np.diff(s).min()
+        cut = blended(T, radius)
+        np.testing.assert_allclose(cut.at(s[[0, -1]]).T, T[[0, -1]], atol=1e-12)
+        corners = cut.at(s[1:-1])
+        np.testing.assert_allclose(corners.T[:, :3, :3], T[1:-1, :3, :3], atol=1e-12)
+        assert np.linalg.norm(corners.T[:, :3, 3] - T[1:-1, :3, 3], axis=1).max() <= radius / 2
+        for near in (s[1:-1] - radius, s[1:-1] + radius):
+            before, after = cut.at(near - 1e-9), cut.at(near + 1e-9)
+            np.testing.assert_allclose(before.V[:, :3], after.V[:, :3], atol=1e-6)
+    with pytest.raises(InputValueError, match="blended: expected a radius above 0, at most"):
+        blended(T, 9.0)
