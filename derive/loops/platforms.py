@@ -35,6 +35,7 @@ from .hybrid import Hybrid
 from .maps import Maker
 from .modes import hexapod, triad_modes
 from .modes.hexapod import hexapod_of
+from .modes.triad import Triad, triad_mirror, triad_polynomial, triad_position
 from .rods import (
     Rod,
     from_base,
@@ -45,7 +46,6 @@ from .rods import (
     tool_position,
 )
 from .spatial.body_frames import pose_of
-from .triad import Triad, triad_mirror, triad_polynomial, triad_position
 
 WrittenMaker = Callable[[Hybrid], WrittenFunction | None]
 ONE, ZERO = sp.Integer(1), sp.Integer(0)

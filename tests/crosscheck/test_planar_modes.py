@@ -7,7 +7,7 @@ from bench.accuracy import planar_modes
 from bench.cases.planar_platforms import drawn_platform
 from chasles.derive import loads
 from chasles.derive.loops.hybrid import Hybrid
-from chasles.derive.loops.planar_legs import legs_of
+from chasles.derive.loops.modes.planar_legs import legs_of
 
 FUNCTIONS = ("modes", "actuators", "actuators_all", "velocity_relation", "chain_fk")
 STARTS = 300

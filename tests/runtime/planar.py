@@ -11,8 +11,8 @@ import sympy as sp
 from chasles.derive.emit.c import scalar
 from chasles.derive.emit.c.header import header, support
 from chasles.derive.emit.c.written import written_files
+from chasles.derive.loops.modes.triad import triad_mirror, triad_polynomial, triad_position
 from chasles.derive.loops.modes.triad_modes import written_modes
-from chasles.derive.loops.triad import triad_mirror, triad_polynomial, triad_position
 from chasles.derive.model.robot import Joint, Robot
 from chasles.derive.program.programs import programs
 from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFunction

@@ -1,7 +1,7 @@
 r"""The fragment of platforms on legs: rods, the velocity relation, and all assembly modes.
 
 The rods, the rows of the velocity relation and the elimination come from
-:mod:`chasles.derive.loops.rods` and :mod:`chasles.derive.loops.triad`.
+:mod:`chasles.derive.loops.rods` and :mod:`chasles.derive.loops.modes.triad`.
 """
 
 from collections.abc import Iterable
@@ -12,10 +12,10 @@ import sympy as sp
 
 from ...loops.hybrid import Hybrid
 from ...loops.modes.hexapod import hexapod_of
+from ...loops.modes.triad import Triad, elimination
 from ...loops.planar.phasors import Complex
 from ...loops.platforms import free_directions, triad_of
 from ...loops.rods import joint_values, line_coordinates, pins_in_tool, rods_of, tool_position
-from ...loops.triad import Triad, elimination
 from ..setting.layout import Equation, aligned, flowed
 from ..setting.names import head
 from ..setting.notation import LENGTH, TERM

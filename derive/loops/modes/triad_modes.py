@@ -6,7 +6,7 @@ from ...terms.role import Role
 from ...terms.symbolic_function import Argument, Result, WrittenFunction
 from ..closing import longest_length
 from ..hybrid import Hybrid
-from ..triad import Triad
+from .triad import Triad
 
 SLOTS, CHAIN = 6, 3
 OPERATIONS = 12_000

@@ -187,15 +187,7 @@ class Motion:
         T, V, A = self.curve.at(s)
         q = self._followed(T, s, "pose") if self.lock is None else self._iterated(T, s)
         by_s = robot.joint_rates(q, V, lock=self._locked).qd
-        return (
-            q,
-            by_s,
-            robot.joint_accelerations(
-                q,
-                by_s,
-                A,
-            ).qdd,
-        )
+        return q, by_s, robot.joint_accelerations(q, by_s, A, lock=self._locked).qdd
 
     @property
     def _locked(self) -> Lock | None:

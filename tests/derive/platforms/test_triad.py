@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive.loops.triad import triad_mirror, triad_polynomial, triad_position
+from chasles.derive.loops.modes.triad import triad_mirror, triad_polynomial, triad_position
 from chasles.derive.terms.casadi_graph import lower
 from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFunction
 from chasles.derive.terms.terms import Terms

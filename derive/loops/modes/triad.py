@@ -35,9 +35,9 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ..terms.terms import Terms
-from .planar.loop_step import PLANE, Cross, Dot, half
-from .planar.phasors import ZERO, Complex, conjugate, cross, dot, minus, product
+from ...terms.terms import Terms
+from ..planar.loop_step import PLANE, Cross, Dot, half
+from ..planar.phasors import ZERO, Complex, conjugate, cross, dot, minus, product
 
 Harmonics = tuple[Complex, ...]
 """A real trigonometric polynomial: c_0 + Re(c_1 exp(i phi) + c_2 exp(2 i phi) ...), c_0 real."""

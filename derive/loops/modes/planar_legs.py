@@ -17,17 +17,17 @@ from typing import NamedTuple
 
 import sympy as sp
 
-from ..model.robot import Joint
-from ..terms.role import Role
-from ..terms.symbolic_function import Result, SymbolicFunction, matrix_entries
-from ..terms.tangents import derivative_columns
-from ..terms.vectors import Vector, named, subtracted
-from ..terms.vectors import cross as cross_product
-from ..terms.vectors import dot as scalar
-from .hybrid import Hybrid
-from .planar.arm import arm
-from .planar.clusters import Cluster, Clusters
-from .planar.phasors import (
+from ...model.robot import Joint
+from ...terms.role import Role
+from ...terms.symbolic_function import Result, SymbolicFunction, matrix_entries
+from ...terms.tangents import derivative_columns
+from ...terms.vectors import Vector, named, subtracted
+from ...terms.vectors import cross as cross_product
+from ...terms.vectors import dot as scalar
+from ..hybrid import Hybrid
+from ..planar.arm import arm
+from ..planar.clusters import Cluster, Clusters
+from ..planar.phasors import (
     Complex,
     PhasorSum,
     PlanarPose,
@@ -36,9 +36,9 @@ from .planar.phasors import (
     minus,
     product,
 )
-from .planar.planes import Edge, Linkage, PinEdge, SlideEdge, is_cylinder
-from .rods import joint_frame, joint_values, tool_position
-from .spatial.body_frames import pose_of
+from ..planar.planes import Edge, Linkage, PinEdge, SlideEdge, is_cylinder
+from ..rods import joint_frame, joint_values, tool_position
+from ..spatial.body_frames import pose_of
 from .triad import LEGS, LegLine, Triad, leg_residuals
 
 VIRTUAL = ["prismatic", "prismatic", "revolute"]
