@@ -18,18 +18,16 @@ from typing import Literal, NamedTuple
 import sympy as sp
 
 from ..chain.forward import Pose
-from ..chain.poe import placement_matrix
 from ..model.errors import RobotError
-from ..model.mechanism import Closure, Frame, Mechanism, Strut
+from ..model.mechanism import Frame, Mechanism, Strut
 from ..model.robot import Joint
 from ..model.tolerances import ZERO_COMPONENT
-from ..terms.lie import adjoint, inverse_se3, pose, screw_axis
 from ..terms.tangents import Tangent, derivative_columns
 from ..terms.terms import Terms
 from ..terms.vectors import dot, subtracted
+from .exponentials import Factor, around
 from .planar.phasors import ONE, ZERO, Complex, PhasorSum, PlanarPose, conjugate, product
 from .planar.planes import (
-    Axes,
     Edge,
     Linkage,
     Loop,
@@ -39,15 +37,11 @@ from .planar.planes import (
     linkages,
     loops,
     tidied,
-    tidied_entry,
 )
 from .planar.reference import GenericPoint
 from .spatial.body_frames import pose_along
 
-SPELLED = 64
-"""Most addends of an entry that is spelled; more are named."""
 EquationKind = Literal["planar", "spatial", "point", "distance"]
-Side = Literal["a", "closer", "b"]
 
 
 class ConfigurationVariable(NamedTuple):
@@ -55,23 +49,6 @@ class ConfigurationVariable(NamedTuple):
 
     name: str
     unit: str
-
-
-@dataclass(frozen=True)
-class Factor:
-    """An exponential of a loop.
-
-    Attributes:
-        name: Name of the joint, swing or cylinder, an entry of z; or of a freedom of the closer
-            that is no entry (``<closer>``, ``<strut>.end``; a ball adds ``.x``, ``.y``, ``.z``).
-        screw: Twist (v, omega), (6, 1), at zero configuration in the meeting body's frame, of unit
-            speed: metre a radian and 1, or 1 and 0 for a slider.
-        side: The branch it is on. Branch b is traversed backwards, with screws of opposite sense.
-    """
-
-    name: str
-    screw: sp.ImmutableMatrix
-    side: Side
 
 
 @dataclass(frozen=True)
@@ -252,7 +229,7 @@ class _Constraints:
         linkage = self.linkage_of.get(loop.closer.name)
         residual = self.residual_of(loop)
         kept = [k for k, e in enumerate(residual.entries) if not self._vanishes(loop, e)]
-        factors, home = _around(self.terms, loop, linkage)
+        factors, home = around(self.terms, loop, linkage)
         return LoopEquations(
             loop,
             residual.kind,
@@ -420,94 +397,3 @@ class _Spatial:
     def _pose(self, way: Sequence[Joint], frame: Frame) -> Pose:
         """The frame in the meeting body's frame."""
         return pose_along(self.mechanism, self.terms, way, frame.placement, self.values)
-
-
-# --- loops as products of exponentials ---
-
-
-def _around(
-    terms: Terms, loop: Loop, linkage: Linkage | None
-) -> tuple[tuple[Factor, ...], sp.ImmutableMatrix]:
-    """All exponentials of a loop in order, and the displacement between its branches at zero."""
-    out, T_a = _branch(terms, loop.to_a, "a")
-    back, T_b = _branch(terms, loop.to_b, "b")
-    closer = loop.closer
-    if isinstance(closer, Strut) and closer.ends == "pin" and linkage is not None:
-        T_a = T_a * _in_plane(closer.a, linkage.axes[closer.a.body])
-        T_b = T_b * _in_plane(closer.b, linkage.axes[closer.b.body])
-    else:
-        T_a = T_a * placement_matrix(closer.a.placement)
-        T_b = T_b * placement_matrix(closer.b.placement)
-        if linkage is not None and terms.value((T_a[:3, 2]).dot(T_b[:3, 2])) < 0:
-            # In a plane, a pin also holds frames whose z axes are opposed.
-            T_b = T_b * sp.diag(1, -1, -1, 1)
-    between, M = _through(closer)
-    middle = [
-        Factor(name, _screw(terms, adjoint(T_a) * screw), "closer") for name, screw in between
-    ]
-    home = _short(terms, T_a * M * inverse_se3(T_b))
-    return (*out, *middle, *back[::-1]), sp.ImmutableMatrix(home)
-
-
-def _branch(terms: Terms, way: Sequence[Joint], side: Side) -> tuple[list[Factor], sp.Matrix]:
-    """The screws of a branch, and its last body's pose in the meeting body's frame at zero."""
-    factors: list[Factor] = []
-    T = sp.eye(4)
-    for joint in way:
-        T = _short(terms, T * placement_matrix(joint.before))
-        if joint.kind != "fixed":
-            pitch = sp.oo if joint.kind == "prismatic" else joint.pitch
-            axis = adjoint(T) * _unit(2, pitch) * joint.direction
-            factors.append(Factor(joint.name, _screw(terms, axis), side))
-        T = _short(terms, T * placement_matrix(joint.after))
-    return factors, T
-
-
-def _short(terms: Terms, matrix: sp.Matrix) -> sp.Matrix:
-    """A matrix whose entries have names where they are too long to be spelled: measured axes."""
-    return matrix.applyfunc(
-        lambda entry: (
-            terms.let(entry)
-            if terms.addends(entry) > SPELLED
-            else tidied_entry(terms, sp.expand(entry))
-        )
-    )
-
-
-def _through(closer: Closure | Strut) -> tuple[list[tuple[str, sp.Matrix]], sp.Matrix]:
-    """The freedoms of a closer in the axes of its beginning, and its own length."""
-    name, turn, slide = closer.name, _unit(2), _unit(2, sp.oo)
-    if isinstance(closer, Closure):
-        freedoms = {
-            "pin": [(name, turn)],
-            "slider": [(name, slide)],
-            "ball": _ball(name, sp.eye(4)),
-            "weld": [],
-        }
-        return freedoms[closer.kind], sp.eye(4)
-    # Pins turn about z and the strut lies along x; a strut on balls can lie along any axis.
-    M = pose(sp.eye(3), sp.Matrix([closer.length, 0, 0]))
-    slides = [(name, _unit(0, sp.oo))] if closer.is_cylinder else []
-    if closer.ends == "ball":
-        begin, end = _ball(f"{name}.begin", sp.eye(4)), _ball(f"{name}.end", M)
-        return [*begin, *slides, *end], M
-    end = [(f"{name}.end", adjoint(M) * turn)]
-    return [(closer.swing_name, turn), *slides, *end], M
-
-
-def _ball(name: str, T: sp.Matrix) -> list[tuple[str, sp.Matrix]]:
-    return [(f"{name}.{axis}", adjoint(T) * _unit(k)) for k, axis in enumerate("xyz")]
-
-
-def _unit(k: int, pitch: sp.Expr = ZERO) -> sp.Matrix:
-    """The screw of the k-th axis of a frame."""
-    return screw_axis(sp.eye(3)[:, k], sp.zeros(3, 1), pitch)
-
-
-def _in_plane(frame: Frame, axes: Axes) -> sp.Matrix:
-    """A frame's point with the axes that its body has in the plane, in the body's frame."""
-    return pose(sp.Matrix.hstack(*axes), placement_matrix(frame.placement)[:3, 3])
-
-
-def _screw(terms: Terms, screw: sp.Matrix) -> sp.ImmutableMatrix:
-    return sp.ImmutableMatrix(_short(terms, screw))
