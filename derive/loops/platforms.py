@@ -30,10 +30,9 @@ from ..terms.symbolic_function import (
 )
 from ..terms.tangents import derivative_columns
 from ..terms.vectors import ORIGIN, Vector, cross, dot, named, subtracted
-from . import planar_legs
 from .hybrid import Hybrid
 from .maps import Maker
-from .modes import hexapod, triad_modes
+from .modes import hexapod, planar_legs, triad_modes
 from .modes.hexapod import hexapod_of
 from .modes.triad import Triad, triad_mirror, triad_polynomial, triad_position
 from .rods import (
