@@ -66,7 +66,8 @@ class Page:
         terms = found.notation.terms
         derived = derivation.inverse if derivation.terms is terms else None
         inverse = derived or inverses(robot, terms, coordinates, derivation.families)
-        return cls(robot, found, tuple(links), screws, inverse, derivation.geometry)
+        geometry = derivation.geometry if isinstance(derivation.geometry, Geometry) else None
+        return cls(robot, found, tuple(links), screws, inverse, geometry)
 
     def tex(self, expression: sp.Expr) -> str:
         """An expression on one line."""

@@ -394,7 +394,7 @@ class _Triad:
 
     def _area(self, w: tuple[Complex, Complex], v: tuple[Complex, Complex]) -> Harmonics:
         # w x v = (J w) . v, and J and R may be exchanged.
-        return self._product(*map(_quarter_turned, w), *v)
+        return self._product(_quarter_turned(w[0]), _quarter_turned(w[1]), *v)
 
     def _chosen(self, condition: sp.Expr, one: sp.Expr, other: sp.Expr) -> sp.Expr:
         return self.terms.let(sp.Piecewise((one, condition), (other, True)))
