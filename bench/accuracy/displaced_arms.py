@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 
 import chasles
-from chasles.derive import Robot, derive, load
+from chasles.derive import Robot, RobotError, derive, load
 from chasles.derive.build.generate import files_of, put
 from chasles.derive.emit.languages import EMITTERS
 
@@ -143,7 +143,12 @@ def run(numbers: Sequence[int], poses: int, singles: int) -> int:
     failed = 0
     for number in numbers:
         draw = Draw.of(number)
-        found = judgement(draw, poses, singles)
+        try:
+            found = judgement(draw, poses, singles)
+        except RobotError as error:
+            out.print(f"{number:3} {draw.name:12} {1e3 * draw.size:5.2f}: {str(error)[:60]}")
+            failed += 1
+            continue
         text = " ".join(f"{name} {value:.4g}" for name, value in found.items())
         over = missed(found)
         out.print(

@@ -157,7 +157,8 @@ def _by_nominal(
         solved = pose_task(nominal, exact, found)
         if share_led(robot, lines, solved.function) >= LED:
             fitting = replace(classification, found=found, missing="")
-            apart = separations(robot, lines, solved.function)
+            # A given joint changes what the other six can tell apart.
+            apart = () if found.given else separations(robot, lines, solved.function)
             return led(fitting, solved, general_tables(robot, found.given, apart))
     return None
 

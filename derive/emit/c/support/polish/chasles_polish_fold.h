@@ -115,7 +115,12 @@ static int POLISH_NAME(is_folded)(const POLISH_NAME(search) * s, const POLISH_NA
     }
     if (residual < POLISH_REACH)
         return 1;
-    return residual < POLISH_AMPLIFIED && pivot < least * least;
+    const double near = POLISH_NEARER * POLISH_DEVIATION,
+                 moved = POLISH_AMPLIFIED * POLISH_DEVIATIONS(1.0);
+    if (residual < POLISH_DEVIATIONS(10.0) && pivot < near * near)
+        return 1;
+    return residual < POLISH_START && pivot < least * least &&
+           pivot * residual * residual < POLISH_DEVIATION * POLISH_DEVIATION * moved * moved;
 }
 
 /* Begins branches on both sides of folds, one a lane, unless their solutions are known; whether it

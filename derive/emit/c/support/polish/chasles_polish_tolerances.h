@@ -106,9 +106,11 @@
 /* Part of the terms of this equation's discriminant that their errors may be. */
 #define POLISH_CLEAR 0.3
 /* Root of a pivot, in deviations, up to which a branch may be beside a second singularity though
- * the nominal arm misses the pose by several deviations; and by how many at most: of 40,000 poses
- * of two arms, none had solutions further away. */
-#define POLISH_SECOND 4.0
-#define POLISH_AMPLIFIED POLISH_DEVIATIONS(10.0)
+ * the nominal arm misses the pose by far; and the displacement of the tool there, in deviations,
+ * where that root is one deviation: it grows as the root falls. Up to ten deviations from the pose
+ * the root may be NEARER. */
+#define POLISH_SECOND 2.0
+#define POLISH_AMPLIFIED 20.0
+#define POLISH_NEARER 4.0
 
 #endif
