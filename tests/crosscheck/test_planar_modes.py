@@ -42,3 +42,16 @@ def test_rates_are_those_of_the_modes(legs):
             # The tool is the platform's origin: the rates of theta are its twist.
             size = np.abs(J_x).max() * np.abs(rate).max()
             np.testing.assert_allclose(J_x @ rate, J_q @ qd, rtol=0, atol=1e-6 * size)
+
+
+def test_the_polynomial_is_zero_at_every_mode(legs):
+    _, robot = legs
+    q = np.array(robot.reference.q)
+    found = robot.fk_all(q)
+    a0, *rest = robot.assembly_polynomial(q)
+    for phi in found.theta[found.valid, 2]:
+        value = a0 + sum(
+            a * np.cos(k * phi) + b * np.sin(k * phi)
+            for k, (a, b) in enumerate(zip(rest[::2], rest[1::2], strict=True), 1)
+        )
+        assert abs(value) < 1e-10 * np.abs([a0, *rest]).max()
