@@ -31,9 +31,9 @@ COUNT, STARTS, INPUTS = 100, 1_000, 4
 FUNCTIONS, LANGUAGES = ("modes",), ("c", "python")
 CLOSED, SAME, REGULAR = 1e-11, 1e-6, 1e-4
 """Openings of legs; distance of modes that are one; least margin. Platforms are of size 1."""
-AGAIN = 200
+AGAIN = 30
 """Starts from a mode that is found."""
-STEPS, LONGEST_STEP, TINY = 80, 0.5, 1e-30
+STEPS, LONGEST_STEP, TINY = 50, 0.5, 1e-30
 NEAR = 0.3
 """Radian or metre: how far inputs are from the reference."""
 
