@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from ..description.conventions.axis_maps import symbols_in
 from ..description.conventions.neighbours import Neighbours
 from ..model.convention import Placements
-from ..model.placements import Placement, Rotation, Translation, rotation
+from ..model.placements import Placement, Rotation, Translation, inverse, rotation
 from ..model.robot import Joint, Robot
 
 _Numbers = dict[sp.Symbol, sp.Expr]
@@ -31,7 +31,10 @@ def own_displacements(robot: Robot, pair: Neighbours) -> NDArray[np.float64]:
     if pair.before is not None:
         before, after = _in_symbols(pair.before, named)
         turn = () if pair.before.kind == "prismatic" else rotation("z", offset)
-        product = _moving_along(before) + turn + after
+        along = _moving_along(before)
+        # The axis is seen from the joint's frame, which is behind these motions.
+        nominal = tuple(_at(motion, named) for motion in along)
+        product = inverse(nominal) + along + turn + after
     product += _between(robot, pair) + _in_symbols(pair.joint, named)[0]
     product = tuple(_at(motion, numbers) for motion in product)
     symbols = [symbol for symbol in symbols_in(product) if symbol in named]

@@ -1,11 +1,19 @@
-"""Identification Jacobians against Pinocchio's kinematic regressors."""
+"""Identification Jacobians against Pinocchio's kinematic regressors.
+
+The chain is built in Pinocchio from placements in numbers, with a joint for each motion that
+depends on a coordinate and one more at the tool. A regressor gives the tool's twist by the
+displacement of each placement; the displacement by each parameter is a derivative by a complex
+step, exact to rounding.
+"""
 
 import numpy as np
 import pytest
+import sympy as sp
 from derivations import NAMES, ROBOTS
-from regressors import regressor_jacobian
 
 from chasles.derive import derive, load
+from chasles.derive.model.geometry import Geometry
+from chasles.derive.model.placements import Rotation
 from chasles.derive.terms.casadi_graph import lower
 
 pin = pytest.importorskip("pinocchio", reason="Pinocchio, the oracle of this file, is not there")
@@ -16,6 +24,7 @@ SHELF = sorted(
     if not {"actuated", "extends"} & set(path.read_text().split())
 )
 """The serial arms of the shelf."""
+STEP = 1e-30
 FRAMES = {
     "identification_jacobian": "LOCAL_WORLD_ALIGNED",
     "identification_jacobian_space": "WORLD",
@@ -34,7 +43,7 @@ def largest_difference(path, random, names=("identification_jacobian",)):
     worst = 0.0
     for name, found in zip(names, functions, strict=True):
         ours = np.array(found(q, p)).reshape(6, -1)
-        theirs = regressor_jacobian(pin, derived.geometry, q, p, FRAMES[name])
+        theirs = regressor_jacobian(derived.geometry, q, p, FRAMES[name])
         assert ours.shape == theirs.shape
         worst = max(worst, np.abs(ours - theirs).max())
     return worst
@@ -55,3 +64,90 @@ def test_every_frame(name):
 def test_some_of_the_shelf(name):
     path = ROBOTS / "shelf" / f"{name}.toml"
     assert largest_difference(path, np.random.default_rng(9)) <= 1e-10
+
+
+def regressor_jacobian(found: Geometry, q, p, frame: str) -> np.ndarray:
+    """(6, k) twist of the tool by each parameter.
+
+    Args:
+        found: The geometry of a robot.
+        q: Coordinates.
+        p: Parameters.
+        frame: LOCAL, LOCAL_WORLD_ALIGNED or WORLD.
+    """
+    symbols = [*found.q, *(parameter.symbol for parameter in found.parameters)]
+    values = np.array([*q, *p], dtype=float)
+    placements, joints = _segments(found)
+    at = [_placement(part, symbols) for part in placements]
+    model = pin.Model()
+    parent = 0
+    for k, placement in enumerate(at):
+        M = pin.SE3(placement(values).real)
+        parent = model.addJoint(parent, _joint(joints[k] if k < len(joints) else None), M, f"{k}")
+    moved = [sp.lambdify([symbols], value) for _, _, value in joints]
+    configuration = np.array([*(value(values) for value in moved), 0.0])
+    data = model.createData()
+    pin.computeJointJacobians(model, data, configuration)
+    reference = getattr(pin.ReferenceFrame, frame)
+    by_placement = pin.computeJointKinematicRegressor(model, data, parent, reference)
+    by_motion = pin.getJointJacobian(model, data, parent, reference)
+    columns = []
+    for k in range(len(found.q), len(symbols)):
+        beside = values.astype(complex)
+        beside[k] += 1j * STEP
+        column = np.zeros(6)
+        for i, placement in enumerate(at):
+            M = placement(beside)
+            twist = np.linalg.inv(M.real) @ (M.imag / STEP)
+            xi = [*twist[:3, 3], twist[2, 1], twist[0, 2], twist[1, 0]]
+            column += by_placement[:, 6 * i : 6 * i + 6] @ xi
+        for i, value in enumerate(moved):
+            column += by_motion[:, i] * np.imag(value(beside)) / STEP
+        columns.append(column)
+    return np.array(columns).T
+
+
+def _segments(found: Geometry):
+    """The motions between joints, and the joints as (turns, axis, value)."""
+    placements, joints, waiting = [], [], []
+    for motion in found.motions:
+        arguments = [motion.angle] if isinstance(motion, Rotation) else list(motion.vector)
+        moves = [any(symbol in a.free_symbols for symbol in found.q) for a in arguments]
+        if any(moves):
+            placements.append(tuple(waiting))
+            waiting = []
+            axis = motion.axis if isinstance(motion, Rotation) else "xyz"[moves.index(True)]
+            joints.append((isinstance(motion, Rotation), axis, arguments[moves.index(True)]))
+        else:
+            waiting.append(motion)
+    return [*placements, tuple(waiting)], joints
+
+
+def _joint(described):
+    if described is None:
+        return pin.JointModelRZ()
+    turns, axis, _ = described
+    return getattr(pin, f"JointModel{'R' if turns else 'P'}{axis.upper()}")()
+
+
+def _placement(motions, symbols):
+    """A placement as a function of numbers, real or complex, to a matrix (4, 4)."""
+    arguments = [m.angle if isinstance(m, Rotation) else list(m.vector) for m in motions]
+    evaluated = sp.lambdify([symbols], arguments)
+
+    def at(values):
+        T = np.eye(4, dtype=complex)
+        for motion, argument in zip(motions, evaluated(values), strict=True):
+            step = np.eye(4, dtype=complex)
+            if isinstance(motion, Rotation):
+                i = "xyz".index(motion.axis)
+                j, k = (i + 1) % 3, (i + 2) % 3
+                step[j, j] = step[k, k] = np.cos(argument)
+                step[k, j] = np.sin(argument)
+                step[j, k] = -step[k, j]
+            else:
+                step[:3, 3] = argument
+            T = T @ step
+        return T
+
+    return at

@@ -231,6 +231,16 @@ def test_rounded_numbers_are_cleaned_and_said_unless_the_file_is_taken_at_its_wo
     assert "16 functions" in run(arm, "--to", to).output
 
 
+def test_judges_models_without_writing():
+    done = run("four_bar", "--model")
+    assert done.exit_code == 0, done.output
+    assert "as described: 26 numbers with base and tool, rank 14: complete" in done.output
+    assert "det(D^T D)" in done.output
+    platform = run("delta", "--model")
+    assert platform.exit_code == 1
+    assert "legs carry its tool" in platform.output
+
+
 @pytest.mark.parametrize("options", [(), ("--explain",)])
 def test_a_derivation_that_takes_too_long_says_where_it_was(arm, tmp_path, options):
     done = run(arm, "--to", tmp_path / "out", "--limit", "0.001", *options)

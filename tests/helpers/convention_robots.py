@@ -1,6 +1,7 @@
 """Robots in a convention, and their forward kinematics as the plain product of matrices."""
 
 import sympy as sp
+from derivations import ROBOTS
 
 from chasles.derive import Joint, Parameter, Robot, derive
 from chasles.derive.chain.poe import placement_matrix
@@ -71,3 +72,36 @@ def drawn_chain(convention, random, kinds):
         joints.append(Joint(f"j{k}", kind, before, after, convention=convention, given=scalars))
     tool = translation(*(str(round(x, 3)) for x in random.uniform(-1, 1, 3)))
     return Robot("drawn", tuple(joints), tool=tool)
+
+
+LINKS = """
+[[masses]]
+link = "upper_arm"
+mass = "m_upper_arm"
+at = ["0.2", 0, "0.11"]
+[[masses]]
+link = "forearm"
+mass = "2.3"
+at = ["0.2", 0, "0.02"]
+[[masses]]
+link = "flange"
+mass = "m_held"
+at = [0, "0.03", "0.08"]
+"""
+NAMED = """
+m_upper_arm = { value = 8.4, unit = "kg", meaning = "upper arm" }
+m_held = { value = 4500, unit = "g", meaning = "held body and wrist" }
+"""
+
+
+def sagging_ur5e(gravity='[0, 0, "-9.81"]'):
+    """The text of a robot file."""
+    text = (ROBOTS / "ur5e.toml").read_text().replace("[parameters]", f"[parameters]{NAMED}")
+    text = text.replace('convention = "dh"', f'convention = "dh"\ngravity = {gravity}')
+    for joint, link in (
+        ("shoulder_lift", "upper_arm"),
+        ("elbow", "forearm"),
+        ("wrist_3", "flange"),
+    ):
+        text = text.replace(f'name = "{joint}"', f'name = "{joint}"\nlink = "{link}"')
+    return text + LINKS

@@ -1,5 +1,7 @@
 r"""A report on the quality of a model as a fragment: determinants and verdicts on joints."""
 
+import math
+
 import sympy as sp
 
 from ...quality.quality_report import JointQuality, ModelReport, ranked
@@ -51,7 +53,7 @@ def _determinants(report: ModelReport, *, slides: bool) -> str:
 
 
 def _joint(joint: JointQuality) -> str:
-    angle = sp.N(sp.Float(joint.angle) * 180 / sp.pi, 6)
+    angle = math.degrees(joint.angle)
     misses = "; ".join(joint.misses)
     described = f"misses {names.escape(misses)}" if misses else "is complete"
     items = joint.conventions

@@ -6,8 +6,8 @@ import subprocess
 
 import numpy as np
 import pytest
+from convention_robots import sagging_ur5e
 from derivations import ROBOTS
-from sagging import sagging_ur5e
 
 from chasles.derive import derive, load, loads, model_report
 from chasles.derive.latex import FOLDER, document, fragments, model_quality

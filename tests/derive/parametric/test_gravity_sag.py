@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 import sympy as sp
+from convention_robots import sagging_ur5e
 from numpy.testing import assert_allclose
-from sagging import sagging_ur5e
 from test_parametric import check, functions_of, nominal
 
 from chasles.derive import DescriptionError, RobotError, load, loads

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from sagging import sagging_ur5e
+from convention_robots import sagging_ur5e
 
 import chasles
 from chasles import screws
