@@ -47,6 +47,12 @@ def around(robot, random, count):
     return np.array(robot.reference.q) + random.uniform(-1, 1, (count, robot.n)) * step
 
 
+def everywhere(robot, random, count):
+    """Coordinates within the limits; cranks without limits turn nearly once."""
+    low, high = np.maximum(robot.lower, -3), np.minimum(robot.upper, 3)
+    return random.uniform(low, high, (count, robot.n))
+
+
 def differences(function, x, T):
     """Twists of the tool in base axes by each entry of x, fourth-order central differences."""
     columns = []
@@ -92,7 +98,7 @@ def test_a_geometry_whose_loops_do_not_close_is_nan(made):
 def test_identification_explains_a_drawn_robot(made, name):
     robot, random = made(name), np.random.default_rng(4)
     p, T_W_base = drawn(robot, random, 1e-3), screws.exp(random.normal(size=6))
-    q, held = around(robot, random, 60), around(robot, random, 500)
+    q, held = everywhere(robot, random, 60), everywhere(robot, random, 500)
     noise = screws.exp(random.normal(size=(60, 6)) * np.repeat(SIGMA, 3))
     found = identify(robot, q, Poses(T_W_base @ robot.fk_p(q, p) @ noise, SIGMA))
     probe = found.observation.T_tool_probe
@@ -103,7 +109,8 @@ def test_identification_explains_a_drawn_robot(made, name):
     )
     assert before / after > LEAST
     assert 0.8 < found.noise < 1.2
-    assert not found.outliers
+    # With 42 of 360 numbers fitted, a row at the edge may be judged by others alone.
+    assert len(found.outliers) <= 1
 
 
 def test_lengths_in_proportion_are_not_told_apart(tmp_path):
@@ -124,9 +131,11 @@ def test_lengths_in_proportion_are_not_told_apart(tmp_path):
     measured = Poses(robot.fk(q) @ noise, SIGMA)
     found = identify(robot, q, measured, vary=sizes, T_W_base=np.eye(4))
     (held,) = (item for item in found.redundant if item.name in sizes)
-    others = {name: weight for name, weight in held.combination if name in sizes}
-    wanted = {name: -sizes[name] / sizes[held.name] for name in sizes.keys() - {held.name}}
-    assert others == pytest.approx(wanted, abs=0.02)
+    assert sizes.keys() - {held.name} <= dict(held.combination).keys()
+    names = [item.name for item in robot.geometry]
+    J = robot.identification_jacobian(q, [item.value for item in robot.geometry])
+    larger = sum(size * J[..., names.index(name)] for name, size in sizes.items())
+    assert_allclose(larger, 0, atol=1e-13)
 
 
 @pytest.mark.parametrize("name", ["five_bar", "four_bar"])
