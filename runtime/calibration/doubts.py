@@ -27,7 +27,9 @@ _ANGLES = {
 }
 
 
-def check_units(robot: Any, q: FloatArray, p: FloatArray, observation: Observation) -> None:
+def check_units(
+    robot: Any, q: FloatArray, p: FloatArray, observation: Observation, stated: float
+) -> None:
     """Raises where measurements fit the nominal robot only in other units.
 
     Args:
@@ -35,19 +37,19 @@ def check_units(robot: Any, q: FloatArray, p: FloatArray, observation: Observati
         q: (N, n) coordinates [rad or m].
         p: Its nominal geometry.
         observation: The measurements.
+        stated: Their misfit in the units that were stated.
 
     Raises:
         InputValueError: They fit ten times better in other units, which the message names.
     """
     T = robot.fk_p(q, p)
     spread = float(np.linalg.norm(T[:, :3, 3].std(0)))
-    stated = observation.misfit(T)
     if stated <= DOUBTFUL * spread:
         return
     turning = np.array([coordinate.unit == "rad" for coordinate in robot.coordinates])
-    tried = {words: observation.scaled(k).misfit(T) / k for words, k in _LENGTHS.items()}
+    tried = {words: observation.scaled(k).start(T).misfit / k for words, k in _LENGTHS.items()}
     for words, k in _ANGLES.items():
-        tried[words] = observation.misfit(robot.fk_p(np.where(turning, k * q, q), p))
+        tried[words] = observation.start(robot.fk_p(np.where(turning, k * q, q), p)).misfit
     words = min(tried, key=lambda name: tried[name])
     if BETTER * tried[words] < stated:
         raise InputValueError(

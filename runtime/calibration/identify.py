@@ -24,6 +24,7 @@ from ..errors import InputValueError, ShapeError
 from .doubts import check_units
 from .identifiable import Redundancy, identifiable
 from .observations import SMALL, Observation
+from .parameters import chosen, nominal
 from .result import Calibration
 
 FloatArray = NDArray[np.float64]
@@ -64,9 +65,9 @@ def identify(
     at = np.asarray(q, dtype=np.float64)
     if at.shape[1:] != (robot.n,):
         raise ShapeError(f"identify: q must have shape (N, {robot.n}), got {at.shape}")
-    nominal = np.array([parameter.value for parameter in robot.geometry])
-    check_units(robot, at, nominal, observation)
-    start = observation.start(robot.fk_p(at, nominal))
+    p = nominal(robot)
+    start = observation.start(robot.fk_p(at, p))
+    check_units(robot, at, p, observation, start.misfit)
     frame = start.T_W_base if T_W_base is None else np.asarray(T_W_base, dtype=np.float64)
     problem = problem_at(robot, at, start.observation, frame, start.unknowns, vary)
     if len(problem.observation.rows) <= len(problem.x0):
@@ -102,15 +103,15 @@ def problem_at(
         unknowns: Values of the observation's unknowns [m].
         vary: As in :func:`identify`.
     """
-    nominal = np.array([parameter.value for parameter in robot.geometry])
+    p = nominal(robot)
     candidates = _candidates(robot, vary, observation)
-    x0 = np.concatenate([nominal[candidates], unknowns])
-    whole = Problem(robot, q, observation, T_W_base, nominal, candidates, x0, ())
+    x0 = np.concatenate([p[candidates], unknowns])
+    whole = Problem(robot, q, observation, T_W_base, p, candidates, x0, ())
     J = whole.derivative(x0) * SMALL
     n = len(candidates)
-    chosen, redundant = identifiable(J[:, n:], J[:, :n], whole.names[:n], observation.unknowns)
-    x0 = np.concatenate([nominal[candidates[chosen]], unknowns])
-    return replace(whole, sought=candidates[chosen], x0=x0, redundant=redundant)
+    told, redundant = identifiable(J[:, n:], J[:, :n], whole.names[:n], observation.unknowns)
+    x0 = np.concatenate([p[candidates[told]], unknowns])
+    return replace(whole, sought=candidates[told], x0=x0, redundant=redundant)
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,11 +171,11 @@ class Problem:
 
     def solve(self, x: FloatArray, used: BoolArray, *, robust: bool = False) -> FloatArray:
         """The least sum of squares over some rows, or of a loss that outliers do not govern."""
-        chosen = used[self.observation.rows]
+        kept = used[self.observation.rows]
         found = scipy.optimize.least_squares(
-            lambda y: self.errors(y)[chosen],
+            lambda y: self.errors(y)[kept],
             x,
-            jac=lambda y: self.derivative(y)[chosen],
+            jac=lambda y: self.derivative(y)[kept],
             x_scale=SMALL,
             loss="cauchy" if robust else "linear",
             f_scale=self.spread(x) if robust else 1.0,
@@ -198,21 +199,21 @@ class Problem:
 
     def calibration(self, x: FloatArray, used: BoolArray) -> Calibration:
         """The result at the variables found."""
-        chosen = used[self.observation.rows]
-        e, J = self.errors(x)[chosen], self.derivative(x)[chosen] * SMALL
+        kept = used[self.observation.rows]
+        e, J = self.errors(x)[kept], self.derivative(x)[kept] * SMALL
         freedoms = len(e) - len(x)
         noise = float(np.sqrt(e @ e / freedoms))
         covariance = np.asarray(np.linalg.inv(J.T @ J) * (SMALL * noise) ** 2)
-        nominal = np.concatenate([self.nominal[self.sought], np.zeros(len(x) - len(self.sought))])
+        before = np.concatenate([self.nominal[self.sought], np.zeros(len(x) - len(self.sought))])
         return Calibration(
             self.names,
             x,
-            x - nominal,
+            x - before,
             covariance,
             self.geometry(x),
             self.redundant,
             self.T_W_base,
-            _rms(self.errors(self.x0)[chosen]),
+            _rms(self.errors(self.x0)[kept]),
             _rms(e),
             noise,
             tuple(np.array(self.observation.labels)[~used].tolist()),
@@ -226,11 +227,7 @@ def _candidates(robot: Any, vary: Collection[str], observation: Observation) -> 
     # The device's frame is never known exactly: axes that shift contain it, else the base does.
     frame = set() if "axis" in vary else {"base"}
     wanted = set(vary) | frame | ({"tool"} if observation.fixes_tool else set())
-    known = {word for item in robot.geometry for word in (item.name, item.part)}
-    if unknown := sorted(wanted - known):
-        raise InputValueError(f"identify: {robot.name} has no parameter {', '.join(unknown)}")
-    found = [k for k, item in enumerate(robot.geometry) if {item.name, item.part} & wanted]
-    return np.array(found, dtype=np.intp)
+    return chosen(robot, wanted)
 
 
 def _rms(errors: FloatArray) -> float:
