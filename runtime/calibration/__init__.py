@@ -11,23 +11,28 @@ It needs SciPy, `pip install 'chasles[calibration]'`.
 from .calibrated_file import robot_file
 from .contacts import Distances, PlaneContacts
 from .design import Design, design
-from .identify import cross_validated, identify
+from .identify import identify
 from .measurement_table import Measured, read_measurements
+from .model_choice import MODELS, Chosen, Model, best_model, cross_validated
 from .observations import Observation, Poses, Positions
 from .result import Calibration
 from .tool_errors import FirstOrder, MonteCarlo, random_arms, tool_errors
 
 __all__ = [
+    "MODELS",
     "Calibration",
+    "Chosen",
     "Design",
     "Distances",
     "FirstOrder",
     "Measured",
+    "Model",
     "MonteCarlo",
     "Observation",
     "PlaneContacts",
     "Poses",
     "Positions",
+    "best_model",
     "cross_validated",
     "design",
     "identify",

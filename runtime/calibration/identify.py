@@ -4,15 +4,24 @@ The sum of squares of the errors, each divided by its standard deviation, is lea
 parameters and unknowns. Levenberg and Marquardt's iteration takes the exact derivative, which the
 robot's generated identification Jacobian gives. Variables count in parts of 1 mm and 1 mrad.
 
+Tolerances tell how far parameters stray from nominal. With s the noise, in the standard deviations
+that were stated, and t_k the tolerance of parameter k, the most probable parameters make
+
+    sum_i e_i^2 + sum_k (s (p_k - nominal_k) / t_k)^2
+
+least. s is estimated along with them: s^2 = sum e_i^2 / (M - trace(H^-1 J^T J)), where
+H = J^T J + diag(s / t_k)^2 counts a parameter that the tolerance alone determines as none.
+
 Source:
     J. M. Hollerbach, W. Khalil, M. Gautier, Model identification, Springer Handbook of Robotics,
     chapter 6; A. Joubair, I. A. Bonev, Non-kinematic calibration of a six-axis serial robot using
-    planar constraints, Precision Engineering 40 (2015), for scaling.
+    planar constraints, Precision Engineering 40 (2015), for scaling; D. J. C. MacKay, Bayesian
+    interpolation, Neural Computation 4 (1992), for the noise beside tolerances.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -21,19 +30,25 @@ import scipy.optimize
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputValueError, ShapeError
+from ..screws import inverse
 from .doubts import check_units
 from .identifiable import Redundancy, identifiable
-from .observations import SMALL, Observation
-from .parameters import chosen, nominal
+from .observations import SMALL, Observation, Start
+from .parameters import chosen, deviations, nominal
 from .result import Calibration
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.intp]
 
 OUTLYING = 5.0
 """Errors of a row, in robust standard deviations, from which on the row counts as an outlier."""
 _CONSISTENT = 1.4826
 """Median absolute deviation to standard deviation of a normal distribution."""
+_ROUNDS = 12
+"""Rounds of solving and of judging rows and noise; two or three suffice as a rule."""
+_SAME_NOISE = 0.01
+"""Change of the noise, in parts of it, that no longer moves a parameter by its uncertainty."""
 
 
 def identify(
@@ -42,6 +57,7 @@ def identify(
     observation: Observation,
     *,
     vary: Collection[str] = ("axis",),
+    tolerances: Mapping[str, float] | None = None,
     robust: bool = True,
     T_W_base: ArrayLike | None = None,
 ) -> Calibration:
@@ -54,7 +70,10 @@ def identify(
         vary: Parameters that may differ from nominal: names, or parts of the model ("joint",
             "offset", "axis", "transmission", "base", "tool"). The default, with the tool's
             corrections where poses are measured, is complete and minimal for every robot. Without
-            "axis" the corrections of the base are added.
+            "axis", and with tolerances, the corrections of the base are added.
+        tolerances: Standard deviations of parameters about their nominal values [m, rad, 1] by
+            name, part or unit, as in :func:`~chasles.calibration.tool_errors`. Measurements that
+            say little of a parameter leave it near its nominal value.
         T_W_base: (4, 4) the base frame in the device's, where it is known; it is found otherwise.
         robust: Whether rows that contradict the others are left out and named.
 
@@ -62,56 +81,76 @@ def identify(
         ShapeError: q does not fit the robot.
         InputValueError: There are fewer measurements than variables, or an unknown name in vary.
     """
+    problem = prepared(robot, q, observation, vary, tolerances, T_W_base)
+    return problem.solved(problem.x0, robust=robust)
+
+
+def prepared(
+    robot: Any,
+    q: ArrayLike,
+    observation: Observation,
+    vary: Collection[str],
+    tolerances: Mapping[str, float] | None = None,
+    T_W_base: ArrayLike | None = None,
+) -> Problem:
+    """The variables and the errors of an identification, with frames found and units checked.
+
+    Args:
+        robot: As in :func:`identify`, as all others.
+        q: (N, n) coordinates [rad or m].
+        observation: The measurements.
+        vary: Parameters that may differ from nominal.
+        tolerances: Their standard deviations about nominal.
+        T_W_base: (4, 4) the base frame in the device's, where it is known.
+
+    Raises:
+        ShapeError: q does not fit the robot.
+        InputValueError: Units are wrong, or a name in vary or tolerances is unknown.
+    """
     at = np.asarray(q, dtype=np.float64)
     if at.shape[1:] != (robot.n,):
         raise ShapeError(f"identify: q must have shape (N, {robot.n}), got {at.shape}")
-    p = nominal(robot)
-    start = observation.start(robot.fk_p(at, p))
-    check_units(robot, at, p, observation, start.misfit)
-    frame = start.T_W_base if T_W_base is None else np.asarray(T_W_base, dtype=np.float64)
-    problem = problem_at(robot, at, start.observation, frame, start.unknowns, vary)
-    if len(problem.observation.rows) <= len(problem.x0):
-        raise InputValueError(
-            f"identify: {len(problem.observation.rows)} measured numbers do not determine "
-            f"{len(problem.x0)} variables; measure more configurations, or vary fewer parameters"
-        )
-    x = problem.solve(problem.x0, problem.everything, robust=robust)
-    used = problem.everything
-    if robust:
-        used = problem.within(x)
-        x = problem.solve(x, used)
-        used = problem.within(x)
-        x = problem.solve(x, used)
-    return problem.calibration(x, used)
+    start = observation.start(robot.fk_p(at, nominal(robot)))
+    check_units(robot, at, nominal(robot), observation, start.misfit)
+    if T_W_base is not None:
+        start = start._replace(T_W_base=np.asarray(T_W_base, dtype=np.float64))
+    return problem_at(robot, at, start, vary, tolerances)
 
 
 def problem_at(
     robot: Any,
     q: FloatArray,
-    observation: Observation,
-    T_W_base: FloatArray,
-    unknowns: FloatArray,
+    start: Start,
     vary: Collection[str],
+    tolerances: Mapping[str, float] | None = None,
 ) -> Problem:
     """The variables that measurements tell apart, at the nominal robot.
 
     Args:
         robot: A robot with parametric functions.
         q: (N, n) coordinates [rad or m].
-        observation: The measurements.
-        T_W_base: (4, 4) the base frame in the device's.
-        unknowns: Values of the observation's unknowns [m].
+        start: The measurements, their frame and unknowns.
         vary: As in :func:`identify`.
+        tolerances: As in :func:`identify`.
     """
-    p = nominal(robot)
-    candidates = _candidates(robot, vary, observation)
-    x0 = np.concatenate([p[candidates], unknowns])
-    whole = Problem(robot, q, observation, T_W_base, p, candidates, x0, ())
-    J = whole.derivative(x0) * SMALL
-    n = len(candidates)
-    told, redundant = identifiable(J[:, n:], J[:, :n], whole.names[:n], observation.unknowns)
-    x0 = np.concatenate([p[candidates[told]], unknowns])
-    return replace(whole, sought=candidates[told], x0=x0, redundant=redundant)
+    p, observation = nominal(robot), start.observation
+    # The device's frame is never known exactly: axes that shift freely contain it, else the base.
+    frame = {"base"} if tolerances or "axis" not in vary else set()
+    tool = {"tool"} if observation.fixes_tool else set()
+    candidates = chosen(robot, {*vary, *frame, *tool})
+    known = deviations(robot, tolerances or {})[candidates]
+    x0 = np.concatenate([p[candidates], start.unknowns])
+    whole = Problem(robot, q, observation, start.T_W_base, p, candidates, x0, known, ())
+    J = np.concatenate([whole.derivative(x0) * SMALL, whole.drawn()], 0)
+    free, n = np.flatnonzero(known == 0), len(candidates)
+    kept = np.setdiff1d(np.arange(len(x0)), free)
+    names = np.array(whole.names)
+    told, redundant = identifiable(J[:, kept], J[:, free], tuple(names[free]), tuple(names[kept]))
+    sought = np.union1d(free[told], kept[kept < n]).astype(np.intp)
+    x0 = np.concatenate([p[candidates[sought]], start.unknowns])
+    return replace(
+        whole, sought=candidates[sought], x0=x0, known=known[sought], redundant=redundant
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,6 +165,7 @@ class Problem:
         nominal: The robot's geometry.
         sought: Indices of the identified parameters in it.
         x0: Start of x.
+        known: Standard deviations of the identified parameters about nominal; 0 of free ones.
         redundant: Parameters that are not told apart.
     """
 
@@ -136,6 +176,7 @@ class Problem:
     nominal: FloatArray
     sought: NDArray[np.intp]
     x0: FloatArray
+    known: FloatArray
     redundant: tuple[Redundancy, ...]
 
     @property
@@ -169,13 +210,54 @@ class Problem:
         J = np.concatenate([R @ J[:, :3], R @ J[:, 3:]], 1)
         return np.concatenate(self.observation.derivatives(T, J, x[len(self.sought) :]), 1)
 
-    def solve(self, x: FloatArray, used: BoolArray, *, robust: bool = False) -> FloatArray:
+    def at(self, index: IntArray) -> Problem:
+        """The same variables, from the measurements of some configurations."""
+        return replace(self, q=self.q[index], observation=self.observation.at(index))
+
+    def drawn(self) -> FloatArray:
+        """(t, k) derivative of (p - nominal) / tolerance by the scaled variables."""
+        rows = np.flatnonzero(self.known)
+        found = np.zeros((len(rows), len(self.x0)))
+        found[np.arange(len(rows)), rows] = SMALL / self.known[rows]
+        return found
+
+    def solved(self, x: FloatArray, *, robust: bool) -> Calibration:
+        """The calibration, from variables near by.
+
+        Args:
+            x: Where the iteration starts.
+            robust: Whether rows that contradict the others are left out.
+
+        Raises:
+            InputValueError: There are fewer measurements than variables.
+        """
+        rows = self.observation.rows
+        if len(rows) + len(self.drawn()) <= len(self.x0):
+            raise InputValueError(
+                f"identify: {len(rows)} measured numbers do not determine {len(self.x0)} "
+                "variables; measure more configurations, or vary fewer parameters"
+            )
+        used, noise = self.everything, 1.0
+        x = self.solve(x, used, noise, robust=robust)
+        for _ in range(_ROUNDS):
+            before, last = used, noise
+            used = self.within(x) if robust else used
+            noise = self.noise(x, used, noise)
+            if robust or len(self.drawn()):
+                x = self.solve(x, used, noise)
+            if (used == before).all() and abs(noise - last) <= _SAME_NOISE * last:
+                break
+        return self._calibration(x, used, self.noise(x, used, noise))
+
+    def solve(
+        self, x: FloatArray, used: BoolArray, noise: float, *, robust: bool = False
+    ) -> FloatArray:
         """The least sum of squares over some rows, or of a loss that outliers do not govern."""
-        kept = used[self.observation.rows]
+        kept, drawn = used[self.observation.rows], noise * self.drawn() / SMALL
         found = scipy.optimize.least_squares(
-            lambda y: self.errors(y)[kept],
+            lambda y: np.concatenate([self.errors(y)[kept], drawn @ (y - self.x0)]),
             x,
-            jac=lambda y: self.derivative(y)[kept],
+            jac=lambda y: np.concatenate([self.derivative(y)[kept], drawn], 0),
             x_scale=SMALL,
             loss="cauchy" if robust else "linear",
             f_scale=self.spread(x) if robust else 1.0,
@@ -197,63 +279,47 @@ class Problem:
         np.maximum.at(largest, rows, np.abs(e))
         return largest <= OUTLYING * self.spread(x)
 
-    def calibration(self, x: FloatArray, used: BoolArray) -> Calibration:
+    def noise(self, x: FloatArray, used: BoolArray, last: float) -> float:
+        """Factor by which errors exceed their standard deviations, beside the noise before."""
+        kept = used[self.observation.rows]
+        e = self.errors(x)[kept]
+        return float(np.sqrt(e @ e / (len(e) - self._determined(x, kept, last))))
+
+    def _determined(self, x: FloatArray, kept: BoolArray, noise: float) -> float:
+        """Number of variables that the measurements determine, not their tolerances."""
+        J, drawn = self.derivative(x)[kept] * SMALL, noise * self.drawn()
+        if not len(drawn):
+            return float(len(x))
+        return float(np.trace(np.linalg.solve(J.T @ J + drawn.T @ drawn, J.T @ J)))
+
+    def _calibration(self, x: FloatArray, used: BoolArray, noise: float) -> Calibration:
         """The result at the variables found."""
         kept = used[self.observation.rows]
-        e, J = self.errors(x)[kept], self.derivative(x)[kept] * SMALL
-        freedoms = len(e) - len(x)
-        noise = float(np.sqrt(e @ e / freedoms))
-        covariance = np.asarray(np.linalg.inv(J.T @ J) * (SMALL * noise) ** 2)
+        J, drawn = self.derivative(x)[kept] * SMALL, noise * self.drawn()
+        covariance = np.linalg.inv(J.T @ J + drawn.T @ drawn) * (SMALL * noise) ** 2
         before = np.concatenate([self.nominal[self.sought], np.zeros(len(x) - len(self.sought))])
+        p, T_W_base = self._framed(self.geometry(x))
         return Calibration(
-            self.names,
-            x,
-            x - before,
-            covariance,
-            self.geometry(x),
-            self.redundant,
-            self.T_W_base,
-            _rms(self.errors(self.x0)[kept]),
-            _rms(e),
-            noise,
-            tuple(np.array(self.observation.labels)[~used].tolist()),
-            freedoms,
-            self.observation,
-            self.robot,
+            names=self.names,
+            values=x,
+            deviations=x - before,
+            covariance=np.asarray(covariance),
+            p=p,
+            redundant=self.redundant,
+            T_W_base=T_W_base,
+            nominal_errors=self.errors(self.x0),
+            errors=self.errors(x),
+            used=used,
+            noise=noise,
+            freedoms=round(kept.sum() - self._determined(x, kept, noise)),
+            observation=self.observation,
+            q=self.q,
+            robot=self.robot,
         )
 
-
-def _candidates(robot: Any, vary: Collection[str], observation: Observation) -> NDArray[np.intp]:
-    # The device's frame is never known exactly: axes that shift contain it, else the base does.
-    frame = set() if "axis" in vary else {"base"}
-    wanted = set(vary) | frame | ({"tool"} if observation.fixes_tool else set())
-    return chosen(robot, wanted)
-
-
-def _rms(errors: FloatArray) -> float:
-    return float(np.sqrt(np.mean(errors**2)))
-
-
-def cross_validated(
-    robot: Any, q: ArrayLike, observation: Observation, folds: int = 6, **options: Any
-) -> FloatArray:
-    """Errors of each configuration when the robot is identified from the others.
-
-    Args:
-        robot: As in :func:`identify`.
-        q: As in :func:`identify`.
-        observation: As in :func:`identify`.
-        folds: Number of parts, each of which is held back once; every folds-th configuration.
-        options: Further arguments of :func:`identify`.
-
-    Returns:
-        The errors, part by part, in standard deviations.
-    """
-    at = np.asarray(q, dtype=np.float64)
-    every = np.arange(len(at))
-    errors = []
-    for fold in range(folds):
-        others, held = every[every % folds != fold], every[every % folds == fold]
-        found = identify(robot, at[others], observation.at(others), **options)
-        errors.append(found.held_back(at[held], observation.at(held)))
-    return np.concatenate(errors)
+    def _framed(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The geometry without corrections of the base, and the device's frame with them."""
+        still, own = np.zeros(self.robot.n), p.copy()
+        own[[item.part == "base" for item in self.robot.geometry]] = 0.0
+        moved = self.robot.fk_p(still, p) @ inverse(self.robot.fk_p(still, own))
+        return own, np.asarray(self.T_W_base @ moved)

@@ -13,6 +13,7 @@ from .identifiable import Redundancy
 from .observations import Observation
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 
 _SHOWN = {"m": (1e3, "mm"), "rad": (1e3, "mrad"), "1": (1.0, ""), "m/rad": (1e3, "mm/rad")}
 
@@ -29,12 +30,13 @@ class Calibration:
         p: The whole vector of the robot's geometry.
         redundant: The parameters that the measurements do not tell apart; they kept their values.
         T_W_base: (4, 4) the base frame in the measuring device's.
-        before: Root mean square error of the nominal robot, in standard deviations.
-        after: The same of the calibrated robot.
+        nominal_errors: (M,) errors of the nominal robot, in standard deviations.
+        errors: (M,) errors of the calibrated robot.
+        used: (rows,) whether a row took part; the others contradict it.
         noise: Factor by which the errors exceed the standard deviations that were stated.
-        outliers: Labels of the rows that were left out.
         freedoms: Measured numbers beyond those that determine the variables.
         observation: The measurements, with the frames that were found for them.
+        q: (N, n) coordinates at which the tool was measured [rad or m].
         robot: The nominal robot.
     """
 
@@ -45,13 +47,29 @@ class Calibration:
     p: FloatArray
     redundant: tuple[Redundancy, ...]
     T_W_base: FloatArray
-    before: float
-    after: float
+    nominal_errors: FloatArray
+    errors: FloatArray
+    used: BoolArray
     noise: float
-    outliers: tuple[str, ...]
     freedoms: int
     observation: Observation
+    q: FloatArray
     robot: Any
+
+    @property
+    def before(self) -> float:
+        """Root mean square error of the nominal robot, in standard deviations."""
+        return _rms(self.nominal_errors[self.used[self.observation.rows]])
+
+    @property
+    def after(self) -> float:
+        """Root mean square error of the calibrated robot, in standard deviations."""
+        return _rms(self.errors[self.used[self.observation.rows]])
+
+    @property
+    def outliers(self) -> tuple[str, ...]:
+        """Labels of the rows that were left out."""
+        return tuple(np.array(self.observation.labels)[~self.used].tolist())
 
     @property
     def unknowns(self) -> FloatArray:
@@ -91,6 +109,10 @@ class Calibration:
     def correlations(self) -> FloatArray:
         """(k, k) correlation of the values."""
         return np.asarray(self.covariance / np.outer(self.std, self.std))
+
+
+def _rms(errors: FloatArray) -> float:
+    return float(np.sqrt(np.mean(errors**2)))
 
 
 def _report(found: Calibration) -> str:
