@@ -19,6 +19,7 @@ from .accuracy import (
     mechanism_branches,
     misses,
     platform_modes,
+    tracker_sets,
 )
 from .cases.poses import CASES
 from .measures import derivation
@@ -43,6 +44,7 @@ COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {
     "general": general_arms.run,
     "platforms": lambda o: platform_modes.run(o.count, o.starts, o.seed),
     "calibration": lambda o: calibrations.run(o.runs),
+    "tracker": lambda o: tracker_sets.run(tuple(o.robots) or tracker_sets.ARMS, o.seeds),
     "losses": lambda o: losses.run(o.arms, o.first, given=o.given),
     "mechanisms": lambda o: mechanism_branches.run(o.count, o.first),
     "loops": lambda o: loop_numbers.run(o.count),
@@ -114,6 +116,9 @@ def _parser() -> argparse.ArgumentParser:
     held.add_argument("--seed", type=int, default=0)
     drawn = commands.add_parser("calibration", help="identification of drawn arms")
     drawn.add_argument("--runs", type=int, default=200, help="drawn arms of each kind")
+    tracked = commands.add_parser("tracker", help="simulated sets of a laser tracker")
+    tracked.add_argument("robots", nargs="*", help="names or descriptions")
+    tracked.add_argument("--seeds", type=int, default=3, help="drawn arms of each robot")
     arms = commands.add_parser("losses", help="poses that inverses of random arms lose")
     arms.add_argument("--arms", type=int, default=ARMS, help="number of arms")
     arms.add_argument("--first", type=int, default=0, help="number of the first arm")
