@@ -9,7 +9,7 @@ It needs SciPy, `pip install 'chasles[calibration]'`.
 """
 
 from .calibrated_file import robot_file
-from .contacts import Distances, PlaneContacts
+from .contacts import Distances, PlaneContacts, SphereContacts
 from .design import Design, design
 from .identify import identify
 from .measurement_table import Measured, read_measurements
@@ -32,6 +32,7 @@ __all__ = [
     "PlaneContacts",
     "Poses",
     "Positions",
+    "SphereContacts",
     "best_model",
     "cross_validated",
     "design",

@@ -48,6 +48,15 @@ class _OneNumber(Observation):
         """Measurement, from 1."""
         return tuple(f"measurement {i + 1}" for i in range(len(self.values)))
 
+    @property
+    def configurations(self) -> IntArray:
+        """One row each."""
+        return self.rows
+
+    def lengths(self, errors: FloatArray) -> FloatArray:
+        """Their size."""
+        return np.asarray(self.sigma * np.abs(errors))
+
     def at(self, index: IntArray) -> Self:
         """The measurements of some configurations."""
         return replace(self, values=self.values[index])
@@ -82,7 +91,7 @@ class Distances(_OneNumber):
     @property
     def unknowns(self) -> tuple[str, ...]:
         """The target in the tool's frame, and the fixed point in the base frame."""
-        return tuple(f"{what}_{axis}" for what in ("target", "centre") for axis in "xyz")
+        return (*_point("target"), *_point("centre"))
 
     def start(self, T: FloatArray) -> Start:
         """The target in the tool's origin, and the centre by a linear fit of spheres."""
@@ -94,18 +103,59 @@ class Distances(_OneNumber):
 
     def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
         """Computed less measured distances."""
-        apart = points_on_tool(T, x[None, :3])[:, 0] - x[3:]
+        apart = points_on_tool(T, x[None, :3])[:, 0] - x[3:6]
         return np.asarray((np.linalg.norm(apart, axis=-1) - self.values) / self.sigma)
 
     def derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """The velocity of the target along the line to the centre."""
-        apart = points_on_tool(T, x[None, :3])[:, 0] - x[3:]
+        apart = points_on_tool(T, x[None, :3])[:, 0] - x[3:6]
         along = apart / np.linalg.norm(apart, axis=-1, keepdims=True) / self.sigma
         by_p = np.einsum("ni,nip->np", along, velocities_on_tool(T, J, x[None, :3])[:, 0])
         by_x = np.concatenate([np.einsum("ni,nij->nj", along, T[:, :3, :3]), -along], -1)
         return by_p, by_x
+
+
+@dataclass(frozen=True, eq=False)
+class SphereContacts(_OneNumber):
+    """Contacts of a target on the tool with a sphere whose radius is not known either.
+
+    Without a known length the scale of the robot is not determined, and a length keeps its nominal
+    value; with a known radius take :class:`Distances`.
+
+    Attributes:
+        values: (N,) distances from the surface [m]; zeros where the probe touches it.
+        sigma: Standard deviation [m].
+    """
+
+    @property
+    def unknowns(self) -> tuple[str, ...]:
+        """The target in the tool's frame, the centre in the base frame, and the radius."""
+        return (*_point("target"), *_point("centre"), "radius")
+
+    def start(self, T: FloatArray) -> Start:
+        """The target in the tool's origin, and the sphere by a linear fit."""
+        p = T[:, :3, 3]
+        # |p|^2 = 2 p . c + r^2 - |c|^2
+        found = np.linalg.lstsq(np.column_stack([2 * p, np.ones(len(p))]), (p**2).sum(-1))[0]
+        c = found[:3]
+        return self._refined(T, np.concatenate([np.zeros(3), c, [np.sqrt(found[3] + c @ c)]]))
+
+    def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
+        """Distance from the surface, less the one that was measured."""
+        return self._bar(x).errors(T, x)
+
+    def derivatives(
+        self, T: FloatArray, J: FloatArray, x: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """The velocity of the target along the line to the centre."""
+        by_p, by_x = self._bar(x).derivatives(T, J, x)
+        return by_p, np.column_stack([by_x, np.full(len(T), -1 / self.sigma)])
+
+    def _bar(self, x: FloatArray) -> Distances:
+        """The distances from the centre."""
+        return Distances(self.values + x[6], self.sigma)
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,14 +173,7 @@ class PlaneContacts(_OneNumber):
     @property
     def unknowns(self) -> tuple[str, ...]:
         """The target in the tool's frame, the plane's slopes (m per m) and height."""
-        return (
-            "target_x",
-            "target_y",
-            "target_z",
-            "plane_slope_1",
-            "plane_slope_2",
-            "plane_height",
-        )
+        return (*_point("target"), "plane_slope_1", "plane_slope_2", "plane_height")
 
     def start(self, T: FloatArray) -> Start:
         """The target in the tool's origin, and the plane of least squares."""
@@ -171,3 +214,8 @@ class PlaneContacts(_OneNumber):
 
 _STEPS = 5
 """Gauss-Newton steps on the unknowns alone; the identification goes on from there."""
+
+
+def _point(what: str) -> tuple[str, ...]:
+    """Names of the coordinates of a point."""
+    return tuple(f"{what}_{axis}" for axis in "xyz")

@@ -47,6 +47,8 @@ _CONSISTENT = 1.4826
 """Median absolute deviation to standard deviation of a normal distribution."""
 _ROUNDS = 12
 """Rounds of solving and of judging rows and noise; two or three suffice as a rule."""
+_STEP = 1e-12
+"""Relative change of the sum of squares, and of variables, behind which only rounding is left."""
 _SAME_NOISE = 0.01
 """Change of the noise, in parts of it, that no longer moves a parameter by its uncertainty."""
 
@@ -60,6 +62,7 @@ def identify(
     tolerances: Mapping[str, float] | None = None,
     robust: bool = True,
     T_W_base: ArrayLike | None = None,
+    weights: ArrayLike | None = None,
 ) -> Calibration:
     """The parameters with which a robot explains measurements best.
 
@@ -76,45 +79,42 @@ def identify(
             say little of a parameter leave it near its nominal value.
         T_W_base: (4, 4) the base frame in the device's, where it is known; it is found otherwise.
         robust: Whether rows that contradict the others are left out and named.
+        weights: (N,) weight of each configuration; 4 halves its standard deviations.
 
     Raises:
         ShapeError: q does not fit the robot.
         InputValueError: There are fewer measurements than variables, or an unknown name in vary.
     """
-    problem = prepared(robot, q, observation, vary, tolerances, T_W_base)
+    start = located(robot, q, observation, T_W_base)
+    problem = problem_at(robot, np.asarray(q, dtype=np.float64), start, vary, tolerances)
+    if weights is not None:
+        problem = problem.weighted(np.asarray(weights, dtype=np.float64))
     return problem.solved(problem.x0, robust=robust)
 
 
-def prepared(
-    robot: Any,
-    q: ArrayLike,
-    observation: Observation,
-    vary: Collection[str],
-    tolerances: Mapping[str, float] | None = None,
-    T_W_base: ArrayLike | None = None,
-) -> Problem:
-    """The variables and the errors of an identification, with frames found and units checked.
+def located(
+    robot: Any, q: ArrayLike, observation: Observation, T_W_base: ArrayLike | None = None
+) -> Start:
+    """Frames and unknowns from the nominal robot, with units checked.
 
     Args:
-        robot: As in :func:`identify`, as all others.
+        robot: A robot with parametric functions.
         q: (N, n) coordinates [rad or m].
         observation: The measurements.
-        vary: Parameters that may differ from nominal.
-        tolerances: Their standard deviations about nominal.
         T_W_base: (4, 4) the base frame in the device's, where it is known.
 
     Raises:
         ShapeError: q does not fit the robot.
-        InputValueError: Units are wrong, or a name in vary or tolerances is unknown.
+        InputValueError: Units are wrong.
     """
     at = np.asarray(q, dtype=np.float64)
     if at.shape[1:] != (robot.n,):
         raise ShapeError(f"identify: q must have shape (N, {robot.n}), got {at.shape}")
     start = observation.start(robot.fk_p(at, nominal(robot)))
     check_units(robot, at, nominal(robot), observation, start.misfit)
-    if T_W_base is not None:
-        start = start._replace(T_W_base=np.asarray(T_W_base, dtype=np.float64))
-    return problem_at(robot, at, start, vary, tolerances)
+    if T_W_base is None:
+        return start
+    return start._replace(T_W_base=np.asarray(T_W_base, dtype=np.float64))
 
 
 def problem_at(
@@ -140,7 +140,9 @@ def problem_at(
     candidates = chosen(robot, {*vary, *frame, *tool})
     known = deviations(robot, tolerances or {})[candidates]
     x0 = np.concatenate([p[candidates], start.unknowns])
-    whole = Problem(robot, q, observation, start.T_W_base, p, candidates, x0, known, ())
+    whole = Problem(
+        robot, q, observation, start.T_W_base, p, candidates, x0, known, (), np.ones(len(q))
+    )
     J = np.concatenate([whole.derivative(x0) * SMALL, whole.drawn()], 0)
     free, n = np.flatnonzero(known == 0), len(candidates)
     kept = np.setdiff1d(np.arange(len(x0)), free)
@@ -167,6 +169,7 @@ class Problem:
         x0: Start of x.
         known: Standard deviations of the identified parameters about nominal; 0 of free ones.
         redundant: Parameters that are not told apart.
+        weights: (N,) weight of each configuration.
     """
 
     robot: Any
@@ -178,6 +181,7 @@ class Problem:
     x0: FloatArray
     known: FloatArray
     redundant: tuple[Redundancy, ...]
+    weights: FloatArray
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -199,7 +203,7 @@ class Problem:
     def errors(self, x: FloatArray) -> FloatArray:
         """All errors."""
         T = self.T_W_base @ self.robot.fk_p(self.q, self.geometry(x))
-        return self.observation.errors(T, x[len(self.sought) :])
+        return self._roots * self.observation.errors(T, x[len(self.sought) :])
 
     def derivative(self, x: FloatArray) -> FloatArray:
         """(M, k) derivative of all errors by x."""
@@ -208,11 +212,30 @@ class Problem:
         J = self.robot.identification_jacobian(self.q, p)[..., self.sought]
         R = self.T_W_base[:3, :3]
         J = np.concatenate([R @ J[:, :3], R @ J[:, 3:]], 1)
-        return np.concatenate(self.observation.derivatives(T, J, x[len(self.sought) :]), 1)
+        found = np.concatenate(self.observation.derivatives(T, J, x[len(self.sought) :]), 1)
+        return np.asarray(self._roots[:, None] * found)
+
+    @property
+    def _roots(self) -> FloatArray:
+        """(M,) root of the weight of each error."""
+        return np.sqrt(self.weights[self.observation.configurations[self.observation.rows]])
+
+    def weighted(self, weights: FloatArray) -> Problem:
+        """The same variables, with other weights (N,).
+
+        Raises:
+            ShapeError: There is not one weight for each configuration.
+        """
+        if weights.shape != (len(self.q),):
+            raise ShapeError(
+                f"identify: weights must have shape ({len(self.q)},), got {weights.shape}"
+            )
+        return replace(self, weights=weights)
 
     def at(self, index: IntArray) -> Problem:
         """The same variables, from the measurements of some configurations."""
-        return replace(self, q=self.q[index], observation=self.observation.at(index))
+        observation = self.observation.at(index)
+        return replace(self, q=self.q[index], observation=observation, weights=self.weights[index])
 
     def drawn(self) -> FloatArray:
         """(t, k) derivative of (p - nominal) / tolerance by the scaled variables."""
@@ -262,9 +285,9 @@ class Problem:
             loss="cauchy" if robust else "linear",
             f_scale=self.spread(x) if robust else 1.0,
             method="trf",
-            xtol=1e-14,
-            ftol=1e-14,
-            gtol=1e-14,
+            xtol=_STEP,
+            ftol=_STEP,
+            gtol=_STEP,
         )
         return np.asarray(found.x)
 

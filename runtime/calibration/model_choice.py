@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .identify import Problem, prepared
+from .identify import Problem, located, problem_at
 from .observations import Observation
 from .result import Calibration
 
@@ -95,9 +95,10 @@ def best_model(
     Raises:
         InputValueError: As :func:`~chasles.calibration.identify`.
     """
+    at, start = np.asarray(q, dtype=np.float64), located(robot, q, observation)
     found, errors = {}, {}
     for model in models:
-        problem = prepared(robot, q, observation, model.vary, model.tolerances)
+        problem = problem_at(robot, at, start, model.vary, model.tolerances)
         found[model.name] = problem.solved(problem.x0, robust=robust)
         held = _held_back(problem, found[model.name], FOLDS, robust=robust)
         errors[model.name] = float(np.median(np.abs(held)))
@@ -130,7 +131,8 @@ def cross_validated(
     Returns:
         The errors, part by part, in standard deviations.
     """
-    problem = prepared(robot, q, observation, vary, tolerances)
+    start = located(robot, q, observation)
+    problem = problem_at(robot, np.asarray(q, dtype=np.float64), start, vary, tolerances)
     whole = problem.solved(problem.x0, robust=robust)
     return _held_back(problem, whole, folds, robust=robust)
 

@@ -67,6 +67,20 @@ class Observation(ABC):
     def labels(self) -> tuple[str, ...]:
         """Name of each row, for messages."""
 
+    @property
+    @abstractmethod
+    def configurations(self) -> IntArray:
+        """(rows,) index of the configuration of each row."""
+
+    @property
+    def targets(self) -> tuple[str, ...]:
+        """What each row measures: a target, or the probe."""
+        return ("probe",) * len(self.configurations)
+
+    @abstractmethod
+    def lengths(self, errors: FloatArray) -> FloatArray:
+        """(rows,) distance [m] that the errors (M,) of each row mean."""
+
     @abstractmethod
     def start(self, T: FloatArray) -> Start:
         """Frame and unknowns from nominal poses (N, 4, 4) of the tool in the base frame."""
@@ -139,6 +153,20 @@ class Positions(Observation):
         """Measurement and target, from 1."""
         return tuple(f"measurement {i + 1}, target {j + 1}" for i, j in np.argwhere(self.seen))
 
+    @property
+    def configurations(self) -> IntArray:
+        """That of each target seen."""
+        return np.argwhere(self.seen)[:, 0]
+
+    @property
+    def targets(self) -> tuple[str, ...]:
+        """Their numbers, from 1."""
+        return tuple(f"target {j + 1}" for j in np.argwhere(self.seen)[:, 1])
+
+    def lengths(self, errors: FloatArray) -> FloatArray:
+        """Distance of each target from where it was measured."""
+        return np.asarray(self.sigma * np.linalg.norm(errors.reshape(-1, 3), axis=-1))
+
     def at(self, index: IntArray) -> Self:
         """The measurements of some configurations."""
         return replace(self, points=self.points[index])
@@ -207,6 +235,15 @@ class Poses(Observation):
     def labels(self) -> tuple[str, ...]:
         """Measurement, from 1."""
         return tuple(f"measurement {i + 1}" for i in range(len(self.T)))
+
+    @property
+    def configurations(self) -> IntArray:
+        """One row each."""
+        return np.arange(len(self.T))
+
+    def lengths(self, errors: FloatArray) -> FloatArray:
+        """Distance of the probe's origin from where it was measured."""
+        return np.asarray(self.sigma[0] * np.linalg.norm(errors.reshape(-1, 6)[:, :3], axis=-1))
 
     def at(self, index: IntArray) -> Self:
         """The measurements of some configurations."""

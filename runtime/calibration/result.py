@@ -15,7 +15,8 @@ from .observations import Observation
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-_SHOWN = {"m": (1e3, "mm"), "rad": (1e3, "mrad"), "1": (1.0, ""), "m/rad": (1e3, "mm/rad")}
+SHOWN = {"m": (1e3, "mm"), "rad": (1e3, "mrad"), "1": (1.0, ""), "m/rad": (1e3, "mm/rad")}
+"""Factor and unit in which a number of a unit is shown to people."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +134,7 @@ def _report(found: Calibration) -> str:
     reach = (found.intervals[:, 1] - found.intervals[:, 0]) / 2
     rows = zip(found.names, found.values, found.deviations, reach, strict=True)
     for name, value, deviation, half in rows:
-        factor, unit = _SHOWN[units.get(name, "m")]
+        factor, unit = SHOWN[units.get(name, "m")]
         nominal, change, half_width = (factor * x for x in (value - deviation, deviation, half))
         lines.append(f"{name:<28}{nominal:12.4f}{change:+12.4f}{half_width:10.4f} {unit}")
     lines += ["", *(f"held at nominal: {item}" for item in found.redundant)]
