@@ -17,7 +17,7 @@ from rich.table import Table
 import chasles
 from chasles import screws
 from chasles.calibration import Poses, Positions, design, identify, random_arms
-from chasles.calibration.frames import register_points, register_poses
+from chasles.calibration.observed.frames import register_points, register_poses
 
 from ..report import out
 

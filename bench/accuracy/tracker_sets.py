@@ -17,7 +17,7 @@ from rich.table import Table
 import chasles
 from chasles import screws
 from chasles.calibration import best_model, identify, read_measurements
-from chasles.calibration.frames import register_points
+from chasles.calibration.observed.frames import register_points
 
 from ..report import out
 

@@ -9,19 +9,22 @@ It needs SciPy, `pip install 'chasles[calibration]'`.
 """
 
 from .calibrated_file import robot_file
-from .contacts import Distances, PlaneContacts, SphereContacts
 from .design import Design, design
 from .identify import identify
-from .measurement_table import Measured, read_measurements
 from .model_choice import MODELS, Chosen, Model, best_model, cross_validated
-from .observations import Observation, Poses, Positions
+from .observed.circles import Axis, Circles
+from .observed.contacts import Distances, PlaneContacts, SphereContacts
+from .observed.measurement_table import Measured, read_measurements
+from .observed.observations import Observation, Poses, Positions
 from .result import Calibration
 from .tool_errors import FirstOrder, MonteCarlo, random_arms, tool_errors
 
 __all__ = [
     "MODELS",
+    "Axis",
     "Calibration",
     "Chosen",
+    "Circles",
     "Design",
     "Distances",
     "FirstOrder",

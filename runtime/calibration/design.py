@@ -21,8 +21,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputValueError
-from .identify import problem_at
-from .observations import SMALL, Observation, Poses, Positions, Start
+from .observed.observations import SMALL, Observation, Poses, Positions, Start
+from .problem import problem_at
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

@@ -17,8 +17,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .identify import Problem, located, problem_at
-from .observations import Observation
+from .identify import located
+from .mistakes import check_result
+from .observed.observations import Observation
+from .problem import Problem, problem_at
 from .result import Calibration
 
 FloatArray = NDArray[np.float64]
@@ -104,6 +106,7 @@ def best_model(
         errors[model.name] = float(np.median(np.abs(held)))
     good = EQUAL * min(errors.values())
     model = next(model for model in models if errors[model.name] <= good)
+    check_result(found[model.name], model.vary)
     return Chosen(model, found[model.name], errors)
 
 

@@ -9,8 +9,9 @@ import numpy as np
 import scipy.stats
 from numpy.typing import ArrayLike, NDArray
 
+from .doubts import doubts
 from .identifiable import Redundancy
-from .observations import Observation
+from .observed.observations import Observation
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -71,6 +72,11 @@ class Calibration:
     def outliers(self) -> tuple[str, ...]:
         """Labels of the rows that were left out."""
         return tuple(np.array(self.observation.labels)[~self.used].tolist())
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What is doubtful of the result, a sentence each: exchanged targets, joints at rest ..."""
+        return doubts(self)
 
     @property
     def unknowns(self) -> FloatArray:
@@ -139,4 +145,5 @@ def _report(found: Calibration) -> str:
         lines.append(f"{name:<28}{nominal:12.4f}{change:+12.4f}{half_width:10.4f} {unit}")
     lines += ["", *(f"held at nominal: {item}" for item in found.redundant)]
     lines += [f"left out: {label}" for label in found.outliers]
+    lines += [f"doubtful: {sentence}" for sentence in found.doubts]
     return "\n".join(lines).rstrip()

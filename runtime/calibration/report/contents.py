@@ -81,7 +81,11 @@ def contents(found: Calibration, held_back: Mapping[str, float] | None = None) -
         summary,
         _of_parameters(found),
         tuple(tables),
-        (*_left_out(found), *(f"Held at nominal: {item}." for item in found.redundant)),
+        (
+            *found.doubts,
+            *_left_out(found),
+            *(f"Held at nominal: {item}." for item in found.redundant),
+        ),
     )
 
 
@@ -104,11 +108,15 @@ def _of_targets(found: Calibration, before: FloatArray, after: FloatArray) -> Ta
 
 def _of_parameters(found: Calibration) -> Table:
     units = {item.name: item.unit for item in found.robot.geometry}
+    # Corrections of the base are part of the device's frame.
+    parts = {item.name: item.part for item in found.robot.geometry}
     reach = (found.intervals[:, 1] - found.intervals[:, 0]) / 2
     rows = []
     for name, value, change, half in zip(
         found.names, found.values, found.deviations, reach, strict=True
     ):
+        if parts.get(name) == "base":
+            continue
         factor, unit = SHOWN[units.get(name, "m")]
         numbers = (factor * (value - change), factor * change, factor * half)
         shown = ("{:.3f}", "{:+.3f}", "{:.3f}")

@@ -48,10 +48,10 @@ def parameter_plot(found: Calibration) -> Figure:
         found: A calibration.
     """
     figure, axes = _empty()
-    count = len(found.names) - len(found.observation.unknowns)
-    reach = ((found.intervals[:, 1] - found.intervals[:, 0]) / 2)[:count]
-    clear = np.argsort(-np.abs(found.deviations[:count]) / reach)[:_LARGEST][::-1]
-    units = {item.name: item.unit for item in found.robot.geometry}
+    units = {item.name: item.unit for item in found.robot.geometry if item.part != "base"}
+    reach = (found.intervals[:, 1] - found.intervals[:, 0]) / 2
+    own = np.flatnonzero([name in units for name in found.names])
+    clear = own[np.argsort(-np.abs(found.deviations[own]) / reach[own])[:_LARGEST][::-1]]
     shown = [SHOWN[units[found.names[k]]] for k in clear]
     factors = np.array([factor for factor, _ in shown])
     axes.errorbar(

@@ -15,6 +15,7 @@ _SPECIAL |= {mark: f"\\{mark}" for mark in "&%$#_{}"} | {"±": r"$\pm$"}
 _PREAMBLE = r"""\documentclass[9pt,a4paper]{extarticle}
 \usepackage[T1]{fontenc}
 \usepackage[utf8]{inputenc}
+\usepackage{lmodern}
 \usepackage[margin=15mm]{geometry}
 \usepackage{booktabs,graphicx}
 \setlength{\parindent}{0pt}
@@ -42,9 +43,9 @@ def tex_page(
         rf"{{\large\bfseries {_tex(said.title)}}}\par\medskip",
         " ".join(_tex(sentence) for sentence in said.summary) + r"\par\medskip",
         r"\hfill".join(rf"\includegraphics[width=80mm]{{{name}}}" for name in names) + r"\par",
-        *(_table(table) for table in said.tables),
+        r"\par\medskip ".join(_table(table) for table in said.tables),
         r"\par\medskip " + r"\par ".join(_tex(note) for note in said.notes),
-        r"\par\medskip\hfil".join(["", *(_table(part) for part in split(said.parameters, 2))]),
+        r"\par\medskip " + r"\hfill ".join(_table(part) for part in split(said.parameters, 2)),
         r"\end{document}",
     ]
     path.write_text("\n".join(parts) + "\n", encoding="utf-8")

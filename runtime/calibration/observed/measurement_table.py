@@ -28,8 +28,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import screws
-from ..errors import InputValueError
+from ... import screws
+from ...errors import InputValueError
 from .observations import Observation, Poses, Positions
 
 FloatArray = NDArray[np.float64]

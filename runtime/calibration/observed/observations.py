@@ -14,7 +14,7 @@ from typing import ClassVar, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import screws
+from ... import screws
 from .frames import register_points, register_poses
 
 FloatArray = NDArray[np.float64]

@@ -26,6 +26,8 @@ BoolArray = NDArray[np.bool_]
 
 _ROUNDS = 100
 """Alternations from each of 24 rotations; the best of them is refined by the identification."""
+_ACROSS = 0.1
+"""Second singular value of directions below which axes are parallel and leave a turn open."""
 _SETTLED = 0.9999
 """Part of the error that is left by an alternation behind which no more follow."""
 
@@ -75,6 +77,31 @@ def register_poses(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, Flo
     found = np.linalg.lstsq(rows, right.ravel())[0]
     T_W_base = np.asarray(np.linalg.inv(_pose(R_base_W, found[3:])))
     return T_W_base, _pose(R_tool_probe, found[:3])
+
+
+def register_axes(
+    nominal: tuple[FloatArray, FloatArray], measured: tuple[FloatArray, FloatArray]
+) -> FloatArray | None:
+    """The base frame that carries nominal axes nearest to measured ones; None if they are parallel.
+
+    Args:
+        nominal: Directions (k, 3) and points (k, 3) in the base frame.
+        measured: Directions and points in the device's frame.
+    """
+    (h, p), (n, c) = nominal, measured
+    if np.linalg.svd(h)[1][1:2].sum() < _ACROSS:
+        return None
+    R = _rotation(n.T @ h)
+    # The part of R p + t - c across the axis vanishes.
+    across = np.eye(3) - n[:, :, None] * n[:, None, :]
+    right = np.einsum("kij,kj->ki", across, c - p @ R.T)
+    return _pose(R, np.linalg.lstsq(across.reshape(-1, 3), right.ravel())[0])
+
+
+def targets_at(T: FloatArray, measured: FloatArray) -> FloatArray:
+    """(m, 3) mean places of targets on the tool, from poses (N, 4, 4) and positions (N, m, 3)."""
+    turned = np.einsum("nji,nmj->nmi", T[:, :3, :3], measured - T[:, None, :3, 3])
+    return np.asarray(np.nanmean(turned, axis=0))
 
 
 def _alternated(T: FloatArray, measured: FloatArray, R: FloatArray) -> Registration:
