@@ -25,6 +25,8 @@ MANY = 0.2
 """Part of the rows that may contradict the others before the whole set is doubtful."""
 STILL = math.radians(5)
 """Span of a joint [rad or m] below which its parameters are hardly told apart from others'."""
+_ALIKE = 4
+"""Decimals of coordinates [rad, m] to which repeated configurations agree."""
 FAR_OFF = 0.1, 0.02
 """Change of a parameter [rad, m] that no workshop makes."""
 
@@ -36,10 +38,10 @@ def doubts(found: Calibration) -> tuple[str, ...]:
         found: A calibration.
     """
     return (
+        *_poor_fit(found),
         *_rows_off(found),
         *_still_joints(found),
         *_far_off(found),
-        *_poor_fit(found),
     )
 
 
@@ -108,6 +110,12 @@ def _poor_fit(found: Calibration) -> Iterator[str]:
         yield (
             f"{1e3 * rest:.3g} mm remain after the identification: the measurements may be those "
             "of another robot, or most of them are wrong"
+        )
+    different = len(np.unique(np.round(found.q, _ALIKE), axis=0))
+    if 2 * different < len(found.q):
+        yield (
+            f"only {different} of {len(found.q)} configurations differ: repeated ones tell nothing "
+            "new of the geometry"
         )
     if found.freedoms < len(found.names):
         yield (

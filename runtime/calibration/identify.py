@@ -10,14 +10,16 @@ from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ShapeError
 from .mistakes import check_input, check_result
 from .observed.observations import Observation, Start
 from .parameters import nominal
-from .problem import problem_at
+from .problem import OUTLYING, problem_at
 from .result import Calibration
+
+FloatArray = NDArray[np.float64]
 
 
 def identify(
@@ -80,8 +82,20 @@ def located(
     at = np.asarray(q, dtype=np.float64)
     if at.shape[1:] != (robot.n,):
         raise ShapeError(f"identify: q must have shape (N, {robot.n}), got {at.shape}")
-    start = observation.start(robot.fk_p(at, nominal(robot)))
+    start = _without_outliers(observation.start(T := robot.fk_p(at, nominal(robot))), T)
     check_input(robot, at, nominal(robot), observation, start.misfit)
     if T_W_base is None:
         return start
     return start._replace(T_W_base=np.asarray(T_W_base, dtype=np.float64))
+
+
+def _without_outliers(start: Start, T: FloatArray) -> Start:
+    """The start from configurations that agree: one wrong row moves the frame of all."""
+    measured = start.observation
+    sizes = measured.lengths(measured.errors(start.T_W_base @ T, start.unknowns))
+    wrong = measured.configurations[sizes > OUTLYING * np.median(sizes)]
+    right = np.setdiff1d(np.arange(len(T)), wrong)
+    if not len(wrong) or 2 * len(right) < len(T):
+        return start
+    found = measured.at(right).start(T[right])
+    return found._replace(observation=measured.placed_as(found.observation))

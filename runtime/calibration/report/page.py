@@ -6,6 +6,7 @@ import html
 import io
 from collections.abc import Mapping
 
+import matplotlib
 from matplotlib.figure import Figure
 
 from ..result import Calibration
@@ -46,7 +47,7 @@ def html_page(found: Calibration, held_back: Mapping[str, float] | None = None) 
         "</div>",
     ]
     return (
-        f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
+        f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"/>'
         f"<title>{html.escape(said.title)}</title><style>{_STYLE}</style></head>\n<body>\n"
         + "\n".join(parts)
         + "\n</body></html>\n"
@@ -72,7 +73,8 @@ def _table(table: Table) -> str:
 
 def _svg(figure: Figure) -> str:
     stream = io.StringIO()
-    # Without its date the same calibration gives the same page.
-    figure.savefig(stream, format="svg", metadata={"Date": None})
+    # Without its date and with fixed names the same calibration gives the same page.
+    with matplotlib.rc_context({"svg.hashsalt": "chasles"}):
+        figure.savefig(stream, format="svg", metadata={"Date": None})
     text = stream.getvalue()
     return text[text.index("<svg") :]
