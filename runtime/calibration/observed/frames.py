@@ -24,8 +24,12 @@ FloatArray = NDArray[np.float64]
 
 BoolArray = NDArray[np.bool_]
 
+_FIRST_ROUNDS = 4
+"""Alternations from each of 24 rotations; those with the least error go on."""
+_FINISHED = 6
+"""Rotations that go on."""
 _ROUNDS = 100
-"""Alternations from each of 24 rotations; the best of them is refined by the identification."""
+"""Alternations from these; the best is refined by the identification."""
 _ACROSS = 0.1
 """Second singular value of directions below which axes are parallel and leave a turn open."""
 _SETTLED = 0.9999
@@ -54,8 +58,12 @@ def register_points(T: FloatArray, measured: FloatArray) -> Registration:
         measured: (N, m, 3) positions of m targets in the device's frame [m], NaN where a target was
             not seen.
     """
-    candidates = (_alternated(T, measured, R) for R in _cube_rotations())
-    return min(candidates, key=lambda found: found.error)
+    screened = [_alternated(T, measured, R, _FIRST_ROUNDS) for R in _cube_rotations()]
+    screened.sort(key=lambda found: found.error)
+    finished = (
+        _alternated(T, measured, found.T_W_base[:3, :3], _ROUNDS) for found in screened[:_FINISHED]
+    )
+    return min(finished, key=lambda found: found.error)
 
 
 def register_poses(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -104,12 +112,12 @@ def targets_at(T: FloatArray, measured: FloatArray) -> FloatArray:
     return np.asarray(np.nanmean(turned, axis=0))
 
 
-def _alternated(T: FloatArray, measured: FloatArray, R: FloatArray) -> Registration:
+def _alternated(T: FloatArray, measured: FloatArray, R: FloatArray, rounds: int) -> Registration:
     """Targets and shift from the rotation, then the rotation from them, in turns."""
     seen = np.asarray(np.isfinite(measured).all(-1))
     axes, origin = T[:, :3, :3], T[:, :3, 3]
     before = np.inf
-    for _ in range(_ROUNDS):
+    for _ in range(rounds):
         points = _targets(axes, origin, np.where(seen[..., None], measured @ R, 0), seen)
         placed = origin[:, None] + np.einsum("nij,mj->nmi", axes, points)
         a, b = measured[seen], placed[seen]
