@@ -43,7 +43,7 @@ COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {
     "field": lambda o: field.run(o.quick, o.arm),
     "general": general_arms.run,
     "platforms": lambda o: platform_modes.run(o.count, o.starts, o.seed),
-    "calibration": lambda o: calibrations.run(o.runs),
+    "calibration": lambda o: calibrations.run(o.runs, o.robots or ("ur5e",)),
     "tracker": lambda o: tracker_sets.run(tuple(o.robots) or tracker_sets.ARMS, o.seeds),
     "losses": lambda o: losses.run(o.arms, o.first, given=o.given),
     "mechanisms": lambda o: mechanism_branches.run(o.count, o.first),
@@ -115,6 +115,7 @@ def _parser() -> argparse.ArgumentParser:
     held.add_argument("--starts", type=int, default=platform_modes.STARTS, help="of the iteration")
     held.add_argument("--seed", type=int, default=0)
     drawn = commands.add_parser("calibration", help="identification of drawn arms")
+    drawn.add_argument("robots", nargs="*", help="names or descriptions; ur5e if none")
     drawn.add_argument("--runs", type=int, default=200, help="drawn arms of each kind")
     tracked = commands.add_parser("tracker", help="simulated sets of a laser tracker")
     tracked.add_argument("robots", nargs="*", help="names or descriptions")

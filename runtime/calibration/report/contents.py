@@ -58,7 +58,7 @@ def contents(found: Calibration, held_back: Mapping[str, float] | None = None) -
 
     Args:
         found: A calibration.
-        held_back: Median error of models on held-back configurations, in standard deviations.
+        held_back: Median error of models on held-back configurations [m].
     """
     before, after = lengths(found)
     used = found.used
@@ -72,8 +72,8 @@ def contents(found: Calibration, held_back: Mapping[str, float] | None = None) -
     )
     tables = [_of_targets(found, before, after)]
     if held_back:
-        rows = tuple((name, f"{error:.3g}") for name, error in held_back.items())
-        tables.append(Table("Held back, median error", ("model", "in standard deviations"), rows))
+        rows = tuple((name, f"{MM * error:.3f}") for name, error in held_back.items())
+        tables.append(Table("Held back, median error", ("model", "error [mm]"), rows))
     if strong := _correlated(found):
         tables.append(Table("Strong correlations", ("parameters", "", "r"), strong))
     return Contents(

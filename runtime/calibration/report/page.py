@@ -14,13 +14,14 @@ from .contents import Table, contents
 from .plots import parameter_plot, residual_plot
 
 _STYLE = """
-body { font: 10pt/1.35 sans-serif; color: #000; margin: 1.2em auto; max-width: 52em; }
+@page { size: A4; margin: 12mm }
+body { font: 9pt/1.3 sans-serif; color: #000; margin: 1.2em auto; max-width: 58em; }
 h1 { font-size: 14pt; margin: 0 0 .4em } h2 { font-size: 11pt; margin: .9em 0 .2em }
 p { margin: .2em 0 } table { border-collapse: collapse; font-size: 8pt }
 th, td { padding: .05em .6em; text-align: right; white-space: nowrap }
 th { border-bottom: 1px solid #000; font-weight: normal } th:first-child, td:first-child
-{ text-align: left } .plots { display: flex; flex-wrap: wrap; gap: 1em }
-.plots svg { width: 8.5cm; height: auto } .two { display: flex; flex-wrap: wrap; gap: 0 2em }
+{ text-align: left } .plots { display: flex; flex-wrap: wrap; gap: 1cm }
+.plots svg { width: 8cm; height: auto } .two { display: flex; flex-wrap: wrap; gap: 0 2em }
 """
 _COLUMNS = 2
 
@@ -30,7 +31,7 @@ def html_page(found: Calibration, held_back: Mapping[str, float] | None = None) 
 
     Args:
         found: A calibration.
-        held_back: Median error of models on held-back configurations, in standard deviations.
+        held_back: Median error of models on held-back configurations [m].
     """
     said = contents(found, held_back)
     parts = [

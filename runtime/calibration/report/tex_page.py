@@ -31,7 +31,7 @@ def tex_page(
     Args:
         found: A calibration.
         file: The LaTeX file to write; plots are called like it.
-        held_back: Median error of models on held-back configurations, in standard deviations.
+        held_back: Median error of models on held-back configurations [m].
     """
     path, said = Path(file), contents(found, held_back)
     names = []
