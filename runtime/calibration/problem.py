@@ -48,6 +48,10 @@ _ROUNDS = 12
 """Rounds of solving and of judging rows and noise; two or three suffice as a rule."""
 _STEP = 1e-12
 """Relative change of the sum of squares, and of variables, behind which only rounding is left."""
+_LEAST_NOISE = 1e-3
+"""Noise, in standard deviations that were stated, below that of any device."""
+_EVALUATIONS = 100
+"""Most evaluations of a solution: twenty suffice, and measurements without noise never settle."""
 _SAME_NOISE = 0.01
 """Change of the noise, in parts of it, that no longer moves a parameter by its uncertainty."""
 
@@ -223,6 +227,7 @@ class Problem:
             xtol=_STEP,
             ftol=_STEP,
             gtol=_STEP,
+            max_nfev=_EVALUATIONS,
         )
         return np.asarray(found.x)
 
@@ -241,7 +246,9 @@ class Problem:
         """Factor by which errors exceed their standard deviations, beside the noise before."""
         kept = used[self.observation.rows]
         e = self.errors(x)[kept]
-        return float(np.sqrt(e @ e / (len(e) - self._determined(x, kept, last))))
+        found = float(np.sqrt(e @ e / (len(e) - self._determined(x, kept, last))))
+        # Tolerances beside no noise at all would leave a singular matrix.
+        return max(found, _LEAST_NOISE) if self.known.any() else found
 
     def _determined(self, x: FloatArray, kept: BoolArray, noise: float) -> float:
         """Number of variables that the measurements determine, not their tolerances."""
