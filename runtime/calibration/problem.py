@@ -194,9 +194,10 @@ class Problem:
             InputValueError: There are fewer measurements than variables.
         """
         rows = self.observation.rows
-        if len(rows) + len(self.drawn()) <= len(self.x0):
+        count = len(self.x0) + len(self.redundant)
+        if len(rows) + len(self.drawn()) <= count:
             raise InputValueError(
-                f"identify: {len(rows)} measured numbers do not determine {len(self.x0)} "
+                f"identify: {len(rows)} measured numbers do not determine {count} "
                 "variables; measure more configurations, or vary fewer parameters"
             )
         used, noise = self.everything, 1.0

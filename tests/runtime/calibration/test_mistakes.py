@@ -89,8 +89,9 @@ def test_too_few_and_repeated_configurations(case):
     assert "only 5 of 40 configurations differ" in said
 
 
-def test_another_robot(case):
-    robot, q, points = case
-    random = np.random.default_rng(5)
-    result = found(robot, random.uniform(-1, 1, q.shape), points)
+def test_another_robot(loaded):
+    robot = loaded("ur5e")
+    truth, random = drawn(robot, 3, count=40), np.random.default_rng(5)
+    other = random.uniform(-1, 1, truth.q.shape)
+    result = found(robot, other, truth.positions(robot, truth.q))
     assert any("mm remain after the identification" in said for said in result.doubts)
