@@ -5,16 +5,13 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .observed.observations import Positions
 from .parameters import nominal
-
-if TYPE_CHECKING:
-    from .result import Calibration
+from .result import Calibration
 
 FloatArray = NDArray[np.float64]
 

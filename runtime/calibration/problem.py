@@ -31,6 +31,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputValueError, ShapeError
 from ..screws import inverse
+from .doubts import doubts
 from .identifiable import Redundancy, identifiable
 from .observed.observations import SMALL, Observation, Start
 from .parameters import chosen, deviations, nominal
@@ -210,7 +211,8 @@ class Problem:
                 x = self.solve(x, used, noise)
             if (used == before).all() and abs(noise - last) <= _SAME_NOISE * last:
                 break
-        return self._calibration(x, used, self.noise(x, used, noise))
+        found = self._calibration(x, used, self.noise(x, used, noise))
+        return replace(found, doubts=doubts(found))
 
     def solve(
         self, x: FloatArray, used: BoolArray, noise: float, *, robust: bool = False

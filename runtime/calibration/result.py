@@ -9,7 +9,6 @@ import numpy as np
 import scipy.stats
 from numpy.typing import ArrayLike, NDArray
 
-from .doubts import doubts
 from .identifiable import Redundancy
 from .observed.observations import Observation
 
@@ -40,6 +39,7 @@ class Calibration:
         observation: The measurements, with the frames that were found for them.
         q: (N, n) coordinates at which the tool was measured [rad or m].
         robot: The nominal robot.
+        doubts: What is doubtful of the result, a sentence each: exchanged targets, joints at rest.
     """
 
     names: tuple[str, ...]
@@ -57,6 +57,7 @@ class Calibration:
     observation: Observation
     q: FloatArray
     robot: Any
+    doubts: tuple[str, ...] = ()
 
     @property
     def before(self) -> float:
@@ -72,11 +73,6 @@ class Calibration:
     def outliers(self) -> tuple[str, ...]:
         """Labels of the rows that were left out."""
         return tuple(np.array(self.observation.labels)[~self.used].tolist())
-
-    @property
-    def doubts(self) -> tuple[str, ...]:
-        """What is doubtful of the result, a sentence each: exchanged targets, joints at rest ..."""
-        return doubts(self)
 
     @property
     def unknowns(self) -> FloatArray:
