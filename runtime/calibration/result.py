@@ -15,7 +15,7 @@ from .observed.observations import Observation
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-SHOWN = {"m": (1e3, "mm"), "rad": (1e3, "mrad"), "1": (1.0, ""), "m/rad": (1e3, "mm/rad")}
+SHOWN = {"m": (1e3, "mm"), "rad": (1e3, "mrad"), "1": (1e3, "‰"), "m/rad": (1e3, "mm/rad")}
 """Factor and unit in which a number of a unit is shown to people."""
 
 

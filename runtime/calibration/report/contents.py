@@ -127,7 +127,9 @@ def _of_parameters(found: Calibration) -> Table:
 
 
 def _correlated(found: Calibration) -> tuple[tuple[str, ...], ...]:
-    r = np.triu(found.correlations, 1)
+    base = {item.name for item in found.robot.geometry if item.part == "base"}
+    own = np.array([name not in base for name in found.names])
+    r = np.triu(found.correlations * np.outer(own, own), 1)
     order = np.argsort(-np.abs(r), axis=None)[:_LISTED]
     pairs = [np.unravel_index(k, r.shape) for k in order]
     return tuple(

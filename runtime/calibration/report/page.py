@@ -17,13 +17,13 @@ _STYLE = """
 @page { size: A4; margin: 12mm }
 body { font: 9pt/1.3 sans-serif; color: #000; margin: 1.2em auto; max-width: 58em; }
 h1 { font-size: 14pt; margin: 0 0 .4em } h2 { font-size: 11pt; margin: .9em 0 .2em }
-p { margin: .2em 0 } table { border-collapse: collapse; font-size: 8pt }
-th, td { padding: .05em .6em; text-align: right; white-space: nowrap }
+p { margin: .2em 0 } table { border-collapse: collapse; font-size: 7pt }
+th, td { padding: .02em .5em; text-align: right; white-space: nowrap }
 th { border-bottom: 1px solid #000; font-weight: normal } th:first-child, td:first-child
 { text-align: left } .plots { display: flex; flex-wrap: wrap; gap: 1cm }
 .plots svg { width: 8cm; height: auto } .two { display: flex; flex-wrap: wrap; gap: 0 2em }
 """
-_COLUMNS = 2
+_COLUMNS = 3
 
 
 def html_page(found: Calibration, held_back: Mapping[str, float] | None = None) -> str:

@@ -65,7 +65,7 @@ def parameter_plot(found: Calibration) -> Figure:
         capsize=2,
     )
     axes.axvline(0, color=_BLACK, lw=0.5)
-    names = [f"{found.names[k]} [{unit or '1'}]" for k, (_, unit) in zip(clear, shown, strict=True)]
+    names = [f"{found.names[k]} [{unit}]" for k, (_, unit) in zip(clear, shown, strict=True)]
     axes.set_yticks(np.arange(len(clear)), names)
     axes.set_xscale("symlog", linthresh=1.0)
     axes.set_xlabel("change from nominal, with 95 % interval", fontsize=_FONT)

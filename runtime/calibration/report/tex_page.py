@@ -11,11 +11,11 @@ from .page import split
 from .plots import parameter_plot, residual_plot
 
 _SPECIAL = {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}
-_SPECIAL |= {mark: f"\\{mark}" for mark in "&%$#_{}"} | {"±": r"$\pm$"}
+_SPECIAL |= {mark: f"\\{mark}" for mark in "&%$#_{}"} | {"±": r"$\pm$", "‰": r"\textperthousand{}"}
 _PREAMBLE = r"""\documentclass[9pt,a4paper]{extarticle}
 \usepackage[T1]{fontenc}
 \usepackage[utf8]{inputenc}
-\usepackage{lmodern}
+\usepackage{lmodern,textcomp}
 \usepackage[margin=15mm]{geometry}
 \usepackage{booktabs,graphicx}
 \setlength{\parindent}{0pt}
