@@ -7,6 +7,7 @@ import argparse
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from . import check, count, document
 from .accuracy import (
@@ -21,6 +22,7 @@ from .accuracy import (
     misses,
     planar_modes,
     platform_modes,
+    tracker_sets,
 )
 from .cases.poses import CASES
 from .measures import derivation, studies
@@ -45,11 +47,12 @@ COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {
     "general": general_arms.run,
     "platforms": lambda o: platform_modes.run(o.count, o.starts, o.seed),
     "planar": lambda o: planar_modes.run(o.count, o.starts, o.seed),
-    "calibration": lambda o: calibrations.run(o.runs),
     "displaced": lambda o: displaced_arms.run(
         range(o.first, o.first + o.draws), o.poses, o.singles
     ),
     "studies": lambda o: studies.run(o.samples),
+    "calibration": lambda o: calibrations.run(o.runs, o.robots or ("ur5e",)),
+    "tracker": lambda o: tracker_sets.run(tuple(o.robots) or tracker_sets.ARMS, o.seeds),
     "losses": lambda o: losses.run(o.arms, o.first, given=o.given),
     "mechanisms": lambda o: mechanism_branches.run(o.count, o.first),
     "loops": lambda o: loop_numbers.run(o.count),
@@ -123,13 +126,23 @@ def _parser() -> argparse.ArgumentParser:
     legs.add_argument("--count", type=int, default=planar_modes.COUNT, help="number of platforms")
     legs.add_argument("--starts", type=int, default=planar_modes.STARTS, help="of the iteration")
     legs.add_argument("--seed", type=int, default=0, help="of the first platform")
+    _add_sweeps(commands)
+    return parser
+
+
+def _add_sweeps(commands: Any) -> None:
+    """The commands that draw robots by their numbers."""
     drawn = commands.add_parser("calibration", help="identification of drawn arms")
+    drawn.add_argument("robots", nargs="*", help="names or descriptions; ur5e if none")
     drawn.add_argument("--runs", type=int, default=200, help="drawn arms of each kind")
     off = commands.add_parser("displaced", help="arms with random errors, judged and timed")
     for name, default in (("draws", 30), ("first", 0), ("poses", 10_000), ("singles", 1000)):
         off.add_argument(f"--{name}", type=int, default=default)
     studied = commands.add_parser("studies", help="workspaces and reach beside plain loops")
     studied.add_argument("--samples", type=int, default=10_000_000, help="postures of a workspace")
+    tracked = commands.add_parser("tracker", help="simulated sets of a laser tracker")
+    tracked.add_argument("robots", nargs="*", help="names or descriptions")
+    tracked.add_argument("--seeds", type=int, default=3, help="drawn arms of each robot")
     arms = commands.add_parser("losses", help="poses that inverses of random arms lose")
     arms.add_argument("--arms", type=int, default=ARMS, help="number of arms")
     arms.add_argument("--first", type=int, default=0, help="number of the first arm")
@@ -150,7 +163,6 @@ def _parser() -> argparse.ArgumentParser:
     robust.add_argument("folder", type=Path, help="more .toml and .urdf files; crashes are kept")
     for name, default in (("files", 5_000), ("derived", 50), ("arms", 500), ("seed", 0)):
         robust.add_argument(f"--{name}", type=int, default=default)
-    return parser
 
 
 if __name__ == "__main__":

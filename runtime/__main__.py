@@ -7,10 +7,11 @@ import os
 import sys
 import time
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from . import find_folder, load, robots
 from .contract.described import shelf
@@ -19,6 +20,9 @@ from .contract.library import build
 from .contract.manifest import read_manifest
 from .errors import ChaslesError
 from .robot import shipped_folders
+
+if TYPE_CHECKING:
+    from .calibration import Calibration
 
 _AT_ONCE = 2
 
@@ -64,8 +68,10 @@ def _parser() -> argparse.ArgumentParser:
         "--vary",
         action="append",
         metavar="PART",
-        help="parameters or parts of the model: axis (the default), joint, offset, transmission",
+        help="parameters or parts of the model: axis, joint, offset, transmission; without it, the "
+        "model that predicts held-back configurations best",
     )
+    calibrate.add_argument("--report", type=Path, help="report (.html or .tex) to write")
     calibrate.set_defaults(run=_calibrate)
     info = commands.add_parser("info", help="show the functions of a robot")
     info.add_argument("robot", help="name, folder or description")
@@ -92,14 +98,35 @@ def _calibrate(options: argparse.Namespace) -> int:
 
     robot = load(options.robot, parametric=True)
     q, observation = calibration.read_measurements(options.measurements, robot)
-    found = calibration.identify(robot, q, observation, vary=options.vary or ("axis",))
+    held_back: Mapping[str, float] = {}
+    if options.vary:
+        found = calibration.identify(robot, q, observation, vary=options.vary)
+    else:
+        # A robot file has no gains and waves of drives.
+        models = [m for m in calibration.MODELS if not (options.to and "transmission" in m.vary)]
+        chosen = calibration.best_model(robot, q, observation, models=tuple(models))
+        found, held_back = chosen.calibration, chosen.errors
+        print(f"model: {chosen.model.name}")
     print(found)
+    if options.report:
+        _write_report(found, options.report, held_back)
     if options.to:
         source = f"{robot.source}; identified from {options.measurements.name}"
         text = calibration.robot_file(robot, found.p, options.to.stem, source)
         options.to.write_text(text, encoding="utf-8")
         print(f"\nwritten: {options.to}")
     return 0
+
+
+def _write_report(found: Calibration, file: Path, held_back: Mapping[str, float]) -> None:
+    # Matplotlib is an extra, and takes a second to import.
+    from .calibration import report  # noqa: PLC0415
+
+    if file.suffix == ".tex":
+        report.tex_page(found, file, held_back)
+    else:
+        file.write_text(report.html_page(found, held_back), encoding="utf-8")
+    print(f"\nwritten: {file}")
 
 
 @dataclass(frozen=True)

@@ -9,25 +9,34 @@ It needs SciPy, `pip install 'chasles[calibration]'`.
 """
 
 from .calibrated_file import robot_file
-from .contacts import Distances, PlaneContacts
 from .design import Design, design
-from .identify import cross_validated, identify
-from .measurement_table import Measured, read_measurements
-from .observations import Observation, Poses, Positions
+from .identify import identify
+from .model_choice import MODELS, Chosen, Model, best_model, cross_validated
+from .observed.circles import Axis, Circles
+from .observed.contacts import Distances, PlaneContacts, SphereContacts
+from .observed.measurement_table import Measured, read_measurements
+from .observed.observations import Observation, Poses, Positions
 from .result import Calibration
 from .tool_errors import FirstOrder, MonteCarlo, random_arms, tool_errors
 
 __all__ = [
+    "MODELS",
+    "Axis",
     "Calibration",
+    "Chosen",
+    "Circles",
     "Design",
     "Distances",
     "FirstOrder",
     "Measured",
+    "Model",
     "MonteCarlo",
     "Observation",
     "PlaneContacts",
     "Poses",
     "Positions",
+    "SphereContacts",
+    "best_model",
     "cross_validated",
     "design",
     "identify",

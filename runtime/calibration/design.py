@@ -21,8 +21,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputValueError
-from .identify import problem_at
-from .observations import SMALL, Observation, Poses, Positions
+from .observed.observations import SMALL, Observation, Poses, Positions, Start
+from .problem import problem_at
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -138,7 +138,7 @@ def _derivatives(
         if isinstance(one, tuple):
             raise InputValueError("design: positions need one standard deviation (metre)")
         observation, unknowns = Positions(np.zeros((len(q), *points.shape)), one), points.ravel()
-    problem = problem_at(robot, q, observation, np.eye(4), unknowns, vary)
+    problem = problem_at(robot, q, Start(np.eye(4), unknowns, observation, 0.0), vary)
     B = problem.derivative(problem.x0) * SMALL
     tool = robot.identification_jacobian(q, problem.held)[:, :3, problem.sought] * SMALL
     beside = np.zeros((len(q), 3, len(unknowns)))

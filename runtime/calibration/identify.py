@@ -1,45 +1,26 @@
 """Identification: the parameters of a robot from measurements of its tool.
 
-The sum of squares of the errors, each divided by its standard deviation, is least at the sought
-parameters and unknowns. Levenberg and Marquardt's iteration takes the exact derivative, which the
-robot's generated identification Jacobian gives. Variables count in parts of 1 mm and 1 mrad.
-
-Source:
-    J. M. Hollerbach, W. Khalil, M. Gautier, Model identification, Springer Handbook of Robotics,
-    chapter 6; A. Joubair, I. A. Bonev, Non-kinematic calibration of a six-axis serial robot using
-    planar constraints, Precision Engineering 40 (2015), for scaling.
+Frames and unknowns are found from the nominal robot in closed form (`observed/frames.py`), wrong
+input is refused (`mistakes.py`), and the least sum of squares is sought from there (`problem.py`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import scipy.optimize
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import InputValueError, ShapeError
-from .doubts import check_units
-from .identifiable import Redundancy, identifiable
-from .observations import SMALL, Observation
+from ..errors import ShapeError
+from .mistakes import check_input, check_result
+from .observed.observations import Observation, Start
+from .parameters import nominal
+from .problem import OUTLYING, problem_at, problem_nearby
 from .result import Calibration
 
 FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-
-OUTLYING = 5.0
-"""Errors of a row, in robust standard deviations, from which on the row counts as an outlier."""
-NEARNESS = 1e-2
-"""Error that 1 mm or 1 mrad off the design counts as, in standard deviations: far below the noise,
-and enough to decide between parameters of the same effect."""
-NEARBY = 1e-6
-"""Relative step at which a robot explains the measurements well enough to tell parameters apart."""
-MOST = 50
-"""Evaluations on the way there."""
-_CONSISTENT = 1.4826
-"""Median absolute deviation to standard deviation of a normal distribution."""
 
 
 def identify(
@@ -48,8 +29,10 @@ def identify(
     observation: Observation,
     *,
     vary: Collection[str] = ("axis",),
+    tolerances: Mapping[str, float] | None = None,
     robust: bool = True,
     T_W_base: ArrayLike | None = None,
+    weights: ArrayLike | None = None,
 ) -> Calibration:
     """The parameters with which a robot explains measurements best.
 
@@ -58,244 +41,67 @@ def identify(
         q: (N, n) coordinates at which the tool was measured [rad or m].
         observation: The measurements.
         vary: Parameters that may differ from nominal: names, or parts of the model ("joint",
-            "offset", "axis", "transmission", "compliance", "base", "tool"). The default, with the
-            tool's corrections where poses are measured, is complete and minimal for every robot.
-            Without "axis" the corrections of the base are added.
+            "offset", "axis", "transmission", "compliance", "loop", "base", "tool"). The default,
+            with the tool's corrections where poses are measured, is complete and minimal for every
+            serial robot; in loops it holds the ends of rods too. Without "axis", with tolerances
+            and for robots with loops, the corrections of the base are added.
+        tolerances: Standard deviations of parameters about their nominal values [m, rad, 1] by
+            name, part or unit, as in :func:`~chasles.calibration.tool_errors`. Measurements that
+            say little of a parameter leave it near its nominal value.
         T_W_base: (4, 4) the base frame in the device's, where it is known; it is found otherwise.
         robust: Whether rows that contradict the others are left out and named.
+        weights: (N,) weight of each configuration; 4 halves its standard deviations.
 
     Raises:
         ShapeError: q does not fit the robot.
-        InputValueError: There are fewer measurements than variables, or an unknown name in vary.
+        InputValueError: There are fewer measurements than variables, an unknown name in vary, or a
+            mistake in units, signs or columns with whose correction the measurements fit.
     """
+    start = located(robot, q, observation, T_W_base)
     at = np.asarray(q, dtype=np.float64)
-    if at.shape[1:] != (robot.n,):
-        raise ShapeError(f"identify: q must have shape (N, {robot.n}), got {at.shape}")
-    nominal = np.array([parameter.value for parameter in robot.geometry])
-    check_units(robot, at, nominal, observation)
-    start = observation.start(robot.fk_p(at, nominal))
-    frame = start.T_W_base if T_W_base is None else np.asarray(T_W_base, dtype=np.float64)
-    problem = problem_at(robot, at, start.observation, frame, start.unknowns, vary)
-    if len(problem.observation.rows) <= len(problem.x0):
-        raise InputValueError(
-            f"identify: {len(problem.observation.rows)} measured numbers do not determine "
-            f"{len(problem.x0)} variables; measure more configurations, or vary fewer parameters"
-        )
-    before = problem.errors(problem.x0)
+    problem = problem_at(robot, at, start, vary, tolerances)
+    counts = np.ones(len(at)) if weights is None else np.asarray(weights, dtype=np.float64)
+    before = problem.weighted(counts).errors(problem.x0)
     if robot.kind != "serial":
-        problem = problem.told_apart_nearby(vary, robust=robust)
-    x = problem.solve(problem.x0, problem.everything, robust=robust)
-    used = problem.everything
-    if robust:
-        used = problem.within(x)
-        x = problem.solve(x, used)
-        used = problem.within(x)
-        x = problem.solve(x, used)
-    found = problem.calibration(x, used)
-    return replace(found, before=_rms(before[used[problem.observation.rows]]))
+        problem = problem_nearby(robot, at, start, vary, tolerances, robust=robust)
+    solved = problem.weighted(counts).solved(problem.x0, robust=robust)
+    found = replace(solved, nominal_errors=before)
+    check_result(found, tuple(vary))
+    return found
 
 
-def problem_at(
-    robot: Any,
-    q: FloatArray,
-    observation: Observation,
-    T_W_base: FloatArray,
-    unknowns: FloatArray,
-    vary: Collection[str],
-    p: FloatArray | None = None,
-) -> Problem:
-    """The variables that measurements tell apart, at the nominal robot or at another geometry.
+def located(
+    robot: Any, q: ArrayLike, observation: Observation, T_W_base: ArrayLike | None = None
+) -> Start:
+    """Frames and unknowns from the nominal robot, with units checked.
 
     Args:
         robot: A robot with parametric functions.
         q: (N, n) coordinates [rad or m].
         observation: The measurements.
-        T_W_base: (4, 4) the base frame in the device's.
-        unknowns: Values of the observation's unknowns [m].
-        vary: As in :func:`identify`.
-        p: The geometry; parameters that are not told apart keep its values.
-    """
-    held = np.array([parameter.value for parameter in robot.geometry]) if p is None else p
-    candidates = _candidates(robot, vary, observation)
-    x0 = np.concatenate([held[candidates], unknowns])
-    whole = Problem(robot, q, observation, T_W_base, held, candidates, x0, ())
-    J = whole.derivative(x0) * SMALL
-    n = len(candidates)
-    chosen, redundant = identifiable(J[:, n:], J[:, :n], whole.names[:n], observation.unknowns)
-    x0 = np.concatenate([held[candidates[chosen]], unknowns])
-    return replace(whole, sought=candidates[chosen], x0=x0, redundant=redundant)
+        T_W_base: (4, 4) the base frame in the device's, where it is known.
 
-
-@dataclass(frozen=True, eq=False)
-class Problem:
-    """The variables x and the errors: x holds identified parameters, then unknowns.
-
-    Attributes:
-        robot: The robot.
-        q: (N, n) coordinates.
-        observation: The measurements.
-        T_W_base: (4, 4) base frame in the device's.
-        held: The geometry of which the sought parameters are a part.
-        sought: Indices of the identified parameters in it.
-        x0: Start of x.
-        redundant: Parameters that are not told apart.
-    """
-
-    robot: Any
-    q: FloatArray
-    observation: Observation
-    T_W_base: FloatArray
-    held: FloatArray
-    sought: NDArray[np.intp]
-    x0: FloatArray
-    redundant: tuple[Redundancy, ...]
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the variables."""
-        own = (self.robot.geometry[k].name for k in self.sought)
-        return (*own, *self.observation.unknowns)
-
-    @property
-    def everything(self) -> BoolArray:
-        """All rows."""
-        return np.ones(len(self.observation.labels), dtype=bool)
-
-    def geometry(self, x: FloatArray) -> FloatArray:
-        """The robot's geometry at variables x."""
-        p = self.held.copy()
-        p[self.sought] = x[: len(self.sought)]
-        return p
-
-    def told_apart_nearby(self, vary: Collection[str], *, robust: bool) -> Problem:
-        """The variables that are told apart at a robot that explains the measurements.
-
-        A design may hide what its robots show: the rods of a delta are parallel in the design
-        alone. So all candidates are sought first; where some have the same effect, they share it.
-        """
-        sought = _candidates(self.robot, vary, self.observation)
-        x0 = np.concatenate([self.held[sought], self.x0[len(self.sought) :]])
-        whole, nearness = replace(self, sought=sought, x0=x0), NEARNESS / SMALL
-        found = scipy.optimize.least_squares(
-            lambda x: np.concatenate([whole.errors(x), nearness * (x - x0)]),
-            x0,
-            jac=lambda x: np.concatenate([whole.derivative(x), nearness * np.eye(len(x))]),
-            x_scale=SMALL,
-            loss="cauchy" if robust else "linear",
-            f_scale=self.spread(self.x0) if robust else 1.0,
-            xtol=NEARBY,
-            max_nfev=MOST,
-        )
-        x, parts = found.x, (self.robot, self.q, self.observation, self.T_W_base)
-        return problem_at(*parts, x[len(sought) :], vary, whole.geometry(x))
-
-    def errors(self, x: FloatArray) -> FloatArray:
-        """All errors."""
-        T = self.T_W_base @ self.robot.fk_p(self.q, self.geometry(x))
-        return self.observation.errors(T, x[len(self.sought) :])
-
-    def derivative(self, x: FloatArray) -> FloatArray:
-        """(M, k) derivative of all errors by x."""
-        p = self.geometry(x)
-        T = self.T_W_base @ self.robot.fk_p(self.q, p)
-        J = self.robot.identification_jacobian(self.q, p)[..., self.sought]
-        R = self.T_W_base[:3, :3]
-        J = np.concatenate([R @ J[:, :3], R @ J[:, 3:]], 1)
-        return np.concatenate(self.observation.derivatives(T, J, x[len(self.sought) :]), 1)
-
-    def solve(self, x: FloatArray, used: BoolArray, *, robust: bool = False) -> FloatArray:
-        """The least sum of squares over some rows, or of a loss that outliers do not govern."""
-        chosen = used[self.observation.rows]
-        found = scipy.optimize.least_squares(
-            lambda y: self.errors(y)[chosen],
-            x,
-            jac=lambda y: self.derivative(y)[chosen],
-            x_scale=SMALL,
-            loss="cauchy" if robust else "linear",
-            f_scale=self.spread(x) if robust else 1.0,
-            method="trf",
-            xtol=1e-14,
-            ftol=1e-14,
-            gtol=1e-14,
-        )
-        return np.asarray(found.x)
-
-    def spread(self, x: FloatArray) -> float:
-        """A standard deviation of the errors that outliers do not govern."""
-        return float(_CONSISTENT * np.median(np.abs(self.errors(x))))
-
-    def within(self, x: FloatArray) -> BoolArray:
-        """Which rows agree with the others."""
-        e, rows = self.errors(x), self.observation.rows
-        largest = np.zeros(len(self.observation.labels))
-        np.maximum.at(largest, rows, np.abs(e))
-        return largest <= OUTLYING * self.spread(x)
-
-    def calibration(self, x: FloatArray, used: BoolArray) -> Calibration:
-        """The result at the variables found."""
-        chosen = used[self.observation.rows]
-        e, J = self.errors(x)[chosen], self.derivative(x)[chosen] * SMALL
-        freedoms = len(e) - len(x)
-        noise = float(np.sqrt(e @ e / freedoms))
-        covariance = np.asarray(np.linalg.inv(J.T @ J) * (SMALL * noise) ** 2)
-        own = [self.robot.geometry[k].value for k in self.sought]
-        nominal = np.concatenate([own, np.zeros(len(x) - len(self.sought))])
-        return Calibration(
-            self.names,
-            x,
-            x - nominal,
-            covariance,
-            self.geometry(x),
-            self.redundant,
-            self.T_W_base,
-            _rms(self.errors(self.x0)[chosen]),
-            _rms(e),
-            noise,
-            tuple(np.array(self.observation.labels)[~used].tolist()),
-            freedoms,
-            self.observation,
-            self.robot,
-        )
-
-
-def _candidates(robot: Any, vary: Collection[str], observation: Observation) -> NDArray[np.intp]:
-    # The device's frame is never known exactly: axes that shift contain it, else the base does.
-    frame = set() if "axis" in vary and robot.kind == "serial" else {"base"}
-    wanted = set(vary) | frame | ({"tool"} if observation.fixes_tool else set())
-    known = {word for item in robot.geometry for word in (item.name, item.part)}
-    # Pins at the ends of rods are axes, too.
-    wanted |= {"loop"} & known if "axis" in vary else set()
-    # Platforms on cylinders have no joints whose axes could be off.
-    if unknown := sorted(wanted - known - {"axis"}):
-        raise InputValueError(f"identify: {robot.name} has no parameter {', '.join(unknown)}")
-    found = [k for k, item in enumerate(robot.geometry) if {item.name, item.part} & wanted]
-    return np.array(found, dtype=np.intp)
-
-
-def _rms(errors: FloatArray) -> float:
-    return float(np.sqrt(np.mean(errors**2)))
-
-
-def cross_validated(
-    robot: Any, q: ArrayLike, observation: Observation, folds: int = 6, **options: Any
-) -> FloatArray:
-    """Errors of each configuration when the robot is identified from the others.
-
-    Args:
-        robot: As in :func:`identify`.
-        q: As in :func:`identify`.
-        observation: As in :func:`identify`.
-        folds: Number of parts, each of which is held back once; every folds-th configuration.
-        options: Further arguments of :func:`identify`.
-
-    Returns:
-        The errors, part by part, in standard deviations.
+    Raises:
+        ShapeError: q does not fit the robot.
+        InputValueError: Units are wrong.
     """
     at = np.asarray(q, dtype=np.float64)
-    every = np.arange(len(at))
-    errors = []
-    for fold in range(folds):
-        others, held = every[every % folds != fold], every[every % folds == fold]
-        found = identify(robot, at[others], observation.at(others), **options)
-        errors.append(found.held_back(at[held], observation.at(held)))
-    return np.concatenate(errors)
+    if at.shape[1:] != (robot.n,):
+        raise ShapeError(f"identify: q must have shape (N, {robot.n}), got {at.shape}")
+    start = _without_outliers(observation.start(T := robot.fk_p(at, nominal(robot))), T)
+    check_input(robot, at, nominal(robot), observation, start.misfit)
+    if T_W_base is None:
+        return start
+    return start._replace(T_W_base=np.asarray(T_W_base, dtype=np.float64))
+
+
+def _without_outliers(start: Start, T: FloatArray) -> Start:
+    """The start from configurations that agree: one wrong row moves the frame of all."""
+    measured = start.observation
+    sizes = measured.lengths(measured.errors(start.T_W_base @ T, start.unknowns))
+    wrong = measured.configurations[sizes > OUTLYING * np.median(sizes)]
+    right = np.setdiff1d(np.arange(len(T)), wrong)
+    if not len(wrong) or 2 * len(right) < len(T):
+        return start
+    found = measured.at(right).start(T[right])
+    return found._replace(observation=measured.placed_as(found.observation))

@@ -10,11 +10,13 @@ import scipy.stats
 from numpy.typing import ArrayLike, NDArray
 
 from .identifiable import Redundancy
-from .observations import Observation
+from .observed.observations import Observation
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 
-_SHOWN = {"m": (1e3, "mm"), "rad": (1e3, "mrad"), "1": (1.0, ""), "m/rad": (1e3, "mm/rad")}
+SHOWN = {"m": (1e3, "mm"), "rad": (1e3, "mrad"), "1": (1e3, "‰"), "m/rad": (1e3, "mm/rad")}
+"""Factor and unit in which a number of a unit is shown to people."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,13 +31,15 @@ class Calibration:
         p: The whole vector of the robot's geometry.
         redundant: The parameters that the measurements do not tell apart; they kept their values.
         T_W_base: (4, 4) the base frame in the measuring device's.
-        before: Root mean square error of the nominal robot, in standard deviations.
-        after: The same of the calibrated robot.
+        nominal_errors: (M,) errors of the nominal robot, in standard deviations.
+        errors: (M,) errors of the calibrated robot.
+        used: (rows,) whether a row took part; the others contradict it.
         noise: Factor by which the errors exceed the standard deviations that were stated.
-        outliers: Labels of the rows that were left out.
         freedoms: Measured numbers beyond those that determine the variables.
         observation: The measurements, with the frames that were found for them.
+        q: (N, n) coordinates at which the tool was measured [rad or m].
         robot: The nominal robot.
+        doubts: What is doubtful of the result, a sentence each: exchanged targets, joints at rest.
     """
 
     names: tuple[str, ...]
@@ -45,13 +49,30 @@ class Calibration:
     p: FloatArray
     redundant: tuple[Redundancy, ...]
     T_W_base: FloatArray
-    before: float
-    after: float
+    nominal_errors: FloatArray
+    errors: FloatArray
+    used: BoolArray
     noise: float
-    outliers: tuple[str, ...]
     freedoms: int
     observation: Observation
+    q: FloatArray
     robot: Any
+    doubts: tuple[str, ...] = ()
+
+    @property
+    def before(self) -> float:
+        """Root mean square error of the nominal robot, in standard deviations."""
+        return _rms(self.nominal_errors[self.used[self.observation.rows]])
+
+    @property
+    def after(self) -> float:
+        """Root mean square error of the calibrated robot, in standard deviations."""
+        return _rms(self.errors[self.used[self.observation.rows]])
+
+    @property
+    def outliers(self) -> tuple[str, ...]:
+        """Labels of the rows that were left out."""
+        return tuple(np.array(self.observation.labels)[~self.used].tolist())
 
     @property
     def unknowns(self) -> FloatArray:
@@ -93,6 +114,10 @@ class Calibration:
         return np.asarray(self.covariance / np.outer(self.std, self.std))
 
 
+def _rms(errors: FloatArray) -> float:
+    return float(np.sqrt(np.mean(errors**2)))
+
+
 def _report(found: Calibration) -> str:
     """Errors before and after, parameters with their 95 % intervals, and what was left out.
 
@@ -111,9 +136,10 @@ def _report(found: Calibration) -> str:
     reach = (found.intervals[:, 1] - found.intervals[:, 0]) / 2
     rows = zip(found.names, found.values, found.deviations, reach, strict=True)
     for name, value, deviation, half in rows:
-        factor, unit = _SHOWN[units.get(name, "m")]
+        factor, unit = SHOWN[units.get(name, "m")]
         nominal, change, half_width = (factor * x for x in (value - deviation, deviation, half))
         lines.append(f"{name:<28}{nominal:12.4f}{change:+12.4f}{half_width:10.4f} {unit}")
     lines += ["", *(f"held at nominal: {item}" for item in found.redundant)]
     lines += [f"left out: {label}" for label in found.outliers]
+    lines += [f"doubtful: {sentence}" for sentence in found.doubts]
     return "\n".join(lines).rstrip()

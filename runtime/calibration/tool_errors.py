@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import InputValueError
+from .parameters import deviations, nominal
 
 FloatArray = NDArray[np.float64]
 
@@ -83,8 +83,8 @@ def tool_errors(robot: Any, q: ArrayLike, tolerances: Mapping[str, float]) -> Fi
     Raises:
         InputValueError: A name is neither a parameter, a part nor a unit.
     """
-    sigma = _deviations(robot, tolerances)
-    J = robot.identification_jacobian(q, _nominal(robot)) * sigma
+    sigma = deviations(robot, tolerances)
+    J = robot.identification_jacobian(q, nominal(robot)) * sigma
     covariance = J @ J.swapaxes(-1, -2)
     squares = (J[..., :3, :] ** 2).sum(-2)
     effects = np.sqrt(squares.reshape(-1, len(sigma)).mean(0))
@@ -108,42 +108,22 @@ def random_arms(
     Raises:
         InputValueError: A name is neither a parameter, a part nor a unit.
     """
-    sigma, nominal = _deviations(robot, tolerances), _nominal(robot)
+    sigma, centre = deviations(robot, tolerances), nominal(robot)
     random = np.random.default_rng(seed)
     at = np.asarray(q, dtype=np.float64)
     along, angle = np.empty((samples, 3)), np.empty(samples)
     used = np.flatnonzero(sigma)
-    p = np.tile(nominal, (min(samples, _AT_ONCE), 1))
+    p = np.tile(centre, (min(samples, _AT_ONCE), 1))
     for first in range(0, samples, _AT_ONCE):
         part = slice(first, min(first + _AT_ONCE, samples))
         count = part.stop - first
         drawn = random.standard_normal((len(used), count))
         for row, k in zip(drawn, used, strict=True):
-            p[:count, k] = nominal[k] + sigma[k] * row
+            p[:count, k] = centre[k] + sigma[k] * row
         here = at if at.ndim == 1 else at[part]
-        T, true = robot.fk_p(here, p[:count], threads="all"), robot.fk_p(here, nominal)
+        T, true = robot.fk_p(here, p[:count], threads="all"), robot.fk_p(here, centre)
         along[part] = T[:, :3, 3] - true[..., :3, 3]
         # |R - R'| = 2 sqrt(2) sin(angle / 2)
         apart = np.linalg.norm((T - true)[:, :3, :3], axis=(-2, -1))
         angle[part] = 2 * np.arcsin(np.minimum(apart / math.sqrt(8), 1))
     return MonteCarlo(along, np.linalg.norm(along, axis=-1), angle)
-
-
-def _nominal(robot: Any) -> FloatArray:
-    return np.array([parameter.value for parameter in robot.geometry])
-
-
-def _deviations(robot: Any, tolerances: Mapping[str, float]) -> FloatArray:
-    """(p,) standard deviation of each parameter; 0 of those without a tolerance."""
-    words = {word for item in robot.geometry for word in (item.name, item.part, item.unit)}
-    if unknown := sorted(tolerances.keys() - words):
-        raise InputValueError(
-            f"{robot.name} has no parameter, part or unit {', '.join(unknown)}; robot.geometry "
-            "lists them"
-        )
-    return np.array(
-        [
-            next((tolerances[w] for w in (g.name, g.part, g.unit) if w in tolerances), 0.0)
-            for g in robot.geometry
-        ]
-    )

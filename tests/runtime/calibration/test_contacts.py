@@ -5,7 +5,14 @@ import pytest
 from numpy.testing import assert_allclose
 
 from chasles import screws
-from chasles.calibration import Distances, PlaneContacts, Poses, Positions, identify
+from chasles.calibration import (
+    Distances,
+    PlaneContacts,
+    Poses,
+    Positions,
+    SphereContacts,
+    identify,
+)
 
 NOISE = 2e-5
 RANDOM = np.random.default_rng(7)
@@ -13,6 +20,7 @@ POSES = screws.exp(RANDOM.normal(size=(5, 6)))
 OBSERVATIONS = {
     "positions": (Positions(RANDOM.normal(size=(5, 2, 3)), 0.1), RANDOM.normal(size=6)),
     "distances": (Distances(RANDOM.uniform(1, 2, 5), 0.1), RANDOM.normal(size=6)),
+    "sphere": (SphereContacts(RANDOM.normal(size=5), 0.1), RANDOM.normal(size=7)),
     "plane": (PlaneContacts(RANDOM.normal(size=5), 0.1, (0.6, 0.0, 0.8)), RANDOM.normal(size=6)),
     "poses": (
         Poses(POSES @ np.linalg.inv(screws.exp([0.1, 0.2, 0.3, 1, 0, 0.5])), (0.1, 0.2)),
@@ -61,6 +69,32 @@ def test_a_ball_bar(arm, truth):
     assert found.redundant
     held = random.uniform(-2.5, 2.5, (500, 6))
     assert np.sqrt(np.mean(found.held_back(held, Distances(measured(held), NOISE)) ** 2)) < 1
+
+
+def test_contacts_with_a_sphere_of_unknown_radius(arm, truth):
+    random = np.random.default_rng(2)
+    target, centre, radius = np.array([0.05, 0.02, 0.1, 1]), np.array([0.4, 0.2, 0.1]), 0.3
+
+    def apart(q):
+        return (arm.fk_p(q, truth.p) @ target)[:, :3] - centre
+
+    q = random.uniform(-2.5, 2.5, (600, 6))
+    for _ in range(30):
+        line = apart(q)
+        distance = np.linalg.norm(line, axis=-1)
+        twist = arm.jacobian_p(q, truth.p)
+        lever = line + centre - arm.fk_p(q, truth.p)[:, :3, 3]
+        v = twist[:, :3] + np.cross(twist[:, 3:], lever[:, :, None], axis=1)
+        slope = np.einsum("ni,nij->nj", line / distance[:, None], v)
+        step = slope * ((distance - radius) / (slope**2).sum(-1))[:, None]
+        q -= np.clip(step, -0.3, 0.3)
+    q = q[np.abs(np.linalg.norm(apart(q), axis=-1) - radius) < 1e-9][:300]
+    assert len(q) == 300
+    measured = SphereContacts(NOISE * random.normal(size=len(q)), NOISE)
+    found = identify(arm, q, measured)
+    assert found.before > 5
+    assert 0.8 < found.noise < 1.2
+    assert any("radius" in dict(item.combination) for item in found.redundant)
 
 
 def test_contacts_with_a_plane(arm, truth):

@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 
 from chasles import screws
 from chasles.calibration import Poses, Positions, cross_validated, identify
-from chasles.calibration.frames import register_points
+from chasles.calibration.observed.frames import register_points
 from chasles.errors import InputValueError, ShapeError
 
 NOISE = 2e-5, 5e-5

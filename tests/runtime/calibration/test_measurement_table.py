@@ -99,6 +99,61 @@ def test_what_is_wrong_is_said(arm, write, change, message):
         read_measurements(write(header, rows), arm)
 
 
+POINTS = np.random.default_rng(3).normal(size=(5, 2, 3))
+TARGET = [f"{axis}{j} [mm]" for j in (1, 2) for axis in "xyz"]
+HEADERS = {
+    "units behind underscores": (
+        [f"q{k}_deg" for k in range(1, 7)],
+        [t[:2] + "_mm" for t in TARGET],
+    ),
+    "theta": ([f"theta{k} (deg)" for k in range(1, 7)], [f"{t[0]}_{t[1]} (mm)" for t in TARGET]),
+    "points": ([f"Joint {k} [deg]" for k in range(1, 7)], [f"P{t[1]}_{t[0]} [mm]" for t in TARGET]),
+    "targets": ([f"J{k} [°]" for k in range(1, 7)], [f"target_{t[1]}_{t[0]}_mm" for t in TARGET]),
+    "from zero": ([f"q{k} deg" for k in range(6)], [f"{t[0].upper()}{t[1]} mm" for t in TARGET]),
+}
+
+
+@pytest.mark.parametrize("style", HEADERS)
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+def test_headers_of_other_programs_in_any_order(arm, tmp_path, style, separator):
+    joints, targets = HEADERS[style]
+    header = ["id", *targets, *reversed(joints)]
+    lines = ["# a tracker", "", separator.join(header)]
+    for k in range(5):
+        numbers = [k + 1, *1e3 * POINTS[k].ravel(), *np.degrees(Q[k])[::-1]]
+        cells = [repr(float(number)) for number in numbers]
+        if k == 3:
+            cells[4:7] = ["", "NaN", "-"]
+        text = separator.join(cells)
+        lines += [text if separator == "," else text.replace(".", ","), separator * 12]
+    path = tmp_path / "measured.csv"
+    path.write_text("\ufeff" + "\r\n".join(lines), encoding="utf-8")
+    q, found = read_measurements(path, arm)
+    assert_allclose(q, Q, atol=1e-14)
+    expected = POINTS.copy()
+    expected[3, 1] = np.nan
+    assert_allclose(found.points, expected, atol=1e-14)
+
+
+def test_a_row_a_target_in_any_order(arm, write):
+    rows = [
+        [name, *np.degrees(q), *y]
+        for j, name in enumerate("AB")
+        for q, y in zip(Q, POINTS[:, j], strict=True)
+    ]
+    again = ["A", *np.degrees(Q[2]), 1.0, 2.0, 3.0]
+    header = ["Marker", *HEADER, "x [m]", "y [m]", "z [m]"]
+    q, found = read_measurements(write(header, [*rows, again]), arm)
+    assert_allclose(q, [*Q, Q[2]], atol=1e-14)
+    assert_allclose(found.points[:5], POINTS, atol=0)
+    assert_allclose(found.points[5], [[1, 2, 3], [np.nan] * 3])
+
+
+def test_a_header_alone(arm, write):
+    with pytest.raises(InputValueError, match="a header and no rows"):
+        read_measurements(write([*HEADER, "x [m]", "y [m]", "z [m]"], []), arm)
+
+
 def test_an_empty_file(arm, tmp_path):
     path = tmp_path / "empty.csv"
     path.write_text("")

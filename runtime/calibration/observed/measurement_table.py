@@ -1,4 +1,4 @@
-"""Measurements from a table of comma-separated values whose header states the units.
+"""Measurements from a table whose header states the units.
 
     q1 [deg], ..., q6 [deg], x [mm], y [mm], z [mm]                       one target
     q1 [deg], ..., q6 [deg], x1 [mm], y1 [mm], z1 [mm], x2 [mm], ...      several targets
@@ -6,9 +6,13 @@
     q1 [deg], ..., q6 [deg], x [mm], y [mm], z [mm], rx [deg], ry [deg], rz [deg]
     q1 [deg], ..., q6 [deg], x [mm], y [mm], z [mm], qw, qx, qy, qz
 
-Coordinates are called by the robot's names or q1, q2 and so on. The fourth form gives poses by
-rotation vectors, or by `roll`, `pitch` and `yaw`; the fifth by quaternions. Empty cells of a
-position mean that the target was not seen. Other columns are left out.
+Commas, semicolons or tabs separate the columns, which stand in any order. Coordinates are called by
+the robot's names, or q, theta, joint, axis, j or a and a number; coordinates of several targets x1,
+x_1, p1_x, target_1_x and so on. A unit stands in brackets, or behind an underscore or a space:
+"q1 [deg]", "q1_deg", "theta1 (deg)", "x mm". The fourth form gives poses by rotation vectors, or by
+`roll`, `pitch` and `yaw`; the fifth by quaternions. Empty cells of a position mean that the target
+was not seen. Blank lines, and lines that start with "#" or "%", are left out; so are other columns.
+With semicolons or tabs a decimal may be a comma.
 """
 
 from __future__ import annotations
@@ -16,6 +20,7 @@ from __future__ import annotations
 import csv
 import math
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -23,8 +28,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import screws
-from ..errors import InputValueError
+from ... import screws
+from ...errors import InputValueError
 from .observations import Observation, Poses, Positions
 
 FloatArray = NDArray[np.float64]
@@ -44,6 +49,16 @@ _AXES = ("x", "y", "z")
 _TURNS = (("rx", "ry", "rz"), ("roll", "pitch", "yaw"))
 _QUATERNION = ("qw", "qx", "qy", "qz")
 _HEADING = re.compile(r"\s*([^\[\](]+?)\s*(?:[\[(]\s*([^\])]+?)\s*[\])])?\s*")
+_SUFFIX = re.compile(rf"(.+?)[_ ]({'|'.join(UNITS)})")
+_JOINT = re.compile(r"(?:q|theta|joint|axis|j|a)[_ ]?(\d+)")
+_TARGET = (
+    re.compile(r"([xyz])[_ ]?(\d+)"),
+    re.compile(r"(?:target|point|marker|smr|p|t|m)[_ ]?(\d+)[_ .]?([xyz])"),
+)
+_WHICH = ("target", "marker", "point", "smr", "ball")
+_COMMENT = ("#", "%")
+_UNSEEN = ("", "nan", "-", "--", "n/a", "na", "none", "null")
+"""What a cell says, in small letters, of a target that was not seen."""
 
 
 class Measured(NamedTuple):
@@ -70,19 +85,26 @@ def read_measurements(file: str | Path, robot: Any) -> Measured:
             no number; the message names file, line and column.
     """
     path = Path(file)
-    with path.open(newline="", encoding="utf-8-sig") as stream:
-        text = stream.read()
-    separator = ";" if text.partition("\n")[0].count(";") else ","
-    lines = list(csv.reader(text.splitlines(), delimiter=separator))
+    text = path.read_text(encoding="utf-8-sig")
+    lines = [
+        (number, line)
+        for number, line in enumerate(text.splitlines(), 1)
+        if line.strip(" \t,;") and not line.lstrip().startswith(_COMMENT)
+    ]
     if not lines:
         raise InputValueError(f"{path}: empty; expected a header and a row for each measurement")
-    rows = [(number, line) for number, line in enumerate(lines[1:], 2) if any(map(str.strip, line))]
-    table = _Table(path, _columns(path, lines[0]), rows)
+    separator = next((mark for mark in ";\t" if mark in lines[0][1]), ",")
+    cells = list(csv.reader((line for _, line in lines), delimiter=separator))
+    rows = [(number, line) for (number, _), line in zip(lines[1:], cells[1:], strict=True)]
+    if not rows:
+        raise InputValueError(f"{path}: a header and no rows; expected one for each measurement")
+    table = _Table(path, _columns(path, cells[0], robot), rows, "," if separator != "," else ".")
     q = np.stack([table.numbers(*_column_of(table, robot, k)) for k in range(robot.n)], -1)
     return _observation(table, q)
 
 
 class _Column(NamedTuple):
+    heading: str
     number: int
     unit: str
 
@@ -91,11 +113,12 @@ class _Table(NamedTuple):
     path: Path
     columns: Mapping[str, _Column]
     rows: Sequence[tuple[int, Sequence[str]]]
+    decimal: str
 
     def numbers(self, name: str, kind: str, *, may_be_empty: bool = False) -> FloatArray:
         """A column in metres, radians or, of kind "1", as it stands."""
         column = self.columns[name]
-        factor = self._factor(name, column.unit, kind)
+        factor = self._factor(column.heading, column.unit, kind)
         values = [self._number(name, number, line, may_be_empty) for number, line in self.rows]
         return np.array(values) * factor
 
@@ -112,44 +135,66 @@ class _Table(NamedTuple):
         return UNITS[unit][1]
 
     def _number(self, name: str, number: int, line: Sequence[str], may_be_empty: bool) -> float:
-        index = self.columns[name].number
-        text = line[index].strip() if index < len(line) else ""
-        if not text and may_be_empty:
+        column = self.columns[name]
+        text = line[column.number].strip() if column.number < len(line) else ""
+        if may_be_empty and text.lower() in _UNSEEN:
             return math.nan
         try:
-            value = float(text)
+            value = float(text.replace(self.decimal, "."))
         except ValueError:
             value = math.nan
-        if not math.isfinite(value) and not (may_be_empty and text.lower() == "nan"):
+        if not math.isfinite(value):
             raise InputValueError(
-                f"{self.path}, line {number}: {name!r} is {text!r}, expected a number"
+                f"{self.path}, line {number}: {column.heading!r} is {text!r}, expected a number"
             )
         return value
 
 
-def _columns(path: Path, header: Sequence[str]) -> dict[str, _Column]:
+def _columns(path: Path, header: Sequence[str], robot: Any) -> dict[str, _Column]:
+    """The columns by the names that the module's text gives them."""
     columns: dict[str, _Column] = {}
+    own = {coordinate.name for coordinate in robot.coordinates}
     for index, cell in enumerate(header):
         matched = _HEADING.fullmatch(cell)
         if matched is None:
             continue
-        name, unit = matched[1], matched[2] or ""
+        heading, unit = matched[1], matched[2] or ""
+        if not unit and heading not in own and (suffixed := _SUFFIX.fullmatch(heading)):
+            heading, unit = suffixed[1].strip(), suffixed[2]
+        name = heading if heading in own else _plain(heading)
         if name in columns:
-            raise InputValueError(f"{path}: two columns are called {name!r}")
-        columns[name] = _Column(index, unit)
+            raise InputValueError(f"{path}: two columns are called {heading!r}")
+        columns[name] = _Column(heading, index, unit)
     return columns
+
+
+def _plain(heading: str) -> str:
+    """A heading as the module's text writes it: q1, x, x1, target."""
+    small = heading.lower()
+    if joint := _JOINT.fullmatch(small):
+        return f"q{int(joint[1])}"
+    if target := _TARGET[0].fullmatch(small):
+        return f"{target[1]}{int(target[2])}"
+    if target := _TARGET[1].fullmatch(small):
+        return f"{target[2]}{int(target[1])}"
+    return "target" if small in _WHICH else small
 
 
 def _column_of(table: _Table, robot: Any, k: int) -> tuple[str, str]:
     coordinate = robot.coordinates[k]
-    for name in (coordinate.name, f"q{k + 1}"):
+    first = 0 if "q0" in table.columns else 1
+    for name in (coordinate.name, f"q{k + first}"):
         if name in table.columns:
             return name, coordinate.unit
     raise InputValueError(
         f"{table.path}: no column for coordinate {coordinate.name!r}; expected "
         f"'{coordinate.name} [{'deg' if coordinate.unit == 'rad' else 'mm'}]' or 'q{k + 1} [...]'; "
-        f"found {', '.join(table.columns)}"
+        f"found {_headings(table)}"
     )
+
+
+def _headings(table: _Table) -> str:
+    return ", ".join(column.heading for column in table.columns.values())
 
 
 def _observation(table: _Table, q: FloatArray) -> Measured:
@@ -157,7 +202,7 @@ def _observation(table: _Table, q: FloatArray) -> Measured:
         return _long(table, q)
     several = [
         names
-        for j in range(1, len(table.columns))
+        for j in range(len(table.columns) + 1)
         if set(names := tuple(f"{axis}{j}" for axis in _AXES)) <= table.columns.keys()
     ]
     if not several and set(_AXES) <= table.columns.keys():
@@ -165,7 +210,7 @@ def _observation(table: _Table, q: FloatArray) -> Measured:
     if not several:
         raise InputValueError(
             f"{table.path}: no positions; expected columns x, y, z, or x1, y1, z1, x2 ...; found "
-            f"{', '.join(table.columns)}"
+            f"{_headings(table)}"
         )
     points = np.stack(
         [
@@ -205,13 +250,25 @@ def _over(angle: FloatArray, sine: FloatArray) -> FloatArray:
 
 
 def _long(table: _Table, q: FloatArray) -> Measured:
-    """A row a target: rows of equal coordinates that follow each other are one configuration."""
+    """A row a target, in any order: equal coordinates are one configuration.
+
+    A target that comes again at the same coordinates belongs to a further configuration.
+    """
     index = table.columns["target"].number
     names = [line[index].strip() for _, line in table.rows]
     targets = list(dict.fromkeys(names))
     xyz = np.stack([table.numbers(name, "m", may_be_empty=True) for name in _AXES], -1)
-    new = np.concatenate([[True], (q[1:] != q[:-1]).any(-1)])
-    configuration = np.cumsum(new) - 1
-    points = np.full((int(new.sum()), len(targets), 3), np.nan)
-    points[configuration, [targets.index(name) for name in names]] = xyz
-    return Measured(q[new], Positions(points))
+    times: Counter[tuple[bytes, str]] = Counter()
+    found: dict[tuple[bytes, int], int] = {}
+    rows, first = [], []
+    for k, name in enumerate(names):
+        at = q[k].tobytes()
+        key = at, times[at, name]
+        times[at, name] += 1
+        if key not in found:
+            found[key] = len(found)
+            first.append(k)
+        rows.append(found[key])
+    points = np.full((len(found), len(targets), 3), np.nan)
+    points[rows, [targets.index(name) for name in names]] = xyz
+    return Measured(q[first], Positions(points))

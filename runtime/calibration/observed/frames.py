@@ -24,8 +24,14 @@ FloatArray = NDArray[np.float64]
 
 BoolArray = NDArray[np.bool_]
 
+_FIRST_ROUNDS = 4
+"""Alternations from each of 24 rotations; those with the least error go on."""
+_FINISHED = 6
+"""Rotations that go on."""
 _ROUNDS = 100
-"""Alternations from each of 24 rotations; the best of them is refined by the identification."""
+"""Alternations from these; the best is refined by the identification."""
+_ACROSS = 0.1
+"""Second singular value of directions below which axes are parallel and leave a turn open."""
 _REPEATED = 0.999
 """Second singular value, in parts of the first, from which orientations leave the frames open."""
 _SETTLED = 0.9999
@@ -54,8 +60,12 @@ def register_points(T: FloatArray, measured: FloatArray) -> Registration:
         measured: (N, m, 3) positions of m targets in the device's frame [m], NaN where a target was
             not seen.
     """
-    candidates = (_alternated(T, measured, R) for R in _cube_rotations())
-    return min(candidates, key=lambda found: found.error)
+    screened = [_alternated(T, measured, R, _FIRST_ROUNDS) for R in _cube_rotations()]
+    screened.sort(key=lambda found: found.error)
+    finished = (
+        _alternated(T, measured, found.T_W_base[:3, :3], _ROUNDS) for found in screened[:_FINISHED]
+    )
+    return min(finished, key=lambda found: found.error)
 
 
 def register_poses(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -94,12 +104,37 @@ def _register_by_points(T: FloatArray, measured: FloatArray) -> tuple[FloatArray
     return found.T_W_base, _pose(R, found.points[0])
 
 
-def _alternated(T: FloatArray, measured: FloatArray, R: FloatArray) -> Registration:
+def register_axes(
+    nominal: tuple[FloatArray, FloatArray], measured: tuple[FloatArray, FloatArray]
+) -> FloatArray | None:
+    """The base frame that carries nominal axes nearest to measured ones; None if they are parallel.
+
+    Args:
+        nominal: Directions (k, 3) and points (k, 3) in the base frame.
+        measured: Directions and points in the device's frame.
+    """
+    (h, p), (n, c) = nominal, measured
+    if np.linalg.svd(h)[1][1:2].sum() < _ACROSS:
+        return None
+    R = _rotation(n.T @ h)
+    # The part of R p + t - c across the axis vanishes.
+    across = np.eye(3) - n[:, :, None] * n[:, None, :]
+    right = np.einsum("kij,kj->ki", across, c - p @ R.T)
+    return _pose(R, np.linalg.lstsq(across.reshape(-1, 3), right.ravel())[0])
+
+
+def targets_at(T: FloatArray, measured: FloatArray) -> FloatArray:
+    """(m, 3) mean places of targets on the tool, from poses (N, 4, 4) and positions (N, m, 3)."""
+    turned = np.einsum("nji,nmj->nmi", T[:, :3, :3], measured - T[:, None, :3, 3])
+    return np.asarray(np.nanmean(turned, axis=0))
+
+
+def _alternated(T: FloatArray, measured: FloatArray, R: FloatArray, rounds: int) -> Registration:
     """Targets and shift from the rotation, then the rotation from them, in turns."""
     seen = np.asarray(np.isfinite(measured).all(-1))
     axes, origin = T[:, :3, :3], T[:, :3, 3]
     before = np.inf
-    for _ in range(_ROUNDS):
+    for _ in range(rounds):
         points = _targets(axes, origin, np.where(seen[..., None], measured @ R, 0), seen)
         placed = origin[:, None] + np.einsum("nij,mj->nmi", axes, points)
         a, b = measured[seen], placed[seen]

@@ -14,7 +14,7 @@ from typing import ClassVar, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import screws
+from ... import screws
 from .frames import register_points, register_poses
 
 FloatArray = NDArray[np.float64]
@@ -33,11 +33,13 @@ class Start(NamedTuple):
         T_W_base: (4, 4) the robot's base frame in the device's.
         unknowns: (u,) the unknowns [m].
         observation: The observation, with the frames that it needs.
+        misfit: Root mean square distance between measurements and the nominal robot [m].
     """
 
     T_W_base: FloatArray
     unknowns: FloatArray
     observation: Observation
+    misfit: float
 
 
 class Observation(ABC):
@@ -65,6 +67,20 @@ class Observation(ABC):
     def labels(self) -> tuple[str, ...]:
         """Name of each row, for messages."""
 
+    @property
+    @abstractmethod
+    def configurations(self) -> IntArray:
+        """(rows,) index of the configuration of each row."""
+
+    @property
+    def targets(self) -> tuple[str, ...]:
+        """What each row measures: a target, or the probe."""
+        return ("probe",) * len(self.configurations)
+
+    @abstractmethod
+    def lengths(self, errors: FloatArray) -> FloatArray:
+        """(rows,) distance [m] that the errors (M,) of each row mean."""
+
     @abstractmethod
     def start(self, T: FloatArray) -> Start:
         """Frame and unknowns from nominal poses (N, 4, 4) of the tool in the base frame."""
@@ -82,10 +98,6 @@ class Observation(ABC):
         """The measurements with all lengths times a factor."""
 
     @abstractmethod
-    def misfit(self, T: FloatArray) -> float:
-        """Root mean square distance between measured positions and those at nominal poses [m]."""
-
-    @abstractmethod
     def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
         """(M,) errors at poses T (N, 4, 4) of the tool in W and unknowns x."""
 
@@ -99,6 +111,13 @@ class Observation(ABC):
 def points_on_tool(T: FloatArray, targets: FloatArray) -> FloatArray:
     """Positions (N, m, 3) of targets (m, 3) on the tool at poses (N, 4, 4)."""
     return np.asarray(T[:, None, :3, 3] + np.einsum("nij,mj->nmi", T[:, :3, :3], targets))
+
+
+def velocities_on_tool(T: FloatArray, J: FloatArray, targets: FloatArray) -> FloatArray:
+    """Velocities (N, m, 3, p) of targets (m, 3) by mixed twists J (N, 6, p): v + omega x (R x)."""
+    levers = np.einsum("nij,mj->nmi", T[:, :3, :3], targets)
+    turned = np.cross(J[:, None, 3:, :], levers[..., None], axis=-2)
+    return np.asarray(J[:, None, :3, :] + turned)
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,6 +153,20 @@ class Positions(Observation):
         """Measurement and target, from 1."""
         return tuple(f"measurement {i + 1}, target {j + 1}" for i, j in np.argwhere(self.seen))
 
+    @property
+    def configurations(self) -> IntArray:
+        """That of each target seen."""
+        return np.argwhere(self.seen)[:, 0]
+
+    @property
+    def targets(self) -> tuple[str, ...]:
+        """Their numbers, from 1."""
+        return tuple(f"target {j + 1}" for j in np.argwhere(self.seen)[:, 1])
+
+    def lengths(self, errors: FloatArray) -> FloatArray:
+        """Distance of each target from where it was measured."""
+        return np.asarray(self.sigma * np.linalg.norm(errors.reshape(-1, 3), axis=-1))
+
     def at(self, index: IntArray) -> Self:
         """The measurements of some configurations."""
         return replace(self, points=self.points[index])
@@ -147,14 +180,10 @@ class Positions(Observation):
         """The measurements with all lengths times a factor."""
         return replace(self, points=factor * self.points)
 
-    def misfit(self, T: FloatArray) -> float:
-        """Of :func:`register_points`."""
-        return register_points(T, self.points).error
-
     def start(self, T: FloatArray) -> Start:
         """By :func:`register_points`."""
         found = register_points(T, self.points)
-        return Start(found.T_W_base, found.points.ravel(), self)
+        return Start(found.T_W_base, found.points.ravel(), self, found.error)
 
     def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
         """Computed less measured positions."""
@@ -166,9 +195,7 @@ class Positions(Observation):
     ) -> tuple[FloatArray, FloatArray]:
         """V + omega x (R x_j), and R."""
         N, m, _ = self.points.shape
-        levers = np.einsum("nij,mj->nmi", T[:, :3, :3], x.reshape(-1, 3))
-        turned = np.cross(J[:, None, 3:, :], levers[..., None], axis=-2)
-        by_p = J[:, None, :3, :] + turned
+        by_p = velocities_on_tool(T, J, x.reshape(-1, 3))
         by_x = np.zeros((N, m, 3, 3 * m))
         for j in range(m):
             by_x[:, j, :, 3 * j : 3 * j + 3] = T[:, :3, :3]
@@ -209,6 +236,15 @@ class Poses(Observation):
         """Measurement, from 1."""
         return tuple(f"measurement {i + 1}" for i in range(len(self.T)))
 
+    @property
+    def configurations(self) -> IntArray:
+        """One row each."""
+        return np.arange(len(self.T))
+
+    def lengths(self, errors: FloatArray) -> FloatArray:
+        """Distance of the probe's origin from where it was measured."""
+        return np.asarray(self.sigma[0] * np.linalg.norm(errors.reshape(-1, 6)[:, :3], axis=-1))
+
     def at(self, index: IntArray) -> Self:
         """The measurements of some configurations."""
         return replace(self, T=self.T[index])
@@ -223,16 +259,12 @@ class Poses(Observation):
         scale[:3, 3] = factor
         return replace(self, T=scale * self.T)
 
-    def misfit(self, T: FloatArray) -> float:
-        """Distance between positions of the probe, after :func:`register_poses`."""
-        T_W_base, T_tool_probe = register_poses(T, self.T)
-        apart = (T_W_base @ T @ T_tool_probe - self.T)[:, :3, 3]
-        return float(np.sqrt((apart**2).sum(-1).mean()))
-
     def start(self, T: FloatArray) -> Start:
         """By :func:`register_poses`."""
         T_W_base, T_tool_probe = register_poses(T, self.T)
-        return Start(T_W_base, np.zeros(0), replace(self, T_tool_probe=T_tool_probe))
+        apart = (T_W_base @ T @ T_tool_probe - self.T)[:, :3, 3]
+        misfit = float(np.sqrt((apart**2).sum(-1).mean()))
+        return Start(T_W_base, np.zeros(0), replace(self, T_tool_probe=T_tool_probe), misfit)
 
     def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:  # noqa: ARG002
         """Computed less measured positions, and the turns from measured to computed axes in W."""
@@ -245,7 +277,6 @@ class Poses(Observation):
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """The twist of the probe's origin, to the first order of the error of orientation."""
-        lever = (T[:, :3, :3] @ self.T_tool_probe[:3, 3])[:, :, None]
-        v = J[:, :3] + np.cross(J[:, 3:], lever, axis=1)
+        v = velocities_on_tool(T, J, self.T_tool_probe[None, :3, 3])[:, 0]
         by_p = np.concatenate([v / self.sigma[0], J[:, 3:] / self.sigma[1]], 1)
         return by_p.reshape(-1, J.shape[-1]), np.zeros((6 * len(T), len(x)))

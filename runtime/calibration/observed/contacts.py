@@ -19,17 +19,24 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from .observations import SMALL, Observation, Start, points_on_tool
+from .observations import SMALL, Observation, Start, points_on_tool, velocities_on_tool
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
 
+@dataclass(frozen=True, eq=False)
 class _OneNumber(Observation):
-    """One number a configuration."""
+    """One number a configuration.
 
-    fixes_tool: ClassVar[bool] = False
+    Attributes:
+        values: (N,) the numbers [m].
+        sigma: Standard deviation [m].
+    """
+
     values: FloatArray
+    sigma: float = SMALL
+    fixes_tool: ClassVar[bool] = False
 
     @property
     def rows(self) -> IntArray:
@@ -41,10 +48,35 @@ class _OneNumber(Observation):
         """Measurement, from 1."""
         return tuple(f"measurement {i + 1}" for i in range(len(self.values)))
 
+    @property
+    def configurations(self) -> IntArray:
+        """One row each."""
+        return self.rows
+
+    def lengths(self, errors: FloatArray) -> FloatArray:
+        """Their size."""
+        return np.asarray(self.sigma * np.abs(errors))
+
+    def at(self, index: IntArray) -> Self:
+        """The measurements of some configurations."""
+        return replace(self, values=self.values[index])
+
+    def scaled(self, factor: float) -> Self:
+        """The measurements with all lengths times a factor."""
+        return replace(self, values=factor * self.values)
+
     def placed_as(self, other: Self) -> Self:
         """These: fixed points and targets are unknowns."""
         del other
         return self
+
+    def _refined(self, T: FloatArray, x: FloatArray) -> Start:
+        """The start after Gauss-Newton steps on the unknowns alone."""
+        still = np.zeros((len(T), 6, 0))
+        for _ in range(_STEPS):
+            x = x - np.linalg.lstsq(self.derivatives(T, still, x)[1], self.errors(T, x))[0]
+        misfit = float(self.sigma * np.sqrt(np.mean(self.errors(T, x) ** 2)))
+        return Start(np.eye(4), x, self, misfit)
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,25 +88,10 @@ class Distances(_OneNumber):
         sigma: Standard deviation [m].
     """
 
-    values: FloatArray
-    sigma: float = SMALL
-
     @property
     def unknowns(self) -> tuple[str, ...]:
         """The target in the tool's frame, and the fixed point in the base frame."""
-        return tuple(f"{what}_{axis}" for what in ("target", "centre") for axis in "xyz")
-
-    def at(self, index: IntArray) -> Self:
-        """The measurements of some configurations."""
-        return replace(self, values=self.values[index])
-
-    def scaled(self, factor: float) -> Self:
-        """The measurements with all lengths times a factor."""
-        return replace(self, values=factor * self.values)
-
-    def misfit(self, T: FloatArray) -> float:
-        """Root mean square error after :meth:`start`."""
-        return float(np.sqrt(np.mean((self.sigma * self.errors(T, self.start(T).unknowns)) ** 2)))
+        return (*_point("target"), *_point("centre"))
 
     def start(self, T: FloatArray) -> Start:
         """The target in the tool's origin, and the centre by a linear fit of spheres."""
@@ -82,26 +99,63 @@ class Distances(_OneNumber):
         # d^2 = |p|^2 - 2 p . c + |c|^2
         rows = np.column_stack([2 * p, np.ones(len(p))])
         found = np.linalg.lstsq(rows, (p**2).sum(-1) - self.values**2)[0]
-        x = np.concatenate([np.zeros(3), found[:3]])
-        for _ in range(_STEPS):
-            by_x = self.derivatives(T, np.zeros((len(T), 6, 0)), x)[1]
-            x = x - np.linalg.lstsq(by_x, self.errors(T, x))[0]
-        return Start(np.eye(4), x, self)
+        return self._refined(T, np.concatenate([np.zeros(3), found[:3]]))
 
     def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
         """Computed less measured distances."""
-        apart = points_on_tool(T, x[None, :3])[:, 0] - x[3:]
+        apart = points_on_tool(T, x[None, :3])[:, 0] - x[3:6]
         return np.asarray((np.linalg.norm(apart, axis=-1) - self.values) / self.sigma)
 
     def derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """The velocity of the target along the line to the centre."""
-        apart = points_on_tool(T, x[None, :3])[:, 0] - x[3:]
+        apart = points_on_tool(T, x[None, :3])[:, 0] - x[3:6]
         along = apart / np.linalg.norm(apart, axis=-1, keepdims=True) / self.sigma
-        by_p = np.einsum("ni,nip->np", along, _velocity(T, J, x[:3]))
+        by_p = np.einsum("ni,nip->np", along, velocities_on_tool(T, J, x[None, :3])[:, 0])
         by_x = np.concatenate([np.einsum("ni,nij->nj", along, T[:, :3, :3]), -along], -1)
         return by_p, by_x
+
+
+@dataclass(frozen=True, eq=False)
+class SphereContacts(_OneNumber):
+    """Contacts of a target on the tool with a sphere whose radius is not known either.
+
+    Without a known length the scale of the robot is not determined, and a length keeps its nominal
+    value; with a known radius take :class:`Distances`.
+
+    Attributes:
+        values: (N,) distances from the surface [m]; zeros where the probe touches it.
+        sigma: Standard deviation [m].
+    """
+
+    @property
+    def unknowns(self) -> tuple[str, ...]:
+        """The target in the tool's frame, the centre in the base frame, and the radius."""
+        return (*_point("target"), *_point("centre"), "radius")
+
+    def start(self, T: FloatArray) -> Start:
+        """The target in the tool's origin, and the sphere by a linear fit."""
+        p = T[:, :3, 3]
+        # |p|^2 = 2 p . c + r^2 - |c|^2
+        found = np.linalg.lstsq(np.column_stack([2 * p, np.ones(len(p))]), (p**2).sum(-1))[0]
+        c = found[:3]
+        return self._refined(T, np.concatenate([np.zeros(3), c, [np.sqrt(found[3] + c @ c)]]))
+
+    def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
+        """Distance from the surface, less the one that was measured."""
+        return self._bar(x).errors(T, x)
+
+    def derivatives(
+        self, T: FloatArray, J: FloatArray, x: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """The velocity of the target along the line to the centre."""
+        by_p, by_x = self._bar(x).derivatives(T, J, x)
+        return by_p, np.column_stack([by_x, np.full(len(T), -1 / self.sigma)])
+
+    def _bar(self, x: FloatArray) -> Distances:
+        """The distances from the centre."""
+        return Distances(self.values + x[6], self.sigma)
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,35 +168,12 @@ class PlaneContacts(_OneNumber):
         normal: (3,) the plane's normal, found from the nominal robot.
     """
 
-    values: FloatArray
-    sigma: float = SMALL
     normal: tuple[float, float, float] = (0.0, 0.0, 1.0)
 
     @property
     def unknowns(self) -> tuple[str, ...]:
         """The target in the tool's frame, the plane's slopes (m per m) and height."""
-        return (
-            "target_x",
-            "target_y",
-            "target_z",
-            "plane_slope_1",
-            "plane_slope_2",
-            "plane_height",
-        )
-
-    def at(self, index: IntArray) -> Self:
-        """The measurements of some configurations."""
-        return replace(self, values=self.values[index])
-
-    def scaled(self, factor: float) -> Self:
-        """The measurements with all lengths times a factor."""
-        return replace(self, values=factor * self.values)
-
-    def misfit(self, T: FloatArray) -> float:
-        """Root mean square error after :meth:`start`."""
-        start = self.start(T)
-        errors = start.observation.errors(T, start.unknowns)
-        return float(self.sigma * np.sqrt(np.mean(errors**2)))
+        return (*_point("target"), "plane_slope_1", "plane_slope_2", "plane_height")
 
     def start(self, T: FloatArray) -> Start:
         """The target in the tool's origin, and the plane of least squares."""
@@ -151,10 +182,7 @@ class PlaneContacts(_OneNumber):
         found = replace(self, normal=tuple(normal.tolist()))
         x = np.zeros(6)
         x[5] = normal @ p.mean(0)
-        for _ in range(_STEPS):
-            by_x = found.derivatives(T, np.zeros((len(T), 6, 0)), x)[1]
-            x = x - np.linalg.lstsq(by_x, found.errors(T, x))[0]
-        return Start(np.eye(4), x, found)
+        return found._refined(T, x)
 
     def placed_as(self, other: Self) -> Self:
         """The measurements with the other's normal."""
@@ -170,7 +198,7 @@ class PlaneContacts(_OneNumber):
     ) -> tuple[FloatArray, FloatArray]:
         """The velocity of the target along the normal."""
         n, points = self._direction(x), points_on_tool(T, x[None, :3])[:, 0]
-        by_p = np.einsum("i,nip->np", n, _velocity(T, J, x[:3]))
+        by_p = np.einsum("i,nip->np", n, velocities_on_tool(T, J, x[None, :3])[:, 0])
         slopes = points @ self._across().T
         by_x = np.column_stack([n @ T[:, :3, :3], slopes, -np.ones(len(T))])
         return by_p / self.sigma, by_x / self.sigma
@@ -188,7 +216,6 @@ _STEPS = 5
 """Gauss-Newton steps on the unknowns alone; the identification goes on from there."""
 
 
-def _velocity(T: FloatArray, J: FloatArray, x: FloatArray) -> FloatArray:
-    """(N, 3, p) velocity of a point x on the tool."""
-    lever = T[:, :3, :3] @ x
-    return np.asarray(J[:, :3] + np.cross(J[:, 3:], lever[:, :, None], axis=1))
+def _point(what: str) -> tuple[str, ...]:
+    """Names of the coordinates of a point."""
+    return tuple(f"{what}_{axis}" for axis in "xyz")

@@ -1,0 +1,1 @@
+"""What is measured: observations, the frames of devices, and tables of measurements."""

@@ -1,0 +1,358 @@
+"""Least squares: the variables of an identification, their errors, and the solution.
+
+The sum of squares of the errors, each divided by its standard deviation, is least at the sought
+parameters and unknowns. Levenberg and Marquardt's iteration takes the exact derivative, which the
+robot's generated identification Jacobian gives. Variables count in parts of 1 mm and 1 mrad.
+
+Tolerances tell how far parameters stray from nominal. With s the noise, in the standard deviations
+that were stated, and t_k the tolerance of parameter k, the most probable parameters make
+
+    sum_i e_i^2 + sum_k (s (p_k - nominal_k) / t_k)^2
+
+least. s is estimated along with them: s^2 = sum e_i^2 / (M - trace(H^-1 J^T J)), where
+H = J^T J + diag(s / t_k)^2 counts a parameter that the tolerance alone determines as none.
+
+Source:
+    J. M. Hollerbach, W. Khalil, M. Gautier, Model identification, Springer Handbook of Robotics,
+    chapter 6; A. Joubair, I. A. Bonev, Non-kinematic calibration of a six-axis serial robot using
+    planar constraints, Precision Engineering 40 (2015), for scaling; D. J. C. MacKay, Bayesian
+    interpolation, Neural Computation 4 (1992), for the noise beside tolerances.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import scipy.optimize
+from numpy.typing import NDArray
+
+from ..errors import InputValueError, ShapeError
+from ..screws import inverse
+from .doubts import doubts
+from .identifiable import Redundancy, identifiable
+from .observed.observations import SMALL, Observation, Start
+from .parameters import chosen, deviations, nominal
+from .result import Calibration
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.intp]
+
+OUTLYING = 5.0
+"""Errors of a row, in robust standard deviations, from which on the row counts as an outlier."""
+_CONSISTENT = 1.4826
+"""Median absolute deviation to standard deviation of a normal distribution."""
+_ROUNDS = 12
+"""Rounds of solving and of judging rows and noise; two or three suffice as a rule."""
+_STEP = 1e-12
+"""Relative change of the sum of squares, and of variables, behind which only rounding is left."""
+_LEAST_NOISE = 1e-3
+"""Noise, in standard deviations that were stated, below that of any device."""
+_EVALUATIONS = 100
+"""Most evaluations of a solution: twenty suffice, and measurements without noise never settle."""
+_NEARNESS = 1e-2
+"""Error that 1 mm or 1 mrad off the design counts as, in standard deviations: far below the noise,
+and enough to decide between parameters of the same effect."""
+_NEARBY = 1e-6
+"""Relative step at which a robot explains the measurements well enough to tell parameters apart."""
+_MOST_NEARBY = 50
+"""Evaluations on the way there."""
+_SAME_NOISE = 0.01
+"""Change of the noise, in parts of it, that no longer moves a parameter by its uncertainty."""
+
+
+def problem_at(
+    robot: Any,
+    q: FloatArray,
+    start: Start,
+    vary: Collection[str],
+    tolerances: Mapping[str, float] | None = None,
+    p: FloatArray | None = None,
+) -> Problem:
+    """The variables that measurements tell apart, at the nominal robot or at another geometry.
+
+    Args:
+        robot: A robot with parametric functions.
+        q: (N, n) coordinates [rad or m].
+        start: The measurements, their frame and unknowns.
+        vary: As in :func:`identify`.
+        tolerances: As in :func:`identify`.
+        p: The geometry; parameters that are not told apart keep its values.
+    """
+    p, observation = nominal(robot) if p is None else p, start.observation
+    candidates = _candidates(robot, vary, observation, bool(tolerances))
+    known = deviations(robot, tolerances or {})[candidates]
+    x0 = np.concatenate([p[candidates], start.unknowns])
+    whole = Problem(
+        robot, q, observation, start.T_W_base, p, candidates, x0, known, (), np.ones(len(q))
+    )
+    J = np.concatenate([whole.derivative(x0) * SMALL, whole.drawn()], 0)
+    free, n = np.flatnonzero(known == 0), len(candidates)
+    kept = np.setdiff1d(np.arange(len(x0)), free)
+    names = np.array(whole.names)
+    told, redundant = identifiable(J[:, kept], J[:, free], tuple(names[free]), tuple(names[kept]))
+    sought = np.union1d(free[told], kept[kept < n]).astype(np.intp)
+    x0 = np.concatenate([p[candidates[sought]], start.unknowns])
+    return replace(
+        whole, sought=candidates[sought], x0=x0, known=known[sought], redundant=redundant
+    )
+
+
+def problem_nearby(
+    robot: Any,
+    q: FloatArray,
+    start: Start,
+    vary: Collection[str],
+    tolerances: Mapping[str, float] | None = None,
+    *,
+    robust: bool,
+) -> Problem:
+    """The variables that are told apart at a robot with loops that explains the measurements.
+
+    A design may hide what its robots show: the rods of a delta are parallel in the design alone. So
+    all candidates are sought first; where some have the same effect, they share it.
+
+    Args:
+        robot: A robot with parametric functions.
+        q: (N, n) coordinates [rad or m].
+        start: The measurements, their frame and unknowns.
+        vary: As in :func:`identify`.
+        tolerances: As in :func:`identify`.
+        robust: Whether a loss is taken that outliers do not govern.
+    """
+    first = problem_at(robot, q, start, vary, tolerances)
+    sought = _candidates(robot, vary, start.observation, bool(tolerances))
+    x0 = np.concatenate([first.held[sought], start.unknowns])
+    whole = replace(first, sought=sought, x0=x0, known=np.zeros(len(sought)))
+    nearness = _NEARNESS / SMALL
+    found = scipy.optimize.least_squares(
+        lambda x: np.concatenate([whole.errors(x), nearness * (x - x0)]),
+        x0,
+        jac=lambda x: np.concatenate([whole.derivative(x), nearness * np.eye(len(x))]),
+        x_scale=SMALL,
+        loss="cauchy" if robust else "linear",
+        f_scale=first.spread(first.x0) if robust else 1.0,
+        xtol=_NEARBY,
+        max_nfev=_MOST_NEARBY,
+    ).x
+    at = start._replace(unknowns=found[len(sought) :])
+    return problem_at(robot, q, at, vary, tolerances, whole.geometry(found))
+
+
+def _candidates(
+    robot: Any, vary: Collection[str], observation: Observation, has_tolerances: bool
+) -> IntArray:
+    """Indices of the parameters that may be sought."""
+    parts = {item.part for item in robot.geometry}
+    words = set(vary)
+    # The device's frame is never known exactly: axes that shift freely contain it, else the base.
+    if has_tolerances or "axis" not in vary or robot.kind != "serial":
+        words.add("base")
+    if observation.fixes_tool:
+        words.add("tool")
+    if "axis" in vary and "loop" in parts:
+        # Pins at the ends of rods are axes, too; platforms on cylinders have no other ones.
+        words = (words | {"loop"}) - ({"axis"} - parts)
+    return chosen(robot, words)
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """The variables x and the errors: x holds identified parameters, then unknowns.
+
+    Attributes:
+        robot: The robot.
+        q: (N, n) coordinates.
+        observation: The measurements.
+        T_W_base: (4, 4) base frame in the device's.
+        held: The geometry of which the sought parameters are a part.
+        sought: Indices of the identified parameters in it.
+        x0: Start of x.
+        known: Standard deviations of the identified parameters about nominal; 0 of free ones.
+        redundant: Parameters that are not told apart.
+        weights: (N,) weight of each configuration.
+    """
+
+    robot: Any
+    q: FloatArray
+    observation: Observation
+    T_W_base: FloatArray
+    held: FloatArray
+    sought: NDArray[np.intp]
+    x0: FloatArray
+    known: FloatArray
+    redundant: tuple[Redundancy, ...]
+    weights: FloatArray
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the variables."""
+        own = (self.robot.geometry[k].name for k in self.sought)
+        return (*own, *self.observation.unknowns)
+
+    @property
+    def everything(self) -> BoolArray:
+        """All rows."""
+        return np.ones(len(self.observation.labels), dtype=bool)
+
+    def geometry(self, x: FloatArray) -> FloatArray:
+        """The robot's geometry at variables x."""
+        p = self.held.copy()
+        p[self.sought] = x[: len(self.sought)]
+        return p
+
+    def errors(self, x: FloatArray) -> FloatArray:
+        """All errors."""
+        T = self.T_W_base @ self.robot.fk_p(self.q, self.geometry(x))
+        return self._roots * self.observation.errors(T, x[len(self.sought) :])
+
+    def derivative(self, x: FloatArray) -> FloatArray:
+        """(M, k) derivative of all errors by x."""
+        p = self.geometry(x)
+        T = self.T_W_base @ self.robot.fk_p(self.q, p)
+        J = self.robot.identification_jacobian(self.q, p)[..., self.sought]
+        R = self.T_W_base[:3, :3]
+        J = np.concatenate([R @ J[:, :3], R @ J[:, 3:]], 1)
+        found = np.concatenate(self.observation.derivatives(T, J, x[len(self.sought) :]), 1)
+        return np.asarray(self._roots[:, None] * found)
+
+    @property
+    def _roots(self) -> FloatArray:
+        """(M,) root of the weight of each error."""
+        return np.sqrt(self.weights[self.observation.configurations[self.observation.rows]])
+
+    def weighted(self, weights: FloatArray) -> Problem:
+        """The same variables, with other weights (N,).
+
+        Raises:
+            ShapeError: There is not one weight for each configuration.
+        """
+        if weights.shape != (len(self.q),):
+            raise ShapeError(
+                f"identify: weights must have shape ({len(self.q)},), got {weights.shape}"
+            )
+        return replace(self, weights=weights)
+
+    def at(self, index: IntArray) -> Problem:
+        """The same variables, from the measurements of some configurations."""
+        observation = self.observation.at(index)
+        return replace(self, q=self.q[index], observation=observation, weights=self.weights[index])
+
+    def drawn(self) -> FloatArray:
+        """(t, k) derivative of (p - nominal) / tolerance by the scaled variables."""
+        rows = np.flatnonzero(self.known)
+        found = np.zeros((len(rows), len(self.x0)))
+        found[np.arange(len(rows)), rows] = SMALL / self.known[rows]
+        return found
+
+    def solved(self, x: FloatArray, *, robust: bool) -> Calibration:
+        """The calibration, from variables near by.
+
+        Args:
+            x: Where the iteration starts.
+            robust: Whether rows that contradict the others are left out.
+
+        Raises:
+            InputValueError: There are fewer measurements than variables.
+        """
+        rows = self.observation.rows
+        count = len(self.x0) + len(self.redundant)
+        if len(rows) + len(self.drawn()) <= count:
+            raise InputValueError(
+                f"identify: {len(rows)} measured numbers do not determine {count} "
+                "variables; measure more configurations, or vary fewer parameters"
+            )
+        used, noise = self.everything, 1.0
+        x = self.solve(x, used, noise, robust=robust)
+        for _ in range(_ROUNDS):
+            before, last = used, noise
+            used = self.within(x) if robust else used
+            noise = self.noise(x, used, noise)
+            if robust or len(self.drawn()):
+                x = self.solve(x, used, noise)
+            if (used == before).all() and abs(noise - last) <= _SAME_NOISE * last:
+                break
+        found = self._calibration(x, used, self.noise(x, used, noise))
+        return replace(found, doubts=doubts(found))
+
+    def solve(
+        self, x: FloatArray, used: BoolArray, noise: float, *, robust: bool = False
+    ) -> FloatArray:
+        """The least sum of squares over some rows, or of a loss that outliers do not govern."""
+        kept, drawn = used[self.observation.rows], noise * self.drawn() / SMALL
+        found = scipy.optimize.least_squares(
+            lambda y: np.concatenate([self.errors(y)[kept], drawn @ (y - self.x0)]),
+            x,
+            jac=lambda y: np.concatenate([self.derivative(y)[kept], drawn], 0),
+            x_scale=SMALL,
+            loss="cauchy" if robust else "linear",
+            f_scale=self.spread(x) if robust else 1.0,
+            method="trf",
+            xtol=_STEP,
+            ftol=_STEP,
+            gtol=_STEP,
+            max_nfev=_EVALUATIONS,
+        )
+        return np.asarray(found.x)
+
+    def spread(self, x: FloatArray) -> float:
+        """A standard deviation of the errors that outliers do not govern."""
+        return float(_CONSISTENT * np.median(np.abs(self.errors(x))))
+
+    def within(self, x: FloatArray) -> BoolArray:
+        """Which rows agree with the others."""
+        e, rows = self.errors(x), self.observation.rows
+        largest = np.zeros(len(self.observation.labels))
+        np.maximum.at(largest, rows, np.abs(e))
+        return largest <= OUTLYING * self.spread(x)
+
+    def noise(self, x: FloatArray, used: BoolArray, last: float) -> float:
+        """Factor by which errors exceed their standard deviations, beside the noise before."""
+        kept = used[self.observation.rows]
+        e = self.errors(x)[kept]
+        found = float(np.sqrt(e @ e / (len(e) - self._determined(x, kept, last))))
+        # Tolerances beside no noise at all would leave a singular matrix.
+        return max(found, _LEAST_NOISE) if self.known.any() else found
+
+    def _determined(self, x: FloatArray, kept: BoolArray, noise: float) -> float:
+        """Number of variables that the measurements determine, not their tolerances."""
+        J, drawn = self.derivative(x)[kept] * SMALL, noise * self.drawn()
+        if not len(drawn):
+            return float(len(x))
+        return float(np.trace(np.linalg.solve(J.T @ J + drawn.T @ drawn, J.T @ J)))
+
+    def _calibration(self, x: FloatArray, used: BoolArray, noise: float) -> Calibration:
+        """The result at the variables found."""
+        kept = used[self.observation.rows]
+        J, drawn = self.derivative(x)[kept] * SMALL, noise * self.drawn()
+        covariance = np.linalg.inv(J.T @ J + drawn.T @ drawn) * (SMALL * noise) ** 2
+        own = nominal(self.robot)[self.sought]
+        before = np.concatenate([own, np.zeros(len(x) - len(self.sought))])
+        p, T_W_base = self._framed(self.geometry(x))
+        return Calibration(
+            names=self.names,
+            values=x,
+            deviations=x - before,
+            covariance=np.asarray(covariance),
+            p=p,
+            redundant=self.redundant,
+            T_W_base=T_W_base,
+            nominal_errors=self.errors(self.x0),
+            errors=self.errors(x),
+            used=used,
+            noise=noise,
+            freedoms=round(kept.sum() - self._determined(x, kept, noise)),
+            observation=self.observation,
+            q=self.q,
+            robot=self.robot,
+        )
+
+    def _framed(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The geometry without corrections of the base, and the device's frame with them."""
+        still, own = self.q[0], p.copy()
+        own[[item.part == "base" for item in self.robot.geometry]] = 0.0
+        moved = self.robot.fk_p(still, p) @ inverse(self.robot.fk_p(still, own))
+        return own, np.asarray(self.T_W_base @ moved)

@@ -1,0 +1,147 @@
+"""What a report says, as plain data: the same in HTML and in LaTeX."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..result import SHOWN, Calibration
+
+FloatArray = NDArray[np.float64]
+
+MM = 1e3
+STRONG = 0.9
+"""Least correlation that is listed: above it two parameters are hardly told apart."""
+_LISTED = 8
+_SHOWN_OUTLIERS = 12
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table.
+
+    Attributes:
+        title: What it shows.
+        heading: Names of its columns, with units.
+        rows: Its cells.
+    """
+
+    title: str
+    heading: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True)
+class Contents:
+    """All that a page says beside its plots.
+
+    Attributes:
+        title: The robot.
+        summary: Sentences.
+        parameters: Values and their 95 % intervals.
+        tables: Errors of targets, errors on held-back configurations, correlations.
+        notes: Rows that were left out, and parameters that were not told apart.
+    """
+
+    title: str
+    summary: tuple[str, ...]
+    parameters: Table
+    tables: tuple[Table, ...]
+    notes: tuple[str, ...]
+
+
+def contents(found: Calibration, held_back: Mapping[str, float] | None = None) -> Contents:
+    """The contents of a report.
+
+    Args:
+        found: A calibration.
+        held_back: Median error of models on held-back configurations [m].
+    """
+    before, after = lengths(found)
+    used = found.used
+    summary = (
+        f"{len(found.names)} variables were identified from {len(found.observation.rows)} measured "
+        f"numbers at {len(found.q)} configurations.",
+        f"Mean error {MM * before[used].mean():.3f} mm before, {MM * after[used].mean():.3f} mm "
+        f"after; largest {MM * before[used].max():.3f} mm before, {MM * after[used].max():.3f} mm "
+        "after.",
+        f"The noise is {found.noise:.3g} times the standard deviation that was stated.",
+    )
+    tables = [_of_targets(found, before, after)]
+    if held_back:
+        rows = tuple((name, f"{MM * error:.3f}") for name, error in held_back.items())
+        tables.append(Table("Held back, median error", ("model", "error [mm]"), rows))
+    if strong := _correlated(found):
+        tables.append(Table("Strong correlations", ("parameters", "", "r"), strong))
+    return Contents(
+        f"{found.robot.title}: calibration",
+        summary,
+        _of_parameters(found),
+        tuple(tables),
+        (
+            *found.doubts,
+            *_left_out(found),
+            *(f"Held at nominal: {item}." for item in found.redundant),
+        ),
+    )
+
+
+def lengths(found: Calibration) -> tuple[FloatArray, FloatArray]:
+    """Errors [m] of all rows before and after."""
+    measured = found.observation
+    return measured.lengths(found.nominal_errors), measured.lengths(found.errors)
+
+
+def _of_targets(found: Calibration, before: FloatArray, after: FloatArray) -> Table:
+    names = np.array(found.observation.targets)
+    rows = []
+    for name in dict.fromkeys(names.tolist()):
+        own = (names == name) & found.used
+        cells = (before[own].mean(), after[own].mean(), after[own].max()) if own.any() else ()
+        rows.append((name, str(int(own.sum())), *(f"{MM * x:.3f}" for x in cells)))
+    heading = ("measured", "number", "before [mm]", "after [mm]", "largest after [mm]")
+    return Table("Errors by target", heading, tuple(rows))
+
+
+def _of_parameters(found: Calibration) -> Table:
+    units = {item.name: item.unit for item in found.robot.geometry}
+    # Corrections of the base are part of the device's frame.
+    parts = {item.name: item.part for item in found.robot.geometry}
+    reach = (found.intervals[:, 1] - found.intervals[:, 0]) / 2
+    rows = []
+    for name, value, change, half in zip(
+        found.names, found.values, found.deviations, reach, strict=True
+    ):
+        if parts.get(name) == "base":
+            continue
+        factor, unit = SHOWN[units.get(name, "m")]
+        numbers = (factor * (value - change), factor * change, factor * half)
+        shown = ("{:.3f}", "{:+.3f}", "{:.3f}")
+        cells = (form.format(x) for form, x in zip(shown, numbers, strict=True))
+        rows.append((name, *cells, unit))
+    heading = ("parameter", "nominal", "change", "± 95 %", "unit")
+    return Table("Parameters", heading, tuple(rows))
+
+
+def _correlated(found: Calibration) -> tuple[tuple[str, ...], ...]:
+    base = {item.name for item in found.robot.geometry if item.part == "base"}
+    own = np.array([name not in base for name in found.names])
+    r = np.triu(found.correlations * np.outer(own, own), 1)
+    order = np.argsort(-np.abs(r), axis=None)[:_LISTED]
+    pairs = [np.unravel_index(k, r.shape) for k in order]
+    return tuple(
+        (found.names[i], found.names[j], f"{r[i, j]:+.3f}")
+        for i, j in pairs
+        if abs(r[i, j]) > STRONG
+    )
+
+
+def _left_out(found: Calibration) -> tuple[str, ...]:
+    labels = found.outliers
+    if not labels:
+        return ("No measurement was left out.",)
+    more = f" and {len(labels) - _SHOWN_OUTLIERS} more" if len(labels) > _SHOWN_OUTLIERS else ""
+    return (f"Left out as contradicting the others: {'; '.join(labels[:_SHOWN_OUTLIERS])}{more}.",)

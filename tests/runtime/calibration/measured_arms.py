@@ -1,0 +1,37 @@
+"""Arms as drawn by chance near a nominal one, and what a device measures of them."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from chasles import screws
+
+
+class Truth(NamedTuple):
+    """A drawn arm, the device's frame and the targets on the tool."""
+
+    p: np.ndarray
+    T_W_base: np.ndarray
+    targets: np.ndarray
+    q: np.ndarray
+
+    def poses(self, arm, q):
+        return self.T_W_base @ arm.fk_p(q, self.p)
+
+    def positions(self, arm, q):
+        T = self.poses(arm, q)
+        turned = np.einsum("nij,mj->nmi", T[:, :3, :3], self.targets)
+        return T[:, None, :3, 3] + turned
+
+
+def drawn(arm, seed, zero=0.0, count=60):
+    """An arm with axes and tool off by 1 mm and 1 mrad, and zeros of turning joints by `zero`."""
+    random = np.random.default_rng(seed)
+    p = np.array([g.value for g in arm.geometry])
+    off = np.array([g.part in ("axis", "tool") for g in arm.geometry])
+    p[off] += random.uniform(-1e-3, 1e-3, off.sum())
+    T_W_base = screws.exp(random.normal(size=6) * 2)
+    q = random.uniform(-2.5, 2.5, (count, arm.n))
+    zeros = np.array([g.part == "offset" and g.unit == "rad" for g in arm.geometry])
+    p[zeros] += zero * random.uniform(-1, 1, zeros.sum())
+    return Truth(p, T_W_base, random.uniform(-0.15, 0.15, (3, 3)), q)

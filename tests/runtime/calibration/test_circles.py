@@ -1,0 +1,66 @@
+"""Circles of single joints: their axes, and the start that they give."""
+
+import numpy as np
+import pytest
+from measured_arms import drawn
+from numpy.testing import assert_allclose
+
+from chasles import screws
+from chasles.calibration import Circles, identify
+from chasles.errors import InputValueError
+
+NOISE = 2e-5
+
+
+def turned(robot, seed):
+    """Nine configurations on each of two circles a turning joint."""
+    random = np.random.default_rng(seed)
+    q, circle = [], []
+    turning = [k for k, c in enumerate(robot.coordinates) if c.unit == "rad"]
+    for number, k in enumerate([*turning, *turning]):
+        here = np.tile(random.uniform(-1, 1, robot.n), (9, 1))
+        here[:, k] = np.linspace(-1.2, 1.2, 9)
+        q.append(here)
+        circle += [number] * 9
+    return np.concatenate(q), np.array(circle), [*turning, *turning]
+
+
+@pytest.mark.parametrize("name", ["ur5e", "puma560", "stanford"])
+def test_axes_and_start(loaded, name):
+    robot = loaded(name)
+    truth = drawn(robot, 2)
+    q, circle, joints = turned(robot, 1)
+    points = truth.positions(robot, q)
+    points += NOISE * np.random.default_rng(0).normal(size=points.shape)
+    points[3, 0] = np.nan
+    observation = Circles(points, NOISE, circle)
+    first = np.searchsorted(circle, np.arange(len(joints)))
+    for axis, at, k in zip(observation.axes(robot.fk(q)), q[first], joints, strict=True):
+        # The joint's true axis in the device's frame.
+        v, omega = np.split(robot.jacobian_p(at, truth.p)[:, k], 2)
+        direction = truth.T_W_base[:3, :3] @ omega
+        assert_allclose(axis.direction, direction, atol=2e-3)
+        tool = robot.fk_p(at, truth.p)[:3, 3]
+        point = truth.T_W_base @ [*(tool + np.cross(omega, v)), 1]
+        assert np.linalg.norm(np.cross(direction, axis.point - point[:3])) < 1e-3
+        assert axis.error < 3 * NOISE
+    start = observation.start(robot.fk(q))
+    assert np.abs(screws.log(screws.inverse(truth.T_W_base) @ start.T_W_base)).max() < 5e-3
+    found = identify(robot, q, observation)
+    assert 0.9 < found.noise < 1.1
+
+
+def test_joints_that_move_together(arm):
+    q = np.linspace(0, 1, 8)[:, None] * [1.0, 1.0, 0, 0, 0, 0]
+    observation = Circles(np.zeros((8, 1, 3)), NOISE, np.zeros(8, dtype=int))
+    with pytest.raises(InputValueError, match="circle 0: the tool does not turn about one axis"):
+        observation.axes(arm.fk(q))
+
+
+def test_parallel_axes_alone_start_like_positions(arm, truth):
+    q = np.tile([0.3, -1.0, 0.8, 0.2, 0.5, 0.1], (18, 1))
+    q[:9, 1] += np.linspace(-1, 1, 9)
+    q[9:, 2] += np.linspace(-1, 1, 9)
+    points = truth.positions(arm, q)
+    start = Circles(points, NOISE, np.repeat([0, 1], 9)).start(arm.fk(q))
+    assert start.misfit < 0.01

@@ -1,0 +1,97 @@
+"""What is wrong with measurements is named: signs, columns, rows and targets; several arms."""
+
+import numpy as np
+import pytest
+from measured_arms import drawn
+
+from chasles.calibration import Positions, identify
+from chasles.errors import InputValueError
+
+NOISE = 2e-5
+ARMS = ("ur5e", "puma560", "stanford")
+"""Parallel axes, crossed ones, and a slide."""
+
+
+@pytest.fixture(params=ARMS)
+def case(loaded, request):
+    """A robot, coordinates, and positions measured there."""
+    robot = loaded(request.param)
+    truth = drawn(robot, 3, zero=0.02, count=40)
+    points = truth.positions(robot, truth.q)
+    return robot, truth.q, points + NOISE * np.random.default_rng(0).normal(size=points.shape)
+
+
+def found(robot, q, points):
+    return identify(robot, q, Positions(points, NOISE))
+
+
+def test_nothing_is_said_of_good_measurements(case):
+    assert found(*case).doubts == ()
+
+
+def test_the_sign_of_a_joint(case):
+    robot, q, points = case
+    for k in np.random.default_rng(2).choice(robot.n, 2, replace=False):
+        signs = np.where(np.arange(robot.n) == k, -1, 1)
+        name = robot.coordinates[k].name
+        with pytest.raises(InputValueError, match=f"the sign of {name} is turned"):
+            found(robot, signs * q, points)
+
+
+def test_columns_of_two_joints(case):
+    robot, q, points = case
+    random = np.random.default_rng(1)
+    for _ in range(2):
+        i, j = sorted(random.choice(robot.n, 2, replace=False))
+        order = np.arange(robot.n)
+        order[[i, j]] = j, i
+        names = robot.coordinates[i].name, robot.coordinates[j].name
+        with pytest.raises(InputValueError, match=f"columns of {names[0]} and {names[1]} are exch"):
+            found(robot, q[:, order], points)
+
+
+def test_targets_of_a_row(case):
+    robot, q, points = case
+    points[5] = points[5, [2, 1, 0]]
+    assert found(robot, q, points).doubts == ("measurement 6: targets 1 and 3 are exchanged",)
+
+
+def test_coordinates_of_another_row(case):
+    robot, q, points = case
+    wrong = q.copy()
+    wrong[7] = q[8]
+    (said,) = found(robot, wrong, points).doubts
+    assert said.startswith("measurement 8: all 3 targets are off, by ")
+
+
+def test_a_base_that_moved(case):
+    robot, q, points = case
+    points[:20] += [0.1, 0.0, 0.05]
+    said = " ".join(found(robot, q, points).doubts)
+    assert "contradict the others" in said or "mm remain after the identification" in said
+
+
+def test_a_joint_at_rest(case):
+    robot = case[0]
+    still = drawn(robot, 4, count=40)
+    still.q[:, 3] = 0.4
+    result = found(robot, still.q, still.positions(robot, still.q))
+    name = robot.coordinates[3].name
+    assert any(said.startswith(f"{name} moves by 0 deg only") for said in result.doubts)
+    assert result.redundant
+
+
+def test_too_few_and_repeated_configurations(case):
+    robot, q, points = case
+    with pytest.raises(InputValueError, match="do not determine"):
+        found(robot, q[:3], points[:3])
+    said = " ".join(found(robot, np.tile(q[:5], (8, 1)), np.tile(points[:5], (8, 1, 1))).doubts)
+    assert "only 5 of 40 configurations differ" in said
+
+
+def test_another_robot(loaded):
+    robot = loaded("ur5e")
+    truth, random = drawn(robot, 3, count=40), np.random.default_rng(5)
+    other = random.uniform(-1, 1, truth.q.shape)
+    result = found(robot, other, truth.positions(robot, truth.q))
+    assert any("mm remain after the identification" in said for said in result.doubts)

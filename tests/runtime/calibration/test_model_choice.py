@@ -1,0 +1,108 @@
+"""Tolerances of parameters, weights, and the model that predicts best."""
+
+import numpy as np
+import pytest
+from measured_arms import drawn
+from numpy.testing import assert_allclose
+
+from chasles.calibration import Positions, best_model, identify
+from chasles.calibration.parameters import chosen, nominal
+from chasles.errors import InputValueError, ShapeError
+
+NOISE = 2e-5
+TOLERANCES = {"offset": 5e-3, "axis": 1e-3}
+
+
+def measured(robot, truth, q, seed=0):
+    points = truth.positions(robot, q)
+    noise = np.random.default_rng(seed).normal(size=points.shape)
+    return Positions(points + NOISE * noise, NOISE)
+
+
+def with_offsets(robot, seed):
+    """Axes and zeros as far off as the tolerances say, the rest nominal."""
+    truth, random = drawn(robot, seed, count=30), np.random.default_rng(seed)
+    p = nominal(robot)
+    for part, sigma in TOLERANCES.items():
+        own = chosen(robot, [part])
+        p[own] += sigma * random.normal(size=len(own))
+    return truth._replace(p=p)
+
+
+def test_intervals_of_drawn_arms_hold_the_truth(arm):
+    """Offsets and axes together are redundant: tolerances alone tell them apart."""
+    inside = []
+    for seed in range(20):
+        truth = with_offsets(arm, seed)
+        found = identify(
+            arm,
+            truth.q,
+            measured(arm, truth, truth.q, seed),
+            vary=("offset", "axis"),
+            tolerances=TOLERANCES,
+            T_W_base=truth.T_W_base,
+        )
+        assert not found.redundant
+        own = [k for k, name in enumerate(found.names) if "base_" not in name][:-9]
+        true = truth.p[chosen(arm, [found.names[k] for k in own])]
+        low, high = found.intervals[own].T
+        inside.append((low <= true) & (true <= high))
+    assert 0.92 < np.mean(inside) < 0.98
+
+
+def test_few_measurements_leave_parameters_near_nominal(arm):
+    truth = with_offsets(arm, 2)
+    few = measured(arm, truth, truth.q[:4])
+    free = identify(arm, truth.q[:4], few, robust=False)
+    near = identify(
+        arm, truth.q[:4], few, vary=("offset", "axis"), tolerances=TOLERANCES, robust=False
+    )
+    q = np.random.default_rng(0).uniform(-2.5, 2.5, (500, 6))
+    held = measured(arm, truth, q)
+    errors = [np.sqrt(np.mean(found.held_back(q, held) ** 2)) for found in (free, near)]
+    assert 3 * errors[1] < errors[0]
+    assert np.abs(near.deviations[:-9]).max() < 0.05
+
+
+def test_the_frame_takes_the_corrections_of_the_base(arm):
+    truth = with_offsets(arm, 2)
+    found = identify(
+        arm, truth.q, measured(arm, truth, truth.q), vary=("offset",), tolerances=TOLERANCES
+    )
+    assert_allclose(found.p[chosen(arm, ["base"])], 0)
+    assert_allclose(
+        found.errors, found.held_back(truth.q, found.observation), atol=1e-6 * found.after
+    )
+
+
+@pytest.mark.parametrize("name", ["ur5e", "puma560", "stanford"])
+def test_the_simplest_model_that_predicts_best(loaded, name):
+    robot = loaded(name)
+    truth = drawn(robot, 3, zero=0.02, count=36)
+    found = best_model(robot, truth.q, measured(robot, truth, truth.q))
+    assert found.model.name == "offsets and axes"
+    assert found.errors["joint offsets"] > 5 * found.errors["offsets and axes"]
+    assert 0.85 < found.calibration.noise < 1.15
+    p = nominal(robot)
+    zeros = chosen(robot, ["offset"])
+    p[zeros] += np.random.default_rng(0).uniform(-0.02, 0.02, len(zeros))
+    q = truth.q
+    found = best_model(robot, q, measured(robot, truth._replace(p=p), q))
+    assert found.model.name == "joint offsets"
+
+
+def test_weights_are_those_of_repeated_measurements(arm, truth):
+    once = measured(arm, truth, truth.q)
+    q = np.concatenate([truth.q, truth.q[:10]])
+    twice = Positions(np.concatenate([once.points, once.points[:10]]), NOISE)
+    weights = np.where(np.arange(60) < 10, 2.0, 1.0)
+    a = identify(arm, q, twice, robust=False, T_W_base=truth.T_W_base)
+    b = identify(arm, truth.q, once, robust=False, T_W_base=truth.T_W_base, weights=weights)
+    assert_allclose(a.values, b.values, atol=1e-9)
+    with pytest.raises(ShapeError, match=r"weights must have shape \(60,\), got \(3,\)"):
+        identify(arm, truth.q, once, weights=[1, 2, 3])
+
+
+def test_unknown_tolerances(arm, truth):
+    with pytest.raises(InputValueError, match="no parameter, part or unit elbows"):
+        identify(arm, truth.q, measured(arm, truth, truth.q), tolerances={"elbows": 1.0})
