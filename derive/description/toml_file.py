@@ -242,7 +242,8 @@ class TomlFile:
         for symbol in sorted(expression.free_symbols, key=str):
             known = self.kinds.setdefault(symbol.name, _use(symbol, expression, kind))
             in_file_units[symbol] = symbol / self.scale[known]
-            if known not in (kind, "ratio") and isinstance(expression, sp.Symbol):
+            is_meant = isinstance(expression, sp.Symbol) or "mass" in (kind, known)
+            if known not in (kind, "ratio") and is_meant:
                 self.fail(
                     keys,
                     f"{KIND_WORDS[kind]}; by its unit or first use {symbol} is {KIND_WORDS[known]}",

@@ -120,7 +120,7 @@ WRONG = [
     (11, "a1 = 1e400", "parameters.a1", "larger than 1e30"),
     (11, "q1 = 300", "parameters.q1", "no coordinate such as q1"),
     (11, "pi = 3", "parameters.pi", "none of"),
-    (12, 'd2 = { value = 8, unit = "kg" }', "parameters.d2.unit", "one of m, cm, mm, inch"),
+    (12, 'd2 = { value = 8, unit = "lb" }', "parameters.d2.unit", "one of m, cm, mm, inch"),
     (12, "d2 = { vale = 8 }", "parameters.d2.vale", "did you mean 'value'?"),
     (12, 'd2 = { unit = "cm" }', "parameters.d2.value", "a number"),
     (17, "name = 5", "joints[1].name", "a letter"),

@@ -122,6 +122,11 @@ def test_a_rigid_robot_has_no_compliance(tmp_path):
         ('link = "plate"\nmass', 'link = "arm"\nmass', "one of the links"),
         ("mass = 3\n", "", "kilograms"),
         ("mass = 3\n", "mass = 3\nweight = 2\n", "weight"),
+        (
+            "[[joints]]\nalpha",
+            '[parameters]\nm = { value = 3, unit = "kg" }\n[[joints]]\na = "m / 2"\nalpha',
+            "a mass",
+        ),
     ],
 )
 def test_wrong_masses_are_named(old, new, expected):
