@@ -11,7 +11,6 @@ from typing import Any
 
 from . import check, count, document
 from .accuracy import (
-    calibrations,
     cleaned_files,
     displaced_arms,
     field,
@@ -22,8 +21,8 @@ from .accuracy import (
     misses,
     planar_modes,
     platform_modes,
-    tracker_sets,
 )
+from .calibration import calibrations, tracker_sets
 from .cases.poses import CASES
 from .measures import derivation, studies
 from .peers.forward import absent

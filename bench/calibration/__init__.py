@@ -1,0 +1,1 @@
+"""Calibration of drawn arms, and of simulated sets of a laser tracker."""
