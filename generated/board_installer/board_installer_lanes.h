@@ -1987,39 +1987,108 @@ static LANES_TARGET void LANES_NAME(board_installer_actuator_accelerations)(cons
   out[4] = v118; out[5] = thetadd_7;
 }
 
-// actuators_all: 74 operations: multiply 33, add 24, trig 8, other 9
+// actuators_all: 256 operations: multiply 102, add 113, trig 14, other 27
 static LANES_TARGET void LANES_NAME(board_installer_actuators_all)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], theta_5 = in[5],
-      theta_6 = in[6], theta_7 = in[7];
-  LANES_COS_SIN(v1, v16, theta_2);
-  const lanes v2 = 0.2 * v1, v3 = theta_2 + theta_3;
-  LANES_COS_SIN(v13, v4, v3);
-  const lanes v5 = 0.24 * v4, v6 = v2 + v5, v7 = v6 - 0.2, v8 = 0.16 * v7, v9 = 5.0 * theta_1,
-      v10 = v9 + 0.8, v11 = v10 - 1.2, v12 = 0.2 * v11, v14 = 0.24 * v13, v15 = v12 + v14,
-      v17 = 0.2 * v16, v18 = v15 - v17, v19 = v18 * v18, v20 = v7 * v7, v21 = v19 + v20,
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], theta_4 = in[4],
+      theta_5 = in[5], theta_6 = in[6], theta_7 = in[7], v1 = 5.0 * theta_1, v2 = v1 + 0.8,
+      v3 = v2 - 1.2, v4 = 0.2 * v3, v5 = theta_2 + theta_3;
+  LANES_COS_SIN(v6, v16, v5);
+  const lanes v7 = 0.24 * v6, v8 = v4 + v7;
+  LANES_COS_SIN(v14, v9, theta_2);
+  const lanes v10 = 0.2 * v9, v11 = v8 - v10, v12 = 0.16 * v11, v13 = v11 * v11, v15 = 0.2 * v14,
+      v17 = 0.24 * v16, v18 = v15 + v17, v19 = v18 - 0.2, v20 = v19 * v19, v21 = v13 + v20,
       v22 = 0.0256 * v21;
   LANES_LET1(v23, sqrt, v22);
-  const lanes v24 = v8 / v23, v25 = 0.16 * v18, v26 = v25 / v23;
-  LANES_LET2(v27, atan2, v24, v26); LANES_COS_SIN(v28, v29, theta_6);
-  const lanes v30 = 0.8 * v16, v31 = v14 - v30, v32 = 2.0 * v31, v33 = 0.8 * v1, v34 = v5 + v33,
-      v35 = v32 * v34, v36 = v31 * v31, v37 = v34 * v34, v38 = v36 + v37, v39 = v35 / v38,
-      v40 = v39 * v13, v41 = v31 + v34, v42 = v31 - v34, v43 = v41 * v42, v44 = v43 / v38,
-      v45 = v44 * v4, v46 = v40 - v45, v47 = 0.24 * v46, v48 = v2 + v47, v49 = v48 - 0.2,
-      v50 = 0.16 * v49, v51 = v44 * v13, v52 = v39 * v4, v53 = v51 + v52, v54 = 0.24 * v53,
-      v55 = v12 + v54, v56 = v55 - v17, v57 = v56 * v56, v58 = v49 * v49, v59 = v57 + v58,
-      v60 = 0.0256 * v59;
-  LANES_LET1(v61, sqrt, v60);
-  const lanes v62 = v50 / v61, v63 = 0.16 * v56, v64 = v63 / v61;
-  LANES_LET2(v65, atan2, v62, v64); out[0] = theta_0; out[1] = theta_1; out[2] = v27;
-  out[3] = theta_5;
-  const lanes v66 = 0.15 * v28, v67 = 0.12 - v66, v68 = v67 * v67, v69 = 0.15 * v29,
-      v70 = 0.20784609690826528 + v69, v71 = v70 * v70, v72 = v68 + v71;
-  LANES_LET1(v73, sqrt, v72);
-  const lanes v74 = v73 - 0.21;
-  out[4] = v74; out[5] = theta_7; out[6] = theta_0; out[7] = theta_1; out[8] = v65;
-  out[9] = theta_5; out[10] = v74; out[11] = theta_7; out[12] = LANES_OF(1.0);
-  out[13] = LANES_OF(1.0);
+  const lanes v24 = v12 / v23, v25 = 0.16 * v19, v26 = v25 / v23, v27 = 0.8 * v9, v28 = 0.8 * v14,
+      v29 = v5 + theta_4;
+  LANES_COS_SIN(v31, v30, v29);
+  const lanes v32 = theta_3 + theta_4;
+  LANES_COS_SIN(v36, v33, v32); LANES_COS_SIN(v34, v35, theta_3); LANES_LET2(v37, atan2, v26, v24);
+  LANES_COS_SIN(v38, v39, theta_6);
+  const lanes v40 = v7 - v27, v41 = v17 + v28, v42 = v40 + v41, v43 = v40 - v41, v44 = v42 * v43,
+      v45 = v40 * v40, v46 = v41 * v41, v47 = v45 + v46, v48 = v44 / v47, v49 = v48 * v6,
+      v50 = 2.0 * v40, v51 = v50 * v41, v52 = v51 / v47, v53 = v52 * v16, v54 = v49 + v53,
+      v55 = 0.24 * v54, v56 = v4 + v55, v57 = v56 - v10, v58 = 0.16 * v57, v59 = v57 * v57,
+      v60 = v52 * v6, v61 = v48 * v16, v62 = v60 - v61, v63 = 0.24 * v62, v64 = v15 + v63,
+      v65 = v64 - 0.2, v66 = v65 * v65, v67 = v59 + v66, v68 = 0.0256 * v67;
+  LANES_LET1(v69, sqrt, v68);
+  const lanes v70 = v58 / v69, v71 = 0.16 * v65, v72 = v71 / v69;
+  LANES_LET2(v73, atan2, v72, v70);
+  const lanes v74 = 0.16 * v24, v75 = v11 - v74, v76 = v75 * v75, v77 = 0.16 * v26, v78 = v19 - v77,
+      v79 = v78 * v78, v80 = v76 + v79, v81 = v8 + v27, v82 = v81 - v9, v83 = v82 - v74,
+      v84 = v83 * v83, v85 = v80 + v84, v86 = v14 + v17, v87 = v86 - 0.2, v88 = v87 - v28,
+      v89 = v88 - v77, v90 = v89 * v89, v91 = v85 + v90, v92 = 1.2 * v6, v93 = 0.12 * v30,
+      v94 = v92 - v93, v95 = 1.2 * v94, v96 = v94 * v94, v97 = 1.2 * v16, v98 = 0.12 * v31,
+      v99 = v97 + v98, v100 = v99 - 0.12, v101 = v100 * v100, v102 = v96 + v101, v103 = 1.44 * v102;
+  LANES_LET1(v104, sqrt, v103);
+  const lanes v105 = v95 / v104, v106 = v105 * v14, v107 = 1.2 * v100, v108 = v107 / v104,
+      v109 = v108 * v9, v110 = v106 + v109, v111 = 1.2 * v110, v112 = 0.12 * v33,
+      v113 = v111 + v112, v114 = 0.12 * v9, v115 = v113 + v114, v116 = 1.2 * v34,
+      v117 = v115 - v116, v118 = v117 * v117, v119 = v91 + v118, v120 = v108 * v14,
+      v121 = v105 * v9, v122 = v120 - v121, v123 = 1.2 * v122, v124 = 0.12 * v14,
+      v125 = v123 + v124, v126 = 1.2 * v35, v127 = v125 - v126, v128 = 0.12 * v36,
+      v129 = v127 - v128, v130 = v129 * v129, v131 = v119 + v130;
+  const lanes_where v132 = LANES_LT(v131, 1.44e-12);
+  const lanes v133 = v9 - 0.12, v134 = v133 + v14, v135 = v133 - v14, v136 = v134 * v135,
+      v137 = v133 * v133, v138 = v14 * v14, v139 = v137 + v138, v140 = v136 / v139,
+      v141 = 0.12 * v140, v142 = v9 + v141, v143 = v142 - 0.12, v144 = v140 * v9, v145 = 2.0 * v133,
+      v146 = v145 * v14, v147 = v146 / v139, v148 = v147 * v14, v149 = v144 + v148,
+      v150 = v143 - v149, v151 = v150 * v150, v152 = v91 + v151, v153 = v147 * v9,
+      v154 = v140 * v14, v155 = v153 - v154, v156 = v155 - v14, v157 = 0.12 * v147,
+      v158 = v156 - v157, v159 = v158 * v158, v160 = v152 + v159, v161 = v92 - v157,
+      v162 = v161 - v93, v163 = 1.2 * v162, v164 = v162 * v162, v165 = v99 - v141,
+      v166 = v165 * v165, v167 = v164 + v166, v168 = 1.44 * v167;
+  LANES_LET1(v169, sqrt, v168);
+  const lanes v170 = v163 / v169, v171 = v170 * v14, v172 = 1.2 * v165, v173 = v172 / v169,
+      v174 = v173 * v9, v175 = v171 + v174, v176 = 1.2 * v175, v177 = v176 + v112,
+      v178 = 0.12 * v149, v179 = v177 + v178, v180 = v179 - v116, v181 = v180 * v180,
+      v182 = v160 + v181, v183 = v173 * v14, v184 = v170 * v9, v185 = v183 - v184,
+      v186 = 1.2 * v185, v187 = v186 - v126, v188 = v187 - v128, v189 = 0.12 * v155,
+      v190 = v188 - v189, v191 = v190 * v190, v192 = v182 + v191;
+  const lanes_where v193 = LANES_LT(v192, 1.44e-12); const lanes_where v194 = LANES_OR(v132, v193);
+  const lanes v195 = LANES_CHOICE(v194, 0.0, -1.0);
+  LANES_LET1(v196, sqrt, v195);
+  const lanes v197 = v196 + theta_0;
+  out[0] = v197;
+  const lanes v198 = v196 + theta_1;
+  out[1] = v198;
+  const lanes v199 = v196 + v37;
+  out[2] = v199;
+  const lanes v200 = v196 + theta_5;
+  out[3] = v200;
+  const lanes v201 = 0.15 * v38, v202 = 0.12 - v201, v203 = v202 * v202, v204 = 0.15 * v39,
+      v205 = 0.20784609690826528 + v204, v206 = v205 * v205, v207 = v203 + v206;
+  LANES_LET1(v208, sqrt, v207);
+  const lanes v209 = v208 - 0.21, v210 = v196 + v209;
+  out[4] = v210;
+  const lanes v211 = v196 + theta_7;
+  out[5] = v211;
+  const lanes v212 = v118 + v130, v213 = 0.16 * v70, v214 = v57 - v213, v215 = v214 * v214,
+      v216 = v212 + v215, v217 = 0.16 * v72, v218 = v65 - v217, v219 = v218 * v218,
+      v220 = v216 + v219, v221 = v48 * v9, v222 = v52 * v14, v223 = v221 - v222, v224 = 0.8 * v223,
+      v225 = v8 + v224, v226 = v225 - v9, v227 = v226 - v213, v228 = v227 * v227,
+      v229 = v220 + v228, v230 = v48 * v14, v231 = v52 * v9, v232 = v230 + v231, v233 = 0.8 * v232,
+      v234 = v86 + v233, v235 = v234 - 0.2, v236 = v235 - v217, v237 = v236 * v236,
+      v238 = v229 + v237;
+  const lanes_where v239 = LANES_LT(v238, 1.44e-12);
+  const lanes v240 = v151 + v159, v241 = v240 + v181, v242 = v241 + v191, v243 = v242 + v215,
+      v244 = v243 + v219, v245 = v244 + v228, v246 = v245 + v237;
+  const lanes_where v247 = LANES_LT(v246, 1.44e-12); const lanes_where v248 = LANES_OR(v239, v247);
+  const lanes v249 = LANES_CHOICE(v248, 0.0, -1.0);
+  LANES_LET1(v250, sqrt, v249);
+  const lanes v251 = v250 + theta_0;
+  out[6] = v251;
+  const lanes v252 = v250 + theta_1;
+  out[7] = v252;
+  const lanes v253 = v73 + v250;
+  out[8] = v253;
+  const lanes v254 = v250 + theta_5;
+  out[9] = v254;
+  const lanes v255 = v250 + v209;
+  out[10] = v255;
+  const lanes v256 = v250 + theta_7;
+  out[11] = v256; out[12] = LANES_OF(1.0); out[13] = LANES_OF(1.0);
 }
 
 // constraint: 91 operations: multiply 26, add 39, trig 26

@@ -44,4 +44,18 @@
 /* Sine of the middle angle's distance from a quarter turn, below which the outer two are one. */
 #define CHASLES_GIMBAL 1e-12
 
+/* Double joints. Error of the polynomial in parts of the largest terms of a sample's sum. */
+#define CHASLES_JOINT_NOISE 1e-14
+/* The same, of its greatest coefficient, below which it vanishes. */
+#define CHASLES_JOINT_VANISHED 1e-9
+/* Distance of two ends, square of a circle's radius, and sine of the angle between two sides of
+ * three joints, below which they are too flat for circles. */
+#define CHASLES_JOINTS_APART 1e-6
+/* Square of a sine up to which it is that of a real angle at a zero of the polynomial. */
+#define CHASLES_JOINT_UNREAL 1e-4
+/* rad: a zero is no further from its pose. */
+#define CHASLES_JOINT_TURN 0.05
+/* Squares of lengths: error of the joints' distances in a pose. */
+#define CHASLES_JOINTS_HELD 1e-11
+
 #endif

@@ -2309,7 +2309,7 @@ static LANES_TARGET void LANES_NAME(delta_actuator_margin)(const lanes *in, lane
   out[2] = v128;
 }
 
-// actuators_all: 205 operations: multiply 98, add 69, negate 11, trig 12, other 15
+// actuators_all: 375 operations: multiply 135, add 178, negate 5, trig 12, other 45
 static LANES_TARGET void LANES_NAME(delta_actuators_all)(const lanes *in, lanes *out)
 {
   const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], theta_4 = in[4],
@@ -2320,87 +2320,188 @@ static LANES_TARGET void LANES_NAME(delta_actuators_all)(const lanes *in, lanes 
   LANES_COS_SIN(v10, v15, theta_3);
   const lanes v11 = v5 * v3, v12 = 0.05 * v1, v13 = v11 + v12, v14 = v10 * v13, v17 = 0.04 * v16,
       v18 = v15 * v17, v19 = v14 - v18, v20 = v19 + theta_0, v21 = v20 - 0.2, v22 = v21 * v21,
-      v23 = v9 + v22, v24 = 0.5 * v23, v25 = 0.0338 + v24, v26 = v10 * v17, v27 = v15 * v13,
-      v28 = v26 + v27, v29 = v28 + theta_1, v30 = v29 - 0.04, v31 = v30 * v30, v32 = 0.64 - v31,
-      v33 = 0.5 * v32, v34 = v25 - v33, v35 = v34 / v23, v36 = v8 * v35;
-  LANES_LET1(v37, sqrt, v23);
-  const lanes v38 = 0.26 + v37, v39 = v38 * v38, v40 = v39 - v32, v41 = v37 - 0.26, v42 = v41 * v41,
-      v43 = v32 - v42, v44 = v40 * v43;
-  LANES_LET1(v45, sqrt, v44);
-  const lanes v46 = 0.5 * v45, v47 = v46 / v23, v48 = v21 * v47, v49 = v36 + v48,
-      v50 = 3.8461538461538463 * v49, v51 = v8 * v47, v52 = v21 * v35, v53 = v51 - v52,
-      v54 = 3.8461538461538463 * v53, v55 = -v54;
-  LANES_LET2(v56, atan2, v50, v55);
-  const lanes v57 = 0.05964101615137755 * v5, v58 = 0.023301270189221932 * v2, v59 = v1 * v58,
-      v60 = v57 + v59, v61 = v60 + theta_2, v62 = v61 * v61, v63 = 0.05964101615137755 * v1,
-      v64 = v5 * v58, v65 = v63 - v64, v66 = v10 * v65, v67 = 0.023301270189221932 * v16,
-      v68 = v15 * v67, v69 = v66 + v68, v70 = theta_0 - v69, v71 = 0.1 + v70, v72 = 0.5 * v71,
-      v73 = v10 * v67, v74 = v15 * v65, v75 = v73 - v74, v76 = v75 + theta_1,
-      v77 = v76 - 0.17320508075688773, v78 = 0.8660254037844386 * v77, v79 = v72 - v78,
-      v80 = v79 * v79, v81 = v62 + v80, v82 = 0.5 * v81, v83 = 0.0338 + v82, v84 = 0.5 * v77,
-      v85 = 0.8660254037844386 * v71, v86 = v84 + v85, v87 = 0.04 + v86, v88 = v87 * v87,
-      v89 = 0.64 - v88, v90 = 0.5 * v89, v91 = v83 - v90, v92 = v91 / v81, v93 = v61 * v92;
-  LANES_LET1(v94, sqrt, v81);
-  const lanes v95 = 0.26 + v94, v96 = v95 * v95, v97 = v96 - v89, v98 = v94 - 0.26, v99 = v98 * v98,
-      v100 = v89 - v99, v101 = v97 * v100;
-  LANES_LET1(v102, sqrt, v101);
-  const lanes v103 = 0.5 * v102, v104 = v103 / v81, v105 = v79 * v104, v106 = v93 - v105,
-      v107 = 3.8461538461538463 * v106, v108 = v61 * v104, v109 = v79 * v92, v110 = v108 + v109,
-      v111 = 3.8461538461538463 * v110, v112 = -v111;
-  LANES_LET2(v113, atan2, v107, v112);
-  const lanes v114 = 0.009641016151377546 * v5, v115 = 0.06330127018922194 * v2, v116 = v1 * v115,
-      v117 = v114 + v116, v118 = theta_2 - v117, v119 = v118 * v118,
-      v120 = 0.06330127018922194 * v16, v121 = v15 * v120, v122 = v5 * v115,
-      v123 = 0.009641016151377546 * v1, v124 = v122 - v123, v125 = v10 * v124, v126 = v121 - v125,
-      v127 = v126 + theta_0, v128 = 0.1 + v127, v129 = 0.5 * v128, v130 = v10 * v120,
-      v131 = v15 * v124, v132 = v130 + v131, v133 = theta_1 - v132,
-      v134 = 0.17320508075688773 + v133, v135 = 0.8660254037844386 * v134, v136 = v129 + v135,
-      v137 = v136 * v136, v138 = v119 + v137, v139 = 0.5 * v138, v140 = 0.0338 + v139,
-      v141 = 0.8660254037844386 * v128, v142 = 0.5 * v134, v143 = v141 - v142, v144 = v143 - 0.04,
-      v145 = v144 * v144, v146 = 0.64 - v145, v147 = 0.5 * v146, v148 = v140 - v147,
-      v149 = v148 / v138, v150 = v118 * v149;
-  LANES_LET1(v151, sqrt, v138);
-  const lanes v152 = 0.26 + v151, v153 = v152 * v152, v154 = v153 - v146, v155 = v151 - 0.26,
-      v156 = v155 * v155, v157 = v146 - v156, v158 = v154 * v157;
-  LANES_LET1(v159, sqrt, v158);
-  const lanes v160 = 0.5 * v159, v161 = v160 / v138, v162 = v136 * v161, v163 = v150 - v162,
-      v164 = 3.8461538461538463 * v163, v165 = v118 * v161, v166 = v136 * v149, v167 = v165 + v166,
-      v168 = 3.8461538461538463 * v167, v169 = -v168;
-  LANES_LET2(v170, atan2, v164, v169);
-  const lanes v171 = v150 + v162, v172 = 3.8461538461538463 * v171, v173 = v166 - v165,
-      v174 = 3.8461538461538463 * v173, v175 = -v174;
-  LANES_LET2(v176, atan2, v172, v175);
-  const lanes v177 = v93 + v105, v178 = 3.8461538461538463 * v177, v179 = v109 - v108,
-      v180 = 3.8461538461538463 * v179, v181 = -v180;
-  LANES_LET2(v182, atan2, v178, v181);
-  const lanes v183 = v36 - v48, v184 = 3.8461538461538463 * v183, v185 = v51 + v52,
-      v186 = 3.8461538461538463 * v185;
-  LANES_LET2(v187, atan2, v184, v186);
-  const lanes v188 = -v56;
-  out[0] = v188;
-  const lanes v189 = -v113;
-  out[1] = v189;
-  const lanes v190 = -v170;
-  out[2] = v190; out[3] = v188; out[4] = v189;
-  const lanes v191 = -v176;
-  out[5] = v191; out[6] = v188;
-  const lanes v192 = -v182;
-  out[7] = v192; out[8] = v190; out[9] = v188; out[10] = v192; out[11] = v191;
-  const lanes v193 = -v187;
-  out[12] = v193; out[13] = v189; out[14] = v190; out[15] = v193; out[16] = v189; out[17] = v191;
-  out[18] = v193; out[19] = v192; out[20] = v190; out[21] = v193; out[22] = v192; out[23] = v191;
-  const lanes v194 = 3.698224852071006 * v44, v195 = v194 / v32, v196 = 1.5625 * v32,
-      v197 = v195 * v196;
-  out[24] = v197;
-  const lanes v198 = 3.698224852071006 * v101, v199 = v198 / v89, v200 = 1.5625 * v89,
-      v201 = v199 * v200;
-  out[25] = v201;
-  const lanes v202 = 3.698224852071006 * v158, v203 = v202 / v146, v204 = 1.5625 * v146,
-      v205 = v203 * v204;
-  out[26] = v205; out[27] = v197; out[28] = v201; out[29] = v205; out[30] = v197; out[31] = v201;
-  out[32] = v205; out[33] = v197; out[34] = v201; out[35] = v205; out[36] = v197; out[37] = v201;
-  out[38] = v205; out[39] = v197; out[40] = v201; out[41] = v205; out[42] = v197; out[43] = v201;
-  out[44] = v205; out[45] = v197; out[46] = v201; out[47] = v205;
+      v23 = v9 + v22;
+  LANES_LET1(v24, sqrt, v23);
+  const lanes v25 = 0.26 + v24, v26 = v25 * v25, v27 = v10 * v17, v28 = v15 * v13, v29 = v27 + v28,
+      v30 = v29 + theta_1, v31 = v30 - 0.04, v32 = v31 * v31, v33 = 0.64 - v32, v34 = v26 - v33,
+      v35 = v24 - 0.26, v36 = v35 * v35, v37 = v33 - v36, v38 = v34 * v37;
+  LANES_LET1(v39, sqrt, v38);
+  const lanes v40 = 0.5 * v39, v41 = v40 / v23, v42 = v8 * v41, v43 = 0.5 * v23, v44 = 0.0338 + v43,
+      v45 = 0.5 * v33, v46 = v44 - v45, v47 = v46 / v23, v48 = v21 * v47, v49 = v42 - v48,
+      v50 = v8 * v47, v51 = v21 * v41, v52 = v50 + v51, v53 = 0.05964101615137755 * v5,
+      v54 = 0.023301270189221932 * v2, v55 = v1 * v54, v56 = v53 + v55, v57 = v56 + theta_2,
+      v58 = v57 * v57, v59 = 0.05964101615137755 * v1, v60 = v5 * v54, v61 = v59 - v60,
+      v62 = v10 * v61, v63 = 0.023301270189221932 * v16, v64 = v15 * v63, v65 = v62 + v64,
+      v66 = theta_0 - v65, v67 = 0.1 + v66, v68 = 0.5 * v67, v69 = v10 * v63, v70 = v15 * v61,
+      v71 = v69 - v70, v72 = v71 + theta_1, v73 = v72 - 0.17320508075688773,
+      v74 = 0.8660254037844386 * v73, v75 = v68 - v74, v76 = v75 * v75, v77 = v58 + v76;
+  LANES_LET1(v78, sqrt, v77);
+  const lanes v79 = 0.26 + v78, v80 = v79 * v79, v81 = 0.5 * v73, v82 = 0.8660254037844386 * v67,
+      v83 = v81 + v82, v84 = 0.04 + v83, v85 = v84 * v84, v86 = 0.64 - v85, v87 = v80 - v86,
+      v88 = v78 - 0.26, v89 = v88 * v88, v90 = v86 - v89, v91 = v87 * v90;
+  LANES_LET1(v92, sqrt, v91);
+  const lanes v93 = 0.5 * v92, v94 = v93 / v77, v95 = v57 * v94, v96 = 0.5 * v77,
+      v97 = 0.0338 + v96, v98 = 0.5 * v86, v99 = v97 - v98, v100 = v99 / v77, v101 = v75 * v100,
+      v102 = v95 + v101, v103 = 0.009641016151377546 * v1, v104 = 0.06330127018922194 * v2,
+      v105 = v5 * v104, v106 = 0.06330127018922194 * v16, v107 = v15 * v106, v108 = v10 * v106,
+      v109 = v57 * v100, v110 = v75 * v94, v111 = v109 - v110, v112 = v1 * v104,
+      v113 = 0.009641016151377546 * v5, v114 = v113 + v112, v115 = theta_2 - v114,
+      v116 = v115 * v115, v117 = v105 - v103, v118 = v10 * v117, v119 = v107 - v118,
+      v120 = v119 + theta_0, v121 = 0.1 + v120, v122 = 0.5 * v121, v123 = v15 * v117,
+      v124 = v108 + v123, v125 = theta_1 - v124, v126 = 0.17320508075688773 + v125,
+      v127 = 0.8660254037844386 * v126, v128 = v122 + v127, v129 = v128 * v128, v130 = v116 + v129;
+  LANES_LET1(v131, sqrt, v130);
+  const lanes v132 = 0.26 + v131, v133 = v132 * v132, v134 = 0.8660254037844386 * v121,
+      v135 = 0.5 * v126, v136 = v134 - v135, v137 = v136 - 0.04, v138 = v137 * v137,
+      v139 = 0.64 - v138, v140 = v133 - v139, v141 = v131 - 0.26, v142 = v141 * v141,
+      v143 = v139 - v142, v144 = v140 * v143;
+  LANES_LET1(v145, sqrt, v144);
+  const lanes v146 = 0.5 * v145, v147 = v146 / v130, v148 = v115 * v147, v149 = 0.5 * v130,
+      v150 = 0.0338 + v149, v151 = 0.5 * v139, v152 = v150 - v151, v153 = v152 / v130,
+      v154 = v128 * v153, v155 = v148 + v154, v156 = v115 * v153, v157 = v128 * v147,
+      v158 = v156 - v157, v159 = 3.8461538461538463 * v52, v160 = 3.8461538461538463 * v49,
+      v161 = -v160;
+  LANES_LET2(v162, atan2, v159, v161);
+  const lanes v163 = 3.8461538461538463 * v111, v164 = 3.8461538461538463 * v102, v165 = -v164;
+  LANES_LET2(v166, atan2, v163, v165);
+  const lanes v167 = 3.8461538461538463 * v158, v168 = 3.8461538461538463 * v155, v169 = -v168;
+  LANES_LET2(v170, atan2, v167, v169);
+  const lanes v171 = v154 - v148, v172 = v156 + v157, v173 = 3.8461538461538463 * v172,
+      v174 = 3.8461538461538463 * v171, v175 = -v174;
+  LANES_LET2(v176, atan2, v173, v175);
+  const lanes v177 = v101 - v95, v178 = v109 + v110, v179 = 3.8461538461538463 * v178,
+      v180 = 3.8461538461538463 * v177, v181 = -v180;
+  LANES_LET2(v182, atan2, v179, v181);
+  const lanes v183 = v42 + v48, v184 = v50 - v51, v185 = 3.8461538461538463 * v184,
+      v186 = 3.8461538461538463 * v183;
+  LANES_LET2(v187, atan2, v185, v186);
+  const lanes v188 = v49 - 0.2, v189 = v11 - v12, v190 = v10 * v189, v191 = v18 - v190,
+      v192 = v191 + theta_0, v193 = v188 + v192, v194 = v193 * v193, v195 = v15 * v189,
+      v196 = v27 + v195, v197 = theta_1 - v196, v198 = v197 + 0.04, v199 = v198 * v198,
+      v200 = v194 + v199, v201 = v6 + v4, v202 = theta_2 - v201, v203 = v52 - v202,
+      v204 = v203 * v203, v205 = v200 + v204;
+  LANES_LET1(v206, sqrt, v205);
+  const lanes v207 = v206 - 0.8, v208 = v207 * v207, v209 = v102 - 0.2, v210 = 0.5 * v209,
+      v211 = v210 + 0.034641016151377546, v212 = v103 + v105, v213 = v10 * v212, v214 = v213 - v107,
+      v215 = v214 + theta_0, v216 = v211 - v215, v217 = v216 * v216,
+      v218 = 0.8660254037844386 * v209, v219 = 0.02 - v218, v220 = v15 * v212, v221 = v108 + v220,
+      v222 = v221 + theta_1, v223 = v219 - v222, v224 = v223 * v223, v225 = v217 + v224,
+      v226 = v112 - v113, v227 = v226 + theta_2, v228 = v111 - v227, v229 = v228 * v228,
+      v230 = v225 + v229;
+  LANES_LET1(v231, sqrt, v230);
+  const lanes v232 = v231 - 0.8, v233 = v232 * v232, v234 = v208 + v233, v235 = v155 - 0.2,
+      v236 = 0.5 * v235, v237 = v236 - 0.034641016151377546, v238 = v59 + v60, v239 = v10 * v238,
+      v240 = v64 - v239, v241 = v240 + theta_0, v242 = v237 - v241, v243 = v242 * v242,
+      v244 = 0.8660254037844386 * v235, v245 = 0.02 + v244, v246 = v15 * v238, v247 = v69 + v246,
+      v248 = theta_1 - v247, v249 = v245 - v248, v250 = v249 * v249, v251 = v243 + v250,
+      v252 = v53 - v55, v253 = v252 + theta_2, v254 = v158 - v253, v255 = v254 * v254,
+      v256 = v251 + v255;
+  LANES_LET1(v257, sqrt, v256);
+  const lanes v258 = v257 - 0.8, v259 = v258 * v258, v260 = v234 + v259;
+  const lanes_where v261 = LANES_LT(v260, 6.399999999999999e-13);
+  const lanes v262 = LANES_CHOICE(v261, 0.0, -1.0);
+  LANES_LET1(v263, sqrt, v262);
+  const lanes v264 = v263 - v162;
+  out[0] = v264;
+  const lanes v265 = v263 - v166;
+  out[1] = v265;
+  const lanes v266 = v263 - v170;
+  out[2] = v266;
+  const lanes v267 = v171 - 0.2, v268 = 0.5 * v267, v269 = v268 - 0.034641016151377546,
+      v270 = v269 - v241, v271 = v270 * v270, v272 = 0.8660254037844386 * v267, v273 = 0.02 + v272,
+      v274 = v273 - v248, v275 = v274 * v274, v276 = v271 + v275, v277 = v172 - v253,
+      v278 = v277 * v277, v279 = v276 + v278;
+  LANES_LET1(v280, sqrt, v279);
+  const lanes v281 = v280 - 0.8, v282 = v281 * v281, v283 = v234 + v282;
+  const lanes_where v284 = LANES_LT(v283, 6.399999999999999e-13);
+  const lanes v285 = LANES_CHOICE(v284, 0.0, -1.0);
+  LANES_LET1(v286, sqrt, v285);
+  const lanes v287 = v286 - v162;
+  out[3] = v287;
+  const lanes v288 = v286 - v166;
+  out[4] = v288;
+  const lanes v289 = v286 - v176;
+  out[5] = v289;
+  const lanes v290 = v208 + v259, v291 = v177 - 0.2, v292 = 0.5 * v291,
+      v293 = v292 + 0.034641016151377546, v294 = v293 - v215, v295 = v294 * v294,
+      v296 = 0.8660254037844386 * v291, v297 = 0.02 - v296, v298 = v297 - v222, v299 = v298 * v298,
+      v300 = v295 + v299, v301 = v178 - v227, v302 = v301 * v301, v303 = v300 + v302;
+  LANES_LET1(v304, sqrt, v303);
+  const lanes v305 = v304 - 0.8, v306 = v305 * v305, v307 = v290 + v306;
+  const lanes_where v308 = LANES_LT(v307, 6.399999999999999e-13);
+  const lanes v309 = LANES_CHOICE(v308, 0.0, -1.0);
+  LANES_LET1(v310, sqrt, v309);
+  const lanes v311 = v310 - v162;
+  out[6] = v311;
+  const lanes v312 = v310 - v182;
+  out[7] = v312;
+  const lanes v313 = v310 - v170;
+  out[8] = v313;
+  const lanes v314 = v208 + v282, v315 = v314 + v306;
+  const lanes_where v316 = LANES_LT(v315, 6.399999999999999e-13);
+  const lanes v317 = LANES_CHOICE(v316, 0.0, -1.0);
+  LANES_LET1(v318, sqrt, v317);
+  const lanes v319 = v318 - v162;
+  out[9] = v319;
+  const lanes v320 = v318 - v182;
+  out[10] = v320;
+  const lanes v321 = v318 - v176;
+  out[11] = v321;
+  const lanes v322 = v233 + v259, v323 = v183 + 0.2, v324 = v323 - v192, v325 = v324 * v324,
+      v326 = v199 + v325, v327 = v184 - v202, v328 = v327 * v327, v329 = v326 + v328;
+  LANES_LET1(v330, sqrt, v329);
+  const lanes v331 = v330 - 0.8, v332 = v331 * v331, v333 = v322 + v332;
+  const lanes_where v334 = LANES_LT(v333, 6.399999999999999e-13);
+  const lanes v335 = LANES_CHOICE(v334, 0.0, -1.0);
+  LANES_LET1(v336, sqrt, v335);
+  const lanes v337 = v336 - v187;
+  out[12] = v337;
+  const lanes v338 = v336 - v166;
+  out[13] = v338;
+  const lanes v339 = v336 - v170;
+  out[14] = v339;
+  const lanes v340 = v233 + v282, v341 = v340 + v332;
+  const lanes_where v342 = LANES_LT(v341, 6.399999999999999e-13);
+  const lanes v343 = LANES_CHOICE(v342, 0.0, -1.0);
+  LANES_LET1(v344, sqrt, v343);
+  const lanes v345 = v344 - v187;
+  out[15] = v345;
+  const lanes v346 = v344 - v166;
+  out[16] = v346;
+  const lanes v347 = v344 - v176;
+  out[17] = v347;
+  const lanes v348 = v259 + v306, v349 = v348 + v332;
+  const lanes_where v350 = LANES_LT(v349, 6.399999999999999e-13);
+  const lanes v351 = LANES_CHOICE(v350, 0.0, -1.0);
+  LANES_LET1(v352, sqrt, v351);
+  const lanes v353 = v352 - v187;
+  out[18] = v353;
+  const lanes v354 = v352 - v182;
+  out[19] = v354;
+  const lanes v355 = v352 - v170;
+  out[20] = v355;
+  const lanes v356 = v282 + v306, v357 = v356 + v332;
+  const lanes_where v358 = LANES_LT(v357, 6.399999999999999e-13);
+  const lanes v359 = LANES_CHOICE(v358, 0.0, -1.0);
+  LANES_LET1(v360, sqrt, v359);
+  const lanes v361 = v360 - v187;
+  out[21] = v361;
+  const lanes v362 = v360 - v182;
+  out[22] = v362;
+  const lanes v363 = v360 - v176;
+  out[23] = v363;
+  const lanes v364 = 3.698224852071006 * v38, v365 = v364 / v33, v366 = 1.5625 * v33,
+      v367 = v365 * v366;
+  out[24] = v367;
+  const lanes v368 = 3.698224852071006 * v91, v369 = v368 / v86, v370 = 1.5625 * v86,
+      v371 = v369 * v370;
+  out[25] = v371;
+  const lanes v372 = 3.698224852071006 * v144, v373 = v372 / v139, v374 = 1.5625 * v139,
+      v375 = v373 * v374;
+  out[26] = v375; out[27] = v367; out[28] = v371; out[29] = v375; out[30] = v367; out[31] = v371;
+  out[32] = v375; out[33] = v367; out[34] = v371; out[35] = v375; out[36] = v367; out[37] = v371;
+  out[38] = v375; out[39] = v367; out[40] = v371; out[41] = v375; out[42] = v367; out[43] = v371;
+  out[44] = v375; out[45] = v367; out[46] = v371; out[47] = v375;
 }
 
 // constraint: 171 operations: multiply 64, add 89, trig 12, other 6

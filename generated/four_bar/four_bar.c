@@ -2021,13 +2021,48 @@ void four_bar_actuator_accelerations(const double theta[2], const double thetad[
 }
 
 // All branches of the loops' solution, NaN where a branch does not close.
-// 0 operations
+// 32 operations: multiply 13, add 9, trig 4, other 6
 void four_bar_actuators_all(const double theta[2], double q[1], double margin[1]) {
   // inputs
   const double theta_0 = theta[0];
-  // q; margin
-  q[0] = theta_0;
+  const double theta_1 = theta[1];
+  // shared terms
+  const double v2 = theta_0 + theta_1;
+  // cosines and sines
+  const double angle[2] = {theta_0, v2};
+  double c[2], s[2];
+  chasles_cos_sin(2, angle, c, s);
+  // constant entries of margin
   margin[0] = 1.0;
+  // shared terms; q
+  const double v6 = 0.1 * c[0];
+  const double v7 = 0.1 * s[0];
+  const double v8 = 0.3 * c[1];
+  const double v9 = 0.3 * s[1];
+  const double v10 = v6 + v8;
+  const double v11 = v7 + v9;
+  const double v12 = v10 - 0.35;
+  const double v13 = v11 * v11;
+  const double v14 = 0.25 * v11;
+  const double v15 = 0.25 * v12;
+  const double v16 = v12 * v12;
+  const double v17 = v16 + v13;
+  const double v18 = 0.0625 * v17;
+  const double v19 = sqrt(v18);
+  const double v20 = v15 / v19;
+  const double v21 = v14 / v19;
+  const double v22 = 0.25 * v20;
+  const double v23 = 0.25 * v21;
+  const double v24 = v12 - v22;
+  const double v25 = v11 - v23;
+  const double v26 = v24 * v24;
+  const double v27 = v25 * v25;
+  const double v28 = v26 + v27;
+  const int v29 = v28 < 1.2249999999999998e-13;
+  const double v30 = v29 ? 0.0 : -1.0;
+  const double v31 = sqrt(v30);
+  const double v32 = v31 + theta_0;
+  q[0] = v32;
 }
 
 // Residuals of the loop closure equations, zero where the loops are closed.

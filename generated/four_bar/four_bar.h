@@ -240,7 +240,7 @@ void four_bar_actuator_accelerations(const double theta[2], const double thetad[
 
 /* All branches of the loops' solution, NaN where a branch does not close.
  * branches: the only one
- * 0 operations.
+ * 32 operations: multiply 13, add 9, trig 4, other 6.
  *   theta: joints of the main chain, 2 (rad)
  *   q: one branch a row, 1 x 1 (rad)
  *   margin: margins of each branch, 1 x 1 (1) */

@@ -639,11 +639,24 @@ static LANES_TARGET void LANES_NAME(four_bar_actuator_accelerations)(const lanes
   out[0] = thetadd_0;
 }
 
-// actuators_all: 0 operations
+// actuators_all: 32 operations: multiply 13, add 9, trig 4, other 6
 static LANES_TARGET void LANES_NAME(four_bar_actuators_all)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  out[0] = theta_0; out[1] = LANES_OF(1.0);
+  const lanes theta_0 = in[0], theta_1 = in[1];
+  LANES_COS_SIN(v1, v4, theta_0);
+  const lanes v2 = theta_0 + theta_1;
+  LANES_COS_SIN(v3, v5, v2);
+  const lanes v6 = 0.1 * v1, v7 = 0.3 * v3, v8 = v6 + v7, v9 = v8 - 0.35, v10 = 0.25 * v9,
+      v11 = v9 * v9, v12 = 0.1 * v4, v13 = 0.3 * v5, v14 = v12 + v13, v15 = v14 * v14,
+      v16 = v11 + v15, v17 = 0.0625 * v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = v10 / v18, v20 = 0.25 * v19, v21 = v9 - v20, v22 = v21 * v21, v23 = 0.25 * v14,
+      v24 = v23 / v18, v25 = 0.25 * v24, v26 = v14 - v25, v27 = v26 * v26, v28 = v22 + v27;
+  const lanes_where v29 = LANES_LT(v28, 1.2249999999999998e-13);
+  const lanes v30 = LANES_CHOICE(v29, 0.0, -1.0);
+  LANES_LET1(v31, sqrt, v30);
+  const lanes v32 = v31 + theta_0;
+  out[0] = v32; out[1] = LANES_OF(1.0);
 }
 
 // constraint: 18 operations: multiply 6, add 6, trig 6

@@ -203,28 +203,37 @@ static void chasles_general_triangles(const chasles_general_system *system,
     chasles_general_factored(system, &c, &s, R, &value);
 }
 
+/* Isolates the real roots of the determinant for a pose; whether no more of them may be hidden. */
+static int chasles_general_isolated(const chasles_general_six *six,
+                                    const chasles_general_split *split, const double *T,
+                                    chasles_general_system *system, chasles_circle_roots *roots)
+{
+    chasles_circle_series series;
+    chasles_general_eliminate(six, split, T, system);
+    chasles_general_interpolated(system, &series);
+    roots->count = 0;
+    if (!(series.noise < CHASLES_NOISE * series.most))
+        return 0;
+    chasles_circle_real(chasles_general_sampled, system, &series, roots);
+    const double rounding = CHASLES_CLEAN * series.most;
+    return !roots->unresolved && (series.most > CHASLES_VANISHED || series.noise < rounding);
+}
+
 /* Starts for Newton's steps, one a real root, and one where two are about to meet; how many. Also
- * whether no more of them may be hidden. */
+ * whether no more than two are near each other. */
 static int chasles_general_starts(const chasles_general_six *six,
-                                  const chasles_general_split *split, const double *T,
-                                  chasles_general_system *system, chasles_general_start *starts,
+                                  const chasles_general_split *split,
+                                  const chasles_general_system *system,
+                                  const chasles_circle_roots *roots, chasles_general_start *starts,
                                   int *sure)
 {
     double along[CHASLES_MOST_ROOTS], c[CHASLES_MOST_ROOTS], s[CHASLES_MOST_ROOTS];
-    chasles_circle_series series;
-    chasles_circle_roots roots;
-    chasles_general_eliminate(six, split, T, system);
-    chasles_general_interpolated(system, &series);
-    *sure = 0;
-    if (!(series.noise < CHASLES_NOISE * series.most))
-        return 0;
-    chasles_circle_real(chasles_general_sampled, system, &series, &roots);
-    *sure = !roots.unresolved && series.most > CHASLES_VANISHED;
     int count = 0;
-    for (int k = 0; k < roots.count; k++) {
+    *sure = 1;
+    for (int k = 0; k < roots->count; k++) {
         int near = 0, before = 0;
-        for (int i = 0; i < roots.count; i++) {
-            const double apart = fabs(chasles_circle_wrapped(roots.angle[i] - roots.angle[k]));
+        for (int i = 0; i < roots->count; i++) {
+            const double apart = fabs(chasles_circle_wrapped(roots->angle[i] - roots->angle[k]));
             near += i != k && apart < CHASLES_TWINS;
             before += i < k && apart < CHASLES_TWINS;
         }
@@ -232,9 +241,9 @@ static int chasles_general_starts(const chasles_general_six *six,
         /* Where many are near each other, they are found from poses nearby. */
         if (near > 1 && before > 0)
             continue;
-        along[count] = starts[count].along = roots.angle[k];
-        starts[count].imaginary = roots.imaginary[k];
-        starts[count++].has_twin = near > 0 || roots.imaginary[k] > 0.0;
+        along[count] = starts[count].along = roots->angle[k];
+        starts[count].imaginary = roots->imaginary[k];
+        starts[count++].has_twin = near > 0 || roots->imaginary[k] > 0.0;
     }
     chasles_cos_sin(count, along, c, s);
     for (int k = 0; k < count; k++)

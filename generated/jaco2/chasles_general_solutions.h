@@ -92,6 +92,9 @@ static unsigned chasles_general_finish(const chasles_general_six *six, const dou
                                        chasles_general_way *way, chasles_general_found *found)
 {
     chasles_general_polish(six, T, CHASLES_STEPS, way);
+    /* Onto a double solution a step goes half of the way: it is to be told from no other. */
+    if (way->left <= CHASLES_SOLVED && !way->is_over)
+        chasles_general_polish(six, T, 2 * CHASLES_STEPS, way);
     const int own = chasles_general_keep(six, found, way);
     found->open += way->left > CHASLES_SOLVED && way->left < CHASLES_NEAR;
     return own < 0 ? 0 : 1u << own;
@@ -186,27 +189,38 @@ static unsigned chasles_general_by_starts(const chasles_general_six *six, const 
     return places;
 }
 
-/* The solutions that a split gives; whether they surely are all. */
-static int chasles_general_by_split(const chasles_general_six *six, const double *T,
+/* The solutions at the roots of a split; whether they surely are as many as solutions there. */
+static int chasles_general_by_roots(const chasles_general_six *six, const double *T,
                                     const chasles_general_split *split,
-                                    chasles_general_found *found)
+                                    const chasles_general_system *system,
+                                    const chasles_circle_roots *roots, chasles_general_found *found)
 {
-    chasles_general_system system;
     chasles_general_start starts[CHASLES_MOST_ROOTS];
     int meeting = 0, sure;
-    const int count = chasles_general_starts(six, split, T, &system, starts, &sure);
+    const int count = chasles_general_starts(six, split, system, roots, starts, &sure);
     for (int k = 0; k < count; k++)
         meeting += starts[k].imaginary > 0.0;
     found->open = 0;
     unsigned places = chasles_general_by_starts(six, T, starts, count, found);
     if (meeting > 0 || chasles_general_bits(places) < count)
-        places |= chasles_general_by_twins(six, T, split, &system, starts, count, found);
+        places |= chasles_general_by_twins(six, T, split, system, starts, count, found);
     sure = sure && found->open == 0;
     for (int k = 0; k < count; k++)
         sure = sure && !chasles_general_is_short(six, split, starts, count, found, k);
     /* Solutions come in pairs; a split that misses a solution of another is not to be trusted. */
     const int own = chasles_general_bits(places);
     return sure && own == found->count && own % 2 == 0;
+}
+
+/* The solutions that a split gives; whether they surely are all. */
+static int chasles_general_by_split(const chasles_general_six *six, const double *T,
+                                    const chasles_general_split *split,
+                                    chasles_general_found *found)
+{
+    chasles_general_system system;
+    chasles_circle_roots roots;
+    const int sure = chasles_general_isolated(six, split, T, &system, &roots);
+    return chasles_general_by_roots(six, T, split, &system, &roots, found) && sure;
 }
 
 /* The pose turned and moved a little, each time another way; twice back and forth, for it may be at

@@ -18,8 +18,11 @@
 #define CHASLES_PIVOT_FLOOR 1e-30
 /* Part of the determinant's greatest coefficient that its errors may be: six digits remain. */
 #define CHASLES_NOISE 1e-6
-/* The determinant, of entries of order 1, where it may vanish for every angle but for rounding. */
+/* The determinant, of entries of order 1, where it may vanish for every angle but for rounding;
+ * unless its errors are a smaller part of it than those of what rounding alone leaves. Of an arm
+ * that is 1e-3 off a structure for which it vanishes, it may be 1e-20 and good to twelve digits. */
 #define CHASLES_VANISHED 1e-15
+#define CHASLES_CLEAN 1e-9
 /* rad^2: square of an angle so small that its series ends with its third power. */
 #define CHASLES_SMALL_TURN 1e-7
 /* Damping of Newton's steps, over the squares of J's entries: at first far from a solution and near

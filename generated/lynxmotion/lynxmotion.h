@@ -155,7 +155,7 @@ void lynxmotion_ik(const double T[16], double q[20], double residual[4], double 
 
 /* Every solution of the inverse kinematics, in 4 slots.
  * fk(q[k]) has its origin in p wherever residual[k] is rounding; free joints are 0
- * 286 operations: multiply 127, add 100, negate 4, trig 9, other 46.
+ * 296 operations: multiply 130, add 107, negate 4, trig 9, other 46.
  *   p: position of the tool in the base frame, 3 (m)
  *   q: joint coordinates, one solution a row, 4 x 5 (rad)
  *   residual: distance of fk(q[k]) from the target, 4 (m or rad)

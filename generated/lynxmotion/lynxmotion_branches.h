@@ -121,7 +121,7 @@ static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_branches)(cons
   }
 }
 
-// One branch of ik_position: 142 operations: multiply 70, add 41, negate 2, trig 4, other 25
+// One branch of ik_position: 145 operations: multiply 68, add 46, negate 2, trig 4, other 25
 LANES_INLINE void LANES_NAME(lynxmotion_ik_position_branch)(
     const double *p, const double (*choice)[8], int b, lanes *out)
 {
@@ -135,54 +135,55 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_position_branch)(
   const lanes v11 = p_1 * v9, v12 = v1 * v9, v14 = choice_0 * v12, v15 = choice_0 * v11,
       v16 = v14 * p_0, v17 = v15 * p_1, v18 = v16 - v17, v19 = v18 * v18, v20 = v19 + v6;
   LANES_LET1(v21, sqrt, v20);
-  const lanes v22 = v21 - 0.1, v23 = 0.1 + v21;
-  LANES_LET1(v24, fabs, v22); const lanes_where v25 = LANES_LE(0.1414213562373095, v23);
-  const lanes v26 = LANES_MIN(v23, 0.1414213562373095);
-  const lanes_where v27 = LANES_LE(v24, 0.1414213562373095); LANES_LET2(v28, fmax, v24, v26);
-  const lanes_where v29 = LANES_AND(v27, v25);
-  const lanes v30 = v28 * v28, v31 = 0.04 - v30, v32 = v30 - 0.02, v33 = v30 * v31,
-      v34 = 50.0 * v32;
-  const lanes_where v35 = LANES_LT(v32, 0.0); const lanes_where v36 = LANES_LT(1.6e-18, v33);
-  const lanes v37 = LANES_CHOICE(v35, -1.0, 1.0);
-  LANES_LET1(v38, sqrt, v33);
-  const lanes v39 = LANES_CHOICE(v36, v34, v37), v40 = 50.0 * v38, v41 = -v39,
-      v42 = LANES_CHOICE(v36, v40, 0.0), v43 = LANES_CHOICE(v29, 0.0, v41),
-      v44 = LANES_CHOICE(v29, 1.0, v42), v45 = 0.1 * v43, v46 = 0.020000000000000004 * v44,
-      v47 = 0.1 * v44, v49 = 0.2 - v45, v50 = v46 * v46, v51 = v47 * v47, v52 = v49 - 0.1,
-      v53 = 0.2 * v52, v54 = v52 * v52, v55 = 1e-150 + v53, v56 = v53 * v53, v57 = v54 + v51,
-      v58 = v55 * v55, v59 = v56 + v50, v60 = 0.01 + v57, v61 = v50 + v58, v62 = v20 - v60;
-  LANES_LET1(v63, rsqrt, v61);
-  const lanes v64 = 4e-15 * v61, v65 = v62 * v62;
-  const lanes_where v66 = LANES_LT(v62, 0.0);
-  const lanes v67 = v55 * v63, v68 = v59 - v65, v69 = v62 * v63, v70 = LANES_CHOICE(v66, -1.0, 1.0),
-      v71 = v46 * v63, v72 = 1.0 * v63;
-  const lanes_where v73 = LANES_LT(v64, v68); LANES_LET1(v74, sqrt, v68);
-  const lanes v75 = v72 * v72, v76 = LANES_CHOICE(v73, v69, v70), v77 = v74 * v63, v78 = v68 * v75,
-      v79 = v67 * v76, v80 = LANES_CHOICE(v73, v77, 0.0), v81 = v71 * v76;
-  out[6] = v78;
-  const lanes v82 = choice_1 * v80, v83 = v71 * v82, v84 = v67 * v82, v85 = v79 + v83,
-      v86 = v84 - v81, v87 = v52 * v85, v88 = v47 * v86, v89 = v52 * v86, v90 = v47 * v85;
-  LANES_LET2(v91, atan2, v86, v85);
-  const lanes v92 = v87 - v88, v93 = v89 + v90;
-  out[2] = v91;
-  const lanes v94 = v92 + 0.1, v95 = v18 * v93, v96 = v3 * v93, v97 = v3 * v94, v98 = v18 * v94,
-      v99 = v97 - v95, v100 = v98 + v96, v101 = v99 * v99, v102 = 1e-150 + v100, v103 = v102 * v102;
-  LANES_LET2(v104, atan2, v99, v102);
-  const lanes v105 = v101 + v103;
-  out[1] = v104; LANES_LET1(v106, rsqrt, v105);
-  const lanes v107 = v99 * v106, v108 = v102 * v106, v109 = v85 * v108, v110 = v86 * v107,
-      v111 = v85 * v107, v112 = v86 * v108, v113 = 0.1 * v108, v114 = 0.1 * v107,
-      v115 = v109 - v110, v116 = v111 + v112, v117 = 0.1 * v115, v118 = v44 * v116,
-      v119 = v43 * v115, v120 = v44 * v115, v121 = v43 * v116, v122 = 0.1 * v116,
-      v123 = v118 + v119, v124 = v120 - v121, v125 = 0.1 * v123, v126 = 0.1 * v124,
-      v127 = v117 - v125, v128 = v126 + v122, v129 = v127 + v113, v130 = v128 + v114,
-      v131 = v14 * v129, v132 = v15 * v129, v133 = v130 + 0.1, v134 = v131 - p_0, v135 = v132 + p_1,
-      v136 = v133 - p_2, v137 = v134 * v134, v138 = v135 * v135, v139 = v136 * v136,
-      v140 = v137 + v138, v141 = v140 + v139;
-  LANES_LET1(v142, sqrt, v141); out[5] = v142;
-  lanes v8, v48; LANES_NAME(lanes_two_atan2)(&p_1, &v5, &v43, &v44, &v8, &v48);
+  const lanes v22 = 4e-15 * v20, v23 = v21 - 0.1, v24 = 0.1 + v21;
+  LANES_LET1(v25, fabs, v23); const lanes_where v26 = LANES_LE(0.1414213562373095, v24);
+  const lanes v27 = LANES_MIN(v24, 0.1414213562373095);
+  const lanes_where v28 = LANES_LE(v25, 0.1414213562373095); LANES_LET2(v29, fmax, v25, v27);
+  const lanes_where v30 = LANES_AND(v28, v26);
+  const lanes v31 = v29 * v29, v32 = 0.04 - v31, v33 = v31 - 0.02, v34 = v31 * v32,
+      v35 = 50.0 * v33;
+  const lanes_where v36 = LANES_LT(v33, 0.0); const lanes_where v37 = LANES_LT(1.6e-18, v34);
+  const lanes v38 = LANES_CHOICE(v36, -1.0, 1.0);
+  LANES_LET1(v39, sqrt, v34);
+  const lanes v40 = LANES_CHOICE(v37, v35, v38), v41 = 50.0 * v39, v42 = -v40,
+      v43 = LANES_CHOICE(v37, v41, 0.0), v44 = LANES_CHOICE(v30, 0.0, v42),
+      v45 = LANES_CHOICE(v30, 1.0, v43), v46 = 0.1 * v44, v47 = 0.1 * v45,
+      v48 = 0.020000000000000004 * v45, v50 = 0.2 - v46, v51 = v47 * v47, v52 = v50 - 0.1,
+      v53 = 0.2 * v52, v54 = v52 * v52, v55 = v54 + v51, v56 = 0.01 + v55;
+  LANES_LET1(v57, sqrt, v55);
+  const lanes v58 = 0.04 * v55, v59 = v20 - v56, v60 = 0.1 - v57, v61 = 0.1 + v57,
+      v62 = 1e-300 + v58, v63 = v53 * v59, v64 = v60 * v60, v65 = v61 * v61, v66 = v48 * v59,
+      v67 = v20 - v64, v68 = v65 - v20, v69 = 4e-15 * v65, v70 = v67 - v22, v71 = v68 - v69,
+      v72 = v67 * v68;
+  LANES_LET2(v73, fmin, v70, v71); LANES_LET1(v74, sqrt, v72);
+  const lanes v75 = v72 / v62;
+  const lanes_where v76 = LANES_LT(0.0, v73); out[6] = v75;
+  const lanes v77 = LANES_CHOICE(v76, v74, 0.0), v78 = choice_1 * v77, v79 = v48 * v78,
+      v80 = v53 * v78, v81 = v63 + v79, v82 = v80 - v66, v83 = 1e-150 + v81, v84 = v82 * v82,
+      v85 = v83 * v83;
+  LANES_LET2(v86, atan2, v82, v83);
+  const lanes v87 = v84 + v85;
+  out[2] = v86; LANES_LET1(v88, rsqrt, v87);
+  const lanes v89 = v83 * v88, v90 = v82 * v88, v91 = v52 * v89, v92 = v47 * v90, v93 = v52 * v90,
+      v94 = v47 * v89, v95 = v91 - v92, v96 = v93 + v94, v97 = v95 + 0.1, v98 = v18 * v96,
+      v99 = v3 * v96, v100 = v3 * v97, v101 = v18 * v97, v102 = v100 - v98, v103 = v101 + v99,
+      v104 = v102 * v102, v105 = 1e-150 + v103, v106 = v105 * v105;
+  LANES_LET2(v107, atan2, v102, v105);
+  const lanes v108 = v104 + v106;
+  out[1] = v107; LANES_LET1(v109, rsqrt, v108);
+  const lanes v110 = v102 * v109, v111 = v105 * v109, v112 = v89 * v111, v113 = v90 * v110,
+      v114 = v89 * v110, v115 = v90 * v111, v116 = 0.1 * v111, v117 = 0.1 * v110,
+      v118 = v112 - v113, v119 = v114 + v115, v120 = 0.1 * v118, v121 = v45 * v119,
+      v122 = v44 * v118, v123 = v45 * v118, v124 = v44 * v119, v125 = 0.1 * v119,
+      v126 = v121 + v122, v127 = v123 - v124, v128 = 0.1 * v126, v129 = 0.1 * v127,
+      v130 = v120 - v128, v131 = v129 + v125, v132 = v130 + v116, v133 = v131 + v117,
+      v134 = v14 * v132, v135 = v15 * v132, v136 = v133 + 0.1, v137 = v134 - p_0, v138 = v135 + p_1,
+      v139 = v136 - p_2, v140 = v137 * v137, v141 = v138 * v138, v142 = v139 * v139,
+      v143 = v140 + v141, v144 = v143 + v142;
+  LANES_LET1(v145, sqrt, v144); out[5] = v145;
+  lanes v8, v49; LANES_NAME(lanes_two_atan2)(&p_1, &v5, &v44, &v45, &v8, &v49);
   const lanes v10 = choice_0 * v8, v13 = -v10;
-  out[0] = v13; out[3] = v48;
+  out[0] = v13; out[3] = v49;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_branches)(const double *p, double *q, double *residual, double *margin)

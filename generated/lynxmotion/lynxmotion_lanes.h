@@ -986,7 +986,7 @@ static LANES_SPARING LANES_TARGET void LANES_NAME(lynxmotion_ik)(const lanes *in
   LANES_LET1(v386, sqrt, v382); out[20] = v383; out[21] = v384; out[22] = v385; out[23] = v386;
 }
 
-// ik_position: 285 operations: multiply 142, add 100, negate 3, trig 8, other 32
+// ik_position: 295 operations: multiply 144, add 107, negate 3, trig 8, other 33
 static LANES_SPARING LANES_TARGET void LANES_NAME(lynxmotion_ik_position)(const lanes *in, lanes *out)
 {
   const lanes p_0 = in[0], p_1 = in[1], p_2 = in[2], v1 = 1e-150 - p_0, v2 = p_1 * p_1,
@@ -1002,97 +1002,98 @@ static LANES_SPARING LANES_TARGET void LANES_NAME(lynxmotion_ik_position)(const 
   out[10] = v14; out[15] = v14;
   const lanes v16 = v15 * v15, v17 = v16 + v6;
   LANES_LET1(v18, sqrt, v17);
-  const lanes v19 = v18 - 0.1, v20 = 0.1 + v18;
-  LANES_LET1(v21, fabs, v19); const lanes_where v22 = LANES_LE(0.1414213562373095, v20);
-  const lanes v23 = LANES_MIN(v20, 0.1414213562373095);
-  const lanes_where v24 = LANES_LE(v21, 0.1414213562373095); LANES_LET2(v25, fmax, v21, v23);
-  const lanes_where v26 = LANES_AND(v24, v22);
-  const lanes v27 = v25 * v25, v28 = 0.04 - v27, v29 = v27 - 0.02, v30 = v27 * v28,
-      v31 = 50.0 * v29;
-  const lanes_where v32 = LANES_LT(v29, 0.0); const lanes_where v33 = LANES_LT(1.6e-18, v30);
-  const lanes v34 = LANES_CHOICE(v32, -1.0, 1.0);
-  LANES_LET1(v35, sqrt, v30);
-  const lanes v36 = LANES_CHOICE(v33, v31, v34), v37 = 50.0 * v35, v38 = -v36,
-      v39 = LANES_CHOICE(v33, v37, 0.0), v40 = LANES_CHOICE(v26, 0.0, v38),
-      v41 = LANES_CHOICE(v26, 1.0, v39), v42 = 0.1 * v40, v43 = 0.020000000000000004 * v41,
-      v44 = 0.1 * v41;
-  LANES_LET2(v45, atan2, v40, v41);
-  const lanes v46 = 0.2 - v42, v47 = v43 * v43, v48 = v44 * v44;
-  out[3] = v45; out[8] = v45; out[13] = v45; out[18] = v45;
-  const lanes v49 = v46 - 0.1, v50 = 0.2 * v49, v51 = v49 * v49, v52 = 1e-150 + v50,
-      v53 = v50 * v50, v54 = v51 + v48, v55 = v52 * v52, v56 = v53 + v47, v57 = 0.01 + v54,
-      v58 = v47 + v55, v59 = v17 - v57;
-  LANES_LET1(v60, rsqrt, v58);
-  const lanes v61 = 4e-15 * v58, v62 = v59 * v59;
-  const lanes_where v63 = LANES_LT(v59, 0.0);
-  const lanes v64 = v52 * v60, v65 = v56 - v62, v66 = v59 * v60, v67 = LANES_CHOICE(v63, -1.0, 1.0),
-      v68 = v43 * v60, v69 = 1.0 * v60;
-  const lanes_where v70 = LANES_LT(v61, v65); LANES_LET1(v71, sqrt, v65);
-  const lanes v72 = v69 * v69, v73 = LANES_CHOICE(v70, v66, v67), v74 = v71 * v60, v75 = v65 * v72,
-      v76 = v64 * v73, v77 = LANES_CHOICE(v70, v74, 0.0), v78 = v68 * v73;
-  out[24] = v75; out[25] = v75; out[26] = v75; out[27] = v75;
-  const lanes v79 = v68 * v77, v80 = v64 * v77, v81 = v76 + v79, v82 = v80 - v78, v83 = v76 - v79,
-      v84 = v80 + v78, v85 = v49 * v81, v86 = v44 * v82, v87 = v49 * v82, v88 = v44 * v81;
-  LANES_LET2(v89, atan2, v82, v81);
-  const lanes v90 = v49 * v83, v91 = v44 * v84, v92 = v49 * v84, v93 = v44 * v83;
-  LANES_LET2(v94, atan2, v84, v83);
-  const lanes v95 = v85 - v86, v96 = v87 + v88, v97 = v90 + v91, v98 = v93 - v92;
-  out[2] = v89;
-  const lanes v99 = -v94;
-  out[12] = v89;
-  const lanes v100 = v95 + 0.1, v101 = v15 * v96, v102 = v3 * v96, v103 = v97 + 0.1,
-      v104 = v15 * v98, v105 = v3 * v98;
-  out[7] = v99; out[17] = v99;
-  const lanes v106 = v3 * v100, v107 = v15 * v100, v108 = v3 * v103, v109 = v15 * v103,
-      v110 = v106 - v101, v111 = v107 + v102, v112 = v108 - v104, v113 = v109 + v105,
-      v114 = v106 + v101, v115 = v102 - v107, v116 = v108 + v104, v117 = v105 - v109,
-      v118 = v110 * v110, v119 = 1e-150 + v111, v120 = v112 * v112, v121 = 1e-150 + v113,
-      v122 = v114 * v114, v123 = 1e-150 + v115, v124 = v116 * v116, v125 = 1e-150 + v117,
-      v126 = v119 * v119;
-  LANES_LET2(v127, atan2, v110, v119);
-  const lanes v128 = v121 * v121;
-  LANES_LET2(v129, atan2, v112, v121);
-  const lanes v130 = v123 * v123;
-  LANES_LET2(v131, atan2, v114, v123);
-  const lanes v132 = v125 * v125;
-  LANES_LET2(v133, atan2, v116, v125);
-  const lanes v134 = v118 + v126, v135 = v120 + v128, v136 = v122 + v130, v137 = v124 + v132;
-  out[1] = v127; out[6] = v129; out[11] = v131; out[16] = v133; LANES_LET1(v138, rsqrt, v134);
-  LANES_LET1(v139, rsqrt, v135); LANES_LET1(v140, rsqrt, v136); LANES_LET1(v141, rsqrt, v137);
-  const lanes v142 = v110 * v138, v143 = v119 * v138, v144 = v112 * v139, v145 = v121 * v139,
-      v146 = v114 * v140, v147 = v123 * v140, v148 = v116 * v141, v149 = v125 * v141,
-      v150 = v81 * v143, v151 = v82 * v142, v152 = v81 * v142, v153 = v82 * v143, v154 = 0.1 * v143,
-      v155 = 0.1 * v142, v156 = v83 * v145, v157 = v84 * v144, v158 = v83 * v144, v159 = v84 * v145,
-      v160 = 0.1 * v145, v161 = 0.1 * v144, v162 = v81 * v147, v163 = v82 * v146, v164 = v81 * v146,
-      v165 = v82 * v147, v166 = 0.1 * v147, v167 = 0.1 * v146, v168 = v83 * v149, v169 = v84 * v148,
-      v170 = v83 * v148, v171 = v84 * v149, v172 = 0.1 * v149, v173 = 0.1 * v148,
-      v174 = v150 - v151, v175 = v152 + v153, v176 = v156 + v157, v177 = v158 - v159,
-      v178 = v162 - v163, v179 = v164 + v165, v180 = v168 + v169, v181 = v170 - v171,
-      v182 = 0.1 * v174, v183 = v41 * v175, v184 = v40 * v174, v185 = v41 * v174, v186 = v40 * v175,
-      v187 = 0.1 * v175, v188 = 0.1 * v176, v189 = v41 * v177, v190 = v40 * v176, v191 = v41 * v176,
-      v192 = v40 * v177, v193 = 0.1 * v177, v194 = 0.1 * v178, v195 = v41 * v179, v196 = v40 * v178,
-      v197 = v41 * v178, v198 = v40 * v179, v199 = 0.1 * v179, v200 = 0.1 * v180, v201 = v41 * v181,
-      v202 = v40 * v180, v203 = v41 * v180, v204 = v40 * v181, v205 = 0.1 * v181,
-      v206 = v183 + v184, v207 = v185 - v186, v208 = v189 + v190, v209 = v191 - v192,
-      v210 = v195 + v196, v211 = v197 - v198, v212 = v201 + v202, v213 = v203 - v204,
-      v214 = 0.1 * v206, v215 = 0.1 * v207, v216 = 0.1 * v208, v217 = 0.1 * v209, v218 = 0.1 * v210,
-      v219 = 0.1 * v211, v220 = 0.1 * v212, v221 = 0.1 * v213, v222 = v182 - v214,
-      v223 = v215 + v187, v224 = v188 - v216, v225 = v217 + v193, v226 = v194 - v218,
-      v227 = v219 + v199, v228 = v200 - v220, v229 = v221 + v205, v230 = v222 + v154,
-      v231 = v223 + v155, v232 = v224 + v160, v233 = v225 + v161, v234 = v226 + v166,
-      v235 = v227 + v167, v236 = v228 + v172, v237 = v229 + v173, v238 = v11 * v230,
-      v239 = v10 * v230, v240 = v231 + 0.1, v241 = v11 * v232, v242 = v10 * v232, v243 = v233 + 0.1,
-      v244 = v11 * v234, v245 = v10 * v234, v246 = v235 + 0.1, v247 = v11 * v236, v248 = v10 * v236,
-      v249 = v237 + 0.1, v250 = v238 - p_0, v251 = v239 + p_1, v252 = v240 - p_2, v253 = v241 - p_0,
-      v254 = v242 + p_1, v255 = v243 - p_2, v256 = v244 + p_0, v257 = p_1 - v245, v258 = v246 - p_2,
-      v259 = v247 + p_0, v260 = p_1 - v248, v261 = v249 - p_2, v262 = v250 * v250,
-      v263 = v251 * v251, v264 = v252 * v252, v265 = v253 * v253, v266 = v254 * v254,
-      v267 = v255 * v255, v268 = v256 * v256, v269 = v257 * v257, v270 = v258 * v258,
-      v271 = v259 * v259, v272 = v260 * v260, v273 = v261 * v261, v274 = v262 + v263,
-      v275 = v265 + v266, v276 = v268 + v269, v277 = v271 + v272, v278 = v274 + v264,
-      v279 = v275 + v267, v280 = v276 + v270, v281 = v277 + v273;
-  LANES_LET1(v282, sqrt, v278); LANES_LET1(v283, sqrt, v279); LANES_LET1(v284, sqrt, v280);
-  LANES_LET1(v285, sqrt, v281); out[20] = v282; out[21] = v283; out[22] = v284; out[23] = v285;
+  const lanes v19 = 4e-15 * v17, v20 = v18 - 0.1, v21 = 0.1 + v18;
+  LANES_LET1(v22, fabs, v20); const lanes_where v23 = LANES_LE(0.1414213562373095, v21);
+  const lanes v24 = LANES_MIN(v21, 0.1414213562373095);
+  const lanes_where v25 = LANES_LE(v22, 0.1414213562373095); LANES_LET2(v26, fmax, v22, v24);
+  const lanes_where v27 = LANES_AND(v25, v23);
+  const lanes v28 = v26 * v26, v29 = 0.04 - v28, v30 = v28 - 0.02, v31 = v28 * v29,
+      v32 = 50.0 * v30;
+  const lanes_where v33 = LANES_LT(v30, 0.0); const lanes_where v34 = LANES_LT(1.6e-18, v31);
+  const lanes v35 = LANES_CHOICE(v33, -1.0, 1.0);
+  LANES_LET1(v36, sqrt, v31);
+  const lanes v37 = LANES_CHOICE(v34, v32, v35), v38 = 50.0 * v36, v39 = -v37,
+      v40 = LANES_CHOICE(v34, v38, 0.0), v41 = LANES_CHOICE(v27, 0.0, v39),
+      v42 = LANES_CHOICE(v27, 1.0, v40), v43 = 0.1 * v41, v44 = 0.1 * v42,
+      v45 = 0.020000000000000004 * v42;
+  LANES_LET2(v46, atan2, v41, v42);
+  const lanes v47 = 0.2 - v43, v48 = v44 * v44;
+  out[3] = v46; out[8] = v46; out[13] = v46; out[18] = v46;
+  const lanes v49 = v47 - 0.1, v50 = 0.2 * v49, v51 = v49 * v49, v52 = v51 + v48, v53 = 0.01 + v52;
+  LANES_LET1(v54, sqrt, v52);
+  const lanes v55 = 0.04 * v52, v56 = v17 - v53, v57 = 0.1 - v54, v58 = 0.1 + v54,
+      v59 = 1e-300 + v55, v60 = v50 * v56, v61 = v57 * v57, v62 = v58 * v58, v63 = v45 * v56,
+      v64 = v17 - v61, v65 = v62 - v17, v66 = 4e-15 * v62, v67 = v64 - v19, v68 = v65 - v66,
+      v69 = v64 * v65;
+  LANES_LET2(v70, fmin, v67, v68); LANES_LET1(v71, sqrt, v69);
+  const lanes v72 = v69 / v59;
+  const lanes_where v73 = LANES_LT(0.0, v70); out[24] = v72; out[25] = v72; out[26] = v72;
+  out[27] = v72;
+  const lanes v74 = LANES_CHOICE(v73, v71, 0.0), v75 = v45 * v74, v76 = v50 * v74, v77 = v60 + v75,
+      v78 = v76 - v63, v79 = v60 - v75, v80 = v76 + v63, v81 = 1e-150 + v77, v82 = v78 * v78,
+      v83 = 1e-150 + v79, v84 = v80 * v80, v85 = v81 * v81;
+  LANES_LET2(v86, atan2, v78, v81);
+  const lanes v87 = v83 * v83;
+  LANES_LET2(v88, atan2, v80, v83);
+  const lanes v89 = v82 + v85, v90 = v84 + v87;
+  out[2] = v86;
+  const lanes v91 = -v88;
+  out[12] = v86; LANES_LET1(v92, rsqrt, v89); LANES_LET1(v93, rsqrt, v90); out[7] = v91;
+  out[17] = v91;
+  const lanes v94 = v81 * v92, v95 = v78 * v92, v96 = v83 * v93, v97 = v80 * v93, v98 = v49 * v94,
+      v99 = v44 * v95, v100 = v49 * v95, v101 = v44 * v94, v102 = v49 * v96, v103 = v44 * v97,
+      v104 = v49 * v97, v105 = v44 * v96, v106 = v98 - v99, v107 = v100 + v101, v108 = v102 + v103,
+      v109 = v105 - v104, v110 = v106 + 0.1, v111 = v15 * v107, v112 = v3 * v107, v113 = v108 + 0.1,
+      v114 = v15 * v109, v115 = v3 * v109, v116 = v3 * v110, v117 = v15 * v110, v118 = v3 * v113,
+      v119 = v15 * v113, v120 = v116 - v111, v121 = v117 + v112, v122 = v118 - v114,
+      v123 = v119 + v115, v124 = v116 + v111, v125 = v112 - v117, v126 = v118 + v114,
+      v127 = v115 - v119, v128 = v120 * v120, v129 = 1e-150 + v121, v130 = v122 * v122,
+      v131 = 1e-150 + v123, v132 = v124 * v124, v133 = 1e-150 + v125, v134 = v126 * v126,
+      v135 = 1e-150 + v127, v136 = v129 * v129;
+  LANES_LET2(v137, atan2, v120, v129);
+  const lanes v138 = v131 * v131;
+  LANES_LET2(v139, atan2, v122, v131);
+  const lanes v140 = v133 * v133;
+  LANES_LET2(v141, atan2, v124, v133);
+  const lanes v142 = v135 * v135;
+  LANES_LET2(v143, atan2, v126, v135);
+  const lanes v144 = v128 + v136, v145 = v130 + v138, v146 = v132 + v140, v147 = v134 + v142;
+  out[1] = v137; out[6] = v139; out[11] = v141; out[16] = v143; LANES_LET1(v148, rsqrt, v144);
+  LANES_LET1(v149, rsqrt, v145); LANES_LET1(v150, rsqrt, v146); LANES_LET1(v151, rsqrt, v147);
+  const lanes v152 = v120 * v148, v153 = v129 * v148, v154 = v122 * v149, v155 = v131 * v149,
+      v156 = v124 * v150, v157 = v133 * v150, v158 = v126 * v151, v159 = v135 * v151,
+      v160 = v94 * v153, v161 = v95 * v152, v162 = v94 * v152, v163 = v95 * v153, v164 = 0.1 * v153,
+      v165 = 0.1 * v152, v166 = v96 * v155, v167 = v97 * v154, v168 = v96 * v154, v169 = v97 * v155,
+      v170 = 0.1 * v155, v171 = 0.1 * v154, v172 = v94 * v157, v173 = v95 * v156, v174 = v94 * v156,
+      v175 = v95 * v157, v176 = 0.1 * v157, v177 = 0.1 * v156, v178 = v96 * v159, v179 = v97 * v158,
+      v180 = v96 * v158, v181 = v97 * v159, v182 = 0.1 * v159, v183 = 0.1 * v158,
+      v184 = v160 - v161, v185 = v162 + v163, v186 = v166 + v167, v187 = v168 - v169,
+      v188 = v172 - v173, v189 = v174 + v175, v190 = v178 + v179, v191 = v180 - v181,
+      v192 = 0.1 * v184, v193 = v42 * v185, v194 = v41 * v184, v195 = v42 * v184, v196 = v41 * v185,
+      v197 = 0.1 * v185, v198 = 0.1 * v186, v199 = v42 * v187, v200 = v41 * v186, v201 = v42 * v186,
+      v202 = v41 * v187, v203 = 0.1 * v187, v204 = 0.1 * v188, v205 = v42 * v189, v206 = v41 * v188,
+      v207 = v42 * v188, v208 = v41 * v189, v209 = 0.1 * v189, v210 = 0.1 * v190, v211 = v42 * v191,
+      v212 = v41 * v190, v213 = v42 * v190, v214 = v41 * v191, v215 = 0.1 * v191,
+      v216 = v193 + v194, v217 = v195 - v196, v218 = v199 + v200, v219 = v201 - v202,
+      v220 = v205 + v206, v221 = v207 - v208, v222 = v211 + v212, v223 = v213 - v214,
+      v224 = 0.1 * v216, v225 = 0.1 * v217, v226 = 0.1 * v218, v227 = 0.1 * v219, v228 = 0.1 * v220,
+      v229 = 0.1 * v221, v230 = 0.1 * v222, v231 = 0.1 * v223, v232 = v192 - v224,
+      v233 = v225 + v197, v234 = v198 - v226, v235 = v227 + v203, v236 = v204 - v228,
+      v237 = v229 + v209, v238 = v210 - v230, v239 = v231 + v215, v240 = v232 + v164,
+      v241 = v233 + v165, v242 = v234 + v170, v243 = v235 + v171, v244 = v236 + v176,
+      v245 = v237 + v177, v246 = v238 + v182, v247 = v239 + v183, v248 = v11 * v240,
+      v249 = v10 * v240, v250 = v241 + 0.1, v251 = v11 * v242, v252 = v10 * v242, v253 = v243 + 0.1,
+      v254 = v11 * v244, v255 = v10 * v244, v256 = v245 + 0.1, v257 = v11 * v246, v258 = v10 * v246,
+      v259 = v247 + 0.1, v260 = v248 - p_0, v261 = v249 + p_1, v262 = v250 - p_2, v263 = v251 - p_0,
+      v264 = v252 + p_1, v265 = v253 - p_2, v266 = v254 + p_0, v267 = p_1 - v255, v268 = v256 - p_2,
+      v269 = v257 + p_0, v270 = p_1 - v258, v271 = v259 - p_2, v272 = v260 * v260,
+      v273 = v261 * v261, v274 = v262 * v262, v275 = v263 * v263, v276 = v264 * v264,
+      v277 = v265 * v265, v278 = v266 * v266, v279 = v267 * v267, v280 = v268 * v268,
+      v281 = v269 * v269, v282 = v270 * v270, v283 = v271 * v271, v284 = v272 + v273,
+      v285 = v275 + v276, v286 = v278 + v279, v287 = v281 + v282, v288 = v284 + v274,
+      v289 = v285 + v277, v290 = v286 + v280, v291 = v287 + v283;
+  LANES_LET1(v292, sqrt, v288); LANES_LET1(v293, sqrt, v289); LANES_LET1(v294, sqrt, v290);
+  LANES_LET1(v295, sqrt, v291); out[20] = v292; out[21] = v293; out[22] = v294; out[23] = v295;
 }
 
 // ik_position_pitch: 472 operations: multiply 181, add 197, negate 7, trig 14, other 73

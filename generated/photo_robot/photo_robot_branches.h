@@ -18,7 +18,7 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
-// One branch of ik: 268 operations: multiply 150, add 93, negate 2, trig 6, other 17
+// One branch of ik: 275 operations: multiply 150, add 100, negate 2, trig 6, other 17
 LANES_INLINE void LANES_NAME(photo_robot_ik_branch)(
     const double *T, const double *q1, const double *q4, const double (*choice)[8], int b, lanes *out)
 {
@@ -33,86 +33,89 @@ LANES_INLINE void LANES_NAME(photo_robot_ik_branch)(
   const lanes_where v5 = LANES_LT(0.0, choice_2); out[0] = q1_0; out[3] = q4_0;
   const lanes v6 = q1_0 + 1.0, v7 = q4_0 + 0.333, v8 = v2 - 1.0, v9 = v3 - 1.0, v10 = v4 * v4,
       v11 = 1e-150 + v8, v12 = 1.926 * v9, v13 = v9 * v9, v14 = v11 * v11, v15 = v11 * choice_0,
-      v16 = v12 * v12, v17 = 0.110889 + v13, v18 = v1 + v14, v20 = 0.411340084164 + v16,
-      v21 = 0.927369 + v17;
-  LANES_LET1(v22, rsqrt, v18); LANES_LET1(v23, rsqrt, v20);
-  const lanes v24 = 4e-15 * v20, v26 = T_7 * v22, v27 = v11 * v22, v28 = v12 * v23,
-      v29 = 0.641358 * v23, v30 = 1.0 * v23, v31 = choice_0 * v27, v32 = choice_0 * v26,
-      v33 = v30 * v30, v34 = T_7 * v32, v35 = v8 * v31, v36 = T_6 * v31, v37 = T_2 * v32,
+      v16 = 0.110889 + v13, v17 = v1 + v14;
+  LANES_LET1(v19, sqrt, v16);
+  const lanes v20 = 0.927369 + v16, v21 = 3.709476 * v16;
+  LANES_LET1(v22, rsqrt, v17);
+  const lanes v23 = v19 - 0.963, v24 = 0.963 + v19, v26 = 1e-300 + v21, v27 = T_7 * v22,
+      v28 = v11 * v22, v29 = v23 * v23, v30 = v24 * v24, v31 = choice_0 * v28, v32 = choice_0 * v27,
+      v33 = 4e-15 * v30, v34 = T_7 * v32, v35 = v8 * v31, v36 = T_6 * v31, v37 = T_2 * v32,
       v38 = T_2 * v31, v39 = T_6 * v32, v40 = T_4 * v31, v41 = T_0 * v32, v42 = T_0 * v31,
       v43 = T_4 * v32, v44 = v34 + v35, v45 = v36 - v37, v46 = v38 + v39, v47 = v40 - v41,
-      v48 = v42 + v43, v49 = v44 * v44, v50 = v45 * v45, v51 = v49 + v10, v52 = v51 - v21,
-      v53 = v52 * v52, v54 = v52 * v23;
-  const lanes_where v55 = LANES_LT(v52, 0.0);
-  const lanes v56 = v20 - v53, v57 = LANES_CHOICE(v55, -1.0, 1.0);
-  const lanes_where v58 = LANES_LT(v24, v56); LANES_LET1(v59, sqrt, v56);
-  const lanes v60 = v56 * v33, v61 = v59 * v23, v62 = LANES_CHOICE(v58, v54, v57);
-  out[9] = v60;
-  const lanes v63 = LANES_CHOICE(v58, v61, 0.0), v64 = v29 * v62, v65 = v28 * v62,
-      v66 = choice_1 * v63, v67 = v28 * v66, v68 = v29 * v66, v69 = v67 - v64, v70 = v68 + v65,
-      v71 = 0.963 * v69, v72 = 0.963 * v70, v74 = 0.333 - v71, v75 = v9 + v72, v77 = v44 * v74,
-      v78 = v4 * v75, v79 = v44 * v75, v80 = v4 * v74, v81 = v77 - v78, v82 = v79 + v80,
-      v83 = v81 * v81, v84 = 1e-150 + v82, v85 = v84 * v84, v87 = v83 + v85;
-  LANES_LET1(v88, rsqrt, v87);
-  const lanes v89 = v81 * v88, v90 = v84 * v88, v91 = v90 * v46, v92 = T_10 * v89, v93 = T_10 * v90,
-      v94 = v89 * v46, v95 = v90 * v48, v96 = T_8 * v89, v97 = T_8 * v90, v98 = v89 * v48,
-      v99 = v7 * v90, v100 = 0.333 * v89, v101 = v69 * v89, v102 = v70 * v90, v103 = v69 * v90,
-      v104 = v70 * v89, v105 = v7 * v89, v106 = 0.333 * v90, v107 = v91 - v92, v108 = v93 + v94,
-      v109 = v95 - v96, v110 = v97 + v98, v111 = v99 + v100, v112 = v101 - v102, v113 = v103 + v104,
-      v114 = v105 - v106, v115 = v69 * v107, v116 = v70 * v108, v117 = v69 * v108,
-      v118 = v70 * v107, v119 = v69 * v109, v120 = v70 * v110, v121 = v69 * v110, v122 = v70 * v109,
-      v123 = 0.963 * v112, v124 = 0.963 * v113, v125 = v31 * v112, v126 = v31 * v113,
-      v127 = v32 * v112, v128 = v32 * v113, v129 = v115 + v116, v130 = v117 - v118,
-      v131 = v119 + v120, v132 = v121 - v122, v133 = v111 - v123, v134 = v124 + v114,
-      v135 = 1e-150 - v129, v136 = v130 * v130, v137 = v31 * v133, v138 = v32 * v133,
-      v139 = 0.3 - v134, v140 = v135 * v135, v142 = v6 + v137, v143 = v138 - T_7,
-      v144 = v139 - T_11, v145 = v50 + v140, v147 = v142 - T_3, v148 = v143 * v143,
-      v149 = v144 * v144;
-  LANES_LET1(v150, rsqrt, v145);
-  const lanes v152 = v147 * v147, v153 = v45 * v150, v154 = v135 * v150, v156 = v152 + v148,
-      v157 = choice_2 * v154, v158 = choice_2 * v153, v159 = v156 + v149, v160 = v129 * v157,
-      v161 = v45 * v158, v162 = v157 * v47, v163 = v158 * v131, v164 = v157 * v131,
-      v165 = v158 * v47, v166 = v32 * v158, v167 = v157 * v126, v168 = v32 * v157,
-      v169 = v158 * v126, v170 = v157 * v128, v171 = v31 * v158, v172 = v31 * v157,
-      v173 = v158 * v128, v174 = v157 * v112, v175 = v158 * v112, v176 = v160 - v161,
-      v177 = v162 + v163, v178 = v164 - v165, v179 = v166 + v167, v180 = v168 - v169,
-      v181 = v170 - v171, v182 = v172 + v173, v183 = v176 * v176;
-  LANES_LET2(v184, atan2, v130, v176);
-  const lanes v185 = v177 * v177, v186 = v136 + v183, v187 = -v184;
-  LANES_LET1(v188, rsqrt, v186); out[6] = v187;
-  const lanes v189 = v130 * v188, v190 = v176 * v188, v191 = v190 * v132, v192 = v189 * v178,
-      v193 = v190 * v125, v194 = v189 * v179, v195 = v190 * v179, v196 = v189 * v125,
-      v197 = v190 * v127, v198 = v189 * v181, v199 = v190 * v181, v200 = v189 * v127,
-      v201 = v190 * v113, v202 = v189 * v174, v203 = v189 * v113, v204 = v190 * v174,
-      v205 = v191 - v192, v206 = v193 - v194, v207 = v195 + v196, v208 = v197 - v198,
-      v209 = v199 + v200, v210 = v201 + v202, v211 = v203 - v204, v212 = v205 * v205;
-  LANES_LET2(v213, atan2, v177, v205);
-  const lanes v214 = v207 - T_2, v215 = v209 - T_6, v216 = v211 - T_10, v217 = v185 + v212;
-  out[7] = v213;
-  const lanes v218 = v214 * v214, v219 = v215 * v215, v220 = v216 * v216;
-  LANES_LET1(v221, rsqrt, v217);
-  const lanes v222 = v177 * v221, v223 = v205 * v221, v224 = v223 * v206, v225 = v222 * v180,
-      v226 = v223 * v180, v227 = v222 * v206, v228 = v223 * v208, v229 = v222 * v182,
-      v230 = v222 * v208, v231 = v223 * v182, v232 = v223 * v210, v233 = v222 * v175,
-      v234 = v223 * v175, v235 = v222 * v210, v236 = v224 - v225, v237 = v226 + v227,
-      v238 = v228 + v229, v239 = v230 - v231, v240 = v232 - v233, v241 = v234 + v235,
-      v242 = v236 - T_0, v243 = v237 - T_1, v244 = v238 - T_4, v245 = v239 - T_5, v246 = v240 - T_8,
-      v247 = v241 - T_9, v248 = v242 * v242, v249 = v243 * v243, v250 = v244 * v244,
-      v251 = v245 * v245, v252 = v246 * v246, v253 = v247 * v247, v254 = v248 + v249,
-      v255 = v254 + v218, v256 = v255 + v250, v257 = v256 + v251, v258 = v257 + v219,
-      v259 = v258 + v252, v260 = v259 + v253, v261 = v260 + v220, v262 = 0.5 * v261,
-      v263 = v159 + v262, v264 = v159 - v262;
-  LANES_LET1(v265, fabs, v264);
-  const lanes v266 = v263 + v265, v267 = 0.5 * v266;
-  LANES_LET1(v268, sqrt, v267); out[8] = v268;
-  lanes v19, v73; LANES_NAME(lanes_two_atan2)(&T_7, &v15, &v70, &v69, &v19, &v73);
-  lanes v86, v141; LANES_NAME(lanes_two_atan2)(&v81, &v84, &v45, &v135, &v86, &v141);
-  const lanes v25 = choice_0 * v19;
+      v48 = v42 + v43, v49 = v44 * v44, v50 = v45 * v45, v51 = v49 + v10, v52 = v51 - v29,
+      v53 = 4e-15 * v51, v54 = v30 - v51, v55 = v51 - v20, v56 = v52 - v53, v57 = v54 - v33,
+      v58 = v52 * v54, v59 = 0.641358 * v55, v60 = v12 * v55;
+  LANES_LET2(v61, fmin, v56, v57); LANES_LET1(v62, sqrt, v58);
+  const lanes v63 = v58 / v26;
+  const lanes_where v64 = LANES_LT(0.0, v61); out[9] = v63;
+  const lanes v65 = LANES_CHOICE(v64, v62, 0.0), v66 = choice_1 * v65, v67 = v12 * v66,
+      v68 = 0.641358 * v66, v69 = v67 - v59, v70 = v68 + v60, v71 = 1e-150 + v69, v72 = v70 * v70,
+      v73 = v71 * v71, v75 = v72 + v73;
+  LANES_LET1(v77, rsqrt, v75);
+  const lanes v78 = v71 * v77, v79 = v70 * v77, v80 = 0.963 * v78, v81 = 0.963 * v79,
+      v82 = 0.333 - v80, v83 = v9 + v81, v84 = v44 * v82, v85 = v4 * v83, v86 = v44 * v83,
+      v87 = v4 * v82, v88 = v84 - v85, v89 = v86 + v87, v90 = v88 * v88, v91 = 1e-150 + v89,
+      v92 = v91 * v91, v94 = v90 + v92;
+  LANES_LET1(v95, rsqrt, v94);
+  const lanes v96 = v88 * v95, v97 = v91 * v95, v98 = v97 * v46, v99 = T_10 * v96,
+      v100 = T_10 * v97, v101 = v96 * v46, v102 = v97 * v48, v103 = T_8 * v96, v104 = T_8 * v97,
+      v105 = v96 * v48, v106 = v7 * v97, v107 = 0.333 * v96, v108 = v78 * v96, v109 = v79 * v97,
+      v110 = v78 * v97, v111 = v79 * v96, v112 = v7 * v96, v113 = 0.333 * v97, v114 = v98 - v99,
+      v115 = v100 + v101, v116 = v102 - v103, v117 = v104 + v105, v118 = v106 + v107,
+      v119 = v108 - v109, v120 = v110 + v111, v121 = v112 - v113, v122 = v78 * v114,
+      v123 = v79 * v115, v124 = v78 * v115, v125 = v79 * v114, v126 = v78 * v116, v127 = v79 * v117,
+      v128 = v78 * v117, v129 = v79 * v116, v130 = 0.963 * v119, v131 = 0.963 * v120,
+      v132 = v31 * v119, v133 = v31 * v120, v134 = v32 * v119, v135 = v32 * v120,
+      v136 = v122 + v123, v137 = v124 - v125, v138 = v126 + v127, v139 = v128 - v129,
+      v140 = v118 - v130, v141 = v131 + v121, v142 = 1e-150 - v136, v143 = v137 * v137,
+      v144 = v31 * v140, v145 = v32 * v140, v146 = 0.3 - v141, v147 = v142 * v142, v149 = v6 + v144,
+      v150 = v145 - T_7, v151 = v146 - T_11, v152 = v50 + v147, v154 = v149 - T_3,
+      v155 = v150 * v150, v156 = v151 * v151;
+  LANES_LET1(v157, rsqrt, v152);
+  const lanes v159 = v154 * v154, v160 = v45 * v157, v161 = v142 * v157, v163 = v159 + v155,
+      v164 = choice_2 * v161, v165 = choice_2 * v160, v166 = v163 + v156, v167 = v136 * v164,
+      v168 = v45 * v165, v169 = v164 * v47, v170 = v165 * v138, v171 = v164 * v138,
+      v172 = v165 * v47, v173 = v32 * v165, v174 = v164 * v133, v175 = v32 * v164,
+      v176 = v165 * v133, v177 = v164 * v135, v178 = v31 * v165, v179 = v31 * v164,
+      v180 = v165 * v135, v181 = v164 * v119, v182 = v165 * v119, v183 = v167 - v168,
+      v184 = v169 + v170, v185 = v171 - v172, v186 = v173 + v174, v187 = v175 - v176,
+      v188 = v177 - v178, v189 = v179 + v180, v190 = v183 * v183;
+  LANES_LET2(v191, atan2, v137, v183);
+  const lanes v192 = v184 * v184, v193 = v143 + v190, v194 = -v191;
+  LANES_LET1(v195, rsqrt, v193); out[6] = v194;
+  const lanes v196 = v137 * v195, v197 = v183 * v195, v198 = v197 * v139, v199 = v196 * v185,
+      v200 = v197 * v132, v201 = v196 * v186, v202 = v197 * v186, v203 = v196 * v132,
+      v204 = v197 * v134, v205 = v196 * v188, v206 = v197 * v188, v207 = v196 * v134,
+      v208 = v197 * v120, v209 = v196 * v181, v210 = v196 * v120, v211 = v197 * v181,
+      v212 = v198 - v199, v213 = v200 - v201, v214 = v202 + v203, v215 = v204 - v205,
+      v216 = v206 + v207, v217 = v208 + v209, v218 = v210 - v211, v219 = v212 * v212;
+  LANES_LET2(v220, atan2, v184, v212);
+  const lanes v221 = v214 - T_2, v222 = v216 - T_6, v223 = v218 - T_10, v224 = v192 + v219;
+  out[7] = v220;
+  const lanes v225 = v221 * v221, v226 = v222 * v222, v227 = v223 * v223;
+  LANES_LET1(v228, rsqrt, v224);
+  const lanes v229 = v184 * v228, v230 = v212 * v228, v231 = v230 * v213, v232 = v229 * v187,
+      v233 = v230 * v187, v234 = v229 * v213, v235 = v230 * v215, v236 = v229 * v189,
+      v237 = v229 * v215, v238 = v230 * v189, v239 = v230 * v217, v240 = v229 * v182,
+      v241 = v230 * v182, v242 = v229 * v217, v243 = v231 - v232, v244 = v233 + v234,
+      v245 = v235 + v236, v246 = v237 - v238, v247 = v239 - v240, v248 = v241 + v242,
+      v249 = v243 - T_0, v250 = v244 - T_1, v251 = v245 - T_4, v252 = v246 - T_5, v253 = v247 - T_8,
+      v254 = v248 - T_9, v255 = v249 * v249, v256 = v250 * v250, v257 = v251 * v251,
+      v258 = v252 * v252, v259 = v253 * v253, v260 = v254 * v254, v261 = v255 + v256,
+      v262 = v261 + v225, v263 = v262 + v257, v264 = v263 + v258, v265 = v264 + v226,
+      v266 = v265 + v259, v267 = v266 + v260, v268 = v267 + v227, v269 = 0.5 * v268,
+      v270 = v166 + v269, v271 = v166 - v269;
+  LANES_LET1(v272, fabs, v271);
+  const lanes v273 = v270 + v272, v274 = 0.5 * v273;
+  LANES_LET1(v275, sqrt, v274); out[8] = v275;
+  lanes v18, v74; LANES_NAME(lanes_two_atan2)(&T_7, &v15, &v70, &v71, &v18, &v74);
+  lanes v93, v148; LANES_NAME(lanes_two_atan2)(&v88, &v91, &v45, &v142, &v93, &v148);
+  const lanes v25 = choice_0 * v18;
   out[1] = v25;
-  const lanes v76 = -v73;
-  out[4] = v76; out[2] = v86; LANES_LET2(v146, supplement, v141, v45);
-  const lanes v151 = LANES_CHOICE(v5, v141, v146), v155 = choice_2 * v151;
-  out[5] = v155;
+  const lanes v76 = -v74;
+  out[4] = v76; out[2] = v93; LANES_LET2(v153, supplement, v148, v45);
+  const lanes v158 = LANES_CHOICE(v5, v148, v153), v162 = choice_2 * v158;
+  out[5] = v162;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(photo_robot_ik_branches)(const double *T, const double *q1, const double *q4, double *q, double *residual, double *margin)

@@ -4,7 +4,7 @@
 #define CLOSURE_W 6
 #define CLOSURE_U 3
 #define CLOSURE_M 3
-#define CLOSURE_AT(w, c, D) planar_3rrr_closure(w, c, D)
+#define CLOSURE_AT(s) planar_3rrr_closure((s)->w, (s)->c, (s)->D)
 #define CLOSURE_BEND(w, wd, D) planar_3rrr_closure_D_w_dot(w, wd, D)
 #define CLOSURE_SWINGS 3
 #define CLOSURE_SWING(w, s, D) planar_3rrr_swings(w, s, D)

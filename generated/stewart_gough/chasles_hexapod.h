@@ -1,13 +1,15 @@
 /* Every assembly mode of a platform on six rods; part of chasles, the same for every such robot.
  *
  * All complex poses are known for rods that the table starts from. Their paths lead to the complex
- * poses for the rods that are given, of which the real ones are the modes.
+ * poses for the rods that are given, of which the real ones are the modes. Where the rods end in
+ * three double joints, the zeros of a polynomial are tried first.
  */
 #ifndef CHASLES_HEXAPOD_H
 #define CHASLES_HEXAPOD_H
 
 #include <float.h>
 
+#include "chasles_double_joints.h"
 #include "chasles_hexapod_paths.h"
 #include "chasles_solve_six.h"
 
@@ -20,9 +22,11 @@ typedef struct {
     double size;      /* of the platform, metre */
     double origin[3]; /* of a, and of b below, in parts of the size */
     double middle[3];
-    int axis[3];    /* of the angles of theta, in order */
-    int moves;      /* whether the rods' ends apart from the platform move */
-    int paths;      /* as many as there are complex poses, and slots */
+    int axis[3];  /* of the angles of theta, in order */
+    int moves;    /* whether the rods' ends apart from the platform move */
+    int paths;    /* as many as there are complex poses, and slots */
+    int joined;   /* 1 where pairs of rods end in one joint on the platform, 2 on the other side */
+    int pairs[6]; /* the rods, in pairs that end in one joint */
     double b[6][3]; /* ends on the platform; with all below in parts of the size */
     chasles_hexapod_number a[6][3], c[6];
     chasles_hexapod_number starts[CHASLES_MOST_PATHS][CHASLES_SOMA];
@@ -334,34 +338,90 @@ static int chasles_hexapod_ends(const chasles_hexapod_platform *platform,
     return lost + chasles_hexapod_unpaired(ends, paths);
 }
 
+/* Adds a mode in its place, the highest first, if it is new; returns how many there are. */
+static int chasles_hexapod_added(const chasles_hexapod_mode *mode, chasles_hexapod_mode *modes,
+                                 int count)
+{
+    for (int m = 0; m < count; m++) {
+        if (chasles_hexapod_same(mode, modes + m))
+            return count;
+    }
+    int at = count;
+    for (; at > 0 && modes[at - 1].p[2] < mode->p[2]; at--)
+        modes[at] = modes[at - 1];
+    modes[at] = *mode;
+    return count + 1;
+}
+
+/* The modes of rods that end in double joints; returns how many, or -1 where that is not certain.
+ */
+static int chasles_hexapod_joined(const chasles_hexapod_platform *platform,
+                                  const chasles_hexapod_rods *rods, chasles_hexapod_mode *modes)
+{
+    const int inverse = platform->joined == 2;
+    const double(*ends)[3] = inverse ? platform->b : (const double(*)[3])rods->a;
+    const double(*joints)[3] = inverse ? (const double(*)[3])rods->a : platform->b;
+    double a[6][3], l[6], b[3][3], poses[2 * CHASLES_DEGREE][7];
+    int count = 0;
+    for (int i = 0; i < CHASLES_RODS; i++) {
+        const int rod = platform->pairs[i];
+        l[i] = rods->l[rod];
+        memcpy(a[i], ends[rod], sizeof a[i]);
+        memcpy(b[i / 2], joints[rod], sizeof b[0]);
+    }
+    const int found =
+        chasles_double_joint_poses((const double(*)[3])a, l, (const double(*)[3])b, poses);
+    for (int k = 0; k < found; k++) {
+        chasles_hexapod_mode mode;
+        memcpy(mode.e, poses[k], sizeof mode.e);
+        memcpy(mode.p, poses[k] + 4, sizeof mode.p);
+        if (inverse) {
+            double R[3][3];
+            mode.e[0] = -mode.e[0];
+            chasles_hexapod_rotation(mode.e, R);
+            for (int i = 0; i < 3; i++)
+                mode.p[i] = -chasles_joint_dot(R[i], poses[k] + 4);
+        }
+        if (!chasles_hexapod_polished(platform, rods, &mode))
+            return -1;
+        count = chasles_hexapod_added(&mode, modes, count);
+    }
+    return found < 0 || count == found ? found : -1;
+}
+
+/* The modes at the ends of paths; returns how many. */
+static int chasles_hexapod_followed(const chasles_hexapod_platform *platform,
+                                    const chasles_hexapod_rods *rods, chasles_hexapod_mode *modes,
+                                    double *unsure)
+{
+    chasles_hexapod_end ends[CHASLES_MOST_PATHS];
+    chasles_hexapod_mode mode;
+    int count = 0;
+    *unsure = chasles_hexapod_ends(platform, rods, ends);
+    for (int k = 0; k < platform->paths; k++) {
+        if (chasles_hexapod_ended(ends + k) && chasles_hexapod_real(ends + k, &mode) &&
+            chasles_hexapod_polished(platform, rods, &mode))
+            count = chasles_hexapod_added(&mode, modes, count);
+    }
+    return count;
+}
+
 /* All modes, highest first, behind them NaN; the margin of each, and how many complex poses were
  * not found for certain. */
 static void chasles_hexapod_modes(const chasles_hexapod_platform *platform, const double *q,
                                   double *theta, double *margin, double *unsure)
 {
     chasles_hexapod_rods rods;
-    chasles_hexapod_end ends[CHASLES_MOST_PATHS];
-    chasles_hexapod_mode modes[CHASLES_MOST_PATHS], mode;
+    chasles_hexapod_mode modes[CHASLES_MOST_PATHS];
     int count = 0, possible = 1;
     const int finite = chasles_hexapod_given(platform, q, &rods);
     for (int i = 0; i < CHASLES_RODS; i++)
         possible = possible && rods.l[i] >= 0.0;
     *unsure = finite ? 0.0 : NAN;
     if (finite && possible) {
-        *unsure = chasles_hexapod_ends(platform, &rods, ends);
-        for (int k = 0; k < platform->paths; k++) {
-            int known =
-                !(chasles_hexapod_ended(ends + k) && chasles_hexapod_real(ends + k, &mode) &&
-                  chasles_hexapod_polished(platform, &rods, &mode));
-            for (int m = 0; m < count && !known; m++)
-                known = chasles_hexapod_same(&mode, modes + m);
-            if (known)
-                continue;
-            int at = count++;
-            for (; at > 0 && modes[at - 1].p[2] < mode.p[2]; at--)
-                modes[at] = modes[at - 1];
-            modes[at] = mode;
-        }
+        count = platform->joined ? chasles_hexapod_joined(platform, &rods, modes) : -1;
+        if (count < 0)
+            count = chasles_hexapod_followed(platform, &rods, modes, unsure);
     }
     for (int k = 0; k < platform->paths; k++) {
         margin[k] = k < count ? modes[k].margin : NAN;

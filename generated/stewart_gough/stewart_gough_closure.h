@@ -4,7 +4,7 @@
 #define CLOSURE_W 12
 #define CLOSURE_U 6
 #define CLOSURE_M 6
-#define CLOSURE_AT(w, c, D) stewart_gough_closure(w, c, D)
+#define CLOSURE_AT(s) stewart_gough_closure((s)->w, (s)->c, (s)->D)
 #define CLOSURE_BEND(w, wd, D) stewart_gough_closure_D_w_dot(w, wd, D)
 #define CLOSURE_SWINGS 0
 #define CLOSURE_SWING(w, s, D) stewart_gough_swings(w, s, D)

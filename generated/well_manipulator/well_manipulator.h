@@ -290,7 +290,7 @@ void well_manipulator_constraint_D_z_dot(const double z[15], const double zd[15]
 
 /* Every solution of the inverse kinematics, in 2 slots.
  * fk(q[k]) = T wherever residual[k] is rounding
- * 670 operations: multiply 332, add 279, trig 3, other 56.
+ * 680 operations: multiply 335, add 286, trig 3, other 56.
  *   T: pose of the tool, T_0_R, 4 x 4 (1, m)
  *   l_HI: the value of l_HI, which is given,  (m)
  *   l_MN: the value of l_MN, which is given,  (m)

@@ -92,7 +92,8 @@ def located(
     check_input(robot, at, nominal(robot), observation, start.misfit)
     if T_W_base is None:
         return start
-    return start._replace(T_W_base=np.asarray(T_W_base, dtype=np.float64))
+    frame = np.asarray(T_W_base, dtype=np.float64)
+    return start.observation.from_frame(frame @ T, start._replace(T_W_base=frame))
 
 
 def _without_outliers(start: Start, T: FloatArray) -> Start:

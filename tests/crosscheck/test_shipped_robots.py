@@ -179,5 +179,5 @@ def test_robot_agrees_with_pinocchio(name):
 def test_every_shipped_robot_is_checked():
     serial = [name for name in chasles.robots() if not chasles.load(name).loops]
     # General arms are compared with the numbers of others where their inverse is.
-    others = {"bricklaying_gantry", "crx10", "jaco2"}
+    others = {"bricklaying_gantry", "jaco2"}
     assert sorted(ROBOTS) == sorted(set(serial) - others)

@@ -32,6 +32,8 @@ _ROUNDS = 100
 """Alternations from these; the best is refined by the identification."""
 _ACROSS = 0.1
 """Second singular value of directions below which axes are parallel and leave a turn open."""
+_LEVER = 0.1
+"""Least distance of points that stand for an orientation [m]: 0.05 mrad weigh 5 um there."""
 _REPEATED = 0.999
 """Second singular value, in parts of the first, from which orientations leave the frames open."""
 _SETTLED = 0.9999
@@ -95,9 +97,10 @@ def register_poses(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, Flo
 def _register_by_points(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The frames of tools that turn about one axis or not at all, whose places count as well.
 
-    The probe is four points: its origin, and one on each axis as far away as the tool moves.
+    The probe is four points: its origin, and one on each axis as far away as the tool moves, or
+    `_LEVER` where it hardly moves.
     """
-    spread = float(np.linalg.norm(T[:, :3, 3].std(0)))
+    spread = max(float(np.linalg.norm(T[:, :3, 3].std(0))), _LEVER)
     origin, axes = measured[:, None, :3, 3], measured[:, :3, :3].swapaxes(1, 2)
     found = register_points(T, np.concatenate([origin, origin + spread * axes], 1))
     R = _rotation((found.points[1:] - found.points[0]).T)
@@ -127,6 +130,14 @@ def targets_at(T: FloatArray, measured: FloatArray) -> FloatArray:
     """(m, 3) mean places of targets on the tool, from poses (N, 4, 4) and positions (N, m, 3)."""
     turned = np.einsum("nji,nmj->nmi", T[:, :3, :3], measured - T[:, None, :3, 3])
     return np.asarray(np.nanmean(turned, axis=0))
+
+
+def mean_pose(T: FloatArray, measured: FloatArray) -> FloatArray:
+    """(4, 4) the mean place on the tool, from poses (N, 4, 4) of the tool and of what is on it."""
+    R, apart = T[:, :3, :3].swapaxes(-1, -2), measured[:, :3, 3] - T[:, :3, 3]
+    return _pose(
+        _rotation((R @ measured[:, :3, :3]).sum(0)), (R @ apart[..., None])[..., 0].mean(0)
+    )
 
 
 def _alternated(T: FloatArray, measured: FloatArray, R: FloatArray, rounds: int) -> Registration:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import screws
-from .frames import register_points, register_poses
+from .frames import mean_pose, register_points, register_poses, targets_at
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -84,6 +84,13 @@ class Observation(ABC):
     @abstractmethod
     def start(self, T: FloatArray) -> Start:
         """Frame and unknowns from nominal poses (N, 4, 4) of the tool in the base frame."""
+
+    def from_frame(self, T: FloatArray, start: Start) -> Start:  # noqa: ARG002
+        """The start where the poses T (N, 4, 4) of the tool in W are known, frame included.
+
+        Measurements that may leave turns about axes open find their unknowns anew from T.
+        """
+        return start
 
     @abstractmethod
     def at(self, index: IntArray) -> Self:
@@ -185,6 +192,10 @@ class Positions(Observation):
         found = register_points(T, self.points)
         return Start(found.T_W_base, found.points.ravel(), self, found.error)
 
+    def from_frame(self, T: FloatArray, start: Start) -> Start:
+        """Targets at their mean places."""
+        return start._replace(unknowns=targets_at(T, self.points).ravel())
+
     def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
         """Computed less measured positions."""
         apart = points_on_tool(T, x.reshape(-1, 3)) - self.points
@@ -265,6 +276,10 @@ class Poses(Observation):
         apart = (T_W_base @ T @ T_tool_probe - self.T)[:, :3, 3]
         misfit = float(np.sqrt((apart**2).sum(-1).mean()))
         return Start(T_W_base, np.zeros(0), replace(self, T_tool_probe=T_tool_probe), misfit)
+
+    def from_frame(self, T: FloatArray, start: Start) -> Start:
+        """The probe at its mean place."""
+        return start._replace(observation=replace(self, T_tool_probe=mean_pose(T, self.T)))
 
     def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:  # noqa: ARG002
         """Computed less measured positions, and the turns from measured to computed axes in W."""

@@ -108,7 +108,6 @@ def test_every_shipped_robot_has_the_groups_of_its_data_sheet():
     """Joints by runs of parallel axes, read off the drawings."""
     runs = {
         "bricklaying_planar": [[0, 1, 2]],
-        "crx10": [[0], [1, 2], [3], [4], [5]],
         "iiwa14": [[0], [1], [2], [3], [4], [5], [6]],
         "irb6640": [[0], [1, 2], [3], [4], [5]],
         "jaco2": [[0], [1, 2], [3], [4], [5]],

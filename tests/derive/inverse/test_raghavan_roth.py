@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from derivations import ROBOTS
+from derivations import ROBOTS, description
 
 from chasles.derive import Joint, Robot, load
 from chasles.derive.description.conventions import dh
@@ -57,7 +57,7 @@ def pose(random):
 
 
 def of(name):
-    return NONE_IN_COMMON if name == "skew" else load(ROBOTS / f"{name}.toml")
+    return NONE_IN_COMMON if name == "skew" else load(description(name))
 
 
 def at(robot, q):

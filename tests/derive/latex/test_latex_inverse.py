@@ -21,7 +21,7 @@ TRUE = 1e-10
 """Printed formulas are those of a textbook, without the forms that keep the last digits."""
 INSIDE = 1e-3
 """Margin from which angles are told to that."""
-SOLVED = [name for name in NAMES if name not in ("crx10", "jaco2")]
+SOLVED = [name for name in NAMES if name != "jaco2"]
 
 
 class Reader:

@@ -54,7 +54,7 @@ def test_an_article_is_the_same_when_it_is_written_again(name):
     assert fragments(found) == fragments(found)
 
 
-@pytest.mark.parametrize("name", ["ur5e", "crx10", "five_bar", "planar_3rrr"])
+@pytest.mark.parametrize("name", ["ur5e", "jaco2", "five_bar", "planar_3rrr"])
 def test_functions_asked_for_in_any_order_are_the_same(name):
     robot = load(FOLDER / f"{name}.toml")
     whole = derive(robot)

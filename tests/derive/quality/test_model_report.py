@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from convention_robots import drawn_chain
-from derivations import ROBOTS
+from derivations import ROBOTS, description
 from numpy.testing import assert_allclose
 
 from chasles.derive import Mechanism, load, model_report
@@ -80,7 +80,7 @@ PERPENDICULAR = "turn about the perpendicular of axis and common normal"
 
 @pytest.mark.parametrize(("name", "joint"), [("irb6640", "axis3"), ("crx10", "joint_3")])
 def test_dh_misses_the_same_tilt_whatever_the_offsets(name, joint):
-    report = model_report(load(ROBOTS / f"{name}.toml"))
+    report = model_report(load(description(name)))
     missing = {found.joint: found.misses for found in report.joints if found.misses}
     assert missing == {joint: (PERPENDICULAR,)}
 

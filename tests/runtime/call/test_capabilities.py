@@ -38,7 +38,7 @@ def test_a_name_without_a_representation_names_the_three():
 def test_a_robot_without_an_inverse_names_the_reason_and_substitutes(name, reason, substitutes):
     robot = chasles.load(name)
     text = message(robot, "ik")
-    assert text.startswith(f"robot '{name}' has no 'ik': {reason}; instead: ")
+    assert text.startswith(f"robot '{name}' has no 'ik': {reason}; ")
     for substitute in substitutes:
         told, _, functions = text.partition("; instead: ")[2].partition("; its functions are: ")
         assert f"{substitute}, which " in told

@@ -230,14 +230,24 @@ def test_info(shipped, capsys):
 # ------------------------------------------------------------- the walls
 
 
+EXTRAS = {
+    "calibration": {"scipy", "matplotlib"},
+    "study": {
+        *("scipy", "matplotlib", "rich", "networkx", "ruckig", "toppra"),
+        *("distributed", "coal", "ompl"),
+    },
+}
+"""What rooms import beside NumPy."""
+
+
 def test_runtime_imports_numpy_and_the_standard_library_only():
     root = Path(chasles.__file__).parent
     files = list(root.rglob("*.py"))
     assert len(files) > 5
     for file in files:
-        # Calibration is imported by itself, and needs an extra.
-        extra = {"scipy"} if root / "calibration" in file.parents else set()
-        allowed = {"numpy", *sys.stdlib_module_names, *extra}
+        # Calibration and studies are imported by themselves, and need extras.
+        extras = (modules for room, modules in EXTRAS.items() if root / room in file.parents)
+        allowed = {"numpy", *sys.stdlib_module_names}.union(*extras)
         for node in ast.walk(ast.parse(file.read_text())):
             if isinstance(node, ast.Import):
                 found = {alias.name.split(".")[0] for alias in node.names}
@@ -253,7 +263,7 @@ def test_import_compiles_nothing_and_brings_numpy_alone(cache):
 import os, sys
 import chasles
 assert not os.path.exists(os.environ["CHASLES_CACHE"])
-assert not {"sympy", "casadi", "scipy"} & set(sys.modules)
+assert not {"sympy", "casadi", "scipy", "matplotlib", "rich"} & set(sys.modules)
 """
     subprocess.run([sys.executable, "-c", code], check=True)
     assert chasles.__version__

@@ -7,7 +7,7 @@ import subprocess
 
 import numpy as np
 import pytest
-from derivations import ROBOTS
+from derivations import description
 
 import chasles
 from chasles.derive import load, write
@@ -26,7 +26,7 @@ SAME = 1e-6
 @pytest.fixture(scope="module", params=NAMES)
 def folder(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp("general") / request.param
-    write(load(ROBOTS / f"{request.param}.toml"), folder, ["fk", "ik"])
+    write(load(description(request.param)), folder, ["fk", "ik"])
     return folder
 
 
@@ -116,7 +116,7 @@ def test_what_is_called_valid_has_the_pose_and_is_there_once(robot):
 
 
 def test_solutions_stand_first_in_the_order_of_the_suppressed_joint(robot):
-    split = choose(numbers(load(ROBOTS / f"{robot.name}.toml"))).splits[0]
+    split = choose(numbers(load(description(robot.name)))).splits[0]
     solutions = robot.ik(robot.fk(configurations(robot, 500, 3)))
     assert (solutions.valid == (np.arange(16) < solutions.count[:, None])).all()
     for q, count in zip(solutions.q, solutions.count, strict=True):
@@ -170,7 +170,7 @@ def test_poses_near_right_angles_of_one_joint_are_solved(robot, joint, away):
 
 
 def test_a_pose_out_of_reach_has_least_squares_answers(robot):
-    described = load(ROBOTS / f"{robot.name}.toml")
+    described = load(description(robot.name))
     size = length(numbers(described))
     T = robot.fk(configurations(robot, 200, 8))
     T[:, :3, 3] += 3.0

@@ -184,7 +184,7 @@ def test_a_robot_without_an_inverse_says_why(tmp_path, cache, monkeypatch):
     folder.write_manifest()
     arm = load(folder, monkeypatch)
     for name in ("ik", "ik_path", "ik_position"):
-        with pytest.raises(AttributeError, match=rf"has no '{name}': {missing}; its functions"):
+        with pytest.raises(AttributeError, match=rf"has no '{name}': {missing}; .*its functions"):
             getattr(arm, name)
     with pytest.raises(AttributeError, match=r"has no 'chain': its q are its joints"):
         arm.chain  # noqa: B018

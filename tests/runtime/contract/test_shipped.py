@@ -71,5 +71,5 @@ def test_kinds_are_those_of_the_robots():
     by_kind = {kind: {n for n, k in kinds.items() if k == kind} for kind in set(kinds.values())}
     assert by_kind["platform"] == {"stewart_gough", "planar_3rrr"}
     assert {"delta", "excavator", "four_bar", "bricklaying_gantry"} <= by_kind["hybrid"]
-    assert {"ur5e", "crx10", "bricklaying_planar"} <= by_kind["serial"]
+    assert {"ur5e", "jaco2", "bricklaying_planar"} <= by_kind["serial"]
     assert set(chain(*by_kind.values())) == set(NAMES)

@@ -12,7 +12,6 @@ DAMPING = 0.04
 WITH_RATES = [
     "board_installer",
     "bricklaying_gantry",
-    "crx10",
     "delta",
     "excavator",
     "five_bar",

@@ -1,0 +1,141 @@
+/* Newton's iteration on the equations of loops, near a posture where they are nearly closed; part
+ * of chasles, the same for every robot, included by chasles_closure.h and
+ * chasles_closure_parametric.h behind the robot's macros and tables. */
+#include <math.h>
+
+#include "chasles_closure_tolerances.h"
+
+/* A configuration w with the equations c, their derivative D, and D_u = Q R by reflections: column
+ * k of `qr` holds R above the diagonal and the reflection's vector from there on. `p` is the
+ * geometry, where it is an input. */
+typedef struct {
+    double w[CLOSURE_W], c[CLOSURE_M], D[CLOSURE_M * CLOSURE_W];
+    double qr[CLOSURE_U][CLOSURE_M], diagonal[CLOSURE_U], scale[CLOSURE_U];
+    double sense;
+    int count;
+#ifdef CLOSURE_P
+    const double *p;
+#endif
+} CLOSURE_NAME(closed);
+
+/* D_u = Q R. The sense is the sign of det D_u, 0 where D_u is not square. */
+static void CLOSURE_NAME(factored)(CLOSURE_NAME(closed) * s)
+{
+    s->sense = CLOSURE_M == CLOSURE_U ? 1.0 : 0.0;
+    for (int k = 0; k < CLOSURE_U; k++)
+        for (int i = 0; i < CLOSURE_M; i++)
+            s->qr[k][i] = s->D[i * CLOSURE_W + CLOSURE_NAME(unknown)[k]];
+    for (int k = 0; k < CLOSURE_U; k++) {
+        double *v = s->qr[k], square = 0.0;
+        if (k == CLOSURE_M - 1) {
+            s->diagonal[k] = v[k];
+            s->scale[k] = 0.0;
+            s->sense *= v[k] < 0.0 ? -1.0 : 1.0;
+            continue;
+        }
+        for (int i = k; i < CLOSURE_M; i++)
+            square += v[i] * v[i];
+        const double norm = sqrt(square), first = v[k];
+        s->diagonal[k] = first > 0.0 ? -norm : norm;
+        v[k] = first - s->diagonal[k];
+        s->scale[k] = 1.0 / (norm * fabs(v[k]));
+        s->sense *= first > 0.0 ? 1.0 : -1.0;
+        for (int j = k + 1; j < CLOSURE_U; j++) {
+            double along = 0.0, *other = s->qr[j];
+            for (int i = k; i < CLOSURE_M; i++)
+                along += v[i] * other[i];
+            along *= s->scale[k];
+            for (int i = k; i < CLOSURE_M; i++)
+                other[i] -= along * v[i];
+        }
+    }
+}
+
+/* Least squares D_u x = b; b is lost. */
+static void CLOSURE_NAME(solve)(const CLOSURE_NAME(closed) * s, double b[CLOSURE_M],
+                                double x[CLOSURE_U])
+{
+    for (int k = 0; k < CLOSURE_U; k++) {
+        const double *v = s->qr[k];
+        double along = 0.0;
+        for (int i = k; i < CLOSURE_M; i++)
+            along += v[i] * b[i];
+        along *= s->scale[k];
+        for (int i = k; i < CLOSURE_M; i++)
+            b[i] -= along * v[i];
+    }
+    for (int k = CLOSURE_U - 1; k >= 0; k--) {
+        x[k] = b[k] / s->diagonal[k];
+        for (int i = 0; i < k; i++)
+            b[i] -= s->qr[k][i] * x[k];
+    }
+}
+
+/* A step of Newton's iteration on the unknown variables; its size. */
+static double CLOSURE_NAME(step)(CLOSURE_NAME(closed) * s)
+{
+    double x[CLOSURE_U], size = 0.0;
+    CLOSURE_AT(s);
+    CLOSURE_NAME(factored)(s);
+    CLOSURE_NAME(solve)(s, s->c, x);
+    s->count++;
+    for (int k = 0; k < CLOSURE_U; k++) {
+        const double part = fabs(x[k]) / CLOSURE_NAME(size_u)[k];
+        s->w[CLOSURE_NAME(unknown)[k]] -= x[k];
+        /* NaN is kept: a comparison with it is false. */
+        if (part > size || part != part)
+            size = part;
+    }
+    return size;
+}
+
+/* Whether Newton's iteration contracts, on the branch of a sense (0: that of its first step),
+ * within some steps: onto the loops, or, on the way, near them. */
+static int CLOSURE_NAME(corrected)(CLOSURE_NAME(closed) * s, double sense, double contraction,
+                                   int is_last)
+{
+    double bound = CLOSURE_FARTHEST;
+    for (int k = 1; k <= CLOSURE_STEPS; k++) {
+        const double size = CLOSURE_NAME(step)(s);
+        if (!(size <= bound) || s->sense * sense < 0.0)
+            return 0;
+        sense = s->sense;
+        if (size <= CLOSURE_SETTLED || (!is_last && k == CLOSURE_FEW_STEPS))
+            return 1;
+        bound = contraction * size;
+    }
+    return 0;
+}
+
+/* Whether the loops are closed; evaluates the equations. */
+static int CLOSURE_NAME(is_closed)(CLOSURE_NAME(closed) * s)
+{
+    int is_closed = 1;
+    CLOSURE_AT(s);
+    for (int i = 0; i < CLOSURE_M; i++)
+        is_closed &= fabs(s->c[i]) <= CLOSURE_CLOSED * CLOSURE_NAME(size_c)[i];
+    return is_closed;
+}
+
+/* NaN in place of a configuration that is not reached. */
+static void CLOSURE_NAME(reached)(CLOSURE_NAME(closed) * s, int is_reached)
+{
+    if (is_reached)
+        return;
+    for (int k = 0; k < CLOSURE_W; k++)
+        s->w[k] = NAN;
+    for (int i = 0; i < CLOSURE_M * CLOSURE_W; i++)
+        s->D[i] = NAN;
+}
+
+/* The configuration at q by Newton's iteration from a configuration nearby, without a way between:
+ * at most CLOSURE_STEPS linear systems. */
+static void CLOSURE_NAME(near)(const double q[CLOSURE_Q], CLOSURE_NAME(closed) * s)
+{
+    s->count = 0;
+    for (int k = 0; k < CLOSURE_Q; k++)
+        s->w[CLOSURE_NAME(actuated)[k]] = CLOSURE_NAME(ratio)[k] * q[k];
+    const int is_reached =
+        CLOSURE_NAME(corrected)(s, 0.0, CLOSURE_CONTRACTION, 1) && CLOSURE_NAME(is_closed)(s);
+    CLOSURE_NAME(reached)(s, is_reached);
+}

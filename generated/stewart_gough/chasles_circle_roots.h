@@ -1,0 +1,340 @@
+/* The real roots of a trigonometric polynomial of degree 8 at most; part of chasles, the same for
+ * every robot.
+ *
+ * The circle is divided into 96 cells, in each of which the polynomial is its Taylor series. A cell
+ * is divided until the sizes of the terms prove that it has no root, or that it is monotonous, or
+ * convex.
+ */
+#ifndef CHASLES_CIRCLE_ROOTS_H
+#define CHASLES_CIRCLE_ROOTS_H
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "chasles_circle_tolerances.h"
+#include "chasles_vectors.h"
+
+/* Newton's steps on a root at most. */
+#define CHASLES_ROOT_STEPS 20
+#define CHASLES_CELLS 96
+#define CHASLES_DEGREE 8
+#define CHASLES_MOST_ROOTS 32
+/* Terms of a Taylor series; the first left out is 1e-14 of the greatest. */
+#define CHASLES_TERMS 11
+/* Parts of the circle to look at; a pose takes some fifty, one at which all is rounding far more.
+ */
+#define CHASLES_MOST_PARTS 400
+/* Halvings of a cell, to 1e-6 rad, after which roots are one. */
+#define CHASLES_HALVINGS 15
+#define CHASLES_TURN 6.283185307179586476925286766559
+
+/* cos(2 pi k / 96); the sine of an angle is the cosine of 72 more. */
+/* clang-format off */
+static const double chasles_circle_cosine[CHASLES_CELLS + 72] = {
+    1.0, 0.9978589232386035, 0.9914448613738104, 0.9807852804032304, 0.9659258262890683,
+    0.9469301294951057, 0.9238795325112867, 0.8968727415326884, 0.8660254037844387,
+    0.8314696123025452, 0.7933533402912352, 0.7518398074789774, 0.7071067811865476,
+    0.6593458151000688, 0.6087614290087207, 0.5555702330196024, 0.5, 0.44228869021900125,
+    0.38268343236508984, 0.3214394653031617, 0.25881904510252074, 0.19509032201612833,
+    0.1305261922200517, 0.06540312923014327, 0.0, -0.06540312923014327, -0.1305261922200517,
+    -0.19509032201612833, -0.25881904510252074, -0.3214394653031617, -0.38268343236508984,
+    -0.44228869021900125, -0.5, -0.5555702330196024, -0.6087614290087207, -0.6593458151000688,
+    -0.7071067811865476, -0.7518398074789774, -0.7933533402912352, -0.8314696123025452,
+    -0.8660254037844387, -0.8968727415326884, -0.9238795325112867, -0.9469301294951057,
+    -0.9659258262890683, -0.9807852804032304, -0.9914448613738104, -0.9978589232386035, -1.0,
+    -0.9978589232386035, -0.9914448613738104, -0.9807852804032304, -0.9659258262890683,
+    -0.9469301294951057, -0.9238795325112867, -0.8968727415326884, -0.8660254037844387,
+    -0.8314696123025452, -0.7933533402912352, -0.7518398074789774, -0.7071067811865476,
+    -0.6593458151000688, -0.6087614290087207, -0.5555702330196024, -0.5, -0.44228869021900125,
+    -0.38268343236508984, -0.3214394653031617, -0.25881904510252074, -0.19509032201612833,
+    -0.1305261922200517, -0.06540312923014327, 0.0, 0.06540312923014327, 0.1305261922200517,
+    0.19509032201612833, 0.25881904510252074, 0.3214394653031617, 0.38268343236508984,
+    0.44228869021900125, 0.5, 0.5555702330196024, 0.6087614290087207, 0.6593458151000688,
+    0.7071067811865476, 0.7518398074789774, 0.7933533402912352, 0.8314696123025452,
+    0.8660254037844387, 0.8968727415326884, 0.9238795325112867, 0.9469301294951057,
+    0.9659258262890683, 0.9807852804032304, 0.9914448613738104, 0.9978589232386035, 1.0,
+    0.9978589232386035, 0.9914448613738104, 0.9807852804032304, 0.9659258262890683,
+    0.9469301294951057, 0.9238795325112867, 0.8968727415326884, 0.8660254037844387,
+    0.8314696123025452, 0.7933533402912352, 0.7518398074789774, 0.7071067811865476,
+    0.6593458151000688, 0.6087614290087207, 0.5555702330196024, 0.5, 0.44228869021900125,
+    0.38268343236508984, 0.3214394653031617, 0.25881904510252074, 0.19509032201612833,
+    0.1305261922200517, 0.06540312923014327, 0.0, -0.06540312923014327, -0.1305261922200517,
+    -0.19509032201612833, -0.25881904510252074, -0.3214394653031617, -0.38268343236508984,
+    -0.44228869021900125, -0.5, -0.5555702330196024, -0.6087614290087207, -0.6593458151000688,
+    -0.7071067811865476, -0.7518398074789774, -0.7933533402912352, -0.8314696123025452,
+    -0.8660254037844387, -0.8968727415326884, -0.9238795325112867, -0.9469301294951057,
+    -0.9659258262890683, -0.9807852804032304, -0.9914448613738104, -0.9978589232386035, -1.0,
+    -0.9978589232386035, -0.9914448613738104, -0.9807852804032304, -0.9659258262890683,
+    -0.9469301294951057, -0.9238795325112867, -0.8968727415326884, -0.8660254037844387,
+    -0.8314696123025452, -0.7933533402912352, -0.7518398074789774, -0.7071067811865476,
+    -0.6593458151000688, -0.6087614290087207, -0.5555702330196024, -0.5, -0.44228869021900125,
+    -0.38268343236508984, -0.3214394653031617, -0.25881904510252074, -0.19509032201612833,
+    -0.1305261922200517, -0.06540312923014327
+};
+/* clang-format on */
+
+/* The same angle between -pi and pi, pi included. */
+static double chasles_circle_wrapped(double angle)
+{
+    const double wrapped = angle - CHASLES_TURN * floor(angle / CHASLES_TURN + 0.5);
+    return wrapped <= -0.5 * CHASLES_TURN ? 0.5 * CHASLES_TURN : wrapped;
+}
+
+/* a[k] cos(k x) + b[k] sin(k x), its greatest coefficient, and the size of errors in it. */
+typedef struct {
+    double a[CHASLES_DEGREE + 1], b[CHASLES_DEGREE + 1];
+    double most, noise;
+} chasles_circle_series;
+
+typedef struct {
+    int count;
+    int unresolved;                   /* whether more roots may be there */
+    int parts;                        /* looked at so far */
+    double angle[CHASLES_MOST_ROOTS]; /* of the suppressed joint */
+    double
+        imaginary[CHASLES_MOST_ROOTS]; /* 0 for a root, else half the way between two that meet */
+} chasles_circle_roots;
+
+/* The Taylor series of a polynomial at the angles of these cosines and sines, in parts of a
+ * radius: weight[k][m] is (m radius)^k / k! with the sign of the derivative. */
+CHASLES_INLINE void chasles_circle_taylor(const chasles_circle_series *series,
+                                          const double (*weight)[CHASLES_DEGREE + 1],
+                                          const double *c, const double *s, chasles_vector *t)
+{
+    chasles_vector c1, s1, cosine, sine = {0.0};
+    memcpy(&c1, c, sizeof c1);
+    memcpy(&s1, s, sizeof s1);
+    cosine = sine + 1.0;
+    t[0] = sine + series->a[0];
+    for (int k = 1; k < CHASLES_TERMS; k++)
+        t[k] = sine;
+    for (int m = 1; m <= CHASLES_DEGREE; m++) {
+        const chasles_vector next = cosine * c1 - sine * s1;
+        sine = sine * c1 + cosine * s1;
+        cosine = next;
+        const chasles_vector even = series->a[m] * cosine + series->b[m] * sine;
+        const chasles_vector odd = series->b[m] * cosine - series->a[m] * sine;
+        CHASLES_UNROLL
+        for (int k = 0; k < CHASLES_TERMS; k++)
+            t[k] += weight[k][m] * (k % 2 ? odd : even);
+    }
+}
+
+/* A Taylor series of which a part |z| <= 1 is looked at. */
+typedef struct {
+    double from, radius; /* rad: of the part, on the circle */
+    double noise;
+    double t[CHASLES_TERMS];
+} chasles_circle_part;
+
+static void chasles_circle_add(chasles_circle_roots *roots, double angle, double imaginary)
+{
+    if (roots->count < CHASLES_MOST_ROOTS) {
+        roots->angle[roots->count] = angle;
+        roots->imaginary[roots->count++] = imaginary;
+    } else {
+        roots->unresolved = 1;
+    }
+}
+
+/* A root that is known no better than this (rad) may be several. */
+static void chasles_circle_doubt(chasles_circle_roots *roots, double error)
+{
+    roots->unresolved = roots->unresolved || !(error < CHASLES_DOUBT);
+}
+
+/* Half of a part: side is -1 or 1. */
+static void chasles_circle_half(const chasles_circle_part *whole, double side,
+                                chasles_circle_part *half)
+{
+    double power = 1.0;
+    *half = *whole;
+    half->radius = 0.5 * whole->radius;
+    half->from = whole->from + side * half->radius;
+    for (int i = 0; i < CHASLES_TERMS; i++) {
+        for (int k = CHASLES_TERMS - 2; k >= i; k--)
+            half->t[k] += 0.5 * side * half->t[k + 1];
+    }
+    for (int k = 0; k < CHASLES_TERMS; k++) {
+        half->t[k] *= power;
+        power *= 0.5;
+    }
+}
+
+/* The series and its derivative at z. */
+static double chasles_circle_at(const double *t, double z, double *slope)
+{
+    double value = t[CHASLES_TERMS - 1], rate = 0.0;
+    for (int k = CHASLES_TERMS - 2; k >= 0; k--) {
+        rate = rate * z + value;
+        value = value * z + t[k];
+    }
+    *slope = rate;
+    return value;
+}
+
+/* The zero of a series between two places at which its signs differ, by Newton's steps. */
+static double chasles_circle_zero(const double *t, double low, double high)
+{
+    double slope;
+    const int below = chasles_circle_at(t, low, &slope) < 0.0;
+    double z = 0.5 * (low + high);
+    for (int k = 0; k < CHASLES_ROOT_STEPS; k++) {
+        const double value = chasles_circle_at(t, z, &slope);
+        if ((value < 0.0) == below) {
+            low = z;
+        } else {
+            high = z;
+        }
+        double next = z - value / slope;
+        if (!(next >= low && next <= high))
+            next = 0.5 * (low + high);
+        if (fabs(next - z) < CHASLES_ROOT_FOUND)
+            return next;
+        z = next;
+    }
+    return z;
+}
+
+/* The root of a part in which the series is monotonous, if there is one. */
+static void chasles_circle_monotonous(const chasles_circle_part *part, double low, double high,
+                                      chasles_circle_roots *roots)
+{
+    double slope;
+    const double at_low = chasles_circle_at(part->t, low, &slope);
+    const double at_high = chasles_circle_at(part->t, high, &slope);
+    if ((at_low < 0.0) != (at_high < 0.0)) {
+        const double z = chasles_circle_zero(part->t, low, high);
+        chasles_circle_at(part->t, z, &slope);
+        chasles_circle_add(roots, part->from + part->radius * z, 0.0);
+        chasles_circle_doubt(roots, part->radius * CHASLES_UNSURE * part->noise / fabs(slope));
+    }
+}
+
+/* The roots of a part in which the series has one extremum at most. */
+static void chasles_circle_convex(const chasles_circle_part *part, chasles_circle_roots *roots)
+{
+    double t[CHASLES_TERMS] = {0.0}, slope, low, high;
+    chasles_circle_at(part->t, -1.0, &low);
+    chasles_circle_at(part->t, 1.0, &high);
+    if ((low < 0.0) == (high < 0.0)) {
+        chasles_circle_monotonous(part, -1.0, 1.0, roots);
+        return;
+    }
+    for (int k = 1; k < CHASLES_TERMS; k++)
+        t[k - 1] = k * part->t[k];
+    const double z = chasles_circle_zero(t, -1.0, 1.0);
+    const double value = chasles_circle_at(part->t, z, &slope);
+    const double bend = chasles_circle_at(t, 1.0, &slope) - chasles_circle_at(t, -1.0, &slope);
+    if (value * bend <= 0.0) {
+        chasles_circle_monotonous(part, -1.0, z, roots);
+        chasles_circle_monotonous(part, z, 1.0, roots);
+        return;
+    }
+    const double over = 4.0 * part->radius * part->radius / (fabs(bend) + DBL_MIN);
+    const double apart = sqrt(over * (fabs(value) + part->noise));
+    const int unsure = fabs(value) < CHASLES_UNSURE * part->noise;
+    if (unsure || apart < CHASLES_NEARLY_REAL)
+        chasles_circle_add(roots, part->from + part->radius * z, apart);
+    if (unsure)
+        chasles_circle_doubt(roots, sqrt(over * part->noise));
+}
+
+/* The roots of a part. */
+static void chasles_circle_divided(const chasles_circle_part *part, int halvings,
+                                   chasles_circle_roots *roots)
+{
+    /* No root, not even a complex one that is nearly real; no extremum; no change of curvature. */
+    const double wide = 1.0 + CHASLES_NEARLY_REAL / part->radius;
+    double value = 0.0, slope = part->noise, bend = part->noise, power = 1.0;
+    for (int k = 1; k < CHASLES_TERMS; k++) {
+        const double size = fabs(part->t[k]);
+        power *= wide;
+        value += size * power;
+        slope += k > 1 ? k * size : 0.0;
+        bend += k > 2 ? k * (k - 1) * size : 0.0;
+    }
+    if (fabs(part->t[0]) > value + part->noise)
+        return;
+    if (++roots->parts > CHASLES_MOST_PARTS) {
+        roots->unresolved = 1;
+        return;
+    }
+    if (value < part->noise || halvings == 0) {
+        /* One of many places stands for all. */
+        const int last = roots->count - 1;
+        if (last < 0 || !(fabs(roots->angle[last] - part->from) < CHASLES_TWINS))
+            chasles_circle_add(roots, part->from, part->radius);
+        roots->unresolved = 1;
+    } else if (fabs(part->t[1]) > slope) {
+        chasles_circle_monotonous(part, -1.0, 1.0, roots);
+    } else if (2.0 * fabs(part->t[2]) > bend) {
+        chasles_circle_convex(part, roots);
+    } else {
+        chasles_circle_part half;
+        chasles_circle_half(part, -1.0, &half);
+        chasles_circle_divided(&half, halvings - 1, roots);
+        chasles_circle_half(part, 1.0, &half);
+        chasles_circle_divided(&half, halvings - 1, roots);
+    }
+}
+
+/* Computes a part anew from the polynomial's own source, where it is small on a whole cell. */
+typedef void (*chasles_circle_sampler)(const void *source, chasles_circle_part *part);
+
+/* The roots of a cell. */
+static void chasles_circle_cell(chasles_circle_sampler sampler, const void *source, double noise,
+                                chasles_circle_part *part, chasles_circle_roots *roots)
+{
+    double most = 0.0, slope;
+    part->noise = noise;
+    for (int k = 0; k < CHASLES_TERMS; k++)
+        most += fabs(part->t[k]);
+    if (sampler && most < CHASLES_BLURRED * noise)
+        sampler(source, part);
+    chasles_circle_divided(part, CHASLES_HALVINGS, roots);
+    /* Rounding may hide two roots on both sides of the end of a cell. */
+    if (fabs(chasles_circle_at(part->t, 1.0, &slope)) < CHASLES_UNSURE * part->noise)
+        chasles_circle_add(roots, part->from + part->radius, CHASLES_EDGE);
+}
+
+/* The real roots, and where two are about to meet. Without a source the sampler is 0. */
+static void chasles_circle_real(chasles_circle_sampler sampler, const void *source,
+                                const chasles_circle_series *series, chasles_circle_roots *roots)
+{
+    const double radius = 0.5 * CHASLES_TURN / CHASLES_CELLS;
+    const double wide = 1.0 + CHASLES_NEARLY_REAL / radius;
+    double weight[CHASLES_TERMS][CHASLES_DEGREE + 1];
+    chasles_vector t[CHASLES_TERMS];
+    chasles_circle_part part;
+    CHASLES_UNROLL
+    for (int m = 0; m <= CHASLES_DEGREE; m++) {
+        weight[0][m] = 1.0;
+        CHASLES_UNROLL
+        for (int k = 1; k < CHASLES_TERMS; k++)
+            weight[k][m] = weight[k - 1][m] * (k % 2 ? m : -m) * radius / k;
+    }
+    roots->count = roots->unresolved = roots->parts = 0;
+    for (int from = 0; from < CHASLES_CELLS; from += CHASLES_LANES) {
+        chasles_circle_taylor(series, (const double(*)[CHASLES_DEGREE + 1]) weight,
+                              chasles_circle_cosine + from, chasles_circle_cosine + from + 72, t);
+        chasles_vector most = t[0] - t[0];
+        CHASLES_UNROLL
+        for (int k = CHASLES_TERMS - 1; k > 0; k--)
+            most = wide * (most + chasles_vector_sizes(t[k]));
+        const chasles_vector over =
+            chasles_vector_sizes(t[0]) - most - CHASLES_UNSURE * series->noise;
+        for (int l = 0; l < CHASLES_LANES; l++) {
+            if (over[l] > 0.0)
+                continue;
+            part.from = 2.0 * radius * (from + l);
+            part.radius = radius;
+            for (int k = 0; k < CHASLES_TERMS; k++)
+                part.t[k] = t[k][l];
+            chasles_circle_cell(sampler, source, series->noise, &part, roots);
+        }
+    }
+}
+
+#endif

@@ -1,0 +1,52 @@
+/* Vectors of numbers, of as many samples or solutions; part of chasles, the same for every robot.
+ */
+#ifndef CHASLES_VECTORS_H
+#define CHASLES_VECTORS_H
+
+#include <math.h>
+#include <stdint.h>
+
+/* As wide as registers are: wider vectors would go through memory. */
+#if defined(__AVX512F__)
+#define CHASLES_LANES 8
+#elif defined(__AVX__)
+#define CHASLES_LANES 4
+#else
+#define CHASLES_LANES 2
+#endif
+
+/* GCC's and Clang's vectors: of plain arrays, sums would go through memory. */
+typedef double chasles_vector __attribute__((vector_size(8 * CHASLES_LANES)));
+typedef int64_t chasles_vector_mask __attribute__((vector_size(8 * CHASLES_LANES)));
+
+#define CHASLES_INLINE static inline __attribute__((always_inline))
+/* Matrices of vectors stay in registers where their indices are known. */
+#define CHASLES_UNROLL _Pragma("GCC unroll 16")
+
+/* By bits: what is not chosen may be NaN. */
+CHASLES_INLINE chasles_vector chasles_vector_chosen(chasles_vector_mask where, chasles_vector x,
+                                                    chasles_vector y)
+{
+    return (chasles_vector)((where & (chasles_vector_mask)x) | (~where & (chasles_vector_mask)y));
+}
+
+CHASLES_INLINE chasles_vector chasles_vector_sizes(chasles_vector x)
+{
+    return (chasles_vector)((chasles_vector_mask)x & INT64_MAX);
+}
+
+/* The size of x with the sign of y. */
+CHASLES_INLINE chasles_vector chasles_vector_signed(chasles_vector x, chasles_vector y)
+{
+    return (chasles_vector)(((chasles_vector_mask)x & INT64_MAX) |
+                            ((chasles_vector_mask)y & INT64_MIN));
+}
+
+CHASLES_INLINE chasles_vector chasles_vector_square_roots(chasles_vector x)
+{
+    for (int l = 0; l < CHASLES_LANES; l++)
+        x[l] = sqrt(x[l]);
+    return x;
+}
+
+#endif
