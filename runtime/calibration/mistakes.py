@@ -24,6 +24,8 @@ from .result import Calibration
 
 FloatArray = NDArray[np.float64]
 
+LEAST_SPREAD = 1e-6
+"""Spread of a tool [m] below which it only turns, and tells nothing of lengths."""
 DOUBTFUL = 0.05
 """Error of the nominal robot, in parts of the spread of its tool, from which on mistakes are
 tried."""
@@ -94,7 +96,8 @@ def check_input(
     Raises:
         InputValueError: They fit ten times better without a mistake, which the message names.
     """
-    if stated <= DOUBTFUL * spread(robot.fk_p(q, p)):
+    moved = spread(robot.fk_p(q, p))
+    if moved < LEAST_SPREAD or stated <= DOUBTFUL * moved:
         return
     ranked = _ranked(robot, q, p, observation)
     misfit, mistake = ranked[0]
@@ -113,12 +116,16 @@ def check_result(found: Calibration, vary: tuple[str, ...]) -> None:
         InputValueError: It fits three times better without a mistake, which the message names.
     """
     p, rest = nominal(found.robot), left(found)
-    if rest <= UNEXPLAINED * spread(found.robot.fk_p(found.q, p)):
+    moved = spread(found.robot.fk_p(found.q, p))
+    if moved < LEAST_SPREAD or rest <= UNEXPLAINED * moved:
         return
     for _, mistake in _ranked(found.robot, found.q, p, found.observation)[:_TRIED]:
         start = found.observation.scaled(mistake.factor).start(found.robot.fk_p(mistake.q, p))
         problem = problem_at(found.robot, mistake.q, start, vary)
-        without = left(problem.solved(problem.x0, robust=True)) / mistake.factor
+        try:
+            without = left(problem.solved(problem.x0, robust=True)) / mistake.factor
+        except InputValueError:
+            continue  # Without this mistake the measurements contradict one another.
         if MUCH_BETTER * without < rest:
             raise InputValueError(_sentence("calibrated", rest, without, mistake))
 

@@ -313,7 +313,13 @@ class Problem:
         """Factor by which errors exceed their standard deviations, beside the noise before."""
         kept = used[self.observation.rows]
         e = self.errors(x)[kept]
-        found = float(np.sqrt(e @ e / (len(e) - self._determined(x, kept, last))))
+        freedoms = len(e) - (self._determined(x, kept, last) if len(e) else 0)
+        if freedoms <= 0:
+            raise InputValueError(
+                f"identify: only {len(e)} of {len(kept)} measured numbers agree with one another, "
+                f"too few for {len(x)} variables; is another robot, or another column, measured?"
+            )
+        found = float(np.sqrt(e @ e / freedoms))
         # Tolerances beside no noise at all would leave a singular matrix.
         return max(found, _LEAST_NOISE) if self.known.any() else found
 

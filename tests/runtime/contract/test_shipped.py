@@ -24,7 +24,7 @@ def manifest(request):
 
 
 def test_there_are_robots():
-    assert len(NAMES) == 22
+    assert len(NAMES) == 21
 
 
 def test_every_function_has_a_role(manifest):
