@@ -7,7 +7,7 @@ derive: .venv/derive ## derive, generate and compile every robot
 	@$(BIN)/chasles-derive && $(BIN)/python -m chasles build
 
 test: .venv/dev ## the whole test suite
-	@$(BIN)/python -m pytest
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest
 
 check: format lint types check-generated test ## everything that a change must pass
 
@@ -52,7 +52,7 @@ help: ## this list
 	@echo "installing chasles and its compiler into .venv" && $(BIN)/pip install --quiet --disable-pip-version-check --editable '.[derive]' && touch $@
 
 .venv/dev: .venv/derive
-	@echo "installing the tests' tools and oracles into .venv" && $(BIN)/pip install --quiet --disable-pip-version-check --editable '.[derive,files,study,test,crosscheck,dev]' && touch $@
+	@echo "installing the tests' tools and oracles into .venv" && $(BIN)/pip install --quiet --disable-pip-version-check --editable '.[derive,files,calibration,study,cluster,test,crosscheck,dev]' && touch $@
 
 .venv/bench: .venv/dev
 	@echo "installing the benchmarks' peers into .venv" && $(BIN)/pip install --quiet --disable-pip-version-check --editable '.[bench]' && touch $@

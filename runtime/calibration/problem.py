@@ -28,6 +28,7 @@ from typing import Any
 import numpy as np
 import scipy.optimize
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from ..errors import InputValueError, ShapeError
 from ..screws import inverse
@@ -265,6 +266,11 @@ class Problem:
                 f"identify: {len(rows)} measured numbers do not determine {count} "
                 "variables; measure more configurations, or vary fewer parameters"
             )
+        # These matrices are small: further threads would only wait for each other.
+        with threadpool_limits(1):
+            return self._solved(x, robust=robust)
+
+    def _solved(self, x: FloatArray, *, robust: bool) -> Calibration:
         used, noise = self.everything, 1.0
         x = self.solve(x, used, noise, robust=robust)
         for _ in range(_ROUNDS):

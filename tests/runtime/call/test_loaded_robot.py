@@ -231,7 +231,7 @@ def test_info(shipped, capsys):
 
 
 EXTRAS = {
-    "calibration": {"scipy", "matplotlib"},
+    "calibration": {"scipy", "matplotlib", "threadpoolctl"},
     "study": {
         *("scipy", "matplotlib", "rich", "networkx", "ruckig", "toppra"),
         *("distributed", "coal", "ompl"),
