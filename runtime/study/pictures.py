@@ -95,7 +95,11 @@ def plot_motion(found: Any, ax: Any = None) -> Any:
             own.plot(found.t, values[:, j], style, color=colour, label=name, linewidth=1.2)
         own.set_ylabel(word)
         own.grid(alpha=0.3)
-    axes[0].legend(ncols=3, fontsize="small")
+    handles, labels = axes[0].get_legend_handles_labels()
+    if ax is None:
+        figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize="small")
+    else:
+        axes[0].legend(ncols=3, fontsize="small")
     axes[-1].set_xlabel("time [s]")
     return axes
 
@@ -123,7 +127,7 @@ def plot_trials(found: Any, ax: Any = None) -> Any:
             yerr=100 * np.maximum(bars, 0),
             fmt="o" + _STYLES[k % len(_STYLES)],
             color=_COLOUR_BLIND[k % len(_COLOUR_BLIND)],
-            label=f"step {step:g}",
+            label=f"step {step:g}" if np.isfinite(step) else "any step",
             capsize=3,
         )
     axes.set_xlabel("samples")
