@@ -155,3 +155,17 @@ def test_errors_from_tolerances_are_those_of_drawn_robots(made):
     first = tool_errors(robot, q, tolerances)
     drawn_ = random_arms(robot, q, tolerances, samples=20_000)
     assert_allclose(drawn_.along.std(0), np.sqrt(np.diag(first.covariance)[:3]), rtol=0.03)
+
+
+@pytest.mark.parametrize(
+    ("parts", "rank"), [(("axis", "tool"), 30), (("axis", "tool", "loop"), 42)]
+)
+def test_rank_of_the_papers_manipulator(made, parts, rank):
+    """4 r + 2 t + 6 for five turning joints and two telescopes; three more for each cylinder."""
+    robot = made("well_manipulator")
+    q = np.random.default_rng(0).uniform(robot.lower, robot.upper, (200, robot.n))
+    J = robot.identification_jacobian(q, [item.value for item in robot.geometry])
+    chosen = [k for k, item in enumerate(robot.geometry) if item.part in parts]
+    columns = J[..., chosen].reshape(-1, len(chosen))
+    sizes = np.linalg.svd(columns / np.linalg.norm(columns, axis=0))[1]
+    assert (sizes > 1e-9 * sizes[0]).sum() == rank
