@@ -63,7 +63,7 @@ def identify(
     counts = np.ones(len(at)) if weights is None else np.asarray(weights, dtype=np.float64)
     before = problem.weighted(counts).errors(problem.x0)
     if robot.kind != "serial":
-        problem = problem_nearby(robot, at, start, vary, tolerances, robust=robust)
+        problem = problem_nearby(problem, start, vary, tolerances, robust=robust)
     solved = problem.weighted(counts).solved(problem.x0, robust=robust)
     found = replace(solved, nominal_errors=before)
     check_result(found, tuple(vary))

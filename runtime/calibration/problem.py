@@ -103,8 +103,7 @@ def problem_at(
 
 
 def problem_nearby(
-    robot: Any,
-    q: FloatArray,
+    first: Problem,
     start: Start,
     vary: Collection[str],
     tolerances: Mapping[str, float] | None = None,
@@ -117,15 +116,13 @@ def problem_nearby(
     all candidates are sought first; where some have the same effect, they share it.
 
     Args:
-        robot: A robot with parametric functions.
-        q: (N, n) coordinates [rad or m].
+        first: The variables that are told apart at the nominal robot.
         start: The measurements, their frame and unknowns.
         vary: As in :func:`identify`.
         tolerances: As in :func:`identify`.
         robust: Whether a loss is taken that outliers do not govern.
     """
-    first = problem_at(robot, q, start, vary, tolerances)
-    sought = _candidates(robot, vary, start.observation, bool(tolerances))
+    sought = _candidates(first.robot, vary, start.observation, bool(tolerances))
     x0 = np.concatenate([first.held[sought], start.unknowns])
     whole = replace(first, sought=sought, x0=x0, known=np.zeros(len(sought)))
     nearness = _NEARNESS / SMALL
@@ -140,7 +137,7 @@ def problem_nearby(
         max_nfev=_MOST_NEARBY,
     ).x
     at = start._replace(unknowns=found[len(sought) :])
-    return problem_at(robot, q, at, vary, tolerances, whole.geometry(found))
+    return problem_at(first.robot, first.q, at, vary, tolerances, whole.geometry(found))
 
 
 def _candidates(

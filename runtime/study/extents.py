@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputValueError
-from .samples import PIECE, Samples
+from .samples import Samples
 
 FloatArray = NDArray[np.float64]
 
@@ -35,8 +35,7 @@ def extents_of(robot: Any, points: Samples) -> FloatArray:
     Raises:
         InputValueError: Loops close at none of the samples.
     """
-    blocks = [q.copy() for q in points.blocks(0)]
-    q = np.concatenate(blocks)[:PIECE]
+    q = np.concatenate([block.copy() for block in points.blocks(0)])
     p = robot.fk(q)[:, :3, 3]
     closed = np.isfinite(p).all(-1)
     if not closed.any():

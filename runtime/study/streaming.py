@@ -8,12 +8,12 @@ and workers, and a piece whose worker was killed is simply done again.
 from __future__ import annotations
 
 import itertools
-import os
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Literal, Protocol, Self, TypeVar
 
+from ..call.threads import count_cores
 from ..errors import InputValueError
 from .progress import progress_of
 
@@ -85,7 +85,7 @@ def thread_count(threads: Threads) -> int:
         InputValueError: It is neither a positive number nor "all".
     """
     if threads == "all":
-        return len(os.sched_getaffinity(0))
+        return count_cores()
     if not isinstance(threads, int) or threads < 1:
         raise InputValueError(f"threads = {threads!r}: expected a positive number or 'all'")
     return threads

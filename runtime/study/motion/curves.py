@@ -67,9 +67,7 @@ class JointLine:
 
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """(m, n) values and their first and second derivatives by s."""
-        step = self.end - self.start
-        values = self.start + s[:, None] * step
-        return values, np.broadcast_to(step, values.shape), np.zeros(values.shape)
+        return _straight(self.start, self.end, self.length, s)
 
 
 def joint_line(start: ArrayLike, end: ArrayLike, of: In = "coordinates") -> JointLine:
@@ -107,9 +105,7 @@ class TaskLine:
 
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """(m, k) values and their first and second derivatives by s."""
-        by_s = (self.end - self.start) / (self.length or 1.0)
-        values = self.start + s[:, None] * by_s
-        return values, np.broadcast_to(by_s, values.shape), np.zeros(values.shape)
+        return _straight(self.start, self.end, self.length, s)
 
 
 def task_line(task: Task, start: ArrayLike, end: ArrayLike) -> TaskLine:
@@ -244,6 +240,15 @@ def arc(T_start: ArrayLike, via: ArrayLike, T_end: ArrayLike) -> Arc:
 _STRAIGHT = 1e-9
 """Sine of an angle below which three points lie on a line: their circle is a million times larger
 than their distances."""
+
+
+def _straight(
+    start: FloatArray, end: FloatArray, length: float, s: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Values (m, n) on a straight line, and their first and second derivatives by s."""
+    by_s = (end - start) / (length or 1.0)
+    values = start + s[:, None] * by_s
+    return values, np.broadcast_to(by_s, values.shape), np.zeros(values.shape)
 
 
 def _poses(R: FloatArray, p: FloatArray) -> FloatArray:

@@ -4,21 +4,9 @@ import numpy as np
 import pytest
 
 import chasles
+from bench.cases.planar_platforms import HEAD
 from chasles.derive import loads, write
 
-HEAD = """
-name = "{name}"
-convention = "urdf"
-actuated = ["q_1", "q_2", "q_3"]
-units = {{ length = "m", angle = "rad" }}
-tool = {{ body = "platform" }}
-
-[[joints]]
-name = "platform"
-type = "planar"
-link = "platform"
-coordinates = ["x", "y", "phi"]
-"""
 CYLINDER = """
 [[cylinders]]
 name = "q_{k}"
