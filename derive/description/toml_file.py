@@ -18,7 +18,7 @@ from ..model.exact import RESERVED, NotExact, checked, read
 from ..model.kinds import ParameterKind
 from ..model.placements import Vector
 from ..model.robot import Parameter, check_robot_name
-from ..model.roots import at
+from ..model.roots import at, drawn_out
 from ..model.tolerances import LENGTH_SCALING
 from ..model.values import NoValue, value_at
 from .plausibility import LARGEST, statement_of
@@ -248,7 +248,7 @@ class TomlFile:
                     keys,
                     f"{KIND_WORDS[kind]}; by its unit or first use {symbol} is {KIND_WORDS[known]}",
                 )
-        expression = self.scale[kind] * expression.xreplace(in_file_units)
+        expression = self.scale[kind] * drawn_out(expression.xreplace(in_file_units))
         if not self._scales(expression, kind):
             self.fail(
                 keys,

@@ -38,6 +38,18 @@ def root(square: sp.Expr) -> sp.Expr:
     return power(square, sp.Rational(1, 2))
 
 
+def drawn_out(expression: sp.Expr) -> sp.Expr:
+    """An expression in which square numbers are drawn out of roots: sqrt(4 a + 4 b) is 2 sqrt(a + b)."""
+    is_root = lambda e: e.is_Pow and e.exp == sp.Rational(1, 2) and e.base.is_Add  # noqa: E731
+    return expression.replace(is_root, _drawn_out)
+
+
+def _drawn_out(whole: sp.Expr) -> sp.Expr:
+    content, primitive = whole.base.primitive()
+    outside = root(content)
+    return outside * sp.sqrt(primitive) if outside.is_Rational else whole
+
+
 def angle_of(y: sp.Expr, x: sp.Expr) -> sp.Expr:
     """atan2(y, x); where a square of the two numbers is not short, it is a decimal.
 

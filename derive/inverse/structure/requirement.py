@@ -1,5 +1,6 @@
 """Conditions of a family on the axes of a chain, with their deviations."""
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -9,7 +10,7 @@ from ...model.tolerances import MEASURED_STRUCTURE
 from .lines import Lines
 
 SMALL_ANGLE = 0.1
-"""Radian, below which an angle is said in milliradians."""
+"""Radian, below which an angle is said in milliradians, else in degrees."""
 _MILLI = 1e3
 
 
@@ -19,8 +20,8 @@ class Requirement:
 
     Attributes:
         text: The condition in words.
-        deviation: 0 where it holds, else how far the axes are from it: radian, or parts of the
-            arm's length; infinite where no small change of the arm would make it hold.
+        deviation: 0 where it holds, else how far the axes are from it: the sine of an angle, or
+            parts of the arm's length; infinite where no small change of the arm would make it hold.
         is_length: Whether the deviation is in parts of the arm's length.
         parallel: The axes that must be parallel, where the condition is this.
         meeting: The axes that must meet, where the condition is this.
@@ -35,18 +36,22 @@ class Requirement:
     parts: tuple["Requirement", ...] = ()
 
     def in_units(self, length: float) -> str:
-        """The finite deviation of an arm of this length [m], in millimetres or radians."""
+        """The finite deviation of an arm of this length [m], in mm, mrad or degrees."""
         if self.is_length:
             return f"{_MILLI * self.deviation * (length or 1.0):.3g} mm"
-        if self.deviation < SMALL_ANGLE:
-            return f"{_MILLI * self.deviation:.3g} mrad"
-        return f"{self.deviation:.3g} rad"
+        angle = math.asin(min(self.deviation, 1.0))
+        if angle < SMALL_ANGLE:
+            return f"{_MILLI * angle:.3g} mrad"
+        return f"{math.degrees(angle):.3g} deg"
 
 
 def revolute(lines: Lines, indices: Iterable[int]) -> Requirement:
     """Joints that must turn."""
-    slides = [lines.axes[k].name for k in indices if not lines.axes[k].turns]
-    text = "all joints are revolute" + (f", but {', '.join(slides)} slides" if slides else "")
+    asked = tuple(indices)
+    slides = [lines.axes[k].name for k in asked if not lines.axes[k].turns]
+    subject = "all joints" if len(asked) == len(lines.axes) else f"joints {_names(lines, asked)}"
+    verb = "slides" if len(slides) == 1 else "slide"
+    text = f"{subject} are revolute" + (f", but {', '.join(slides)} {verb}" if slides else "")
     return Requirement(text, np.inf if slides else 0.0)
 
 

@@ -13,6 +13,8 @@ from ..setting.page import Page, sentence, text
 from ..setting.transforms import symbolic_factors, transform
 from . import tables
 
+MOST_RUNS = 2
+"""Most tables of joints in one convention each; more of them become one table of transforms."""
 FEW = 4
 """Most names that a sentence joins by "and"; longer lists have commas or dots."""
 
@@ -28,6 +30,13 @@ def joints(page: Page) -> str:
     """The tables of the joints, and the legend of their abbreviations."""
     equations = page.equations
     runs = tables.joint_tables(page.robot, equations.notation, equations.printer)
+    if len(runs) > MOST_RUNS:
+        table = tables.transform_table(page.robot, equations.notation, equations.printer)
+        introduced = (
+            "The joints are given in several conventions. Their link transforms, as products of"
+            " elementary motions, are"
+        )
+        return text(sentence(introduced, table), _legend(page)).rstrip()
     shown = [
         sentence(_introduced(convention, equations.notation), table) for convention, table in runs
     ]
@@ -49,7 +58,12 @@ def symbols(page: Page) -> str:
     constants = ""
     if notation.constants:
         table_of_constants = tables.constant_table(notation, printer)
-        constants = sentence("The named constants are", table_of_constants)
+        long = tables.long_constants(notation, printer)
+        constants = sentence(
+            "The named constants are",
+            table_of_constants,
+            sentence("where", aligned(long)) if long else "",
+        )
     return text(sentence(" ".join(_rules(page)), table), constants)
 
 

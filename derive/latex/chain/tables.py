@@ -11,9 +11,10 @@ from ...model.kinds import UNITS
 from ...model.robot import Joint, Robot
 from ...model.tolerances import PRINTED_DIGITS
 from ..setting import names
-from ..setting.layout import MARGIN
+from ..setting.layout import MARGIN, Equation
 from ..setting.notation import CONSTANT_TRIGONOMETRY, Notation
 from ..setting.printer import Printer, cut, decimal, number
+from ..setting.transforms import factors, placements, transform, turned_back
 from ..setting.widths import LINE, width
 
 Column = tuple[str, list[str]]
@@ -51,6 +52,20 @@ def joint_tables(
         columns, second_part = _joint_columns(list(run), numbers, printer, variable)
         tables.append((convention, tabular(columns, repeated=1, apart=second_part)))
     return tables
+
+
+def transform_table(robot: Robot, notation: Notation, printer: Printer) -> str:
+    """One table of all joints with their link transforms, whatever their conventions are."""
+    found = placements(robot, notation.q)[1 if robot.base else 0 :]
+    shown = [r"\,".join(factors(turned_back(p), printer)) for p in found[: len(robot.joints)]]
+    columns: list[Column] = [
+        ("$i$", [str(i) for i, _ in enumerate(robot.joints, 1)]),
+        ("joint", [names.escape(joint.name) for joint in robot.joints]),
+        ("type", [TYPES[joint.kind] for joint in robot.joints]),
+        (f"${transform('i-1', 'i')}$", [f"${tex}$" if tex else "$I$" for tex in shown]),
+        ("limits", [_limits(joint) for joint in robot.joints]),
+    ]
+    return tabular(columns, repeated=1)
 
 
 def has_fixed(robot: Robot) -> bool:
@@ -230,6 +245,15 @@ def constant_table(notation: Notation, printer: Printer) -> str:
     if any(exact for _, exact, _ in rows):
         return side_by_side(("constant", "exact", r"$\approx$"), rows)
     return side_by_side(("constant", r"$\approx$"), [(row[0], row[2]) for row in rows])
+
+
+def long_constants(notation: Notation, printer: Printer) -> list[Equation]:
+    """The named constants that are too wide for the table, in parameters."""
+    return [
+        (printer.tex(symbol), printer.terms(meaning))
+        for symbol, meaning in ((s, notation.meanings[s]) for s in notation.constants)
+        if meaning.free_symbols and not _is_exact(printer.tex(meaning))
+    ]
 
 
 def _is_exact(tex: str) -> bool:

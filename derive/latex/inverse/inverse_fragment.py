@@ -225,4 +225,4 @@ def _residual() -> str:
 
 def _printer(page: Page) -> FractionPrinter:
     notation = page.equations.notation
-    return FractionPrinter(notation.tex, notation.order)
+    return FractionPrinter.of(notation)

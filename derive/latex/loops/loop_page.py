@@ -90,7 +90,7 @@ class LoopPage:
     def vectors(self) -> VectorPrinter:
         """Prints equations between vectors."""
         notation = self.chain.equations.notation
-        return VectorPrinter(notation.tex, notation.order)
+        return VectorPrinter.of(notation)
 
     @cached_property
     def forward_steps(self) -> tuple[PrintedLoopStep, ...]:

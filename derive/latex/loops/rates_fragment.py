@@ -15,7 +15,7 @@ from .printed_steps import PrintedLoopStep, PrintedRate
 
 MOST_TERMS = 8
 """Longest sum, in terms, in which the rates of intermediate results are written out."""
-BRACKET = 0.6 * LINE
+BRACKET = 0.75 * LINE
 """Widest sum that is multiplied by a rate (pt)."""
 
 
@@ -85,7 +85,7 @@ class Rates:
         rates = [*self.dotted.values(), *self.inner.values()]
         addends = []
         for rate in rates:
-            part = sp.expand(total).coeff(rate)
+            part = _by_angles(sp.expand(total).coeff(rate))
             is_long = part.is_Add and width(self.page.tex(part)) > BRACKET
             addends.append(sp.expand(part * rate) if is_long else part * rate)
         return sp.Add(*addends)
@@ -93,6 +93,22 @@ class Rates:
     def _dotted(self, symbol: sp.Symbol, place: int) -> sp.Symbol:
         notation = self.page.chain.equations.notation
         return notation.symbol(dotted(self.page.tex(symbol)), (OTHER, ("~", place)))
+
+
+def _by_angles(part: sp.Expr) -> sp.Expr:
+    """A sum with the factors of each cosine and sine in a bracket."""
+    functions = sorted(part.atoms(sp.cos, sp.sin), key=str)
+    if not functions:
+        return part
+    return sp.Add(*map(_signed, sp.Add.make_args(sp.collect(part, functions))))
+
+
+def _signed(addend: sp.Expr) -> sp.Expr:
+    """A product with the sign of its bracket in front."""
+    for factor in addend.args if addend.is_Mul else ():
+        if factor.is_Add and factor.could_extract_minus_sign():
+            return sp.Mul(-1, -factor, addend / factor)
+    return addend
 
 
 def rates(page: LoopPage) -> str:

@@ -18,7 +18,7 @@ _ESCAPES = {
     "&": r"\&",
     "#": r"\#",
     "%": r"\%",
-    "_": r"\_\allowbreak{}",
+    "_": r"\_",
     "^": r"\textasciicircum{}",
     "~": r"\textasciitilde{}",
     "<": r"\ensuremath{<}",
@@ -27,7 +27,6 @@ _ESCAPES = {
     '"': r"{\char34}",
     "`": r"\textasciigrave{}",
     "-": "-{}",
-    "/": r"/\allowbreak{}",
     "°": r"\ensuremath{^\circ}",
     "µ": r"\ensuremath{\mu}",
     "±": r"\ensuremath{\pm}",
@@ -47,6 +46,8 @@ _ESCAPES = {
         for k, name in enumerate(letters.split())
     },
 }
+_BREAKS = "_/"
+"""Characters after which a long word may be broken."""
 _PARTS = re.compile(r"[A-Za-z]+|[0-9]+")
 _LATIN = frozenset(map(chr, range(0xC0, 0x180))) - frozenset("ĦħĸĿŀŉŦŧſ")
 """The accented letters that a T1 font has."""
@@ -62,9 +63,10 @@ def escape(text: str) -> str:
 
 
 def _escaped(word: str) -> Iterable[str]:
+    is_long = len(word) > LONGEST_WORD
     for k, character in enumerate(word, 1):
         yield _character(character)
-        if k % LONGEST_WORD == 0 and k < len(word):
+        if is_long and (character in _BREAKS or (k % LONGEST_WORD == 0 and k < len(word))):
             yield r"\allowbreak{}"
 
 

@@ -14,6 +14,7 @@ from ...model.sizes import size
 from ...model.tolerances import RELIABLE_DIGITS
 from ...terms.terms import Terms
 from . import names
+from .shorter import reduced
 
 Order = tuple[int, tuple[object, ...]]
 """Position of a factor in a product: its class, then its rank in the class."""
@@ -53,6 +54,7 @@ class Notation:
             short symbols.
         angles: The angles of cosines and sines, with their accent and index, in order of first use.
         constants: The named constants, in order of first use.
+        halves: Whether angles of 30 or 60 degrees bring roots of 3, beside which 1/2 is a fraction.
     """
 
     def __init__(
@@ -73,6 +75,8 @@ class Notation:
         self.angles: dict[sp.Expr, tuple[str, str]] = {}
         self.constants: list[sp.Symbol] = []
         self._constants: dict[sp.Expr, sp.Expr] = {}
+        self._sums: dict[sp.Expr, sp.Expr] = {}
+        self.halves = _has_thirds(robot)
         self._expanded: dict[sp.Symbol, sp.Expr] = {}
         self._sizes: dict[sp.Symbol, int] = {}
         self._terms = self._geometric = 0
@@ -103,7 +107,7 @@ class Notation:
             return self._numeric(self.terms.value(expression))
         if is_long(self.terms, expression):
             return self._by_parts(expression)
-        raw = self.expanded(expression)
+        raw = reduced(self.expanded(expression))
         known = self._constants.get(raw)
         if known is None:
             known = self._constants[raw] = self._printed_constant(raw)
@@ -111,6 +115,9 @@ class Notation:
 
     def shortened(self, expression: sp.Expr) -> sp.Expr:
         """A constant expression with short symbols for its functions and products of numbers."""
+        return self._shortened(reduced(expression))
+
+    def _shortened(self, expression: sp.Expr) -> sp.Expr:
         if expression.is_Atom or is_surd(expression):
             return expression
         if expression.is_number:
@@ -120,8 +127,8 @@ class Notation:
         if expression.is_Mul:
             numbers = sp.Mul(*(factor for factor in expression.args if factor.is_number))
             rest = [factor for factor in expression.args if not factor.is_number]
-            return self.constant(numbers) * sp.Mul(*map(self.shortened, rest))
-        return expression.func(*map(self.shortened, expression.args))
+            return self.constant(numbers) * sp.Mul(*map(self._shortened, rest))
+        return expression.func(*map(self._shortened, expression.args))
 
     def expanded(self, expression: sp.Expr) -> sp.Expr:
         """An expression in coordinates and parameters, without named terms."""
@@ -206,7 +213,16 @@ class Notation:
             kind = "cos" if raw.func is sp.cos else "sin"
             tex = f"{self.letters[kind]}_{{{self.tex[raw.args[0]]}}}"
             return self.symbol(tex, (CONSTANT_TRIGONOMETRY, (tex,)), raw)
-        return self.named(raw)
+        return self._named_sum(raw) if raw.is_Add else self.named(raw)
+
+    def _named_sum(self, raw: sp.Expr) -> sp.Expr:
+        """A sum by its name, or as a multiple of a sum that has one."""
+        content, primitive = raw.primitive()
+        if primitive.could_extract_minus_sign():
+            content, primitive = -content, -primitive
+        if primitive not in self._sums:
+            self._sums[primitive] = self.named(raw) / content
+        return content * self._sums[primitive]
 
     def _by_parts(self, expression: sp.Expr) -> sp.Expr:
         """A long constant by the name of a sum or product of named constants."""
@@ -316,6 +332,19 @@ def _letters(taken: set[str]) -> dict[str, str]:
         options = [letter for letter in LETTERS[kind] if letter not in taken]
         letters[kind] = (options or LETTERS[kind][-1:])[0]
     return letters
+
+
+def _has_thirds(robot: Robot) -> bool:
+    """Whether angles of a robot are odd multiples of 30 or 60 degrees."""
+    placements = [robot.base, robot.tool]
+    placements += [part for joint in robot.joints for part in (joint.before, joint.after)]
+    sixths = (
+        6 * motion.angle / sp.pi
+        for placement in placements
+        for motion in placement
+        if isinstance(motion, Rotation)
+    )
+    return any(turn.is_Integer and turn % 3 != 0 for turn in sixths)
 
 
 def _places(robot: Robot, q: Sequence[sp.Symbol]) -> Mapping[sp.Symbol, tuple[object, ...]]:

@@ -29,7 +29,7 @@ class PrintedTerms:
         """Begins with the names of the coordinates."""
         self.terms, self.notation, self.known = terms, notation, dict(known)
         self._long: dict[sp.Expr, sp.Symbol] = {}
-        self.printer = FractionPrinter(notation.tex, notation.order)
+        self.printer = FractionPrinter.of(notation)
 
     def tex(self, expression: sp.Expr) -> str:
         """A printed expression in LaTeX."""

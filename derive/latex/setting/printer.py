@@ -5,16 +5,20 @@ A sum is a list of signed terms in the order of the chain, so that long sums bre
 
 from collections.abc import Callable, Mapping
 from decimal import Decimal
+from typing import Self
 
 import sympy as sp
 
 from ...model.cleaning import decimal_places
 from ...model.exact import is_zero
 from ...model.tolerances import GIVEN_DIGITS, PRINTED_DIGITS, RELIABLE_DIGITS
-from .notation import ENTRY, LENGTH, OTHER, TERM, Order
+from .notation import ENTRY, LENGTH, OTHER, TERM, Notation, Order
+from .shorter import gathered
 
 SMALL = sp.Rational(1, 10**5)
 """Magnitude below which a decimal is printed with a power of ten."""
+_BINARY = (2, 4, 8)
+"""Denominators of fractions that are short decimals too."""
 _FUNCTIONS = {sp.cos: r"\cos", sp.sin: r"\sin", sp.tan: r"\tan", sp.atan: r"\arctan"}
 
 
@@ -24,11 +28,24 @@ class Printer:
     Args:
         tex: LaTeX of each symbol.
         order: Position of each symbol in a product.
+        halves: Whether 1/2 and 3/4 are printed as fractions, as beside roots of 3, and not as
+            decimals.
     """
 
-    def __init__(self, tex: Mapping[sp.Symbol, str], order: Mapping[sp.Symbol, Order]) -> None:
-        self._tex, self._order = tex, order
+    def __init__(
+        self,
+        tex: Mapping[sp.Symbol, str],
+        order: Mapping[sp.Symbol, Order],
+        *,
+        halves: bool = False,
+    ) -> None:
+        self._tex, self._order, self._halves = tex, order, halves
         self._printed: dict[sp.Expr, list[str]] = {}
+
+    @classmethod
+    def of(cls, notation: Notation) -> Self:
+        """The printer of a notation's symbols."""
+        return cls(notation.tex, notation.order, halves=notation.halves)
 
     def tex(self, expression: sp.Expr) -> str:
         """An expression on one line."""
@@ -37,7 +54,7 @@ class Printer:
     def terms(self, expression: sp.Expr) -> list[str]:
         """The terms of a sum, each with its sign; a positive term, if there is one, is first."""
         if expression not in self._printed:
-            self._printed[expression] = self._terms(expression)
+            self._printed[expression] = self._terms(gathered(expression))
         return self._printed[expression]
 
     def _terms(self, expression: sp.Expr) -> list[str]:
@@ -53,18 +70,26 @@ class Printer:
         coefficient, rest = (-addend if _is_negative(addend) else addend).as_coeff_Mul()
         factors = sorted(sp.Mul.make_args(rest), key=self._factor_key) if rest != 1 else []
         plain = [f for f in factors if f.is_number and not (f.is_Function or f.is_Add)]
-        shown = [self._factor(factor) for factor in factors if factor not in plain]
+        # A factor behind the argument of a cosine would read as a part of the argument.
+        others = sorted((f for f in factors if f not in plain), key=_ends_in_argument)
+        shown = [self._factor(factor) for factor in others]
         constant = coefficient * sp.Mul(*plain)
         if constant != 1 or not shown:
-            shown.insert(0, number(constant))
+            shown.insert(0, self._number(constant))
         return " ".join(shown)
+
+    def _number(self, value: sp.Expr) -> str:
+        if self._halves and value.is_Rational and value.q in _BINARY:
+            return rf"\tfrac{{{value.p}}}{{{value.q}}}"
+        return number(value)
 
     def _factor(self, factor: sp.Expr) -> str:
         if factor.is_Symbol:
             return self._tex[factor]
         if factor.is_Add:
             inner = self.tex(factor)
-            return f"[{inner}]" if "(" in inner else f"({inner})"
+            left, right = "[]" if "(" in inner else "()"
+            return rf"\left{left}{inner}\right{right}" if "frac{" in inner else left + inner + right
         if factor.is_Pow:
             return self._power(factor)
         inner = ", ".join(self.tex(argument) for argument in factor.args)
@@ -97,6 +122,17 @@ class Printer:
         return order, str(factor) if factor.is_number else self._factor(factor)
 
 
+def _ends_in_argument(factor: sp.Expr) -> bool:
+    """Whether a factor is printed as a function with its argument without brackets."""
+    base = factor.base if factor.is_Pow else factor
+    return isinstance(base, tuple(_FUNCTIONS)) and base.args[0].is_Symbol
+
+
+def _has_root(product: sp.Expr) -> bool:
+    """Whether a factor of a product is the root of a number."""
+    return any(f.is_Pow and f.base.is_Rational for f in sp.Mul.make_args(product))
+
+
 def _comparable(part: object) -> tuple[object, ...]:
     """A part of a place, such that numbers, words and places in it are comparable."""
     if isinstance(part, tuple):
@@ -110,6 +146,8 @@ class FractionPrinter(Printer):
     def _product(self, addend: sp.Expr) -> str:
         positive = -addend if _is_negative(addend) else addend
         numerator, denominator = sp.fraction(positive)
+        if denominator.is_number and numerator.has(sp.Pow) and _has_root(numerator):
+            return super()._product(addend)
         if denominator == 1 or (positive.is_Rational and denominator != 2):  # noqa: PLR2004
             return super()._product(addend)
         coefficient, rest = denominator.as_coeff_Mul()

@@ -73,7 +73,7 @@ def equations(derivation: Derivation, called: Sequence[str] = ()) -> PrintedEqua
         derivation = derive(robot, PRINTED)
     fk = derivation.function("fk")
     notation = Notation(robot, derivation.terms, fk.inputs[0].symbols, called)
-    printer = Printer(notation.tex, notation.order)
+    printer = Printer.of(notation)
     sharing = _Sharing(notation, printer)
     return PrintedEquations(
         notation,

@@ -100,6 +100,34 @@ def _merged(placement: Placement) -> Placement:
     return tuple(merged)
 
 
+def turned_back(placement: Placement) -> Placement:
+    """A placement without quarter turns that only turn a shift: R(a) T R(b) is R(a + b) T'."""
+    motions = list(placement)
+    k = 0
+    while k + 2 < len(motions):
+        match motions[k : k + 3]:
+            case [Rotation() as first, Translation() as shift, Rotation() as last] if (
+                first.axis == last.axis and (2 * last.angle / sp.pi).is_Integer
+            ):
+                angle = first.angle + last.angle
+                turn = [Rotation(first.axis, angle)] if angle != 0 else []
+                motions[k : k + 3] = [*turn, _shift_seen_from(last, shift)]
+                k = max(k - 2, 0)
+            case _:
+                k += 1
+    return tuple(motions)
+
+
+def _shift_seen_from(turn: Rotation, shift: Translation) -> Translation:
+    """A shift in the axes of a frame that is turned."""
+    j, k = PLANES[turn.axis]
+    c, s = sp.cos(turn.angle), sp.sin(turn.angle)
+    vector = list(shift.vector)
+    y, z = vector[j], vector[k]
+    vector[j], vector[k] = c * y + s * z, c * z - s * y
+    return Translation((vector[0], vector[1], vector[2]))
+
+
 def _commutes(shift: Rotation | Translation, turn: Rotation) -> bool:
     if isinstance(shift, Rotation):
         return False
