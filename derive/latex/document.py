@@ -7,6 +7,7 @@ from ..derivation import Derivation
 from ..loops.platforms import is_platform
 from ..model.mechanism import Mechanism
 from ..program.programs import Programs
+from .chain.example_fragment import worked_example
 from .chain.functions_fragment import forward_kinematics, jacobians
 from .chain.geometry_fragment import link_transforms, screws
 from .chain.given_fragment import parameters, symbols
@@ -14,6 +15,7 @@ from .chain.parametric_fragment import parametric
 from .drawing import PREAMBLE as DRAWING_PREAMBLE
 from .drawing import drawing
 from .inverse.inverse_fragment import inverse, inverse_of_loops
+from .loops.example_of_loops import worked_example_of_loops
 from .loops.loop_page import LoopPage
 from .loops.loops_fragment import loops
 from .loops.mechanism_fragment import description
@@ -21,6 +23,7 @@ from .loops.mobility_fragment import freedoms
 from .loops.platforms_fragment import platform
 from .loops.rates_fragment import rates
 from .loops.solution_fragment import solution
+from .references import references
 from .setting.names import escape
 from .setting.page import Page
 
@@ -35,6 +38,7 @@ _FRAGMENTS: Mapping[str, tuple[str, Callable[[Page], str]]] = {
     "jacobian": ("Jacobians", jacobians),
     "parametric": ("Geometry as variables", parametric),
     "inverse": ("Inverse kinematics", inverse),
+    "example": ("Worked example", worked_example),
 }
 """Heading and writer of each fragment, in the order of reading."""
 _NEEDS_GEOMETRY = "parametric"
@@ -55,9 +59,12 @@ _OF_LOOPS: Mapping[str, tuple[str, Callable[[LoopPage], str]]] = {
     "inverse": ("Inverse kinematics of the main chain", inverse_of_loops),
     "rates": ("Velocities", rates),
     "platform": ("Platform on legs", platform),
+    "example": ("Worked example", worked_example_of_loops),
 }
 """Heading and writer of each fragment of a robot with loops, or with motors behind gears."""
 _NEED_LOOPS = ("loops", "mobility")
+_REFERENCES = "references"
+"""The fragment of the works that the others cite, which comes last."""
 
 
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
@@ -65,8 +72,10 @@ def files(derivation: Derivation, _: Programs) -> dict[str, str]:
 
     LaTeX prints the equations; the programs made of them are not needed.
     """
-    parts = {f"{FOLDER}/{name}": text for name, text in fragments(derivation).items()}
-    return {f"{derivation.robot.name}.tex": document(derivation), **parts}
+    parts = fragments(derivation)
+    article = _article(derivation, parts)
+    read = {f"{FOLDER}/{name}": text for name, text in parts.items()}
+    return {f"{derivation.robot.name}.tex": article, **read}
 
 
 def fragments(derivation: Derivation) -> dict[str, str]:
@@ -81,10 +90,11 @@ def fragments(derivation: Derivation) -> dict[str, str]:
 
     Returns:
         File name and text of each: ``parameters.tex``, ``symbols.tex``, ``screws.tex``,
-        ``transforms.tex``, ``fk.tex``, ``jacobian.tex``, ``inverse.tex``, and ``parametric.tex``
-        where there are parametric functions; of a robot with loops
-        also ``drawing.tex``, which needs TikZ, ``mobility.tex``, ``loops.tex``, ``solution.tex``
-        and ``rates.tex``, and of a platform on legs ``platform.tex``.
+        ``transforms.tex``, ``fk.tex``, ``jacobian.tex``, ``inverse.tex``, ``example.tex``,
+        ``references.tex``, and ``parametric.tex`` where there are parametric functions; of a robot
+        with loops also ``drawing.tex``, which needs TikZ, ``mobility.tex``, ``loops.tex``,
+        ``solution.tex`` and ``rates.tex``, and of a platform on legs ``platform.tex``. A fragment
+        with nothing to say is left out.
     """
     if isinstance(derivation.robot, Mechanism):
         page = LoopPage.of(derivation)
@@ -97,7 +107,8 @@ def _written(writers: Mapping[str, Callable[[], str]]) -> dict[str, str]:
     # The table of symbols is written last, because it lists the symbols of all other fragments.
     order = sorted(writers, key="symbols".__eq__)
     written = {name: writers[name]() for name in order}
-    return {f"{name}.tex": written[name] for name in writers}
+    written[_REFERENCES] = references(written.values())
+    return {f"{name}.tex": written[name] for name in (*writers, _REFERENCES) if written[name]}
 
 
 def _headings(derivation: Derivation) -> dict[str, str]:
@@ -125,12 +136,17 @@ def _has_poses(derivation: Derivation) -> bool:
 
 def document(derivation: Derivation) -> str:
     r"""An article of a robot that reads its fragments from the folder :data:`FOLDER` beside it."""
+    return _article(derivation, fragments(derivation))
+
+
+def _article(derivation: Derivation, parts: Mapping[str, str]) -> str:
     robot = derivation.robot
     source = f"Source of the parameters: {escape(robot.source)}." if robot.source else ""
     title = f"Kinematics of the {escape(robot.title or robot.name)}"
     parts = [
         _FIGURE if name == "drawing" else f"\\section{{{heading}}}\n\\input{{{FOLDER}/{name}}}"
-        for name, heading in _headings(derivation).items()
+        for name, heading in (_headings(derivation) | {_REFERENCES: "References"}).items()
+        if f"{name}.tex" in parts
     ]
     preamble = _PREAMBLE
     if isinstance(robot, Mechanism):
@@ -148,18 +164,20 @@ def document(derivation: Derivation) -> str:
 
 
 _BOOKTABS = r"\usepackage{booktabs}"
-_FIGURE = rf"""\begin{{figure}}[!htb]
+_FIGURE = rf"""\begin{{figure}}[H]
 \centering
 \input{{{FOLDER}/drawing}}
 \caption{{The robot at its reference configuration, actuators in red, loops numbered.}}
 \end{{figure}}"""
-_PREAMBLE = r"""\documentclass[a4paper]{article}
+_PREAMBLE = r"""\providecommand{\paper}{a4paper} % or letterpaper, defined before
+\documentclass[\paper]{article}
 \usepackage[utf8]{inputenc}
 \usepackage[T1]{fontenc}
 \usepackage{lmodern}
 \usepackage{amsmath}
 \usepackage{booktabs}
-\usepackage[hmargin=25mm,vmargin=22mm]{geometry}
+\usepackage{float}
+\usepackage[textwidth=160mm,hcentering,vmargin=22mm]{geometry}
 \setlength{\emergencystretch}{3em}
 \AtBeginDocument{%
   \setlength{\abovedisplayskip}{6pt plus 3pt minus 3pt}%

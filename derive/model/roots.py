@@ -39,9 +39,12 @@ def root(square: sp.Expr) -> sp.Expr:
 
 
 def drawn_out(expression: sp.Expr) -> sp.Expr:
-    """An expression in which square numbers are drawn out of roots: sqrt(4 a + 4 b) is 2 sqrt(a + b)."""
-    is_root = lambda e: e.is_Pow and e.exp == sp.Rational(1, 2) and e.base.is_Add  # noqa: E731
-    return expression.replace(is_root, _drawn_out)
+    """An expression with squares drawn out of its roots: sqrt(4 a + 4 b) is 2 sqrt(a + b)."""
+    return expression.replace(_is_root_of_sum, _drawn_out)
+
+
+def _is_root_of_sum(part: sp.Expr) -> bool:
+    return bool(part.is_Pow and part.base.is_Add and part.exp == sp.Rational(1, 2))
 
 
 def _drawn_out(whole: sp.Expr) -> sp.Expr:

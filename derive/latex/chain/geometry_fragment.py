@@ -39,7 +39,7 @@ def screws(page: Page) -> str:
     axes = rf"$\mathcal{{S}}_{{{index}}} = (v_{{{index}}}; \omega_{{{index}}})$"
     return text(
         sentence(
-            "As a product of exponentials, the pose of the tool is",
+            "As a product of exponentials (Brockett 1984), the pose of the tool is",
             aligned([product], end="." if plain else ","),
             followers,
             sentence("With the terms", aligned(shown.terms, end=",")) if shown.terms else "",

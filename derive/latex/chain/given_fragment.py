@@ -13,6 +13,9 @@ from ..setting.page import Page, sentence, text
 from ..setting.transforms import symbolic_factors, transform
 from . import tables
 
+UNITS_OF_TABLES = (
+    r"Equations and tables are in metres and radians; angles with the sign $^\circ$ are in degrees."
+)
 MOST_RUNS = 2
 """Most tables of joints in one convention each; more of them become one table of transforms."""
 FEW = 4
@@ -78,7 +81,7 @@ def _coordinates(page: Page) -> str:
         names = [f"${notation.tex[q]}$" for q, joint in joints.items() if joint.unit == unit]
         if names:
             parts.append(f"{_listed(names)} {one if len(names) == 1 else many}")
-    units = "Equations and tables are in metres and radians."
+    units = UNITS_OF_TABLES
     subject = "joint coordinates" if " are " in parts[0] else "joint coordinate"
     if len(parts) > 1:
         return f"{units} {subject.capitalize()} {parts[0]}, and {parts[1]}."

@@ -84,17 +84,25 @@ def printed_tasks(
 
 
 def _method(tasks: Iterable[PrintedTask]) -> str:
-    """The method that is common to all steps."""
+    """The method that is common to all steps, and where the subproblems are numbered."""
+    methods = {step.step.method for task in tasks for step in task.steps}
+    numbered = ""
+    if any("subproblem" in method for method in methods):
+        numbered = (
+            "Subproblems are numbered as by Elias and Wen (2022); those of one turn, of two turns"
+            " and of a turn to a distance are Paden's (1986)."
+        )
     equations = [step.step.found for task in tasks for step in task.steps]
     two = [found for found in equations if found.sign is not None]
     if not two:
-        return ""
-    return (
+        return numbered
+    return sentence(
+        numbered,
         r"A step with two solutions chooses by a sign. An equation $A \cos\theta + B \sin\theta"
         r" = C$ has them on either side of the angle of $(A, B)$; they meet where"
         r" $C^2 = A^2 + B^2$. Beyond, where the margin $1 - C^2/(A^2 + B^2)$ is negative, the root"
         r" counts as $0$, which gives the least-squares answer. The margin of a solution is the"
-        r" smallest margin of its steps."
+        r" smallest margin of its steps.",
     )
 
 

@@ -26,6 +26,8 @@ def structure(classification: Classification, found: Attempt) -> str:
     conditions = "; ".join(requirement.text for requirement in found.requirements)
     nearly = "" if classification.tier == "exact" else "nearly "
     sentences = [rf"The structure is {nearly}\emph{{{escape(found.title)}}}: {escape(conditions)}."]
+    if found.title.startswith("spherical wrist"):
+        sentences.append("Pieper (1968) was the first to solve such arms.")
     names = [escape(classification.lines.axes[k].name) for k in found.given]
     if names:
         more = "one joint" if len(names) == 1 else f"{len(names)} joints"

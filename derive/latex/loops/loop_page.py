@@ -9,6 +9,7 @@ from ...derivation import Derivation, derive
 from ...inverse.serial_inverse import Inverses
 from ...loops.hybrid import Hybrid
 from ...model.mechanism import Mechanism
+from ...terms.symbolic_function import SymbolicFunction
 from ...terms.terms import Terms
 from ..setting.notation import LENGTH
 from ..setting.page import Page
@@ -29,6 +30,7 @@ class LoopPage:
         members: The symbols of its joints.
         letters: The symbols of intermediate results.
         inverse: The inverse of the robot; None where its derivation has none.
+        functions: The functions that are derived as formulas.
     """
 
     mechanism: Mechanism
@@ -37,6 +39,7 @@ class LoopPage:
     members: Members
     letters: Letters
     inverse: Inverses | None
+    functions: tuple[SymbolicFunction, ...]
 
     @classmethod
     def of(cls, derivation: Derivation) -> "LoopPage":
@@ -48,7 +51,8 @@ class LoopPage:
         printed = derive(mechanism.main_chain, PRINTED, derivation.families)
         chain = Page.of(printed, symbols.theta, len(mechanism.coordinates))
         letters = Letters(chain.equations.notation, symbols)
-        return cls(mechanism, hybrid, chain, symbols, letters, derivation.inverse)
+        inverse, functions = derivation.inverse, derivation.functions
+        return cls(mechanism, hybrid, chain, symbols, letters, inverse, functions)
 
     @property
     def terms(self) -> Terms:

@@ -8,7 +8,7 @@ from ...chain.poe import placement_matrix
 from ...model.mechanism import Coordinate, Drive, Frame, Strut
 from ...model.robot import Joint, Placement
 from ..chain import tables
-from ..chain.given_fragment import joints, noted, values
+from ..chain.given_fragment import UNITS_OF_TABLES, joints, noted, values
 from ..chain.tables import NONE, Column, tabular
 from ..setting.names import escape
 from ..setting.page import listed, sentence, text
@@ -45,7 +45,7 @@ def _coordinates(page: LoopPage) -> str:
         ("limits", [tables.marked(tables.limits(c.limits), c.assumed) for c in coordinates]),
     ]
     return sentence(
-        "Equations and tables are in metres and radians. The actuated coordinates are",
+        f"{UNITS_OF_TABLES} The actuated coordinates are",
         tabular(columns, repeated=1),
     )
 

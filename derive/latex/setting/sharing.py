@@ -14,6 +14,7 @@ import sympy as sp
 
 from ...derivation import Derivation, derive
 from ...model.robot import Robot
+from ...terms.symbolic_function import SymbolicFunction
 from ...terms.terms import Terms
 from .notation import Notation, numbered
 from .printer import Printer
@@ -49,13 +50,14 @@ class Printed:
 
 @dataclass(frozen=True)
 class PrintedEquations:
-    """The printed functions of a robot, in the order of printing."""
+    """The printed functions of a robot, in the order of printing, and the first as derived."""
 
     notation: Notation
     printer: Printer
     fk: Printed
     jacobian_mixed: Printed
     jacobian_space: Printed
+    forward: SymbolicFunction
 
 
 def equations(derivation: Derivation, called: Sequence[str] = ()) -> PrintedEquations:
@@ -81,6 +83,7 @@ def equations(derivation: Derivation, called: Sequence[str] = ()) -> PrintedEqua
         sharing.printed(fk.outputs[0].entries, notation.entries()),
         sharing.printed(derivation.function("jacobian_mixed").outputs[0].entries),
         sharing.printed(derivation.function("jacobian_space").outputs[0].entries),
+        fk,
     )
 
 

@@ -1,0 +1,181 @@
+r"""A worked example: one posture, the pose of its tool, and all postures with the same pose."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import cycle
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...inverse.lost_poses import TARGETS, WHOLE
+from ...model.mechanism import Coordinate
+from ...model.robot import Joint
+from ...terms.branches import patterns
+from ...terms.casadi_graph import lower
+from ...terms.symbolic_function import SymbolicFunction
+from ..setting.layout import flowed, named_matrix
+from ..setting.names import parameter
+from ..setting.page import Page, sentence, text
+from .tables import Column, tabular
+
+FloatArray = NDArray[np.float64]
+ANGLES = (20, -50, 70, 30, 40, -60, 10, 25)
+"""Angles (degree) of the joints of the example, in turn, where they are within the limits."""
+SLIDE = 0.3
+"""Displacement (m) of a slide without limits."""
+SHARE = 0.4
+"""Part of the range between two limits at which another coordinate is."""
+_UNITS = {"rad": "angles in degrees", "m": "displacements in metres"}
+OUTSIDE = r"$^{\dagger}$"
+"""Mark of a value outside its limits."""
+SOLVED = 1e-9
+"""Residual (m, rad) up to which a solution is valid, as the article says."""
+SLACK = 1e-9
+"""Radian or metre by which a value at its limit may exceed it."""
+
+
+def worked_example(page: Page) -> str:
+    """A posture of a serial robot, the pose of its tool, and all postures with this pose."""
+    angles = cycle(ANGLES)
+    coordinates = page.robot.coordinates
+    q = np.array([_within(c, math.radians(next(angles))) for c in coordinates])
+    symbols = [page.tex(symbol) for symbol in page.equations.notation.q]
+    functions = page.inverse.functions.values()
+    # The inputs of an inverse are named as the coordinates are in the equations.
+    known = dict(zip((s.name for s in page.equations.notation.q), q, strict=True))
+    return example(page.equations.forward, functions, coordinates, symbols, q, known, page.pose)
+
+
+def example(
+    fk: SymbolicFunction,
+    functions: Iterable[SymbolicFunction],
+    coordinates: Sequence[Joint | Coordinate],
+    symbols: Sequence[str],
+    q: FloatArray,
+    known: Mapping[str, float],
+    pose: str,
+) -> str:
+    """The pose of the tool by ``fk``, and all solutions of the first inverse for this pose.
+
+    Args:
+        fk: The forward kinematics.
+        functions: Functions among which is the inverse, if there is one as a formula.
+        coordinates: The coordinates of the robot.
+        symbols: LaTeX of its coordinates.
+        q: The values of the coordinates (radian, metre).
+        known: The value of every joint that an inverse may take beside the pose, by its name.
+        pose: LaTeX of the tool's pose.
+    """
+    T = value_at(fk, q)
+    rows = [[_decimal(entry, 6) for entry in row] for row in T.tolist()]
+    forward = sentence(
+        f"At {_listed(symbols, coordinates, q)} the pose of the tool is (lengths in metres)",
+        flowed([named_matrix(pose, rows)]),
+    )
+    backward = ""
+    inverse = next((f for f in functions if f.role.is_inverse), None)
+    if inverse is not None:
+        backward = _solutions(inverse, symbols, coordinates, known, T)
+    return text(forward, backward)
+
+
+def _within(coordinate: Joint | Coordinate, angle: float) -> float:
+    lower, upper = bounds(coordinate)
+    wished = SLIDE if coordinate.unit == "m" else angle
+    if lower <= wished <= upper:
+        return wished
+    return rounded(lower + SHARE * (upper - lower), coordinate.unit)
+
+
+def rounded(value: float, unit: str) -> float:
+    """The nearest short decimal, of degrees or metres."""
+    return math.radians(round(math.degrees(value))) if unit == "rad" else round(value, 2)
+
+
+def bounds(coordinate: Joint | Coordinate) -> tuple[float, float]:
+    """The limits of a coordinate (radian, metre), infinite where there is none."""
+    lower, upper = coordinate.limits
+    return (
+        -math.inf if lower is None else float(lower),
+        math.inf if upper is None else float(upper),
+    )
+
+
+def value_at(function: SymbolicFunction, q: FloatArray) -> FloatArray:
+    """The result of a function of the coordinates."""
+    (kernel,) = lower([function], "example")
+    return np.array(kernel(q)).reshape(function.outputs[0].shape)
+
+
+def _solutions(
+    inverse: SymbolicFunction,
+    symbols: Sequence[str],
+    coordinates: Sequence[Joint | Coordinate],
+    known: Mapping[str, float],
+    T: FloatArray,
+) -> str:
+    """The table of all solutions, of which one is the posture itself."""
+    role = inverse.role
+    inputs = [np.concatenate([TARGETS[aim](T[None]) for aim in role.aims or WHOLE], axis=1)[0]]
+    inputs += [np.array([known[argument.name]]) for argument in inverse.inputs[1:]]
+    (kernel,) = lower([inverse], "example")
+    found: list[tuple[int, FloatArray]] = []
+    for slot, signs in enumerate(patterns(inverse)):
+        solution, residual, *_ = kernel(*inputs, *([np.array(signs)] if signs else []))
+        if float(residual) <= SOLVED:
+            found.append((slot, np.array(solution)[:, 0]))
+    if not found:
+        return ""
+    columns: list[Column] = [("slot", [f"${slot}$" for slot, _ in found])]
+    for k, (symbol, coordinate) in enumerate(zip(symbols, coordinates, strict=True)):
+        cells = [_value(coordinate, solution[k]) for _, solution in found]
+        columns.append((f"${symbol}$", cells))
+    table = tabular(columns, repeated=1)
+    given = ""
+    if len(inputs) > 1:
+        names = [f"${parameter(argument.name)}$" for argument in inverse.inputs[1:]]
+        given = f" and {', '.join(names)} of this posture"
+    units = {coordinate.unit for coordinate in coordinates}
+    measured = " and ".join(words for unit, words in _UNITS.items() if unit in units)
+    name = inverse.name.replace("_", r"\_")
+    marked = "A dagger marks a value outside its limits." if OUTSIDE in table else ""
+    return sentence(
+        rf"For this pose{given}, \texttt{{{name}}} has {_count(len(found))} ({measured}):",
+        table,
+        marked,
+    )
+
+
+def _count(count: int) -> str:
+    return "one solution" if count == 1 else f"{count} solutions"
+
+
+def _value(coordinate: Joint | Coordinate, value: float) -> str:
+    """A value in degrees or metres, marked where it is outside its limits."""
+    lower, upper = bounds(coordinate)
+    if coordinate.unit == "rad":
+        shown = f"{round(math.degrees(value), 2) + 0.0:.2f}"
+        turns = (value + 2 * math.pi * k for k in (-1, 0, 1))
+        inside = any(lower - SLACK <= turn <= upper + SLACK for turn in turns)
+    else:
+        shown = f"{round(value, 4) + 0.0:.4f}"
+        inside = lower - SLACK <= value <= upper + SLACK
+    return f"${shown}$" + ("" if inside else OUTSIDE)
+
+
+def _decimal(value: float, places: int) -> str:
+    """A rounded number, whose zero has no sign."""
+    rounded = round(value, places) + 0.0
+    return f"{rounded:.{places}f}" if rounded != int(rounded) else str(int(rounded))
+
+
+def _listed(
+    symbols: Sequence[str], coordinates: Sequence[Joint | Coordinate], q: FloatArray
+) -> str:
+    parts = []
+    for symbol, coordinate, value in zip(symbols, coordinates, q, strict=True):
+        if coordinate.unit == "rad":
+            parts.append(rf"${symbol} = {_decimal(math.degrees(value), 3)}^\circ$")
+        else:
+            parts.append(rf"${symbol} = {_decimal(value, 4)}$ m")
+    return ", ".join(parts)

@@ -1,0 +1,67 @@
+r"""The works that an article cites, by author and year, as a list at its end.
+
+A fragment names its sources in words, so that it can be read in by any article; this list has the
+works whose names the other fragments of the article contain.
+"""
+
+from collections.abc import Iterable, Mapping
+
+WORKS: Mapping[str, str] = {
+    "Brockett": (
+        r"R. W. Brockett, Robotic manipulators and the product of exponentials formula,"
+        r" \emph{Mathematical Theory of Networks and Systems}, 1984."
+    ),
+    "Craig": r"J. J. Craig, \emph{Introduction to Robotics: Mechanics and Control}, 1986.",
+    "Denavit": (
+        r"J. Denavit and R. S. Hartenberg, A kinematic notation for lower-pair mechanisms based on"
+        r" matrices, \emph{Journal of Applied Mechanics} 22, 1955."
+    ),
+    "Elias and Wen": (
+        r"A. J. Elias and J. T. Wen, IK-Geo: unified robot inverse kinematics using subproblem"
+        r" decomposition, 2022."
+    ),
+    "Hayati": (
+        r"S. Hayati and M. Mirmirani, Improving the absolute positioning accuracy of robot"
+        r" manipulators, \emph{Journal of Robotic Systems} 2, 1985."
+    ),
+    "Kutzbach": (
+        r"K. Kutzbach, Mechanische Leitungsverzweigung, ihre Gesetze und Anwendungen,"
+        r" \emph{Maschinenbau} 8, 1929."
+    ),
+    "Murray, Li and Sastry": (
+        r"R. M. Murray, Z. Li and S. S. Sastry, \emph{A Mathematical Introduction to Robotic"
+        r" Manipulation}, 1994."
+    ),
+    "Paden": (
+        r"B. Paden, \emph{Kinematics and Control of Robot Manipulators}, thesis, University of"
+        r" California, Berkeley, 1986."
+    ),
+    "Pieper": (
+        r"D. L. Pieper, \emph{The Kinematics of Manipulators under Computer Control}, thesis,"
+        r" Stanford University, 1968."
+    ),
+    "Raghavan 1993": (
+        r"M. Raghavan, The Stewart platform of general geometry has 40 configurations,"
+        r" \emph{Journal of Mechanical Design} 115, 1993."
+    ),
+    "Raghavan and Roth": (
+        r"M. Raghavan and B. Roth, Inverse kinematics of the general 6R manipulator and related"
+        r" linkages, \emph{Journal of Mechanical Design} 115, 1993."
+    ),
+    "Stone": (
+        r"H. W. Stone, \emph{Kinematic Modeling, Identification, and Control of Robotic"
+        r" Manipulators}, 1987."
+    ),
+}
+"""Each work by the words that cite it, in the order of the list."""
+
+
+def references(fragments: Iterable[str]) -> str:
+    """The works that fragments cite, one a line; empty where they cite none."""
+    text = "\n".join(fragments)
+    cited = [entry for words, entry in WORKS.items() if words in text]
+    if not cited:
+        return ""
+    items = "\n".join(rf"\item {entry}" for entry in cited)
+    settings = r"\setlength{\leftmargin}{1.5em}\setlength{\itemindent}{-1.5em}"
+    return f"\\begin{{list}}{{}}{{{settings}}}\n{items}\n\\end{{list}}\n"
