@@ -28,6 +28,8 @@ SHARE = 0.4
 _UNITS = {"rad": "angles in degrees", "m": "displacements in metres"}
 OUTSIDE = r"$^{\dagger}$"
 """Mark of a value outside its limits."""
+MOST_WIDE = 6
+"""Most coordinates of which a line holds angles with two decimals."""
 SOLVED = 1e-9
 """Residual (m, rad) up to which a solution is valid, as the article says."""
 SLACK = 1e-9
@@ -40,10 +42,14 @@ def worked_example(page: Page) -> str:
     coordinates = page.robot.coordinates
     q = np.array([_within(c, math.radians(next(angles))) for c in coordinates])
     symbols = [page.tex(symbol) for symbol in page.equations.notation.q]
-    functions = page.inverse.functions.values()
+    functions = page.inverse.functions
     # The inputs of an inverse are named as the coordinates are in the equations.
     known = dict(zip((s.name for s in page.equations.notation.q), q, strict=True))
-    return example(page.equations.forward, functions, coordinates, symbols, q, known, page.pose)
+    for name, function in functions.items():
+        if function.role.name == "redundancy":
+            known[name] = float(value_at(function, q).item())
+    forward, inverses = page.equations.forward, functions.values()
+    return example(forward, inverses, coordinates, symbols, q, known, page.pose)
 
 
 def example(
@@ -126,9 +132,10 @@ def _solutions(
             found.append((slot, np.array(solution)[:, 0]))
     if not found:
         return ""
+    places = 2 if len(coordinates) <= MOST_WIDE else 1
     columns: list[Column] = [("slot", [f"${slot}$" for slot, _ in found])]
     for k, (symbol, coordinate) in enumerate(zip(symbols, coordinates, strict=True)):
-        cells = [_value(coordinate, solution[k]) for _, solution in found]
+        cells = [_value(coordinate, solution[k], places) for _, solution in found]
         columns.append((f"${symbol}$", cells))
     table = tabular(columns, repeated=1)
     given = ""
@@ -150,11 +157,11 @@ def _count(count: int) -> str:
     return "one solution" if count == 1 else f"{count} solutions"
 
 
-def _value(coordinate: Joint | Coordinate, value: float) -> str:
+def _value(coordinate: Joint | Coordinate, value: float, places: int) -> str:
     """A value in degrees or metres, marked where it is outside its limits."""
     lower, upper = bounds(coordinate)
     if coordinate.unit == "rad":
-        shown = f"{round(math.degrees(value), 2) + 0.0:.2f}"
+        shown = f"{round(math.degrees(value), places) + 0.0:.{places}f}"
         turns = (value + 2 * math.pi * k for k in (-1, 0, 1))
         inside = any(lower - SLACK <= turn <= upper + SLACK for turn in turns)
     else:
