@@ -12,6 +12,7 @@ from .chain.functions_fragment import forward_kinematics, jacobians
 from .chain.geometry_fragment import link_transforms, screws
 from .chain.given_fragment import parameters, symbols
 from .chain.parametric_fragment import parametric
+from .chain.singularity_fragment import singularities
 from .drawing import PREAMBLE as DRAWING_PREAMBLE
 from .drawing import drawing
 from .inverse.inverse_fragment import inverse, inverse_of_loops
@@ -38,6 +39,7 @@ _FRAGMENTS: Mapping[str, tuple[str, Callable[[Page], str]]] = {
     "jacobian": ("Jacobians", jacobians),
     "parametric": ("Geometry as variables", parametric),
     "inverse": ("Inverse kinematics", inverse),
+    "singularities": ("Singular configurations", singularities),
     "example": ("Worked example", worked_example),
 }
 """Heading and writer of each fragment, in the order of reading."""
@@ -57,6 +59,10 @@ _OF_LOOPS: Mapping[str, tuple[str, Callable[[LoopPage], str]]] = {
     "fk": ("Forward kinematics of the main chain", lambda page: forward_kinematics(page.chain)),
     "jacobian": ("Jacobians of the main chain", lambda page: jacobians(page.chain)),
     "inverse": ("Inverse kinematics of the main chain", inverse_of_loops),
+    "singularities": (
+        "Singular configurations of the main chain",
+        lambda page: singularities(page.chain),
+    ),
     "rates": ("Velocities", rates),
     "platform": ("Platform on legs", platform),
     "example": ("Worked example", worked_example_of_loops),
@@ -90,10 +96,11 @@ def fragments(derivation: Derivation) -> dict[str, str]:
 
     Returns:
         File name and text of each: ``parameters.tex``, ``symbols.tex``, ``screws.tex``,
-        ``transforms.tex``, ``fk.tex``, ``jacobian.tex``, ``inverse.tex``, ``example.tex``,
-        ``references.tex``, and ``parametric.tex`` where there are parametric functions; of a robot
-        with loops also ``drawing.tex``, which needs TikZ, ``mobility.tex``, ``loops.tex``,
-        ``solution.tex`` and ``rates.tex``, and of a platform on legs ``platform.tex``. A fragment
+        ``transforms.tex``, ``fk.tex``, ``jacobian.tex``, ``inverse.tex``, ``singularities.tex``,
+        ``example.tex``, ``references.tex``, and ``parametric.tex`` where there are parametric
+        functions; of a robot with loops also ``drawing.tex``, which needs TikZ, ``mobility.tex``,
+        ``loops.tex``, ``solution.tex`` and ``rates.tex``, and of a platform on legs
+        ``platform.tex``. A fragment
         with nothing to say is left out.
     """
     if isinstance(derivation.robot, Mechanism):

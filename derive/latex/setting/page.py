@@ -12,6 +12,7 @@ from ...model.robot import Robot
 from . import transforms
 from .layout import Display, named_matrix
 from .names import frame
+from .printed_determinant import PrintedDeterminant, printed_determinant
 from .screw_displays import ScrewDisplays, screw_displays
 from .sharing import PrintedEquations, equations
 
@@ -32,6 +33,7 @@ class Page:
         links: The transforms between neighbouring frames in short symbols.
         screws: Screw axes and home pose in short symbols.
         inverse: The inverse kinematics over the terms of the equations.
+        singular: The determinant of the Jacobian in short symbols; None where it does not factor.
         geometry: The geometry as variables; None where there are no parametric functions.
     """
 
@@ -40,6 +42,7 @@ class Page:
     links: tuple[sp.ImmutableMatrix, ...]
     screws: ScrewDisplays
     inverse: Inverses
+    singular: PrintedDeterminant | None
     geometry: Geometry | None = None
 
     @classmethod
@@ -67,7 +70,8 @@ class Page:
         derived = derivation.inverse if derivation.terms is terms else None
         inverse = derived or inverses(robot, terms, coordinates, derivation.families)
         geometry = derivation.geometry if isinstance(derivation.geometry, Geometry) else None
-        return cls(robot, found, tuple(links), screws, inverse, geometry)
+        singular = printed_determinant(robot, found.notation)
+        return cls(robot, found, tuple(links), screws, inverse, singular, geometry)
 
     def tex(self, expression: sp.Expr) -> str:
         """An expression on one line."""

@@ -1,0 +1,181 @@
+"""Words for a factor of the Jacobian's determinant: how the axes stand where it is 0.
+
+The relations are tried on postures in numbers: a relation is said where it holds at all sampled
+roots of the factor and not at postures in general position.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from ..model.robot import Robot
+from .poe import to_poe
+from .singularities import seen_screws
+
+FloatArray = NDArray[np.float64]
+DRAWS = 4
+"""Draws of the coordinates that are not solved for."""
+GRID = 181
+"""Values of a coordinate between which roots are looked for."""
+HALVINGS = 60
+HOLDS = 1e-6
+"""Sine of an angle, or distance in parts of the arm's length, up to which a relation holds."""
+SEED = 30
+
+
+@dataclass(frozen=True)
+class _Posture:
+    """The axes of all joints in the base frame, slides without points."""
+
+    directions: FloatArray
+    points: FloatArray
+    size: float
+
+    def off_parallel(self, i: int, j: int) -> float:
+        """The sine of the angle between two axes."""
+        return float(np.linalg.norm(np.cross(self.directions[i], self.directions[j])))
+
+    def off_line(self, point: FloatArray, i: int) -> float:
+        """The distance of a point from an axis, in parts of the size."""
+        across = np.cross(point - self.points[i], self.directions[i])
+        return float(np.linalg.norm(across)) / self.size
+
+    def off_plane(self, point: FloatArray, i: int, other: FloatArray) -> float:
+        """The distance of a point from the plane of an axis and a further direction."""
+        normal = np.cross(self.directions[i], other)
+        away = abs(float((point - self.points[i]) @ normal))
+        return away / (self.size * max(float(np.linalg.norm(normal)), HOLDS))
+
+    def meeting(self, axes: Sequence[int]) -> FloatArray | None:
+        """The point where axes meet; None where they do not, or are all parallel."""
+        M, b = np.zeros((3, 3)), np.zeros(3)
+        for k in axes:
+            h = self.directions[k]
+            P = np.eye(3) - np.outer(h, h)
+            M, b = M + P, b + P @ self.points[k]
+        if np.linalg.cond(M) > 1 / HOLDS:
+            return None
+        point = np.asarray(np.linalg.solve(M, b))
+        return point if max(self.off_line(point, k) for k in axes) <= HOLDS else None
+
+
+WHOLE_WRIST = 3
+"""Axes of a wrist that meet in its centre."""
+WRIST = "the wrist's centre"
+Relation = Callable[[_Posture], float]
+"""How far a posture is from a relation; 0 where it holds."""
+
+
+def words(robot: Robot, q: Sequence[sp.Symbol], factor: sp.Expr) -> str:
+    """How the axes stand where a factor of the determinant is 0; empty where no words fit.
+
+    Args:
+        robot: A serial robot.
+        q: Its coordinates.
+        factor: A factor of the determinant in these coordinates and the robot's parameters.
+    """
+    values = {parameter.symbol: parameter.value for parameter in robot.parameters}
+    S, _ = to_poe(robot)
+    S = S * sp.diag(*(joint.direction for joint in robot.moving))
+    screws = np.array(S.xreplace(values).evalf(), float)
+    rng = np.random.default_rng(SEED)
+    general = [_posture(screws, x) for x in rng.uniform(-3, 3, (DRAWS, len(q)))]
+    found = [_posture(screws, x) for x in _roots(factor.xreplace(values), q, rng)]
+    if not found:
+        return ""
+    own = [k for k, symbol in enumerate(q) if factor.has(symbol)]
+    for text, relation in _relations(general[0], own):
+        if all(relation(p) <= HOLDS for p in found) and min(map(relation, general)) > HOLDS:
+            return text
+    return ""
+
+
+def _posture(S: FloatArray, q: FloatArray) -> _Posture:
+    screws = seen_screws(S, q, 0).T
+    turns = np.linalg.norm(screws[:, 3:], axis=1) > HOLDS
+    directions = np.where(turns[:, None], screws[:, 3:], screws[:, :3])
+    points = np.where(turns[:, None], np.cross(screws[:, 3:], screws[:, :3]), 0.0)
+    return _Posture(directions, points, float(np.linalg.norm(np.ptp(points, axis=0))) or 1.0)
+
+
+def _roots(
+    factor: sp.Expr, q: Sequence[sp.Symbol], rng: np.random.Generator
+) -> Iterator[FloatArray]:
+    """Coordinates at which a factor is 0, the others in general position."""
+    own = [k for k, symbol in enumerate(q) if factor.has(symbol)]
+    function = sp.lambdify(list(q), factor, "numpy")
+    for _ in range(DRAWS):
+        at = rng.uniform(-3, 3, len(q))
+        for k in own:
+            grid = np.linspace(-np.pi - 0.01, np.pi + 0.02, GRID)
+            table = np.broadcast_to(_along(function, at, k, grid), grid.shape)
+            for i in np.flatnonzero(np.diff(np.signbit(table))):
+                yield _halved(function, at, k, grid[i], grid[i + 1])
+
+
+def _along(
+    function: Callable[..., FloatArray], at: FloatArray, k: int, values: FloatArray
+) -> FloatArray:
+    return np.asarray(function(*at[:k], values, *at[k + 1 :]), float)
+
+
+def _halved(
+    function: Callable[..., FloatArray], at: FloatArray, k: int, low: float, high: float
+) -> FloatArray:
+    below = bool(_along(function, at, k, np.array(low)) < 0)
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        if bool(_along(function, at, k, np.array(middle)) < 0) == below:
+            low = middle
+        else:
+            high = middle
+    return np.array([*at[:k], (low + high) / 2, *at[k + 1 :]])
+
+
+def _relations(general: _Posture, own: Sequence[int]) -> Iterator[tuple[str, Relation]]:
+    """The relations that are tried, in this order, with their words; joints count from 1."""
+    count = len(general.directions)
+    if len(own) == 1 and 0 < own[0] < count - 1:
+        i, j = own[0] - 1, own[0] + 1
+        pair = f"axes {i + 1} and {j + 1}"
+        yield (
+            f"{pair} coincide",
+            lambda p: max(p.off_parallel(i, j), p.off_line(p.points[j], i)),
+        )
+        yield f"{pair} are parallel", lambda p: p.off_parallel(i, j)
+    parallel = [k for k in range(count - 1) if general.off_parallel(k, k + 1) <= HOLDS]
+    for k in parallel:
+        if k + 1 in parallel:
+            yield (
+                f"axes {k + 1}, {k + 2} and {k + 3} lie in a plane; the arm is stretched or folded",
+                lambda p, k=k: p.off_plane(p.points[k + 2], k, p.points[k + 1] - p.points[k]),
+            )
+    for axes in ([count - 3, count - 2, count - 1], [count - 2, count - 1]):
+        if general.meeting(axes) is None:
+            continue
+        named = f"the point where axes {count - 1} and {count} meet"
+        yield from _of_centre(axes, WRIST if len(axes) == WHOLE_WRIST else named, parallel)
+
+
+def _of_centre(
+    axes: Sequence[int], named: str, parallel: Sequence[int]
+) -> Iterator[tuple[str, Relation]]:
+    """Relations of the point where the last axes meet."""
+
+    def centre(p: _Posture) -> FloatArray:
+        found = p.meeting(axes)
+        return p.points[axes[0]] if found is None else found
+
+    yield f"{named} is on axis 1", lambda p: p.off_line(centre(p), 0)
+    for k in parallel:
+        yield (
+            f"{named} is in the plane of axes {k + 1} and {k + 2}; the arm is stretched or folded",
+            lambda p, k=k: p.off_plane(centre(p), k, p.points[k + 1] - p.points[k]),
+        )
+    yield (
+        f"{named} is in the plane of axis 1 and the direction of axis 2",
+        lambda p: p.off_plane(centre(p), 0, p.directions[1]),
+    )
