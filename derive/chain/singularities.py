@@ -80,6 +80,7 @@ def _is_rational(S: sp.Matrix) -> bool:
     """Whether all entries are polynomials in parameters with fractions as coefficients."""
     return all(
         entry.is_polynomial(*entry.free_symbols)
+        and not entry.has(sp.Function)
         and all(part.is_Rational or part.is_Symbol for part in entry.atoms())
         and not any(power.base.is_number for power in entry.atoms(sp.Pow))
         for entry in S

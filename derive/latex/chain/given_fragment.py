@@ -10,6 +10,7 @@ from ..setting.layout import aligned
 from ..setting.names import escape
 from ..setting.notation import COMMAS_FROM, Notation
 from ..setting.page import Page, sentence, text
+from ..setting.printer import Printer
 from ..setting.transforms import symbolic_factors, transform
 from . import tables
 
@@ -31,18 +32,18 @@ def parameters(page: Page) -> str:
 
 def joints(page: Page) -> str:
     """The tables of the joints, and the legend of their abbreviations."""
-    equations = page.equations
-    runs = tables.joint_tables(page.robot, equations.notation, equations.printer)
+    notation = page.equations.notation
+    # Given lengths keep their decimals, whatever the angles are.
+    printer = Printer(notation.tex, notation.order)
+    runs = tables.joint_tables(page.robot, notation, printer)
     if len(runs) > MOST_RUNS:
-        table = tables.transform_table(page.robot, equations.notation, equations.printer)
+        table = tables.transform_table(page.robot, notation, printer)
         introduced = (
             "The joints are given in several conventions. Their link transforms, as products of"
             " elementary motions, are"
         )
         return text(sentence(introduced, table), _legend(page)).rstrip()
-    shown = [
-        sentence(_introduced(convention, equations.notation), table) for convention, table in runs
-    ]
+    shown = [sentence(_introduced(convention, notation), table) for convention, table in runs]
     return text(*shown, _legend(page)).rstrip()
 
 

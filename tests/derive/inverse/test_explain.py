@@ -84,7 +84,9 @@ def test_steps_tell_their_signs_and_degenerate_cases():
 
 def test_what_is_missing_is_measured():
     text = str(explain(arm((0.2, 0.1, 0.3, 0.1, 0.2, 0.1))))
-    missed = r"No structure gives a closed form: nearest is .* \(off by \d[\d.]* (mm|mrad|deg)\)\.\n"
+    missed = (
+        r"No structure gives a closed form: nearest is .* \(off by \d[\d.]* (mm|mrad|deg)\)\.\n"
+    )
     assert re.search(missed, text)
     _, table = text.split("off by\n---")
     assert " mm\n" in table
