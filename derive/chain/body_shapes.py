@@ -13,7 +13,7 @@ import numpy as np
 
 from ..model.mechanism import Closure, Mechanism, Strut
 from ..model.tolerances import DRAWN_DIGITS, SAME_VIEW
-from .rigid_bodies import Array, BodyJoint, RigidBodies, Span, TreeBody, motion
+from .rigid_bodies import Array, CarryingJoint, RigidBodies, Span, TreeBody, motion
 
 BARREL = 0.85
 """The part of a retracted cylinder's length that is its barrel."""
@@ -242,7 +242,7 @@ class _Shapes:
         else:
             self._put(k, joint.kind, joint.name, [joint.at], joint.axis)
 
-    def _slide(self, k: int, joint: BodyJoint, start: Array, axis: Array) -> None:
+    def _slide(self, k: int, joint: CarryingJoint, start: Array, axis: Array) -> None:
         """A carriage on a guide; where the carrier turns, a ram in its sleeve."""
         parent = self.bodies[k].parent
         carrier = self.bodies[self.root[parent]].joint
@@ -254,8 +254,8 @@ class _Shapes:
         self._put(parent, "sleeve", joint.name, [start], axis)
         self._put(k, "ram", joint.name, [joint.at - high * joint.axis, joint.at], joint.axis)
 
-    def _travel(self, joint: BodyJoint) -> tuple[float, float]:
-        """The least and the greatest value of a slide; a fifth of the robot's size without limits."""
+    def _travel(self, joint: CarryingJoint) -> tuple[float, float]:
+        """The least and the greatest value of a slide; without limits a fifth of the size."""
         low, high = joint.limits
         if low is None or high is None:
             z = self.rigid.reference[self.rigid.names[joint.coordinate]]

@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class BodyJoint:
+class CarryingJoint:
     """The joint that carries a body.
 
     Attributes:
@@ -86,7 +86,7 @@ class TreeBody:
     name: str
     parent: int
     placement: Array
-    joint: BodyJoint | None = None
+    joint: CarryingJoint | None = None
     span: Span | None = None
 
 
@@ -135,9 +135,9 @@ class RigidBodies:
             value = own.ratio * self.reference[self.names[own.coordinate]] + own.offset
         self.poses.append(self.poses[parent] @ placement @ motion(own, value))
 
-    def _joint(self, joint: Joint, at: Array, axis: Array) -> BodyJoint:
+    def _joint(self, joint: Joint, at: Array, axis: Array) -> CarryingJoint:
         if joint.kind == "fixed":
-            return BodyJoint(joint.name, joint.kind, at, axis)
+            return CarryingJoint(joint.name, joint.kind, at, axis)
         value = self.terms.value
         ratio, offset = float(joint.direction), 0.0
         leader = joint.name
@@ -146,7 +146,7 @@ class RigidBodies:
             offset = ratio * float(value(joint.mimic.offset))
             ratio *= float(value(joint.mimic.multiplier))
         low, high = (None if limit is None else float(value(limit)) for limit in joint.limits)
-        return BodyJoint(
+        return CarryingJoint(
             joint.name,
             joint.kind,
             at,
@@ -188,7 +188,7 @@ def placed(terms: Terms, placement: Placement) -> Array:
     return np.array(rows) + 0.0
 
 
-def motion(joint: BodyJoint, value: float) -> Array:
+def motion(joint: CarryingJoint, value: float) -> Array:
     """The motion of a joint by a value in its body's frame (4, 4).
 
     Args:

@@ -3,7 +3,7 @@
 from typing import Any
 
 from ..chain.body_shapes import Shape, Skeleton, skeleton
-from ..chain.rigid_bodies import Array, BodyJoint, RigidBodies, Span, TreeBody
+from ..chain.rigid_bodies import Array, CarryingJoint, RigidBodies, Span, TreeBody
 from ..derivation import Derivation
 from ..model.mechanism import Coordinate
 
@@ -17,7 +17,7 @@ def skeleton_of(derivation: Derivation) -> Skeleton:
 
 
 def skeleton_entry(found: Skeleton) -> dict[str, Any]:
-    """The bodies as plain data: lengths in metres, angles in radians, poses as their first three rows.
+    """The bodies as plain data in metres and radians; a pose by its first three rows.
 
     Args:
         found: The bodies with their shapes.
@@ -41,7 +41,7 @@ def _body(body: TreeBody, shapes: tuple[Shape, ...]) -> dict[str, Any]:
     return {**entry, **({"shapes": [_shape(shape) for shape in shapes]} if shapes else {})}
 
 
-def _joint(joint: BodyJoint) -> dict[str, Any]:
+def _joint(joint: CarryingJoint) -> dict[str, Any]:
     entry: dict[str, Any] = {"name": joint.name, "kind": joint.kind}
     if joint.kind == "fixed":
         return entry

@@ -110,7 +110,7 @@ class Body:
 
 @dataclass(frozen=True, slots=True)
 class SkeletonFacts:
-    """The bodies: the ground first, whose frame is the base frame, then a parent before its children.
+    """The bodies: the ground in the base frame first, and a parent before its children.
 
     Attributes:
         bodies: They.
