@@ -2,18 +2,8 @@
 
 from typing import Any
 
-from ..chain.body_shapes import Shape, Skeleton, skeleton
-from ..chain.rigid_bodies import Array, CarryingJoint, RigidBodies, Span, TreeBody
-from ..derivation import Derivation
-from ..model.mechanism import Coordinate
-
-
-def skeleton_of(derivation: Derivation) -> Skeleton:
-    """The bodies of a derived robot, its shapes at the reference of its loops."""
-    robot, hybrid, terms = derivation.robot, derivation.hybrid, derivation.terms
-    reference = hybrid.at_reference if hybrid else {c.name: 0.0 for c in robot.coordinates}
-    actuated = [c.moves if isinstance(c, Coordinate) else c.name for c in robot.coordinates]
-    return skeleton(RigidBodies(robot, terms, reference), actuated)
+from ..chain.body_shapes import Shape, Skeleton
+from ..chain.rigid_bodies import Array, CarryingJoint, Span, TreeBody
 
 
 def skeleton_entry(found: Skeleton) -> dict[str, Any]:
@@ -24,6 +14,7 @@ def skeleton_entry(found: Skeleton) -> dict[str, Any]:
     """
     return {
         "size": float(f"{found.size:.6g}"),
+        **({"posture": list(found.posture)} if found.posture else {}),
         "tip": {"body": found.tip, "placement": _pose(found.tip_placement)},
         "bodies": [
             _body(body, shapes) for body, shapes in zip(found.bodies, found.shapes, strict=True)

@@ -116,12 +116,14 @@ class SkeletonFacts:
         bodies: They.
         tip: Index of the body that carries the tip.
         tip_placement: The first three rows of the tip's pose in that body's frame.
+        posture: The q at which a serial robot is drawn where nobody chooses one; () with loops.
         size: The diagonal of the box around the robot at its reference [m].
     """
 
     bodies: tuple[Body, ...]
     tip: int
     tip_placement: tuple[Vector, ...]
+    posture: tuple[float, ...]
     size: float
 
 
@@ -143,8 +145,10 @@ def skeleton_facts(entry: Entry, coordinates: int) -> SkeletonFacts:
         if body.span and any(bodies[k].span for k in body.span.bodies if k < len(bodies)):
             item["span"].fail("bodies that are no struts")
     tip = entry["tip"]
-    size = entry["size"].number()
-    return SkeletonFacts(bodies, _below(tip["body"], len(bodies)), _rows(tip["placement"]), size)
+    size, posture = entry["size"].number(), entry.get("posture", []).numbers()
+    return SkeletonFacts(
+        bodies, _below(tip["body"], len(bodies)), _rows(tip["placement"]), posture, size
+    )
 
 
 def _body(entry: Entry, k: int, coordinates: int) -> Body:

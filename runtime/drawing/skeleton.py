@@ -37,9 +37,9 @@ def skeleton(robot: Any) -> Skeleton:
     actuators = {item.index: k for k, item in enumerate(robot._actuated_in_z)}
     if not robot.configuration_variables:
         actuators = {k: k for k in range(robot.n)}
-    return Skeleton(
-        robot, facts.bodies, facts.tip, _pose(facts.tip_placement), facts.size, actuators
-    )
+    posture = np.array(facts.posture or robot.reference.q)
+    tip = facts.tip, _pose(facts.tip_placement)
+    return Skeleton(robot, facts.bodies, *tip, facts.size, posture, actuators)
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +52,7 @@ class Skeleton:
         tip: Index of the body that carries the tip.
         tip_placement: (4, 4) pose of the tip in that body's frame.
         size: Diagonal of the box around the robot at its reference, or at zero [m].
+        posture: (n,) coordinates at which it is drawn where nobody chooses: the reference of loops.
         actuators: The coordinate of q by the entry of the configuration that it moves.
     """
 
@@ -60,6 +61,7 @@ class Skeleton:
     tip: int
     tip_placement: FloatArray
     size: float
+    posture: FloatArray
     actuators: dict[int, int] = field(repr=False)
 
     def poses(self, q: ArrayLike, seed: ArrayLike | None = None) -> FloatArray:
