@@ -14,7 +14,7 @@ import numpy as np
 from ..model.mechanism import Closure, Mechanism, Strut
 from ..model.tolerances import DRAWN_DIGITS, SAME_VIEW
 from .posture import posture
-from .rigid_bodies import Array, CarryingJoint, RigidBodies, Span, TreeBody, motion
+from .rigid_bodies import Array, CarryingJoint, RigidBodies, Span, TreeBody
 
 BARREL = 0.85
 """The part of a retracted cylinder's length that is its barrel."""
@@ -407,6 +407,3 @@ def _feet(p: Array, u: Array, q: Array, v: Array) -> list[Array]:
     d = q - p
     a, b = (d @ u - c * (d @ v)) / s2, (c * (d @ u) - d @ v) / s2
     return [p + a * u, q + b * v]
-
-
-__all__ = ["Shape", "Skeleton", "motion", "rows_of_joints", "skeleton"]

@@ -6,7 +6,7 @@ import math
 import numpy as np
 
 from ..model.mechanism import Mechanism
-from .rigid_bodies import Array, RigidBodies, motion
+from .rigid_bodies import Array, RigidBodies, tree_poses
 
 ANGLES = (0, 30, -30, 60, -60, 90, -90, 45, -45, 120, -120)
 """The angles that are tried (degrees)."""
@@ -14,7 +14,7 @@ SLIDES = (0.5, 0.7, 0.9)
 """The parts of a slide's travel that are tried."""
 TRIED = 400
 AZIMUTH, ELEVATION = math.radians(-56), math.radians(22)
-"""The direction of the eye of a drawing in space, as azimuth and elevation."""
+"""Direction of the eye of a drawing in space: not in line with legs 60 degrees apart."""
 _BENDS = 0.02
 """What a bend of a joint by a right angle costs, in parts of the robot's size."""
 _BELOW = 0.5
@@ -96,13 +96,10 @@ def _cost(rigid: RigidBodies, q: tuple[float, ...]) -> float:
 
 def _points(rigid: RigidBodies, q: tuple[float, ...]) -> Array:
     """The ends of the links that have a length, from the base to the tip."""
-    poses, points = [np.eye(4)], [np.zeros(3)]
-    for body in rigid.bodies[1:]:
-        joint = body.joint
-        assert joint is not None
-        value = joint.ratio * q[joint.coordinate] + joint.offset if joint.coordinate >= 0 else 0.0
-        poses.append(poses[body.parent] @ body.placement @ motion(joint, value))
-        points.append(poses[-1][:3, :3] @ joint.at + poses[-1][:3, 3])
+    poses, points = tree_poses(rigid.bodies, q), [np.zeros(3)]
+    for body, T in zip(rigid.bodies, poses, strict=True):
+        if body.joint is not None:
+            points.append(T[:3, :3] @ body.joint.at + T[:3, 3])
     points.append((poses[rigid.tip] @ rigid.tip_placement)[:3, 3])
     kept = [points[0]]
     for a, b in itertools.pairwise(points):

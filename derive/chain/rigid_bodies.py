@@ -117,10 +117,10 @@ class RigidBodies:
         self.names = tuple(reference)
         self.bodies = [TreeBody(robot.base_frame, -1, np.eye(4))]
         self.index = {robot.base_frame: 0}
-        self.poses = [np.eye(4)]
         for k, (joint, link) in enumerate(zip(robot.joints, _links(robot), strict=True)):
             parent = self.index[joint.parent] if isinstance(robot, Mechanism) else k
             self._add(joint, link, parent)
+        self.poses = tree_poses(self.bodies, list(reference.values()))
         last = len(self.bodies) - 1
         self.tip = self.index[robot.tool_body] if isinstance(robot, Mechanism) else last
         self.tip_placement = self._on(self.tip, robot.tool)
@@ -132,10 +132,6 @@ class RigidBodies:
         own = self._joint(joint, back[:3, 3], back[:3, 2])
         self.index[link] = len(self.bodies)
         self.bodies.append(TreeBody(link, parent, placement, own))
-        value = 0.0
-        if own.coordinate >= 0:
-            value = own.ratio * self.reference[self.names[own.coordinate]] + own.offset
-        self.poses.append(self.poses[parent] @ placement @ motion(own, value))
 
     def _joint(self, joint: Joint, at: Array, axis: Array) -> CarryingJoint:
         if joint.kind == "fixed":
@@ -222,6 +218,29 @@ def motion(joint: CarryingJoint, value: float) -> Array:
     T[:3, :3] += np.sin(value) * K + (1 - np.cos(value)) * (K @ K)
     T[:3, 3] = joint.at - T[:3, :3] @ joint.at + joint.advance * value * joint.axis
     return T
+
+
+def tree_poses(bodies: Sequence[TreeBody], values: Sequence[float]) -> list[Array]:
+    """The poses of the ground and of all bodies on joints, in the base frame, each (4, 4).
+
+    Args:
+        bodies: The bodies; parts of struts are left out.
+        values: The coordinates that move them: z, or q of a serial robot (radian or metre).
+    """
+    poses = [np.eye(4)]
+    for body in bodies[1:]:
+        if body.joint is not None:
+            poses.append(
+                poses[body.parent] @ body.placement @ motion(body.joint, _value(body, values))
+            )
+    return poses
+
+
+def _value(body: TreeBody, values: Sequence[float]) -> float:
+    joint = body.joint
+    if joint is None or joint.coordinate < 0:
+        return 0.0
+    return joint.ratio * values[joint.coordinate] + joint.offset
 
 
 def skew(w: Array) -> Array:

@@ -5,14 +5,14 @@ from functools import partial
 
 from ..derivation import Derivation
 from ..loops.platforms import is_platform
-from ..model.mechanism import Mechanism
+from ..model.mechanism import Described, Mechanism
 from ..program.programs import Programs
 from .chain.functions_fragment import forward_kinematics, jacobians
 from .chain.geometry_fragment import link_transforms, screws
 from .chain.given_fragment import parameters, symbols
 from .chain.parametric_fragment import parametric
 from .drawing import PREAMBLE as DRAWING_PREAMBLE
-from .drawing import drawing
+from .drawing import arm_drawing, drawing
 from .inverse.inverse_fragment import inverse, inverse_of_loops
 from .loops.loop_page import LoopPage
 from .loops.loops_fragment import loops
@@ -37,6 +37,8 @@ _FRAGMENTS: Mapping[str, tuple[str, Callable[[Page], str]]] = {
     "inverse": ("Inverse kinematics", inverse),
 }
 """Heading and writer of each fragment, in the order of reading."""
+_DRAWING = "drawing"
+"""The fragment that is a figure."""
 _NEEDS_GEOMETRY = "parametric"
 """The fragment of robots with parametric functions."""
 
@@ -90,7 +92,14 @@ def fragments(derivation: Derivation) -> dict[str, str]:
         page = LoopPage.of(derivation)
         return _written({name: partial(_OF_LOOPS[name][1], page) for name in _headings(derivation)})
     chain = Page.of(derivation)
-    return _written({name: partial(_FRAGMENTS[name][1], chain) for name in _headings(derivation)})
+    writers = {
+        name: partial(_FRAGMENTS[name][1], chain)
+        for name in _headings(derivation)
+        if name in _FRAGMENTS
+    }
+    return _written(
+        writers | {_DRAWING: partial(arm_drawing, derivation.robot, derivation.skeleton)}
+    )
 
 
 def _written(writers: Mapping[str, Callable[[], str]]) -> dict[str, str]:
@@ -104,9 +113,10 @@ def _headings(derivation: Derivation) -> dict[str, str]:
     """The fragments of a robot's article with their headings."""
     robot = derivation.robot
     if not isinstance(robot, Mechanism):
+        first, *rest = _FRAGMENTS
         return {
-            name: heading
-            for name, (heading, _) in _FRAGMENTS.items()
+            name: _FRAGMENTS[name][0] if name in _FRAGMENTS else "Drawing"
+            for name in (first, _DRAWING, *rest)
             if name != _NEEDS_GEOMETRY or derivation.geometry is not None
         }
     return {
@@ -129,12 +139,12 @@ def document(derivation: Derivation) -> str:
     source = f"Source of the parameters: {escape(robot.source)}." if robot.source else ""
     title = f"Kinematics of the {escape(robot.title or robot.name)}"
     parts = [
-        _FIGURE if name == "drawing" else f"\\section{{{heading}}}\n\\input{{{FOLDER}/{name}}}"
+        _figure(robot)
+        if name == _DRAWING
+        else f"\\section{{{heading}}}\n\\input{{{FOLDER}/{name}}}"
         for name, heading in _headings(derivation).items()
     ]
-    preamble = _PREAMBLE
-    if isinstance(robot, Mechanism):
-        preamble = preamble.replace(_BOOKTABS, f"{_BOOKTABS}\n{DRAWING_PREAMBLE}")
+    preamble = _PREAMBLE.replace(_BOOKTABS, f"{_BOOKTABS}\n{DRAWING_PREAMBLE}")
     return "\n\n".join(
         [
             preamble,
@@ -147,11 +157,20 @@ def document(derivation: Derivation) -> str:
     )
 
 
+def _figure(robot: Described) -> str:
+    """The figure of the robot with its caption."""
+    if isinstance(robot, Mechanism):
+        caption = "The robot at its reference configuration, actuators in red, loops numbered."
+    else:
+        caption = "The robot with its joints, their positive sense, base frame and tool frame."
+    return _FIGURE % caption
+
+
 _BOOKTABS = r"\usepackage{booktabs}"
 _FIGURE = rf"""\begin{{figure}}[!htb]
 \centering
 \input{{{FOLDER}/drawing}}
-\caption{{The robot at its reference configuration, actuators in red, loops numbered.}}
+\caption{{%s}}
 \end{{figure}}"""
 _PREAMBLE = r"""\documentclass[a4paper]{article}
 \usepackage[utf8]{inputenc}
