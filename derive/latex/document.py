@@ -74,7 +74,8 @@ def files(derivation: Derivation, _: Programs) -> dict[str, str]:
 def fragments(derivation: Derivation) -> dict[str, str]:
     r"""The parts of a robot's kinematics as LaTeX, to ``\input`` in any article.
 
-    They need amsmath and booktabs, fit a line of 345 pt at 10 pt, and hold no headings. Shared
+    They need amsmath and booktabs, fit a line of 345 pt at 10 pt, and hold no headings;
+    ``drawing.tex`` needs TikZ and may be wider. Shared
     terms of ``fk.tex`` are used in ``jacobian.tex`` and ``inverse.tex``; ``symbols.tex`` explains
     the short symbols of all fragments.
 
@@ -82,24 +83,19 @@ def fragments(derivation: Derivation) -> dict[str, str]:
         derivation: A robot with its functions.
 
     Returns:
-        File name and text of each: ``parameters.tex``, ``symbols.tex``, ``screws.tex``,
-        ``transforms.tex``, ``fk.tex``, ``jacobian.tex``, ``inverse.tex``, and ``parametric.tex``
-        where there are parametric functions; of a robot with loops
-        also ``drawing.tex``, which needs TikZ, ``mobility.tex``, ``loops.tex``, ``solution.tex``
-        and ``rates.tex``, and of a platform on legs ``platform.tex``.
+        File name and text of each: ``parameters.tex``, ``drawing.tex``, ``symbols.tex``,
+        ``screws.tex``, ``transforms.tex``, ``fk.tex``, ``jacobian.tex``, ``inverse.tex``, and
+        ``parametric.tex`` where there are parametric functions; of a robot with loops also
+        ``mobility.tex``, ``loops.tex``, ``solution.tex`` and ``rates.tex``, and of a platform on
+        legs ``platform.tex``.
     """
     if isinstance(derivation.robot, Mechanism):
         page = LoopPage.of(derivation)
         return _written({name: partial(_OF_LOOPS[name][1], page) for name in _headings(derivation)})
     chain = Page.of(derivation)
-    writers = {
-        name: partial(_FRAGMENTS[name][1], chain)
-        for name in _headings(derivation)
-        if name in _FRAGMENTS
-    }
-    return _written(
-        writers | {_DRAWING: partial(arm_drawing, derivation.robot, derivation.skeleton)}
-    )
+    made = {name: partial(writer, chain) for name, (_, writer) in _FRAGMENTS.items()}
+    made[_DRAWING] = partial(arm_drawing, derivation.robot, derivation.skeleton)
+    return _written({name: made[name] for name in _headings(derivation)})
 
 
 def _written(writers: Mapping[str, Callable[[], str]]) -> dict[str, str]:

@@ -64,7 +64,7 @@ class Lettering:
             for k, tip in enumerate(frame.tips):
                 way = tip - frame.origin
                 length = float(np.linalg.norm(way))
-                if length > 2 * self.scene.unit and not is_again:
+                if length > 2.6 * self.scene.unit and not is_again:
                     ahead = tip + 1.1 * self.scene.unit * way / length
                     found.append(self._near(ahead, "xyz"[k], colours[k]))
         return found
@@ -116,7 +116,7 @@ class Lettering:
         """A letter at a point, or as near to it as there is room."""
         text = self._text(letters, colour)
         tried = [(0.0, point, 0.0)]
-        for distance in (0.8, 1.4, 2.0):
+        for distance in (0.8, 1.4, 2.0, 2.8, 3.6):
             for direction in _DIRECTIONS:
                 place = point + distance * self.scene.unit * np.array(direction)
                 tried.append((4 * distance, place, 0.0))

@@ -104,7 +104,7 @@ def arm_drawing(robot: Robot, skeleton: Skeleton) -> str:
     Returns:
         A ``tikzpicture``, the same bytes on any machine; it needs :data:`PREAMBLE`.
     """
-    parts, foot = arm(skeleton)
+    parts, foot = arm(skeleton, [joint.name for joint in robot.coordinates])
     paper = Paper.around(from_aside(), parts.points)
     marks = Marks(parts, paper, is_planar=False)
     if foot is not None:

@@ -1,5 +1,7 @@
 """The parts of a serial robot's drawing, from its bodies."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ...chain.body_shapes import Shape, Skeleton
@@ -8,24 +10,26 @@ from .parts import DrawnSlide, Hinge, Scene, Solid
 from .poses import Array
 
 
-def arm(skeleton: Skeleton) -> tuple[Scene, tuple[Array, Array] | None]:
+def arm(skeleton: Skeleton, coordinates: Sequence[str]) -> tuple[Scene, tuple[Array, Array] | None]:
     """The parts of a serial robot in its posture.
 
     Args:
         skeleton: Its bodies.
+        coordinates: The names of the joints with a coordinate of their own, in the order of q.
 
     Returns:
         The scene, and the two ends of the line from the ground to the first joint; None where the
         joint itself is on the ground.
     """
-    return _Arm(skeleton).built()
+    return _Arm(skeleton, coordinates).built()
 
 
 class _Arm:
     """The parts, one shape at a time; the solid of each body has the body's index."""
 
-    def __init__(self, skeleton: Skeleton) -> None:
+    def __init__(self, skeleton: Skeleton, coordinates: Sequence[str]) -> None:
         self.skeleton = skeleton
+        self.index = {name: k for k, name in enumerate(coordinates, 1)}
         self.poses = tree_poses(skeleton.bodies, skeleton.posture)
         self.solids = [Solid(is_main=True, is_line=True) for _ in skeleton.bodies]
         self.solids[0] = Solid(is_base=True)
@@ -120,14 +124,7 @@ class _Arm:
     def _coordinate(self, k: int) -> int | None:
         """The index, from 1, of the coordinate that moves a body's joint; None where it follows."""
         joint = self.skeleton.bodies[k].joint
-        if joint is None:
-            return None
-        first = next(
-            b.joint.name
-            for b in self.skeleton.bodies
-            if b.joint and b.joint.coordinate == joint.coordinate and abs(b.joint.ratio) == 1
-        )
-        return joint.coordinate + 1 if joint.name == first else None
+        return self.index.get(joint.name) if joint else None
 
     def _ratio(self, k: int) -> float:
         joint = self.skeleton.bodies[k].joint
