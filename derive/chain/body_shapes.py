@@ -320,6 +320,8 @@ class _Shapes:
                 self._shift(k, own, back)
             elif ahead := self._along(c, outer.axis, 0):
                 self._shift(c, outer, ahead)
+            elif not any(shape.kind in ("link", "plate") for shape in self.shapes[c]):
+                self._stub(c, outer)
 
     def _is_turn(self, k: int) -> bool:
         return any(shape.kind == "revolute" for shape in self.shapes[k])
@@ -335,6 +337,13 @@ class _Shapes:
         if abs(abs(float(way @ axis)) - length) > SAME_VIEW * length:
             return 0.0
         return math.copysign(min(length / 2, APART * self.size), float(way @ axis))
+
+    def _stub(self, k: int, joint: CarryingJoint) -> None:
+        """Gives a body without a size a short line along its axis, with its symbol at the end."""
+        ends = [joint.at, joint.at + APART * self.size / 2 * joint.axis]
+        points = tuple(self._rounded(point, self.digits) for point in ends)
+        self.shapes[k].insert(0, Shape("link", self.bodies[k].name, points))
+        self._shift(k, joint, APART * self.size / 2)
 
     def _shift(self, k: int, joint: CarryingJoint, by: float) -> None:
         for index, shape in enumerate(self.shapes[k]):

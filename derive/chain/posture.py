@@ -84,9 +84,11 @@ def _cost(rigid: RigidBodies, q: tuple[float, ...]) -> float:
     points = _points(rigid, q)
     right_up = from_aside()[:2]
     seen = points @ right_up.T
+    if len(seen) < 2:  # noqa: PLR2004 - all joints are in one point
+        return 0.0
     spread = math.sqrt(max(float(np.linalg.det(np.atleast_2d(np.cov(seen.T)))), 0.0)) / rigid.size
     apart = np.linalg.norm(seen[:, None] - seen[None], axis=-1)
-    nearest = float(apart[np.triu_indices(len(seen), 1)].min()) if len(seen) > 1 else 0.0
+    nearest = float(apart[np.triu_indices(len(seen), 1)].min())
     below = float(np.clip(-points[:, 2], 0, None).max())
     bends = sum(abs(v) for v, name in zip(q, rigid.names, strict=True) if rigid.turns(name))
     cost = (_BELOW * below - nearest - 4 * spread) / rigid.size + _BENDS * bends / (math.pi / 2)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -78,20 +77,16 @@ class Lettering:
                 found.append(text)
         return found
 
-    def _lines(self) -> list[tuple[FloatArray, FloatArray]]:
-        lines = []
+    def _lines(self) -> tuple[FloatArray, FloatArray]:
+        """Beginnings and ends (m, 2) of all lines on the picture [pixels]."""
+        rows = []
         for mark in self.scene.marks:
-            pixels = self.to_pixels(mark.points)
-            closed = np.concatenate([pixels, pixels[:1]]) if mark.is_area else pixels
-            lines += list(pairwise(closed))
-        for ghost in self.scene.ghosts:
-            for line in ghost:
-                pixels = self.to_pixels(line)
-                lines += list(pairwise(pixels))
-        for frame in self.scene.frames:
-            origin = self.to_pixels(frame.origin)
-            lines += [(origin, tip) for tip in self.to_pixels(frame.tips)]
-        return lines
+            rows.append(np.concatenate([mark.points, mark.points[: mark.is_area]]))
+        rows += [line for ghost in self.scene.ghosts for line in ghost]
+        rows += [np.array([f.origin, tip]) for f in self.scene.frames for tip in f.tips]
+        begins = np.concatenate([row[:-1] for row in rows])
+        ends = np.concatenate([row[1:] for row in rows])
+        return self.to_pixels(begins), self.to_pixels(ends)
 
     def _text(self, letters: str, colour: str) -> Any:
         text = self.ax.text(0, 0, letters, color=colour, fontsize=self.size, zorder=1000)
@@ -170,7 +165,7 @@ class Lettering:
             w = min(right, other[2]) - max(left, other[0])
             h = min(top, other[3]) - max(bottom, other[1])
             cost += _COVERED * (w > -1 and h > -1)
-        cost += _CROSSED * sum(_inside(box, a, b) for a, b in self.lines)
+        cost += _CROSSED * _inside(box, *self.lines)
         over = (
             self.frame[0] - left,
             self.frame[1] - bottom,
@@ -181,13 +176,12 @@ class Lettering:
 
 
 def _inside(box: Box, a: FloatArray, b: FloatArray) -> float:
-    """The length of the part of a line in a box."""
-    first, last = 0.0, 1.0
-    for start, end, low, high in ((a[0], b[0], box[0], box[2]), (a[1], b[1], box[1], box[3])):
-        if start == end:
-            if not low <= start <= high:
-                return 0.0
-            continue
-        enter, leave = sorted(((low - start) / (end - start), (high - start) / (end - start)))
-        first, last = max(first, enter), min(last, leave)
-    return float(max(last - first, 0.0) * np.hypot(b[0] - a[0], b[1] - a[1]))
+    """The length of the parts of lines, from a (m, 2) to b (m, 2), in a box."""
+    way = b - a
+    with np.errstate(divide="ignore", invalid="ignore"):
+        parts = np.stack([(np.array(box[:2]) - a) / way, (np.array(box[2:]) - a) / way])
+    # A line along a side of the box enters and leaves it nowhere: 0 / 0.
+    is_along = np.isnan(parts).any(axis=(0, 2))
+    enter, leave = parts.min(0).max(-1), np.where(is_along, -np.inf, parts.max(0).min(-1))
+    inside = np.clip(np.minimum(leave, 1) - np.fmax(enter, 0), 0, None)
+    return float((inside * np.linalg.norm(way, axis=1)).sum())
