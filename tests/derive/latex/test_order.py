@@ -43,6 +43,8 @@ def told(function):
 def test_fragments_written_in_any_order_are_the_same(name):
     found = derived(name)
     expected = fragments(found)
+    # The drawing follows from the description alone.
+    del expected["drawing.tex"]
     for seed in (1, 2):
         names = list(WRITERS)
         random.Random(seed).shuffle(names)
