@@ -5,6 +5,7 @@ import time
 from collections.abc import Iterable
 from dataclasses import replace
 from difflib import get_close_matches
+from enum import StrEnum
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
@@ -26,6 +27,14 @@ LIMIT = 300.0
 """Seconds for one robot: some sixty times what a six-axis arm takes on one core."""
 NAMED = "robot:"
 """What stands before a name of the package robot_descriptions."""
+
+
+class Detail(StrEnum):
+    """How much an article tells."""
+
+    FULL = "full"
+    BRIEF = "brief"
+
 
 app = typer.Typer(pretty_exceptions_enable=False)
 out = Console(highlight=False, soft_wrap=True)
@@ -100,6 +109,10 @@ def derive(
             help="Also fk_p and others, whose geometry is an input; calibration needs them.",
         ),
     ] = False,
+    detail: Annotated[
+        Detail,
+        typer.Option(help="The article: full, or brief without screws, examples, singularities."),
+    ] = Detail.FULL,
     jobs: Annotated[int, typer.Option(min=1, help="Robots at once.")] = os.cpu_count() or 1,
     limit: Annotated[
         float,
@@ -143,6 +156,7 @@ def derive(
             exact=exact,
             give=given,
             parametric=parametric,
+            brief=detail is Detail.BRIEF,
             limit=limit,
         )
         for file, words in files

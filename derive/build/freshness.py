@@ -34,6 +34,7 @@ class Job:
         exact: Whether the numbers of the description are taken as they are written.
         give: Names of the joints whose values ``ik`` takes; those that it needs if empty.
         parametric: Whether the parametric functions are derived too.
+        brief: Whether the article is short.
         limit: Seconds that the derivation may take; 0 is no limit.
     """
 
@@ -48,6 +49,7 @@ class Job:
     exact: bool = False
     give: tuple[str, ...] = ()
     parametric: bool = False
+    brief: bool = False
     limit: float = 0
 
 
@@ -72,7 +74,16 @@ def stamp(job: Job, folder: Path) -> None:
 
 
 def _recipe(job: Job) -> str:
-    choices = (job.base, job.tip, job.functions, job.suffix, job.exact, job.give, job.parametric)
+    choices = (
+        job.base,
+        job.tip,
+        job.functions,
+        job.suffix,
+        job.exact,
+        job.give,
+        job.parametric,
+        job.brief,
+    )
     calibration = [job.calibration.read_bytes()] if job.calibration else []
     described = [*_description(job), *calibration]
     parts = (*described, _compiler().encode(), repr(choices).encode())

@@ -11,3 +11,5 @@ EMITTERS = (
     Emitter("python", python_package.files),
     Emitter("latex", latex.files),
 )
+BRIEF = (*EMITTERS[:-1], Emitter("latex", latex.brief_files))
+"""The same languages, with a short article."""

@@ -6,13 +6,14 @@ Every equation is a SymPy object in short symbols before it is printed
 """
 
 from .chain.model_fragment import model_quality
-from .document import FOLDER, document, files, fragments
+from .document import FOLDER, brief_files, document, files, fragments
 from .setting.sharing import Printed, PrintedEquations, equations
 
 __all__ = [
     "FOLDER",
     "Printed",
     "PrintedEquations",
+    "brief_files",
     "document",
     "equations",
     "files",

@@ -75,12 +75,28 @@ _REFERENCES = "references"
 """The fragment of the works that the others cite, which comes last."""
 
 
+_BRIEF = frozenset(
+    ("parameters", "drawing", "symbols", "fk", "jacobian", "inverse", "solution", "references")
+)
+"""The fragments of a brief article: what the robot is, forward, velocities and back."""
+
+
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
     """The article of a robot and the fragments that it reads in, by their paths.
 
     LaTeX prints the equations; the programs made of them are not needed.
     """
+    return _files(derivation, fragments(derivation))
+
+
+def brief_files(derivation: Derivation, _: Programs) -> dict[str, str]:
+    """The files of a short article, without derivations, screws, examples and singularities."""
     parts = fragments(derivation)
+    return _files(derivation, {k: v for k, v in parts.items() if k.removesuffix(".tex") in _BRIEF})
+
+
+def _files(derivation: Derivation, parts: Mapping[str, str]) -> dict[str, str]:
+    """The article that reads in some fragments, and these fragments."""
     article = _article(derivation, parts)
     read = {f"{FOLDER}/{name}": text for name, text in parts.items()}
     return {f"{derivation.robot.name}.tex": article, **read}

@@ -14,7 +14,7 @@ from laws.lie import exp_screw
 from printed_robots import BY_NAME, ROBOTS, awkward, derived, joint, parallel
 
 from chasles.derive import Joint, Robot, derive, from_urdf, load
-from chasles.derive.latex import document, equations, fragments
+from chasles.derive.latex import brief_files, document, equations, fragments
 from chasles.derive.latex.setting.layout import aligned, filled
 from chasles.derive.latex.setting.names import distinct, escape, parameter
 from chasles.derive.latex.setting.notation import Notation
@@ -447,3 +447,25 @@ def test_sums_break_by_terms():
 def test_long_chains_stay_linear():
     lengths = [sum(map(len, fragments(derive(parallel(n))).values())) for n in (12, 24)]
     assert lengths[1] < 3 * lengths[0]
+
+
+def test_a_brief_article_names_the_fragments_that_it_has():
+    written = brief_files(derivation("ur5e"), None)
+    inputs = re.findall(r"\\input\{(latex/\w+)\}", written["ur5e.tex"])
+    assert sorted(f"{name}.tex" for name in inputs) == sorted(set(written) - {"ur5e.tex"})
+    assert "latex/fk.tex" in written
+    assert "latex/example.tex" not in written
+
+
+def test_an_example_reaches_its_own_posture():
+    text = article("ur5e")["example.tex"]
+    assert "has 8 solutions" in text
+    assert "$20.00$ & $-50.00$ & $70.00$ & $30.00$ & $40.00$ & $-60.00$" in text
+
+
+def test_cited_works_are_listed():
+    listed = article("ur5e")["references.tex"]
+    assert "Brockett" in listed
+    assert "Denavit" in listed
+    assert "Raghavan" not in listed
+    assert "Raghavan" in article("jaco2")["references.tex"]
