@@ -1,0 +1,45 @@
+"""Shorter forms have the value of the long ones."""
+
+import pytest
+import sympy as sp
+from chasles.derive.latex.setting.printer import Printer
+from chasles.derive.latex.setting.shorter import gathered, reduced
+from chasles.derive.model.roots import drawn_out
+from sympy.abc import a, b, c, d
+
+ROOT = sp.sqrt(3)
+
+
+@pytest.mark.parametrize(
+    ("long", "short"),
+    [
+        (ROOT / 2 * (-ROOT / 3 * a - ROOT / 3 * b), -a / 2 - b / 2),
+        (sp.cos(a) * sp.cos(b) * c - sp.sin(a) * sp.sin(b) * c, c * sp.cos(a + b)),
+        (a + b, a + b),
+        ((a + b) * (c + d), (a + b) * (c + d)),
+    ],
+)
+def test_constants_are_multiplied_out_where_that_is_shorter(long, short):
+    assert reduced(long) == short
+
+
+def test_a_root_that_all_terms_have_stands_in_front():
+    long = c * (ROOT / 2 * a + ROOT / 2 * b) - d * (ROOT / 2 * a - ROOT / 2 * b)
+    found = gathered(long)
+    assert found.is_Mul
+    assert sum(part == ROOT for part in sp.preorder_traversal(found)) == 1
+    assert sp.expand(found - long) == 0
+
+
+def test_terms_with_different_roots_stay():
+    assert gathered(ROOT * a + sp.sqrt(2) * b) == ROOT * a + sp.sqrt(2) * b
+
+
+def test_squares_are_drawn_out_of_roots():
+    assert drawn_out(sp.sqrt(4 * a + 4 * b)) == 2 * sp.sqrt(a + b)
+    assert drawn_out(sp.sqrt(2 * a + 2 * b)) == sp.sqrt(2 * a + 2 * b)
+
+
+def test_a_factor_does_not_follow_the_argument_of_a_cosine():
+    printer = Printer({a: "a", b: "b"}, {})
+    assert printer.tex(sp.cos(a) * b) == r"b \cos a"
