@@ -2,10 +2,11 @@
 
 import pytest
 import sympy as sp
+from sympy.abc import a, b, c, d
+
 from chasles.derive.latex.setting.printer import Printer
 from chasles.derive.latex.setting.shorter import gathered, reduced
 from chasles.derive.model.roots import drawn_out
-from sympy.abc import a, b, c, d
 
 ROOT = sp.sqrt(3)
 
