@@ -254,6 +254,7 @@ def _limit(ax: Any, box: tuple[FloatArray, FloatArray], size: tuple[float, float
     ax.set_xlim(low[0], high[0])
     ax.set_ylim(low[1], high[1])
     ax.set_aspect("equal")
+    ax.apply_aspect()
 
 
 def _label_axes(ax: Any, view: View, *, is_low: bool, is_left: bool) -> None:

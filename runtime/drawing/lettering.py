@@ -41,7 +41,6 @@ class Lettering:
     taken: list[Box]
 
     def __post_init__(self) -> None:
-        self.renderer = self.ax.figure.canvas.get_renderer()
         self.to_pixels = self.ax.transData.transform
         self.lines = self._lines()
         low, high = self.ax.transAxes.transform([(0, 0), (1, 1)])
@@ -94,7 +93,7 @@ class Lettering:
         return text
 
     def _box(self, text: Any) -> Box:
-        extent = text.get_window_extent(self.renderer)
+        extent = text.get_window_extent()
         return extent.x0, extent.y0, extent.x1, extent.y1
 
     def _place(self, letters: str, point: FloatArray, colour: str) -> Any:

@@ -63,13 +63,15 @@ def test_pins_meet_and_struts_have_their_lengths(name):
         for shape in body.shapes:
             if shape.kind == "pin":
                 pins.setdefault(shape.name, []).append(moved(poses[:, k], shape.points[0]))
-    for name, ends in pins.items():
+    for pin, ends in pins.items():
         assert len(ends) == 2
-        assert np.abs(ends[0] - ends[1])[closed].max() < CLOSED, name
+        assert np.abs(ends[0] - ends[1])[closed].max() < CLOSED, pin
     variables = [variable.name for variable in robot.configuration_variables]
     struts = [body for body in bodies.bodies if body.span and not body.span.from_end]
     for body in struts:
-        a, b = (moved(poses[:, k], end) for k, end in zip(body.span.bodies, body.span.ends))
+        a, b = (
+            moved(poses[:, k], end) for k, end in zip(body.span.bodies, body.span.ends, strict=True)
+        )
         length = np.linalg.norm(b - a, axis=1)[closed]
         if body.span.name in variables:
             length = length - z[closed, variables.index(body.span.name)]
@@ -88,7 +90,9 @@ def test_a_strut_s_frames_lie_along_it(name):
     for k, body in enumerate(bodies.bodies):
         if body.span is None:
             continue
-        a, b = (moved(poses[:, m], end) for m, end in zip(body.span.bodies, body.span.ends))
+        a, b = (
+            moved(poses[:, m], end) for m, end in zip(body.span.bodies, body.span.ends, strict=True)
+        )
         along = (b - a) / np.linalg.norm(b - a, axis=1, keepdims=True)
         assert poses[:, k, :3, 2] == pytest.approx(along, abs=TRUE)
         assert poses[:, k, :3, 3] == pytest.approx(b if body.span.from_end else a, abs=TRUE)
@@ -116,7 +120,7 @@ def test_random_chains_agree_with_pinocchio():
         poses = bodies.poses(q)
         found = [*poses[1:], bodies.tip_poses(poses)]
         for T, frame in zip(found, frames, strict=True):
-            assert T == pytest.approx(data.oMf[frame].homogeneous, abs=1e-11)
+            assert np.abs(T - data.oMf[frame].homogeneous).max() < 1e-11
     assert kinds == {"revolute", "prismatic", "helical", "fixed"}
 
 
@@ -184,7 +188,7 @@ def test_symbols_of_neighbours_are_apart():
         poses = bodies.poses(bodies.posture)
         at = [
             moved(T, shape.points[0])
-            for body, T in zip(bodies.bodies, poses)
+            for body, T in zip(bodies.bodies, poses, strict=True)
             for shape in body.shapes
             if shape.kind == "revolute"
         ]
