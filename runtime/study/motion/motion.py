@@ -29,6 +29,8 @@ from .tasks import curve_rates, task_rates
 FloatArray = NDArray[np.float64]
 Redundancy = Literal["nearest", "minimum_norm"]
 
+_HALVINGS = 4
+"""How often the ways between samples are halved where a joint would jump, before it is believed."""
 _BEYOND = 1e-9
 """Part of a limit by which rounding may exceed it."""
 
@@ -203,12 +205,12 @@ class Motion:
             return robot.actuators(x), rates, robot.actuator_accelerations(x, by_s, by_ss)
         if isinstance(self.curve, TaskLine | TaskCurve):
             x, by_s, by_ss = self.curve.at(s)
-            q = self._followed(x, s, self.curve.task)
+            q = self._followed(s, self.curve.task)
             return q, *task_rates(robot, self.curve.task, q, by_s, by_ss)
         if self.redundancy == "minimum_norm":
             return minimum_norm(robot, self.curve, s, self.seed, self.lock)
         T, V, A = self.curve.at(s)
-        q = self._followed(T, s, "pose") if self.lock is None else self._iterated(T, s)
+        q = self._followed(s, "pose") if self.lock is None else self._iterated(T, s)
         return q, *curve_rates(robot, q, V, A, self._locked)
 
     @property
@@ -216,14 +218,21 @@ class Motion:
         """Coordinates that do not move: the locked ones, and those that the inverse is given."""
         return self.robot.given or None if self.lock is None else self.lock
 
-    def _followed(self, T: FloatArray, s: FloatArray, task: str) -> FloatArray:
-        path = self.robot.ik_path(T, self.seed, *self.given, task=task)
-        if not path.complete:
-            raise OutOfReachError(
-                f"{self.robot.name}: at {self._part(s[path.ended_at])} the motion cannot go on: "
-                f"{path}"
-            )
-        return np.asarray(path.q)
+    def _followed(self, s: FloatArray, task: str) -> FloatArray:
+        """The branch through the seed; where a joint moves far between samples, through more."""
+        for halvings in range(_HALVINGS + 1):
+            parts = 2**halvings
+            finer = np.interp(np.arange((len(s) - 1) * parts + 1) / parts, np.arange(len(s)), s)
+            target = self.curve.at(finer)[0]
+            path = self.robot.ik_path(target, self.seed, *self.given, task=task)
+            if path.complete:
+                return np.asarray(path.q[::parts])
+            if path.reason != "jump" or len(s) == 1:
+                break
+        raise OutOfReachError(
+            f"{self.robot.name}: at {self._part(finer[path.ended_at])} the motion cannot go on: "
+            f"{path}"
+        )
 
     def _part(self, s: float) -> str:
         return f"{s / self.curve.length:.1%} of the curve"
