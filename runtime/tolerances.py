@@ -99,6 +99,32 @@ SAME_PLANE = 1e-6
 """Sine of the angle between axes up to which they count as parallel: loops that are closed by
 iteration leave 1e-9, and the eye sees 1e-3."""
 
+# --- study: motions ---
+
+ON_CURVE = 1e-11
+"""Residual (length, radian) up to which iteration is on a curve: a hundredth of the distance from
+the curve that motions promise."""
+STRAIGHT = 1e-9
+"""Sine of an angle below which three points lie on a line: their circle is a million times larger
+than their distances. Also the distance, in parts of their size, up to which points lie in a
+plane."""
+NODES_APART = 2e-3
+"""Distance of the nodes of differences along a curve, in parts of its length: differences of fourth
+order are off by its fourth power, 2e-11 of the curve's fifth derivative, and rounding is divided by
+its square in the second derivative, 2e-10."""
+
+# --- study: regions bounded by arcs ---
+
+SAME_ARC = 1e-10
+"""Distance, in parts of a region's size, up to which circles are the same and pieces of them are
+points: far above rounding, far below anything that is built."""
+TANGENT = 1e-12
+"""Distance of a cosine from 1 below which circles touch: they overlap by this part of a radius, of
+which rounding leaves a thousandth."""
+BESIDE = 1e-7
+"""Distance from an arc, in parts of a region's size, at which its sides are judged; less beside short
+pieces. Far above the rounding of crossings; narrower gaps between borders are not seen."""
+
 # --- poses and screws ---
 
 NO_ROTATION = 0.3

@@ -9,6 +9,7 @@ They need SciPy and more, `pip install 'chasles[study]'`.
 """
 
 from .cells import Cells, Measure
+from .exact import ExactWorkspace, exact_workspace
 from .planar_platform import (
     Orientations,
     PlanarRegion,
@@ -23,6 +24,7 @@ from .workspace import Workspace, workspace
 __all__ = [
     "By",
     "Cells",
+    "ExactWorkspace",
     "Measure",
     "Orientations",
     "PlanarRegion",
@@ -33,6 +35,7 @@ __all__ = [
     "constant_orientation",
     "dexterous",
     "evenly",
+    "exact_workspace",
     "orientations",
     "reach",
     "workspace",

@@ -164,3 +164,28 @@ def plot_region(found: Any, ax: Any = None) -> Any:
     axes.set_ylabel("y [m]")
     axes.set_title(f"{found.robot} {found.name}: {found.area * 1e6:.6g} mm²")
     return axes
+
+
+def plot_section(found: Any, ax: Any = None) -> Any:
+    """Draws the border of a section.
+
+    Args:
+        found: The `ExactWorkspace`.
+        ax: matplotlib axes; None: a new figure.
+
+    Returns:
+        The axes.
+    """
+    import matplotlib.pyplot as plt  # noqa: PLC0415
+
+    axes = plt.subplots(layout="constrained", figsize=(4.2, 4.2))[1] if ax is None else ax
+    for arc in found.section.arcs:
+        axes.plot(*arc.points().T, color=_COLOUR_BLIND[0], linewidth=1.4)
+    axes.set_aspect("equal")
+    flat = found.turn is None
+    axes.set_xlabel("x [m]" if flat else "r [m]")
+    axes.set_ylabel("y [m]" if flat else "z [m]")
+    size = f"{found.area:.6g} m²" if not found.volume else f"{found.volume:.6g} m³"
+    axes.set_title(f"{found.robot}: {size}")
+    axes.grid(alpha=0.3)
+    return axes

@@ -28,6 +28,10 @@ _NODES = 400
 """Nodes of the grid along the curve."""
 _FINER = 10
 """Samples between two nodes at which limits are checked."""
+_REFINEMENTS = 3
+"""Rounds in which samples are added near the largest values."""
+_HIDDEN = 1.0
+"""How far a peak may stand above the samples beside it, in parts of the step between them."""
 _BEFORE = 1e-9
 """Part of the time between two nodes by which a sample is before a node."""
 _NONE = 1e9
@@ -71,10 +75,7 @@ def time_optimal(
     ):
         raise InputValueError("time_optimal: expected limits above 0")
     found = replace(motion, law=_fastest(motion, limits, tool_speed, nodes))
-    # The acceleration jumps at a node: its value before the node counts, too.
-    parts = np.linspace(0, 1 - _BEFORE, _FINER + 1)
-    finer = found.law.breaks[:-1, None] + np.diff(found.law.breaks)[:, None] * parts
-    factor = _stretch(found.at(finer.ravel()), limits, tool_speed)
+    factor = _stretch(found, limits, tool_speed)
     return replace(found, law=found.law.stretched(factor * (1 + _MARGIN)))
 
 
@@ -87,7 +88,7 @@ def _fastest(motion: Motion, limits: list[FloatArray], tool_speed: float | None,
         JointVelocityConstraint,
     )
 
-    s = np.linspace(0, motion.curve.length, nodes + 1)
+    s = _nodes(motion, nodes)
     path = _on_grid(motion, s, tool_speed)
     rate, acceleration = limits
     if tool_speed is not None:
@@ -108,6 +109,16 @@ def _fastest(motion: Motion, limits: list[FloatArray], tool_speed: float | None,
     return Law(np.r_[0, np.cumsum(widths)], rows, motion.curve.length)
 
 
+def _nodes(motion: Motion, count: int) -> FloatArray:
+    """Lengths from the start to the end, closer together where rates change by a larger factor."""
+    s = np.linspace(0, motion.curve.length, count + 1)
+    _, by_s, by_ss = motion.on_curve(s)
+    rate, change = (np.linalg.norm(values, axis=1) for values in (by_s, by_ss))
+    dense = 1 / motion.curve.length + change / np.maximum(rate, np.finfo(float).tiny)
+    share = np.r_[0, np.cumsum(np.diff(s) * (dense[1:] + dense[:-1]) / 2)]
+    return np.asarray(np.interp(np.linspace(0, share[-1], count + 1), share, s))
+
+
 def _on_grid(motion: Motion, s: FloatArray, tool_speed: float | None) -> Any:
     """The curve in the coordinates as toppra reads it; the way of the tool is one more of them."""
     from toppra.interpolator import AbstractGeometricPath  # noqa: PLC0415
@@ -124,15 +135,39 @@ def _on_grid(motion: Motion, s: FloatArray, tool_speed: float | None) -> Any:
         waypoints = (s, orders[0])
 
         def __call__(self, at: Any, order: int = 0) -> FloatArray:
-            nearest = np.searchsorted(s, np.asarray(at) - (s[1] - s[0]) / 2)
+            nearest = np.searchsorted((s[1:] + s[:-1]) / 2, np.asarray(at))
             return np.asarray(orders[order][nearest])
 
     return OnGrid()
 
 
-def _stretch(sampled: Sampled, limits: list[FloatArray], tool_speed: float | None) -> float:
-    """The factor of time that brings rates and accelerations within limits, at least 1."""
-    rate = (np.abs(sampled.qd) / limits[0]).max()
-    acceleration = (np.abs(sampled.qdd) / limits[1]).max()
-    speed = np.linalg.norm(sampled.V[:, :3], axis=1).max() / tool_speed if tool_speed else 0.0
-    return float(max(1.0, rate, speed, np.sqrt(acceleration)))
+def _stretch(motion: Motion, limits: list[FloatArray], tool_speed: float | None) -> float:
+    """The factor of time that brings rates and accelerations within limits, at least 1.
+
+    Close to a singularity a peak is narrower than the samples. Wherever the sampled values are
+    within their own steps of the largest one, a peak may hide between them: samples are added.
+    """
+    begin, width = motion.law.breaks[:-1], np.diff(motion.law.breaks)
+    most = 1.0
+    for _ in range(_REFINEMENTS):
+        # The acceleration jumps at a node: its value before the node counts, too.
+        parts = np.linspace(0, 1 - _BEFORE, _FINER + 1)
+        times = begin[:, None] + width[:, None] * parts
+        used = _used(motion.at(times.ravel()), limits, tool_speed).reshape(times.shape)
+        most = max(most, float(used.max()))
+        hidden = used[:, :-1] + _HIDDEN * np.abs(np.diff(used, axis=1)) > most
+        hidden |= used[:, 1:] + _HIDDEN * np.abs(np.diff(used, axis=1)) > most
+        begin, width = times[:, :-1][hidden], np.diff(times, axis=1)[hidden]
+        if not len(begin):
+            break
+    return most
+
+
+def _used(sampled: Sampled, limits: list[FloatArray], tool_speed: float | None) -> FloatArray:
+    """(m,) the factor of time that each sample needs to be within limits."""
+    rate = (np.abs(sampled.qd) / limits[0]).max(1)
+    acceleration = np.sqrt((np.abs(sampled.qdd) / limits[1]).max(1))
+    used = np.maximum(rate, acceleration)
+    if tool_speed:
+        used = np.maximum(used, np.linalg.norm(sampled.V[:, :3], axis=1) / tool_speed)
+    return np.asarray(used)
