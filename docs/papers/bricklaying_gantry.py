@@ -2,7 +2,7 @@
 
 Ibrahim, Umar and Olatunde, Forward and inverse kinematic analyses of a developed and evaluated
 bricklaying gantry-based parallel robot manipulator. The gantry is `bricklaying_gantry`, the link of
-length r at the angle theta that stands for it in (3)-(6) is `bricklaying_polar.toml` of this folder,
+length r at the angle theta that stands for it in (3)-(6) is `robots/bricklaying_polar.toml` here,
 and the chain of section 2.3 is `bricklaying_planar`.
 """
 
@@ -147,7 +147,7 @@ class Spot:
 @cache
 def polar_arm() -> Any:
     """The link of length r at the angle theta."""
-    return chasles.load(Path(__file__).parent / "bricklaying_polar.toml")
+    return chasles.load(Path(__file__).parent / "robots" / "bricklaying_polar.toml")
 
 
 @cache

@@ -1,7 +1,7 @@
 """Well manipulator: a working process of 49 s, and the quality of two models.
 
 Closed chain cascade manipulator with an improved kinematic model, Mathematical Problems in
-Engineering. The robot is `well_manipulator`; `well_first_cylinder.toml` of this folder is its first
+Engineering. The robot is `well_manipulator`; `robots/well_first_cylinder.toml` here is its first
 cylinder with pin B where (64) prints it.
 """
 
@@ -284,7 +284,7 @@ def angle_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
 def length_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
     """Figure 9; that of cylinder 1 as printed follows from the misprinted pin B."""
     first, *others = np.ptp(found.sampled.q[:, CYLINDERS], axis=0)
-    misprinted = chasles.load(Path(__file__).parent / "well_first_cylinder.toml")
+    misprinted = chasles.load(Path(__file__).parent / "robots" / "well_first_cylinder.toml")
     lengths = misprinted.actuators(found.theta[:, :2])[:, 1]
     return [
         erratum(
