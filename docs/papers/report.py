@@ -25,7 +25,7 @@ import tomllib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal, InvalidOperation
-from math import pi
+from math import acos, atan2, cos, pi, sin, sqrt
 from pathlib import Path
 from typing import Any, Literal
 
@@ -64,6 +64,9 @@ ROUNDING = 1e-9
 """Part of a value that the arithmetic of a comparison may lose; a printed 0.65 stands for numbers
 up to 0.655, which no float is exactly."""
 _MOST_DECIMALS = 12
+_MOST_SHOWN = 6
+"""Entries of equations whose values the tables show."""
+_FUNCTIONS = {"pi": pi, "cos": cos, "sin": sin, "atan2": atan2, "acos": acos, "sqrt": sqrt}
 
 
 class Refuted(AssertionError):
@@ -151,24 +154,49 @@ def _frozen(value: Any) -> Text:
     return tuple(map(_frozen, value)) if isinstance(value, list) else str(value)
 
 
-def agrees(printed: Printed, ours: Value, note: str = "") -> Row:
+def evaluated(printed: Printed, **values: float) -> Any:
+    """What printed equations give, in the shape in which they are printed.
+
+    Args:
+        printed: The item; its value is an equation in Python's notation, or rows of them.
+        values: The symbols in them, in metres and radians; cos, sin and the like are known.
+
+    Returns:
+        A number or an array. An item without numbers left in it evaluates to its numbers.
+    """
+
+    def value(text: Text | None) -> Any:
+        if isinstance(text, tuple):
+            return [value(part) for part in text]
+        return eval(str(text), {"__builtins__": {}}, {**_FUNCTIONS, **values})
+
+    found = value(printed.value)
+    return np.array(found) if isinstance(found, list) else found
+
+
+def agrees(printed: Printed, ours: Value, note: str = "", *, evaluated: Value = None) -> Row:
     """The value agrees with the printed one to half a unit of its last digit, or to its "about".
 
     Args:
         printed: The item; its value is a number, words or rows of them.
         ours: The value by chasles in metres, radians and seconds, shaped like the printed one.
         note: What a reader should know.
+        evaluated: What the printed equations give, where the item is one: then ours is the same to
+            rounding.
 
     Raises:
         Refuted: It does not agree.
     """
     if printed.value is None:
         raise Refuted(f"{printed.item}: nothing is printed that could agree")
-    if not _same(printed.value, ours, printed):
+    if not _same(printed.value if evaluated is None else evaluated, ours, printed):
         raise _refuted(printed, ours, "does not agree with")
+    if np.size(evaluated) > _MOST_SHOWN:
+        equations = f"{np.size(evaluated)} entries"
+        return Row(printed.item, equations, "the same", "", "agrees", printed.where, note)
     if printed.about is not None:
         note = "; ".join(filter(None, (f"“{printed.text}”: ± {printed.about}", note)))
-    return _row(printed, ours, "agrees", note)
+    return _with_value(_row(printed, ours, "agrees", note), printed, evaluated)
 
 
 def erratum(
@@ -195,7 +223,11 @@ def erratum(
         raise _refuted(printed, ours, f"corrected to {corrected} does not agree with")
     right = corrected if isinstance(corrected, str) else ""
     note = "; ".join(filter(None, (f"read {right} {printed.unit}".strip() if right else "", note)))
-    row = _row(printed, ours, "erratum", note)
+    return _with_value(_row(printed, ours, "erratum", note), printed, evaluated)
+
+
+def _with_value(row: Row, printed: Printed, evaluated: Value) -> Row:
+    """The row of an equation, with its value behind it."""
     if evaluated is None:
         return row
     value = _number(_shown(evaluated, printed, row.digits), row.digits)
@@ -282,12 +314,10 @@ def _row(printed: Printed, ours: Value, verdict: Verdict, note: str) -> Row:
 
 def _decimals(value: Text | None) -> int:
     """Decimals of the printed number with the most; 5 where none is printed."""
-    if value is None:
-        return 5
     if isinstance(value, tuple):
         return max(map(_decimals, value), default=0)
-    number = _decimal(value)
-    return 0 if number is None else max(0, -int(number.as_tuple().exponent))
+    number = None if value is None else _decimal(value)
+    return 5 if number is None else max(0, -int(number.as_tuple().exponent))
 
 
 def _shown(ours: Value, printed: Printed, digits: int) -> float | str:

@@ -45,7 +45,7 @@ def test_an_erratum_of_an_equation_is_evaluated():
     equation = Printed("third base joint", "2 pi + pi/6", "rad", "table 2.2")
     ours = 2 * np.pi - np.pi / 6
     row = erratum(equation, ours, 11 * np.pi / 6, evaluated=13 * np.pi / 6)
-    assert row.printed == "2 pi + pi/6 = 6.8"
+    assert row.printed == "2 pi + pi/6 = 6.806784"
     for corrected, evaluated in ((11.1 * np.pi / 6, 13 * np.pi / 6), (ours, ours)):
         with pytest.raises(Refuted):
             erratum(equation, ours, corrected, evaluated=evaluated)
