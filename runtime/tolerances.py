@@ -93,6 +93,20 @@ TRACK_GAIN = 0.5
 """Share of the error that a step of `track` corrects by default. At 1 a step would go all the way
 to the linear answer, beyond 2 the error would grow."""
 
+# --- study: motions ---
+
+ON_CURVE = 1e-11
+"""Residual (length, radian) up to which iteration is on a curve: a hundredth of the distance from
+the curve that motions promise."""
+STRAIGHT = 1e-9
+"""Sine of an angle below which three points lie on a line: their circle is a million times larger
+than their distances. Also the distance, in parts of their size, up to which points lie in a
+plane."""
+NODES_APART = 2e-3
+"""Distance of the nodes of differences along a curve, in parts of its length: differences of fourth
+order are off by its fourth power, 2e-11 of the curve's fifth derivative, and rounding is divided by
+its square in the second derivative, 2e-10."""
+
 # --- poses and screws ---
 
 NO_ROTATION = 0.3

@@ -13,21 +13,22 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import InputValueError, OutOfReachError, ShapeError
 from ...iterative.locks import Lock
-from .curves import JointLine, PoseCurve, TaskLine
+from ...tolerances import ON_CURVE
+from .curves import JointLine, PoseCurve, TaskCurve, TaskLine
 from .laws import Law
-from .tasks import task_rates
+from .redundancy import minimum_norm
+from .tasks import curve_rates, task_rates
 
 FloatArray = NDArray[np.float64]
+Redundancy = Literal["nearest", "minimum_norm"]
 
-_ON_CURVE = 1e-11
-"""Residual, in parts of the robot's unit of length, up to which iteration is on the curve."""
 _BEYOND = 1e-9
 """Part of a limit by which rounding may exceed it."""
 
@@ -120,14 +121,34 @@ class Motion:
         seed: (n,) coordinates near the start, which choose the branch of a curve of the tool.
         given: The further inputs of the robot's `ik`, constant.
         lock: Coordinates that keep their values of the seed; then the others follow by iteration.
+        redundancy: What chooses among the postures of a pose of the tool: "nearest": the branch of
+            the inverse, or with a lock the iteration, that continues the sample before;
+            "minimum_norm": steps of minimum norm in the joints of the main chain, from the seed
+            anew for each pose, as in `redundancy.minimum_norm`.
+
+    Raises:
+        InputValueError: There is no such redundancy, or "minimum_norm" has no curve of the tool.
     """
 
     robot: Any
-    curve: PoseCurve | TaskLine | JointLine
+    curve: PoseCurve | TaskLine | TaskCurve | JointLine
     law: Law
     seed: FloatArray
     given: tuple[float, ...] = ()
     lock: Lock | None = None
+    redundancy: Redundancy = "nearest"
+
+    def __post_init__(self) -> None:
+        """Refuses a redundancy that does not exist or does not fit the curve."""
+        if self.redundancy not in get_args(Redundancy):
+            raise InputValueError(
+                f"Motion: expected a redundancy out of {', '.join(get_args(Redundancy))}, got "
+                f"{self.redundancy!r}"
+            )
+        if self.redundancy == "minimum_norm" and isinstance(
+            self.curve, TaskLine | TaskCurve | JointLine
+        ):
+            raise InputValueError("Motion: minimum_norm needs a curve of the tool's pose")
 
     @property
     def duration(self) -> float:
@@ -180,14 +201,15 @@ class Motion:
                 return x, by_s, by_ss
             rates = robot.actuator_rates(x, by_s)
             return robot.actuators(x), rates, robot.actuator_accelerations(x, by_s, by_ss)
-        if isinstance(self.curve, TaskLine):
+        if isinstance(self.curve, TaskLine | TaskCurve):
             x, by_s, by_ss = self.curve.at(s)
             q = self._followed(x, s, self.curve.task)
             return q, *task_rates(robot, self.curve.task, q, by_s, by_ss)
+        if self.redundancy == "minimum_norm":
+            return minimum_norm(robot, self.curve, s, self.seed, self.lock)
         T, V, A = self.curve.at(s)
         q = self._followed(T, s, "pose") if self.lock is None else self._iterated(T, s)
-        by_s = robot.joint_rates(q, V, lock=self._locked).qd
-        return q, by_s, robot.joint_accelerations(q, by_s, A, lock=self._locked).qdd
+        return q, *curve_rates(robot, q, V, A, self._locked)
 
     @property
     def _locked(self) -> Lock | None:
@@ -210,7 +232,7 @@ class Motion:
         q, seed = np.empty((len(T), self.robot.n)), self.seed
         for k, pose in enumerate(T):
             found = self.robot.ik_numeric(
-                pose, seed, lock=self.lock, tolerance=_ON_CURVE * self.robot.unit_length
+                pose, seed, lock=self.lock, tolerance=ON_CURVE * self.robot.unit_length
             )
             if not found.success:
                 raise OutOfReachError(

@@ -21,9 +21,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...errors import InputValueError, OutOfReachError
 from ...iterative.locks import Lock
-from .curves import In, PoseCurve, TaskLine, joint_line
+from .curves import In, PoseCurve, TaskCurve, TaskLine, joint_line
 from .laws import Kind, Law, law
-from .motion import Motion, Sampled, joined
+from .motion import Motion, Redundancy, Sampled, joined
 
 FloatArray = NDArray[np.float64]
 
@@ -101,11 +101,12 @@ class Sequence:
 
     def follow(
         self,
-        curve: PoseCurve | TaskLine,
+        curve: PoseCurve | TaskLine | TaskCurve,
         kind: Kind,
         *,
         given: tuple[float, ...] = (),
         lock: Lock | None = None,
+        redundancy: Redundancy = "nearest",
         name: str = "",
         **limits: float,
     ) -> Self:
@@ -116,6 +117,9 @@ class Sequence:
             kind: The law, as in `law`.
             given: The further inputs of the robot's `ik`, constant.
             lock: Coordinates, or joints of the main chain, that do not move.
+            redundancy: "nearest" to the sample before, or "minimum_norm": steps of minimum norm in
+                the joints of the main chain from the posture at the start of the stage, for each
+                pose anew, as in `Motion`.
             name: The name of the stage.
             limits: duration [s], speed [m/s], acceleration and jerk of the tool on the curve.
 
@@ -123,10 +127,11 @@ class Sequence:
             InputValueError: The curve starts elsewhere.
             OutOfReachError: The curve leaves the reach, the branch or the limits.
         """
-        if not isinstance(curve, TaskLine):
+        if not isinstance(curve, TaskLine | TaskCurve):
             self._require_start(curve.at(np.zeros(1)).T[0])
         found = law(kind, curve.length, **limits)
-        return self._with(Motion(self.robot, curve, found, self.q_end, given, lock), name)
+        motion = Motion(self.robot, curve, found, self.q_end, given, lock, redundancy)
+        return self._with(motion, name)
 
     def _require_start(self, there: FloatArray) -> None:
         off = self.robot.fk(self.q_end) - there

@@ -1,4 +1,6 @@
-"""Rates and accelerations on a curve in the coordinates of a task.
+"""Rates and accelerations on a curve of the tool, or in the coordinates of a task.
+
+Neither damping nor limits change them: close to a singularity they grow as the curve demands.
 
 With the position p and the directions x and z of the tool's first and third axes, their twist
 (v, omega) and its derivative (a, alpha):
@@ -16,6 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputValueError
+from ...iterative.locks import Lock, locked_coordinates
+from ...tolerances import RANK
 from .curves import Task
 
 FloatArray = NDArray[np.float64]
@@ -55,6 +59,28 @@ def task_rates(
     # The task's acceleration while the joints have no acceleration of their own.
     own = _acceleration(task, T, (J @ rate[..., None])[..., 0], _drift(robot, q, rate))
     return rate, (inverse @ (by_ss - own)[..., None])[..., 0]
+
+
+def curve_rates(
+    robot: Any, q: FloatArray, V: FloatArray, A: FloatArray, lock: Lock | None
+) -> tuple[FloatArray, FloatArray]:
+    """Derivatives of the coordinates by s on a curve of the tool; the least ones if several fit.
+
+    Args:
+        robot: The robot.
+        q: (m, n) coordinates on the curve [rad or m].
+        V: (m, 6) mixed twist by s.
+        A: (m, 6) its derivative by s.
+        lock: Coordinates, or joints of the main chain, that do not move.
+
+    Returns:
+        (m, n) first and second derivative of q by s.
+    """
+    J = robot.fk_jacobian_mixed(q)[1]
+    J[..., locked_coordinates(robot, "joint_rates", lock)] = 0
+    inverse = np.linalg.pinv(J, rcond=RANK)
+    rate = (inverse @ V[..., None])[..., 0]
+    return rate, (inverse @ (A - _drift(robot, q, rate))[..., None])[..., 0]
 
 
 def _drift(robot: Any, q: FloatArray, rate: FloatArray) -> FloatArray:

@@ -188,3 +188,23 @@ def test_parabolas_and_blends_pass_their_poses(arm):
             np.testing.assert_allclose(before.V[:, :3], after.V[:, :3], atol=1e-6)
     with pytest.raises(InputValueError, match="blended: expected a radius above 0, at most"):
         blended(T, 9.0)
+
+
+def test_rates_near_a_singularity_are_those_of_the_curve():
+    """The tool's line passes an elbow that is almost straight; nothing damps the rates."""
+    arm, checked = chasles.load("iiwa14"), 0
+    rng = np.random.default_rng(3)
+    while checked < 5:
+        q = arm.lower + (arm.upper - arm.lower) * rng.uniform(0.3, 0.7, arm.n)
+        if arm.manipulability(q).smallest > 0.03:
+            continue
+        curve = line(arm.fk(q), arm.fk(q + rng.uniform(-0.02, 0.02, arm.n)))
+        motion = Motion(arm, curve, law("cubic", curve.length, duration=1), q, lock=2)
+        try:
+            found = motion.sample(2000)
+        except OutOfReachError:
+            continue
+        differences = (found.q[2:] - found.q[:-2]) * 1000
+        atol = 2e-3 * np.abs(found.qd).max()
+        np.testing.assert_allclose(differences, found.qd[1:-1], atol=atol)
+        checked += 1

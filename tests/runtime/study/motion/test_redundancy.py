@@ -1,0 +1,110 @@
+"""Steps of minimum norm against SciPy's least squares, and their rates against differences."""
+
+import numpy as np
+import pytest
+from scipy.linalg import lstsq
+from scipy.spatial.transform import Rotation
+
+import chasles
+from chasles.errors import InputValueError, OutOfReachError
+from chasles.study.motion import Motion, joint_line, law, line, task_line
+
+ARMS = ("iiwa14", "panda")
+
+
+def lines(robot, rng, count):
+    """Lines from postures away from limits and singularities to poses nearby."""
+    while count:
+        q = robot.lower + (robot.upper - robot.lower) * rng.uniform(0.2, 0.8, robot.n)
+        if robot.manipulability(q).smallest < 0.1:
+            continue
+        count -= 1
+        yield q, line(robot.fk(q), robot.fk(q + rng.uniform(-0.15, 0.15, robot.n)))
+
+
+def by_least_squares(robot, T, q):
+    """The same iteration, step by step, with LAPACK's minimum-norm least squares."""
+    for _ in range(20):
+        reached = robot.fk(q)
+        turn = Rotation.from_matrix(T[:3, :3] @ reached[:3, :3].T).as_rotvec()
+        error = np.r_[T[:3, 3] - reached[:3, 3], turn]
+        q = q + lstsq(robot.jacobian_mixed(q), error)[0]
+    return q
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_each_pose_from_the_start_anew(name):
+    robot, rng, checked = chasles.load(name), np.random.default_rng(1), 0
+    for q_0, curve in lines(robot, rng, 12):
+        motion = Motion(
+            robot, curve, law("quintic", curve.length, duration=1), q_0, redundancy="minimum_norm"
+        )
+        found = motion.sample(10)
+        poses = curve.at(motion.law.at(found.t)[0]).T
+        np.testing.assert_allclose(found.T, poses, atol=1e-12)
+        np.testing.assert_allclose(found.q[0], q_0, atol=1e-12)
+        for T, q in zip(poses[[4, 10]], found.q[[4, 10]], strict=True):
+            np.testing.assert_allclose(q, by_least_squares(robot, T, q_0), atol=1e-9)
+            checked += 1
+        # Fewer samples give the same postures.
+        np.testing.assert_allclose(motion.at(found.t[[3, 9]]).q, found.q[[3, 9]], atol=1e-12)
+    assert checked == 24
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_rates_and_accelerations(name):
+    robot, rng = chasles.load(name), np.random.default_rng(2)
+    for q_0, curve in lines(robot, rng, 6):
+        motion = Motion(
+            robot, curve, law("quintic", curve.length, duration=1), q_0, redundancy="minimum_norm"
+        )
+        t, h = np.linspace(0, 1, 401, retstep=True)
+        found = motion.at(t)
+        for values, rates in ((found.q, found.qd), (found.qd, found.qdd)):
+            differences = (values[2:] - values[:-2]) / (2 * h)
+            most = np.abs(rates).max()
+            np.testing.assert_allclose(differences, rates[1:-1], atol=1e-3 * most)
+        s, sd, sdd = motion.law.at(t)
+        _, V, A = curve.at(s)
+        np.testing.assert_allclose(found.V, V * sd[:, None], atol=1e-12)
+        achieved = robot.acceleration_mixed(found.q, found.qd, found.qdd)
+        expected = A * (sd**2)[:, None] + V * sdd[:, None]
+        np.testing.assert_allclose(achieved, expected, atol=1e-9)
+
+
+def test_a_locked_joint_leaves_the_inverse_of_six():
+    robot = chasles.load("iiwa14")
+    q_0, curve = next(lines(robot, np.random.default_rng(3), 1))
+    timed = law("cubic", curve.length, duration=1)
+    locked = [
+        Motion(robot, curve, timed, q_0, lock=2, redundancy=chosen).sample(20)
+        for chosen in ("minimum_norm", "nearest")
+    ]
+    np.testing.assert_allclose(locked[0].q, locked[1].q, atol=1e-9)
+    np.testing.assert_allclose(locked[0].qd, locked[1].qd, atol=1e-8)
+
+
+def test_errors():
+    robot = chasles.load("iiwa14")
+    q_0, curve = next(lines(robot, np.random.default_rng(4), 1))
+    timed = law("cubic", curve.length, duration=1)
+    far = robot.fk(q_0)
+    far[0, 3] += 3
+    beyond = line(robot.fk(q_0), far)
+    long = law("cubic", beyond.length, duration=1)
+    with pytest.raises(OutOfReachError, match=r"% of the curve steps of minimum norm"):
+        Motion(robot, beyond, long, q_0, redundancy="minimum_norm").at([1.0])
+    with pytest.raises(InputValueError, match="expected a redundancy out of nearest, minimum_norm"):
+        Motion(robot, curve, timed, q_0, redundancy="shortest")
+    for other in (joint_line(q_0, q_0), task_line("position", [0, 0, 0], [0, 0, 1])):
+        with pytest.raises(InputValueError, match="minimum_norm needs a curve of the tool's pose"):
+            Motion(robot, other, timed, q_0, redundancy="minimum_norm")
+    installer = chasles.load("board_installer")
+    T = installer.fk(installer.reference.q)
+    T_up = T.copy()
+    T_up[2, 3] += 0.01
+    motion = Motion(
+        installer, line(T, T_up), timed, np.array(installer.reference.q), redundancy="minimum_norm"
+    )
+    with pytest.raises(InputValueError, match="8 joints for 6 coordinates"):
+        motion.sample()
