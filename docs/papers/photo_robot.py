@@ -34,7 +34,7 @@ MATRICES = ("A0", "A1", "A2", "A3", "A4", "A5", "A6", "A7", "Aee")
 ENDS = {"a": 1.0, "b": np.pi / 2, "c": np.pi / 2, "d": 0.5} | dict.fromkeys("efgh", np.pi / 2)
 """End states of figure 3 [m, rad]: the paper moves "as much as possible" and prints no limits."""
 AXES = dict(zip("abcdefgh", (0, 2, 1, 3, 4, 5, 6, 7), strict=True))
-"""The axis that moves in each part of figure 3; the caption has the ring's top before its bottom."""
+"""The axis that moves in each part of figure 3; its caption names the ring top first."""
 ROUNDING = 1e-12
 """Distance [m] below which points are the same."""
 

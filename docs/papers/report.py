@@ -10,6 +10,7 @@ the GIF that it is given. The numbers of a paper stand in `printed/<paper>.toml`
                                     # too; a string that is no number; left out where it is lost
     unit = "rad"                    # a unit of UNITS; default: none
     where = "table 4, row 5"
+    digits = 4                      # decimals of ours; default: one more than printed
     about = "0.1"                   # the paper's "about" as a tolerance in the unit
     text = "an angle of about 1"    # the paper's words; obligatory beside `about`
 
@@ -85,6 +86,7 @@ class Printed:
         about: The tolerance [unit] that the paper's words leave; None: half a unit of the last
             printed digit.
         text: The paper's words.
+        digits: Decimals to which ours is shown; None: one more than printed.
     """
 
     item: str
@@ -93,6 +95,7 @@ class Printed:
     where: str
     about: str | None = None
     text: str = ""
+    digits: int | None = None
 
 
 @dataclass(frozen=True)
@@ -147,7 +150,8 @@ def _printed(place: str, key: str, table: dict[str, Any]) -> Printed:
         raise ValueError(f"{place}: about = {about} stands without the paper's words in text")
     value = _frozen(table["value"]) if "value" in table else None
     item = table.get("item", key.replace("_", " "))
-    return Printed(item, value, unit, table["where"], about, table.get("text", ""))
+    text, digits = table.get("text", ""), table.get("digits")
+    return Printed(item, value, unit, table["where"], about, text, digits)
 
 
 def _frozen(value: Any) -> Text:
@@ -306,17 +310,21 @@ def _half_unit(number: Decimal) -> float:
 
 
 def _row(printed: Printed, ours: Value, verdict: Verdict, note: str) -> Row:
-    digits = min(_decimals(printed.value) + 1, _MOST_DECIMALS)
+    digits = printed.digits
+    if digits is None:
+        digits = min(_decimals(printed.value) + 1, _MOST_DECIMALS)
     own = None if ours is None else _shown(ours, printed, digits)
     value = None if printed.value is None else _texts(printed.value)
     return Row(printed.item, value, own, printed.unit, verdict, printed.where, note, digits)
 
 
 def _decimals(value: Text | None) -> int:
-    """Decimals of the printed number with the most; 5 where none is printed."""
+    """Decimals of the printed number with the most; 3 where none is printed, 5 of equations."""
+    if value is None:
+        return 3
     if isinstance(value, tuple):
         return max(map(_decimals, value), default=0)
-    number = None if value is None else _decimal(value)
+    number = _decimal(value)
     return 5 if number is None else max(0, -int(number.as_tuple().exponent))
 
 

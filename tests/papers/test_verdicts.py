@@ -52,7 +52,7 @@ def test_an_erratum_of_an_equation_is_evaluated():
 
 
 def test_a_printed_value_is_neither_lost_nor_assumed():
-    assert lost(NOTHING, 0.2, "the table is lost").shown == ("-", "200.000000")
+    assert lost(NOTHING, 0.2, "the table is lost").shown == ("-", "200.0000")
     assert assumed(NOTHING, 0.2, "fits the figure").verdict == "assumed"
     for verdict in (lost, assumed):
         with pytest.raises(Refuted):
