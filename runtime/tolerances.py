@@ -98,6 +98,10 @@ to the linear answer, beyond 2 the error would grow."""
 ON_CURVE = 1e-11
 """Residual (length, radian) up to which iteration is on a curve: a hundredth of the distance from
 the curve that motions promise."""
+STRAIGHT = 1e-9
+"""Sine of an angle below which three points lie on a line: their circle is a million times larger
+than their distances. Also the distance, in parts of their size, up to which points lie in a
+plane."""
 NODES_APART = 2e-3
 """Distance of the nodes of differences along a curve, in parts of its length: differences of fourth
 order are off by its fourth power, 2e-11 of the curve's fifth derivative, and rounding is divided by

@@ -10,6 +10,7 @@ the GIF that it is given. The numbers of a paper stand in `printed/<paper>.toml`
                                     # too; a string that is no number; left out where it is lost
     unit = "rad"                    # a unit of UNITS; default: none
     where = "table 4, row 5"
+    digits = 4                      # decimals of ours; default: one more than printed
     about = "0.1"                   # the paper's "about" as a tolerance in the unit
     text = "an angle of about 1"    # the paper's words; obligatory beside `about`
 
@@ -25,7 +26,7 @@ import tomllib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal, InvalidOperation
-from math import pi
+from math import acos, atan2, cos, pi, sin, sqrt
 from pathlib import Path
 from typing import Any, Literal
 
@@ -66,6 +67,9 @@ ROUNDING = 1e-9
 """Part of a value that the arithmetic of a comparison may lose; a printed 0.65 stands for numbers
 up to 0.655, which no float is exactly."""
 _MOST_DECIMALS = 12
+_MOST_SHOWN = 6
+"""Entries of equations whose values the tables show."""
+_FUNCTIONS = {"pi": pi, "cos": cos, "sin": sin, "atan2": atan2, "acos": acos, "sqrt": sqrt}
 
 
 class Refuted(AssertionError):
@@ -84,6 +88,7 @@ class Printed:
         about: The tolerance [unit] that the paper's words leave; None: half a unit of the last
             printed digit.
         text: The paper's words.
+        digits: Decimals to which ours is shown; None: one more than printed.
     """
 
     item: str
@@ -92,6 +97,7 @@ class Printed:
     where: str
     about: str | None = None
     text: str = ""
+    digits: int | None = None
 
 
 @dataclass(frozen=True)
@@ -146,31 +152,57 @@ def _printed(place: str, key: str, table: dict[str, Any]) -> Printed:
         raise ValueError(f"{place}: about = {about} stands without the paper's words in text")
     value = _frozen(table["value"]) if "value" in table else None
     item = table.get("item", key.replace("_", " "))
-    return Printed(item, value, unit, table["where"], about, table.get("text", ""))
+    text, digits = table.get("text", ""), table.get("digits")
+    return Printed(item, value, unit, table["where"], about, text, digits)
 
 
 def _frozen(value: Any) -> Text:
     return tuple(map(_frozen, value)) if isinstance(value, list) else str(value)
 
 
-def agrees(printed: Printed, ours: Value, note: str = "") -> Row:
+def evaluated(printed: Printed, **values: float) -> Any:
+    """What printed equations give, in the shape in which they are printed.
+
+    Args:
+        printed: The item; its value is an equation in Python's notation, or rows of them.
+        values: The symbols in them, in metres and radians; cos, sin and the like are known.
+
+    Returns:
+        A number or an array. An item without numbers left in it evaluates to its numbers.
+    """
+
+    def value(text: Text | None) -> Any:
+        if isinstance(text, tuple):
+            return [value(part) for part in text]
+        return eval(str(text), {"__builtins__": {}}, {**_FUNCTIONS, **values})
+
+    found = value(printed.value)
+    return np.array(found) if isinstance(found, list) else found
+
+
+def agrees(printed: Printed, ours: Value, note: str = "", *, evaluated: Value = None) -> Row:
     """The value agrees with the printed one to half a unit of its last digit, or to its "about".
 
     Args:
         printed: The item; its value is a number, words or rows of them.
         ours: The value by chasles in metres, radians and seconds, shaped like the printed one.
         note: What a reader should know.
+        evaluated: What the printed equations give, where the item is one: then ours is the same to
+            rounding.
 
     Raises:
         Refuted: It does not agree.
     """
     if printed.value is None:
         raise Refuted(f"{printed.item}: nothing is printed that could agree")
-    if not _same(printed.value, ours, printed):
+    if not _same(printed.value if evaluated is None else evaluated, ours, printed):
         raise _refuted(printed, ours, "does not agree with")
+    if np.size(evaluated) > _MOST_SHOWN:
+        equations = f"{np.size(evaluated)} entries"
+        return Row(printed.item, equations, "the same", "", "agrees", printed.where, note)
     if printed.about is not None:
         note = "; ".join(filter(None, (f"“{printed.text}”: ± {printed.about}", note)))
-    return _row(printed, ours, "agrees", note)
+    return _with_value(_row(printed, ours, "agrees", note), printed, evaluated)
 
 
 def erratum(
@@ -197,7 +229,11 @@ def erratum(
         raise _refuted(printed, ours, f"corrected to {corrected} does not agree with")
     right = corrected if isinstance(corrected, str) else ""
     note = "; ".join(filter(None, (f"read {right} {printed.unit}".strip() if right else "", note)))
-    row = _row(printed, ours, "erratum", note)
+    return _with_value(_row(printed, ours, "erratum", note), printed, evaluated)
+
+
+def _with_value(row: Row, printed: Printed, evaluated: Value) -> Row:
+    """The row of an equation, with its value behind it."""
     if evaluated is None:
         return row
     value = _number(_shown(evaluated, printed, row.digits), row.digits)
@@ -276,20 +312,22 @@ def _half_unit(number: Decimal) -> float:
 
 
 def _row(printed: Printed, ours: Value, verdict: Verdict, note: str) -> Row:
-    digits = min(_decimals(printed.value) + 1, _MOST_DECIMALS)
+    digits = printed.digits
+    if digits is None:
+        digits = min(_decimals(printed.value) + 1, _MOST_DECIMALS)
     own = None if ours is None else _shown(ours, printed, digits)
     value = None if printed.value is None else _texts(printed.value)
     return Row(printed.item, value, own, printed.unit, verdict, printed.where, note, digits)
 
 
 def _decimals(value: Text | None) -> int:
-    """Decimals of the printed number with the most; 5 where none is printed."""
+    """Decimals of the printed number with the most; 3 where none is printed, 5 of equations."""
     if value is None:
-        return 5
+        return 3
     if isinstance(value, tuple):
         return max(map(_decimals, value), default=0)
     number = _decimal(value)
-    return 0 if number is None else max(0, -int(number.as_tuple().exponent))
+    return 5 if number is None else max(0, -int(number.as_tuple().exponent))
 
 
 def _shown(ours: Value, printed: Printed, digits: int) -> float | str:

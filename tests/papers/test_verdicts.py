@@ -45,14 +45,14 @@ def test_an_erratum_of_an_equation_is_evaluated():
     equation = Printed("third base joint", "2 pi + pi/6", "rad", "table 2.2")
     ours = 2 * np.pi - np.pi / 6
     row = erratum(equation, ours, 11 * np.pi / 6, evaluated=13 * np.pi / 6)
-    assert row.printed == "2 pi + pi/6 = 6.8"
+    assert row.printed == "2 pi + pi/6 = 6.806784"
     for corrected, evaluated in ((11.1 * np.pi / 6, 13 * np.pi / 6), (ours, ours)):
         with pytest.raises(Refuted):
             erratum(equation, ours, corrected, evaluated=evaluated)
 
 
 def test_a_printed_value_is_neither_lost_nor_assumed():
-    assert lost(NOTHING, 0.2, "the table is lost").shown == ("-", "200.000000")
+    assert lost(NOTHING, 0.2, "the table is lost").shown == ("-", "200.0000")
     assert assumed(NOTHING, 0.2, "fits the figure").verdict == "assumed"
     for verdict in (lost, assumed):
         with pytest.raises(Refuted):

@@ -1,5 +1,6 @@
 """Motions: curves, laws of time, and a robot on them with all rates and accelerations."""
 
+from .conics import ConicArc, conic
 from .curves import (
     Arc,
     CurvePoses,
@@ -7,12 +8,14 @@ from .curves import (
     Line,
     PoseCurve,
     Spline,
+    TaskCurve,
     TaskLine,
     arc,
     blended,
     joint_line,
     line,
     parabola,
+    task_curve,
     task_line,
     through,
 )
@@ -23,6 +26,7 @@ from .time_optimal import time_optimal
 
 __all__ = [
     "Arc",
+    "ConicArc",
     "CurvePoses",
     "Excess",
     "JointLine",
@@ -34,15 +38,18 @@ __all__ = [
     "Sequence",
     "Spline",
     "Stage",
+    "TaskCurve",
     "TaskLine",
     "arc",
     "blended",
+    "conic",
     "excesses",
     "joined",
     "joint_line",
     "law",
     "line",
     "parabola",
+    "task_curve",
     "task_line",
     "through",
     "time_optimal",

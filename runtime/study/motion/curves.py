@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ... import screws
 from ...errors import InputValueError, ShapeError
+from ...tolerances import STRAIGHT
 
 FloatArray = NDArray[np.float64]
 In = Literal["coordinates", "chain"]
@@ -121,10 +122,7 @@ def task_line(task: Task, start: ArrayLike, end: ArrayLike) -> TaskLine:
         ShapeError: They are not k values.
         InputValueError: The task is unknown.
     """
-    if task not in get_args(Task):
-        raise InputValueError(
-            f"task_line: expected one of {', '.join(get_args(Task))}, got {task!r}"
-        )
+    _require_task("task_line", task)
     a, b = np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)
     count = 4 if task == "position_pitch" else 3
     if a.shape != (count,) or b.shape != (count,):
@@ -132,6 +130,57 @@ def task_line(task: Task, start: ArrayLike, end: ArrayLike) -> TaskLine:
     places = 2 if task == "planar" else 3
     length = float(np.linalg.norm((b - a)[:places])) or float(np.linalg.norm(b - a))
     return TaskLine(a, b, task, length)
+
+
+@dataclass(frozen=True, eq=False)
+class TaskCurve:
+    """A curve of the tool's origin in the coordinates of a task.
+
+    Attributes:
+        curve: The curve; its orientation does not count.
+        start: Pitch or angle at its start [rad].
+        end: Pitch or angle at its end [rad]; on the way it changes in proportion to s.
+        task: "position", "position_pitch" or "planar".
+        length: Its length [m].
+    """
+
+    curve: PoseCurve
+    start: float
+    end: float
+    task: Task
+    length: float
+
+    def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """(m, k) values and their first and second derivatives by s."""
+        T, V, A = self.curve.at(s)
+        places = 2 if self.task == "planar" else 3
+        orders = [T[:, :places, 3], V[:, :places], A[:, :places]]
+        if self.task != "position":
+            slope = (self.end - self.start) / self.length
+            angle = (self.start + slope * s, np.full(len(s), slope), np.zeros(len(s)))
+            orders = [np.column_stack(pair) for pair in zip(orders, angle, strict=True)]
+        return orders[0], orders[1], orders[2]
+
+
+def task_curve(task: Task, curve: PoseCurve, start: float = 0.0, end: float = 0.0) -> TaskCurve:
+    """A curve of the tool's origin for an arm that cannot hold every orientation.
+
+    Args:
+        task: "position", "position_pitch" or "planar", as in `task_line`.
+        curve: The curve of the origin, of which the position counts.
+        start: Pitch or angle at the start [rad].
+        end: Pitch or angle at the end [rad]; on the way it changes in proportion to s.
+
+    Raises:
+        InputValueError: The task is unknown.
+    """
+    _require_task("task_curve", task)
+    return TaskCurve(curve, float(start), float(end), task, curve.length)
+
+
+def _require_task(name: str, task: str) -> None:
+    if task not in get_args(Task):
+        raise InputValueError(f"{name}: expected one of {', '.join(get_args(Task))}, got {task!r}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +211,7 @@ class Line:
         R, turn = self.turning.at(s)
         along = self.step / self.length if self.length else np.zeros(3)
         V = np.broadcast_to(np.r_[along, turn], (len(s), 6))
-        return CurvePoses(_poses(R, self.start + s[:, None] * along), V, np.zeros(V.shape))
+        return CurvePoses(poses_at(R, self.start + s[:, None] * along), V, np.zeros(V.shape))
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,7 +233,7 @@ class Arc:
         ahead = np.cos(angle)[:, None] * v - np.sin(angle)[:, None] * u
         V = np.hstack([ahead, np.broadcast_to(turn, ahead.shape)])
         A = np.hstack([-out / self.radius, np.zeros(out.shape)])
-        return CurvePoses(_poses(R, self.centre + self.radius * out), V, A)
+        return CurvePoses(poses_at(R, self.centre + self.radius * out), V, A)
 
 
 def line(T_start: ArrayLike, T_end: ArrayLike) -> Line:
@@ -222,7 +271,7 @@ def arc(T_start: ArrayLike, via: ArrayLike, T_end: ArrayLike) -> Arc:
     chord, other = e - p, m - p
     normal = np.cross(other, chord)
     area = np.linalg.norm(normal)
-    if area <= _STRAIGHT * np.linalg.norm(other) * np.linalg.norm(chord):
+    if area <= STRAIGHT * np.linalg.norm(other) * np.linalg.norm(chord):
         raise InputValueError("arc: start, via and end lie on a line; take `line`")
     normal /= area
     to_centre = (
@@ -237,11 +286,6 @@ def arc(T_start: ArrayLike, via: ArrayLike, T_end: ArrayLike) -> Arc:
     return Arc(centre, np.array([u, v]), radius, _Turning(a[:3, :3], turn, length), length)
 
 
-_STRAIGHT = 1e-9
-"""Sine of an angle below which three points lie on a line: their circle is a million times larger
-than their distances."""
-
-
 def _straight(
     start: FloatArray, end: FloatArray, length: float, s: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -251,7 +295,8 @@ def _straight(
     return values, np.broadcast_to(by_s, values.shape), np.zeros(values.shape)
 
 
-def _poses(R: FloatArray, p: FloatArray) -> FloatArray:
+def poses_at(R: FloatArray, p: FloatArray) -> FloatArray:
+    """Poses (m, 4, 4) with rotations (m, 3, 3) at positions (m, 3)."""
     T = np.zeros((len(p), 4, 4))
     T[:, :3, :3], T[:, :3, 3], T[:, 3, 3] = R, p, 1
     return T
@@ -279,14 +324,15 @@ class Spline:
         # SciPy gives the turn in body axes; its derivative needs no further term in base axes,
         # since omega x omega = 0.
         turn, turn_rate = ((R @ self.rotations(s, order)[..., None])[..., 0] for order in (1, 2))
-        return CurvePoses(_poses(R, p), np.hstack([v, turn]), np.hstack([a, turn_rate]))
+        return CurvePoses(poses_at(R, p), np.hstack([v, turn]), np.hstack([a, turn_rate]))
 
 
 def through(poses: ArrayLike) -> Spline:
     """A smooth curve through poses: cubic splines of position and orientation.
 
     Args:
-        poses: (m, 4, 4) poses, at least three; successive ones differ in position.
+        poses: (m, 4, 4) poses, at least three, which differ in position from the one before; or
+            (m, 3) positions [m] with the orientation of the base.
 
     Raises:
         ShapeError: These are not three poses or more.
@@ -294,15 +340,16 @@ def through(poses: ArrayLike) -> Spline:
     """
     from scipy.interpolate import CubicSpline  # noqa: PLC0415
 
-    T, s = _waypoints("through", poses)
-    return Spline(CubicSpline(s, T[:, :3, 3]), _turns(T, s), float(s[-1]))
+    T, s = waypoints("through", poses)
+    return Spline(CubicSpline(s, T[:, :3, 3]), turns_through(T, s), float(s[-1]))
 
 
 def parabola(poses: ArrayLike) -> Spline:
     """The parabola through three poses, whose parameter is the sum of the chords between them.
 
     Args:
-        poses: (3, 4, 4) poses, which differ in position.
+        poses: (3, 4, 4) poses, which differ in position; or (3, 3) positions [m] with the
+            orientation of the base.
 
     Raises:
         ShapeError: These are not three poses.
@@ -310,14 +357,14 @@ def parabola(poses: ArrayLike) -> Spline:
     """
     from scipy.interpolate import PPoly  # noqa: PLC0415
 
-    T, s = _waypoints("parabola", poses)
+    T, s = waypoints("parabola", poses)
     if len(T) != 3:  # noqa: PLR2004 - three points determine a parabola
         raise ShapeError(f"parabola: expected three poses, got {len(T)}")
     p = T[:, :3, 3]
     first, second = (p[1] - p[0]) / s[1], (p[2] - p[1]) / (s[2] - s[1])
     bend = (second - first) / s[2]
     rows = np.array([bend, first - bend * s[1], p[0]])
-    return Spline(PPoly(rows[:, None], s[[0, -1]]), _turns(T, s), float(s[-1]))
+    return Spline(PPoly(rows[:, None], s[[0, -1]]), turns_through(T, s), float(s[-1]))
 
 
 def blended(poses: ArrayLike, radius: float) -> Spline:
@@ -328,7 +375,8 @@ def blended(poses: ArrayLike, radius: float) -> Spline:
     the distance, and all orientations are met at the corners.
 
     Args:
-        poses: (m, 4, 4) poses, at least three; successive ones differ in position.
+        poses: (m, 4, 4) poses, at least three, which differ in position from the one before; or
+            (m, 3) positions [m] with the orientation of the base.
         radius: The distance from each corner [m], at most half of the lines beside it.
 
     Raises:
@@ -337,7 +385,7 @@ def blended(poses: ArrayLike, radius: float) -> Spline:
     """
     from scipy.interpolate import PPoly  # noqa: PLC0415
 
-    T, s = _waypoints("blended", poses)
+    T, s = waypoints("blended", poses)
     p, chords = T[:, :3, 3], np.diff(s)
     if not 0 < radius <= chords.min() / 2:
         raise InputValueError(
@@ -354,14 +402,27 @@ def blended(poses: ArrayLike, radius: float) -> Spline:
             rows.append([bend, direction, p[k + 1] - radius * direction])
             breaks.append(s[k + 1] + radius)
     coefficients = np.array(rows).transpose(1, 0, 2)
-    return Spline(PPoly(coefficients, np.array(breaks)), _turns(T, s), float(s[-1]))
+    return Spline(PPoly(coefficients, np.array(breaks)), turns_through(T, s), float(s[-1]))
 
 
-def _waypoints(name: str, poses: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """The poses (m, 4, 4), and the sums of the chords before them (m,)."""
+def waypoints(name: str, poses: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Poses (m, 4, 4) on a curve, and the sums of the chords before them (m,).
+
+    Args:
+        name: The function that was called, for errors.
+        poses: (m, 4, 4) poses or (m, 3) positions, at least three; successive ones differ.
+
+    Raises:
+        ShapeError: These are not three poses or more.
+        InputValueError: Two successive poses have the same position.
+    """
     T = np.asarray(poses, dtype=np.float64)
+    if T.ndim == 2 and T.shape[1] == 3:  # noqa: PLR2004 - rows of positions
+        T = poses_at(np.broadcast_to(np.eye(3), (len(T), 3, 3)), T)
     if T.ndim != 3 or T.shape[1:] != (4, 4) or len(T) < 3:  # noqa: PLR2004 - rows of matrices
-        raise ShapeError(f"{name}: expected three poses or more (m, 4, 4), got {T.shape}")
+        raise ShapeError(
+            f"{name}: expected three poses (m, 4, 4) or more, or positions, got {T.shape}"
+        )
     chords = np.linalg.norm(np.diff(T[:, :3, 3], axis=0), axis=1)
     if not (chords > 0).all():
         k = int(np.argmin(chords))
@@ -369,8 +430,8 @@ def _waypoints(name: str, poses: ArrayLike) -> tuple[FloatArray, FloatArray]:
     return T, np.r_[0, np.cumsum(chords)]
 
 
-def _turns(T: FloatArray, s: FloatArray) -> Any:
-    """The smooth orientation through those of poses."""
+def turns_through(T: FloatArray, s: FloatArray) -> Any:
+    """The smooth orientation through those of poses (m, 4, 4), as a function of s."""
     from scipy.spatial.transform import Rotation, RotationSpline  # noqa: PLC0415
 
     return RotationSpline(s, Rotation.from_matrix(T[:, :3, :3]))

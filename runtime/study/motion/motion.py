@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...errors import InputValueError, OutOfReachError, ShapeError
 from ...iterative.locks import Lock
 from ...tolerances import ON_CURVE
-from .curves import JointLine, PoseCurve, TaskLine
+from .curves import JointLine, PoseCurve, TaskCurve, TaskLine
 from .laws import Law
 from .redundancy import minimum_norm
 from .tasks import curve_rates, task_rates
@@ -131,7 +131,7 @@ class Motion:
     """
 
     robot: Any
-    curve: PoseCurve | TaskLine | JointLine
+    curve: PoseCurve | TaskLine | TaskCurve | JointLine
     law: Law
     seed: FloatArray
     given: tuple[float, ...] = ()
@@ -145,7 +145,9 @@ class Motion:
                 f"Motion: expected a redundancy out of {', '.join(get_args(Redundancy))}, got "
                 f"{self.redundancy!r}"
             )
-        if self.redundancy == "minimum_norm" and isinstance(self.curve, TaskLine | JointLine):
+        if self.redundancy == "minimum_norm" and isinstance(
+            self.curve, TaskLine | TaskCurve | JointLine
+        ):
             raise InputValueError("Motion: minimum_norm needs a curve of the tool's pose")
 
     @property
@@ -199,7 +201,7 @@ class Motion:
                 return x, by_s, by_ss
             rates = robot.actuator_rates(x, by_s)
             return robot.actuators(x), rates, robot.actuator_accelerations(x, by_s, by_ss)
-        if isinstance(self.curve, TaskLine):
+        if isinstance(self.curve, TaskLine | TaskCurve):
             x, by_s, by_ss = self.curve.at(s)
             q = self._followed(x, s, self.curve.task)
             return q, *task_rates(robot, self.curve.task, q, by_s, by_ss)

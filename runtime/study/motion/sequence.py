@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...errors import InputValueError, OutOfReachError
 from ...iterative.locks import Lock
-from .curves import In, PoseCurve, TaskLine, joint_line
+from .curves import In, PoseCurve, TaskCurve, TaskLine, joint_line
 from .laws import Kind, Law, law
 from .motion import Motion, Redundancy, Sampled, joined
 
@@ -101,7 +101,7 @@ class Sequence:
 
     def follow(
         self,
-        curve: PoseCurve | TaskLine,
+        curve: PoseCurve | TaskLine | TaskCurve,
         kind: Kind,
         *,
         given: tuple[float, ...] = (),
@@ -127,7 +127,7 @@ class Sequence:
             InputValueError: The curve starts elsewhere.
             OutOfReachError: The curve leaves the reach, the branch or the limits.
         """
-        if not isinstance(curve, TaskLine):
+        if not isinstance(curve, TaskLine | TaskCurve):
             self._require_start(curve.at(np.zeros(1)).T[0])
         found = law(kind, curve.length, **limits)
         motion = Motion(self.robot, curve, found, self.q_end, given, lock, redundancy)
