@@ -1,8 +1,8 @@
 """Board installer: a hybrid robot by screws, its workspace and its errors.
 
-The paper is on a hybrid robot for high-altitude board installation by the screw theory; its lengths,
-equations and figures are lost. The robot is `board_installer`, whose lengths are a reconstruction
-that agrees with every sentence that is left.
+The paper is on the kinematics of a hybrid robot for high-altitude board installation by screw
+theory; its lengths, equations and figures are lost. The robot is `board_installer`, whose lengths
+are a reconstruction that agrees with every sentence that is left.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any
 import board_pictures
 import numpy as np
 from numpy.typing import NDArray
-from report import Printed, Row, agrees, assumed, lost, not_reproducible, read, show
+from report import Figures, Printed, Row, agrees, assumed, lost, not_reproducible, read, show
 
 import chasles
 from chasles import screws
@@ -324,9 +324,9 @@ def error_rows(printed: dict[str, Printed]) -> list[Row]:
     ]
 
 
-def figures() -> dict[str, Any]:
+def figures() -> Figures:
     """Figures 2, 3 and 5, equation (27), and the study of errors."""
-    return board_pictures.drawn(cloud(), errors())
+    return board_pictures.drawn(cloud(), BOX, errors())
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ from typing import Any
 import bricklaying_pictures
 import numpy as np
 from numpy.typing import NDArray
-from report import Printed, Row, agrees, assumed, erratum, lost, read, show
+from report import Figures, Printed, Row, agrees, assumed, erratum, lost, read, show
 
 import chasles
 from chasles.derive import load, mobility
@@ -358,13 +358,9 @@ def wall_rows(printed: dict[str, Printed]) -> list[Row]:
     ]
 
 
-def figures() -> dict[str, Any]:
+def figures() -> Figures:
     """The paper's figures, and the wall."""
-    return bricklaying_pictures.drawn(
-        {setup: [(own.xy, own.theta, own.r) for own in spots(setup)] for setup in (1, 2)},
-        triangle(),
-        wall(),
-    )
+    return bricklaying_pictures.drawn({setup: spots(setup) for setup in (1, 2)}, triangle(), wall())
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import well_pictures
 from numpy.typing import NDArray
-from report import Printed, Row, agrees, assumed, erratum, not_reproducible, read, show
+from report import Figures, Printed, Row, agrees, assumed, erratum, not_reproducible, read, show
 
 import chasles
 from chasles.derive import load, model_report
@@ -415,7 +415,7 @@ def equation_of_a_shift(
     return erratum(item, own[1, 3], robot().parameters[name].value, note, evaluated=0.0)
 
 
-def figures() -> dict[str, Any]:
+def figures() -> Figures:
     """Figures 6 to 10, and the arm over the well."""
     return well_pictures.drawn(process())
 
