@@ -8,6 +8,7 @@ Transactions on Intelligent Welding Manufacturing, 2018.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -160,10 +161,8 @@ def poses(printed: dict[str, Printed], robot: Any) -> list[Row]:
     found = []
     for name, q in (("zero", np.zeros(8)), ("posture", POSTURE)):
         T_w_ee, T_w_0 = robot.fk(q), robot.link_poses(q)[0]
-        found += [
-            agrees(printed[f"{name}_world"], T_w_ee[:3]),
-            agrees(printed[f"{name}_track"], np.linalg.solve(T_w_0, T_w_ee)[:3]),
-        ]
+        found += columns(printed[f"{name}_world"], T_w_ee)
+        found += columns(printed[f"{name}_track"], np.linalg.solve(T_w_0, T_w_ee))
     product = np.linalg.multi_dot([matrix(printed, name) for name in MATRICES[1:]])
     whole = matrix(printed, "A0") @ product
     note = "A0 is missing although the text says world frame: read A0 A1 ... A7 Aee; at the posture"
@@ -176,6 +175,15 @@ def poses(printed: dict[str, Printed], robot: Any) -> list[Row]:
             evaluated=product[:3, 3],
         ),
         *found,
+    ]
+
+
+def columns(pose: Printed, ours: Any) -> list[Row]:
+    """A row for each axis of a pose, and for its position."""
+    table = np.array(pose.value)
+    return [
+        agrees(replace(pose, item=f"{pose.item}: {name}", value=tuple(table[:, k])), ours[:3, k])
+        for k, name in enumerate(("x axis", "y axis", "z axis", "position [m]"))
     ]
 
 
