@@ -40,6 +40,8 @@ SMALL, LARGE = 10, 20
 """Steps of the figures, in cells."""
 LINK = 0.012
 """Radius of the arm's links [m]."""
+BALL, BALL_RADIUS = (0.21, 0.09, 0.11), 0.03
+"""The ball beside the arm [m]."""
 TABLE = np.array([0.5, 0.5, 0.02])
 """Sides of the table under the arm [m]."""
 
@@ -135,7 +137,7 @@ def arm_plan() -> tuple[Any, Plan]:
     """The arm's space among a ball and a table, and a path from the first via point to the last."""
     table = np.eye(4)
     table[2, 3] = -0.06
-    obstacles = [ball([0.21, 0.09, 0.11], 0.03), block(table, TABLE, "table")]
+    obstacles = [ball(BALL, BALL_RADIUS), block(table, TABLE, "table")]
     space = robot_space(lynxmotion_arm.low(), obstacles, radius=LINK)
     start, goal = lynxmotion_arm.solutions(lynxmotion_arm.low(), lynxmotion_arm.VIA[[0, -1]])[:, 0]
     plan = roadmap(space, 150, key=1).plan(start, goal, "dijkstra")
