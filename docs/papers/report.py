@@ -59,6 +59,8 @@ UNITS = {
     "rad/s": 1.0,
     "deg/s": pi / 180,
     "rad/s²": 1.0,
+    "deg/s²": pi / 180,
+    "mm/s²": 1e-3,
 }
 """What a printed unit is in metres, radians and seconds."""
 ROUNDING = 1e-9
