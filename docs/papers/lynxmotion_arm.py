@@ -34,7 +34,7 @@ POSTURES = np.radians(
     [[50, -25, 45, -60, 0], [60, -30, 50, -55, 0], [70, -35, 55, -50, 0], [80, -40, 60, -45, 0]]
 )
 """Postures of table 1.2, with theta5 = 0."""
-SAMPLES, FINEST = 2_000_000, 20
+SAMPLES, FINEST = 2_000_000, 30
 """Postures of the workspace, and cells along its longest side."""
 D1 = 0.05
 """Height of the shoulder in the motions [m]; robots/lynxmotion_low.toml has it."""

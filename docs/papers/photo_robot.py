@@ -8,6 +8,7 @@ Transactions on Intelligent Welding Manufacturing, 2018.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +36,7 @@ ENDS = {"a": 1.0, "b": np.pi / 2, "c": np.pi / 2, "d": 0.5} | dict.fromkeys("efg
 """End states of figure 3 [m, rad]: the paper moves "as much as possible" and prints no limits."""
 AXES = dict(zip("abcdefgh", (0, 2, 1, 3, 4, 5, 6, 7), strict=True))
 """The axis that moves in each part of figure 3; its caption names the ring top first."""
+SLIDES = (0, 3)
 ROUNDING = 1e-12
 """Distance [m] below which points are the same."""
 
@@ -160,10 +162,8 @@ def poses(printed: dict[str, Printed], robot: Any) -> list[Row]:
     found = []
     for name, q in (("zero", np.zeros(8)), ("posture", POSTURE)):
         T_w_ee, T_w_0 = robot.fk(q), robot.link_poses(q)[0]
-        found += [
-            agrees(printed[f"{name}_world"], T_w_ee[:3]),
-            agrees(printed[f"{name}_track"], np.linalg.solve(T_w_0, T_w_ee)[:3]),
-        ]
+        found += columns(printed[f"{name}_world"], T_w_ee)
+        found += columns(printed[f"{name}_track"], np.linalg.solve(T_w_0, T_w_ee))
     product = np.linalg.multi_dot([matrix(printed, name) for name in MATRICES[1:]])
     whole = matrix(printed, "A0") @ product
     note = "A0 is missing although the text says world frame: read A0 A1 ... A7 Aee; at the posture"
@@ -176,6 +176,15 @@ def poses(printed: dict[str, Printed], robot: Any) -> list[Row]:
             evaluated=product[:3, 3],
         ),
         *found,
+    ]
+
+
+def columns(pose: Printed, ours: Any) -> list[Row]:
+    """A row for each axis of a pose, and for its position."""
+    table = np.array(pose.value)
+    return [
+        agrees(replace(pose, item=f"{pose.item}: {name}", value=tuple(table[:, k])), ours[:3, k])
+        for k, name in enumerate(("x axis", "y axis", "z axis", "position [m]"))
     ]
 
 
@@ -221,8 +230,23 @@ def moved(robot: Any, part: str) -> Sampled:
 
 
 def figures() -> Figures:
-    """Figure 3 a to h, and all eight axes one after the other."""
-    return {}
+    """Figure 2, figure 3 a to h, and all eight axes one after the other."""
+    from photo_pictures import all_axes, axis_moved, frames  # noqa: PLC0415
+
+    robot = chasles.load("photo_robot")
+    found: Figures = {"figure 2: frames of the links at zero": frames(robot)}
+    for part, axis in AXES.items():
+        name = f"figure 3 {part}: {robot.coordinates[axis].name} from zero to {end_state(part)}"
+        found[name] = axis_moved(robot, moved(robot, part))
+    found["figure 3: all axes, one after the other and back"] = all_axes(
+        robot, [moved(robot, part) for part in AXES]
+    )
+    return found
+
+
+def end_state(part: str) -> str:
+    """The end state of a part of figure 3, which we chose."""
+    return f"{ENDS[part]:g} m" if AXES[part] in SLIDES else f"{np.degrees(ENDS[part]):.0f} deg"
 
 
 if __name__ == "__main__":
