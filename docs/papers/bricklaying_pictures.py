@@ -218,15 +218,16 @@ def wall_of_bricks(built: Wall) -> Any:
     # Drawn from behind to the front, which the projection does not find by itself.
     axes.computed_zorder = False
     way = built.sampled.T[:, :3, 3]
-    axes.plot(*way.T, color=COLOURS[0], linewidth=0.6, label="way of the guide")
-    for place in sorted(built.places, key=lambda own: (own[2], own[0])):
-        low = place - half - (0, 0, BRICK[2])
-        box(axes, low, place + half, facecolor="#c8783c", edgecolor="#303030", linewidth=0.4)
+    axes.plot(*way.T, color=COLOURS[0], linewidth=0.6, zorder=0, label="way of the guide")
+    style = {"facecolor": "#c8783c", "edgecolor": "#303030", "linewidth": 0.4}
+    behind_first = sorted(built.places, key=lambda own: (own[2], own[0]))
+    for k, place in enumerate(behind_first, 1):
+        box(axes, place - half - (0, 0, BRICK[2]), place + half, zorder=k, **style)
     axes.plot(*way[0], "s", color="#000000", markersize=4, label="pick-up spot")
     axes.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
     axes.set(xlim=(0, 0.4), ylim=(0, 0.5), zlim=(0, 0.15))
-    axes.set(xticks=(0, 0.2, 0.4), yticks=(0, 0.2, 0.4), zticks=(0, 0.1))
-    axes.set_box_aspect((0.4, 0.5, 0.2), zoom=0.95)
+    axes.set(xticks=(0, 0.2, 0.4), yticks=(0.2, 0.4), zticks=(0, 0.1))
+    axes.set_box_aspect((0.4, 0.5, 0.2), zoom=0.88)
     axes.view_init(24, -52)
     legend_below(figure, axes, 2)
     return figure
