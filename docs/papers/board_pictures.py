@@ -1,1 +1,2 @@
-def drawn(*a): return {}
+def drawn(*a):
+    return {}

@@ -35,9 +35,7 @@ def panels(height: float, rows: int = 1, columns: int = 1, **given: Any) -> tupl
     import matplotlib.pyplot as plt  # noqa: PLC0415
 
     with plt.rc_context(FONT):
-        return plt.subplots(
-            rows, columns, figsize=(WIDTH, height), layout="constrained", **given
-        )
+        return plt.subplots(rows, columns, figsize=(WIDTH, height), layout="constrained", **given)
 
 
 def solid(height: float) -> tuple[Any, Any]:

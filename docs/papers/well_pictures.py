@@ -33,7 +33,9 @@ def drawn(process: Process) -> dict[str, Any]:
     angles, rates = process.theta[:, TURNING], process.rates[:, TURNING]
     swings = np.degrees(process.swings)
     return {
-        "Postures: the arm after 0, 25, 37 and 49 s, its cylinders pale; R goes down into the well": postures(process),
+        "Postures: the arm after 0, 25, 37 and 49 s, its cylinders pale; R goes down into the well": postures(
+            process
+        ),
         "Figure 6: joint angles over 49 s": over_time(
             process, np.degrees(angles), JOINTS, "joint angle [deg]"
         ),
@@ -101,7 +103,11 @@ def side(q: FloatArray) -> tuple[FloatArray, FloatArray]:
         return pin(link, value[f"{name}_x"], value[f"{name}_y"])
 
     arms = [pin(link, 0) for link in well.frames.links]
-    ends = [("arm_2", "E", "arm_3", "F"), ("arm_4", "J", "arm_5", "K"), ("arm_6", "P", "arm_7", "Q")]
+    ends = [
+        ("arm_2", "E", "arm_3", "F"),
+        ("arm_4", "J", "arm_5", "K"),
+        ("arm_6", "P", "arm_7", "Q"),
+    ]
     first = [pin("arm_1", value["B_x"], 0, value["B_z"]), named("arm_2", "C")]
     others = [[named(a, name_a), named(b, name_b)] for a, name_a, b, name_b in ends]
     return np.array([*arms, named("arm_7", "R")]), np.array([first, *others])
