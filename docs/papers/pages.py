@@ -104,6 +104,7 @@ def reproduced(paper: str) -> Chapter:
     import matplotlib as mpl  # noqa: PLC0415
 
     mpl.use("Agg")
+    mpl.rcParams["figure.max_open_warning"] = 0  # each is closed once it is written
     start = time.perf_counter()
     script = importlib.import_module(paper)
     rows = tuple(script.rows())
@@ -143,14 +144,22 @@ def written(stem: Path, picture: Any) -> Path:
 
 
 def summary(rows: dict[str, Sequence[Row]]) -> str:
-    """The text of docs/papers.md: a table of verdicts, and the table of each paper."""
-    lines = [INTRODUCTION, *table(("paper", *VERDICTS), map(_counts, rows.items())), ""]
-    for paper, own in rows.items():
-        title, source = words(importlib.import_module(paper))
-        lines += [f'<a name="{paper}"></a>', f"## {title}", "", source, ""]
-        lines += [f"`python docs/papers/{paper}.py`", ""]
-        lines += [*table(HEAD, map(cells, own)), ""]
-    return "\n".join(lines)
+    """The text of docs/papers.md: a table of verdicts, and the section of each paper."""
+    lines = [INTRODUCTION, *table(("paper", *VERDICTS), map(_counts, rows.items()))]
+    return "\n".join([*lines, "", *(section(paper, own) for paper, own in rows.items())])
+
+
+def section(paper: str, rows: Sequence[Row]) -> str:
+    """The section of a paper in docs/papers.md."""
+    title, source = words(importlib.import_module(paper))
+    lines = [f'<a name="{paper}"></a>', f"## {title}", "", source, ""]
+    lines += [f"`python docs/papers/{paper}.py`", "", *table(HEAD, map(cells, rows))]
+    return "\n".join([*lines, ""])
+
+
+def counted(paper: str, rows: Sequence[Row]) -> str:
+    """The line of a paper in the table of verdicts."""
+    return table(("paper", *VERDICTS), [_counts((paper, rows))])[-1]
 
 
 def _counts(item: tuple[str, Sequence[Row]]) -> tuple[str, ...]:
