@@ -94,7 +94,7 @@ def joints(printed: dict[str, Printed]) -> list[Row]:
                 printed[f"{name}3"],
                 angle[2],
                 2 * np.pi - np.pi / 6,
-                f"read 2 pi - pi/6, 330 deg: otherwise the {words} joints form no equilateral triangle",
+                f"read 2 pi - pi/6, 330 deg: else the {words} joints form no equilateral triangle",
                 evaluated=evaluated(printed[f"{name}3"]),
             ),
         ]
