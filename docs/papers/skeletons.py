@@ -14,9 +14,9 @@ FRAMES = 48
 PER_SECOND = 12
 DOTS_PER_INCH = 110
 COLOURS_IN_GIF = 64
-SLIMMEST = 0.45
+SLIMMEST = 0.3
 """Least part of the longest side that a side of the box has, so that its numbers fit."""
-ZOOM = 0.84
+ZOOM = 0.95
 """Part of the axes that a box fills, so that its labels are inside the picture."""
 
 
