@@ -226,6 +226,8 @@ class Robot(
             folder=manifest.folder,
             digest=manifest.digest,
             _is_iterated=manifest.is_iterated,
+            _skeleton=manifest.skeleton,
+            _actuated_in_z=manifest.loops.actuated_in_z,
             _no_inverse=manifest.inverse.missing,
             _roles=MappingProxyType(roles),
             _solvers={},

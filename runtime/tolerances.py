@@ -107,6 +107,12 @@ NODES_APART = 2e-3
 order are off by its fourth power, 2e-11 of the curve's fifth derivative, and rounding is divided by
 its square in the second derivative, 2e-10."""
 
+# --- drawing ---
+
+SAME_PLANE = 1e-6
+"""Sine of the angle between axes up to which they count as parallel: loops that are closed by
+iteration leave 1e-9, and the eye sees 1e-3."""
+
 # --- poses and screws ---
 
 NO_ROTATION = 0.3

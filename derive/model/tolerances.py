@@ -167,6 +167,11 @@ LAYOUT_TIE = 1e-5
 
 Machines differ in the last digits of these numbers; the bytes of a drawing must not.
 """
+DRAWN_DIGITS = 9
+"""Decimal digits of a drawn point in parts of the robot's size, and of a drawn direction (no unit).
+
+The eye sees four; five more leave out what machines differ in, and hold whole micrometres.
+"""
 
 # --- loops: paths of complex poses, of length 1 in Study's coordinates ---
 

@@ -30,24 +30,31 @@ PAPERS = (
 )
 PROCESSES = 2
 DOTS_PER_INCH = 160
-VERDICTS = ("agrees", "erratum", "assumed", "lost", "not reproducible")
 HEAD = ("item", "printed", "ours", "unit", "verdict", "where", "note")
-INTRODUCTION = """\
-# Five papers, number by number
+MEANINGS = {
+    "agrees": 'to half a unit of the last printed digit, or to the paper\'s "about".',
+    "erratum": "the printed value fails, and the corrected one in the note holds.",
+    "assumed": "the paper needs the value and does not print it; the note gives our reason.",
+    "lost": "the text no longer has the value or the curve; ours stands in its place.",
+    "not reproducible": "the printed value does not follow from what the paper states; the note "
+    "says what was tried.",
+}
+VERDICTS = tuple(MEANINGS)
+VERDICT_LIST = "\n".join(f"- **{name}**: {meaning}" for name, meaning in MEANINGS.items())
+EVALUATED = """\
+Where the column *where* says "evaluated", the paper prints the equations alone; the number beside
+ours was evaluated from them independently of chasles."""
+TITLE = "Five papers, number by number"
+INTRODUCTION = f"""\
+# {TITLE}
 
 `make reproduce` computes every number below with chasles, compares it with the printed one, writes
 all tables and pictures to `build/reproduce/index.html`, and checks this page. The scripts in
 `docs/papers/` are examples to read.
 
-- **agrees**: to half a unit of the last printed digit, or to the paper's "about".
-- **erratum**: the printed value fails, and the corrected one in the note holds.
-- **assumed**: the paper needs the value and does not print it; the note gives our reason.
-- **lost**: the text no longer has the value or the curve; ours stands in its place.
-- **not reproducible**: the printed value does not follow from what the paper states; the note says
-  what was tried.
+{VERDICT_LIST}
 
-Where the column *where* says "evaluated", the paper prints the equations alone; the number beside
-ours was evaluated from them independently of chasles.
+{EVALUATED}
 """
 STYLE = """\
 body { font: 16px/1.45 sans-serif; max-width: 75rem; margin: auto; padding: 1rem; color: #111; }
@@ -55,7 +62,8 @@ table { border-collapse: collapse; font-size: 0.85rem; margin: 1rem 0; }
 td, th { border-top: 1px solid #ccc; padding: 0.25rem 0.5rem; }
 td, th { text-align: left; vertical-align: top; }
 td:nth-child(2), td:nth-child(3) { font-variant-numeric: tabular-nums; }
-figure { display: inline-block; margin: 0.5rem; max-width: 36rem; vertical-align: top; }
+figure { display: inline-block; margin: 0.5rem; width: 22rem; vertical-align: top; }
+figcaption { font-size: 0.8rem; }
 figure img { max-width: 100%; }
 """
 
@@ -181,19 +189,24 @@ def table(head: Sequence[str], rows: Any) -> list[str]:
 
 def html_page(chapters: Sequence[Chapter]) -> str:
     """The report as one file: style and pictures are part of it."""
-    counts = [_counts((chapter.paper, chapter.rows)) for chapter in chapters]
-    plain = [
-        (f"{chapter.title}", *count[1:]) for chapter, count in zip(chapters, counts, strict=True)
+    counts = [_counts((chapter.paper, chapter.rows))[1:] for chapter in chapters]
+    titles = [f'<a href="#{own.paper}">{html.escape(own.title)}</a>' for own in chapters]
+    lines = [
+        f"<tr><td>{title}</td>{_html_cells(count, 'td')}</tr>"
+        for title, count in zip(titles, counts, strict=True)
+    ]
+    meanings = [
+        f"<li><b>{name}</b>: {html.escape(meaning)}</li>" for name, meaning in MEANINGS.items()
     ]
     body = [
-        "<h1>Five papers, number by number</h1>",
-        _html_table(("paper", *VERDICTS), plain),
+        f"<h1>{TITLE}</h1>",
+        f"<ul>{''.join(meanings)}</ul><p>{html.escape(EVALUATED.replace('*', ''))}</p>",
+        f"<table><tr>{_html_cells(('paper', *VERDICTS), 'th')}</tr>{''.join(lines)}</table>",
         *map(_html_chapter, chapters),
     ]
     return (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
-        f"<title>Five papers, number by number</title><style>{STYLE}</style></head>"
-        f"<body>{''.join(body)}</body></html>\n"
+        f"<title>{TITLE}</title><style>{STYLE}</style></head><body>{''.join(body)}</body></html>\n"
     )
 
 
@@ -205,17 +218,18 @@ def _html_chapter(chapter: Chapter) -> str:
     )
     return (
         f'<h2 id="{chapter.paper}">{html.escape(chapter.title)}</h2>'
-        f"<p>{html.escape(chapter.source)}</p>"
-        f"{_html_table(HEAD, map(cells, chapter.rows))}{pictures}"
+        f"<p>{html.escape(chapter.source.replace('`', ''))}</p>{pictures}"
+        f"{_html_table(HEAD, map(cells, chapter.rows))}"
     )
 
 
 def _html_table(head: Sequence[str], rows: Any) -> str:
-    def line(cells: Sequence[str], tag: str) -> str:
-        return "".join(f"<{tag}>{html.escape(cell)}</{tag}>" for cell in cells)
+    body = "".join(f"<tr>{_html_cells(row, 'td')}</tr>" for row in rows)
+    return f"<table><tr>{_html_cells(head, 'th')}</tr>{body}</table>"
 
-    body = "".join(f"<tr>{line(row, 'td')}</tr>" for row in rows)
-    return f"<table><tr>{line(head, 'th')}</tr>{body}</table>"
+
+def _html_cells(texts: Sequence[str], tag: str) -> str:
+    return "".join(f"<{tag}>{html.escape(text)}</{tag}>" for text in texts)
 
 
 def _inline(path: Path) -> str:

@@ -20,7 +20,7 @@ LENGTH = 0.18
 
 def frames(robot: Any) -> Any:
     """The frames of the links at zero: x, y and z in three colours."""
-    figure, axes = solid(3.2)
+    figure, axes = solid(2.7)
     T, line = robot.link_poses(np.zeros(8)), points(robot, np.zeros(8))
     drawn(axes, line, GREY)
     for pose in (np.eye(4), *T):
@@ -40,7 +40,7 @@ def frames(robot: Any) -> Any:
 
 def axis_moved(robot: Any, made: Sampled) -> Any:
     """The arm at zero and at the end state, and the way of the tool."""
-    figure, axes = solid(3.2)
+    figure, axes = solid(2.7)
     lines = points(robot, made.q)
     drawn(axes, lines[0], COLOURS[2], linestyle=":", linewidth=2.6, label="zero")
     drawn(axes, lines[-1], COLOURS[0], label="end state")

@@ -183,7 +183,11 @@ def columns(pose: Printed, ours: Any) -> list[Row]:
     """A row for each axis of a pose, and for its position."""
     table = np.array(pose.value)
     return [
-        agrees(replace(pose, item=f"{pose.item}: {name}", value=tuple(table[:, k])), ours[:3, k])
+        agrees(
+            replace(pose, item=f"{pose.item}: {name}", value=tuple(table[:, k])),
+            ours[:3, k],
+            pose.text,
+        )
         for k, name in enumerate(("x axis", "y axis", "z axis", "position [m]"))
     ]
 

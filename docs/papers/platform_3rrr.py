@@ -89,12 +89,12 @@ def joints(printed: dict[str, Printed]) -> list[Row]:
     for name, points, words in (("PB", b, "base"), ("PP", p, "platform")):
         angle = np.mod(np.arctan2(points[:, 1], points[:, 0]), 2 * np.pi)[list(ORDER)]
         found += [
-            agrees(printed[name], angle[:2], evaluated=evaluated(printed[name])),
+            agrees(printed[name], angle[:2], "90 and 210 deg", evaluated=evaluated(printed[name])),
             erratum(
                 printed[f"{name}3"],
                 angle[2],
                 2 * np.pi - np.pi / 6,
-                f"read 2 pi - pi/6: otherwise the {words} joints form no equilateral triangle",
+                f"read 2 pi - pi/6, 330 deg: else the {words} joints form no equilateral triangle",
                 evaluated=evaluated(printed[f"{name}3"]),
             ),
         ]

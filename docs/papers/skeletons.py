@@ -16,7 +16,7 @@ DOTS_PER_INCH = 110
 COLOURS_IN_GIF = 64
 SLIMMEST = 0.45
 """Least part of the longest side that a side of the box has, so that its numbers fit."""
-ZOOM = 0.84
+ZOOM = 0.95
 """Part of the axes that a box fills, so that its labels are inside the picture."""
 
 
@@ -43,7 +43,8 @@ def boxed(axes: Any, cloud: Any, margin: float = 0.05) -> None:
         getattr(axes, f"set_{name}lim")(a, b)
         getattr(axes, f"set_{name}label")(f"{name} [m]")
     axes.set_box_aspect(high - low + 2 * pad, zoom=ZOOM)
-    axes.locator_params(nbins=3)
+    for axis, side in zip((axes.xaxis, axes.yaxis, axes.zaxis), high - low, strict=True):
+        axis.get_major_locator().set_params(nbins=3 if side > (high - low).max() / 2 else 1)
 
 
 def in_space(figure: Any, place: Any) -> Any:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import SourceMismatchError
+from .skeleton_facts import SkeletonFacts
 
 
 @dataclass(frozen=True, slots=True)
@@ -275,6 +276,7 @@ class Manifest:
         loops: Its loops.
         inverse: The tier of its inverse, or the reason why there is none.
         tolerances: Tolerances of the generated code.
+        skeleton: Its rigid bodies; None where an earlier version derived it.
         files: SHA-256 of each generated file.
     """
 
@@ -295,6 +297,7 @@ class Manifest:
     loops: LoopFacts
     inverse: InverseFacts
     tolerances: ContractTolerances
+    skeleton: SkeletonFacts | None
     files: Mapping[str, str]
 
     @property

@@ -31,6 +31,7 @@ from .facts import (
     Variable,
 )
 from .json_entry import Entry
+from .skeleton_facts import SkeletonFacts, skeleton_facts
 
 FORMAT = 2
 """The version of the contract, the value of the field `chasles`."""
@@ -93,6 +94,7 @@ def read_manifest(folder: Path) -> Manifest:
         loops=_loops(entry),
         inverse=_inverse(entry.get("inverse", {})),
         tolerances=_tolerances(entry["tolerances"]),
+        skeleton=_skeleton(entry) if "skeleton" in entry.fields() else None,
         files=MappingProxyType({key: v.sha256() for key, v in entry["files"].mapping().items()}),
     )
     entry["functions"].unique([function.name for function in manifest.functions])
@@ -124,6 +126,11 @@ def _cleaning(entry: Entry) -> Cleaning:
 
 def _tolerances(entry: Entry) -> ContractTolerances:
     return ContractTolerances(entry["dead_point"].number())
+
+
+def _skeleton(entry: Entry) -> SkeletonFacts:
+    variables = "configuration" if "configuration" in entry.fields() else "coordinates"
+    return skeleton_facts(entry["skeleton"], len(list(entry[variables])))
 
 
 def _check_slots(entry: Entry, manifest: Manifest) -> None:

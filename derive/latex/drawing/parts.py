@@ -26,11 +26,13 @@ class Solid:
         points: The points of joints and struts on them.
         is_main: Whether the main chain passes through them.
         is_base: Whether the base is one of them.
+        is_line: Whether they are drawn as a line through the points in order, not as their hull.
     """
 
     points: list[Array] = field(default_factory=list)
     is_main: bool = False
     is_base: bool = False
+    is_line: bool = False
 
 
 @dataclass(frozen=True)
@@ -109,6 +111,7 @@ class Scene:
         bars: Rods and cylinders.
         loops: The corners of each loop, in the order of the description.
         tool: The tool frame (4, 4).
+        base: The base frame (4, 4); None where it is not drawn.
     """
 
     solids: Sequence[Solid]
@@ -117,6 +120,7 @@ class Scene:
     bars: Sequence[Bar]
     loops: Sequence[Sequence[Array]]
     tool: Array
+    base: Array | None = None
 
     @property
     def points(self) -> list[Array]:

@@ -1,0 +1,409 @@
+"""The shapes by which a robot's bodies are drawn: lines, plates and the symbols of joints.
+
+All points are in the frame of the body that carries the shape. Bodies that are fixed to each other
+are drawn as one, in the frame of the first of them.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+
+import numpy as np
+
+from ..model.mechanism import Closure, Mechanism, Strut
+from ..model.tolerances import DRAWN_DIGITS, SAME_VIEW
+from .posture import posture
+from .rigid_bodies import Array, CarryingJoint, RigidBodies, Span, TreeBody
+
+BARREL = 0.85
+"""The part of a retracted cylinder's length that is its barrel."""
+INSIDE = 0.15
+"""The part of that length by which the rod stays in the barrel."""
+WITHOUT_LENGTH = 0.55
+"""The barrel's part of a cylinder at the reference, where its retracted length is 0."""
+DETOUR = 1.6
+"""A link goes along the common normal of its axes where its way is at most this times as long as
+the straight one."""
+APART = 0.08
+"""The most by which a symbol gives way to another, in parts of the robot's size."""
+SAME = 1e-6
+"""Points nearer than this part of the robot's size are drawn as one."""
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A line, a plate or a symbol on a body.
+
+    Attributes:
+        kind: ``link`` (a line through points), ``plate`` (the hull of points); a joint's symbol at
+            one point with its axis: ``revolute``, ``helical``, ``ball`` or ``universal`` (without),
+            ``pin`` or ``weld`` of a closure; a slide's ``guide`` on the body that carries it and
+            ``carriage`` on the body that slides, or ``sleeve`` and ``ram`` where the arm itself is
+            the guide; ``barrel``, ``piston`` and ``rod`` of struts, from end to end.
+        name: The joint, closure or strut; the body of a link or plate.
+        points: Points in the body's frame (metre).
+        axis: The direction of the joint's axis; () without one.
+        ends: ``pin`` or ``ball`` of a strut, else "".
+    """
+
+    kind: str
+    name: str
+    points: tuple[tuple[float, ...], ...]
+    axis: tuple[float, ...] = ()
+    ends: str = ""
+
+
+@dataclass(frozen=True)
+class Skeleton:
+    """A robot's bodies with their shapes.
+
+    Attributes:
+        bodies: The ground, a body for each joint, then the parts of struts.
+        shapes: The shapes of each body.
+        tip: Index of the body that carries the tip.
+        tip_placement: The tip's frame in that body's frame (4, 4).
+        posture: The q at which a serial robot is drawn where nobody chooses one; () with loops.
+        size: Diagonal of the box around frames, joints and tip at the reference (metre).
+    """
+
+    bodies: tuple[TreeBody, ...]
+    shapes: tuple[tuple[Shape, ...], ...]
+    tip: int
+    tip_placement: Array
+    posture: tuple[float, ...]
+    size: float
+
+
+def skeleton(rigid: RigidBodies, actuated: Sequence[str] = ()) -> Skeleton:
+    """The bodies with their shapes.
+
+    Joints in a row without an actuator and without a body of any size between them are one symbol:
+    two turns are ``universal``, three a ``ball``; such a row with more than one slide only places a
+    platform and has no symbol.
+
+    Args:
+        rigid: The bodies on joints.
+        actuated: Names of the joints and cylinders that actuators move.
+    """
+    return _Shapes(rigid, set(actuated)).all()
+
+
+def rows_of_joints(rigid: RigidBodies, actuated: set[str]) -> list[list[int]]:
+    """Passive joints one after the other, without a body of any size between them, by body."""
+    rows: list[list[int]] = []
+    for k, body in enumerate(rigid.bodies):
+        joint = body.joint
+        if joint is None or joint.kind == "fixed" or joint.name in actuated:
+            continue
+        row = next((row for row in rows if row[-1] == body.parent), None)
+        if row and _is_bare(rigid, row[-1], k):
+            row.append(k)
+        else:
+            rows.append([k])
+    return [row for row in rows if len(row) > 1 and _slides(rigid, row) != 1]
+
+
+def _slides(rigid: RigidBodies, row: Sequence[int]) -> int:
+    joints = [rigid.bodies[k].joint for k in row]
+    return sum(joint is not None and joint.kind == "prismatic" for joint in joints)
+
+
+def _is_bare(rigid: RigidBodies, inner: int, outer: int) -> bool:
+    """Whether the body between two joints carries nothing else and has no size."""
+    carried = [k for k, body in enumerate(rigid.bodies) if body.parent == inner]
+    joint, placement = rigid.bodies[inner].joint, rigid.bodies[outer].placement
+    if carried != [outer] or inner in _held(rigid) or inner == rigid.tip or joint is None:
+        return False
+    outer_joint = rigid.bodies[outer].joint
+    assert outer_joint is not None
+    point = placement[:3, :3] @ outer_joint.at + placement[:3, 3]
+    return bool(np.linalg.norm(point - joint.at) < SAME)
+
+
+def _held(rigid: RigidBodies) -> set[int]:
+    """The bodies that closures and struts hold."""
+    if not isinstance(rigid.robot, Mechanism):
+        return set()
+    frames = [frame for closer in rigid.robot.closers for frame in (closer.a, closer.b)]
+    return {rigid.index[frame.body] for frame in frames}
+
+
+@dataclass
+class _Attached:
+    """The points of a rigid group of bodies at which it meets others."""
+
+    points: list[Array] = field(default_factory=list)
+    axes: list[Array | None] = field(default_factory=list)
+
+    def add(self, point: Array, axis: Array | None = None) -> None:
+        self.points.append(point)
+        self.axes.append(axis)
+
+
+class _Shapes:
+    """Shapes of all bodies, one member of the description at a time."""
+
+    def __init__(self, rigid: RigidBodies, actuated: set[str]) -> None:
+        self.rigid, self.actuated = rigid, actuated
+        self.bodies = list(rigid.bodies)
+        self.root, self.in_root = self._groups()
+        self.attached = [_Attached() for _ in self.bodies]
+        self.shapes: list[list[Shape]] = [[] for _ in self.bodies]
+        self.row_of = {k: row for row in rows_of_joints(rigid, actuated) for k in row}
+        self.closers = rigid.robot.closers if isinstance(rigid.robot, Mechanism) else ()
+        self.size = rigid.size
+        self.digits = DRAWN_DIGITS - math.ceil(math.log10(self.size))
+
+    def all(self) -> Skeleton:
+        for k in range(1, len(self.rigid.bodies)):
+            self._joint(k)
+        for closer in self.closers:
+            if isinstance(closer, Closure):
+                self._closure(closer)
+            else:
+                self._strut(closer)
+        self._attach(self.rigid.tip, self.rigid.tip_placement[:3, 3])
+        for k in range(len(self.rigid.bodies)):
+            self._body(k)
+        for k in range(1, len(self.rigid.bodies)):
+            self._part_from_next(k)
+        return Skeleton(
+            tuple(self.bodies),
+            tuple(map(tuple, self.shapes)),
+            self.rigid.tip,
+            self.rigid.tip_placement,
+            posture(self.rigid),
+            self.size,
+        )
+
+    def _groups(self) -> tuple[list[int], list[Array]]:
+        """For each body the first body that it is fixed to, and its frame in that body's."""
+        root, frames = [0], [np.eye(4)]
+        for k, body in enumerate(self.bodies[1:], 1):
+            is_fixed = body.joint is not None and body.joint.kind == "fixed"
+            root.append(root[body.parent] if is_fixed else k)
+            frames.append(frames[body.parent] @ body.placement if is_fixed else np.eye(4))
+        return root, frames
+
+    # --- members ---
+
+    def _attach(self, body: int, point: Array, axis: Array | None = None) -> None:
+        T = self.in_root[body]
+        turned = None if axis is None else T[:3, :3] @ axis
+        self.attached[self.root[body]].add(T[:3, :3] @ point + T[:3, 3], turned)
+
+    def _put(
+        self,
+        body: int,
+        kind: str,
+        name: str,
+        points: Sequence[Array],
+        axis: Array | None = None,
+        ends: str = "",
+    ) -> None:
+        T = self.in_root[body]
+        moved = [T[:3, :3] @ point + T[:3, 3] for point in points]
+        turned = () if axis is None else self._rounded(T[:3, :3] @ axis, DRAWN_DIGITS)
+        drawn = tuple(self._rounded(point, self.digits) for point in moved)
+        self.shapes[self.root[body]].append(Shape(kind, name, drawn, turned, ends))
+
+    @staticmethod
+    def _rounded(vector: Array, digits: int) -> tuple[float, ...]:
+        return tuple(round(float(part), digits) + 0.0 for part in vector)
+
+    def _joint(self, k: int) -> None:
+        body = self.bodies[k]
+        joint, row = body.joint, self.row_of.get(k, [k])
+        if joint is None or joint.kind == "fixed" or row[0] != k or _slides(self.rigid, row) > 1:
+            return
+        # A row of turns is one joint between the first body's parent and the last body.
+        first = body.placement
+        at_parent = first[:3, :3] @ joint.at + first[:3, 3]
+        axis_on_parent = first[:3, :3] @ joint.axis
+        last = self.bodies[row[-1]].joint
+        assert last is not None
+        is_single = len(row) == 1
+        self._attach(body.parent, at_parent, axis_on_parent if is_single else None)
+        self._attach(row[-1], last.at, last.axis if is_single else None)
+        if not is_single:
+            kind = "universal" if len(row) == 2 else "ball"  # noqa: PLR2004
+            self._put(row[-1], kind, joint.name, [last.at])
+        elif joint.kind == "prismatic":
+            self._slide(k, joint, at_parent, axis_on_parent)
+        else:
+            self._put(k, joint.kind, joint.name, [joint.at], joint.axis)
+
+    def _slide(self, k: int, joint: CarryingJoint, start: Array, axis: Array) -> None:
+        """A carriage on a guide; where the carrier turns, a ram in its sleeve."""
+        parent = self.bodies[k].parent
+        carrier = self.bodies[self.root[parent]].joint
+        low, high = self._travel(joint)
+        if carrier is None or carrier.kind == "prismatic":
+            self._put(parent, "guide", joint.name, [start + low * axis, start + high * axis], axis)
+            self._put(k, "carriage", joint.name, [joint.at], joint.axis)
+            return
+        self._put(parent, "sleeve", joint.name, [start], axis)
+        self._put(k, "ram", joint.name, [joint.at - high * joint.axis, joint.at], joint.axis)
+
+    def _travel(self, joint: CarryingJoint) -> tuple[float, float]:
+        """The least and the greatest value of a slide; without limits 0.4 of the size."""
+        low, high = joint.limits
+        if low is None or high is None:
+            z = self.rigid.reference[self.rigid.names[joint.coordinate]]
+            at = joint.ratio * z + joint.offset
+            return at, at + 0.4 * self.size
+        ends = joint.ratio * low + joint.offset, joint.ratio * high + joint.offset
+        return min(ends), max(ends)
+
+    def _closure(self, closure: Closure) -> None:
+        (a, A), (b, B) = self.rigid.end(closure.a), self.rigid.end(closure.b)
+        self._attach(a, A[:3, 3], A[:3, 2])
+        self._attach(b, B[:3, 3], B[:3, 2])
+        if closure.kind == "slider":
+            half = self.size / 10
+            axis = A[:3, 2]
+            ends = [A[:3, 3] - half * axis, A[:3, 3] + half * axis]
+            self._put(a, "guide", closure.name, ends, axis)
+            self._put(b, "carriage", closure.name, [B[:3, 3]], B[:3, 2])
+            return
+        axis_or_none = A[:3, 2] if closure.kind == "pin" else None
+        self._put(a, closure.kind, closure.name, [A[:3, 3]], axis_or_none)
+        if closure.kind == "pin":
+            self._put(b, closure.kind, closure.name, [B[:3, 3]], B[:3, 2])
+
+    def _strut(self, strut: Strut) -> None:
+        span = self.rigid.span(strut)
+        for body, end in zip(span.bodies, span.ends, strict=True):
+            self._attach(body, end)
+        value = self.rigid.terms.value
+        length = float(value(strut.length))
+        if not strut.is_cylinder:
+            self._part(span, strut, "rod", (0.0, length))
+            return
+        limits = [None if limit is None else float(value(limit)) for limit in strut.limits]
+        here = length + self.rigid.reference[strut.name]
+        shortest = length + (limits[0] if limits[0] is not None else 0.0)
+        longest = length + limits[1] if limits[1] is not None else 1.5 * here
+        barrel = BARREL * shortest if shortest > 0.2 * longest else WITHOUT_LENGTH * here
+        piston = longest - barrel + INSIDE * max(shortest, 0.0)
+        self._part(span, strut, "barrel", (0.0, barrel))
+        self._part(self.rigid.span(strut, from_end=True), strut, "piston", (-piston, 0.0))
+
+    def _part(self, span: Span, strut: Strut, kind: str, along: tuple[float, float]) -> None:
+        """A body of its own for a part of a strut."""
+        name = strut.name if kind == "rod" else f"{strut.name}_{kind}"
+        k = len(self.bodies)
+        self.bodies.append(TreeBody(name, -1, np.eye(4), span=span))
+        self.root.append(k)
+        self.in_root.append(np.eye(4))
+        self.shapes.append([])
+        points = [np.array([0.0, 0.0, z]) for z in along]
+        self._put(k, kind, strut.name, points, ends=strut.ends)
+
+    # --- symbols apart ---
+
+    def _part_from_next(self, k: int) -> None:
+        """Moves the symbol of a turn along its axis where that of the next turn would cover it."""
+        for c, body in enumerate(self.rigid.bodies):
+            if body.parent != k or not (self._is_turn(k) and self._is_turn(c)):
+                continue
+            own, outer = self.bodies[k].joint, body.joint
+            assert own is not None
+            assert outer is not None
+            there = body.placement[:3, :3] @ outer.at + body.placement[:3, 3]
+            if np.linalg.norm(there - own.at) > SAME * self.size:
+                continue
+            parent, placement = self.bodies[k].parent, self.bodies[k].placement
+            back = self._along(parent, placement[:3, :3] @ own.axis, -1)
+            if back and self.root[parent] == parent:
+                self._shift(k, own, back)
+            elif ahead := self._along(c, outer.axis, 0):
+                self._shift(c, outer, ahead)
+
+    def _is_turn(self, k: int) -> bool:
+        return any(shape.kind == "revolute" for shape in self.shapes[k])
+
+    def _along(self, k: int, axis: Array, end: int) -> float:
+        """The way along an axis at one end of a body's line; 0 where the line leaves the axis."""
+        lines = [shape.points for shape in self.shapes[k] if shape.kind == "link"]
+        if not lines:
+            return 0.0
+        near, far = (lines[0][-1], lines[0][-2]) if end else lines[0][:2]
+        way = np.array(far) - np.array(near)
+        length = float(np.linalg.norm(way))
+        if abs(abs(float(way @ axis)) - length) > SAME_VIEW * length:
+            return 0.0
+        return math.copysign(min(length / 2, APART * self.size), float(way @ axis))
+
+    def _shift(self, k: int, joint: CarryingJoint, by: float) -> None:
+        for index, shape in enumerate(self.shapes[k]):
+            if shape.kind == "revolute":
+                point = self._rounded(joint.at + by * joint.axis, self.digits)
+                self.shapes[k][index] = replace(shape, points=(point,))
+
+    # --- bodies ---
+
+    def _body(self, k: int) -> None:
+        """The line or the plate between a body's joints, beneath their symbols."""
+        if self.root[k] != k:
+            return
+        own = self.attached[k]
+        on_slides = any(shape.kind == "guide" for shape in self.shapes[k])
+        if k == 0 and len(own.points) == 1 and not on_slides:
+            own.points.insert(0, np.zeros(3))
+            own.axes.insert(0, own.axes[0])
+        points = self._distinct(own.points)
+        if len(points) < 2:  # noqa: PLR2004
+            return
+        kind = "plate"
+        if len(points) == 2 and len(own.points) == 2:  # noqa: PLR2004
+            points, kind = self._along_axes(own), "link"
+        elif self._are_in_line(points):
+            kind = "link"
+            points = self._in_order(points)
+        drawn = tuple(self._rounded(point, self.digits) for point in points)
+        self.shapes[k].insert(0, Shape(kind, self.bodies[k].name, drawn))
+
+    def _distinct(self, points: Sequence[Array]) -> list[Array]:
+        found: list[Array] = []
+        for point in points:
+            if all(np.linalg.norm(point - other) > SAME * self.size for other in found):
+                found.append(point)
+        return found
+
+    @staticmethod
+    def _are_in_line(points: Sequence[Array]) -> bool:
+        ways = np.array(points[1:]) - points[0]
+        values = np.linalg.svd(ways, compute_uv=False)
+        return bool(len(values) < 2 or values[1] < SAME_VIEW * values[0])  # noqa: PLR2004
+
+    @staticmethod
+    def _in_order(points: Sequence[Array]) -> list[Array]:
+        """Points of a line from one end to the other."""
+        ways = np.array(points) - points[0]
+        along = ways[int(np.argmax(np.linalg.norm(ways, axis=1)))]
+        return [points[k] for k in np.argsort(np.round(ways @ along, 12), kind="stable")]
+
+    def _along_axes(self, own: _Attached) -> list[Array]:
+        """The way between two joints: along the first axis, the common normal, the second axis."""
+        (p, q), (u, v) = own.points, own.axes
+        feet = [p, q]
+        if u is not None and v is not None:
+            feet = _feet(p, u, q, v)
+        elif u is not None:
+            feet = [p + u * (u @ (q - p)), q]
+        way = [p, *self._distinct([p, q, *feet])[2:], q]
+        length = sum(float(np.linalg.norm(b - a)) for a, b in pairwise(way))
+        return way if length <= DETOUR * float(np.linalg.norm(q - p)) else [p, q]
+
+
+def _feet(p: Array, u: Array, q: Array, v: Array) -> list[Array]:
+    """The feet of the common normal of two lines; of parallel ones that through q."""
+    c = float(u @ v)
+    s2 = 1 - c * c
+    if s2 < SAME_VIEW:
+        return [p + u * (u @ (q - p)), q]
+    d = q - p
+    a, b = (d @ u - c * (d @ v)) / s2, (c * (d @ u) - d @ v) / s2
+    return [p + a * u, q + b * v]

@@ -1,0 +1,256 @@
+"""A robot's rigid bodies as a tree in numbers: their joints, their struts and the tip's frame.
+
+A body on a joint has the pose
+
+    T_0_body = T_0_parent * placement * motion(ratio * z[coordinate] + offset)
+
+where z is the full configuration of a robot with loops, and q of a serial one. The motion turns
+about, or slides along, the joint's axis in the body's own frame. A strut lies between two bodies:
+its parts have their z axes along it.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..model.mechanism import Described, Frame, Mechanism, Strut
+from ..model.placements import Placement, inverse
+from ..model.robot import Joint
+from ..terms.terms import Terms
+from .poe import placement_matrix
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class CarryingJoint:
+    """The joint that carries a body.
+
+    Attributes:
+        name: Name of the joint.
+        kind: ``revolute``, ``prismatic``, ``helical`` or ``fixed``.
+        at: A point of its axis in the body's frame (metre).
+        axis: The direction of its axis there, of length 1.
+        coordinate: Index of its coordinate in z, or in q of a serial robot; -1 of a fixed joint.
+        ratio: Value of the joint per unit of the coordinate.
+        offset: Value of the joint where the coordinate is 0.
+        advance: Advance of a helical joint along its axis (metre per radian).
+        limits: Lowest and highest value of the coordinate, None where unbounded.
+    """
+
+    name: str
+    kind: str
+    at: Array
+    axis: Array
+    coordinate: int = -1
+    ratio: float = 1.0
+    offset: float = 0.0
+    advance: float = 0.0
+    limits: tuple[float | None, float | None] = (None, None)
+
+
+@dataclass(frozen=True)
+class Span:
+    """The two points between which a strut lies.
+
+    Attributes:
+        name: Name of the strut.
+        bodies: The bodies of its beginning and its end, by index.
+        ends: Beginning and end in the frames of these bodies (metre).
+        across: A direction in the frame of the first body; the strut's y axis is the part of it
+            that is at right angles to the strut.
+        from_end: Whether the part's frame is at the strut's end instead of its beginning.
+    """
+
+    name: str
+    bodies: tuple[int, int]
+    ends: tuple[Array, Array]
+    across: Array
+    from_end: bool = False
+
+
+@dataclass(frozen=True)
+class TreeBody:
+    """A body: on a joint, or part of a strut.
+
+    Attributes:
+        name: Its name, unique.
+        parent: Index of the body that carries its joint; -1 for the ground and parts of struts.
+        placement: Its frame in the parent's where its joint's value is 0 (4, 4).
+        joint: The joint; None for the ground and for parts of struts.
+        span: The strut's points; None for all other bodies.
+    """
+
+    name: str
+    parent: int
+    placement: Array
+    joint: CarryingJoint | None = None
+    span: Span | None = None
+
+
+class RigidBodies:
+    """The bodies of a description: the ground, one a joint, then the parts of struts.
+
+    Attributes:
+        robot: The description.
+        bodies: The bodies; a parent comes before the bodies on it.
+        index: The index of a body by the name that the description gives it.
+        names: The names of the coordinates that move them.
+        poses: The pose of each body on a joint at the reference, in the base frame (4, 4).
+        tip: Index of the body that carries the tip.
+        tip_placement: The tip's frame in that body's frame (4, 4).
+        size: Diagonal of the box around frames, joints and tip at the reference (metre).
+    """
+
+    def __init__(self, robot: Described, terms: Terms, reference: Mapping[str, float]) -> None:
+        """Reads the description.
+
+        Args:
+            robot: A serial robot or a mechanism.
+            terms: The parameters at their defaults.
+            reference: Values of coordinates: every entry of z, in its order; of a serial robot
+                those of q, in its order (radian or metre).
+        """
+        self.robot, self.terms, self.reference = robot, terms, reference
+        self.names = tuple(reference)
+        self.bodies = [TreeBody(robot.base_frame, -1, np.eye(4))]
+        self.index = {robot.base_frame: 0}
+        for k, (joint, link) in enumerate(zip(robot.joints, _links(robot), strict=True)):
+            parent = self.index[joint.parent] if isinstance(robot, Mechanism) else k
+            self._add(joint, link, parent)
+        self.poses = tree_poses(self.bodies, list(reference.values()))
+        last = len(self.bodies) - 1
+        self.tip = self.index[robot.tool_body] if isinstance(robot, Mechanism) else last
+        self.tip_placement = self._on(self.tip, robot.tool)
+        self.size = self._size()
+
+    def _add(self, joint: Joint, link: str, parent: int) -> None:
+        placement = self._on(parent, joint.before + joint.after)
+        back = placed(self.terms, inverse(joint.after))
+        own = self._joint(joint, back[:3, 3], back[:3, 2])
+        self.index[link] = len(self.bodies)
+        self.bodies.append(TreeBody(link, parent, placement, own))
+
+    def _joint(self, joint: Joint, at: Array, axis: Array) -> CarryingJoint:
+        if joint.kind == "fixed":
+            return CarryingJoint(joint.name, joint.kind, at, axis)
+        value = self.terms.value
+        ratio, offset = float(joint.direction), 0.0
+        leader = joint.name
+        if joint.mimic is not None:
+            leader = joint.mimic.leader
+            offset = ratio * float(value(joint.mimic.offset))
+            ratio *= float(value(joint.mimic.multiplier))
+        low, high = (None if limit is None else float(value(limit)) for limit in joint.limits)
+        return CarryingJoint(
+            joint.name,
+            joint.kind,
+            at,
+            axis,
+            self.names.index(leader),
+            ratio,
+            offset,
+            float(value(joint.pitch)) if joint.kind == "helical" else 0.0,
+            (low, high),
+        )
+
+    def _size(self) -> float:
+        points = [(self.poses[self.tip] @ self.tip_placement)[:3, 3]]
+        for T, body in zip(self.poses, self.bodies, strict=True):
+            points += [T[:3, 3], *([T[:3, :3] @ body.joint.at + T[:3, 3]] if body.joint else [])]
+        closers = self.robot.closers if isinstance(self.robot, Mechanism) else ()
+        for closer in closers:
+            ends = (self.end(frame) for frame in (closer.a, closer.b))
+            points += [(self.poses[k] @ T)[:3, 3] for k, T in ends]
+        found = float(np.linalg.norm(np.ptp(np.array(points), axis=0)))
+        return found if found > 0 else 1.0
+
+    def turns(self, coordinate: str) -> bool:
+        """Whether a coordinate is an angle."""
+        index = self.names.index(coordinate)
+        joints = [body.joint for body in self.bodies if body.joint]
+        return any(j.coordinate == index and j.kind != "prismatic" for j in joints)
+
+    def end(self, frame: Frame) -> tuple[int, Array]:
+        """The body of a frame by index, and the frame in that body's frame (4, 4)."""
+        k = self.index[frame.body]
+        return k, self._on(k, frame.placement)
+
+    def _on(self, body: int, placement: Placement) -> Array:
+        """A placement on a body in the body's frame; the ground's frame is the base frame."""
+        return placed(self.terms, (*self.robot.base, *placement) if body == 0 else placement)
+
+    def span(self, strut: Strut, *, from_end: bool = False) -> Span:
+        """The points of a strut; pins hold its y axis along theirs."""
+        (a, A), (b, B) = self.end(strut.a), self.end(strut.b)
+        across = A[:3, 2] if strut.ends == "pin" else self._aside(a, A, b, B)
+        return Span(strut.name, (a, b), (A[:3, 3], B[:3, 3]), across, from_end)
+
+    def _aside(self, a: int, A: Array, b: int, B: Array) -> Array:
+        """The axis of the first body's frame that is farthest from the strut at the reference."""
+        along = (self.poses[b] @ B)[:3, 3] - (self.poses[a] @ A)[:3, 3]
+        parts = np.abs(self.poses[a][:3, :3].T @ along)
+        # Equal parts may differ in their last digits between machines.
+        return np.eye(3)[int(np.argmin(np.round(parts / max(parts.max(), 1e-300), 6)))]
+
+
+def placed(terms: Terms, placement: Placement) -> Array:
+    """A constant placement in numbers, each rounded once from many digits (4, 4)."""
+    exact = placement_matrix(placement)
+    rows = [[float(terms.value(entry)) for entry in row] for row in exact.tolist()]
+    return np.array(rows) + 0.0
+
+
+def motion(joint: CarryingJoint, value: float) -> Array:
+    """The motion of a joint by a value in its body's frame (4, 4).
+
+    Args:
+        joint: The joint.
+        value: Its value (radian, or metre of a prismatic joint).
+    """
+    T = np.eye(4)
+    if joint.kind == "prismatic":
+        T[:3, 3] = value * joint.axis
+        return T
+    K = skew(joint.axis)
+    T[:3, :3] += np.sin(value) * K + (1 - np.cos(value)) * (K @ K)
+    T[:3, 3] = joint.at - T[:3, :3] @ joint.at + joint.advance * value * joint.axis
+    return T
+
+
+def tree_poses(bodies: Sequence[TreeBody], values: Sequence[float]) -> list[Array]:
+    """The poses of the ground and of all bodies on joints, in the base frame, each (4, 4).
+
+    Args:
+        bodies: The bodies; parts of struts are left out.
+        values: The coordinates that move them: z, or q of a serial robot (radian or metre).
+    """
+    poses = [np.eye(4)]
+    for body in bodies[1:]:
+        if body.joint is not None:
+            poses.append(
+                poses[body.parent] @ body.placement @ motion(body.joint, _value(body, values))
+            )
+    return poses
+
+
+def _value(body: TreeBody, values: Sequence[float]) -> float:
+    joint = body.joint
+    if joint is None or joint.coordinate < 0:
+        return 0.0
+    return joint.ratio * values[joint.coordinate] + joint.offset
+
+
+def skew(w: Array) -> Array:
+    """The matrix of the cross product with a vector (3, 3)."""
+    x, y, z = w
+    return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+
+
+def _links(robot: Described) -> Sequence[str]:
+    """The names of the bodies on all joints, in the order of the joints."""
+    if isinstance(robot, Mechanism):
+        return [joint.link for joint in robot.joints]
+    return robot.link_names
