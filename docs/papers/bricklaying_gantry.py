@@ -1,0 +1,370 @@
+"""Bricklaying gantry: forward tables, the 7-5-5 chain, and a wall.
+
+Ibrahim, Umar and Olatunde, Forward and inverse kinematic analyses of a developed and evaluated
+bricklaying gantry-based parallel robot manipulator. The gantry is `bricklaying_gantry`, the link of
+length r at the angle theta that stands for it in (3)-(6) is `robots/bricklaying_polar.toml` here,
+and the chain of section 2.3 is `bricklaying_planar`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import bricklaying_pictures
+import numpy as np
+from numpy.typing import NDArray
+from report import Figures, Printed, Row, agrees, assumed, erratum, lost, read, show
+
+import chasles
+from chasles.derive import load, mobility
+from chasles.derive.model.mechanism import Mechanism
+from chasles.study.motion import Sampled, Sequence, excesses, line
+
+FloatArray = NDArray[np.float64]
+
+INCH = 0.0254
+ROBOT_FILES = Path(__file__).parents[2] / "derive" / "robots"
+PICK_TO_DROP = 20.0
+"""Time from the pick spot to a drop spot [s]; section 2.2 prints it."""
+TARGET = np.array([11.0, 8.0]) * INCH
+BRICK = np.array([0.08, 0.04, 0.03])
+"""Length, width and height of a brick [m], so that a wall fits into the strokes."""
+PICK_SPOT = np.array([0.04, 0.05, 0.03])
+"""The guide where it picks a brick by its upper face [m]."""
+ABOVE = 0.03
+"""How far bricks are lifted before they travel [m]."""
+SPEED = {"speed": 0.12, "acceleration": 0.4, "jerk": 4.0}
+"""Limits of the guide on its lines [m/s, m/s^2, m/s^3]."""
+GRIP = 0.4
+"""Time to close or open the gripper [s]."""
+
+CORRECTED = {
+    "table_4_row_1_theta_rad": ("1.35", "78 deg was taken for 77.63"),
+    "table_4_row_1_r": ("5.09", "digits of 5.24 exchanged, which is 1.09/cos 78 deg"),
+    "table_4_row_2_theta_rad": ("1.18", "68 deg was taken for 67.88"),
+    "table_4_row_2_r": ("5.42", "5.02/sin 68 deg"),
+    "table_4_row_3_r": ("5.83", "2.99/cos 59 deg"),
+    "table_4_row_5_theta": ("44", "44.493 rounds down"),
+    "table_4_row_5_theta_rad": ("0.78", "digits exchanged; 45 deg is 0.79 rad, as the text has it"),
+    "table_4_row_5_r": ("7.19", "5.13/cos 45 deg"),
+    "table_5_row_1_theta_rad": ("0.800", "46 deg was taken for 45.84"),
+    "table_5_row_2_theta_rad": ("0.795", "46 deg was taken for 45.57"),
+    "table_5_row_2_r": ("2.84", "2.03/sin 46 deg"),
+    "table_5_row_4_theta_rad": ("0.790", "45.3 deg was taken for 45.287"),
+    "table_5_row_5_theta_rad": ("0.790", "45.3 deg was taken for 45.284"),
+    "text_1_row_1_r": ("5.09", "1.09/cos 78 deg"),
+    "text_1_row_1_omega": ("0.068", "a digit more than 1.36/20 has"),
+    "text_1_row_2_omega": ("0.059", "a digit more than 1.19/20 has"),
+    "text_1_row_2_numerator": ("5.02", "45.02/2.04 is printed for 5.02/2.04"),
+    "text_1_row_5_theta_rad": ("0.78", "45 deg was taken for 44.49"),
+    "text_1_row_5_omega": ("0.039", "0.79/20"),
+    "range_1_theta": ("0.58", "1.36 - 0.89: row 5 of table 4, misprinted, was left out"),
+    "range_2_theta": ("0.013", "0.803 - 0.787, both rounded"),
+    "other_root": ("15.04", "the coefficients of (16) are rounded"),
+    "distance": ("8.60", "from the rounded wrist centre"),
+    "A": ("35.54", "from the rounded distance 8.61"),
+    "B": ("89.99", "from the rounded distance 8.61; the angle is no obtuse one"),
+    "C": ("54.47", "180 deg less the two others"),
+    "A_prime": ("71.57", "35.54 + 36.03"),
+    "C_prime": ("125.53", "180 - 54.47"),
+}
+"""What the paper should print, and why it prints something else."""
+
+
+PARTS = dict.fromkeys(("links", "joints"), "of our list of parts; the paper prints none")
+"""Notes on the counts of the mechanism."""
+IN_INCHES = {1: (4,), 2: (1, 3, 4, 5)}
+"""Spots of each set-up whose r is printed right, but for its unit."""
+
+
+def rows() -> list[Row]:
+    """Every printed number beside ours."""
+    printed = read("bricklaying_gantry")
+    return [
+        *mobility_rows(printed),
+        *drop_spot_rows(printed),
+        *unit_rows(printed),
+        *inverse_rows(printed),
+        *wall_rows(printed),
+    ]
+
+
+def judged(printed: dict[str, Printed], key: str, ours: Any) -> Row:
+    """An erratum where `CORRECTED` names one, else agreement; both are asserted."""
+    if key in CORRECTED:
+        return erratum(printed[key], ours, *CORRECTED[key])
+    return agrees(printed[key], ours)
+
+
+# Mobility
+
+
+def mobility_rows(printed: dict[str, Printed]) -> list[Row]:
+    """Section 2.1: the counts, of the numbers and of the mechanism."""
+    mechanism = load(ROBOT_FILES / "bricklaying_gantry.toml")
+    if not isinstance(mechanism, Mechanism):
+        raise TypeError("the gantry has loops")
+    counted = mobility(mechanism)
+    by_numbers = mobility(lambda_=6, links=14, joints=15, freedom=15)
+    note = f"by (1) {by_numbers}; by the rank of the loops' equations {counted.true}"
+    found = {
+        "links": counted.bodies,
+        "joints": counted.joints,
+        "freedoms": counted.freedoms,
+        "order": counted.order,
+        "loops": len(counted.loop_orders),
+        "width": chasles.load("bricklaying_gantry").parameters["w_y"].value,
+    }
+    return [
+        agrees(printed["mobility"], counted.kutzbach, note),
+        *(agrees(printed[key], value, PARTS.get(key, "")) for key, value in found.items()),
+    ]
+
+
+# The forward tables
+
+
+@dataclass(frozen=True)
+class Spot:
+    """A drop spot, reached by the gantry and by the polar arm.
+
+    Attributes:
+        xy: (2,) position of the gantry's guide [m].
+        theta: Angle of the polar arm [rad].
+        r: Its length [m].
+        omega: Its angular rate from the pick spot [rad/s].
+        duration: The time that it takes [s].
+    """
+
+    xy: FloatArray
+    theta: float
+    r: float
+    omega: float
+    duration: float
+
+
+@cache
+def polar_arm() -> Any:
+    """The link of length r at the angle theta."""
+    return chasles.load(Path(__file__).parent / "robots" / "bricklaying_polar.toml")
+
+
+@cache
+def spots(setup: int) -> tuple[Spot, ...]:
+    """The five drop spots of a set-up."""
+    printed = read("bricklaying_gantry")
+    keys = [(f"setup_{setup}_row_{k}_x", f"setup_{setup}_row_{k}_y") for k in range(1, 6)]
+    return tuple(
+        spot(np.array([float(str(printed[x].value)), float(str(printed[y].value))]) * INCH)
+        for x, y in keys
+    )
+
+
+def spot(xy: FloatArray) -> Spot:
+    """The motors bring the guide to a spot; the polar arm reaches it in 20 s at constant rates."""
+    gantry = chasles.load("bricklaying_gantry")
+    q = gantry.actuators(chain_of(gantry, [*xy, 0]))
+    guide = gantry.fk(q)[:3, 3]
+    arm = polar_arm()
+    (drop,) = arm.ik_position(guide).within_limits().array()
+    motion = Sequence(arm, np.zeros(3)).move(drop, "constant", duration=PICK_TO_DROP)
+    sampled = motion.sample(rate=1)
+    theta, r, _ = sampled.q[-1]
+    return Spot(guide[:2], theta, r, sampled.qd[0, 0], sampled.t[-1])
+
+
+def chain_of(gantry: Any, xyz: Any) -> FloatArray:
+    """The slides of a position [m], in the order of the main chain."""
+    return np.array([xyz["xyz".index(joint.name)] for joint in gantry.chain_joints])
+
+
+def drop_spot_rows(printed: dict[str, Printed]) -> list[Row]:
+    """Tables 1, 2, 4 and 5, the text of section 2.2, and the ranges of the abstract."""
+    found = []
+    for setup in (1, 2):
+        for k, own in enumerate(spots(setup), 1):
+            values = {
+                "x": own.xy[0],
+                "y": own.xy[1],
+                "time": own.duration,
+                "theta": own.theta,
+                "theta_rad": own.theta,
+                "r": own.r,
+                "omega": own.omega,
+                "numerator": own.xy[1],
+            }
+            starts = (f"setup_{setup}", f"table_{setup + 3}", f"text_{setup}")
+            keys = [(f"{start}_row_{k}_{name}", name) for start in starts for name in values]
+            found += [judged(printed, key, values[name]) for key, name in keys if key in printed]
+        for name in ("theta", "r", "omega"):
+            ours = np.array([getattr(own, name) for own in spots(setup)])
+            found.append(agrees(printed[f"exact_{setup}_{name}"], ours))
+            if (key := f"range_{setup}_{name}") in printed:
+                found.append(judged(printed, key, np.ptp(ours)))
+    return found
+
+
+def unit_rows(printed: dict[str, Printed]) -> list[Row]:
+    """Tables 4 and 5 and the abstract head inches with mm."""
+    chain = chasles.load("bricklaying_planar")
+    lengths = {"lengths_mm": [chain.parameters[name].value for name in ("l3", "l1")]}
+    for setup, right in IN_INCHES.items():
+        own = spots(setup)
+        lengths[f"table_{setup + 3}_x_mm"] = [spot.xy[0] for spot in own]
+        lengths[f"table_{setup + 3}_y_mm"] = [spot.xy[1] for spot in own]
+        lengths[f"table_{setup + 3}_r_mm"] = [own[k - 1].r for k in right]
+    return [in_inches(printed[key], np.array(ours)) for key, ours in lengths.items()]
+
+
+def in_inches(item: Printed, ours: FloatArray) -> Row:
+    """Lengths that agree in inches and not in the printed unit."""
+    agrees(replace(item, unit="in"), ours)
+    return erratum(item, ours, ours, "read in for mm, as in section 2.2")
+
+
+# The 7-5-5 chain
+
+
+@dataclass(frozen=True)
+class Triangle:
+    """The chain to the target with its last link on the line from the origin to the target.
+
+    Attributes:
+        q: (2, 3) both solutions, the elbow above the line first [rad].
+        wrist: (2,) the wrist centre [m].
+        line: Angle of the line [rad].
+    """
+
+    q: FloatArray
+    wrist: FloatArray
+    line: float
+
+
+@cache
+def triangle() -> Triangle:
+    """Both elbows, and the triangle of shoulder, elbow and wrist."""
+    (on_line,) = polar_arm().ik_position([*TARGET, 0]).within_limits().array()
+    chain = chasles.load("bricklaying_planar")
+    q = chain.ik_planar([*TARGET, on_line[0]]).array()
+    q = q[np.argsort(-q[:, 0])]
+    return Triangle(q, chain.link_poses(q[0])[1, :2, 3], float(on_line[0]))
+
+
+def inverse_rows(printed: dict[str, Printed]) -> list[Row]:
+    """Section 2.3."""
+    found = triangle()
+    chain, arm = chasles.load("bricklaying_planar"), polar_arm()
+    shoulder, elbow, wrist = found.q[0]
+    (centre,) = arm.ik_position([*found.wrist, 0]).within_limits().array()
+    lengths = np.array([chain.parameters[name].value for name in ("l1", "l2", "l3")])
+    beyond = arm.fk([found.line, centre[1] + 2 * lengths[2], 0])
+    ours = {
+        "target": chain.fk(found.q[0])[:2, 3],
+        "lengths": lengths,
+        "root": found.wrist[0],
+        "other_root": beyond[0, 3],
+        "wrist_y": found.wrist[1],
+        "distance": centre[1],
+        "P": found.line,
+        "A": shoulder - found.line,
+        "B": np.pi - abs(elbow),
+        "C": abs(wrist),
+        "A_prime": shoulder,
+        "C_prime": np.pi - abs(wrist),
+    }
+    return [
+        *(judged(printed, key, value) for key, value in ours.items()),
+        lost(printed["other_elbow"], found.q[1], "named, but not calculated in the paper"),
+    ]
+
+
+# A wall
+
+
+@dataclass(frozen=True)
+class Wall:
+    """A wall laid by the gantry.
+
+    Attributes:
+        places: (m, 3) positions of the guide where bricks are released [m].
+        released: (m, 3) where the motors bring it [m].
+        sampled: The motion of the motors.
+    """
+
+    places: FloatArray
+    released: FloatArray
+    sampled: Sampled
+
+
+def bond() -> FloatArray:
+    """Places of the guide for three courses of 4, 3 and 2 bricks, each on two bricks below."""
+    length, _, height = BRICK
+    return np.array(
+        [
+            [0.08 + length * (column + course / 2), 0.4, height * (1 + course)]
+            for course in range(3)
+            for column in range(4 - course)
+        ]
+    )
+
+
+@cache
+def wall() -> Wall:
+    """Pick, lift, travel, lower, release, and back, for every brick."""
+    gantry = chasles.load("bricklaying_gantry")
+    laying = Sequence(gantry, gantry.actuators(chain_of(gantry, PICK_SPOT)))
+    released = []
+    for place in bond():
+        height = place[2] + ABOVE
+        laying = laying.hold(GRIP, "grip")
+        laying = over(laying, place, height, "lay")
+        released.append(gantry.fk(laying.q_end)[:3, 3])
+        laying = over(laying.hold(GRIP, "release"), PICK_SPOT, height, "return")
+    return Wall(bond(), np.array(released), laying.sample(rate=50))
+
+
+def over(laying: Sequence, place: FloatArray, height: float, name: str) -> Sequence:
+    """Up to a height, across, and down to a place, on straight lines of the guide."""
+    for stop in ([None, None, height], [place[0], place[1], height], place):
+        start = laying.robot.fk(laying.q_end)
+        end = start.copy()
+        end[:3, 3] = [
+            now if then is None else then for then, now in zip(stop, start[:3, 3], strict=True)
+        ]
+        laying = laying.follow(line(start, end), "s_curve", name=name, **SPEED)
+    return laying
+
+
+def wall_rows(printed: dict[str, Printed]) -> list[Row]:
+    """The wall, of bricks and speeds that we chose."""
+    built = wall()
+    beyond = excesses(chasles.load("bricklaying_gantry"), built.sampled)
+    if beyond:
+        raise ValueError(f"the wall leaves the strokes: {beyond[0]}")
+    missed = np.linalg.norm(built.released - built.places, axis=1).max()
+    speeds = "at 0.12 m/s, 0.4 m/s² and 4 m/s³ at most; within all strokes"
+    return [
+        assumed(printed["brick"], BRICK, "our choice: three courses fit into the strokes"),
+        assumed(
+            printed["bricks"], len(built.places), "four, three and two, each on two bricks below"
+        ),
+        assumed(printed["laying"], built.sampled.t[-1], f"{speeds}, 0.4 s to grip and to release"),
+        assumed(
+            printed["motors"],
+            np.abs(built.sampled.qd).max(0),
+            "pulleys of 10 mm for x and y and a sprocket of 15 mm are assumed",
+        ),
+        assumed(printed["placed"], missed, "by forward kinematics of the motors' angles"),
+    ]
+
+
+def figures() -> Figures:
+    """The paper's figures, and the wall."""
+    return bricklaying_pictures.drawn({setup: spots(setup) for setup in (1, 2)}, triangle(), wall())
+
+
+if __name__ == "__main__":
+    show(rows())

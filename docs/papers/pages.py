@@ -1,0 +1,237 @@
+"""The report of all papers: pictures, one HTML page that holds them, and docs/papers.md."""
+
+from __future__ import annotations
+
+import html
+import importlib
+import re
+import time
+from base64 import b64encode
+from collections import Counter
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from report import Row
+
+HERE = Path(__file__).resolve().parent
+PAGE = HERE.parent / "papers.md"
+BUILD = HERE.parents[1] / "build" / "reproduce"
+PAPERS = (
+    "board_installer",
+    "bricklaying_gantry",
+    "well_manipulator",
+    "photo_robot",
+    "lynxmotion_and_3rrr",
+)
+PROCESSES = 2
+DOTS_PER_INCH = 160
+HEAD = ("item", "printed", "ours", "unit", "verdict", "where", "note")
+MEANINGS = {
+    "agrees": 'to half a unit of the last printed digit, or to the paper\'s "about".',
+    "erratum": "the printed value fails, and the corrected one in the note holds.",
+    "assumed": "the paper needs the value and does not print it; the note gives our reason.",
+    "lost": "the text no longer has the value or the curve; ours stands in its place.",
+    "not reproducible": "the printed value does not follow from what the paper states; the note "
+    "says what was tried.",
+}
+VERDICTS = tuple(MEANINGS)
+VERDICT_LIST = "\n".join(f"- **{name}**: {meaning}" for name, meaning in MEANINGS.items())
+EVALUATED = """\
+Where the column *where* says "evaluated", the paper prints the equations alone; the number beside
+ours was evaluated from them independently of chasles."""
+TITLE = "Five papers, number by number"
+INTRODUCTION = f"""\
+# {TITLE}
+
+`make reproduce` computes every number below with chasles, compares it with the printed one, writes
+all tables and pictures to `build/reproduce/index.html`, and checks this page. The scripts in
+`docs/papers/` are examples to read.
+
+{VERDICT_LIST}
+
+{EVALUATED}
+"""
+STYLE = """\
+body { font: 16px/1.45 sans-serif; max-width: 75rem; margin: auto; padding: 1rem; color: #111; }
+table { border-collapse: collapse; font-size: 0.85rem; margin: 1rem 0; }
+td, th { border-top: 1px solid #ccc; padding: 0.25rem 0.5rem; }
+td, th { text-align: left; vertical-align: top; }
+td:nth-child(2), td:nth-child(3) { font-variant-numeric: tabular-nums; }
+figure { display: inline-block; margin: 0.5rem; width: 22rem; vertical-align: top; }
+figcaption { font-size: 0.8rem; }
+figure img { max-width: 100%; }
+"""
+
+
+@dataclass(frozen=True)
+class Chapter:
+    """One paper: its title and source, its rows, and its pictures by caption."""
+
+    paper: str
+    title: str
+    source: str
+    rows: tuple[Row, ...]
+    pictures: dict[str, Path]
+    seconds: float
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Writes the report; returns 1 where docs/papers.md is not current."""
+    with ProcessPoolExecutor(PROCESSES, mp_context=get_context("spawn")) as pool:
+        chapters = list(pool.map(reproduced, present()))
+    BUILD.mkdir(parents=True, exist_ok=True)
+    page = BUILD / "index.html"
+    page.write_text(html_page(chapters), encoding="utf-8")
+    for chapter in chapters:
+        print(
+            f"{chapter.paper}: {len(chapter.rows)} rows, {len(chapter.pictures)} pictures, "
+            f"{chapter.seconds:.0f} s"
+        )
+    print(f"wrote {page}")
+    text = summary({chapter.paper: chapter.rows for chapter in chapters})
+    if "--write" in arguments:
+        PAGE.write_text(text, encoding="utf-8")
+    elif not PAGE.exists() or PAGE.read_text(encoding="utf-8") != text:
+        print(f"{PAGE} differs from the rows: run python docs/papers/report.py --write")
+        return 1
+    return 0
+
+
+def present() -> list[str]:
+    """The papers whose script is here, in the order of the report."""
+    return [paper for paper in PAPERS if (HERE / f"{paper}.py").exists()]
+
+
+def reproduced(paper: str) -> Chapter:
+    """Runs a paper's script: its rows, and its pictures in the folder of the build."""
+    import matplotlib as mpl  # noqa: PLC0415
+
+    mpl.use("Agg")
+    mpl.rcParams["figure.max_open_warning"] = 0  # each is closed once it is written
+    start = time.perf_counter()
+    script = importlib.import_module(paper)
+    rows = tuple(script.rows())
+    folder = BUILD / paper
+    folder.mkdir(parents=True, exist_ok=True)
+    pictures = {
+        caption: written(folder / slug(caption), picture)
+        for caption, picture in script.figures().items()
+    }
+    title, source = words(script)
+    return Chapter(paper, title, source, rows, pictures, time.perf_counter() - start)
+
+
+def words(script: Any) -> tuple[str, str]:
+    """The first line of a script's docstring, and the paragraph after it."""
+    title, _, rest = script.__doc__.partition("\n\n")
+    return title.strip().removesuffix("."), " ".join(rest.split("\n\n")[0].split())
+
+
+def slug(caption: str) -> str:
+    """The name of a picture's file, made of the words before the colon of its caption."""
+    return re.sub(r"\W+", "_", caption.partition(":")[0].lower()).strip("_")
+
+
+def written(stem: Path, picture: Any) -> Path:
+    """Writes a figure as PNG, or an animation as GIF; returns the file."""
+    if callable(picture):
+        path = stem.with_suffix(".gif")
+        picture(path)
+        return path
+    import matplotlib.pyplot as plt  # noqa: PLC0415
+
+    path = stem.with_suffix(".png")
+    picture.savefig(path, dpi=DOTS_PER_INCH)
+    plt.close(picture)
+    return path
+
+
+def summary(rows: dict[str, Sequence[Row]]) -> str:
+    """The text of docs/papers.md: a table of verdicts, and the section of each paper."""
+    lines = [INTRODUCTION, *table(("paper", *VERDICTS), map(_counts, rows.items()))]
+    return "\n".join([*lines, "", *(section(paper, own) for paper, own in rows.items())])
+
+
+def section(paper: str, rows: Sequence[Row]) -> str:
+    """The section of a paper in docs/papers.md."""
+    title, source = words(importlib.import_module(paper))
+    lines = [f'<a name="{paper}"></a>', f"## {title}", "", source, ""]
+    lines += [f"`python docs/papers/{paper}.py`", "", *table(HEAD, map(cells, rows))]
+    return "\n".join([*lines, ""])
+
+
+def counted(paper: str, rows: Sequence[Row]) -> str:
+    """The line of a paper in the table of verdicts."""
+    return table(("paper", *VERDICTS), [_counts((paper, rows))])[-1]
+
+
+def _counts(item: tuple[str, Sequence[Row]]) -> tuple[str, ...]:
+    paper, rows = item
+    found = Counter(row.verdict for row in rows)
+    return (f"[{paper}](#{paper})", *(str(found[verdict]) for verdict in VERDICTS))
+
+
+def cells(row: Row) -> tuple[str, ...]:
+    """The cells of a row in the order of `HEAD`."""
+    return (row.item, *row.shown, row.unit, row.verdict, row.where, row.note)
+
+
+def table(head: Sequence[str], rows: Any) -> list[str]:
+    """A table in Markdown."""
+    lines = [head, ["---"] * len(head), *rows]
+    return ["| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines]
+
+
+def html_page(chapters: Sequence[Chapter]) -> str:
+    """The report as one file: style and pictures are part of it."""
+    counts = [_counts((chapter.paper, chapter.rows))[1:] for chapter in chapters]
+    titles = [f'<a href="#{own.paper}">{html.escape(own.title)}</a>' for own in chapters]
+    lines = [
+        f"<tr><td>{title}</td>{_html_cells(count, 'td')}</tr>"
+        for title, count in zip(titles, counts, strict=True)
+    ]
+    meanings = [
+        f"<li><b>{name}</b>: {html.escape(meaning)}</li>" for name, meaning in MEANINGS.items()
+    ]
+    body = [
+        f"<h1>{TITLE}</h1>",
+        f"<ul>{''.join(meanings)}</ul><p>{html.escape(EVALUATED.replace('*', ''))}</p>",
+        f"<table><tr>{_html_cells(('paper', *VERDICTS), 'th')}</tr>{''.join(lines)}</table>",
+        *map(_html_chapter, chapters),
+    ]
+    return (
+        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        f"<title>{TITLE}</title><style>{STYLE}</style></head><body>{''.join(body)}</body></html>\n"
+    )
+
+
+def _html_chapter(chapter: Chapter) -> str:
+    pictures = "".join(
+        f'<figure><img alt="{html.escape(caption)}" src="{_inline(path)}">'
+        f"<figcaption>{html.escape(caption)}</figcaption></figure>"
+        for caption, path in chapter.pictures.items()
+    )
+    return (
+        f'<h2 id="{chapter.paper}">{html.escape(chapter.title)}</h2>'
+        f"<p>{html.escape(chapter.source.replace('`', ''))}</p>{pictures}"
+        f"{_html_table(HEAD, map(cells, chapter.rows))}"
+    )
+
+
+def _html_table(head: Sequence[str], rows: Any) -> str:
+    body = "".join(f"<tr>{_html_cells(row, 'td')}</tr>" for row in rows)
+    return f"<table><tr>{_html_cells(head, 'th')}</tr>{body}</table>"
+
+
+def _html_cells(texts: Sequence[str], tag: str) -> str:
+    return "".join(f"<{tag}>{html.escape(text)}</{tag}>" for text in texts)
+
+
+def _inline(path: Path) -> str:
+    kind = path.suffix.removeprefix(".")
+    return f"data:image/{kind};base64,{b64encode(path.read_bytes()).decode()}"

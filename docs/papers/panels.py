@@ -1,0 +1,91 @@
+"""Axes of the papers' pictures: 8 cm wide, with colours that all kinds of sight tell apart."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations, product
+from typing import Any
+
+import numpy as np
+
+COLOURS = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#000000")
+"""Okabe and Ito, 2008; they differ in lightness, too."""
+STYLES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1)), (0, (1, 1)))
+WIDTH = 3.15
+"""Width of a column [inch]: 8 cm."""
+FONT = {
+    "font.size": 7.5,
+    "axes.titlesize": 8,
+    "legend.fontsize": 7,
+    "axes.linewidth": 0.6,
+    "lines.linewidth": 1.1,
+}
+GREY = "#808080"
+PALE = "#e8e8e8"
+
+
+def panels(height: float, rows: int = 1, columns: int = 1, **given: Any) -> tuple[Any, Any]:
+    """A figure of a column's width and its axes, in the style of this file.
+
+    Args:
+        height: Of the figure [inch].
+        rows: Of axes.
+        columns: Of axes.
+        given: Further arguments of `matplotlib.pyplot.subplots`.
+    """
+    import matplotlib.pyplot as plt  # noqa: PLC0415
+
+    with plt.rc_context(FONT):
+        return plt.subplots(rows, columns, figsize=(WIDTH, height), layout="constrained", **given)
+
+
+def solid(height: float) -> tuple[Any, Any]:
+    """A figure of a column's width with one axes in perspective."""
+    figure, axes = panels(height, subplot_kw={"projection": "3d"})
+    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+        axis.set_tick_params(pad=-2)
+        axis.labelpad = -5
+    return figure, axes
+
+
+def curves(axes: Any, t: Any, values: Any, names: Sequence[str], label: str) -> None:
+    """Columns of values over time, each in a colour and a style of its own.
+
+    Args:
+        axes: Where to draw.
+        t: (m,) times [s].
+        values: (m, n) values.
+        names: n names of the columns.
+        label: Of the vertical axis, with the unit.
+    """
+    for k, (column, name) in enumerate(zip(np.asarray(values).T, names, strict=True)):
+        axes.plot(t, column, color=COLOURS[k % 6], linestyle=STYLES[k % 6], label=name)
+    axes.set_ylabel(label)
+    axes.set_xlabel("time [s]")
+    axes.grid(alpha=0.3)
+    axes.margins(x=0.01)
+
+
+def legend_below(figure: Any, axes: Any, columns: int) -> None:
+    """The legend of the axes under the figure."""
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(
+        handles, labels, loc="outside lower center", ncols=columns, fontsize=7, frameon=False
+    )
+
+
+def plane(axes: Any, across: str = "x [m]", up: str = "y [m]") -> None:
+    """Equal scales, a grid and labels."""
+    axes.set_aspect("equal")
+    axes.set_xlabel(across)
+    axes.set_ylabel(up)
+    axes.grid(alpha=0.3)
+    axes.set_axisbelow(True)
+
+
+def edges(axes: Any, lower: Any, upper: Any, **style: Any) -> None:
+    """The twelve edges of a box along the axes, as lines."""
+    corners = np.array(list(product(*zip(lower, upper, strict=True))))
+    for a, b in combinations(corners, 2):
+        if np.count_nonzero(a != b) == 1:
+            axes.plot(*np.array([a, b]).T, **style)

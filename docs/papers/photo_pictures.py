@@ -1,0 +1,60 @@
+"""Pictures of the photographic robot: its frames, and each axis moved from zero."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from panels import COLOURS, GREY, legend_below, solid
+from skeletons import animation, boxed, drawn, frame, points
+
+from chasles.study.motion import Sampled
+
+VIEW = (18.0, -52.0)
+EVERY = 8
+"""Samples between the pictures of the animation."""
+LENGTH = 0.18
+"""Of the axes of a frame [m]."""
+
+
+def frames(robot: Any) -> Any:
+    """The frames of the links at zero: x, y and z in three colours."""
+    figure, axes = solid(2.7)
+    T, line = robot.link_poses(np.zeros(8)), points(robot, np.zeros(8))
+    drawn(axes, line, GREY)
+    for pose in (np.eye(4), *T):
+        frame(axes, pose, LENGTH)
+    names = {0: "w, 0", 1: "1", 2: "2", 3: "3", 4: "4, 5", 6: "6, 7, ee"}
+    origins = T[:, :3, 3]
+    for k, name in names.items():
+        axes.text(*(origins[k] + np.array([0.05, -0.12, 0.07])), name, fontsize=7)
+    boxed(axes, np.vstack([line, line + LENGTH]))
+    axes.view_init(*VIEW)
+    axes.xaxis.labelpad = 0
+    for name, colour in zip("xyz", (COLOURS[3], COLOURS[2], COLOURS[0]), strict=True):
+        axes.plot([], [], [], color=colour, label=name)
+    legend_below(figure, axes, 3)
+    return figure
+
+
+def axis_moved(robot: Any, made: Sampled) -> Any:
+    """The arm at zero and at the end state, and the way of the tool."""
+    figure, axes = solid(2.7)
+    lines = points(robot, made.q)
+    drawn(axes, lines[0], COLOURS[2], linestyle=":", linewidth=2.6, label="zero")
+    drawn(axes, lines[-1], COLOURS[0], label="end state")
+    axes.plot(*lines[:, -1].T, "--", color=COLOURS[3], linewidth=1.4, label="way of the tool")
+    for k in (0, -1):
+        frame(axes, robot.fk(made.q[k]), LENGTH)
+    boxed(axes, np.vstack([lines.reshape(-1, 3), lines[0] + LENGTH]))
+    axes.view_init(*VIEW)
+    axes.xaxis.labelpad = 0
+    legend_below(figure, axes, 3)
+    return figure
+
+
+def all_axes(robot: Any, motions: Sequence[Sampled]) -> Any:
+    """Each axis from zero to its end state and back, as an animation."""
+    ways = [np.concatenate([made.q[::EVERY], made.q[::-EVERY]]) for made in motions]
+    return animation(robot, np.concatenate(ways), 3.0, lambda _: None, VIEW)

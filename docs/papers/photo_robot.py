@@ -1,0 +1,257 @@
+"""Eight-axis photographic robot.
+
+X. Xie, X. Miao, S. Wang, F. Zhang: Kinematic Model Analysis of an 8-DOF Photographic Robot.
+Transactions on Intelligent Welding Manufacturing, 2018.
+
+    $ python docs/papers/photo_robot.py
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from report import (
+    Figures,
+    Printed,
+    Row,
+    agrees,
+    assumed,
+    erratum,
+    evaluated,
+    read,
+    show,
+)
+
+import chasles
+import chasles.derive
+from chasles.study.motion import Motion, Sampled, joint_line, law
+
+HERE = Path(__file__).parent
+POSTURE = np.array([0.4, 0.3, -0.5, 0.2, 0.6, -0.7, 0.8, -0.9])
+MATRICES = ("A0", "A1", "A2", "A3", "A4", "A5", "A6", "A7", "Aee")
+ENDS = {"a": 1.0, "b": np.pi / 2, "c": np.pi / 2, "d": 0.5} | dict.fromkeys("efgh", np.pi / 2)
+"""End states of figure 3 [m, rad]: the paper moves "as much as possible" and prints no limits."""
+AXES = dict(zip("abcdefgh", (0, 2, 1, 3, 4, 5, 6, 7), strict=True))
+"""The axis that moves in each part of figure 3; its caption names the ring top first."""
+SLIDES = (0, 3)
+ROUNDING = 1e-12
+"""Distance [m] below which points are the same."""
+
+
+def rows() -> list[Row]:
+    """Every number of the paper beside ours."""
+    printed, robot = read("photo_robot"), chasles.load("photo_robot")
+    return [
+        *structure(printed, robot),
+        *parameters(printed, robot),
+        *matrices(printed, robot),
+        *s_model(printed),
+        *poses(printed, robot),
+        *calibration(printed),
+        *figure_3(printed, robot),
+    ]
+
+
+def structure(printed: dict[str, Printed], robot: Any) -> list[Row]:
+    """How many axes there are, and of which kind; S are three that meet in a point."""
+    letters = "".join("P" if axis.unit == "m" else "R" for axis in robot.coordinates)
+    wrist = robot.link_poses(POSTURE)[6:, :3, 3]
+    meet = "S" if np.ptp(wrist, axis=0).max() < ROUNDING else "RRR"
+    rank = np.linalg.matrix_rank(robot.jacobian_mixed(POSTURE))
+    reached = robot.ik(robot.fk(POSTURE), POSTURE[0], POSTURE[3])
+    return [
+        agrees(printed["freedoms"], robot.n),
+        agrees(printed["kinds"], f"{letters[:5]}-{meet}", "the last three axes meet in a point"),
+        agrees(printed["redundancy"], robot.n - int(rank), "8 less the rank of the Jacobian"),
+        assumed(
+            printed["inverse"],
+            int(reached.count),
+            "closed form; number of solutions at the posture below, with its slides given",
+        ),
+    ]
+
+
+def parameters(printed: dict[str, Printed], robot: Any) -> list[Row]:
+    """The lengths below (12), which prints r1 = 0 twice."""
+    names = ("r10", "r2", "l3", "r40", "r6")
+    return [
+        assumed(printed["unit"], "mm", "none is printed; the arm then reaches some metres"),
+        *(agrees(printed[name], robot.parameters[name].value) for name in names),
+    ]
+
+
+def matrices(printed: dict[str, Printed], robot: Any) -> list[Row]:
+    """Table 1 by (1) at zero, and (3) to (11) at a posture, beside the poses of the links."""
+    rows = evaluated(printed["table_1"], **lengths(robot))
+    table = [
+        evaluated(printed["dh"], theta=theta, r=r, l=length, alpha=alpha)
+        for theta, r, length, alpha in rows
+    ]
+    zero, posture = steps(robot, np.zeros(8)), steps(robot, POSTURE)
+    return [
+        agrees(printed["dh"], zero[3], "with row 2-3 of table 1", evaluated=table[3]),
+        agrees(printed["table_1"], zero[:8], "by (1)", evaluated=np.array(table)),
+        *(
+            agrees(printed[name], own, "at the posture below", evaluated=matrix(printed, name))
+            for name, own in zip(MATRICES, posture, strict=True)
+        ),
+    ]
+
+
+def lengths(robot: Any) -> dict[str, float]:
+    """The parameters of the robot by name [m]."""
+    return {name: parameter.value for name, parameter in robot.parameters.items()}
+
+
+def matrix(printed: dict[str, Printed], name: str) -> Any:
+    """A printed matrix of (3) to (11) at the posture."""
+    symbols = ("r1", "t2", "t3", "r4", "t5", "t6", "t7", "tee")
+    values = dict(zip(symbols, POSTURE, strict=True)) | lengths(chasles.load("photo_robot"))
+    return evaluated(printed[name], **values)
+
+
+def steps(robot: Any, q: Any) -> Any:
+    """(9, 4, 4) the pose of each link's frame in the frame before it."""
+    T = np.concatenate([np.eye(4)[None], robot.link_poses(q)])
+    return np.linalg.solve(T[:-1], T[1:])
+
+
+def s_model(printed: dict[str, Printed]) -> list[Row]:
+    """(2) entry by entry, beside a joint with six numbers other than zero."""
+    joint, theta = chasles.load(HERE / "robots" / "s_model.toml"), 0.7
+    T = joint.fk([theta])
+    numbers = lengths(joint)
+    symbols = {"ct": np.cos(theta), "st": np.sin(theta)} | {name: numbers[name] for name in "xyz"}
+    for name in ("alpha", "beta"):
+        symbols |= {f"c{name[0]}": np.cos(numbers[name]), f"s{name[0]}": np.sin(numbers[name])}
+    right = Printed("", str(printed["s_model_y"].value).replace("ca*cb", "ca*ct"), "m", "")
+    entries = evaluated_rows(printed["s_model"], symbols)
+    return [
+        agrees(
+            printed["s_model"],
+            np.delete(T[:3].ravel(), 7),
+            "theta 0.7, alpha 0.3, beta -0.4 rad, (x, y, z) = (0.11, 0.23, -0.17) m",
+            evaluated=entries,
+        ),
+        erratum(
+            printed["s_model_y"],
+            T[1, 3],
+            evaluated(right, **symbols),
+            "cos(beta) for cos(theta): y multiplies cos(alpha) cos(theta) + sin sin sin",
+            evaluated=evaluated(printed["s_model_y"], **symbols),
+        ),
+    ]
+
+
+def evaluated_rows(printed: Printed, symbols: dict[str, float]) -> Any:
+    """Printed equations in rows of different lengths, one after the other."""
+    return np.array(
+        [
+            evaluated(Printed("", text, "", ""), **symbols)
+            for row in printed.value or ()
+            for text in row
+        ]
+    )
+
+
+def poses(printed: dict[str, Printed], robot: Any) -> list[Row]:
+    """(12), and poses evaluated from (3) to (11)."""
+    found = []
+    for name, q in (("zero", np.zeros(8)), ("posture", POSTURE)):
+        T_w_ee, T_w_0 = robot.fk(q), robot.link_poses(q)[0]
+        found += columns(printed[f"{name}_world"], T_w_ee)
+        found += columns(printed[f"{name}_track"], np.linalg.solve(T_w_0, T_w_ee))
+    product = np.linalg.multi_dot([matrix(printed, name) for name in MATRICES[1:]])
+    whole = matrix(printed, "A0") @ product
+    note = "A0 is missing although the text says world frame: read A0 A1 ... A7 Aee; at the posture"
+    return [
+        erratum(
+            printed["world"],
+            robot.fk(POSTURE)[:3, 3],
+            whole[:3, 3],
+            note,
+            evaluated=product[:3, 3],
+        ),
+        *found,
+    ]
+
+
+def columns(pose: Printed, ours: Any) -> list[Row]:
+    """A row for each axis of a pose, and for its position."""
+    table = np.array(pose.value)
+    return [
+        agrees(
+            replace(pose, item=f"{pose.item}: {name}", value=tuple(table[:, k])),
+            ours[:3, k],
+            pose.text,
+        )
+        for k, name in enumerate(("x axis", "y axis", "z axis", "position [m]"))
+    ]
+
+
+def calibration(printed: dict[str, Printed]) -> list[Row]:
+    """Whether the model has a number for each displacement of each axis."""
+    folder = Path(chasles.derive.__file__).parent / "robots"
+    report = chasles.derive.model_report(chasles.derive.load(folder / "photo_robot.toml"))
+    words = "complete" if report.rank == report.identifiable else "not complete"
+    note = f"rank {report.rank} of {report.identifiable} = 4 r + 2 t + 6 with base and tool"
+    return [
+        agrees(printed["complete"], words, note),
+        assumed(
+            printed["numbers"],
+            report.identifiable,
+            f"of {report.numbers} numbers in the paper's conventions, base and tool included",
+        ),
+    ]
+
+
+def figure_3(printed: dict[str, Printed], robot: Any) -> list[Row]:
+    """The way of the tool while one axis moves from zero to an end state of our own."""
+    found = []
+    for part in AXES:
+        p = moved(robot, part).T[:, :3, 3]
+        way = float(np.linalg.norm(np.diff(p, axis=0), axis=1).sum())
+        reason = "no end state is printed; the tool lies on the wrist's centre" * (way < ROUNDING)
+        reason = reason or f"no end state is printed; the tool ends at {place(p[-1])} m"
+        found.append(assumed(printed[part], way, reason))
+    return found
+
+
+def place(p: Any) -> str:
+    """A position [m] in words."""
+    return f"({', '.join(f'{value + 0.0:.3f}' for value in np.round(p, 3))})"
+
+
+def moved(robot: Any, part: str) -> Sampled:
+    """The motion of a part of figure 3: one axis, the others at zero."""
+    end = np.zeros(8)
+    end[AXES[part]] = ENDS[part]
+    curve = joint_line(np.zeros(8), end)
+    return Motion(robot, curve, law("quintic", 1.0, duration=2.0), np.zeros(8)).sample(100)
+
+
+def figures() -> Figures:
+    """Figure 2, figure 3 a to h, and all eight axes one after the other."""
+    from photo_pictures import all_axes, axis_moved, frames  # noqa: PLC0415
+
+    robot = chasles.load("photo_robot")
+    found: Figures = {"figure 2: frames of the links at zero": frames(robot)}
+    for part, axis in AXES.items():
+        name = f"figure 3 {part}: {robot.coordinates[axis].name} from zero to {end_state(part)}"
+        found[name] = axis_moved(robot, moved(robot, part))
+    found["figure 3: all axes, one after the other and back"] = all_axes(
+        robot, [moved(robot, part) for part in AXES]
+    )
+    return found
+
+
+def end_state(part: str) -> str:
+    """The end state of a part of figure 3, which we chose."""
+    return f"{ENDS[part]:g} m" if AXES[part] in SLIDES else f"{np.degrees(ENDS[part]):.0f} deg"
+
+
+if __name__ == "__main__":
+    show(rows())

@@ -1,0 +1,277 @@
+"""Part 2 of the report: the planar 3-RRR platform, its inverse, modes, workspace, singularities."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+from report import Printed, Row, agrees, assumed, erratum, evaluated, lost
+
+import chasles
+from chasles.study import PlanarRegion, constant_orientation
+
+POSES = {"2.3": (0.02, 0.05, 0.0), "2.4": (0.045, 0.02, np.radians(10)), "2.5": (0.075, 0.0, 0.0)}
+"""Poses (x, y, phi) of figures 2.3 to 2.5 [m, rad]."""
+POSE = np.array(POSES["2.3"])
+ANGLES = (15, 30, 45, 60)
+"""Orientations of figures 2.6 and 2.7 [deg]."""
+ORDER = (2, 0, 1)
+"""Our legs in the order of table 2.2, which starts at 90 deg."""
+AHEAD = np.array([0.0, 0.3, 0.0])
+"""The straight way on which singularities are sought [m]."""
+INWARDS = 1e-10
+"""Part of a position by which a point of the border is moved inside, where legs reach it."""
+BISECTIONS = 50
+MM2 = 1e-6
+"""A square millimetre [m^2]."""
+SPEED = np.array([0.1, 0.0, 0.0])
+"""Velocity of the platform [m/s, rad/s]."""
+
+
+@cache
+def platform(lower_links: int = 130) -> Any:
+    """The platform with lower links of 130 mm (table 2.1) or 170 mm (the text)."""
+    return chasles.load({130: "planar_3rrr", 170: "planar_3rrr_170"}[lower_links])
+
+
+def rows(printed: dict[str, Printed]) -> list[Row]:
+    """Every number of part 2 beside ours."""
+    return [
+        *dimensions(printed),
+        *joints(printed),
+        *legs(printed),
+        *inverse(printed),
+        *modes(printed),
+        *areas(printed),
+        *singularities(printed),
+    ]
+
+
+def dimensions(printed: dict[str, Printed]) -> list[Row]:
+    """Table 2.1, and the L of the text."""
+    values = {name: parameter.value for name, parameter in platform().parameters.items()}
+    return [
+        agrees(printed["S_A"], values["S_A"]),
+        agrees(printed["L"], values["L"]),
+        agrees(printed["r_platform"], values["r_p"]),
+        agrees(printed["r_base"], values["r_b"]),
+        erratum(
+            printed["L_text"],
+            values["L"],
+            "130",
+            "table 2.1 and the conclusion have 130 mm; numbers for 170 mm are below too",
+        ),
+    ]
+
+
+@cache
+def region(angle: float, lower_links: int = 130) -> PlanarRegion:
+    """The positions that the platform reaches at an angle [deg]."""
+    return constant_orientation(platform(lower_links), np.radians(angle))
+
+
+def base_and_platform() -> tuple[Any, Any]:
+    """(3, 2) base joints, and platform joints in the platform's frame [m].
+
+    The circles that bound the workspace are centred at b - R(phi) p.
+    """
+    here, turned = (
+        np.array([ring.centre for ring in region(angle).pieces[0]]) for angle in (0, 180)
+    )
+    return (here + turned) / 2, (turned - here) / 2
+
+
+def joints(printed: dict[str, Printed]) -> list[Row]:
+    """Table 2.2 and (B.1.1) to (B.1.4)."""
+    b, p = base_and_platform()
+    found = []
+    for name, points, words in (("PB", b, "base"), ("PP", p, "platform")):
+        angle = np.mod(np.arctan2(points[:, 1], points[:, 0]), 2 * np.pi)[list(ORDER)]
+        found += [
+            agrees(printed[name], angle[:2], "90 and 210 deg", evaluated=evaluated(printed[name])),
+            erratum(
+                printed[f"{name}3"],
+                angle[2],
+                2 * np.pi - np.pi / 6,
+                f"read 2 pi - pi/6, 330 deg: else the {words} joints form no equilateral triangle",
+                evaluated=evaluated(printed[f"{name}3"]),
+            ),
+        ]
+    r = platform().parameters
+    at = {"r": r["r_p"].value, "a": POSE[2], "x": POSE[0], "y": POSE[1]}
+    base = evaluated(printed["base_joints"], r=r["r_b"].value)
+    return [
+        *found,
+        agrees(
+            printed["platform_joints"],
+            POSE[:2] + p,
+            evaluated=evaluated(printed["platform_joints"], **at),
+        ),
+        erratum(
+            printed["base_joints"],
+            b[0],
+            -base,
+            "without the minus signs; (B.2.7) takes them back",
+            evaluated=base,
+        ),
+    ]
+
+
+def leg(k: int) -> dict[str, float]:
+    """The symbols of leg k at the pose of figure 2.3, first branch."""
+    robot = platform()
+    b, p = base_and_platform()
+    q = robot.ik_planar(POSE).q[0]
+    swing = robot.configuration(q)[6 + k]
+    x, y = POSE[:2] + p[k] - b[k]
+    values = {name: robot.parameters[name].value for name in ("S_A", "L")}
+    return values | {"X": x, "Y": y, "theta": q[k], "psi": q[k] + swing}
+
+
+def in_mm(values: dict[str, float]) -> dict[str, float]:
+    """Lengths in millimetres, for an equation that adds lengths to areas."""
+    return {name: 1000 * values[name] for name in ("X", "Y", "S_A", "L")}
+
+
+def legs(printed: dict[str, Printed]) -> list[Row]:
+    """(B.1.5) to (B.2.8) at the pose of figure 2.3, leg 1."""
+    values = leg(0)
+    X, Y, theta, psi, S_A, L = (values[name] for name in ("X", "Y", "theta", "psi", "S_A", "L"))
+    square = X**2 + Y**2 - 2 * S_A * (X * np.cos(theta) + Y * np.sin(theta)) + S_A**2 - L**2
+    e1, e2, e3 = -2 * Y * S_A, -2 * X * S_A, X**2 + Y**2 + S_A**2 - L**2
+    both = platform().ik_planar(POSE).q[[0, -1], 0]
+    b, p = base_and_platform()
+    node = POSE[:2] + p[0] - L * np.array([np.cos(psi), np.sin(psi)])
+    sides = {"theta": theta, "S_A": S_A, "X_PB": -b[0, 0]}
+    closing = evaluated(printed["legs"], **values)
+    return [
+        agrees(printed["legs"], np.array([[X], [Y]]), "leg 1", evaluated=closing),
+        erratum(
+            printed["leg_square"],
+            0.0,
+            square,
+            "read X^2 + Y^2 - 2 S_A (X cos(theta) + Y sin(theta)) + S_A^2 - L^2",
+            evaluated=evaluated(printed["leg_square"], **values),
+        ),
+        erratum(
+            printed["e3"],
+            -e1 * np.sin(theta) - e2 * np.cos(theta),
+            e3,
+            "read X^2 + Y^2 + S_A^2 - L^2; as printed, in millimetres",
+            evaluated=evaluated(printed["e3"], **in_mm(values)) * MM2,
+        ),
+        agrees(
+            printed["half_angle"],
+            both,
+            "leg 1, with e3 corrected",
+            evaluated=evaluated(printed["half_angle"], e1=e1, e2=e2, e3=e3),
+        ),
+        agrees(
+            printed["node_x"],
+            node[0],
+            "with the base joints of (B.1.3); ours from the platform's side",
+            evaluated=evaluated(printed["node_x"], **sides),
+        ),
+        erratum(
+            printed["node_y"],
+            node[1],
+            b[0, 1] + S_A * np.sin(theta),
+            "read -Y_PB + S_A sin(theta)",
+            evaluated=evaluated(printed["node_y"], **sides),
+        ),
+    ]
+
+
+def inverse(printed: dict[str, Printed]) -> list[Row]:
+    """Both solutions of each leg, and their number."""
+    found = []
+    for length in (130, 170):
+        q = platform(length).ik_planar(POSE).q[[0, -1]]
+        for k in range(3):
+            found.append(agrees(printed[f"inverse_{length}_{k + 1}"], wrapped(q[:, k])))
+    for figure in ("2.4", "2.5"):
+        q = platform().ik_planar(POSES[figure]).q[[0, -1]].T
+        item = printed[f"pose_{figure.replace('.', '_')}"]
+        found.append(lost(item, wrapped(q), "the figure is lost; both solutions, leg by leg"))
+    return [*found, agrees(printed["branches"], int(platform().ik_planar(POSE).valid.sum()))]
+
+
+def wrapped(angle: Any) -> Any:
+    """Angles between -pi and pi."""
+    return (angle + np.pi) % (2 * np.pi) - np.pi
+
+
+def modes(printed: dict[str, Printed]) -> list[Row]:
+    """The poses in which the platform can be assembled."""
+    robot = platform()
+    x, valid = robot.fk_planar_all(robot.ik_planar(POSE).q)
+    first = x[0][valid[0]]
+    other = first[np.linalg.norm(first - POSE, axis=1).argmax()]
+    counts = ", ".join(map(str, valid.sum(-1)))
+    return [
+        agrees(printed["other_mode"], other[:2]),
+        agrees(printed["other_angle"], other[2]),
+        agrees(printed["modes"], x.shape[1], "slots of the solution, zeros of its polynomial"),
+        assumed(printed["modes_found"], counts, "the paper does not ask; ours for all branches"),
+    ]
+
+
+def areas(printed: dict[str, Printed]) -> list[Row]:
+    """The areas of the workspaces of figures 2.6 and 2.7, bounded by circles."""
+    found = [agrees(printed["area_0"], region(0).area)]
+    for length, ending in ((130, ""), (170, "_170")):
+        for angle in ANGLES:
+            item, area = printed[f"area_{angle}{ending}"], region(angle, length).area
+            words = "pictures alone, which are lost; exact by the arcs of circles"
+            found.append(agrees(item, area) if item.value else lost(item, area, words))
+    return found
+
+
+def singularities(printed: dict[str, Printed]) -> list[Row]:
+    """The three kinds of singularity of J_x x' = J_q q', and the rates of one motion."""
+    robot = platform()
+    way = robot.way_to_singularity(POSE, AHEAD)
+    words = "the paper does not ask"
+    return [
+        assumed(printed["type_1"], way.type_1 * AHEAD[1], f"{words}; a leg is stretched"),
+        assumed(printed["type_2"], way.type_2 * AHEAD[1], f"{words}; the platform gains a freedom"),
+        assumed(printed["type_3"], third_kind()[:2], f"{words}; both at once, on the border"),
+        assumed(
+            printed["velocity"],
+            robot.actuator_rates(POSE, SPEED),
+            f"{words}; first branches, from J_x x' = J_q q'",
+        ),
+    ]
+
+
+@cache
+def third_kind() -> Any:
+    """A pose (x, y, phi) on the border of the workspace at 0 deg where J_x is singular too."""
+    for arc in region(0).arcs:
+        along = np.linspace(0, 1, 181)
+        sign = np.sign([determinant(on(arc, u)) for u in along])
+        for k in np.flatnonzero(sign[:-1] * sign[1:] < 0):
+            low, high = along[k], along[k + 1]
+            for _ in range(BISECTIONS):
+                middle = (low + high) / 2
+                same = np.sign(determinant(on(arc, middle))) == sign[k]
+                low, high = (middle, high) if same else (low, middle)
+            return on(arc, low)
+    raise ValueError("no singularity of type 2 reaches the border")
+
+
+def on(arc: Any, part: float) -> Any:
+    """The pose at a part of an arc of the border, moved inside by rounding."""
+    points = arc.points()
+    at = np.linspace(0, 1, len(points))
+    p = np.array([np.interp(part, at, column) for column in points.T])
+    out = p - arc.centre
+    p = arc.centre + arc.radius * out / np.linalg.norm(out)
+    return np.r_[p * (1 - INWARDS), 0.0]
+
+
+def determinant(pose: Any) -> float:
+    """The determinant of J_x on the first branches."""
+    robot = platform()
+    return float(robot.determinants(pose, robot.ik_planar(pose).q[0]).J_x)

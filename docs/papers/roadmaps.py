@@ -1,0 +1,152 @@
+"""Part 3 of the report: roadmaps on a map of our own, and of the arm among obstacles."""
+
+from __future__ import annotations
+
+from functools import cache
+from itertools import pairwise
+from typing import Any
+
+import lynxmotion_arm
+import numpy as np
+from report import Printed, Row, agrees, assumed, lost
+
+from chasles.study.planning import (
+    OccupancyMap,
+    Plan,
+    Trials,
+    ball,
+    block,
+    occupancy_map,
+    roadmap,
+    robot_space,
+    shortened,
+    success,
+)
+
+SIDE = 100
+"""Cells along each side of the map."""
+START, GOAL = np.array([8.0, 8.0]), np.array([92.0, 92.0])
+"""Start and goal on the map, in cells."""
+CASES = {"3.2": (100, 10), "3.3": (100, 20), "3.4": (200, 10)}
+"""Points and step of each figure; the report calls all three 3.2."""
+MACHINES = ((10, 34, 10, 8), (44, 20, 8, 10), (44, 66, 8, 12), (78, 26, 10, 8))
+"""Corner and sides of each machine on the map, in cells."""
+RUNS, SPREAD_RUNS = 20, 4
+COUNTS = (50, 100, 200, 400)
+"""Numbers of points of the study."""
+MOST = 0.9
+"""Part of the runs that find a path where there are points enough."""
+SMALL, LARGE = 10, 20
+"""Steps of the figures, in cells."""
+LINK = 0.012
+"""Radius of the arm's links [m]."""
+BALL, BALL_RADIUS = (0.21, 0.09, 0.11), 0.03
+"""The ball beside the arm [m]."""
+TABLE = np.array([0.5, 0.5, 0.02])
+"""Sides of the table under the arm [m]."""
+
+
+@cache
+def workshop() -> OccupancyMap:
+    """Walls with gaps and some machines, drawn by us: the map of figure 3.1 is lost."""
+    occupied = np.zeros((SIDE, SIDE), dtype=bool)
+    occupied[30:34, :50] = True
+    occupied[66:70, 50:] = True
+    for x, y, width, height in MACHINES:
+        occupied[x : x + width, y : y + height] = True
+    return occupancy_map(occupied, 1.0)
+
+
+def rows(printed: dict[str, Printed]) -> list[Row]:
+    """Every statement of part 3 beside ours."""
+    return [*paths(printed), *claims(printed), *arm(printed)]
+
+
+@cache
+def trials() -> Trials:
+    """Rates of success with the step as the longest way."""
+    return success(workshop(), START, GOAL, samples=COUNTS, steps=(SMALL, LARGE), runs=RUNS)
+
+
+def rate(points: int, step: float) -> float:
+    """The rate of success with the step as the longest way."""
+    found = [row for row in trials().rows if (row.samples, row.step) == (points, step)]
+    return found[0].rate
+
+
+@cache
+def spread_rate(points: int, step: float) -> float:
+    """The rate of success with the step as the least distance between points."""
+    plans = [
+        roadmap(workshop(), points, dispersion=step, key=key).plan(START, GOAL, "dijkstra")
+        for key in range(SPREAD_RUNS)
+    ]
+    return sum(plan.found for plan in plans) / SPREAD_RUNS
+
+
+def paths(printed: dict[str, Printed]) -> list[Row]:
+    """Figures 3.2 to 3.4 in both readings of the step."""
+    free = 1 - workshop().occupied.mean()
+    words = "the figure is lost; ours has walls with gaps and machines"
+    found = [assumed(printed["map"], f"{SIDE} x {SIDE} cells, {100 * free:.0f} % free", words)]
+    for name, own, reading, runs in (
+        ("path", rate, "step = longest way between points", RUNS),
+        ("spread", spread_rate, "step = least distance between points", SPREAD_RUNS),
+    ):
+        for k, (figure, case) in enumerate(CASES.items()):
+            note = f"{reading}; {runs} runs on our map; figure {figure} by the text"
+            found.append(lost(printed[f"{name}_{k + 1}"], own(*case), note))
+    return found
+
+
+def claims(printed: dict[str, Printed]) -> list[Row]:
+    """What the report concludes from its figures."""
+    rates = [rate(points, SMALL) for points in COUNTS]
+    rising = all(a <= b for a, b in pairwise(rates)) and rates[0] < rates[-1]
+    enough = {step: needed(step) for step in (SMALL, LARGE)}
+    seconds = [row.seconds for row in trials().rows if row.step == LARGE]
+    shares = ", ".join(f"{100 * value:.0f} %" for value in rates)
+    points = ", ".join(map(str, COUNTS))
+    return [
+        agrees(
+            printed["fails"],
+            "fail more often" if rising else "do not",
+            f"{shares} of {RUNS} runs find a path with {points} points and step 10",
+        ),
+        agrees(
+            printed["disperses"],
+            "needs fewer points" if enough[LARGE] < enough[SMALL] else "does not",
+            f"nine of ten runs find a path from {enough[LARGE]} points on with step 20, from "
+            f"{enough[SMALL]} with step 10",
+        ),
+        agrees(
+            printed["time"],
+            "more time" if seconds[0] < seconds[-1] else "less time",
+            f"{COUNTS[0]} and {COUNTS[-1]} points, step 20",
+        ),
+    ]
+
+
+def needed(step: float) -> int:
+    """The least number of points with which nine of ten runs find a path."""
+    return min(points for points in COUNTS if rate(points, step) >= MOST)
+
+
+@cache
+def arm_plan() -> tuple[Any, Plan]:
+    """The arm's space among a ball and a table, and a path from the first via point to the last."""
+    table = np.eye(4)
+    table[2, 3] = -0.06
+    obstacles = [ball(BALL, BALL_RADIUS), block(table, TABLE, "table")]
+    space = robot_space(lynxmotion_arm.low(), obstacles, radius=LINK)
+    start, goal = lynxmotion_arm.solutions(lynxmotion_arm.low(), lynxmotion_arm.VIA[[0, -1]])[:, 0]
+    plan = roadmap(space, 150, key=1).plan(start, goal, "dijkstra")
+    return space, shortened(space, plan) if plan.found else plan
+
+
+def arm(printed: dict[str, Printed]) -> list[Row]:
+    """The roadmap in the coordinates of the arm."""
+    space, plan = arm_plan()
+    clear = min(space.clearance(q)[0] for q in plan.at(np.linspace(0, 1, 60)))
+    words = "the report maps a plane; ours moves the arm from point 1 to 5, length in its joints"
+    return [assumed(printed["arm"], plan.length, f"{words}; {1000 * clear:.1f} mm clear")]

@@ -1,0 +1,70 @@
+"""Verdicts on printed numbers are asserted: a wrong claim raises."""
+
+import numpy as np
+import pytest
+from report import Printed, Refuted, agrees, assumed, erratum, lost, not_reproducible
+
+ANGLE = Printed("angle", "0.97", "rad", "table 4")
+LENGTH = Printed("lengths", ("120", "1.5"), "mm", "figure 2")
+NOTHING = Printed("crank", None, "mm", "lost table")
+
+
+def test_a_value_agrees_to_half_a_unit_of_the_last_digit():
+    row = agrees(ANGLE, 0.9749)
+    assert (row.verdict, row.printed, row.shown) == ("agrees", "0.97", ("0.97", "0.975"))
+    agrees(ANGLE, 0.975)
+    for ours in (0.9751, 0.9649, float("nan")):
+        with pytest.raises(Refuted):
+            agrees(ANGLE, ours)
+
+
+def test_printed_units_are_converted():
+    row = agrees(LENGTH, np.array([0.1204, 0.00152]))
+    assert row.ours == "(120.40, 1.52)"
+    for ours in ([0.1206, 0.0015], [0.12, 0.0016], [120, 1.5], [0.12]):
+        with pytest.raises(Refuted):
+            agrees(LENGTH, np.array(ours))
+    agrees(Printed("angle", "45.0", "deg", "page 1"), np.pi / 4)
+
+
+def test_about_widens_the_agreement_and_is_quoted():
+    about = Printed("height", "12", "mm", "page 3", "2", "about 12 mm high")
+    assert "about 12 mm high" in agrees(about, 0.0139).note
+    with pytest.raises(Refuted):
+        agrees(about, 0.0141)
+
+
+def test_an_erratum_needs_a_wrong_value_and_a_right_one():
+    assert erratum(ANGLE, np.pi / 4, "0.79", "45 deg").note == "read 0.79 rad; 45 deg"
+    for ours, corrected in ((0.97, "0.97"), (np.pi / 4, "0.78"), (np.pi / 4, 0.79)):
+        with pytest.raises(Refuted):
+            erratum(ANGLE, ours, corrected)
+
+
+def test_an_erratum_of_an_equation_is_evaluated():
+    equation = Printed("third base joint", "2 pi + pi/6", "rad", "table 2.2")
+    ours = 2 * np.pi - np.pi / 6
+    row = erratum(equation, ours, 11 * np.pi / 6, evaluated=13 * np.pi / 6)
+    assert row.printed == "2 pi + pi/6 = 6.806784"
+    for corrected, evaluated in ((11.1 * np.pi / 6, 13 * np.pi / 6), (ours, ours)):
+        with pytest.raises(Refuted):
+            erratum(equation, ours, corrected, evaluated=evaluated)
+
+
+def test_a_printed_value_is_neither_lost_nor_assumed():
+    assert lost(NOTHING, 0.2, "the table is lost").shown == ("-", "200.0000")
+    assert assumed(NOTHING, 0.2, "fits the figure").verdict == "assumed"
+    for verdict in (lost, assumed):
+        with pytest.raises(Refuted):
+            verdict(ANGLE, 0.97, "a reason")
+        with pytest.raises(Refuted):
+            verdict(NOTHING, 0.2, "")
+    with pytest.raises(Refuted):
+        agrees(NOTHING, 0.2)
+
+
+def test_a_value_that_agrees_is_reproducible():
+    assert not_reproducible(ANGLE, 0.5, "both elbows").verdict == "not reproducible"
+    for ours, tried in ((0.97, "both elbows"), (0.5, "")):
+        with pytest.raises(Refuted):
+            not_reproducible(ANGLE, ours, tried)
