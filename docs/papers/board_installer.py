@@ -1,8 +1,8 @@
 """Board installer: a hybrid robot by screws, its workspace and its errors.
 
-The paper is on a hybrid robot for high-altitude board installation by the screw theory; its lengths,
-equations and figures are lost. The robot is `board_installer`, whose lengths are a reconstruction
-that agrees with every sentence that is left.
+The paper is on the kinematics of a hybrid robot for high-altitude board installation by screw
+theory; its lengths, equations and figures are lost. The robot is `board_installer`, whose lengths
+are a reconstruction that agrees with every sentence that is left.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any
 import board_pictures
 import numpy as np
 from numpy.typing import NDArray
-from report import Printed, Row, agrees, assumed, lost, not_reproducible, read, show
+from report import Figures, Printed, Row, agrees, assumed, lost, not_reproducible, read, show
 
 import chasles
 from chasles import screws
@@ -282,15 +282,20 @@ class Errors:
     distance: float
 
 
+def grid(built: Any) -> FloatArray:
+    """(m, 6) coordinates that fill the limits, finest in those that move the pantograph."""
+    counts = (3, 7, 7, 3, 3, 3)
+    sides = [np.linspace(*ends) for ends in zip(built.lower, built.upper, counts, strict=True)]
+    return np.array(list(product(*sides)))
+
+
 @cache
 def errors() -> tuple[Errors, ...]:
-    """The loops as built: each length 0.1 mm too long, over a grid of the coordinates."""
+    """The loops as built: each length 0.1 mm too long, over a grid of 3969 postures."""
     built = chasles.load("board_installer", parametric=True)
     p = np.array([number.value for number in built.geometry])
     names = [number.name for number in built.geometry]
-    counts = (3, 7, 7, 3, 3, 3)
-    sides = [np.linspace(*ends) for ends in zip(built.lower, built.upper, counts, strict=True)]
-    q = np.array(list(product(*sides)))
+    q = grid(built)
     right = built.fk_p(q, p)[:, :3, 3]
     found = []
     for name in LENGTHS:
@@ -310,7 +315,7 @@ def error_rows(printed: dict[str, Printed]) -> list[Row]:
             lost(
                 printed[f"error_{own.name}"],
                 own.largest,
-                f"{1e3 * own.distance:.3f} mm at most; loops as built, at 3969 postures",
+                f"{1e3 * own.distance:.3f} mm at most; loops as built, over the limits",
             )
             for own in errors()
         ),
@@ -324,9 +329,9 @@ def error_rows(printed: dict[str, Printed]) -> list[Row]:
     ]
 
 
-def figures() -> dict[str, Any]:
+def figures() -> Figures:
     """Figures 2, 3 and 5, equation (27), and the study of errors."""
-    return board_pictures.drawn(cloud(), errors())
+    return board_pictures.drawn(cloud(), BOX, errors())
 
 
 if __name__ == "__main__":

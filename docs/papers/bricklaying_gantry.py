@@ -16,7 +16,7 @@ from typing import Any
 import bricklaying_pictures
 import numpy as np
 from numpy.typing import NDArray
-from report import Printed, Row, agrees, assumed, erratum, lost, read, show
+from report import Figures, Printed, Row, agrees, assumed, erratum, lost, read, show
 
 import chasles
 from chasles.derive import load, mobility
@@ -298,14 +298,13 @@ class Wall:
 
 
 def bond() -> FloatArray:
-    """Places of the guide for a wall of three courses, each by half a brick beside the last."""
+    """Places of the guide for three courses of 4, 3 and 2 bricks, each on two bricks below."""
     length, _, height = BRICK
-    courses = [(np.arange(4 - course % 2) + 0.5 * (course % 2), course) for course in range(3)]
     return np.array(
         [
-            [0.08 + length * column, 0.4, height * (1 + course)]
-            for columns, course in courses
-            for column in columns
+            [0.08 + length * (column + course / 2), 0.4, height * (1 + course)]
+            for course in range(3)
+            for column in range(4 - course)
         ]
     )
 
@@ -347,7 +346,9 @@ def wall_rows(printed: dict[str, Printed]) -> list[Row]:
     speeds = "at 0.12 m/s, 0.4 m/s² and 4 m/s³ at most; within all strokes"
     return [
         assumed(printed["brick"], BRICK, "our choice: three courses fit into the strokes"),
-        assumed(printed["bricks"], len(built.places), "four, three and four, in bond"),
+        assumed(
+            printed["bricks"], len(built.places), "four, three and two, each on two bricks below"
+        ),
         assumed(printed["laying"], built.sampled.t[-1], f"{speeds}, 0.4 s to grip and to release"),
         assumed(
             printed["motors"],
@@ -358,13 +359,9 @@ def wall_rows(printed: dict[str, Printed]) -> list[Row]:
     ]
 
 
-def figures() -> dict[str, Any]:
+def figures() -> Figures:
     """The paper's figures, and the wall."""
-    return bricklaying_pictures.drawn(
-        {setup: [(own.xy, own.theta, own.r) for own in spots(setup)] for setup in (1, 2)},
-        triangle(),
-        wall(),
-    )
+    return bricklaying_pictures.drawn({setup: spots(setup) for setup in (1, 2)}, triangle(), wall())
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import combinations, product
 from typing import Any
 
 import numpy as np
@@ -80,3 +81,11 @@ def plane(axes: Any, across: str = "x [m]", up: str = "y [m]") -> None:
     axes.set_ylabel(up)
     axes.grid(alpha=0.3)
     axes.set_axisbelow(True)
+
+
+def edges(axes: Any, lower: Any, upper: Any, **style: Any) -> None:
+    """The twelve edges of a box along the axes, as lines."""
+    corners = np.array(list(product(*zip(lower, upper, strict=True))))
+    for a, b in combinations(corners, 2):
+        if np.count_nonzero(a != b) == 1:
+            axes.plot(*np.array([a, b]).T, **style)

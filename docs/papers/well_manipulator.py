@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import well_pictures
 from numpy.typing import NDArray
-from report import Printed, Row, agrees, assumed, erratum, not_reproducible, read, show
+from report import Figures, Printed, Row, agrees, assumed, erratum, not_reproducible, read, show
 
 import chasles
 from chasles.derive import load, model_report
@@ -310,6 +310,8 @@ def speed_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
     speeds, others = (np.ptp(own.sampled.qd[:, CYLINDERS], axis=0) for own in (found, walked))
     for k, own, other in zip((1, 2, 3, 4), speeds, others, strict=True):
         words = tried.format(np.degrees(1e3 * other), 0)
+        if k == len(CYLINDERS):
+            words += f"; ours of cylinder 3 is {np.degrees(1e3 * speeds[2]):.1f}"
         as_printed = "tried: mm deg/s, in the row below; ours in mm/s"
         result.append(not_reproducible(printed[f"amplitude_v{k}"], own, as_printed))
         result.append(not_reproducible(printed[f"amplitude_w{k}"], own, words))
@@ -415,7 +417,7 @@ def equation_of_a_shift(
     return erratum(item, own[1, 3], robot().parameters[name].value, note, evaluated=0.0)
 
 
-def figures() -> dict[str, Any]:
+def figures() -> Figures:
     """Figures 6 to 10, and the arm over the well."""
     return well_pictures.drawn(process())
 

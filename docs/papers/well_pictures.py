@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +22,9 @@ STAGES = (0, 5, 10, 15, 25, 27, 37, 39, 49)
 """Times between which the stages of section 5 run [s]."""
 SHOWN = (0, 25, 37, 49)
 """Times at which the arm is drawn [s]."""
+FRAMES = 50
+PER_SECOND = 10
+DOTS_PER_INCH = 110
 TURNING = [0, 1, 2, 4, 6]
 CYLINDERS = [1, 2, 4, 6]
 JOINTS = ("θ1", "θ2", "θ3", "θ5", "θ7")
@@ -33,9 +39,8 @@ def drawn(process: Process) -> dict[str, Any]:
     angles, rates = process.theta[:, TURNING], process.rates[:, TURNING]
     swings = np.degrees(process.swings)
     return {
-        "Postures: the arm after 0, 25, 37 and 49 s, its cylinders pale; R goes down into the well": postures(
-            process
-        ),
+        "Postures: the arm after 0, 25, 37 and 49 s, its cylinders pale": postures(process),
+        "Process: the arm over 49 s, cylinders in orange": working(process),
         "Figure 6: joint angles over 49 s": over_time(
             process, np.degrees(angles), JOINTS, "joint angle [deg]"
         ),
@@ -58,7 +63,7 @@ def over_time(process: Process, values: FloatArray, names: tuple[str, ...], labe
     """Curves over the eight stages, which pale stripes tell apart and numbers name."""
     figure, axes = panels(2.5)
     curves(axes, process.sampled.t, values, names, label)
-    for stage, (begin, end) in enumerate(zip(STAGES[:-1], STAGES[1:], strict=True), 1):
+    for stage, (begin, end) in enumerate(pairwise(STAGES), 1):
         if stage % 2 == 0:
             axes.axvspan(begin, end, color=PALE, zorder=0)
         axes.annotate(
@@ -88,6 +93,39 @@ def postures(process: Process) -> Any:
     plane(axes, "x [m]", "z [m]")
     axes.legend(loc="center left", bbox_to_anchor=(1.02, 0.5), frameon=False, fontsize=7)
     return figure
+
+
+def working(process: Process) -> Callable[[Path], None]:
+    """A function that writes the 49 s as GIF: the arm in its own plane, R at its place."""
+
+    def write(path: Path) -> None:
+        import matplotlib.pyplot as plt  # noqa: PLC0415
+        from matplotlib.animation import FuncAnimation, PillowWriter  # noqa: PLC0415
+
+        figure, axes = panels(3.6, dpi=DOTS_PER_INCH)
+        axes.axvline(process.sampled.T[-1, 0, 3], color=GREY, linewidth=0.8, linestyle=":")
+        plane(axes, "in the plane of the arm [m]", "z [m]")
+        axes.set(xlim=(-0.5, 2.9), ylim=(-3.5, 4.1))
+        (arm,) = axes.plot([], [], "-o", color=COLOURS[0], markersize=2.5)
+        pistons = [axes.plot([], [], color=COLOURS[1], linewidth=2.4)[0] for _ in CYLINDERS]
+        clock = axes.text(0.04, 0.03, "", transform=axes.transAxes, fontsize=7)
+
+        def frame(k: int) -> list[Any]:
+            q = process.sampled.q[k].copy()
+            turned, q[0] = np.degrees(q[0]), 0.0
+            points, cylinders = side(q)
+            arm.set_data(*points.T)
+            for piston, ends in zip(pistons, cylinders, strict=True):
+                piston.set_data(*ends.T)
+            clock.set_text(f"{process.sampled.t[k]:.0f} s\nwaist {turned:.0f}°")
+            return [arm, *pistons, clock]
+
+        frames = np.linspace(0, len(process.sampled.t) - 1, FRAMES).astype(int)
+        moving = FuncAnimation(figure, frame, frames=frames, blit=False)
+        moving.save(path, writer=PillowWriter(fps=PER_SECOND))
+        plt.close(figure)
+
+    return write
 
 
 def side(q: FloatArray) -> tuple[FloatArray, FloatArray]:
