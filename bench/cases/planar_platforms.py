@@ -117,7 +117,7 @@ class DrawnPlatform:
 
         Args:
             x: (n, 6) x, y, phi and the passive joint of each leg in the tree; may be complex.
-            q: (3,) actuated coordinates.
+            q: (3,) actuated coordinates, or (3, n) of each row.
 
         Returns:
             (n, 6) two differences for each leg, zero where it closes, and (n, 3) above zero where
