@@ -24,16 +24,16 @@ import chasles
 from chasles.derive import loads, write
 from chasles.derive.emit.languages import EMITTERS
 
-from ..cases.planar_platforms import DrawnPlatform, drawn_platform
+from ..cases.planar_platforms import CLOSED, DrawnPlatform, drawn_platform
 from ..report import out
 
 COUNT, STARTS, INPUTS = 100, 1_000, 4
 FUNCTIONS, LANGUAGES = ("modes",), ("c", "python")
-CLOSED, SAME, REGULAR = 1e-11, 1e-6, 1e-4
-"""Openings of legs; distance of modes that are one; least margin. Platforms are of size 1."""
+SAME, REGULAR = 1e-6, 1e-4
+"""Distance of modes that are one; least margin. Platforms are of size 1."""
 AGAIN = 100
 """Starts from a mode that is found: they guess the passive joints of all three legs at once."""
-STEPS, LONGEST_STEP, TINY = 50, 0.5, 1e-30
+STEPS, LONGEST_STEP = 50, 0.5
 SLIDE = 2.0
 """Standard deviation of slides at the starts, in parts of the poses' size."""
 NEAR = 0.3
@@ -153,7 +153,7 @@ def newton(
         x, gaps = x[~closed], gaps[~closed]
         if not len(x):
             break
-        J = np.stack([platform.excess(x + TINY * 1j * e, q)[0].imag / TINY for e in np.eye(6)], -1)
+        J = platform.slopes(x, q)
         step = np.linalg.solve(J + 1e-13 * np.eye(6), -gaps[..., None])[..., 0]
         longest = np.abs(step / units).max(1, keepdims=True)
         x = x + step * np.minimum(1, LONGEST_STEP / np.maximum(longest, LONGEST_STEP / 2))
