@@ -14,6 +14,7 @@ from chasles.derive import RobotError, derive, mobility
 INPUTS = 6
 FIRST = 520
 """Number of a mechanism of the first family, behind those of the benchmark."""
+BESIDE = np.array([[-1e-3], [1e-3]])
 
 
 @pytest.mark.parametrize("k", range(len(FAMILIES)), ids=list(FAMILIES))
@@ -64,7 +65,7 @@ def test_three_cranks_move_in_parallel_and_are_rigid_when_crossed(seed, crossed)
     """Newton's iteration from a random configuration may end in the other assembly."""
     drawn = drawn_mechanism(seed)
     numbers = Multistart(drawn.mechanism)
-    (before, after) = numbers.modes(drawn.q + [[-1e-3], [1e-3]], numbers.actuated)
+    (before, after) = numbers.modes(drawn.q + BESIDE, numbers.actuated)
     assert [_nearest(numbers, modes, drawn.mode) < 2e-3 for modes in (before, after)] == [True] * 2
     assert mobility(drawn.mechanism).true == 1
 
@@ -72,7 +73,7 @@ def test_three_cranks_move_in_parallel_and_are_rigid_when_crossed(seed, crossed)
     third = [name for name in reference if name.endswith("swing")]
     assert third
     at = np.array([crossed["a_crank"]])
-    there = numbers.modes(at + [[-1e-3], [1e-3]], numbers.actuated)
+    there = numbers.modes(at + BESIDE, numbers.actuated)
     assert all(_nearest(numbers, modes, crossed) > 1e-2 for modes in there)
     struts = numbers.strut_values(crossed)
     values = {n: sp.Rational(f"{v:.6f}") for n, v in (crossed | struts).items()}
