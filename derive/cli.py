@@ -15,13 +15,11 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from .build.freshness import ROOM, Job, is_up_to_date
+from .description.shipped_files import ROBOTS, SHELF, robot_names, shipped_file
 
 if TYPE_CHECKING:
     from .build.jobs import Report
 
-ROBOTS = ROOM / "robots"
-SHELF = ROBOTS / "shelf"
-"""Well-known arms, derived where they are asked for; their generated folders are not committed."""
 GENERATED = ROOM.parent / "generated"
 LIMIT = 300.0
 """Seconds for one robot: some sixty times what a six-axis arm takes on one core."""
@@ -141,8 +139,8 @@ def derive(
     wanted, given = _listed(functions), _listed(give)
     if group and (base or tip):
         _stop("--group chooses base and tip: give a group, or --base and --tip")
-    named = [*(robots or []), *(_names(SHELF) if shelf else [])]
-    files = _files(named or _names(ROBOTS))
+    named = [*(robots or []), *(robot_names(SHELF) if shelf else [])]
+    files = _files(named or robot_names(ROBOTS))
     says = explain or model
     folder = GENERATED if says else _target([file for file, _ in files], to, calibration or give)
     asked = [
@@ -211,10 +209,6 @@ def _listed(names: str) -> tuple[str, ...]:
     return tuple(name.strip() for name in names.split(",") if name.strip())
 
 
-def _names(folder: Path) -> list[str]:
-    return sorted(path.stem for path in folder.glob("*.toml"))
-
-
 def _target(files: list[Path], to: Path | None, changed: object) -> Path:
     """The folder to write into: the package's own folder for shipped robots as they are."""
     own = [file for file in files if file.parent != ROBOTS or changed]
@@ -244,15 +238,15 @@ def _files(words: Iterable[str]) -> list[tuple[Path, tuple[str, ...]]]:
 
 
 def _file(robot: str) -> tuple[Path, tuple[str, ...]]:
-    for folder in (ROBOTS, SHELF):
-        if robot in _names(folder):
-            return folder / f"{robot}.toml", ()
+    shipped = shipped_file(robot)
+    if shipped is not None:
+        return shipped, ()
     if robot.startswith(NAMED):
         return _named(robot.removeprefix(NAMED))
     if not Path(robot).is_file():
         if Path(robot).suffix or os.sep in robot:
             _stop(f"{robot}: no such file")
-        known = [*_names(ROBOTS), *_names(SHELF)]
+        known = [*robot_names(ROBOTS), *robot_names(SHELF)]
         close = get_close_matches(robot, known, n=1)
         hint = f" (did you mean {close[0]}?)" if close else ""
         _stop(f"{robot}: expected a robot file, or one of {', '.join(known)}{hint}")

@@ -24,16 +24,18 @@ import chasles
 from chasles.derive import loads, write
 from chasles.derive.emit.languages import EMITTERS
 
-from ..cases.planar_platforms import DrawnPlatform, drawn_platform
+from ..cases.planar_platforms import CLOSED, DrawnPlatform, drawn_platform
 from ..report import out
 
 COUNT, STARTS, INPUTS = 100, 1_000, 4
 FUNCTIONS, LANGUAGES = ("modes",), ("c", "python")
-CLOSED, SAME, REGULAR = 1e-11, 1e-6, 1e-4
-"""Openings of legs; distance of modes that are one; least margin. Platforms are of size 1."""
-AGAIN = 30
-"""Starts from a mode that is found."""
-STEPS, LONGEST_STEP, TINY = 50, 0.5, 1e-30
+SAME, REGULAR = 1e-6, 1e-4
+"""Distance of modes that are one; least margin. Platforms are of size 1."""
+AGAIN = 100
+"""Starts from a mode that is found: they guess the passive joints of all three legs at once."""
+STEPS, LONGEST_STEP = 50, 0.5
+SLIDE = 2.0
+"""Standard deviation of slides at the starts, in parts of the poses' size."""
 NEAR = 0.3
 """Radian or metre: how far inputs are from the reference."""
 
@@ -105,7 +107,7 @@ def compared(
     """The modes of a platform at one input beside those of Newton's iteration."""
     theta, margin, unsure = robot.modes(q)
     theta, margin = theta[np.isfinite(margin)], margin[np.isfinite(margin)]
-    size = 1 + np.abs(theta[:, :2]).max(initial=0.0)
+    size = _size(theta)
     begun = np.concatenate(
         [generator.normal(size=(starts, 2)) * size, generator.uniform(-np.pi, np.pi, (starts, 1))],
         1,
@@ -137,10 +139,12 @@ def newton(
     platform: DrawnPlatform, q: np.ndarray, poses: np.ndarray, generator: np.random.Generator
 ) -> np.ndarray:
     """(n, 3) the distinct modes that starts at poses, with random passive joints, lead to."""
-    slides = [leg.kinds[leg.passive] == "P" for leg in platform.legs]
+    slides = np.array([leg.kinds[leg.passive] == "P" for leg in platform.legs])
+    size = _size(poses)
     passive = generator.uniform(-np.pi, np.pi, (len(poses), 3))
-    passive[:, slides] = generator.normal(size=(len(poses), sum(slides))) * 2
+    passive[:, slides] = generator.normal(size=(len(poses), sum(slides))) * SLIDE * size
     x = np.concatenate([poses, passive], 1)
+    units = np.concatenate([[size, size, 1.0], np.where(slides, size, 1.0)])
     found = []
     for _ in range(STEPS):
         gaps, facing = platform.excess(x, q)
@@ -149,11 +153,16 @@ def newton(
         x, gaps = x[~closed], gaps[~closed]
         if not len(x):
             break
-        J = np.stack([platform.excess(x + TINY * 1j * e, q)[0].imag / TINY for e in np.eye(6)], -1)
+        J = platform.slopes(x, q)
         step = np.linalg.solve(J + 1e-13 * np.eye(6), -gaps[..., None])[..., 0]
-        longest = np.abs(step).max(1, keepdims=True)
+        longest = np.abs(step / units).max(1, keepdims=True)
         x = x + step * np.minimum(1, LONGEST_STEP / np.maximum(longest, LONGEST_STEP / 2))
     return _distinct(np.concatenate(found))
+
+
+def _size(poses: np.ndarray) -> float:
+    """How far poses are from the origin, the platform's size of 1 at least (metre)."""
+    return float(1 + np.abs(poses[:, :2]).max(initial=0.0))
 
 
 def _distinct(poses: np.ndarray) -> np.ndarray:

@@ -51,6 +51,8 @@ LEGS = tuple(
     if "R" in kinds[:actuated] + kinds[actuated + 1 :]
 )
 """The kinds of legs: the joints from the base to the platform, and which of them is actuated."""
+ITERATIONS, CLOSED, TINY = 30, 1e-11, 1e-30
+"""Steps to the closed reference; openings of legs that are closed; step of derivatives."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +119,7 @@ class DrawnPlatform:
 
         Args:
             x: (n, 6) x, y, phi and the passive joint of each leg in the tree; may be complex.
-            q: (3,) actuated coordinates.
+            q: (3,) actuated coordinates, or (3, n) of each row.
 
         Returns:
             (n, 6) two differences for each leg, zero where it closes, and (n, 3) above zero where
@@ -139,11 +141,30 @@ class DrawnPlatform:
             facing.append(np.ones(len(x)) if turns else between[:, 0, 0].real)
         return np.stack(gaps, -1), np.stack(facing, -1)
 
+    def slopes(self, x: np.ndarray, q: np.ndarray) -> np.ndarray:
+        """(n, 6, 6) derivatives of the differences by x."""
+        return np.stack([self.excess(x + TINY * 1j * e, q)[0].imag / TINY for e in np.eye(6)], -1)
+
+    def closes(self) -> bool:
+        """Whether the legs close near the reference, though their numbers are rounded."""
+        x = np.array([[*self.pose, *(leg.values[leg.passive] for leg in self.legs)]])
+        for _ in range(ITERATIONS):
+            gaps, facing = self.excess(x, self.q)
+            x = x - np.linalg.lstsq(self.slopes(x, self.q)[0], gaps[0], rcond=None)[0]
+        return bool(np.abs(gaps).max() < CLOSED and (facing > 0).all())
+
 
 def drawn_platform(
     generator: np.random.Generator, kinds: tuple[tuple[str, int], ...] = ()
 ) -> DrawnPlatform:
-    """A platform on legs of given or random kinds, of about a metre's size."""
+    """A platform on legs of given or random kinds, of about a metre's size, which closes."""
+    platform = _drawn(generator, kinds)
+    while not platform.closes():
+        platform = _drawn(generator, kinds)
+    return platform
+
+
+def _drawn(generator: np.random.Generator, kinds: tuple[tuple[str, int], ...]) -> DrawnPlatform:
     pose = _rounded(generator.uniform([-0.3, -0.3, -0.8], [0.3, 0.3, 0.8]))
     kinds = kinds or tuple(LEGS[k] for k in generator.integers(len(LEGS), size=3))
     return DrawnPlatform(tuple(_drawn_leg(*kind, pose, generator) for kind in kinds), pose)

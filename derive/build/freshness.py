@@ -12,6 +12,7 @@ from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
+from ..description.shipped_files import nominal_file
 from ..model.errors import RobotError
 
 ROOM = Path(__file__).parent.parent
@@ -118,9 +119,11 @@ def _named_along(file: Path, seen: dict[Path, bytes]) -> dict[Path, bytes]:
     except ValueError:
         # The reader of the description reports a wrong file.
         return seen
-    for name in (table.get("extends"), table.get("nominal")):
-        if isinstance(name, str):
-            _named_along(file.parent / name, seen)
+    extended, nominal = table.get("extends"), table.get("nominal")
+    if isinstance(extended, str):
+        _named_along(file.parent / extended, seen)
+    if isinstance(nominal, str):
+        _named_along(nominal_file(file, nominal), seen)
     return seen
 
 

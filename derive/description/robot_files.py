@@ -23,7 +23,8 @@ reads.
 The file of a robot with loops lists its joints as a tree, by ``parent``, and the members that close
 the loops: ``[[closures]]``, ``[[rods]]`` and ``[[cylinders]]``; ``actuated`` names the coordinates.
 A file may extend another file with other values of its parameters. The file of a robot as built may
-name that of the robot as designed (``nominal``), from which its inverse is led.
+name the robot as designed (``nominal``), by its file or as a robot that is installed with chasles:
+from it the inverse is led.
 """
 
 from collections.abc import Sequence
@@ -40,6 +41,7 @@ from .conventions.suited import suited
 from .importers.chains import SUFFIXES, from_file, is_imported
 from .mechanism_file import MechanismFile, has_loops
 from .serial_file import AUTO, RobotFile
+from .shipped_files import nominal_file
 from .toml_file import DescriptionError, TomlFile, read_text
 
 __all__ = ["DescriptionError", "load", "loads"]
@@ -112,7 +114,7 @@ def loads(
 def _with_nominal(file: TomlFile, robot: Mechanism, conventions: Sequence[Convention]) -> Mechanism:
     """The robot with the nominal robot that its file names."""
     keys = ("nominal",)
-    path = Path(file.file).parent / file.string(keys, "")
+    path = nominal_file(Path(file.file), file.string(keys, ""))
     try:
         nominal = load(path, conventions)
         if not isinstance(nominal, Mechanism) or nominal.nominal is not None:
@@ -121,7 +123,8 @@ def _with_nominal(file: TomlFile, robot: Mechanism, conventions: Sequence[Conven
     except DescriptionError as error:
         if error.field == "nominal" and error.file == file.file:
             raise
-        file.fail(keys, f"a robot file beside this one ({error})")
+        expected = "the name of a robot that is installed with chasles, or a robot file beside this"
+        file.fail(keys, f"{expected} one ({error})")
     except RobotError as error:
         file.fail(keys, f"the file of the robot as designed ({error})")
 

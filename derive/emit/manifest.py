@@ -10,7 +10,7 @@ import sympy as sp
 from ..derivation import Derivation
 from ..inverse.explanation import notes
 from ..inverse.serial_inverse import Inverses
-from ..loops.checks.closable import limits_of
+from ..loops.checks.closable import doubts_of, limits_of
 from ..loops.hybrid import Hybrid
 from ..model.cleaning import Cleaning, written
 from ..model.mechanism import Coordinate, Described
@@ -60,6 +60,7 @@ def manifest(
             *(hybrid.mobility.disagreements if hybrid else ()),
             *(hybrid.missing.values() if hybrid else ()),
             *(limits_of(hybrid) if hybrid else ()),
+            *(doubts_of(hybrid) if hybrid else ()),
             *(notes(derivation.inverse.classification) if derivation.inverse else ()),
         ],
         **_cleaning(robot.cleaning),

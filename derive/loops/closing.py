@@ -13,6 +13,7 @@ from ..model.mechanism import Mechanism
 from ..model.robot import Placement
 from ..model.tolerances import (
     CLOSED_LOOP,
+    NEIGHBOURHOOD,
     REPEATED_EQUATION,
     SAMPLED_RANGE,
     WORTHWHILE_STEP,
@@ -233,25 +234,30 @@ class ClosedLoops:
     def generic(self) -> tuple[Vector, ...]:
         """Closed configurations near the reference at which the Jacobian has its full rank.
 
+        Other assemblies may have more or fewer freedoms: the rank in the reference's neighbourhood
+        counts.
+
         Raises:
             RobotError: The loops do not close from the reference.
         """
         reference = self.closed(self.reference, np.ones(len(self.z), dtype=bool))
         if not self.entries:
             return (reference,)
-        found = [(*self._rank_at(z), z) for z in self._random(reference)]
-        sure = [(rank, z) for rank, is_sure, z in found if is_sure]
-        ranked = sure or [(rank, z) for rank, _, z in found]
-        highest = max(rank for rank, _ in ranked)
+        far = [(*self._rank_at(z), z) for z in self._random(reference, SAMPLED_RANGE)]
+        near = [(*self._rank_at(z), z) for z in self._random(reference, NEIGHBOURHOOD)]
+        ranked = [(rank, z) for rank, is_sure, z in (*far, *near) if is_sure]
+        ranked = ranked or [(rank, z) for rank, _, z in far]
+        around = near[1:] if all(is_sure for _, is_sure, _ in near[1:]) else []
+        highest = max(rank for rank, *_ in around or ranked)
         return tuple(z for rank, z in ranked if rank == highest)
 
-    def _random(self, reference: Vector) -> Iterator[Vector]:
+    def _random(self, reference: Vector, reach: float) -> Iterator[Vector]:
         """A closed configuration, and random configurations as far around it as they close."""
         yield reference
         free = np.ones(len(reference), dtype=bool)
         random = np.random.default_rng(0)
         for _ in range(SAMPLES):
-            offset = self._scaled(random.uniform(-SAMPLED_RANGE, SAMPLED_RANGE, len(reference)))
+            offset = self._scaled(random.uniform(-reach, reach, len(reference)))
             for halving in range(HALVINGS):
                 try:
                     yield self.closed(reference + offset / 2**halving, free)

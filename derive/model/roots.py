@@ -56,12 +56,13 @@ def _drawn_out(whole: sp.Expr) -> sp.Expr:
 def angle_of(y: sp.Expr, x: sp.Expr) -> sp.Expr:
     """atan2(y, x); where a square of the two numbers is not short, it is a decimal.
 
-    It is one too where SymPy, not sure that the numbers are real, would give a complex logarithm.
+    It is one too where SymPy would search long for the signs of sines and cosines, and where, not
+    sure that the numbers are real, it would give a complex logarithm.
     """
     angle = sp.atan2(y, x, evaluate=False)
     if y.free_symbols | x.free_symbols or y == 0 or x == 0:
         return sp.atan2(y, x)
-    if not all(_has_short_numbers(part**2) for part in (y, x)):
+    if angle.has(sp.sin, sp.cos, sp.tan) or not all(_has_short_numbers(p**2) for p in (y, x)):
         return _decimal(angle)
     exact = sp.atan2(y, x)
     return _decimal(angle) if exact.has(sp.I) else exact

@@ -141,6 +141,12 @@ SAMPLED_RANGE = 0.3
 
 Large enough to leave a singular reference, small enough for Newton's method to close the loops.
 """
+NEIGHBOURHOOD = 0.02
+"""Distance within which closed configurations are the reference's: radian, or part of the size.
+
+Farther off, Newton's method may end in another assembly, which has other freedoms. Large enough for
+singular values that vanish at the reference to show (4e-4 where they grow as the square).
+"""
 GAP = 1e-7
 """Gap up to which a loop counts as closed in a search in numbers: part of the mechanism's size, or
 radian. A search by differences ends some 1e-10 from closure, and at a dead point, where the gap

@@ -12,7 +12,7 @@ from __future__ import annotations
 import functools
 import hashlib
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -154,12 +154,20 @@ def _named_along(description: Path, content: bytes) -> list[bytes]:
         except ValueError:
             # The compiler reports a wrong file, with the line.
             continue
-        for name in (table.get("extends"), table.get("nominal")):
-            beside = file.parent / name if isinstance(name, str) else file
-            if beside.is_file() and beside.resolve() not in seen:
-                seen[beside.resolve()] = beside.read_bytes()
-                left.append(beside)
+        for other in _files_in(table, file.parent):
+            if other.is_file() and other.resolve() not in seen:
+                seen[other.resolve()] = other.read_bytes()
+                left.append(other)
     return list(seen.values())[1:]
+
+
+def _files_in(table: Mapping[str, object], folder: Path) -> Iterator[Path]:
+    """The files that a robot file names: beside it, or of a nominal robot that is installed."""
+    extended, nominal = table.get("extends"), table.get("nominal")
+    if isinstance(extended, str):
+        yield folder / extended
+    if isinstance(nominal, str):
+        yield shipped().get(nominal) or shelf().get(nominal) or folder / nominal
 
 
 @functools.cache

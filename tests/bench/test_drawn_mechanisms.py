@@ -1,15 +1,20 @@
 """Branches of drawn mechanisms beside a multi-start Newton, a sample of the benchmark's."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+import sympy as sp
 
 from bench.accuracy.mechanism_branches import FAULTS, half_way, judged
 from bench.accuracy.multi_start import Multistart
 from bench.cases.drawn_mechanisms import FAMILIES, drawn_mechanism
+from chasles.derive import RobotError, derive, mobility
 
 INPUTS = 6
 FIRST = 520
 """Number of a mechanism of the first family, behind those of the benchmark."""
+BESIDE = np.array([[-1e-3], [1e-3]])
 
 
 @pytest.mark.parametrize("k", range(len(FAMILIES)), ids=list(FAMILIES))
@@ -47,6 +52,39 @@ def test_the_oracle_s_configurations_are_closed():
         assert numbers.residual(mode | {"a_p": mode["a_p"] + 0.1}, ["a_p", "a_crank"]) > 1e-3
     apart = [np.abs(numbers.wrapped(list(a), _difference(a, modes[0]))).max() for a in modes[1:]]
     assert min(apart) > 0.1
+
+
+@pytest.mark.parametrize(
+    ("seed", "crossed"),
+    [
+        (617, {"a_crank": -2.585394, "a_bar": 3.012836}),
+        (643, {"a_crank": 0.019162, "a_bar": -0.096747}),
+    ],
+)
+def test_three_cranks_move_in_parallel_and_are_rigid_when_crossed(seed, crossed):
+    """Newton's iteration from a random configuration may end in the other assembly."""
+    drawn = drawn_mechanism(seed)
+    numbers = Multistart(drawn.mechanism)
+    (before, after) = numbers.modes(drawn.q + BESIDE, numbers.actuated)
+    assert [_nearest(numbers, modes, drawn.mode) < 2e-3 for modes in (before, after)] == [True] * 2
+    assert mobility(drawn.mechanism).true == 1
+
+    reference = dict(drawn.mechanism.reference)
+    third = [name for name in reference if name.endswith("swing")]
+    assert third
+    at = np.array([crossed["a_crank"]])
+    there = numbers.modes(at + BESIDE, numbers.actuated)
+    assert all(_nearest(numbers, modes, crossed) > 1e-2 for modes in there)
+    struts = numbers.strut_values(crossed)
+    values = {n: sp.Rational(f"{v:.6f}") for n, v in (crossed | struts).items()}
+    rigid = replace(drawn.mechanism, reference=tuple((reference | values).items()))
+    with pytest.raises(RobotError, match="0 degrees of freedom: its loops hold every body"):
+        derive(rigid)
+
+
+def _nearest(numbers, modes, mode):
+    apart = [np.abs(numbers.wrapped(list(mode), _difference(mode, m))).max() for m in modes]
+    return min(apart, default=np.inf)
 
 
 def _difference(one, other):

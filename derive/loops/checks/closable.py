@@ -16,6 +16,7 @@ from ..hybrid import Hybrid
 from ..maps import margin
 from .bodies_in_numbers import BodiesInNumbers
 from .gaps import interval
+from .swapped_ends import doubtful_ends
 
 Floats = NDArray[np.float64]
 IsClosed = Callable[[Floats], bool]
@@ -43,6 +44,12 @@ def limits_of(h: Hybrid) -> tuple[str, ...]:
         return bool(np.all(np.asarray(kernel(q)).ravel() >= 0))
 
     return tuple(limits_in_words(mechanism, _reference(h), is_closed, MANY, MANY_STEPS))
+
+
+def doubts_of(h: Hybrid) -> tuple[str, ...]:
+    """A sentence on rods whose ends seem swapped, though the loops close; none for other robots."""
+    doubt = doubtful_ends(h.mechanism, h.at_reference)
+    return (doubt,) if doubt else ()
 
 
 class BySearch:

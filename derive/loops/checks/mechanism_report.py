@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from ..hybrid import Hybrid
 from ..solution import Solution
-from .closable import limits_of
+from .closable import doubts_of, limits_of
 
 
 def in_words(h: Hybrid) -> str:
@@ -18,7 +18,7 @@ def in_words(h: Hybrid) -> str:
     paragraphs = [_freedoms(h)]
     if h.mechanism.closers:
         paragraphs += [_loops(h), _ways(h)]
-    paragraphs += [[line.capitalize() + "." for line in limits_of(h)]]
+    paragraphs += [[f"{line[0].upper()}{line[1:]}." for line in (*limits_of(h), *doubts_of(h))]]
     return "\n\n".join("\n".join(lines) for lines in paragraphs if lines)
 
 

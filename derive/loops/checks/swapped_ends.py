@@ -1,4 +1,8 @@
-"""Rods whose ends seem swapped: with their places exchanged, all loops close near the reference."""
+"""Rods whose ends seem swapped: with their places exchanged, all loops close near the reference.
+
+Loops with swapped ends stand open, or close in another posture: four of six rods of a delta turn
+its platform a little.
+"""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -10,6 +14,27 @@ from .bodies_in_numbers import BodiesInNumbers
 NEAR = 0.2
 """Farthest motion from the reference, in parts of the mechanism's size or radian: values of passive
 joints need only be near, and an exchange that is no remedy may close the loops elsewhere."""
+CLEARLY = 0.02
+"""Motion from the reference, as :data:`NEAR`, that values of two digits do not explain."""
+PART = 0.1
+"""Part of that motion that an exchange may leave: the reference then has the exchanged posture."""
+
+
+def doubtful_ends(mechanism: Mechanism, closed: Mapping[str, float]) -> str:
+    """The rods whose ends seem swapped though all loops close, in a sentence; else empty.
+
+    Args:
+        mechanism: A description whose loops close far from the reference.
+        closed: The values of all members there (radian or metre).
+    """
+    motion = _change(BodiesInNumbers(mechanism), closed)
+    names, left = _best(mechanism) if motion > CLEARLY else ((), math.inf)
+    if left > PART * motion:
+        return ""
+    return (
+        f"the loops close {motion:.2g} rad, or parts of the size, away from the reference, and "
+        f"{_seeming(names)}"
+    )
 
 
 def swapped_ends(mechanism: Mechanism) -> str:
@@ -21,10 +46,18 @@ def swapped_ends(mechanism: Mechanism) -> str:
     Args:
         mechanism: A description whose loops do not close at the reference.
     """
+    names, motion = _best(mechanism)
+    return _seeming(names) if motion <= NEAR else ""
+
+
+def _best(mechanism: Mechanism) -> tuple[tuple[str, ...], float]:
+    """The rods whose exchange closes all loops nearest to the reference, and how far from it."""
     found = {names: _motion(_exchanged(mechanism, names)) for names in _groups(mechanism)}
     names = min(found, key=found.__getitem__, default=())
-    if not names or found[names] > NEAR:
-        return ""
+    return names, found.get(names, math.inf)
+
+
+def _seeming(names: tuple[str, ...]) -> str:
     which = f"rod {names[0]!r}" if len(names) == 1 else f"rods {', '.join(map(repr, names))}"
     return (
         f"the ends of {which} seem swapped: with the places of a and b exchanged between their "

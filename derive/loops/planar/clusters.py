@@ -14,6 +14,7 @@ from itertools import combinations
 import sympy as sp
 
 from ...model.errors import RobotError
+from ...model.roots import angle_of
 from ...model.tolerances import BRANCHES_APART
 from ...terms.tangents import LoopRate
 from ...terms.terms import Terms
@@ -368,7 +369,9 @@ class Clusters:
         on_a, on_b = cluster[edge.a], cluster[edge.b]
         rest = product(conjugate(product(on_a.rotor, edge.rotor)), on_b.rotor)
         re, im = self._tidy(rest)
-        constant = ZERO if (re, im) == REAL else sp.atan2(im, re)
+        constant = ZERO if (re, im) == REAL else angle_of(im, re)
+        if constant.is_Rational:
+            constant = self.terms.let(constant)
         return sp.expand(edge.sense * (on_b.angle - on_a.angle + constant))
 
     def _travelled(self, edge: SlideEdge, cluster: Cluster) -> sp.Expr:

@@ -10,6 +10,14 @@ FUNCTIONS = ("modes", "velocity_relation", "chain_fk")
 STARTS = 100
 STEP = 1e-6
 A_CRANK_AND_TWO_LINES = (("RRR", 0), ("RPR", 2), ("PRR", 2))
+THREE_LINES = (
+    # Lines apart from the platform, and lines of the platform.
+    (("PRR", 2), ("RRP", 0), ("RPR", 2)),
+    (("PRP", 2), ("PRP", 2), ("RPP", 2)),
+    (("PRP", 0), ("PRP", 0), ("PRP", 0)),
+)
+SEVERAL = (*A_CRANK_AND_TWO_LINES, *THREE_LINES[0], ("PRP", 0), ("RPP", 1), ("RRP", 1))
+CLOSED, SAME, FAR = 1e-12, 1e-6, 20.0
 
 
 @pytest.fixture(scope="module")
@@ -55,3 +63,70 @@ def test_the_polynomial_is_zero_at_every_mode(legs):
             for k, (a, b) in enumerate(zip(rest[::2], rest[1::2], strict=True), 1)
         )
         assert abs(value) < 1e-10 * np.abs([a0, *rest]).max()
+
+
+@pytest.mark.parametrize("kinds", THREE_LINES)
+def test_three_lines(kinds, tmp_path):
+    generator = np.random.default_rng(7)
+    platform = drawn_platform(generator, kinds)
+    robot = planar_modes.derived(platform, tmp_path, ("modes",))
+    modes = 0
+    for q in platform.q + generator.uniform(-0.2, 0.2, (2, 3)):
+        row = planar_modes.compared(robot, platform, q, generator, STARTS)
+        assert (row.missed, row.wrong, row.unsure) == (0, 0, False)
+        modes += row.modes
+    assert modes >= 2
+
+
+@pytest.mark.parametrize("first", range(0, len(SEVERAL), 3))
+def test_every_inverse_of_every_leg(first, tmp_path):
+    generator = np.random.default_rng(first)
+    platform = drawn_platform(generator, SEVERAL[first : first + 3])
+    robot = planar_modes.derived(platform, tmp_path, ("actuators_all",))
+    poses = platform.pose + generator.uniform(-0.1, 0.1, (3, 3))
+    q, valid, _ = robot.ik_planar(poses)
+    counted = 0
+    for pose, rows in zip(poses, [a[b] for a, b in zip(q, valid, strict=True)], strict=True):
+        expected = [leg_inverse(platform, k, pose, generator) for k in range(3)]
+        assert len(rows) == np.prod([len(values) for values in expected])
+        for leg, values in enumerate(expected):
+            distances = apart(rows[:, leg, None], values, platform.legs[leg])
+            if len(rows):
+                np.testing.assert_allclose(distances.min(1), 0, atol=SAME)
+                np.testing.assert_allclose(distances.min(0), 0, atol=SAME)
+        counted += len(rows)
+    assert counted >= 3
+
+
+def apart(one, other, leg):
+    """Distances of values of a leg's actuator."""
+    turns = leg.kinds[leg.actuated] == "R"
+    return np.abs(np.angle(np.exp(1j * (one - other))) if turns else one - other)
+
+
+def leg_inverse(platform, k, pose, generator, starts=120):
+    """The values of a leg's actuator at a pose, by Newton's iteration on both its unknowns."""
+    leg = platform.legs[k]
+    turns = np.array([leg.kinds[i] == "R" for i in (leg.actuated, leg.passive)])
+    x = np.where(turns, generator.uniform(-np.pi, np.pi, (starts, 2)), 0)
+    x = np.where(turns, x, generator.normal(size=(starts, 2)) * 3)
+
+    def gaps(x):
+        whole = np.zeros((len(x), 6), x.dtype)
+        whole[:, :3], whole[:, 3 + k] = pose, x[:, 1]
+        q = np.zeros((3, len(x)), x.dtype)
+        q[k] = x[:, 0]
+        found, facing = platform.excess(whole, q)
+        return found[:, 2 * k : 2 * k + 2], facing[:, k]
+
+    for _ in range(60):
+        J = np.stack([gaps(x + 1e-30j * e)[0].imag / 1e-30 for e in np.eye(2)], -1)
+        step = np.linalg.solve(J + 1e-14 * np.eye(2), -gaps(x)[0][..., None])[..., 0]
+        x = x + step * np.minimum(1, 0.5 / np.maximum(np.abs(step).max(1, keepdims=True), 0.5))
+    found, facing = gaps(x)
+    values = x[(np.abs(found).max(1) < CLOSED) & (facing > 0), 0]
+    kept = []
+    for value in values[np.abs(values) < FAR] if not turns[0] else values:
+        if all(apart(value, other, leg) > SAME for other in kept):
+            kept.append(value)
+    return np.array(kept)

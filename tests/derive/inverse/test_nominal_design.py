@@ -92,10 +92,22 @@ def test_a_file_names_its_design(files):
     assert robot.nominal.nominal is None
 
 
+@pytest.mark.parametrize("is_beside", [False, True])
+def test_a_file_names_a_robot_that_is_installed(files, is_beside):
+    text = (files / "built.toml").read_text()
+    (files / "built.toml").write_text(text.replace('"design.toml"', '"board_installer"'))
+    if is_beside:
+        # As on the command line, the name is the installed robot's.
+        (files / "board_installer").write_text("")
+    assert load(files / "built.toml").nominal == load(ROBOTS / "board_installer.toml")
+
+
 @pytest.mark.parametrize(
     ("named", "told"),
     [
         ("none.toml", "a robot file beside this one"),
+        ("panther", "the name of a robot that is installed with chasles, or a robot file beside"),
+        ("ur10e", "the file of a robot with loops"),
         ("built.toml", "names no nominal robot itself"),
         ("four_bar.toml", "its joints are not those of the nominal robot 'four_bar'"),
         ("ur5e.toml", "the file of a robot with loops"),

@@ -17,7 +17,10 @@ from derivations import ROBOTS
 from mechanisms import BASE, at, near, pin
 
 from chasles.derive import Frame, Mechanism, RobotError, Strut, derive, load, loads
+from chasles.derive.loops.checks.closable import doubts_of
 from chasles.derive.loops.checks.gaps import open_loop
+from chasles.derive.loops.checks.swapped_ends import doubtful_ends
+from chasles.derive.loops.closing import closed_configuration
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.model.mechanism import Closure
 
@@ -259,12 +262,29 @@ def swapped(rod):
     return replace(rod, a=replace(a, placement=b.placement), b=replace(b, placement=a.placement))
 
 
-@pytest.mark.parametrize("k", [0, 1])
+@pytest.mark.parametrize("k", range(6))
 def test_a_rod_whose_ends_are_swapped_is_named(k):
     robot = mechanism("delta")
     struts = tuple(swapped(s) if i == k else s for i, s in enumerate(robot.struts))
-    text = message(replace(robot, struts=struts))
+    spoilt = replace(robot, struts=struts)
+    # The rods of the second and third arm still close, with the platform turned by 5 degrees.
+    text = message(spoilt) if k < 2 else doubtful_ends(spoilt, closed_configuration(spoilt))
     assert f"the ends of rod {robot.struts[k].name!r} seem swapped" in text
+    assert text.count("rod_") == (2 if k < 2 else 1)
+
+
+def test_doubts_on_ends_are_told():
+    robot = mechanism("delta")
+    struts = tuple(swapped(s) if i == 3 else s for i, s in enumerate(robot.struts))
+    (told,) = doubts_of(Hybrid(replace(robot, struts=struts)))
+    assert told.startswith("the loops close 0.083 rad, or parts of the size, away from")
+    assert "rod 'rod_2_right' seem swapped" in told
+
+
+def test_no_doubts_on_ends_of_shipped_mechanisms():
+    for name in (*LOOPED, "board_installer", "delta", "stewart_gough", "well_manipulator"):
+        robot = mechanism(name)
+        assert doubtful_ends(robot, closed_configuration(robot)) == ""
 
 
 @pytest.mark.parametrize(("name", "parameter", "value"), SPOILT)

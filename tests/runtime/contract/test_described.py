@@ -120,6 +120,18 @@ def test_a_changed_file_of_the_design_is_derived_again(tmp_path, cache):
     assert all(a != b for a, b in zip(first, second, strict=True))
 
 
+@pytest.mark.parametrize("room", ["shipped", "shelf"])
+def test_a_changed_installed_design_is_derived_again(room, tmp_path, monkeypatch):
+    design = tmp_path / "installed.toml"
+    design.write_text((ROOT / "derive" / "robots" / "four_bar.toml").read_text())
+    monkeypatch.setattr(described, room, lambda: {"mine": design})
+    built = tmp_path / "built.toml"
+    built.write_text(design.read_text().replace("units =", 'nominal = "mine"\nunits =', 1))
+    first = described._home(built)
+    design.write_text(design.read_text() + "\n")
+    assert described._home(built) != first
+
+
 def test_wrong_descriptions(arm, tmp_path, cache):
     arm.write_text(ARM.replace('"a1"', '"a2"'))
     with pytest.raises(chasles.DerivationError, match=r"elbow_arm.toml:4: joints\[1\].a: expected"):
