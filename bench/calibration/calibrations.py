@@ -155,9 +155,7 @@ def _poses(robot, drawn: Drawn, random: np.random.Generator, noise: float = 1.0)
     return Poses(T, SIGMA)
 
 
-def _positions(
-    robot, drawn: Drawn, random: np.random.Generator, noise: float = 1.0
-) -> Positions:
+def _positions(robot, drawn: Drawn, random: np.random.Generator, noise: float = 1.0) -> Positions:
     points = _placed(drawn.T_W_base @ robot.fk_p(drawn.q, drawn.p), drawn.targets)
     return Positions(points + noise * SIGMA[0] * random.normal(size=points.shape), SIGMA[0])
 

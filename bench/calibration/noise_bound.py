@@ -1,9 +1,9 @@
 """The least error that noise leaves to any estimator: the bound of Cramer and Rao.
 
 With J the derivative of all measured numbers, in their standard deviations, by the variables at the
-truth, no unbiased estimator has a covariance below C = (J^T J)^-1. An estimator that reaches it errs
-by K dx at held-back configurations, K their derivative and dx drawn from C. Rows of gross errors
-count as sound ones, so that the bound lies below what such measurements allow.
+truth, no unbiased estimator has a covariance below C = (J^T J)^-1. An estimator that reaches this
+errs by K dx at held-back configurations, K their derivative and dx drawn from C. Rows of gross
+errors count as sound ones, so that the bound lies below what such measurements allow.
 
 Source:
     S. M. Kay, Fundamentals of Statistical Signal Processing: Estimation Theory, 1993, chapter 3.
