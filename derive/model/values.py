@@ -14,9 +14,9 @@ from sympy.logic.boolalg import Boolean
 from .errors import RobotError
 from .tolerances import EVALUATION_DIGITS, ROUNDING, WORKING_DIGITS
 
-
 MOST_OPERATIONS = 30
-"""Most operations in a number that is spelled: a design's has fewer, measured frames have hundreds."""
+"""Most operations in a number that is spelled: a design's has fewer, measured ones have
+hundreds."""
 
 
 class NoValue(RobotError):
