@@ -10,6 +10,7 @@ from .chain.groups import Group, groups
 from .chain.kinematics import FUNCTIONS, Kinematics, arguments_of
 from .chain.parametric import PARAMETRIC, Parametric
 from .chain.rigid_bodies import RigidBodies
+from .chain.transmissions import transmissions
 from .inverse.chosen_joints import hybrid_inverses_for_given, inverses_for_given
 from .inverse.families import FAMILIES
 from .inverse.families.family import Family
@@ -121,9 +122,11 @@ def derive(
         inverse = inverses_for_given(robot, terms, families, give)
         made |= inverse.functions
     written = {function.name: function for function in inverse.written} if inverse else {}
-    capabilities = [*FUNCTIONS, *(inverse.functions if inverse else ()), *written]
+    laws = transmissions(robot, terms, arguments["q"])
+    capabilities = [*FUNCTIONS, *(inverse.functions if inverse else ()), *written, *laws]
     chosen = _chosen(robot.name, _with_called(functions, written), capabilities, PARAMETRIC)
     chosen += [name for name in PARAMETRIC if parametric and name not in chosen]
+    made |= laws
     made |= kinematics.functions([name for name in chosen if name not in made])
     longer = None
     if asked := [name for name in chosen if name in PARAMETRIC]:
@@ -180,7 +183,8 @@ def _of_mechanism(
     asked = [name for name in by_hand if functions is None or name in functions]
     found = [function for name in asked if (function := by_hand[name](hybrid)) is not None]
     written |= {function.name: function for function in found}
-    capabilities += written
+    laws = transmissions(mechanism, hybrid.terms, hybrid.arguments["q"])
+    capabilities += [*written, *laws]
     loops = None
     if parametric or not set(PARAMETRIC).isdisjoint(functions or ()):
         loops = ParametricLoops(hybrid)
@@ -194,7 +198,7 @@ def _of_mechanism(
     made = hybrid.kinematics.functions(asked_of_tool) if asked_of_tool else {}
     made |= {name: makers[name](hybrid) for name in chosen if name in makers}
     made |= inverse.functions if inverse else {}
-    made |= {name: function for name, function in inner.items() if name in chosen}
+    made |= {name: function for name, function in inner.items() if name in chosen} | laws
     return Derivation(
         mechanism,
         hybrid.terms,

@@ -102,9 +102,7 @@ def _calibrate(options: argparse.Namespace) -> int:
     if options.vary:
         found = calibration.identify(robot, q, observation, vary=options.vary)
     else:
-        # A robot file has no gains and waves of drives.
-        models = [m for m in calibration.MODELS if not (options.to and "transmission" in m.vary)]
-        chosen = calibration.best_model(robot, q, observation, models=tuple(models))
+        chosen = calibration.best_model(robot, q, observation)
         found, held_back = chosen.calibration, chosen.errors
         print(f"model: {chosen.model.name}")
     print(found)
@@ -115,6 +113,8 @@ def _calibrate(options: argparse.Namespace) -> int:
         text = calibration.robot_file(robot, found.p, options.to.stem, source)
         options.to.write_text(text, encoding="utf-8")
         print(f"\nwritten: {options.to}")
+        if "[[transmissions]]" in text:
+            print("its functions take true coordinates, joints_from_motors(m)")
     return 0
 
 

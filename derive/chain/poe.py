@@ -3,6 +3,7 @@
 import sympy as sp
 
 from ..model.robot import Placement, Robot, Rotation
+from ..model.values import shortened
 
 
 def to_poe(robot: Robot) -> tuple[sp.ImmutableMatrix, sp.ImmutableMatrix]:
@@ -43,6 +44,7 @@ def placement_matrix(placement: Placement) -> sp.Matrix:
     T = sp.eye(4)
     for motion in placement:
         T = T * (_turn(motion) if isinstance(motion, Rotation) else _shift(motion.vector))
+        T = T.applyfunc(shortened)
     return T
 
 

@@ -94,6 +94,7 @@ class MechanismFile(RobotFile):
         kinds = _moving(joints, struts)
         drives = tuple(self._drive(keys, kinds) for keys in self._each("drives"))
         tool_body, tool, tool_frame = self._tool(bodies)
+        transmissions = self._transmissions()
         parameters = tuple(self.parameter(name) for name in self.symbols)
         reference = self._reference(kinds, struts, drives)
         closers: tuple[Closure | Strut, ...] = (*closures, *struts)
@@ -116,6 +117,7 @@ class MechanismFile(RobotFile):
                 closure=self.option(("closure",), CLOSURE_MODES, "exact"),
                 parameters=parameters,
                 notes=assumption(parameters, joints, closers, drives),
+                transmissions=transmissions,
             )
         except DescriptionError:
             raise

@@ -10,7 +10,7 @@ from ..model.convention import Convention, FieldKind
 from ..model.errors import RobotError
 from ..model.kinds import JointKind
 from ..model.placements import Placement, Vector, from_xyz_rpy
-from ..model.robot import Joint, Load, Mimic, PointMass, Robot
+from ..model.robot import Joint, Load, Mimic, PointMass, Robot, Transmission
 from .assumptions import assumption
 from .conventions import CONVENTIONS, poe
 from .toml_file import FRAME, DescriptionError, Keys, TomlFile, dotted, listed
@@ -28,9 +28,12 @@ ROBOT_FIELDS = (
     "base",
     "tool",
     "joints",
+    "transmissions",
 )
+TRANSMISSION_FIELDS = ("of", "gain", "sin1", "cos1", "sin2", "cos2")
 LOAD_FIELDS = ("masses", "gravity")
 JOINT_FIELDS = ("name", "type", "convention", "limits", "link", "pitch", "direction", "assumed")
+_WAVES = ("sin1", "cos1", "sin2", "cos2")
 KINDS: tuple[JointKind, ...] = ("revolute", "prismatic", "helical", "fixed")
 
 
@@ -74,6 +77,7 @@ class RobotFile(TomlFile):
         tool, tool_frame = self._frame("tool", "ee")
         joints = self._joints()
         load = self._load()
+        transmissions = self._transmissions()
         parameters = tuple(self.parameter(name) for name in self.symbols)
         try:
             return Robot(
@@ -88,11 +92,31 @@ class RobotFile(TomlFile):
                 parameters=parameters,
                 notes=assumption(parameters, joints),
                 load=load,
+                transmissions=transmissions,
             )
         except DescriptionError:
             raise
         except RobotError as error:
             self.fail(("joints",), f"a robot ({error})", shown=None)
+
+    def _transmissions(self) -> tuple[Transmission, ...]:
+        """The laws of drives that do not run true."""
+        listed_ = self.table.get("transmissions", [])
+        if not isinstance(listed_, list):
+            self.fail(("transmissions",), "a list of transmissions")
+        return tuple(self._transmission(("transmissions", k)) for k in range(len(listed_)))
+
+    def _transmission(self, keys: Keys) -> Transmission:
+        self.check_fields(keys, self.table_at(keys), TRANSMISSION_FIELDS)
+        has_gain = self.at((*keys, "gain")) is not None
+        gain = self.number((*keys, "gain"), "ratio") if has_gain else sp.S.One
+        sin1, cos1, sin2, cos2 = (self.number((*keys, name), "angle") for name in _WAVES)
+        try:
+            return Transmission(self.name((*keys, "of")), gain, (sin1, cos1, sin2, cos2))
+        except DescriptionError:
+            raise
+        except RobotError as error:
+            self.fail((*keys, "gain"), f"a law that can be inverted ({error})", shown=None)
 
     def _load(self) -> Load | None:
         """The masses of the links and the direction of gravity in the base frame."""

@@ -88,9 +88,10 @@ def _together(files: Mapping[str, Files]) -> dict[str, str]:
 
 
 def _identity(robot: Described) -> str:
-    """The description as text; a load is named where there is one."""
+    """The description as text; a load and transmissions are named where there are any."""
     load = robot.load if isinstance(robot, Robot) else None
-    return repr(robot) if load is None else f"{robot!r} {load!r}"
+    parts = (robot, *(part for part in (load, robot.transmissions) if part))
+    return " ".join(map(repr, parts))
 
 
 def sha256(text: str) -> str:

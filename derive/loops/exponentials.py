@@ -9,6 +9,7 @@ import sympy as sp
 from ..chain.poe import placement_matrix
 from ..model.mechanism import Closure, Frame, Strut
 from ..model.robot import Joint
+from ..model.values import MOST_OPERATIONS
 from ..terms.lie import adjoint, inverse_se3, pose, screw_axis
 from ..terms.terms import Terms
 from .planar.phasors import ZERO
@@ -50,11 +51,11 @@ def around(
     back, T_b = _branch(terms, loop.to_b, "b")
     closer = loop.closer
     if isinstance(closer, Strut) and closer.ends == "pin" and linkage is not None:
-        T_a = T_a * _in_plane(closer.a, linkage.axes[closer.a.body])
-        T_b = T_b * _in_plane(closer.b, linkage.axes[closer.b.body])
+        T_a = _short(terms, T_a * _in_plane(closer.a, linkage.axes[closer.a.body]))
+        T_b = _short(terms, T_b * _in_plane(closer.b, linkage.axes[closer.b.body]))
     else:
-        T_a = T_a * placement_matrix(closer.a.placement)
-        T_b = T_b * placement_matrix(closer.b.placement)
+        T_a = _short(terms, T_a * placement_matrix(closer.a.placement))
+        T_b = _short(terms, T_b * placement_matrix(closer.b.placement))
         if linkage is not None and terms.value((T_a[:3, 2]).dot(T_b[:3, 2])) < 0:
             # In a plane, a pin also holds frames whose z axes are opposed.
             T_b = T_b * sp.diag(1, -1, -1, 1)
@@ -85,10 +86,15 @@ def _short(terms: Terms, matrix: sp.Matrix) -> sp.Matrix:
     return matrix.applyfunc(
         lambda entry: (
             terms.let(entry)
-            if terms.addends(entry) > SPELLED
+            if terms.addends(entry) > SPELLED or _is_measured(terms, entry)
             else tidied_entry(terms, sp.expand(entry))
         )
     )
+
+
+def _is_measured(terms: Terms, entry: sp.Expr) -> bool:
+    """Whether an entry is a number with more operations than a design's."""
+    return terms.is_number(entry) and int(sp.count_ops(entry)) > MOST_OPERATIONS
 
 
 def _through(closer: Closure | Strut) -> tuple[list[tuple[str, sp.Matrix]], sp.Matrix]:

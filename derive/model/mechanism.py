@@ -21,9 +21,11 @@ from .robot import (
     Parameter,
     Placement,
     Robot,
+    Transmission,
     check_choice,
     check_name,
     check_robot_name,
+    check_transmissions,
     check_unique,
     symbols_of,
 )
@@ -186,6 +188,7 @@ class Mechanism:
             zero where none is given, and for a cylinder with both limits the middle of them.
             Those of passive joints need only be near.
         notes: Changes and assumptions made while the description was read.
+        transmissions: The laws of coordinates whose drives do not run true.
         closure: Whether loops of pins that are not quite in a plane are closed in least squares.
         nominal: The robot as designed, with the same members, where this one is as built; None
             where it is not described.
@@ -211,6 +214,7 @@ class Mechanism:
     parameters: tuple[Parameter, ...] = ()
     reference: tuple[tuple[str, sp.Expr], ...] = ()
     notes: tuple[str, ...] = field(default=())
+    transmissions: tuple[Transmission, ...] = field(default=(), repr=False, kw_only=True)
     closure: ClosureMode = "exact"
     nominal: "Mechanism | None" = field(default=None, repr=False, compare=False)
     cleaning: Cleaning = field(default=Cleaning(), repr=False, compare=False)
@@ -233,6 +237,7 @@ class Mechanism:
         self._check_known("reference of", [n for n, _ in self.reference], known | self._swings)
         if not self.actuated:
             raise RobotError(f"robot {self.name!r} has no actuated coordinate")
+        check_transmissions(self.transmissions, self.actuated)
         if self.nominal is not None:
             self._check_nominal(self.nominal)
         object.__setattr__(self, "reference", (*self.reference, *self._middles()))

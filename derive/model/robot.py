@@ -22,6 +22,7 @@ from .errors import RobotError
 from .exact import exact, exact_vector
 from .kinds import UNITS, JointKind, ParameterKind
 from .placements import Placement, Rotation, Translation, Vector, symbols_of
+from .tolerances import MOST_WAVES
 
 __all__ = [
     "UNITS",
@@ -34,12 +35,15 @@ __all__ = [
     "Robot",
     "Rotation",
     "Translation",
+    "Transmission",
     "check_choice",
     "check_name",
     "check_robot_name",
     "check_unique",
     "symbols_of",
 ]
+
+Vector4 = tuple[sp.Expr, sp.Expr, sp.Expr, sp.Expr]
 
 
 @dataclass(frozen=True)
@@ -166,6 +170,41 @@ class Load:
 
 
 @dataclass(frozen=True)
+class Transmission:
+    """The law between what a controller takes for a coordinate and the coordinate's true value.
+
+    With m the value that the controller shows,
+
+        q = gain m + sin1 sin m + cos1 cos m + sin2 sin 2m + cos2 cos 2m,
+
+    where the waves stand for eccentric encoders and gears; sliding coordinates have none.
+
+    Attributes:
+        of: Name of the coordinate.
+        gain: True motion per unit of m.
+        waves: sin1, cos1, sin2 and cos2 (radian).
+
+    Raises:
+        RobotError: The waves are so large that q might not grow with the gain.
+    """
+
+    of: str
+    gain: sp.Expr = sp.S.One
+    waves: Vector4 = (sp.S.Zero,) * 4
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "gain", exact(self.gain))
+        object.__setattr__(self, "waves", tuple(exact(wave) for wave in self.waves))
+        sizes = [abs(float(wave)) for wave in self.waves]
+        largest = MOST_WAVES * abs(float(self.gain))
+        if self.gain == 0 or sum(sizes) + sum(sizes[2:]) > largest:
+            raise RobotError(
+                f"transmission of {self.of!r}: expected a gain other than 0 and waves of at most "
+                f"{MOST_WAVES} of it, counted twice where they come twice a turn"
+            )
+
+
+@dataclass(frozen=True)
 class Robot:
     """A serial chain from a base frame to a tool frame.
 
@@ -183,6 +222,7 @@ class Robot:
         cleaning: The numbers of the description that were not taken as they are written; it is
             no part of the robot's identity.
         load: The weights under which its joints sag; None where they are rigid.
+        transmissions: The laws of coordinates whose drives do not run true.
 
     Raises:
         RobotError: Names clash, a mimic joint has no leader, a symbol is no parameter, or no joint
@@ -201,6 +241,7 @@ class Robot:
     notes: tuple[str, ...] = ()
     cleaning: Cleaning = field(default=Cleaning(), repr=False, compare=False)
     load: Load | None = field(default=None, repr=False)
+    transmissions: tuple[Transmission, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
         check_robot_name(self.name)
@@ -211,6 +252,7 @@ class Robot:
         check_unique("parameter", [parameter.name for parameter in self.parameters])
         if not self.coordinates:
             raise RobotError(f"robot {self.name!r} has no joint with a coordinate of its own")
+        check_transmissions(self.transmissions, [joint.name for joint in self.coordinates])
         leaders = {joint.name for joint in self.coordinates}
         for joint in self.joints:
             if joint.mimic and joint.mimic.leader not in leaders:
@@ -283,6 +325,13 @@ def check_unique(what: str, names: Sequence[str]) -> None:
         if name in known:
             raise RobotError(f"two {what}s are called {name!r}; names must differ")
         known.add(name)
+
+
+def check_transmissions(transmissions: Sequence[Transmission], coordinates: Sequence[str]) -> None:
+    """Raises RobotError where a law is of no coordinate, or two are of one."""
+    check_unique("transmission", [law.of for law in transmissions])
+    for law in transmissions:
+        check_choice("transmission of", law.of, law.of, coordinates)
 
 
 def check_name(what: str, name: object) -> None:

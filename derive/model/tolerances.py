@@ -22,6 +22,11 @@ ROUNDING = 10.0**-RELIABLE_DIGITS
 """Difference (no unit) below which a constant of order 1 equals an integer: 1e-32, the last of the
 reliable digits."""
 
+MOST_WAVES = 0.05
+"""Amplitude of a drive's waves (radian) in parts of its gain up to which three steps of Newton's
+iteration invert its law to rounding: each squares the error, which a quarter of this bounds first.
+Real ones stay below 0.001."""
+
 # --- description: rounding in files ---
 
 NOISE = 1e-9

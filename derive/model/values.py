@@ -14,6 +14,10 @@ from sympy.logic.boolalg import Boolean
 from .errors import RobotError
 from .tolerances import EVALUATION_DIGITS, ROUNDING, WORKING_DIGITS
 
+MOST_OPERATIONS = 30
+"""Most operations in a number that is spelled: a design's has fewer, measured ones have
+hundreds."""
+
 
 class NoValue(RobotError):
     """An expression that is no finite real number: a division by zero or an even root below 0."""
@@ -33,6 +37,10 @@ class Values:
     def know(self, symbol: sp.Symbol, value: mpmath.mpf) -> None:
         """Gives a symbol its value."""
         self._known[symbol] = value
+
+    def knows(self, symbol: sp.Symbol) -> bool:
+        """Whether a symbol has its value."""
+        return symbol in self._known
 
     def of(self, expression: sp.Expr) -> mpmath.mpf:
         """The value of an expression of numbers and known symbols.
@@ -96,6 +104,19 @@ def value_at(expression: sp.Expr, numbers: Mapping[sp.Symbol, sp.Expr]) -> mpmat
     for symbol, number in numbers.items():
         values.know(symbol, values.of(number))
     return values.of(expression)
+
+
+def shortened(expression: sp.Expr) -> sp.Expr:
+    """A number in few operations: one that takes many is evaluated to 40 digits.
+
+    Products of measured turns have no form that is worth keeping, and are the longest there are.
+
+    Args:
+        expression: Any expression; one with symbols is returned as it is.
+    """
+    if expression.free_symbols or int(sp.count_ops(expression)) <= MOST_OPERATIONS:
+        return expression
+    return to_digits(Values().of(expression))
 
 
 def to_digits(value: mpmath.mpf) -> sp.Expr:

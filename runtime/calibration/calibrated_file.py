@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 from ..contract.facts import Coordinate
 from ..errors import InputValueError
 from .calibrated_mechanism import mechanism_text
+from .drives import transmissions_text
+from .parameters import nominal
 
 FloatArray = NDArray[np.float64]
 
@@ -29,22 +31,33 @@ def robot_file(robot: Any, p: FloatArray, name: str, source: str) -> str:
         name: Name of the calibrated robot.
         source: Origin of the numbers, for the file.
 
+    Gains and waves of drives are written as transmissions: the functions of the calibrated robot
+    take true coordinates, and its `joints_from_motors` and `motors_from_joints` convert.
+
     Raises:
-        InputValueError: Drives were identified, which screws cannot describe, or a coordinate moves
+        InputValueError: Springs were identified, which no file describes, or a coordinate moves
             several joints.
     """
-    drives = [
+    springs = [
         parameter.name
         for parameter, value in zip(robot.geometry, p, strict=True)
-        if parameter.part in ("transmission", "compliance") and value != parameter.value
+        if parameter.part == "compliance" and value != parameter.value
     ]
-    if drives:
+    if springs:
         raise InputValueError(
-            f"a robot file has no gains, waves and springs of drives, and {', '.join(drives)} were "
-            "identified; apply them to the joint values before the robot is called"
+            f"a robot file has no springs, and {', '.join(springs)} were identified; identify "
+            "without compliance, or set them to 0 in p and call the calibrated robot at "
+            "q + compliance tau(q), with tau the torques of gravity"
         )
+    straight = np.where([g.part == "transmission" for g in robot.geometry], nominal(robot), p)
     if robot.kind != "serial":
-        return mechanism_text(robot, p, name, source, _rpy)
+        text = mechanism_text(robot, straight, name, source, _rpy)
+        return text + transmissions_text(robot, p, math.degrees(1))
+    return _chain_text(robot, straight, name, source) + transmissions_text(robot, p, 1.0)
+
+
+def _chain_text(robot: Any, p: FloatArray, name: str, source: str) -> str:
+    """The text of a robot file of a serial robot whose drives run true."""
     zero = np.zeros(robot.n)
     T, J = robot.fk_p(zero, p), robot.jacobian_p(zero, p)
     lines = [

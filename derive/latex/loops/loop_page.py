@@ -11,7 +11,7 @@ from ...loops.hybrid import Hybrid
 from ...model.mechanism import Mechanism
 from ...terms.symbolic_function import SymbolicFunction
 from ...terms.terms import Terms
-from ..setting.notation import LENGTH
+from ..setting.notation import LENGTH, MOST_WRITTEN
 from ..setting.page import Page
 from ..setting.printed_terms import PrintedTerms
 from ..setting.sharing import PRINTED
@@ -110,7 +110,9 @@ class LoopPage:
         )
 
     def constant(self, expression: sp.Expr) -> sp.Expr:
-        """A constant in printed symbols, term by term."""
+        """A constant in printed symbols, term by term where it is short."""
+        if self.terms.is_number(expression) and self.terms.size(expression) > MOST_WRITTEN:
+            return self.printed_terms.notation.constant(self.terms.value(expression))
         addends = sp.Add.make_args(sp.expand(self.terms.spelled(expression)))
         return sp.Add(*map(self.printed_terms.constant, addends))
 

@@ -10,8 +10,7 @@ from numpy.testing import assert_allclose
 import chasles
 from chasles.__main__ import main
 from chasles.calibration import robot_file
-from chasles.derive import load, write
-from chasles.errors import InputValueError
+from chasles.derive import RobotError, load, write
 
 
 def test_the_file_describes_the_same_arm_and_has_an_inverse(arm, truth, tmp_path):
@@ -42,11 +41,36 @@ def test_slides_offsets_and_frames(name, tmp_path):
     assert_allclose(chasles.load(tmp_path / "mine").fk(q), robot.fk_p(q, p), atol=1e-13)
 
 
-def test_drives_are_refused(arm):
-    p = np.array([g.value for g in arm.geometry])
-    p[[g.name for g in arm.geometry].index("elbow_gain")] = 1.001
-    with pytest.raises(InputValueError, match="elbow_gain were identified"):
-        robot_file(arm, p, "mine", "a test")
+def test_drives_are_transmissions_of_the_file(arm, truth, tmp_path):
+    random, p = np.random.default_rng(3), truth.p.copy()
+    drives = np.array([g.part == "transmission" for g in arm.geometry])
+    p[drives] += random.uniform(-3e-3, 3e-3, drives.sum())
+    path = tmp_path / "mine.toml"
+    path.write_text(robot_file(arm, p, "mine", "a test"))
+    write(load(path), tmp_path / "mine", ["fk", "ik", "joints_from_motors", "motors_from_joints"])
+    mine = chasles.load(tmp_path / "mine")
+    m = random.uniform(-6, 6, (1000, 6))
+    q = mine.joints_from_motors(m)
+    assert np.abs(q - m).max() > 1e-2
+    assert_allclose(mine.motors_from_joints(q), m, atol=1e-14)
+    assert_allclose(mine.fk(q), arm.fk_p(m, p), atol=1e-13)
+    found = mine.ik(mine.fk(q))
+    back = arm.fk_p(mine.motors_from_joints(found.q), p)
+    gaps = np.abs(back - arm.fk_p(m, p)[:, None]).max((-2, -1))[found.valid]
+    assert len(gaps) > 1000
+    assert gaps.max() < 1e-10
+
+
+def test_laws_that_cannot_be_inverted_are_refused(tmp_path):
+    path = tmp_path / "scara.toml"
+    text = (ROBOTS / "scara.toml").read_text()
+    for law, words in (('gain = 1\nsin1 = "3"', "waves of at most"), ("gain = 0", "other than 0")):
+        path.write_text(f'{text}\n[[transmissions]]\nof = "shoulder"\n{law}\n')
+        with pytest.raises(RobotError, match=words):
+            load(path)
+    path.write_text(f'{text}\n[[transmissions]]\nof = "none"\n')
+    with pytest.raises(RobotError, match="transmission of 'none'"):
+        load(path)
 
 
 def test_the_command(arm, truth, tmp_path, monkeypatch, capsys):
