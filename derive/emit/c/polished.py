@@ -18,7 +18,7 @@ from .written import GENERAL, table_lines, written_file
 
 SUPPORTS = tuple(
     f"chasles_polish{part}.h"
-    for part in ("", "_fold", "_general", "_lanes", "_steps", "_search", "_tolerances")
+    for part in ("", "_deflated", "_fold", "_general", "_lanes", "_steps", "_search", "_tolerances")
 )
 
 

@@ -45,6 +45,7 @@
 #include "chasles_polish_fold.h"
 #endif
 #if POLISH_IS_GENERAL
+#include "chasles_polish_deflated.h"
 #include "chasles_polish_general.h"
 #endif
 

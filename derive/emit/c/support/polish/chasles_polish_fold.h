@@ -125,11 +125,13 @@ static int POLISH_NAME(is_folded)(const POLISH_NAME(search) * s, const POLISH_NA
 
 /* Begins branches on both sides of folds, one a lane, unless their solutions are known; whether it
  * is clear of each fold that it has two solutions, or none. A branch of which only the way was bent
- * has its solution; it is not clear that there are no further ones where the tool hardly moves
- * along v, near or far. */
+ * has its solution, and `bent2` the square of its second step over its first, else 0. It is not
+ * clear that there are no further solutions where the tool hardly moves along v, near or far, the
+ * less the straighter the way was. */
 static LANES_TARGET int POLISH_NAME(part)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start,
                                           POLISH_NAME(folds) * f, const int *slot,
-                                          const int *is_bent, int count, POLISH_NAME(pairs) * pairs)
+                                          const double *bent2, int count,
+                                          POLISH_NAME(pairs) * pairs)
 {
     int is_clear = 1;
     POLISH_NAME(repeat)((double *)f->c.q, POLISH_N, count);
@@ -141,8 +143,10 @@ static LANES_TARGET int POLISH_NAME(part)(POLISH_NAME(search) * s, const POLISH_
         const double most = fabs(of_lack) > of_slope ? fabs(of_lack) : of_slope;
         const double longest = POLISH_LONGEST * bend;
         const int is_flat = !(fabs(bend) > POLISH_FLAT * POLISH_DEVIATION);
-        if (is_bent[lane]) {
-            is_clear = is_clear && !(is_flat && slope < POLISH_LEVEL * POLISH_DEVIATION);
+        if (bent2[lane] > 0.0) {
+            const double level = POLISH_LEVEL * POLISH_DEVIATION;
+            is_clear = is_clear && (fabs(bend) > POLISH_FLAT_WAY * POLISH_DEVIATION ||
+                                    of_slope > level * level * bent2[lane]);
             continue;
         }
         is_clear = is_clear && !is_flat && (square > 0.0 ? most : of_slope) < longest * longest &&
@@ -174,20 +178,21 @@ static LANES_TARGET int POLISH_NAME(unfold)(POLISH_NAME(search) * s,
 {
     POLISH_NAME(folds) f;
     POLISH_NAME(pairs) pairs;
-    int slot[LANES], is_bent[LANES], count = 0, reached = 0, is_clear = 1;
+    double bent2[LANES];
+    int slot[LANES], count = 0, reached = 0, is_clear = 1;
     pairs.count = 0;
     for (int k = 0; k < POLISH_SLOTS; k++) {
         reached += start->residual[k] < POLISH_FOLD;
         const double *own = first + 3 * LANES * (k / LANES) + k % LANES;
         const int is_folded = POLISH_NAME(is_folded)(s, start, k, own[0]);
         if (is_folded || (s->taken[k] && own[2 * LANES] > POLISH_SLOWED * POLISH_SLOWED)) {
-            is_bent[count] = !is_folded;
+            bent2[count] = is_folded ? 0.0 : own[2 * LANES];
             for (int i = 0; i < POLISH_N; i++)
                 ((double *)f.c.q)[LANES * i + count] = start->q[POLISH_N * k + i];
             slot[count++] = k;
         }
         if (count == LANES || (k + 1 == POLISH_SLOTS && count > 0)) {
-            is_clear = POLISH_NAME(part)(s, start, &f, slot, is_bent, count, &pairs) && is_clear;
+            is_clear = POLISH_NAME(part)(s, start, &f, slot, bent2, count, &pairs) && is_clear;
             count = 0;
         }
     }

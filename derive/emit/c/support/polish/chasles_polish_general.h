@@ -101,6 +101,22 @@ static int POLISH_NAME(is_one_each)(const POLISH_NAME(search) * s, const chasles
     return real == s->count && real % 2 == 0;
 }
 
+/* Whether the known solutions are surely all, by their angles as roots of a split. */
+static int POLISH_NAME(is_complete)(const POLISH_NAME(search) * s, const chasles_general_six *six,
+                                    const chasles_general_split *split,
+                                    const chasles_general_system *system)
+{
+    const int joint = split->joint[2], own = POLISH_NAME(coordinate)(six, joint);
+    const double sign = split->sense * chasles_general_direction(six->arm, joint);
+    double root[POLISH_RESULTS];
+    int count = 0;
+    for (int k = 0; k < POLISH_RESULTS; k++) {
+        if (s->taken[k])
+            root[count++] = sign * s->q[POLISH_N * k + own];
+    }
+    return chasles_polish_are_all(system, root, count);
+}
+
 /* The solutions of the general solver, unless those that are known are all; whether they surely
  * are. */
 static int POLISH_NAME(solve_generally)(const POLISH_NAME(search) * s,
@@ -112,7 +128,10 @@ static int POLISH_NAME(solve_generally)(const POLISH_NAME(search) * s,
     found->count = 0;
     for (int k = 0; k < six->arm->splits; k++) {
         const chasles_general_split *split = six->arm->split + k;
-        const int is_sure = chasles_general_isolated(six, split, s->in, &system, &roots);
+        chasles_general_eliminate(six, split, s->in, &system);
+        if (POLISH_NAME(is_complete)(s, six, split, &system))
+            return 1;
+        const int is_sure = chasles_general_isolated(&system, &roots);
         if (is_sure && POLISH_NAME(is_one_each)(s, six, split, &roots))
             return 1;
         if (chasles_general_by_roots(six, s->in, split, &system, &roots, found) && is_sure &&

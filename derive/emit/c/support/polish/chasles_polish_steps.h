@@ -317,10 +317,8 @@ static int POLISH_NAME(same)(const double *a, const double *b)
 {
     static const double turns[] = POLISH_TURNS;
     for (int i = 0; i < POLISH_N; i++) {
-        double apart = fabs(a[i] - b[i]);
-        if (turns[i] > 0.0 && apart > 3.141592653589793)
-            apart = 6.283185307179586 - apart;
-        if (!(apart < POLISH_SAME))
+        const double apart = fabs(a[i] - b[i]), other = 6.283185307179586 - apart;
+        if (!(apart < POLISH_SAME) && !(turns[i] > 0.0 && other < POLISH_SAME))
             return 0;
     }
     return 1;

@@ -56,8 +56,9 @@
  * second singularity is near, which moves the first. */
 #define POLISH_DOUBT_BEYOND (0.25 * POLISH_UNSURE)
 /* Part of the first of Newton's steps that the second is at most on a way without a bend, on which
- * no singularity of the true arm is near: of 100 lost solutions, none was near a less bent way. */
-#define POLISH_SLOWED 0.2
+ * no singularity of the true arm is near: of 870 poses with solutions to which no branch leads, one
+ * in a hundred had no way that was bent more. */
+#define POLISH_SLOWED 0.1
 /* Residual up to which a branch that is no solution may become a pair of them: the iteration slows
  * down where it has to pass a fold. */
 #define POLISH_NEARLY POLISH_DEVIATIONS(0.4)
@@ -93,10 +94,11 @@
 /* Bend at a fold (1/rad), in deviations, up to which the deviation may have made it: where joints
  * turn together without moving the tool, there is no bend at all. */
 #define POLISH_FLAT 8.0
-/* Slope (radian, parts of the arm's length for a radian), in deviations, up to which the deviation
- * may bring the tool back to the pose further along: of 200 pairs that were found so, two were
- * where it is steeper. */
-#define POLISH_LEVEL 3.0
+/* The same on a bent way; and slope (radian, parts of the arm's length for a radian) there, in
+ * deviations, for a second step as long as the first, up to which the deviation may bring the tool
+ * back to the pose further along. Of those 870 poses, some ten are beyond both. */
+#define POLISH_FLAT_WAY 24.0
+#define POLISH_LEVEL 50.0
 /* rad: way from a fold to its solutions, and step beside that way, up to which an equation of
  * second order tells how many there are. */
 #define POLISH_LONGEST 0.5
@@ -109,8 +111,8 @@
  * the nominal arm misses the pose by far; and the displacement of the tool there, in deviations,
  * where that root is one deviation: it grows as the root falls. Up to ten deviations from the pose
  * the root may be NEARER. */
-#define POLISH_SECOND 2.0
-#define POLISH_AMPLIFIED 20.0
+#define POLISH_SECOND 3.0
+#define POLISH_AMPLIFIED 45.0
 #define POLISH_NEARER 4.0
 
 #endif

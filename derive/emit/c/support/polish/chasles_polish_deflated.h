@@ -1,0 +1,152 @@
+/* Whether known roots of the determinant are all of its real ones; part of chasles, the same for
+ * every robot whose inverse is led from a nominal arm.
+ *
+ * Over sin((s - r) / 2) for an even number of roots r, the determinant is again a trigonometric
+ * polynomial in s, of a degree that is lower by half as many. Where this quotient has no real root,
+ * the determinant has no others, and these once. That costs less than to isolate them: there are
+ * fewer samples and cells, and no root to be found.
+ */
+#ifndef CHASLES_POLISH_DEFLATED_H
+#define CHASLES_POLISH_DEFLATED_H
+
+#include "chasles_cos_sin.h"
+#include "chasles_general_roots.h"
+
+/* Samples around the circle; least and greatest number of roots: with fewer of them, no degree is
+ * left that tells errors. */
+#define CHASLES_FEW_SAMPLES 16
+#define CHASLES_LEAST_KNOWN 4
+#define CHASLES_MOST_KNOWN 16
+/* Cells that are looked at; of their Taylor series, of degree 6 at most, what is left out is less
+ * than this part of the greatest coefficient. */
+#define CHASLES_WIDE_CELLS 48
+#define CHASLES_WIDE_LEFT 1e-11
+
+/* The determinant over the products, at the samples; the greatest of the determinant's. */
+static double chasles_polish_quotients(const chasles_general_system *system, const double *root,
+                                       int count, double *quotient)
+{
+    const double *cosine = chasles_circle_cosine;
+    const int apart = CHASLES_CELLS / CHASLES_FEW_SAMPLES;
+    double half[CHASLES_MOST_KNOWN], of_cos[CHASLES_MOST_KNOWN], of_sin[CHASLES_MOST_KNOWN];
+    double most = 0.0;
+    for (int k = 0; k < count; k++)
+        half[k] = 0.5 * root[k];
+    chasles_cos_sin(count, half, of_cos, of_sin);
+    for (int from = 0; from < CHASLES_FEW_SAMPLES; from += CHASLES_LANES) {
+        chasles_vector R[6][6], c, s, half_c, half_s, determinant;
+        for (int l = 0; l < CHASLES_LANES; l++) {
+            const int at = apart * (from + l);
+            c[l] = cosine[at], s[l] = cosine[(at + 72) % CHASLES_CELLS];
+            half_c[l] = cosine[at / 2], half_s[l] = cosine[at / 2 + 72];
+        }
+        chasles_general_factored(system, &c, &s, R, &determinant);
+        chasles_vector product = half_s * of_cos[0] - half_c * of_sin[0];
+        for (int k = 1; k < count; k++)
+            product *= half_s * of_cos[k] - half_c * of_sin[k];
+        const chasles_vector value = determinant / product;
+        for (int l = 0; l < CHASLES_LANES; l++) {
+            most = fabs(determinant[l]) > most ? fabs(determinant[l]) : most;
+            quotient[from + l] = value[l];
+        }
+    }
+    return most;
+}
+
+/* The polynomial of a degree from its samples; what is left of degrees above tells its errors. */
+static void chasles_polish_interpolated(const double *value, int degree,
+                                        chasles_circle_series *series)
+{
+    const int half = CHASLES_FEW_SAMPLES / 2, apart = CHASLES_CELLS / CHASLES_FEW_SAMPLES;
+    const double part = 2.0 / CHASLES_FEW_SAMPLES;
+    memset(series, 0, sizeof *series);
+    for (int m = 0; m <= half; m++) {
+        double a = 0.0, b = 0.0;
+        for (int k = 0; k < CHASLES_FEW_SAMPLES; k++) {
+            const int at = apart * k * m % CHASLES_CELLS;
+            a += value[k] * chasles_circle_cosine[at];
+            b += value[k] * chasles_circle_cosine[at + 72];
+        }
+        a *= part, b *= part;
+        const double size = fabs(a) > fabs(b) ? fabs(a) : fabs(b);
+        if (m > degree) {
+            series->noise = size > series->noise ? size : series->noise;
+        } else {
+            series->a[m] = m == 0 ? 0.5 * a : a, series->b[m] = b;
+            series->most = size > series->most ? size : series->most;
+        }
+    }
+    series->noise += DBL_EPSILON * series->most;
+}
+
+/* Whether a polynomial has no real root, nor one that is nearly real. */
+static int chasles_polish_is_free(const chasles_circle_series *series)
+{
+    const double radius = 0.5 * CHASLES_TURN / CHASLES_WIDE_CELLS;
+    const double wide = 1.0 + CHASLES_NEARLY_REAL / radius;
+    const double noise = CHASLES_UNSURE * series->noise + CHASLES_WIDE_LEFT * series->most;
+    double weight[CHASLES_TERMS][CHASLES_DEGREE + 1], c[CHASLES_LANES], s[CHASLES_LANES];
+    chasles_vector t[CHASLES_TERMS];
+    CHASLES_UNROLL
+    for (int m = 0; m <= CHASLES_DEGREE; m++) {
+        weight[0][m] = 1.0;
+        CHASLES_UNROLL
+        for (int k = 1; k < CHASLES_TERMS; k++)
+            weight[k][m] = weight[k - 1][m] * (k % 2 ? m : -m) * radius / k;
+    }
+    for (int from = 0; from < CHASLES_WIDE_CELLS; from += CHASLES_LANES) {
+        for (int l = 0; l < CHASLES_LANES; l++) {
+            c[l] = chasles_circle_cosine[2 * (from + l)];
+            s[l] = chasles_circle_cosine[(2 * (from + l) + 72) % CHASLES_CELLS];
+        }
+        chasles_circle_taylor(series, (const double(*)[CHASLES_DEGREE + 1]) weight, c, s, t);
+        chasles_vector most = t[0] - t[0];
+        CHASLES_UNROLL
+        for (int k = CHASLES_TERMS - 1; k > 0; k--)
+            most = wide * (most + chasles_vector_sizes(t[k]));
+        const chasles_vector over = chasles_vector_sizes(t[0]) - most - noise;
+        for (int l = 0; l < CHASLES_LANES; l++) {
+            chasles_circle_part part;
+            chasles_circle_roots roots;
+            if (over[l] > 0.0)
+                continue;
+            roots.count = roots.unresolved = roots.parts = 0;
+            part.from = 2.0 * radius * (from + l), part.radius = radius, part.noise = noise;
+            for (int k = 0; k < CHASLES_TERMS; k++)
+                part.t[k] = t[k][l];
+            chasles_circle_divided(&part, CHASLES_HALVINGS, &roots);
+            if (roots.unresolved || !(most[l] < DBL_MAX))
+                return 0;
+            for (int k = 0; k < roots.count; k++) {
+                if (!(roots.imaginary[k] > CHASLES_DOUBT))
+                    return 0;
+            }
+        }
+    }
+    return 1;
+}
+
+/* Whether these angles, none of which is near another, are all real roots of the determinant. */
+static int chasles_polish_are_all(const chasles_general_system *system, const double *root,
+                                  int count)
+{
+    chasles_circle_series series;
+    double quotient[CHASLES_FEW_SAMPLES];
+    if (count % 2 || count < CHASLES_LEAST_KNOWN || count > CHASLES_MOST_KNOWN)
+        return 0;
+    for (int i = 0; i < count; i++) {
+        for (int k = 0; k < i; k++) {
+            if (fabs(chasles_circle_wrapped(root[k] - root[i])) < CHASLES_TWINS)
+                return 0;
+        }
+    }
+    const double most = chasles_polish_quotients(system, root, count, quotient);
+    chasles_polish_interpolated(quotient, CHASLES_DEGREE - count / 2, &series);
+    if (!(series.noise < CHASLES_NOISE * series.most))
+        return 0;
+    if (!(most > CHASLES_VANISHED || series.noise < CHASLES_CLEAN * series.most))
+        return 0;
+    return chasles_polish_is_free(&series);
+}
+
+#endif
