@@ -13,7 +13,7 @@ import numpy as np
 
 from ..model.mechanism import Closure, Mechanism, Strut
 from ..model.tolerances import DRAWN_DIGITS, SAME_VIEW
-from .rigid_bodies import Array, BodyJoint, RigidBodies, Span, TreeBody, motion
+from .rigid_bodies import Array, BodyJoint, HeldFrames, RigidBodies, Span, TreeBody, motion
 
 BARREL = 0.85
 """The part of a retracted cylinder's length that is its barrel."""
@@ -61,6 +61,7 @@ class Skeleton:
         tip: Index of the body that carries the tip.
         tip_placement: The tip's frame in that body's frame (4, 4).
         size: Diagonal of the box around all points of the drawing (metre).
+        closures: The frames that joints hold together where they close loops.
     """
 
     bodies: tuple[TreeBody, ...]
@@ -68,6 +69,7 @@ class Skeleton:
     tip: int
     tip_placement: Array
     size: float
+    closures: tuple[HeldFrames, ...] = ()
 
 
 def skeleton(rigid: RigidBodies, actuated: Sequence[str] = ()) -> Skeleton:
@@ -167,6 +169,7 @@ class _Shapes:
             self.rigid.tip,
             self.rigid.tip_placement,
             self.size,
+            tuple(self.rigid.held(c) for c in self.closers if isinstance(c, Closure)),
         )
 
     def _groups(self) -> tuple[list[int], list[Array]]:

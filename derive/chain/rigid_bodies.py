@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..model.mechanism import Described, Frame, Mechanism, Strut
+from ..model.mechanism import Closure, Described, Frame, Mechanism, Strut
 from ..model.placements import Placement, inverse
 from ..model.robot import Joint
 from ..terms.terms import Terms
@@ -88,6 +88,23 @@ class TreeBody:
     placement: Array
     joint: BodyJoint | None = None
     span: Span | None = None
+
+
+@dataclass(frozen=True)
+class HeldFrames:
+    """A joint that closes a loop: it holds two frames on two bodies together.
+
+    Attributes:
+        name: Name of the closure.
+        kind: ``pin``, ``slider``, ``ball`` or ``weld``; the joint's axis is the frames' z axis.
+        bodies: The two bodies, by index.
+        frames: The frames in the frames of these bodies (4, 4).
+    """
+
+    name: str
+    kind: str
+    bodies: tuple[int, int]
+    frames: tuple[Array, Array]
 
 
 class RigidBodies:
@@ -166,6 +183,11 @@ class RigidBodies:
     def _on(self, body: int, placement: Placement) -> Array:
         """A placement on a body in the body's frame; the ground's frame is the base frame."""
         return placed(self.terms, (*self.robot.base, *placement) if body == 0 else placement)
+
+    def held(self, closure: Closure) -> HeldFrames:
+        """The two frames that a closure holds together."""
+        (a, A), (b, B) = self.end(closure.a), self.end(closure.b)
+        return HeldFrames(closure.name, closure.kind, (a, b), (A, B))
 
     def span(self, strut: Strut, *, from_end: bool = False) -> Span:
         """The points of a strut; pins hold its y axis along theirs."""

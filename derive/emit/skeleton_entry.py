@@ -3,7 +3,7 @@
 from typing import Any
 
 from ..chain.body_shapes import Shape, Skeleton, skeleton
-from ..chain.rigid_bodies import Array, BodyJoint, RigidBodies, Span, TreeBody
+from ..chain.rigid_bodies import Array, BodyJoint, HeldFrames, RigidBodies, Span, TreeBody
 from ..derivation import Derivation
 from ..model.mechanism import Coordinate
 
@@ -22,12 +22,14 @@ def skeleton_entry(found: Skeleton) -> dict[str, Any]:
     Args:
         found: The bodies with their shapes.
     """
+    closures = [_held(closure) for closure in found.closures]
     return {
         "size": float(f"{found.size:.6g}"),
         "tip": {"body": found.tip, "placement": _pose(found.tip_placement)},
         "bodies": [
             _body(body, shapes) for body, shapes in zip(found.bodies, found.shapes, strict=True)
         ],
+        **({"closures": closures} if closures else {}),
     }
 
 
@@ -59,6 +61,15 @@ def _span(span: Span) -> dict[str, Any]:
         "ends": [_vector(end) for end in span.ends],
         "across": _vector(span.across),
         **({"from_end": True} if span.from_end else {}),
+    }
+
+
+def _held(closure: HeldFrames) -> dict[str, Any]:
+    return {
+        "name": closure.name,
+        "kind": closure.kind,
+        "bodies": list(closure.bodies),
+        "frames": [_pose(frame) for frame in closure.frames],
     }
 
 

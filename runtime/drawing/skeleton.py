@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..contract.skeleton_facts import Body, BodyJoint, Shape, SkeletonFacts, Span
+from ..contract.skeleton_facts import Body, BodyJoint, HeldFrames, Shape, SkeletonFacts, Span
 from ..errors import ManifestError
 
 FloatArray = NDArray[np.float64]
@@ -37,9 +37,8 @@ def skeleton(robot: Any) -> Skeleton:
     actuators = {item.index: k for k, item in enumerate(robot._actuated_in_z)}
     if not robot.configuration_variables:
         actuators = {k: k for k in range(robot.n)}
-    return Skeleton(
-        robot, facts.bodies, facts.tip, _pose(facts.tip_placement), facts.size, actuators
-    )
+    tip = _pose(facts.tip_placement)
+    return Skeleton(robot, facts.bodies, facts.tip, tip, facts.size, facts.closures, actuators)
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +51,7 @@ class Skeleton:
         tip: Index of the body that carries the tip.
         tip_placement: (4, 4) pose of the tip in that body's frame.
         size: Diagonal of the box around the robot at its reference, or at zero [m].
+        closures: The joints that close its loops, besides its struts.
         actuators: The coordinate of q by the entry of the configuration that it moves.
     """
 
@@ -60,6 +60,7 @@ class Skeleton:
     tip: int
     tip_placement: FloatArray
     size: float
+    closures: tuple[HeldFrames, ...]
     actuators: dict[int, int] = field(repr=False)
 
     def poses(self, q: ArrayLike, seed: ArrayLike | None = None) -> FloatArray:
