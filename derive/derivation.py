@@ -2,11 +2,14 @@
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
+from .chain.body_shapes import Skeleton, skeleton
 from .chain.coordinates import InProportion
 from .chain.groups import Group, groups
 from .chain.kinematics import FUNCTIONS, Kinematics, arguments_of
 from .chain.parametric import PARAMETRIC, Parametric
+from .chain.rigid_bodies import RigidBodies
 from .inverse.chosen_joints import hybrid_inverses_for_given, inverses_for_given
 from .inverse.families import FAMILIES
 from .inverse.families.family import Family
@@ -21,7 +24,7 @@ from .loops.parametric.mechanism_geometry import MechanismGeometry
 from .loops.parametric.parametric_loops import ParametricLoops
 from .model.errors import RobotError
 from .model.geometry import Geometry
-from .model.mechanism import Described, Mechanism
+from .model.mechanism import Coordinate, Described, Mechanism
 from .terms.symbolic_function import SymbolicFunction, WrittenFunction
 from .terms.terms import Terms
 
@@ -58,6 +61,14 @@ class Derivation:
     closure: LoopClosure | None = None
     geometry: Geometry | MechanismGeometry | None = None
     parametric_loops: ParametricLoops | None = None
+
+    @cached_property
+    def skeleton(self) -> Skeleton:
+        """The rigid bodies with the shapes by which they are drawn, loops at their reference."""
+        robot, hybrid = self.robot, self.hybrid
+        reference = hybrid.at_reference if hybrid else {c.name: 0.0 for c in robot.coordinates}
+        actuated = [c.moves if isinstance(c, Coordinate) else c.name for c in robot.coordinates]
+        return skeleton(RigidBodies(robot, self.terms, reference), actuated)
 
     def function(self, name: str) -> SymbolicFunction:
         """The function with a name.

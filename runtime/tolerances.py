@@ -93,6 +93,12 @@ TRACK_GAIN = 0.5
 """Share of the error that a step of `track` corrects by default. At 1 a step would go all the way
 to the linear answer, beyond 2 the error would grow."""
 
+# --- drawing ---
+
+SAME_PLANE = 1e-6
+"""Sine of the angle between axes up to which they count as parallel: loops that are closed by
+iteration leave 1e-9, and the eye sees 1e-3."""
+
 # --- poses and screws ---
 
 NO_ROTATION = 0.3

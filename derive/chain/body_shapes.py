@@ -6,14 +6,15 @@ are drawn as one, in the frame of the first of them.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
 
 from ..model.mechanism import Closure, Mechanism, Strut
 from ..model.tolerances import DRAWN_DIGITS, SAME_VIEW
-from .rigid_bodies import Array, BodyJoint, HeldFrames, RigidBodies, Span, TreeBody, motion
+from .posture import posture
+from .rigid_bodies import Array, CarryingJoint, HeldFrames, RigidBodies, Span, TreeBody, motion
 
 BARREL = 0.85
 """The part of a retracted cylinder's length that is its barrel."""
@@ -24,6 +25,8 @@ WITHOUT_LENGTH = 0.55
 DETOUR = 1.6
 """A link goes along the common normal of its axes where its way is at most this times as long as
 the straight one."""
+APART = 0.08
+"""The most by which a symbol gives way to another, in parts of the robot's size."""
 SAME = 1e-6
 """Points nearer than this part of the robot's size are drawn as one."""
 
@@ -60,7 +63,8 @@ class Skeleton:
         shapes: The shapes of each body.
         tip: Index of the body that carries the tip.
         tip_placement: The tip's frame in that body's frame (4, 4).
-        size: Diagonal of the box around all points of the drawing (metre).
+        posture: The q at which a serial robot is drawn where nobody chooses one; () with loops.
+        size: Diagonal of the box around frames, joints and tip at the reference (metre).
         closures: The frames that joints hold together where they close loops.
     """
 
@@ -68,6 +72,7 @@ class Skeleton:
     shapes: tuple[tuple[Shape, ...], ...]
     tip: int
     tip_placement: Array
+    posture: tuple[float, ...]
     size: float
     closures: tuple[HeldFrames, ...] = ()
 
@@ -149,7 +154,7 @@ class _Shapes:
         self.shapes: list[list[Shape]] = [[] for _ in self.bodies]
         self.row_of = {k: row for row in rows_of_joints(rigid, actuated) for k in row}
         self.closers = rigid.robot.closers if isinstance(rigid.robot, Mechanism) else ()
-        self.size = self._size()
+        self.size = rigid.size
         self.digits = DRAWN_DIGITS - math.ceil(math.log10(self.size))
 
     def all(self) -> Skeleton:
@@ -163,11 +168,14 @@ class _Shapes:
         self._attach(self.rigid.tip, self.rigid.tip_placement[:3, 3])
         for k in range(len(self.rigid.bodies)):
             self._body(k)
+        for k in range(1, len(self.rigid.bodies)):
+            self._part_from_next(k)
         return Skeleton(
             tuple(self.bodies),
             tuple(map(tuple, self.shapes)),
             self.rigid.tip,
             self.rigid.tip_placement,
+            posture(self.rigid),
             self.size,
             tuple(self.rigid.held(c) for c in self.closers if isinstance(c, Closure)),
         )
@@ -180,22 +188,6 @@ class _Shapes:
             root.append(root[body.parent] if is_fixed else k)
             frames.append(frames[body.parent] @ body.placement if is_fixed else np.eye(4))
         return root, frames
-
-    def _size(self) -> float:
-        """The diagonal of the box around the frames, the joints and the tip at the reference."""
-        poses = self.rigid.poses
-        points = [T[:3, 3] for T in poses]
-        points += [
-            T[:3, :3] @ body.joint.at + T[:3, 3]
-            for T, body in zip(poses, self.bodies, strict=True)
-            if body.joint
-        ]
-        for closer in self.closers:
-            ends = (self.rigid.end(frame) for frame in (closer.a, closer.b))
-            points += [(poses[k] @ T)[:3, 3] for k, T in ends]
-        points.append((poses[self.rigid.tip] @ self.rigid.tip_placement)[:3, 3])
-        found = float(np.linalg.norm(np.ptp(np.array(points), axis=0)))
-        return found if found > 0 else 1.0
 
     # --- members ---
 
@@ -245,7 +237,7 @@ class _Shapes:
         else:
             self._put(k, joint.kind, joint.name, [joint.at], joint.axis)
 
-    def _slide(self, k: int, joint: BodyJoint, start: Array, axis: Array) -> None:
+    def _slide(self, k: int, joint: CarryingJoint, start: Array, axis: Array) -> None:
         """A carriage on a guide; where the carrier turns, a ram in its sleeve."""
         parent = self.bodies[k].parent
         carrier = self.bodies[self.root[parent]].joint
@@ -257,8 +249,8 @@ class _Shapes:
         self._put(parent, "sleeve", joint.name, [start], axis)
         self._put(k, "ram", joint.name, [joint.at - high * joint.axis, joint.at], joint.axis)
 
-    def _travel(self, joint: BodyJoint) -> tuple[float, float]:
-        """The least and the greatest value of a slide; a fifth of the robot's size without limits."""
+    def _travel(self, joint: CarryingJoint) -> tuple[float, float]:
+        """The least and the greatest value of a slide; without limits a fifth of the size."""
         low, high = joint.limits
         if low is None or high is None:
             z = self.rigid.reference[self.rigid.names[joint.coordinate]]
@@ -311,6 +303,47 @@ class _Shapes:
         self.shapes.append([])
         points = [np.array([0.0, 0.0, z]) for z in along]
         self._put(k, kind, strut.name, points, ends=strut.ends)
+
+    # --- symbols apart ---
+
+    def _part_from_next(self, k: int) -> None:
+        """Moves the symbol of a turn along its axis where that of the next turn would cover it."""
+        for c, body in enumerate(self.rigid.bodies):
+            if body.parent != k or not (self._is_turn(k) and self._is_turn(c)):
+                continue
+            own, outer = self.bodies[k].joint, body.joint
+            assert own is not None
+            assert outer is not None
+            there = body.placement[:3, :3] @ outer.at + body.placement[:3, 3]
+            if np.linalg.norm(there - own.at) > SAME * self.size:
+                continue
+            parent, placement = self.bodies[k].parent, self.bodies[k].placement
+            back = self._along(parent, placement[:3, :3] @ own.axis, -1)
+            if back and self.root[parent] == parent:
+                self._shift(k, own, back)
+            elif ahead := self._along(c, outer.axis, 0):
+                self._shift(c, outer, ahead)
+
+    def _is_turn(self, k: int) -> bool:
+        return any(shape.kind == "revolute" for shape in self.shapes[k])
+
+    def _along(self, k: int, axis: Array, end: int) -> float:
+        """The way along an axis at one end of a body's line; 0 where the line leaves the axis."""
+        lines = [shape.points for shape in self.shapes[k] if shape.kind == "link"]
+        if not lines:
+            return 0.0
+        near, far = (lines[0][-1], lines[0][-2]) if end else lines[0][:2]
+        way = np.array(far) - np.array(near)
+        length = float(np.linalg.norm(way))
+        if abs(abs(float(way @ axis)) - length) > SAME_VIEW * length:
+            return 0.0
+        return math.copysign(min(length / 2, APART * self.size), float(way @ axis))
+
+    def _shift(self, k: int, joint: CarryingJoint, by: float) -> None:
+        for index, shape in enumerate(self.shapes[k]):
+            if shape.kind == "revolute":
+                point = self._rounded(joint.at + by * joint.axis, self.digits)
+                self.shapes[k][index] = replace(shape, points=(point,))
 
     # --- bodies ---
 

@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class BodyJoint:
+class CarryingJoint:
     """The joint that carries a body.
 
     Attributes:
@@ -86,7 +86,7 @@ class TreeBody:
     name: str
     parent: int
     placement: Array
-    joint: BodyJoint | None = None
+    joint: CarryingJoint | None = None
     span: Span | None = None
 
 
@@ -118,6 +118,7 @@ class RigidBodies:
         poses: The pose of each body on a joint at the reference, in the base frame (4, 4).
         tip: Index of the body that carries the tip.
         tip_placement: The tip's frame in that body's frame (4, 4).
+        size: Diagonal of the box around frames, joints and tip at the reference (metre).
     """
 
     def __init__(self, robot: Described, terms: Terms, reference: Mapping[str, float]) -> None:
@@ -140,6 +141,7 @@ class RigidBodies:
         last = len(self.bodies) - 1
         self.tip = self.index[robot.tool_body] if isinstance(robot, Mechanism) else last
         self.tip_placement = self._on(self.tip, robot.tool)
+        self.size = self._size()
 
     def _add(self, joint: Joint, link: str, parent: int) -> None:
         placement = self._on(parent, joint.before + joint.after)
@@ -152,9 +154,9 @@ class RigidBodies:
             value = own.ratio * self.reference[self.names[own.coordinate]] + own.offset
         self.poses.append(self.poses[parent] @ placement @ motion(own, value))
 
-    def _joint(self, joint: Joint, at: Array, axis: Array) -> BodyJoint:
+    def _joint(self, joint: Joint, at: Array, axis: Array) -> CarryingJoint:
         if joint.kind == "fixed":
-            return BodyJoint(joint.name, joint.kind, at, axis)
+            return CarryingJoint(joint.name, joint.kind, at, axis)
         value = self.terms.value
         ratio, offset = float(joint.direction), 0.0
         leader = joint.name
@@ -163,7 +165,7 @@ class RigidBodies:
             offset = ratio * float(value(joint.mimic.offset))
             ratio *= float(value(joint.mimic.multiplier))
         low, high = (None if limit is None else float(value(limit)) for limit in joint.limits)
-        return BodyJoint(
+        return CarryingJoint(
             joint.name,
             joint.kind,
             at,
@@ -174,6 +176,23 @@ class RigidBodies:
             float(value(joint.pitch)) if joint.kind == "helical" else 0.0,
             (low, high),
         )
+
+    def _size(self) -> float:
+        points = [(self.poses[self.tip] @ self.tip_placement)[:3, 3]]
+        for T, body in zip(self.poses, self.bodies, strict=True):
+            points += [T[:3, 3], *([T[:3, :3] @ body.joint.at + T[:3, 3]] if body.joint else [])]
+        closers = self.robot.closers if isinstance(self.robot, Mechanism) else ()
+        for closer in closers:
+            ends = (self.end(frame) for frame in (closer.a, closer.b))
+            points += [(self.poses[k] @ T)[:3, 3] for k, T in ends]
+        found = float(np.linalg.norm(np.ptp(np.array(points), axis=0)))
+        return found if found > 0 else 1.0
+
+    def turns(self, coordinate: str) -> bool:
+        """Whether a coordinate is an angle."""
+        index = self.names.index(coordinate)
+        joints = [body.joint for body in self.bodies if body.joint]
+        return any(j.coordinate == index and j.kind != "prismatic" for j in joints)
 
     def end(self, frame: Frame) -> tuple[int, Array]:
         """The body of a frame by index, and the frame in that body's frame (4, 4)."""
@@ -210,7 +229,7 @@ def placed(terms: Terms, placement: Placement) -> Array:
     return np.array(rows) + 0.0
 
 
-def motion(joint: BodyJoint, value: float) -> Array:
+def motion(joint: CarryingJoint, value: float) -> Array:
     """The motion of a joint by a value in its body's frame (4, 4).
 
     Args:

@@ -24,7 +24,7 @@ from ..terms.symbolic_function import Argument, Result, Signature, SymbolicFunct
 from .described_parts import robot_template
 from .emitter import Files
 from .json_text import json_text
-from .skeleton_entry import skeleton_entry, skeleton_of
+from .skeleton_entry import skeleton_entry
 
 FORMAT = 2
 
@@ -71,7 +71,7 @@ def manifest(
         + [_written(robot, function) for function in derivation.written],
         **({} if hybrid is None else _loops(hybrid)),
         **({} if derivation.inverse is None else _inverse(derivation.inverse)),
-        "skeleton": skeleton_entry(skeleton_of(derivation)),
+        "skeleton": skeleton_entry(derivation.skeleton),
         "tolerances": {"dead_point": DEAD_POINT},
         "description_sha256": sha256(_identity(robot)),
         "languages": {language: sorted(texts) for language, texts in sorted(files.items())},

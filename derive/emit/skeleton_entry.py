@@ -2,22 +2,12 @@
 
 from typing import Any
 
-from ..chain.body_shapes import Shape, Skeleton, skeleton
-from ..chain.rigid_bodies import Array, BodyJoint, HeldFrames, RigidBodies, Span, TreeBody
-from ..derivation import Derivation
-from ..model.mechanism import Coordinate
-
-
-def skeleton_of(derivation: Derivation) -> Skeleton:
-    """The bodies of a derived robot, its shapes at the reference of its loops."""
-    robot, hybrid, terms = derivation.robot, derivation.hybrid, derivation.terms
-    reference = hybrid.at_reference if hybrid else {c.name: 0.0 for c in robot.coordinates}
-    actuated = [c.moves if isinstance(c, Coordinate) else c.name for c in robot.coordinates]
-    return skeleton(RigidBodies(robot, terms, reference), actuated)
+from ..chain.body_shapes import Shape, Skeleton
+from ..chain.rigid_bodies import Array, CarryingJoint, HeldFrames, Span, TreeBody
 
 
 def skeleton_entry(found: Skeleton) -> dict[str, Any]:
-    """The bodies as plain data: lengths in metres, angles in radians, poses as their first three rows.
+    """The bodies as plain data in metres and radians; a pose by its first three rows.
 
     Args:
         found: The bodies with their shapes.
@@ -25,6 +15,7 @@ def skeleton_entry(found: Skeleton) -> dict[str, Any]:
     closures = [_held(closure) for closure in found.closures]
     return {
         "size": float(f"{found.size:.6g}"),
+        **({"posture": list(found.posture)} if found.posture else {}),
         "tip": {"body": found.tip, "placement": _pose(found.tip_placement)},
         "bodies": [
             _body(body, shapes) for body, shapes in zip(found.bodies, found.shapes, strict=True)
@@ -43,7 +34,7 @@ def _body(body: TreeBody, shapes: tuple[Shape, ...]) -> dict[str, Any]:
     return {**entry, **({"shapes": [_shape(shape) for shape in shapes]} if shapes else {})}
 
 
-def _joint(joint: BodyJoint) -> dict[str, Any]:
+def _joint(joint: CarryingJoint) -> dict[str, Any]:
     entry: dict[str, Any] = {"name": joint.name, "kind": joint.kind}
     if joint.kind == "fixed":
         return entry

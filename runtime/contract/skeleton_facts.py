@@ -129,12 +129,13 @@ class Body:
 
 @dataclass(frozen=True, slots=True)
 class SkeletonFacts:
-    """The bodies: the ground first, whose frame is the base frame, then a parent before its children.
+    """The bodies: the ground in the base frame first, and a parent before its children.
 
     Attributes:
         bodies: They.
         tip: Index of the body that carries the tip.
         tip_placement: The first three rows of the tip's pose in that body's frame.
+        posture: The q at which a serial robot is drawn where nobody chooses one; () with loops.
         size: The diagonal of the box around the robot at its reference [m].
         closures: The joints that close its loops, besides its struts.
     """
@@ -142,6 +143,7 @@ class SkeletonFacts:
     bodies: tuple[Body, ...]
     tip: int
     tip_placement: tuple[Vector, ...]
+    posture: tuple[float, ...]
     size: float
     closures: tuple[HeldFrames, ...]
 
@@ -164,10 +166,10 @@ def skeleton_facts(entry: Entry, coordinates: int) -> SkeletonFacts:
         if body.span and any(bodies[k].span for k in body.span.bodies if k < len(bodies)):
             item["span"].fail("bodies that are no struts")
     tip = entry["tip"]
-    size = entry["size"].number()
-    closures = tuple(_held(item, len(bodies)) for item in entry.get("closures", []))
+    size, posture = entry["size"].number(), entry.get("posture", []).numbers()
     tip_body, placement = _below(tip["body"], len(bodies)), _rows(tip["placement"])
-    return SkeletonFacts(bodies, tip_body, placement, size, closures)
+    closures = tuple(_held(item, len(bodies)) for item in entry.get("closures", []))
+    return SkeletonFacts(bodies, tip_body, placement, posture, size, closures)
 
 
 def _body(entry: Entry, k: int, coordinates: int) -> Body:

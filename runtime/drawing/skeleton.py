@@ -37,8 +37,9 @@ def skeleton(robot: Any) -> Skeleton:
     actuators = {item.index: k for k, item in enumerate(robot._actuated_in_z)}
     if not robot.configuration_variables:
         actuators = {k: k for k in range(robot.n)}
-    tip = _pose(facts.tip_placement)
-    return Skeleton(robot, facts.bodies, facts.tip, tip, facts.size, facts.closures, actuators)
+    posture = np.array(facts.posture or robot.reference.q)
+    tip = facts.tip, _pose(facts.tip_placement)
+    return Skeleton(robot, facts.bodies, *tip, facts.size, posture, facts.closures, actuators)
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +52,7 @@ class Skeleton:
         tip: Index of the body that carries the tip.
         tip_placement: (4, 4) pose of the tip in that body's frame.
         size: Diagonal of the box around the robot at its reference, or at zero [m].
+        posture: (n,) coordinates at which it is drawn where nobody chooses: the reference of loops.
         closures: The joints that close its loops, besides its struts.
         actuators: The coordinate of q by the entry of the configuration that it moves.
     """
@@ -60,6 +62,7 @@ class Skeleton:
     tip: int
     tip_placement: FloatArray
     size: float
+    posture: FloatArray
     closures: tuple[HeldFrames, ...]
     actuators: dict[int, int] = field(repr=False)
 

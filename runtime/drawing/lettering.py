@@ -1,0 +1,181 @@
+"""Names and lengths on a drawing, in free places: no two cover each other."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .scene import Dimension, Scene
+
+FloatArray = NDArray[np.float64]
+Box = tuple[float, float, float, float]
+"""Left, bottom, right, top in pixels."""
+
+_DIRECTIONS = [(math.cos(a), math.sin(a)) for a in np.linspace(0, 2 * math.pi, 16, endpoint=False)]
+_DISTANCES = (1.6, 2.6, 4.0, 6.0, 8.5)
+"""Distances of a name from its point that are tried, in units of the drawing."""
+_ALONG = (0.5, 0.35, 0.65, 0.2, 0.8)
+"""Places of a length along its line."""
+_COVERED, _CROSSED, _FAR, _OUTSIDE = 1e6, 3.0, 1.5, 1e4
+"""Cost of a letter on another, per pixel of a line under it, per unit of distance, outside."""
+
+
+@dataclass
+class Lettering:
+    """The letters on one pair of axes.
+
+    Attributes:
+        ax: The axes.
+        scene: What they show.
+        size: Size of the letters [pt].
+        taken: The boxes of the letters so far [pixels].
+    """
+
+    ax: Any
+    scene: Scene
+    size: float
+    taken: list[Box]
+
+    def __post_init__(self) -> None:
+        self.renderer = self.ax.figure.canvas.get_renderer()
+        self.to_pixels = self.ax.transData.transform
+        self.lines = self._lines()
+        low, high = self.ax.transAxes.transform([(0, 0), (1, 1)])
+        self.frame = (*low, *high)
+
+    def name_coordinates(self) -> list[Any]:
+        """Writes q and its index at each actuated joint."""
+        return [
+            self._place(f"$q_{{{anchor.coordinate + 1}}}$", anchor.point, "#8a5a00")
+            for anchor in self.scene.anchors
+        ]
+
+    def name_axes(self, colours: tuple[str, ...]) -> list[Any]:
+        """Writes x, y and z at the arrows of the frames that are seen from the side."""
+        found = []
+        for frame in self.scene.frames:
+            for k, tip in enumerate(frame.tips):
+                way = tip - frame.origin
+                length = float(np.linalg.norm(way))
+                if length > 2 * self.scene.unit:
+                    text = self._text("xyz"[k], colours[k])
+                    text.set_position(tip + 1.1 * self.scene.unit * way / length)
+                    self.taken.append(self._box(text))
+                    found.append(text)
+        return found
+
+    def write_lengths(self) -> list[Any]:
+        """Writes each length along its line."""
+        found = []
+        for dimension in self.scene.dimensions:
+            text = self._length(dimension)
+            if text is not None:
+                found.append(text)
+        return found
+
+    def _lines(self) -> list[tuple[FloatArray, FloatArray]]:
+        lines = []
+        for mark in self.scene.marks:
+            pixels = self.to_pixels(mark.points)
+            closed = np.concatenate([pixels, pixels[:1]]) if mark.is_area else pixels
+            lines += list(zip(closed, closed[1:], strict=False))
+        for ghost in self.scene.ghosts:
+            for line in ghost:
+                pixels = self.to_pixels(line)
+                lines += list(zip(pixels, pixels[1:], strict=False))
+        for frame in self.scene.frames:
+            origin = self.to_pixels(frame.origin)
+            lines += [(origin, tip) for tip in self.to_pixels(frame.tips)]
+        return lines
+
+    def _text(self, letters: str, colour: str) -> Any:
+        text = self.ax.text(0, 0, letters, color=colour, fontsize=self.size, zorder=1000)
+        text.set(ha="center", va="center", rotation_mode="anchor")
+        return text
+
+    def _box(self, text: Any) -> Box:
+        extent = text.get_window_extent(self.renderer)
+        return extent.x0, extent.y0, extent.x1, extent.y1
+
+    def _place(self, letters: str, point: FloatArray, colour: str) -> Any:
+        text = self._text(letters, colour)
+        tried = [
+            (distance, point + distance * self.scene.unit * np.array(direction))
+            for distance in _DISTANCES
+            for direction in _DIRECTIONS
+        ]
+        self._best(text, [(_FAR * distance, place, 0.0) for distance, place in tried])
+        return text
+
+    def _length(self, dimension: Dimension) -> Any:
+        a, b = dimension.a, dimension.b
+        way = b - a
+        pixels = float(np.linalg.norm(np.diff(self.to_pixels(np.array([a, b])), axis=0)))
+        text = self._text(f"{dimension.length:.4g} m", "#333333")
+        x0, _, x1, _ = self._box(text)
+        if x1 - x0 > 1.6 * pixels:
+            text.remove()
+            return None
+        angle = math.degrees(math.atan2(way[1], way[0]))
+        angle = (angle + 90) % 180 - 90
+        normal = np.array([-way[1], way[0]]) / np.linalg.norm(way)
+        tried = [
+            (
+                10 * abs(part - 0.5) + 2 * step,
+                a + part * way + side * step * self.scene.unit * normal,
+            )
+            for step in (1.6, 2.4, 3.4)
+            for side in (1, -1)
+            for part in _ALONG
+        ]
+        self._best(text, [(cost, place, angle) for cost, place in tried])
+        return text
+
+    def _best(self, text: Any, tried: list[tuple[float, FloatArray, float]]) -> None:
+        """Moves a text to the place of least cost, and notes its box."""
+        best, least = tried[0], math.inf
+        text.set_rotation(tried[0][2])
+        text.set_position(tried[0][1])
+        x0, y0, x1, y1 = self._box(text)
+        at = self.to_pixels(tried[0][1])
+        box0 = np.array([x0 - at[0], y0 - at[1], x1 - at[0], y1 - at[1]])
+        for cost, place, angle in tried:
+            x, y = self.to_pixels(place)
+            total = cost + self._cost(tuple(box0 + [x, y, x, y]))
+            if total < least:
+                best, least = (cost, place, angle), total
+        text.set_position(best[1])
+        self.taken.append(self._box(text))
+
+    def _cost(self, box: Any) -> float:
+        left, bottom, right, top = box
+        cost = 0.0
+        for other in self.taken:
+            w = min(right, other[2]) - max(left, other[0])
+            h = min(top, other[3]) - max(bottom, other[1])
+            cost += _COVERED * (w > -1 and h > -1)
+        cost += _CROSSED * sum(_inside(box, a, b) for a, b in self.lines)
+        over = (
+            self.frame[0] - left,
+            self.frame[1] - bottom,
+            right - self.frame[2],
+            top - self.frame[3],
+        )
+        return cost + _OUTSIDE * sum(max(part, 0.0) for part in over)
+
+
+def _inside(box: Box, a: FloatArray, b: FloatArray) -> float:
+    """The length of the part of a line in a box."""
+    first, last = 0.0, 1.0
+    for start, end, low, high in ((a[0], b[0], box[0], box[2]), (a[1], b[1], box[1], box[3])):
+        if start == end:
+            if not low <= start <= high:
+                return 0.0
+            continue
+        enter, leave = sorted(((low - start) / (end - start), (high - start) / (end - start)))
+        first, last = max(first, enter), min(last, leave)
+    return float(max(last - first, 0.0) * np.hypot(b[0] - a[0], b[1] - a[1]))

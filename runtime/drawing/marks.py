@@ -1,0 +1,372 @@
+"""The lines and areas of a drawing: every shape of every body on a projection, far ones first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .skeleton import Body, Shape, Skeleton
+from .views import View
+
+FloatArray = NDArray[np.float64]
+
+RADIUS, HALF = 1.0, 1.7
+"""Radius and half the length of the cylinder of a turn, in units of the drawing."""
+SMALL = 0.6
+"""Radius of the pins and balls of closures and struts."""
+BOX = 1.25
+"""Half the edge of a slide's box."""
+_CORNERS = 32
+_STROKES = 6
+_EDGE_ON = 0.25
+"""Below this part of its length on the picture, a direction points at the eye."""
+_SYMBOLS = ("revolute", "helical", "pin", "weld", "ball", "universal", "carriage", "sleeve")
+_LEVELS = {"hatch": -3, "ground": -3, "guide": -2, "plate": -1, "link": 0, "rod": 1, "ram": 0}
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A line or an area on the picture.
+
+    Attributes:
+        style: Its part: "link", "plate", "joint", "driven", "passive" and so on.
+        points: (k, 2) its points [m].
+        depth: Its order: larger ones are drawn later.
+        name: The body, joint or strut.
+        is_area: Whether it is filled.
+    """
+
+    style: str
+    points: FloatArray
+    depth: float
+    name: str
+    is_area: bool = False
+
+
+@dataclass(frozen=True)
+class Anchor:
+    """A point that is named.
+
+    Attributes:
+        name: Name of the joint or strut.
+        point: (2,) the point [m].
+        coordinate: Index in q of the coordinate that moves it.
+    """
+
+    name: str
+    point: FloatArray
+    coordinate: int
+
+
+def marks(skeleton: Skeleton, poses: FloatArray, view: View, unit: float) -> list[Mark]:
+    """The lines and areas of a robot on a view.
+
+    Args:
+        skeleton: The bodies.
+        poses: (bodies, 4, 4) their poses in the base frame.
+        view: The projection.
+        unit: The radius of a joint's symbol [m].
+
+    Returns:
+        The marks, in the order in which they are drawn.
+    """
+    return sorted(_Marks(skeleton, poses, view, unit).all(), key=lambda mark: mark.depth)
+
+
+def anchors(skeleton: Skeleton, poses: FloatArray, view: View) -> list[Anchor]:
+    """The points at which the actuated coordinates are named, in the order of q."""
+    found = {}
+    index = {v.name: k for k, v in enumerate(skeleton.robot.configuration_variables)}
+    for body, T in zip(skeleton.bodies, poses, strict=True):
+        k = skeleton.actuator(body.joint)
+        if body.span:
+            k = skeleton.actuators.get(index.get(body.span.name, -1))
+        if k is None or k in found:
+            continue
+        found[k] = Anchor(_name(body), view.project(_named_point(skeleton, body, T)), k)
+    return [found[k] for k in sorted(found)]
+
+
+def _name(body: Body) -> str:
+    return body.joint.name if body.joint else body.span.name if body.span else body.name
+
+
+def _named_point(skeleton: Skeleton, body: Body, T: FloatArray) -> FloatArray:
+    if body.span:
+        ends = np.array([shape.points for shape in body.shapes[:1]])[0]
+        return _moved(T, ends.mean(0))
+    joint = body.joint
+    assert joint is not None
+    own = [s.points[-1] for s in body.shapes if s.name == joint.name and s.kind != "link"]
+    return _moved(T, np.array(own[0] if own else joint.at))
+
+
+def _moved(T: FloatArray, points: FloatArray) -> FloatArray:
+    found: FloatArray = points @ T[:3, :3].T + T[:3, 3]
+    return found
+
+
+class _Marks:
+    """The marks, one shape at a time."""
+
+    def __init__(self, skeleton: Skeleton, poses: FloatArray, view: View, unit: float) -> None:
+        self.skeleton, self.poses, self.view, self.unit = skeleton, poses, view, unit
+        self.is_planar = view.name == "plane"
+        names = [v.name for v in skeleton.robot.configuration_variables]
+        self.driven = {names[k] for k in skeleton.actuators} if names else set()
+        self.ends = self._ends_of_slides()
+
+    def all(self) -> Iterator[Mark]:
+        yield from self._ground()
+        for body, T in zip(self.skeleton.bodies, self.poses, strict=True):
+            for shape in body.shapes:
+                points = _moved(T, np.array(shape.points))
+                axis = T[:3, :3] @ np.array(shape.axis) if shape.axis else None
+                yield from self._shape(body, shape, points, axis)
+
+    def _ends_of_slides(self) -> dict[str, FloatArray]:
+        """The end of each ram, by the joint's name."""
+        return {
+            shape.name: _moved(T, np.array(shape.points[-1]))
+            for body, T in zip(self.skeleton.bodies, self.poses, strict=True)
+            for shape in body.shapes
+            if shape.kind == "ram"
+        }
+
+    def _depth(self, points: FloatArray, level: int) -> float:
+        """The order of a mark: by kind on a plane, else by its distance towards the eye."""
+        if self.is_planar:
+            return float(level)
+        return self.view.depth(points) + 0.3 * self.unit * level
+
+    def _style(self, body: Body, shape: Shape) -> str:
+        """Joints of actuated coordinates are filled with another colour."""
+        joint = body.joint
+        is_own = joint is not None and joint.name == shape.name
+        is_driven = is_own and self.skeleton.actuator(joint) is not None
+        return "driven" if is_driven or shape.name in self.driven else "joint"
+
+    def _shape(
+        self, body: Body, shape: Shape, points: FloatArray, axis: FloatArray | None
+    ) -> Iterator[Mark]:
+        kind = shape.kind
+        is_ground = body.joint is None and body.span is None
+        if kind in ("link", "guide"):
+            yield self._line("base" if is_ground and self.is_planar else kind, points, shape.name)
+        elif kind == "plate" and is_ground:
+            yield from self._floor(points)
+        elif kind == "plate":
+            seen = hull(self.view.project(points))
+            yield Mark("plate", seen, self._depth(points, -1), shape.name, is_area=True)
+        elif kind in ("rod", "piston"):
+            yield self._line(kind, points, shape.name, 1)
+            yield from self._strut_ends(shape, points[:1] if kind == "rod" else points[1:])
+            if kind == "rod":
+                yield from self._strut_ends(shape, points[1:])
+        elif kind == "barrel":
+            yield from self._barrel(body, shape, points)
+        elif kind == "sleeve" and axis is not None:
+            end = self.ends.get(shape.name, points[0])
+            yield self._line("ram", np.array([points[0], end]), shape.name)
+            yield from self._box(self._slide_style(shape), shape, points[0], axis)
+        elif kind == "carriage" and axis is not None:
+            yield from self._box(self._slide_style(shape), shape, points[0], axis)
+        elif kind in _SYMBOLS:
+            yield from self._joint(self._style(body, shape), shape, points[0], axis)
+
+    def _slide_style(self, shape: Shape) -> str:
+        for body in self.skeleton.bodies:
+            if body.joint and body.joint.name == shape.name:
+                return "driven" if self.skeleton.actuator(body.joint) is not None else "joint"
+        return "joint"
+
+    def _line(self, style: str, points: FloatArray, name: str, level: int = 0) -> Mark:
+        level = _LEVELS.get(style, level)
+        return Mark(style, self.view.project(points), self._depth(points, level), name)
+
+    def _joint(
+        self, style: str, shape: Shape, at: FloatArray, axis: FloatArray | None
+    ) -> Iterator[Mark]:
+        size = self.unit * (SMALL if shape.kind in ("pin", "ball", "weld") else 1.0)
+        if axis is None:
+            ball = self.view.project(at) + size * circle()
+            yield Mark(style, ball, self._depth(at[None], 4), shape.name, is_area=True)
+            inner = {"universal": 0.3, "ball": 0.5}.get(shape.kind, 0.9)
+            dot = self.view.project(at) + inner * size * circle()
+            yield Mark("dot", dot, self._depth(at[None], 4) + 1e-9, shape.name, is_area=True)
+            return
+        yield from self._cylinder(style, shape.name, at, axis, size)
+
+    def _cylinder(
+        self, style: str, name: str, at: FloatArray, axis: FloatArray, size: float
+    ) -> Iterator[Mark]:
+        """A cylinder around an axis: its outline, and the end that is nearer to the eye."""
+        across, up = _beside(axis)
+        ring = RADIUS * size * (circle()[:, :1] * across + circle()[:, 1:] * up)
+        half = HALF * size * axis
+        ends = [at + half + ring, at - half + ring]
+        outline = hull(self.view.project(np.concatenate(ends)))
+        depth = self._depth(at[None], 4)
+        near = ends[0] if self.view.depth(ends[0]) >= self.view.depth(ends[1]) else ends[1]
+        towards = abs(float(self.view.rows[2] @ axis))
+        if towards < 1 - 1e-9:
+            line = np.array([at - 2.6 * size * axis, at + 2.6 * size * axis])
+            yield Mark("axis", self.view.project(line), depth - 1e-9, name)
+        yield Mark(style, outline, depth, name, is_area=True)
+        if 0.1 < towards < 1 - 1e-9:  # noqa: PLR2004 - a face seen from its edge is a line
+            yield Mark(style, self.view.project(near), depth + 1e-9, name, is_area=True)
+        elif towards >= 1 - 1e-9:
+            dot = self.view.project(at) + 0.25 * size * circle()
+            yield Mark("dot", dot, depth + 1e-9, name, is_area=True)
+
+    def _box(self, style: str, shape: Shape, at: FloatArray, axis: FloatArray) -> Iterator[Mark]:
+        """A box around a slide: its outline, and the faces that are turned to the eye."""
+        across, up = _beside(axis)
+        frame = BOX * self.unit * np.array([1.3 * axis, across, up])
+        signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
+        depth = self._depth(at[None], 4)
+        corners = at + signs @ frame
+        outline = hull(self.view.project(corners))
+        yield Mark(style, outline, depth, shape.name, is_area=True)
+        for k in range(3):
+            towards = float(self.view.rows[2] @ frame[k]) / (BOX * self.unit)
+            if abs(towards) < 0.1:  # noqa: PLR2004 - a face seen from its edge is a line
+                continue
+            side = np.sign(towards) * frame[k]
+            u, v = frame[(k + 1) % 3], frame[(k + 2) % 3]
+            face = at + side + np.array([u + v, u - v, -u - v, v - u])
+            yield Mark(style, self.view.project(face), depth + 1e-9, shape.name, is_area=True)
+
+    def _barrel(self, body: Body, shape: Shape, points: FloatArray) -> Iterator[Mark]:
+        seen = self.view.project(points)
+        way = seen[1] - seen[0]
+        length = float(np.linalg.norm(way))
+        style = "driven barrel" if shape.name in self.driven else "barrel"
+        depth = self._depth(points, 2)
+        if length > _EDGE_ON * self.unit:
+            side = SMALL * self.unit * np.array([-way[1], way[0]]) / length
+            corners = np.array([seen[0] + side, seen[1] + side, seen[1] - side, seen[0] - side])
+            yield Mark(style, corners, depth, shape.name, is_area=True)
+        yield from self._strut_ends(shape, points[:1])
+
+    def _strut_ends(self, shape: Shape, points: FloatArray) -> Iterator[Mark]:
+        for point in points:
+            disc = self.view.project(point) + SMALL * self.unit * circle()
+            depth = self._depth(point[None], 3)
+            yield Mark("joint", disc, depth, shape.name, is_area=True)
+            if shape.ends == "ball":
+                dot = self.view.project(point) + 0.5 * SMALL * self.unit * circle()
+                yield Mark("dot", dot, depth + 1e-9, shape.name, is_area=True)
+
+    # --- ground ---
+
+    def _ground(self) -> Iterator[Mark]:
+        """A hatched line under every joint on the ground, or under the ground's own line."""
+        shapes = self.skeleton.bodies[0].shapes
+        lines = [np.array(s.points) for s in shapes if s.kind == "link"]
+        if lines and not self.is_planar:
+            way = lines[0][1] - lines[0][0]
+            yield from self._hatched(lines[0][0], -way / np.linalg.norm(way), 0.0)
+            return
+        if not self.is_planar and any(s.kind in ("plate", "guide") for s in shapes):
+            return
+        for point, axis in self._feet():
+            if self.is_planar:
+                yield from self._stand(point)
+            else:
+                yield from self._hatched(point, -axis, HALF)
+
+    def _feet(self) -> list[tuple[FloatArray, FloatArray]]:
+        """The points at which joints stand on the ground, and their axes."""
+        found: list[tuple[FloatArray, FloatArray]] = []
+        for body, T in zip(self.skeleton.bodies, self.poses, strict=True):
+            joint = body.joint
+            if joint and body.parent == 0 and joint.kind in ("revolute", "helical"):
+                own = [s.points[0] for s in body.shapes if s.name == joint.name]
+                at = _moved(T, np.array(own[0] if own else joint.at))
+                found.append((at, T[:3, :3] @ np.array(joint.axis)))
+            if body.span:
+                for k, end in zip(body.span.bodies, body.span.ends, strict=True):
+                    if k == 0:
+                        found.append((np.array(end), np.array([0.0, 0.0, 1.0])))
+        for shape in self.skeleton.bodies[0].shapes:
+            if shape.kind == "pin":
+                found.append((np.array(shape.points[0]), np.array(shape.axis)))
+        return _distinct(found)
+
+    def _stand(self, point: FloatArray) -> Iterator[Mark]:
+        up = np.array(self.view.up)
+        right = np.array(self.view.right)
+        foot = point - 2.6 * self.unit * up
+        legs = np.array([point, foot - 1.4 * self.unit * right, foot + 1.4 * self.unit * right])
+        yield Mark("stand", self.view.project(legs), -2.0, "ground", is_area=True)
+        yield from self._hatched(foot, -up, 0.0)
+
+    def _floor(self, points: FloatArray) -> Iterator[Mark]:
+        """The plate of the ground; on a plane its joints have stands instead."""
+        if not self.is_planar:
+            seen = hull(self.view.project(points))
+            yield Mark("floor", seen, self._depth(points, -3), "ground", is_area=True)
+
+    def _hatched(self, point: FloatArray, away: FloatArray, by: float) -> Iterator[Mark]:
+        """A line across the direction into the ground, with strokes; none where it is seen end-on."""
+        towards = self.view.rows[:2] @ away
+        length = float(np.linalg.norm(towards))
+        if length < _EDGE_ON:
+            return
+        down = towards / length
+        along = np.array([-down[1], down[0]])
+        at = self.view.project(point) + by * self.unit * towards
+        half = 2.6 * self.unit
+        depth = self._depth(point[None], _LEVELS["ground"])
+        yield Mark("ground", np.array([at - half * along, at + half * along]), depth, "ground")
+        step = 2 * half / _STROKES
+        for k in range(_STROKES):
+            begin = at + (-half + (k + 0.75) * step) * along
+            stroke = np.array([begin, begin + step * (0.9 * down - 0.7 * along)])
+            yield Mark("hatch", stroke, depth, "ground")
+
+
+def _distinct(feet: Sequence[tuple[FloatArray, FloatArray]]) -> list[tuple[FloatArray, FloatArray]]:
+    found: list[tuple[FloatArray, FloatArray]] = []
+    for point, axis in feet:
+        if all(not np.allclose(point, other) for other, _ in found):
+            found.append((point, axis))
+    return found
+
+
+def _beside(axis: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Two directions at right angles to an axis and to each other."""
+    across = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
+    across /= np.linalg.norm(across)
+    return across, np.cross(axis, across)
+
+
+def circle() -> FloatArray:
+    """(k, 2) the points of a circle of radius 1."""
+    angle = np.linspace(0, 2 * np.pi, _CORNERS, endpoint=False)
+    return np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def hull(points: FloatArray) -> FloatArray:
+    """(k, 2) the corners of the convex hull of points (m, 2), counterclockwise."""
+    ordered = sorted({(float(x), float(y)) for x, y in points})
+    if len(ordered) < 3:  # noqa: PLR2004 - two points are their own hull
+        return np.array(ordered)
+    lower, upper = _half(ordered), _half(ordered[::-1])
+    return np.array(lower[:-1] + upper[:-1])
+
+
+def _half(ordered: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    corners: list[tuple[float, float]] = []
+    for x, y in ordered:
+        while len(corners) > 1:
+            (ax, ay), (bx, by) = corners[-2:]
+            if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0:
+                break
+            corners.pop()
+        corners.append((x, y))
+    return corners

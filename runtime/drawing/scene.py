@@ -1,0 +1,190 @@
+"""All that a drawing shows on one view: the robot, its ghosts, the tool's path and the frames."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .marks import Anchor, Mark, anchors, marks
+from .skeleton import Skeleton
+from .views import View
+
+FloatArray = NDArray[np.float64]
+
+UNIT = {"one": 0.016, "four": 0.022}
+"""The radius of a joint's symbol in parts of the widest view: of a single one, or of four."""
+_ARROW = 6.0
+"""Length of a frame's arrows in units of the drawing."""
+_LINES = ("link", "rod", "ram", "piston")
+_MARGIN = 2.5
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A frame on the picture.
+
+    Attributes:
+        name: Its name.
+        origin: (2,) its origin [m].
+        tips: (3, 2) the tips of the arrows along its x, y and z axis.
+    """
+
+    name: str
+    origin: FloatArray
+    tips: FloatArray
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """A length between two points of a body.
+
+    Attributes:
+        a: (2,) its beginning on the picture [m].
+        b: (2,) its end.
+        length: The length [m].
+    """
+
+    a: FloatArray
+    b: FloatArray
+    length: float
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A view with all that is on it.
+
+    Attributes:
+        view: The projection.
+        unit: The radius of a joint's symbol [m].
+        marks: The robot, in the order of drawing.
+        ghosts: For each further posture the lines of its bodies, each (k, 2) [m].
+        path: (k, 2) the path of the tool; None without one.
+        frames: The base frame and the tip's frame.
+        anchors: The points at which the coordinates are named.
+        dimensions: The lengths of bodies, on a plane.
+    """
+
+    view: View
+    unit: float
+    marks: list[Mark]
+    ghosts: list[list[FloatArray]]
+    path: FloatArray | None
+    frames: list[Frame]
+    anchors: list[Anchor]
+    dimensions: list[Dimension]
+
+    @property
+    def box(self) -> tuple[FloatArray, FloatArray]:
+        """The lowest and the highest corner of all points, with a margin [m]."""
+        points = [mark.points for mark in self.marks]
+        points += [line for ghost in self.ghosts for line in ghost]
+        points += [frame.tips for frame in self.frames]
+        points += [] if self.path is None else [self.path]
+        every = np.concatenate(points)
+        margin = _MARGIN * self.unit
+        return every.min(0) - margin, every.max(0) + margin
+
+
+def scenes(
+    skeleton: Skeleton,
+    poses: FloatArray,
+    ghosts: FloatArray,
+    path: FloatArray | None,
+    views: list[View],
+) -> list[Scene]:
+    """The scenes of a drawing, one a view.
+
+    Args:
+        skeleton: The bodies.
+        poses: (bodies, 4, 4) their poses in the base frame.
+        ghosts: (g, bodies, 4, 4) their poses in further postures.
+        path: (k, 3) positions of the tool, or None.
+        views: The projections.
+    """
+    everything = np.concatenate([poses[None], ghosts])
+    points = np.concatenate([corners(skeleton, one) for one in everything])
+    if path is not None:
+        points = np.concatenate([points, path])
+    spans = [np.ptp(view.project(points), axis=0).max() for view in views]
+    share = UNIT["one" if len(views) == 1 else "four"]
+    unit = share * float(max(*spans, 1e-3 * skeleton.size))
+    return [_scene(skeleton, poses, ghosts, path, view, unit) for view in views]
+
+
+def corners(skeleton: Skeleton, poses: FloatArray) -> FloatArray:
+    """(k, 3) the points of all shapes, and the tip, in the base frame [m]."""
+    found = [skeleton.tip_poses(poses)[None, :3, 3], np.zeros((1, 3))]
+    for body, T in zip(skeleton.bodies, poses, strict=True):
+        found += [np.array(s.points) @ T[:3, :3].T + T[:3, 3] for s in body.shapes]
+    return np.concatenate(found)
+
+
+def _scene(
+    skeleton: Skeleton,
+    poses: FloatArray,
+    ghosts: FloatArray,
+    path: FloatArray | None,
+    view: View,
+    unit: float,
+) -> Scene:
+    is_planar = view.name == "plane"
+    frames = [
+        _frame(name, T, view, unit)
+        for name, T in (
+            (skeleton.robot.frames.base, np.eye(4)),
+            (skeleton.robot.frames.tip, skeleton.tip_poses(poses)),
+        )
+    ]
+    return Scene(
+        view,
+        unit,
+        marks(skeleton, poses, view, unit),
+        [_lines(skeleton, ghost, view, unit) for ghost in ghosts],
+        None if path is None else view.project(path),
+        frames,
+        anchors(skeleton, poses, view),
+        _dimensions(skeleton, poses, view) if is_planar else [],
+    )
+
+
+def _frame(name: str, T: FloatArray, view: View, unit: float) -> Frame:
+    tips = T[:3, 3] + _ARROW * unit * T[:3, :3].T
+    return Frame(name, view.project(T[:3, 3]), view.project(tips))
+
+
+def _lines(skeleton: Skeleton, poses: FloatArray, view: View, unit: float) -> list[FloatArray]:
+    """The lines of the bodies but the ground, and the outlines of plates."""
+    found = []
+    for mark in marks(skeleton, poses, view, unit):
+        if mark.style in _LINES and mark.name != skeleton.bodies[0].name:
+            found.append(mark.points)
+        elif mark.style == "plate":
+            found.append(np.concatenate([mark.points, mark.points[:1]]))
+    return found
+
+
+def _dimensions(skeleton: Skeleton, poses: FloatArray, view: View) -> list[Dimension]:
+    """The lengths of links and rods, and the sides of triangles."""
+    found: list[Dimension] = []
+    for body, T in zip(skeleton.bodies, poses, strict=True):
+        for shape in body.shapes:
+            points = np.array(shape.points) @ T[:3, :3].T + T[:3, 3]
+            if shape.kind == "plate" and len(points) == 3:  # noqa: PLR2004 - a triangle
+                points = points[[0, 1, 2, 0]]
+            elif shape.kind not in ("link", "rod"):
+                continue
+            found += _parts(points, view)
+    return found
+
+
+def _parts(points: Any, view: View) -> list[Dimension]:
+    seen = view.project(points)
+    lengths = np.linalg.norm(np.diff(seen, axis=0), axis=1)
+    return [
+        Dimension(a, b, float(length))
+        for a, b, length in zip(seen, seen[1:], lengths, strict=False)
+        if length > 0
+    ]
