@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from . import screws, se3
 from .call._call import Function, release_memory
@@ -59,6 +60,8 @@ __all__ = [
     "Solutions",
     "SourceMismatchError",
     "UnknownRobotError",
+    "animate",
+    "draw",
     "load",
     "release_memory",
     "robots",
@@ -66,6 +69,9 @@ __all__ = [
     "se3",
     "shelf_robots",
 ]
+
+if TYPE_CHECKING:
+    from .drawing import animate, draw
 
 
 def robots() -> list[str]:
@@ -138,8 +144,12 @@ def find_folder(robot: str | os.PathLike[str], *, parametric: bool = False) -> P
     )
 
 
-def __getattr__(name: str) -> str:
-    """The version, looked up when it is needed: the look-up takes as long as the import."""
+def __getattr__(name: str) -> Any:
+    """The version and the drawings, found when needed: that takes as long as the import."""
+    if name in ("animate", "draw"):
+        from . import drawing  # noqa: PLC0415
+
+        return getattr(drawing, name)
     if name != "__version__":
         raise AttributeError(f"module 'chasles' has no attribute {name!r}")
     from importlib.metadata import version  # noqa: PLC0415

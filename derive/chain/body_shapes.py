@@ -250,12 +250,12 @@ class _Shapes:
         self._put(k, "ram", joint.name, [joint.at - high * joint.axis, joint.at], joint.axis)
 
     def _travel(self, joint: CarryingJoint) -> tuple[float, float]:
-        """The least and the greatest value of a slide; without limits a fifth of the size."""
+        """The least and the greatest value of a slide; without limits 0.4 of the size."""
         low, high = joint.limits
         if low is None or high is None:
             z = self.rigid.reference[self.rigid.names[joint.coordinate]]
             at = joint.ratio * z + joint.offset
-            return at - self.size / 10, at + self.size / 10
+            return at, at + 0.4 * self.size
         ends = joint.ratio * low + joint.offset, joint.ratio * high + joint.offset
         return min(ends), max(ends)
 
@@ -352,7 +352,8 @@ class _Shapes:
         if self.root[k] != k:
             return
         own = self.attached[k]
-        if k == 0 and len(own.points) == 1:
+        on_slides = any(shape.kind == "guide" for shape in self.shapes[k])
+        if k == 0 and len(own.points) == 1 and not on_slides:
             own.points.insert(0, np.zeros(3))
             own.axes.insert(0, own.axes[0])
         points = self._distinct(own.points)

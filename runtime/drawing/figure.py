@@ -11,10 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..closed_form.solutions import Solutions
 from ..errors import InputValueError, ShapeError
+from ..tolerances import SAME_SOLUTION
 from .lettering import Lettering
 from .scene import Scene, scenes
 from .skeleton import Skeleton, skeleton
-from .views import SPATIAL, View, views_of
+from .views import AXONOMETRIC, SPATIAL, View, views_of
 
 FloatArray = NDArray[np.float64]
 
@@ -31,8 +32,8 @@ _GHOSTS = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9", "#9
 _PATH = "#cc79a7"
 _DARK = "#333333"
 _LINES: dict[str, dict[str, Any]] = {
-    "link": {"color": "#4b80ab", "linewidth": 2.6},
-    "ram": {"color": "#4b80ab", "linewidth": 1.8},
+    "link": {"color": "#7d8b99", "linewidth": 2.6},
+    "ram": {"color": "#7d8b99", "linewidth": 1.8},
     "base": {"color": "#777777", "linewidth": 0.7, "dashes": (6, 2, 1, 2)},
     "guide": {"color": "#777777", "linewidth": 1.6},
     "rod": {"color": "#777777", "linewidth": 1.5},
@@ -46,7 +47,7 @@ _HALO = ("link", "rod", "ram", "piston")
 _AREAS: dict[str, dict[str, Any]] = {
     "joint": {"facecolor": "#ffffff", "edgecolor": _DARK, "linewidth": 0.6},
     "driven": {"facecolor": "#e69f00", "edgecolor": _DARK, "linewidth": 0.6},
-    "plate": {"facecolor": "#c9dbe9", "edgecolor": "#4b80ab", "linewidth": 1.2},
+    "plate": {"facecolor": "#dde3e8", "edgecolor": "#7d8b99", "linewidth": 1.2},
     "floor": {"facecolor": "#eeeeee", "edgecolor": "#777777", "linewidth": 0.8},
     "stand": {"facecolor": "#ffffff", "edgecolor": _DARK, "linewidth": 0.6},
     "barrel": {"facecolor": "#ffffff", "edgecolor": _DARK, "linewidth": 0.7},
@@ -80,7 +81,8 @@ def draw(
             solutions of an inverse at one pose, or (g, n) coordinates.
         path: Postures (k, n) or a sampled motion, whose tool's path is drawn.
         views: Some of "front", "side", "top", "axonometric" and, of planar robots, "plane".
-        ax: matplotlib axes for a single view; None: a new figure.
+        ax: matplotlib axes for a single view: the robot's plane, or else from aside, where no view
+            is named; None: a new figure.
         file: The file to write: .pdf and .svg hold vectors, .png pixels.
 
     Returns:
@@ -99,18 +101,17 @@ def draw(
     further, labels = _ghosts(robot, chosen, ghosts)
     pale = bodies.poses(further) if len(further) else np.empty((0, *poses.shape))
     way = None if path is None else _tool_path(bodies, path)
-    names = ("axonometric",) if views is None and ax is not None else views
-    found = views_of(bodies, poses, None if names is None else tuple(names))
-    if views is None and ax is not None:
-        found = views_of(bodies, poses, None)[:2][-1:]
+    found = views_of(bodies, poses, None if views is None else tuple(views))
+    if views is None and ax is not None and len(found) > 1:
+        found = [AXONOMETRIC]
+    if ax is not None and len(found) != 1:
+        raise InputValueError(f"draw: ax: axes for one view, got {len(found)} views")
     shown = scenes(bodies, poses, pale, way, found)
     if ax is not None:
-        if len(shown) != 1:
-            raise InputValueError(f"ax: axes for one view, got {len(shown)} views")
-        _limit(ax, shown[0], None)
+        _limit(ax, shown[0].box, None)
         _paint(ax, shown[0])
         return ax
-    figure = _figure(shown, labels, has_path=way is not None)
+    figure = figure_of(shown, labels, has_path=way is not None)
     if file is not None:
         figure.savefig(file, dpi=300)
     return figure
@@ -165,11 +166,8 @@ def other_inverses(robot: Any, q: FloatArray) -> Solutions:
     apart = found.q - q
     turns = np.array(found.wraps)
     apart = np.where(turns, np.remainder(apart + np.pi, 2 * np.pi) - np.pi, apart)
-    is_other = np.abs(apart).max(-1) > _SAME
+    is_other = np.abs(apart).max(-1) > SAME_SOLUTION
     return found._replace(valid=found.valid & is_other)
-
-
-_SAME = 1e-6
 
 
 def _labels(found: Solutions) -> tuple[str, ...]:
@@ -181,14 +179,32 @@ def _labels(found: Solutions) -> tuple[str, ...]:
 # --- the figure ---
 
 
-def _figure(shown: list[Scene], labels: tuple[str, ...], *, has_path: bool) -> Any:
+def figure_of(
+    shown: list[Scene],
+    labels: tuple[str, ...],
+    *,
+    has_path: bool,
+    boxes: list[tuple[FloatArray, FloatArray]] | None = None,
+) -> Any:
+    """A figure of 8 cm with a pair of axes for each scene.
+
+    Args:
+        shown: The scenes.
+        labels: The names of the ghosts, for the legend.
+        has_path: Whether the legend names the path of the tool.
+        boxes: The lowest and highest corner of each view; None: around each scene.
+
+    Returns:
+        The figure, which no window shows.
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
     from matplotlib.figure import Figure  # noqa: PLC0415
 
     entries = len(labels) + has_path
     below = 0.13 * entries + (0.06 if entries else 0.0)
     cells = _cells([scene.view for scene in shown])
-    spans = [high - low for low, high in (scene.box for scene in shown)]
+    boxes = [scene.box for scene in shown] if boxes is None else boxes
+    spans = [high - low for low, high in boxes]
     widths = _largest(cells, spans, 1)
     heights = _largest(cells, spans, 0)
     across = WIDTH - _LEFT - _RIGHT - _GAP * (len(widths) - 1)
@@ -199,12 +215,12 @@ def _figure(shown: list[Scene], labels: tuple[str, ...], *, has_path: bool) -> A
     FigureCanvasAgg(figure)
     # Views that are narrower than the figure stand in its middle.
     spare = (across - scale * sum(widths)) / 2
-    for scene, (row, column) in zip(shown, cells, strict=True):
+    for scene, box, (row, column) in zip(shown, boxes, cells, strict=True):
         left = _LEFT + spare + scale * sum(widths[:column]) + _GAP * column
         bottom = _BOTTOM + below + scale * sum(heights[row + 1 :]) + _GAP * (len(heights) - 1 - row)
         size = scale * widths[column], scale * heights[row]
         ax = figure.add_axes((left / WIDTH, bottom / height, size[0] / WIDTH, size[1] / height))
-        _limit(ax, scene, (widths[column], heights[row]))
+        _limit(ax, box, (widths[column], heights[row]))
         _paint(ax, scene)
         _label_axes(ax, scene.view, is_low=row == len(heights) - 1, is_left=column == 0)
     _legend(figure, labels, has_path=has_path)
@@ -212,7 +228,7 @@ def _figure(shown: list[Scene], labels: tuple[str, ...], *, has_path: bool) -> A
 
 
 def _cells(views: list[View]) -> list[tuple[int, int]]:
-    """Row and column of each view: the four of a robot in space in a square, others side by side."""
+    """Row and column of each view: the four in space in a square, others side by side."""
     if [view.name for view in views] == [view.name for view in SPATIAL]:
         return [(0, 0), (0, 1), (1, 0), (1, 1)]
     return [(0, k) for k in range(len(views))]
@@ -227,9 +243,9 @@ def _largest(cells: list[tuple[int, int]], spans: list[FloatArray], part: int) -
     ]
 
 
-def _limit(ax: Any, scene: Scene, size: tuple[float, float] | None) -> None:
-    """Sets the limits of axes around a scene, or to a size around its middle."""
-    low, high = scene.box
+def _limit(ax: Any, box: tuple[FloatArray, FloatArray], size: tuple[float, float] | None) -> None:
+    """Sets the limits of axes to a box, or to a size around its middle."""
+    low, high = box
     if size is not None:
         middle = (low + high) / 2
         low, high = middle - np.array(size) / 2, middle + np.array(size) / 2
@@ -244,7 +260,8 @@ def _label_axes(ax: Any, view: View, *, is_low: bool, is_left: bool) -> None:
     for side in ("top", "right", "bottom", "left"):
         ax.spines[side].set(linewidth=0.4, color="#aaaaaa")
     ax.tick_params(labelsize=_SMALL, width=0.4, length=2, pad=1.5, color="#777777")
-    ax.set_title(view.name, fontsize=_SMALL, loc="left", pad=2, color="#555555")
+    if view.name != "plane":
+        ax.set_title(view.name, fontsize=_SMALL, loc="left", pad=2, color="#555555")
     if not view.labels[0]:
         ax.set_xticks([])
         ax.set_yticks([])
@@ -293,8 +310,8 @@ def _paint(ax: Any, scene: Scene) -> None:
             _arrow(ax, frame.origin, tip, colour)
     letters = Lettering(ax, scene, _LETTERS, [])
     if scene.view.name in ("axonometric", "plane"):
-        letters.name_axes(_AXES)
         letters.name_coordinates()
+        letters.name_axes(_AXES)
         letters.write_lengths()
 
 

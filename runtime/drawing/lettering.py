@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -56,16 +57,16 @@ class Lettering:
 
     def name_axes(self, colours: tuple[str, ...]) -> list[Any]:
         """Writes x, y and z at the arrows of the frames that are seen from the side."""
-        found = []
+        found: list[Any] = []
+        base = self.scene.frames[0].tips
         for frame in self.scene.frames:
+            is_again = frame.tips is not base and np.allclose(frame.tips, base)
             for k, tip in enumerate(frame.tips):
                 way = tip - frame.origin
                 length = float(np.linalg.norm(way))
-                if length > 2 * self.scene.unit:
-                    text = self._text("xyz"[k], colours[k])
-                    text.set_position(tip + 1.1 * self.scene.unit * way / length)
-                    self.taken.append(self._box(text))
-                    found.append(text)
+                if length > 2 * self.scene.unit and not is_again:
+                    ahead = tip + 1.1 * self.scene.unit * way / length
+                    found.append(self._near(ahead, "xyz"[k], colours[k]))
         return found
 
     def write_lengths(self) -> list[Any]:
@@ -82,11 +83,11 @@ class Lettering:
         for mark in self.scene.marks:
             pixels = self.to_pixels(mark.points)
             closed = np.concatenate([pixels, pixels[:1]]) if mark.is_area else pixels
-            lines += list(zip(closed, closed[1:], strict=False))
+            lines += list(pairwise(closed))
         for ghost in self.scene.ghosts:
             for line in ghost:
                 pixels = self.to_pixels(line)
-                lines += list(zip(pixels, pixels[1:], strict=False))
+                lines += list(pairwise(pixels))
         for frame in self.scene.frames:
             origin = self.to_pixels(frame.origin)
             lines += [(origin, tip) for tip in self.to_pixels(frame.tips)]
@@ -109,6 +110,17 @@ class Lettering:
             for direction in _DIRECTIONS
         ]
         self._best(text, [(_FAR * distance, place, 0.0) for distance, place in tried])
+        return text
+
+    def _near(self, point: FloatArray, letters: str, colour: str) -> Any:
+        """A letter at a point, or as near to it as there is room."""
+        text = self._text(letters, colour)
+        tried = [(0.0, point, 0.0)]
+        for distance in (0.8, 1.4, 2.0):
+            for direction in _DIRECTIONS:
+                place = point + distance * self.scene.unit * np.array(direction)
+                tried.append((4 * distance, place, 0.0))
+        self._best(text, tried)
         return text
 
     def _length(self, dimension: Dimension) -> Any:
@@ -145,7 +157,7 @@ class Lettering:
         box0 = np.array([x0 - at[0], y0 - at[1], x1 - at[0], y1 - at[1]])
         for cost, place, angle in tried:
             x, y = self.to_pixels(place)
-            total = cost + self._cost(tuple(box0 + [x, y, x, y]))
+            total = cost + self._cost(box0 + np.array([x, y, x, y]))
             if total < least:
                 best, least = (cost, place, angle), total
         text.set_position(best[1])

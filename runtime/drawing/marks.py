@@ -21,10 +21,18 @@ BOX = 1.25
 """Half the edge of a slide's box."""
 _CORNERS = 32
 _STROKES = 6
+_HALF_GROUND = 2.6
+"""Half the length of the hatched line under a joint, and its strokes."""
+_LATER = 1e-6
+"""Units by which a part of a symbol lies on another."""
 _EDGE_ON = 0.25
 """Below this part of its length on the picture, a direction points at the eye."""
 _SYMBOLS = ("revolute", "helical", "pin", "weld", "ball", "universal", "carriage", "sleeve")
 _LEVELS = {"hatch": -3, "ground": -3, "guide": -2, "plate": -1, "link": 0, "rod": 1, "ram": 0}
+_SYMBOL = 4
+"""The level from which symbols of joints begin: they lie on all lines and plates."""
+_ABOVE = 1e6
+"""Units by which symbols are nearer to the eye than lines."""
 
 
 @dataclass(frozen=True)
@@ -79,6 +87,12 @@ def marks(skeleton: Skeleton, poses: FloatArray, view: View, unit: float) -> lis
 def anchors(skeleton: Skeleton, poses: FloatArray, view: View) -> list[Anchor]:
     """The points at which the actuated coordinates are named, in the order of q."""
     found = {}
+    sleeves = {
+        shape.name: _moved(T, np.array(shape.points[0]))
+        for body, T in zip(skeleton.bodies, poses, strict=True)
+        for shape in body.shapes
+        if shape.kind == "sleeve"
+    }
     index = {v.name: k for k, v in enumerate(skeleton.robot.configuration_variables)}
     for body, T in zip(skeleton.bodies, poses, strict=True):
         k = skeleton.actuator(body.joint)
@@ -86,7 +100,7 @@ def anchors(skeleton: Skeleton, poses: FloatArray, view: View) -> list[Anchor]:
             k = skeleton.actuators.get(index.get(body.span.name, -1))
         if k is None or k in found:
             continue
-        found[k] = Anchor(_name(body), view.project(_named_point(skeleton, body, T)), k)
+        found[k] = Anchor(_name(body), view.project(_named_point(body, T, sleeves)), k)
     return [found[k] for k in sorted(found)]
 
 
@@ -94,12 +108,14 @@ def _name(body: Body) -> str:
     return body.joint.name if body.joint else body.span.name if body.span else body.name
 
 
-def _named_point(skeleton: Skeleton, body: Body, T: FloatArray) -> FloatArray:
+def _named_point(body: Body, T: FloatArray, sleeves: dict[str, FloatArray]) -> FloatArray:
     if body.span:
         ends = np.array([shape.points for shape in body.shapes[:1]])[0]
         return _moved(T, ends.mean(0))
     joint = body.joint
     assert joint is not None
+    if joint.name in sleeves:
+        return sleeves[joint.name]
     own = [s.points[-1] for s in body.shapes if s.name == joint.name and s.kind != "link"]
     return _moved(T, np.array(own[0] if own else joint.at))
 
@@ -117,7 +133,7 @@ class _Marks:
         self.is_planar = view.name == "plane"
         names = [v.name for v in skeleton.robot.configuration_variables]
         self.driven = {names[k] for k in skeleton.actuators} if names else set()
-        self.ends = self._ends_of_slides()
+        self.ends, self.carriages = self._points_of("ram"), self._points_of("carriage")
 
     def all(self) -> Iterator[Mark]:
         yield from self._ground()
@@ -127,20 +143,21 @@ class _Marks:
                 axis = T[:3, :3] @ np.array(shape.axis) if shape.axis else None
                 yield from self._shape(body, shape, points, axis)
 
-    def _ends_of_slides(self) -> dict[str, FloatArray]:
-        """The end of each ram, by the joint's name."""
+    def _points_of(self, kind: str) -> dict[str, FloatArray]:
+        """The last point of each shape of a kind, by the joint's name."""
         return {
             shape.name: _moved(T, np.array(shape.points[-1]))
             for body, T in zip(self.skeleton.bodies, self.poses, strict=True)
             for shape in body.shapes
-            if shape.kind == "ram"
+            if shape.kind == kind
         }
 
     def _depth(self, points: FloatArray, level: int) -> float:
         """The order of a mark: by kind on a plane, else by its distance towards the eye."""
         if self.is_planar:
             return float(level)
-        return self.view.depth(points) + 0.3 * self.unit * level
+        above = _ABOVE if level >= _SYMBOL else 0.3 * level
+        return self.view.depth(points) + self.unit * above
 
     def _style(self, body: Body, shape: Shape) -> str:
         """Joints of actuated coordinates are filled with another colour."""
@@ -155,7 +172,10 @@ class _Marks:
         kind = shape.kind
         is_ground = body.joint is None and body.span is None
         if kind in ("link", "guide"):
-            yield self._line("base" if is_ground and self.is_planar else kind, points, shape.name)
+            is_base = is_ground and self.is_planar and kind == "link"
+            yield self._line("base" if is_base else kind, self._long(shape, points), shape.name)
+            if is_ground and kind == "guide":
+                yield from self._hatched_guide(points)
         elif kind == "plate" and is_ground:
             yield from self._floor(points)
         elif kind == "plate":
@@ -167,7 +187,7 @@ class _Marks:
             if kind == "rod":
                 yield from self._strut_ends(shape, points[1:])
         elif kind == "barrel":
-            yield from self._barrel(body, shape, points)
+            yield from self._barrel(shape, points)
         elif kind == "sleeve" and axis is not None:
             end = self.ends.get(shape.name, points[0])
             yield self._line("ram", np.array([points[0], end]), shape.name)
@@ -176,6 +196,15 @@ class _Marks:
             yield from self._box(self._slide_style(shape), shape, points[0], axis)
         elif kind in _SYMBOLS:
             yield from self._joint(self._style(body, shape), shape, points[0], axis)
+
+    def _long(self, shape: Shape, points: FloatArray) -> FloatArray:
+        """A guide as far as its carriage is on it."""
+        at = self.carriages.get(shape.name) if shape.kind == "guide" else None
+        if at is None:
+            return points
+        way = points[1] - points[0]
+        part = float((at - points[0]) @ way / (way @ way))
+        return points[0] + np.array([[min(part, 0.0)], [max(part, 1.0)]]) * way
 
     def _slide_style(self, shape: Shape) -> str:
         for body in self.skeleton.bodies:
@@ -190,13 +219,14 @@ class _Marks:
     def _joint(
         self, style: str, shape: Shape, at: FloatArray, axis: FloatArray | None
     ) -> Iterator[Mark]:
-        size = self.unit * (SMALL if shape.kind in ("pin", "ball", "weld") else 1.0)
+        size = self.unit * (1.0 if style == "driven" else SMALL)
         if axis is None:
             ball = self.view.project(at) + size * circle()
-            yield Mark(style, ball, self._depth(at[None], 4), shape.name, is_area=True)
+            depth = self._depth(at[None], _SYMBOL)
+            yield Mark(style, ball, depth, shape.name, is_area=True)
             inner = {"universal": 0.3, "ball": 0.5}.get(shape.kind, 0.9)
             dot = self.view.project(at) + inner * size * circle()
-            yield Mark("dot", dot, self._depth(at[None], 4) + 1e-9, shape.name, is_area=True)
+            yield Mark("dot", dot, depth + self.unit * _LATER, shape.name, is_area=True)
             return
         yield from self._cylinder(style, shape.name, at, axis, size)
 
@@ -209,25 +239,27 @@ class _Marks:
         half = HALF * size * axis
         ends = [at + half + ring, at - half + ring]
         outline = hull(self.view.project(np.concatenate(ends)))
-        depth = self._depth(at[None], 4)
+        depth = self._depth(at[None], _SYMBOL)
         near = ends[0] if self.view.depth(ends[0]) >= self.view.depth(ends[1]) else ends[1]
         towards = abs(float(self.view.rows[2] @ axis))
-        if towards < 1 - 1e-9:
+        if self.view.name == "axonometric":
             line = np.array([at - 2.6 * size * axis, at + 2.6 * size * axis])
-            yield Mark("axis", self.view.project(line), depth - 1e-9, name)
+            yield Mark("axis", self.view.project(line), depth - self.unit * _LATER, name)
         yield Mark(style, outline, depth, name, is_area=True)
         if 0.1 < towards < 1 - 1e-9:  # noqa: PLR2004 - a face seen from its edge is a line
-            yield Mark(style, self.view.project(near), depth + 1e-9, name, is_area=True)
+            yield Mark(
+                style, self.view.project(near), depth + self.unit * _LATER, name, is_area=True
+            )
         elif towards >= 1 - 1e-9:
             dot = self.view.project(at) + 0.25 * size * circle()
-            yield Mark("dot", dot, depth + 1e-9, name, is_area=True)
+            yield Mark("dot", dot, depth + self.unit * _LATER, name, is_area=True)
 
     def _box(self, style: str, shape: Shape, at: FloatArray, axis: FloatArray) -> Iterator[Mark]:
         """A box around a slide: its outline, and the faces that are turned to the eye."""
         across, up = _beside(axis)
         frame = BOX * self.unit * np.array([1.3 * axis, across, up])
         signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
-        depth = self._depth(at[None], 4)
+        depth = self._depth(at[None], _SYMBOL)
         corners = at + signs @ frame
         outline = hull(self.view.project(corners))
         yield Mark(style, outline, depth, shape.name, is_area=True)
@@ -238,9 +270,11 @@ class _Marks:
             side = np.sign(towards) * frame[k]
             u, v = frame[(k + 1) % 3], frame[(k + 2) % 3]
             face = at + side + np.array([u + v, u - v, -u - v, v - u])
-            yield Mark(style, self.view.project(face), depth + 1e-9, shape.name, is_area=True)
+            yield Mark(
+                style, self.view.project(face), depth + self.unit * _LATER, shape.name, is_area=True
+            )
 
-    def _barrel(self, body: Body, shape: Shape, points: FloatArray) -> Iterator[Mark]:
+    def _barrel(self, shape: Shape, points: FloatArray) -> Iterator[Mark]:
         seen = self.view.project(points)
         way = seen[1] - seen[0]
         length = float(np.linalg.norm(way))
@@ -259,7 +293,7 @@ class _Marks:
             yield Mark("joint", disc, depth, shape.name, is_area=True)
             if shape.ends == "ball":
                 dot = self.view.project(point) + 0.5 * SMALL * self.unit * circle()
-                yield Mark("dot", dot, depth + 1e-9, shape.name, is_area=True)
+                yield Mark("dot", dot, depth + self.unit * _LATER, shape.name, is_area=True)
 
     # --- ground ---
 
@@ -305,6 +339,27 @@ class _Marks:
         yield Mark("stand", self.view.project(legs), -2.0, "ground", is_area=True)
         yield from self._hatched(foot, -up, 0.0)
 
+    def _hatched_guide(self, points: FloatArray) -> Iterator[Mark]:
+        """Strokes along a guide on the ground, below it on the picture."""
+        seen = self.view.project(points)
+        way = seen[1] - seen[0]
+        length = float(np.linalg.norm(way))
+        if length < self.unit:
+            return
+        along = way / length * (1.0 if way[0] >= 0 else -1.0)
+        begin = seen[0] if way[0] >= 0 else seen[1]
+        yield from self._strokes(begin, along, length, self._depth(points, -3))
+
+    def _strokes(
+        self, begin: FloatArray, along: FloatArray, length: float, depth: float
+    ) -> Iterator[Mark]:
+        """Hatching to the right of the way along a line."""
+        step = 2 * _HALF_GROUND * self.unit / _STROKES
+        stroke = step * (0.9 * np.array([along[1], -along[0]]) - 0.7 * along)
+        for k in range(int(length / step + 0.5)):
+            start = begin + (k + 0.75) * step * along
+            yield Mark("hatch", np.array([start, start + stroke]), depth, "ground")
+
     def _floor(self, points: FloatArray) -> Iterator[Mark]:
         """The plate of the ground; on a plane its joints have stands instead."""
         if not self.is_planar:
@@ -312,7 +367,7 @@ class _Marks:
             yield Mark("floor", seen, self._depth(points, -3), "ground", is_area=True)
 
     def _hatched(self, point: FloatArray, away: FloatArray, by: float) -> Iterator[Mark]:
-        """A line across the direction into the ground, with strokes; none where it is seen end-on."""
+        """A line across the direction into the ground, with strokes; none seen end-on."""
         towards = self.view.rows[:2] @ away
         length = float(np.linalg.norm(towards))
         if length < _EDGE_ON:
@@ -320,14 +375,10 @@ class _Marks:
         down = towards / length
         along = np.array([-down[1], down[0]])
         at = self.view.project(point) + by * self.unit * towards
-        half = 2.6 * self.unit
+        half = _HALF_GROUND * self.unit
         depth = self._depth(point[None], _LEVELS["ground"])
         yield Mark("ground", np.array([at - half * along, at + half * along]), depth, "ground")
-        step = 2 * half / _STROKES
-        for k in range(_STROKES):
-            begin = at + (-half + (k + 0.75) * step) * along
-            stroke = np.array([begin, begin + step * (0.9 * down - 0.7 * along)])
-            yield Mark("hatch", stroke, depth, "ground")
+        yield from self._strokes(at - half * along, along, 2 * half, depth)
 
 
 def _distinct(feet: Sequence[tuple[FloatArray, FloatArray]]) -> list[tuple[FloatArray, FloatArray]]:

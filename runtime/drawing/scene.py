@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .marks import Anchor, Mark, anchors, marks
+from .marks import Anchor, Mark, anchors, hull, marks
 from .skeleton import Skeleton
 from .views import View
 
@@ -94,6 +93,7 @@ def scenes(
     ghosts: FloatArray,
     path: FloatArray | None,
     views: list[View],
+    span_of: FloatArray | None = None,
 ) -> list[Scene]:
     """The scenes of a drawing, one a view.
 
@@ -103,8 +103,10 @@ def scenes(
         ghosts: (g, bodies, 4, 4) their poses in further postures.
         path: (k, 3) positions of the tool, or None.
         views: The projections.
+        span_of: (m, bodies, 4, 4) the poses to whose span the symbols are in proportion; None:
+            the poses and the ghosts.
     """
-    everything = np.concatenate([poses[None], ghosts])
+    everything = span_of if span_of is not None else np.concatenate([poses[None], ghosts])
     points = np.concatenate([corners(skeleton, one) for one in everything])
     if path is not None:
         points = np.concatenate([points, path])
@@ -172,16 +174,18 @@ def _dimensions(skeleton: Skeleton, poses: FloatArray, view: View) -> list[Dimen
     for body, T in zip(skeleton.bodies, poses, strict=True):
         for shape in body.shapes:
             points = np.array(shape.points) @ T[:3, :3].T + T[:3, 3]
-            if shape.kind == "plate" and len(points) == 3:  # noqa: PLR2004 - a triangle
-                points = points[[0, 1, 2, 0]]
-            elif shape.kind not in ("link", "rod"):
+            if shape.kind == "plate" and body.joint:
+                around = hull(view.project(points))
+                if len(around) == 3:  # noqa: PLR2004 - the sides of a triangle are lengths
+                    found += _parts(around[[0, 1, 2, 0]])
                 continue
-            found += _parts(points, view)
+            if shape.kind not in ("link", "rod"):
+                continue
+            found += _parts(view.project(points))
     return found
 
 
-def _parts(points: Any, view: View) -> list[Dimension]:
-    seen = view.project(points)
+def _parts(seen: FloatArray) -> list[Dimension]:
     lengths = np.linalg.norm(np.diff(seen, axis=0), axis=1)
     return [
         Dimension(a, b, float(length))

@@ -13,6 +13,8 @@ from ..contract.skeleton_facts import Body, BodyJoint, HeldFrames, Shape, Skelet
 from ..errors import ManifestError
 
 FloatArray = NDArray[np.float64]
+_PART = 0.4
+"""The part of its travel at which a coordinate is drawn that the reference has at a limit."""
 __all__ = ["Body", "BodyJoint", "Shape", "Skeleton", "Span", "skeleton"]
 
 
@@ -37,7 +39,7 @@ def skeleton(robot: Any) -> Skeleton:
     actuators = {item.index: k for k, item in enumerate(robot._actuated_in_z)}
     if not robot.configuration_variables:
         actuators = {k: k for k in range(robot.n)}
-    posture = np.array(facts.posture or robot.reference.q)
+    posture = np.array(facts.posture) if facts.posture else _between_limits(robot)
     tip = facts.tip, _pose(facts.tip_placement)
     return Skeleton(robot, facts.bodies, *tip, facts.size, posture, facts.closures, actuators)
 
@@ -123,6 +125,19 @@ class Skeleton:
     def _spans(self) -> _Spans | None:
         spans = [body.span for body in self.bodies if body.span]
         return _Spans(spans) if spans else None
+
+
+def _between_limits(robot: Any) -> FloatArray:
+    """The reference of loops; coordinates that it has at a limit between limits, if loops close."""
+    q = np.array(robot.reference.q)
+    with np.errstate(invalid="ignore"):
+        at_limit = np.isfinite(robot.upper - robot.lower) & (
+            (q <= robot.lower) | (q >= robot.upper)
+        )
+        middle = np.where(at_limit, robot.lower + _PART * (robot.upper - robot.lower), q)
+    # One row more, since a single pose that is not reached would raise.
+    closes = bool(np.isfinite(robot.configuration(middle[None])).all())
+    return middle if closes else q
 
 
 class _Motions:
