@@ -5,8 +5,9 @@ All of it is computed here, apart from any window: `at`, `ghosts` and `limits` t
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
 
@@ -26,9 +27,8 @@ _NEAR_LIMIT = 0.05
 """Part of the range of a coordinate from its limit that counts as near."""
 _NEAR_BORDER = 0.05
 """Margin of a branch (no unit) below which it counts as near the border of reach."""
-_SAME_TOOL = 1e-6
-"""Distance of the tool from the pose, in parts of the robot's size, and radians, up to which a
-ghost is a posture of that pose: less than a pixel."""
+_STRIDE = 0.05
+"""Radians, and parts of the robot's size, that a coordinate of iterated loops moves at once."""
 _PLANAR_GHOSTS = 8
 """Branches of a planar platform with three legs of two."""
 
@@ -93,8 +93,7 @@ class Display:
         robot: The robot.
         skeleton: Its bodies.
         solids: The solids of its bodies.
-        start: The posture at which a view starts: the reference of its loops, or all coordinates at
-            zero, or at the limits nearest to it.
+        start: The posture at which a view starts: that of its drawings.
         most_ghosts: The greatest number of ghosts.
     """
 
@@ -116,6 +115,8 @@ class Display:
         self.robot = robot
         self.skeleton = skeleton(robot)
         self._moved = _moved(robot, self.skeleton)
+        turns = np.array([coordinate.unit == "rad" for coordinate in robot.coordinates])
+        self._units = np.where(turns, 1.0, self.skeleton.size)
         self.solids = solids(self.skeleton, frozenset(self._moved))
         self.most_ghosts = len(robot.labels.get("ik", ()))
         if "ik" not in robot.functions and "ik_planar" in dir(robot):
@@ -130,13 +131,17 @@ class Display:
             last: The posture before, which chooses the branch of loops that are iterated.
 
         Returns:
-            The posture, or the one before where the loops do not close.
+            The posture. Where the loops do not close, the one before; of loops that are iterated,
+            the last one on the straight way in q that closes.
         """
+        if self.robot.solution == "newton":
+            return self._followed(q, last)
         z = self._configurations(q[None], last.z)[0]
-        if not np.isfinite(z).all():
-            return Posture(last.q, last.z, last.bodies, last.tool, closes=False)
-        bodies = self.skeleton.poses_at(z)
-        return Posture(q, z, bodies, self.skeleton.tip_poses(bodies))
+        return (
+            self._posture(q, z)
+            if np.isfinite(z).all()
+            else replace(last, closes=False, branches=None)
+        )
 
     def reaching(self, T: FloatArray, last: Posture) -> Posture:
         """The posture that follows the tool to a pose, on the branch nearest to the last posture.
@@ -148,7 +153,7 @@ class Display:
         found = branches(self.robot, T, last.q)
         there = self.at(found.followed, last)
         reached = found.reached and there.closes
-        return Posture(there.q, there.z, there.bodies, there.tool, there.closes, reached, found)
+        return replace(there, reached=reached, branches=found)
 
     def ghosts(self, posture: Posture) -> Ghosts:
         """The other branches at the tool's pose, or at the pose that was asked for."""
@@ -204,12 +209,25 @@ class Display:
         return centre, float(np.linalg.norm(every - centre, axis=1).max())
 
     def _start(self) -> Posture:
-        if self.robot.reference is not None:
-            q, z = (np.array(values) for values in (self.robot.reference.q, self.robot.reference.z))
-        else:
-            q = z = np.clip(np.zeros(self.robot.n), self.robot.lower, self.robot.upper)
+        q = self.skeleton.posture
+        z = q if self.robot.reference is None else np.array(self.robot.reference.z)
+        return self._posture(q, z)
+
+    def _posture(self, q: FloatArray, z: FloatArray, *, closes: bool = True) -> Posture:
         bodies = self.skeleton.poses_at(z)
-        return Posture(q, z, bodies, self.skeleton.tip_poses(bodies))
+        return Posture(q, z, bodies, self.skeleton.tip_poses(bodies), closes)
+
+    def _followed(self, q: FloatArray, last: Posture) -> Posture:
+        """The posture at the end of a straight way, in strides that do not lose the branch."""
+        move = float(np.abs((q - last.q) / self._units).max())
+        parts = np.linspace(0, 1, 1 + max(1, math.ceil(move / _STRIDE)))[1:, None]
+        way = last.q + parts * (q - last.q)
+        found = self.robot.follow_path(way, last.z)
+        reached = int(found.valid.sum())
+        if reached == 0:
+            return replace(last, closes=False, branches=None)
+        k = reached - 1
+        return self._posture(way[k], found.z[k], closes=reached == len(way))
 
     def _configurations(self, q: FloatArray, near: FloatArray) -> FloatArray:
         """(k, n_z) configurations at coordinates (k, n); NaN where the loops do not close."""

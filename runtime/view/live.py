@@ -46,10 +46,14 @@ class View:
     Attributes:
         address: The address of the page, http://localhost:... .
         posture: The posture that is shown.
+        handle_size: The length of the arrows at the tool [m].
+        is_dragged: Whether somebody holds the tool.
     """
 
     address: str
     posture: Posture
+    handle_size: float
+    is_dragged: bool
 
     def __init__(
         self,
@@ -80,7 +84,8 @@ class View:
         number = _free_port(port)
         self._server = viser.ViserServer("127.0.0.1", number, label=robot.name, verbose=False)
         self.address = f"http://localhost:{number}"
-        self.posture = self._display.start
+        self.posture, self.is_dragged = self._display.start, False
+        self.handle_size = _GIZMO * self._display.skeleton.size
         self._server.scene.set_up_direction("+z")
         self._look()
         with self._server.atomic():
@@ -98,7 +103,15 @@ class View:
         """Plays the recording, if there is one, until the process is interrupted."""
         while True:
             time.sleep(_RATE)
-            self._play()
+            self.step()
+
+    def step(self) -> None:
+        """Shows the recording at the present time, again from its start when it has ended."""
+        if self._recording is None or not self._playing.value:
+            return
+        now = (time.monotonic() - self._begin) % max(float(self._recording.t[-1]), _RATE)
+        self._time.value = now
+        self.move_to(self._recording.at(now))
 
     def move_to(self, q: FloatArray) -> None:
         """Shows the posture of coordinates (n,) [rad or m]; the last one where no loop closes."""
@@ -139,6 +152,8 @@ class View:
                 solid.triangles.vertices.astype(np.float32),
                 solid.triangles.faces.astype(np.uint32),
                 color=solid.colour,
+                cast_shadow=False,
+                receive_shadow=False,
             )
             if solid.joint:
                 self._symbols.setdefault(solid.joint, []).append(surface)
@@ -174,9 +189,8 @@ class View:
             self._ghosts.append((k, handle))
 
     def _add_tool(self) -> None:
-        size = self._display.skeleton.size
         self._tool = self._server.scene.add_transform_controls(
-            "/tool", scale=_GIZMO * size, depth_test=False, opacity=0.8
+            "/tool", scale=self.handle_size, depth_test=False, opacity=0.8
         )
         self._tool.on_update(self._on_drag)
 
@@ -208,8 +222,9 @@ class View:
         value = min(max(q * unit.factor, low), high)
         slider = self._server.gui.add_slider(unit.label, low, high, _STEP, value)
 
-        async def on_update(event: Any) -> None:
-            # A value that the view has set itself has no client.
+        # No coroutine: viser would wake its loop for each value that the view sets itself, which
+        # has no client.
+        def on_update(event: Any) -> None:
             if event.client_id is not None:
                 q = self.posture.q.copy()
                 q[k] = event.target.value / unit.factor
@@ -221,9 +236,10 @@ class View:
     # --- what people do ---
 
     async def _on_drag(self, event: Any) -> None:
-        if event.phase == "end":
+        self.is_dragged = event.phase != "end"
+        if not self.is_dragged:
             with self._lock:
-                self._show(is_dragged=False)
+                self._show()
             return
         self.drag_to(_pose(event.target.wxyz, event.target.position))
 
@@ -251,26 +267,18 @@ class View:
     async def _on_play(self, _event: Any) -> None:
         self._begin = time.monotonic() - self._time.value
 
-    async def _on_time(self, event: Any) -> None:
+    def _on_time(self, event: Any) -> None:
         if event.client_id is not None and self._recording is not None:
             self._begin = time.monotonic() - event.target.value
             self.move_to(self._recording.at(event.target.value))
-
-    def _play(self) -> None:
-        """Shows the recording at the present time, again from its start when it has ended."""
-        if self._recording is None or not self._playing.value:
-            return
-        now = (time.monotonic() - self._begin) % max(float(self._recording.t[-1]), _RATE)
-        self._time.value = now
-        self.move_to(self._recording.at(now))
 
     # --- from a posture to the page ---
 
     def _take(self, posture: Posture) -> None:
         self.posture = posture
-        self._show(is_dragged=not posture.reached)
+        self._show()
 
-    def _show(self, *, is_dragged: bool = False) -> None:
+    def _show(self) -> None:
         posture = self.posture
         with self._server.atomic():
             for body, T, wxyz in zip(
@@ -282,7 +290,8 @@ class View:
                     symbol.color = COLOURS[nearness]
             for slider, unit, q in zip(self._sliders, self._units, posture.q, strict=True):
                 slider.value = float(np.clip(q, unit.lower, unit.upper) * unit.factor)
-            if not is_dragged:
+            # A tool in somebody's hand stays there; let go, it returns to the robot.
+            if not self.is_dragged:
                 self._tool.wxyz = quaternions(posture.tool)
                 self._tool.position = posture.tool[:3, 3]
             self._show_ghosts(posture)
@@ -313,7 +322,7 @@ def _pose(wxyz: FloatArray, position: FloatArray) -> FloatArray:
     """The pose (4, 4) of a unit quaternion and a position."""
     w, v = wxyz[0], np.asarray(wxyz[1:], dtype=np.float64)
     T = np.eye(4)
-    T[:3, :3] = (w * w - v @ v) * np.eye(3) + 2 * np.outer(v, v) - 2 * w * np.cross(np.eye(3), v)
+    T[:3, :3] = (w * w - v @ v) * np.eye(3) + 2 * np.outer(v, v) + 2 * w * np.cross(np.eye(3), v)
     T[:3, 3] = position
     return T
 
