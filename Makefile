@@ -55,7 +55,7 @@ help: ## this list
 	@echo "installing chasles and its compiler into .venv" && $(BIN)/pip install --quiet --disable-pip-version-check --editable '.[derive]' && touch $@
 
 .venv/dev: .venv/derive
-	@echo "installing the tests' tools and oracles into .venv" && $(BIN)/pip install --quiet --disable-pip-version-check --editable '.[derive,files,calibration,study,cluster,test,crosscheck,dev]' && touch $@
+	@echo "installing the tests' tools and oracles into .venv" && $(BIN)/pip install --quiet --disable-pip-version-check --editable '.[derive,files,calibration,study,cluster,test,crosscheck,view,dev]' && touch $@
 
 .venv/bench: .venv/dev
 	@echo "installing the benchmarks' peers into .venv" && $(BIN)/pip install --quiet --disable-pip-version-check --editable '.[bench]' && touch $@

@@ -53,7 +53,7 @@ setup(
         *packages_under("generated"),
     ],
     package_data={
-        "chasles": ["py.typed", "*/*.pyi", "contract/_kernel.h"],
+        "chasles": ["py.typed", "*/*.pyi", "contract/_kernel.h", "view/page/*", "view/three/*"],
         "chasles.derive": [
             "py.typed",
             "robots/*",

@@ -1,4 +1,4 @@
-"""The command line: `python -m chasles build`, `calibrate`, `info` and `list`."""
+"""The command line: `python -m chasles build`, `calibrate`, `info`, `list` and `view`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from . import find_folder, load, robots
-from .contract.described import shelf
+from .contract.described import is_description, shelf
 from .contract.facts import Argument, Manifest
 from .contract.library import build
 from .contract.manifest import read_manifest
@@ -78,6 +78,12 @@ def _parser() -> argparse.ArgumentParser:
     info.set_defaults(run=_info)
     list_ = commands.add_parser("list", help="show the robots that can be loaded by name")
     list_.set_defaults(run=_list)
+    view = commands.add_parser("view", help="show a moving robot in the browser")
+    view.add_argument("robot", help="name, folder or description")
+    view.add_argument("--html", type=Path, help="page to write instead, which needs no network")
+    view.add_argument("--play", type=Path, help="motion (.npz) or table of coordinates (.csv)")
+    view.add_argument("--port", type=int, help="port of the page; a free one without it")
+    view.set_defaults(run=_view)
     return parser
 
 
@@ -127,6 +133,27 @@ def _write_report(found: Calibration, file: Path, held_back: Mapping[str, float]
     else:
         file.write_text(report.html_page(found, held_back), encoding="utf-8")
     print(f"\nwritten: {file}")
+
+
+def _view(options: argparse.Namespace) -> int:
+    # The other commands need no drawings.
+    from .view import View, html_page, read_recording  # noqa: PLC0415
+
+    robot = load(options.robot)
+    if options.html:
+        options.html.write_text(html_page(robot), encoding="utf-8")
+        print(f"written: {options.html}")
+        return 0
+    recording = read_recording(options.play, robot) if options.play else None
+    file = Path(options.robot) if is_description(Path(options.robot)) else None
+    shown = View(robot, port=options.port, description=file, recording=recording)
+    print(f"{robot.name}: {shown.address} (ctrl-c ends it)", flush=True)
+    try:
+        shown.wait()
+    except KeyboardInterrupt:
+        return 0
+    finally:
+        shown.close()
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ import numpy as np
 from ..model.mechanism import Closure, Mechanism, Strut
 from ..model.tolerances import DRAWN_DIGITS, SAME_VIEW
 from .posture import posture
-from .rigid_bodies import Array, CarryingJoint, RigidBodies, Span, TreeBody
+from .rigid_bodies import Array, CarryingJoint, HeldFrames, RigidBodies, Span, TreeBody
 
 BARREL = 0.85
 """The part of a retracted cylinder's length that is its barrel."""
@@ -65,6 +65,7 @@ class Skeleton:
         tip_placement: The tip's frame in that body's frame (4, 4).
         posture: The q at which a serial robot is drawn where nobody chooses one; () with loops.
         size: Diagonal of the box around frames, joints and tip at the reference (metre).
+        closures: The frames that joints hold together where they close loops.
     """
 
     bodies: tuple[TreeBody, ...]
@@ -73,6 +74,7 @@ class Skeleton:
     tip_placement: Array
     posture: tuple[float, ...]
     size: float
+    closures: tuple[HeldFrames, ...] = ()
 
 
 def skeleton(rigid: RigidBodies, actuated: Sequence[str] = ()) -> Skeleton:
@@ -175,6 +177,7 @@ class _Shapes:
             self.rigid.tip_placement,
             posture(self.rigid),
             self.size,
+            tuple(self.rigid.held(c) for c in self.closers if isinstance(c, Closure)),
         )
 
     def _groups(self) -> tuple[list[int], list[Array]]:

@@ -15,9 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..model.mechanism import Described, Frame, Mechanism, Strut
+from ..model.mechanism import Closure, Described, Frame, Mechanism, Strut
 from ..model.placements import Placement, inverse
 from ..model.robot import Joint
+from ..model.tolerances import PIN_ACROSS
 from ..terms.terms import Terms
 from .poe import placement_matrix
 
@@ -88,6 +89,23 @@ class TreeBody:
     placement: Array
     joint: CarryingJoint | None = None
     span: Span | None = None
+
+
+@dataclass(frozen=True)
+class HeldFrames:
+    """A joint that closes a loop: it holds two frames on two bodies together.
+
+    Attributes:
+        name: Name of the closure.
+        kind: ``pin``, ``slider``, ``ball`` or ``weld``; the joint's axis is the frames' z axis.
+        bodies: The two bodies, by index.
+        frames: The frames in the frames of these bodies (4, 4).
+    """
+
+    name: str
+    kind: str
+    bodies: tuple[int, int]
+    frames: tuple[Array, Array]
 
 
 class RigidBodies:
@@ -182,16 +200,26 @@ class RigidBodies:
         """A placement on a body in the body's frame; the ground's frame is the base frame."""
         return placed(self.terms, (*self.robot.base, *placement) if body == 0 else placement)
 
+    def held(self, closure: Closure) -> HeldFrames:
+        """The two frames that a closure holds together."""
+        (a, A), (b, B) = self.end(closure.a), self.end(closure.b)
+        return HeldFrames(closure.name, closure.kind, (a, b), (A, B))
+
     def span(self, strut: Strut, *, from_end: bool = False) -> Span:
         """The points of a strut; pins hold its y axis along theirs."""
         (a, A), (b, B) = self.end(strut.a), self.end(strut.b)
-        across = A[:3, 2] if strut.ends == "pin" else self._aside(a, A, b, B)
+        way = (self.poses[b] @ B)[:3, 3] - (self.poses[a] @ A)[:3, 3]
+        parts = np.abs(self.poses[a][:3, :3].T @ way)
+        # In a plane, the frame of an end may give its point alone, with z in the plane.
+        length = max(float(np.linalg.norm(way)), 1e-300)
+        along = abs(way @ self.poses[a][:3, :3] @ A[:3, 2]) / length
+        is_pin = strut.ends == "pin" and along < PIN_ACROSS
+        across = A[:3, 2] if is_pin else self._aside(parts)
         return Span(strut.name, (a, b), (A[:3, 3], B[:3, 3]), across, from_end)
 
-    def _aside(self, a: int, A: Array, b: int, B: Array) -> Array:
-        """The axis of the first body's frame that is farthest from the strut at the reference."""
-        along = (self.poses[b] @ B)[:3, 3] - (self.poses[a] @ A)[:3, 3]
-        parts = np.abs(self.poses[a][:3, :3].T @ along)
+    @staticmethod
+    def _aside(parts: Array) -> Array:
+        """The axis of the frame in which a strut has these parts that is farthest from it."""
         # Equal parts may differ in their last digits between machines.
         return np.eye(3)[int(np.argmin(np.round(parts / max(parts.max(), 1e-300), 6)))]
 

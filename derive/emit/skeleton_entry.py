@@ -3,7 +3,7 @@
 from typing import Any
 
 from ..chain.body_shapes import Shape, Skeleton
-from ..chain.rigid_bodies import Array, CarryingJoint, Span, TreeBody
+from ..chain.rigid_bodies import Array, CarryingJoint, HeldFrames, Span, TreeBody
 
 
 def skeleton_entry(found: Skeleton) -> dict[str, Any]:
@@ -12,6 +12,7 @@ def skeleton_entry(found: Skeleton) -> dict[str, Any]:
     Args:
         found: The bodies with their shapes.
     """
+    closures = [_held(closure) for closure in found.closures]
     return {
         "size": float(f"{found.size:.6g}"),
         **({"posture": list(found.posture)} if found.posture else {}),
@@ -19,6 +20,7 @@ def skeleton_entry(found: Skeleton) -> dict[str, Any]:
         "bodies": [
             _body(body, shapes) for body, shapes in zip(found.bodies, found.shapes, strict=True)
         ],
+        **({"closures": closures} if closures else {}),
     }
 
 
@@ -50,6 +52,15 @@ def _span(span: Span) -> dict[str, Any]:
         "ends": [_vector(end) for end in span.ends],
         "across": _vector(span.across),
         **({"from_end": True} if span.from_end else {}),
+    }
+
+
+def _held(closure: HeldFrames) -> dict[str, Any]:
+    return {
+        "name": closure.name,
+        "kind": closure.kind,
+        "bodies": list(closure.bodies),
+        "frames": [_pose(frame) for frame in closure.frames],
     }
 
 

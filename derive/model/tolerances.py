@@ -168,6 +168,11 @@ Closed loops in doubles leave 1e-12; the eye sees no less than 1e-4 of a robot's
 """
 VISIBLE_GAP = 2e-3
 """A drawn loop may stand open by this part of the robot's size: the eye sees no gap below it."""
+PIN_ACROSS = 0.1
+"""Cosine of the angle between a pin and its strut up to which the pin is across it (no unit).
+
+Pins as built tilt by hundredths; a frame that gives the point of an end alone may lie anyhow.
+"""
 SAME_VIEW = 1e-6
 """Directions of a solved configuration are parallel to this angle in a drawing (radian).
 

@@ -8,6 +8,7 @@ from typing import NoReturn
 from .json_entry import Entry
 
 JOINT_KINDS = ("revolute", "prismatic", "helical", "fixed")
+CLOSURE_KINDS = ("pin", "slider", "ball", "weld")
 SHAPE_KINDS = (
     *("link", "plate", "revolute", "helical", "ball", "universal", "pin", "weld"),
     *("guide", "carriage", "sleeve", "ram", "barrel", "piston", "rod"),
@@ -87,6 +88,24 @@ class Span:
 
 
 @dataclass(frozen=True, slots=True)
+class HeldFrames:
+    """A joint that closes a loop: it holds two frames on two bodies together.
+
+    Attributes:
+        name: Its name.
+        kind: "pin" (their origins and z axes meet), "slider" (it slides along both z axes), "ball"
+            (their origins meet) or "weld".
+        bodies: The two bodies, by index.
+        frames: The first three rows of the frames' poses in those bodies.
+    """
+
+    name: str
+    kind: str
+    bodies: tuple[int, int]
+    frames: tuple[tuple[Vector, ...], ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Body:
     """A rigid body.
 
@@ -118,6 +137,7 @@ class SkeletonFacts:
         tip_placement: The first three rows of the tip's pose in that body's frame.
         posture: The q at which a serial robot is drawn where nobody chooses one; () with loops.
         size: The diagonal of the box around the robot at its reference [m].
+        closures: The joints that close its loops, besides its struts.
     """
 
     bodies: tuple[Body, ...]
@@ -125,6 +145,7 @@ class SkeletonFacts:
     tip_placement: tuple[Vector, ...]
     posture: tuple[float, ...]
     size: float
+    closures: tuple[HeldFrames, ...]
 
 
 def skeleton_facts(entry: Entry, coordinates: int) -> SkeletonFacts:
@@ -146,9 +167,9 @@ def skeleton_facts(entry: Entry, coordinates: int) -> SkeletonFacts:
             item["span"].fail("bodies that are no struts")
     tip = entry["tip"]
     size, posture = entry["size"].number(), entry.get("posture", []).numbers()
-    return SkeletonFacts(
-        bodies, _below(tip["body"], len(bodies)), _rows(tip["placement"]), posture, size
-    )
+    tip_body, placement = _below(tip["body"], len(bodies)), _rows(tip["placement"])
+    closures = tuple(_held(item, len(bodies)) for item in entry.get("closures", []))
+    return SkeletonFacts(bodies, tip_body, placement, posture, size, closures)
 
 
 def _body(entry: Entry, k: int, coordinates: int) -> Body:
@@ -192,6 +213,15 @@ def _span(entry: Entry, k: int) -> Span:
         _vector(entry["across"]),
         entry.get("from_end", False).flag(),
     )
+
+
+def _held(entry: Entry, bodies: int) -> HeldFrames:
+    pair = tuple(_below(item, bodies) for item in entry["bodies"])
+    frames = tuple(_rows(item) for item in entry["frames"])
+    if len(pair) != 2 or len(frames) != 2:  # noqa: PLR2004
+        entry.fail("two bodies and two frames")
+    kind = entry["kind"].one_of(CLOSURE_KINDS)
+    return HeldFrames(entry["name"].text(), kind, (pair[0], pair[1]), frames)
 
 
 def _shape(entry: Entry) -> Shape:

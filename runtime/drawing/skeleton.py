@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..contract.skeleton_facts import Body, BodyJoint, Shape, SkeletonFacts, Span
+from ..contract.skeleton_facts import Body, BodyJoint, HeldFrames, Shape, SkeletonFacts, Span
 from ..errors import ManifestError
 
 FloatArray = NDArray[np.float64]
@@ -41,7 +41,7 @@ def skeleton(robot: Any) -> Skeleton:
         actuators = {k: k for k in range(robot.n)}
     posture = np.array(facts.posture) if facts.posture else _between_limits(robot)
     tip = facts.tip, _pose(facts.tip_placement)
-    return Skeleton(robot, facts.bodies, *tip, facts.size, posture, actuators)
+    return Skeleton(robot, facts.bodies, *tip, facts.size, posture, facts.closures, actuators)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +55,7 @@ class Skeleton:
         tip_placement: (4, 4) pose of the tip in that body's frame.
         size: Diagonal of the box around the robot at its reference, or at zero [m].
         posture: (n,) coordinates at which it is drawn where nobody chooses: the reference of loops.
+        closures: The joints that close its loops, besides its struts.
         actuators: The coordinate of q by the entry of the configuration that it moves.
     """
 
@@ -64,6 +65,7 @@ class Skeleton:
     tip_placement: FloatArray
     size: float
     posture: FloatArray
+    closures: tuple[HeldFrames, ...]
     actuators: dict[int, int] = field(repr=False)
 
     def poses(self, q: ArrayLike, seed: ArrayLike | None = None) -> FloatArray:

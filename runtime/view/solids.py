@@ -1,0 +1,178 @@
+"""The solids by which a view shows a skeleton: its lines and symbols with thickness and colour.
+
+Colours are those of Okabe and Ito (2008), which differ for all kinds of sight.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import groupby, pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .triangles import Triangles, ball, box, box_on, joined, plate, tube
+
+FloatArray = NDArray[np.float64]
+Colour = tuple[int, int, int]
+
+BLUE: Colour = (0, 114, 178)
+YELLOW: Colour = (240, 228, 66)
+VERMILION: Colour = (213, 94, 0)
+GREEN: Colour = (0, 158, 115)
+_LINK: Colour = (178, 190, 199)
+_GROUND: Colour = (110, 115, 120)
+_PASSIVE: Colour = (70, 75, 80)
+_STRUT: Colour = (230, 159, 0)
+_ROD: Colour = (222, 226, 230)
+
+_THIN = 0.009
+"""Radius of a link, in parts of the robot's size; the other sizes follow from it."""
+_SHORTEST = 1e-9
+"""Parts of the robot's size below which a line has no length."""
+_FRAME = 9.0
+"""Length of the arrows of the tool's frame, in radii of a link."""
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """A solid on a body.
+
+    Attributes:
+        body: Index of the body in the skeleton.
+        joint: The joint or strut whose symbol it is, "" of links and plates.
+        colour: Its colour, red, green and blue from 0 to 255.
+        triangles: Its surface in the body's frame.
+    """
+
+    body: int
+    joint: str
+    colour: Colour
+    triangles: Triangles
+
+
+def solids(skeleton: Any, actuated: frozenset[str]) -> tuple[Solid, ...]:
+    """The solids of a skeleton, those of equal colour on a body as one.
+
+    Args:
+        skeleton: The `Skeleton` of a robot.
+        actuated: The joints and struts that actuators move.
+    """
+    radius = _THIN * skeleton.size
+    found = []
+    for k, body in enumerate(skeleton.bodies):
+        parts = [part for shape in body.shapes for part in _parts(shape, k, radius, actuated)]
+        if k == skeleton.tip:
+            parts += _frame(k, skeleton.tip_placement, radius)
+        parts.sort(key=_look)
+        for (joint, colour), alike in groupby(parts, _look):
+            found.append(Solid(k, joint, colour, joined([part.triangles for part in alike])))
+    return tuple(found)
+
+
+def _look(solid: Solid) -> tuple[str, Colour]:
+    return solid.joint, solid.colour
+
+
+def _parts(shape: Any, body: int, radius: float, actuated: frozenset[str]) -> Iterator[Solid]:
+    points = np.array(shape.points, dtype=np.float64)
+    axis = np.array(shape.axis, dtype=np.float64) if shape.axis else None
+    is_moved = shape.name in actuated and shape.kind in _SYMBOLS
+    colour = BLUE if is_moved else _COLOURS.get(shape.kind, _PASSIVE)
+    if body == 0 and shape.kind in ("link", "plate"):
+        colour = _GROUND
+    joint = shape.name if is_moved else ""
+    for triangles in _surfaces(shape.kind, points, axis, radius):
+        yield Solid(body, joint, colour, triangles)
+    if shape.kind in ("barrel", "piston", "rod"):
+        # The end that is held: a barrel's first, a piston's last, both of a rod.
+        held = {"barrel": points[:1], "piston": points[-1:], "rod": points}[shape.kind]
+        for end in held:
+            yield Solid(body, "", _PASSIVE, ball(end, 1.7 * radius))
+
+
+_SYMBOLS = frozenset({"revolute", "helical", "carriage", "ram", "piston"})
+"""The shapes that show which joint an actuator moves."""
+_COLOURS = {
+    "link": _LINK,
+    "plate": _LINK,
+    "guide": _GROUND,
+    "sleeve": _LINK,
+    "ram": _ROD,
+    "barrel": _STRUT,
+    "piston": _ROD,
+    "rod": _ROD,
+}
+
+
+def _surfaces(
+    kind: str, points: FloatArray, axis: FloatArray | None, radius: float
+) -> Iterator[Triangles]:
+    if kind in ("link", "guide", "barrel", "piston", "rod", "ram"):
+        yield from _lines(points, radius * _WIDTH[kind])
+    elif kind == "plate":
+        yield from _plate(points, radius)
+    elif kind in ("carriage", "sleeve") and axis is not None:
+        size = radius * np.array([4.5, 4.5, 6.0])
+        yield from (box_on(point, axis, size) for point in points)
+    elif axis is not None and kind in ("revolute", "helical", "pin"):
+        half, width = (1.6, 1.9) if kind == "pin" else (3.6, 2.6)
+        for point in points:
+            yield tube(point - half * radius * axis, point + half * radius * axis, width * radius)
+    else:
+        yield from (ball(point, 2.4 * radius) for point in points)
+
+
+_WIDTH = {"link": 1.0, "guide": 0.7, "barrel": 1.7, "piston": 0.9, "rod": 0.8, "ram": 1.5}
+"""Radius of each line in radii of a link."""
+
+
+def _lines(points: FloatArray, radius: float) -> Iterator[Triangles]:
+    for a, b in pairwise(points):
+        if np.linalg.norm(b - a) > _SHORTEST * radius:
+            yield tube(a, b, radius)
+    yield from (ball(corner, radius) for corner in points[1:-1])
+
+
+def _plate(points: FloatArray, radius: float) -> Iterator[Triangles]:
+    """The plate of points in a plane; lines from their centre to points that are in none."""
+    centre = points.mean(0)
+    _, spread, axes = np.linalg.svd(points - centre)
+    if len(spread) < 3 or spread[2] < 1e-6 * spread[0]:  # noqa: PLR2004 - three directions
+        yield plate(_around(points, centre, axes), radius)
+        return
+    for point in points:
+        yield from _lines(np.array([centre, point]), radius)
+
+
+def _around(points: FloatArray, centre: FloatArray, axes: FloatArray) -> FloatArray:
+    """The corners of the hull of points in a plane, in order around."""
+    flat = (points - centre) @ axes[:2].T
+    hull: list[int] = []
+    order = np.lexsort(flat.T[::-1])
+    for way in (order, order[::-1]):
+        side: list[int] = []
+        for k in way:
+            while len(side) > 1 and _turn(flat[side[-2]], flat[side[-1]], flat[k]) <= 0:
+                side.pop()
+            side.append(int(k))
+        hull += side[:-1]
+    return points[hull]
+
+
+def _turn(a: FloatArray, b: FloatArray, c: FloatArray) -> float:
+    """Twice the area of a triangle in a plane, positive where it goes counterclockwise."""
+    u, v = b - a, c - a
+    return float(u[0] * v[1] - u[1] * v[0])
+
+
+def _frame(body: int, T: FloatArray, radius: float) -> list[Solid]:
+    """The axes of the tool's frame: x vermilion, y green, z blue, and a grey cube at its origin."""
+    origin, found = T[:3, 3], []
+    for k, colour in enumerate((VERMILION, GREEN, BLUE)):
+        end = origin + _FRAME * radius * T[:3, k]
+        found.append(Solid(body, "", colour, tube(origin, end, 0.6 * radius)))
+    cube = box(origin, T[:3, :3], np.full(3, 1.5 * radius))
+    return [*found, Solid(body, "", _PASSIVE, cube)]

@@ -1,0 +1,140 @@
+"""Plain solids as triangles: tubes, cylinders, boxes, balls and plates."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+_AROUND = 20
+"""Corners of a circle: round at the size of a screen, a few kilobytes a robot."""
+_BANDS = 8
+"""Bands of a ball from pole to pole."""
+
+
+@dataclass(frozen=True, eq=False)
+class Triangles:
+    """A surface of triangles.
+
+    Attributes:
+        vertices: (v, 3) corners [m].
+        faces: (f, 3) the corners of each triangle, by index, counterclockwise from outside.
+    """
+
+    vertices: FloatArray
+    faces: NDArray[np.int32]
+
+
+def joined(parts: Sequence[Triangles]) -> Triangles:
+    """Several surfaces as one."""
+    starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
+    faces = [part.faces + start for part, start in zip(parts, starts[:-1], strict=True)]
+    return Triangles(
+        np.vstack([np.empty((0, 3)), *(part.vertices for part in parts)]),
+        np.vstack([np.empty((0, 3), dtype=np.int32), *faces]).astype(np.int32),
+    )
+
+
+def tube(a: FloatArray, b: FloatArray, radius: float) -> Triangles:
+    """A closed cylinder from one point to another; a thin disc's corners where they coincide.
+
+    Args:
+        a: (3,) the centre of one end [m].
+        b: (3,) the centre of the other end [m].
+        radius: Its radius [m].
+    """
+    x, y = _across(b - a)
+    angle = np.arange(_AROUND) * (2 * np.pi / _AROUND)
+    ring = radius * (np.cos(angle)[:, None] * x + np.sin(angle)[:, None] * y)
+    # The ends have corners of their own: shading would round the edges otherwise.
+    vertices = np.vstack([ring + a, ring + b, ring + a, ring + b, [a, b]])
+    here, there = np.arange(_AROUND), np.roll(np.arange(_AROUND), -1)
+    n, centre = _AROUND, np.full(_AROUND, 4 * _AROUND)
+    faces = [
+        np.column_stack([here, there, there + n]),
+        np.column_stack([here, there + n, here + n]),
+        np.column_stack([centre, there + 2 * n, here + 2 * n]),
+        np.column_stack([centre + 1, here + 3 * n, there + 3 * n]),
+    ]
+    return Triangles(vertices, np.vstack(faces).astype(np.int32))
+
+
+def ball(centre: FloatArray, radius: float) -> Triangles:
+    """A ball."""
+    polar = np.linspace(0, np.pi, _BANDS + 1)[:, None]
+    angle = np.arange(_AROUND) * (2 * np.pi / _AROUND)
+    z = np.broadcast_to(np.cos(polar), (_BANDS + 1, _AROUND))
+    shell = np.stack([np.sin(polar) * np.cos(angle), np.sin(polar) * np.sin(angle), z], -1)
+    first = np.arange(_BANDS)[:, None] * _AROUND
+    here, there = first + np.arange(_AROUND), first + np.roll(np.arange(_AROUND), -1)
+    faces = [(here, here + _AROUND, there + _AROUND), (here, there + _AROUND, there)]
+    corners = [np.stack(face, -1).reshape(-1, 3) for face in faces]
+    return Triangles(centre + radius * shell.reshape(-1, 3), np.vstack(corners).astype(np.int32))
+
+
+def box(centre: FloatArray, axes: FloatArray, size: FloatArray) -> Triangles:
+    """A box.
+
+    Args:
+        centre: (3,) its centre [m].
+        axes: (3, 3) the directions of its edges, a column each, a right-handed frame.
+        size: (3,) the lengths of its edges [m].
+    """
+    vertices: list[FloatArray] = []
+    faces: list[list[int]] = []
+    for k in range(3):
+        u, v = np.roll(np.eye(3), -k, 0)[1:]
+        for side in (1.0, -1.0):
+            # Four corners of their own for each side keep its shade flat.
+            corners = [side * np.eye(3)[k] + a * u + b * v for a, b in _SQUARE[:: int(side)]]
+            faces += [[len(vertices) + i for i in face] for face in ((0, 1, 2), (0, 2, 3))]
+            vertices += corners
+    shaped = np.array(vertices) * (np.asarray(size) / 2)
+    return Triangles(centre + shaped @ np.asarray(axes).T, np.array(faces, dtype=np.int32))
+
+
+def box_on(centre: FloatArray, axis: FloatArray, size: FloatArray) -> Triangles:
+    """A box whose third edges lie along an axis; the other two are free to turn about it."""
+    z = axis / np.linalg.norm(axis)
+    x, y = _across(z)
+    return box(centre, np.column_stack([x, y, z]), size)
+
+
+def plate(corners: FloatArray, thickness: float) -> Triangles:
+    """A plane convex plate of some thickness.
+
+    Args:
+        corners: (k, 3) its corners in order around [m], at least three.
+        thickness: Its thickness [m].
+    """
+    centre = corners.mean(0)
+    normal = np.cross(corners - centre, np.roll(corners, -1, 0) - centre).sum(0)
+    shift = normal * (thickness / 2 / max(float(np.linalg.norm(normal)), 1e-300))
+    k = len(corners)
+    vertices = np.vstack([corners + shift, corners - shift, corners + shift, corners - shift])
+    vertices = np.vstack([vertices, [centre + shift, centre - shift]])
+    here, there = np.arange(k), np.roll(np.arange(k), -1)
+    top, bottom = np.full(k, 4 * k), np.full(k, 4 * k + 1)
+    faces = [
+        np.column_stack([top, here, there]),
+        np.column_stack([bottom, there + k, here + k]),
+        np.column_stack([here + 3 * k, there + 3 * k, there + 2 * k]),
+        np.column_stack([here + 3 * k, there + 2 * k, here + 2 * k]),
+    ]
+    return Triangles(vertices, np.vstack(faces).astype(np.int32))
+
+
+_SQUARE = ((1, 1), (-1, 1), (-1, -1), (1, -1))
+
+
+def _across(axis: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Two directions at right angles to an axis and to each other, right-handed with it."""
+    length = float(np.linalg.norm(axis))
+    z = axis / length if length > 0 else np.array([0.0, 0.0, 1.0])
+    x = np.cross(np.eye(3)[int(np.argmin(np.abs(z)))], z)
+    x /= np.linalg.norm(x)
+    return x, np.cross(z, x)

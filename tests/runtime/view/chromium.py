@@ -1,0 +1,150 @@
+"""A Chromium without a window, led by its own protocol over a socket on this machine."""
+
+import base64
+import json
+import subprocess
+import time
+from pathlib import Path
+
+import numpy as np
+from websockets.sync.client import connect
+
+FLAGS = (
+    "--headless=new",
+    "--no-sandbox",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-dev-shm-usage",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--window-size=640,480",
+    "--remote-debugging-port=0",
+    "--remote-allow-origins=*",
+)
+LOUD = ("error", "warning", "assert")
+SECONDS = 30.0
+"""The longest wait for the browser, far above what it takes on a busy machine."""
+
+
+class Chromium:
+    """A browser with one page; `close` ends it.
+
+    Attributes:
+        said: What the page's console has said since it was opened: (level, text).
+    """
+
+    def __init__(self, program: str, folder: Path) -> None:
+        """Starts it with a profile of its own in a folder."""
+        command = [program, *FLAGS, f"--user-data-dir={folder}", "about:blank"]
+        quiet = subprocess.DEVNULL
+        self._process = subprocess.Popen(command, stdout=quiet, stderr=quiet)
+        port_file = folder / "DevToolsActivePort"
+        until(lambda: port_file.is_file() and len(port_file.read_text().split()) > 1)
+        port, path = port_file.read_text().split()
+        self._socket = connect(f"ws://127.0.0.1:{port}{path}", max_size=None, compression=None)
+        self._count, self._session = 0, None
+        self.said: list[tuple[str, str]] = []
+        target = self._ask("Target.createTarget", url="about:blank")["targetId"]
+        attached = self._ask("Target.attachToTarget", targetId=target, flatten=True)
+        self._session = attached["sessionId"]
+        for domain in ("Page", "Runtime", "Log"):
+            self._ask(f"{domain}.enable")
+
+    def close(self) -> None:
+        """Ends the browser."""
+        self._session = None
+        self._ask("Browser.close")
+        self._socket.close()
+        self._process.wait(SECONDS)
+
+    def open(self, address: str) -> None:
+        """Opens a page and waits until it is loaded."""
+        self.run("window.isOld = true")
+        self._ask("Page.navigate", url=address)
+        until(lambda: self.run("document.readyState === 'complete' && !window.isOld"))
+
+    def run(self, script: str):
+        """The value of an expression on the page."""
+        answer = self._ask(
+            "Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True
+        )
+        if "exceptionDetails" in answer:
+            raise AssertionError(json.dumps(answer["exceptionDetails"])[:2000])
+        return answer["result"].get("value")
+
+    def drag(self, start, end) -> None:
+        """Presses the mouse at a point of the page, moves it to another in steps, and lets go."""
+        self._mouse("mouseMoved", start)
+        time.sleep(0.1)
+        self._mouse("mousePressed", start)
+        for part in np.linspace(0, 1, 7)[1:]:
+            self._mouse("mouseMoved", np.add(start, part * np.subtract(end, start)))
+            time.sleep(0.03)
+        self._mouse("mouseReleased", end)
+
+    def click(self, point, count: int = 1) -> None:
+        """Clicks a point of the page, several times for a selection."""
+        self._mouse("mouseMoved", point)
+        for k in range(1, count + 1):
+            self._mouse("mousePressed", point, k)
+            self._mouse("mouseReleased", point, k)
+
+    def write(self, text: str) -> None:
+        """Writes into what has the focus, and presses Enter."""
+        self._ask("Input.insertText", text=text)
+        key = {"key": "Enter", "code": "Enter", "windowsVirtualKeyCode": 13, "text": "\r"}
+        self._ask("Input.dispatchKeyEvent", type="keyDown", **key)
+        self._ask("Input.dispatchKeyEvent", type="keyUp", **key)
+
+    def middle(self, element: str) -> tuple[float, float]:
+        """The middle of an element, which is given by an expression."""
+        box = self.run(f"{element}.getBoundingClientRect().toJSON()")
+        return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+    def picture(self, file: Path) -> None:
+        """Saves the page as PNG."""
+        data = self._ask("Page.captureScreenshot", format="png")["data"]
+        file.write_bytes(base64.b64decode(data))
+
+    def complaints(self) -> list[str]:
+        """The errors and warnings of the page's console."""
+        self.run("0")
+        return [text for level, text in self.said if level in LOUD]
+
+    def _mouse(self, kind: str, point, clicks: int = 1) -> None:
+        x, y = (float(own) for own in point)
+        pressed = {"button": "none" if kind == "mouseMoved" else "left", "clickCount": clicks}
+        self._ask("Input.dispatchMouseEvent", type=kind, x=x, y=y, buttons=1, **pressed)
+
+    def _ask(self, method: str, **values) -> dict:
+        self._count += 1
+        message = {"id": self._count, "method": method, "params": values}
+        if self._session:
+            message["sessionId"] = self._session
+        self._socket.send(json.dumps(message))
+        while True:
+            answer = json.loads(self._socket.recv(SECONDS))
+            if answer.get("id") == self._count:
+                assert "error" not in answer, (method, answer["error"])
+                return answer["result"]
+            self._hear(answer)
+
+    def _hear(self, event: dict) -> None:
+        values = event.get("params", {})
+        if event.get("method") == "Runtime.consoleAPICalled":
+            text = " ".join(str(part.get("value", "")) for part in values["args"])
+            self.said.append((values["type"], text))
+        elif event.get("method") == "Runtime.exceptionThrown":
+            self.said.append(("error", json.dumps(values["exceptionDetails"])[:500]))
+        elif event.get("method") == "Log.entryAdded":
+            self.said.append((values["entry"]["level"], values["entry"]["text"]))
+        elif event.get("method") == "Page.frameNavigated":
+            self.said.clear()
+
+
+def until(holds, seconds: float = SECONDS) -> None:
+    """Waits until a condition holds; fails after some seconds."""
+    end = time.monotonic() + seconds
+    while not holds():
+        assert time.monotonic() < end, "it did not come about in time"
+        time.sleep(0.03)

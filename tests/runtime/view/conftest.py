@@ -1,0 +1,19 @@
+"""A Chromium, one for all tests of a process that need a page."""
+
+import shutil
+
+import pytest
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory):
+    """A Chromium that draws in software; its tests are skipped where there is none."""
+    program = shutil.which("chromium")
+    if program is None:
+        pytest.skip("no chromium: apt-get install chromium")
+    pytest.importorskip("websockets", reason="no viser, which brings websockets")
+    from chromium import Chromium
+
+    found = Chromium(program, tmp_path_factory.mktemp("chromium"))
+    yield found
+    found.close()

@@ -1,0 +1,173 @@
+"""What a view shows: postures, ghosts and limits, against the robot's own functions."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import chasles
+from chasles.view.display import Display, Nearness, quaternions
+from chasles.view.slider_units import slider_units
+
+WITH_BRANCHES = (
+    *("ur5e", "panda", "iiwa14", "jaco2", "irb6640", "puma560", "stanford", "lynxmotion"),
+    *("photo_robot", "scara", "bricklaying_planar", "board_installer", "delta", "excavator"),
+    *("stewart_gough", "planar_3rrr", "well_manipulator"),
+)
+SAME_POSE = 1e-7
+"""Metres and parts of a direction by which a ghost's tool may be off: less than a pixel."""
+
+
+def drawn(display: Display, rng, steps: int = 4):
+    """Postures within the sliders, some of them far from the start."""
+    units = slider_units(display.robot, display.start.q)
+    lower, upper = (np.array([getattr(u, end) for u in units]) for end in ("lower", "upper"))
+    found, last = [], display.start
+    for _ in range(60):
+        q = last.q + 0.1 * (upper - lower) * (rng.random(len(units)) - 0.5)
+        last = display.at(np.clip(q, lower, upper), last)
+        found += [last] if last.closes else []
+    assert len(found) >= steps
+    return found[:steps]
+
+
+def tools(display: Display, ghosts) -> np.ndarray:
+    """(g, 4, 4) poses of the tool of the ghosts that are shown."""
+    shown = ghosts.scales > 0
+    bodies = np.tile(np.eye(4), (*ghosts.positions[shown].shape[:2], 1, 1))
+    wxyz = ghosts.wxyzs[shown]
+    rotations = Rotation.from_quat(wxyz[..., [1, 2, 3, 0]].reshape(-1, 4)).as_matrix()
+    bodies[..., :3, :3] = rotations.reshape(*wxyz.shape[:2], 3, 3)
+    bodies[..., :3, 3] = ghosts.positions[shown]
+    return display.skeleton.tip_poses(bodies)
+
+
+@pytest.mark.parametrize("name", chasles.robots())
+def test_a_posture_is_that_of_the_coordinates(name):
+    robot = chasles.load(name)
+    display = Display(robot)
+    assert np.isfinite(display.start.bodies).all()
+    for posture in drawn(display, np.random.default_rng(5)):
+        assert posture.reached
+        if robot.solution != "newton":
+            np.testing.assert_allclose(posture.tool, robot.fk(posture.q), atol=1e-12)
+        if robot.loops:
+            assert np.abs(robot.constraint(posture.z)).max() < 1e-9
+
+
+@pytest.mark.parametrize("name", WITH_BRANCHES)
+def test_ghosts_hold_the_tool_where_it_is(name):
+    display = Display(chasles.load(name))
+    shown = 0
+    for posture in drawn(display, np.random.default_rng(7)):
+        ghosts = display.ghosts(posture)
+        found = tools(display, ghosts)
+        np.testing.assert_allclose(
+            found, np.broadcast_to(posture.tool, found.shape), atol=SAME_POSE
+        )
+        shown += len(found)
+        assert len(ghosts.scales) == display.most_ghosts
+    few = name in ("delta", "excavator", "stewart_gough", "well_manipulator")
+    assert few or shown > 0
+
+
+def test_all_branches_are_ghosts_but_the_one_that_is_shown():
+    robot = chasles.load("ur5e")
+    display = Display(robot)
+    posture = display.at(np.array([0.3, -1.1, 1.2, 0.4, 0.9, -0.5]), display.start)
+    assert robot.ik(posture.tool).count == 8
+    ghosts = display.ghosts(posture)
+    assert int(ghosts.scales.sum()) == 7
+    elbow = [body.name for body in display.skeleton.bodies].index("link3")
+    apart = np.linalg.norm(ghosts.positions[:7, elbow] - posture.bodies[elbow, :3, 3], axis=1)
+    assert apart.max() > 0.1
+
+
+@pytest.mark.parametrize("name", WITH_BRANCHES)
+def test_a_dragged_tool_is_followed_on_its_branch(name):
+    """A small way of the tool is a small way of all coordinates."""
+    robot = chasles.load(name)
+    display = Display(robot)
+    units = slider_units(robot, display.start.q)
+    middle = np.array([(unit.lower + unit.upper) / 2 for unit in units])
+    followed = 0
+    for posture in drawn(display, np.random.default_rng(11)):
+        # Away from the limits; what the inverse is given stays, as it does in a drag.
+        way = 1e-3 * np.where(posture.q < middle, 1.0, -1.0)
+        way[list(robot.given)] = 0
+        there = display.at(posture.q + way, posture)
+        if not there.closes:
+            continue
+        found = display.reaching(there.tool, posture)
+        if found.reached:
+            np.testing.assert_allclose(found.tool, there.tool, atol=SAME_POSE)
+            assert np.abs(found.q - posture.q).max() < 0.2
+            followed += 1
+    assert followed > 0
+
+
+def test_a_tool_out_of_reach_is_followed_as_far_as_it_goes():
+    display = Display(chasles.load("ur5e"))
+    T = display.start.tool.copy()
+    T[:3, 3] = [5.0, 0.0, 0.0]
+    found = display.reaching(T, display.start)
+    assert not found.reached
+    assert np.isfinite(found.bodies).all()
+    before = np.linalg.norm(display.start.tool[:3, 3] - T[:3, 3])
+    assert np.linalg.norm(found.tool[:3, 3] - T[:3, 3]) < before
+
+
+def test_limits_have_colours():
+    robot = chasles.load("irb6640")
+    display = Display(robot)
+    middle = (robot.lower + robot.upper) / 2
+    names = [c.name for c in robot.coordinates]
+    near, beyond = middle.copy(), middle.copy()
+    near[1] = robot.upper[1] - 0.01 * (robot.upper[1] - robot.lower[1])
+    beyond[2] = robot.lower[2] - 0.1
+    for q, k, expected in ((near, 1, Nearness.NEAR), (beyond, 2, Nearness.BEYOND)):
+        found = display.limits(display.at(q, display.start))
+        assert found[names[k]] is expected
+        assert all(found[name] is Nearness.FREE for name in names if name != names[k])
+
+
+def test_loops_that_do_not_close_stop_the_robot_on_its_way():
+    display = Display(chasles.load("planar_3rrr"))
+    start, goal = display.start.q, np.array([3.1, 0.1, -3.1])
+    found = display.at(goal, display.start)
+    assert not found.closes
+    part = (found.q - start) / (goal - start)
+    np.testing.assert_allclose(part, part[0], atol=1e-12)
+    assert 0 < part[0] < 1
+    assert np.abs(display.robot.constraint(found.z)).max() < 1e-9
+
+
+def test_a_loop_in_closed_form_that_does_not_close_leaves_the_posture():
+    display = Display(chasles.load("excavator"))
+    found = display.at(display.start.q + [0, 9.0, 0, 0], display.start)
+    assert not found.closes
+    assert found.q is display.start.q
+
+
+def test_the_workspace_is_where_the_tool_was():
+    robot = chasles.load("scara")
+    display = Display(robot)
+    points = display.workspace(slider_units(robot, display.start.q), 500)
+    assert points.shape == (500, 3)
+    # Each point is a pose of the tool: the distance from the axis is within the two links.
+    reach = np.hypot(*points[:, :2].T)
+    q = np.zeros(robot.n)
+    assert reach.max() <= np.hypot(*robot.fk(q)[:2, 3]) + 1e-12
+    assert np.ptp(reach) > 0.3
+
+
+def test_quaternions_are_those_of_scipy():
+    rng = np.random.default_rng(2)
+    turns = [Rotation.random(200, random_state=3).as_matrix()]
+    axes = np.vstack([np.eye(3), rng.normal(size=(20, 3))])
+    unit = axes / np.linalg.norm(axes, axis=1, keepdims=True)
+    turns += [Rotation.from_rotvec(np.pi * unit).as_matrix(), np.eye(3)[None]]
+    T = np.tile(np.eye(4), (224, 1, 1))
+    T[:, :3, :3] = np.vstack(turns)
+    found = quaternions(T)
+    again = Rotation.from_quat(found[:, [1, 2, 3, 0]]).as_matrix()
+    np.testing.assert_allclose(again, T[:, :3, :3], atol=1e-14)

@@ -1,0 +1,145 @@
+"""The live view in a browser: sliders, the tool dragged by the mouse, playback."""
+
+import socket
+
+import numpy as np
+import pytest
+
+import chasles
+from chasles.errors import InputValueError
+from chasles.view import Recording, View
+
+viser = pytest.importorskip("viser", reason="viser is not installed")
+OF_VISER = ("THREE.Clock", "Detected chrome", "WebGL", "Performance")
+"""What viser's own page says, whatever is shown."""
+GRIP = 0.8
+"""Part of the length of the handle's arrow at which the mouse takes it."""
+
+
+@pytest.fixture
+def shown(browser):
+    """Opens a view of a robot in the browser; it ends with the test."""
+    from chromium import until
+
+    views = []
+
+    def show(name, **options):
+        view = View(chasles.load(name), **options)
+        views.append(view)
+        browser.open(view.address)
+        until(lambda: len(view._server.get_clients()) == 1)
+        until(lambda: browser.run("!!document.querySelector('canvas')"))
+        until(lambda: "workspace" in browser.run("document.body.innerText"))
+        return view
+
+    yield show
+    browser.open("about:blank")
+    for view in views:
+        view.close()
+
+
+def seen(view, browser, point):
+    """Where a point of the scene is on the page [pixels]."""
+    (client,) = view._server.get_clients().values()
+    camera = client.camera
+    w, (x, y, z) = camera.wxyz[0], camera.wxyz[1:]
+    R = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+    p = R.T @ (np.asarray(point) - camera.position)
+    box = browser.run("document.querySelector('canvas').getBoundingClientRect().toJSON()")
+    focal = box["height"] / 2 / np.tan(camera.fov / 2)
+    middle = np.array([box["x"] + box["width"] / 2, box["y"] + box["height"] / 2])
+    return middle + focal * p[:2] / p[2]
+
+
+def complaints(browser):
+    return [text for text in browser.complaints() if not any(own in text for own in OF_VISER)]
+
+
+def field_of(label):
+    """The number beside a slider, as an expression of the page."""
+    return (
+        f"[...document.querySelectorAll('label')].find((l) => l.textContent.startsWith('{label}'))"
+        ".parentElement.parentElement.querySelector('input[type=text]')"
+    )
+
+
+def test_a_slider_moves_the_robot_and_nothing_else(shown, browser):
+    from chromium import until
+
+    view = shown("ur5e")
+    before = view.posture.q.copy()
+    browser.click(browser.middle(field_of("elbow")), count=3)
+    browser.write("33")
+    until(lambda: view.posture.q[2] != before[2])
+    assert view.posture.q[2] == pytest.approx(np.radians(33), abs=1e-9)
+    np.testing.assert_array_equal(np.delete(view.posture.q, 2), np.delete(before, 2))
+    np.testing.assert_allclose(
+        view.posture.tool, chasles.load("ur5e").fk(view.posture.q), atol=1e-12
+    )
+    x = f"{1000 * view.posture.tool[0, 3]:.1f}"
+    until(lambda: x in browser.run("document.body.innerText"))
+    assert complaints(browser) == []
+
+
+@pytest.mark.parametrize(("name", "axis"), [("ur5e", 0), ("ur5e", 2), ("planar_3rrr", 0)])
+def test_a_dragged_tool_moves_along_its_axis_on_its_branch(shown, browser, name, axis):
+    from chromium import until
+
+    view = shown(name)
+    robot, T = chasles.load(name), view.posture.tool.copy()
+    q = view.posture.q.copy()
+    arrow = view.handle_size * T[:3, axis]
+    start = seen(view, browser, T[:3, 3] + GRIP * arrow)
+    browser.drag(start, seen(view, browser, T[:3, 3] + 1.1 * arrow))
+    until(lambda: np.abs(view.posture.q - q).max() > 1e-4)
+    until(lambda: not view.is_dragged)
+    moved = np.linalg.solve(T, view.posture.tool)
+    assert 0.1 * view.handle_size < moved[axis, 3] < view.handle_size
+    np.testing.assert_allclose(np.delete(moved[:3, 3], axis), 0, atol=1e-6)
+    np.testing.assert_allclose(moved[:3, :3], np.eye(3), atol=1e-6)
+    # The nearest of all branches that hold the tool there.
+    found = robot.ik(view.posture.tool) if "ik" in dir(robot) else None
+    if found is not None:
+        np.testing.assert_allclose(found.nearest(q), view.posture.q, atol=1e-6)
+    assert np.abs(view.posture.q - q).max() < 0.8
+    assert complaints(browser) == []
+
+
+def test_a_recording_is_played(shown, browser):
+    from chromium import until
+
+    robot = chasles.load("excavator")
+    q = np.array(robot.reference.q)
+    ways = np.array([q, q + np.array([0.4, 0.05, 0.05, 0.05])])
+    view = shown("excavator", recording=Recording(np.array([0.0, 2.0]), ways))
+    view.step()
+    first = view.posture.q[0]
+    until(lambda: (view.step(), view.posture.q[0] != first)[1])
+    part = (view.posture.q[0] - q[0]) / 0.4
+    np.testing.assert_allclose(view.posture.q, q + part * (ways[1] - q), atol=1e-12)
+    until(lambda: "time" in browser.run("document.body.innerText"))
+    assert complaints(browser) == []
+
+
+def test_it_listens_to_this_machine_alone(shown):
+    view = shown("four_bar")
+    port = int(view.address.rsplit(":", 1)[1])
+    own = socket.gethostbyname(socket.gethostname())
+    if own.startswith("127."):
+        pytest.skip("this machine has no other address")
+    with pytest.raises(ConnectionRefusedError), socket.create_connection((own, port), timeout=2):
+        pass
+
+
+def test_a_port_that_is_taken():
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        with pytest.raises(InputValueError, match="port"):
+            View(chasles.load("four_bar"), port=taken.getsockname()[1])

@@ -1,0 +1,144 @@
+"""The page that needs no network, in a browser: it moves what the robot's own functions move."""
+
+import json
+
+import numpy as np
+import pytest
+
+import chasles
+from chasles.view import html_page
+from chasles.view.display import Display
+from chasles.view.page import page_data
+from chasles.view.slider_units import slider_units
+
+CLOSED = 1e-9
+"""Metres and parts of a direction by which a body may be off: loops close to 1e-12 of the size."""
+
+
+def walk(display: Display, steps: int, seed: int) -> list:
+    """Postures along a random way within the sliders, each a tenth of their range further."""
+    units = slider_units(display.robot, display.start.q)
+    lower, upper = (np.array([getattr(u, end) for u in units]) for end in ("lower", "upper"))
+    rng, found = np.random.default_rng(seed), [display.start]
+    for _ in range(20 * steps):
+        step = 0.1 * (upper - lower) * (rng.random(len(units)) - 0.5)
+        posture = display.at(np.clip(found[-1].q + step, lower, upper), found[-1])
+        found += [posture] if posture.closes else []
+        if len(found) > steps:
+            return found[1:]
+    raise AssertionError(f"{display.robot.name}: no way through its loops")
+
+
+def opened(browser, folder, robot) -> None:
+    file = folder / f"{robot.name}.html"
+    file.write_text(html_page(robot), encoding="utf-8")
+    browser.open(file.as_uri())
+
+
+def on_page(browser) -> np.ndarray:
+    """(bodies, 4, 4) poses of the objects that three.js draws."""
+    columns = np.array(browser.run("bodies.map((body) => body.matrixWorld.elements)"), dtype=float)
+    return columns.reshape(-1, 4, 4).transpose(0, 2, 1)
+
+
+def coordinates(browser) -> np.ndarray:
+    return np.array(browser.run("coordinates()"), dtype=float)
+
+
+def message(browser) -> str:
+    return browser.run("document.getElementById('message').textContent")
+
+
+def test_kinematics_of_all_robots_are_those_of_the_generated_functions(browser, tmp_path):
+    opened(browser, tmp_path, chasles.load("four_bar"))
+    checked = 0
+    for name in chasles.robots():
+        display = Display(chasles.load(name))
+        postures = walk(display, 5, seed=3)
+        data, q = json.dumps(page_data(display.robot)), [posture.q.tolist() for posture in postures]
+        script = f"k = new Kinematics({data}); {q}.map((q) => [k.moveTo(q), k.poses()])"
+        for posture, (closes, poses) in zip(postures, browser.run(script), strict=True):
+            assert closes, name
+            size = display.skeleton.size
+            off = np.abs(np.array(poses, dtype=float).reshape(-1, 4, 4) - posture.bodies)
+            assert off[:, :3, :3].max() < CLOSED, name
+            assert off[:, :3, 3].max() < CLOSED * size, name
+            checked += 1
+    assert checked == 5 * len(chasles.robots()) > 100
+    assert browser.complaints() == []
+
+
+@pytest.mark.parametrize("name", ["ur5e", "excavator", "stewart_gough", "planar_3rrr"])
+def test_a_slider_moves_the_robot(browser, tmp_path, name):
+    robot = chasles.load(name)
+    opened(browser, tmp_path, robot)
+    before, q = on_page(browser), coordinates(browser)
+    display = Display(robot)
+    np.testing.assert_allclose(before, display.start.bodies, atol=1e-6)
+    slider = "document.querySelectorAll('input[type=range]')[1]"
+    x, y = browser.middle(slider)
+    width = browser.run(f"{slider}.offsetWidth") - 16
+    value, low, high = (float(browser.run(f"{slider}.{own}")) for own in ("value", "min", "max"))
+    at = x + width * ((value - low) / (high - low) - 0.5)
+    browser.drag((at, y), (at + 12, y))
+    after = coordinates(browser)
+    assert after[1] > q[1]
+    np.testing.assert_allclose(np.delete(after, 1), np.delete(q, 1), atol=1e-12)
+    expected = display.at(after, display.start)
+    np.testing.assert_allclose(on_page(browser), expected.bodies, atol=1e-7)
+    tool = display.skeleton.tip_poses(on_page(browser))
+    np.testing.assert_allclose(tool[:3], expected.tool[:3], atol=1e-7)
+    assert f"{1000 * tool[0, 3]:.1f}" in browser.run("document.getElementById('tool').textContent")
+    # Bodies before the joint stay; the tool's moves.
+    moves = np.abs(on_page(browser) - before).max((-1, -2)) > 1e-4
+    assert not moves[0]
+    assert moves[display.skeleton.tip]
+    if not robot.loops:
+        assert moves.tolist() == [k > 1 for k in range(len(moves))]
+    assert browser.complaints() == []
+
+
+def test_a_page_says_where_a_loop_does_not_close(browser, tmp_path):
+    robot = chasles.load("planar_3rrr")
+    opened(browser, tmp_path, robot)
+    closes = browser.run("setCoordinates([3.1, 0.1, -3.1])")
+    assert not closes
+    assert "does not close" in message(browser)
+    here = Display(robot).at(coordinates(browser), Display(robot).start)
+    np.testing.assert_allclose(on_page(browser), here.bodies, atol=1e-6)
+    browser.click(browser.middle("document.getElementById('home')"))
+    np.testing.assert_allclose(coordinates(browser), robot.reference.q, atol=1e-12)
+    assert message(browser) == ""
+
+
+def test_a_page_loads_nothing_from_anywhere(browser, tmp_path):
+    opened(browser, tmp_path, chasles.load("delta"))
+    script = "performance.getEntriesByType('resource').map((entry) => entry.name)"
+    assert [name for name in browser.run(script) if not name.startswith("data:")] == []
+    # Something is drawn: the picture has many colours.
+    script = """(() => {
+      draw();
+      const gl = renderer.getContext(), size = [gl.drawingBufferWidth, gl.drawingBufferHeight];
+      const pixels = new Uint8Array(4 * size[0] * size[1]);
+      gl.readPixels(0, 0, ...size, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+      return new Set(new Uint32Array(pixels.buffer)).size;
+    })()"""
+    assert browser.run(script) > 100
+
+
+def test_a_title_is_text(browser, tmp_path):
+    class Renamed:
+        """A robot with another title."""
+
+        def __init__(self, robot):
+            self._robot = robot
+
+        def __getattr__(self, name):
+            return "</script><b>x" if name == "title" else getattr(self._robot, name)
+
+        def __dir__(self):
+            return dir(self._robot)
+
+    opened(browser, tmp_path, Renamed(chasles.load("scara")))
+    assert browser.run("document.querySelector('h1').textContent") == "</script><b>x"
+    assert browser.complaints() == []
