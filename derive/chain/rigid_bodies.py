@@ -231,20 +231,23 @@ def placed(terms: Terms, placement: Placement) -> Array:
     return np.array(rows) + 0.0
 
 
-def motion(joint: CarryingJoint, value: float) -> Array:
-    """The motion of a joint by a value in its body's frame (4, 4).
+def motions(joint: CarryingJoint, coordinates: Array) -> Array:
+    """The motions of a joint in its body's frame (m, 4, 4).
 
     Args:
         joint: The joint.
-        value: Its value (radian, or metre of a prismatic joint).
+        coordinates: (m, n) the coordinates that move the bodies (radian or metre).
     """
-    T = np.eye(4)
-    if joint.kind == "prismatic":
-        T[:3, 3] = value * joint.axis
+    T = np.tile(np.eye(4), (len(coordinates), 1, 1))
+    if joint.kind == "fixed":
         return T
-    K = skew(joint.axis)
-    T[:3, :3] += np.sin(value) * K + (1 - np.cos(value)) * (K @ K)
-    T[:3, 3] = joint.at - T[:3, :3] @ joint.at + joint.advance * value * joint.axis
+    value = (joint.ratio * coordinates[:, joint.coordinate] + joint.offset)[:, None]
+    if joint.kind == "prismatic":
+        T[:, :3, 3] = value * joint.axis
+        return T
+    K, turn = skew(joint.axis), value[:, :, None]
+    T[:, :3, :3] += np.sin(turn) * K + (1 - np.cos(turn)) * (K @ K)
+    T[:, :3, 3] = joint.at - T[:, :3, :3] @ joint.at + joint.advance * value * joint.axis
     return T
 
 
@@ -255,20 +258,11 @@ def tree_poses(bodies: Sequence[TreeBody], values: Sequence[float]) -> list[Arra
         bodies: The bodies; parts of struts are left out.
         values: The coordinates that move them: z, or q of a serial robot (radian or metre).
     """
-    poses = [np.eye(4)]
+    poses, row = [np.eye(4)], np.array([values])
     for body in bodies[1:]:
         if body.joint is not None:
-            poses.append(
-                poses[body.parent] @ body.placement @ motion(body.joint, _value(body, values))
-            )
+            poses.append(poses[body.parent] @ body.placement @ motions(body.joint, row)[0])
     return poses
-
-
-def _value(body: TreeBody, values: Sequence[float]) -> float:
-    joint = body.joint
-    if joint is None or joint.coordinate < 0:
-        return 0.0
-    return joint.ratio * values[joint.coordinate] + joint.offset
 
 
 def skew(w: Array) -> Array:

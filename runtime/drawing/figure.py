@@ -316,6 +316,8 @@ def _paint(ax: Any, scene: Scene) -> None:
         letters.name_coordinates()
         letters.name_axes(_AXES)
         letters.write_lengths()
+    if scene.view.name == "axonometric":
+        letters.add_scale()
 
 
 def _arrow(ax: Any, origin: FloatArray, tip: FloatArray, colour: str) -> None:

@@ -76,6 +76,24 @@ class Lettering:
                 found.append(text)
         return found
 
+    def add_scale(self) -> Any:
+        """Draws a bar of a round length with its length, in the freest corner."""
+        (left, right), (low, high) = self.ax.get_xlim(), self.ax.get_ylim()
+        length = _round_length(0.15 * (right - left))
+        text = self._text(f"{length:g} m", "#333333")
+        text.set(va="bottom")
+        gap = 2 * self.scene.unit
+        x0, x1 = left + gap + length / 2, right - gap - length / 2
+        y0, y1 = low + gap, high - 3 * gap
+        corners = [(0.0, np.array([x, y]), 0.0) for y in (y0, y1) for x in (x0, x1)]
+        self._best(text, corners)
+        x, y = text.get_position()
+        half = 0.3 * self.scene.unit
+        bar = np.array([[-1, 1], [-1, -1], [-1, 0], [1, 0], [1, 1], [1, -1]])
+        bar = bar * [length / 2, half] + [x, y - half]
+        self.ax.plot(*bar.T, color="#333333", linewidth=0.7, zorder=1000)
+        return text
+
     def _lines(self) -> tuple[FloatArray, FloatArray]:
         """Beginnings and ends (m, 2) of all lines on the picture [pixels]."""
         rows = []
@@ -172,6 +190,12 @@ class Lettering:
             top - self.frame[3],
         )
         return cost + _OUTSIDE * sum(max(part, 0.0) for part in over)
+
+
+def _round_length(least: float) -> float:
+    """The least of 1, 2 and 5 times a power of ten above a length."""
+    power = 10.0 ** math.floor(math.log10(least))
+    return next(digit * power for digit in (1, 2, 5, 10) if digit * power >= least)
 
 
 def _inside(box: Box, a: FloatArray, b: FloatArray) -> float:
