@@ -11,6 +11,7 @@ from panels import COLOURS, GREY, STYLES, curves, legend_below, panels, plane, s
 from report import Figures
 from skeletons import animation, boxed, drawn, frame, in_space, points
 
+import chasles
 from chasles.study.motion import Sampled
 
 JOINTS = ("q1", "q2", "q3", "q4")
@@ -21,7 +22,9 @@ VIEW = (22.0, -60.0)
 
 def figures() -> Figures:
     """Figures 1.1 to 1.11 by caption; the report's own are lost."""
+    horizontal = arm.solutions(arm.arm(), arm.VIA[:1])[0, 0]
     found: Figures = {
+        "figure 1.1 drawn: the arm at point 1": chasles.draw(arm.arm(), horizontal),
         "figure 1.1: frames of the links, modified DH": frames(),
         "figure 1.2: the postures of table 1.2": postures(),
         "figure 1.3: workspace within table 1.3, cells of the tool's positions": workspace(),

@@ -234,11 +234,14 @@ def moved(robot: Any, part: str) -> Sampled:
 
 
 def figures() -> Figures:
-    """Figure 2, figure 3 a to h, and all eight axes one after the other."""
+    """Figures 1 and 2, figure 3 a to h, and all eight axes one after the other."""
     from photo_pictures import all_axes, axis_moved, frames  # noqa: PLC0415
 
     robot = chasles.load("photo_robot")
-    found: Figures = {"figure 2: frames of the links at zero": frames(robot)}
+    found: Figures = {
+        "figure 1: axes of motion, q1 = r1 to q8 = theta_ee": chasles.draw(robot, np.zeros(8)),
+        "figure 2: frames of the links at zero": frames(robot),
+    }
     for part, axis in AXES.items():
         name = f"figure 3 {part}: {robot.coordinates[axis].name} from zero to {end_state(part)}"
         found[name] = axis_moved(robot, moved(robot, part))

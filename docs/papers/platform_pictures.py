@@ -12,6 +12,7 @@ from panels import COLOURS, GREY, PALE, STYLES, legend_below, panels, plane, sol
 from report import Figures
 from skeletons import boxed, drawn, points
 
+import chasles
 from chasles.study.planning import Plan, roadmap
 
 ANGLES = {"2.6": 15, "2.7": 30, "2.7, second": 45, "2.7, third": 60}
@@ -23,7 +24,11 @@ MM = 1000.0
 
 def figures() -> Figures:
     """Figures 2.1 to 3.4 by caption; the report's own are lost."""
+    robot = platform.platform()
     found: Figures = {
+        "figure 2.1 drawn: the platform in the pose of figure 2.3": chasles.draw(
+            robot, robot.ik_planar(platform.POSE).q[0]
+        ),
         "figure 2.1: the platform and its dimensions": model(),
         "figure 2.2: the way to the angles of the cranks": flow_chart(),
     }
