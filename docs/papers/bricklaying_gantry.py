@@ -74,6 +74,8 @@ CORRECTED = {
 """What the paper should print, and why it prints something else."""
 
 
+PARTS = dict.fromkeys(("links", "joints"), "of our list of parts; the paper prints none")
+"""Notes on the counts of the mechanism."""
 IN_INCHES = {1: (4,), 2: (1, 3, 4, 5)}
 """Spots of each set-up whose r is printed right, but for its unit."""
 
@@ -118,7 +120,7 @@ def mobility_rows(printed: dict[str, Printed]) -> list[Row]:
     }
     return [
         agrees(printed["mobility"], counted.kutzbach, note),
-        *(agrees(printed[key], value) for key, value in found.items()),
+        *(agrees(printed[key], value, PARTS.get(key, "")) for key, value in found.items()),
     ]
 
 

@@ -165,7 +165,9 @@ def perimeters(found: Triangle) -> Any:
         axes.plot([], [], style, color=COLOURS[k], label=name)
     axes.plot([0, 11], [0, 8], color=GREY, linewidth=0.8, linestyle="--")
     axes.plot(*wrist, "o", color=COLOURS[3], markersize=4)
-    axes.annotate("({:.2f}, {:.2f})".format(*wrist), wrist, np.add(wrist, (0.6, -0.9)), fontsize=7)
+    words = "({:.2f}, {:.2f})".format(*wrist)
+    pointer = {"arrowstyle": "-", "linewidth": 0.6}
+    axes.annotate(words, wrist, (12.0, 0.9), fontsize=7, arrowprops=pointer)
     axes.plot(11, 8, "*", color=COLOURS[3], markersize=8)
     legend_below(figure, axes, 2)
     return figure
@@ -229,6 +231,7 @@ def wall_of_bricks(built: Wall) -> Any:
     axes.set(xticks=(0, 0.2, 0.4), yticks=(0.2, 0.4), zticks=(0, 0.1))
     axes.set_box_aspect((0.4, 0.5, 0.2), zoom=0.88)
     axes.view_init(24, -52)
+    axes.xaxis.labelpad = axes.yaxis.labelpad = 0
     legend_below(figure, axes, 2)
     return figure
 
