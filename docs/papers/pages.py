@@ -118,9 +118,11 @@ def reproduced(paper: str) -> Chapter:
     rows = tuple(script.rows())
     folder = BUILD / paper
     folder.mkdir(parents=True, exist_ok=True)
+    drawn = script.figures()
+    if len({slug(caption) for caption in drawn}) < len(drawn):
+        raise ValueError(f"{paper}: two captions begin alike: {', '.join(drawn)}")
     pictures = {
-        caption: written(folder / slug(caption), picture)
-        for caption, picture in script.figures().items()
+        caption: written(folder / slug(caption), picture) for caption, picture in drawn.items()
     }
     title, source = words(script)
     return Chapter(paper, title, source, rows, pictures, time.perf_counter() - start)

@@ -12,6 +12,8 @@ from skeletons import animation, boxed, drawn, frame, points
 from chasles.study.motion import Sampled
 
 VIEW = (18.0, -52.0)
+PICTURES = 128
+"""Pictures of the animation, 16 for each axis."""
 EVERY = 8
 """Samples between the pictures of the animation."""
 LENGTH = 0.18
@@ -57,4 +59,4 @@ def axis_moved(robot: Any, made: Sampled) -> Any:
 def all_axes(robot: Any, motions: Sequence[Sampled]) -> Any:
     """Each axis from zero to its end state and back, as an animation."""
     ways = [np.concatenate([made.q[::EVERY], made.q[::-EVERY]]) for made in motions]
-    return animation(robot, np.concatenate(ways), 3.0, lambda _: None, VIEW)
+    return animation(robot, np.concatenate(ways), 3.0, lambda _: None, VIEW, PICTURES)

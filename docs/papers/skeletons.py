@@ -13,7 +13,7 @@ FRAMES = 48
 """Pictures of an animation."""
 PER_SECOND = 12
 DOTS_PER_INCH = 110
-COLOURS_IN_GIF = 64
+COLOURS_IN_GIF = 200
 SLIMMEST = 0.45
 """Least part of the longest side that a side of the box has, so that its numbers fit."""
 ZOOM = 0.95
@@ -67,7 +67,12 @@ def frame(axes: Any, T: Any, length: float) -> None:
 
 
 def animation(
-    robot: Any, q: Any, height: float, extra: Callable[[Any], None], view: tuple[float, float]
+    robot: Any,
+    q: Any,
+    height: float,
+    extra: Callable[[Any], None],
+    view: tuple[float, float],
+    count: int = FRAMES,
 ) -> Callable[[Path], None]:
     """A function that writes the arm's motion as GIF.
 
@@ -77,6 +82,7 @@ def animation(
         height: Of the picture [inch].
         extra: Draws what stands still.
         view: Elevation and azimuth [deg].
+        count: Number of pictures.
     """
 
     def write(path: Path) -> None:
@@ -96,7 +102,7 @@ def animation(
         figure.canvas.draw()
         resting = figure.canvas.copy_from_bbox(figure.bbox)
         pictures = []
-        for k in np.linspace(0, len(lines) - 1, FRAMES).astype(int):
+        for k in np.linspace(0, len(lines) - 1, count).astype(int):
             figure.canvas.restore_region(resting)
             for line, shown in zip(moving, (lines[: k + 1, -1], lines[k]), strict=True):
                 line.set_data_3d(*shown.T)

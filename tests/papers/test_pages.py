@@ -1,0 +1,29 @@
+"""The report of the papers: its page, its tables and the files of its pictures."""
+
+import pages
+from report import Printed, agrees
+
+ROW = agrees(Printed("a < b | c", "1.0", "mm", "table 1"), 0.001)
+
+
+def test_a_page_holds_rows_and_pictures(tmp_path):
+    picture = tmp_path / "figure_1.png"
+    picture.write_bytes(b"pixels")
+    chapter = pages.Chapter("photo_robot", "Title", "Source", (ROW,), {"figure 1: <x>": picture}, 1)
+    page = pages.html_page([chapter])
+    assert "<td>a &lt; b | c</td><td>1.0</td><td>1.00</td><td>mm</td>" in page
+    assert 'src="data:image/png;base64,cGl4ZWxz"' in page
+    assert "figure 1: &lt;x&gt;" in page
+    assert "<td>1</td><td>0</td><td>0</td><td>0</td><td>0</td>" in page
+    assert "http" not in page, "the report is one file"
+
+
+def test_a_table_keeps_its_columns():
+    head, line, row = pages.table(pages.HEAD, [pages.cells(ROW)])
+    assert head.count("|") == line.count("|") == row.replace("\\|", "").count("|")
+
+
+def test_captions_name_files(tmp_path):
+    assert pages.slug("figure 3 a: r1 from zero") == "figure_3_a"
+    made = pages.written(tmp_path / "motion", lambda path: path.write_bytes(b"GIF"))
+    assert (made.name, made.read_bytes()) == ("motion.gif", b"GIF")
