@@ -115,15 +115,16 @@ its square in the second derivative, 2e-10."""
 
 # --- study: regions bounded by arcs ---
 
-SAME_ARC = 1e-10
+SAME_ARC = 1e-11
 """Distance, in parts of a region's size, up to which circles are the same and pieces of them are
 points: far above rounding, far below anything that is built."""
 TANGENT = 1e-12
 """Distance of a cosine from 1 below which circles touch: they overlap by this part of a radius, of
 which rounding leaves a thousandth."""
-BESIDE = 1e-7
-"""Distance from an arc, in parts of a region's size, at which its sides are judged; less beside short
-pieces. Far above the rounding of crossings; narrower gaps between borders are not seen."""
+BESIDE = 3e-11
+"""Distance from an arc, in parts of a region's size, at which its sides are judged; less beside
+short pieces. Above SAME_ARC, so that the other side of all arcs that are the same lies there; two
+borders that are nearer to each other, but not the same, would be taken for one."""
 
 # --- poses and screws ---
 

@@ -16,9 +16,11 @@ from .planar_platform import (
     constant_orientation,
     dexterous,
     orientations,
+    singular_places,
 )
 from .reach import Reach, base_placement, evenly, reach
 from .samples import By, Samples
+from .turning_platform import OrientationRange, orientation_range
 from .workspace import Workspace, workspace
 
 __all__ = [
@@ -26,6 +28,7 @@ __all__ = [
     "Cells",
     "ExactWorkspace",
     "Measure",
+    "OrientationRange",
     "Orientations",
     "PlanarRegion",
     "Reach",
@@ -36,7 +39,9 @@ __all__ = [
     "dexterous",
     "evenly",
     "exact_workspace",
+    "orientation_range",
     "orientations",
     "reach",
+    "singular_places",
     "workspace",
 ]

@@ -138,12 +138,13 @@ def plot_trials(found: Any, ax: Any = None) -> Any:
     return axes
 
 
-def plot_region(found: Any, ax: Any = None) -> Any:
-    """Draws a planar region, its border, and the circles of the legs.
+def plot_region(found: Any, ax: Any = None, singular: Any = None) -> Any:
+    """Draws a planar region, its border, the circles of the legs, and singular places.
 
     Args:
         found: The `PlanarRegion`.
         ax: matplotlib axes; None: a new figure.
+        singular: `SingularityCurves` whose type 2 is drawn; None: none.
 
     Returns:
         The axes.
@@ -158,6 +159,11 @@ def plot_region(found: Any, ax: Any = None) -> Any:
             axes.add_patch(Circle(own.centre, radius, edgecolor=_COLOUR_BLIND[k], **style))
     for arc in found.arcs:
         axes.plot(*arc.points().T, color=_COLOUR_BLIND[-1], linewidth=1.6)
+    for k, curve in enumerate(singular.type_2 if singular is not None else ()):
+        label = None if k else "platform gains a freedom"
+        axes.plot(*curve.T, _STYLES[1], color=_COLOUR_BLIND[3], linewidth=1.2, label=label)
+    if singular is not None and singular.type_2:
+        axes.legend(loc="lower center", fontsize="small")
     axes.set_aspect("equal")
     axes.autoscale_view()
     axes.set_xlabel("x [m]")

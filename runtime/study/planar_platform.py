@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputValueError
+from ..velocity.singular_ways import SingularityCurves
 from .annuli import Annulus, BorderArc, area, border
 from .cells import Cells, cells_of
 
@@ -59,11 +60,19 @@ class PlanarRegion:
         inside = [np.all([own.contains(points) for own in piece], axis=0) for piece in self.pieces]
         return np.asarray(np.any(inside, axis=0))
 
-    def plot(self, ax: Any = None) -> Any:
-        """Draws the region and the circles of the legs; returns the matplotlib axes."""
+    def plot(self, ax: Any = None, singular: SingularityCurves | None = None) -> Any:
+        """Draws the region, the circles of the legs and curves of singular places.
+
+        Args:
+            ax: The matplotlib axes; None: a new figure.
+            singular: Curves inside, from `singular_places`.
+
+        Returns:
+            The axes.
+        """
         from .pictures import plot_region  # noqa: PLC0415
 
-        return plot_region(self, ax)
+        return plot_region(self, ax, singular)
 
 
 def constant_orientation(robot: Any, phi: float) -> PlanarRegion:
@@ -83,6 +92,31 @@ def constant_orientation(robot: Any, phi: float) -> PlanarRegion:
     if not annuli:
         raise InputValueError(f"{robot.name}: expected a planar platform on three legs")
     return PlanarRegion(robot.name, f"at {np.degrees(phi):.4g}°", (annuli,))
+
+
+def singular_places(robot: Any, phi: float, slot: int = 0, points: int = 201) -> SingularityCurves:
+    """The singular places of a planar platform's tool at one angle, in the box of its region.
+
+    Those of type 1 are the border of what the legs reach, those of type 2 lie inside: the platform
+    gains a freedom there.
+
+    Args:
+        robot: As for `constant_orientation`.
+        phi: The angle [rad].
+        slot: The branch of the legs, a slot of `ik_planar`; 0 is the reference's.
+        points: Number of lines each way of the grid on which the curves are found.
+
+    Raises:
+        InputValueError: The robot is no such platform.
+    """
+    disks = [(own.centre, own.outer) for own in constant_orientation(robot, phi).pieces[0]]
+    lower = np.max([centre - radius for centre, radius in disks], axis=0)
+    upper = np.min([centre + radius for centre, radius in disks], axis=0)
+    if not (lower < upper).all():
+        return SingularityCurves((), ())
+    x, y = np.column_stack([lower, upper]).tolist()
+    found: SingularityCurves = robot.singularity_curves(phi, x, y, slot, points)
+    return found
 
 
 def dexterous(robot: Any) -> PlanarRegion:
