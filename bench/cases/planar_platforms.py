@@ -53,6 +53,8 @@ LEGS = tuple(
 """The kinds of legs: the joints from the base to the platform, and which of them is actuated."""
 ITERATIONS, CLOSED, TINY = 30, 1e-11, 1e-30
 """Steps to the closed reference; openings of legs that are closed; step of derivatives."""
+AWAY = 0.05
+"""Radian or metre: how far rounding may move the reference."""
 
 
 @dataclass(frozen=True)
@@ -147,11 +149,13 @@ class DrawnPlatform:
 
     def closes(self) -> bool:
         """Whether the legs close near the reference, though their numbers are rounded."""
-        x = np.array([[*self.pose, *(leg.values[leg.passive] for leg in self.legs)]])
+        described = np.array([[*self.pose, *(leg.values[leg.passive] for leg in self.legs)]])
+        x = described
         for _ in range(ITERATIONS):
             gaps, facing = self.excess(x, self.q)
             x = x - np.linalg.lstsq(self.slopes(x, self.q)[0], gaps[0], rcond=None)[0]
-        return bool(np.abs(gaps).max() < CLOSED and (facing > 0).all())
+        is_near = np.abs(x - described).max() < AWAY
+        return bool(is_near and np.abs(gaps).max() < CLOSED and (facing > 0).all())
 
 
 def drawn_platform(

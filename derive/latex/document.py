@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 from ..derivation import Derivation
-from ..loops.platforms import is_platform
+from ..loops.platforms import is_platform, triad_of
 from ..model.mechanism import Described, Mechanism
 from ..program.programs import Programs
 from .chain.example_fragment import worked_example
@@ -17,6 +17,7 @@ from .drawing import PREAMBLE as DRAWING_PREAMBLE
 from .drawing import arm_drawing, drawing
 from .inverse.inverse_fragment import inverse, inverse_of_loops
 from .loops.example_of_loops import worked_example_of_loops
+from .loops.legs_fragment import legs
 from .loops.loop_page import LoopPage
 from .loops.loops_fragment import loops
 from .loops.mechanism_fragment import description
@@ -67,6 +68,7 @@ _OF_LOOPS: Mapping[str, tuple[str, Callable[[LoopPage], str]]] = {
     ),
     "rates": ("Velocities", rates),
     "platform": ("Platform on legs", platform),
+    "legs": ("Platform on legs", legs),
     "example": ("Worked example", worked_example_of_loops),
 }
 """Heading and writer of each fragment of a robot with loops, or with motors behind gears."""
@@ -118,8 +120,8 @@ def fragments(derivation: Derivation) -> dict[str, str]:
         ``screws.tex``, ``transforms.tex``, ``fk.tex``, ``jacobian.tex``, ``inverse.tex``,
         ``singularities.tex``, ``example.tex``, ``references.tex``, and ``parametric.tex`` where
         there are parametric functions; of a robot with loops also ``mobility.tex``, ``loops.tex``,
-        ``solution.tex`` and ``rates.tex``, and of a platform on legs ``platform.tex``. A fragment
-        with nothing to say is left out.
+        ``solution.tex`` and ``rates.tex``, and of a platform on legs ``platform.tex``, or
+        ``legs.tex`` where its legs are closures. A fragment with nothing to say is left out.
     """
     if isinstance(derivation.robot, Mechanism):
         page = LoopPage.of(derivation)
@@ -153,8 +155,17 @@ def _headings(derivation: Derivation) -> dict[str, str]:
         for name, (heading, _) in _OF_LOOPS.items()
         if (robot.closers or name not in _NEED_LOOPS)
         and (name != "platform" or is_platform(robot))
+        and (name != "legs" or _has_legs(derivation))
         and (name != "inverse" or not _has_poses(derivation))
     }
+
+
+def _has_legs(derivation: Derivation) -> bool:
+    """Whether closures hold a platform on three legs in a plane."""
+    hybrid = derivation.hybrid
+    if hybrid is None or not hybrid.forward.open or is_platform(hybrid.mechanism):
+        return False
+    return triad_of(hybrid) is not None
 
 
 def _has_poses(derivation: Derivation) -> bool:

@@ -26,7 +26,7 @@ from .loop_page import LoopPage
 
 AXES = "xyz"
 PLANE, SPACE = 2, 6
-RANKS = ("l", "J", "k", "u", "w")
+RANKS = ("l", "J", "k", "n", "u", "w")
 """Symbols of the elimination in the order in which they stand in a product."""
 WHOLE = 0.8 * LINE
 """Widest component of a vector that no line may break (pt)."""
@@ -182,7 +182,7 @@ class PrintedTriad:
         A, b = ([_pair(map(platform.of, point)) for point in of] for of in (triad.A, triad.b))
         L = list(map(platform.length, triad.L))
         self.phi = platform.page.theta[-1]
-        self.letters = _free_letters(platform)
+        self.letters = free_letters(platform.page)
         tex = {"w": r"\mathbf{w}", "u": r"\mathbf{u}", "l": r"\ell", "J": "J"}
 
         def name(letter: str, index: str) -> sp.Symbol:
@@ -203,8 +203,9 @@ def _pair(parts: Iterable[sp.Expr]) -> Complex:
     return x, y
 
 
-def _free_letters(platform: PrintedPlatform) -> dict[str, str]:
-    page, notation = platform.page, platform.page.chain.equations.notation
+def free_letters(page: LoopPage) -> dict[str, str]:
+    """Letters of the polynomial's symbols that the robot does not use."""
+    notation = page.chain.equations.notation
     lengths = [
         notation.tex[symbol] for symbol, (kind, _) in notation.order.items() if kind == LENGTH
     ]
@@ -268,7 +269,8 @@ def _points(printed: PrintedPlatform) -> list[Equation]:
         every = list(range(3))
         b = [(rf"\mathbf{{b}}'_{{{i}}}", rod.pin, every) for i, rod in enumerate(printed.rods, 1)]
     shown: list[Equation] = [
-        (name, _vector(printed, vector, axes)) for name, vector, axes in (*a, *b)
+        (name, in_brackets(printed.printed_terms, [vector[k] for k in axes]))
+        for name, vector, axes in (*a, *b)
     ]
     if _common_length(printed) is None:
         shown += [
@@ -284,9 +286,9 @@ def _common_length(printed: PrintedPlatform) -> sp.Expr | None:
     return first if all(length == first for length in others) else None
 
 
-def _vector(printed: PrintedPlatform, vector: Vector, axes: Iterable[int]) -> list[str]:
+def in_brackets(terms: PrintedTerms, components: Iterable[sp.Expr]) -> list[str]:
     """A vector in brackets; a line may break between components, and within long ones."""
-    parts = [list(printed.printed_terms.printer.terms(vector[k])) for k in axes]
+    parts = [list(terms.printer.terms(component)) for component in components]
     parts = [part if width(" ".join(part)) > WHOLE else [" ".join(part)] for part in parts]
     for part in parts[:-1]:
         part[-1] += r",\;"

@@ -1,0 +1,252 @@
+r"""The fragment of planar platforms on legs of joints that turn or slide.
+
+The equations of the legs come from :mod:`chasles.derive.loops.modes.planar_legs`, the elimination
+from :mod:`chasles.derive.loops.modes.leg_elimination`.
+"""
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+import sympy as sp
+
+from ...loops.modes.leg_elimination import LegElimination, leg_elimination
+from ...loops.modes.triad import LEGS, Triad
+from ...loops.planar.phasors import Complex
+from ...loops.platforms import triad_of
+from ..setting.layout import Equation, aligned
+from ..setting.notation import TERM
+from ..setting.page import sentence, text
+from ..setting.printed_terms import PrintedTerms
+from .loop_page import LoopPage
+from .platforms_fragment import RANKS, free_letters, in_brackets
+
+COUNTS = {1: "one", 2: "two", 3: "three", 4: "four", 6: "six"}
+VECTORS = {"w": r"\mathbf{w}", "u": r"\mathbf{u}", "n": r"\mathbf{n}", "l": r"\ell", "J": "J"}
+
+
+class PrintedLegs:
+    """Three legs in printed symbols.
+
+    Attributes:
+        page: The robot.
+        terms: Its terms in coordinates and parameters alone.
+        phi: The platform's angle.
+        letters: The letters of the polynomial's symbols.
+        legs: Circles and lines (metre).
+        equations: The elimination of the platform's position.
+    """
+
+    def __init__(self, page: LoopPage, triad: Triad) -> None:
+        """Writes the legs out."""
+        hybrid = page.hybrid
+        coordinates = (*hybrid.q, *hybrid.theta), (*page.q, *page.theta)
+        known = dict(zip(*coordinates, strict=True))
+        self.page = page
+        self.terms = PrintedTerms(page.terms, page.chain.equations.notation, known)
+        self.phi, self.letters = page.theta[-1], free_letters(page)
+        self.legs = Triad(
+            tuple(map(self._pair, triad.A)),
+            tuple(map(self._pair, triad.b)),
+            tuple(map(self._length, triad.L)),
+            tuple(replace(line, normal=self._pair(line.normal)) for line in triad.lines),
+        )
+        self.equations: LegElimination = leg_elimination(self.legs, self.phi, self.of)
+
+    def tex(self, expression: sp.Expr) -> str:
+        """An expression on one line."""
+        return self.terms.tex(expression)
+
+    def equation(self, name: str, value: sp.Expr) -> Equation:
+        """An equation that may be broken."""
+        return name, self.page.vectors.terms(value)
+
+    def _pair(self, point: Iterable[sp.Expr]) -> Complex:
+        x, y = (sp.expand(self.terms.of(part)) for part in point)
+        return x, y
+
+    def _length(self, length: sp.Expr) -> sp.Expr:
+        is_constant = self.page.terms.is_constant(length)
+        return self.page.constant(length) if is_constant else self.terms.of(length)
+
+    def of(self, letter: str, index: str) -> sp.Symbol:
+        """The symbol of a quantity of the elimination."""
+        if letter == "|u|":
+            return self._symbol(rf"|\mathbf{{u}}_{{{index}}}|", 0)
+        if letter in ("|a|", "|b|"):
+            vector = r"\mathbf{a}" if letter == "|a|" else r"\mathbf{b}'"
+            return self._symbol(rf"|{vector}_{index[0]} - {vector}_{index[1]}|", 0)
+        head = self.letters["gap"] if letter == "k" else VECTORS[letter]
+        return self._symbol(f"{head}_{{{index}}}" if index else head, RANKS.index(letter))
+
+    def _symbol(self, tex: str, rank: int) -> sp.Symbol:
+        return self.page.chain.equations.notation.symbol(tex, (TERM, (rank, tex)))
+
+
+def legs(page: LoopPage) -> str:
+    """The equations of the legs, the elimination of the position, and all assembly modes."""
+    triad = triad_of(page.hybrid)
+    assert triad is not None
+    printed = PrintedLegs(page, triad)
+    return text(_legs(printed), _elimination(printed), _harmonics(printed))
+
+
+def _legs(printed: PrintedLegs) -> str:
+    legs, (x, y, phi) = printed.legs, map(printed.tex, printed.page.theta)
+    shown: list[Equation] = [
+        (rf"{letter}_{{{i}}}", in_brackets(printed.terms, point))
+        for letter, points in ((r"\mathbf{a}", legs.A), (r"\mathbf{b}'", legs.b))
+        for i, point in enumerate(points, 1)
+    ]
+    shown += [printed.equation(rf"\ell_{{{i}}}", L) for i, L in enumerate(legs.L, 1)]
+    return sentence(
+        "The platform is held by three legs. With its actuator held, each leaves one equation"
+        rf" between the platform's position $\mathbf{{p}} = ({x}, {y})$ and angle ${phi}$. With"
+        r" points $\mathbf{a}_i$ apart from the platform, and points"
+        rf" $\mathbf{{b}}_i = \mathbf{{p}} + R({phi})\,\mathbf{{b}}'_i$ of the platform,",
+        _conditions(len(legs.L)),
+        _lines(legs),
+        rf"In the axes of ${x}$ and ${y}$, and $\mathbf{{b}}'_i$ in those of the platform,",
+        aligned(shown),
+    )
+
+
+def _conditions(circles: int) -> str:
+    """The equations of the legs: circles, then lines."""
+    numbers = [str(i) for i in range(1, LEGS + 1)]
+    of = [
+        (r"|\mathbf{b}_i - \mathbf{a}_i| = \ell_i", numbers[:circles]),
+        (r"\mathbf{n}_i \cdot (\mathbf{b}_i - \mathbf{a}_i) = 0", numbers[circles:]),
+    ]
+    shown = [rf"{tex}, \quad i = {', '.join(some)}" for tex, some in of if some]
+    return _equation(r", \qquad ".join(shown) + ".")
+
+
+def _lines(legs: Triad) -> str:
+    """Whose the lines are."""
+    numbered = list(enumerate(legs.lines, len(legs.L) + 1))
+    own, others = ([f"{i}" for i, line in numbered if line.turns is side] for side in (True, False))
+    parts = [f"belongs to the platform for $i = {', '.join(own)}$"] if own else []
+    parts += [f"stands apart from it for $i = {', '.join(others)}$"] if others else []
+    if not parts:
+        return ""
+    return rf"A line, whose normal $\mathbf{{n}}_i$ is of length $1$, {' and '.join(parts)}."
+
+
+def _elimination(printed: PrintedLegs) -> str:
+    found, legs = printed.equations, printed.legs
+    tex, vectors = printed.tex, printed.page.vectors
+    phi, circles = tex(printed.phi), len(legs.L)
+    components = [
+        printed.equation(tex(name), value) for pair in (*found.u, *found.n) for name, value in pair
+    ]
+    linear = ", ".join(
+        f"${vectors.tex(product)} = {tex(name)}$"
+        for product, (name, _) in zip(found.linear, found.k, strict=True)
+    )
+    left, right = found.polynomial
+    return sentence(
+        r"\paragraph{All assembly modes} of given actuators follow from one polynomial. Let"
+        r" $\mathbf{w} = \mathbf{b}_1 - \mathbf{a}_1$. The vectors"
+        r" $\mathbf{u}_i = (\mathbf{b}_i - \mathbf{b}_1) - (\mathbf{a}_i - \mathbf{a}_1)$"
+        rf" from it to $\mathbf{{b}}_i - \mathbf{{a}}_i$ of the other legs, and the normals,"
+        rf" depend on ${phi}$ alone,",
+        aligned(components),
+        _pair_of(circles),
+        rf"{linear}, with",
+        aligned([printed.equation(tex(name), value) for name, value in found.k]),
+        _solved(printed),
+        _equation(f"{vectors.tex(left)} = {vectors.tex(right)}."),
+    )
+
+
+def _pair_of(circles: int) -> str:
+    """Where the linear pair comes from."""
+    if circles == 0:
+        return (
+            r"The first leg is a line, $\mathbf{w} \cdot \mathbf{n}_1 = 0$, and so are the others:"
+        )
+    other = r"a line is linear in $\mathbf{w}$ as it is"
+    if circles == 1:
+        return rf"The first leg is a circle, $|\mathbf{{w}}|^2 = \ell_1^2$, and {other}:"
+    left = f"; {other}" if circles < LEGS else ""
+    return (
+        r"The first circle, $|\mathbf{w}|^2 = \ell_1^2$, subtracted from another leaves an equation"
+        rf" that is linear in $\mathbf{{w}}${left}:"
+    )
+
+
+def _solved(printed: PrintedLegs) -> str:
+    """The solution of the linear equations, and into which of them it is put."""
+    shown = printed.page.vectors.tex(printed.equations.solution)
+    whose, into = (
+        ("They are", "the first circle")
+        if printed.legs.L
+        else ("The first two lines are", "the third line")
+    )
+    return sentence(
+        f"With $J$ the quarter turn, {whose[0].lower()}{whose[1:]} solved by",
+        _equation(rf"\mathbf{{w}} = {shown},"),
+        f"which, put into {into}, gives",
+    )
+
+
+def _harmonics(printed: PrintedLegs) -> str:
+    """The equation as a polynomial, and the poses at its zeros."""
+    found, tex = printed.equations, printed.tex
+    phi, root, count = tex(printed.phi), printed.letters["root"], found.harmonics
+    first = f"{printed.letters['cosine']}_0"
+    a, b = (f"{printed.letters[kind]}_m" for kind in ("cosine", "sine"))
+    power = "" if found.power == 1 else f"^{found.power}"
+    plural = "s" if count > 1 else ""
+    names = map(tex, printed.page.theta[:2])
+    return sentence(
+        r"Rotations preserve lengths and scalar products, and normals that turn alike have a"
+        r" constant product: the difference of both sides is of degree"
+        rf" ${count}$ in $\cos {phi}$, $\sin {phi}$. Divided by $\bar{{\ell}}{power}$,",
+        aligned([printed.equation(r"\bar{\ell}^2", found.scale)], end=","),
+        f"it is a sum of {COUNTS[count]} harmonic{plural}, whose coefficients depend on the"
+        " actuators,",
+        _equation(
+            rf"{first} + \sum_{{m=1}}^{{{count}}} \bigl({a} \cos m{phi} + {b} \sin m{phi}\bigr)"
+            " = 0,"
+        ),
+        rf"and a polynomial of degree ${2 * count}$ in"
+        rf" ${root} = \mathrm{{e}}^{{\mathrm{{i}}{phi}}}$. Its zeros with $|{root}| = 1$ give"
+        rf" angles of the platform: there are at most {COUNTS[2 * count]} assembly modes. They are"
+        " found on parts of the circle in each of which the Taylor series of the sum proves that it"
+        " has no zero, or one. The position follows as",
+        aligned(
+            [
+                printed.equation(name, value)
+                for name, value in zip(names, found.position, strict=True)
+            ],
+            end=",",
+        ),
+        "and Newton's iteration on the equations of the legs makes every pose exact.",
+        _singular_pair(printed),
+    )
+
+
+def _singular_pair(printed: PrintedLegs) -> str:
+    """What holds where the linear equations do not determine w."""
+    if not printed.legs.L:
+        return "Those two of the three lines that cross nearest to a right angle give the position."
+    gap = printed.letters["gap"]
+    chosen = (
+        r"a line's normal, of length $1$"
+        if printed.legs.lines
+        else r"the longer of $\mathbf{u}_2$ and $\mathbf{u}_3$"
+    )
+    return sentence(
+        rf"Where both vectors of the linear pair are parallel, it is singular. With $\mathbf{{m}}$"
+        rf" {chosen}, and ${gap}$ of the same index,",
+        _equation(
+            rf"\mathbf{{w}} = \frac{{{gap}\,\mathbf{{m}} \pm \sqrt{{\ell_1^2 |\mathbf{{m}}|^2 -"
+            rf" {gap}^2}}\,J \mathbf{{m}}}}{{|\mathbf{{m}}|^2}}"
+        ),
+        "holds there too. The other leg tells the sign; where it does not, both are modes.",
+    )
+
+
+def _equation(tex: str) -> str:
+    return f"\\begin{{equation*}}\n{tex}\n\\end{{equation*}}%"

@@ -1,0 +1,159 @@
+"""The elimination of a planar platform's position from circles and lines, as equations to read.
+
+:mod:`.triad` has the derivation. Circles come first; the vectors m_i of the linear pair
+``w . m_i = k_i`` are u_i of a circle and the normal n_i of a line.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ..planar.loop_step import PLANE, Cross, Dot, half
+from ..planar.phasors import Complex, dot, minus, product
+from .triad import LEGS, LegLine, Triad
+
+Named = tuple[sp.Symbol, sp.Expr]
+Name = Callable[[str, str], sp.Symbol]
+"""The symbol of ``w``, ``u``, ``n``, ``|u|``, ``k``, ``l`` or ``J`` by an index, the leg's number,
+or an axis, or both; and of the distances ``|a|`` and ``|b|`` by two numbers."""
+
+
+@dataclass(frozen=True)
+class LegElimination:
+    """The equations of three legs without the platform's position.
+
+    Attributes:
+        u: Components of u_2 and u_3, each with its name.
+        n: Components of the lines' normals, each with its name, at the platform's angle.
+        norms: The lengths of the circles' u, in the components of u.
+        k: The right sides of the linear pair.
+        w: Symbols of the components of w, from the first leg's known point to its point b_1.
+        position: x and y of the platform in w.
+        linear: The left sides of the linear pair, between vectors.
+        solution: w, where the first leg is a circle; of three lines, w from the first two.
+        polynomial: Both sides of the remaining equation in the platform's angle.
+        distances: Distances of the points b_i, and of the lines' points a_i, each with its name.
+        scale: The square of the length by which the polynomial is divided, in these distances.
+        power: The power of that length by which it is.
+        harmonics: The most harmonics that the polynomial has.
+    """
+
+    u: tuple[tuple[Named, ...], ...]
+    n: tuple[tuple[Named, ...], ...]
+    norms: tuple[Named, ...]
+    k: tuple[Named, ...]
+    w: Complex
+    position: tuple[sp.Expr, ...]
+    linear: tuple[sp.Expr, ...]
+    solution: sp.Expr
+    polynomial: tuple[sp.Expr, sp.Expr]
+    distances: tuple[Named, ...]
+    scale: sp.Expr
+    power: int
+    harmonics: int
+
+
+def leg_elimination(legs: Triad, phi: sp.Expr, name: Name) -> LegElimination:
+    """The equations of three legs in given symbols.
+
+    Args:
+        legs: Circles, then lines.
+        phi: The platform's angle.
+        name: Gives the symbols.
+    """
+    circles, turn = len(legs.L), (sp.cos(phi), sp.sin(phi))
+    sides = [minus(b, legs.b[0]) for b in legs.b[1:]]
+    gaps = [minus(A, legs.A[0]) for A in legs.A[1:]]
+    u = [
+        _components(name, "u", i, minus(product(side, turn), gap))
+        for i, (side, gap) in enumerate(zip(sides, gaps, strict=True), 2)
+    ]
+    n = [
+        _components(name, "n", i, product(line.normal, turn) if line.turns else line.normal)
+        for i, line in enumerate(legs.lines, circles + 1)
+    ]
+    norms = {
+        i: (name("|u|", f"{i}"), sp.sqrt(sp.Add(*(part**2 for part, _ in u[i - 2]))))
+        for i in range(2, circles + 1)
+    }
+    k = {i: (name("k", f"{i}"), _right_side(legs, i, norms, name)) for i in range(2, LEGS + 1)}
+    w = name("w", "x"), name("w", "y")
+    m = {i: name("u" if i <= circles else "n", f"{i}") for i in range(1, LEGS + 1)}
+    distances = _distances(legs, sides, gaps, name)
+    radii = [name("l", f"{i}") for i in range(1, circles + 1)]
+    ends = zip(legs.A[0], w, product(legs.b[0], turn), strict=True)
+    return LegElimination(
+        u=tuple(u),
+        n=tuple(n),
+        norms=tuple(norms.values()),
+        k=tuple(k.values()),
+        w=w,
+        position=tuple(sp.expand(a + along - pin) for a, along, pin in ends),
+        linear=tuple(Dot(name("w", ""), m[i]) for i in range(2, LEGS + 1)),
+        solution=_solution(m, k, name, circles),
+        polynomial=_polynomial(m, k, norms, name, circles),
+        distances=tuple(distances),
+        scale=sp.Add(*(d**2 for d, _ in distances), *(r**2 for r in radii)) / LEGS,
+        power=2 * circles if circles else 1,
+        harmonics=_harmonics(legs),
+    )
+
+
+def _components(name: Name, letter: str, i: int, parts: Complex) -> tuple[Named, ...]:
+    names = [name(letter, f"{i}{axis}") for axis in PLANE]
+    return tuple(zip(names, map(sp.expand, parts), strict=True))
+
+
+def _right_side(legs: Triad, i: int, norms: dict[int, Named], name: Name) -> sp.Expr:
+    if i not in norms:
+        return -Dot(name("n", f"{i}"), name("u", f"{i}"))
+    gap = legs.L[i - 1] ** 2 - legs.L[0] ** 2 - norms[i][0] ** 2
+    return half(gap) if gap.is_Add else sp.Rational(1, 2) * gap
+
+
+def _solution(m: dict[int, sp.Symbol], k: dict[int, Named], name: Name, circles: int) -> sp.Expr:
+    J = name("J", "")
+    if circles:
+        return J * (k[3][0] * m[2] - k[2][0] * m[3]) / Cross(m[2], m[3])
+    return J * k[2][0] * m[1] / Cross(m[1], m[2])
+
+
+def _polynomial(
+    m: dict[int, sp.Symbol],
+    k: dict[int, Named],
+    norms: dict[int, Named],
+    name: Name,
+    circles: int,
+) -> tuple[sp.Expr, sp.Expr]:
+    k2, k3 = k[2][0], k[3][0]
+    if not circles:
+        return k2 * Cross(m[3], m[1]) + k3 * Cross(m[1], m[2]), sp.S.Zero
+    s2, s3 = (norms[i][0] ** 2 if i in norms else sp.S.One for i in (2, 3))
+    left = k2**2 * s3 - 2 * k2 * k3 * Dot(m[2], m[3]) + k3**2 * s2
+    return left, name("l", "1") ** 2 * Cross(m[2], m[3]) ** 2
+
+
+def _distances(legs: Triad, sides: list[Complex], gaps: list[Complex], name: Name) -> list[Named]:
+    """The platform's sides, and the distances of lines' known points from the first leg's."""
+    vectors = [("|b|", "21", sides[0]), ("|b|", "31", sides[1])]
+    vectors.append(("|b|", "32", minus(sides[1], sides[0])))
+    others = max(0, len(legs.L) - 1)
+    vectors += [("|a|", f"{i}1", gap) for i, gap in enumerate(gaps[others:], others + 2)]
+    return [(name(letter, pair), sp.sqrt(dot(v, v))) for letter, pair, v in vectors]
+
+
+def _harmonics(legs: Triad) -> int:
+    """The degree of the polynomial in cosine and sine of the platform's angle.
+
+    k_i, and products of u_i, are of degree 1, products of normals of lines that turn alike 0.
+    """
+    kinds: list[LegLine | None] = [*([None] * len(legs.L)), *legs.lines]
+
+    def degree(i: int, j: int) -> int:
+        one, other = kinds[i - 1], kinds[j - 1]
+        return int(one is None or other is None or one.turns != other.turns)
+
+    if not legs.L:
+        return 1 + max(degree(3, 1), degree(1, 2))
+    return max(2 + degree(3, 3), 2 + degree(2, 3), 2 + degree(2, 2))
