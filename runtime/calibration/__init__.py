@@ -16,6 +16,7 @@ from .observed.circles import Axis, Circles
 from .observed.contacts import Distances, PlaneContacts, SphereContacts
 from .observed.measurement_table import Measured, read_measurements
 from .observed.observations import Observation, Poses, Positions
+from .observed.stations import Stations
 from .result import Calibration
 from .tool_errors import FirstOrder, MonteCarlo, random_arms, tool_errors
 
@@ -36,6 +37,7 @@ __all__ = [
     "Poses",
     "Positions",
     "SphereContacts",
+    "Stations",
     "best_model",
     "cross_validated",
     "design",

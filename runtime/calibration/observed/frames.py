@@ -126,6 +126,13 @@ def register_axes(
     return _pose(R, np.linalg.lstsq(across.reshape(-1, 3), right.ravel())[0])
 
 
+def transformation(points: FloatArray, measured: FloatArray) -> FloatArray:
+    """(4, 4) the pose that carries points (N, 3) nearest to measured ones (N, 3)."""
+    middle, there = points.mean(0), measured.mean(0)
+    R = _rotation((measured - there).T @ (points - middle))
+    return _pose(R, there - R @ middle)
+
+
 def targets_at(T: FloatArray, measured: FloatArray) -> FloatArray:
     """(m, 3) mean places of targets on the tool, from poses (N, 4, 4) and positions (N, m, 3)."""
     turned = np.einsum("nji,nmj->nmi", T[:, :3, :3], measured - T[:, None, :3, 3])

@@ -3,14 +3,16 @@
     q1 [deg], ..., q6 [deg], x [mm], y [mm], z [mm]                       one target
     q1 [deg], ..., q6 [deg], x1 [mm], y1 [mm], z1 [mm], x2 [mm], ...      several targets
     q1 [deg], ..., q6 [deg], target, x [mm], y [mm], z [mm]               a row a target
+    station, q1 [deg], ..., q6 [deg], x [mm], y [mm], z [mm]              several stations
     q1 [deg], ..., q6 [deg], x [mm], y [mm], z [mm], rx [deg], ry [deg], rz [deg]
     q1 [deg], ..., q6 [deg], x [mm], y [mm], z [mm], qw, qx, qy, qz
 
 Commas, semicolons or tabs separate the columns, which stand in any order. Coordinates are called by
 the robot's names, or q, theta, joint, axis, j or a and a number; coordinates of several targets x1,
 x_1, p1_x, target_1_x and so on. A unit stands in brackets, or behind an underscore or a space:
-"q1 [deg]", "q1_deg", "theta1 (deg)", "x mm". The fourth form gives poses by rotation vectors, or by
-`roll`, `pitch` and `yaw`; the fifth by quaternions. Empty cells of a position mean that the target
+"q1 [deg]", "q1_deg", "theta1 (deg)", "x mm". The fifth form gives poses by rotation vectors, or by
+`roll`, `pitch` and `yaw`; the sixth by quaternions. A column of stations goes with all forms of
+positions. Empty cells of a position mean that the target
 was not seen. Blank lines, and lines that start with "#" or "%", are left out; so are other columns.
 With semicolons or tabs a decimal may be a comma.
 """
@@ -31,8 +33,10 @@ from numpy.typing import NDArray
 from ... import screws
 from ...errors import InputValueError
 from .observations import Observation, Poses, Positions
+from .stations import Stations
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
 
 UNITS = {
     "m": ("m", 1.0),
@@ -57,6 +61,8 @@ _TARGET = (
 )
 _WHICH = ("target", "marker", "point", "smr", "ball")
 _COMMENT = ("#", "%")
+_STATION = "station"
+"""The column that names the place of the device."""
 _UNSEEN = ("", "nan", "-", "--", "n/a", "na", "none", "null")
 """What a cell says, in small letters, of a target that was not seen."""
 
@@ -221,10 +227,26 @@ def _observation(table: _Table, q: FloatArray) -> Measured:
     )
     turned = _orientations(table)
     if turned is None:
-        return Measured(q, Positions(points))
+        return Measured(q, _of_stations(points, _stations(table)))
+    if np.any(_stations(table)):
+        raise InputValueError(f"{table.path}: poses from several stations; expected positions")
     T = np.zeros((len(q), 4, 4))
     T[:, :3, :3], T[:, :3, 3], T[:, 3, 3] = turned, points[:, 0], 1
     return Measured(q, Poses(T))
+
+
+def _of_stations(points: FloatArray, station: IntArray) -> Observation:
+    return Stations(points, station) if np.any(station) else Positions(points)
+
+
+def _stations(table: _Table) -> IntArray:
+    """The number of each row's station, from 0 in the order of their first rows."""
+    if _STATION not in table.columns:
+        return np.zeros(len(table.rows), dtype=np.intp)
+    index = table.columns[_STATION].number
+    names = [line[index].strip() for _, line in table.rows]
+    numbers = {name: k for k, name in enumerate(dict.fromkeys(names))}
+    return np.array([numbers[name] for name in names], dtype=np.intp)
 
 
 def _orientations(table: _Table) -> FloatArray | None:
@@ -258,11 +280,12 @@ def _long(table: _Table, q: FloatArray) -> Measured:
     names = [line[index].strip() for _, line in table.rows]
     targets = list(dict.fromkeys(names))
     xyz = np.stack([table.numbers(name, "m", may_be_empty=True) for name in _AXES], -1)
+    station = _stations(table)
     times: Counter[tuple[bytes, str]] = Counter()
     found: dict[tuple[bytes, int], int] = {}
     rows, first = [], []
     for k, name in enumerate(names):
-        at = q[k].tobytes()
+        at = q[k].tobytes() + station[k].tobytes()
         key = at, times[at, name]
         times[at, name] += 1
         if key not in found:
@@ -271,4 +294,4 @@ def _long(table: _Table, q: FloatArray) -> Measured:
         rows.append(found[key])
     points = np.full((len(found), len(targets), 3), np.nan)
     points[rows, [targets.index(name) for name in names]] = xyz
-    return Measured(q[first], Positions(points))
+    return Measured(q[first], _of_stations(points, station[first]))
