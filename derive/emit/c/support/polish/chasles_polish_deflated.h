@@ -79,8 +79,8 @@ static void chasles_polish_interpolated(const double *value, int degree,
     series->noise += DBL_EPSILON * series->most;
 }
 
-/* Whether a polynomial has no real root, nor one that is nearly real. */
-static int chasles_polish_is_free(const chasles_circle_series *series)
+/* Whether a polynomial of a degree has no real root, nor one that is nearly real. */
+static int chasles_polish_is_free(const chasles_circle_series *series, int degree)
 {
     const double radius = 0.5 * CHASLES_TURN / CHASLES_WIDE_CELLS;
     const double wide = 1.0 + CHASLES_NEARLY_REAL / radius;
@@ -99,7 +99,8 @@ static int chasles_polish_is_free(const chasles_circle_series *series)
             c[l] = chasles_circle_cosine[2 * (from + l)];
             s[l] = chasles_circle_cosine[(2 * (from + l) + 72) % CHASLES_CELLS];
         }
-        chasles_circle_taylor(series, (const double(*)[CHASLES_DEGREE + 1]) weight, c, s, t);
+        chasles_circle_taylor(series, degree, (const double(*)[CHASLES_DEGREE + 1]) weight, c, s,
+                              t);
         chasles_vector most = t[0] - t[0];
         CHASLES_UNROLL
         for (int k = CHASLES_TERMS - 1; k > 0; k--)
@@ -140,13 +141,14 @@ static int chasles_polish_are_all(const chasles_general_system *system, const do
                 return 0;
         }
     }
+    const int degree = CHASLES_DEGREE - count / 2;
     const double most = chasles_polish_quotients(system, root, count, quotient);
-    chasles_polish_interpolated(quotient, CHASLES_DEGREE - count / 2, &series);
+    chasles_polish_interpolated(quotient, degree, &series);
     if (!(series.noise < CHASLES_NOISE * series.most))
         return 0;
     if (!(most > CHASLES_VANISHED || series.noise < CHASLES_CLEAN * series.most))
         return 0;
-    return chasles_polish_is_free(&series);
+    return chasles_polish_is_free(&series, degree);
 }
 
 #endif

@@ -108,19 +108,18 @@ static int POLISH_NAME(is_folded)(const POLISH_NAME(search) * s, const POLISH_NA
                                   int k, double pivot)
 {
     const double residual = start->residual[k];
-    const double least = POLISH_SECOND * POLISH_DEVIATION;
     if (residual < POLISH_FOLD) {
         const double singular = POLISH_DOUBT * POLISH_DEVIATION;
         return !s->taken[k] || pivot < singular * singular;
     }
     if (residual < POLISH_REACH)
         return 1;
-    const double near = POLISH_NEARER * POLISH_DEVIATION,
-                 moved = POLISH_AMPLIFIED * POLISH_DEVIATIONS(1.0);
+    const double near = POLISH_NEARER * POLISH_DEVIATION;
+    const double moved = POLISH_AMPLIFIED * POLISH_DEVIATION;
     if (residual < POLISH_DEVIATIONS(10.0) && pivot < near * near)
         return 1;
-    return residual < POLISH_START && pivot < least * least &&
-           pivot * residual * residual < POLISH_DEVIATION * POLISH_DEVIATION * moved * moved;
+    return residual < POLISH_FARTHEST && pivot < POLISH_SECOND * POLISH_SECOND &&
+           pivot * residual * residual < moved * moved;
 }
 
 /* Begins branches on both sides of folds, one a lane, unless their solutions are known; whether it

@@ -98,7 +98,7 @@
  * deviations, for a second step as long as the first, up to which the deviation may bring the tool
  * back to the pose further along. Of those 870 poses, some ten are beyond both. */
 #define POLISH_FLAT_WAY 24.0
-#define POLISH_LEVEL 50.0
+#define POLISH_LEVEL 40.0
 /* rad: way from a fold to its solutions, and step beside that way, up to which an equation of
  * second order tells how many there are. */
 #define POLISH_LONGEST 0.5
@@ -107,12 +107,13 @@
 #define POLISH_SQUARED 0.01
 /* Part of the terms of this equation's discriminant that their errors may be. */
 #define POLISH_CLEAR 0.3
-/* Root of a pivot, in deviations, up to which a branch may be beside a second singularity though
- * the nominal arm misses the pose by far; and the displacement of the tool there, in deviations,
- * where that root is one deviation: it grows as the root falls. Up to ten deviations from the pose
- * the root may be NEARER. */
-#define POLISH_SECOND 3.0
-#define POLISH_AMPLIFIED 45.0
+/* Root of a pivot (rad) and residual up to which a branch may be beside a second singularity though
+ * the nominal arm misses the pose by far; and their product (m, rad) for a deviation of 1: the
+ * nearer the second singularity, the further the deviation moves the fold. Up to ten deviations
+ * from the pose the root may be NEARER, in deviations. */
+#define POLISH_SECOND 0.02
+#define POLISH_FARTHEST POLISH_DEVIATIONS(60.0)
+#define POLISH_AMPLIFIED (0.25 * (POLISH_LENGTH > 1.0 ? POLISH_LENGTH : 1.0))
 #define POLISH_NEARER 4.0
 
 #endif
