@@ -6,6 +6,7 @@ const CLOSED = 1e-12; // residual of the closures, in parts of the robot's size,
 const MOST_STEPS = 20; // iterations; a good start takes four
 const PROBE = 1e-6; // step of the numeric derivative [rad, parts of the robot's size]
 const STRIDE = 0.05; // largest move of a slider's coordinate at once [rad, parts of the robot's size]
+const NEAR = 3; // strides that a joint moves in one of a slider, beyond which it is another branch
 const SMALLEST_STRIDE = 1e-3; // part of a stride below which the loops are said not to close
 
 function product(A, B) {
@@ -165,7 +166,7 @@ class Kinematics {
 
   // Whether no joint jumped: a far solution is another branch.
   isNear(found, z) {
-    return this.free.every((k) => Math.abs(found[k] - z[k]) < 10 * STRIDE * this.robot.scales[k]);
+    return this.free.every((k) => Math.abs(found[k] - z[k]) < NEAR * STRIDE * this.robot.scales[k]);
   }
 }
 

@@ -17,7 +17,8 @@ FLAGS = (
     "--disable-dev-shm-usage",
     "--no-first-run",
     "--disable-background-networking",
-    "--window-size=640,480",
+    "--window-size=1000,700",
+    "--force-device-scale-factor=0.25",  # drawing in software takes most of the time
     "--remote-debugging-port=0",
     "--remote-allow-origins=*",
 )
@@ -77,17 +78,15 @@ class Chromium:
         self._mouse("mouseMoved", start)
         time.sleep(0.1)
         self._mouse("mousePressed", start)
-        for part in np.linspace(0, 1, 7)[1:]:
+        for part in np.linspace(0, 1, 4)[1:]:
             self._mouse("mouseMoved", np.add(start, part * np.subtract(end, start)))
             time.sleep(0.03)
         self._mouse("mouseReleased", end)
 
-    def click(self, point, count: int = 1) -> None:
-        """Clicks a point of the page, several times for a selection."""
-        self._mouse("mouseMoved", point)
-        for k in range(1, count + 1):
-            self._mouse("mousePressed", point, k)
-            self._mouse("mouseReleased", point, k)
+    def click(self, point) -> None:
+        """Clicks a point of the page."""
+        for kind in ("mouseMoved", "mousePressed", "mouseReleased"):
+            self._mouse(kind, point)
 
     def write(self, text: str) -> None:
         """Writes into what has the focus, and presses Enter."""
@@ -111,9 +110,9 @@ class Chromium:
         self.run("0")
         return [text for level, text in self.said if level in LOUD]
 
-    def _mouse(self, kind: str, point, clicks: int = 1) -> None:
+    def _mouse(self, kind: str, point) -> None:
         x, y = (float(own) for own in point)
-        pressed = {"button": "none" if kind == "mouseMoved" else "left", "clickCount": clicks}
+        pressed = {"button": "none" if kind == "mouseMoved" else "left", "clickCount": 1}
         self._ask("Input.dispatchMouseEvent", type=kind, x=x, y=y, buttons=1, **pressed)
 
     def _ask(self, method: str, **values) -> dict:

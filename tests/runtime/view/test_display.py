@@ -143,7 +143,7 @@ def test_loops_that_do_not_close_stop_the_robot_on_its_way():
 
 def test_a_loop_in_closed_form_that_does_not_close_leaves_the_posture():
     display = Display(chasles.load("excavator"))
-    found = display.at(display.start.q + [0, 9.0, 0, 0], display.start)
+    found = display.at(display.start.q + np.array([0, 9.0, 0, 0]), display.start)
     assert not found.closes
     assert found.q is display.start.q
 

@@ -45,6 +45,10 @@ def coordinates(browser) -> np.ndarray:
     return np.array(browser.run("coordinates()"), dtype=float)
 
 
+def moved(T, point) -> np.ndarray:
+    return T[:3, :3] @ point + T[:3, 3]
+
+
 def message(browser) -> str:
     return browser.run("document.getElementById('message').textContent")
 
@@ -104,8 +108,21 @@ def test_a_page_says_where_a_loop_does_not_close(browser, tmp_path):
     closes = browser.run("setCoordinates([3.1, 0.1, -3.1])")
     assert not closes
     assert "does not close" in message(browser)
-    here = Display(robot).at(coordinates(browser), Display(robot).start)
-    np.testing.assert_allclose(on_page(browser), here.bodies, atol=1e-6)
+    # It stands still on its way, with rods of their lengths.
+    display = Display(robot)
+    way = (coordinates(browser) - robot.reference.q) / np.subtract(
+        [3.1, 0.1, -3.1], robot.reference.q
+    )
+    np.testing.assert_allclose(way, way[0], atol=1e-9)
+    assert 0.1 < way[0] < 0.2
+    poses = on_page(browser)
+    for span in [body.span for body in display.skeleton.bodies if body.span]:
+        lengths = [
+            np.linalg.norm(np.subtract(*(moved(T[k], p) for k, p in ends)))
+            for T in (poses, display.start.bodies)
+            for ends in [list(zip(span.bodies, span.ends, strict=True))]
+        ]
+        assert lengths[0] == pytest.approx(lengths[1], abs=1e-9)
     browser.click(browser.middle("document.getElementById('home')"))
     np.testing.assert_allclose(coordinates(browser), robot.reference.q, atol=1e-12)
     assert message(browser) == ""
