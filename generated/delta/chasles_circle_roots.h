@@ -74,6 +74,21 @@ static const double chasles_circle_cosine[CHASLES_CELLS + 72] = {
 };
 /* clang-format on */
 
+/* Pascal's triangle, in rows that fill vectors. */
+#define CHASLES_PADDED 16
+static const double chasles_circle_pascal[CHASLES_TERMS][CHASLES_PADDED] = {
+    {1.0},
+    {1.0, 1.0},
+    {1.0, 2.0, 1.0},
+    {1.0, 3.0, 3.0, 1.0},
+    {1.0, 4.0, 6.0, 4.0, 1.0},
+    {1.0, 5.0, 10.0, 10.0, 5.0, 1.0},
+    {1.0, 6.0, 15.0, 20.0, 15.0, 6.0, 1.0},
+    {1.0, 7.0, 21.0, 35.0, 35.0, 21.0, 7.0, 1.0},
+    {1.0, 8.0, 28.0, 56.0, 70.0, 56.0, 28.0, 8.0, 1.0},
+    {1.0, 9.0, 36.0, 84.0, 126.0, 126.0, 84.0, 36.0, 9.0, 1.0},
+    {1.0, 10.0, 45.0, 120.0, 210.0, 252.0, 210.0, 120.0, 45.0, 10.0, 1.0}};
+
 /* The same angle between -pi and pi, pi included. */
 static double chasles_circle_wrapped(double angle)
 {
@@ -96,9 +111,9 @@ typedef struct {
         imaginary[CHASLES_MOST_ROOTS]; /* 0 for a root, else half the way between two that meet */
 } chasles_circle_roots;
 
-/* The Taylor series of a polynomial at the angles of these cosines and sines, in parts of a
- * radius: weight[k][m] is (m radius)^k / k! with the sign of the derivative. */
-CHASLES_INLINE void chasles_circle_taylor(const chasles_circle_series *series,
+/* The Taylor series of a polynomial of a degree at the angles of these cosines and sines, in parts
+ * of a radius: weight[k][m] is (m radius)^k / k! with the sign of the derivative. */
+CHASLES_INLINE void chasles_circle_taylor(const chasles_circle_series *series, int degree,
                                           const double (*weight)[CHASLES_DEGREE + 1],
                                           const double *c, const double *s, chasles_vector *t)
 {
@@ -109,7 +124,7 @@ CHASLES_INLINE void chasles_circle_taylor(const chasles_circle_series *series,
     t[0] = sine + series->a[0];
     for (int k = 1; k < CHASLES_TERMS; k++)
         t[k] = sine;
-    for (int m = 1; m <= CHASLES_DEGREE; m++) {
+    for (int m = 1; m <= degree; m++) {
         const chasles_vector next = cosine * c1 - sine * s1;
         sine = sine * c1 + cosine * s1;
         cosine = next;
@@ -144,22 +159,28 @@ static void chasles_circle_doubt(chasles_circle_roots *roots, double error)
     roots->unresolved = roots->unresolved || !(error < CHASLES_DOUBT);
 }
 
-/* Half of a part: side is -1 or 1. */
+/* Half of a part: side is -1 or 1. The term i of the half is side^i times the sum of (k over i)
+ * (side / 2)^k times the term k of the whole. */
 static void chasles_circle_half(const chasles_circle_part *whole, double side,
                                 chasles_circle_part *half)
 {
-    double power = 1.0;
-    *half = *whole;
+    double power = 1.0, terms[CHASLES_PADDED];
+    chasles_vector sum[CHASLES_PADDED / CHASLES_LANES] = {{0.0}}, row;
+    for (int k = 0; k < CHASLES_TERMS; k++) {
+        const double term = power * whole->t[k];
+        CHASLES_UNROLL
+        for (int b = 0; b < CHASLES_PADDED / CHASLES_LANES; b++) {
+            memcpy(&row, chasles_circle_pascal[k] + CHASLES_LANES * b, sizeof row);
+            sum[b] += term * row;
+        }
+        power *= 0.5 * side;
+    }
+    memcpy(terms, sum, sizeof terms);
+    half->noise = whole->noise;
     half->radius = 0.5 * whole->radius;
     half->from = whole->from + side * half->radius;
-    for (int i = 0; i < CHASLES_TERMS; i++) {
-        for (int k = CHASLES_TERMS - 2; k >= i; k--)
-            half->t[k] += 0.5 * side * half->t[k + 1];
-    }
-    for (int k = 0; k < CHASLES_TERMS; k++) {
-        half->t[k] *= power;
-        power *= 0.5;
-    }
+    for (int k = 0; k < CHASLES_TERMS; k++)
+        half->t[k] = k % 2 ? side * terms[k] : terms[k];
 }
 
 /* The series and its derivative at z. */
@@ -317,7 +338,7 @@ static void chasles_circle_real(chasles_circle_sampler sampler, const void *sour
     }
     roots->count = roots->unresolved = roots->parts = 0;
     for (int from = 0; from < CHASLES_CELLS; from += CHASLES_LANES) {
-        chasles_circle_taylor(series, (const double(*)[CHASLES_DEGREE + 1]) weight,
+        chasles_circle_taylor(series, CHASLES_DEGREE, (const double(*)[CHASLES_DEGREE + 1]) weight,
                               chasles_circle_cosine + from, chasles_circle_cosine + from + 72, t);
         chasles_vector most = t[0] - t[0];
         CHASLES_UNROLL

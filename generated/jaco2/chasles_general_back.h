@@ -203,13 +203,11 @@ static void chasles_general_triangles(const chasles_general_system *system,
     chasles_general_factored(system, &c, &s, R, &value);
 }
 
-/* Isolates the real roots of the determinant for a pose; whether no more of them may be hidden. */
-static int chasles_general_isolated(const chasles_general_six *six,
-                                    const chasles_general_split *split, const double *T,
-                                    chasles_general_system *system, chasles_circle_roots *roots)
+/* Isolates the real roots of the determinant; whether no more of them may be hidden. */
+static int chasles_general_isolated(const chasles_general_system *system,
+                                    chasles_circle_roots *roots)
 {
     chasles_circle_series series;
-    chasles_general_eliminate(six, split, T, system);
     chasles_general_interpolated(system, &series);
     roots->count = 0;
     if (!(series.noise < CHASLES_NOISE * series.most))

@@ -219,7 +219,8 @@ static int chasles_general_by_split(const chasles_general_six *six, const double
 {
     chasles_general_system system;
     chasles_circle_roots roots;
-    const int sure = chasles_general_isolated(six, split, T, &system, &roots);
+    chasles_general_eliminate(six, split, T, &system);
+    const int sure = chasles_general_isolated(&system, &roots);
     return chasles_general_by_roots(six, T, split, &system, &roots, found) && sure;
 }
 
