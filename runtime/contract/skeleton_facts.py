@@ -146,6 +146,8 @@ def skeleton_facts(entry: Entry, coordinates: int) -> SkeletonFacts:
             item["span"].fail("bodies that are no struts")
     tip = entry["tip"]
     size, posture = entry["size"].number(), entry.get("posture", []).numbers()
+    if posture and len(posture) != coordinates:
+        entry["posture"].fail(f"{coordinates} numbers")
     return SkeletonFacts(
         bodies, _below(tip["body"], len(bodies)), _rows(tip["placement"]), posture, size
     )
