@@ -13,6 +13,8 @@ from chasles.derive.latex.drawing.paper import HEIGHT, WIDTH, Paper, at
 
 TRUE = 1e-8
 """Drawn points and directions are rounded to nine digits of the robot's size."""
+EDGE = 1
+"""Free edge of a picture on both sides together (mm)."""
 LARGEST = 8000
 """Bytes of a figure: all of generated/ stays under 10 MB."""
 
@@ -54,8 +56,8 @@ def test_the_figure_names_each_coordinate_and_fits_the_page(name):
     assert f"\\draw[frame] {at(paper.at(np.zeros(3)))}" in text
     low, high = re.search(r"boundingbox (\S+) rectangle (\S+);", text).groups()
     (left, bottom), (right, top) = (map(float, p[1:-1].split(",")) for p in (low, high))
-    assert 0 < right - left <= WIDTH / 10
-    assert 0 < top - bottom <= HEIGHT / 10
+    assert 0 < right - left <= WIDTH / 10 + EDGE
+    assert 0 < top - bottom <= HEIGHT / 10 + EDGE
 
 
 @pytest.mark.parametrize("name", NAMES)
