@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..model.mechanism import Closure, Mechanism, Strut
-from ..model.tolerances import DRAWN_DIGITS, SAME_VIEW
+from ..model.tolerances import DRAWN_AS_ONE, DRAWN_DIGITS, SAME_POINT, SAME_VIEW
 from .posture import posture
 from .rigid_bodies import Array, CarryingJoint, HeldFrames, RigidBodies, Span, TreeBody
 
@@ -27,8 +27,6 @@ DETOUR = 1.6
 the straight one."""
 APART = 0.08
 """The most by which a symbol gives way to another, in parts of the robot's size."""
-SAME = 1e-6
-"""Points nearer than this part of the robot's size are drawn as one."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +118,7 @@ def _is_bare(rigid: RigidBodies, inner: int, outer: int) -> bool:
     outer_joint = rigid.bodies[outer].joint
     assert outer_joint is not None
     point = placement[:3, :3] @ outer_joint.at + placement[:3, 3]
-    return bool(np.linalg.norm(point - joint.at) < SAME)
+    return bool(np.linalg.norm(point - joint.at) < SAME_POINT)
 
 
 def _held(rigid: RigidBodies) -> set[int]:
@@ -315,7 +313,7 @@ class _Shapes:
             assert own is not None
             assert outer is not None
             there = body.placement[:3, :3] @ outer.at + body.placement[:3, 3]
-            if np.linalg.norm(there - own.at) > SAME * self.size:
+            if np.linalg.norm(there - own.at) > DRAWN_AS_ONE * self.size:
                 continue
             parent, placement = self.bodies[k].parent, self.bodies[k].placement
             back = self._along(parent, placement[:3, :3] @ own.axis, -1)
@@ -380,7 +378,7 @@ class _Shapes:
     def _distinct(self, points: Sequence[Array]) -> list[Array]:
         found: list[Array] = []
         for point in points:
-            if all(np.linalg.norm(point - other) > SAME * self.size for other in found):
+            if all(np.linalg.norm(point - other) > DRAWN_AS_ONE * self.size for other in found):
                 found.append(point)
         return found
 

@@ -1,6 +1,7 @@
 """Poses of a robot's bodies agree with its own functions, and with Pinocchio."""
 
 import itertools
+import json
 import random
 import time
 
@@ -10,6 +11,8 @@ from chains import random_chain
 from skeletons import described_skeleton
 
 import chasles
+from chasles.contract.json_entry import Entry
+from chasles.contract.skeleton_facts import skeleton_facts
 from chasles.drawing import skeleton
 from chasles.errors import ManifestError
 
@@ -196,3 +199,27 @@ def test_symbols_of_neighbours_are_apart():
             assert np.linalg.norm(a - b) > 0.02 * bodies.size
             checked += 1
     assert checked > 20
+
+
+WRONG = (
+    (lambda s: s["bodies"][1].update(parent=1), r"bodies\[1\].parent.*an index below 1"),
+    (lambda s: s["bodies"][2]["joint"].update(coordinate=6), "joint.coordinate.*below 6"),
+    (lambda s: s["bodies"][2]["joint"].update(kind="rubber"), 'joint.kind.*"revolute"'),
+    (lambda s: s["bodies"][0].update(s["bodies"][1]), "parent.*an index below 0"),
+    (lambda s: s["bodies"][1].pop("joint"), r"bodies\[1\].*a joint or a span"),
+    (lambda s: s["tip"].update(body=99), "tip.body.*an index below 7"),
+    (lambda s: s["tip"]["placement"].pop(), "tip.placement.*three rows of four numbers"),
+    (lambda s: s["bodies"][2]["shapes"][0].update(points=[[0, 1]]), "points.*three numbers"),
+    (lambda s: s.pop("size"), "has no 'size'"),
+    (lambda s: s.update(posture=[0.0]), "posture.*6 numbers"),
+)
+
+
+@pytest.mark.parametrize(("change", "message"), WRONG)
+def test_what_is_wrong_in_a_manifest_is_named(change, message):
+    manifest = chasles.load("ur5e").folder / "manifest.json"
+    entry = json.loads(manifest.read_text(encoding="utf-8"))["skeleton"]
+    assert skeleton_facts(Entry(manifest, "skeleton", entry), 6).tip == 6
+    change(entry)
+    with pytest.raises(ManifestError, match=message):
+        skeleton_facts(Entry(manifest, "skeleton", entry), 6)
