@@ -9,18 +9,21 @@ They need SciPy and more, `pip install 'chasles[study]'`.
 """
 
 from .cells import Cells, Measure
-from .exact import ExactWorkspace, exact_workspace
-from .planar_platform import (
+from .planar import (
+    ExactWorkspace,
+    OrientationRange,
     Orientations,
     PlanarRegion,
     constant_orientation,
     dexterous,
+    exact_workspace,
+    orientation_range,
     orientations,
     singular_places,
 )
+from .positions import ReachedPositions, positions
 from .reach import Reach, base_placement, evenly, reach
 from .samples import By, Samples
-from .turning_platform import OrientationRange, orientation_range
 from .workspace import Workspace, workspace
 
 __all__ = [
@@ -32,6 +35,7 @@ __all__ = [
     "Orientations",
     "PlanarRegion",
     "Reach",
+    "ReachedPositions",
     "Samples",
     "Workspace",
     "base_placement",
@@ -41,6 +45,7 @@ __all__ = [
     "exact_workspace",
     "orientation_range",
     "orientations",
+    "positions",
     "reach",
     "singular_places",
     "workspace",

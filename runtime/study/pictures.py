@@ -195,3 +195,37 @@ def plot_section(found: Any, ax: Any = None) -> Any:
     axes.set_title(f"{found.robot}: {size}")
     axes.grid(alpha=0.3)
     return axes
+
+
+def plot_positions(found: Any, ax: Any = None) -> Any:
+    """Draws positions of a tool at one orientation, from above and from the side.
+
+    Args:
+        found: The `ReachedPositions`.
+        ax: Two matplotlib axes; None: a new figure.
+
+    Returns:
+        The axes.
+    """
+    import matplotlib.pyplot as plt  # noqa: PLC0415
+
+    axes = ax
+    if axes is None:
+        figure, axes = plt.subplots(1, 2, layout="constrained", figsize=(7.4, 3.6))
+        volume = found.measure
+        figure.suptitle(f"{found.robot}: {volume.value:.3g} m³ ± {volume.error:.1g} m³")
+    lower, upper = found.cells.lower, found.cells.upper
+    for own, normal in zip(axes, (2, 1), strict=True):
+        across, up = (k for k in range(3) if k != normal)
+        thick = found.inside.sum(normal) * found.cells.side
+        image = own.imshow(
+            np.ma.masked_equal(thick, 0).T,
+            origin="lower",
+            extent=(lower[across], upper[across], lower[up], upper[up]),
+            cmap=_COLOURS,
+            interpolation="nearest",
+        )
+        own.set_xlabel(f"{'xyz'[across]} [m]")
+        own.set_ylabel(f"{'xyz'[up]} [m]")
+        own.figure.colorbar(image, ax=own, label=f"extent along {'xyz'[normal]} [m]", shrink=0.8)
+    return axes

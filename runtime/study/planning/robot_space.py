@@ -2,7 +2,9 @@
 
 A way between two postures is free for certain, not at samples: where the clearance of a posture is
 larger than any point of the robot can move on the way to the next one, nothing in between touches.
-Where it is not, the way is halved, down to a resolution at which it counts as blocked.
+Where it is not, the way is halved, down to a resolution at which it counts as blocked. Points of a
+serial robot move no further than their lever arms let them. How far loops move points has no such
+bound near dead points, so it is taken from the frames along each way itself.
 
 Source:
     T. Duff and others, Building an orthonormal basis, revisited, 2017, for frames along links;
@@ -30,8 +32,13 @@ BoolArray = NDArray[np.bool_]
 
 _RESOLUTION = 1e-3
 """Part of the box of the coordinates below which a way is not halved further."""
-_POSTURES, _STEP, _HALF_MORE = 2000, 1e-5, 1.5
-"""Postures, step [rad or m] and factor of the estimate of how far loops move points."""
+_STEP = 1e-5
+"""Step that shows which frames a joint moves [rad or m]."""
+_PARTS = 8
+"""Parts of a way at whose ends the frames of a robot with loops are asked."""
+_BETWEEN = 1.0
+"""How far a point may be from these places in between, in parts of the longest step from one to the
+next: on a smooth way half of its own step."""
 _POINT = 1e-9
 """Length [m] below which a capsule is a ball."""
 
@@ -102,7 +109,7 @@ class RobotSpace:
         checks: What is kept apart: an index into links, and one into obstacles or, counted from
             their number on, into links.
         travel: (checks, n) how far the two may approach each other at most, for a unit of each
-            coordinate [m].
+            coordinate [m]; None for a robot with loops.
     """
 
     robot: Any
@@ -111,7 +118,7 @@ class RobotSpace:
     lower: FloatArray
     upper: FloatArray
     checks: tuple[tuple[int, int], ...]
-    travel: FloatArray
+    travel: FloatArray | None
 
     def free(self, points: FloatArray) -> BoolArray:
         """Whether nothing touches at postures (m, n)."""
@@ -127,12 +134,36 @@ class RobotSpace:
             distances = self.distances(middle)
             if distances.min() <= 0:
                 return False
-            if (distances > self.travel @ half).all():
+            if (distances > self.approach(start, end)).all():
                 continue
             if half.max() < least:
                 return False
             ways += [(start, middle), (middle, end)]
         return True
+
+    def approach(self, a: FloatArray, b: FloatArray) -> FloatArray:
+        """How far the two of each check approach each other at most, from the middle of a way.
+
+        Args:
+            a: (n,) start of the straight way [rad or m].
+            b: (n,) its end.
+
+        Returns:
+            (checks,) distances [m]; inf where a loop is open on the way.
+        """
+        if self.travel is not None:
+            return np.asarray(self.travel @ (np.abs(b - a) / 2))
+        frames = _frames(self.robot, a + np.linspace(0, 1, _PARTS + 1)[:, None] * (b - a))
+        if not np.isfinite(frames).all():
+            return np.full(len(self.checks), np.inf)
+        steps = np.linalg.norm(np.diff(frames, axis=0), axis=-1).max(0)
+        away = np.linalg.norm(frames - frames[_PARTS // 2], axis=-1).max(0)
+        ends = away + _BETWEEN * steps
+        moves = np.maximum(ends[:-1], ends[1:])
+        first = len(self.obstacles)
+        return np.array(
+            [moves[i] + (moves[j - first] if j >= first else 0.0) for i, j in self.checks]
+        )
 
     def clearance(self, q: FloatArray) -> tuple[float, str]:
         """The least distance at a posture.
@@ -205,17 +236,17 @@ def robot_space(
     radii = np.broadcast_to(radii, lengths.shape)
     if not (radii > 0).all():
         raise InputValueError(f"radius: expected values above 0, got {radius}")
-    travel = _travel(robot, lengths, radii, lower, upper)
     first = len(obstacles)
     near = [(k, i) for k in range(len(lengths)) for i in range(first)]
     own = [(j, first + i) for i, j in _pairs(lengths, radii)]
     if not near + own:
         raise InputValueError(f"{robot.name}: there is nothing that its links could touch")
-    approach = [travel[k] for k, _ in near]
-    approach += [_between(robot, travel, i - first, j) for j, i in own]
-    return RobotSpace(
-        robot, tuple(obstacles), radii, lower, upper, tuple(near + own), np.array(approach)
-    )
+    travel = None
+    if not robot.loops:
+        moves = _travel(robot, lengths, radii)
+        apart = [_between(robot, moves, i - first, j) for j, i in own]
+        travel = np.array([moves[k] for k, _ in near] + apart)
+    return RobotSpace(robot, tuple(obstacles), radii, lower, upper, tuple(near + own), travel)
 
 
 def _pairs(lengths: FloatArray, radii: FloatArray) -> list[tuple[int, int]]:
@@ -231,8 +262,7 @@ def _pairs(lengths: FloatArray, radii: FloatArray) -> list[tuple[int, int]]:
 
 def _between(robot: Any, travel: FloatArray, i: int, j: int) -> FloatArray:
     """How far link j approaches link i, which is nearer to the base, for a unit of each joint."""
-    together = 0 if robot.loops else _axes(robot)[0] <= i
-    return np.where(together, 0, travel[i] + travel[j])
+    return np.where(_axes(robot)[0] <= i, 0, travel[i] + travel[j])
 
 
 def _frames(robot: Any, q: FloatArray) -> FloatArray:
@@ -247,28 +277,17 @@ def _longest(robot: Any, lower: FloatArray, upper: FloatArray) -> FloatArray:
     return np.asarray(np.nanmax(np.linalg.norm(np.diff(points, axis=1), axis=-1), axis=0))
 
 
-def _travel(
-    robot: Any, lengths: FloatArray, radii: FloatArray, lower: FloatArray, upper: FloatArray
-) -> FloatArray:
+def _travel(robot: Any, lengths: FloatArray, radii: FloatArray) -> FloatArray:
     """(links, n) how far a point of each link moves at most, for a unit of each coordinate [m]."""
-    if not robot.loops:
-        first, offset = _axes(robot)
-        turns = np.array([coordinate.unit == "rad" for coordinate in robot.coordinates])
-        travel = np.zeros((len(lengths), robot.n))
-        for k, j in np.ndindex(travel.shape):
-            # The far end of link k belongs to frame k + 1.
-            if first[j] <= k + 1:
-                beyond = offset[j] + lengths[first[j] : k + 1].sum() + radii[k]
-                travel[k, j] = beyond if turns[j] else 1.0
-        return travel
-    # A loop has no such bound near a dead point: the most at many postures, and half more.
-    q = np.random.default_rng(0).uniform(lower, upper, (_POSTURES, robot.n))
-    here = _frames(robot, q)
-    columns = []
-    for step in _STEP * np.eye(robot.n):
-        moved = np.nanmax(np.linalg.norm(_frames(robot, q + step) - here, axis=-1), axis=0) / _STEP
-        columns.append(np.maximum(moved[:-1], moved[1:]))
-    return _HALF_MORE * np.column_stack(columns)
+    first, offset = _axes(robot)
+    turns = np.array([coordinate.unit == "rad" for coordinate in robot.coordinates])
+    travel = np.zeros((len(lengths), robot.n))
+    for k, j in np.ndindex(travel.shape):
+        # The far end of link k belongs to frame k + 1.
+        if first[j] <= k + 1:
+            beyond = offset[j] + lengths[first[j] : k + 1].sum() + radii[k]
+            travel[k, j] = beyond if turns[j] else 1.0
+    return travel
 
 
 @lru_cache

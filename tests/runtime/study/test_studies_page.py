@@ -15,7 +15,7 @@ def test_the_examples_run(tmp_path, monkeypatch, capsys):
     matplotlib.use("Agg")
     monkeypatch.chdir(tmp_path)
     examples = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
-    assert len(examples) == 8
+    assert len(examples) == 9
     names = {}
     for example in examples:
         exec(compile(example, str(PAGE), "exec"), names)

@@ -7,8 +7,8 @@ from derivations import ROBOTS
 import chasles
 from chasles.derive import load, write
 from chasles.errors import InputValueError
-from chasles.study.annuli import Annulus, area, border
-from chasles.study.planar_platform import constant_orientation, dexterous, orientations
+from chasles.study.planar.annuli import Annulus, area, border
+from chasles.study.planar.planar_platform import constant_orientation, dexterous, orientations
 
 
 @pytest.mark.parametrize(

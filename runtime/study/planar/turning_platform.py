@@ -22,10 +22,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputValueError
+from ...errors import InputValueError
+from ..cells import Measure
 from .annuli import BorderArc
 from .arc_regions import ArcRegion, bounded
-from .cells import Measure
 from .planar_platform import constant_orientation
 
 FloatArray = NDArray[np.float64]

@@ -8,8 +8,8 @@ import pytest
 import chasles
 from chasles.errors import InputValueError
 from chasles.study import ExactWorkspace, exact_workspace, workspace
-from chasles.study.annuli import BorderArc
-from chasles.study.arc_regions import ArcRegion, swept
+from chasles.study.planar.annuli import BorderArc
+from chasles.study.planar.arc_regions import ArcRegion, swept
 
 NEAR = 0.01
 """Distance [m] from the border from which a place is reached in more than single postures."""

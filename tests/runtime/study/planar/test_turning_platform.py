@@ -8,9 +8,9 @@ import pytest
 import chasles
 from chasles.errors import InputValueError
 from chasles.study import constant_orientation, dexterous, orientation_range, singular_places
-from chasles.study.annuli import Annulus
-from chasles.study.planar_platform import PlanarRegion
-from chasles.study.turning_platform import _inclusive, _Leg, _total
+from chasles.study.planar.annuli import Annulus
+from chasles.study.planar.planar_platform import PlanarRegion
+from chasles.study.planar.turning_platform import _inclusive, _Leg, _total
 
 
 def legs(rng, width):

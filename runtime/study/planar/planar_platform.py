@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import InputValueError
-from ..velocity.singular_ways import SingularityCurves
+from ...errors import InputValueError
+from ...velocity.singular_ways import SingularityCurves
+from ..cells import Cells, cells_of
 from .annuli import Annulus, BorderArc, area, border
-from .cells import Cells, cells_of
 
 FloatArray = NDArray[np.float64]
 
@@ -70,7 +70,7 @@ class PlanarRegion:
         Returns:
             The axes.
         """
-        from .pictures import plot_region  # noqa: PLC0415
+        from ..pictures import plot_region  # noqa: PLC0415
 
         return plot_region(self, ax, singular)
 

@@ -22,8 +22,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputValueError
-from ..tolerances import SAME_ARC
+from ...errors import InputValueError
+from ...tolerances import SAME_ARC
 from .annuli import BorderArc
 from .arc_regions import ArcRegion, common, swept
 
@@ -89,7 +89,7 @@ class ExactWorkspace:
 
     def plot(self, ax: Any = None) -> Any:
         """Draws the section's border; returns the matplotlib axes."""
-        from .pictures import plot_section  # noqa: PLC0415
+        from ..pictures import plot_section  # noqa: PLC0415
 
         return plot_section(self, ax)
 

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..tolerances import BESIDE, SAME_ARC, TANGENT
+from ...tolerances import BESIDE, SAME_ARC, TANGENT
 from .annuli import BorderArc
 
 FloatArray = NDArray[np.float64]

@@ -1,0 +1,102 @@
+"""Positions of platforms at one orientation against shells of legs and an integral over joints."""
+
+import itertools
+
+import numpy as np
+import pytest
+from scipy.stats import qmc
+
+import chasles
+from chasles.errors import InputValueError, OutOfReachError, ShapeError
+from chasles.screws import exp_rotation
+from chasles.study import positions
+
+
+def lengths(robot, places, R):
+    """(m, 6) lengths of a platform's legs, from the ends of its rods."""
+    T = np.tile(np.eye(4), (len(places), 1, 1))
+    T[:, :3, :3], T[:, :3, 3] = R, places
+    return robot.ik(T).q[:, 0]
+
+
+@pytest.fixture(scope="module")
+def hexapod():
+    return chasles.load("stewart_gough")
+
+
+def test_six_shells(hexapod):
+    """A leg between its limits leaves a shell: the workspace is what six of them have in common."""
+    rng, checked = np.random.default_rng(1), 0
+    q_0 = np.array(hexapod.reference.q)
+    T_0 = hexapod.fk(q_0)
+    for turn in rng.uniform(-0.2, 0.2, (4, 3)):
+        R = exp_rotation(turn) @ T_0[:3, :3]
+        found = positions(hexapod, R, finest=64)
+        # From three places the centre of each leg's sphere: q = |p - c| - l.
+        places = T_0[:3, 3] + rng.uniform(-0.05, 0.05, (40, 3))
+        shells = [shell(places, column) for column in lengths(hexapod, places, R).T]
+        box = found.cells.upper - found.cells.lower
+        points = found.cells.lower + box * qmc.Sobol(3, rng=np.random.default_rng(2)).random(2**16)
+        inside = np.ones(len(points), dtype=bool)
+        for centre, least in shells:
+            d = np.linalg.norm(points - centre, axis=1)
+            inside &= (d >= least) & (d <= least + 0.16)
+        volume = inside.mean() * box.prod()
+        assert abs(found.measure.value - volume) < found.measure.error
+        assert abs(found.measure.value - volume) < 0.03 * volume
+        own = found.inside.ravel()[found.cells.index(points)]
+        assert (own != inside).mean() < 0.05
+        assert (points[inside].min(0) >= found.extents[0] - found.cells.side).all()
+        assert (points[inside].max(0) <= found.extents[1] + found.cells.side).all()
+        checked += inside.sum()
+    assert checked > 4000
+
+
+def shell(places, q):
+    """Centre and least radius of a sphere's shell from q = |p - c| - l, by least squares.
+
+    (q + l)^2 = |p|^2 - 2 p c + |c|^2 is linear in l, c and |c|^2 - l^2.
+    """
+    terms = np.column_stack([2 * places, 2 * q, np.ones(len(q))])
+    x, y, z, least, _ = np.linalg.lstsq(terms, (places**2).sum(1) - q**2, rcond=None)[0]
+    return np.array([x, y, z]), least
+
+
+def test_a_delta_robot_by_the_integral_over_its_joints():
+    delta = chasles.load("delta")
+    found = positions(delta, finest=128)
+    unit = qmc.Sobol(3, rng=np.random.default_rng(3)).random(2**14)
+    q = delta.lower + unit * (delta.upper - delta.lower)
+    T, J = delta.fk_jacobian_mixed(q)
+    closed = np.isfinite(T[:, 0, 3])
+    volumes = np.where(closed, np.abs(np.linalg.det(np.nan_to_num(J[:, :3]))), 0)
+    volume = volumes.mean() * np.prod(delta.upper - delta.lower)
+    assert abs(found.measure.value - volume) < found.measure.error
+    assert found.measure.value == pytest.approx(volume, rel=0.03)
+    beyond = found.cells.index(T[closed, :3, 3])
+    assert found.inside.ravel()[beyond].mean() > 0.95
+
+
+def test_finer_cells_agree_and_errors_shrink(hexapod):
+    found = [positions(hexapod, finest=n).measure for n in (32, 64, 128)]
+    for rough, fine in itertools.pairwise(found):
+        assert abs(rough.value - fine.value) < rough.error
+        assert fine.error < 0.6 * rough.error
+
+
+def test_data_and_picture(hexapod, tmp_path):
+    pytest.importorskip("matplotlib").use("Agg")
+    found = positions(hexapod, finest=32)
+    found.to_npz(tmp_path / "positions.npz")
+    with np.load(tmp_path / "positions.npz") as file:
+        assert np.array_equal(file["inside"], found.inside)
+    assert found.plot()[1].get_ylabel() == "z [m]"
+
+
+def test_errors(hexapod):
+    with pytest.raises(InputValueError, match="expected finest 32 times a power of two, got 100"):
+        positions(hexapod, finest=100)
+    with pytest.raises(ShapeError, match=r"expected R_0_ee \(3, 3\)"):
+        positions(hexapod, np.eye(4))
+    with pytest.raises(OutOfReachError, match="stewart_gough: no box around the reached"):
+        positions(hexapod, exp_rotation([3.0, 0, 0]), seed=[5, 0, 0])
