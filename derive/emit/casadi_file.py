@@ -10,6 +10,7 @@ from ..derivation import Derivation
 from ..program.programs import Programs
 from ..terms.casadi_graph import whole
 from .casadi_loops import with_loops
+from .casadi_parametric import with_geometry
 
 POSITIONS = frozenset(
     {
@@ -18,16 +19,19 @@ POSITIONS = frozenset(
     }
 )
 """Roles of functions of positions, which follow from no other function by differentiation."""
+OF_GEOMETRY = "parametric pose"
+"""The role of such a function that is derived on demand."""
 
 
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
     """The file that ``casadi.Function.load`` reads, by name.
 
     It holds a single CasADi function, whose outputs are the functions with roles in
-    :data:`POSITIONS`; CasADi differentiates them. If none of these was derived, there is no file.
+    :data:`POSITIONS`, and ``fk_p(q, p)`` where it was asked for; CasADi differentiates
+    them. If none of these was derived, there is no file.
     CasADi prints its own graph, so that the programs are not needed.
     """
-    kept = [f for f in derivation.functions if f.role.name in POSITIONS]
+    kept = [f for f in derivation.functions if f.role.name in (*POSITIONS, OF_GEOMETRY)]
     if not kept:
         return {}
     name = derivation.robot.name
@@ -36,6 +40,8 @@ def files(derivation: Derivation, _: Programs) -> dict[str, str]:
         if derivation.closure is None
         else with_loops(derivation, derivation.closure, kept)
     )
+    if derivation.parametric_loops is not None:
+        joined = with_geometry(derivation.parametric_loops, joined, kept)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "function.casadi"
         joined.save(str(path))
