@@ -21,6 +21,8 @@
  * than this part of the greatest coefficient. */
 #define CHASLES_WIDE_CELLS 48
 #define CHASLES_WIDE_LEFT 1e-11
+/* Halvings of such a cell, to 1e-3 rad: beyond, a root is about real. */
+#define CHASLES_WIDE_HALVINGS 6
 
 /* The determinant over the products, at the samples; the greatest of the determinant's. */
 static double chasles_polish_quotients(const chasles_general_system *system, const double *root,
@@ -115,7 +117,7 @@ static int chasles_polish_is_free(const chasles_circle_series *series, int degre
             part.from = 2.0 * radius * (from + l), part.radius = radius, part.noise = noise;
             for (int k = 0; k < CHASLES_TERMS; k++)
                 part.t[k] = t[k][l];
-            chasles_circle_divided(&part, CHASLES_HALVINGS, &roots);
+            chasles_circle_divided(&part, CHASLES_WIDE_HALVINGS, &roots);
             if (roots.unresolved || !(most[l] < DBL_MAX))
                 return 0;
             for (int k = 0; k < roots.count; k++) {
