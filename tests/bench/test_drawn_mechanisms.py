@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 import sympy as sp
 
+import chasles
 from bench.accuracy.mechanism_branches import FAULTS, half_way, judged
 from bench.accuracy.multi_start import Multistart
 from bench.cases.drawn_mechanisms import FAMILIES, drawn_mechanism
-from chasles.derive import RobotError, derive, mobility
+from chasles.derive import RobotError, derive, mobility, write
+from chasles.derive.model.placements import Translation
 
 INPUTS = 6
 FIRST = 520
@@ -80,6 +82,23 @@ def test_three_cranks_move_in_parallel_and_are_rigid_when_crossed(seed, crossed)
     rigid = replace(drawn.mechanism, reference=tuple((reference | values).items()))
     with pytest.raises(RobotError, match="0 degrees of freedom: its loops hold every body"):
         derive(rigid)
+
+
+def test_a_universal_joint_whose_axes_do_not_meet_is_followed(tmp_path):
+    plain = drawn_mechanism(12).mechanism
+    aside = Translation((sp.Rational(5, 1000) * sp.nsimplify(Multistart(plain).size), 0, 0))
+    joints = tuple(
+        replace(j, before=(aside, *j.before)) if j.name == "u2" else j for j in plain.joints
+    )
+    mechanism = replace(plain, joints=joints)
+    write(mechanism, tmp_path / "aside", ["configuration", "fk"])
+    robot = chasles.load(tmp_path / "aside")
+    assert robot.solution == "newton"
+    q = robot.reference.q + np.random.default_rng(0).uniform(-0.1, 0.1, (200, robot.n))
+    z = robot.configuration(q)
+    names = [variable.name for variable in robot.configuration_variables]
+    gaps = Multistart(mechanism).gaps(dict(zip(names, z.T, strict=True)))
+    assert gaps.max() < 1e-12
 
 
 def _nearest(numbers, modes, mode):
