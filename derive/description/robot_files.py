@@ -46,6 +46,9 @@ __all__ = ["DescriptionError", "load", "loads"]
 
 SUFFIX = ".toml"
 
+_ROBOTS = Path(__file__).parents[1] / "robots"
+"""The robots of chasles, with the shelf in them."""
+
 
 def load(
     path: str | Path, conventions: Sequence[Convention] = CONVENTIONS, exact: bool = False
@@ -112,18 +115,24 @@ def loads(
 def _with_nominal(file: TomlFile, robot: Mechanism, conventions: Sequence[Convention]) -> Mechanism:
     """The robot with the nominal robot that its file names."""
     keys = ("nominal",)
-    path = Path(file.file).parent / file.string(keys, "")
     try:
-        nominal = load(path, conventions)
+        nominal = load(_designed(file.file, file.string(keys, "")), conventions)
         if not isinstance(nominal, Mechanism) or nominal.nominal is not None:
             file.fail(keys, "the file of a robot with loops that names no nominal robot itself")
         return replace(robot, nominal=nominal)
     except DescriptionError as error:
         if error.field == "nominal" and error.file == file.file:
             raise
-        file.fail(keys, f"a robot file beside this one ({error})")
+        file.fail(keys, f"a robot file beside this one, or a robot's name ({error})")
     except RobotError as error:
         file.fail(keys, f"the file of the robot as designed ({error})")
+
+
+def _designed(file: str, name: str) -> Path:
+    """The file of the robot as designed: one beside a file, or that of a robot of chasles."""
+    beside = Path(file).parent / name
+    known = (folder / f"{name}.toml" for folder in (_ROBOTS, _ROBOTS / "shelf"))
+    return next((path for path in (beside, *known) if path.is_file()), beside)
 
 
 def _extended(heir: TomlFile) -> TomlFile:
