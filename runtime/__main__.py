@@ -116,7 +116,9 @@ def _calibrate(options: argparse.Namespace) -> int:
         _write_report(found, options.report, held_back)
     if options.to:
         source = f"{robot.source}; identified from {options.measurements.name}"
-        text = calibration.robot_file(robot, found.p, options.to.stem, source)
+        design = Path(options.robot)
+        nominal = str(design.resolve()) if design.is_file() else options.robot
+        text = calibration.robot_file(robot, found.p, options.to.stem, source, nominal)
         options.to.write_text(text, encoding="utf-8")
         print(f"\nwritten: {options.to}")
         if "[[transmissions]]" in text:

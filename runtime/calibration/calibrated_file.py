@@ -17,12 +17,12 @@ from ..contract.facts import Coordinate
 from ..errors import InputValueError
 from .calibrated_mechanism import mechanism_text
 from .drives import transmissions_text
-from .parameters import nominal
+from .parameters import nominal as nominal_of
 
 FloatArray = NDArray[np.float64]
 
 
-def robot_file(robot: Any, p: FloatArray, name: str, source: str) -> str:
+def robot_file(robot: Any, p: FloatArray, name: str, source: str, nominal: str = "") -> str:
     """The text of a robot file.
 
     Args:
@@ -30,6 +30,8 @@ def robot_file(robot: Any, p: FloatArray, name: str, source: str) -> str:
         p: Its identified geometry.
         name: Name of the calibrated robot.
         source: Origin of the numbers, for the file.
+        nominal: Name or file of the nominal robot, from which the inverse of a robot with loops is
+            led; without it lengths on a grid are tried.
 
     Gains and waves of drives are written as transmissions: the functions of the calibrated robot
     take true coordinates, and its `joints_from_motors` and `motors_from_joints` convert.
@@ -49,9 +51,10 @@ def robot_file(robot: Any, p: FloatArray, name: str, source: str) -> str:
             "without compliance, or set them to 0 in p and call the calibrated robot at "
             "q + compliance tau(q), with tau the torques of gravity"
         )
-    straight = np.where([g.part == "transmission" for g in robot.geometry], nominal(robot), p)
+    drives = [g.part == "transmission" for g in robot.geometry]
+    straight = np.where(drives, nominal_of(robot), p)
     if robot.kind != "serial":
-        text = mechanism_text(robot, straight, name, source, _rpy)
+        text = mechanism_text(robot, straight, name, source, nominal, _rpy)
         return text + transmissions_text(robot, p, math.degrees(1))
     return _chain_text(robot, straight, name, source) + transmissions_text(robot, p, 1.0)
 

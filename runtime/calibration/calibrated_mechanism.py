@@ -21,7 +21,9 @@ _DEGREE = 13
 """Decimals of a degree that are written: 2e-15 rad, so that right angles stay right."""
 
 
-def mechanism_text(robot: Any, p: FloatArray, name: str, source: str, rpy: Any) -> str:
+def mechanism_text(
+    robot: Any, p: FloatArray, name: str, source: str, nominal: str, rpy: Any
+) -> str:
     """The text of a robot file of a robot with loops.
 
     Args:
@@ -29,6 +31,7 @@ def mechanism_text(robot: Any, p: FloatArray, name: str, source: str, rpy: Any) 
         p: Its identified geometry.
         name: Name of the calibrated robot.
         source: Origin of the numbers, for the file.
+        nominal: Name or file of the nominal robot; "" where the file shall name none.
         rpy: Roll, pitch and yaw (3,) of a rotation matrix [rad].
     """
     texts = {
@@ -41,7 +44,8 @@ def mechanism_text(robot: Any, p: FloatArray, name: str, source: str, rpy: Any) 
         texts[f"xyz_{k}"] = _row(np.round(T[:3, 3], _METRE))
         texts[f"rpy_{k}"] = _row(np.round(np.degrees(rpy(T[:3, :3])), _DEGREE))
         texts[f"x_{k}"] = repr(float(T[0, 3]))
-    return Template(robot._robot_file).substitute(texts)
+    text = Template(robot._robot_file).substitute(texts)
+    return f"nominal = {json.dumps(nominal)}\n{text}" if nominal else text
 
 
 def _has_turned(robot: Any, p: FloatArray) -> bool:

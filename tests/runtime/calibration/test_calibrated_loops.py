@@ -1,5 +1,6 @@
 """Robots with loops: derivatives by parameters, identification, and the robot file that is made."""
 
+import casadi as ca
 import numpy as np
 import pytest
 from derivations import ROBOTS
@@ -9,7 +10,7 @@ import chasles
 from chasles import screws
 from chasles.calibration import Poses, identify, random_arms, robot_file, tool_errors
 from chasles.calibration.problem import OUTLYING
-from chasles.derive import load, write
+from chasles.derive import RobotError, casadi_function, load, loads, write
 from chasles.derive.chain.parametric import PARAMETRIC
 
 STEP = 1e-5
@@ -143,14 +144,45 @@ def test_lengths_in_proportion_are_not_told_apart(tmp_path):
     assert_allclose(larger, 0, atol=1e-13)
 
 
-def test_the_file_describes_the_robot_that_was_identified(made, tmp_path):
-    robot, random = made("four_bar"), np.random.default_rng(5)
+@pytest.mark.parametrize("name", ["four_bar", "slider_crank"])
+def test_the_file_describes_the_robot_that_was_identified(made, name, tmp_path):
+    robot, random = made(name), np.random.default_rng(5)
     p = drawn(robot, random, 5e-4)
+    drives = np.array([item.part == "transmission" for item in robot.geometry])
+    p[drives] += random.uniform(-1e-3, 1e-3, drives.sum())
     path = tmp_path / "mine.toml"
     path.write_text(robot_file(robot, p, "mine", "a test"))
-    write(load(path), tmp_path / "mine", ["fk"])
-    q = around(robot, random, 200)
-    assert_allclose(chasles.load(tmp_path / "mine").fk(q), robot.fk_p(q, p), atol=1e-13)
+    converted = ["joints_from_motors", "motors_from_joints"]
+    write(load(path), tmp_path / "mine", ["fk", "chain", "actuators", *converted])
+    mine, m = chasles.load(tmp_path / "mine"), around(robot, random, 200)
+    q, T = mine.joints_from_motors(m), robot.fk_p(m, p)
+    closed = np.isfinite(T).all((-2, -1))
+    assert closed.sum() > 150
+    assert_allclose(mine.motors_from_joints(q), m, atol=1e-14)
+    assert_allclose(mine.fk(q)[closed], T[closed], atol=1e-12)
+    assert_allclose(mine.actuators(mine.chain(q))[closed], q[closed], atol=1e-12)
+
+
+def test_the_design_leads_the_inverse_where_the_file_names_it(made, tmp_path):
+    robot, random = made("five_bar"), np.random.default_rng(5)
+    text = robot_file(robot, drawn(robot, random, 5e-4), "mine", "a test", "five_bar")
+    mine = loads(text, str(tmp_path / "mine.toml"))
+    assert mine.nominal == load(ROBOTS / "five_bar.toml")
+    with pytest.raises(RobotError, match="or a robot file beside this one"):
+        loads(text.replace('nominal = "five_bar"', 'nominal = "no_bar"'))
+
+
+def test_casadi_closes_the_loops_of_any_geometry(tmp_path):
+    write(load(ROBOTS / "four_bar.toml"), tmp_path, ["fk_p", "identification_jacobian"])
+    robot, random = chasles.load(tmp_path), np.random.default_rng(6)
+    function = casadi_function(tmp_path, "fk_p")
+    q, p = (ca.MX.sym(name, size) for name, size in (("q", robot.n), ("p", len(robot.geometry))))
+    by_p = ca.Function("by_p", [q, p], [ca.jacobian(function(q, p)[:3, 3], p)])
+    for at in around(robot, random, 10):
+        geometry = drawn(robot, random, 1e-3)
+        assert_allclose(np.array(function(at, geometry)), robot.fk_p(at, geometry), atol=1e-14)
+        J = robot.identification_jacobian(at, geometry)[:3]
+        assert_allclose(np.array(by_p(at, geometry)), J, atol=1e-12)
 
 
 def test_errors_from_tolerances_are_those_of_drawn_robots(made):
