@@ -1,7 +1,8 @@
-"""``python -m bench studies``: workspaces, reach, a process and motions, beside plain loops.
+"""``python -m bench studies``: workspaces, reach, motions and plans, beside plain loops.
 
 The loops of the peers do the same work on fewer postures: kinematics of a posture and its cell in
-the grid, or an inverse of a pose within limits. Their time is stated for one posture.
+the grid, or an inverse of a pose within limits. Their time is stated for one posture, or one sample
+of a motion.
 """
 
 import resource
@@ -15,6 +16,8 @@ from rich.table import Table
 import chasles
 from chasles.study import evenly, reach, workspace
 from chasles.study.cells import cells_of
+from chasles.study.motion import Motion, Sequence, law, line, time_optimal
+from chasles.study.planning import ball, block, roadmap, robot_space
 
 from ..cases.arms import ARMS
 from ..peers.forward import Call, pinocchio, toolbox
@@ -25,6 +28,10 @@ LOOPED = 20_000
 ASKED = 200
 """Poses of a peer's inverse."""
 SIDE, ORIENTATIONS = 50, 20
+HOME = np.array([0, -1, 1.2, -0.4, 0.5, 0])
+AWAY = np.array([0.3, 0.2, -0.2, 0.1, 0.2, 0.3])
+LINED, PROCESS = 1000, 4901
+"""Samples of a line, and of the well manipulator's process."""
 
 
 def run(samples: int) -> int:
@@ -49,10 +56,78 @@ def run(samples: int) -> int:
     count = cells.count * ORIENTATIONS
     own = _seconds(lambda: reach(arm, cells, evenly(ORIENTATIONS))) / count
     _row(table, "reach of ur5e: Robotics Toolbox ik_LM, one solution", own, count, _asked())
+    _motions(table, arm)
+    _plans(table, arm)
     out.print(table)
     most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     out.print(f"memory of the process at most: {most:.0f} MB")
     return 0
+
+
+def _motions(table: Table, arm: chasles.Robot) -> None:
+    """A straight line with rates and accelerations, its fastest law, and the 49 s of a paper."""
+    way = line(arm.fk(HOME), arm.fk(HOME + AWAY))
+    motion = Motion(arm, way, law("quintic", way.length, duration=1), HOME)
+    motion.sample(LINED)
+    own = _seconds(lambda: motion.sample(LINED)) / LINED
+    _row(table, "line of ur5e: Robotics Toolbox ctraj, ik_LM, no rates", own, LINED, _lined())
+    own = _seconds(lambda: time_optimal(motion, rates=2.0, accelerations=8.0))
+    _row(table, "its fastest law, 400 nodes", own, 1)
+    well = chasles.load("well_manipulator")
+    process(well)
+    own = _seconds(lambda: process(well).sample(100)) / PROCESS
+    _row(table, "49 s of well_manipulator", own, PROCESS)
+
+
+def process(robot: chasles.Robot) -> Sequence:
+    """The process of the well manipulator's paper, section 5."""
+    initial = np.radians([0, 88.79, -49.2, 0, -86.76, 0, -40.62])
+    turned = initial + np.radians([30, 0, 0, 0, 0, 0, 0])
+    ready = np.array([[0, 1, 0, 1.237], [0, 0, -1, 0], [-1, 0, 0, 1.02], [0, 0, 0, 1]])
+    middle, low = ready.copy(), ready.copy()
+    middle[2, 3], low[2, 3] = 1.02 - 2.166, 1.02 - 4.332
+    rest = ("theta1", "l_HI", "l_MN")
+    near = robot.actuators(np.radians([0, 88.79, -11.3, 0, -129.8, 0, -35.6]))
+    at_25 = robot.chain(robot.ik_numeric(ready, near, lock=("theta2", *rest)).q)
+    return (
+        Sequence(robot, robot.actuators(initial))
+        .move(turned, "constant", of="chain", duration=5)
+        .hold(5)
+        .move(initial, "constant", of="chain", duration=5)
+        .move(at_25, "constant", of="chain", duration=10)
+        .hold(2)
+        .follow(line(ready, middle), "constant", lock=("theta2", *rest), duration=10)
+        .hold(2)
+        .follow(line(middle, low), "constant", lock=rest, redundancy="minimum_norm", duration=10)
+    )
+
+
+def _lined() -> float:
+    """Seconds a sample of a line by the Robotics Toolbox, from the sample before."""
+    model = rtb.models.DH.UR5()
+    poses = rtb.ctraj(model.fkine(HOME), model.fkine(HOME + AWAY), LINED)
+
+    def work() -> None:
+        q = HOME
+        for T in poses:
+            q = model.ik_LM(T.A, q0=q)[0]
+
+    return _seconds(work) / LINED
+
+
+def _plans(table: Table, arm: chasles.Robot) -> None:
+    """Plans of an arm among obstacles, and distances at postures."""
+    floor = np.eye(4)
+    floor[2, 3] = -0.2
+    space = robot_space(arm, [ball([0.4, 0.3, 0.5], 0.1), block(floor, [2, 2, 0.1])], radius=0.05)
+    drawn = np.random.default_rng(2).uniform(-np.pi, np.pi, (400, arm.n))
+    free = drawn[space.free(drawn)][:20]
+    own = _seconds(lambda: [space.distances(q) for q in free]) / len(free)
+    _row(table, "distances of ur5e among obstacles", own, len(free))
+    pairs = list(zip(free[::2], free[1::2], strict=True))
+    made = roadmap(space, 150, key=1)
+    own = _seconds(lambda: [made.plan(a, b) for a, b in pairs]) / len(pairs)
+    _row(table, "plans of ur5e, roadmap of 150 samples", own, len(pairs))
 
 
 def _warm() -> None:

@@ -229,3 +229,44 @@ def plot_positions(found: Any, ax: Any = None) -> Any:
         own.set_ylabel(f"{'xyz'[up]} [m]")
         own.figure.colorbar(image, ax=own, label=f"extent along {'xyz'[normal]} [m]", shrink=0.8)
     return axes
+
+
+def plot_reach(found: Any, ax: Any = None) -> Any:
+    """Draws the part of the orientations that are reached, and what stops the others.
+
+    A view shows the mean over the cells behind each other in which some orientation is reached.
+
+    Args:
+        found: The `Reach` of cells.
+        ax: Three matplotlib axes; None: a new figure.
+
+    Returns:
+        The axes.
+    """
+    import matplotlib.pyplot as plt  # noqa: PLC0415
+
+    share = np.ma.masked_equal(found.grid(), 0)
+    axes = ax
+    if axes is None:
+        figure, axes = plt.subplots(1, 3, layout="constrained", figsize=(9.6, 3.4))
+        figure.suptitle(f"{found.robot}: {found.reached.mean():.1%} of the poses are reached")
+    lower, upper = found.cells.lower, found.cells.upper
+    for own, normal in zip(axes, (2, 1), strict=False):
+        across, up = (k for k in range(3) if k != normal)
+        image = own.imshow(
+            100 * share.mean(normal).T,
+            origin="lower",
+            extent=(lower[across], upper[across], lower[up], upper[up]),
+            cmap=_COLOURS,
+            interpolation="nearest",
+            vmin=0,
+            vmax=100,
+        )
+        own.set_xlabel(f"{'xyz'[across]} [m]")
+        own.set_ylabel(f"{'xyz'[up]} [m]")
+    axes[1].figure.colorbar(image, ax=axes[1], label="orientations reached [%]", shrink=0.8)
+    counts = found.stopped_by()
+    axes[2].barh(list(counts), list(counts.values()), color=_COLOUR_BLIND[0])
+    axes[2].invert_yaxis()
+    axes[2].set_xlabel("poses stopped by its limit")
+    return axes

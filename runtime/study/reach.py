@@ -80,6 +80,23 @@ class Reach:
             raise InputValueError("Reach.grid: the places were given one by one, not as Cells")
         return self.share.reshape(self.cells.shape)
 
+    def plot(self, ax: Any = None) -> Any:
+        """Draws the part of the orientations that are reached, and which limits stop the others.
+
+        Args:
+            ax: Three matplotlib axes: cells seen from above and from the side, and the limits;
+                None: a new figure.
+
+        Returns:
+            The axes.
+
+        Raises:
+            InputValueError: The places are no cells.
+        """
+        from .pictures import plot_reach  # noqa: PLC0415
+
+        return plot_reach(self, ax)
+
     def to_npz(self, path: str | os.PathLike[str]) -> None:
         """Writes counts and limits to a compressed file that NumPy reads."""
         arrays: dict[str, Any] = {"solutions": self.solutions, "stopped": self.stopped}

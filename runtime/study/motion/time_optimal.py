@@ -12,6 +12,7 @@ Source:
 from __future__ import annotations
 
 import logging
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -30,6 +31,13 @@ _FINER = 10
 """Samples between two nodes at which limits are checked."""
 _REFINEMENTS = 3
 """Rounds in which samples are added near the largest values."""
+_ROUNDS = 4
+"""Grids at most; each has further nodes where the law of the one before exceeds a limit."""
+_CLOSEST = 1e-5
+"""Distance of nodes, in parts of the curve, that is not halved: rounding of rates over less than
+that would become accelerations."""
+_LOCAL = 1.01
+"""Factor of time that is given to the whole motion rather than to a finer grid."""
 _HIDDEN = 1.0
 """How far a peak may stand above the samples beside it, in parts of the step between them."""
 _BEFORE = 1e-9
@@ -74,13 +82,31 @@ def time_optimal(
         tool_speed is not None and not tool_speed > 0
     ):
         raise InputValueError("time_optimal: expected limits above 0")
-    found = replace(motion, law=_fastest(motion, limits, tool_speed, nodes))
-    factor = _stretch(found, limits, tool_speed)
-    return replace(found, law=found.law.stretched(factor * (1 + _MARGIN)))
+    s, best = _nodes(motion, nodes), math.inf
+    for _ in range(_ROUNDS):
+        tried = replace(motion, law=_fastest(motion, limits, tool_speed, s))
+        factor, beyond = _stretch(tried, limits, tool_speed)
+        if factor * tried.duration < best:
+            best = factor * tried.duration
+            found = replace(motion, law=tried.law.stretched(factor * (1 + _MARGIN)))
+        if not len(beyond):
+            break
+        s = _with_nodes(s, beyond)
+    return found
 
 
-def _fastest(motion: Motion, limits: list[FloatArray], tool_speed: float | None, nodes: int) -> Law:
-    """The law whose acceleration is constant between the nodes of a grid."""
+def _with_nodes(s: FloatArray, further: FloatArray) -> FloatArray:
+    """Lengths with further ones, the middles of the parts in which these lie."""
+    parts = np.unique(np.clip(np.searchsorted(s, further) - 1, 0, len(s) - 2))
+    wide = np.diff(s)[parts] > _CLOSEST * s[-1]
+    middles = (s[parts] + s[parts + 1]) / 2
+    return np.sort(np.r_[s, middles[wide]])
+
+
+def _fastest(
+    motion: Motion, limits: list[FloatArray], tool_speed: float | None, s: FloatArray
+) -> Law:
+    """The law whose acceleration is constant between the nodes of a grid, at lengths s."""
     import toppra  # noqa: PLC0415
     from toppra.algorithm import TOPPRA  # noqa: PLC0415
     from toppra.constraint import (  # noqa: PLC0415
@@ -88,7 +114,6 @@ def _fastest(motion: Motion, limits: list[FloatArray], tool_speed: float | None,
         JointVelocityConstraint,
     )
 
-    s = _nodes(motion, nodes)
     path = _on_grid(motion, s, tool_speed)
     rate, acceleration = limits
     if tool_speed is not None:
@@ -141,26 +166,31 @@ def _on_grid(motion: Motion, s: FloatArray, tool_speed: float | None) -> Any:
     return OnGrid()
 
 
-def _stretch(motion: Motion, limits: list[FloatArray], tool_speed: float | None) -> float:
+def _stretch(
+    motion: Motion, limits: list[FloatArray], tool_speed: float | None
+) -> tuple[float, FloatArray]:
     """The factor of time that brings rates and accelerations within limits, at least 1.
+
+    With it come the lengths at which more than a small factor is needed, as further nodes.
 
     Close to a singularity a peak is narrower than the samples. Wherever the sampled values are
     within their own steps of the largest one, a peak may hide between them: samples are added.
     """
     begin, width = motion.law.breaks[:-1], np.diff(motion.law.breaks)
-    most = 1.0
+    most, beyond = 1.0, [np.empty(0)]
     for _ in range(_REFINEMENTS):
         # The acceleration jumps at a node: its value before the node counts, too.
         parts = np.linspace(0, 1 - _BEFORE, _FINER + 1)
         times = begin[:, None] + width[:, None] * parts
         used = _used(motion.at(times.ravel()), limits, tool_speed).reshape(times.shape)
         most = max(most, float(used.max()))
+        beyond.append(times[used > _LOCAL])
         hidden = used[:, :-1] + _HIDDEN * np.abs(np.diff(used, axis=1)) > most
         hidden |= used[:, 1:] + _HIDDEN * np.abs(np.diff(used, axis=1)) > most
         begin, width = times[:, :-1][hidden], np.diff(times, axis=1)[hidden]
         if not len(begin):
             break
-    return most
+    return most, motion.law.at(np.concatenate(beyond))[0]
 
 
 def _used(sampled: Sampled, limits: list[FloatArray], tool_speed: float | None) -> FloatArray:

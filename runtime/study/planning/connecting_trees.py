@@ -45,8 +45,10 @@ def connecting_trees(
     if isinstance(ends, Plan):
         return ends
     n = len(space.lower)
-    util.setLogLevel(util.LOG_ERROR)
+    # ompl complains about every key after the first, which it does not take.
+    util.setLogLevel(util.LOG_NONE)
     util.RNG.setSeed(key)
+    util.setLogLevel(util.LOG_ERROR)
     states, bounds = base.RealVectorStateSpace(n), base.RealVectorBounds(n)
     for k in range(n):
         bounds.setLow(k, float(space.lower[k]))

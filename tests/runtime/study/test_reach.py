@@ -120,3 +120,18 @@ def test_errors():
         reach(robot, np.eye(4)[None], evenly(2))
     with pytest.raises(ShapeError, match=r"bases: expected shape \(m, 4, 4\), got \(4, 4\)"):
         base_placement(robot, np.eye(4)[None], np.eye(4))
+
+
+def test_picture():
+    pytest.importorskip("matplotlib").use("Agg")
+    robot = chasles.load("stanford")
+    found = reach(robot, cells_of(np.full(3, -0.6), np.full(3, 0.6), 8), evenly(3))
+    above, side, limits = found.plot()
+    assert (above.get_ylabel(), side.get_ylabel()) == ("y [m]", "z [m]")
+    assert [int(bar.get_width()) for bar in limits.patches] == list(found.stopped_by().values())
+    drawn = above.images[0].get_array().T
+    share = np.where(found.grid() > 0, found.grid(), np.nan)
+    expected = 100 * np.nanmean(np.where(np.isnan(share).all(2)[..., None], 0, share), axis=2)
+    np.testing.assert_allclose(np.ma.filled(drawn, 0), expected)
+    with pytest.raises(InputValueError, match="the places were given one by one"):
+        reach(robot, np.zeros((1, 3)), evenly(1)).plot()

@@ -105,13 +105,15 @@ def test_plans_of_an_arm():
     assert found
 
 
-def test_trees_of_an_arm():
+def test_trees_of_an_arm(capfd):
     pytest.importorskip("ompl")
     space = robot_space(chasles.load("scara"), OBSTACLES[:1], radius=0.03)
     start, goal = postures(space, np.random.default_rng(5), 60)[:2]
-    plan = connecting_trees(space, start, goal, seconds=20)
-    assert plan.found, plan.reason
-    assert space.free(plan.at(np.linspace(0, 1, 1000))).all()
+    for key in (1, 2):
+        plan = connecting_trees(space, start, goal, seconds=20, key=key)
+        assert plan.found, plan.reason
+        assert space.free(plan.at(np.linspace(0, 1, 1000))).all()
+    assert "".join(capfd.readouterr()) == ""
 
 
 def test_what_touches():
