@@ -1,11 +1,12 @@
 r"""The article of a robot, and the fragments that it reads in."""
 
+import math
 from collections.abc import Callable, Mapping
 from functools import partial
 
 from ..derivation import Derivation
 from ..loops.platforms import is_platform, triad_of
-from ..model.mechanism import Described, Mechanism
+from ..model.mechanism import Mechanism
 from ..program.programs import Programs
 from .chain.example_fragment import worked_example
 from .chain.functions_fragment import forward_kinematics, jacobians
@@ -183,7 +184,7 @@ def _article(derivation: Derivation, parts: Mapping[str, str]) -> str:
     source = f"Source of the parameters: {escape(robot.source)}." if robot.source else ""
     title = f"Kinematics of the {escape(robot.title or robot.name)}"
     parts = [
-        _figure(robot)
+        _figure(derivation)
         if name == _DRAWING
         else f"\\section{{{heading}}}\n\\input{{{FOLDER}/{name}}}"
         for name, heading in (_headings(derivation) | {_REFERENCES: "References"}).items()
@@ -202,13 +203,18 @@ def _article(derivation: Derivation, parts: Mapping[str, str]) -> str:
     )
 
 
-def _figure(robot: Described) -> str:
+def _figure(derivation: Derivation) -> str:
     """The figure of the robot with its caption."""
+    robot = derivation.robot
     if isinstance(robot, Mechanism):
         caption = "The robot at its reference configuration, actuators in red, loops numbered."
-    else:
-        caption = "The robot with its joints, their positive sense, base frame and tool frame."
-    return _FIGURE % caption
+        return _FIGURE % caption
+    values = [
+        rf"{value:.4g}\,\mathrm{{m}}" if joint.unit == "m" else rf"{math.degrees(value):.4g}^\circ"
+        for value, joint in zip(derivation.skeleton.posture, robot.coordinates, strict=True)
+    ]
+    posture = r",\ ".join(values)
+    return _FIGURE % f"The robot at $q = ({posture})$, with the positive sense of each joint."
 
 
 _BOOKTABS = r"\usepackage{booktabs}"

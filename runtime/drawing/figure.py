@@ -24,7 +24,7 @@ WIDTH = 3.15
 _TALLEST = 5.2
 _LEFT, _RIGHT, _BOTTOM, _TOP, _GAP = 0.42, 0.08, 0.36, 0.16, 0.2
 """Margins of a figure, and the gap between two views (inch)."""
-_ENTRY = 0.112
+_ENTRY = 0.1
 """Height of a line of the legend (inch)."""
 _LETTERS, _SMALL = 7.0, 6.0
 """Sizes of letters (pt)."""

@@ -16,8 +16,10 @@ Box = tuple[float, float, float, float]
 """Left, bottom, right, top in pixels."""
 
 _DIRECTIONS = [(math.cos(a), math.sin(a)) for a in np.linspace(0, 2 * math.pi, 16, endpoint=False)]
-_DISTANCES = (1.6, 2.6, 4.0, 6.0, 8.5)
+_DISTANCES = (1.6, 2.6, 4.0, 6.0, 8.5, 12.0)
 """Distances of a name from its point that are tried, in units of the drawing."""
+_LEADER = 5.0
+"""A name farther than this from its point is joined to it by a line, in units of the drawing."""
 _ALONG = (0.5, 0.35, 0.65, 0.2, 0.8)
 """Places of a length along its line."""
 _COVERED, _CROSSED, _FAR, _OUTSIDE = 1e6, 3.0, 1.5, 1e4
@@ -54,7 +56,7 @@ class Lettering:
         ]
 
     def name_axes(self, colours: tuple[str, ...]) -> list[Any]:
-        """Writes x, y and z at the arrows of the frames that are seen from the side."""
+        """Writes x, y and z at the arrows that are seen from the side, where there is room."""
         found: list[Any] = []
         base = self.scene.frames[0].tips
         for frame in self.scene.frames:
@@ -64,17 +66,12 @@ class Lettering:
                 length = float(np.linalg.norm(way))
                 if length > 2.6 * self.scene.unit and not is_again:
                     ahead = tip + 1.1 * self.scene.unit * way / length
-                    found.append(self._near(ahead, "xyz"[k], colours[k]))
+                    found += self._near(ahead, "xyz"[k], colours[k])
         return found
 
     def write_lengths(self) -> list[Any]:
-        """Writes each length along its line."""
-        found = []
-        for dimension in self.scene.dimensions:
-            text = self._length(dimension)
-            if text is not None:
-                found.append(text)
-        return found
+        """Writes each length along its line, where there is room."""
+        return [text for dimension in self.scene.dimensions for text in self._length(dimension)]
 
     def add_scale(self) -> Any:
         """Draws a bar of a round length with its length, in the freest corner."""
@@ -122,20 +119,32 @@ class Lettering:
             for direction in _DIRECTIONS
         ]
         self._best(text, [(_FAR * distance, place, 0.0) for distance, place in tried])
+        way = np.array(text.get_position()) - point
+        length = float(np.linalg.norm(way)) / self.scene.unit
+        if length > _LEADER:
+            ends = np.array([point + 1.2 * way / length, point + (length - 2.2) / length * way])
+            self.ax.plot(*ends.T, color=colour, linewidth=0.4, zorder=990)
         return text
 
-    def _near(self, point: FloatArray, letters: str, colour: str) -> Any:
-        """A letter at a point, or as near to it as there is room."""
+    def _near(self, point: FloatArray, letters: str, colour: str) -> list[Any]:
+        """A letter at a point, or as near to it as there is room, if there is any."""
         text = self._text(letters, colour)
         tried = [(0.0, point, 0.0)]
         for distance in (0.8, 1.4, 2.0, 2.8, 3.6):
             for direction in _DIRECTIONS:
                 place = point + distance * self.scene.unit * np.array(direction)
                 tried.append((4 * distance, place, 0.0))
-        self._best(text, tried)
-        return text
+        return self._kept(text, tried)
 
-    def _length(self, dimension: Dimension) -> Any:
+    def _kept(self, text: Any, tried: list[tuple[float, FloatArray, float]]) -> list[Any]:
+        """The text at its best place; none where every place is taken."""
+        if self._best(text, tried) < _COVERED:
+            return [text]
+        self.taken.pop()
+        text.remove()
+        return []
+
+    def _length(self, dimension: Dimension) -> list[Any]:
         a, b = dimension.a, dimension.b
         way = b - a
         pixels = float(np.linalg.norm(np.diff(self.to_pixels(np.array([a, b])), axis=0)))
@@ -143,7 +152,7 @@ class Lettering:
         x0, _, x1, _ = self._box(text)
         if x1 - x0 > 1.6 * pixels:
             text.remove()
-            return None
+            return []
         angle = math.degrees(math.atan2(way[1], way[0]))
         angle = (angle + 90) % 180 - 90
         normal = np.array([-way[1], way[0]]) / np.linalg.norm(way)
@@ -156,11 +165,10 @@ class Lettering:
             for side in (1, -1)
             for part in _ALONG
         ]
-        self._best(text, [(cost, place, angle) for cost, place in tried])
-        return text
+        return self._kept(text, [(cost, place, angle) for cost, place in tried])
 
-    def _best(self, text: Any, tried: list[tuple[float, FloatArray, float]]) -> None:
-        """Moves a text to the place of least cost, and notes its box."""
+    def _best(self, text: Any, tried: list[tuple[float, FloatArray, float]]) -> float:
+        """Moves a text to the place of least cost, notes its box, and gives the cost."""
         best, least = tried[0], math.inf
         text.set_rotation(tried[0][2])
         text.set_position(tried[0][1])
@@ -174,6 +182,7 @@ class Lettering:
                 best, least = (cost, place, angle), total
         text.set_position(best[1])
         self.taken.append(self._box(text))
+        return least
 
     def _cost(self, box: Any) -> float:
         left, bottom, right, top = box
