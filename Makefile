@@ -1,7 +1,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: derive test check check-generated format lint types bench bench-quick bench-count bench-check docs clean help
+.PHONY: derive test check check-generated format lint types bench bench-quick bench-count bench-check docs gallery clean help
 
 derive: .venv/derive ## derive, generate and compile every robot
 	@$(BIN)/chasles-derive && $(BIN)/python -m chasles build
@@ -38,6 +38,9 @@ bench-check: .venv/bench ## a short run beside bench/baseline.json, and counted 
 
 docs: .venv/derive ## every robot's equations as PDF in build/docs (needs pdflatex)
 	@$(BIN)/python docs/build.py
+
+gallery: .venv/derive ## a page with sliders of every robot in build/gallery
+	@$(BIN)/python docs/gallery.py
 
 clean: ## remove the environment and everything built
 	@rm -rf .venv build dist *.egg-info runtime/*/*.so generated/*/.derived

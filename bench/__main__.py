@@ -9,6 +9,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import chasles
+
 from . import check, count, document
 from .accuracy import (
     cleaned_files,
@@ -24,7 +26,7 @@ from .accuracy import (
 )
 from .calibration import calibrations, tracker_sets
 from .cases.poses import CASES
-from .measures import derivation, studies
+from .measures import derivation, frames, studies
 from .peers.forward import absent
 from .plans import FULL, QUICK, SECTIONS, without_slow_builds
 from .report import Plan, out, records, save, tables
@@ -50,6 +52,7 @@ COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {
         range(o.first, o.first + o.draws), o.poses, o.singles
     ),
     "studies": lambda o: studies.run(o.samples),
+    "view": lambda o: frames.run(tuple(o.robots) or tuple(chasles.robots())),
     "calibration": lambda o: calibrations.run(o.runs, o.robots or ("ur5e",)),
     "tracker": lambda o: tracker_sets.run(tuple(o.robots) or tracker_sets.ARMS, o.seeds),
     "losses": lambda o: losses.run(o.arms, o.first, given=o.given),
@@ -139,6 +142,8 @@ def _add_sweeps(commands: Any) -> None:
         off.add_argument(f"--{name}", type=int, default=default)
     studied = commands.add_parser("studies", help="workspaces and reach beside plain loops")
     studied.add_argument("--samples", type=int, default=10_000_000, help="postures of a workspace")
+    shown = commands.add_parser("view", help="the computing for a frame of the live view")
+    shown.add_argument("robots", nargs="*", help="names or descriptions; all shipped ones if none")
     tracked = commands.add_parser("tracker", help="simulated sets of a laser tracker")
     tracked.add_argument("robots", nargs="*", help="names or descriptions")
     tracked.add_argument("--seeds", type=int, default=3, help="drawn arms of each robot")

@@ -30,12 +30,18 @@ def shown(browser):
         until(lambda: len(view._server.get_clients()) == 1)
         until(lambda: browser.run("!!document.querySelector('canvas')"))
         until(lambda: "workspace" in browser.run("document.body.innerText"))
+        until(lambda: looks_at_the_robot(view))
         return view
 
     yield show
-    browser.open("about:blank")
     for view in views:
         view.close()
+
+
+def looks_at_the_robot(view):
+    """Whether the page has taken the camera that the view gave it."""
+    (client,) = view._server.get_clients().values()
+    return np.allclose(client.camera.position, view._server.initial_camera.position, atol=1e-3)
 
 
 def seen(view, browser, point):
