@@ -7,7 +7,7 @@ import threading
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +36,7 @@ _AWAY = "The tool cannot be there: the posture of the least error nearby is show
 _OPEN = "A loop does not close there."
 
 
-class View:
+class LiveView:
     """A robot in a web page of this machine, until it is closed.
 
     The page has a slider for each coordinate, in degrees or millimetres; a frame at the tool that
@@ -99,7 +99,7 @@ class View:
         """Stops the server."""
         self._server.stop()
 
-    def wait(self) -> None:
+    def wait(self) -> NoReturn:
         """Plays the recording, if there is one, until the process is interrupted."""
         while True:
             time.sleep(_RATE)
