@@ -26,7 +26,7 @@ _STEP = 0.1
 """Step of a slider in the unit that people read: a tenth of a degree or of a millimetre."""
 _RATE = 1 / 30
 """Seconds between the frames of a motion that is played."""
-_GHOST_OPACITY = 0.3
+_GHOST_OPACITY = 0.4
 _GIZMO = 0.2
 """Size of the tool's handle, in parts of the robot's size."""
 _CLOUD = 20_000
@@ -129,8 +129,10 @@ class LiveView:
         """Places the first camera so that the robot fills the page."""
         centre, radius = self._display.ball(self._display.start)
         camera = self._server.initial_camera
-        camera.position = tuple(centre + 2.6 * radius * np.array([0.6, -0.8, 0.45]))
-        camera.look_at = tuple(centre)
+        # The panel covers the right side of the page: the robot stands left of the middle.
+        target = centre + 0.5 * radius * np.array([0.8, 0.6, 0.0])
+        camera.position = tuple(target + 2.2 * radius * np.array([0.6, -0.8, 0.45]))
+        camera.look_at = tuple(target)
         self._server.scene.add_grid(
             "/ground",
             width=4 * radius,
