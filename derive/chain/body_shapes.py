@@ -12,9 +12,9 @@ from itertools import pairwise
 import numpy as np
 
 from ..model.mechanism import Closure, Mechanism, Strut
-from ..model.tolerances import DRAWN_DIGITS, SAME_VIEW
+from ..model.tolerances import DRAWN_AS_ONE, DRAWN_DIGITS, SAME_POINT, SAME_VIEW
 from .posture import posture
-from .rigid_bodies import Array, CarryingJoint, HeldFrames, RigidBodies, Span, TreeBody, motion
+from .rigid_bodies import Array, CarryingJoint, HeldFrames, RigidBodies, Span, TreeBody
 
 BARREL = 0.85
 """The part of a retracted cylinder's length that is its barrel."""
@@ -27,8 +27,6 @@ DETOUR = 1.6
 the straight one."""
 APART = 0.08
 """The most by which a symbol gives way to another, in parts of the robot's size."""
-SAME = 1e-6
-"""Points nearer than this part of the robot's size are drawn as one."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +118,7 @@ def _is_bare(rigid: RigidBodies, inner: int, outer: int) -> bool:
     outer_joint = rigid.bodies[outer].joint
     assert outer_joint is not None
     point = placement[:3, :3] @ outer_joint.at + placement[:3, 3]
-    return bool(np.linalg.norm(point - joint.at) < SAME)
+    return bool(np.linalg.norm(point - joint.at) < SAME_POINT)
 
 
 def _held(rigid: RigidBodies) -> set[int]:
@@ -315,7 +313,7 @@ class _Shapes:
             assert own is not None
             assert outer is not None
             there = body.placement[:3, :3] @ outer.at + body.placement[:3, 3]
-            if np.linalg.norm(there - own.at) > SAME * self.size:
+            if np.linalg.norm(there - own.at) > DRAWN_AS_ONE * self.size:
                 continue
             parent, placement = self.bodies[k].parent, self.bodies[k].placement
             back = self._along(parent, placement[:3, :3] @ own.axis, -1)
@@ -323,6 +321,8 @@ class _Shapes:
                 self._shift(k, own, back)
             elif ahead := self._along(c, outer.axis, 0):
                 self._shift(c, outer, ahead)
+            elif not any(shape.kind in ("link", "plate") for shape in self.shapes[c]):
+                self._stub(c, outer)
 
     def _is_turn(self, k: int) -> bool:
         return any(shape.kind == "revolute" for shape in self.shapes[k])
@@ -338,6 +338,13 @@ class _Shapes:
         if abs(abs(float(way @ axis)) - length) > SAME_VIEW * length:
             return 0.0
         return math.copysign(min(length / 2, APART * self.size), float(way @ axis))
+
+    def _stub(self, k: int, joint: CarryingJoint) -> None:
+        """Gives a body without a size a short line along its axis, with its symbol at the end."""
+        ends = [joint.at, joint.at + APART * self.size / 2 * joint.axis]
+        points = tuple(self._rounded(point, self.digits) for point in ends)
+        self.shapes[k].insert(0, Shape("link", self.bodies[k].name, points))
+        self._shift(k, joint, APART * self.size / 2)
 
     def _shift(self, k: int, joint: CarryingJoint, by: float) -> None:
         for index, shape in enumerate(self.shapes[k]):
@@ -371,7 +378,7 @@ class _Shapes:
     def _distinct(self, points: Sequence[Array]) -> list[Array]:
         found: list[Array] = []
         for point in points:
-            if all(np.linalg.norm(point - other) > SAME * self.size for other in found):
+            if all(np.linalg.norm(point - other) > DRAWN_AS_ONE * self.size for other in found):
                 found.append(point)
         return found
 
@@ -410,6 +417,3 @@ def _feet(p: Array, u: Array, q: Array, v: Array) -> list[Array]:
     d = q - p
     a, b = (d @ u - c * (d @ v)) / s2, (c * (d @ u) - d @ v) / s2
     return [p + a * u, q + b * v]
-
-
-__all__ = ["Shape", "Skeleton", "motion", "rows_of_joints", "skeleton"]

@@ -6,19 +6,23 @@ import math
 import numpy as np
 
 from ..model.mechanism import Mechanism
-from .rigid_bodies import Array, RigidBodies, motion
+from .rigid_bodies import Array, RigidBodies, motions
 
 ANGLES = (0, 30, -30, 60, -60, 90, -90, 45, -45, 120, -120)
 """The angles that are tried (degrees)."""
 SLIDES = (0.5, 0.7, 0.9)
 """The parts of a slide's travel that are tried."""
-TRIED = 400
+TRIED = 2000
 AZIMUTH, ELEVATION = math.radians(-56), math.radians(22)
-"""The direction of the eye of a drawing in space, as azimuth and elevation."""
+"""Direction of the eye of a drawing in space: not in line with legs 60 degrees apart."""
+_AREA = 4.0
+"""Worth of the spread of the joints in both directions of the picture, in parts of the size."""
 _BENDS = 0.02
 """What a bend of a joint by a right angle costs, in parts of the robot's size."""
 _BELOW = 0.5
 """What a joint below the base costs, per depth."""
+_SHORT = 0.02
+"""Links shorter than this part of the robot's size have one end."""
 
 
 def from_aside() -> Array:
@@ -30,8 +34,9 @@ def from_aside() -> Array:
 def posture(rigid: RigidBodies) -> tuple[float, ...]:
     """Coordinates within the limits at which the joints are apart, seen from above and aside.
 
-    The best of a few hundred postures of round angles: the least distance between two joints on the
-    picture counts, and a joint below the base and bends cost. The same on any machine.
+    The best of up to two thousand postures of round angles: the least distance between two joints
+    on the picture counts, and the spread of all; a joint below the base and bends cost. The same on
+    any machine.
 
     Args:
         rigid: The bodies of a serial robot.
@@ -42,13 +47,10 @@ def posture(rigid: RigidBodies) -> tuple[float, ...]:
     """
     if isinstance(rigid.robot, Mechanism):
         return ()
-    choices = [_choices(rigid, k) for k in range(len(rigid.names))]
-    best, least = (), math.inf
-    for q in _tried(choices):
-        cost = _cost(rigid, q)
-        if cost < least:
-            best, least = q, cost
-    return best
+    tried = np.array(_tried([_choices(rigid, k) for k in range(len(rigid.names))]))
+    # Equal costs may differ in their last digits between machines.
+    best = tried[int(np.argmin(np.round(_costs(rigid, tried), 6)))]
+    return tuple(map(float, best))
 
 
 def _choices(rigid: RigidBodies, k: int) -> list[float]:
@@ -80,35 +82,38 @@ def _tried(choices: list[list[float]]) -> list[tuple[float, ...]]:
     ]
 
 
-def _cost(rigid: RigidBodies, q: tuple[float, ...]) -> float:
+def _costs(rigid: RigidBodies, q: Array) -> Array:
+    """The cost of each posture (m, n), in parts of the robot's size."""
     points = _points(rigid, q)
-    right_up = from_aside()[:2]
-    seen = points @ right_up.T
-    spread = math.sqrt(max(float(np.linalg.det(np.atleast_2d(np.cov(seen.T)))), 0.0)) / rigid.size
-    apart = np.linalg.norm(seen[:, None] - seen[None], axis=-1)
-    nearest = float(apart[np.triu_indices(len(seen), 1)].min()) if len(seen) > 1 else 0.0
-    below = float(np.clip(-points[:, 2], 0, None).max())
-    bends = sum(abs(v) for v, name in zip(q, rigid.names, strict=True) if rigid.turns(name))
-    cost = (_BELOW * below - nearest - 4 * spread) / rigid.size + _BENDS * bends / (math.pi / 2)
-    # Equal costs may differ in their last digits between machines.
-    return round(cost, 6)
+    seen = points @ from_aside()[:2].T
+    away = seen - seen.mean(1, keepdims=True)
+    spreads = np.einsum("mki,mkj->mij", away, away) / max(seen.shape[1] - 1, 1)
+    area = spreads[:, 0, 0] * spreads[:, 1, 1] - spreads[:, 0, 1] * spreads[:, 1, 0]
+    spread = np.sqrt(np.clip(area, 0, None)) / rigid.size
+    apart = np.linalg.norm(seen[:, :, None] - seen[:, None], axis=-1)
+    first, second = np.triu_indices(seen.shape[1], 1)
+    nearest = apart[:, first, second].min(1, initial=rigid.size)
+    below = np.clip(-points[:, :, 2], 0, None).max(1)
+    turns = np.array([rigid.turns(name) for name in rigid.names])
+    bends = np.abs(q[:, turns]).sum(1) / (math.pi / 2)
+    costs: Array = (_BELOW * below - nearest - _AREA * spread) / rigid.size + _BENDS * bends
+    return costs
 
 
-def _points(rigid: RigidBodies, q: tuple[float, ...]) -> Array:
-    """The ends of the links that have a length, from the base to the tip."""
-    poses, points = [np.eye(4)], [np.zeros(3)]
+def _points(rigid: RigidBodies, q: Array) -> Array:
+    """The ends (m, k, 3) of the links that have a length, from the first joint to the tip."""
+    poses, points = [np.tile(np.eye(4), (len(q), 1, 1))], []
     for body in rigid.bodies[1:]:
-        joint = body.joint
-        assert joint is not None
-        value = joint.ratio * q[joint.coordinate] + joint.offset if joint.coordinate >= 0 else 0.0
-        poses.append(poses[body.parent] @ body.placement @ motion(joint, value))
-        points.append(poses[-1][:3, :3] @ joint.at + poses[-1][:3, 3])
-    points.append((poses[rigid.tip] @ rigid.tip_placement)[:3, 3])
+        assert body.joint is not None
+        poses.append(poses[body.parent] @ body.placement @ motions(body.joint, q))
+        if body.joint.kind != "fixed":
+            points.append(poses[-1][:, :3, :3] @ body.joint.at + poses[-1][:, :3, 3])
+    points.append((poses[rigid.tip] @ rigid.tip_placement)[:, :3, 3])
     kept = [points[0]]
     for a, b in itertools.pairwise(points):
-        if np.linalg.norm(b - a) > _BENDS * rigid.size:
+        if np.linalg.norm(b - a, axis=1).max() > _SHORT * rigid.size:
             kept.append(b)
-    return np.array(kept)
+    return np.stack(kept, axis=1)
 
 
 def _round(value: float) -> float:

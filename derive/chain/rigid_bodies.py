@@ -135,10 +135,10 @@ class RigidBodies:
         self.names = tuple(reference)
         self.bodies = [TreeBody(robot.base_frame, -1, np.eye(4))]
         self.index = {robot.base_frame: 0}
-        self.poses = [np.eye(4)]
         for k, (joint, link) in enumerate(zip(robot.joints, _links(robot), strict=True)):
             parent = self.index[joint.parent] if isinstance(robot, Mechanism) else k
             self._add(joint, link, parent)
+        self.poses = tree_poses(self.bodies, list(reference.values()))
         last = len(self.bodies) - 1
         self.tip = self.index[robot.tool_body] if isinstance(robot, Mechanism) else last
         self.tip_placement = self._on(self.tip, robot.tool)
@@ -150,10 +150,6 @@ class RigidBodies:
         own = self._joint(joint, back[:3, 3], back[:3, 2])
         self.index[link] = len(self.bodies)
         self.bodies.append(TreeBody(link, parent, placement, own))
-        value = 0.0
-        if own.coordinate >= 0:
-            value = own.ratio * self.reference[self.names[own.coordinate]] + own.offset
-        self.poses.append(self.poses[parent] @ placement @ motion(own, value))
 
     def _joint(self, joint: Joint, at: Array, axis: Array) -> CarryingJoint:
         if joint.kind == "fixed":
@@ -235,21 +231,38 @@ def placed(terms: Terms, placement: Placement) -> Array:
     return np.array(rows) + 0.0
 
 
-def motion(joint: CarryingJoint, value: float) -> Array:
-    """The motion of a joint by a value in its body's frame (4, 4).
+def motions(joint: CarryingJoint, coordinates: Array) -> Array:
+    """The motions of a joint in its body's frame (m, 4, 4).
 
     Args:
         joint: The joint.
-        value: Its value (radian, or metre of a prismatic joint).
+        coordinates: (m, n) the coordinates that move the bodies (radian or metre).
     """
-    T = np.eye(4)
-    if joint.kind == "prismatic":
-        T[:3, 3] = value * joint.axis
+    T = np.tile(np.eye(4), (len(coordinates), 1, 1))
+    if joint.kind == "fixed":
         return T
-    K = skew(joint.axis)
-    T[:3, :3] += np.sin(value) * K + (1 - np.cos(value)) * (K @ K)
-    T[:3, 3] = joint.at - T[:3, :3] @ joint.at + joint.advance * value * joint.axis
+    value = (joint.ratio * coordinates[:, joint.coordinate] + joint.offset)[:, None]
+    if joint.kind == "prismatic":
+        T[:, :3, 3] = value * joint.axis
+        return T
+    K, turn = skew(joint.axis), value[:, :, None]
+    T[:, :3, :3] += np.sin(turn) * K + (1 - np.cos(turn)) * (K @ K)
+    T[:, :3, 3] = joint.at - T[:, :3, :3] @ joint.at + joint.advance * value * joint.axis
     return T
+
+
+def tree_poses(bodies: Sequence[TreeBody], values: Sequence[float]) -> list[Array]:
+    """The poses of the ground and of all bodies on joints, in the base frame, each (4, 4).
+
+    Args:
+        bodies: The bodies; parts of struts are left out.
+        values: The coordinates that move them: z, or q of a serial robot (radian or metre).
+    """
+    poses, row = [np.eye(4)], np.array([values])
+    for body in bodies[1:]:
+        if body.joint is not None:
+            poses.append(poses[body.parent] @ body.placement @ motions(body.joint, row)[0])
+    return poses
 
 
 def skew(w: Array) -> Array:

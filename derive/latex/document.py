@@ -1,5 +1,6 @@
 r"""The article of a robot, and the fragments that it reads in."""
 
+import math
 from collections.abc import Callable, Mapping
 from functools import partial
 
@@ -12,7 +13,7 @@ from .chain.geometry_fragment import link_transforms, screws
 from .chain.given_fragment import parameters, symbols
 from .chain.parametric_fragment import parametric
 from .drawing import PREAMBLE as DRAWING_PREAMBLE
-from .drawing import drawing
+from .drawing import arm_drawing, drawing
 from .inverse.inverse_fragment import inverse, inverse_of_loops
 from .loops.loop_page import LoopPage
 from .loops.loops_fragment import loops
@@ -37,6 +38,8 @@ _FRAGMENTS: Mapping[str, tuple[str, Callable[[Page], str]]] = {
     "inverse": ("Inverse kinematics", inverse),
 }
 """Heading and writer of each fragment, in the order of reading."""
+_DRAWING = "drawing"
+"""The fragment that is a figure."""
 _NEEDS_GEOMETRY = "parametric"
 """The fragment of robots with parametric functions."""
 
@@ -72,7 +75,8 @@ def files(derivation: Derivation, _: Programs) -> dict[str, str]:
 def fragments(derivation: Derivation) -> dict[str, str]:
     r"""The parts of a robot's kinematics as LaTeX, to ``\input`` in any article.
 
-    They need amsmath and booktabs, fit a line of 345 pt at 10 pt, and hold no headings. Shared
+    They need amsmath and booktabs, fit a line of 345 pt at 10 pt, and hold no headings;
+    ``drawing.tex`` needs TikZ and may be wider. Shared
     terms of ``fk.tex`` are used in ``jacobian.tex`` and ``inverse.tex``; ``symbols.tex`` explains
     the short symbols of all fragments.
 
@@ -80,17 +84,19 @@ def fragments(derivation: Derivation) -> dict[str, str]:
         derivation: A robot with its functions.
 
     Returns:
-        File name and text of each: ``parameters.tex``, ``symbols.tex``, ``screws.tex``,
-        ``transforms.tex``, ``fk.tex``, ``jacobian.tex``, ``inverse.tex``, and ``parametric.tex``
-        where there are parametric functions; of a robot with loops
-        also ``drawing.tex``, which needs TikZ, ``mobility.tex``, ``loops.tex``, ``solution.tex``
-        and ``rates.tex``, and of a platform on legs ``platform.tex``.
+        File name and text of each: ``parameters.tex``, ``drawing.tex``, ``symbols.tex``,
+        ``screws.tex``, ``transforms.tex``, ``fk.tex``, ``jacobian.tex``, ``inverse.tex``, and
+        ``parametric.tex`` where there are parametric functions; of a robot with loops also
+        ``mobility.tex``, ``loops.tex``, ``solution.tex`` and ``rates.tex``, and of a platform on
+        legs ``platform.tex``.
     """
     if isinstance(derivation.robot, Mechanism):
         page = LoopPage.of(derivation)
         return _written({name: partial(_OF_LOOPS[name][1], page) for name in _headings(derivation)})
     chain = Page.of(derivation)
-    return _written({name: partial(_FRAGMENTS[name][1], chain) for name in _headings(derivation)})
+    made = {name: partial(writer, chain) for name, (_, writer) in _FRAGMENTS.items()}
+    made[_DRAWING] = partial(arm_drawing, derivation.robot, derivation.skeleton)
+    return _written({name: made[name] for name in _headings(derivation)})
 
 
 def _written(writers: Mapping[str, Callable[[], str]]) -> dict[str, str]:
@@ -104,9 +110,10 @@ def _headings(derivation: Derivation) -> dict[str, str]:
     """The fragments of a robot's article with their headings."""
     robot = derivation.robot
     if not isinstance(robot, Mechanism):
+        first, *rest = _FRAGMENTS
         return {
-            name: heading
-            for name, (heading, _) in _FRAGMENTS.items()
+            name: _FRAGMENTS[name][0] if name in _FRAGMENTS else "Drawing"
+            for name in (first, _DRAWING, *rest)
             if name != _NEEDS_GEOMETRY or derivation.geometry is not None
         }
     return {
@@ -129,12 +136,12 @@ def document(derivation: Derivation) -> str:
     source = f"Source of the parameters: {escape(robot.source)}." if robot.source else ""
     title = f"Kinematics of the {escape(robot.title or robot.name)}"
     parts = [
-        _FIGURE if name == "drawing" else f"\\section{{{heading}}}\n\\input{{{FOLDER}/{name}}}"
+        _figure(derivation)
+        if name == _DRAWING
+        else f"\\section{{{heading}}}\n\\input{{{FOLDER}/{name}}}"
         for name, heading in _headings(derivation).items()
     ]
-    preamble = _PREAMBLE
-    if isinstance(robot, Mechanism):
-        preamble = preamble.replace(_BOOKTABS, f"{_BOOKTABS}\n{DRAWING_PREAMBLE}")
+    preamble = _PREAMBLE.replace(_BOOKTABS, f"{_BOOKTABS}\n{DRAWING_PREAMBLE}")
     return "\n\n".join(
         [
             preamble,
@@ -147,11 +154,25 @@ def document(derivation: Derivation) -> str:
     )
 
 
+def _figure(derivation: Derivation) -> str:
+    """The figure of the robot with its caption."""
+    robot = derivation.robot
+    if isinstance(robot, Mechanism):
+        caption = "The robot at its reference configuration, actuators in red, loops numbered."
+        return _FIGURE % caption
+    values = [
+        rf"{value:.4g}\,\mathrm{{m}}" if joint.unit == "m" else rf"{math.degrees(value):.4g}^\circ"
+        for value, joint in zip(derivation.skeleton.posture, robot.coordinates, strict=True)
+    ]
+    posture = r",\ ".join(values)
+    return _FIGURE % f"The robot at $q = ({posture})$, with the positive sense of each joint."
+
+
 _BOOKTABS = r"\usepackage{booktabs}"
 _FIGURE = rf"""\begin{{figure}}[!htb]
 \centering
 \input{{{FOLDER}/drawing}}
-\caption{{The robot at its reference configuration, actuators in red, loops numbered.}}
+\caption{{%s}}
 \end{{figure}}"""
 _PREAMBLE = r"""\documentclass[a4paper]{article}
 \usepackage[utf8]{inputenc}

@@ -172,6 +172,11 @@ LAYOUT_TIE = 1e-5
 
 Machines differ in the last digits of these numbers; the bytes of a drawing must not.
 """
+DRAWN_AS_ONE = 1e-6
+"""Points of a body nearer than this part of the robot's size are drawn as one.
+
+The eye sees a hundred times as much, and exact placements in doubles leave 1e-15.
+"""
 DRAWN_DIGITS = 9
 """Decimal digits of a drawn point in parts of the robot's size, and of a drawn direction (no unit).
 

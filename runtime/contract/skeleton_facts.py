@@ -167,6 +167,8 @@ def skeleton_facts(entry: Entry, coordinates: int) -> SkeletonFacts:
             item["span"].fail("bodies that are no struts")
     tip = entry["tip"]
     size, posture = entry["size"].number(), entry.get("posture", []).numbers()
+    if posture and len(posture) != coordinates:
+        entry["posture"].fail(f"{coordinates} numbers")
     tip_body, placement = _below(tip["body"], len(bodies)), _rows(tip["placement"])
     closures = tuple(_held(item, len(bodies)) for item in entry.get("closures", []))
     return SkeletonFacts(bodies, tip_body, placement, posture, size, closures)

@@ -24,6 +24,8 @@ WIDTH = 3.15
 _TALLEST = 5.2
 _LEFT, _RIGHT, _BOTTOM, _TOP, _GAP = 0.42, 0.08, 0.36, 0.16, 0.2
 """Margins of a figure, and the gap between two views (inch)."""
+_ENTRY = 0.1
+"""Height of a line of the legend (inch)."""
 _LETTERS, _SMALL = 7.0, 6.0
 """Sizes of letters (pt)."""
 _AXES = ("#d55e00", "#009e73", "#0072b2")
@@ -201,7 +203,7 @@ def figure_of(
     from matplotlib.figure import Figure  # noqa: PLC0415
 
     entries = len(labels) + has_path
-    below = 0.13 * entries + (0.06 if entries else 0.0)
+    below = _ENTRY * entries + (0.04 if entries else 0.0)
     cells = _cells([scene.view for scene in shown])
     boxes = [scene.box for scene in shown] if boxes is None else boxes
     spans = [high - low for low, high in boxes]
@@ -252,6 +254,7 @@ def _limit(ax: Any, box: tuple[FloatArray, FloatArray], size: tuple[float, float
     ax.set_xlim(low[0], high[0])
     ax.set_ylim(low[1], high[1])
     ax.set_aspect("equal")
+    ax.apply_aspect()
 
 
 def _label_axes(ax: Any, view: View, *, is_low: bool, is_left: bool) -> None:
@@ -313,6 +316,8 @@ def _paint(ax: Any, scene: Scene) -> None:
         letters.name_coordinates()
         letters.name_axes(_AXES)
         letters.write_lengths()
+    if scene.view.name == "axonometric":
+        letters.add_scale()
 
 
 def _arrow(ax: Any, origin: FloatArray, tip: FloatArray, colour: str) -> None:

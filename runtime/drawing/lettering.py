@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -17,8 +16,10 @@ Box = tuple[float, float, float, float]
 """Left, bottom, right, top in pixels."""
 
 _DIRECTIONS = [(math.cos(a), math.sin(a)) for a in np.linspace(0, 2 * math.pi, 16, endpoint=False)]
-_DISTANCES = (1.6, 2.6, 4.0, 6.0, 8.5)
+_DISTANCES = (1.6, 2.6, 4.0, 6.0, 8.5, 12.0)
 """Distances of a name from its point that are tried, in units of the drawing."""
+_LEADER = 5.0
+"""A name farther than this from its point is joined to it by a line, in units of the drawing."""
 _ALONG = (0.5, 0.35, 0.65, 0.2, 0.8)
 """Places of a length along its line."""
 _COVERED, _CROSSED, _FAR, _OUTSIDE = 1e6, 3.0, 1.5, 1e4
@@ -42,7 +43,6 @@ class Lettering:
     taken: list[Box]
 
     def __post_init__(self) -> None:
-        self.renderer = self.ax.figure.canvas.get_renderer()
         self.to_pixels = self.ax.transData.transform
         self.lines = self._lines()
         low, high = self.ax.transAxes.transform([(0, 0), (1, 1)])
@@ -56,7 +56,7 @@ class Lettering:
         ]
 
     def name_axes(self, colours: tuple[str, ...]) -> list[Any]:
-        """Writes x, y and z at the arrows of the frames that are seen from the side."""
+        """Writes x, y and z at the arrows that are seen from the side, where there is room."""
         found: list[Any] = []
         base = self.scene.frames[0].tips
         for frame in self.scene.frames:
@@ -64,34 +64,43 @@ class Lettering:
             for k, tip in enumerate(frame.tips):
                 way = tip - frame.origin
                 length = float(np.linalg.norm(way))
-                if length > 2 * self.scene.unit and not is_again:
+                if length > 2.6 * self.scene.unit and not is_again:
                     ahead = tip + 1.1 * self.scene.unit * way / length
-                    found.append(self._near(ahead, "xyz"[k], colours[k]))
+                    found += self._near(ahead, "xyz"[k], colours[k])
         return found
 
     def write_lengths(self) -> list[Any]:
-        """Writes each length along its line."""
-        found = []
-        for dimension in self.scene.dimensions:
-            text = self._length(dimension)
-            if text is not None:
-                found.append(text)
-        return found
+        """Writes each length along its line, where there is room."""
+        return [text for dimension in self.scene.dimensions for text in self._length(dimension)]
 
-    def _lines(self) -> list[tuple[FloatArray, FloatArray]]:
-        lines = []
+    def add_scale(self) -> Any:
+        """Draws a bar of a round length with its length, in the freest corner."""
+        (left, right), (low, high) = self.ax.get_xlim(), self.ax.get_ylim()
+        length = _round_length(0.15 * (right - left))
+        text = self._text(f"{length:g} m", "#333333")
+        text.set(va="bottom")
+        gap = 2 * self.scene.unit
+        x0, x1 = left + gap + length / 2, right - gap - length / 2
+        y0, y1 = low + gap, high - 3 * gap
+        corners = [(0.0, np.array([x, y]), 0.0) for y in (y0, y1) for x in (x0, x1)]
+        self._best(text, corners)
+        x, y = text.get_position()
+        half = 0.3 * self.scene.unit
+        bar = np.array([[-1, 1], [-1, -1], [-1, 0], [1, 0], [1, 1], [1, -1]])
+        bar = bar * [length / 2, half] + [x, y - half]
+        self.ax.plot(*bar.T, color="#333333", linewidth=0.7, zorder=1000)
+        return text
+
+    def _lines(self) -> tuple[FloatArray, FloatArray]:
+        """Beginnings and ends (m, 2) of all lines on the picture [pixels]."""
+        rows = []
         for mark in self.scene.marks:
-            pixels = self.to_pixels(mark.points)
-            closed = np.concatenate([pixels, pixels[:1]]) if mark.is_area else pixels
-            lines += list(pairwise(closed))
-        for ghost in self.scene.ghosts:
-            for line in ghost:
-                pixels = self.to_pixels(line)
-                lines += list(pairwise(pixels))
-        for frame in self.scene.frames:
-            origin = self.to_pixels(frame.origin)
-            lines += [(origin, tip) for tip in self.to_pixels(frame.tips)]
-        return lines
+            rows.append(np.concatenate([mark.points, mark.points[: mark.is_area]]))
+        rows += [line for ghost in self.scene.ghosts for line in ghost]
+        rows += [np.array([f.origin, tip]) for f in self.scene.frames for tip in f.tips]
+        begins = np.concatenate([row[:-1] for row in rows])
+        ends = np.concatenate([row[1:] for row in rows])
+        return self.to_pixels(begins), self.to_pixels(ends)
 
     def _text(self, letters: str, colour: str) -> Any:
         text = self.ax.text(0, 0, letters, color=colour, fontsize=self.size, zorder=1000)
@@ -99,7 +108,7 @@ class Lettering:
         return text
 
     def _box(self, text: Any) -> Box:
-        extent = text.get_window_extent(self.renderer)
+        extent = text.get_window_extent()
         return extent.x0, extent.y0, extent.x1, extent.y1
 
     def _place(self, letters: str, point: FloatArray, colour: str) -> Any:
@@ -110,20 +119,32 @@ class Lettering:
             for direction in _DIRECTIONS
         ]
         self._best(text, [(_FAR * distance, place, 0.0) for distance, place in tried])
+        way = np.array(text.get_position()) - point
+        length = float(np.linalg.norm(way)) / self.scene.unit
+        if length > _LEADER:
+            ends = np.array([point + 1.2 * way / length, point + (length - 2.2) / length * way])
+            self.ax.plot(*ends.T, color=colour, linewidth=0.4, zorder=990)
         return text
 
-    def _near(self, point: FloatArray, letters: str, colour: str) -> Any:
-        """A letter at a point, or as near to it as there is room."""
+    def _near(self, point: FloatArray, letters: str, colour: str) -> list[Any]:
+        """A letter at a point, or as near to it as there is room, if there is any."""
         text = self._text(letters, colour)
         tried = [(0.0, point, 0.0)]
-        for distance in (0.8, 1.4, 2.0):
+        for distance in (0.8, 1.4, 2.0, 2.8, 3.6):
             for direction in _DIRECTIONS:
                 place = point + distance * self.scene.unit * np.array(direction)
                 tried.append((4 * distance, place, 0.0))
-        self._best(text, tried)
-        return text
+        return self._kept(text, tried)
 
-    def _length(self, dimension: Dimension) -> Any:
+    def _kept(self, text: Any, tried: list[tuple[float, FloatArray, float]]) -> list[Any]:
+        """The text at its best place; none where every place is taken."""
+        if self._best(text, tried) < _COVERED:
+            return [text]
+        self.taken.pop()
+        text.remove()
+        return []
+
+    def _length(self, dimension: Dimension) -> list[Any]:
         a, b = dimension.a, dimension.b
         way = b - a
         pixels = float(np.linalg.norm(np.diff(self.to_pixels(np.array([a, b])), axis=0)))
@@ -131,7 +152,7 @@ class Lettering:
         x0, _, x1, _ = self._box(text)
         if x1 - x0 > 1.6 * pixels:
             text.remove()
-            return None
+            return []
         angle = math.degrees(math.atan2(way[1], way[0]))
         angle = (angle + 90) % 180 - 90
         normal = np.array([-way[1], way[0]]) / np.linalg.norm(way)
@@ -144,11 +165,10 @@ class Lettering:
             for side in (1, -1)
             for part in _ALONG
         ]
-        self._best(text, [(cost, place, angle) for cost, place in tried])
-        return text
+        return self._kept(text, [(cost, place, angle) for cost, place in tried])
 
-    def _best(self, text: Any, tried: list[tuple[float, FloatArray, float]]) -> None:
-        """Moves a text to the place of least cost, and notes its box."""
+    def _best(self, text: Any, tried: list[tuple[float, FloatArray, float]]) -> float:
+        """Moves a text to the place of least cost, notes its box, and gives the cost."""
         best, least = tried[0], math.inf
         text.set_rotation(tried[0][2])
         text.set_position(tried[0][1])
@@ -162,6 +182,7 @@ class Lettering:
                 best, least = (cost, place, angle), total
         text.set_position(best[1])
         self.taken.append(self._box(text))
+        return least
 
     def _cost(self, box: Any) -> float:
         left, bottom, right, top = box
@@ -170,7 +191,7 @@ class Lettering:
             w = min(right, other[2]) - max(left, other[0])
             h = min(top, other[3]) - max(bottom, other[1])
             cost += _COVERED * (w > -1 and h > -1)
-        cost += _CROSSED * sum(_inside(box, a, b) for a, b in self.lines)
+        cost += _CROSSED * _inside(box, *self.lines)
         over = (
             self.frame[0] - left,
             self.frame[1] - bottom,
@@ -180,14 +201,19 @@ class Lettering:
         return cost + _OUTSIDE * sum(max(part, 0.0) for part in over)
 
 
+def _round_length(least: float) -> float:
+    """The least of 1, 2 and 5 times a power of ten above a length."""
+    power = 10.0 ** math.floor(math.log10(least))
+    return next(digit * power for digit in (1, 2, 5, 10) if digit * power >= least)
+
+
 def _inside(box: Box, a: FloatArray, b: FloatArray) -> float:
-    """The length of the part of a line in a box."""
-    first, last = 0.0, 1.0
-    for start, end, low, high in ((a[0], b[0], box[0], box[2]), (a[1], b[1], box[1], box[3])):
-        if start == end:
-            if not low <= start <= high:
-                return 0.0
-            continue
-        enter, leave = sorted(((low - start) / (end - start), (high - start) / (end - start)))
-        first, last = max(first, enter), min(last, leave)
-    return float(max(last - first, 0.0) * np.hypot(b[0] - a[0], b[1] - a[1]))
+    """The length of the parts of lines, from a (m, 2) to b (m, 2), in a box."""
+    way = b - a
+    with np.errstate(divide="ignore", invalid="ignore"):
+        parts = np.stack([(np.array(box[:2]) - a) / way, (np.array(box[2:]) - a) / way])
+    # A line along a side of the box enters and leaves it nowhere: 0 / 0.
+    is_along = np.isnan(parts).any(axis=(0, 2))
+    enter, leave = parts.min(0).max(-1), np.where(is_along, -np.inf, parts.max(0).min(-1))
+    inside = np.clip(np.minimum(leave, 1) - np.fmax(enter, 0), 0, None)
+    return float((inside * np.linalg.norm(way, axis=1)).sum())

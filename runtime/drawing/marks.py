@@ -134,6 +134,7 @@ class _Marks:
         names = [v.name for v in skeleton.robot.configuration_variables]
         self.driven = {names[k] for k in skeleton.actuators} if names else set()
         self.ends, self.carriages = self._points_of("ram"), self._points_of("carriage")
+        self.mouths = self._points_of("barrel")
 
     def all(self) -> Iterator[Mark]:
         yield from self._ground()
@@ -159,6 +160,10 @@ class _Marks:
         above = _ABOVE if level >= _SYMBOL else 0.3 * level
         return self.view.depth(points) + self.unit * above
 
+    def _behind(self, points: FloatArray) -> float:
+        """The order of a plate: all lines in front of its farthest point lie on it."""
+        return min(self._depth(point[None], _LEVELS["plate"]) for point in points)
+
     def _style(self, body: Body, shape: Shape) -> str:
         """Joints of actuated coordinates are filled with another colour."""
         joint = body.joint
@@ -180,12 +185,14 @@ class _Marks:
             yield from self._floor(points)
         elif kind == "plate":
             seen = hull(self.view.project(points))
-            yield Mark("plate", seen, self._depth(points, -1), shape.name, is_area=True)
-        elif kind in ("rod", "piston"):
+            yield Mark("plate", seen, self._behind(points), shape.name, is_area=True)
+        elif kind == "rod":
             yield self._line(kind, points, shape.name, 1)
-            yield from self._strut_ends(shape, points[:1] if kind == "rod" else points[1:])
-            if kind == "rod":
-                yield from self._strut_ends(shape, points[1:])
+            yield from self._strut_ends(shape, points)
+        elif kind == "piston":
+            mouth = self.mouths.get(shape.name, points[0])
+            yield self._line(kind, np.array([mouth, points[1]]), shape.name, 1)
+            yield from self._strut_ends(shape, points[1:])
         elif kind == "barrel":
             yield from self._barrel(shape, points)
         elif kind == "sleeve" and axis is not None:

@@ -115,7 +115,12 @@ class Skeleton:
 
     def actuator(self, joint: BodyJoint | None) -> int | None:
         """The index in q of the coordinate that moves a joint, None for a passive one."""
-        return None if joint is None else self.actuators.get(joint.coordinate)
+        k = None if joint is None else self.actuators.get(joint.coordinate)
+        is_serial = not self.robot.configuration_variables
+        if joint is None or k is None or not is_serial:
+            return k
+        # A follower moves with the coordinate of its leader.
+        return k if self.robot.coordinates[k].name == joint.name else None
 
     @cached_property
     def _motions(self) -> _Motions:

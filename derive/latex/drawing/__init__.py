@@ -1,10 +1,14 @@
 r"""A mechanism at a configuration as papers draw it, in TikZ, from the description alone."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
-from ...model.mechanism import Coordinate, Mechanism
+from ...chain.body_shapes import Skeleton
+from ...chain.posture import from_aside
+from ...model.mechanism import Mechanism
+from ...model.robot import Robot
 from ..setting import names
+from .arm_parts import arm
 from .labels import Label, Obstacles, loop_number, placed
 from .marks import Marks
 from .paper import Paper, Point, at, whole
@@ -84,7 +88,40 @@ def drawing(mechanism: Mechanism, configuration: Mapping[str, float]) -> str:
         place = loop_number([paper.at(p) for p in corners], taken)
         labels.append(f"\\node[loop] at {at(place)} {{{k}}};")
     labels += [line for label in _names(mechanism, marks) for line in placed(label, taken)]
-    low, high = _extent(taken)
+    return _picture(marks, labels)
+
+
+def arm_drawing(robot: Robot, skeleton: Skeleton) -> str:
+    r"""A drawing of a serial robot in its posture: links, joints with their axes, both frames.
+
+    It is seen from above and aside, without perspective. Each coordinate has its name at its joint
+    and an arrow in its positive sense.
+
+    Args:
+        robot: The description.
+        skeleton: Its bodies.
+
+    Returns:
+        A ``tikzpicture``, the same bytes on any machine; it needs :data:`PREAMBLE`.
+    """
+    parts, foot = arm(skeleton, [joint.name for joint in robot.coordinates])
+    paper = Paper.around(from_aside(), parts.points)
+    marks = Marks(parts, paper, is_planar=False)
+    if foot is not None:
+        marks.ground_at(paper.at(foot[0]), paper.at(foot[1]))
+    taken = marks.obstacles
+    wanted = [
+        _label(*_coordinate(k, joint.name), *marks.anchors[joint.name], "coordinate name")
+        for k, joint in enumerate(robot.coordinates, 1)
+    ]
+    wanted.append(_label(*_name(robot.tool_frame), *marks.anchors["tool"], "name"))
+    return _picture(marks, [line for label in wanted for line in placed(label, taken)])
+
+
+def _picture(marks: Marks, labels: Sequence[str]) -> str:
+    """All lines of a picture with its scale."""
+    low, high = _extent(marks.obstacles)
+    paper = marks.paper
     lines = [
         "\\begin{tikzpicture}",
         _STYLES,
@@ -100,7 +137,9 @@ def drawing(mechanism: Mechanism, configuration: Mapping[str, float]) -> str:
 def _coordinates(mechanism: Mechanism, marks: Marks) -> list[Label]:
     """Names of the actuated coordinates, at the joints that they move."""
     return [
-        _label(*_coordinate(k, coordinate), *marks.anchors[coordinate.moves], "coordinate name")
+        _label(
+            *_coordinate(k, coordinate.name), *marks.anchors[coordinate.moves], "coordinate name"
+        )
         for k, coordinate in enumerate(mechanism.coordinates, 1)
     ]
 
@@ -120,11 +159,11 @@ def _label(text: str, letters: float, point: Point, radius: int, style: str) -> 
     return Label(text, letters, point, radius, style)
 
 
-def _coordinate(k: int, coordinate: Coordinate) -> tuple[str, float]:
+def _coordinate(k: int, name: str) -> tuple[str, float]:
     """The index of a coordinate in q and its name, and the width of both in letters."""
-    if coordinate.name in ("q", f"q{k}", f"q_{k}"):
+    if name in ("q", f"q{k}", f"q_{k}"):
         return f"$q_{{{k}}}$", 2
-    text, letters = _name(coordinate.name)
+    text, letters = _name(name)
     return f"$q_{{{k}}}$ {text}", 2.6 + letters
 
 
@@ -164,4 +203,4 @@ def _scale(per_metre: float, corner: Point) -> list[str]:
     ]
 
 
-__all__ = ["PREAMBLE", "drawing"]
+__all__ = ["PREAMBLE", "arm_drawing", "drawing"]

@@ -6,7 +6,8 @@ import numpy as np
 
 from .labels import Obstacles
 from .paper import Paper, Point, angle, area, at, between, distance, hull, number, turn, whole
-from .parts import Bar, DrawnSlide, Hinge, Scene
+from .parts import Bar, DrawnSlide, Hinge, Scene, Solid
+from .poses import Array
 
 TINTS = 6
 """Number of tints that bodies take in turn."""
@@ -62,16 +63,34 @@ class Marks:
         self.arrows: list[str] = []
         self.obstacles = Obstacles()
         self.anchors: dict[str, tuple[Point, int]] = {}
-        self.corners = [hull([paper.at(p) for p in solid.points]) for solid in scene.solids]
+        self.corners = [self._outline(solid) for solid in scene.solids]
         self.has_plate = not is_planar and len(self.corners[0]) > 2  # noqa: PLR2004
         self._base()
         self._bodies()
         for slide in scene.slides:
             self._slide(slide)
         self._hinges()
-        self._tool()
+        self._frame_of(scene.tool, "tool")
+        if scene.base is not None:
+            self._frame_of(scene.base, "base")
+
+    def _outline(self, solid: Solid) -> list[Point]:
+        """The corners of a solid: its hull, or the points of a line without repetitions."""
+        points = [self.paper.at(p) for p in solid.points]
+        if not solid.is_line:
+            return hull(points)
+        return [p for p, before in zip(points, [None, *points], strict=False) if p != before]
 
     # --- ground ---
+
+    def ground_at(self, point: Point, other: Point) -> None:
+        """Hatches the ground at a point, across the direction to another."""
+        length = max(distance(point, other), 1)
+        x, y = (other[0] - point[0]) / length, (other[1] - point[1]) / length
+        side = whole(FOOTING * y), whole(FOOTING * x)
+        self._ground(
+            (point[0] - side[0], point[1] + side[1]), (point[0] + side[0], point[1] - side[1])
+        )
 
     def _base(self) -> None:
         if self.has_plate:
@@ -170,16 +189,17 @@ class Marks:
 
     def _body(self, k: int, corners: Sequence[Point]) -> list[str]:
         width = THICK if self.scene.solids[k].is_main else THIN
-        is_plate = len(corners) > 2  # noqa: PLR2004
+        is_plate = len(corners) > 2 and not self.scene.solids[k].is_line  # noqa: PLR2004
         path = _closed(corners) if is_plate else _open(corners)
         command = "filldraw" if is_plate else "draw"
         if is_plate:
             self.obstacles.plates.append(list(corners))
         self.obstacles.body([*corners, corners[0]] if is_plate else corners, width // 2)
         tint = f"tint{(k - 1) % TINTS + 1}"
+        empty = ",fill=none" if self.scene.solids[k].is_line and len(corners) > 2 else ""  # noqa: PLR2004
         return [
-            f"\\{command}[outline,line width={number(width + RIM)}mm] {path};",
-            f"\\{command}[{tint},line width={number(width)}mm] {path};",
+            f"\\{command}[outline{empty},line width={number(width + RIM)}mm] {path};",
+            f"\\{command}[{tint}{empty},line width={number(width)}mm] {path};",
         ]
 
     def _bar(self, bar: Bar) -> list[str]:
@@ -381,20 +401,19 @@ class Marks:
         beyond = RAIL if is_rail and not slide.travel else GUIDE
         return min(along) - beyond, max(along) + beyond
 
-    # --- tool ---
+    # --- frames ---
 
-    def _tool(self) -> None:
-        T = self.scene.tool
+    def _frame_of(self, T: Array, name: str) -> None:
         origin = self.paper.at(T[:3, 3])
-        self.anchors["tool"] = origin, 10
-        for k, name in enumerate("xyz"):
+        self.anchors[name] = origin, 10
+        for k, letter_of_axis in enumerate("xyz"):
             right, up, _ = self.paper.along(T[:3, k])
             if float(np.hypot(right, up)) < FORESHORTENED:
                 continue
             tip = origin[0] + whole(AXIS * right), origin[1] + whole(AXIS * up)
             letter = origin[0] + whole(1.22 * AXIS * right), origin[1] + whole(1.22 * AXIS * up)
             self.arrows.append(f"\\draw[frame] {at(origin)} -- {at(tip)};")
-            self.arrows.append(f"\\node[axis name] at {at(letter)} {{${name}$}};")
+            self.arrows.append(f"\\node[axis name] at {at(letter)} {{${letter_of_axis}$}};")
             self.obstacles.path([origin, letter], 6)
             self.obstacles.disc(letter, 10)
 

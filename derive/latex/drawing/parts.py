@@ -5,11 +5,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ...chain.body_shapes import rows_of_joints
+from ...chain.rigid_bodies import RigidBodies
 from ...loops.planar.planes import Loop, loops
 from ...model.errors import RobotError
 from ...model.mechanism import Closure, Mechanism, Strut
 from ...model.robot import Joint
-from ...model.tolerances import SAME_POINT, VISIBLE_GAP
+from ...model.tolerances import VISIBLE_GAP
 from .poses import Array, Poses
 
 LONG = 0.05
@@ -26,11 +28,13 @@ class Solid:
         points: The points of joints and struts on them.
         is_main: Whether the main chain passes through them.
         is_base: Whether the base is one of them.
+        is_line: Whether they are drawn as a line through the points in order, not as their hull.
     """
 
     points: list[Array] = field(default_factory=list)
     is_main: bool = False
     is_base: bool = False
+    is_line: bool = False
 
 
 @dataclass(frozen=True)
@@ -109,6 +113,7 @@ class Scene:
         bars: Rods and cylinders.
         loops: The corners of each loop, in the order of the description.
         tool: The tool frame (4, 4).
+        base: The base frame (4, 4); None where it is not drawn.
     """
 
     solids: Sequence[Solid]
@@ -117,6 +122,7 @@ class Scene:
     bars: Sequence[Bar]
     loops: Sequence[Sequence[Array]]
     tool: Array
+    base: Array | None = None
 
     @property
     def points(self) -> list[Array]:
@@ -199,26 +205,9 @@ class _Builder:
 
     def _runs(self) -> list[list[Joint]]:
         """Passive joints one after the other, without a body of any size between them."""
-        runs: list[list[Joint]] = []
-        for joint in self.mechanism.joints:
-            if joint.kind == "fixed" or joint.name in self.moved_by:
-                continue
-            run = next((r for r in runs if r[-1].link == joint.parent), None)
-            if run and self._is_bare(run[-1], joint):
-                run.append(joint)
-            else:
-                runs.append([joint])
-        return [run for run in runs if len(run) > 1 and _is_one(run)]
-
-    def _is_bare(self, inner: Joint, outer: Joint) -> bool:
-        """Whether the body between two joints carries nothing else and has no size."""
-        body = inner.link
-        carried = [joint for joint in self.mechanism.joints if joint.parent == body]
-        held = {frame.body for closer in self.mechanism.closers for frame in (closer.a, closer.b)}
-        if carried != [outer] or body in held or body == self.mechanism.tool_body:
-            return False
-        gap = self.poses.moved[inner.name][:3, 3] - self.poses.fixed[outer.name][:3, 3]
-        return float(np.linalg.norm(gap)) < SAME_POINT
+        rigid = RigidBodies(self.mechanism, self.poses.terms, self.configuration)
+        rows = rows_of_joints(rigid, set(self.moved_by))
+        return [[self.mechanism.joints[k - 1] for k in row] for row in rows]
 
     def _attach(self, body: str, point: Array) -> int:
         """Notes a point of a body, and gives the body's solid."""
@@ -313,8 +302,3 @@ class _Builder:
         if joint.kind == "fixed" or sum(j.kind == "prismatic" for j in run) > 1:
             return []
         return [self.poses.fixed[joint.name][:3, 3], self.poses.moved[joint.name][:3, 3]]
-
-
-def _is_one(run: Sequence[Joint]) -> bool:
-    """Whether joints in a row are one symbol or none: only turns, or the sliders of a platform."""
-    return sum(joint.kind == "prismatic" for joint in run) != 1

@@ -5,13 +5,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...chain.posture import from_aside
 from ...loops.planar.planes import linkages
 from ...model.mechanism import Mechanism
 from ...model.tolerances import SAME_POINT, SAME_VIEW
 from .poses import Array, Poses
-
-AZIMUTH, ELEVATION = math.radians(-56), math.radians(22)
-"""Direction of the eye for a spatial mechanism: not in line with legs 60 degrees apart."""
 
 
 def view(mechanism: Mechanism, poses: Poses) -> tuple[Array, bool]:
@@ -26,7 +24,7 @@ def view(mechanism: Mechanism, poses: Poses) -> tuple[Array, bool]:
     """
     normal = _common_normal(mechanism, poses)
     if normal is None:
-        return _aside(), False
+        return from_aside(), False
     up = _across(np.array([0.0, 0.0, 1.0]), normal)
     if up is None:
         return np.eye(3), True
@@ -38,11 +36,6 @@ def _facing(right: Array) -> Array:
     """Signs of the picture's directions that let x, or else y, go to the right."""
     leading = right[0] if abs(right[0]) > SAME_VIEW else right[1]
     return np.array([[-1.0], [1.0], [-1.0]]) if leading < 0 else np.ones((3, 1))
-
-
-def _aside() -> Array:
-    (ca, sa), (ce, se) = ((math.cos(v), math.sin(v)) for v in (AZIMUTH, ELEVATION))
-    return np.array([[-sa, ca, 0.0], [-se * ca, -se * sa, ce], [ce * ca, ce * sa, se]])
 
 
 def _common_normal(mechanism: Mechanism, poses: Poses) -> Array | None:

@@ -23,8 +23,8 @@ from chasles.derive.latex.setting.printer import Printer, number
 from chasles.derive.latex.setting.widths import LINE, width
 from chasles.derive.terms.casadi_graph import lower
 
-FILES = [f"{name}.tex" for name in ("parameters", "symbols", "screws", "transforms")]
-FILES += ["fk.tex", "jacobian.tex", "inverse.tex"]
+FILES = [f"{name}.tex" for name in ("parameters", "drawing", "symbols", "screws")]
+FILES += ["transforms.tex", "fk.tex", "jacobian.tex", "inverse.tex"]
 TRUE = 1e-12
 """Sums of a few dozen products of double precision numbers of order 1."""
 R = sp.Rational

@@ -1,0 +1,71 @@
+"""The figure of a serial robot's article stands where its kinematics puts it."""
+
+import re
+
+import numpy as np
+import pytest
+from derivations import NAMES, article, derivation, shaped
+
+from chasles.derive.chain.posture import from_aside
+from chasles.derive.latex.drawing import arm_drawing
+from chasles.derive.latex.drawing.arm_parts import arm
+from chasles.derive.latex.drawing.paper import HEIGHT, WIDTH, Paper, at
+
+TRUE = 1e-8
+"""Drawn points and directions are rounded to nine digits of the robot's size."""
+EDGE = 1
+"""Free edge of a picture on both sides together (mm)."""
+LARGEST = 8000
+"""Bytes of a figure: all of generated/ stays under 10 MB."""
+
+
+def parts(name):
+    found = derivation(name)
+    names = [joint.name for joint in found.robot.coordinates]
+    return found.skeleton, arm(found.skeleton, names)[0]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_joints_lie_on_their_screw_axes_and_the_tool_is_at_its_pose(name):
+    skeleton, scene = parts(name)
+    q = np.array(skeleton.posture)
+    assert scene.tool == pytest.approx(shaped(name, "fk", q), abs=1e-12)
+    screws = shaped(name, "jacobian_space", q)
+    seen = set()
+    for joint in (*scene.hinges, *scene.slides):
+        v, w = np.split(screws[:, joint.coordinate - 1], 2)
+        seen.add(joint.coordinate)
+        if joint in scene.slides:
+            assert np.abs(joint.axis) == pytest.approx(np.abs(v), abs=TRUE)
+            continue
+        assert joint.axis == pytest.approx(w, abs=TRUE)
+        assert np.cross(joint.at, joint.axis) == pytest.approx(v, abs=TRUE)
+    assert seen == set(range(1, len(q) + 1))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_figure_names_each_coordinate_and_fits_the_page(name):
+    text = article(name)["drawing.tex"]
+    skeleton, scene = parts(name)
+    assert text == arm_drawing(derivation(name).robot, skeleton)
+    assert len(text) < LARGEST
+    indices = re.findall(r"\\node\[coordinate name[^\n]*\$q_\{(\d+)\}\$", text)
+    assert sorted(map(int, indices)) == list(range(1, len(skeleton.posture) + 1))
+    paper = Paper.around(from_aside(), scene.points)
+    assert f"\\draw[frame] {at(paper.at(scene.tool[:3, 3]))}" in text
+    assert f"\\draw[frame] {at(paper.at(np.zeros(3)))}" in text
+    low, high = re.search(r"boundingbox (\S+) rectangle (\S+);", text).groups()
+    (left, bottom), (right, top) = (map(float, p[1:-1].split(",")) for p in (low, high))
+    assert 0 < right - left <= WIDTH / 10 + EDGE
+    assert 0 < top - bottom <= HEIGHT / 10 + EDGE
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_postures_are_round_and_within_limits(name):
+    found = derivation(name)
+    for value, joint in zip(found.skeleton.posture, found.robot.coordinates, strict=True):
+        low, high = joint.limits
+        assert low is None or value >= float(low)
+        assert high is None or value <= float(high)
+        if joint.kind == "revolute" and low is not None and float(low) < -0.3 < 0.3 < float(high):
+            assert np.degrees(value) / 15 == pytest.approx(round(np.degrees(value) / 15))

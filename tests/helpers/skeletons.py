@@ -1,0 +1,48 @@
+"""Skeletons of robots that are described, but neither derived nor compiled."""
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+
+from chasles.contract.facts import ActuatedVariable
+from chasles.contract.json_entry import Entry
+from chasles.contract.skeleton_facts import skeleton_facts
+from chasles.derive.derivation import Derivation
+from chasles.derive.emit.skeleton_entry import skeleton_entry
+from chasles.derive.loops.hybrid import Hybrid
+from chasles.derive.model.mechanism import Mechanism
+from chasles.derive.terms.terms import Terms
+from chasles.drawing import skeleton
+
+
+def described_skeleton(robot):
+    """The skeleton of a description, at the reference of its loops wherever its q is asked."""
+    hybrid = Hybrid(robot) if isinstance(robot, Mechanism) else None
+    robot = hybrid.mechanism if hybrid else robot
+    terms = hybrid.terms if hybrid else Terms({p.symbol: p.value for p in robot.parameters})
+    found = Derivation(robot, terms, (), (), hybrid).skeleton
+    names = list(hybrid.at_reference) if hybrid else []
+    entry = json.loads(json.dumps(skeleton_entry(found)))
+    facts = skeleton_facts(Entry(Path("x"), "skeleton", entry), len(names or robot.coordinates))
+    z = np.array(list(hybrid.at_reference.values())) if hybrid else None
+    moved = (
+        [(names.index(c.moves), float(terms.value(c.ratio))) for c in robot.coordinates]
+        if hybrid
+        else []
+    )
+    stand_in = SimpleNamespace(
+        name=robot.name,
+        n=len(robot.coordinates),
+        coordinates=[SimpleNamespace(name=c.name) for c in robot.coordinates],
+        frames=SimpleNamespace(base=robot.base_frame, tip=robot.tool_frame),
+        configuration_variables=[SimpleNamespace(name=name) for name in names],
+        configuration=lambda q: np.broadcast_to(z, (*np.shape(q)[:-1], len(z))),
+        reference=SimpleNamespace(q=[z[k] / ratio for k, ratio in moved]) if hybrid else None,
+        lower=np.full(len(robot.coordinates), -np.inf),
+        upper=np.full(len(robot.coordinates), np.inf),
+        _skeleton=facts,
+        _actuated_in_z=[ActuatedVariable(k, ratio) for k, ratio in moved],
+    )
+    return skeleton(stand_in)

@@ -1,0 +1,252 @@
+"""The geometry of drawings: what stands where, how many ghosts, and letters that do not overlap."""
+
+import itertools
+import random
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+from chains import random_chain
+from derivations import description
+from skeletons import described_skeleton
+
+import chasles
+from chasles.derive import load
+from chasles.drawing import skeleton
+from chasles.drawing.figure import figure_of, other_inverses
+from chasles.drawing.marks import hull, marks
+from chasles.drawing.scene import corners, scenes
+from chasles.drawing.views import AXONOMETRIC, SPATIAL, plane_of, views_of
+from chasles.errors import InputValueError, ShapeError
+
+pytest.importorskip("matplotlib")
+
+TRUE = 1e-9
+"""Points of shapes are rounded to nine digits."""
+ROBOTS = chasles.robots()
+SERIAL = [name for name in ROBOTS if not chasles.load(name).configuration_variables]
+PLANAR = {"bricklaying_planar", "five_bar", "four_bar", "planar_3rrr", "slider_crank"}
+SHELF = ("cr5", "crx10ia", "fr3", "gen3", "sawyer", "tx2_60", "vs060", "xarm6")
+
+
+def shown(bodies, views=None, q=None, ghosts=None, path=None):
+    """The scenes of a skeleton."""
+    poses = bodies.poses(bodies.posture if q is None else q)
+    none = np.empty((0, *poses.shape))
+    found = views_of(bodies, poses, views)
+    pale = none if ghosts is None else bodies.poses(ghosts)
+    return poses, scenes(bodies, poses, pale, path, found)
+
+
+def lettered(bodies):
+    """A figure of the only view of a skeleton that has letters."""
+    poses = bodies.poses(bodies.posture)
+    names = ("plane",) if plane_of(bodies, poses) else ("axonometric",)
+    return figure_of(shown(bodies, names)[1], (), has_path=False)
+
+
+def letters(figure):
+    """The boxes of all letters inside the axes of a figure [pixels]."""
+    renderer = figure.canvas.get_renderer()
+    texts = [text for ax in figure.axes for text in ax.texts if text.get_text()]
+    return [(text.get_text(), text.get_window_extent(renderer)) for text in texts]
+
+
+def overlaps(figure):
+    return [
+        (a, b)
+        for (a, own), (b, other) in itertools.combinations(letters(figure), 2)
+        if min(own.x1, other.x1) - max(own.x0, other.x0) > 0.5
+        and min(own.y1, other.y1) - max(own.y0, other.y0) > 0.5
+    ]
+
+
+@pytest.mark.parametrize("name", SERIAL)
+def test_links_end_where_forward_kinematics_puts_the_joints(name):
+    robot = chasles.load(name)
+    bodies = skeleton(robot)
+    generator = np.random.default_rng(3)
+    q = generator.uniform(-1, 1, robot.n)
+    links = robot.link_poses(q)
+    _, found = shown(bodies, ("front", "side", "top", "axonometric"), q)
+    index = {link: k for k, link in enumerate(robot.frames.links)}
+    checked = 0
+    for scene in found:
+        for body in bodies.bodies[1:]:
+            for shape in body.shapes:
+                if shape.kind != "link":
+                    continue
+                T = links[index[body.name]]
+                ends = np.array([T[:3, :3] @ p + T[:3, 3] for p in np.array(shape.points)])
+                expected = scene.view.project(ends)
+                own = [m.points for m in scene.marks if (m.style, m.name) == ("link", body.name)]
+                assert any(np.allclose(points, expected, atol=TRUE) for points in own)
+                checked += 1
+    assert checked >= 8
+    tip = robot.fk(q)[:3, 3]
+    for scene in found:
+        assert scene.frames[1].origin == pytest.approx(scene.view.project(tip), abs=TRUE)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_everything_is_inside_the_box_of_its_view(name):
+    bodies = skeleton(chasles.load(name))
+    poses, found = shown(bodies)
+    for scene in found:
+        low, high = scene.box
+        for points in (
+            scene.view.project(corners(bodies, poses)),
+            *(m.points for m in scene.marks),
+        ):
+            assert (points >= low).all()
+            assert (points <= high).all()
+        styles = [mark.style for mark in scene.marks]
+        assert "driven" in styles or "driven barrel" in styles
+        depths = [mark.depth for mark in scene.marks]
+        assert depths == sorted(depths)
+
+
+def test_planar_robots_are_drawn_on_their_plane():
+    planar = set()
+    for name in ROBOTS:
+        bodies = skeleton(chasles.load(name))
+        poses, found = shown(bodies)
+        if [scene.view.name for scene in found] == ["plane"]:
+            planar.add(name)
+            normal = found[0].view.rows[2]
+            heights = corners(bodies, poses) @ normal
+            assert np.ptp(heights) < TRUE
+        else:
+            assert [scene.view for scene in found] == list(SPATIAL)
+    assert planar == PLANAR
+
+
+def test_lengths_on_a_plane_are_those_of_the_description():
+    robot = chasles.load("four_bar")
+    (scene,) = shown(skeleton(robot))[1]
+    lengths = sorted(round(dimension.length, 9) for dimension in scene.dimensions)
+    expected = [parameter.value for parameter in robot.parameters.values()]
+    named = {0.1, 0.3, 0.25, 0.35}
+    assert named <= {round(value, 9) for value in expected}
+    assert named <= set(lengths)
+    texts = {text for text, _ in letters(figure_of([scene], (), has_path=False))}
+    assert {"0.1 m", "0.3 m", "0.25 m", "0.35 m"} <= texts
+
+
+@pytest.mark.parametrize("name", ["ur5e", "panda", "scara", "puma560", "excavator"])
+def test_as_many_ghosts_as_other_solutions(name):
+    robot = chasles.load(name)
+    bodies = skeleton(robot)
+    generator = np.random.default_rng(8)
+    counted = 0
+    for _ in range(5):
+        near = bodies.posture if robot.reference else generator.uniform(-1, 1, robot.n)
+        q = near + 0.02 * generator.uniform(-1, 1, robot.n)
+        others = other_inverses(robot, q)
+        given = [q[k] for k in robot.given]
+        every = robot.ik(robot.fk(q), *given).distinct()
+        assert others.count == every.count - 1
+        ghosts = others.array()
+        views = ("front", "axonometric")
+        _, found = shown(bodies, views, q, ghosts if len(ghosts) else None)
+        for scene in found:
+            assert len(scene.ghosts) == others.count
+            for ghost in scene.ghosts:
+                tips = np.concatenate(ghost)
+                tip = scene.frames[1].origin
+                assert np.linalg.norm(tips - tip, axis=1).min() < 0.05 * bodies.size
+        counted += len(ghosts)
+    assert counted >= (0 if name == "excavator" else 5)
+
+
+def test_the_path_is_that_of_the_tool(tmp_path):
+    robot = chasles.load("excavator")
+    q = np.array(robot.reference.q) + np.linspace(0, 0.1, 12)[:, None]
+    figure = chasles.draw(robot, q[-1], path=q, file=tmp_path / "path.svg")
+    tips = robot.fk(q)[:, :3, 3]
+    drawn = [line.get_xydata() for line in figure.axes[2].lines]
+    assert any(len(d) == 12 and np.allclose(d, tips[:, [0, 2]], atol=TRUE) for d in drawn)
+    root = ET.parse(tmp_path / "path.svg").getroot()
+    assert root.tag.endswith("svg")
+    assert root.findall(".//{http://www.w3.org/2000/svg}image") == []
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_no_letters_overlap(name):
+    bodies = skeleton(chasles.load(name))
+    figure = lettered(bodies)
+    named = [text for text, _ in letters(figure) if text.startswith("$q_")]
+    assert len(named) == chasles.load(name).n
+    assert overlaps(figure) == []
+    assert figure.get_figwidth() == pytest.approx(8 / 2.54, abs=0.01)
+
+
+@pytest.mark.parametrize("name", SHELF)
+def test_no_letters_overlap_on_arms_of_the_shelf(name):
+    bodies = described_skeleton(load(description(name)))
+    figure = lettered(bodies)
+    assert len(letters(figure)) >= bodies.robot.n
+    assert overlaps(figure) == []
+
+
+def test_no_letters_overlap_on_random_arms():
+    generator = random.Random(17)
+    checked, sure = 0, 0
+    for _ in range(8):
+        bodies = described_skeleton(random_chain(generator, generator.randint(3, 7)).robot())
+        figure = lettered(bodies)
+        sure += overlaps(figure) == []
+        checked += 1
+    assert (checked, sure) == (8, 8)
+
+
+def test_marks_of_random_arms_are_finite_and_near_the_robot():
+    generator = random.Random(4)
+    for _ in range(25):
+        bodies = described_skeleton(random_chain(generator, generator.randint(2, 8)).robot())
+        poses = bodies.poses(bodies.posture)
+        found = marks(bodies, poses, AXONOMETRIC, 0.02 * bodies.size)
+        points = np.concatenate([mark.points for mark in found])
+        own = AXONOMETRIC.project(corners(bodies, poses))
+        assert np.isfinite(points).all()
+        assert (points.min(0) >= own.min(0) - 0.2 * bodies.size).all()
+        assert (points.max(0) <= own.max(0) + 0.2 * bodies.size).all()
+
+
+def test_hulls_hold_all_points_and_turn_left():
+    generator = np.random.default_rng(2)
+    for _ in range(100):
+        points = generator.normal(size=(generator.integers(3, 12), 2))
+        around = hull(points)
+        ways = np.roll(around, -1, axis=0) - around
+        for start, (x, y) in zip(around, ways, strict=True):
+            apart = points - start
+            assert (x * apart[:, 1] - y * apart[:, 0] >= -1e-12).all()
+
+
+def test_axes_that_are_given_are_used():
+    from matplotlib.figure import Figure
+
+    ax = Figure().add_subplot()
+    assert chasles.draw(chasles.load("ur5e"), ax=ax) is ax
+    assert len(ax.patches) > 6
+    with pytest.raises(InputValueError, match="axes for one view, got 2 views"):
+        chasles.draw(chasles.load("ur5e"), ax=ax, views=("front", "top"))
+
+
+def without_inverse(name):
+    return "ik" not in chasles.load(name).functions
+
+
+def test_what_is_wrong_is_named():
+    robot = chasles.load("ur5e")
+    with pytest.raises(ShapeError, match=r"draw: q: expected shape \(6,\), got \(5,\)"):
+        chasles.draw(robot, np.zeros(5))
+    with pytest.raises(ShapeError, match=r"draw: ghosts: expected shape \(k, 6\), got \(6,\)"):
+        chasles.draw(robot, ghosts=np.zeros(6))
+    with pytest.raises(InputValueError, match="'below', expected some of top, axonometric"):
+        chasles.draw(robot, views=("below",))
+    with pytest.raises(chasles.OutOfReachError):
+        chasles.draw(chasles.load("excavator"), [0, 90.0, 0, 0])
+    with pytest.raises(InputValueError, match="has no inverse in closed form"):
+        chasles.draw(chasles.load(next(filter(without_inverse, ROBOTS))), ghosts=True)

@@ -1,0 +1,25 @@
+"""The examples of docs/drawing.md run."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("matplotlib")
+PAGE = Path(__file__).parents[3] / "docs" / "drawing.md"
+
+
+def test_the_examples_run(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = PAGE.read_text(encoding="utf-8")
+    examples = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    assert len(examples) == 4
+    names = {}
+    for example in examples:
+        exec(compile(example, str(PAGE), "exec"), names)
+    assert {path.name for path in tmp_path.iterdir()} == {
+        *("ur5e.pdf", "ur5e_branches.svg", "four_bar.pdf", "boom.png", "boom.gif"),
+    }
+    assert (tmp_path / "ur5e.pdf").read_bytes().startswith(b"%PDF")
+    for picture in re.findall(r"\]\((\w+\.png)\)", text):
+        assert PAGE.with_name(picture).is_file()
