@@ -1,7 +1,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: derive test check check-generated format lint types bench bench-quick bench-count bench-check docs reproduce clean help
+.PHONY: derive test check check-generated format lint types bench bench-quick bench-count bench-check docs reproduce gallery clean help
 
 derive: .venv/derive ## derive, generate and compile every robot
 	@$(BIN)/chasles-derive && $(BIN)/python -m chasles build
@@ -41,6 +41,9 @@ docs: .venv/derive ## every robot's equations as PDF in build/docs (needs pdflat
 
 reproduce: .venv/dev ## the five papers: numbers and pictures in build/reproduce, docs/papers.md checked
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python docs/papers/report.py
+
+gallery: .venv/derive ## a page with sliders of every robot in build/gallery
+	@$(BIN)/python docs/gallery.py
 
 clean: ## remove the environment and everything built
 	@rm -rf .venv build dist *.egg-info runtime/*/*.so generated/*/.derived

@@ -9,6 +9,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import chasles
+
 from . import check, count, document
 from .accuracy import (
     cleaned_files,
@@ -24,7 +26,7 @@ from .accuracy import (
 )
 from .calibration import calibrations, tracker_sets
 from .cases.poses import CASES
-from .measures import derivation, scenes, studies
+from .measures import derivation, frames, scenes, studies
 from .peers.forward import absent
 from .plans import FULL, QUICK, SECTIONS, without_slow_builds
 from .report import Plan, out, records, save, tables
@@ -51,6 +53,7 @@ COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {
     ),
     "studies": lambda o: studies.run(o.samples),
     "scenes": lambda o: scenes.run(o.count),
+    "view": lambda o: frames.run(tuple(o.robots) or tuple(chasles.robots())),
     "calibration": lambda o: calibrations.run(o.runs, o.robots or ("ur5e",)),
     "tracker": lambda o: tracker_sets.run(tuple(o.robots) or tracker_sets.ARMS, o.seeds),
     "losses": lambda o: losses.run(o.arms, o.first, given=o.given),
@@ -142,6 +145,8 @@ def _add_sweeps(commands: Any) -> None:
     studied.add_argument("--samples", type=int, default=10_000_000, help="postures of a workspace")
     among = commands.add_parser("scenes", help="paths of robots with loops among obstacles")
     among.add_argument("--count", type=int, default=100, help="number of random scenes")
+    shown = commands.add_parser("view", help="the computing for a frame of the live view")
+    shown.add_argument("robots", nargs="*", help="names or descriptions; all shipped ones if none")
     tracked = commands.add_parser("tracker", help="simulated sets of a laser tracker")
     tracked.add_argument("robots", nargs="*", help="names or descriptions")
     tracked.add_argument("--seeds", type=int, default=3, help="drawn arms of each robot")

@@ -25,6 +25,8 @@ file in `derive/robots/shelf` names the source of its numbers.
 
 {generated}
 
+`make gallery` writes a [page with sliders](view.md#the-page) of every shipped robot.
+
 Robots with loops are listed on the page of [robots with loops](loops.md) and by `chasles list`.
 """
 

@@ -139,7 +139,7 @@ def _write_report(found: Calibration, file: Path, held_back: Mapping[str, float]
 
 def _view(options: argparse.Namespace) -> int:
     # The other commands need no drawings.
-    from .view import View, html_page, read_recording  # noqa: PLC0415
+    from .view import LiveView, html_page, read_recording  # noqa: PLC0415
 
     robot = load(options.robot)
     if options.html:
@@ -148,7 +148,7 @@ def _view(options: argparse.Namespace) -> int:
         return 0
     recording = read_recording(options.play, robot) if options.play else None
     file = Path(options.robot) if is_description(Path(options.robot)) else None
-    shown = View(robot, port=options.port, description=file, recording=recording)
+    shown = LiveView(robot, port=options.port, description=file, recording=recording)
     print(f"{robot.name}: {shown.address} (ctrl-c ends it)", flush=True)
     try:
         shown.wait()

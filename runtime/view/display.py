@@ -119,6 +119,9 @@ class Display:
         self._units = np.where(turns, 1.0, self.skeleton.size)
         self.solids = solids(self.skeleton, frozenset(self._moved))
         self.most_ghosts = len(robot.labels.get("ik", ()))
+        if self.most_ghosts == 1:
+            # The only branch is the posture itself.
+            self.most_ghosts = 0
         if "ik" not in robot.functions and "ik_planar" in dir(robot):
             self.most_ghosts = _PLANAR_GHOSTS
         self.start = self._start()

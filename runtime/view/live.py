@@ -7,7 +7,7 @@ import threading
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,7 @@ _STEP = 0.1
 """Step of a slider in the unit that people read: a tenth of a degree or of a millimetre."""
 _RATE = 1 / 30
 """Seconds between the frames of a motion that is played."""
-_GHOST_OPACITY = 0.3
+_GHOST_OPACITY = 0.4
 _GIZMO = 0.2
 """Size of the tool's handle, in parts of the robot's size."""
 _CLOUD = 20_000
@@ -36,7 +36,7 @@ _AWAY = "The tool cannot be there: the posture of the least error nearby is show
 _OPEN = "A loop does not close there."
 
 
-class View:
+class LiveView:
     """A robot in a web page of this machine, until it is closed.
 
     The page has a slider for each coordinate, in degrees or millimetres; a frame at the tool that
@@ -99,7 +99,7 @@ class View:
         """Stops the server."""
         self._server.stop()
 
-    def wait(self) -> None:
+    def wait(self) -> NoReturn:
         """Plays the recording, if there is one, until the process is interrupted."""
         while True:
             time.sleep(_RATE)
@@ -129,8 +129,10 @@ class View:
         """Places the first camera so that the robot fills the page."""
         centre, radius = self._display.ball(self._display.start)
         camera = self._server.initial_camera
-        camera.position = tuple(centre + 2.6 * radius * np.array([0.6, -0.8, 0.45]))
-        camera.look_at = tuple(centre)
+        # The panel covers the right side of the page: the robot stands left of the middle.
+        target = centre + 0.5 * radius * np.array([0.8, 0.6, 0.0])
+        camera.position = tuple(target + 2.2 * radius * np.array([0.6, -0.8, 0.45]))
+        camera.look_at = tuple(target)
         self._server.scene.add_grid(
             "/ground",
             width=4 * radius,

@@ -52,16 +52,17 @@ def body_meshes(file: Path, skeleton: Skeleton) -> tuple[BodyMesh, ...]:
     index = {body.name: k for k, body in enumerate(skeleton.bodies)}
     parents = {joint.child: joint.parent for joint in urdf.robot.joints}
     found = []
-    for name, surface in urdf.scene.geometry.items():
-        T, _ = urdf.scene.graph.get(name)
-        link: str | None = urdf.scene.graph.transforms.parents[name]
+    base, _ = urdf.scene.graph.get(_base(skeleton, urdf))
+    for node in urdf.scene.graph.nodes_geometry:
+        T, geometry = urdf.scene.graph.get(node)
+        link: str | None = urdf.scene.graph.transforms.parents[node]
         while link is not None and link not in index:
             link = parents.get(link)
         k = index[link] if link is not None else 0
-        # Poses in the base frame: the file's root may be a frame before it.
-        base, _ = urdf.scene.graph.get(_base(skeleton, urdf))
         T_0_mesh = np.linalg.solve(base, T)
-        own = surface.copy()
+        surface = urdf.scene.geometry[geometry]
+        # A primitive shape of trimesh would turn without its corners.
+        own = surface.to_mesh() if hasattr(surface, "to_mesh") else surface.copy()
         own.apply_transform(np.linalg.solve(poses[k], T_0_mesh))
         found.append(BodyMesh(k, own))
     return tuple(found)

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ...chain.singular_postures import words
-from ...chain.singularities import determinant
+from ...chain.singular.determinant import determinant
+from ...chain.singular.postures import words
 from ...model.robot import Robot
 from .notation import Notation
 

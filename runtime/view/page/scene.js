@@ -49,8 +49,10 @@ function look() {
   bodies.forEach((body) => box.expandByObject(body));
   const centre = box.getCenter(new THREE.Vector3());
   const radius = box.getSize(new THREE.Vector3()).length() / 2;
-  const away = radius / Math.sin((camera.fov * Math.PI) / 360);
-  camera.position.copy(centre).add(new THREE.Vector3(0.75, -1, 0.6).setLength(0.85 * away));
+  const half = (camera.fov * Math.PI) / 360;
+  const across = Math.atan((Math.tan(half) * (window.innerWidth - panel())) / window.innerHeight);
+  const away = radius / Math.sin(Math.min(half, across));
+  camera.position.copy(centre).add(new THREE.Vector3(0.75, -1, 0.6).setLength(0.9 * away));
   const controls = new THREE.OrbitControls(camera, canvas);
   controls.target.copy(centre);
   controls.addEventListener("change", draw);
@@ -61,13 +63,18 @@ function draw() {
   renderer.render(scene, camera);
 }
 
+// The width that the panel covers [pixels].
+function panel() {
+  return window.innerWidth > 640 ? 290 : 0;
+}
+
 function fit() {
   renderer.setPixelRatio(window.devicePixelRatio);
   renderer.setSize(window.innerWidth, window.innerHeight, false);
   camera.aspect = window.innerWidth / window.innerHeight;
   // The panel covers the right side: the robot stands in the middle of the rest.
-  const panel = window.innerWidth > 640 ? 290 : 0;
-  camera.setViewOffset(window.innerWidth, window.innerHeight, panel / 2, 0, window.innerWidth, window.innerHeight);
+  const [width, height] = [window.innerWidth, window.innerHeight];
+  camera.setViewOffset(width, height, panel() / 2, 0, width, height);
   camera.updateProjectionMatrix();
   draw();
 }

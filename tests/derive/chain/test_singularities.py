@@ -7,8 +7,8 @@ import pytest
 import sympy as sp
 
 import chasles.derive
-from chasles.derive.chain.singular_postures import words
-from chasles.derive.chain.singularities import Determinant, determinant
+from chasles.derive.chain.singular.determinant import Determinant, determinant
+from chasles.derive.chain.singular.postures import words
 from chasles.derive.terms.casadi_graph import lower
 
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"

@@ -17,7 +17,7 @@ FLAGS = (
     "--disable-dev-shm-usage",
     "--no-first-run",
     "--disable-background-networking",
-    "--window-size=1000,700",
+    "--window-size=760,520",
     "--force-device-scale-factor=0.25",  # drawing in software takes most of the time
     "--remote-debugging-port=0",
     "--remote-allow-origins=*",

@@ -7,7 +7,7 @@ import pytest
 
 import chasles
 from chasles.errors import InputValueError
-from chasles.view import Recording, View
+from chasles.view import LiveView, Recording
 
 viser = pytest.importorskip("viser", reason="viser is not installed")
 OF_VISER = ("THREE.Clock", "Detected chrome", "WebGL", "Performance")
@@ -24,18 +24,24 @@ def shown(browser):
     views = []
 
     def show(name, **options):
-        view = View(chasles.load(name), **options)
+        view = LiveView(chasles.load(name), **options)
         views.append(view)
         browser.open(view.address)
         until(lambda: len(view._server.get_clients()) == 1)
         until(lambda: browser.run("!!document.querySelector('canvas')"))
         until(lambda: "workspace" in browser.run("document.body.innerText"))
+        until(lambda: looks_at_the_robot(view))
         return view
 
     yield show
-    browser.open("about:blank")
     for view in views:
         view.close()
+
+
+def looks_at_the_robot(view):
+    """Whether the page has taken the camera that the view gave it."""
+    (client,) = view._server.get_clients().values()
+    return np.allclose(client.camera.position, view._server.initial_camera.position, atol=1e-3)
 
 
 def seen(view, browser, point):
@@ -137,4 +143,4 @@ def test_a_port_that_is_taken():
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         with pytest.raises(InputValueError, match="port"):
-            View(chasles.load("four_bar"), port=taken.getsockname()[1])
+            LiveView(chasles.load("four_bar"), port=taken.getsockname()[1])

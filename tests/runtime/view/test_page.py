@@ -8,7 +8,7 @@ import pytest
 import chasles
 from chasles.view import html_page
 from chasles.view.display import Display
-from chasles.view.page import page_data
+from chasles.view.mailed_page import page_data
 from chasles.view.slider_units import slider_units
 
 CLOSED = 1e-9

@@ -11,9 +11,9 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from ..model.robot import Robot
-from .poe import to_poe
-from .singularities import seen_screws
+from ...model.robot import Robot
+from ..poe import to_poe
+from .determinant import seen_screws
 
 FloatArray = NDArray[np.float64]
 DRAWS = 4

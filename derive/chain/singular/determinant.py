@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from sympy.simplify.fu import TR8
 from sympy.utilities.iterables import strongly_connected_components
 
-from ..model.robot import Robot
-from .poe import placement_matrix, to_poe
+from ...model.robot import Robot
+from ..poe import placement_matrix, to_poe
 
 FloatArray = NDArray[np.float64]
 Polynomial = Any

@@ -1,0 +1,81 @@
+"""``python -m bench view``: the computing for a frame of the live view, ghosts included.
+
+A frame of a slider is a posture, the branches of the inverse, their poses as ghosts and the colours
+of limits. In a frame of the tool's handle, the posture follows from the inverse. The time that
+viser takes to send a frame to the browser is not in it.
+"""
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+from rich.table import Table
+
+import chasles
+from chasles.view.display import Display, Posture
+from chasles.view.slider_units import slider_units
+
+from ..report import out
+
+MOST_MS = 2.0
+"""Milliseconds that the computing for a frame may take."""
+ROUNDS, FRAMES = 15, 20
+STEP = 0.003
+"""Part of a slider's range between two frames: a hand's pace at thirty frames a second."""
+
+
+def run(robots: tuple[str, ...]) -> int:
+    """Prints the times of robots; returns 1 if one of them takes longer than it may."""
+    table = Table(title="The computing for a frame, least of several runs")
+    for name in ("robot", "bodies", "ghosts", "slider [ms]", "tool [ms]"):
+        table.add_column(name, justify="left" if name == "robot" else "right")
+    slow = 0
+    for name in robots:
+        display = Display(chasles.load(name))
+        postures = _way(display)
+        by_slider = _least(lambda d=display, p=postures: _slid(d, p))
+        by_tool = _least(lambda d=display, p=postures: _dragged(d, p))
+        most = max(int(display.ghosts(posture).scales.sum()) for posture in postures)
+        bodies = len(display.skeleton.bodies)
+        table.add_row(name, str(bodies), str(most), f"{by_slider:.2f}", f"{by_tool:.2f}")
+        slow += max(by_slider, by_tool) > MOST_MS
+    out.print(table)
+    out.print(f"{len(robots) - slow} of {len(robots)} robots take at most {MOST_MS:g} ms")
+    return int(slow > 0)
+
+
+def _way(display: Display) -> list[Posture]:
+    """Postures one after the other, from the start on."""
+    units = slider_units(display.robot, display.start.q)
+    step = STEP * np.array([unit.upper - unit.lower for unit in units])
+    inwards = np.where(display.start.q < [(u.lower + u.upper) / 2 for u in units], 1.0, -1.0)
+    found = [display.start]
+    for k in range(1, FRAMES + 1):
+        found.append(display.at(display.start.q + k * inwards * step, found[-1]))
+    return found
+
+
+def _slid(display: Display, postures: list[Posture]) -> None:
+    last = postures[0]
+    for posture in postures[1:]:
+        last = display.at(posture.q, last)
+        display.ghosts(last)
+        display.limits(last)
+
+
+def _dragged(display: Display, postures: list[Posture]) -> None:
+    last = postures[0]
+    for posture in postures[1:]:
+        last = display.reaching(posture.tool, last)
+        display.ghosts(last)
+        display.limits(last)
+
+
+def _least(work: Callable[[], None]) -> float:
+    """Milliseconds a frame."""
+    times = []
+    for _ in range(ROUNDS):
+        begin = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - begin)
+    return 1000 * min(times) / FRAMES

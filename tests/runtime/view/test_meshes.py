@@ -1,0 +1,84 @@
+"""The meshes of a URDF on the bodies of a skeleton, against yourdfpy's own kinematics."""
+
+import numpy as np
+import pytest
+
+import chasles
+from chasles.drawing import skeleton
+from chasles.errors import InputValueError
+from chasles.view.meshes import body_meshes
+
+yourdfpy = pytest.importorskip("yourdfpy", reason="yourdfpy is not installed")
+
+ARM = """<robot name="meshed">
+  <link name="world"/>
+  <joint name="stand" type="fixed"><parent link="world"/><child link="base"/>
+    <origin xyz="0.5 0 0.1" rpy="0 0 0.4"/></joint>
+  <link name="base"><visual><geometry><box size="0.2 0.2 0.1"/></geometry></visual></link>
+  <joint name="turn" type="revolute"><parent link="base"/><child link="upper"/>
+    <origin xyz="0 0 0.3" rpy="0.1 0 0.3"/><axis xyz="0 0 1"/>
+    <limit lower="-2" upper="2" effort="1" velocity="1"/></joint>
+  <link name="upper"><visual><origin xyz="0.1 0 0.2" rpy="0.3 0.2 0.1"/>
+    <geometry><mesh filename="part.stl" scale="0.001 0.001 0.001"/></geometry></visual></link>
+  <joint name="bend" type="revolute"><parent link="upper"/><child link="lower"/>
+    <origin xyz="0.4 0 0"/><axis xyz="0 1 0"/>
+    <limit lower="-2" upper="2" effort="1" velocity="1"/></joint>
+  <link name="lower"><visual><geometry><cylinder radius="0.05" length="0.4"/></geometry></visual>
+  </link>
+  <joint name="slide" type="prismatic"><parent link="lower"/><child link="hand"/>
+    <origin xyz="0 0 0.4"/><axis xyz="0 0 1"/>
+    <limit lower="0" upper="0.3" effort="1" velocity="1"/></joint>
+  <link name="hand"/>
+  <joint name="mount" type="fixed"><parent link="hand"/><child link="plate"/>
+    <origin xyz="0 0.02 0.05" rpy="0 0.5 0"/></joint>
+  <link name="plate"><visual><geometry><sphere radius="0.03"/></geometry></visual></link>
+</robot>
+"""
+
+
+@pytest.fixture(scope="module")
+def meshed(tmp_path_factory):
+    trimesh = pytest.importorskip("trimesh")
+    folder = tmp_path_factory.mktemp("meshed")
+    trimesh.creation.box((100, 200, 300)).export(folder / "part.stl")
+    file = folder / "meshed.urdf"
+    file.write_text(ARM, encoding="utf-8")
+    return file
+
+
+def corners(surface) -> np.ndarray:
+    return np.asarray(surface.vertices)
+
+
+def test_meshes_move_with_their_links(meshed):
+    robot = chasles.load(meshed)
+    bodies = skeleton(robot)
+    meshes = body_meshes(meshed, bodies)
+    urdf = yourdfpy.URDF.load(str(meshed))
+    assert len(meshes) == 4
+    q = np.array([0.7, -0.4, 0.2])
+    poses = bodies.poses(q)
+    urdf.update_cfg(dict(zip([c.name for c in robot.coordinates], q, strict=True)))
+    base = urdf.get_transform(robot.frames.base, urdf.base_link)
+    expected = []
+    for node in urdf.scene.graph.nodes_geometry:
+        T, name = urdf.scene.graph.get(node)
+        vertices = urdf.scene.geometry[name].vertices
+        moved = np.linalg.solve(base, T)
+        expected.append(vertices @ moved[:3, :3].T + moved[:3, 3])
+    for mesh in meshes:
+        T = poses[mesh.body]
+        own = corners(mesh.surface) @ T[:3, :3].T + T[:3, 3]
+        off = [np.abs(own - e).max() for e in expected if len(e) == len(own)]
+        assert min(off) < 1e-9
+
+
+def test_other_files_have_no_meshes(tmp_path):
+    assert body_meshes(tmp_path / "arm.toml", skeleton(chasles.load("scara"))) == ()
+
+
+def test_a_file_that_is_no_urdf(tmp_path):
+    file = tmp_path / "arm.urdf"
+    file.write_text("<robot", encoding="utf-8")
+    with pytest.raises(InputValueError, match=r"arm\.urdf"):
+        body_meshes(file, skeleton(chasles.load("scara")))
