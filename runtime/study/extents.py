@@ -63,9 +63,11 @@ def _least(robot: Any, start: FloatArray, points: Samples, axis: int, sign: int)
     def value(q: FloatArray) -> tuple[float, FloatArray]:
         T, J = robot.fk_jacobian_mixed(q[None])
         p, gradient = T[0, axis, 3], J[0, axis]
-        # An open loop is a wall for the line search.
-        return (sign * p, sign * gradient) if np.isfinite(p) else (np.inf, np.zeros_like(q))
+        # An open loop is a wall for the line search, which interpolates between finite values.
+        return (sign * p, sign * gradient) if np.isfinite(p) else (wall, np.zeros_like(q))
 
+    T = robot.fk(start[None])
+    wall = sign * float(T[0, axis, 3]) + float(np.abs(T[0, :3, 3]).max())
     bounds = list(zip(points.lower, points.upper, strict=True))
     options = {"maxfun": _CALLS, "ftol": 0.0, "xtol": _STEP, "gtol": _SLOPE}
     # Other methods call BLAS on tiny matrices, and its threads wait for each other.
