@@ -14,9 +14,12 @@ FloatArray = NDArray[np.float64]
 
 _STARTS = 8
 """Postures from which each end is sought: a box of joints has few local ends."""
-_STEPS = 200
-_GAIN = 1e-15
-"""Relative gain at which the search ends."""
+_CALLS = 1000
+"""Most postures that a search tries."""
+_STEP = 1e-12
+"""Step at which a search ends, in parts of the coordinates' ranges."""
+_SLOPE = 1e-14
+"""Slope at which a search ends, likewise."""
 
 
 def extents_of(robot: Any, points: Samples) -> FloatArray:
@@ -60,11 +63,14 @@ def _least(robot: Any, start: FloatArray, points: Samples, axis: int, sign: int)
     def value(q: FloatArray) -> tuple[float, FloatArray]:
         T, J = robot.fk_jacobian_mixed(q[None])
         p, gradient = T[0, axis, 3], J[0, axis]
-        # An open loop is a wall for the line search.
-        return (sign * p, sign * gradient) if np.isfinite(p) else (np.inf, np.zeros_like(q))
+        # An open loop is a wall for the line search, which interpolates between finite values.
+        return (sign * p, sign * gradient) if np.isfinite(p) else (wall, np.zeros_like(q))
 
+    T = robot.fk(start[None])
+    wall = sign * float(T[0, axis, 3]) + float(np.abs(T[0, :3, 3]).max())
     bounds = list(zip(points.lower, points.upper, strict=True))
-    options = {"maxiter": _STEPS, "ftol": _GAIN, "gtol": _GAIN}
+    options = {"maxfun": _CALLS, "ftol": 0.0, "xtol": _STEP, "gtol": _SLOPE}
+    # Other methods call BLAS on tiny matrices, and its threads wait for each other.
     with np.errstate(invalid="ignore"):
-        found = minimize(value, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
+        found = minimize(value, start, jac=True, method="TNC", bounds=bounds, options=options)
     return float(found.fun)
