@@ -191,7 +191,16 @@ static void chasles_general_newton(const chasles_general_six *six, const double 
     }
 }
 
-/* Newton's steps of many configurations, as long as they help. */
+/* A step that is damped. */
+static void chasles_general_step_damped(const chasles_general_six *six, const double *T,
+                                        chasles_general_way *way)
+{
+    double step[6];
+    chasles_general_damped(way, six->arm->length, step);
+    chasles_general_advance(six, T, step, way);
+}
+
+/* Steps of many configurations towards the pose, damped where they do not help. */
 static void chasles_general_together(const chasles_general_six *six, const double *T,
                                      chasles_general_way *ways, int count)
 {
@@ -200,8 +209,12 @@ static void chasles_general_together(const chasles_general_six *six, const doubl
         int some = 0;
         moved = 0;
         for (int k = 0; k < count; k++) {
-            if (!ways[k].is_over && ways[k].damping == 0.0)
+            if (!ways[k].is_over && ways[k].damping > 0.0) {
+                chasles_general_step_damped(six, T, ways + k);
+                moved = 1;
+            } else if (!ways[k].is_over) {
                 going[some++] = ways + k;
+            }
             if (some == CHASLES_LANES || (some > 0 && k == count - 1)) {
                 chasles_general_newton(six, T, going, some);
                 some = 0, moved = 1;
@@ -210,15 +223,13 @@ static void chasles_general_together(const chasles_general_six *six, const doubl
     }
 }
 
-/* Steps towards the pose, damped where they do not help. */
+/* The same steps of one of them. */
 static void chasles_general_polish(const chasles_general_six *six, const double *T, int most,
                                    chasles_general_way *way)
 {
-    double step[6];
     while (!way->is_over && way->steps < most) {
         if (way->damping > 0.0) {
-            chasles_general_damped(way, six->arm->length, step);
-            chasles_general_advance(six, T, step, way);
+            chasles_general_step_damped(six, T, way);
         } else {
             chasles_general_newton(six, T, &way, 1);
         }

@@ -100,25 +100,19 @@ static unsigned chasles_general_finish(const chasles_general_six *six, const dou
     return own < 0 ? 0 : 1u << own;
 }
 
-/* Newton's steps from both sides of a start where two roots meet. Returns the places of what was
- * found, as bits. */
-static unsigned chasles_general_sides(const chasles_general_six *six, const double *T,
-                                      const chasles_general_start *start,
-                                      chasles_general_found *found)
+/* Begins on both sides of a start where two roots meet. */
+static void chasles_general_sides(const chasles_general_six *six, const double *T,
+                                  const chasles_general_start *start, chasles_general_way *ways)
 {
     double q[6], direction[6];
-    chasles_general_way way;
-    unsigned places = 0;
-    chasles_general_begin(six, T, start->q, &way);
-    chasles_general_least(way.J, six->arm->length, direction);
-    const double apart = sqrt(way.left) + start->imaginary;
-    for (int side = -1; side < 2; side += 2) {
+    chasles_general_begin(six, T, start->q, ways);
+    chasles_general_least(ways->J, six->arm->length, direction);
+    const double apart = sqrt(ways->left) + start->imaginary;
+    for (int side = 0; side < 2; side++) {
         for (int k = 0; k < 6; k++)
-            q[k] = start->q[k] + side * apart * direction[k];
-        chasles_general_begin(six, T, q, &way);
-        places |= chasles_general_finish(six, T, &way, found);
+            q[k] = start->q[k] + (side ? apart : -apart) * direction[k];
+        chasles_general_begin(six, T, q, ways + side);
     }
-    return places;
 }
 
 static int chasles_general_bits(unsigned places)
@@ -174,18 +168,21 @@ static unsigned chasles_general_by_starts(const chasles_general_six *six, const 
                                           const chasles_general_start *starts, int count,
                                           chasles_general_found *found)
 {
-    chasles_general_way ways[CHASLES_MOST_ROOTS];
+    chasles_general_way ways[2 * CHASLES_MOST_ROOTS];
     unsigned places = 0;
+    int all = 0;
     for (int k = 0; k < count; k++) {
-        chasles_general_begin(six, T, starts[k].q, ways + k);
-        /* That is left to steps from both sides of it. */
-        ways[k].is_over |= starts[k].imaginary > 0.0;
+        if (starts[k].imaginary > 0.0) {
+            chasles_general_sides(six, T, starts + k, ways + all);
+            all += 2;
+        } else {
+            chasles_general_begin(six, T, starts[k].q, ways + all);
+            all++;
+        }
     }
-    chasles_general_together(six, T, ways, count);
-    for (int k = 0; k < count; k++) {
-        places |= starts[k].imaginary > 0.0 ? chasles_general_sides(six, T, starts + k, found)
-                                            : chasles_general_finish(six, T, ways + k, found);
-    }
+    chasles_general_together(six, T, ways, all);
+    for (int k = 0; k < all; k++)
+        places |= chasles_general_finish(six, T, ways + k, found);
     return places;
 }
 
