@@ -48,7 +48,8 @@ def _lines(hybrid: Hybrid) -> Iterator[str]:
     first = 1 + len(mechanism.joints)
     for k, closer in enumerate(mechanism.closers):
         yield from _closer(mechanism, closer, first + 2 * k)
-    for drive in mechanism.drives:
+    # Loops that are closed by iteration know no motor that follows.
+    for drive in (d for d in mechanism.drives if d.name in mechanism.actuated):
         yield from ("", "[[drives]]", f"name = {json.dumps(drive.name)}")
         yield from (f'kind = "{drive.kind}"', f"joint = {json.dumps(drive.joint)}")
         member = mechanism.members[drive.joint]

@@ -38,10 +38,6 @@ class Values:
         """Gives a symbol its value."""
         self._known[symbol] = value
 
-    def knows(self, symbol: sp.Symbol) -> bool:
-        """Whether a symbol has its value."""
-        return symbol in self._known
-
     def of(self, expression: sp.Expr) -> mpmath.mpf:
         """The value of an expression of numbers and known symbols.
 

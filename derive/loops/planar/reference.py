@@ -12,7 +12,8 @@ from typing import TypeVar
 
 import sympy as sp
 
-from ...model.values import Values, to_digits
+from ...model.tolerances import EVALUATION_DIGITS
+from ...model.values import NoValue, to_digits, value_at
 from ...terms.terms import Terms
 from .phasors import Complex, PhasorSum
 
@@ -142,18 +143,18 @@ class GenericPoint:
                 in addition to their default, and keep the default where they are not listed.
             phase: Two points of different phase have no value in common.
         """
-        self.terms, self._values = terms, Values()
+        self.terms = terms
+        self.values: dict[sp.Symbol, sp.Expr] = {}
         golden = (sp.sqrt(5) - 1) / 2
-        generic: dict[sp.Symbol, sp.Expr] = {}
         for k, symbol in enumerate(symbols):
             # Fractional parts of multiples of the golden section never repeat. The square keeps
             # differences of two symbols from being the same at points of different phase.
             number = phase * len(symbols) + k + 1
             part = number * golden + phase * number**2 * sp.sqrt(2)
             default = terms.parameters.get(symbol, sp.S.Zero)
-            generic[symbol] = default + part - int(part)
-        for symbol, value in {**terms.parameters, **generic}.items():
-            self._values.know(symbol, self._values.of(value))
+            self.values[symbol] = (default + part - sp.floor(part)).evalf(EVALUATION_DIGITS)
+        for symbol, default in terms.parameters.items():
+            self.values.setdefault(symbol, default.evalf(EVALUATION_DIGITS))
 
     def value(self, expression: sp.Expr) -> sp.Expr:
         """The value of an expression of terms."""
@@ -161,11 +162,19 @@ class GenericPoint:
             self._add(symbol, definition)
         for symbol in self.terms.needed([expression]):
             self._add(symbol, self.terms.definitions[symbol])
-        return to_digits(self._values.of(expression))
+        return self._evaluated(expression)
 
     def _add(self, symbol: sp.Symbol, definition: sp.Expr) -> None:
-        if not self._values.knows(symbol):
-            self._values.know(symbol, self._values.of(definition))
+        if symbol not in self.values:
+            self.values[symbol] = self._evaluated(definition)
+
+    def _evaluated(self, expression: sp.Expr) -> sp.Expr:
+        numbers = {symbol: self.values[symbol] for symbol in expression.free_symbols}
+        try:
+            return to_digits(value_at(expression, numbers))
+        except NoValue:
+            # A root of a negative number: SymPy takes complex ones, many times slower.
+            return expression.xreplace(numbers).evalf(EVALUATION_DIGITS)
 
 
 def coordinates_in(terms: Terms, entries: Sequence[sp.Expr]) -> list[sp.Symbol]:

@@ -358,7 +358,8 @@ def value_along(screw, T):
 def across_closer(c, loop, z):
     """The motion that the closer is left to make, from the exponentials of both branches."""
     given = {p.symbol: p.value for p in c.mechanism.parameters}
-    numeric = lambda M: np.array(sp.Matrix(M).subs(given).evalf(), dtype=float)  # noqa: E731
+    spelled = lambda M: sp.Matrix(M).applyfunc(c.terms.spelled)  # noqa: E731
+    numeric = lambda M: np.array(spelled(M).subs(given).evalf(), dtype=float)  # noqa: E731
     ways = {"a": np.eye(4), "b": np.eye(4)}
     for side, factors in (("a", loop.factors), ("b", loop.factors[::-1])):
         for factor in factors:
