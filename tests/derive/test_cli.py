@@ -14,6 +14,7 @@ from chasles.derive import cli, from_urdf
 from chasles.derive.build import freshness, jobs
 from chasles.derive.build.time_limit import OutOfTime, at_most
 from chasles.derive.cli import app
+from chasles.derive.description import shipped_files
 
 ARM = """\
 name = "arm"
@@ -146,7 +147,8 @@ def test_check_sees_a_change_a_missing_and_a_stale_file(arm, tmp_path):
 
 def test_check_names_folders_without_a_description(arm, tmp_path, monkeypatch):
     """With one described robot in place of the shipped ones: a check derives all of them."""
-    monkeypatch.setattr(cli, "ROBOTS", arm.parent)
+    for module in (cli, shipped_files):
+        monkeypatch.setattr(module, "ROBOTS", arm.parent)
     to = tmp_path / "out"
     for name in ("arm", "gone"):
         (to / name).mkdir(parents=True)

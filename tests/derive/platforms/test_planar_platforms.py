@@ -1,11 +1,14 @@
 """Planar platforms on legs of all kinds: modes of derived robots beside Newton's iteration."""
 
+import time
+
 import numpy as np
 import pytest
 
 import chasles
-from bench.cases.planar_platforms import HEAD
-from chasles.derive import loads, write
+from bench.cases import planar_platforms
+from bench.cases.planar_platforms import HEAD, LEGS, drawn_platform
+from chasles.derive import derive, loads, write
 
 CYLINDER = """
 [[cylinders]]
@@ -154,3 +157,26 @@ def test_slides_and_rods(tmp_path):
         modes += len(expected)
     assert modes > 60
     assert robot.ik_planar([0.0, 0.0, 0.0]).q.shape == (8, 3)
+
+
+SECONDS = 15.0
+"""Of the processor, for a platform that takes 1 to 4 where nothing else runs."""
+
+
+@pytest.mark.parametrize("first", range(0, len(LEGS), 3))
+def test_legs_of_every_kind_derive_with_long_decimals(first, monkeypatch):
+    """Angles between slides are those of products of sines: SymPy would search for their signs."""
+    monkeypatch.setattr(planar_platforms, "_rounded", lambda place: tuple(map(float, place)))
+    platform = drawn_platform(np.random.default_rng(first), LEGS[first : first + 3])
+    begin = time.process_time()
+    names = {f.name for f in derive(loads(platform.text("platform")), ["legs"]).functions}
+    assert names == {"legs"}
+    assert time.process_time() - begin < SECONDS
+
+
+def test_three_legs_with_two_slides_derive():
+    platform = drawn_platform(np.random.default_rng(0), (("PRP", 2),) * 3)
+    begin = time.process_time()
+    hybrid = derive(loads(platform.text("platform")), ["legs", "actuators"]).hybrid
+    assert not hybrid.backward.open
+    assert time.process_time() - begin < SECONDS
