@@ -221,7 +221,8 @@ class RigidBodies:
     def _aside(parts: Array) -> Array:
         """The axis of the frame in which a strut has these parts that is farthest from it."""
         # Equal parts may differ in their last digits between machines.
-        return np.eye(3)[int(np.argmin(np.round(parts / max(parts.max(), 1e-300), 6)))]
+        found: Array = np.eye(3)[int(np.argmin(np.round(parts / max(parts.max(), 1e-300), 6)))]
+        return found
 
 
 def placed(terms: Terms, placement: Placement) -> Array:
