@@ -16,6 +16,7 @@ from .chain.parametric_fragment import parametric
 from .chain.singularity_fragment import singularities
 from .drawing import PREAMBLE as DRAWING_PREAMBLE
 from .drawing import arm_drawing, drawing
+from .drawing.region import workspace
 from .inverse.inverse_fragment import inverse, inverse_of_loops
 from .loops.example_of_loops import worked_example_of_loops
 from .loops.legs_fragment import legs
@@ -47,6 +48,13 @@ _FRAGMENTS: Mapping[str, tuple[str, Callable[[Page], str]]] = {
 """Heading and writer of each fragment, in the order of reading."""
 _DRAWING = "drawing"
 """The fragment that is a figure."""
+_WORKSPACE = "workspace"
+"""The fragment of the region that the tool of a serial robot reaches."""
+_PICTURES: Mapping[str, Mapping[str, str]] = {
+    "parameters": {_DRAWING: "Drawing"},
+    "singularities": {_WORKSPACE: "Workspace"},
+}
+"""Name and heading of the picture of a serial robot that comes after a fragment."""
 _NEEDS_GEOMETRY = "parametric"
 """The fragment of robots with parametric functions."""
 
@@ -109,7 +117,7 @@ def fragments(derivation: Derivation) -> dict[str, str]:
     r"""The parts of a robot's kinematics as LaTeX, to ``\input`` in any article.
 
     They need amsmath and booktabs, fit a line of 345 pt at 10 pt, and hold no headings;
-    ``drawing.tex`` needs TikZ and may be wider. Shared
+    ``drawing.tex`` and ``workspace.tex`` need TikZ, and the drawing may be wider. Shared
     terms of ``fk.tex`` are used in ``jacobian.tex`` and ``inverse.tex``; ``symbols.tex`` explains
     the short symbols of all fragments.
 
@@ -119,17 +127,19 @@ def fragments(derivation: Derivation) -> dict[str, str]:
     Returns:
         File name and text of each: ``parameters.tex``, ``drawing.tex``, ``symbols.tex``,
         ``screws.tex``, ``transforms.tex``, ``fk.tex``, ``jacobian.tex``, ``inverse.tex``,
-        ``singularities.tex``, ``example.tex``, ``references.tex``, and ``parametric.tex`` where
-        there are parametric functions; of a robot with loops also ``mobility.tex``, ``loops.tex``,
-        ``solution.tex`` and ``rates.tex``, and of a platform on legs ``platform.tex``, or
-        ``legs.tex`` where its legs are closures. A fragment with nothing to say is left out.
+        ``singularities.tex``, ``workspace.tex``, ``example.tex``, ``references.tex``, and
+        ``parametric.tex`` where there are parametric functions; of a robot with loops also
+        ``mobility.tex``, ``loops.tex``, ``solution.tex`` and ``rates.tex``, and of a platform on
+        legs ``platform.tex``, or ``legs.tex`` where its legs are closures. A fragment with nothing
+        to say is left out.
     """
     if isinstance(derivation.robot, Mechanism):
         page = LoopPage.of(derivation)
         return _written({name: partial(_OF_LOOPS[name][1], page) for name in _headings(derivation)})
     chain = Page.of(derivation)
     made = {name: partial(writer, chain) for name, (_, writer) in _FRAGMENTS.items()}
-    made[_DRAWING] = partial(arm_drawing, derivation.robot, derivation.skeleton)
+    for name, picture in ((_DRAWING, arm_drawing), (_WORKSPACE, workspace)):
+        made[name] = partial(picture, derivation.robot, derivation.skeleton)
     return _written({name: made[name] for name in _headings(derivation)})
 
 
@@ -145,12 +155,12 @@ def _headings(derivation: Derivation) -> dict[str, str]:
     """The fragments of a robot's article with their headings."""
     robot = derivation.robot
     if not isinstance(robot, Mechanism):
-        first, *rest = _FRAGMENTS
-        return {
-            name: _FRAGMENTS[name][0] if name in _FRAGMENTS else "Drawing"
-            for name in (first, _DRAWING, *rest)
-            if name != _NEEDS_GEOMETRY or derivation.geometry is not None
-        }
+        found = {}
+        for name, (heading, _) in _FRAGMENTS.items():
+            if name != _NEEDS_GEOMETRY or derivation.geometry is not None:
+                found[name] = heading
+            found |= _PICTURES.get(name, {})
+        return found
     return {
         name: heading
         for name, (heading, _) in _OF_LOOPS.items()
@@ -183,7 +193,7 @@ def _article(derivation: Derivation, parts: Mapping[str, str]) -> str:
     robot = derivation.robot
     source = f"Source of the parameters: {escape(robot.source)}." if robot.source else ""
     title = f"Kinematics of the {escape(robot.title or robot.name)}"
-    parts = [
+    sections = [
         _figure(derivation)
         if name == _DRAWING
         else f"\\section{{{heading}}}\n\\input{{{FOLDER}/{name}}}"
@@ -197,7 +207,7 @@ def _article(derivation: Derivation, parts: Mapping[str, str]) -> str:
             "\\begin{document}",
             f"\\begin{{center}}\n\\LARGE {title}\n\\end{{center}}",
             *([source] if source else []),
-            *parts,
+            *sections,
             "\\end{document}\n",
         ]
     )

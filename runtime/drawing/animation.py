@@ -127,5 +127,5 @@ def _write_gif(target: Path, pictures: list[NDArray[np.uint8]], rate: float) -> 
     images = [Image.fromarray(picture) for picture in pictures]
     # One palette for all pictures, or colours would flicker from one to the next.
     palette = images[0].quantize(128)
-    first, *rest = [image.quantize(palette=palette, dither=0) for image in images]
+    first, *rest = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
     first.save(target, save_all=True, append_images=rest, duration=round(1000 / rate), loop=0)

@@ -164,7 +164,7 @@ def other_inverses(robot: Any, q: FloatArray) -> Solutions:
     given = [q[k] for k in robot.given]
     if robot.redundancy and not given:
         given = list(np.atleast_1d(robot.swivel(q)))
-    found = robot.ik(robot.fk(q), *given).distinct()
+    found: Solutions = robot.ik(robot.fk(q), *given).distinct()
     apart = found.q - q
     turns = np.array(found.wraps)
     apart = np.where(turns, np.remainder(apart + np.pi, 2 * np.pi) - np.pi, apart)
@@ -300,10 +300,10 @@ def _paint(ax: Any, scene: Scene) -> None:
             )
             continue
         style = _LINES[mark.style]
-        joined = {"solid_joinstyle": "round", "solid_capstyle": "round"}
+        joined: dict[str, Any] = {"solid_joinstyle": "round", "solid_capstyle": "round"}
         if mark.style in _HALO:
             wide = style["linewidth"] + 1.4
-            halo = {"color": "#ffffff", "linewidth": wide, "solid_capstyle": "butt"}
+            halo: dict[str, Any] = {"color": "#ffffff", "linewidth": wide, "solid_capstyle": "butt"}
             ax.add_line(Line2D(*mark.points.T, zorder=order, **halo))
         ax.add_line(Line2D(*mark.points.T, zorder=order + 0.005, **joined, **style))
     if scene.path is not None:

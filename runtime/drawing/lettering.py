@@ -198,7 +198,7 @@ class Lettering:
             right - self.frame[2],
             top - self.frame[3],
         )
-        return cost + _OUTSIDE * sum(max(part, 0.0) for part in over)
+        return float(cost + _OUTSIDE * sum(max(part, 0.0) for part in over))
 
 
 def _round_length(least: float) -> float:

@@ -211,7 +211,8 @@ class _Marks:
             return points
         way = points[1] - points[0]
         part = float((at - points[0]) @ way / (way @ way))
-        return points[0] + np.array([[min(part, 0.0)], [max(part, 1.0)]]) * way
+        reached = np.array([[min(part, 0.0)], [max(part, 1.0)]])
+        return np.asarray(points[0] + reached * way)
 
     def _slide_style(self, shape: Shape) -> str:
         for body in self.skeleton.bodies:

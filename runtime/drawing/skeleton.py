@@ -170,7 +170,7 @@ class _Motions:
         v = z[..., self.coordinates] * self.ratios + self.offsets
         weights = np.stack([np.ones_like(v), np.sin(v), 1 - np.cos(v), v], axis=-1)
         flat = np.einsum("...kt,tkm->...km", weights, self.terms)
-        return flat.reshape(*v.shape, 4, 4)
+        return np.asarray(flat.reshape(*v.shape, 4, 4))
 
 
 class _Spans:

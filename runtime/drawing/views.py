@@ -89,7 +89,8 @@ def plane_of(skeleton: Skeleton, poses: FloatArray) -> View | None:
     All turns are then about its normal, and all slides at right angles to it; every point of the
     shapes is as far from it as the ground at most by the robot's size.
     """
-    turns, slides = [], []
+    turns: list[FloatArray] = []
+    slides: list[FloatArray] = []
     for body, T in zip(skeleton.bodies, poses, strict=True):
         if body.joint and body.joint.kind != "fixed":
             axis = T[:3, :3] @ np.array(body.joint.axis)

@@ -36,6 +36,18 @@ _SLOPING = 0.1
 """Error of the correction at sloping faces, as a part of it: their lines end at many places."""
 
 
+_CHANCE = 1.0
+"""Error by the position of the grid, as a part of the root of the number of faces: a plane of few
+cells has hardly one with all others around it."""
+_SECOND = 0.5
+"""Error of the correction's second order, as a part of it: it is exact for boxes alone."""
+_MISSED = 0.1
+"""Largest part of the visited cells that a random half of the points may miss: if it is more, the
+number of cells that all points miss does not follow from it."""
+_FEWEST = 4
+"""Fewest cells along the longest side: if they are fewer, nearly all are at the surface."""
+
+
 @dataclass(frozen=True, eq=False)
 class Cells:
     """A box divided into equal cells.
@@ -135,16 +147,49 @@ class Measure(NamedTuple):
 def measure_of(cells: Cells, hits: CountArray) -> Measure:
     """Volume, area or length of the body that fills the visited cells.
 
+    Where the points are too few for the cells, neighbouring cells are joined until they suffice.
+
     Args:
         cells: The cells.
         hits: (nx, ny, nz) number of points in each.
     """
-    of_cell = cells.side**cells.dimension
-    half = np.random.default_rng(0).binomial(hits, 0.5)
-    whole, halved = _corrected(_filled(hits > 0)), _corrected(_filled(half > 0))
-    unseen = (whole.value - halved.value) / (2**_GROWTH - 1)
-    value, error = whole.value + unseen, whole.error + abs(unseen)
-    return Measure(value * of_cell, error * of_cell, cells.dimension)
+    half = np.random.default_rng(0).binomial(hits, 0.5).astype(hits.dtype)
+    for times in range(1, max(cells.shape) // _FEWEST + 1):
+        all_points, some = (_filled(_joined(points, times) > 0) for points in (hits, half))
+        if all_points.sum() - some.sum() <= _MISSED * all_points.sum():
+            of_cell = (times * cells.side) ** cells.dimension
+            return _estimate(all_points, some, of_cell, cells.dimension)
+    # The points fill no lattice: the body is anything in the box.
+    box = cells.count * cells.side**cells.dimension
+    return Measure(box / 2, box / 2, cells.dimension)
+
+
+def _estimate(visited: BoolArray, halved: BoolArray, of_cell: float, dimension: int) -> Measure:
+    """The measure by the cells that all points and a half of them visit."""
+    whole, part = _corrected(visited), _corrected(halved)
+    unseen = (whole.value - part.value) / (2**_GROWTH - 1)
+    value, error = max(whole.value + unseen, 0.0), whole.error + abs(unseen)
+    return Measure(value * of_cell, error * of_cell, dimension)
+
+
+def _joined(hits: CountArray, times: int) -> CountArray:
+    """The hits in cells of a multiple of the side; the middle of the box stays where it is."""
+    if times == 1:
+        return hits
+    joined = hits
+    for axis, n in enumerate(hits.shape):
+        if n > 1:
+            count = -(-(n + times - 1) // times)
+            before = (count * times - n) // 2
+            shape = list(joined.shape)
+            shape[axis] = count * times
+            padded = np.zeros(shape, dtype=hits.dtype)
+            place = [slice(None)] * padded.ndim
+            place[axis] = slice(before, before + n)
+            padded[tuple(place)] = joined
+            shape[axis : axis + 1] = [count, times]
+            joined = padded.reshape(shape).sum(axis + 1, dtype=hits.dtype)
+    return joined
 
 
 def _filled(visited: BoolArray) -> BoolArray:
@@ -157,15 +202,21 @@ def _filled(visited: BoolArray) -> BoolArray:
 
 
 def _corrected(visited: BoolArray) -> Measure:
-    """Number of cells that the body fills."""
+    """Number of cells that the body fills, at least 0, and the error of the correction."""
+    count = float(visited.sum())
+    if count == 0:
+        return Measure(0.0, 0.0, visited.ndim)
     level, sloping = _open_faces(visited)
-    value = visited.sum() - (level + sloping) / 2
-    return Measure(float(value), level / 2 + _SLOPING * sloping / 2, visited.ndim)
+    value = count * float(np.prod(1 - (level + sloping) / (2 * count)))
+    first = count - float((level + sloping).sum()) / 2
+    surface = float(level.sum() + _SLOPING * sloping.sum()) / 2
+    chance = _CHANCE * float(np.sqrt(level + sloping).sum())
+    return Measure(value, surface + chance + _SECOND * (value - first), visited.ndim)
 
 
-def _open_faces(visited: BoolArray) -> tuple[int, int]:
-    """Number of open faces that lie in a plane with all faces around them, and of the others."""
-    level = whole = 0
+def _open_faces(visited: BoolArray) -> tuple[FloatArray, FloatArray]:
+    """Open faces along each axis, those in a plane with all faces around them, and the others."""
+    level, whole = np.zeros(visited.ndim), np.zeros(visited.ndim)
     padded = np.pad(visited, [(1, 1) if n > 1 else (0, 0) for n in visited.shape])
     axes = [axis for axis, n in enumerate(visited.shape) if n > 1]
     for axis in axes:
@@ -176,6 +227,6 @@ def _open_faces(visited: BoolArray) -> tuple[int, int]:
             for other in axes:
                 if other != axis:
                     inner &= np.roll(faces, 1, other) & np.roll(faces, -1, other)
-            whole += int(faces.sum())
-            level += int(inner.sum())
+            whole[axis] += faces.sum()
+            level[axis] += inner.sum()
     return level, whole - level

@@ -132,7 +132,7 @@ def _sparsest(
             at = np.array(point.xreplace(values).evalf(), float).ravel()
             moved = stacked.copy()
             moved[:, :3] += np.cross(stacked[:, 3:], at[None, :, None], axis=1)
-            filled = (np.abs(moved) > NOTHING).any(axis=0)
+            filled = np.asarray((np.abs(moved) > NOTHING).any(axis=0))
             blocks = _blocks(filled)
             if blocks is None:
                 continue

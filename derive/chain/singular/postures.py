@@ -6,6 +6,7 @@ roots of the factor and not at postures in general position.
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import sympy as sp
@@ -151,13 +152,22 @@ def _relations(general: _Posture, own: Sequence[int]) -> Iterator[tuple[str, Rel
         if k + 1 in parallel:
             yield (
                 f"axes {k + 1}, {k + 2} and {k + 3} lie in a plane; the arm is stretched or folded",
-                lambda p, k=k: p.off_plane(p.points[k + 2], k, p.points[k + 1] - p.points[k]),
+                _in_plane(k, partial(_point, k + 2)),
             )
     for axes in ([count - 3, count - 2, count - 1], [count - 2, count - 1]):
         if general.meeting(axes) is None:
             continue
         named = f"the point where axes {count - 1} and {count} meet"
         yield from _of_centre(axes, WRIST if len(axes) == WHOLE_WRIST else named, parallel)
+
+
+def _point(k: int, posture: _Posture) -> FloatArray:
+    return np.asarray(posture.points[k])
+
+
+def _in_plane(k: int, point: Callable[[_Posture], FloatArray]) -> Relation:
+    """How far a point is from the plane of two neighbouring parallel axes."""
+    return lambda p: p.off_plane(point(p), k, p.points[k + 1] - p.points[k])
 
 
 def _of_centre(
@@ -173,7 +183,7 @@ def _of_centre(
     for k in parallel:
         yield (
             f"{named} is in the plane of axes {k + 1} and {k + 2}; the arm is stretched or folded",
-            lambda p, k=k: p.off_plane(centre(p), k, p.points[k + 1] - p.points[k]),
+            _in_plane(k, centre),
         )
     yield (
         f"{named} is in the plane of axis 1 and the direction of axis 2",

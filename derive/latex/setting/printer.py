@@ -124,8 +124,8 @@ class Printer:
 
 def _ends_in_argument(factor: sp.Expr) -> bool:
     """Whether a factor is printed as a function with its argument without brackets."""
-    base = factor.base if factor.is_Pow else factor
-    return isinstance(base, tuple(_FUNCTIONS)) and base.args[0].is_Symbol
+    base: sp.Expr = factor.base if factor.is_Pow else factor
+    return base.func in _FUNCTIONS and bool(base.args[0].is_Symbol)
 
 
 def _has_root(product: sp.Expr) -> bool:

@@ -26,7 +26,7 @@ from chasles.derive.terms.casadi_graph import lower
 
 FILES = [f"{name}.tex" for name in ("parameters", "drawing", "symbols", "screws")]
 FILES += ["transforms.tex", "fk.tex", "jacobian.tex", "inverse.tex", "singularities.tex"]
-FILES += ["example.tex", "references.tex"]
+FILES += ["workspace.tex", "example.tex", "references.tex"]
 TRUE = 1e-12
 """Sums of a few dozen products of double precision numbers of order 1."""
 R = sp.Rational

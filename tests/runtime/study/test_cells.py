@@ -64,6 +64,32 @@ def test_volumes_within_the_stated_error(turn):
     assert np.median(stated) < 0.1
 
 
+@pytest.mark.parametrize("count", [1000, 5000, 30_000])
+def test_few_points_state_a_large_error_and_no_negative_volume(count):
+    missed = total = 0
+    for key in range(3):
+        rng = np.random.default_rng([5, key])
+        for kind, *sizes in shapes(rng, 20):
+            points, volume = kind(rng.random((3, count)), *sizes)
+            points = (turned(rng) @ points).T
+            cells = cells_of(points.min(0), points.max(0), 40)
+            hits = np.bincount(cells.index(points), minlength=cells.count + 1)[:-1]
+            found = measure_of(cells, hits.reshape(cells.shape).astype(np.uint32))
+            assert found.value >= 0
+            missed += abs(found.value - volume) > found.error
+            total += 1
+    assert total == 60
+    assert missed == 0
+
+
+def test_points_that_fill_nothing():
+    cells = cells_of(np.zeros(3), np.ones(3), 40)
+    hits = np.bincount(cells.index(np.full((3, 3), 0.5)), minlength=cells.count + 1)[:-1]
+    found = measure_of(cells, hits.reshape(cells.shape).astype(np.uint32))
+    assert found.value - found.error == 0
+    assert found.value + found.error > 1
+
+
 def test_area_of_a_disk():
     rng = np.random.default_rng(2)
     r, turn = np.sqrt(rng.random(POINTS)), 2 * np.pi * rng.random(POINTS)

@@ -76,6 +76,14 @@ def test_quality_against_the_postures(lynxmotion):
     assert checked > 100
 
 
+def test_a_volume_by_few_samples(lynxmotion):
+    true = workspace(lynxmotion, 1_000_000, finest=40).measure
+    for key in range(5):
+        found = workspace(lynxmotion, 5000, by="uniform", finest=40, key=key).measure
+        assert found.value > 0
+        assert abs(found.value - true.value) <= found.error + true.error
+
+
 def test_loops_that_do_not_close_are_counted():
     found = workspace(chasles.load("planar_3rrr"), 2000)
     assert 0 < found.lost < 2000

@@ -1,0 +1,113 @@
+"""The figure of the region that a serial robot's tool reaches."""
+
+import math
+from collections.abc import Sequence
+
+from ...chain.body_shapes import Skeleton
+from ...model.robot import Robot
+from ..chain.tables import limits
+from .contours import Point
+from .paper import at, number, whole
+from .reached import Reached, reached
+
+_LARGEST = 550.0
+"""Longer side of the region on paper (0.1 mm)."""
+_TICKS = 5
+"""Most numbers at an axis."""
+_STEPS = (1, 2, 5)
+_FILLED = "draw=blue!55!black,fill=blue!55!black!18!white,line width=0.3mm,even odd rule"
+
+
+def workspace(robot: Robot, skeleton: Skeleton) -> str:
+    r"""The region that the tool's origin reaches within the limits, drawn to scale.
+
+    Args:
+        robot: The description.
+        skeleton: Its bodies.
+
+    Returns:
+        Words and a ``tikzpicture``, the same bytes on any machine; "" where
+        :func:`~chasles.derive.latex.drawing.reached.reached` has no region.
+    """
+    found = reached(skeleton)
+    if found is None:
+        return ""
+    return f"{_words(robot, found)}\n\\begin{{center}}\n{_picture(found)}\n\\end{{center}}\n"
+
+
+def _words(robot: Robot, found: Reached) -> str:
+    names = [f"$q_{{{k + 1}}}$" for k in found.moving]
+    listed = f"{', '.join(names[:-1])} and {names[-1]}"
+    ranges = [
+        f"$q_{{{k + 1}}}$: {limits(joint.limits)}"
+        for k, joint in enumerate(robot.coordinates)
+        if k in found.moving and joint.limits != (None, None)
+    ]
+    within = f" within their limits ({', '.join(ranges)})" if ranges else ""
+    if found.axes[0] == "r":
+        where = "The tool's origin reaches the shaded part of the half plane through the first axis"
+        after = "; $r$ is the distance from this axis, about which $q_1$ turns the region"
+    else:
+        where, after = "The tool's origin reaches the shaded part of its plane", ""
+    turns = " A joint without limits turns once." if len(ranges) < len(names) else ""
+    return f"{where} by {listed}{within}{after}.{turns}"
+
+
+def _picture(found: Reached) -> str:
+    points = [point for loop in found.loops for point in loop]
+    low = [min(p[k] for p in points) for k in (0, 1)]
+    high = [max(p[k] for p in points) for k in (0, 1)]
+    if found.axes[0] == "r":
+        low[0] = 0.0
+    span = max(b - a for a, b in zip(low, high, strict=True))
+    step = _step(span)
+    ends = [(math.floor(a / step), math.ceil(b / step)) for a, b in zip(low, high, strict=True)]
+    scale = _LARGEST / span
+    corner = [first * step for first, _ in ends]
+
+    def on_paper(point: Point) -> tuple[int, int]:
+        x, y = (whole(scale * (value - low)) for value, low in zip(point, corner, strict=True))
+        return x, y
+
+    return "\n".join(
+        [
+            r"\begin{tikzpicture}[x=1mm,y=1mm,font=\footnotesize]",
+            rf"  \path[{_FILLED}]",
+            *("    " + "--".join([*map(at, map(on_paper, loop)), "cycle"]) for loop in found.loops),
+            "  ;",
+            *_axes(found.axes, ends, step, scale),
+            r"\end{tikzpicture}",
+        ]
+    )
+
+
+def _step(span: float) -> float:
+    """A round length of which the longer side has few."""
+    return next(
+        digit * 10.0**power
+        for power in range(-9, 9)
+        for digit in _STEPS
+        if digit * 10.0**power * _TICKS >= span
+    )
+
+
+def _axes(
+    names: Sequence[str], ends: Sequence[tuple[int, int]], step: float, scale: float
+) -> list[str]:
+    """Both axes along the lower and the left side, with ticks and names."""
+    ticks = [
+        [
+            (number(whole(scale * step * (n - first))), f"{n * step:.10g}")
+            for n in range(first, last + 1)
+        ]
+        for first, last in ends
+    ]
+    across, upward = (",".join("/".join(tick) for tick in own) for own in ticks)
+    right, top = (own[-1][0] for own in ticks)
+    return [
+        rf"  \draw (0,{top})--(0,0)--({right},0);",
+        rf"  \foreach \x/\t in {{{across}}} \draw (\x,0)--++(0,-1) node[below] {{$\t$}};",
+        rf"  \foreach \y/\t in {{{upward}}} \draw (0,\y)--++(-1,0) node[left] {{$\t$}};",
+        rf"  \path ({right},0)++(2,0) node[right] {{${names[0]}$ (m)}};",
+        rf"  \path (0,{top})++(0,2) node[above] {{${names[1]}$ (m)}};",
+    ]

@@ -1,0 +1,126 @@
+"""The outline of a reachable region: known areas, samples inside, the same bytes again."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+import sympy as sp
+from derivations import derivation
+from printed_robots import ROBOTS, derived
+
+from chasles.derive import Joint, Robot
+from chasles.derive.chain.body_shapes import skeleton
+from chasles.derive.chain.rigid_bodies import RigidBodies
+from chasles.derive.latex.drawing.contours import area
+from chasles.derive.latex.drawing.reached import reached
+from chasles.derive.latex.drawing.region import workspace
+from chasles.derive.model.placements import Rotation, Translation
+from chasles.derive.terms.casadi_graph import lower
+from chasles.derive.terms.terms import Terms
+
+AREA = 0.02
+"""Relative error of an area: the outline is within a fraction of one of ninety cells."""
+CELL = 0.011
+"""Side of a cell, in parts of the region's longer side."""
+ALMOST = 0.998
+"""Least part of random postures inside the outline to a cell; its corners are rounded."""
+MOST_BYTES = 3000
+
+
+def bodies_of(robot):
+    reference = {joint.name: 0.0 for joint in robot.coordinates}
+    return skeleton(RigidBodies(robot, Terms({}), reference), list(reference))
+
+
+def arm(lengths, bounds, *, upright):
+    """Parallel axes with links between; with an upright axis below, across it."""
+    x = [Translation((sp.Rational(str(length)), 0, 0)) for length in lengths]
+    joints = []
+    if upright:
+        tilt = (Rotation("x", sp.pi / 2),)
+        joints.append(Joint("q1", "revolute", after=tilt))
+    for k, (link, bound) in enumerate(zip(x, bounds, strict=True), 2):
+        joints.append(Joint(f"q{k}", "revolute", after=(link,), limits=bound))
+    return Robot("arm", tuple(joints))
+
+
+def whole(found):
+    return sum(area(loop) for loop in found.loops)
+
+
+def test_rings_and_half_rings_of_arms_with_two_links():
+    rng = np.random.default_rng(1)
+    for _ in range(8):
+        a, b = rng.uniform(0.2, 1, 2).round(3)
+        ring = math.pi * ((a + b) ** 2 - (a - b) ** 2)
+        free = [(None, None)] * 2
+        for upright in (False, True):
+            found = reached(bodies_of(arm((a, b), free, upright=upright)))
+            assert found.axes == (("r", "z") if upright else ("x", "y"))
+            assert found.moving == ((1, 2) if upright else (0, 1))
+            assert abs(whole(found) / (ring / 2 if upright else ring) - 1) < AREA
+
+
+def test_limits_bound_the_area():
+    # The elbow's angle gives the distance, the shoulder turns an arc of it: a sector of a ring.
+    rng = np.random.default_rng(2)
+    for _ in range(8):
+        low, bend, turn = (
+            round(rng.uniform(*ends), 3) for ends in ((0.3, 0.9), (1.5, 2.5), (0.8, 3))
+        )
+        bounds = [(sp.Integer(0), sp.Rational(str(turn)))]
+        bounds.append((sp.Rational(str(low)), sp.Rational(str(bend))))
+        found = reached(bodies_of(arm((0.6, 0.5), bounds, upright=False)))
+        sector = 0.6 * 0.5 * (math.cos(low) - math.cos(bend)) * turn
+        assert abs(whole(found) / sector - 1) < 2 * AREA
+
+
+def inside(loops, points):
+    """Whether points lie in polygons, by the edges that a ray to the right crosses."""
+    count = np.zeros(len(points), dtype=int)
+    x, y = points.T
+    for loop in loops:
+        for (ax, ay), (bx, by) in zip(loop, loop[1:] + loop[:1], strict=True):
+            crosses = (ay > y) != (by > y)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                count += crosses & (x < ax + (y - ay) / (by - ay) * (bx - ax))
+    return count % 2 == 1
+
+
+@pytest.mark.parametrize("name", ["ur5e", "panda", "irb6640", "lynxmotion", "jaco2", "puma560"])
+def test_random_postures_are_inside(name):
+    found = derivation(name)
+    region = reached(found.skeleton)
+    coordinates, rng = found.robot.coordinates, np.random.default_rng(3)
+    value = found.terms.value
+    bounds = [
+        [float(value(v)) for v in j.limits] if j.limits[0] is not None else [-math.pi, math.pi]
+        for j in coordinates
+    ]
+    q = rng.uniform(*np.array(bounds).T, size=(2000, len(bounds)))
+    (kernel,) = lower([found.function("fk")], name)
+    p = np.array([np.array(kernel(row)).reshape(4, 4)[:3, 3] for row in q])
+    seen = np.column_stack([np.hypot(p[:, 0], p[:, 1]), p[:, 2]])
+    step = CELL * np.ptp(seen, 0).max()
+    near = [seen + step * np.array(way) for way in ((0, 0), (1, 0), (-1, 0), (0, 1), (0, -1))]
+    assert np.any([inside(region.loops, some) for some in near], axis=0).mean() > ALMOST
+    low, high = np.min(seen, 0), np.max(seen, 0)
+    corners = np.array([point for loop in region.loops for point in loop])
+    assert (corners.min(0) > low - 0.15 * np.ptp(seen, 0)).all()
+    assert (corners.max(0) < high + 0.15 * np.ptp(seen, 0)).all()
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_small_and_the_same_again(name):
+    found = derived(name)
+    text = workspace(found.robot, found.skeleton)
+    assert text == workspace(found.robot, found.skeleton)
+    assert len(text) <= MOST_BYTES
+    assert not re.search(r"\d[eE][-+]|nan|inf", text)
+
+
+def test_none_where_a_slide_has_no_end():
+    found = derivation("photo_robot")
+    assert reached(found.skeleton) is None
+    assert workspace(found.robot, found.skeleton) == ""
