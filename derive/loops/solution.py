@@ -1,7 +1,7 @@
 """All joints of a mechanism from the actuators, or from the joints of the main chain."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
@@ -18,7 +18,7 @@ from .planar.assembly import Assembly, assemble
 from .planar.loop_step import LoopStep
 from .planar.phasors import PhasorSum
 from .planar.planes import Linkage, Loop, WeldEdge, linkages
-from .planar.reference import AtReference, Branch, every_branch
+from .planar.reference import AtReference, Branch, FreeSides, every_branch
 from .spatial.legs import assemble_in_space
 from .spatial.struts import Known
 
@@ -157,15 +157,16 @@ def _is_length(member: Joint | Strut) -> bool:
     return isinstance(member, Strut) or member.kind == "prismatic"
 
 
-def _solved(loops: Loops, begun: Solution) -> Solution:
-    """The solution at the reference's branch."""
+def _solved(loops: Loops, begun: Solution, branch: Branch | None = None) -> Solution:
+    """The solution on a branch, that of the reference by default."""
     solution = begun
     try:
         while True:
             for linkage in _left(loops, solution):
-                part = assemble(begun.reference.terms, linkage, solution.values, begun.reference)
+                terms, reference = begun.reference.terms, begun.reference
+                part = assemble(terms, linkage, solution.values, reference, branch)
                 solution = _with_part(solution, part)
-            planar, solution = solution, _in_space(loops, solution, None)
+            planar, solution = solution, _in_space(loops, solution, branch)
             if solution.open == planar.open or not _left(loops, solution):
                 return solution
     except RobotError as error:
@@ -210,6 +211,23 @@ def every_solution(
         found, is_all = spatial[:most], is_all and is_whole and len(spatial) <= most
         if not found or found[0].open == planar[0].open or not _left(loops, found[0]):
             return found, is_all
+
+
+def with_free_sides(
+    loops: Loops, own: Solution, given: Sequence[str], sign: Callable[[], sp.Expr]
+) -> Solution:
+    """The solution in which a symbol, 1 on the reference's branch, stands for each choice.
+
+    Args:
+        loops: The mechanism and its loops.
+        own: The solution on the reference's branch.
+        given: Names of the joints and cylinders whose values the solution begins with.
+        sign: Gives the next symbol.
+    """
+    known = {name: own.values[name] for name in given}
+    sides = FreeSides(own.reference.sides, own.reference, sign)
+    begun = replace(own, values=known, loops={}, steps=(), relations=())
+    return _solved(loops, begun, sides)
 
 
 def _on_planar_branches(

@@ -29,6 +29,7 @@ from ..structure.lines import Lines, home_of
 from ..structure.requirement import Requirement
 from ..tasks.slots import POSE_SYMBOLS, function_of, pose_argument, pose_residual, values_of
 from ..tasks.task import Solved, TaskInput
+from .loop_sides import actuators_on_sides, settled_choices
 from .substitution import substituted
 from .translation import Translating, actuators_of, translating
 
@@ -151,8 +152,14 @@ def _by_chain(hybrid: Hybrid, lines: Lines, found: Attempt, built: Hybrid) -> So
 
     The iteration does not move coordinates that hold given joints: they are those as built.
     """
+    whole = _on_chain(hybrid, lines, found, hybrid, Work(hybrid.terms))
+    work = Work(hybrid.terms, settled=settled_choices(hybrid, whole, found.given))
+    return _on_chain(hybrid, lines, found, built, work)
+
+
+def _on_chain(hybrid: Hybrid, lines: Lines, found: Attempt, built: Hybrid, work: Work) -> Solved:
+    """The same with all choices that are not settled."""
     robot, terms = hybrid.robot, hybrid.terms
-    work = Work(terms)
     symbols = {k: sp.Symbol(f"_{robot.moving[k].name}", real=True) for k in found.given}
     given = {k: robot.moving[k].direction * symbol for k, symbol in symbols.items()}
     arguments = tuple(given_argument(robot, k, symbol) for k, symbol in symbols.items())
@@ -165,17 +172,27 @@ def _by_chain(hybrid: Hybrid, lines: Lines, found: Attempt, built: Hybrid) -> So
     theta = dict(zip(hybrid.theta, joints, strict=True))
     names = tuple(robot.moving[k].name for k in found.given)
     held = _coordinates(hybrid, found.given)
-    actuators = [
-        built.actuator(k) if k in held else value for k, value in enumerate(hybrid.actuators)
-    ]
-    q = substituted(terms, actuators, theta)
-    return _solved(hybrid, work, arguments, found.family.inputs, q, names, held)
+    actuators, margins = actuators_on_sides(hybrid, work)
+    entries = [built.actuator(k) if k in held else value for k, value in enumerate(actuators)]
+    values = substituted(terms, [*entries, *margins], theta)
+    q, closing = values[: len(entries)], values[len(entries) :]
+    return _solved(hybrid, work, arguments, found.family.inputs, q, names, held, closing)
 
 
 def _by_translation(hybrid: Hybrid, moved: Translating, found: Attempt) -> Solved | None:
     """Turns and slides of the shorter chain, then the actuators from them."""
+    whole = _on_shorter_chain(hybrid, moved, found, Work(hybrid.terms))
+    if whole is None:
+        return None
+    work = Work(hybrid.terms, settled=settled_choices(hybrid, whole))
+    return _on_shorter_chain(hybrid, moved, found, work)
+
+
+def _on_shorter_chain(
+    hybrid: Hybrid, moved: Translating, found: Attempt, work: Work
+) -> Solved | None:
+    """The same with all choices that are not settled."""
     robot, terms = hybrid.robot, hybrid.terms
-    work = Work(terms)
     target = of_pose(terms, POSE_SYMBOLS, _matrix(moved.home))
     solve_chain(work, moved.lines, found, target, {})
     sliding = actuators_of(work, moved, hybrid.q)
@@ -186,8 +203,10 @@ def _by_translation(hybrid: Hybrid, moved: Translating, found: Attempt) -> Solve
         for k, (symbol, joint) in enumerate(zip(hybrid.theta, robot.moving, strict=True))
         if k in work.turns
     }
+    actuators, margins = actuators_on_sides(hybrid, work)
+    closing = [margin for margin in margins if _arguments(hybrid, margin) <= theta.keys()]
     q = []
-    for symbol, entry in zip(hybrid.q, hybrid.actuators, strict=True):
+    for symbol, entry in zip(hybrid.q, actuators, strict=True):
         if symbol in sliding:
             q.append(sliding[symbol])
             continue
@@ -195,7 +214,8 @@ def _by_translation(hybrid: Hybrid, moved: Translating, found: Attempt) -> Solve
         if not needed <= theta.keys():
             return None
         q.append(substituted(terms, [entry], theta)[0])
-    return _solved(hybrid, work, (), found.family.inputs, tuple(q), ())
+    margins = list(substituted(terms, closing, theta))
+    return _solved(hybrid, work, (), found.family.inputs, tuple(q), (), (), margins)
 
 
 def _arguments(hybrid: Hybrid, entry: sp.Expr) -> set[sp.Symbol]:
@@ -212,6 +232,7 @@ def _solved(
     q: tuple[sp.Expr, ...],
     names: tuple[str, ...],
     given: Sequence[int] = (),
+    closing: Sequence[sp.Expr] = (),
 ) -> Solved:
     """The function; its residual compares the tool's pose at these actuated coordinates."""
     terms = hybrid.terms
@@ -222,7 +243,7 @@ def _solved(
     residual = pose_residual(terms, ((x, y, z), position), POSE_SYMBOLS)
     unit = common_unit([c.unit for c in hybrid.mechanism.coordinates])
     asked = (pose_argument(hybrid.robot), *arguments, *(i.argument for i in inputs))
-    function = function_of("ik", work, asked, q, unit, residual, IDENTITY, given)
+    function = function_of("ik", work, asked, q, unit, residual, IDENTITY, given, closing)
     return Solved(function, work, names, inputs)
 
 

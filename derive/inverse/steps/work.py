@@ -1,7 +1,8 @@
 """The record of a solution in progress: angles, signs, margins, and the steps for the reader."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
 import sympy as sp
 
@@ -10,6 +11,8 @@ from ...terms.vectors import Vector
 from ..structure.lines import Axis
 from ..subproblems.found import FoundLength, FoundTurn
 from ..subproblems.turns import CosSin
+
+Found = TypeVar("Found", FoundTurn, FoundLength)
 
 
 @dataclass(frozen=True)
@@ -86,6 +89,9 @@ class Work:
         remainders: Joints that follow from a sum, for the reader.
         lengths: The value of each prismatic joint.
         signs: The symbols that stand for 1 or -1, in the order of the slots.
+        settled: The choices, by their number, that make no difference: the first solution is taken.
+        choices: Number of choices so far.
+        sides: For choices in loops, the loop's name and the names of its sides by the sign.
         steps: The steps in order.
         vectors: Vectors that the steps' words refer to.
     """
@@ -96,11 +102,17 @@ class Work:
     remainders: list[Remainder] = field(default_factory=list)
     lengths: dict[int, sp.Expr] = field(default_factory=dict)
     signs: list[sp.Symbol] = field(default_factory=list)
+    settled: frozenset[int] = frozenset()
+    choices: int = 0
+    sides: dict[sp.Symbol, tuple[str, Mapping[int, str]]] = field(default_factory=dict)
     steps: list[InverseStep] = field(default_factory=list)
     vectors: list[NamedVector] = field(default_factory=list)
 
-    def sign(self) -> sp.Symbol:
-        """A new symbol for a choice between two solutions."""
+    def sign(self) -> sp.Expr:
+        """A new symbol for a choice between two solutions; 1 where the choice is settled."""
+        self.choices += 1
+        if self.choices - 1 in self.settled:
+            return sp.Integer(1)
         self.signs.append(sp.Symbol(f"_sign{len(self.signs) + 1}", real=True))
         return self.signs[-1]
 
@@ -118,6 +130,7 @@ class Work:
         degenerate: str = "",
     ) -> CosSin:
         """Notes a step; an angle about one axis alone is that joint's angle."""
+        found = _settled(found)
         self.steps.append(
             InverseStep(tuple(axis.name for axis in axes), method, reason, found, degenerate)
         )
@@ -127,20 +140,20 @@ class Work:
 
     def slide(self, axis: Axis, method: str, reason: str, found: FoundLength) -> sp.Expr:
         """Notes the step that finds the length of a slide."""
-        self.steps.append(InverseStep((axis.name,), method, reason, found))
+        self.steps.append(InverseStep((axis.name,), method, reason, _settled(found)))
         self.lengths[axis.joint] = found.length
         return found.length
 
     def note(self, names: Sequence[str], method: str, reason: str, found: FoundTurn) -> CosSin:
         """Notes the step that finds an angle of no joint of the chain."""
-        self.steps.append(InverseStep(tuple(names), method, reason, found))
+        self.steps.append(InverseStep(tuple(names), method, reason, _settled(found)))
         return found.turn
 
     def note_length(
         self, names: Sequence[str], method: str, reason: str, found: FoundLength
     ) -> sp.Expr:
         """Notes the step that finds a length of no slide of the chain."""
-        self.steps.append(InverseStep(tuple(names), method, reason, found))
+        self.steps.append(InverseStep(tuple(names), method, reason, _settled(found)))
         return found.length
 
     def remainder(self, axes: Sequence[Axis]) -> None:
@@ -151,3 +164,10 @@ class Work:
     def margins(self) -> list[sp.Expr]:
         """The margins of all steps that can fail."""
         return [step.found.margin for step in self.steps if step.found.margin is not None]
+
+
+def _settled(found: Found) -> Found:
+    """The result of a step; without a sign and a boundary where its choice is settled."""
+    if found.sign is None or found.sign.is_Symbol:
+        return found
+    return replace(found, sign=None, margin=None)

@@ -97,9 +97,9 @@ def larger(terms: Terms, distance2: sp.Expr, angle2: sp.Expr) -> sp.Expr:
     return terms.let(sp.sqrt(terms.let(terms.let(twice) / 2)))
 
 
-def margin_of(work: Work) -> sp.Expr:
-    """The smallest margin of all steps; 1 where no step can fail."""
-    margins = work.margins()
+def margin_of(work: Work, loops: Sequence[sp.Expr] = ()) -> sp.Expr:
+    """The smallest margin of all steps, those of loops too; 1 where no step can fail."""
+    margins = [*work.margins(), *loops]
     if not margins:
         return sp.Integer(1)
     least = margins[0]
@@ -163,10 +163,12 @@ def function_of(
     residual: sp.Expr,
     identity: str,
     given: Iterable[int] = (),
+    loops: Sequence[sp.Expr] = (),
 ) -> SymbolicFunction:
     """The function of a task over all slots, from one slot's entries.
 
-    The coordinates ``given``, by their indices in q, follow from inputs other than the first.
+    The coordinates ``given``, by their indices in q, follow from inputs other than the first;
+    ``loops`` are the margins of the loops that the coordinates close.
     """
     k = 2 ** len(work.signs)
     domain = "pose" if inputs[0].symbols == POSE_SYMBOLS else "task"
@@ -176,7 +178,7 @@ def function_of(
         Result("residual", (residual,), (k,), "m or rad", "distance of fk(q[k]) from the target"),
         Result(
             "margin",
-            (margin_of(work),),
+            (margin_of(work, loops),),
             (k,),
             "1",
             "distance from the boundary of the reachable set, negative beyond",
@@ -194,8 +196,19 @@ def _labels(work: Work) -> tuple[str, ...]:
     parts: list[str] = []
     for sign in work.signs:
         # Two choices of one step follow each other, and the step names the first.
-        parts.append(joints.get(sign) or (parts[-1] if parts else sign.name.lstrip("_")))
+        loop = work.sides[sign][0] if sign in work.sides else ""
+        parts.append(loop or joints.get(sign) or (parts[-1] if parts else sign.name.lstrip("_")))
     return tuple(
-        branch_label([(part, side_of(sign)) for part, sign in zip(parts, signs, strict=True)])
+        branch_label(
+            [
+                (part, _side(work, symbol, sign))
+                for part, symbol, sign in zip(parts, work.signs, signs, strict=True)
+            ]
+        )
         for signs in product((1, -1), repeat=len(parts))
     )
+
+
+def _side(work: Work, symbol: sp.Symbol, sign: int) -> str:
+    """The side of a choice: that of the loop that it belongs to, or its sign."""
+    return work.sides[symbol][1][sign] if symbol in work.sides else side_of(sign)

@@ -35,9 +35,9 @@ def inverse_of_loops(page: LoopPage) -> str:
     # A robot with loops offers only the task of the whole pose.
     tasks = {name: solved for name, solved in chain.inverse.solved.items() if name == "ik"}
     of_chain = replace(chain.inverse, solved=tasks)
-    if tasks:
-        return _written(chain, of_chain, {})
     found = page.inverse
+    if tasks:
+        return text(_written(chain, of_chain, {}).rstrip(), _sides_of_loops(found))
     if found is None or not found.solved:
         return _written(chain, of_chain, {})
     actuators = {q.name: shown for q, shown in zip(page.hybrid.q, page.q, strict=True)}
@@ -46,6 +46,20 @@ def inverse_of_loops(page: LoopPage) -> str:
         " slides; their lengths are found first.",
         _written(chain, found, actuators).rstrip(),
         "The actuators of the joints above follow from them as in the solution of the loops.",
+    )
+
+
+def _sides_of_loops(found: Inverses | None) -> str:
+    """How the slots of the whole inverse differ from those of the main chain, if they do."""
+    solved = None if found is None else found.solved.get("ik")
+    if solved is None or not (solved.work.sides or solved.work.settled):
+        return ""
+    names = [name for name, _ in solved.work.sides.values()]
+    sides = f" on both sides of {listed(map(escape, names))}" if names else ""
+    return (
+        f"The actuators follow from the joints as in the solution of the loops{sides}."
+        " Solutions of the main chain with the same actuators count once, so that the inverse of"
+        f" the robot has {solved.function.branches} slots."
     )
 
 

@@ -263,7 +263,7 @@ class Clusters:
 
     # --- branches ---
 
-    def sign(self, at_reference: int, edges: Sequence[Edge]) -> int:
+    def sign(self, at_reference: int, edges: Sequence[Edge]) -> sp.Expr:
         """The sign of a step's branch: that at the reference, or the next one asked for.
 
         Args:
@@ -285,6 +285,21 @@ class Clusters:
             )
         self.reference.sides[joined] = at_reference
         return at_reference
+
+    def figure(self, at_reference: int, edges: Sequence[Edge]) -> int:
+        """The figure of a parallelogram: that at the reference, or the next one asked for.
+
+        Args:
+            at_reference: 1 for the parallel figure, -1 for the crossed one; 0 where it is not
+                clear.
+            edges: The edges that the step joins.
+
+        Raises:
+            RobotError: The reference does not tell the figure.
+        """
+        if self.branch is not None:
+            return self.branch.figure(tuple(edge.name for edge in edges))
+        return int(self.sign(at_reference, edges))
 
     def distance(
         self, edges: Sequence[Edge], turns: Mapping[int, float], travel: float = 0.0

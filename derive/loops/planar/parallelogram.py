@@ -75,7 +75,7 @@ class Parallelogram(PlanarStep):
             sides = _sides(clusters, dyad_of(clusters, pins))
             if sides is None:
                 continue
-            sign = clusters.sign(_figure(clusters, sides), sides.dyad.pins)
+            sign = clusters.figure(_figure(clusters, sides), sides.dyad.pins)
             turns = sides.turns if sign > 0 else sides.crossed
             if turns is None:
                 clusters.steps.append(_mirrored(clusters, sides))

@@ -36,11 +36,46 @@ class Branch:
         self.asked, self.own = tuple(asked), own or {}
         self.taken: list[int] = []
 
-    def side(self, joined: Joined) -> int:
+    def side(self, joined: Joined) -> sp.Expr:
         """The side of the next step with a choice."""
         k = len(self.taken)
         self.taken.append(self.asked[k] if k < len(self.asked) else 1)
         return self.taken[-1] * self.own.get(joined, 1)
+
+    def figure(self, joined: Joined) -> int:
+        """The next figure of a parallelogram: 1 for the parallel one."""
+        return int(self.side(joined))
+
+
+class FreeSides(Branch):
+    """The sides that steps take where a symbol stands for each choice.
+
+    A parallelogram, whose figures differ by more than a sign, keeps that of the reference.
+    """
+
+    def __init__(
+        self, own: Mapping[Joined, int], reference: "AtReference", sign: Callable[[], sp.Expr]
+    ) -> None:
+        """Begins before the first step.
+
+        Args:
+            own: The sides at the reference.
+            reference: Receives the symbols; they are 1 there.
+            sign: Gives the next symbol.
+        """
+        super().__init__((), own)
+        self._reference, self._sign = reference, sign
+
+    def side(self, joined: Joined) -> sp.Expr:
+        """The side of the next step with a choice: 1 or -1 times its symbol."""
+        symbol = self._sign()
+        if symbol.is_Symbol:
+            self._reference.know(symbol, 1.0)
+        return symbol * self.own.get(joined, 1)
+
+    def figure(self, joined: Joined) -> int:
+        """The side at the reference."""
+        return self.own.get(joined, 1)
 
 
 def every_branch(solve: Callable[[Branch], Solved], own: Mapping[Joined, int]) -> Iterator[Solved]:
@@ -91,6 +126,10 @@ class AtReference:
         self.given = dict(given)
         self.assumed = dict.fromkeys(joints, 0.0)
         self._known: dict[sp.Symbol, float] = dict(values)
+
+    def know(self, symbol: sp.Symbol, value: float) -> None:
+        """Notes the value of a symbol that no term defines."""
+        self._known[symbol] = value
 
     def hints_of(self, names: Sequence[str]) -> dict[str, float]:
         """Given values of joints near the reference; assumed ones where no value is given."""

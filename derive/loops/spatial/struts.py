@@ -169,7 +169,7 @@ class Legs:
 
     # --- branches ---
 
-    def chosen(self, reach: Reach, value: Callable[[int], float]) -> int:
+    def chosen(self, reach: Reach, value: Callable[[int], float]) -> sp.Expr:
         """The sign for which a joint is nearest to its reference.
 
         Args:
@@ -184,7 +184,7 @@ class Legs:
         apart = wrapped if joint.kind != "prismatic" else lambda length: length / size
         return self.sign({s: abs(apart(value(s) - hint)) for s in SIGNS}, reach.strut.name)
 
-    def sign(self, distances: Mapping[int, float], name: str) -> int:
+    def sign(self, distances: Mapping[int, float], name: str) -> sp.Expr:
         """The sign of the smaller distance from the reference, or the next one asked for.
 
         Args:

@@ -1,0 +1,131 @@
+"""The choices of an inverse of a robot with loops: the sides of its loops, and idle choices.
+
+Joints of the main chain are held by several vectors of actuated coordinates where a leg or a
+four-bar can fold to either side. The inverse offers the side as one more choice. Choices that make
+no difference are settled when the inverse is derived: a platform that does not turn has the same
+legs for both ways to write its orientation, and a side on which forward kinematics never is gives
+no solution.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from ...loops.hybrid import Hybrid
+from ...loops.maps import chain
+from ...loops.planar.loop_step import LoopStep
+from ...loops.solution import with_free_sides
+from ...model.tolerances import LED_BACK, SAMPLED_RANGE
+from ...terms.branches import patterns
+from ...terms.casadi_graph import lower
+from ..steps.work import Work
+from ..tasks.task import Solved
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+SAMPLES = 200
+MOST_CHOICES = 9
+"""Choices that are tried together, in 512 slots; with more, loops stay on the reference's side."""
+
+
+def actuators_on_sides(hybrid: Hybrid, work: Work) -> tuple[tuple[sp.Expr, ...], list[sp.Expr]]:
+    """The actuated coordinates from the main chain, with a sign for the side of each loop.
+
+    Args:
+        hybrid: The robot.
+        work: Receives the signs and the names of the sides; a sign of 1 is the reference's side.
+
+    Returns:
+        The coordinates, and the margins of the loops.
+    """
+    given = [joint.name for joint in hybrid.robot.moving]
+    solution = with_free_sides(hybrid.loops, hybrid.backward, given, work.sign)
+    chosen = [step for step in solution.steps if sp.sympify(step.sign).free_symbols]
+    names = [step.name(hybrid.mechanism) for step in chosen]
+    for step, name in zip(chosen, names, strict=True):
+        # A loop that two steps close in turn is not enough of a name.
+        told = f"{name} at {step.joints[1].split('.')[0]}" if names.count(name) > 1 else name
+        (symbol,) = sp.sympify(step.sign).free_symbols
+        work.sides[symbol] = told, _sides(step, symbol)
+    return hybrid.actuators_in(solution), [margin for _, margin in solution.margins]
+
+
+def _sides(step: LoopStep, symbol: sp.Symbol) -> dict[int, str]:
+    """The names of both sides of a step, by the value of its sign's symbol."""
+    sign = sp.sympify(step.sign)
+    return {value: step.branches[int(sign.subs(symbol, value))] for value in (1, -1)}
+
+
+def settled_choices(hybrid: Hybrid, solved: Solved, given: Sequence[int] = ()) -> frozenset[int]:
+    """The choices of an inverse that make no difference, by their number.
+
+    The inverse is asked for the poses of random configurations. A choice is idle where both its
+    sides have the same coordinates, and the side of a loop where the other one gives no solution.
+
+    Args:
+        hybrid: The robot.
+        solved: Its inverse with all choices.
+        given: Indices of the main chain's joints that the inverse takes besides a pose.
+    """
+    function, work = solved.function, solved.work
+    of_loops = frozenset(k for k, symbol in enumerate(work.signs) if symbol in work.sides)
+    if not function.signs:
+        return frozenset()
+    if len(function.inputs) != 1 + len(given) or len(function.signs) > MOST_CHOICES:
+        return of_loops
+    q, solves = _asked(hybrid, solved, given)
+    same = frozenset(k for k in range(len(work.signs)) if _is_idle(hybrid, q, solves, k))
+    return same | frozenset(k for k in of_loops if not np.take(solves, 1, axis=k).any())
+
+
+def _asked(hybrid: Hybrid, solved: Solved, given: Sequence[int]) -> tuple[FloatArray, BoolArray]:
+    """Coordinates (2, ..., 2, N, n) of every slot at random poses, and whether they solve."""
+    function = solved.function
+    fk, theta = lower([hybrid.kinematics.function("fk"), chain(hybrid)], "true")
+    (ik,) = lower([function], "inverse")
+    known = _configurations(hybrid)
+    T = np.array(fk(known.T)).reshape(16, -1)
+    closed = np.isfinite(T).all(0)
+    known, T = known[closed], T[:, closed]
+    inputs = [T, *(np.array(theta(known.T))[k][None] for k in given)]
+    slots = [
+        ik(*inputs, np.repeat(np.array(signs, dtype=float)[:, None], len(known), 1))
+        for signs in patterns(function)
+    ]
+    sides = (2,) * len(function.signs)
+    q = np.stack([np.array(slot[0]).T for slot in slots]).reshape(*sides, *known.shape)
+    residual = np.stack([np.array(slot[1])[0] for slot in slots]).reshape(*sides, len(known))
+    return q, np.asarray(residual < LED_BACK * min(hybrid.backward.reference.size, 1.0))
+
+
+def _is_idle(hybrid: Hybrid, q: FloatArray, solves: BoolArray, choice: int) -> bool:
+    """Whether both sides of a choice have the same solutions."""
+    one, other = (np.take(solves, side, axis=choice) for side in (0, 1))
+    if not one.any() or (one != other).any():
+        return False
+    apart = (np.take(q, 0, axis=choice) - np.take(q, 1, axis=choice))[one]
+    for k, c in enumerate(hybrid.mechanism.coordinates):
+        moved = apart[:, k] * float(hybrid.terms.value(c.ratio))
+        if c.kind == "revolute":
+            moved = np.remainder(moved + np.pi, 2 * np.pi) - np.pi
+        size = 1.0 if c.kind == "revolute" else hybrid.backward.reference.size
+        if (np.abs(moved) > LED_BACK * size).any():
+            return False
+    return True
+
+
+def _configurations(hybrid: Hybrid) -> FloatArray:
+    """Random coordinates (N, n): within the limits, all round, or around the reference."""
+    low, high = [], []
+    for c in hybrid.mechanism.coordinates:
+        ratio = float(hybrid.terms.value(c.ratio))
+        middle = hybrid.at_reference[c.moves] / ratio
+        size = hybrid.backward.reference.size
+        reach = np.pi if c.kind == "revolute" else SAMPLED_RANGE * size
+        ends = zip(c.limits, (-reach / abs(ratio), reach / abs(ratio)), strict=True)
+        a, b = (middle + off if v is None else float(v) for v, off in ends)
+        low.append(a)
+        high.append(b)
+    return np.random.default_rng(0).uniform(low, high, (SAMPLES, len(low)))
