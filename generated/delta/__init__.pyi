@@ -671,7 +671,7 @@ def ik(
     threads: int | Literal["all"] | None = 1,
     given: Mapping[str, ArrayLike] | None = None,
 ) -> Solutions:
-    """Every solution of the inverse kinematics, in 2 slots.
+    """Every solution of the inverse kinematics, in 8 slots.
 
     fk(q[k]) = T wherever residual[k] is rounding
 
@@ -682,9 +682,9 @@ def ik(
         given: Values of chosen joints by name, instead of further inputs.
 
     Returns:
-        q (..., 2, 3): joint coordinates, one solution a row (rad).
-        residual (..., 2): distance of fk(q[k]) from the target (m or rad).
-        margin (..., 2): distance from the boundary of the reachable set, negative beyond (1).
+        q (..., 8, 3): joint coordinates, one solution a row (rad).
+        residual (..., 8): distance of fk(q[k]) from the target (m or rad).
+        margin (..., 8): distance from the boundary of the reachable set, negative beyond (1).
     """
 
 def modes(

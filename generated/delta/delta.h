@@ -313,14 +313,14 @@ void delta_chain_fk(const double theta[6], double T_0_ee[16]);
  *   l: lengths, 6 (m) */
 void delta_rod_ends(const double q[3], double a[18], double l[6]);
 
-/* Every solution of the inverse kinematics, in 2 slots.
+/* Every solution of the inverse kinematics, in 8 slots.
  * fk(q[k]) = T wherever residual[k] is rounding
- * 323 operations: multiply 154, add 132, negate 6, trig 3, other 28.
+ * 948 operations: multiply 461, add 384, negate 12, trig 6, other 85.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
- *   q: joint coordinates, one solution a row, 2 x 3 (rad)
- *   residual: distance of fk(q[k]) from the target, 2 (m or rad)
- *   margin: distance from the boundary of the reachable set, negative beyond, 2 (1) */
-void delta_ik(const double T[16], double q[6], double residual[2], double margin[2]);
+ *   q: joint coordinates, one solution a row, 8 x 3 (rad)
+ *   residual: distance of fk(q[k]) from the target, 8 (m or rad)
+ *   margin: distance from the boundary of the reachable set, negative beyond, 8 (1) */
+void delta_ik(const double T[16], double q[24], double residual[8], double margin[8]);
 
 /* Every assembly mode of the platform, up to 40, the highest first.
  * |b_i(theta[k]) - a_i(q)| = l_i wherever theta[k] is finite

@@ -982,7 +982,7 @@ static void delta_ik_rows(size_t n, const double *const *inputs, const ptrdiff_t
     double *const *outputs, const ptrdiff_t *output_steps)
 {
 #if CHASLES_LANES
-  static const int sizes[] = {16, 6, 2, 2};
+  static const int sizes[] = {16, 24, 8, 8};
   static const lanes_shape shape = {1, 3, sizes};
   CHASLES_RUN_AVX512(delta_ik_avx512)
   CHASLES_RUN_AVX2(delta_ik_avx2)
@@ -997,7 +997,7 @@ void delta_ik_batch(size_t n, const double *T, double *q, double *residual, doub
 {
   const double *const inputs[] = {T};
   double *const outputs[] = {q, residual, margin};
-  const ptrdiff_t input_steps[] = {16}, output_steps[] = {6, 2, 2};
+  const ptrdiff_t input_steps[] = {16}, output_steps[] = {24, 8, 8};
   delta_ik_rows(n, inputs, input_steps, outputs, output_steps);
 }
 

@@ -298,7 +298,7 @@ void excavator_constraint_D_z_dot(const double z[12], const double zd[12], doubl
 
 /* Every solution of the inverse kinematics, in 2 slots.
  * fk(q[k]) = T wherever residual[k] is rounding
- * 556 operations: multiply 267, add 229, negate 1, trig 1, other 58.
+ * 558 operations: multiply 269, add 227, negate 1, trig 1, other 60.
  *   T: pose of the tool, T_0_tip, 4 x 4 (1, m)
  *   q: joint coordinates, one solution a row, 2 x 4 (rad or m)
  *   residual: distance of fk(q[k]) from the target, 2 (m or rad)

@@ -615,7 +615,7 @@ def ik(
     threads: int | Literal["all"] | None = 1,
     given: Mapping[str, ArrayLike] | None = None,
 ) -> Solutions:
-    """Every solution of the inverse kinematics, in 1 slots.
+    """Every solution of the inverse kinematics, in 2 slots.
 
     fk(q[k]) = T wherever residual[k] is rounding
 
@@ -626,7 +626,7 @@ def ik(
         given: Values of chosen joints by name, instead of further inputs.
 
     Returns:
-        q (..., 1, 2): joint coordinates, one solution a row (rad).
-        residual (..., 1): distance of fk(q[k]) from the target (m or rad).
-        margin (..., 1): distance from the boundary of the reachable set, negative beyond (1).
+        q (..., 2, 2): joint coordinates, one solution a row (rad).
+        residual (..., 2): distance of fk(q[k]) from the target (m or rad).
+        margin (..., 2): distance from the boundary of the reachable set, negative beyond (1).
     """

@@ -276,14 +276,14 @@ void five_bar_constraint_D_z(const double z[4], double residual_D_z[8]);
  *   residual_D_z_dot: rate of the constraint Jacobian, 2 x 4 (1/s, m/s, 1/(m s)) */
 void five_bar_constraint_D_z_dot(const double z[4], const double zd[4], double residual_D_z_dot[8]);
 
-/* Every solution of the inverse kinematics, in 1 slots.
+/* Every solution of the inverse kinematics, in 2 slots.
  * fk(q[k]) = T wherever residual[k] is rounding
- * 109 operations: multiply 47, add 47, trig 2, other 13.
+ * 169 operations: multiply 73, add 75, trig 3, other 18.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
- *   q: joint coordinates, one solution a row, 1 x 2 (rad)
- *   residual: distance of fk(q[k]) from the target, 1 (m or rad)
- *   margin: distance from the boundary of the reachable set, negative beyond, 1 (1) */
-void five_bar_ik(const double T[16], double q[2], double residual[1], double margin[1]);
+ *   q: joint coordinates, one solution a row, 2 x 2 (rad)
+ *   residual: distance of fk(q[k]) from the target, 2 (m or rad)
+ *   margin: distance from the boundary of the reachable set, negative beyond, 2 (1) */
+void five_bar_ik(const double T[16], double q[4], double residual[2], double margin[2]);
 
 #ifdef __cplusplus
 }

@@ -910,7 +910,7 @@ static void five_bar_ik_rows(size_t n, const double *const *inputs, const ptrdif
     double *const *outputs, const ptrdiff_t *output_steps)
 {
 #if CHASLES_LANES
-  static const int sizes[] = {16, 2, 1, 1};
+  static const int sizes[] = {16, 4, 2, 2};
   static const lanes_shape shape = {1, 3, sizes};
   CHASLES_RUN_AVX512(five_bar_ik_avx512)
   CHASLES_RUN_AVX2(five_bar_ik_avx2)
@@ -925,6 +925,6 @@ void five_bar_ik_batch(size_t n, const double *T, double *q, double *residual, d
 {
   const double *const inputs[] = {T};
   double *const outputs[] = {q, residual, margin};
-  const ptrdiff_t input_steps[] = {16}, output_steps[] = {2, 1, 1};
+  const ptrdiff_t input_steps[] = {16}, output_steps[] = {4, 2, 2};
   five_bar_ik_rows(n, inputs, input_steps, outputs, output_steps);
 }

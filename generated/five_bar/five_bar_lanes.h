@@ -75,7 +75,7 @@ static LANES_TARGET void LANES_NAME(five_bar_fk_jacobian_mixed)(const lanes *in,
   const lanes v34 = v22 - v8, v35 = v12 * v34, v36 = v26 - v13, v37 = v7 * v36, v38 = v35 - v37,
       v39 = v38 / v19, v40 = v39 - 1.0, v41 = v32 * v40, v42 = v33 + v41, v43 = -v42;
   out[16] = v43;
-  const lanes v44 = v5 * v36, v45 = v11 * v34, v46 = v44 - v45, v47 = v46 / v19, v48 = v32 * v47,
+  const lanes v44 = v36 * v5, v45 = v34 * v11, v46 = v44 - v45, v47 = v46 / v19, v48 = v32 * v47,
       v49 = -v48;
   out[17] = v49;
   const lanes v50 = v29 * v40, v51 = v30 + v50;
@@ -99,7 +99,7 @@ static LANES_TARGET void LANES_NAME(five_bar_jacobian_space)(const lanes *in, la
       v24 = v5 * v23, v25 = 0.5 * v13, v26 = v20 * v9, v27 = v25 + v26, v28 = v27 - v13,
       v29 = v8 * v28, v30 = v24 - v29, v31 = v30 / v19, v32 = v31 - 1.0, v33 = v5 * v32;
   out[0] = v33;
-  const lanes v34 = v6 * v28, v35 = v12 * v23, v36 = v34 - v35, v37 = v36 / v19, v38 = v5 * v37;
+  const lanes v34 = v28 * v6, v35 = v23 * v12, v36 = v34 - v35, v37 = v36 / v19, v38 = v5 * v37;
   out[1] = v38;
   const lanes v39 = 0.1 - v8, v40 = v32 * v39, v41 = v40 + 0.1;
   out[2] = v41;
@@ -128,7 +128,7 @@ static LANES_TARGET void LANES_NAME(five_bar_jacobian_body)(const lanes *in, lan
       v40 = v27 - v13, v41 = v7 * v40, v42 = v39 - v41, v43 = v42 / v19, v44 = v43 - 1.0,
       v45 = 0.3 * v44, v46 = v37 + v45;
   out[2] = v46;
-  const lanes v47 = v5 * v40, v48 = v11 * v38, v49 = v47 - v48, v50 = v49 / v19, v51 = 0.3 * v50;
+  const lanes v47 = v40 * v5, v48 = v38 * v11, v49 = v47 - v48, v50 = v49 / v19, v51 = 0.3 * v50;
   out[3] = v51; out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0);
   out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = v43;
   out[11] = v50;
@@ -149,7 +149,7 @@ static LANES_TARGET void LANES_NAME(five_bar_jacobian_mixed)(const lanes *in, la
       v32 = v29 - v31, v33 = v32 / v19, v34 = v33 - 1.0, v35 = v23 * v34, v36 = v24 + v35,
       v37 = -v36;
   out[0] = v37;
-  const lanes v38 = v9 * v30, v39 = v5 * v28, v40 = v38 - v39, v41 = v40 / v19, v42 = v23 * v41,
+  const lanes v38 = v30 * v9, v39 = v28 * v5, v40 = v38 - v39, v41 = v40 / v19, v42 = v23 * v41,
       v43 = -v42;
   out[1] = v43;
   const lanes v44 = 0.9999999999999999 * v27, v45 = v44 + v11, v46 = v44 * v34, v47 = v45 + v46;
@@ -186,9 +186,9 @@ static LANES_TARGET void LANES_NAME(five_bar_jacobian_space_dot)(const lanes *in
       v89 = v88 - v50, v90 = v8 * v89, v91 = v81 - v90, v92 = v91 / v19, v93 = v19 * v19,
       v94 = v30 / v93, v95 = v69 * v94, v96 = v92 - v95, v97 = v5 * v96, v98 = v37 + v97;
   out[0] = v98;
-  const lanes v99 = v6 * v28, v100 = v12 * v23, v101 = v99 - v100, v102 = v101 / v19,
-      v103 = v102 * v36, v104 = v6 * v89, v105 = v12 * v76, v106 = v104 - v105, v107 = v23 * v47,
-      v108 = v106 - v107, v109 = v28 * v41, v110 = v108 - v109, v111 = v110 / v19,
+  const lanes v99 = v28 * v6, v100 = v23 * v12, v101 = v99 - v100, v102 = v101 / v19,
+      v103 = v102 * v36, v104 = v6 * v89, v105 = v23 * v47, v106 = v104 - v105, v107 = v28 * v41,
+      v108 = v106 - v107, v109 = v12 * v76, v110 = v108 - v109, v111 = v110 / v19,
       v112 = v101 / v93, v113 = v69 * v112, v114 = v111 - v113, v115 = v5 * v114,
       v116 = v103 + v115;
   out[1] = v116;
@@ -232,9 +232,9 @@ static LANES_TARGET void LANES_NAME(five_bar_jacobian_body_dot)(const lanes *in,
       v105 = v76 * v104, v106 = v99 - v105, v107 = 0.3 * v106, v108 = v24 * v32, v109 = v31 * v25,
       v110 = v108 - v109, v111 = v110 * v51, v112 = v107 - v111;
   out[2] = v112;
-  const lanes v113 = v5 * v96, v114 = v11 * v83, v115 = v113 - v114, v116 = v35 * v44,
-      v117 = v115 - v116, v118 = v42 * v39, v119 = v117 - v118, v120 = v119 / v19, v121 = v5 * v42,
-      v122 = v11 * v35, v123 = v121 - v122, v124 = v123 / v103, v125 = v76 * v124,
+  const lanes v113 = v5 * v96, v114 = v35 * v44, v115 = v113 - v114, v116 = v42 * v39,
+      v117 = v115 - v116, v118 = v11 * v83, v119 = v117 - v118, v120 = v119 / v19, v121 = v42 * v5,
+      v122 = v35 * v11, v123 = v121 - v122, v124 = v123 / v103, v125 = v76 * v124,
       v126 = v120 - v125, v127 = 0.3 * v126;
   out[3] = v127; out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0);
   out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = v106;
@@ -270,9 +270,9 @@ static LANES_TARGET void LANES_NAME(five_bar_jacobian_mixed_dot)(const lanes *in
       v100 = v90 - v99, v101 = v100 / v19, v102 = v19 * v19, v103 = v50 / v102, v104 = v78 * v103,
       v105 = v101 - v104, v106 = v56 * v105, v107 = v55 + v106, v108 = -v107;
   out[0] = v108;
-  const lanes v109 = v5 * v36, v110 = v11 * v26, v111 = v109 - v110, v112 = v111 / v19,
-      v113 = v112 * v53, v114 = v5 * v98, v115 = v11 * v85, v116 = v114 - v115, v117 = v26 * v38,
-      v118 = v116 - v117, v119 = v36 * v30, v120 = v118 - v119, v121 = v120 / v19,
+  const lanes v109 = v36 * v5, v110 = v26 * v11, v111 = v109 - v110, v112 = v111 / v19,
+      v113 = v112 * v53, v114 = v5 * v98, v115 = v26 * v38, v116 = v114 - v115, v117 = v36 * v30,
+      v118 = v116 - v117, v119 = v11 * v85, v120 = v118 - v119, v121 = v120 / v19,
       v122 = v111 / v102, v123 = v78 * v122, v124 = v121 - v123, v125 = v56 * v124,
       v126 = v113 + v125, v127 = -v126;
   out[1] = v127;
@@ -300,7 +300,7 @@ static LANES_TARGET void LANES_NAME(five_bar_hessian_mixed)(const lanes *in, lan
       v27 = 0.5 * v13, v28 = v20 * v8, v29 = v27 + v28, v30 = v29 - v13, v31 = v7 * v30,
       v32 = v26 - v31, v33 = v32 / v19, v34 = v33 - 1.0, v35 = v23 * v34, v36 = v24 + v35,
       v37 = v23 + v35, v38 = v34 * v37, v39 = v36 + v38, v40 = 0.9999999999999999 * v29,
-      v41 = v7 * v25, v42 = v12 * v30, v43 = v41 + v42, v44 = v7 * v20, v45 = 0.1 * v4,
+      v41 = v7 * v25, v42 = v12 * v30, v43 = v41 + v42, v44 = 0.1 * v4, v45 = v7 * v20,
       v46 = v44 + v45, v47 = 2.0 * v8, v48 = v12 * v47, v49 = 2.0 * v13, v50 = v7 * v49,
       v51 = v48 - v50, v52 = 0.5 * v51, v53 = v52 / v15, v54 = 0.5 * v15, v55 = v15 * v15,
       v56 = v54 / v55, v57 = v56 * v51, v58 = v53 - v57, v59 = v58 * v8, v60 = v46 + v59,
@@ -312,7 +312,7 @@ static LANES_TARGET void LANES_NAME(five_bar_hessian_mixed)(const lanes *in, lan
       v86 = v19 * v19, v87 = v32 / v86, v88 = v87 * v65, v89 = v85 - v88, v90 = v40 * v89,
       v91 = v39 + v90, v92 = -v91;
   out[0] = v92;
-  const lanes v93 = v5 * v30, v94 = v11 * v25, v95 = v93 - v94, v96 = v95 / v19, v97 = v23 * v96,
+  const lanes v93 = v30 * v5, v94 = v25 * v11, v95 = v93 - v94, v96 = v95 / v19, v97 = v23 * v96,
       v98 = v34 * v97, v99 = v97 + v98, v100 = v5 * v49, v101 = v11 * v47, v102 = v100 - v101,
       v103 = 0.5 * v102, v104 = v103 / v15, v105 = v56 * v102, v106 = v104 - v105, v107 = v106 * v8,
       v108 = 0.1 * v3, v109 = v107 - v108, v110 = v20 * v5, v111 = v109 - v110, v112 = v102 * v16,
@@ -327,9 +327,10 @@ static LANES_TARGET void LANES_NAME(five_bar_hessian_mixed)(const lanes *in, lan
       v143 = v142 / v19, v144 = v95 / v86, v145 = v144 * v65, v146 = v143 - v145, v147 = v40 * v146,
       v148 = v139 + v147, v149 = -v148;
   out[2] = v149;
-  const lanes v150 = v96 * v97, v151 = v5 * v130, v152 = v11 * v30, v153 = v151 - v152,
-      v154 = v11 * v121, v155 = v153 - v154, v156 = v5 * v25, v157 = v155 - v156, v158 = v157 / v19,
-      v159 = v144 * v115, v160 = v158 - v159, v161 = v40 * v160, v162 = v150 + v161, v163 = -v162;
+  const lanes v150 = v96 * v97, v151 = v5 * v130, v152 = v25 * v5, v153 = v151 - v152,
+      v154 = v30 * v11, v155 = v153 - v154, v156 = v11 * v121, v157 = v155 - v156,
+      v158 = v157 / v19, v159 = v144 * v115, v160 = v158 - v159, v161 = v40 * v160,
+      v162 = v150 + v161, v163 = -v162;
   out[3] = v163;
   const lanes v164 = v23 * v89, v165 = v40 + v12, v166 = v40 * v34, v167 = v165 + v166,
       v168 = v40 + v166, v169 = v34 * v168, v170 = v167 + v169, v171 = v164 - v170;
@@ -424,14 +425,14 @@ static LANES_TARGET void LANES_NAME(five_bar_acceleration_space)(const lanes *in
       v15 = v11 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
   LANES_LET1(v18, sqrt, v17);
   const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v13, v22 = v10 - v21, v23 = v22 - v9,
-      v24 = v3 * qd_0, v25 = v24 * qd_0, v26 = v1 * qdd_0, v27 = v25 + v26, v28 = 0.2 * v27,
+      v24 = v1 * qdd_0, v25 = v3 * qd_0, v26 = v25 * qd_0, v27 = v24 + v26, v28 = 0.2 * v27,
       v29 = v2 * qd_1, v30 = v29 * qd_1, v31 = v4 * qdd_1, v32 = v30 + v31, v33 = 0.2 * v32,
       v34 = v28 - v33, v35 = v23 * v34, v36 = 0.5 * v13, v37 = v20 * v9, v38 = v36 + v37,
       v39 = v38 - v13, v40 = v2 * qdd_1, v41 = v4 * qd_1, v42 = v41 * qd_1, v43 = v40 - v42,
       v44 = 0.2 * v43, v45 = v3 * qdd_0, v46 = v1 * qd_0, v47 = v46 * qd_0, v48 = v45 - v47,
       v49 = 0.2 * v48, v50 = v44 - v49, v51 = v39 * v50, v52 = v35 + v51, v53 = 0.2 * v46,
       v54 = 0.2 * v41, v55 = v53 - v54, v56 = 0.5 * v55, v57 = 2.0 * v9, v58 = v55 * v57,
-      v59 = 0.2 * v29, v60 = 0.2 * v24, v61 = v59 - v60, v62 = 2.0 * v13, v63 = v61 * v62,
+      v59 = 0.2 * v29, v60 = 0.2 * v25, v61 = v59 - v60, v62 = 2.0 * v13, v63 = v61 * v62,
       v64 = v58 + v63, v65 = 0.5 * v64, v66 = v65 / v15, v67 = 0.5 * v15, v68 = v15 * v15,
       v69 = v67 / v68, v70 = v64 * v69, v71 = v66 - v70, v72 = v71 * v9, v73 = v56 + v72,
       v74 = v20 * v61, v75 = v73 - v74, v76 = v64 * v16, v77 = v64 * v15, v78 = v76 - v77,
@@ -471,7 +472,7 @@ static LANES_TARGET void LANES_NAME(five_bar_acceleration_body)(const lanes *in,
       v53 = v45 + v52, v54 = v53 / v19, v55 = v54 - qd_0, v56 = v38 * v55, v57 = 0.3 * v55,
       v58 = v56 - v57, v59 = v58 * qd_0, v60 = v35 + v59;
   out[0] = v60;
-  const lanes v61 = v38 * qdd_0, v62 = v49 * qd_0, v63 = v4 * qdd_0, v64 = v62 + v63,
+  const lanes v61 = v38 * qdd_0, v62 = v4 * qdd_0, v63 = v49 * qd_0, v64 = v62 + v63,
       v65 = 0.2 * v64, v66 = v47 * qd_1, v67 = v3 * qdd_1, v68 = v66 + v67, v69 = 0.2 * v68,
       v70 = v65 - v69, v71 = v39 * v70, v72 = v1 * qdd_1, v73 = v42 * qd_1, v74 = v72 - v73,
       v75 = 0.2 * v74, v76 = v2 * qdd_0, v77 = v40 * qd_0, v78 = v76 - v77, v79 = 0.2 * v78,
@@ -502,14 +503,14 @@ static LANES_TARGET void LANES_NAME(five_bar_acceleration_mixed)(const lanes *in
   LANES_LET1(v18, sqrt, v17);
   const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v12, v22 = v8 + v21,
       v23 = 0.9999999999999999 * v22, v24 = v23 + v6, v25 = v24 * qdd_0, v26 = 0.5 * v12,
-      v27 = v20 * v7, v28 = v26 - v27, v29 = v28 - v12, v30 = v4 * qd_0, v31 = v30 * qd_0,
-      v32 = v2 * qdd_0, v33 = v31 + v32, v34 = 0.2 * v33, v35 = v3 * qd_1, v36 = v35 * qd_1,
+      v27 = v20 * v7, v28 = v26 - v27, v29 = v28 - v12, v30 = v2 * qdd_0, v31 = v4 * qd_0,
+      v32 = v31 * qd_0, v33 = v30 + v32, v34 = 0.2 * v33, v35 = v3 * qd_1, v36 = v35 * qd_1,
       v37 = v1 * qdd_1, v38 = v36 + v37, v39 = 0.2 * v38, v40 = v34 - v39, v41 = v29 * v40,
       v42 = v22 - v7, v43 = v3 * qdd_1, v44 = v1 * qd_1, v45 = v44 * qd_1, v46 = v43 - v45,
       v47 = 0.2 * v46, v48 = v4 * qdd_0, v49 = v2 * qd_0, v50 = v49 * qd_0, v51 = v48 - v50,
       v52 = 0.2 * v51, v53 = v47 - v52, v54 = v42 * v53, v55 = v41 + v54, v56 = 0.2 * v49,
       v57 = 0.2 * v44, v58 = v56 - v57, v59 = 0.5 * v58, v60 = 2.0 * v12, v61 = v58 * v60,
-      v62 = 0.2 * v35, v63 = 0.2 * v30, v64 = v62 - v63, v65 = 2.0 * v7, v66 = v64 * v65,
+      v62 = 0.2 * v35, v63 = 0.2 * v31, v64 = v62 - v63, v65 = 2.0 * v7, v66 = v64 * v65,
       v67 = v61 + v66, v68 = 0.5 * v67, v69 = v68 / v15, v70 = 0.5 * v15, v71 = v15 * v15,
       v72 = v70 / v71, v73 = v67 * v72, v74 = v69 - v73, v75 = v74 * v12, v76 = v59 + v75,
       v77 = v20 * v64, v78 = v76 - v77, v79 = v67 * v16, v80 = v67 * v15, v81 = v79 - v80,
@@ -561,7 +562,7 @@ static LANES_TARGET void LANES_NAME(five_bar_chain_D_q)(const lanes *in, lanes *
       v24 = v5 * v23, v25 = 0.5 * v13, v26 = v20 * v9, v27 = v25 + v26, v28 = v27 - v13,
       v29 = v8 * v28, v30 = v24 - v29, v31 = v30 / v19, v32 = v31 - 1.0;
   out[2] = v32;
-  const lanes v33 = v6 * v28, v34 = v12 * v23, v35 = v33 - v34, v36 = v35 / v19;
+  const lanes v33 = v28 * v6, v34 = v23 * v12, v35 = v33 - v34, v36 = v35 / v19;
   out[3] = v36;
 }
 
@@ -592,14 +593,14 @@ static LANES_TARGET void LANES_NAME(five_bar_chain_accelerations)(const lanes *i
       v15 = v10 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
   LANES_LET1(v18, sqrt, v17);
   const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v13, v22 = v9 - v21, v23 = v22 - v8,
-      v24 = v2 * qd_0, v25 = v24 * qd_0, v26 = v4 * qdd_0, v27 = v25 + v26, v28 = 0.2 * v27,
+      v24 = v4 * qdd_0, v25 = v2 * qd_0, v26 = v25 * qd_0, v27 = v24 + v26, v28 = 0.2 * v27,
       v29 = v1 * qd_1, v30 = v29 * qd_1, v31 = v3 * qdd_1, v32 = v30 + v31, v33 = 0.2 * v32,
       v34 = v28 - v33, v35 = v23 * v34, v36 = 0.5 * v13, v37 = v20 * v8, v38 = v36 + v37,
       v39 = v38 - v13, v40 = v1 * qdd_1, v41 = v3 * qd_1, v42 = v41 * qd_1, v43 = v40 - v42,
       v44 = 0.2 * v43, v45 = v2 * qdd_0, v46 = v4 * qd_0, v47 = v46 * qd_0, v48 = v45 - v47,
       v49 = 0.2 * v48, v50 = v44 - v49, v51 = v39 * v50, v52 = v35 + v51, v53 = 0.2 * v46,
       v54 = 0.2 * v41, v55 = v53 - v54, v56 = 0.5 * v55, v57 = 2.0 * v8, v58 = v55 * v57,
-      v59 = 0.2 * v29, v60 = 0.2 * v24, v61 = v59 - v60, v62 = 2.0 * v13, v63 = v61 * v62,
+      v59 = 0.2 * v29, v60 = 0.2 * v25, v61 = v59 - v60, v62 = 2.0 * v13, v63 = v61 * v62,
       v64 = v58 + v63, v65 = 0.5 * v64, v66 = v65 / v15, v67 = 0.5 * v15, v68 = v15 * v15,
       v69 = v67 / v68, v70 = v64 * v69, v71 = v66 - v70, v72 = v71 * v8, v73 = v56 + v72,
       v74 = v20 * v61, v75 = v73 - v74, v76 = v64 * v16, v77 = v64 * v15, v78 = v76 - v77,
@@ -769,30 +770,30 @@ static LANES_TARGET void LANES_NAME(five_bar_actuator_accelerations)(const lanes
   const lanes v2 = theta_0 + theta_1;
   LANES_COS_SIN(v3, v5, v2); out[0] = thetadd_0;
   const lanes v6 = v1 * thetad_0, v7 = 0.2 * v6, v8 = v3 * thetad_0, v9 = v3 * thetad_1,
-      v10 = v8 + v9, v11 = 0.3 * v10, v12 = v7 + v11, v13 = v4 * thetad_0, v14 = 0.2 * v13,
-      v15 = v5 * thetad_0, v16 = v5 * thetad_1, v17 = v15 + v16, v18 = 0.3 * v17, v19 = v14 + v18,
-      v20 = 0.2 * v1, v21 = 0.3 * v3, v22 = v20 + v21, v23 = v22 - 0.2, v24 = v23 * v23,
-      v25 = 0.2 * v4, v26 = 0.3 * v5, v27 = v25 + v26, v28 = v27 * v27, v29 = v24 + v28,
-      v30 = 0.25 - v29, v31 = v29 - 0.01, v32 = v30 * v31;
-  LANES_LET1(v33, sqrt, v32);
-  const lanes v34 = 0.5 * v33, v35 = v34 / v29, v36 = v19 * v35, v37 = 2.0 * v27, v38 = v12 * v37,
-      v39 = 2.0 * v23, v40 = v19 * v39, v41 = v38 - v40, v42 = 0.5 * v41, v43 = v42 / v29,
-      v44 = 0.5 * v29, v45 = 0.02 + v44, v46 = v45 - 0.045, v47 = v29 * v29, v48 = v46 / v47,
-      v49 = v41 * v48, v50 = v43 - v49, v51 = v27 * v50, v52 = v36 + v51, v53 = v46 / v29,
-      v54 = v12 * v53, v55 = v52 + v54, v56 = v41 * v30, v57 = v41 * v31, v58 = v56 - v57,
-      v59 = 0.25 / v33, v60 = v58 * v59, v61 = v60 / v29, v62 = v34 / v47, v63 = v41 * v62,
-      v64 = v61 - v63, v65 = v23 * v64, v66 = v55 - v65, v67 = v66 - v12, v68 = v12 * v67,
-      v69 = v1 * thetadd_0, v70 = v13 * thetad_0, v71 = v69 - v70, v72 = 0.2 * v71,
+      v10 = v8 + v9, v11 = 0.3 * v10, v12 = v7 + v11, v13 = 0.2 * v4, v14 = 0.3 * v5,
+      v15 = v13 + v14, v16 = 2.0 * v15, v17 = v12 * v16, v18 = v4 * thetad_0, v19 = 0.2 * v18,
+      v20 = v5 * thetad_0, v21 = v5 * thetad_1, v22 = v20 + v21, v23 = 0.3 * v22, v24 = v19 + v23,
+      v25 = 0.2 * v1, v26 = 0.3 * v3, v27 = v25 + v26, v28 = v27 - 0.2, v29 = 2.0 * v28,
+      v30 = v24 * v29, v31 = v17 - v30, v32 = 0.5 * v31, v33 = v28 * v28, v34 = v15 * v15,
+      v35 = v33 + v34, v36 = v32 / v35, v37 = 0.5 * v35, v38 = 0.02 + v37, v39 = v38 - 0.045,
+      v40 = v35 * v35, v41 = v39 / v40, v42 = v31 * v41, v43 = v36 - v42, v44 = v15 * v43,
+      v45 = 0.25 - v35, v46 = v35 - 0.01, v47 = v45 * v46;
+  LANES_LET1(v48, sqrt, v47);
+  const lanes v49 = 0.5 * v48, v50 = v49 / v35, v51 = v24 * v50, v52 = v44 + v51, v53 = v39 / v35,
+      v54 = v12 * v53, v55 = v52 + v54, v56 = v31 * v45, v57 = v31 * v46, v58 = v56 - v57,
+      v59 = 0.25 / v48, v60 = v58 * v59, v61 = v60 / v35, v62 = v49 / v40, v63 = v31 * v62,
+      v64 = v61 - v63, v65 = v28 * v64, v66 = v55 - v65, v67 = v66 - v12, v68 = v12 * v67,
+      v69 = v1 * thetadd_0, v70 = v18 * thetad_0, v71 = v69 - v70, v72 = 0.2 * v71,
       v73 = v3 * thetadd_0, v74 = v3 * thetadd_1, v75 = v73 + v74, v76 = thetad_0 + thetad_1,
-      v77 = v17 * v76, v78 = v75 - v77, v79 = 0.3 * v78, v80 = v72 + v79, v81 = v27 * v53,
-      v82 = v23 * v35, v83 = v81 - v82, v84 = v83 - v27, v85 = v80 * v84, v86 = v68 + v85,
-      v87 = v23 * v50, v88 = v27 * v64, v89 = v87 + v88, v90 = v12 * v35, v91 = v89 + v90,
-      v92 = v19 * v53, v93 = v91 - v92, v94 = v19 + v93, v95 = v19 * v94, v96 = v86 - v95,
+      v77 = v22 * v76, v78 = v75 - v77, v79 = 0.3 * v78, v80 = v72 + v79, v81 = v15 * v53,
+      v82 = v28 * v50, v83 = v81 - v82, v84 = v83 - v15, v85 = v80 * v84, v86 = v68 + v85,
+      v87 = v28 * v43, v88 = v15 * v64, v89 = v87 + v88, v90 = v12 * v50, v91 = v89 + v90,
+      v92 = v24 * v53, v93 = v91 - v92, v94 = v24 + v93, v95 = v24 * v94, v96 = v86 - v95,
       v97 = v4 * thetadd_0, v98 = v6 * thetad_0, v99 = v97 + v98, v100 = 0.2 * v99,
       v101 = v5 * thetadd_0, v102 = v5 * thetadd_1, v103 = v101 + v102, v104 = v10 * v76,
-      v105 = v103 + v104, v106 = 0.3 * v105, v107 = v100 + v106, v108 = v23 * v53, v109 = v27 * v35,
-      v110 = v108 + v109, v111 = v110 - v23, v112 = v107 * v111, v113 = v96 - v112,
-      v114 = v113 / v34, v115 = v12 * v84, v116 = v19 * v111, v117 = v115 - v116, v118 = v34 * v34,
+      v105 = v103 + v104, v106 = 0.3 * v105, v107 = v100 + v106, v108 = v28 * v53, v109 = v15 * v50,
+      v110 = v108 + v109, v111 = v110 - v28, v112 = v107 * v111, v113 = v96 - v112,
+      v114 = v113 / v49, v115 = v12 * v84, v116 = v24 * v111, v117 = v115 - v116, v118 = v49 * v49,
       v119 = v117 / v118, v120 = v60 * v119, v121 = v114 - v120, v122 = -v121;
   out[1] = v122;
 }
@@ -899,42 +900,61 @@ static LANES_TARGET void LANES_NAME(five_bar_constraint_D_z_dot)(const lanes *in
   out[7] = v42;
 }
 
-// ik: 109 operations: multiply 47, add 47, trig 2, other 13
-static LANES_TARGET void LANES_NAME(five_bar_ik)(const lanes *in, lanes *out)
+// ik: 169 operations: multiply 77, add 75, trig 3, other 14
+static LANES_SPARING LANES_TARGET void LANES_NAME(five_bar_ik)(const lanes *in, lanes *out)
 {
   const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
       T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
-      v1 = T_4 * T_4, v2 = 1e-150 + T_0, v3 = v2 * v2, v4 = v1 + v3;
-  LANES_LET1(v5, sqrt, v4);
-  const lanes v6 = T_4 / v5, v7 = 0.3 * v6, v8 = T_7 - v7, v9 = 0.2 * v8, v10 = v9 * v9,
-      v11 = T_3 + 0.1, v12 = v2 / v5, v13 = 0.3 * v12, v14 = v11 - v13, v15 = 0.2 * v14,
-      v16 = 1e-150 + v15, v17 = v16 * v16, v18 = v10 + v17;
-  LANES_LET1(v19, sqrt, v18);
-  const lanes v20 = v9 / v19, v21 = v16 / v19;
-  LANES_LET2(v22, atan2, v20, v21);
-  const lanes v23 = 0.2 * v20, v24 = v7 + v23, v25 = 0.2 * v21, v26 = v13 + v25, v27 = v26 - 0.2,
-      v28 = v27 * v27, v29 = v24 * v24, v30 = v28 + v29, v31 = 0.5 * v30, v32 = 0.02 + v31,
-      v33 = v32 - 0.045, v34 = v33 / v30, v35 = v24 * v34, v36 = 0.25 - v30, v37 = v30 - 0.01,
-      v38 = v36 * v37;
-  LANES_LET1(v39, sqrt, v38);
-  const lanes v40 = 0.5 * v39, v41 = v40 / v30, v42 = v27 * v41, v43 = v35 - v42, v44 = 5.0 * v43,
-      v45 = v27 * v34, v46 = v24 * v41, v47 = v45 + v46, v48 = 5.0 * v47;
-  LANES_LET2(v49, atan2, v44, v48); out[0] = v22; out[1] = v49;
-  const lanes v50 = T_11 * T_11, v51 = 0.2 + v47, v52 = v51 - v25, v53 = 0.5 * v52, v54 = v43 - v23,
-      v55 = v52 * v52, v56 = v54 * v54, v57 = v55 + v56, v58 = 0.36 - v57, v59 = v57 * v58;
-  LANES_LET1(v60, sqrt, v59);
-  const lanes v61 = 0.5 * v60, v62 = v61 / v57, v63 = v54 * v62, v64 = v53 - v63,
-      v65 = 0.9999999999999999 * v64, v66 = v65 + v25, v67 = v66 - 0.1, v68 = v67 - T_3,
-      v69 = v68 * v68, v70 = v50 + v69, v71 = v52 * v62, v72 = 0.5 * v54, v73 = v71 + v72,
-      v74 = 0.9999999999999999 * v73, v75 = v74 + v23, v76 = v75 - T_7, v77 = v76 * v76,
-      v78 = v70 + v77, v79 = T_2 * T_2, v80 = T_6 * T_6, v81 = v79 + v80, v82 = T_8 * T_8,
-      v83 = v81 + v82, v84 = T_9 * T_9, v85 = v83 + v84, v86 = 3.333333333333333 * v64,
-      v87 = v86 - T_0, v88 = v87 * v87, v89 = v85 + v88, v90 = 3.333333333333333 * v73,
-      v91 = T_1 + v90, v92 = v91 * v91, v93 = v89 + v92, v94 = v90 - T_4, v95 = v94 * v94,
-      v96 = v93 + v95, v97 = v86 - T_5, v98 = v97 * v97, v99 = v96 + v98, v100 = 1.0 - T_10,
-      v101 = v100 * v100, v102 = v99 + v101, v103 = 0.5 * v102, v104 = v78 + v103,
-      v105 = v78 - v103;
-  LANES_LET1(v106, fabs, v105);
-  const lanes v107 = v104 + v106, v108 = 0.5 * v107;
-  LANES_LET1(v109, sqrt, v108); out[2] = v109; out[3] = LANES_OF(1.0);
+      v1 = T_4 * T_4, v2 = 1e-150 + T_0, v3 = T_3 + 0.1, v4 = T_11 * T_11, v5 = T_2 * T_2,
+      v6 = T_6 * T_6, v7 = T_8 * T_8, v8 = T_9 * T_9, v9 = 1.0 - T_10, v10 = v2 * v2, v11 = v5 + v6,
+      v12 = v9 * v9, v13 = v1 + v10, v14 = v11 + v7;
+  LANES_LET1(v15, rsqrt, v13);
+  const lanes v16 = v14 + v8, v17 = T_4 * v15, v18 = v2 * v15, v19 = 0.3 * v17, v20 = 0.3 * v18,
+      v21 = T_7 - v19, v22 = v3 - v20, v23 = 0.2 * v21, v24 = 0.2 * v22, v25 = v23 * v23,
+      v26 = 1e-150 + v24, v27 = v26 * v26;
+  LANES_LET2(v28, atan2, v23, v26);
+  const lanes v29 = v25 + v27;
+  out[0] = v28; out[2] = v28; LANES_LET1(v30, rsqrt, v29);
+  const lanes v31 = v23 * v30, v32 = v26 * v30, v33 = 0.2 * v31, v34 = 0.2 * v32, v35 = v19 + v33,
+      v36 = v20 + v34, v37 = v36 - 0.2, v38 = v35 * v35, v39 = v37 * v37, v40 = v39 + v38,
+      v41 = 0.5 * v40, v42 = 0.25 - v40, v43 = v40 - 0.01, v44 = 0.02 + v41, v45 = v42 * v43,
+      v46 = v44 - 0.045;
+  LANES_LET1(v47, sqrt, v45);
+  const lanes v48 = 69.44444444444444 * v45, v49 = v46 / v40, v50 = 0.5 * v47, v51 = -0.5 * v47;
+  out[6] = v48; out[7] = v48;
+  const lanes v52 = v35 * v49, v53 = v50 / v40, v54 = v37 * v49, v55 = v51 / v40, v56 = v37 * v53,
+      v57 = v35 * v53, v58 = v37 * v55, v59 = v35 * v55, v60 = v52 - v56, v61 = v54 + v57,
+      v62 = v52 - v58, v63 = v54 + v59, v64 = 5.0 * v60, v65 = 5.0 * v61, v66 = 5.0 * v62,
+      v67 = 5.0 * v63, v68 = 0.2 + v61, v69 = v60 - v33, v70 = 0.2 + v63, v71 = v62 - v33;
+  LANES_LET2(v72, atan2, v64, v65); LANES_LET2(v73, atan2, v66, v67);
+  const lanes v74 = v68 - v34, v75 = v69 * v69, v76 = 0.5 * v69, v77 = v70 - v34, v78 = v71 * v71,
+      v79 = 0.5 * v71;
+  out[1] = v72;
+  const lanes v80 = 0.5 * v74, v81 = v74 * v74;
+  out[3] = v73;
+  const lanes v82 = 0.5 * v77, v83 = v77 * v77, v84 = v81 + v75, v85 = v83 + v78, v86 = 0.36 - v84,
+      v87 = 0.36 - v85, v88 = v84 * v86, v89 = v85 * v87;
+  LANES_LET1(v90, sqrt, v88); LANES_LET1(v91, sqrt, v89);
+  const lanes v92 = 0.5 * v90, v93 = 0.5 * v91, v94 = v92 / v84, v95 = v93 / v85, v96 = v69 * v94,
+      v97 = v74 * v94, v98 = v71 * v95, v99 = v77 * v95, v100 = v80 - v96, v101 = v97 + v76,
+      v102 = v82 - v98, v103 = v99 + v79, v104 = 0.9999999999999999 * v100,
+      v105 = 0.9999999999999999 * v101, v106 = 3.333333333333333 * v100,
+      v107 = 3.333333333333333 * v101, v108 = 0.9999999999999999 * v102,
+      v109 = 0.9999999999999999 * v103, v110 = 3.333333333333333 * v102,
+      v111 = 3.333333333333333 * v103, v112 = v104 + v34, v113 = v105 + v33, v114 = v106 - T_0,
+      v115 = T_1 + v107, v116 = v107 - T_4, v117 = v106 - T_5, v118 = v108 + v34, v119 = v109 + v33,
+      v120 = v110 - T_0, v121 = T_1 + v111, v122 = v111 - T_4, v123 = v110 - T_5, v124 = v112 - 0.1,
+      v125 = v113 - T_7, v126 = v114 * v114, v127 = v115 * v115, v128 = v116 * v116,
+      v129 = v117 * v117, v130 = v118 - 0.1, v131 = v119 - T_7, v132 = v120 * v120,
+      v133 = v121 * v121, v134 = v122 * v122, v135 = v123 * v123, v136 = v124 - T_3,
+      v137 = v125 * v125, v138 = v16 + v126, v139 = v130 - T_3, v140 = v131 * v131,
+      v141 = v16 + v132, v142 = v136 * v136, v143 = v138 + v127, v144 = v139 * v139,
+      v145 = v141 + v133, v146 = v4 + v142, v147 = v143 + v128, v148 = v4 + v144,
+      v149 = v145 + v134, v150 = v146 + v137, v151 = v147 + v129, v152 = v148 + v140,
+      v153 = v149 + v135, v154 = v151 + v12, v155 = v153 + v12, v156 = 0.5 * v154,
+      v157 = 0.5 * v155, v158 = v150 + v156, v159 = v150 - v156, v160 = v152 + v157,
+      v161 = v152 - v157;
+  LANES_LET1(v162, fabs, v159); LANES_LET1(v163, fabs, v161);
+  const lanes v164 = v158 + v162, v165 = v160 + v163, v166 = 0.5 * v164, v167 = 0.5 * v165;
+  LANES_LET1(v168, sqrt, v166); LANES_LET1(v169, sqrt, v167); out[4] = v168; out[5] = v169;
 }

@@ -300,12 +300,13 @@ def _paint(ax: Any, scene: Scene) -> None:
             )
             continue
         style = _LINES[mark.style]
+        x, y = mark.points.T
         joined: dict[str, Any] = {"solid_joinstyle": "round", "solid_capstyle": "round"}
         if mark.style in _HALO:
             wide = style["linewidth"] + 1.4
             halo: dict[str, Any] = {"color": "#ffffff", "linewidth": wide, "solid_capstyle": "butt"}
-            ax.add_line(Line2D(*mark.points.T, zorder=order, **halo))
-        ax.add_line(Line2D(*mark.points.T, zorder=order + 0.005, **joined, **style))
+            ax.add_line(Line2D(x, y, zorder=order, **halo))
+        ax.add_line(Line2D(x, y, zorder=order + 0.005, **joined, **style))
     if scene.path is not None:
         ax.add_line(Line2D(*scene.path.T, color=_PATH, linewidth=1.1, zorder=order + 1))
     for frame in scene.frames:
