@@ -18,6 +18,7 @@ from ...terms.terms import Terms
 from ..planar.planes import Loop
 from ..planar.reference import AtReference, Branch
 from .cylinder_length import CylinderLength
+from .dead_points import is_clearest
 from .guides import Guides
 from .sliding_leg import SlidingLeg
 from .struts import Known, Legs, LegStep
@@ -59,7 +60,11 @@ def assemble_in_space(
     left = [strut for strut in struts if strut.ends == "ball"] + [joint.rod for joint in joints]
     while left or joints:
         aimed = [joint for joint in joints if UniversalLeg.use(legs, joint)]
-        used = [strut for strut in left if _use(legs, (strut,)) or _is_held(legs, strut)]
+        used = [
+            strut
+            for strut in left
+            if (is_clearest(legs, strut, left) and _use(legs, (strut,))) or _is_held(legs, strut)
+        ]
         if not aimed and not used:
             if not left or not _use(legs, left):
                 return
