@@ -22,7 +22,7 @@ from sympy.simplify.fu import TR8
 from sympy.utilities.iterables import strongly_connected_components
 
 from ...model.robot import Robot
-from ..poe import placement_matrix, to_poe
+from ..poe import placement_matrix, screw_axes
 
 FloatArray = NDArray[np.float64]
 Polynomial = Any
@@ -68,10 +68,12 @@ def determinant(robot: Robot, q: Sequence[sp.Symbol]) -> Determinant | None:
     if len(q) != len(joints) or any(j.mimic or j.kind == "helical" for j in joints):
         return None
     values = {parameter.symbol: float(parameter.value) for parameter in robot.parameters}
-    S, _ = to_poe(robot)
-    S = S * sp.diag(*(joint.direction for joint in joints))
-    if not _is_rational(S):
-        return None
+    columns = []
+    for joint, screw in zip(joints, screw_axes(robot), strict=True):
+        if not _is_rational(screw):
+            return None
+        columns.append(screw * joint.direction)
+    S = sp.Matrix.hstack(*columns)
     view = _sparsest(S, _points(robot), values)
     return _factored(_Ring(S, q), view) if view is not None else None
 

@@ -40,6 +40,9 @@ def inverse_of_loops(page: LoopPage) -> str:
         return text(_written(chain, of_chain, {}).rstrip(), _sides_of_loops(found))
     if found is None or not found.solved:
         return _written(chain, of_chain, {})
+    if not _has_slides(chain, found):
+        # The nominal robot's chain, where that of the robot as built has no structure.
+        return text(_written(chain, found, {}).rstrip(), _sides_of_loops(found))
     actuators = {q.name: shown for q, shown in zip(page.hybrid.q, page.q, strict=True)}
     return text(
         "Loops keep part of the main chain from turning, so that this part shifts the rest like"
@@ -49,9 +52,15 @@ def inverse_of_loops(page: LoopPage) -> str:
     )
 
 
+def _has_slides(chain: Page, found: Inverses) -> bool:
+    """Whether slides, whose indices are behind those of the joints, replace part of a chain."""
+    count = len(chain.robot.moving)
+    return any(axis.joint >= count for axis in found.classification.lines.axes)
+
+
 def _sides_of_loops(found: Inverses | None) -> str:
     """How the slots of the whole inverse differ from those of the main chain, if they do."""
-    solved = None if found is None else found.solved.get("ik")
+    solved = None if found is None else next(iter(found.solved.values()), None)
     if solved is None or not (solved.work.sides or solved.work.settled):
         return ""
     names = [name for name, _ in solved.work.sides.values()]

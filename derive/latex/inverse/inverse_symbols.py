@@ -52,7 +52,12 @@ class InverseSymbols:
             for symbol, shown in zip(asked.argument.symbols, asked.printed, strict=True):
                 is_letter = isinstance(shown, InputLetter)
                 named[symbol] = self._lettered(symbol, shown) if is_letter else named[shown]
-        symbols = {s for argument in solved.function.inputs for s in argument.symbols}
+        arguments = {argument.name: argument for argument in solved.function.inputs}
+        symbols = {s for argument in arguments.values() for s in argument.symbols}
+        for joint, q in zip(self._robot.moving, self.notation.q, strict=True):
+            # Behind loops a given joint has a symbol that is not the chain's coordinate.
+            if joint.name in solved.given and joint.name in arguments:
+                named |= dict.fromkeys(arguments[joint.name].symbols, q)
         known = {symbol: shown for symbol, shown in named.items() if symbol in symbols}
         return known | {q: q for q in self.notation.q if q in symbols}
 
