@@ -9,12 +9,12 @@ import math
 from collections.abc import Sequence
 
 from ...model.mechanism import Strut
-from ...model.tolerances import NEARLY_DEAD
+from ...model.tolerances import CLEAR_LEG, NEARLY_DEAD
 from .struts import Legs
 
 
 def is_clearest(legs: Legs, strut: Strut, struts: Sequence[Strut]) -> bool:
-    """Whether no leg that determines the same joint is farther from its dead point.
+    """Whether a leg is far from its dead point, or no leg that determines the same joint is farther.
 
     Args:
         legs: The mechanism, as far as it is solved.
@@ -36,7 +36,7 @@ def is_clearest(legs: Legs, strut: Strut, struts: Sequence[Strut]) -> bool:
     if not rivals:
         return True
     own = _margin(legs, strut)
-    return not any(_margin(legs, rival) > own + NEARLY_DEAD for rival in rivals)
+    return own >= CLEAR_LEG or not any(_margin(legs, rival) > own + NEARLY_DEAD for rival in rivals)
 
 
 def _margin(legs: Legs, strut: Strut) -> float:
