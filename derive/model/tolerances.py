@@ -123,8 +123,8 @@ NEARLY_DEAD = 1e-3
 """sin^2 of a transmission angle at the reference up to which another ring of pins is solved first:
 two degrees from a dead point, a tenth of a millimetre moves joints by milliradians."""
 CLEAR_LEG = 0.25
-"""sin^2 of a transmission angle at the reference below which a leg waits for one that gives the same
-joint and is farther from its dead point: 30 degrees, by which joints turn in use."""
+"""sin^2 of a transmission angle at the reference below which a leg waits for one that gives the
+same joint and is farther from its dead point: 30 degrees, by which joints turn in use."""
 VANISHED = 1e-12
 """Part of the longest of some vectors up to which a vector may be the zero that exact arithmetic
 finds: rounding leaves 1e-16 of it, and more only makes the exact test run."""

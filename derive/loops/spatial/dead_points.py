@@ -14,7 +14,7 @@ from .struts import Legs
 
 
 def is_clearest(legs: Legs, strut: Strut, struts: Sequence[Strut]) -> bool:
-    """Whether a leg is far from its dead point, or no leg that determines the same joint is farther.
+    """Whether a leg is far from its dead point, or farther than those that give the same joint.
 
     Args:
         legs: The mechanism, as far as it is solved.
