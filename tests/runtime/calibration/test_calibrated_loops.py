@@ -1,4 +1,13 @@
-"""Robots with loops: derivatives by parameters, identification, and the robot file that is made."""
+"""Robots with loops: derivatives by parameters, identification, and the robot file that is made.
+
+`python test_calibrated_loops.py 50` draws so many calibrations of two mechanisms and tries their
+maps in all postures.
+"""
+
+import sys
+import tempfile
+from functools import cache
+from pathlib import Path
 
 import casadi as ca
 import numpy as np
@@ -12,11 +21,22 @@ from chasles.calibration import Poses, identify, random_arms, robot_file, tool_e
 from chasles.calibration.problem import OUTLYING
 from chasles.derive import RobotError, casadi_function, load, loads, write
 from chasles.derive.chain.parametric import PARAMETRIC
+from chasles.derive.emit.languages import EMITTERS
+from chasles.derive.loops.hybrid import Hybrid
+from chasles.derive.loops.maps import actuator_margin, actuators, chain
+from chasles.derive.terms.casadi_graph import lower
 
 STEP = 1e-5
 SIGMA = (2e-5, 5e-5)
 LEAST = 20.0
 """Factor by which the error of held-back poses falls."""
+MECHANISMS = ("board_installer", "excavator")
+POSTURES = 300
+DRAWN = 5e-4
+"""Metre and radian: what axes, rods and tool of a drawn robot are off by at most."""
+SAME = 1e-10
+"""Metre or radian, for coordinates."""
+CALLED = tuple(emitter for emitter in EMITTERS if emitter.language != "latex")
 
 
 @pytest.fixture(scope="module")
@@ -208,3 +228,62 @@ def test_rank_of_the_papers_manipulator(made, parts, rank):
     columns = J[..., chosen].reshape(-1, len(chosen))
     sizes = np.linalg.svd(columns / np.linalg.norm(columns, axis=0))[1]
     assert (sizes > 1e-9 * sizes[0]).sum() == rank
+
+
+@cache
+def designed(name):
+    """A robot as designed, with its parameters."""
+    folder = Path(tempfile.mkdtemp()) / name
+    write(load(ROBOTS / f"{name}.toml"), folder, ["fk", "fk_p", "parts_p"], emitters=CALLED)
+    return chasles.load(folder)
+
+
+def calibrated(name, seed):
+    """A drawn robot that its design leads, as its file describes it."""
+    robot = designed(name)
+    p = drawn(robot, np.random.default_rng(seed), DRAWN)
+    text = robot_file(robot, p, f"mine_{seed}", "a test", name)
+    return loads(text, f"{name}_{seed}.toml")
+
+
+def postures(name, seed):
+    """Coordinates within the limits of the design."""
+    robot = designed(name)
+    return np.random.default_rng(seed).uniform(robot.lower, robot.upper, (POSTURES, robot.n))
+
+
+def check_maps(name, seed):
+    """Finds the coordinates again in every posture whose loops close."""
+    hybrid = Hybrid(calibrated(name, seed))
+    to_chain, back, margin = lower([f(hybrid) for f in (chain, actuators, actuator_margin)], "maps")
+    q = postures(name, seed)
+    theta = np.array(to_chain(q.T))
+    closed = np.isfinite(theta).all(0)
+    assert closed.mean() > 0.9
+    found, margins = np.array(back(theta)).T[closed], np.array(margin(theta))[:, closed]
+    np.testing.assert_allclose(found, q[closed], rtol=0, atol=SAME)
+    assert margins.min() > 0
+
+
+@pytest.mark.parametrize("name", MECHANISMS)
+def test_actuators_are_found_again_in_all_postures(name):
+    check_maps(name, 5)
+
+
+def test_joints_that_the_loops_do_not_allow_together_are_not_valid(tmp_path):
+    functions = ["chain", "actuators", "actuator_margin"]
+    write(calibrated("board_installer", 5), tmp_path, functions, emitters=CALLED)
+    robot = chasles.load(tmp_path)
+    theta = robot.chain(postures("board_installer", 5))
+    assert robot.actuators_valid(theta).all()
+    for joint in ("shoulder", "elbow", "wrist"):
+        moved = theta.copy()
+        moved[:, [one.name for one in robot.chain_joints].index(joint)] += 1e-3
+        assert not robot.actuators_valid(moved).any()
+
+
+if __name__ == "__main__":
+    for mechanism in MECHANISMS:
+        for seed in range(int(sys.argv[1])):
+            check_maps(mechanism, seed)
+        print(mechanism, sys.argv[1], "calibrations, all postures found again")
