@@ -19,9 +19,11 @@ import chasles
 from chasles import screws
 from chasles.calibration import Poses, identify, random_arms, robot_file, tool_errors
 from chasles.calibration.problem import OUTLYING
-from chasles.derive import RobotError, casadi_function, load, loads, write
+from chasles.derive import RobotError, casadi_function, derive, load, loads, write
 from chasles.derive.chain.parametric import PARAMETRIC
 from chasles.derive.emit.languages import EMITTERS
+from chasles.derive.latex.inverse.inverse_fragment import inverse_of_loops
+from chasles.derive.latex.loops.loop_page import LoopPage
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.loops.maps import actuator_margin, actuators, chain
 from chasles.derive.terms.casadi_graph import lower
@@ -280,6 +282,15 @@ def test_joints_that_the_loops_do_not_allow_together_are_not_valid(tmp_path):
         moved = theta.copy()
         moved[:, [one.name for one in robot.chain_joints].index(joint)] += 1e-3
         assert not robot.actuators_valid(moved).any()
+
+
+def test_the_article_prints_the_inverse_of_the_design_that_leads():
+    """Three joints are given, by the symbols of the chain that is printed."""
+    printed = inverse_of_loops(LoopPage.of(derive(calibrated("well_manipulator", 5), ["ik"])))
+    given = "$l_{HI}$, $l_{MN}$ and $\\theta_{7}$."
+    assert given in printed
+    assert "true arm" in printed
+    assert "slides" not in printed
 
 
 if __name__ == "__main__":
