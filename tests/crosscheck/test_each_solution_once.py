@@ -7,12 +7,12 @@ random configurations.
 
 import numpy as np
 import pytest
-from bench.cases.drawn_mechanisms import drawn_mechanism
-from tests.helpers.derivations import derivation, kernels
 
+from bench.cases.drawn_mechanisms import drawn_mechanism
 from chasles.derive import derive
 from chasles.derive.terms.branches import patterns
 from chasles.derive.terms.casadi_graph import lower
+from tests.helpers.derivations import derivation, kernels
 
 SAME = 1e-7
 AT_DEAD_POINT = 1e-6
@@ -20,7 +20,7 @@ AT_DEAD_POINT = 1e-6
 FOUND = 1e-5
 """Radian, or parts of the mechanism's size: near a dead point half of the digits are uncertain."""
 POSES = 50
-SEEDS = (0, 2, 6, 7, 16, 24)
+SEEDS = (0, 1, 14, 27, 40, 53)
 """Mechanisms whose inverse has a closed form."""
 
 
