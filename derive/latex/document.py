@@ -180,7 +180,7 @@ def _article(derivation: Derivation, parts: Mapping[str, str]) -> str:
     robot = derivation.robot
     source = f"Source of the parameters: {escape(robot.source)}." if robot.source else ""
     title = f"Kinematics of the {escape(robot.title or robot.name)}"
-    parts = [
+    read = [
         _figure(robot)
         if name == _DRAWING
         else f"\\section{{{heading}}}\n\\input{{{FOLDER}/{name}}}"
@@ -194,7 +194,7 @@ def _article(derivation: Derivation, parts: Mapping[str, str]) -> str:
             "\\begin{document}",
             f"\\begin{{center}}\n\\LARGE {title}\n\\end{{center}}",
             *([source] if source else []),
-            *parts,
+            *read,
             "\\end{document}\n",
         ]
     )
