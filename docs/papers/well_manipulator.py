@@ -358,7 +358,7 @@ def model_rows(printed: dict[str, Printed]) -> list[Row]:
     report = quality()
     r, t = report.revolute, report.prismatic
     parallel = convention("mdh5", 1)
-    missed = f"at axes 2 and 3 it {parallel.verdict}"
+    missed = f"between axes 2 and 3 it {parallel.verdict}"
     return [
         agrees(printed["det_6"], plain(convention("mdh5").determinant)),
         agrees(printed["det_8"], plain(convention("hayati5").determinant)),

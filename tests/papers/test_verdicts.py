@@ -11,11 +11,20 @@ NOTHING = Printed("crank", None, "mm", "lost table")
 
 def test_a_value_agrees_to_half_a_unit_of_the_last_digit():
     row = agrees(ANGLE, 0.9749)
-    assert (row.verdict, row.printed, row.shown) == ("agrees", "0.97", ("0.97", "0.975"))
+    assert (row.verdict, row.printed, row.shown) == ("agrees", "0.97", ("0.97", "0.9749"))
     agrees(ANGLE, 0.975)
     for ours in (0.9751, 0.9649, float("nan")):
         with pytest.raises(Refuted):
             agrees(ANGLE, ours)
+
+
+def test_a_number_at_the_edge_of_agreement_is_shown_with_more_decimals():
+    angle = Printed("theta", "1.36", "rad", "table 4")
+    assert erratum(angle, 1.35490, "1.35").shown == ("1.36", "1.3549")
+    assert agrees(Printed("pair", ("1.36", "2"), "", "table 4"), [1.3550004, 2]).ours == (
+        "(1.3550004, 2.0000000)"
+    )
+    assert agrees(angle, 1.355).shown == ("1.36", "1.355")
 
 
 def test_printed_units_are_converted():
