@@ -226,7 +226,7 @@ def erratum(
     wrong = printed.value if evaluated is None else evaluated
     if wrong is None or _same(wrong, ours, printed):
         raise _refuted(printed, ours, "is no erratum beside")
-    if not _same(corrected, ours, printed):
+    if not _same(corrected, ours, replace(printed, about=None)):
         raise _refuted(printed, ours, f"corrected to {corrected} does not agree with")
     right = corrected if isinstance(corrected, str) else ""
     note = "; ".join(filter(None, (f"read {right} {printed.unit}".strip() if right else "", note)))

@@ -50,6 +50,13 @@ def test_an_erratum_needs_a_wrong_value_and_a_right_one():
             erratum(ANGLE, ours, corrected)
 
 
+def test_the_corrected_value_holds_to_its_last_digit_where_the_paper_says_about():
+    about = Printed("amplitude", "345", "mm", "figure 9", "3.45", "about 345 mm")
+    erratum(about, 0.3489, "349")
+    with pytest.raises(Refuted):
+        erratum(about, 0.3489, "348")
+
+
 def test_an_erratum_of_an_equation_is_evaluated():
     equation = Printed("third base joint", "2 pi + pi/6", "rad", "table 2.2")
     ours = 2 * np.pi - np.pi / 6
