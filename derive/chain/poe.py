@@ -1,7 +1,5 @@
 """Product of exponentials: screw axes and home pose of any robot, in exact numbers."""
 
-from collections.abc import Iterator
-
 import sympy as sp
 
 from ..model.robot import Placement, Robot, Rotation
@@ -25,29 +23,20 @@ def to_poe(robot: Robot) -> tuple[sp.ImmutableMatrix, sp.ImmutableMatrix]:
     Source:
         Brockett 1984; Lynch and Park, Modern Robotics, 4.1.
     """
-    M_0_ee = placement_matrix(robot.base)
-    for joint in robot.joints:
-        M_0_ee = M_0_ee * placement_matrix(joint.before) * placement_matrix(joint.after)
-    M_0_ee = M_0_ee * placement_matrix(robot.tool)
-    return sp.ImmutableMatrix(sp.Matrix.hstack(*screw_axes(robot))), sp.ImmutableMatrix(M_0_ee)
-
-
-def screw_axes(robot: Robot) -> Iterator[sp.Matrix]:
-    """The screws (6, 1) of the moving joints, one after the other, as in ``S_space``.
-
-    Numbers of a measured robot make later screws so long that a caller may want to stop early.
-    """
     T_0_joint = placement_matrix(robot.base)
+    screws = []
     for joint in robot.joints:
         T_0_joint = T_0_joint * placement_matrix(joint.before)
         if joint.kind != "fixed":
             direction, point = T_0_joint[:3, 2], T_0_joint[:3, 3]
             if joint.kind == "prismatic":
-                yield sp.Matrix.vstack(direction, sp.zeros(3, 1))
+                screws.append(sp.Matrix.vstack(direction, sp.zeros(3, 1)))
             else:
                 v = point.cross(direction) + joint.pitch * direction
-                yield sp.Matrix.vstack(v, direction)
+                screws.append(sp.Matrix.vstack(v, direction))
         T_0_joint = T_0_joint * placement_matrix(joint.after)
+    M_0_ee = T_0_joint * placement_matrix(robot.tool)
+    return sp.ImmutableMatrix(sp.Matrix.hstack(*screws)), sp.ImmutableMatrix(M_0_ee)
 
 
 def placement_matrix(placement: Placement) -> sp.Matrix:

@@ -223,8 +223,8 @@ def _figure(derivation: Derivation) -> str:
         rf"{value:.4g}\,\mathrm{{m}}" if joint.unit == "m" else rf"{math.degrees(value):.4g}^\circ"
         for value, joint in zip(derivation.skeleton.posture, robot.coordinates, strict=True)
     ]
-    posture = r",\ ".join(values)
-    return _FIGURE % f"The robot at $q = ({posture})$, with the positive sense of each joint."
+    posture = ", ".join(f"${value}$" for value in values)
+    return _FIGURE % f"The robot at $q =$ ({posture}), with the positive sense of each joint."
 
 
 _BOOKTABS = r"\usepackage{booktabs}"

@@ -290,6 +290,11 @@ class Robot:
         return tuple(joint for joint in self.joints if joint.kind != "fixed")
 
     @property
+    def placements(self) -> tuple[Placement, ...]:
+        """The constant placements from the base to the tool, which is the last."""
+        return (self.base, *(p for j in self.joints for p in (j.before, j.after)), self.tool)
+
+    @property
     def coordinates(self) -> tuple[Joint, ...]:
         """The joints with a coordinate of their own: the order of ``q``."""
         return tuple(joint for joint in self.moving if joint.mimic is None)

@@ -56,17 +56,20 @@ CORRECTED = {
     "table_5_row_4_theta_rad": ("0.790", "45.3 deg was taken for 45.287"),
     "table_5_row_5_theta_rad": ("0.790", "45.3 deg was taken for 45.284"),
     "text_1_row_1_r": ("5.09", "1.09/cos 78 deg"),
-    "text_1_row_1_omega": ("0.068", "a digit more than 1.36/20 has"),
-    "text_1_row_2_omega": ("0.059", "a digit more than 1.19/20 has"),
+    "text_1_row_1_omega": ("0.068", "1.36/20, rounded to 0.07; a zero was added"),
+    "text_1_row_2_omega": (
+        "0.059",
+        "1.19/20 is 0.0595, rounded to 0.06; a zero was added",
+    ),
     "text_1_row_2_numerator": ("5.02", "45.02/2.04 is printed for 5.02/2.04"),
     "text_1_row_5_theta_rad": ("0.78", "45 deg was taken for 44.49"),
-    "text_1_row_5_omega": ("0.039", "0.79/20"),
+    "text_1_row_5_omega": ("0.039", "0.79/20, with 0.79 for 0.777"),
     "range_1_theta": ("0.58", "1.36 - 0.89: row 5 of table 4, misprinted, was left out"),
     "range_2_theta": ("0.013", "0.803 - 0.787, both rounded"),
     "other_root": ("15.04", "the coefficients of (16) are rounded"),
-    "distance": ("8.60", "from the rounded wrist centre"),
+    "distance": ("8.60", "the rounded wrist centre gives 8.605, rounded up"),
     "A": ("35.54", "from the rounded distance 8.61"),
-    "B": ("89.99", "from the rounded distance 8.61; the angle is no obtuse one"),
+    "B": ("89.99", "from the rounded distance 8.61; the angle is acute"),
     "C": ("54.47", "180 deg less the two others"),
     "A_prime": ("71.57", "35.54 + 36.03"),
     "C_prime": ("125.53", "180 - 54.47"),
@@ -74,7 +77,7 @@ CORRECTED = {
 """What the paper should print, and why it prints something else."""
 
 
-PARTS = dict.fromkeys(("links", "joints"), "of our list of parts; the paper prints none")
+PARTS = dict.fromkeys(("links", "joints"), "counted in our list of parts; the paper has none")
 """Notes on the counts of the mechanism."""
 IN_INCHES = {1: (4,), 2: (1, 3, 4, 5)}
 """Spots of each set-up whose r is printed right, but for its unit."""

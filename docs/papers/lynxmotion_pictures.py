@@ -7,9 +7,9 @@ from typing import Any
 
 import lynxmotion_arm as arm
 import numpy as np
+from animated_arms import animation, boxed, drawn, frame, in_space, points
 from panels import COLOURS, GREY, STYLES, curves, legend_below, panels, plane, solid
 from report import Figures
-from skeletons import animation, boxed, drawn, frame, in_space, points
 
 import chasles
 from chasles.study.motion import Sampled

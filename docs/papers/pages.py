@@ -32,7 +32,8 @@ PROCESSES = 2
 DOTS_PER_INCH = 160
 HEAD = ("item", "printed", "ours", "unit", "verdict", "where", "note")
 MEANINGS = {
-    "agrees": 'to half a unit of the last printed digit, or to the paper\'s "about".',
+    "agrees": "to half a unit of the last printed digit, or, where the paper says “about”, to the "
+    "tolerance in the note, which quotes its words.",
     "erratum": "the printed value fails, and the corrected one in the note holds.",
     "assumed": "the paper needs the value and does not print it; the note gives our reason.",
     "lost": "the text no longer has the value or the curve; ours stands in its place.",
@@ -43,14 +44,18 @@ VERDICTS = tuple(MEANINGS)
 VERDICT_LIST = "\n".join(f"- **{name}**: {meaning}" for name, meaning in MEANINGS.items())
 EVALUATED = """\
 Where the column *where* says "evaluated", the paper prints the equations alone; the number beside
-ours was evaluated from them independently of chasles."""
+ours was evaluated from them independently of chasles. Of the board installer even the equations
+are lost: the numbers follow from the model that we reconstructed, and show only that two
+computations of it agree. Where it says "in our words", the paper states the fact without a number.
+Printed equations stand in Python's notation, with their value behind."""
 TITLE = "Five papers, number by number"
 INTRODUCTION = f"""\
 # {TITLE}
 
 `make reproduce` computes every number below with chasles, compares it with the printed one, writes
 all tables and pictures to `build/reproduce/index.html`, and checks this page. The scripts in
-`docs/papers/` are examples to read.
+`docs/papers/` are examples to read. The verdict says how both compare, and is asserted: a row
+whose verdict does not hold stops the script.
 
 {VERDICT_LIST}
 

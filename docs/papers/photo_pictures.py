@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from animated_arms import animation, boxed, drawn, frame, points
 from panels import COLOURS, GREY, legend_below, solid
-from skeletons import animation, boxed, drawn, frame, points
 
 from chasles.study.motion import Sampled
 

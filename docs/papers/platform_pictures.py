@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import platform_3rrr as platform
 import roadmaps
+from animated_arms import boxed, drawn, points
 from lynxmotion_pictures import VIEW
 from panels import COLOURS, GREY, PALE, STYLES, legend_below, panels, plane, solid
 from report import Figures
-from skeletons import boxed, drawn, points
 
 import chasles
 from chasles.study.planning import Plan, roadmap

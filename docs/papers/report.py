@@ -10,9 +10,10 @@ the GIF that it is given. The numbers of a paper stand in `printed/<paper>.toml`
                                     # too; a string that is no number; left out where it is lost
     unit = "rad"                    # a unit of UNITS; default: none
     where = "table 4, row 5"
-    digits = 4                      # decimals of ours; default: one more than printed
+    digits = 4                      # decimals of ours; default: one more than printed, and more
+                                    # where ours would stand just at the edge of agreement
     about = "0.1"                   # the paper's "about" as a tolerance in the unit
-    text = "an angle of about 1"    # the paper's words; obligatory beside `about`
+    text = "an angle of about 1"    # the paper's words, "about" among them; obligatory with it
 
     $ python docs/papers/photo_robot.py       # the table of one paper
     $ python docs/papers/report.py            # all tables and pictures in build/reproduce
@@ -148,7 +149,7 @@ def _printed(place: str, key: str, table: dict[str, Any]) -> Printed:
     unit, about = table.get("unit", ""), table.get("about")
     if unit not in UNITS:
         raise ValueError(f"{place}: expected a unit of {', '.join(UNITS)}, got {unit}")
-    if about is not None and not table.get("text"):
+    if about is not None and "about" not in table.get("text", ""):
         raise ValueError(f"{place}: about = {about} stands without the paper's words in text")
     value = _frozen(table["value"]) if "value" in table else None
     item = table.get("item", key.replace("_", " "))
@@ -225,7 +226,7 @@ def erratum(
     wrong = printed.value if evaluated is None else evaluated
     if wrong is None or _same(wrong, ours, printed):
         raise _refuted(printed, ours, "is no erratum beside")
-    if not _same(corrected, ours, printed):
+    if not _same(corrected, ours, replace(printed, about=None)):
         raise _refuted(printed, ours, f"corrected to {corrected} does not agree with")
     right = corrected if isinstance(corrected, str) else ""
     note = "; ".join(filter(None, (f"read {right} {printed.unit}".strip() if right else "", note)))
@@ -308,16 +309,43 @@ def _decimal(value: str) -> Decimal | None:
 
 
 def _half_unit(number: Decimal) -> float:
-    return 0.5 * 10.0 ** int(number.as_tuple().exponent)
+    return float(_half(number))
+
+
+def _half(number: Decimal) -> Decimal:
+    """Half a unit of the last digit."""
+    return Decimal(5).scaleb(int(number.as_tuple().exponent) - 1)
 
 
 def _row(printed: Printed, ours: Value, verdict: Verdict, note: str) -> Row:
     digits = printed.digits
     if digits is None:
         digits = min(_decimals(printed.value) + 1, _MOST_DECIMALS)
+    while digits < _MOST_DECIMALS and _at_the_edge(printed.value, ours, printed, digits):
+        digits += 1
     own = None if ours is None else _shown(ours, printed, digits)
     value = None if printed.value is None else _texts(printed.value)
     return Row(printed.item, value, own, printed.unit, verdict, printed.where, note, digits)
+
+
+def _at_the_edge(value: Text | None, ours: Value, printed: Printed, digits: int) -> bool:
+    """Whether a number, rounded for the table, stands just at the edge of agreement and is not it.
+
+    There a reader cannot see on which side it is.
+    """
+    if isinstance(value, tuple) and np.ndim(ours) and len(value) == len(ours):
+        pairs = zip(value, ours, strict=True)
+        return any(_at_the_edge(part, own, printed, digits) for part, own in pairs)
+    number = _decimal(value) if isinstance(value, str) else None
+    if number is None or isinstance(ours, str) or np.ndim(ours):
+        return False
+    own = float(ours) / UNITS[printed.unit]
+    if not np.isfinite(own):
+        return False
+    shown = Decimal(f"{own:.{digits}f}")
+    half = Decimal(printed.about) if printed.about is not None else _half(number)
+    exactly = abs(float(shown) - own) <= ROUNDING * max(1.0, abs(own))
+    return abs(shown - number) == half and not exactly
 
 
 def _decimals(value: Text | None) -> int:

@@ -25,8 +25,8 @@ WIDEST_EXCESS = 1.0
 """Largest excess of a line into the margin (pt): less than the eye sees."""
 MOST_PAGES = 12
 MOST_PAGES_OF_LOOPS = 20
-DRAWING = "drawing.tex"
-"""Needs TikZ, and may be wider than the plainest article's lines."""
+PICTURES = ("drawing.tex", "workspace.tex")
+"""Need TikZ, and may be wider than the plainest article's lines."""
 PLAIN = r"""\documentclass{article}
 \usepackage{amsmath}
 \usepackage{booktabs}
@@ -192,6 +192,6 @@ def test_fragments_fit_the_plainest_article(name, tmp_path):
     found = derivation(name) if name in ALL else derive(BUILT[name]())
     robot = replace(found.robot, title="", source="")
     shown = fragments(replace(found, robot=robot))
-    inputs = "\n\n".join(rf"\input{{{FOLDER}/{name}}}" for name in shown if name != DRAWING)
+    inputs = "\n\n".join(rf"\input{{{FOLDER}/{name}}}" for name in shown if name not in PICTURES)
     log = compiled(tmp_path, PLAIN % inputs, shown)
     assert_clean(log, MOST_PAGES_OF_LOOPS)

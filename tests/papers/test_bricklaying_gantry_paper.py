@@ -32,7 +32,7 @@ def test_the_misprints_are_these():
         "section 2.3, (17), larger root of (16)",
         "table 4, row 1, r of spot 1, set-up 1",
         "table 4, row 5, r of spot 5, set-up 1",
-        "abstract, unit of wrist and shoulder",
+        "abstract, lengths of wrist and shoulder, A and C",
     ):
         assert where in wrong
     assert len(wrong) == len(paper.CORRECTED) + 7

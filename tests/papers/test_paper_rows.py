@@ -1,10 +1,15 @@
 """The rows of every paper hold, and docs/papers.md shows them."""
 
 import importlib
+import re
+from dataclasses import replace
+from decimal import Decimal
 
 import pages
 import pytest
-from report import read
+from report import Row, read
+
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 
 pytest.importorskip("coal", reason="coal comes with pin")
 
@@ -17,9 +22,43 @@ def test_every_row_holds_and_every_printed_item_has_one(paper):
     begins = {row.item.partition(":")[0] for row in rows} | {row.item for row in rows}
     assert {item.item for item in read(paper).values()} <= begins
     assert len({(row.item, row.where) for row in rows}) == len(rows), "items are named twice"
+    for row in rows:
+        assert borne_out(row), f"a reader with a calculator refutes {row}"
     page = pages.PAGE.read_text(encoding="utf-8")
     for part in (pages.section(paper, rows), pages.counted(paper, rows)):
         assert part in page, "run python docs/papers/report.py --write"
+
+
+def borne_out(row):
+    """Whether the numbers of a row, as they are shown, bear out its verdict."""
+    printed, ours = (numbers(text) for text in row.shown)
+    if not printed or not ours or row.verdict in {"assumed", "lost"}:
+        return True
+    about = re.search(r"“.*about.*”: ± ([\d.]+)", row.note)
+    agree = len(printed) == len(ours) and all(
+        abs(own - value) <= (Decimal(about[1]) if about else half_unit(value))
+        for value, own in zip(printed, ours, strict=True)
+    )
+    return agree == (row.verdict == "agrees")
+
+
+def numbers(text):
+    """The numbers of a cell; none where it holds words or an equation."""
+    parts = re.sub(r"[()]", "", text).split(", ")
+    return [Decimal(part) for part in parts] if all(map(NUMBER.fullmatch, parts)) else []
+
+
+def half_unit(value):
+    """Half a unit of the last digit of a printed number."""
+    return Decimal(5).scaleb(value.as_tuple().exponent - 1)
+
+
+def test_a_reader_refutes_a_wrong_verdict():
+    row = Row("length", "302", "302.7", "mm", "agrees", "figure 9")
+    assert not borne_out(row)
+    assert borne_out(replace(row, verdict="not reproducible"))
+    assert borne_out(replace(row, note="“about 302 mm”: ± 3.02"))
+    assert not borne_out(replace(row, verdict="erratum", ours="302.5"))
 
 
 def test_the_page_holds_all_papers():

@@ -11,11 +11,20 @@ NOTHING = Printed("crank", None, "mm", "lost table")
 
 def test_a_value_agrees_to_half_a_unit_of_the_last_digit():
     row = agrees(ANGLE, 0.9749)
-    assert (row.verdict, row.printed, row.shown) == ("agrees", "0.97", ("0.97", "0.975"))
+    assert (row.verdict, row.printed, row.shown) == ("agrees", "0.97", ("0.97", "0.9749"))
     agrees(ANGLE, 0.975)
     for ours in (0.9751, 0.9649, float("nan")):
         with pytest.raises(Refuted):
             agrees(ANGLE, ours)
+
+
+def test_a_number_at_the_edge_of_agreement_is_shown_with_more_decimals():
+    angle = Printed("theta", "1.36", "rad", "table 4")
+    assert erratum(angle, 1.35490, "1.35").shown == ("1.36", "1.3549")
+    assert agrees(Printed("pair", ("1.36", "2"), "", "table 4"), [1.3550004, 2]).ours == (
+        "(1.3550004, 2.0000000)"
+    )
+    assert agrees(angle, 1.355).shown == ("1.36", "1.355")
 
 
 def test_printed_units_are_converted():
@@ -39,6 +48,13 @@ def test_an_erratum_needs_a_wrong_value_and_a_right_one():
     for ours, corrected in ((0.97, "0.97"), (np.pi / 4, "0.78"), (np.pi / 4, 0.79)):
         with pytest.raises(Refuted):
             erratum(ANGLE, ours, corrected)
+
+
+def test_the_corrected_value_holds_to_its_last_digit_where_the_paper_says_about():
+    about = Printed("amplitude", "345", "mm", "figure 9", "3.45", "about 345 mm")
+    erratum(about, 0.3489, "349")
+    with pytest.raises(Refuted):
+        erratum(about, 0.3489, "348")
 
 
 def test_an_erratum_of_an_equation_is_evaluated():

@@ -21,12 +21,14 @@ from numpy.typing import NDArray
 from sympy.simplify.fu import TR8
 from sympy.utilities.iterables import strongly_connected_components
 
-from ...model.robot import Robot
-from ..poe import placement_matrix, screw_axes
+from ...model.robot import Robot, Rotation
+from ..poe import placement_matrix, to_poe
 
 FloatArray = NDArray[np.float64]
 Polynomial = Any
 """An element of a ring of polynomials, for which SymPy has no type."""
+MOST_JOINTS = 6
+"""Joints of a square Jacobian at most."""
 LARGEST_BLOCK = 3
 """Most joints of a block whose determinant is written out."""
 MOST_TERMS = 4000
@@ -67,15 +69,25 @@ def determinant(robot: Robot, q: Sequence[sp.Symbol]) -> Determinant | None:
     joints = robot.moving
     if len(q) != len(joints) or any(j.mimic or j.kind == "helical" for j in joints):
         return None
+    if len(joints) > MOST_JOINTS or not _is_square_cut(robot):
+        return None
     values = {parameter.symbol: float(parameter.value) for parameter in robot.parameters}
-    columns = []
-    for joint, screw in zip(joints, screw_axes(robot), strict=True):
-        if not _is_rational(screw):
-            return None
-        columns.append(screw * joint.direction)
-    S = sp.Matrix.hstack(*columns)
+    S, _ = to_poe(robot)
+    S = S * sp.diag(*(joint.direction for joint in joints))
+    if not _is_rational(S):
+        return None
     view = _sparsest(S, _points(robot), values)
     return _factored(_Ring(S, q), view) if view is not None else None
+
+
+def _is_square_cut(robot: Robot) -> bool:
+    """Whether all constant turns are by quarters, so that cosines and sines are whole numbers."""
+    return all(
+        (2 * motion.angle / sp.pi).is_Integer
+        for placement in robot.placements[:-1]
+        for motion in placement
+        if isinstance(motion, Rotation)
+    )
 
 
 def _is_rational(S: sp.Matrix) -> bool:

@@ -169,8 +169,7 @@ def _along_z(turn: sp.Expr, shift: sp.Expr) -> Placement:
 
 def _home(robot: Robot, values: dict[sp.Symbol, sp.Expr]) -> Any:
     """(4, 4) pose of the tool with every moving joint at zero."""
-    placements = [robot.base, *(p for j in robot.joints for p in (j.before, j.after)), robot.tool]
-    return pose_in_digits(tuple(motion for p in placements for motion in p), values)
+    return pose_in_digits(tuple(motion for p in robot.placements for motion in p), values)
 
 
 def _placement(T: Any) -> Placement:

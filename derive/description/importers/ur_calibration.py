@@ -273,9 +273,8 @@ def _evaluated(value: sp.Expr) -> mp.mpf:
 def _tool_at_zero(robot: Robot) -> mp.matrix:
     """The pose of the tool at q = 0."""
     defaults = {parameter.symbol: parameter.value for parameter in robot.parameters}
-    placements = [robot.base, *(p for j in robot.joints for p in (j.before, j.after)), robot.tool]
     pose = mp.eye(4)
-    for motion in (motion for placement in placements for motion in placement):
+    for motion in (motion for placement in robot.placements for motion in placement):
         if isinstance(motion, Rotation):
             pose *= _turn(motion.axis, _evaluated(motion.angle.xreplace(defaults)))
         else:

@@ -79,7 +79,7 @@ def example(
         flowed([named_matrix(pose, rows)]),
     )
     backward = ""
-    inverse = next((f for f in functions if f.role.is_inverse), None)
+    inverse = next((f for f in functions if f.role.is_inverse and _is_known(f, known)), None)
     if inverse is not None:
         backward = _solutions(inverse, symbols, coordinates, known, T)
     return text(forward, backward)
@@ -105,6 +105,11 @@ def bounds(coordinate: Joint | Coordinate) -> tuple[float, float]:
         -math.inf if lower is None else float(lower),
         math.inf if upper is None else float(upper),
     )
+
+
+def _is_known(inverse: SymbolicFunction, known: Mapping[str, float]) -> bool:
+    """Whether every input of an inverse but the pose has a value."""
+    return all(argument.name in known for argument in inverse.inputs[1:])
 
 
 def value_at(function: SymbolicFunction, q: FloatArray) -> FloatArray:

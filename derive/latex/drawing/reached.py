@@ -36,7 +36,7 @@ _PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 
 
 @dataclass(frozen=True)
-class Reached:
+class ToolRegion:
     """A region in a plane.
 
     Attributes:
@@ -50,7 +50,7 @@ class Reached:
     moving: tuple[int, ...]
 
 
-def reached(skeleton: Skeleton) -> Reached | None:
+def reached(skeleton: Skeleton) -> ToolRegion | None:
     """The region that the tool's origin reaches within the limits; angles without limits turn once.
 
     If the first joint turns about a vertical axis, the region is the half section through that
@@ -130,7 +130,7 @@ class _Arm:
             p = p @ body.placement[:3, :3].T + body.placement[:3, 3]
         return p
 
-    def section(self) -> Reached | None:
+    def section(self) -> ToolRegion | None:
         """The half section through the upright first axis; else None."""
         joint = self.first.joint
         assert joint is not None
@@ -141,7 +141,7 @@ class _Arm:
 
         return self._region(("r", "z"), seen, leaves_out=joint.coordinate)
 
-    def plane(self) -> Reached | None:
+    def plane(self) -> ToolRegion | None:
         """The region in the coordinate plane in which the tool stays; None where it leaves it."""
         p = self.at(_filling(self.lower, self.upper, len(_PRIMES)))
         thin = np.ptp(p, axis=0) < SAME_POINT * self.size
@@ -152,7 +152,7 @@ class _Arm:
 
     def _region(
         self, axes: tuple[str, str], seen: Callable[[Array], Array], leaves_out: int
-    ) -> Reached | None:
+    ) -> ToolRegion | None:
         moving = self._moving(seen, leaves_out)
         if len(moving) < 2:  # noqa: PLR2004 - a region of a plane
             return None
@@ -164,7 +164,7 @@ class _Arm:
             return seen(q)
 
         loops = _outline(placed, lower, upper, starts_at_zero=axes[0] == "r")
-        return Reached(axes, loops, tuple(moving)) if loops else None
+        return ToolRegion(axes, loops, tuple(moving)) if loops else None
 
     def _moving(self, seen: Callable[[Array], Array], leaves_out: int) -> list[int]:
         """The coordinates that move the point."""

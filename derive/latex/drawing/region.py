@@ -8,7 +8,7 @@ from ...model.robot import Robot
 from ..chain.tables import limits
 from .contours import Point
 from .paper import at, number, whole
-from .reached import Reached, reached
+from .reached import ToolRegion, reached
 
 _LARGEST = 550.0
 """Longer side of the region on paper (0.1 mm)."""
@@ -35,7 +35,7 @@ def workspace(robot: Robot, skeleton: Skeleton) -> str:
     return f"{_words(robot, found)}\n\\begin{{center}}\n{_picture(found)}\n\\end{{center}}\n"
 
 
-def _words(robot: Robot, found: Reached) -> str:
+def _words(robot: Robot, found: ToolRegion) -> str:
     names = [f"$q_{{{k + 1}}}$" for k in found.moving]
     listed = f"{', '.join(names[:-1])} and {names[-1]}"
     ranges = [
@@ -53,7 +53,7 @@ def _words(robot: Robot, found: Reached) -> str:
     return f"{where} by {listed}{within}{after}.{turns}"
 
 
-def _picture(found: Reached) -> str:
+def _picture(found: ToolRegion) -> str:
     points = [point for loop in found.loops for point in loop]
     low = [min(p[k] for p in points) for k in (0, 1)]
     high = [max(p[k] for p in points) for k in (0, 1)]

@@ -64,10 +64,10 @@ def _sides_of_loops(found: Inverses | None) -> str:
     if solved is None or not (solved.work.sides or solved.work.settled):
         return ""
     names = [name for name, _ in solved.work.sides.values()]
-    sides = f" on both sides of {listed(map(escape, names))}" if names else ""
+    sides = f" on both sides of {in_words([escape(name) for name in names])}" if names else ""
     return (
         f"The actuators follow from the joints as in the solution of the loops{sides}."
-        " Solutions of the main chain with the same actuators count once, so that the inverse of"
+        " Choices that make no difference have no slots, so that the inverse of"
         f" the robot has {solved.function.branches} slots."
     )
 

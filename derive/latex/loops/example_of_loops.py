@@ -25,9 +25,10 @@ def worked_example_of_loops(page: LoopPage) -> str:
     coordinates, hybrid = page.mechanism.coordinates, page.hybrid
     at, value = hybrid.at_reference, hybrid.terms.value
     q = np.array([_near(c, at[c.moves] / float(value(c.ratio))) for c in coordinates])
-    theta = value_at(named["chain"], q)
-    joints = [joint.name for joint in page.chain.robot.coordinates]
-    known = dict(zip(joints, theta, strict=True))
+    known = {}
+    if "chain" in named:
+        joints = [joint.name for joint in page.chain.robot.coordinates]
+        known = dict(zip(joints, value_at(named["chain"], q), strict=True))
     return example(
         named["fk"], page.functions, coordinates, page.members.q, q, known, page.chain.pose
     )

@@ -336,11 +336,9 @@ def _letters(taken: set[str]) -> dict[str, str]:
 
 def _has_thirds(robot: Robot) -> bool:
     """Whether angles of a robot are odd multiples of 30 or 60 degrees."""
-    placements = [robot.base, robot.tool]
-    placements += [part for joint in robot.joints for part in (joint.before, joint.after)]
     sixths = (
         6 * motion.angle / sp.pi
-        for placement in placements
+        for placement in robot.placements
         for motion in placement
         if isinstance(motion, Rotation)
     )

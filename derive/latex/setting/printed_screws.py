@@ -82,9 +82,7 @@ def _varies(robot: Robot) -> bool:
 
 
 def _turns(robot: Robot) -> list[Rotation]:
-    placements = [robot.base, robot.tool]
-    placements += [part for joint in robot.joints for part in (joint.before, joint.after)]
-    return [motion for part in placements for motion in part if isinstance(motion, Rotation)]
+    return [motion for part in robot.placements for motion in part if isinstance(motion, Rotation)]
 
 
 def _with_decimals(robot: Robot) -> Robot:

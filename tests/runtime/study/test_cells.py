@@ -84,10 +84,12 @@ def test_few_points_state_a_large_error_and_no_negative_volume(count):
 
 def test_points_that_fill_nothing():
     cells = cells_of(np.zeros(3), np.ones(3), 40)
-    hits = np.bincount(cells.index(np.full((3, 3), 0.5)), minlength=cells.count + 1)[:-1]
+    hits = np.bincount(
+        cells.index(np.random.default_rng(6).random((9, 3))), minlength=cells.count + 1
+    )[:-1]
     found = measure_of(cells, hits.reshape(cells.shape).astype(np.uint32))
-    assert found.value - found.error == 0
-    assert found.value + found.error > 1
+    assert found.value - found.error <= 0
+    assert found.value + found.error >= 1
 
 
 def test_area_of_a_disk():

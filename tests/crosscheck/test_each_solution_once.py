@@ -1,0 +1,147 @@
+"""The inverse of robots with loops: each solution in one slot, and every solution in a slot.
+
+The actuated coordinates that hold a delta robot's platform are found by an independent Newton's
+iteration on the rods from many starts. Mechanisms that nobody chose are asked for the poses of
+random configurations.
+"""
+
+import numpy as np
+import pytest
+
+from bench.cases.drawn_mechanisms import drawn_mechanism
+from chasles.derive import derive
+from chasles.derive.terms.branches import patterns
+from chasles.derive.terms.casadi_graph import lower
+from tests.helpers.derivations import derivation, kernels
+
+SAME = 1e-7
+AT_DEAD_POINT = 1e-6
+"""Margin below which two solutions are about to meet."""
+FOUND = 1e-5
+"""Radian, or parts of the mechanism's size: near a dead point half of the digits are uncertain."""
+POSES = 50
+SEEDS = (0, 1, 14, 27, 40, 53)
+"""Mechanisms whose inverse has a closed form."""
+
+
+def slots(functions, compiled, T):
+    """Coordinates (N, k, n), margins and whether the slots solve (N, k) at poses (16, N)."""
+    ik = next(f for f in functions if f.name == "ik")
+    found = []
+    for signs in patterns(ik) if ik.signs else [None]:
+        choice = (
+            [] if signs is None else [np.repeat(np.array(signs, float)[:, None], T.shape[1], 1)]
+        )
+        found.append([np.array(part) for part in compiled["ik"](T, *choice)])
+    q = np.stack([q.T for q, _, _ in found], 1)
+    residual, margin = (np.stack([part[k][0] for part in found], 1) for k in (1, 2))
+    return q, margin, residual
+
+
+def apart(q, other, turns, size):
+    """The largest difference of coordinates: radian, parts of a size."""
+    d = q - other
+    return np.abs(np.where(turns, np.remainder(d + np.pi, 2 * np.pi) - np.pi, d / size)).max(-1)
+
+
+def faults(functions, compiled, q, turns, size):
+    """Pairs of equal slots off dead points, and configurations that no slot holds."""
+    T = np.array(compiled["fk"](q.T)).reshape(16, -1)
+    closed = np.isfinite(T).all(0)
+    q, T = q[closed][:POSES], T[:, closed][:, :POSES]
+    found, margin, residual = slots(functions, compiled, T)
+    solves = residual < 1e-9 * max(min(size, 1.0), 1e-3)
+    pairs = np.triu(np.ones((solves.shape[1],) * 2, dtype=bool), 1)
+    equal = apart(found[:, :, None], found[:, None], turns, size) <= SAME
+    off = np.maximum(margin[:, :, None], margin[:, None]) > AT_DEAD_POINT
+    twice = (equal & solves[:, :, None] & solves[:, None] & pairs & off).sum()
+    held = (apart(found, q[:, None], turns, size) < FOUND) & solves
+    return len(q), int(twice), int((~held.any(1)).sum()), int(solves.sum())
+
+
+def drawn_faults(seed):
+    """The faults of a drawn mechanism; None where it has no inverse by structure alone."""
+    mechanism = drawn_mechanism(seed).mechanism
+    derived = derive(mechanism)
+    functions = [f for f in derived.functions if f.name in {"fk", "ik"}]
+    if len(functions) < 2 or any(len(f.inputs) != 1 for f in functions):
+        return None
+    compiled = dict(zip((f.name for f in functions), lower(functions, "drawn"), strict=True))
+    lengths = [
+        float(abs(x))
+        for j in mechanism.joints
+        for p in j.before
+        if hasattr(p, "vector")
+        for x in p.vector
+    ]
+    size = max([*lengths, 1e-9])
+    near = dict(mechanism.reference)
+    middle = np.array([float(near.get(c.name, 0)) for c in mechanism.coordinates])
+    turns = np.array([c.kind == "revolute" for c in mechanism.coordinates])
+    reach = np.where(turns, np.pi, 0.3 * size)
+    draws = np.random.default_rng(seed).uniform(-1, 1, (20 * POSES, len(middle)))
+    return faults(functions, compiled, middle + reach * draws, turns, size)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_drawn_mechanisms(seed):
+    poses, twice, missing, solutions = drawn_faults(seed)
+    assert poses > 0
+    assert (twice, missing) == (0, 0)
+    assert solutions >= poses
+
+
+# --- the delta robot ---
+
+BASE, ARM, ROD, PLATFORM = 0.2, 0.26, 0.8, 0.05
+
+
+def rods(q, p):
+    """Squared lengths of the rods less l^2, and their derivatives, of three arms at q (..., 3)."""
+    f, slope = [], []
+    for k in range(3):
+        c, s = np.cos(2 * np.pi / 3 * k), np.sin(2 * np.pi / 3 * k)
+        out, cross_p, up = c * p[0] + s * p[1], -s * p[0] + c * p[1], p[2]
+        # An arm turns about y of its own axes: a positive angle lowers it.
+        x = out + PLATFORM - BASE - ARM * np.cos(q[..., k])
+        z = up + ARM * np.sin(q[..., k])
+        f.append(x**2 + cross_p**2 + z**2 - ROD**2)
+        slope.append(2 * ARM * (x * np.sin(q[..., k]) + z * np.cos(q[..., k])))
+    return np.stack(f, -1), np.stack(slope, -1)
+
+
+def holding(p, rng):
+    """All actuated coordinates that hold the platform at p, by Newton's iteration."""
+    q = rng.uniform(-np.pi, np.pi, (400, 3))
+    for _ in range(60):
+        f, slope = rods(q, p)
+        q = q - np.clip(f / np.where(slope == 0, 1e-12, slope), -0.5, 0.5)
+    q = q[np.abs(rods(q, p)[0]).max(-1) < 1e-12]
+    found = []
+    for one in np.remainder(q + np.pi, 2 * np.pi) - np.pi:
+        if all(apart(one, other, True, 1.0) > 1e-6 for other in found):
+            found.append(one)
+    return np.array(found)
+
+
+def test_all_elbows_of_a_delta_robot():
+    functions, compiled, rng = (
+        derivation("delta").functions,
+        kernels("delta"),
+        np.random.default_rng(1),
+    )
+    checked = 0
+    for known in np.radians(rng.uniform(-30, 70, (POSES, 3))):
+        T = np.array(compiled["fk"](known)).reshape(16, 1)
+        every = holding(T.reshape(4, 4)[:3, 3], rng)
+        assert len(every) == 8
+        poses = np.array(compiled["fk"](every.T)).reshape(16, -1)
+        # The others hold the platform there in the other assembly mode of their rods.
+        wanted = every[np.abs(poses - T).max(0) < 1e-9]
+        q, _, residual = slots(functions, compiled, T)
+        found = q[0][residual[0] < 1e-9]
+        assert len(found) == len(wanted)
+        for one in wanted:
+            assert (apart(found, one, True, 1.0) < 1e-8).sum() == 1
+        checked += len(wanted)
+    assert checked > 2 * POSES
