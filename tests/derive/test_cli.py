@@ -106,10 +106,10 @@ def test_files_that_are_missing(name):
 def test_a_defect_of_chasles_ends_one_robot_and_not_the_others(arm, tmp_path, monkeypatch):
     artifacts = jobs.artifacts
 
-    def fails(robot, functions, **options):
+    def fails(robot, *choices, **options):
         if robot.name == "arm":
             return {}["[/key]"]
-        return artifacts(robot, functions, **options)
+        return artifacts(robot, *choices, **options)
 
     monkeypatch.setattr(jobs, "artifacts", fails)
     other = arm.with_name("other.toml")

@@ -42,19 +42,24 @@ def actuators_on_sides(hybrid: Hybrid, work: Work) -> tuple[tuple[sp.Expr, ...],
     """
     given = [joint.name for joint in hybrid.robot.moving]
     solution = with_free_sides(hybrid.loops, hybrid.backward, given, work.sign)
-    chosen = [step for step in solution.steps if sp.sympify(step.sign).free_symbols]
+    chosen = [step for step in solution.steps if _is_free(step)]
     names = [step.name(hybrid.mechanism) for step in chosen]
     for step, name in zip(chosen, names, strict=True):
         # A loop that two steps close in turn is not enough of a name.
         told = f"{name} at {step.joints[1].split('.')[0]}" if names.count(name) > 1 else name
-        (symbol,) = sp.sympify(step.sign).free_symbols
+        (symbol,) = sp.Add(step.sign).free_symbols
         work.sides[symbol] = told, _sides(step, symbol)
     return hybrid.actuators_in(solution), [margin for _, margin in solution.margins]
 
 
+def _is_free(step: LoopStep) -> bool:
+    """Whether the side of a step is a symbol, not a number."""
+    return bool(sp.Add(step.sign).free_symbols)
+
+
 def _sides(step: LoopStep, symbol: sp.Symbol) -> dict[int, str]:
     """The names of both sides of a step, by the value of its sign's symbol."""
-    sign = sp.sympify(step.sign)
+    sign = sp.Add(step.sign)
     return {value: step.branches[int(sign.subs(symbol, value))] for value in (1, -1)}
 
 

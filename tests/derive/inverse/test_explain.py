@@ -90,7 +90,7 @@ def test_what_is_missing_is_measured():
     assert re.search(missed, text)
     _, table = text.split("off by\n---")
     assert " mm\n" in table
-    assert " rad\n" in table
+    assert " deg\n" in table
     assert "read from the tool" in table
 
 

@@ -232,6 +232,8 @@ def test_info(shipped, capsys):
 
 EXTRAS = {
     "calibration": {"scipy", "matplotlib", "threadpoolctl"},
+    "drawing": {"matplotlib", "PIL"},
+    "view": {"viser", "yourdfpy"},
     "study": {
         *("scipy", "matplotlib", "rich", "networkx", "ruckig", "toppra"),
         *("distributed", "coal", "ompl"),
@@ -245,7 +247,7 @@ def test_runtime_imports_numpy_and_the_standard_library_only():
     files = list(root.rglob("*.py"))
     assert len(files) > 5
     for file in files:
-        # Calibration and studies are imported by themselves, and need extras.
+        # These rooms are imported by themselves, and need extras.
         extras = (modules for room, modules in EXTRAS.items() if root / room in file.parents)
         allowed = {"numpy", *sys.stdlib_module_names}.union(*extras)
         for node in ast.walk(ast.parse(file.read_text())):

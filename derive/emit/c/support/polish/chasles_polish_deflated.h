@@ -36,7 +36,7 @@ static double chasles_polish_quotients(const chasles_general_system *system, con
         half[k] = 0.5 * root[k];
     chasles_cos_sin(count, half, of_cos, of_sin);
     for (int from = 0; from < CHASLES_FEW_SAMPLES; from += CHASLES_LANES) {
-        chasles_vector R[6][6], c, s, half_c, half_s, determinant;
+        chasles_vector R[6][6], c = {0}, s = {0}, half_c = {0}, half_s = {0}, determinant;
         for (int l = 0; l < CHASLES_LANES; l++) {
             const int at = apart * (from + l);
             c[l] = cosine[at], s[l] = cosine[(at + 72) % CHASLES_CELLS];
