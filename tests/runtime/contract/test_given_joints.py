@@ -9,6 +9,7 @@ from scipy.optimize import root
 import chasles
 from bench.cases.drawn_arms import random_arm
 from chasles import screws
+from chasles.closed_form import given_values
 from chasles.derive.build.generate import artifacts, put
 
 DEG, MM = np.pi / 180, 1e-3
@@ -16,7 +17,8 @@ DEG, MM = np.pi / 180, 1e-3
 
 @pytest.fixture(scope="module", autouse=True)
 def cache(tmp_path_factory):
-    """One cache for this file, and C that is compiled quickly."""
+    """One cache for this file, nothing kept of other files, and C that is compiled quickly."""
+    given_values._inverse_of.cache_clear()
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("CHASLES_CACHE", str(tmp_path_factory.mktemp("given")))
         patch.setenv("CHASLES_CFLAGS", "-O0")
