@@ -19,7 +19,11 @@ from .inverse.serial_inverse import Inverses
 from .loops import constraint_functions, maps, platforms
 from .loops.hybrid import Hybrid
 from .loops.iterated.closure_equations import LoopClosure
-from .loops.iterated.iterated_functions import inner_makers, written_functions
+from .loops.iterated.iterated_functions import (
+    actuator_functions,
+    inner_makers,
+    written_functions,
+)
 from .loops.maps import Maker
 from .loops.parametric.mechanism_geometry import MechanismGeometry
 from .loops.parametric.parametric_loops import ParametricLoops
@@ -173,6 +177,8 @@ def _of_mechanism(
         makers |= inner_makers(closure)
         of_chain = {name: makers[name](hybrid) for name in platforms.OF_CHAIN}
         written |= written_functions(closure, of_chain)
+        if "actuators" not in makers and closure.of_chain is not None:
+            written |= actuator_functions(closure.of_chain)
     by_hand = platforms.written_makers(hybrid)
     capabilities = [*of_tool, *makers]
     inverse = None
