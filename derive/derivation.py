@@ -75,6 +75,15 @@ class Derivation:
         actuated = [c.moves if isinstance(c, Coordinate) else c.name for c in robot.coordinates]
         return skeleton(RigidBodies(robot, self.terms, reference), actuated)
 
+    def signature(self, name: str) -> SymbolicFunction | WrittenFunction:
+        """The function with a name, derived or written by hand.
+
+        Raises:
+            KeyError: There is no function with this name.
+        """
+        by_hand = next((f for f in self.written if f.name == name), None)
+        return by_hand if by_hand is not None else self.function(name)
+
     def function(self, name: str) -> SymbolicFunction:
         """The function with a name.
 
@@ -151,10 +160,14 @@ def derive(
 def _with_called(
     functions: Sequence[str] | None, written: Mapping[str, WrittenFunction]
 ) -> Sequence[str] | None:
-    """Names of the requested functions, and of the functions that their written C calls."""
+    """Names of the requested functions, and of all functions that their written C calls."""
     if functions is None:
         return None
-    return [*functions, *(c for name in functions if name in written for c in written[name].calls)]
+    names = list(functions)
+    for name in names:
+        called = written[name].calls if name in written else ()
+        names += [other for other in called if other not in names]
+    return names
 
 
 def _of_mechanism(
@@ -182,7 +195,8 @@ def _of_mechanism(
     by_hand = platforms.written_makers(hybrid)
     capabilities = [*of_tool, *makers]
     inverse = None
-    if has_chain and (functions is None or not set(functions) <= {*capabilities, *by_hand}):
+    is_asked = functions is None or not set(functions) <= {*capabilities, *written, *by_hand}
+    if hybrid.may_have_inverse and is_asked:
         inverse = hybrid_inverses_for_given(hybrid, families, give)
         capabilities += [name for name in inverse.functions if name not in capabilities]
         written |= {function.name: function for function in inverse.written}

@@ -122,7 +122,8 @@ def explain(
     title = robot.title or robot.name
     if isinstance(robot, Mechanism):
         hybrid = Hybrid(robot)
-        found = None if hybrid.forward.open else hybrid_inverses_for_given(hybrid, families, give)
+        led = hybrid.may_have_inverse
+        found = hybrid_inverses_for_given(hybrid, families, give) if led else None
         return Explanation(title, chain, found, _of_loops(hybrid), hybrid)
     terms = Terms({parameter.symbol: parameter.value for parameter in chain.parameters})
     return Explanation(title, chain, inverses_for_given(chain, terms, families, give))

@@ -92,6 +92,15 @@ class Hybrid:
         return left_open(self.mechanism) if self.mechanism.closure == "least squares" else None
 
     @property
+    def may_have_inverse(self) -> bool:
+        """Whether the tool's pose can have an inverse, led from a nominal robot if not exact.
+
+        A robot whose loops have no closed form by its design has none.
+        """
+        is_built = self.left_open is not None or self.mechanism.nominal is not None
+        return is_built or not self.forward.open
+
+    @property
     def _solvable(self) -> Loops:
         """The loops that may have a closed form: none of those that cannot close."""
         if self.left_open is None:

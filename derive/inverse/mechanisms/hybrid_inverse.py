@@ -44,11 +44,14 @@ def hybrid_inverses(
     Where lengths off their design spoil the structure, the inverse is led from the nominal robot.
 
     Args:
-        hybrid: The robot; its loops must be solved in closed form.
+        hybrid: The robot. Where its loops have no closed form, the inverse can only be led.
         families: The families to try on the main chain, in order.
         give: Indices of the chain's joints to be given; () for those that the structure needs.
     """
-    exact = _by_structure(hybrid, families, give)
+    if hybrid.forward.open:
+        exact = Inverses(classify(hybrid.robot, hybrid.terms, len(hybrid.q), families, give), {})
+    else:
+        exact = _by_structure(hybrid, families, give)
     return exact if exact.solved else _by_nominal(hybrid, families, give) or _unled(hybrid, exact)
 
 
@@ -117,7 +120,9 @@ def _of_nominal(
     if not exact.solved:
         return None
     solved, found = exact.solved["ik"], exact.classification.found
-    if solved.inputs or found is None or not _holds(hybrid, solved, found):
+    if solved.inputs or found is None or (found.given and hybrid.forward.open):
+        return None
+    if not _holds(hybrid, solved, found):
         return None
     length = exact.classification.lines.length or 1.0
     leads = lead(hybrid, solved.function, length, found.given)

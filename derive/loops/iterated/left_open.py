@@ -64,8 +64,9 @@ def left_open(mechanism: Mechanism) -> LeftOpen | None:
     at = bodies.nearest(bodies.values, bodies.unknown, closers)
     gaps = bodies.gaps(at)
     if bodies.all_closed(at, closers) or not all(
-        gap.distance <= MEASURED_STRUCTURE * bodies.size and gap.turn <= MEASURED_STRUCTURE
-        for gap in gaps.values()
+        max(gaps[closer.name].distance / bodies.size, gaps[closer.name].turn)
+        <= MEASURED_STRUCTURE * _joints(mechanism, closer)
+        for closer in mechanism.closers
     ):
         return None
     rows = bodies.slopes(at, bodies.unknown, closers)
@@ -99,6 +100,12 @@ def _swings(mechanism: Mechanism, at: Mapping[str, float]) -> dict[str, float]:
     function = SymbolicFunction("swings", "Swings.", "", (argument,), (result,), terms)
     found = np.array(lower([function], "at")[0](list(at.values()))).ravel()
     return dict(zip(names, map(float, found), strict=True))
+
+
+def _joints(mechanism: Mechanism, closer: Closure | Strut) -> int:
+    """Number of joints around a loop, its closer included: their errors add up."""
+    one, other = ({joint.name for joint in mechanism.way(f.body)} for f in (closer.a, closer.b))
+    return len(one ^ other) + 1
 
 
 def _rank(J: Floats, least: float) -> int:
