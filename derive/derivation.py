@@ -197,7 +197,7 @@ def _of_mechanism(
     inverse = None
     is_asked = functions is None or not set(functions) <= {*capabilities, *written, *by_hand}
     if hybrid.may_have_inverse and is_asked:
-        inverse = hybrid_inverses_for_given(hybrid, families, give)
+        inverse = hybrid_inverses_for_given(hybrid, families, give, closure)
         capabilities += [name for name in inverse.functions if name not in capabilities]
         written |= {function.name: function for function in inverse.written}
     asked = [name for name in by_hand if functions is None or name in functions]

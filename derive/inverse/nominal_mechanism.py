@@ -210,7 +210,11 @@ class Lead:
 
 
 def lead(
-    hybrid: Hybrid, nominal: SymbolicFunction, length: float, given: tuple[int, ...] = ()
+    hybrid: Hybrid,
+    nominal: SymbolicFunction,
+    length: float,
+    given: tuple[int, ...] = (),
+    closure: LoopClosure | None = None,
 ) -> Lead:
     """Leads the solutions of a nominal robot to random poses of the true one.
 
@@ -219,8 +223,9 @@ def lead(
         nominal: The task ``ik`` of the nominal robot.
         length: The length (metre) that compares distances with angles.
         given: Indices of the chain's joints whose values follow the pose.
+        closure: The equations of loops without a closed form; None for other robots.
     """
-    fk, theta = _numbers(hybrid)
+    fk, theta = _numbers(hybrid, closure)
     (ik,) = lower([nominal], "nominal")
     held = list(nominal.role.given)
     q = _configurations(hybrid)
@@ -258,10 +263,12 @@ def _configurations(hybrid: Hybrid) -> FloatArray:
     return np.random.default_rng(0).uniform(low, high, (SAMPLES, len(low)))
 
 
-def _numbers(hybrid: Hybrid) -> tuple[Posed, Callable[[FloatArray], FloatArray]]:
+def _numbers(
+    hybrid: Hybrid, closure: LoopClosure | None
+) -> tuple[Posed, Callable[[FloatArray], FloatArray]]:
     """The pose with its Jacobian, and the main chain's joints, as functions of numbers."""
-    if hybrid.forward.open:
-        followed = Followed(LoopClosure(hybrid))
+    if closure is not None:
+        followed = Followed(closure)
         return followed.posed, followed.theta
     pose = hybrid.kinematics.function("fk_jacobian_mixed")
     fk, theta = lower([pose, chain(hybrid)], "true")

@@ -40,7 +40,7 @@ def _source(
 ) -> str:
     """The robot's numbers as macros and tables, and the functions, behind those that they call."""
     robot = derivation.robot
-    own = f"{robot.name}_{'loops' if closure is derivation.closure else 'chain_loops'}"
+    own = f"{robot.name}_{'loops' if closure.of_actuators is None else 'chain_loops'}"
     body = _Bodies(robot.name, own, closure)
     functions = [
         "\n".join(
@@ -106,7 +106,7 @@ def _tables(own: str, closure: LoopClosure) -> list[str]:
         "z": [everything.index(name) for name in z],
         "of_z": [z.index(name) for name in closure.names],
     }
-    if closure.is_of_chain:
+    if closure.of_actuators is not None:
         driven = h.mechanism.coordinates
         numbers["driven_ratio"] = [float(h.terms.value(c.ratio)) for c in driven]
         indices |= {"driven": [closure.names.index(c.moves) for c in driven]}

@@ -13,9 +13,9 @@ from ...model.tolerances import FOUND_LOOP
 from ...terms.casadi_graph import lower
 
 FloatArray = NDArray[np.float64]
-STATIONS = 8
-"""As many as the CasADi functions have."""
-STEPS = 5
+STATIONS, STEPS, LAST_STEPS = 4, 2, 4
+"""Points of the way, and steps at each and at its end: coordinates that need more count as not led,
+as those beside a singularity do."""
 
 
 class Followed:
@@ -26,7 +26,7 @@ class Followed:
         self.closure = closure
         h = closure.hybrid
         self.equations, self.pose = lower(
-            [closure.functions["closure"], of_open_chain("fk_jacobian_mixed", h)], "followed"
+            [closure.residual, of_open_chain("fk_jacobian_mixed", h)], "followed"
         )
         self.chain = [closure.names.index(joint.name) for joint in h.robot.moving]
 
@@ -52,7 +52,7 @@ class Followed:
         for k in range(1, STATIONS + 1):
             way = start.q + k / STATIONS * (q - start.q)
             w[:, self.closure.given] = way * self.closure.ratios
-            for _ in range(STEPS):
+            for _ in range(STEPS if k < STATIONS else LAST_STEPS):
                 c, D = self._evaluated(w)
                 w[:, unknown] -= _solved(D[..., unknown], c[..., None])[..., 0]
         c, D = self._evaluated(w)

@@ -9,7 +9,6 @@ variables a and the unknown ones u, c_u du = -c_a da.
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
 
 import numpy as np
 import sympy as sp
@@ -66,22 +65,22 @@ class LoopClosure:
         is_length: Which of them are lengths.
         arguments: The arguments w and wd.
         w: Symbols of the variables.
-        is_of_chain: Whether the main chain's joints are given, not the actuated coordinates.
+        of_actuators: The same equations with the actuated coordinates given; None where they are
+            given here.
         ratios: Advance of the given variables per unit of the coordinates.
         given: Indices of the variables that are given.
         unknown: Indices of the others.
     """
 
-    def __init__(
-        self, hybrid: Hybrid, given: Literal["actuators", "chain"] = "actuators"
-    ) -> None:
+    def __init__(self, hybrid: Hybrid, of_actuators: "LoopClosure | None" = None) -> None:
         """Names the variables.
 
         Args:
             hybrid: The robot.
-            given: Whether the actuated coordinates or the main chain's joints are given.
+            of_actuators: The same equations with the actuated coordinates given, where the main
+                chain's joints are given here.
         """
-        self.hybrid = hybrid
+        self.hybrid, self.of_actuators = hybrid, of_actuators
         self.mechanism = on_balls(hybrid.mechanism)
         variables = configuration_names(self.mechanism)
         self.names = [variable.name for variable in variables]
@@ -99,10 +98,10 @@ class LoopClosure:
         moved = [c.moves for c in driven]
         self._follows = [k for k, name in enumerate(self.names) if name not in moved]
         ratios = [float(hybrid.terms.value(c.ratio)) for c in driven]
-        if given == "chain":
+        if of_actuators is not None:
             moved = [joint.name for joint in hybrid.robot.moving]
             ratios = [1.0] * len(moved)
-        self.ratios, self.is_of_chain = ratios, given == "chain"
+        self.ratios = ratios
         self.given = [self.names.index(name) for name in moved]
         self.unknown = [k for k in range(len(self.names)) if k not in self.given]
 
@@ -115,6 +114,8 @@ class LoopClosure:
     @cached_property
     def entries(self) -> tuple[sp.Expr, ...]:
         """What is zero where the loops are closed, or as nearly closed as they can be."""
+        if self.of_actuators is not None:
+            return self.of_actuators.entries
         if self.hybrid.left_open is None:
             return tuple(entry for loop in self.equations for entry in loop.residual)
         following = [self.w[k] for k in self._follows]
@@ -144,9 +145,16 @@ class LoopClosure:
         return float(f"{longest_length(self.hybrid.mechanism, self.hybrid.terms):.3g}")
 
     @cached_property
+    def residual(self) -> SymbolicFunction:
+        """The entries and their derivative as a function of w."""
+        return self._closure() if self.of_actuators is None else self.of_actuators.residual
+
+    @cached_property
     def functions(self) -> Mapping[str, SymbolicFunction]:
         """The functions of w that the iteration calls, by name."""
-        found = [self._closure(), self._closure_dot()]
+        if self.of_actuators is not None:
+            return self.of_actuators.functions
+        found = [self.residual, self._closure_dot()]
         if self.hybrid.mechanism.swings:
             found.append(self._swings())
         return {function.name: function for function in found}
@@ -156,7 +164,7 @@ class LoopClosure:
         """The reference in numbers, rounded to digits that agree on every machine."""
         at = self.hybrid.at_reference
         w = np.array([at[name] for name in self.names])
-        kernel = lower([self.functions["closure"]], "reference")[0]
+        kernel = lower([self.residual], "reference")[0]
         J = np.array(kernel(w)[1]).reshape(len(self.units), len(w))
         ratios = np.array(self.ratios)
         J_u, J_a = J[:, self.unknown], J[:, self.given] * ratios
@@ -182,7 +190,7 @@ class LoopClosure:
 
         None where these do not determine the others, or the reference is at a dead point then.
         """
-        found = LoopClosure(self.hybrid, "chain")
+        found = LoopClosure(self.hybrid, self)
         return found if found.is_determined and found.start.is_regular else None
 
     def _closure(self) -> SymbolicFunction:
