@@ -259,12 +259,15 @@ class InverseMethods:
             nearby = self._nearby(pose, here, slots.unit)
             if nearby is None or (np.abs(nearby - here) > jump).any():
                 return _Step(here + move, margin, "jump", int(np.argmax(np.abs(move) / jump)))
-            move, best = nearby - here, None
-        q = here + move
+            return self._inside(nearby, slots, margin, None)
+        return self._inside(here + move, slots, margin, best)
+
+    def _inside(self, q: FloatArray, slots: Solutions, margin: float, slot: int | None) -> _Step:
+        """A step to coordinates, or the reason that they are beyond a limit."""
         outside = ~within(q, self.lower, self.upper, slots.units())
         if outside.any():
             return _Step(q, margin, "limit", int(np.argmax(outside)))
-        return _Step(q, margin, slot=best)
+        return _Step(q, margin, slot=slot)
 
     def _kept(
         self,
@@ -281,7 +284,13 @@ class InverseMethods:
         them jumps, and limits hold.
         """
         units, own = solutions.units(), solutions.q[first - 1 : end, slot]
-        slots = type(solutions)(*(field[first:end] for field in solutions))
+        part = slice(first, end)
+        slots = type(solutions)(
+            solutions.q[part],
+            solutions.residual[part],
+            solutions.margin[part],
+            solutions.valid[part],
+        )
         moves = slots.moves_from(own[:-1])
         with np.errstate(invalid="ignore"):
             best = np.where(slots.valid, np.abs(moves / units).max(-1), np.inf).argmin(-1)
