@@ -36,7 +36,8 @@ BoolArray = NDArray[np.bool_]
 
 _TURN = 2 * math.pi
 _EXACT = 1e-13
-"""Relative error at which an integral along an arc ends: near rounding."""
+"""Error at which an integral along an arc ends, in parts of its value or of the radius times the
+largest integrand: near rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +158,8 @@ def _along(
 
         for a, b in itertools.pairwise(_cuts(arc, at)):
             if c + r * math.cos((a + b) / 2) > 0:
-                total += quad(rate, a, b, epsabs=0.0, epsrel=_EXACT, limit=200)[0]
+                error = _EXACT * r * value(abs(c) + r)
+                total += quad(rate, a, b, epsabs=error, epsrel=_EXACT)[0]
     return total
 
 
