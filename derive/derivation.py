@@ -19,7 +19,11 @@ from .inverse.serial_inverse import Inverses
 from .loops import constraint_functions, maps, platforms
 from .loops.hybrid import Hybrid
 from .loops.iterated.closure_equations import LoopClosure
-from .loops.iterated.iterated_functions import inner_makers, written_functions
+from .loops.iterated.iterated_functions import (
+    actuator_functions,
+    inner_makers,
+    written_functions,
+)
 from .loops.maps import Maker
 from .loops.parametric.mechanism_geometry import MechanismGeometry
 from .loops.parametric.parametric_loops import ParametricLoops
@@ -70,6 +74,15 @@ class Derivation:
         reference = hybrid.at_reference if hybrid else {c.name: 0.0 for c in robot.coordinates}
         actuated = [c.moves if isinstance(c, Coordinate) else c.name for c in robot.coordinates]
         return skeleton(RigidBodies(robot, self.terms, reference), actuated)
+
+    def signature(self, name: str) -> SymbolicFunction | WrittenFunction:
+        """The function with a name, derived or written by hand.
+
+        Raises:
+            KeyError: There is no function with this name.
+        """
+        by_hand = next((f for f in self.written if f.name == name), None)
+        return by_hand if by_hand is not None else self.function(name)
 
     def function(self, name: str) -> SymbolicFunction:
         """The function with a name.
@@ -147,10 +160,14 @@ def derive(
 def _with_called(
     functions: Sequence[str] | None, written: Mapping[str, WrittenFunction]
 ) -> Sequence[str] | None:
-    """Names of the requested functions, and of the functions that their written C calls."""
+    """Names of the requested functions, and of all functions that their written C calls."""
     if functions is None:
         return None
-    return [*functions, *(c for name in functions if name in written for c in written[name].calls)]
+    names = list(functions)
+    for name in names:
+        called = written[name].calls if name in written else ()
+        names += [other for other in called if other not in names]
+    return names
 
 
 def _of_mechanism(
@@ -173,11 +190,14 @@ def _of_mechanism(
         makers |= inner_makers(closure)
         of_chain = {name: makers[name](hybrid) for name in platforms.OF_CHAIN}
         written |= written_functions(closure, of_chain)
+        if "actuators" not in makers and closure.of_chain is not None:
+            written |= actuator_functions(closure.of_chain)
     by_hand = platforms.written_makers(hybrid)
     capabilities = [*of_tool, *makers]
     inverse = None
-    if has_chain and (functions is None or not set(functions) <= {*capabilities, *by_hand}):
-        inverse = hybrid_inverses_for_given(hybrid, families, give)
+    is_asked = functions is None or not set(functions) <= {*capabilities, *written, *by_hand}
+    if hybrid.may_have_inverse and is_asked:
+        inverse = hybrid_inverses_for_given(hybrid, families, give, closure)
         capabilities += [name for name in inverse.functions if name not in capabilities]
         written |= {function.name: function for function in inverse.written}
     asked = [name for name in by_hand if functions is None or name in functions]

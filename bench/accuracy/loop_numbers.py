@@ -67,7 +67,9 @@ def _asked(
         q = np.stack(list(_random(robot.coordinates, rng, numbers.size)), axis=-1)
         z = robot.configuration(q)
         names = [variable.name for variable in robot.configuration_variables]
-        return dict(zip(names, z.T, strict=True)), robot.valid(q), np.isfinite(z).all(-1)
+        # Loops that close everywhere have no margin.
+        valid = robot.valid(q) if hasattr(robot, "valid") else np.ones(len(q), dtype=bool)
+        return dict(zip(names, z.T, strict=True)), valid, np.isfinite(z).all(-1)
     theta = np.stack(list(_random(robot.chain_joints, rng, numbers.size)), axis=-1)
     q = robot.actuators(theta)
     values = dict(zip(numbers.chain, theta.T, strict=True))

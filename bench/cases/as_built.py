@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import sympy as sp
 
-from chasles.derive import Mechanism
-from chasles.derive.model.robot import Placement, Translation
+from chasles.derive import Joint, Mechanism, Rotation, Translation
+from chasles.derive.model.mechanism import Closure, Frame
+from chasles.derive.model.robot import Placement
 
 DECIMALS = 9
 
@@ -61,3 +62,69 @@ BOARD_INSTALLER = frozenset(
     }
 )
 """The pantograph and the parallelograms of the board installer."""
+
+
+UPRIGHT = Rotation("x", sp.pi / 2)
+"""From z to -y, about which the arm of the board installer turns."""
+
+
+def on_links(mechanism: Mechanism, axis: Placement = ()) -> Mechanism:
+    """A mechanism with links between two pins in place of its rods on pins.
+
+    In numbers it is the same; its loops are those of bodies, whose pins hold all directions.
+
+    Args:
+        mechanism: The robot; the frames of its rods are parallel to the base's.
+        axis: Turns z to the axis of the pins; none where it is z.
+    """
+    back = tuple(replace(turn, angle=-turn.angle) for turn in reversed(axis))
+    rods = [s for s in mechanism.struts if s.ends == "pin" and not s.is_cylinder]
+    joints = tuple(
+        Joint(
+            rod.swing_name,
+            "revolute",
+            before=(*rod.a.placement, *axis),
+            after=back,
+            link=f"{rod.name}_link",
+            parent=rod.a.body,
+        )
+        for rod in rods
+    )
+    pins = tuple(
+        Closure(
+            rod.name,
+            "pin",
+            Frame(f"{rod.name}_link", (Translation((rod.length, 0, 0)), *axis)),
+            Frame(rod.b.body, (*rod.b.placement, *axis)),
+        )
+        for rod in rods
+    )
+    kept = tuple(strut for strut in mechanism.struts if strut not in rods)
+    return replace(
+        mechanism,
+        joints=(*mechanism.joints, *joints),
+        struts=kept,
+        closures=(*mechanism.closures, *pins),
+        tool_body=mechanism.tool_body,
+    )
+
+
+def out_of_plane(mechanism: Mechanism, rng: np.random.Generator) -> Mechanism:
+    """A mechanism whose joints and closures are all off their places, closed in least squares.
+
+    Each is moved by 0.1 to 0.5 mm and turned by 0.1 to 2 mrad about each axis of its frame.
+    """
+
+    def drawn(least: float, most: float) -> sp.Rational:
+        value = rng.uniform(least, most) * rng.choice((-1, 1))
+        return sp.Rational(f"{value:.{DECIMALS}f}")
+
+    def off() -> Placement:
+        shift = Translation(tuple(drawn(1e-4, 5e-4) for _ in range(3)))
+        return (shift, *(Rotation(axis, drawn(1e-4, 2e-3)) for axis in "xyz"))
+
+    joints = tuple(replace(j, before=(*j.before, *off())) for j in mechanism.joints)
+    closures = tuple(
+        replace(c, a=replace(c.a, placement=(*c.a.placement, *off()))) for c in mechanism.closures
+    )
+    return replace(mechanism, joints=joints, closures=closures, closure="least squares")

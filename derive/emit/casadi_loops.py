@@ -40,7 +40,7 @@ def with_loops(
     Returns:
         A function whose outputs are ``configuration``, ``chain``, ``fk`` and so on, and ``kept``.
     """
-    arguments = {a.name: a.size for f in kept for a in f.inputs} | {"q": len(closure.actuated)}
+    arguments = {a.name: a.size for f in kept for a in f.inputs} | {"q": len(closure.given)}
     inputs = {name: ca.MX.sym(name, size) for name, size in arguments.items()}
     outputs = {
         f.name: whole([f], f.name)(*(inputs[argument.name] for argument in f.inputs)) for f in kept
@@ -73,7 +73,7 @@ def _joints(closure: LoopClosure, q: ca.MX) -> dict[str, ca.MX]:
         at = start.q + k / STATIONS * (q - start.q) if k < STATIONS else q
         u = solver(u, ratios * at)
     unknown = {k: u[i] for i, k in enumerate(closure.unknown)}
-    actuated = {k: ratios[i] * q[i] for i, k in enumerate(closure.actuated)}
+    actuated = {k: ratios[i] * q[i] for i, k in enumerate(closure.given)}
     values = unknown | actuated
     w = ca.vertcat(*(values[k] for k in range(len(closure.names))))
     residual = lower([closure.functions["closure"]], "left")[0](w)[0]
@@ -92,9 +92,9 @@ def _solver(closure: LoopClosure) -> ca.Function:
 
     Where there are more equations than unknowns, the gradient of their sum of squares is zero.
     """
-    u, a = ca.SX.sym("u", len(closure.unknown)), ca.SX.sym("a", len(closure.actuated))
+    u, a = ca.SX.sym("u", len(closure.unknown)), ca.SX.sym("a", len(closure.given))
     values = {k: u[i] for i, k in enumerate(closure.unknown)}
-    values |= {k: a[i] for i, k in enumerate(closure.actuated)}
+    values |= {k: a[i] for i, k in enumerate(closure.given)}
     w = ca.vertcat(*(values[k] for k in range(len(closure.names))))
     residual = lower([closure.functions["closure"]], "of")[0](w)[0]
     if residual.numel() > u.numel():

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from itertools import combinations
 
 from ..loops.hybrid import Hybrid
+from ..loops.iterated.closure_equations import LoopClosure
 from ..model.errors import RobotError
 from ..model.robot import Robot
 from ..terms.terms import Terms
@@ -44,9 +45,18 @@ def inverses_for_given(
 
 
 def hybrid_inverses_for_given(
-    hybrid: Hybrid, families: Sequence[Family], give: Sequence[str]
+    hybrid: Hybrid,
+    families: Sequence[Family],
+    give: Sequence[str],
+    closure: LoopClosure | None = None,
 ) -> Inverses:
     """The inverses of a robot with loops where some joints of its main chain are given.
+
+    Args:
+        hybrid: The robot.
+        families: The families to try, in order.
+        give: Names of these joints; () for those that the structure of the main chain needs.
+        closure: The equations of loops without a closed form; None for other robots.
 
     Raises:
         RobotError: The main chain has no such joint, or no closed form is left for the others.
@@ -57,7 +67,7 @@ def hybrid_inverses_for_given(
             f"{hybrid.robot.name}: no joint can be given: loops couple the joints of its main "
             "chain; ik_numeric with lock finds one solution by iteration"
         )
-    found = hybrid_inverses(hybrid, families, chosen)
+    found = hybrid_inverses(hybrid, families, chosen, closure)
     if chosen and not found.solved:
         raise _nothing_left(hybrid.robot, families, chosen, found)
     return found

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..loops.checks.mechanism_report import in_words
 from ..loops.hybrid import Hybrid
+from ..loops.iterated.closure_equations import LoopClosure
 from ..model.mechanism import Described, Mechanism
 from ..model.robot import Robot
 from ..model.tolerances import EXACT_STRUCTURE
@@ -122,7 +123,10 @@ def explain(
     title = robot.title or robot.name
     if isinstance(robot, Mechanism):
         hybrid = Hybrid(robot)
-        found = None if hybrid.forward.open else hybrid_inverses_for_given(hybrid, families, give)
+        found = None
+        if hybrid.may_have_inverse:
+            closure = LoopClosure(hybrid) if hybrid.forward.open else None
+            found = hybrid_inverses_for_given(hybrid, families, give, closure)
         return Explanation(title, chain, found, _of_loops(hybrid), hybrid)
     terms = Terms({parameter.symbol: parameter.value for parameter in chain.parameters})
     return Explanation(title, chain, inverses_for_given(chain, terms, families, give))

@@ -11,13 +11,13 @@ is the nominal one.
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-import casadi as ca
 import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
 from ..chain.poe import placement_matrix
 from ..loops.hybrid import Hybrid
+from ..loops.iterated.closure_equations import LoopClosure
 from ..loops.maps import chain
 from ..model.mechanism import Frame, Mechanism
 from ..model.robot import Placement, Rotation, Translation
@@ -26,8 +26,11 @@ from ..terms.branches import patterns
 from ..terms.casadi_graph import lower
 from ..terms.symbolic_function import SymbolicFunction
 from .led import twist_between
+from .mechanisms.followed import Followed
 
 FloatArray = NDArray[np.float64]
+Posed = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+"""Poses (N, 4, 4) and mixed Jacobians (N, 6, n) at coordinates (N, n)."""
 GRIDS = tuple(sp.Rational(text) for text in ("0.01", "0.005", "0.001", "0.0005", "0.0001"))
 """Metre; the coarsest first, as a structure of round lengths is the design's and no chance."""
 TURN = sp.pi / 12
@@ -207,7 +210,11 @@ class Lead:
 
 
 def lead(
-    hybrid: Hybrid, nominal: SymbolicFunction, length: float, given: tuple[int, ...] = ()
+    hybrid: Hybrid,
+    nominal: SymbolicFunction,
+    length: float,
+    given: tuple[int, ...] = (),
+    closure: LoopClosure | None = None,
 ) -> Lead:
     """Leads the solutions of a nominal robot to random poses of the true one.
 
@@ -216,13 +223,13 @@ def lead(
         nominal: The task ``ik`` of the nominal robot.
         length: The length (metre) that compares distances with angles.
         given: Indices of the chain's joints whose values follow the pose.
+        closure: The equations of loops without a closed form; None for other robots.
     """
-    pose = hybrid.kinematics.function("fk_jacobian_mixed")
-    fk, theta = lower([pose, chain(hybrid)], "true")
+    fk, theta = _numbers(hybrid, closure)
     (ik,) = lower([nominal], "nominal")
     held = list(nominal.role.given)
     q = _configurations(hybrid)
-    T, _ = _at(fk, q)
+    T, _ = fk(q)
     closed = np.isfinite(T).all((-2, -1))
     q, T = q[closed], T[closed]
     if not len(q):
@@ -230,11 +237,11 @@ def lead(
     is_led, first = np.zeros(len(q), dtype=bool), np.full(len(q), np.inf)
     weights = np.array([1 / length] * 3 + [1.0] * 3)
     for signs in patterns(nominal) if nominal.signs else [None]:
-        inputs = [T.reshape(len(T), 16).T, *(np.array(theta(q.T))[k][None] for k in given)]
+        inputs = [T.reshape(len(T), 16).T, *(theta(q)[:, k][None] for k in given)]
         if signs is not None:
             inputs.append(np.repeat(np.array(signs, dtype=float)[:, None], len(T), 1))
         start = np.array(ik(*inputs)[0]).T
-        begin = _error(_at(fk, start)[0], T, weights)
+        begin = _error(fk(start)[0], T, weights)
         found = _led(fk, T, start, weights, held)
         back = np.abs(found - q).max(-1) < LED_BACK * max(length, 1.0)
         first = np.where(back, np.fmin(first, begin), first)
@@ -256,20 +263,30 @@ def _configurations(hybrid: Hybrid) -> FloatArray:
     return np.random.default_rng(0).uniform(low, high, (SAMPLES, len(low)))
 
 
-def _at(fk: ca.Function, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Poses (N, 4, 4) and Jacobians (N, 6, n)."""
-    T, J = fk(q.T)
-    n = q.shape[1]
-    return np.array(T).T.reshape(-1, 4, 4), np.array(J).T.reshape(-1, 6, n)
+def _numbers(
+    hybrid: Hybrid, closure: LoopClosure | None
+) -> tuple[Posed, Callable[[FloatArray], FloatArray]]:
+    """The pose with its Jacobian, and the main chain's joints, as functions of numbers."""
+    if closure is not None:
+        followed = Followed(closure)
+        return followed.posed, followed.theta
+    pose = hybrid.kinematics.function("fk_jacobian_mixed")
+    fk, theta = lower([pose, chain(hybrid)], "true")
+
+    def posed(q: FloatArray) -> tuple[FloatArray, FloatArray]:
+        T, J = fk(q.T)
+        return np.array(T).T.reshape(-1, 4, 4), np.array(J).T.reshape(-1, 6, q.shape[1])
+
+    return posed, lambda q: np.array(theta(q.T)).T
 
 
 def _led(
-    fk: ca.Function, T: FloatArray, q: FloatArray, weights: FloatArray, held: Sequence[int]
+    fk: Posed, T: FloatArray, q: FloatArray, weights: FloatArray, held: Sequence[int]
 ) -> FloatArray:
     """Newton's steps (N, n) from starts to poses; some coordinates are held."""
     q = q.copy()
     for _ in range(STEPS):
-        here, J = _at(fk, q)
+        here, J = fk(q)
         J[..., held] = 0.0
         sound = np.isfinite(here).all((-2, -1)) & np.isfinite(J).all((-2, -1))
         inverse = np.linalg.pinv(J[sound] * weights[:, None], rcond=LED_BACK)

@@ -22,7 +22,8 @@ from ..model.tolerances import (
 from ..terms.casadi_graph import lower
 from ..terms.symbolic_function import Argument, Result, SymbolicFunction
 from ..terms.terms import Terms
-from .constraints import LoopEquations, configuration_names, constraints, jacobian
+from .constraints import configuration_names, constraints, derivative_rows
+from .iterated.gradient import gradient
 
 Vector = NDArray[np.float64]
 ITERATIONS = 60
@@ -80,16 +81,24 @@ class ClosedLoops:
         is_length: Which entries are lengths.
         z: Symbols of the entries.
         equations: The constraints, loop by loop.
-        entries: The residuals of all loops.
+        entries: The residuals of all loops; in least squares the gradient of their sum of squares.
         passive: Which entries are not actuated.
     """
 
-    def __init__(self, mechanism: Mechanism, near: Mapping[str, float] | None = None) -> None:
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        near: Mapping[str, float] | None = None,
+        *,
+        in_least_squares: bool = False,
+    ) -> None:
         """Derives the constraints and their Jacobian.
 
         Args:
             mechanism: The description.
             near: Values of entries of z near the reference that replace the described ones.
+            in_least_squares: Whether the loops are overconstrained and cannot all close, so that
+                the least sum of squared gaps stands for closure.
         """
         self.mechanism, self._near = mechanism, near or {}
         self.terms = Terms({p.symbol: p.value for p in mechanism.parameters})
@@ -97,16 +106,25 @@ class ClosedLoops:
         self.names = [variable.name for variable in variables]
         self.is_length = np.array([variable.unit == "m" for variable in variables])
         self.z = sp.symbols(f"z1:{len(variables) + 1}", real=True)
-        self.equations = constraints(mechanism, self.terms, self.z)
+        self.equations = constraints(
+            mechanism, self.terms, self.z, may_stay_open=in_least_squares
+        )
         self.entries = [entry for loop in self.equations for entry in loop.residual]
+        self._owners = [loop.name for loop in self.equations for _ in loop.residual]
         actuated = {c.moves for c in mechanism.coordinates}
         self.passive = np.array([name not in actuated for name in self.names])
-        function = self._function(self.equations)
+        if in_least_squares:
+            unknown = [symbol for k, symbol in enumerate(self.z) if self.passive[k]]
+            lengths = [bool(x) for x in self.is_length[self.passive]]
+            found = gradient(self.equations, self.terms, unknown, lengths, self.size)
+            self.entries = list(found)
+            self._owners = [", ".join(loop.name for loop in self.equations)] * len(found)
+        function = self._function()
         self._kernel = lower([function], mechanism.name)[0]
 
-    def _function(self, equations: Sequence[LoopEquations]) -> SymbolicFunction:
-        rows = jacobian(equations, self.terms, self.z)
-        facing = tuple(entry for loop in equations for entry in loop.facing)
+    def _function(self) -> SymbolicFunction:
+        rows = derivative_rows(self.entries, self.terms, self.z)
+        facing = tuple(entry for loop in self.equations for entry in loop.facing)
         count, size = len(self.entries), len(self.z)
         z = Argument("z", self.z, (size,), "m, rad", "full configuration")
         outputs = (
@@ -300,9 +318,8 @@ class ClosedLoops:
     def _widest(self, residual: Vector) -> tuple[str, float]:
         """The loop with the largest residual."""
         size = np.where(np.isnan(residual), np.inf, np.abs(residual))
-        owners = [loop.name for loop in self.equations for _ in loop.residual]
         k = int(np.argmax(size))
-        return owners[k], float(size[k])
+        return self._owners[k], float(size[k])
 
     def _turned_over(self, facing: Vector) -> str:
         owners = [loop.name for loop in self.equations for _ in loop.facing]

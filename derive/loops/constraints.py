@@ -101,7 +101,7 @@ def configuration_names(mechanism: Mechanism) -> tuple[ConfigurationVariable, ..
 
 
 def constraints(
-    mechanism: Mechanism, terms: Terms, z: Sequence[sp.Symbol]
+    mechanism: Mechanism, terms: Terms, z: Sequence[sp.Symbol], *, may_stay_open: bool = False
 ) -> tuple[LoopEquations, ...]:
     """The equations of every loop, in the order of the closers.
 
@@ -123,13 +123,16 @@ def constraints(
         mechanism: The description.
         terms: Receives the named terms.
         z: The full configuration, as :func:`configuration_names` orders it (radian or metre).
+        may_stay_open: Whether equations that are never zero are kept, as they are in loops that are
+            closed in the least-squares sense.
 
     Raises:
         RobotError: Pins hold the ends of a strut in a loop that is not planar, or a loop has an
             equation that is never zero.
     """
     names = [variable.name for variable in configuration_names(mechanism)]
-    return _Constraints(mechanism, terms, dict(zip(names, z, strict=True))).all()
+    values = dict(zip(names, z, strict=True))
+    return _Constraints(mechanism, terms, values, may_stay_open=may_stay_open).all()
 
 
 def residuals(
@@ -180,7 +183,13 @@ def jacobian(
     A row is in the unit of its equation per radian or metre. Its rank is less than the number of
     equations where the mechanism is overconstrained or at a singularity.
     """
-    entries = [entry for loop in equations for entry in loop.residual]
+    return derivative_rows([entry for loop in equations for entry in loop.residual], terms, z)
+
+
+def derivative_rows(
+    entries: Sequence[sp.Expr], terms: Terms, z: Sequence[sp.Symbol]
+) -> tuple[tuple[sp.Expr, ...], ...]:
+    """Derivative of entries by z, named, by rows: (entries, len(z))."""
     columns = derivative_columns(terms, entries, z)
     return tuple(zip(*columns, strict=True)) if entries else ()
 
@@ -195,8 +204,18 @@ def jacobian_dot(
 
     With it the accelerations of a closed mechanism obey ``J zdd + J_dot zd = 0``.
     """
+    return rates_of(jacobian(equations, terms, z), terms, z, zd)
+
+
+def rates_of(
+    rows: Sequence[Sequence[sp.Expr]],
+    terms: Terms,
+    z: Sequence[sp.Symbol],
+    zd: Sequence[sp.Symbol],
+) -> tuple[tuple[sp.Expr, ...], ...]:
+    """Time derivative of a matrix of z at the rates zd, named, by rows."""
     tangent = Tangent(terms, dict(zip(z, zd, strict=True)))
-    return tuple(tuple(tangent.of_each(row)) for row in jacobian(equations, terms, z))
+    return tuple(tuple(tangent.of_each(row)) for row in rows)
 
 
 class _Residual(NamedTuple):
@@ -211,8 +230,16 @@ class _Residual(NamedTuple):
 class _Constraints:
     """The loops of one mechanism over shared terms."""
 
-    def __init__(self, mechanism: Mechanism, terms: Terms, values: Mapping[str, sp.Expr]) -> None:
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        terms: Terms,
+        values: Mapping[str, sp.Expr],
+        *,
+        may_stay_open: bool = False,
+    ) -> None:
         self.mechanism, self.terms, self.values = mechanism, terms, values
+        self.may_stay_open = may_stay_open
         planar, _ = linkages(mechanism, terms)
         self.linkage_of = {name: linkage for linkage in planar for name in linkage.closers}
 
@@ -254,7 +281,7 @@ class _Constraints:
             first, second = (point.value(entry) for point in self.generic)
         if abs(first) < ZERO_COMPONENT and abs(second) < ZERO_COMPONENT:
             return True
-        if abs(first - second) < ZERO_COMPONENT:
+        if abs(first - second) < ZERO_COMPONENT and not self.may_stay_open:
             raise RobotError(
                 f"robot {self.mechanism.name!r}: the loop of {loop.closer.name!r} closes in no "
                 f"configuration: a residual of {first.evalf(6)} remains"

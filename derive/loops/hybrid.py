@@ -20,6 +20,7 @@ from .checks.gaps import not_closing
 from .closing import ClosedLoops, Vector
 from .collapse import collapsed
 from .constraints import ConfigurationVariable, LoopEquations, configuration_names, constraints
+from .iterated.left_open import LeftOpen, left_open
 from .iterated.tilted_pins import closable
 from .mobility import Mobility, mobility_of
 from .solution import (
@@ -86,6 +87,27 @@ class Hybrid:
     # --- the solutions ---
 
     @cached_property
+    def left_open(self) -> LeftOpen | None:
+        """What stays open of loops that are closed in least squares; None where all loops close."""
+        return left_open(self.mechanism) if self.mechanism.closure == "least squares" else None
+
+    @property
+    def may_have_inverse(self) -> bool:
+        """Whether the tool's pose can have an inverse, led from a nominal robot if not exact.
+
+        A robot whose loops have no closed form by its design has none.
+        """
+        is_built = self.left_open is not None or self.mechanism.nominal is not None
+        return is_built or not self.forward.open
+
+    @property
+    def _solvable(self) -> Loops:
+        """The loops that may have a closed form: none of those that cannot close."""
+        if self.left_open is None:
+            return self.loops
+        return replace(self.loops, planar=(), spatial=())
+
+    @cached_property
     def forward(self) -> Solution:
         """All joints from the actuators.
 
@@ -94,7 +116,7 @@ class Hybrid:
                 what would close them.
         """
         try:
-            return from_actuators(self.loops, self.terms, self.q)
+            return from_actuators(self._solvable, self.terms, self.q)
         except RobotError as error:
             raise not_closing(self.mechanism, error) from error
 
@@ -105,7 +127,7 @@ class Hybrid:
         That is an error, unless the loops have no closed form anyway or are those as built.
         """
         try:
-            return from_chain(self.loops, self.terms, self.theta, closed=self.closed)
+            return from_chain(self._solvable, self.terms, self.theta, closed=self.closed)
         except RobotError:
             if not self.forward.open and self.mechanism.closure == "exact":
                 raise
@@ -160,11 +182,14 @@ class Hybrid:
     @cached_property
     def equations(self) -> tuple[LoopEquations, ...]:
         """The independent scalar equations of all loops, in z."""
-        return constraints(self.mechanism, self.terms, self.arguments["z"].symbols)
+        z, is_open = self.arguments["z"].symbols, self.left_open is not None
+        return constraints(self.mechanism, self.terms, z, may_stay_open=is_open)
 
     @cached_property
     def in_numbers(self) -> ClosedLoops:
         """The constraints in double precision, near the reference configuration."""
+        if self.left_open is not None:
+            return ClosedLoops(self.mechanism, self.left_open.at, in_least_squares=True)
         return ClosedLoops(self.mechanism, {} if self.forward.open else self.at_reference)
 
     @cached_property

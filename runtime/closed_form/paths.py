@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -24,6 +25,11 @@ FloatArray = NDArray[np.float64]
 Reason = Literal["", "no solution", "jump", "limit"]
 PathTask = Literal["pose", "position", "position_pitch", "position_direction", "planar"]
 """What of each pose a path asks for: the whole of it, or the part that `ik_position` ... take."""
+
+
+_TURN = 2 * math.pi
+_BLOCK = 8
+"""Poses that are followed at once after a change of the slot; twice as many after each success."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,12 +76,13 @@ class Path:
 
 @dataclass(frozen=True, slots=True)
 class _Step:
-    """The coordinates of a pose on the branch, or the reason why it has none."""
+    """The coordinates of a pose on the branch and their slot, or the reason why it has none."""
 
     q: FloatArray
     margin: float
     reason: Reason = ""
     joint: int = 0
+    slot: int | None = None
 
 
 def _has_inverse(robot: InverseMethods) -> bool:
@@ -192,16 +199,26 @@ class InverseMethods:
         if solutions.q.shape[:-2] != poses.shape[:1]:
             raise ShapeError(f"{self.name}.ik_path: inputs beside the pose must be () or (m,)")
         most = JUMP * solutions.units() if jump is None else np.full(self.n, float(jump))
-        steps: list[_Step] = []
-        for index, pose in enumerate(poses):
-            slots, whole = solutions.at(index), pose if task == "pose" else None
-            step = (
-                self._next(slots, whole, steps[-1].q, most) if steps else self._first(slots, start)
-            )
-            if step.reason:
-                return self._report(steps, step)
-            steps.append(step)
-        return self._report(steps, None)
+        if not len(poses):
+            return self._report(np.empty((0, self.n)), np.empty(0), None)
+        q, margin = np.empty((len(poses), self.n)), np.empty(len(poses))
+        index, block, step = 0, _BLOCK, self._first(solutions.at(0), start)
+        while not step.reason:
+            q[index], margin[index], index = step.q, step.margin, index + 1
+            if step.slot is not None:
+                end = min(index + block, len(poses))
+                kept = self._kept(solutions, index, end, step.slot, step.q, most)
+                q[index : index + len(kept)] = kept
+                margin[index : index + len(kept)] = solutions.margin[index:end, step.slot][
+                    : len(kept)
+                ]
+                block = 2 * block if index + len(kept) == end else _BLOCK
+                index += len(kept)
+            if index == len(poses):
+                return self._report(q, margin, None)
+            whole = poses[index] if task == "pose" else None
+            step = self._next(solutions.at(index), whole, q[index - 1], most)
+        return self._report(q[:index], margin[:index], step)
 
     def _inverse_for(self, task: PathTask) -> Function[Solutions]:
         """The inverse that takes this part of a pose."""
@@ -225,6 +242,7 @@ class InverseMethods:
         best = _least(moves / slots.units(), allowed.valid)
         q, margin = seed + moves[best], float(allowed.margin[best])
         if allowed is inside:
+            # The slots of `inside` list turns separately: the path starts in none of `slots`.
             return _Step(q, margin)
         outside = ~within(q, self.lower, self.upper, slots.units())
         return _Step(q, margin, "limit", int(np.argmax(outside)))
@@ -241,12 +259,49 @@ class InverseMethods:
             nearby = self._nearby(pose, here, slots.unit)
             if nearby is None or (np.abs(nearby - here) > jump).any():
                 return _Step(here + move, margin, "jump", int(np.argmax(np.abs(move) / jump)))
-            move = nearby - here
-        q = here + move
+            return self._inside(nearby, slots, margin, None)
+        return self._inside(here + move, slots, margin, best)
+
+    def _inside(self, q: FloatArray, slots: Solutions, margin: float, slot: int | None) -> _Step:
+        """A step to coordinates, or the reason that they are beyond a limit."""
         outside = ~within(q, self.lower, self.upper, slots.units())
         if outside.any():
             return _Step(q, margin, "limit", int(np.argmax(outside)))
-        return _Step(q, margin)
+        return _Step(q, margin, slot=slot)
+
+    def _kept(
+        self,
+        solutions: Solutions,
+        first: int,
+        end: int,
+        slot: int,
+        here: FloatArray,
+        jump: FloatArray,
+    ) -> FloatArray:
+        """(k, n) coordinates at the poses from `first` on at which the path stays in a slot.
+
+        They are those of `_next`, for all poses at once: the slot moves the joints least, none of
+        them jumps, and limits hold.
+        """
+        units, own = solutions.units(), solutions.q[first - 1 : end, slot]
+        part = slice(first, end)
+        slots = type(solutions)(
+            solutions.q[part],
+            solutions.residual[part],
+            solutions.margin[part],
+            solutions.valid[part],
+        )
+        moves = slots.moves_from(own[:-1])
+        with np.errstate(invalid="ignore"):
+            best = np.where(slots.valid, np.abs(moves / units).max(-1), np.inf).argmin(-1)
+            # Whole turns from one pose to the next, so that rounding does not add up.
+            turns = np.cumsum(moves[:, slot] - np.diff(own, axis=0), axis=0)
+            turns = _TURN * np.round((turns + here - own[0]) / _TURN)
+            q = own[1:] + np.where(solutions.wraps, turns, 0.0)
+            stays = (best == slot) & slots.valid[:, slot]
+            stays &= (np.abs(moves[:, slot]) <= jump).all(-1)
+            stays &= within(q, self.lower, self.upper, units).all(-1)
+        return q[: len(q) if stays.all() else int(np.argmin(stays))]
 
     def _nearby(self, pose: FloatArray | None, here: FloatArray, unit: float) -> FloatArray | None:
         """The solution near the last one, where the pose alone determines solutions."""
@@ -260,19 +315,17 @@ class InverseMethods:
         (q,), (residual,) = refinement.led(pose[None], here[None])
         return q if residual <= SOLVED * unit else None
 
-    def _report(self, steps: list[_Step], end: _Step | None) -> Path:
-        q = np.array([step.q for step in steps]).reshape(-1, self.n)
-        margins = np.array([step.margin for step in steps])
-        least = int(np.argmin(margins)) if steps else -1
+    def _report(self, q: FloatArray, margins: FloatArray, end: _Step | None) -> Path:
+        least = int(np.argmin(margins)) if len(q) else -1
         blamed = end is not None and end.reason != "no solution"
         return Path(
             q=q,
             complete=end is None,
-            ended_at=len(steps),
+            ended_at=len(q),
             reason=end.reason if end else "",
             joint=self.coordinates[end.joint].name if end and blamed else "",
             would_be=float(end.q[end.joint]) if end and blamed else np.nan,
-            smallest_margin=float(margins[least]) if steps else np.nan,
+            smallest_margin=float(margins[least]) if len(q) else np.nan,
             smallest_margin_at=least,
             largest_step=np.abs(np.diff(q, axis=0)).max(0, initial=0.0),
         )

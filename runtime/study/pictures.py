@@ -173,7 +173,7 @@ def plot_region(found: Any, ax: Any = None, singular: Any = None) -> Any:
 
 
 def plot_section(found: Any, ax: Any = None) -> Any:
-    """Draws the border of a section.
+    """Draws the border of a section: behind the first axis at negative distances.
 
     Args:
         found: The `ExactWorkspace`.
@@ -185,14 +185,17 @@ def plot_section(found: Any, ax: Any = None) -> Any:
     import matplotlib.pyplot as plt  # noqa: PLC0415
 
     axes = plt.subplots(layout="constrained", figsize=(4.2, 4.2))[1] if ax is None else ax
-    for arc in found.section.arcs:
-        axes.plot(*arc.points().T, color=_COLOUR_BLIND[0], linewidth=1.4)
+    curves = [arc.points() for arc in found.section.arcs]
+    if found.offset:  # The plane passes beside the axis: it is no section through that.
+        curves = found.meridian.curves()
+    for curve in curves:
+        axes.plot(*curve.T, color=_COLOUR_BLIND[0], linewidth=1.4)
     axes.set_aspect("equal")
     flat = found.turn is None
-    axes.set_xlabel("x [m]" if flat else "r [m]")
+    axes.set_xlabel("x [m]" if flat else "distance from the first axis [m]")
     axes.set_ylabel("y [m]" if flat else "z [m]")
     size = f"{found.area:.6g} m²" if not found.volume else f"{found.volume:.6g} m³"
-    axes.set_title(f"{found.robot}: {size}")
+    axes.set_title(f"{found.robot}, {found.of}: {size}")
     axes.grid(alpha=0.3)
     return axes
 

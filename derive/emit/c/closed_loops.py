@@ -7,7 +7,7 @@ import numpy as np
 
 from ...derivation import Derivation
 from ...loops.iterated.closure_equations import LoopClosure
-from ...loops.iterated.iterated_functions import SOLVER
+from ...loops.iterated.iterated_functions import FROM_CHAIN, SOLVER
 from ...terms.symbolic_function import WrittenFunction
 from .expressions import WIDTH, number
 from .header import notice, signature, support
@@ -23,12 +23,16 @@ SUPPORTS = (
 
 def closure_files(derivation: Derivation) -> dict[str, str]:
     """The file of these functions, with their solver, by name; none for another robot."""
-    written = [function for function in derivation.written if function.solver == SOLVER]
     closure = derivation.closure
-    if closure is None or not written:
+    if closure is None:
         return {}
-    own = {written_file(derivation.robot, written[0]): _source(derivation, closure, written)}
-    return own | {name: support(name) for name in SUPPORTS}
+    own = {}
+    for solver in (SOLVER, FROM_CHAIN):
+        written = [function for function in derivation.written if function.solver == solver]
+        given = closure if solver == SOLVER else closure.of_chain
+        if written and given is not None:
+            own[written_file(derivation.robot, written[0])] = _source(derivation, given, written)
+    return own | {name: support(name) for name in SUPPORTS if own}
 
 
 def _source(
@@ -36,7 +40,8 @@ def _source(
 ) -> str:
     """The robot's numbers as macros and tables, and the functions, behind those that they call."""
     robot = derivation.robot
-    body = _Bodies(robot.name, closure)
+    own = f"{robot.name}_{'loops' if closure.of_actuators is None else 'chain_loops'}"
+    body = _Bodies(robot.name, own, closure)
     functions = [
         "\n".join(
             [
@@ -51,20 +56,20 @@ def _source(
     return "\n".join(
         [
             notice(robot),
-            *_macros(robot.name, closure),
-            *_tables(robot.name, closure),
+            *_macros(robot.name, own, closure),
+            *_tables(own, closure),
             '\n#include "chasles_closure.h"\n',
             *functions,
         ]
     )
 
 
-def _macros(robot: str, closure: LoopClosure) -> list[str]:
+def _macros(robot: str, own: str, closure: LoopClosure) -> list[str]:
     determinant = closure.start.determinant
     is_square = len(closure.units) == len(closure.unknown)
     macros = {
-        "NAME(name)": f"{robot}_loops_##name",
-        "Q": len(closure.actuated),
+        "NAME(name)": f"{own}_##name",
+        "Q": len(closure.given),
         "W": len(closure.names),
         "U": len(closure.unknown),
         "M": len(closure.units),
@@ -78,7 +83,7 @@ def _macros(robot: str, closure: LoopClosure) -> list[str]:
     return [f"#define CLOSURE_{name} {value}" for name, value in macros.items()]
 
 
-def _tables(robot: str, closure: LoopClosure) -> list[str]:
+def _tables(own: str, closure: LoopClosure) -> list[str]:
     start = closure.start
     lengths = [closure.size if is_length else 1.0 for is_length in closure.is_length]
     numbers = {
@@ -94,16 +99,20 @@ def _tables(robot: str, closure: LoopClosure) -> list[str]:
     z = [variable.name for variable in h.variables]
     everything = [*closure.names, *h.mechanism.swings]
     indices = {
-        "actuated": closure.actuated,
+        "actuated": closure.given,
         "unknown": closure.unknown,
         "theta": [everything.index(name) for name in chain],
         "passive": [everything.index(name) for name in h.mechanism.passive] or [0],
         "z": [everything.index(name) for name in z],
         "of_z": [z.index(name) for name in closure.names],
     }
+    if closure.of_actuators is not None:
+        driven = h.mechanism.coordinates
+        numbers["driven_ratio"] = [float(h.terms.value(c.ratio)) for c in driven]
+        indices |= {"driven": [closure.names.index(c.moves) for c in driven]}
     return [
-        *(table(f"double {robot}_loops_{key}", map(number, v)) for key, v in numbers.items()),
-        *(table(f"int {robot}_loops_{key}", map(str, v)) for key, v in indices.items()),
+        *(table(f"double {own}_{key}", map(number, v)) for key, v in numbers.items()),
+        *(table(f"int {own}_{key}", map(str, v)) for key, v in indices.items()),
     ]
 
 
@@ -117,10 +126,11 @@ def table(name: str, values: Iterable[str]) -> str:
 class _Bodies:
     """The statements of each function."""
 
-    def __init__(self, robot: str, closure: LoopClosure) -> None:
+    def __init__(self, robot: str, own: str, closure: LoopClosure) -> None:
         h = closure.hybrid
-        self.robot, self.own = robot, f"{robot}_loops"
-        self.n, self.q = len(h.robot.moving), len(closure.actuated)
+        self.robot, self.own = robot, own
+        self.n, self.q = len(h.robot.moving), len(closure.given)
+        self.driven = len(h.q)
         self.w, self.all = len(closure.names), len(closure.names) + len(h.mechanism.swings)
         self.sizes = {
             "chain": ("theta", self.n),
@@ -155,6 +165,11 @@ class _Bodies:
             "chain_rates": self._along,
             "chain_accelerations": self._along,
             "margin": self._margin,
+            "actuators": self._actuators,
+            "actuators_D_chain": self._actuators_slope,
+            "actuator_rates": self._actuators_along,
+            "actuator_accelerations": self._actuators_along,
+            "actuator_margin": self._margin,
             "configuration_near": self._near,
             "fk_near": self._near,
         }
@@ -162,8 +177,8 @@ class _Bodies:
 
     # --- parts ---
 
-    def _solved(self) -> list[str]:
-        return [f"{self.own}_closed s;", f"{self.own}_at(q, &s);"]
+    def _solved(self, given: str = "q") -> list[str]:
+        return [f"{self.own}_closed s;", f"{self.own}_at({given}, &s);"]
 
     def _every(self, kind: str, result: str) -> list[str]:
         table, size = self.sizes[kind]
@@ -300,8 +315,47 @@ class _Bodies:
         return [*lines, self._called(function.calls[0], *motion, result.name)]
 
     def _margin(self, function: WrittenFunction) -> list[str]:
+        (result,), (given,) = function.outputs, function.inputs
+        return [*self._solved(given.name), f"{result.name}[0] = {self.own}_margin(&s);"]
+
+    # --- the actuators from the main chain ---
+
+    def _driven(self, table: str, columns: int, result: str) -> list[str]:
+        """The rows of the actuated coordinates in a table of all variables."""
+        size = self.driven * columns
+        rows = f"{table}, {columns}, {self.driven}, {self.own}_driven, {result}"
+        row = "k" if columns == 1 else f"k / {columns}"
+        return [
+            f"{self.own}_picked({rows});",
+            f"for (int k = 0; k < {size}; k++)",
+            f"  {result}[k] /= {self.own}_driven_ratio[{row}];",
+        ]
+
+    def _actuators(self, function: WrittenFunction) -> list[str]:
+        return [*self._solved("theta"), *self._driven("s.w", 1, function.outputs[0].name)]
+
+    def _actuators_slope(self, function: WrittenFunction) -> list[str]:
+        return [
+            *self._solved("theta"),
+            f"double w_theta[{self.w * self.q}];",
+            f"{self.own}_factored(&s);",
+            f"{self.own}_w_D_q(&s, w_theta);",
+            *self._driven("w_theta", self.q, function.outputs[0].name),
+        ]
+
+    def _actuators_along(self, function: WrittenFunction) -> list[str]:
+        """Rates and accelerations of the actuators."""
         (result,) = function.outputs
-        return [*self._solved(), f"{result.name}[0] = {self.own}_margin(&s);"]
+        rates = [
+            *self._solved("theta"),
+            f"double wd[{self.w}];",
+            f"{self.own}_factored(&s);",
+            f"{self.own}_rates(&s, thetad, wd);",
+        ]
+        if "thetadd" not in [argument.name for argument in function.inputs]:
+            return [*rates, *self._driven("wd", 1, result.name)]
+        second = f"{self.own}_accelerations(&s, wd, thetadd, wdd);"
+        return [*rates, f"double wdd[{self.w}];", second, *self._driven("wdd", 1, result.name)]
 
     def _near(self, function: WrittenFunction) -> list[str]:
         q, seed = function.inputs

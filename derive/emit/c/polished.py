@@ -5,9 +5,10 @@ from collections.abc import Sequence
 
 from ...derivation import Derivation
 from ...inverse.polished_inverse import SOLVER
+from ...model.mechanism import Described
 from ...program.counting import count_operations
 from ...program.programs import Programs
-from ...terms.symbolic_function import Argument, Result, Table, WrittenFunction
+from ...terms.symbolic_function import Argument, Result, SymbolicFunction, Table, WrittenFunction
 from .batch import loads
 from .expressions import WIDTH, number
 from .header import notice, signature, support
@@ -40,9 +41,10 @@ def polished_files(derivation: Derivation, programs: Programs) -> dict[str, str]
 def _source(derivation: Derivation, function: WrittenFunction, programs: Programs) -> str:
     """The robot's numbers as macros, and the function, behind the functions that it calls."""
     robot = derivation.robot
-    nominal, pose = (derivation.function(name) for name in function.calls)
+    start, pose = function.calls
+    nominal, pose = derivation.function(start), derivation.signature(pose)
     is_free, turns, length, deviation = map(_value, function.tables[:4])
-    own, size, program = f"{robot.name}_{function.name}", sizes(pose), programs.whole[pose.name]
+    own = f"{robot.name}_{function.name}"
     started = _at("in", nominal.inputs) + _at("out", nominal.outputs)
     macros = {
         "POSE(q, at)": f"{robot.name}_{pose.name}(q, {', '.join(_at('at', pose.outputs))})",
@@ -58,22 +60,11 @@ def _source(derivation: Derivation, function: WrittenFunction, programs: Program
         "DEVIATION": deviation,
         "IS_SEARCHED": int(derivation.hybrid is None),
     }
-    on_lanes, *others = (f"#define POLISH_{name} {value}" for name, value in macros.items())
+    alone, *others = (f"#define POLISH_{name} {value}" for name, value in macros.items())
     return "\n".join(
         [
             notice(robot),
-            f"#if {branches_flag(robot)}",
-            "#define POLISH_ON_LANES 1",
-            f"#define POLISH_POSE LANES_NAME({own}_pose)\n",
-            f"// {pose.name} on lanes: {summary(count_operations(program))}",
-            "static LANES_TARGET void POLISH_POSE(const lanes *in, lanes *out)",
-            "{",
-            *kernel(program, loads(program, size), size),
-            "}\n",
-            "#else",
-            "#define POLISH_ON_LANES 0",
-            on_lanes,
-            "#endif",
+            *_posed(robot, own, pose, programs, alone),
             *others,
             *_general_lines(derivation, function),
             '#include "chasles_polish.h"\n',
@@ -83,6 +74,33 @@ def _source(derivation: Derivation, function: WrittenFunction, programs: Program
             "}\n",
         ]
     )
+
+
+def _posed(
+    robot: Described,
+    own: str,
+    pose: SymbolicFunction | WrittenFunction,
+    programs: Programs,
+    alone: str,
+) -> list[str]:
+    """The pose on lanes where the compiler has them, else, or where it is iterated, one by one."""
+    one_by_one = ["#define POLISH_ON_LANES 0", alone]
+    if isinstance(pose, WrittenFunction):
+        return one_by_one
+    size, program = sizes(pose), programs.whole[pose.name]
+    return [
+        f"#if {branches_flag(robot)}",
+        "#define POLISH_ON_LANES 1",
+        f"#define POLISH_POSE LANES_NAME({own}_pose)\n",
+        f"// {pose.name} on lanes: {summary(count_operations(program))}",
+        "static LANES_TARGET void POLISH_POSE(const lanes *in, lanes *out)",
+        "{",
+        *kernel(program, loads(program, size), size),
+        "}\n",
+        "#else",
+        *one_by_one,
+        "#endif",
+    ]
 
 
 def _general(function: WrittenFunction) -> tuple[Table, ...]:

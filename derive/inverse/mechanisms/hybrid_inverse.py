@@ -12,6 +12,7 @@ import sympy as sp
 
 from ...chain.kinematics import common_unit
 from ...loops.hybrid import Hybrid
+from ...loops.iterated.closure_equations import LoopClosure
 from ...model.errors import RobotError
 from ...model.tolerances import LED
 from ...terms.symbolic_function import Argument
@@ -37,19 +38,27 @@ IDENTITY = "fk(q[k]) = T wherever residual[k] is rounding"
 
 
 def hybrid_inverses(
-    hybrid: Hybrid, families: Sequence[Family] = FAMILIES, give: tuple[int, ...] = ()
+    hybrid: Hybrid,
+    families: Sequence[Family] = FAMILIES,
+    give: tuple[int, ...] = (),
+    closure: LoopClosure | None = None,
 ) -> Inverses:
     """Derives the closed-form inverse of a robot with loops that has a main chain.
 
     Where lengths off their design spoil the structure, the inverse is led from the nominal robot.
 
     Args:
-        hybrid: The robot; its loops must be solved in closed form.
+        hybrid: The robot.
         families: The families to try on the main chain, in order.
         give: Indices of the chain's joints to be given; () for those that the structure needs.
+        closure: The equations of loops without a closed form, whose inverse can only be led; None
+            for other robots.
     """
-    exact = _by_structure(hybrid, families, give)
-    return exact if exact.solved else _by_nominal(hybrid, families, give) or _unled(hybrid, exact)
+    if closure is not None:
+        exact = Inverses(classify(hybrid.robot, hybrid.terms, len(hybrid.q), families, give), {})
+    else:
+        exact = _by_structure(hybrid, families, give)
+    return exact if exact.solved else _by_nominal(hybrid, families, give, closure) or _unled(hybrid, exact)
 
 
 def _by_structure(
@@ -78,12 +87,15 @@ def _by_structure(
 
 
 def _by_nominal(
-    hybrid: Hybrid, families: Sequence[Family], give: tuple[int, ...]
+    hybrid: Hybrid,
+    families: Sequence[Family],
+    give: tuple[int, ...],
+    closure: LoopClosure | None,
 ) -> Inverses | None:
     """The inverse that is led from a nominal mechanism; None where none leads to the robot."""
     for nominal in nominal_mechanisms(hybrid.mechanism):
         try:
-            found = _of_nominal(hybrid, nominal, families, give)
+            found = _of_nominal(hybrid, nominal, families, give, closure)
         except RobotError:
             # The loops of this one do not close at the reference.
             if hybrid.mechanism.nominal is not None:
@@ -108,7 +120,11 @@ def _unled(hybrid: Hybrid, exact: Inverses) -> Inverses:
 
 
 def _of_nominal(
-    hybrid: Hybrid, nominal: Nominal, families: Sequence[Family], give: tuple[int, ...]
+    hybrid: Hybrid,
+    nominal: Nominal,
+    families: Sequence[Family],
+    give: tuple[int, ...],
+    closure: LoopClosure | None,
 ) -> Inverses | None:
     design = Hybrid(nominal.mechanism, hybrid.terms)
     if design.forward.open:
@@ -117,10 +133,12 @@ def _of_nominal(
     if not exact.solved:
         return None
     solved, found = exact.solved["ik"], exact.classification.found
-    if solved.inputs or found is None or not _holds(hybrid, solved, found):
+    if solved.inputs or found is None or (found.given and closure is not None):
+        return None
+    if not _holds(hybrid, solved, found):
         return None
     length = exact.classification.lines.length or 1.0
-    leads = lead(hybrid, solved.function, length, found.given)
+    leads = lead(hybrid, solved.function, length, found.given, closure)
     if leads.share < LED:
         return None
     start = as_start(solved)

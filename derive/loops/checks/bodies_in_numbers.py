@@ -250,6 +250,22 @@ class BodiesInNumbers:
             f"({axis}): turn both frames by rpy"
         )
 
+    def slopes(
+        self, values: Mapping[str, float], free: Sequence[str], loops: Sequence[str]
+    ) -> dict[str, Floats]:
+        """Derivative of each loop's gap by free joints and cylinders, lengths in parts of the size.
+
+        Args:
+            values: Values of all joints and cylinders (radian or metre).
+            free: Names of those that move.
+            loops: Names of the loops.
+        """
+        found = {}
+        for name in loops:
+            residual, x = self._residual(dict(values), free, [name], "")
+            found[name] = _differences(residual, x)
+        return found
+
     # --- closing in numbers ---
 
     def nearest(

@@ -11,24 +11,27 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import sympy as sp
 from numpy.typing import NDArray
 
 from ...chain.kinematics import coordinates
 from ...model.mechanism import Mechanism
+from ...model.tolerances import REPEATED_EQUATION
 from ...terms.casadi_graph import lower
 from ...terms.role import Role
 from ...terms.symbolic_function import Argument, Result, SymbolicFunction, matrix_entries
 from ...terms.tangents import derivative_columns
-from ..closing import ClosedLoops
+from ..closing import longest_length
 from ..constraints import (
     LoopEquations,
     configuration_names,
     constraints,
-    jacobian,
-    jacobian_dot,
+    derivative_rows,
+    rates_of,
     swing_angles,
 )
 from ..hybrid import Hybrid
+from .gradient import UNIT, gradient
 
 FloatArray = NDArray[np.float64]
 
@@ -42,24 +45,42 @@ class Start:
         w: (n_w,) variables of the equations.
         tangent: (n_u, n) derivative of the unknown variables by the actuated coordinates.
         determinant: Of c_u, its sign included; the product of R's diagonal where c_u is not square.
+        is_regular: Whether c_u has full rank: the reference is at no dead point.
     """
 
     q: FloatArray
     w: FloatArray
     tangent: FloatArray
     determinant: float
+    is_regular: bool
 
 
 class LoopClosure:
-    """The equations c(w) = 0 of one mechanism over the terms of its derivation."""
+    """The equations c(w) = 0 of one mechanism over the terms of its derivation.
 
-    def __init__(self, hybrid: Hybrid) -> None:
+    Attributes:
+        hybrid: The robot.
+        mechanism: It on balls, so that swings are no variables.
+        names: Names of the variables.
+        is_length: Which of them are lengths.
+        arguments: The arguments w and wd.
+        w: Symbols of the variables.
+        of_actuators: The same equations with the actuated coordinates given; None where they are
+            given here.
+        ratios: Advance of the given variables per unit of the coordinates.
+        given: Indices of the variables that are given.
+        unknown: Indices of the others.
+    """
+
+    def __init__(self, hybrid: Hybrid, of_actuators: "LoopClosure | None" = None) -> None:
         """Names the variables.
 
         Args:
             hybrid: The robot.
+            of_actuators: The same equations with the actuated coordinates given, where the main
+                chain's joints are given here.
         """
-        self.hybrid = hybrid
+        self.hybrid, self.of_actuators = hybrid, of_actuators
         self.mechanism = on_balls(hybrid.mechanism)
         variables = configuration_names(self.mechanism)
         self.names = [variable.name for variable in variables]
@@ -73,19 +94,45 @@ class LoopClosure:
             for symbols in (coordinates(f"_{name}", len(variables)),)
         }
         self.w = self.arguments["w"].symbols
-        moved = [c.moves for c in hybrid.mechanism.coordinates]
-        self.actuated = [self.names.index(name) for name in moved]
-        self.unknown = [k for k, name in enumerate(self.names) if name not in moved]
+        driven = hybrid.mechanism.coordinates
+        moved = [c.moves for c in driven]
+        self._follows = [k for k, name in enumerate(self.names) if name not in moved]
+        ratios = [float(hybrid.terms.value(c.ratio)) for c in driven]
+        if of_actuators is not None:
+            moved = [joint.name for joint in hybrid.robot.moving]
+            ratios = [1.0] * len(moved)
+        self.ratios = ratios
+        self.given = [self.names.index(name) for name in moved]
+        self.unknown = [k for k in range(len(self.names)) if k not in self.given]
 
     @cached_property
     def equations(self) -> tuple[LoopEquations, ...]:
         """The equations of each loop."""
-        return constraints(self.mechanism, self.hybrid.terms, self.w)
+        is_open = self.hybrid.left_open is not None
+        return constraints(self.mechanism, self.hybrid.terms, self.w, may_stay_open=is_open)
+
+    @cached_property
+    def entries(self) -> tuple[sp.Expr, ...]:
+        """What is zero where the loops are closed, or as nearly closed as they can be."""
+        if self.of_actuators is not None:
+            return self.of_actuators.entries
+        if self.hybrid.left_open is None:
+            return tuple(entry for loop in self.equations for entry in loop.residual)
+        following = [self.w[k] for k in self._follows]
+        lengths = [self.is_length[k] for k in self._follows]
+        return gradient(self.equations, self.hybrid.terms, following, lengths, self.size)
 
     @cached_property
     def units(self) -> list[str]:
-        """The unit of each equation, m or 1."""
+        """The unit of each entry, m or 1."""
+        if self.hybrid.left_open is not None:
+            return [UNIT for _ in self.entries]
         return [unit for loop in self.equations for unit in loop.units]
+
+    @cached_property
+    def slopes(self) -> tuple[tuple[sp.Expr, ...], ...]:
+        """Derivative of the entries by the variables, by rows."""
+        return derivative_rows(self.entries, self.hybrid.terms, self.w)
 
     @property
     def is_determined(self) -> bool:
@@ -95,18 +142,19 @@ class LoopClosure:
     @cached_property
     def size(self) -> float:
         """The longest translation or rod (metre), which compares lengths with angles."""
-        return float(f"{ClosedLoops(self.hybrid.mechanism).size:.3g}")
+        return float(f"{longest_length(self.hybrid.mechanism, self.hybrid.terms):.3g}")
 
     @cached_property
-    def ratios(self) -> list[float]:
-        """Advance of the actuated variables per unit of the coordinates."""
-        terms = self.hybrid.terms
-        return [float(terms.value(c.ratio)) for c in self.hybrid.mechanism.coordinates]
+    def residual(self) -> SymbolicFunction:
+        """The entries and their derivative as a function of w."""
+        return self._closure() if self.of_actuators is None else self.of_actuators.residual
 
     @cached_property
     def functions(self) -> Mapping[str, SymbolicFunction]:
         """The functions of w that the iteration calls, by name."""
-        found = [self._closure(), self._closure_dot()]
+        if self.of_actuators is not None:
+            return self.of_actuators.functions
+        found = [self.residual, self._closure_dot()]
         if self.hybrid.mechanism.swings:
             found.append(self._swings())
         return {function.name: function for function in found}
@@ -116,31 +164,46 @@ class LoopClosure:
         """The reference in numbers, rounded to digits that agree on every machine."""
         at = self.hybrid.at_reference
         w = np.array([at[name] for name in self.names])
-        kernel = lower([self.functions["closure"]], "reference")[0]
+        kernel = lower([self.residual], "reference")[0]
         J = np.array(kernel(w)[1]).reshape(len(self.units), len(w))
         ratios = np.array(self.ratios)
-        J_u, J_a = J[:, self.unknown], J[:, self.actuated] * ratios
+        J_u, J_a = J[:, self.unknown], J[:, self.given] * ratios
         Q, R = np.linalg.qr(J_u)
         size = np.prod(np.diag(R))
         square = J_u.shape[0] == J_u.shape[1]
         determinant = np.linalg.det(J_u) if square else abs(size)
         tangent = np.linalg.lstsq(R, -Q.T @ J_a, rcond=None)[0]
-        q = w[self.actuated] / ratios
-        return Start(_rounded(q), _rounded(w), _rounded(tangent), float(f"{determinant:.6g}"))
+        q = w[self.given] / ratios
+        values = np.linalg.svd(J_u * self._scales[self.unknown], compute_uv=False)
+        is_regular = bool(np.all(values > REPEATED_EQUATION * max(values, default=0.0)))
+        digits = float(f"{determinant:.6g}")
+        return Start(_rounded(q), _rounded(w), _rounded(tangent), digits, is_regular)
+
+    @property
+    def _scales(self) -> FloatArray:
+        """What makes each variable comparable with an angle (metre, or 1)."""
+        return np.where(self.is_length, self.size, 1.0)
+
+    @cached_property
+    def of_chain(self) -> "LoopClosure | None":
+        """The same equations with the main chain's joints given.
+
+        None where these do not determine the others, or the reference is at a dead point then.
+        """
+        found = LoopClosure(self.hybrid, self)
+        return found if found.is_determined and found.start.is_regular else None
 
     def _closure(self) -> SymbolicFunction:
-        entries = tuple(entry for loop in self.equations for entry in loop.residual)
-        rows = jacobian(self.equations, self.hybrid.terms, self.w)
-        count = len(entries)
+        count = len(self.entries)
         return self._function(
             "closure",
             "Least equations of the loops, zero where the loops are closed, and their derivative.",
             "|b - a| - l of each strut; the equations of constraint(z) for other loops",
             ("w",),
-            Result("residual", entries, (count,), "m or 1", "residuals"),
+            Result("residual", self.entries, (count,), "m or 1", "residuals"),
             Result(
                 "residual_D_w",
-                tuple(entry for row in rows for entry in row),
+                tuple(entry for row in self.slopes for entry in row),
                 (count, len(self.w)),
                 "1, m, 1/m",
                 "their derivative",
@@ -149,7 +212,7 @@ class LoopClosure:
 
     def _closure_dot(self) -> SymbolicFunction:
         symbols = (self.arguments[name].symbols for name in ("w", "wd"))
-        rows = jacobian_dot(self.equations, self.hybrid.terms, *symbols)
+        rows = rates_of(self.slopes, self.hybrid.terms, *symbols)
         return self._function(
             "closure_D_w_dot",
             "Time derivative of the derivative of the loops' least equations.",

@@ -16,11 +16,14 @@ from ..maps import Maker
 from .closure_equations import LoopClosure
 
 SOLVER = "closure"
+FROM_CHAIN = "chain_closure"
+"""The same solver where the joints of the main chain are given."""
 SYSTEM = 400
 """About how many operations a step of the iteration takes, by the cube of six unknowns."""
 STEPS = 8
 """About how many steps lead from the reference to a pose."""
 GUARD = "margin"
+CHAIN_GUARD = "actuator_margin"
 NEAR = ("configuration_near", "fk_near")
 """Functions that start from a configuration given beside the coordinates."""
 RATES = {"jacobian": "qd", "twist": "qd", "acceleration": "qdd"}
@@ -165,6 +168,66 @@ class _Maps:
         )
 
 
+def actuator_functions(closure: LoopClosure) -> dict[str, WrittenFunction]:
+    """The actuated coordinates as functions of the main chain's joints, by name.
+
+    Args:
+        closure: The equations of the loops, the main chain's joints given.
+    """
+    h = closure.hybrid
+    made = partial(_function, closure, solver=FROM_CHAIN)
+    q, n, size = h.arguments["q"], len(h.q), len(h.theta)
+    map_of = partial(replace, Role("map", "chain", "actuators"))
+    guarded = partial(made, margin=CHAIN_GUARD)
+    found = [
+        guarded(
+            name="actuators",
+            summary="Actuated coordinates from the joints of the main chain.",
+            identity="actuators(chain(q)) = q",
+            inputs=("theta",),
+            outputs=(Result("q", (), (n,), q.unit, "actuated coordinates"),),
+            role=map_of(),
+        ),
+        guarded(
+            name="actuators_D_chain",
+            summary="Derivative of the actuated coordinates by the main chain's joints.",
+            identity="actuators_D_chain[:, k] = d actuators / d theta_k",
+            inputs=("theta",),
+            outputs=(Result("q_D_theta", (), (n, size), "1, m, 1/m", "derivative"),),
+            role=Role("map derivative", "chain", "actuators"),
+        ),
+        guarded(
+            name="actuator_rates",
+            summary="Rates of the actuated coordinates.",
+            identity="qd = actuators_D_chain(theta) thetad",
+            inputs=("theta", "thetad"),
+            outputs=(Result("qd", (), (n,), h.arguments["qd"].unit, "actuator rates"),),
+            role=map_of(name="map rate"),
+        ),
+        guarded(
+            name="actuator_accelerations",
+            summary="Accelerations of the actuated coordinates.",
+            identity="qdd = actuators_D_chain(theta) thetadd + d/dt actuators_D_chain(theta) thetad",
+            inputs=("theta", "thetad", "thetadd"),
+            outputs=(Result("qdd", (), (n,), h.arguments["qdd"].unit, "actuator accelerations"),),
+            role=map_of(name="map acceleration"),
+        ),
+        replace(
+            made(
+                name=CHAIN_GUARD,
+                summary="Square of the determinant of the loops' equations, the main chain given.",
+                identity="1 at the reference, 0 at a singularity, NaN where the loops do not close",
+                inputs=("theta",),
+                outputs=(Result("margin", (), (1,), "1", "margin"),),
+                role=Role("margin", "chain"),
+                margin="",
+            ),
+            steps=(", ".join(closer.name for closer in h.mechanism.closers),),
+        ),
+    ]
+    return {function.name: function for function in found}
+
+
 def _inputs(last: str) -> tuple[str, ...]:
     order = ("q", "qd", "qdd")
     return order[: order.index(last) + 1]
@@ -211,6 +274,7 @@ def _function(
     role: Role,
     calls: tuple[str, ...] = (),
     margin: str = GUARD,
+    solver: str = SOLVER,
 ) -> WrittenFunction:
     arguments = tuple(
         closure.hybrid.arguments[item] if isinstance(item, str) else item for item in inputs
@@ -221,7 +285,7 @@ def _function(
         identity,
         arguments,
         outputs,
-        SOLVER,
+        solver,
         (),
         (*calls, *closure.functions),
         1,

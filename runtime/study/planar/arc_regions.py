@@ -56,6 +56,8 @@ class ArcRegion:
 
     def contains(self, points: FloatArray) -> BoolArray:
         """Whether points (m, 2) lie between the arcs: rays from inside cross them oddly often."""
+        if not self.arcs:
+            return np.zeros(len(points), dtype=bool)
         parts = np.array_split(points, max(1, len(points) * len(self.arcs) // _BLOCK))
         return np.concatenate([self._contains(part) for part in parts])
 
@@ -116,32 +118,38 @@ def swept(region: ArcRegion, centre: FloatArray, lower: float, upper: float) -> 
     if not whole:
         candidates += [_turned(arc, centre, by) for arc in region.arcs for by in (lower, upper)]
 
-    def inside(point: FloatArray) -> bool:
-        step = point - centre
-        angle = math.atan2(step[1], step[0])
-        return any(
-            whole or (angle - a - lower) % _TURN <= b - a + upper - lower
-            for a, b in _angles(region, centre, math.hypot(*step))
+    def inside(points: FloatArray) -> BoolArray:
+        x, y = (points - centre).T
+        angles = np.arctan2(y, x)
+        pieces = _angles(region, centre, np.hypot(x, y))
+        return np.array(
+            [
+                any(whole or (angle - a - lower) % _TURN <= b - a + upper - lower for a, b in own)
+                for angle, own in zip(angles.tolist(), pieces, strict=True)
+            ],
+            dtype=bool,
         )
 
     return bounded(candidates, inside)
 
 
-def bounded(candidates: Sequence[BorderArc], inside: Callable[[FloatArray], bool]) -> ArcRegion:
+def bounded(
+    candidates: Sequence[BorderArc], inside: Callable[[FloatArray], BoolArray]
+) -> ArcRegion:
     """The region whose border lies on candidates.
 
     Args:
         candidates: Arcs on which the whole border lies; pieces of them need not belong to it.
-        inside: Whether a point (2,) beside the arcs belongs to the region.
+        inside: Whether points (m, 2) beside the arcs belong to the region.
     """
     size = max(arc.radius + float(np.abs(arc.centre).max()) for arc in candidates)
     circles = _circles(candidates, size)
     ends = np.array([point for arc in candidates for point in _ends(arc)])
-    found = []
     others = (
-        np.array([arcs[0].centre for arcs in circles]),
+        np.array([arcs[0].centre for arcs in circles]).reshape(-1, 2),
         np.array([arcs[0].radius for arcs in circles]),
     )
+    pieces, beside = [], []
     for arcs in circles:
         centre, radius = arcs[0].centre, arcs[0].radius
         for a, b in itertools.pairwise(_cuts(arcs, others, ends, SAME_ARC * size)):
@@ -149,13 +157,22 @@ def bounded(candidates: Sequence[BorderArc], inside: Callable[[FloatArray], bool
             if (b - a) * radius <= SAME_ARC * size or not any(_covers(x, middle) for x in arcs):
                 continue
             aside = min(BESIDE * size, BESIDE**0.5 * (b - a) * radius)
-            within, beyond = (
-                inside(centre + (radius + by) * np.array([math.cos(middle), math.sin(middle)]))
-                for by in (-aside, aside)
-            )
-            if within != beyond:
-                found.append(BorderArc(centre, radius, *((a, b) if within else (b, a))))
+            along = np.array([math.cos(middle), math.sin(middle)])
+            pieces.append((centre, radius, a, b))
+            beside += [centre + (radius + by) * along for by in (-aside, aside)]
+    sides = inside(np.array(beside).reshape(-1, 2)).reshape(-1, 2)
+    found = [
+        BorderArc(centre, radius, *((a, b) if within else (b, a)))
+        for (centre, radius, a, b), (within, beyond) in zip(pieces, sides, strict=True)
+        if within != beyond
+    ]
     return ArcRegion(tuple(found))
+
+
+def united(first: ArcRegion, second: ArcRegion) -> ArcRegion:
+    """What belongs to one of two regions at least."""
+    arcs = [*first.arcs, *second.arcs]
+    return bounded(arcs, lambda p: first.contains(p) | second.contains(p)) if arcs else first
 
 
 def common(first: ArcRegion, second: ArcRegion) -> ArcRegion:
@@ -163,7 +180,7 @@ def common(first: ArcRegion, second: ArcRegion) -> ArcRegion:
     arcs = [*first.arcs, *second.arcs]
     if not arcs:
         return first
-    return bounded(arcs, lambda p: bool(first.contains(p[None])[0] and second.contains(p[None])[0]))
+    return bounded(arcs, lambda p: first.contains(p) & second.contains(p))
 
 
 def _swept_point(step: FloatArray, centre: FloatArray, lower: float, upper: float) -> ArcRegion:
@@ -190,29 +207,33 @@ def _touching(arc: BorderArc, centre: FloatArray) -> Iterable[tuple[float, float
         yield math.hypot(x, y), math.atan2(y, x)
 
 
-def _angles(region: ArcRegion, centre: FloatArray, radius: float) -> list[tuple[float, float]]:
-    """The angles at which a circle lies in a region."""
-    centres, radii, starts, widths = region._rows
-    angles, on_arcs = _crossings(centre, radius, centres, radii)
+def _angles(
+    region: ArcRegion, centre: FloatArray, radii: FloatArray
+) -> list[list[tuple[float, float]]]:
+    """The angles at which each of several circles about a centre lies in a region."""
+    centres, own, starts, widths = region._rows
+    angles, on_arcs = _crossings(centre, radii[:, None], centres, own)
     with np.errstate(invalid="ignore"):
         kept = (on_arcs - starts) % _TURN <= widths
-    cuts = np.sort(angles[kept] % _TURN).tolist()
+    cuts = [np.sort(angles[:, k][kept[:, k]] % _TURN).tolist() for k in range(len(radii))]
     if not region.solid:
-        return [(angle, angle) for angle in cuts]
-    ends = [*cuts, cuts[0] + _TURN] if cuts else [0.0, _TURN]
-    pieces = list(itertools.pairwise(ends))
-    middles = np.array([(a + b) / 2 for a, b in pieces])
+        return [[(angle, angle) for angle in row] for row in cuts]
+    pieces = [
+        list(itertools.pairwise([*row, row[0] + _TURN] if row else [0.0, _TURN])) for row in cuts
+    ]
+    middles = np.array([(a + b) / 2 for row in pieces for a, b in row])
+    radius = np.repeat(radii, [len(row) for row in pieces])[:, None]
     points = centre + radius * np.column_stack([np.cos(middles), np.sin(middles)])
-    inside = region.contains(points)
-    return [piece for piece, kept in zip(pieces, inside, strict=True) if kept]
+    inside = iter(region.contains(points).tolist())
+    return [[piece for piece in row if next(inside)] for row in pieces]
 
 
 def _crossings(
-    centre: FloatArray, radius: float, centres: FloatArray, radii: FloatArray
+    centre: FloatArray, radius: float | FloatArray, centres: FloatArray, radii: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Angles (2, k) at which a circle crosses k others: on it, and on them; NaN where it does not.
+    """Angles (2, ..., k) at which a circle crosses k others: on it, and on them.
 
-    Circles that touch do not cross: rounding would decide.
+    NaN where it does not. Circles that touch do not cross: rounding would decide.
     """
     step = centres - centre
     d = np.hypot(step[:, 0], step[:, 1])

@@ -1,23 +1,19 @@
-"""Workspaces with exact borders: arms whose joints move the tool's origin in a plane.
+"""Workspaces with exact borders: arms whose joints move a point of the tool in a plane.
 
-Where the axes that move the origin are parallel, it stays in a plane, or in a prism with slides
-along the axes. Where the first axis is vertical and the others are normal to a plane through it,
-the workspace is a body of revolution, and its section by that plane is found. In both cases the
-section is what a point sweeps by turning about one axis after the other, from the tool to the
-base, each within its limits; its border consists of arcs.
-
-Behind the axis, at r < 0, the section belongs to the opposite side. With m+ and m- the integrals of
-|r| over the parts in front and behind, and m for what they have in common once one is mirrored, a
-base that turns by s fills
-
-    V = s (m+ + m-) - max(0, 2 (s - pi)) m        (s at most one turn)
+Where the axes that move the point are parallel, it stays in a plane, or in a prism with slides
+along the axes. Where the first axis is vertical and the others are normal to a plane that it turns,
+the workspace is a body of revolution, and its section by that plane is found; the plane may pass
+beside the axis. In both cases the section is what a point sweeps by turning about one axis after
+the other, from the point to the base, each within its limits; its border consists of arcs. Volumes
+are in `meridian.py`.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,33 +21,42 @@ from numpy.typing import NDArray
 from ...errors import InputValueError
 from ...tolerances import SAME_ARC
 from .annuli import BorderArc
-from .arc_regions import ArcRegion, common, swept
+from .arc_regions import ArcRegion, swept
+from .axes import MovingAxes, of_meetings, of_tool
+from .meridian import Meridian, meridian, swept_volume
 
 FloatArray = NDArray[np.float64]
 
+Point = Literal["tool", "wrist"]
+
 _TURN = 2 * math.pi
-_POSTURES = 8
-"""Postures at which a joint that does not move the origin leaves it at rest."""
 
 
 @dataclass(frozen=True, eq=False)
 class ExactWorkspace:
-    """The exact workspace of the tool's origin.
+    """The exact workspace of the tool's origin, or of the centre of the wrist.
 
     Attributes:
         robot: The robot's name.
-        section: The region in the plane; of a body of revolution, in (r, z) at each angle of the
-            base, r < 0 behind the axis.
+        of: The point: "tool" or "wrist".
+        joints: The names of the joints that move it.
+        section: The region in the plane; of a body of revolution, in (u, z) where u is counted from
+            the place of the plane nearest to the first axis, u < 0 behind it.
         origin: (3,) origin of the plane [m], on the first axis for a body of revolution.
         axes: (2, 3) directions of the plane's two axes in the base frame, with the base at 0.
+        offset: The distance of the plane from the first axis [m], positive along axes[0] x axes[1];
+            0 where the tool stays in a plane.
         turn: (2,) least and largest angle of the base [rad]; None where the tool stays in a plane.
         height: (2,) least and largest way of slides normal to the plane [m].
     """
 
     robot: str
+    of: Point
+    joints: tuple[str, ...]
     section: ArcRegion
     origin: FloatArray
     axes: FloatArray
+    offset: float
     turn: FloatArray | None
     height: FloatArray
 
@@ -60,17 +65,23 @@ class ExactWorkspace:
         """The area of the section [m^2], exact to rounding."""
         return self.section.area
 
-    @property
+    @cached_property
     def volume(self) -> float:
-        """The volume [m^3], exact to rounding; 0 of a flat workspace."""
+        """The volume [m^3], to 1e-12 relative; 0 of a flat workspace."""
         if self.turn is None:
             return self.area * float(np.ptp(self.height))
-        span = min(float(np.ptp(self.turn)), _TURN)
-        mirrored = self.section.mirrored()
-        either = self.section.moment() + mirrored.moment()
-        if span <= math.pi:
-            return span * either
-        return span * either - 2 * (span - math.pi) * common(self.section, mirrored).moment()
+        return swept_volume(self.section, self.offset, float(np.ptp(self.turn)))
+
+    @cached_property
+    def meridian(self) -> Meridian:
+        """Distances from the first axis and heights that are reached at some angle of the base.
+
+        Raises:
+            InputValueError: The tool stays in a plane.
+        """
+        if self.turn is None:
+            raise InputValueError(f"{self.robot}: its point stays in a plane, nothing turns that")
+        return meridian(self.section, self.offset)
 
     @property
     def extents(self) -> FloatArray:
@@ -81,11 +92,16 @@ class ExactWorkspace:
             p = self.origin + np.array([_along(self.section, axis) for axis in self.axes.T]).T
             slides = np.sort(np.outer(self.height, normal), axis=0)
             return np.asarray(p + slides)
+        # At each angle of the base x and y are linear in u: their ends are those of u.
         towards = math.atan2(self.axes[0, 1], self.axes[0, 0])
-        x = np.outer([u_0, u_1], _cosine_ends(self.turn + towards))
-        y = np.outer([u_0, u_1], _cosine_ends(self.turn + towards - math.pi / 2))
-        ends = np.array([[x.min(), y.min(), v_0], [x.max(), y.max(), v_1]])
-        return np.asarray(self.origin + ends)
+        ends = []
+        for u in (u_0, u_1):
+            rho, angle = math.hypot(u, self.offset), math.atan2(-self.offset, u)
+            at = self.turn + towards + angle
+            x, y = (_cosine_ends(at - normal) for normal in (0.0, math.pi / 2))
+            ends.append(rho * np.array([x, y]).T)
+        low, high = (np.array(ends)[:, k] for k in (0, 1))
+        return np.asarray(self.origin + np.array([[*low.min(0), v_0], [*high.max(0), v_1]]))
 
     def plot(self, ax: Any = None) -> Any:
         """Draws the section's border; returns the matplotlib axes."""
@@ -94,91 +110,56 @@ class ExactWorkspace:
         return plot_section(self, ax)
 
 
-def exact_workspace(robot: Any) -> ExactWorkspace:
-    """The exact workspace of an arm whose joints move the tool's origin in a plane.
+def exact_workspace(robot: Any, of: Point = "tool") -> ExactWorkspace:
+    """The exact workspace of an arm whose joints move a point in a plane.
 
     Args:
-        robot: A serial arm. Joints that leave the tool's origin at rest, such as a roll about the
-            tool, do not count. The others are parallel revolute joints and slides along them; or a
-            vertical first axis, and revolute ones normal to a plane through it and the tool.
+        robot: A serial arm. Joints that leave the point at rest, such as a roll about the tool, do
+            not count. The others are parallel revolute joints and slides along them; or a vertical
+            first axis, and revolute ones normal to a plane that it turns.
+        of: "tool": the tool's origin; "wrist": the last place where two successive axes meet that
+            the joints before them move like that, such as the centre of a spherical wrist.
 
     Raises:
         InputValueError: The arm is not of that kind.
     """
     if robot.loops:
         raise InputValueError(f"{robot.name}: exact_workspace takes serial arms, this has loops")
-    chain = _Chain.of(robot)
-    flat = chain if chain.parallel else None
-    rest = chain if flat else chain.without_first()
-    if not (flat or (rest.parallel and _vertical(chain, rest))):
+    if of not in ("tool", "wrist"):
+        raise InputValueError(f"exact_workspace: expected of 'tool' or 'wrist', got {of!r}")
+    candidates = [of_tool(robot)] if of == "tool" else of_meetings(robot)
+    chain = next((own for own in candidates if own.parallel or own.upright), None)
+    if chain is None:
+        other = "; of='wrist' may be" if of == "tool" else ""
         raise InputValueError(
-            f"{robot.name}: expected parallel axes, or a vertical first axis and parallel ones "
-            "normal to a plane through it and the tool"
+            f"{robot.name}: the axes that move its {of} are neither parallel, nor a vertical first "
+            f"one and parallel ones normal to it, so its border is not made of arcs{other}; "
+            "workspace() takes any arm"
         )
+    flat = chain.parallel
+    rest = chain if flat else chain.without_first()
     n = rest.directions[rest.turns][0]
     axes = _plane(n) if flat else np.array([np.cross([0, 0, 1.0], n), [0, 0, 1.0]])
-    origin = np.zeros(3) if flat else chain.points[0] * [1, 1, 0]
-    section = ArcRegion((BorderArc(axes @ (rest.tool - origin), 0.0, 0.0, 0.0),), solid=False)
-    for k in np.flatnonzero(rest.turns)[::-1]:
-        by = np.sort(rest.limits[k] * (rest.directions[k] @ n))
-        section = swept(section, axes @ (rest.points[k] - origin), *by)
+    origin = n * (rest.place @ n) if flat else chain.points[0] * [1, 1, 0]
+    section = _section(rest, n, axes, origin)
     slides = ~rest.turns
     along = rest.limits[slides] * (rest.directions[slides] @ n)[:, None]
     height = np.sort(along, axis=1).sum(0)
-    if flat:
-        origin = n * (rest.tool @ n)
-        return ExactWorkspace(robot.name, section, origin, axes, None, height)
-    turn = np.sort(chain.limits[0] * chain.directions[0, 2])
-    return ExactWorkspace(robot.name, section, origin, axes, turn, height)
+    turn, offset = None, 0.0
+    if not flat:
+        turn = np.sort(chain.limits[0] * chain.directions[0, 2])
+        beside = float((rest.place - origin) @ np.cross(*axes))
+        offset = beside if abs(beside) > SAME_ARC else 0.0
+    return ExactWorkspace(robot.name, of, chain.names, section, origin, axes, offset, turn, height)
 
 
-@dataclass(frozen=True, eq=False)
-class _Chain:
-    """The joints that move the tool's origin, at one posture; limits are counted from there."""
-
-    directions: FloatArray
-    points: FloatArray
-    turns: NDArray[np.bool_]
-    limits: FloatArray
-    tool: FloatArray
-
-    @classmethod
-    def of(cls, robot: Any) -> _Chain:
-        """The chain of a robot, in the middle of its limits."""
-        bounded = np.isfinite(robot.lower) & np.isfinite(robot.upper)
-        inside = (np.where(bounded, robot.lower, 0) + np.where(bounded, robot.upper, 0)) / 2
-        rng = np.random.default_rng(0)
-        some = inside + rng.uniform(-1, 1, (_POSTURES, robot.n))
-        moving = np.abs(robot.jacobian_mixed(some)[:, :3]).max((0, 1)) > SAME_ARC
-        S = robot.jacobian_space(inside).T[moving]
-        turns = np.linalg.norm(S[:, 3:], axis=1) > SAME_ARC
-        directions = np.where(turns[:, None], S[:, 3:], S[:, :3])
-        limits = np.column_stack([robot.lower - inside, robot.upper - inside])[moving]
-        points = np.cross(S[:, 3:], S[:, :3])
-        return cls(directions, points, turns, limits, robot.fk(inside)[:3, 3])
-
-    @property
-    def parallel(self) -> bool:
-        """Whether all axes are parallel, and there are two that turn."""
-        if self.turns.sum() < 2:  # noqa: PLR2004 - one turns a point on a circle
-            return False
-        n = self.directions[self.turns][0]
-        return bool(np.abs(np.cross(self.directions, n)).max() <= SAME_ARC)
-
-    def without_first(self) -> _Chain:
-        """The chain from the second joint on."""
-        rest = slice(1, None)
-        return _Chain(
-            self.directions[rest], self.points[rest], self.turns[rest], self.limits[rest], self.tool
-        )
-
-
-def _vertical(chain: _Chain, rest: _Chain) -> bool:
-    """Whether the first axis is vertical and in the plane in which the others move the tool."""
-    first, n = chain.directions[0], rest.directions[0]
-    upright = chain.turns[0] and abs(abs(first[2]) - 1) <= SAME_ARC and rest.turns.all()
-    aside = abs((rest.tool - chain.points[0]) @ n) <= SAME_ARC
-    return bool(upright and abs(first @ n) <= SAME_ARC and aside)
+def _section(rest: MovingAxes, n: FloatArray, axes: FloatArray, origin: FloatArray) -> ArcRegion:
+    """What the point passes in the plane by turning about parallel axes of direction n."""
+    section = ArcRegion((BorderArc(axes @ (rest.place - origin), 0.0, 0.0, 0.0),), solid=False)
+    for k in np.flatnonzero(rest.turns)[::-1]:
+        by = np.sort(rest.limits[k] * (rest.directions[k] @ n))
+        section = swept(section, axes @ (rest.points[k] - origin), *by)
+    return section
 
 
 def _plane(n: FloatArray) -> FloatArray:

@@ -144,7 +144,9 @@ def _total(legs: list[_Leg]) -> ArcRegion:
         for centre, radius in leg.circles()
         if radius > 0
     ]
-    return bounded(arcs, lambda point: all(leg.always(point) for leg in legs))
+    return bounded(
+        arcs, lambda points: np.array([all(leg.always(p) for leg in legs) for p in points])
+    )
 
 
 def _inclusive(legs: list[_Leg], accuracy: float) -> Measure:

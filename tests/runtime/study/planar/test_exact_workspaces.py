@@ -10,6 +10,7 @@ from chasles.errors import InputValueError
 from chasles.study import ExactWorkspace, exact_workspace, workspace
 from chasles.study.planar.annuli import BorderArc
 from chasles.study.planar.arc_regions import ArcRegion, swept
+from chasles.study.planar.meridian import swept_volume
 
 NEAR = 0.01
 """Distance [m] from the border from which a place is reached in more than single postures."""
@@ -52,6 +53,8 @@ def reached(chain, target, rng):
     """Whether the last two joints reach a place, in closed form, for some values of the others."""
     lengths, lower, upper = chain
     q = rng.uniform(lower[:-2], upper[:-2], (1 if len(lower) == 2 else 20_000, len(lower) - 2))
+    if len(lower) == 3:
+        q = np.linspace(lower[:1], upper[:1], 2_000)
     turn = q.sum(1)
     x, y = (target - place(lengths[:-2], q)).T
     x, y = np.cos(turn) * x + np.sin(turn) * y, np.cos(turn) * y - np.sin(turn) * x
@@ -115,31 +118,123 @@ def test_two_links_have_the_textbook_area():
     assert whole.area == pytest.approx(np.pi * (1.1**2 - 0.3**2), rel=1e-12)
 
 
-def test_bodies_of_revolution_against_grids():
+def body_of(chain, offset, turn):
+    axes = np.eye(3)[[0, 2]]
+    return ExactWorkspace(
+        "", "tool", (), region_of(*chain), np.zeros(3), axes, offset, turn, np.zeros(2)
+    )
+
+
+def test_bodies_of_revolution_against_points():
+    """Planes beside the axis, on either side of it, that turn by less and by more than a turn."""
     rng, checked = np.random.default_rng(3), 0
-    for chain in chains(6, seed=5):
-        section = region_of(*chain)
-        turn = np.array([0, rng.uniform(0.5, 7)]) + rng.uniform(-3, 3)
-        body = ExactWorkspace("", section, np.zeros(3), np.eye(3)[[0, 2]], turn, np.zeros(2))
-        r, z = np.abs(section.extents[:, 0]).max(), section.extents[:, 1]
-        points = rng.uniform([-r, -r, z[0]], [r, r, z[1]], (20_000, 3))
-        radius = np.hypot(points[:, 0], points[:, 1])
-        angle = np.arctan2(points[:, 1], points[:, 0])
+    for k, chain in enumerate(chains(12, seed=5)):
+        turn = np.array([0, rng.uniform(*[(0.5, 3), (3.3, 6.2), (6.3, 7)][k % 3])])
+        turn += rng.uniform(-3, 3)
+        body = body_of(chain, rng.uniform(-0.6, 0.6) * (k % 4 > 0), turn)
+        low, high = body.extents
+        points = rng.uniform(low - 0.01, high + 0.01, (10_000, 3))
+        rho, angle = np.hypot(points[:, 0], points[:, 1]), np.arctan2(points[:, 1], points[:, 0])
         inside = np.zeros(len(points), dtype=bool)
         for sign in (1, -1):
-            turned = (angle + (sign < 0) * np.pi - turn[0]) % (2 * np.pi) <= np.ptp(turn)
-            inside |= turned & section.contains(np.column_stack([sign * radius, points[:, 2]]))
-        box = (2 * r) ** 2 * np.ptp(z)
+            # The normal of the plane is -y: with the base at 0 it carries (u, -offset, z).
+            u = sign * np.sqrt(np.maximum(rho**2 - body.offset**2, 0))
+            turned = (angle - np.arctan2(-body.offset, u) - turn[0]) % (2 * np.pi)
+            there = (rho >= abs(body.offset)) & (turned <= np.ptp(turn))
+            inside |= there & body.section.contains(np.column_stack([u, points[:, 2]]))
+        box = np.prod(high - low + 0.02)
         error = box * inside.std() / math.sqrt(len(points))
         assert body.volume == pytest.approx(box * inside.mean(), abs=4 * error)
         found = points[inside]
-        assert (found.min(0) >= body.extents[0] - 1e-12).all()
-        assert (found.max(0) <= body.extents[1] + 1e-12).all()
+        assert (found.min(0) >= low - 1e-12).all()
+        assert (found.max(0) <= high + 1e-12).all()
+        # A tenth of a small workspace's extent is empty at most where its end is a corner.
+        assert (np.ptp(found, 0) > 0.6 * (high - low)).all()
+        section = body.meridian
+        assert section.contains(np.column_stack([rho, points[:, 2]])[inside]).all()
+        (rho_0, z_0), (rho_1, z_1) = section.extents
+        assert (rho[inside] >= rho_0 - 1e-12).all()
+        assert (rho[inside] <= rho_1 + 1e-12).all()
+        asked = rng.uniform([rho_0, z_0], [rho_1, z_1], (10_000, 2))
+        hit, size = section.contains(asked), (rho_1 - rho_0) * (z_1 - z_0)
+        error = size * hit.std() / math.sqrt(len(asked))
+        assert section.area == pytest.approx(size * hit.mean(), abs=4 * error)
         checked += 1
-    assert checked == 6
+    assert checked == 12
 
 
-@pytest.mark.parametrize("name", ["lynxmotion", "scara", "bricklaying_planar"])
+def test_a_torus_that_turns_beside_its_axis():
+    """A whole disc: Pappus, and the same volume for all turns in parts of one."""
+    for offset in (0.0, 0.3):
+        disc = ArcRegion((BorderArc(np.array([2.0, 0.0]), 0.5, 0.0, 2 * np.pi),))
+        whole = 2 * np.pi * 2.0 * np.pi * 0.25
+        for turn in (0.7, 3.0, 5.0, 2 * np.pi, 9.0):
+            made = swept_volume(disc, offset, turn)
+            assert made == pytest.approx(whole * min(turn / (2 * np.pi), 1), rel=1e-12)
+    # A disc about the place nearest to the axis: each circle is covered from both sides.
+    middle = ArcRegion((BorderArc(np.zeros(2), 0.5, 0.0, 2 * np.pi),))
+    both = [swept_volume(middle, 0.3, turn) for turn in (np.pi - 1e-9, np.pi, np.pi + 1e-9)]
+    np.testing.assert_allclose(both, both[1], rtol=1e-8)
+    assert swept_volume(middle, 0.3, 2 * np.pi) == pytest.approx(4 / 3 * np.pi * 0.5**3)
+    assert swept_volume(middle, 0.3, 2 * np.pi - 1e-9) == pytest.approx(4 / 3 * np.pi * 0.5**3)
+
+
+def meeting(robot, q, k):
+    """The point at rest in link k and in link k + 2: a linear condition on both its places."""
+    poses = robot.link_poses(q)
+    near, far = poses[:, k - 1], poses[:, k + 1]
+    few = slice(0, 200)
+    rows = np.concatenate([near[few, :3, :3], -far[few, :3, :3]], axis=-1).reshape(-1, 6)
+    step = (far - near)[few, :3, 3].ravel()
+    own, _, rank, _ = np.linalg.lstsq(rows, step, rcond=None)
+    assert rank == 6
+    assert np.abs(rows @ own - step).max() < 1e-10
+    return (near[:, :3, :3] @ own[:3]) + near[:, :3, 3]
+
+
+@pytest.mark.parametrize("name", ["ur5e", "puma560", "irb6640", "jaco2"])
+def test_wrists_against_samples(name):
+    beyond, empty = check_wrist(chasles.load(name), 60_000)
+    assert beyond < 1e-9
+    assert empty < 0.01
+
+
+def check_wrist(robot, count):
+    """Compares with sampled postures.
+
+    Returns:
+        How far outside samples are at most [m], and the part of the inner cells without a sample.
+    """
+    exact = exact_workspace(robot, "wrist")
+    rng = np.random.default_rng(8)
+    free = ~np.isfinite(robot.upper)
+    low, high = np.where(free, -np.pi, robot.lower), np.where(free, np.pi, robot.upper)
+    q = rng.uniform(low, high, (count, robot.n))
+    ends = rng.random(q.shape) < 0.2
+    q = np.where(ends, np.where(rng.random(q.shape) < 0.5, low, high), q)
+    p = meeting(robot, q, len(exact.joints))
+    rho, z = np.hypot(p[:, 0] - exact.origin[0], p[:, 1] - exact.origin[1]), p[:, 2]
+    points = np.column_stack([rho, z])
+    outside = points[~exact.meridian.contains(points)]
+    beyond = 0.0
+    if len(outside):
+        u = np.sqrt(np.maximum(outside[:, 0] ** 2 - exact.offset**2, 0))
+        places = np.column_stack([u, outside[:, 1]])
+        beyond = from_border(exact.meridian.both, places).max()
+    low, high = exact.extents
+    assert (p >= low - 1e-9).all()
+    assert (p <= high + 1e-9).all()
+    sides, low, high = int(math.sqrt(count) / 8), *exact.meridian.extents
+    edges = np.linspace(low, high, sides + 1).T
+    hits = np.histogram2d(*points.T, bins=edges)[0]
+    corners = np.stack(np.meshgrid(*edges, indexing="ij"), -1)
+    within = exact.meridian.contains(corners.reshape(-1, 2)).reshape(corners.shape[:2])
+    inner = within[1:, 1:] & within[:-1, 1:] & within[1:, :-1] & within[:-1, :-1]
+    assert inner.sum() > 0.2 * inner.size
+    return beyond, (hits[inner] == 0).mean()
+
+
+@pytest.mark.parametrize("name", ["lynxmotion", "scara", "bricklaying_planar", "puma560"])
 def test_robots_against_samples(name):
     robot = chasles.load(name)
     exact = exact_workspace(robot)
@@ -156,8 +251,14 @@ def test_the_teaching_arm_of_the_paper():
 
 
 def test_arms_of_other_kinds():
-    with pytest.raises(InputValueError, match="ur5e: expected parallel axes, or a vertical first"):
+    with pytest.raises(InputValueError, match="ur5e: the axes that move its tool are neither par"):
         exact_workspace(chasles.load("ur5e"))
+    with pytest.raises(InputValueError, match="iiwa14: the axes that move its wrist are neither"):
+        exact_workspace(chasles.load("iiwa14"), "wrist")
+    with pytest.raises(InputValueError, match="expected of 'tool' or 'wrist', got 'elbow'"):
+        exact_workspace(chasles.load("ur5e"), "elbow")
+    with pytest.raises(InputValueError, match="scara: its point stays in a plane"):
+        assert exact_workspace(chasles.load("scara")).meridian
     with pytest.raises(InputValueError, match="takes serial arms, this has loops"):
         exact_workspace(chasles.load("five_bar"))
 
@@ -165,5 +266,9 @@ def test_arms_of_other_kinds():
 def test_picture():
     pytest.importorskip("matplotlib").use("Agg")
     axes = exact_workspace(chasles.load("lynxmotion")).plot()
-    assert axes.get_xlabel() == "r [m]"
+    assert axes.get_xlabel() == "distance from the first axis [m]"
     assert "m³" in axes.get_title()
+    beside = exact_workspace(chasles.load("puma560"), "wrist")
+    drawn = np.concatenate([line.get_xydata() for line in beside.plot().lines])
+    assert drawn[:, 0].min() >= 0.15 - 1e-12  # the shoulder's offset
+    np.testing.assert_allclose(drawn[:, 0].max(), beside.meridian.extents[1, 0], atol=1e-3)
