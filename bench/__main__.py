@@ -30,7 +30,7 @@ from .measures import derivation, frames, scenes, studies
 from .peers.forward import absent
 from .plans import FULL, QUICK, SECTIONS, without_slow_builds
 from .report import Plan, out, records, save, tables
-from .robustness import attempts, built_robots
+from .robustness import attempts, built_robots, open_loops
 
 DERIVATION = "derivation"
 ARMS = 50
@@ -61,6 +61,7 @@ COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {
     "loops": lambda o: loop_numbers.run(o.count),
     "mutants": lambda o: cleaned_files.run(o.urdfs, o.count, o.first),
     "as_built": lambda o: built_robots.run(o.draws, o.first),
+    "least_squares": lambda o: open_loops.run(o.draws, o.first),
     "robust": lambda o: attempts.run(o.folder, o.files, o.derived, o.arms, o.seed),
 }
 """The benchmarks with a command of their own."""
@@ -166,6 +167,9 @@ def _add_sweeps(commands: Any) -> None:
     built = commands.add_parser("as_built", help="a robot with loops as built, derived and judged")
     built.add_argument("--draws", type=int, default=100, help="number of draws")
     built.add_argument("--first", type=int, default=0, help="number of the first draw")
+    open_ = commands.add_parser("least_squares", help="overconstrained loops that cannot close")
+    open_.add_argument("--draws", type=int, default=60, help="number of draws")
+    open_.add_argument("--first", type=int, default=0, help="number of the first draw")
     robust = commands.add_parser("robust", help="read and derive mutated files and round arms")
     robust.add_argument("folder", type=Path, help="more .toml and .urdf files; crashes are kept")
     for name, default in (("files", 5_000), ("derived", 50), ("arms", 500), ("seed", 0)):

@@ -106,9 +106,7 @@ class ClosedLoops:
         self.names = [variable.name for variable in variables]
         self.is_length = np.array([variable.unit == "m" for variable in variables])
         self.z = sp.symbols(f"z1:{len(variables) + 1}", real=True)
-        self.equations = constraints(
-            mechanism, self.terms, self.z, may_stay_open=in_least_squares
-        )
+        self.equations = constraints(mechanism, self.terms, self.z, may_stay_open=in_least_squares)
         self.entries = [entry for loop in self.equations for entry in loop.residual]
         self._owners = [loop.name for loop in self.equations for _ in loop.residual]
         actuated = {c.moves for c in mechanism.coordinates}

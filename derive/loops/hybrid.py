@@ -20,7 +20,7 @@ from .checks.gaps import not_closing
 from .closing import ClosedLoops, Vector
 from .collapse import collapsed
 from .constraints import ConfigurationVariable, LoopEquations, configuration_names, constraints
-from .iterated.left_open import LeftOpen, left_open
+from .iterated.left_open import left_open
 from .iterated.tilted_pins import closable
 from .mobility import Mobility, mobility_of
 from .solution import (
@@ -47,6 +47,7 @@ class Hybrid:
         terms: Names of all terms.
         loops: The loops by kind.
         arguments: The arguments of all functions, by name.
+        left_open: What stays open of loops that are closed in least squares; None where all close.
         missing: For a function of all branches that does not hold all of them, how many it
             leaves out.
     """
@@ -60,7 +61,12 @@ class Hybrid:
         """
         self.missing: dict[str, str] = {}
         self.terms = terms or Terms({p.symbol: p.value for p in mechanism.parameters})
-        self.mechanism = mechanism = closable(mechanism, self.terms)
+        mechanism = closable(mechanism, self.terms)
+        self.left_open = left_open(mechanism) if mechanism.closure == "least squares" else None
+        if self.left_open is not None:
+            told = f"closed in least squares: {self.left_open}"
+            mechanism = replace(mechanism, notes=(*mechanism.notes, told))
+        self.mechanism = mechanism
         self.robot = mechanism.main_chain
         self.loops: Loops = sorted_loops(mechanism, self.terms)
         moving = self.robot.moving
@@ -85,11 +91,6 @@ class Hybrid:
         self.q, self.theta = self.arguments["q"].symbols, self.arguments["theta"].symbols
 
     # --- the solutions ---
-
-    @cached_property
-    def left_open(self) -> LeftOpen | None:
-        """What stays open of loops that are closed in least squares; None where all loops close."""
-        return left_open(self.mechanism) if self.mechanism.closure == "least squares" else None
 
     @property
     def may_have_inverse(self) -> bool:

@@ -58,7 +58,11 @@ def hybrid_inverses(
         exact = Inverses(classify(hybrid.robot, hybrid.terms, len(hybrid.q), families, give), {})
     else:
         exact = _by_structure(hybrid, families, give)
-    return exact if exact.solved else _by_nominal(hybrid, families, give, closure) or _unled(hybrid, exact)
+    return (
+        exact
+        if exact.solved
+        else _by_nominal(hybrid, families, give, closure) or _unled(hybrid, exact)
+    )
 
 
 def _by_structure(

@@ -207,7 +207,8 @@ def actuator_functions(closure: LoopClosure) -> dict[str, WrittenFunction]:
         guarded(
             name="actuator_accelerations",
             summary="Accelerations of the actuated coordinates.",
-            identity="qdd = actuators_D_chain(theta) thetadd + d/dt actuators_D_chain(theta) thetad",
+            identity="qdd = actuators_D_chain(theta) thetadd + d/dt actuators_D_chain(theta)"
+            " thetad",
             inputs=("theta", "thetad", "thetadd"),
             outputs=(Result("qdd", (), (n,), h.arguments["qdd"].unit, "actuator accelerations"),),
             role=map_of(name="map acceleration"),

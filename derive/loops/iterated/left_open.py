@@ -46,7 +46,7 @@ class LeftOpen:
         """The redundant constraints and how far they are open."""
         open_ = ", ".join(f"{name!r} {gap}" for name, gap in self.gaps.items())
         many = "1 constraint is" if self.repeated == 1 else f"{self.repeated} constraints are"
-        told = f"{many} redundant, and at best the loops stay open: {open_}"
+        told = f"{many} redundant, and at best there stay open {open_}"
         if not self.spare:
             return told
         spare = " or ".join(map(repr, self.spare))
@@ -79,8 +79,11 @@ def left_open(mechanism: Mechanism) -> LeftOpen | None:
     spare = tuple(
         name
         for name in closers
-        if _rank(np.concatenate([rows[other] for other in closers if other != name] or [J[:0]]),
-                 REPEATED_AS_BUILT) == J.shape[1]
+        if _rank(
+            np.concatenate([rows[other] for other in closers if other != name] or [J[:0]]),
+            REPEATED_AS_BUILT,
+        )
+        == J.shape[1]
     )
     told = _told(bodies, mechanism.closers, at)
     return LeftOpen(at | _swings(mechanism, at), J.shape[0] - J.shape[1], told, spare)

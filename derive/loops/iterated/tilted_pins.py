@@ -17,6 +17,7 @@ from ...model.mechanism import Closure, Mechanism, Strut
 from ...model.tolerances import MEASURED_STRUCTURE
 from ...terms.terms import Terms
 from ..planar.planes import Loop, axes_in_numbers, linkages
+from .left_open import left_open
 
 Vector = NDArray[np.float64]
 
@@ -68,8 +69,8 @@ def tilts(mechanism: Mechanism, terms: Terms) -> list[Tilt]:
 def what_holds_it_open(mechanism: Mechanism) -> str:
     """Sentences on loops that no length closes; "" where nothing is known.
 
-    They name the joint whose axis keeps a pin between two bodies from closing, and say to which
-    loops ``closure = "least squares"`` applies.
+    They name the joint whose axis keeps a pin between two bodies from closing, the constraints that
+    are redundant, and how far these are open.
     """
     terms = Terms({p.symbol: p.value for p in mechanism.parameters})
     _, spatial = linkages(mechanism, terms)
@@ -80,11 +81,16 @@ def what_holds_it_open(mechanism: Mechanism) -> str:
             tilt = _tilt(mechanism, terms, loop, loop.closer)
             if tilt.is_small:
                 found += f"\n    Its loop is nearly plane: {tilt}."
+    redundant = left_open(mechanism)
+    if redundant is not None:
+        return (
+            f'{found}\n    {redundant}.\n    closure = "least squares" at the top of the file '
+            "takes the posture nearest to closure"
+        )
     if mechanism.closure == "least squares":
         found += (
-            '\n    closure = "least squares" applies to rods and cylinders on pins out of parallel,'
-            " which then hold their lengths alone; other loops have to close: describe a link"
-            " between two pins as a rod, or leave out a member that repeats another"
+            '\n    closure = "least squares" applies to constraints that repeat others and miss '
+            "them by what the errors of a robot as built leave"
         )
     return found
 

@@ -1,0 +1,215 @@
+"""Loops that repeat constraints and cannot close: the posture of the least sum of squared gaps."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from closures import Model
+from mechanisms import five_bar, four_bar, parallelogram, slider_crank
+from scipy.optimize import least_squares
+
+import chasles
+from bench.cases.as_built import on_links, out_of_plane
+from chasles.derive import load, write
+from chasles.derive.emit.languages import EMITTERS
+from chasles.derive.loops.closing import longest_length
+from chasles.derive.model.mechanism import Closure
+from chasles.derive.terms.terms import Terms
+
+NAMES = (
+    *("fk", "fk_jacobian_mixed", "configuration", "configuration_D_q", "margin", "constraint"),
+    *("chain", "chain_D_q", "chain_rates", "chain_accelerations", "jacobian_mixed_dot"),
+    *("actuators", "actuators_D_chain", "actuator_rates", "actuator_accelerations"),
+    *("jacobian_mixed", "acceleration_mixed"),
+)
+ITERATED = ("slider_crank", "five_bar")
+"""Those of which a coordinate is no joint of the main chain."""
+STEP = 1e-6
+DRAWN = {
+    "four_bar": lambda: out_of_plane(four_bar(), np.random.default_rng(1)),
+    "slider_crank": lambda: out_of_plane(slider_crank(), np.random.default_rng(2)),
+    "parallelogram": lambda: out_of_plane(parallelogram(), np.random.default_rng(3)),
+    "five_bar": lambda: out_of_plane(on_links(five_bar()), np.random.default_rng(4)),
+}
+
+
+def made(mechanism, folder, names=NAMES):
+    emitters = [e for e in EMITTERS if e.language in ("c", "casadi", "python")]
+    write(mechanism, folder, names, emitters)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("CHASLES_CACHE", str(folder / "cache"))
+        patch.setenv("CHASLES_CFLAGS", "-O1")
+        return chasles.load(folder)
+
+
+@pytest.fixture(scope="module", params=list(DRAWN))
+def drawn(request, tmp_path_factory):
+    """A robot whose loops cannot close, and its description."""
+    mechanism = DRAWN[request.param]()
+    names = (*NAMES, *(["actuator_margin"] if request.param in ITERATED else ()))
+    return made(mechanism, tmp_path_factory.mktemp("open"), names), mechanism
+
+
+def postures(robot, count=40):
+    offset = np.random.default_rng(5).uniform(-0.3, 0.3, (count, robot.n))
+    q = robot.reference.q + offset
+    assert robot.valid(q).all()
+    return q
+
+
+def weighted(mechanism):
+    """The gaps of a model in metres, entries of rotations times the size, and their derivative."""
+    model = Model(mechanism)
+    terms = Terms({p.symbol: p.value for p in mechanism.parameters})
+    size = float(f"{longest_length(mechanism, terms):.3g}")
+    weights = []
+    for closer in mechanism.closers:
+        assert isinstance(closer, Closure)
+        assert closer.kind == "pin"
+        weights += [1, 1, 1, size, size]
+    weights = np.array(weights)
+    return (
+        model,
+        lambda z: model.gaps(z[None])[0] * weights,
+        lambda z: model.D_z(z[None])[0] * weights[:, None],
+    )
+
+
+def test_the_sum_of_squares_is_the_least(drawn):
+    robot, mechanism = drawn
+    model, gaps, slopes = weighted(mechanism)
+    free = model.unknown
+    for z in robot.configuration(postures(robot, 10)):
+
+        def at(x, z=z):
+            whole = z.copy()
+            whole[free] = x
+            return whole
+
+        found = least_squares(
+            lambda x: gaps(at(x)),
+            z[free] + 1e-3,
+            lambda x: slopes(at(x))[:, free],
+            xtol=1e-15,
+            ftol=1e-15,
+            gtol=1e-15,
+        )
+        np.testing.assert_allclose(z[free], found.x, atol=1e-9)
+        # They do stay open.
+        assert 1e-5 < np.abs(gaps(z)).max() < 0.1
+
+
+def test_constraint_tells_the_gaps(drawn):
+    robot, mechanism = drawn
+    model = Model(mechanism)
+    z = robot.configuration(postures(robot))
+    squares = (robot.constraint(z) ** 2).sum(-1)
+    np.testing.assert_allclose(squares, (model.gaps(z) ** 2).sum(-1), rtol=1e-9)
+
+
+def test_the_tool_is_where_the_posture_has_it(drawn):
+    robot, mechanism = drawn
+    q = postures(robot)
+    tip = Model(mechanism).tip(robot.configuration(q))
+    np.testing.assert_allclose(robot.fk(q), tip, atol=1e-12)
+
+
+def test_rates_are_those_of_differences(drawn):
+    robot, _ = drawn
+    q = postures(robot)
+    rng = np.random.default_rng(6)
+    v, a = rng.uniform(-1, 1, (2, *q.shape))
+
+    def difference(of):
+        return (of(q + STEP * v) - of(q - STEP * v)) / (2 * STEP)
+
+    along = np.einsum("Nij,Nj->Ni", robot.configuration_D_q(q), v)
+    np.testing.assert_allclose(along, difference(robot.configuration), atol=1e-7)
+    moved = difference(lambda q: robot.fk(q)[:, :3, 3])
+    linear = np.einsum("Nij,Nj->Ni", robot.jacobian_mixed(q)[:, :3], v)
+    np.testing.assert_allclose(linear, moved, atol=1e-7)
+    rates = difference(lambda q: robot.chain_rates(q, v))
+    found = robot.chain_accelerations(q, v, a)
+    np.testing.assert_allclose(found - robot.chain_rates(q, a), rates, atol=1e-6)
+    turned = difference(robot.jacobian_mixed)
+    np.testing.assert_allclose(robot.jacobian_mixed_dot(q, v), turned, atol=1e-6)
+
+
+def test_actuators_lead_back(drawn):
+    robot, _ = drawn
+    q = postures(robot)
+    rng = np.random.default_rng(7)
+    v, a = rng.uniform(-1, 1, (2, *q.shape))
+    theta, thetad = robot.chain(q), robot.chain_rates(q, v)
+    thetadd = robot.chain_accelerations(q, v, a)
+    np.testing.assert_allclose(robot.actuators(theta), q, atol=1e-10)
+    np.testing.assert_allclose(robot.actuator_rates(theta, thetad), v, atol=1e-9)
+    again = robot.actuator_accelerations(theta, thetad, thetadd)
+    np.testing.assert_allclose(again, a, atol=1e-8)
+    D = robot.actuators_D_chain(theta) @ robot.chain_D_q(q)
+    np.testing.assert_allclose(D, np.broadcast_to(np.eye(robot.n), D.shape), atol=1e-9)
+    if "actuator_margin" in robot.functions:
+        assert robot.actuators_valid(theta).all()
+        margin = robot.actuator_margin(robot.chain(robot.reference.q))
+        np.testing.assert_allclose(margin, 1.0, atol=1e-5)
+
+
+def test_loops_that_close_are_solved_as_ever(tmp_path):
+    """Asked for in vain: the closed form of the design stays."""
+    robot = made(replace(parallelogram(), closure="least squares"), tmp_path, ["fk", "constraint"])
+    assert robot.solution == "closed form"
+
+
+def test_an_inverse_is_led_from_the_design(tmp_path):
+    """A planar arm whose second motor drives the elbow by a parallelogram with a third rod."""
+    text = """
+name = "driven_elbow"
+convention = "urdf"
+actuated = ["shoulder", "motor", "wrist"]
+closure = "least squares"
+tool = { body = "hand", xyz = [0.3, 0, 0] }
+[[joints]]
+name = "shoulder"
+link = "upper"
+axis = [0, 0, 1]
+[[joints]]
+name = "elbow"
+link = "fore"
+xyz = [1, 0, 0]
+axis = [0, 0, 1]
+[[joints]]
+name = "wrist"
+link = "hand"
+xyz = [0.8, 0, 0]
+axis = [0, 0, 1]
+[[joints]]
+name = "motor"
+parent = "upper"
+link = "horn"
+axis = [0, 0, 1]
+[[rods]]
+name = "rod"
+length = 1
+a = { body = "horn", xyz = [0.2, 0, 0] }
+b = { body = "fore", xyz = [0.2, 0, 0] }
+[[rods]]
+name = "brace"
+length = 1.0003
+a = { body = "horn", xyz = [0, 0.2, 0] }
+b = { body = "fore", xyz = [0, 0.2, 0] }
+[reference]
+shoulder = 0.4
+motor = 0.7
+elbow = 0.7
+wrist = 0.2
+"""
+    path = tmp_path / "driven_elbow.toml"
+    path.write_text(text)
+    robot = made(load(path), tmp_path, ["fk", "fk_jacobian_mixed", "margin", "ik", "constraint"])
+    assert robot.solution == "newton"
+    q = robot.reference.q + np.random.default_rng(8).uniform(-0.5, 0.5, (200, 3))
+    found = robot.ik(robot.fk(q))
+    apart = np.where(found.valid[..., None], np.abs(found.q - q[:, None]), np.inf).max(-1)
+    assert apart.min(-1).max() < 1e-9
+    again = robot.fk(found.q[found.valid])
+    np.testing.assert_allclose(again, np.repeat(robot.fk(q), found.valid.sum(-1), 0), atol=1e-10)
