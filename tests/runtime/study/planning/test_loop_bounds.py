@@ -82,10 +82,10 @@ def test_no_bound_where_loops_open_or_are_dead():
     """Cylinders beyond their limits: on short ways triangles open, or are as good as stretched."""
     robot, bounds, lower, upper = made("excavator")
     rng, dead, span = np.random.default_rng(3), 0, upper - lower
-    for _ in range(400):
+    for _ in range(3000):
         a = rng.uniform(lower - span, upper + span)
         b = a + rng.normal(size=robot.n) * 0.03 * span
-        z = robot.configuration(a + np.linspace(0, 1, 200)[:, None] * (b - a))
+        z = robot.configuration(a + np.linspace(0, 1, 60)[:, None] * (b - a))
         closed = np.isfinite(z).all(-1)
         if closed.all() or not closed.any():
             continue
