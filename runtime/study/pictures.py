@@ -13,6 +13,7 @@ _EMPTY = "#ffffff00"
 _COLOUR_BLIND = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#000000")
 """Colours that differ for all kinds of sight (Okabe and Ito, 2008), and in lightness for print."""
 _STYLES = ("-", "--", ":")
+# Figures are 4.2 inches wide, views below each other: legible in a column of 8 cm.
 
 
 def plot_workspace(found: Any, ax: Any = None) -> Any:
@@ -34,16 +35,16 @@ def plot_workspace(found: Any, ax: Any = None) -> Any:
 
     normals = [thin] if found.cells.dimension < 3 else [2, 1]  # noqa: PLR2004 - a solid has three
     figure, axes = plt.subplots(
-        1, len(normals), squeeze=False, layout="constrained", figsize=(4.2 * len(normals), 3.6)
+        len(normals), 1, squeeze=False, layout="constrained", figsize=(4.2, 3.5 * len(normals))
     )
     most = max(_shares(found.hits.sum(normal)).max() for normal in normals)
-    for normal, own in zip(normals, axes[0], strict=True):
+    for normal, own in zip(normals, axes[:, 0], strict=True):
         image = _view(found, normal, own, most)
     measure = found.measure
     unit = {3: "m³", 2: "m²"}.get(measure.dimension, "m")
     figure.suptitle(f"{found.robot}: {measure.value:.3g} {unit} ± {measure.error:.1g} {unit}")
     figure.colorbar(image, ax=axes, label="postures in 1000")
-    return axes[0] if len(normals) > 1 else axes[0, 0]
+    return axes[:, 0] if len(normals) > 1 else axes[0, 0]
 
 
 def _view(found: Any, normal: int, ax: Any, most: float | None = None) -> Any:
@@ -214,7 +215,7 @@ def plot_positions(found: Any, ax: Any = None) -> Any:
 
     axes = ax
     if axes is None:
-        figure, axes = plt.subplots(1, 2, layout="constrained", figsize=(7.4, 3.6))
+        figure, axes = plt.subplots(2, 1, layout="constrained", figsize=(4.2, 6.4))
         volume = found.measure
         figure.suptitle(f"{found.robot}: {volume.value:.3g} m³ ± {volume.error:.1g} m³")
     lower, upper = found.cells.lower, found.cells.upper
@@ -251,7 +252,7 @@ def plot_reach(found: Any, ax: Any = None) -> Any:
     share = np.ma.masked_equal(found.grid(), 0)
     axes = ax
     if axes is None:
-        figure, axes = plt.subplots(1, 3, layout="constrained", figsize=(9.6, 3.4))
+        figure, axes = plt.subplots(3, 1, layout="constrained", figsize=(4.2, 9.0))
         figure.suptitle(f"{found.robot}: {found.reached.mean():.1%} of the poses are reached")
     lower, upper = found.cells.lower, found.cells.upper
     for own, normal in zip(axes, (2, 1), strict=False):

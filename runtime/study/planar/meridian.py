@@ -28,6 +28,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...tolerances import SAME_ARC
 from .annuli import BorderArc
 from .arc_regions import ArcRegion, common, united
 
@@ -79,8 +80,28 @@ class Meridian:
         return np.asarray(inside & (rho >= self.offset))
 
     def curves(self) -> list[FloatArray]:
-        """The border: curves of points (k, 2) in (rho, z) [m]."""
-        return [np.column_stack([np.hypot(u, self.offset), v]) for u, v in self._pieces()]
+        """The border: curves of points (k, 2) in (rho, z) [m].
+
+        Nothing is nearer to the axis than the plane: where the region goes on behind its place
+        nearest to the axis, a straight line is part of the border.
+        """
+        found = [np.column_stack([np.hypot(u, self.offset), v]) for u, v in self._pieces()]
+        return found + (self._nearest() if self.offset else [])
+
+    def _nearest(self) -> list[FloatArray]:
+        """The pieces of the line u = 0 in the region."""
+        at = [
+            arc.centre[1] + arc.radius * math.sin(t)
+            for arc in self.both.arcs
+            for t in _cuts(arc, (0.0,))
+            if abs(arc.centre[0] + arc.radius * math.cos(t)) <= SAME_ARC * arc.radius
+        ]
+        found = []
+        for a, b in itertools.pairwise(sorted(at)):
+            middle = np.array([[0.0, (a + b) / 2]])
+            if b - a > SAME_ARC and self.both.solid and self.both.contains(middle)[0]:
+                found.append(np.array([[self.offset, a], [self.offset, b]]))
+        return found
 
     def _pieces(self) -> list[tuple[FloatArray, FloatArray]]:
         """The arcs of the border as far as u >= 0."""

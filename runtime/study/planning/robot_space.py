@@ -3,8 +3,8 @@
 A way between two postures is free for certain, not at samples: where the clearance of a posture is
 larger than any point of the robot can move on the way to the next one, nothing in between touches.
 Where it is not, the way is halved, down to a resolution at which it counts as blocked. Points of a
-serial robot move no further than their lever arms let them. How far loops move points has no such
-bound near dead points, so it is taken from the frames along each way itself.
+serial robot move no further than their lever arms let them; how far loops move them is bounded for
+each way by `loop_bounds.py`, and a way too close to a dead point counts as blocked.
 
 Source:
     T. Duff and others, Building an orthonormal basis, revisited, 2017, for frames along links;
@@ -26,6 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...errors import InputValueError, ShapeError
 from ..samples import box_of
+from .loop_bounds import LoopBounds, loop_bounds
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -34,11 +35,6 @@ _RESOLUTION = 1e-3
 """Part of the box of the coordinates below which a way is not halved further."""
 _STEP = 1e-5
 """Step that shows which frames a joint moves [rad or m]."""
-_PARTS = 8
-"""Parts of a way at whose ends the frames of a robot with loops are asked."""
-_BETWEEN = 1.0
-"""How far a point may be from these places in between, in parts of the longest step from one to the
-next: on a smooth way half of its own step."""
 _POINT = 1e-9
 """Length [m] below which a capsule is a ball."""
 
@@ -110,6 +106,7 @@ class RobotSpace:
             their number on, into links.
         travel: (checks, n) how far the two may approach each other at most, for a unit of each
             coordinate [m]; None for a robot with loops.
+        bounds: Bounds of the motion of a robot with loops; None for a serial one.
     """
 
     robot: Any
@@ -119,6 +116,7 @@ class RobotSpace:
     upper: FloatArray
     checks: tuple[tuple[int, int], ...]
     travel: FloatArray | None
+    bounds: LoopBounds | None
 
     def free(self, points: FloatArray) -> BoolArray:
         """Whether nothing touches at postures (m, n)."""
@@ -149,16 +147,13 @@ class RobotSpace:
             b: (n,) its end.
 
         Returns:
-            (checks,) distances [m]; inf where a loop is open on the way.
+            (checks,) distances [m]; inf where loops are open on the way or too near a dead point.
         """
         if self.travel is not None:
             return np.asarray(self.travel @ (np.abs(b - a) / 2))
-        frames = _frames(self.robot, a + np.linspace(0, 1, _PARTS + 1)[:, None] * (b - a))
-        if not np.isfinite(frames).all():
-            return np.full(len(self.checks), np.inf)
-        steps = np.linalg.norm(np.diff(frames, axis=0), axis=-1).max(0)
-        away = np.linalg.norm(frames - frames[_PARTS // 2], axis=-1).max(0)
-        ends = away + _BETWEEN * steps
+        assert self.bounds is not None
+        points = _frames(self.robot, ((a + b) / 2)[None])[0]
+        ends = self.bounds.frames(a, b, points)
         moves = np.maximum(ends[:-1], ends[1:])
         first = len(self.obstacles)
         return np.array(
@@ -246,7 +241,10 @@ def robot_space(
         moves = _travel(robot, lengths, radii)
         apart = [_between(robot, moves, i - first, j) for j, i in own]
         travel = np.array([moves[k] for k, _ in near] + apart)
-    return RobotSpace(robot, tuple(obstacles), radii, lower, upper, tuple(near + own), travel)
+    bounds = loop_bounds(robot, lower, upper) if robot.loops else None
+    return RobotSpace(
+        robot, tuple(obstacles), radii, lower, upper, tuple(near + own), travel, bounds
+    )
 
 
 def _pairs(lengths: FloatArray, radii: FloatArray) -> list[tuple[int, int]]:

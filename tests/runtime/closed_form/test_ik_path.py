@@ -1,5 +1,7 @@
 """Paths of poses on one branch, what else an inverse takes, and robots that have none."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -307,3 +309,32 @@ def test_a_part_that_a_robot_has_no_inverse_for_is_named():
         chasles.load("ur5e").ik_path(np.eye(4)[None], np.zeros(6), task="position")
     with pytest.raises(chasles.ShapeError, match=r"T \(m, 4, 4\) or \(m, 4\) and seed \(5,\)"):
         robot.ik_path(np.zeros((3, 5)), np.zeros(5), task="position_pitch")
+
+
+@pytest.mark.parametrize("name", ["ur5e", "puma560", "irb6640", "stanford", "excavator"])
+def test_many_poses_at_once_are_those_of_one_after_the_other(name):
+    """Random walks, some with large steps, that cross branches, turns and limits."""
+    robot, rng, reasons = chasles.load(name), np.random.default_rng(5), []
+    lower, upper = np.maximum(robot.lower, -7), np.minimum(robot.upper, 7)
+    for k in range(24):
+        drift = rng.normal(0, (0.004, 0.04, 0.08)[k % 3], robot.n)
+        steps = drift + rng.normal(0, 0.02, (60, robot.n))
+        q = lower + (upper - lower) * rng.random(robot.n) + np.cumsum(steps, axis=0)
+        T = robot.fk(q)
+        q, T = q[np.isfinite(T).all((1, 2))], T[np.isfinite(T).all((1, 2))]
+        if len(q) < 2:
+            continue
+        path = robot.ik_path(T, q[0])
+        here = path.q[:1]
+        for pair in itertools.pairwise(T):
+            if not len(here) or len(here) > path.ended_at:
+                break
+            found = robot.ik_path(pair, here[-1])
+            if not found.complete:
+                assert (found.reason, found.joint) == (path.reason, path.joint)
+                break
+            here = np.vstack([here, found.q[1]])
+        np.testing.assert_allclose(path.q, here, atol=1e-11)
+        reasons.append(path.reason)
+    assert len(reasons) > 10
+    assert "limit" in reasons

@@ -269,6 +269,12 @@ def test_picture():
     assert axes.get_xlabel() == "distance from the first axis [m]"
     assert "m³" in axes.get_title()
     beside = exact_workspace(chasles.load("puma560"), "wrist")
-    drawn = np.concatenate([line.get_xydata() for line in beside.plot().lines])
+    curves = [line.get_xydata() for line in beside.plot().lines]
+    drawn = np.concatenate(curves)
     assert drawn[:, 0].min() >= 0.15 - 1e-12  # the shoulder's offset
+    # The border is closed, by straight lines where the plane is nearest to the axis.
+    assert sum(len(curve) == 2 for curve in curves) >= 2
+    ends = np.array([end for curve in curves for end in curve[[0, -1]]])
+    apart = np.linalg.norm(ends[:, None] - ends, axis=-1) + 9 * np.eye(len(ends))
+    assert apart.min(1).max() < 1e-9
     np.testing.assert_allclose(drawn[:, 0].max(), beside.meridian.extents[1, 0], atol=1e-3)
