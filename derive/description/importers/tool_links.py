@@ -159,16 +159,16 @@ def _guessed_ends(tree: KinematicTree, base: str) -> tuple[Ends, ...]:
 
 def _without_motion(tree: KinematicTree, base: str, leaves: Sequence[str]) -> Ends:
     """The only end of a tree in which no joint of an arm has a coordinate: its reader says why."""
+    if leaves == [base]:
+        raise NoChain("tip", base, "a link other than the base, and a joint that moves it")
+    if len(leaves) == 1:
+        return Ends(base, leaves[0])
     below = [joint for link in tree.outwards(base) for joint in tree.below[link]]
     fingers = [joint.name for joint in below if joint.kind == "moving"]
     if fingers:
         shown = ", ".join(fingers[:MOST_OTHERS])
         raise NoChain("tip", None, f"a choice of the tip link (only fingers move: {shown})")
-    if leaves == [base]:
-        raise NoChain("tip", base, "a link other than the base, and a joint that moves it")
-    if len(leaves) != 1:
-        raise NoChain("tip", None, "a joint that moves, or a choice of the tip link")
-    return Ends(base, leaves[0])
+    raise NoChain("tip", None, "a joint that moves, or a choice of the tip link")
 
 
 def base_below(way: Sequence[TreeJoint], base: str) -> str:

@@ -113,6 +113,8 @@ def test_ends_that_are_given():
             only_chain(tree(UR), base, tip)
     with pytest.raises(NoChain, match="a joint that moves, or a choice"):
         only_chain(tree("a>b:f a>c:f"), None, None)
+    finger = only_chain(tree("base>a:m:finger_1 a>b:m:finger_2"), None, None)
+    assert (finger.base, finger.tip) == ("base", "b")
     jaws = tree("base>l:m:left_jaw base>r:m:right_jaw")
     with pytest.raises(NoChain, match=r"only fingers move: left_jaw, right_jaw"):
         only_chain(jaws, None, None)
