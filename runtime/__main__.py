@@ -18,13 +18,15 @@ from .contract.described import is_description, shelf
 from .contract.facts import Argument, Manifest
 from .contract.library import build
 from .contract.manifest import read_manifest
-from .errors import ChaslesError
+from .errors import ChaslesError, InputValueError
 from .robot import shipped_folders
 
 if TYPE_CHECKING:
     from .calibration import Calibration
 
 _AT_ONCE = 2
+USAGE = 2
+"""The exit status of a command line that names no command, as argparse has it for wrong ones."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -34,9 +36,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: The arguments after the program's name; None takes the arguments of the process.
 
     Returns:
-        The exit status: 0 if all went well, 1 otherwise.
+        The exit status: 0 if all went well, 1 after an error, 2 where no command is named.
     """
-    options = _parser().parse_args(arguments)
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    if options.command is None:
+        parser.print_help(sys.stderr)
+        return USAGE
     try:
         status: int = options.run(options)
         sys.stdout.flush()
@@ -47,12 +53,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # The reader (head, less) closed the pipe; Python must not complain at exit either.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except OSError as error:
+        print(f"chasles: {error.filename}: {error.strerror}", file=sys.stderr)
+        return 1
     return status
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="chasles", description="Generated robot kinematics.")
-    commands = parser.add_subparsers(required=True, metavar="command")
+    commands = parser.add_subparsers(dest="command", metavar="command")
     build_ = commands.add_parser("build", help="compile robots into the cache")
     build_.add_argument(
         "robots", nargs="*", help="names, folders or descriptions; all generated ones if none"
@@ -142,6 +151,8 @@ def _view(options: argparse.Namespace) -> int:
     from .view import LiveView, html_page, read_recording  # noqa: PLC0415
 
     robot = load(options.robot)
+    if options.html and (options.play or options.port):
+        raise InputValueError("--play and --port are for the live view; a page has sliders alone")
     if options.html:
         options.html.write_text(html_page(robot), encoding="utf-8")
         print(f"written: {options.html}")

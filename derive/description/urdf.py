@@ -99,7 +99,7 @@ class UrdfFile:
         try:
             ends = only_chain(self.tree, base, tip)
         except NoChain as error:
-            self._fail(self.root, error.field, error.value, error.expected)
+            self._no_chain(error)
         base, tip = ends.base, ends.tip
         elements = [self.joint_to[joint.child] for joint in self.tree.way(base, tip) or ()]
         try:
@@ -152,7 +152,15 @@ class UrdfFile:
         try:
             return chosen_ends(self.tree, base, tip)
         except NoChain as error:
-            self._fail(self.root, error.field, error.value, error.expected)
+            self._no_chain(error)
+
+    def _no_chain(self, error: NoChain) -> NoReturn:
+        """Refuses a choice of links; they may stand in macros that nobody has expanded."""
+        elements = self.root.iterchildren(tag=etree.Element)
+        macro = next((element for element in elements if element.prefix == "xacro"), None)
+        name = f"<xacro:{etree.QName(macro).localname}>" if macro is not None else ""
+        hint = f"; {name} is not expanded: give the file the ending .xacro" if name else ""
+        self._fail(self.root, error.field, error.value, error.expected + hint)
 
     # --- one joint ---
 

@@ -73,6 +73,8 @@ class Explanation:
             return f"inverse: {general.title}{given}, at most {most}"
         if found is None:
             return f"no closed-form inverse: {classification.missing}"
+        if not self.most_solutions:
+            return f"no closed-form inverse: {self.loops[:1].lower()}{self.loops[1:]}".rstrip(".")
         of_chain = " of the main chain" if self.loops else ""
         title = found.title + _for_given(found, classification)
         if classification.tier == "snapped":
@@ -268,11 +270,20 @@ def _of_loops(hybrid: Hybrid) -> str:
         return "The actuators follow from the main chain by constant ratios."
     solution = hybrid.backward
     actuated = {c.moves for c in mechanism.coordinates}
+    if aside := _aside(hybrid):
+        return f"The tool on {mechanism.tool_body} does not move with {listed(aside)}."
     if solution.open and actuated & set(solution.open):
         missing = listed(sorted(actuated & set(solution.open)))
         return f"There is no closed form for {missing} from the main chain."
     steps = _counted(len(solution.steps), "step")
     return f"The actuators follow from the main chain in closed form, through the loops in {steps}."
+
+
+def _aside(hybrid: Hybrid) -> list[str]:
+    """The actuated coordinates that move neither the main chain nor a loop."""
+    moving = {joint.name for joint in hybrid.robot.moving}
+    moving |= {factor.name for loop in hybrid.equations for factor in loop.factors}
+    return [c.name for c in hybrid.mechanism.coordinates if c.moves not in moving]
 
 
 def _counted(count: int, noun: str) -> str:

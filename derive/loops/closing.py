@@ -7,6 +7,7 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
+from ..chain.kinematics import coordinates
 from ..chain.poe import placement_matrix
 from ..model.errors import RobotError
 from ..model.mechanism import Mechanism
@@ -105,7 +106,7 @@ class ClosedLoops:
         variables = configuration_names(mechanism)
         self.names = [variable.name for variable in variables]
         self.is_length = np.array([variable.unit == "m" for variable in variables])
-        self.z = sp.symbols(f"z1:{len(variables) + 1}", real=True)
+        self.z = coordinates("_z", len(variables))
         self.equations = constraints(mechanism, self.terms, self.z, may_stay_open=in_least_squares)
         self.entries = [entry for loop in self.equations for entry in loop.residual]
         self._owners = [loop.name for loop in self.equations for _ in loop.residual]

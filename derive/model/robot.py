@@ -24,6 +24,9 @@ from .kinds import UNITS, JointKind, ParameterKind
 from .placements import Placement, Rotation, Translation, Vector, symbols_of
 from .tolerances import MOST_WAVES
 
+OWN_PREFIX = "chasles_"
+"""The start of the names of C files that are generated along for every robot."""
+
 __all__ = [
     "UNITS",
     "Joint",
@@ -353,6 +356,9 @@ def check_robot_name(name: object) -> None:
     check_name("robot", name)
     if "__" in f"{name}_":
         raise RobotError(f"robot {name!r}: expected a name without __ and without _ at its end")
+    if f"{name}_".lower().startswith(OWN_PREFIX):
+        expected = f"a name without {OWN_PREFIX} at its start, as chasles' own C files have it"
+        raise RobotError(f"robot {name!r}: expected {expected}")
 
 
 def check_choice(what: str, name: str, value: object, choices: Sequence[object]) -> None:

@@ -35,6 +35,8 @@ FLAGS = (
     "-fvisibility=hidden",
 )
 
+MOST_LINES = 30
+"""Lines of the compiler's output that an error holds."""
 _CPU_FIELDS = frozenset(
     (
         *("vendor_id", "cpu family", "model", "model name", "flags"),
@@ -73,8 +75,15 @@ class Compiler:
         if result.returncode != 0:
             output = (result.stderr + result.stdout).strip()
             raise CompileError(
-                f"{shlex.join(command)}: failed with status {result.returncode}\n{output}"
+                f"{shlex.join(command)}: failed with status {result.returncode}\n{_start(output)}"
             )
+
+
+def _start(output: str) -> str:
+    """The first lines of a compiler's output: later errors mostly follow from them."""
+    lines = output.splitlines()
+    more = len(lines) - MOST_LINES
+    return "\n".join([*lines[:MOST_LINES], *([f"... and {more} more lines"] if more > 0 else [])])
 
 
 def find_compiler() -> Compiler:

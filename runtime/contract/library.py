@@ -26,6 +26,8 @@ from .compiler import Compiler, describe_machine, find_compiler
 from .facts import FunctionInfo, Manifest
 
 _KERNEL_HEADER = Path(__file__).with_name("_kernel.h")
+GLUE_FILE = "chasles_glue.c"
+"""The glue around a robot's C; no robot's name begins with chasles_."""
 _DIGEST_SIZE = hashlib.sha256().digest_size
 
 
@@ -73,7 +75,7 @@ def make_recipe(manifest: Manifest) -> Recipe:
     sources = {file: manifest.read_source(file) for file in manifest.c_files}
     check_header(manifest, sources[f"{name}.h"].decode(errors="replace"))
     sources["_kernel.h"] = _KERNEL_HEADER.read_bytes()
-    sources["glue.c"] = write_glue(manifest).encode()
+    sources[GLUE_FILE] = write_glue(manifest).encode()
     compiler = find_compiler()
     parts = [
         *(text for item in sorted(sources.items()) for text in (item[0].encode(), item[1])),
@@ -84,7 +86,7 @@ def make_recipe(manifest: Manifest) -> Recipe:
     # A digest for each part, so that no two lists of parts give the same bytes.
     digests = b"".join(hashlib.sha256(part).digest() for part in parts)
     key = hashlib.sha256(digests).hexdigest()
-    sources["glue.c"] += f'const char chasles_hash[] = "{key}";\n'.encode()
+    sources[GLUE_FILE] += f'const char chasles_hash[] = "{key}";\n'.encode()
     return Recipe(
         name, manifest.folder, sources, compiler, key, cache_folder() / f"{name}-{key[:32]}.so"
     )
@@ -230,7 +232,7 @@ def _compile(recipe: Recipe) -> None:
             folder = Path(name)
             for file, content in recipe.sources.items():
                 (folder / file).write_bytes(content)
-            recipe.compiler.compile("glue.c", "library.so", folder)
+            recipe.compiler.compile(GLUE_FILE, "library.so", folder)
             library = folder / "library.so"
             _seal(library)
             # Atomic, so that other processes see the whole library or none. If two build at once,

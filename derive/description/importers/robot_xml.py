@@ -17,6 +17,16 @@ def is_urdf(text: str) -> bool:
     return first is not None and first[1] == ROOT
 
 
+def _parser(*, recover: bool = False) -> etree.XMLParser:
+    return etree.XMLParser(
+        encoding="utf-8",
+        resolve_entities=False,
+        no_network=True,
+        huge_tree=False,
+        recover=recover,
+    )
+
+
 def parsed(file: str, text: str, root: str = ROOT) -> etree._Element:
     """The root element of an XML text.
 
@@ -28,14 +38,14 @@ def parsed(file: str, text: str, root: str = ROOT) -> etree._Element:
     Raises:
         DescriptionError: The text is no XML, has a document type, or has another root.
     """
-    parser = etree.XMLParser(
-        encoding="utf-8", resolve_entities=False, no_network=True, huge_tree=False
-    )
     try:
-        element = etree.fromstring(text.encode(), parser)
+        element = etree.fromstring(text.encode(), _parser())
     except etree.XMLSyntaxError as error:
-        reason = f"well-formed XML ({error.msg})"
-        raise DescriptionError(file, error.lineno, "", None, reason) from error
+        # Exporters write prefixes, such as drake:, that no xmlns declares.
+        if any(entry.domain != etree.ErrorDomains.NAMESPACE for entry in error.error_log):
+            reason = f"well-formed XML ({error.msg})"
+            raise DescriptionError(file, error.lineno, "", None, reason) from error
+        element = etree.fromstring(text.encode(), _parser(recover=True))
     tag, line = str(element.tag), element.sourceline
     about = f"<{tag}>"
     if element.getroottree().docinfo.doctype:

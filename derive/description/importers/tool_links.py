@@ -1,7 +1,8 @@
 """The chain that is meant where nobody names its ends, by rules that a user can read.
 
 1. A joint called a finger (``FINGER_WORDS``) ends the arm. So do several branches of at most
-   ``LONGEST_FINGER`` joints on one link behind ``JOINTS_OF_AN_ARM`` joints: the fingers of a hand.
+   ``LONGEST_FINGER`` joints on one link behind ``JOINTS_OF_AN_ARM`` joints, or of any length where
+   one of them is called a finger: the fingers of a hand.
 2. The arm is the longest chain of joints with a coordinate of their own. Arms of equal length that
    end in different joints are several robots.
 3. Among the links that are fixed to the last joint, the tip is the first with a well-known name, in
@@ -12,7 +13,7 @@
 
 import difflib
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise, takewhile
 
@@ -144,7 +145,7 @@ def _guessed_ends(tree: KinematicTree, base: str) -> tuple[Ends, ...]:
     arms = _longest(list(_arms(tree, base)))
     leaves = [link for link in tree.outwards(base) if not tree.below[link]]
     if not arms:
-        return (_without_motion(base, leaves),)
+        return (_without_motion(tree, base, leaves),)
     tips = [_tip(tree, arm[-1].child) for arm in arms]
     return tuple(
         Ends(
@@ -156,13 +157,18 @@ def _guessed_ends(tree: KinematicTree, base: str) -> tuple[Ends, ...]:
     )
 
 
-def _without_motion(base: str, leaves: Sequence[str]) -> Ends:
-    """The only end of a tree in which no joint has a coordinate: its reader says why."""
+def _without_motion(tree: KinematicTree, base: str, leaves: Sequence[str]) -> Ends:
+    """The only end of a tree in which no joint of an arm has a coordinate: its reader says why."""
     if leaves == [base]:
         raise NoChain("tip", base, "a link other than the base, and a joint that moves it")
-    if len(leaves) != 1:
-        raise NoChain("tip", None, "a joint that moves, or a choice of the tip link")
-    return Ends(base, leaves[0])
+    if len(leaves) == 1:
+        return Ends(base, leaves[0])
+    below = [joint for link in tree.outwards(base) for joint in tree.below[link]]
+    fingers = [joint.name for joint in below if joint.kind == "moving"]
+    if fingers:
+        shown = ", ".join(fingers[:MOST_OTHERS])
+        raise NoChain("tip", None, f"a choice of the tip link (only fingers move: {shown})")
+    raise NoChain("tip", None, "a joint that moves, or a choice of the tip link")
 
 
 def base_below(way: Sequence[TreeJoint], base: str) -> str:
@@ -202,15 +208,19 @@ def _arms(tree: KinematicTree, base: str) -> Iterator[tuple[TreeJoint, ...]]:
         if way:
             yield way
         moved = tree.moved(link)
-        if not _are_fingers([heights[joint.child] + 1 for joint in moved], way):
+        if not _are_fingers(moved, heights, way):
             arms = [joint for joint in reversed(moved) if not _is_finger(joint)]
             waiting += [(joint.child, (*way, joint)) for joint in arms]
 
 
-def _are_fingers(lengths: Sequence[int], way: Sequence[TreeJoint]) -> bool:
-    """Whether several branches of some lengths at the end of a way are the fingers of a hand."""
-    behind_an_arm = _freedom(way) >= JOINTS_OF_AN_ARM
-    return behind_an_arm and len(lengths) > 1 and max(lengths) <= LONGEST_FINGER
+def _are_fingers(
+    moved: Sequence[TreeJoint], heights: Mapping[str, int], way: Sequence[TreeJoint]
+) -> bool:
+    """Whether several branches at the end of a way are the fingers of a hand."""
+    if _freedom(way) < JOINTS_OF_AN_ARM:
+        return False
+    short = all(heights[joint.child] < LONGEST_FINGER for joint in moved)
+    return len(moved) > 1 and (short or any(_is_finger(joint) for joint in moved))
 
 
 def _heights(tree: KinematicTree, base: str) -> dict[str, int]:

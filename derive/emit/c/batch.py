@@ -58,7 +58,7 @@ def has_lanes(function: SymbolicFunction) -> bool:
 
 
 def _header(robot: Described, functions: Sequence[Signature]) -> str:
-    guard = f"CHASLES_{robot.name.upper()}_BATCH_H"
+    guard = f"CHASLES_BATCH_OF_{robot.name.upper()}_H"
     declarations = "\n".join(f"{_signature(robot, function)};" for function in functions)
     return f"""\
 {notice(robot)}

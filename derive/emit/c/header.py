@@ -29,7 +29,8 @@ def header(
         functions: The functions, with the meanings of their arguments and results.
         programs: Their programs, for the operation counts.
     """
-    guard = f"CHASLES_{robot.name.upper()}_H"
+    # No guard of chasles' own headers begins so: a robot may be called hexapod or lanes.
+    guard = f"CHASLES_ROBOT_{robot.name.upper()}_H"
     moved: Sequence[Joint | Coordinate] = robot.coordinates
     coordinates = "\n".join(
         f" *   q[{k}]  {joint.name} ({joint.kind}, {joint.unit})" for k, joint in enumerate(moved)

@@ -115,7 +115,7 @@ def _unled(hybrid: Hybrid, exact: Inverses) -> Inverses:
     nominal, missing = hybrid.mechanism.nominal, exact.classification.missing
     if nominal is not None:
         why = f"no inverse of the nominal robot {nominal.name!r} leads to it"
-    elif hybrid.mechanism.closers and missing:
+    elif hybrid.mechanism.closers and missing and exact.classification.attempts:
         why = 'if it is as built, nominal = "<file>" names the robot as designed'
     else:
         return exact

@@ -167,6 +167,29 @@ def test_names_limits_and_snapped_angles(path):
     assert as_written.notes == ()
 
 
+def test_prefixes_that_nobody_declares(tmp_path):
+    arm = tmp_path / "arm.urdf"
+    arm.write_text(TWO_LINKS)
+    known = from_urdf(arm)
+    arm.write_text(
+        TWO_LINKS.replace("<limit", '<limit drake:acceleration="2"', 1).replace(
+            "</robot>", '<drake:ignored name="x"><drake:member/></drake:ignored></robot>'
+        )
+    )
+    assert from_urdf(arm) == known
+    arm.write_text(arm.read_text().replace("</robot>", ""))
+    with pytest.raises(DescriptionError, match="well-formed XML"):
+        from_urdf(arm)
+
+
+def test_macros_that_nobody_expanded(tmp_path):
+    arm = tmp_path / "arm.urdf"
+    space = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
+    arm.write_text(f'<robot name="a" {space}><link name="w"/><xacro:arm parent="w"/></robot>')
+    with pytest.raises(DescriptionError, match=r"<xacro:arm> is not expanded.*ending \.xacro"):
+        from_urdf(arm)
+
+
 def wrong(path, text, *arguments):
     path.write_text(text)
     with pytest.raises(DescriptionError) as caught:

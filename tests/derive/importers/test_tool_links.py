@@ -44,6 +44,8 @@ link6>ft_frame:f link6>flange:f flange>tool0:f tool0>camera_mount:f camera_mount
 tool0>robotiq_base:f robotiq_base>left_outer:m:finger_joint robotiq_base>right_outer:c:mimic1"""
 PALM = f"""base_link>torso:m {arm("arm", 6, "torso")} arm6>palm_link:f palm_link>a1:m:a1 a1>a2:m:a2
 palm_link>b1:m:b1 b1>b2:m:b2 torso>head1:m head1>head2:m head2>camera:f base_link>wheel:m"""
+LONG_FINGERS = f"""{arm("arm", 7, "base")} arm7>palm:f palm>thumb1:m {arm("t", 5, "thumb1")}
+{arm("index", 6, "palm")} {arm("ring", 6, "palm")}"""
 TWO = f"""base>body:f {arm("left", 7, "body")} {arm("right", 7, "body")} left7>left_tool0:f
 right7>right_tool0:f body>head:m"""
 LEGGED = f"world>trunk:x {arm('a', 3, 'trunk')} {arm('b', 5, 'trunk')} b5>b_ee:f"
@@ -58,6 +60,7 @@ TWO_PLATES = f"{arm('l', 5, 'base')} l5>plate_a:f l5>plate_b:f"
         (PANDA, "panda_link0", "panda_hand"),
         (UR, "world", "tool0"),
         (PALM, "base_link", "palm_link"),
+        (LONG_FINGERS, "base", "palm"),
         (LEGGED, "trunk", "b_ee"),
         (COUPLED, "base", "l5"),
         (NO_NAME, "base", "plate"),
@@ -103,11 +106,18 @@ def test_ends_that_are_given():
     for base, tip, words in (
         ("tool0", "world", "a link below tool0"),
         ("tool0", "tool0", "other than the base"),
-        ("tool0", None, "a joint that moves"),
+        ("tool0", None, "only fingers move: finger_joint"),
         ("tol0", None, "such as tool0"),
     ):
         with pytest.raises(NoChain, match=words):
             only_chain(tree(UR), base, tip)
+    with pytest.raises(NoChain, match="a joint that moves, or a choice"):
+        only_chain(tree("a>b:f a>c:f"), None, None)
+    finger = only_chain(tree("base>a:m:finger_1 a>b:m:finger_2"), None, None)
+    assert (finger.base, finger.tip) == ("base", "b")
+    jaws = tree("base>l:m:left_jaw base>r:m:right_jaw")
+    with pytest.raises(NoChain, match=r"only fingers move: left_jaw, right_jaw"):
+        only_chain(jaws, None, None)
 
 
 def random_tree(dice):

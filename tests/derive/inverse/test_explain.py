@@ -40,6 +40,25 @@ def test_every_robot_is_explained(name):
     assert max(map(len, text.splitlines())) < 260
 
 
+ASIDE = """[[joints]]
+name = "aside"
+parent = "0"
+link = "aside"
+type = "prismatic"
+axis = [0, 0, 1]
+
+[reference]"""
+
+
+def test_lines_without_an_inverse():
+    rocker = explained("slider_crank").line
+    assert rocker == "no closed-form inverse: no structure is known for 1 joint"
+    text = (ROBOTS / "five_bar.toml").read_text().replace("[reference]", ASIDE)
+    found = explain(loads(text.replace('"right"]', '"right", "aside"]'), "five_bar.toml"))
+    assert found.line == "no closed-form inverse: the tool on left_coupler does not move with aside"
+    assert "The tool on left_coupler does not move with aside." in str(found)
+
+
 @pytest.mark.parametrize(
     ("name", "structure", "most"),
     [

@@ -214,6 +214,33 @@ def test_build_says_what_failed(folder, tmp_path, capsys):
     assert "no robot named 'zebra'" in capsys.readouterr().err
 
 
+def test_no_command(capsys):
+    assert main([]) == 2
+    told = capsys.readouterr().err
+    for command in ("build", "calibrate", "info", "list", "view"):
+        assert f"\n    {command}" in told
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["calibrate", "none.csv", "--robot", "ur5e"], "none.csv: No such file or directory"),
+        (["view", "tiny", "--html", "no/folder.html"], "no/folder.html: No such file"),
+        (["view", "tiny", "--html", "a.html", "--play", "b.csv"], "a page has sliders alone"),
+    ],
+)
+def test_files_that_are_not_there(arguments, words, shipped, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    if arguments[0] == "calibrate":
+        monkeypatch.setattr("chasles.__main__.load", lambda *_, **__: None)
+    monkeypatch.setattr("chasles.view.html_page", lambda _: "page")
+    assert main(arguments) == 1
+    told = capsys.readouterr().err
+    assert told.startswith("chasles: ")
+    assert words in told
+    assert not list(tmp_path.glob("*.html"))
+
+
 def test_info(shipped, capsys):
     assert main(["info", "tiny"]) == 0
     text = capsys.readouterr().out

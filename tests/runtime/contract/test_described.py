@@ -2,6 +2,7 @@
 
 import os
 import pickle
+import re
 import shutil
 import signal
 import subprocess
@@ -41,6 +42,27 @@ FIND = "import sys, chasles; print(chasles.find_folder(sys.argv[1]))"
 def fast(cache, monkeypatch):
     """An empty cache, and C that is compiled quickly."""
     monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
+
+
+@pytest.mark.parametrize("name", ["lanes", "batch", "glue"])
+def test_robots_called_like_files_of_chasles(tmp_path, name):
+    path = tmp_path / "arm.toml"
+    path.write_text(ARM.replace("elbow_arm", name))
+    np.testing.assert_allclose(chasles.load(path).fk([0, 0])[0, 3], 0.5)
+
+
+def test_no_header_of_chasles_is_guarded_like_one_of_a_robot():
+    headers = [*ROOT.glob("derive/emit/c/support/**/*.h"), *ROOT.glob("runtime/contract/*.h")]
+    guards = {g for h in headers for g in re.findall(r"#ifndef (\w+_H)\b", h.read_text())}
+    assert len(guards) > 20
+    assert not [g for g in guards if g.startswith(("CHASLES_ROBOT_", "CHASLES_BATCH_OF_"))]
+
+
+def test_names_of_chasles_own_files_are_refused(tmp_path):
+    path = tmp_path / "arm.toml"
+    path.write_text(ARM.replace("elbow_arm", "chasles_rigid"))
+    with pytest.raises(chasles.DerivationError, match="without chasles_ at its start"):
+        chasles.load(path)
 
 
 @pytest.fixture

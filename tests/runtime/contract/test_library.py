@@ -213,6 +213,12 @@ def test_failing_compiler(folder, cache):
     assert libraries(cache) == []
 
 
+def test_a_long_output_of_the_compiler_is_cut(folder):
+    folder.write(tiny.SOURCE + "".join(f"\nwrong{k} is not C;\n" for k in range(100)))
+    with pytest.raises(chasles.CompileError, match=r"(?s)wrong0.*\.\.\. and \d+ more lines$"):
+        chasles.load(folder.path)
+
+
 def test_missing_compiler(folder, monkeypatch, tmp_path):
     monkeypatch.setenv("CC", "no-such-cc -O2")
     with pytest.raises(
