@@ -92,8 +92,8 @@ def draw(
 
     Raises:
         OutOfReachError: If loops do not close at q.
-        InputValueError: If a view is unknown, axes are given for several views, or ghosts are
-            asked of a robot without an inverse in closed form.
+        InputValueError: If a view is unknown, axes are given for several views, a motion is that of
+            another robot, or ghosts are asked of a robot without an inverse in closed form.
         ShapeError: If q, ghosts or path have another number of coordinates.
         ImportError: If matplotlib is absent: `pip install 'chasles[draw]'`.
     """
@@ -131,8 +131,11 @@ def rows_of(robot: Any, postures: Any, name: str) -> FloatArray:
 
     Raises:
         ShapeError: If they are no rows of n coordinates.
+        InputValueError: If the motion is that of another robot.
     """
     sampled = postures.sample() if hasattr(postures, "sample") else postures
+    if getattr(sampled, "robot", robot.name) != robot.name:
+        raise InputValueError(f"{name}: a motion of {sampled.robot}, expected one of {robot.name}")
     rows = np.asarray(getattr(sampled, "q", sampled), dtype=np.float64)
     if rows.ndim != 2 or rows.shape[1] != robot.n or not len(rows):  # noqa: PLR2004
         raise ShapeError(f"{name}: expected shape (k, {robot.n}), got {rows.shape}")
