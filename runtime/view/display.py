@@ -95,6 +95,7 @@ class Display:
         solids: The solids of its bodies.
         start: The posture at which a view starts: that of its drawings.
         most_ghosts: The greatest number of ghosts.
+        moved: The coordinate, by index, that moves each joint with a symbol, by name.
     """
 
     robot: Any
@@ -102,6 +103,7 @@ class Display:
     solids: tuple[Solid, ...]
     start: Posture
     most_ghosts: int
+    moved: Mapping[str, int]
 
     def __init__(self, robot: Any) -> None:
         """Prepares the display.
@@ -114,10 +116,10 @@ class Display:
         """
         self.robot = robot
         self.skeleton = skeleton(robot)
-        self._moved = _moved(robot, self.skeleton)
+        self.moved = _moved(robot, self.skeleton)
         turns = np.array([coordinate.unit == "rad" for coordinate in robot.coordinates])
         self._units = np.where(turns, 1.0, self.skeleton.size)
-        self.solids = solids(self.skeleton, frozenset(self._moved))
+        self.solids = solids(self.skeleton, frozenset(self.moved))
         self.most_ghosts = len(robot.labels.get("ik", ()))
         if self.most_ghosts == 1:
             # The only branch is the posture itself.
@@ -184,7 +186,7 @@ class Display:
         near = gap < _NEAR_LIMIT * span
         return {
             name: Nearness.BEYOND if beyond[k] else Nearness.NEAR if near[k] else Nearness.FREE
-            for name, k in self._moved.items()
+            for name, k in self.moved.items()
         }
 
     def workspace(self, units: Sequence[SliderUnit], count: int) -> FloatArray:
@@ -213,8 +215,9 @@ class Display:
 
     def _start(self) -> Posture:
         q = self.skeleton.posture
-        z = q if self.robot.reference is None else np.array(self.robot.reference.z)
-        return self._posture(q, z)
+        if self.robot.reference is None:
+            return self._posture(q, q)
+        return self._posture(q, self._configurations(q[None], np.array(self.robot.reference.z))[0])
 
     def _posture(self, q: FloatArray, z: FloatArray, *, closes: bool = True) -> Posture:
         bodies = self.skeleton.poses_at(z)

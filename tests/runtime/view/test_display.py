@@ -46,6 +46,7 @@ def test_a_posture_is_that_of_the_coordinates(name):
     robot = chasles.load(name)
     display = Display(robot)
     assert np.isfinite(display.start.bodies).all()
+    np.testing.assert_allclose(display.start.tool, robot.fk(display.start.q), atol=1e-9)
     for posture in drawn(display, np.random.default_rng(5)):
         assert posture.reached
         if robot.solution != "newton":
