@@ -3,6 +3,7 @@
 "use strict";
 
 const MOST_GHOSTS = 16;
+const SEEN = 1e-7; // error of a ghost's tool, in parts of the robot's size and in radians: no pixel
 const REST = 250; // milliseconds of rest before a search
 const SLICE = 6; // milliseconds of a search at once, so that the page stays in hand
 const NEARNESS_COLOURS = { free: 0x0072b2, near: 0xf0e442, beyond: 0xd55e00 };
@@ -13,36 +14,33 @@ class Ghosts {
     Object.assign(this, { inverse, geometries, scene, drawn, found: [], places: [] });
     this.timer = null;
     this.isShown = true;
+    this.isSeeking = false;
   }
 
-  // Follows the tool from the configuration z on.
+  // Follows the tool from the configuration z on; those that cannot go there wait unseen.
   follow(z) {
-    const goal = this.inverse.kinematics.toolPose(this.inverse.kinematics.frames(z));
+    const { kinematics } = this.inverse, goal = kinematics.toolPose(kinematics.frames(z));
     if (this.isShown) {
-      this.found = this.found.map((own) => {
-        const { z: there, position, turn } = this.inverse.follow(own, goal, "position", false);
-        return Math.max(position, turn) < SAME ? there : own;
-      });
-      this.show(this.found.filter((own) => this.isThere(own, goal) && !this.inverse.areSame(own, z)));
+      const ways = this.found.map((own) => this.inverse.follow(own, goal, "position", false, SEEN));
+      const isThere = ways.map(({ position, turn }) => Math.max(position, turn) < SAME);
+      this.found = this.found.map((own, i) => (isThere[i] ? ways[i].z : own));
+      this.show(this.found.filter((own, i) => isThere[i] && !this.inverse.areSame(own, z)));
     }
     clearTimeout(this.timer);
+    this.isSeeking = this.isShown;
+    if (!this.isShown) return;
     this.timer = setTimeout(() => this.seek(this.inverse.others(z.slice()), []), REST);
-  }
-
-  isThere(z, goal) {
-    const kinematics = this.inverse.kinematics;
-    const rows = toolRows(kinematics, kinematics.frames(z), goal, { position: 1, turn: 1 });
-    return rows.largest() < SAME;
   }
 
   // A slice of a search, and the next one later.
   seek(starts, found) {
     const end = performance.now() + SLICE;
-    while (this.isShown && performance.now() < end) {
+    while (performance.now() < end) {
       const { value, done } = starts.next();
       if (value) found.push(value);
       if (done || found.length === MOST_GHOSTS) {
         this.found = found;
+        this.isSeeking = false;
         this.show(found);
         return;
       }
@@ -54,7 +52,7 @@ class Ghosts {
     this.isShown = isShown;
     this.found = [];
     this.show([]);
-    if (isShown) this.follow(z);
+    this.follow(z);
   }
 
   show(configurations) {
@@ -70,7 +68,6 @@ class Ghosts {
         bodies[k].matrixWorldNeedsUpdate = true;
       });
     });
-    this.shown = configurations;
     this.drawn();
   }
 

@@ -63,11 +63,12 @@ class Inverse {
   // The configuration that follows the tool from z to a goal, with its errors there.
   //
   // The part of the pose that is dragged ("position" or "turn") comes first where both cannot be
-  // had. Loops stay closed all the way, and coordinates within their limits if they are to.
-  follow(z, goal, first = "position", within = true) {
+  // had. Loops stay closed all the way, and coordinates within their limits if they are to. The
+  // iteration ends at an error of `reached`.
+  follow(z, goal, first = "position", within = true, reached = REACHED) {
     const weights = { position: SECOND, turn: SECOND, [first]: 1 };
     let here = this.stateAt(z, goal, weights), damping = DAMPING;
-    for (let step = 0; step < MOST_DRAGS && here.error > REACHED * SECOND; step++) {
+    for (let step = 0; step < MOST_DRAGS && here.error > reached * SECOND; step++) {
       const next = this.better(here, goal, weights, damping, within);
       if (next === null) break;
       const gain = 1 - next.state.error / here.error;
@@ -103,7 +104,7 @@ class Inverse {
   jacobian(here) {
     const { driven, free, robot } = this.kinematics;
     here.follow = this.kinematics.following(here.z, here.T);
-    return here.rows.by.map((row) => driven.map((k, i) => {
+    return Array.from(here.rows.by, (row) => driven.map((k, i) => {
       const passive = free.reduce((sum, f, j) => sum + row[f] * robot.scales[f] * here.follow[j][i], 0);
       return row[k] * this.scales[i] + passive;
     }));

@@ -243,7 +243,7 @@ class Rows {
 
   add(value) {
     this.values.push(value);
-    this.by.push(new Array(this.count).fill(0));
+    this.by.push(new Float64Array(this.count));
   }
 
   // Adds the velocity of a point of a body along a direction to the last row.
@@ -289,16 +289,24 @@ class Rows {
   }
 
   products(entries, others, scales) {
-    return entries.map((k) =>
-      others.map((l) => scales[k] * scales[l] * this.by.reduce((sum, row) => sum + row[k] * row[l], 0)),
-    );
+    const M = entries.map(() => new Array(others.length).fill(0));
+    for (const row of this.by) {
+      for (let a = 0; a < entries.length; a++) {
+        const own = scales[entries[a]] * row[entries[a]];
+        if (own === 0) continue;
+        for (let b = 0; b < others.length; b++) M[a][b] += own * scales[others[b]] * row[others[b]];
+      }
+    }
+    return M;
   }
 
   // A' r as a column.
   against(entries, scales) {
-    return entries.map((k) => [
-      scales[k] * this.by.reduce((sum, row, i) => sum + row[k] * this.values[i], 0),
-    ]);
+    return entries.map((k) => {
+      let sum = 0;
+      for (let i = 0; i < this.by.length; i++) sum += this.by[i][k] * this.values[i];
+      return [scales[k] * sum];
+    });
   }
 }
 

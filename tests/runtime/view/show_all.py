@@ -1,9 +1,11 @@
 """``python tests/runtime/view/show_all.py FOLDER N [PICTURES]``: the pages of many robots.
 
-The shipped robots, the shelf, the URDFs and robot files of a folder and N random mechanisms are shown
-in a Chromium. Each page must load without a word in its console, and its bodies must be where the robot's own
-functions put them, after moves of all sliders. Prints the size of each page, the time in which it
-computes a frame, the largest distance of a body, and what is wrong; pictures go into a folder.
+The shipped robots, the shelf, the URDFs and robot files of a folder and N random mechanisms are
+shown in a Chromium. Each page must load without a word in its console; its bodies must be where the
+robot's own functions put them, after moves of all sliders; and its handle must follow the tool back
+along these postures. Prints the size of each page, the times of a frame of a slider and of the
+handle with its ghosts, the number of ghosts, the largest distance of a body and of the tool, and
+what is wrong; pictures go into a folder.
 """
 
 import shutil
@@ -17,8 +19,37 @@ import numpy as np
 ROOT = Path(__file__).parents[3]
 sys.path.insert(0, str(ROOT))
 STEPS = 4
-AT_ONCE = 30
-"""Sliders are moved this often for the time of a frame."""
+CLOSED = 1e-9
+"""Parts of the size, and of a direction, by which bodies and the tool may be off."""
+ROUNDS, FRAMES = 5, 20
+"""The time of a frame is the least of some rounds."""
+SEARCHED = 20.0
+"""Seconds that a search for ghosts may take on a busy machine."""
+TIMES = f"""(() => {{
+  const least = (frame) => Math.min(...[...Array({ROUNDS}).keys()].map(() => {{
+    const begin = performance.now();
+    for (let k = 0; k < {FRAMES}; k++) frame(k % 2 ? 1 : -1);
+    return (performance.now() - begin) / {FRAMES};
+  }}));
+  const q = coordinates(), kept = kinematics.z.slice();
+  const inwards = robot.sliders.map((s, i) =>
+    0.003 * (s.upper - s.lower) * (q[i] > (s.lower + s.upper) / 2 ? -1 : 1));
+  const slid = least((way) => {{
+    kinematics.moveTo(q.map((v, i) => v + (way > 0 ? inwards[i] : 0)));
+    ghosts.follow(kinematics.z);
+    kinematics.poses();
+  }});
+  kinematics.z = kept.slice();
+  const goals = [kept, kinematics.z].map((z) => kinematics.toolPose(kinematics.frames(z)));
+  goals[1][3] += 0.003 * robot.size;
+  const dragged = least((way) => {{
+    kinematics.z = inverse.follow(kinematics.z, goals[way > 0 ? 1 : 0]).z;
+    ghosts.follow(kinematics.z);
+    kinematics.poses();
+  }});
+  kinematics.z = kept;
+  return [slid, dragged];
+}})()"""
 
 
 def robots(folder, count, kept):
@@ -43,33 +74,41 @@ def robots(folder, count, kept):
 
 
 def judged(browser, robot, kept):
-    """Bytes of the page, milliseconds of a frame, the largest distance, and complaints."""
+    """Bytes of the page; milliseconds of both frames; ghosts; distances; and complaints."""
     from pages import coordinates, on_page, opened, walk
 
     from chasles.view.display import Display
 
     display = Display(robot)
     file = opened(browser, kept, robot)
-    size, far = display.skeleton.size, 0.0
-    for posture in walk(display, STEPS, seed=1):
+    size, far, missed = display.skeleton.size, 0.0, 0.0
+    way = walk(display, STEPS, seed=1, part=0.04)
+    for posture in way:
         assert browser.run(f"setCoordinates({posture.q.tolist()})"), "a loop does not close"
         assert np.abs(coordinates(browser) - posture.q).max() < 1e-9, "another posture"
         off = np.abs(on_page(browser) - posture.bodies)
         far = max(far, off[:, :3, :3].max(), off[:, :3, 3].max() / size)
-    ms = browser.run(
-        f"""(() => {{
-      const q = coordinates(), begin = performance.now();
-      for (let k = 1; k <= {AT_ONCE}; k++) {{
-        kinematics.moveTo(q.map((v, i) => v + 0.003 * (k % 2) * (robot.sliders[i].upper -
-          robot.sliders[i].lower) * (v > (robot.sliders[i].lower + robot.sliders[i].upper) / 2
-          ? -1 : 1)));
-        kinematics.poses();
-      }}
-      return (performance.now() - begin) / {AT_ONCE};
-    }})()"""
-    )
-    browser.run("document.getElementById('home').click()")
-    return file.stat().st_size, ms, far, browser.complaints()
+    for posture in reversed(way):
+        at = browser.run(f"dragTo({posture.tool.ravel().tolist()}, 'position')")
+        missed = max(missed, at["position"], at["turn"])
+    ghosts = searched(browser)
+    times = browser.run(TIMES)
+    return file.stat().st_size, *times, ghosts, far, missed, browser.complaints()
+
+
+def searched(browser):
+    """The number of ghosts, when the page has sought them."""
+    end = time.monotonic() + SEARCHED
+    while time.monotonic() < end and browser.run("ghosts.isSeeking"):
+        time.sleep(0.1)
+    return browser.run("ghosts.found.length")
+
+
+def told(found):
+    """Figures in a line."""
+    size, slid, dragged, ghosts, far, missed = found
+    times = f"slider {slid:5.2f} ms, handle {dragged:5.2f} ms"
+    return f"{size / 1e6:.2f} MB, {times}, {ghosts:2.0f} ghosts, off {far:.0e}, tool {missed:.0e}"
 
 
 def main(folder, count, pictures=None):
@@ -78,15 +117,15 @@ def main(folder, count, pictures=None):
 
     kept = Path(tempfile.mkdtemp())
     browser = Chromium(shutil.which("chromium"), kept / "profile")
-    shown, wrong, most = 0, 0, np.zeros(3)
+    shown, wrong, most = 0, 0, np.zeros(6)
     for name, loaded in robots(Path(folder), int(count), kept):
         shown += 1
         begin = time.perf_counter()
         try:
-            size, ms, far, said = judged(browser, loaded(), kept)
-            most = np.maximum(most, (size, ms, far))
-            word = f"{size / 1e6:.2f} MB {ms:6.2f} ms {far:.1e} {' '.join(said)}"
-            bad = bool(said) or far > 1e-9
+            *found, said = judged(browser, loaded(), kept)
+            most = np.maximum(most, found)
+            word = f"{told(found)} {' '.join(said)}"
+            bad = bool(said) or max(found[-2:]) > CLOSED
             if pictures:
                 Path(pictures).mkdir(exist_ok=True)
                 browser.picture(Path(pictures) / f"{name.replace(' ', '_')}.png")
