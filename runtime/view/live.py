@@ -294,7 +294,7 @@ class LiveView:
             for body, T, wxyz in zip(
                 self._bodies, posture.bodies, quaternions(posture.bodies), strict=True
             ):
-                body.wxyz, body.position = wxyz, T[:3, 3]
+                _give(body, wxyz=wxyz, position=T[:3, 3])
             self._show_limits(posture)
             for slider, unit, q in zip(self._sliders, self._units, posture.q, strict=True):
                 slider.value = float(np.clip(q, unit.lower, unit.upper) * unit.factor)
@@ -303,7 +303,7 @@ class LiveView:
                 self._tool.wxyz = quaternions(posture.tool)
                 self._tool.position = posture.tool[:3, 3]
             self._show_ghosts(posture)
-        self._message.content = _told(posture)
+        _give(self._message, content=_told(posture))
 
     def _show_limits(self, posture: Posture) -> None:
         for name, nearness in self._display.limits(posture).items():
