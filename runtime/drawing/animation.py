@@ -37,7 +37,8 @@ def animate(
         robot: The robot.
         motion: (k, n) postures [rad or m], one a picture; or a motion, which is sampled at the rate
             of the pictures.
-        file: The file to write, .gif or .mp4.
+        file: The file to write, .gif or .mp4. A film needs ffmpeg: the one that is installed, or
+            that of `pip install 'chasles[film]'`.
         views: As of `draw`; None: the robot's plane, or else from aside.
         rate: Pictures per second.
 
@@ -45,8 +46,8 @@ def animate(
         The file.
 
     Raises:
-        InputValueError: If the file has another ending.
-        ChaslesError: If ffmpeg is needed and absent.
+        InputValueError: If the file has another ending, or the motion is that of another robot.
+        ChaslesError: If ffmpeg is needed and absent, or fails.
         OutOfReachError: If loops do not close in a posture.
         ImportError: If matplotlib or Pillow is absent: `pip install 'chasles[draw]'`.
     """
@@ -101,13 +102,19 @@ def _around(moments: list[Scene]) -> tuple[FloatArray, FloatArray]:
 
 
 def _ffmpeg(target: Path) -> str:
+    """The program that encodes films: the system's, or else that of the wheel imageio-ffmpeg."""
     found = shutil.which("ffmpeg")
-    if found is None:
+    if found is not None:
+        return found
+    try:
+        import imageio_ffmpeg  # noqa: PLC0415 - an extra
+
+        return str(imageio_ffmpeg.get_ffmpeg_exe())
+    except (ImportError, RuntimeError) as error:
         raise ChaslesError(
-            f"animate: {target.name}: films need ffmpeg, which is not installed: `apt install "
-            "ffmpeg`, `brew install ffmpeg` or `conda install ffmpeg`; a .gif needs none"
-        )
-    return found
+            f"animate: {target.name}: films need ffmpeg, which is not installed: "
+            "pip install 'chasles[film]', or install ffmpeg itself; a .gif needs none"
+        ) from error
 
 
 def _write_film(ffmpeg: str, target: Path, pictures: list[NDArray[np.uint8]], rate: float) -> None:

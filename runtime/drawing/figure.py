@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..closed_form.solutions import Solutions
 from ..errors import InputValueError, ShapeError
 from ..tolerances import SAME_SOLUTION
+from .assembly import assembly_modes, has_modes, others
 from .lettering import Lettering
 from .scene import Scene, scenes
 from .skeleton import Skeleton, skeleton
@@ -79,8 +80,9 @@ def draw(
         robot: The robot.
         q: (n,) actuated coordinates [rad or m]; None: the reference of its loops, or a posture in
             which the joints of an arm are apart on the picture.
-        ghosts: Further postures, drawn pale: True for all other inverses of the same pose, the
-            solutions of an inverse at one pose, or (g, n) coordinates.
+        ghosts: Further postures, drawn pale: True for all other inverses of the same pose, "modes"
+            for all other assembly modes at the same actuators, the solutions of an inverse at one
+            pose, or (g, n) coordinates.
         path: Postures (k, n) or a sampled motion, whose tool's path is drawn.
         views: Some of "front", "side", "top", "axonometric" and, of planar robots, "plane".
         ax: matplotlib axes for a single view: the robot's plane, or else from aside, where no view
@@ -92,16 +94,16 @@ def draw(
 
     Raises:
         OutOfReachError: If loops do not close at q.
-        InputValueError: If a view is unknown, axes are given for several views, or ghosts are
-            asked of a robot without an inverse in closed form.
+        InputValueError: If a view is unknown, axes are given for several views, a motion is that of
+            another robot, ghosts are asked of a robot without an inverse in closed form, or modes
+            of one whose modes are not known.
         ShapeError: If q, ghosts or path have another number of coordinates.
         ImportError: If matplotlib is absent: `pip install 'chasles[draw]'`.
     """
     bodies = skeleton(robot)
     chosen = bodies.posture if q is None else _row(robot, q)
     poses = bodies.poses(chosen)
-    further, labels = _ghosts(robot, chosen, ghosts)
-    pale = bodies.poses(further) if len(further) else np.empty((0, *poses.shape))
+    pale, labels = _ghosts(bodies, chosen, ghosts)
     way = None if path is None else _tool_path(bodies, path)
     found = views_of(bodies, poses, None if views is None else tuple(views))
     if views is None and ax is not None and len(found) > 1:
@@ -131,8 +133,11 @@ def rows_of(robot: Any, postures: Any, name: str) -> FloatArray:
 
     Raises:
         ShapeError: If they are no rows of n coordinates.
+        InputValueError: If the motion is that of another robot.
     """
     sampled = postures.sample() if hasattr(postures, "sample") else postures
+    if getattr(sampled, "robot", robot.name) != robot.name:
+        raise InputValueError(f"{name}: a motion of {sampled.robot}, expected one of {robot.name}")
     rows = np.asarray(getattr(sampled, "q", sampled), dtype=np.float64)
     if rows.ndim != 2 or rows.shape[1] != robot.n or not len(rows):  # noqa: PLR2004
         raise ShapeError(f"{name}: expected shape (k, {robot.n}), got {rows.shape}")
@@ -145,18 +150,29 @@ def _tool_path(bodies: Skeleton, path: Any) -> FloatArray:
     return tips
 
 
-def _ghosts(robot: Any, q: FloatArray, ghosts: Any) -> tuple[FloatArray, tuple[str, ...]]:
-    """The further postures and their names."""
+def _ghosts(bodies: Skeleton, q: FloatArray, ghosts: Any) -> tuple[FloatArray, tuple[str, ...]]:
+    """The poses (g, bodies, 4, 4) of the further postures, and their names."""
+    robot = bodies.robot
     if ghosts is None or ghosts is False:
-        return np.empty((0, robot.n)), ()
+        return np.empty((0, len(bodies.bodies), 4, 4)), ()
+    if isinstance(ghosts, str):
+        return _modes(bodies, q, ghosts), ()
     if ghosts is True:
         if "ik" not in robot.functions:
             raise InputValueError(f"draw: ghosts: {robot.name} has no inverse in closed form")
-        others = other_inverses(robot, q)
-        return others.array(), _labels(others)
+        ghosts = other_inverses(robot, q)
     if isinstance(ghosts, Solutions):
-        return ghosts.array(), _labels(ghosts)
-    return rows_of(robot, ghosts, "draw: ghosts"), ()
+        return bodies.poses(ghosts.array()), _labels(ghosts)
+    return bodies.poses(rows_of(robot, ghosts, "draw: ghosts")), ()
+
+
+def _modes(bodies: Skeleton, q: FloatArray, word: str) -> FloatArray:
+    if word != "modes":
+        raise InputValueError(f'draw: ghosts: got {word!r}, expected "modes" of all words')
+    if not has_modes(bodies.robot):
+        raise InputValueError(f"draw: ghosts: the modes of {bodies.robot.name} are not known")
+    z = bodies.robot.configuration(q)
+    return bodies.poses_at(others(assembly_modes(bodies, q, z), z, bodies).z)
 
 
 def other_inverses(robot: Any, q: FloatArray) -> Solutions:

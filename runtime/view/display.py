@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..drawing import Skeleton, skeleton
+from ..drawing.assembly import assembly_modes, has_modes, others
 from ..iterative.low_discrepancy import low_discrepancy
 from ..tolerances import AT_LIMIT, SAME_SOLUTION
 from .slider_units import SliderUnit
-from .solids import BLUE, VERMILION, YELLOW, Solid, solids
+from .solids import BLUE, PURPLE, VERMILION, YELLOW, Colour, Solid, solids
 from .tool_branches import Branches, branches
 
 FloatArray = NDArray[np.float64]
@@ -85,6 +86,16 @@ class Ghosts:
     scales: FloatArray
     colours: NDArray[np.uint8]
 
+    @staticmethod
+    def joined(parts: Sequence[Ghosts]) -> Ghosts:
+        """Several kinds of ghosts, one after the other."""
+        return Ghosts(
+            np.concatenate([part.positions for part in parts]),
+            np.concatenate([part.wxyzs for part in parts]),
+            np.concatenate([part.scales for part in parts]),
+            np.concatenate([part.colours for part in parts]),
+        )
+
 
 class Display:
     """A robot as a view shows it.
@@ -95,6 +106,8 @@ class Display:
         solids: The solids of its bodies.
         start: The posture at which a view starts: that of its drawings.
         most_ghosts: The greatest number of ghosts.
+        most_modes: The greatest number of assembly modes, 0 where they are not known.
+        moved: The coordinate, by index, that moves each joint with a symbol, by name.
     """
 
     robot: Any
@@ -102,6 +115,8 @@ class Display:
     solids: tuple[Solid, ...]
     start: Posture
     most_ghosts: int
+    most_modes: int
+    moved: Mapping[str, int]
 
     def __init__(self, robot: Any) -> None:
         """Prepares the display.
@@ -114,16 +129,17 @@ class Display:
         """
         self.robot = robot
         self.skeleton = skeleton(robot)
-        self._moved = _moved(robot, self.skeleton)
+        self.moved = _moved(robot, self.skeleton)
         turns = np.array([coordinate.unit == "rad" for coordinate in robot.coordinates])
         self._units = np.where(turns, 1.0, self.skeleton.size)
-        self.solids = solids(self.skeleton, frozenset(self._moved))
+        self.solids = solids(self.skeleton, frozenset(self.moved))
         self.most_ghosts = len(robot.labels.get("ik", ()))
         if self.most_ghosts == 1:
             # The only branch is the posture itself.
             self.most_ghosts = 0
         if "ik" not in robot.functions and "ik_planar" in dir(robot):
             self.most_ghosts = _PLANAR_GHOSTS
+        self.most_modes = robot.modes.outputs[0].shape[0] if has_modes(robot) else 0
         self.start = self._start()
 
     def at(self, q: FloatArray, last: Posture) -> Posture:
@@ -160,20 +176,37 @@ class Display:
 
     def ghosts(self, posture: Posture) -> Ghosts:
         """The other branches at the tool's pose, or at the pose that was asked for."""
-        count, bodies = self.most_ghosts, len(self.skeleton.bodies)
         found = posture.branches or branches(self.robot, posture.tool, posture.q)
         z = self._configurations(found.q, posture.z)
-        others = np.abs(found.q - posture.q).max(-1, initial=0.0) > SAME_SOLUTION
-        shown = np.flatnonzero(others & np.isfinite(z).all(-1))[:count]
-        poses = self.skeleton.poses_at(z[shown])
-        positions, wxyzs = np.zeros((count, bodies, 3)), np.zeros((count, bodies, 4))
-        scales, colours = np.zeros(count), np.zeros((count, 3), dtype=np.uint8)
+        is_other = np.abs(found.q - posture.q).max(-1, initial=0.0) > SAME_SOLUTION
+        shown = np.flatnonzero(is_other & np.isfinite(z).all(-1))[: self.most_ghosts]
+        colours = [COLOURS[_nearness_of(found, k)] for k in shown]
+        return self._placed(z[shown], colours, self.most_ghosts)
+
+    def modes(self, posture: Posture) -> Ghosts:
+        """The other assembly modes at the same actuators."""
+        found = others(
+            assembly_modes(self.skeleton, posture.q, posture.z), posture.z, self.skeleton
+        )
+        near = found.margin < _NEAR_BORDER * np.abs(found.margin).max(initial=0.0)
+        colours = [YELLOW if k else PURPLE for k in near]
+        return self._placed(found.z, colours, self.most_modes)
+
+    def _placed(self, z: FloatArray, shown: Sequence[Colour], count: int) -> Ghosts:
+        """Configurations (g, n_z) with their colours in a number of places."""
+        found, places, poses = self.no_ghosts(count), slice(0, len(z)), self.skeleton.poses_at(z)
+        found.positions[places], found.scales[places] = poses[:, :, :3, 3], 1.0
+        found.wxyzs[places] = quaternions(poses)
+        found.colours[places] = np.reshape(shown, (-1, 3))
+        return found
+
+    def no_ghosts(self, count: int) -> Ghosts:
+        """A number of places without ghosts."""
+        bodies = len(self.skeleton.bodies)
+        wxyzs = np.zeros((count, bodies, 4))
         wxyzs[..., 0] = 1.0
-        places = slice(0, len(shown))
-        positions[places], scales[places] = poses[:, :, :3, 3], 1.0
-        wxyzs[places] = quaternions(poses)
-        colours[places] = np.reshape([COLOURS[_nearness_of(found, k)] for k in shown], (-1, 3))
-        return Ghosts(positions, wxyzs, scales, colours)
+        positions, colours = np.zeros((count, bodies, 3)), np.zeros((count, 3), dtype=np.uint8)
+        return Ghosts(positions, wxyzs, np.zeros(count), colours)
 
     def limits(self, posture: Posture) -> Mapping[str, Nearness]:
         """The nearness of each actuated coordinate to its limits, by the joint that it moves."""
@@ -184,7 +217,7 @@ class Display:
         near = gap < _NEAR_LIMIT * span
         return {
             name: Nearness.BEYOND if beyond[k] else Nearness.NEAR if near[k] else Nearness.FREE
-            for name, k in self._moved.items()
+            for name, k in self.moved.items()
         }
 
     def workspace(self, units: Sequence[SliderUnit], count: int) -> FloatArray:
@@ -213,8 +246,9 @@ class Display:
 
     def _start(self) -> Posture:
         q = self.skeleton.posture
-        z = q if self.robot.reference is None else np.array(self.robot.reference.z)
-        return self._posture(q, z)
+        if self.robot.reference is None:
+            return self._posture(q, q)
+        return self._posture(q, self._configurations(q[None], np.array(self.robot.reference.z))[0])
 
     def _posture(self, q: FloatArray, z: FloatArray, *, closes: bool = True) -> Posture:
         bodies = self.skeleton.poses_at(z)

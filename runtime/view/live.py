@@ -5,7 +5,7 @@ from __future__ import annotations
 import socket
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputValueError
-from .display import COLOURS, Display, Posture, quaternions
+from .display import COLOURS, Display, Ghosts, Posture, quaternions
 from .meshes import BodyMesh, body_meshes
 from .playback import Recording
 from .slider_units import SliderUnit, slider_units
@@ -32,6 +32,7 @@ _GIZMO = 0.2
 _CLOUD = 20_000
 """Points of the workspace: enough to see its form, few enough to turn it without jerks."""
 _LEGEND = "blue: within limits · yellow: near a limit or the border of reach · red: beyond a limit"
+_MODES = " · purple: assembly modes at the same actuators"
 _AWAY = "The tool cannot be there: the posture of the least error nearby is shown."
 _OPEN = "A loop does not close there."
 
@@ -168,7 +169,7 @@ class LiveView:
 
     def _add_ghosts(self) -> None:
         """All ghosts of a body are one mesh in several places: a message a body and frame."""
-        places = self._display.most_ghosts
+        places = self._display.most_ghosts + self._display.most_modes
         self._ghosts = []
         for k, body in enumerate(self._display.skeleton.bodies):
             parts = [solid.triangles for solid in self._display.solids if solid.body == k]
@@ -204,14 +205,21 @@ class LiveView:
             for k, (unit, q) in enumerate(zip(self._units, self.posture.q, strict=True))
         ]
         self._message = gui.add_markdown("")
-        self._ghosts_shown = gui.add_checkbox("branches as ghosts", bool(self._ghosts))
-        self._ghosts_shown.on_update(self._on_ghosts)
+        display = self._display
+        self._ghosts_shown = gui.add_checkbox(
+            "branches as ghosts", display.most_ghosts > 0, visible=display.most_ghosts > 0
+        )
+        self._modes_shown = gui.add_checkbox(
+            "assembly modes as ghosts", False, visible=display.most_modes > 0
+        )
+        for switch in (self._ghosts_shown, self._modes_shown):
+            switch.on_update(self._on_ghosts)
         self._cloud_shown = gui.add_checkbox("workspace", False)
         self._cloud_shown.on_update(self._on_cloud)
         if self._meshes:
             self._meshes_shown = gui.add_checkbox("meshes", True)
             self._meshes_shown.on_update(self._on_meshes)
-        gui.add_markdown(_LEGEND)
+        gui.add_markdown(_LEGEND + (_MODES if display.most_modes else ""))
         if self._recording is not None:
             end = max(float(self._recording.t[-1]), _RATE)
             self._playing = gui.add_checkbox("play", True)
@@ -286,10 +294,8 @@ class LiveView:
             for body, T, wxyz in zip(
                 self._bodies, posture.bodies, quaternions(posture.bodies), strict=True
             ):
-                body.wxyz, body.position = wxyz, T[:3, 3]
-            for name, nearness in self._display.limits(posture).items():
-                for symbol in self._symbols.get(name, ()):
-                    symbol.color = COLOURS[nearness]
+                _give(body, wxyz=wxyz, position=T[:3, 3])
+            self._show_limits(posture)
             for slider, unit, q in zip(self._sliders, self._units, posture.q, strict=True):
                 slider.value = float(np.clip(q, unit.lower, unit.upper) * unit.factor)
             # A tool in somebody's hand stays there; let go, it returns to the robot.
@@ -297,20 +303,42 @@ class LiveView:
                 self._tool.wxyz = quaternions(posture.tool)
                 self._tool.position = posture.tool[:3, 3]
             self._show_ghosts(posture)
-        self._message.content = _told(posture)
+        _give(self._message, content=_told(posture))
+
+    def _show_limits(self, posture: Posture) -> None:
+        for name, nearness in self._display.limits(posture).items():
+            for symbol in self._symbols.get(name, ()):
+                _give(symbol, color=COLOURS[nearness])
 
     def _show_ghosts(self, posture: Posture) -> None:
         if not self._ghosts:
             return
-        is_shown = bool(self._ghosts_shown.value)
-        ghosts = self._display.ghosts(posture) if is_shown else None
+        display = self._display
+        parts = [
+            find(posture) if switch.value else display.no_ghosts(count)
+            for switch, find, count in self._kinds_of_ghosts()
+        ]
+        ghosts = Ghosts.joined(parts)
         for k, handle in self._ghosts:
-            handle.visible = is_shown
-            if ghosts is not None:
+            _give(handle, visible=bool(ghosts.scales.any()))
+            _give(handle, batched_scales=ghosts.scales, batched_colors=ghosts.colours)
+            if ghosts.scales.any():
                 handle.batched_positions = ghosts.positions[:, k]
                 handle.batched_wxyzs = ghosts.wxyzs[:, k]
-                handle.batched_scales = ghosts.scales
-                handle.batched_colors = ghosts.colours
+
+    def _kinds_of_ghosts(self) -> list[tuple[Any, Callable[[Posture], Ghosts], int]]:
+        """For each kind: its switch, what finds its ghosts, and their greatest number."""
+        display = self._display
+        branches = (self._ghosts_shown, display.ghosts, display.most_ghosts)
+        modes = (self._modes_shown, display.modes, display.most_modes)
+        return [kind for kind in (branches, modes) if kind[2]]
+
+
+def _give(handle: Any, **values: Any) -> None:
+    """Sets what differs: viser checks each value, which takes longer than to compare it."""
+    for name, value in values.items():
+        if not np.array_equal(getattr(handle, name), value):
+            setattr(handle, name, value)
 
 
 def _told(posture: Posture) -> str:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import base64
 import html
 import json
+import math
+from collections.abc import Mapping
 from pathlib import Path
 from string import Template
 from typing import Any
@@ -25,6 +27,9 @@ _PARTS = {
     "three": "three/three.min.js",
     "orbit": "three/OrbitControls.js",
     "kinematics": "page/kinematics.js",
+    "inverse": "page/inverse.js",
+    "handle": "page/handle.js",
+    "ghosts": "page/ghosts.js",
     "scene": "page/scene.js",
 }
 
@@ -72,7 +77,7 @@ def page_data(robot: Any) -> dict[str, Any]:
         "struts": _struts(skeleton, start),
         "closures": _closures(skeleton),
         "tool": {"body": skeleton.tip, "placement": skeleton.tip_placement.ravel().tolist()},
-        "surfaces": [_surface(solid) for solid in display.solids],
+        "surfaces": [_surface(solid, display.moved) for solid in display.solids],
     }
 
 
@@ -85,12 +90,14 @@ def _scales(robot: Any, skeleton: Skeleton) -> list[float]:
 def _slider(robot: Any, skeleton: Skeleton, k: int, unit: SliderUnit) -> dict[str, Any]:
     index = next(i for i, own in skeleton.actuators.items() if own == k)
     ratio = robot._actuated_in_z[k].ratio if robot.configuration_variables else 1.0
+    limits = [float(robot.lower[k]), float(robot.upper[k])]
     return {
         "name": unit.name,
         "unit": unit.unit,
         "factor": unit.factor,
         "lower": unit.lower,
         "upper": unit.upper,
+        "limits": [end if math.isfinite(end) else None for end in limits],
         "index": index,
         "ratio": ratio,
     }
@@ -145,10 +152,11 @@ def _closures(skeleton: Skeleton) -> list[dict[str, Any]]:
     ]
 
 
-def _surface(solid: Solid) -> dict[str, Any]:
+def _surface(solid: Solid, moved: Mapping[str, int]) -> dict[str, Any]:
     red, green, blue = solid.colour
     return {
         "body": solid.body,
+        "moves": moved.get(solid.joint),
         "colour": f"#{red:02x}{green:02x}{blue:02x}",
         "vertices": _encoded(solid.triangles.vertices.astype("<f4")),
         "faces": _encoded(solid.triangles.faces.astype("<u2")),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -41,14 +42,15 @@ def read_recording(file: Path, robot: Any) -> Recording:
     """Reads a motion that `Sampled.to_npz` or `Sampled.to_csv` wrote, or a table of coordinates.
 
     Args:
-        file: `.npz` with arrays `t (m,)` and `q (m, n)`, or a table `.csv` with a header: a column
-            named after each coordinate [rad or m], and maybe one of times, "t [s]". Other columns
-            are ignored. Without times, rows are 0.05 s apart.
+        file: `.npz` with arrays `t (m,)` and `q (m, n)`, and maybe `robot` and `names`, the names
+            of the robot and of its coordinates; or a table `.csv` with a header: a column named
+            after each coordinate [rad or m], and maybe one of times, "t [s]". Other columns are
+            ignored. Without times, rows are 0.05 s apart.
         robot: The robot.
 
     Raises:
-        InputValueError: The file cannot be read, lacks a column, or holds what is no number; times
-            fall.
+        InputValueError: The file cannot be read, is the recording of another robot, lacks a column,
+            or holds what is no number; times fall.
     """
     t, q = _from_npz(file, robot) if file.suffix == ".npz" else _from_csv(file, robot)
     if len(q) == 0:
@@ -64,14 +66,28 @@ def _from_npz(file: Path, robot: Any) -> tuple[FloatArray, FloatArray]:
     try:
         with np.load(file) as arrays:
             t, q = (np.asarray(arrays[name], dtype=np.float64) for name in "tq")
+            told = {name: np.array(arrays[name]) for name in ("robot", "names") if name in arrays}
     except (OSError, KeyError, ValueError) as error:
         raise InputValueError(f"{file}: expected arrays t and q of numbers ({error})") from error
+    _refuse_another(file, robot, told)
     if q.shape != (*t.shape, robot.n) or t.ndim != 1:
         raise InputValueError(
             f"{file}: expected t (m,) and q (m, {robot.n}) of {robot.name}, got {t.shape} and "
             f"{q.shape}"
         )
     return t, q
+
+
+def _refuse_another(file: Path, robot: Any, told: Mapping[str, NDArray[Any]]) -> None:
+    """Raises InputValueError if a file names another robot, or other coordinates."""
+    own = ", ".join(coordinate.name for coordinate in robot.coordinates)
+    names = ", ".join(map(str, np.ravel(told["names"]))) if "names" in told else own
+    name = str(told.get("robot", robot.name))
+    if (name, names) != (robot.name, own):
+        raise InputValueError(
+            f"{file}: a recording of {name} ({names}), expected one of {robot.name} ({own}); a "
+            ".csv goes by the names of its columns alone"
+        )
 
 
 def _from_csv(file: Path, robot: Any) -> tuple[FloatArray, FloatArray]:

@@ -63,9 +63,9 @@ def branches(robot: Any, T: FloatArray, last: FloatArray) -> Branches:
 
 def _all(robot: Any, T: FloatArray, last: FloatArray) -> tuple[FloatArray, BoolArray, FloatArray]:
     """Coordinates of all branches, whether they are within the limits, and their margins."""
-    if "ik" in dir(robot):
+    if hasattr(robot, "ik"):
         return _in_closed_form(robot, T, last)
-    if "ik_planar" in dir(robot):
+    if hasattr(robot, "ik_planar"):
         x = np.array([T[0, 3], T[1, 3], np.arctan2(T[1, 0], T[0, 0])])
         found = robot.ik_planar(x)
         q = _unwound(robot, found.q[found.valid], last)

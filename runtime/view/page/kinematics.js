@@ -4,7 +4,7 @@
 
 const CLOSED = 1e-12; // residual of the closures, in parts of the robot's size, that counts as closed
 const MOST_STEPS = 20; // iterations; a good start takes four
-const PROBE = 1e-6; // step of the numeric derivative [rad, parts of the robot's size]
+const STILL = 1e-12; // part of the largest pivot below which a direction moves nothing
 const STRIDE = 0.05; // largest move of a slider's coordinate at once [rad, parts of the robot's size]
 const NEAR = 3; // strides that a joint moves in one of a slider, beyond which it is another branch
 const SMALLEST_STRIDE = 1e-3; // part of a stride below which the loops are said not to close
@@ -23,6 +23,10 @@ function product(A, B) {
 
 function moved(T, p) {
   return [0, 4, 8].map((i) => T[i] * p[0] + T[i + 1] * p[1] + T[i + 2] * p[2] + T[i + 3]);
+}
+
+function turned(T, v) {
+  return [0, 4, 8].map((i) => T[i] * v[0] + T[i + 1] * v[1] + T[i + 2] * v[2]);
 }
 
 function cross(a, b) {
@@ -62,20 +66,39 @@ class Kinematics {
       .map((part) => (part ? part.coordinate : -1))
       .filter((k) => k >= 0 && !this.driven.includes(k));
     this.free = robot.closures.length + robot.struts.length ? [...new Set(used)] : [];
+    this.ways = this.waysFromTheGround();
+  }
+
+  // The bodies whose joints move each body.
+  waysFromTheGround() {
+    const ways = [];
+    this.robot.bodies.forEach(({ joint, parent }, k) => {
+      const before = joint === null ? [] : ways[parent];
+      ways.push(joint !== null && joint.coordinate >= 0 ? [...before, k] : before);
+    });
+    return ways;
   }
 
   // The poses of all bodies; parts of struts lie between the points that they join.
   poses(z = this.z) {
+    const T = this.frames(z);
+    for (const { span } of this.robot.bodies.slice(T.length)) T.push(this.spanned(span, T));
+    return T;
+  }
+
+  // The poses of the ground and of the bodies on joints, which come before the parts of struts.
+  frames(z) {
     const T = [];
     for (const body of this.robot.bodies) {
-      if (body.span) T.push(this.spanned(body.span, T));
-      else if (body.joint === null) T.push(body.placement.slice());
-      else {
-        const { coordinate, ratio, offset } = body.joint;
-        const value = coordinate < 0 ? 0 : ratio * z[coordinate] + offset;
-        const fixed = product(T[body.parent], body.placement);
-        T.push(body.joint.kind === "fixed" ? fixed : product(fixed, motion(body.joint, value)));
+      if (body.span) break;
+      if (body.joint === null) {
+        T.push(body.placement);
+        continue;
       }
+      const { coordinate, ratio, offset } = body.joint;
+      const value = coordinate < 0 ? 0 : ratio * z[coordinate] + offset;
+      const fixed = product(T[body.parent], body.placement);
+      T.push(body.joint.kind === "fixed" ? fixed : product(fixed, motion(body.joint, value)));
     }
     return T;
   }
@@ -93,47 +116,82 @@ class Kinematics {
       0, 0, 0, 1];
   }
 
-  // What keeps the loops open, in metres, and angles times the robot's size.
-  residual(z) {
-    const T = this.poses(z), out = [], size = this.robot.size;
-    for (const strut of this.robot.struts) {
-      const a = moved(T[strut.bodies[0]], strut.ends[0]);
-      const b = moved(T[strut.bodies[1]], strut.ends[1]);
-      const longer = strut.coordinate < 0 ? 0 : z[strut.coordinate];
-      out.push(Math.hypot(...minus(b, a)) - strut.length - longer);
-    }
-    for (const closure of this.robot.closures) {
-      const A = product(T[closure.bodies[0]], closure.frames[0]);
-      const B = product(T[closure.bodies[1]], closure.frames[1]);
-      const gap = minus(column(B, 3), column(A, 3));
-      const [x, y, w] = [0, 1, 2].map((k) => column(A, k));
-      out.push(dot(gap, x), dot(gap, y));
-      if (closure.kind !== "slider") out.push(dot(gap, w));
-      if (closure.kind !== "ball") out.push(size * dot(x, column(B, 2)), size * dot(y, column(B, 2)));
-      if (closure.kind === "weld" || closure.kind === "slider") out.push(size * dot(x, column(B, 1)));
-    }
-    return out;
+  toolPose(T) {
+    return product(T[this.robot.tool.body], this.robot.tool.placement);
   }
 
-  // Closes the loops with Gauss and Newton's iteration, from a configuration nearby.
-  closed(start) {
-    const z = start.slice();
+  // The twist of each body on its parent for one unit of the coordinate: its turning rate w, and
+  // the velocity m of a point of the body at the base's origin.
+  twists(T) {
+    return this.robot.bodies.map(({ joint }, k) => {
+      if (joint === null || joint.coordinate < 0) return null;
+      const axis = turned(T[k], joint.axis).map((a) => joint.ratio * a);
+      if (joint.kind === "prismatic") return { w: [0, 0, 0], m: axis };
+      const around = cross(moved(T[k], joint.at), axis);
+      return { w: axis, m: around.map((v, i) => v + joint.advance * axis[i]) };
+    });
+  }
+
+  // Rows of equations at a configuration, each with its value and its derivative by z.
+  rowsAt(T) {
+    return new Rows(this, T, this.twists(T));
+  }
+
+  // What keeps the loops open, in metres, and angles times the robot's size.
+  loops(z, T) {
+    const rows = this.rowsAt(T), size = this.robot.size;
+    for (const strut of this.robot.struts) {
+      const [a, b] = strut.bodies.map((body, i) => moved(T[body], strut.ends[i]));
+      const gap = minus(b, a), length = Math.hypot(...gap), way = gap.map((g) => g / length);
+      rows.add(length - strut.length - (strut.coordinate < 0 ? 0 : z[strut.coordinate]));
+      rows.moving(strut.bodies[1], b, way, 1);
+      rows.moving(strut.bodies[0], a, way, -1);
+      if (strut.coordinate >= 0) rows.last[strut.coordinate] -= 1;
+    }
+    for (const { kind, bodies, frames } of this.robot.closures) {
+      const [A, B] = bodies.map((body, i) => product(T[body], frames[i]));
+      const [x, y, w] = [0, 1, 2].map((k) => column(A, k));
+      const met = { pin: [x, y, w], ball: [x, y, w], weld: [x, y, w], slider: [x, y] }[kind];
+      const square = [[x, column(B, 2)], [y, column(B, 2)], [x, column(B, 1)]];
+      met.forEach((axis) => rows.meeting(bodies, column(A, 3), column(B, 3), axis));
+      square
+        .slice(0, { pin: 2, ball: 0, weld: 3, slider: 3 }[kind])
+        .forEach(([a, b]) => rows.square(bodies, a, b, size));
+    }
+    return rows;
+  }
+
+  // Closes the loops with Gauss and Newton's iteration, from a configuration nearby; entries of z
+  // that are not unknown stay. Null where it finds nothing.
+  closed(start, unknown = this.free) {
+    const z = start.slice(), { scales, size } = this.robot;
     for (let step = 0; step < MOST_STEPS; step++) {
-      const r = this.residual(z);
-      if (Math.max(...r.map(Math.abs), 0) < CLOSED * this.robot.size) return z;
-      const columns = this.free.map((k) => {
-        const h = PROBE * this.robot.scales[k], there = z.slice();
-        there[k] += h;
-        const further = this.residual(there);
-        there[k] -= 2 * h;
-        const back = this.residual(there);
-        // Columns in scaled unknowns: angles count the robot's size.
-        return further.map((f, i) => ((f - back[i]) / (2 * h)) * this.robot.scales[k]);
-      });
-      const move = leastSquares(columns, r);
-      this.free.forEach((k, j) => (z[k] -= move[j] * this.robot.scales[k]));
+      const rows = this.loops(z, this.frames(z));
+      if (!(rows.largest() < Infinity)) return null;
+      if (rows.largest() < CLOSED * size) return this.faces(z) ? z : null;
+      const move = solved(rows.normal(unknown, scales), rows.against(unknown, scales));
+      unknown.forEach((k, j) => (z[k] -= move[j][0] * scales[k]));
     }
     return null;
+  }
+
+  // Whether axes that closures hold together point the same way.
+  faces(z) {
+    const T = this.frames(z);
+    return this.robot.closures.every(({ kind, bodies, frames }) => {
+      const [A, B] = bodies.map((body, i) => product(T[body], frames[i]));
+      const held = { pin: [2], ball: [], weld: [0, 1], slider: [0, 1] }[kind];
+      return held.every((k) => dot(column(A, k), column(B, k)) > 0);
+    });
+  }
+
+  // The rate of each free coordinate for each driven one that closed loops leave, in scaled units.
+  following(z, T) {
+    const { scales } = this.robot;
+    if (this.free.length === 0) return [];
+    const rows = this.loops(z, T);
+    const by = rows.products(this.free, this.driven, scales);
+    return solved(rows.normal(this.free, scales), by).map((row) => row.map((value) => -value));
   }
 
   // Follows the loops to new values of the sliders [rad or m]; false where they do not close.
@@ -170,34 +228,106 @@ class Kinematics {
   }
 }
 
-// The least move x with A x = r in least squares, A by columns: normal equations with pivots that
-// leave out directions in which nothing moves.
-function leastSquares(columns, r) {
-  const n = columns.length, M = [];
-  for (let i = 0; i < n; i++) {
-    M.push(columns.map((c) => inner(columns[i], c)));
-    M[i].push(inner(columns[i], r));
+// Equations by rows: a value each, and its derivative by the entries of z.
+class Rows {
+  constructor(kinematics, T, twists) {
+    Object.assign(this, { ways: kinematics.ways, bodies: kinematics.robot.bodies, T, twists });
+    this.count = kinematics.z.length;
+    this.values = [];
+    this.by = [];
   }
-  const most = Math.max(...M.map((row, i) => row[i]), 1e-300), order = [];
-  const rest = new Set(columns.keys());
-  while (rest.size) {
-    const k = [...rest].reduce((a, b) => (M[a][a] >= M[b][b] ? a : b));
-    rest.delete(k);
-    if (M[k][k] < 1e-12 * most) break;
-    order.push(k);
-    for (let i = 0; i < n; i++) {
-      if (i === k) continue;
-      const factor = M[i][k] / M[k][k];
-      for (let j = 0; j <= n; j++) M[i][j] -= factor * M[k][j];
+
+  get last() {
+    return this.by[this.by.length - 1];
+  }
+
+  add(value) {
+    this.values.push(value);
+    this.by.push(new Float64Array(this.count));
+  }
+
+  // Adds the velocity of a point of a body along a direction to the last row.
+  moving(body, point, direction, factor) {
+    const moment = cross(point, direction);
+    for (const k of this.ways[body]) {
+      const { w, m } = this.twists[k];
+      this.last[this.bodies[k].joint.coordinate] += factor * (dot(w, moment) + dot(m, direction));
     }
   }
-  const x = new Array(n).fill(0);
-  for (const k of order) x[k] = M[k][n] / M[k][k];
-  return x;
+
+  // Adds the turning rate of a body about a direction to the last row.
+  turning(body, direction, factor) {
+    for (const k of this.ways[body]) {
+      this.last[this.bodies[k].joint.coordinate] += factor * dot(this.twists[k].w, direction);
+    }
+  }
+
+  // The row of two points on two bodies that meet along an axis of the first body.
+  meeting([a, b], from, to, axis) {
+    const gap = minus(to, from);
+    this.add(dot(gap, axis));
+    this.moving(b, to, axis, 1);
+    this.moving(a, from, axis, -1);
+    this.turning(a, cross(axis, gap), 1);
+  }
+
+  // The row of two axes of two bodies at right angles.
+  square([a, b], one, other, size) {
+    const normal = cross(one, other);
+    this.add(size * dot(one, other));
+    this.turning(a, normal, size);
+    this.turning(b, normal, -size);
+  }
+
+  largest() {
+    return this.values.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
+  }
+
+  // A' A of the columns of some entries of z, each in its scale.
+  normal(entries, scales) {
+    return this.products(entries, entries, scales);
+  }
+
+  products(entries, others, scales) {
+    const M = entries.map(() => new Array(others.length).fill(0));
+    for (const row of this.by) {
+      for (let a = 0; a < entries.length; a++) {
+        const own = scales[entries[a]] * row[entries[a]];
+        if (own === 0) continue;
+        for (let b = 0; b < others.length; b++) M[a][b] += own * scales[others[b]] * row[others[b]];
+      }
+    }
+    return M;
+  }
+
+  // A' r as a column.
+  against(entries, scales) {
+    return entries.map((k) => {
+      let sum = 0;
+      for (let i = 0; i < this.by.length; i++) sum += this.by[i][k] * this.values[i];
+      return [scales[k] * sum];
+    });
+  }
 }
 
-function inner(a, b) {
-  let sum = 0;
-  for (let i = 0; i < a.length; i++) sum += a[i] * b[i];
-  return sum;
+// X with M X = R for a symmetric M without negative eigenvalues; directions in which nothing moves
+// are left out.
+function solved(M, R) {
+  const n = M.length, rows = M.map((row, i) => [...row, ...R[i]]);
+  const most = Math.max(...M.map((row, i) => row[i]), 1e-300), order = [];
+  const rest = new Set(M.keys());
+  while (rest.size) {
+    const k = [...rest].reduce((a, b) => (rows[a][a] >= rows[b][b] ? a : b));
+    rest.delete(k);
+    if (!(rows[k][k] > STILL * most)) break;
+    order.push(k);
+    for (let i = 0; i < n; i++) {
+      const factor = rows[i][k] / rows[k][k];
+      if (i === k || factor === 0) continue;
+      for (let j = 0; j < rows[i].length; j++) rows[i][j] -= factor * rows[k][j];
+    }
+  }
+  const X = R.map((row) => row.map(() => 0));
+  for (const k of order) X[k] = rows[k].slice(n).map((value) => value / rows[k][k]);
+  return X;
 }

@@ -1,6 +1,8 @@
 // The page: the robot's bodies in three.js, its sliders, and what both say to each other.
 "use strict";
 
+const THERE = 1e-4; // error of the tool, in parts of the robot's size and in radians, that is shown
+
 const robot = JSON.parse(document.getElementById("robot").textContent);
 const kinematics = new Kinematics(robot);
 const canvas = document.getElementById("canvas");
@@ -8,29 +10,48 @@ const renderer = new THREE.WebGLRenderer({ canvas, antialias: true });
 const scene = new THREE.Scene();
 const camera = new THREE.PerspectiveCamera(40, 1, robot.size / 100, 100 * robot.size);
 camera.up.set(0, 0, 1);
+const inverse = new Inverse(kinematics);
+const handle = new Handle(robot.size, camera, canvas, {
+  grabbed: () => (controls.enabled = false),
+  dragged: dragTo,
+  released: () => {
+    controls.enabled = true;
+    say("");
+    show();
+  },
+});
 
 function decoded(text, Kind) {
   const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
   return new Kind(bytes.buffer);
 }
 
-function surface(part) {
+function geometryOf(part) {
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute("position", new THREE.BufferAttribute(decoded(part.vertices, Float32Array), 3));
   geometry.setIndex(new THREE.BufferAttribute(decoded(part.faces, Uint16Array), 1));
   geometry.computeVertexNormals();
-  const material = new THREE.MeshLambertMaterial({ color: part.colour, side: THREE.DoubleSide });
-  return new THREE.Mesh(geometry, material);
+  return geometry;
 }
 
-const bodies = robot.bodies.map((body, k) => {
+const geometries = robot.bodies.map(() => []);
+const symbols = robot.sliders.map(() => []); // the materials of each coordinate's joint
+const bodies = robot.bodies.map((body) => {
   const group = new THREE.Group();
   group.name = body.name;
   group.matrixAutoUpdate = false;
-  robot.surfaces.filter((part) => part.body === k).forEach((part) => group.add(surface(part)));
   scene.add(group);
   return group;
 });
+for (const part of robot.surfaces) {
+  const geometry = geometryOf(part);
+  const material = new THREE.MeshLambertMaterial({ color: part.colour, side: THREE.DoubleSide });
+  geometries[part.body].push(geometry);
+  bodies[part.body].add(new THREE.Mesh(geometry, material));
+  if (part.moves !== null) symbols[part.moves].push(material);
+}
+
+const ghosts = new Ghosts(inverse, geometries, scene, draw);
 
 function lightAndGround() {
   scene.background = new THREE.Color(0xffffff);
@@ -46,20 +67,31 @@ function lightAndGround() {
 
 function look() {
   const box = new THREE.Box3().setFromObject(bodies[0]);
-  bodies.forEach((body) => box.expandByObject(body));
+  [...bodies, handle.group].forEach((part) => box.expandByObject(part));
   const centre = box.getCenter(new THREE.Vector3());
   const radius = box.getSize(new THREE.Vector3()).length() / 2;
   const half = (camera.fov * Math.PI) / 360;
   const across = Math.atan((Math.tan(half) * (window.innerWidth - panel())) / window.innerHeight);
   const away = radius / Math.sin(Math.min(half, across));
   camera.position.copy(centre).add(new THREE.Vector3(0.75, -1, 0.6).setLength(0.9 * away));
-  const controls = new THREE.OrbitControls(camera, canvas);
+  controls = new THREE.OrbitControls(camera, canvas);
   controls.target.copy(centre);
   controls.addEventListener("change", draw);
   controls.update();
 }
 
+let isDue = false;
+let controls = null;
+
+// Draws at the next frame of the screen, however often it is called until then.
 function draw() {
+  if (isDue) return;
+  isDue = true;
+  requestAnimationFrame(render);
+}
+
+function render() {
+  isDue = false;
   renderer.render(scene, camera);
 }
 
@@ -80,16 +112,21 @@ function fit() {
 }
 
 function show() {
-  kinematics.poses().forEach((T, k) => {
-    bodies[k].matrix.set(...T);
+  const T = kinematics.poses();
+  T.forEach((pose, k) => {
+    bodies[k].matrix.set(...pose);
     bodies[k].matrixWorldNeedsUpdate = true;
   });
-  const { body, placement } = robot.tool;
-  const tool = product(kinematics.poses()[body], placement);
+  inverse.nearness(kinematics.z).forEach((nearness, i) => {
+    symbols[i].forEach((material) => material.color.setHex(NEARNESS_COLOURS[nearness]));
+  });
+  const tool = kinematics.toolPose(T);
   const where = [3, 7, 11].map((i) => (1000 * tool[i]).toFixed(1)).join(", ");
   document.getElementById("tool").textContent = `tool: ${where} mm`;
+  if (handle.drag === null) handle.place(tool);
+  ghosts.follow(kinematics.z);
+  scene.updateMatrixWorld();
   draw();
-  return tool;
 }
 
 const inputs = robot.sliders.map((slider) => {
@@ -125,19 +162,39 @@ function follow() {
 // Moves the robot; where a loop does not close, it stays at the last posture that does.
 function setCoordinates(q) {
   const closes = kinematics.moveTo(q);
-  document.getElementById("message").textContent = closes ? "" : "A loop does not close further on.";
+  say(closes ? "" : "A loop does not close further on.");
   write();
   show();
   return closes;
 }
 
+// Follows the tool to a pose, 16 numbers row by row; `first` is what is dragged, "position" or "turn".
+function dragTo(pose, first) {
+  const { z, position, turn } = inverse.follow(kinematics.z, pose, first);
+  kinematics.z = z;
+  const [mm, degrees] = [1000 * robot.size * position, (180 / Math.PI) * turn];
+  const isThere = position < THERE && turn < THERE;
+  say(isThere ? "" : `The tool cannot be there: it is ${mm.toFixed(1)} mm and ${degrees.toFixed(1)}° off.`);
+  write();
+  show();
+  return { position, turn };
+}
+
+function say(message) {
+  document.getElementById("message").textContent = message;
+}
+
 document.getElementById("home").addEventListener("click", () => {
   kinematics.z = robot.z.slice();
-  document.getElementById("message").textContent = "";
+  say("");
   write();
   show();
 });
+document.getElementById("ghosts").addEventListener("change", (event) => {
+  ghosts.setShown(event.target.checked, kinematics.z);
+});
 
+scene.add(handle.group);
 lightAndGround();
 write();
 show();

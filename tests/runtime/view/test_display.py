@@ -46,6 +46,7 @@ def test_a_posture_is_that_of_the_coordinates(name):
     robot = chasles.load(name)
     display = Display(robot)
     assert np.isfinite(display.start.bodies).all()
+    np.testing.assert_allclose(display.start.tool, robot.fk(display.start.q), atol=1e-9)
     for posture in drawn(display, np.random.default_rng(5)):
         assert posture.reached
         if robot.solution != "newton":
@@ -171,3 +172,24 @@ def test_quaternions_are_those_of_scipy():
     found = quaternions(T)
     again = Rotation.from_quat(found[:, [1, 2, 3, 0]]).as_matrix()
     np.testing.assert_allclose(again, T[:, :3, :3], atol=1e-14)
+
+
+@pytest.mark.parametrize("name", ["planar_3rrr", "delta", "stewart_gough"])
+def test_assembly_modes_are_ghosts_with_the_same_actuators(name):
+    robot = chasles.load(name)
+    display = Display(robot)
+    shown = 0
+    for posture in drawn(display, np.random.default_rng(3)):
+        ghosts = display.modes(posture)
+        assert len(ghosts.scales) == display.most_modes > 0
+        found = tools(display, ghosts)
+        count = robot.modes(posture.q)[1]
+        assert len(found) == np.isfinite(count).sum() - 1
+        apart = np.abs(found - posture.tool).max((-1, -2))
+        assert (apart > 1e-6).all()
+        shown += len(found)
+    assert shown > 0
+
+
+def test_robots_without_modes_have_none_as_ghosts():
+    assert Display(chasles.load("ur5e")).most_modes == 0

@@ -1,74 +1,42 @@
 """The page that needs no network, in a browser: it moves what the robot's own functions move."""
 
-import json
+from pathlib import Path
 
 import numpy as np
 import pytest
+from pages import asked, coordinates, message, on_page, opened, walk
 
 import chasles
-from chasles.view import html_page
 from chasles.view.display import Display
-from chasles.view.mailed_page import page_data
-from chasles.view.slider_units import slider_units
 
 CLOSED = 1e-9
 """Metres and parts of a direction by which a body may be off: loops close to 1e-12 of the size."""
-
-
-def walk(display: Display, steps: int, seed: int) -> list:
-    """Postures along a random way within the sliders, each a tenth of their range further."""
-    units = slider_units(display.robot, display.start.q)
-    lower, upper = (np.array([getattr(u, end) for u in units]) for end in ("lower", "upper"))
-    rng, found = np.random.default_rng(seed), [display.start]
-    for _ in range(20 * steps):
-        step = 0.1 * (upper - lower) * (rng.random(len(units)) - 0.5)
-        posture = display.at(np.clip(found[-1].q + step, lower, upper), found[-1])
-        found += [posture] if posture.closes else []
-        if len(found) > steps:
-            return found[1:]
-    raise AssertionError(f"{display.robot.name}: no way through its loops")
-
-
-def opened(browser, folder, robot) -> None:
-    file = folder / f"{robot.name}.html"
-    file.write_text(html_page(robot), encoding="utf-8")
-    browser.open(file.as_uri())
-
-
-def on_page(browser) -> np.ndarray:
-    """(bodies, 4, 4) poses of the objects that three.js draws."""
-    columns = np.array(browser.run("bodies.map((body) => body.matrixWorld.elements)"), dtype=float)
-    return columns.reshape(-1, 4, 4).transpose(0, 2, 1)
-
-
-def coordinates(browser) -> np.ndarray:
-    return np.array(browser.run("coordinates()"), dtype=float)
+HELD = Path(__file__).with_name("held.toml")
+"""A robot with loops that a slider, a weld and a ball close; the others have pins and struts."""
 
 
 def moved(T, point) -> np.ndarray:
     return T[:3, :3] @ point + T[:3, 3]
 
 
-def message(browser) -> str:
-    return browser.run("document.getElementById('message').textContent")
-
-
 def test_kinematics_of_all_robots_are_those_of_the_generated_functions(browser, tmp_path):
     opened(browser, tmp_path, chasles.load("four_bar"))
-    checked = 0
-    for name in chasles.robots():
+    checked, kinds = 0, set()
+    for name in (*chasles.robots(), HELD):
         display = Display(chasles.load(name))
+        kinds |= {closure.kind for closure in display.skeleton.closures}
         postures = walk(display, 5, seed=3)
-        data, q = json.dumps(page_data(display.robot)), [posture.q.tolist() for posture in postures]
-        script = f"k = new Kinematics({data}); {q}.map((q) => [k.moveTo(q), k.poses()])"
-        for posture, (closes, poses) in zip(postures, browser.run(script), strict=True):
+        q = [posture.q.tolist() for posture in postures]
+        found = asked(browser, display, f"{q}.map((q) => [k.moveTo(q), k.poses()])")
+        for posture, (closes, poses) in zip(postures, found, strict=True):
             assert closes, name
             size = display.skeleton.size
             off = np.abs(np.array(poses, dtype=float).reshape(-1, 4, 4) - posture.bodies)
             assert off[:, :3, :3].max() < CLOSED, name
             assert off[:, :3, 3].max() < CLOSED * size, name
             checked += 1
-    assert checked == 5 * len(chasles.robots()) > 100
+    assert checked == 5 * (1 + len(chasles.robots())) > 100
+    assert kinds == {"pin", "slider", "weld", "ball"}
     assert browser.complaints() == []
 
 
@@ -134,7 +102,7 @@ def test_a_page_loads_nothing_from_anywhere(browser, tmp_path):
     assert [name for name in browser.run(script) if not name.startswith("data:")] == []
     # Something is drawn: the picture has many colours.
     script = """(() => {
-      draw();
+      render();
       const gl = renderer.getContext(), size = [gl.drawingBufferWidth, gl.drawingBufferHeight];
       const pixels = new Uint8Array(4 * size[0] * size[1]);
       gl.readPixels(0, 0, ...size, gl.RGBA, gl.UNSIGNED_BYTE, pixels);

@@ -57,7 +57,20 @@ def test_what_is_refused(tmp_path, text, word):
         read_recording(written(tmp_path, text), ROBOT)
 
 
-def test_arrays_of_another_robot(tmp_path):
+def test_recordings_of_another_robot_are_refused(tmp_path):
+    file, own = tmp_path / "other.npz", [c.name for c in ROBOT.coordinates]
+    arrays = {"t": np.arange(3.0), "q": np.zeros((3, 4))}
+    np.savez(file, **arrays, robot="gantry", names=own)
+    with pytest.raises(InputValueError, match=r"recording of gantry .*, expected one of scara"):
+        read_recording(file, ROBOT)
+    np.savez(file, **arrays, robot="scara", names=["a", "b", "c", "d"])
+    with pytest.raises(InputValueError, match=r"\(a, b, c, d\).*\(shoulder, elbow, quill, flange"):
+        read_recording(file, ROBOT)
+    np.savez(file, **arrays)
+    assert read_recording(file, ROBOT).q.shape == (3, 4)
+
+
+def test_arrays_of_another_shape(tmp_path):
     file = tmp_path / "other.npz"
     np.savez(file, t=np.arange(3.0), q=np.zeros((3, 6)))
     with pytest.raises(InputValueError, match=r"q \(m, 4\) of scara, got \(3,\) and \(3, 6\)"):

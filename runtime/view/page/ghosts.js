@@ -1,0 +1,92 @@
+// Other postures with the tool at the same pose, drawn pale: they follow while the robot moves, and
+// are sought anew when it rests.
+"use strict";
+
+const MOST_GHOSTS = 16;
+const SEEN = 1e-7; // error of a ghost's tool, in parts of the robot's size and in radians: no pixel
+const REST = 250; // milliseconds of rest before a search
+const SLICE = 6; // milliseconds of a search at once, so that the page stays in hand
+const NEARNESS_COLOURS = { free: 0x0072b2, near: 0xf0e442, beyond: 0xd55e00 };
+
+class Ghosts {
+  // `drawn` is called when ghosts have changed.
+  constructor(inverse, geometries, scene, drawn) {
+    Object.assign(this, { inverse, geometries, scene, drawn, found: [], places: [] });
+    this.timer = null;
+    this.isShown = true;
+    this.isSeeking = false;
+  }
+
+  // Follows the tool from the configuration z on; those that cannot go there wait unseen.
+  follow(z) {
+    const { kinematics } = this.inverse, goal = kinematics.toolPose(kinematics.frames(z));
+    if (this.isShown) {
+      const ways = this.found.map((own) => this.inverse.follow(own, goal, "position", false, SEEN));
+      const isThere = ways.map(({ position, turn }) => Math.max(position, turn) < SAME);
+      this.found = this.found.map((own, i) => (isThere[i] ? ways[i].z : own));
+      this.show(this.found.filter((own, i) => isThere[i] && !this.inverse.areSame(own, z)));
+    }
+    clearTimeout(this.timer);
+    this.isSeeking = this.isShown;
+    if (!this.isShown) return;
+    this.timer = setTimeout(() => this.seek(this.inverse.others(z.slice()), []), REST);
+  }
+
+  // A slice of a search, and the next one later.
+  seek(starts, found) {
+    const end = performance.now() + SLICE;
+    while (performance.now() < end) {
+      const { value, done } = starts.next();
+      if (value) found.push(value);
+      if (done || found.length === MOST_GHOSTS) {
+        this.found = found;
+        this.isSeeking = false;
+        this.show(found);
+        return;
+      }
+    }
+    this.timer = setTimeout(() => this.seek(starts, found), 0);
+  }
+
+  setShown(isShown, z) {
+    this.isShown = isShown;
+    this.found = [];
+    this.show([]);
+    this.follow(z);
+  }
+
+  show(configurations) {
+    while (this.places.length < configurations.length) this.places.push(this.place());
+    this.places.forEach(({ group, bodies, material }, i) => {
+      group.visible = i < configurations.length;
+      if (!group.visible) return;
+      const nearness = this.inverse.nearness(configurations[i]);
+      const worst = ["beyond", "near", "free"].find((own) => nearness.includes(own)) || "free";
+      material.color.setHex(NEARNESS_COLOURS[worst]);
+      this.inverse.kinematics.poses(configurations[i]).forEach((T, k) => {
+        bodies[k].matrix.set(...T);
+        bodies[k].matrixWorldNeedsUpdate = true;
+      });
+    });
+    this.drawn();
+  }
+
+  // A pale robot without its ground.
+  place() {
+    // Behind a body at the same place, and ghosts at the same place but once.
+    const behind = { polygonOffset: true, polygonOffsetFactor: 4, polygonOffsetUnits: 4 };
+    const once = { depthFunc: THREE.LessDepth };
+    const pale = { transparent: true, opacity: 0.25 };
+    const material = new THREE.MeshLambertMaterial({ ...pale, ...behind, ...once });
+    const group = new THREE.Group();
+    const bodies = this.geometries.map((parts, k) => {
+      const body = new THREE.Group();
+      body.matrixAutoUpdate = false;
+      if (k > 0) parts.forEach((geometry) => body.add(new THREE.Mesh(geometry, material)));
+      group.add(body);
+      return body;
+    });
+    this.scene.add(group);
+    return { group, bodies, material };
+  }
+}

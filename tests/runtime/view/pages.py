@@ -1,0 +1,53 @@
+"""Pages in the browser: opened, asked and compared with the robot's own functions."""
+
+import json
+
+import numpy as np
+
+from chasles.view import html_page
+from chasles.view.display import Display
+from chasles.view.mailed_page import page_data
+from chasles.view.slider_units import slider_units
+
+
+def walk(display: Display, steps: int, seed: int, part: float = 0.1) -> list:
+    """Postures along a random way within the sliders, each a part of their range further."""
+    units = slider_units(display.robot, display.start.q)
+    lower, upper = (np.array([getattr(u, end) for u in units]) for end in ("lower", "upper"))
+    rng, found = np.random.default_rng(seed), [display.start]
+    for _ in range(20 * steps):
+        step = part * (upper - lower) * (rng.random(len(units)) - 0.5)
+        posture = display.at(np.clip(found[-1].q + step, lower, upper), found[-1])
+        found += [posture] if posture.closes else []
+        if len(found) > steps:
+            return found[1:]
+    raise AssertionError(f"{display.robot.name}: no way through its loops")
+
+
+def opened(browser, folder, robot):
+    """Opens the page of a robot; returns its file."""
+    file = folder / f"{robot.name}.html"
+    file.write_text(html_page(robot), encoding="utf-8")
+    browser.open(file.as_uri())
+    return file
+
+
+def asked(browser, display: Display, script: str):
+    """The value of an expression with a robot's kinematics `k` and inverse `inverse`."""
+    data = json.dumps(page_data(display.robot))
+    before = f"const k = new Kinematics({data}), inverse = new Inverse(k);"
+    return browser.run(f"(() => {{ {before} return {script}; }})()")
+
+
+def on_page(browser) -> np.ndarray:
+    """(bodies, 4, 4) poses of the objects that three.js draws."""
+    columns = np.array(browser.run("bodies.map((body) => body.matrixWorld.elements)"), dtype=float)
+    return columns.reshape(-1, 4, 4).transpose(0, 2, 1)
+
+
+def coordinates(browser) -> np.ndarray:
+    return np.array(browser.run("coordinates()"), dtype=float)
+
+
+def message(browser) -> str:
+    return browser.run("document.getElementById('message').textContent")

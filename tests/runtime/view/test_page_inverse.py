@@ -1,0 +1,181 @@
+"""The inverse on the page: against the robot's own functions, and dragged by the mouse."""
+
+import json
+
+import numpy as np
+import pytest
+from chromium import until
+from pages import asked, coordinates, message, on_page, opened, walk
+
+import chasles
+from chasles.drawing import skeleton
+from chasles.view.display import Display
+from chasles.view.tool_branches import branches
+
+TRUE = 1e-9
+"""Radians and parts of the robot's size by which the tool may be off."""
+SAME = 1e-6
+"""Radians and metres by which coordinates of one posture may differ."""
+REDUNDANT = {"iiwa14", "panda", "photo_robot", "well_manipulator"}
+BRANCHED = ("ur5e", "puma560", "jaco2", "lynxmotion", "scara", "planar_3rrr", "five_bar", "delta")
+ALONG, RING = 0.8, 0.72
+"""Where the mouse takes an arrow and a ring, in lengths of an arrow."""
+
+
+@pytest.fixture(scope="module")
+def page(browser, tmp_path_factory):
+    """A browser with the scripts of a page."""
+    opened(browser, tmp_path_factory.mktemp("page"), chasles.load("four_bar"))
+    return browser
+
+
+def wrapped(robot, apart):
+    """Differences of coordinates, those of joints that turn between -pi and pi."""
+    turns = np.array([coordinate.unit == "rad" for coordinate in robot.coordinates])
+    return np.where(turns, np.remainder(apart + np.pi, 2 * np.pi) - np.pi, apart)
+
+
+def test_the_tool_is_followed_to_poses_of_all_robots(page):
+    checked = 0
+    for name in chasles.robots():
+        robot = chasles.load(name)
+        display = Display(robot)
+        way = walk(display, 6, seed=4, part=0.04)
+        goals = [posture.tool.ravel().tolist() for posture in way]
+        q = "k.driven.map((j, i) => k.z[j] / k.robot.sliders[i].ratio)"
+        follow = f"{goals}.map((T) => {{ const f = inverse.follow(k.z, T); k.z = f.z;"
+        out = asked(page, display, f"{follow} return [{q}, f.position, f.turn, k.poses()]; }})")
+        for posture, (found, position, turn, poses) in zip(way, out, strict=True):
+            assert max(position, turn) < TRUE, name
+            bodies = np.array(poses, dtype=float).reshape(-1, 4, 4)
+            off = np.abs(display.skeleton.tip_poses(bodies) - posture.tool)
+            assert off[:3, :3].max() < TRUE, name
+            assert off[:3, 3].max() < TRUE * display.skeleton.size, name
+            assert (np.array(found) > robot.lower - SAME).all(), name
+            assert (np.array(found) < robot.upper + SAME).all(), name
+            if name not in REDUNDANT:
+                near = wrapped(robot, np.array(found) - posture.q)
+                assert np.abs(near).max() < SAME * max(1, display.skeleton.size), name
+            checked += 1
+    assert checked == 6 * len(chasles.robots())
+    assert page.complaints() == []
+
+
+@pytest.mark.parametrize("name", BRANCHED)
+def test_ghosts_are_all_branches_of_the_closed_form(page, name):
+    robot = chasles.load(name)
+    display = Display(robot)
+    posture = walk(display, 3, seed=8)[-1]
+    seek = "[...inverse.others(k.z)].filter((z) => z)"
+    q = ".map((z) => k.driven.map((j, i) => z[j] / k.robot.sliders[i].ratio))"
+    script = f"(k.moveTo({posture.q.tolist()}), {seek}{q})"
+    found = np.array(asked(page, display, script), dtype=float).reshape(-1, robot.n)
+    assert len(found) > 0
+    T = posture.tool
+    # The closed form of delta leaves out those whose actuators assemble to another pose, too.
+    for row in found if name != "delta" else ():
+        expected = branches(robot, T, row).q
+        assert np.abs(wrapped(robot, expected - row)).max(-1).min() < SAME, (name, row)
+    own = branches(robot, T, posture.q).q
+    for row in own:
+        every = np.vstack([found, posture.q])
+        assert np.abs(wrapped(robot, every - row)).max(-1).min() < SAME, (name, row)
+
+
+def test_limits_hold_a_dragged_tool(page):
+    """Where the tool cannot go, no small move within the limits comes nearer."""
+    robot, rng = chasles.load("irb6640"), np.random.default_rng(1)
+    display = Display(robot)
+    size, at_limits = display.skeleton.size, 0
+    for posture in walk(display, 12, seed=6, part=0.5):
+        T = posture.tool.copy()
+        T[:3, 3] += 0.5 * size * rng.normal(size=3)
+        goal = T.ravel().tolist()
+        script = f"(k.moveTo({posture.q.tolist()}), "
+        script += "(() => { let z = k.z, f; for (let i = 0; i < 20; i++)"
+        script += f" {{ f = inverse.follow(z, {goal}); z = f.z; }} return [z, f.position]; }})())"
+        q, position = asked(page, display, script)
+        q = np.array(q, dtype=float)
+        inside = (robot.lower, robot.upper)
+        assert (q >= inside[0] - 1e-9).all()
+        assert (q <= inside[1] + 1e-9).all()
+        error = weighted(robot, q[None], T, size)[0]
+        assert position <= error + TRUE
+        near = np.clip(q + 1e-3 * rng.normal(size=(500, robot.n)), *inside)
+        assert weighted(robot, near, T, size).min() > error - 1e-4 * (1 + error)
+        at_limits += bool((np.minimum(q - inside[0], inside[1] - q) < 1e-9).any())
+    assert at_limits >= 3
+
+
+def weighted(robot, q, T, size):
+    """The error of the tool as the page counts it when its position is dragged."""
+    from scipy.spatial.transform import Rotation
+
+    found = robot.fk(q)
+    turns = Rotation.from_matrix(T[:3, :3] @ found[:, :3, :3].transpose(0, 2, 1)).as_rotvec()
+    off = np.hstack([(T[:3, 3] - found[:, :3, 3]) / size, 0.02 * turns])
+    return np.linalg.norm(off, axis=1)
+
+
+def seen(browser, pose, point):
+    """Where a point in the tool's axes is on the page [pixels]."""
+    T = json.dumps(pose.ravel().tolist())
+    script = f"""(() => {{
+      const v = new THREE.Vector3(...moved({T}, {json.dumps(list(point))})).project(camera);
+      return [(v.x + 1) / 2 * innerWidth, (1 - v.y) / 2 * innerHeight];
+    }})()"""
+    return np.array(browser.run(script), dtype=float)
+
+
+def tool(browser, robot):
+    return skeleton(robot).tip_poses(on_page(browser))
+
+
+@pytest.mark.parametrize("name", ["ur5e", "planar_3rrr", "delta"])
+def test_a_dragged_arrow_moves_the_tool_along_it(browser, tmp_path, name):
+    robot = chasles.load(name)
+    opened(browser, tmp_path, robot)
+    q, T = coordinates(browser), tool(browser, robot)
+    length = browser.run("handle.length")
+    parts = (ALONG, ALONG + 0.3)
+    ways = [[seen(browser, T, part * length * axis) for part in parts] for axis in np.eye(3)[:2]]
+    k = int(np.argmax([np.linalg.norm(end - start) for start, end in ways]))
+    browser.drag(*ways[k])
+    until(lambda: browser.run("handle.drag === null"))
+    moved = np.linalg.solve(T, tool(browser, robot))
+    assert moved[k, 3] == pytest.approx(0.3 * length, rel=0.1)
+    np.testing.assert_allclose(np.delete(moved[:3, 3], k), 0, atol=1e-8)
+    np.testing.assert_allclose(moved[:3, :3], np.eye(3), atol=1e-8)
+    there = coordinates(browser)
+    expected = branches(robot, tool(browser, robot), q).followed
+    np.testing.assert_allclose(there, expected, atol=1e-6)
+    assert message(browser) == ""
+    assert browser.complaints() == []
+
+
+def test_a_dragged_ring_turns_the_tool_about_its_axis(browser, tmp_path):
+    robot = chasles.load("ur5e")
+    opened(browser, tmp_path, robot)
+    T, length = tool(browser, robot), browser.run("handle.length")
+    around = [np.array([0, np.cos(a), np.sin(a)]) for a in (0.7, 0.9)]
+    browser.drag(*(seen(browser, T, RING * length * point) for point in around))
+    until(lambda: browser.run("handle.drag === null"))
+    moved = np.linalg.solve(T, tool(browser, robot))
+    np.testing.assert_allclose(moved[:3, 3], 0, atol=1e-8)
+    np.testing.assert_allclose(moved[0, :3], [1, 0, 0], atol=1e-8)
+    assert np.arctan2(moved[2, 1], moved[1, 1]) == pytest.approx(0.2, abs=0.05)
+
+
+def test_ghosts_stand_on_the_page_and_a_tool_out_of_reach_is_told(browser, tmp_path):
+    robot = chasles.load("ur5e")
+    opened(browser, tmp_path, robot)
+    expected = robot.ik(robot.fk(coordinates(browser))).count - 1
+    shown = "ghosts.places.filter((place) => place.group.visible).length"
+    until(lambda: browser.run(shown) == expected)
+    far = tool(browser, robot)
+    far[:3, 3] *= 3
+    browser.run(f"dragTo({far.ravel().tolist()}, 'position')")
+    assert "The tool cannot be there" in message(browser)
+    browser.click(browser.middle("document.getElementById('ghosts')"))
+    until(lambda: browser.run(shown) == 0)
+    assert browser.complaints() == []
