@@ -356,3 +356,22 @@ FEW_PRINTED_DIGITS = 6
 DEAD_POINT = 1e-12
 """Margin, a pure number, up to which a loop counts as at its dead point: sin^2 of a millionth of a
 radian."""
+
+# --- chain: singular configurations in numbers ---
+
+FACTORS_VANISH = 1e-9
+"""Value of factors of minors up to which they are 0 (no unit, or metre beside lengths of about a
+metre): ten thousand times the rounding of their sums."""
+NO_WORK = 1e-12
+"""Length of J^T y or J x, with y or x of length 1 and lengths in parts of the arm's, up to which a
+posture is singular: a thousand times the rounding of a Jacobian's entries."""
+LAST_STEP = 1e-9
+"""Length of the last of Newton's steps (radian, parts of the arm's length) to a singular posture:
+its printed digits, 1e-5, are then sure. Where two singularities cross, J^T y is short long before q
+is known."""
+OTHER_POSTURE = 0.02
+"""Distance (radian, parts of the arm's length) between postures that count as different: about a
+degree, which a reader sees."""
+RANK_LOST = 1e-6
+"""Singular value of a Jacobian, lengths in parts of the arm's, below which it has lost rank: at
+drawn postures an arm of full rank has more than 1e-3, one without it rounding."""

@@ -181,13 +181,18 @@ def _decimal(value: float, places: int) -> str:
     return f"{rounded:.{places}f}" if rounded != int(rounded) else str(int(rounded))
 
 
+def _short(value: float, places: int) -> str:
+    """A rounded number without zeros at its end."""
+    return f"{round(value, places) + 0.0:.{places}f}".rstrip("0").rstrip(".")
+
+
 def _listed(
     symbols: Sequence[str], coordinates: Sequence[Joint | Coordinate], q: FloatArray
 ) -> str:
     parts = []
     for symbol, coordinate, value in zip(symbols, coordinates, q, strict=True):
         if coordinate.unit == "rad":
-            parts.append(rf"${symbol} = {_decimal(math.degrees(value), 3)}^\circ$")
+            parts.append(rf"${symbol} = {_short(math.degrees(value), 3)}^\circ$")
         else:
-            parts.append(rf"${symbol} = {_decimal(value, 4)}$ m")
+            parts.append(rf"${symbol} = {_short(value, 4)}$ m")
     return ", ".join(parts)
