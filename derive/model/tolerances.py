@@ -375,3 +375,16 @@ degree, which a reader sees."""
 RANK_LOST = 1e-6
 """Singular value of a Jacobian, lengths in parts of the arm's, below which it has lost rank: at
 drawn postures an arm of full rank has more than 1e-3, one without it rounding."""
+
+# --- inverse: solutions of a general arm in numbers ---
+
+ALMOST_REAL = 1e-3
+"""Imaginary part of the tangent of half an angle, in parts of 1 + |t|^2, up to which a root is
+tried as a real one: double roots split by the root of rounding, 1e-8, times their condition.
+Newton's iteration on the pose rejects the others."""
+SOLVED_POSE = 1e-13
+"""Difference of a pose from the target (no unit, parts of the arm's length) of a solution: a
+hundred times the rounding of six products of matrices."""
+DISTINCT_SOLUTION = 1e-5
+"""Difference (radian) of an angle from which two solutions are different ones: their printed
+decimals differ from 1e-4 rad on."""
