@@ -197,7 +197,7 @@ def _article(derivation: Derivation, parts: Mapping[str, str]) -> str:
         _figure(derivation)
         if name == _DRAWING
         else f"\\section{{{heading}}}\n\\input{{{FOLDER}/{name}}}"
-        for name, heading in (_headings(derivation) | {_REFERENCES: "References"}).items()
+        for name, heading in _in_article(derivation)
         if f"{name}.tex" in parts
     ]
     preamble = _PREAMBLE.replace(_BOOKTABS, f"{_BOOKTABS}\n{DRAWING_PREAMBLE}")
@@ -211,6 +211,12 @@ def _article(derivation: Derivation, parts: Mapping[str, str]) -> str:
             "\\end{document}\n",
         ]
     )
+
+
+def _in_article(derivation: Derivation) -> list[tuple[str, str]]:
+    """The fragments with their headings as the article has them: the robot's figure first."""
+    headings = _headings(derivation) | {_REFERENCES: "References"}
+    return sorted(headings.items(), key=lambda item: item[0] != _DRAWING)
 
 
 def _figure(derivation: Derivation) -> str:

@@ -359,3 +359,35 @@ FEW_PRINTED_DIGITS = 6
 DEAD_POINT = 1e-12
 """Margin, a pure number, up to which a loop counts as at its dead point: sin^2 of a millionth of a
 radian."""
+
+# --- chain: singular configurations in numbers ---
+
+FACTORS_VANISH = 1e-9
+"""Value of factors of minors up to which they are 0 (no unit, or metre beside lengths of about a
+metre): ten thousand times the rounding of their sums."""
+NO_WORK = 1e-12
+"""Length of J^T y or J x, with y or x of length 1 and lengths in parts of the arm's, up to which a
+posture is singular: a thousand times the rounding of a Jacobian's entries."""
+LAST_STEP = 1e-9
+"""Length of the last of Newton's steps (radian, parts of the arm's length) to a singular posture:
+its printed digits, 1e-5, are then sure. Where two singularities cross, J^T y is short long before q
+is known."""
+OTHER_POSTURE = 0.02
+"""Distance (radian, parts of the arm's length) between postures that count as different: about a
+degree, which a reader sees."""
+RANK_LOST = 1e-6
+"""Singular value of a Jacobian, lengths in parts of the arm's, below which it has lost rank: at
+drawn postures an arm of full rank has more than 1e-3, one without it rounding."""
+
+# --- inverse: solutions of a general arm in numbers ---
+
+ALMOST_REAL = 1e-3
+"""Imaginary part of the tangent of half an angle, in parts of 1 + |t|^2, up to which a root is
+tried as a real one: double roots split by the root of rounding, 1e-8, times their condition.
+Newton's iteration on the pose rejects the others."""
+SOLVED_POSE = 1e-13
+"""Difference of a pose from the target (no unit, parts of the arm's length) of a solution: a
+hundred times the rounding of six products of matrices."""
+DISTINCT_SOLUTION = 1e-5
+"""Difference (radian) of an angle from which two solutions are different ones: their printed
+decimals differ from 1e-4 rad on."""

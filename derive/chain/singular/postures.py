@@ -1,12 +1,13 @@
-"""Words for a factor of the Jacobian's determinant: how the axes stand where it is 0.
+"""Words for factors of the Jacobian's minors: how the axes stand where they are 0.
 
 The relations are tried on postures in numbers: a relation is said where it holds at all sampled
 roots of the factor and not at postures in general position.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import combinations
 
 import numpy as np
 import sympy as sp
@@ -14,7 +15,8 @@ from numpy.typing import NDArray
 
 from ...model.robot import Robot
 from ..poe import to_poe
-from .determinant import seen_screws
+from .conditions import Condition, roots
+from .views import seen_screws
 
 FloatArray = NDArray[np.float64]
 DRAWS = 4
@@ -38,6 +40,10 @@ class _Posture:
     def off_parallel(self, i: int, j: int) -> float:
         """The sine of the angle between two axes."""
         return float(np.linalg.norm(np.cross(self.directions[i], self.directions[j])))
+
+    def off_right_angle(self, i: int, j: int) -> float:
+        """The cosine of the angle between two axes."""
+        return abs(float(self.directions[i] @ self.directions[j]))
 
     def off_line(self, point: FloatArray, i: int) -> float:
         """The distance of a point from an axis, in parts of the size."""
@@ -70,28 +76,63 @@ Relation = Callable[[_Posture], float]
 """How far a posture is from a relation; 0 where it holds."""
 
 
-def words(robot: Robot, q: Sequence[sp.Symbol], factor: sp.Expr) -> str:
-    """How the axes stand where a factor of the determinant is 0; empty where no words fit.
+def words(robot: Robot, q: Sequence[sp.Symbol], condition: Condition) -> str:
+    """How the axes stand where factors of minors are 0 at once; empty where no words fit.
 
     Args:
         robot: A serial robot.
         q: Its coordinates.
-        factor: A factor of the determinant in these coordinates and the robot's parameters.
+        condition: Factors in these coordinates and the robot's parameters.
     """
+    each = [_of_factor(robot, q, factor) for factor in condition]
+    if all(each):
+        return " and ".join(each)
+    values = {parameter.symbol: parameter.value for parameter in robot.parameters}
+    screws, general = _in_general(robot, q)
+    factors = [factor.xreplace(values) for factor in condition]
+    found = [_posture(screws, x) for x in roots(factors, q, DRAWS)]
+    return _first_that_holds(_coincident(len(q)), found, general)
+
+
+def _in_general(robot: Robot, q: Sequence[sp.Symbol]) -> tuple[FloatArray, list[_Posture]]:
+    """The screws of a robot in numbers, and postures in general position."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     S, _ = to_poe(robot)
     S = S * sp.diag(*(joint.direction for joint in robot.moving))
     screws = np.array(S.xreplace(values).evalf(), float)
-    rng = np.random.default_rng(SEED)
-    general = [_posture(screws, x) for x in rng.uniform(-3, 3, (DRAWS, len(q)))]
-    found = [_posture(screws, x) for x in _roots(factor.xreplace(values), q, rng)]
-    if not found:
-        return ""
-    own = [k for k, symbol in enumerate(q) if factor.has(symbol)]
-    for text, relation in _relations(general[0], own):
+    drawn = np.random.default_rng(SEED).uniform(-3, 3, (DRAWS, len(q)))
+    return screws, [_posture(screws, x) for x in drawn]
+
+
+def _first_that_holds(
+    relations: Iterable[tuple[str, Relation]],
+    found: Sequence[_Posture],
+    general: Sequence[_Posture],
+) -> str:
+    """The words of the first relation that singular postures have and general ones have not."""
+    for text, relation in relations if found else ():
         if all(relation(p) <= HOLDS for p in found) and min(map(relation, general)) > HOLDS:
             return text
     return ""
+
+
+def _coincident(count: int) -> Iterator[tuple[str, Relation]]:
+    for i, j in combinations(range(count), 2):
+        yield f"axes {i + 1} and {j + 1} coincide", partial(_off_axis, i, j)
+
+
+def _off_axis(i: int, j: int, posture: _Posture) -> float:
+    return max(posture.off_parallel(i, j), posture.off_line(posture.points[j], i))
+
+
+def _of_factor(robot: Robot, q: Sequence[sp.Symbol], factor: sp.Expr) -> str:
+    """How the axes stand where a factor is 0; empty where no words fit."""
+    values = {parameter.symbol: parameter.value for parameter in robot.parameters}
+    screws, general = _in_general(robot, q)
+    rng = np.random.default_rng(SEED + 1)
+    found = [_posture(screws, x) for x in _roots(factor.xreplace(values), q, rng)]
+    own = [k for k, symbol in enumerate(q) if factor.has(symbol)]
+    return _first_that_holds(_relations(general[0], own), found, general)
 
 
 def _posture(S: FloatArray, q: FloatArray) -> _Posture:
@@ -142,11 +183,9 @@ def _relations(general: _Posture, own: Sequence[int]) -> Iterator[tuple[str, Rel
     if len(own) == 1 and 0 < own[0] < count - 1:
         i, j = own[0] - 1, own[0] + 1
         pair = f"axes {i + 1} and {j + 1}"
-        yield (
-            f"{pair} coincide",
-            lambda p: max(p.off_parallel(i, j), p.off_line(p.points[j], i)),
-        )
+        yield f"{pair} coincide", partial(_off_axis, i, j)
         yield f"{pair} are parallel", lambda p: p.off_parallel(i, j)
+        yield f"{pair} are at right angles", lambda p: p.off_right_angle(i, j)
     parallel = [k for k in range(count - 1) if general.off_parallel(k, k + 1) <= HOLDS]
     for k in parallel:
         if k + 1 in parallel:

@@ -7,6 +7,9 @@ from itertools import cycle
 import numpy as np
 from numpy.typing import NDArray
 
+from ...inverse.general.raghavan_roth import JOINTS, is_fit, numbers
+from ...inverse.general.real_solutions import real_solutions
+from ...inverse.general.split_choice import choice_at, without
 from ...inverse.lost_poses import TARGETS, WHOLE
 from ...model.mechanism import Coordinate
 from ...model.robot import Joint
@@ -49,7 +52,41 @@ def worked_example(page: Page) -> str:
         if function.role.name == "redundancy":
             known[name] = float(value_at(function, q).item())
     forward, inverses = page.equations.forward, functions.values()
-    return example(forward, inverses, coordinates, symbols, q, known, page.pose)
+    shown = example(forward, inverses, coordinates, symbols, q, known, page.pose)
+    return text(shown.rstrip(), _in_numbers(page, symbols, q, value_at(forward, q)))
+
+
+def _in_numbers(page: Page, symbols: Sequence[str], q: FloatArray, T: FloatArray) -> str:
+    """The solutions of an arm whose inverse is no formula; empty for others."""
+    robot, inverse = page.robot, page.inverse
+    if not inverse.written:
+        return ""
+    given = inverse.written[0].role.given
+    if len(given) > 1 or not is_fit(robot, JOINTS + len(given)):
+        return ""
+    held = given[0] if given else None
+    constants = numbers(robot)
+    choice = choice_at(constants, held)
+    if choice is None:
+        return ""
+    senses = np.array([float(joint.direction) for joint in robot.moving])
+    six = without(constants, held, 0.0 if held is None else senses[held] * q[held])
+    found = []
+    for angles in real_solutions(six, choice.splits, T):
+        whole = angles if held is None else np.insert(angles, held, senses[held] * q[held])
+        found.append(senses * whole)
+    if not found:
+        return ""
+    columns = [("solution", [f"${k}$" for k, _ in enumerate(found, 1)])]
+    columns += _columns(symbols, robot.coordinates, found)
+    table = tabular(columns, repeated=1)
+    of_posture = "" if held is None else f" and ${symbols[held]}$ of this posture"
+    return sentence(
+        f"For this pose{of_posture}, the arm has {_count(len(found))} (angles in degrees), found in"
+        " numbers by the determinant of Raghavan and Roth:",
+        table,
+        _dagger(table),
+    )
 
 
 def example(
@@ -137,11 +174,8 @@ def _solutions(
             found.append((slot, np.array(solution)[:, 0]))
     if not found:
         return ""
-    places = 2 if len(coordinates) <= MOST_WIDE else 1
     columns: list[Column] = [("slot", [f"${slot}$" for slot, _ in found])]
-    for k, (symbol, coordinate) in enumerate(zip(symbols, coordinates, strict=True)):
-        cells = [_value(coordinate, solution[k], places) for _, solution in found]
-        columns.append((f"${symbol}$", cells))
+    columns += _columns(symbols, coordinates, [solution for _, solution in found])
     table = tabular(columns, repeated=1)
     given = ""
     if len(inputs) > 1:
@@ -150,12 +184,26 @@ def _solutions(
     units = {coordinate.unit for coordinate in coordinates}
     measured = " and ".join(words for unit, words in _UNITS.items() if unit in units)
     name = inverse.name.replace("_", r"\_")
-    marked = "A dagger marks a value outside its limits." if OUTSIDE in table else ""
     return sentence(
         rf"For this pose{given}, \texttt{{{name}}} has {_count(len(found))} ({measured}):",
         table,
-        marked,
+        _dagger(table),
     )
+
+
+def _columns(
+    symbols: Sequence[str], coordinates: Sequence[Joint | Coordinate], found: Sequence[FloatArray]
+) -> list[Column]:
+    """A column of values for each coordinate."""
+    places = 2 if len(coordinates) <= MOST_WIDE else 1
+    return [
+        (f"${symbol}$", [_value(coordinate, solution[k], places) for solution in found])
+        for k, (symbol, coordinate) in enumerate(zip(symbols, coordinates, strict=True))
+    ]
+
+
+def _dagger(table: str) -> str:
+    return "A dagger marks a value outside its limits." if OUTSIDE in table else ""
 
 
 def _count(count: int) -> str:
@@ -181,13 +229,18 @@ def _decimal(value: float, places: int) -> str:
     return f"{rounded:.{places}f}" if rounded != int(rounded) else str(int(rounded))
 
 
+def _short(value: float, places: int) -> str:
+    """A rounded number without zeros at its end."""
+    return f"{round(value, places) + 0.0:.{places}f}".rstrip("0").rstrip(".")
+
+
 def _listed(
     symbols: Sequence[str], coordinates: Sequence[Joint | Coordinate], q: FloatArray
 ) -> str:
     parts = []
     for symbol, coordinate, value in zip(symbols, coordinates, q, strict=True):
         if coordinate.unit == "rad":
-            parts.append(rf"${symbol} = {_decimal(math.degrees(value), 3)}^\circ$")
+            parts.append(rf"${symbol} = {_short(math.degrees(value), 3)}^\circ$")
         else:
-            parts.append(rf"${symbol} = {_decimal(value, 4)}$ m")
+            parts.append(rf"${symbol} = {_short(value, 4)}$ m")
     return ", ".join(parts)

@@ -1,36 +1,114 @@
-r"""The fragment of singular configurations: the determinant of the Jacobian, factor by factor."""
+r"""The fragment of singular configurations: where the Jacobian of a chain loses rank."""
+
+import math
+from collections.abc import Sequence
 
 import sympy as sp
 
 from ..setting.layout import aligned
 from ..setting.page import Page, sentence, text
+from ..setting.printed_singularities import PrintedCondition, PrintedSingularities
+from ..setting.widths import LINE, width
+from .tables import Column, tabular
 
 WHOLE = 6
 """Joints with which the whole Jacobian is square."""
-MOST_ADDENDS = 8
-"""Most terms of a factor that is shown."""
+WIDEST = 0.8 * LINE
+"""Widest product that stays on one line (pt)."""
+PLACES = {"rad": 3, "m": 5}
+"""Decimals of degrees and metres: errors of 1e-5 rad and m at most."""
 
 
 def singularities(page: Page) -> str:
-    """The factored determinant and how the axes stand where a factor is 0; empty without one."""
+    """Where the arm is singular: the determinant in factors, conditions, or postures in numbers.
+
+    The fragment is empty where there is nothing of these, or where the determinant is constant.
+    """
     found = page.singular
-    if found is None or not found.factors:
-        return ""
-    sizes = (len(sp.Add.make_args(factor.expression)) for factor in found.factors)
-    if max(sizes) > MOST_ADDENDS:
-        return ""
-    shown = sp.Mul(found.constant, *(f.expression**f.power for f in found.factors))
-    square = "" if len(page.robot.moving) == WHOLE else ", without the rows that are 0"
+    if found.determinant and found.conditions:
+        alone = len(found.conditions) == 1 and not found.conditions[0].words
+        listed = "" if alone else _listed(page, found.conditions)
+        return text(sentence(*_determinant(page, found), listed))
+    if found.conditions:
+        return text(sentence(_several(page), _listed(page, found.conditions)))
+    return _postures(page, found.postures) if found.postures else ""
+
+
+def _determinant(page: Page, found: PrintedSingularities) -> tuple[str, ...]:
+    assert found.determinant is not None
+    constant, factors = found.determinant
+    opening = "The determinant of the Jacobian is, up to its sign,"
+    if len(page.robot.moving) != WHOLE:
+        opening = (
+            "In the axes of one of the links and without its rows that are 0, the Jacobian has, up"
+            " to its sign, the determinant"
+        )
+    product = sp.Mul(constant, *(factor**power for factor, power in factors))
+    several = len(factors) > 1 or found.conditions[0].words
+    closing = f"and the robot is singular where {'a factor is 0:' if several else 'it is 0.'}"
+    if width(page.tex(product)) <= WIDEST:
+        return opening, aligned([(r"\det J", [page.tex(product)])], end=","), closing
+    powers = [rf"f_{{{k}}}" + (f"^{{{p}}}" if p > 1 else "") for k, (_, p) in _numbered(factors)]
+    lead = [] if constant == 1 else [page.tex(constant)]
+    terms = page.equations.printer.terms
+    named = [(rf"f_{{{k}}}", terms(factor)) for k, (factor, _) in _numbered(factors)]
+    return (
+        opening,
+        aligned([(r"\det J", [" ".join([*lead, *powers])])], end=","),
+        "with",
+        aligned(named, end=","),
+        closing,
+    )
+
+
+def _numbered(
+    factors: Sequence[tuple[sp.Expr, int]],
+) -> list[tuple[int, tuple[sp.Expr, int]]]:
+    return list(enumerate(factors, 1))
+
+
+def _several(page: Page) -> str:
+    count = len(page.robot.moving)
+    if count < WHOLE:
+        every = f"{count} rows of its Jacobian, in the axes of one of its links,"
+    else:
+        every = f"{WHOLE} of the {count} columns of its Jacobian"
+    return f"The robot is singular where the determinants of every {every} are $0$, which is where"
+
+
+def _listed(page: Page, conditions: Sequence[PrintedCondition]) -> str:
     items = []
-    for factor in found.factors:
-        meaning = f": {factor.words}" if factor.words else ""
-        items.append(rf"\item ${page.tex(factor.expression)} = 0${meaning}.")
-    listed = "\n".join(["\\begin{itemize}", *items, "\\end{itemize}"])
+    for number, condition in enumerate(conditions, 1):
+        tex = [page.tex(factor) for factor in condition.factors]
+        shown = " and ".join(f"${one} = 0$" for one in tex)
+        if len(tex) == 1 and width(tex[0]) > WIDEST:
+            shown = f"$f_{{{number}}} = 0$"
+        meaning = f": {condition.words}" if condition.words else ""
+        items.append(rf"\item {shown}{meaning}.")
+    return "\n".join(["\\begin{itemize}", *items, "\\end{itemize}"])
+
+
+def _postures(page: Page, postures: Sequence[Sequence[float]]) -> str:
+    """A table of postures, with the digits that are shown."""
+    joints = page.robot.moving
+    symbols = [f"${page.tex(symbol)}$" for symbol in page.equations.notation.q]
+    columns: list[Column] = [("joint", symbols)]
+    for number, q in enumerate(postures, 1):
+        cells = [_value(x, joint.unit) for x, joint in zip(q, joints, strict=True)]
+        columns.append((f"posture {number}", cells))
+    metres = " and displacements in metres" if any(j.unit == "m" for j in joints) else ""
+    sought = r"a wrench $y$ with $J^{\mathsf{T}} y = 0$, on which no joint works"
+    if len(joints) < WHOLE:
+        sought = "rates $x$ with $J x = 0$, which do not move the tool"
     return text(
         sentence(
-            f"The determinant of the Jacobian{square} is, up to its sign,",
-            aligned([(r"\det J", [page.tex(shown)])], end=","),
-            "and the robot is singular where one of its factors is 0:",
-            listed,
+            "The determinants of the Jacobian have no short factors. Newton's iteration for"
+            f" {sought}, found these singular postures (angles in degrees{metres}):",
+            tabular(columns, repeated=1),
         )
     )
+
+
+def _value(value: float, unit: str) -> str:
+    shown = math.degrees(value) if unit == "rad" else value
+    return f"${round(shown, PLACES[unit]) + 0.0:.{PLACES[unit]}f}$"

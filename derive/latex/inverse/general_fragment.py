@@ -51,7 +51,7 @@ def _given(page: Page, general: GeneralInverse) -> str:
     """The joints that are solved for, as the subject of a sentence."""
     given = general.choice.given
     if given is None:
-        return "Its six revolute joints are"
+        return "The arm's six revolute joints are"
     tex = _angles(page)[given]
     return rf"The angle ${tex}$ is given, so that it is part of a placement. The other joints are"
 

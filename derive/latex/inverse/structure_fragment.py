@@ -1,5 +1,6 @@
 """The structure of the axes in words, or the structures nearest to it."""
 
+import re
 from collections.abc import Iterable
 
 from ...inverse.classify import Attempt, Classification
@@ -38,10 +39,10 @@ def structure(classification: Classification, found: Attempt) -> str:
             "The chain is read from the tool, which is held fixed while the joints move the base."
         )
     if classification.tier == "snapped":
+        missed = _in_degrees(escape(missed_by(classification)))
         sentences.append(
-            f"The axes miss it by little ({escape(missed_by(classification))}). The solutions below"
-            " are those of a nominal arm that has it exactly; Newton's iteration leads from them to"
-            " the true arm."
+            f"The axes miss it by little ({missed}). The solutions below are those of a nominal arm"
+            " that has it exactly; Newton's iteration leads from them to the true arm."
         )
     return " ".join(sentences)
 
@@ -50,4 +51,9 @@ def _lacking(missed: Iterable[tuple[str, str]]) -> str:
     conditions = "; ".join(
         f"{text} ({off if off == NEVER else f'off by {off}'})" for text, off in missed
     )
-    return f"it asks that {escape(conditions)}."
+    return f"it asks that {_in_degrees(escape(conditions))}."
+
+
+def _in_degrees(words: str) -> str:
+    """Words in which angles have the sign of a degree."""
+    return re.sub(r"(?<=\d) deg\b", r"$^\\circ$", words)

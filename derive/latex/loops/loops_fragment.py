@@ -44,7 +44,8 @@ def _introduction(equations: Sequence[LoopEquations]) -> str:
         rf"{one} closed where the product of the exponentials around it is $1$: out along one"
         r" branch, through the closure or member, and back along the other branch. The screws"
         r" $\mathcal{S} = (v; \omega)$ are taken at zero configuration, in the frame of the body"
-        r" where both branches meet, and $M$ is the displacement between the branches there."
+        r" where both branches meet; a component that is $0$ in all of them is left out. $M$ is the"
+        r" displacement between the branches there."
     )
 
 
@@ -68,7 +69,7 @@ def _loop(page: LoopPage, loop: LoopEquations, number: int) -> str:
         rf"\textbf{{Loop {number}}} is closed by the {kind} {page.members.called(loop.name)}; its"
         rf" branches meet at the {which}:"
     )
-    where = "where the screws are" if not is_open else "where the screws and the displacement are"
+    where = f"where the screws{' and the displacement' if is_open else ''} are"
     terms = [
         (page.tex(name), page.printed_terms.printer.terms(value)) for name, value in definitions
     ]
@@ -110,7 +111,9 @@ def _screws(page: LoopPage, loop: LoopEquations, values: dict[str, sp.Symbol]) -
     heads = [rf"${part}_{axis}$" for part in ("v", r"\omega") for axis in "xyz"]
     rows = [[_constant(page, entry) for entry in factor.screw] for factor in loop.factors]
     columns += [(head, [row[k] for row in rows]) for k, head in enumerate(heads)]
-    return tabular(columns, repeated=1)
+    # Screws of planar loops have three components that are not 0.
+    shown = [column for column in columns if set(column[1]) != {"$0$"}]
+    return tabular(shown, repeated=1)
 
 
 def _home(page: LoopPage, name: str, M: sp.Matrix) -> str:

@@ -122,6 +122,9 @@ def _margin(page: LoopPage, printed: PrintedLoopStep) -> str:
 def _quotient(page: LoopPage, value: sp.Expr) -> str:
     """A quotient in a sentence, on one line."""
     above, below = sp.fraction(value)
+    (factor, above), (divisor, below) = above.as_coeff_Mul(), below.as_coeff_Mul()
+    # Decimals read better in one number than as a fraction of two.
+    below = divisor / factor * below
     over = page.tex(above)
     if below == 1:
         return over

@@ -12,7 +12,7 @@ from ...model.robot import Robot
 from . import transforms
 from .layout import Display, named_matrix
 from .names import frame
-from .printed_determinant import PrintedDeterminant, printed_determinant
+from .printed_singularities import PrintedSingularities, printed_singularities
 from .screw_displays import ScrewDisplays, screw_displays
 from .sharing import PrintedEquations, equations
 
@@ -33,7 +33,7 @@ class Page:
         links: The transforms between neighbouring frames in short symbols.
         screws: Screw axes and home pose in short symbols.
         inverse: The inverse kinematics over the terms of the equations.
-        singular: The determinant of the Jacobian in short symbols; None where it does not factor.
+        singular: Where the Jacobian loses rank, in short symbols.
         geometry: The geometry as variables; None where there are no parametric functions.
     """
 
@@ -42,7 +42,7 @@ class Page:
     links: tuple[sp.ImmutableMatrix, ...]
     screws: ScrewDisplays
     inverse: Inverses
-    singular: PrintedDeterminant | None
+    singular: PrintedSingularities
     geometry: Geometry | None = None
 
     @classmethod
@@ -70,7 +70,7 @@ class Page:
         derived = derivation.inverse if derivation.terms is terms else None
         inverse = derived or inverses(robot, terms, coordinates, derivation.families)
         geometry = derivation.geometry if isinstance(derivation.geometry, Geometry) else None
-        singular = printed_determinant(robot, found.notation)
+        singular = printed_singularities(robot, found.notation)
         return cls(robot, found, tuple(links), screws, inverse, singular, geometry)
 
     def tex(self, expression: sp.Expr) -> str:

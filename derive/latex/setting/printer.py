@@ -148,7 +148,7 @@ class FractionPrinter(Printer):
         numerator, denominator = sp.fraction(positive)
         if denominator.is_number and numerator.has(sp.Pow) and _has_root(numerator):
             return super()._product(addend)
-        if denominator == 1 or (positive.is_Rational and denominator != 2):  # noqa: PLR2004
+        if denominator == 1 or positive.is_Rational:
             return super()._product(addend)
         coefficient, rest = denominator.as_coeff_Mul()
         if coefficient not in (1, 2):

@@ -7,14 +7,25 @@ import pytest
 import sympy as sp
 
 import chasles.derive
-from chasles.derive.chain.singular.determinant import Determinant, determinant
+from chasles.derive.chain.singular.conditions import conditions, roots
+from chasles.derive.chain.singular.determinant import determinant, factored_minors
+from chasles.derive.chain.singular.nearest import nearest_singular
 from chasles.derive.chain.singular.postures import words
+from chasles.derive.latex.setting.page import Page
+from chasles.derive.latex.setting.printed_singularities import printed_singularities
 from chasles.derive.terms.casadi_graph import lower
 
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"
 SQUARE = ("ur5e", "irb6640", "puma560", "stanford", "scara")
-ON_SHELF = ("cr5", "gp7", "irb120", "kr6_r900", "m0609", "mycobot280")
+ON_SHELF = ("cr5", "gp7", "irb120", "kr6_r900", "m0609", "mycobot280", "crx10ia")
+SEVERAL = ("iiwa14", "lynxmotion", "xarm5")
+"""Arms of seven and five joints, with several minors."""
 TEN_DIGITS = 1e-10
+POSTURES = 200
+LOST = 1e-8
+"""Singular value (m, rad) of a Jacobian that has lost rank: the roots are found to 1e-9."""
+FULL = 1e-4
+"""Singular value (m, rad) that a posture at random exceeds."""
 
 
 def loaded(name):
@@ -26,12 +37,13 @@ def coordinates(robot):
     return sp.symbols(f"q1:{len(robot.moving) + 1}", real=True)
 
 
-def in_numbers(robot, expression, at):
+def in_numbers(robot, expression):
+    """A function of the coordinates, at the parameters' values."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
-    return float(expression.xreplace(values).xreplace(at).evalf())
+    return sp.lambdify([list(coordinates(robot))], expression.xreplace(values), "numpy")
 
 
-def product(found: Determinant):
+def product(found):
     return sp.Mul(found.constant, *(factor**power for factor, power in found.factors))
 
 
@@ -49,12 +61,10 @@ def volume(J):
 def test_the_product_is_the_determinant(name):
     robot = loaded(name)
     q, J = coordinates(robot), jacobian(robot)
-    found = product(determinant(robot, q))
-    rng = np.random.default_rng(5)
-    for posture in rng.uniform(-3, 3, (20, len(q))):
-        at = dict(zip(q, map(sp.Float, posture), strict=True))
+    found = in_numbers(robot, product(determinant(robot, q)))
+    for posture in np.random.default_rng(5).uniform(-3, 3, (POSTURES, len(q))):
         expected = volume(J(posture))
-        assert abs(abs(in_numbers(robot, found, at)) - expected) <= TEN_DIGITS * max(1.0, expected)
+        assert abs(abs(found(posture)) - expected) <= TEN_DIGITS * max(1.0, expected)
 
 
 def test_the_textbook_factors_of_a_ur():
@@ -91,7 +101,7 @@ def test_the_textbook_factors_of_a_ur():
 def test_words_say_how_the_axes_stand(name, meanings):
     robot = loaded(name)
     q = coordinates(robot)
-    assert {words(robot, q, factor) for factor, _ in determinant(robot, q).factors} == meanings
+    assert {words(robot, q, (factor,)) for factor, _ in determinant(robot, q).factors} == meanings
 
 
 def test_a_factor_at_zero_is_a_singular_posture():
@@ -105,7 +115,88 @@ def test_a_factor_at_zero_is_a_singular_posture():
     assert np.linalg.svd(J(posture))[1][-1] > 1e-3
 
 
-@pytest.mark.parametrize("name", ["panda", "lynxmotion", "jaco2", "photo_robot"])
-def test_no_determinant_where_it_is_not_square_or_does_not_factor(name):
+TURNED = """name = "arm"
+convention = "dh"
+joints = [
+{{ d = "0.3", alpha = "{first}" }},
+{{ a = "0.4" }},
+{{ a = "0.1", alpha = "pi/2" }},
+{{ d = "0.3", alpha = "{second}" }},
+{{ alpha = "{third}" }},
+{{ d = "0.1" }},
+]
+"""
+
+
+@pytest.mark.parametrize("angles", ["pi/3 pi/4 -pi/6", "11*pi/36 pi/3 pi/2", "pi/2 pi/7 pi/9"])
+def test_constant_turns_by_any_exact_angle(angles):
+    first, second, third = angles.split()
+    text = TURNED.format(first=first, second=second, third=third)
+    robot = chasles.derive.loads(text, "arm.toml")
+    q, J = coordinates(robot), jacobian(robot)
+    made = determinant(robot, q)
+    assert len(made.factors) >= 2
+    found = in_numbers(robot, product(made))
+    for posture in np.random.default_rng(6).uniform(-3, 3, (POSTURES, len(q))):
+        expected = volume(J(posture))
+        assert abs(abs(found(posture)) - expected) <= TEN_DIGITS
+
+
+def test_the_four_conditions_of_a_spherical_shoulder_and_wrist():
+    """Kreutz-Delgado, Long and Seraji 1992, for seven joints."""
+    robot = loaded("iiwa14")
+    q = coordinates(robot)
+    found = conditions(factored_minors(robot, q), q, {})
+    c, s = ([f(x) for x in q] for f in (sp.cos, sp.sin))
+    textbook = {(s[3],), (s[1], c[2]), (s[5], c[4]), (s[1], s[5])}
+    assert {frozenset(one) for one in found} == set(map(frozenset, textbook))
+
+
+def on_conditions(robot, found):
+    """Postures at random on each condition."""
+    q = coordinates(robot)
+    values = {parameter.symbol: parameter.value for parameter in robot.parameters}
+    for condition in found:
+        yield from roots([factor.xreplace(values) for factor in condition], q, POSTURES // 8)
+
+
+@pytest.mark.parametrize("name", [*SEVERAL, *SQUARE[:3], "crx10ia"])
+def test_conditions_lose_rank_and_others_do_not(name):
     robot = loaded(name)
-    assert determinant(robot, coordinates(robot)) is None
+    q, J = coordinates(robot), jacobian(robot)
+    values = {parameter.symbol: parameter.value for parameter in robot.parameters}
+    found = conditions(factored_minors(robot, q), q, values)
+    least = [np.linalg.svd(J(posture))[1][-1] for posture in on_conditions(robot, found)]
+    assert len(least) >= len(found) * 20
+    assert max(least) <= LOST
+    drawn = np.random.default_rng(7).uniform(-3, 3, (POSTURES, len(q)))
+    assert min(np.linalg.svd(J(posture))[1][-1] for posture in drawn) > FULL / 10
+
+
+@pytest.mark.parametrize("name", SEVERAL)
+def test_singular_postures_found_in_numbers_meet_a_condition(name):
+    """Newton's iteration finds no singular posture that the conditions miss."""
+    robot = loaded(name)
+    q = coordinates(robot)
+    values = {parameter.symbol: parameter.value for parameter in robot.parameters}
+    found = conditions(factored_minors(robot, q), q, values)
+    made = [in_numbers(robot, sp.Matrix(condition)) for condition in found]
+    postures = nearest_singular(robot, [0.3] * len(q), 8)
+    assert len(postures) >= 4
+    for posture in postures:
+        assert min(np.abs(one(posture)).max() for one in made) <= 1e-6
+
+
+@pytest.mark.parametrize("name", ["panda", "jaco2", "photo_robot", "gen3"])
+def test_postures_in_numbers_where_there_are_no_short_factors(name):
+    robot = loaded(name)
+    page = Page.of(chasles.derive.derive(robot, ["fk"]))
+    printed = printed_singularities(robot, page.equations.notation)
+    assert not printed.conditions
+    J = jacobian(robot)
+    assert len(printed.postures) == 4
+    for posture in printed.postures:
+        shown = np.round(posture, 7)
+        assert np.linalg.svd(J(shown))[1][-1] <= 1e-6
+    drawn = np.random.default_rng(8).uniform(-3, 3, (20, len(robot.moving)))
+    assert min(np.linalg.svd(J(q))[1][-1] for q in drawn) > FULL

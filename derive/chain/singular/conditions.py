@@ -1,0 +1,102 @@
+"""The conditions under which an arm is singular: factors of its Jacobian's minors that are 0.
+
+All minors are 0 where a factor is 0 that is common to them, or where several factors are 0 at once,
+one of each minor. Each condition is such a set of factors, none of which can be left out.
+"""
+
+from collections.abc import Iterator, Sequence
+from itertools import chain
+
+import numpy as np
+import sympy as sp
+
+from ...model.tolerances import FACTORS_VANISH
+from .factors import Factored
+
+Condition = tuple[sp.Expr, ...]
+"""Factors that are 0 at once."""
+MOST_TOGETHER = 3
+"""Most factors of a condition: singular configurations of more are rarer than points."""
+STARTS = 12
+STEPS = 60
+SEED = 40
+
+
+def conditions(
+    minors: Sequence[Factored], q: Sequence[sp.Symbol], values: dict[sp.Symbol, sp.Expr]
+) -> tuple[Condition, ...]:
+    """The sets of factors that make all minors 0, in configurations that exist.
+
+    Args:
+        minors: The largest minors of a Jacobian, none of which is always 0.
+        q: The coordinates.
+        values: The values of the other symbols.
+    """
+    products = [tuple(factor for factor, _ in minor.factors) for minor in minors]
+    found: list[Condition] = []
+    for condition in sorted(set(_vanishing(products, ())), key=lambda c: (len(c), str(c))):
+        own = set(condition)
+        if any(own >= set(other) for other in found):
+            continue
+        if _exists([factor.xreplace(values) for factor in condition], q):
+            found.append(condition)
+    return tuple(found)
+
+
+def _vanishing(products: Sequence[Condition], chosen: Condition) -> Iterator[Condition]:
+    """The sets of factors, one from each product; a chosen one simplifies the products left."""
+    if not products:
+        yield tuple(sorted(chosen, key=str))
+        return
+    if len(chosen) == MOST_TOGETHER:
+        return
+    for factor in min(products, key=len):
+        left = (_where_zero(factor, product) for product in products)
+        yield from _vanishing(
+            [product for product in left if product is not None], (*chosen, factor)
+        )
+
+
+def _where_zero(factor: sp.Expr, product: Condition) -> Condition | None:
+    """What is left of a product where a factor is 0; None where the product is 0 too."""
+    if factor in product:
+        return None
+    if not isinstance(factor, sp.cos | sp.sin):
+        return product
+    angle = factor.args[0]
+    other = sp.sin(angle) if isinstance(factor, sp.cos) else sp.cos(angle)
+    zero = [part.xreplace({factor: sp.S.Zero}) for part in product]
+    if any(part == 0 for part in zero):
+        return None
+    parts = chain.from_iterable(_parts(part) for part in zero)
+    # The cosine is 1 or -1 where the sine is 0.
+    return tuple(dict.fromkeys(part for part in parts if part != other))
+
+
+def _parts(expression: sp.Expr) -> list[sp.Expr]:
+    """The factors of an expression that are not numbers or parameters alone."""
+    factors = sp.factor_terms(sp.expand(expression)).as_ordered_factors()
+    bases = [f.base if f.is_Pow and f.exp.is_Integer else f for f in factors]
+    return [base for base in bases if base.has(sp.cos, sp.sin) or base.is_Add]
+
+
+def _exists(factors: Sequence[sp.Expr], q: Sequence[sp.Symbol]) -> bool:
+    """Whether factors are 0 at once somewhere, by Newton's steps of least length."""
+    return next(roots(factors, q, STARTS), None) is not None
+
+
+def roots(
+    factors: Sequence[sp.Expr], q: Sequence[sp.Symbol], starts: int
+) -> Iterator[np.ndarray[tuple[int], np.dtype[np.float64]]]:
+    """Configurations where factors in numbers are 0 at once, each near a start at random."""
+    function = sp.lambdify([list(q)], list(factors), "numpy")
+    slopes = sp.lambdify([list(q)], sp.Matrix(factors).jacobian(list(q)), "numpy")
+    for start in np.random.default_rng(SEED).uniform(-3, 3, (starts, len(q))):
+        x = start
+        for _ in range(STEPS):
+            value = np.asarray(function(x), float)
+            if np.abs(value).max() <= FACTORS_VANISH:
+                yield x
+                break
+            step = np.linalg.lstsq(np.asarray(slopes(x), float), value, rcond=None)[0]
+            x = x - step / max(1.0, float(np.linalg.norm(step)))

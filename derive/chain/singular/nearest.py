@@ -1,0 +1,128 @@
+"""Singular postures found in numbers, for arms whose minors have no short factors.
+
+A posture is singular where a wrench y exists on which no joint works, J^T y = 0, or of fewer joints
+than rows where rates x exist that do not move the tool, J x = 0. Newton's steps of least length on
+q and y, or x, lead from a posture to a singular one nearby.
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import sympy as sp
+
+from ...model.robot import Robot
+from ...model.tolerances import LAST_STEP, NO_WORK, OTHER_POSTURE, RANK_LOST
+from ..poe import to_poe
+from .views import FloatArray, seen_screws
+
+STEPS = 40
+STARTS = 24
+"""Starts of which those that end within the limits count."""
+WHOLE = 6
+TURN = 2 * math.pi
+
+
+def nearest_singular(robot: Robot, start: Sequence[float], most: int) -> tuple[FloatArray, ...]:
+    """Singular postures near a posture and near others drawn evenly from the joints' ranges.
+
+    Args:
+        robot: A serial robot.
+        start: The first posture (radian, metre).
+        most: Number of postures wanted.
+
+    Returns:
+        Up to so many postures (n,) within the limits; () where a joint follows another or advances
+        as it turns, or where the Jacobian has no full rank in general position.
+    """
+    joints = robot.moving
+    if len(start) != len(joints) or any(j.mimic or j.kind == "helical" for j in joints):
+        return ()
+    S, length = _screws(robot)
+    scale = np.array([1.0 if j.kind == "revolute" else length for j in joints])
+    low, high = _ranges(robot, length)
+    found: list[FloatArray] = []
+    # Multiples of roots of primes fill a cube evenly, and equal on any machine.
+    roots = np.sqrt(np.array((2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37))[: len(joints)]) % 1
+    starts = [np.asarray(start, float)]
+    starts += [low + (k * roots) % 1 * (high - low) for k in range(1, STARTS)]
+    if len(joints) > len(roots) or _smallest(S, starts[1], scale) < RANK_LOST:
+        return ()
+    for first in starts:
+        q = _led(S, first, scale)
+        if q is None or (q < low).any() or (q > high).any():
+            continue
+        if all(float(np.abs((q - other) / scale).max()) > OTHER_POSTURE for other in found):
+            found.append(q)
+        if len(found) == most:
+            break
+    return tuple(found)
+
+
+def _screws(robot: Robot) -> tuple[FloatArray, float]:
+    """The screws in the base frame, lengths in parts of the arm's, and this length (m)."""
+    values = {parameter.symbol: parameter.value for parameter in robot.parameters}
+    S, M = to_poe(robot)
+    S = S * sp.diag(*(joint.direction for joint in robot.moving))
+    screws = np.array(S.xreplace(values).evalf(), float)
+    turning = np.abs(screws[3:]).max(axis=0) > 0
+    points = np.cross(screws[3:, turning], screws[:3, turning], axis=0).T
+    tip = np.array(M[:3, 3].xreplace(values).evalf(), float).T
+    length = float(np.linalg.norm(np.ptp(np.vstack([points, tip]), axis=0))) or 1.0
+    screws[:3, turning] /= length
+    return screws, length
+
+
+def _ranges(robot: Robot, length: float) -> tuple[FloatArray, FloatArray]:
+    """The limits, a turn of joints that have none."""
+    limits = []
+    for joint in robot.moving:
+        half = math.pi if joint.kind == "revolute" else length
+        low, high = joint.limits
+        limits.append((-half if low is None else float(low), half if high is None else float(high)))
+    low, high = np.array(limits).T
+    return low, high
+
+
+def _jacobian(S: FloatArray, q: FloatArray, scale: FloatArray) -> FloatArray:
+    return seen_screws(S, q / scale, 0)
+
+
+def _smallest(S: FloatArray, q: FloatArray, scale: FloatArray) -> float:
+    return float(np.linalg.svd(_jacobian(S, q, scale), compute_uv=False)[-1])
+
+
+def _led(S: FloatArray, q: FloatArray, scale: FloatArray) -> FloatArray | None:
+    """The singular posture that Newton's steps lead to; None where they do not end."""
+    is_tall = S.shape[1] < WHOLE
+    J = _jacobian(S, q, scale)
+    U, _, Vt = np.linalg.svd(J)
+    y = Vt[-1] if is_tall else U[:, -1]
+    for _ in range(STEPS):
+        D = _slopes(J)
+        if is_tall:
+            value, slope = J @ y, np.hstack([np.einsum("aik,i->ak", D, y), J])
+        else:
+            value, slope = J.T @ y, np.hstack([np.einsum("aik,a->ik", D, y), J.T])
+        value = np.append(value, (y @ y - 1) / 2)
+        slope = np.vstack([slope, np.append(np.zeros(len(q)), y)])
+        step = np.linalg.lstsq(slope, value, rcond=None)[0]
+        far = float(np.linalg.norm(step))
+        if np.abs(value).max() <= NO_WORK and far <= LAST_STEP:
+            return q
+        step /= max(1.0, far)
+        q, y = q - step[: len(q)] * scale, y - step[len(q) :]
+        J = _jacobian(S, q, scale)
+    return None
+
+
+def _slopes(J: FloatArray) -> FloatArray:
+    """The derivatives (6, n, n) of the Jacobian's columns by the coordinates, as Lie brackets."""
+    v, w = J[:3], J[3:]
+    n = J.shape[1]
+    D = np.zeros((6, n, n))
+    for i in range(n):
+        for k in range(i):
+            D[:3, i, k] = np.cross(w[:, k], v[:, i]) + np.cross(v[:, k], w[:, i])
+            D[3:, i, k] = np.cross(w[:, k], w[:, i])
+    return D
