@@ -30,6 +30,17 @@ aside, times the growth of a residual near a singularity."""
 AT_REST = 1e-7
 """Residual (length, radian) up to which a motion of the joints may leave the tool at rest all the
 way: where it moves the tool by less, the damping keeps the steps of the iteration too short."""
+AT_REST_RATE = 1e-3
+"""Singular value (length or radian per unit of a coordinate) below which a direction of the joints
+may belong to a motion at rest, whose rate is some 1e-7. Iteration ends 1e-5 from the border of
+reach, where the rate is as small."""
+AT_REST_BEND = 1e-3
+"""Second derivative (length or radian per squared unit of a coordinate) of the tool's pose along
+such a direction from which no motion is at rest: the tool is off by 1e-4 where a joint is held at
+the nearest value, a thousand times AT_REST."""
+BEND_STEP = 1e-3
+"""Radians or lengths of the differences that give it: rounding leaves 1e-9 of it, and the fourth
+derivative 1e-6."""
 SAME_SOLUTION = 1e-6
 """Lengths or radians up to which two slots hold the same solution: at a singularity two branches
 meet, and each is known to 1e-8 there."""

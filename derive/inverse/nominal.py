@@ -41,6 +41,8 @@ def nominal_of(robot: Robot, lines: Lines, found: Attempt) -> Robot:
     for requirement in _all(found.requirements):
         _make_parallel(directions, [order[k] for k in requirement.parallel])
     for requirement in _all(found.requirements):
+        _make_across(directions, [order[k] for k in requirement.across])
+    for requirement in _all(found.requirements):
         _make_meet(directions, origins, [order[k] for k in requirement.meeting])
     joints = tuple(_joint(joint, directions[k], origins[k]) for k, joint in enumerate(robot.moving))
     home = home_of(robot, lines.terms)
@@ -66,6 +68,15 @@ def _make_parallel(directions: dict[int, FloatArray], indices: Sequence[int]) ->
     for k in indices[1:]:
         first = directions[indices[0]]
         directions[k] = first * np.sign(first @ directions[k])
+
+
+def _make_across(directions: dict[int, FloatArray], indices: Sequence[int]) -> None:
+    """Turns the first of two axes to a right angle with the second; exact ones stay as they are."""
+    if not indices:
+        return
+    first, second = (directions[k] for k in indices)
+    turned = first - (first @ second) * second
+    directions[indices[0]] = turned / np.linalg.norm(turned)
 
 
 def _make_meet(

@@ -4,7 +4,8 @@ Where singularities of several steps nearly coincide, each step loses half of it
 within reach may have no slot better than 1e-8. Newton's iteration from there reaches the solution
 after a step or two. Next to a singularity a motion of the joints may leave the tool at rest but for
 some nanometres, which decide where along the motion the solution is: too little for Newton's steps,
-so that each joint in turn is held at values all round, and the others are led. All this runs for
+so that each joint in turn is held at values all round, and the others are led, unless the tool's
+second derivative tells that the pose is at the border of reach alone. All this runs for
 such targets only, one in a hundred thousand of poses made to be singular; all others cost one
 comparison per slot.
 
@@ -25,7 +26,7 @@ from numpy.typing import NDArray
 from ..call._call import Function
 from ..contract.facts import FunctionInfo, Manifest
 from ..se3 import projected
-from ..tolerances import AT_REST, REFINED, SOLVED
+from ..tolerances import AT_REST, AT_REST_BEND, AT_REST_RATE, BEND_STEP, REFINED, SOLVED
 from .aims import WHOLE, Task
 from .polish import BLOCK, STEPS, iterate
 
@@ -119,7 +120,34 @@ class Refinement:
         rests = _missed(slots, valid) & (left <= AT_REST * self.judged)
         if self.is_determined and rests.any():
             best = _best_of_each(slots, np.where(rests, left, np.inf))
+            best = best[self.may_rest(target[best], found[best])]
             self._turn(target[best], found[best], _at(slots, best), fields)
+
+    def may_rest(self, target: FloatArray, q: FloatArray) -> BoolArray:
+        """Whether a long motion from coordinates (N, n) may leave the tool nearly at rest, (N,).
+
+        At the border of reach one direction of the joints does not move the tool, which then leaves
+        its place with the square of the way: on no motion is it at rest. Where there are more such
+        directions, a motion among them may be.
+        """
+        free = [k for k in range(q.shape[-1]) if k not in self.fixed]
+        rows, error = self._measured(target, q)
+        U, sizes, V = np.linalg.svd(rows[..., free])
+        rank = (sizes > AT_REST_RATE).sum(-1)
+        way = np.zeros_like(q)
+        way[:, free] = BEND_STEP * V[:, -1]
+        ahead, behind = (self._measured(target, q + sign * way)[1] for sign in (1, -1))
+        bend = (U.mT @ (ahead + behind - 2 * error)[..., None])[..., 0] / BEND_STEP**2
+        bend[np.arange(U.shape[-1]) < rank[:, None]] = 0.0
+        directions = len(free) - rank
+        straight = np.abs(bend).max(-1) < AT_REST_BEND
+        return np.asarray((directions > 1) | ((directions == 1) & straight))
+
+    def _measured(self, target: FloatArray, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The rows (N, m, n) and the errors (N, m) of coordinates for targets, in the unit."""
+        wanted = target if self.unit == 1 else self.task.divided(target, self.unit)
+        rows, error, _ = self.task(*self._in_unit(q), wanted)
+        return rows, error
 
     def _turn(
         self, target: FloatArray, q: FloatArray, slots: tuple[IntArray, ...], fields: _Fields

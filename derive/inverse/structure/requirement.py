@@ -25,6 +25,7 @@ class Requirement:
         is_length: Whether the deviation is in parts of the arm's length.
         parallel: The axes that must be parallel, where the condition is this.
         meeting: The axes that must meet, where the condition is this.
+        across: The two axes that must be at right angles, where the condition is this.
         parts: The conditions that it sums up, if any.
     """
 
@@ -33,6 +34,7 @@ class Requirement:
     is_length: bool = False
     parallel: tuple[int, ...] = ()
     meeting: tuple[int, ...] = ()
+    across: tuple[int, ...] = ()
     parts: tuple["Requirement", ...] = ()
 
     def in_units(self, length: float) -> str:
@@ -75,7 +77,7 @@ def across(lines: Lines, i: int, j: int) -> Requirement:
     """Axes that must be at right angles."""
     a, b = lines.axes[i], lines.axes[j]
     deviation = abs(float(a.direction @ b.direction))
-    return Requirement(f"axes {a.name} and {b.name} are at right angles", deviation)
+    return Requirement(f"axes {a.name} and {b.name} are at right angles", deviation, across=(i, j))
 
 
 def askew(lines: Lines, i: int, j: int) -> Requirement:

@@ -185,6 +185,21 @@ def test_a_stretched_arm_and_a_hair_more():
     assert np.isfinite(beyond.q).all()
 
 
+def test_no_joint_is_held_at_the_border_of_reach():
+    """The tool leaves its place with the square of a way; where axes 4 and 6 agree, it does not."""
+    arm = chasles.load("ur5e")
+    refinement = refinement_for(arm)
+    q = np.random.default_rng(4).uniform(-3, 3, (400, 6))
+    q[:, 2] = 0.0
+    regular = np.abs(np.sin(q[:, 4])) > 0.1
+    assert regular.sum() > 300
+    assert not refinement.may_rest(arm.fk(q[regular]), q[regular]).any()
+    q[:, 4] = 0.0
+    assert refinement.may_rest(arm.fk(q), q).all()
+    q[:, 2] = 1.0
+    assert refinement.may_rest(arm.fk(q), q).all()
+
+
 def spoilt_slots(robot, q, *given):
     """All slots of an inverse a little off, and what the robot's last resort makes of them."""
     T = robot.fk(q)

@@ -101,7 +101,7 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
 {
     POLISH_NAME(slots) start;
     POLISH_NAME(search) s;
-    lanes first[(POLISH_SLOTS + LANES - 1) / LANES][3];
+    lanes first[(POLISH_SLOTS + LANES - 1) / LANES][4];
 #if POLISH_IS_SEARCHED
     int is_unsure[POLISH_SLOTS];
 #endif

@@ -101,17 +101,11 @@ static int POLISH_NAME(is_held)(const POLISH_NAME(search) * s, const double *q, 
     return 0;
 }
 
-/* Whether a branch may be one of two that meet: where the true arm may reach the pose and the
- * nominal one does not, also from afar if a second singularity is near; where the iteration led
- * nowhere new, or to a singularity. */
-static int POLISH_NAME(is_folded)(const POLISH_NAME(search) * s, const POLISH_NAME(slots) * start,
-                                  int k, double pivot)
+/* Whether a branch without a solution of its own may be one of two that meet: where the true arm
+ * may reach the pose and the nominal one does not, also from afar if a second singularity is near;
+ * where the iteration led nowhere new. */
+static int POLISH_NAME(is_folded)(double residual, double pivot)
 {
-    const double residual = start->residual[k];
-    if (residual < POLISH_FOLD) {
-        const double singular = POLISH_DOUBT * POLISH_DEVIATION;
-        return !s->taken[k] || pivot < singular * singular;
-    }
     if (residual < POLISH_REACH)
         return 1;
     const double near = POLISH_NEARER * POLISH_DEVIATION;
@@ -122,14 +116,19 @@ static int POLISH_NAME(is_folded)(const POLISH_NAME(search) * s, const POLISH_NA
            pivot * residual * residual < moved * moved;
 }
 
+/* Whether further solutions may be near a branch that has one, by its steps: where the true arm is
+ * nearly singular there, and the deviation moved the joints far for that. So it is where the wrist
+ * has four solutions in place of two. */
+static int POLISH_NAME(is_swerved)(double first2, double trace)
+{
+    const double part = POLISH_DEVIATION * trace;
+    return part * part * first2 > POLISH_SWERVED * POLISH_SWERVED;
+}
+
 /* Begins branches on both sides of folds, one a lane, unless their solutions are known; whether it
- * is clear of each fold that it has two solutions, or none. A branch of which only the way was bent
- * has its solution, and `bent2` the square of its second step over its first, else 0. It is not
- * clear that there are no further solutions where the tool hardly moves along v, near or far, the
- * less the straighter the way was. */
+ * is clear of each fold that it has two solutions, or none. */
 static LANES_TARGET int POLISH_NAME(part)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start,
-                                          POLISH_NAME(folds) * f, const int *slot,
-                                          const double *bent2, int count,
+                                          POLISH_NAME(folds) * f, const int *slot, int count,
                                           POLISH_NAME(pairs) * pairs)
 {
     int is_clear = 1;
@@ -141,13 +140,9 @@ static LANES_TARGET int POLISH_NAME(part)(POLISH_NAME(search) * s, const POLISH_
         const double square = of_slope + of_lack, step2 = ((double *)&f->step2)[lane];
         const double most = fabs(of_lack) > of_slope ? fabs(of_lack) : of_slope;
         const double longest = POLISH_LONGEST * bend;
-        const int is_flat = !(fabs(bend) > POLISH_FLAT * POLISH_DEVIATION);
-        if (bent2[lane] > 0.0) {
-            const double level = POLISH_LEVEL * POLISH_DEVIATION;
-            is_clear = is_clear && (fabs(bend) > POLISH_FLAT_WAY * POLISH_DEVIATION ||
-                                    of_slope > level * level * bent2[lane]);
-            continue;
-        }
+        const int is_flat = !(fabs(bend) > POLISH_FLAT * POLISH_DEVIATION) ||
+                            (square < 0.0 && fabs(bend) < POLISH_FLAT_BESIDE * POLISH_DEVIATION &&
+                             of_slope > POLISH_TILTED * fabs(of_lack));
         is_clear = is_clear && !is_flat && (square > 0.0 ? most : of_slope) < longest * longest &&
                    step2 < POLISH_SIDEWAYS * POLISH_SIDEWAYS &&
                    fabs(square) > POLISH_CLEAR * (most + step2);
@@ -177,21 +172,20 @@ static LANES_TARGET int POLISH_NAME(unfold)(POLISH_NAME(search) * s,
 {
     POLISH_NAME(folds) f;
     POLISH_NAME(pairs) pairs;
-    double bent2[LANES];
     int slot[LANES], count = 0, reached = 0, is_clear = 1;
     pairs.count = 0;
     for (int k = 0; k < POLISH_SLOTS; k++) {
         reached += start->residual[k] < POLISH_FOLD;
-        const double *own = first + 3 * LANES * (k / LANES) + k % LANES;
-        const int is_folded = POLISH_NAME(is_folded)(s, start, k, own[0]);
-        if (is_folded || (s->taken[k] && own[2 * LANES] > POLISH_SLOWED * POLISH_SLOWED)) {
-            bent2[count] = is_folded ? 0.0 : own[2 * LANES];
+        const double *own = first + 4 * LANES * (k / LANES) + k % LANES;
+        if (s->taken[k]) {
+            is_clear = is_clear && !POLISH_NAME(is_swerved)(own[2 * LANES], own[3 * LANES]);
+        } else if (POLISH_NAME(is_folded)(start->residual[k], own[0])) {
             for (int i = 0; i < POLISH_N; i++)
                 ((double *)f.c.q)[LANES * i + count] = start->q[POLISH_N * k + i];
             slot[count++] = k;
         }
         if (count == LANES || (k + 1 == POLISH_SLOTS && count > 0)) {
-            is_clear = POLISH_NAME(part)(s, start, &f, slot, bent2, count, &pairs) && is_clear;
+            is_clear = POLISH_NAME(part)(s, start, &f, slot, count, &pairs) && is_clear;
             count = 0;
         }
     }

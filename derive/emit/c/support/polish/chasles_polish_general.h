@@ -51,7 +51,7 @@ static int POLISH_NAME(is_doubtful)(const POLISH_NAME(search) * s, const POLISH_
     const double singular = POLISH_DOUBT * POLISH_DEVIATION;
     const double twice = POLISH_DOUBT_BEYOND * POLISH_DEVIATION;
     for (int k = 0; k < POLISH_SLOTS; k++) {
-        const double pivot = first[3 * LANES * (k / LANES) + k % LANES];
+        const double pivot = first[4 * LANES * (k / LANES) + k % LANES];
         if (s->taken[k] && pivot < singular * singular)
             return 1;
         if (s->taken[k] || !(start->residual[k] < POLISH_START))

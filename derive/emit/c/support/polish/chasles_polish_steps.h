@@ -85,6 +85,26 @@ POLISH_INLINE void POLISH_NAME(solve)(lanes a[POLISH_ROWS][POLISH_ROWS], lanes (
 }
 
 #if POLISH_N >= 6
+/* The trace of the inverse of a solved matrix: the sum of the squares of L^-1 over D. */
+POLISH_INLINE void POLISH_NAME(inverse_trace)(lanes a[6][6], lanes *trace)
+{
+    lanes inverse[6][6];
+    *trace = a[0][0];
+    POLISH_UNROLL
+    for (int i = 1; i < 6; i++) {
+        lanes sum = POLISH_OF(1.0);
+        POLISH_UNROLL
+        for (int j = 0; j < i; j++) {
+            inverse[i][j] = a[j][i];
+            POLISH_UNROLL
+            for (int k = j + 1; k < i; k++)
+                inverse[i][j] -= a[k][i] * inverse[k][j];
+            sum += inverse[i][j] * inverse[i][j];
+        }
+        *trace += sum * a[i][i];
+    }
+}
+
 /* Solves the same equations once more for another right side. */
 POLISH_INLINE void POLISH_NAME(solve_again)(lanes a[6][6], lanes *b)
 {
@@ -149,14 +169,16 @@ POLISH_INLINE void POLISH_NAME(move)(const lanes *from, const lanes *dq, lanes *
     }
 }
 
-/* The damped step dq from c. `pivots` are the least of its equations. */
+/* The damped step dq from c. `pivots` are the least of its equations; `trace`, if asked for, that
+ * of their inverse. */
 POLISH_INLINE void POLISH_NAME(towards)(const POLISH_NAME(configurations) * c, const lanes *damping,
-                                        lanes *dq, lanes *pivots)
+                                        lanes *dq, lanes *pivots, lanes *trace)
 {
     lanes J[6][POLISH_N], a[POLISH_ROWS][POLISH_ROWS], b[1][POLISH_ROWS];
     const lanes added = *damping * c->cost + POLISH_LEAST_DAMPING;
     POLISH_NAME(weighted)(c, J);
 #if POLISH_N < 6
+    (void)trace;
     POLISH_UNROLL
     for (int i = 0; i < POLISH_ROWS; i++) {
         b[0][i] = POLISH_OF(0.0);
@@ -179,6 +201,8 @@ POLISH_INLINE void POLISH_NAME(towards)(const POLISH_NAME(configurations) * c, c
         b[0][i] = c->e[i];
     POLISH_NAME(squared)(J, &added, a);
     POLISH_NAME(solve)(a, b, 1, pivots);
+    if (trace)
+        POLISH_NAME(inverse_trace)(a, trace);
     POLISH_UNROLL
     for (int k = 0; k < POLISH_N; k++) {
         dq[k] = J[0][k] * b[0][0];
@@ -192,27 +216,28 @@ POLISH_INLINE void POLISH_NAME(towards)(const POLISH_NAME(configurations) * c, c
 /* Moves q by the damped step from c, whose square it returns. `pivots` are the least of its
  * equations. */
 POLISH_INLINE void POLISH_NAME(step)(const POLISH_NAME(configurations) * c, const lanes *damping,
-                                     lanes *q, lanes *pivots, lanes *square)
+                                     lanes *q, lanes *pivots, lanes *trace, lanes *square)
 {
     lanes dq[POLISH_N];
-    POLISH_NAME(towards)(c, damping, dq, pivots);
+    POLISH_NAME(towards)(c, damping, dq, pivots, trace);
     *square = dq[0] * dq[0];
     for (int k = 1; k < POLISH_N; k++)
         *square += dq[k] * dq[k];
     POLISH_NAME(move)(c->q, dq, q);
 }
 
-/* Newton's steps where `going`; other lanes keep their coordinates. `first` holds the least pivots
- * of the first step, without damping but where going, and the part that the second step is of it,
- * squared. */
+/* Newton's steps where `near`; other lanes keep their coordinates. `first` holds the least pivots
+ * of the first step, without damping but where near, and its square; and, where branches meet at
+ * folds, the trace of (J J^T)^-1 behind it, which is about 1 over the square of J's least singular
+ * value. */
 static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where *near,
                                              POLISH_NAME(configurations) * c, lanes *first)
 {
     const lanes damping = LANES_CHOICE(*near, POLISH_DAMPING, 0.0);
     lanes_where going = *near;
-    lanes q[POLISH_N], others[2], square, before = POLISH_OF(1.0);
+    lanes q[POLISH_N], others[2], square;
     first[0] = first[1] = others[0] = others[1] = POLISH_OF(1.0);
-    first[2] = POLISH_OF(0.0);
+    first[2] = first[3] = POLISH_OF(0.0);
     for (int k = 0;; k++) {
         POLISH_NAME(evaluate)(T, c);
 #if !POLISH_IS_SEARCHED
@@ -223,10 +248,8 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
         const lanes_where left = LANES_LT(POLISH_CLOSED * POLISH_CLOSED, c->residual2);
         if (k == POLISH_STEPS || (k > 0 && !LANES_ANY(POLISH_AND(left, going))))
             return;
-        POLISH_NAME(step)(c, &damping, q, k > 0 ? others : first, &square);
-        if (k == 1)
-            first[2] = square / (before + 1e-300);
-        before = square;
+        POLISH_NAME(step)(c, &damping, q, k > 0 ? others : first,
+                          k == 1 && POLISH_UNFOLDS ? first + 3 : NULL, k > 0 ? &square : first + 2);
         for (int i = 0; i < POLISH_N; i++)
             c->q[i] = LANES_CHOICE(going, q[i], c->q[i]);
     }
@@ -242,7 +265,7 @@ static LANES_TARGET void POLISH_NAME(descend)(const double *T, POLISH_NAME(confi
     for (int k = 0; k < POLISH_MOST_STEPS && LANES_ANY(going); k++) {
         POLISH_NAME(configurations) next;
         lanes pivots[2] = {damping, damping}, square;
-        POLISH_NAME(step)(c, &damping, next.q, pivots, &square);
+        POLISH_NAME(step)(c, &damping, next.q, pivots, NULL, &square);
         POLISH_NAME(evaluate)(T, &next);
         const lanes_where better = POLISH_AND(going, LANES_LT(next.cost, c->cost));
         const lanes_where slow = LANES_LT(POLISH_SLOW * c->cost, next.cost);
@@ -271,7 +294,7 @@ static LANES_TARGET void POLISH_NAME(approach)(const double *T, POLISH_NAME(conf
     for (int k = 0; k < POLISH_MOST_HALVED && LANES_ANY(going); k++) {
         POLISH_NAME(configurations) next;
         lanes dq[POLISH_N], pivots[2] = {part, part};
-        POLISH_NAME(towards)(c, &undamped, dq, pivots);
+        POLISH_NAME(towards)(c, &undamped, dq, pivots, NULL);
         for (int i = 0; i < POLISH_N; i++)
             dq[i] *= part;
         POLISH_NAME(move)(c->q, dq, next.q);

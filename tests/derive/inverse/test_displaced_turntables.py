@@ -1,0 +1,65 @@
+"""Turntables with errors in every parameter: a nominal arm has their structure, and leads to all."""
+
+import numpy as np
+import pytest
+from calibrated import pinocchio_fk
+from derivations import description
+
+import chasles
+from bench.cases.calibrated import displaced
+from chasles.derive import load, write
+from chasles.derive.emit.languages import EMITTERS
+from chasles.derive.inverse.classify import classify
+from chasles.derive.inverse.nominal import nominal_of
+from chasles.derive.inverse.structure.lines import Lines, axes_of
+from chasles.derive.model.tolerances import EXACT_STRUCTURE
+from chasles.derive.terms.terms import Terms
+
+ARM = load(description("so101"))
+SEEDS = range(60)
+C_ALONE = [emitter for emitter in EMITTERS if emitter.language in ("c", "python")]
+TRUE = 1e-8
+"""Error of a pose (metre, or entry of a rotation) above which a solution is wrong."""
+SAME = 1e-6
+"""Radian: coordinates that are one solution."""
+REGULAR = 1e-5
+"""Least singular value (metre or radian per radian) at a configuration that is looked for."""
+
+
+def drawn(seed):
+    """An SO-101 with errors of up to 0.1 to 10 mm and mrad."""
+    size = float(10 ** np.random.default_rng(seed).uniform(-4, -2))
+    return displaced(ARM, size, seed)
+
+
+def test_the_axes_of_the_nominal_arm_are_at_right_angles():
+    checked = 0
+    for seed in SEEDS:
+        robot = drawn(seed)
+        terms = Terms({})
+        classification = classify(robot, terms)
+        found = classification.near[0]
+        nominal = nominal_of(robot, classification.lines, found)
+        assert found.deviation > EXACT_STRUCTURE
+        assert found.on(Lines(terms, axes_of(nominal, terms))).deviation < EXACT_STRUCTURE
+        checked += 1
+    assert checked == len(SEEDS)
+
+
+@pytest.mark.parametrize("seed", [91, 92])
+def test_the_configuration_is_among_the_solutions(seed, tmp_path, monkeypatch):
+    monkeypatch.setenv("CHASLES_CACHE", str(tmp_path / "cache"))
+    robot = drawn(seed)
+    write(robot, tmp_path / robot.name, ("fk", "fk_jacobian_mixed", "ik"), C_ALONE)
+    arm = chasles.load(tmp_path / robot.name)
+    q = np.random.default_rng(seed).uniform(-np.pi, np.pi, (5000, 5))
+    T, J = arm.fk_jacobian_mixed(q)
+    found = arm.ik(T)
+    held = (found.valid & (np.abs(found.moves_from(q)).max(-1) < SAME)).any(-1)
+    regular = np.linalg.svd(J, compute_uv=False)[:, -1] > REGULAR
+    assert regular.mean() > 0.999
+    assert held[regular].all()
+    fk = pinocchio_fk(robot)
+    for k in range(0, 5000, 250):
+        for row in found.q[k][found.valid[k]]:
+            assert np.abs(fk(row) - T[k]).max() < TRUE
