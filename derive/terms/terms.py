@@ -41,6 +41,7 @@ class Terms:
         self._values = Values()
         self._constant_symbols = set(self.parameters)
         self._numbers: set[sp.Symbol] = set()
+        self._partials: dict[tuple[sp.Expr, sp.Symbol], sp.Expr] = {}
         self._addends: dict[sp.Symbol, int] = {}
         self._sizes: dict[sp.Symbol, int] = {}
         for symbol, value in self.parameters.items():
@@ -71,6 +72,14 @@ class Terms:
         if opposite is not None:
             return -opposite
         return self._name(expression)
+
+    def partial(self, expression: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
+        """The named derivative of an expression by a symbol, its named terms held."""
+        key = expression, symbol
+        if key not in self._partials:
+            parts = (_derivative(part, symbol) for part in sp.Add.make_args(expression))
+            self._partials[key] = self.let(sp.Add(*parts))
+        return self._partials[key]
 
     def value(self, expression: sp.Expr) -> sp.Expr:
         """The value, to 40 digits, of an expression of parameters (at defaults) and constants.
@@ -254,6 +263,16 @@ def _below(
             found.add(symbol)
             waiting.extend(definitions[symbol].free_symbols)
     return [symbol for symbol in definitions if symbol in found]
+
+
+def _derivative(addend: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
+    """The derivative of an addend; products, which most are, without SymPy's general way."""
+    if symbol not in addend.free_symbols:
+        return sp.S.Zero
+    others = [factor for factor in sp.Mul.make_args(addend) if factor != symbol]
+    if any(symbol in factor.free_symbols for factor in others):
+        return sp.diff(addend, symbol)
+    return sp.Mul(*others)
 
 
 def _negative(expression: sp.Expr) -> bool:
