@@ -176,7 +176,9 @@ def _of_mechanism(
     by_hand = platforms.written_makers(hybrid)
     capabilities = [*of_tool, *makers]
     inverse = None
-    if has_chain and (functions is None or not set(functions) <= {*capabilities, *by_hand}):
+    # Loops beside the main chain may be iterated while its own joints have a closed form.
+    chain_is_known = all(joint.name in hybrid.forward.values for joint in hybrid.robot.moving)
+    if chain_is_known and (functions is None or not set(functions) <= {*capabilities, *by_hand}):
         inverse = hybrid_inverses_for_given(hybrid, families, give)
         capabilities += [name for name in inverse.functions if name not in capabilities]
         written |= {function.name: function for function in inverse.written}

@@ -4,7 +4,8 @@ Expressions built through a :class:`Terms` stay a few symbols long, however long
 terms get the same name, also up to sign, which is common subexpression elimination by construction.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Mapping
+from typing import TypeVar, cast
 
 import sympy as sp
 
@@ -15,6 +16,7 @@ from ..model.values import Values, to_digits
 
 TERM = "_t"
 CONSTANT = "_k"
+Result = TypeVar("Result")
 """First letters of the names of terms and of constants; no name in a robot file has them."""
 
 
@@ -41,6 +43,7 @@ class Terms:
         self._values = Values()
         self._constant_symbols = set(self.parameters)
         self._numbers: set[sp.Symbol] = set()
+        self._made: dict[Hashable, object] = {}
         self._partials: dict[tuple[sp.Expr, sp.Symbol], sp.Expr] = {}
         self._addends: dict[sp.Symbol, int] = {}
         self._sizes: dict[sp.Symbol, int] = {}
@@ -80,6 +83,17 @@ class Terms:
             parts = (_derivative(part, symbol) for part in sp.Add.make_args(expression))
             self._partials[key] = self.let(sp.Add(*parts))
         return self._partials[key]
+
+    def once(self, key: Hashable, made: Callable[[], Result]) -> Result:
+        """A result over these terms that is asked for again and again, such as a body's pose.
+
+        Args:
+            key: All that the result depends on.
+            made: Makes it.
+        """
+        if key not in self._made:
+            self._made[key] = made()
+        return cast("Result", self._made[key])
 
     def value(self, expression: sp.Expr) -> sp.Expr:
         """The value, to 40 digits, of an expression of parameters (at defaults) and constants.
