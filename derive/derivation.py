@@ -197,7 +197,8 @@ def _of_mechanism(
     inverse = None
     is_asked = functions is None or not set(functions) <= {*capabilities, *written, *by_hand}
     if hybrid.may_have_inverse and is_asked:
-        inverse = hybrid_inverses_for_given(hybrid, families, give, closure)
+        iterated = None if hybrid.chain_is_known else closure
+        inverse = hybrid_inverses_for_given(hybrid, families, give, iterated)
         capabilities += [name for name in inverse.functions if name not in capabilities]
         written |= {function.name: function for function in inverse.written}
     asked = [name for name in by_hand if functions is None or name in functions]

@@ -12,14 +12,17 @@ and j since the torques have a potential.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
 import sympy as sp
 
-from ..model.robot import Load, Robot
+from ..model.errors import RobotError
+from ..model.robot import Joint, Load, Robot
 from ..terms.terms import Terms
 from ..terms.vectors import Vector, added, combination, cross, dot, named
 from .differential import columns
 from .forward import Forward
 from .groups import groups
+from .poe import placement_matrix
 
 
 @dataclass(frozen=True)
@@ -71,6 +74,53 @@ def gravity_torques(
         tuple(terms.let(torque) for torque in of_q),
         tuple(tuple(terms.let(entry) for entry in row) for row in D_q.tolist()),
     )
+
+
+def most_stiffness(robot: Robot, load: Load) -> list[float]:
+    """Bounds of sum_j |d tau_k / d q_j| at all coordinates within the limits of slides.
+
+    Args:
+        robot: A chain whose joints turn or slide, each link's frame the base frame at zero.
+        load: Its masses, one for each link, and gravity.
+
+    Returns:
+        A bound for each joint k (N m/rad, N/m), by the length of the chain stretched out.
+
+    Raises:
+        RobotError: A slide has no limits.
+    """
+    gravity = float(sp.sqrt(sum(g**2 for g in load.gravity)))
+    work = []
+    for k, joint in enumerate(robot.joints):
+        masses = [float(point.mass) for point in load.masses[k:]]
+        turns = joint.kind == "revolute"
+        reach = _reaches(robot, load, k) if turns else [1.0 for _ in masses]
+        work.append(float(np.dot(masses, reach)))
+    count = range(len(work))
+    return [gravity * sum(work[max(j, k)] for j in count) for k in count]
+
+
+def _reaches(robot: Robot, load: Load, first: int) -> list[float]:
+    """The largest distance of each further link's mass from a turning joint."""
+    reaches, way = [], 0.0
+    at = np.zeros(3)
+    for k, joint in enumerate(robot.joints[first:], first):
+        if joint.kind == "prismatic":
+            way += _stroke(joint)
+        else:
+            place = np.array(placement_matrix(joint.before)[:3, 3], dtype=float).ravel()
+            way += float(np.linalg.norm(place - at)) if k > first else 0.0
+            at = place
+        centre = np.array([float(x) for x in load.masses[k].at])
+        reaches.append(way + float(np.linalg.norm(centre - at)))
+    return reaches
+
+
+def _stroke(joint: Joint) -> float:
+    low, high = joint.limits
+    if low is None or high is None:
+        raise RobotError(f"slide {joint.name!r} has no limits, which springs need")
+    return max(abs(float(low)), abs(float(high)))
 
 
 def _beyond(robot: Robot, load: Load, forward: Forward) -> list[tuple[sp.Expr, Vector]]:

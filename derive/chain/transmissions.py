@@ -1,49 +1,62 @@
-"""The laws of drives that do not run true, in both directions.
+"""The laws between the coordinates that a controller shows and the true ones, in both directions.
 
-A calibration finds gains and waves of drives beside the geometry. All other functions take the true
-coordinates q; these two convert between q and the values m that the controller shows, so that
+A calibration finds gains and waves of drives, and springs that yield to gravity, beside the
+geometry. All other functions take the true coordinates q; these two convert between q and the
+values m that the controller shows, so that
 
     T = fk(joints_from_motors(m))    and    m = motors_from_joints(q), q one of ik(T).
 
-The way back is Newton's iteration from m = q / gain, whose steps square the error.
+The way back is Newton's iteration from m = q / gain, whose steps square the error, for each drive
+alone; springs couple the coordinates, and each round takes the sag at the m of the round before.
 """
+
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import sympy as sp
 
+from ..model.errors import RobotError
 from ..model.mechanism import Described
-from ..model.robot import Transmission
+from ..model.placements import align_z, inverse, translation
+from ..model.robot import Joint, Load, PointMass, Robot, Springs, Transmission
+from ..model.tolerances import MOST_SAG
 from ..terms.symbolic_function import Argument, Result, SymbolicFunction
 from ..terms.terms import Terms
+from .gravity import gravity_torques, most_stiffness
 from .kinematics import coordinates
 
 TRANSMISSIONS = ("joints_from_motors", "motors_from_joints")
-"""The functions of robots with transmissions."""
+"""The functions of robots with transmissions or springs."""
 _STEPS = 3
+_ROUNDS = 12
 
 
 def transmissions(robot: Described, terms: Terms, q: Argument) -> dict[str, SymbolicFunction]:
-    """Both functions by name; none where all drives run true.
+    """Both functions by name; none where all drives run true and all joints are rigid.
 
     Args:
         robot: The description.
         terms: Receives the named terms.
         q: The true coordinates.
+
+    Raises:
+        RobotError: Springs are so soft that their law might have no inverse.
     """
-    if not robot.transmissions:
+    springs = robot.springs if isinstance(robot, Robot) else None
+    if not robot.transmissions and springs is None:
         return {}
     given = {law.of: law for law in robot.transmissions}
     laws = [given.get(c.name, Transmission(c.name)) for c in robot.coordinates]
     shown = coordinates("m", len(laws))
     m = Argument("m", shown, q.shape, q.unit, "coordinates as the controller shows them")
-    true = [_value(terms, law, s) for law, s in zip(laws, shown, strict=True)]
-    back = [_inverted(terms, law, s) for law, s in zip(laws, q.symbols, strict=True)]
+    both = _Laws(terms, laws, _Sag.of(robot, springs) if isinstance(robot, Robot) else None)
     return {
         TRANSMISSIONS[0]: _made(
             TRANSMISSIONS[0],
             "True coordinates from those that the controller shows.",
-            "q = gain m + waves(m)",
+            f"q = gain m + waves(m){' + compliance tau(m)' if springs else ''}",
             m,
-            Result("q", tuple(true), q.shape, q.unit, q.meaning),
+            Result("q", both.true(shown), q.shape, q.unit, q.meaning),
             terms,
         ),
         TRANSMISSIONS[1]: _made(
@@ -51,14 +64,89 @@ def transmissions(robot: Described, terms: Terms, q: Argument) -> dict[str, Symb
             "Coordinates as the controller takes them, from the true ones.",
             "joints_from_motors(motors_from_joints(q)) = q",
             q,
-            Result("m", tuple(back), q.shape, q.unit, m.meaning),
+            Result("m", both.shown(q.symbols), q.shape, q.unit, m.meaning),
             terms,
         ),
     }
 
 
+@dataclass(frozen=True)
+class _Sag:
+    """Springs, and the chain with masses by whose weight they yield."""
+
+    springs: Springs
+    chain: Robot
+
+    @classmethod
+    def of(cls, robot: Robot, springs: Springs | None) -> "_Sag | None":
+        if springs is None:
+            return None
+        chain, load = _chain(robot, springs)
+        stiffness = most_stiffness(chain, load)
+        for row, most in zip(springs.rows, stiffness, strict=True):
+            if abs(float(row.compliance)) * most > MOST_SAG:
+                raise RobotError(
+                    f"spring of {row.of!r}: expected a compliance of at most "
+                    f"{MOST_SAG / most:.3g}, got {float(row.compliance):.3g}; beyond it the joint "
+                    "might give way faster than its weight moves"
+                )
+        return cls(springs, chain)
+
+    def at(self, terms: Terms, m: Sequence[sp.Expr]) -> list[sp.Expr]:
+        """How far each joint gives way."""
+        load = self.chain.load
+        if load is None:
+            return [sp.S.Zero for _ in m]
+        torques = gravity_torques(self.chain, load, terms, m).values
+        rows = zip(self.springs.rows, torques, strict=True)
+        return [terms.let(row.compliance * torque) for row, torque in rows]
+
+
+@dataclass(frozen=True)
+class _Laws:
+    """The laws of all coordinates."""
+
+    terms: Terms
+    laws: Sequence[Transmission]
+    sag: _Sag | None
+
+    def true(self, m: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
+        """The named true values at m."""
+        driven = [_value(self.terms, law, s) for law, s in zip(self.laws, m, strict=True)]
+        if self.sag is None:
+            return tuple(driven)
+        sags = self.sag.at(self.terms, m)
+        return tuple(self.terms.let(a + b) for a, b in zip(driven, sags, strict=True))
+
+    def shown(self, q: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
+        """The named values m of true ones."""
+        m = self._driven_back(q)
+        if self.sag is None:
+            return m
+        for _ in range(_ROUNDS):
+            sags = self.sag.at(self.terms, m)
+            m = self._driven_back([self.terms.let(a - b) for a, b in zip(q, sags, strict=True)])
+        return m
+
+    def _driven_back(self, q: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
+        return tuple(_inverted(self.terms, law, s) for law, s in zip(self.laws, q, strict=True))
+
+
+def _chain(robot: Robot, springs: Springs) -> tuple[Robot, Load]:
+    """The chain of the springs' axes, each link's frame the base frame at coordinates 0."""
+    joints, masses = [], []
+    for row, joint in zip(springs.rows, robot.coordinates, strict=True):
+        to_axis = translation(*row.point) + align_z(row.axis)
+        joints.append(
+            Joint(row.of, joint.kind, to_axis, inverse(to_axis), row.of, limits=joint.limits)
+        )
+        masses.append(PointMass(row.of, row.mass, row.centre))
+    load = Load(tuple(masses), springs.gravity)
+    return Robot(robot.name, tuple(joints), load=load), load
+
+
 def _value(terms: Terms, law: Transmission, m: sp.Expr) -> sp.Expr:
-    """The named true value at m."""
+    """The named value of a drive at m."""
     sin1, cos1, sin2, cos2 = law.waves
     if not any(law.waves):
         return terms.let(law.gain * m)
@@ -68,7 +156,7 @@ def _value(terms: Terms, law: Transmission, m: sp.Expr) -> sp.Expr:
 
 
 def _rate(terms: Terms, law: Transmission, m: sp.Expr) -> sp.Expr:
-    """The named derivative of the true value by m."""
+    """The named derivative of a drive's value by m."""
     sin1, cos1, sin2, cos2 = law.waves
     c, s = terms.cos_sin(m)
     double = 2 * sin2 * (c**2 - s**2) - 4 * cos2 * s * c
@@ -76,7 +164,7 @@ def _rate(terms: Terms, law: Transmission, m: sp.Expr) -> sp.Expr:
 
 
 def _inverted(terms: Terms, law: Transmission, q: sp.Expr) -> sp.Expr:
-    """The named m of a true value."""
+    """The named m of a drive's value."""
     m = terms.let(q / law.gain)
     for _ in range(_STEPS if any(law.waves) else 0):
         m = terms.let(m - (_value(terms, law, m) - q) / _rate(terms, law, m))

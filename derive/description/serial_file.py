@@ -10,7 +10,16 @@ from ..model.convention import Convention, FieldKind
 from ..model.errors import RobotError
 from ..model.kinds import JointKind
 from ..model.placements import Placement, Vector, from_xyz_rpy
-from ..model.robot import Joint, Load, Mimic, PointMass, Robot, Transmission
+from ..model.robot import (
+    Joint,
+    Load,
+    Mimic,
+    PointMass,
+    Robot,
+    Spring,
+    Springs,
+    Transmission,
+)
 from .assumptions import assumption
 from .conventions import CONVENTIONS, poe
 from .toml_file import FRAME, DescriptionError, Keys, TomlFile, dotted, listed
@@ -31,7 +40,8 @@ ROBOT_FIELDS = (
     "transmissions",
 )
 TRANSMISSION_FIELDS = ("of", "gain", "sin1", "cos1", "sin2", "cos2")
-LOAD_FIELDS = ("masses", "gravity")
+LOAD_FIELDS = ("masses", "gravity", "springs")
+SPRING_FIELDS = ("of", "compliance", "axis", "point", "mass", "centre")
 JOINT_FIELDS = ("name", "type", "convention", "limits", "link", "pitch", "direction", "assumed")
 _WAVES = ("sin1", "cos1", "sin2", "cos2")
 KINDS: tuple[JointKind, ...] = ("revolute", "prismatic", "helical", "fixed")
@@ -93,6 +103,7 @@ class RobotFile(TomlFile):
                 notes=assumption(parameters, joints),
                 load=load,
                 transmissions=transmissions,
+                springs=self._springs(),
             )
         except DescriptionError:
             raise
@@ -122,7 +133,7 @@ class RobotFile(TomlFile):
         """The masses of the links and the direction of gravity in the base frame."""
         masses = self.table.get("masses")
         if masses is None:
-            if "gravity" in self.table:
+            if "gravity" in self.table and "springs" not in self.table:
                 self.fail(("gravity",), "masses that it pulls, [[masses]]")
             return None
         if not isinstance(masses, list) or not masses:
@@ -131,6 +142,29 @@ class RobotFile(TomlFile):
         if self.table.get("gravity") is None:
             return Load(found)
         return Load(found, self.vector(("gravity",), "ratio"))
+
+    def _springs(self) -> Springs | None:
+        """The springs of the joints, with the links whose weight they bear."""
+        springs = self.table.get("springs")
+        if springs is None:
+            return None
+        if not isinstance(springs, list) or not springs:
+            self.fail(("springs",), "a list of springs")
+        found = tuple(self._spring(("springs", k)) for k in range(len(springs)))
+        if self.table.get("gravity") is None:
+            return Springs(found)
+        return Springs(found, self.vector(("gravity",), "ratio"))
+
+    def _spring(self, keys: Keys) -> Spring:
+        self.check_fields(keys, self.table_at(keys), SPRING_FIELDS)
+        return Spring(
+            of=self.name((*keys, "of")),
+            compliance=self.literal((*keys, "compliance"), 0),
+            axis=self.vector((*keys, "axis"), "ratio"),
+            point=self.vector((*keys, "point"), "length"),
+            mass=self.literal((*keys, "mass"), 0),
+            centre=self.vector((*keys, "centre"), "length"),
+        )
 
     def _mass(self, keys: Keys) -> PointMass:
         table = self.table_at(keys)

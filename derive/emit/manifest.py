@@ -22,6 +22,7 @@ from ..program.programs import Programs
 from ..terms.role import Role
 from ..terms.symbolic_function import Argument, Result, Signature, SymbolicFunction, WrittenFunction
 from .described_parts import robot_template
+from .described_springs import springs_template
 from .emitter import Files
 from .json_text import json_text
 from .skeleton_entry import skeleton_entry
@@ -88,9 +89,9 @@ def _together(files: Mapping[str, Files]) -> dict[str, str]:
 
 
 def _identity(robot: Described) -> str:
-    """The description as text; a load and transmissions are named where there are any."""
-    load = robot.load if isinstance(robot, Robot) else None
-    parts = (robot, *(part for part in (load, robot.transmissions) if part))
+    """The description as text; load, transmissions and springs are named where there are any."""
+    load, springs = (robot.load, robot.springs) if isinstance(robot, Robot) else (None, None)
+    parts = (robot, *(part for part in (load, robot.transmissions, springs) if part))
     return " ".join(map(repr, parts))
 
 
@@ -142,7 +143,8 @@ def _geometry(derivation: Derivation) -> dict[str, Any]:
         for parameter in derivation.geometry.parameters
     ]
     loops = derivation.parametric_loops
-    file = {"robot_file": robot_template(loops.hybrid)} if loops else {}
+    template = robot_template(loops.hybrid) if loops else springs_template(derivation.robot)
+    file = {"robot_file": template} if template else {}
     return {"geometry": parameters, **file}
 
 

@@ -99,7 +99,12 @@ class Hybrid:
         A robot whose loops have no closed form by its design has none.
         """
         is_built = self.left_open is not None or self.mechanism.nominal is not None
-        return is_built or not self.forward.open
+        return is_built or self.chain_is_known
+
+    @property
+    def chain_is_known(self) -> bool:
+        """Whether the joints of the main chain have a closed form, loops beside it or not."""
+        return all(joint.name in self.forward.values for joint in self.robot.moving)
 
     @property
     def _solvable(self) -> Loops:

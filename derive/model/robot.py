@@ -208,6 +208,57 @@ class Transmission:
 
 
 @dataclass(frozen=True)
+class Spring:
+    """The spring of a coordinate's joint, and the link by whose weight it yields.
+
+    The joint's line and the link are those of the nominal arm at coordinates 0 in the base frame.
+
+    Attributes:
+        of: Name of the coordinate.
+        compliance: Its turn per torque (rad/(N m)), of a slide its shift per force (m/N).
+        axis: Direction of the joint's axis.
+        point: A point on the axis (metre).
+        mass: Mass of the link behind the joint (kilogram).
+        centre: The link's centre of mass (metre).
+    """
+
+    of: str
+    compliance: sp.Expr
+    axis: Vector
+    point: Vector
+    mass: sp.Expr
+    centre: Vector
+
+    def __post_init__(self) -> None:
+        for name in ("compliance", "mass"):
+            object.__setattr__(self, name, exact(getattr(self, name)))
+        for name in ("axis", "point", "centre"):
+            object.__setattr__(self, name, exact_vector(getattr(self, name)))
+
+
+@dataclass(frozen=True)
+class Springs:
+    """The springs by which the joints of an arm yield to gravity.
+
+    With m the values that the controller shows, the coordinates are those of the drives at m and
+
+        compliance_k tau_k(m)
+
+    beside, where tau is the torque of gravity on the chain of the springs' own axes and links.
+
+    Attributes:
+        rows: A spring for each coordinate, in their order.
+        gravity: Acceleration of free fall in the base frame (m/s^2).
+    """
+
+    rows: tuple[Spring, ...]
+    gravity: Vector = (sp.S.Zero, sp.S.Zero, sp.Rational("-9.81"))
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "gravity", exact_vector(self.gravity))
+
+
+@dataclass(frozen=True)
 class Robot:
     """A serial chain from a base frame to a tool frame.
 
@@ -226,6 +277,8 @@ class Robot:
             no part of the robot's identity.
         load: The weights under which its joints sag; None where they are rigid.
         transmissions: The laws of coordinates whose drives do not run true.
+        springs: The springs between the coordinates that the controller shows and the true ones;
+            None where the joints are rigid.
 
     Raises:
         RobotError: Names clash, a mimic joint has no leader, a symbol is no parameter, or no joint
@@ -245,6 +298,7 @@ class Robot:
     cleaning: Cleaning = field(default=Cleaning(), repr=False, compare=False)
     load: Load | None = field(default=None, repr=False)
     transmissions: tuple[Transmission, ...] = field(default=(), repr=False)
+    springs: Springs | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         check_robot_name(self.name)
@@ -256,6 +310,7 @@ class Robot:
         if not self.coordinates:
             raise RobotError(f"robot {self.name!r} has no joint with a coordinate of its own")
         check_transmissions(self.transmissions, [joint.name for joint in self.coordinates])
+        self._check_springs()
         leaders = {joint.name for joint in self.coordinates}
         for joint in self.joints:
             if joint.mimic and joint.mimic.leader not in leaders:
@@ -286,6 +341,16 @@ class Robot:
                     f"robot {self.name!r} has a mass on {mass.link!r}: expected one of the links "
                     f"{', '.join(self.link_names)}"
                 )
+
+    def _check_springs(self) -> None:
+        rows = self.springs.rows if self.springs else ()
+        expected = [joint.name for joint in self.coordinates]
+        if rows and ([row.of for row in rows] != expected or len(self.moving) > len(rows)):
+            raise RobotError(
+                f"robot {self.name!r}: expected a spring for each coordinate in their order "
+                f"({', '.join(expected)}) and no joints that mimic others; a rigid joint has the "
+                "compliance 0"
+            )
 
     @property
     def moving(self) -> tuple[Joint, ...]:

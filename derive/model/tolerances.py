@@ -26,6 +26,10 @@ MOST_WAVES = 0.05
 """Amplitude of a drive's waves (radian) in parts of its gain up to which three steps of Newton's
 iteration invert its law to rounding: each squares the error, which a quarter of this bounds first.
 Real ones stay below 0.001."""
+MOST_SAG = 0.05
+"""Change of a joint's sag by the coordinates, in parts of their own change, up to which twelve
+rounds invert the law of springs to rounding: each reduces the error by this part. Real arms stay
+below 0.02."""
 
 # --- description: rounding in files ---
 

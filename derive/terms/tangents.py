@@ -41,12 +41,12 @@ class Tangent:
 
     def of(self, expression: sp.Expr) -> sp.Expr:
         """The named rate of an expression."""
-        total = ZERO
+        parts = []
         for symbol in sorted(expression.free_symbols, key=_by_name):
             rate = self._of_symbol(symbol)
             if rate != 0:
-                total += self.terms.let(sp.diff(expression, symbol)) * rate
-        return self.terms.let(total)
+                parts.append(self.terms.partial(expression, symbol) * rate)
+        return self.terms.let(sp.Add(*parts))
 
     def of_each(self, expressions: Sequence[sp.Expr]) -> list[sp.Expr]:
         """The named rates of expressions."""

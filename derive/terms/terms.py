@@ -4,7 +4,8 @@ Expressions built through a :class:`Terms` stay a few symbols long, however long
 terms get the same name, also up to sign, which is common subexpression elimination by construction.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Mapping
+from typing import TypeVar, cast
 
 import sympy as sp
 
@@ -15,6 +16,7 @@ from ..model.values import Values, to_digits
 
 TERM = "_t"
 CONSTANT = "_k"
+Result = TypeVar("Result")
 """First letters of the names of terms and of constants; no name in a robot file has them."""
 
 
@@ -41,6 +43,8 @@ class Terms:
         self._values = Values()
         self._constant_symbols = set(self.parameters)
         self._numbers: set[sp.Symbol] = set()
+        self._made: dict[Hashable, object] = {}
+        self._partials: dict[tuple[sp.Expr, sp.Symbol], sp.Expr] = {}
         self._addends: dict[sp.Symbol, int] = {}
         self._sizes: dict[sp.Symbol, int] = {}
         for symbol, value in self.parameters.items():
@@ -71,6 +75,25 @@ class Terms:
         if opposite is not None:
             return -opposite
         return self._name(expression)
+
+    def partial(self, expression: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
+        """The named derivative of an expression by a symbol, its named terms held."""
+        key = expression, symbol
+        if key not in self._partials:
+            parts = (_derivative(part, symbol) for part in sp.Add.make_args(expression))
+            self._partials[key] = self.let(sp.Add(*parts))
+        return self._partials[key]
+
+    def once(self, key: Hashable, made: Callable[[], Result]) -> Result:
+        """A result over these terms that is asked for again and again, such as a body's pose.
+
+        Args:
+            key: All that the result depends on.
+            made: Makes it.
+        """
+        if key not in self._made:
+            self._made[key] = made()
+        return cast("Result", self._made[key])
 
     def value(self, expression: sp.Expr) -> sp.Expr:
         """The value, to 40 digits, of an expression of parameters (at defaults) and constants.
@@ -254,6 +277,16 @@ def _below(
             found.add(symbol)
             waiting.extend(definitions[symbol].free_symbols)
     return [symbol for symbol in definitions if symbol in found]
+
+
+def _derivative(addend: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
+    """The derivative of an addend; products, which most are, without SymPy's general way."""
+    if symbol not in addend.free_symbols:
+        return sp.S.Zero
+    others = [factor for factor in sp.Mul.make_args(addend) if factor != symbol]
+    if any(symbol in factor.free_symbols for factor in others):
+        return sp.diff(addend, symbol)
+    return sp.Mul(*others)
 
 
 def _negative(expression: sp.Expr) -> bool:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..contract.facts import Coordinate
 from ..errors import InputValueError
 from .calibrated_mechanism import mechanism_text
-from .drives import transmissions_text
+from .drives import springs_text, transmissions_text
 from .parameters import nominal as nominal_of
 
 FloatArray = NDArray[np.float64]
@@ -33,42 +33,35 @@ def robot_file(robot: Any, p: FloatArray, name: str, source: str, nominal: str =
         nominal: Name or file of the nominal robot, from which the inverse of a robot with loops is
             led; without it lengths on a grid are tried.
 
-    Gains and waves of drives are written as transmissions: the functions of the calibrated robot
-    take true coordinates, and its `joints_from_motors` and `motors_from_joints` convert.
+    Gains and waves of drives are written as transmissions, and springs with the links that they
+    bear: the functions of the calibrated robot take true coordinates, and its `joints_from_motors`
+    and `motors_from_joints` convert.
 
     Raises:
-        InputValueError: Springs were identified, which no file describes, or a coordinate moves
-            several joints.
+        InputValueError: A coordinate moves several joints.
     """
-    springs = [
-        parameter.name
-        for parameter, value in zip(robot.geometry, p, strict=True)
-        if parameter.part == "compliance" and value != parameter.value
-    ]
-    if springs:
-        raise InputValueError(
-            f"a robot file has no springs, and {', '.join(springs)} were identified; identify "
-            "without compliance, or set them to 0 in p and call the calibrated robot at "
-            "q + compliance tau(q), with tau the torques of gravity"
-        )
-    drives = [g.part == "transmission" for g in robot.geometry]
-    straight = np.where(drives, nominal_of(robot), p)
+    laws = [g.part in ("transmission", "compliance") for g in robot.geometry]
+    straight = np.where(laws, nominal_of(robot), p)
     if robot.kind != "serial":
         text = mechanism_text(robot, straight, name, source, nominal, _rpy)
         return text + transmissions_text(robot, p, math.degrees(1))
-    return _chain_text(robot, straight, name, source) + transmissions_text(robot, p, 1.0)
+    head, joints = _chain_text(robot, straight, name, source)
+    gravity, springs = springs_text(robot, p)
+    return head + gravity + joints + springs + transmissions_text(robot, p, 1.0)
 
 
-def _chain_text(robot: Any, p: FloatArray, name: str, source: str) -> str:
-    """The text of a robot file of a serial robot whose drives run true."""
+def _chain_text(robot: Any, p: FloatArray, name: str, source: str) -> tuple[str, str]:
+    """The robot file of a serial robot whose drives run true: its head and its tables."""
     zero = np.zeros(robot.n)
     T, J = robot.fk_p(zero, p), robot.jacobian_p(zero, p)
-    lines = [
+    head = [
         f"name = {json.dumps(name)}",
         f"title = {json.dumps(f'{robot.title}, calibrated')}",
         f"source = {json.dumps(source)}",
         'convention = "poe"',
         'units = { length = "m", angle = "rad" }',
+    ]
+    lines = [
         "",
         "[tool]",
         f"xyz = {_row(T[:3, 3])}",
@@ -77,7 +70,7 @@ def _chain_text(robot: Any, p: FloatArray, name: str, source: str) -> str:
     for coordinate, column in zip(robot.coordinates, J.T, strict=True):
         lines += ["", "[[joints]]", f"name = {json.dumps(coordinate.name)}"]
         lines += _screw(coordinate, column, T[:3, 3]) + _limits(coordinate)
-    return "\n".join(lines) + "\n"
+    return "\n".join(head) + "\n", "\n".join(lines) + "\n"
 
 
 def _screw(coordinate: Coordinate, column: FloatArray, tool: FloatArray) -> list[str]:

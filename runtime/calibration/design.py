@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputValueError
 from .observed.observations import SMALL, Observation, Poses, Positions, Start
-from .problem import problem_at
+from .problem import in_one_thread, problem_at
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -60,6 +60,7 @@ class Design:
     with_more: float
 
 
+@in_one_thread
 def design(
     robot: Any,
     candidates: ArrayLike,

@@ -1,12 +1,15 @@
-"""Gains and waves of drives in a robot file: the transmissions of its coordinates."""
+"""Drives and springs in a robot file: the laws between coordinates as shown and true ones."""
 
 from __future__ import annotations
 
 import json
+from string import Template
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from ..errors import InputValueError
 
 FloatArray = NDArray[np.float64]
 
@@ -31,3 +34,29 @@ def transmissions_text(robot: Any, p: FloatArray, turn: float) -> str:
         lines += ["", "[[transmissions]]", f"of = {json.dumps(of)}"]
         lines += [f"{field} = {value!r}" for field, value in law.items()]
     return "\n".join([*lines, ""]) if lines else ""
+
+
+def springs_text(robot: Any, p: FloatArray) -> tuple[str, str]:
+    """The line of gravity, and the tables of the springs; "" where all joints are rigid.
+
+    Args:
+        robot: The nominal arm, with parametric functions.
+        p: Its identified geometry.
+    """
+    compliances = {
+        item.of: float(value)
+        for item, value in zip(robot.geometry, p, strict=True)
+        if item.part == "compliance"
+    }
+    if not any(compliances.values()):
+        return "", ""
+    if not robot._robot_file:
+        raise InputValueError(
+            "springs were identified, and a coordinate moves several joints, or one with a pitch; "
+            "a robot file has springs of joints that move alone"
+        )
+    text = Template(robot._robot_file).substitute(
+        {of: repr(value) for of, value in compliances.items()}
+    )
+    gravity, springs = text.split("\n", 1)
+    return f"{gravity}\n", springs

@@ -17,12 +17,13 @@ from ..errors import ShapeError
 from .mistakes import check_input, check_result
 from .observed.observations import Observation, Start
 from .parameters import nominal
-from .problem import OUTLYING, problem_at, problem_nearby
+from .problem import OUTLYING, in_one_thread, problem_at, problem_nearby
 from .result import Calibration
 
 FloatArray = NDArray[np.float64]
 
 
+@in_one_thread
 def identify(
     robot: Any,
     q: ArrayLike,

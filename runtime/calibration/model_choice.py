@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from .identify import located
 from .mistakes import check_result
 from .observed.observations import Observation
-from .problem import Problem, problem_at
+from .problem import Problem, in_one_thread, problem_at
 from .result import Calibration
 
 FloatArray = NDArray[np.float64]
@@ -77,6 +77,7 @@ class Chosen:
     errors: Mapping[str, float]
 
 
+@in_one_thread
 def best_model(
     robot: Any,
     q: ArrayLike,
@@ -110,6 +111,7 @@ def best_model(
     return Chosen(model, found[model.name], errors)
 
 
+@in_one_thread
 def cross_validated(
     robot: Any,
     q: ArrayLike,

@@ -21,9 +21,10 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+import functools
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 import scipy.optimize
@@ -41,6 +42,8 @@ from .result import Calibration
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
+Inputs = ParamSpec("Inputs")
+Output = TypeVar("Output")
 
 OUTLYING = 5.0
 """Errors of a row, in robust standard deviations, from which on the row counts as an outlier."""
@@ -63,6 +66,21 @@ _MOST_NEARBY = 50
 """Evaluations on the way there."""
 _SAME_NOISE = 0.01
 """Change of the noise, in parts of it, that no longer moves a parameter by its uncertainty."""
+
+
+def in_one_thread(function: Callable[Inputs, Output]) -> Callable[Inputs, Output]:
+    """The function, with linear algebra in one thread.
+
+    These matrices are small: further threads would only wait for each other, a hundred times as
+    long as one thread takes where the machine is busy.
+    """
+
+    @functools.wraps(function)
+    def alone(*args: Inputs.args, **kwargs: Inputs.kwargs) -> Output:
+        with threadpool_limits(1):
+            return function(*args, **kwargs)
+
+    return alone
 
 
 def problem_at(
@@ -263,11 +281,6 @@ class Problem:
                 f"identify: {len(rows)} measured numbers do not determine {count} "
                 "variables; measure more configurations, or vary fewer parameters"
             )
-        # These matrices are small: further threads would only wait for each other.
-        with threadpool_limits(1):
-            return self._solved(x, robust=robust)
-
-    def _solved(self, x: FloatArray, *, robust: bool) -> Calibration:
         used, noise = self.everything, 1.0
         x = self.solve(x, used, noise, robust=robust)
         for _ in range(_ROUNDS):

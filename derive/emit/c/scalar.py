@@ -201,7 +201,9 @@ def _together(program: Program) -> _Parts:
     for statement in program.statements:
         if isinstance(statement, Store):
             after.append(statement)
-        elif not (late | turns.keys()).isdisjoint(statement.operands):
+        elif not (
+            late.isdisjoint(statement.operands) and turns.keys().isdisjoint(statement.operands)
+        ):
             late.add(statement.result)
             after.append(statement)
         elif statement.operation in _TURNS:

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import sympy as sp
 
 from ...loops.solution import Solution
+from ...model.sizes import addends
 from ..setting.layout import Equation, aligned
 from ..setting.notation import OTHER
 from ..setting.page import sentence, text
@@ -15,6 +16,8 @@ from .printed_steps import PrintedLoopStep, PrintedRate
 
 MOST_TERMS = 8
 """Longest sum, in terms, in which the rates of intermediate results are written out."""
+MOST_EXPANDED = 500
+"""Most addends of a rate that is multiplied out to see whether it becomes short."""
 BRACKET = 0.75 * LINE
 """Widest sum that is multiplied by a rate (pt)."""
 
@@ -40,8 +43,11 @@ class Rates:
         self.definitions |= dict(step.vectors)
         results = []
         for rate in step.rates:
-            total = sp.expand(sp.Add(*(w * self.of(part) for part, w in rate.right)))
-            if len(sp.Add.make_args(total)) > MOST_TERMS:
+            total = sp.Add(*(w * self.of(part) for part, w in rate.right))
+            is_long = addends(total) > MOST_EXPANDED
+            if not is_long:
+                total = sp.expand(total)
+            if is_long or len(sp.Add.make_args(total)) > MOST_TERMS:
                 total = sp.Add(*(w * self._by_name(part) for part, w in rate.right))
             for symbol, _ in rate.left:
                 if symbol not in self.dotted:
@@ -83,12 +89,12 @@ class Rates:
     def _collected(self, total: sp.Expr) -> sp.Expr:
         """A sum with one term a rate, where its brackets stay short."""
         rates = [*self.dotted.values(), *self.inner.values()]
-        addends = []
+        parts, expanded = [], sp.expand(total)
         for rate in rates:
-            part = _by_angles(sp.expand(total).coeff(rate))
+            part = _by_angles(expanded.coeff(rate))
             is_long = part.is_Add and width(self.page.tex(part)) > BRACKET
-            addends.append(sp.expand(part * rate) if is_long else part * rate)
-        return sp.Add(*addends)
+            parts.append(sp.expand(part * rate) if is_long else part * rate)
+        return sp.Add(*parts)
 
     def _dotted(self, symbol: sp.Symbol, place: int) -> sp.Symbol:
         notation = self.page.chain.equations.notation

@@ -74,6 +74,7 @@ class Notation:
         self.meanings: dict[sp.Symbol, sp.Expr] = {}
         self.angles: dict[sp.Expr, tuple[str, str]] = {}
         self.constants: list[sp.Symbol] = []
+        self._raw: dict[sp.Expr, sp.Expr] = {}
         self._constants: dict[sp.Expr, sp.Expr] = {}
         self._sums: dict[sp.Expr, sp.Expr] = {}
         self.halves = _has_thirds(robot)
@@ -107,7 +108,9 @@ class Notation:
             return self._numeric(self.terms.value(expression))
         if is_long(self.terms, expression):
             return self._by_parts(expression)
-        raw = reduced(self.expanded(expression))
+        raw = self._raw.get(expression)
+        if raw is None:
+            raw = self._raw[expression] = reduced(self.expanded(expression))
         known = self._constants.get(raw)
         if known is None:
             known = self._constants[raw] = self._printed_constant(raw)

@@ -47,6 +47,23 @@ def pose_along(
         values: Values of the joints that move (radian or metre), by name.
         base: The placement before the first joint.
     """
+    moved = tuple(values[joint.name] for joint in way if joint.kind != "fixed")
+    parts = tuple((j.kind, j.before, j.after, j.pitch, j.direction) for j in way)
+    # The branches of a robot's loops ask for the same poses.
+    return terms.once(
+        ("pose", base, parts, tool, moved),
+        lambda: _pose_along(mechanism, terms, way, tool, moved, base),
+    )
+
+
+def _pose_along(
+    mechanism: Mechanism,
+    terms: Terms,
+    way: Sequence[Joint],
+    tool: Placement,
+    q: Sequence[sp.Expr],
+    base: Placement,
+) -> Pose:
     if all(joint.kind == "fixed" for joint in way):
         T = placement_matrix(base)
         for joint in way:
@@ -61,5 +78,4 @@ def pose_along(
         tool=tool,
         parameters=mechanism.parameters,
     )
-    q = [values[joint.name] for joint in robot.coordinates]
     return Forward(terms, groups(robot, terms, robot.joint_values(q))).tool_pose()

@@ -284,6 +284,26 @@ def test_joints_that_the_loops_do_not_allow_together_are_not_valid(tmp_path):
         assert not robot.actuators_valid(moved).any()
 
 
+def test_a_gantry_whose_second_rails_are_iterated_has_its_inverse(tmp_path):
+    """The motors move the slides of the tool themselves; only the floating rails are iterated."""
+    write(calibrated("bricklaying_gantry", 5), tmp_path, ["fk", "ik"], emitters=CALLED)
+    robot, q = chasles.load(tmp_path), postures("bricklaying_gantry", 5)
+    found = robot.ik(robot.fk(q))
+    assert found.valid.shape == (POSTURES, 1)
+    assert found.valid.all()
+    np.testing.assert_allclose(found.q[:, 0], q, rtol=0, atol=SAME)
+
+
+def test_a_delta_finds_the_motors_of_a_position(tmp_path):
+    """Its platform turns as built, so that a position is all that can be asked for."""
+    functions = ["fk", "fk_jacobian_mixed", "hessian_mixed"]
+    write(calibrated("delta", 5), tmp_path, functions, emitters=CALLED)
+    robot, q = chasles.load(tmp_path), postures("delta", 5)
+    found = robot.ik_numeric(robot.fk(q), weights=(1, 1, 1, 0, 0, 0))
+    assert found.success.all()
+    np.testing.assert_allclose(robot.fk(found.q)[:, :3, 3], robot.fk(q)[:, :3, 3], atol=2e-9)
+
+
 def test_the_article_prints_the_inverse_of_the_design_that_leads():
     """Three joints are given, by the symbols of the chain that is printed."""
     printed = inverse_of_loops(LoopPage.of(derive(calibrated("well_manipulator", 5), ["ik"])))

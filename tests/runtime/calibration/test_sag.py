@@ -1,13 +1,15 @@
-"""Joints that yield to gravity, identified from an arm in equilibrium."""
+"""Joints that yield to gravity: identified from an arm in equilibrium, and in robot files."""
 
 import numpy as np
 import pytest
 from convention_robots import sagging_ur5e
+from numpy.testing import assert_allclose
 
 import chasles
 from chasles import screws
 from chasles.calibration import Positions, identify, robot_file
-from chasles.derive import loads, write
+from chasles.derive import RobotError, derive, loads, write
+from chasles.derive.emit.languages import EMITTERS
 from chasles.errors import InputValueError
 
 SIGMA = 2e-5
@@ -72,6 +74,115 @@ def test_springs_are_found(arm, measured, found):
         assert std[name] < 0.1 * YIELD[k]
 
 
-def test_a_robot_file_has_no_springs(arm, found):
-    with pytest.raises(InputValueError, match="springs"):
-        robot_file(arm, found.p, "mine", "simulated")
+SLIDING = """
+name = "sliding"
+convention = "dh"
+gravity = ["0.5", 0, "-9.7"]
+[[joints]]
+alpha = "1.2"
+d = "0.2"
+[[joints]]
+type = "prismatic"
+limits = ["-0.5", 1]
+alpha = "0.3"
+theta = "0.4"
+link = "slider"
+[[joints]]
+name = "elbow"
+link = "forearm"
+a = "-0.4"
+alpha = "0.5"
+direction = -1
+[[joints]]
+type = "fixed"
+a = "0.1"
+link = "plate"
+[[joints]]
+link = "hand"
+alpha = "-1.5"
+a = "0.1"
+[[masses]]
+link = "slider"
+mass = 3
+[[masses]]
+link = "forearm"
+mass = "1.2"
+[[masses]]
+link = "plate"
+mass = "2.5"
+at = ["0.1", "0.02", "-0.3"]
+[[masses]]
+link = "hand"
+mass = "1.5"
+at = ["0.01", "0.03", "0.07"]
+"""
+CALLED = tuple(emitter for emitter in EMITTERS if emitter.language != "latex")
+FUNCTIONS = ["fk", "joints_from_motors", "motors_from_joints"]
+
+
+def sagging(arm, random):
+    """A geometry with every number off, drives and springs among them."""
+    p = np.array([g.value for g in arm.geometry])
+    off = np.array([g.part in ("axis", "offset", "transmission", "tool") for g in arm.geometry])
+    p[off] += random.uniform(-1e-3, 1e-3, off.sum())
+    springs = part(arm, "compliance")
+    p[springs] = random.uniform(0, 1e-4, springs.sum())
+    return p
+
+
+def check_file(arm, folder, functions, seed):
+    """The calibrated arm reaches what the model says, from what the controller shows and back."""
+    random = np.random.default_rng(seed)
+    p, shown = sagging(arm, random), random.uniform(-0.5, 1, (500, arm.n))
+    write(loads(robot_file(arm, p, "mine", "simulated")), folder, functions, emitters=CALLED)
+    mine = chasles.load(folder)
+    true = mine.joints_from_motors(shown)
+    rigid = np.where(part(arm, "compliance"), 0, p)
+    T = arm.fk_p(shown, p)
+    assert np.abs(T - arm.fk_p(shown, rigid)).max() > 1e-4
+    assert_allclose(mine.fk(true), T, rtol=0, atol=1e-12)
+    assert_allclose(mine.motors_from_joints(true), shown, rtol=0, atol=1e-14)
+    return mine, p, T
+
+
+def test_springs_of_the_file_sag_as_the_model(arm, tmp_path):
+    mine, p, T = check_file(arm, tmp_path, [*FUNCTIONS, "ik"], 3)
+    found = mine.ik(T)
+    back = arm.fk_p(mine.motors_from_joints(found.q), p)
+    gaps = np.abs(back - T[:, None]).max((-2, -1))[found.valid]
+    assert found.valid.any(-1).all()
+    assert gaps.max() < 1e-10
+
+
+def test_slides_plates_and_turned_joints_sag_as_the_model(tmp_path):
+    write(loads(SLIDING), tmp_path / "arm", ["fk", "fk_p", "jacobian_p"], emitters=CALLED)
+    check_file(chasles.load(tmp_path / "arm"), tmp_path / "mine", FUNCTIONS, 4)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ("limits = [-0.5, 1.0]\n", "", "has no limits"),
+        ('of = "elbow"\ncompliance = ', 'of = "elbow"\ncompliance = 1e3  # ', "of at most"),
+        ('[[springs]]\nof = "elbow"', '[[springs]]\nof = "wrist"', "a spring for each coordinate"),
+        ("mass = 1.5", "weight = 1.5", "weight"),
+    ],
+)
+def test_wrong_springs_are_named(old, new, expected, tmp_path):
+    write(loads(SLIDING), tmp_path / "arm", ["fk", "fk_p", "jacobian_p"], emitters=CALLED)
+    arm = chasles.load(tmp_path / "arm")
+    text = robot_file(arm, sagging(arm, np.random.default_rng(4)), "mine", "simulated")
+    assert text.count(old) == 1
+    with pytest.raises(RobotError, match=expected):
+        derive(loads(text.replace(old, new)), FUNCTIONS)
+
+
+def test_coordinates_of_several_joints_have_no_springs_in_a_file(tmp_path):
+    mimic = 'link = "hand"\nmimic = { joint = "elbow", multiplier = "1/2" }'
+    moved = loads(SLIDING.replace('link = "hand"', mimic, 1))
+    write(moved, tmp_path, ["fk_p", "jacobian_p"], emitters=CALLED)
+    arm = chasles.load(tmp_path)
+    p = np.array([g.value for g in arm.geometry])
+    p[part(arm, "compliance")] = 1e-5
+    with pytest.raises(InputValueError, match="several joints"):
+        robot_file(arm, p, "mine", "simulated")

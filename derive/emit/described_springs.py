@@ -1,0 +1,92 @@
+"""The springs of a calibrated arm's robot file, with places for their compliances.
+
+The torques of gravity are those of the nominal arm, as in the parametric functions: its axes and
+links at coordinates 0 are written, and the runtime puts in ``$<coordinate>`` for each compliance.
+"""
+
+import json
+from collections.abc import Iterator
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from ..chain.poe import placement_matrix
+from ..model.mechanism import Described
+from ..model.placements import Placement
+from ..model.robot import Joint, Robot
+
+FloatArray = NDArray[np.float64]
+
+
+def springs_template(robot: Described) -> str:
+    """The tables of all springs; "" where nothing sags, or a coordinate moves several joints.
+
+    Args:
+        robot: The description.
+    """
+    if not isinstance(robot, Robot) or robot.load is None:
+        return ""
+    if any(joint.mimic or joint.kind == "helical" for joint in robot.joints):
+        return ""
+    return "\n".join(_lines(robot)) + "\n"
+
+
+def _lines(robot: Robot) -> Iterator[str]:
+    places, links = _at_zero(robot)
+    if robot.load:
+        yield f"gravity = {_row([_number(g) for g in robot.load.gravity])}"
+    for joint, T in zip(robot.coordinates, places, strict=True):
+        mass, centre = _weight(robot, links[joint.name])
+        yield from ("", "[[springs]]", f"of = {json.dumps(joint.name)}")
+        yield f"compliance = ${joint.name}"
+        yield f"axis = {_row(joint.direction * T[:3, 2])}"
+        if joint.kind == "revolute":
+            yield f"point = {_row(T[:3, 3])}"
+        if mass:
+            yield from (f"mass = {mass!r}", f"centre = {_row(centre)}")
+
+
+def _at_zero(robot: Robot) -> tuple[list[FloatArray], dict[str, dict[str, FloatArray]]]:
+    """The frames of moving joints, and those of the links that each carries, by their names."""
+    T = _matrix(robot, robot.base)
+    places: list[FloatArray] = []
+    links: dict[str, dict[str, FloatArray]] = {}
+    carrier: Joint | None = None
+    for name, joint in zip(robot.link_names, robot.joints, strict=True):
+        T = T @ _matrix(robot, joint.before)
+        if joint.kind != "fixed":
+            carrier = joint
+            places.append(T)
+        T = T @ _matrix(robot, joint.after)
+        if carrier is not None:
+            links.setdefault(carrier.name, {})[name] = T
+    return places, links
+
+
+def _weight(robot: Robot, links: dict[str, FloatArray]) -> tuple[float, FloatArray]:
+    """Mass and centre of mass of links that move as one, in the base frame."""
+    mass, moment = 0.0, np.zeros(3)
+    for point in robot.load.masses if robot.load else ():
+        if point.link in links:
+            own, T = _value(robot, point.mass), links[point.link]
+            mass += own
+            moment += own * (T[:3, :3] @ [_value(robot, x) for x in point.at] + T[:3, 3])
+    return mass, moment / mass if mass else moment
+
+
+def _matrix(robot: Robot, placement: Placement) -> FloatArray:
+    values = {p.symbol: p.value for p in robot.parameters}
+    return np.array(sp.N(placement_matrix(placement).xreplace(values), 17), dtype=float)
+
+
+def _value(robot: Robot, number: sp.Expr) -> float:
+    return _number(number.xreplace({p.symbol: p.value for p in robot.parameters}))
+
+
+def _number(number: sp.Expr) -> float:
+    return float(sp.N(number, 17))
+
+
+def _row(values: FloatArray | list[float]) -> str:
+    return f"[{', '.join(repr(float(value) + 0.0) for value in values)}]"
