@@ -10,6 +10,7 @@ from ...loops.exponentials import Factor
 from ...model.mechanism import Closure
 from ..chain.tables import Column, tabular
 from ..setting.layout import aligned, filled
+from ..setting.names import escape
 from ..setting.page import listed, named_matrix, sentence, text
 from ..setting.printed_terms import Definition
 from ..setting.widths import LINE, width
@@ -22,6 +23,8 @@ def loops(page: LoopPage) -> str:
     shown = [_loop(page, loop, k) for k, loop in enumerate(equations, 1)]
     count = sum(len(loop.residual) for loop in equations)
     z = listed(map(page.tex, page.joints.values()))
+    if page.hybrid.left_open is not None:
+        return text(_introduction(equations), *shown, _least_squares(page, count, z))
     rates = sentence(
         rf"Together these are {count} equations $c(z) = 0$ in the {len(page.joints)} entries of"
         rf" $z$: {z}. Rates and accelerations that keep the loops closed satisfy",
@@ -36,6 +39,21 @@ def loops(page: LoopPage) -> str:
         ),
     )
     return text(_introduction(equations), *shown, rates)
+
+
+def _least_squares(page: LoopPage, count: int, z: str) -> str:
+    """The condition of loops that repeat constraints and cannot all close."""
+    c_p = r"\Bigl(\frac{\partial c}{\partial z_{\mathrm{p}}}\Bigr)^{\top}"
+    metres = rf"{page.hybrid.in_numbers.size:.3g}\,\mathrm{{m}}"
+    return sentence(
+        rf"Together these are {count} equations $c(z) = 0$ in the {len(page.joints)} entries of"
+        rf" $z$: {z}. They repeat constraints that contradict each other as the robot is built:"
+        rf" {escape(str(page.hybrid.left_open))}. The posture is that of the least sum of squared"
+        rf" gaps, entries of rotations times ${metres}$,",
+        aligned([(f"g(z) = {c_p} c(z)", ["0"])], end=","),
+        r"where $z_{\mathrm{p}}$ are the entries of $z$ that are not actuated. Rates and"
+        r" accelerations satisfy $\frac{\partial g}{\partial z}\,\dot{z} = 0$ and its derivative.",
+    )
 
 
 def _introduction(equations: Sequence[LoopEquations]) -> str:
