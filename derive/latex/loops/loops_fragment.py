@@ -16,6 +16,10 @@ from ..setting.printed_terms import Definition
 from ..setting.widths import LINE, width
 from .loop_page import LoopPage
 
+WIDEST_ENTRY = LINE / 6
+"""Of the displacement between a loop's ends (pt): four columns and its name fit on the line."""
+DECIMALS = 6
+
 
 def loops(page: LoopPage) -> str:
     """Every loop as a product of exponentials and as equations, and the equations of rates."""
@@ -132,8 +136,20 @@ def _screws(page: LoopPage, loop: LoopEquations, values: dict[str, sp.Symbol]) -
 
 
 def _home(page: LoopPage, name: str, M: sp.Matrix) -> str:
-    rows = [[_constant(page, entry)[1:-1] for entry in row] for row in M.tolist()]
-    return "\\begin{gather*}\n" + named_matrix(name, rows).tex + ".\n\\end{gather*}%"
+    rows = [[_narrow(page, entry) for entry in row] for row in M.tolist()]
+    known = [_constant(page, entry)[1:-1] for row in M.tolist() for entry in row]
+    is_rounded = known != [tex for row in rows for tex in row]
+    end = rf"\quad\text{{(to {DECIMALS} decimals)}}." if is_rounded else "."
+    return f"\\begin{{gather*}}\n{named_matrix(name, rows).tex}{end}\n\\end{{gather*}}%"
+
+
+def _narrow(page: LoopPage, entry: sp.Expr) -> str:
+    """An entry of a matrix; a sum of constants that is too long for its column as a decimal."""
+    tex = _constant(page, entry)[1:-1]
+    if width(tex) <= WIDEST_ENTRY:
+        return tex
+    value = round(float(page.terms.value(entry)), DECIMALS) + 0.0
+    return f"{value:.{DECIMALS}f}"
 
 
 def _constant(page: LoopPage, entry: sp.Expr) -> str:
