@@ -15,7 +15,6 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from ..chain.poe import placement_matrix
 from ..loops.hybrid import Hybrid
 from ..loops.iterated.closure_equations import LoopClosure
 from ..loops.maps import chain
@@ -26,6 +25,7 @@ from ..terms.branches import patterns
 from ..terms.casadi_graph import lower
 from ..terms.symbolic_function import SymbolicFunction
 from .led import twist_between
+from .mechanisms.differences import apart
 from .mechanisms.followed import Followed
 
 FloatArray = NDArray[np.float64]
@@ -44,7 +44,7 @@ class Nominal:
 
     Attributes:
         mechanism: The description, with numbers in place of the parameters that it rounds.
-        moved: The largest change of a length (metre).
+        moved: The largest change of a length, or distance of a member from its place (metre).
         turned: The largest change of an axis (radian).
     """
 
@@ -60,7 +60,7 @@ def nominal_mechanisms(mechanism: Mechanism) -> Iterator[Nominal]:
     """
     if mechanism.nominal is not None:
         design = _in_numbers(mechanism.nominal)
-        yield Nominal(design, *_apart(_in_numbers(mechanism), design))
+        yield Nominal(design, *apart(_in_numbers(mechanism), design))
         return
     seen = {repr(mechanism)}
     for grid in GRIDS:
@@ -130,29 +130,6 @@ def _in_numbers(mechanism: Mechanism) -> Mechanism:
         parameters=(),
         nominal=None,
     )
-
-
-def _apart(built: Mechanism, design: Mechanism) -> tuple[float, float]:
-    """The largest distance (metre) and turn (radian) between the same places of two mechanisms."""
-    pairs = [
-        pair
-        for a, b in zip(built.joints, design.joints, strict=True)
-        for pair in ((a.before, b.before), (a.after, b.after))
-    ]
-    pairs += [
-        pair
-        for a, b in zip(built.closers, design.closers, strict=True)
-        for pair in ((a.a.placement, b.a.placement), (a.b.placement, b.b.placement))
-    ]
-    moved = [
-        abs(float(a.length - b.length)) for a, b in zip(built.struts, design.struts, strict=True)
-    ]
-    turned = []
-    for one, other in [*pairs, (built.tool, design.tool), (built.base, design.base)]:
-        M, N = (np.array(placement_matrix(p).evalf(), dtype=float) for p in (one, other))
-        moved.append(float(np.linalg.norm(M[:3, 3] - N[:3, 3])))
-        turned.append(2 * float(np.arcsin(np.linalg.norm(M[:3, :3] - N[:3, :3]) / np.sqrt(8))))
-    return max(moved), max(turned)
 
 
 class _Rounding:

@@ -181,7 +181,9 @@ def _has_legs(derivation: Derivation) -> bool:
 
 def _has_poses(derivation: Derivation) -> bool:
     """Whether loops leave the tool more than one pose; the inverse is then the loops' solution."""
-    return derivation.hybrid is not None and bool(derivation.hybrid.forward.open)
+    if derivation.hybrid is None or not derivation.hybrid.forward.open:
+        return False
+    return derivation.inverse is None or not derivation.inverse.solved
 
 
 def document(derivation: Derivation) -> str:

@@ -41,8 +41,8 @@ def polished_files(derivation: Derivation, programs: Programs) -> dict[str, str]
 def _source(derivation: Derivation, function: WrittenFunction, programs: Programs) -> str:
     """The robot's numbers as macros, and the function, behind the functions that it calls."""
     robot = derivation.robot
-    start, pose = function.calls
-    nominal, pose = derivation.function(start), derivation.signature(pose)
+    start, posed = function.calls
+    nominal, pose = derivation.function(start), derivation.signature(posed)
     is_free, turns, length, deviation = map(_value, function.tables[:4])
     own = f"{robot.name}_{function.name}"
     started = _at("in", nominal.inputs) + _at("out", nominal.outputs)

@@ -41,8 +41,8 @@ class Followed:
         slope = np.zeros((len(q), w.shape[1], q.shape[1]))
         slope[:, given] = np.diag(self.closure.ratios)
         slope[:, unknown] = -_solved(D[..., unknown], D @ slope)
-        T, J = self.pose(w[:, self.chain].T)
-        T, J = (np.array(of).T.reshape(len(q), rows, -1) for of, rows in ((T, 4), (J, 6)))
+        found = zip(self.pose(w[:, self.chain].T), (4, 6), strict=True)
+        T, J = (np.array(of).T.reshape(len(q), rows, -1) for of, rows in found)
         return T, J @ slope[:, self.chain]
 
     def _closed(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:

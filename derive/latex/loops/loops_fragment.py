@@ -10,10 +10,15 @@ from ...loops.exponentials import Factor
 from ...model.mechanism import Closure
 from ..chain.tables import Column, tabular
 from ..setting.layout import aligned, filled
+from ..setting.names import escape
 from ..setting.page import listed, named_matrix, sentence, text
 from ..setting.printed_terms import Definition
 from ..setting.widths import LINE, width
 from .loop_page import LoopPage
+
+WIDEST_ENTRY = LINE / 6
+"""Of the displacement between a loop's ends (pt): four columns and its name fit on the line."""
+DECIMALS = 6
 
 
 def loops(page: LoopPage) -> str:
@@ -22,6 +27,8 @@ def loops(page: LoopPage) -> str:
     shown = [_loop(page, loop, k) for k, loop in enumerate(equations, 1)]
     count = sum(len(loop.residual) for loop in equations)
     z = listed(map(page.tex, page.joints.values()))
+    if page.hybrid.left_open is not None:
+        return text(_introduction(equations), *shown, _least_squares(page, count, z))
     rates = sentence(
         rf"Together these are {count} equations $c(z) = 0$ in the {len(page.joints)} entries of"
         rf" $z$: {z}. Rates and accelerations that keep the loops closed satisfy",
@@ -36,6 +43,21 @@ def loops(page: LoopPage) -> str:
         ),
     )
     return text(_introduction(equations), *shown, rates)
+
+
+def _least_squares(page: LoopPage, count: int, z: str) -> str:
+    """The condition of loops that repeat constraints and cannot all close."""
+    c_p = r"\Bigl(\frac{\partial c}{\partial z_{\mathrm{p}}}\Bigr)^{\top}"
+    metres = rf"{page.hybrid.in_numbers.size:.3g}\,\mathrm{{m}}"
+    return sentence(
+        rf"Together these are {count} equations $c(z) = 0$ in the {len(page.joints)} entries of"
+        rf" $z$: {z}. They repeat constraints that contradict each other as the robot is built:"
+        rf" {escape(str(page.hybrid.left_open))}. The posture is that of the least sum of squared"
+        rf" gaps, entries of rotations times ${metres}$,",
+        aligned([(f"g(z) = {c_p} c(z)", ["0"])], end=","),
+        r"where $z_{\mathrm{p}}$ are the entries of $z$ that are not actuated. Rates and"
+        r" accelerations satisfy $\frac{\partial g}{\partial z}\,\dot{z} = 0$ and its derivative.",
+    )
 
 
 def _introduction(equations: Sequence[LoopEquations]) -> str:
@@ -117,8 +139,20 @@ def _screws(page: LoopPage, loop: LoopEquations, values: dict[str, sp.Symbol]) -
 
 
 def _home(page: LoopPage, name: str, M: sp.Matrix) -> str:
-    rows = [[_constant(page, entry)[1:-1] for entry in row] for row in M.tolist()]
-    return "\\begin{gather*}\n" + named_matrix(name, rows).tex + ".\n\\end{gather*}%"
+    rows = [[_narrow(page, entry) for entry in row] for row in M.tolist()]
+    known = [_constant(page, entry)[1:-1] for row in M.tolist() for entry in row]
+    is_rounded = known != [tex for row in rows for tex in row]
+    end = rf"\quad\text{{(to {DECIMALS} decimals)}}." if is_rounded else "."
+    return f"\\begin{{gather*}}\n{named_matrix(name, rows).tex}{end}\n\\end{{gather*}}%"
+
+
+def _narrow(page: LoopPage, entry: sp.Expr) -> str:
+    """An entry of a matrix; a sum of constants that is too long for its column as a decimal."""
+    tex = _constant(page, entry)[1:-1]
+    if width(tex) <= WIDEST_ENTRY:
+        return tex
+    value = round(float(page.terms.value(entry)), DECIMALS) + 0.0
+    return f"{value:.{DECIMALS}f}"
 
 
 def _constant(page: LoopPage, entry: sp.Expr) -> str:

@@ -159,9 +159,13 @@ def _open(page: LoopPage, solved: Solution, wanted: Sequence[str] = ()) -> str:
         return ""
     unknown = listed(page.tex(page.joints[name]) for name in names)
     p = r"z_{\mathrm{p}}"
+    c, power = ("c", "+") if page.hybrid.left_open is None else ("g", "-1")
     newton = (
         p,
-        [rf"\leftarrow {p} - \Bigl(\frac{{\partial c}}{{\partial {p}}}\Bigr)^{{+}} c(z)"],
+        [
+            rf"\leftarrow {p} - \Bigl(\frac{{\partial {c}}}{{\partial {p}}}\Bigr)^{{{power}}}"
+            rf" {c}(z)"
+        ],
     )
     return sentence(
         rf"There is no closed form for {unknown}. They are followed from the reference"

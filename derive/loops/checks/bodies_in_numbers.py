@@ -169,6 +169,11 @@ class BodiesInNumbers:
         A, B = self._frames(poses, closer)
         return A, B, self._in_plane(closer, poses, B[:3, 3] - A[:3, 3])
 
+    def normal(self, closer: Closure | Strut, poses: Mapping[str, Floats]) -> Floats | None:
+        """The unit normal of a closer's loop in the base body's frame; None in space."""
+        normal = self._normals.get(closer.name)
+        return None if normal is None else poses[closer.a.body][:3, :3] @ normal
+
     def is_closed(self, gap: Gap) -> bool:
         """Whether a loop counts as closed."""
         return gap.distance <= GAP * self.size and gap.turn <= GAP
@@ -190,10 +195,9 @@ class BodiesInNumbers:
     def _in_plane(
         self, closer: Closure | Strut, poses: Mapping[str, Floats], vector: Floats
     ) -> Floats:
-        normal = self._normals.get(closer.name)
-        if normal is None:
+        n = self.normal(closer, poses)
+        if n is None:
             return vector
-        n = poses[closer.a.body][:3, :3] @ normal
         return vector - n * (n @ vector)
 
     def _open(

@@ -11,9 +11,10 @@ from derivations import ROBOTS
 from bench.cases.as_built import BOARD_INSTALLER, as_built
 from chasles.derive import DescriptionError, RobotError, load, loads
 from chasles.derive.build.freshness import Job, is_up_to_date, stamp
+from chasles.derive.inverse.mechanisms.differences import apart
 from chasles.derive.inverse.mechanisms.hybrid_inverse import hybrid_inverses
 from chasles.derive.loops.hybrid import Hybrid
-from chasles.derive.model.robot import Rotation
+from chasles.derive.model.robot import Rotation, Translation
 
 TEXT = (ROBOTS / "board_installer.toml").read_text()
 VALUES = {"L1": "1003.37", "L2": "1198.21", "k": "4.53", "r": "161.77", "p": "118.43"}
@@ -132,3 +133,86 @@ def test_a_changed_design_is_not_fresh(files):
     assert is_up_to_date(job)
     (files / "design.toml").write_text(with_values(VALUES | {"p": "119"}))
     assert not is_up_to_date(job)
+
+
+def displacement(rng, length=1.27):
+    """A displacement by lengths of this size and quarter turns."""
+    angles = (sp.pi / 2 * int(k) for k in rng.integers(0, 4, 3))
+    shift = Translation(tuple(sp.Rational(f"{x:.6f}") for x in rng.uniform(-length, length, 3)))
+    return (shift, *(Rotation(axis, angle) for axis, angle in zip("xyz", angles, strict=True)))
+
+
+def inverse(placement):
+    def back(part):
+        if isinstance(part, Translation):
+            return Translation(tuple(-x for x in part.vector))
+        return Rotation(part.axis, -part.angle)
+
+    return tuple(back(part) for part in reversed(placement))
+
+
+def in_other_frames(mechanism, seed=0):
+    """The same robot: frames of bodies elsewhere, those of joints along and about their axes."""
+    rng = np.random.default_rng(seed)
+    moved = {joint.link: displacement(rng) for joint in mechanism.joints}
+    back = {body: inverse(by) for body, by in moved.items()}
+
+    def along(joint):
+        z, turns = sp.Rational(f"{rng.uniform(-1, 1):.6f}"), int(rng.integers(0, 4))
+        own = (Translation((0, 0, z)), Rotation("z", sp.pi / 2 * turns))
+        return own if joint.kind == "revolute" else ()
+
+    joints = []
+    for joint in mechanism.joints:
+        own = along(joint)
+        before = (*back.get(joint.parent, ()), *joint.before, *own)
+        after = (*inverse(own), *joint.after, *moved[joint.link])
+        joints.append(replace(joint, before=before, after=after))
+
+    def frame(of):
+        return replace(of, placement=(*back.get(of.body, ()), *of.placement))
+
+    struts = tuple(replace(s, a=frame(s.a), b=frame(s.b)) for s in mechanism.struts)
+    closures = tuple(replace(c, a=frame(c.a), b=frame(c.b)) for c in mechanism.closures)
+    tool = (*back.get(mechanism.tool_body, ()), *mechanism.tool)
+    return replace(mechanism, joints=tuple(joints), struts=struts, closures=closures, tool=tool)
+
+
+@pytest.mark.parametrize("name", ["board_installer", "delta", "five_bar", "slider_crank"])
+def test_frames_of_bodies_are_no_difference(name):
+    design = load(ROBOTS / f"{name}.toml")
+    moved, turned = apart(in_other_frames(design), design)
+    assert moved < 1e-7
+    assert turned < 1e-7
+
+
+def test_the_difference_is_that_of_the_lengths():
+    design = load(ROBOTS / "board_installer.toml")
+    spoilt = as_built(design, BOARD_INSTALLER, 5e-4, np.random.default_rng(0))
+    moved, turned = apart(spoilt, design)
+    # A place of a body is off by up to 0.5 mm along three axes, and laid on the others as well.
+    assert 2e-4 < moved < 1.2e-3
+    assert turned < 1e-3
+    again = apart(in_other_frames(spoilt), design)
+    np.testing.assert_allclose(again, (moved, turned), atol=1e-6)
+
+
+def test_an_axis_and_a_zero_that_are_off_are_seen():
+    design = load(ROBOTS / "board_installer.toml")
+    off = Rotation("z", sp.Rational(2, 1000))
+
+    def with_joint(name, **changes):
+        joints = tuple(
+            replace(j, **{k: (*getattr(j, k), of) for k, of in changes.items()})
+            if j.name == name
+            else j
+            for j in design.joints
+        )
+        return replace(design, joints=joints)
+
+    # The zero of a motor; that of a passive joint is a name.
+    assert apart(with_joint("crank", before=off), design)[1] == pytest.approx(2e-3, rel=0.05)
+    tilted = with_joint("yaw", before=Rotation("x", sp.Rational(2, 1000)))
+    assert 5e-4 < apart(tilted, design)[1] < 3e-3
+    shift = with_joint("pitch", before=Translation((sp.Rational(1, 1000), 0, 0)))
+    assert 2e-4 < apart(shift, design)[0] < 1.1e-3

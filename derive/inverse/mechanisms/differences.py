@@ -1,0 +1,170 @@
+"""How far a robot with loops as built is from its design, whichever frames describe them.
+
+Both stand at the same actuated coordinates, their loops closed. Joints are lines, balls are points,
+and slides are directions. A body of the one is laid on the same body of the other as well as it can
+be, to first order, so that neither the frames of bodies nor where a frame is along its joint count.
+"""
+
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...loops.checks.bodies_in_numbers import BodiesInNumbers
+from ...model.mechanism import Closure, Mechanism, Strut
+from ...model.robot import Joint
+
+FloatArray = NDArray[np.float64]
+Poses = Mapping[str, FloatArray]
+
+
+class Feature(NamedTuple):
+    """A place of a body in the base frame.
+
+    Attributes:
+        point: (3,) a point of it (metre).
+        axes: (k, 3) its directions.
+        across: (3, 3) projector on the displacements of the point that move it.
+    """
+
+    point: FloatArray
+    axes: FloatArray
+    across: FloatArray
+
+
+def apart(built: Mechanism, design: Mechanism) -> tuple[float, float]:
+    """The largest distance (metre) and turn (radian) between places of the same bodies.
+
+    Lengths of rods and the zeros of actuated joints count too.
+
+    Args:
+        built: The robot as built.
+        design: A robot of the same members, in numbers.
+    """
+    mine, other = BodiesInNumbers(built), BodiesInNumbers(design)
+    moved = [
+        abs(mine.length(a, mine.values) - other.length(b, mine.values))
+        for a, b in zip(built.struts, design.struts, strict=True)
+    ]
+    turned = [0.0]
+    here = _posture(mine, mine.values)
+    held = {c.moves: mine.values[c.moves] for c in built.coordinates}
+    there = _posture(other, other.values | held)
+    size, twists = _size(there), dict[str, FloatArray]()
+    for body, own in here.items():
+        centre = _centre(there[body])
+        features, others = (_about(centre, of) for of in (own, there[body]))
+        rows, left = _rows(features, others, size)
+        twist: FloatArray = np.asarray(np.linalg.lstsq(rows, -left, rcond=None)[0])
+        twists[body] = twist
+        rest = (left + rows @ twist).reshape(-1, 3)
+        for k, feature in zip(_starts(features), features, strict=True):
+            moved.append(float(np.linalg.norm(rest[k])))
+            axes = rest[k + 1 : k + 1 + len(feature.axes)]
+            turned += [float(np.linalg.norm(axis)) / size for axis in axes]
+    for along, is_length in _zeros(mine, twists, size):
+        (moved if is_length else turned).append(along)
+    return max(moved), max(turned)
+
+
+def _posture(bodies: BodiesInNumbers, values: Mapping[str, float]) -> dict[str, list[Feature]]:
+    """The features of each body at given coordinates, the loops closed."""
+    m = bodies.mechanism
+    at = bodies.nearest(values, bodies.unknown, [closer.name for closer in m.closers])
+    poses = bodies.poses(at)
+    found: dict[str, list[Feature]] = {body: [] for body in poses}
+    found[m.base_frame].append(_pose(np.asarray(np.linalg.inv(bodies.matrix(m.base)))))
+    found[m.tool_body].append(_pose(poses[m.tool_body] @ bodies.matrix(m.tool)))
+    for joint in m.joints:
+        feature = _of_joint(joint, poses[joint.parent] @ bodies.matrix(joint.before))
+        for body in (joint.parent, joint.link):
+            found[body].append(feature)
+    for closer in m.closers:
+        normal = bodies.normal(closer, poses)
+        for frame in (closer.a, closer.b):
+            T = poses[frame.body] @ bodies.matrix(frame.placement)
+            found[frame.body].append(_of_closer(closer, T, normal))
+    return found
+
+
+def _of_joint(joint: Joint, T: FloatArray) -> Feature:
+    if joint.kind == "fixed":
+        return _pose(T)
+    n = joint.direction * T[:3, 2]
+    is_slide = joint.kind == "prismatic"
+    return Feature(T[:3, 3], n[None], np.zeros((3, 3)) if is_slide else np.eye(3) - np.outer(n, n))
+
+
+def _of_closer(closer: Closure | Strut, T: FloatArray, normal: FloatArray | None) -> Feature:
+    if isinstance(closer, Strut) or closer.kind == "ball":
+        across = np.eye(3) if normal is None else np.eye(3) - np.outer(normal, normal)
+        return Feature(T[:3, 3], np.zeros((0, 3)), across)
+    if closer.kind == "weld":
+        return _pose(T)
+    n = T[:3, 2]
+    return Feature(T[:3, 3], n[None], np.eye(3) - np.outer(n, n))
+
+
+def _pose(T: FloatArray) -> Feature:
+    return Feature(T[:3, 3], T[:3, :3].T, np.eye(3))
+
+
+def _size(posture: Mapping[str, list[Feature]]) -> float:
+    """The distance (metre) of the farthest feature from the mean, 1 where all are in one point."""
+    points = np.array([f.point for of in posture.values() for f in _about(_centre(of), of)])
+    return float(np.linalg.norm(points - points.mean(0), axis=1).max()) or 1.0
+
+
+def _centre(features: list[Feature]) -> FloatArray:
+    """A point amid the features of a body, wherever their own points are along their axes."""
+    feet = _about(np.zeros(3), features)
+    return np.asarray(np.mean([foot.point for foot in feet], axis=0))
+
+
+def _about(centre: FloatArray, features: list[Feature]) -> list[Feature]:
+    """Features whose points are the nearest to a centre."""
+    return [f._replace(point=centre + f.across @ (f.point - centre)) for f in features]
+
+
+def _starts(features: list[Feature]) -> Iterator[int]:
+    """The first row, in triples, of each feature."""
+    first = 0
+    for feature in features:
+        yield first
+        first += 1 + len(feature.axes)
+
+
+def _rows(
+    features: list[Feature], others: list[Feature], size: float
+) -> tuple[FloatArray, FloatArray]:
+    """Differences of features (metre), and their derivative by the body's twist (v, size w)."""
+    rows, left = [], []
+    for one, other in zip(features, others, strict=True):
+        rows.append(np.hstack([one.across, -one.across @ _cross(one.point) / size]))
+        left.append(one.across @ (one.point - other.point))
+        for n, m in zip(one.axes, other.axes, strict=True):
+            rows.append(np.hstack([np.zeros((3, 3)), -_cross(n)]))
+            # A line has no sense, but the frame of a pose has.
+            left.append(size * (n - (m if len(one.axes) > 1 or n @ m > 0 else -m)))
+    return np.concatenate(rows), np.concatenate(left)
+
+
+def _zeros(
+    bodies: BodiesInNumbers, twists: Mapping[str, FloatArray], size: float
+) -> Iterator[tuple[float, bool]]:
+    """How far the zeros of actuated joints are apart, and whether that is a length."""
+    m, poses = bodies.mechanism, bodies.poses(bodies.values)
+    driven = {c.moves for c in m.coordinates}
+    for joint in m.joints:
+        if joint.name in driven:
+            n = (poses[joint.parent] @ bodies.matrix(joint.before))[:3, 2]
+            v, w = np.split(twists[joint.link] - twists[joint.parent], 2)
+            is_slide = joint.kind == "prismatic"
+            yield abs(float(n @ v if is_slide else n @ w / size)), is_slide
+
+
+def _cross(v: FloatArray) -> FloatArray:
+    """The matrix of v x."""
+    x, y, z = v
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

@@ -1,0 +1,53 @@
+"""Articles of drawn mechanisms: examples that close, and matrices that fit."""
+
+import re
+
+import numpy as np
+from mechanisms import BASE, at, near, pin
+
+from bench.cases.drawn_mechanisms import drawn_mechanism
+from bench.cases.planar_platforms import drawn_platform
+from chasles.derive import derive, loads
+from chasles.derive.latex import fragments
+from chasles.derive.latex.setting.widths import LINE, width
+from chasles.derive.model.mechanism import Frame, Mechanism, Strut
+
+
+def test_the_example_is_a_posture_in_which_the_loops_close():
+    """A tenth of the range from its reference the loops of this mechanism are open."""
+    parts = fragments(derive(drawn_mechanism(2).mechanism, ["fk", "chain", "ik"]))
+    (example,) = (text for name, text in parts.items() if name.startswith("example"))
+    assert "the pose of the tool is" in example
+    assert "nan" not in example
+
+
+def test_displacements_between_the_ends_of_a_loop_fit_the_line():
+    platform = loads(drawn_platform(np.random.default_rng(201)).text("platform"))
+    loops = fragments(derive(platform, ["chain_fk"]))["loops.tex"]
+    matrices = re.findall(r"^M_\{\d\} = .*?\\end\{array\}", loops, re.DOTALL | re.MULTILINE)
+    assert len(matrices) == 3
+    for matrix in matrices:
+        rows = [row.split("&") for row in matrix.split("\n")[1:-1]]
+        columns = zip(*(row for row in rows if len(row) == 4), strict=True)
+        assert sum(max(map(width, column)) for column in columns) < LINE - 80
+    assert r"(to 6 decimals)" in loops
+
+
+def test_what_stays_open_is_told():
+    rods = tuple(
+        Strut(name, Frame(BASE, at(x)), Frame("coupler", at(x)), length)
+        for name, x, length in (("rod", 2, 1), ("third", 1, "1.0002"))
+    )
+    whole = Mechanism(
+        "three",
+        (pin("crank", BASE, "arm"), pin("bar", "arm", "coupler", 1)),
+        ("crank",),
+        struts=rods,
+        tool_body="coupler",
+        reference=near(("crank", 1), ("bar", -1)),
+        closure="least squares",
+    )
+    parts = fragments(derive(whole, ["fk"]))
+    assert "1 constraint is redundant" in parts["loops.tex"]
+    assert "least sum of squared gaps" in parts["loops.tex"]
+    assert r"\frac{\partial g}{\partial z_{\mathrm{p}}}" in parts["solution.tex"]
