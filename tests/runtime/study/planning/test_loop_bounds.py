@@ -114,7 +114,7 @@ def test_no_bound_beyond_the_slides_or_on_another_branch():
     q = np.array(robot.reference.q)
     way = (q, q + 1e-3)
     assert bounds.joints(*way) is not None
-    assert replace(bounds, widest=0.5 * bounds.widest).joints(*way) is None
+    assert replace(bounds, widest=0.2 * bounds.widest).joints(*way) is None
     assert replace(bounds, robot=OtherBranch(robot)).joints(*way) is None
 
 
