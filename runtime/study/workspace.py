@@ -82,9 +82,9 @@ class Workspace:
             (n, m) hits; the remaining axes in their order.
 
         Raises:
-            InputValueError: The coordinate is outside the cells.
+            InputValueError: There is no such axis, or the coordinate is outside the cells.
         """
-        k = "xyz".index(axis)
+        k = _axis("section", axis)
         layer = int(np.floor((at - self.cells.lower[k]) / self.cells.side))
         if not 0 <= layer < self.cells.shape[k]:
             raise InputValueError(
@@ -94,8 +94,12 @@ class Workspace:
         return np.asarray(np.take(self.hits, layer, axis=k))
 
     def projection(self, axis: Literal["x", "y", "z"]) -> NDArray[np.uint64]:
-        """The sum of the hits along an axis: (n, m), the remaining axes in their order."""
-        return np.asarray(self.hits.sum("xyz".index(axis), dtype=np.uint64))
+        """The sum of the hits along an axis: (n, m), the remaining axes in their order.
+
+        Raises:
+            InputValueError: There is no such axis.
+        """
+        return np.asarray(self.hits.sum(_axis("projection", axis), dtype=np.uint64))
 
     def plot(self, ax: Any = None) -> Any:
         """Draws the workspace seen from above and from the side; a flat one in its plane.
@@ -287,3 +291,9 @@ def _workspace(work: _Visits, tally: _Counts, extents: FloatArray) -> Workspace:
         by=points.by,
         key=points.key,
     )
+
+
+def _axis(method: str, name: str) -> int:
+    if name not in ("x", "y", "z"):
+        raise InputValueError(f"{method}: expected axis x, y or z, got {name!r}")
+    return "xyz".index(name)

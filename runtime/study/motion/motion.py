@@ -129,7 +129,8 @@ class Motion:
             anew for each pose, as in `redundancy.minimum_norm`.
 
     Raises:
-        InputValueError: There is no such redundancy, or "minimum_norm" has no curve of the tool.
+        InputValueError: There is no such redundancy, "minimum_norm" has no curve of the tool, or
+            the law goes beyond the end of the curve.
     """
 
     robot: Any
@@ -141,7 +142,7 @@ class Motion:
     redundancy: Redundancy = "nearest"
 
     def __post_init__(self) -> None:
-        """Refuses a redundancy that does not exist or does not fit the curve."""
+        """Refuses a redundancy or a law that does not fit the curve."""
         if self.redundancy not in get_args(Redundancy):
             raise InputValueError(
                 f"Motion: expected a redundancy out of {', '.join(get_args(Redundancy))}, got "
@@ -151,6 +152,10 @@ class Motion:
             self.curve, TaskLine | TaskCurve | JointLine
         ):
             raise InputValueError("Motion: minimum_norm needs a curve of the tool's pose")
+        if self.law.length > self.curve.length * (1 + _BEYOND):
+            raise InputValueError(
+                f"Motion: the law covers {self.law.length:g}, the curve has {self.curve.length:g}"
+            )
 
     @property
     def duration(self) -> float:

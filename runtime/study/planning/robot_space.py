@@ -58,23 +58,27 @@ def ball(centre: ArrayLike, radius: float, name: str = "ball") -> Obstacle:
     """A ball: centre (3,) and radius [m] in the base frame."""
     import coal  # noqa: PLC0415
 
-    return Obstacle(coal.Sphere(float(radius)), _at(centre), name)
+    T = np.eye(4)
+    T[:3, 3] = _read("ball: centre", centre, (3,))
+    return Obstacle(coal.Sphere(_above_0("ball: radius", radius)), T, name)
 
 
 def block(T_0_block: ArrayLike, sides: ArrayLike, name: str = "block") -> Obstacle:
     """A box: pose (4, 4) of its middle in the base frame, and sides (3,) [m]."""
     import coal  # noqa: PLC0415
 
-    return Obstacle(coal.Box(*np.asarray(sides, dtype=float)), np.asarray(T_0_block, float), name)
+    lengths = [_above_0("block: sides", side) for side in _read("block: sides", sides, (3,))]
+    return Obstacle(coal.Box(*lengths), _read("block: T_0_block", T_0_block, (4, 4)), name)
 
 
 def capsule(start: ArrayLike, end: ArrayLike, radius: float, name: str = "capsule") -> Obstacle:
     """All points within a radius [m] of the line between two points (3,) in the base frame."""
     import coal  # noqa: PLC0415
 
-    a, b = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
+    a, b = _read("capsule: start", start, (3,)), _read("capsule: end", end, (3,))
     length, T = _along(a[None], b[None])
-    return Obstacle(coal.Capsule(float(radius), float(length[0])), T[0], name)
+    shape = coal.Capsule(_above_0("capsule: radius", radius), float(length[0]))
+    return Obstacle(shape, T[0], name)
 
 
 def mesh(
@@ -83,8 +87,10 @@ def mesh(
     """The surface of a file (.stl, .obj, .dae), in metres: pose (4, 4) in the base frame."""
     import coal  # noqa: PLC0415
 
+    if not Path(path).is_file():
+        raise InputValueError(f"mesh: there is no file {os.fspath(path)}")
     shape = coal.MeshLoader().load(os.fspath(path), np.ones(3))
-    T = np.eye(4) if T_0_mesh is None else np.asarray(T_0_mesh, dtype=float)
+    T = _read("mesh: T_0_mesh", np.eye(4) if T_0_mesh is None else T_0_mesh, (4, 4))
     return Obstacle(shape, T, name or Path(path).name)
 
 
@@ -203,10 +209,11 @@ class RobotSpace:
 
     def why(self, q: FloatArray) -> str:
         """What touches at a posture (n,), in words."""
-        beyond = np.flatnonzero((q < self.lower) | (q > self.upper))
+        beyond = np.flatnonzero(~((q >= self.lower) & (q <= self.upper)))
         if len(beyond):
             return f"{self.robot.coordinates[beyond[0]].name} is beyond its limits"
-        return f"{self.clearance(q)[1]} touch"
+        distance, nearest = self.clearance(q)
+        return nearest if np.isneginf(distance) else f"{nearest} touch"
 
 
 def robot_space(
@@ -321,7 +328,16 @@ def _along(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.asarray(length), T
 
 
-def _at(point: ArrayLike) -> FloatArray:
-    T = np.eye(4)
-    T[:3, 3] = point
-    return T
+def _read(name: str, value: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
+    array = np.asarray(value, dtype=np.float64)
+    if array.shape != shape:
+        raise ShapeError(f"{name}: expected shape {shape}, got {array.shape}")
+    if not np.isfinite(array).all():
+        raise InputValueError(f"{name}: expected finite numbers")
+    return array
+
+
+def _above_0(name: str, value: float) -> float:
+    if not value > 0:
+        raise InputValueError(f"{name}: expected values above 0, got {value:g}")
+    return float(value)

@@ -82,6 +82,14 @@ def test_few_points_state_a_large_error_and_no_negative_volume(count):
     assert missed == 0
 
 
+def test_cells_stand_half_a_cell_beyond_the_longest_side():
+    cells = cells_of(np.array([0.0, 1.0, 5.0]), np.array([3.9, 2.0, 5.0]), 40)
+    assert cells.side == pytest.approx(0.1)
+    assert cells.shape == (40, 11, 1)
+    np.testing.assert_allclose(cells.lower, [-0.05, 0.95, 4.95])
+    np.testing.assert_allclose(cells.upper, [3.95, 2.05, 5.05])
+
+
 def test_points_that_fill_nothing():
     cells = cells_of(np.zeros(3), np.ones(3), 40)
     hits = np.bincount(

@@ -37,19 +37,26 @@ def test_six_shells(hexapod):
         shells = [shell(places, column) for column in lengths(hexapod, places, R).T]
         box = found.cells.upper - found.cells.lower
         points = found.cells.lower + box * qmc.Sobol(3, rng=np.random.default_rng(2)).random(2**16)
-        inside = np.ones(len(points), dtype=bool)
-        for centre, least in shells:
-            d = np.linalg.norm(points - centre, axis=1)
-            inside &= (d >= least) & (d <= least + 0.16)
+        inside = in_shells(points, shells)
         volume = inside.mean() * box.prod()
         assert abs(found.measure.value - volume) < found.measure.error
         assert abs(found.measure.value - volume) < 0.03 * volume
+        centres = np.stack(np.meshgrid(*found.cells.centres(), indexing="ij"), -1).reshape(-1, 3)
+        assert (in_shells(centres, shells) != found.inside.ravel()).mean() < 1e-3
         own = found.inside.ravel()[found.cells.index(points)]
         assert (own != inside).mean() < 0.05
         assert (points[inside].min(0) >= found.extents[0] - found.cells.side).all()
         assert (points[inside].max(0) <= found.extents[1] + found.cells.side).all()
         checked += inside.sum()
     assert checked > 4000
+
+
+def in_shells(points, shells):
+    inside = np.ones(len(points), dtype=bool)
+    for centre, least in shells:
+        d = np.linalg.norm(points - centre, axis=1)
+        inside &= (d >= least) & (d <= least + 0.16)
+    return inside
 
 
 def shell(places, q):

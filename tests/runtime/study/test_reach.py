@@ -23,6 +23,19 @@ def poses(robot, rng):
     return T[np.isfinite(T).all((-1, -2))]
 
 
+@pytest.mark.parametrize("name", ["puma560", "irb6640", "scara"])
+def test_postures_at_their_limits_are_reached(name):
+    """Rounding puts angles a little beyond a limit, above a whole turn counted from the other."""
+    robot, rng = chasles.load(name), np.random.default_rng(12)
+    q = rng.uniform(robot.lower, robot.upper, (200, robot.n))
+    at = rng.integers(0, 3, q.shape)
+    q = np.select([at == 0, at == 1], [robot.lower, robot.upper], q)
+    # The pose is the limit's own: the inverse finds it again where nothing is singular.
+    clear = robot.ik(robot.fk(q)).margin.min(-1) > 1e-6
+    assert clear.sum() > 100
+    assert reach(robot, robot.fk(q[clear])).reached.all()
+
+
 @pytest.mark.parametrize("name", ROBOTS)
 def test_against_the_filters(name):
     robot = chasles.load(name)

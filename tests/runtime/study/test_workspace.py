@@ -6,6 +6,7 @@ import pytest
 import chasles
 from chasles.errors import InputValueError
 from chasles.study import Workspace, workspace
+from chasles.study.samples import PIECE, Samples
 
 SAMPLES = 200_000
 
@@ -113,6 +114,22 @@ def test_sections_and_projections(lynxmotion):
     assert np.array_equal(np.sum(layers, 0), found.projection("z"))
     with pytest.raises(InputValueError, match="z = 9 m is outside the workspace"):
         found.section("z", 9)
+    for ask in (lambda: found.section("w", 0), lambda: found.projection("xy")):
+        with pytest.raises(InputValueError, match="expected axis x, y or z, got"):
+            ask()
+
+
+def test_sobol_points_are_a_net_and_others_are_not():
+    """Each of 1024 equal parts of each coordinate has as many points as any other."""
+    for by in ("sobol", "uniform"):
+        points = Samples(np.zeros(3), np.array([1.0, 2.0, 4.0]), 2 * PIECE, by, 5)
+        for piece in range(2):
+            q = np.concatenate([block.copy() for block in points.blocks(piece)])
+            assert q.shape == (PIECE, 3)
+            assert len(np.unique(q[:, 0])) == PIECE
+            parts = (q / [1, 2, 4] * 1024).astype(int)
+            hits = np.array([np.bincount(column, minlength=1024) for column in parts.T])
+            assert (hits == PIECE // 1024).all() == (by == "sobol")
 
 
 def test_pictures(lynxmotion):

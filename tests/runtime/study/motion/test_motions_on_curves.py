@@ -136,6 +136,11 @@ def test_time_optimal_of_a_joint_is_a_trapezoid(arm):
     assert fast.duration == pytest.approx(1 / 0.5 + 0.5 / 2, rel=1e-3)
 
 
+def test_a_law_that_is_longer_than_its_curve(arm):
+    with pytest.raises(InputValueError, match="the law covers 2, the curve has 1"):
+        Motion(arm, joint_line(HOME, HOME + 0.1), law("cubic", 2, duration=1), HOME)
+
+
 def test_excesses(arm):
     motion = Motion(
         arm, joint_line(HOME, HOME + 3 * np.eye(6)[2]), law("cubic", 1, duration=1), HOME

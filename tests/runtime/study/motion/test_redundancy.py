@@ -103,8 +103,7 @@ def test_errors():
     T = installer.fk(installer.reference.q)
     T_up = T.copy()
     T_up[2, 3] += 0.01
-    motion = Motion(
-        installer, line(T, T_up), timed, np.array(installer.reference.q), redundancy="minimum_norm"
-    )
+    q_0, timed = np.array(installer.reference.q), law("cubic", 0.01, duration=1)
+    motion = Motion(installer, line(T, T_up), timed, q_0, redundancy="minimum_norm")
     with pytest.raises(InputValueError, match="8 joints for 6 coordinates"):
         motion.sample()

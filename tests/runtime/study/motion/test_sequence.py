@@ -104,6 +104,8 @@ def test_jumps(process):
     jumps = process.jumps()
     assert {name for _, name, _, _ in jumps} == {"rate"}
     assert [stage for stage, *_ in jumps] == [0, 0, 2, 2, 3, 3, 5, 5, 7, 7]
+    times = [time for *_, time, _ in jumps]
+    np.testing.assert_allclose(times, [0, 5, 10, 15, 15, 25, 27, 37, 39, 49], atol=1e-12)
 
 
 def test_a_curve_that_starts_elsewhere(robot):

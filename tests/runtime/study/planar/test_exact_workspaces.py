@@ -10,7 +10,7 @@ from chasles.errors import InputValueError
 from chasles.study import ExactWorkspace, exact_workspace, workspace
 from chasles.study.planar.annuli import BorderArc
 from chasles.study.planar.arc_regions import ArcRegion, swept
-from chasles.study.planar.meridian import swept_volume
+from chasles.study.planar.meridian import meridian, swept_volume
 
 NEAR = 0.01
 """Distance [m] from the border from which a place is reached in more than single postures."""
@@ -173,6 +173,8 @@ def test_a_torus_that_turns_beside_its_axis():
             assert made == pytest.approx(whole * min(turn / (2 * np.pi), 1), rel=1e-12)
     # A disc about the place nearest to the axis: each circle is covered from both sides.
     middle = ArcRegion((BorderArc(np.zeros(2), 0.5, 0.0, 2 * np.pi),))
+    near = meridian(middle, 0.3).contains(np.array([[0.29, 0.0], [0.31, 0.0], [0.31, 0.51]]))
+    assert near.tolist() == [False, True, False]
     both = [swept_volume(middle, 0.3, turn) for turn in (np.pi - 1e-9, np.pi, np.pi + 1e-9)]
     np.testing.assert_allclose(both, both[1], rtol=1e-8)
     assert swept_volume(middle, 0.3, 2 * np.pi) == pytest.approx(4 / 3 * np.pi * 0.5**3)

@@ -1,5 +1,7 @@
 """Bounds of the motion of loops against the motion itself and against generated derivatives."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -93,6 +95,27 @@ def test_no_bound_where_loops_open_or_are_dead():
         assert np.isinf(bounds.frames(a, b, np.zeros((5, 3)))).all()
         dead += 1
     assert dead > 20
+
+
+class OtherBranch:
+    """A robot whose loops are on another branch at the end of the way."""
+
+    def __init__(self, robot):
+        self.constraint_D_z, self.real = robot.constraint_D_z, robot
+
+    def configuration(self, q):
+        z = self.real.configuration(q)
+        z[-1, 1] += 0.5
+        return z
+
+
+def test_no_bound_beyond_the_slides_or_on_another_branch():
+    robot, bounds, _, _ = made("excavator")
+    q = np.array(robot.reference.q)
+    way = (q, q + 1e-3)
+    assert bounds.joints(*way) is not None
+    assert replace(bounds, widest=0.2 * bounds.widest).joints(*way) is None
+    assert replace(bounds, robot=OtherBranch(robot)).joints(*way) is None
 
 
 def test_robots_without_bounds():

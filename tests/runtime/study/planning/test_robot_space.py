@@ -1,5 +1,6 @@
 """Robots among obstacles: certain ways, distances against sampled surfaces, reasons in words."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -150,3 +151,26 @@ def test_errors():
         robot_space(robot, OBSTACLES, radius=[0.1, 0.1])
     with pytest.raises(InputValueError, match="radius: expected values above 0"):
         robot_space(robot, OBSTACLES, radius=0)
+    for made, message in (
+        (lambda: ball([0, 0], 0.1), r"ball: centre: expected shape \(3,\), got \(2,\)"),
+        (lambda: block(np.eye(3), [1, 1, 1]), r"T_0_block: expected shape \(4, 4\), got \(3, 3\)"),
+    ):
+        with pytest.raises(ShapeError, match=message):
+            made()
+    for made, message in (
+        (lambda: ball([0, 0, 0], -1), "ball: radius: expected values above 0, got -1"),
+        (lambda: block(np.eye(4), [1, 0, 1]), "block: sides: expected values above 0, got 0"),
+        (lambda: capsule([0, 0, 0], [0, 0, 1], np.nan), "capsule: radius: expected values above 0"),
+        (lambda: capsule([0, 0, 0], [0, 0, np.inf], 1), "capsule: end: expected finite numbers"),
+        (lambda: mesh("nowhere.stl"), "mesh: there is no file nowhere.stl"),
+    ):
+        with pytest.raises(InputValueError, match=message):
+            made()
+
+
+def test_why_a_start_is_not_free():
+    space = robot_space(chasles.load("excavator"), OBSTACLES[:1], radius=0.05)
+    q = np.array(space.robot.reference.q)
+    assert space.why(q * np.nan) == "swing is beyond its limits"
+    wide = replace(space, lower=q - 9, upper=q + 9)
+    assert wide.why(q + np.array([0, 5, 0, 0])) == "the loops do not close"
