@@ -9,13 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..drawing import skeleton
+
 FloatArray = NDArray[np.float64]
 
 _READ = {"rad": ("°", 180 / math.pi), "m": ("mm", 1000.0)}
 """The unit that people read for each unit of the interfaces, and its number in that unit."""
 _UNLIMITED = {"rad": math.pi, "m": 0.5}
-"""What a slider without limits covers to both sides of its start [rad, parts of the robot's unit of
-length]."""
+"""What a slider without limits covers to both sides of its start [rad, parts of the robot's
+size]."""
 
 
 @dataclass(frozen=True)
@@ -50,12 +52,12 @@ def slider_units(robot: Any, start: FloatArray) -> tuple[SliderUnit, ...]:
     Args:
         robot: The robot.
         start: (n,) coordinates at which the view starts [rad or m]. Where a limit is absent, the
-            slider covers half a turn, or half the robot's unit of length, from there.
+            slider covers half a turn, or half the robot's size, from there.
     """
-    found = []
+    found, length = [], skeleton(robot).size
     for k, coordinate in enumerate(robot.coordinates):
         unit, factor = _READ[coordinate.unit]
-        size = robot.unit_length if coordinate.unit == "m" else 1.0
+        size = length if coordinate.unit == "m" else 1.0
         reach = _UNLIMITED[coordinate.unit] * size
         low, high = float(robot.lower[k]), float(robot.upper[k])
         limited = math.isfinite(low) and math.isfinite(high)

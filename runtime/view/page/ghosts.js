@@ -3,6 +3,7 @@
 "use strict";
 
 const MOST_GHOSTS = 16;
+const MOST_WITH_LOOPS = 8; // all follow within 2 ms a frame
 const SEEN = 1e-7; // error of a ghost's tool, in parts of the robot's size and in radians: no pixel
 const REST = 250; // milliseconds of rest before a search
 const SLICE = 6; // milliseconds of a search at once, so that the page stays in hand
@@ -12,6 +13,7 @@ class Ghosts {
   // `drawn` is called when ghosts have changed.
   constructor(inverse, geometries, scene, drawn) {
     Object.assign(this, { inverse, geometries, scene, drawn, found: [], places: [] });
+    this.most = inverse.kinematics.free.length ? MOST_WITH_LOOPS : MOST_GHOSTS;
     this.timer = null;
     this.isShown = true;
     this.isSeeking = false;
@@ -38,7 +40,7 @@ class Ghosts {
     while (performance.now() < end) {
       const { value, done } = starts.next();
       if (value) found.push(value);
-      if (done || found.length === MOST_GHOSTS) {
+      if (done || found.length === this.most) {
         this.found = found;
         this.isSeeking = false;
         this.show(found);

@@ -4,6 +4,7 @@
 const THERE = 1e-4; // error of the tool, in parts of the robot's size and in radians, that is shown
 
 const robot = JSON.parse(document.getElementById("robot").textContent);
+const DIGITS = Math.max(1, Math.ceil(-Math.log10(robot.size))); // of millimetres
 const kinematics = new Kinematics(robot);
 const canvas = document.getElementById("canvas");
 const renderer = new THREE.WebGLRenderer({ canvas, antialias: true });
@@ -121,7 +122,7 @@ function show() {
     symbols[i].forEach((material) => material.color.setHex(NEARNESS_COLOURS[nearness]));
   });
   const tool = kinematics.toolPose(T);
-  const where = [3, 7, 11].map((i) => (1000 * tool[i]).toFixed(1)).join(", ");
+  const where = [3, 7, 11].map((i) => (1000 * tool[i]).toFixed(DIGITS)).join(", ");
   document.getElementById("tool").textContent = `tool: ${where} mm`;
   if (handle.drag === null) handle.place(tool);
   ghosts.follow(kinematics.z);
@@ -151,7 +152,7 @@ function write() {
   coordinates().forEach((q, i) => {
     const { input, value, slider } = inputs[i];
     input.value = q;
-    value.textContent = `${(q * slider.factor).toFixed(1)} ${slider.unit}`;
+    value.textContent = `${(q * slider.factor).toFixed(slider.unit === "mm" ? DIGITS : 1)} ${slider.unit}`;
   });
 }
 

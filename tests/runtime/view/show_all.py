@@ -21,46 +21,44 @@ sys.path.insert(0, str(ROOT))
 STEPS = 4
 CLOSED = 1e-9
 """Parts of the size, and of a direction, by which bodies and the tool may be off."""
-ROUNDS, FRAMES = 5, 20
-"""The time of a frame is the least of some rounds."""
+FRAMES = 100
+"""Frames whose mean time of the processor is told."""
 SEARCHED = 20.0
 """Seconds that a search for ghosts may take on a busy machine."""
-TIMES = f"""(() => {{
-  const least = (frame) => Math.min(...[...Array({ROUNDS}).keys()].map(() => {{
-    const begin = performance.now();
-    for (let k = 0; k < {FRAMES}; k++) frame(k % 2 ? 1 : -1);
-    return (performance.now() - begin) / {FRAMES};
-  }}));
+SLID = """{
   const q = coordinates(), kept = kinematics.z.slice();
   const inwards = robot.sliders.map((s, i) =>
     0.003 * (s.upper - s.lower) * (q[i] > (s.lower + s.upper) / 2 ? -1 : 1));
-  const slid = least((way) => {{
-    kinematics.moveTo(q.map((v, i) => v + (way > 0 ? inwards[i] : 0)));
+  for (let k = 0; k < FRAMES; k++) {
+    kinematics.moveTo(q.map((v, i) => v + (k % 2 ? inwards[i] : 0)));
     ghosts.follow(kinematics.z);
     kinematics.poses();
-  }});
-  kinematics.z = kept.slice();
-  const goals = [kept, kinematics.z].map((z) => kinematics.toolPose(kinematics.frames(z)));
-  goals[1][3] += 0.003 * robot.size;
-  const dragged = least((way) => {{
-    kinematics.z = inverse.follow(kinematics.z, goals[way > 0 ? 1 : 0]).z;
-    ghosts.follow(kinematics.z);
-    kinematics.poses();
-  }});
+  }
   kinematics.z = kept;
-  return [slid, dragged];
-}})()"""
+}"""
+DRAGGED = """{
+  const kept = kinematics.z.slice(), goal = kinematics.toolPose(kinematics.frames(kept));
+  for (let k = 0; k < FRAMES; k++) {
+    goal[3] += 0.003 * robot.size * (k % 2 ? -1 : 1);
+    kinematics.z = inverse.follow(kinematics.z, goal).z;
+    ghosts.follow(kinematics.z);
+    kinematics.poses();
+  }
+  kinematics.z = kept;
+}"""
 
 
 def robots(folder, count, kept):
     """A name and a function that loads the robot, for each."""
     import chasles
     from bench.cases.drawn_mechanisms import drawn_mechanism
-    from chasles.derive import derive, write
+    from chasles.derive import write
+    from chasles.derive.emit.languages import EMITTERS
 
     def drawn(seed):
         target = kept / f"m{seed}"
-        write(derive(drawn_mechanism(seed).mechanism), target)
+        emitters = [own for own in EMITTERS if own.language in ("c", "python")]
+        write(drawn_mechanism(seed).mechanism, target, emitters=emitters)
         return chasles.load(next(target.rglob("manifest.json")).parent)
 
     for name in (*chasles.robots(), *chasles.shelf_robots()):
@@ -92,7 +90,10 @@ def judged(browser, robot, kept):
         at = browser.run(f"dragTo({posture.tool.ravel().tolist()}, 'position')")
         missed = max(missed, at["position"], at["turn"])
     ghosts = searched(browser)
-    times = browser.run(TIMES)
+    times = [
+        1000 * browser.processor_time(frames.replace("FRAMES", str(FRAMES))) / FRAMES
+        for frames in (SLID, DRAGGED)
+    ]
     return file.stat().st_size, *times, ghosts, far, missed, browser.complaints()
 
 
