@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-from ...model.robot import Robot
+from ...model.robot import Robot, Rotation
 from ..poe import to_poe
 from .factors import Factored, factored
 from .screw_polynomials import Polynomial, ScrewRing
@@ -23,6 +23,8 @@ LARGEST_BLOCK = 4
 LARGEST_OF_SEVERAL = 3
 """The same where there are several minors."""
 
+MOST_OBLIQUE = 4
+"""Most constant turns that are no quarter turns: each doubles the terms of what it turns."""
 LONGEST_ENTRY = 40
 """Most terms of an entry of a Jacobian."""
 MOST_PRODUCTS = 10_000
@@ -59,9 +61,11 @@ def factored_minors(robot: Robot, q: Sequence[sp.Symbol]) -> tuple[Factored, ...
     joints = robot.moving
     if len(q) != len(joints) or any(j.mimic or j.kind == "helical" for j in joints):
         return None
+    if len(joints) > MOST_JOINTS or _oblique(robot) > MOST_OBLIQUE:
+        return None
     S, _ = to_poe(robot)
     S = S * sp.diag(*(joint.direction for joint in joints))
-    if len(joints) > MOST_JOINTS or not _is_exact(S):
+    if not _is_exact(S):
         return None
     values = {parameter.symbol: float(parameter.value) for parameter in robot.parameters}
     found = minors(robot, S, values)
@@ -79,6 +83,16 @@ def factored_minors(robot: Robot, q: Sequence[sp.Symbol]) -> tuple[Factored, ...
     if any(part is None for part in written):
         return None
     return tuple(part for part in written if part and part.constant != 0)
+
+
+def _oblique(robot: Robot) -> int:
+    """The number of constant turns between the joints that are no quarter turns."""
+    return sum(
+        not (2 * motion.angle / sp.pi).is_Integer
+        for placement in robot.placements[:-1]
+        for motion in placement
+        if isinstance(motion, Rotation)
+    )
 
 
 def _is_exact(S: sp.Matrix) -> bool:

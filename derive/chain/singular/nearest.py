@@ -6,21 +6,20 @@ q and y, or x, lead from a posture to a singular one nearby.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import sympy as sp
 
-from ...model.robot import Robot
+from ...model.robot import Placement, Robot, Rotation
 from ...model.tolerances import LAST_STEP, NO_WORK, OTHER_POSTURE, RANK_LOST
-from ..poe import to_poe
 from .views import FloatArray, seen_screws
 
 STEPS = 40
 STARTS = 24
 """Starts of which those that end within the limits count."""
+PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 WHOLE = 6
-TURN = 2 * math.pi
 
 
 def nearest_singular(robot: Robot, start: Sequence[float], most: int) -> tuple[FloatArray, ...]:
@@ -33,20 +32,22 @@ def nearest_singular(robot: Robot, start: Sequence[float], most: int) -> tuple[F
 
     Returns:
         Up to so many postures (n,) within the limits; () where a joint follows another or advances
-        as it turns, or where the Jacobian has no full rank in general position.
+        as it turns, of more than twelve joints, or where the Jacobian has no full rank in general
+        position.
     """
     joints = robot.moving
-    if len(start) != len(joints) or any(j.mimic or j.kind == "helical" for j in joints):
+    is_plain = all(not j.mimic and j.kind != "helical" for j in joints)
+    if not len(start) == len(joints) <= len(PRIMES) or not is_plain:
         return ()
     S, length = _screws(robot)
     scale = np.array([1.0 if j.kind == "revolute" else length for j in joints])
     low, high = _ranges(robot, length)
     found: list[FloatArray] = []
     # Multiples of roots of primes fill a cube evenly, and equal on any machine.
-    roots = np.sqrt(np.array((2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37))[: len(joints)]) % 1
+    roots = np.sqrt(np.array(PRIMES[: len(joints)])) % 1
     starts = [np.asarray(start, float)]
     starts += [low + (k * roots) % 1 * (high - low) for k in range(1, STARTS)]
-    if len(joints) > len(roots) or _smallest(S, starts[1], scale) < RANK_LOST:
+    if _smallest(S, starts[1], scale) < RANK_LOST:
         return ()
     for first in starts:
         q = _led(S, first, scale)
@@ -62,15 +63,37 @@ def nearest_singular(robot: Robot, start: Sequence[float], most: int) -> tuple[F
 def _screws(robot: Robot) -> tuple[FloatArray, float]:
     """The screws in the base frame, lengths in parts of the arm's, and this length (m)."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
-    S, M = to_poe(robot)
-    S = S * sp.diag(*(joint.direction for joint in robot.moving))
-    screws = np.array(S.xreplace(values).evalf(), float)
-    turning = np.abs(screws[3:]).max(axis=0) > 0
-    points = np.cross(screws[3:, turning], screws[:3, turning], axis=0).T
-    tip = np.array(M[:3, 3].xreplace(values).evalf(), float).T
-    length = float(np.linalg.norm(np.ptp(np.vstack([points, tip]), axis=0))) or 1.0
-    screws[:3, turning] /= length
-    return screws, length
+    T, columns, points = _placed(robot.base, values), [], []
+    for joint in robot.joints:
+        T = T @ _placed(joint.before, values)
+        h, point = T[:3, 2] * float(joint.direction), T[:3, 3]
+        if joint.kind == "revolute":
+            columns.append(np.hstack([np.cross(point, h), h]))
+        elif joint.kind == "prismatic":
+            columns.append(np.hstack([h, np.zeros(3)]))
+        points.append(point)
+        T = T @ _placed(joint.after, values)
+    tip = (T @ _placed(robot.tool, values))[:3, 3]
+    length = float(np.linalg.norm(np.ptp(np.vstack([*points, tip]), axis=0))) or 1.0
+    S = np.stack(columns, axis=1)
+    S[:3, np.abs(S[3:]).max(axis=0) > 0] /= length
+    return S, length
+
+
+def _placed(placement: Placement, values: Mapping[sp.Symbol, sp.Expr]) -> FloatArray:
+    """A constant placement (4, 4) in numbers."""
+    T = np.eye(4)
+    for motion in placement:
+        step = np.eye(4)
+        if isinstance(motion, Rotation):
+            angle = float(sp.sympify(motion.angle).xreplace(values))
+            j, k = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[motion.axis]
+            step[[j, k], [j, k]] = np.cos(angle)
+            step[j, k], step[k, j] = -np.sin(angle), np.sin(angle)
+        else:
+            step[:3, 3] = [float(sp.sympify(x).xreplace(values)) for x in motion.vector]
+        T = T @ step
+    return T
 
 
 def _ranges(robot: Robot, length: float) -> tuple[FloatArray, FloatArray]:
