@@ -337,3 +337,12 @@ def test_least_squares_of_a_third_crank_are_refused():
     told = message(whole)
     assert "0.2 mm too long" in told
     assert "leave out a member that repeats another" in told
+
+
+@pytest.mark.parametrize("name", ["z1", "theta1", "p1", "tau1", "phi", "turn"])
+def test_a_parameter_may_have_any_name(name):
+    text = (ROBOTS / "four_bar.toml").read_text()
+    text = text.replace("\na = {", f"\n{name} = {{", 1).replace('"a"', f'"{name}"')
+    called = Hybrid(loads(text, "four_bar.toml"))
+    called.check()
+    assert called.at_reference == pytest.approx(Hybrid(mechanism("four_bar")).at_reference)
