@@ -144,6 +144,10 @@ def find_folder(robot: str | os.PathLike[str], *, parametric: bool = False) -> P
     )
 
 
+_IMPORTED_BY_NAME = ("calibration", "derive", "generated", "study", "view")
+"""Parts of the package that `import chasles` leaves to an import of their own."""
+
+
 def __getattr__(name: str) -> Any:
     """The version and the drawings, found when needed: that takes as long as the import."""
     if name in ("animate", "draw"):
@@ -151,7 +155,8 @@ def __getattr__(name: str) -> Any:
 
         return getattr(drawing, name)
     if name != "__version__":
-        raise AttributeError(f"module 'chasles' has no attribute {name!r}")
+        hint = f"; import chasles.{name}" if name in _IMPORTED_BY_NAME else ""
+        raise AttributeError(f"module 'chasles' has no attribute {name!r}{hint}")
     from importlib.metadata import version  # noqa: PLC0415
 
     return version("chasles")

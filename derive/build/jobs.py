@@ -185,12 +185,12 @@ def _compare(job: Job) -> Report:
 
 
 def _summary(files: dict[str, str]) -> str:
-    operations = {
-        function["name"]: function["operations"]["total"]
-        for function in json.loads(files[MANIFEST])["functions"]
-    }
+    manifest = json.loads(files[MANIFEST])
+    operations = {f["name"]: f["operations"]["total"] for f in manifest["functions"]}
     shown = [name for name in ("fk", "fk_jacobian_mixed") if name in operations]
     counts = ", ".join(f"{name} {operations[name]:4d} operations" for name in shown)
+    if manifest.get("solution") == "newton":
+        counts = "fk by iteration"
     size = sum(len(text.encode()) for text in files.values()) // 1024
     return f"{len(operations):2d} functions ({counts}), {size:4d} KiB"
 

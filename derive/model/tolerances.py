@@ -176,6 +176,11 @@ SAME_POINT = 1e-9
 
 Closed loops in doubles leave 1e-12; the eye sees no less than 1e-4 of a robot's size.
 """
+MOVED_REFERENCE = 0.3
+"""A described value this far from the closed reference is told: radian, or part of the size.
+
+Values written by eye are some 10 degrees off; another assembly is mostly farther away.
+"""
 VISIBLE_GAP = 2e-3
 """A drawn loop may stand open by this part of the robot's size: the eye sees no gap below it."""
 PIN_ACROSS = 0.1

@@ -16,6 +16,7 @@ from ..hybrid import Hybrid
 from ..maps import margin
 from .bodies_in_numbers import BodiesInNumbers
 from .gaps import interval
+from .moved_reference import moved_reference
 from .swapped_ends import doubtful_ends
 
 Floats = NDArray[np.float64]
@@ -47,9 +48,11 @@ def limits_of(h: Hybrid) -> tuple[str, ...]:
 
 
 def doubts_of(h: Hybrid) -> tuple[str, ...]:
-    """A sentence on rods whose ends seem swapped, though the loops close; none for other robots."""
-    doubt = doubtful_ends(h.mechanism, h.at_reference)
-    return (doubt,) if doubt else ()
+    """Sentences on a robot whose loops close, though hardly as they were meant; mostly none.
+
+    They tell rods whose ends seem swapped, and a value of the reference that moved far.
+    """
+    return tuple(filter(None, (doubtful_ends(h.mechanism, h.at_reference), moved_reference(h))))
 
 
 class BySearch:

@@ -10,6 +10,7 @@ from derivations import ROBOTS
 
 from chasles.derive import RobotError, explain, load, mobility
 from chasles.derive.loops.checks.closable import limits_of
+from chasles.derive.loops.checks.moved_reference import moved_reference
 from chasles.derive.loops.hybrid import Hybrid
 
 
@@ -108,3 +109,14 @@ def test_counts_of_textbooks_from_their_numbers():
 def test_numbers_that_cannot_be(numbers, words):
     with pytest.raises(RobotError, match=words):
         mobility(**numbers)
+
+
+def test_a_reference_that_moved_far_is_told():
+    for name in ("excavator", "five_bar", "four_bar"):
+        assert moved_reference(Hybrid(load(ROBOTS / f"{name}.toml"))) == ""
+    robot = load(ROBOTS / "four_bar.toml")
+    other = tuple((name, x + 1 if name == "coupler" else x) for name, x in robot.reference)
+    assert moved_reference(Hybrid(replace(robot, reference=other))) == (
+        "reference: coupler is -7.704 deg in the file, and -63.05 deg where the loops close at "
+        "crank = 90 deg"
+    )

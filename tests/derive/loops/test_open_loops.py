@@ -367,3 +367,12 @@ def test_motors_against_each_other_are_not_least_squares():
     fight = replace(robot, actuated=("crank", "rocker"), closure="least squares")
     off = replace(fight, reference=tuple((n, v + sp.Rational(1, 1000)) for n, v in fight.reference))
     assert message(off) != ""
+
+
+@pytest.mark.parametrize("name", ["z1", "theta1", "p1", "tau1", "phi", "turn"])
+def test_a_parameter_may_have_any_name(name):
+    text = (ROBOTS / "four_bar.toml").read_text()
+    text = text.replace("\na = {", f"\n{name} = {{", 1).replace('"a"', f'"{name}"')
+    called = Hybrid(loads(text, "four_bar.toml"))
+    called.check()
+    assert called.at_reference == pytest.approx(Hybrid(mechanism("four_bar")).at_reference)

@@ -214,6 +214,12 @@ def test_build_says_what_failed(folder, tmp_path, capsys):
     assert "no robot named 'zebra'" in capsys.readouterr().err
 
 
+def test_parts_that_have_an_import_of_their_own():
+    code = "import chasles\ntry: chasles.study\nexcept AttributeError as e: print(e)"
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert told.stdout.strip().endswith("no attribute 'study'; import chasles.study")
+
+
 def test_no_command(capsys):
     assert main([]) == 2
     told = capsys.readouterr().err

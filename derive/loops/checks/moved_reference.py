@@ -1,0 +1,37 @@
+"""Values of a described reference that are far from those at which the loops close."""
+
+import math
+
+from ...model.tolerances import MOVED_REFERENCE
+from ..closing import longest_length
+from ..hybrid import Hybrid
+from .gaps import shown
+
+
+def moved_reference(h: Hybrid) -> str:
+    """A sentence on the joint whose described value is farthest from the closed reference.
+
+    Values of joints that follow from others only choose the branch. Where one is far away, the
+    actuated coordinates are mostly not those that were meant: a cylinder that is left out starts in
+    the middle of its limits. Empty where all values are near, and for turns by whole circles.
+    """
+    at, size = h.at_reference, longest_length(h.mechanism, h.terms)
+    described = {name: float(h.terms.value(x)) for name, x in h.mechanism.reference}
+    lengths = {v.name for v in h.variables if v.unit == "m"}
+    off = {
+        name: abs(value - at[name]) / size
+        if name in lengths
+        else abs(math.remainder(value - at[name], math.tau))
+        for name, value in described.items()
+        if name in at
+    }
+    farthest = max(off, key=lambda name: off[name], default=None)
+    if farthest is None or off[farthest] <= MOVED_REFERENCE:
+        return ""
+    is_length = farthest in lengths
+    moved = [c.moves for c in h.mechanism.coordinates]
+    actuated = ", ".join(f"{name} = {shown(at[name], name in lengths)}" for name in moved)
+    return (
+        f"reference: {farthest} is {shown(described[farthest], is_length)} in the file, and "
+        f"{shown(at[farthest], is_length)} where the loops close at {actuated}"
+    )
