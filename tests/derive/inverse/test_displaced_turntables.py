@@ -1,4 +1,4 @@
-"""Turntables with errors in every parameter: a nominal arm has their structure, and leads to all."""
+"""Turntables with errors in every parameter: a nominal arm has the structure and leads to all."""
 
 import numpy as np
 import pytest
