@@ -16,8 +16,6 @@ from ..setting.printed_terms import Definition
 from ..setting.widths import LINE, width
 from .loop_page import LoopPage
 
-WIDEST_ENTRY = LINE / 6
-"""Of the displacement between a loop's ends (pt): four columns and its name fit on the line."""
 DECIMALS = 6
 
 
@@ -139,20 +137,20 @@ def _screws(page: LoopPage, loop: LoopEquations, values: dict[str, sp.Symbol]) -
 
 
 def _home(page: LoopPage, name: str, M: sp.Matrix) -> str:
-    rows = [[_narrow(page, entry) for entry in row] for row in M.tolist()]
-    known = [_constant(page, entry)[1:-1] for row in M.tolist() for entry in row]
-    is_rounded = known != [tex for row in rows for tex in row]
-    end = rf"\quad\text{{(to {DECIMALS} decimals)}}." if is_rounded else "."
+    """The displacement between a loop's ends; sums of constants as decimals if it is too wide."""
+    rows = [[_constant(page, entry)[1:-1] for entry in row] for row in M.tolist()]
+    end = "."
+    if named_matrix(name, rows).width > LINE:
+        rows = [[_decimal(page, entry) for entry in row] for row in M.tolist()]
+        end = rf"\quad\text{{(to {DECIMALS} decimals)}}."
     return f"\\begin{{gather*}}\n{named_matrix(name, rows).tex}{end}\n\\end{{gather*}}%"
 
 
-def _narrow(page: LoopPage, entry: sp.Expr) -> str:
-    """An entry of a matrix; a sum of constants that is too long for its column as a decimal."""
+def _decimal(page: LoopPage, entry: sp.Expr) -> str:
+    """A constant as a decimal, if it is longer otherwise."""
     tex = _constant(page, entry)[1:-1]
-    if width(tex) <= WIDEST_ENTRY:
-        return tex
-    value = round(float(page.terms.value(entry)), DECIMALS) + 0.0
-    return f"{value:.{DECIMALS}f}"
+    rounded = f"{round(float(page.terms.value(entry)), DECIMALS) + 0.0:.{DECIMALS}f}"
+    return min(tex, rounded, key=width)
 
 
 def _constant(page: LoopPage, entry: sp.Expr) -> str:
