@@ -189,8 +189,8 @@ def spelled(tex):
 def displays(text):
     """Left and right side of each equation in the displays of a fragment, in order."""
     found = []
-    for body in re.findall(r"\\begin\{align\*\}(.*?)\\end\{align\*\}", text, re.DOTALL):
-        body = re.sub(r"\\\\\*?\s*&\\quad", " ", body)
+    for display in re.findall(r"\\begin\{align\*\}(.*?)\\end\{align\*\}", text, re.DOTALL):
+        body = re.sub(r"\\\\\*?\s*&\\quad", " ", display)
         for row in re.split(r"\\\\\*?", body):
             parts = re.split(r",\s*&(?!\\quad)", row)
             for part in parts:
@@ -252,7 +252,9 @@ class PrintedInverse:
             text = re.split(r"\\paragraph", text)[1]
         self.symbols = fragments["symbols.tex"]
         self.parameters = fragments["parameters.tex"]
+        rounded = re.search(r"^\$\\kappa_\S+ &  & ", self.symbols, re.MULTILINE)
         self.is_whole = r"\ldots" not in text + self.symbols and "Steps" not in text
+        self.is_whole = self.is_whole and rounded is None
         self.equations = displays(text)
         self.signs = [spelled(s) for s in re.findall(r"^\$(\\sigma_\{\d+\})\$", text, re.MULTILINE)]
         found = re.search(r"with its entries \$(.*?)_\{11\}, \\dots, (.*?)_\{z\}\$", text)

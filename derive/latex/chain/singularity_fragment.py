@@ -102,7 +102,7 @@ def _postures(page: Page, postures: Sequence[Sequence[float]]) -> str:
         sought = "rates $x$ with $J x = 0$, which do not move the tool"
     return text(
         sentence(
-            "The determinants of the Jacobian have no short factors. Newton's iteration for"
+            "The determinants of the Jacobian are not given in factors. Newton's iteration for"
             f" {sought}, found these singular postures (angles in degrees{metres}):",
             tabular(columns, repeated=1),
         )

@@ -128,7 +128,7 @@ joints = [
 """
 
 
-@pytest.mark.parametrize("angles", ["pi/3 pi/4 -pi/6", "11*pi/36 pi/3 pi/2", "pi/2 pi/7 pi/9"])
+@pytest.mark.parametrize("angles", ["pi/2 pi/4 -pi/6", "11*pi/36 pi/3 pi/2", "pi/2 pi/7 pi/9"])
 def test_constant_turns_by_any_exact_angle(angles):
     first, second, third = angles.split()
     text = TURNED.format(first=first, second=second, third=third)

@@ -1,0 +1,41 @@
+"""All real solutions of a general arm in numbers, beside the C of its inverse."""
+
+import numpy as np
+import pytest
+from derivations import ROBOTS
+
+import chasles
+from chasles.derive import load
+from chasles.derive.inverse.general.raghavan_roth import forward, numbers
+from chasles.derive.inverse.general.real_solutions import real_solutions
+from chasles.derive.inverse.general.split_choice import choose
+
+POSES = 20
+SAME = 1e-10
+"""Entry of a pose: the solutions are refined to 1e-13 in parts of the arm's length."""
+
+
+@pytest.fixture(scope="module")
+def arm():
+    robot = load(ROBOTS / "jaco2.toml")
+    constants = numbers(robot)
+    return constants, choose(constants)
+
+
+def test_each_is_a_solution_and_one_is_the_posture(arm):
+    constants, choice = arm
+    for q in np.random.default_rng(1).uniform(-3, 3, (POSES, 6)):
+        T = forward(constants, q)
+        found = real_solutions(constants, choice.splits, T)
+        assert len(found) % 2 == 0
+        for one in found:
+            np.testing.assert_allclose(forward(constants, one), T, atol=SAME)
+        assert min(np.abs(np.angle(np.exp(1j * (one - q)))).max() for one in found) <= 1e-6
+
+
+def test_there_are_as_many_as_the_inverse_finds(arm):
+    constants, choice = arm
+    jaco2 = chasles.load("jaco2")
+    for q in np.random.default_rng(2).uniform(-3, 3, (POSES, 6)):
+        T = forward(constants, q)
+        assert len(real_solutions(constants, choice.splits, T)) == jaco2.ik(T).valid.sum()
