@@ -28,8 +28,7 @@ iteration invert its law to rounding: each squares the error, which a quarter of
 Real ones stay below 0.001."""
 MOST_SAG = 0.05
 """Change of a joint's sag by the coordinates, in parts of their own change, up to which twelve
-rounds invert the law of springs to rounding: each reduces the error by this part. Real arms stay
-below 0.02."""
+rounds invert the law of springs to rounding: each reduces the error by this part."""
 
 # --- description: rounding in files ---
 

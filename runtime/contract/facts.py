@@ -269,7 +269,7 @@ class Manifest:
         parameters: The named numbers of its description.
         geometry: The vector p of its parametric functions; () where it has none.
         robot_file: With loops, the text of its robot file with places for the numbers of another
-            geometry; "" where it has none.
+            geometry; of an arm with masses, the springs of that file; "" where it has none.
         notes: Remarks, such as numbers that were snapped.
         cleaning: The numbers of the description that were not taken as written, and their effect.
         functions: Its functions.

@@ -19,6 +19,7 @@ With semicolons or tabs a decimal may be a comma.
 
 from __future__ import annotations
 
+import codecs
 import csv
 import math
 import re
@@ -49,6 +50,21 @@ UNITS = {
     "deg": ("rad", math.pi / 180),
     "°": ("rad", math.pi / 180),
 }
+_WORDS = {
+    "degree": "deg",
+    "degrees": "deg",
+    "radian": "rad",
+    "radians": "rad",
+    "meter": "m",
+    "metre": "m",
+    "meters": "m",
+    "metres": "m",
+    "millimeter": "mm",
+    "millimetre": "mm",
+    "millimeters": "mm",
+    "millimetres": "mm",
+}
+"""Units as words."""
 _AXES = ("x", "y", "z")
 _TURNS = (("rx", "ry", "rz"), ("roll", "pitch", "yaw"))
 _QUATERNION = ("qw", "qx", "qy", "qz")
@@ -91,7 +107,7 @@ def read_measurements(file: str | Path, robot: Any) -> Measured:
             no number; the message names file, line and column.
     """
     path = Path(file)
-    text = path.read_text(encoding="utf-8-sig")
+    text = _decoded(path.read_bytes())
     lines = [
         (number, line)
         for number, line in enumerate(text.splitlines(), 1)
@@ -101,12 +117,54 @@ def read_measurements(file: str | Path, robot: Any) -> Measured:
         raise InputValueError(f"{path}: empty; expected a header and a row for each measurement")
     separator = next((mark for mark in ";\t" if mark in lines[0][1]), ",")
     cells = list(csv.reader((line for _, line in lines), delimiter=separator))
+    _check_header(path, cells[0])
     rows = [(number, line) for (number, _), line in zip(lines[1:], cells[1:], strict=True)]
     if not rows:
         raise InputValueError(f"{path}: a header and no rows; expected one for each measurement")
     table = _Table(path, _columns(path, cells[0], robot), rows, "," if separator != "," else ".")
     q = np.stack([table.numbers(*_column_of(table, robot, k)) for k in range(robot.n)], -1)
+    for number, line in rows:
+        _check_length(path, number, line, len(cells[0]))
     return _observation(table, q)
+
+
+def _decoded(content: bytes) -> str:
+    """Text in UTF-8, or as Windows programs write it: UTF-16 with a mark, or code page 1252."""
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return content.decode("utf-16")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return content.decode("cp1252", errors="replace")
+
+
+def _check_header(path: Path, header: Sequence[str]) -> None:
+    if len(header) == 1:
+        raise InputValueError(
+            f"{path}: the header has one column, {header[0].strip()!r}; expected columns that are "
+            "separated by commas, semicolons or tabs"
+        )
+    if all(_is_number(cell) for cell in header if cell.strip()):
+        raise InputValueError(
+            f"{path}: the first line holds numbers; expected a header such as "
+            "'q1 [deg], ..., x [mm], y [mm], z [mm]'"
+        )
+
+
+def _check_length(path: Path, number: int, line: Sequence[str], columns: int) -> None:
+    if any(cell.strip() for cell in line[columns:]):
+        raise InputValueError(
+            f"{path}, line {number}: {len(line)} cells and {columns} columns in the header; "
+            "where a comma is the decimal mark, separate columns by semicolons or tabs"
+        )
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell.replace(",", "."))
+    except ValueError:
+        return False
+    return True
 
 
 class _Column(NamedTuple):
@@ -128,10 +186,23 @@ class _Table(NamedTuple):
         values = [self._number(name, number, line, may_be_empty) for number, line in self.rows]
         return np.array(values) * factor
 
+    def positions(self, names: Sequence[str]) -> FloatArray:
+        """(rows, 3) positions in metres; NaN where all three cells of a target are empty."""
+        points = np.stack([self.numbers(name, "m", may_be_empty=True) for name in names], -1)
+        unseen = np.isnan(points)
+        for k in np.flatnonzero(unseen.any(1) & ~unseen.all(1)).tolist():
+            column = self.columns[names[int(np.argmax(unseen[k]))]]
+            raise InputValueError(
+                f"{self.path}, line {self.rows[k][0]}: {column.heading!r} is empty; expected a "
+                "number, or no coordinate of a target that was not seen"
+            )
+        return points
+
     def _factor(self, name: str, unit: str, kind: str) -> float:
         if kind == "1":
             return 1.0
         expected = [word for word, (of, _) in UNITS.items() if of == kind]
+        unit = _WORDS.get(unit.lower(), unit)
         if unit not in expected:
             found = f"unit {unit!r}" if unit else "no unit"
             raise InputValueError(
@@ -219,10 +290,7 @@ def _observation(table: _Table, q: FloatArray) -> Measured:
             f"{_headings(table)}"
         )
     points = np.stack(
-        [
-            np.stack([table.numbers(name, "m", may_be_empty=True) for name in names], -1)
-            for names in several
-        ],
+        [table.positions(names) for names in several],
         1,
     )
     turned = _orientations(table)
@@ -279,7 +347,7 @@ def _long(table: _Table, q: FloatArray) -> Measured:
     index = table.columns["target"].number
     names = [line[index].strip() for _, line in table.rows]
     targets = list(dict.fromkeys(names))
-    xyz = np.stack([table.numbers(name, "m", may_be_empty=True) for name in _AXES], -1)
+    xyz = table.positions(_AXES)
     station = _stations(table)
     times: Counter[tuple[bytes, str]] = Counter()
     found: dict[tuple[bytes, int], int] = {}

@@ -159,3 +159,46 @@ def test_an_empty_file(arm, tmp_path):
     path.write_text("")
     with pytest.raises(InputValueError, match="empty; expected a header"):
         read_measurements(path, arm)
+
+
+SEEN = np.random.default_rng(3).normal(size=(5, 3))
+PLACES = ["x [mm]", "y [mm]", "z [mm]"]
+CELLS = [
+    [*map(repr, map(float, q)), *map(repr, map(float, x))]
+    for q, x in zip(np.degrees(Q), 1e3 * SEEN, strict=True)
+]
+TABLE = "\n".join(map(",".join, [[*HEADER, *PLACES], *CELLS]))
+
+
+@pytest.mark.parametrize(
+    ("written", "encoding"),
+    [
+        (TABLE, "utf-8-sig"),
+        (TABLE.replace("deg", "°"), "utf-16"),
+        (TABLE.replace("deg", "°"), "cp1252"),
+        (TABLE.replace("deg", "degrees").replace("mm", "millimetres"), "utf-8"),
+        (TABLE.replace(",", ";").replace(".", ","), "utf-8"),
+    ],
+)
+def test_tables_as_other_programs_write_them(arm, tmp_path, written, encoding):
+    path = tmp_path / "measured.csv"
+    path.write_bytes(written.encode(encoding))
+    q, found = read_measurements(path, arm)
+    assert_allclose(q, Q, atol=1e-15)
+    assert_allclose(found.points[:, 0], SEEN, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("written", "expected"),
+    [
+        ("\n".join(map(",".join, CELLS)), "first line holds numbers"),
+        (TABLE.replace(",", "|"), "one column.*commas, semicolons or tabs"),
+        (TABLE.replace(".", ","), "line 2: 18 cells and 9 columns"),
+        (TABLE.rpartition(",")[0], r"line 6: 'z' is empty"),
+    ],
+)
+def test_tables_of_another_form_are_named(arm, tmp_path, written, expected):
+    path = tmp_path / "measured.csv"
+    path.write_text(written, encoding="utf-8")
+    with pytest.raises(InputValueError, match=expected):
+        read_measurements(path, arm)
