@@ -84,25 +84,25 @@ POLISH_INLINE void POLISH_NAME(solve)(lanes a[POLISH_ROWS][POLISH_ROWS], lanes (
     }
 }
 
-#if POLISH_N >= 6
 /* Solves the same equations once more for another right side. */
-POLISH_INLINE void POLISH_NAME(solve_again)(lanes a[6][6], lanes *b)
+POLISH_INLINE void POLISH_NAME(solve_again)(lanes a[POLISH_ROWS][POLISH_ROWS], lanes *b)
 {
     POLISH_UNROLL
-    for (int i = 0; i < 6; i++) {
+    for (int i = 0; i < POLISH_ROWS; i++) {
         POLISH_UNROLL
         for (int j = 0; j < i; j++)
             b[i] -= a[j][i] * b[j];
     }
     POLISH_UNROLL
-    for (int i = 5; i >= 0; i--) {
+    for (int i = POLISH_ROWS - 1; i >= 0; i--) {
         b[i] *= a[i][i];
         POLISH_UNROLL
-        for (int j = i + 1; j < 6; j++)
+        for (int j = i + 1; j < POLISH_ROWS; j++)
             b[i] -= a[i][j] * b[j];
     }
 }
 
+#if POLISH_N >= 6
 /* The lower half of J J^T with `added` on the diagonal. */
 POLISH_INLINE void POLISH_NAME(squared)(lanes (*J)[POLISH_N], const lanes *added, lanes a[6][6])
 {
@@ -149,6 +149,62 @@ POLISH_INLINE void POLISH_NAME(move)(const lanes *from, const lanes *dq, lanes *
     }
 }
 
+/* The matrix of the damped step's equations: J^T J or, with six coordinates and more, J J^T. */
+POLISH_INLINE void POLISH_NAME(equations)(lanes (*J)[POLISH_N], const lanes *added,
+                                          lanes a[POLISH_ROWS][POLISH_ROWS])
+{
+#if POLISH_N < 6
+    POLISH_UNROLL
+    for (int i = 0; i < POLISH_ROWS; i++) {
+        POLISH_UNROLL
+        for (int j = 0; j <= i; j++) {
+            a[i][j] = i == j ? *added : POLISH_OF(0.0);
+            POLISH_UNROLL
+            for (int k = 0; k < 6; k++)
+                a[i][j] += J[k][i] * J[k][j];
+        }
+    }
+#else
+    POLISH_NAME(squared)(J, added, a);
+#endif
+}
+
+/* The right side of these equations for a twist e. */
+POLISH_INLINE void POLISH_NAME(right_side)(lanes (*J)[POLISH_N], const lanes *e, lanes *b)
+{
+#if POLISH_N < 6
+    POLISH_UNROLL
+    for (int i = 0; i < POLISH_ROWS; i++) {
+        b[i] = POLISH_OF(0.0);
+        POLISH_UNROLL
+        for (int k = 0; k < 6; k++)
+            b[i] += J[k][i] * e[k];
+    }
+#else
+    (void)J;
+    for (int i = 0; i < 6; i++)
+        b[i] = e[i];
+#endif
+}
+
+/* The step dq of a solution of these equations. */
+POLISH_INLINE void POLISH_NAME(step_of)(lanes (*J)[POLISH_N], const lanes *b, lanes *dq)
+{
+#if POLISH_N < 6
+    (void)J;
+    for (int k = 0; k < POLISH_N; k++)
+        dq[k] = b[k];
+#else
+    POLISH_UNROLL
+    for (int k = 0; k < POLISH_N; k++) {
+        dq[k] = J[0][k] * b[0];
+        POLISH_UNROLL
+        for (int i = 1; i < 6; i++)
+            dq[k] += J[i][k] * b[i];
+    }
+#endif
+}
+
 /* The damped step dq from c. `pivots` are the least of its equations. */
 POLISH_INLINE void POLISH_NAME(towards)(const POLISH_NAME(configurations) * c, const lanes *damping,
                                         lanes *dq, lanes *pivots)
@@ -156,63 +212,89 @@ POLISH_INLINE void POLISH_NAME(towards)(const POLISH_NAME(configurations) * c, c
     lanes J[6][POLISH_N], a[POLISH_ROWS][POLISH_ROWS], b[1][POLISH_ROWS];
     const lanes added = *damping * c->cost + POLISH_LEAST_DAMPING;
     POLISH_NAME(weighted)(c, J);
-#if POLISH_N < 6
-    POLISH_UNROLL
-    for (int i = 0; i < POLISH_ROWS; i++) {
-        b[0][i] = POLISH_OF(0.0);
-        POLISH_UNROLL
-        for (int k = 0; k < 6; k++)
-            b[0][i] += J[k][i] * c->e[k];
-        POLISH_UNROLL
-        for (int j = 0; j <= i; j++) {
-            a[i][j] = i == j ? added : POLISH_OF(0.0);
-            POLISH_UNROLL
-            for (int k = 0; k < 6; k++)
-                a[i][j] += J[k][i] * J[k][j];
-        }
-    }
+    POLISH_NAME(equations)(J, &added, a);
+    POLISH_NAME(right_side)(J, c->e, b[0]);
     POLISH_NAME(solve)(a, b, 1, pivots);
-    for (int k = 0; k < POLISH_N; k++)
-        dq[k] = b[0][k];
-#else
-    for (int i = 0; i < 6; i++)
-        b[0][i] = c->e[i];
-    POLISH_NAME(squared)(J, &added, a);
-    POLISH_NAME(solve)(a, b, 1, pivots);
-    POLISH_UNROLL
-    for (int k = 0; k < POLISH_N; k++) {
-        dq[k] = J[0][k] * b[0][0];
-        POLISH_UNROLL
-        for (int i = 1; i < 6; i++)
-            dq[k] += J[i][k] * b[0][i];
-    }
-#endif
+    POLISH_NAME(step_of)(J, b[0], dq);
 }
 
-/* Moves q by the damped step from c, whose square it returns. `pivots` are the least of its
- * equations. */
+#if POLISH_IS_SEARCHED
+/* The twist of second order by which a step dq of a chain of joints misses, lengths in parts of the
+ * arm's: half the acceleration at these rates. A joint moves the columns of J behind it as w x
+ * does, and w x of those behind is what they do to its own. */
+POLISH_INLINE void POLISH_NAME(missed)(lanes (*J)[POLISH_N], const lanes *dq, lanes *e)
+{
+    lanes turned[3];
+    for (int i = 0; i < 3; i++)
+        turned[i] = e[i] = e[3 + i] = POLISH_OF(0.0);
+    POLISH_UNROLL
+    for (int k = 0; k < POLISH_N; k++) {
+        const lanes half = 0.5 * dq[k];
+        lanes before[3];
+        POLISH_UNROLL
+        for (int i = 0; i < 3; i++)
+            before[i] = turned[i] + half * J[3 + i][k];
+        POLISH_UNROLL
+        for (int i = 0; i < 3; i++) {
+            const int l = (i + 1) % 3, m = (i + 2) % 3;
+            e[i] += dq[k] * (before[l] * J[m][k] - before[m] * J[l][k]);
+            e[3 + i] += half * (turned[l] * J[3 + m][k] - turned[m] * J[3 + l][k]);
+        }
+        POLISH_UNROLL
+        for (int i = 0; i < 3; i++)
+            turned[i] = before[i] + half * J[3 + i][k];
+    }
+}
+
+/* Moves q by a damped step of third order from c (Chebyshev's): what Newton's step misses to second
+ * order is taken back by the same equations, unless that is more than a part of the step; `part2`
+ * is the square of this part. `pivots` are the least of the equations. */
+POLISH_INLINE void POLISH_NAME(curved)(const POLISH_NAME(configurations) * c, const lanes *damping,
+                                       lanes *q, lanes *pivots, lanes *part2)
+{
+    lanes J[6][POLISH_N], a[POLISH_ROWS][POLISH_ROWS], b[1][POLISH_ROWS], e[6];
+    lanes dq[POLISH_N], back[POLISH_N], square = POLISH_OF(1e-300), of_back = POLISH_OF(0.0);
+    const lanes added = *damping * c->cost + POLISH_LEAST_DAMPING;
+    POLISH_NAME(weighted)(c, J);
+    POLISH_NAME(equations)(J, &added, a);
+    POLISH_NAME(right_side)(J, c->e, b[0]);
+    POLISH_NAME(solve)(a, b, 1, pivots);
+    POLISH_NAME(step_of)(J, b[0], dq);
+    POLISH_NAME(missed)(J, dq, e);
+    POLISH_NAME(right_side)(J, e, b[0]);
+    POLISH_NAME(solve_again)(a, b[0]);
+    POLISH_NAME(step_of)(J, b[0], back);
+    for (int k = 0; k < POLISH_N; k++) {
+        square += dq[k] * dq[k];
+        of_back += back[k] * back[k];
+    }
+    *part2 = of_back / square;
+    const lanes_where is_small = LANES_LT(*part2, POLISH_OF(POLISH_MOST_BACK * POLISH_MOST_BACK));
+    for (int k = 0; k < POLISH_N; k++)
+        dq[k] -= LANES_CHOICE(is_small, back[k], 0.0);
+    POLISH_NAME(move)(c->q, dq, q);
+}
+#endif
+
+/* Moves q by the damped step from c. `pivots` are the least of its equations. */
 POLISH_INLINE void POLISH_NAME(step)(const POLISH_NAME(configurations) * c, const lanes *damping,
-                                     lanes *q, lanes *pivots, lanes *square)
+                                     lanes *q, lanes *pivots)
 {
     lanes dq[POLISH_N];
     POLISH_NAME(towards)(c, damping, dq, pivots);
-    *square = dq[0] * dq[0];
-    for (int k = 1; k < POLISH_N; k++)
-        *square += dq[k] * dq[k];
     POLISH_NAME(move)(c->q, dq, q);
 }
 
-/* Newton's steps where `going`; other lanes keep their coordinates. `first` holds the least pivots
- * of the first step, without damping but where going, and the part that the second step is of it,
- * squared. */
+/* Steps from the nominal solutions that are `near`; other lanes keep their coordinates. `first`
+ * holds the least pivots of the first step, without damping but where near, and the square of the
+ * part of this step that is taken back for the bend of the way. */
 static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where *near,
                                              POLISH_NAME(configurations) * c, lanes *first)
 {
     const lanes damping = LANES_CHOICE(*near, POLISH_DAMPING, 0.0);
     lanes_where going = *near;
-    lanes q[POLISH_N], others[2], square, before = POLISH_OF(1.0);
+    lanes q[POLISH_N], others[3];
     first[0] = first[1] = others[0] = others[1] = POLISH_OF(1.0);
-    first[2] = POLISH_OF(0.0);
     for (int k = 0;; k++) {
         POLISH_NAME(evaluate)(T, c);
 #if !POLISH_IS_SEARCHED
@@ -223,10 +305,12 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
         const lanes_where left = LANES_LT(POLISH_CLOSED * POLISH_CLOSED, c->residual2);
         if (k == POLISH_STEPS || (k > 0 && !LANES_ANY(POLISH_AND(left, going))))
             return;
-        POLISH_NAME(step)(c, &damping, q, k > 0 ? others : first, &square);
-        if (k == 1)
-            first[2] = square / (before + 1e-300);
-        before = square;
+        lanes *pivots = k > 0 ? others : first;
+#if POLISH_IS_SEARCHED
+        POLISH_NAME(curved)(c, &damping, q, pivots, pivots + 2);
+#else
+        POLISH_NAME(step)(c, &damping, q, pivots);
+#endif
         for (int i = 0; i < POLISH_N; i++)
             c->q[i] = LANES_CHOICE(going, q[i], c->q[i]);
     }
@@ -241,8 +325,8 @@ static LANES_TARGET void POLISH_NAME(descend)(const double *T, POLISH_NAME(confi
     lanes_where going = LANES_LT(POLISH_CLOSED * POLISH_CLOSED, c->residual2);
     for (int k = 0; k < POLISH_MOST_STEPS && LANES_ANY(going); k++) {
         POLISH_NAME(configurations) next;
-        lanes pivots[2] = {damping, damping}, square;
-        POLISH_NAME(step)(c, &damping, next.q, pivots, &square);
+        lanes pivots[2] = {damping, damping};
+        POLISH_NAME(step)(c, &damping, next.q, pivots);
         POLISH_NAME(evaluate)(T, &next);
         const lanes_where better = POLISH_AND(going, LANES_LT(next.cost, c->cost));
         const lanes_where slow = LANES_LT(POLISH_SLOW * c->cost, next.cost);
