@@ -66,7 +66,7 @@ def _source(derivation: Derivation, function: WrittenFunction, programs: Program
             "#define POLISH_ON_LANES 1",
             f"#define POLISH_POSE LANES_NAME({own}_pose)\n",
             f"// {pose.name} on lanes: {summary(count_operations(program))}",
-            "static LANES_TARGET void POLISH_POSE(const lanes *in, lanes *out)",
+            "LANES_INLINE void POLISH_POSE(const lanes *in, lanes *out)",
             "{",
             *kernel(program, loads(program, size), size),
             "}\n",

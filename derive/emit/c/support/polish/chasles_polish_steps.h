@@ -12,10 +12,34 @@ typedef struct {
     double q[POLISH_SLOTS * POLISH_N], residual[POLISH_SLOTS], margin[POLISH_SLOTS];
 } POLISH_NAME(slots);
 
-/* Computes pose, Jacobian and errors at the coordinates. */
-POLISH_INLINE void POLISH_NAME(evaluate)(const double *T, POLISH_NAME(configurations) * c)
+#if POLISH_ON_LANES
+static __attribute__((noinline)) LANES_TARGET void POLISH_NAME(pose)(const lanes *q, lanes *at)
 {
-    POLISH_POSE(c->q, c->at);
+    POLISH_POSE(q, at);
+}
+
+/* The pose alone: the compiler leaves out what the Jacobian takes. */
+static __attribute__((noinline)) LANES_TARGET void POLISH_NAME(tool_pose)(const lanes *q, lanes *at)
+{
+    lanes all[16 + 6 * POLISH_N];
+    POLISH_POSE(q, all);
+    memcpy(at, all, 16 * sizeof *at);
+}
+#else
+static void POLISH_NAME(pose)(const lanes *q, lanes *at)
+{
+    POLISH_POSE(q, at);
+}
+
+static void POLISH_NAME(tool_pose)(const lanes *q, lanes *at)
+{
+    POLISH_POSE(q, at);
+}
+#endif
+
+/* The twist that is left of a pose, and its sizes, from the pose at the coordinates. */
+POLISH_INLINE void POLISH_NAME(compare)(const double *T, POLISH_NAME(configurations) * c)
+{
     const lanes *at = c->at;
     lanes distance2 = POLISH_OF(0.0), turned2 = distance2, trace = distance2;
     lanes w[3] = {distance2, distance2, distance2};
@@ -47,6 +71,85 @@ POLISH_INLINE void POLISH_NAME(evaluate)(const double *T, POLISH_NAME(configurat
     c->residual2 = 0.5 * (distance2 + 0.5 * turned2 + difference);
 }
 
+/* Computes pose, Jacobian and errors at the coordinates. */
+POLISH_INLINE void POLISH_NAME(evaluate)(const double *T, POLISH_NAME(configurations) * c)
+{
+    POLISH_NAME(pose)(c->q, c->at);
+    POLISH_NAME(compare)(T, c);
+}
+
+#if POLISH_N >= 6
+/* Inverts a symmetric matrix, given by its lower half, in place; keeps its two least pivots. Its
+ * quotients do not wait for each other, as those of an elimination would. */
+POLISH_INLINE void POLISH_NAME(inverted)(lanes (*a)[6], int at, lanes *pivots)
+{
+    lanes *r0 = a[at] + at, *r1 = a[at + 1] + at, *r2 = a[at + 2] + at;
+    const lanes c00 = r1[1] * r2[2] - r2[1] * r2[1], c10 = r2[1] * r2[0] - r1[0] * r2[2];
+    const lanes c20 = r1[0] * r2[1] - r1[1] * r2[0], c11 = r0[0] * r2[2] - r2[0] * r2[0];
+    const lanes c21 = r1[0] * r2[0] - r0[0] * r2[1], c22 = r0[0] * r1[1] - r1[0] * r1[0];
+    const lanes determinant = r0[0] * c00 + r1[0] * c10 + r2[0] * c20;
+    const lanes scale = 1.0 / determinant;
+    const lanes pivot[3] = {r0[0], c22 / r0[0], determinant / c22};
+    POLISH_UNROLL
+    for (int i = 0; i < 3; i++) {
+        const lanes greater = POLISH_MAX(pivots[0], pivot[i]);
+        pivots[0] = POLISH_MIN(pivots[0], pivot[i]);
+        pivots[1] = POLISH_MIN(pivots[1], greater);
+    }
+    r0[0] = c00 * scale;
+    r1[0] = c10 * scale, r1[1] = c11 * scale;
+    r2[0] = c20 * scale, r2[1] = c21 * scale, r2[2] = c22 * scale;
+}
+
+/* The product of a symmetric matrix, given by its lower half, with a vector. */
+POLISH_INLINE void POLISH_NAME(times)(lanes (*a)[6], int at, const lanes *x, lanes *y)
+{
+    const lanes *r0 = a[at] + at, *r1 = a[at + 1] + at, *r2 = a[at + 2] + at;
+    y[0] = r0[0] * x[0] + r1[0] * x[1] + r2[0] * x[2];
+    y[1] = r1[0] * x[0] + r1[1] * x[1] + r2[1] * x[2];
+    y[2] = r2[0] * x[0] + r2[1] * x[1] + r2[2] * x[2];
+}
+
+/* Solves equations that were solved before for another right side. */
+POLISH_INLINE void POLISH_NAME(solve_again)(lanes a[6][6], lanes *b)
+{
+    lanes x[3], y[3];
+    POLISH_NAME(times)(a, 0, b, x);
+    POLISH_UNROLL
+    for (int i = 0; i < 3; i++)
+        y[i] = b[3 + i] - (a[3 + i][0] * b[0] + a[3 + i][1] * b[1] + a[3 + i][2] * b[2]);
+    POLISH_NAME(times)(a, 3, y, b + 3);
+    POLISH_UNROLL
+    for (int k = 0; k < 3; k++)
+        b[k] = x[k] - (a[3][k] * b[3] + a[4][k] * b[4] + a[5][k] * b[5]);
+}
+
+/* Solves the symmetric a x = b for right sides b; a is given by its lower half, and x replaces b.
+ * Keeps the two least pivots, which are squares of lengths.
+ *
+ * With a = (P, L^T; L, R) in blocks of three, the inverses of P and of R - L P^-1 L^T replace P
+ * and R, and L P^-1 replaces L. */
+POLISH_INLINE void POLISH_NAME(solve)(lanes a[6][6], lanes (*b)[6], int sides, lanes *pivots)
+{
+    lanes L[3][3];
+    POLISH_NAME(inverted)(a, 0, pivots);
+    POLISH_UNROLL
+    for (int i = 0; i < 3; i++) {
+        memcpy(L[i], a[3 + i], sizeof L[i]);
+        POLISH_NAME(times)(a, 0, L[i], a[3 + i]);
+    }
+    POLISH_UNROLL
+    for (int i = 0; i < 3; i++) {
+        POLISH_UNROLL
+        for (int j = 0; j <= i; j++)
+            a[3 + i][3 + j] -=
+                a[3 + i][0] * L[j][0] + a[3 + i][1] * L[j][1] + a[3 + i][2] * L[j][2];
+    }
+    POLISH_NAME(inverted)(a, 3, pivots);
+    for (int m = 0; m < sides; m++)
+        POLISH_NAME(solve_again)(a, b[m]);
+}
+#else
 /* Solves the symmetric a x = b for right sides b; a is given by its lower half, and x replaces b.
  * Keeps the two least pivots, which are squares of lengths. */
 POLISH_INLINE void POLISH_NAME(solve)(lanes a[POLISH_ROWS][POLISH_ROWS], lanes (*b)[POLISH_ROWS],
@@ -101,6 +204,8 @@ POLISH_INLINE void POLISH_NAME(solve_again)(lanes a[POLISH_ROWS][POLISH_ROWS], l
             b[i] -= a[i][j] * b[j];
     }
 }
+
+#endif
 
 #if POLISH_N >= 6
 /* The lower half of J J^T with `added` on the diagonal. */
@@ -205,114 +310,100 @@ POLISH_INLINE void POLISH_NAME(step_of)(lanes (*J)[POLISH_N], const lanes *b, la
 #endif
 }
 
+/* Equations of a step, factored, and their Jacobian. */
+typedef struct {
+    lanes J[6][POLISH_N], a[POLISH_ROWS][POLISH_ROWS];
+} POLISH_NAME(factors);
+
 /* The damped step dq from c. `pivots` are the least of its equations. */
 POLISH_INLINE void POLISH_NAME(towards)(const POLISH_NAME(configurations) * c, const lanes *damping,
-                                        lanes *dq, lanes *pivots)
+                                        POLISH_NAME(factors) * f, lanes *dq, lanes *pivots)
 {
-    lanes J[6][POLISH_N], a[POLISH_ROWS][POLISH_ROWS], b[1][POLISH_ROWS];
+    lanes b[1][POLISH_ROWS];
     const lanes added = *damping * c->cost + POLISH_LEAST_DAMPING;
-    POLISH_NAME(weighted)(c, J);
-    POLISH_NAME(equations)(J, &added, a);
-    POLISH_NAME(right_side)(J, c->e, b[0]);
-    POLISH_NAME(solve)(a, b, 1, pivots);
-    POLISH_NAME(step_of)(J, b[0], dq);
+    POLISH_NAME(weighted)(c, f->J);
+    POLISH_NAME(equations)(f->J, &added, f->a);
+    POLISH_NAME(right_side)(f->J, c->e, b[0]);
+    POLISH_NAME(solve)(f->a, b, 1, pivots);
+    POLISH_NAME(step_of)(f->J, b[0], dq);
 }
-
-#if POLISH_IS_SEARCHED
-/* The twist of second order by which a step dq of a chain of joints misses, lengths in parts of the
- * arm's: half the acceleration at these rates. A joint moves the columns of J behind it as w x
- * does, and w x of those behind is what they do to its own. */
-POLISH_INLINE void POLISH_NAME(missed)(lanes (*J)[POLISH_N], const lanes *dq, lanes *e)
-{
-    lanes turned[3];
-    for (int i = 0; i < 3; i++)
-        turned[i] = e[i] = e[3 + i] = POLISH_OF(0.0);
-    POLISH_UNROLL
-    for (int k = 0; k < POLISH_N; k++) {
-        const lanes half = 0.5 * dq[k];
-        lanes before[3];
-        POLISH_UNROLL
-        for (int i = 0; i < 3; i++)
-            before[i] = turned[i] + half * J[3 + i][k];
-        POLISH_UNROLL
-        for (int i = 0; i < 3; i++) {
-            const int l = (i + 1) % 3, m = (i + 2) % 3;
-            e[i] += dq[k] * (before[l] * J[m][k] - before[m] * J[l][k]);
-            e[3 + i] += half * (turned[l] * J[3 + m][k] - turned[m] * J[3 + l][k]);
-        }
-        POLISH_UNROLL
-        for (int i = 0; i < 3; i++)
-            turned[i] = before[i] + half * J[3 + i][k];
-    }
-}
-
-/* Moves q by a damped step of third order from c (Chebyshev's): what Newton's step misses to second
- * order is taken back by the same equations, unless that is more than a part of the step; `part2`
- * is the square of this part. `pivots` are the least of the equations. */
-POLISH_INLINE void POLISH_NAME(curved)(const POLISH_NAME(configurations) * c, const lanes *damping,
-                                       lanes *q, lanes *pivots, lanes *part2)
-{
-    lanes J[6][POLISH_N], a[POLISH_ROWS][POLISH_ROWS], b[1][POLISH_ROWS], e[6];
-    lanes dq[POLISH_N], back[POLISH_N], square = POLISH_OF(1e-300), of_back = POLISH_OF(0.0);
-    const lanes added = *damping * c->cost + POLISH_LEAST_DAMPING;
-    POLISH_NAME(weighted)(c, J);
-    POLISH_NAME(equations)(J, &added, a);
-    POLISH_NAME(right_side)(J, c->e, b[0]);
-    POLISH_NAME(solve)(a, b, 1, pivots);
-    POLISH_NAME(step_of)(J, b[0], dq);
-    POLISH_NAME(missed)(J, dq, e);
-    POLISH_NAME(right_side)(J, e, b[0]);
-    POLISH_NAME(solve_again)(a, b[0]);
-    POLISH_NAME(step_of)(J, b[0], back);
-    for (int k = 0; k < POLISH_N; k++) {
-        square += dq[k] * dq[k];
-        of_back += back[k] * back[k];
-    }
-    *part2 = of_back / square;
-    const lanes_where is_small = LANES_LT(*part2, POLISH_OF(POLISH_MOST_BACK * POLISH_MOST_BACK));
-    for (int k = 0; k < POLISH_N; k++)
-        dq[k] -= LANES_CHOICE(is_small, back[k], 0.0);
-    POLISH_NAME(move)(c->q, dq, q);
-}
-#endif
 
 /* Moves q by the damped step from c. `pivots` are the least of its equations. */
 POLISH_INLINE void POLISH_NAME(step)(const POLISH_NAME(configurations) * c, const lanes *damping,
                                      lanes *q, lanes *pivots)
 {
+    POLISH_NAME(factors) f;
     lanes dq[POLISH_N];
-    POLISH_NAME(towards)(c, damping, dq, pivots);
+    POLISH_NAME(towards)(c, damping, &f, dq, pivots);
     POLISH_NAME(move)(c->q, dq, q);
 }
 
-/* Steps from the nominal solutions that are `near`; other lanes keep their coordinates. `first`
- * holds the least pivots of the first step, without damping but where near, and the square of the
- * part of this step that is taken back for the bend of the way. */
+/* The square of a step. */
+POLISH_INLINE void POLISH_NAME(size2)(const lanes *dq, lanes *square)
+{
+    *square = dq[0] * dq[0];
+    for (int k = 1; k < POLISH_N; k++)
+        *square += dq[k] * dq[k];
+}
+
+/* Moves coordinates where `going`. */
+POLISH_INLINE void POLISH_NAME(moved)(const lanes_where *going, const lanes *dq,
+                                      POLISH_NAME(configurations) * c)
+{
+    lanes q[POLISH_N];
+    POLISH_NAME(move)(c->q, dq, q);
+    for (int i = 0; i < POLISH_N; i++)
+        c->q[i] = LANES_CHOICE(*going, q[i], c->q[i]);
+}
+
+/* Newton's steps where `near`; other lanes keep their coordinates. `first` holds the least pivots
+ * of the first step, without damping but where near, and the part that the second step is of it,
+ * squared. Steps of which the last was short have the same equations: the Jacobian has not changed
+ * much. */
 static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where *near,
                                              POLISH_NAME(configurations) * c, lanes *first)
 {
+    POLISH_NAME(factors) f;
     const lanes damping = LANES_CHOICE(*near, POLISH_DAMPING, 0.0);
     lanes_where going = *near;
-    lanes q[POLISH_N], others[3];
+    lanes dq[POLISH_N], others[2], square, before = POLISH_OF(1.0);
     first[0] = first[1] = others[0] = others[1] = POLISH_OF(1.0);
-    for (int k = 0;; k++) {
-        POLISH_NAME(evaluate)(T, c);
+    first[2] = POLISH_OF(0.0);
+    int left_over = 0; /* further steps by the same equations */
+    for (int k = 0, taken = 0;; taken++) {
+        if (left_over > 0) {
+            POLISH_NAME(tool_pose)(c->q, c->at);
+            POLISH_NAME(compare)(T, c);
+        } else {
+            POLISH_NAME(evaluate)(T, c);
+        }
 #if !POLISH_IS_SEARCHED
         /* Where the true loops are on another branch, the tool is far away. */
-        if (k == 0)
+        if (taken == 0)
             going = POLISH_AND(going, LANES_LT(c->cost, POLISH_OF(POLISH_ON_BRANCH)));
 #endif
         const lanes_where left = LANES_LT(POLISH_CLOSED * POLISH_CLOSED, c->residual2);
-        if (k == POLISH_STEPS || (k > 0 && !LANES_ANY(POLISH_AND(left, going))))
+        if (k == POLISH_STEPS || (taken > 0 && !LANES_ANY(POLISH_AND(left, going))))
             return;
-        lanes *pivots = k > 0 ? others : first;
-#if POLISH_IS_SEARCHED
-        POLISH_NAME(curved)(c, &damping, q, pivots, pivots + 2);
-#else
-        POLISH_NAME(step)(c, &damping, q, pivots);
-#endif
-        for (int i = 0; i < POLISH_N; i++)
-            c->q[i] = LANES_CHOICE(going, q[i], c->q[i]);
+        const int is_new = left_over == 0;
+        if (is_new) {
+            POLISH_NAME(towards)(c, &damping, &f, dq, k > 0 ? others : first);
+            k++;
+        } else {
+            lanes b[POLISH_ROWS];
+            POLISH_NAME(right_side)(f.J, c->e, b);
+            POLISH_NAME(solve_again)(f.a, b);
+            POLISH_NAME(step_of)(f.J, b, dq);
+            left_over--;
+        }
+        POLISH_NAME(size2)(dq, &square);
+        if (taken == 1)
+            first[2] = square / (before + 1e-300);
+        before = square;
+        POLISH_NAME(moved)(&going, dq, c);
+        const lanes_where is_long = LANES_LT(POLISH_OF(POLISH_SHORT * POLISH_SHORT), square);
+        if (is_new && !LANES_ANY(POLISH_AND(going, is_long)))
+            left_over = POLISH_MOST_AGAIN;
     }
 }
 
@@ -354,8 +445,9 @@ static LANES_TARGET void POLISH_NAME(approach)(const double *T, POLISH_NAME(conf
     lanes_where going = LANES_LT(POLISH_CLOSED * POLISH_CLOSED, c->residual2);
     for (int k = 0; k < POLISH_MOST_HALVED && LANES_ANY(going); k++) {
         POLISH_NAME(configurations) next;
+        POLISH_NAME(factors) f;
         lanes dq[POLISH_N], pivots[2] = {part, part};
-        POLISH_NAME(towards)(c, &undamped, dq, pivots);
+        POLISH_NAME(towards)(c, &undamped, &f, dq, pivots);
         for (int i = 0; i < POLISH_N; i++)
             dq[i] *= part;
         POLISH_NAME(move)(c->q, dq, next.q);
