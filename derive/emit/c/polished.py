@@ -16,10 +16,8 @@ from .scalar import branches_flag
 from .sections import summary
 from .written import GENERAL, table_lines, written_file
 
-SUPPORTS = tuple(
-    f"chasles_polish{part}.h"
-    for part in ("", "_deflated", "_fold", "_general", "_lanes", "_steps", "_search", "_tolerances")
-)
+PARTS = ("", "_deflated", "_equations", "_fold", "_general", "_lanes", "_search", "_steps")
+SUPPORTS = tuple(f"chasles_polish{part}.h" for part in (*PARTS, "_tolerances"))
 
 
 def polished_files(derivation: Derivation, programs: Programs) -> dict[str, str]:
