@@ -17,10 +17,8 @@ from .scalar import branches_flag
 from .sections import summary
 from .written import GENERAL, table_lines, written_file
 
-SUPPORTS = tuple(
-    f"chasles_polish{part}.h"
-    for part in ("", "_deflated", "_fold", "_general", "_lanes", "_steps", "_search", "_tolerances")
-)
+PARTS = ("", "_deflated", "_equations", "_fold", "_general", "_lanes", "_search", "_steps")
+SUPPORTS = tuple(f"chasles_polish{part}.h" for part in (*PARTS, "_tolerances"))
 
 
 def polished_files(derivation: Derivation, programs: Programs) -> dict[str, str]:
@@ -93,7 +91,7 @@ def _posed(
         "#define POLISH_ON_LANES 1",
         f"#define POLISH_POSE LANES_NAME({own}_pose)\n",
         f"// {pose.name} on lanes: {summary(count_operations(program))}",
-        "static LANES_TARGET void POLISH_POSE(const lanes *in, lanes *out)",
+        "LANES_INLINE void POLISH_POSE(const lanes *in, lanes *out)",
         "{",
         *kernel(program, loads(program, size), size),
         "}\n",

@@ -39,6 +39,7 @@
  * more ways. */
 #define POLISH_UNFOLDS (POLISH_N == 6 && POLISH_IS_SEARCHED)
 
+#include "chasles_polish_equations.h"
 #include "chasles_polish_steps.h"
 #include "chasles_polish_search.h"
 #if POLISH_UNFOLDS

@@ -129,12 +129,9 @@ static int chasles_polish_is_free(const chasles_circle_series *series, int degre
     return 1;
 }
 
-/* Whether these angles, none of which is near another, are all real roots of the determinant. */
-static int chasles_polish_are_all(const chasles_general_system *system, const double *root,
-                                  int count)
+/* Whether these angles may be told to be all real roots: an even number, none near another. */
+static int chasles_polish_may_be_all(const double *root, int count)
 {
-    chasles_circle_series series;
-    double quotient[CHASLES_FEW_SAMPLES];
     if (count % 2 || count < CHASLES_LEAST_KNOWN || count > CHASLES_MOST_KNOWN)
         return 0;
     for (int i = 0; i < count; i++) {
@@ -143,6 +140,15 @@ static int chasles_polish_are_all(const chasles_general_system *system, const do
                 return 0;
         }
     }
+    return 1;
+}
+
+/* Whether these angles, which may be all, surely are all real roots of the determinant. */
+static int chasles_polish_are_all(const chasles_general_system *system, const double *root,
+                                  int count)
+{
+    chasles_circle_series series;
+    double quotient[CHASLES_FEW_SAMPLES];
     const int degree = CHASLES_DEGREE - count / 2;
     const double most = chasles_polish_quotients(system, root, count, quotient);
     chasles_polish_interpolated(quotient, degree, &series);

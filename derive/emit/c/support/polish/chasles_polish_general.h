@@ -101,20 +101,40 @@ static int POLISH_NAME(is_one_each)(const POLISH_NAME(search) * s, const chasles
     return real == s->count && real % 2 == 0;
 }
 
-/* Whether the known solutions are surely all, by their angles as roots of a split. */
-static int POLISH_NAME(is_complete)(const POLISH_NAME(search) * s, const chasles_general_six *six,
-                                    const chasles_general_split *split,
-                                    const chasles_general_system *system)
+/* The angles of the known solutions as roots of a split; how many. */
+static int POLISH_NAME(roots)(const POLISH_NAME(search) * s, const chasles_general_six *six,
+                              const chasles_general_split *split, double *root)
 {
     const int joint = split->joint[2], own = POLISH_NAME(coordinate)(six, joint);
     const double sign = split->sense * chasles_general_direction(six->arm, joint);
-    double root[POLISH_RESULTS];
     int count = 0;
     for (int k = 0; k < POLISH_RESULTS; k++) {
         if (s->taken[k])
             root[count++] = sign * s->q[POLISH_N * k + own];
     }
-    return chasles_polish_are_all(system, root, count);
+    return count;
+}
+
+/* The first split that may tell whether the known solutions are all, by roots none of which is near
+ * another: an elbow, for one, has the same angle on several branches. Its equations are in
+ * `system`; or a null pointer, where there is none. */
+static const chasles_general_split *POLISH_NAME(telling)(const POLISH_NAME(search) * s,
+                                                         const chasles_general_six *six,
+                                                         chasles_general_system *system,
+                                                         int *is_complete)
+{
+    double root[POLISH_RESULTS];
+    *is_complete = 0;
+    for (int k = 0; k < six->arm->splits; k++) {
+        const chasles_general_split *split = six->arm->split + k;
+        const int count = POLISH_NAME(roots)(s, six, split, root);
+        if (!chasles_polish_may_be_all(root, count))
+            continue;
+        chasles_general_eliminate(six, split, s->in, system);
+        *is_complete = chasles_polish_are_all(system, root, count);
+        return split;
+    }
+    return NULL;
 }
 
 /* The solutions of the general solver, unless those that are known are all; whether they surely
@@ -125,12 +145,15 @@ static int POLISH_NAME(solve_generally)(const POLISH_NAME(search) * s,
 {
     chasles_general_system system;
     chasles_circle_roots roots;
+    int is_complete;
     found->count = 0;
+    const chasles_general_split *telling = POLISH_NAME(telling)(s, six, &system, &is_complete);
+    if (is_complete)
+        return 1;
     for (int k = 0; k < six->arm->splits; k++) {
         const chasles_general_split *split = six->arm->split + k;
-        chasles_general_eliminate(six, split, s->in, &system);
-        if (POLISH_NAME(is_complete)(s, six, split, &system))
-            return 1;
+        if (k > 0 || split != telling)
+            chasles_general_eliminate(six, split, s->in, &system);
         const int is_sure = chasles_general_isolated(&system, &roots);
         if (is_sure && POLISH_NAME(is_one_each)(s, six, split, &roots))
             return 1;

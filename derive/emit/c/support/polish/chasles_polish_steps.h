@@ -12,10 +12,34 @@ typedef struct {
     double q[POLISH_SLOTS * POLISH_N], residual[POLISH_SLOTS], margin[POLISH_SLOTS];
 } POLISH_NAME(slots);
 
-/* Computes pose, Jacobian and errors at the coordinates. */
-POLISH_INLINE void POLISH_NAME(evaluate)(const double *T, POLISH_NAME(configurations) * c)
+#if POLISH_ON_LANES
+static __attribute__((noinline)) LANES_TARGET void POLISH_NAME(pose)(const lanes *q, lanes *at)
 {
-    POLISH_POSE(c->q, c->at);
+    POLISH_POSE(q, at);
+}
+
+/* The pose alone: the compiler leaves out what the Jacobian takes. */
+static __attribute__((noinline)) LANES_TARGET void POLISH_NAME(tool_pose)(const lanes *q, lanes *at)
+{
+    lanes all[16 + 6 * POLISH_N];
+    POLISH_POSE(q, all);
+    memcpy(at, all, 16 * sizeof *at);
+}
+#else
+static void POLISH_NAME(pose)(const lanes *q, lanes *at)
+{
+    POLISH_POSE(q, at);
+}
+
+static void POLISH_NAME(tool_pose)(const lanes *q, lanes *at)
+{
+    POLISH_POSE(q, at);
+}
+#endif
+
+/* The twist that is left of a pose, and its sizes, from the pose at the coordinates. */
+POLISH_INLINE void POLISH_NAME(compare)(const double *T, POLISH_NAME(configurations) * c)
+{
     const lanes *at = c->at;
     lanes distance2 = POLISH_OF(0.0), turned2 = distance2, trace = distance2;
     lanes w[3] = {distance2, distance2, distance2};
@@ -47,97 +71,12 @@ POLISH_INLINE void POLISH_NAME(evaluate)(const double *T, POLISH_NAME(configurat
     c->residual2 = 0.5 * (distance2 + 0.5 * turned2 + difference);
 }
 
-/* Solves the symmetric a x = b for right sides b; a is given by its lower half, and x replaces b.
- * Keeps the two least pivots, which are squares of lengths. */
-POLISH_INLINE void POLISH_NAME(solve)(lanes a[POLISH_ROWS][POLISH_ROWS], lanes (*b)[POLISH_ROWS],
-                                      int sides, lanes *pivots)
+/* Computes pose, Jacobian and errors at the coordinates. */
+POLISH_INLINE void POLISH_NAME(evaluate)(const double *T, POLISH_NAME(configurations) * c)
 {
-    /* a = L D L^T: L D replaces the lower half, L, transposed, the upper, 1 / D the diagonal. */
-    POLISH_UNROLL
-    for (int i = 0; i < POLISH_ROWS; i++) {
-        POLISH_UNROLL
-        for (int j = 1; j < i; j++) {
-            POLISH_UNROLL
-            for (int k = 0; k < j; k++)
-                a[i][j] -= a[i][k] * a[k][j];
-        }
-        POLISH_UNROLL
-        for (int j = 0; j < i; j++) {
-            a[j][i] = a[i][j] * a[j][j];
-            a[i][i] -= a[j][i] * a[i][j];
-            for (int m = 0; m < sides; m++)
-                b[m][i] -= a[j][i] * b[m][j];
-        }
-        const lanes greater = POLISH_MAX(pivots[0], a[i][i]);
-        pivots[0] = POLISH_MIN(pivots[0], a[i][i]);
-        pivots[1] = POLISH_MIN(pivots[1], greater);
-        a[i][i] = 1.0 / a[i][i];
-    }
-    POLISH_UNROLL
-    for (int i = POLISH_ROWS - 1; i >= 0; i--) {
-        for (int m = 0; m < sides; m++) {
-            b[m][i] *= a[i][i];
-            POLISH_UNROLL
-            for (int j = i + 1; j < POLISH_ROWS; j++)
-                b[m][i] -= a[i][j] * b[m][j];
-        }
-    }
+    POLISH_NAME(pose)(c->q, c->at);
+    POLISH_NAME(compare)(T, c);
 }
-
-#if POLISH_N >= 6
-/* The trace of the inverse of a solved matrix: the sum of the squares of L^-1 over D. */
-POLISH_INLINE void POLISH_NAME(inverse_trace)(lanes a[6][6], lanes *trace)
-{
-    lanes inverse[6][6];
-    *trace = a[0][0];
-    POLISH_UNROLL
-    for (int i = 1; i < 6; i++) {
-        lanes sum = POLISH_OF(1.0);
-        POLISH_UNROLL
-        for (int j = 0; j < i; j++) {
-            inverse[i][j] = a[j][i];
-            POLISH_UNROLL
-            for (int k = j + 1; k < i; k++)
-                inverse[i][j] -= a[k][i] * inverse[k][j];
-            sum += inverse[i][j] * inverse[i][j];
-        }
-        *trace += sum * a[i][i];
-    }
-}
-
-/* Solves the same equations once more for another right side. */
-POLISH_INLINE void POLISH_NAME(solve_again)(lanes a[6][6], lanes *b)
-{
-    POLISH_UNROLL
-    for (int i = 0; i < 6; i++) {
-        POLISH_UNROLL
-        for (int j = 0; j < i; j++)
-            b[i] -= a[j][i] * b[j];
-    }
-    POLISH_UNROLL
-    for (int i = 5; i >= 0; i--) {
-        b[i] *= a[i][i];
-        POLISH_UNROLL
-        for (int j = i + 1; j < 6; j++)
-            b[i] -= a[i][j] * b[j];
-    }
-}
-
-/* The lower half of J J^T with `added` on the diagonal. */
-POLISH_INLINE void POLISH_NAME(squared)(lanes (*J)[POLISH_N], const lanes *added, lanes a[6][6])
-{
-    POLISH_UNROLL
-    for (int i = 0; i < 6; i++) {
-        POLISH_UNROLL
-        for (int j = 0; j <= i; j++) {
-            a[i][j] = i == j ? *added : POLISH_OF(0.0);
-            POLISH_UNROLL
-            for (int k = 0; k < POLISH_N; k++)
-                a[i][j] += J[i][k] * J[j][k];
-        }
-    }
-}
-#endif
 
 /* The Jacobian, with lengths in parts of the arm's and without the coordinates that are given. */
 POLISH_INLINE void POLISH_NAME(weighted)(const POLISH_NAME(configurations) * c,
@@ -169,89 +108,105 @@ POLISH_INLINE void POLISH_NAME(move)(const lanes *from, const lanes *dq, lanes *
     }
 }
 
-/* The damped step dq from c. `pivots` are the least of its equations; `trace`, if asked for, that
- * of their inverse. */
+/* Equations of a step, factored, and their Jacobian. */
+typedef struct {
+    lanes J[6][POLISH_N], a[POLISH_ROWS][POLISH_ROWS];
+} POLISH_NAME(factors);
+
+/* The damped step dq from c. `pivots` are the least of its equations. */
 POLISH_INLINE void POLISH_NAME(towards)(const POLISH_NAME(configurations) * c, const lanes *damping,
-                                        lanes *dq, lanes *pivots, lanes *trace)
+                                        POLISH_NAME(factors) * f, lanes *dq, lanes *pivots)
 {
-    lanes J[6][POLISH_N], a[POLISH_ROWS][POLISH_ROWS], b[1][POLISH_ROWS];
+    lanes b[1][POLISH_ROWS];
     const lanes added = *damping * c->cost + POLISH_LEAST_DAMPING;
-    POLISH_NAME(weighted)(c, J);
-#if POLISH_N < 6
-    (void)trace;
-    POLISH_UNROLL
-    for (int i = 0; i < POLISH_ROWS; i++) {
-        b[0][i] = POLISH_OF(0.0);
-        POLISH_UNROLL
-        for (int k = 0; k < 6; k++)
-            b[0][i] += J[k][i] * c->e[k];
-        POLISH_UNROLL
-        for (int j = 0; j <= i; j++) {
-            a[i][j] = i == j ? added : POLISH_OF(0.0);
-            POLISH_UNROLL
-            for (int k = 0; k < 6; k++)
-                a[i][j] += J[k][i] * J[k][j];
-        }
-    }
-    POLISH_NAME(solve)(a, b, 1, pivots);
-    for (int k = 0; k < POLISH_N; k++)
-        dq[k] = b[0][k];
-#else
-    for (int i = 0; i < 6; i++)
-        b[0][i] = c->e[i];
-    POLISH_NAME(squared)(J, &added, a);
-    POLISH_NAME(solve)(a, b, 1, pivots);
-    if (trace)
-        POLISH_NAME(inverse_trace)(a, trace);
-    POLISH_UNROLL
-    for (int k = 0; k < POLISH_N; k++) {
-        dq[k] = J[0][k] * b[0][0];
-        POLISH_UNROLL
-        for (int i = 1; i < 6; i++)
-            dq[k] += J[i][k] * b[0][i];
-    }
-#endif
+    POLISH_NAME(weighted)(c, f->J);
+    POLISH_NAME(equations)(f->J, &added, f->a);
+    POLISH_NAME(right_side)(f->J, c->e, b[0]);
+    POLISH_NAME(solve)(f->a, b, 1, pivots);
+    POLISH_NAME(step_of)(f->J, b[0], dq);
 }
 
-/* Moves q by the damped step from c, whose square it returns. `pivots` are the least of its
- * equations. */
+/* Moves q by the damped step from c. `pivots` are the least of its equations. */
 POLISH_INLINE void POLISH_NAME(step)(const POLISH_NAME(configurations) * c, const lanes *damping,
-                                     lanes *q, lanes *pivots, lanes *trace, lanes *square)
+                                     lanes *q, lanes *pivots)
 {
+    POLISH_NAME(factors) f;
     lanes dq[POLISH_N];
-    POLISH_NAME(towards)(c, damping, dq, pivots, trace);
+    POLISH_NAME(towards)(c, damping, &f, dq, pivots);
+    POLISH_NAME(move)(c->q, dq, q);
+}
+
+/* The square of a step. */
+POLISH_INLINE void POLISH_NAME(size2)(const lanes *dq, lanes *square)
+{
     *square = dq[0] * dq[0];
     for (int k = 1; k < POLISH_N; k++)
         *square += dq[k] * dq[k];
+}
+
+/* Moves coordinates where `going`. */
+POLISH_INLINE void POLISH_NAME(moved)(const lanes_where *going, const lanes *dq,
+                                      POLISH_NAME(configurations) * c)
+{
+    lanes q[POLISH_N];
     POLISH_NAME(move)(c->q, dq, q);
+    for (int i = 0; i < POLISH_N; i++)
+        c->q[i] = LANES_CHOICE(*going, q[i], c->q[i]);
 }
 
 /* Newton's steps where `near`; other lanes keep their coordinates. `first` holds the least pivots
  * of the first step, without damping but where near, and its square; and, where branches meet at
  * folds, the trace of (J J^T)^-1 behind it, which is about 1 over the square of J's least singular
- * value. */
+ * value. Steps of which the last was short have the same equations: the Jacobian has not changed
+ * much. */
 static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where *near,
                                              POLISH_NAME(configurations) * c, lanes *first)
 {
+    POLISH_NAME(factors) f;
     const lanes damping = LANES_CHOICE(*near, POLISH_DAMPING, 0.0);
     lanes_where going = *near;
-    lanes q[POLISH_N], others[2], square;
+    lanes dq[POLISH_N], others[2], square;
     first[0] = first[1] = others[0] = others[1] = POLISH_OF(1.0);
     first[2] = first[3] = POLISH_OF(0.0);
-    for (int k = 0;; k++) {
-        POLISH_NAME(evaluate)(T, c);
+    int left_over = 0; /* further steps by the same equations */
+    for (int k = 0, taken = 0;; taken++) {
+        if (left_over > 0) {
+            POLISH_NAME(tool_pose)(c->q, c->at);
+            POLISH_NAME(compare)(T, c);
+        } else {
+            POLISH_NAME(evaluate)(T, c);
+        }
 #if !POLISH_IS_SEARCHED
         /* Where the true loops are on another branch, the tool is far away. */
-        if (k == 0)
+        if (taken == 0)
             going = POLISH_AND(going, LANES_LT(c->cost, POLISH_OF(POLISH_ON_BRANCH)));
 #endif
         const lanes_where left = LANES_LT(POLISH_CLOSED * POLISH_CLOSED, c->residual2);
-        if (k == POLISH_STEPS || (k > 0 && !LANES_ANY(POLISH_AND(left, going))))
+        if (k == POLISH_STEPS || (taken > 0 && !LANES_ANY(POLISH_AND(left, going))))
             return;
-        POLISH_NAME(step)(c, &damping, q, k > 0 ? others : first,
-                          k == 1 && POLISH_UNFOLDS ? first + 3 : NULL, k > 0 ? &square : first + 2);
-        for (int i = 0; i < POLISH_N; i++)
-            c->q[i] = LANES_CHOICE(going, q[i], c->q[i]);
+        const int is_new = left_over == 0;
+        if (is_new) {
+            POLISH_NAME(towards)(c, &damping, &f, dq, k > 0 ? others : first);
+            k++;
+        } else {
+            lanes b[POLISH_ROWS];
+            POLISH_NAME(right_side)(f.J, c->e, b);
+            POLISH_NAME(solve_again)(f.a, b);
+            POLISH_NAME(step_of)(f.J, b, dq);
+            left_over--;
+        }
+        POLISH_NAME(size2)(dq, &square);
+        if (taken == 0)
+            first[2] = square;
+#if POLISH_UNFOLDS
+        if (taken == 1)
+            POLISH_NAME(inverse_trace)(f.a, first + 3);
+#endif
+        POLISH_NAME(moved)(&going, dq, c);
+        const lanes_where is_long = LANES_LT(POLISH_OF(POLISH_SHORT * POLISH_SHORT), square);
+        /* Where loops have dead points, equations change within short steps. */
+        if (POLISH_IS_SEARCHED && is_new && !LANES_ANY(POLISH_AND(going, is_long)))
+            left_over = POLISH_MOST_AGAIN;
     }
 }
 
@@ -264,8 +219,8 @@ static LANES_TARGET void POLISH_NAME(descend)(const double *T, POLISH_NAME(confi
     lanes_where going = LANES_LT(POLISH_CLOSED * POLISH_CLOSED, c->residual2);
     for (int k = 0; k < POLISH_MOST_STEPS && LANES_ANY(going); k++) {
         POLISH_NAME(configurations) next;
-        lanes pivots[2] = {damping, damping}, square;
-        POLISH_NAME(step)(c, &damping, next.q, pivots, NULL, &square);
+        lanes pivots[2] = {damping, damping};
+        POLISH_NAME(step)(c, &damping, next.q, pivots);
         POLISH_NAME(evaluate)(T, &next);
         const lanes_where better = POLISH_AND(going, LANES_LT(next.cost, c->cost));
         const lanes_where slow = LANES_LT(POLISH_SLOW * c->cost, next.cost);
@@ -293,8 +248,9 @@ static LANES_TARGET void POLISH_NAME(approach)(const double *T, POLISH_NAME(conf
     lanes_where going = LANES_LT(POLISH_CLOSED * POLISH_CLOSED, c->residual2);
     for (int k = 0; k < POLISH_MOST_HALVED && LANES_ANY(going); k++) {
         POLISH_NAME(configurations) next;
+        POLISH_NAME(factors) f;
         lanes dq[POLISH_N], pivots[2] = {part, part};
-        POLISH_NAME(towards)(c, &undamped, dq, pivots, NULL);
+        POLISH_NAME(towards)(c, &undamped, &f, dq, pivots);
         for (int i = 0; i < POLISH_N; i++)
             dq[i] *= part;
         POLISH_NAME(move)(c->q, dq, next.q);

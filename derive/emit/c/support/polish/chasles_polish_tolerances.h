@@ -18,6 +18,10 @@
 #define POLISH_HALF_TURN 1e-3
 /* m, rad: a coordinate moves no further in a step: further away lies another branch. */
 #define POLISH_STEP 0.3
+/* m, rad: length of a step, and how many steps after it, up to which the equations of that step
+ * serve: each shortens the error to about this part. */
+#define POLISH_SHORT 1e-3
+#define POLISH_MOST_AGAIN 3
 /* Damping over the squared error in steps from a nominal solution. */
 #define POLISH_DAMPING 0.1
 /* Least damping: squares of singular values are known to 1e-16. */
