@@ -11,8 +11,8 @@
  *   q[4]  push_rod (prismatic, m)
  *   q[5]  roll (revolute, rad)
  */
-#ifndef CHASLES_BOARD_INSTALLER_H
-#define CHASLES_BOARD_INSTALLER_H
+#ifndef CHASLES_ROBOT_BOARD_INSTALLER_H
+#define CHASLES_ROBOT_BOARD_INSTALLER_H
 
 #ifdef __cplusplus
 extern "C" {

@@ -2,8 +2,8 @@
 /* The functions of board_installer.h for n poses: row k of every array belongs to pose k, and rows
  * follow each other without gaps. Outputs must not overlap inputs. Values may differ from those
  * of board_installer.h in the last places. */
-#ifndef CHASLES_BOARD_INSTALLER_BATCH_H
-#define CHASLES_BOARD_INSTALLER_BATCH_H
+#ifndef CHASLES_BATCH_OF_BOARD_INSTALLER_H
+#define CHASLES_BATCH_OF_BOARD_INSTALLER_H
 
 #include <stddef.h>
 

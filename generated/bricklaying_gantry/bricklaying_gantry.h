@@ -8,8 +8,8 @@
  *   q[1]  motor_y (revolute, rad)
  *   q[2]  motor_z (revolute, rad)
  */
-#ifndef CHASLES_BRICKLAYING_GANTRY_H
-#define CHASLES_BRICKLAYING_GANTRY_H
+#ifndef CHASLES_ROBOT_BRICKLAYING_GANTRY_H
+#define CHASLES_ROBOT_BRICKLAYING_GANTRY_H
 
 #ifdef __cplusplus
 extern "C" {

@@ -2,8 +2,8 @@
 /* The functions of bricklaying_gantry.h for n poses: row k of every array belongs to pose k, and rows
  * follow each other without gaps. Outputs must not overlap inputs. Values may differ from those
  * of bricklaying_gantry.h in the last places. */
-#ifndef CHASLES_BRICKLAYING_GANTRY_BATCH_H
-#define CHASLES_BRICKLAYING_GANTRY_BATCH_H
+#ifndef CHASLES_BATCH_OF_BRICKLAYING_GANTRY_H
+#define CHASLES_BATCH_OF_BRICKLAYING_GANTRY_H
 
 #include <stddef.h>
 

@@ -8,8 +8,8 @@
  *   q[1]  elbow (revolute, rad)
  *   q[2]  wrist (revolute, rad)
  */
-#ifndef CHASLES_BRICKLAYING_PLANAR_H
-#define CHASLES_BRICKLAYING_PLANAR_H
+#ifndef CHASLES_ROBOT_BRICKLAYING_PLANAR_H
+#define CHASLES_ROBOT_BRICKLAYING_PLANAR_H
 
 #ifdef __cplusplus
 extern "C" {

@@ -8,8 +8,8 @@
  *   q[1]  arm_2 (revolute, rad)
  *   q[2]  arm_3 (revolute, rad)
  */
-#ifndef CHASLES_DELTA_H
-#define CHASLES_DELTA_H
+#ifndef CHASLES_ROBOT_DELTA_H
+#define CHASLES_ROBOT_DELTA_H
 
 #ifdef __cplusplus
 extern "C" {

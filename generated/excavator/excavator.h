@@ -9,8 +9,8 @@
  *   q[2]  stick_cylinder (prismatic, m)
  *   q[3]  bucket_cylinder (prismatic, m)
  */
-#ifndef CHASLES_EXCAVATOR_H
-#define CHASLES_EXCAVATOR_H
+#ifndef CHASLES_ROBOT_EXCAVATOR_H
+#define CHASLES_ROBOT_EXCAVATOR_H
 
 #ifdef __cplusplus
 extern "C" {

@@ -7,8 +7,8 @@
  *   q[0]  left (revolute, rad)
  *   q[1]  right (revolute, rad)
  */
-#ifndef CHASLES_FIVE_BAR_H
-#define CHASLES_FIVE_BAR_H
+#ifndef CHASLES_ROBOT_FIVE_BAR_H
+#define CHASLES_ROBOT_FIVE_BAR_H
 
 #ifdef __cplusplus
 extern "C" {

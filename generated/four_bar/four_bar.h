@@ -6,8 +6,8 @@
  *
  *   q[0]  crank (revolute, rad)
  */
-#ifndef CHASLES_FOUR_BAR_H
-#define CHASLES_FOUR_BAR_H
+#ifndef CHASLES_ROBOT_FOUR_BAR_H
+#define CHASLES_ROBOT_FOUR_BAR_H
 
 #ifdef __cplusplus
 extern "C" {

@@ -2,8 +2,8 @@
 /* The functions of four_bar.h for n poses: row k of every array belongs to pose k, and rows
  * follow each other without gaps. Outputs must not overlap inputs. Values may differ from those
  * of four_bar.h in the last places. */
-#ifndef CHASLES_FOUR_BAR_BATCH_H
-#define CHASLES_FOUR_BAR_BATCH_H
+#ifndef CHASLES_BATCH_OF_FOUR_BAR_H
+#define CHASLES_BATCH_OF_FOUR_BAR_H
 
 #include <stddef.h>
 

@@ -12,8 +12,8 @@
  *   q[5]  A6 (revolute, rad)
  *   q[6]  A7 (revolute, rad)
  */
-#ifndef CHASLES_IIWA14_H
-#define CHASLES_IIWA14_H
+#ifndef CHASLES_ROBOT_IIWA14_H
+#define CHASLES_ROBOT_IIWA14_H
 
 #ifdef __cplusplus
 extern "C" {

@@ -2,8 +2,8 @@
 /* The functions of iiwa14.h for n poses: row k of every array belongs to pose k, and rows
  * follow each other without gaps. Outputs must not overlap inputs. Values may differ from those
  * of iiwa14.h in the last places. */
-#ifndef CHASLES_IIWA14_BATCH_H
-#define CHASLES_IIWA14_BATCH_H
+#ifndef CHASLES_BATCH_OF_IIWA14_H
+#define CHASLES_BATCH_OF_IIWA14_H
 
 #include <stddef.h>
 

@@ -11,8 +11,8 @@
  *   q[4]  axis5 (revolute, rad)
  *   q[5]  axis6 (revolute, rad)
  */
-#ifndef CHASLES_IRB6640_H
-#define CHASLES_IRB6640_H
+#ifndef CHASLES_ROBOT_IRB6640_H
+#define CHASLES_ROBOT_IRB6640_H
 
 #ifdef __cplusplus
 extern "C" {

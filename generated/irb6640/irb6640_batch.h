@@ -2,8 +2,8 @@
 /* The functions of irb6640.h for n poses: row k of every array belongs to pose k, and rows
  * follow each other without gaps. Outputs must not overlap inputs. Values may differ from those
  * of irb6640.h in the last places. */
-#ifndef CHASLES_IRB6640_BATCH_H
-#define CHASLES_IRB6640_BATCH_H
+#ifndef CHASLES_BATCH_OF_IRB6640_H
+#define CHASLES_BATCH_OF_IRB6640_H
 
 #include <stddef.h>
 

@@ -11,8 +11,8 @@
  *   q[4]  joint_5 (revolute, rad)
  *   q[5]  joint_6 (revolute, rad)
  */
-#ifndef CHASLES_JACO2_H
-#define CHASLES_JACO2_H
+#ifndef CHASLES_ROBOT_JACO2_H
+#define CHASLES_ROBOT_JACO2_H
 
 #ifdef __cplusplus
 extern "C" {

@@ -2,8 +2,8 @@
 /* The functions of jaco2.h for n poses: row k of every array belongs to pose k, and rows
  * follow each other without gaps. Outputs must not overlap inputs. Values may differ from those
  * of jaco2.h in the last places. */
-#ifndef CHASLES_JACO2_BATCH_H
-#define CHASLES_JACO2_BATCH_H
+#ifndef CHASLES_BATCH_OF_JACO2_H
+#define CHASLES_BATCH_OF_JACO2_H
 
 #include <stddef.h>
 

@@ -10,8 +10,8 @@
  *   q[3]  wrist_pitch (revolute, rad)
  *   q[4]  wrist_roll (revolute, rad)
  */
-#ifndef CHASLES_LYNXMOTION_H
-#define CHASLES_LYNXMOTION_H
+#ifndef CHASLES_ROBOT_LYNXMOTION_H
+#define CHASLES_ROBOT_LYNXMOTION_H
 
 #ifdef __cplusplus
 extern "C" {

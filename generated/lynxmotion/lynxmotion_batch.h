@@ -2,8 +2,8 @@
 /* The functions of lynxmotion.h for n poses: row k of every array belongs to pose k, and rows
  * follow each other without gaps. Outputs must not overlap inputs. Values may differ from those
  * of lynxmotion.h in the last places. */
-#ifndef CHASLES_LYNXMOTION_BATCH_H
-#define CHASLES_LYNXMOTION_BATCH_H
+#ifndef CHASLES_BATCH_OF_LYNXMOTION_H
+#define CHASLES_BATCH_OF_LYNXMOTION_H
 
 #include <stddef.h>
 

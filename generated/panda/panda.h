@@ -12,8 +12,8 @@
  *   q[5]  joint6 (revolute, rad)
  *   q[6]  joint7 (revolute, rad)
  */
-#ifndef CHASLES_PANDA_H
-#define CHASLES_PANDA_H
+#ifndef CHASLES_ROBOT_PANDA_H
+#define CHASLES_ROBOT_PANDA_H
 
 #ifdef __cplusplus
 extern "C" {

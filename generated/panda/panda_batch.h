@@ -2,8 +2,8 @@
 /* The functions of panda.h for n poses: row k of every array belongs to pose k, and rows
  * follow each other without gaps. Outputs must not overlap inputs. Values may differ from those
  * of panda.h in the last places. */
-#ifndef CHASLES_PANDA_BATCH_H
-#define CHASLES_PANDA_BATCH_H
+#ifndef CHASLES_BATCH_OF_PANDA_H
+#define CHASLES_BATCH_OF_PANDA_H
 
 #include <stddef.h>
 

@@ -13,8 +13,8 @@
  *   q[6]  theta7 (revolute, rad)
  *   q[7]  theta_ee (revolute, rad)
  */
-#ifndef CHASLES_PHOTO_ROBOT_H
-#define CHASLES_PHOTO_ROBOT_H
+#ifndef CHASLES_ROBOT_PHOTO_ROBOT_H
+#define CHASLES_ROBOT_PHOTO_ROBOT_H
 
 #ifdef __cplusplus
 extern "C" {

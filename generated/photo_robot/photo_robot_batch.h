@@ -2,8 +2,8 @@
 /* The functions of photo_robot.h for n poses: row k of every array belongs to pose k, and rows
  * follow each other without gaps. Outputs must not overlap inputs. Values may differ from those
  * of photo_robot.h in the last places. */
-#ifndef CHASLES_PHOTO_ROBOT_BATCH_H
-#define CHASLES_PHOTO_ROBOT_BATCH_H
+#ifndef CHASLES_BATCH_OF_PHOTO_ROBOT_H
+#define CHASLES_BATCH_OF_PHOTO_ROBOT_H
 
 #include <stddef.h>
 

@@ -8,8 +8,8 @@
  *   q[1]  theta_2 (revolute, rad)
  *   q[2]  theta_3 (revolute, rad)
  */
-#ifndef CHASLES_PLANAR_3RRR_H
-#define CHASLES_PLANAR_3RRR_H
+#ifndef CHASLES_ROBOT_PLANAR_3RRR_H
+#define CHASLES_ROBOT_PLANAR_3RRR_H
 
 #ifdef __cplusplus
 extern "C" {

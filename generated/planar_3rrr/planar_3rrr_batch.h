@@ -2,8 +2,8 @@
 /* The functions of planar_3rrr.h for n poses: row k of every array belongs to pose k, and rows
  * follow each other without gaps. Outputs must not overlap inputs. Values may differ from those
  * of planar_3rrr.h in the last places. */
-#ifndef CHASLES_PLANAR_3RRR_BATCH_H
-#define CHASLES_PLANAR_3RRR_BATCH_H
+#ifndef CHASLES_BATCH_OF_PLANAR_3RRR_H
+#define CHASLES_BATCH_OF_PLANAR_3RRR_H
 
 #include <stddef.h>
 

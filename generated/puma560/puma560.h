@@ -11,8 +11,8 @@
  *   q[4]  wrist_pitch (revolute, rad)
  *   q[5]  flange (revolute, rad)
  */
-#ifndef CHASLES_PUMA560_H
-#define CHASLES_PUMA560_H
+#ifndef CHASLES_ROBOT_PUMA560_H
+#define CHASLES_ROBOT_PUMA560_H
 
 #ifdef __cplusplus
 extern "C" {

@@ -2,8 +2,8 @@
 /* The functions of puma560.h for n poses: row k of every array belongs to pose k, and rows
  * follow each other without gaps. Outputs must not overlap inputs. Values may differ from those
  * of puma560.h in the last places. */
-#ifndef CHASLES_PUMA560_BATCH_H
-#define CHASLES_PUMA560_BATCH_H
+#ifndef CHASLES_BATCH_OF_PUMA560_H
+#define CHASLES_BATCH_OF_PUMA560_H
 
 #include <stddef.h>
 

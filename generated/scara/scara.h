@@ -9,8 +9,8 @@
  *   q[2]  quill (prismatic, m)
  *   q[3]  flange (revolute, rad)
  */
-#ifndef CHASLES_SCARA_H
-#define CHASLES_SCARA_H
+#ifndef CHASLES_ROBOT_SCARA_H
+#define CHASLES_ROBOT_SCARA_H
 
 #ifdef __cplusplus
 extern "C" {

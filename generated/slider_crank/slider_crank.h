@@ -6,8 +6,8 @@
  *
  *   q[0]  crank (revolute, rad)
  */
-#ifndef CHASLES_SLIDER_CRANK_H
-#define CHASLES_SLIDER_CRANK_H
+#ifndef CHASLES_ROBOT_SLIDER_CRANK_H
+#define CHASLES_ROBOT_SLIDER_CRANK_H
 
 #ifdef __cplusplus
 extern "C" {

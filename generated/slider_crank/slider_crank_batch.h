@@ -2,8 +2,8 @@
 /* The functions of slider_crank.h for n poses: row k of every array belongs to pose k, and rows
  * follow each other without gaps. Outputs must not overlap inputs. Values may differ from those
  * of slider_crank.h in the last places. */
-#ifndef CHASLES_SLIDER_CRANK_BATCH_H
-#define CHASLES_SLIDER_CRANK_BATCH_H
+#ifndef CHASLES_BATCH_OF_SLIDER_CRANK_H
+#define CHASLES_BATCH_OF_SLIDER_CRANK_H
 
 #include <stddef.h>
 

@@ -11,8 +11,8 @@
  *   q[4]  wrist_pitch (revolute, rad)
  *   q[5]  gripper (revolute, rad)
  */
-#ifndef CHASLES_STANFORD_H
-#define CHASLES_STANFORD_H
+#ifndef CHASLES_ROBOT_STANFORD_H
+#define CHASLES_ROBOT_STANFORD_H
 
 #ifdef __cplusplus
 extern "C" {

@@ -2,8 +2,8 @@
 /* The functions of stanford.h for n poses: row k of every array belongs to pose k, and rows
  * follow each other without gaps. Outputs must not overlap inputs. Values may differ from those
  * of stanford.h in the last places. */
-#ifndef CHASLES_STANFORD_BATCH_H
-#define CHASLES_STANFORD_BATCH_H
+#ifndef CHASLES_BATCH_OF_STANFORD_H
+#define CHASLES_BATCH_OF_STANFORD_H
 
 #include <stddef.h>
 

@@ -11,8 +11,8 @@
  *   q[4]  leg_5 (prismatic, m)
  *   q[5]  leg_6 (prismatic, m)
  */
-#ifndef CHASLES_STEWART_GOUGH_H
-#define CHASLES_STEWART_GOUGH_H
+#ifndef CHASLES_ROBOT_STEWART_GOUGH_H
+#define CHASLES_ROBOT_STEWART_GOUGH_H
 
 #ifdef __cplusplus
 extern "C" {

@@ -2,8 +2,8 @@
 /* The functions of stewart_gough.h for n poses: row k of every array belongs to pose k, and rows
  * follow each other without gaps. Outputs must not overlap inputs. Values may differ from those
  * of stewart_gough.h in the last places. */
-#ifndef CHASLES_STEWART_GOUGH_BATCH_H
-#define CHASLES_STEWART_GOUGH_BATCH_H
+#ifndef CHASLES_BATCH_OF_STEWART_GOUGH_H
+#define CHASLES_BATCH_OF_STEWART_GOUGH_H
 
 #include <stddef.h>
 

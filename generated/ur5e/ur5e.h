@@ -11,8 +11,8 @@
  *   q[4]  wrist_2 (revolute, rad)
  *   q[5]  wrist_3 (revolute, rad)
  */
-#ifndef CHASLES_UR5E_H
-#define CHASLES_UR5E_H
+#ifndef CHASLES_ROBOT_UR5E_H
+#define CHASLES_ROBOT_UR5E_H
 
 #ifdef __cplusplus
 extern "C" {

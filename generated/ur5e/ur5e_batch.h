@@ -2,8 +2,8 @@
 /* The functions of ur5e.h for n poses: row k of every array belongs to pose k, and rows
  * follow each other without gaps. Outputs must not overlap inputs. Values may differ from those
  * of ur5e.h in the last places. */
-#ifndef CHASLES_UR5E_BATCH_H
-#define CHASLES_UR5E_BATCH_H
+#ifndef CHASLES_BATCH_OF_UR5E_H
+#define CHASLES_BATCH_OF_UR5E_H
 
 #include <stddef.h>
 

@@ -12,8 +12,8 @@
  *   q[5]  l_MN (prismatic, m)
  *   q[6]  cylinder_4 (prismatic, m)
  */
-#ifndef CHASLES_WELL_MANIPULATOR_H
-#define CHASLES_WELL_MANIPULATOR_H
+#ifndef CHASLES_ROBOT_WELL_MANIPULATOR_H
+#define CHASLES_ROBOT_WELL_MANIPULATOR_H
 
 #ifdef __cplusplus
 extern "C" {

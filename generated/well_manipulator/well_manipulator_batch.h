@@ -2,8 +2,8 @@
 /* The functions of well_manipulator.h for n poses: row k of every array belongs to pose k, and rows
  * follow each other without gaps. Outputs must not overlap inputs. Values may differ from those
  * of well_manipulator.h in the last places. */
-#ifndef CHASLES_WELL_MANIPULATOR_BATCH_H
-#define CHASLES_WELL_MANIPULATOR_BATCH_H
+#ifndef CHASLES_BATCH_OF_WELL_MANIPULATOR_H
+#define CHASLES_BATCH_OF_WELL_MANIPULATOR_H
 
 #include <stddef.h>
 
