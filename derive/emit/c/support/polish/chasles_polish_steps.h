@@ -200,7 +200,8 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
         before = square;
         POLISH_NAME(moved)(&going, dq, c);
         const lanes_where is_long = LANES_LT(POLISH_OF(POLISH_SHORT * POLISH_SHORT), square);
-        if (is_new && !LANES_ANY(POLISH_AND(going, is_long)))
+        /* Where loops have dead points, equations change within short steps. */
+        if (POLISH_IS_SEARCHED && is_new && !LANES_ANY(POLISH_AND(going, is_long)))
             left_over = POLISH_MOST_AGAIN;
     }
 }
