@@ -2,7 +2,8 @@
  * every robot whose inverse is led from a nominal arm. Included by chasles_polish.h, once for each
  * robot.
  */
-#if POLISH_N >= 6
+/* Beside dead points of loops, entries are so large that inverses of blocks lose the small ones. */
+#if POLISH_N >= 6 && POLISH_IS_SEARCHED
 /* Inverts a symmetric matrix, given by its lower half, in place; keeps its two least pivots. Its
  * quotients do not wait for each other, as those of an elimination would. */
 POLISH_INLINE void POLISH_NAME(inverted)(lanes (*a)[6], int at, lanes *pivots)
