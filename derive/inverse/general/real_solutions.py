@@ -78,8 +78,8 @@ def _roots(M: Array) -> list[float]:
 
 def _with_last(q: Array, last: int, arm: Sequence[Array], target: Array) -> Array:
     """The angle of the last joint from the orientation that the others leave."""
-    before = forward(arm[: last + 1], q[:last])[:3, :3]
-    behind = forward([np.eye(4), *arm[last + 2 :]], q[last + 1 :])[:3, :3]
+    before = forward(arm[: last + 1], q[:last].tolist())[:3, :3]
+    behind = forward([np.eye(4), *arm[last + 2 :]], q[last + 1 :].tolist())[:3, :3]
     turn = before.T @ target[:3, :3] @ (arm[last + 1][:3, :3] @ behind).T
     q[last] = np.arctan2(turn[1, 0] - turn[0, 1], turn[0, 0] + turn[1, 1])
     return q
