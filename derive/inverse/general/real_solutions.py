@@ -39,7 +39,7 @@ def real_solutions(constants: Sequence[Array], splits: Sequence[Split], T: Array
             q = _refined(arm, start, target)
             if q is not None and all(_apart(q, other) > DISTINCT_SOLUTION for other in found):
                 found.append(q)
-    return sorted(found, key=lambda q: tuple(np.round(q, 6)))
+    return sorted(found, key=lambda q: np.round(q, 6).tolist())
 
 
 def _starts(
@@ -48,19 +48,23 @@ def _starts(
     """Solutions as the equations of a split give them."""
     M = suppressed(found, split.halved)
     for angle in _roots(M):
-        at = np.tensordot(np.array([1.0, np.cos(angle), np.sin(angle)]), M, 1)
+        at = np.tensordot(_harmonics(angle), M, 1)
         U, _, Vt = np.linalg.svd(np.linalg.svd(at)[2][-1].reshape(4, 3))
         half, other = 2 * np.arctan2(U[3, 0], U[2, 0]), np.arctan2(Vt[0, 2], Vt[0, 1])
         if Vt[0, 0] < 0:
             other += np.pi
         fourth, fifth = (other, half) if split.halved else (half, other)
-        x = np.outer(*([1.0, np.cos(a), np.sin(a)] for a in (fourth, fifth))).ravel()
-        right = np.tensordot(np.array([1.0, np.cos(angle), np.sin(angle)]), found.right, 1) @ x
+        x = np.outer(_harmonics(fourth), _harmonics(fifth)).ravel()
+        right = np.tensordot(_harmonics(angle), found.right, 1) @ x
         y = np.linalg.lstsq(found.left[:, 1:], right - found.left[:, 0], rcond=None)[0]
         first, second = np.arctan2(y[5], y[2]), np.arctan2(y[1], y[0])
         q = np.zeros(6)
         q[list(split.joints[:5])] = split.sense * np.array([first, second, angle, fourth, fifth])
         yield _with_last(q, split.joints[5], arm, target)
+
+
+def _harmonics(angle: float) -> Array:
+    return np.array([1.0, np.cos(angle), np.sin(angle)])
 
 
 def _roots(M: Array) -> list[float]:
