@@ -237,10 +237,11 @@ def _short(value: float, places: int) -> str:
 def _listed(
     symbols: Sequence[str], coordinates: Sequence[Joint | Coordinate], q: FloatArray
 ) -> str:
-    parts = []
-    for symbol, coordinate, value in zip(symbols, coordinates, q, strict=True):
-        if coordinate.unit == "rad":
-            parts.append(rf"${symbol} = {_short(math.degrees(value), 3)}^\circ$")
-        else:
-            parts.append(rf"${symbol} = {_short(value, 4)}$ m")
-    return ", ".join(parts)
+    return ", ".join(map(at_value, symbols, coordinates, q))
+
+
+def at_value(symbol: str, coordinate: Joint | Coordinate, value: float) -> str:
+    """A coordinate with its value, in degrees or metres."""
+    if coordinate.unit == "rad":
+        return rf"${symbol} = {_short(math.degrees(value), 3)}^\circ$"
+    return rf"${symbol} = {_short(value, 4)}$ m"

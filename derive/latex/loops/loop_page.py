@@ -7,6 +7,7 @@ import sympy as sp
 
 from ...derivation import Derivation, derive
 from ...inverse.serial_inverse import Inverses
+from ...loops.checks.dead_values import DeadValues, dead_values
 from ...loops.hybrid import Hybrid
 from ...model.mechanism import Mechanism
 from ...terms.symbolic_function import SymbolicFunction
@@ -108,6 +109,13 @@ class LoopPage:
         return printed_steps(
             self.printed_terms, self.letters, self.hybrid.backward, first, self.joints
         )
+
+    @cached_property
+    def dead_values(self) -> dict[int, DeadValues]:
+        """Where steps from the actuators are at dead points, by the number of the step."""
+        with_margin = [step.number for step in self.forward_steps if step.margin is not None]
+        found = zip(with_margin, dead_values(self.hybrid), strict=True)
+        return {number: values for number, values in found if values is not None}
 
     def constant(self, expression: sp.Expr) -> sp.Expr:
         """A constant in printed symbols, term by term where it is short."""

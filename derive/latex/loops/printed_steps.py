@@ -80,6 +80,7 @@ class PrintedLoopStep:
         positions: Components of each given vector that an equation names as a whole.
         points: Components of each vector that the results give as a whole.
         remark: A sentence on the choice of the root.
+        dead_point: Where the margin is 0, in words.
     """
 
     step: LoopStep
@@ -94,6 +95,7 @@ class PrintedLoopStep:
     positions: Mapping[sp.Symbol, Vector] = field(default_factory=dict)
     points: Mapping[sp.Symbol, Vector] = field(default_factory=dict)
     remark: str = ""
+    dead_point: str = ""
 
 
 class VectorPrinter(FractionPrinter):
@@ -188,7 +190,8 @@ class _Writer:
             tuple(self._rate(rate) for rate in equations.rates if self._is_new(rate)),
             self.positions,
             self._points(),
-            self._remark(),
+            self._in_words(self.step.remark),
+            self._in_words(self.step.dead_point),
         )
 
     # --- names ---
@@ -314,10 +317,11 @@ class _Writer:
         projected = tuple(self.printed_terms.tex(self._put(vector)) for vector in rate.projected)
         return PrintedRate(left, right, projected)
 
-    def _remark(self) -> str:
-        letters = {field for _, field, _, _ in Formatter().parse(self.step.remark) if field}
+    def _in_words(self, words: str) -> str:
+        """Words with the symbols of quantities in place of their letters."""
+        letters = {field for _, field, _, _ in Formatter().parse(words) if field}
         names = {letter: self._symbol(quantity(letter)) for letter in letters}
-        return self.step.remark.format(**{k: self.printed_terms.tex(s) for k, s in names.items()})
+        return words.format(**{k: self.printed_terms.tex(s) for k, s in names.items()})
 
 
 def _is_letter(part: sp.Expr) -> bool:

@@ -1,5 +1,6 @@
 r"""The fragment of the closed-form solution: step by step from the actuators, and back."""
 
+import math
 from collections.abc import Iterable, Sequence
 
 import sympy as sp
@@ -7,6 +8,7 @@ import sympy as sp
 from ...loops.collapse import collapsed
 from ...loops.planar.phasors import Complex
 from ...loops.solution import Solution
+from ..chain.example_fragment import at_value
 from ..setting.layout import Equation, aligned
 from ..setting.notation import OTHER
 from ..setting.page import listed, sentence, text
@@ -15,6 +17,10 @@ from .loop_page import LoopPage
 from .printed_steps import PrintedLoopStep
 
 SPACE = r"\,"
+MOST_ZEROS = 4
+"""Most dead points of a step that are listed."""
+LEAST_TOLD = 0.01
+"""Least margin of which it is told that it is never below."""
 
 
 def solution(page: LoopPage) -> str:
@@ -114,9 +120,32 @@ def _phasors(terms: PrintedTerms, vectors: Iterable[tuple[sp.Expr, Complex]]) ->
 
 
 def _margin(page: LoopPage, printed: PrintedLoopStep) -> str:
+    """The margin, and where it is 0."""
     if printed.margin is None:
         return ""
-    return rf"The margin is $\mu_{{{printed.number}}} = {_quotient(page, printed.margin)}$."
+    margin = rf"\mu_{{{printed.number}}}"
+    told = rf"The margin is ${margin} = {_quotient(page, printed.margin)}$."
+    if not printed.dead_point:
+        return told
+    dead = rf"{told} It is $0$ where {printed.dead_point}"
+    found = page.dead_values.get(printed.number)
+    if found is None:
+        return f"{dead}."
+    symbol = page.members.q[found.coordinate]
+    coordinate = page.mechanism.coordinates[found.coordinate]
+    if found.zeros and len(found.zeros) <= MOST_ZEROS:
+        zeros = " and ".join(at_value(symbol, coordinate, zero) for zero in found.zeros)
+        return f"{dead}, at {zeros}."
+    if not found.zeros and found.least > LEAST_TOLD:
+        within = " within the limits" if None not in coordinate.limits else ""
+        return rf"{dead}; for all ${symbol}${within}, ${margin} \ge {_floor(found.least)}$."
+    return f"{dead}."
+
+
+def _floor(value: float) -> str:
+    """A number cut to two digits, never above the number."""
+    places = 1 - math.floor(math.log10(value))
+    return f"{math.floor(value * 10**places) / 10**places:.{places}f}"
 
 
 def _quotient(page: LoopPage, value: sp.Expr) -> str:

@@ -133,6 +133,7 @@ class LoopStep(ABC):
             branch mirrors.
         opening: Words before the equations, where they are not written in the axes of a body.
         reason: A sentence in place of equations, where the step needs none.
+        dead_point: Where the margin is 0, in words, with quantities in braces by their letter.
     """
 
     joints: tuple[str, ...]
@@ -147,6 +148,7 @@ class LoopStep(ABC):
     branches: ClassVar[Mapping[int, str]] = {}
     opening: ClassVar[str] = ""
     reason: ClassVar[str] = ""
+    dead_point: ClassVar[str] = ""
 
     @abstractmethod
     def equations(self) -> StepEquations:

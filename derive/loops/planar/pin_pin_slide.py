@@ -121,6 +121,7 @@ class TwoPinsAndSlide(PlanarStep):
 
     title: ClassVar[str] = "two pins and a slide"
     branches: ClassVar[Mapping[int, str]] = TRAVELS
+    dead_point: ClassVar[str] = "the line through the pins is at right angles to the slide"
 
     @classmethod
     def join(cls, clusters: Clusters) -> bool:

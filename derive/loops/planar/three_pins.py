@@ -191,6 +191,7 @@ class ThreePins(PlanarStep):
 
     title: ClassVar[str] = "three pins"
     branches: ClassVar[Mapping[int, str]] = SIDES
+    dead_point: ClassVar[str] = "the three pins are in line"
 
     @classmethod
     def join(cls, clusters: Clusters) -> bool:

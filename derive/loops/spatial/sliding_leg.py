@@ -39,6 +39,7 @@ class SlidingLeg(LegStep):
     title: ClassVar[str] = "a line meets a sphere"
     branches: ClassVar[Mapping[int, str]] = TRAVELS
     opening: ClassVar[str] = OPENING
+    dead_point: ClassVar[str] = "the rod is at right angles to the slide"
 
     @classmethod
     def use(cls, legs: Legs, struts: Sequence[Strut]) -> bool:

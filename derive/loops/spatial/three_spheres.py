@@ -60,6 +60,7 @@ class ThreeSpheres(LegStep):
 
     title: ClassVar[str] = "three spheres meet"
     branches: ClassVar[Mapping[int, str]] = {1: "above", -1: "below"}
+    dead_point: ClassVar[str] = "${P}$ is in the plane of ${A}$, ${B}$ and ${C}$"
 
     @classmethod
     def use(cls, legs: Legs, struts: Sequence[Strut]) -> bool:

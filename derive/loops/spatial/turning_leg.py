@@ -41,6 +41,7 @@ class TurningLeg(LegStep):
     title: ClassVar[str] = "a circle meets a sphere"
     branches: ClassVar[Mapping[int, str]] = SIDES
     opening: ClassVar[str] = OPENING
+    dead_point: ClassVar[str] = "${A}$ and ${B}$ are in line"
 
     @classmethod
     def use(cls, legs: Legs, struts: Sequence[Strut]) -> bool:

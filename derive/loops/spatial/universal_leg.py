@@ -129,6 +129,7 @@ class UniversalLeg(LoopStep):
         "Let, with $D$ from the joint's centre to the ball in the axes of its first joint at zero,"
         " and other vectors in those of its second joint,"
     )
+    dead_point: ClassVar[str] = "the rod is as near to the axis of the first joint as it can be"
 
     @classmethod
     def use(cls, legs: Legs, joint: UniversalJoint) -> bool:

@@ -1,0 +1,100 @@
+"""At which values of an actuated coordinate a step of a loop is at a dead point."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...model.mechanism import Coordinate
+from ...terms.casadi_graph import lower
+from ..hybrid import Hybrid
+from ..maps import margin
+
+Floats = NDArray[np.float64]
+PLACES = 4001
+"""Values of a coordinate at which a margin is computed."""
+HALVINGS = 60
+OTHERS = 8
+"""Values of each other coordinate that show whether a margin depends on it."""
+CHANGED = 1e-9
+"""Change of a margin from which it depends on a coordinate."""
+
+
+@dataclass(frozen=True)
+class DeadValues:
+    """The zeros of a margin that depends on one actuated coordinate.
+
+    Attributes:
+        coordinate: Its index.
+        zeros: Its values within the limits at which the margin changes sign (radian or metre).
+        least: The least margin within the limits.
+    """
+
+    coordinate: int
+    zeros: tuple[float, ...]
+    least: float
+
+
+def dead_values(h: Hybrid) -> tuple[DeadValues | None, ...]:
+    """For each margin of the robot its zeros; None where it depends on several coordinates.
+
+    A coordinate that turns without limits is asked all round, and one that slides without limits
+    has no answer. Zeros without a change of sign are not found.
+    """
+    if not h.forward.margins:
+        return ()
+    kernel = lower([margin(h)], h.mechanism.name)[0]
+    coordinates = h.mechanism.coordinates
+    at, value = h.at_reference, h.terms.value
+    reference = np.array([at[c.moves] / float(value(c.ratio)) for c in coordinates])
+    ranges = [_range(coordinate) for coordinate in coordinates]
+
+    def margins(index: int, values: Floats) -> Floats:
+        q = np.repeat(reference[:, None], len(values), 1)
+        q[index] = values
+        return np.asarray(kernel(q)).reshape(-1, len(values))
+
+    moved = [
+        np.ptp(margins(k, reference[k] + np.linspace(-0.5, 0.5, OTHERS) * _width(r)), axis=1)
+        for k, r in enumerate(ranges)
+    ]
+    # A margin that is NaN somewhere depends on the coordinate, too.
+    depends = ~(np.array(moved) < CHANGED)
+
+    def of(row: int) -> DeadValues | None:
+        (indices,) = np.nonzero(depends[:, row])
+        limits = ranges[indices[0]] if len(indices) == 1 else None
+        if limits is None:
+            return None
+        index = int(indices[0])
+        places = np.linspace(*limits, PLACES)
+        values = margins(index, places)[row]
+        (changes,) = np.nonzero(values[:-1] * values[1:] < 0)
+        between = places[changes], places[changes + 1]
+        zeros = _zeros(lambda x: margins(index, x)[row], *between) if len(changes) else ()
+        return DeadValues(index, zeros, float(np.nanmin(values)))
+
+    return tuple(map(of, range(depends.shape[1])))
+
+
+def _range(coordinate: Coordinate) -> tuple[float, float] | None:
+    lower, upper = coordinate.limits
+    if lower is not None and upper is not None:
+        return float(lower), float(upper)
+    return (-math.pi, math.pi) if coordinate.unit == "rad" else None
+
+
+def _width(limits: tuple[float, float] | None) -> float:
+    return 1.0 if limits is None else limits[1] - limits[0]
+
+
+def _zeros(function: Callable[[Floats], Floats], low: Floats, high: Floats) -> tuple[float, ...]:
+    """Where a function changes sign, each between a lower and a higher place, by halving."""
+    below = function(low) < 0
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        is_low = (function(middle) < 0) == below
+        low, high = np.where(is_low, middle, low), np.where(is_low, high, middle)
+    return tuple(map(float, (low + high) / 2))

@@ -1,0 +1,41 @@
+"""Dead points of loops in numbers, beside the triangle of the three pins."""
+
+import math
+
+import numpy as np
+import pytest
+from derivations import ROBOTS
+
+from chasles.derive import loads
+from chasles.derive.loops.checks.dead_values import dead_values
+from chasles.derive.loops.hybrid import Hybrid
+
+
+def drawn_four_bar(rng):
+    """Lengths (mm) of a linkage that closes with its crank at right angles to the ground."""
+    while True:
+        a, b, c, d = rng.integers(50, 500, 4)
+        if abs(b - c) + 5 < math.hypot(a, d) < b + c - 5:
+            return a, b, c, d
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_crank_stops_where_coupler_and_rocker_are_in_line(seed):
+    a, b, c, d = drawn_four_bar(np.random.default_rng(seed))
+    text = (ROBOTS / "four_bar.toml").read_text()
+    for name, old, new in zip("abcd", (100, 300, 250, 350), (a, b, c, d), strict=True):
+        text = text.replace(f"\n{name} = {{ value = {old},", f"\n{name} = {{ value = {new},")
+    (found,) = dead_values(Hybrid(loads(text, "four_bar.toml")))
+    assert found.coordinate == 0
+    cosines = [(a * a + d * d - far**2) / (2 * a * d) for far in (b + c, abs(b - c))]
+    stops = [sign * math.acos(x) for x in cosines if abs(x) < 1 for sign in (1, -1)]
+    np.testing.assert_allclose(found.zeros, sorted(stops), atol=1e-9)
+    # sin^2 of the angle between coupler and rocker, far and near.
+    sides = np.abs(np.linspace(abs(a - d), a + d, 2001))
+    cosine = (b * b + c * c - sides**2) / (2 * b * c)
+    assert found.least == pytest.approx((1 - cosine**2).min(), abs=1e-5)
+
+
+def test_a_margin_of_several_coordinates_has_no_list():
+    (far,) = dead_values(Hybrid(loads((ROBOTS / "five_bar.toml").read_text(), "five_bar.toml")))
+    assert far is None
