@@ -86,12 +86,12 @@ def _placed(placement: Placement, values: Mapping[sp.Symbol, sp.Expr]) -> FloatA
     for motion in placement:
         step = np.eye(4)
         if isinstance(motion, Rotation):
-            angle = float(sp.sympify(motion.angle).xreplace(values))
+            angle = float(motion.angle.xreplace(values))
             j, k = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[motion.axis]
             step[[j, k], [j, k]] = np.cos(angle)
             step[j, k], step[k, j] = -np.sin(angle), np.sin(angle)
         else:
-            step[:3, 3] = [float(sp.sympify(x).xreplace(values)) for x in motion.vector]
+            step[:3, 3] = [float(x.xreplace(values)) for x in motion.vector]
         T = T @ step
     return T
 

@@ -38,11 +38,13 @@ def parsed(file: str, text: str, root: str = ROOT) -> etree._Element:
     Raises:
         DescriptionError: The text is no XML, has a document type, or has another root.
     """
+    parser = _parser()
     try:
-        element = etree.fromstring(text.encode(), _parser())
+        element = etree.fromstring(text.encode(), parser)
     except etree.XMLSyntaxError as error:
-        # Exporters write prefixes, such as drake:, that no xmlns declares.
-        if any(entry.domain != etree.ErrorDomains.NAMESPACE for entry in error.error_log):
+        # Exporters write prefixes, such as drake:, that no xmlns declares. The log of the error
+        # itself may hold those of other texts.
+        if any(entry.domain != etree.ErrorDomains.NAMESPACE for entry in parser.error_log):
             reason = f"well-formed XML ({error.msg})"
             raise DescriptionError(file, error.lineno, "", None, reason) from error
         element = etree.fromstring(text.encode(), _parser(recover=True))

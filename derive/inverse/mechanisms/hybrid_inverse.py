@@ -113,9 +113,10 @@ def _by_nominal(
 def _unled(hybrid: Hybrid, exact: Inverses) -> Inverses:
     """No inverse, and what that has to do with the nominal robot."""
     nominal, missing = hybrid.mechanism.nominal, exact.classification.missing
+    attempts = exact.classification.attempts
     if nominal is not None:
         why = f"no inverse of the nominal robot {nominal.name!r} leads to it"
-    elif hybrid.mechanism.closers and missing and exact.classification.attempts:
+    elif hybrid.mechanism.closers and missing and (attempts or len(hybrid.theta) > len(hybrid.q)):
         why = 'if it is as built, nominal = "<file>" names the robot as designed'
     else:
         return exact

@@ -69,7 +69,7 @@ def dead_values(h: Hybrid) -> tuple[DeadValues | None, ...]:
         if limits is None:
             return None
         index = int(indices[0])
-        places = np.linspace(*limits, PLACES)
+        places = np.linspace(limits[0], limits[1], PLACES)
         values = margins(index, places)[row]
         (changes,) = np.nonzero(values[:-1] * values[1:] < 0)
         between = places[changes], places[changes + 1]

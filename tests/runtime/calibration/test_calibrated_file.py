@@ -86,6 +86,6 @@ def test_the_command(arm, truth, tmp_path, monkeypatch, capsys):
     calibrated = load(to)
     assert calibrated.name == "mine"
     assert "identified from measured.csv" in calibrated.source
-    table.write_text("q1 [deg]\n1\n")
+    table.write_text("q1 [deg],x [mm]\n1,2\n")
     assert main(["calibrate", str(table), "--robot", "ur5e"]) == 1
     assert "no column for coordinate" in capsys.readouterr().err

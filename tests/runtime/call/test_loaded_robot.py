@@ -265,7 +265,7 @@ def test_info(shipped, capsys):
 
 EXTRAS = {
     "calibration": {"scipy", "matplotlib", "threadpoolctl"},
-    "drawing": {"matplotlib", "PIL"},
+    "drawing": {"matplotlib", "PIL", "imageio_ffmpeg"},
     "view": {"viser", "yourdfpy"},
     "study": {
         *("scipy", "matplotlib", "rich", "networkx", "ruckig", "toppra"),

@@ -42,7 +42,9 @@ class Chromium:
         port_file = folder / "DevToolsActivePort"
         until(lambda: port_file.is_file() and len(port_file.read_text().split()) > 1)
         port, path = port_file.read_text().split()
-        self._socket = connect(f"ws://127.0.0.1:{port}{path}", max_size=None, compression=None)
+        self._socket = connect(
+            f"ws://127.0.0.1:{port}{path}", max_size=None, compression=None, ping_interval=None
+        )
         self._count, self._session = 0, None
         self.said: list[tuple[str, str]] = []
         target = self._ask("Target.createTarget", url="about:blank")["targetId"]

@@ -73,7 +73,7 @@ def robots(folder, count, kept):
 
 def judged(browser, robot, kept):
     """Bytes of the page; milliseconds of both frames; ghosts; distances; and complaints."""
-    from pages import coordinates, on_page, opened, walk
+    from viewed_pages import coordinates, on_page, opened, walk
 
     from chasles.view.display import Display
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pages import asked, coordinates, message, on_page, opened, walk
+from viewed_pages import asked, coordinates, message, on_page, opened, walk
 
 import chasles
 from chasles.view.display import Display

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from chromium import until
-from pages import asked, coordinates, message, on_page, opened, walk
+from viewed_pages import asked, coordinates, message, on_page, opened, walk
 
 import chasles
 from chasles.drawing import skeleton
