@@ -6,8 +6,9 @@ BIN := .venv/bin
 derive: .venv/derive ## derive, generate and compile every robot
 	@$(BIN)/chasles-derive && $(BIN)/python -m chasles build
 
+# Tests wait for compilers and browsers, so that a worker more than cores keeps these busy.
 test: .venv/dev ## the whole test suite
-	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest
+	@OPENBLAS_NUM_THREADS=1 PYTEST_XDIST_AUTO_NUM_WORKERS=$$(($$(getconf _NPROCESSORS_ONLN) + 1)) $(BIN)/python -m pytest
 
 check: format lint types check-generated test ## everything that a change must pass
 
