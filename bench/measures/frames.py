@@ -59,17 +59,20 @@ def _way(display: Display) -> list[Posture]:
 
 
 def _slid(display: Display, postures: list[Posture]) -> None:
-    last = postures[0]
-    for posture in postures[1:]:
-        last = display.at(posture.q, last)
-        display.ghosts(last)
-        display.limits(last)
+    _shown(display, postures, lambda posture, last: display.at(posture.q, last))
 
 
 def _dragged(display: Display, postures: list[Posture]) -> None:
+    _shown(display, postures, lambda posture, last: display.reaching(posture.tool, last))
+
+
+def _shown(
+    display: Display, postures: list[Posture], moved: Callable[[Posture, Posture], Posture]
+) -> None:
+    """Every frame of a way, each from the one before it."""
     last = postures[0]
     for posture in postures[1:]:
-        last = display.reaching(posture.tool, last)
+        last = moved(posture, last)
         display.ghosts(last)
         display.limits(last)
 

@@ -229,10 +229,8 @@ def lead(
 
 def _configurations(hybrid: Hybrid) -> FloatArray:
     """Random coordinates (N, n) within the limits, or around the reference."""
-    mechanism, at = hybrid.mechanism, hybrid.at_reference
     low, high = [], []
-    for c in mechanism.coordinates:
-        middle = at[c.moves] / float(hybrid.terms.value(c.ratio))
+    for c, middle in zip(hybrid.mechanism.coordinates, hybrid.q_at_reference, strict=True):
         limits = zip(c.limits, (-SAMPLED_RANGE, SAMPLED_RANGE), strict=True)
         a, b = (middle + off if v is None else float(v) for v, off in limits)
         low.append(a)

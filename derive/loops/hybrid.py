@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import cached_property
 
+import numpy as np
 import sympy as sp
 
 from ..chain.coordinates import ThroughLoops
@@ -184,6 +185,12 @@ class Hybrid:
         values = self.named(self.forward, [variable.name for variable in self.variables])
         of = self.forward.reference.of
         return {v.name: of(value) for v, value in zip(self.variables, values, strict=True)}
+
+    @cached_property
+    def q_at_reference(self) -> Vector:
+        """The actuated coordinates (n,) at the reference configuration (radian or metre)."""
+        at, value = self.at_reference, self.terms.value
+        return np.array([at[c.moves] / float(value(c.ratio)) for c in self.mechanism.coordinates])
 
     @cached_property
     def equations(self) -> tuple[LoopEquations, ...]:

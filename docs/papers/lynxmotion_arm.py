@@ -293,17 +293,17 @@ def free() -> Sampled:
 @cache
 def lines() -> Sampled:
     """The motion of figures 1.7 to 1.9: straight lines with trapezoidal speed, 1 s each."""
-    found = start()
-    for a, b in pairwise(VIA):
-        curve = task_line("position_pitch", task(a), task(b))
-        found = found.follow(curve, "trapezoidal", duration=1.0)
-    return found.sample(RATE)
+    return along(VIA)
 
 
 @cache
 def around() -> Sampled:
     """The motion of figure 1.10: the third line goes over a point above the ball."""
-    points = np.vstack([VIA[:3], DETOUR, VIA[3:]])
+    return along(np.vstack([VIA[:3], DETOUR, VIA[3:]]))
+
+
+def along(points: Any) -> Sampled:
+    """The motion on straight lines between points, 1 s each."""
     found = start()
     for a, b in pairwise(points):
         curve = task_line("position_pitch", task(a), task(b))

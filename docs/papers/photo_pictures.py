@@ -17,7 +17,7 @@ PICTURES = 128
 EVERY = 8
 """Samples between the pictures of the animation."""
 LENGTH = 0.18
-"""Of the axes of a frame [m]."""
+"""Length of the axes of a frame [m]."""
 
 
 def frames(robot: Any) -> Any:

@@ -17,8 +17,8 @@ from chasles.study.planning import Plan, roadmap
 
 ANGLES = {"2.6": 15, "2.7": 30, "2.7, second": 45, "2.7, third": 60}
 KEY = 35
-"""Of the random points of figures 3.2 to 3.4: the first with which, as in the report, 100 points
-fail at step 10 while a larger step or more points succeed."""
+"""Key of the random points of figures 3.2 to 3.4: the first with which 100 points fail at step 10,
+as in the report, while a larger step or more points succeed."""
 MM = 1000.0
 
 

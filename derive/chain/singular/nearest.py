@@ -6,13 +6,14 @@ q and y, or x, lead from a posture to a singular one nearby.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
-import sympy as sp
 
-from ...model.robot import Placement, Robot, Rotation
+from ...model.robot import Robot
 from ...model.tolerances import LAST_STEP, NO_WORK, OTHER_POSTURE, RANK_LOST
+from ...terms.terms import Terms
+from ..rigid_bodies import placed
 from .views import FloatArray, seen_screws
 
 STEPS = 40
@@ -62,38 +63,22 @@ def nearest_singular(robot: Robot, start: Sequence[float], most: int) -> tuple[F
 
 def _screws(robot: Robot) -> tuple[FloatArray, float]:
     """The screws in the base frame, lengths in parts of the arm's, and this length (m)."""
-    values = {parameter.symbol: parameter.value for parameter in robot.parameters}
-    T, columns, points = _placed(robot.base, values), [], []
+    terms = Terms({parameter.symbol: parameter.value for parameter in robot.parameters})
+    T, columns, points = placed(terms, robot.base), [], []
     for joint in robot.joints:
-        T = T @ _placed(joint.before, values)
+        T = T @ placed(terms, joint.before)
         h, point = T[:3, 2] * float(joint.direction), T[:3, 3]
         if joint.kind == "revolute":
             columns.append(np.hstack([np.cross(point, h), h]))
         elif joint.kind == "prismatic":
             columns.append(np.hstack([h, np.zeros(3)]))
         points.append(point)
-        T = T @ _placed(joint.after, values)
-    tip = (T @ _placed(robot.tool, values))[:3, 3]
+        T = T @ placed(terms, joint.after)
+    tip = (T @ placed(terms, robot.tool))[:3, 3]
     length = float(np.linalg.norm(np.ptp(np.vstack([*points, tip]), axis=0))) or 1.0
     S = np.stack(columns, axis=1)
     S[:3, np.abs(S[3:]).max(axis=0) > 0] /= length
     return S, length
-
-
-def _placed(placement: Placement, values: Mapping[sp.Symbol, sp.Expr]) -> FloatArray:
-    """A constant placement (4, 4) in numbers."""
-    T = np.eye(4)
-    for motion in placement:
-        step = np.eye(4)
-        if isinstance(motion, Rotation):
-            angle = float(motion.angle.xreplace(values))
-            j, k = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[motion.axis]
-            step[[j, k], [j, k]] = np.cos(angle)
-            step[j, k], step[k, j] = -np.sin(angle), np.sin(angle)
-        else:
-            step[:3, 3] = [float(x.xreplace(values)) for x in motion.vector]
-        T = T @ step
-    return T
 
 
 def _ranges(robot: Robot, length: float) -> tuple[FloatArray, FloatArray]:

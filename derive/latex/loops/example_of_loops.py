@@ -38,14 +38,12 @@ def worked_example_of_loops(page: LoopPage) -> str:
 
 def _closing(page: LoopPage, fk: SymbolicFunction) -> NDArray[np.float64]:
     """Coordinates near the reference at which the loops close; else the reference's own."""
-    coordinates, hybrid = page.mechanism.coordinates, page.hybrid
-    at, value = hybrid.at_reference, hybrid.terms.value
-    reference = [at[c.moves] / float(value(c.ratio)) for c in coordinates]
+    coordinates, reference = page.mechanism.coordinates, page.hybrid.q_at_reference
     for part in PARTS:
         q = np.array([_near(c, r, part) for c, r in zip(coordinates, reference, strict=True)])
         if np.isfinite(value_at(fk, q)).all():
             return q
-    return np.array(reference)
+    return reference
 
 
 def _near(coordinate: Coordinate, reference: float, part: float) -> float:

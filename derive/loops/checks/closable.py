@@ -36,7 +36,7 @@ def limits_of(h: Hybrid) -> tuple[str, ...]:
     mechanism = h.mechanism
     if h.forward.open:
         search = BySearch(BodiesInNumbers(mechanism), h.at_reference)
-        return tuple(limits_in_words(mechanism, _reference(h), search.is_closed, FEW, FEW_STEPS))
+        return tuple(limits_in_words(mechanism, h.q_at_reference, search.is_closed, FEW, FEW_STEPS))
     if not h.forward.margins:
         return ()
     kernel = lower([margin(h)], mechanism.name)[0]
@@ -44,7 +44,7 @@ def limits_of(h: Hybrid) -> tuple[str, ...]:
     def is_closed(q: Floats) -> bool:
         return bool(np.all(np.asarray(kernel(q)).ravel() >= 0))
 
-    return tuple(limits_in_words(mechanism, _reference(h), is_closed, MANY, MANY_STEPS))
+    return tuple(limits_in_words(mechanism, h.q_at_reference, is_closed, MANY, MANY_STEPS))
 
 
 def doubts_of(h: Hybrid) -> tuple[str, ...]:
@@ -73,12 +73,6 @@ class BySearch:
         }
         at = self.bodies.nearest({**self.posture, **actuated}, self.bodies.unknown, self.names)
         return self.bodies.all_closed(at, self.names)
-
-
-def _reference(h: Hybrid) -> Floats:
-    """The actuated coordinates of the reference."""
-    at = h.at_reference
-    return np.array([at[c.moves] / float(h.terms.value(c.ratio)) for c in h.mechanism.coordinates])
 
 
 def limits_in_words(

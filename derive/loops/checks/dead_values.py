@@ -47,8 +47,7 @@ def dead_values(h: Hybrid) -> tuple[DeadValues | None, ...]:
         return ()
     kernel = lower([margin(h)], h.mechanism.name)[0]
     coordinates = h.mechanism.coordinates
-    at, value = h.at_reference, h.terms.value
-    reference = np.array([at[c.moves] / float(value(c.ratio)) for c in coordinates])
+    reference = h.q_at_reference
     ranges = [_range(coordinate) for coordinate in coordinates]
 
     def margins(index: int, values: Floats) -> Floats:

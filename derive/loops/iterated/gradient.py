@@ -18,7 +18,8 @@ from ...terms.terms import Terms
 from ..constraints import LoopEquations, derivative_rows
 
 UNIT = "m"
-"""Of each entry of the gradient, which is divided by the length where the variable is an angle."""
+"""Unit of each entry of the gradient: where the variable is an angle, the entry is divided by the
+length."""
 
 
 def gradient(

@@ -254,9 +254,8 @@ def _samples(h: Hybrid) -> Array:
     parts = np.sqrt(np.arange(2, SAMPLES * len(coordinates) + 2) * 3) % 1
     rows = parts.reshape(SAMPLES, len(coordinates))
     bounds = []
-    for c in coordinates:
+    for c, at in zip(coordinates, h.q_at_reference, strict=True):
         low, high = c.limits
-        at = h.at_reference[c.moves] / float(h.terms.value(c.ratio))
         bounds.append(
             (at - 1, at + 1) if low is None or high is None else (float(low), float(high))
         )

@@ -160,7 +160,7 @@ def test_slides_and_rods(tmp_path):
 
 
 SECONDS = 15.0
-"""Of the processor, for a platform that takes 1 to 4 where nothing else runs."""
+"""Time of the processor for a platform, which takes 1 to 4 s where nothing else runs."""
 
 
 @pytest.mark.parametrize("first", range(0, len(LEGS), 3))
