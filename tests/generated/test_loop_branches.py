@@ -344,7 +344,7 @@ def test_every_figure_of_the_parallelograms_is_a_branch():
     parallel = ["greater_rod parallel, smaller_rod parallel" in label for label in labels]
     assert level[:, parallel].all()
     assert not level[:, ~np.array(parallel)].any()
-    z = np.zeros((theta.shape[1], len(m.names)))
-    for row, posture in zip(q, theta, strict=True):
-        z[:, m.chain], z[:, m.actuated] = posture, row * m.ratio
-        assert closest(m, z, sorted({*m.chain, *m.actuated})).max() < CLOSED
+    z = np.zeros((*theta.shape[:2], len(m.names)))
+    z[..., m.chain], z[..., m.actuated] = theta, (q * m.ratio)[:, None]
+    known = sorted({*m.chain, *m.actuated})
+    assert closest(m, z.reshape(-1, len(m.names)), known).max() < CLOSED

@@ -1,13 +1,15 @@
 """Serial robots whose articles are tested: the shipped ones, and ones that are hard to print."""
 
 import random
+from functools import cache
 
 import sympy as sp
 from chains import random_chain
-from derivations import NAMES, derivation
+from derivations import NAMES, article, derivation
 
 from chasles.derive import Joint, Mimic, Parameter, Robot, derive
 from chasles.derive.description.conventions import CONVENTIONS
+from chasles.derive.latex import fragments
 from chasles.derive.model.mechanism import Mechanism
 from chasles.derive.model.placements import rotation, translation
 
@@ -112,9 +114,16 @@ BUILT = {
 ROBOTS = [*NAMES, *BUILT]
 
 
+@cache
 def derived(name):
     """A serial robot, or the main chain of one with loops."""
     if name in BUILT:
         return derive(BUILT[name]())
     robot = derivation(name).robot
     return derive(robot.main_chain) if isinstance(robot, Mechanism) else derivation(name)
+
+
+@cache
+def printed(name):
+    """The fragments of the article of such a robot, by file."""
+    return article(name) if name in NAMES else fragments(derived(name))
