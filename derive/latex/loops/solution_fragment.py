@@ -6,13 +6,14 @@ from collections.abc import Iterable, Sequence
 import sympy as sp
 
 from ...loops.collapse import collapsed
-from ...loops.planar.phasors import Complex
+from ...loops.planar.phasors import ZERO, Complex
 from ...loops.solution import Solution
 from ..chain.example_fragment import at_value
 from ..setting.layout import Equation, aligned
 from ..setting.notation import OTHER
 from ..setting.page import listed, sentence, text
 from ..setting.printed_terms import Definition, PrintedTerms
+from ..setting.widths import LINE, width
 from .loop_page import LoopPage
 from .printed_steps import PrintedLoopStep
 
@@ -21,6 +22,8 @@ MOST_ZEROS = 4
 """Most dead points of a step that are listed."""
 LEAST_TOLD = 0.01
 """Least margin of which it is told that it is never below."""
+WIDEST_SIDE = 0.6 * LINE
+"""Greatest width of the left side of an equation (pt)."""
 
 
 def solution(page: LoopPage) -> str:
@@ -93,9 +96,19 @@ def _body(page: LoopPage, name: str) -> str:
 
 
 def _relation(page: LoopPage, printed: PrintedLoopStep) -> Equation:
-    left, right = (_phasors(page.printed_terms, side) for side in (printed.unknown, printed.given))
+    """The loop's equation; a long one is a sum that vanishes, which breaks between its terms."""
     terms = page.printed_terms.printer.terms
-    return _tight(" ".join(terms(left))), [_tight(term) for term in terms(right)]
+    left, right = (_phasors(page.printed_terms, side) for side in (printed.unknown, printed.given))
+    shown = _tight(" ".join(terms(left))), [_tight(term) for term in terms(right)]
+    if width(shown[0]) <= WIDEST_SIDE:
+        return shown
+    parts = [
+        (angle, part) for angle, (re, im) in printed.unknown for part in ((re, ZERO), (ZERO, im))
+    ]
+    parts += [
+        (angle, part) for angle, (re, im) in printed.given for part in ((-re, ZERO), (ZERO, -im))
+    ]
+    return "0", [_tight(term) for term in terms(_phasors(page.printed_terms, parts))]
 
 
 def _tight(term: str) -> str:
