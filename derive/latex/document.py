@@ -61,7 +61,12 @@ _NEEDS_GEOMETRY = "parametric"
 
 _OF_LOOPS: Mapping[str, tuple[str, Callable[[LoopPage], str]]] = {
     "parameters": ("Description", description),
-    "drawing": ("Drawing", lambda page: drawing(page.mechanism, page.hybrid.at_reference)),
+    "drawing": (
+        "Drawing",
+        lambda page: drawing(
+            page.mechanism, page.terms, page.skeleton, [*page.hybrid.at_reference.values()]
+        ),
+    ),
     "symbols": ("Notation", lambda page: symbols(page.chain)),
     "mobility": ("Mobility", freedoms),
     "loops": ("Loops", loops),

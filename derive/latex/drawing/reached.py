@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...chain.body_shapes import Skeleton
-from ...chain.rigid_bodies import TreeBody, skew
+from ...chain.rigid_bodies import Array, TreeBody, skew
 from ...model.tolerances import SAME_POINT, SAME_VIEW
 from .contours import Loop, area, contours, simplified
-from .poses import Array
 
 _CELLS = 90
 """Cells along the longer side of the region."""
