@@ -43,7 +43,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     parser = _parser()
     if _ASKED_BY_A_SHELL in os.environ:
-        _complete(parser)
+        # An extra, which only this needs.
+        from .completion import complete  # noqa: PLC0415
+
+        complete(parser)
     options = parser.parse_args(arguments)
     if isinstance(sys.stdout, io.TextIOWrapper):
         # Who reads through a pipe sees each line when it is printed.
@@ -102,21 +105,6 @@ def _parser() -> argparse.ArgumentParser:
     view.add_argument("--port", type=int, help="port of the page; a free one without it")
     view.set_defaults(run=_view)
     return parser
-
-
-def _complete(parser: argparse.ArgumentParser) -> None:
-    """Tells the shell how its line goes on, and ends the process."""
-    # An extra, which only this needs.
-    import argcomplete  # noqa: PLC0415
-
-    files = argcomplete.FilesCompleter()
-
-    def going_on(prefix: str, action: argparse.Action, **_: object) -> list[str]:
-        """Files, and before them the names of robots where one is wanted."""
-        names = [*robots(), *shelf()] if action.dest in ("robot", "robots") else []
-        return [*names, *files(prefix)]
-
-    argcomplete.autocomplete(parser, default_completer=going_on)
 
 
 def _build(options: argparse.Namespace) -> int:

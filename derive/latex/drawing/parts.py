@@ -285,11 +285,11 @@ class _Builder:
             self.hinges.append(Hinge(shape.name, shape.kind, point, axis, a, b))
 
     def _strut(self, span: Span, shape: Shape) -> None:
-        points = [self._at(body, end) for body, end in zip(span.bodies, span.ends, strict=True)]
-        for body, point in zip(span.bodies, points, strict=True):
+        a, b = (self._at(body, end) for body, end in zip(span.bodies, span.ends, strict=True))
+        for body, point in zip(span.bodies, (a, b), strict=True):
             self.hinges.append(Hinge(span.name, shape.ends, point, None, self.root[body], -1))
         coordinate = self.members.coordinates.get(span.name)
-        self.bars.append(Bar(span.name, *points, shape.kind == "barrel", coordinate))
+        self.bars.append(Bar(span.name, a, b, shape.kind == "barrel", coordinate))
 
     def _hinge(
         self, name: str, kind: str, point: Array, axis: Array | None, a: int, b: int

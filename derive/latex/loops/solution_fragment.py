@@ -9,7 +9,7 @@ from ...loops.collapse import collapsed
 from ...loops.planar.phasors import ZERO, Complex
 from ...loops.solution import Solution
 from ..chain.example_fragment import at_value
-from ..setting.layout import Equation, aligned
+from ..setting.layout import INDENT, MARGIN, Equation, aligned
 from ..setting.notation import OTHER
 from ..setting.page import listed, sentence, text
 from ..setting.printed_terms import Definition, PrintedTerms
@@ -22,8 +22,6 @@ MOST_ZEROS = 4
 """Most dead points of a step that are listed."""
 LEAST_TOLD = 0.01
 """Least margin of which it is told that it is never below."""
-WIDEST_SIDE = 0.6 * LINE
-"""Greatest width of the left side of an equation (pt)."""
 
 
 def solution(page: LoopPage) -> str:
@@ -96,19 +94,19 @@ def _body(page: LoopPage, name: str) -> str:
 
 
 def _relation(page: LoopPage, printed: PrintedLoopStep) -> Equation:
-    """The loop's equation; a long one is a sum that vanishes, which breaks between its terms."""
-    terms = page.printed_terms.printer.terms
-    left, right = (_phasors(page.printed_terms, side) for side in (printed.unknown, printed.given))
-    shown = _tight(" ".join(terms(left))), [_tight(term) for term in terms(right)]
-    if width(shown[0]) <= WIDEST_SIDE:
-        return shown
-    parts = [
-        (angle, part) for angle, (re, im) in printed.unknown for part in ((re, ZERO), (ZERO, im))
-    ]
-    parts += [
-        (angle, part) for angle, (re, im) in printed.given for part in ((-re, ZERO), (ZERO, -im))
-    ]
-    return "0", [_tight(term) for term in terms(_phasors(page.printed_terms, parts))]
+    """The loop's equation; one that no line holds is a sum that vanishes, broken between terms."""
+
+    def terms(side: Sequence[tuple[sp.Expr, Complex]]) -> list[str]:
+        found = page.printed_terms.printer.terms(_phasors(page.printed_terms, side))
+        return [_tight(term) for term in found]
+
+    left, right = " ".join(terms(printed.unknown)), terms(printed.given)
+    if width(f"{left} =") + max(map(width, right)) < LINE - INDENT - MARGIN:
+        return left, right
+    whole = [*printed.unknown, *((angle, (-x, -y)) for angle, (x, y) in printed.given)]
+    if max(map(width, terms(whole))) > LINE - 2 * INDENT - MARGIN:
+        whole = [(angle, part) for angle, (x, y) in whole for part in ((x, ZERO), (ZERO, y))]
+    return "0", terms(whole)
 
 
 def _tight(term: str) -> str:
