@@ -1,4 +1,4 @@
-"""Compiles every robot's article to build/docs/<robot>.pdf, and sees that no line leaves the page."""
+"""Compiles each article to build/docs/<robot>.pdf, and sees that no line leaves the page."""
 
 import re
 import shutil
