@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import sympy as sp
 
+from ...inverse.explanation import listed as in_words
 from ..setting.layout import aligned
 from ..setting.page import Page, sentence, text
 from ..setting.printed_singularities import PrintedCondition, PrintedSingularities
@@ -40,10 +41,10 @@ def _determinant(page: Page, found: PrintedSingularities) -> tuple[str, ...]:
     constant, factors = found.determinant
     opening = "The determinant of the Jacobian is, up to its sign,"
     if found.held:
-        names = " and ".join(f"${page.tex(symbol)}$" for symbol in found.held)
+        names = in_words([f"${page.tex(symbol)}$" for symbol in found.held])
         opening = (
-            f"With {names} held, as the inverse takes it, the Jacobian of the other joints has, up"
-            " to its sign, the determinant"
+            f"With {names} held, as in the inverse, the Jacobian of the other joints has, up to"
+            " its sign, the determinant"
         )
     elif len(page.robot.moving) != WHOLE:
         opening = (

@@ -1,6 +1,7 @@
 """The singular configurations of an arm in short symbols, with words for each."""
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import cycle
@@ -97,7 +98,23 @@ def _held(robot: Robot, notation: Notation, given: Sequence[int]) -> PrintedSing
     if minors is None or len(minors) != 1 or not _is_short(minors[0]):
         return PrintedSingularities(None, ())
     found = _of_determinant(rest, q, notation, minors[0])
-    return replace(found, held=tuple(notation.q[k] for k in given))
+    numbers = [k for k in range(1, len(notation.q) + 1) if k - 1 not in given]
+    return replace(
+        found,
+        conditions=tuple(_counted(condition, numbers) for condition in found.conditions),
+        held=tuple(notation.q[k] for k in given),
+    )
+
+
+def _counted(condition: PrintedCondition, numbers: Sequence[int]) -> PrintedCondition:
+    """A condition whose words count the axes of the whole arm.
+
+    Args:
+        condition: Its words count the axes that are not held.
+        numbers: The number of each of these axes in the whole arm.
+    """
+    counted = re.sub(r"\d+", lambda found: str(numbers[int(found[0]) - 1]), condition.words)
+    return replace(condition, words=counted)
 
 
 def _is_short(minor: Factored) -> bool:

@@ -219,3 +219,14 @@ def test_the_determinant_with_the_given_joint_held(name):
     for q in np.random.default_rng(7).uniform(-3, 3, (POSTURES, 7)):
         assert abs(value(q)) == pytest.approx(volume(J(q)[:, :6]), abs=TEN_DIGITS)
     assert len(found.conditions) == len(factors)
+
+
+def test_words_count_the_axes_of_the_whole_arm():
+    page = Page.of(chasles.derive.derive(loaded("photo_robot"), ["ik"]))
+    assert [k for k, q in enumerate(page.equations.notation.q) if q in page.singular.held] == [0, 3]
+    # The slides 1 and 4 are held: the first turn is axis 2, the wrist has axes 6, 7 and 8.
+    assert {condition.words for condition in page.singular.conditions} == {
+        "the wrist's centre is on axis 2",
+        "the wrist's centre is in the plane of axes 3 and 5; the arm is stretched or folded",
+        "axes 6 and 8 coincide",
+    }
