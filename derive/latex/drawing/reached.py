@@ -91,7 +91,9 @@ class ToolPosition:
         """The region in the coordinate plane in which the tool stays; None where it leaves it."""
         p = self.at(_filling(self.lower, self.upper, _TRIED))
         p = p[np.isfinite(p).all(1)]
-        thin = np.ptp(p, axis=0) < SAME_POINT * self.size if len(p) else np.zeros(3)
+        if len(p) == 0:
+            return None
+        thin = np.ptp(p, axis=0) < SAME_POINT * self.size
         if thin.sum() != 1:
             return None
         i, j = np.flatnonzero(~thin)

@@ -79,8 +79,8 @@ def printed_singularities(
         for joint, angle in zip(robot.moving, cycle(ANGLES), strict=False)
     ]
     postures = nearest_singular(robot, start, POSTURES)
-    found = _held(robot, notation, given)
-    return replace(found, postures=tuple(tuple(map(float, q)) for q in postures))
+    numbers = tuple(tuple(map(float, q)) for q in postures)
+    return replace(_held(robot, notation, given), postures=numbers)
 
 
 def _held(robot: Robot, notation: Notation, given: Sequence[int]) -> PrintedSingularities:
