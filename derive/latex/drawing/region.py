@@ -67,7 +67,8 @@ def _figure(
     if found is None:
         return ""
     words = _words(found, names, ends, closing=closing)
-    return f"{words}\n\\begin{{center}}\n{_picture(found)}\n\\end{{center}}\n"
+    centred = f"\\begin{{center}}\n{_picture(found)}\n\\end{{center}}"
+    return f"\\begin{{samepage}}\n{words}\n{centred}\n\\end{{samepage}}\n"
 
 
 def _words(found: ToolRegion, names: Sequence[str], ends: Sequence[Ends], *, closing: bool) -> str:
