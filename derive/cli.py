@@ -176,7 +176,7 @@ def derive(
     if problems:
         _stop("\n".join([*problems, "nothing was written"]))
     _make(folder)
-    if not out.is_terminal:
+    if len(due) > 1 and not out.is_terminal:
         # Without a bar, a reader of the pipe would hear nothing until the first robot is done.
         out.print(f"deriving {_counted(due)}")
     results = work.compared(due, jobs) if check else work.derived(due, jobs)

@@ -62,10 +62,11 @@ def test_the_compiler_completes_robots():
 
 
 def test_a_pipe_hears_at_once_that_robots_are_derived(tmp_path):
-    command = [sys.executable, "-m", "chasles.derive", "four_bar", "--to", str(tmp_path)]
+    command = [sys.executable, "-m", "chasles.derive", "four_bar", "scara"]
+    command += ["--to", str(tmp_path)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
-        assert process.stdout.readline() == "deriving 1 robot\n"
+        assert process.stdout.readline() == "deriving 2 robots\n"
         assert process.poll() is None
         process.terminate()
 
