@@ -43,7 +43,7 @@ docs: .venv/derive ## every robot's equations as PDF in build/docs (needs pdflat
 reproduce: .venv/dev ## the five papers: numbers and pictures in build/reproduce, docs/papers.md checked
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python docs/papers/report.py
 
-gallery: .venv/derive ## a page with sliders of every robot in build/gallery
+gallery: .venv/dev ## a page with sliders of every robot in build/gallery
 	@$(BIN)/python docs/gallery.py
 
 clean: ## remove the environment and everything built

@@ -46,7 +46,8 @@ def derive(
         typer.Argument(
             help="Robots by name, robot:NAME of robot_descriptions, or files (.toml, .urdf, "
             ".xacro and its arguments as name:=value, .xml of MuJoCo). "
-            "Default: all that are generated."
+            "Default: all that are generated.",
+            autocompletion=lambda: [*robot_names(ROBOTS), *robot_names(SHELF)],
         ),
     ] = None,
     to: Annotated[
@@ -175,6 +176,9 @@ def derive(
     if problems:
         _stop("\n".join([*problems, "nothing was written"]))
     _make(folder)
+    if len(due) > 1 and not out.is_terminal:
+        # Without a bar, a reader of the pipe would hear nothing until the first robot is done.
+        out.print(f"deriving {_counted(due)}")
     results = work.compared(due, jobs) if check else work.derived(due, jobs)
     good = _show(results, len(due))
     orphans = work.orphans(due, folder) if check and not named else []
@@ -182,14 +186,17 @@ def derive(
         _stop(f"{folder}: no description for {', '.join(orphans)}")
     if not good:
         _stop("derive again what is out of date" if check else "some robots failed")
-    count = f"{len(due)} robot{'s' if len(due) > 1 else ''}"
     done = "compared" if check else f"written to {folder}"
-    out.print(f"{count} {done}, {time.perf_counter() - started:.1f} s")
+    out.print(f"{_counted(due)} {done}, {time.perf_counter() - started:.1f} s")
 
 
 def main() -> None:
     """The console script."""
     app()
+
+
+def _counted(jobs: list[Job]) -> str:
+    return f"{len(jobs)} robot{'s' if len(jobs) > 1 else ''}"
 
 
 def _say(asked: list[Job], *, inverse: bool, model: bool) -> None:
@@ -287,7 +294,7 @@ def _each_robot(
 def _show(results: Iterable["Report"], total: int) -> bool:
     good = True
     columns = (TextColumn("deriving"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=out, transient=True) as progress:
+    with Progress(*columns, console=out, transient=True, disable=not out.is_terminal) as progress:
         bar = progress.add_task("deriving", total=total)
         for report in results:
             good &= report.good

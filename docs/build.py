@@ -1,5 +1,6 @@
-"""Compiles every robot's article to build/docs/<robot>.pdf."""
+"""Compiles each article to build/docs/<robot>.pdf, and sees that no line leaves the page."""
 
+import re
 import shutil
 import subprocess
 import sys
@@ -7,6 +8,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
 OUTPUT = ROOT / "build" / "docs"
+WIDEST_EXCESS = 1.0
+"""Largest excess of a line into the margin (pt): less than the eye sees."""
 
 
 def main() -> int:
@@ -20,9 +23,16 @@ def main() -> int:
         command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error"]
         command += [f"-output-directory={OUTPUT}", article.name]
         done = subprocess.run(command, cwd=article.parent, capture_output=True, check=False)
-        failed += done.returncode != 0
         result = OUTPUT / f"{article.stem}.pdf"
-        print(result.relative_to(ROOT) if done.returncode == 0 else f"{article.name}: failed")
+        log = result.with_suffix(".log").read_text(encoding="utf-8", errors="replace")
+        excess = max(map(float, re.findall(r"Overfull \\hbox \(([\d.]+)pt", log)), default=0.0)
+        if done.returncode:
+            print(f"{article.name}: failed")
+        elif excess > WIDEST_EXCESS:
+            print(f"{article.name}: a line is {excess:g} pt too wide")
+        else:
+            print(result.relative_to(ROOT))
+        failed += bool(done.returncode) or excess > WIDEST_EXCESS
     return failed
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import io
 import os
 import sys
 import time
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 _AT_ONCE = 2
 USAGE = 2
 """The exit status of a command line that names no command, as argparse has it for wrong ones."""
+_ASKED_BY_A_SHELL = "_ARGCOMPLETE"
+"""The variable that argcomplete sets where a shell asks how a line goes on."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -39,7 +42,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         The exit status: 0 if all went well, 1 after an error, 2 where no command is named.
     """
     parser = _parser()
+    if _ASKED_BY_A_SHELL in os.environ:
+        # An extra, which only this needs.
+        from .completion import complete  # noqa: PLC0415
+
+        complete(parser)
     options = parser.parse_args(arguments)
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        # Who reads through a pipe sees each line when it is printed.
+        sys.stdout.reconfigure(line_buffering=True)
     if options.command is None:
         parser.print_help(sys.stderr)
         return USAGE

@@ -16,7 +16,7 @@ from .chain.parametric_fragment import parametric
 from .chain.singularity_fragment import singularities
 from .drawing import PREAMBLE as DRAWING_PREAMBLE
 from .drawing import arm_drawing, drawing
-from .drawing.region import workspace
+from .drawing.region import workspace, workspace_of_loops
 from .inverse.inverse_fragment import inverse, inverse_of_loops
 from .loops.example_of_loops import worked_example_of_loops
 from .loops.legs_fragment import legs
@@ -49,7 +49,7 @@ _FRAGMENTS: Mapping[str, tuple[str, Callable[[Page], str]]] = {
 _DRAWING = "drawing"
 """The fragment that is a figure."""
 _WORKSPACE = "workspace"
-"""The fragment of the region that the tool of a serial robot reaches."""
+"""The fragment of the region that the tool reaches."""
 _PICTURES: Mapping[str, Mapping[str, str]] = {
     "parameters": {_DRAWING: "Drawing"},
     "singularities": {_WORKSPACE: "Workspace"},
@@ -61,7 +61,12 @@ _NEEDS_GEOMETRY = "parametric"
 
 _OF_LOOPS: Mapping[str, tuple[str, Callable[[LoopPage], str]]] = {
     "parameters": ("Description", description),
-    "drawing": ("Drawing", lambda page: drawing(page.mechanism, page.hybrid.at_reference)),
+    "drawing": (
+        "Drawing",
+        lambda page: drawing(
+            page.mechanism, page.terms, page.skeleton, [*page.hybrid.at_reference.values()]
+        ),
+    ),
     "symbols": ("Notation", lambda page: symbols(page.chain)),
     "mobility": ("Mobility", freedoms),
     "loops": ("Loops", loops),
@@ -74,6 +79,12 @@ _OF_LOOPS: Mapping[str, tuple[str, Callable[[LoopPage], str]]] = {
     "singularities": (
         "Singular configurations of the main chain",
         lambda page: singularities(page.chain),
+    ),
+    "workspace": (
+        "Workspace",
+        lambda page: workspace_of_loops(
+            *(page.mechanism, page.terms, page.skeleton, page.functions, page.members.q)
+        ),
     ),
     "rates": ("Velocities", rates),
     "platform": ("Platform on legs", platform),

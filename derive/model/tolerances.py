@@ -180,8 +180,6 @@ MOVED_REFERENCE = 0.3
 
 Values written by eye are some 10 degrees off; another assembly is mostly farther away.
 """
-VISIBLE_GAP = 2e-3
-"""A drawn loop may stand open by this part of the robot's size: the eye sees no gap below it."""
 PIN_ACROSS = 0.1
 """Cosine of the angle between a pin and its strut up to which the pin is across it (no unit).
 

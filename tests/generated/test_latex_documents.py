@@ -8,12 +8,14 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 import sympy as sp
 from chains import random_chain
 from derivations import ALL, article, derivation
 
-from chasles.derive import Joint, Mimic, Parameter, Robot, derive, from_urdf
+from bench.cases.planar_platforms import drawn_platform
+from chasles.derive import Joint, Mimic, Parameter, Robot, derive, from_urdf, loads
 from chasles.derive.description.conventions import dh
 from chasles.derive.latex import FOLDER, document, fragments
 from chasles.derive.model.mechanism import Mechanism
@@ -195,3 +197,11 @@ def test_fragments_fit_the_plainest_article(name, tmp_path):
     inputs = "\n\n".join(rf"\input{{{FOLDER}/{name}}}" for name in shown if name not in PICTURES)
     log = compiled(tmp_path, PLAIN % inputs, shown)
     assert_clean(log, MOST_PAGES_OF_LOOPS)
+
+
+@pytest.mark.parametrize("seed", [201, 203])
+def test_documents_of_drawn_platforms(seed, tmp_path):
+    """Loops with slides at odd angles, and radii that the actuators move, have long equations."""
+    platform = drawn_platform(np.random.default_rng(seed))
+    found = derive(loads(platform.text("platform")), ["chain_fk"])
+    assert_clean(compiled(tmp_path, document(found), fragments(found)), MOST_PAGES_OF_LOOPS)

@@ -189,4 +189,7 @@ def _paired(factors: list[sp.Expr], t: sp.Symbol, budget: int) -> list[sp.Expr]:
         pairs.append(t**2)
         alone = alone[2:]
         used -= 1
+    if used > budget and alone and single:
+        # Both contain half the angle, and their product does not.
+        return [*even, *pairs, sp.expand(single[0] * alone[0]), *alone[1:]]
     return [*even, *pairs, *single, *alone]

@@ -3,6 +3,8 @@ r"""The fragments that follow from the description alone: screw axes and link tr
 from collections.abc import Sequence
 from itertools import pairwise
 
+import sympy as sp
+
 from ..setting.layout import MARGIN, Display, aligned, broken, flowed
 from ..setting.names import frame
 from ..setting.page import Page, sentence, text
@@ -13,6 +15,8 @@ from .tables import has_fixed
 
 MOST_WRITTEN = 4
 """Factors of a product that are all written out."""
+MOST_IN_ROW = 6
+"""Transforms without an effect in one line."""
 
 
 def screws(page: Page) -> str:
@@ -57,12 +61,18 @@ def link_transforms(page: Page) -> str:
     robot, notation = page.robot, page.equations.notation
     frames = labels(robot)
     names = [transform(*pair) for pair in pairwise(frames)]
-    displays = []
+    displays, alike = [], []
     for name, T, placement in zip(names, page.links, placements(robot, notation.q), strict=True):
+        if sp.eye(4) == T:
+            alike.append(name)
+            continue
         display = page.matrix(name, T)
         if display.width > LINE - MARGIN:
             display = broken(name, factors(placement, page.equations.printer))
         displays.append(display)
+    for k in range(0, len(alike), MOST_IN_ROW):
+        side = " = ".join(alike[k : k + MOST_IN_ROW])
+        displays.append(_equation(side, "I"))
     same = f"where frame ${frame(robot.tool_frame)}$ is frame ${frames[-1]}$, and"
     return text(
         sentence(

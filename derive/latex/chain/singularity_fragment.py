@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import sympy as sp
 
+from ...inverse.explanation import listed as in_words
 from ..setting.layout import aligned
 from ..setting.page import Page, sentence, text
 from ..setting.printed_singularities import PrintedCondition, PrintedSingularities
@@ -28,24 +29,32 @@ def singularities(page: Page) -> str:
     if found.determinant and found.conditions:
         alone = len(found.conditions) == 1 and not found.conditions[0].words
         listed = "" if alone else _listed(page, found.conditions)
-        return text(sentence(*_determinant(page, found), listed))
+        whole = _postures(page, found) if found.postures else ""
+        return text(sentence(*_determinant(page, found), listed), whole)
     if found.conditions:
         return text(sentence(_several(page), _listed(page, found.conditions)))
-    return _postures(page, found.postures) if found.postures else ""
+    return text(_postures(page, found)) if found.postures else ""
 
 
 def _determinant(page: Page, found: PrintedSingularities) -> tuple[str, ...]:
     assert found.determinant is not None
     constant, factors = found.determinant
     opening = "The determinant of the Jacobian is, up to its sign,"
-    if len(page.robot.moving) != WHOLE:
+    if found.held:
+        names = in_words([f"${page.tex(symbol)}$" for symbol in found.held])
+        opening = (
+            f"With {names} held, as in the inverse, the Jacobian of the other joints has, up to"
+            " its sign, the determinant"
+        )
+    elif len(page.robot.moving) != WHOLE:
         opening = (
             "In the axes of one of the links and without its rows that are 0, the Jacobian has, up"
             " to its sign, the determinant"
         )
     product = sp.Mul(constant, *(factor**power for factor, power in factors))
     several = len(factors) > 1 or found.conditions[0].words
-    closing = f"and the robot is singular where {'a factor is 0:' if several else 'it is 0.'}"
+    who = "these joints are" if found.held else "the robot is"
+    closing = f"and {who} singular where {'a factor is 0:' if several else 'it is 0.'}"
     if width(page.tex(product)) <= WIDEST:
         return opening, aligned([(r"\det J", [page.tex(product)])], end=","), closing
     powers = [rf"f_{{{k}}}" + (f"^{{{p}}}" if p > 1 else "") for k, (_, p) in _numbered(factors)]
@@ -88,24 +97,23 @@ def _listed(page: Page, conditions: Sequence[PrintedCondition]) -> str:
     return "\n".join(["\\begin{itemize}", *items, "\\end{itemize}"])
 
 
-def _postures(page: Page, postures: Sequence[Sequence[float]]) -> str:
+def _postures(page: Page, found: PrintedSingularities) -> str:
     """A table of postures, with the digits that are shown."""
     joints = page.robot.moving
     symbols = [f"${page.tex(symbol)}$" for symbol in page.equations.notation.q]
     columns: list[Column] = [("joint", symbols)]
-    for number, q in enumerate(postures, 1):
+    for number, q in enumerate(found.postures, 1):
         cells = [_value(x, joint.unit) for x, joint in zip(q, joints, strict=True)]
         columns.append((f"posture {number}", cells))
     metres = " and displacements in metres" if any(j.unit == "m" for j in joints) else ""
     sought = r"a wrench $y$ with $J^{\mathsf{T}} y = 0$, on which no joint works"
     if len(joints) < WHOLE:
         sought = "rates $x$ with $J x = 0$, which do not move the tool"
-    return text(
-        sentence(
-            "The determinants of the Jacobian are not given in factors. Newton's iteration for"
-            f" {sought}, found these singular postures (angles in degrees{metres}):",
-            tabular(columns, repeated=1),
-        )
+    whose = "of six columns of the whole Jacobian" if found.held else "of the Jacobian"
+    return sentence(
+        f"The determinants {whose} do not fall into short factors. Newton's iteration for"
+        f" {sought}, found these singular postures (angles in degrees{metres}):",
+        tabular(columns, repeated=1),
     )
 
 

@@ -1,19 +1,19 @@
-r"""A mechanism at a configuration as papers draw it, in TikZ, from the description alone."""
+r"""A robot as papers draw it, in TikZ: the bodies and shapes of all drawings of it."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from ...chain.body_shapes import Skeleton
 from ...chain.posture import from_aside
+from ...loops.planar.planes import loops
 from ...model.mechanism import Mechanism
 from ...model.robot import Robot
+from ...terms.terms import Terms
 from ..setting import names
-from .arm_parts import arm
 from .labels import Label, Obstacles, loop_number, placed
 from .marks import Marks
 from .paper import Paper, Point, at, whole
-from .parts import scene
-from .poses import Poses
+from .parts import DrawnMembers, Scene, scene
 from .view import view
 
 PREAMBLE = "\\usepackage{tikz}\n\\usetikzlibrary{arrows.meta}"
@@ -55,7 +55,9 @@ _BELOW = 40
 """Distance of the scale below the lowest part."""
 
 
-def drawing(mechanism: Mechanism, configuration: Mapping[str, float]) -> str:
+def drawing(
+    mechanism: Mechanism, terms: Terms, skeleton: Skeleton, reference: Sequence[float]
+) -> str:
     r"""A drawing of a mechanism: bodies, joints by kind, actuators, loops, tool frame and scale.
 
     Bodies connect the joints on them; the main chain is drawn thicker. Actuated members are
@@ -67,20 +69,22 @@ def drawing(mechanism: Mechanism, configuration: Mapping[str, float]) -> str:
 
     Args:
         mechanism: The description.
-        configuration: Value of every moving joint of the tree and of every cylinder (radian or
-            metre) where all loops are closed.
+        terms: Its parameters at their defaults.
+        skeleton: Its bodies.
+        reference: The configuration z at which it is drawn (radian or metre).
 
     Returns:
         A ``tikzpicture``, the same bytes on any machine; it needs :data:`PREAMBLE`.
-
-    Raises:
-        RobotError: A value is missing, or the configuration leaves a loop open.
     """
-    poses = Poses(mechanism, configuration)
-    parts = scene(mechanism, poses, configuration)
-    directions, is_planar = view(mechanism, poses)
+    members = DrawnMembers(
+        {c.moves: k for k, c in enumerate(mechanism.coordinates, 1)},
+        {joint.name for joint in mechanism.main_chain.joints},
+        loops(mechanism),
+    )
+    parts = scene(skeleton, reference, members)
+    directions, is_planar = view(mechanism, terms, skeleton, reference)
     paper = Paper.around(directions, parts.points)
-    marks = Marks(parts, paper, is_planar=is_planar)
+    marks = _marks(parts, paper, is_planar=is_planar)
     taken = marks.obstacles
     # Coordinates have the fewest free positions, loops more; the rest uses the remaining space.
     labels = [line for label in _coordinates(mechanism, marks) for line in placed(label, taken)]
@@ -104,11 +108,12 @@ def arm_drawing(robot: Robot, skeleton: Skeleton) -> str:
     Returns:
         A ``tikzpicture``, the same bytes on any machine; it needs :data:`PREAMBLE`.
     """
-    parts, foot = arm(skeleton, [joint.name for joint in robot.coordinates])
-    paper = Paper.around(from_aside(), parts.points)
-    marks = Marks(parts, paper, is_planar=False)
-    if foot is not None:
-        marks.ground_at(paper.at(foot[0]), paper.at(foot[1]))
+    names = [joint.name for joint in robot.coordinates]
+    members = DrawnMembers(
+        {name: k for k, name in enumerate(names, 1)}, {j.name for j in robot.joints}
+    )
+    parts = scene(skeleton, skeleton.posture, members)
+    marks = _marks(parts, Paper.around(from_aside(), parts.points), is_planar=False)
     taken = marks.obstacles
     wanted = [
         _label(*_coordinate(k, joint.name), *marks.anchors[joint.name], "coordinate name")
@@ -116,6 +121,14 @@ def arm_drawing(robot: Robot, skeleton: Skeleton) -> str:
     ]
     wanted.append(_label(*_name(robot.tool_frame), *marks.anchors["tool"], "name"))
     return _picture(marks, [line for label in wanted for line in placed(label, taken)])
+
+
+def _marks(parts: Scene, paper: Paper, *, is_planar: bool) -> Marks:
+    """The symbols of a scene, with the ground at its foot."""
+    marks = Marks(parts, paper, is_planar=is_planar)
+    if parts.foot is not None:
+        marks.ground_at(*map(paper.at, parts.foot))
+    return marks
 
 
 def _picture(marks: Marks, labels: Sequence[str]) -> str:
@@ -203,4 +216,4 @@ def _scale(per_metre: float, corner: Point) -> list[str]:
     ]
 
 
-__all__ = ["PREAMBLE", "arm_drawing", "drawing"]
+__all__ = ["PREAMBLE", "DrawnMembers", "arm_drawing", "drawing"]

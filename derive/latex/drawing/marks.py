@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...chain.rigid_bodies import Array
 from .labels import Obstacles
 from .paper import Paper, Point, angle, area, at, between, distance, hull, number, turn, whole
 from .parts import Bar, DrawnSlide, Hinge, Scene, Solid
-from .poses import Array
 
 TINTS = 6
 """Number of tints that bodies take in turn."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...chain.rigid_bodies import Array
 from ...model.tolerances import LAYOUT_TIE, SAME_POINT
-from .poses import Array
 
 Point = tuple[int, int]
 """To the right and up, in tenths of a millimetre."""

@@ -1,23 +1,16 @@
-"""The parts of a mechanism's drawing, as points and directions in the base frame (metre)."""
+"""The parts of a robot's drawing, from its bodies: points and directions in the base frame (metre).
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+The bodies and their shapes are those of all drawings, :mod:`chasles.derive.chain.body_shapes`.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...chain.body_shapes import rows_of_joints
-from ...chain.rigid_bodies import RigidBodies
-from ...loops.planar.planes import Loop, loops
-from ...model.errors import RobotError
-from ...model.mechanism import Closure, Mechanism, Strut
-from ...model.robot import Joint
-from ...model.tolerances import VISIBLE_GAP
-from .poses import Array, Poses
-
-LONG = 0.05
-"""A slide longer than this part of the robot's size is drawn as a telescope."""
-MOUTH = 0.6
-"""The part of a telescope's length at which its outer tube ends."""
+from ...chain.body_shapes import Shape, Skeleton
+from ...chain.rigid_bodies import Array, HeldFrames, Span, tree_poses
+from ...loops.planar.planes import Loop
 
 
 @dataclass
@@ -25,7 +18,7 @@ class Solid:
     """Bodies that are fixed to each other.
 
     Attributes:
-        points: The points of joints and struts on them.
+        points: The corners of a line, or the points of which the hull is drawn.
         is_main: Whether the main chain passes through them.
         is_base: Whether the base is one of them.
         is_line: Whether they are drawn as a line through the points in order, not as their hull.
@@ -104,7 +97,7 @@ class Bar:
 
 @dataclass(frozen=True)
 class Scene:
-    """All parts of a mechanism at one configuration.
+    """All parts of a robot at one configuration.
 
     Attributes:
         solids: Bodies, the base first; bodies that are fixed to each other are one.
@@ -114,6 +107,8 @@ class Scene:
         loops: The corners of each loop, in the order of the description.
         tool: The tool frame (4, 4).
         base: The base frame (4, 4); None where it is not drawn.
+        foot: The two ends of the line from the ground to the only joint on it; None where that
+            joint is on the ground, or several are.
     """
 
     solids: Sequence[Solid]
@@ -123,6 +118,7 @@ class Scene:
     loops: Sequence[Sequence[Array]]
     tool: Array
     base: Array | None = None
+    foot: tuple[Array, Array] | None = None
 
     @property
     def points(self) -> list[Array]:
@@ -134,171 +130,221 @@ class Scene:
         return [*found, self.tool[:3, 3]]
 
 
-def scene(mechanism: Mechanism, poses: Poses, configuration: Mapping[str, float]) -> Scene:
-    """The parts of a mechanism at a configuration.
+@dataclass(frozen=True)
+class DrawnMembers:
+    """What a description says of the members that are drawn, by their names.
 
-    Sliders and hinges without a body between them are drawn as one joint: passive hinges in one
-    point as a ball. Passive sliders in a row are not drawn, for they are only the coordinates of a
-    platform.
+    Attributes:
+        coordinates: Index of the entry of q, from 1, that moves a joint or cylinder.
+        main: The joints of the main chain.
+        loops: The loops.
+    """
+
+    coordinates: Mapping[str, int]
+    main: Collection[str]
+    loops: Sequence[Loop] = ()
+
+
+def scene(skeleton: Skeleton, values: Sequence[float], members: DrawnMembers) -> Scene:
+    """The parts of a robot at a configuration.
 
     Args:
-        mechanism: The description.
-        poses: The poses of its bodies.
-        configuration: Values of joints and cylinders (radian or metre).
-
-    Raises:
-        RobotError: A cylinder has no value, or a loop stands open.
+        skeleton: Its bodies with their shapes.
+        values: The coordinates that move them: z, or q of a serial robot (radian or metre).
+        members: Its members.
     """
-    return _Builder(mechanism, poses, configuration).built()
+    return _Builder(skeleton, values, members).built()
 
 
 class _Builder:
-    """The parts, one member of the description at a time."""
+    """The parts, one shape at a time; the solid of each body has the body's index."""
 
-    def __init__(
-        self, mechanism: Mechanism, poses: Poses, configuration: Mapping[str, float]
-    ) -> None:
-        self.mechanism, self.poses, self.configuration = mechanism, poses, configuration
-        self.moved_by = {c.moves: k for k, c in enumerate(mechanism.coordinates, 1)}
-        self.main = {joint.name for joint in mechanism.main_chain.joints}
-        self.solids, self.solid_of = self._solids()
+    def __init__(self, skeleton: Skeleton, values: Sequence[float], members: DrawnMembers) -> None:
+        self.skeleton, self.members = skeleton, members
+        self.poses = tree_poses(skeleton.bodies, values)
+        self.root = self._roots()
+        joints = [body.joint for body in skeleton.bodies]
+        self.body_of = {joint.name: k for k, joint in enumerate(joints) if joint}
+        self.held = {closure.name: closure for closure in skeleton.closures}
+        self.spans = {body.span.name: body.span for body in skeleton.bodies if body.span}
+        self.solids = [
+            Solid(is_main=joint is None or joint.name in members.main, is_base=k == 0)
+            for k, joint in enumerate(joints[: len(self.poses)])
+        ]
         self.hinges: list[Hinge] = []
         self.slides: list[DrawnSlide] = []
         self.bars: list[Bar] = []
-        self.merged: dict[str, list[Joint]] = {}
-        for run in self._runs():
-            self.merged.update((joint.name, run) for joint in run)
-        self.tool = poses.body[mechanism.tool_body] @ poses.matrix(mechanism.tool)
-        self.size = self._size()
 
     def built(self) -> Scene:
-        for joint in self.mechanism.joints:
-            run = self.merged.get(joint.name, [joint])
-            if run[0] is joint:
-                self._joint(run)
-        for closure in self.mechanism.closures:
-            self._closure(closure)
-        for strut in self.mechanism.struts:
-            self._strut(strut)
-        self._attach(self.mechanism.tool_body, self.tool[:3, 3])
-        corners = [self._corners(loop) for loop in loops(self.mechanism)]
-        return Scene(self.solids, self.hinges, self.slides, self.bars, corners, self.tool)
+        foot = self._foot()
+        for k, shapes in enumerate(self.skeleton.shapes):
+            for shape in shapes:
+                self._shape(k, shape)
+        for k, solid in enumerate(self.solids[: len(self.poses)]):
+            if not solid.points:
+                solid.points.append(self.poses[k][:3, 3])
+        tool = self.poses[self.skeleton.tip] @ self.skeleton.tip_placement
+        corners = [self._corners(loop) for loop in self.members.loops]
+        base = None if corners else np.eye(4)
+        return Scene(self.solids, self.hinges, self.slides, self.bars, corners, tool, base, foot)
 
-    def _solids(self) -> tuple[list[Solid], dict[str, int]]:
-        solids = [Solid(is_main=True, is_base=True)]
-        solid_of = {self.mechanism.base_frame: 0}
-        for joint in self.mechanism.joints:
-            if joint.kind == "fixed":
-                solid_of[joint.link] = solid_of[joint.parent]
-            else:
-                solid_of[joint.link] = len(solids)
-                solids.append(Solid())
-            solids[solid_of[joint.link]].is_main |= joint.name in self.main
-        return solids, solid_of
+    def _roots(self) -> list[int]:
+        """For each body the first one that it is fixed to."""
+        root = [0]
+        for k, body in enumerate(self.skeleton.bodies[1 : len(self.poses)], 1):
+            is_fixed = body.joint is not None and body.joint.kind == "fixed"
+            root.append(root[body.parent] if is_fixed else k)
+        return root
 
-    def _size(self) -> float:
-        """The diagonal of the box around the frames of all bodies and closers."""
-        bodies = [*self.poses.body.values(), *self.poses.fixed.values(), self.tool]
-        ends = [frame for closer in self.mechanism.closers for frame in (closer.a, closer.b)]
-        origins = np.array([T[:3, 3] for T in [*bodies, *map(self.poses.of, ends)]])
-        return float(np.linalg.norm(np.ptp(origins, axis=0)))
+    def _foot(self) -> tuple[Array, Array] | None:
+        """Makes the line from the ground to the only joint on it a body of its own."""
+        lines = [shape for shape in self.skeleton.shapes[0] if shape.kind == "link"]
+        ends = [end for held in self.held.values() for end in held.bodies]
+        ends += [end for span in self.spans.values() for end in span.bodies]
+        ends += [body.parent for k, body in enumerate(self.skeleton.bodies) if k in self.root[1:]]
+        if not lines or sum(end >= 0 and self.root[end] == 0 for end in ends) != 1:
+            return None
+        points = [self._at(0, point) for point in lines[0].points]
+        self.solids.append(Solid(points, is_main=True, is_line=True))
+        return points[0], points[1]
 
-    def _runs(self) -> list[list[Joint]]:
-        """Passive joints one after the other, without a body of any size between them."""
-        rigid = RigidBodies(self.mechanism, self.poses.terms, self.configuration)
-        rows = rows_of_joints(rigid, set(self.moved_by))
-        return [[self.mechanism.joints[k - 1] for k in row] for row in rows]
+    # --- shapes ---
 
-    def _attach(self, body: str, point: Array) -> int:
-        """Notes a point of a body, and gives the body's solid."""
-        k = self.solid_of[body]
-        self.solids[k].points.append(point)
-        return k
+    def _shape(self, k: int, shape: Shape) -> None:
+        if shape.kind in ("link", "plate"):
+            self._solid(k, shape)
+        elif shape.kind in ("rod", "barrel"):
+            self._strut(self.spans[shape.name], shape)
+        elif shape.name in self.held and shape.kind != "guide":
+            self._closure(k, self.held[shape.name], shape)
+        elif shape.name in self.body_of:
+            self._joint(k, shape)
 
-    def _joint(self, run: Sequence[Joint]) -> None:
-        joint, last = run[0], run[-1]
-        if joint.kind == "fixed" or sum(j.kind == "prismatic" for j in run) > 1:
+    def _solid(self, k: int, shape: Shape) -> None:
+        if k == 0 and len(self.solids) > len(self.poses):
             return
-        fixed, moved = self.poses.fixed[joint.name], self.poses.moved[joint.name]
-        a, b = self._attach(joint.parent, fixed[:3, 3]), self._attach(last.link, moved[:3, 3])
-        axis = joint.direction * fixed[:3, 2]
-        coordinate, is_main = self.moved_by.get(joint.name), joint.name in self.main
-        if joint.kind == "prismatic":
-            slide = DrawnSlide(joint.name, fixed[:3, 3], moved[:3, 3], axis, a, b)
-            slide = replace(slide, coordinate=coordinate, is_main=is_main)
-            self.slides.append(self._guided(joint, slide))
+        solid = self.solids[k]
+        solid.points.extend(self._at(k, point) for point in shape.points)
+        solid.is_line = shape.kind == "link" and k > 0
+
+    def _joint(self, k: int, shape: Shape) -> None:
+        first = self.body_of[shape.name]
+        carrier = self._carrier(first)
+        point = self._at(k, shape.points[-1])
+        if shape.kind in ("ball", "universal"):
+            self.hinges.append(self._hinge(shape.name, "ball", point, None, carrier, k))
+        elif shape.kind in ("revolute", "helical"):
+            axis = np.sign(self._ratio(k)) * self._direction(k, shape)
+            self.hinges.append(self._hinge(shape.name, "pin", point, axis, carrier, k))
+        elif shape.kind == "carriage":
+            self._slide(k, shape, carrier, travel=tuple(self._points(shape.name, "guide")))
+        elif shape.kind == "ram":
+            (start,) = self._points(shape.name, "sleeve")
+            self._tube(k, [start, point])
+            self._slide(k, shape, carrier, mouth=start)
+
+    def _carrier(self, k: int) -> int:
+        """The solid that carries a body's joint."""
+        parent = self.root[self.skeleton.bodies[k].parent]
+        return len(self.poses) if parent == 0 and len(self.solids) > len(self.poses) else parent
+
+    def _tube(self, k: int, points: list[Array]) -> None:
+        """The inner tube of a telescope, before the line of its body or beside its plate."""
+        solid = self.solids[k]
+        if len(solid.points) > 1 and not solid.is_line:
+            self.solids.append(Solid(points, is_main=solid.is_main, is_line=True))
         else:
-            kind = "pin" if len(run) == 1 else "ball"
-            self.hinges.append(
-                Hinge(joint.name, kind, moved[:3, 3], axis, a, b, coordinate, is_main)
+            solid.points[:0] = points
+            solid.is_line = True
+
+    def _slide(
+        self,
+        k: int,
+        shape: Shape,
+        carrier: int,
+        travel: tuple[Array, ...] = (),
+        mouth: Array | None = None,
+    ) -> None:
+        at, axis = self._at(k, shape.points[-1]), self._direction(k, shape)
+        start = travel[0] if travel else at if mouth is None else mouth
+        self.slides.append(
+            DrawnSlide(
+                *(shape.name, start, at, axis, carrier, k, mouth, travel),
+                coordinate=self.members.coordinates.get(shape.name),
+                is_main=shape.name in self.members.main,
             )
+        )
 
-    def _guided(self, joint: Joint, slide: DrawnSlide) -> DrawnSlide:
-        """A slide of an arm that turns as two tubes; any other on a guide as long as its travel."""
-        carrier = self.mechanism.joint_of.get(joint.parent)
-        way = slide.at - slide.start
-        if carrier is None or carrier.kind != "revolute" or np.linalg.norm(way) < LONG * self.size:
-            return replace(slide, travel=self._travel(joint, slide))
-        mouth = slide.start + MOUTH * way
-        self.solids[slide.a].points.append(mouth)
-        self.solids[slide.b].points.append(mouth)
-        return replace(slide, mouth=mouth)
+    def _closure(self, k: int, held: HeldFrames, shape: Shape) -> None:
+        a, b = (self.root[body] for body in held.bodies)
+        if shape.kind == "carriage":
+            self._slide(k, shape, a, travel=tuple(self._points(shape.name, "guide")))
+        elif k == a:
+            axis = self._direction(k, shape) if shape.axis else None
+            point = self._at(k, shape.points[0])
+            self.hinges.append(Hinge(shape.name, shape.kind, point, axis, a, b))
 
-    def _travel(self, joint: Joint, slide: DrawnSlide) -> tuple[Array, ...]:
-        if None in joint.limits:
-            return ()
-        values = [float(self.poses.terms.value(limit)) for limit in joint.limits]
-        return tuple(slide.start + value * slide.axis for value in values)
+    def _strut(self, span: Span, shape: Shape) -> None:
+        a, b = (self._at(body, end) for body, end in zip(span.bodies, span.ends, strict=True))
+        for body, point in zip(span.bodies, (a, b), strict=True):
+            self.hinges.append(Hinge(span.name, shape.ends, point, None, self.root[body], -1))
+        coordinate = self.members.coordinates.get(span.name)
+        self.bars.append(Bar(span.name, a, b, shape.kind == "barrel", coordinate))
 
-    def _closure(self, closure: Closure) -> None:
-        A, B = self.poses.of(closure.a), self.poses.of(closure.b)
-        gap, axis = B[:3, 3] - A[:3, 3], A[:3, 2]
-        if closure.kind == "slider":
-            gap = gap - axis * (axis @ gap)
-        self._check_closed(closure.name, float(np.linalg.norm(gap)))
-        a = self._attach(closure.a.body, A[:3, 3])
-        b = self._attach(closure.b.body, B[:3, 3])
-        if closure.kind == "slider":
-            self.slides.append(DrawnSlide(closure.name, A[:3, 3], B[:3, 3], axis, a, b))
-        else:
-            self.hinges.append(Hinge(closure.name, closure.kind, A[:3, 3], axis, a, b))
+    def _hinge(
+        self, name: str, kind: str, point: Array, axis: Array | None, a: int, b: int
+    ) -> Hinge:
+        coordinate, is_main = self.members.coordinates.get(name), name in self.members.main
+        return Hinge(name, kind, point, axis, a, b, coordinate, is_main)
 
-    def _strut(self, strut: Strut) -> None:
-        ends = [self.poses.of(frame)[:3, 3] for frame in (strut.a, strut.b)]
-        length = float(self.poses.terms.value(strut.length))
-        if strut.is_cylinder:
-            length += self._value(strut.name)
-        self._check_closed(strut.name, abs(float(np.linalg.norm(ends[1] - ends[0])) - length))
-        for frame, end in zip((strut.a, strut.b), ends, strict=True):
-            solid = self._attach(frame.body, end)
-            self.hinges.append(Hinge(strut.name, strut.ends, end, None, solid, -1))
-        coordinate = self.moved_by.get(strut.name)
-        self.bars.append(Bar(strut.name, ends[0], ends[1], strut.is_cylinder, coordinate))
-
-    def _value(self, name: str) -> float:
-        if name not in self.configuration:
-            raise RobotError(
-                f"robot {self.mechanism.name!r}: cylinder {name!r} has no value in the "
-                "configuration"
-            )
-        return self.configuration[name]
-
-    def _check_closed(self, name: str, gap: float) -> None:
-        if not gap <= VISIBLE_GAP * self.size:
-            raise RobotError(
-                f"robot {self.mechanism.name!r}: {name!r} stands open by {gap:.3g} m in the "
-                "configuration; a drawing needs one that closes all loops"
-            )
+    # --- loops ---
 
     def _corners(self, loop: Loop) -> list[Array]:
         """The points that a loop goes through, once around."""
-        there = [p for joint in loop.to_a for p in self._passed(joint)]
-        back = [p for joint in loop.to_b for p in self._passed(joint)]
-        ends = [self.poses.of(frame)[:3, 3] for frame in (loop.closer.a, loop.closer.b)]
-        return [*there, *ends, *back[::-1]]
+        there = [p for joint in loop.to_a for p in self._passed(joint.name)]
+        back = [p for joint in loop.to_b for p in self._passed(joint.name)]
+        return [*there, *self._ends(loop.closer.name), *back[::-1]]
 
-    def _passed(self, joint: Joint) -> list[Array]:
-        run = self.merged.get(joint.name, [])
-        if joint.kind == "fixed" or sum(j.kind == "prismatic" for j in run) > 1:
+    def _passed(self, name: str) -> list[Array]:
+        """Where a joint is before and after its motion; [] of a joint without a symbol."""
+        k = self.body_of[name]
+        body = self.skeleton.bodies[k]
+        assert body.joint is not None
+        if not any(shape.name == name for shapes in self.skeleton.shapes for shape in shapes):
             return []
-        return [self.poses.fixed[joint.name][:3, 3], self.poses.moved[joint.name][:3, 3]]
+        fixed = self.poses[body.parent] @ body.placement
+        return [fixed[:3, :3] @ body.joint.at + fixed[:3, 3], self._at(k, body.joint.at)]
+
+    def _ends(self, name: str) -> list[Array]:
+        """The two points that a closure or strut joins."""
+        if name in self.held:
+            held = self.held[name]
+            frames = zip(held.bodies, held.frames, strict=True)
+            return [(self.poses[k] @ T)[:3, 3] for k, T in frames]
+        span = self.spans[name]
+        return [self._at(k, end) for k, end in zip(span.bodies, span.ends, strict=True)]
+
+    # --- points ---
+
+    def _points(self, name: str, kind: str) -> list[Array]:
+        """The points of the shape of a kind that a joint has on the body that carries it."""
+        return [
+            self._at(k, point)
+            for k, shapes in enumerate(self.skeleton.shapes)
+            for shape in shapes
+            if (shape.kind, shape.name) == (kind, name)
+            for point in shape.points
+        ]
+
+    def _at(self, k: int, point: Array | tuple[float, ...]) -> Array:
+        T = self.poses[k]
+        found: Array = T[:3, :3] @ np.array(point) + T[:3, 3]
+        return found
+
+    def _direction(self, k: int, shape: Shape) -> Array:
+        found: Array = self.poses[k][:3, :3] @ np.array(shape.axis)
+        return found
+
+    def _ratio(self, k: int) -> float:
+        joint = self.skeleton.bodies[k].joint
+        return joint.ratio if joint else 1.0

@@ -1,16 +1,15 @@
-"""The plane region that a serial robot's tool reaches, as an outline of few corners."""
+"""The plane region that a robot's tool reaches, as an outline of few corners."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ...chain.body_shapes import Skeleton
-from ...chain.rigid_bodies import TreeBody, skew
+from ...chain.rigid_bodies import Array, CarryingJoint, TreeBody, skew
 from ...model.tolerances import SAME_POINT, SAME_VIEW
 from .contours import Loop, area, contours, simplified
-from .poses import Array
 
 _CELLS = 90
 """Cells along the longer side of the region."""
@@ -32,6 +31,8 @@ _SLACK, _SLACKER = 0.2, 1.15
 left."""
 _CORNERS = 76
 """Most corners of all loops together."""
+_TRIED = 60
+"""Postures that tell which coordinates move the tool."""
 _PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 
 
@@ -43,21 +44,99 @@ class ToolRegion:
         axes: Names of the coordinates to the right and up; r is the distance from the first axis.
         loops: Its boundary; a loop inside another one bounds a hole.
         moving: Indices of the coordinates that shape it, in q.
+        upright: Index of the coordinate that turns it about the first axis; -1 of a plane.
     """
 
     axes: tuple[str, str]
     loops: tuple[Loop, ...]
     moving: tuple[int, ...]
+    upright: int = -1
+
+
+@dataclass(frozen=True)
+class ToolPosition:
+    """The position of the tool's origin as a function of the coordinates.
+
+    Attributes:
+        at: Positions (m, 3) at postures (m, n); rows of nan where loops do not close.
+        lower: Lowest value of each coordinate (n,).
+        upper: Highest value of each coordinate (n,).
+        size: The robot's size (metre).
+        upright: Index of the coordinate that turns the whole robot about a vertical axis, and a
+            point of this axis; None where there is none.
+    """
+
+    at: Callable[[Array], Array]
+    lower: Array
+    upper: Array
+    size: float
+    upright: tuple[int, Array] | None
+
+    def region(self) -> ToolRegion | None:
+        """The half section through the upright axis, or the region in the tool's plane."""
+        return self._section() or self._plane()
+
+    def _section(self) -> ToolRegion | None:
+        if self.upright is None:
+            return None
+        index, foot = self.upright
+
+        def seen(q: Array) -> Array:
+            p = self.at(q) - foot * (1, 1, 0)
+            return np.column_stack([np.sqrt(p[:, 0] ** 2 + p[:, 1] ** 2), p[:, 2]])
+
+        return self._region(("r", "z"), seen, leaves_out=index)
+
+    def _plane(self) -> ToolRegion | None:
+        """The region in the coordinate plane in which the tool stays; None where it leaves it."""
+        p = self.at(_filling(self.lower, self.upper, _TRIED))
+        p = p[np.isfinite(p).all(1)]
+        if len(p) == 0:
+            return None
+        thin = np.ptp(p, axis=0) < SAME_POINT * self.size
+        if thin.sum() != 1:
+            return None
+        i, j = np.flatnonzero(~thin)
+        return self._region(("xyz"[i], "xyz"[j]), lambda q: self.at(q)[:, [i, j]], leaves_out=-1)
+
+    def _region(
+        self, axes: tuple[str, str], seen: Callable[[Array], Array], leaves_out: int
+    ) -> ToolRegion | None:
+        moving = self._moving(seen)
+        if leaves_out in moving or len(moving) < 2:  # noqa: PLR2004 - a region of a plane
+            return None
+        lower, upper = self.lower[moving], self.upper[moving]
+
+        def placed(some: Array) -> Array:
+            q = np.tile((self.lower + self.upper) / 2, (len(some), 1))
+            q[:, moving] = some
+            return seen(q)
+
+        loops = _outline(placed, lower, upper, starts_at_zero=axes[0] == "r")
+        return ToolRegion(axes, loops, tuple(moving), leaves_out) if loops else None
+
+    def _moving(self, seen: Callable[[Array], Array]) -> list[int]:
+        """The coordinates that move the point."""
+        q = _filling(self.lower, self.upper, _TRIED)
+        before = seen(q)
+        found = []
+        for k in range(len(self.lower)):
+            other = q.copy()
+            other[:, k] = np.roll(q[:, k], 1)
+            change = np.abs(seen(other) - before)
+            if np.any(change[np.isfinite(change)] > SAME_POINT * self.size):
+                found.append(k)
+        return found
 
 
 def reached(skeleton: Skeleton) -> ToolRegion | None:
-    """The region that the tool's origin reaches within the limits; angles without limits turn once.
+    """The region that a serial robot's tool reaches within the limits.
 
     If the first joint turns about a vertical axis, the region is the half section through that
-    axis. If the tool stays in a coordinate plane, it is the region in this plane. Multiples of
-    roots of primes fill the box of the coordinates; postures near those at the boundary find the
-    rest. Points count by cells, whose size is no simple fraction of any length, so that the last
-    digits of a machine do not matter.
+    axis. If the tool stays in a coordinate plane, it is the region in this plane. Angles without
+    limits turn once. Multiples of roots of primes fill the box of the coordinates; postures near
+    those at the boundary find the rest. Points count by cells, whose size is no simple fraction of
+    any length, so that the last digits of a machine do not matter.
 
     Args:
         skeleton: The bodies of a serial robot.
@@ -66,52 +145,60 @@ def reached(skeleton: Skeleton) -> ToolRegion | None:
         The region; None where it is neither of both, has no area, a slide has no limits, or more
         than twelve coordinates move the tool.
     """
-    box = _box(skeleton)
-    if box is None:
-        return None
-    arm = _Arm(skeleton, *box)
-    return (arm.section() if arm.is_upright else None) or arm.plane()
+    own: dict[int, tuple[bool, float | None, float | None]] = {}
+    for body in skeleton.bodies:
+        if body.joint and body.joint.coordinate >= 0:
+            slides = body.joint.kind == "prismatic"
+            own[body.joint.coordinate] = (slides, *body.joint.limits)
+    found = box([own[k] for k in sorted(own)])
+    return _Arm(skeleton).position(*found).region() if found else None
 
 
-def _box(skeleton: Skeleton) -> tuple[Array, Array] | None:
-    """Lowest and highest value of each coordinate (n,); None where `reached` has no region."""
-    joints = [body.joint for body in skeleton.bodies if body.joint and body.joint.coordinate >= 0]
-    own: dict[int, tuple[float, float]] = {}
-    for joint in joints:
-        low, high = joint.limits
-        if joint.kind == "prismatic" and (low is None or high is None):
+def box(
+    coordinates: Sequence[tuple[bool, float | None, float | None]],
+) -> tuple[Array, Array] | None:
+    """Lowest and highest value of each coordinate (n,).
+
+    Args:
+        coordinates: Whether it is a length, and its limits (radian or metre).
+
+    Returns:
+        The ends; None where a length has no limits, or the coordinates are too many.
+    """
+    own = []
+    for slides, low, high in coordinates:
+        if slides and (low is None or high is None):
             return None
-        if low is None and high is None:
-            low, high = -math.pi, math.pi
-        low = high - math.tau if low is None and high is not None else low
-        high = low + math.tau if high is None and low is not None else high
-        assert low is not None
+        own.append((low, high) if slides else _turn(low, high))
+    ends = np.array(own, dtype=float)
+    return (ends[:, 0], ends[:, 1]) if 0 < len(ends) <= len(_PRIMES) else None
+
+
+def _turn(low: float | None, high: float | None) -> tuple[float, float]:
+    """The ends of an angle; a whole turn is enough, and more would leave fewer postures a part."""
+    if low is None and high is None:
+        return -math.pi, math.pi
+    if low is None:
         assert high is not None
-        # A whole turn is enough, and more would leave fewer postures for each part of it.
-        turns = joint.kind == "revolute" and high - low > math.tau
-        own[joint.coordinate] = (-math.pi, math.pi) if turns else (low, high)
-    box = np.array([own[k] for k in sorted(own)])
-    return (box[:, 0], box[:, 1]) if len(box) <= len(_PRIMES) else None
+        return high - math.tau, high
+    if high is None:
+        return low, low + math.tau
+    return (-math.pi, math.pi) if high - low > math.tau else (low, high)
 
 
 class _Arm:
-    """The tool's origin as a function of the coordinates."""
+    """The tool's origin of a serial robot as a function of its coordinates."""
 
-    def __init__(self, skeleton: Skeleton, lower: Array, upper: Array) -> None:
-        self.skeleton, self.lower, self.upper = skeleton, lower, upper
-        self.chain = _way(skeleton)
-        first = next(k for k, body in enumerate(self.chain) if _moves(body))
-        self.first = self.chain[first]
-        joint = self.first.joint
-        assert joint is not None
-        T = np.eye(4)
-        for body in self.chain[: first + 1]:
-            T = T @ body.placement
-        axis = T[:3, :3] @ joint.axis
-        self.foot = T[:3, :3] @ joint.at + T[:3, 3]
-        alone = sum(_coordinate(body) == joint.coordinate for body in self.chain) == 1
-        self.is_upright = joint.kind == "revolute" and alone and abs(abs(axis[2]) - 1) < SAME_VIEW
-        self.size = skeleton.size
+    def __init__(self, skeleton: Skeleton) -> None:
+        self.skeleton = skeleton
+        self.chain = way(skeleton)
+
+    def position(self, lower: Array, upper: Array) -> ToolPosition:
+        first, axis, foot = first_axis(self.chain)
+        alone = sum(_coordinate(body) == first.coordinate for body in self.chain) == 1
+        is_upright = first.kind == "revolute" and alone and is_vertical(axis)
+        upright = (first.coordinate, foot) if is_upright else None
+        return ToolPosition(self.at, lower, upper, self.skeleton.size, upright)
 
     def at(self, q: Array) -> Array:
         """Positions of the tool's origin (m, 3) at postures (m, n)."""
@@ -130,56 +217,23 @@ class _Arm:
             p = p @ body.placement[:3, :3].T + body.placement[:3, 3]
         return p
 
-    def section(self) -> ToolRegion | None:
-        """The half section through the upright first axis; else None."""
-        joint = self.first.joint
-        assert joint is not None
 
-        def seen(q: Array) -> Array:
-            p = self.at(q) - self.foot * (1, 1, 0)
-            return np.column_stack([np.sqrt(p[:, 0] ** 2 + p[:, 1] ** 2), p[:, 2]])
-
-        return self._region(("r", "z"), seen, leaves_out=joint.coordinate)
-
-    def plane(self) -> ToolRegion | None:
-        """The region in the coordinate plane in which the tool stays; None where it leaves it."""
-        p = self.at(_filling(self.lower, self.upper, len(_PRIMES)))
-        thin = np.ptp(p, axis=0) < SAME_POINT * self.size
-        if thin.sum() != 1:
-            return None
-        i, j = np.flatnonzero(~thin)
-        return self._region(("xyz"[i], "xyz"[j]), lambda q: self.at(q)[:, [i, j]], leaves_out=-1)
-
-    def _region(
-        self, axes: tuple[str, str], seen: Callable[[Array], Array], leaves_out: int
-    ) -> ToolRegion | None:
-        moving = self._moving(seen, leaves_out)
-        if len(moving) < 2:  # noqa: PLR2004 - a region of a plane
-            return None
-        lower, upper = self.lower[moving], self.upper[moving]
-
-        def placed(some: Array) -> Array:
-            q = np.tile((self.lower + self.upper) / 2, (len(some), 1))
-            q[:, moving] = some
-            return seen(q)
-
-        loops = _outline(placed, lower, upper, starts_at_zero=axes[0] == "r")
-        return ToolRegion(axes, loops, tuple(moving)) if loops else None
-
-    def _moving(self, seen: Callable[[Array], Array], leaves_out: int) -> list[int]:
-        """The coordinates that move the point."""
-        q = _filling(self.lower, self.upper, len(_PRIMES))
-        before = seen(q)
-        found = []
-        for k in range(len(self.lower)):
-            other = q.copy()
-            other[:, k] = np.roll(q[:, k], 1)
-            if k != leaves_out and np.abs(seen(other) - before).max() > SAME_POINT * self.size:
-                found.append(k)
-        return found
+def first_axis(chain: Sequence[TreeBody]) -> tuple[CarryingJoint, Array, Array]:
+    """The first joint of a chain that moves, with the direction and a point of its axis."""
+    T = np.eye(4)
+    for body in chain:
+        T = T @ body.placement
+        if body.joint is not None and body.joint.coordinate >= 0:
+            return body.joint, T[:3, :3] @ body.joint.axis, T[:3, :3] @ body.joint.at + T[:3, 3]
+    raise ValueError("a chain without a joint that moves")
 
 
-def _way(skeleton: Skeleton) -> list[TreeBody]:
+def is_vertical(axis: Array) -> bool:
+    """Whether a direction is that of the base's z axis, or the opposite one."""
+    return bool(abs(abs(axis[2]) - 1) < SAME_VIEW)
+
+
+def way(skeleton: Skeleton) -> list[TreeBody]:
     """The bodies from the base to the tip."""
     found, k = [], skeleton.tip
     while k > 0:
@@ -190,10 +244,6 @@ def _way(skeleton: Skeleton) -> list[TreeBody]:
 
 def _coordinate(body: TreeBody) -> int:
     return body.joint.coordinate if body.joint else -1
-
-
-def _moves(body: TreeBody) -> bool:
-    return _coordinate(body) >= 0
 
 
 def _filling(lower: Array, upper: Array, count: int, begin: int = 0) -> Array:
@@ -208,8 +258,9 @@ def _outline(
     seen: Callable[[Array], Array], lower: Array, upper: Array, *, starts_at_zero: bool
 ) -> tuple[Loop, ...]:
     """The boundary of the points of a plane that a box is mapped to."""
-    q = _filling(lower, upper, _FIRST)
-    points = seen(q)
+    q, points = _closed(_filling(lower, upper, _FIRST), seen)
+    if len(q) < 2:  # noqa: PLR2004 - a span
+        return ()
     span = float(np.ptp(points, axis=0).max())
     if np.ptp(points, axis=0).min() < span / _CELLS:
         return ()
@@ -225,9 +276,15 @@ def _outline(
         edge = cells.edge()
         own = np.resize(edge, (_MORE, len(lower)))
         away = _filling(near * (lower - upper), near * (upper - lower), _MORE, k * _MORE)
-        q = np.clip(own + away, lower, upper)
-        cells.add(q, seen(q))
+        cells.add(*_closed(np.clip(own + away, lower, upper), seen))
     return cells.loops(at_zero=starts_at_zero and corner[0] == 0)
+
+
+def _closed(q: Array, seen: Callable[[Array], Array]) -> tuple[Array, Array]:
+    """The postures that have a point, and their points."""
+    points = seen(q)
+    is_there = np.isfinite(points).all(1)
+    return q[is_there], points[is_there]
 
 
 class _Cells:

@@ -1,15 +1,23 @@
-"""The figure of the region that a serial robot's tool reaches."""
+"""The figure of the region that a robot's tool reaches."""
 
 import math
 from collections.abc import Sequence
 
+import sympy as sp
+
 from ...chain.body_shapes import Skeleton
+from ...model.mechanism import Mechanism
 from ...model.robot import Robot
+from ...terms.symbolic_function import SymbolicFunction
+from ...terms.terms import Terms
 from ..chain.tables import limits
 from .contours import Point
 from .paper import at, number, whole
 from .reached import ToolRegion, reached
+from .reached_by_loops import reached_by_loops
 
+Ends = tuple[sp.Expr | None, sp.Expr | None]
+"""Lowest and highest value of a coordinate, None where unbounded."""
 _LARGEST = 550.0
 """Longer side of the region on paper (0.1 mm)."""
 _TICKS = 5
@@ -19,7 +27,7 @@ _FILLED = "draw=blue!55!black,fill=blue!55!black!18!white,line width=0.3mm,even 
 
 
 def workspace(robot: Robot, skeleton: Skeleton) -> str:
-    r"""The region that the tool's origin reaches within the limits, drawn to scale.
+    r"""The region that a serial robot's tool origin reaches within the limits, drawn to scale.
 
     Args:
         robot: The description.
@@ -29,28 +37,54 @@ def workspace(robot: Robot, skeleton: Skeleton) -> str:
         Words and a ``tikzpicture``, the same bytes on any machine; "" where
         :func:`~chasles.derive.latex.drawing.reached.reached` has no region.
     """
-    found = reached(skeleton)
+    names = [f"q_{{{k}}}" for k in range(1, len(robot.coordinates) + 1)]
+    return _figure(reached(skeleton), names, [joint.limits for joint in robot.coordinates])
+
+
+def workspace_of_loops(
+    mechanism: Mechanism,
+    terms: Terms,
+    skeleton: Skeleton,
+    functions: Sequence[SymbolicFunction],
+    names: Sequence[str],
+) -> str:
+    r"""The same of a robot with loops.
+
+    Args:
+        mechanism: The description.
+        terms: Its parameters at their defaults.
+        skeleton: Its bodies.
+        functions: Its functions.
+        names: The actuated coordinates in LaTeX.
+    """
+    found = reached_by_loops(mechanism, terms, skeleton, functions)
+    return _figure(found, names, [c.limits for c in mechanism.coordinates], closing=True)
+
+
+def _figure(
+    found: ToolRegion | None, names: Sequence[str], ends: Sequence[Ends], *, closing: bool = False
+) -> str:
     if found is None:
         return ""
-    return f"{_words(robot, found)}\n\\begin{{center}}\n{_picture(found)}\n\\end{{center}}\n"
+    words = _words(found, names, ends, closing=closing)
+    centred = f"\\begin{{center}}\n{_picture(found)}\n\\end{{center}}"
+    return f"\\begin{{samepage}}\n{words}\n{centred}\n\\end{{samepage}}\n"
 
 
-def _words(robot: Robot, found: ToolRegion) -> str:
-    names = [f"$q_{{{k + 1}}}$" for k in found.moving]
-    listed = f"{', '.join(names[:-1])} and {names[-1]}"
-    ranges = [
-        f"$q_{{{k + 1}}}$: {limits(joint.limits)}"
-        for k, joint in enumerate(robot.coordinates)
-        if k in found.moving and joint.limits != (None, None)
-    ]
+def _words(found: ToolRegion, names: Sequence[str], ends: Sequence[Ends], *, closing: bool) -> str:
+    moving = [f"${names[k]}$" for k in found.moving]
+    listed = f"{', '.join(moving[:-1])} and {moving[-1]}"
+    ranges = [f"${names[k]}$: {limits(ends[k])}" for k in found.moving if ends[k] != (None, None)]
     within = f" within their limits ({', '.join(ranges)})" if ranges else ""
+    closed = ", as far as the loops close" if closing else ""
     if found.axes[0] == "r":
         where = "The tool's origin reaches the shaded part of the half plane through the first axis"
-        after = "; $r$ is the distance from this axis, about which $q_1$ turns the region"
+        turning = names[found.upright]
+        after = f"; $r$ is the distance from this axis, about which ${turning}$ turns the region"
     else:
         where, after = "The tool's origin reaches the shaded part of its plane", ""
-    turns = " A joint without limits turns once." if len(ranges) < len(names) else ""
-    return f"{where} by {listed}{within}{after}.{turns}"
+    turns = " A joint without limits turns once." if len(ranges) < len(moving) else ""
+    return f"{where} by {listed}{within}{closed}{after}.{turns}"
 
 
 def _picture(found: ToolRegion) -> str:

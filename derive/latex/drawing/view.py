@@ -5,24 +5,35 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...chain.body_shapes import Skeleton
 from ...chain.posture import from_aside
+from ...chain.rigid_bodies import Array, placed, tree_poses
 from ...loops.planar.planes import linkages
 from ...model.mechanism import Mechanism
 from ...model.tolerances import SAME_POINT, SAME_VIEW
-from .poses import Array, Poses
+from ...terms.terms import Terms
 
 
-def view(mechanism: Mechanism, poses: Poses) -> tuple[Array, bool]:
+def view(
+    mechanism: Mechanism, terms: Terms, skeleton: Skeleton, values: Sequence[float]
+) -> tuple[Array, bool]:
     """The picture's directions to the right, up and towards the eye, and whether it is a plane's.
 
     Loops that are planar, in planes that are parallel in this configuration, are projected on that
     plane, with the base's z axis upright where the plane contains it. So is a robot without loops
     whose joints move in one plane. All others are seen from above and aside.
 
+    Args:
+        mechanism: The description.
+        terms: Its parameters at their defaults.
+        skeleton: Its bodies.
+        values: The configuration z (radian or metre).
+
     Returns:
         The three directions in the base frame as rows (3, 3), and whether the view is planar.
     """
-    normal = _common_normal(mechanism, poses)
+    poses = tree_poses(skeleton.bodies, values)
+    normal = _common_normal(mechanism, terms, skeleton, poses)
     if normal is None:
         return from_aside(), False
     up = _across(np.array([0.0, 0.0, 1.0]), normal)
@@ -38,24 +49,30 @@ def _facing(right: Array) -> Array:
     return np.array([[-1.0], [1.0], [-1.0]]) if leading < 0 else np.ones((3, 1))
 
 
-def _common_normal(mechanism: Mechanism, poses: Poses) -> Array | None:
-    planar, spatial = linkages(mechanism, poses.terms)
+def _common_normal(
+    mechanism: Mechanism, terms: Terms, skeleton: Skeleton, poses: Sequence[Array]
+) -> Array | None:
+    planar, spatial = linkages(mechanism, terms)
     if spatial:
         return None
     if not planar:
-        return _normal_of_tree(mechanism, poses)
+        return _normal_of_tree(skeleton, poses)
+    turned = {body.name: T[:3, :3] for body, T in zip(skeleton.bodies, poses, strict=False)} | {
+        mechanism.base_frame: placed(terms, mechanism.base)[:3, :3]
+    }
     normals = []
     for linkage in planar:
-        n = linkage.axes[linkage.root].n.applyfunc(poses.terms.value)
-        normals.append(poses.body[linkage.root][:3, :3] @ np.array(n, dtype=float).ravel())
+        n = linkage.axes[linkage.root].n.applyfunc(terms.value)
+        normals.append(turned[linkage.root] @ np.array(n, dtype=float).ravel())
     return normals[0] if _are_parallel(normals) else None
 
 
-def _normal_of_tree(mechanism: Mechanism, poses: Poses) -> Array | None:
+def _normal_of_tree(skeleton: Skeleton, poses: Sequence[Array]) -> Array | None:
     """The direction of all revolute axes, where no slider leaves their plane."""
-    axes: dict[str, list[Array]] = {"revolute": [], "prismatic": [], "helical": []}
-    for joint in mechanism.joints:
-        axes.setdefault(joint.kind, []).append(poses.fixed[joint.name][:3, 2])
+    axes: dict[str, list[Array]] = {"revolute": [], "prismatic": [], "helical": [], "fixed": []}
+    for body, T in zip(skeleton.bodies[1:], poses[1:], strict=False):
+        assert body.joint is not None
+        axes[body.joint.kind].append(T[:3, :3] @ body.joint.axis)
     turning, sliding = axes["revolute"], axes["prismatic"]
     if not turning or axes["helical"] or not _are_parallel(turning):
         return None

@@ -84,7 +84,19 @@ def _written(page: Page, found: Inverses, actuators: Mapping[str, sp.Symbol]) ->
     parts = [structure(classification, classification.found), _method(tasks)]
     for task in tasks:
         parts += _task(page, task, titled=len(tasks) > 1)
-    return text(*parts, _residual())
+    return text(*parts, _together_at_last(found), _residual())
+
+
+def _together_at_last(found: Inverses) -> str:
+    """The step on all conditions of a pose that a chain of fewer joints is given."""
+    if not any(axis.stays for axis in found.classification.lines.axes):
+        return ""
+    return (
+        "The pose has more conditions than the chain has joints, and the steps use as many as there"
+        " are joints. Where a solution is near the pose and not at it, one step of Gauss and Newton"
+        r" on all conditions, $(J^{\mathsf{T}} J + \mu I)\, \Delta q = J^{\mathsf{T}} e$ with the"
+        r" twist $e$ to the pose and a small $\mu$, is taken if it makes the error smaller."
+    )
 
 
 def printed_tasks(

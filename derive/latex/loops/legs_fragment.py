@@ -17,6 +17,7 @@ from ..setting.layout import Equation, aligned
 from ..setting.notation import TERM
 from ..setting.page import sentence, text
 from ..setting.printed_terms import PrintedTerms
+from ..setting.widths import LINE, width
 from .loop_page import LoopPage
 from .platforms_fragment import RANKS, free_letters, in_brackets
 
@@ -97,7 +98,7 @@ def _legs(printed: PrintedLegs) -> str:
         for letter, points in ((r"\mathbf{a}", legs.A), (r"\mathbf{b}'", legs.b))
         for i, point in enumerate(points, 1)
     ]
-    shown += [printed.equation(rf"\ell_{{{i}}}", L) for i, L in enumerate(legs.L, 1)]
+    shown += [_radius(printed, i, L) for i, L in enumerate(legs.L, 1)]
     return sentence(
         "The platform is held by three legs. With its actuator held, each leaves one equation"
         rf" between the platform's position $\mathbf{{p}} = ({x}, {y})$ and angle ${phi}$. With"
@@ -108,6 +109,14 @@ def _legs(printed: PrintedLegs) -> str:
         rf"In the axes of ${x}$ and ${y}$, and $\mathbf{{b}}'_i$ in those of the platform,",
         aligned(shown),
     )
+
+
+def _radius(printed: PrintedLegs, i: int, length: sp.Expr) -> Equation:
+    """The radius of a leg's circle; its square where a root would not fit the line."""
+    is_long = width(printed.tex(length)) > LINE / 2
+    if is_long and length.is_Pow and length.exp == sp.Rational(1, 2):
+        return printed.equation(rf"\ell_{{{i}}}^2", length.base)
+    return printed.equation(rf"\ell_{{{i}}}", length)
 
 
 def _conditions(circles: int) -> str:

@@ -5,6 +5,7 @@ from functools import cached_property
 
 import sympy as sp
 
+from ...chain.body_shapes import Skeleton
 from ...derivation import Derivation, derive
 from ...inverse.serial_inverse import Inverses
 from ...loops.checks.dead_values import DeadValues, dead_values
@@ -27,6 +28,7 @@ class LoopPage:
     Attributes:
         mechanism: The description.
         hybrid: The derivation of its loops.
+        skeleton: Its bodies as they are drawn.
         chain: The page of its main chain; coordinates have the members' symbols.
         members: The symbols of its joints.
         letters: The symbols of intermediate results.
@@ -36,6 +38,7 @@ class LoopPage:
 
     mechanism: Mechanism
     hybrid: Hybrid
+    skeleton: Skeleton
     chain: Page
     members: Members
     letters: Letters
@@ -53,7 +56,9 @@ class LoopPage:
         chain = Page.of(printed, symbols.theta, len(mechanism.coordinates))
         letters = Letters(chain.equations.notation, symbols)
         inverse, functions = derivation.inverse, derivation.functions
-        return cls(mechanism, hybrid, chain, symbols, letters, inverse, functions)
+        return cls(
+            *(mechanism, hybrid, derivation.skeleton, chain, symbols, letters, inverse, functions)
+        )
 
     @property
     def terms(self) -> Terms:

@@ -6,13 +6,14 @@ from collections.abc import Iterable, Sequence
 import sympy as sp
 
 from ...loops.collapse import collapsed
-from ...loops.planar.phasors import Complex
+from ...loops.planar.phasors import ZERO, Complex
 from ...loops.solution import Solution
 from ..chain.example_fragment import at_value
-from ..setting.layout import Equation, aligned
+from ..setting.layout import INDENT, MARGIN, Equation, aligned
 from ..setting.notation import OTHER
 from ..setting.page import listed, sentence, text
 from ..setting.printed_terms import Definition, PrintedTerms
+from ..setting.widths import LINE, width
 from .loop_page import LoopPage
 from .printed_steps import PrintedLoopStep
 
@@ -93,9 +94,19 @@ def _body(page: LoopPage, name: str) -> str:
 
 
 def _relation(page: LoopPage, printed: PrintedLoopStep) -> Equation:
-    left, right = (_phasors(page.printed_terms, side) for side in (printed.unknown, printed.given))
-    terms = page.printed_terms.printer.terms
-    return _tight(" ".join(terms(left))), [_tight(term) for term in terms(right)]
+    """The loop's equation; one that no line holds is a sum that vanishes, broken between terms."""
+
+    def terms(side: Sequence[tuple[sp.Expr, Complex]]) -> list[str]:
+        found = page.printed_terms.printer.terms(_phasors(page.printed_terms, side))
+        return [_tight(term) for term in found]
+
+    left, right = " ".join(terms(printed.unknown)), terms(printed.given)
+    if width(f"{left} =") + max(map(width, right)) < LINE - INDENT - MARGIN:
+        return left, right
+    whole = [*printed.unknown, *((angle, (-x, -y)) for angle, (x, y) in printed.given)]
+    if max(map(width, terms(whole))) > LINE - 2 * INDENT - MARGIN:
+        whole = [(angle, part) for angle, (x, y) in whole for part in ((x, ZERO), (ZERO, y))]
+    return "0", terms(whole)
 
 
 def _tight(term: str) -> str:

@@ -70,7 +70,8 @@ class Page:
         derived = derivation.inverse if derivation.terms is terms else None
         inverse = derived or inverses(robot, terms, coordinates, derivation.families)
         geometry = derivation.geometry if isinstance(derivation.geometry, Geometry) else None
-        singular = printed_singularities(robot, found.notation)
+        given = inverse.solved["ik"].function.role.given if "ik" in inverse.solved else ()
+        singular = printed_singularities(robot, found.notation, given)
         return cls(robot, found, tuple(links), screws, inverse, singular, geometry)
 
     def tex(self, expression: sp.Expr) -> str:

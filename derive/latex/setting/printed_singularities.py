@@ -1,7 +1,9 @@
 """The singular configurations of an arm in short symbols, with words for each."""
 
 import math
-from dataclasses import dataclass
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import cycle
 
 import sympy as sp
@@ -44,49 +46,97 @@ class PrintedSingularities:
             Jacobian is square and they are short.
         conditions: The conditions under which the arm is singular.
         postures: Singular postures (radian, metre), where there are no short conditions.
+        held: The coordinates that are held where the determinant is that of the other joints.
     """
 
     determinant: tuple[sp.Expr, tuple[tuple[sp.Expr, int], ...]] | None
     conditions: tuple[PrintedCondition, ...]
     postures: tuple[tuple[float, ...], ...] = ()
+    held: tuple[sp.Symbol, ...] = ()
 
 
-def printed_singularities(robot: Robot, notation: Notation) -> PrintedSingularities:
-    """The singular configurations of a robot, as conditions, or as postures found in numbers."""
+def printed_singularities(
+    robot: Robot, notation: Notation, given: Sequence[int] = ()
+) -> PrintedSingularities:
+    """The singular configurations of a robot, as conditions, or as postures found in numbers.
+
+    Args:
+        robot: A serial robot.
+        notation: Its short symbols.
+        given: Indices of the coordinates that the inverse is given: where the conditions of the
+            whole arm are long, those of the other joints are shown, too.
+    """
     minors = factored_minors(robot, notation.q)
     if minors is not None and all(map(_is_short, minors)):
         if len(minors) == 1:
-            return _of_determinant(robot, notation, minors[0])
+            return _of_determinant(robot, notation.q, notation, minors[0])
         values = {parameter.symbol: parameter.value for parameter in robot.parameters}
         found = conditions(minors, notation.q, values)
         if found:
-            return PrintedSingularities(None, _printed(robot, notation, found))
+            return PrintedSingularities(None, _printed(robot, notation.q, notation, found))
     start = [
         math.radians(angle) if joint.unit == "rad" else 0.0
         for joint, angle in zip(robot.moving, cycle(ANGLES), strict=False)
     ]
     postures = nearest_singular(robot, start, POSTURES)
-    return PrintedSingularities(None, (), tuple(tuple(map(float, q)) for q in postures))
+    numbers = tuple(tuple(map(float, q)) for q in postures)
+    return replace(_held(robot, notation, given), postures=numbers)
+
+
+def _held(robot: Robot, notation: Notation, given: Sequence[int]) -> PrintedSingularities:
+    """The determinant of the joints that move where the given ones are held."""
+    if not given:
+        return PrintedSingularities(None, ())
+    still = {robot.moving[k].name for k in given}
+    joints = [
+        replace(joint, kind="fixed", limits=(None, None)) if joint.name in still else joint
+        for joint in robot.joints
+    ]
+    q = [symbol for k, symbol in enumerate(notation.q) if k not in given]
+    rest = replace(robot, joints=tuple(joints))
+    minors = factored_minors(rest, q)
+    if minors is None or len(minors) != 1 or not _is_short(minors[0]):
+        return PrintedSingularities(None, ())
+    found = _of_determinant(rest, q, notation, minors[0])
+    numbers = [k for k in range(1, len(notation.q) + 1) if k - 1 not in given]
+    return replace(
+        found,
+        conditions=tuple(_counted(condition, numbers) for condition in found.conditions),
+        held=tuple(notation.q[k] for k in given),
+    )
+
+
+def _counted(condition: PrintedCondition, numbers: Sequence[int]) -> PrintedCondition:
+    """A condition whose words count the axes of the whole arm.
+
+    Args:
+        condition: Its words count the axes that are not held.
+        numbers: The number of each of these axes in the whole arm.
+    """
+    counted = re.sub(r"\d+", lambda found: str(numbers[int(found[0]) - 1]), condition.words)
+    return replace(condition, words=counted)
 
 
 def _is_short(minor: Factored) -> bool:
     return all(len(sp.Add.make_args(factor)) <= MOST_ADDENDS for factor, _ in minor.factors)
 
 
-def _of_determinant(robot: Robot, notation: Notation, found: Factored) -> PrintedSingularities:
+def _of_determinant(
+    robot: Robot, q: Sequence[sp.Symbol], notation: Notation, found: Factored
+) -> PrintedSingularities:
     constant = -found.constant if found.constant.could_extract_minus_sign() else found.constant
     factors = tuple((_short(factor, notation), power) for factor, power in found.factors)
-    each = _printed(robot, notation, tuple((factor,) for factor, _ in found.factors))
+    each = _printed(robot, q, notation, tuple((factor,) for factor, _ in found.factors))
     return PrintedSingularities((_short(constant, notation), factors), each)
 
 
 def _printed(
-    robot: Robot, notation: Notation, found: tuple[Condition, ...]
+    robot: Robot, q: Sequence[sp.Symbol], notation: Notation, found: tuple[Condition, ...]
 ) -> tuple[PrintedCondition, ...]:
     return tuple(
         PrintedCondition(
             tuple(_short(factor, notation) for factor in condition),
-            words(robot, notation.q, condition),
+            words(robot, q, condition),
         )
         for condition in found
     )

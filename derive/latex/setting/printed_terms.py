@@ -14,6 +14,8 @@ NARROW = 0.2 * LINE
 """Greatest width of a constant that is written in its place (pt)."""
 BRACKET = 0.36 * LINE
 """Greatest width of a sum that is written as a factor or squared (pt)."""
+WRITTEN = 0.5 * LINE
+"""Greatest width of a sum that is written with all its constants (pt)."""
 
 
 class PrintedTerms:
@@ -53,10 +55,28 @@ class PrintedTerms:
         return self.of(definition)
 
     def exact(self, expression: sp.Expr) -> sp.Expr:
-        """A sum of constants and lengths without a name, in printed symbols."""
+        """A sum of constants and lengths without a name, in printed symbols.
+
+        Where that would be long, each length has one constant as its factor.
+        """
         number, rest = expression.as_independent(*expression.free_symbols, as_Add=True)
         shown = self.constant(number) if number != 0 else number
-        return shown + self.notation.shortened(self.of(rest))
+        written = shown + self.notation.shortened(self.of(rest))
+        return written if width(self.tex(written)) <= WRITTEN else self._gathered(expression)
+
+    def _gathered(self, expression: sp.Expr) -> sp.Expr:
+        """A sum with the constants of each product of moving lengths in one symbol."""
+        moving = {s for s in expression.free_symbols if not self.terms.is_constant(s)}
+        factors: dict[sp.Expr, list[sp.Expr]] = {}
+        for addend in sp.Add.make_args(sp.expand(expression)):
+            constant, lengths = addend.as_independent(*moving, as_Add=False)
+            factors.setdefault(lengths, []).append(constant)
+        return sp.Add(
+            *(
+                self.constant(sp.Add(*constants)) * self.of(lengths)
+                for lengths, constants in factors.items()
+            )
+        )
 
     def shortened(
         self, expression: sp.Expr, named: Callable[[], sp.Symbol]

@@ -19,6 +19,7 @@ SMALL = sp.Rational(1, 10**5)
 """Magnitude below which a decimal is printed with a power of ten."""
 _BINARY = (2, 4, 8)
 """Denominators of fractions that are short decimals too."""
+_EXTREMES = {sp.Max: r"\max", sp.Min: r"\min"}
 _FUNCTIONS = {sp.cos: r"\cos", sp.sin: r"\sin", sp.tan: r"\tan", sp.atan: r"\arctan"}
 
 
@@ -93,7 +94,8 @@ class Printer:
         if factor.is_Pow:
             return self._power(factor)
         inner = ", ".join(self.tex(argument) for argument in factor.args)
-        name = _FUNCTIONS.get(factor.func, rf"\operatorname{{{factor.func.__name__}}}")
+        named = _FUNCTIONS | _EXTREMES
+        name = named.get(factor.func, rf"\operatorname{{{factor.func.__name__}}}")
         alone = len(factor.args) == 1 and factor.args[0].is_Symbol
         return f"{name} {inner}" if alone else f"{name}({inner})"
 

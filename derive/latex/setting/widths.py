@@ -24,6 +24,7 @@ _MINUS = 7.8
 _OTHER = 5.2
 _COMMANDS = {
     "quad": 10.0, "qquad": 20.0, "cos": 17.3, "sin": 15.7, "tan": 17.7, "arctan": 31.0,
+    "max": 20.6, "min": 18.4,
     "ldots": 13.4, "cdots": 16.7, "approx": 13.4, "pm": 7.8, "circ": 5.0, "cdot": 7.2,
     "omega": 6.2, "alpha": 6.4, "theta": 4.7, "sqrt": 8.4,
 }  # fmt: skip

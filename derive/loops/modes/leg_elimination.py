@@ -108,8 +108,14 @@ def _components(name: Name, letter: str, i: int, parts: Complex) -> tuple[Named,
 def _right_side(legs: Triad, i: int, norms: dict[int, Named], name: Name) -> sp.Expr:
     if i not in norms:
         return -Dot(name("n", f"{i}"), name("u", f"{i}"))
-    gap = legs.L[i - 1] ** 2 - legs.L[0] ** 2 - norms[i][0] ** 2
+    gap = _radius(legs, i, name) ** 2 - _radius(legs, 1, name) ** 2 - norms[i][0] ** 2
     return half(gap) if gap.is_Add else sp.Rational(1, 2) * gap
+
+
+def _radius(legs: Triad, i: int, name: Name) -> sp.Expr:
+    """The radius of a circle; by name where the actuators move it by more than themselves."""
+    L = legs.L[i - 1]
+    return L if L.is_Atom or not L.free_symbols else name("l", f"{i}")
 
 
 def _solution(m: dict[int, sp.Symbol], k: dict[int, Named], name: Name, circles: int) -> sp.Expr:

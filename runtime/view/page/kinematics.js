@@ -9,24 +9,33 @@ const STRIDE = 0.05; // largest move of a slider's coordinate at once [rad, part
 const NEAR = 3; // strides that a joint moves in one of a slider, beyond which it is another branch
 const SMALLEST_STRIDE = 1e-3; // part of a stride below which the loops are said not to close
 
+// The product of two poses, written out: most of a frame's time goes here.
 function product(A, B) {
-  const C = new Array(16);
-  for (let i = 0; i < 4; i++) {
-    for (let j = 0; j < 4; j++) {
-      let sum = 0;
-      for (let k = 0; k < 4; k++) sum += A[4 * i + k] * B[4 * k + j];
-      C[4 * i + j] = sum;
-    }
-  }
-  return C;
+  const a = A[0], b = A[1], c = A[2], p = A[3], d = A[4], e = A[5];
+  const f = A[6], q = A[7], g = A[8], h = A[9], i = A[10], r = A[11];
+  return [
+    a * B[0] + b * B[4] + c * B[8], a * B[1] + b * B[5] + c * B[9],
+    a * B[2] + b * B[6] + c * B[10], a * B[3] + b * B[7] + c * B[11] + p,
+    d * B[0] + e * B[4] + f * B[8], d * B[1] + e * B[5] + f * B[9],
+    d * B[2] + e * B[6] + f * B[10], d * B[3] + e * B[7] + f * B[11] + q,
+    g * B[0] + h * B[4] + i * B[8], g * B[1] + h * B[5] + i * B[9],
+    g * B[2] + h * B[6] + i * B[10], g * B[3] + h * B[7] + i * B[11] + r,
+    0, 0, 0, 1,
+  ];
 }
 
 function moved(T, p) {
-  return [0, 4, 8].map((i) => T[i] * p[0] + T[i + 1] * p[1] + T[i + 2] * p[2] + T[i + 3]);
+  const v = turned(T, p);
+  return [v[0] + T[3], v[1] + T[7], v[2] + T[11]];
 }
 
 function turned(T, v) {
-  return [0, 4, 8].map((i) => T[i] * v[0] + T[i + 1] * v[1] + T[i + 2] * v[2]);
+  const x = v[0], y = v[1], z = v[2];
+  return [
+    T[0] * x + T[1] * y + T[2] * z,
+    T[4] * x + T[5] * y + T[6] * z,
+    T[8] * x + T[9] * y + T[10] * z,
+  ];
 }
 
 function cross(a, b) {
@@ -166,9 +175,9 @@ class Kinematics {
   closed(start, unknown = this.free) {
     const z = start.slice(), { scales, size } = this.robot;
     for (let step = 0; step < MOST_STEPS; step++) {
-      const rows = this.loops(z, this.frames(z));
-      if (!(rows.largest() < Infinity)) return null;
-      if (rows.largest() < CLOSED * size) return this.faces(z) ? z : null;
+      const T = this.frames(z), rows = this.loops(z, T), open = rows.largest();
+      if (!(open < Infinity)) return null;
+      if (open < CLOSED * size) return this.faces(T) ? z : null;
       const move = solved(rows.normal(unknown, scales), rows.against(unknown, scales));
       unknown.forEach((k, j) => (z[k] -= move[j][0] * scales[k]));
     }
@@ -176,8 +185,7 @@ class Kinematics {
   }
 
   // Whether axes that closures hold together point the same way.
-  faces(z) {
-    const T = this.frames(z);
+  faces(T) {
     return this.robot.closures.every(({ kind, bodies, frames }) => {
       const [A, B] = bodies.map((body, i) => product(T[body], frames[i]));
       const held = { pin: [2], ball: [], weld: [0, 1], slider: [0, 1] }[kind];
@@ -291,10 +299,11 @@ class Rows {
   products(entries, others, scales) {
     const M = entries.map(() => new Array(others.length).fill(0));
     for (const row of this.by) {
+      const right = others.map((k) => scales[k] * row[k]);
       for (let a = 0; a < entries.length; a++) {
-        const own = scales[entries[a]] * row[entries[a]];
+        const own = scales[entries[a]] * row[entries[a]], sums = M[a];
         if (own === 0) continue;
-        for (let b = 0; b < others.length; b++) M[a][b] += own * scales[others[b]] * row[others[b]];
+        for (let b = 0; b < right.length; b++) sums[b] += own * right[b];
       }
     }
     return M;
@@ -314,20 +323,22 @@ class Rows {
 // are left out.
 function solved(M, R) {
   const n = M.length, rows = M.map((row, i) => [...row, ...R[i]]);
-  const most = Math.max(...M.map((row, i) => row[i]), 1e-300), order = [];
-  const rest = new Set(M.keys());
-  while (rest.size) {
-    const k = [...rest].reduce((a, b) => (rows[a][a] >= rows[b][b] ? a : b));
-    rest.delete(k);
-    if (!(rows[k][k] > STILL * most)) break;
+  const most = Math.max(...M.map((row, i) => row[i]), 1e-300), rest = [...rows.keys()];
+  const X = R.map((row) => row.map(() => 0)), order = [];
+  while (rest.length) {
+    let best = 0;
+    for (let a = 1; a < rest.length; a++) {
+      if (rows[rest[a]][rest[a]] > rows[rest[best]][rest[best]]) best = a;
+    }
+    const [k] = rest.splice(best, 1), own = rows[k], pivot = own[k];
+    if (!(pivot > STILL * most)) break;
     order.push(k);
     for (let i = 0; i < n; i++) {
-      const factor = rows[i][k] / rows[k][k];
+      const row = rows[i], factor = row[k] / pivot;
       if (i === k || factor === 0) continue;
-      for (let j = 0; j < rows[i].length; j++) rows[i][j] -= factor * rows[k][j];
+      for (let j = 0; j < row.length; j++) row[j] -= factor * own[j];
     }
   }
-  const X = R.map((row) => row.map(() => 0));
   for (const k of order) X[k] = rows[k].slice(n).map((value) => value / rows[k][k]);
   return X;
 }

@@ -200,3 +200,33 @@ def test_postures_in_numbers_where_there_are_no_short_factors(name):
         assert np.linalg.svd(J(shown))[1][-1] <= 1e-6
     drawn = np.random.default_rng(8).uniform(-3, 3, (20, len(robot.moving)))
     assert min(np.linalg.svd(J(q))[1][-1] for q in drawn) > FULL
+
+
+@pytest.mark.parametrize("name", ["panda", "xarm7"])
+def test_the_determinant_with_the_given_joint_held(name):
+    """Of the other six columns, in numbers; one of its factors has half the angle in both parts."""
+    robot = loaded(name)
+    page = Page.of(chasles.derive.derive(robot, ["ik"]))
+    found, notation = page.singular, page.equations.notation
+    assert found.held == (notation.q[6],)
+    constant, factors = found.determinant
+    assert len(factors) == 4
+    whole = sp.Mul(constant, *(factor**power for factor, power in factors))
+    while whole.free_symbols & notation.meanings.keys():
+        whole = whole.xreplace(notation.meanings)
+    own = dict(zip(notation.q, coordinates(robot), strict=True))
+    value, J = in_numbers(robot, whole.xreplace(own)), jacobian(robot)
+    for q in np.random.default_rng(7).uniform(-3, 3, (POSTURES, 7)):
+        assert abs(value(q)) == pytest.approx(volume(J(q)[:, :6]), abs=TEN_DIGITS)
+    assert len(found.conditions) == len(factors)
+
+
+def test_words_count_the_axes_of_the_whole_arm():
+    page = Page.of(chasles.derive.derive(loaded("photo_robot"), ["ik"]))
+    assert [k for k, q in enumerate(page.equations.notation.q) if q in page.singular.held] == [0, 3]
+    # The slides 1 and 4 are held: the first turn is axis 2, the wrist has axes 6, 7 and 8.
+    assert {condition.words for condition in page.singular.conditions} == {
+        "the wrist's centre is on axis 2",
+        "the wrist's centre is in the plane of axes 3 and 5; the arm is stretched or folded",
+        "axes 6 and 8 coincide",
+    }

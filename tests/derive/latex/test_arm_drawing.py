@@ -7,9 +7,9 @@ import pytest
 from derivations import NAMES, article, derivation, shaped
 
 from chasles.derive.chain.posture import from_aside
-from chasles.derive.latex.drawing import arm_drawing
-from chasles.derive.latex.drawing.arm_parts import arm
+from chasles.derive.latex.drawing import DrawnMembers, arm_drawing
 from chasles.derive.latex.drawing.paper import HEIGHT, WIDTH, Paper, at
+from chasles.derive.latex.drawing.parts import scene
 
 TRUE = 1e-8
 """Drawn points and directions are rounded to nine digits of the robot's size."""
@@ -21,8 +21,9 @@ LARGEST = 8000
 
 def parts(name):
     found = derivation(name)
-    names = [joint.name for joint in found.robot.coordinates]
-    return found.skeleton, arm(found.skeleton, names)[0]
+    coordinates = {joint.name: k for k, joint in enumerate(found.robot.coordinates, 1)}
+    members = DrawnMembers(coordinates, coordinates)
+    return found.skeleton, scene(found.skeleton, found.skeleton.posture, members)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -13,7 +13,8 @@ from chasles.derive import Joint, Robot
 from chasles.derive.chain.body_shapes import skeleton
 from chasles.derive.chain.rigid_bodies import RigidBodies
 from chasles.derive.latex.drawing.contours import area
-from chasles.derive.latex.drawing.reached import reached
+from chasles.derive.latex.drawing.reached import ToolPosition, reached
+from chasles.derive.latex.drawing.reached_by_loops import reached_by_loops
 from chasles.derive.latex.drawing.region import workspace
 from chasles.derive.model.placements import Rotation, Translation
 from chasles.derive.terms.casadi_graph import lower
@@ -124,3 +125,72 @@ def test_none_where_a_slide_has_no_end():
     found = derivation("photo_robot")
     assert reached(found.skeleton) is None
     assert workspace(found.robot, found.skeleton) == ""
+
+
+def of_loops(name):
+    found = derivation(name)
+    return reached_by_loops(found.robot, found.terms, found.skeleton, found.functions)
+
+
+def poses_at(name, q):
+    (kernel,) = lower([derivation(name).function("fk")], name)
+    return np.array(kernel(q.T)).T.reshape(-1, 4, 4)
+
+
+def bounds_of(name):
+    found = derivation(name)
+    return np.array(
+        [[float(found.terms.value(x)) for x in c.limits] for c in found.robot.coordinates]
+    )
+
+
+@pytest.mark.parametrize("name", ["excavator", "well_manipulator", "board_installer", "five_bar"])
+def test_random_postures_of_robots_with_loops_are_inside(name):
+    region = of_loops(name)
+    bounds = bounds_of(name)
+    q = np.random.default_rng(4).uniform(*bounds.T, size=(4000, len(bounds)))
+    p = poses_at(name, q)[:, :3, 3]
+    assert region.upright == (-1 if name == "five_bar" else 0)
+    seen = (
+        np.column_stack([np.hypot(p[:, 0], p[:, 1]), p[:, 2]]) if region.upright == 0 else p[:, :2]
+    )
+    step = CELL * np.ptp(seen, 0).max()
+    near = [seen + step * np.array(way) for way in ((0, 0), (1, 0), (-1, 0), (0, 1), (0, -1))]
+    assert np.any([inside(region.loops, some) for some in near], axis=0).mean() > ALMOST
+
+
+def test_the_area_of_a_five_bar_is_the_integral_of_its_determinant():
+    """Its map is one to one within the limits, which stay on one side of its dead points."""
+    low, high = bounds_of("five_bar").T
+    cells, step = 200, 1e-5
+    grid = np.stack(np.meshgrid(*(np.arange(cells) + 0.5,) * 2), -1).reshape(-1, 2) / cells
+    q = low + (high - low) * grid
+    columns = [
+        (poses_at("five_bar", q + step * e) - poses_at("five_bar", q - step * e))[:, :2, 3]
+        for e in np.eye(2)
+    ]
+    (a, b), (c, d) = (column.T for column in columns)
+    determinant = (a * d - b * c) / (2 * step) ** 2
+    assert (determinant > 0).all() or (determinant < 0).all()
+    exact = abs(determinant).mean() * np.prod(high - low)
+    assert abs(whole(of_loops("five_bar")) / exact - 1) < AREA
+
+
+def test_postures_without_a_position_are_left_out():
+    """Two links whose tool has no position below the x axis: the upper half of a ring."""
+
+    def at(q):
+        angle = np.cumsum(q, axis=1)
+        x, y = (0.6 * f(angle[:, 0]) + 0.4 * f(angle[:, 1]) for f in (np.cos, np.sin))
+        y = np.where(y < 0, np.nan, y)
+        return np.column_stack([x, y, np.zeros(len(q))])
+
+    turn = np.array([math.pi, math.pi])
+    found = ToolPosition(at, -turn, turn, 1.0, None).region()
+    assert abs(whole(found) / (math.pi * (1 - 0.2**2) / 2) - 1) < AREA
+
+
+def test_no_region_of_robots_without_one():
+    assert of_loops("four_bar") is None
+    assert of_loops("planar_3rrr") is None
+    assert of_loops("delta") is None

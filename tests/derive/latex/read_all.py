@@ -1,0 +1,56 @@
+"""``python tests/derive/latex/read_all.py [ARM ...]``: the inverse that each arm's article prints.
+
+The text is read back and put into numbers at poses drawn at random, beside the function ``ik``, for
+the arms that are named, or else for all shipped arms and those of the shelf. Prints how many
+solutions agree, or why the text of an arm gives no number.
+"""
+
+import sys
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).parents[3]
+sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "helpers")]
+POSES = 10
+
+
+def told(name):
+    """What came of an arm in words, and whether its text is wrong."""
+    from derivations import description
+    from read_back import read_back, without_formula
+
+    from chasles.derive import Robot, derive, load
+
+    robot = load(description(name))
+    if not isinstance(robot, Robot):
+        return "", False
+    found = derive(robot, ["fk", "ik"])
+    reason = without_formula(found)
+    if reason:
+        return f"-  {reason}", False
+    try:
+        count = read_back(found, POSES)
+    except (AssertionError, KeyError) as error:
+        return f"WRONG  {str(error).strip().splitlines()[0]}", True
+    return f"{count} solutions agree", count < POSES
+
+
+def main(names):
+    """Reads all; returns how many are wrong."""
+    from derivations import NAMES, ROBOTS
+
+    shelf = sorted(path.stem for path in (ROBOTS / "shelf").glob("*.toml"))
+    read, wrong = 0, 0
+    for name in names or [*NAMES, *shelf]:
+        begin = time.perf_counter()
+        words, is_wrong = told(name)
+        if words:
+            read += "agree" in words
+            wrong += is_wrong
+            print(f"{name:<20} {words} ({time.perf_counter() - begin:.1f} s)", flush=True)
+    print(f"{read} arms agree, {wrong} are wrong")
+    return wrong
+
+
+if __name__ == "__main__":
+    raise SystemExit(bool(main(sys.argv[1:])))
