@@ -30,6 +30,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import InputValueError
+from .arguments import finite, whole
+
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
@@ -121,8 +124,16 @@ def cells_of(lower: FloatArray, upper: FloatArray, finest: int) -> Cells:
     Args:
         lower: (3,) least corner [m].
         upper: (3,) opposite corner [m].
-        finest: Number of cells along the longest side.
+        finest: Number of cells along the longest side, at least 2.
+
+    Raises:
+        ShapeError: A corner is not (3,).
+        InputValueError: The box has no extent, the corners are not finite or in the wrong order.
     """
+    lower, upper = finite("cells_of: lower", lower, (3,)), finite("cells_of: upper", upper, (3,))
+    whole("cells_of: finest", finest, 2)
+    if (upper < lower).any() or not (upper > lower).any():
+        raise InputValueError(f"cells_of: expected lower < upper, got {lower} and {upper}")
     extent = upper - lower
     flat = extent <= _FLAT * extent.max()
     side = float(extent.max()) / (finest - 1)

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputValueError
+from .arguments import finite
 from .cells import Cells, Measure, cells_of, measure_of
 from .extents import extents_of
 from .samples import By, Samples, samples_of
@@ -85,7 +86,7 @@ class Workspace:
             InputValueError: There is no such axis, or the coordinate is outside the cells.
         """
         k = _axis("section", axis)
-        layer = int(np.floor((at - self.cells.lower[k]) / self.cells.side))
+        layer = int(np.floor((finite("section: at", at) - self.cells.lower[k]) / self.cells.side))
         if not 0 <= layer < self.cells.shape[k]:
             raise InputValueError(
                 f"{axis} = {at:g} m is outside the workspace: expected {self.cells.lower[k]:.4g} "

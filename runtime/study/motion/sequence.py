@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...errors import InputValueError, OutOfReachError
 from ...iterative.locks import Lock
+from ..arguments import above_0, finite
 from .curves import In, PoseCurve, TaskCurve, TaskLine, joint_line
 from .laws import Kind, Law, law
 from .motion import Motion, Redundancy, Sampled, joined
@@ -60,6 +61,10 @@ class Sequence:
     start: FloatArray
     stages: tuple[Stage, ...] = ()
 
+    def __post_init__(self) -> None:
+        """Refuses a start that is no posture."""
+        finite(f"Sequence of {self.robot.name}: start", self.start, (self.robot.n,))
+
     @property
     def q_end(self) -> FloatArray:
         """(n,) coordinates at the end [rad or m]."""
@@ -94,7 +99,11 @@ class Sequence:
         Args:
             duration: The time [s].
             name: The name of the stage.
+
+        Raises:
+            InputValueError: The duration is not above 0.
         """
+        above_0("hold: duration", duration)
         rest = Law(np.array([0.0, duration]), np.zeros((1, 1)), 0.0)
         curve = joint_line(self.q_end, self.q_end)
         return self._with(Motion(self.robot, curve, rest, self.q_end), name)
@@ -151,6 +160,8 @@ class Sequence:
             InputValueError: There is no stage.
             OutOfReachError: A curve leaves the reach, the branch or the limits.
         """
+        if not self.stages:
+            raise InputValueError("Sequence.sample: there is no stage yet; move, hold or follow")
         return joined([stage.motion.sample(rate) for stage in self.stages])
 
     def jumps(self) -> list[tuple[int, str, float, float]]:
@@ -163,11 +174,12 @@ class Sequence:
         return found
 
     def _with(self, motion: Motion, name: str) -> Self:
+        own = name or f"stage {len(self.stages) + 1}"
         ends = motion.sample(_CHECKS / motion.duration) if motion.law.length else None
         q_end = self.q_end if ends is None else ends.q[-1]
         if not np.isfinite(q_end).all():
-            raise OutOfReachError(f"{self.robot.name}: the loops do not close at the end of {name}")
-        stage = Stage(motion, q_end, name or f"stage {len(self.stages) + 1}")
+            raise OutOfReachError(f"{self.robot.name}: the loops do not close at the end of {own}")
+        stage = Stage(motion, q_end, own)
         return replace(self, stages=(*self.stages, stage))
 
 

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...errors import InputValueError
 from ...velocity.singular_ways import SingularityCurves
+from ..arguments import finite
 from ..cells import Cells, cells_of
 from .annuli import Annulus, BorderArc, area, border
 
@@ -83,11 +84,12 @@ def constant_orientation(robot: Any, phi: float) -> PlanarRegion:
         phi: The angle [rad].
 
     Raises:
-        InputValueError: The robot is no such platform.
+        InputValueError: The robot is no such platform, or the angle is not finite.
 
     Source:
         J.-P. Merlet, C. Gosselin, N. Mouly, Workspaces of planar parallel manipulators, 1998.
     """
+    finite("constant_orientation: phi", phi, ())
     annuli = tuple(_annulus(robot, leg, phi) for leg in range(robot.n)) if _is_planar(robot) else ()
     if not annuli:
         raise InputValueError(f"{robot.name}: expected a planar platform on three legs")
@@ -188,7 +190,9 @@ def orientations(robot: Any, angles: ArrayLike, finest: int = 200) -> Orientatio
     Raises:
         InputValueError: The robot is no such platform.
     """
-    turns = np.atleast_1d(np.asarray(angles, dtype=np.float64))
+    turns = np.atleast_1d(finite("orientations: angles", angles))
+    if not len(turns):
+        raise InputValueError("orientations: expected at least one angle")
     regions = [constant_orientation(robot, phi) for phi in turns]
     disks = [(own.centre, own.outer) for region in regions for own in region.pieces[0]]
     lower = np.min([np.r_[centre - radius, 0] for centre, radius in disks], axis=0)

@@ -72,7 +72,7 @@ def orientation_range(
         J.-P. Merlet, C. Gosselin, N. Mouly, Workspaces of planar parallel manipulators, 1998, for
         the kinds of workspaces.
     """
-    if not lower < upper or not accuracy > 0:
+    if not -math.inf < lower < upper < math.inf or not accuracy > 0:
         raise InputValueError(
             f"orientation_range: expected lower < upper and accuracy > 0, got {lower:g}, {upper:g} "
             f"and {accuracy:g}"

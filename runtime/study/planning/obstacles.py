@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...errors import InputValueError, ShapeError
+from ...errors import InputValueError
+from ..arguments import above_0, finite
 
 FloatArray = NDArray[np.float64]
 
@@ -42,25 +43,25 @@ def ball(centre: ArrayLike, radius: float, name: str = "ball") -> Obstacle:
     import coal  # noqa: PLC0415
 
     T = np.eye(4)
-    T[:3, 3] = _read("ball: centre", centre, (3,))
-    return Obstacle(coal.Sphere(_above_0("ball: radius", radius)), T, name)
+    T[:3, 3] = finite("ball: centre", centre, (3,))
+    return Obstacle(coal.Sphere(above_0("ball: radius", radius)), T, name)
 
 
 def block(T_0_block: ArrayLike, sides: ArrayLike, name: str = "block") -> Obstacle:
     """A box: pose (4, 4) of its middle in the base frame, and sides (3,) [m]."""
     import coal  # noqa: PLC0415
 
-    lengths = [_above_0("block: sides", side) for side in _read("block: sides", sides, (3,))]
-    return Obstacle(coal.Box(*lengths), _read("block: T_0_block", T_0_block, (4, 4)), name)
+    lengths = [above_0("block: sides", side) for side in finite("block: sides", sides, (3,))]
+    return Obstacle(coal.Box(*lengths), finite("block: T_0_block", T_0_block, (4, 4)), name)
 
 
 def capsule(start: ArrayLike, end: ArrayLike, radius: float, name: str = "capsule") -> Obstacle:
     """All points within a radius [m] of the line between two points (3,) in the base frame."""
     import coal  # noqa: PLC0415
 
-    a, b = _read("capsule: start", start, (3,)), _read("capsule: end", end, (3,))
+    a, b = finite("capsule: start", start, (3,)), finite("capsule: end", end, (3,))
     length, T = capsules_along(a[None], b[None])
-    shape = coal.Capsule(_above_0("capsule: radius", radius), float(length[0]))
+    shape = coal.Capsule(above_0("capsule: radius", radius), float(length[0]))
     return Obstacle(shape, T[0], name)
 
 
@@ -73,7 +74,7 @@ def mesh(
     if not Path(path).is_file():
         raise InputValueError(f"mesh: there is no file {os.fspath(path)}")
     shape = coal.MeshLoader().load(os.fspath(path), np.ones(3))
-    T = _read("mesh: T_0_mesh", np.eye(4) if T_0_mesh is None else T_0_mesh, (4, 4))
+    T = finite("mesh: T_0_mesh", np.eye(4) if T_0_mesh is None else T_0_mesh, (4, 4))
     return Obstacle(shape, T, name or Path(path).name)
 
 
@@ -92,18 +93,3 @@ def capsules_along(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray
     T[:, :3, :3] = np.stack([x, y, z], axis=-1)
     T[:, :3, 3] = (a + b) / 2
     return np.asarray(length), T
-
-
-def _read(name: str, value: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
-    array = np.asarray(value, dtype=np.float64)
-    if array.shape != shape:
-        raise ShapeError(f"{name}: expected shape {shape}, got {array.shape}")
-    if not np.isfinite(array).all():
-        raise InputValueError(f"{name}: expected finite numbers")
-    return array
-
-
-def _above_0(name: str, value: float) -> float:
-    if not value > 0:
-        raise InputValueError(f"{name}: expected values above 0, got {value:g}")
-    return float(value)

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...errors import InputValueError, ShapeError
+from ...errors import ShapeError
+from ..arguments import above_0, finite
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -93,6 +94,4 @@ def occupancy_map(
         raise ShapeError(
             f"occupancy_map: expected (nx, ny) and (2,), got {cells.shape} and {corner.shape}"
         )
-    if not side > 0:
-        raise InputValueError(f"occupancy_map: expected a side above 0, got {side}")
-    return OccupancyMap(cells, float(side), corner)
+    return OccupancyMap(cells, above_0("occupancy_map: side", side), finite("origin", corner))

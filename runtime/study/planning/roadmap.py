@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import InputValueError, ShapeError
+from ..arguments import finite
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -235,7 +236,7 @@ def roadmap(
     """
     from scipy.spatial import cKDTree  # noqa: PLC0415
 
-    if samples < 1 or neighbours < 1 or not step > 0 or dispersion < 0:
+    if samples < 1 or neighbours < 1 or not step > 0 or not dispersion >= 0:
         raise InputValueError(
             f"roadmap: expected samples >= 1, neighbours >= 1, step > 0 and dispersion >= 0, got "
             f"{samples}, {neighbours}, {step} and {dispersion}"
@@ -273,6 +274,7 @@ def ends_of(
 
     Raises:
         ShapeError: One of them is not (n,).
+        InputValueError: A number is not finite.
     """
     n = len(space.lower)
     ends = []
@@ -280,6 +282,7 @@ def ends_of(
         point = np.asarray(given, dtype=np.float64)
         if point.shape != (n,):
             raise ShapeError(f"{name}: expected ({n},), got shape {point.shape}")
+        finite(name, point)
         beyond = ((point < space.lower) | (point > space.upper)).any()
         if beyond or not space.free(point[None])[0]:
             return no_plan(n, f"the {name} is not free: {space.why(point)}")
