@@ -31,6 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputValueError
+from ..short_repr import short_repr
 from .arguments import finite, whole
 
 FloatArray = NDArray[np.float64]
@@ -70,6 +71,8 @@ class Cells:
     lower: FloatArray
     side: float
     shape: tuple[int, int, int]
+
+    __repr__ = short_repr
 
     @property
     def upper(self) -> FloatArray:
@@ -159,6 +162,11 @@ class Measure(NamedTuple):
     value: float
     error: float
     dimension: int
+
+    def __str__(self) -> str:
+        """The value with its error and its unit: volume 3.25 ± 0.02 m^3."""
+        name, unit = {1: ("length", "m"), 2: ("area", "m^2")}.get(self.dimension, ("volume", "m^3"))
+        return f"{name} {self.value:.4g} ± {self.error:.2g} {unit}"
 
 
 def measure_of(cells: Cells, hits: CountArray) -> Measure:

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputValueError, OutOfReachError, ShapeError
+from ..short_repr import ranges, told
 from .arguments import finite
 from .cells import Cells, Measure
 from .reach import reach
@@ -49,6 +50,17 @@ class ReachedPositions:
     R_0_ee: FloatArray
     cells: Cells
     inside: BoolArray
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        return told(
+            self,
+            self.robot,
+            str(self.measure),
+            ranges(self.extents),
+            f"{' x '.join(map(str, self.cells.shape))} cells of {self.cells.side:.4g} m",
+            methods="plot(), to_npz(path)",
+        )
 
     @property
     def measure(self) -> Measure:

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import screws
 from ..errors import InputValueError, ShapeError
+from ..short_repr import told
 from ..tolerances import AT_LIMIT
 from .arguments import finite, whole
 from .cells import Cells
@@ -54,6 +55,21 @@ class Reach:
     solutions: NDArray[np.uint8]
     stopped: NDArray[np.int8]
     cells: Cells | None = None
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        places, turns = self.solutions.shape
+        stops = ", ".join(f"{name} ({n:,})" for name, n in self.stopped_by().items())
+        return told(
+            self,
+            self.robot,
+            f"{places:,} places x {turns} orientations",
+            f"{self.reached.mean():.1%} of these poses are reached" if self.solutions.size else "",
+            f"the limits of {stops} stop others" if stops else "",
+            methods="share, stopped_by()"
+            + (", grid(), plot()" if self.cells else "")
+            + ", to_npz(path)",
+        )
 
     @property
     def reached(self) -> BoolArray:

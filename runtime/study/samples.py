@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputValueError
+from ..short_repr import short_repr
 from .arguments import whole
 
 FloatArray = NDArray[np.float64]
@@ -52,6 +53,8 @@ class Samples:
     count: int
     by: By
     key: int
+
+    __repr__ = short_repr
 
     @property
     def pieces(self) -> int:

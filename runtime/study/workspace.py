@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputValueError
+from ..short_repr import ranges, told
 from .arguments import finite
 from .cells import Cells, Measure, cells_of, measure_of
 from .extents import extents_of
@@ -66,6 +67,23 @@ class Workspace:
     lost: int
     by: By
     key: int
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        lost = f"loops open at {self.lost:,}" if self.lost else ""
+        shape = " x ".join(map(str, self.cells.shape))
+        qualities = [name for name in get_args(Quality) if getattr(self, name) is not None]
+        return told(
+            self,
+            self.robot,
+            f"{self.samples:,} postures by {self.by}",
+            lost,
+            ranges(self.extents),
+            str(self.measure),
+            f"{shape} cells of {self.cells.side:.4g} m",
+            f"with {', '.join(qualities)}" if qualities else "",
+            methods="section(axis, at), projection(axis), plot(), to_npz(path)",
+        )
 
     @property
     def measure(self) -> Measure:

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ... import screws
 from ...errors import InputValueError, ShapeError
+from ...short_repr import short_repr
 from ...tolerances import IN_PLACE, STRAIGHT
 from ..arguments import finite
 from ..arguments import poses as rigid
@@ -68,6 +69,8 @@ class JointLine:
     of: In = "coordinates"
     length: float = 1.0
 
+    __repr__ = short_repr
+
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """(m, n) values and their first and second derivatives by s."""
         return _straight(self.start, self.end, self.length, s)
@@ -106,6 +109,8 @@ class TaskLine:
     end: FloatArray
     task: Task
     length: float
+
+    __repr__ = short_repr
 
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """(m, k) values and their first and second derivatives by s."""
@@ -155,6 +160,8 @@ class TaskCurve:
     task: Task
     length: float
 
+    __repr__ = short_repr
+
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """(m, k) values and their first and second derivatives by s."""
         T, V, A = self.curve.at(s)
@@ -197,6 +204,8 @@ class _Turning:
     turn: FloatArray
     length: float
 
+    __repr__ = short_repr
+
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Rotations (m, 3, 3) and the turn by s (3,) in base axes."""
         rate = self.turn / self.length if self.length else np.zeros(3)
@@ -211,6 +220,8 @@ class Line:
     step: FloatArray
     turning: _Turning
     length: float
+
+    __repr__ = short_repr
 
     def at(self, s: FloatArray) -> CurvePoses:
         """Poses at lengths (m,)."""
@@ -229,6 +240,8 @@ class Arc:
     radius: float
     turning: _Turning
     length: float
+
+    __repr__ = short_repr
 
     def at(self, s: FloatArray) -> CurvePoses:
         """Poses at lengths (m,)."""
@@ -345,6 +358,8 @@ class Spline:
     positions: Any
     rotations: Any
     length: float
+
+    __repr__ = short_repr
 
     def at(self, s: FloatArray) -> CurvePoses:
         """Poses at lengths (m,)."""

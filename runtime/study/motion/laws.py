@@ -29,6 +29,7 @@ from numpy.polynomial import polynomial
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import InputValueError
+from ...short_repr import told
 
 FloatArray = NDArray[np.float64]
 Kind = Literal["constant", "cubic", "quintic", "trapezoidal", "s_curve"]
@@ -51,6 +52,11 @@ class Law:
     breaks: FloatArray
     coefficients: FloatArray
     length: float
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        pieces = f"{len(self.coefficients)} polynomials"
+        return told(self, "", f"length {self.length:.6g} in {self.duration:.6g} s", pieces)
 
     @property
     def duration(self) -> float:

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...errors import InputValueError, OutOfReachError, ShapeError
 from ...iterative.locks import Lock
+from ...short_repr import told
 from ...tolerances import ON_CURVE
 from ..arguments import above_0, finite
 from .curves import JointLine, PoseCurve, TaskCurve, TaskLine
@@ -61,6 +62,18 @@ class Sampled:
     T: FloatArray
     V: FloatArray
     stage: NDArray[np.intp]
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        stages = f"{self.stage[-1] + 1} stages" if self.stage[-1] else ""
+        return told(
+            self,
+            self.robot,
+            f"{len(self.t):,} times from {self.t[0]:.6g} to {self.t[-1]:.6g} s",
+            stages,
+            f"largest rate {np.abs(self.qd).max():.4g}, acceleration {np.abs(self.qdd).max():.4g}",
+            methods="t, q, qd, qdd, T, V, plot(), to_csv(path), to_npz(path)",
+        )
 
     def to_npz(self, path: str | os.PathLike[str]) -> None:
         """Writes all arrays to a compressed file that NumPy reads."""
@@ -142,6 +155,12 @@ class Motion:
     given: tuple[float, ...] = ()
     lock: Lock | None = None
     redundancy: Redundancy = "nearest"
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        way = f"{type(self.curve).__name__} of length {self.curve.length:.6g}"
+        facts = (way, f"{self.duration:.6g} s")
+        return told(self, self.robot.name, *facts, methods="sample(rate), at(t)")
 
     def __post_init__(self) -> None:
         """Refuses a redundancy or a law that does not fit the curve."""

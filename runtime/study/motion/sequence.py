@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...errors import InputValueError, OutOfReachError
 from ...iterative.locks import Lock
+from ...short_repr import told
 from ..arguments import above_0, finite
 from .curves import In, PoseCurve, TaskCurve, TaskLine, joint_line
 from .laws import Kind, Law, law
@@ -28,6 +29,8 @@ from .motion import Motion, Redundancy, Sampled, joined
 
 FloatArray = NDArray[np.float64]
 
+_LONG = 200
+"""Characters of all names of stages up to which they are shown."""
 _SAME = 1e-9
 """Distance [m] and angle [rad] between the end of a stage and the start of the next curve."""
 
@@ -46,6 +49,10 @@ class Stage:
     q_end: FloatArray
     name: str
 
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        return told(self, "", self.name, f"{self.motion.duration:.6g} s")
+
 
 @dataclass(frozen=True, eq=False)
 class Sequence:
@@ -60,6 +67,17 @@ class Sequence:
     robot: Any
     start: FloatArray
     stages: tuple[Stage, ...] = ()
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        names = ", ".join(stage.name for stage in self.stages)
+        return told(
+            self,
+            self.robot.name,
+            f"{len(self.stages)} stages in {self.duration:.6g} s",
+            names if len(names) < _LONG else "",
+            methods="move, hold, follow, sample(rate), jumps()",
+        )
 
     def __post_init__(self) -> None:
         """Refuses a start that is no posture."""

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import InputValueError
+from ...short_repr import told
 from ...velocity.singular_ways import SingularityCurves
 from ..arguments import finite
 from ..cells import Cells, cells_of
@@ -45,6 +46,12 @@ class PlanarRegion:
     robot: str
     name: str
     pieces: tuple[tuple[Annulus, ...], ...]
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        arcs = f"{len(self.arcs)} arcs"
+        facts = (self.name, f"area {self.area:.12g} m^2", arcs)
+        return told(self, self.robot, *facts, methods="contains(points), plot()")
 
     @property
     def area(self) -> float:
@@ -162,6 +169,17 @@ class Orientations:
     cells: Cells
     angles: FloatArray
     possible: NDArray[np.bool_]
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        least, most = np.degrees([self.angles.min(), self.angles.max()])
+        return told(
+            self,
+            "",
+            f"{len(self.angles)} angles from {least:.4g}° to {most:.4g}°",
+            f"all of them on {self.total:.4g} m^2, some on {self.inclusive:.4g} m^2",
+            methods="share, possible",
+        )
 
     @property
     def share(self) -> FloatArray:

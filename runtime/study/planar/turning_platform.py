@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputValueError
+from ...short_repr import told
 from ..cells import Measure
 from .annuli import BorderArc
 from .arc_regions import ArcRegion, bounded
@@ -50,6 +51,17 @@ class OrientationRange:
     angles: FloatArray
     total: ArcRegion
     inclusive: Measure
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        least, most = np.degrees(self.angles)
+        return told(
+            self,
+            self.robot,
+            f"angles from {least:.4g}° to {most:.4g}°",
+            f"all of them on {self.total.area:.12g} m^2",
+            f"some of them on {self.inclusive.value:.6g} ± {self.inclusive.error:.1g} m^2",
+        )
 
 
 def orientation_range(

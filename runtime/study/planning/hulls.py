@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from ...contract.skeleton_facts import Body
 from ...drawing.skeleton import Skeleton, skeleton
+from ...short_repr import short_repr, told
 from .obstacles import capsules_along
 
 FloatArray = NDArray[np.float64]
@@ -43,6 +44,8 @@ class Hull:
     bodies: IntArray
     corners: FloatArray
 
+    __repr__ = short_repr
+
     @property
     def is_strut(self) -> bool:
         """Whether two bodies hold its ends."""
@@ -62,6 +65,10 @@ class Hulls:
     robot: Any
     skeleton: Skeleton
     hulls: tuple[Hull, ...]
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        return told(self, self.robot.name, f"{len(self.hulls)} shapes on {', '.join(self.parts)}")
 
     @property
     def parts(self) -> tuple[str, ...]:

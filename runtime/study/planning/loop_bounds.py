@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 
 from ...drawing.skeleton import Skeleton, skeleton
 from ...errors import InputValueError
+from ...short_repr import short_repr
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -82,6 +83,8 @@ class LoopBounds:
     widest: FloatArray
     curvature: FloatArray
     lengths: FloatArray
+
+    __repr__ = short_repr
 
     def joints(self, a: FloatArray, b: FloatArray) -> FloatArray | None:
         """How far each joint is from its place in the middle of a straight way, at most.

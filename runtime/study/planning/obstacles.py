@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import InputValueError
+from ...short_repr import told
 from ..arguments import above_0, finite
 
 FloatArray = NDArray[np.float64]
@@ -36,6 +37,13 @@ class Obstacle:
     shape: Any
     T_0_shape: FloatArray
     name: str
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        x, y, z = self.T_0_shape[:3, 3]
+        return told(
+            self, "", self.name, f"{type(self.shape).__name__} at ({x:.4g}, {y:.4g}, {z:.4g}) m"
+        )
 
 
 def ball(centre: ArrayLike, radius: float, name: str = "ball") -> Obstacle:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import ShapeError
+from ...short_repr import told
 from ..arguments import above_0, finite
 
 FloatArray = NDArray[np.float64]
@@ -28,6 +29,11 @@ class OccupancyMap:
     occupied: BoolArray
     side: float
     origin: FloatArray
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        cells = f"{' x '.join(map(str, self.occupied.shape))} cells of {self.side:.4g} m"
+        return told(self, "", cells, f"{self.occupied.mean():.1%} occupied")
 
     @property
     def lower(self) -> FloatArray:

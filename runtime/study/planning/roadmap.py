@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import InputValueError, ShapeError
+from ...short_repr import told
 from ..arguments import finite
 
 FloatArray = NDArray[np.float64]
@@ -66,6 +67,14 @@ class Plan:
     length: float
     reason: str
     checked: int
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        if not self.found:
+            return told(self, "", f"no path, for {self.reason}")
+        corners = f"a path through {len(self.points)} points, length {self.length:.6g}"
+        facts = (corners, f"{self.checked:,} ways checked")
+        return told(self, "", *facts, methods="points, at(s)")
 
     @property
     def found(self) -> bool:
@@ -120,6 +129,12 @@ class Roadmap:
     ways: NDArray[np.intp]
     step: float
     neighbours: int
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        count, n = self.points.shape
+        facts = (f"{count:,} points in {n} coordinates", f"{len(self.ways):,} ways")
+        return told(self, "", *facts, methods="plan(start, goal)")
 
     def plan(self, start: ArrayLike, goal: ArrayLike, algorithm: Algorithm = "astar") -> Plan:
         """The shortest path on the roadmap.

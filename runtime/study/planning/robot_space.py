@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputValueError, ShapeError
+from ...short_repr import told
 from ..samples import box_of
 from .hulls import Hulls, hulls_of, joined
 from .loop_bounds import LoopBounds, closed_postures, loop_bounds
@@ -63,6 +64,17 @@ class RobotSpace:
     upper: FloatArray
     checks: tuple[tuple[int, int], ...]
     bounds: LoopBounds | None
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        among = ", ".join(obstacle.name for obstacle in self.obstacles)
+        return told(
+            self,
+            self.robot.name,
+            f"among {among}" if among else "without obstacles",
+            f"{len(self.parts)} parts, {len(self.checks)} distances between shapes",
+            methods="parts, free(points), clearance(q), free_way(a, b)",
+        )
 
     @property
     def parts(self) -> tuple[str, ...]:
