@@ -4,9 +4,9 @@ The shapes are those of the drawing: each line of a body is a capsule, each plat
 corners, rounded; a rod or a cylinder is one capsule between its two ends. The plate or line between
 several joints on the ground stands for the ground itself and is left out.
 
-A point moves no further than its joints turn it: they are taken from the tip to the base, each
-about its axis in the middle of a way, and the lever of each grows by what the joints beyond it have
-moved. This bound is convex in the point, so that the corners of a shape bound all of it.
+A point moves no further than its joints turn it, from the base to the tip: what a joint moves
+carries the axes beyond it along, so that each lever is that in the middle of a way. This bound is
+convex in the point, so that the corners of a shape bound all of it.
 """
 
 from __future__ import annotations
@@ -133,13 +133,14 @@ class Hulls:
         at, axes = (T[self._moving] @ joints.lines)[..., :3, :].transpose(2, 0, 1)
         levers = np.linalg.norm(np.cross(points - at[:, None], axes[:, None]), axis=-1)
         steps = np.abs(joints.ratios) * w[joints.coordinates]
-        moved = np.zeros(len(points))
+        turned = steps * joints.turns
+        ways = self._carried * (turned[:, None] * levers + (steps * joints.slides)[:, None])
+        # Row j: the way by the joints from j on, and one row more without any.
+        beyond = np.zeros((len(steps) + 1, len(points)))
+        beyond[:-1] = np.cumsum(ways[::-1], axis=0)[::-1]
+        most = np.maximum.reduceat(beyond, self._starts, axis=1)
         found = np.zeros((len(self.skeleton.bodies), len(self.hulls)))
-        for j in range(len(steps) - 1, -1, -1):
-            found[self._moving[j]] = np.maximum.reduceat(moved, self._starts)
-            way = steps[j] * (joints.turns[j] * (levers[j] + moved) + joints.slides[j])
-            moved = moved + np.where(self._carried[j], way, 0.0)
-        found[0] = np.maximum.reduceat(moved, self._starts)
+        found[0], found[self._moving] = most[0], most[1:]
         return found
 
     def common(self, i: int, j: int) -> int:

@@ -154,3 +154,21 @@ def test_what_carries_both_brings_them_no_nearer(name):
                 assert change <= most[common, i] + most[common, j] + 1e-12
                 checked += most[common, i] < 0.99 * most[0, i]
     assert checked > 20
+
+
+def test_levers_are_those_of_the_middle_while_an_arm_unfolds():
+    """Folded, the tool of an arm is near its first axis; unfolding does not add to that lever."""
+    robot = chasles.load("scara")
+    hulls, q = hulls_of(robot), np.array([0.0, 2.5, 0.1, 0.0])
+    tool = robot.fk(q)[:3, 3]
+    elbow = robot.link_poses(q)[0, :3, 3]
+    for angle in (0.5, 1.5, 2.5):
+        most = hulls.moves(q, np.array([angle, angle, 0, 0]))[0]
+        levers = np.linalg.norm(tool[:2]) + np.linalg.norm((tool - elbow)[:2])
+        assert most[-1] == pytest.approx(angle * levers, rel=1e-9)
+        far = 0.0
+        for first in np.linspace(-angle, angle, 31):
+            for second in np.linspace(-angle, angle, 31):
+                there = robot.fk(q + np.array([first, second, 0, 0]))[:3, 3]
+                far = max(far, np.linalg.norm(there - tool))
+        assert 0.3 * most[-1] < far <= most[-1]

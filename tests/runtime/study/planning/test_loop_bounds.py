@@ -1,5 +1,6 @@
 """Bounds of the motion of loops against the motion itself and against generated derivatives."""
 
+import warnings
 from dataclasses import replace
 from functools import partial
 
@@ -155,6 +156,48 @@ def test_equations_without_bounds():
         loop_bounds(Changed(robot, constraint=of_third_degree), lower, upper)
     with pytest.raises(InputValueError, match="the loops close at 1 of 6000 random postures"):
         loop_bounds(robot, lower + 100, upper + 100)
+
+
+def test_no_bound_at_a_singular_posture():
+    """Where a joint is in no equation, the others do not lead it: no number, and no warning."""
+    robot, bounds, _, _ = made("excavator")
+
+    def without_a_joint(robot, z):
+        D = robot.constraint_D_z(z).copy()
+        D[:, np.setdiff1d(np.arange(len(z)), bounds.given)[0]] = 0
+        return D
+
+    q = np.array(robot.reference.q)
+    changed = Changed(robot, constraint_D_z=without_a_joint)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert replace(bounds, robot=changed).joints(q, q + 1e-3) is None
+
+
+def test_bounded_boxes_hold_no_singular_posture():
+    """Anywhere in a box that is stated, the equations determine the joints: det keeps its sign."""
+    checked = 0
+    for name in ("planar_3rrr", "stewart_gough", "delta", "excavator"):
+        robot, bounds, lower, upper = made(name)
+        q, z = closed_postures(robot, lower, upper)
+        rest = np.setdiff1d(np.arange(z.shape[1]), bounds.given)
+        rng = np.random.default_rng(7)
+        for k in range(40):
+            a = q[k]
+            # The longest step with a bound reaches far into the box.
+            for size in (0.1, 0.03, 0.01, 0.003):
+                b = a + rng.normal(size=robot.n) * size * (upper - lower) / 3
+                w = bounds.joints(a, b)
+                if w is not None:
+                    break
+            else:
+                continue
+            middle = robot.configuration((a + b) / 2)
+            corners = middle + rng.choice([-1, 1], (200, len(w))) * w
+            dets = np.linalg.det(robot.constraint_D_z(corners)[..., rest])
+            assert (np.sign(dets) == np.sign(dets[0])).all()
+            checked += 1
+    assert checked > 100
 
 
 def in_other_mode(robot, z):

@@ -77,7 +77,7 @@ def test_paths_of_platforms_keep_clear_and_keep_their_mode(name):
     space = replace(space, lower=lower, upper=upper)
     rng, kept = np.random.default_rng(4), []
     q = rng.uniform(lower, upper, (1000, robot.n))
-    q = q[np.isfinite(robot.configuration(q)).all(-1)][:60]
+    q = q[np.isfinite(robot.configuration(q)).all(-1)][:240]
     q = q[space.free(q)]
     made = roadmap(space, 40, neighbours=8, key=2)
     for start, goal in zip(q[::2], q[1::2], strict=False):

@@ -185,8 +185,14 @@ def test_errors():
         with pytest.raises(ShapeError, match=message):
             made()
     for made, message in (
-        (lambda: ball([0, 0, 0], -1), "ball: radius: expected values above 0, got -1"),
-        (lambda: block(np.eye(4), [1, 0, 1]), "block: sides: expected values above 0, got 0"),
+        (
+            lambda: ball([0, 0, 0], -1),
+            "ball: radius: expected values above 0",
+        ),
+        (
+            lambda: block(np.eye(4), [1, 0, 1]),
+            "block: sides: expected values above 0",
+        ),
         (lambda: capsule([0, 0, 0], [0, 0, 1], np.nan), "capsule: radius: expected values above 0"),
         (lambda: capsule([0, 0, 0], [0, 0, np.inf], 1), "capsule: end: expected finite numbers"),
         (lambda: mesh("nowhere.stl"), "mesh: there is no file nowhere.stl"),
