@@ -58,7 +58,7 @@ def around(radius, angles, size, z=0.0):
 
 AMONG = {
     "five_bar": ([ball([0.02, 0.43, 0], 0.012)], 0.004, np.inf),
-    "planar_3rrr": (around(0.19, (0.3, 2.5, 4.6), 0.015), 0.004, 0.6),
+    "planar_3rrr": (around(0.15, (0.3, 2.5, 4.6), 0.02), 0.004, 1.0),
     "stewart_gough": (
         [*around(0.25, (0.5, 2.6, 4.7), 0.03, 0.45), capsule([0, 0, 0.66], [0.3, 0, 0.66], 0.02)],
         0.01,
