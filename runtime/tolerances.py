@@ -115,6 +115,9 @@ iteration leave 1e-9, and the eye sees 1e-3."""
 ON_CURVE = 1e-11
 """Residual (length, radian) up to which iteration is on a curve: a hundredth of the distance from
 the curve that motions promise."""
+IN_PLACE = 1e-12
+"""Way [m] of the tool's origin, or angle [rad], that is rounding of the poses at both ends: the
+tool stays or turns in place. Beyond 1 m from the base it is this part of the distance."""
 STRAIGHT = 1e-9
 """Sine of an angle below which three points lie on a line: their circle is a million times larger
 than their distances. Also the distance, in parts of their size, up to which points lie in a

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputValueError
+from ..short_repr import short_repr
 from .observed.observations import SMALL, Observation, Poses, Positions, Start
 from .problem import in_one_thread, problem_at
 
@@ -58,6 +59,8 @@ class Design:
     o1: float
     tool_error: float
     with_more: float
+
+    __repr__ = short_repr
 
 
 @in_one_thread

@@ -33,6 +33,7 @@ from threadpoolctl import threadpool_limits
 
 from ..errors import InputValueError, ShapeError
 from ..screws import inverse
+from ..short_repr import short_repr
 from .doubts import doubts
 from .identifiable import Redundancy, identifiable
 from .observed.observations import SMALL, Observation, Start
@@ -202,6 +203,8 @@ class Problem:
     known: FloatArray
     redundant: tuple[Redundancy, ...]
     weights: FloatArray
+
+    __repr__ = short_repr
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ import numpy as np
 import scipy.stats
 from numpy.typing import ArrayLike, NDArray
 
+from ..short_repr import told
 from .identifiable import Redundancy
 from .observed.observations import Observation
 
@@ -58,6 +59,19 @@ class Calibration:
     q: FloatArray
     robot: Any
     doubts: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        return told(
+            self,
+            self.robot.name,
+            f"{len(self.names)} variables from {len(self.observation.rows)} measured numbers",
+            f"error {self.before:.4g} before, {self.after:.4g} after, in standard deviations",
+            f"{len(self.outliers)} rows left out" if self.outliers else "",
+            f"{len(self.redundant)} parameters cannot be told apart" if self.redundant else "",
+            f"{len(self.doubts)} doubts" if self.doubts else "",
+            methods="print() it for the report; values, intervals, poses(q)",
+        )
 
     @property
     def before(self) -> float:

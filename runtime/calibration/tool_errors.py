@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..short_repr import short_repr
 from .parameters import deviations, nominal
 
 FloatArray = NDArray[np.float64]
@@ -39,6 +40,8 @@ class FirstOrder:
     covariance: FloatArray
     names: tuple[str, ...]
     effects: FloatArray
+
+    __repr__ = short_repr
 
     @property
     def position(self) -> FloatArray:
@@ -64,6 +67,8 @@ class MonteCarlo:
     along: FloatArray
     position: FloatArray
     orientation: FloatArray
+
+    __repr__ = short_repr
 
     def quantiles(self, of: tuple[float, ...] = QUANTILES) -> FloatArray:
         """(k, 2) bounds of position [m] and orientation [rad] that a share of the arms keeps."""

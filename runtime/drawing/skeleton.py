@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..contract.skeleton_facts import Body, BodyJoint, HeldFrames, Shape, SkeletonFacts, Span
 from ..errors import ManifestError
+from ..short_repr import told
 
 FloatArray = NDArray[np.float64]
 _PART = 0.4
@@ -67,6 +68,13 @@ class Skeleton:
     posture: FloatArray
     closures: tuple[HeldFrames, ...]
     actuators: dict[int, int] = field(repr=False)
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        names = ", ".join(body.name for body in self.bodies)
+        return told(
+            self, self.robot.name, f"{len(self.bodies)} bodies: {names}", methods="poses(q)"
+        )
 
     def poses(self, q: ArrayLike, seed: ArrayLike | None = None) -> FloatArray:
         """The pose of every body in the base frame.

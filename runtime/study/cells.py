@@ -30,6 +30,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import InputValueError
+from ..short_repr import short_repr
+from .arguments import finite, whole
+
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
@@ -67,6 +71,8 @@ class Cells:
     lower: FloatArray
     side: float
     shape: tuple[int, int, int]
+
+    __repr__ = short_repr
 
     @property
     def upper(self) -> FloatArray:
@@ -121,8 +127,16 @@ def cells_of(lower: FloatArray, upper: FloatArray, finest: int) -> Cells:
     Args:
         lower: (3,) least corner [m].
         upper: (3,) opposite corner [m].
-        finest: Number of cells along the longest side.
+        finest: Number of cells along the longest side, at least 2.
+
+    Raises:
+        ShapeError: A corner is not (3,).
+        InputValueError: The box has no extent, the corners are not finite or in the wrong order.
     """
+    lower, upper = finite("cells_of: lower", lower, (3,)), finite("cells_of: upper", upper, (3,))
+    whole("cells_of: finest", finest, 2)
+    if (upper < lower).any() or not (upper > lower).any():
+        raise InputValueError(f"cells_of: expected lower < upper, got {lower} and {upper}")
     extent = upper - lower
     flat = extent <= _FLAT * extent.max()
     side = float(extent.max()) / (finest - 1)
@@ -148,6 +162,11 @@ class Measure(NamedTuple):
     value: float
     error: float
     dimension: int
+
+    def __str__(self) -> str:
+        """The value with its error and its unit: volume 3.25 ± 0.02 m^3."""
+        name, unit = {1: ("length", "m"), 2: ("area", "m^2")}.get(self.dimension, ("volume", "m^3"))
+        return f"{name} {self.value:.4g} ± {self.error:.2g} {unit}"
 
 
 def measure_of(cells: Cells, hits: CountArray) -> Measure:

@@ -19,6 +19,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputValueError, OutOfReachError, ShapeError
+from ..short_repr import ranges, told
+from .arguments import finite
 from .cells import Cells, Measure
 from .reach import reach
 
@@ -48,6 +50,17 @@ class ReachedPositions:
     R_0_ee: FloatArray
     cells: Cells
     inside: BoolArray
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        return told(
+            self,
+            self.robot,
+            str(self.measure),
+            ranges(self.extents),
+            f"{' x '.join(map(str, self.cells.shape))} cells of {self.cells.side:.4g} m",
+            methods="plot(), to_npz(path)",
+        )
 
     @property
     def measure(self) -> Measure:
@@ -103,8 +116,8 @@ def positions(
 
     Raises:
         AttributeError: The robot has no `ik`.
-        InputValueError: `finest` is not such a number, or the robot has no reference posture and no
-            seed is given.
+        InputValueError: `finest` is not such a number, a number is not finite, or the robot has no
+            reference posture and no seed is given.
         OutOfReachError: No cell near the seed is reached.
         ShapeError: The orientation is not (3, 3), or the seed not (3,).
     """
@@ -133,8 +146,8 @@ def _orientation(
             f"positions: {robot.name} has no reference posture; give R_0_ee and seed"
         )
     T = np.eye(4) if robot.reference is None else robot.fk(np.array(robot.reference.q))
-    R = np.asarray(T[:3, :3] if R_0_ee is None else R_0_ee, dtype=np.float64)
-    start = np.asarray(T[:3, 3] if seed is None else seed, dtype=np.float64)
+    R = finite("positions: R_0_ee", T[:3, :3] if R_0_ee is None else R_0_ee)
+    start = finite("positions: seed", T[:3, 3] if seed is None else seed)
     if R.shape != (3, 3) or start.shape != (3,):
         raise ShapeError(
             f"positions: expected R_0_ee (3, 3) and seed (3,), got {R.shape} and {start.shape}"

@@ -18,7 +18,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import screws
 from ..errors import InputValueError, ShapeError
+from ..short_repr import told
 from ..tolerances import AT_LIMIT
+from .arguments import finite, whole
 from .cells import Cells
 from .samples import BLOCK, box_of
 from .streaming import Threads, tallied
@@ -53,6 +55,21 @@ class Reach:
     solutions: NDArray[np.uint8]
     stopped: NDArray[np.int8]
     cells: Cells | None = None
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        places, turns = self.solutions.shape
+        stops = ", ".join(f"{name} ({n:,})" for name, n in self.stopped_by().items())
+        return told(
+            self,
+            self.robot,
+            f"{places:,} places x {turns} orientations",
+            f"{self.reached.mean():.1%} of these poses are reached" if self.solutions.size else "",
+            f"the limits of {stops} stop others" if stops else "",
+            methods="share, stopped_by()"
+            + (", grid(), plot()" if self.cells else "")
+            + ", to_npz(path)",
+        )
 
     @property
     def reached(self) -> BoolArray:
@@ -139,6 +156,7 @@ def reach(
     Raises:
         AttributeError: The robot has no `ik`; the message says what it has instead.
         ShapeError: Places or orientations have another shape.
+        InputValueError: A number is not finite, or poses come with further orientations.
     """
     poses, turns = _asked(places, orientations)
     work = _Asking(robot, poses, turns, _given_values(robot, given))
@@ -180,8 +198,9 @@ def base_placement(
     Raises:
         AttributeError: The robot has no `ik`.
         ShapeError: Poses or bases have another shape.
+        InputValueError: A number is not finite.
     """
-    T_w_ee, T_w_0 = np.asarray(poses, dtype=float), np.asarray(bases, dtype=float)
+    T_w_ee, T_w_0 = finite("poses", poses), finite("bases", bases)
     for name, array in (("poses", T_w_ee), ("bases", T_w_0)):
         if array.ndim != 3 or array.shape[1:] != (4, 4):  # noqa: PLR2004 - rows of matrices
             raise ShapeError(f"{name}: expected shape (m, 4, 4), got {array.shape}")
@@ -198,13 +217,16 @@ def evenly(count: int) -> FloatArray:
     Args:
         count: Their number, at least 1.
 
+    Raises:
+        InputValueError: The count is less than 1.
+
     Returns:
         (count, 3, 3) rotation matrices.
 
     Source:
         R. Swinbank, R. J. Purser, Fibonacci grids: a novel approach to global modelling, 2006.
     """
-    k = np.arange(count)
+    k = np.arange(whole("evenly: count", count, 1))
     golden = np.pi * (3 - math.sqrt(5))
     tilt, azimuth = np.arccos(1 - (2 * k + 1) / count), golden * k
     return np.asarray(_about_z(azimuth) @ _about_y(tilt) @ _about_z(azimuth))
@@ -228,14 +250,14 @@ def _asked(
         grid = np.meshgrid(*places.centres(), indexing="ij")
         at: FloatArray = np.stack(grid, -1).reshape(-1, 3)
     else:
-        at = np.asarray(places, dtype=np.float64)
+        at = finite("places", places)
     if at.ndim == 3 and at.shape[1:] == (4, 4):  # noqa: PLR2004 - rows of matrices
         if orientations is not None:
             raise InputValueError("reach: poses have their own orientations; expected positions")
         return at, np.eye(3)[None]
     if at.ndim != 2 or at.shape[1] != 3:  # noqa: PLR2004 - rows of positions
         raise ShapeError(f"places: expected Cells, (m, 3) or (m, 4, 4), got shape {at.shape}")
-    turns = evenly(20) if orientations is None else np.asarray(orientations, dtype=np.float64)
+    turns = evenly(20) if orientations is None else finite("orientations", orientations)
     if turns.ndim != 3 or turns.shape[1:] != (3, 3):  # noqa: PLR2004 - rows of matrices
         raise ShapeError(f"orientations: expected (k, 3, 3), got shape {turns.shape}")
     poses = np.tile(np.eye(4), (len(at), 1, 1))

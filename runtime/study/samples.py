@@ -17,6 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputValueError
+from ..short_repr import short_repr
+from .arguments import whole
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.uint64]
@@ -51,6 +53,8 @@ class Samples:
     count: int
     by: By
     key: int
+
+    __repr__ = short_repr
 
     @property
     def pieces(self) -> int:
@@ -117,8 +121,7 @@ def samples_of(robot: Any, count: int, by: By, key: int) -> Samples:
     """
     if by not in get_args(By):
         raise InputValueError(f"by = {by!r}: expected one of {', '.join(get_args(By))}")
-    if count < 1:
-        raise InputValueError(f"samples = {count}: expected at least 1")
+    count = whole("samples", count, 1)
     lower, upper = box_of(robot)
     if by == "grid":
         side = _side(count, robot.n)

@@ -18,6 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputValueError
+from ..short_repr import ranges, told
+from .arguments import finite
 from .cells import Cells, Measure, cells_of, measure_of
 from .extents import extents_of
 from .samples import By, Samples, samples_of
@@ -66,6 +68,23 @@ class Workspace:
     by: By
     key: int
 
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        lost = f"loops open at {self.lost:,}" if self.lost else ""
+        shape = " x ".join(map(str, self.cells.shape))
+        qualities = [name for name in get_args(Quality) if getattr(self, name) is not None]
+        return told(
+            self,
+            self.robot,
+            f"{self.samples:,} postures by {self.by}",
+            lost,
+            ranges(self.extents),
+            str(self.measure),
+            f"{shape} cells of {self.cells.side:.4g} m",
+            f"with {', '.join(qualities)}" if qualities else "",
+            methods="section(axis, at), projection(axis), plot(), to_npz(path)",
+        )
+
     @property
     def measure(self) -> Measure:
         """Volume [m^3], of a flat workspace area [m^2], of a straight one length [m]."""
@@ -85,7 +104,7 @@ class Workspace:
             InputValueError: There is no such axis, or the coordinate is outside the cells.
         """
         k = _axis("section", axis)
-        layer = int(np.floor((at - self.cells.lower[k]) / self.cells.side))
+        layer = int(np.floor((finite("section: at", at) - self.cells.lower[k]) / self.cells.side))
         if not 0 <= layer < self.cells.shape[k]:
             raise InputValueError(
                 f"{axis} = {at:g} m is outside the workspace: expected {self.cells.lower[k]:.4g} "

@@ -12,6 +12,7 @@ from ..call._call import Function
 from ..call.capabilities import needs
 from ..closed_form.closures import LoopMethods
 from ..errors import InputValueError, ShapeError
+from ..short_repr import told
 from .contours import zero_curves
 from .singularity import SingularityMethods
 
@@ -56,6 +57,11 @@ class SingularityCurves(NamedTuple):
 
     type_1: tuple[FloatArray, ...]
     type_2: tuple[FloatArray, ...]
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        facts = (f"{len(self.type_1)} of type 1", f"{len(self.type_2)} of type 2")
+        return told(self, "", *facts, methods="type_1, type_2")
 
 
 def _has_maps(robot: SingularWayMethods) -> bool:

@@ -24,6 +24,7 @@ from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import InputValueError, ShapeError
+from ...short_repr import short_repr
 from ...tolerances import STRAIGHT
 from .curves import CurvePoses, poses_at, turns_through, waypoints
 
@@ -55,6 +56,8 @@ class ConicArc:
     rotations: Any
     table: FloatArray
     length: float
+
+    __repr__ = short_repr
 
     def at(self, s: FloatArray) -> CurvePoses:
         """Poses at lengths (m,)."""

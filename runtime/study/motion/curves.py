@@ -16,7 +16,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ... import screws
 from ...errors import InputValueError, ShapeError
-from ...tolerances import STRAIGHT
+from ...short_repr import short_repr
+from ...tolerances import IN_PLACE, STRAIGHT
+from ..arguments import finite
+from ..arguments import poses as rigid
 
 FloatArray = NDArray[np.float64]
 In = Literal["coordinates", "chain"]
@@ -66,6 +69,8 @@ class JointLine:
     of: In = "coordinates"
     length: float = 1.0
 
+    __repr__ = short_repr
+
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """(m, n) values and their first and second derivatives by s."""
         return _straight(self.start, self.end, self.length, s)
@@ -81,11 +86,12 @@ def joint_line(start: ArrayLike, end: ArrayLike, of: In = "coordinates") -> Join
 
     Raises:
         ShapeError: They are not vectors of the same length.
+        InputValueError: A value is not finite.
     """
     a, b = np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)
     if a.ndim != 1 or a.shape != b.shape:
         raise ShapeError(f"joint_line: expected two vectors (n,), got {a.shape} and {b.shape}")
-    return JointLine(a, b, of)
+    return JointLine(finite("joint_line: start", a), finite("joint_line: end", b), of)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,6 +110,8 @@ class TaskLine:
     task: Task
     length: float
 
+    __repr__ = short_repr
+
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """(m, k) values and their first and second derivatives by s."""
         return _straight(self.start, self.end, self.length, s)
@@ -120,7 +128,7 @@ def task_line(task: Task, start: ArrayLike, end: ArrayLike) -> TaskLine:
 
     Raises:
         ShapeError: They are not k values.
-        InputValueError: The task is unknown.
+        InputValueError: The task is unknown, a value is not finite, or both ends are the same.
     """
     _require_task("task_line", task)
     a, b = np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)
@@ -128,8 +136,10 @@ def task_line(task: Task, start: ArrayLike, end: ArrayLike) -> TaskLine:
     if a.shape != (count,) or b.shape != (count,):
         raise ShapeError(f"task_line: {task} has {count} values, got {a.shape} and {b.shape}")
     places = 2 if task == "planar" else 3
-    length = float(np.linalg.norm((b - a)[:places])) or float(np.linalg.norm(b - a))
-    return TaskLine(a, b, task, length)
+    way = _way(finite("task_line: start", a)[:places], finite("task_line: end", b)[:places])
+    length = float(np.linalg.norm(way)) or float(np.linalg.norm((b - a)[places:]))
+    _require_way("task_line", length)
+    return TaskLine(a, np.r_[a[:places] + way, b[places:]], task, length)
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,6 +159,8 @@ class TaskCurve:
     end: float
     task: Task
     length: float
+
+    __repr__ = short_repr
 
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """(m, k) values and their first and second derivatives by s."""
@@ -172,10 +184,11 @@ def task_curve(task: Task, curve: PoseCurve, start: float = 0.0, end: float = 0.
         end: Pitch or angle at the end [rad]; on the way it changes in proportion to s.
 
     Raises:
-        InputValueError: The task is unknown.
+        InputValueError: The task is unknown, or an angle is not finite.
     """
     _require_task("task_curve", task)
-    return TaskCurve(curve, float(start), float(end), task, curve.length)
+    first, last = finite("task_curve: start and end", [start, end])
+    return TaskCurve(curve, float(first), float(last), task, curve.length)
 
 
 def _require_task(name: str, task: str) -> None:
@@ -191,6 +204,8 @@ class _Turning:
     turn: FloatArray
     length: float
 
+    __repr__ = short_repr
+
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Rotations (m, 3, 3) and the turn by s (3,) in base axes."""
         rate = self.turn / self.length if self.length else np.zeros(3)
@@ -205,6 +220,8 @@ class Line:
     step: FloatArray
     turning: _Turning
     length: float
+
+    __repr__ = short_repr
 
     def at(self, s: FloatArray) -> CurvePoses:
         """Poses at lengths (m,)."""
@@ -223,6 +240,8 @@ class Arc:
     radius: float
     turning: _Turning
     length: float
+
+    __repr__ = short_repr
 
     def at(self, s: FloatArray) -> CurvePoses:
         """Poses at lengths (m,)."""
@@ -243,12 +262,17 @@ def line(T_start: ArrayLike, T_end: ArrayLike) -> Line:
         T_start: (4, 4) pose at the start.
         T_end: (4, 4) pose at the end. For a half turn the axis is one of two.
 
+    Returns:
+        The line; where the tool only turns, its length is the angle [rad].
+
     Raises:
         ShapeError: A pose is not (4, 4).
+        InputValueError: A pose is not rigid or not finite, or both are the same.
     """
-    a, b = _pose("T_start", T_start), _pose("T_end", T_end)
-    step, turn = b[:3, 3] - a[:3, 3], screws.log_rotation(a[:3, :3].T @ b[:3, :3])
+    a, b = _pose("line: T_start", T_start), _pose("line: T_end", T_end)
+    step, turn = _way(a[:3, 3], b[:3, 3]), screws.log_rotation(a[:3, :3].T @ b[:3, :3])
     length = float(np.linalg.norm(step)) or float(np.linalg.norm(turn))
+    _require_way("line", length)
     return Line(a[:3, 3], step, _Turning(a[:3, :3], turn, length), length)
 
 
@@ -261,13 +285,16 @@ def arc(T_start: ArrayLike, via: ArrayLike, T_end: ArrayLike) -> Arc:
         T_end: (4, 4) pose at the end; the tool turns about one axis on the way.
 
     Raises:
-        InputValueError: The points lie on a line.
+        InputValueError: The points lie on a line or are the same, a number is not finite, or a pose
+            is not rigid.
         ShapeError: A pose is not (4, 4), or the point not (3,).
     """
-    a, b = _pose("T_start", T_start), _pose("T_end", T_end)
-    p, m, e = a[:3, 3], np.asarray(via, dtype=np.float64), b[:3, 3]
-    if m.shape != (3,):
-        raise ShapeError(f"arc: expected via (3,), got {m.shape}")
+    a, b = _pose("arc: T_start", T_start), _pose("arc: T_end", T_end)
+    p, m, e = a[:3, 3], finite("arc: via", via, (3,)), b[:3, 3]
+    if not _way(p, e).any():
+        raise InputValueError("arc: it ends where it starts; a circle is made of two arcs")
+    if not (_way(p, m).any() and _way(m, e).any()):
+        raise InputValueError("arc: via is at the start or at the end; take `line`, or another via")
     chord, other = e - p, m - p
     normal = np.cross(other, chord)
     area = np.linalg.norm(normal)
@@ -306,7 +333,22 @@ def _pose(name: str, T: ArrayLike) -> FloatArray:
     pose = np.asarray(T, dtype=np.float64)
     if pose.shape != (4, 4):
         raise ShapeError(f"{name}: expected a pose (4, 4), got shape {pose.shape}")
-    return pose
+    return rigid(name, pose)
+
+
+def _way(a: FloatArray, b: FloatArray) -> FloatArray:
+    """The way from one position to another [m]; 0 where it is no more than rounding."""
+    step = b - a
+    size = max(1.0, float(np.abs(a).max()))
+    return step if np.linalg.norm(step) > IN_PLACE * size else np.zeros(step.shape)
+
+
+def _require_way(name: str, length: float) -> None:
+    if not length > IN_PLACE:
+        raise InputValueError(
+            f"{name}: start and end are the same, so there is no way to follow; "
+            "`Sequence.hold` waits"
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -316,6 +358,8 @@ class Spline:
     positions: Any
     rotations: Any
     length: float
+
+    __repr__ = short_repr
 
     def at(self, s: FloatArray) -> CurvePoses:
         """Poses at lengths (m,)."""
@@ -414,7 +458,8 @@ def waypoints(name: str, poses: ArrayLike) -> tuple[FloatArray, FloatArray]:
 
     Raises:
         ShapeError: These are not three poses or more.
-        InputValueError: Two successive poses have the same position.
+        InputValueError: Two successive poses have the same position, a number is not finite, or a
+            pose is not rigid.
     """
     T = np.asarray(poses, dtype=np.float64)
     if T.ndim == 2 and T.shape[1] == 3:  # noqa: PLR2004 - rows of positions
@@ -423,8 +468,9 @@ def waypoints(name: str, poses: ArrayLike) -> tuple[FloatArray, FloatArray]:
         raise ShapeError(
             f"{name}: expected three poses (m, 4, 4) or more, or positions, got {T.shape}"
         )
+    T = rigid(f"{name}: poses", T)
     chords = np.linalg.norm(np.diff(T[:, :3, 3], axis=0), axis=1)
-    if not (chords > 0).all():
+    if not (chords > IN_PLACE * max(1.0, float(np.abs(T[:, :3, 3]).max()))).all():
         k = int(np.argmin(chords))
         raise InputValueError(f"{name}: poses {k} and {k + 1} have the same position")
     return T, np.r_[0, np.cumsum(chords)]

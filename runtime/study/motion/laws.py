@@ -29,6 +29,7 @@ from numpy.polynomial import polynomial
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import InputValueError
+from ...short_repr import told
 
 FloatArray = NDArray[np.float64]
 Kind = Literal["constant", "cubic", "quintic", "trapezoidal", "s_curve"]
@@ -51,6 +52,11 @@ class Law:
     breaks: FloatArray
     coefficients: FloatArray
     length: float
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        pieces = f"{len(self.coefficients)} polynomials"
+        return told(self, "", f"length {self.length:.6g} in {self.duration:.6g} s", pieces)
 
     @property
     def duration(self) -> float:
@@ -135,19 +141,22 @@ def law(
 
     Raises:
         InputValueError: A limit that the kind needs is missing, the duration is shorter than the
-            limits allow, or a value is not positive.
+            limits allow, a value is not positive, or a length of 0 has no duration.
     """
     if kind not in get_args(Kind):
         raise InputValueError(f"law: expected one of {', '.join(get_args(Kind))}, got {kind!r}")
     limits = {"speed": speed, "acceleration": acceleration, "jerk": jerk}
     wrong = [name for name, value in limits.items() if not value > 0]
-    if wrong or not 0 <= length < math.inf or (duration is not None and not duration > 0):
+    timed = duration is None or 0 < duration < math.inf
+    if wrong or not 0 <= length < math.inf or not timed:
         raise InputValueError(
-            f"law: expected a length >= 0, a duration > 0 and limits > 0, got length {length}, "
-            f"duration {duration}, {', '.join(f'{n} {v}' for n, v in limits.items())}"
+            f"law: expected a finite length >= 0, a finite duration > 0 and limits > 0, got length "
+            f"{length}, duration {duration}, {', '.join(f'{n} {v}' for n, v in limits.items())}"
         )
     if length == 0:
-        return Law(np.array([0, duration or 0.0]), np.zeros((1, 1)), 0.0)
+        if duration is None:
+            raise InputValueError("law: a length of 0 takes no time; give a duration to wait")
+        return Law(np.array([0, duration]), np.zeros((1, 1)), 0.0)
     if kind in _PEAKS:
         return _single(kind, length, duration, limits)
     found = _MAKERS[kind](

@@ -20,7 +20,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...errors import InputValueError, OutOfReachError, ShapeError
 from ...iterative.locks import Lock
+from ...short_repr import told
 from ...tolerances import ON_CURVE
+from ..arguments import above_0, finite
 from .curves import JointLine, PoseCurve, TaskCurve, TaskLine
 from .laws import Law
 from .redundancy import minimum_norm
@@ -60,6 +62,18 @@ class Sampled:
     T: FloatArray
     V: FloatArray
     stage: NDArray[np.intp]
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        stages = f"{self.stage[-1] + 1} stages" if self.stage[-1] else ""
+        return told(
+            self,
+            self.robot,
+            f"{len(self.t):,} times from {self.t[0]:.6g} to {self.t[-1]:.6g} s",
+            stages,
+            f"largest rate {np.abs(self.qd).max():.4g}, acceleration {np.abs(self.qdd).max():.4g}",
+            methods="t, q, qd, qdd, T, V, plot(), to_csv(path), to_npz(path)",
+        )
 
     def to_npz(self, path: str | os.PathLike[str]) -> None:
         """Writes all arrays to a compressed file that NumPy reads."""
@@ -129,8 +143,9 @@ class Motion:
             anew for each pose, as in `redundancy.minimum_norm`.
 
     Raises:
-        InputValueError: There is no such redundancy, "minimum_norm" has no curve of the tool, or
-            the law goes beyond the end of the curve.
+        InputValueError: There is no such redundancy, "minimum_norm" has no curve of the tool, the
+            law goes beyond the end of the curve, or the seed is not finite.
+        ShapeError: The seed is not (n,).
     """
 
     robot: Any
@@ -140,6 +155,12 @@ class Motion:
     given: tuple[float, ...] = ()
     lock: Lock | None = None
     redundancy: Redundancy = "nearest"
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        way = f"{type(self.curve).__name__} of length {self.curve.length:.6g}"
+        facts = (way, f"{self.duration:.6g} s")
+        return told(self, self.robot.name, *facts, methods="sample(rate), at(t)")
 
     def __post_init__(self) -> None:
         """Refuses a redundancy or a law that does not fit the curve."""
@@ -152,6 +173,7 @@ class Motion:
             self.curve, TaskLine | TaskCurve | JointLine
         ):
             raise InputValueError("Motion: minimum_norm needs a curve of the tool's pose")
+        finite(f"Motion of {self.robot.name}: seed", self.seed, (self.robot.n,))
         if self.law.length > self.curve.length * (1 + _BEYOND):
             raise InputValueError(
                 f"Motion: the law covers {self.law.length:g}, the curve has {self.curve.length:g}"
@@ -178,9 +200,12 @@ class Motion:
         """The motion at times (m,) in ascending order [s].
 
         Raises:
+            InputValueError: There are no times, or they do not ascend.
             OutOfReachError: As of `sample`.
         """
-        times = np.atleast_1d(np.asarray(t, dtype=np.float64))
+        times = np.atleast_1d(finite("Motion.at: t", t))
+        if not len(times) or (np.diff(times) < 0).any():
+            raise InputValueError("Motion.at: expected times in ascending order, at least one")
         s, sd, sdd = self.law.at(times)
         q, by_s, by_ss = self.on_curve(s)
         qd, qdd = by_s * sd[:, None], by_s * sdd[:, None] + by_ss * (sd**2)[:, None]
@@ -274,6 +299,7 @@ def excesses(
 
     Raises:
         ShapeError: Limits are not n values.
+        InputValueError: A limit is not above 0.
     """
     bounds = [("lower", -sampled.q, -robot.lower), ("upper", sampled.q, robot.upper)]
     if rates is not None:
@@ -314,8 +340,7 @@ def joined(stages: Sequence[Sampled]) -> Sampled:
 
 
 def _times(duration: float, rate: float) -> FloatArray:
-    if not rate > 0:
-        raise InputValueError(f"sample: expected a rate above 0, got {rate}")
+    above_0("sample: rate", rate)
     count = max(round(duration * rate), 1)
     return np.linspace(0, duration, count + 1)
 
@@ -325,8 +350,11 @@ def per_coordinate(name: str, limit: ArrayLike, n: int) -> FloatArray:
 
     Raises:
         ShapeError: They are not.
+        InputValueError: One is not above 0.
     """
     values = np.asarray(limit, dtype=np.float64)
     if values.shape not in ((), (n,)):
         raise ShapeError(f"{name} limits: expected a number or ({n},), got shape {values.shape}")
+    if not (values > 0).all():
+        raise InputValueError(f"{name} limits: expected values above 0, got {values}")
     return np.broadcast_to(values, (n,))

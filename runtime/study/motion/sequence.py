@@ -21,12 +21,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...errors import InputValueError, OutOfReachError
 from ...iterative.locks import Lock
+from ...short_repr import told
+from ..arguments import above_0, finite
 from .curves import In, PoseCurve, TaskCurve, TaskLine, joint_line
 from .laws import Kind, Law, law
 from .motion import Motion, Redundancy, Sampled, joined
 
 FloatArray = NDArray[np.float64]
 
+_LONG = 200
+"""Characters of all names of stages up to which they are shown."""
 _SAME = 1e-9
 """Distance [m] and angle [rad] between the end of a stage and the start of the next curve."""
 
@@ -45,6 +49,10 @@ class Stage:
     q_end: FloatArray
     name: str
 
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        return told(self, "", self.name, f"{self.motion.duration:.6g} s")
+
 
 @dataclass(frozen=True, eq=False)
 class Sequence:
@@ -59,6 +67,21 @@ class Sequence:
     robot: Any
     start: FloatArray
     stages: tuple[Stage, ...] = ()
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        names = ", ".join(stage.name for stage in self.stages)
+        return told(
+            self,
+            self.robot.name,
+            f"{len(self.stages)} stages in {self.duration:.6g} s",
+            names if len(names) < _LONG else "",
+            methods="move, hold, follow, sample(rate), jumps()",
+        )
+
+    def __post_init__(self) -> None:
+        """Refuses a start that is no posture."""
+        finite(f"Sequence of {self.robot.name}: start", self.start, (self.robot.n,))
 
     @property
     def q_end(self) -> FloatArray:
@@ -94,7 +117,11 @@ class Sequence:
         Args:
             duration: The time [s].
             name: The name of the stage.
+
+        Raises:
+            InputValueError: The duration is not above 0.
         """
+        above_0("hold: duration", duration)
         rest = Law(np.array([0.0, duration]), np.zeros((1, 1)), 0.0)
         curve = joint_line(self.q_end, self.q_end)
         return self._with(Motion(self.robot, curve, rest, self.q_end), name)
@@ -151,6 +178,8 @@ class Sequence:
             InputValueError: There is no stage.
             OutOfReachError: A curve leaves the reach, the branch or the limits.
         """
+        if not self.stages:
+            raise InputValueError("Sequence.sample: there is no stage yet; move, hold or follow")
         return joined([stage.motion.sample(rate) for stage in self.stages])
 
     def jumps(self) -> list[tuple[int, str, float, float]]:
@@ -163,11 +192,12 @@ class Sequence:
         return found
 
     def _with(self, motion: Motion, name: str) -> Self:
+        own = name or f"stage {len(self.stages) + 1}"
         ends = motion.sample(_CHECKS / motion.duration) if motion.law.length else None
         q_end = self.q_end if ends is None else ends.q[-1]
         if not np.isfinite(q_end).all():
-            raise OutOfReachError(f"{self.robot.name}: the loops do not close at the end of {name}")
-        stage = Stage(motion, q_end, name or f"stage {len(self.stages) + 1}")
+            raise OutOfReachError(f"{self.robot.name}: the loops do not close at the end of {own}")
+        stage = Stage(motion, q_end, own)
         return replace(self, stages=(*self.stages, stage))
 
 

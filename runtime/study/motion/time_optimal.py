@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import InputValueError
+from ..arguments import above_0, finite, whole
 from .laws import Law
 from .motion import Motion, Sampled, per_coordinate
 
@@ -27,6 +28,8 @@ FloatArray = NDArray[np.float64]
 
 _NODES = 400
 """Nodes of the grid along the curve."""
+_FEWEST = 10
+"""Nodes at least: between fewer the curve bends too far."""
 _FINER = 10
 """Samples between two nodes at which limits are checked."""
 _REFINEMENTS = 3
@@ -70,7 +73,8 @@ def time_optimal(
         The motion, from rest to rest, with no limit exceeded.
 
     Raises:
-        InputValueError: A limit is not positive, or no motion from rest to rest exists.
+        InputValueError: A limit is not positive, an acceleration has no limit, nothing moves on the
+            curve, or no motion from rest to rest exists.
         OutOfReachError: The curve leaves the reach, the branch or the limits.
     """
     robot = motion.robot
@@ -78,10 +82,10 @@ def time_optimal(
         per_coordinate(name, v, robot.n)
         for name, v in (("rate", rates), ("acceleration", accelerations))
     ]
-    if not all((limit > 0).all() for limit in limits) or (
-        tool_speed is not None and not tool_speed > 0
-    ):
-        raise InputValueError("time_optimal: expected limits above 0")
+    if tool_speed is not None:
+        above_0("time_optimal: tool_speed", tool_speed)
+    whole("time_optimal: nodes", nodes, _FEWEST)
+    finite("time_optimal: accelerations", limits[1])
     s, best = _nodes(motion, nodes), math.inf
     for _ in range(_ROUNDS):
         tried = replace(motion, law=_fastest(motion, limits, tool_speed, s))
@@ -138,6 +142,8 @@ def _nodes(motion: Motion, count: int) -> FloatArray:
     """Lengths from the start to the end, closer together where rates change by a larger factor."""
     s = np.linspace(0, motion.curve.length, count + 1)
     _, by_s, by_ss = motion.on_curve(s)
+    if not by_s.any():
+        raise InputValueError("time_optimal: nothing moves on the curve")
     rate, change = (np.linalg.norm(values, axis=1) for values in (by_s, by_ss))
     dense = 1 / motion.curve.length + change / np.maximum(rate, np.finfo(float).tiny)
     share = np.r_[0, np.cumsum(np.diff(s) * (dense[1:] + dense[:-1]) / 2)]

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...short_repr import told
 from ...tolerances import BESIDE, SAME_ARC, TANGENT
 from .annuli import BorderArc
 
@@ -42,6 +43,13 @@ class ArcRegion:
 
     arcs: tuple[BorderArc, ...]
     solid: bool = True
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        corners = [f"({a:.4g}, {b:.4g})" for a, b in self.extents] if self.arcs else []
+        where = f"from {' to '.join(corners)} m" if corners else ""
+        facts = (f"{len(self.arcs)} arcs", f"area {self.area:.12g} m^2", where)
+        return told(self, "", *facts, methods="contains(points)")
 
     @property
     def area(self) -> float:

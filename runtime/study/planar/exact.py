@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputValueError
+from ...short_repr import ranges, told
 from ...tolerances import SAME_ARC
 from .annuli import BorderArc
 from .arc_regions import ArcRegion, swept
@@ -59,6 +60,17 @@ class ExactWorkspace:
     offset: float
     turn: FloatArray | None
     height: FloatArray
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        return told(
+            self,
+            self.robot,
+            f"of the {self.of}, moved by {', '.join(self.joints)}",
+            ranges(self.extents),
+            f"section {self.area:.12g} m^2, volume {self.volume:.12g} m^3",
+            methods="section, meridian, plot()" if self.turn is not None else "section, plot()",
+        )
 
     @property
     def area(self) -> float:

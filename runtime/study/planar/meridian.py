@@ -28,6 +28,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...short_repr import told
 from ...tolerances import SAME_ARC
 from .annuli import BorderArc
 from .arc_regions import ArcRegion, common, united
@@ -52,6 +53,16 @@ class Meridian:
 
     both: ArcRegion
     offset: float
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        return told(
+            self,
+            "",
+            f"area {self.area:.12g} m^2",
+            f"{self.offset:.6g} m beside the axis",
+            methods="contains(points)",
+        )
 
     @property
     def area(self) -> float:

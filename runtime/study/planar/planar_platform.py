@@ -18,7 +18,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import InputValueError
+from ...short_repr import told
 from ...velocity.singular_ways import SingularityCurves
+from ..arguments import finite
 from ..cells import Cells, cells_of
 from .annuli import Annulus, BorderArc, area, border
 
@@ -44,6 +46,12 @@ class PlanarRegion:
     robot: str
     name: str
     pieces: tuple[tuple[Annulus, ...], ...]
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        arcs = f"{len(self.arcs)} arcs"
+        facts = (self.name, f"area {self.area:.12g} m^2", arcs)
+        return told(self, self.robot, *facts, methods="contains(points), plot()")
 
     @property
     def area(self) -> float:
@@ -83,11 +91,12 @@ def constant_orientation(robot: Any, phi: float) -> PlanarRegion:
         phi: The angle [rad].
 
     Raises:
-        InputValueError: The robot is no such platform.
+        InputValueError: The robot is no such platform, or the angle is not finite.
 
     Source:
         J.-P. Merlet, C. Gosselin, N. Mouly, Workspaces of planar parallel manipulators, 1998.
     """
+    finite("constant_orientation: phi", phi, ())
     annuli = tuple(_annulus(robot, leg, phi) for leg in range(robot.n)) if _is_planar(robot) else ()
     if not annuli:
         raise InputValueError(f"{robot.name}: expected a planar platform on three legs")
@@ -161,6 +170,17 @@ class Orientations:
     angles: FloatArray
     possible: NDArray[np.bool_]
 
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        least, most = np.degrees([self.angles.min(), self.angles.max()])
+        return told(
+            self,
+            "",
+            f"{len(self.angles)} angles from {least:.4g}° to {most:.4g}°",
+            f"all of them on {self.total:.4g} m^2, some on {self.inclusive:.4g} m^2",
+            methods="share, possible",
+        )
+
     @property
     def share(self) -> FloatArray:
         """(nx, ny) part of the angles that are possible."""
@@ -188,7 +208,9 @@ def orientations(robot: Any, angles: ArrayLike, finest: int = 200) -> Orientatio
     Raises:
         InputValueError: The robot is no such platform.
     """
-    turns = np.atleast_1d(np.asarray(angles, dtype=np.float64))
+    turns = np.atleast_1d(finite("orientations: angles", angles))
+    if not len(turns):
+        raise InputValueError("orientations: expected at least one angle")
     regions = [constant_orientation(robot, phi) for phi in turns]
     disks = [(own.centre, own.outer) for region in regions for own in region.pieces[0]]
     lower = np.min([np.r_[centre - radius, 0] for centre, radius in disks], axis=0)

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputValueError
+from ...short_repr import told
 from ..cells import Measure
 from .annuli import BorderArc
 from .arc_regions import ArcRegion, bounded
@@ -51,6 +52,17 @@ class OrientationRange:
     total: ArcRegion
     inclusive: Measure
 
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        least, most = np.degrees(self.angles)
+        return told(
+            self,
+            self.robot,
+            f"angles from {least:.4g}° to {most:.4g}°",
+            f"all of them on {self.total.area:.12g} m^2",
+            f"some of them on {self.inclusive.value:.6g} ± {self.inclusive.error:.1g} m^2",
+        )
+
 
 def orientation_range(
     robot: Any, lower: float, upper: float, accuracy: float = 1e-3
@@ -72,7 +84,7 @@ def orientation_range(
         J.-P. Merlet, C. Gosselin, N. Mouly, Workspaces of planar parallel manipulators, 1998, for
         the kinds of workspaces.
     """
-    if not lower < upper or not accuracy > 0:
+    if not -math.inf < lower < upper < math.inf or not accuracy > 0:
         raise InputValueError(
             f"orientation_range: expected lower < upper and accuracy > 0, got {lower:g}, {upper:g} "
             f"and {accuracy:g}"

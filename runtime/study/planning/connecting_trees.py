@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import InputValueError
+from ..arguments import above_0
 from .roadmap import Plan, Space, ends_of, no_plan, plan_along
 
 FloatArray = NDArray[np.float64]
@@ -35,12 +36,13 @@ def connecting_trees(
 
     Raises:
         ShapeError: Start or goal is not (n,).
-        InputValueError: ompl is not installed.
+        InputValueError: ompl is not installed, or the time is not above 0.
     """
     try:
         from ompl import base, geometric, util  # noqa: PLC0415
     except ImportError as error:
         raise InputValueError("connecting_trees needs ompl: pip install ompl") from error
+    above_0("connecting_trees: seconds", seconds)
     ends = ends_of(space, start, goal)
     if isinstance(ends, Plan):
         return ends

@@ -8,8 +8,11 @@ w of all joints that starts with d of the actuators,
     |x - x0| <= |B dc/dq d| + |B| w^T H w / 2
 
 Where a box of x fulfils this strictly, the joints cannot leave it: they would have to pass its
-border, where the formula does not hold. As far as B dc/dx stays regular in the box, the solution is
-continuous there and has one branch. Rounding is not bounded: it is a part in 10^13.
+border, where the formula does not hold. The box is the limit, from below, of an iteration of the
+right-hand side F, which is convex and grows with w: its steps obey d' >= F'(w) d > 0 and vanish, so
+that no eigenvalue of F' exceeds 1, and those of |B| H w, by which B dc/dx differs from 1 in the box
+at most, are below 1 by the margin that the box is wider. So B dc/dx is regular there, the solution
+is continuous and has one branch. Rounding is not bounded: it is a part in 10^13.
 
 Source:
     L. V. Kantorovich, Functional analysis and applied mathematics, 1948, for bounds by second
@@ -19,13 +22,16 @@ Source:
 from __future__ import annotations
 
 import string
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...drawing.skeleton import Skeleton, skeleton
 from ...errors import InputValueError
+from ...short_repr import short_repr
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -37,6 +43,10 @@ _LARGEST = 300_000
 """Places at most that determine an equation."""
 _SAMPLES = 200
 """Postures that show which joints an equation has, and how far frames are from their axes."""
+_ATTEMPTS = 30
+"""Times that so many postures are drawn, where loops close at few of them."""
+_FEWEST = 5
+"""Postures with closed loops, below which they say nothing of the others."""
 _ROOM = 2.0
 """Ways of slides that are bounded, in parts of those in the samples."""
 _FITS = 1e-9
@@ -51,8 +61,6 @@ _CONDITION = 1e10
 """Condition of the equations from which the joints do not follow from the actuators."""
 _CLOSED = 1e-9
 """Error up to which loops are closed [rad or m], with which the ends of a way are in the box."""
-_TURNED = 1e-3
-"""Sine of half an angle from which a distance from an axis is read off."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,21 +71,23 @@ class LoopBounds:
         robot: The robot.
         given: (g,) places among all joints z of those that actuators move directly.
         gears: (g, n) their ways for a unit of each actuator.
-        chain: (k,) places of the joints of the main chain.
         turns: (z,) whether a joint turns.
         widest: (z,) ways up to which the bounds hold [m]; inf for joints that turn.
         curvature: (equations, z, z) bounds of second derivatives of the equations.
-        offsets: (k,) distance of the origin of each frame of the chain from its joint's axis [m].
+        lengths: (equations, 1 + z) of an equation that sets the length of a strut, this length at 0
+            and its growth with the joints; zeros of all other equations. Such an equation, d - l
+            with the distance d of the strut's ends, is bounded as d^2 - l^2.
     """
 
     robot: Any
     given: NDArray[np.intp]
     gears: FloatArray
-    chain: NDArray[np.intp]
     turns: BoolArray
     widest: FloatArray
     curvature: FloatArray
-    offsets: FloatArray
+    lengths: FloatArray
+
+    __repr__ = short_repr
 
     def joints(self, a: FloatArray, b: FloatArray) -> FloatArray | None:
         """How far each joint is from its place in the middle of a straight way, at most.
@@ -93,7 +103,7 @@ class LoopBounds:
         z = self.robot.configuration(np.array([a, (a + b) / 2, b]))
         if not np.isfinite(z).all():
             return None
-        D = self.robot.constraint_D_z(z[1])
+        D = self.robot.constraint_D_z(z[1]) * self._scale(z[1])[:, None]
         rest = np.setdiff1d(np.arange(len(z[1])), self.given)
         u, values, vh = np.linalg.svd(D[:, rest], full_matrices=False)
         if len(values) < len(rest) or not values[-1] * _CONDITION > values[0]:
@@ -112,39 +122,15 @@ class LoopBounds:
                 break
         else:
             return None
-        # The joints follow continuously: B dc/dx differs from one by less than one in the box.
-        drift = weights @ np.einsum("ijk,k->ij", self.curvature[:, rest], w)
-        if not (drift @ w[rest] < w[rest]).all():
-            return None
         steps = z[[0, 2]] - z[1]
         steps[:, self.turns] -= _TURN * np.round(steps[:, self.turns] / _TURN)
         inside = (np.abs(steps) <= w + _CLOSED).all()
         within = (np.abs(z[1]) + w <= self.widest).all()
         return w if inside and within else None
 
-    def frames(self, a: FloatArray, b: FloatArray, points: FloatArray) -> FloatArray:
-        """How far the origins of the frames of the chain move from the middle of a way, at most.
-
-        Args:
-            a: (n,) actuated coordinates at the start of the straight way [rad or m].
-            b: (n,) at its end.
-            points: (k + 1, 3) origins in the middle: of the frame after each joint, and the tool.
-
-        Returns:
-            (k + 1,) distances [m]; inf where there is no bound.
-        """
-        w = self.joints(a, b)
-        if w is None:
-            return np.full(len(points), np.inf)
-        step, turns = w[self.chain], self.turns[self.chain]
-        apart = np.linalg.norm(points[:, None] - points[None, :-1], axis=-1)
-        moved = np.zeros(len(points))
-        for k in range(len(points)):
-            # From the tip to the base: a joint's lever grows by what the joints beyond it move.
-            for j in range(min(k, len(step) - 1), -1, -1):
-                lever = apart[k, j] + self.offsets[j] + moved[k] if turns[j] else 1.0
-                moved[k] += step[j] * lever
-        return moved
+    def _scale(self, z: FloatArray) -> FloatArray:
+        """(equations,) the factors of derivatives of closed loops where equations are squared."""
+        return np.where(self.lengths.any(1), 2 * _affine(self.lengths, z), 1.0)
 
     def _bent(self, w: FloatArray) -> FloatArray:
         """(equations,) bounds of w^T H w."""
@@ -160,29 +146,47 @@ def loop_bounds(robot: Any, lower: FloatArray, upper: FloatArray) -> LoopBounds:
         upper: (n,) largest coordinates.
 
     Raises:
-        InputValueError: The robot is a platform, its loops close at no sample, or their equations
-            are no polynomials of degree 2 in few joints.
+        InputValueError: The loops close at hardly any posture, or their equations are no
+            polynomials of degree 2 in few joints.
     """
-    if robot.kind == "platform":
-        raise InputValueError(
-            f"{robot.name}: a platform's legs are not links of its main chain, so nothing would "
-            "keep them apart from obstacles"
-        )
     names = [variable.name for variable in robot.configuration_variables]
     chain = np.array([names.index(own.name) for own in robot.chain_joints])
     turns = np.array([variable.unit == "rad" for variable in robot.configuration_variables])
-    rng = np.random.default_rng(0)
-    q = np.vstack([robot.reference.q, rng.uniform(lower, upper, (_SAMPLES, robot.n))])
-    z = robot.configuration(q)
-    closed = np.isfinite(z).all(-1)
-    if not closed.any():
-        raise InputValueError(f"{robot.name}: the loops close at none of {len(q)} samples")
-    widest = np.where(turns, np.inf, _ROOM * np.abs(z[closed]).max(0))
+    q, z = closed_postures(robot, lower, upper)
+    widest = np.where(turns, np.inf, _ROOM * np.abs(z).max(0))
     widest = np.where(widest == 0, 1.0, widest)
-    given, gears = _given(robot, names, chain, q[closed])
-    curvature = _curvature(robot, turns, widest)
-    offsets = _offsets(robot, q[closed], z[closed][:, chain], turns[chain])
-    return LoopBounds(robot, given, gears, chain, turns, widest, curvature, offsets)
+    given, gears = _given(robot, names, chain, q)
+    lengths, curvature = _curvature(robot, turns, widest)
+    return LoopBounds(robot, given, gears, turns, widest, curvature, lengths)
+
+
+def closed_postures(
+    robot: Any, lower: FloatArray, upper: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Random postures (m, n) at which the loops close, and their configurations (m, n_z).
+
+    Raises:
+        InputValueError: The loops close at hardly any.
+    """
+    rng = np.random.default_rng(0)
+    q, z = [], []
+    for attempt in range(_ATTEMPTS):
+        drawn = rng.uniform(lower, upper, (_SAMPLES, robot.n))
+        if attempt == 0:
+            drawn[0] = skeleton(robot).posture
+        places = robot.configuration(drawn) if robot.loops else drawn
+        closed = np.isfinite(places).all(-1)
+        q.append(drawn[closed])
+        z.append(places[closed])
+        if sum(map(len, q)) >= _SAMPLES // 2:
+            break
+    found = sum(map(len, q))
+    if found < _FEWEST:
+        raise InputValueError(
+            f"{robot.name}: the loops close at {found} of {_ATTEMPTS * _SAMPLES} random postures, "
+            "too few to bound their motion"
+        )
+    return np.concatenate(q), np.concatenate(z)
 
 
 def _given(
@@ -208,21 +212,53 @@ def _given(
     return np.array([place for place, _ in own]), gears
 
 
-def _curvature(robot: Any, turns: BoolArray, widest: FloatArray) -> FloatArray:
-    """(equations, z, z) bounds of all second derivatives of the loops' equations."""
+def _distances(bones: Skeleton, z: FloatArray) -> FloatArray:
+    """(struts, m) distances between the ends of rods and cylinders at configurations (m, z) [m]."""
+    T = bones.poses_at(z)
+    spans = [body.span for body in bones.bodies if body.span and not body.span.from_end]
+    ends = [
+        [T[:, k, :3, :3] @ np.array(end) + T[:, k, :3, 3] for k, end in pairs]
+        for pairs in (zip(span.bodies, span.ends, strict=True) for span in spans)
+    ]
+    return np.array([np.linalg.norm(b - a, axis=-1) for a, b in ends])
+
+
+def _affine(coefficients: FloatArray, z: FloatArray) -> FloatArray:
+    """Values at z (..., z) of coefficients (..., 1 + z)."""
+    return np.asarray(coefficients[..., 0] + (coefficients[..., 1:] * z).sum(-1))
+
+
+def _length(distances: FloatArray, values: FloatArray, z: FloatArray) -> FloatArray:
+    """(1 + z,) the length that an equation sets a strut, zeros where it sets none.
+
+    Such an equation is the distance of the strut's ends less its length, which is constant or grows
+    with the stroke.
+    """
+    basis = np.column_stack([np.ones(len(z)), z])
+    for distance in distances:
+        own = distance - values
+        found = np.linalg.lstsq(basis, own, rcond=None)[0]
+        if np.abs(basis @ found - own).max() <= _FITS * distance.max():
+            return np.asarray(found)
+    return np.zeros(basis.shape[1])
+
+
+def _curvature(robot: Any, turns: BoolArray, widest: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The lengths of struts, and (equations, z, z) bounds of second derivatives of equations."""
     rng, n = np.random.default_rng(1), len(turns)
     scale = np.where(turns, np.pi, widest)
     random = rng.uniform(-1, 1, (_SAMPLES, n)) * scale
     present = (robot.constraint_D_z(random) != 0).any(0)
-    values = robot.constraint(random)
+    values, distances = robot.constraint(random), _distances(skeleton(robot), random)
+    lengths = np.array([_length(distances, column, random) for column in values.T])
     bounds = np.zeros((len(present), n, n))
     for row, own in enumerate(present):
+        equation = _equation(robot, row, lengths[row])
         joints = np.flatnonzero(own)
-        C = _coefficients(robot, row, joints, turns, scale)
+        C = _coefficients(robot, row, equation, joints, turns, scale)
         fitted = _evaluated(C, random[:, joints] / scale[joints], turns[joints])
-        if not np.abs(fitted - values[:, row]).max() <= _FITS * max(
-            np.abs(values[:, row]).max(), 1
-        ):
+        here = equation(random)
+        if not np.abs(fitted - here).max() <= _FITS * max(np.abs(here).max(), 1):
             raise InputValueError(
                 f"{robot.name}: equation {row} of its loops is no polynomial of degree 2 in its "
                 "joints, so their motion has no bound"
@@ -232,11 +268,26 @@ def _curvature(robot: Any, turns: BoolArray, widest: FloatArray) -> FloatArray:
                 bounds[row, j, k] = bounds[row, k, j] = _derivative(
                     np.abs(C), (first, second), turns[joints], scale[joints]
                 )
-    return bounds
+    return lengths, bounds
+
+
+def _equation(robot: Any, row: int, length: FloatArray) -> Callable[[FloatArray], FloatArray]:
+    """An equation of the loops; with the length l of a strut, d^2 - l^2 from d - l."""
+
+    def value(z: FloatArray) -> FloatArray:
+        found = robot.constraint(z)[:, row]
+        return np.asarray(found * (found + 2 * _affine(length, z)) if length.any() else found)
+
+    return value
 
 
 def _coefficients(
-    robot: Any, row: int, joints: NDArray[np.intp], turns: BoolArray, scale: FloatArray
+    robot: Any,
+    row: int,
+    equation: Callable[[FloatArray], FloatArray],
+    joints: NDArray[np.intp],
+    turns: BoolArray,
+    scale: FloatArray,
 ) -> NDArray[np.complex128]:
     """The coefficients of an equation: of e^(i m angle), m = 0, 1, 2, -2, -1, and of powers."""
     shape = tuple(_ANGLES if turns[j] else _LENGTHS for j in joints)
@@ -248,7 +299,7 @@ def _coefficients(
     for axis, (j, count) in enumerate(zip(joints, shape, strict=True)):
         places = _TURN * np.arange(count) / count if turns[j] else scale[j] * np.array([-1, 0, 1])
         z[..., j] = places.reshape(-1, *[1] * (len(joints) - axis - 1))
-    C = robot.constraint(z.reshape(-1, len(turns)))[:, row].reshape(shape).astype(complex)
+    C = equation(z.reshape(-1, len(turns))).reshape(shape).astype(complex)
     powers = np.array([[0, 1, 0], [-0.5, 0, 0.5], [0.5, -1, 0.5]])
     for axis, j in enumerate(joints):
         if turns[j]:
@@ -286,18 +337,3 @@ def _derivative(
         # The first axis is the next one: those before it are summed up.
         sizes = np.tensordot(factors, sizes, (0, 0))
     return float(sizes)
-
-
-def _offsets(robot: Any, q: FloatArray, theta: FloatArray, turns: BoolArray) -> FloatArray:
-    """(k,) distances of the frames' origins from the axes of their joints [m].
-
-    A point at the distance rho from an axis moves by 2 rho sin(angle / 2). A joint that hardly
-    turns in all samples counts for nothing.
-    """
-    poses = robot.link_poses(q)
-    before = np.concatenate([np.broadcast_to(np.eye(4), (len(q), 1, 4, 4)), poses[:, :-1]], axis=1)
-    p = np.linalg.solve(before, poses)[..., :3, 3]
-    sines = np.abs(np.sin((theta - theta[0]) / 2))
-    k, every = sines.argmax(0), np.arange(theta.shape[1])
-    moved, sine = np.linalg.norm(p[k, every] - p[0], axis=-1), sines[k, every]
-    return np.where(turns & (sine > _TURNED), moved / (2 * np.maximum(sine, _TURNED)), 0.0)

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...errors import InputValueError, ShapeError
+from ...errors import ShapeError
+from ...short_repr import told
+from ..arguments import above_0, finite
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -27,6 +29,11 @@ class OccupancyMap:
     occupied: BoolArray
     side: float
     origin: FloatArray
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        cells = f"{' x '.join(map(str, self.occupied.shape))} cells of {self.side:.4g} m"
+        return told(self, "", cells, f"{self.occupied.mean():.1%} occupied")
 
     @property
     def lower(self) -> FloatArray:
@@ -93,6 +100,4 @@ def occupancy_map(
         raise ShapeError(
             f"occupancy_map: expected (nx, ny) and (2,), got {cells.shape} and {corner.shape}"
         )
-    if not side > 0:
-        raise InputValueError(f"occupancy_map: expected a side above 0, got {side}")
-    return OccupancyMap(cells, float(side), corner)
+    return OccupancyMap(cells, above_0("occupancy_map: side", side), finite("origin", corner))

@@ -18,6 +18,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import InputValueError, ShapeError
+from ...short_repr import told
+from ..arguments import finite
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -65,6 +67,14 @@ class Plan:
     length: float
     reason: str
     checked: int
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        if not self.found:
+            return told(self, "", f"no path, for {self.reason}")
+        corners = f"a path through {len(self.points)} points, length {self.length:.6g}"
+        facts = (corners, f"{self.checked:,} ways checked")
+        return told(self, "", *facts, methods="points, at(s)")
 
     @property
     def found(self) -> bool:
@@ -119,6 +129,12 @@ class Roadmap:
     ways: NDArray[np.intp]
     step: float
     neighbours: int
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        count, n = self.points.shape
+        facts = (f"{count:,} points in {n} coordinates", f"{len(self.ways):,} ways")
+        return told(self, "", *facts, methods="plan(start, goal)")
 
     def plan(self, start: ArrayLike, goal: ArrayLike, algorithm: Algorithm = "astar") -> Plan:
         """The shortest path on the roadmap.
@@ -235,7 +251,7 @@ def roadmap(
     """
     from scipy.spatial import cKDTree  # noqa: PLC0415
 
-    if samples < 1 or neighbours < 1 or not step > 0 or dispersion < 0:
+    if samples < 1 or neighbours < 1 or not step > 0 or not dispersion >= 0:
         raise InputValueError(
             f"roadmap: expected samples >= 1, neighbours >= 1, step > 0 and dispersion >= 0, got "
             f"{samples}, {neighbours}, {step} and {dispersion}"
@@ -273,6 +289,7 @@ def ends_of(
 
     Raises:
         ShapeError: One of them is not (n,).
+        InputValueError: A number is not finite.
     """
     n = len(space.lower)
     ends = []
@@ -280,6 +297,7 @@ def ends_of(
         point = np.asarray(given, dtype=np.float64)
         if point.shape != (n,):
             raise ShapeError(f"{name}: expected ({n},), got shape {point.shape}")
+        finite(name, point)
         beyond = ((point < space.lower) | (point > space.upper)).any()
         if beyond or not space.free(point[None])[0]:
             return no_plan(n, f"the {name} is not free: {space.why(point)}")

@@ -1,132 +1,92 @@
-"""The coordinates of a robot among obstacles: capsules around its links against shapes.
+"""The coordinates of a robot among obstacles: rounded shapes of its bodies against other shapes.
 
 A way between two postures is free for certain, not at samples: where the clearance of a posture is
 larger than any point of the robot can move on the way to the next one, nothing in between touches.
-Where it is not, the way is halved, down to a resolution at which it counts as blocked. Points of a
-serial robot move no further than their lever arms let them; how far loops move them is bounded for
-each way by `loop_bounds.py`, and a way too close to a dead point counts as blocked.
+Where it is not, the way is halved, down to a resolution at which it counts as blocked. How far
+loops move the joints is bounded for each way by `loop_bounds.py`, and how far joints move the
+bodies by `hulls.py`. A way too close to a dead point or to a parallel singularity counts as
+blocked, so that no way leads from one assembly mode to another.
 
 Source:
-    T. Duff and others, Building an orthonormal basis, revisited, 2017, for frames along links;
     F. Schwarzer, M. Saha, J.-C. Latombe, Adaptive dynamic collision checking for single and
     multiple articulated robots in complex environments, 2005.
 """
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import lru_cache
-from pathlib import Path
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import combinations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ...errors import InputValueError, ShapeError
+from ...short_repr import told
 from ..samples import box_of
-from .loop_bounds import LoopBounds, loop_bounds
+from .hulls import Hulls, hulls_of, joined
+from .loop_bounds import LoopBounds, closed_postures, loop_bounds
+from .obstacles import Obstacle
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _RESOLUTION = 1e-3
 """Part of the box of the coordinates below which a way is not halved further."""
-_STEP = 1e-5
-"""Step that shows which frames a joint moves [rad or m]."""
-_POINT = 1e-9
-"""Length [m] below which a capsule is a ball."""
-
-
-@dataclass(frozen=True, eq=False)
-class Obstacle:
-    """A shape at a place.
-
-    Attributes:
-        shape: The shape of the library coal.
-        T_0_shape: (4, 4) its pose in the base frame.
-        name: Its name.
-    """
-
-    shape: Any
-    T_0_shape: FloatArray
-    name: str
-
-
-def ball(centre: ArrayLike, radius: float, name: str = "ball") -> Obstacle:
-    """A ball: centre (3,) and radius [m] in the base frame."""
-    import coal  # noqa: PLC0415
-
-    T = np.eye(4)
-    T[:3, 3] = _read("ball: centre", centre, (3,))
-    return Obstacle(coal.Sphere(_above_0("ball: radius", radius)), T, name)
-
-
-def block(T_0_block: ArrayLike, sides: ArrayLike, name: str = "block") -> Obstacle:
-    """A box: pose (4, 4) of its middle in the base frame, and sides (3,) [m]."""
-    import coal  # noqa: PLC0415
-
-    lengths = [_above_0("block: sides", side) for side in _read("block: sides", sides, (3,))]
-    return Obstacle(coal.Box(*lengths), _read("block: T_0_block", T_0_block, (4, 4)), name)
-
-
-def capsule(start: ArrayLike, end: ArrayLike, radius: float, name: str = "capsule") -> Obstacle:
-    """All points within a radius [m] of the line between two points (3,) in the base frame."""
-    import coal  # noqa: PLC0415
-
-    a, b = _read("capsule: start", start, (3,)), _read("capsule: end", end, (3,))
-    length, T = _along(a[None], b[None])
-    shape = coal.Capsule(_above_0("capsule: radius", radius), float(length[0]))
-    return Obstacle(shape, T[0], name)
-
-
-def mesh(
-    path: str | os.PathLike[str], T_0_mesh: ArrayLike | None = None, name: str = ""
-) -> Obstacle:
-    """The surface of a file (.stl, .obj, .dae), in metres: pose (4, 4) in the base frame."""
-    import coal  # noqa: PLC0415
-
-    if not Path(path).is_file():
-        raise InputValueError(f"mesh: there is no file {os.fspath(path)}")
-    shape = coal.MeshLoader().load(os.fspath(path), np.ones(3))
-    T = _read("mesh: T_0_mesh", np.eye(4) if T_0_mesh is None else T_0_mesh, (4, 4))
-    return Obstacle(shape, T, name or Path(path).name)
 
 
 @dataclass(frozen=True, eq=False)
 class RobotSpace:
-    """A robot's coordinates within limits, free where no link touches an obstacle or another link.
+    """A robot's coordinates within limits, free where no part touches an obstacle or another part.
 
-    Link k is a capsule between the origins of frames k and k + 1 of `link_poses`, the last
-    between the last frame and the tool. Links may touch where the arm between them is shorter than
-    their radii together, since they touch in every posture then.
+    The parts are its bodies, rods and cylinders, with the lines and plates of its drawing, rounded.
+    Parts that a joint joins may touch, and so may two that touch in each of many postures.
 
     Attributes:
         robot: The robot.
         obstacles: Shapes at rest.
-        radii: (links,) radii of the capsules [m].
+        hulls: The shapes of the parts.
+        radii: (parts,) radius of each part in `parts` [m].
         lower: (n,) least coordinates [rad or m].
         upper: (n,) largest coordinates [rad or m].
-        checks: What is kept apart: an index into links, and one into obstacles or, counted from
-            their number on, into links.
-        travel: (checks, n) how far the two may approach each other at most, for a unit of each
-            coordinate [m]; None for a robot with loops.
-        bounds: Bounds of the motion of a robot with loops; None for a serial one.
+        checks: Pairs whose distance counts: a shape of the robot, and an obstacle (by index) or
+            another shape (by index beyond the obstacles).
+        bounds: Bounds of the joints of a robot with loops.
     """
 
     robot: Any
     obstacles: tuple[Obstacle, ...]
+    hulls: Hulls
     radii: FloatArray
     lower: FloatArray
     upper: FloatArray
     checks: tuple[tuple[int, int], ...]
-    travel: FloatArray | None
     bounds: LoopBounds | None
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        among = ", ".join(obstacle.name for obstacle in self.obstacles)
+        return told(
+            self,
+            self.robot.name,
+            f"among {among}" if among else "without obstacles",
+            f"{len(self.parts)} parts, {len(self.checks)} distances between shapes",
+            methods="parts, free(points), clearance(q), free_way(a, b)",
+        )
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """The names of the bodies, rods and cylinders that have a shape."""
+        return self.hulls.parts
 
     def free(self, points: FloatArray) -> BoolArray:
         """Whether nothing touches at postures (m, n)."""
-        return np.array([self.clearance(q)[0] > 0 for q in points], dtype=bool)
+        z = self.hulls.configuration(points)
+        found: BoolArray = np.asarray(np.isfinite(z).all(-1))
+        found[found] = [(apart > 0).all() for apart in self.distances_at(z[found])]
+        return np.asarray(found)
 
     def free_way(self, a: FloatArray, b: FloatArray) -> bool:
         """Whether nothing touches on the straight way between two postures (n,), for certain."""
@@ -155,16 +115,16 @@ class RobotSpace:
         Returns:
             (checks,) distances [m]; inf where loops are open on the way or too near a dead point.
         """
-        if self.travel is not None:
-            return np.asarray(self.travel @ (np.abs(b - a) / 2))
-        assert self.bounds is not None
-        points = _frames(self.robot, ((a + b) / 2)[None])[0]
-        ends = self.bounds.frames(a, b, points)
-        moves = np.maximum(ends[:-1], ends[1:])
-        first = len(self.obstacles)
-        return np.array(
-            [moves[i] + (moves[j - first] if j >= first else 0.0) for i, j in self.checks]
-        )
+        z, w = (a + b) / 2, np.abs(b - a) / 2
+        if self.bounds is not None:
+            joints = self.bounds.joints(a, b)
+            if joints is None:
+                return np.full(len(self.checks), np.inf)
+            z, w = self.hulls.configuration(z[None])[0], joints
+        moves = self.hulls.moves(z, w)
+        own, others, common = self._pairs
+        others_move = np.where(others < 0, 0.0, moves[common, np.maximum(others, 0)])
+        return np.asarray(moves[common, own] + others_move)
 
     def clearance(self, q: FloatArray) -> tuple[float, str]:
         """The least distance at a posture.
@@ -180,31 +140,37 @@ class RobotSpace:
         k = int(np.argmin(distances))
         if np.isneginf(distances[k]):
             return -np.inf, "the loops do not close"
-        link, other = self.checks[k]
+        own, other = self.checks[k]
         beyond = other - len(self.obstacles)
-        name = self.obstacles[other].name if beyond < 0 else f"link {beyond}"
-        return float(distances[k]), f"link {link} and {name}"
+        name = self.obstacles[other].name if beyond < 0 else self._named(beyond)
+        return float(distances[k]), f"{self._named(own)} and {name}"
 
     def distances(self, q: FloatArray) -> FloatArray:
         """(checks,) distances at a posture (n,) [m]; -inf where loops are open."""
+        z = self.hulls.configuration(q[None])
+        if not np.isfinite(z).all():
+            return np.full(len(self.checks), -np.inf)
+        return np.asarray(self.distances_at(z)[0])
+
+    def distances_at(self, z: FloatArray) -> FloatArray:
+        """(m, checks) distances at configurations (m, n_z) of all joints [m]."""
         import coal  # noqa: PLC0415
 
-        points = _frames(self.robot, q[None])[0]
-        if not np.isfinite(points).all():
-            return np.full(len(self.checks), -np.inf)
-        lengths, T = _along(points[:-1], points[1:])
-        shapes = [obstacle.shape for obstacle in self.obstacles]
-        shapes += [coal.Capsule(r, x) for r, x in zip(self.radii, lengths, strict=True)]
-        poses = [*(obstacle.T_0_shape for obstacle in self.obstacles), *T]
-        places = [coal.Transform3s(pose[:3, :3], pose[:3, 3]) for pose in poses]
-        request, result, first = coal.DistanceRequest(), coal.DistanceResult(), len(self.obstacles)
-        found = np.empty(len(self.checks))
-        for k, (link, other) in enumerate(self.checks):
-            result.clear()
-            own = first + link
-            found[k] = coal.distance(
-                shapes[own], places[own], shapes[other], places[other], request, result
-            )
+        radii, resting, first = self._radii, self.obstacles, len(self.obstacles)
+        fixed = [coal.Transform3s(o.T_0_shape[:3, :3], o.T_0_shape[:3, 3]) for o in resting]
+        request, result = coal.DistanceRequest(), coal.DistanceResult()
+        found = np.empty((len(z), len(self.checks)))
+        for row, T, lengths in zip(found, *self.hulls.poses(z), strict=True):
+            shapes = [obstacle.shape for obstacle in resting]
+            shapes += [
+                coal.Capsule(radii[k], lengths[k]) if shape is None else shape
+                for k, shape in enumerate(self._shapes)
+            ]
+            places = fixed + [coal.Transform3s(pose[:3, :3], pose[:3, 3]) for pose in T]
+            for k, (own, other) in enumerate(self.checks):
+                result.clear()
+                pair = shapes[first + own], places[first + own], shapes[other], places[other]
+                row[k] = coal.distance(*pair, request, result)
         return found
 
     def why(self, q: FloatArray) -> str:
@@ -215,129 +181,107 @@ class RobotSpace:
         distance, nearest = self.clearance(q)
         return nearest if np.isneginf(distance) else f"{nearest} touch"
 
+    def _named(self, k: int) -> str:
+        hull = self.hulls.hulls[k]
+        return hull.part if hull.bodies.any() else "the base"
+
+    @cached_property
+    def _radii(self) -> list[float]:
+        """The radius of each shape."""
+        by_part = dict(zip(self.parts, self.radii.tolist(), strict=True))
+        return [by_part[hull.part] for hull in self.hulls.hulls]
+
+    @cached_property
+    def _shapes(self) -> list[Any]:
+        return self.hulls.shapes(np.array(self._radii))
+
+    @cached_property
+    def _pairs(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
+        """The shapes of each check, -1 for obstacles, and the body that carries both."""
+        own, others = np.array(self.checks).T
+        others = others - len(self.obstacles)
+        common = [
+            self.hulls.common(i, j) if j >= 0 else 0 for i, j in zip(own, others, strict=True)
+        ]
+        return own, others, np.array(common)
+
 
 def robot_space(
-    robot: Any, obstacles: Sequence[Obstacle] = (), *, radius: float | Sequence[float]
+    robot: Any,
+    obstacles: Sequence[Obstacle] = (),
+    *,
+    radius: float | Sequence[float],
+    may_touch: Sequence[tuple[str, str]] = (),
 ) -> RobotSpace:
     """The coordinates of a robot among obstacles.
 
     Args:
-        robot: A robot with `link_poses`.
+        robot: The robot.
         obstacles: Shapes in the base frame, from `ball`, `block`, `capsule` or `mesh`.
-        radius: Radius of the capsules around its links [m], or one a link.
+        radius: Radius of its parts [m], or one a part in the order of `RobotSpace.parts`.
+        may_touch: Pairs of parts that pass beside each other, by name: their distance does not
+            count.
 
     Raises:
-        InputValueError: A slider has no limits, or the radii are not positive.
-        ShapeError: There are not as many radii as links.
+        InputValueError: A slider has no limits, the radii are not positive, a part is unknown, or
+            the motion of loops has no bound.
+        ShapeError: There are not as many radii as parts.
+    """
+    lower, upper = _box(robot)
+    hulls = hulls_of(robot)
+    radii, parts = np.asarray(radius, dtype=np.float64), hulls.parts
+    if radii.shape not in ((), (len(parts),)):
+        raise ShapeError(
+            f"radius: expected a number or {len(parts)}, of {', '.join(parts)}, got shape "
+            f"{radii.shape}"
+        )
+    radii = np.broadcast_to(radii, (len(parts),))
+    if not ((radii > 0) & np.isfinite(radii)).all():
+        raise InputValueError(f"radius: expected values above 0, got {radius}")
+    bounds = loop_bounds(robot, lower, upper) if robot.loops else None
+    for name in (name for pair in may_touch for name in pair):
+        if name not in parts:
+            raise InputValueError(
+                f"may_touch: {robot.name} has no part {name!r}; its parts are {', '.join(parts)}"
+            )
+    space = RobotSpace(robot, tuple(obstacles), hulls, radii, lower, upper, (), bounds)
+    space = _checked(space, [set(pair) for pair in may_touch])
+    if not space.checks:
+        raise InputValueError(f"{robot.name}: there is nothing that its parts could touch")
+    return space
+
+
+def _box(robot: Any) -> tuple[FloatArray, FloatArray]:
+    """Limits; actuators of loops that turn without limits turn once, about the reference.
+
+    Where loops close, they do so around the reference, which may be at the border of other turns.
     """
     lower, upper = box_of(robot)
-    lengths = _longest(robot, lower, upper)
-    radii = np.asarray(radius, dtype=np.float64)
-    if radii.shape not in ((), lengths.shape):
-        raise ShapeError(f"radius: expected a number or {len(lengths)}, got shape {radii.shape}")
-    radii = np.broadcast_to(radii, lengths.shape)
-    if not (radii > 0).all():
-        raise InputValueError(f"radius: expected values above 0, got {radius}")
-    first = len(obstacles)
-    near = [(k, i) for k in range(len(lengths)) for i in range(first)]
-    own = [(j, first + i) for i, j in _pairs(lengths, radii)]
-    if not near + own:
-        raise InputValueError(f"{robot.name}: there is nothing that its links could touch")
-    travel = None
-    if not robot.loops:
-        moves = _travel(robot, lengths, radii)
-        apart = [_between(robot, moves, i - first, j) for j, i in own]
-        travel = np.array([moves[k] for k, _ in near] + apart)
-    bounds = loop_bounds(robot, lower, upper) if robot.loops else None
-    return RobotSpace(
-        robot, tuple(obstacles), radii, lower, upper, tuple(near + own), travel, bounds
-    )
+    if robot.loops:
+        endless = np.isinf(robot.lower) & np.isinf(robot.upper)
+        middle = np.array(robot.reference.q)
+        lower = np.where(endless, middle - np.pi, lower)
+        upper = np.where(endless, middle + np.pi, upper)
+    return lower, upper
 
 
-def _pairs(lengths: FloatArray, radii: FloatArray) -> list[tuple[int, int]]:
-    """Pairs of links with enough of the arm between them that they need not touch."""
-    links = range(len(lengths))
-    return [
-        (i, j)
-        for i in links
-        for j in links[i + 2 :]
-        if lengths[i + 1 : j].sum() > radii[i] + radii[j]
+def _checked(space: RobotSpace, may_touch: list[set[str]]) -> RobotSpace:
+    """The space with its checks: all moving shapes against all obstacles and against each other.
+
+    Two shapes on one part, or on parts that a joint joins, are not checked, nor are two that touch
+    in each of many postures.
+    """
+    hulls, first = space.hulls.hulls, len(space.obstacles)
+    together = joined(space.hulls.skeleton) + may_touch
+    pairs = [
+        (b, first + a)
+        for a, b in combinations(range(len(hulls)), 2)
+        if hulls[a].part != hulls[b].part and {hulls[a].part, hulls[b].part} not in together
     ]
-
-
-def _between(robot: Any, travel: FloatArray, i: int, j: int) -> FloatArray:
-    """How far link j approaches link i, which is nearer to the base, for a unit of each joint."""
-    return np.where(_axes(robot)[0] <= i, 0, travel[i] + travel[j])
-
-
-def _frames(robot: Any, q: FloatArray) -> FloatArray:
-    """(m, links + 1, 3) origins of the links' frames and of the tool."""
-    links, tool = robot.link_poses(q)[..., :3, 3], robot.fk(q)[:, None, :3, 3]
-    return np.concatenate([links, tool], axis=1)
-
-
-def _longest(robot: Any, lower: FloatArray, upper: FloatArray) -> FloatArray:
-    """(links,) the largest distance between successive frames: convex in a slide, so at an end."""
-    points = _frames(robot, np.array([lower, upper, (lower + upper) / 2]))
-    return np.asarray(np.nanmax(np.linalg.norm(np.diff(points, axis=1), axis=-1), axis=0))
-
-
-def _travel(robot: Any, lengths: FloatArray, radii: FloatArray) -> FloatArray:
-    """(links, n) how far a point of each link moves at most, for a unit of each coordinate [m]."""
-    first, offset = _axes(robot)
-    turns = np.array([coordinate.unit == "rad" for coordinate in robot.coordinates])
-    travel = np.zeros((len(lengths), robot.n))
-    for k, j in np.ndindex(travel.shape):
-        # The far end of link k belongs to frame k + 1.
-        if first[j] <= k + 1:
-            beyond = offset[j] + lengths[first[j] : k + 1].sum() + radii[k]
-            travel[k, j] = beyond if turns[j] else 1.0
-    return travel
-
-
-@lru_cache
-def _axes(robot: Any) -> tuple[NDArray[np.intp], FloatArray]:
-    """The first frame that each joint of a serial robot moves, and its distance from the axis."""
-    lower, upper = box_of(robot)
-    q = lower + (upper - lower) * np.random.default_rng(0).random(robot.n)
-    poses = np.concatenate([robot.link_poses(q), robot.fk(q)[None]])
-    twists = robot.jacobian_space(q).T
-    first, offset = np.empty(robot.n, dtype=np.intp), np.empty(robot.n)
-    for j, step in enumerate(_STEP * np.eye(robot.n)):
-        moved = np.concatenate([robot.link_poses(q + step), robot.fk(q + step)[None]])
-        first[j] = np.argmax(np.abs(moved - poses).max((1, 2)) > _STEP / 2)
-        v, omega = twists[j, :3], twists[j, 3:]
-        offset[j] = np.linalg.norm(v + np.cross(omega, poses[first[j], :3, 3]))
-    return first, offset
-
-
-def _along(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(m,) distances, and (m, 4, 4) poses in the middle between points (m, 3) with z along them."""
-    step = b - a
-    length = np.linalg.norm(step, axis=-1)
-    z = np.where(length[:, None] > _POINT, step / np.maximum(length, _POINT)[:, None], [0, 0, 1])
-    # The frame of Frisvad and Duff: x and y from z without a cross product.
-    sign = np.where(z[:, 2] >= 0, 1.0, -1.0)
-    u = -1 / (sign + z[:, 2])
-    v = z[:, 0] * z[:, 1] * u
-    x = np.stack([1 + sign * z[:, 0] ** 2 * u, sign * v, -sign * z[:, 0]], axis=-1)
-    y = np.stack([v, sign + z[:, 1] ** 2 * u, -z[:, 1]], axis=-1)
-    T = np.tile(np.eye(4), (len(a), 1, 1))
-    T[:, :3, :3] = np.stack([x, y, z], axis=-1)
-    T[:, :3, 3] = (a + b) / 2
-    return np.asarray(length), T
-
-
-def _read(name: str, value: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
-    array = np.asarray(value, dtype=np.float64)
-    if array.shape != shape:
-        raise ShapeError(f"{name}: expected shape {shape}, got {array.shape}")
-    if not np.isfinite(array).all():
-        raise InputValueError(f"{name}: expected finite numbers")
-    return array
-
-
-def _above_0(name: str, value: float) -> float:
-    if not value > 0:
-        raise InputValueError(f"{name}: expected values above 0, got {value:g}")
-    return float(value)
+    _, z = closed_postures(space.robot, space.lower, space.upper)
+    among = replace(space, checks=tuple(pairs))
+    apart = np.asarray((among.distances_at(z) > 0).any(0))
+    moving = [k for k, hull in enumerate(hulls) if hull.bodies.any()]
+    near = [(k, i) for k in moving for i in range(first)]
+    own = [pair for pair, is_apart in zip(pairs, apart, strict=True) if is_apart]
+    return replace(space, checks=tuple(near + own))

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...short_repr import told
 from .roadmap import Space, roadmap
 
 _NORMAL_95 = 1.959963984540054
@@ -53,6 +54,13 @@ class Trials:
     """
 
     rows: tuple[Trial, ...]
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        rates = [row.rate for row in self.rows]
+        found = f"rates from {min(rates):.3g} to {max(rates):.3g}" if rates else ""
+        facts = (f"{len(self.rows)} rows", found)
+        return told(self, "", *facts, methods="rows, plot(), to_csv(path)")
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
         """Writes a line a trial."""

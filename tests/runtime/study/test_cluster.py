@@ -31,12 +31,34 @@ def client():
 
 def test_workspace(client):
     robot = chasles.load("scara")
-    count = 130 * PIECE + 77
+    count = 40 * PIECE + 77
     here = workspace(robot, count, finest=50, quality=("directions",), threads=1)
     there = workspace(robot, count, finest=50, quality=("directions",), client=client)
     assert np.array_equal(here.hits, there.hits)
     assert np.array_equal(here.directions, there.directions)
     assert here.measure == there.measure
+
+
+@pytest.mark.parametrize("workers", [1, 5])
+def test_any_number_of_workers_and_threads_gives_the_same_bits(workers):
+    """Workers in one process are as good as any: they share no tally."""
+    robot, count = chasles.load("scara"), 6 * PIECE + 77
+    quality = ("limit_margin", "directions")
+    here = workspace(robot, count, finest=30, quality=quality, threads=1)
+    with (
+        distributed.LocalCluster(
+            n_workers=workers, threads_per_worker=1, processes=False, dashboard_address=":0"
+        ) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        assert len(cluster.workers) == workers
+        for threads in (1, 2):
+            there = workspace(
+                robot, count, finest=30, quality=quality, threads=threads, client=client
+            )
+            for name in ("hits", *quality, "extents"):
+                assert np.array_equal(getattr(here, name), getattr(there, name)), name
+            assert here.measure == there.measure
 
 
 def test_reach(client):
@@ -48,7 +70,7 @@ def test_reach(client):
 
 def test_a_killed_worker(client):
     robot = chasles.load("scara")
-    count = 260 * PIECE
+    count = 150 * PIECE
     expected = workspace(robot, count, finest=50, threads=1)
     pid = next(iter(client.run(os.getpid).values()))
     killer = threading.Timer(0.5, os.kill, (pid, signal.SIGKILL))

@@ -107,3 +107,16 @@ def test_errors(hexapod):
         positions(hexapod, np.eye(4))
     with pytest.raises(OutOfReachError, match="stewart_gough: no box around the reached"):
         positions(hexapod, exp_rotation([3.0, 0, 0]), seed=[5, 0, 0])
+
+
+def test_a_box_that_cuts_the_region_at_one_side_grows(hexapod):
+    whole = positions(hexapod, finest=64)
+    p, size = hexapod.fk(np.array(hexapod.reference.q))[:3, 3], hexapod.unit_length
+    # Below the base is the mirror image of the region, so that the box must not reach down there.
+    up = np.array([0, 0, 0.5])
+    for away in ([1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]):
+        found = positions(hexapod, finest=64, seed=p + size * (0.9 * np.array(away) + up))
+        apart = abs(found.measure.value - whole.measure.value)
+        assert apart < found.measure.error + whole.measure.error
+        side = found.cells.side + whole.cells.side
+        np.testing.assert_allclose(found.extents, whole.extents, atol=side)

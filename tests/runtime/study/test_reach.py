@@ -148,3 +148,21 @@ def test_picture():
     np.testing.assert_allclose(np.ma.filled(drawn, 0), expected)
     with pytest.raises(InputValueError, match="the places were given one by one"):
         reach(robot, np.zeros((1, 3)), evenly(1)).plot()
+
+
+def test_a_limit_stands_before_out_of_reach_for_any_given_value():
+    """A pose that some value of the given joint reaches without limits is stopped by a limit."""
+    robot, given = chasles.load("panda"), 8
+    rng = np.random.default_rng(9)
+    places = rng.uniform([-0.9, -0.9, -0.2], [0.9, 0.9, 1.1], (300, 3))
+    found = reach(robot, places, evenly(2), given=given)
+    T = np.tile(np.eye(4), (300, 2, 1, 1))
+    T[..., :3, :3], T[..., :3, 3] = evenly(2), places[:, None]
+    j = robot.given[0]
+    values = np.linspace(robot.lower[j], robot.upper[j], given)
+    some = np.any([robot.ik(T, value).valid.any(-1) for value in values], axis=0)
+    stopped = found.stopped
+    assert (stopped[some] != OUT_OF_REACH).all()
+    assert (stopped[~some] == OUT_OF_REACH).all()
+    every = np.all([robot.ik(T, value).valid.any(-1) for value in values], axis=0)
+    assert ((stopped >= 0) & ~every).sum() > 10

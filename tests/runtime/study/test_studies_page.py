@@ -15,7 +15,7 @@ def test_the_examples_run(tmp_path, monkeypatch, capsys):
     matplotlib.use("Agg")
     monkeypatch.chdir(tmp_path)
     examples = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
-    assert len(examples) == 9
+    assert len(examples) == 10
     names = {}
     for example in examples:
         exec(compile(example, str(PAGE), "exec"), names)
@@ -27,5 +27,5 @@ def test_the_examples_run(tmp_path, monkeypatch, capsys):
     lengths = 1000 * np.ptp(names["lengths"], axis=0)
     np.testing.assert_allclose(lengths, [348.9, 302.7, 318.9, 123.2], atol=0.05)
     printed = capsys.readouterr().out
-    assert "Measure(value=" in printed
+    assert "volume 3." in printed
     matplotlib.pyplot.close("all")

@@ -144,7 +144,7 @@ def test_pictures(lynxmotion):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"samples": 0}, "samples = 0: expected at least 1"),
+        ({"samples": 0}, "samples = 0: expected a whole number, at least 1"),
         ({"samples": 10, "by": "grid"}, "a grid of 5 coordinates has at least 32"),
         ({"by": "halton"}, "by = 'halton': expected one of sobol, uniform, grid"),
         ({"threads": 0}, "threads = 0: expected a positive number or 'all'"),

@@ -87,7 +87,7 @@ def test_times():
         (("linear", 1), "expected one of constant, cubic, quintic, trapezoidal, s_curve"),
         (("cubic", 1), "cubic needs a duration, or a limit"),
         (("s_curve", 1), "s_curve needs speed, acceleration and jerk, or a duration"),
-        (("quintic", -1), "expected a length >= 0"),
+        (("quintic", -1), "expected a finite length >= 0"),
     ],
 )
 def test_errors(arguments, message):

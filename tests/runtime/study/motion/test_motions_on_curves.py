@@ -19,6 +19,8 @@ from chasles.study.motion import (
     through,
     time_optimal,
 )
+from chasles.study.motion.motion import Sampled
+from chasles.study.motion.time_optimal import _stretch
 
 
 @pytest.fixture(scope="module")
@@ -213,3 +215,22 @@ def test_rates_near_a_singularity_are_those_of_the_curve():
         atol = 2e-3 * np.abs(found.qd).max()
         np.testing.assert_allclose(differences, found.qd[1:-1], atol=atol)
         checked += 1
+
+
+class Peak:
+    """A motion of a joint whose rate has a narrow peak at a time, up or down from a sample."""
+
+    def __init__(self, at, width=0.01):
+        self.law, self.middle, self.width = law("constant", 1.0, duration=1.0), at, width
+
+    def at(self, t):
+        rate = 1 + 3 * np.exp(-(((t - self.middle) / self.width) ** 2))
+        zero = np.zeros((len(t), 1))
+        return Sampled("", ("q",), t, zero, rate[:, None], zero, zero, zero, zero)
+
+
+@pytest.mark.parametrize("at", [0.185, 0.215, 0.415, 0.485, 0.73])
+def test_narrow_peaks_are_found_on_both_sides_of_a_sample(at):
+    factor, beyond = _stretch(Peak(at), [np.ones(1), np.ones(1)], None)
+    assert factor == pytest.approx(4, rel=0.02)
+    assert np.abs(beyond - at).min() < 0.01

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 import chasles
 from chasles.errors import InputValueError, OutOfReachError
 from chasles.study.motion import Motion, joint_line, law, line, task_line
+from chasles.study.motion.redundancy import _require_no_jump, minimum_norm
 
 ARMS = ("iiwa14", "panda")
 
@@ -72,6 +73,35 @@ def test_rates_and_accelerations(name):
         np.testing.assert_allclose(achieved, expected, atol=1e-9)
 
 
+class Bounded:
+    """A curve that has no pose before its start or behind its end."""
+
+    def __init__(self, curve):
+        self.curve, self.length = curve, curve.length
+
+    def at(self, s):
+        assert (s >= 0).all()
+        assert (s <= self.length * (1 + 1e-12)).all()
+        return self.curve.at(s)
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_nothing_is_asked_beyond_the_ends(name):
+    robot = chasles.load(name)
+    for q_0, curve in lines(robot, np.random.default_rng(5), 3):
+        s = curve.length * np.array([0, 1e-4, 2e-3, 3.9e-3, 0.5, 0.9961, 0.998, 0.9999, 1])
+        one, other = (minimum_norm(robot, own, s, q_0) for own in (curve, Bounded(curve)))
+        np.testing.assert_array_equal(one.q, other.q)
+        # The curve goes on beyond its ends as a line, so differences there are an oracle.
+        step = 1e-3 * curve.length
+        nodes = s[:, None] + step * np.arange(-2, 3)
+        wide = line(*curve.at(np.array([-0.1, 1.1]) * curve.length).T)
+        around = minimum_norm(robot, wide, nodes.ravel() + 0.1 * curve.length, q_0).q
+        around = around.reshape(*nodes.shape, -1)
+        rates = np.einsum("k,mkj->mj", [1 / 12, -2 / 3, 0, 2 / 3, -1 / 12], around) / step
+        np.testing.assert_allclose(one.by_s, rates, atol=1e-6 * np.abs(rates).max())
+
+
 def test_a_locked_joint_leaves_the_inverse_of_six():
     robot = chasles.load("iiwa14")
     q_0, curve = next(lines(robot, np.random.default_rng(3), 1))
@@ -107,3 +137,15 @@ def test_errors():
     motion = Motion(installer, line(T, T_up), timed, q_0, redundancy="minimum_norm")
     with pytest.raises(InputValueError, match="8 joints for 6 coordinates"):
         motion.sample()
+
+
+def test_a_jump_between_neighbours_is_an_error():
+    """Two ends of the iteration at places next to each other are two postures, no motion."""
+    robot = chasles.load("iiwa14")
+    _, curve = next(lines(robot, np.random.default_rng(4), 1))
+    theta = np.zeros((3, 5, 7))
+    s = curve.length * np.array([0.1, 0.5, 0.9])
+    _require_no_jump(robot, curve, s, theta)
+    theta[1, 3:, 2] = 1.0
+    with pytest.raises(OutOfReachError, match=r"at 50.0% of the curve .* a joint jumps by 1$"):
+        _require_no_jump(robot, curve, s, theta)

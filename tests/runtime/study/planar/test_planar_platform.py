@@ -97,6 +97,39 @@ def test_every_angle(dexterous_platform):
     assert (found != always).mean() < 0.01
 
 
+@pytest.mark.parametrize(
+    ("crank", "coupler", "r_p"), [(300, 330, 60), (300, 350, 60), (300, 300, 60), (330, 300, 20)]
+)
+def test_every_angle_where_holes_turn_around_the_tool(crank, coupler, r_p, tmp_path):
+    """Links of unequal lengths leave a hole about each pivot, which may turn around the tool."""
+    file = tmp_path / "holed.toml"
+    text = f'extends = "{ROBOTS / "planar_3rrr.toml"}"\nname = "holed"\n'
+    file.write_text(text + f"parameters = {{ S_A = {crank}, L = {coupler}, r_p = {r_p} }}\n")
+    write(load(file), tmp_path / "holed", ["actuators", "actuator_margin"])
+    platform = chasles.load(tmp_path / "holed")
+    hole, r = abs(crank - coupler) / 1000, r_p / 1000
+    regions = [constant_orientation(platform, phi) for phi in np.linspace(0, 2 * np.pi, 361)]
+    assert regions[0].pieces[0][0].inner == pytest.approx(hole, abs=1e-6)
+    pivots = np.array(
+        [
+            (here.centre + there.centre) / 2
+            for here, there in zip(regions[0].pieces[0], regions[180].pieces[0], strict=True)
+        ]
+    )
+    rng = np.random.default_rng(6)
+    near = pivots[rng.integers(3, size=3000)] + rng.uniform(-0.12, 0.12, (3000, 2))
+    points = np.vstack([rng.uniform(-0.3, 0.3, (1000, 2)), near])
+    always = np.all([region.contains(points) for region in regions], axis=0)
+    inside = dexterous(platform).contains(points)
+    assert (always | ~inside).all()
+    assert (inside != always).mean() < 5e-3
+    assert 500 < inside.sum() < 3900
+    # Points around which the hole turns, and those that it sweeps.
+    away = np.linalg.norm(points[:, None] - pivots, axis=-1).min(1)
+    assert (inside & (away < r - hole)).sum() > 10 or hole > r
+    assert not inside[(away > abs(r - hole)) & (away < r + hole)].any()
+
+
 def test_some_angle_and_all_angles():
     platform = chasles.load("planar_3rrr_170")
     one = orientations(platform, np.radians([30]), finest=400)

@@ -1,6 +1,8 @@
 """Bounds of the motion of loops against the motion itself and against generated derivatives."""
 
+import warnings
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -8,7 +10,8 @@ import pytest
 import chasles
 from chasles.errors import InputValueError
 from chasles.study.planning import ball, robot_space
-from chasles.study.planning.loop_bounds import loop_bounds
+from chasles.study.planning.hulls import hulls_of
+from chasles.study.planning.loop_bounds import closed_postures, loop_bounds
 
 ROBOTS = (
     "excavator",
@@ -18,6 +21,9 @@ ROBOTS = (
     "five_bar",
     "four_bar",
     "slider_crank",
+    "planar_3rrr",
+    "stewart_gough",
+    "delta",
 )
 PLACES = 33
 
@@ -38,10 +44,12 @@ def around(values, turns):
 @pytest.mark.parametrize("name", ROBOTS)
 def test_nothing_moves_further_than_bounded(name):
     robot, bounds, lower, upper = made(name)
+    hulls = hulls_of(robot)
     rng, certain, tight = np.random.default_rng(1), 0, []
+    q, _ = closed_postures(robot, lower, upper)
     for k in range(90):
-        a = rng.uniform(lower, upper)
-        size = (0.002, 0.01, 0.05)[k % 3] * (upper - lower)
+        a = q[rng.integers(len(q))]
+        size = (0.0005, 0.002, 0.01)[k % 3] * (upper - lower)
         b = np.clip(a + rng.normal(size=robot.n) * size, lower, upper)
         q = a + np.linspace(0, 1, PLACES)[:, None] * (b - a)
         z = robot.configuration(q)
@@ -52,14 +60,13 @@ def test_nothing_moves_further_than_bounded(name):
         assert np.isfinite(z).all()
         moved = around(z, bounds.turns)
         assert (moved <= joints + 1e-9).all()
-        points = np.concatenate(
-            [robot.link_poses(q)[..., :3, 3], robot.fk(q)[:, None, :3, 3]], axis=1
-        )
-        here = points[PLACES // 2]
-        most = bounds.frames(a, b, here)
-        far = np.linalg.norm(points - here, axis=-1).max(0)
+        points = [np.concatenate(hulls.corners(place)) for place in z]
+        far = np.linalg.norm(points - points[PLACES // 2], axis=-1).max(0)
+        most = hulls.moves(z[PLACES // 2], joints)[0]
+        ends = np.cumsum([len(hull.corners) for hull in hulls.hulls])[:-1]
+        far = np.array([own.max() for own in np.split(far, ends)])
         assert (far <= most + 1e-9).all()
-        tight.append(most[-1] / max(far[-1], 1e-9))
+        tight.append(most.max() / max(far.max(), 1e-9))
         certain += 1
     assert certain >= 50
     assert np.median(tight) < 6
@@ -71,10 +78,21 @@ def test_curvature_bounds_generated_second_derivatives(name):
     rng, n = np.random.default_rng(2), len(bounds.turns)
     z = rng.uniform(-1, 1, (300, n)) * np.where(bounds.turns, np.pi, bounds.widest)
     most = np.zeros_like(bounds.curvature)
+    c, D = robot.constraint(z), robot.constraint_D_z(z)
+    length = bounds.lengths[:, 0] + z @ bounds.lengths[:, 1:].T
+    rows = bounds.lengths.any(1)
     for k, along in enumerate(np.eye(n)):
         second = robot.constraint_D_z_dot(z, np.broadcast_to(along, z.shape))
-        most[:, :, k] = np.abs(second).max(0)
-    assert (most <= bounds.curvature * (1 + 1e-12) + 1e-12).all()
+        # The second derivative of d^2 - l^2, which is c^2 + 2 l c.
+        l_k = bounds.lengths[:, 1 + k]
+        squared = 2 * (
+            D[..., k, None] * D
+            + (c + length)[..., None] * second
+            + l_k[:, None] * D
+            + bounds.lengths[:, 1:] * D[..., k, None]
+        )
+        most[:, :, k] = np.abs(np.where(rows[:, None], squared, second)).max(0)
+    assert (most <= bounds.curvature * (1 + 1e-9) + 1e-9).all()
     # No bound is far from what occurs: sums of sizes are at most a few times the largest sum.
     there = bounds.curvature > 1e-9
     assert (most[there] > 0.15 * bounds.curvature[there]).all()
@@ -92,21 +110,33 @@ def test_no_bound_where_loops_open_or_are_dead():
         if closed.all() or not closed.any():
             continue
         assert bounds.joints(a, b) is None
-        assert np.isinf(bounds.frames(a, b, np.zeros((5, 3)))).all()
         dead += 1
     assert dead > 20
 
 
-class OtherBranch:
-    """A robot whose loops are on another branch at the end of the way."""
+class Changed:
+    """A robot some of whose functions are others."""
 
-    def __init__(self, robot):
-        self.constraint_D_z, self.real = robot.constraint_D_z, robot
+    def __init__(self, robot, **changed):
+        self.real = robot
+        vars(self).update({name: partial(made, robot) for name, made in changed.items()})
 
-    def configuration(self, q):
-        z = self.real.configuration(q)
-        z[-1, 1] += 0.5
-        return z
+    def __getattr__(self, name):
+        return getattr(self.real, name)
+
+
+def on_another_branch(robot, q):
+    """Joints that are on another branch at the end of the way."""
+    z = robot.configuration(q)
+    z[-1, 1] += 0.5
+    return z
+
+
+def of_third_degree(robot, z):
+    """Equations, the first of which is of another kind."""
+    found = robot.constraint(z)
+    found[..., 0] = np.sin(z[..., 0]) ** 3
+    return found
 
 
 def test_no_bound_beyond_the_slides_or_on_another_branch():
@@ -115,11 +145,99 @@ def test_no_bound_beyond_the_slides_or_on_another_branch():
     way = (q, q + 1e-3)
     assert bounds.joints(*way) is not None
     assert replace(bounds, widest=0.2 * bounds.widest).joints(*way) is None
-    assert replace(bounds, robot=OtherBranch(robot)).joints(*way) is None
+    assert (
+        replace(bounds, robot=Changed(robot, configuration=on_another_branch)).joints(*way) is None
+    )
 
 
-def test_robots_without_bounds():
-    with pytest.raises(InputValueError, match="a platform's legs are not links of its main chain"):
-        robot_space(chasles.load("stewart_gough"), [ball([0, 0, 1], 0.1)], radius=0.05)
+def test_equations_without_bounds():
+    robot, _, lower, upper = made("excavator")
     with pytest.raises(InputValueError, match="equation 0 of its loops is no polynomial"):
-        robot_space(chasles.load("delta"), [ball([0, 0, 1], 0.1)], radius=0.05)
+        loop_bounds(Changed(robot, constraint=of_third_degree), lower, upper)
+    with pytest.raises(InputValueError, match="the loops close at 1 of 6000 random postures"):
+        loop_bounds(robot, lower + 100, upper + 100)
+
+
+def test_no_bound_at_a_singular_posture():
+    """Where a joint is in no equation, the others do not lead it: no number, and no warning."""
+    robot, bounds, _, _ = made("excavator")
+
+    def without_a_joint(robot, z):
+        D = robot.constraint_D_z(z).copy()
+        D[:, np.setdiff1d(np.arange(len(z)), bounds.given)[0]] = 0
+        return D
+
+    q = np.array(robot.reference.q)
+    changed = Changed(robot, constraint_D_z=without_a_joint)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert replace(bounds, robot=changed).joints(q, q + 1e-3) is None
+
+
+def test_bounded_boxes_hold_no_singular_posture():
+    """Anywhere in a box that is stated, the equations determine the joints: det keeps its sign."""
+    checked = 0
+    for name in ("planar_3rrr", "stewart_gough", "delta", "excavator"):
+        robot, bounds, lower, upper = made(name)
+        q, z = closed_postures(robot, lower, upper)
+        rest = np.setdiff1d(np.arange(z.shape[1]), bounds.given)
+        rng = np.random.default_rng(7)
+        for k in range(40):
+            a = q[k]
+            # The longest step with a bound reaches far into the box.
+            for size in (0.1, 0.03, 0.01, 0.003):
+                b = a + rng.normal(size=robot.n) * size * (upper - lower) / 3
+                w = bounds.joints(a, b)
+                if w is not None:
+                    break
+            else:
+                continue
+            middle = robot.configuration((a + b) / 2)
+            corners = middle + rng.choice([-1, 1], (200, len(w))) * w
+            dets = np.linalg.det(robot.constraint_D_z(corners)[..., rest])
+            assert (np.sign(dets) == np.sign(dets[0])).all()
+            checked += 1
+    assert checked > 100
+
+
+def in_other_mode(robot, z):
+    """The joints of another assembly mode at the actuators of z."""
+    actuated = [item.index for item in robot._actuated_in_z]
+    poses = robot.modes(z[actuated])[0]
+    poses = poses[np.isfinite(poses).all(1)]
+    pose = poses[np.linalg.norm(poses - z[:3], axis=1).argmax()]
+    for start in np.random.default_rng(5).uniform(-np.pi, np.pi, (50, len(z))):
+        other = np.where(np.arange(len(z)) < len(pose), np.r_[pose, start[3:]], start)
+        other[actuated] = z[actuated]
+        passive = np.setdiff1d(np.arange(3, len(z)), actuated)
+        for _ in range(30):
+            D = robot.constraint_D_z(other)[:, passive]
+            other[passive] -= np.linalg.lstsq(D, robot.constraint(other), rcond=None)[0]
+        if np.abs(robot.constraint(other)).max() < 1e-12:
+            return other
+    raise AssertionError("no joints of the other mode")
+
+
+def test_no_way_leads_from_one_assembly_mode_to_another():
+    pytest.importorskip("coal", reason="coal comes with pin")
+    robot = chasles.load("planar_3rrr")
+    here = robot.configuration(np.array(robot.reference.q))
+    there = in_other_mode(robot, here)
+    assert np.abs(there[2] - here[2]) > 1
+
+    def switching(robot, q):
+        z = robot.configuration(q)
+        beyond = q[..., 0] > robot.reference.q[0]
+        z[beyond] = robot.configuration_near(q[beyond], np.broadcast_to(there, z[beyond].shape))
+        return z
+
+    plain = robot_space(robot, [ball([0, 0, 1], 0.1)], radius=0.002)
+    changed = Changed(robot, configuration=switching)
+    space = robot_space(changed, [ball([0, 0, 1], 0.1)], radius=0.002)
+    rng, q = np.random.default_rng(6), np.array(robot.reference.q)
+    for _ in range(20):
+        a, b = q + rng.normal(size=(2, 3)) * 0.02
+        across = (a[0] > q[0]) != (b[0] > q[0])
+        assert plain.free_way(a, b)
+        assert space.free(np.array([a, b])).all()
+        assert space.free_way(a, b) is not across

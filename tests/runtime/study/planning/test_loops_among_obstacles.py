@@ -1,5 +1,7 @@
 """Paths of robots with loops, close to obstacles, at ten times as many places as were asked."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,28 +9,35 @@ import chasles
 
 pytest.importorskip("coal", reason="coal comes with pin")
 
+from bench.measures import scenes as bench_scenes
 from bench.measures.scenes import ROBOTS, drawn, scenes
+from chasles.study.planning import (
+    ball,
+    capsule,
+    connecting_trees,
+    roadmap,
+    robot_space,
+    shortened,
+)
+from chasles.study.planning.loop_bounds import closed_postures
 
 
 def test_no_path_touches_when_checked_finer():
-    results = list(scenes(8, key=7))
-    assert {scene.robot for scene in results} == set(ROBOTS)
-    assert sum(scene.found for scene in results) >= 4
-    assert sum(scene.checked for scene in results) > 4000
-    assert not any(scene.touching for scene in results)
+    results = list(scenes(5, key=1, robots=("five_bar", "excavator", "bricklaying_gantry")))
+    assert sum(scene.found for scene in results) >= 3
+    assert sum(scene.checked for scene in results) > 3000
+    assert not any(scene.touching + scene.open + scene.changed for scene in results)
 
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_ways_approach_no_further_than_stated(name):
     rng, checked = np.random.default_rng(8), 0
     space, _ = drawn(chasles.load(name), rng)
-    for _ in range(15):
-        a = rng.uniform(space.lower, space.upper)
-        b = np.clip(
-            a + rng.normal(size=len(a)) * 0.03 * np.ptp([space.lower, space.upper], 0),
-            space.lower,
-            space.upper,
-        )
+    q, _ = closed_postures(space.robot, space.lower, space.upper)
+    for k in range(15):
+        step = rng.normal(size=space.robot.n) * (space.upper - space.lower)
+        a = q[k]
+        b = np.clip(a + (0.03, 0.003, 0.0003)[k % 3] * step, space.lower, space.upper)
         here = space.distances((a + b) / 2)
         most = space.approach(a, b)
         apart = (here > 0) & np.isfinite(most)
@@ -37,6 +46,67 @@ def test_ways_approach_no_further_than_stated(name):
             assert (here - np.maximum(there, 0) <= most + 1e-6)[apart].all()
             checked += apart.sum()
     assert checked > 200
+
+
+def around(radius, angles, size, z=0.0):
+    """Balls on a circle about the origin."""
+    return [
+        ball([radius * np.cos(angle), radius * np.sin(angle), z], size, f"ball at {angle:g}")
+        for angle in angles
+    ]
+
+
+AMONG = {
+    "five_bar": ([ball([0.02, 0.43, 0], 0.012)], 0.004, np.inf),
+    "planar_3rrr": (around(0.15, (0.3, 2.5, 4.6), 0.02), 0.004, 1.0),
+    "stewart_gough": (
+        [*around(0.25, (0.5, 2.6, 4.7), 0.03, 0.45), capsule([0, 0, 0.66], [0.3, 0, 0.66], 0.02)],
+        0.01,
+        np.inf,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", AMONG)
+def test_paths_of_platforms_keep_clear_and_keep_their_mode(name):
+    """A path exists where the straight way is blocked; it holds at ten times as many places."""
+    obstacles, radius, span = AMONG[name]
+    robot = chasles.load(name)
+    middle, space = np.array(robot.reference.q), robot_space(robot, obstacles, radius=radius)
+    lower, upper = np.maximum(space.lower, middle - span), np.minimum(space.upper, middle + span)
+    space = replace(space, lower=lower, upper=upper)
+    rng, kept = np.random.default_rng(4), []
+    q = rng.uniform(lower, upper, (1000, robot.n))
+    q = q[np.isfinite(robot.configuration(q)).all(-1)][:240]
+    q = q[space.free(q)]
+    made = roadmap(space, 40, neighbours=8, key=2)
+    for start, goal in zip(q[::2], q[1::2], strict=False):
+        if space.free_way(start, goal):
+            continue
+        plan = made.plan(start, goal)
+        if plan.found:
+            kept.append(shortened(space, plan, tries=10))
+        if len(kept) == 1:
+            break
+    assert len(kept) == 1
+    for path in kept:
+        places = path.at(np.linspace(0, 1, 1000))
+        assert space.free(places).all()
+        assert bench_scenes.left(space, places) == (0, 0)
+
+
+@pytest.mark.parametrize("name", ["planar_3rrr", "stewart_gough"])
+def test_trees_of_platforms(name):
+    pytest.importorskip("ompl")
+    obstacles, radius, _ = AMONG[name]
+    robot = chasles.load(name)
+    space = robot_space(robot, obstacles, radius=radius)
+    middle = np.array(robot.reference.q)
+    q = middle + np.random.default_rng(5).uniform(-0.05, 0.05, (20, robot.n))
+    start, goal = q[space.free(q)][:2]
+    plan = connecting_trees(space, start, goal, seconds=20, key=3)
+    assert plan.found, plan.reason
+    assert bench_scenes.left(space, plan.at(np.linspace(0, 1, 500))) == (0, 0)
 
 
 def test_an_open_loop_blocks_a_way():

@@ -1,7 +1,7 @@
 """Robots among obstacles: certain ways, distances against sampled surfaces, reasons in words."""
 
 from dataclasses import replace
-from itertools import pairwise
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -73,22 +73,49 @@ def test_distances_shrink_no_faster_than_stated(space):
     assert checked > 100
 
 
-def test_distance_of_a_link_to_a_ball():
-    robot = chasles.load("ur5e")
-    space = robot_space(robot, OBSTACLES[:1], radius=0.05)
-    rng = np.random.default_rng(3)
-    checked = 0
-    for q in rng.uniform(-3, 3, (50, 6)):
-        points = np.vstack([robot.link_poses(q)[:, :3, 3], robot.fk(q)[:3, 3]])
-        expected = []
-        for a, b in pairwise(points):
-            along = a + np.linspace(0, 1, 2001)[:, None] * (b - a)
-            expected.append(np.linalg.norm(along - [0.4, 0.3, 0.5], axis=1).min() - 0.15)
-        found = space.distances(q)[: len(expected)]
-        outside = np.array(expected) > 0.01
-        np.testing.assert_allclose(found[outside], np.array(expected)[outside], atol=1e-3)
-        checked += outside.sum()
-    assert checked > 200
+def sampled(corners):
+    """Points of the hull of corners: of a line, of the triangles of a plate."""
+    parts = np.linspace(0, 1, 81)
+    if len(corners) == 2:
+        return corners[0] + parts[:, None] * (corners[1] - corners[0])
+    u, v = (grid.ravel()[:, None] for grid in np.meshgrid(parts, parts))
+    return np.concatenate(
+        [(1 - u) * a + u * ((1 - v) * b + v * c) for a, b, c in combinations(corners, 3)]
+    )
+
+
+@pytest.mark.parametrize("name", ["ur5e", "excavator", "stewart_gough", "delta"])
+def test_distances_to_a_ball_by_sampled_shapes(name):
+    robot = chasles.load(name)
+    radii = np.linspace(0.01, 0.03, len(robot_space(robot, OBSTACLES[:1], radius=0.01).parts))
+    space = robot_space(robot, OBSTACLES[:1], radius=radii)
+    rng, checked = np.random.default_rng(3), 0
+    for q in postures(space, rng, 12):
+        found = dict(zip(space.checks, space.distances(q), strict=True))
+        corners = space.hulls.corners(robot.configuration(q) if robot.loops else q)
+        for k, hull in enumerate(space.hulls.hulls):
+            if (k, 0) not in found:
+                continue
+            away = np.linalg.norm(sampled(corners[k]) - [0.4, 0.3, 0.5], axis=1).min()
+            rounded = 0.1 + radii[space.parts.index(hull.part)]
+            assert found[k, 0] == pytest.approx(away - rounded, abs=1e-3 if away < 1 else 1e-2)
+            checked += 1
+    assert checked >= 40
+
+
+def test_parts_that_pass_beside_each_other():
+    robot = chasles.load("board_installer")
+    space = robot_space(robot, OBSTACLES[:1], radius=0.01)
+    pair = ("greater_arm", "rotating_frame")
+    other = robot_space(robot, OBSTACLES[:1], radius=0.01, may_touch=[pair])
+    left = set(space.checks) - set(other.checks)
+    parts = [{space.hulls.hulls[a].part, space.hulls.hulls[b - 1].part} for a, b in left]
+    assert parts
+    assert all(own == set(pair) for own in parts)
+    q = np.random.default_rng(7).uniform(space.lower, space.upper, (100, robot.n))
+    assert space.free(q).sum() < other.free(q).sum()
+    with pytest.raises(InputValueError, match="board_installer has no part 'arm'; its parts are r"):
+        robot_space(robot, radius=0.01, may_touch=[("arm", "crank")])
 
 
 def test_plans_of_an_arm():
@@ -123,7 +150,7 @@ def test_what_touches():
     p = robot.fk(stretched)[:3, 3]
     space = robot_space(robot, [ball(p, 0.05, "cup")], radius=0.04)
     plan = roadmap(space, 3).plan(stretched, stretched + 1)
-    assert "the start is not free: link " in plan.reason
+    assert "the start is not free: link5 and cup" in plan.reason
     assert plan.reason.endswith("and cup touch")
     beyond = roadmap(space, 3).plan(robot.upper + 1, stretched)
     assert beyond.reason == "the start is not free: shoulder_pan is beyond its limits"
@@ -147,7 +174,7 @@ def test_a_mesh(tmp_path):
 
 def test_errors():
     robot = chasles.load("ur5e")
-    with pytest.raises(ShapeError, match=r"radius: expected a number or 6, got shape \(2,\)"):
+    with pytest.raises(ShapeError, match=r"radius: expected a number or 5, of 0, link2, link3"):
         robot_space(robot, OBSTACLES, radius=[0.1, 0.1])
     with pytest.raises(InputValueError, match="radius: expected values above 0"):
         robot_space(robot, OBSTACLES, radius=0)
@@ -158,8 +185,14 @@ def test_errors():
         with pytest.raises(ShapeError, match=message):
             made()
     for made, message in (
-        (lambda: ball([0, 0, 0], -1), "ball: radius: expected values above 0, got -1"),
-        (lambda: block(np.eye(4), [1, 0, 1]), "block: sides: expected values above 0, got 0"),
+        (
+            lambda: ball([0, 0, 0], -1),
+            "ball: radius: expected values above 0",
+        ),
+        (
+            lambda: block(np.eye(4), [1, 0, 1]),
+            "block: sides: expected values above 0",
+        ),
         (lambda: capsule([0, 0, 0], [0, 0, 1], np.nan), "capsule: radius: expected values above 0"),
         (lambda: capsule([0, 0, 0], [0, 0, np.inf], 1), "capsule: end: expected finite numbers"),
         (lambda: mesh("nowhere.stl"), "mesh: there is no file nowhere.stl"),

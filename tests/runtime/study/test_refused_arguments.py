@@ -1,0 +1,200 @@
+"""Arguments without a meaning are refused, in a sentence that says which one and why."""
+
+import numpy as np
+import pytest
+
+import chasles
+from chasles.errors import InputValueError, ShapeError
+from chasles.study import (
+    base_placement,
+    constant_orientation,
+    evenly,
+    orientation_range,
+    orientations,
+    positions,
+    reach,
+    workspace,
+)
+from chasles.study.cells import cells_of
+from chasles.study.motion import (
+    Motion,
+    Sequence,
+    arc,
+    blended,
+    conic,
+    excesses,
+    joint_line,
+    law,
+    line,
+    parabola,
+    task_curve,
+    task_line,
+    through,
+    time_optimal,
+)
+from chasles.study.planning import connecting_trees, occupancy_map, roadmap
+
+NAN = np.nan
+ROBOT = chasles.load("ur5e")
+Q = np.array([0, -1, 1.2, -0.4, 0.5, 0])
+T_0 = ROBOT.fk(Q)
+T_1 = T_0.copy()
+T_1[0, 3] += 0.1
+EMPTY = occupancy_map(np.zeros((5, 5)))
+
+
+def moving(curve=None):
+    own = curve or line(T_0, T_1)
+    return Motion(ROBOT, own, law("quintic", own.length, duration=1), Q)
+
+
+def among(first, second=None, third=None):
+    """Three positions, the first two alike, or one of them replaced."""
+    return [first, first if second is None else second, [1, 1, 1] if third is None else third]
+
+
+REFUSED = {
+    "line: start and end are the same": lambda: line(T_0, T_0),
+    "line: T_start: expected finite numbers, got nan": lambda: line(T_0 * NAN, T_0),
+    "line: T_end is no pose": lambda: line(T_0, 2 * T_0),
+    "arc: via: expected finite": lambda: arc(T_0, [NAN] * 3, T_1),
+    "arc: it ends where it starts": lambda: arc(T_0, T_1[:3, 3], T_0),
+    "arc: via is at the start or at the end": lambda: arc(T_0, T_0[:3, 3], T_1),
+    "arc: start, via and end lie on a line": lambda: arc(T_0, (T_0 + T_1)[:3, 3] / 2, T_1),
+    "through: poses 0 and 1 have the same position": lambda: through(among([0, 0, 0])),
+    "through: poses: expected finite numbers": lambda: through(among([0, 0, 0], [NAN] * 3)),
+    "parabola: poses: expected finite numbers": lambda: parabola(among([0, 0, 0], [NAN] * 3)),
+    "conic: poses 0 and 1 have the same": lambda: conic(np.zeros((5, 3))),
+    "conic: poses: expected finite numbers": lambda: conic(np.full((5, 3), NAN)),
+    "blended: expected a radius above 0": lambda: blended(among([0, 0, 0], [1, 0, 0]), NAN),
+    "task_line: start and end are the same": lambda: task_line("position", [0, 0, 1], [0, 0, 1]),
+    "task_line: end: expected finite": lambda: task_line("position", [0, 0, 1], [0, 0, NAN]),
+    "task_curve: start and end: expected": lambda: task_curve("planar", line(T_0, T_1), NAN),
+    "joint_line: end: expected finite": lambda: joint_line(Q, Q * NAN),
+    "law: a length of 0 takes no time": lambda: law("cubic", 0, speed=1, acceleration=1),
+    "finite duration > 0 and limits > 0, got length 1, duration inf": lambda: law(
+        "cubic", 1, duration=np.inf
+    ),
+    "limits > 0, got length 1, duration None, speed 0": lambda: law("cubic", 1, speed=0),
+    "length nan, duration 1": lambda: law("cubic", NAN, duration=1),
+    "hold: duration: expected values above 0 that are finite, got 0": lambda: Sequence(
+        ROBOT, Q
+    ).hold(0),
+    "hold: duration: expected values above 0 that are finite, got nan": lambda: Sequence(
+        ROBOT, Q
+    ).hold(NAN),
+    "Sequence of ur5e: start: expected finite": lambda: Sequence(ROBOT, Q * NAN),
+    "Sequence.sample: there is no stage yet": lambda: Sequence(ROBOT, Q).sample(),
+    "sample: rate: expected values above 0 that are finite, got inf": lambda: moving().sample(
+        np.inf
+    ),
+    "sample: rate: expected values above 0 that are finite, got 0": lambda: moving().sample(0),
+    "Motion.at: expected times in ascending order": lambda: moving().at([1, 0.5]),
+    "expected times in ascending order, at least one": lambda: moving().at([]),
+    "Motion.at: t: expected finite": lambda: moving().at([0, NAN]),
+    "Motion of ur5e: seed: expected finite": lambda: Motion(
+        ROBOT, line(T_0, T_1), law("cubic", 0.1, duration=1), Q * NAN
+    ),
+    "rate limits: expected values above 0, got 0": lambda: time_optimal(
+        moving(), rates=0, accelerations=1
+    ),
+    "rate limits: expected values above 0, got -1": lambda: excesses(
+        ROBOT, moving().sample(10), rates=-1
+    ),
+    "acceleration limits: expected values above 0, got nan": lambda: excesses(
+        ROBOT, moving().sample(10), accelerations=NAN
+    ),
+    "time_optimal: accelerations: expected finite": lambda: time_optimal(
+        moving(), rates=1, accelerations=np.inf
+    ),
+    "time_optimal: nodes = 1: expected a whole number, at least 10": lambda: time_optimal(
+        moving(), rates=1, accelerations=1, nodes=1
+    ),
+    "time_optimal: nothing moves on the curve": lambda: time_optimal(
+        moving(joint_line(Q, Q)), rates=1, accelerations=1
+    ),
+    "time_optimal: tool_speed: expected values above 0": lambda: time_optimal(
+        moving(), rates=1, accelerations=1, tool_speed=0
+    ),
+    "samples = 0: expected a whole number": lambda: workspace(ROBOT, 0),
+    "samples = 10.5: expected a whole number": lambda: workspace(ROBOT, 10.5),
+    "section: at: expected finite": lambda: workspace(ROBOT, 100, finest=5).section("z", NAN),
+    "places: expected finite numbers, got nan at .1, 0.": lambda: reach(
+        ROBOT, [[0, 0, 1], [NAN, 0, 0]]
+    ),
+    "bases: expected finite": lambda: base_placement(ROBOT, T_0[None], T_0[None] * NAN),
+    "evenly: count = 0: expected a whole number, at least 1": lambda: evenly(0),
+    "cells_of: expected lower < upper": lambda: cells_of(np.ones(3), np.zeros(3), 5),
+    "cells_of: upper: expected finite": lambda: cells_of(np.ones(3), np.full(3, np.inf), 5),
+    "cells_of: finest = 1: expected": lambda: cells_of(np.zeros(3), np.ones(3), 1),
+    "constant_orientation: phi: expected finite": lambda: constant_orientation(
+        chasles.load("planar_3rrr"), NAN
+    ),
+    "orientation_range: expected lower < upper": lambda: orientation_range(
+        chasles.load("planar_3rrr"), 1, 0
+    ),
+    "lower < upper and accuracy > 0, got 0, inf": lambda: orientation_range(
+        chasles.load("planar_3rrr"), 0, np.inf
+    ),
+    "orientations: expected at least one angle": lambda: orientations(
+        chasles.load("planar_3rrr"), []
+    ),
+    "orientations: angles: expected finite": lambda: orientations(
+        chasles.load("planar_3rrr"), [0, NAN]
+    ),
+    "positions: R_0_ee: expected finite": lambda: positions(
+        chasles.load("stewart_gough"), np.full((3, 3), NAN)
+    ),
+    "roadmap: expected samples >= 1": lambda: roadmap(EMPTY, 5, dispersion=NAN),
+    "goal: expected finite numbers, got nan at .1,.": lambda: roadmap(EMPTY, 5).plan(
+        [1, 1], [1, NAN]
+    ),
+    "connecting_trees: seconds: expected values above 0": lambda: (
+        pytest.importorskip("ompl") and connecting_trees(EMPTY, [1, 1], [2, 2], seconds=0)
+    ),
+    "occupancy_map: side: expected values above 0": lambda: occupancy_map([[0]], NAN),
+}
+
+
+@pytest.mark.parametrize("message", REFUSED)
+def test_what_has_no_meaning_is_refused(message):
+    with pytest.raises(InputValueError, match=message):
+        REFUSED[message]()
+
+
+@pytest.mark.parametrize(
+    ("message", "called"),
+    [
+        (r"Motion of ur5e: seed: expected shape \(6,\), got \(2,\)", lambda: replaced_seed([1, 2])),
+        (r"Sequence of ur5e: start: expected shape \(6,\)", lambda: Sequence(ROBOT, [1, 2])),
+        (r"arc: via: expected shape \(3,\), got \(2,\)", lambda: arc(T_0, [1, 2], T_1)),
+        (r"cells_of: lower: expected shape \(3,\)", lambda: cells_of(np.zeros(2), np.ones(2), 5)),
+    ],
+)
+def test_what_has_another_shape_is_refused(message, called):
+    with pytest.raises(ShapeError, match=message):
+        called()
+
+
+def replaced_seed(seed):
+    return Motion(ROBOT, line(T_0, T_1), law("cubic", 0.1, duration=1), np.array(seed))
+
+
+def test_a_line_that_only_turns_has_an_angle_for_its_length():
+    """Rounding of the positions is no way of its own, in which the tool would turn at once."""
+    turn = np.eye(4)
+    turn[:2, :2] = [[0, -1], [1, 0]]
+    for off in (0, 1e-17, 1e-14):
+        end = T_0 @ turn
+        end[:3, 3] = T_0[:3, 3] + off
+        turned = line(T_0, end)
+        assert turned.length == pytest.approx(np.pi / 2)
+        assert np.abs(turned.at(np.array([0, 0.5])).V).max() < 1.1
+    start, pitched = [0.2, 0.1, 0.3, 0.0], [0.2 + 1e-17, 0.1, 0.3, 0.5]
+    assert task_line("position_pitch", start, pitched).length == pytest.approx(0.5)
+
+
+def test_numbers_of_samples_may_be_floats():
+    one, other = (workspace(ROBOT, count, finest=10) for count in (1e3, 1000))
+    assert one.samples == 1000
+    assert np.array_equal(one.hits, other.hits)

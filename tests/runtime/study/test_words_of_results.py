@@ -1,0 +1,86 @@
+"""What results print of themselves at a prompt: a line or two with their figures, no arrays."""
+
+import numpy as np
+import pytest
+
+import chasles
+from chasles.drawing import skeleton
+from chasles.study import (
+    constant_orientation,
+    dexterous,
+    exact_workspace,
+    orientation_range,
+    orientations,
+    positions,
+    reach,
+    singular_places,
+    workspace,
+)
+from chasles.study.cells import Measure, cells_of
+from chasles.study.motion import Motion, Sequence, law, line, through
+from chasles.study.planning import occupancy_map, roadmap, success
+
+ROBOT = chasles.load("ur5e")
+PLATFORM = chasles.load("planar_3rrr")
+Q = np.array([0, -1, 1.2, -0.4, 0.5, 0])
+LONGEST = 400
+
+
+def moved():
+    end = ROBOT.fk(Q)
+    end[0, 3] += 0.1
+    curve = line(ROBOT.fk(Q), end)
+    return Motion(ROBOT, curve, law("quintic", curve.length, duration=1), Q)
+
+
+def results():
+    grid = occupancy_map(np.eye(30))
+    made = roadmap(grid, 50)
+    exact = exact_workspace(chasles.load("lynxmotion"))
+    yield workspace(ROBOT, 2000, finest=10, quality=["directions"])
+    yield reach(ROBOT, cells_of(np.full(3, -0.5), np.full(3, 0.5), 4))
+    yield from (exact, exact.section, exact.meridian)
+    yield from (constant_orientation(PLATFORM, 0.5), dexterous(PLATFORM))
+    yield orientation_range(PLATFORM, 0, 0.1, accuracy=0.1)
+    yield orientations(PLATFORM, [0, 0.1], finest=20)
+    yield positions(chasles.load("stewart_gough"), finest=32)
+    yield singular_places(PLATFORM, 0.5, points=11)
+    yield from (moved(), moved().sample(100), moved().curve, moved().law)
+    yield Sequence(ROBOT, Q).hold(1).hold(1)
+    yield through([[0, 0, 0], [1, 0, 0], [1, 1, 0]])
+    yield from (grid, made, made.plan([0.5, 20], [0.5, 25]), made.plan([0.5, 0.5], [1, 20]))
+    yield success(grid, [0.5, 20], [0.5, 25], samples=[5], runs=2)
+    yield skeleton(ROBOT)
+
+
+def test_every_result_is_short():
+    count = 0
+    for result in results():
+        text = repr(result)
+        assert len(text) < LONGEST, text
+        assert "array" not in text
+        assert "\n" not in text
+        assert type(result).__name__ in text
+        count += 1
+    assert count >= 20
+
+
+def test_figures_are_those_of_the_result():
+    found = workspace(ROBOT, 2000, finest=10)
+    text = repr(found)
+    (low, _, _), (high, _, _) = found.extents
+    assert "Workspace of ur5e: 2,000 postures by sobol" in text
+    assert f"x {low:.4g} to {high:.4g}" in text
+    assert f"volume {found.measure.value:.4g} ± {found.measure.error:.2g} m^3" in text
+    region = constant_orientation(PLATFORM, np.radians(30))
+    assert f"area {region.area:.12g} m^2" in repr(region)
+    refused = roadmap(occupancy_map(np.eye(30)), 5).plan([0.5, 0.5], [1, 20])
+    assert repr(refused) == f"<Plan: no path, for {refused.reason}>"
+
+
+@pytest.mark.parametrize(
+    ("dimension", "words"),
+    [(1, "length 2 ± 0.5 m"), (2, "area 2 ± 0.5 m^2"), (3, "volume 2 ± 0.5 m^3")],
+)
+def test_a_measure_in_words(dimension, words):
+    assert str(Measure(2.0, 0.5, dimension)) == words
