@@ -34,6 +34,7 @@ from numpy.typing import NDArray
 from ... import screws
 from ...errors import InputValueError
 from .observations import Observation, Poses, Positions
+from .quaternions import rotations
 from .stations import Stations
 
 FloatArray = NDArray[np.float64]
@@ -68,6 +69,9 @@ _WORDS = {
 _AXES = ("x", "y", "z")
 _TURNS = (("rx", "ry", "rz"), ("roll", "pitch", "yaw"))
 _QUATERNION = ("qw", "qx", "qy", "qz")
+_COMPONENT = re.compile(r"(?:q|quat|quaternion)[_ .]?([wxyz])")
+_ROUNDED = 0.02
+"""Difference of a quaternion's length, in parts of it, that two decimals leave."""
 _HEADING = re.compile(r"\s*([^\[\](]+?)\s*(?:[\[(]\s*([^\])]+?)\s*[\])])?\s*")
 _SUFFIX = re.compile(rf"(.+?)[_ ]({'|'.join(UNITS)})")
 _JOINT = re.compile(r"(?:q|theta|joint|axis|j|a)[_ ]?(\d+)")
@@ -250,6 +254,8 @@ def _plain(heading: str) -> str:
     small = heading.lower()
     if joint := _JOINT.fullmatch(small):
         return f"q{int(joint[1])}"
+    if component := _COMPONENT.fullmatch(small):
+        return f"q{component[1]}"
     if target := _TARGET[0].fullmatch(small):
         return f"{target[1]}{int(target[2])}"
     if target := _TARGET[1].fullmatch(small):
@@ -319,11 +325,7 @@ def _stations(table: _Table) -> IntArray:
 
 def _orientations(table: _Table) -> FloatArray | None:
     if set(_QUATERNION) <= table.columns.keys():
-        w, x, y, z = (table.numbers(name, "1") for name in _QUATERNION)
-        size = np.sqrt(w * w + x * x + y * y + z * z)
-        vector = np.stack([x, y, z], -1) / size[:, None]
-        angle = 2 * np.arctan2(np.linalg.norm(vector, axis=-1), w / size)
-        return screws.exp_rotation(vector * _over(angle, np.linalg.norm(vector, axis=-1))[:, None])
+        return rotations(_quaternions(table))
     for names in _TURNS:
         if set(names) <= table.columns.keys():
             turns = np.stack([table.numbers(name, "rad") for name in names], -1)
@@ -334,9 +336,18 @@ def _orientations(table: _Table) -> FloatArray | None:
     return None
 
 
-def _over(angle: FloatArray, sine: FloatArray) -> FloatArray:
-    """Angle over the sine of its half; 2 where both are 0."""
-    return np.divide(angle, sine, out=np.full_like(angle, 2.0), where=sine > 0)
+def _quaternions(table: _Table) -> FloatArray:
+    """(rows, 4) the quaternions w, x, y, z, all of one length."""
+    found = np.stack([table.numbers(name, "1") for name in _QUATERNION], -1)
+    size = np.linalg.norm(found, axis=-1)
+    usual = float(np.median(size))
+    k = int(np.argmax(np.abs(size - usual)))
+    if not abs(size[k] - usual) < _ROUNDED * usual:
+        raise InputValueError(
+            f"{table.path}, line {table.rows[k][0]}: the quaternion has the length {size[k]:.3g}, "
+            f"and others have {usual:.3g}; are other columns called qw, qx, qy and qz?"
+        )
+    return found
 
 
 def _long(table: _Table, q: FloatArray) -> Measured:
