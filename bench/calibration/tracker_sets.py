@@ -12,6 +12,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+
 import chasles
 from chasles import screws
 from chasles.calibration import best_model, identify, read_measurements
@@ -44,20 +45,20 @@ HEADINGS = ("nominal", "offsets", "axes, free", "chosen", "left", "CPU s", "mode
 
 def run(names: tuple[str, ...], seeds: int) -> int:
     """Prints a line for each drawn arm when it is done, and the whole at the end; returns 0."""
-    out.print(f"{MEASURED} configurations of three targets; mean held-back error [mm]")
-    out.print(f"{'arm':<14}" + "".join(f"{heading:>12}" for heading in HEADINGS))
+    out.print(f"{MEASURED} configurations of three targets; mean held-back errors in mm")
+    out.print(f"{'arm':<14}" + "".join(f"{heading:>11}" for heading in HEADINGS))
     figures = []
     for name in names:
         robot = chasles.load(name, parametric=True)
         for seed in range(seeds):
             *found, model = _once(robot, np.random.default_rng([seed, 2]))
-            out.print(f"{name:<14}" + "".join(f"{x:12.3f}" for x in found) + f"  {model}")
+            out.print(f"{name:<14}" + "".join(f"{x:11.3f}" for x in found) + f"  {model}")
             figures.append(found)
     for what, row in (
         ("median", np.median(figures, axis=0)),
         ("largest", np.max(figures, axis=0)),
     ):
-        out.print(f"{what:<14}" + "".join(f"{x:12.3f}" for x in row))
+        out.print(f"{what:<14}" + "".join(f"{x:11.3f}" for x in row))
     return 0
 
 

@@ -338,7 +338,8 @@ def test_positions_of_a_delta_as_built_lose_no_branch(built_delta):
         def missed(x, at=at):
             return np.nan_to_num(built_delta.fk(x[None])[0, :3, 3] - at, nan=1.0)
 
-        roots = (scipy.optimize.root(missed, x, tol=1e-13).x for x in random.uniform(-3, 3, (40, 3)))
+        starts = random.uniform(-3, 3, (40, 3))
+        roots = [scipy.optimize.root(missed, x, tol=1e-13).x for x in starts]
         roots = [x for x in roots if np.abs(missed(x)).max() < 1e-10]
         turns = 2 * np.pi
         apart = [np.abs((x - q[valid] + np.pi) % turns - np.pi).max(-1) for x in roots]
