@@ -24,6 +24,7 @@ from .loops.loop_page import LoopPage
 from .loops.loops_fragment import loops
 from .loops.mechanism_fragment import description
 from .loops.mobility_fragment import freedoms
+from .loops.parametric_fragment import parametric_of_loops
 from .loops.platforms_fragment import platform
 from .loops.rates_fragment import rates
 from .loops.solution_fragment import solution
@@ -76,6 +77,7 @@ _OF_LOOPS: Mapping[str, tuple[str, Callable[[LoopPage], str]]] = {
         lambda page: singularities(page.chain),
     ),
     "rates": ("Velocities", rates),
+    "parametric": ("Geometry as variables", lambda page: parametric_of_loops(page.geometry)),
     "platform": ("Platform on legs", platform),
     "legs": ("Platform on legs", legs),
     "example": ("Worked example", worked_example_of_loops),
@@ -166,6 +168,7 @@ def _headings(derivation: Derivation) -> dict[str, str]:
         for name, (heading, _) in _OF_LOOPS.items()
         if (robot.closers or name not in _NEED_LOOPS)
         and (name != "platform" or is_platform(robot))
+        and (name != _NEEDS_GEOMETRY or derivation.geometry is not None)
         and (name != "legs" or _has_legs(derivation))
         and (name != "inverse" or not _has_poses(derivation))
     }
