@@ -20,11 +20,11 @@ from .drawing.region import workspace
 from .inverse.inverse_fragment import inverse, inverse_of_loops
 from .loops.example_of_loops import worked_example_of_loops
 from .loops.legs_fragment import legs
+from .loops.loop_geometry import parametric_of_loops
 from .loops.loop_page import LoopPage
 from .loops.loops_fragment import loops
 from .loops.mechanism_fragment import description
 from .loops.mobility_fragment import freedoms
-from .loops.parametric_fragment import parametric_of_loops
 from .loops.platforms_fragment import platform
 from .loops.rates_fragment import rates
 from .loops.solution_fragment import solution
