@@ -7,6 +7,7 @@
 Each name is imported at its first use, so that the check for outdated robots needs no SymPy.
 """
 
+import os
 from importlib import import_module
 from typing import TYPE_CHECKING
 
@@ -43,6 +44,10 @@ if TYPE_CHECKING:
     from .model.robot import Translation as Translation
     from .quality.model_report import model_report as model_report
     from .quality.quality_report import ModelReport as ModelReport
+
+# SymPy reads it when it is imported. It keeps a thousand results by default; a robot with loops has
+# more expressions in use, which would be built again and again.
+os.environ.setdefault("SYMPY_CACHE_SIZE", "100000")
 
 NOT_INSTALLED = "the compiler is not installed: pip install 'chasles[derive]'"
 LIBRARIES = ("sympy", "casadi", "lxml", "typer", "rich")

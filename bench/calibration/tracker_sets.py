@@ -12,7 +12,6 @@ import time
 from pathlib import Path
 
 import numpy as np
-from rich.table import Table
 
 import chasles
 from chasles import screws
@@ -41,20 +40,29 @@ ZERO, AXIS, WAVE, SAG, NOISE = np.radians(3), 7e-4, 2e-4, 2e-4, 2e-5
 stretched arm [m], and standard deviation of the tracker [m]."""
 
 
+HEADINGS = ("nominal", "offsets", "axes, free", "chosen", "left", "CPU s", "model")
+
+
 def run(names: tuple[str, ...], seeds: int) -> int:
-    """Prints a table of errors on held-back targets; returns 0."""
-    table = Table(title=f"{MEASURED} configurations of three targets; mean held-back error [mm]")
-    for heading in ("arm", "nominal", "offsets", "axes, free", "chosen", "model", "left", "CPU s"):
-        table.add_column(heading, justify="right")
+    """Prints a line for each drawn arm when it is done, and the whole at the end; returns 0."""
+    out.print(f"{MEASURED} configurations of three targets; mean held-back errors in mm")
+    out.print(f"{'arm':<14}" + "".join(f"{heading:>11}" for heading in HEADINGS))
+    figures = []
     for name in names:
         robot = chasles.load(name, parametric=True)
         for seed in range(seeds):
-            table.add_row(name, *_once(robot, np.random.default_rng([seed, 2])))
-    out.print(table)
+            *found, model = _once(robot, np.random.default_rng([seed, 2]))
+            out.print(f"{name:<14}" + "".join(f"{x:11.3f}" for x in found) + f"  {model}")
+            figures.append(found)
+    for what, row in (
+        ("median", np.median(figures, axis=0)),
+        ("largest", np.max(figures, axis=0)),
+    ):
+        out.print(f"{what:<14}" + "".join(f"{x:11.3f}" for x in row))
     return 0
 
 
-def _once(robot, random: np.random.Generator) -> list[str]:
+def _once(robot, random: np.random.Generator) -> tuple:
     drawn = _Arm(robot, random)
     q, held = drawn.configurations(MEASURED), drawn.configurations(HELD)
     points = drawn.measured(q) + NOISE * random.normal(size=(MEASURED, 3, 3))
@@ -72,7 +80,7 @@ def _once(robot, random: np.random.Generator) -> list[str]:
     found = [first, *(_mean(c, held, true) for c in (offsets, free, chosen.calibration))]
     measured = chosen.calibration.observation
     left = 1e3 * measured.lengths(chosen.calibration.errors).mean()
-    return [*(f"{1e3 * x:.3f}" for x in found), chosen.model.name, f"{left:.3f}", f"{seconds:.2f}"]
+    return (*(1e3 * x for x in found), left, seconds, chosen.model.name)
 
 
 def _mean(found, held: np.ndarray, true: np.ndarray) -> float:

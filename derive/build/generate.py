@@ -1,8 +1,10 @@
 """From a robot to its generated folder: all files are made in memory, then written together."""
 
+import gc
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from ..derivation import Derivation, derive
@@ -40,7 +42,24 @@ def artifacts(
     Raises:
         RobotError: The description or a function's name is wrong, or two languages write one file.
     """
-    return files_of(derive(robot, functions, give=give, parametric=parametric), emitters)
+    with _no_search_for_cycles():
+        return files_of(derive(robot, functions, give=give, parametric=parametric), emitters)
+
+
+@contextmanager
+def _no_search_for_cycles() -> Iterator[None]:
+    """Leaves out Python's search for unreachable cycles of objects.
+
+    A derivation makes millions of objects that live to its end, and the search through them, again
+    and again, takes a sixth of the time and finds nothing.
+    """
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_enabled:
+            gc.enable()
 
 
 def files_of(derivation: Derivation, emitters: Sequence[Emitter] = EMITTERS) -> dict[str, str]:

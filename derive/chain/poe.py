@@ -1,9 +1,14 @@
 """Product of exponentials: screw axes and home pose of any robot, in exact numbers."""
 
+from functools import lru_cache
+
 import sympy as sp
 
 from ..model.robot import Placement, Robot, Rotation
 from ..model.values import shortened
+
+PLACEMENTS = 1024
+"""Placements whose matrices are kept: more than a robot has, of which each is asked for often."""
 
 
 def to_poe(robot: Robot) -> tuple[sp.ImmutableMatrix, sp.ImmutableMatrix]:
@@ -41,11 +46,16 @@ def to_poe(robot: Robot) -> tuple[sp.ImmutableMatrix, sp.ImmutableMatrix]:
 
 def placement_matrix(placement: Placement) -> sp.Matrix:
     """A constant placement as a homogeneous matrix (4, 4)."""
+    return _matrix_of(placement).as_mutable()
+
+
+@lru_cache(maxsize=PLACEMENTS)
+def _matrix_of(placement: Placement) -> sp.ImmutableMatrix:
     T = sp.eye(4)
     for motion in placement:
         T = T * (_turn(motion) if isinstance(motion, Rotation) else _shift(motion.vector))
         T = T.applyfunc(shortened)
-    return T
+    return sp.ImmutableMatrix(T)
 
 
 def _turn(rotation: Rotation) -> sp.Matrix:

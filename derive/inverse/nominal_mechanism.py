@@ -192,6 +192,8 @@ def lead(
     length: float,
     given: tuple[int, ...] = (),
     closure: LoopClosure | None = None,
+    *,
+    is_position: bool = False,
 ) -> Lead:
     """Leads the solutions of a nominal robot to random poses of the true one.
 
@@ -201,6 +203,7 @@ def lead(
         length: The length (metre) that compares distances with angles.
         given: Indices of the chain's joints whose values follow the pose.
         closure: The equations of loops without a closed form; None for other robots.
+        is_position: Whether it leads to positions, where the turn of a pose plays no part.
     """
     fk, theta = _numbers(hybrid, closure)
     (ik,) = lower([nominal], "nominal")
@@ -212,7 +215,7 @@ def lead(
     if not len(q):
         return Lead(0.0, np.inf)
     is_led, first = np.zeros(len(q), dtype=bool), np.full(len(q), np.inf)
-    weights = np.array([1 / length] * 3 + [1.0] * 3)
+    weights = np.array([1 / length] * 3 + [0.0 if is_position else 1.0] * 3)
     for signs in patterns(nominal) if nominal.signs else [None]:
         inputs = [T.reshape(len(T), 16).T, *(theta(q)[:, k][None] for k in given)]
         if signs is not None:

@@ -43,6 +43,7 @@ class Inverses:
         general: The inverse of a general arm, where the axes have no structure.
         polished: The inverse of an arm that nearly has a structure, where ``solved`` holds that of
             its nominal arm.
+        polished_tasks: Further functions that start from the nominal arm, for other tasks.
     """
 
     classification: Classification
@@ -50,12 +51,13 @@ class Inverses:
     others: tuple[SymbolicFunction, ...] = ()
     general: GeneralInverse | None = None
     polished: WrittenFunction | None = None
+    polished_tasks: tuple[WrittenFunction, ...] = ()
 
     @property
     def written(self) -> tuple[WrittenFunction, ...]:
         """The functions whose C is written by hand over tables of the robot."""
         found = self.polished if self.general is None else self.general.function
-        return () if found is None else (found,)
+        return () if found is None else (found, *self.polished_tasks)
 
     @property
     def missing(self) -> str:

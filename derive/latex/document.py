@@ -20,6 +20,7 @@ from .drawing.region import workspace, workspace_of_loops
 from .inverse.inverse_fragment import inverse, inverse_of_loops
 from .loops.example_of_loops import worked_example_of_loops
 from .loops.legs_fragment import legs
+from .loops.loop_geometry import parametric_of_loops
 from .loops.loop_page import LoopPage
 from .loops.loops_fragment import loops
 from .loops.mechanism_fragment import description
@@ -87,6 +88,7 @@ _OF_LOOPS: Mapping[str, tuple[str, Callable[[LoopPage], str]]] = {
         ),
     ),
     "rates": ("Velocities", rates),
+    "parametric": ("Geometry as variables", lambda page: parametric_of_loops(page.geometry)),
     "platform": ("Platform on legs", platform),
     "legs": ("Platform on legs", legs),
     "example": ("Worked example", worked_example_of_loops),
@@ -177,6 +179,7 @@ def _headings(derivation: Derivation) -> dict[str, str]:
         for name, (heading, _) in _OF_LOOPS.items()
         if (robot.closers or name not in _NEED_LOOPS)
         and (name != "platform" or is_platform(robot))
+        and (name != _NEEDS_GEOMETRY or derivation.geometry is not None)
         and (name != "legs" or _has_legs(derivation))
         and (name != "inverse" or not _has_poses(derivation))
     }

@@ -10,7 +10,7 @@ the ends of the two branches at zero. The scalar equations hold exactly where th
 a plane, points are sums of turning vectors; in space, the poses of both branches are compared.
 """
 
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Literal, NamedTuple
@@ -60,24 +60,38 @@ class LoopEquations:
         kind: ``planar`` where the loop moves in a plane, ``spatial`` where it does not; ``point``
             for a spatial closure that only holds two points together, ``distance`` for a strut on
             balls.
-        factors: The exponentials from the meeting body around the loop and back to it; their
-            product with ``home`` after those of side ``closer`` is 1 where the loop is closed.
-        home: M, (4, 4): the displacement between the branches at zero configuration.
         residual: Named terms that are zero where the loop is closed and independent
             there: differences of points (a less b) or of lengths, and entries of the one frame's
             axes in the other's.
         units: Unit of each, m or 1.
         facing: Named terms that are 1 where the loop is closed and not above 0 where
             the residual is zero for frames that are turned over.
+        exponentials: Makes ``factors`` and ``home``, which few ask for.
     """
 
     loop: Loop
     kind: EquationKind
-    factors: tuple[Factor, ...]
-    home: sp.ImmutableMatrix
     residual: tuple[sp.Expr, ...]
     units: tuple[str, ...]
-    facing: tuple[sp.Expr, ...] = ()
+    facing: tuple[sp.Expr, ...]
+    exponentials: Callable[[], tuple[tuple[Factor, ...], sp.ImmutableMatrix]]
+
+    @cached_property
+    def _around(self) -> tuple[tuple[Factor, ...], sp.ImmutableMatrix]:
+        return self.exponentials()
+
+    @property
+    def factors(self) -> tuple[Factor, ...]:
+        """The exponentials from the meeting body around the loop and back to it.
+
+        Their product with ``home`` after those of side ``closer`` is 1 where the loop is closed.
+        """
+        return self._around[0]
+
+    @property
+    def home(self) -> sp.ImmutableMatrix:
+        """M, (4, 4): the displacement between the branches at zero configuration."""
+        return self._around[1]
 
     @property
     def name(self) -> str:
@@ -256,15 +270,13 @@ class _Constraints:
         linkage = self.linkage_of.get(loop.closer.name)
         residual = self.residual_of(loop)
         kept = [k for k, e in enumerate(residual.entries) if not self._vanishes(loop, e)]
-        factors, home = around(self.terms, loop, linkage)
         return LoopEquations(
             loop,
             residual.kind,
-            factors,
-            home,
             tuple(residual.entries[k] for k in kept),
             tuple(residual.units[k] for k in kept),
             tuple(entry for entry in residual.facing if entry != ONE),
+            partial(around, self.terms, loop, linkage),
         )
 
     def residual_of(self, loop: Loop) -> _Residual:

@@ -82,6 +82,9 @@ class Variable:
 
     number: int
 
+    def __hash__(self) -> int:
+        return self.number
+
 
 Operand = Constant | Input | Variable
 
@@ -93,6 +96,10 @@ class Compute:
     result: Variable
     operation: Operation
     operands: tuple[Operand, ...]
+
+    def __hash__(self) -> int:
+        # Of the statements of a program no two have one result.
+        return self.result.number
 
     @property
     def is_condition(self) -> bool:

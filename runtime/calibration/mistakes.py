@@ -1,8 +1,8 @@
-"""Mistakes in the input that another reading of it corrects: units, signs and columns of joints.
+"""Mistakes in the input that another reading of it corrects: units, signs, columns, quaternions.
 
 The nominal robot fits measurements to a few hundredths of their spread, and the calibrated one far
-better. Where one does not, it is tried with other units, with the sign of a joint turned, and with
-the columns of two joints exchanged.
+better. Where one does not, it is tried with other units, with the sign of a joint turned, with the
+columns of two joints exchanged, and with other readings of orientations.
 """
 
 from __future__ import annotations
@@ -51,34 +51,40 @@ class Mistake(NamedTuple):
     Attributes:
         words: The mistake, as the end of a sentence "it fits better if ...".
         q: (N, n) coordinates without it.
-        factor: By which lengths are multiplied without it.
+        observation: The measurements without it.
+        factor: By which their lengths are multiplied.
     """
 
     words: str
     q: FloatArray
-    factor: float
+    observation: Observation
+    factor: float = 1.0
 
 
-def mistakes(robot: Any, q: FloatArray) -> Iterator[Mistake]:
-    """Other units, joints with the other sign, and pairs of joints exchanged.
+def mistakes(robot: Any, q: FloatArray, measured: Observation) -> Iterator[Mistake]:
+    """Other units, joints with the other sign, pairs of joints exchanged, orientations read anew.
 
     Args:
         robot: The nominal robot.
         q: (N, n) coordinates as they were given.
+        measured: The measurements, likewise.
     """
     names = [coordinate.name for coordinate in robot.coordinates]
     turning = np.array([coordinate.unit == "rad" for coordinate in robot.coordinates])
     for words, factor in _LENGTHS.items():
-        yield Mistake(words, q, factor)
+        yield Mistake(words, q, measured.scaled(factor), factor)
     for words, factor in _ANGLES.items():
-        yield Mistake(words, np.where(turning, factor * q, q), 1.0)
+        yield Mistake(words, np.where(turning, factor * q, q), measured)
     for k, name in enumerate(names):
         signs = np.where(np.arange(len(names)) == k, -1.0, 1.0)
-        yield Mistake(f"the sign of {name} is turned", signs * q, 1.0)
+        yield Mistake(f"the sign of {name} is turned", signs * q, measured)
     for i, j in itertools.combinations(range(len(names)), 2):
         order = list(range(len(names)))
         order[i], order[j] = j, i
-        yield Mistake(f"the columns of {names[i]} and {names[j]} are exchanged", q[:, order], 1.0)
+        words = f"the columns of {names[i]} and {names[j]} are exchanged"
+        yield Mistake(words, q[:, order], measured)
+    for words, otherwise in measured.read_otherwise():
+        yield Mistake(words, q, otherwise)
 
 
 def check_input(
@@ -120,7 +126,7 @@ def check_result(found: Calibration, vary: tuple[str, ...]) -> None:
     if moved < LEAST_SPREAD or rest <= UNEXPLAINED * moved:
         return
     for _, mistake in _ranked(found.robot, found.q, p, found.observation)[:_TRIED]:
-        start = found.observation.scaled(mistake.factor).start(found.robot.fk_p(mistake.q, p))
+        start = mistake.observation.start(found.robot.fk_p(mistake.q, p))
         problem = problem_at(found.robot, mistake.q, start, vary)
         try:
             without = left(problem.solved(problem.x0, robust=True)) / mistake.factor
@@ -135,8 +141,8 @@ def _ranked(
 ) -> list[tuple[float, Mistake]]:
     """Mistakes, and the misfit of the nominal robot without them, the best first."""
     found = [
-        (observation.scaled(m.factor).start(robot.fk_p(m.q, p)).misfit / m.factor, m)
-        for m in mistakes(robot, q)
+        (m.observation.start(robot.fk_p(m.q, p)).misfit / m.factor, m)
+        for m in mistakes(robot, q, observation)
     ]
     return sorted(found, key=lambda pair: pair[0])
 

@@ -138,10 +138,13 @@ def _report(found: Calibration) -> str:
     Args:
         found: A calibration.
     """
+    lengths, used = found.observation.lengths, found.used
+    before, after = (lengths(e)[used].mean() for e in (found.nominal_errors, found.errors))
     units = {item.name: item.unit for item in found.robot.geometry}
     lines = [
         f"{found.robot.name}: {len(found.names)} variables from {len(found.observation.rows)} "
         "measured numbers",
+        f"mean distance before {1e3 * before:.4g} mm, after {1e3 * after:.4g} mm",
         f"error before {found.before:.4g}, after {found.after:.4g} standard deviations; the noise "
         f"is {found.noise:.3g} times the one that was stated",
         "",

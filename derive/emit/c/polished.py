@@ -5,6 +5,8 @@ from collections.abc import Sequence
 
 from ...derivation import Derivation
 from ...inverse.polished_inverse import SOLVER
+from ...inverse.tasks.partial_poses import POSITION_ENTRIES
+from ...inverse.tasks.slots import POSE_SYMBOLS
 from ...model.mechanism import Described
 from ...program.counting import count_operations
 from ...program.programs import Programs
@@ -57,6 +59,7 @@ def _source(derivation: Derivation, function: WrittenFunction, programs: Program
         "LENGTH": length,
         "DEVIATION": deviation,
         "IS_SEARCHED": int(derivation.hybrid is None),
+        "IS_POSITION": int(_is_position(function)),
     }
     alone, *others = (f"#define POLISH_{name} {value}" for name, value in macros.items())
     return "\n".join(
@@ -132,8 +135,25 @@ def _at(array: str, values: Sequence[Argument | Result]) -> list[str]:
     return [f"{array} + {k}" if k else array for k in first]
 
 
+def _is_position(function: WrittenFunction) -> bool:
+    """Whether a position alone is asked for."""
+    return function.role.aims == ("position",)
+
+
 def _call(own: str, function: WrittenFunction) -> list[str]:
-    """The lines that collect the inputs, which results may overlap, and call the solver."""
+    """The lines that collect the inputs, which results may overlap, and call the solver.
+
+    A position is that of a pose whose other entries play no part.
+    """
+    if _is_position(function):
+        (p,) = function.inputs
+        places = [POSE_SYMBOLS.index(entry) for entry in POSITION_ENTRIES]
+        placed = (f"[{place}] = {p.name}[{k}]" for k, place in enumerate(places))
+        results = ", ".join(result.name for result in function.outputs)
+        return [
+            f"  const double in[{len(POSE_SYMBOLS)}] = {{{', '.join(placed)}}};",
+            f"  {own}_polished(in, {results});",
+        ]
     lines = [f"  double in[{sum(argument.size for argument in function.inputs)}];"]
     first = offsets([argument.size for argument in function.inputs])
     for k, argument in zip(first, function.inputs, strict=True):

@@ -32,6 +32,7 @@ from ..tasks.slots import POSE_SYMBOLS, function_of, pose_argument, pose_residua
 from ..tasks.task import Solved, TaskInput
 from .loop_sides import actuators_on_sides, settled_choices
 from .substitution import substituted
+from .translating_tool import of_position_alone, position_task, still_axes
 from .translation import Translating, actuators_of, translating
 
 IDENTITY = "fk(q[k]) = T wherever residual[k] is rounding"
@@ -143,6 +144,9 @@ def _of_nominal(
     if not _holds(hybrid, solved, found):
         return None
     length = exact.classification.lines.length or 1.0
+    axes = still_axes(design)
+    if axes is not None:
+        solved = replace(solved, function=of_position_alone(solved.function, axes))
     leads = lead(hybrid, solved.function, length, found.given, closure)
     if leads.share < LED:
         return None
@@ -155,11 +159,15 @@ def _of_nominal(
         1 / TURN if c.kind == "revolute" and abs(hybrid.terms.value(c.ratio)) == 1 else 0.0
         for c in hybrid.mechanism.coordinates
     )
-    polished = led_from(solved.function, turns, length, leads.deviation)
+    tasks = []
+    if axes is not None:
+        near = lead(hybrid, solved.function, length, found.given, closure, is_position=True)
+        tasks.append(position_task(led_from(solved.function, turns, length, near.deviation)))
     return Inverses(
         replace(exact.classification, found=nearly, missing=""),
         {start.function.name: start},
-        polished=polished,
+        polished=led_from(solved.function, turns, length, leads.deviation),
+        polished_tasks=tuple(tasks),
     )
 
 

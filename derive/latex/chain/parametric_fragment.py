@@ -1,23 +1,18 @@
 r"""The fragment of the parametric functions: the vector p, the pose, its derivative by p."""
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import groupby
 
 import sympy as sp
 
-from ...model.geometry import Geometry, GeometryParameter
+from ...model.geometry import Geometry
 from ...model.placements import Placement, Rotation, Translation
-from ..setting import names
 from ..setting.layout import aligned, broken, flowed
 from ..setting.notation import LENGTH
 from ..setting.page import Page, sentence, text
-from ..setting.printer import Printer, number
+from ..setting.printer import Printer
 from ..setting.transforms import factors
-from . import tables
+from .parameter_table import parameter_table
 
-_FEW = 2
-"""Most symbols of a run that are all written."""
 _COLUMNS = r"""Every elementary motion $m$ of these products is a turn or a shift by a value $v_m$,
 and has a screw: with $e_m$ its axis and $r_m$ its place in base axes, and $r$ the place of the
 tool,"""
@@ -69,7 +64,7 @@ def parametric(page: Page) -> str:
         sentence(
             "The parametric functions take the geometry as a vector $p$ of"
             rf" ${len(found.parameters)}$ numbers, nominally zero where no value is given:",
-            _table(found, printer),
+            parameter_table(found.parameters, printer),
         ),
         _product(page, found, printer),
         sentence(_COLUMNS, _SCREWS, _SUM, " ".join(_BY_PART[part] for part in parts)),
@@ -83,45 +78,6 @@ def _printer(page: Page, found: Geometry) -> Printer:
     tex |= {tau: rf"\tau_{{{k}}}" for k, tau in enumerate(found.torques, 1)}
     order = {p.symbol: (LENGTH, (k,)) for k, p in enumerate(found.parameters)}
     return Printer(tex, order)
-
-
-def _table(found: Geometry, printer: Printer) -> str:
-    """A row for each part of the base, a joint and the tool; values other than 0 are given."""
-    items = sorted(found.parameters, key=_order(found))
-    rows = [list(run) for _, run in groupby(items, key=_place)]
-    columns: list[tables.Column] = [
-        ("$p$", [_range(row, printer) for row in rows]),
-        ("of", [names.escape(row[0].of) for row in rows]),
-        ("part", [row[0].part for row in rows]),
-        ("numbers", [", ".join(_number(item) for item in row) for row in rows]),
-    ]
-    return tables.tabular(columns, repeated=2)
-
-
-def _place(item: GeometryParameter) -> tuple[str, str]:
-    return item.of, item.part
-
-
-def _order(found: Geometry) -> Callable[[GeometryParameter], tuple[int, int]]:
-    """Sorts parameters by parts of the robot from base to tool, then by their numbers in p."""
-    joints = {item.of: k for k, item in reversed(list(enumerate(found.parameters)))}
-    parts = {_place(item): k for k, item in reversed(list(enumerate(found.parameters)))}
-    return lambda item: (joints[item.of], parts[_place(item)])
-
-
-def _range(row: Sequence[GeometryParameter], printer: Printer) -> str:
-    """The symbols of a row, the first and the last of a run."""
-    tex = [printer.tex(item.symbol) for item in row]
-    indices = [int(item.symbol.name[1:]) for item in row]
-    if len(row) > _FEW and indices == list(range(indices[0], indices[-1] + 1)):
-        return rf"${tex[0]}, \dots, {tex[-1]}$"
-    return ", ".join(f"${symbol}$" for symbol in tex)
-
-
-def _number(item: GeometryParameter) -> str:
-    """The name of a number within its part, with its value unless that is zero."""
-    name = names.parameter(item.name.removeprefix(f"{item.of}_"))
-    return f"${name}$" if item.value == 0 else f"${name} = {number(item.value)}$"
 
 
 def _product(page: Page, found: Geometry, printer: Printer) -> str:

@@ -42,13 +42,27 @@ def inverse_of_loops(page: LoopPage) -> str:
         return _written(chain, of_chain, {})
     if not _has_slides(chain, found):
         # The nominal robot's chain, where that of the robot as built has no structure.
-        return text(_written(chain, found, {}).rstrip(), _sides_of_loops(found))
+        return text(
+            _written(chain, found, {}).rstrip(), _sides_of_loops(found), _position_task(found)
+        )
     actuators = {q.name: shown for q, shown in zip(page.hybrid.q, page.q, strict=True)}
     return text(
         "Loops keep part of the main chain from turning, so that this part shifts the rest like"
         " slides; their lengths are found first.",
         _written(chain, found, actuators).rstrip(),
         "The actuators of the joints above follow from them as in the solution of the loops.",
+        _position_task(found),
+    )
+
+
+def _position_task(found: Inverses) -> str:
+    """The task of a position alone, where the nominal robot does not turn its tool."""
+    if not found.polished_tasks:
+        return ""
+    names = in_words([rf"\texttt{{{escape(task.name)}}}" for task in found.polished_tasks])
+    return (
+        f"The nominal robot does not turn its tool, and the true one by little: {names} asks for"
+        " the position alone, from the same starts."
     )
 
 

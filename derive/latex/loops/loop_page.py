@@ -10,6 +10,8 @@ from ...derivation import Derivation, derive
 from ...inverse.serial_inverse import Inverses
 from ...loops.checks.dead_values import DeadValues, dead_values
 from ...loops.hybrid import Hybrid
+from ...loops.parametric.mechanism_geometry import MechanismGeometry
+from ...model.geometry import Geometry
 from ...model.mechanism import Mechanism
 from ...terms.symbolic_function import SymbolicFunction
 from ...terms.terms import Terms
@@ -34,6 +36,7 @@ class LoopPage:
         letters: The symbols of intermediate results.
         inverse: The inverse of the robot; None where its derivation has none.
         functions: The functions that are derived as formulas.
+        geometry: The geometry as variables; None where there are no parametric functions.
     """
 
     mechanism: Mechanism
@@ -44,6 +47,7 @@ class LoopPage:
     letters: Letters
     inverse: Inverses | None
     functions: tuple[SymbolicFunction, ...]
+    geometry: MechanismGeometry | None = None
 
     @classmethod
     def of(cls, derivation: Derivation) -> "LoopPage":
@@ -56,8 +60,10 @@ class LoopPage:
         chain = Page.of(printed, symbols.theta, len(mechanism.coordinates))
         letters = Letters(chain.equations.notation, symbols)
         inverse, functions = derivation.inverse, derivation.functions
+        skeleton, geometry = derivation.skeleton, derivation.geometry
+        assert not isinstance(geometry, Geometry)
         return cls(
-            *(mechanism, hybrid, derivation.skeleton, chain, symbols, letters, inverse, functions)
+            *(mechanism, hybrid, skeleton, chain, symbols, letters, inverse, functions, geometry)
         )
 
     @property

@@ -144,6 +144,11 @@ def _loop(mechanism: Mechanism, closer: Closure | Strut) -> Loop:
 
 def linkages(mechanism: Mechanism, terms: Terms) -> tuple[list[Linkage], list[Loop]]:
     """The planar linkages of a mechanism, and the loops that are not planar."""
+    planar, spatial = terms.once(("linkages", mechanism), lambda: _linkages(mechanism, terms))
+    return [*planar], [*spatial]
+
+
+def _linkages(mechanism: Mechanism, terms: Terms) -> tuple[list[Linkage], list[Loop]]:
     planar: list[_PlanarLoop] = []
     spatial: list[Loop] = []
     for loop in loops(mechanism):

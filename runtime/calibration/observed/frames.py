@@ -22,8 +22,6 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-BoolArray = NDArray[np.bool_]
-
 _FIRST_ROUNDS = 4
 """Alternations from each of 24 rotations; those with the least error go on."""
 _FINISHED = 6
@@ -62,12 +60,13 @@ def register_points(T: FloatArray, measured: FloatArray) -> Registration:
         measured: (N, m, 3) positions of m targets in the device's frame [m], NaN where a target was
             not seen.
     """
-    screened = [_alternated(T, measured, R, _FIRST_ROUNDS) for R in _cube_rotations()]
-    screened.sort(key=lambda found: found.error)
-    finished = (
-        _alternated(T, measured, found.T_W_base[:3, :3], _ROUNDS) for found in screened[:_FINISHED]
-    )
-    return min(finished, key=lambda found: found.error)
+    alternation = _Alternation(T, measured)
+    screened = alternation.from_rotations(np.array(_cube_rotations()), _FIRST_ROUNDS)
+    best = np.argsort(screened.error, kind="stable")[:_FINISHED]
+    finished = alternation.from_rotations(screened.R[best], _ROUNDS)
+    k = int(np.argmin(finished.error))
+    frame = _pose(finished.R[k], finished.shift[k])
+    return Registration(frame, finished.points[k], float(finished.error[k]))
 
 
 def register_poses(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -147,48 +146,64 @@ def mean_pose(T: FloatArray, measured: FloatArray) -> FloatArray:
     )
 
 
-def _alternated(T: FloatArray, measured: FloatArray, R: FloatArray, rounds: int) -> Registration:
-    """Targets and shift from the rotation, then the rotation from them, in turns."""
-    seen = np.asarray(np.isfinite(measured).all(-1))
-    axes, origin = T[:, :3, :3], T[:, :3, 3]
-    before = np.inf
-    for _ in range(rounds):
-        points = _targets(axes, origin, np.where(seen[..., None], measured @ R, 0), seen)
-        placed = origin[:, None] + np.einsum("nij,mj->nmi", axes, points)
-        a, b = measured[seen], placed[seen]
-        a_mean, b_mean = a.mean(0), b.mean(0)
-        R = _rotation((a - a_mean).T @ (b - b_mean))
-        shift = a_mean - R @ b_mean
-        error = float(np.sqrt(((b @ R.T + shift - a) ** 2).sum(-1).mean()))
-        if error > _SETTLED * before:
-            break
-        before = error
-    return Registration(_pose(R, shift), points, error)
+class _Fits(NamedTuple):
+    """k registrations side by side: rotations (k, 3, 3), shifts, targets (k, m, 3), errors (k,)."""
+
+    R: FloatArray
+    shift: FloatArray
+    points: FloatArray
+    error: FloatArray
 
 
-def _targets(
-    axes: FloatArray, origin: FloatArray, turned: FloatArray, seen: BoolArray
-) -> FloatArray:
-    """Targets x_j in the tool's frame with R_i x_j + p_i + c = y_ij, by normal equations.
+class _Alternation:
+    """Targets and shift from the rotation, then the rotation from them, in turns.
 
-    Args:
-        axes: (N, 3, 3) the R_i.
-        origin: (N, 3) the p_i.
-        turned: (N, m, 3) measured positions in axes parallel to the base's, 0 where unseen.
-        seen: (N, m) whether they were measured.
+    The targets x_j with R_i x_j + p_i + c = R^T y_ij have the same normal equations at each
+    rotation R, with the nominal orientations R_i and origins p_i.
     """
-    m = turned.shape[1]
-    A, right = np.zeros((3 * m + 3, 3 * m + 3)), np.zeros(3 * m + 3)
-    for j in range(m):
-        own, there = slice(3 * j, 3 * j + 3), seen[:, j]
-        apart = turned[there, j] - origin[there]
-        A[own, own] = there.sum() * np.eye(3)
-        A[own, -3:] = axes[there].sum(0).T
-        A[-3:, own] = axes[there].sum(0)
-        A[-3:, -3:] += there.sum() * np.eye(3)
-        right[own] = np.einsum("nij,ni->j", axes[there], apart)
-        right[-3:] += apart.sum(0)
-    return np.asarray(np.linalg.lstsq(A, right)[0][:-3].reshape(m, 3))
+
+    def __init__(self, T: FloatArray, measured: FloatArray) -> None:
+        """Takes nominal poses (N, 4, 4) and positions (N, m, 3), NaN where unseen."""
+        seen = np.isfinite(measured).all(-1)
+        index, self.target = np.nonzero(seen)
+        self.count = measured.shape[1]
+        self.axes, self.origin = T[index, :3, :3], T[index, :3, 3]
+        self.measured = measured[seen]
+        rows = np.zeros((len(index), 3, self.count + 1, 3))
+        rows[np.arange(len(index)), :, self.target] = self.axes
+        rows[:, :, -1] = np.eye(3)
+        self.solve = np.linalg.pinv(rows.reshape(3 * len(index), -1))
+
+    def from_rotations(self, R: FloatArray, rounds: int) -> _Fits:
+        """The registrations behind some rounds, from rotations (k, 3, 3) that stop as they settle.
+
+        A target that was never seen is at the tool's origin.
+        """
+        k = len(R)
+        found = _Fits(R, np.zeros((k, 3)), np.zeros((k, self.count, 3)), np.full(k, np.inf))
+        moving = np.arange(k)
+        for _ in range(rounds):
+            after = self._round(found.R[moving])
+            settled = after.error > _SETTLED * found.error[moving]
+            for kept, new in zip(found, after, strict=True):
+                kept[moving] = new
+            moving = moving[~settled]
+            if not len(moving):
+                break
+        return found
+
+    def _round(self, R: FloatArray) -> _Fits:
+        """One round from rotations (k, 3, 3)."""
+        k = len(R)
+        apart = (self.measured @ R - self.origin).reshape(k, -1)
+        points = (apart @ self.solve.T).reshape(k, -1, 3)[:, :-1]
+        placed = self.origin + np.einsum("nij,knj->kni", self.axes, points[:, self.target])
+        middle, there = placed.mean(1), self.measured.mean(0)
+        products = (self.measured - there).T @ (placed - middle[:, None])
+        R = np.array([_rotation(product) for product in products])
+        shift = there - np.einsum("kij,kj->ki", R, middle)
+        left = placed @ R.swapaxes(1, 2) + shift[:, None] - self.measured
+        return _Fits(R, shift, points, np.sqrt((left**2).sum(-1).mean(-1)))
 
 
 def _rotation(matrix: FloatArray) -> FloatArray:

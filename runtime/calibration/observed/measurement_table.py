@@ -7,10 +7,13 @@
     q1 [deg], ..., q6 [deg], x [mm], y [mm], z [mm], rx [deg], ry [deg], rz [deg]
     q1 [deg], ..., q6 [deg], x [mm], y [mm], z [mm], qw, qx, qy, qz
 
-Commas, semicolons or tabs separate the columns, which stand in any order. Coordinates are called by
+Commas, semicolons, tabs or, where no heading has one, spaces separate the columns, which stand in
+any order. Coordinates are called by
 the robot's names, or q, theta, joint, axis, j or a and a number; coordinates of several targets x1,
 x_1, p1_x, target_1_x and so on. A unit stands in brackets, or behind an underscore or a space:
-"q1 [deg]", "q1_deg", "theta1 (deg)", "x mm". The fifth form gives poses by rotation vectors, or by
+"q1 [deg]", "q1_deg", "theta1 (deg)", "x mm"; or in a row of units below the header. Where no angle
+has a unit, or no position, numbers that are far too large for radians are degrees, and those too
+large for metres millimetres. The fifth form gives poses by rotation vectors, or by
 `roll`, `pitch` and `yaw`; the sixth by quaternions. A column of stations goes with all forms of
 positions. Empty cells of a position mean that the target
 was not seen. Blank lines, and lines that start with "#" or "%", are left out; so are other columns.
@@ -34,6 +37,7 @@ from numpy.typing import NDArray
 from ... import screws
 from ...errors import InputValueError
 from .observations import Observation, Poses, Positions
+from .quaternions import rotations
 from .stations import Stations
 
 FloatArray = NDArray[np.float64]
@@ -51,6 +55,7 @@ UNITS = {
     "°": ("rad", math.pi / 180),
 }
 _WORDS = {
+    "grad": "deg",  # in a German header
     "degree": "deg",
     "degrees": "deg",
     "radian": "rad",
@@ -68,13 +73,23 @@ _WORDS = {
 _AXES = ("x", "y", "z")
 _TURNS = (("rx", "ry", "rz"), ("roll", "pitch", "yaw"))
 _QUATERNION = ("qw", "qx", "qy", "qz")
+_COMPONENT = re.compile(r"(?:q|quat|quaternion)[_ .]?([wxyz])")
+_ROUNDED = 0.02
+"""Difference of a quaternion's length, in parts of it, that two decimals leave."""
 _HEADING = re.compile(r"\s*([^\[\](]+?)\s*(?:[\[(]\s*([^\])]+?)\s*[\])])?\s*")
 _SUFFIX = re.compile(rf"(.+?)[_ ]({'|'.join(UNITS)})")
-_JOINT = re.compile(r"(?:q|theta|joint|axis|j|a)[_ ]?(\d+)")
+_JOINT = re.compile(
+    r"(?:q|theta|joint|axis|achse|gelenk|j|a)[_ ]?(\d+)(?:[_ .](?:pos|position|angle|act|actual))?"
+)
+_TURN = 2 * math.pi
+"""Largest joint angle [rad]: larger numbers without a unit are degrees."""
+_HALL = 20.0
+"""Largest distance [m] from a device: larger numbers without a unit are millimetres."""
 _TARGET = (
     re.compile(r"([xyz])[_ ]?(\d+)"),
     re.compile(r"(?:target|point|marker|smr|p|t|m)[_ ]?(\d+)[_ .]?([xyz])"),
 )
+_POSITION = re.compile(r"[xyz]\d*")
 _WHICH = ("target", "marker", "point", "smr", "ball")
 _COMMENT = ("#", "%")
 _STATION = "station"
@@ -115,17 +130,42 @@ def read_measurements(file: str | Path, robot: Any) -> Measured:
     ]
     if not lines:
         raise InputValueError(f"{path}: empty; expected a header and a row for each measurement")
-    separator = next((mark for mark in ";\t" if mark in lines[0][1]), ",")
-    cells = list(csv.reader((line for _, line in lines), delimiter=separator))
+    separator = next((mark for mark in ";\t," if mark in lines[0][1]), "")
+    cells = _cells([line for _, line in lines], separator)
     _check_header(path, cells[0])
     rows = [(number, line) for (number, _), line in zip(lines[1:], cells[1:], strict=True)]
+    if rows and _is_units(rows[0][1]):
+        paired = zip(cells[0], rows.pop(0)[1], strict=False)
+        cells[0] = [f"{name} [{_bare(unit)}]" if unit.strip() else name for name, unit in paired]
     if not rows:
         raise InputValueError(f"{path}: a header and no rows; expected one for each measurement")
-    table = _Table(path, _columns(path, cells[0], robot), rows, "," if separator != "," else ".")
+    decimal = "," if separator in ("", ";", "\t") else "."
+    table = _with_units(_Table(path, _columns(path, cells[0], robot), rows, decimal), robot)
     q = np.stack([table.numbers(*_column_of(table, robot, k)) for k in range(robot.n)], -1)
     for number, line in rows:
         _check_length(path, number, line, len(cells[0]))
     return _observation(table, q)
+
+
+def _cells(lines: Sequence[str], separator: str) -> list[list[str]]:
+    """The cells of each line; spaces separate them where all lines have equally many."""
+    words = [line.split() for line in lines]
+    if not separator and len(words[0]) > 1 and len({len(cells) for cells in words}) == 1:
+        return words
+    return list(csv.reader(lines, delimiter=separator or ",", skipinitialspace=True))
+
+
+def _bare(unit: str) -> str:
+    """A unit without its brackets."""
+    return unit.strip().strip("[]()").strip()
+
+
+def _is_units(line: Sequence[str]) -> bool:
+    """Whether a line holds units and nothing else."""
+    words = [_bare(cell).lower() for cell in line if cell.strip()]
+    return any(word in UNITS for word in words) and all(
+        word in (*UNITS, *_WORDS, "-", "1") for word in words
+    )
 
 
 def _decoded(content: bytes) -> str:
@@ -202,9 +242,9 @@ class _Table(NamedTuple):
         if kind == "1":
             return 1.0
         expected = [word for word, (of, _) in UNITS.items() if of == kind]
-        unit = _WORDS.get(unit.lower(), unit)
+        found = f"unit {unit!r}" if unit else "no unit"
+        unit = _WORDS.get(unit.lower(), unit.lower())
         if unit not in expected:
-            found = f"unit {unit!r}" if unit else "no unit"
             raise InputValueError(
                 f"{self.path}: column {name!r} has {found}; expected '{name} [{expected[0]}]' or "
                 f"another of {', '.join(expected)}"
@@ -250,6 +290,8 @@ def _plain(heading: str) -> str:
     small = heading.lower()
     if joint := _JOINT.fullmatch(small):
         return f"q{int(joint[1])}"
+    if component := _COMPONENT.fullmatch(small):
+        return f"q{component[1]}"
     if target := _TARGET[0].fullmatch(small):
         return f"{target[1]}{int(target[2])}"
     if target := _TARGET[1].fullmatch(small):
@@ -257,12 +299,44 @@ def _plain(heading: str) -> str:
     return "target" if small in _WHICH else small
 
 
+def _with_units(table: _Table, robot: Any) -> _Table:
+    """The table, with units of angles or of positions that no column of their kind states."""
+    turning = [k for k in range(robot.n) if robot.coordinates[k].unit == "rad"]
+    angles = [name for k in turning if (name := _name_of(table, robot, k))]
+    places = [name for name in table.columns if _POSITION.fullmatch(name)]
+    found = dict(table.columns)
+    for names, most, unit in ((angles, _TURN, "deg"), (places, _HALL, "mm")):
+        if any(found[name].unit for name in names):
+            continue
+        largest = max((abs(v) for name in names for v in _plain_numbers(table, name)), default=0.0)
+        if largest > most:
+            found |= {name: found[name]._replace(unit=unit) for name in names}
+    return table._replace(columns=found)
+
+
+def _plain_numbers(table: _Table, name: str) -> FloatArray:
+    """The numbers of a column as they stand; cells that are none are left out."""
+    column = table.columns[name].number
+    cells = (line[column] for _, line in table.rows if column < len(line))
+    values = (cell.strip().replace(table.decimal, ".") for cell in cells)
+    return np.array([float(value) for value in values if _is_finite(value)])
+
+
+def _is_finite(cell: str) -> bool:
+    return _is_number(cell) and math.isfinite(float(cell))
+
+
+def _name_of(table: _Table, robot: Any, k: int) -> str:
+    """The name of the column of a coordinate; "" where there is none."""
+    first = 0 if "q0" in table.columns else 1
+    names = (robot.coordinates[k].name, f"q{k + first}")
+    return next((name for name in names if name in table.columns), "")
+
+
 def _column_of(table: _Table, robot: Any, k: int) -> tuple[str, str]:
     coordinate = robot.coordinates[k]
-    first = 0 if "q0" in table.columns else 1
-    for name in (coordinate.name, f"q{k + first}"):
-        if name in table.columns:
-            return name, coordinate.unit
+    if name := _name_of(table, robot, k):
+        return name, coordinate.unit
     raise InputValueError(
         f"{table.path}: no column for coordinate {coordinate.name!r}; expected "
         f"'{coordinate.name} [{'deg' if coordinate.unit == 'rad' else 'mm'}]' or 'q{k + 1} [...]'; "
@@ -319,11 +393,7 @@ def _stations(table: _Table) -> IntArray:
 
 def _orientations(table: _Table) -> FloatArray | None:
     if set(_QUATERNION) <= table.columns.keys():
-        w, x, y, z = (table.numbers(name, "1") for name in _QUATERNION)
-        size = np.sqrt(w * w + x * x + y * y + z * z)
-        vector = np.stack([x, y, z], -1) / size[:, None]
-        angle = 2 * np.arctan2(np.linalg.norm(vector, axis=-1), w / size)
-        return screws.exp_rotation(vector * _over(angle, np.linalg.norm(vector, axis=-1))[:, None])
+        return rotations(_quaternions(table))
     for names in _TURNS:
         if set(names) <= table.columns.keys():
             turns = np.stack([table.numbers(name, "rad") for name in names], -1)
@@ -334,9 +404,18 @@ def _orientations(table: _Table) -> FloatArray | None:
     return None
 
 
-def _over(angle: FloatArray, sine: FloatArray) -> FloatArray:
-    """Angle over the sine of its half; 2 where both are 0."""
-    return np.divide(angle, sine, out=np.full_like(angle, 2.0), where=sine > 0)
+def _quaternions(table: _Table) -> FloatArray:
+    """(rows, 4) the quaternions w, x, y, z, all of one length."""
+    found = np.stack([table.numbers(name, "1") for name in _QUATERNION], -1)
+    size = np.linalg.norm(found, axis=-1)
+    usual = float(np.median(size))
+    k = int(np.argmax(np.abs(size - usual)))
+    if not abs(size[k] - usual) < _ROUNDED * usual:
+        raise InputValueError(
+            f"{table.path}, line {table.rows[k][0]}: the quaternion has the length {size[k]:.3g}, "
+            f"and others have {usual:.3g}; are other columns called qw, qx, qy and qz?"
+        )
+    return found
 
 
 def _long(table: _Table, q: FloatArray) -> Measured:

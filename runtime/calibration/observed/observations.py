@@ -8,6 +8,7 @@ A row is what may be wrong as a whole: a pose, or the position of a target.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import ClassVar, NamedTuple, Self
 
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 
 from ... import screws
 from .frames import mean_pose, register_points, register_poses, targets_at
+from .quaternions import quaternions, rotations
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -24,6 +26,10 @@ IntArray = NDArray[np.intp]
 SMALL = 1e-3
 """A small length [m] and angle [rad]: the standard deviations where none is given, and the scale in
 which variables are compared."""
+
+_XYZW = "quaternions are written x, y, z, w, not w, x, y, z"
+_WXYZ = "quaternions are written w, x, y, z, not x, y, z, w"
+_TURNED_BACK = "orientations are those of the device in the probe's frame, not of the probe"
 
 
 class Start(NamedTuple):
@@ -103,6 +109,10 @@ class Observation(ABC):
     @abstractmethod
     def scaled(self, factor: float) -> Self:
         """The measurements with all lengths times a factor."""
+
+    def read_otherwise(self) -> Iterator[tuple[str, Self]]:
+        """Other readings of the same numbers, each behind the words that name the mistake."""
+        return iter(())
 
     @abstractmethod
     def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
@@ -269,6 +279,18 @@ class Poses(Observation):
         scale = np.ones((4, 4))
         scale[:3, 3] = factor
         return replace(self, T=scale * self.T)
+
+    def read_otherwise(self) -> Iterator[tuple[str, Self]]:
+        """Quaternions with their components in another order, and orientations turned back."""
+        R = self.T[:, :3, :3]
+        for words, turned in (
+            (_XYZW, rotations(np.roll(quaternions(R), 1, axis=-1))),
+            (_WXYZ, rotations(np.roll(quaternions(R), -1, axis=-1))),
+            (_TURNED_BACK, R.swapaxes(1, 2)),
+        ):
+            T = self.T.copy()
+            T[:, :3, :3] = turned
+            yield words, replace(self, T=T)
 
     def start(self, T: FloatArray) -> Start:
         """By :func:`register_poses`."""

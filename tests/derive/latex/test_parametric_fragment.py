@@ -58,6 +58,21 @@ def test_the_fragment_is_there_on_demand(sagging):
     assert r"+ p_{37} \tau_{1}" in text
 
 
+@pytest.mark.skipif(PDFLATEX is None, reason="pdflatex is not installed")
+def test_loops_of_any_geometry_are_printed(tmp_path):
+    derived = derive(load(ROBOTS / "five_bar.toml"), ["fk", "fk_p"])
+    written = fragments(derived)
+    text, count = written["parametric.tex"], len(derived.geometry.parameters)
+    assert f"${count}$ numbers" in text
+    assert rf"p_{{{count}}}" in text
+    assert r"\mathit{length} = 0.3" in text
+    assert "parametric.tex" not in fragments(derive(derived.robot, ["fk"]))
+    (tmp_path / FOLDER).mkdir()
+    for name, own in written.items():
+        (tmp_path / FOLDER / name).write_text(own)
+    compiled(tmp_path, "article", document(derived))
+
+
 TOKEN = re.compile(r"([RT])_\{?([xyz])\}?\(([^()]*)\)|(T)\(([^()]*)\)")
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 import pytest
+import scipy.optimize
 from derivations import ROBOTS
 from numpy.testing import assert_allclose
 
@@ -294,14 +295,56 @@ def test_a_gantry_whose_second_rails_are_iterated_has_its_inverse(tmp_path):
     np.testing.assert_allclose(found.q[:, 0], q, rtol=0, atol=SAME)
 
 
-def test_a_delta_finds_the_motors_of_a_position(tmp_path):
-    """Its platform turns as built, so that a position is all that can be asked for."""
-    functions = ["fk", "fk_jacobian_mixed", "hessian_mixed"]
-    write(calibrated("delta", 5), tmp_path, functions, emitters=CALLED)
-    robot, q = chasles.load(tmp_path), postures("delta", 5)
-    found = robot.ik_numeric(robot.fk(q), weights=(1, 1, 1, 0, 0, 0))
-    assert found.success.all()
-    np.testing.assert_allclose(robot.fk(found.q)[:, :3, 3], robot.fk(q)[:, :3, 3], atol=2e-9)
+@pytest.fixture(scope="module")
+def built_delta(tmp_path_factory):
+    """A delta whose platform turns a little, as its rods are not of one length."""
+    folder = tmp_path_factory.mktemp("built") / "delta"
+    write(calibrated("delta", 5), folder, ["fk", "ik", "ik_position"], emitters=CALLED)
+    return chasles.load(folder)
+
+
+def test_a_delta_as_built_finds_its_own_poses(built_delta):
+    q = postures("delta", 5)
+    T = built_delta.fk(q)
+    assert np.abs(T[:, :3, :3] - np.eye(3)).max() > 1e-3
+    found = built_delta.ik(T)
+    assert found.valid.any(1).all()
+    assert_allclose(np.abs(found.q - q[:, None]).max(-1).min(-1), 0, atol=SAME)
+    # The turn of the design is no pose of the robot as built.
+    T[:, :3, :3] = np.eye(3)
+    assert not built_delta.ik(T).valid.any()
+
+
+def test_a_delta_as_built_finds_the_motors_of_a_position(built_delta):
+    q = postures("delta", 5)
+    p = built_delta.fk(q)[:, :3, 3]
+    found = built_delta.ik_position(p)
+    assert_allclose(np.abs(found.q - q[:, None]).max(-1).min(-1), 0, atol=SAME)
+    reached = built_delta.fk(found.q[found.valid])[:, :3, 3]
+    assert_allclose(reached, np.repeat(p, found.valid.sum(1), 0), atol=1e-12)
+    assert not built_delta.ik_position([0.0, 0.0, 0.5]).valid.any()
+    way = np.linspace(q[0], q[0] + 0.1, 20)
+    path = built_delta.ik_path(built_delta.fk(way), seed=q[0], task="position")
+    assert_allclose(path.q, way, atol=SAME)
+
+
+def test_positions_of_a_delta_as_built_lose_no_branch(built_delta):
+    """All solutions that SciPy finds from random starts."""
+    random = np.random.default_rng(1)
+    p = built_delta.fk(postures("delta", 5)[:4])[:, :3, 3]
+    found = built_delta.ik_position(p)
+    for at, q, valid in zip(p, found.q, found.valid, strict=True):
+
+        def missed(x, at=at):
+            return np.nan_to_num(built_delta.fk(x[None])[0, :3, 3] - at, nan=1.0)
+
+        starts = random.uniform(-3, 3, (40, 3))
+        roots = [scipy.optimize.root(missed, x, tol=1e-13).x for x in starts]
+        roots = [x for x in roots if np.abs(missed(x)).max() < 1e-10]
+        turns = 2 * np.pi
+        apart = [np.abs((x - q[valid] + np.pi) % turns - np.pi).max(-1) for x in roots]
+        assert_allclose(np.min(apart, 1), 0, atol=1e-6)
+        assert {int(np.argmin(a)) for a in apart} == set(range(valid.sum()))
 
 
 def test_the_article_prints_the_inverse_of_the_design_that_leads():

@@ -45,6 +45,7 @@ def test_positions_of_unknown_targets(arm, truth):
     found = identify(arm, truth.q, measured_positions(arm, truth, random))
     assert len(found.names) == 4 * 6 + 9
     assert not found.redundant
+    assert found.freedoms == 3 * 3 * 60 - len(found.names)
     after, before = held_back(arm, truth, found, random)
     assert 20 * after < before
     assert 0.9 < found.noise < 1.1
@@ -159,3 +160,31 @@ def test_the_report(arm, truth):
     assert "33 variables from 540 measured numbers" in text
     assert "shoulder_pan_shift_x" in text
     assert "target3_z" in text
+
+
+def test_tolerances_beside_no_noise_leave_a_covariance(arm, truth):
+    """The weight of tolerances is the noise, which must not vanish."""
+    tolerances = {"offset": 0.02, "axis": 1e-3}
+    exact = Positions(truth.positions(arm, truth.q), NOISE[0])
+    found = identify(arm, truth.q, exact, vary=("offset", "axis"), tolerances=tolerances)
+    assert np.isfinite(found.covariance).all()
+    assert (found.std > 0).all()
+    assert found.after < 1e-2
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+@pytest.mark.parametrize("turned", [1.0, 0.3])
+def test_frames_are_found_whatever_they_are(count, turned):
+    """Exact positions leave no error, from every orientation of the device and small turns too."""
+    for seed in range(30):
+        random = np.random.default_rng(seed)
+        T = screws.exp(random.normal(size=(20, 6)) * [1, 1, 1, turned, turned, turned])
+        T_W_base = screws.exp(random.normal(size=6) * 2)
+        targets = random.uniform(-0.2, 0.2, (count, 3))
+        placed = T[:, None, :3, 3] + np.einsum("nij,mj->nmi", T[:, :3, :3], targets)
+        points = placed @ T_W_base[:3, :3].T + T_W_base[:3, 3]
+        points[0, 0] = np.nan
+        found = register_points(T, points)
+        assert_allclose(found.T_W_base, T_W_base, atol=1e-9)
+        assert_allclose(found.points, targets, atol=1e-9)
+        assert found.error < 1e-9

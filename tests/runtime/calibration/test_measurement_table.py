@@ -78,6 +78,20 @@ def test_poses(arm, write, form):
     assert_allclose(found.T, T, atol=1e-14)
 
 
+def test_quaternions_by_other_names_and_of_unlike_lengths(arm, write):
+    T = screws.exp(np.random.default_rng(2).normal(size=(5, 6)))
+    rows = [
+        [*np.degrees(q), *pose[:3, 3], *turns(pose[:3, :3], "")[1]]
+        for q, pose in zip(Q, T, strict=True)
+    ]
+    names = ["Quat_w", "quaternion x", "q_y", "qz"]
+    header = [*HEADER, "x [m]", "y [m]", "z [m]", *names]
+    assert_allclose(read_measurements(write(header, rows), arm).observation.T, T, atol=1e-14)
+    rows[3][-1] = 7.0
+    with pytest.raises(InputValueError, match=r"line 5: the quaternion has the length 7.* have 2"):
+        read_measurements(write(header, rows), arm)
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -168,6 +182,7 @@ CELLS = [
     for q, x in zip(np.degrees(Q), 1e3 * SEEN, strict=True)
 ]
 TABLE = "\n".join(map(",".join, [[*HEADER, *PLACES], *CELLS]))
+BARE, ROWS = "q1,q2,q3,q4,q5,q6,x,y,z", [",".join(row) for row in CELLS]
 
 
 @pytest.mark.parametrize(
@@ -178,6 +193,14 @@ TABLE = "\n".join(map(",".join, [[*HEADER, *PLACES], *CELLS]))
         (TABLE.replace("deg", "°"), "cp1252"),
         (TABLE.replace("deg", "degrees").replace("mm", "millimetres"), "utf-8"),
         (TABLE.replace(",", ";").replace(".", ","), "utf-8"),
+        (TABLE.replace("deg", "Grad").replace("q", "Achse "), "utf-8"),
+        (TABLE.replace(" [deg]", "_actual [deg]"), "utf-8"),
+        (TABLE.replace(" [deg]", "").replace(" [mm]", ""), "utf-8"),
+        (TABLE.replace(" [deg]", ""), "utf-8"),
+        (TABLE.replace(" [deg]", "").replace(" [mm]", "").replace(",", "  "), "utf-8"),
+        (TABLE.replace(",", " , ").replace("q1 [deg]", '"q1 [deg]"'), "utf-8"),
+        ("\n".join([BARE, ",".join(["deg"] * 6 + ["mm"] * 3), *ROWS]), "utf-8"),
+        ("\n".join([BARE, ",".join(["[Deg]"] * 6 + ["(mm)"] * 3), *ROWS]), "utf-8"),
     ],
 )
 def test_tables_as_other_programs_write_them(arm, tmp_path, written, encoding):
@@ -195,6 +218,10 @@ def test_tables_as_other_programs_write_them(arm, tmp_path, written, encoding):
         (TABLE.replace(",", "|"), "one column.*commas, semicolons or tabs"),
         (TABLE.replace(".", ","), "line 2: 18 cells and 9 columns"),
         (TABLE.rpartition(",")[0], r"line 6: 'z' is empty"),
+        # 0.1 mm without a unit may be as many metres, and one column has none beside others.
+        (TABLE.replace("z [mm]", "z"), "column 'z' has no unit"),
+        ("\n".join([BARE, *(",".join(["0.5"] * 9) for _ in range(5))]), "'q1' has no unit"),
+        (TABLE.replace("x [mm],y [mm],z [mm]", "x,y,z [mm],qw,qx,qy,qz"), "'x' has no unit"),
     ],
 )
 def test_tables_of_another_form_are_named(arm, tmp_path, written, expected):

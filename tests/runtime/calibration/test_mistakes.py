@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 from measured_arms import drawn
+from scipy.spatial.transform import Rotation
 
-from chasles.calibration import Positions, identify
+from chasles import screws
+from chasles.calibration import Poses, Positions, identify
+from chasles.calibration.observed.quaternions import quaternions, rotations
 from chasles.errors import InputValueError
 
 NOISE = 2e-5
@@ -95,3 +98,45 @@ def test_another_robot(loaded):
     other = random.uniform(-1, 1, truth.q.shape)
     result = found(robot, other, truth.positions(robot, truth.q))
     assert any("mm remain after the identification" in said for said in result.doubts)
+
+
+def as_quaternions(R):
+    """Unit quaternions w, x, y, z by SciPy, an oracle of our conversion."""
+    return Rotation.from_matrix(R).as_quat(scalar_first=True)
+
+
+@pytest.mark.parametrize(
+    ("misread", "said"),
+    [
+        (
+            lambda R: Rotation.from_quat(np.roll(as_quaternions(R), -1, -1), scalar_first=True),
+            "are written x, y, z, w, not w, x, y, z",
+        ),
+        (
+            lambda R: Rotation.from_quat(np.roll(as_quaternions(R), 1, -1), scalar_first=True),
+            "are written w, x, y, z, not x, y, z, w",
+        ),
+        (
+            lambda R: Rotation.from_matrix(R.swapaxes(1, 2)),
+            "are those of the device in the probe's frame",
+        ),
+    ],
+)
+def test_orientations_that_are_misread(loaded, misread, said):
+    robot = loaded("puma560")
+    for seed in range(5):
+        truth = drawn(robot, seed, zero=0.02, count=40)
+        T = truth.poses(robot, truth.q) @ screws.exp([0.1, 0.2, -0.1, 0.4, 1.0, 0.2])
+        assert identify(robot, truth.q, Poses(T, (NOISE, NOISE))).doubts == ()
+        T[:, :3, :3] = misread(T[:, :3, :3]).as_matrix()
+        with pytest.raises(InputValueError, match=said):
+            identify(robot, truth.q, Poses(T, (NOISE, NOISE)))
+
+
+def test_quaternions_are_those_of_scipy():
+    R = Rotation.random(500, random_state=0).as_matrix()
+    R[:4] = np.eye(3), np.diag([1.0, -1, -1]), np.diag([-1.0, 1, -1]), np.diag([-1.0, -1, 1])
+    found = quaternions(R)
+    assert np.abs(np.abs((found * as_quaternions(R)).sum(-1)) - 1).max() < 1e-14
+    assert np.abs(rotations(found) - R).max() < 1e-14
+    assert np.abs(rotations(-3 * found) - R).max() < 1e-14

@@ -18,6 +18,7 @@
  *                              (chasles_general_solutions.h) tells what branches are unsure of
  *   POLISH_IS_SEARCHED         whether to look around where branches are unsure: not in a robot
  * with loops, where a nominal solution may be on a branch that the true loops do not have
+ *   POLISH_IS_POSITION         whether the position of a pose is asked for and its turn is not
  *   POLISH_ON_LANES            whether chasles_lanes.h was included before: a branch a lane
  *
  * Newton's step from q is dq = J^T (J J^T + lambda 1)^-1 e, with e the twist from the tool to the
@@ -187,6 +188,7 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
 #undef POLISH_DEVIATION
 #undef POLISH_IS_GENERAL
 #undef POLISH_IS_SEARCHED
+#undef POLISH_IS_POSITION
 #undef POLISH_GENERAL
 #undef POLISH_ON_LANES
 #undef POLISH_ROWS

@@ -61,6 +61,12 @@ POLISH_INLINE void POLISH_NAME(compare)(const double *T, POLISH_NAME(configurati
     /* The axis times twice the tangent of half the angle, bounded near half a turn. */
     const lanes factor = 2.0 / POLISH_MAX(trace + 1.0, POLISH_HALF_TURN);
     c->cost = distance2 * (1.0 / (POLISH_LENGTH * POLISH_LENGTH));
+#if POLISH_IS_POSITION
+    for (int i = 0; i < 3; i++)
+        c->e[3 + i] = POLISH_OF(0.0);
+    c->residual2 = distance2;
+    return;
+#endif
     for (int i = 0; i < 3; i++) {
         c->e[3 + i] = factor * w[i];
         c->cost += c->e[3 + i] * c->e[3 + i];
@@ -78,17 +84,18 @@ POLISH_INLINE void POLISH_NAME(evaluate)(const double *T, POLISH_NAME(configurat
     POLISH_NAME(compare)(T, c);
 }
 
-/* The Jacobian, with lengths in parts of the arm's and without the coordinates that are given. */
+/* The Jacobian, with lengths in parts of the arm's and without the coordinates that are given. Its
+ * angular rows are zero where a position alone is asked for. */
 POLISH_INLINE void POLISH_NAME(weighted)(const POLISH_NAME(configurations) * c,
                                          lanes (*J)[POLISH_N])
 {
     static const double is_free[] = POLISH_FREE;
+    const double scale[2] = {1.0 / POLISH_LENGTH, POLISH_IS_POSITION ? 0.0 : 1.0};
     POLISH_UNROLL
     for (int i = 0; i < 6; i++) {
         POLISH_UNROLL
         for (int k = 0; k < POLISH_N; k++)
-            J[i][k] =
-                c->at[16 + POLISH_N * i + k] * (i < 3 ? is_free[k] / POLISH_LENGTH : is_free[k]);
+            J[i][k] = c->at[16 + POLISH_N * i + k] * (is_free[k] * scale[i / 3]);
     }
 }
 

@@ -1,0 +1,44 @@
+r"""The fragment of the parametric functions of a robot with loops: p, its loops and derivatives."""
+
+from ...loops.parametric.mechanism_geometry import MechanismGeometry
+from ..chain.parameter_table import parameter_table
+from ..setting.page import sentence, text
+from ..setting.printer import Printer
+
+_LOOPS = r"""With $u$ the values of the passive joints and cylinders, $f(q, u, p) = 0$ the equations
+of the loops, and $T(q, u, p)$ the pose of the tool along the main chain, both as products over the
+same joints as in the sections above with the corrections $p$ in their places, Newton's iteration
+\begin{align*}
+u \leftarrow u - \left(\frac{\partial f}{\partial u}\right)^{-1} f(q, u, p)
+\end{align*}
+starts at the posture of the nominal robot at $q$, and \texttt{fk\_p} is $T$ where it ends."""
+_SLOPES = r"""With $\mathcal{S}_x$ the twist of the tool by the rate of $x$, the others at rest, the
+theorem of the implicit function gives
+\begin{align*}
+J_p = \mathcal{S}_p - L \frac{\partial f}{\partial p}, \qquad
+J_q = \mathcal{S}_q - L \frac{\partial f}{\partial q}, \qquad
+L = \mathcal{S}_u \left(\frac{\partial f}{\partial u}\right)^{-1},
+\end{align*}
+where $J_p$ is \texttt{identification\_jacobian} and $J_q$ is \texttt{jacobian\_p}. $L$ takes six
+linear systems, however many numbers $p$ has."""
+
+
+def parametric_of_loops(geometry: MechanismGeometry | None) -> str:
+    """The table of p, how the loops are closed at any geometry, and the derivatives.
+
+    Args:
+        geometry: The geometry as variables; None where there are no parametric functions.
+    """
+    if geometry is None:
+        return ""
+    found = geometry.parameters
+    printer = Printer({p.symbol: f"p_{{{k}}}" for k, p in enumerate(found, 1)}, {})
+    return text(
+        sentence(
+            "The parametric functions take the geometry as a vector $p$ of"
+            rf" ${len(found)}$ numbers, nominally zero where no value is given:",
+            parameter_table(found, printer),
+        ),
+        _LOOPS,
+        _SLOPES,
+    )
