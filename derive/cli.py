@@ -181,6 +181,9 @@ def derive(
     if orphans:
         _stop(f"{folder}: no description for {', '.join(orphans)}")
     if not good:
+        if len(due) == 1 and not check:
+            # Its own error has said why.
+            raise typer.Exit(1)
         _stop("derive again what is out of date" if check else "some robots failed")
     count = f"{len(due)} robot{'s' if len(due) > 1 else ''}"
     done = "compared" if check else f"written to {folder}"
