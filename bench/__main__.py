@@ -30,7 +30,7 @@ from .measures import derivation, frames, scenes, studies
 from .peers.forward import absent
 from .plans import FULL, QUICK, SECTIONS, without_slow_builds
 from .report import Plan, out, records, save, tables
-from .robustness import attempts, built_robots, open_loops
+from .robustness import attempts, built_robots, open_loops, single_errors
 
 DERIVATION = "derivation"
 ARMS = 50
@@ -60,7 +60,9 @@ COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {
     "mechanisms": lambda o: mechanism_branches.run(o.count, o.first),
     "loops": lambda o: loop_numbers.run(o.count),
     "mutants": lambda o: cleaned_files.run(o.urdfs, o.count, o.first),
-    "as_built": lambda o: built_robots.run(o.draws, o.first),
+    "as_built": lambda o: (
+        built_robots.run(o.draws, o.first) if o.once is None else single_errors.run(o.once)
+    ),
     "least_squares": lambda o: open_loops.run(o.draws, o.first),
     "robust": lambda o: attempts.run(o.folder, o.files, o.derived, o.arms, o.seed),
 }
@@ -167,6 +169,8 @@ def _add_sweeps(commands: Any) -> None:
     built = commands.add_parser("as_built", help="a robot with loops as built, derived and judged")
     built.add_argument("--draws", type=int, default=100, help="number of draws")
     built.add_argument("--first", type=int, default=0, help="number of the first draw")
+    alone = "each error alone instead, of these robots; of all with loops if none is named"
+    built.add_argument("--once", nargs="*", metavar="ROBOT", help=alone)
     open_ = commands.add_parser("least_squares", help="overconstrained loops that cannot close")
     open_.add_argument("--draws", type=int, default=60, help="number of draws")
     open_.add_argument("--first", type=int, default=0, help="number of the first draw")

@@ -185,6 +185,9 @@ def derive(
     if orphans:
         _stop(f"{folder}: no description for {', '.join(orphans)}")
     if not good:
+        if len(due) == 1 and not check:
+            # Its own error has said why.
+            raise typer.Exit(1)
         _stop("derive again what is out of date" if check else "some robots failed")
     done = "compared" if check else f"written to {folder}"
     out.print(f"{_counted(due)} {done}, {time.perf_counter() - started:.1f} s")

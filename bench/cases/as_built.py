@@ -1,5 +1,6 @@
 """Robots with loops as they are built: every length of some loops off by a little."""
 
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -66,6 +67,84 @@ BOARD_INSTALLER = frozenset(
 
 UPRIGHT = Rotation("x", sp.pi / 2)
 """From z to -y, about which the arm of the board installer turns."""
+
+
+LONGER = sp.Rational(2, 10_000)
+"""Metre; a length that is off alone."""
+TILT = Rotation("x", sp.pi / 1800)
+"""A tenth of a degree, of an axis that is off alone."""
+Value = Callable[[sp.Expr], sp.Expr]
+
+
+def single_errors(mechanism: Mechanism) -> Iterator[tuple[str, Mechanism]]:
+    """A mechanism with each of its errors alone, by name, and at last with all of them.
+
+    Each length of a placement or a rod, zeros left out, is longer by 0.2 mm, and each axis of a
+    joint is turned by 0.1 degrees.
+    """
+    lengths: list[sp.Expr] = []
+
+    def listed(value: sp.Expr) -> sp.Expr:
+        lengths.append(value)
+        return value
+
+    _with_lengths(mechanism, listed)
+    for k, value in enumerate(lengths):
+        if value != 0:
+            yield f"length {k}, {value}", _with_lengths(mechanism, _longer({k: LONGER}))
+    joints = [joint.name for joint in mechanism.joints if joint.kind != "fixed"]
+    for name in joints:
+        yield f"axis of {name}", _tilted(mechanism, {name})
+    # Of both signs, so that parts do not stay in proportion.
+    signs = np.random.default_rng(0).choice((-1, 1), len(lengths)).tolist()
+    all_off = {k: s * LONGER for k, (s, x) in enumerate(zip(signs, lengths, strict=True)) if x != 0}
+    spoilt = _with_lengths(mechanism, _longer(all_off))
+    yield "all lengths", spoilt
+    yield "all lengths and axes", _tilted(spoilt, set(joints))
+
+
+def _longer(off: dict[int, sp.Rational]) -> Value:
+    """Adds to lengths by their number, in the order in which they are met."""
+    met = iter(range(10_000))
+    return lambda value: value + off.get(next(met), 0)
+
+
+def _with_lengths(mechanism: Mechanism, of: Value) -> Mechanism:
+    """A mechanism with other lengths of placements and rods, each met once."""
+
+    def moved(placement: Placement) -> Placement:
+        return tuple(
+            replace(part, vector=tuple(map(of, part.vector)))
+            if isinstance(part, Translation)
+            else part
+            for part in placement
+        )
+
+    def end(frame: Frame) -> Frame:
+        return replace(frame, placement=moved(frame.placement))
+
+    return replace(
+        mechanism,
+        joints=tuple(
+            replace(j, before=moved(j.before), after=moved(j.after)) for j in mechanism.joints
+        ),
+        closures=tuple(replace(c, a=end(c.a), b=end(c.b)) for c in mechanism.closures),
+        struts=tuple(
+            replace(s, a=end(s.a), b=end(s.b), length=s.length if s.is_cylinder else of(s.length))
+            for s in mechanism.struts
+        ),
+    )
+
+
+def _tilted(mechanism: Mechanism, names: set[str]) -> Mechanism:
+    """A mechanism with some axes turned."""
+    return replace(
+        mechanism,
+        joints=tuple(
+            replace(joint, before=(*joint.before, TILT)) if joint.name in names else joint
+            for joint in mechanism.joints
+        ),
+    )
 
 
 def on_links(mechanism: Mechanism, axis: Placement = ()) -> Mechanism:

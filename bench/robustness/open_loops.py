@@ -1,9 +1,9 @@
 """``python -m bench least_squares``: mechanisms with joints off their places, in least squares.
 
 Rods on pins become links, every joint and closure is moved by up to 0.5 mm and turned by up to
-2 mrad about each axis, and the loops are closed in least squares. A draw is judged beside SciPy's
-``least_squares`` on gaps in numbers that the compiler has no part in, by its derivatives beside
-differences, and by its ways back: ``actuators`` of its chain, and ``ik`` of its poses.
+2 mrad about each axis, and the loops are closed in least squares. A draw is judged beside the
+posture that exact derivatives of gaps give which the compiler has no part in, by its derivatives
+beside differences, and by its ways back: ``actuators`` of its chain, and ``ik`` of its poses.
 """
 
 import tempfile
@@ -13,14 +13,13 @@ from itertools import cycle, islice
 from pathlib import Path
 
 import numpy as np
-from scipy.optimize import least_squares
 
 import chasles
 from chasles.derive import Mechanism, load, write
 from chasles.derive.emit.languages import EMITTERS
-from chasles.derive.model.mechanism import Strut
 from chasles.derive.model.robot import Placement
 
+from ..accuracy.least_gaps import LeastGaps
 from ..accuracy.multi_start import Multistart
 from ..cases.as_built import UPRIGHT, on_links, out_of_plane
 from ..report import out
@@ -40,7 +39,7 @@ FUNCTIONS = (
 )
 C_ALONE = ("c", "python")
 POSES, JUDGED = 100, 10
-"""Configurations of a draw, and those that SciPy solves too."""
+"""Configurations of a draw, and those that are solved by exact derivatives too."""
 STEP = 1e-6
 """Radian and metre, of central differences."""
 BARS = {"closure": 1e-9, "slope": 1e-6, "rate": 1e-6, "back": 1e-9, "lost": 0.0, "open": 0.0}
@@ -51,7 +50,7 @@ class Judged:
     """A draw.
 
     Attributes:
-        closure: Largest difference of a joint from SciPy's least sum of squares (radian, metre).
+        closure: Largest difference of a joint from the least sum of squares (radian, metre).
         slope: Largest error of the derivative of the configuration.
         rate: Of the accelerations of the main chain at unit rates.
         back: Largest difference of coordinates after the way to the main chain and back.
@@ -91,7 +90,7 @@ def judged(number: int) -> Judged:
         open_, q = float((~held).sum()), q[held]
         v = rng.uniform(-1, 1, q.shape)
         return Judged(
-            _beside_scipy(robot, Multistart(mechanism), q[:JUDGED]),
+            _beside_least(robot, Multistart(mechanism), q[:JUDGED]),
             _slope(robot, q, v),
             _rate(robot, q, v),
             _back(robot, q),
@@ -108,49 +107,11 @@ def _around(robot: chasles.Robot, rng: np.random.Generator) -> np.ndarray:
     return robot.reference.q + 0.1 * span * rng.uniform(-1, 1, (POSES, robot.n))
 
 
-def _beside_scipy(robot: chasles.Robot, numbers: Multistart, q: np.ndarray) -> float:
+def _beside_least(robot: chasles.Robot, numbers: Multistart, q: np.ndarray) -> float:
     names = [variable.name for variable in robot.configuration_variables]
-    fixed = [names.index(name) for name in numbers.actuated]
-    free = [k for k, name in enumerate(names) if k not in fixed and name in _members(numbers)]
-    worst = 0.0
-    for z in robot.configuration(q):
-
-        def gaps(x: np.ndarray, z: np.ndarray = z) -> np.ndarray:
-            at = z.copy()
-            at[free] = x
-            return _gaps(numbers, dict(zip(names, at, strict=True)))
-
-        start = z[free] + 1e-3
-        found = least_squares(gaps, start, "3-point", xtol=1e-15, ftol=1e-15, gtol=1e-15)
-        worst = max(worst, float(np.abs(found.x - z[free]).max()))
-    return worst
-
-
-def _members(numbers: Multistart) -> set[str]:
-    return {*numbers.joints, *numbers.cylinders}
-
-
-def _gaps(numbers: Multistart, values: dict[str, float]) -> np.ndarray:
-    """What is left of all loops: metres, and entries of rotations times the size.
-
-    A strut holds its length, as pins out of parallel leave it no more.
-    """
-    size = float(f"{numbers.size:.3g}")
-    parts = []
-    for closer in numbers.mechanism.closers:
-        A, B = (
-            numbers.body(frame.body, values) @ numbers.pose(frame.placement)
-            for frame in (closer.a, closer.b)
-        )
-        d = B[:3, 3] - A[:3, 3]
-        if isinstance(closer, Strut):
-            length = numbers.number(closer.length) + values.get(closer.name, 0.0)
-            parts.append([np.linalg.norm(d) - length])
-            continue
-        if closer.kind != "pin":
-            raise NotImplementedError(closer.kind)
-        parts += [d, size * (A[:3, :2].T @ B[:3, 2])]
-    return np.concatenate(parts)
+    oracle = LeastGaps(numbers, names, numbers.actuated)
+    apart = (oracle.least(z) - z[oracle.free] for z in robot.configuration(q))
+    return max(float(np.abs(of).max()) for of in apart)
 
 
 def _slope(robot: chasles.Robot, q: np.ndarray, v: np.ndarray) -> float:

@@ -179,7 +179,8 @@ class Lead:
 
     Attributes:
         share: Of random configurations, those to which Newton's iteration leads.
-        deviation: The largest error of the start of those (radian, parts of the length).
+        deviation: The largest error of the start of those, or distance of their poses from what
+            the nominal robot reaches (radian, parts of the length).
     """
 
     share: float
@@ -220,8 +221,10 @@ def lead(
         inputs = [T.reshape(len(T), 16).T, *(theta(q)[:, k][None] for k in given)]
         if signs is not None:
             inputs.append(np.repeat(np.array(signs, dtype=float)[:, None], len(T), 1))
-        start = np.array(ik(*inputs)[0]).T
-        begin = _error(fk(start)[0], T, weights)
+        start, residual = (np.array(result).T for result in ik(*inputs)[:2])
+        # A robot of few freedoms as built leaves the poses that its design reaches.
+        missed = residual[:, 0] / max(length, 1.0)
+        begin = np.fmax(_error(fk(start)[0], T, weights), missed)
         found = _led(fk, T, start, weights, held)
         back = np.abs(found - q).max(-1) < LED_BACK * max(length, 1.0)
         first = np.where(back, np.fmin(first, begin), first)

@@ -48,6 +48,7 @@ _OF_ANGLES = frozenset({"sin", "cos", "tan"})
 _TO_ANGLES = frozenset({"atan", "atan2"})
 _KINDS = {dict: "a table", type(None): "nothing"}
 KNOWN = "numbers, pi, parameters, + - * / **, " + ", ".join(_FUNCTIONS)
+_WITH_UNIT = re.compile(r"[-+]?[0-9.]+ *(m|cm|mm|in|inch|rad|deg|degrees)")
 EXPECTED = f"a number or an expression of {KNOWN}"
 MOST_NAMED = 8
 RESERVED = frozenset({"pi", *_FUNCTIONS})
@@ -190,6 +191,8 @@ class _Reader:
         try:
             tree = ast.parse(self.text, mode="eval")
         except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+            if _WITH_UNIT.fullmatch(self.text):
+                raise NotExact("a number with a unit; the file's field 'units' names it") from error
             raise NotExact(f"not {EXPECTED}") from error
         if _nesting(tree.body) > MOST_NESTED:
             raise NotExact(f"more than {MOST_NESTED} functions and powers inside each other")

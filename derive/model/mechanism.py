@@ -185,8 +185,8 @@ class Mechanism:
         tool_frame: Name of the tool frame.
         parameters: The named lengths and angles that the placements use.
         reference: Values of coordinates and joints at the configuration that selects the branch,
-            zero where none is given, and for a cylinder with both limits the middle of them.
-            Those of passive joints need only be near.
+            zero where none is given, and for a cylinder with both limits, or a joint whose limits
+            exclude zero, the middle of them. Those of passive joints need only be near.
         notes: Changes and assumptions made while the description was read.
         transmissions: The laws of coordinates whose drives do not run true.
         closure: Whether loops of pins that are not quite in a plane are closed in least squares.
@@ -348,13 +348,20 @@ class Mechanism:
         return dict(self.reference).get(name, sp.S.Zero)
 
     def _middles(self) -> Iterator[tuple[str, sp.Expr]]:
-        """The middle of the limits of each cylinder that the reference leaves out."""
+        """The middle of the limits of each cylinder that the reference leaves out.
+
+        Joints have it too where their limits exclude zero.
+        """
         given = {name for name, _ in self.reference}
         given |= {drive.joint for drive in self.drives if drive.name in given}
         for strut in self.struts:
             low, high = strut.limits
             if low is not None and high is not None and strut.name not in given:
                 yield strut.name, exact((low + high) / 2)
+        for joint in self.joints:
+            low, high = joint.limits
+            if low is not None and high is not None and low * high > 0 and joint.name not in given:
+                yield joint.name, exact((low + high) / 2)
 
     def _check_bodies(self) -> None:
         seen = {self.base_frame}

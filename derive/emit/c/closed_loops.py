@@ -8,6 +8,7 @@ import numpy as np
 from ...derivation import Derivation
 from ...loops.iterated.closure_equations import LoopClosure
 from ...loops.iterated.iterated_functions import FROM_CHAIN, SOLVER
+from ...model.mechanism import Described
 from ...terms.symbolic_function import WrittenFunction
 from .expressions import WIDTH, number
 from .header import notice, signature, support
@@ -62,6 +63,38 @@ def _source(
             *functions,
         ]
     )
+
+
+def pose_from_seed(
+    robot: Described, closure: LoopClosure, pose: WrittenFunction, name: str
+) -> list[str]:
+    """A function for pose and Jacobian from a configuration w nearby, behind the file of the loops.
+
+    Args:
+        robot: The robot.
+        closure: The equations of its loops.
+        pose: The function ``fk_jacobian_mixed``, which goes on from the reference.
+        name: The function's name; its arguments are q, w, T and J.
+    """
+    own = f"{robot.name}_loops"
+    solved = [
+        f"{own}_closed s;",
+        "memcpy(s.w, w, sizeof s.w);",
+        "if (w[0] == w[0])",
+        f"    {own}_near(q, &s);",
+        "if (s.w[0] != s.w[0])",
+        f"    {own}_at(q, &s);",
+        "memcpy(w, s.w, sizeof s.w);",
+    ]
+    T, J = (result.name for result in pose.outputs)
+    body = _Bodies(robot.name, own, closure)
+    return [
+        "/* From w, or from the reference where w is NaN or too far away; w becomes that at q. */",
+        f"static void {name}(const double *q, double *w, double *{T}, double *{J})",
+        "{",
+        *(f"  {line}" for line in [*solved, *body.of(pose)[len(body.solved()) :]]),
+        "}\n",
+    ]
 
 
 def _macros(robot: str, own: str, closure: LoopClosure) -> list[str]:
@@ -142,7 +175,7 @@ class _Bodies:
         """The statements of a function, by its name."""
         name = function.name
         if name in self.sizes:
-            return [*self._solved(), *self._every(name, function.outputs[0].name)]
+            return [*self.solved(), *self._every(name, function.outputs[0].name)]
         if name.removesuffix("_D_q") in self.sizes:
             return self._slope(name.removesuffix("_D_q"), function.outputs[0].name)
         return self._others(function)[name](function)
@@ -177,7 +210,7 @@ class _Bodies:
 
     # --- parts ---
 
-    def _solved(self, given: str = "q") -> list[str]:
+    def solved(self, given: str = "q") -> list[str]:
         return [f"{self.own}_closed s;", f"{self.own}_at({given}, &s);"]
 
     def _every(self, kind: str, result: str) -> list[str]:
@@ -213,7 +246,7 @@ class _Bodies:
     def _slope(self, kind: str, result: str) -> list[str]:
         table, size = self.sizes[kind]
         return [
-            *self._solved(),
+            *self.solved(),
             f"double all[{self.all * self.q}];",
             f"{self.own}_factored(&s);",
             f"{self.own}_all_D_q(&s, all);",
@@ -223,12 +256,12 @@ class _Bodies:
     def _posed(self, function: WrittenFunction) -> list[str]:
         (result,) = function.outputs
         call = self._called(function.calls[0], "theta", result.name)
-        return [*self._solved(), *self._theta(), call]
+        return [*self.solved(), *self._theta(), call]
 
     def _jacobian(self, function: WrittenFunction) -> list[str]:
         (result,) = function.outputs
         return [
-            *self._solved(),
+            *self.solved(),
             *self._theta(),
             *self._w_D_q(),
             f"double J_theta[{6 * self.n}];",
@@ -239,7 +272,7 @@ class _Bodies:
     def _fk_jacobian(self, function: WrittenFunction) -> list[str]:
         T, J = function.outputs
         return [
-            *self._solved(),
+            *self.solved(),
             *self._theta(),
             *self._w_D_q(),
             f"double J_theta[{6 * self.n}];",
@@ -251,7 +284,7 @@ class _Bodies:
         (result,) = function.outputs
         rate, jacobian = function.calls[:2]
         return [
-            *self._solved(),
+            *self.solved(),
             *self._theta(),
             *self._w_D_q(),
             *self._bent("qd"),
@@ -277,7 +310,7 @@ class _Bodies:
         own, jacobian = function.calls[:2]
         n, q = self.n, self.q
         return [
-            *self._solved(),
+            *self.solved(),
             *self._theta(),
             *self._w_D_q(),
             f"double theta_q_q[{n * q * q}], w_q_dot[{self.w * q}], wd[{self.w}];",
@@ -298,7 +331,7 @@ class _Bodies:
         (result,) = function.outputs
         is_second = "qdd" in [argument.name for argument in function.inputs]
         lines = [
-            *self._solved(),
+            *self.solved(),
             f"double wd[{self.w}];",
             f"{self.own}_factored(&s);",
             f"{self.own}_rates(&s, qd, wd);",
@@ -316,7 +349,7 @@ class _Bodies:
 
     def _margin(self, function: WrittenFunction) -> list[str]:
         (result,), (given,) = function.outputs, function.inputs
-        return [*self._solved(given.name), f"{result.name}[0] = {self.own}_margin(&s);"]
+        return [*self.solved(given.name), f"{result.name}[0] = {self.own}_margin(&s);"]
 
     # --- the actuators from the main chain ---
 
@@ -332,11 +365,11 @@ class _Bodies:
         ]
 
     def _actuators(self, function: WrittenFunction) -> list[str]:
-        return [*self._solved("theta"), *self._driven("s.w", 1, function.outputs[0].name)]
+        return [*self.solved("theta"), *self._driven("s.w", 1, function.outputs[0].name)]
 
     def _actuators_slope(self, function: WrittenFunction) -> list[str]:
         return [
-            *self._solved("theta"),
+            *self.solved("theta"),
             f"double w_theta[{self.w * self.q}];",
             f"{self.own}_factored(&s);",
             f"{self.own}_w_D_q(&s, w_theta);",
@@ -347,7 +380,7 @@ class _Bodies:
         """Rates and accelerations of the actuators."""
         (result,) = function.outputs
         rates = [
-            *self._solved("theta"),
+            *self.solved("theta"),
             f"double wd[{self.w}];",
             f"{self.own}_factored(&s);",
             f"{self.own}_rates(&s, thetad, wd);",

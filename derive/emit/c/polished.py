@@ -12,6 +12,7 @@ from ...program.counting import count_operations
 from ...program.programs import Programs
 from ...terms.symbolic_function import Argument, Result, SymbolicFunction, Table, WrittenFunction
 from .batch import loads
+from .closed_loops import pose_from_seed
 from .expressions import WIDTH, number
 from .header import notice, signature, support
 from .lanes import kernel, offsets, sizes
@@ -67,6 +68,7 @@ def _source(derivation: Derivation, function: WrittenFunction, programs: Program
             notice(robot),
             *_posed(robot, own, pose, programs, alone),
             *others,
+            *_seeded(derivation, own, pose),
             *_general_lines(derivation, function),
             '#include "chasles_polish.h"\n',
             *textwrap.wrap(signature(robot.name, function), WIDTH, subsequent_indent="    "),
@@ -101,6 +103,20 @@ def _posed(
         "#else",
         *one_by_one,
         "#endif",
+    ]
+
+
+def _seeded(
+    derivation: Derivation, own: str, pose: SymbolicFunction | WrittenFunction
+) -> list[str]:
+    """The pose from a configuration of the loops nearby, where these are iterated."""
+    closure = derivation.closure
+    if not isinstance(pose, WrittenFunction) or closure is None:
+        return ["#define POLISH_SEEDS 0"]
+    return [
+        f"#define POLISH_SEEDS {len(closure.names)}",
+        f"#define POLISH_FROM_SEED(q, w, at) {own}_from_seed(q, w, at, at + 16)\n",
+        *pose_from_seed(derivation.robot, closure, pose, f"{own}_from_seed"),
     ]
 
 

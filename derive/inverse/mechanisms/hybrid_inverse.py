@@ -62,7 +62,7 @@ def hybrid_inverses(
     return (
         exact
         if exact.solved
-        else _by_nominal(hybrid, families, give, closure) or _unled(hybrid, exact)
+        else _by_nominal(hybrid, families, give, closure) or _unled(hybrid, exact, give)
     )
 
 
@@ -111,13 +111,21 @@ def _by_nominal(
     return None
 
 
-def _unled(hybrid: Hybrid, exact: Inverses) -> Inverses:
-    """No inverse, and what that has to do with the nominal robot."""
+def _unled(hybrid: Hybrid, exact: Inverses, give: tuple[int, ...]) -> Inverses:
+    """No inverse, and what that has to do with the nominal robot.
+
+    Where joints are asked to be given, it is these that leave none.
+    """
     nominal, missing = hybrid.mechanism.nominal, exact.classification.missing
     attempts = exact.classification.attempts
     if nominal is not None:
         why = f"no inverse of the nominal robot {nominal.name!r} leads to it"
-    elif hybrid.mechanism.closers and missing and (attempts or len(hybrid.theta) > len(hybrid.q)):
+    elif (
+        not give
+        and hybrid.mechanism.closers
+        and missing
+        and (attempts or len(hybrid.theta) > len(hybrid.q))
+    ):
         why = 'if it is as built, nominal = "<file>" names the robot as designed'
     else:
         return exact

@@ -173,6 +173,7 @@ def test_nothing_is_evaluated() -> None:
         ("zz", "unknown parameter 'zz'; declared are a, b, d1"),
         ("a.real", "'a.real' is not understood; there are numbers, pi, parameters"),
         ("1 +", "not a number or an expression of numbers, pi, parameters"),
+        ("120 mm", "a number with a unit; the file's field 'units' names it"),
         ("1/0", "division by zero"),
         ("sqrt(-2)", "not a real number"),
         ("9**99", "an exponent must be a fraction of numbers up to 12"),

@@ -133,6 +133,24 @@ def test_the_branch_is_kept_far_outside_the_limits(robot):
     assert np.isfinite(z[~reached]).all(-1).sum() <= 1
 
 
+def test_no_configuration_is_beyond_a_singularity(robot):
+    """Many are near one, where Newton's iteration contracts onto the other branch as well."""
+    if robot.name == "redundant":
+        pytest.skip("without a determinant")
+    names = [v.name for v in robot.configuration_variables]
+    actuated = [names.index(c.name) for c in robot.coordinates]
+    unknown = np.setdiff1d(np.arange(len(names)), actuated)
+
+    def sense(q):
+        z = robot.configuration(q)
+        D = robot.constraint_D_z(z[np.isfinite(z).all(-1)])
+        return np.sign(np.linalg.det(D[..., unknown]))
+
+    found = sense(coordinates(robot, 5000, wide=5.0))
+    assert 200 < len(found) < 5000
+    assert (found == sense(np.array(robot.reference.q)[None])).all()
+
+
 def test_derivatives(robot):
     q = coordinates(robot, 20)
     qd, qdd = np.random.default_rng(1).normal(size=(2, *q.shape))

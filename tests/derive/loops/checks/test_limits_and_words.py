@@ -120,3 +120,14 @@ def test_a_reference_that_moved_far_is_told():
         "reference: coupler is -7.704 deg in the file, and -63.05 deg where the loops close at "
         "crank = 90 deg"
     )
+
+
+def test_a_joint_whose_limits_exclude_zero_starts_between_them():
+    def start(low, high, reference=()):
+        robot = limited("four_bar", crank=(low, high))
+        return replace(robot, reference=reference).reference_of("crank")
+
+    assert start("pi/3", "2*pi/3") == sp.pi / 2
+    assert start("-2", "-1") == sp.Rational(-3, 2)
+    assert start("-1", "1") == 0
+    assert start("1", "2", (("crank", sp.Integer(1)),)) == 1

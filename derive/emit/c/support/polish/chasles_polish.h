@@ -20,12 +20,16 @@
  * with loops, where a nominal solution may be on a branch that the true loops do not have
  *   POLISH_IS_POSITION         whether the position of a pose is asked for and its turn is not
  *   POLISH_ON_LANES            whether chasles_lanes.h was included before: a branch a lane
+ *   POLISH_SEEDS               variables of loops that are iterated, 0 for other robots; then
+ *   POLISH_FROM_SEED(q, w, at) the same as POLISH_POSE from their values w nearby, or from the
+ *                              reference where w[0] is NaN; w becomes that at q
  *
  * Newton's step from q is dq = J^T (J J^T + lambda 1)^-1 e, with e the twist from the tool to the
  * pose and lambda in proportion to |e|^2: that damps steps near singularities and fades with the
  * error. Near singularities the true solutions may be anywhere, and the nominal arm's are taken at
- * poses around as well. Pose, Jacobian and residual are always those of the true arm. No
- * allocation, no state.
+ * poses around as well. Pose, Jacobian and residual are those of the true arm, but for slots that
+ * the nominal one misses by far while loops are iterated: these keep its residual. No allocation,
+ * no state.
  */
 #include <math.h>
 #include <stddef.h>
@@ -76,24 +80,43 @@ static int POLISH_NAME(lines)(double nominal, double residual, int is_distinct, 
 #if !POLISH_IS_SEARCHED
 /* Begins once more from starts on the branch of the true loops that Newton's steps led astray. */
 static LANES_TARGET void POLISH_NAME(again)(const double *in, const double *start, int b,
-                                            const lanes_where *near,
+                                            const lanes_where *near, const lanes *first,
                                             POLISH_NAME(configurations) * c)
 {
     POLISH_NAME(configurations) next;
     const lanes_where settled = LANES_LT(c->residual2, POLISH_SETTLED * POLISH_SETTLED);
-    if (!LANES_ANY(POLISH_AND(*near, POLISH_NOT(settled))))
-        return;
-    POLISH_NAME(load)(start, b, &next);
-    POLISH_NAME(evaluate)(in, &next);
-    const lanes_where on_branch = LANES_LT(next.cost, POLISH_OF(POLISH_ON_BRANCH));
+    const lanes_where on_branch = LANES_LT(first[3], POLISH_OF(POLISH_ON_BRANCH));
     const lanes_where astray = POLISH_AND(POLISH_AND(*near, on_branch), POLISH_NOT(settled));
     if (!LANES_ANY(astray))
         return;
+    POLISH_NAME(load)(start, b, &next);
     POLISH_NAME(approach)(in, &next);
     const lanes *from = next.q;
     lanes *to = c->q;
     for (size_t i = 0; i < sizeof next / sizeof *to; i++)
         to[i] = LANES_CHOICE(astray, from[i], to[i]);
+}
+
+/* Newton's steps and, where they are led astray, halved ones. */
+static LANES_TARGET void POLISH_NAME(led)(const double *in, const POLISH_NAME(slots) * start, int b,
+                                          const lanes_where *near, POLISH_NAME(configurations) * c,
+                                          lanes *first)
+{
+#if POLISH_SEEDS
+    if (!LANES_ANY(*near)) {
+        c->residual2 = start->residual[b] * start->residual[b];
+        return;
+    }
+#endif
+    POLISH_NAME(newton)(in, near, c, first);
+    POLISH_NAME(again)(in, start->q, b, near, first, c);
+#if POLISH_SEEDS
+    /* From seeds the loops may have come to another branch than from the reference. */
+    if (LANES_LT(c->residual2, POLISH_SETTLED * POLISH_SETTLED)) {
+        c->seed[0] = NAN;
+        POLISH_NAME(evaluate)(in, c);
+    }
+#endif
 }
 #endif
 
@@ -115,9 +138,10 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
             ((double *)&nominal)[k] = start.residual[b + k < POLISH_SLOTS ? b + k : b];
         const lanes_where near =
             LANES_LT(nominal, POLISH_OF(POLISH_UNFOLDS ? POLISH_FOLD : POLISH_REACH));
+#if POLISH_IS_SEARCHED
         POLISH_NAME(newton)(in, &near, &s.c, first[b / LANES]);
-#if !POLISH_IS_SEARCHED
-        POLISH_NAME(again)(in, start.q, b, &near, &s.c);
+#else
+        POLISH_NAME(led)(in, &start, b, &near, &s.c, first[b / LANES]);
 #endif
         for (int k = b; k < b + LANES && k < POLISH_SLOTS; k++)
             POLISH_NAME(store)(&s.c, k - b, q + POLISH_N * k, residual + k);
@@ -191,6 +215,8 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
 #undef POLISH_IS_POSITION
 #undef POLISH_GENERAL
 #undef POLISH_ON_LANES
+#undef POLISH_SEEDS
+#undef POLISH_FROM_SEED
 #undef POLISH_ROWS
 #undef POLISH_UNFOLDS
 #undef POLISH_HALF

@@ -2,9 +2,13 @@
  * robot whose inverse is led from a nominal arm. Included by chasles_polish.h, once for each robot.
  */
 /* Configurations on lanes: coordinates; pose and Jacobian there; the twist to the pose, its lengths
- * in parts of the arm's; the squares of this twist and of the residual. */
+ * in parts of the arm's; the squares of this twist and of the residual; the seed of iterated loops.
+ */
 typedef struct {
     lanes q[POLISH_N], at[16 + 6 * POLISH_N], e[6], cost, residual2;
+#if POLISH_SEEDS
+    lanes seed[POLISH_SEEDS];
+#endif
 } POLISH_NAME(configurations);
 
 /* Solutions of the nominal arm: coordinates, residuals, margins, in the order of its results. */
@@ -26,10 +30,12 @@ static __attribute__((noinline)) LANES_TARGET void POLISH_NAME(tool_pose)(const 
     memcpy(at, all, 16 * sizeof *at);
 }
 #else
+#if !POLISH_SEEDS
 static void POLISH_NAME(pose)(const lanes *q, lanes *at)
 {
     POLISH_POSE(q, at);
 }
+#endif
 
 static void POLISH_NAME(tool_pose)(const lanes *q, lanes *at)
 {
@@ -80,7 +86,11 @@ POLISH_INLINE void POLISH_NAME(compare)(const double *T, POLISH_NAME(configurati
 /* Computes pose, Jacobian and errors at the coordinates. */
 POLISH_INLINE void POLISH_NAME(evaluate)(const double *T, POLISH_NAME(configurations) * c)
 {
+#if POLISH_SEEDS
+    POLISH_FROM_SEED(c->q, c->seed, c->at);
+#else
     POLISH_NAME(pose)(c->q, c->at);
+#endif
     POLISH_NAME(compare)(T, c);
 }
 
@@ -164,8 +174,8 @@ POLISH_INLINE void POLISH_NAME(moved)(const lanes_where *going, const lanes *dq,
 /* Newton's steps where `near`; other lanes keep their coordinates. `first` holds the least pivots
  * of the first step, without damping but where near, and its square; and, where branches meet at
  * folds, the trace of (J J^T)^-1 behind it, which is about 1 over the square of J's least singular
- * value. Steps of which the last was short have the same equations: the Jacobian has not changed
- * much. */
+ * value; or, in a robot with loops, the squared error of the start. Steps of which the last was
+ * short have the same equations: the Jacobian has not changed much. */
 static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where *near,
                                              POLISH_NAME(configurations) * c, lanes *first)
 {
@@ -185,11 +195,14 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
         }
 #if !POLISH_IS_SEARCHED
         /* Where the true loops are on another branch, the tool is far away. */
-        if (taken == 0)
+        if (taken == 0) {
+            first[3] = c->cost;
             going = POLISH_AND(going, LANES_LT(c->cost, POLISH_OF(POLISH_ON_BRANCH)));
+        }
 #endif
         const lanes_where left = LANES_LT(POLISH_CLOSED * POLISH_CLOSED, c->residual2);
-        if (k == POLISH_STEPS || (taken > 0 && !LANES_ANY(POLISH_AND(left, going))))
+        const int may_end = taken > 0 || !POLISH_IS_SEARCHED; /* a search needs the first pivots */
+        if (k == POLISH_STEPS || (may_end && !LANES_ANY(POLISH_AND(left, going))))
             return;
         const int is_new = left_over == 0;
         if (is_new) {
@@ -261,6 +274,9 @@ static LANES_TARGET void POLISH_NAME(approach)(const double *T, POLISH_NAME(conf
         for (int i = 0; i < POLISH_N; i++)
             dq[i] *= part;
         POLISH_NAME(move)(c->q, dq, next.q);
+#if POLISH_SEEDS
+        memcpy(next.seed, c->seed, sizeof next.seed);
+#endif
         POLISH_NAME(evaluate)(T, &next);
         const lanes_where better = POLISH_AND(going, LANES_LT(next.cost, c->cost));
         const lanes_where small = LANES_LT(c->residual2, POLISH_SETTLED * POLISH_SETTLED);
@@ -286,6 +302,9 @@ POLISH_INLINE void POLISH_NAME(load)(const double *q, int first, POLISH_NAME(con
         for (int i = 0; i < POLISH_N; i++)
             rows[LANES * i + k] = q[POLISH_N * slot + i];
     }
+#if POLISH_SEEDS
+    c->seed[0] = NAN;
+#endif
 }
 
 /* Stores a lane in a slot. */

@@ -1,0 +1,165 @@
+"""Robots whose loops close by iteration alone, and whose inverse is led from their design."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from closures import Model
+from derivations import ROBOTS
+
+import chasles
+from bench.cases.as_built import single_errors
+from chasles.derive import load, loads, write
+from chasles.derive.emit.languages import EMITTERS
+
+POSES = 60
+NAMES = ("fk", "fk_jacobian_mixed", "chain", "configuration", "margin", "ik")
+
+
+def made(mechanism, folder):
+    emitters = [e for e in EMITTERS if e.language in ("c", "python")]
+    write(mechanism, folder, NAMES, emitters)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("CHASLES_CACHE", str(folder / "cache"))
+        patch.setenv("CHASLES_CFLAGS", "-O1")
+        return chasles.load(folder)
+
+
+ARM = """
+name = "rod_driven"
+convention = "urdf"
+actuated = ["shoulder", "motor", "wrist"]
+tool = {{ body = "hand", xyz = [0.3, 0, 0] }}
+[[joints]]
+name = "shoulder"
+link = "upper"
+axis = [0, 0, 1]
+[[joints]]
+name = "elbow"
+link = "fore"
+xyz = [1, 0, 0]
+axis = [0, 0, 1]
+[[joints]]
+name = "wrist"
+link = "hand"
+xyz = [0.8, 0, 0]
+axis = [0, 0, 1]
+[[joints]]
+name = "motor"
+parent = "upper"
+link = "horn"
+xyz = {motor}
+rpy = {tilt}
+axis = [0, 0, 1]
+[[joints]]
+name = "fork"
+parent = "fore"
+link = "cross"
+xyz = {fork}
+axis = [0, 0, 1]
+[[joints]]
+name = "pivot"
+parent = "cross"
+link = "rod"
+xyz = [{off}, 0, 0]
+axis = [0, 1, 0]
+[[closures]]
+name = "ball"
+kind = "ball"
+a = {{ body = "horn", xyz = [{horn}, 0, 0] }}
+b = {{ body = "rod", xyz = [{length}, 0, 0] }}
+[reference]
+shoulder = 0.3
+elbow = {elbow}
+wrist = 0.2
+motor = 0
+fork = {swing}
+pivot = {rise}
+"""
+"""A rod with a universal joint drives the elbow of a planar arm. Its crank may stand anyhow."""
+
+
+def drawn_arm(seed, off):
+    """An arm of a seed, the axes of whose universal joint miss each other by ``off`` metres.
+
+    None where the crank or the elbow is near a dead point, beyond which the design does not lead.
+    """
+    rng = np.random.default_rng(seed)
+    motor, tilt = np.add(rng.uniform(-0.2, 0.2, 3), (0.3, 0, 0.1)), rng.uniform(-0.6, 0.6, 3)
+    fork, elbow, horn = (
+        np.add(rng.uniform(-0.1, 0.1, 3), (0.2, 0.2, 0)),
+        rng.uniform(0.6, 1.2),
+        0.25,
+    )
+    turned = np.eye(3)
+    for k, angle in enumerate(tilt):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        about = np.eye(3)
+        about[[i, i, j, j], [i, j, i, j]] = (
+            np.cos(angle),
+            -np.sin(angle),
+            np.sin(angle),
+            np.cos(angle),
+        )
+        turned = about @ turned
+    c, s = np.cos(elbow), np.sin(elbow)
+    fore = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    rod = motor + horn * turned[:, 0] - (1, 0, 0) - fore @ fork
+    pushed = abs(rod @ turned[:, 1]), abs(np.cross((0, 0, 1), fore @ fork) @ rod) / 0.2
+    if min(pushed) < np.linalg.norm(rod) / 2:
+        return None
+    x, y, z = fore.T @ rod
+    values = {
+        "motor": [f"{v:.6f}" for v in motor],
+        "tilt": [f"{v:.6f}" for v in tilt],
+        "fork": [f"{v:.6f}" for v in fork],
+    }
+    numbers = {
+        "off": off,
+        "horn": horn,
+        "length": np.linalg.norm([x, y, z]),
+        "elbow": elbow,
+        "swing": np.arctan2(y, x),
+        "rise": -np.arctan2(z, np.hypot(x, y)),
+    }
+    lists = {name: f"[{', '.join(of)}]" for name, of in values.items()}
+    return loads(ARM.format(**lists, **{name: f"{v:.6f}" for name, v in numbers.items()}))
+
+
+def judged(robot, mechanism, reach):
+    """Every configuration around the reference is a solution of its pose; no solution is wrong."""
+    q = robot.reference.q + reach * np.random.default_rng(0).uniform(-1, 1, (POSES, robot.n))
+    q = q[robot.valid(q)]
+    assert len(q) > POSES / 2
+    model = Model(mechanism)
+    z = robot.configuration(q)
+    assert model.gap(z).max() < 1e-12
+    T = robot.fk(q)
+    found = robot.ik(T)
+    apart = np.abs(np.remainder(found.q - q[:, None] + np.pi, 2 * np.pi) - np.pi).max(-1)
+    assert np.where(found.valid, apart, np.inf).min(-1).max() < 1e-8
+    again = robot.fk(found.q[found.valid])
+    np.testing.assert_allclose(again, np.repeat(T, found.valid.sum(-1), 0), atol=1e-10)
+
+
+SEEDS = [seed for seed in range(24) if drawn_arm(seed, 0) is not None][:5]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_universal_joints_whose_axes_miss_each_other(tmp_path, seed):
+    """The loop of the arm as built has no closed form."""
+    built = replace(drawn_arm(seed, 5e-4), nominal=drawn_arm(seed, 0))
+    robot = made(built, tmp_path)
+    assert robot.solution == "newton"
+    judged(robot, built, 0.1)
+
+
+def test_a_tool_out_of_the_plane_of_the_design(tmp_path):
+    """The design does not reach the poses of the robot as built: a tilted crank of a four-bar."""
+    design = load(ROBOTS / "four_bar.toml")
+    built = replace(dict(single_errors(design))["axis of crank"], closure="least squares")
+    robot = made(replace(built, nominal=design), tmp_path)
+    q = robot.reference.q + np.linspace(-0.3, 0.3, 21)[:, None]
+    found = robot.ik(robot.fk(q))
+    assert found.valid.any(-1).all()
+    assert np.nanmin(np.abs(found.q - q[:, None]), (1, 2)).max() < 1e-9
