@@ -86,8 +86,7 @@ typedef enum { CHASLES_UNCLEAR, CHASLES_COMPLETE, CHASLES_INCOMPLETE } chasles_p
 
 /* Complete where a polynomial of a degree has no real root, nor one that is nearly real; incomplete
  * where it has a real one. */
-static chasles_polish_verdict chasles_polish_judged(const chasles_circle_series *series,
-                                                     int degree)
+static chasles_polish_verdict chasles_polish_judged(const chasles_circle_series *series, int degree)
 {
     const double radius = 0.5 * CHASLES_TURN / CHASLES_WIDE_CELLS;
     const double wide = 1.0 + CHASLES_NEARLY_REAL / radius;
