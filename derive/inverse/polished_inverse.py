@@ -59,10 +59,10 @@ def polished_inverse(
     turns = tuple(1.0 / TURN if axis.turns else 0.0 for axis in lines.axes)
     further = FURTHER if len(turns) >= FREEDOMS else 0
     length = lines.length or 1.0
-    return led_from(nominal, turns, length, deviation, general, further, meets=_meets(lines))
+    return led_from(nominal, turns, length, deviation, general, further, meets=nearly_meet(lines))
 
 
-def _meets(lines: Lines) -> bool:
+def nearly_meet(lines: Lines) -> bool:
     """Whether three neighbouring axes nearly meet in one point, as those of a wrist do."""
     triples = [tuple(range(k, k + 3)) for k in range(len(lines.axes) - 2)]
     turning = [triple for triple in triples if all(lines.axes[k].turns for k in triple)]
