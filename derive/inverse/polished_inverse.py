@@ -6,8 +6,10 @@ ends on the true arm, by ``chasles_polish.h``.
 
 from dataclasses import replace
 
+from ..model.tolerances import NEARLY_STRUCTURE
 from ..terms.symbolic_function import SymbolicFunction, Table, WrittenFunction
 from .classify import Classification
+from .structure.lines import Lines
 from .tasks.task import Solved
 
 SOLVER = "polish"
@@ -56,7 +58,15 @@ def polished_inverse(
     deviation = 0.0 if found is None else found.deviation
     turns = tuple(1.0 / TURN if axis.turns else 0.0 for axis in lines.axes)
     further = FURTHER if len(turns) >= FREEDOMS else 0
-    return led_from(nominal, turns, lines.length or 1.0, deviation, general, further)
+    length = lines.length or 1.0
+    return led_from(nominal, turns, length, deviation, general, further, meets=nearly_meet(lines))
+
+
+def nearly_meet(lines: Lines) -> bool:
+    """Whether three neighbouring axes nearly meet in one point, as those of a wrist do."""
+    triples = [tuple(range(k, k + 3)) for k in range(len(lines.axes) - 2)]
+    turning = [triple for triple in triples if all(lines.axes[k].turns for k in triple)]
+    return any(lines.meeting_deviation(triple) <= NEARLY_STRUCTURE for triple in turning)
 
 
 def led_from(
@@ -66,6 +76,8 @@ def led_from(
     deviation: float,
     general: tuple[Table, ...] = (),
     further: int = 0,
+    *,
+    meets: bool = False,
 ) -> WrittenFunction:
     """The function ``ik`` of a robot that is led from a nominal one.
 
@@ -79,6 +91,7 @@ def led_from(
         deviation: Between both robots: radian, parts of the length.
         general: As of :func:`polished_inverse`.
         further: Number of slots for further solutions.
+        meets: Whether three neighbouring axes nearly meet in one point.
     """
     q, residual, margin = nominal.outputs
     n = q.shape[-1]
@@ -101,7 +114,7 @@ def led_from(
             ),
         ),
         SOLVER,
-        (is_free, turns, length, deviation, general),
+        (is_free, turns, length, deviation, float(meets), general),
         CALLS,
         slots,
         OPERATIONS * nominal.branches,

@@ -44,7 +44,8 @@ def _source(derivation: Derivation, function: WrittenFunction, programs: Program
     robot = derivation.robot
     start, posed = function.calls
     nominal, pose = derivation.function(start), derivation.signature(posed)
-    is_free, turns, length, deviation = map(_value, function.tables[:4])
+    *numbers, meets, _ = function.tables
+    is_free, turns, length, deviation = map(_value, numbers)
     own = f"{robot.name}_{function.name}"
     started = _at("in", nominal.inputs) + _at("out", nominal.outputs)
     macros = {
@@ -59,6 +60,7 @@ def _source(derivation: Derivation, function: WrittenFunction, programs: Program
         "TURNS": turns,
         "LENGTH": length,
         "DEVIATION": deviation,
+        "MEETS": int(bool(meets)),
         "IS_SEARCHED": int(derivation.hybrid is None),
         "IS_POSITION": int(_is_position(function)),
     }
@@ -122,7 +124,7 @@ def _seeded(
 
 def _general(function: WrittenFunction) -> tuple[Table, ...]:
     """The tables of the arm as a general one; empty where it cannot be solved so."""
-    general = function.tables[4]
+    general = function.tables[-1]
     assert isinstance(general, tuple)
     return general
 

@@ -3,12 +3,14 @@
 import numpy as np
 import pytest
 import sympy as sp
+from derivations import ROBOTS
 
 from bench.cases.screws import Screws
 from bench.cases.synthetic import Arm, robot_of, rows_of, screws_of
-from chasles.derive import loads
+from chasles.derive import load, loads
 from chasles.derive.inverse.classify import classify
 from chasles.derive.inverse.given_joints import without
+from chasles.derive.inverse.polished_inverse import nearly_meet
 from chasles.derive.inverse.serial_inverse import inverses
 from chasles.derive.inverse.steps.target import Target
 from chasles.derive.inverse.structure import rank
@@ -89,6 +91,15 @@ a = "a3"
     terms = Terms({p.symbol: p.value for p in robot.parameters})
     lines = Lines(terms, axes_of(robot, terms))
     assert [terms.spelled(e) for e in lines.meeting(1, 0)] == [0, 0, sp.Symbol("d1", real=True)]
+
+
+@pytest.mark.parametrize(
+    ("name", "meet"), [("ur5e", False), ("puma560", True), ("irb6640", True), ("lynxmotion", False)]
+)
+def test_three_axes_of_a_wrist_nearly_meet(name, meet):
+    robot = load(ROBOTS / f"{name}.toml")
+    terms = Terms({p.symbol: p.value for p in robot.parameters})
+    assert nearly_meet(Lines(terms, axes_of(robot, terms))) is meet
 
 
 def matrix(target):

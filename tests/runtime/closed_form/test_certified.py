@@ -23,24 +23,26 @@ REGULAR = 1e-4
 TRUE = 1e-8
 """Error of a pose (metre, or entry of a rotation) above which a solution is wrong."""
 ARE_ALL = """
-int are_all(const double *T, const double *q, int count)
+int count_verdicts(const double *T, const double *q, int count, int verdict)
 {
   chasles_general_six six;
   chasles_general_system system;
   const chasles_general_arm *arm = &NAME_ik_tables;
   double root[16];
-  int certified = 0;
+  int such = 0;
   chasles_general_set(arm, 0.0, &six);
   for (int k = 0; k < arm->splits; k++) {
     const int joint = arm->split[k].joint[2];
     for (int i = 0; i < count; i++)
       root[i] = arm->split[k].sense * chasles_general_direction(arm, joint) * q[6 * i + joint];
     chasles_general_eliminate(&six, arm->split + k, T, &system);
-    certified += chasles_polish_are_all(&system, root, count);
+    such += chasles_polish_are_all(&system, root, count) == (chasles_polish_verdict)verdict;
   }
-  return certified;
+  return such;
 }
 """
+COMPLETE, INCOMPLETE = 1, 2
+"""Values of ``chasles_polish_verdict``."""
 
 
 @pytest.fixture(scope="module")
@@ -60,18 +62,18 @@ def arm(robot, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def are_all(arm, tmp_path_factory):
-    """How many splits certify these solutions of a pose as all."""
+    """How many splits certify these solutions of a pose as all, or tell another verdict."""
     folder = tmp_path_factory.mktemp("are_all")
     source, library = folder / "are_all.c", folder / "are_all.so"
     source.write_text(f'#include "{arm.folder}/{arm.name}.c"\n{ARE_ALL.replace("NAME", arm.name)}')
     command = ["cc", "-std=gnu99", "-O1", "-w", "-fPIC", "-shared", source, "-o", library, "-lm"]
     subprocess.run(command, check=True)
-    function = ctypes.CDLL(str(library)).are_all
+    function = ctypes.CDLL(str(library)).count_verdicts
 
-    def asked(T, q):
+    def asked(T, q, verdict=COMPLETE):
         T, q = np.ascontiguousarray(T), np.ascontiguousarray(q)
         pointers = (values.ctypes.data_as(ctypes.c_void_p) for values in (T, q))
-        return function(*pointers, len(q))
+        return function(*pointers, len(q), verdict)
 
     return asked
 
@@ -95,14 +97,16 @@ def test_all_solutions_are_certified_and_no_fewer(arm, are_all):
     T = arm.fk(q)
     found = arm.ik(T)
     rng = np.random.default_rng(2)
-    whole = []
+    whole, missed = [], []
     checked = 0
     for pose, rows, valid in zip(T, found.q, found.valid, strict=True):
         solutions = rng.permutation(rows[valid])
         if len(solutions) < 6:
             continue
         whole.append(are_all(pose, solutions) > 0)
+        assert not (whole[-1] and are_all(pose, solutions, INCOMPLETE))
         assert are_all(pose, solutions[:-2]) == 0
+        missed.append(are_all(pose, solutions[:-2], INCOMPLETE) > 0)
         assert are_all(pose, solutions[:-1]) == 0
         moved = solutions.copy()
         moved[0] += 1e-3
@@ -110,3 +114,4 @@ def test_all_solutions_are_certified_and_no_fewer(arm, are_all):
         checked += 1
     assert checked > POSES / 2
     assert np.mean(whole) > 0.7
+    assert np.mean(missed) > 0.7

@@ -13,6 +13,7 @@
  *                              of it, 0 where it does not turn
  *   POLISH_LENGTH              the arm's length (metre), which compares lengths with angles
  *   POLISH_DEVIATION           between axes of the two arms (radian, parts of the length)
+ *   POLISH_MEETS               whether three neighbouring axes nearly meet in a point
  *
  *   POLISH_IS_GENERAL          whether POLISH_GENERAL is the arm as a general one, whose solver
  *                              (chasles_general_solutions.h) tells what branches are unsure of
@@ -210,6 +211,7 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
 #undef POLISH_TURNS
 #undef POLISH_LENGTH
 #undef POLISH_DEVIATION
+#undef POLISH_MEETS
 #undef POLISH_IS_GENERAL
 #undef POLISH_IS_SEARCHED
 #undef POLISH_IS_POSITION

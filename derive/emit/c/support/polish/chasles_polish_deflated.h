@@ -81,8 +81,12 @@ static void chasles_polish_interpolated(const double *value, int degree,
     series->noise += DBL_EPSILON * series->most;
 }
 
-/* Whether a polynomial of a degree has no real root, nor one that is nearly real. */
-static int chasles_polish_is_free(const chasles_circle_series *series, int degree)
+/* Whether all solutions are known: what a split can tell. */
+typedef enum { CHASLES_UNCLEAR, CHASLES_COMPLETE, CHASLES_INCOMPLETE } chasles_polish_verdict;
+
+/* Complete where a polynomial of a degree has no real root, nor one that is nearly real; incomplete
+ * where it has a real one. */
+static chasles_polish_verdict chasles_polish_judged(const chasles_circle_series *series, int degree)
 {
     const double radius = 0.5 * CHASLES_TURN / CHASLES_WIDE_CELLS;
     const double wide = 1.0 + CHASLES_NEARLY_REAL / radius;
@@ -119,14 +123,14 @@ static int chasles_polish_is_free(const chasles_circle_series *series, int degre
                 part.t[k] = t[k][l];
             chasles_circle_divided(&part, CHASLES_WIDE_HALVINGS, &roots);
             if (roots.unresolved || !(most[l] < DBL_MAX))
-                return 0;
+                return CHASLES_UNCLEAR;
             for (int k = 0; k < roots.count; k++) {
                 if (!(roots.imaginary[k] > CHASLES_DOUBT))
-                    return 0;
+                    return roots.imaginary[k] > 0.0 ? CHASLES_UNCLEAR : CHASLES_INCOMPLETE;
             }
         }
     }
-    return 1;
+    return CHASLES_COMPLETE;
 }
 
 /* Whether these angles may be told to be all real roots: an even number, none near another. */
@@ -144,8 +148,8 @@ static int chasles_polish_may_be_all(const double *root, int count)
 }
 
 /* Whether these angles, which may be all, surely are all real roots of the determinant. */
-static int chasles_polish_are_all(const chasles_general_system *system, const double *root,
-                                  int count)
+static chasles_polish_verdict chasles_polish_are_all(const chasles_general_system *system,
+                                                     const double *root, int count)
 {
     chasles_circle_series series;
     double quotient[CHASLES_FEW_SAMPLES];
@@ -153,10 +157,10 @@ static int chasles_polish_are_all(const chasles_general_system *system, const do
     const double most = chasles_polish_quotients(system, root, count, quotient);
     chasles_polish_interpolated(quotient, degree, &series);
     if (!(series.noise < CHASLES_NOISE * series.most))
-        return 0;
+        return CHASLES_UNCLEAR;
     if (!(most > CHASLES_VANISHED || series.noise < CHASLES_CLEAN * series.most))
-        return 0;
-    return chasles_polish_is_free(&series, degree);
+        return CHASLES_UNCLEAR;
+    return chasles_polish_judged(&series, degree);
 }
 
 #endif

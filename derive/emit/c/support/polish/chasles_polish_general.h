@@ -115,44 +115,47 @@ static int POLISH_NAME(roots)(const POLISH_NAME(search) * s, const chasles_gener
     return count;
 }
 
-/* The first split that may tell whether the known solutions are all, by roots none of which is near
- * another: an elbow, for one, has the same angle on several branches. Its equations are in
- * `system`; or a null pointer, where there is none. */
-static const chasles_general_split *POLISH_NAME(telling)(const POLISH_NAME(search) * s,
-                                                         const chasles_general_six *six,
-                                                         chasles_general_system *system,
-                                                         int *is_complete)
+/* Whether the known solutions are all, by the first of some splits that tells it: by roots none of
+ * which is near another, for an elbow has the same angle on several branches. The equations of the
+ * last one that was asked are in `system`; it is a null pointer where there is none. */
+static chasles_polish_verdict POLISH_NAME(verdict)(const POLISH_NAME(search) * s,
+                                                   const chasles_general_six *six, int splits,
+                                                   chasles_general_system *system,
+                                                   const chasles_general_split **asked)
 {
     double root[POLISH_RESULTS];
-    *is_complete = 0;
-    for (int k = 0; k < six->arm->splits; k++) {
+    chasles_polish_verdict verdict = CHASLES_UNCLEAR;
+    *asked = NULL;
+    for (int k = 0; k < splits && verdict == CHASLES_UNCLEAR; k++) {
         const chasles_general_split *split = six->arm->split + k;
         const int count = POLISH_NAME(roots)(s, six, split, root);
         if (!chasles_polish_may_be_all(root, count))
             continue;
         chasles_general_eliminate(six, split, s->in, system);
-        *is_complete = chasles_polish_are_all(system, root, count);
-        return split;
+        *asked = split;
+        verdict = chasles_polish_are_all(system, root, count);
     }
-    return NULL;
+    return verdict;
 }
 
 /* The solutions of the general solver, unless those that are known are all; whether they surely
  * are. */
 static int POLISH_NAME(solve_generally)(const POLISH_NAME(search) * s,
+                                        const POLISH_NAME(slots) * start,
                                         const chasles_general_six *six,
                                         chasles_general_found *found)
 {
     chasles_general_system system;
     chasles_circle_roots roots;
-    int is_complete;
+    const chasles_general_split *asked;
     found->count = 0;
-    const chasles_general_split *telling = POLISH_NAME(telling)(s, six, &system, &is_complete);
-    if (is_complete)
+    /* Where solutions are missing, no further split will tell that there are none. */
+    const int splits = POLISH_NAME(is_short)(s, start) ? 1 : six->arm->splits;
+    if (POLISH_NAME(verdict)(s, six, splits, &system, &asked) == CHASLES_COMPLETE)
         return 1;
     for (int k = 0; k < six->arm->splits; k++) {
         const chasles_general_split *split = six->arm->split + k;
-        if (k > 0 || split != telling)
+        if (k > 0 || split != asked)
             chasles_general_eliminate(six, split, s->in, &system);
         const int is_sure = chasles_general_isolated(&system, &roots);
         if (is_sure && POLISH_NAME(is_one_each)(s, six, split, &roots))
@@ -175,7 +178,7 @@ static int POLISH_NAME(ask)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * 
             return 0;
     }
     chasles_general_set(&POLISH_GENERAL, POLISH_INPUTS > 16 ? s->in[POLISH_INPUTS - 1] : 0.0, &six);
-    const int is_sure = POLISH_NAME(solve_generally)(s, &six, &found);
+    const int is_sure = POLISH_NAME(solve_generally)(s, start, &six, &found);
     for (int k = 0; k < found.count; k++) {
         chasles_general_joints(&six, found.q[k], q);
         if (!POLISH_NAME(known)(s, q))
