@@ -17,12 +17,10 @@
 #define CHASLES_FEW_SAMPLES 16
 #define CHASLES_LEAST_KNOWN 4
 #define CHASLES_MOST_KNOWN 16
-/* Cells that are looked at; of their Taylor series, of degree 6 at most, what is left out is less
- * than this part of the greatest coefficient. */
+/* Cells that are looked at. */
 #define CHASLES_WIDE_CELLS 48
-#define CHASLES_WIDE_LEFT 1e-11
-/* Halvings of such a cell, to 1e-3 rad: beyond, a root is about real. */
-#define CHASLES_WIDE_HALVINGS 6
+/* Halvings of such a cell, to 1e-4 rad: beyond, a root is about real. */
+#define CHASLES_WIDE_HALVINGS 9
 
 /* The determinant over the products, at the samples; the greatest of the determinant's. */
 static double chasles_polish_quotients(const chasles_general_system *system, const double *root,
@@ -81,12 +79,27 @@ static void chasles_polish_interpolated(const double *value, int degree,
     series->noise += DBL_EPSILON * series->most;
 }
 
+/* Bound of what the Taylor series leaves out of a polynomial of a degree, in parts of a radius. */
+static double chasles_polish_left_out(const chasles_circle_series *series, int degree,
+                                      double radius)
+{
+    double sum = 0.0;
+    for (int m = 1; m <= degree; m++) {
+        double term = fabs(series->a[m]) + fabs(series->b[m]);
+        for (int k = 1; k <= CHASLES_TERMS; k++)
+            term *= m * radius / k;
+        sum += term;
+    }
+    return sum;
+}
+
 /* Whether a polynomial of a degree has no real root, nor one that is nearly real. */
 static int chasles_polish_is_free(const chasles_circle_series *series, int degree)
 {
     const double radius = 0.5 * CHASLES_TURN / CHASLES_WIDE_CELLS;
-    const double wide = 1.0 + CHASLES_NEARLY_REAL / radius;
-    const double noise = CHASLES_UNSURE * series->noise + CHASLES_WIDE_LEFT * series->most;
+    const double wide = 1.0 + CHASLES_DOUBT / radius;
+    const double noise =
+        CHASLES_UNSURE * series->noise + chasles_polish_left_out(series, degree, radius);
     double weight[CHASLES_TERMS][CHASLES_DEGREE + 1], c[CHASLES_LANES], s[CHASLES_LANES];
     chasles_vector t[CHASLES_TERMS];
     CHASLES_UNROLL
@@ -115,15 +128,12 @@ static int chasles_polish_is_free(const chasles_circle_series *series, int degre
                 continue;
             roots.count = roots.unresolved = roots.parts = 0;
             part.from = 2.0 * radius * (from + l), part.radius = radius, part.noise = noise;
+            part.nearly = CHASLES_DOUBT;
             for (int k = 0; k < CHASLES_TERMS; k++)
                 part.t[k] = t[k][l];
             chasles_circle_divided(&part, CHASLES_WIDE_HALVINGS, &roots);
-            if (roots.unresolved || !(most[l] < DBL_MAX))
+            if (roots.unresolved || roots.count > 0 || !(most[l] < DBL_MAX))
                 return 0;
-            for (int k = 0; k < roots.count; k++) {
-                if (!(roots.imaginary[k] > CHASLES_DOUBT))
-                    return 0;
-            }
         }
     }
     return 1;
