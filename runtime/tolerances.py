@@ -18,9 +18,12 @@ SOLVED = 1e-9
 """Residual (length, radian) up to which a slot holds a solution: far above the rounding that a
 solution is left with, far below the error of a least-squares answer unless its pose is at the
 border of reach."""
-REFINED = 1e-5
-"""Residual (length, radian) up to which a slot may be a solution spoilt by rounding: the root of
-rounding is 1e-8, and a second singularity multiplies it."""
+REFINED = 1e-4
+"""Residual (length, radian) up to which a slot may be a solution spoilt by rounding: four solutions
+of a quartic that are nearly one are known to the fourth root of rounding."""
+TILTED = 1e-5
+"""Residual (length, radian) up to which rounding may have tilted a pose out of those that an arm of
+fewer than six joints reaches: poses with five printed digits."""
 GIVEN_ASIDE = 1e-4
 """Radians or lengths by which a given joint is moved aside from a value at which the structure of
 the others degenerates: their formulas have 1e-12 there, and Newton's iteration comes back."""

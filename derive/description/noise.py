@@ -2,9 +2,10 @@
 
 Three things are told apart by the digits that are written. *Noise* is a short decimal with foreign
 digits far behind it: 0.20249999999999999, or 6.1e-17 beside lengths of a metre. A *rounded angle*
-is a multiple of 15 degrees to the places that are written, 1.5708. A *rounded direction* is a unit
-vector whose components are cosines of such angles, (0.7071068, 0.7071068, 0), or a diagonal of a
-cube. A number that is exact already, pi/2 or sqrt(2)/2 or 0.2025, stays.
+is a multiple of 15 degrees to the places that are written, 1.5708, or the same part of a rounded
+pi, 1.570796325 = 3.14159265 / 2. A *rounded direction* is a unit vector whose components are
+cosines of such angles, (0.7071068, 0.7071068, 0), or a diagonal of a cube. A number that is exact
+already, pi/2 or sqrt(2)/2 or 0.2025, stays.
 """
 
 import math
@@ -23,8 +24,19 @@ from ..model.tolerances import CHANCE, DOUBLE, EVALUATION_DIGITS, NOISE, NOISE_G
 _PI = Fraction(str(sp.N(sp.pi, EVALUATION_DIGITS)))
 _STEPS = (sp.pi / 12, sp.pi / 2)
 """Steps of the angles that files round, the finer first."""
+_PLACES_OF_PI = 4
+"""Least places of a rounded pi that was divided: 3.14 is further off than joints are assembled."""
 _LEAST_PLACES = 3
 """Places from which the components of a direction tell a rounded one from a rough one."""
+_PI_AS_WRITTEN = (
+    _PI,
+    *(
+        Fraction(to_whole(_PI * 10**places), 10**places)
+        for places in range(_PLACES_OF_PI, 16)
+        for to_whole in (round, math.floor)
+    ),
+)
+"""Pi, then rounded and cut off to places that increase up to a double's."""
 _FEWEST_DIGITS = 13
 """Digits above which a number may be one of single precision: exact binary fractions have fewer."""
 _SINGLE_PLACES = 7
@@ -74,8 +86,9 @@ def exact_angle(value: sp.Expr) -> sp.Expr:
 
     A decimal stands for a multiple of pi/12 if it is that multiple rounded or cut off to its
     places, and has so many places that no more than ``CHANCE`` of all angles are written like
-    it: three places, or two for right angles. A zero at the end is no place, so that 2.880 stays,
-    and zero is written as zero.
+    it: three places, or two for right angles. The pi of the multiple may be rounded or cut off
+    before, to as many places or fewer, but at least four: 0.7853975 is 3.14159 / 4. A zero at the
+    end is no place, so that 2.880 stays, and zero is written as zero.
     """
     degrees = value * 180 / sp.pi
     if degrees.is_Rational:
@@ -94,16 +107,22 @@ def exact_angle(value: sp.Expr) -> sp.Expr:
         count = round(number / size)
         if is_single and abs(number - count * size) <= Fraction(SINGLE) * abs(number):
             return count * step
-        if count and _is_rounded(angle, abs(count) * size, size):
+        if count and _is_rounded(angle, abs(count) * Fraction(step / sp.pi), size):
             return count * step
     return angle
 
 
-def _is_rounded(angle: sp.Expr, magnitude: Fraction, step: Fraction) -> bool:
-    """Whether a decimal is the magnitude of a multiple of a step, rounded or cut off."""
-    last_place = Fraction(1, 10 ** (decimal_places(angle) or 0))
-    missing = magnitude - abs(Fraction(angle.p, angle.q))
-    return -last_place / 2 <= missing < last_place <= Fraction(CHANCE) * step
+def _is_rounded(angle: sp.Expr, part: Fraction, step: Fraction) -> bool:
+    """Whether the magnitude of a decimal is a part of pi, rounded or cut off, as pi may be."""
+    number, places = abs(Fraction(angle.p, angle.q)), decimal_places(angle) or 0
+    last_place = Fraction(1, 10**places)
+    if last_place > Fraction(CHANCE) * step:
+        return False
+    rounding = Fraction(DOUBLE) * number
+    return any(
+        -max(last_place / 2, rounding) <= part * pi - number < max(last_place, rounding)
+        for pi in _PI_AS_WRITTEN[: 1 + 2 * max(0, places + 1 - _PLACES_OF_PI)]
+    )
 
 
 def exact_direction(vector: Vector) -> Vector:

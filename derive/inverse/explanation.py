@@ -17,6 +17,7 @@ from .classify import Attempt, Classification
 from .families import FAMILIES
 from .families.family import Family
 from .general.general_inverse import GeneralInverse
+from .polished_inverse import FREEDOMS
 from .serial_inverse import Inverses
 from .steps.work import InverseStep
 from .structure.requirement import Requirement
@@ -162,12 +163,19 @@ def missed_by(classification: Classification) -> str:
 
 
 def notes(classification: Classification) -> tuple[str, ...]:
-    """A remark on an arm that is led from a nominal one; none on others."""
+    """Remarks on an arm that is led from a nominal one; none on others."""
     if classification.found is None or classification.tier == "exact":
         return ()
-    return (
+    near = (
         f"the axes have their structure ({classification.found.title}) nearly: "
-        f"{missed_by(classification)}; ik starts from a nominal arm and ends on the true one",
+        f"{missed_by(classification)}; ik starts from a nominal arm and ends on the true one"
+    )
+    if len(classification.lines.axes) >= FREEDOMS:
+        return (near,)
+    return (
+        near,
+        "whole poses alone are led to the true arm: ik_position and other inverses of a part of a "
+        "pose, which arms of so few joints may have, are not there",
     )
 
 

@@ -18,7 +18,9 @@ CALLS = (NOMINAL, "fk_jacobian_mixed")
 OPERATIONS = 1500
 """Approximate count for a branch: three or four times pose and Jacobian, and as many steps."""
 FURTHER = 4
-"""Slots for further solutions: arms with 8 branches were seen to have 10 solutions."""
+"""Slots for further solutions, where no more are known: arms of 8 branches had 10 solutions."""
+MOST = 16
+"""Solutions that six revolute joints may have."""
 FREEDOMS = 6
 TURN = 6.283185307179586
 
@@ -58,6 +60,8 @@ def polished_inverse(
     deviation = 0.0 if found is None else found.deviation
     turns = tuple(1.0 / TURN if axis.turns else 0.0 for axis in lines.axes)
     further = FURTHER if len(turns) >= FREEDOMS else 0
+    if general:
+        further = max(further, MOST - nominal.branches)
     length = lines.length or 1.0
     return led_from(nominal, turns, length, deviation, general, further, meets=nearly_meet(lines))
 

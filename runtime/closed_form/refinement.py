@@ -120,15 +120,17 @@ class Refinement:
         rests = _missed(slots, valid) & (left <= AT_REST * self.judged)
         if self.is_determined and rests.any():
             best = _best_of_each(slots, np.where(rests, left, np.inf))
-            best = best[self.may_rest(target[best], found[best])]
-            self._turn(target[best], found[best], _at(slots, best), fields)
+            turning = self.turning(target[best], found[best])
+            self._turn(target[best], found[best], turning, _at(slots, best), fields)
 
-    def may_rest(self, target: FloatArray, q: FloatArray) -> BoolArray:
-        """Whether a long motion from coordinates (N, n) may leave the tool nearly at rest, (N,).
+    def turning(self, target: FloatArray, q: FloatArray) -> BoolArray:
+        """The joints to hold on a long motion from q (N, n) with the tool nearly at rest, (N, n).
 
         At the border of reach one direction of the joints does not move the tool, which then leaves
-        its place with the square of the way: on no motion is it at rest. Where there are more such
-        directions, a motion among them may be.
+        its place with the square of the way: on no motion is it at rest, and no joint is held.
+        Where it does not leave its place, that direction begins the motion, and the joint that
+        turns most in it tells the places along it. Where there are more such directions, any joint
+        may turn.
         """
         free = [k for k in range(q.shape[-1]) if k not in self.fixed]
         rows, error = self._measured(target, q)
@@ -141,7 +143,11 @@ class Refinement:
         bend[np.arange(U.shape[-1]) < rank[:, None]] = 0.0
         directions = len(free) - rank
         straight = np.abs(bend).max(-1) < AT_REST_BEND
-        return np.asarray((directions > 1) | ((directions == 1) & straight))
+        turning = np.zeros(q.shape, dtype=bool)
+        turning[:, free] = (directions > 1)[:, None]
+        along = np.flatnonzero((directions == 1) & straight)
+        turning[along, np.abs(way[along]).argmax(-1)] = True
+        return turning
 
     def _measured(self, target: FloatArray, q: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The rows (N, m, n) and the errors (N, m) of coordinates for targets, in the unit."""
@@ -150,16 +156,21 @@ class Refinement:
         return rows, error
 
     def _turn(
-        self, target: FloatArray, q: FloatArray, slots: tuple[IntArray, ...], fields: _Fields
+        self,
+        target: FloatArray,
+        q: FloatArray,
+        turning: BoolArray,
+        slots: tuple[IntArray, ...],
+        fields: _Fields,
     ) -> None:
-        """Leads coordinates (N, n) to targets (N, ...) while a joint is held, at values all round.
+        """Leads coordinates (N, n) to targets (N, ...) while one of some joints (N, n) is held.
 
         A joint that moves the tool by nanometres alone would take all of a step and gain nothing;
-        held, it leaves the steps to the others.
+        held, at values all round, it leaves the steps to the others.
         """
         values = np.arange(_VALUES) * (2 * np.pi / _VALUES)
-        for joint in (k for k in range(q.shape[-1]) if k not in self.fixed):
-            open_ = np.flatnonzero(_missed(slots, fields[2]))
+        for joint in np.flatnonzero(turning.any(0)).tolist():
+            open_ = np.flatnonzero(_missed(slots, fields[2]) & turning[:, joint])
             row = np.repeat(open_, _VALUES)
             start = q[row]
             start[:, joint] += np.tile(values, len(open_))

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..contract.facts import Coordinate
 from ..errors import InputTypeError, InputValueError, OutOfReachError, ShapeError
-from ..tolerances import AT_LIMIT, FAR, REFINED, SAME_SOLUTION, SOLVED
+from ..tolerances import AT_LIMIT, FAR, SAME_SOLUTION, SOLVED, TILTED
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -361,7 +361,7 @@ class Solutions(_Fields):
                 f"{size:g} m; is it in millimetres? T takes metres"
             )
         n = len(self.coordinates)
-        if n < _FREEDOMS and least <= REFINED * size:
+        if n < _FREEDOMS and least <= TILTED * size:
             return (
                 f"no valid solution: {n} joints reach no pose that rounding has tilted, here by "
                 f"{least:.4g} (m, rad); least_squares() has the coordinates that come so near"

@@ -93,12 +93,19 @@ def test_long_decimals_stay():
         ("6e-17", sp.S.Zero),
         ("1.5707963705062866", sp.pi / 2),
         ("-3.1415927410125732", -sp.pi),
+        ("1.570796325", sp.pi / 2),
+        ("0.7853975", sp.pi / 4),
+        ("-2.0943933333333335", -2 * sp.pi / 3),
         # Too few places to tell, a calibrated angle, and small angles.
         ("0.79", R("0.79")),
         ("1.6", R("1.6")),
         ("3", R(3)),
         ("1.570123", R("1.570123")),
         ("1.5706", R("1.5706")),
+        ("1.57079", sp.pi / 2),
+        ("1.57078", R("1.57078")),
+        ("1.570796323", R("1.570796323")),
+        ("1.0467", R("1.0467")),
         ("0.001", R("0.001")),
         ("0.0000073464", R("0.0000073464")),
     ],
@@ -129,12 +136,25 @@ def test_multiples_of_fifteen_degrees_come_back_from_their_digits():
     assert checked > 61 * 14 * 2 - 20
 
 
+def test_parts_of_a_rounded_pi_are_parts_of_pi():
+    dice = random.Random(5)
+    for _ in range(400):
+        digits = dice.randint(4, 12)
+        pi = R("3.141592653589793"[: digits + 2])
+        pi = dice.choice((pi, R(f"{math.pi:.{digits}f}")))
+        part = dice.choice((-1, 1)) * R(dice.randint(1, 24), 12)
+        product = float(part * pi)
+        for text in (repr(product), f"{product:.{digits}f}", f"{product:.{digits + 2}f}"):
+            assert exact_angle(R(text)) == part * sp.pi, text
+
+
 @pytest.mark.parametrize("places", [2, 3, 4, 6, 9])
 def test_few_random_angles_are_taken_for_exact_ones(places):
     dice = random.Random(places)
     angles = [R(f"{dice.uniform(-6, 6):.{places}f}") for _ in range(2000)]
     taken = [angle for angle in angles if exact_angle(angle) != angle]
-    # Cut and rounded angles together are one and a half units of the last place.
+    # Cut and rounded angles together are one and a half units of the last place; parts of a
+    # rounded pi are few beside them.
     assert len(taken) <= 2 * CHANCE * len(angles)
     assert places < 6 or not taken
 

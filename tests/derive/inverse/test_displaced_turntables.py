@@ -54,6 +54,8 @@ def test_the_configuration_is_among_the_solutions(seed, tmp_path, monkeypatch):
     arm = chasles.load(tmp_path / robot.name)
     q = np.random.default_rng(seed).uniform(-np.pi, np.pi, (5000, 5))
     T, J = arm.fk_jacobian_mixed(q)
+    assert not hasattr(arm, "ik_position")
+    assert any("whole poses alone" in note for note in arm.notes)
     found = arm.ik(T)
     held = (found.valid & (np.abs(found.moves_from(q)).max(-1) < SAME)).any(-1)
     regular = np.linalg.svd(J, compute_uv=False)[:, -1] > REGULAR

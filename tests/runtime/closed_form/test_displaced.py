@@ -21,6 +21,8 @@ from chasles.derive.terms.terms import Terms
 
 SIZE, SEED = 4e-3, 5
 """Errors (metre, radian) of the arm, and the seed of the errors."""
+MANY, MANY_SEED = 3.6465829651e-3, 203
+"""The same of an arm of which poses have up to sixteen solutions."""
 WRIST = 4
 FAR = 0.25
 """Radian: how far from its singularity the wrist is bent."""
@@ -73,12 +75,29 @@ def test_further_solutions_beside_the_nominal_ones_are_found(arm, robot):
     T = arm.fk(q)
     found = arm.ik(T)
     held = (found.valid & (np.abs(found.moves_from(q)).max(-1) < 1e-6)).any(-1)
-    assert held.mean() > 0.999
+    assert held.mean() > 0.9999
     assert (found.count > 8).mean() > 0.01
+    assert found.q.shape == (POSES, 16, 6)
     fk = pinocchio_fk(robot)
     for k in np.flatnonzero(found.count > 8)[:20]:
         for row in found.q[k][found.valid[k]]:
             assert np.abs(fk(row) - T[k]).max() < TRUE
+
+
+def test_poses_of_more_than_twelve_solutions_have_all(tmp_path):
+    """Some have sixteen, as many as six revolute joints may have."""
+    robot = displaced(load(description("irb120")), MANY, MANY_SEED)
+    arm = loaded(robot, tmp_path / robot.name)
+    q = near_wrist(60_000, 2)
+    found = arm.ik(arm.fk(q))
+    many = found.count > 12
+    assert many.sum() > 5
+    T, solutions = arm.fk(q[many]), found.q[many][found.valid[many]]
+    owners = np.repeat(T, found.count[many], 0)
+    assert np.abs(arm.fk(solutions) - owners).max() < TRUE
+    np.testing.assert_array_equal(found.distinct().count[many], found.count[many])
+    held = (found.valid & (np.abs(found.moves_from(q)).max(-1) < 1e-6)).any(-1)
+    assert held[many].all()
 
 
 def test_few_configurations_are_lost_where_the_true_arm_is_nearly_singular(tmp_path):

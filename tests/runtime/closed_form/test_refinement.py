@@ -193,11 +193,11 @@ def test_no_joint_is_held_at_the_border_of_reach():
     q[:, 2] = 0.0
     regular = np.abs(np.sin(q[:, 4])) > 0.1
     assert regular.sum() > 300
-    assert not refinement.may_rest(arm.fk(q[regular]), q[regular]).any()
+    assert not refinement.turning(arm.fk(q[regular]), q[regular]).any()
     q[:, 4] = 0.0
-    assert refinement.may_rest(arm.fk(q), q).all()
+    assert refinement.turning(arm.fk(q), q).any(-1).all()
     q[:, 2] = 1.0
-    assert refinement.may_rest(arm.fk(q), q).all()
+    np.testing.assert_array_equal(refinement.turning(arm.fk(q), q).sum(-1), 1)
 
 
 def spoilt_slots(robot, q, *given):

@@ -17,12 +17,10 @@
 #define CHASLES_FEW_SAMPLES 16
 #define CHASLES_LEAST_KNOWN 4
 #define CHASLES_MOST_KNOWN 16
-/* Cells that are looked at; of their Taylor series, of degree 6 at most, what is left out is less
- * than this part of the greatest coefficient. */
+/* Cells that are looked at. */
 #define CHASLES_WIDE_CELLS 48
-#define CHASLES_WIDE_LEFT 1e-11
-/* Halvings of such a cell, to 1e-3 rad: beyond, a root is about real. */
-#define CHASLES_WIDE_HALVINGS 6
+/* Halvings of such a cell, to 1e-4 rad: beyond, a root is about real. */
+#define CHASLES_WIDE_HALVINGS 9
 
 /* The determinant over the products, at the samples; the greatest of the determinant's. */
 static double chasles_polish_quotients(const chasles_general_system *system, const double *root,
@@ -81,6 +79,20 @@ static void chasles_polish_interpolated(const double *value, int degree,
     series->noise += DBL_EPSILON * series->most;
 }
 
+/* Bound of what the Taylor series leaves out of a polynomial of a degree, in parts of a radius. */
+static double chasles_polish_left_out(const chasles_circle_series *series, int degree,
+                                      double radius)
+{
+    double sum = 0.0;
+    for (int m = 1; m <= degree; m++) {
+        double term = fabs(series->a[m]) + fabs(series->b[m]);
+        for (int k = 1; k <= CHASLES_TERMS; k++)
+            term *= m * radius / k;
+        sum += term;
+    }
+    return sum;
+}
+
 /* Whether all solutions are known: what a split can tell. */
 typedef enum { CHASLES_UNCLEAR, CHASLES_COMPLETE, CHASLES_INCOMPLETE } chasles_polish_verdict;
 
@@ -89,8 +101,9 @@ typedef enum { CHASLES_UNCLEAR, CHASLES_COMPLETE, CHASLES_INCOMPLETE } chasles_p
 static chasles_polish_verdict chasles_polish_judged(const chasles_circle_series *series, int degree)
 {
     const double radius = 0.5 * CHASLES_TURN / CHASLES_WIDE_CELLS;
-    const double wide = 1.0 + CHASLES_NEARLY_REAL / radius;
-    const double noise = CHASLES_UNSURE * series->noise + CHASLES_WIDE_LEFT * series->most;
+    const double wide = 1.0 + CHASLES_DOUBT / radius;
+    const double noise =
+        CHASLES_UNSURE * series->noise + chasles_polish_left_out(series, degree, radius);
     double weight[CHASLES_TERMS][CHASLES_DEGREE + 1], c[CHASLES_LANES], s[CHASLES_LANES];
     chasles_vector t[CHASLES_TERMS];
     CHASLES_UNROLL
@@ -119,15 +132,16 @@ static chasles_polish_verdict chasles_polish_judged(const chasles_circle_series 
                 continue;
             roots.count = roots.unresolved = roots.parts = 0;
             part.from = 2.0 * radius * (from + l), part.radius = radius, part.noise = noise;
+            part.nearly = CHASLES_DOUBT;
             for (int k = 0; k < CHASLES_TERMS; k++)
                 part.t[k] = t[k][l];
             chasles_circle_divided(&part, CHASLES_WIDE_HALVINGS, &roots);
-            if (roots.unresolved || !(most[l] < DBL_MAX))
-                return CHASLES_UNCLEAR;
             for (int k = 0; k < roots.count; k++) {
-                if (!(roots.imaginary[k] > CHASLES_DOUBT))
-                    return roots.imaginary[k] > 0.0 ? CHASLES_UNCLEAR : CHASLES_INCOMPLETE;
+                if (!(roots.imaginary[k] > 0.0))
+                    return CHASLES_INCOMPLETE;
             }
+            if (roots.unresolved || roots.count > 0 || !(most[l] < DBL_MAX))
+                return CHASLES_UNCLEAR;
         }
     }
     return CHASLES_COMPLETE;

@@ -122,7 +122,7 @@ static int POLISH_NAME(is_folded)(double residual, double pivot)
 static int POLISH_NAME(is_swerved)(double first2, double trace)
 {
     const double part = POLISH_DEVIATION * trace;
-    return part * part * first2 > POLISH_SWERVED * POLISH_SWERVED;
+    return part * part * trace * first2 > POLISH_SWERVED * POLISH_SWERVED;
 }
 
 /* Begins branches on both sides of folds, one a lane, unless their solutions are known; whether it
