@@ -139,6 +139,7 @@ CHASLES_INLINE void chasles_circle_taylor(const chasles_circle_series *series, i
 /* A Taylor series of which a part |z| <= 1 is looked at. */
 typedef struct {
     double from, radius; /* rad: of the part, on the circle */
+    double nearly;       /* rad: imaginary part up to which roots are looked for */
     double noise;
     double t[CHASLES_TERMS];
 } chasles_circle_part;
@@ -176,6 +177,7 @@ static void chasles_circle_half(const chasles_circle_part *whole, double side,
         power *= 0.5 * side;
     }
     memcpy(terms, sum, sizeof terms);
+    half->nearly = whole->nearly;
     half->noise = whole->noise;
     half->radius = 0.5 * whole->radius;
     half->from = whole->from + side * half->radius;
@@ -256,7 +258,7 @@ static void chasles_circle_convex(const chasles_circle_part *part, chasles_circl
     const double over = 4.0 * part->radius * part->radius / (fabs(bend) + DBL_MIN);
     const double apart = sqrt(over * (fabs(value) + part->noise));
     const int unsure = fabs(value) < CHASLES_UNSURE * part->noise;
-    if (unsure || apart < CHASLES_NEARLY_REAL)
+    if (unsure || apart < part->nearly)
         chasles_circle_add(roots, part->from + part->radius * z, apart);
     if (unsure)
         chasles_circle_doubt(roots, sqrt(over * part->noise));
@@ -267,7 +269,7 @@ static void chasles_circle_divided(const chasles_circle_part *part, int halvings
                                    chasles_circle_roots *roots)
 {
     /* No root, not even a complex one that is nearly real; no extremum; no change of curvature. */
-    const double wide = 1.0 + CHASLES_NEARLY_REAL / part->radius;
+    const double wide = 1.0 + part->nearly / part->radius;
     double value = 0.0, slope = part->noise, bend = part->noise, power = 1.0;
     for (int k = 1; k < CHASLES_TERMS; k++) {
         const double size = fabs(part->t[k]);
@@ -351,6 +353,7 @@ static void chasles_circle_real(chasles_circle_sampler sampler, const void *sour
                 continue;
             part.from = 2.0 * radius * (from + l);
             part.radius = radius;
+            part.nearly = CHASLES_NEARLY_REAL;
             for (int k = 0; k < CHASLES_TERMS; k++)
                 part.t[k] = t[k][l];
             chasles_circle_cell(sampler, source, series->noise, &part, roots);
