@@ -38,7 +38,7 @@
 /* Displacement (m, rad) of the tool for so many deviations of the axes, in radians and in parts of
  * the arm's length. Not less than 1e-6, for rounding near a singularity leaves 1e-8. */
 #define POLISH_DEVIATIONS(count) \
-    ((count)*POLISH_DEVIATION * (POLISH_LENGTH > 1.0 ? POLISH_LENGTH : 1.0) + 1e-6)
+    ((count) * POLISH_DEVIATION * (POLISH_LENGTH > 1.0 ? POLISH_LENGTH : 1.0) + 1e-6)
 /* Residual of the nominal arm up to which the true arm might reach a pose: several axes differ. */
 #define POLISH_REACH POLISH_DEVIATIONS(POLISH_UNSURE)
 /* Residual of the nominal arm up to which its coordinates are a start for a curve, which may lead
