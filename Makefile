@@ -55,11 +55,13 @@ help: ## this list
 .venv/bin/python:
 	@$(PYTHON) -m venv .venv
 
-.venv/derive: .venv/bin/python pyproject.toml setup.py $(wildcard runtime/*/*.[ch] runtime/*/*/*.[ch])
+SOURCES := pyproject.toml setup.py $(wildcard runtime/*/*.[ch] runtime/*/*/*.[ch])
+
+.venv/derive: .venv/bin/python $(SOURCES)
 	@echo "installing chasles and its compiler into .venv" && $(BIN)/pip install --quiet --disable-pip-version-check --editable '.[derive]' && touch $@
 
-.venv/dev: .venv/derive
-	@echo "installing the tests' tools and oracles into .venv" && $(BIN)/pip install --quiet --disable-pip-version-check --editable '.[derive,files,calibration,study,cluster,test,crosscheck,view,dev]' && touch $@
+.venv/dev: .venv/bin/python $(SOURCES)
+	@echo "installing chasles, its compiler, the tests' tools and oracles into .venv" && $(BIN)/pip install --quiet --disable-pip-version-check --editable '.[derive,files,calibration,study,cluster,test,crosscheck,view,dev]' && touch .venv/derive $@
 
 .venv/bench: .venv/dev
 	@echo "installing the benchmarks' peers into .venv" && $(BIN)/pip install --quiet --disable-pip-version-check --editable '.[bench]' && touch $@

@@ -23,6 +23,7 @@ LOOPS = ["well_manipulator", "delta", "planar_3rrr"]
 NEAR = 0.02
 """Radian or metre from the reference in which these robots' loops close."""
 NAMES = [*SERIAL, *LOOPS]
+ROBOTS = {name: chasles.load(name) for name in NAMES}
 
 
 def in_C(robot):
@@ -34,11 +35,11 @@ def in_C(robot):
     return [item.name for item in functions if item.inputs[0].name != "T"]
 
 
-FUNCTIONS = [(name, item) for name in NAMES for item in in_C(chasles.load(name))]
+FUNCTIONS = [(name, item) for name in NAMES for item in in_C(ROBOTS[name])]
 FORWARD = [
     (name, item)
     for name, item in FUNCTIONS
-    if name in SERIAL and item != "swivel" and not chasles.load(name).functions[item].solutions
+    if name in SERIAL and item != "swivel" and not ROBOTS[name].functions[item].solutions
 ]
 """Without inverses, which take poses: of numbers that are none, signs of zeros decide on pi or -pi,
 and rows of a 4 by 4 matrix do not lie as vectors do; and without the angle of an elbow that may be
@@ -73,7 +74,7 @@ every_quick_function = each(
     [
         (name, item)
         for name, item in FUNCTIONS
-        if chasles.load(name).functions[item].operations["total"] < LONGEST
+        if ROBOTS[name].functions[item].operations["total"] < LONGEST
     ]
 )
 centres = {}
@@ -81,7 +82,7 @@ centres = {}
 
 
 def find(name, item):
-    robot = chasles.load(name)
+    robot = ROBOTS[name]
     function = robot.functions[item]
     if robot.loops:
         q = np.array(robot.reference.q)
