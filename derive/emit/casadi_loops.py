@@ -50,7 +50,7 @@ def with_loops(
     for name, names in {
         "configuration": [variable.name for variable in h.variables],
         "chain": [joint.name for joint in h.robot.moving],
-        "passive": list(h.mechanism.passive),
+        "passive": [variable.name for variable in h.passive_in_loops],
     }.items():
         if names:
             outputs[name] = ca.vertcat(*(joints[n] for n in names))

@@ -178,6 +178,12 @@ class Hybrid:
         return configuration_names(self.mechanism)
 
     @cached_property
+    def passive_in_loops(self) -> tuple[ConfigurationVariable, ...]:
+        """The passive joints that are in z: all but the drives that follow."""
+        found = {variable.name: variable for variable in self.variables}
+        return tuple(found[name] for name in self.mechanism.passive if name in found)
+
+    @cached_property
     def at_reference(self) -> dict[str, float]:
         """The value of every entry of z at the reference configuration, its loops closed."""
         if self.forward.open:

@@ -58,9 +58,14 @@ _LEAST_NOISE = 1e-3
 """Noise, in standard deviations that were stated, below that of any device."""
 _EVALUATIONS = 100
 """Most evaluations of a solution: twenty suffice, and measurements without noise never settle."""
-_NEARNESS = 1e-2
-"""Error that 1 mm or 1 mrad off the design counts as, in standard deviations: far below the noise,
-and enough to decide between parameters of the same effect."""
+_NEARNESS = 0.3
+"""Error that 1 mm or 1 mrad off the design counts as, in standard deviations: below the noise, and
+enough to decide between parameters of the same effect."""
+_PLACED = 1e-3
+"""The same of frames and targets, which no design places."""
+_FAR = 0.1
+"""How far frames and targets may be from their start [m or rad]: a tool that hardly turns tells the
+place of its targets from that of the base by what it turns alone."""
 _NEARBY = 1e-6
 """Relative step at which a robot explains the measurements well enough to tell parameters apart."""
 _MOST_NEARBY = 50
@@ -144,12 +149,14 @@ def problem_nearby(
     sought = _candidates(first.robot, vary, start.observation, bool(tolerances))
     x0 = np.concatenate([first.held[sought], start.unknowns])
     whole = replace(first, sought=sought, x0=x0, known=np.zeros(len(sought)))
-    nearness = _NEARNESS / SMALL
+    designed = np.zeros(len(x0), dtype=bool)
+    designed[: len(sought)] = [first.robot.geometry[k].part != "base" for k in sought]
+    nearness = np.where(designed, _NEARNESS, _PLACED) / SMALL
     found = scipy.optimize.least_squares(
         lambda x: np.concatenate([whole.errors(x), nearness * (x - x0)]),
         x0,
-        jac=lambda x: np.concatenate([whole.derivative(x), nearness * np.eye(len(x))]),
-        x_scale=SMALL,
+        jac=lambda x: np.concatenate([whole.derivative(x), np.diag(nearness)]),
+        x_scale=np.where(designed, SMALL, _FAR),
         loss="cauchy" if robust else "linear",
         f_scale=first.spread(first.x0) if robust else 1.0,
         xtol=_NEARBY,

@@ -135,7 +135,7 @@ def _tables(own: str, closure: LoopClosure) -> list[str]:
         "actuated": closure.given,
         "unknown": closure.unknown,
         "theta": [everything.index(name) for name in chain],
-        "passive": [everything.index(name) for name in h.mechanism.passive] or [0],
+        "passive": [everything.index(v.name) for v in h.passive_in_loops] or [0],
         "z": [everything.index(name) for name in z],
         "of_z": [z.index(name) for name in closure.names],
     }
@@ -167,7 +167,7 @@ class _Bodies:
         self.w, self.all = len(closure.names), len(closure.names) + len(h.mechanism.swings)
         self.sizes = {
             "chain": ("theta", self.n),
-            "passive": ("passive", len(h.mechanism.passive)),
+            "passive": ("passive", len(h.passive_in_loops)),
             "configuration": ("z", len(h.variables)),
         }
 

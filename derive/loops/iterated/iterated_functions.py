@@ -58,8 +58,7 @@ class _Maps:
 
     def __init__(self, closure: LoopClosure) -> None:
         self.closure, self.hybrid = closure, closure.hybrid
-        variables = {v.name: v for v in self.hybrid.variables}
-        self.passive = [variables[name] for name in self.hybrid.mechanism.passive]
+        self.passive = self.hybrid.passive_in_loops
 
     def all(self) -> list[WrittenFunction]:
         h = self.hybrid

@@ -18,7 +18,7 @@ from numpy.testing import assert_allclose
 
 import chasles
 from chasles import screws
-from chasles.calibration import Poses, identify, random_arms, robot_file, tool_errors
+from chasles.calibration import Poses, Positions, identify, random_arms, robot_file, tool_errors
 from chasles.calibration.problem import OUTLYING
 from chasles.derive import RobotError, casadi_function, derive, load, loads, write
 from chasles.derive.chain.parametric import PARAMETRIC
@@ -140,6 +140,18 @@ def test_identification_explains_a_drawn_robot(made, name):
     drawn_noise = np.abs(measured.errors(T, np.zeros(0))).reshape(-1, 6).max(1)
     beyond = np.array(measured.labels)[drawn_noise > OUTLYING]
     assert found.outliers == tuple(beyond)
+
+
+def test_targets_on_a_tool_that_hardly_turns(made):
+    """The start places base and targets tens of centimetres off, by the same way."""
+    robot, random = made("delta"), np.random.default_rng(3)
+    p, q = drawn(robot, random, 5e-4), everywhere(robot, random, 60)
+    T = screws.exp(random.normal(size=6)) @ robot.fk_p(q, p)
+    targets = np.array([[0.03, 0, 0], [0, 0.03, 0.01], [0, 0, -0.05]])
+    points = T[:, None, :3, 3] + np.einsum("nij,mj->nmi", T[:, :3, :3], targets)
+    found = identify(robot, q, Positions(points + 2e-5 * random.normal(size=points.shape), 2e-5))
+    assert 0.8 < found.noise < 1.2
+    assert found.outliers == ()
 
 
 def test_lengths_in_proportion_are_not_told_apart(tmp_path):
