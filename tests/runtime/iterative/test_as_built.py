@@ -184,3 +184,14 @@ def test_pins_out_of_parallel_are_told():
     wrong = replace(DESIGN, joints=joints, closure="least squares")
     with pytest.raises(RobotError, match=r'expected parallel axes, or ends = "ball"$'):
         derive(wrong)
+
+
+def test_a_motor_that_follows_is_no_joint_of_the_loops(tmp_path):
+    gantry = tilted(load(ROBOTS / "bricklaying_gantry.toml"), "y_second")
+    write(gantry, tmp_path / "gantry", ["fk", "passive", "configuration"])
+    robot = chasles.load(tmp_path / "gantry")
+    q = np.array(robot.reference.q)
+    names = [variable.name for variable in robot.configuration_variables]
+    expected = robot.configuration(q)[[names.index(v.name) for v in robot.passive_joints]]
+    np.testing.assert_array_equal(robot.passive(q), expected)
+    assert "motor_y_second" not in names
