@@ -1,5 +1,7 @@
 """Areas of planar platforms: the reference's digits, random annuli against many points."""
 
+from itertools import combinations, pairwise
+
 import numpy as np
 import pytest
 from derivations import ROBOTS
@@ -22,6 +24,52 @@ from chasles.study.planar.planar_platform import constant_orientation, dexterous
 def test_areas_of_the_reference(name, degrees, square_millimetres):
     found = constant_orientation(chasles.load(name), np.radians(degrees))
     assert found.area * 1e6 == pytest.approx(square_millimetres, rel=1e-10)
+
+
+def by_chords(centres, inner, outer):
+    """The area common to rings of equal radii: lengths of chords, integrated over y.
+
+    The ends of chords move smoothly between the heights at which circles begin, end or meet. There
+    they move as a root does, so that Gauss's points stand on a sine.
+    """
+    heights = [c[1] + sign * r for c in centres for r in (inner, outer) for sign in (-1, 1)]
+    for a, b in combinations([(c, r) for c in centres for r in (inner, outer)], 2):
+        d = b[0] - a[0]
+        apart = np.hypot(*d)
+        if apart > 0 and abs(a[1] - b[1]) < apart < a[1] + b[1]:
+            along = (apart**2 + a[1] ** 2 - b[1] ** 2) / (2 * apart)
+            across = np.sqrt(a[1] ** 2 - along**2)
+            heights += [a[0][1] + (along * d[1] + sign * across * d[0]) / apart for sign in (-1, 1)]
+    places, weights = np.polynomial.legendre.leggauss(60)
+    total = 0.0
+    for low, high in pairwise(sorted(heights)):
+        angles = places * np.pi / 2
+        y = (low + high) / 2 + (high - low) / 2 * np.sin(angles)
+        steps = weights * np.pi / 2 * (high - low) / 2 * np.cos(angles)
+        total += sum(w * chord(centres, inner, outer, at) for w, at in zip(steps, y, strict=True))
+    return total
+
+
+def chord(centres, inner, outer, y):
+    """The length of a horizontal line in all rings."""
+    halves = [np.sqrt(np.maximum(r**2 - (y - centres[:, 1]) ** 2, 0)) for r in (inner, outer)]
+    ends = np.sort(np.concatenate([centres[:, 0] + s * half for half in halves for s in (-1, 1)]))
+    middles = (ends[1:] + ends[:-1]) / 2
+    distance = np.hypot(middles[:, None] - centres[:, 0], y - centres[:, 1])
+    return np.diff(ends)[((distance > inner) & (distance < outer)).all(1)].sum()
+
+
+@pytest.mark.parametrize(("name", "coupler"), [("planar_3rrr", 130), ("planar_3rrr_170", 170)])
+@pytest.mark.parametrize("degrees", [15, 30, 45, 60])
+def test_areas_by_chords(name, coupler, degrees):
+    """The platform's joints stand on its corners, and turn with it."""
+    corners = np.radians([210, 330, 90])
+    base, turned = corners, corners + np.radians(degrees)
+    centres = 290 * np.column_stack([np.cos(base), np.sin(base)])
+    centres = centres - 130 * np.column_stack([np.cos(turned), np.sin(turned)])
+    expected = by_chords(centres, 170 - coupler, 170 + coupler)
+    found = constant_orientation(chasles.load(name), np.radians(degrees))
+    assert found.area * 1e6 == pytest.approx(expected, rel=1e-9)
 
 
 def test_random_annuli_against_points():
