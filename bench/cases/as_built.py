@@ -30,24 +30,16 @@ def as_built(
             return value
         return value + sp.Rational(f"{rng.uniform(-error, error):.{DECIMALS}f}")
 
-    def moved(placement: Placement) -> Placement:
-        return tuple(
-            replace(part, vector=tuple(map(off, part.vector)))
-            if isinstance(part, Translation)
-            else part
-            for part in placement
-        )
-
     joints = tuple(
-        replace(joint, before=moved(joint.before)) if joint.name in members else joint
+        replace(joint, before=_moved(joint.before, off)) if joint.name in members else joint
         for joint in mechanism.joints
     )
     struts = tuple(
         replace(
             strut,
             length=off(strut.length),
-            a=replace(strut.a, placement=moved(strut.a.placement)),
-            b=replace(strut.b, placement=moved(strut.b.placement)),
+            a=_end(strut.a, off),
+            b=_end(strut.b, off),
         )
         if strut.name in members
         else strut
@@ -95,7 +87,7 @@ def single_errors(mechanism: Mechanism) -> Iterator[tuple[str, Mechanism]]:
     joints = [joint.name for joint in mechanism.joints if joint.kind != "fixed"]
     for name in joints:
         yield f"axis of {name}", _tilted(mechanism, {name})
-    # Of both signs, so that parts do not stay in proportion.
+    # The errors have both signs, so that parts do not stay in proportion.
     signs = np.random.default_rng(0).choice((-1, 1), len(lengths)).tolist()
     all_off = {k: s * LONGER for k, (s, x) in enumerate(zip(signs, lengths, strict=True)) if x != 0}
     spoilt = _with_lengths(mechanism, _longer(all_off))
@@ -111,29 +103,36 @@ def _longer(off: dict[int, sp.Rational]) -> Value:
 
 def _with_lengths(mechanism: Mechanism, of: Value) -> Mechanism:
     """A mechanism with other lengths of placements and rods, each met once."""
-
-    def moved(placement: Placement) -> Placement:
-        return tuple(
-            replace(part, vector=tuple(map(of, part.vector)))
-            if isinstance(part, Translation)
-            else part
-            for part in placement
-        )
-
-    def end(frame: Frame) -> Frame:
-        return replace(frame, placement=moved(frame.placement))
-
     return replace(
         mechanism,
         joints=tuple(
-            replace(j, before=moved(j.before), after=moved(j.after)) for j in mechanism.joints
+            replace(j, before=_moved(j.before, of), after=_moved(j.after, of))
+            for j in mechanism.joints
         ),
-        closures=tuple(replace(c, a=end(c.a), b=end(c.b)) for c in mechanism.closures),
+        closures=tuple(replace(c, a=_end(c.a, of), b=_end(c.b, of)) for c in mechanism.closures),
         struts=tuple(
-            replace(s, a=end(s.a), b=end(s.b), length=s.length if s.is_cylinder else of(s.length))
+            replace(
+                s,
+                a=_end(s.a, of),
+                b=_end(s.b, of),
+                length=s.length if s.is_cylinder else of(s.length),
+            )
             for s in mechanism.struts
         ),
     )
+
+
+def _moved(placement: Placement, of: Value) -> Placement:
+    """A placement with other lengths."""
+    return tuple(
+        replace(part, vector=tuple(map(of, part.vector))) if isinstance(part, Translation) else part
+        for part in placement
+    )
+
+
+def _end(frame: Frame, of: Value) -> Frame:
+    """A frame with other lengths."""
+    return replace(frame, placement=_moved(frame.placement, of))
 
 
 def _tilted(mechanism: Mechanism, names: set[str]) -> Mechanism:

@@ -160,27 +160,21 @@ def _loops(hybrid: Hybrid) -> dict[str, Any]:
     names = [variable.name for variable in hybrid.variables]
     units = {variable.name: variable.unit for variable in hybrid.variables}
     at = hybrid.at_reference
-    ratios = [float(hybrid.terms.value(c.ratio)) for c in mechanism.coordinates]
+    # The runtime takes passive joints that are iterated from the configuration.
+    iterated = [variable.name for variable in hybrid.passive_in_loops]
+    passive = iterated if hybrid.forward.open else mechanism.passive
     return {
         "chain": [_coordinate(joint) for joint in mechanism.main_chain.moving],
-        "passive": [
-            {"name": name, "unit": units.get(name, "rad")}
-            for name in mechanism.passive
-            # The runtime takes passive joints that it iterates from the configuration.
-            if name in units or not hybrid.forward.open
-        ],
+        "passive": [{"name": name, "unit": units.get(name, "rad")} for name in passive],
         "configuration": [{"name": name, "unit": units[name]} for name in names],
         "loops": [closer.name for closer in mechanism.closers],
         "reference": {
-            "q": [
-                _rounded(at[c.moves] / r)
-                for c, r in zip(mechanism.coordinates, ratios, strict=True)
-            ],
+            "q": [_rounded(value) for value in hybrid.q_at_reference.tolist()],
             "z": [_rounded(at[name]) for name in names],
         },
         "actuated_in_z": [
-            {"index": names.index(c.moves), "ratio": ratio}
-            for c, ratio in zip(mechanism.coordinates, ratios, strict=True)
+            {"index": names.index(c.moves), "ratio": float(hybrid.terms.value(c.ratio))}
+            for c in mechanism.coordinates
         ],
         "solution": "newton" if hybrid.forward.open else "closed form",
     }

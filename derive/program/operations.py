@@ -98,7 +98,7 @@ class Compute:
     operands: tuple[Operand, ...]
 
     def __hash__(self) -> int:
-        # Of the statements of a program no two have one result.
+        # No two statements of a program have the same result.
         return self.result.number
 
     @property
