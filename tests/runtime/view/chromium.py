@@ -17,6 +17,8 @@ FLAGS = (
     "--disable-dev-shm-usage",
     "--no-first-run",
     "--disable-background-networking",
+    # A click that comes before the first picture, which takes long on a busy machine, counts.
+    "--allow-pre-commit-input",
     "--window-size=760,520",
     "--force-device-scale-factor=0.25",  # drawing in software takes most of the time
     "--remote-debugging-port=0",
@@ -108,7 +110,8 @@ class Chromium:
         self._ask("Input.dispatchKeyEvent", type="keyUp", **key)
 
     def middle(self, element: str) -> tuple[float, float]:
-        """The middle of an element, which is given by an expression."""
+        """The middle of an element, which is given by an expression and scrolled to."""
+        self.run(f"{element}.scrollIntoView({{ block: 'nearest' }})")
         box = self.run(f"{element}.getBoundingClientRect().toJSON()")
         return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
