@@ -16,6 +16,8 @@ Singular modes are not compared: Newton's iteration does not converge there.
 
 import ctypes
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 
 import numpy as np
 
@@ -32,7 +34,7 @@ KINDS = ("6-6", "flat", "6-3", "3-3")
 WRONG, SAME, REGULAR = 1e-10, 1e-6, 1e-5
 """Errors of rods; distance of modes that are one; determinant of a mode that is not singular. The
 platforms are of size 1."""
-STEPS, LONGEST_STEP = 60, 0.5
+NEWTON = Path(__file__).parents[1] / "native" / "rods_newton.c"
 AXES = (2, 1, 0)
 SHIM = """
 #define _POSIX_C_SOURCE 199309L
@@ -226,26 +228,16 @@ def newton(
     direction = generator.normal(size=(count, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     p = a[0] + lengths[0] * direction - rotations(e) @ b[0]
-    found: list[tuple[np.ndarray, np.ndarray]] = []
-    for _ in range(STEPS):
-        left, J = excess(a, b, lengths, e, p)
-        closed = np.abs(left).max(1) < WRONG / 100
-        found.append((e[closed], p[closed]))
-        e, p, left, J = e[~closed], p[~closed], left[~closed], J[~closed]
-        if not len(e):
-            break
-        step = _steps(J, left)
-        size = np.abs(step).max(1, keepdims=True)
-        step *= np.minimum(1, LONGEST_STEP / np.maximum(size, LONGEST_STEP / 2))
-        p = p + step[:, :3]
-        e = e + _product(np.pad(step[:, 3:] / 2, ((0, 0), (1, 0))), e)
-        e /= np.linalg.norm(e, axis=1, keepdims=True)
-    return _distinct(*(np.concatenate([part[k] for part in found]) for k in (0, 1)))
+    arrays = [np.ascontiguousarray(values) for values in (a, b, lengths, e, p)]
+    *rods, starts_e, starts_p = (array.ctypes.data_as(ctypes.c_void_p) for array in arrays)
+    closes = ctypes.c_double(WRONG / 100)
+    led = _newton_library().rods_newton(*rods, count, starts_e, starts_p, closes)
+    return _distinct(arrays[3][:led], arrays[4][:led])
 
 
-def _steps(J: np.ndarray, left: np.ndarray) -> np.ndarray:
-    noise = 1e-12 * np.eye(6)
-    return np.asarray(np.linalg.solve(J + noise, -left[..., None])[..., 0])
+@cache
+def _newton_library() -> ctypes.CDLL:
+    return ctypes.CDLL(str(compiled(Source("rods_newton", {NEWTON.name: NEWTON.read_text()}))))
 
 
 def _distinct(e: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
