@@ -13,12 +13,13 @@ from ..chain.groups import Group, groups
 from ..chain.kinematics import Kinematics, arguments_of, common_unit, coordinates
 from ..model.errors import RobotError
 from ..model.mechanism import Mechanism, Strut
+from ..model.tolerances import CLOSED_LOOP
 from ..terms.role import OTHER, Role
 from ..terms.symbolic_function import Argument, Result, SymbolicFunction
 from ..terms.terms import Terms
 from .checks.actuation import check_actuation
 from .checks.gaps import not_closing
-from .closing import ClosedLoops, Vector
+from .closing import ClosedLoops, Vector, longest_length
 from .collapse import collapsed
 from .constraints import ConfigurationVariable, LoopEquations, configuration_names, constraints
 from .iterated.left_open import left_open
@@ -187,10 +188,21 @@ class Hybrid:
     def at_reference(self) -> dict[str, float]:
         """The value of every entry of z at the reference configuration, its loops closed."""
         if self.forward.open:
-            return dict(zip(self.in_numbers.names, map(float, self._closed), strict=True))
+            return self._without_noise(
+                dict(zip(self.in_numbers.names, map(float, self._closed), strict=True))
+            )
         values = self.named(self.forward, [variable.name for variable in self.variables])
         of = self.forward.reference.of
         return {v.name: of(value) for v, value in zip(self.variables, values, strict=True)}
+
+    def _without_noise(self, at: dict[str, float]) -> dict[str, float]:
+        """Zeros for values below the precision of iteration, which differ between processors."""
+        size = longest_length(self.mechanism, self.terms)
+        scales = {v.name: 1.0 if v.unit == "rad" else size for v in self.variables}
+        return {
+            name: value if abs(value) > CLOSED_LOOP * scales[name] else 0.0
+            for name, value in at.items()
+        }
 
     @cached_property
     def q_at_reference(self) -> Vector:
