@@ -9,6 +9,7 @@ cylinders are of negative length. Mechanisms without a closed form are counted a
 import tempfile
 import time
 from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -19,7 +20,7 @@ from chasles.derive import derive
 from chasles.derive.build.generate import files_of, put
 
 from ..cases.drawn_mechanisms import DrawnMechanism, drawn_mechanism
-from ..report import out
+from ..report import out, paced
 from .multi_start import SAME, Multistart
 
 INPUTS = 20
@@ -80,12 +81,7 @@ def run(count: int, first: int) -> int:
         count: Number of mechanisms.
         first: Number of the first.
     """
-    verdicts = []
-    for seed in range(first, first + count):
-        verdict = judged(drawn_mechanism(seed), seed)
-        verdicts.append(verdict)
-        if not verdict.is_clean:
-            out.print(str(verdict))
+    verdicts = paced(_verdicts(count, first), count, _so_far)
     families = Counter(v.family for v in verdicts)
     for family, of in families.items():
         without = sum(v.open for v in verdicts if v.family == family)
@@ -101,6 +97,21 @@ def run(count: int, first: int) -> int:
         f"(longest {max(v.seconds for v in verdicts):.1f} s)"
     )
     return int(not all(v.is_clean for v in verdicts))
+
+
+def _verdicts(count: int, first: int) -> Iterator[Verdict]:
+    """Judges mechanisms one after the other, and prints those with a fault."""
+    for seed in range(first, first + count):
+        verdict = judged(drawn_mechanism(seed), seed)
+        if not verdict.is_clean:
+            out.print(str(verdict))
+        yield verdict
+
+
+def _so_far(verdicts: Sequence[Verdict]) -> str:
+    faults = sum(v.faults.total() for v in verdicts)
+    with_fault = sum(not v.is_clean for v in verdicts)
+    return f"{sum(v.branches for v in verdicts)} branches, {faults} faults, {with_fault} not clean"
 
 
 def judged(

@@ -15,6 +15,7 @@ Modes with a margin below 1e-4 are not compared: Newton's iteration converges sl
 
 import tempfile
 from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,7 +26,7 @@ from chasles.derive import loads, write
 from chasles.derive.emit.languages import EMITTERS
 
 from ..cases.planar_platforms import CLOSED, DrawnPlatform, drawn_platform
-from ..report import out
+from ..report import out, paced
 
 COUNT, STARTS, INPUTS = 100, 1_000, 4
 FUNCTIONS, LANGUAGES = ("modes",), ("c", "python")
@@ -49,31 +50,37 @@ class Compared:
     unsure: bool
     modes: int
 
+    @property
+    def is_faulty(self) -> bool:
+        """Whether a mode is missed, wrong or unsure."""
+        return bool(self.missed or self.wrong or self.unsure)
+
 
 def run(count: int, starts: int, seed: int) -> int:
     """Judges random platforms; prints a line for each with an error, and one for all."""
-    found: list[Compared] = []
-    failed = 0
-    for k in range(seed, seed + count):
-        generator = np.random.default_rng(k)
+    found = paced(_judged(range(seed, seed + count), starts), count, _so_far)
+    out.print(f"{count} platforms: {_so_far(found)}")
+    return int(any(row.is_faulty for rows in found for row in rows))
+
+
+def _judged(seeds: Iterable[int], starts: int) -> Iterator[list[Compared]]:
+    """Judges platforms one after the other, and prints those with an error."""
+    for seed in seeds:
+        generator = np.random.default_rng(seed)
         platform = drawn_platform(generator)
         rows = judged(platform, generator, starts)
-        found += rows
-        if any(row.missed or row.wrong or row.unsure for row in rows):
-            failed += 1
-            out.print(f"platform {k}: {', '.join(map(str, platform.legs))}: {rows}")
-        if (k + 1 - seed) % 10 == 0:
-            _print(found)
-    _print(found)
-    return int(failed > 0)
+        if any(row.is_faulty for row in rows):
+            out.print(f"platform {seed}: {', '.join(map(str, platform.legs))}: {rows}")
+        yield rows
 
 
-def _print(found: list[Compared]) -> None:
-    kinds = Counter(row.modes for row in found)
-    out.print(
-        f"{len(found) // INPUTS} platforms, {len(found)} inputs: missed "
-        f"{sum(r.missed for r in found)}, wrong {sum(r.wrong for r in found)}, unsure "
-        f"{sum(r.unsure for r in found)}, modes " + " ".join(str(kinds[k]) for k in range(7))
+def _so_far(found: Sequence[list[Compared]]) -> str:
+    rows = [row for of in found for row in of]
+    kinds = Counter(row.modes for row in rows)
+    return (
+        f"{len(rows)} inputs, missed {sum(r.missed for r in rows)}, wrong "
+        f"{sum(r.wrong for r in rows)}, unsure {sum(r.unsure for r in rows)}, modes "
+        + " ".join(str(kinds[k]) for k in range(7))
     )
 
 

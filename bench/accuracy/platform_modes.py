@@ -15,6 +15,7 @@ Singular modes are not compared: Newton's iteration does not converge there.
 """
 
 import ctypes
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -27,7 +28,7 @@ from chasles.derive.loops.modes.hexapod import NO_JOINTS, RodNumbers, double_joi
 from chasles.derive.loops.modes.hexapod_starts import starts
 
 from ..native.library import Source, compiled
-from ..report import out
+from ..report import out, paced
 
 COUNT, STARTS = 200, 2_000
 KINDS = ("6-6", "flat", "6-3", "3-3")
@@ -101,27 +102,29 @@ def run(count: int, starts_: int, seed: int) -> int:
     """Judges random platforms; prints a line for each kind."""
     library = _library()
     generator = np.random.default_rng(seed)
-    found: dict[str, list[Judged]] = {kind: [] for kind in KINDS}
-    for k in range(count):
-        kind = KINDS[k % len(KINDS)]
-        found[kind].append(judged(library, *random_rods(kind, generator), starts_, generator))
-        if (k + 1) % 100 == 0:
-            out.print(f"{k + 1} platforms, {starts_} starts each")
-            _print(found)
-    _print(found)
-    return int(any(j.missed or j.wrong for rows in found.values() for j in rows))
+    kinds = [KINDS[k % len(KINDS)] for k in range(count)]
+    each = (judged(library, *random_rods(kind, generator), starts_, generator) for kind in kinds)
+    found = paced(each, count, _so_far)
+    out.print(f"{count} platforms, {starts_} starts each")
+    for kind in KINDS:
+        _print(kind, [row for row, its in zip(found, kinds, strict=True) if its == kind])
+    return int(any(j.missed or j.wrong for j in found))
 
 
-def _print(found: dict[str, list[Judged]]) -> None:
-    for kind, rows in found.items():
-        if rows:
-            ms, modes = [j.ms for j in rows], [j.modes for j in rows]
-            out.print(
-                f"{kind:5} {len(rows):5} platforms: missed {sum(j.missed for j in rows)}, "
-                f"wrong {sum(j.wrong for j in rows)}, more {sum(j.more for j in rows)}, "
-                f"unsure {sum(j.unsure for j in rows)}, modes {max(modes)} ({np.mean(modes):.1f}), "
-                f"{np.median(ms):.2f} ms ({max(ms):.2f})"
-            )
+def _so_far(found: Sequence[Judged]) -> str:
+    return (
+        f"missed {sum(j.missed for j in found)}, wrong {sum(j.wrong for j in found)}, "
+        f"more {sum(j.more for j in found)}, unsure {sum(j.unsure for j in found)}"
+    )
+
+
+def _print(kind: str, rows: Sequence[Judged]) -> None:
+    if rows:
+        ms, modes = [j.ms for j in rows], [j.modes for j in rows]
+        out.print(
+            f"{kind:5} {len(rows):5} platforms: {_so_far(rows)}, "
+            f"modes {max(modes)} ({np.mean(modes):.1f}), {np.median(ms):.2f} ms ({max(ms):.2f})"
+        )
 
 
 def random_rods(

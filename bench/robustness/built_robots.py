@@ -18,6 +18,7 @@ from chasles.derive.emit.languages import EMITTERS
 
 from ..cases.as_built import BOARD_INSTALLER, as_built
 from ..report import out
+from .draws import judged_draws
 
 ROBOT = Path(__file__).parents[2] / "derive" / "robots" / "board_installer.toml"
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "configuration", "constraint", "margin", "ik")
@@ -150,17 +151,8 @@ def _microseconds(work, count: int) -> float:
 def run(draws: int, first: int) -> int:
     """Judges draws and prints them; returns the exit status, 0 where all bars hold."""
     design = load(ROBOT)
-    missed = 0
-    worst = dict.fromkeys(BARS, 0.0)
-    for number in range(first, first + draws):
-        values = vars(judged(design, number))
-        worst = {key: max(worst[key], float(value)) for key, value in values.items()}
-        over = [key for key, bar in BARS.items() if not values[key] <= bar]
-        missed += bool(over)
-        if over:
-            out.print(f"draw {number}: " + ", ".join(f"{key} {values[key]:.3g}" for key in over))
     out.print(f"{draws} draws of the board installer, lengths off by up to {ERROR * 1e3} mm:")
-    for key, bar in BARS.items():
-        out.print(f"  {key:8} at most {worst[key]:.3g}, bar {bar:g}")
+    numbers = range(first, first + draws)
+    _, missed = judged_draws(lambda number: judged(design, number), numbers, BARS)
     out.print(f"{missed} draws miss a bar")
     return int(missed > 0)

@@ -23,6 +23,7 @@ from ..accuracy.least_gaps import LeastGaps
 from ..accuracy.multi_start import Multistart
 from ..cases.as_built import UPRIGHT, on_links, out_of_plane
 from ..report import out
+from .draws import judged_draws
 
 ROBOTS = Path(__file__).parents[2] / "derive" / "robots"
 PLANES: dict[str, Placement] = {
@@ -142,17 +143,8 @@ def _lost(robot: chasles.Robot, q: np.ndarray) -> float:
 
 def run(draws: int, first: int) -> int:
     """Judges draws and prints them; returns the exit status, 0 where all bars hold."""
-    worst, missed, derived = dict.fromkeys(BARS, 0.0), 0, 0.0
-    for number in range(first, first + draws):
-        found = judged(number)
-        values = vars(found)
-        over = [key for key, bar in BARS.items() if not values[key] <= bar]
-        worst = {key: max(worst[key], values[key]) for key in worst}
-        derived, missed = max(derived, found.derived), missed + bool(over)
-        if over:
-            out.print(f"draw {number}: " + ", ".join(f"{key} {values[key]:.3g}" for key in over))
     out.print(f"{draws} draws of mechanisms closed in least squares:")
-    for key, bar in BARS.items():
-        out.print(f"  {key:8} at most {worst[key]:.3g}, bar {bar:g}")
+    found, missed = judged_draws(judged, range(first, first + draws), BARS)
+    derived = max(draw.derived for draw in found)
     out.print(f"{missed} draws miss a bar; derived within {derived:.1f} s of the processor")
     return int(missed > 0)

@@ -3,7 +3,7 @@
 import pytest
 
 from bench import check, count
-from bench.report import Limit, Ratio, alternated, ratio
+from bench.report import Limit, Ratio, alternated, paced, ratio
 
 
 def test_works_alternate_after_one_unseen_run():
@@ -62,3 +62,10 @@ def test_instructions_of_callees_are_left_out():
         )
     )
     assert count.own_instructions(profile, ("ur5e_",)) == 37
+
+
+def test_long_benchmarks_tell_how_far_they_are(capsys):
+    times = iter([0.0, 10.0, 31.0, 40.0, 70.0])
+    found = paced([1, 0, 2, 0], 4, lambda so_far: f"{sum(so_far)} missed", lambda: next(times))
+    assert found == [1, 0, 2, 0]
+    assert capsys.readouterr().out == "2 of 4 in 31 s: 1 missed\n"
