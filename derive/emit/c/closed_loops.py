@@ -60,39 +60,32 @@ def _source(
             *_macros(robot.name, own, closure),
             *_tables(own, closure),
             '\n#include "chasles_closure.h"\n',
+            *body.tool(written),
             *functions,
         ]
     )
 
 
-def pose_from_seed(
-    robot: Described, closure: LoopClosure, pose: WrittenFunction, name: str
-) -> list[str]:
+def pose_from_seed(robot: Described, name: str) -> list[str]:
     """A function for pose and Jacobian from a configuration w nearby, behind the file of the loops.
 
     Args:
-        robot: The robot.
-        closure: The equations of its loops.
-        pose: The function ``fk_jacobian_mixed``, which goes on from the reference.
+        robot: The robot, whose function ``fk_jacobian_mixed`` goes on from the reference.
         name: The function's name; its arguments are q, w, T and J.
     """
     own = f"{robot.name}_loops"
-    solved = [
-        f"{own}_closed s;",
-        "memcpy(s.w, w, sizeof s.w);",
-        "if (w[0] == w[0])",
-        f"    {own}_near(q, &s);",
-        "if (s.w[0] != s.w[0])",
-        f"    {own}_at(q, &s);",
-        "memcpy(w, s.w, sizeof s.w);",
-    ]
-    T, J = (result.name for result in pose.outputs)
-    body = _Bodies(robot.name, own, closure)
     return [
         "/* From w, or from the reference where w is NaN or too far away; w becomes that at q. */",
-        f"static void {name}(const double *q, double *w, double *{T}, double *{J})",
+        f"static void {name}(const double *q, double *w, double *T, double *J)",
         "{",
-        *(f"  {line}" for line in [*solved, *body.of(pose)[len(body.solved()) :]]),
+        f"  {own}_closed s;",
+        "  memcpy(s.w, w, sizeof s.w);",
+        "  if (w[0] == w[0])",
+        f"    {own}_near(q, &s);",
+        "  if (s.w[0] != s.w[0])",
+        f"    {own}_at(q, &s);",
+        "  memcpy(w, s.w, sizeof s.w);",
+        f"  {own}_tool(&s, T, J);",
         "}\n",
     ]
 
@@ -208,7 +201,31 @@ class _Bodies:
         }
         return own if function.name in own else {function.name: of_kind[kind]}
 
+    def tool(self, functions: Sequence[WrittenFunction]) -> list[str]:
+        """The function that fk_jacobian_mixed and the inverse share; none where both are absent."""
+        return [
+            line
+            for function in functions
+            if function.name == "fk_jacobian_mixed"
+            for line in (
+                "/* Pose and Jacobian of the tool at a closed configuration. */",
+                f"static void {self.own}_tool({self.own}_closed *s, double *T, double *J)",
+                "{",
+                *(f"  {line}" for line in self._tool(function.calls[0])),
+                "}\n",
+            )
+        ]
+
     # --- parts ---
+
+    def _tool(self, of_chain: str) -> list[str]:
+        return [
+            *self._theta("s->w"),
+            *self._w_D_q("s"),
+            f"double J_theta[{6 * self.n}];",
+            self._called(of_chain, "theta", "T", "J_theta"),
+            self._product("J_theta", "theta_q", 0, "J"),
+        ]
 
     def solved(self, given: str = "q") -> list[str]:
         return [f"{self.own}_closed s;", f"{self.own}_at({given}, &s);"]
@@ -221,17 +238,17 @@ class _Bodies:
             f"{self.own}_picked(all, 1, {size}, {self.own}_{table}, {result});",
         ]
 
-    def _theta(self) -> list[str]:
-        return [f"double theta[{self.n}];", self._rows("s.w", 1, "theta")]
+    def _theta(self, w: str = "s.w") -> list[str]:
+        return [f"double theta[{self.n}];", self._rows(w, 1, "theta")]
 
     def _rows(self, table: str, columns: int, to: str) -> str:
         return f"{self.own}_picked({table}, {columns}, {self.n}, {self.own}_theta, {to});"
 
-    def _w_D_q(self) -> list[str]:
+    def _w_D_q(self, solved: str = "&s") -> list[str]:
         return [
             f"double w_q[{self.w * self.q}], theta_q[{self.n * self.q}];",
-            f"{self.own}_factored(&s);",
-            f"{self.own}_w_D_q(&s, w_q);",
+            f"{self.own}_factored({solved});",
+            f"{self.own}_w_D_q({solved}, w_q);",
             self._rows("w_q", self.q, "theta_q"),
         ]
 
@@ -270,15 +287,8 @@ class _Bodies:
         ]
 
     def _fk_jacobian(self, function: WrittenFunction) -> list[str]:
-        T, J = function.outputs
-        return [
-            *self.solved(),
-            *self._theta(),
-            *self._w_D_q(),
-            f"double J_theta[{6 * self.n}];",
-            self._called(function.calls[0], "theta", T.name, "J_theta"),
-            self._product("J_theta", "theta_q", 0, J.name),
-        ]
+        T, J = (result.name for result in function.outputs)
+        return [*self.solved(), f"{self.own}_tool(&s, {T}, {J});"]
 
     def _jacobian_dot(self, function: WrittenFunction) -> list[str]:
         (result,) = function.outputs

@@ -118,7 +118,7 @@ def _seeded(
     return [
         f"#define POLISH_SEEDS {len(closure.names)}",
         f"#define POLISH_FROM_SEED(q, w, at) {own}_from_seed(q, w, at, at + 16)\n",
-        *pose_from_seed(derivation.robot, closure, pose, f"{own}_from_seed"),
+        *pose_from_seed(derivation.robot, f"{own}_from_seed"),
     ]
 
 
