@@ -123,7 +123,10 @@ def _calibrate(options: argparse.Namespace) -> int:
     from . import calibration  # noqa: PLC0415
 
     robot = load(options.robot, parametric=True)
-    q, observation = calibration.read_measurements(options.measurements, robot)
+    measured = calibration.read_measurements(options.measurements, robot)
+    for sentence in measured.assumed:
+        print(f"{options.measurements}: {sentence}")
+    q, observation = measured
     held_back: Mapping[str, float] = {}
     if options.vary:
         found = calibration.identify(robot, q, observation, vary=options.vary)
