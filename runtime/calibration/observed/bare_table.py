@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputValueError
-from .cells import Line, number
 from .headings import AXES
+from .table_text import TableLine, number
 
 FloatArray = NDArray[np.float64]
 
@@ -28,7 +28,7 @@ _LEAST = 3
 """Fewest rows that tell whether a distance stays."""
 
 
-def header_of(path: Path, rows: Sequence[Line], robot: Any, said: list[str]) -> list[str]:
+def header_of(path: Path, rows: Sequence[TableLine], robot: Any, said: list[str]) -> list[str]:
     """The header that a table should have; what is assumed is added to `said`.
 
     Raises:
@@ -59,7 +59,7 @@ def header_of(path: Path, rows: Sequence[Line], robot: Any, said: list[str]) -> 
     return header
 
 
-def _whole(rows: Sequence[Line]) -> list[Line]:
+def _whole(rows: Sequence[TableLine]) -> list[TableLine]:
     """The rows with as many numbers as the first."""
     count = len(rows[0].cells)
     return [
@@ -93,7 +93,7 @@ def _are_targets(values: FloatArray) -> bool:
     )
 
 
-def _asked(path: Path, rows: Sequence[Line], robot: Any) -> InputValueError:
+def _asked(path: Path, rows: Sequence[TableLine], robot: Any) -> InputValueError:
     joints = ", ".join(f"q{k + 1} [deg]" for k in range(min(robot.n, 2)))
     return InputValueError(
         f"{path}: the first line holds numbers, and its {len(rows[0].cells)} columns do not tell "

@@ -113,7 +113,7 @@ class Column(NamedTuple):
     unit: str
 
 
-class Named(NamedTuple):
+class NamedColumns(NamedTuple):
     """The columns that were recognised, by name, and sentences about those that need one."""
 
     columns: dict[str, Column]
@@ -134,7 +134,7 @@ def unit_of(word: str) -> str:
     return small if small in UNITS else ""
 
 
-def named(header: Sequence[str], own: Sequence[str]) -> Named:
+def named(header: Sequence[str], own: Sequence[str]) -> NamedColumns:
     """The columns of a header by their names.
 
     Args:
@@ -164,7 +164,7 @@ def named(header: Sequence[str], own: Sequence[str]) -> Named:
             columns[name] = heading.column
         elif heading.column.number in found:
             repeated.append(name)
-    return Named(columns, tuple(repeated), tuple(said))
+    return NamedColumns(columns, tuple(repeated), tuple(said))
 
 
 def _heading(cell: str, number: int) -> _Heading | None:

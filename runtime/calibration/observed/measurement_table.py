@@ -8,10 +8,10 @@
     q1 [deg], ..., q6 [deg], x [mm], y [mm], z [mm], qw, qx, qy, qz
 
 Columns stand in any order under the headings of `headings.py`, between the separators of
-`cells.py`. A unit stands in the heading or in a row of units below the header. Where no angle has a
-unit, or no position, their size tells it, and :attr:`Measured.assumed` says so. Without a header,
-columns are told by their number and by distances that do not change (`bare_table.py`). Empty cells
-of a position mean that the target was not seen. Other columns are left out.
+`table_text.py`. A unit stands in the heading or in a row of units below the header. Where no angle
+has a unit, or no position, their size tells it, and :attr:`Measured.assumed` says so. Without a
+header, columns are told by their number and by distances that do not change (`bare_table.py`).
+Empty cells of a position mean that the target was not seen. Other columns are left out.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ from numpy.typing import NDArray
 from ...errors import InputValueError
 from ...short_repr import short_repr
 from .bare_table import header_of
-from .cells import Line, cells_of, is_number, number
 from .headings import AXES, STATION, TARGET, UNITS, Column, named, unit_of
 from .observations import Observation, Poses, Positions
 from .stations import Stations
+from .table_text import TableLine, cells_of, is_number, number
 from .turns import Form, WrongRow, described, form_of, unit_by_size
 
 FloatArray = NDArray[np.float64]
@@ -114,7 +114,7 @@ def _read(path: Path, robot: Any) -> _Table:
     return _Table(path, columns, rows, [*said, *found.said], len(header))
 
 
-def _first_row(path: Path, lines: Sequence[Line]) -> int:
+def _first_row(path: Path, lines: Sequence[TableLine]) -> int:
     """The index of the first line that holds numbers."""
     if len(lines[0].cells) == 1 == len(lines[-1].cells):
         raise InputValueError(
@@ -139,7 +139,7 @@ def _unit(units: Sequence[str], column: Column) -> str:
     return (unit_of(units[column.number]) if column.number < len(units) else "") or column.unit
 
 
-def _check_length(path: Path, row: Line, columns: int) -> None:
+def _check_length(path: Path, row: TableLine, columns: int) -> None:
     if any(cell.strip() for cell in row.cells[columns:]):
         raise InputValueError(
             f"{path}, line {row.number}: {len(row.cells)} cells and {columns} columns in the "
@@ -150,7 +150,7 @@ def _check_length(path: Path, row: Line, columns: int) -> None:
 class _Table(NamedTuple):
     path: Path
     columns: Mapping[str, Column]
-    rows: Sequence[Line]
+    rows: Sequence[TableLine]
     said: list[str]
     width: int
 
@@ -194,7 +194,7 @@ class _Table(NamedTuple):
             )
         return UNITS[column.unit][1]
 
-    def _number(self, name: str, row: Line, may_be_empty: bool) -> float:
+    def _number(self, name: str, row: TableLine, may_be_empty: bool) -> float:
         column = self.columns[name]
         text = _cell(row, column.number)
         if may_be_empty and text.lower() in _UNSEEN:
@@ -206,7 +206,7 @@ class _Table(NamedTuple):
         return value
 
 
-def _cell(row: Line, column: int) -> str:
+def _cell(row: TableLine, column: int) -> str:
     return row.cells[column].strip() if column < len(row.cells) else ""
 
 

@@ -23,22 +23,22 @@ _GROUP = 3
 """Digits between the marks of thousands."""
 
 
-class Line(NamedTuple):
+class TableLine(NamedTuple):
     """A line of a table: its number in the file, from 1, and its cells."""
 
     number: int
     cells: list[str]
 
 
-class Cells(NamedTuple):
+class TableText(NamedTuple):
     """A table's lines without comments, and the comment before the first of them, in cells."""
 
-    lines: list[Line]
+    lines: list[TableLine]
     comment: list[str]
     separator: str
 
 
-def cells_of(path: Path) -> Cells:
+def cells_of(path: Path) -> TableText:
     """The cells of a file.
 
     Raises:
@@ -58,8 +58,8 @@ def cells_of(path: Path) -> Cells:
     texts = [line for _, line in kept]
     separator = _separator(texts)
     split = list(_split(texts, separator))
-    lines = [Line(number, cells) for (number, _), cells in zip(kept, split, strict=True)]
-    return Cells(lines, next(_split([comment], separator), []), separator)
+    lines = [TableLine(number, cells) for (number, _), cells in zip(kept, split, strict=True)]
+    return TableText(lines, next(_split([comment], separator), []), separator)
 
 
 def _decoded(path: Path, content: bytes) -> str:
