@@ -28,6 +28,20 @@ static const int planar_3rrr_loops_of_z[6] = {0, 1, 2, 3, 4, 5};
 
 #include "chasles_closure.h"
 
+/* Pose and Jacobian of the tool at a closed configuration. */
+static void planar_3rrr_loops_tool(planar_3rrr_loops_closed *s, double *T, double *J)
+{
+  double theta[3];
+  planar_3rrr_loops_picked(s->w, 1, 3, planar_3rrr_loops_theta, theta);
+  double w_q[18], theta_q[9];
+  planar_3rrr_loops_factored(s);
+  planar_3rrr_loops_w_D_q(s, w_q);
+  planar_3rrr_loops_picked(w_q, 3, 3, planar_3rrr_loops_theta, theta_q);
+  double J_theta[18];
+  planar_3rrr_chain_fk_jacobian_mixed(theta, T, J_theta);
+  planar_3rrr_loops_product(J_theta, theta_q, 3, 0, J);
+}
+
 void planar_3rrr_chain(const double q[3], double theta[3])
 {
   planar_3rrr_loops_closed s;
@@ -130,15 +144,7 @@ void planar_3rrr_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double 
 {
   planar_3rrr_loops_closed s;
   planar_3rrr_loops_at(q, &s);
-  double theta[3];
-  planar_3rrr_loops_picked(s.w, 1, 3, planar_3rrr_loops_theta, theta);
-  double w_q[18], theta_q[9];
-  planar_3rrr_loops_factored(&s);
-  planar_3rrr_loops_w_D_q(&s, w_q);
-  planar_3rrr_loops_picked(w_q, 3, 3, planar_3rrr_loops_theta, theta_q);
-  double J_theta[18];
-  planar_3rrr_chain_fk_jacobian_mixed(theta, T_0_ee, J_theta);
-  planar_3rrr_loops_product(J_theta, theta_q, 3, 0, J);
+  planar_3rrr_loops_tool(&s, T_0_ee, J);
 }
 
 void planar_3rrr_jacobian_space(const double q[3], double J[18])

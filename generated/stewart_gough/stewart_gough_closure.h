@@ -33,6 +33,20 @@ static const int stewart_gough_loops_of_z[12] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 1
 
 #include "chasles_closure.h"
 
+/* Pose and Jacobian of the tool at a closed configuration. */
+static void stewart_gough_loops_tool(stewart_gough_loops_closed *s, double *T, double *J)
+{
+  double theta[6];
+  stewart_gough_loops_picked(s->w, 1, 6, stewart_gough_loops_theta, theta);
+  double w_q[72], theta_q[36];
+  stewart_gough_loops_factored(s);
+  stewart_gough_loops_w_D_q(s, w_q);
+  stewart_gough_loops_picked(w_q, 6, 6, stewart_gough_loops_theta, theta_q);
+  double J_theta[36];
+  stewart_gough_chain_fk_jacobian_mixed(theta, T, J_theta);
+  stewart_gough_loops_product(J_theta, theta_q, 6, 0, J);
+}
+
 void stewart_gough_chain(const double q[6], double theta[6])
 {
   stewart_gough_loops_closed s;
@@ -116,15 +130,7 @@ void stewart_gough_fk_jacobian_mixed(const double q[6], double T_0_ee[16], doubl
 {
   stewart_gough_loops_closed s;
   stewart_gough_loops_at(q, &s);
-  double theta[6];
-  stewart_gough_loops_picked(s.w, 1, 6, stewart_gough_loops_theta, theta);
-  double w_q[72], theta_q[36];
-  stewart_gough_loops_factored(&s);
-  stewart_gough_loops_w_D_q(&s, w_q);
-  stewart_gough_loops_picked(w_q, 6, 6, stewart_gough_loops_theta, theta_q);
-  double J_theta[36];
-  stewart_gough_chain_fk_jacobian_mixed(theta, T_0_ee, J_theta);
-  stewart_gough_loops_product(J_theta, theta_q, 6, 0, J);
+  stewart_gough_loops_tool(&s, T_0_ee, J);
 }
 
 void stewart_gough_jacobian_space(const double q[6], double J[36])

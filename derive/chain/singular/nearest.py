@@ -114,7 +114,8 @@ def _led(S: FloatArray, q: FloatArray, scale: FloatArray) -> FloatArray | None:
             value, slope = J.T @ y, np.hstack([np.einsum("aik,a->ik", D, y), J.T])
         value = np.append(value, (y @ y - 1) / 2)
         slope = np.vstack([slope, np.append(np.zeros(len(q)), y)])
-        step = np.linalg.lstsq(slope, value, rcond=None)[0]
+        # Smaller singular values are rounding, which would lead every machine elsewhere.
+        step = np.linalg.lstsq(slope, value, rcond=RANK_LOST)[0]
         far = float(np.linalg.norm(step))
         if np.abs(value).max() <= NO_WORK and far <= LAST_STEP:
             return q
