@@ -18,11 +18,11 @@ FIVE_JOINTS = (152, 389, 710)
 """The pose is that of six joints whose last stays at 0."""
 OBLIQUE_WRISTS = (80, 579, 1957)
 """A turn of the arm is free, and a wrist or a centre reaches part of all orientations."""
-LOST_BEFORE = (776, 3671, 20454, 53007, 50925, 52722, 54909, 91081)
+LOST_BEFORE = (776, 3671, 53007, 50925, 52722, 54909, 91081)
 """The closed form misses poses: a search finds them, or steps while a joint is held."""
 FOLDED = (33, 2144, 9074, 20350, 52670, 53401, 61198)
 """The ends of the elbow nearly meet in poses near right angles."""
-OTHERS = (33, 88, 376, 764, 1478, 1797)
+OTHERS = (33, 88, 376, 764, 1478, 1797, 20454)
 SLIDES = (
     *("R/P/P", "RLPLP", "R=P/P", "P=R/P", "P/R=P", "RLP/R", "P=RLP/RxrxR", "R/P/P/RxrxR"),
     *("RLPLR/RxrxR", "R=P=R/RxrxR"),

@@ -9,12 +9,14 @@ from .position import POSITION
 from .spherical_wrist import SPHERICAL_WRIST
 from .swivel import SWIVEL
 from .three_parallel import THREE_PARALLEL
+from .turned_hand import TURNED_HAND
 from .turntable import TURNTABLE
 
 FAMILIES: tuple[Family, ...] = (
     PLANAR,
     POSITION,
     TURNTABLE,
+    TURNED_HAND,
     THREE_PARALLEL,
     SPHERICAL_WRIST,
     COLUMN,

@@ -17,11 +17,9 @@ from ...model.robot import Robot
 from ...model.tolerances import OBLIQUE_AXES, TOOL_ON_AXIS
 from ...terms.terms import Terms
 from ...terms.vectors import IDENTITY, Vector, added, combination, cross, dot, subtracted
-from ..steps.loop_of_three import negative
-from ..steps.plane import turn_to_plane
+from ..steps.plane import seen_behind, turn_to_direction, turn_to_plane
 from ..steps.target import Target
 from ..steps.triangle import remaining, triangle
-from ..steps.two_joints import EQUATIONS
 from ..steps.work import Work
 from ..structure.lines import Lines, home_of, numbers
 from ..structure.requirement import Requirement, across, parallel, revolute
@@ -30,7 +28,6 @@ from ..subproblems.quartic import select
 from ..subproblems.sp1 import sp1
 from ..subproblems.sp3 import sp3
 from ..subproblems.turns import NO_TURN, CosSin, perpendicular, rotated
-from ..subproblems.two_lines import component, of_two_lines
 from ..tasks.partial_poses import (
     DIRECTION,
     PITCH,
@@ -67,7 +64,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     wanted = work.name_vector(("W", "V"), meaning, target.point(terms, carried))
     e = fifth[0].h if fifth else _across(lines)
     if fifth:
-        U, q1 = _turned_as(work, lines, carried, wanted, e, target.turned(terms, e))
+        after = target.turned(terms, e)
+        U, q1 = turn_to_direction(work, lines, (carried, wanted), (e, after))
     else:
         U, q1 = _turned_with(work, lines, wanted, target)
     # 2. The parallel axes turn a direction that the last joint does not.
@@ -85,32 +83,6 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         )
 
 
-def _turned_as(
-    work: Work, lines: Lines, carried: Vector, wanted: Vector, before: Vector, after: Vector
-) -> tuple[Vector, CosSin]:
-    """:func:`_turned_to` where a direction that the tool carries determines the plane, too.
-
-    Joints 2 to 4 keep the angle between the direction and their axes.
-    """
-    terms, (a1, a2, *_) = work.terms, lines.axes
-    V = subtracted(terms, wanted, a1.p)
-    height = dot(terms, a2.h, subtracted(terms, carried, a1.p))
-    k = negative(a1.h)
-    q1 = work.step(
-        [a1],
-        EQUATIONS,
-        f"the other joints keep the height of the point along axis {a2.name}, and the angle of the "
-        "direction with this axis",
-        of_two_lines(
-            terms,
-            component(terms, a2.h, k, V, height),
-            component(terms, a2.h, k, after, dot(terms, a2.h, before)),
-            work.sign(),
-        ),
-    )
-    return _seen(work, lines, V, q1), q1
-
-
 def _turned_with(work: Work, lines: Lines, wanted: Vector, target: Target) -> tuple[Vector, CosSin]:
     """:func:`_turned_to` where the tool carries axis 2."""
     terms, (a1, a2, *_) = work.terms, lines.axes
@@ -120,13 +92,7 @@ def _turned_with(work: Work, lines: Lines, wanted: Vector, target: Target) -> tu
         f"the other joints do not turn axis {a2.name}",
         sp1(terms, a1.h, a2.h, target.turned(terms, a2.h)),
     )
-    return _seen(work, lines, subtracted(terms, wanted, a1.p), q1), q1
-
-
-def _seen(work: Work, lines: Lines, V: Vector, q1: CosSin) -> Vector:
-    """A position relative to axis 1, seen from axis 2 behind joint 1."""
-    terms, (a1, a2, *_) = work.terms, lines.axes
-    return added(terms, rotated(terms, a1.h, q1.back, V), subtracted(terms, a1.p, a2.p))
+    return seen_behind(work, a1, a2, subtracted(terms, wanted, a1.p), q1), q1
 
 
 def _keeps_position(robot: Robot, lines: Lines) -> bool:
@@ -239,7 +205,7 @@ def _with_direction(robot: Robot, lines: Lines) -> Solved:
     terms, (a1, a2, *_) = lines.terms, lines.axes
     work = Work(terms)
     tool, axis = tool_origin(robot, terms), tool_axis(robot, terms)
-    U, q1 = _turned_as(work, lines, tool, POSITION, axis, DIRECTION)
+    U, q1 = turn_to_direction(work, lines, (tool, POSITION), (axis, DIRECTION))
     v = rotated(terms, a1.h, q1.back, DIRECTION)
     q234 = _sum(work, lines, sp1(terms, a2.h, axis, v), "the tool's direction in the arm's plane")
     _arm(work, lines, tool, U, q234)

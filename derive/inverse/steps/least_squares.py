@@ -42,6 +42,18 @@ class _State:
 def with_all_conditions(work: Work, lines: Lines, target: Target) -> None:
     """A step of all joints of a chain that is solved as a longer one, whose last joint stays at 0.
 
+    Args:
+        work: Holds the joints that were found.
+        lines: The chain, read from the base.
+        target: The displacement that it has to make.
+    """
+    if any(axis.stays for axis in lines.axes):
+        step_on_all(work, lines, target)
+
+
+def step_on_all(work: Work, lines: Lines, target: Target) -> None:
+    """A step of all joints of a chain of fewer joints than a pose has conditions.
+
     The step is taken only near the pose, and only if it makes the error smaller.
 
     Args:
@@ -51,8 +63,6 @@ def with_all_conditions(work: Work, lines: Lines, target: Target) -> None:
     """
     terms = work.terms
     axes = [axis for axis in lines.axes if not axis.stays]
-    if len(axes) == len(lines.axes):
-        return
     own = {axis.joint for axis in axes}
     turns = {joint: turn for joint, turn in work.turns.items() if joint in own}
     lengths = {joint: length for joint, length in work.lengths.items() if joint in own}

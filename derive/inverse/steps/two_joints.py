@@ -13,11 +13,9 @@ from ..structure.lines import Axis
 from ..subproblems.slides import slide_to_plane, slide_to_sphere
 from ..subproblems.sp1 import sp1
 from ..subproblems.turns import perpendicular, rotated
-from ..subproblems.two_lines import component, of_two_lines
+from ..subproblems.two_lines import EQUATIONS, component, of_two_lines
 from .three_joints import two_slides
 from .work import Work
-
-EQUATIONS = "two equations for one angle"
 
 
 def two_joints(work: Work, first: Axis, second: Axis, point: Vector, position: Vector) -> None:

@@ -4,8 +4,9 @@ Statement: ``a cos + b sin = e`` and ``a' cos + b' sin = e'``, where an angle is
 meets both: a chain with fewer joints than the task has conditions.
 
 Derivation: each equation is subproblem 4 and gives two angles, of which the wanted one is common.
-An equation's two angles are known to ``rounding / sin(half their difference)``, and not at all
-where a = b = 0, so that the equation is taken whose angles lie farther apart. The angles of the
+An equation's two angles are known to ``rounding / sin(half their difference)``, to the root of the
+rounding where they are one, and not at all where a = b = 0. So the equation is taken whose angles
+lie farther apart, measured by its terms: where they are one, the longer equation. The angles of the
 second equation are named by those of the first: the sign 1 belongs to the one that is nearer to the
 first equation's angle of the sign 1.
 
@@ -19,7 +20,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ...model.tolerances import DIVISOR_FLOOR
+from ...model.tolerances import DIVISOR_FLOOR, MEETING_SOLUTIONS
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, cross, dot
 from .equations import Linear
@@ -27,6 +28,9 @@ from .found import FoundTurn
 from .quartic import select
 from .sp4 import on_line
 from .turns import CosSin, perpendicular
+
+EQUATIONS = "two equations for one angle"
+"""The subproblem in the words of a step."""
 
 
 @dataclass(frozen=True)
@@ -44,10 +48,22 @@ class Line:
         return bool(self.a == 0 and self.b == 0)
 
 
-def component(terms: Terms, h: Vector, k: Vector, p: Vector, d: sp.Expr) -> Line:
-    """The equation ``h . R(k, theta) p = d`` of subproblem 4."""
+def component(
+    terms: Terms, h: Vector, k: Vector, p: Vector, d: sp.Expr, size2: sp.Expr | None = None
+) -> Line:
+    """The equation ``h . R(k, theta) p = d`` of subproblem 4.
+
+    Args:
+        terms: Names of all terms.
+        h: The direction.
+        k: The axis.
+        p: The vector that turns.
+        d: Its component.
+        size2: The squared size of the terms that p is a difference of; by default that of p.
+    """
     along = terms.let(dot(terms, h, k) * dot(terms, k, p))
-    size2 = terms.let(dot(terms, h, h) * dot(terms, p, p) + d**2)
+    size2 = dot(terms, p, p) if size2 is None else size2
+    size2 = terms.let(dot(terms, h, h) * size2 + d**2)
     a, b = dot(terms, h, perpendicular(terms, k, p)), dot(terms, h, cross(terms, k, p))
     return Line(a, b, terms.let(d - along), size2)
 
@@ -63,9 +79,9 @@ def of_two_lines(terms: Terms, one: Line, two: Line, sign: sp.Symbol) -> FoundTu
     """
     if one.is_empty or two.is_empty:
         return _alone(terms, one if two.is_empty else two, sign)
-    xi2, other_xi2 = (terms.let(line.a**2 + line.b**2 - line.e**2) for line in (one, two))
-    better = terms.let(other_xi2 * terms.let(one.size2 + DIVISOR_FLOOR)) > terms.let(
-        xi2 * terms.let(two.size2 + DIVISOR_FLOOR)
+    apart2, other_apart2 = (_apart2(terms, line) for line in (one, two))
+    better = terms.let(other_apart2 * terms.let(one.size2 + DIVISOR_FLOOR)) > terms.let(
+        apart2 * terms.let(two.size2 + DIVISOR_FLOOR)
     )
     named = _alone(terms, one, sp.Integer(1)).turn
     first = _alone(terms, one, sign)
@@ -79,6 +95,13 @@ def of_two_lines(terms: Terms, one: Line, two: Line, sign: sp.Symbol) -> FoundTu
     margins = [sp.Integer(1) if of.margin is None else of.margin for of in (first, second)]
     margin = select(terms, better, margins[1], margins[0])
     return FoundTurn(turn, first.equation, sign, margin)
+
+
+def _apart2(terms: Terms, line: Line) -> sp.Expr:
+    """The squared sine of half the difference of a line's two angles, times ``a^2 + b^2``."""
+    rho2 = terms.let(line.a**2 + line.b**2)
+    least = terms.let(MEETING_SOLUTIONS * rho2)
+    return terms.let(sp.Max(terms.let(rho2 - line.e**2), least, evaluate=False))
 
 
 def _alone(terms: Terms, line: Line, sign: sp.Expr) -> FoundTurn:

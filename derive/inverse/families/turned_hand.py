@@ -1,0 +1,86 @@
+"""A joint that turns an arm of two parallel axes, and a hand that turns about an axis across them.
+
+Axes 2 and 3 are parallel, axes 1 and 4 are not parallel to them. The joints turn the tool by three
+angles, q1, the sum of q2 and q3, and q4, and two joints are left for its position. For a pose that
+such an arm cannot reach these steps give a nearby pose, and the residual is the deviation from it.
+
+Most solutions: 2 for a pose, 4 for a position.
+"""
+
+import numpy as np
+
+from ...model.robot import Robot
+from ...model.tolerances import TOOL_ON_AXIS
+from ...terms.vectors import cross, subtracted
+from ..steps.least_squares import step_on_all
+from ..steps.plane import turn_to_direction
+from ..steps.target import Target
+from ..steps.triangle import remaining
+from ..steps.work import Work
+from ..structure.lines import Lines, home_of, numbers
+from ..structure.requirement import Requirement, askew, parallel, revolute
+from ..subproblems.sp1 import sp1
+from ..subproblems.turns import rotated
+from ..tasks.partial_poses import POSITION_TASK
+from ..tasks.task import Task
+from .family import Family
+
+
+def _requires(lines: Lines) -> list[Requirement]:
+    return [
+        revolute(lines, range(len(lines.axes))),
+        parallel(lines, 1, 2),
+        askew(lines, 0, 1),
+        askew(lines, 2, 3),
+    ]
+
+
+def _solve(work: Work, lines: Lines, target: Target) -> None:
+    terms, (a1, a2, a3, a4) = work.terms, lines.axes
+    meaning = f"a point of axis {a4.name}"
+    wanted = work.name_vector(("W", "V"), meaning, target.point(terms, a4.p))
+    along = target.turned(terms, a4.h)
+    # 1. The parallel joints keep the height of the hand along their axes, and its tilt.
+    U, q1 = turn_to_direction(work, lines, (a4.p, wanted), (a4.h, along))
+    # 2. The parallel axes turn the hand's axis, which joint 4 does not.
+    seen = rotated(terms, a1.h, q1.back, along)
+    q23 = work.step(
+        [a2, a3],
+        "subproblem 1",
+        f"the direction of axis {a4.name}, which the parallel joints turn as one",
+        sp1(terms, a2.h, a4.h, seen, sure=True),
+    )
+    # 3. The wanted pose determines the place of the elbow.
+    fore = rotated(terms, a2.h, q23, subtracted(terms, a4.p, a3.p))
+    work.step(
+        [a2],
+        "subproblem 1",
+        f"the wanted pose determines the position of axis {a3.name}",
+        sp1(terms, a2.h, subtracted(terms, a3.p, a2.p), subtracted(terms, U, fore)),
+    )
+    remaining(work, (a2, a3), q23)
+    # 4. The rest of the rotation.
+    e = cross(terms, a4.h, a2.h)
+    left = rotated(terms, a1.h, q1.back, target.turned(terms, e))
+    left = rotated(terms, a2.h, q23.back, left)
+    work.step([a4], "subproblem 1", "the rest of the rotation", sp1(terms, a4.h, e, left))
+    # 5. Where both conditions of step 1 have a double solution, all six together have more digits.
+    step_on_all(work, lines, target)
+
+
+def _holds_tool(robot: Robot, lines: Lines) -> bool:
+    """Whether joint 4 leaves the tool's origin where the first three joints bring it."""
+    hand, home = lines.axes[-1], home_of(robot, lines.terms)
+    lever = numbers(lines.terms, home[:3, 3]) - hand.origin
+    off = float(np.linalg.norm(np.cross(hand.direction, lever)))
+    return off < TOOL_ON_AXIS and POSITION_TASK.applies(robot, lines)
+
+
+TURNED_HAND = Family(
+    "a turntable with two parallel axes and a hand that turns",
+    (4,),
+    _requires,
+    _solve,
+    readings=("base",),
+    tasks=(Task(POSITION_TASK.name, POSITION_TASK.solved, _holds_tool),),
+)

@@ -1,0 +1,82 @@
+"""A turntable with two parallel axes and a hand that turns: random arms, and one as it is sold."""
+
+import numpy as np
+import pytest
+
+from bench.accuracy.losses import losses_of
+from bench.accuracy.verdict import judged
+from bench.cases.drawn_arms import cases_of
+from bench.cases.poses import PoseSet
+from bench.cases.synthetic import robot_of
+from chasles.derive import from_urdf
+from chasles.derive.inverse.classify import classify
+from chasles.derive.terms.terms import Terms
+
+TITLE = "a turntable with two parallel axes and a hand that turns"
+CHAINS = ("R/R=R/R", "R+R=R+R", "RLR=RLR", "RxR=R+R", "R+R=RxR")
+SOLD = """<robot name="arm"><link name="base"/>
+<link name="l1"/><link name="l2"/><link name="l3"/><link name="l4"/><link name="tool0"/>
+<joint name="yaw" type="revolute"><parent link="base"/><child link="l1"/>
+  <axis xyz="0 0 1"/><limit lower="-2.9" upper="2.9"/></joint>
+<joint name="shoulder" type="revolute"><parent link="l1"/><child link="l2"/>
+  <origin xyz="0 0 0.14" rpy="-1.5707963 0 0"/><axis xyz="0 0 1"/>
+  <limit lower="-1.5" upper="1.5"/></joint>
+<joint name="elbow" type="revolute"><parent link="l2"/><child link="l3"/>
+  <origin xyz="0.05 -0.35 0"/><axis xyz="0 0 1"/><limit lower="-1.6" upper="1.3"/></joint>
+<joint name="wrist" type="revolute"><parent link="l3"/><child link="l4"/>
+  <origin xyz="0.25 0 0" rpy="0 1.5707963 0"/><axis xyz="0 0 1"/>
+  <limit lower="-3" upper="3"/></joint>
+<joint name="flange" type="fixed"><parent link="l4"/><child link="tool0"/>
+  <origin xyz="0 0 {along}" rpy="0 0 0.3"/></joint></robot>"""
+
+
+def lost_of(cases):
+    """The sets of poses of which an inverse loses some, in words."""
+    return [str(loss) for case in cases for loss in losses_of(case, 0)]
+
+
+@pytest.mark.parametrize("right", [False, True])
+@pytest.mark.parametrize("chain", CHAINS)
+def test_no_pose_of_a_random_arm_is_lost(chain, right):
+    cases = cases_of(robot_of(chain, right=right))
+    assert "ik" in {case.function for case in cases}
+    assert {case.inverses.classification.found.title for case in cases} == {TITLE}
+    assert not lost_of(cases)
+
+
+@pytest.fixture(scope="module")
+def sold(tmp_path_factory):
+    """The inverses of an arm whose tool lies on the hand's axis."""
+    path = tmp_path_factory.mktemp("arm") / "arm.urdf"
+    path.write_text(SOLD.format(along="0.1"))
+    return cases_of(from_urdf(path))
+
+
+def test_a_tool_on_the_axis_of_the_hand_is_placed_by_three_joints(sold):
+    assert {case.function for case in sold} == {"ik", "ik_position"}
+    assert not lost_of(sold)
+    (case,) = (case for case in sold if case.function == "ik_position")
+    assert case.still == (3,)
+    q = case.random(np.random.default_rng(0), 500)
+    found = judged(case, PoseSet("with a turned hand", q), case.answers)
+    assert (found.missed, found.wrong) == (0, 0)
+
+
+def test_a_hand_along_the_first_axis_leaves_one_angle_free(sold):
+    """Upright above the base, the first joint and the last turn the tool alike."""
+    (case,) = (case for case in sold if case.function == "ik")
+    q = case.random(np.random.default_rng(1), 200)
+    q[:, 1] = -np.pi / 2 - np.arctan2(-0.35, 0.05)
+    q[:, 2] = -np.pi / 2 - q[:, 1]
+    np.testing.assert_allclose(case.pose(q)[:, :2, 3], 0, atol=1e-12)
+    found = judged(case, PoseSet("upright", q), case.answers)
+    assert (found.missed, found.wrong) == (0, 0)
+    answers = case.found(q)
+    sums = [np.exp(1j * (of[..., 0] + of[..., 3])) for of in (answers.q, q[:, None])]
+    assert np.abs(sums[0] - sums[1])[answers.valid].max() < 1e-9
+
+
+@pytest.mark.parametrize("chain", ["R=R=R/R", "R/R/R/R"])
+def test_other_chains_of_four_joints_have_no_turned_hand(chain):
+    found = classify(robot_of(chain), Terms({})).found
+    assert found is None or found.family.title != TITLE
