@@ -17,6 +17,7 @@ from ..model.exact import NotExact, read
 from ..model.kinds import JointKind
 from ..model.placements import Vector
 from ..model.robot import Joint, Mimic, Robot
+from ..model.tolerances import UNLIMITED
 from .cleaned_robot import cleaned
 from .conventions.urdf_origin import urdf
 from .importers.identifiers import identifier as _identifier
@@ -196,7 +197,7 @@ class UrdfFile:
             return None, None
         lower = self._number(limit, "lower", limit.get("lower", "0"))
         upper = self._number(limit, "upper", limit.get("upper", "0"))
-        if lower == upper == 0:
+        if lower == upper == 0 or upper - lower >= UNLIMITED:
             return None, None
         if not lower < upper:
             self._fail(limit, "limit", f"{lower}, {upper}", "a lower limit below the upper")

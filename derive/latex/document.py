@@ -264,7 +264,7 @@ _PREAMBLE = r"""\providecommand{\paper}{a4paper} % or letterpaper, defined befor
 \usepackage{booktabs}
 \usepackage{float}
 \usepackage[textwidth=160mm,hcentering,vmargin=22mm]{geometry}
-\setlength{\emergencystretch}{3em}
+\setlength{\emergencystretch}{6em}
 \AtBeginDocument{%
   \setlength{\abovedisplayskip}{6pt plus 3pt minus 3pt}%
   \setlength{\belowdisplayskip}{6pt plus 3pt minus 3pt}}

@@ -63,6 +63,9 @@ SHORTEST_ARM = 1e-3
 """Length (metre) below which a whole arm is questioned: arms of a desk are some 0.1 m long."""
 LARGEST_ANGLE = 6.5
 """Angle (radian) above which the unit must be stated: a turn and its rounding, 6.2832 or 6.3."""
+UNLIMITED = 10_000
+"""Width of a joint's range (radian or metre) from which the file means a joint without limits:
+exporters write 1e4 to 1e16 where a field must not be empty, and no axis turns 1,600 times."""
 AXIS_DIGITS = 25
 """Digits of the angles of an axis without a short exact form: 1e-25 rad is far below the rounding
 of doubles, and roots of long fractions, which SymPy would factorise, are avoided."""

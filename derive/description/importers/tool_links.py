@@ -30,6 +30,7 @@ TOOL_NAMES = (
     "ee_link",
     "end_effector",
     "end_effector_link",
+    "end_link",
     "flange",
     "ee",
     "eef",

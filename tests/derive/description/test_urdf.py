@@ -314,6 +314,19 @@ def test_axes_of_fixed_joints_and_defaults(path):
     assert from_urdf(path).joints[0].limits == (None, None)
 
 
+@pytest.mark.parametrize(
+    ("lower", "upper", "limited"),
+    [
+        *(("-1e16", "1e16", False), ("-1e4", "0", False), ("-5000", "5000", False)),
+        *(("-4999", "5000", True), ("-100", "100", True)),
+    ],
+)
+def test_limits_of_absurd_width_are_none(path, lower, upper, limited):
+    path.write_text(TWO_LINKS.replace('lower="-1.5" upper="2"', f'lower="{lower}" upper="{upper}"'))
+    limits = from_urdf(path).joints[0].limits
+    assert limits == ((sp.Integer(int(lower)), sp.Integer(int(upper))) if limited else (None, None))
+
+
 def test_entities_are_not_expanded(path):
     bomb = '<!DOCTYPE r [<!ENTITY a "aaaaaaaaaa">' + "".join(
         f'<!ENTITY {chr(98 + k)} "{f"&{chr(97 + k)};" * 10}">' for k in range(9)

@@ -71,6 +71,7 @@ TWO_PLATES = f"{arm('l', 5, 'base')} l5>plate_a:f l5>plate_b:f"
             "panda_link0",
             "panda_hand_tcp",
         ),
+        (NO_NAME.replace("camera_a", "arm_end_link"), "base", "arm_end_link"),
         (arm("l", 2, "base"), "base", "l2"),
         (arm("l", 3, "base") + " l3>ball:x", "base", "l3"),
         (arm("l", 3, "base") + " l3>ball:x " + arm("m", 4, "ball"), "ball", "m4"),
