@@ -383,7 +383,7 @@ def _again(rest: Sequence[_Heading], own: Sequence[str], said: list[str]) -> dic
     times = {len(numbers) for numbers in plain.values()}
     if dotted and times == {1}:
         return dotted | {numbers[0]: f"{axis}0" for axis, numbers in plain.items()}
-    if len(times) > 1 or max(times) == 1:
+    if len(times) > 1 or max(times) in (0, 1):
         return {}
     said.append(f"columns x, y and z come {max(times)} times, for as many targets")
     return {

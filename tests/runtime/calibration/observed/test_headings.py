@@ -92,9 +92,10 @@ def test_headings_of_joints_and_of_targets(tmp_path, joints, places):
     path = written(
         tmp_path / "t.csv", [header[k] for k in order], values[:, order], separator, decimal
     )
-    q, found = read_measurements(path, ROBOT)
-    assert_allclose(q, Q, atol=1e-12)
-    assert_allclose(found.points, POINTS, atol=1e-12)
+    measured = read_measurements(path, ROBOT)
+    assert_allclose(measured.q, Q, atol=1e-12)
+    assert_allclose(measured.observation.points, POINTS, atol=1e-12)
+    assert all("have no unit" in sentence for sentence in measured.assumed)
 
 
 NUMBERS = np.concatenate([np.degrees(Q), 1e3 * POINTS.reshape(7, 9)], 1)
