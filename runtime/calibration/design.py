@@ -22,8 +22,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputValueError
 from ..short_repr import short_repr
+from .fitting.problem import in_one_thread, problem_at
 from .observed.observations import SMALL, Observation, Poses, Positions, Start
-from .problem import in_one_thread, problem_at
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

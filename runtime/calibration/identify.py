@@ -1,7 +1,7 @@
 """Identification: the parameters of a robot from measurements of its tool.
 
 Frames and unknowns are found from the nominal robot in closed form (`observed/frames.py`), wrong
-input is refused (`mistakes.py`), and the least sum of squares is sought from there (`problem.py`).
+input is refused (`mistakes.py`), and the least sum of squares is sought from there (`fitting/`).
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ShapeError
+from .fitting.problem import OUTLYING, in_one_thread, problem_at, problem_nearby
 from .mistakes import check_input, check_result
 from .observed.observations import Observation, Start
 from .parameters import nominal
-from .problem import OUTLYING, in_one_thread, problem_at, problem_nearby
 from .result import Calibration
 
 FloatArray = NDArray[np.float64]

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from ..errors import InputValueError
 from .doubts import UNEXPLAINED, left, spread
+from .fitting.problem import problem_at
 from .observed.observations import Observation
 from .parameters import nominal
-from .problem import problem_at
 from .result import Calibration
 
 FloatArray = NDArray[np.float64]

@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .fitting.problem import Fit, Problem, in_one_thread, problem_at
 from .identify import located
 from .mistakes import check_result
 from .observed.observations import Observation
-from .problem import Problem, in_one_thread, problem_at
 from .result import Calibration
 
 FloatArray = NDArray[np.float64]
@@ -143,14 +143,17 @@ def cross_validated(
 
 
 def _held_back(problem: Problem, whole: Calibration, folds: int, *, robust: bool) -> FloatArray:
-    """Errors of each row by the calibration from which its configuration was held back.
+    """Errors of each row by the fit from which its configuration was held back.
 
     The iteration of each part starts where that of all ended: the least sum is the same.
     """
     every, measured = np.arange(len(problem.q)), problem.observation
     part, errors = measured.configurations[measured.rows] % folds, np.empty(len(measured.rows))
+    used = measured.configurations % folds
     for fold in range(folds):
         others, held = every[every % folds != fold], every[every % folds == fold]
-        found = problem.at(others).solved(whole.values, robust=robust)
-        errors[part == fold] = found.held_back(problem.q[held], measured.at(held))
+        start = Fit(whole.values, whole.used[used != fold], whole.noise)
+        x = problem.at(others).settled(start, robust=robust).x
+        T = problem.poses(problem.q[held], x)
+        errors[part == fold] = measured.at(held).errors(T, problem.unknowns(x))
     return errors

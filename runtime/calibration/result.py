@@ -10,7 +10,7 @@ import scipy.stats
 from numpy.typing import ArrayLike, NDArray
 
 from ..short_repr import told
-from .identifiable import Redundancy
+from .fitting.identifiable import Redundancy
 from .observed.observations import Observation
 
 FloatArray = NDArray[np.float64]

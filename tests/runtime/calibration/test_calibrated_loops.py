@@ -19,7 +19,7 @@ from numpy.testing import assert_allclose
 import chasles
 from chasles import screws
 from chasles.calibration import Poses, Positions, identify, random_arms, robot_file, tool_errors
-from chasles.calibration.problem import OUTLYING
+from chasles.calibration.fitting.problem import OUTLYING
 from chasles.derive import RobotError, casadi_function, derive, load, loads, write
 from chasles.derive.chain.parametric import PARAMETRIC
 from chasles.derive.emit.languages import EMITTERS

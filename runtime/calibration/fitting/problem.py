@@ -24,21 +24,22 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
 import scipy.optimize
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from ..errors import InputValueError, ShapeError
-from ..screws import inverse
-from ..short_repr import short_repr
-from .doubts import doubts
+from ...errors import InputValueError, ShapeError
+from ...screws import inverse
+from ...short_repr import short_repr
+from ..doubts import doubts
+from ..observed.observations import SMALL, Observation, Start
+from ..parameters import chosen, deviations, nominal
+from ..result import Calibration
 from .identifiable import Redundancy, identifiable
-from .observed.observations import SMALL, Observation, Start
-from .parameters import chosen, deviations, nominal
-from .result import Calibration
+from .levenberg_marquardt import Errors, least_squares
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -183,6 +184,14 @@ def _candidates(
     return chosen(robot, words)
 
 
+class Fit(NamedTuple):
+    """Variables that fit, whether each row took part, and the noise of the rows that did."""
+
+    x: FloatArray
+    used: BoolArray
+    noise: float
+
+
 @dataclass(frozen=True, eq=False)
 class Problem:
     """The variables x and the errors: x holds identified parameters, then unknowns.
@@ -230,25 +239,41 @@ class Problem:
         p[self.sought] = x[: len(self.sought)]
         return p
 
+    def poses(self, q: FloatArray, x: FloatArray) -> FloatArray:
+        """(N, 4, 4) poses of the tool in W at coordinates (N, n) and variables x."""
+        return np.asarray(self.T_W_base @ self.robot.fk_p(q, self.geometry(x)))
+
+    def unknowns(self, x: FloatArray) -> FloatArray:
+        """The observation's unknowns among the variables x."""
+        return x[len(self.sought) :]
+
     def errors(self, x: FloatArray) -> FloatArray:
         """All errors."""
-        T = self.T_W_base @ self.robot.fk_p(self.q, self.geometry(x))
-        return self._roots * self.observation.errors(T, x[len(self.sought) :])
+        return self._errors_at(self.poses(self.q, x), x)
 
     def derivative(self, x: FloatArray) -> FloatArray:
         """(M, k) derivative of all errors by x."""
-        p = self.geometry(x)
-        T = self.T_W_base @ self.robot.fk_p(self.q, p)
-        J = self.robot.identification_jacobian(self.q, p)[..., self.sought]
+        return self._derivative_at(self.poses(self.q, x), x)
+
+    def _errors_at(self, T: FloatArray, x: FloatArray) -> FloatArray:
+        return np.asarray(self._roots * self.observation.errors(T, self.unknowns(x)))
+
+    def _derivative_at(self, T: FloatArray, x: FloatArray) -> FloatArray:
+        J = self.robot.identification_jacobian(self.q, self.geometry(x))[..., self.sought]
         R = self.T_W_base[:3, :3]
         J = np.concatenate([R @ J[:, :3], R @ J[:, 3:]], 1)
-        found = np.concatenate(self.observation.derivatives(T, J, x[len(self.sought) :]), 1)
+        found = np.concatenate(self.observation.derivatives(T, J, self.unknowns(x)), 1)
         return np.asarray(self._roots[:, None] * found)
 
-    @property
+    @functools.cached_property
+    def _rows(self) -> IntArray:
+        """The row of each error."""
+        return self.observation.rows
+
+    @functools.cached_property
     def _roots(self) -> FloatArray:
         """(M,) root of the weight of each error."""
-        return np.sqrt(self.weights[self.observation.configurations[self.observation.rows]])
+        return np.sqrt(self.weights[self.observation.configurations[self._rows]])
 
     def weighted(self, weights: FloatArray) -> Problem:
         """The same variables, with other weights (N,).
@@ -284,45 +309,53 @@ class Problem:
         Raises:
             InputValueError: There are fewer measurements than variables.
         """
-        rows = self.observation.rows
+        x = self.solve(x, self.everything, 1.0, robust=robust)
+        fit = self.settled(Fit(x, self.everything, 1.0), robust=robust)
+        return replace(found := self.calibration(fit), doubts=doubts(found))
+
+    def settled(self, fit: Fit, *, robust: bool) -> Fit:
+        """Variables, rows that agree, and noise that belong together, from those near by.
+
+        Args:
+            fit: Where the iteration starts.
+            robust: Whether rows that contradict the others are left out.
+
+        Raises:
+            InputValueError: There are fewer measurements than variables.
+        """
         count = len(self.x0) + len(self.redundant)
-        if len(rows) + len(self.drawn()) <= count:
+        if len(self._rows) + len(self.drawn()) <= count:
             raise InputValueError(
-                f"identify: {len(rows)} measured numbers do not determine {count} "
+                f"identify: {len(self._rows)} measured numbers do not determine {count} "
                 "variables; measure more configurations, or vary fewer parameters"
             )
-        used, noise = self.everything, 1.0
-        x = self.solve(x, used, noise, robust=robust)
+        x, used, noise = fit
         for _ in range(_ROUNDS):
             before, last = used, noise
             used = self.within(x) if robust else used
             noise = self.noise(x, used, noise)
-            if robust or len(self.drawn()):
-                x = self.solve(x, used, noise)
+            x = self.solve(x, used, noise)
             if (used == before).all() and abs(noise - last) <= _SAME_NOISE * last:
                 break
-        found = self._calibration(x, used, self.noise(x, used, noise))
-        return replace(found, doubts=doubts(found))
+            if not (robust or len(self.drawn())):
+                break
+        return Fit(x, used, self.noise(x, used, noise))
 
     def solve(
         self, x: FloatArray, used: BoolArray, noise: float, *, robust: bool = False
     ) -> FloatArray:
         """The least sum of squares over some rows, or of a loss that outliers do not govern."""
-        kept, drawn = used[self.observation.rows], noise * self.drawn() / SMALL
-        found = scipy.optimize.least_squares(
-            lambda y: np.concatenate([self.errors(y)[kept], drawn @ (y - self.x0)]),
-            x,
-            jac=lambda y: np.concatenate([self.derivative(y)[kept], drawn], 0),
-            x_scale=SMALL,
-            loss="cauchy" if robust else "linear",
-            f_scale=self.spread(x) if robust else 1.0,
-            method="trf",
-            xtol=_STEP,
-            ftol=_STEP,
-            gtol=_STEP,
-            max_nfev=_EVALUATIONS,
-        )
-        return np.asarray(found.x)
+        kept, drawn = used[self._rows], noise * self.drawn() / SMALL
+
+        def errors(y: FloatArray) -> Errors:
+            T = self.poses(self.q, y)
+            values = np.concatenate([self._errors_at(T, y)[kept], drawn @ (y - self.x0)])
+            return Errors(
+                values, lambda: np.concatenate([self._derivative_at(T, y)[kept], drawn], 0)
+            )
+
+        size = self.spread(x) if robust else 0.0
+        return least_squares(errors, x, SMALL, loss_from=size, step=_STEP, evaluations=_EVALUATIONS)
 
     def spread(self, x: FloatArray) -> float:
         """A standard deviation of the errors that outliers do not govern."""
@@ -330,14 +363,14 @@ class Problem:
 
     def within(self, x: FloatArray) -> BoolArray:
         """Which rows agree with the others."""
-        e, rows = self.errors(x), self.observation.rows
+        e, rows = self.errors(x), self._rows
         largest = np.zeros(len(self.observation.labels))
         np.maximum.at(largest, rows, np.abs(e))
         return largest <= OUTLYING * self.spread(x)
 
     def noise(self, x: FloatArray, used: BoolArray, last: float) -> float:
         """Factor by which errors exceed their standard deviations, beside the noise before."""
-        kept = used[self.observation.rows]
+        kept = used[self._rows]
         e = self.errors(x)[kept]
         freedoms = len(e) - (self._determined(x, kept, last) if len(e) else 0)
         if freedoms <= 0:
@@ -356,9 +389,10 @@ class Problem:
             return float(len(x))
         return float(np.trace(np.linalg.solve(J.T @ J + drawn.T @ drawn, J.T @ J)))
 
-    def _calibration(self, x: FloatArray, used: BoolArray, noise: float) -> Calibration:
+    def calibration(self, fit: Fit) -> Calibration:
         """The result at the variables found."""
-        kept = used[self.observation.rows]
+        x, used, noise = fit
+        kept = used[self._rows]
         J, drawn = self.derivative(x)[kept] * SMALL, noise * self.drawn()
         covariance = np.linalg.inv(J.T @ J + drawn.T @ drawn) * (SMALL * noise) ** 2
         own = nominal(self.robot)[self.sought]

@@ -1,0 +1,1 @@
+"""Least squares: the variables, which of them measurements tell apart, and the iteration."""
