@@ -146,7 +146,7 @@ void lynxmotion_acceleration_mixed(const double q[5], const double qd[5], const 
 
 /* Every solution of the inverse kinematics, in 4 slots.
  * fk(q[k]) = T wherever residual[k] is rounding
- * 387 operations: multiply 149, add 159, negate 6, trig 10, other 63.
+ * 392 operations: multiply 151, add 160, negate 6, trig 10, other 65.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: joint coordinates, one solution a row, 4 x 5 (rad)
  *   residual: distance of fk(q[k]) from the target, 4 (m or rad)
@@ -175,7 +175,7 @@ void lynxmotion_ik_position_pitch(const double x[4], double q[40], double residu
 /* Every solution of the inverse kinematics, in 4 slots.
  * fk(q[k]) has its origin in x[:3] and the third axis x[3:] wherever residual[k] is rounding; a
  * free joint is 0
- * 286 operations: multiply 101, add 115, negate 5, trig 8, other 57.
+ * 291 operations: multiply 103, add 116, negate 5, trig 8, other 59.
  *   x: position of the tool, direction of its axis, 6 (m, 1)
  *   q: joint coordinates, one solution a row, 4 x 5 (rad)
  *   residual: distance of fk(q[k]) from the target, 4 (m or rad)

@@ -18,7 +18,7 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
-// One branch of ik: 206 operations: multiply 100, add 74, negate 4, trig 5, other 23
+// One branch of ik: 211 operations: multiply 102, add 75, negate 4, trig 5, other 25
 LANES_INLINE void LANES_NAME(lynxmotion_ik_branch)(
     const double *T, const double (*choice)[8], int b, lanes *out)
 {
@@ -29,78 +29,81 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_branch)(
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b), v1 = 0.2 * T_2, v2 = 0.2 * T_6,
       v3 = T_2 * T_2, v4 = T_6 * T_6, v5 = T_10 * T_10, v6 = 0.2 * T_10, v7 = 1e-150 - T_2,
       v8 = 1e-150 + T_10, v9 = T_3 - v1, v10 = T_7 - v2, v11 = v3 + v4, v12 = T_11 - v6,
-      v13 = v7 * v7, v14 = v8 * v8, v15 = v9 * v9, v16 = v10 * v10, v17 = v11 + v5, v18 = v12 * v12,
-      v19 = 1e-150 - v9, v20 = v4 + v13, v21 = v12 - 0.1, v22 = v15 + v16, v23 = 1e-300 + v17,
-      v24 = v19 * v19;
-  LANES_LET1(v25, rsqrt, v20);
-  const lanes v26 = v22 * v23, v27 = v22 + v18, v28 = v16 + v24, v29 = T_6 * v25, v30 = v7 * v25,
-      v31 = 1e-300 + v27;
-  LANES_LET1(v32, rsqrt, v28);
-  const lanes v33 = v11 * v31, v34 = v10 * v32, v35 = v19 * v32;
-  const lanes_where v36 = LANES_LT(v26, v33);
-  const lanes v37 = T_6 * v34, v38 = T_2 * v35, v39 = choice_0 * v34, v40 = choice_0 * v35,
-      v41 = v37 - v38, v42 = -v39;
-  const lanes_where v43 = LANES_LE(0.0, v41);
-  const lanes v44 = LANES_CHOICE(v43, 1.0, -1.0), v45 = choice_0 * v44, v46 = v45 * v29,
-      v47 = v45 * v30, v48 = -v46, v49 = LANES_CHOICE(v36, v47, v40),
-      v50 = LANES_CHOICE(v36, v48, v42), v51 = T_2 * v49, v52 = v9 * v49, v53 = T_4 * v49,
-      v54 = T_0 * v49, v56 = T_6 * v50, v57 = v10 * v50, v58 = T_0 * v50, v59 = T_4 * v50,
-      v60 = v51 + v56, v61 = v52 + v57, v62 = v53 - v58, v63 = v54 + v59, v64 = v60 * v60,
-      v66 = v62 * v62, v67 = v64 + v14;
-  LANES_LET1(v68, rsqrt, v67);
-  const lanes v69 = v8 * v68, v70 = v60 * v68, v71 = 0.1 * v69, v72 = 0.1 * v70, v73 = v69 * v63,
-      v74 = T_8 * v70, v75 = v49 * v69, v76 = v49 * v70, v77 = v50 * v69, v78 = v50 * v70,
-      v79 = v69 - T_10, v80 = v21 + v71, v81 = v61 + v72, v82 = v73 - v74, v83 = v76 - T_2,
-      v84 = v78 - T_6, v85 = v79 * v79, v86 = v81 * v81, v87 = v80 * v80, v88 = 1e-150 + v82,
-      v89 = v83 * v83, v90 = v84 * v84, v91 = v86 + v87, v92 = v88 * v88, v94 = 0.04 - v91,
-      v95 = v91 - 0.02, v96 = v66 + v92, v97 = v91 * v94, v98 = 50.0 * v95;
-  const lanes_where v99 = LANES_LT(v95, 0.0); LANES_LET1(v100, rsqrt, v96);
-  const lanes_where v101 = LANES_LT(1.6e-18, v97);
-  const lanes v102 = LANES_CHOICE(v99, -1.0, 1.0);
-  LANES_LET1(v103, sqrt, v97);
-  const lanes v104 = v62 * v100, v105 = v88 * v100, v106 = 2500.0 * v97,
-      v107 = LANES_CHOICE(v101, v98, v102), v108 = 50.0 * v103, v109 = v105 * v75,
-      v110 = v50 * v104, v111 = v50 * v105, v112 = v104 * v75, v113 = v49 * v104, v114 = v105 * v77,
-      v115 = v49 * v105, v116 = v104 * v77, v117 = v70 * v105, v118 = v70 * v104,
-      v119 = LANES_MIN(v106, 1.0), v120 = 0.1 * v107, v121 = LANES_CHOICE(v101, v108, 0.0),
-      v122 = v109 - v110, v123 = v111 + v112, v124 = v113 + v114, v125 = v115 - v116,
-      v126 = T_8 + v117, v127 = v118 - T_9;
-  out[6] = v119;
-  const lanes v128 = v120 + 0.1, v129 = choice_1 * v121, v131 = v122 - T_0, v132 = T_1 + v123,
-      v133 = v124 - T_4, v134 = v125 - T_5, v135 = v126 * v126, v136 = v127 * v127,
-      v137 = v80 * v128, v138 = 0.1 * v129, v139 = v81 * v128, v141 = v131 * v131,
-      v142 = v132 * v132, v143 = v133 * v133, v144 = v134 * v134, v145 = v81 * v138,
-      v146 = v80 * v138, v147 = v141 + v142, v148 = v137 - v145, v149 = v139 + v146,
-      v150 = v147 + v89, v151 = v148 * v148, v152 = 1e-150 + v149, v153 = v150 + v143,
-      v154 = v152 * v152;
-  LANES_LET2(v155, atan2, v148, v152);
-  const lanes v156 = v153 + v144, v157 = v151 + v154;
-  out[1] = v155;
-  const lanes v159 = v156 + v90;
-  LANES_LET1(v160, rsqrt, v157);
-  const lanes v162 = v159 + v135, v163 = v148 * v160, v164 = v152 * v160, v168 = v162 + v136,
-      v172 = v107 * v164, v173 = v129 * v163, v174 = 0.1 * v164, v175 = v107 * v163,
-      v176 = v129 * v164, v177 = 0.1 * v163, v178 = v168 + v85, v180 = v172 - v173,
-      v181 = v175 + v176, v182 = 0.5 * v178, v184 = 0.1 * v180, v185 = 0.1 * v181,
-      v186 = v72 + v184, v187 = v71 + v185, v188 = v186 + v174, v189 = v187 + v177,
-      v190 = v49 * v188, v191 = v50 * v188, v192 = v189 + 0.1, v193 = v190 - T_3, v194 = v191 - T_7,
-      v195 = v192 - T_11, v196 = v193 * v193, v197 = v194 * v194, v198 = v195 * v195,
-      v199 = v196 + v197, v200 = v199 + v198, v201 = v200 + v182, v202 = v200 - v182;
-  LANES_LET1(v203, fabs, v202);
-  const lanes v204 = v201 + v203, v205 = 0.5 * v204;
-  LANES_LET1(v206, sqrt, v205); out[5] = v206;
-  lanes v55, v65; LANES_NAME(lanes_two_atan2)(&v50, &v49, &v60, &v8, &v55, &v65);
-  lanes v93, v130; LANES_NAME(lanes_two_atan2)(&v62, &v88, &v121, &v107, &v93, &v130); out[0] = v55;
-  out[4] = v93;
-  const lanes v140 = choice_1 * v130;
-  out[2] = v140;
-  const lanes v158 = v65 + v155, v161 = v158 + v140, v165 = -v161, v166 = v161 + 6.283185307179586,
-      v167 = 6.283185307179586 - v161;
-  const lanes_where v169 = LANES_LT(3.141592653589793, v165);
-  const lanes v170 = -v166;
-  const lanes_where v171 = LANES_LT(v165, -3.141592653589793);
-  const lanes v179 = LANES_CHOICE(v171, v167, v165), v183 = LANES_CHOICE(v169, v170, v179);
-  out[3] = v183;
+      v13 = v7 * v7, v14 = v8 * v8, v15 = v9 * v9, v16 = v10 * v10, v17 = v11 + v5,
+      v18 = 4e-15 * v11, v19 = v12 * v12, v20 = 1e-150 - v9, v21 = v4 + v13, v22 = v12 - 0.1,
+      v23 = v15 + v16, v24 = 1e-300 + v17;
+  LANES_LET2(v25, fmax, v11, v18);
+  const lanes v26 = v20 * v20;
+  LANES_LET1(v27, rsqrt, v21);
+  const lanes v28 = 4e-15 * v23, v29 = v23 + v19, v30 = v16 + v26, v31 = T_6 * v27, v32 = v7 * v27;
+  LANES_LET2(v33, fmax, v23, v28);
+  const lanes v34 = 0.16000000000000003 + v29;
+  LANES_LET1(v35, rsqrt, v30);
+  const lanes v36 = v33 * v24, v37 = 1e-300 + v34, v38 = v10 * v35, v39 = v20 * v35,
+      v40 = v25 * v37, v41 = T_6 * v38, v42 = T_2 * v39, v43 = choice_0 * v38, v44 = choice_0 * v39;
+  const lanes_where v45 = LANES_LT(v36, v40);
+  const lanes v46 = v41 - v42, v47 = -v43;
+  const lanes_where v48 = LANES_LE(0.0, v46);
+  const lanes v49 = LANES_CHOICE(v48, 1.0, -1.0), v50 = choice_0 * v49, v51 = v50 * v31,
+      v52 = v50 * v32, v53 = -v51, v54 = LANES_CHOICE(v45, v52, v44),
+      v55 = LANES_CHOICE(v45, v53, v47), v56 = T_2 * v54, v57 = v9 * v54, v58 = T_4 * v54,
+      v59 = T_0 * v54, v61 = T_6 * v55, v62 = v10 * v55, v63 = T_0 * v55, v64 = T_4 * v55,
+      v65 = v56 + v61, v66 = v57 + v62, v67 = v58 - v63, v68 = v59 + v64, v69 = v65 * v65,
+      v71 = v67 * v67, v72 = v69 + v14;
+  LANES_LET1(v73, rsqrt, v72);
+  const lanes v74 = v8 * v73, v75 = v65 * v73, v76 = 0.1 * v74, v77 = 0.1 * v75, v78 = v74 * v68,
+      v79 = T_8 * v75, v80 = v54 * v74, v81 = v54 * v75, v82 = v55 * v74, v83 = v55 * v75,
+      v84 = v74 - T_10, v85 = v22 + v76, v86 = v66 + v77, v87 = v78 - v79, v88 = v81 - T_2,
+      v89 = v83 - T_6, v90 = v84 * v84, v91 = v86 * v86, v92 = v85 * v85, v93 = 1e-150 + v87,
+      v94 = v88 * v88, v95 = v89 * v89, v96 = v91 + v92, v97 = v93 * v93, v99 = 0.04 - v96,
+      v100 = v96 - 0.02, v101 = v71 + v97, v102 = v96 * v99, v103 = 50.0 * v100;
+  const lanes_where v104 = LANES_LT(v100, 0.0); LANES_LET1(v105, rsqrt, v101);
+  const lanes_where v106 = LANES_LT(1.6e-18, v102);
+  const lanes v107 = LANES_CHOICE(v104, -1.0, 1.0);
+  LANES_LET1(v108, sqrt, v102);
+  const lanes v109 = v67 * v105, v110 = v93 * v105, v111 = 2500.0 * v102,
+      v112 = LANES_CHOICE(v106, v103, v107), v113 = 50.0 * v108, v114 = v110 * v80,
+      v115 = v55 * v109, v116 = v55 * v110, v117 = v109 * v80, v118 = v54 * v109, v119 = v110 * v82,
+      v120 = v54 * v110, v121 = v109 * v82, v122 = v75 * v110, v123 = v75 * v109,
+      v124 = LANES_MIN(v111, 1.0), v125 = 0.1 * v112, v126 = LANES_CHOICE(v106, v113, 0.0),
+      v127 = v114 - v115, v128 = v116 + v117, v129 = v118 + v119, v130 = v120 - v121,
+      v131 = T_8 + v122, v132 = v123 - T_9;
+  out[6] = v124;
+  const lanes v133 = v125 + 0.1, v134 = choice_1 * v126, v136 = v127 - T_0, v137 = T_1 + v128,
+      v138 = v129 - T_4, v139 = v130 - T_5, v140 = v131 * v131, v141 = v132 * v132,
+      v142 = v85 * v133, v143 = 0.1 * v134, v144 = v86 * v133, v146 = v136 * v136,
+      v147 = v137 * v137, v148 = v138 * v138, v149 = v139 * v139, v150 = v86 * v143,
+      v151 = v85 * v143, v152 = v146 + v147, v153 = v142 - v150, v154 = v144 + v151,
+      v155 = v152 + v94, v156 = v153 * v153, v157 = 1e-150 + v154, v158 = v155 + v148,
+      v159 = v157 * v157;
+  LANES_LET2(v160, atan2, v153, v157);
+  const lanes v161 = v158 + v149, v162 = v156 + v159;
+  out[1] = v160;
+  const lanes v164 = v161 + v95;
+  LANES_LET1(v165, rsqrt, v162);
+  const lanes v167 = v164 + v140, v168 = v153 * v165, v169 = v157 * v165, v173 = v167 + v141,
+      v177 = v112 * v169, v178 = v134 * v168, v179 = 0.1 * v169, v180 = v112 * v168,
+      v181 = v134 * v169, v182 = 0.1 * v168, v183 = v173 + v90, v185 = v177 - v178,
+      v186 = v180 + v181, v187 = 0.5 * v183, v189 = 0.1 * v185, v190 = 0.1 * v186,
+      v191 = v77 + v189, v192 = v76 + v190, v193 = v191 + v179, v194 = v192 + v182,
+      v195 = v54 * v193, v196 = v55 * v193, v197 = v194 + 0.1, v198 = v195 - T_3, v199 = v196 - T_7,
+      v200 = v197 - T_11, v201 = v198 * v198, v202 = v199 * v199, v203 = v200 * v200,
+      v204 = v201 + v202, v205 = v204 + v203, v206 = v205 + v187, v207 = v205 - v187;
+  LANES_LET1(v208, fabs, v207);
+  const lanes v209 = v206 + v208, v210 = 0.5 * v209;
+  LANES_LET1(v211, sqrt, v210); out[5] = v211;
+  lanes v60, v70; LANES_NAME(lanes_two_atan2)(&v55, &v54, &v65, &v8, &v60, &v70);
+  lanes v98, v135; LANES_NAME(lanes_two_atan2)(&v67, &v93, &v126, &v112, &v98, &v135); out[0] = v60;
+  out[4] = v98;
+  const lanes v145 = choice_1 * v135;
+  out[2] = v145;
+  const lanes v163 = v70 + v160, v166 = v163 + v145, v170 = -v166, v171 = v166 + 6.283185307179586,
+      v172 = 6.283185307179586 - v166;
+  const lanes_where v174 = LANES_LT(3.141592653589793, v170);
+  const lanes v175 = -v171;
+  const lanes_where v176 = LANES_LT(v170, -3.141592653589793);
+  const lanes v184 = LANES_CHOICE(v176, v172, v170), v188 = LANES_CHOICE(v174, v175, v184);
+  out[3] = v188;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_branches)(const double *T, double *q, double *residual, double *margin)
@@ -289,7 +292,7 @@ static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch
   }
 }
 
-// One branch of ik_position_direction: 148 operations: multiply 68, add 50, negate 4, trig 4, other 22
+// One branch of ik_position_direction: 153 operations: multiply 70, add 51, negate 4, trig 4, other 24
 LANES_INLINE void LANES_NAME(lynxmotion_ik_position_direction_branch)(
     const double *x, const double (*choice)[8], int b, lanes *out)
 {
@@ -301,58 +304,62 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_position_direction_branch)(
       v8 = 1e-150 - x_3, v9 = x_2 - 0.1, v10 = 1e-150 + x_5;
   out[4] = LANES_OF(0.0);
   const lanes v11 = v1 + v2, v12 = v3 + v4, v13 = v7 * v7, v14 = v8 * v8, v15 = v10 * v10,
-      v16 = v12 + v5, v17 = v11 + v6, v18 = v13 + v2, v19 = v14 + v4, v20 = 1e-300 + v16,
-      v21 = 1e-300 + v17;
-  LANES_LET1(v22, rsqrt, v18); LANES_LET1(v23, rsqrt, v19);
-  const lanes v24 = v11 * v20, v25 = v12 * v21, v26 = x_1 * v22, v27 = v7 * v22, v28 = x_4 * v23,
-      v29 = v8 * v23;
-  const lanes_where v30 = LANES_LT(v24, v25);
-  const lanes v31 = v26 * x_4, v32 = v27 * x_3, v33 = choice_0 * v26, v34 = choice_0 * v27,
-      v35 = v31 - v32, v36 = -v33;
-  const lanes_where v37 = LANES_LE(0.0, v35);
-  const lanes v38 = LANES_CHOICE(v37, 1.0, -1.0), v39 = choice_0 * v38, v40 = v39 * v28,
-      v41 = v39 * v29, v42 = -v40, v43 = LANES_CHOICE(v30, v41, v34),
-      v44 = LANES_CHOICE(v30, v42, v36), v45 = v43 * x_3, v46 = v43 * x_0, v48 = v44 * x_4,
-      v49 = v44 * x_1, v50 = v45 + v48, v51 = v46 + v49, v52 = v50 * v50, v54 = v52 + v15;
-  LANES_LET1(v55, rsqrt, v54);
-  const lanes v56 = v10 * v55, v57 = v50 * v55, v58 = 0.1 * v56, v59 = 0.1 * v57, v60 = v43 * v57,
-      v61 = v44 * v57, v62 = v56 - x_5, v63 = v9 - v58, v64 = v51 - v59, v65 = v60 - x_3,
-      v66 = v61 - x_4, v67 = v62 * v62, v68 = v64 * v64, v69 = v63 * v63, v70 = v65 * v65,
-      v71 = v66 * v66, v72 = v68 + v69, v73 = v70 + v71, v74 = 0.04 - v72, v75 = v72 - 0.02,
-      v76 = v73 + v67, v77 = v72 * v74, v78 = 50.0 * v75;
-  const lanes_where v79 = LANES_LT(v75, 0.0); const lanes_where v80 = LANES_LT(1.6e-18, v77);
-  const lanes v81 = LANES_CHOICE(v79, -1.0, 1.0);
-  LANES_LET1(v82, sqrt, v77);
-  const lanes v83 = 2500.0 * v77, v84 = LANES_CHOICE(v80, v78, v81), v85 = 50.0 * v82,
-      v86 = LANES_MIN(v83, 1.0), v87 = 0.1 * v84, v88 = LANES_CHOICE(v80, v85, 0.0);
-  out[6] = v86;
-  const lanes v89 = v87 + 0.1, v90 = choice_1 * v88, v92 = v63 * v89, v93 = 0.1 * v90,
-      v94 = v64 * v89, v96 = v64 * v93, v97 = v63 * v93, v98 = v92 - v96, v99 = v94 + v97,
-      v100 = v98 * v98, v101 = 1e-150 + v99, v102 = v101 * v101;
-  LANES_LET2(v103, atan2, v98, v101);
-  const lanes v104 = v100 + v102;
-  out[1] = v103; LANES_LET1(v106, rsqrt, v104);
-  const lanes v108 = v98 * v106, v109 = v101 * v106, v116 = v84 * v109, v117 = v90 * v108,
-      v118 = 0.1 * v109, v119 = v84 * v108, v120 = v90 * v109, v121 = 0.1 * v108,
-      v123 = v116 - v117, v124 = v119 + v120, v126 = 0.1 * v123, v127 = 0.1 * v124,
-      v128 = v59 + v126, v129 = v58 + v127, v130 = v128 + v118, v131 = v129 + v121,
-      v132 = v43 * v130, v133 = v44 * v130, v134 = v131 + 0.1, v135 = v132 - x_0, v136 = v133 - x_1,
-      v137 = v134 - x_2, v138 = v135 * v135, v139 = v136 * v136, v140 = v137 * v137,
-      v141 = v138 + v139, v142 = v141 + v140, v143 = v142 + v76, v144 = v142 - v76;
-  LANES_LET1(v145, fabs, v144);
-  const lanes v146 = v143 + v145, v147 = 0.5 * v146;
-  LANES_LET1(v148, sqrt, v147); out[5] = v148;
-  lanes v47, v53; LANES_NAME(lanes_two_atan2)(&v44, &v43, &v50, &v10, &v47, &v53);
-  LANES_LET2(v91, atan2, v88, v84); out[0] = v47;
-  const lanes v95 = choice_1 * v91;
-  out[2] = v95;
-  const lanes v105 = v53 + v103, v107 = v105 + v95, v110 = -v107, v111 = v107 + 6.283185307179586,
-      v112 = 6.283185307179586 - v107;
-  const lanes_where v113 = LANES_LT(3.141592653589793, v110);
-  const lanes v114 = -v111;
-  const lanes_where v115 = LANES_LT(v110, -3.141592653589793);
-  const lanes v122 = LANES_CHOICE(v115, v112, v110), v125 = LANES_CHOICE(v113, v114, v122);
-  out[3] = v125;
+      v16 = 4e-15 * v11, v17 = v12 + v5, v18 = 4e-15 * v12, v19 = v11 + v6, v20 = v13 + v2,
+      v21 = v14 + v4;
+  LANES_LET2(v22, fmax, v11, v16);
+  const lanes v23 = 1e-300 + v17;
+  LANES_LET2(v24, fmax, v12, v18);
+  const lanes v25 = 0.16000000000000003 + v19;
+  LANES_LET1(v26, rsqrt, v20); LANES_LET1(v27, rsqrt, v21);
+  const lanes v28 = v22 * v23, v29 = 1e-300 + v25, v30 = x_1 * v26, v31 = v7 * v26, v32 = x_4 * v27,
+      v33 = v8 * v27, v34 = v24 * v29, v35 = v30 * x_4, v36 = v31 * x_3, v37 = choice_0 * v30,
+      v38 = choice_0 * v31;
+  const lanes_where v39 = LANES_LT(v28, v34);
+  const lanes v40 = v35 - v36, v41 = -v37;
+  const lanes_where v42 = LANES_LE(0.0, v40);
+  const lanes v43 = LANES_CHOICE(v42, 1.0, -1.0), v44 = choice_0 * v43, v45 = v44 * v32,
+      v46 = v44 * v33, v47 = -v45, v48 = LANES_CHOICE(v39, v46, v38),
+      v49 = LANES_CHOICE(v39, v47, v41), v50 = v48 * x_3, v51 = v48 * x_0, v53 = v49 * x_4,
+      v54 = v49 * x_1, v55 = v50 + v53, v56 = v51 + v54, v57 = v55 * v55, v59 = v57 + v15;
+  LANES_LET1(v60, rsqrt, v59);
+  const lanes v61 = v10 * v60, v62 = v55 * v60, v63 = 0.1 * v61, v64 = 0.1 * v62, v65 = v48 * v62,
+      v66 = v49 * v62, v67 = v61 - x_5, v68 = v9 - v63, v69 = v56 - v64, v70 = v65 - x_3,
+      v71 = v66 - x_4, v72 = v67 * v67, v73 = v69 * v69, v74 = v68 * v68, v75 = v70 * v70,
+      v76 = v71 * v71, v77 = v73 + v74, v78 = v75 + v76, v79 = 0.04 - v77, v80 = v77 - 0.02,
+      v81 = v78 + v72, v82 = v77 * v79, v83 = 50.0 * v80;
+  const lanes_where v84 = LANES_LT(v80, 0.0); const lanes_where v85 = LANES_LT(1.6e-18, v82);
+  const lanes v86 = LANES_CHOICE(v84, -1.0, 1.0);
+  LANES_LET1(v87, sqrt, v82);
+  const lanes v88 = 2500.0 * v82, v89 = LANES_CHOICE(v85, v83, v86), v90 = 50.0 * v87,
+      v91 = LANES_MIN(v88, 1.0), v92 = 0.1 * v89, v93 = LANES_CHOICE(v85, v90, 0.0);
+  out[6] = v91;
+  const lanes v94 = v92 + 0.1, v95 = choice_1 * v93, v97 = v68 * v94, v98 = 0.1 * v95,
+      v99 = v69 * v94, v101 = v69 * v98, v102 = v68 * v98, v103 = v97 - v101, v104 = v99 + v102,
+      v105 = v103 * v103, v106 = 1e-150 + v104, v107 = v106 * v106;
+  LANES_LET2(v108, atan2, v103, v106);
+  const lanes v109 = v105 + v107;
+  out[1] = v108; LANES_LET1(v111, rsqrt, v109);
+  const lanes v113 = v103 * v111, v114 = v106 * v111, v121 = v89 * v114, v122 = v95 * v113,
+      v123 = 0.1 * v114, v124 = v89 * v113, v125 = v95 * v114, v126 = 0.1 * v113,
+      v128 = v121 - v122, v129 = v124 + v125, v131 = 0.1 * v128, v132 = 0.1 * v129,
+      v133 = v64 + v131, v134 = v63 + v132, v135 = v133 + v123, v136 = v134 + v126,
+      v137 = v48 * v135, v138 = v49 * v135, v139 = v136 + 0.1, v140 = v137 - x_0, v141 = v138 - x_1,
+      v142 = v139 - x_2, v143 = v140 * v140, v144 = v141 * v141, v145 = v142 * v142,
+      v146 = v143 + v144, v147 = v146 + v145, v148 = v147 + v81, v149 = v147 - v81;
+  LANES_LET1(v150, fabs, v149);
+  const lanes v151 = v148 + v150, v152 = 0.5 * v151;
+  LANES_LET1(v153, sqrt, v152); out[5] = v153;
+  lanes v52, v58; LANES_NAME(lanes_two_atan2)(&v49, &v48, &v55, &v10, &v52, &v58);
+  LANES_LET2(v96, atan2, v93, v89); out[0] = v52;
+  const lanes v100 = choice_1 * v96;
+  out[2] = v100;
+  const lanes v110 = v58 + v108, v112 = v110 + v100, v115 = -v112, v116 = v112 + 6.283185307179586,
+      v117 = 6.283185307179586 - v112;
+  const lanes_where v118 = LANES_LT(3.141592653589793, v115);
+  const lanes v119 = -v116;
+  const lanes_where v120 = LANES_LT(v115, -3.141592653589793);
+  const lanes v127 = LANES_CHOICE(v120, v117, v115), v130 = LANES_CHOICE(v118, v119, v127);
+  out[3] = v130;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction_branches)(const double *x, double *q, double *residual, double *margin)

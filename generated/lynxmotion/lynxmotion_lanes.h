@@ -823,7 +823,7 @@ static LANES_TARGET void LANES_NAME(lynxmotion_acceleration_mixed)(const lanes *
   out[5] = v196;
 }
 
-// ik: 386 operations: multiply 167, add 159, negate 5, trig 9, other 46
+// ik: 391 operations: multiply 169, add 160, negate 5, trig 9, other 48
 static LANES_SPARING LANES_TARGET void LANES_NAME(lynxmotion_ik)(const lanes *in, lanes *out)
 {
   const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
@@ -831,159 +831,163 @@ static LANES_SPARING LANES_TARGET void LANES_NAME(lynxmotion_ik)(const lanes *in
       v1 = 0.2 * T_2, v2 = 0.2 * T_6, v3 = T_2 * T_2, v4 = T_6 * T_6, v5 = T_10 * T_10,
       v6 = 0.2 * T_10, v7 = 1e-150 - T_2, v8 = 1e-150 + T_10, v9 = T_3 - v1, v10 = T_7 - v2,
       v11 = v3 + v4, v12 = T_11 - v6, v13 = v7 * v7, v14 = v8 * v8, v15 = v9 * v9, v16 = v10 * v10,
-      v17 = v11 + v5, v18 = v12 * v12, v19 = 1e-150 - v9, v20 = v4 + v13, v21 = v12 - 0.1,
-      v22 = v15 + v16, v23 = 1e-300 + v17, v24 = v19 * v19;
-  LANES_LET1(v25, rsqrt, v20);
-  const lanes v26 = v22 * v23, v27 = v22 + v18, v28 = v16 + v24, v29 = T_6 * v25, v30 = v7 * v25,
-      v31 = 1e-300 + v27;
-  LANES_LET1(v32, rsqrt, v28);
-  const lanes v33 = v11 * v31, v34 = v10 * v32, v35 = v19 * v32;
-  const lanes_where v36 = LANES_LT(v26, v33);
-  const lanes v37 = T_6 * v34, v38 = T_2 * v35, v39 = v37 - v38;
-  const lanes_where v40 = LANES_LE(0.0, v39);
-  const lanes v41 = LANES_CHOICE(v40, 1.0, -1.0), v42 = v41 * v29, v43 = v41 * v30,
-      v44 = LANES_CHOICE(v36, v42, v34), v45 = LANES_CHOICE(v36, v43, v35);
-  LANES_LET2(v46, atan2, v44, v45);
-  const lanes v47 = T_2 * v45, v48 = T_6 * v44, v49 = v9 * v45, v50 = v10 * v44, v51 = T_4 * v45,
-      v52 = T_0 * v44, v53 = T_0 * v45, v54 = T_4 * v44, v55 = v47 - v48, v56 = v49 - v50,
-      v57 = v51 + v52, v58 = v53 - v54;
-  LANES_LET2(v59, supplement, v46, v44);
-  const lanes v60 = -v46, v61 = v55 * v55;
-  LANES_LET2(v62, atan2, v55, v8);
-  const lanes v63 = v57 * v57;
-  out[0] = v60; out[5] = v60; out[10] = v59; out[15] = v59;
-  const lanes v64 = v61 + v14;
-  LANES_LET1(v65, rsqrt, v64);
-  const lanes v66 = v8 * v65, v67 = v55 * v65, v68 = 0.1 * v66, v69 = 0.1 * v67, v70 = v66 * v58,
-      v71 = T_8 * v67, v72 = v45 * v66, v73 = v45 * v67, v74 = v44 * v66, v75 = v44 * v67,
-      v76 = v66 - T_10, v77 = v21 + v68, v78 = v56 + v69, v79 = v70 - v71, v80 = v73 - T_2,
-      v81 = v75 + T_6, v82 = v76 * v76, v83 = v78 * v78, v84 = v77 * v77, v85 = 1e-150 + v79,
-      v86 = 1e-150 - v79, v87 = v80 * v80, v88 = v81 * v81, v89 = v83 + v84, v90 = v85 * v85;
-  LANES_LET2(v91, atan2, v57, v85);
-  const lanes v92 = v86 * v86;
-  LANES_LET2(v93, atan2, v57, v86);
-  const lanes v94 = 0.04 - v89, v95 = v89 - 0.02, v96 = v63 + v90, v97 = v63 + v92;
-  out[4] = v91; out[9] = v91;
-  const lanes v98 = -v93, v99 = v89 * v94, v100 = 50.0 * v95;
-  const lanes_where v101 = LANES_LT(v95, 0.0); LANES_LET1(v102, rsqrt, v96);
-  LANES_LET1(v103, rsqrt, v97); out[14] = v98; out[19] = v98;
-  const lanes_where v104 = LANES_LT(1.6e-18, v99);
-  const lanes v105 = LANES_CHOICE(v101, -1.0, 1.0);
-  LANES_LET1(v106, sqrt, v99);
-  const lanes v107 = v57 * v102, v108 = v85 * v102, v109 = v57 * v103, v110 = v86 * v103,
-      v111 = 2500.0 * v99, v112 = LANES_CHOICE(v104, v100, v105), v113 = 50.0 * v106,
-      v114 = v108 * v72, v115 = v44 * v107, v116 = v44 * v108, v117 = v107 * v72, v118 = v45 * v107,
-      v119 = v108 * v74, v120 = v45 * v108, v121 = v107 * v74, v122 = v67 * v108, v123 = v67 * v107,
-      v124 = LANES_MIN(v111, 1.0), v125 = v110 * v72, v126 = v44 * v109, v127 = v44 * v110,
-      v128 = v109 * v72, v129 = v45 * v109, v130 = v110 * v74, v131 = v45 * v110, v132 = v109 * v74,
-      v133 = v67 * v110, v134 = v67 * v109, v135 = 0.1 * v112, v136 = LANES_CHOICE(v104, v113, 0.0),
-      v137 = v114 + v115, v138 = v117 - v116, v139 = v118 - v119, v140 = v120 + v121,
-      v141 = T_8 + v122, v142 = v123 - T_9;
-  out[24] = v124; out[25] = v124;
-  const lanes v143 = v126 - v125, v144 = v127 + v128, v145 = v129 + v130, v146 = v132 - v131,
-      v147 = T_8 - v133, v148 = v134 - T_9;
-  out[26] = v124; out[27] = v124;
-  const lanes v149 = v135 + 0.1, v150 = 0.1 * v136;
-  LANES_LET2(v151, atan2, v136, v112);
-  const lanes v152 = v137 - T_0, v153 = T_1 + v138, v154 = v139 - T_4, v155 = v140 - T_5,
-      v156 = v141 * v141, v157 = v142 * v142, v158 = v143 - T_0, v159 = T_1 + v144,
-      v160 = v145 - T_4, v161 = v146 - T_5, v162 = v147 * v147, v163 = v148 * v148,
-      v164 = v77 * v149, v165 = v78 * v150, v166 = v78 * v149, v167 = v77 * v150;
-  out[2] = v151;
-  const lanes v168 = v152 * v152, v169 = v153 * v153, v170 = v154 * v154, v171 = v155 * v155,
-      v172 = -v151;
-  out[12] = v151;
-  const lanes v173 = v158 * v158, v174 = v159 * v159, v175 = v160 * v160, v176 = v161 * v161,
-      v177 = v164 - v165, v178 = v166 + v167, v179 = v164 + v165, v180 = v166 - v167,
-      v181 = v168 + v169;
-  out[7] = v172;
-  const lanes v182 = v173 + v174;
-  out[17] = v172;
-  const lanes v183 = v177 * v177, v184 = 1e-150 + v178, v185 = v179 * v179, v186 = 1e-150 + v180,
-      v187 = 1e-150 - v180, v188 = 1e-150 - v178, v189 = v181 + v87, v190 = v182 + v87,
-      v191 = v184 * v184;
-  LANES_LET2(v192, atan2, v177, v184);
-  const lanes v193 = v186 * v186;
-  LANES_LET2(v194, atan2, v179, v186);
-  const lanes v195 = v187 * v187;
-  LANES_LET2(v196, atan2, v179, v187);
-  const lanes v197 = v188 * v188;
-  LANES_LET2(v198, atan2, v177, v188);
-  const lanes v199 = v189 + v170, v200 = v190 + v175, v201 = v183 + v191, v202 = v185 + v193,
-      v203 = v185 + v195, v204 = v183 + v197;
-  out[1] = v192;
-  const lanes v205 = v62 + v192, v206 = v199 + v171;
-  out[6] = v194;
-  const lanes v207 = v62 + v194;
-  out[11] = v196;
-  const lanes v208 = v62 - v196, v209 = v200 + v176;
-  out[16] = v198;
-  const lanes v210 = v198 - v62;
-  LANES_LET1(v211, rsqrt, v201); LANES_LET1(v212, rsqrt, v202); LANES_LET1(v213, rsqrt, v203);
-  LANES_LET1(v214, rsqrt, v204);
-  const lanes v215 = v205 + v151, v216 = v206 + v88, v217 = v151 - v207, v218 = v208 - v151,
-      v219 = v209 + v88, v220 = v151 - v210, v221 = v177 * v211, v222 = v184 * v211,
-      v223 = v179 * v212, v224 = v186 * v212, v225 = v179 * v213, v226 = v187 * v213,
-      v227 = v177 * v214, v228 = v188 * v214;
-  const lanes_where v229 = LANES_LT(v215, -3.141592653589793);
-  const lanes v230 = v215 + 6.283185307179586;
-  const lanes_where v231 = LANES_LT(3.141592653589793, v215);
-  const lanes v232 = 6.283185307179586 - v215, v233 = -v215, v234 = v216 + v156;
-  const lanes_where v235 = LANES_LT(3.141592653589793, v217);
-  const lanes v236 = v217 - 6.283185307179586;
-  const lanes_where v237 = LANES_LT(v217, -3.141592653589793);
-  const lanes v238 = 6.283185307179586 + v217;
-  const lanes_where v239 = LANES_LT(3.141592653589793, v218);
-  const lanes v240 = v218 - 6.283185307179586;
-  const lanes_where v241 = LANES_LT(v218, -3.141592653589793);
-  const lanes v242 = 6.283185307179586 + v218, v243 = v219 + v162;
-  const lanes_where v244 = LANES_LT(3.141592653589793, v220);
-  const lanes v245 = v220 - 6.283185307179586;
-  const lanes_where v246 = LANES_LT(v220, -3.141592653589793);
-  const lanes v247 = 6.283185307179586 + v220, v248 = LANES_CHOICE(v231, v232, v233), v249 = -v230,
-      v250 = v112 * v222, v251 = v136 * v221, v252 = 0.1 * v222, v253 = v112 * v221,
-      v254 = v136 * v222, v255 = 0.1 * v221, v256 = v234 + v157,
-      v257 = LANES_CHOICE(v237, v238, v217), v258 = v112 * v224, v259 = v136 * v223,
-      v260 = 0.1 * v224, v261 = v112 * v223, v262 = v136 * v224, v263 = 0.1 * v223,
-      v264 = LANES_CHOICE(v241, v242, v218), v265 = v112 * v226, v266 = v136 * v225,
-      v267 = 0.1 * v226, v268 = v112 * v225, v269 = v136 * v226, v270 = 0.1 * v225,
-      v271 = v243 + v163, v272 = LANES_CHOICE(v246, v247, v220), v273 = v112 * v228,
-      v274 = v136 * v227, v275 = 0.1 * v228, v276 = v112 * v227, v277 = v136 * v228,
-      v278 = 0.1 * v227, v279 = LANES_CHOICE(v229, v249, v248), v280 = v250 - v251,
-      v281 = v253 + v254, v282 = v256 + v82, v283 = LANES_CHOICE(v235, v236, v257),
-      v284 = v258 + v259, v285 = v261 - v262, v286 = LANES_CHOICE(v239, v240, v264),
-      v287 = v265 - v266, v288 = v268 + v269, v289 = v271 + v82,
-      v290 = LANES_CHOICE(v244, v245, v272), v291 = v273 + v274, v292 = v276 - v277;
-  out[3] = v279;
-  const lanes v293 = 0.1 * v280, v294 = 0.1 * v281, v295 = 0.5 * v282;
-  out[8] = v283;
-  const lanes v296 = 0.1 * v284, v297 = 0.1 * v285;
-  out[13] = v286;
-  const lanes v298 = 0.1 * v287, v299 = 0.1 * v288, v300 = 0.5 * v289;
-  out[18] = v290;
-  const lanes v301 = 0.1 * v291, v302 = 0.1 * v292, v303 = v69 + v293, v304 = v68 + v294,
-      v305 = v69 + v296, v306 = v68 + v297, v307 = v298 - v69, v308 = v68 + v299, v309 = v301 - v69,
-      v310 = v68 + v302, v311 = v303 + v252, v312 = v304 + v255, v313 = v305 + v260,
-      v314 = v306 + v263, v315 = v307 + v267, v316 = v308 + v270, v317 = v309 + v275,
-      v318 = v310 + v278, v319 = v45 * v311, v320 = v44 * v311, v321 = v312 + 0.1,
-      v322 = v45 * v313, v323 = v44 * v313, v324 = v314 + 0.1, v325 = v45 * v315, v326 = v44 * v315,
-      v327 = v316 + 0.1, v328 = v45 * v317, v329 = v44 * v317, v330 = v318 + 0.1, v331 = v319 - T_3,
-      v332 = v320 + T_7, v333 = v321 - T_11, v334 = v322 - T_3, v335 = v323 + T_7,
-      v336 = v324 - T_11, v337 = v325 + T_3, v338 = v326 - T_7, v339 = v327 - T_11,
-      v340 = v328 + T_3, v341 = v329 - T_7, v342 = v330 - T_11, v343 = v331 * v331,
-      v344 = v332 * v332, v345 = v333 * v333, v346 = v334 * v334, v347 = v335 * v335,
-      v348 = v336 * v336, v349 = v337 * v337, v350 = v338 * v338, v351 = v339 * v339,
-      v352 = v340 * v340, v353 = v341 * v341, v354 = v342 * v342, v355 = v343 + v344,
-      v356 = v346 + v347, v357 = v349 + v350, v358 = v352 + v353, v359 = v355 + v345,
-      v360 = v356 + v348, v361 = v357 + v351, v362 = v358 + v354, v363 = v359 + v295,
-      v364 = v359 - v295, v365 = v360 + v295, v366 = v360 - v295, v367 = v361 + v300,
-      v368 = v361 - v300, v369 = v362 + v300, v370 = v362 - v300;
-  LANES_LET1(v371, fabs, v364); LANES_LET1(v372, fabs, v366); LANES_LET1(v373, fabs, v368);
-  LANES_LET1(v374, fabs, v370);
-  const lanes v375 = v363 + v371, v376 = v365 + v372, v377 = v367 + v373, v378 = v369 + v374,
-      v379 = 0.5 * v375, v380 = 0.5 * v376, v381 = 0.5 * v377, v382 = 0.5 * v378;
-  LANES_LET1(v383, sqrt, v379); LANES_LET1(v384, sqrt, v380); LANES_LET1(v385, sqrt, v381);
-  LANES_LET1(v386, sqrt, v382); out[20] = v383; out[21] = v384; out[22] = v385; out[23] = v386;
+      v17 = v11 + v5, v18 = 4e-15 * v11, v19 = v12 * v12, v20 = 1e-150 - v9, v21 = v4 + v13,
+      v22 = v12 - 0.1, v23 = v15 + v16, v24 = 1e-300 + v17;
+  LANES_LET2(v25, fmax, v11, v18);
+  const lanes v26 = v20 * v20;
+  LANES_LET1(v27, rsqrt, v21);
+  const lanes v28 = 4e-15 * v23, v29 = v23 + v19, v30 = v16 + v26, v31 = T_6 * v27, v32 = v7 * v27;
+  LANES_LET2(v33, fmax, v23, v28);
+  const lanes v34 = 0.16000000000000003 + v29;
+  LANES_LET1(v35, rsqrt, v30);
+  const lanes v36 = v33 * v24, v37 = 1e-300 + v34, v38 = v10 * v35, v39 = v20 * v35,
+      v40 = v25 * v37, v41 = T_6 * v38, v42 = T_2 * v39;
+  const lanes_where v43 = LANES_LT(v36, v40);
+  const lanes v44 = v41 - v42;
+  const lanes_where v45 = LANES_LE(0.0, v44);
+  const lanes v46 = LANES_CHOICE(v45, 1.0, -1.0), v47 = v46 * v31, v48 = v46 * v32,
+      v49 = LANES_CHOICE(v43, v47, v38), v50 = LANES_CHOICE(v43, v48, v39);
+  LANES_LET2(v51, atan2, v49, v50);
+  const lanes v52 = T_2 * v50, v53 = T_6 * v49, v54 = v9 * v50, v55 = v10 * v49, v56 = T_4 * v50,
+      v57 = T_0 * v49, v58 = T_0 * v50, v59 = T_4 * v49, v60 = v52 - v53, v61 = v54 - v55,
+      v62 = v56 + v57, v63 = v58 - v59;
+  LANES_LET2(v64, supplement, v51, v49);
+  const lanes v65 = -v51, v66 = v60 * v60;
+  LANES_LET2(v67, atan2, v60, v8);
+  const lanes v68 = v62 * v62;
+  out[0] = v65; out[5] = v65; out[10] = v64; out[15] = v64;
+  const lanes v69 = v66 + v14;
+  LANES_LET1(v70, rsqrt, v69);
+  const lanes v71 = v8 * v70, v72 = v60 * v70, v73 = 0.1 * v71, v74 = 0.1 * v72, v75 = v71 * v63,
+      v76 = T_8 * v72, v77 = v50 * v71, v78 = v50 * v72, v79 = v49 * v71, v80 = v49 * v72,
+      v81 = v71 - T_10, v82 = v22 + v73, v83 = v61 + v74, v84 = v75 - v76, v85 = v78 - T_2,
+      v86 = v80 + T_6, v87 = v81 * v81, v88 = v83 * v83, v89 = v82 * v82, v90 = 1e-150 + v84,
+      v91 = 1e-150 - v84, v92 = v85 * v85, v93 = v86 * v86, v94 = v88 + v89, v95 = v90 * v90;
+  LANES_LET2(v96, atan2, v62, v90);
+  const lanes v97 = v91 * v91;
+  LANES_LET2(v98, atan2, v62, v91);
+  const lanes v99 = 0.04 - v94, v100 = v94 - 0.02, v101 = v68 + v95, v102 = v68 + v97;
+  out[4] = v96; out[9] = v96;
+  const lanes v103 = -v98, v104 = v94 * v99, v105 = 50.0 * v100;
+  const lanes_where v106 = LANES_LT(v100, 0.0); LANES_LET1(v107, rsqrt, v101);
+  LANES_LET1(v108, rsqrt, v102); out[14] = v103; out[19] = v103;
+  const lanes_where v109 = LANES_LT(1.6e-18, v104);
+  const lanes v110 = LANES_CHOICE(v106, -1.0, 1.0);
+  LANES_LET1(v111, sqrt, v104);
+  const lanes v112 = v62 * v107, v113 = v90 * v107, v114 = v62 * v108, v115 = v91 * v108,
+      v116 = 2500.0 * v104, v117 = LANES_CHOICE(v109, v105, v110), v118 = 50.0 * v111,
+      v119 = v113 * v77, v120 = v49 * v112, v121 = v49 * v113, v122 = v112 * v77, v123 = v50 * v112,
+      v124 = v113 * v79, v125 = v50 * v113, v126 = v112 * v79, v127 = v72 * v113, v128 = v72 * v112,
+      v129 = LANES_MIN(v116, 1.0), v130 = v115 * v77, v131 = v49 * v114, v132 = v49 * v115,
+      v133 = v114 * v77, v134 = v50 * v114, v135 = v115 * v79, v136 = v50 * v115, v137 = v114 * v79,
+      v138 = v72 * v115, v139 = v72 * v114, v140 = 0.1 * v117, v141 = LANES_CHOICE(v109, v118, 0.0),
+      v142 = v119 + v120, v143 = v122 - v121, v144 = v123 - v124, v145 = v125 + v126,
+      v146 = T_8 + v127, v147 = v128 - T_9;
+  out[24] = v129; out[25] = v129;
+  const lanes v148 = v131 - v130, v149 = v132 + v133, v150 = v134 + v135, v151 = v137 - v136,
+      v152 = T_8 - v138, v153 = v139 - T_9;
+  out[26] = v129; out[27] = v129;
+  const lanes v154 = v140 + 0.1, v155 = 0.1 * v141;
+  LANES_LET2(v156, atan2, v141, v117);
+  const lanes v157 = v142 - T_0, v158 = T_1 + v143, v159 = v144 - T_4, v160 = v145 - T_5,
+      v161 = v146 * v146, v162 = v147 * v147, v163 = v148 - T_0, v164 = T_1 + v149,
+      v165 = v150 - T_4, v166 = v151 - T_5, v167 = v152 * v152, v168 = v153 * v153,
+      v169 = v82 * v154, v170 = v83 * v155, v171 = v83 * v154, v172 = v82 * v155;
+  out[2] = v156;
+  const lanes v173 = v157 * v157, v174 = v158 * v158, v175 = v159 * v159, v176 = v160 * v160,
+      v177 = -v156;
+  out[12] = v156;
+  const lanes v178 = v163 * v163, v179 = v164 * v164, v180 = v165 * v165, v181 = v166 * v166,
+      v182 = v169 - v170, v183 = v171 + v172, v184 = v169 + v170, v185 = v171 - v172,
+      v186 = v173 + v174;
+  out[7] = v177;
+  const lanes v187 = v178 + v179;
+  out[17] = v177;
+  const lanes v188 = v182 * v182, v189 = 1e-150 + v183, v190 = v184 * v184, v191 = 1e-150 + v185,
+      v192 = 1e-150 - v185, v193 = 1e-150 - v183, v194 = v186 + v92, v195 = v187 + v92,
+      v196 = v189 * v189;
+  LANES_LET2(v197, atan2, v182, v189);
+  const lanes v198 = v191 * v191;
+  LANES_LET2(v199, atan2, v184, v191);
+  const lanes v200 = v192 * v192;
+  LANES_LET2(v201, atan2, v184, v192);
+  const lanes v202 = v193 * v193;
+  LANES_LET2(v203, atan2, v182, v193);
+  const lanes v204 = v194 + v175, v205 = v195 + v180, v206 = v188 + v196, v207 = v190 + v198,
+      v208 = v190 + v200, v209 = v188 + v202;
+  out[1] = v197;
+  const lanes v210 = v67 + v197, v211 = v204 + v176;
+  out[6] = v199;
+  const lanes v212 = v67 + v199;
+  out[11] = v201;
+  const lanes v213 = v67 - v201, v214 = v205 + v181;
+  out[16] = v203;
+  const lanes v215 = v203 - v67;
+  LANES_LET1(v216, rsqrt, v206); LANES_LET1(v217, rsqrt, v207); LANES_LET1(v218, rsqrt, v208);
+  LANES_LET1(v219, rsqrt, v209);
+  const lanes v220 = v210 + v156, v221 = v211 + v93, v222 = v156 - v212, v223 = v213 - v156,
+      v224 = v214 + v93, v225 = v156 - v215, v226 = v182 * v216, v227 = v189 * v216,
+      v228 = v184 * v217, v229 = v191 * v217, v230 = v184 * v218, v231 = v192 * v218,
+      v232 = v182 * v219, v233 = v193 * v219;
+  const lanes_where v234 = LANES_LT(v220, -3.141592653589793);
+  const lanes v235 = v220 + 6.283185307179586;
+  const lanes_where v236 = LANES_LT(3.141592653589793, v220);
+  const lanes v237 = 6.283185307179586 - v220, v238 = -v220, v239 = v221 + v161;
+  const lanes_where v240 = LANES_LT(3.141592653589793, v222);
+  const lanes v241 = v222 - 6.283185307179586;
+  const lanes_where v242 = LANES_LT(v222, -3.141592653589793);
+  const lanes v243 = 6.283185307179586 + v222;
+  const lanes_where v244 = LANES_LT(3.141592653589793, v223);
+  const lanes v245 = v223 - 6.283185307179586;
+  const lanes_where v246 = LANES_LT(v223, -3.141592653589793);
+  const lanes v247 = 6.283185307179586 + v223, v248 = v224 + v167;
+  const lanes_where v249 = LANES_LT(3.141592653589793, v225);
+  const lanes v250 = v225 - 6.283185307179586;
+  const lanes_where v251 = LANES_LT(v225, -3.141592653589793);
+  const lanes v252 = 6.283185307179586 + v225, v253 = LANES_CHOICE(v236, v237, v238), v254 = -v235,
+      v255 = v117 * v227, v256 = v141 * v226, v257 = 0.1 * v227, v258 = v117 * v226,
+      v259 = v141 * v227, v260 = 0.1 * v226, v261 = v239 + v162,
+      v262 = LANES_CHOICE(v242, v243, v222), v263 = v117 * v229, v264 = v141 * v228,
+      v265 = 0.1 * v229, v266 = v117 * v228, v267 = v141 * v229, v268 = 0.1 * v228,
+      v269 = LANES_CHOICE(v246, v247, v223), v270 = v117 * v231, v271 = v141 * v230,
+      v272 = 0.1 * v231, v273 = v117 * v230, v274 = v141 * v231, v275 = 0.1 * v230,
+      v276 = v248 + v168, v277 = LANES_CHOICE(v251, v252, v225), v278 = v117 * v233,
+      v279 = v141 * v232, v280 = 0.1 * v233, v281 = v117 * v232, v282 = v141 * v233,
+      v283 = 0.1 * v232, v284 = LANES_CHOICE(v234, v254, v253), v285 = v255 - v256,
+      v286 = v258 + v259, v287 = v261 + v87, v288 = LANES_CHOICE(v240, v241, v262),
+      v289 = v263 + v264, v290 = v266 - v267, v291 = LANES_CHOICE(v244, v245, v269),
+      v292 = v270 - v271, v293 = v273 + v274, v294 = v276 + v87,
+      v295 = LANES_CHOICE(v249, v250, v277), v296 = v278 + v279, v297 = v281 - v282;
+  out[3] = v284;
+  const lanes v298 = 0.1 * v285, v299 = 0.1 * v286, v300 = 0.5 * v287;
+  out[8] = v288;
+  const lanes v301 = 0.1 * v289, v302 = 0.1 * v290;
+  out[13] = v291;
+  const lanes v303 = 0.1 * v292, v304 = 0.1 * v293, v305 = 0.5 * v294;
+  out[18] = v295;
+  const lanes v306 = 0.1 * v296, v307 = 0.1 * v297, v308 = v74 + v298, v309 = v73 + v299,
+      v310 = v74 + v301, v311 = v73 + v302, v312 = v303 - v74, v313 = v73 + v304, v314 = v306 - v74,
+      v315 = v73 + v307, v316 = v308 + v257, v317 = v309 + v260, v318 = v310 + v265,
+      v319 = v311 + v268, v320 = v312 + v272, v321 = v313 + v275, v322 = v314 + v280,
+      v323 = v315 + v283, v324 = v50 * v316, v325 = v49 * v316, v326 = v317 + 0.1,
+      v327 = v50 * v318, v328 = v49 * v318, v329 = v319 + 0.1, v330 = v50 * v320, v331 = v49 * v320,
+      v332 = v321 + 0.1, v333 = v50 * v322, v334 = v49 * v322, v335 = v323 + 0.1, v336 = v324 - T_3,
+      v337 = v325 + T_7, v338 = v326 - T_11, v339 = v327 - T_3, v340 = v328 + T_7,
+      v341 = v329 - T_11, v342 = v330 + T_3, v343 = v331 - T_7, v344 = v332 - T_11,
+      v345 = v333 + T_3, v346 = v334 - T_7, v347 = v335 - T_11, v348 = v336 * v336,
+      v349 = v337 * v337, v350 = v338 * v338, v351 = v339 * v339, v352 = v340 * v340,
+      v353 = v341 * v341, v354 = v342 * v342, v355 = v343 * v343, v356 = v344 * v344,
+      v357 = v345 * v345, v358 = v346 * v346, v359 = v347 * v347, v360 = v348 + v349,
+      v361 = v351 + v352, v362 = v354 + v355, v363 = v357 + v358, v364 = v360 + v350,
+      v365 = v361 + v353, v366 = v362 + v356, v367 = v363 + v359, v368 = v364 + v300,
+      v369 = v364 - v300, v370 = v365 + v300, v371 = v365 - v300, v372 = v366 + v305,
+      v373 = v366 - v305, v374 = v367 + v305, v375 = v367 - v305;
+  LANES_LET1(v376, fabs, v369); LANES_LET1(v377, fabs, v371); LANES_LET1(v378, fabs, v373);
+  LANES_LET1(v379, fabs, v375);
+  const lanes v380 = v368 + v376, v381 = v370 + v377, v382 = v372 + v378, v383 = v374 + v379,
+      v384 = 0.5 * v380, v385 = 0.5 * v381, v386 = 0.5 * v382, v387 = 0.5 * v383;
+  LANES_LET1(v388, sqrt, v384); LANES_LET1(v389, sqrt, v385); LANES_LET1(v390, sqrt, v386);
+  LANES_LET1(v391, sqrt, v387); out[20] = v388; out[21] = v389; out[22] = v390; out[23] = v391;
 }
 
 // ik_position: 295 operations: multiply 144, add 107, negate 3, trig 8, other 33
@@ -1316,7 +1320,7 @@ static LANES_SPARING LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch)(
   out[42] = v467; out[43] = v468; out[44] = v469; out[45] = v470; out[46] = v471; out[47] = v472;
 }
 
-// ik_position_direction: 285 operations: multiply 115, add 115, negate 4, trig 7, other 44
+// ik_position_direction: 290 operations: multiply 117, add 116, negate 4, trig 7, other 46
 static LANES_SPARING LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction)(const lanes *in, lanes *out)
 {
   const lanes x_0 = in[0], x_1 = in[1], x_2 = in[2], x_3 = in[3], x_4 = in[4], x_5 = in[5],
@@ -1324,120 +1328,124 @@ static LANES_SPARING LANES_TARGET void LANES_NAME(lynxmotion_ik_position_directi
       v6 = x_2 * x_2, v7 = 1e-150 - x_0, v8 = 1e-150 - x_3, v9 = x_2 - 0.1, v10 = 1e-150 + x_5;
   out[4] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[14] = LANES_OF(0.0); out[19] = LANES_OF(0.0);
   const lanes v11 = v1 + v2, v12 = v3 + v4, v13 = v7 * v7, v14 = v8 * v8, v15 = v10 * v10,
-      v16 = v12 + v5, v17 = v11 + v6, v18 = v13 + v2, v19 = v14 + v4, v20 = 1e-300 + v16,
-      v21 = 1e-300 + v17;
-  LANES_LET1(v22, rsqrt, v18); LANES_LET1(v23, rsqrt, v19);
-  const lanes v24 = v11 * v20, v25 = v12 * v21, v26 = x_1 * v22, v27 = v7 * v22, v28 = x_4 * v23,
-      v29 = v8 * v23;
-  const lanes_where v30 = LANES_LT(v24, v25);
-  const lanes v31 = v26 * x_4, v32 = v27 * x_3, v33 = v31 - v32;
-  const lanes_where v34 = LANES_LE(0.0, v33);
-  const lanes v35 = LANES_CHOICE(v34, 1.0, -1.0), v36 = v35 * v28, v37 = v35 * v29,
-      v38 = LANES_CHOICE(v30, v36, v26), v39 = LANES_CHOICE(v30, v37, v27);
-  LANES_LET2(v40, atan2, v38, v39);
-  const lanes v41 = v39 * x_3, v42 = v38 * x_4, v43 = v39 * x_0, v44 = v38 * x_1, v45 = v41 - v42,
-      v46 = v43 - v44;
-  LANES_LET2(v47, supplement, v40, v38);
-  const lanes v48 = -v40, v49 = v45 * v45;
-  LANES_LET2(v50, atan2, v45, v10); out[0] = v48; out[5] = v48; out[10] = v47; out[15] = v47;
-  const lanes v51 = v49 + v15;
-  LANES_LET1(v52, rsqrt, v51);
-  const lanes v53 = v10 * v52, v54 = v45 * v52, v55 = 0.1 * v53, v56 = 0.1 * v54, v57 = v39 * v54,
-      v58 = v38 * v54, v59 = v53 - x_5, v60 = v9 - v55, v61 = v46 - v56, v62 = v57 - x_3,
-      v63 = v58 + x_4, v64 = v59 * v59, v65 = v61 * v61, v66 = v60 * v60, v67 = v62 * v62,
-      v68 = v63 * v63, v69 = v65 + v66, v70 = v67 + v68, v71 = 0.04 - v69, v72 = v69 - 0.02,
-      v73 = v70 + v64, v74 = v69 * v71, v75 = 50.0 * v72;
-  const lanes_where v76 = LANES_LT(v72, 0.0); const lanes_where v77 = LANES_LT(1.6e-18, v74);
-  const lanes v78 = LANES_CHOICE(v76, -1.0, 1.0);
-  LANES_LET1(v79, sqrt, v74);
-  const lanes v80 = 2500.0 * v74, v81 = LANES_CHOICE(v77, v75, v78), v82 = 50.0 * v79,
-      v83 = LANES_MIN(v80, 1.0), v84 = 0.1 * v81, v85 = LANES_CHOICE(v77, v82, 0.0);
-  out[24] = v83; out[25] = v83; out[26] = v83; out[27] = v83;
-  const lanes v86 = v84 + 0.1, v87 = 0.1 * v85;
-  LANES_LET2(v88, atan2, v85, v81);
-  const lanes v89 = v60 * v86, v90 = v61 * v87, v91 = v61 * v86, v92 = v60 * v87;
-  out[2] = v88;
-  const lanes v93 = -v88;
-  out[12] = v88;
-  const lanes v94 = v89 - v90, v95 = v91 + v92, v96 = v89 + v90, v97 = v91 - v92;
-  out[7] = v93; out[17] = v93;
-  const lanes v98 = v94 * v94, v99 = 1e-150 + v95, v100 = v96 * v96, v101 = 1e-150 + v97,
-      v102 = 1e-150 - v97, v103 = 1e-150 - v95, v104 = v99 * v99;
-  LANES_LET2(v105, atan2, v94, v99);
-  const lanes v106 = v101 * v101;
-  LANES_LET2(v107, atan2, v96, v101);
-  const lanes v108 = v102 * v102;
-  LANES_LET2(v109, atan2, v96, v102);
-  const lanes v110 = v103 * v103;
-  LANES_LET2(v111, atan2, v94, v103);
-  const lanes v112 = v98 + v104, v113 = v100 + v106, v114 = v100 + v108, v115 = v98 + v110;
-  out[1] = v105;
-  const lanes v116 = v50 + v105;
-  out[6] = v107;
-  const lanes v117 = v50 + v107;
-  out[11] = v109;
-  const lanes v118 = v50 - v109;
-  out[16] = v111;
-  const lanes v119 = v111 - v50;
-  LANES_LET1(v120, rsqrt, v112); LANES_LET1(v121, rsqrt, v113); LANES_LET1(v122, rsqrt, v114);
-  LANES_LET1(v123, rsqrt, v115);
-  const lanes v124 = v116 + v88, v125 = v88 - v117, v126 = v118 - v88, v127 = v88 - v119,
-      v128 = v94 * v120, v129 = v99 * v120, v130 = v96 * v121, v131 = v101 * v121,
-      v132 = v96 * v122, v133 = v102 * v122, v134 = v94 * v123, v135 = v103 * v123;
-  const lanes_where v136 = LANES_LT(v124, -3.141592653589793);
-  const lanes v137 = v124 + 6.283185307179586;
-  const lanes_where v138 = LANES_LT(3.141592653589793, v124);
-  const lanes v139 = 6.283185307179586 - v124, v140 = -v124;
-  const lanes_where v141 = LANES_LT(3.141592653589793, v125);
-  const lanes v142 = v125 - 6.283185307179586;
-  const lanes_where v143 = LANES_LT(v125, -3.141592653589793);
-  const lanes v144 = 6.283185307179586 + v125;
-  const lanes_where v145 = LANES_LT(3.141592653589793, v126);
-  const lanes v146 = v126 - 6.283185307179586;
-  const lanes_where v147 = LANES_LT(v126, -3.141592653589793);
-  const lanes v148 = 6.283185307179586 + v126;
-  const lanes_where v149 = LANES_LT(3.141592653589793, v127);
-  const lanes v150 = v127 - 6.283185307179586;
-  const lanes_where v151 = LANES_LT(v127, -3.141592653589793);
-  const lanes v152 = 6.283185307179586 + v127, v153 = LANES_CHOICE(v138, v139, v140), v154 = -v137,
-      v155 = v81 * v129, v156 = v85 * v128, v157 = 0.1 * v129, v158 = v81 * v128, v159 = v85 * v129,
-      v160 = 0.1 * v128, v161 = LANES_CHOICE(v143, v144, v125), v162 = v81 * v131,
-      v163 = v85 * v130, v164 = 0.1 * v131, v165 = v81 * v130, v166 = v85 * v131, v167 = 0.1 * v130,
-      v168 = LANES_CHOICE(v147, v148, v126), v169 = v81 * v133, v170 = v85 * v132,
-      v171 = 0.1 * v133, v172 = v81 * v132, v173 = v85 * v133, v174 = 0.1 * v132,
-      v175 = LANES_CHOICE(v151, v152, v127), v176 = v81 * v135, v177 = v85 * v134,
-      v178 = 0.1 * v135, v179 = v81 * v134, v180 = v85 * v135, v181 = 0.1 * v134,
-      v182 = LANES_CHOICE(v136, v154, v153), v183 = v155 - v156, v184 = v158 + v159,
-      v185 = LANES_CHOICE(v141, v142, v161), v186 = v162 + v163, v187 = v165 - v166,
-      v188 = LANES_CHOICE(v145, v146, v168), v189 = v169 - v170, v190 = v172 + v173,
-      v191 = LANES_CHOICE(v149, v150, v175), v192 = v176 + v177, v193 = v179 - v180;
-  out[3] = v182;
-  const lanes v194 = 0.1 * v183, v195 = 0.1 * v184;
-  out[8] = v185;
-  const lanes v196 = 0.1 * v186, v197 = 0.1 * v187;
-  out[13] = v188;
-  const lanes v198 = 0.1 * v189, v199 = 0.1 * v190;
-  out[18] = v191;
-  const lanes v200 = 0.1 * v192, v201 = 0.1 * v193, v202 = v56 + v194, v203 = v55 + v195,
-      v204 = v56 + v196, v205 = v55 + v197, v206 = v198 - v56, v207 = v55 + v199, v208 = v200 - v56,
-      v209 = v55 + v201, v210 = v202 + v157, v211 = v203 + v160, v212 = v204 + v164,
-      v213 = v205 + v167, v214 = v206 + v171, v215 = v207 + v174, v216 = v208 + v178,
-      v217 = v209 + v181, v218 = v39 * v210, v219 = v38 * v210, v220 = v211 + 0.1,
-      v221 = v39 * v212, v222 = v38 * v212, v223 = v213 + 0.1, v224 = v39 * v214, v225 = v38 * v214,
-      v226 = v215 + 0.1, v227 = v39 * v216, v228 = v38 * v216, v229 = v217 + 0.1, v230 = v218 - x_0,
-      v231 = v219 + x_1, v232 = v220 - x_2, v233 = v221 - x_0, v234 = v222 + x_1, v235 = v223 - x_2,
-      v236 = v224 + x_0, v237 = v225 - x_1, v238 = v226 - x_2, v239 = v227 + x_0, v240 = v228 - x_1,
-      v241 = v229 - x_2, v242 = v230 * v230, v243 = v231 * v231, v244 = v232 * v232,
-      v245 = v233 * v233, v246 = v234 * v234, v247 = v235 * v235, v248 = v236 * v236,
-      v249 = v237 * v237, v250 = v238 * v238, v251 = v239 * v239, v252 = v240 * v240,
-      v253 = v241 * v241, v254 = v242 + v243, v255 = v245 + v246, v256 = v248 + v249,
-      v257 = v251 + v252, v258 = v254 + v244, v259 = v255 + v247, v260 = v256 + v250,
-      v261 = v257 + v253, v262 = v258 + v73, v263 = v258 - v73, v264 = v259 + v73,
-      v265 = v259 - v73, v266 = v260 + v73, v267 = v260 - v73, v268 = v261 + v73, v269 = v261 - v73;
-  LANES_LET1(v270, fabs, v263); LANES_LET1(v271, fabs, v265); LANES_LET1(v272, fabs, v267);
-  LANES_LET1(v273, fabs, v269);
-  const lanes v274 = v262 + v270, v275 = v264 + v271, v276 = v266 + v272, v277 = v268 + v273,
-      v278 = 0.5 * v274, v279 = 0.5 * v275, v280 = 0.5 * v276, v281 = 0.5 * v277;
-  LANES_LET1(v282, sqrt, v278); LANES_LET1(v283, sqrt, v279); LANES_LET1(v284, sqrt, v280);
-  LANES_LET1(v285, sqrt, v281); out[20] = v282; out[21] = v283; out[22] = v284; out[23] = v285;
+      v16 = 4e-15 * v11, v17 = v12 + v5, v18 = 4e-15 * v12, v19 = v11 + v6, v20 = v13 + v2,
+      v21 = v14 + v4;
+  LANES_LET2(v22, fmax, v11, v16);
+  const lanes v23 = 1e-300 + v17;
+  LANES_LET2(v24, fmax, v12, v18);
+  const lanes v25 = 0.16000000000000003 + v19;
+  LANES_LET1(v26, rsqrt, v20); LANES_LET1(v27, rsqrt, v21);
+  const lanes v28 = v22 * v23, v29 = 1e-300 + v25, v30 = x_1 * v26, v31 = v7 * v26, v32 = x_4 * v27,
+      v33 = v8 * v27, v34 = v24 * v29, v35 = v30 * x_4, v36 = v31 * x_3;
+  const lanes_where v37 = LANES_LT(v28, v34);
+  const lanes v38 = v35 - v36;
+  const lanes_where v39 = LANES_LE(0.0, v38);
+  const lanes v40 = LANES_CHOICE(v39, 1.0, -1.0), v41 = v40 * v32, v42 = v40 * v33,
+      v43 = LANES_CHOICE(v37, v41, v30), v44 = LANES_CHOICE(v37, v42, v31);
+  LANES_LET2(v45, atan2, v43, v44);
+  const lanes v46 = v44 * x_3, v47 = v43 * x_4, v48 = v44 * x_0, v49 = v43 * x_1, v50 = v46 - v47,
+      v51 = v48 - v49;
+  LANES_LET2(v52, supplement, v45, v43);
+  const lanes v53 = -v45, v54 = v50 * v50;
+  LANES_LET2(v55, atan2, v50, v10); out[0] = v53; out[5] = v53; out[10] = v52; out[15] = v52;
+  const lanes v56 = v54 + v15;
+  LANES_LET1(v57, rsqrt, v56);
+  const lanes v58 = v10 * v57, v59 = v50 * v57, v60 = 0.1 * v58, v61 = 0.1 * v59, v62 = v44 * v59,
+      v63 = v43 * v59, v64 = v58 - x_5, v65 = v9 - v60, v66 = v51 - v61, v67 = v62 - x_3,
+      v68 = v63 + x_4, v69 = v64 * v64, v70 = v66 * v66, v71 = v65 * v65, v72 = v67 * v67,
+      v73 = v68 * v68, v74 = v70 + v71, v75 = v72 + v73, v76 = 0.04 - v74, v77 = v74 - 0.02,
+      v78 = v75 + v69, v79 = v74 * v76, v80 = 50.0 * v77;
+  const lanes_where v81 = LANES_LT(v77, 0.0); const lanes_where v82 = LANES_LT(1.6e-18, v79);
+  const lanes v83 = LANES_CHOICE(v81, -1.0, 1.0);
+  LANES_LET1(v84, sqrt, v79);
+  const lanes v85 = 2500.0 * v79, v86 = LANES_CHOICE(v82, v80, v83), v87 = 50.0 * v84,
+      v88 = LANES_MIN(v85, 1.0), v89 = 0.1 * v86, v90 = LANES_CHOICE(v82, v87, 0.0);
+  out[24] = v88; out[25] = v88; out[26] = v88; out[27] = v88;
+  const lanes v91 = v89 + 0.1, v92 = 0.1 * v90;
+  LANES_LET2(v93, atan2, v90, v86);
+  const lanes v94 = v65 * v91, v95 = v66 * v92, v96 = v66 * v91, v97 = v65 * v92;
+  out[2] = v93;
+  const lanes v98 = -v93;
+  out[12] = v93;
+  const lanes v99 = v94 - v95, v100 = v96 + v97, v101 = v94 + v95, v102 = v96 - v97;
+  out[7] = v98; out[17] = v98;
+  const lanes v103 = v99 * v99, v104 = 1e-150 + v100, v105 = v101 * v101, v106 = 1e-150 + v102,
+      v107 = 1e-150 - v102, v108 = 1e-150 - v100, v109 = v104 * v104;
+  LANES_LET2(v110, atan2, v99, v104);
+  const lanes v111 = v106 * v106;
+  LANES_LET2(v112, atan2, v101, v106);
+  const lanes v113 = v107 * v107;
+  LANES_LET2(v114, atan2, v101, v107);
+  const lanes v115 = v108 * v108;
+  LANES_LET2(v116, atan2, v99, v108);
+  const lanes v117 = v103 + v109, v118 = v105 + v111, v119 = v105 + v113, v120 = v103 + v115;
+  out[1] = v110;
+  const lanes v121 = v55 + v110;
+  out[6] = v112;
+  const lanes v122 = v55 + v112;
+  out[11] = v114;
+  const lanes v123 = v55 - v114;
+  out[16] = v116;
+  const lanes v124 = v116 - v55;
+  LANES_LET1(v125, rsqrt, v117); LANES_LET1(v126, rsqrt, v118); LANES_LET1(v127, rsqrt, v119);
+  LANES_LET1(v128, rsqrt, v120);
+  const lanes v129 = v121 + v93, v130 = v93 - v122, v131 = v123 - v93, v132 = v93 - v124,
+      v133 = v99 * v125, v134 = v104 * v125, v135 = v101 * v126, v136 = v106 * v126,
+      v137 = v101 * v127, v138 = v107 * v127, v139 = v99 * v128, v140 = v108 * v128;
+  const lanes_where v141 = LANES_LT(v129, -3.141592653589793);
+  const lanes v142 = v129 + 6.283185307179586;
+  const lanes_where v143 = LANES_LT(3.141592653589793, v129);
+  const lanes v144 = 6.283185307179586 - v129, v145 = -v129;
+  const lanes_where v146 = LANES_LT(3.141592653589793, v130);
+  const lanes v147 = v130 - 6.283185307179586;
+  const lanes_where v148 = LANES_LT(v130, -3.141592653589793);
+  const lanes v149 = 6.283185307179586 + v130;
+  const lanes_where v150 = LANES_LT(3.141592653589793, v131);
+  const lanes v151 = v131 - 6.283185307179586;
+  const lanes_where v152 = LANES_LT(v131, -3.141592653589793);
+  const lanes v153 = 6.283185307179586 + v131;
+  const lanes_where v154 = LANES_LT(3.141592653589793, v132);
+  const lanes v155 = v132 - 6.283185307179586;
+  const lanes_where v156 = LANES_LT(v132, -3.141592653589793);
+  const lanes v157 = 6.283185307179586 + v132, v158 = LANES_CHOICE(v143, v144, v145), v159 = -v142,
+      v160 = v86 * v134, v161 = v90 * v133, v162 = 0.1 * v134, v163 = v86 * v133, v164 = v90 * v134,
+      v165 = 0.1 * v133, v166 = LANES_CHOICE(v148, v149, v130), v167 = v86 * v136,
+      v168 = v90 * v135, v169 = 0.1 * v136, v170 = v86 * v135, v171 = v90 * v136, v172 = 0.1 * v135,
+      v173 = LANES_CHOICE(v152, v153, v131), v174 = v86 * v138, v175 = v90 * v137,
+      v176 = 0.1 * v138, v177 = v86 * v137, v178 = v90 * v138, v179 = 0.1 * v137,
+      v180 = LANES_CHOICE(v156, v157, v132), v181 = v86 * v140, v182 = v90 * v139,
+      v183 = 0.1 * v140, v184 = v86 * v139, v185 = v90 * v140, v186 = 0.1 * v139,
+      v187 = LANES_CHOICE(v141, v159, v158), v188 = v160 - v161, v189 = v163 + v164,
+      v190 = LANES_CHOICE(v146, v147, v166), v191 = v167 + v168, v192 = v170 - v171,
+      v193 = LANES_CHOICE(v150, v151, v173), v194 = v174 - v175, v195 = v177 + v178,
+      v196 = LANES_CHOICE(v154, v155, v180), v197 = v181 + v182, v198 = v184 - v185;
+  out[3] = v187;
+  const lanes v199 = 0.1 * v188, v200 = 0.1 * v189;
+  out[8] = v190;
+  const lanes v201 = 0.1 * v191, v202 = 0.1 * v192;
+  out[13] = v193;
+  const lanes v203 = 0.1 * v194, v204 = 0.1 * v195;
+  out[18] = v196;
+  const lanes v205 = 0.1 * v197, v206 = 0.1 * v198, v207 = v61 + v199, v208 = v60 + v200,
+      v209 = v61 + v201, v210 = v60 + v202, v211 = v203 - v61, v212 = v60 + v204, v213 = v205 - v61,
+      v214 = v60 + v206, v215 = v207 + v162, v216 = v208 + v165, v217 = v209 + v169,
+      v218 = v210 + v172, v219 = v211 + v176, v220 = v212 + v179, v221 = v213 + v183,
+      v222 = v214 + v186, v223 = v44 * v215, v224 = v43 * v215, v225 = v216 + 0.1,
+      v226 = v44 * v217, v227 = v43 * v217, v228 = v218 + 0.1, v229 = v44 * v219, v230 = v43 * v219,
+      v231 = v220 + 0.1, v232 = v44 * v221, v233 = v43 * v221, v234 = v222 + 0.1, v235 = v223 - x_0,
+      v236 = v224 + x_1, v237 = v225 - x_2, v238 = v226 - x_0, v239 = v227 + x_1, v240 = v228 - x_2,
+      v241 = v229 + x_0, v242 = v230 - x_1, v243 = v231 - x_2, v244 = v232 + x_0, v245 = v233 - x_1,
+      v246 = v234 - x_2, v247 = v235 * v235, v248 = v236 * v236, v249 = v237 * v237,
+      v250 = v238 * v238, v251 = v239 * v239, v252 = v240 * v240, v253 = v241 * v241,
+      v254 = v242 * v242, v255 = v243 * v243, v256 = v244 * v244, v257 = v245 * v245,
+      v258 = v246 * v246, v259 = v247 + v248, v260 = v250 + v251, v261 = v253 + v254,
+      v262 = v256 + v257, v263 = v259 + v249, v264 = v260 + v252, v265 = v261 + v255,
+      v266 = v262 + v258, v267 = v263 + v78, v268 = v263 - v78, v269 = v264 + v78,
+      v270 = v264 - v78, v271 = v265 + v78, v272 = v265 - v78, v273 = v266 + v78, v274 = v266 - v78;
+  LANES_LET1(v275, fabs, v268); LANES_LET1(v276, fabs, v270); LANES_LET1(v277, fabs, v272);
+  LANES_LET1(v278, fabs, v274);
+  const lanes v279 = v267 + v275, v280 = v269 + v276, v281 = v271 + v277, v282 = v273 + v278,
+      v283 = 0.5 * v279, v284 = 0.5 * v280, v285 = 0.5 * v281, v286 = 0.5 * v282;
+  LANES_LET1(v287, sqrt, v283); LANES_LET1(v288, sqrt, v284); LANES_LET1(v289, sqrt, v285);
+  LANES_LET1(v290, sqrt, v286); out[20] = v287; out[21] = v288; out[22] = v289; out[23] = v290;
 }
