@@ -54,9 +54,10 @@ def factored_minors(robot: Robot, q: Sequence[sp.Symbol]) -> tuple[Factored, ...
         q: Its coordinates.
 
     Returns:
-        The minors in factors, up to their signs. The robot is singular where all are 0. None where
-        a joint follows another or advances as it turns, where the description has decimals that
-        are not exact, or where a minor does not fall into small blocks.
+        The minors in factors, up to their signs. The robot is singular where all are 0; () where
+        all are 0 in every configuration. None where a joint follows another or advances as it
+        turns, where the description has decimals that are not exact, or where a minor does not
+        fall into small blocks.
     """
     joints = robot.moving
     if len(q) != len(joints) or any(j.mimic or j.kind == "helical" for j in joints):
@@ -70,7 +71,7 @@ def factored_minors(robot: Robot, q: Sequence[sp.Symbol]) -> tuple[Factored, ...
     values = {parameter.symbol: float(parameter.value) for parameter in robot.parameters}
     found = minors(robot, S, values)
     most = LARGEST_BLOCK if len(found) == 1 else LARGEST_OF_SEVERAL
-    if not found or max(minor.size for minor in found) > most:
+    if max((minor.size for minor in found), default=0) > most:
         return None
     ring = ScrewRing(S, q)
     columns = {}

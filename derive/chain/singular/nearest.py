@@ -16,6 +16,9 @@ from ...terms.terms import Terms
 from ..rigid_bodies import placed
 from .views import FloatArray, seen_screws
 
+DRAWS = 4
+"""Postures at random, each of which is in general position."""
+SEED = 50
 STEPS = 40
 STARTS = 24
 """Starts of which those that end within the limits count."""
@@ -59,6 +62,18 @@ def nearest_singular(robot: Robot, start: Sequence[float], most: int) -> tuple[F
         if len(found) == most:
             break
     return tuple(found)
+
+
+def general_rank(robot: Robot) -> int:
+    """The rank of the Jacobian in general position, the largest that it has.
+
+    Args:
+        robot: A serial robot, none of whose joints follows another or advances as it turns.
+    """
+    S, _ = _screws(robot)
+    drawn = np.random.default_rng(SEED).uniform(-3, 3, (DRAWS, S.shape[1]))
+    sizes = (np.linalg.svd(seen_screws(S, q, 0), compute_uv=False) for q in drawn)
+    return max(int((size > RANK_LOST).sum()) for size in sizes)
 
 
 def _screws(robot: Robot) -> tuple[FloatArray, float]:

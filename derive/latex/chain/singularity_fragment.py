@@ -23,9 +23,13 @@ PLACES = {"rad": 3, "m": 5}
 def singularities(page: Page) -> str:
     """Where the arm is singular: the determinant in factors, conditions, or postures in numbers.
 
+    An arm that is singular everywhere has its rank there.
+
     The fragment is empty where there is nothing of these, or where the determinant is constant.
     """
     found = page.singular
+    if found.rank is not None:
+        return text(sentence(_everywhere(page, found.rank)))
     if found.determinant and found.conditions:
         alone = len(found.conditions) == 1 and not found.conditions[0].words
         listed = "" if alone else _listed(page, found.conditions)
@@ -74,6 +78,13 @@ def _numbered(
     factors: Sequence[tuple[sp.Expr, int]],
 ) -> list[tuple[int, tuple[sp.Expr, int]]]:
     return list(enumerate(factors, 1))
+
+
+def _everywhere(page: Page, rank: int) -> str:
+    return (
+        f"The rank of the Jacobian is ${rank}$ at most, less than its {len(page.robot.moving)}"
+        " columns: in every configuration rates of the joints exist that do not move the tool."
+    )
 
 
 def _several(page: Page) -> str:

@@ -11,7 +11,7 @@ import sympy as sp
 from ...chain.singular.conditions import Condition, conditions
 from ...chain.singular.determinant import factored_minors
 from ...chain.singular.factors import Factored
-from ...chain.singular.nearest import nearest_singular
+from ...chain.singular.nearest import general_rank, nearest_singular
 from ...chain.singular.postures import words
 from ...model.robot import Robot
 from .notation import Notation
@@ -47,12 +47,14 @@ class PrintedSingularities:
         conditions: The conditions under which the arm is singular.
         postures: Singular postures (radian, metre), where there are no short conditions.
         held: The coordinates that are held where the determinant is that of the other joints.
+        rank: The largest rank of the Jacobian, where it has full rank in no configuration.
     """
 
     determinant: tuple[sp.Expr, tuple[tuple[sp.Expr, int], ...]] | None
     conditions: tuple[PrintedCondition, ...]
     postures: tuple[tuple[float, ...], ...] = ()
     held: tuple[sp.Symbol, ...] = ()
+    rank: int | None = None
 
 
 def printed_singularities(
@@ -67,6 +69,8 @@ def printed_singularities(
             whole arm are long, those of the other joints are shown, too.
     """
     minors = factored_minors(robot, notation.q)
+    if minors == ():
+        return PrintedSingularities(None, (), rank=general_rank(robot))
     if minors is not None and all(map(_is_short, minors)):
         if len(minors) == 1:
             return _of_determinant(robot, notation.q, notation, minors[0])

@@ -7,10 +7,12 @@ import pytest
 import sympy as sp
 
 import chasles.derive
+from bench.robustness.round_arms import round_arm
 from chasles.derive.chain.singular.conditions import conditions, roots
 from chasles.derive.chain.singular.determinant import determinant, factored_minors
 from chasles.derive.chain.singular.nearest import nearest_singular
 from chasles.derive.chain.singular.postures import words
+from chasles.derive.latex.chain.singularity_fragment import singularities
 from chasles.derive.latex.setting.page import Page
 from chasles.derive.latex.setting.printed_singularities import printed_singularities
 from chasles.derive.terms.casadi_graph import lower
@@ -219,6 +221,37 @@ def test_the_determinant_with_the_given_joint_held(name):
     for q in np.random.default_rng(7).uniform(-3, 3, (POSTURES, 7)):
         assert abs(value(q)) == pytest.approx(volume(J(q)[:, :6]), abs=TEN_DIGITS)
     assert len(found.conditions) == len(factors)
+
+
+RANK_LOST = (94015, 94041, 94048, 94092, 94122, 94131, 94138)
+"""Arms drawn at random that are singular in every configuration."""
+
+
+@pytest.mark.parametrize("seed", RANK_LOST)
+def test_arms_that_are_singular_in_every_configuration(seed):
+    robot = chasles.derive.loads(round_arm(seed), "arm.toml")
+    page = Page.of(chasles.derive.derive(robot, ["fk"]))
+    q, J = coordinates(robot), jacobian(robot)
+    drawn = np.random.default_rng(9).uniform(-3, 3, (20, len(q)))
+    ranks = {np.linalg.matrix_rank(J(posture), FULL) for posture in drawn}
+    assert ranks == {page.singular.rank}
+    assert page.singular.rank < len(q)
+    said = singularities(page)
+    assert f"rank of the Jacobian is ${page.singular.rank}$ at most" in said
+    assert f"its {len(q)} columns" in said
+
+
+def test_arms_with_full_rank_somewhere():
+    drawn = [chasles.derive.loads(round_arm(seed), "arm.toml") for seed in range(94000, 94015)]
+    few = [robot for robot in drawn if len(robot.moving) <= 4]
+    assert len(few) >= 4
+    for robot in few:
+        J = jacobian(robot)
+        posture = np.random.default_rng(9).uniform(-3, 3, len(robot.moving))
+        page = Page.of(chasles.derive.derive(robot, ["fk"]))
+        assert np.linalg.matrix_rank(J(posture), FULL) == len(robot.moving)
+        assert page.singular.rank is None
+        assert "at most" not in singularities(page)
 
 
 def test_words_count_the_axes_of_the_whole_arm():
