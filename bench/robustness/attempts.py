@@ -62,9 +62,9 @@ def run(folder: Path, files: int, derived: int, arms: int, seed: int) -> int:
     texts = wounded([*sources(ROBOTS), *sources(folder)], random.Random(seed))
     arm_texts = ((".toml", round_arm(seed + k)) for k in range(arms))
     rows = [
-        ("mutated, read", *_counted(_take(texts, files), folder, derive=False)),
-        ("mutated, derived", *_counted(_robots(texts, derived, folder), folder, derive=True)),
-        ("round arms, derived", *_counted(arm_texts, folder, derive=True)),
+        _counted("mutated, read", _take(texts, files), folder, derive=False),
+        _counted("mutated, derived", _robots(texts, derived, folder), folder, derive=True),
+        _counted("round arms, derived", arm_texts, folder, derive=True),
     ]
     columns = ("what", "made", "refused", "late", "crashed", "most CPU s", "mean CPU s")
     table("Texts that nobody chose", columns, rows)
@@ -112,11 +112,14 @@ def attempt(path: Path, *, derive: bool) -> Attempt:
     return Attempt(path.name, end, seconds, message)
 
 
-def _counted(texts: Texts, folder: Path, *, derive: bool) -> tuple[int | float, ...]:
-    """How often each end occurs, and the most and the mean of the CPU seconds."""
+def _counted(
+    title: str, texts: Texts, folder: Path, *, derive: bool
+) -> tuple[str | int | float, ...]:
+    """The title, how often each end occurs, and the most and the mean of the CPU seconds."""
+    stage = title.replace(", ", "_").replace(" ", "_")
     made = []
     for k, (suffix, text) in enumerate(texts):
-        path = folder / f".attempt{k}{suffix}"
+        path = folder / f".{stage}_{k}{suffix}"
         path.write_text(text, encoding="utf-8")
         made.append(attempt(path, derive=derive))
         if made[-1].end in ("late", "crashed"):
@@ -125,7 +128,7 @@ def _counted(texts: Texts, folder: Path, *, derive: bool) -> tuple[int | float, 
             path.unlink()
     counts = [sum(one.end == end for one in made) for end in ("made", "refused", "late", "crashed")]
     seconds = [one.seconds for one in made] or [0.0]
-    return *counts, max(seconds), sum(seconds) / len(seconds)
+    return title, *counts, max(seconds), sum(seconds) / len(seconds)
 
 
 def _robots(texts: Iterator[tuple[str, str]], count: int, folder: Path) -> Texts:

@@ -333,5 +333,6 @@ def _value_of(mechanism: Mechanism, name: str, moves: str, ratio: sp.Expr) -> fl
     """Reference value of a coordinate, given for itself or for the joint that it moves."""
     given = dict(mechanism.reference)
     if name not in given and moves in given:
-        return float(given[moves] / ratio)
+        values = {parameter.symbol: parameter.value for parameter in mechanism.parameters}
+        return float(given[moves] / ratio.xreplace(values))
     return float(given.get(name, 0))

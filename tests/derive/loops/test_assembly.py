@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from closures import Model
+from derivations import ROBOTS
 from mechanisms import (
     ALONG_X,
     ALONG_Y,
@@ -30,7 +31,7 @@ from mechanisms import (
     welded,
 )
 
-from chasles.derive import RobotError, Rotation, Translation, derive
+from chasles.derive import RobotError, Rotation, Translation, derive, loads
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.loops.planar.parallelogram import CrossedParallelogram, Parallelogram
 from chasles.derive.loops.planar.pin_pin_slide import TwoPinsAndSlide
@@ -326,6 +327,16 @@ def test_idle_parts_do_not_keep_the_rest_from_being_solved():
     tied = Strut("tie", Frame("output", at("1/2")), Frame("bob", at("1/2")), 2)
     mechanism = replace(whole, joints=(*whole.joints, loose, second), struts=(tied,))
     assert set(Hybrid(mechanism).forward.open) == {"loose", "second", "tie_swing"}
+
+
+def test_a_reference_through_a_drive_with_a_named_radius():
+    text = (ROBOTS / "bricklaying_gantry.toml").read_text(encoding="utf-8")
+    assert "limits = [0, 400]" in text
+    robot = loads(text.replace("limits = [0, 400]", "limits = [3, 400]"), "gantry.toml")
+    h = Hybrid(robot)
+    motors = [float(value) for value in map(h.forward.reference.of, h.q)]
+    assert motors == pytest.approx([0.2015 / 0.010, 0, 0], abs=1e-12)
+    assert h.at_reference["x"] == pytest.approx(0.2015, abs=1e-15)
 
 
 def test_alike_angles_need_no_root():
