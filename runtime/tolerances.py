@@ -44,6 +44,15 @@ the nearest value, a thousand times AT_REST."""
 BEND_STEP = 1e-3
 """Radians or lengths of the differences that give it: rounding leaves 1e-9 of it, and the fourth
 derivative 1e-6."""
+SADDLE = 1e-3
+"""Part of the error by which a coordinate may change it where iteration stands still: damped steps
+come near to a saddle, but not onto it."""
+SADDLE_BEND = 1e-3
+"""Second derivative of the tool's pose towards its target (length or radian per squared unit of a
+coordinate) with which the squared error falls on both sides of a saddle."""
+SADDLE_STEP = 1e-5
+"""Radians or lengths of the differences that give it: rounding leaves 1e-11 of the second
+derivatives of the squared error, and its fourth derivatives as much."""
 SAME_SOLUTION = 1e-6
 """Lengths or radians up to which two slots hold the same solution: at a singularity two branches
 meet, and each is known to 1e-8 there."""

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,7 @@ from ..se3 import projected
 from ..tolerances import AT_REST, AT_REST_BEND, AT_REST_RATE, BEND_STEP, REFINED, SOLVED
 from .aims import WHOLE, Task
 from .polish import BLOCK, STEPS, iterate
+from .saddles import ways_down
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -110,18 +112,45 @@ class Refinement:
     ) -> None:
         """Moves some slots (N of them) onto solutions for targets (N, ...), in place."""
         fields = q, residual, valid
-        found, left = self.led(target, q[slots], _SEARCH if self.searches else STEPS)
-        self._take(slots, found, left, fields)
-        if self.searches:
-            near = _missed(slots, valid) & (left <= REFINED * self.judged)
-            target, slots = target[near], _at(slots, near)
-            found, left = self.led(target, found[near])
-            self._take(slots, found, left, fields)
+        found, left = self._tried(target, q[slots], slots, fields)
+        missed = np.flatnonzero(_missed(slots, valid))
+        ways = ways_down(
+            partial(self._gradients, target[missed]), found[missed], self._free(q.shape[-1])
+        )
+        row = missed[ways.row]
+        self._tried(target[row], ways.q, _at(slots, row), fields)
         rests = _missed(slots, valid) & (left <= AT_REST * self.judged)
         if self.is_determined and rests.any():
             best = _best_of_each(slots, np.where(rests, left, np.inf))
             turning = self.turning(target[best], found[best])
             self._turn(target[best], found[best], turning, _at(slots, best), fields)
+
+    def _tried(
+        self, target: FloatArray, q: FloatArray, slots: tuple[IntArray, ...], fields: _Fields
+    ) -> tuple[FloatArray, FloatArray]:
+        """Leads coordinates (N, n) to targets (N, ...) and takes what is solved.
+
+        Returns:
+            The coordinates (N, n) at the end, and their residuals (N,).
+        """
+        found, left = self.led(target, q, _SEARCH if self.searches else STEPS)
+        self._take(slots, found, left, fields)
+        if self.searches:
+            near = np.flatnonzero(_missed(slots, fields[2]) & (left <= REFINED * self.judged))
+            found[near], left[near] = self.led(target[near], found[near])
+            self._take(_at(slots, near), found[near], left[near], fields)
+        return found, left
+
+    def _gradients(
+        self, target: FloatArray, row: IntArray, q: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Half the squared errors (N,) of q (N, n) for some of the targets, and their gradients."""
+        rows, error = self._measured(target[row], q)
+        return (error * error).sum(-1) / 2, -(rows.mT @ error[..., None])[..., 0]
+
+    def _free(self, n: int) -> list[int]:
+        """The indices of those of n coordinates that the iteration moves."""
+        return [k for k in range(n) if k not in self.fixed]
 
     def turning(self, target: FloatArray, q: FloatArray) -> BoolArray:
         """The joints to hold on a long motion from q (N, n) with the tool nearly at rest, (N, n).
@@ -132,7 +161,7 @@ class Refinement:
         turns most in it tells the places along it. Where there are more such directions, any joint
         may turn.
         """
-        free = [k for k in range(q.shape[-1]) if k not in self.fixed]
+        free = self._free(q.shape[-1])
         rows, error = self._measured(target, q)
         U, sizes, V = np.linalg.svd(rows[..., free])
         rank = (sizes > AT_REST_RATE).sum(-1)
