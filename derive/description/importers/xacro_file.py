@@ -10,8 +10,13 @@ from xml.dom import minidom
 from xml.parsers.expat import ExpatError
 
 from ..toml_file import DescriptionError, read_text
+from .xacro_hints import incomplete, missing
 
 ARGUMENT = re.compile(r"([A-Za-z_]\w*):=(.*)", re.DOTALL)
+CLASS = re.compile(r"<class '[\w.]+'>: ")
+"""The name of an error's class, which xacro puts before its words."""
+TWICE = re.compile(r"(.+) \1")
+"""The words of an error that xacro has wrapped in another."""
 PACKAGE_FILE = "package.xml"
 PACKAGE_ENDINGS = ("_description", "_support")
 FOLDERS_UP = 5
@@ -36,7 +41,8 @@ def expanded(file: Path, arguments: Sequence[str]) -> str:
         arguments: Values of its arguments, each as ``name:=value``.
 
     Raises:
-        DescriptionError: The file cannot be expanded; the error has xacro's reason.
+        DescriptionError: The file cannot be expanded, or is no robot but a part of one; the error
+            has xacro's reason, and says what is missing.
     """
     try:
         import xacro  # noqa: PLC0415
@@ -46,6 +52,7 @@ def expanded(file: Path, arguments: Sequence[str]) -> str:
     read_text(file)
     values = arguments_of(file, arguments)
     said = io.StringIO()
+    before = len(xacro.all_includes)
     try:
         with (
             redirect_stdout(said),
@@ -58,6 +65,9 @@ def expanded(file: Path, arguments: Sequence[str]) -> str:
         known = isinstance(error, xacro.XacroException | substitution_args.SubstitutionException)
         reason = str(error) if known and str(error) else f"{type(error).__name__}: {error}"
         raise _refused(file, reason, xacro.filestack) from error
+    lacking = incomplete(document.documentElement, file, xacro.all_includes[before:])
+    if lacking:
+        raise DescriptionError(str(file), None, "", None, lacking)
     return str(document.toprettyxml(indent="  "))
 
 
@@ -81,9 +91,9 @@ def _refused(file: Path, reason: str, stack: Sequence[str | None] | None) -> Des
     inner = next((name for name in reversed(stack or []) if name), str(file))
     line = re.search(r"line (\d+)", reason)
     within = "" if inner == str(file) else f", included by {file}"
-    undefined = re.search(r"Undefined substitution argument (\w+)", reason)
-    hint = f"; give it by {undefined[1]}:=value" if undefined else ""
-    expected = f"xacro that can be expanded ({reason.strip()}{within}{hint})"
+    reason = TWICE.sub(r"\1", " ".join(CLASS.sub("", reason).split()))
+    hint = missing(reason, Path(inner))
+    expected = f"xacro that can be expanded ({reason}{within}{hint})"
     return DescriptionError(inner, int(line[1]) if line else None, "", None, expected)
 
 

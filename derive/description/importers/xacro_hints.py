@@ -1,0 +1,161 @@
+"""What a xacro file lacks, in words: an argument, a property, a macro, a call, or the whole robot.
+
+Other xacro files near it are searched, so that the words can name the one that helps.
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from xml.dom import minidom
+from xml.parsers.expat import ExpatError
+
+MOST_FILES = 300
+"""Files of a place that are searched: a bound of the work that a folder can cause."""
+MOST_NAMES = 3
+NEARBY = ((0, "*.xacro"), (1, "*.xacro"), (1, "*/*.xacro"), (2, "*/*/*.xacro"))
+"""Files beside a file, above it, and in the folders beside its folder and its package: the number
+of folders up, and the pattern from there."""
+DEFINED = r"<{kind}\b[^>]*\bname\s*=\s*[\"'](xacro:)?{name}[\"']"
+INCLUDED = r"<xacro:include\b[^>]*[\"'/]{name}[\"']"
+
+
+@dataclass(frozen=True)
+class _Macro:
+    """A macro: its name, parameters without a default, blocks, and whether it makes links."""
+
+    name: str
+    parameters: tuple[str, ...]
+    blocks: tuple[str, ...]
+    makes_links: bool
+
+    def __str__(self) -> str:
+        given = "".join(f' {name}="..."' for name in self.parameters)
+        inside = "".join(f"<{name}/>" for name in self.blocks)
+        opened = f"<xacro:{self.name}{given}"
+        return f"{opened}>{inside}</xacro:{self.name}>" if inside else f"{opened}/>"
+
+
+def missing(reason: str, file: Path) -> str:
+    """What would let the expansion of a file go on, after its reason; empty where nobody knows.
+
+    Args:
+        reason: xacro's reason.
+        file: The file in which the expansion stopped.
+    """
+    argument = re.search(r"Undefined substitution argument (\w+)", reason)
+    if argument:
+        return f"; give it by {argument[1]}:=value"
+    parameters = re.search(r"Undefined parameters \[(.*?)\]", reason)
+    if parameters:
+        return f"; the call of the macro has to give {parameters[1].replace(',', ', ')}"
+    if "Not enough blocks" in reason:
+        return "; the call of the macro has to hold an element for each of its * parameters"
+    for kind, words in (
+        ("property", r"name '(\w+)' is not defined"),
+        ("macro", r"unknown macro name: xacro:(\w+)"),
+    ):
+        found = re.search(words, reason)
+        if found:
+            return _undefined(kind, found[1], file)
+    return ""
+
+
+def _undefined(kind: str, name: str, file: Path) -> str:
+    tag = f'<xacro:{kind} name="{name}">'
+    having = _with(DEFINED.format(kind=f"xacro:{kind}", name=re.escape(name)), file)
+    if any(path == file.resolve() for path in having):
+        return f"; {tag} stands behind its use, or in another scope"
+    if having:
+        return f"; no {tag} is included: it is in {_shown(having)}"
+    bare = _with(DEFINED.format(kind=kind, name=re.escape(name)), file)
+    if bare:
+        return f'; {_shown(bare)} has <{kind} name="{name}"> without the prefix xacro:'
+    return f"; no {tag} is included, and none is near the file"
+
+
+def incomplete(root: minidom.Element, file: Path, includes: Sequence[str]) -> str:
+    """Why expanded XML is no robot, as what is expected instead; empty where it may be one.
+
+    Args:
+        root: The expanded file's root.
+        file: The file.
+        includes: The files that it included.
+    """
+    links = {link.getAttribute("name") for link in _children(root, "link")}
+    if not links:
+        return _without_links(file, includes)
+    joints = _children(root, "joint")
+    parents = [end.getAttribute("link") for joint in joints for end in _children(joint, "parent")]
+    absent = next((parent for parent in parents if parent not in links), None)
+    users = _with(INCLUDED.format(name=re.escape(file.name)), file) if absent else []
+    if not users:
+        return ""
+    return (
+        f"a whole robot; this part of one hangs on the link {absent}, which it lacks: derive "
+        f"{_shown(users)}, which includes it"
+    )
+
+
+def _without_links(file: Path, includes: Sequence[str]) -> str:
+    own = _macros(file)
+    users = _with(INCLUDED.format(name=re.escape(file.name)), file)
+    if own and users:
+        return f"links; the file only defines macros: derive {_shown(users)}, which includes it"
+    if own:
+        return f"links; the file only defines macros: derive a file that calls one, as {own[0]}"
+    for path in map(Path, includes):
+        others = _macros(path)
+        if others:
+            return f"links; the file includes {path.name} and calls no macro of it: add {others[0]}"
+    return "links; the file has none, and defines no macro that makes some"
+
+
+def _macros(file: Path) -> list[_Macro]:
+    """The macros of a file; those that make links alone, if some do."""
+    try:
+        elements = minidom.parse(str(file)).getElementsByTagName("xacro:macro")
+    except (ExpatError, OSError):
+        return []
+    found = [
+        _Macro(
+            element.getAttribute("name").removeprefix("xacro:"),
+            tuple(re.findall(r"(?<!\S)\w+(?!\S)", element.getAttribute("params"))),
+            tuple(re.findall(r"\*(\w+)", element.getAttribute("params"))),
+            bool(element.getElementsByTagName("link")),
+        )
+        for element in elements
+    ]
+    return [macro for macro in found if macro.makes_links] or found
+
+
+def _children(element: minidom.Element, tag: str) -> list[minidom.Element]:
+    nodes = (node for node in element.childNodes if isinstance(node, minidom.Element))
+    return [node for node in nodes if node.tagName == tag]
+
+
+def _with(pattern: str, file: Path) -> list[Path]:
+    """The files nearest to a file whose text has a pattern."""
+    sought = re.compile(pattern, re.DOTALL)
+    folder = file.resolve().parent
+    for up, paths in NEARBY:
+        place = folder.parents[up - 1] if 0 < up <= len(folder.parents) else folder
+        near = sorted(islice(place.glob(paths), MOST_FILES))
+        having = [path for path in near if sought.search(_text(path))]
+        if having:
+            return having
+    return []
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return ""
+
+
+def _shown(paths: Sequence[Path]) -> str:
+    more = len(paths) - MOST_NAMES
+    names = " or ".join(str(path) for path in paths[:MOST_NAMES])
+    return f"{names}{f' or {more} more' if more > 0 else ''}"

@@ -1,0 +1,116 @@
+"""What is missing in xacro files as they are passed on, said in a sentence."""
+
+import pytest
+
+from chasles.derive import DescriptionError
+from chasles.derive.description.importers.xacro_file import expanded
+from chasles.derive.description.importers.xacro_hints import missing
+
+pytest.importorskip("xacro", reason="the reader of xacro files")
+
+OPEN = '<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+MACRO = """
+<xacro:macro name="paint" params="c"><material name="${c}"/></xacro:macro>
+<xacro:macro name="arm" params="prefix tool:=true reach *origin">
+  <link name="${prefix}base"/>
+</xacro:macro>
+"""
+CALL = '<xacro:arm prefix="..." reach="..."><origin/></xacro:arm>'
+JOINT = """
+<link name="hand"/>
+<joint name="mount" type="fixed"><parent link="flange"/><child link="hand"/></joint>
+"""
+
+
+def written(folder, package="arm", **texts):
+    """A folder of a package with a xacro file of each name."""
+    folder = folder / "src" / package / "urdf"
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in texts.items():
+        (folder / f"{name}.xacro").write_text(f"{OPEN}{text}</robot>")
+    return folder
+
+
+def refusal(file, *arguments):
+    """The error of a file in one line."""
+    with pytest.raises(DescriptionError) as caught:
+        expanded(file, arguments)
+    message = str(caught.value)
+    assert message.startswith(f"{file}")
+    assert "\n" not in message
+    return message
+
+
+def include(name):
+    return f'<xacro:include filename="{name}.xacro"/>'
+
+
+def test_a_file_of_macros_names_the_file_that_includes_it(tmp_path):
+    folder = written(
+        tmp_path, parts=MACRO, whole=include("parts") + '<xacro:arm prefix="" reach="1"/>'
+    )
+    assert "the file only defines macros: derive " in refusal(folder / "parts.xacro")
+    assert f"{folder / 'whole.xacro'}, which includes it" in refusal(folder / "parts.xacro")
+
+
+def test_a_file_of_macros_that_nobody_includes_shows_a_call(tmp_path):
+    message = refusal(written(tmp_path, parts=MACRO) / "parts.xacro")
+    assert message.endswith(f"derive a file that calls one, as {CALL}")
+
+
+def test_an_include_whose_macro_nobody_calls(tmp_path):
+    folder = written(tmp_path, parts=MACRO, whole=include("parts"))
+    assert refusal(folder / "whole.xacro").endswith(
+        f"the file includes parts.xacro and calls no macro of it: add {CALL}"
+    )
+
+
+def test_no_links_and_no_macros(tmp_path):
+    assert "defines no macro" in refusal(written(tmp_path, bare="<material/>") / "bare.xacro")
+
+
+def test_a_part_that_hangs_on_a_link_of_the_whole(tmp_path):
+    whole = '<link name="flange"/>' + include("hand")
+    folder = written(tmp_path, hand=JOINT, whole=whole)
+    assert "<link" in expanded(folder / "whole.xacro", ())
+    message = refusal(folder / "hand.xacro")
+    assert "hangs on the link flange, which it lacks: derive " in message
+    assert str(folder / "whole.xacro") in message
+
+
+@pytest.mark.parametrize(
+    ("elsewhere", "text", "words"),
+    [
+        ('<xacro:property name="deg" value="1"/>', '<a b="${90*deg}"/>', "it is in {other}"),
+        ('<property name="deg" value="1"/>', '<a b="${90*deg}"/>', "without the prefix xacro:"),
+        ("", '<a b="${90*deg}"/>', 'no <xacro:property name="deg"> is included, and none is near'),
+        (
+            "",
+            '<a b="${x}"/><xacro:property name="x" value="1"/>',
+            '<xacro:property name="x"> stands behind its use',
+        ),
+        (MACRO, '<xacro:arm prefix=""/>', 'no <xacro:macro name="arm"> is included: it is in'),
+        ("", MACRO + '<xacro:arm prefix="" reach="1"/>', "has to hold an element for each"),
+        ("", MACRO + "<xacro:paint/>", "has to give c"),
+    ],
+)
+def test_what_a_file_does_not_include(tmp_path, elsewhere, text, words):
+    folder = written(tmp_path, whole=text)
+    other = written(tmp_path, "common", constants=elsewhere) / "constants.xacro"
+    assert words.format(other=other) in refusal(folder / "whole.xacro")
+
+
+def test_a_missing_package_is_said_once(tmp_path):
+    file = written(tmp_path, whole=include("$(find no_parts)/a")) / "whole.xacro"
+    assert refusal(file).count("no package 'no_parts'") == 1
+    assert "<class" not in refusal(file)
+
+
+def test_an_argument_is_asked_for(tmp_path):
+    file = written(tmp_path, whole='<link name="$(arg side)_hand"/>') / "whole.xacro"
+    assert "give it by side:=value" in refusal(file)
+    assert "left_hand" in expanded(file, ("side:=left",))
+
+
+def test_an_error_that_nobody_knows_has_no_hint(tmp_path):
+    assert missing("some other reason", tmp_path / "a.xacro") == ""
