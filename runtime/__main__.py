@@ -88,8 +88,8 @@ def _parser() -> argparse.ArgumentParser:
         "--vary",
         action="append",
         metavar="PART",
-        help="parameters or parts of the model: axis, joint, offset, transmission; without it, the "
-        "model that predicts held-back configurations best",
+        help="parameters or parts of the model: geometry, axis, loop, joint, offset, transmission; "
+        "without it, the model that predicts held-back configurations best",
     )
     calibrate.add_argument("--report", type=Path, help="report (.html or .tex) to write")
     calibrate.set_defaults(run=_calibrate)

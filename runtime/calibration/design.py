@@ -24,6 +24,7 @@ from ..errors import InputValueError
 from ..short_repr import short_repr
 from .fitting.problem import in_one_thread, problem_at
 from .observed.observations import SMALL, Observation, Poses, Positions, Start
+from .parameters import GEOMETRY
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -71,7 +72,7 @@ def design(
     *,
     targets: ArrayLike | None = None,
     sigma: float | tuple[float, float] | None = None,
-    vary: Collection[str] = ("axis",),
+    vary: Collection[str] = GEOMETRY,
     allowed: Callable[[FloatArray], ArrayLike] | None = None,
 ) -> Design:
     """The postures, out of candidates, that determine the parameters of a robot best.

@@ -17,7 +17,7 @@ from ..errors import ShapeError
 from .fitting.problem import OUTLYING, in_one_thread, problem_at, problem_nearby
 from .mistakes import check_input, check_result
 from .observed.observations import Observation, Start
-from .parameters import nominal
+from .parameters import GEOMETRY, nominal
 from .result import Calibration
 
 FloatArray = NDArray[np.float64]
@@ -29,7 +29,7 @@ def identify(
     q: ArrayLike,
     observation: Observation,
     *,
-    vary: Collection[str] = ("axis",),
+    vary: Collection[str] = GEOMETRY,
     tolerances: Mapping[str, float] | None = None,
     robust: bool = True,
     T_W_base: ArrayLike | None = None,
@@ -42,10 +42,11 @@ def identify(
         q: (N, n) coordinates at which the tool was measured [rad or m].
         observation: The measurements.
         vary: Parameters that may differ from nominal: names, or parts of the model ("joint",
-            "offset", "axis", "transmission", "compliance", "loop", "base", "tool"). The default,
-            with the tool's corrections where poses are measured, is complete and minimal for every
-            serial robot; in loops it holds the ends of rods too. Without "axis", with tolerances
-            and for robots with loops, the corrections of the base are added.
+            "offset", "axis", "transmission", "compliance", "loop", "base", "tool"), or one of
+            these. "geometry" is every length, angle and offset that measurements may show, "axis"
+            and in robots with loops "loop". With the tool's corrections, which are added where
+            poses are measured, it is complete and minimal for every serial robot. Without "axis",
+            with tolerances and for robots with loops, the corrections of the base are added.
         tolerances: Standard deviations of parameters about their nominal values [m, rad, 1] by
             name, part or unit, as in :func:`~chasles.calibration.tool_errors`. Measurements that
             say little of a parameter leave it near its nominal value.
@@ -67,7 +68,7 @@ def identify(
         problem = problem_nearby(problem, start, vary, tolerances, robust=robust)
     solved = problem.weighted(counts).solved(problem.x0, robust=robust)
     found = replace(solved, nominal_errors=before)
-    check_result(found, tuple(vary))
+    check_result(found, vary)
     return found
 
 

@@ -10,7 +10,7 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -21,6 +21,7 @@ from .fitting.problem import Fit, Problem, in_one_thread, problem_at
 from .identify import located
 from .mistakes import check_result
 from .observed.observations import Observation
+from .parameters import GEOMETRY
 from .result import Calibration
 
 FloatArray = NDArray[np.float64]
@@ -49,10 +50,10 @@ class Model:
 
 MODELS = (
     Model("joint offsets", ("offset",)),
-    Model("offsets and axes", ("offset", "axis"), {"offset": 2e-2, "axis": 1e-3}),
+    Model("offsets and axes", ("offset", GEOMETRY), {"offset": 2e-2, "axis": 1e-3}),
     Model(
         "offsets, axes and drives",
-        ("offset", "axis", "transmission"),
+        ("offset", GEOMETRY, "transmission"),
         {"offset": 2e-2, "axis": 1e-3, "transmission": 3e-4},
     ),
 )
@@ -118,7 +119,7 @@ def cross_validated(
     observation: Observation,
     folds: int = FOLDS,
     *,
-    vary: tuple[str, ...] = ("axis",),
+    vary: Collection[str] = GEOMETRY,
     tolerances: Mapping[str, float] | None = None,
     robust: bool = True,
 ) -> FloatArray:

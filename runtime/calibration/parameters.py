@@ -19,16 +19,36 @@ def nominal(robot: Any) -> FloatArray:
     return np.array([parameter.value for parameter in robot.geometry])
 
 
+GEOMETRY = "geometry"
+"""All lengths, angles and offsets that a robot of this structure may have."""
+_WHOLE = frozenset({"axis", "loop"})
+"""The parts that hold them: axes have offsets, too, and pins the lengths of rods."""
+
+
+def parts(robot: Any, words: Collection[str]) -> set[str]:
+    """Words with the parts that "geometry" means for a robot in its place.
+
+    Args:
+        robot: A robot with parametric functions.
+        words: Names of parameters, parts of the model, or one of these.
+    """
+    given = {words} if isinstance(words, str) else set(words)
+    if GEOMETRY not in given:
+        return given
+    return (given - {GEOMETRY}) | (_WHOLE & {item.part for item in robot.geometry})
+
+
 def chosen(robot: Any, words: Collection[str]) -> IntArray:
     """Indices of the parameters with some names or of some parts.
 
     Args:
         robot: A robot with parametric functions.
-        words: Names of parameters or parts of the model.
+        words: Names of parameters, parts of the model, "geometry", or one of these.
 
     Raises:
-        InputValueError: A word is neither.
+        InputValueError: A word is none of them.
     """
+    words = parts(robot, words)
     known = {word for item in robot.geometry for word in (item.name, item.part)}
     if unknown := sorted(set(words) - known):
         raise InputValueError(f"identify: {robot.name} has no parameter {', '.join(unknown)}")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import scipy.stats
+import scipy.special
 from numpy.typing import ArrayLike, NDArray
 
 from ..short_repr import told
@@ -115,7 +115,7 @@ class Calibration:
     @property
     def intervals(self) -> FloatArray:
         """(k, 2) bounds between which each value lies in 95 of 100 calibrations (Student's t)."""
-        reach = float(scipy.stats.t.ppf(0.975, self.freedoms)) * self.std
+        reach = float(scipy.special.stdtrit(self.freedoms, 0.975)) * self.std
         return np.stack([self.values - reach, self.values + reach], -1)
 
     def __str__(self) -> str:

@@ -43,7 +43,7 @@ class Errors(NamedTuple):
 def least_squares(
     errors: Callable[[FloatArray], Errors],
     x: FloatArray,
-    scale: float,
+    scale: float | FloatArray,
     *,
     loss_from: float = 0.0,
     step: float,
@@ -54,7 +54,7 @@ def least_squares(
     Args:
         errors: Errors at variables.
         x: The start.
-        scale: In which variables are compared.
+        scale: In which variables are compared, one for all or (k,).
         loss_from: Size of the errors from which on they count less, by Cauchy's
             log(1 + (e / size)^2); 0 for squares.
         step: Relative change of the sum and of the variables behind which the iteration ends.
@@ -68,7 +68,7 @@ def least_squares(
         move = scale * _solved(H, damping * unit, g)
         after = errors(x + move)
         found = _cost(after.values, loss_from)
-        expected = float(move @ (damping * unit * move / scale - g)) / (2 * scale)
+        expected = float((move / scale) @ (damping * unit * move / scale - g)) / 2
         is_small = np.linalg.norm(move) <= step * (step + np.linalg.norm(x))
         is_less = found < cost
         if is_less:
@@ -89,7 +89,9 @@ def _cost(e: FloatArray, size: float) -> float:
     return float((np.log1p((e / size) ** 2) * size**2).sum() if size else e @ e) / 2
 
 
-def _equations(at: Errors, scale: float, size: float) -> tuple[float, FloatArray, FloatArray]:
+def _equations(
+    at: Errors, scale: float | FloatArray, size: float
+) -> tuple[float, FloatArray, FloatArray]:
     """Cost, matrix and right side of the normal equations in scaled variables."""
     J, e = scale * at.derivative(), at.values
     cost = _cost(e, size)

@@ -27,7 +27,6 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
-import scipy.optimize
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
@@ -36,7 +35,7 @@ from ...screws import inverse
 from ...short_repr import short_repr
 from ..doubts import doubts
 from ..observed.observations import SMALL, Observation, Start
-from ..parameters import chosen, deviations, nominal
+from ..parameters import chosen, deviations, nominal, parts
 from ..result import Calibration
 from .identifiable import Redundancy, identifiable
 from .levenberg_marquardt import Errors, least_squares
@@ -153,16 +152,21 @@ def problem_nearby(
     designed = np.zeros(len(x0), dtype=bool)
     designed[: len(sought)] = [first.robot.geometry[k].part != "base" for k in sought]
     nearness = np.where(designed, _NEARNESS, _PLACED) / SMALL
-    found = scipy.optimize.least_squares(
-        lambda x: np.concatenate([whole.errors(x), nearness * (x - x0)]),
+
+    def errors(x: FloatArray) -> Errors:
+        return Errors(
+            np.concatenate([whole.errors(x), nearness * (x - x0)]),
+            lambda: np.concatenate([whole.derivative(x), np.diag(nearness)]),
+        )
+
+    found = least_squares(
+        errors,
         x0,
-        jac=lambda x: np.concatenate([whole.derivative(x), np.diag(nearness)]),
-        x_scale=np.where(designed, SMALL, _FAR),
-        loss="cauchy" if robust else "linear",
-        f_scale=first.spread(first.x0) if robust else 1.0,
-        xtol=_NEARBY,
-        max_nfev=_MOST_NEARBY,
-    ).x
+        np.where(designed, SMALL, _FAR),
+        loss_from=first.spread(first.x0) if robust else 0.0,
+        step=_NEARBY,
+        evaluations=_MOST_NEARBY,
+    )
     at = start._replace(unknowns=found[len(sought) :])
     return problem_at(first.robot, first.q, at, vary, tolerances, whole.geometry(found))
 
@@ -171,16 +175,12 @@ def _candidates(
     robot: Any, vary: Collection[str], observation: Observation, has_tolerances: bool
 ) -> IntArray:
     """Indices of the parameters that may be sought."""
-    parts = {item.part for item in robot.geometry}
-    words = set(vary)
+    words = parts(robot, vary)
     # The device's frame is never known exactly: axes that shift freely contain it, else the base.
-    if has_tolerances or "axis" not in vary or robot.kind != "serial":
+    if has_tolerances or "axis" not in words or robot.kind != "serial":
         words.add("base")
     if observation.fixes_tool:
         words.add("tool")
-    if "axis" in vary and "loop" in parts:
-        # Pins at the ends of rods are axes, too; platforms on cylinders have no other ones.
-        words = (words | {"loop"}) - ({"axis"} - parts)
     return chosen(robot, words)
 
 

@@ -61,7 +61,7 @@ def register_points(T: FloatArray, measured: FloatArray) -> Registration:
             not seen.
     """
     alternation = _Alternation(T, measured)
-    screened = alternation.from_rotations(np.array(_cube_rotations()), _FIRST_ROUNDS)
+    screened = alternation.from_rotations(_CUBE, _FIRST_ROUNDS)
     best = np.argsort(screened.error, kind="stable")[:_FINISHED]
     finished = alternation.from_rotations(screened.R[best], _ROUNDS)
     k = int(np.argmin(finished.error))
@@ -200,17 +200,17 @@ class _Alternation:
         placed = self.origin + np.einsum("nij,knj->kni", self.axes, points[:, self.target])
         middle, there = placed.mean(1), self.measured.mean(0)
         products = (self.measured - there).T @ (placed - middle[:, None])
-        R = np.array([_rotation(product) for product in products])
+        R = _rotation(products)
         shift = there - np.einsum("kij,kj->ki", R, middle)
         left = placed @ R.swapaxes(1, 2) + shift[:, None] - self.measured
         return _Fits(R, shift, points, np.sqrt((left**2).sum(-1).mean(-1)))
 
 
 def _rotation(matrix: FloatArray) -> FloatArray:
-    """The rotation R with the largest trace(R^T matrix)."""
+    """(..., 3, 3) the rotations R with the largest trace(R^T matrix)."""
     u, _, vt = np.linalg.svd(matrix)
-    mirror = np.diag([1, 1, np.sign(np.linalg.det(u @ vt))])
-    return np.asarray(u @ mirror @ vt)
+    u[..., 2] *= np.sign(np.linalg.det(u @ vt))[..., None]
+    return np.asarray(u @ vt)
 
 
 def _pose(R: FloatArray, p: FloatArray) -> FloatArray:
@@ -229,3 +229,6 @@ def _cube_rotations() -> list[FloatArray]:
             if np.linalg.det(matrix) > 0:
                 found.append(matrix)
     return found
+
+
+_CUBE = np.array(_cube_rotations())

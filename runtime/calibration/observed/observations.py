@@ -29,6 +29,9 @@ which variables are compared."""
 
 _XYZW = "quaternions are written x, y, z, w, not w, x, y, z"
 _WXYZ = "quaternions are written w, x, y, z, not x, y, z, w"
+LEFT_HANDED = (
+    "the device's frame is left-handed: two of x, y and z are exchanged, or one has the wrong sign"
+)
 _TURNED_BACK = "orientations are those of the device in the probe's frame, not of the probe"
 
 
@@ -196,6 +199,10 @@ class Positions(Observation):
     def scaled(self, factor: float) -> Self:
         """The measurements with all lengths times a factor."""
         return replace(self, points=factor * self.points)
+
+    def read_otherwise(self) -> Iterator[tuple[str, Self]]:
+        """A mirrored frame of the device: every exchange of two axes is one, up to a turn."""
+        yield LEFT_HANDED, replace(self, points=self.points * [-1.0, 1.0, 1.0])
 
     def start(self, T: FloatArray) -> Start:
         """By :func:`register_points`."""

@@ -8,6 +8,7 @@ station s is T_W_station[s], found along with the robot:
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import ClassVar, Self
 
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 from ... import screws
 from ...errors import InputValueError
 from .frames import register_points, targets_at, transformation
-from .observations import SMALL, Observation, Positions, Start, points_on_tool
+from .observations import LEFT_HANDED, SMALL, Observation, Positions, Start, points_on_tool
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -102,6 +103,10 @@ class Stations(Observation):
         scale[:3, 3] = factor
         frames = scale * self.T_W_station
         return replace(self, points=factor * self.points, T_W_station=frames)
+
+    def read_otherwise(self) -> Iterator[tuple[str, Self]]:
+        """Mirrored frames of the device: every exchange of two axes is one, up to a turn."""
+        yield LEFT_HANDED, replace(self, points=self.points * [-1.0, 1.0, 1.0])
 
     def frames(self, x: FloatArray) -> FloatArray:
         """(stations, 4, 4) frames of the stations in W, at the unknowns x."""

@@ -245,6 +245,26 @@ def test_rank_of_the_papers_manipulator(made, parts, rank):
     assert (sizes > 1e-9 * sizes[0]).sum() == rank
 
 
+@pytest.mark.parametrize("name", ["five_bar", "slider_crank", "stewart_gough"])
+def test_words_mean_their_own_parts(made, name):
+    """The geometry is axes and loops together; each alone is sought beside the base alone."""
+    robot, random = made(name), np.random.default_rng(4)
+    q = around(robot, random, 60)
+    measured = Poses(robot.fk(q), SIGMA)
+    parts = {item.name: item.part for item in robot.geometry}
+    sought = {}
+    for word in ("geometry", "axis", "loop"):
+        if word == "axis" and word not in parts.values():
+            continue
+        found = identify(robot, q, measured, vary=word, robust=False)
+        sought[word] = {*found.names, *(item.name for item in found.redundant)}
+        own = {"axis", "loop"} if word == "geometry" else {word}
+        assert {parts[n] for n in sought[word]} == (own & set(parts.values())) | {"base", "tool"}
+        assert {n for n, part in parts.items() if part in own} <= sought[word]
+    alone = sought.get("axis", set()) | sought["loop"]
+    assert sought["geometry"] == alone
+
+
 @cache
 def designed(name):
     """A robot as designed, with its parameters."""

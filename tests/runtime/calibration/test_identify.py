@@ -122,6 +122,18 @@ def test_convention_without_a_tilt_misses_parallel_axes(arm, truth):
     assert "elbow_d" in names or "shoulder_lift_d" in names
 
 
+def test_the_geometry_of_a_chain_is_its_axes(arm, truth):
+    """One word, several words and the default are the same variables, offsets beside them not."""
+    observation = measured_positions(arm, truth, np.random.default_rng(0))
+    whole, named, axes, offsets = (
+        identify(arm, truth.q, observation, robust=False, **words)
+        for words in ({}, {"vary": "geometry"}, {"vary": ("axis",)}, {"vary": "offset"})
+    )
+    assert whole.names == named.names == axes.names
+    assert len(whole.names) == 4 * 6 + 9
+    assert {g.part for g in arm.geometry if g.name in offsets.names} == {"offset", "base"}
+
+
 def test_errors_of_measurements_that_took_no_part(arm, truth):
     observation = measured_positions(arm, truth, np.random.default_rng(0))
     errors = cross_validated(arm, truth.q, observation, folds=3)
