@@ -27,13 +27,15 @@ from ..terms.symbolic_function import SymbolicFunction
 from .led import twist_between
 from .mechanisms.differences import apart
 from .mechanisms.followed import Followed
+from .polished_inverse import TURN
 
 FloatArray = NDArray[np.float64]
 Posed = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 """Poses (N, 4, 4) and mixed Jacobians (N, 6, n) at coordinates (N, n)."""
 GRIDS = tuple(sp.Rational(text) for text in ("0.01", "0.005", "0.001", "0.0005", "0.0001"))
 """Metre; the coarsest first, as a structure of round lengths is the design's and no chance."""
-TURN = sp.pi / 12
+STEP_OF_ANGLES = sp.pi / 12
+
 SAMPLES = 100
 STEPS = 8
 
@@ -165,12 +167,12 @@ class _Rounding:
     def _turn(self, part: Rotation) -> Rotation:
         number = part.angle.xreplace(self.values)
         part = replace(part, angle=number)
-        steps = round(float(number / TURN))
-        off = abs(float(number - steps * TURN))
+        steps = round(float(number / STEP_OF_ANGLES))
+        off = abs(float(number - steps * STEP_OF_ANGLES))
         if not 0 < off <= MEASURED_STRUCTURE:
             return part
         self.turned = max(self.turned, off)
-        return replace(part, angle=steps * TURN)
+        return replace(part, angle=steps * STEP_OF_ANGLES)
 
 
 @dataclass(frozen=True)
@@ -208,7 +210,7 @@ def lead(
     """
     fk, theta = _numbers(hybrid, closure)
     (ik,) = lower([nominal], "nominal")
-    held = list(nominal.role.given)
+    held, turns = list(nominal.role.given), np.array(turns_of(hybrid))
     q = _configurations(hybrid)
     T, _ = fk(q)
     closed = np.isfinite(T).all((-2, -1))
@@ -222,15 +224,30 @@ def lead(
         if signs is not None:
             inputs.append(np.repeat(np.array(signs, dtype=float)[:, None], len(T), 1))
         start, residual = (np.array(result).T for result in ik(*inputs)[:2])
+        # Loops are followed from the reference, and the other way round may be barred.
+        start = hybrid.q_at_reference + _shorter(start - hybrid.q_at_reference, turns)
         # A robot of few freedoms as built leaves the poses that its design reaches.
         missed = residual[:, 0] / max(length, 1.0)
         begin = np.fmax(_error(fk(start)[0], T, weights), missed)
         found = _led(fk, T, start, weights, held)
-        back = np.abs(found - q).max(-1) < LED_BACK * max(length, 1.0)
+        back = np.abs(_shorter(found - q, turns)).max(-1) < LED_BACK * max(length, 1.0)
         first = np.where(back, np.fmin(first, begin), first)
         is_led |= back
     deviation = float(np.max(first[is_led], initial=0.0))
     return Lead(float(is_led.mean()), deviation)
+
+
+def turns_of(hybrid: Hybrid) -> tuple[float, ...]:
+    """Turns in a unit of each coordinate, 0 where it does not turn."""
+    return tuple(
+        1 / TURN if c.kind == "revolute" and abs(float(hybrid.terms.value(c.ratio))) == 1 else 0.0
+        for c in hybrid.mechanism.coordinates
+    )
+
+
+def _shorter(apart: FloatArray, turns: FloatArray) -> FloatArray:
+    """Differences of coordinates, of those that turn the shorter way round."""
+    return np.asarray(apart - TURN * np.round(apart * turns))
 
 
 def _configurations(hybrid: Hybrid) -> FloatArray:

@@ -117,6 +117,7 @@ def _seeded(
         return ["#define POLISH_SEEDS 0"]
     return [
         f"#define POLISH_SEEDS {len(closure.names)}",
+        f"#define POLISH_REFERENCE {{{', '.join(map(number, closure.start.q.tolist()))}}}",
         f"#define POLISH_FROM_SEED(q, w, at) {own}_from_seed(q, w, at, at + 16)\n",
         *pose_from_seed(derivation.robot, f"{own}_from_seed"),
     ]

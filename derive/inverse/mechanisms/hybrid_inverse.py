@@ -21,8 +21,8 @@ from ..chain_solution import given_argument, solve_chain
 from ..classify import Attempt, classify, of_lines
 from ..families import FAMILIES
 from ..families.family import Family
-from ..nominal_mechanism import Nominal, lead, nominal_mechanisms
-from ..polished_inverse import TURN, as_start, led_from
+from ..nominal_mechanism import Nominal, lead, nominal_mechanisms, turns_of
+from ..polished_inverse import as_start, led_from
 from ..serial_inverse import Inverses
 from ..steps.target import of_pose
 from ..steps.work import Work
@@ -31,6 +31,7 @@ from ..structure.requirement import Requirement
 from ..tasks.slots import POSE_SYMBOLS, function_of, pose_argument, pose_residual, values_of
 from ..tasks.task import Solved, TaskInput
 from .loop_sides import actuators_on_sides, settled_choices
+from .starts_beyond import beyond_dead_points
 from .substitution import substituted
 from .translating_tool import of_position_alone, position_task, still_axes
 from .translation import Translating, actuators_of, translating
@@ -75,19 +76,21 @@ def _by_structure(
         hybrid: The robot.
         families: The families to try.
         give: Indices of the chain's joints to be given.
-        built: The robot as built whose coordinates hold given joints; by default the robot itself.
+        built: The robot as built that is led from this one: its coordinates hold given joints, and
+            its loops may close beyond this one's dead points; None where there is none.
     """
     classification = classify(hybrid.robot, hybrid.terms, len(hybrid.q), families, give)
     if not {c.moves for c in hybrid.mechanism.coordinates}.isdisjoint(hybrid.backward.open):
         return Inverses(classification, {})
     if classification.found is not None:
-        solved = _by_chain(hybrid, classification.lines, classification.found, built or hybrid)
+        solved = _by_chain(hybrid, classification.lines, classification.found, built)
         return Inverses(classification, {"ik": solved})
     moved = None if give else translating(hybrid)
     if moved is None:
         return Inverses(classification, {})
     shorter = of_lines(moved.lines, families=families)
-    solved_ = _by_translation(hybrid, moved, shorter.found) if shorter.found else None
+    is_start = built is not None
+    solved_ = _by_translation(hybrid, moved, shorter.found, is_start) if shorter.found else None
     return Inverses(shorter, {} if solved_ is None else {"ik": solved_})
 
 
@@ -163,10 +166,7 @@ def _of_nominal(
         "the loops have the lengths of the nominal robot", nominal.moved / length, is_length=True
     )
     nearly = replace(found, requirements=(*found.requirements, missed))
-    turns = tuple(
-        1 / TURN if c.kind == "revolute" and abs(hybrid.terms.value(c.ratio)) == 1 else 0.0
-        for c in hybrid.mechanism.coordinates
-    )
+    turns = turns_of(hybrid)
     tasks = []
     if axes is not None:
         near = lead(hybrid, solved.function, length, found.given, closure, is_position=True)
@@ -186,17 +186,19 @@ def _holds(hybrid: Hybrid, solved: Solved, found: Attempt) -> bool:
     return all(_arguments(hybrid, entry) <= given for entry in held)
 
 
-def _by_chain(hybrid: Hybrid, lines: Lines, found: Attempt, built: Hybrid) -> Solved:
+def _by_chain(hybrid: Hybrid, lines: Lines, found: Attempt, built: Hybrid | None) -> Solved:
     """The joints of the main chain, then the actuators from them.
 
     The iteration does not move coordinates that hold given joints: they are those as built.
     """
-    whole = _on_chain(hybrid, lines, found, hybrid, Work(hybrid.terms))
+    whole = _on_chain(hybrid, lines, found, None, Work(hybrid.terms))
     work = Work(hybrid.terms, settled=settled_choices(hybrid, whole, found.given))
     return _on_chain(hybrid, lines, found, built, work)
 
 
-def _on_chain(hybrid: Hybrid, lines: Lines, found: Attempt, built: Hybrid, work: Work) -> Solved:
+def _on_chain(
+    hybrid: Hybrid, lines: Lines, found: Attempt, built: Hybrid | None, work: Work
+) -> Solved:
     """The same with all choices that are not settled."""
     robot, terms = hybrid.robot, hybrid.terms
     symbols = {k: sp.Symbol(f"_{robot.moving[k].name}", real=True) for k in found.given}
@@ -212,23 +214,29 @@ def _on_chain(hybrid: Hybrid, lines: Lines, found: Attempt, built: Hybrid, work:
     names = tuple(robot.moving[k].name for k in found.given)
     held = _coordinates(hybrid, found.given)
     actuators, margins = actuators_on_sides(hybrid, work)
-    entries = [built.actuator(k) if k in held else value for k, value in enumerate(actuators)]
+    if built is not None:
+        actuators = beyond_dead_points(terms, actuators)
+    entries = [
+        (built or hybrid).actuator(k) if k in held else value for k, value in enumerate(actuators)
+    ]
     values = substituted(terms, [*entries, *margins], theta)
     q, closing = values[: len(entries)], values[len(entries) :]
     return _solved(hybrid, work, arguments, found.family.inputs, q, names, held, closing)
 
 
-def _by_translation(hybrid: Hybrid, moved: Translating, found: Attempt) -> Solved | None:
+def _by_translation(
+    hybrid: Hybrid, moved: Translating, found: Attempt, is_start: bool
+) -> Solved | None:
     """Turns and slides of the shorter chain, then the actuators from them."""
     whole = _on_shorter_chain(hybrid, moved, found, Work(hybrid.terms))
     if whole is None:
         return None
     work = Work(hybrid.terms, settled=settled_choices(hybrid, whole))
-    return _on_shorter_chain(hybrid, moved, found, work)
+    return _on_shorter_chain(hybrid, moved, found, work, is_start=is_start)
 
 
 def _on_shorter_chain(
-    hybrid: Hybrid, moved: Translating, found: Attempt, work: Work
+    hybrid: Hybrid, moved: Translating, found: Attempt, work: Work, *, is_start: bool = False
 ) -> Solved | None:
     """The same with all choices that are not settled."""
     robot, terms = hybrid.robot, hybrid.terms
@@ -243,6 +251,8 @@ def _on_shorter_chain(
         if k in work.turns
     }
     actuators, margins = actuators_on_sides(hybrid, work)
+    if is_start:
+        actuators = beyond_dead_points(terms, actuators)
     closing = [margin for margin in margins if _arguments(hybrid, margin) <= theta.keys()]
     q = []
     for symbol, entry in zip(hybrid.q, actuators, strict=True):

@@ -71,7 +71,7 @@ b = {{ body = "rod", xyz = [{length}, 0, 0] }}
 [reference]
 shoulder = 0.3
 elbow = {elbow}
-wrist = 0.2
+wrist = {wrist}
 motor = 0
 fork = {swing}
 pivot = {rise}
@@ -79,11 +79,8 @@ pivot = {rise}
 """A rod with a universal joint drives the elbow of a planar arm. Its crank may stand anyhow."""
 
 
-def drawn_arm(seed, off):
-    """An arm of a seed, the axes of whose universal joint miss each other by ``off`` metres.
-
-    None where the crank or the elbow is near a dead point, beyond which the design does not lead.
-    """
+def drawn_arm(seed, off, wrist):
+    """An arm of a seed, the axes of whose universal joint miss each other by ``off`` metres."""
     rng = np.random.default_rng(seed)
     motor, tilt = np.add(rng.uniform(-0.2, 0.2, 3), (0.3, 0, 0.1)), rng.uniform(-0.6, 0.6, 3)
     fork, elbow, horn = (
@@ -105,9 +102,6 @@ def drawn_arm(seed, off):
     c, s = np.cos(elbow), np.sin(elbow)
     fore = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
     rod = motor + horn * turned[:, 0] - (1, 0, 0) - fore @ fork
-    pushed = abs(rod @ turned[:, 1]), abs(np.cross((0, 0, 1), fore @ fork) @ rod) / 0.2
-    if min(pushed) < np.linalg.norm(rod) / 2:
-        return None
     x, y, z = fore.T @ rod
     values = {
         "motor": [f"{v:.6f}" for v in motor],
@@ -116,6 +110,7 @@ def drawn_arm(seed, off):
     }
     numbers = {
         "off": off,
+        "wrist": wrist,
         "horn": horn,
         "length": np.linalg.norm([x, y, z]),
         "elbow": elbow,
@@ -142,16 +137,17 @@ def judged(robot, mechanism, reach):
     np.testing.assert_allclose(again, np.repeat(T, found.valid.sum(-1), 0), atol=1e-10)
 
 
-SEEDS = [seed for seed in range(24) if drawn_arm(seed, 0) is not None][:5]
+@pytest.mark.parametrize(("seed", "wrist"), [(4, 0.2), (0, 0.2), (6, 0.2), (9, 3.1)])
+def test_universal_joints_whose_axes_miss_each_other(tmp_path, seed, wrist):
+    """The loop of the arm as built has no closed form.
 
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_universal_joints_whose_axes_miss_each_other(tmp_path, seed):
-    """The loop of the arm as built has no closed form."""
-    built = replace(drawn_arm(seed, 5e-4), nominal=drawn_arm(seed, 0))
+    The cranks of all but the first are beside dead points, where the elbow of the arm as built
+    goes further than its design's. The last wrist goes beyond half a turn.
+    """
+    built = replace(drawn_arm(seed, 5e-4, wrist), nominal=drawn_arm(seed, 0, wrist))
     robot = made(built, tmp_path)
     assert robot.solution == "newton"
-    judged(robot, built, 0.1)
+    judged(robot, built, 0.3)
 
 
 def test_a_tool_out_of_the_plane_of_the_design(tmp_path):

@@ -24,6 +24,8 @@
  *   POLISH_SEEDS               variables of loops that are iterated, 0 for other robots; then
  *   POLISH_FROM_SEED(q, w, at) the same as POLISH_POSE from their values w nearby, or from the
  *                              reference where w[0] is NaN; w becomes that at q
+ *   POLISH_REFERENCE           coordinates of that reference: turning ones stay within half a turn
+ *                              of them, as loops may bar the way round
  *
  * Newton's step from q is dq = J^T (J J^T + lambda 1)^-1 e, with e the twist from the tool to the
  * pose and lambda in proportion to |e|^2: that damps steps near singularities and fades with the
@@ -218,6 +220,7 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
 #undef POLISH_GENERAL
 #undef POLISH_ON_LANES
 #undef POLISH_SEEDS
+#undef POLISH_REFERENCE
 #undef POLISH_FROM_SEED
 #undef POLISH_ROWS
 #undef POLISH_UNFOLDS

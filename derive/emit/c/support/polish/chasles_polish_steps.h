@@ -109,20 +109,35 @@ POLISH_INLINE void POLISH_NAME(weighted)(const POLISH_NAME(configurations) * c,
     }
 }
 
+/* Coordinates without whole turns. */
+POLISH_INLINE void POLISH_NAME(unwind)(lanes *q)
+{
+    static const double turns[] = POLISH_TURNS;
+#if POLISH_SEEDS
+    static const double middle[] = POLISH_REFERENCE;
+#endif
+    for (int k = 0; k < POLISH_N; k++) {
+#if POLISH_SEEDS
+        const lanes apart = q[k] - middle[k];
+#else
+        const lanes apart = q[k];
+#endif
+        /* A number of less than 2^51 in a sum with 1.5 * 2^52 is rounded to a whole one. */
+        const lanes whole = (apart * turns[k] + 6755399441055744.0) - 6755399441055744.0;
+        q[k] = turns[k] > 0.0 ? q[k] - whole * 6.283185307179586 : q[k];
+    }
+}
+
 /* Moves q by dq, each coordinate by POLISH_STEP at most, angles by the shorter way round. */
 POLISH_INLINE void POLISH_NAME(move)(const lanes *from, const lanes *dq, lanes *q)
 {
-    static const double turns[] = POLISH_TURNS;
     lanes longest = POLISH_OF(POLISH_STEP);
     for (int k = 0; k < POLISH_N; k++)
         longest = POLISH_MAX(longest, POLISH_MAX(dq[k], -dq[k]));
     const lanes part = POLISH_STEP / longest;
-    for (int k = 0; k < POLISH_N; k++) {
-        const lanes moved = from[k] + part * dq[k];
-        /* A number of less than 2^51 in a sum with 1.5 * 2^52 is rounded to a whole one. */
-        const lanes whole = (moved * turns[k] + 6755399441055744.0) - 6755399441055744.0;
-        q[k] = turns[k] > 0.0 ? moved - whole * 6.283185307179586 : moved;
-    }
+    for (int k = 0; k < POLISH_N; k++)
+        q[k] = from[k] + part * dq[k];
+    POLISH_NAME(unwind)(q);
 }
 
 /* Equations of a step, factored, and their Jacobian. */
@@ -304,6 +319,7 @@ POLISH_INLINE void POLISH_NAME(load)(const double *q, int first, POLISH_NAME(con
     }
 #if POLISH_SEEDS
     c->seed[0] = NAN;
+    POLISH_NAME(unwind)(c->q);
 #endif
 }
 
