@@ -77,7 +77,7 @@ class Explanation:
         if not self.most_solutions:
             return f"no closed-form inverse: {self.loops[:1].lower()}{self.loops[1:]}".rstrip(".")
         of_chain = " of the main chain" if self.loops else ""
-        title = found.title + _for_given(found, classification)
+        title = found.title + _with_added(classification) + _for_given(found, classification)
         if classification.tier == "snapped":
             title = f"nearly {title}, led from a nominal arm"
         return f"inverse{of_chain}: {title}, at most {_counted(self.most_solutions, 'solution')}"
@@ -142,7 +142,8 @@ def _structure(classification: Classification, is_general: bool) -> str:
     if found is None:
         return f"No closed-form inverse: {classification.missing}."
     nearly = "" if classification.tier == "exact" else "nearly "
-    lines = [f"Structure: {nearly}{found.title}{_for_given(found, classification)}."]
+    added = _with_added(classification)
+    lines = [f"Structure: {nearly}{found.title}{added}{_for_given(found, classification)}."]
     lines += [f"  {_condition(r, classification)}" for r in found.requirements]
     if classification.tier == "exact":
         lines.append("Tier: exact; the closed form is that of the robot.")
@@ -177,6 +178,12 @@ def notes(classification: Classification) -> tuple[str, ...]:
         "whole poses alone are led to the true arm: ik_position and other inverses of a part of a "
         "pose, which arms of so few joints may have, are not there",
     )
+
+
+def _with_added(classification: Classification) -> str:
+    """The axes that are added to the arm's, if any."""
+    names = [axis.name for axis in classification.lines.added]
+    return f", with {listed(names)} at 0 beside the arm's joints" if names else ""
 
 
 def _for_given(attempt: Attempt, classification: Classification) -> str:

@@ -1,21 +1,29 @@
-"""The inverse of five joints as an inverse of six, where joint 6 turns the tool about its axis.
+"""The inverse of five joints as an inverse of six.
 
-Position and direction of the tool do not depend on this sixth angle, and where the five joints
-reach a pose it is 0.
+Joint 6 turns the tool about its axis. Position and direction of the tool do not depend on this
+sixth angle, and where the five joints reach a pose it is 0. Where that gives no structure, a joint
+at 0 is added whose axis gives one, for the pose alone: through the point where the last two axes
+meet, or the first two, which makes a spherical wrist; or at a distance.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import sympy as sp
 
 from ..model.robot import Robot
+from ..terms.vectors import added, combination, cross
 from .chain_solution import pose_task, solve_chain
 from .classify import Classification, of_lines
 from .families.family import Family
 from .steps.work import Work
-from .structure.lines import with_tool_axis
+from .structure.lines import ADDED_AXIS, Axis, Lines, numbers, with_tool_axis
+from .subproblems.turns import any_across
 from .tasks.partial_poses import position_direction, target_of_direction
 from .tasks.task import Solved
 
 JOINTS = 5
+FEW_DECIMALS = 2
 
 
 def by_tool_axis(
@@ -37,7 +45,7 @@ def by_tool_axis(
     lines = with_tool_axis(robot, classification.lines, stays=False)
     longer = of_lines(lines, families=families, give=give)
     if longer.found is None or longer.tier != "exact" or longer.found.given != give:
-        return None
+        return None if give else _by_added_axis(robot, classification, families)
     still = with_tool_axis(robot, classification.lines, stays=True)
     solved = {"ik": pose_task(robot, still, longer.found)}
     if give:
@@ -46,3 +54,35 @@ def by_tool_axis(
     solve_chain(work, lines, longer.found, target_of_direction(robot, lines.terms), {})
     solved["ik_position_direction"] = position_direction(robot, work)
     return longer, solved
+
+
+def _by_added_axis(
+    robot: Robot, classification: Classification, families: Sequence[Family]
+) -> tuple[Classification, dict[str, Solved]] | None:
+    """The same by a joint that is added at either end, for the pose alone."""
+    for still in _with_added_axis(classification.lines):
+        longer = of_lines(still, families=families)
+        if longer.found is not None and longer.tier == "exact" and not longer.found.given:
+            return longer, {"ik": pose_task(robot, still, longer.found)}
+    return None
+
+
+def _with_added_axis(lines: Lines) -> Iterator[Lines]:
+    """The chain with a further joint at 0 behind the last joint or before the first.
+
+    Its axis passes through the point where the two axes at this end meet, or at a distance. At
+    right angles to the next axis a wrist reaches every orientation that it can.
+    """
+    if not all(axis.turns for axis in lines.axes):
+        return
+    terms, axes, last = lines.terms, lines.axes, len(lines.axes) - 1
+    size = sp.Rational(round(lines.length, FEW_DECIMALS)).limit_denominator() or sp.Integer(1)
+    for end, before in ((last, last - 1), (0, 1)):
+        at = axes[end]
+        h = any_across(terms, at.h)
+        points = [lines.meeting(end, before)] if lines.meet(end, before) else []
+        points.append(added(terms, at.p, combination(terms, (size,), (cross(terms, at.h, h),))))
+        for p in points:
+            numeric = numbers(terms, h), numbers(terms, p)
+            axis = Axis(len(axes), ADDED_AXIS, "revolute", h, p, *numeric, stays=True)
+            yield replace(lines, axes=(*axes, axis) if end else (axis, *axes))

@@ -33,6 +33,8 @@ Frame = tuple[Basis, Vector]
 
 MOST_ADDENDS = 16
 """Addends of a constant in parameters up to which it is written out to let equal ones cancel."""
+TOOL_AXIS, ADDED_AXIS = "tool_axis", "added_axis"
+"""The name of a further joint, about the tool's axis and about another."""
 SOME_SLIDE = 0.6180339887
 """A slide (metre) in general position: axes that meet at this length meet at any."""
 SOME_TURN = 0.7548776662
@@ -118,7 +120,7 @@ def with_tool_axis(robot: Robot, lines: "Lines", *, stays: bool) -> "Lines":
     """
     terms = lines.terms
     _, ((_, _, h), origin) = _home_frames(robot, terms)
-    joint = Joint("tool_axis", "revolute")
+    joint = Joint(TOOL_AXIS, "revolute")
     axis = _axis(terms, len(lines.axes), joint, h, origin)
     return replace(lines, axes=(*lines.axes, replace(axis, stays=stays)))
 
@@ -199,6 +201,11 @@ class Lines:
     terms: Terms
     axes: tuple[Axis, ...]
     tolerance: float = EXACT_STRUCTURE
+
+    @property
+    def added(self) -> tuple[Axis, ...]:
+        """The axes that are none of the arm's joints."""
+        return tuple(axis for axis in self.axes if axis.name in (TOOL_AXIS, ADDED_AXIS))
 
     @cached_property
     def length(self) -> float:

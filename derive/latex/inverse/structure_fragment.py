@@ -29,6 +29,12 @@ def structure(classification: Classification, found: Attempt) -> str:
     sentences = [rf"The structure is {nearly}\emph{{{escape(found.title)}}}: {escape(conditions)}."]
     if found.title.startswith("spherical wrist"):
         sentences.append("Pieper (1968) was the first to solve such arms.")
+    added = [escape(axis.name) for axis in classification.lines.added]
+    if added:
+        sentences.append(
+            f"To the arm's joints {in_words(added)} is added, a joint whose angle is 0 where they"
+            " reach the pose."
+        )
     names = [escape(classification.lines.axes[k].name) for k in found.given]
     if names:
         more = "one joint" if len(names) == 1 else f"{len(names)} joints"

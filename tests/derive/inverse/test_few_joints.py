@@ -1,4 +1,4 @@
-"""A turntable with two parallel axes and a hand that turns: random arms, and one as it is sold."""
+"""Arms of four and five joints: a turned hand, and five joints with an axis added."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from bench.accuracy.verdict import judged
 from bench.cases.drawn_arms import cases_of
 from bench.cases.poses import PoseSet
 from bench.cases.synthetic import robot_of
-from chasles.derive import from_urdf
+from chasles.derive import explain, from_urdf
 from chasles.derive.inverse.classify import classify
 from chasles.derive.terms.terms import Terms
 
@@ -42,6 +42,36 @@ def test_no_pose_of_a_random_arm_is_lost(chain, right):
     assert "ik" in {case.function for case in cases}
     assert {case.inverses.classification.found.title for case in cases} == {TITLE}
     assert not lost_of(cases)
+
+
+@pytest.mark.parametrize(
+    ("chain", "title"),
+    [
+        ("R/R=R/RxR", "spherical wrist"),
+        ("RxR/R/R/R", "spherical wrist, read from the tool"),
+        ("R=R=R/RxR", "three parallel axes 2, 3, 4 and intersecting axes 5, 6"),
+        ("R=R=R/R/R", "three parallel axes 2, 3, 4"),
+    ],
+)
+@pytest.mark.parametrize("right", [False, True])
+def test_five_joints_with_an_added_axis_lose_nothing(chain, title, right):
+    cases = cases_of(robot_of(chain, right=right))
+    found = {case.inverses.classification.found.title for case in cases}
+    assert found == {title} or (right and found)
+    assert {case.function for case in cases} == {"ik"}
+    assert not lost_of(cases)
+
+
+def test_an_added_axis_is_said():
+    (case,) = cases_of(robot_of("R/R=R/RxR"))
+    assert [axis.name for axis in case.inverses.classification.lines.added] == ["added_axis"]
+    words = explain(robot_of("R/R=R/RxR"))
+    assert "spherical wrist, with added_axis at 0 beside the arm's joints" in words.line
+    assert "added_axis at 0" in str(words)
+
+
+def test_five_joints_without_neighbours_that_meet_have_no_structure():
+    assert not cases_of(robot_of("R/R/R/R/R"))
 
 
 @pytest.fixture(scope="module")
