@@ -114,7 +114,7 @@ def classify(
         give: Indices of the joints to be given, in ascending order; () for the first choice.
     """
     lines = Lines(terms, axes_of(robot, terms))
-    reason = _unfit(robot)
+    reason = unfit(robot)
     if reason:
         return Classification(lines, None, (), reason, give=give)
     return of_lines(lines, coordinates, families, give)
@@ -199,7 +199,7 @@ def _near(
     return sorted(found, key=lambda attempt: attempt.deviation)[:MOST_NEAR]
 
 
-def _unfit(robot: Robot) -> str:
+def unfit(robot: Robot) -> str:
     """Why a chain is not classified at all; empty where it is."""
     followers = [joint.name for joint in robot.moving if joint.mimic]
     helical = [joint.name for joint in robot.moving if joint.kind == "helical"]

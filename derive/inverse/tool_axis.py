@@ -14,7 +14,7 @@ import sympy as sp
 from ..model.robot import Robot
 from ..terms.vectors import added, combination, cross
 from .chain_solution import pose_task, solve_chain
-from .classify import Classification, of_lines
+from .classify import Classification, of_lines, unfit
 from .families.family import Family
 from .steps.work import Work
 from .structure.lines import ADDED_AXIS, Axis, Lines, numbers, with_tool_axis
@@ -40,7 +40,7 @@ def by_tool_axis(
         None where another number of joints is to be found, or no structure with the axis either.
     """
     give = classification.give
-    if len(classification.lines.axes) - len(give) != JOINTS:
+    if len(classification.lines.axes) - len(give) != JOINTS or unfit(robot):
         return None
     lines = with_tool_axis(robot, classification.lines, stays=False)
     longer = of_lines(lines, families=families, give=give)

@@ -39,7 +39,7 @@ class NumericArm:
     def of(cls, robot: Robot, lines: Lines) -> "NumericArm":
         """The arm of a description; a further axis that no joint turns is left out."""
         home = numbers(lines.terms, home_of(robot, lines.terms)).reshape(4, 4)
-        axes = lines.axes[: len(robot.moving)]
+        axes = [axis for axis in lines.axes if axis.joint < len(robot.moving)]
         return cls(
             np.array([axis.direction for axis in axes]),
             np.array([axis.origin for axis in axes]),

@@ -33,7 +33,7 @@ def structure(classification: Classification, found: Attempt) -> str:
     if added:
         sentences.append(
             f"To the arm's joints {in_words(added)} is added, a joint whose angle is 0 where they"
-            " reach the pose."
+            f" reach the pose. Axes are counted with it; its angle has the last number."
         )
     names = [escape(classification.lines.axes[k].name) for k in found.given]
     if names:

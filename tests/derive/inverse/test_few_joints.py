@@ -70,6 +70,18 @@ def test_an_added_axis_is_said():
     assert "added_axis at 0" in str(words)
 
 
+def test_no_axis_is_added_to_joints_of_which_one_follows(tmp_path):
+    path = tmp_path / "arm.urdf"
+    fifth = '<mimic joint="elbow" multiplier="-1"/><limit lower="-3" upper="3"/>'
+    wrist = SOLD.replace('<limit lower="-3" upper="3"/>', fifth).replace("{along}", "0.1")
+    last = """<link name="l5"/><joint name="last" type="continuous"><parent link="tool0"/>
+    <child link="l5"/><axis xyz="0 1 0"/></joint></robot>"""
+    path.write_text(wrist.replace("</robot>", last))
+    robot = from_urdf(path)
+    assert (len(robot.moving), len(robot.coordinates)) == (5, 4)
+    assert "follows another joint" in explain(robot).line
+
+
 def test_five_joints_without_neighbours_that_meet_have_no_structure():
     assert not cases_of(robot_of("R/R/R/R/R"))
 
