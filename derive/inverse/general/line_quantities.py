@@ -22,6 +22,7 @@ Source:
     Journal of Mechanical Design 115 (1993), section 3, for the fourteen equations.
 """
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -58,6 +59,7 @@ def motion(T: Array) -> Array:
     return A
 
 
+@cache
 def turn(sign: int) -> tuple[Array, Array, Array]:
     """A turn by ``sign * theta`` about z: the matrices (15, 15) of 1, cos theta and sin theta."""
     fixed, c, s = (np.zeros((SIZE, SIZE), int) for _ in range(3))
@@ -67,6 +69,8 @@ def turn(sign: int) -> tuple[Array, Array, Array]:
         s[y, x], s[x, y] = sign, -sign
     for k in (PP, PL, ONE):
         fixed[k, k] = 1
+    for matrix in (fixed, c, s):
+        matrix.flags.writeable = False
     return fixed, c, s
 
 

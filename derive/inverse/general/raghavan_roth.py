@@ -122,22 +122,29 @@ def is_fit(robot: Robot, joints: int = JOINTS) -> bool:
 
 
 def doubled(six: Array) -> Array:
-    """Six equations (6, 9) as twelve (12, 12) by the half angle f of the fourth joint.
+    """Six equations (..., 6, 9) as twelve (..., 12, 12) by the half angle f of the fourth joint.
 
     Each equation times cos f and times sin f; columns (cos 3f, sin 3f, cos f, sin f) x (1, c5, s5).
     """
-    one, c, s = six[:, :3], six[:, 3:6] / 2, six[:, 6:] / 2
-    return np.vstack([np.hstack([c, s, one + c, s]), np.hstack([-s, c, s, one - c])])
+    one, c, s = six[..., :3], six[..., 3:6] / 2, six[..., 6:] / 2
+    by_cos, by_sin = [c, s, one + c, s], [-s, c, s, one - c]
+    return np.concatenate([np.concatenate(row, -1) for row in (by_cos, by_sin)], -2)
 
 
 def suppressed(found: LineEquations, halved: int) -> Array:
-    """M (3, 12, 12) of 1, cos and sin of the suppressed angle: M(theta) u = 0 at a solution."""
-    orthogonal, _ = np.linalg.qr(found.left[:, 1:], mode="complete")
+    """M (..., 3, 12, 12) of 1, cos and sin of the suppressed angle: M(theta) u = 0 at a solution.
+
+    Args:
+        found: The equations (..., 14, 9) and (..., 3, 14, 9), in numbers.
+        halved: Which of the two angles on the right is halved.
+    """
+    orthogonal, _ = np.linalg.qr(found.left[..., 1:], mode="complete")
     right = found.right.copy()
-    right[0, :, 0] -= found.left[:, 0]
-    six = np.array([orthogonal[:, 8:].T @ part for part in right]).reshape(3, 6, 3, 3)
-    six = six.swapaxes(2, 3) if halved else six
-    return np.array([doubled(part.reshape(6, 9)) for part in six])
+    right[..., 0, :, 0] -= found.left[..., 0]
+    six = orthogonal[..., None, :, 8:].mT @ right
+    six = six.reshape(*six.shape[:-1], 3, 3)
+    six = six.mT if halved else six
+    return doubled(six.reshape(*six.shape[:-2], 9))
 
 
 def forward(constants: Sequence[Array], angles: Sequence[float]) -> Array:

@@ -164,18 +164,27 @@ def _order(split: Split) -> tuple[tuple[int, ...], int]:
 
 
 def _rated(constants: Sequence[Array], given: int | None) -> list[Rating]:
-    found: dict[Split, list[float]] = {split: [] for split in splits()}
-    for angles in configurations(len(constants) - 1, given):
+    found: dict[tuple[tuple[int, ...], int], list[LineEquations]] = {}
+    orders = {_order(split): split for split in splits()}
+    configured = configurations(len(constants) - 1, given)
+    for angles in configured:
         six = without(constants, given, 0.0 if given is None else angles[given])
-        q = [angle for k, angle in enumerate(angles) if k != given]
-        scaled = _scaled([*six, forward(six, q)], length(six))
-        by_order: dict[tuple[tuple[int, ...], int], LineEquations] = {}
-        for split, values in found.items():
-            order = _order(split)
-            if order not in by_order:
-                by_order[order] = equations(scaled[:-1], split, scaled[-1])
-            values.append(_separation(by_order[order], split, q))
-    return [Rating(split, tuple(values)) for split, values in found.items()]
+        scaled = _scaled([*six, forward(six, _solved(angles, given))], length(six))
+        for order, split in orders.items():
+            found.setdefault(order, []).append(equations(scaled[:-1], split, scaled[-1]))
+    stacked = {
+        order: LineEquations(np.stack([e.left for e in each]), np.stack([e.right for e in each]))
+        for order, each in found.items()
+    }
+    q = np.array([_solved(angles, given) for angles in configured])
+    return [
+        Rating(split, tuple(_separations(stacked[_order(split)], split, q))) for split in splits()
+    ]
+
+
+def _solved(angles: Sequence[float], given: int | None) -> list[float]:
+    """The angles of the joints that are not given."""
+    return [angle for k, angle in enumerate(angles) if k != given]
 
 
 def _scaled(poses: Sequence[Array], size: float) -> list[Array]:
@@ -188,18 +197,28 @@ def length(constants: Sequence[Array]) -> float:
     return sum(float(np.linalg.norm(E[:3, 3])) for E in constants[1:]) or 1.0
 
 
-def _separation(found: LineEquations, split: Split, q: Sequence[float]) -> float:
-    """Second smallest singular value at a solution over the greatest; NaN for a bad split."""
+def _separations(found: LineEquations, split: Split, q: Array) -> list[float]:
+    """Second smallest singular value at solutions q (C, 6) over the greatest; NaN for a bad split.
+
+    Args:
+        found: The equations of each pose, (C, 14, 9) and (C, 3, 14, 9).
+        split: Their split.
+        q: The six angles at each pose.
+    """
     M = suppressed(found, split.halved)
     turns = 2 * np.pi * np.arange(SAMPLES) / SAMPLES
-    sampled = np.tensordot(np.array([np.ones(SAMPLES), np.cos(turns), np.sin(turns)]).T, M, 1)
-    degrees = np.abs(np.fft.rfft(np.linalg.det(sampled)))
-    if not degrees[DEGREE + 1 :].max() < DETERMINANT_TAIL * degrees.max():
-        return np.nan
-    angle = split.sense * q[split.joints[2]]
-    at = np.tensordot(np.array([1.0, np.cos(angle), np.sin(angle)]), M, 1)
-    sizes = np.linalg.svd(at, compute_uv=False)
-    return float(sizes[-2] / sizes[0])
+    degrees = np.abs(np.fft.rfft(np.linalg.det(_at(turns, M[:, None]))))
+    is_fit = degrees[:, DEGREE + 1 :].max(-1) < DETERMINANT_TAIL * degrees.max(-1)
+    sizes = np.linalg.svd(_at(split.sense * q[:, split.joints[2]], M), compute_uv=False)
+    parts = np.full(len(q), np.nan)
+    np.divide(sizes[:, -2], sizes[:, 0], out=parts, where=is_fit)
+    return [float(part) for part in parts]
+
+
+def _at(angle: Array, M: Array) -> Array:
+    """M (..., 3, 12, 12) of 1, cos and sin of an angle at angles (...), as (..., 12, 12)."""
+    c, s = np.cos(angle)[..., None, None], np.sin(angle)[..., None, None]
+    return np.asarray(M[..., 0, :, :] + c * M[..., 1, :, :] + s * M[..., 2, :, :])
 
 
 def configurations(joints: int, given: int | None) -> list[list[float]]:
