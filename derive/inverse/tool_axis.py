@@ -16,8 +16,10 @@ from ..terms.vectors import added, combination, cross
 from .chain_solution import pose_task, solve_chain
 from .classify import Classification, of_lines, unfit
 from .families.family import Family
+from .lost_poses import lost_poses
 from .steps.work import Work
 from .structure.lines import ADDED_AXIS, Axis, Lines, numbers, with_tool_axis
+from .structure.numeric_arm import NumericArm
 from .subproblems.turns import any_across
 from .tasks.partial_poses import position_direction, target_of_direction
 from .tasks.task import Solved
@@ -59,12 +61,23 @@ def by_tool_axis(
 def _by_added_axis(
     robot: Robot, classification: Classification, families: Sequence[Family]
 ) -> tuple[Classification, dict[str, Solved]] | None:
-    """The same by a joint that is added at either end, for the pose alone."""
+    """The same by a joint that is added at either end, for the pose alone.
+
+    The first axis is taken that loses no pose at right angles, or the one that loses the fewest.
+    """
+    arm = NumericArm.of(robot, classification.lines)
+    best: tuple[int, Classification, Solved] | None = None
     for still in _with_added_axis(classification.lines):
         longer = of_lines(still, families=families)
-        if longer.found is not None and longer.tier == "exact" and not longer.found.given:
-            return longer, {"ik": pose_task(robot, still, longer.found)}
-    return None
+        if longer.found is None or longer.tier != "exact" or longer.found.given:
+            continue
+        task = pose_task(robot, still, longer.found)
+        lost = lost_poses(arm, task.function)
+        if best is None or lost < best[0]:
+            best = lost, longer, task
+        if not lost:
+            break
+    return None if best is None else (best[1], {"ik": best[2]})
 
 
 def _with_added_axis(lines: Lines) -> Iterator[Lines]:

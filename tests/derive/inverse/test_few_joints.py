@@ -5,7 +5,7 @@ import pytest
 
 from bench.accuracy.losses import losses_of
 from bench.accuracy.verdict import judged
-from bench.cases.drawn_arms import cases_of
+from bench.cases.drawn_arms import cases_of, random_arm
 from bench.cases.poses import PoseSet
 from bench.cases.synthetic import robot_of
 from chasles.derive import explain, from_urdf
@@ -80,6 +80,15 @@ def test_no_axis_is_added_to_joints_of_which_one_follows(tmp_path):
     robot = from_urdf(path)
     assert (len(robot.moving), len(robot.coordinates)) == (5, 4)
     assert "follows another joint" in explain(robot).line
+
+
+@pytest.mark.parametrize("seed", [604, 1289])
+def test_the_axis_is_added_that_loses_no_pose_at_right_angles(seed):
+    """The first axis that gives a structure loses some."""
+    cases = cases_of(random_arm(seed))
+    assert [case.function for case in cases] == ["ik"]
+    assert not cases[0].inverses.functions["ik"].role.searches
+    assert not lost_of(cases)
 
 
 def test_five_joints_without_neighbours_that_meet_have_no_structure():
