@@ -47,7 +47,7 @@ class Assembly:
         loops: Rates of the solved angles.
         relations: Sums of turning vectors that are zero.
         open: Names of the edges between bodies that could not be joined.
-        exists: Whether all joints fit on this branch.
+        exists: Whether all joints fit on this branch, and it holds all bodies.
     """
 
     steps: tuple[LoopStep, ...]
@@ -94,5 +94,6 @@ def assemble(
 
 
 def _fits(clusters: Clusters, elsewhere: Sequence[AtReference]) -> bool:
-    """Whether joints that repeat others fit on a branch, wherever its loops close."""
-    return not any(gap > OFF_BRANCH for gap in map(clusters.gap, elsewhere))
+    """Whether joints that repeat others fit on a branch, and pins stay apart, where it closes."""
+    is_open = any(gap > OFF_BRANCH for gap in map(clusters.gap, elsewhere))
+    return not is_open and not clusters.coincide(elsewhere)

@@ -15,7 +15,7 @@ import sympy as sp
 
 from ...model.errors import RobotError
 from ...model.roots import angle_of
-from ...model.tolerances import BRANCHES_APART
+from ...model.tolerances import BRANCHES_APART, OFF_BRANCH
 from ...terms.tangents import LoopRate
 from ...terms.terms import Terms
 from .loop_step import LoopStep
@@ -97,6 +97,7 @@ class Clusters:
         loops: Rates of the solved angles.
         relations: Sums of turning vectors that are zero.
         travels: Travels of slides that steps have given, by name.
+        bases: Vectors between two pins about which bodies turn to meet in a third.
     """
 
     def __init__(
@@ -116,6 +117,7 @@ class Clusters:
         self.loops: dict[sp.Symbol, LoopRate] = {}
         self.relations: list[PhasorSum] = []
         self.travels: dict[str, sp.Expr] = {}
+        self.bases: list[PhasorSum] = []
 
     # --- which clusters there are ---
 
@@ -347,6 +349,18 @@ class Clusters:
         """
         gaps = [self._gap(edge, at) for edge in self.linkage.edges]
         return math.nan if any(map(math.isnan, gaps)) else max(gaps)
+
+    def coincide(self, everywhere: Sequence[AtReference]) -> bool:
+        """Whether two pins of a base are one point at each of some configurations.
+
+        The bodies on them then turn freely together, and their place follows from rounding.
+
+        Args:
+            everywhere: Configurations; those at which a loop does not close do not count.
+        """
+        lengths = [[abs(at.vector(base)) / at.size for at in everywhere] for base in self.bases]
+        closed = ([part for part in of if not math.isnan(part)] for of in lengths)
+        return any(of and max(of) < OFF_BRANCH for of in closed)
 
     def _gap(self, edge: Edge, at: AtReference) -> float:
         """How far a joint is open, in parts of the size; 0 between bodies that are not joined."""

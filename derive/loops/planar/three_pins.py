@@ -200,6 +200,7 @@ class ThreePins(PlanarStep):
         if pins is None:
             return False
         dyad = dyad_of(clusters, pins)
+        clusters.bases.append(dyad.D)
         sign = clusters.sign(side_of(clusters, dyad), dyad.pins)
         terms = clusters.terms
         v, w, d = (arm(terms, vector) for vector in (dyad.V, dyad.W, dyad.D))

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import pytest
 import sympy as sp
-from mechanisms import BASE, at, excavator_arm, near, parallelogram, pin
+from mechanisms import BASE, at, excavator_arm, near, parallelogram, pin, slider
 
-from chasles.derive import Frame, Mechanism, Strut, artifacts, derive
+from chasles.derive import Frame, Joint, Mechanism, Strut, artifacts, derive
 from chasles.derive.loops import hybrid
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.model.mechanism import Closure
@@ -105,3 +105,43 @@ def test_passive_joints_make_no_branch_of_their_own():
     whole = in_a_row(2)
     inner = replace(whole, tool_body="rocker0_b")
     assert labels(inner, "chain_all") == ("pin0 left", "pin0 right")
+
+
+def scissor_lift():
+    """Two pairs of crossed bars; a crank holds the first, and its other foot slides."""
+    along_x = ("y", sp.pi / 2)
+    joints = (
+        pin("crank", BASE, "right"),
+        slider("foot", BASE, "foot_b", 0, 0, 0, along_x),
+        Joint(
+            "left",
+            "revolute",
+            before=at(0, 0, 0, ("y", -sp.pi / 2)),
+            link="left_b",
+            parent="foot_b",
+        ),
+        pin("upper_left", "right", "upper_left_b", 2),
+        pin("upper_right", "left_b", "upper_right_b", 2),
+    )
+    closures = (
+        Closure("cross", "pin", Frame("right", at(1)), Frame("left_b", at(1))),
+        Closure("upper", "pin", Frame("upper_left_b", at(1)), Frame("upper_right_b", at(1))),
+    )
+    reference = near(
+        ("crank", "0.6"),
+        ("foot", "1.65"),
+        ("left", "2.54"),
+        ("upper_left", "1.9"),
+        ("upper_right", "-1.9"),
+    )
+    return Mechanism(
+        "lift", joints, ("crank",), closures=closures, tool_body="upper_left_b", reference=reference
+    )
+
+
+def test_bars_that_lie_on_each_other_hold_nothing():
+    """With both feet in one point the upper bars hang on one point, and may turn together."""
+    assert labels(scissor_lift(), "chain_all") == (
+        "cross far, upper right",
+        "cross far, upper left",
+    )
