@@ -173,6 +173,16 @@ class GivenValues:
 
     def _derived(self, names: tuple[str, ...]) -> Function[Solutions]:
         """The inverse for given joints, derived first if the cache has none."""
+        coordinates = [c.name for c in self.manifest.coordinates]
+        if self.manifest.loops.chain and len(coordinates) < len(self._joints):
+            own = (
+                f"; ik takes the values of {', '.join(self._own_given)}" if self._own_given else ""
+            )
+            raise DerivationError(
+                f"{self._label}: no other joint can be given: loops couple the joints of the main "
+                f"chain{own}; ik_numeric(T, lock=...) finds a solution in which some of "
+                f"{', '.join(coordinates)} are held"
+            )
         description = description_of(self.manifest.folder)
         if description is None:
             chosen = ",".join(names)

@@ -213,3 +213,13 @@ def test_help_names_the_joints(panda):
     assert "given" not in inspect.signature(panda.fk).parameters
     doc = panda.ik.__doc__
     assert "Joints: joint1, joint2, joint3, joint4, joint5, joint6, joint7." in doc
+
+
+@pytest.mark.parametrize("name", ["board_installer", "delta"])
+def test_loops_that_couple_the_chain_are_told_without_deriving(name, capfd):
+    robot = chasles.load(name)
+    T = robot.fk(robot.reference.q)
+    told = "no other joint can be given: loops couple .*; ik_numeric.* some of "
+    with pytest.raises(chasles.DerivationError, match=told + robot.coordinates[0].name):
+        robot.ik(T, given={robot.chain_joints[0].name: 0.1})
+    assert capfd.readouterr().err == ""
