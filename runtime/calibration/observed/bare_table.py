@@ -34,13 +34,16 @@ def header_of(path: Path, rows: Sequence[TableLine], robot: Any, said: list[str]
     Raises:
         InputValueError: Its columns are not told; the message gives a header as it should be.
     """
-    values = np.array([[number(cell) for cell in row.cells] for row in _whole(rows)])
+    whole = _whole(rows)
+    if len(whole) < _LEAST:
+        raise _asked(path, rows, robot)
+    values = np.array([[number(cell) for cell in row.cells] for row in whole])
     joints = [f"q{k + 1}" for k in range(robot.n)]
     counted = _counts(values)
     named = [*(["id"] if counted else []), *joints]
     rest = values.shape[1] - len(named)
     first, last = values[:, counted : counted + robot.n], values[:, rest + counted :]
-    if rest < len(AXES) or len(values) < _LEAST:
+    if rest < len(AXES):
         raise _asked(path, rows, robot)
     ends = [
         (header, positions)

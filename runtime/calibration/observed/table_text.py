@@ -88,10 +88,11 @@ def _separator(texts: Sequence[str]) -> str:
 
 
 def _split(texts: Sequence[str], separator: str) -> Iterator[list[str]]:
-    if separator:
-        yield from csv.reader(texts, delimiter=separator, skipinitialspace=True)
-    else:
-        for text in texts:
+    for text in texts:
+        if separator:
+            # Line by line: a quotation mark that nobody closes must not take the next line along.
+            yield next(csv.reader([text], delimiter=separator, skipinitialspace=True), [])
+        else:
             yield _BEFORE_UNIT.split(text.strip())
 
 

@@ -306,6 +306,30 @@ def test_cells_that_are_no_number_are_named(tmp_path, cell):
         read_measurements(path, ROBOT)
 
 
+def test_damaged_tables_are_read_or_refused(tmp_path):
+    """400 tables with characters lost, added or exchanged raise no other error."""
+    random, refused = np.random.default_rng(5), 0
+    for k in range(400):
+        header = [JOINTS[k % 26].format(i + 1) for i in range(6)]
+        header += [PLACES[k % 17].format(a, j + 1, a.upper()) for j in range(3) for a in "xyz"]
+        separator = ",;\t |"[random.integers(5)]
+        path = written(tmp_path / "t.csv", header if k % 5 else [], NUMBERS, separator)
+        text = list(path.read_text(encoding="utf-8"))
+        for _ in range(random.choice([1, 2, 20])):
+            at = int(random.integers(len(text)))
+            text[at] = random.choice(
+                ["", "x", ",", ";", '"', "\n", "#", "[", ")", ".", "-", " ", "\0"]
+            )
+            if random.random() < 0.1:
+                del text[at : at + int(random.integers(300))]
+        path.write_text("".join(text) or "x", encoding="utf-8")
+        try:
+            read_measurements(path, ROBOT)
+        except InputValueError as error:
+            refused += "t.csv" in str(error)
+    assert 200 < refused < 400
+
+
 def test_a_spreadsheet(tmp_path):
     path = tmp_path / "t.xlsx"
     path.write_bytes(b"PK\x03\x04rest")
