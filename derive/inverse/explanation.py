@@ -96,6 +96,10 @@ class Explanation:
             return f"{title}\n\n{self.loops}"
         classification = self.inverses.classification
         parts = [title, _structure(classification, is_general=self.inverses.general is not None)]
+        free = [joint.name for joint in self.chain.moving if joint.mimic]
+        if classification.found is not None and free:
+            one = "follows another joint, and is" if len(free) == 1 else "follow others, and are"
+            parts.append(f"{listed(free)} {one} free in these steps; the residual is by the law.")
         if classification.found is not None:
             parts += [_task(name, solved) for name, solved in self.inverses.solved.items()]
         if self.inverses.general is not None:

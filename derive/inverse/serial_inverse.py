@@ -18,6 +18,7 @@ from .chain_solution import pose_task
 from .classify import Attempt, Classification, classify, others_that_fit
 from .families import FAMILIES
 from .families.family import Family
+from .followers import by_free_followers
 from .general.general_inverse import GeneralInverse, general_inverse, general_tables
 from .led import separations, share_led
 from .lost_poses import lost_poses
@@ -182,6 +183,16 @@ def _by_tool_axis(
     return None if found is None else _searching(robot, Inverses(*found))
 
 
+def _by_free_followers(
+    robot: Robot, classification: Classification, families: Sequence[Family]
+) -> Inverses | None:
+    """The pose task of a chain in which joints follow others."""
+    if classification.give:
+        return None
+    found = by_free_followers(robot, classification.lines.terms, families)
+    return None if found is None else Inverses(found[0], {"ik": found[1]})
+
+
 def _by_determinant(
     robot: Robot, classification: Classification, _: Sequence[Family]
 ) -> Inverses | None:
@@ -193,5 +204,11 @@ def _by_determinant(
 
 
 Way = Callable[[Robot, Classification, Sequence[Family]], Inverses | None]
-WAYS: tuple[Way, ...] = (_by_structure, _by_nominal, _by_tool_axis, _by_determinant)
+WAYS: tuple[Way, ...] = (
+    _by_structure,
+    _by_nominal,
+    _by_tool_axis,
+    _by_free_followers,
+    _by_determinant,
+)
 """The ways to an inverse, in the order in which they are tried."""

@@ -32,6 +32,7 @@ HEXAPOD = (
 SUPPORTS = {
     "general": ("chasles_general.h", *GENERAL),
     "general_given": ("chasles_general_given.h", *GENERAL),
+    "general_tool": ("chasles_general_tool.h", *GENERAL),
     "hexapod": ("chasles_hexapod.h", *HEXAPOD),
     "triad": ("chasles_triad.h", "chasles_triad_tolerances.h", *CIRCLE),
 }

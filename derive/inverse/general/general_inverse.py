@@ -4,9 +4,11 @@ from dataclasses import dataclass
 
 from ...model.robot import Robot
 from ...terms.symbolic_function import Table, WrittenFunction
+from ..structure.lines import TOOL_AXIS
 from . import written_inverse
 from .raghavan_roth import JOINTS, is_fit, numbers
 from .split_choice import Choice, choice_at, choose
+from .tool_joint import OWN, with_tool_joint
 
 
 @dataclass(frozen=True)
@@ -31,12 +33,14 @@ class GeneralInverse:
 
 
 def general_inverse(robot: Robot, give: tuple[int, ...] = ()) -> GeneralInverse | None:
-    """The inverse of an arm of six or seven revolute joints, or None where it has none.
+    """The inverse of an arm of five to seven revolute joints, or None where it has none.
 
     Args:
         robot: The description.
         give: Index of the joint of seven to be given; () for the one that is best.
     """
+    if not give and is_fit(robot, OWN):
+        return _of_five(robot)
     sizes = (JOINTS + len(give),) if give else (JOINTS, JOINTS + 1)
     if len(give) > 1 or not any(is_fit(robot, joints) for joints in sizes):
         return None
@@ -49,9 +53,23 @@ def general_inverse(robot: Robot, give: tuple[int, ...] = ()) -> GeneralInverse 
         f"an arm of {count} revolute joints without a structure (Raghavan and Roth)",
         "by the roots of a determinant",
         choice,
-        written_inverse.inverse(robot, choice),
+        written_inverse.inverse(robot, choice, numbers(robot)),
         _steps(robot, choice),
         given,
+    )
+
+
+def _of_five(robot: Robot) -> GeneralInverse | None:
+    """The inverse of five joints, which are solved as six."""
+    arm = with_tool_joint(numbers(robot))
+    if arm is None:
+        return None
+    return GeneralInverse(
+        "an arm of five revolute joints without a structure (Raghavan and Roth)",
+        "by the roots of a determinant",
+        arm.choice,
+        written_inverse.inverse(robot, arm.choice, arm.constants),
+        _steps(robot, arm.choice),
     )
 
 
@@ -68,11 +86,12 @@ def general_tables(
     if len(given) > 1 or not is_fit(robot, JOINTS + len(given)):
         return ()
     choice = choice_at(numbers(robot), given[0] if given else None, apart)
-    return () if choice is None else written_inverse.tables(robot, choice)
+    return () if choice is None else written_inverse.tables(robot, choice, numbers(robot))
 
 
 def _steps(robot: Robot, choice: Choice) -> tuple[str, ...]:
     free = [joint.name for k, joint in enumerate(robot.moving) if k != choice.given]
+    free += [TOOL_AXIS] * (JOINTS - len(free))
     one, two, suppressed, v, w, last = (free[k] for k in choice.splits[0].joints)
     half, other = (w, v) if choice.splits[0].halved else (v, w)
     steps = (
@@ -88,6 +107,12 @@ def _steps(robot: Robot, choice: Choice) -> tuple[str, ...]:
         "refine the result.",
         *_others(free, choice),
     )
+    if TOOL_AXIS in free:
+        return (
+            f"{TOOL_AXIS} is a sixth joint, which turns the tool about an axis of the tool. The "
+            "five joints reach a pose where its angle is 0; other solutions are none of theirs.",
+            *steps,
+        )
     if choice.given is None:
         return steps
     name = robot.moving[choice.given].name

@@ -1,5 +1,7 @@
 """The inverse of a general arm: the function ``ik``, solved over the arm's placements."""
 
+from collections.abc import Sequence
+
 from ...chain.kinematics import arguments_of
 from ...model.robot import Robot
 from ...terms.role import Role
@@ -7,11 +9,11 @@ from ...terms.symbolic_function import Argument, Result, Table, WrittenFunction
 from ..chain_solution import given_argument
 from ..tasks.slots import pose_argument
 from .line_quantities import Array
-from .raghavan_roth import numbers
+from .raghavan_roth import JOINTS
 from .split_choice import Choice, length
 
-SIX, SEVEN = "general", "general_given"
-"""The solvers of six joints, and of seven of which one is given."""
+FIVE, SIX, SEVEN = "general_tool", "general", "general_given"
+"""The solvers of five joints, of six, and of seven of which one is given."""
 SLOTS = 16
 MOST_JOINTS = 7
 """Room for joints in the tables of the C."""
@@ -21,7 +23,7 @@ for its roots, and 18,000 for the other joints and Newton's steps."""
 CALLS = ("fk_jacobian_mixed",)
 
 
-def inverse(robot: Robot, choice: Choice) -> WrittenFunction:
+def inverse(robot: Robot, choice: Choice, constants: Sequence[Array]) -> WrittenFunction:
     """The function ``ik``: every solution of a pose, in sixteen slots.
 
     Solutions come first, in the order of the suppressed joint; the other slots hold the nearest
@@ -29,6 +31,11 @@ def inverse(robot: Robot, choice: Choice) -> WrittenFunction:
     solution is |det J| over the product of the lengths of J's columns, with metres in parts of the
     arm's length: 0 where J is singular and two solutions meet, at most 1. The margin of another
     slot is its negative residual.
+
+    Args:
+        robot: The description.
+        choice: The orders of the joints in the equations.
+        constants: The placements of its joints, of five joints with that which turns the tool.
     """
     n, given = len(robot.coordinates), choice.given
     outputs = (
@@ -51,8 +58,8 @@ def inverse(robot: Robot, choice: Choice) -> WrittenFunction:
         "fk(q[k]) = T wherever residual[k] is rounding",
         (pose_argument(robot), *_given(robot, given)),
         outputs,
-        SIX if given is None else SEVEN,
-        tables(robot, choice),
+        {JOINTS - 1: FIVE, JOINTS: SIX}.get(n, SEVEN),
+        tables(robot, choice, constants),
         CALLS,
         SLOTS,
         OPERATIONS,
@@ -67,15 +74,16 @@ def _given(robot: Robot, given: int | None) -> tuple[Argument, ...]:
     return (given_argument(robot, given, symbols[given]),)
 
 
-def tables(robot: Robot, choice: Choice) -> tuple[Table, ...]:
+def tables(robot: Robot, choice: Choice, constants: Sequence[Array]) -> tuple[Table, ...]:
     """The fields of ``chasles_general_arm`` behind the functions that it calls."""
-    constants = numbers(robot)
     nothing = (0.0,) * 12
     placed = tuple(_row(E) for E in constants)
+    unused = MOST_JOINTS + 1 - len(placed)
     directions = tuple(float(joint.direction) for joint in robot.moving)
-    unused = MOST_JOINTS - len(directions)
+    # The joint that turns the tool of five counts about its z axis.
+    directions += (1.0,) * (len(placed) - 1 - len(directions))
     return (
-        len(directions),
+        len(robot.moving),
         -1 if choice.given is None else choice.given,
         directions + (0.0,) * unused,
         length(constants),

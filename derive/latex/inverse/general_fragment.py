@@ -1,7 +1,11 @@
 """The equations of an arm of six revolute joints without a structure."""
 
 from ...inverse.general.general_inverse import GeneralInverse
+from ...inverse.general.raghavan_roth import JOINTS
 from ..setting.page import Page, sentence
+
+_ADDED = r"\theta_{\mathrm{tool}}"
+"""The angle of the joint that is added to five."""
 
 
 def general_arm(page: Page, general: GeneralInverse) -> str:
@@ -14,6 +18,7 @@ def general_arm(page: Page, general: GeneralInverse) -> str:
     choice, count = general.choice, general.function.branches
     split = choice.splits[0]
     free = [tex for k, tex in enumerate(_angles(page)) if k != choice.given]
+    free += [_ADDED] * (JOINTS - len(free))
     q = [free[k] for k in split.joints]
     turns = [rf"R({tex})" for tex in q]
     walked = "from the base to the tool" if split.sense > 0 else "from the tool to the base"
@@ -50,6 +55,12 @@ def _angles(page: Page) -> list[str]:
 def _given(page: Page, general: GeneralInverse) -> str:
     """The joints that are solved for, as the subject of a sentence."""
     given = general.choice.given
+    if len(_angles(page)) < JOINTS:
+        return (
+            rf"With a sixth joint of the angle ${_ADDED}$, which turns the tool about an axis of"
+            " the tool and is 0 in the solutions of a pose, the arm's five revolute joints are six."
+            " They are"
+        )
     if given is None:
         return "The arm's six revolute joints are"
     tex = _angles(page)[given]

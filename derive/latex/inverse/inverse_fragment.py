@@ -94,11 +94,21 @@ def _written(page: Page, found: Inverses, actuators: Mapping[str, sp.Symbol]) ->
         )
     if classification.found is None or not found.solved:
         return text(missing_structure(classification))
+    if any(joint.mimic for joint in page.robot.moving):
+        return text(structure(classification, classification.found), _FREE, _residual())
     tasks = list(printed_tasks(page, found, actuators).values())
     parts = [structure(classification, classification.found), _method(tasks)]
     for task in tasks:
         parts += _task(page, task, titled=len(tasks) > 1)
     return text(*parts, _together_at_last(found), _residual())
+
+
+_FREE = (
+    "This is the structure of the chain in which the joints that follow others are free. A pose of"
+    " the robot has among the solutions of the free chain those in which they follow their laws,"
+    " and no others: the residual, by the laws, tells them apart. The command"
+    r" \texttt{chasles-derive -{}-explain} prints the steps."
+)
 
 
 def _together_at_last(found: Inverses) -> str:

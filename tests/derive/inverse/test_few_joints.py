@@ -91,7 +91,7 @@ def test_the_axis_is_added_that_loses_no_pose_at_right_angles(seed):
     assert not lost_of(cases)
 
 
-def test_five_joints_without_neighbours_that_meet_have_no_structure():
+def test_five_joints_without_neighbours_that_meet_have_no_closed_form():
     assert not cases_of(robot_of("R/R/R/R/R"))
 
 

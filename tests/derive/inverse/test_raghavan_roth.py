@@ -180,7 +180,9 @@ def test_arms_of_other_joints_are_refused_by_name():
 @pytest.mark.parametrize("name", GENERAL)
 def test_the_same_description_gives_the_same_text(name):
     robot = of(name)
-    one, other = (written_inverse.inverse(r, choose(numbers(r))) for r in (robot, replace(robot)))
+    one, other = (
+        written_inverse.inverse(r, choose(numbers(r)), numbers(r)) for r in (robot, replace(robot))
+    )
     assert one == other
 
 

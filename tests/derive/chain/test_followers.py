@@ -1,0 +1,62 @@
+"""Chains in which joints follow others: solutions with free joints that obey the laws."""
+
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from bench.cases.synthetic import Function, robot_of
+from chasles.derive import Mimic, artifacts, derive, explain
+
+POSES = 500
+CHAINS = (
+    ("R+R=R=R", {"j4": ("j3", -1, 0)}),
+    ("R+R=R=R", {"j3": ("j2", -2, "1/5")}),
+    ("R/R=R/RxrxR", {"j3": ("j2", -1, "1/3")}),
+    ("R/R=R/RxrxR", {"j3": ("j2", 1, 0), "j5": ("j4", -1, "1/7")}),
+)
+
+
+def followed(chain, laws):
+    """A random chain of a structure in which some joints follow others."""
+    robot = robot_of(chain)
+    joints = (
+        replace(j, mimic=Mimic(*laws[j.name]) if j.name in laws else None) for j in robot.joints
+    )
+    return replace(robot, joints=tuple(joints))
+
+
+@pytest.mark.parametrize(("chain", "laws"), CHAINS)
+def test_every_pose_has_the_configuration_that_made_it(chain, laws):
+    found = derive(followed(chain, laws))
+    fk, ik = (Function(found.function(name)) for name in ("fk", "ik"))
+    n = len(found.robot.coordinates)
+    q = np.random.default_rng(0).uniform(-np.pi, np.pi, (POSES, n))
+    T = np.array(fk.kernel(ca.DM(q.T))).T.reshape(-1, 4, 4)
+    answers = ik(T)
+    far = np.abs((answers.q - q[:, None] + np.pi) % (2 * np.pi) - np.pi).max(axis=-1)
+    assert answers.q.shape[-1] == n
+    assert (answers.valid & (far < 1e-6)).any(axis=1).all()
+    reached = np.array(fk.kernel(ca.DM(answers.q[answers.valid].T))).T.reshape(-1, 4, 4)
+    wanted = np.repeat(T[:, None], answers.q.shape[1], axis=1)[answers.valid]
+    np.testing.assert_allclose(reached, wanted, atol=3e-9)
+    # The laws exclude most solutions of the free chain.
+    assert not answers.valid.all()
+
+
+def test_the_article_and_the_words_say_that_the_followers_are_free():
+    robot = followed(*CHAINS[0])
+    files = artifacts(robot)
+    (article,) = (text for name, text in files.items() if name.endswith("latex/inverse.tex"))
+    assert "the joints that follow others are free" in article
+    assert "j4 follows another joint, and is free in these steps" in str(explain(robot))
+
+
+def test_a_part_of_a_motion_is_not_followed_back():
+    assert "follows another joint" in explain(followed("R+R=R=R", {"j3": ("j2", "1/2", 0)})).line
+
+
+def test_a_free_chain_that_moves_behind_a_pose_has_no_inverse():
+    robot = followed("R/R/R/R/R/R/R", {"j4": ("j3", 1, 0)})
+    assert "follows another joint" in explain(robot).line
