@@ -84,6 +84,33 @@ def test_further_solutions_beside_the_nominal_ones_are_found(arm, robot):
             assert np.abs(fk(row) - T[k]).max() < TRUE
 
 
+def test_a_pose_within_reach_is_near_for_the_nominal_arm(arm):
+    """Also beside several singularities; so a pose that it misses by far is out of reach."""
+    q = near_wrist(POSES, 4)
+    stretched = -np.arctan2(0.302, 0.07)
+    q[: POSES // 2, 2] = stretched + np.random.default_rng(5).normal(scale=0.01, size=POSES // 2)
+    T = arm.fk(q)
+    assert arm.ik(T).valid.any(axis=-1).all()
+    _, residual, _ = arm.ik_nominal(T)
+    assert np.nanmin(residual, axis=-1).max() < 3 * SIZE
+
+
+def test_far_out_of_reach_the_answers_are_those_of_the_nominal_arm(arm):
+    rng = np.random.default_rng(6)
+    T = arm.fk(rng.uniform(-np.pi, np.pi, (500, 6)))
+    T[:, :3, 3] *= (rng.uniform(1.5, 4, 500) / np.linalg.norm(T[:, :3, 3], axis=-1))[:, None]
+    found = arm.ik(T)
+    q, _, margin = arm.ik_nominal(T)
+    assert not found.valid.any()
+    held = np.isfinite(q).all(-1)
+    assert held.all()
+    np.testing.assert_array_equal(found.q[:, :8], q)
+    np.testing.assert_array_equal(found.margin[:, :8], margin)
+    apart = np.linalg.norm((arm.fk(q) - T[:, None])[..., :3, 3], axis=-1)
+    assert (found.residual[:, :8] >= apart * (1 - 1e-12)).all()
+    assert np.isnan(found.residual[:, 8:]).all()
+
+
 def test_poses_of_more_than_twelve_solutions_have_all(tmp_path):
     """Some have sixteen, as many as six revolute joints may have."""
     robot = displaced(load(description("irb120")), MANY, MANY_SEED)

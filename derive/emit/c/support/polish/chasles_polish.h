@@ -167,7 +167,8 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
 #endif
 #if POLISH_IS_GENERAL
     if (POLISH_ASKED_FIRST &&
-        (!POLISH_NAME(is_rigid)(in) || (POLISH_NAME(ask)(&s, &start) && s.count > 0)))
+        (!POLISH_NAME(is_rigid)(in) ||
+         (POLISH_NAME(ask)(&s, &start) && (s.count > 0 || POLISH_NAME(is_far)(&start)))))
         return;
 #endif
     for (int k = 0; k < POLISH_SLOTS; k++) {

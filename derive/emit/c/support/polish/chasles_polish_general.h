@@ -42,6 +42,17 @@ static int POLISH_NAME(is_short)(const POLISH_NAME(search) * s, const POLISH_NAM
     return s->count == 0 || s->count % 2 || s->count < reached;
 }
 
+/* Whether the nominal arm misses a pose by far on every branch. That alone does not tell that the
+ * true arm does: near several singularities solutions are where the nominal arm is 0.8 m off. */
+static int POLISH_NAME(is_far)(const POLISH_NAME(slots) * start)
+{
+    for (int k = 0; k < POLISH_SLOTS; k++) {
+        if (start->residual[k] < POLISH_FARTHEST)
+            return 0;
+    }
+    return 1;
+}
+
 #if !POLISH_UNFOLDS
 /* Whether the branches may not be all solutions. `first` holds what is known of the first steps of
  * each branch. */
