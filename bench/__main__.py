@@ -30,7 +30,7 @@ from .measures import derivation, frames, scenes, studies
 from .peers.forward import absent
 from .plans import FULL, QUICK, SECTIONS, without_slow_builds
 from .report import Plan, out, records, save, tables
-from .robustness import attempts, built_robots, open_loops, single_errors
+from .robustness import attempts, built_arms, built_robots, open_loops, single_errors
 
 DERIVATION = "derivation"
 ARMS = 50
@@ -61,7 +61,9 @@ COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {
     "loops": lambda o: loop_numbers.run(o.count),
     "mutants": lambda o: cleaned_files.run(o.urdfs, o.count, o.first),
     "as_built": lambda o: (
-        built_robots.run(o.draws, o.first) if o.once is None else single_errors.run(o.once)
+        single_errors.run(o.once)
+        if o.once is not None
+        else (built_arms if o.arms else built_robots).run(o.draws, o.first)
     ),
     "least_squares": lambda o: open_loops.run(o.draws, o.first),
     "robust": lambda o: attempts.run(o.folder, o.files, o.derived, o.arms, o.seed),
@@ -169,6 +171,7 @@ def _add_sweeps(commands: Any) -> None:
     built = commands.add_parser("as_built", help="a robot with loops as built, derived and judged")
     built.add_argument("--draws", type=int, default=100, help="number of draws")
     built.add_argument("--first", type=int, default=0, help="number of the first draw")
+    built.add_argument("--arms", action="store_true", help="arms that rods and cylinders drive")
     alone = "each error alone instead, of these robots; of all with loops if none is named"
     built.add_argument("--once", nargs="*", metavar="ROBOT", help=alone)
     open_ = commands.add_parser("least_squares", help="overconstrained loops that cannot close")

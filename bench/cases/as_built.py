@@ -192,17 +192,20 @@ def out_of_plane(mechanism: Mechanism, rng: np.random.Generator) -> Mechanism:
 
     Each is moved by 0.1 to 0.5 mm and turned by 0.1 to 2 mrad about each axis of its frame.
     """
+    joints = tuple(replace(j, before=(*j.before, *displaced(rng))) for j in mechanism.joints)
+    closures = tuple(
+        replace(c, a=replace(c.a, placement=(*c.a.placement, *displaced(rng))))
+        for c in mechanism.closures
+    )
+    return replace(mechanism, joints=joints, closures=closures, closure="least squares")
+
+
+def displaced(rng: np.random.Generator) -> Placement:
+    """A shift of 0.1 to 0.5 mm along, and a turn of 0.1 to 2 mrad about each axis of a frame."""
 
     def drawn(least: float, most: float) -> sp.Rational:
         value = rng.uniform(least, most) * rng.choice((-1, 1))
         return sp.Rational(f"{value:.{DECIMALS}f}")
 
-    def off() -> Placement:
-        shift = Translation(tuple(drawn(1e-4, 5e-4) for _ in range(3)))
-        return (shift, *(Rotation(axis, drawn(1e-4, 2e-3)) for axis in "xyz"))
-
-    joints = tuple(replace(j, before=(*j.before, *off())) for j in mechanism.joints)
-    closures = tuple(
-        replace(c, a=replace(c.a, placement=(*c.a.placement, *off()))) for c in mechanism.closures
-    )
-    return replace(mechanism, joints=joints, closures=closures, closure="least squares")
+    shift = Translation(tuple(drawn(1e-4, 5e-4) for _ in range(3)))
+    return (shift, *(Rotation(axis, drawn(1e-4, 2e-3)) for axis in "xyz"))

@@ -328,13 +328,27 @@ class DrawnMechanism:
 
 def drawn_mechanism(seed: int) -> DrawnMechanism:
     """The mechanism of a seed."""
+    family = list(FAMILIES)[seed % len(FAMILIES)]
+    return drawn(FAMILIES[family], family, seed)
+
+
+def drawn(
+    sketched: Callable[[Sketch], None], family: str, seed: int, scale: sp.Expr | None = None
+) -> DrawnMechanism:
+    """A mechanism with a reference at which its loops close.
+
+    Args:
+        sketched: Draws the members.
+        family: The name of such mechanisms.
+        seed: The seed.
+        scale: Factor of all lengths; drawn too by default.
+    """
     draw = random.Random(seed)
     rng = np.random.default_rng(seed)
-    family = list(FAMILIES)[seed % len(FAMILIES)]
-    scale = draw.choice(SCALES)
+    scale = scale or draw.choice(SCALES)
     for _ in range(ATTEMPTS):
         sketch = Sketch(draw)
-        FAMILIES[family](sketch)
+        sketched(sketch)
         open_ = _mechanism(sketch, scale, f"m{seed}", draw.choice(sketch.tools))
         numbers = Multistart(open_)
         q = numbers.random_q(rng, 1)
