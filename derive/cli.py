@@ -32,6 +32,7 @@ class Detail(StrEnum):
 
     FULL = "full"
     BRIEF = "brief"
+    NONE = "none"
 
 
 app = typer.Typer(pretty_exceptions_enable=False)
@@ -110,7 +111,9 @@ def derive(
     ] = False,
     detail: Annotated[
         Detail,
-        typer.Option(help="The article: full, or brief without screws, examples, singularities."),
+        typer.Option(
+            help="The article: full, brief without screws, examples, singularities, or none."
+        ),
     ] = Detail.FULL,
     jobs: Annotated[int, typer.Option(min=1, help="Robots at once.")] = os.cpu_count() or 1,
     limit: Annotated[
@@ -155,7 +158,7 @@ def derive(
             exact=exact,
             give=given,
             parametric=parametric,
-            brief=detail is Detail.BRIEF,
+            detail=detail.value,
             limit=limit,
         )
         for file, words in files

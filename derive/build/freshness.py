@@ -35,7 +35,7 @@ class Job:
         exact: Whether the numbers of the description are taken as they are written.
         give: Names of the joints whose values ``ik`` takes; those that it needs if empty.
         parametric: Whether the parametric functions are derived too.
-        brief: Whether the article is short.
+        detail: How much the article tells: full, brief or none.
         limit: Seconds that the derivation may take; 0 is no limit.
     """
 
@@ -50,7 +50,7 @@ class Job:
     exact: bool = False
     give: tuple[str, ...] = ()
     parametric: bool = False
-    brief: bool = False
+    detail: str = "full"
     limit: float = 0
 
 
@@ -83,7 +83,7 @@ def _recipe(job: Job) -> str:
         job.exact,
         job.give,
         job.parametric,
-        job.brief,
+        job.detail,
     )
     calibration = [job.calibration.read_bytes()] if job.calibration else []
     described = [*_description(job), *calibration]

@@ -14,7 +14,7 @@ from ..description.importers.chains import chains, is_imported, opened
 from ..description.importers.identifiers import identifier, prefix
 from ..description.importers.ur_calibration import calibrated
 from ..description.robot_files import load
-from ..emit.languages import BRIEF, EMITTERS
+from ..emit.languages import DETAILS
 from ..inverse.explanation import explain
 from ..model.errors import RobotError
 from ..model.mechanism import Described, Mechanism
@@ -169,8 +169,7 @@ def _derive(job: Job) -> Report:
 
 def _files(job: Job, robot: Described) -> dict[str, str]:
     wanted = job.functions or None
-    emitters = BRIEF if job.brief else EMITTERS
-    return artifacts(robot, wanted, emitters, give=job.give, parametric=job.parametric)
+    return artifacts(robot, wanted, DETAILS[job.detail], give=job.give, parametric=job.parametric)
 
 
 def _compare(job: Job) -> Report:

@@ -11,5 +11,9 @@ EMITTERS = (
     Emitter("python", python_package.files),
     Emitter("latex", latex.files),
 )
-BRIEF = (*EMITTERS[:-1], Emitter("latex", latex.brief_files))
-"""The same languages, with a short article."""
+DETAILS = {
+    "full": EMITTERS,
+    "brief": (*EMITTERS[:-1], Emitter("latex", latex.brief_files)),
+    "none": EMITTERS[:-1],
+}
+"""The languages by how much the article tells."""

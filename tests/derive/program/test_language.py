@@ -9,8 +9,9 @@ from derivations import ROBOTS
 
 import chasles
 from chasles.derive import RobotError, load, write
+from chasles.derive.build.generate import artifacts
 from chasles.derive.emit.emitter import Emitter
-from chasles.derive.emit.languages import EMITTERS
+from chasles.derive.emit.languages import DETAILS, EMITTERS
 from chasles.derive.program.operations import Compute, Constant, Input, Operation
 
 TEMPLATES = {
@@ -147,3 +148,13 @@ def test_two_languages_may_not_write_one_file(tmp_path):
     ):
         write(load(ROBOTS / "scara.toml"), tmp_path, ("fk",), emitters=twice)
     assert not list(tmp_path.iterdir())
+
+
+def test_without_an_article_nothing_else_changes():
+    robot = load(ROBOTS / "five_bar.toml")
+    whole, plain = (artifacts(robot, emitters=DETAILS[detail]) for detail in ("full", "none"))
+    assert {name for name in whole if name.endswith(".tex")} == whole.keys() - plain.keys()
+    facts = [json.loads(files.pop("manifest.json")) for files in (whole, plain)]
+    assert plain.items() <= whole.items()
+    assert facts[0]["functions"] == facts[1]["functions"]
+    assert {key for key in facts[0] if facts[0][key] != facts[1][key]} == {"files", "languages"}
