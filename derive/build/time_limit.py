@@ -2,9 +2,9 @@
 
 import signal
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
+from typing import Any
 
 from ..model.errors import RobotError
 
@@ -21,8 +21,7 @@ class _Alarm(BaseException):
     """The signal of the timer; no library that catches errors of its own catches it."""
 
 
-@contextmanager
-def at_most(seconds: float) -> Iterator[None]:
+class at_most:  # noqa: N801
     """Ends the work in its body when the time is over.
 
     Args:
@@ -33,24 +32,38 @@ def at_most(seconds: float) -> Iterator[None]:
 
     It works in the main thread of a process, on systems that have an interval timer.
     """
-    if seconds == 0:
-        yield
-        return
-    places: list[str] = []
 
-    def ring(_: int, frame: FrameType | None) -> None:
-        places.append(_place(frame))
-        raise _Alarm
+    def __init__(self, seconds: float) -> None:
+        self.seconds = seconds
+        self._places: list[str] = []
+        self._before: Any = None
 
-    before = signal.signal(signal.SIGALRM, ring)
-    signal.setitimer(signal.ITIMER_REAL, seconds, REPEATED)
-    try:
-        yield
-    except _Alarm:
-        raise OutOfTime(_message(seconds, places[0])) from None
-    finally:
+    def __enter__(self) -> None:
+        if self.seconds:
+            self._before = signal.signal(signal.SIGALRM, self._ring)
+            signal.setitimer(signal.ITIMER_REAL, self.seconds, REPEATED)
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if not self.seconds:
+            return
         signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, before)
+        signal.signal(signal.SIGALRM, self._before)
+        if kind is _Alarm:
+            raise OutOfTime(_message(self.seconds, self._places[0])) from None
+
+    def _ring(self, _: int, frame: FrameType | None) -> None:
+        """Stops the body, but not the way into it or out of it, nor itself."""
+        own = [way.__code__ for way in (at_most.__enter__, at_most.__exit__, at_most._ring)]
+        if not any(inner.f_code in own for inner in _frames(frame)):
+            self._places.append(_place(frame))
+            raise _Alarm
+
+
+def _frames(frame: FrameType | None) -> Iterator[FrameType]:
+    """A frame and those that called it, the innermost first."""
+    while frame is not None:
+        yield frame
+        frame = frame.f_back
 
 
 def _message(seconds: float, place: str) -> str:
@@ -62,9 +75,8 @@ def _message(seconds: float, place: str) -> str:
 
 def _place(frame: FrameType | None) -> str:
     """The innermost function of the compiler in which a frame is."""
-    while frame is not None:
-        file = Path(frame.f_code.co_filename)
+    for inner in _frames(frame):
+        file = Path(inner.f_code.co_filename)
         if ROOM in file.parents and file.parent.name != "build":
-            return f"{frame.f_code.co_name} of {file.relative_to(ROOM).as_posix()}"
-        frame = frame.f_back
+            return f"{inner.f_code.co_name} of {file.relative_to(ROOM).as_posix()}"
     return "a library"
