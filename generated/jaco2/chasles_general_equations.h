@@ -39,7 +39,8 @@ typedef struct {
     int halved;   /* the joint of the half angle: 0 the first of the two more, 1 the second */
 } chasles_general_split;
 
-/* What an arm is. Six of its joints are solved for; where there is one more, it is given. */
+/* What an arm is. Six of its joints are solved for; where there is one more, it is given; where
+ * there is one fewer, a joint behind them turns the tool. */
 typedef struct {
     /* fk and its Jacobian, mixed: the robot's own. */
     void (*pose_jacobian)(const double *q, double *T, double *J);

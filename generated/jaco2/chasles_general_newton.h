@@ -40,11 +40,45 @@ static void chasles_general_joints(const chasles_general_six *six, const double 
         all[k] = k == given ? six->value : q[from++];
 }
 
+/* The pose of five joints and of a sixth that turns the tool about an axis of the tool, and six
+ * columns of the Jacobian. */
+static void chasles_general_turned_tool(const chasles_general_six *six, const double *q, double *T,
+                                        double *J)
+{
+    double own[30], from[3], axis[12], at[12], turned[12];
+    const double *back = six->arm->placed[6], c = cos(q[5]), s = sin(q[5]);
+    const double turn[12] = {c, -s, 0.0, 0.0, s, c, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0};
+    six->arm->pose_jacobian(q, T, own);
+    for (int i = 0; i < 3; i++)
+        from[i] = T[4 * i + 3];
+    chasles_general_inverse(back, axis);
+    chasles_general_product(T, axis, at);
+    chasles_general_product(at, turn, turned);
+    chasles_general_product(turned, back, T);
+    for (int k = 0; k < 6; k++) {
+        double w[3], v[3], lever[3];
+        for (int i = 0; i < 3; i++) {
+            w[i] = k < 5 ? own[5 * (3 + i) + k] : at[4 * i + 2];
+            v[i] = k < 5 ? own[5 * i + k] : 0.0;
+            lever[i] = T[4 * i + 3] - (k < 5 ? from[i] : at[4 * i + 3]);
+        }
+        for (int i = 0; i < 3; i++) {
+            const int a = (i + 1) % 3, b = (i + 2) % 3;
+            J[6 * i + k] = v[i] + w[a] * lever[b] - w[b] * lever[a];
+            J[6 * (3 + i) + k] = w[i];
+        }
+    }
+}
+
 /* The robot's own forward kinematics, and the six columns of its Jacobian. */
 static void chasles_general_forward(const chasles_general_six *six, const double *q, double *T,
                                     double *J)
 {
     const int given = six->arm->given;
+    if (six->arm->joints < 6) {
+        chasles_general_turned_tool(six, q, T, J);
+        return;
+    }
     if (given < 0) {
         six->arm->pose_jacobian(q, T, J);
         return;
