@@ -217,7 +217,7 @@ def _run_compiler(description: Path, folder: Path, options: Sequence[str]) -> No
     # -P: a module of the user's in the working directory must not take the place of an installed
     # one.
     python = [sys.executable or "python3", "-P", "-m", _COMPILER]
-    # The article takes half the time of a robot with loops, and nobody reads it in a cache.
+    # Nobody reads an article in a cache, and it takes a good part of the time.
     wanted = ["--to", str(folder), "--jobs", "1", "--detail", "none"]
     command = [*python, str(description.absolute()), *wanted, *options]
     try:
