@@ -205,11 +205,11 @@ a = "0.2"
 @pytest.mark.parametrize(
     ("more", "reason"),
     [
-        ('mimic = { joint = "a" }', "b follows another joint"),
+        ('mimic = { joint = "a", multiplier = "1/2" }', "b follows another joint"),
         ('type = "helical"\npitch = "0.1"', "b is a screw joint"),
     ],
 )
-def test_followers_and_screws_are_refused_with_a_reason(more, reason):
+def test_followers_of_parts_of_a_motion_and_screws_are_refused_with_a_reason(more, reason):
     robot = loads(file(more))
     found = inverses(robot, Terms({}))
     assert found.functions == {}
