@@ -1,5 +1,6 @@
 PYTHON ?= python3
 BIN := .venv/bin
+INSTALL := $(BIN)/pip install --quiet --disable-pip-version-check --editable
 
 .PHONY: derive test check check-generated format lint types bench bench-quick bench-count bench-check docs reproduce gallery clean help
 
@@ -58,13 +59,13 @@ help: ## this list
 SOURCES := pyproject.toml setup.py $(wildcard runtime/*/*.[ch] runtime/*/*/*.[ch])
 
 .venv/derive: .venv/bin/python $(SOURCES)
-	@echo "installing chasles and its compiler into .venv" && $(BIN)/pip install --quiet --disable-pip-version-check --editable '.[derive]' && touch $@
+	@echo "installing chasles and its compiler into .venv" && $(INSTALL) '.[derive]' && touch $@
 
 .venv/dev: .venv/bin/python $(SOURCES)
-	@echo "installing chasles, its compiler, the tests' tools and oracles into .venv" && $(BIN)/pip install --quiet --disable-pip-version-check --editable '.[derive,files,calibration,study,cluster,test,crosscheck,view,dev]' && touch .venv/derive $@
+	@echo "installing chasles, its compiler, the tests' tools and oracles into .venv" && $(INSTALL) '.[derive,files,calibration,study,cluster,test,crosscheck,view,dev]' && touch .venv/derive $@
 
 .venv/bench: .venv/dev
-	@echo "installing the benchmarks' peers into .venv" && $(BIN)/pip install --quiet --disable-pip-version-check --editable '.[bench]' && touch $@
+	@echo "installing the benchmarks' peers into .venv" && $(INSTALL) '.[bench]' && touch $@
 
 build/typing/chasles: $(wildcard runtime/* runtime/*/*)
 	@mkdir -p $@ && ln -sfn $(CURDIR)/runtime/* $(CURDIR)/derive $(CURDIR)/generated $@/

@@ -19,9 +19,12 @@ from importlib.metadata import version
 from pathlib import Path
 
 import chasles
+import chasles.derive
+from chasles.derive.emit.languages import EMITTERS
 
 from .cases.arms import ARMS
-from .native.library import BUILD, compiler_version
+from .cases.screws import ROBOTS
+from .native.library import compiler_version
 from .report import out, table
 
 EXPECTED = Path(__file__).with_name("instructions.json")
@@ -40,18 +43,29 @@ TIMES = 100
 """Number of calls of a kernel."""
 CALLS = (100, 400)
 """Numbers of calls from Python."""
+CALLED = ("fk", "fk_jacobian_mixed")
+"""The functions that are called from Python."""
 PYTHON = """
-import os, sys, numpy as np, chasles
-for item in sys.argv[1:]:
-    name, function = item.split(".")
-    arm = chasles.load(name)
-    call, q = getattr(arm, function), np.linspace(-1.0, 1.0, arm.n)
+import ctypes, os, sys, numpy as np, chasles
+library, *folders = sys.argv[1:]
+calls = [
+    (getattr(arm, function), np.linspace(-1.0, 1.0, arm.n))
+    for arm in map(chasles.load, folders)
+    for function in CALLED
+]
+ctypes.CDLL(library).start()
+for call, q in calls:
     for count in (50, *CALLS):
         for _ in range(count):
             call(q)
         os.getppid()
 """
 """The program whose calls are counted: at each getppid valgrind writes its counts and restarts."""
+START = """
+#include <valgrind/callgrind.h>
+void start(void) { CALLGRIND_START_INSTRUMENTATION; }
+"""
+"""C that begins the count: instructions of imports, which take most of the time, have none."""
 
 
 def run(write: bool) -> int:
@@ -208,31 +222,47 @@ def own_instructions(profile: str, prefixes: tuple[str, ...]) -> int:
 
 def python_calls() -> dict[str, int]:
     """Instructions of one call from Python, the kernel and the mathematical library included."""
-    names = [f"{arm.name}.{f}" for arm in ARMS for f in ("fk", "fk_jacobian_mixed")]
+    names = [f"{arm.name}.{function}" for arm in ARMS for function in CALLED]
     with tempfile.TemporaryDirectory() as folder:
-        # Compiled beforehand: the compiler's own instructions must not be counted.
-        _python(*(f"{arm.name}.fk" for arm in ARMS))
+        arms = [_with_called_functions(arm.name, Path(folder)) for arm in ARMS]
+        start = Path(folder, "start.c")
+        start.write_text(START, encoding="utf-8")
+        library = f"{folder}/start.so"
+        subprocess.run(["gcc", "-shared", "-fPIC", str(start), "-o", library], check=True)
+        # Compiled beforehand: valgrind would follow the compiler.
+        _python(library, *arms)
         options = [
             "--tool=callgrind",
+            "--instr-atstart=no",
             "--dump-before=getppid",
             f"--callgrind-out-file={folder}/out",
         ]
-        _python(*names, before=("valgrind", *options))
+        _python(library, *arms, before=("valgrind", *options))
         parts = [_total(Path(f"{folder}/out.{k + 1}")) for k in range(3 * len(names))]
     few, many = parts[1::3], parts[2::3]
     more = CALLS[1] - CALLS[0]
     return {n: round((b - a) / more) for n, a, b in zip(names, few, many, strict=True)}
 
 
-def _python(*names: str, before: tuple[str, ...] = ()) -> None:
+def _with_called_functions(name: str, folder: Path) -> str:
+    """A shipped robot, derived again with the functions that are called and no others."""
+    target = folder / name
+    emitters = [emitter for emitter in EMITTERS if emitter.language in ("c", "python")]
+    described = chasles.derive.load(ROBOTS / f"{name}.toml")
+    chasles.derive.write(described, target, CALLED, emitters)
+    return str(target)
+
+
+def _python(*arguments: str, before: tuple[str, ...] = ()) -> None:
+    program = PYTHON.replace("CALLS", str(CALLS)).replace("CALLED", str(CALLED))
     # valgrind does not run AVX-512, so the library is compiled without it.
     settings = {
         "CC": "gcc",
-        "CHASLES_CACHE": str(BUILD / "counted"),
+        "CHASLES_CACHE": f"{Path(arguments[0]).parent}/cache",
         "CHASLES_CFLAGS": "-O2 -march=x86-64",
         "PYTHONHASHSEED": "0",
     }
-    command = [*before, sys.executable, "-c", PYTHON.replace("CALLS", str(CALLS)), *names]
+    command = [*before, sys.executable, "-c", program, *arguments]
     subprocess.run(command, check=True, capture_output=True, env={**os.environ, **settings})
 
 

@@ -5,7 +5,7 @@ values of the parameters, so that they tell which length or angle would close a 
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -19,6 +19,8 @@ from ...terms.terms import Terms
 from ..planar.planes import linkages
 
 Floats = NDArray[np.float64]
+Value = float | Floats
+"""A number, or numbers of many postures (n,)."""
 ITERATIONS = 80
 START, WEAKEST, STRONGEST, FACTOR = 1e-4, 1e-15, 1e8, 10
 """Damping of the search at its start and at most and least, and its change by each trial."""
@@ -91,9 +93,12 @@ class BodiesInNumbers:
 
     def length(self, strut: Strut, values: Mapping[str, float]) -> float:
         """A strut's length."""
+        return self._retracted(strut) + (values[strut.name] if strut.is_cylinder else 0.0)
+
+    def _retracted(self, strut: Strut) -> float:
+        """The length of a rod, or of a cylinder at zero."""
         name = length_of(strut)
-        base = self.constants[name] if name in self._bare else self.number(strut.length)
-        return base + (values[strut.name] if strut.is_cylinder else 0.0)
+        return self.constants[name] if name in self._bare else self.number(strut.length)
 
     def _lengths(self) -> dict[str, float]:
         """Lengths of struts and distances of frames from their origins without a parameter."""
@@ -140,8 +145,8 @@ class BodiesInNumbers:
 
     # --- poses and gaps ---
 
-    def poses(self, values: Mapping[str, float]) -> dict[str, Floats]:
-        """The pose (4, 4) of every body in the base body's frame."""
+    def poses(self, values: Mapping[str, Value]) -> dict[str, Floats]:
+        """The pose (4, 4), or (n, 4, 4), of every body in the base body's frame."""
         found = {self.mechanism.base_frame: np.eye(4)}
         for joint in self.mechanism.joints:
             found[joint.link] = (
@@ -172,7 +177,7 @@ class BodiesInNumbers:
     def normal(self, closer: Closure | Strut, poses: Mapping[str, Floats]) -> Floats | None:
         """The unit normal of a closer's loop in the base body's frame; None in space."""
         normal = self._normals.get(closer.name)
-        return None if normal is None else poses[closer.a.body][:3, :3] @ normal
+        return None if normal is None else poses[closer.a.body][..., :3, :3] @ normal
 
     def is_closed(self, gap: Gap) -> bool:
         """Whether a loop counts as closed."""
@@ -198,30 +203,37 @@ class BodiesInNumbers:
         n = self.normal(closer, poses)
         if n is None:
             return vector
-        return vector - n * (n @ vector)
+        inside: Floats = vector - n * np.sum(n * vector, axis=-1, keepdims=True)
+        return inside
 
     def _open(
-        self, closer: Closure | Strut, poses: Mapping[str, Floats], values: Mapping[str, float]
+        self, closer: Closure | Strut, poses: Mapping[str, Floats], values: Mapping[str, Value]
     ) -> tuple[Floats, Floats]:
-        """Components of the gap (metre) and of the turn (radian) that a loop leaves."""
+        """Components of the gap (metre) and of the turn (radian) that a loop leaves, last axis."""
         A, B = self._frames(poses, closer)
-        d = self._in_plane(closer, poses, B[:3, 3] - A[:3, 3])
+        d = self._in_plane(closer, poses, B[..., :3, 3] - A[..., :3, 3])
+        nothing = d[..., :0]
         if isinstance(closer, Strut):
-            return np.array([np.linalg.norm(d) - self.length(closer, values)]), np.zeros(0)
+            advance = values[closer.name] if closer.is_cylinder else 0.0
+            return (_norm(d) - self._retracted(closer) - advance)[..., None], nothing
         if closer.kind == "ball":
-            return d, np.zeros(0)
-        R = A[:3, :3].T @ B[:3, :3]
+            return d, nothing
+        turned = np.swapaxes(A[..., :3, :3], -1, -2)
+        R = turned @ B[..., :3, :3]
         if closer.kind == "pin":
+            z = R[..., :, 2]
             # In a plane, a pin also holds frames whose z axes are opposed.
-            opposed = closer.name in self._normals and R[2, 2] < 0
-            return d, _tilt(-R[:, 2] if opposed else R[:, 2])
-        return (A[:3, :2].T @ d if closer.kind == "slider" else d), _rotation_vector(R)
+            opposed = (closer.name in self._normals) & (z[..., 2:] < 0)
+            return d, _tilt(np.where(opposed, -z, z))
+        if closer.kind == "slider":
+            d = (turned[..., :2, :] @ d[..., None])[..., 0]
+        return d, _rotation_vector(R)
 
     def is_dead(self, values: Mapping[str, float]) -> bool:
         """Whether unknown joints can move a closed posture although the actuators stand still."""
         names = [closer.name for closer in self.mechanism.closers]
         residual, x = self._residual(dict(values), self.unknown, names, "")
-        J = _differences(residual, x)
+        J = _differences(residual, x, self._apart(self.unknown))
         return int(np.linalg.matrix_rank(J, tol=REPEATED_EQUATION)) < len(x)
 
     def across(self, closer: Closure | Strut) -> str:
@@ -267,7 +279,7 @@ class BodiesInNumbers:
         found = {}
         for name in loops:
             residual, x = self._residual(dict(values), free, [name], "")
-            found[name] = _differences(residual, x)
+            found[name] = _differences(residual, x, self._apart(free))
         return found
 
     # --- closing in numbers ---
@@ -294,7 +306,7 @@ class BodiesInNumbers:
         before = dict(self.constants)
         residual, x = self._residual(at, free, loops, last)
         try:
-            residual(_least(residual, x))
+            residual(_least(residual, x, self._apart(free)))
         finally:
             self.constants = before
         return at
@@ -304,7 +316,8 @@ class BodiesInNumbers:
     ) -> tuple[Callable[[Floats], Floats], Floats]:
         """The gaps of loops as a function of free values in parts of the size, and these values.
 
-        The function leaves its argument in ``at`` and in the constants.
+        The function takes one posture (n,), or many (m, n) that differ in no constant, and leaves
+        its argument in ``at`` and in the constants.
         """
         names = {*loops}
         scale = np.array([self.size if self.is_length(name) else 1.0 for name in free])
@@ -312,13 +325,16 @@ class BodiesInNumbers:
         def residual(x: Floats) -> Floats:
             self._set(at, free, x * scale)
             poses = self.poses(at)
-            parts = [np.zeros(0)]
+            parts = [np.zeros((*x.shape[:-1], 0))]
             for closer in self.mechanism.closers:
                 if closer.name in names:
                     shift, turns = self._open(closer, poses, at)
                     weight = 1.0 if not last or closer.name == last else OTHERS_FIRST
-                    parts += [shift / self.size * weight, turns * weight]
-            return np.concatenate(parts)
+                    parts += [
+                        np.broadcast_to(part * weight, (*x.shape[:-1], part.shape[-1]))
+                        for part in (shift / self.size, turns)
+                    ]
+            return np.concatenate(parts, axis=-1)
 
         return residual, np.array([at[name] for name in free]) / scale
 
@@ -330,11 +346,15 @@ class BodiesInNumbers:
         kinds = {p.name: p.kind for p in self.mechanism.parameters}
         return kinds.get(name, "length") == "length"
 
-    def _set(self, at: dict[str, float], names: Sequence[str], x: Floats) -> None:
-        for name, value in zip(names, map(float, x), strict=True):
-            at[name] = value
+    def _apart(self, free: Sequence[str]) -> NDArray[np.bool_]:
+        """Whether each free value is a constant, of which many postures have the same."""
+        return np.array([name in self.constants for name in free], bool)
+
+    def _set(self, at: dict[str, Any], names: Sequence[str], x: Floats) -> None:
+        for name, column in zip(names, np.moveaxis(x, -1, 0), strict=True):
+            at[name] = column if column.ndim else float(column)
             if name in self.constants:
-                self.constants[name] = value
+                self.constants[name] = float(column.flat[0])
 
 
 def length_of(strut: Strut) -> str:
@@ -352,14 +372,15 @@ def _sides(closer: Closure | Strut) -> tuple[tuple[str, Frame], tuple[str, Frame
 
 
 def _motion(
-    joint: Joint, values: Mapping[str, float], number: Callable[[sp.Expr], float]
+    joint: Joint, values: Mapping[str, Value], number: Callable[[sp.Expr], float]
 ) -> Floats:
-    """The motion (4, 4) of a joint about or along its z axis."""
+    """The motion (4, 4), or (n, 4, 4), of a joint about or along its z axis."""
     if joint.kind == "fixed":
         return np.eye(4)
     value = joint.direction * values[joint.name]
-    T = np.eye(4) if joint.kind == "prismatic" else _turn(2, value)
-    T[2, 3] = {"prismatic": 1.0, "helical": number(joint.pitch)}.get(joint.kind, 0.0) * value
+    T = _turn(2, 0.0 * value if joint.kind == "prismatic" else value)
+    advance = {"prismatic": 1.0, "helical": number(joint.pitch)}.get(joint.kind, 0.0)
+    T[..., 2, 3] = advance * value
     return T
 
 
@@ -367,28 +388,46 @@ def _has_pins(closer: Closure | Strut) -> bool:
     return (closer.ends if isinstance(closer, Strut) else closer.kind) == "pin"
 
 
-def _turn(axis: int, angle: float) -> Floats:
+def _turn(axis: int, angle: Value) -> Floats:
     i, j = (axis + 1) % 3, (axis + 2) % 3
-    T = np.eye(4)
-    T[i, i] = T[j, j] = np.cos(angle)
-    T[j, i] = np.sin(angle)
-    T[i, j] = -T[j, i]
+    T = np.zeros((*np.shape(angle), 4, 4))
+    T[..., axis, axis] = T[..., 3, 3] = 1.0
+    T[..., i, i] = T[..., j, j] = np.cos(angle)
+    T[..., j, i] = np.sin(angle)
+    T[..., i, j] = -T[..., j, i]
     return T
+
+
+def _norm(vector: Floats) -> Floats:
+    return np.asarray(np.linalg.norm(vector, axis=-1))
 
 
 def _tilt(axis: Floats) -> Floats:
     """The turn (radian) about x and y that tilts z to an axis."""
-    flat = float(np.hypot(axis[0], axis[1]))
-    angle = float(np.arctan2(flat, axis[2]))
-    return np.array([angle, 0.0]) if flat == 0 else np.array([-axis[1], axis[0]]) * angle / flat
+    across = np.stack([-axis[..., 1], axis[..., 0]], axis=-1)
+    return _scaled(across, axis[..., 2])
 
 
 def _rotation_vector(R: Floats) -> Floats:
     """The axis of a rotation times its angle (radian)."""
-    v = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2
-    s = float(np.linalg.norm(v))
-    angle = float(np.arctan2(s, (np.trace(R) - 1) / 2))
-    return np.array([angle, 0.0, 0.0]) if s == 0 else v * angle / s
+    pairs = ((2, 1), (0, 2), (1, 0))
+    v = np.stack([R[..., i, j] - R[..., j, i] for i, j in pairs], axis=-1) / 2
+    return _scaled(v, (np.trace(R, axis1=-2, axis2=-1) - 1) / 2)
+
+
+def _scaled(sine: Floats, cosine: Floats) -> Floats:
+    """A vector as long as the sine of an angle, made as long as the angle (radian).
+
+    A vector of length zero becomes one along the first axis.
+    """
+    length = _norm(sine)
+    angle = np.arctan2(length, cosine)
+    direction = np.where(
+        length[..., None] == 0,
+        np.eye(sine.shape[-1])[0],
+        sine / np.where(length == 0, 1.0, length)[..., None],
+    )
+    return direction * angle[..., None]
 
 
 def _floats(vector: sp.Matrix, terms: Terms) -> Floats:
@@ -404,13 +443,13 @@ def _has_symbols(motion: Rotation | Translation) -> bool:
     return any(value.free_symbols for value in values)
 
 
-def _least(residual: Callable[[Floats], Floats], x: Floats) -> Floats:
+def _least(residual: Callable[[Floats], Floats], x: Floats, apart: NDArray[np.bool_]) -> Floats:
     """Levenberg and Marquardt's iteration on the sum of squares."""
     damping, r = START, residual(x)
     for _ in range(ITERATIONS):
         if len(x) == 0 or r @ r < (GAP / 10) ** 2:
             break
-        J = _differences(residual, x)
+        J = _differences(residual, x, apart)
         H, g = J.T @ J, J.T @ r
         trial, there = r, x
         while not trial @ trial < r @ r:
@@ -426,10 +465,22 @@ def _least(residual: Callable[[Floats], Floats], x: Floats) -> Floats:
     return x
 
 
-def _differences(residual: Callable[[Floats], Floats], x: Floats) -> Floats:
-    """The Jacobian of residuals by central differences."""
+def _differences(
+    residual: Callable[[Floats], Floats], x: Floats, apart: NDArray[np.bool_]
+) -> Floats:
+    """The Jacobian of residuals by central differences, (m, n).
+
+    Args:
+        residual: The residuals (m,) of values (n,), or (k, m) of (k, n).
+        x: The values.
+        apart: Whether a value must be the same in all postures of one call, (n,).
+    """
     steps = DIFFERENCE_STEP * np.eye(len(x))
-    if len(x) == 0:
-        return np.zeros((len(residual(x)), 0))
-    columns = [(residual(x + step) - residual(x - step)) / (2 * DIFFERENCE_STEP) for step in steps]
-    return np.stack(columns, axis=1)
+    J = np.zeros((len(x), len(residual(x))))
+    together = steps[~apart]
+    if len(together):
+        ahead, behind = np.split(residual(x + np.concatenate([together, -together])), 2)
+        J[~apart] = ahead - behind
+    for k in np.flatnonzero(apart):
+        J[k] = residual(x + steps[k]) - residual(x - steps[k])
+    return J.T / (2 * DIFFERENCE_STEP)
