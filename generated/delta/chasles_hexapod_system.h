@@ -22,15 +22,13 @@
 #include <math.h>
 #include <string.h>
 
+#include "chasles_vectors.h"
+
 #define CHASLES_RODS 6
 #define CHASLES_SOMA 8
-#define CHASLES_PATHS_AT_ONCE 8
 
-/* GCC's and Clang's vectors: of plain arrays, sums would go through memory. */
-typedef double chasles_hexapod_reals __attribute__((vector_size(8 * CHASLES_PATHS_AT_ONCE)));
-typedef long long chasles_hexapod_mask __attribute__((vector_size(8 * CHASLES_PATHS_AT_ONCE)));
 typedef struct {
-    chasles_hexapod_reals re, im;
+    chasles_vector re, im;
 } chasles_hexapod_lanes;
 
 /* A complex number. */
@@ -116,16 +114,15 @@ static void chasles_hexapod_forms_of(const chasles_hexapod_number (*a)[3], const
 /* The number on the way at each lane's t. */
 static inline void chasles_hexapod_between(const chasles_hexapod_number *at,
                                            const chasles_hexapod_number *change,
-                                           const chasles_hexapod_reals *t,
-                                           chasles_hexapod_lanes *value)
+                                           const chasles_vector *t, chasles_hexapod_lanes *value)
 {
     value->re = at->re + *t * change->re;
     value->im = at->im + *t * change->im;
 }
 
 /* Moves coefficients to a place of the way; all of them if they are computed for the first time. */
-static void chasles_hexapod_placed(const chasles_hexapod_way *way, const chasles_hexapod_reals *t,
-                                   int all, chasles_hexapod_place *place)
+static void chasles_hexapod_placed(const chasles_hexapod_way *way, const chasles_vector *t, int all,
+                                   chasles_hexapod_place *place)
 {
     static const int diagonal[4] = {0, 4, 7, 9};
     for (int i = 0; i < CHASLES_RODS; i++) {
@@ -195,7 +192,7 @@ static void chasles_hexapod_newton(const chasles_hexapod_place *place,
 static void chasles_hexapod_along(const chasles_hexapod_way *way, const chasles_hexapod_lanes *x,
                                   chasles_hexapod_lanes (*a)[CHASLES_SOMA + 1])
 {
-    chasles_hexapod_reals zero = {0.0};
+    chasles_vector zero = {0.0};
     chasles_hexapod_lanes square = {zero, zero}, half[CHASLES_SOMA], M[6], S[10];
     for (int k = 0; k < 4; k++)
         chasles_hexapod_add(&square, x + k, x + k);
@@ -224,16 +221,15 @@ static void chasles_hexapod_along(const chasles_hexapod_way *way, const chasles_
 }
 
 /* Exchanges two numbers on the lanes of a mask. */
-static inline void chasles_hexapod_exchange(const chasles_hexapod_mask *mask,
-                                            chasles_hexapod_reals *x, chasles_hexapod_reals *y)
+static inline void chasles_hexapod_exchange(const chasles_vector_mask *mask, chasles_vector *x,
+                                            chasles_vector *y)
 {
-    const chasles_hexapod_mask one = (chasles_hexapod_mask)*x, other = (chasles_hexapod_mask)*y;
-    *x = (chasles_hexapod_reals)((*mask & other) | (~*mask & one));
-    *y = (chasles_hexapod_reals)((*mask & one) | (~*mask & other));
+    const chasles_vector one = *x;
+    *x = chasles_vector_chosen(*mask, *y, one);
+    *y = chasles_vector_chosen(*mask, one, *y);
 }
 
-static inline void chasles_hexapod_square(const chasles_hexapod_lanes *x,
-                                          chasles_hexapod_reals *square)
+static inline void chasles_hexapod_square(const chasles_hexapod_lanes *x, chasles_vector *square)
 {
     *square = x->re * x->re + x->im * x->im;
 }
@@ -244,11 +240,11 @@ static void chasles_hexapod_solve(chasles_hexapod_lanes (*a)[CHASLES_SOMA + 1],
                                   chasles_hexapod_lanes *x)
 {
     for (int j = 0; j < CHASLES_SOMA; j++) {
-        chasles_hexapod_reals most, size;
+        chasles_vector most, size;
         chasles_hexapod_square(&a[j][j], &most);
         for (int i = j + 1; i < CHASLES_SOMA; i++) {
             chasles_hexapod_square(&a[i][j], &size);
-            const chasles_hexapod_mask larger = size > most;
+            const chasles_vector_mask larger = size > most;
             chasles_hexapod_exchange(&larger, &size, &most);
             for (int k = j; k <= CHASLES_SOMA; k++) {
                 chasles_hexapod_exchange(&larger, &a[i][k].re, &a[j][k].re);

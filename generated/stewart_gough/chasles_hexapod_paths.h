@@ -1,8 +1,9 @@
 /* Paths of complex poses from the start, where all are known, to the rods that are given; part of
  * chasles, the same for every platform on six rods.
  *
- * A step along a path is Runge and Kutta's, followed by two of Newton's. Eight paths are followed
- * at once, each with steps of its own; a lane whose path has ended takes the next.
+ * A step along a path is Runge and Kutta's, followed by two of Newton's. As many paths are
+ * followed at once as a register has lanes, each with steps of its own; a lane whose path has ended
+ * takes the next.
  *
  * Source:
  *     Sommese and Wampler 2005, The Numerical Solution of Systems of Polynomials, ch. 2 and 7.
@@ -29,28 +30,27 @@ typedef struct {
 /* The paths on the lanes. */
 typedef struct {
     chasles_hexapod_lanes x[CHASLES_SOMA];
-    chasles_hexapod_reals t, h;
-    int path[CHASLES_PATHS_AT_ONCE]; /* -1 where there is none */
-    int steps[CHASLES_PATHS_AT_ONCE];
+    chasles_vector t, h;
+    int path[CHASLES_LANES]; /* -1 where there is none */
+    int steps[CHASLES_LANES];
 } chasles_hexapod_group;
 
 /* Scales x to length 1 on every lane. */
 static void chasles_hexapod_normal(chasles_hexapod_lanes *x)
 {
-    chasles_hexapod_reals sum = {0.0}, size;
+    chasles_vector sum = {0.0}, size;
     for (int k = 0; k < CHASLES_SOMA; k++) {
         chasles_hexapod_square(x + k, &size);
         sum += size;
     }
-    for (int l = 0; l < CHASLES_PATHS_AT_ONCE; l++)
+    for (int l = 0; l < CHASLES_LANES; l++)
         size[l] = sqrt(sum[l]);
     for (int k = 0; k < CHASLES_SOMA; k++)
         x[k].re /= size, x[k].im /= size;
 }
 
 /* x + factor y. */
-static inline void chasles_hexapod_sum(const chasles_hexapod_lanes *x,
-                                       const chasles_hexapod_reals *factor,
+static inline void chasles_hexapod_sum(const chasles_hexapod_lanes *x, const chasles_vector *factor,
                                        const chasles_hexapod_lanes *y, chasles_hexapod_lanes *sum)
 {
     for (int k = 0; k < CHASLES_SOMA; k++) {
@@ -74,10 +74,10 @@ static void chasles_hexapod_tangent(const chasles_hexapod_way *way,
 /* One of Newton's steps, and the square of its length. */
 static void chasles_hexapod_corrected(const chasles_hexapod_place *place,
                                       const chasles_hexapod_lanes *of, chasles_hexapod_lanes *x,
-                                      chasles_hexapod_reals *length)
+                                      chasles_vector *length)
 {
     chasles_hexapod_lanes a[CHASLES_SOMA][CHASLES_SOMA + 1], step[CHASLES_SOMA];
-    chasles_hexapod_reals sum = {0.0}, square;
+    chasles_vector sum = {0.0}, square;
     chasles_hexapod_newton(place, x, of, a);
     chasles_hexapod_solve(a, step);
     for (int k = 0; k < CHASLES_SOMA; k++) {
@@ -91,12 +91,12 @@ static void chasles_hexapod_corrected(const chasles_hexapod_place *place,
 /* Tries a step on every lane: the pose behind it, and the squared lengths of both corrections. */
 static void chasles_hexapod_tried(const chasles_hexapod_way *way, chasles_hexapod_place *place,
                                   const chasles_hexapod_group *group, chasles_hexapod_lanes *next,
-                                  chasles_hexapod_reals *corrections)
+                                  chasles_vector *corrections)
 {
     const chasles_hexapod_lanes *x = group->x;
     chasles_hexapod_lanes slope[4][CHASLES_SOMA], at[CHASLES_SOMA];
-    const chasles_hexapod_reals half = 0.5 * group->h;
-    const chasles_hexapod_reals middle = group->t + half, end = group->t + group->h;
+    const chasles_vector half = 0.5 * group->h;
+    const chasles_vector middle = group->t + half, end = group->t + group->h;
     chasles_hexapod_placed(way, &group->t, 0, place);
     chasles_hexapod_tangent(way, place, x, x, slope[0]);
     chasles_hexapod_placed(way, &middle, 0, place);
@@ -157,9 +157,9 @@ static void chasles_hexapod_follow(const chasles_hexapod_way *way,
     chasles_hexapod_group group;
     chasles_hexapod_place place;
     chasles_hexapod_lanes next[CHASLES_SOMA];
-    chasles_hexapod_reals corrections[2];
+    chasles_vector corrections[2];
     int from = 0, left = count;
-    for (int l = 0; l < CHASLES_PATHS_AT_ONCE; l++) {
+    for (int l = 0; l < CHASLES_LANES; l++) {
         for (int k = 0; k < CHASLES_SOMA; k++) {
             group.x[k].re[l] = starts[which[0]][k].re;
             group.x[k].im[l] = starts[which[0]][k].im;
@@ -170,7 +170,7 @@ static void chasles_hexapod_follow(const chasles_hexapod_way *way,
     chasles_hexapod_placed(way, &group.t, 1, &place);
     while (left > 0) {
         chasles_hexapod_tried(way, &place, &group, next, corrections);
-        for (int l = 0; l < CHASLES_PATHS_AT_ONCE; l++) {
+        for (int l = 0; l < CHASLES_LANES; l++) {
             const int path = group.path[l];
             const double first = sqrt(corrections[0][l]), second = sqrt(corrections[1][l]);
             const double factor = chasles_hexapod_growth(first, near);
