@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import chasles
-from chasles.derive import RobotError, write
+from chasles.derive import Mechanism, RobotError, write
 from chasles.derive.emit.languages import EMITTERS
 
 from ..report import out
@@ -43,12 +43,21 @@ class Judged:
 
 
 def judged(number: int) -> Judged:
-    """Derives and judges the arm of a number."""
+    """Derives and judges the arm of a number, as built."""
+    return judged_arm(built_arm(number), number)
+
+
+def judged_arm(arm: Mechanism, number: int) -> Judged:
+    """Derives and judges an arm at random configurations.
+
+    Args:
+        arm: The arm; no joint of its inverse has to be given.
+        number: Seed of the configurations.
+    """
     rng = np.random.default_rng(number)
-    built = built_arm(number)
     with tempfile.TemporaryDirectory() as folder:
         try:
-            write(built, folder, FUNCTIONS, [e for e in EMITTERS if e.language in C_ALONE])
+            write(arm, folder, FUNCTIONS, [e for e in EMITTERS if e.language in C_ALONE])
         except RobotError as error:
             if "has no function ik" not in str(error):
                 raise

@@ -13,7 +13,7 @@ import numpy as np
 import sympy as sp
 
 from chasles.derive import Mechanism
-from chasles.derive.model.placements import Rotation, Translation
+from chasles.derive.model.placements import Placement, Rotation, Translation
 
 from ..accuracy.multi_start import Multistart
 from ..cases.as_built import as_built, displaced
@@ -23,7 +23,7 @@ QUARTER = sp.pi / 2
 ERROR = 5e-4
 """Metre; half a millimetre."""
 TOOL = (Translation((sp.Rational("0.15"), sp.Rational("0.02"), sp.S.Zero)),)
-"""A tool on the axis of the last joint would not be moved by it."""
+"""Off the axis of the last joint, which would not move it otherwise."""
 CLEAR = 0.02
 """Radian, or parts of the size, that such errors may move a joint off dead points."""
 ATTEMPTS, ATTEMPTS_APART = 20, 100_000
@@ -108,10 +108,10 @@ def driven_arm(s: Sketch) -> None:
     s.tools = [body]
 
 
-def drawn_arm(seed: int) -> DrawnMechanism:
-    """The arm of a seed."""
+def drawn_arm(seed: int, tool: Placement = TOOL) -> DrawnMechanism:
+    """The arm of a seed, with a tool on its last body."""
     found = drawn(driven_arm, "driven arm", seed, SCALE)
-    return replace(found, mechanism=replace(found.mechanism, tool=TOOL))
+    return replace(found, mechanism=replace(found.mechanism, tool=tool))
 
 
 def built_arm(seed: int) -> Mechanism:

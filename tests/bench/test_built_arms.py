@@ -1,13 +1,24 @@
-"""Arms that cylinders, rods and cranks drive, as built: a sample of the benchmark's."""
+"""Arms that cylinders, rods and cranks drive: a sample of the benchmark's."""
 
 import pytest
 
-from bench.robustness.built_arms import BARS, judged
+from bench.robustness.built_arms import BARS, judged, judged_arm
+from bench.robustness.driven_arms import drawn_arm
 
 
 @pytest.mark.parametrize("number", [42, 44], ids=["beyond half a turn", "beside a dead point"])
 def test_the_inverse_of_an_arm_as_built(number, monkeypatch):
     # The code runs once, and compiling it well takes longer.
     monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
-    found = judged(number)
+    assert_within_bars(judged(number))
+
+
+@pytest.mark.parametrize("number", [1, 7])
+def test_a_tool_on_the_axis_that_no_joint_but_two_moves(number, monkeypatch):
+    """A column and two joints: the last one turns the tool about its own origin."""
+    monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
+    assert_within_bars(judged_arm(drawn_arm(number, tool=()).mechanism, number))
+
+
+def assert_within_bars(found):
     assert {key: vars(found)[key] <= bar for key, bar in BARS.items()} == dict.fromkeys(BARS, True)

@@ -1,13 +1,19 @@
 """Three joints that position the tool: gantries, and arms without a wrist.
 
-The orientation follows from the position. Where a pose is asked for, its position alone is met, and
-the residual contains the deviation of the orientation. Most solutions: 4.
+The orientation follows from the position. Where a pose is asked for, the position of one point is
+met, and the residual contains the deviation of the orientation. The point is the tool's origin, or
+one beside it where not all joints move the origin, as on the last axis. Most solutions: 4.
 """
 
+import sympy as sp
+
+from ...terms.terms import Terms
+from ...terms.vectors import IDENTITY, Vector, combination
 from ..steps import three_joints
 from ..steps.target import Target
 from ..steps.work import Work
-from ..structure.lines import Lines
+from ..structure.lines import Lines, numbers
+from ..structure.rank import moves_in_space
 from ..structure.requirement import Requirement
 from ..tasks.partial_poses import POSITION_TASK
 from .family import Family
@@ -20,7 +26,28 @@ def _requires(lines: Lines) -> list[Requirement]:
 def _solve(work: Work, lines: Lines, target: Target) -> None:
     case = three_joints.case_of(lines)
     assert case is not None
-    case.solve(work, lines, target.home, target.position)
+    terms = work.terms
+    home, position = target.home, target.position
+    beside = _moved_in_space(terms, lines, home)
+    if beside is not None:
+        meaning = "a point of the tool that all joints move"
+        home, position = beside, work.name_vector(("W", "V"), meaning, target.point(terms, beside))
+    case.solve(work, lines, home, position)
+
+
+def _moved_in_space(terms: Terms, lines: Lines, origin: Vector) -> Vector | None:
+    """A point that moves in three directions, as far from the origin as the arm is long, about.
+
+    None where the origin does so itself, or no such point does.
+    """
+    if moves_in_space(lines, numbers(terms, origin)):
+        return None
+    distance = sp.Rational(f"{lines.length or 1.0:.0e}")
+    for axis in IDENTITY:
+        point = combination(terms, (sp.Integer(1), distance), (origin, axis))
+        if moves_in_space(lines, numbers(terms, point)):
+            return point
+    return None
 
 
 # A position alone is no displacement that could be inverted, nor one from which the motion of a
