@@ -2,15 +2,15 @@
 
 import numpy as np
 import pytest
+from compiling import compiled
 
-import chasles
 from bench.accuracy import field as benchmark
 from bench.accuracy.verdict import judged
 from bench.cases.field import FieldCase, arms, calibrated, derived, from_ssik, prebuilt
 from bench.cases.poses import PoseSet
 from bench.cases.screws import screws_of
 from bench.peers.inverse.interface import Answers
-from chasles.derive import from_urdf, write
+from chasles.derive import from_urdf
 
 POSES = 40
 
@@ -66,8 +66,7 @@ def test_double_solutions_at_right_angles_stand_in_one_slot(tmp_path):
     arm = from_ssik(prebuilt()["fanuc_crx3ia"])
     path = tmp_path / "arm.urdf"
     path.write_text(arm.urdf(), encoding="utf-8")
-    write(from_urdf(path), tmp_path / "arm", ["fk", "ik"])
-    robot = chasles.load(tmp_path / "arm")
+    robot = compiled(from_urdf(path), tmp_path / "arm", ["fk", "ik"])
     q = np.pi / 2 * np.random.default_rng(0).integers(-1, 3, (1000, 6))
     count = robot.ik(arm.screws.fk(q)).count
     assert (count % 2 == 0).all()

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from compiling import compiled
 from derivations import ROBOTS
 
-import chasles
-from chasles.derive import load, write
+from chasles.derive import load
 
 NAMES = ("scara", "bricklaying_planar")
 """Arms whose place and orientation rest on different joints."""
@@ -14,8 +14,7 @@ NAMES = ("scara", "bricklaying_planar")
 @pytest.fixture(scope="module", params=NAMES)
 def robot(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp("generated") / request.param
-    write(load(ROBOTS / f"{request.param}.toml"), folder, ["fk", "ik"])
-    return chasles.load(folder)
+    return compiled(load(ROBOTS / f"{request.param}.toml"), folder, ["fk", "ik"])
 
 
 @pytest.mark.parametrize("count", [1, 64])

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy as sp
+from compiling import loaded
 
 import chasles.derive
 from chasles.derive import derive, explain, loads
@@ -148,7 +149,7 @@ def derivation():
 def arm(derivation, tmp_path_factory):
     folder = tmp_path_factory.mktemp("generated") / ARM.name
     put(files_of(derivation), folder)
-    return chasles.load(folder)
+    return loaded(folder)
 
 
 def configurations(count=200):

@@ -3,16 +3,14 @@
 import numpy as np
 import pytest
 from calibrated import pinocchio_fk
+from compiling import compiled
 from derivations import ROBOTS
 
-import chasles
 from bench.cases.calibrated import displaced
-from chasles.derive import load, write
-from chasles.derive.emit.languages import EMITTERS
+from chasles.derive import load
 
 ERRORS = {"ur5e": 3e-3, "irb6640": 3e-3}
 """Shipped arms, and the errors (metre, radian) of their calibrations."""
-WITHOUT_ARTICLE = tuple(emitter for emitter in EMITTERS if emitter.language != "latex")
 ELBOW, WRIST = 2, 4
 STARTS, STEPS = 150, 40
 """Starts for each pose, and steps from each, of the search that the solutions are compared with."""
@@ -27,11 +25,7 @@ def case(request, tmp_path_factory):
     """A calibrated arm, and its forward kinematics by Pinocchio."""
     robot = displaced(load(ROBOTS / f"{request.param}.toml"), ERRORS[request.param])
     folder = tmp_path_factory.mktemp("folds") / robot.name
-    write(robot, folder, ("fk", "fk_jacobian_mixed", "ik"), WITHOUT_ARTICLE)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("CHASLES_CACHE", str(folder.parent / "cache"))
-        arm = chasles.load(folder)
-    return arm, pinocchio_fk(robot)
+    return compiled(robot, folder, ("fk", "fk_jacobian_mixed", "ik")), pinocchio_fk(robot)
 
 
 def determinant(arm, q):

@@ -4,11 +4,11 @@ import time
 
 import numpy as np
 import pytest
+from compiling import compiled
 
-import chasles
 from bench.cases import planar_platforms
 from bench.cases.planar_platforms import HEAD, LEGS, drawn_platform
-from chasles.derive import derive, loads, write
+from chasles.derive import derive, loads
 
 CYLINDER = """
 [[cylinders]]
@@ -60,11 +60,6 @@ def reference(pose, ends, pins, q):
     return "\n[reference]\n" + "\n".join(lines)
 
 
-def derived(text, folder, functions):
-    write(loads(text), folder, functions)
-    return chasles.load(folder)
-
-
 def newton(ends, pins, lengths, generator, count=800):
     """The poses of three circles, from random starts."""
     size = np.abs(pins).max() + np.max(lengths)
@@ -96,7 +91,7 @@ def cylinders(tmp_path_factory):
     text += reference([-8.7253, 12.1766, -0.9871], BASE, PINS, LENGTHS)
     # Cylinders leave no choice between branches.
     functions = [name for name in FUNCTIONS if name not in ("actuators_all", "actuator_margin")]
-    return derived(text, tmp_path_factory.mktemp("rpr") / "planar_3rpr", functions)
+    return compiled(loads(text), tmp_path_factory.mktemp("rpr") / "planar_3rpr", functions)
 
 
 def test_a_published_platform_has_six_modes(cylinders):
@@ -146,7 +141,7 @@ def test_slides_and_rods(tmp_path):
         text += SLIDE.format(k=k + 1, a=base[k], c=way[k, 0], s=way[k, 1])
         text += ROD.format(k=k + 1, length=lengths[k], b=pins[k])
     text += reference([0, 0, 0], base + q0[:, None] * way, pins, q0)
-    robot = derived(text, tmp_path / "planar_3prr", FUNCTIONS)
+    robot = compiled(loads(text), tmp_path / "planar_3prr", FUNCTIONS)
     generator = np.random.default_rng(3)
     modes = 0
     for q in generator.uniform(0.1, 0.3, (40, 3)):

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from compiling import compiled
 from derivations import ROBOTS, derivation, made
 
-import chasles
-from chasles.derive import load, loads, write
+from chasles.derive import load, loads
 from chasles.derive.program.finite_targets import seeing_its_inputs
 from chasles.derive.program.operations import Compute, Input, Operation, Program, Store, Variable
 
@@ -44,8 +44,7 @@ def test_an_input_that_it_does_not_see_is_put_in():
 def test_targets_that_are_nan_are_not_valid(name, tmp_path):
     shipped = name == "bricklaying_gantry"
     robot = load(ROBOTS / f"{name}.toml") if shipped else loads(GANTRY, "gantry.toml")
-    write(robot, tmp_path)
-    arm = chasles.load(tmp_path)
+    arm = compiled(robot, tmp_path)
     function = arm.functions["ik" if "ik" in arm.functions else "ik_position"]
     rng = np.random.default_rng(4)
     T = arm.fk(rng.uniform(0.1, 1, arm.n))

@@ -4,10 +4,11 @@ import re
 
 import numpy as np
 import pytest
+from compiling import compiled
 
 import chasles
 from chasles.call.capabilities import Missing
-from chasles.derive import loads, write
+from chasles.derive import loads
 
 
 def message(robot, name):
@@ -185,6 +186,6 @@ def test_what_keeps_given_joints_where_there_is_no_inverse(tmp_path):
         ['name = "pair"', 'convention = "urdf"']
         + [f'[[joints]]\nname = "j{k}"\nxyz = [0.1, 0.2, 0.3]\naxis = [0, 1, {k}]' for k in (0, 1)]
     )
-    write(loads(text), tmp_path / "pair", ["fk"])
+    pair = compiled(loads(text), tmp_path / "pair", ["fk"])
     with pytest.raises(AttributeError, match="chasles-derive FILE --give JOINTS"):
-        chasles.load(tmp_path / "pair").ik(np.eye(4), given={"j0": 0.1})
+        pair.ik(np.eye(4), given={"j0": 0.1})

@@ -6,12 +6,12 @@ import subprocess
 import numpy as np
 import pytest
 from calibrated import pinocchio_fk
+from compiling import compiled
 from derivations import ROBOTS
 
 import chasles
 from bench.cases.calibrated import displaced
-from chasles.derive import load, write
-from chasles.derive.emit.languages import EMITTERS
+from chasles.derive import load
 from chasles.derive.inverse.chain_solution import pose_task
 from chasles.derive.inverse.classify import classify
 from chasles.derive.inverse.led import share_led
@@ -23,7 +23,6 @@ from chasles.derive.terms.terms import Terms
 ERRORS = {"ur5e": 3e-3, "puma560": 1e-5, "irb6640": 1e-2, "panda": 1e-3}
 """Shipped arms, and the errors (metre, radian) that a calibration finds in them."""
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "ik")
-WITHOUT_ARTICLE = tuple(emitter for emitter in EMITTERS if emitter.language != "latex")
 TRUE = 1e-8
 """Error of a pose (metre, or entry of a rotation) above which a solution is wrong."""
 
@@ -33,11 +32,7 @@ def case(request, tmp_path_factory):
     """A calibrated arm, and its forward kinematics by Pinocchio."""
     robot = displaced(load(ROBOTS / f"{request.param}.toml"), ERRORS[request.param])
     folder = tmp_path_factory.mktemp("calibrated") / robot.name
-    write(robot, folder, FUNCTIONS, WITHOUT_ARTICLE)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("CHASLES_CACHE", str(folder.parent / "cache"))
-        arm = chasles.load(folder)
-    return arm, pinocchio_fk(robot)
+    return compiled(robot, folder, FUNCTIONS), pinocchio_fk(robot)
 
 
 def asked(arm, q):

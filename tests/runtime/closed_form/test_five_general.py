@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from compiling import compiled
 
-import chasles
 from bench.cases.synthetic import robot_of
-from chasles.derive import explain, write
+from chasles.derive import explain
 
 CHAIN = "R/R/R/R/R"
 """Five skew axes."""
@@ -15,8 +15,7 @@ CHAIN = "R/R/R/R/R"
 def arm(tmp_path_factory):
     """The arm, derived and compiled."""
     folder = tmp_path_factory.mktemp("five") / "arm"
-    write(robot_of(CHAIN), folder)
-    return chasles.load(folder)
+    return compiled(robot_of(CHAIN), folder)
 
 
 def test_its_steps_are_told():
