@@ -18,7 +18,7 @@ from ..report import out
 from .draws import judged_draws
 from .driven_arms import built_arm
 
-FUNCTIONS = ("fk", "fk_jacobian_mixed", "ik")
+FUNCTIONS = ("fk", "fk_jacobian_mixed", "chain", "ik")
 C_ALONE = ("c", "python")
 POSES, REACH = 400, 0.2
 """Configurations, and how far their coordinates are from the reference (radian, metre)."""
@@ -51,7 +51,7 @@ def judged_arm(arm: Mechanism, number: int) -> Judged:
     """Derives and judges an arm at random configurations.
 
     Args:
-        arm: The arm; no joint of its inverse has to be given.
+        arm: The arm; joints that its inverse needs are given as they are.
         number: Seed of the configurations.
     """
     rng = np.random.default_rng(number)
@@ -68,11 +68,18 @@ def judged_arm(arm: Mechanism, number: int) -> Judged:
         T = robot.fk(q)
         closed = np.isfinite(T).all((1, 2))
         q, T = q[closed], T[closed]
-        found = robot.ik(T)
+        found = robot.ik(T, *_given(robot, q))
         apart = np.abs(np.remainder(found.q - q[:, None] + np.pi, 2 * np.pi) - np.pi).max(-1)
         is_back = (np.where(found.valid, apart, np.inf) < FOUND).any(-1)
         again = robot.fk(found.q[found.valid]) - np.repeat(T, found.valid.sum(-1), 0)
         return Judged(0.0, float(1 - is_back.mean()), float(np.abs(again).max(initial=0.0)))
+
+
+def _given(robot: chasles.Robot, q: np.ndarray) -> list[np.ndarray]:
+    """The values (N,) of the joints that the inverse takes besides a pose."""
+    names = [joint.name for joint in robot.chain_joints]
+    given = robot.functions["ik"].inputs[1:]
+    return [robot.chain(q)[:, names.index(joint.name)] for joint in given]
 
 
 def run(draws: int, first: int) -> int:

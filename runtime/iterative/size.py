@@ -29,6 +29,9 @@ FloatArray = NDArray[np.float64]
 
 _SAMPLES = 256
 """Configurations that stand for all; with more, a length changes by a percent."""
+_CLOSED, _HALVINGS = 32, 6
+"""Configurations that have to close their loops; where fewer do, those half as far from the
+reference are taken, and so on."""
 
 
 def configurations(coordinates: Sequence[Coordinate], reference: Reference | None) -> FloatArray:
@@ -63,14 +66,29 @@ def unit_length(
     Returns:
         The unit; 1 m where the tip stays in the origin of the base.
     """
-    p = fk(configurations(coordinates, reference))[:, :3, 3]
-    p = p[np.isfinite(p).all(-1)]
+    p = _positions(fk, configurations(coordinates, reference), reference)
     if not len(p):
         return 1.0
     spread = math.sqrt(float(((p - p.mean(0)) ** 2).sum(-1).mean()))
     away = math.sqrt(float((p**2).sum(-1).mean()))
     size = max(spread, LEAST_SIZE * away)
     return 1000.0 ** round(math.log(size, 1000)) if size > 0 else 1.0
+
+
+def _positions(
+    fk: Callable[[FloatArray], FloatArray], q: FloatArray, reference: Reference | None
+) -> FloatArray:
+    """Positions (k, 3) of the tip where loops close, at configurations or nearer the reference."""
+    middle = q.mean(0) if reference is None else np.array(reference.q)
+    best = np.zeros((0, 3))
+    for _ in range(1 + _HALVINGS):
+        p = fk(q)[:, :3, 3]
+        p = p[np.isfinite(p).all(-1)]
+        best = max(best, p, key=len)
+        if len(p) >= _CLOSED:
+            break
+        q = (q + middle) / 2
+    return best
 
 
 class SizeMethods:

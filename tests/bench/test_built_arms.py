@@ -20,5 +20,12 @@ def test_a_tool_on_the_axis_that_no_joint_but_two_moves(number, monkeypatch):
     assert_within_bars(judged_arm(drawn_arm(number, tool=()).mechanism, number))
 
 
+@pytest.mark.parametrize("number", [2, 265, 81], ids=["crank", "between", "few that close"])
+def test_the_inverse_of_an_arm_as_designed(number, monkeypatch):
+    """A crank holds a given joint, a joint in between is given, and few configurations close."""
+    monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
+    assert_within_bars(judged_arm(drawn_arm(number, tool=()).mechanism, number))
+
+
 def assert_within_bars(found):
     assert {key: vars(found)[key] <= bar for key, bar in BARS.items()} == dict.fromkeys(BARS, True)

@@ -7,6 +7,7 @@ actuators that move this part follow from the lengths of the slides.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import combinations
 
 import sympy as sp
 
@@ -18,7 +19,7 @@ from ...model.tolerances import LED
 from ...terms.symbolic_function import Argument
 from ...terms.vectors import Basis, Vector
 from ..chain_solution import given_argument, solve_chain
-from ..classify import Attempt, classify, of_lines
+from ..classify import Attempt, Classification, classify, of_lines, unfit
 from ..families import FAMILIES
 from ..families.family import Family
 from ..nominal_mechanism import Nominal, lead, nominal_mechanisms, turns_of
@@ -26,6 +27,7 @@ from ..polished_inverse import as_start, led_from
 from ..serial_inverse import Inverses
 from ..steps.target import of_pose
 from ..steps.work import Work
+from ..structure import rank
 from ..structure.lines import Lines, home_of
 from ..structure.requirement import Requirement
 from ..tasks.slots import POSE_SYMBOLS, function_of, pose_argument, pose_residual, values_of
@@ -36,6 +38,8 @@ from .substitution import substituted
 from .translating_tool import of_position_alone, position_task, still_axes
 from .translation import Translating, actuators_of, translating
 
+MOST_TRIED = 60
+"""Sets of turning joints between others that are tried as given ones."""
 IDENTITY = "fk(q[k]) = T wherever residual[k] is rounding"
 
 
@@ -80,6 +84,8 @@ def _by_structure(
             its loops may close beyond this one's dead points; None where there is none.
     """
     classification = classify(hybrid.robot, hybrid.terms, len(hybrid.q), families, give)
+    if classification.found is None and not give:
+        classification = _giving_turns(hybrid, classification, families) or classification
     if not {c.moves for c in hybrid.mechanism.coordinates}.isdisjoint(hybrid.backward.open):
         return Inverses(classification, {})
     if classification.found is not None:
@@ -92,6 +98,23 @@ def _by_structure(
     is_start = built is not None
     solved_ = _by_translation(hybrid, moved, shorter.found, is_start) if shorter.found else None
     return Inverses(shorter, {} if solved_ is None else {"ik": solved_})
+
+
+def _giving_turns(
+    hybrid: Hybrid, classification: Classification, families: Sequence[Family]
+) -> Classification | None:
+    """The structure that given joints in between leave, which turn; the last joints come first.
+
+    Four parallel axes on a column, as of excavators with a long arm, have no other given joint.
+    """
+    lines, count = classification.lines, len(hybrid.robot.moving)
+    surplus = count - rank.of_chain(lines)
+    if surplus < 1 or len(hybrid.q) != count or unfit(hybrid.robot):
+        return None
+    choices = sorted(combinations(range(count), surplus), key=lambda give: give[::-1], reverse=True)
+    tried = (of_lines(lines, count, families, give) for give in choices[:MOST_TRIED])
+    found = next((each for each in tried if each.found is not None), None)
+    return None if found is None else replace(found, give=())
 
 
 def _by_nominal(
@@ -217,7 +240,8 @@ def _on_chain(
     if built is not None:
         actuators = beyond_dead_points(terms, actuators)
     entries = [
-        (built or hybrid).actuator(k) if k in held else value for k, value in enumerate(actuators)
+        built.actuator(k) if built is not None and k in held else value
+        for k, value in enumerate(actuators)
     ]
     values = substituted(terms, [*entries, *margins], theta)
     q, closing = values[: len(entries)], values[len(entries) :]

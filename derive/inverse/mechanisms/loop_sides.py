@@ -25,7 +25,9 @@ from ..tasks.task import Solved
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
-SAMPLES = 200
+SAMPLES, MOST_DRAWN = 200, 4000
+"""Configurations that an inverse is asked for, and those drawn to find them: loops of cranks and rods
+close at one in twenty."""
 MOST_CHOICES = 9
 """Choices that are tried together, in 512 slots; with more, loops stay on the reference's side."""
 
@@ -92,7 +94,7 @@ def _asked(hybrid: Hybrid, solved: Solved, given: Sequence[int]) -> tuple[FloatA
     (ik,) = lower([function], "inverse")
     known = _configurations(hybrid)
     T = np.array(fk(known.T)).reshape(16, -1)
-    closed = np.isfinite(T).all(0)
+    closed = np.flatnonzero(np.isfinite(T).all(0))[:SAMPLES]
     known, T = known[closed], T[:, closed]
     inputs = [T, *(np.array(theta(known.T))[k][None] for k in given)]
     slots = [
@@ -133,4 +135,4 @@ def _configurations(hybrid: Hybrid) -> FloatArray:
         a, b = (middle + off if v is None else float(v) for v, off in ends)
         low.append(a)
         high.append(b)
-    return np.random.default_rng(0).uniform(low, high, (SAMPLES, len(low)))
+    return np.random.default_rng(0).uniform(low, high, (MOST_DRAWN, len(low)))
