@@ -7,10 +7,11 @@ import subprocess
 
 import numpy as np
 import pytest
+from compiling import compiled, loaded
 from derivations import description
 
 import chasles
-from chasles.derive import load, write
+from chasles.derive import load
 from chasles.derive.inverse.general.raghavan_roth import numbers
 from chasles.derive.inverse.general.split_choice import choose, length
 from chasles.tolerances import SOLVED
@@ -26,13 +27,13 @@ SAME = 1e-6
 @pytest.fixture(scope="module", params=NAMES)
 def folder(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp("general") / request.param
-    write(load(description(request.param)), folder, ["fk", "ik"])
+    compiled(load(description(request.param)), folder, ["fk", "ik"])
     return folder
 
 
 @pytest.fixture(scope="module")
 def robot(folder):
-    return chasles.load(folder)
+    return loaded(folder)
 
 
 def configurations(robot, count, seed):

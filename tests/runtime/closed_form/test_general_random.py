@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
+from compiling import compiled
 
-import chasles
 from bench.accuracy.general_arms import DERIVED, Judged
 from bench.cases.random_arms import random_arm
-from chasles.derive import write
 
 ARMS = {
     "skew": (11, "//////"),
@@ -19,8 +18,7 @@ ARMS = {
 def judged(request, tmp_path_factory):
     robot = random_arm(*ARMS[request.param])
     folder = tmp_path_factory.mktemp("random") / request.param
-    write(robot, folder, DERIVED)
-    return Judged(robot, chasles.load(folder))
+    return Judged(robot, compiled(robot, folder, DERIVED))
 
 
 def uniform(judged, count, seed):

@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy as sp
+from compiling import compiled
 from scaled import scaled
 
 import chasles
 import chasles.derive
 from chasles.contract.facts import Coordinate
-from chasles.derive.emit.languages import EMITTERS
 from chasles.iterative.size import unit_length
 
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"
@@ -42,9 +42,7 @@ def varied(name, generator):
 
 
 def written(robot, folder):
-    emitters = [emitter for emitter in EMITTERS if emitter.language == "c"]
-    chasles.derive.write(robot, folder, FUNCTIONS, emitters)
-    return chasles.load(folder)
+    return compiled(robot, folder, FUNCTIONS, ["c"])
 
 
 @pytest.fixture(scope="module", params=["ur5e", "scara", "stanford"])

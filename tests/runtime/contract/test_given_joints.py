@@ -15,8 +15,15 @@ from chasles.derive.build.generate import artifacts, put
 DEG, MM = np.pi / 180, 1e-3
 
 
+@pytest.fixture(scope="module")
+def shipped():
+    """Robots as users have them, by name."""
+    names = ("well_manipulator", "panda", "ur5e", "board_installer", "delta")
+    return {name: chasles.load(name) for name in names}
+
+
 @pytest.fixture(scope="module", autouse=True)
-def cache(tmp_path_factory):
+def cache(shipped, tmp_path_factory):
     """One cache for this file, nothing kept of other files, and C that is compiled quickly."""
     given_values._inverse_of.cache_clear()
     with pytest.MonkeyPatch.context() as patch:
@@ -26,13 +33,13 @@ def cache(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def well():
-    return chasles.load("well_manipulator")
+def well(shipped):
+    return shipped["well_manipulator"]
 
 
 @pytest.fixture(scope="module")
-def panda():
-    return chasles.load("panda")
+def panda(shipped):
+    return shipped["panda"]
 
 
 def stages(well):
@@ -182,7 +189,7 @@ def test_right_angles_at_which_axes_become_parallel(tmp_path):
         arm.ik(T[0], given={"j1": 0.2})
 
 
-def test_errors_in_words(panda):
+def test_errors_in_words(shipped, panda):
     T, wanted = np.eye(4), {"joint4": 0.0}
     with pytest.raises(
         chasles.InputValueError, match="no joint 'joint8' to be given; there are joi"
@@ -200,7 +207,7 @@ def test_errors_in_words(panda):
         panda.ik(T, given=wanted, fast=True)
     with pytest.raises(chasles.InputTypeError, match="unknown argument 'given'"):
         panda.fk(np.zeros(7), given={"joint4": 0.0})
-    arm = chasles.load("ur5e")
+    arm = shipped["ur5e"]
     message = (
         "where elbow is given: nearest is .* can be given: wrist_3; ik_numeric with lock finds"
     )
@@ -216,8 +223,8 @@ def test_help_names_the_joints(panda):
 
 
 @pytest.mark.parametrize("name", ["board_installer", "delta"])
-def test_loops_that_couple_the_chain_are_told_without_deriving(name, capfd):
-    robot = chasles.load(name)
+def test_loops_that_couple_the_chain_are_told_without_deriving(shipped, name, capfd):
+    robot = shipped[name]
     T = robot.fk(robot.reference.q)
     told = "no other joint can be given: loops couple .*; ik_numeric.* some of "
     with pytest.raises(chasles.DerivationError, match=told + robot.coordinates[0].name):

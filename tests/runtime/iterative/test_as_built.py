@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 import sympy as sp
 from closures import Model
+from compiling import compiled
 from derivations import ROBOTS
 
-import chasles
 from bench.cases.as_built import BOARD_INSTALLER, as_built
-from chasles.derive import RobotError, derive, load, write
-from chasles.derive.emit.languages import EMITTERS
+from chasles.derive import RobotError, derive, load
 from chasles.derive.inverse.mechanisms.hybrid_inverse import hybrid_inverses
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.model.robot import Rotation
@@ -65,11 +64,7 @@ def built(request, tmp_path_factory):
     mechanism = BUILT[request.param]()
     derivation = derive(mechanism)
     folder = tmp_path_factory.mktemp("built")
-    emitters = [e for e in EMITTERS if e.language in ("c", "casadi", "python")]
-    write(mechanism, folder, [*FUNCTIONS, "ik"], emitters)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("CHASLES_CACHE", str(folder / "cache"))
-        yield chasles.load(folder), Model(derivation.robot)
+    return compiled(mechanism, folder, [*FUNCTIONS, "ik"]), Model(derivation.robot)
 
 
 def coordinates(robot):
@@ -138,30 +133,22 @@ def test_loops_of_tilted_joints_are_solved_in_turn(joint):
     assert list(found.solved) == ["ik_nominal"]
 
 
-def test_a_solution_beside_a_dead_point_is_found(tmp_path, monkeypatch):
+def test_a_solution_beside_a_dead_point_is_found(tmp_path):
     """Its margin is 1.5e-5: between a step too long for the loops and one too short to help."""
-    emitters = [e for e in EMITTERS if e.language in ("c", "python")]
-    write(drawn(94), tmp_path, ["fk", "fk_jacobian_mixed", "margin", "ik"], emitters)
-    monkeypatch.setenv("CHASLES_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setenv("CHASLES_CFLAGS", "-O1")
-    robot = chasles.load(tmp_path)
+    robot = compiled(drawn(94), tmp_path, ["fk", "fk_jacobian_mixed", "margin", "ik"])
     q = np.array([-0.82292224, -0.47466385, -3.10882504, 0.70505359, 0.0415733, 0.11240639])
     assert 1e-5 < robot.margin(q).min() < 2e-5
     found = robot.ik(robot.fk(q))
     assert np.abs(found.q[found.valid] - q).max(-1).min() < 1e-9
 
 
-def test_given_joints_keep_their_values(tmp_path, monkeypatch):
+def test_given_joints_keep_their_values(tmp_path):
     """Every length off by up to half a millimetre, and two axes by 0.1 degrees."""
     design = load(ROBOTS / "well_manipulator.toml")
     members = frozenset(one.name for one in (*design.joints, *design.struts))
     spoilt = as_built(design, members, 5e-4, np.random.default_rng(1))
     spoilt = replace(tilted(tilted(spoilt, "theta3"), "theta7"), closure="least squares")
-    emitters = [e for e in EMITTERS if e.language in ("c", "python")]
-    write(spoilt, tmp_path, [*FUNCTIONS, "chain", "ik"], emitters)
-    monkeypatch.setenv("CHASLES_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setenv("CHASLES_CFLAGS", "-O1")
-    robot = chasles.load(tmp_path)
+    robot = compiled(spoilt, tmp_path, [*FUNCTIONS, "chain", "ik"])
     q = coordinates(robot)
     T, theta = robot.fk(q), robot.chain(q)
     places = {"l_HI": 3, "l_MN": 5, "theta7": 6}
@@ -188,8 +175,7 @@ def test_pins_out_of_parallel_are_told():
 
 def test_a_motor_that_follows_is_no_joint_of_the_loops(tmp_path):
     gantry = tilted(load(ROBOTS / "bricklaying_gantry.toml"), "y_second")
-    write(gantry, tmp_path / "gantry", ["fk", "passive", "configuration"])
-    robot = chasles.load(tmp_path / "gantry")
+    robot = compiled(gantry, tmp_path / "gantry", ["fk", "passive", "configuration"])
     q = np.array(robot.reference.q)
     names = [variable.name for variable in robot.configuration_variables]
     expected = robot.configuration(q)[[names.index(v.name) for v in robot.passive_joints]]

@@ -5,13 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from closures import Model
+from compiling import compiled
 from mechanisms import five_bar, four_bar, parallelogram, slider_crank
 from scipy.optimize import least_squares
 
-import chasles
 from bench.cases.as_built import on_links, out_of_plane
-from chasles.derive import load, write
-from chasles.derive.emit.languages import EMITTERS
+from chasles.derive import load
 from chasles.derive.loops.closing import longest_length
 from chasles.derive.model.mechanism import Closure
 from chasles.derive.terms.terms import Terms
@@ -33,21 +32,12 @@ DRAWN = {
 }
 
 
-def made(mechanism, folder, names=NAMES):
-    emitters = [e for e in EMITTERS if e.language in ("c", "casadi", "python")]
-    write(mechanism, folder, names, emitters)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("CHASLES_CACHE", str(folder / "cache"))
-        patch.setenv("CHASLES_CFLAGS", "-O1")
-        return chasles.load(folder)
-
-
 @pytest.fixture(scope="module", params=list(DRAWN))
 def drawn(request, tmp_path_factory):
     """A robot whose loops cannot close, and its description."""
     mechanism = DRAWN[request.param]()
     names = (*NAMES, *(["actuator_margin"] if request.param in ITERATED else ()))
-    return made(mechanism, tmp_path_factory.mktemp("open"), names), mechanism
+    return compiled(mechanism, tmp_path_factory.mktemp("open"), names), mechanism
 
 
 def postures(robot, count=40):
@@ -156,7 +146,9 @@ def test_actuators_lead_back(drawn):
 
 def test_loops_that_close_are_solved_as_ever(tmp_path):
     """Asked for in vain: the closed form of the design stays."""
-    robot = made(replace(parallelogram(), closure="least squares"), tmp_path, ["fk", "constraint"])
+    robot = compiled(
+        replace(parallelogram(), closure="least squares"), tmp_path, ["fk", "constraint"]
+    )
     assert robot.solution == "closed form"
 
 
@@ -205,7 +197,9 @@ wrist = 0.2
 """
     path = tmp_path / "driven_elbow.toml"
     path.write_text(text)
-    robot = made(load(path), tmp_path, ["fk", "fk_jacobian_mixed", "margin", "ik", "constraint"])
+    robot = compiled(
+        load(path), tmp_path, ["fk", "fk_jacobian_mixed", "margin", "ik", "constraint"]
+    )
     assert robot.solution == "newton"
     q = robot.reference.q + np.random.default_rng(8).uniform(-0.5, 0.5, (200, 3))
     found = robot.ik(robot.fk(q))

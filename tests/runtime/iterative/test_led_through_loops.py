@@ -5,24 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from closures import Model
+from compiling import compiled
 from derivations import ROBOTS
 
-import chasles
 from bench.cases.as_built import single_errors
-from chasles.derive import load, loads, write
-from chasles.derive.emit.languages import EMITTERS
+from chasles.derive import load, loads
 
 POSES = 60
 NAMES = ("fk", "fk_jacobian_mixed", "chain", "configuration", "margin", "ik")
-
-
-def made(mechanism, folder):
-    emitters = [e for e in EMITTERS if e.language in ("c", "python")]
-    write(mechanism, folder, NAMES, emitters)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("CHASLES_CACHE", str(folder / "cache"))
-        patch.setenv("CHASLES_CFLAGS", "-O1")
-        return chasles.load(folder)
 
 
 ARM = """
@@ -145,7 +135,7 @@ def test_universal_joints_whose_axes_miss_each_other(tmp_path, seed, wrist):
     goes further than its design's. The last wrist goes beyond half a turn.
     """
     built = replace(drawn_arm(seed, 5e-4, wrist), nominal=drawn_arm(seed, 0, wrist))
-    robot = made(built, tmp_path)
+    robot = compiled(built, tmp_path, NAMES)
     assert robot.solution == "newton"
     judged(robot, built, 0.3)
 
@@ -154,7 +144,7 @@ def test_a_tool_out_of_the_plane_of_the_design(tmp_path):
     """The design does not reach the poses of the robot as built: a tilted crank of a four-bar."""
     design = load(ROBOTS / "four_bar.toml")
     built = replace(dict(single_errors(design))["axis of crank"], closure="least squares")
-    robot = made(replace(built, nominal=design), tmp_path)
+    robot = compiled(replace(built, nominal=design), tmp_path, NAMES)
     q = robot.reference.q + np.linspace(-0.3, 0.3, 21)[:, None]
     found = robot.ik(robot.fk(q))
     assert found.valid.any(-1).all()

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from compiling import compiled
 
 import chasles
 import chasles.derive
-from chasles.derive.emit.languages import EMITTERS
 
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"
 FACTORS = (1 / 256, 256.0)
@@ -31,9 +31,7 @@ def written(name, factor, folder):
     text = (ROBOTS / f"{name}.toml").read_text()
     file = folder / f"{name}.toml"
     file.write_text(LENGTHS[name].sub(lambda found: f"{float(found[0]) * factor:.12f}", text))
-    emitters = [emitter for emitter in EMITTERS if emitter.language == "c"]
-    chasles.derive.write(chasles.derive.load(file), folder / name, emitters=emitters)
-    return chasles.load(folder / name)
+    return compiled(chasles.derive.load(file), folder / name, languages=["c"])
 
 
 @pytest.fixture(scope="module", params=[(n, f) for n in LENGTHS for f in FACTORS], ids=str)

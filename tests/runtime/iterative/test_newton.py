@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import chasles
-from chasles.derive import load, write
+from chasles.derive import load
 from chasles.derive.emit.casadi_file import casadi_function
+from tests.helpers.compiling import compiled, compiled_quickly
 from tests.helpers.derivations import ROBOTS
 from tests.helpers.rate_inputs import held
 
@@ -56,13 +57,14 @@ def description(folder, name):
 
 @pytest.fixture(scope="module", params=NAMES)
 def robot(request, tmp_path_factory):
-    folder = tmp_path_factory.mktemp(request.param)
-    read = load(description(folder, request.param))
+    above = tmp_path_factory.mktemp(request.param)
+    folder = above / request.param
+    read = load(description(above, request.param))
     wanted = [name for name in WANTED if read.passive or not name.startswith("passive")]
-    write(read, folder / request.param, wanted)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("CHASLES_CACHE", str(folder / "cache"))
-        yield chasles.load(folder / request.param)
+    robot = compiled(read, folder, wanted)
+    # A robot that is unpickled is loaded again.
+    with compiled_quickly():
+        yield robot
 
 
 WANTED = (

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from compiling import loaded
 
 import chasles
 
@@ -16,9 +17,7 @@ ROD = 0.13
 @pytest.fixture(scope="module")
 def robot(tmp_path_factory):
     folder = tmp_path_factory.mktemp("planar")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("CHASLES_CACHE", str(folder / "cache"))
-        return chasles.load(planar.write(folder / "planar", "13/100"))
+    return loaded(planar.write(folder / "planar", "13/100"))
 
 
 def test_published_angles(robot):

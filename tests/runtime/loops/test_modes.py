@@ -4,6 +4,7 @@ import time
 
 import numpy as np
 import pytest
+from compiling import loaded
 
 import chasles
 
@@ -15,9 +16,7 @@ RODS = {"13/100": 0.13, "17/100": 0.17}
 @pytest.fixture(scope="module", params=RODS)
 def robot_and_rod(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp("planar")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("CHASLES_CACHE", str(folder / "cache"))
-        return chasles.load(planar.write(folder / "planar", request.param)), RODS[request.param]
+    return loaded(planar.write(folder / "planar", request.param)), RODS[request.param]
 
 
 def random_q(rng, n, rod):

@@ -8,12 +8,12 @@ import json
 
 import numpy as np
 import pytest
+from compiling import compiled, loaded
 
 import chasles
 from bench.cases.drawn_arms import random_arm
 from bench.cases.screws import screws_of
 from chasles.contract.manifest import read_manifest
-from chasles.derive import write
 
 ARM = 4220
 FUNCTIONS = ["fk", "fk_jacobian_mixed", "ik"]
@@ -25,15 +25,13 @@ QUARTERS = np.arange(-1, 3) * (np.pi / 2)
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("search") / "arm"
-    write(random_arm(ARM), folder, FUNCTIONS)
+    compiled(random_arm(ARM), folder, FUNCTIONS)
     return folder
 
 
 @pytest.fixture(scope="module")
 def arm(folder):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("CHASLES_CACHE", str(folder.parent / "cache"))
-        return chasles.load(folder)
+    return loaded(folder)
 
 
 @pytest.fixture(scope="module")

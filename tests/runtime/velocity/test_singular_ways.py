@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from compiling import loaded
 
 import chasles
 from chasles.velocity.contours import zero_curves
@@ -15,9 +16,7 @@ LONG, SHORT = planar.CRANK + ROD, planar.CRANK - ROD
 @pytest.fixture(scope="module")
 def robot(tmp_path_factory):
     folder = tmp_path_factory.mktemp("planar")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("CHASLES_CACHE", str(folder / "cache"))
-        return chasles.load(planar.write(folder / "planar", "13/100"))
+    return loaded(planar.write(folder / "planar", "13/100"))
 
 
 def determinant(pose, length=1.0):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from compiling import loaded
 
 import chasles
 
@@ -13,9 +14,7 @@ ROD = 0.13
 @pytest.fixture(scope="module")
 def robot(tmp_path_factory):
     folder = tmp_path_factory.mktemp("planar")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("CHASLES_CACHE", str(folder / "cache"))
-        return chasles.load(planar.write(folder / "planar", "13/100"))
+    return loaded(planar.write(folder / "planar", "13/100"))
 
 
 def lines(pose, q):

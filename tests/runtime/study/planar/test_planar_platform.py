@@ -4,10 +4,11 @@ from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
+from compiling import compiled
 from derivations import ROBOTS
 
 import chasles
-from chasles.derive import load, write
+from chasles.derive import load
 from chasles.errors import InputValueError
 from chasles.study.planar.annuli import Annulus, area, border
 from chasles.study.planar.planar_platform import constant_orientation, dexterous, orientations
@@ -129,8 +130,7 @@ def dexterous_platform(tmp_path_factory):
     text = f'extends = "{ROBOTS / "planar_3rrr.toml"}"\nname = "small"\n'
     file = folder / "small.toml"
     file.write_text(text + "parameters = { r_p = 30, L = 200 }\n")
-    write(load(file), folder / "small", ["fk", "actuators", "actuator_margin"])
-    return chasles.load(folder / "small")
+    return compiled(load(file), folder / "small", ["fk", "actuators", "actuator_margin"])
 
 
 def test_every_angle(dexterous_platform):
@@ -153,8 +153,7 @@ def test_every_angle_where_holes_turn_around_the_tool(crank, coupler, r_p, tmp_p
     file = tmp_path / "holed.toml"
     text = f'extends = "{ROBOTS / "planar_3rrr.toml"}"\nname = "holed"\n'
     file.write_text(text + f"parameters = {{ S_A = {crank}, L = {coupler}, r_p = {r_p} }}\n")
-    write(load(file), tmp_path / "holed", ["actuators", "actuator_margin"])
-    platform = chasles.load(tmp_path / "holed")
+    platform = compiled(load(file), tmp_path / "holed", ["actuators", "actuator_margin"])
     hole, r = abs(crank - coupler) / 1000, r_p / 1000
     regions = [constant_orientation(platform, phi) for phi in np.linspace(0, 2 * np.pi, 361)]
     assert regions[0].pieces[0][0].inner == pytest.approx(hole, abs=1e-6)
