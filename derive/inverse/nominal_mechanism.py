@@ -37,8 +37,8 @@ GRIDS = tuple(sp.Rational(text) for text in ("0.01", "0.005", "0.001", "0.0005",
 STEP_OF_ANGLES = sp.pi / 12
 
 SAMPLES, MOST_DRAWN = 100, 600
-"""Configurations to which a nominal robot has to lead, and those drawn to find them: many loops close
-at one in five."""
+"""Configurations to which a nominal robot has to lead, and those drawn to find them: many loops
+close at one in five."""
 STEPS = 8
 
 

@@ -26,8 +26,8 @@ from ..tasks.task import Solved
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 SAMPLES, MOST_DRAWN = 200, 4000
-"""Configurations that an inverse is asked for, and those drawn to find them: loops of cranks and rods
-close at one in twenty."""
+"""Configurations that an inverse is asked for, and those drawn to find them: loops of cranks and
+rods close at one in twenty."""
 MOST_CHOICES = 9
 """Choices that are tried together, in 512 slots; with more, loops stay on the reference's side."""
 

@@ -5,6 +5,7 @@ values of the parameters, so that they tell which length or angle would close a 
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,16 +15,14 @@ from numpy.typing import NDArray
 from ...model.mechanism import Closure, Frame, Mechanism, Strut
 from ...model.placements import Rotation, Translation
 from ...model.robot import Joint, Placement
-from ...model.tolerances import DIFFERENCE_STEP, GAP, REPEATED_EQUATION, WORTHWHILE_GAIN
+from ...model.tolerances import CLOSING_GAIN, GAP, REPEATED_EQUATION, WORTHWHILE_GAIN
 from ...terms.terms import Terms
 from ..planar.planes import linkages
+from .damped_search import differences, least
 
 Floats = NDArray[np.float64]
 Value = float | Floats
 """A number, or numbers of many postures (n,)."""
-ITERATIONS = 80
-START, WEAKEST, STRONGEST, FACTOR = 1e-4, 1e-15, 1e8, 10
-"""Damping of the search at its start and at most and least, and its change by each trial."""
 OTHERS_FIRST = 1e3
 """Weight of the loops that stay closed beside a loop whose gap is made small."""
 _AXES = {"x": 0, "y": 1, "z": 2}
@@ -46,25 +45,24 @@ class BodiesInNumbers:
         values: Values of joints and cylinders at the reference (radian or metre), by name.
         unknown: Names of the joints and cylinders that are not actuated.
         size: The longest translation or rod (metre), 1 where all are zero.
+        normals: Unit normals of planar loops in the axes of their closers' first bodies, by closer.
     """
 
-    def __init__(self, mechanism: Mechanism) -> None:
-        """Reads the reference, and the planes of planar loops."""
+    def __init__(self, mechanism: Mechanism, normals: Mapping[str, Floats] | None = None) -> None:
+        """Reads the reference, and the planes of planar loops.
+
+        Args:
+            mechanism: The description.
+            normals: The normals of planar loops, by closer, where they are known.
+        """
         self.mechanism = mechanism
+        self._placed: dict[str, Floats] = {}
+        self._numbers: dict[sp.Expr, float] = {}
         self.constants = {p.name: float(p.value) for p in mechanism.parameters}
-        self._symbols = [p.symbol for p in mechanism.parameters]
-        terms = Terms({p.symbol: p.value for p in mechanism.parameters})
-        planar, _ = linkages(mechanism, terms)
-        self._normals = {
-            closer.name: _floats(linkage.axes[closer.a.body].n, terms)
-            for linkage in planar
-            for closer in mechanism.closers
-            if closer.name in linkage.closers
-        }
-        self._numbers: dict[sp.Expr, Callable[..., float]] = {}
-        self._placed: dict[str, tuple[list[float], Floats]] = {}
+        self._symbols = tuple(p.symbol for p in mechanism.parameters)
+        self.normals = _normals(mechanism) if normals is None else normals
         self._bare = self._lengths()
-        self.constants |= self._bare
+        self.constants = self.constants | self._bare
         self.values = self._reference()
         actuated = {c.moves for c in mechanism.coordinates}
         self.unknown = [name for name in mechanism.members if name not in actuated]
@@ -72,11 +70,23 @@ class BodiesInNumbers:
 
     # --- constants ---
 
+    @property
+    def constants(self) -> dict[str, float]:
+        """The constants; they change by a new dictionary, never in place."""
+        return self._constants
+
+    @constants.setter
+    def constants(self, values: dict[str, float]) -> None:
+        self._constants = values
+        self._placed.clear()
+        self._numbers.clear()
+
     def number(self, expression: sp.Expr) -> float:
         """The value of an expression of parameters."""
         if expression not in self._numbers:
-            self._numbers[expression] = sp.lambdify(self._symbols, expression, "math")
-        return float(self._numbers[expression](*self._given()))
+            function = _function(self._symbols, expression)
+            self._numbers[expression] = float(function(*self._given()))
+        return self._numbers[expression]
 
     def matrix(self, placement: Placement) -> Floats:
         """A placement (4, 4) at the values of the parameters."""
@@ -119,14 +129,11 @@ class BodiesInNumbers:
 
     def _offset(self, name: str, placement: Placement) -> Floats:
         """A placement whose translation has the length that stands among the constants."""
-        own = self.constants[name] / self._bare[name] if name in self._bare else 1.0
-        state = [own, *self._given()]
-        known = self._placed.get(name)
-        if known is None or known[0] != state:
-            T = self.matrix(placement)
-            T[:3, 3] *= own
-            known = self._placed[name] = state, T
-        return known[1]
+        T = self._placed.get(name)
+        if T is None:
+            T = self._placed[name] = self.matrix(placement)
+            T[:3, 3] *= self.constants[name] / self._bare[name] if name in self._bare else 1.0
+        return T
 
     def _reference(self) -> dict[str, float]:
         given = {name: self.number(value) for name, value in self.mechanism.reference}
@@ -176,7 +183,7 @@ class BodiesInNumbers:
 
     def normal(self, closer: Closure | Strut, poses: Mapping[str, Floats]) -> Floats | None:
         """The unit normal of a closer's loop in the base body's frame; None in space."""
-        normal = self._normals.get(closer.name)
+        normal = self.normals.get(closer.name)
         return None if normal is None else poses[closer.a.body][..., :3, :3] @ normal
 
     def is_closed(self, gap: Gap) -> bool:
@@ -223,7 +230,7 @@ class BodiesInNumbers:
         if closer.kind == "pin":
             z = R[..., :, 2]
             # In a plane, a pin also holds frames whose z axes are opposed.
-            opposed = (closer.name in self._normals) & (z[..., 2:] < 0)
+            opposed = (closer.name in self.normals) & (z[..., 2:] < 0)
             return d, _tilt(np.where(opposed, -z, z))
         if closer.kind == "slider":
             d = (turned[..., :2, :] @ d[..., None])[..., 0]
@@ -233,12 +240,12 @@ class BodiesInNumbers:
         """Whether unknown joints can move a closed posture although the actuators stand still."""
         names = [closer.name for closer in self.mechanism.closers]
         residual, x = self._residual(dict(values), self.unknown, names, "")
-        J = _differences(residual, x, self._apart(self.unknown))
+        J = differences(residual, x, self._apart(self.unknown))
         return int(np.linalg.matrix_rank(J, tol=REPEATED_EQUATION)) < len(x)
 
     def across(self, closer: Closure | Strut) -> str:
         """A sentence where pins do not fit the parallel axes of their loop; else ""."""
-        if closer.name in self._normals or not _has_pins(closer):
+        if closer.name in self.normals or not _has_pins(closer):
             return ""
         poses = self.poses(self.values)
         ways = [self.mechanism.way(frame.body) for frame in (closer.a, closer.b)]
@@ -279,7 +286,7 @@ class BodiesInNumbers:
         found = {}
         for name in loops:
             residual, x = self._residual(dict(values), free, [name], "")
-            found[name] = _differences(residual, x, self._apart(free))
+            found[name] = differences(residual, x, self._apart(free))
         return found
 
     # --- closing in numbers ---
@@ -303,10 +310,11 @@ class BodiesInNumbers:
                 alike.
         """
         at = {**values, **{name: self.constants[name] for name in free if name in self.constants}}
-        before = dict(self.constants)
+        before = self.constants
         residual, x = self._residual(at, free, loops, last)
         try:
-            residual(_least(residual, x, self._apart(free)))
+            worthwhile = WORTHWHILE_GAIN if last else CLOSING_GAIN
+            residual(least(residual, x, self._apart(free), worthwhile))
         finally:
             self.constants = before
         return at
@@ -351,10 +359,31 @@ class BodiesInNumbers:
         return np.array([name in self.constants for name in free], bool)
 
     def _set(self, at: dict[str, Any], names: Sequence[str], x: Floats) -> None:
+        changed = {}
         for name, column in zip(names, np.moveaxis(x, -1, 0), strict=True):
             at[name] = column if column.ndim else float(column)
-            if name in self.constants:
-                self.constants[name] = float(column.flat[0])
+            if name in self.constants and self.constants[name] != column.flat[0]:
+                changed[name] = float(column.flat[0])
+        if changed:
+            self.constants = self.constants | changed
+
+
+@lru_cache(maxsize=4096)
+def _function(symbols: tuple[sp.Symbol, ...], expression: sp.Expr) -> Callable[..., float]:
+    function: Callable[..., float] = sp.lambdify(symbols, expression, "math")
+    return function
+
+
+@lru_cache(maxsize=16)
+def _normals(mechanism: Mechanism) -> dict[str, Floats]:
+    terms = Terms({p.symbol: p.value for p in mechanism.parameters})
+    planar, _ = linkages(mechanism, terms)
+    return {
+        closer.name: _floats(linkage.axes[closer.a.body].n, terms)
+        for linkage in planar
+        for closer in mechanism.closers
+        if closer.name in linkage.closers
+    }
 
 
 def length_of(strut: Strut) -> str:
@@ -379,8 +408,8 @@ def _motion(
         return np.eye(4)
     value = joint.direction * values[joint.name]
     T = _turn(2, 0.0 * value if joint.kind == "prismatic" else value)
-    advance = {"prismatic": 1.0, "helical": number(joint.pitch)}.get(joint.kind, 0.0)
-    T[..., 2, 3] = advance * value
+    if joint.kind != "revolute":
+        T[..., 2, 3] = value * (number(joint.pitch) if joint.kind == "helical" else 1.0)
     return T
 
 
@@ -441,46 +470,3 @@ def _shift(T: Floats) -> float:
 def _has_symbols(motion: Rotation | Translation) -> bool:
     values = (motion.angle,) if isinstance(motion, Rotation) else motion.vector
     return any(value.free_symbols for value in values)
-
-
-def _least(residual: Callable[[Floats], Floats], x: Floats, apart: NDArray[np.bool_]) -> Floats:
-    """Levenberg and Marquardt's iteration on the sum of squares."""
-    damping, r = START, residual(x)
-    for _ in range(ITERATIONS):
-        if len(x) == 0 or r @ r < (GAP / 10) ** 2:
-            break
-        J = _differences(residual, x, apart)
-        H, g = J.T @ J, J.T @ r
-        trial, there = r, x
-        while not trial @ trial < r @ r:
-            damping *= FACTOR
-            if damping > STRONGEST:
-                return x
-            there = x - np.linalg.solve(H + damping * np.eye(len(x)), g)
-            trial = residual(there)
-        gained = 1 - (trial @ trial) / (r @ r)
-        x, r, damping = there, trial, max(damping / FACTOR**2, WEAKEST)
-        if gained < WORTHWHILE_GAIN:
-            break
-    return x
-
-
-def _differences(
-    residual: Callable[[Floats], Floats], x: Floats, apart: NDArray[np.bool_]
-) -> Floats:
-    """The Jacobian of residuals by central differences, (m, n).
-
-    Args:
-        residual: The residuals (m,) of values (n,), or (k, m) of (k, n).
-        x: The values.
-        apart: Whether a value must be the same in all postures of one call, (n,).
-    """
-    steps = DIFFERENCE_STEP * np.eye(len(x))
-    J = np.zeros((len(x), len(residual(x))))
-    together = steps[~apart]
-    if len(together):
-        ahead, behind = np.split(residual(x + np.concatenate([together, -together])), 2)
-        J[~apart] = ahead - behind
-    for k in np.flatnonzero(apart):
-        J[k] = residual(x + steps[k]) - residual(x - steps[k])
-    return J.T / (2 * DIFFERENCE_STEP)

@@ -20,6 +20,8 @@ from .swapped_ends import swapped_ends
 
 STARTS = 8
 """Random starts from which a loop is tried before it counts as open."""
+MOST_REFINED = 3
+"""Starts from which the smallest gap is sought, those that leave the smallest first."""
 MOST_TOLD = 5
 """Most lengths and angles that a message offers, those of the smallest change first."""
 DOUBLINGS, HALVINGS = 12, 16
@@ -121,7 +123,7 @@ def _closed(
     best = bodies.nearest(values, bodies.unknown, loops)
     if bodies.all_closed(best, loops):
         return best
-    found = [bodies.nearest(values, bodies.unknown, loops, last)]
+    found = [best]
     for _ in range(STARTS):
         trial = dict(values)
         for name in bodies.unknown:
@@ -130,8 +132,12 @@ def _closed(
         trial = bodies.nearest(trial, bodies.unknown, loops)
         if bodies.all_closed(trial, loops):
             return trial
-        found.append(bodies.nearest(trial, bodies.unknown, loops, last))
-    return min(found, key=lambda at: _gap(bodies, at, loops))
+        found.append(trial)
+    found.sort(key=lambda at: _gap(bodies, at, loops))
+    least = [
+        bodies.nearest(at, bodies.unknown, loops, last) for at in (best, *found[:MOST_REFINED])
+    ]
+    return min(least, key=lambda at: _gap(bodies, at, loops))
 
 
 def _gap(bodies: BodiesInNumbers, values: Mapping[str, float], loops: Sequence[str]) -> float:

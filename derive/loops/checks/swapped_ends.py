@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from ...model.mechanism import Mechanism, Strut
-from .bodies_in_numbers import BodiesInNumbers
+from .bodies_in_numbers import BodiesInNumbers, Floats
 
 NEAR = 0.2
 """Farthest motion from the reference, in parts of the mechanism's size or radian: values of passive
@@ -52,9 +52,13 @@ def swapped_ends(mechanism: Mechanism) -> str:
 
 def _best(mechanism: Mechanism) -> tuple[tuple[str, ...], float]:
     """The rods whose exchange closes all loops nearest to the reference, and how far from it."""
-    found = {names: _motion(_exchanged(mechanism, names)) for names in _groups(mechanism)}
-    names = min(found, key=found.__getitem__, default=())
-    return names, found.get(names, math.inf)
+    normals = BodiesInNumbers(mechanism).normals
+    found = {names: _motion(_exchanged(mechanism, names), normals) for names in _groups(mechanism)}
+    for names in sorted(found, key=found.__getitem__):
+        # An exchange may take the pins of a rod out of the plane of its loop.
+        if found[names] < math.inf and _motion(_exchanged(mechanism, names)) < math.inf:
+            return names, found[names]
+    return (), math.inf
 
 
 def _seeming(names: tuple[str, ...]) -> str:
@@ -95,9 +99,9 @@ def _turned(strut: Strut) -> Strut:
     )
 
 
-def _motion(mechanism: Mechanism) -> float:
+def _motion(mechanism: Mechanism, normals: Mapping[str, Floats] | None = None) -> float:
     """How far the nearest closed posture is from the reference; infinite where none is found."""
-    bodies = BodiesInNumbers(mechanism)
+    bodies = BodiesInNumbers(mechanism, normals)
     names = [closer.name for closer in mechanism.closers]
     closed = bodies.nearest(bodies.values, bodies.unknown, names)
     return _change(bodies, closed) if bodies.all_closed(closed, names) else math.inf

@@ -17,6 +17,7 @@ from derivations import ROBOTS
 from mechanisms import BASE, at, near, pin
 
 from chasles.derive import Frame, Mechanism, RobotError, Strut, derive, load, loads
+from chasles.derive.loops.checks.bodies_in_numbers import BodiesInNumbers
 from chasles.derive.loops.checks.closable import doubts_of
 from chasles.derive.loops.checks.gaps import open_loop
 from chasles.derive.loops.checks.swapped_ends import doubtful_ends
@@ -117,6 +118,22 @@ def test_the_gap_and_its_ranges_in_numbers():
     ranges = {name: (1e3 * low, 1e3 * high) for name, low, high in offers(text)}
     assert ranges["b"] == pytest.approx((apart - 250, apart + 250), abs=0.1)
     assert ranges["c"] == pytest.approx((apart - 80, apart + 80), abs=0.1)
+
+
+def test_an_open_delta_is_told_after_few_evaluations(monkeypatch):
+    counted, poses = [], BodiesInNumbers.poses
+
+    def counting(bodies, values):
+        counted.append(1)
+        return poses(bodies, values)
+
+    monkeypatch.setattr(BodiesInNumbers, "poses", counting)
+    text = message(with_parameter(mechanism("delta"), "l_r", "0.1"))
+    assert "510.1 mm too short" in text
+    ranges = {name: (1e3 * low, 1e3 * high) for name, low, high in offers(text)}
+    assert ranges["l_r"][0] == pytest.approx(355.1, abs=0.1)
+    assert ranges["r_p"] == pytest.approx((344.6, 575.4), abs=0.1)
+    assert len(counted) < 3000
 
 
 def test_a_rod_says_how_much_it_lacks():
