@@ -47,9 +47,9 @@ def least(
             break
         g = J.T @ r
         step = -np.linalg.solve(J.T @ J + damping * np.eye(len(x)), g)
-        promised = step @ (damping * step - g)
+        promised = float(step @ (damping * step - g))
         there, J_there = _linear(residual, x + step, apart)
-        gained = r @ r - there @ there
+        gained = float(r @ r - there @ there)
         if not gained > 0:
             damping, growth = damping * growth, growth * FACTOR
             continue
