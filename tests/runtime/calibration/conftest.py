@@ -3,11 +3,11 @@
 from functools import cache
 
 import pytest
+from compiling import compiled
 from derivations import description
 from measured_arms import drawn
 
-import chasles
-from chasles.derive import load, write
+from chasles.derive import load
 
 IDENTIFICATION = "identification_jacobian"
 
@@ -19,8 +19,8 @@ def loaded(tmp_path_factory):
     @cache
     def by_name(name):
         folder = tmp_path_factory.mktemp("parametric") / name
-        write(load(description(name)), folder, ["fk", "fk_p", "jacobian_p", IDENTIFICATION])
-        return chasles.load(folder)
+        functions = ["fk", "fk_p", "jacobian_p", IDENTIFICATION]
+        return compiled(load(description(name)), folder, functions)
 
     return by_name
 

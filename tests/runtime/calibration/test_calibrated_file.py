@@ -4,20 +4,19 @@ import csv
 
 import numpy as np
 import pytest
+from compiling import compiled
 from derivations import ROBOTS
 from numpy.testing import assert_allclose
 
-import chasles
 from chasles.__main__ import main
 from chasles.calibration import robot_file
-from chasles.derive import RobotError, load, write
+from chasles.derive import RobotError, load
 
 
 def test_the_file_describes_the_same_arm_and_has_an_inverse(arm, truth, tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(robot_file(arm, truth.p, "mine", "a test"))
-    write(load(path), tmp_path / "mine")
-    mine = chasles.load(tmp_path / "mine")
+    mine = compiled(load(path), tmp_path / "mine")
     q = np.random.default_rng(0).uniform(-2, 2, (2000, 6))
     assert_allclose(mine.fk(q), arm.fk_p(q, truth.p), atol=1e-14)
     found = mine.ik(mine.fk(q))
@@ -28,17 +27,17 @@ def test_the_file_describes_the_same_arm_and_has_an_inverse(arm, truth, tmp_path
 
 @pytest.mark.parametrize("name", ["stanford", "scara", "photo_robot", "lynxmotion"])
 def test_slides_offsets_and_frames(name, tmp_path):
-    write(load(ROBOTS / f"{name}.toml"), tmp_path / name, ["fk", "fk_p", "jacobian_p"])
-    robot = chasles.load(tmp_path / name)
+    robot = compiled(load(ROBOTS / f"{name}.toml"), tmp_path / name, ["fk", "fk_p", "jacobian_p"])
     random = np.random.default_rng(1)
     p = np.array([g.value for g in robot.geometry])
     off = np.array([g.part != "transmission" for g in robot.geometry])
     p[off] += random.uniform(-1e-2, 1e-2, off.sum())
     path = tmp_path / "mine.toml"
     path.write_text(robot_file(robot, p, "mine", "a test"))
-    write(load(path), tmp_path / "mine", ["fk"])
     q = random.uniform(-2, 2, (100, robot.n))
-    assert_allclose(chasles.load(tmp_path / "mine").fk(q), robot.fk_p(q, p), atol=1e-13)
+    assert_allclose(
+        compiled(load(path), tmp_path / "mine", ["fk"]).fk(q), robot.fk_p(q, p), atol=1e-13
+    )
 
 
 def test_drives_are_transmissions_of_the_file(arm, truth, tmp_path):
@@ -47,8 +46,8 @@ def test_drives_are_transmissions_of_the_file(arm, truth, tmp_path):
     p[drives] += random.uniform(-3e-3, 3e-3, drives.sum())
     path = tmp_path / "mine.toml"
     path.write_text(robot_file(arm, p, "mine", "a test"))
-    write(load(path), tmp_path / "mine", ["fk", "ik", "joints_from_motors", "motors_from_joints"])
-    mine = chasles.load(tmp_path / "mine")
+    functions = ["fk", "ik", "joints_from_motors", "motors_from_joints"]
+    mine = compiled(load(path), tmp_path / "mine", functions)
     m = random.uniform(-6, 6, (1000, 6))
     q = mine.joints_from_motors(m)
     assert np.abs(q - m).max() > 1e-2

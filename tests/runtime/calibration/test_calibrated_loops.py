@@ -13,16 +13,15 @@ import casadi as ca
 import numpy as np
 import pytest
 import scipy.optimize
+from compiling import compiled
 from derivations import ROBOTS
 from numpy.testing import assert_allclose
 
-import chasles
 from chasles import screws
 from chasles.calibration import Poses, Positions, identify, random_arms, robot_file, tool_errors
 from chasles.calibration.fitting.problem import OUTLYING
-from chasles.derive import RobotError, casadi_function, derive, load, loads, write
+from chasles.derive import RobotError, casadi_function, derive, load, loads
 from chasles.derive.chain.parametric import PARAMETRIC
-from chasles.derive.emit.languages import EMITTERS
 from chasles.derive.latex.inverse.inverse_fragment import inverse_of_loops
 from chasles.derive.latex.loops.loop_page import LoopPage
 from chasles.derive.loops.hybrid import Hybrid
@@ -39,11 +38,10 @@ DRAWN = 5e-4
 """Metre and radian: what axes, rods and tool of a drawn robot are off by at most."""
 SAME = 1e-10
 """Metre or radian, for coordinates."""
-CALLED = tuple(emitter for emitter in EMITTERS if emitter.language != "latex")
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
+def parametric(tmp_path_factory):
     """A robot with its parametric functions, by name."""
     robots = {}
 
@@ -51,8 +49,7 @@ def made(tmp_path_factory):
         if name not in robots:
             folder = tmp_path_factory.mktemp("parametric") / name
             functions = ["fk", "jacobian_mixed", *PARAMETRIC, "parts_p"]
-            write(load(ROBOTS / f"{name}.toml"), folder, functions)
-            robots[name] = chasles.load(folder)
+            robots[name] = compiled(load(ROBOTS / f"{name}.toml"), folder, functions)
         return robots[name]
 
     return of
@@ -91,8 +88,8 @@ def differences(function, x, T):
 
 
 @pytest.mark.parametrize("name", ["five_bar", "four_bar", "stewart_gough"])
-def test_functions_are_the_robots_own_and_derivatives_are_differences(made, name):
-    robot, random = made(name), np.random.default_rng(1)
+def test_functions_are_the_robots_own_and_derivatives_are_differences(parametric, name):
+    robot, random = parametric(name), np.random.default_rng(1)
     q, p = around(robot, random, 20), np.array([item.value for item in robot.geometry])
     assert_allclose(robot.fk_p(q, p), robot.fk(q), atol=1e-13)
     assert_allclose(robot.jacobian_p(q, p), robot.jacobian_mixed(q), atol=1e-11)
@@ -112,16 +109,16 @@ def test_functions_are_the_robots_own_and_derivatives_are_differences(made, name
     assert_allclose(body, np.concatenate([R @ J[:, :3], R @ J[:, 3:]], 1), atol=1e-13)
 
 
-def test_a_geometry_whose_loops_do_not_close_is_nan(made):
-    robot = made("five_bar")
+def test_a_geometry_whose_loops_do_not_close_is_nan(parametric):
+    robot = parametric("five_bar")
     p = np.array([item.value for item in robot.geometry])
     p[[item.name for item in robot.geometry].index("right_coupler_length")] = 2.0
     assert np.isnan(robot.fk_p(np.array([robot.reference.q] * 2), p)[:, :3, 3]).all()
 
 
 @pytest.mark.parametrize("name", ["five_bar", "four_bar", "stewart_gough"])
-def test_identification_explains_a_drawn_robot(made, name):
-    robot, random = made(name), np.random.default_rng(4)
+def test_identification_explains_a_drawn_robot(parametric, name):
+    robot, random = parametric(name), np.random.default_rng(4)
     p, T_W_base = drawn(robot, random, 1e-3), screws.exp(random.normal(size=6))
     q, held = everywhere(robot, random, 60), everywhere(robot, random, 500)
     noise = screws.exp(random.normal(size=(60, 6)) * np.repeat(SIGMA, 3))
@@ -142,9 +139,9 @@ def test_identification_explains_a_drawn_robot(made, name):
     assert found.outliers == tuple(beyond)
 
 
-def test_targets_on_a_tool_that_hardly_turns(made):
+def test_targets_on_a_tool_that_hardly_turns(parametric):
     """The start places base and targets tens of centimetres off, by the same way."""
-    robot, random = made("delta"), np.random.default_rng(3)
+    robot, random = parametric("delta"), np.random.default_rng(3)
     p, q = drawn(robot, random, 5e-4), everywhere(robot, random, 60)
     T = screws.exp(random.normal(size=6)) @ robot.fk_p(q, p)
     targets = np.array([[0.03, 0, 0], [0, 0.03, 0.01], [0, 0, -0.05]])
@@ -161,8 +158,7 @@ def test_lengths_in_proportion_are_not_told_apart(tmp_path):
     assert tool in text
     path = tmp_path / "rocker.toml"
     path.write_text(text.replace(tool, 'tool = { body = "rocker" }'))
-    write(load(path), tmp_path / "rocker", ["fk", *PARAMETRIC])
-    robot = chasles.load(tmp_path / "rocker")
+    robot = compiled(load(path), tmp_path / "rocker", ["fk", *PARAMETRIC])
     q = np.linspace(-3, 3, 60)[:, None]
     noise = screws.exp(np.random.default_rng(0).normal(size=(60, 6)) * np.repeat(SIGMA, 3))
     # Ground 0.35, crank 0.1, coupler 0.3 and rocker 0.25: an axis that shifts takes the link before
@@ -180,16 +176,16 @@ def test_lengths_in_proportion_are_not_told_apart(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["four_bar", "slider_crank"])
-def test_the_file_describes_the_robot_that_was_identified(made, name, tmp_path):
-    robot, random = made(name), np.random.default_rng(5)
+def test_the_file_describes_the_robot_that_was_identified(parametric, name, tmp_path):
+    robot, random = parametric(name), np.random.default_rng(5)
     p = drawn(robot, random, 5e-4)
     drives = np.array([item.part == "transmission" for item in robot.geometry])
     p[drives] += random.uniform(-1e-3, 1e-3, drives.sum())
     path = tmp_path / "mine.toml"
     path.write_text(robot_file(robot, p, "mine", "a test"))
     converted = ["joints_from_motors", "motors_from_joints"]
-    write(load(path), tmp_path / "mine", ["fk", "chain", "actuators", *converted])
-    mine, m = chasles.load(tmp_path / "mine"), around(robot, random, 200)
+    mine = compiled(load(path), tmp_path / "mine", ["fk", "chain", "actuators", *converted])
+    m = around(robot, random, 200)
     q, T = mine.joints_from_motors(m), robot.fk_p(m, p)
     closed = np.isfinite(T).all((-2, -1))
     assert closed.sum() > 150
@@ -198,8 +194,8 @@ def test_the_file_describes_the_robot_that_was_identified(made, name, tmp_path):
     assert_allclose(mine.actuators(mine.chain(q))[closed], q[closed], rtol=0, atol=1e-12)
 
 
-def test_the_design_leads_the_inverse_where_the_file_names_it(made, tmp_path):
-    robot, random = made("five_bar"), np.random.default_rng(5)
+def test_the_design_leads_the_inverse_where_the_file_names_it(parametric, tmp_path):
+    robot, random = parametric("five_bar"), np.random.default_rng(5)
     text = robot_file(robot, drawn(robot, random, 5e-4), "mine", "a test", "five_bar")
     mine = loads(text, str(tmp_path / "mine.toml"))
     assert mine.nominal == load(ROBOTS / "five_bar.toml")
@@ -208,8 +204,9 @@ def test_the_design_leads_the_inverse_where_the_file_names_it(made, tmp_path):
 
 
 def test_casadi_closes_the_loops_of_any_geometry(tmp_path):
-    write(load(ROBOTS / "four_bar.toml"), tmp_path, ["fk_p", "identification_jacobian"])
-    robot, random = chasles.load(tmp_path), np.random.default_rng(6)
+    functions = ["fk_p", "identification_jacobian"]
+    robot = compiled(load(ROBOTS / "four_bar.toml"), tmp_path, functions)
+    random = np.random.default_rng(6)
     function = casadi_function(tmp_path, "fk_p")
     q, p = (ca.MX.sym(name, size) for name, size in (("q", robot.n), ("p", len(robot.geometry))))
     by_p = ca.Function("by_p", [q, p], [ca.jacobian(function(q, p)[:3, 3], p)])
@@ -222,8 +219,8 @@ def test_casadi_closes_the_loops_of_any_geometry(tmp_path):
         assert_allclose(np.array(by_p(at, geometry)), J, rtol=0, atol=1e-12)
 
 
-def test_errors_from_tolerances_are_those_of_drawn_robots(made):
-    robot = made("five_bar")
+def test_errors_from_tolerances_are_those_of_drawn_robots(parametric):
+    robot = parametric("five_bar")
     tolerances = {"axis": 1e-5, "loop": 1e-5}
     q = np.array(robot.reference.q)
     first = tool_errors(robot, q, tolerances)
@@ -234,9 +231,9 @@ def test_errors_from_tolerances_are_those_of_drawn_robots(made):
 @pytest.mark.parametrize(
     ("parts", "rank"), [(("axis", "tool"), 30), (("axis", "tool", "loop"), 42)]
 )
-def test_rank_of_the_papers_manipulator(made, parts, rank):
+def test_rank_of_the_papers_manipulator(parametric, parts, rank):
     """4 r + 2 t + 6 for five turning joints and two telescopes; three more for each cylinder."""
-    robot = made("well_manipulator")
+    robot = parametric("well_manipulator")
     q = np.random.default_rng(0).uniform(robot.lower, robot.upper, (200, robot.n))
     J = robot.identification_jacobian(q, [item.value for item in robot.geometry])
     chosen = [k for k, item in enumerate(robot.geometry) if item.part in parts]
@@ -246,9 +243,9 @@ def test_rank_of_the_papers_manipulator(made, parts, rank):
 
 
 @pytest.mark.parametrize("name", ["five_bar", "slider_crank", "stewart_gough"])
-def test_words_mean_their_own_parts(made, name):
+def test_words_mean_their_own_parts(parametric, name):
     """The geometry is axes and loops together; each alone is sought beside the base alone."""
-    robot, random = made(name), np.random.default_rng(4)
+    robot, random = parametric(name), np.random.default_rng(4)
     q = around(robot, random, 60)
     measured = Poses(robot.fk(q), SIGMA)
     parts = {item.name: item.part for item in robot.geometry}
@@ -269,8 +266,7 @@ def test_words_mean_their_own_parts(made, name):
 def designed(name):
     """A robot as designed, with its parameters."""
     folder = Path(tempfile.mkdtemp()) / name
-    write(load(ROBOTS / f"{name}.toml"), folder, ["fk", "fk_p", "parts_p"], emitters=CALLED)
-    return chasles.load(folder)
+    return compiled(load(ROBOTS / f"{name}.toml"), folder, ["fk", "fk_p", "parts_p"])
 
 
 def calibrated(name, seed):
@@ -307,8 +303,7 @@ def test_actuators_are_found_again_in_all_postures(name):
 
 def test_joints_that_the_loops_do_not_allow_together_are_not_valid(tmp_path):
     functions = ["chain", "actuators", "actuator_margin"]
-    write(calibrated("board_installer", 5), tmp_path, functions, emitters=CALLED)
-    robot = chasles.load(tmp_path)
+    robot = compiled(calibrated("board_installer", 5), tmp_path, functions)
     theta = robot.chain(postures("board_installer", 5))
     assert robot.actuators_valid(theta).all()
     for joint in ("shoulder", "elbow", "wrist"):
@@ -319,8 +314,8 @@ def test_joints_that_the_loops_do_not_allow_together_are_not_valid(tmp_path):
 
 def test_a_gantry_whose_second_rails_are_iterated_has_its_inverse(tmp_path):
     """The motors move the slides of the tool themselves; only the floating rails are iterated."""
-    write(calibrated("bricklaying_gantry", 5), tmp_path, ["fk", "ik"], emitters=CALLED)
-    robot, q = chasles.load(tmp_path), postures("bricklaying_gantry", 5)
+    robot = compiled(calibrated("bricklaying_gantry", 5), tmp_path, ["fk", "ik"])
+    q = postures("bricklaying_gantry", 5)
     found = robot.ik(robot.fk(q))
     assert found.valid.shape == (POSTURES, 1)
     assert found.valid.all()
@@ -331,8 +326,7 @@ def test_a_gantry_whose_second_rails_are_iterated_has_its_inverse(tmp_path):
 def built_delta(tmp_path_factory):
     """A delta whose platform turns a little, as its rods are not of one length."""
     folder = tmp_path_factory.mktemp("built") / "delta"
-    write(calibrated("delta", 5), folder, ["fk", "ik", "ik_position"], emitters=CALLED)
-    return chasles.load(folder)
+    return compiled(calibrated("delta", 5), folder, ["fk", "ik", "ik_position"])
 
 
 def test_a_delta_as_built_finds_its_own_poses(built_delta):

@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
+from compiling import compiled
 from convention_robots import sagging_ur5e
 from numpy.testing import assert_allclose
 
-import chasles
 from chasles import screws
 from chasles.calibration import Positions, identify, robot_file
-from chasles.derive import RobotError, derive, loads, write
-from chasles.derive.emit.languages import EMITTERS
+from chasles.derive import RobotError, derive, loads
 from chasles.errors import InputValueError
 
 SIGMA = 2e-5
@@ -20,8 +19,8 @@ YIELD = np.array([3e-5, 5e-5, 8e-5, 1e-4, 1e-4, 2e-4])
 @pytest.fixture(scope="module")
 def arm(tmp_path_factory):
     folder = tmp_path_factory.mktemp("sagging") / "ur5e"
-    write(loads(sagging_ur5e()), folder, ["fk", "fk_p", "jacobian_p", "identification_jacobian"])
-    return chasles.load(folder)
+    functions = ["fk", "fk_p", "jacobian_p", "identification_jacobian"]
+    return compiled(loads(sagging_ur5e()), folder, functions)
 
 
 def part(arm, name):
@@ -116,7 +115,6 @@ link = "hand"
 mass = "1.5"
 at = ["0.01", "0.03", "0.07"]
 """
-CALLED = tuple(emitter for emitter in EMITTERS if emitter.language != "latex")
 FUNCTIONS = ["fk", "joints_from_motors", "motors_from_joints"]
 
 
@@ -134,8 +132,7 @@ def check_file(arm, folder, functions, seed):
     """The calibrated arm reaches what the model says, from what the controller shows and back."""
     random = np.random.default_rng(seed)
     p, shown = sagging(arm, random), random.uniform(-0.5, 1, (500, arm.n))
-    write(loads(robot_file(arm, p, "mine", "simulated")), folder, functions, emitters=CALLED)
-    mine = chasles.load(folder)
+    mine = compiled(loads(robot_file(arm, p, "mine", "simulated")), folder, functions)
     true = mine.joints_from_motors(shown)
     rigid = np.where(part(arm, "compliance"), 0, p)
     T = arm.fk_p(shown, p)
@@ -155,8 +152,8 @@ def test_springs_of_the_file_sag_as_the_model(arm, tmp_path):
 
 
 def test_slides_plates_and_turned_joints_sag_as_the_model(tmp_path):
-    write(loads(SLIDING), tmp_path / "arm", ["fk", "fk_p", "jacobian_p"], emitters=CALLED)
-    check_file(chasles.load(tmp_path / "arm"), tmp_path / "mine", FUNCTIONS, 4)
+    arm = compiled(loads(SLIDING), tmp_path / "arm", ["fk", "fk_p", "jacobian_p"])
+    check_file(arm, tmp_path / "mine", FUNCTIONS, 4)
 
 
 @pytest.mark.parametrize(
@@ -169,8 +166,7 @@ def test_slides_plates_and_turned_joints_sag_as_the_model(tmp_path):
     ],
 )
 def test_wrong_springs_are_named(old, new, expected, tmp_path):
-    write(loads(SLIDING), tmp_path / "arm", ["fk", "fk_p", "jacobian_p"], emitters=CALLED)
-    arm = chasles.load(tmp_path / "arm")
+    arm = compiled(loads(SLIDING), tmp_path / "arm", ["fk", "fk_p", "jacobian_p"])
     text = robot_file(arm, sagging(arm, np.random.default_rng(4)), "mine", "simulated")
     assert text.count(old) == 1
     with pytest.raises(RobotError, match=expected):
@@ -180,8 +176,7 @@ def test_wrong_springs_are_named(old, new, expected, tmp_path):
 def test_coordinates_of_several_joints_have_no_springs_in_a_file(tmp_path):
     mimic = 'link = "hand"\nmimic = { joint = "elbow", multiplier = "1/2" }'
     moved = loads(SLIDING.replace('link = "hand"', mimic, 1))
-    write(moved, tmp_path, ["fk_p", "jacobian_p"], emitters=CALLED)
-    arm = chasles.load(tmp_path)
+    arm = compiled(moved, tmp_path, ["fk_p", "jacobian_p"])
     p = np.array([g.value for g in arm.geometry])
     p[part(arm, "compliance")] = 1e-5
     with pytest.raises(InputValueError, match="several joints"):
