@@ -1,5 +1,7 @@
 """Parametric functions: at nominal parameters they are the robot's own; derivatives by CasADi."""
 
+from functools import cache
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -21,6 +23,11 @@ def functions_of(robot):
     return derived, dict(zip(names, lower(derived.functions, robot.name), strict=True))
 
 
+@cache
+def shipped(name):
+    return functions_of(load(ROBOTS / f"{name}.toml"))
+
+
 def nominal(derived):
     return np.array([float(derived.terms.value(p.value)) for p in derived.geometry.parameters])
 
@@ -40,8 +47,11 @@ def by_differentiation(fk_p, q, p, by):
 
 
 def check(robot):
-    derived, functions = functions_of(robot)
-    n, p = len(robot.coordinates), nominal(derived)
+    check_functions(*functions_of(robot))
+
+
+def check_functions(derived, functions):
+    n, p = len(derived.robot.coordinates), nominal(derived)
     q = RANDOM.uniform(-2, 2, n)
     assert_allclose(np.array(functions["fk_p"](q, p)), np.array(functions["fk"](q)), atol=3e-15)
     own = np.array(functions["jacobian_mixed"](q))
@@ -63,7 +73,7 @@ def check(robot):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_shipped_robots(name):
-    check(load(ROBOTS / f"{name}.toml"))
+    check_functions(*shipped(name))
 
 
 def drawn(convention, seed):
@@ -113,7 +123,7 @@ def test_corrections_of_axes_and_tool_are_complete_and_minimal(name):
     robot = load(ROBOTS / f"{name}.toml")
     if len(robot.moving) != len(robot.coordinates):
         pytest.skip("a coordinate moves several joints, whose axes cannot be told apart")
-    derived, functions = functions_of(robot)
+    derived, functions = shipped(name)
     p = nominal(derived)
     chosen = [k for k, g in enumerate(derived.geometry.parameters) if g.part in ("axis", "tool")]
     everything = [k for k, g in enumerate(derived.geometry.parameters) if g.part != "transmission"]

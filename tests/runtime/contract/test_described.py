@@ -14,10 +14,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from compiling import compiled
 
 import chasles
 from chasles.__main__ import main
 from chasles.contract import described
+from chasles.derive import loads
 
 ROOT = Path(__file__).parents[3]
 ARM = """\
@@ -46,9 +48,8 @@ def fast(cache, monkeypatch):
 
 @pytest.mark.parametrize("name", ["lanes", "batch", "glue"])
 def test_robots_called_like_files_of_chasles(tmp_path, name):
-    path = tmp_path / "arm.toml"
-    path.write_text(ARM.replace("elbow_arm", name))
-    np.testing.assert_allclose(chasles.load(path).fk([0, 0])[0, 3], 0.5)
+    robot = compiled(loads(ARM.replace("elbow_arm", name)), tmp_path / name)
+    np.testing.assert_allclose(robot.fk([0, 0])[0, 3], 0.5)
 
 
 def test_no_header_of_chasles_is_guarded_like_one_of_a_robot():
