@@ -20,10 +20,16 @@ OLD_PROCESSOR = {
 }
 """OpenBLAS and NumPy choose their loops by the processor; these run on all, and round otherwise."""
 
+DERIVED = ("jaco2", "panda", "board_installer", "five_bar")
+"""Numbers by iteration, a redundant arm, and loops that are solved in turn and together.
+
+`make check-generated` and .ci/run derive all robots in this way.
+"""
+
 
 def generate(folder, seed):
     environment = {**os.environ, **OLD_PROCESSOR, "PYTHONHASHSEED": seed}
-    command = [sys.executable, "-m", "chasles.derive", "--to", str(folder)]
+    command = [sys.executable, "-m", "chasles.derive", *DERIVED, "--to", str(folder)]
     subprocess.run(command, env=environment, check=True, capture_output=True, cwd=folder.parent)
     return contents(folder)
 
@@ -37,9 +43,9 @@ def contents(folder):
 
 
 def test_another_directory_hash_seed_and_processor(tmp_path):
-    """The committed files came from their own directory, under a seed that Python chose."""
+    """The committed files came from their own directory."""
     found = generate(tmp_path / "another place", "4242")
-    assert len([name for name in found if name.endswith("manifest.json")]) == len(ALL)
+    assert len([name for name in found if name.endswith("manifest.json")]) == len(DERIVED)
     assert [name for name in found if read(GENERATED / name) != found[name]] == []
 
 
