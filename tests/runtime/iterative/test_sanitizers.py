@@ -3,10 +3,12 @@
 Reads and writes out of bounds, undefined behaviour and data races do not show in results.
 """
 
+import os
 import re
 import shutil
 import subprocess
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -29,12 +31,15 @@ GCC = shutil.which("gcc")
 
 # A build without flags has code for several instruction sets and chooses one when called. Here the
 # better sets are hidden from it, so that each code runs. Linux lists the sets of the processor.
+CHOSEN = [
+    *("-include", str(DRIVER.with_name("chosen_sets.h"))),
+    "-D__builtin_cpu_supports(set)=chosen_sets_have(set)",
+]
 SETS = {
-    "avx512": ["-mavx512f", "-mavx512dq", "-mavx512vl", "-mavx2", "-mfma"],
-    "avx2": ["-mavx2", "-mfma", '-D__builtin_cpu_supports(x)=(!__builtin_strstr(x, "avx512"))'],
-    "baseline": ["-D__builtin_cpu_supports(x)=0"],
+    "avx512": ("avx512f", "avx512dq", "avx512vl", "avx2", "fma"),
+    "avx2": ("avx2", "fma"),
+    "baseline": (),
 }
-NEEDED = {"avx512": {"avx512f", "avx512dq", "avx512vl"}, "avx2": {"avx2", "fma"}, "baseline": set()}
 
 CASES = 40 * 6 + 4
 """Batch lengths times layouts, and long batches at different alignments, per function."""
@@ -67,8 +72,10 @@ def build_solvers(name, folder, sanitizers):
     return folder / "solvers"
 
 
-def run(program, mode, given=""):
-    done = subprocess.run([program, mode], input=given, capture_output=True, text=True, check=False)
+def run(program, mode, given="", sets=()):
+    environment = {**os.environ, "CHOSEN_SETS": " ".join(sets)}
+    ways = {"capture_output": True, "text": True}
+    done = subprocess.run([program, mode], check=False, input=given, env=environment, **ways)
     assert done.returncode == 0, done.stderr[:3000]
     return int(done.stdout)
 
@@ -89,18 +96,29 @@ def require_processor(chosen):
     except OSError:
         text = ""
     found = re.search(r"^flags\s*:(.*)$", text, re.MULTILINE)
-    missing = NEEDED[chosen] - set(found[1].split() if found else ())
+    missing = set(SETS[chosen]) - set(found[1].split() if found else ())
     if missing:
         pytest.skip(f"this processor has no {', '.join(sorted(missing))}")
 
 
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    """A program with code for all instruction sets, by robot and flags."""
+
+    @cache
+    def of(name, *flags):
+        return build(name, tmp_path_factory.mktemp(name), *CHOSEN, *flags)
+
+    return of
+
+
 @pytest.mark.parametrize("chosen", SETS)
 @pytest.mark.parametrize("name", ["ur5e", "panda"])
-def test_nothing_is_read_or_written_out_of_bounds(name, chosen, tmp_path):
+def test_nothing_is_read_or_written_out_of_bounds(name, chosen, built, tmp_path):
     require_processor(chosen)
     require(tmp_path, "address")
-    program, functions = build(name, tmp_path, *SETS[chosen], "-Og", "-fsanitize=address")
-    assert run(program, "bounds") == functions * CASES
+    program, functions = built(name, "-Og", "-fsanitize=address")
+    assert run(program, "bounds", sets=SETS[chosen]) == functions * CASES
 
 
 def test_nothing_is_undefined(tmp_path):
@@ -111,11 +129,11 @@ def test_nothing_is_undefined(tmp_path):
 
 
 @pytest.mark.parametrize("chosen", SETS)
-def test_nothing_beside_the_rows_is_touched(chosen, tmp_path):
+def test_nothing_beside_the_rows_is_touched(chosen, built):
     """Optimized code between protected pages: the sanitizer knows no masked or streaming stores."""
     require_processor(chosen)
-    program, functions = build("panda", tmp_path, "-O2", *SETS[chosen])
-    assert run(program, "pages") == 2 * functions * CASES
+    program, functions = built("panda", "-O2")
+    assert run(program, "pages", sets=SETS[chosen]) == 2 * functions * CASES
 
 
 @pytest.mark.parametrize("flags", [["-march=native"], []], ids=["native", "any processor"])
