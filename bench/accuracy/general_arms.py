@@ -1,8 +1,8 @@
 """``python -m bench general``: arms without a structure, judged and timed one by one.
 
-Random arms of six joints (--arms) and of seven (--sevens), from number --first on, and the arms of
-URDF files. Each is derived into a temporary folder. For random poses (--poses) and right angles
-(--right), a line tells
+Random arms of six joints (--arms), of seven (--sevens) and of seven to ten of which some may slide
+(--longs), from number --first on, and the arms of URDF files. Each is derived into a temporary
+folder. For random poses (--poses) and right angles (--right), a line tells
 
     lost     poses of which the configuration that made them is not among the solutions
     none     poses without any solution
@@ -32,7 +32,7 @@ from chasles.derive import Robot, write
 from chasles.derive.description.urdf import from_urdf
 from chasles.derive.inverse.general.raghavan_roth import numbers
 
-from ..cases.random_arms import random_arm
+from ..cases.random_arms import long_arm, random_arm
 from ..report import out
 
 SAME = 1e-6
@@ -74,11 +74,13 @@ class Judged:
         before, *placed = (E.astype(np.longdouble) for E in numbers(self.robot))
         T = np.broadcast_to(before, (*q.shape[:-1], 4, 4))
         for k, (joint, E) in enumerate(zip(self.robot.moving, placed, strict=True)):
-            angle = q[..., k].astype(np.longdouble) * joint.direction
-            c, s, zero = np.cos(angle), np.sin(angle), np.zeros_like(angle)
-            rows = [[c, -s, zero, zero], [s, c, zero, zero]]
-            turn = np.array([*rows, [zero, zero, zero + 1, zero], [zero, zero, zero, zero + 1]])
-            T = T @ np.moveaxis(turn, (0, 1), (-2, -1)) @ E
+            along = q[..., k].astype(np.longdouble) * joint.direction
+            zero = np.zeros_like(along)
+            angle, height = (along, zero) if joint.kind == "revolute" else (zero, along)
+            c, s = np.cos(angle), np.sin(angle)
+            rows = [[c, -s, zero, zero], [s, c, zero, zero], [zero, zero, zero + 1, height]]
+            motion = np.array([*rows, [zero, zero, zero, zero + 1]])
+            T = T @ np.moveaxis(motion, (0, 1), (-2, -1)) @ E
         return T
 
     def lost(self, q: np.ndarray) -> tuple[int, int, int, int]:
@@ -171,6 +173,8 @@ def arms(options: argparse.Namespace) -> Iterator[Robot]:
     yield from (random_arm(seed) for seed in range(options.first, options.first + options.arms))
     first = options.first + 1000
     yield from (random_arm(first + seed, "///////") for seed in range(options.sevens))
+    first = options.first + 2000
+    yield from (long_arm(first + seed) for seed in range(options.longs))
     yield from (from_urdf(path) for path in options.urdf)
 
 
@@ -207,7 +211,8 @@ def line(robot: Robot, options: argparse.Namespace) -> str:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of the command line."""
     parser.add_argument("urdf", nargs="*", type=Path)
-    for name, default in (("arms", 20), ("sevens", 3), ("poses", 2000), ("right", 1000)):
+    defaults = {"arms": 20, "sevens": 3, "longs": 3, "poses": 2000, "right": 1000}
+    for name, default in defaults.items():
         parser.add_argument(f"--{name}", type=int, default=default)
     parser.add_argument("--counted", type=int, default=10)
     parser.add_argument("--others", type=int, default=0)

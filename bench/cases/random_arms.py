@@ -1,4 +1,6 @@
-"""Arms of revolute joints at random, but for neighbours that meet or are parallel."""
+"""Arms at random, but for neighbouring axes that meet or are parallel."""
+
+from collections.abc import Collection
 
 import numpy as np
 
@@ -9,12 +11,21 @@ LINKS = "/=x"
 """Between two axes: skew, parallel, meeting."""
 
 
-def random_arm(seed: int, links: str = "//////") -> Robot:
-    """An arm with as many revolute joints as links.
+def long_arm(seed: int) -> Robot:
+    """An arm of seven to ten joints: six that turn, and some that turn or slide among them."""
+    rng = np.random.default_rng([seed, 10])
+    slides = {int(k) for k in rng.choice(7, rng.integers(0, 3), replace=False)}
+    count = 6 + max(len(slides) + int(rng.integers(0, 3)), 1)
+    return random_arm(seed, "".join(rng.choice(list("///=x"), count)), slides)
+
+
+def random_arm(seed: int, links: str = "//////", slides: Collection[int] = ()) -> Robot:
+    """An arm with as many joints as links.
 
     Args:
         seed: Of its lengths (0.05 to 0.5 m) and angles.
         links: Behind each joint one of ``LINKS``, which says how the next axis lies.
+        slides: Indices of the joints that slide; the others turn.
     """
     rng = np.random.default_rng(seed)
     joints = []
@@ -23,6 +34,7 @@ def random_arm(seed: int, links: str = "//////") -> Robot:
         alpha = 0.0 if link == "=" else rng.choice((-1, 1)) * rng.uniform(0.4, 2.7)
         d, theta = rng.uniform(-0.4, 0.4), rng.uniform(-3.0, 3.0)
         row = {name: f"{value:.6f}" for name, value in zip(["a", "d"], (a, d), strict=True)}
-        fields = dh("revolute", **row, alpha=f"{alpha:.6f}", theta=f"{theta:.6f}")
-        joints.append(Joint(f"joint_{k}", "revolute", *fields))
+        kind = "prismatic" if k - 1 in slides else "revolute"
+        fields = dh(kind, **row, alpha=f"{alpha:.6f}", theta=f"{theta:.6f}")
+        joints.append(Joint(f"joint_{k}", kind, *fields))
     return Robot(f"arm_{seed}", tuple(joints))

@@ -11,6 +11,7 @@ from ..loops.iterated.closure_equations import LoopClosure
 from ..model.mechanism import Described, Mechanism
 from ..model.robot import Robot
 from ..model.tolerances import EXACT_STRUCTURE
+from ..model.words import listed
 from ..terms.terms import Terms
 from .chosen_joints import hybrid_inverses_for_given, inverses_for_given
 from .classify import Attempt, Classification
@@ -307,8 +308,3 @@ def _aside(hybrid: Hybrid) -> list[str]:
 
 def _counted(count: int, noun: str) -> str:
     return f"{count} {noun}{'s' if count != 1 else ''}"
-
-
-def listed(names: Sequence[str]) -> str:
-    """Names in a sentence."""
-    return " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))

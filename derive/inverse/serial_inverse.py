@@ -2,7 +2,7 @@
 
 A chain whose axes have a structure is solved by it. A chain that nearly has one is led from the
 solutions of a nominal arm. Five joints without a structure are solved as six with the tool's own
-axis, and any other chain of six revolute joints, or of seven of which one is given, as a general
+axis, and any other chain of six revolute joints, or of more of which six are left, as a general
 arm.
 """
 

@@ -3,11 +3,12 @@
 from dataclasses import dataclass
 
 from ...model.robot import Robot
+from ...model.words import listed
 from ...terms.symbolic_function import Table, WrittenFunction
 from ..structure.lines import TOOL_AXIS
 from . import written_inverse
 from .raghavan_roth import JOINTS, is_fit, numbers
-from .split_choice import Choice, choice_at, choose
+from .split_choice import MOST_JOINTS, Choice, choice_at, choose, slides_of
 from .tool_joint import OWN, with_tool_joint
 
 
@@ -18,7 +19,7 @@ class GeneralInverse:
     Attributes:
         title: The kind of arm and the source of the method, in words.
         method: The method in words.
-        choice: The orders of the joints in the equations, and the joint that is given.
+        choice: The orders of the joints in the equations, and the joints that are given.
         function: The function ``ik``, which finds the roots of a determinant.
         steps: The numbered steps in words.
         given: Names of the joints that are given.
@@ -33,30 +34,40 @@ class GeneralInverse:
 
 
 def general_inverse(robot: Robot, give: tuple[int, ...] = ()) -> GeneralInverse | None:
-    """The inverse of an arm of five to seven revolute joints, or None where it has none.
+    """The inverse of an arm of five revolute joints and more, or None where it has none.
 
     Args:
         robot: The description.
-        give: Index of the joint of seven to be given; () for the one that is best.
+        give: Indices of the joints to be given, so that six revolute ones are left; () for those
+            that are best.
     """
-    if not give and is_fit(robot, OWN):
+    if not give and is_fit(robot, joints=OWN):
         return _of_five(robot)
-    sizes = (JOINTS + len(give),) if give else (JOINTS, JOINTS + 1)
-    if len(give) > 1 or not any(is_fit(robot, joints) for joints in sizes):
+    if give and not _may_give(robot, give):
         return None
-    choice = choice_at(numbers(robot), give[0]) if give else choose(numbers(robot))
+    choice = choice_at(numbers(robot), give, slides_of(robot)) if give else choose(robot)
     if choice is None:
         return None
-    count = "six" if choice.given is None else "seven"
-    given = () if choice.given is None else (robot.moving[choice.given].name,)
     return GeneralInverse(
-        f"an arm of {count} revolute joints without a structure (Raghavan and Roth)",
+        f"an arm of {_joints(robot)} without a structure (Raghavan and Roth)",
         "by the roots of a determinant",
         choice,
         written_inverse.inverse(robot, choice, numbers(robot)),
         _steps(robot, choice),
-        given,
+        tuple(robot.moving[k].name for k in choice.given),
     )
+
+
+def _may_give(robot: Robot, given: tuple[int, ...]) -> bool:
+    """Whether six joints that turn are left where some are given."""
+    return is_fit(robot, given) and len(robot.moving) <= MOST_JOINTS
+
+
+def _joints(robot: Robot) -> str:
+    """The number of joints in words."""
+    words = ("six", "seven", "eight", "nine", "ten", "eleven", "twelve")
+    kind = "joints" if slides_of(robot) else "revolute joints"
+    return f"{words[len(robot.moving) - JOINTS]} {kind}"
 
 
 def _of_five(robot: Robot) -> GeneralInverse | None:
@@ -80,17 +91,18 @@ def general_tables(
 
     Args:
         robot: The description.
-        given: Indices of the joints that are given: none of six joints, one of seven.
+        given: Indices of the joints that are given, so that six are left.
         apart: How far solutions are apart in each of the six joints (radian), if it is known.
     """
-    if len(given) > 1 or not is_fit(robot, JOINTS + len(given)):
+    if not _may_give(robot, given):
         return ()
-    choice = choice_at(numbers(robot), given[0] if given else None, apart)
-    return () if choice is None else written_inverse.tables(robot, choice, numbers(robot))
+    constants = numbers(robot)
+    choice = choice_at(constants, given, slides_of(robot), apart)
+    return () if choice is None else written_inverse.tables(robot, choice, constants)
 
 
 def _steps(robot: Robot, choice: Choice) -> tuple[str, ...]:
-    free = [joint.name for k, joint in enumerate(robot.moving) if k != choice.given]
+    free = [joint.name for k, joint in enumerate(robot.moving) if k not in choice.given]
     free += [TOOL_AXIS] * (JOINTS - len(free))
     one, two, suppressed, v, w, last = (free[k] for k in choice.splits[0].joints)
     half, other = (w, v) if choice.splits[0].halved else (v, w)
@@ -113,12 +125,13 @@ def _steps(robot: Robot, choice: Choice) -> tuple[str, ...]:
             "five joints reach a pose where its angle is 0; other solutions are none of theirs.",
             *steps,
         )
-    if choice.given is None:
+    if not choice.given:
         return steps
-    name = robot.moving[choice.given].name
+    names = listed([robot.moving[k].name for k in choice.given])
+    is_one = len(choice.given) == 1
     first = (
-        f"{name} is given: with the joints fixed beside it, six joints are left, whose solutions "
-        "it separates best of all."
+        f"{names} {'is' if is_one else 'are'} given: with {'it' if is_one else 'them'} fixed, six "
+        "joints are left."
     )
     return (first, *steps)
 

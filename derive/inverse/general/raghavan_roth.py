@@ -33,7 +33,7 @@ import sympy as sp
 
 from ...chain.poe import placement_matrix
 from ...model.errors import RobotError
-from ...model.robot import Robot
+from ...model.robot import Joint, Robot
 from .line_quantities import COUNT, Array, motion, quantities, turn
 
 JOINTS = 6
@@ -81,10 +81,12 @@ def placements(robot: Robot) -> list[Array]:
     """The constant placements (4, 4) before, between and behind the joints, exact.
 
     Raises:
-        RobotError: The robot is no chain of revolute joints, each with its own coordinate.
+        RobotError: Some joint neither turns nor slides, or follows another one.
     """
-    if not is_fit(robot, len(robot.moving)):
-        raise RobotError(f"{robot.name} is no chain of revolute joints, each with its coordinate")
+    if not all(_is_free(joint, ("revolute", "prismatic")) for joint in robot.moving):
+        raise RobotError(
+            f"{robot.name} is no chain of joints that turn or slide, each with its own coordinate"
+        )
     found = [placement_matrix(robot.base)]
     for joint in robot.joints:
         found[-1] = found[-1] * placement_matrix(joint.before)
@@ -115,10 +117,22 @@ def equations(constants: Sequence[Array], split: Split, T: Array) -> LineEquatio
     return LineEquations(_left(inverses), _right(inverses))
 
 
-def is_fit(robot: Robot, joints: int = JOINTS) -> bool:
-    """Whether a robot is a chain of so many revolute joints, each with its own coordinate."""
-    moving = robot.moving
-    return len(moving) == joints and all(j.kind == "revolute" and not j.mimic for j in moving)
+def is_fit(robot: Robot, given: Sequence[int] = (), joints: int = JOINTS) -> bool:
+    """Whether so many revolute joints, each with its own coordinate, are left beside given ones.
+
+    Args:
+        robot: The description.
+        given: Indices of joints among those that move; they turn or slide.
+        joints: Number of the others.
+    """
+    others = [joint for k, joint in enumerate(robot.moving) if k not in given]
+    free = all(_is_free(joint, ("revolute", "prismatic")) for joint in robot.moving)
+    return len(others) == joints and free and all(joint.kind == "revolute" for joint in others)
+
+
+def _is_free(joint: Joint, kinds: Sequence[str]) -> bool:
+    """Whether a joint of one of some kinds has its own coordinate."""
+    return joint.kind in kinds and joint.mimic is None
 
 
 def doubled(six: Array) -> Array:

@@ -1,17 +1,18 @@
-"""The splits of a general arm that separate its solutions best, and the joint to be given of seven.
+"""The splits of a general arm that separate its solutions best, and the joints that are given.
 
 Where neighbouring axes of the arm meet or are parallel, many splits give a determinant of M that
 vanishes for every angle of the suppressed joint, or that does not tell some solutions apart. So all
 splits are tried at many configurations. A split is good at a configuration where det M is a
 trigonometric polynomial of degree 8 in the suppressed angle, and where the second smallest singular
-value of M at the solution is far from zero; the greater it is, the better.
+value of M at the solution, and the smallest of A, are far from zero; the greater, the better.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from ...model.robot import Robot
 from ...model.tolerances import DETERMINANT_TAIL, SEPARATE, SINGLE_SOLUTION
 from .line_quantities import Array
 from .raghavan_roth import (
@@ -20,6 +21,8 @@ from .raghavan_roth import (
     Split,
     equations,
     forward,
+    is_fit,
+    numbers,
     splits,
     suppressed,
     turned,
@@ -32,11 +35,14 @@ DEGREE = 8
 CONFIGURATIONS = 12
 """Configurations at which a split of six joints is tried."""
 GIVEN_CONFIGURATIONS, AT_RIGHT_ANGLES = 8, 2
-"""The same for seven, and how many more with the given joint at each right angle."""
+"""The same where joints are given, and how many more with these at each right angle."""
 KEPT, MOST_KEPT = 3, 4
 """Splits that are kept: where one fails at a pose, the next is tried. A fourth is kept only if it
 is good where the others are not."""
-PRIMES = (2, 3, 5, 7, 11, 13, 17)
+PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
+MOST_JOINTS = len(PRIMES)
+"""Most joints of an arm, those that are given among them; the tables of the C have room for as
+many."""
 
 
 @dataclass(frozen=True)
@@ -45,8 +51,8 @@ class Rating:
 
     Attributes:
         split: The split.
-        separations: At each configuration the ratio of the singular values; NaN where det M does
-            not have degree 8.
+        separations: At each configuration the lesser ratio of singular values, of M and of A; NaN
+            where det M does not have degree 8.
     """
 
     split: Split
@@ -79,11 +85,11 @@ class Choice:
     """The splits by which an arm is solved.
 
     Attributes:
-        given: Index of the joint that is given, if the arm has seven.
+        given: Indices of the joints that are given, in ascending order.
         ratings: The splits that are kept, the best first.
     """
 
-    given: int | None
+    given: tuple[int, ...]
     ratings: tuple[Rating, ...]
 
     @property
@@ -98,43 +104,94 @@ class Choice:
         return tuple(rating.split for rating in self.ratings)
 
 
-def choose(constants: Sequence[Array]) -> Choice | None:
-    """The splits of an arm of six or seven revolute joints, or None where none is good.
+def choose(robot: Robot) -> Choice | None:
+    """The splits of an arm of six revolute joints and more, or None where none is good.
 
     Args:
-        constants: The placements before, between and behind its joints, as floats.
+        robot: The description.
     """
-    givens = [None] if len(constants) == JOINTS + 1 else range(len(constants) - 1)
-    found = [choice for given in givens if (choice := choice_at(constants, given))]
+    ways = ways_to_give(robot)
+    if not ways:
+        return None
+    constants, slides = numbers(robot), slides_of(robot)
+    found = [choice for given in ways if (choice := choice_at(constants, given, slides))]
     # Of equals the joint nearest to the tool is given: an operator sets it most easily.
     return max(reversed(found), key=lambda c: (c.good, c.ratings[0].key), default=None)
 
 
+def slides_of(robot: Robot) -> frozenset[int]:
+    """Indices of the joints that slide."""
+    return frozenset(k for k, joint in enumerate(robot.moving) if joint.kind == "prismatic")
+
+
+def ways_to_give(robot: Robot) -> list[tuple[int, ...]]:
+    """The sets of joints that may be given so that six revolute joints are left.
+
+    Slides are given, and the revolute joints next to the base, as those of a torso are; each of the
+    others may be the last that is given.
+    """
+    slides = slides_of(robot)
+    turns = [k for k in range(len(robot.moving)) if k not in slides]
+    surplus = len(turns) - JOINTS
+    if surplus < 0 or len(robot.moving) > MOST_JOINTS:
+        return []
+    lasts: list[tuple[int, ...]] = [(k,) for k in turns[surplus - 1 :]] if surplus else [()]
+    first = turns[: max(surplus - 1, 0)]
+    ways = [tuple(sorted((*slides, *first, *last))) for last in lasts]
+    return [given for given in ways if is_fit(robot, given)]
+
+
 def choice_at(
-    constants: Sequence[Array], given: int | None, apart: Sequence[float] = ()
+    constants: Sequence[Array],
+    given: tuple[int, ...] = (),
+    slides: frozenset[int] = frozenset(),
+    apart: Sequence[float] = (),
 ) -> Choice | None:
-    """The splits where the joint of this index is given, or None where none is good.
+    """The splits where some joints are given, or None where none is good.
 
     Args:
         constants: The placements before, between and behind the joints, as floats.
-        given: The index.
+        given: Indices of the given joints, in ascending order.
+        slides: Indices of the joints that slide, all of which are given.
         apart: How far solutions are apart in each of the six joints (radian), if it is known: those
             of an arm near a structure often share some joints, in which no root tells them apart.
     """
-    choice = Choice(given, _ratings(constants, given, apart))
+    choice = Choice(given, _ratings(constants, given, slides, apart))
     return choice if choice.ratings and choice.good > 0 else None
 
 
-def without(constants: Sequence[Array], given: int | None, angle: float) -> list[Array]:
-    """The placements of the six joints that are left where one is given, at its angle (radian)."""
-    if given is None:
-        return list(constants)
-    joined = constants[given] @ turned(angle) @ constants[given + 1]
-    return [*constants[:given], joined, *constants[given + 2 :]]
+def without(constants: Sequence[Array], motions: Mapping[int, Array]) -> list[Array]:
+    """The placements of the joints that are left where others are given.
+
+    Args:
+        constants: The placements before, between and behind the joints.
+        motions: The motion (4, 4) of each given joint, by its index.
+    """
+    left = [constants[0]]
+    for k, E in enumerate(constants[1:]):
+        if k in motions:
+            left[-1] = left[-1] @ motions[k] @ E
+        else:
+            left.append(E)
+    return left
+
+
+def motion_by(value: float, slides: bool) -> Array:
+    """The motion (4, 4) of a joint about its z axis, or along it where it slides."""
+    return _raised(value) if slides else turned(value)
+
+
+def _raised(value: float) -> Array:
+    T = np.eye(4)
+    T[2, 3] = value
+    return T
 
 
 def _ratings(
-    constants: Sequence[Array], given: int | None, apart: Sequence[float]
+    constants: Sequence[Array],
+    given: tuple[int, ...],
+    slides: frozenset[int],
+    apart: Sequence[float],
 ) -> tuple[Rating, ...]:
     """The best splits, no two of the same order of joints, the best first.
 
@@ -147,7 +204,7 @@ def _ratings(
         is_new = all(joint != other.split.joints[2] for other in kept)
         return not apart or apart[joint] > SEPARATE, not apart or is_new
 
-    left = [rating for rating in _rated(constants, given) if rating.is_fit]
+    left = [rating for rating in _rated(constants, given, slides) if rating.is_fit]
     kept: list[Rating] = []
     while left and len(kept) < MOST_KEPT:
         known = frozenset[int]().union(*(rating.good_at for rating in kept))
@@ -163,12 +220,16 @@ def _order(split: Split) -> tuple[tuple[int, ...], int]:
     return split.joints, split.sense
 
 
-def _rated(constants: Sequence[Array], given: int | None) -> list[Rating]:
+def _rated(
+    constants: Sequence[Array], given: tuple[int, ...], slides: frozenset[int]
+) -> list[Rating]:
     found: dict[tuple[tuple[int, ...], int], list[LineEquations]] = {}
     orders = {_order(split): split for split in splits()}
     configured = configurations(len(constants) - 1, given)
+    size = length(constants)
     for angles in configured:
-        six = without(constants, given, 0.0 if given is None else angles[given])
+        motions = {k: _motion_at(angles[k], size, k in slides) for k in given}
+        six = without(constants, motions)
         scaled = _scaled([*six, forward(six, _solved(angles, given))], length(six))
         for order, split in orders.items():
             found.setdefault(order, []).append(equations(scaled[:-1], split, scaled[-1]))
@@ -182,9 +243,14 @@ def _rated(constants: Sequence[Array], given: int | None) -> list[Rating]:
     ]
 
 
-def _solved(angles: Sequence[float], given: int | None) -> list[float]:
+def _motion_at(angle: float, size: float, slides: bool) -> Array:
+    """A joint's motion; a slide goes the same part of the arm's length as a turn of a whole one."""
+    return motion_by(angle / (2 * np.pi) * size if slides else angle, slides)
+
+
+def _solved(angles: Sequence[float], given: tuple[int, ...]) -> list[float]:
     """The angles of the joints that are not given."""
-    return [angle for k, angle in enumerate(angles) if k != given]
+    return [angle for k, angle in enumerate(angles) if k not in given]
 
 
 def _scaled(poses: Sequence[Array], size: float) -> list[Array]:
@@ -198,7 +264,11 @@ def length(constants: Sequence[Array]) -> float:
 
 
 def _separations(found: LineEquations, split: Split, q: Array) -> list[float]:
-    """Second smallest singular value at solutions q (C, 6) over the greatest; NaN for a bad split.
+    """How far a split is from taking two solutions for one, at solutions q (C, 6).
+
+    The second smallest singular value of M over the greatest, or the smallest of A, from which the
+    pair of joints follows, over the greatest: the lesser of both. NaN where det M does not have
+    degree 8. A is singular where the pair are two of three parallel axes.
 
     Args:
         found: The equations of each pose, (C, 14, 9) and (C, 3, 14, 9).
@@ -210,9 +280,10 @@ def _separations(found: LineEquations, split: Split, q: Array) -> list[float]:
     degrees = np.abs(np.fft.rfft(np.linalg.det(_at(turns, M[:, None]))))
     is_fit = degrees[:, DEGREE + 1 :].max(-1) < DETERMINANT_TAIL * degrees.max(-1)
     sizes = np.linalg.svd(_at(split.sense * q[:, split.joints[2]], M), compute_uv=False)
+    pairs = np.linalg.svd(found.left[..., 1:], compute_uv=False)
     parts = np.full(len(q), np.nan)
     np.divide(sizes[:, -2], sizes[:, 0], out=parts, where=is_fit)
-    return [float(part) for part in parts]
+    return [float(part) for part in np.minimum(parts, pairs[:, -1] / pairs[:, 0])]
 
 
 def _at(angle: Array, M: Array) -> Array:
@@ -221,17 +292,18 @@ def _at(angle: Array, M: Array) -> Array:
     return np.asarray(M[..., 0, :, :] + c * M[..., 1, :, :] + s * M[..., 2, :, :])
 
 
-def configurations(joints: int, given: int | None) -> list[list[float]]:
+def configurations(joints: int, given: tuple[int, ...]) -> list[list[float]]:
     """Evenly distributed configurations without a pattern: multiples of square roots modulo 1.
 
-    Where a joint is given, it is at each right angle in some of them: the six that are left often
-    have a structure there.
+    Where joints are given, they are at each right angle in some of them: the six that are left
+    often have a structure there.
     """
-    if given is None:
+    if not given:
         return [_spread(joints, k) for k in range(CONFIGURATIONS)]
     found = [_spread(joints, k) for k in range(GIVEN_CONFIGURATIONS + 4 * AT_RIGHT_ANGLES)]
     for k, q in enumerate(found[GIVEN_CONFIGURATIONS:]):
-        q[given] = k % 4 * np.pi / 2
+        for place, joint in enumerate(given):
+            q[joint] = (k + place * (k // 4)) % 4 * np.pi / 2
     return found
 
 

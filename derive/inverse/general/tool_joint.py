@@ -45,7 +45,7 @@ def with_tool_joint(constants: Sequence[Array]) -> WithTool | None:
     for direction, point in AXES:
         axis = _placement(np.array(direction), length(constants) * np.array(point))
         arm = (*constants[:-1], constants[-1] @ axis, np.linalg.inv(axis))
-        choice = choice_at(arm, None, APART)
+        choice = choice_at(arm, apart=APART)
         if choice is None:
             continue
         # All solutions of a pose share the angle of the sixth joint: no root tells them apart.

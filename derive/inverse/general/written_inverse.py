@@ -10,13 +10,13 @@ from ..chain_solution import given_argument
 from ..tasks.slots import pose_argument
 from .line_quantities import Array
 from .raghavan_roth import JOINTS
-from .split_choice import Choice, length
+from .split_choice import MOST_JOINTS, Choice, length, slides_of
 
-FIVE, SIX, SEVEN = "general_tool", "general", "general_given"
-"""The solvers of five joints, of six, and of seven of which one is given."""
+FIVE, SIX, MORE = "general_tool", "general", "general_given"
+"""The solvers of five joints, of six, and of more of which six are solved for."""
 SLOTS = 16
-MOST_JOINTS = 7
-"""Room for joints in the tables of the C."""
+SOLVED_FOR, GIVEN_TURN, GIVEN_SLIDE = 0, 1, 2
+"""The kinds of joints in the tables of the C."""
 OPERATIONS = 60_000
 """Approximate count: 12,000 for the equations, 20,000 for the samples of the determinant, 10,000
 for its roots, and 18,000 for the other joints and Newton's steps."""
@@ -49,7 +49,7 @@ def inverse(robot: Robot, choice: Choice, constants: Sequence[Array]) -> Written
             "distance from a singularity; in a slot without a solution the negative residual",
         ),
     )
-    free = [joint for k, joint in enumerate(robot.moving) if k != given]
+    free = [joint for k, joint in enumerate(robot.moving) if k not in given]
     suppressed = free[choice.splits[0].joints[2]].name
     labels = tuple(f"number {k + 1} in the order of {suppressed}" for k in range(SLOTS))
     return WrittenFunction(
@@ -58,20 +58,18 @@ def inverse(robot: Robot, choice: Choice, constants: Sequence[Array]) -> Written
         "fk(q[k]) = T wherever residual[k] is rounding",
         (pose_argument(robot), *_given(robot, given)),
         outputs,
-        {JOINTS - 1: FIVE, JOINTS: SIX}.get(n, SEVEN),
+        {JOINTS - 1: FIVE, JOINTS: SIX}.get(n, MORE),
         tables(robot, choice, constants),
         CALLS,
         SLOTS,
         OPERATIONS,
-        role=Role("inverse", "pose", given=() if given is None else (given,), labels=labels),
+        role=Role("inverse", "pose", given=given, labels=labels),
     )
 
 
-def _given(robot: Robot, given: int | None) -> tuple[Argument, ...]:
-    if given is None:
-        return ()
+def _given(robot: Robot, given: tuple[int, ...]) -> tuple[Argument, ...]:
     symbols = arguments_of([joint.unit for joint in robot.coordinates])["q"].symbols
-    return (given_argument(robot, given, symbols[given]),)
+    return tuple(given_argument(robot, k, symbols[k]) for k in given)
 
 
 def tables(robot: Robot, choice: Choice, constants: Sequence[Array]) -> tuple[Table, ...]:
@@ -84,13 +82,23 @@ def tables(robot: Robot, choice: Choice, constants: Sequence[Array]) -> tuple[Ta
     directions += (1.0,) * (len(placed) - 1 - len(directions))
     return (
         len(robot.moving),
-        -1 if choice.given is None else choice.given,
+        _kinds(robot, choice.given),
         directions + (0.0,) * unused,
         length(constants),
         placed + (nothing,) * unused,
         len(choice.splits),
         tuple((split.joints, split.sense, split.halved) for split in choice.splits),
     )
+
+
+def _kinds(robot: Robot, given: tuple[int, ...]) -> tuple[int, ...]:
+    """What each joint is, with room for the most."""
+    slides = slides_of(robot)
+    kinds = (
+        GIVEN_SLIDE if k in slides else GIVEN_TURN if k in given else SOLVED_FOR
+        for k in range(MOST_JOINTS)
+    )
+    return tuple(kinds)
 
 
 def _row(E: Array) -> tuple[float, ...]:

@@ -7,12 +7,13 @@ from itertools import cycle
 import numpy as np
 from numpy.typing import NDArray
 
-from ...inverse.general.raghavan_roth import JOINTS, is_fit, numbers
+from ...inverse.general.raghavan_roth import is_fit, numbers
 from ...inverse.general.real_solutions import real_solutions
-from ...inverse.general.split_choice import choice_at, without
+from ...inverse.general.split_choice import choice_at, motion_by, slides_of, without
 from ...inverse.lost_poses import TARGETS, WHOLE
 from ...model.mechanism import Coordinate
 from ...model.robot import Joint
+from ...model.words import listed
 from ...terms.branches import patterns
 from ...terms.casadi_graph import lower
 from ...terms.symbolic_function import SymbolicFunction
@@ -62,25 +63,25 @@ def _in_numbers(page: Page, symbols: Sequence[str], q: FloatArray, T: FloatArray
     if not inverse.written:
         return ""
     given = inverse.written[0].role.given
-    if len(given) > 1 or not is_fit(robot, JOINTS + len(given)):
+    if not is_fit(robot, given):
         return ""
-    held = given[0] if given else None
-    constants = numbers(robot)
-    choice = choice_at(constants, held)
+    constants, slides = numbers(robot), slides_of(robot)
+    choice = choice_at(constants, given, slides)
     if choice is None:
         return ""
-    senses = np.array([float(joint.direction) for joint in robot.moving])
-    six = without(constants, held, 0.0 if held is None else senses[held] * q[held])
+    local = np.array([float(joint.direction) for joint in robot.moving]) * q
+    six = without(constants, {k: motion_by(local[k], k in slides) for k in given})
     found = []
     for angles in real_solutions(six, choice.splits, T):
-        whole = angles if held is None else np.insert(angles, held, senses[held] * q[held])
-        found.append(senses * whole)
+        local[[k for k in range(len(q)) if k not in given]] = angles
+        found.append(np.array([float(joint.direction) for joint in robot.moving]) * local)
     if not found:
         return ""
     columns = [("solution", [f"${k}$" for k, _ in enumerate(found, 1)])]
     columns += _columns(symbols, robot.coordinates, found)
     table = tabular(columns, repeated=1)
-    of_posture = "" if held is None else f" and ${symbols[held]}$ of this posture"
+    held = [f"${symbols[k]}$" for k in given]
+    of_posture = f" and {listed(held)} of this posture" if given else ""
     return sentence(
         f"For this pose{of_posture}, the arm has {_count(len(found))} (angles in degrees), found in"
         " numbers by the determinant of Raghavan and Roth:",

@@ -2,6 +2,7 @@
 
 from ...inverse.general.general_inverse import GeneralInverse
 from ...inverse.general.raghavan_roth import JOINTS
+from ...model.words import listed
 from ..setting.page import Page, sentence
 
 _ADDED = r"\theta_{\mathrm{tool}}"
@@ -17,7 +18,7 @@ def general_arm(page: Page, general: GeneralInverse) -> str:
     """
     choice, count = general.choice, general.function.branches
     split = choice.splits[0]
-    free = [tex for k, tex in enumerate(_angles(page)) if k != choice.given]
+    free = [tex for k, tex in enumerate(_angles(page)) if k not in choice.given]
     free += [_ADDED] * (JOINTS - len(free))
     q = [free[k] for k in split.joints]
     turns = [rf"R({tex})" for tex in q]
@@ -61,10 +62,15 @@ def _given(page: Page, general: GeneralInverse) -> str:
             " the tool and is 0 in the solutions of a pose, the arm's five revolute joints are six."
             " They are"
         )
-    if given is None:
+    if not given:
         return "The arm's six revolute joints are"
-    tex = _angles(page)[given]
-    return rf"The angle ${tex}$ is given, so that it is part of a placement. The other joints are"
+    names = listed([f"${_angles(page)[k]}$" for k in given])
+    if len(given) > 1:
+        return (
+            f"The coordinates {names} are given, so that they are parts of placements. The other"
+            " joints are"
+        )
+    return f"The angle {names} is given, so that it is part of a placement. The other joints are"
 
 
 def _centred(formula: str) -> str:

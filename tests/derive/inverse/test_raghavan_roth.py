@@ -111,7 +111,7 @@ def test_the_equations_hold_at_every_configuration(name, split):
 @pytest.mark.parametrize("name", [*GENERAL, "skew"])
 def test_the_suppressed_joint_makes_the_equations_singular_at_solutions(name):
     robot, random = of(name), np.random.default_rng(5)
-    split = choose(numbers(robot)).splits[0]
+    split = choose(robot).splits[0]
     turns = 2 * np.pi * np.arange(32) / 32
     for _ in range(10):
         q = random.uniform(-np.pi, np.pi, 6)
@@ -138,7 +138,7 @@ def test_the_half_angle_doubles_the_equations():
 
 @pytest.mark.parametrize("name", [*GENERAL, "skew"])
 def test_the_splits_that_are_kept_differ_in_the_order_of_joints_the_best_first(name):
-    ratings = choose(numbers(of(name))).ratings
+    ratings = choose(of(name)).ratings
     assert 2 <= len(ratings) <= 3
     assert len({rating.split.joints for rating in ratings}) == len(ratings)
     assert ratings[0].good == 1
@@ -147,8 +147,8 @@ def test_the_splits_that_are_kept_differ_in_the_order_of_joints_the_best_first(n
 
 def test_the_given_joint_leaves_six_that_are_solved_at_right_angles_too():
     for name in ("iiwa14", "panda"):
-        choice = choose(numbers(of(name)))
-        assert choice.given is not None
+        choice = choose(of(name))
+        assert len(choice.given) == 1
         assert choice.good == 1
 
 
@@ -160,7 +160,7 @@ def test_axes_that_meet_in_one_point_have_no_split():
             for k, alpha in enumerate(["1.2", "-0.7", "1.9", "0.6", "-1.4", "0.9"], 1)
         ),
     )
-    assert choose(numbers(meeting)) is None
+    assert choose(meeting) is None
 
 
 def test_of_seven_joints_the_one_that_is_given_becomes_part_of_a_placement():
@@ -168,12 +168,12 @@ def test_of_seven_joints_the_one_that_is_given_becomes_part_of_a_placement():
     constants = numbers(robot)
     for given in range(7):
         q = random.uniform(-np.pi, np.pi, 7)
-        six = without(constants, given, q[given])
+        six = without(constants, {given: turned(q[given])})
         assert forward(six, np.delete(q, given)) == pytest.approx(forward(constants, q), abs=1e-14)
 
 
 def test_arms_of_other_joints_are_refused_by_name():
-    with pytest.raises(RobotError, match="stanford is no chain of revolute joints"):
+    with pytest.raises(RobotError, match="lynxmotion"):
         placements(of("stanford"))
 
 
@@ -181,7 +181,7 @@ def test_arms_of_other_joints_are_refused_by_name():
 def test_the_same_description_gives_the_same_text(name):
     robot = of(name)
     one, other = (
-        written_inverse.inverse(r, choose(numbers(r)), numbers(r)) for r in (robot, replace(robot))
+        written_inverse.inverse(r, choose(r), numbers(r)) for r in (robot, replace(robot))
     )
     assert one == other
 

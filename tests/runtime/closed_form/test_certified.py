@@ -30,11 +30,11 @@ int count_verdicts(const double *T, const double *q, int count, int verdict)
   const chasles_general_arm *arm = &NAME_ik_tables;
   double root[16];
   int such = 0;
-  chasles_general_set(arm, 0.0, &six);
+  chasles_general_set(arm, NULL, &six);
   for (int k = 0; k < arm->splits; k++) {
     const int joint = arm->split[k].joint[2];
     for (int i = 0; i < count; i++)
-      root[i] = arm->split[k].sense * chasles_general_direction(arm, joint) * q[6 * i + joint];
+      root[i] = arm->split[k].sense * chasles_general_direction(&six, joint) * q[6 * i + joint];
     chasles_general_eliminate(&six, arm->split + k, T, &system);
     such += chasles_polish_are_all(&system, root, count) == (chasles_polish_verdict)verdict;
   }

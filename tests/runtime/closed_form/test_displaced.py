@@ -38,7 +38,7 @@ int sure(const double *T)
 {
   chasles_general_six six;
   chasles_general_found found;
-  chasles_general_set(&NAME_ik_tables, 0.0, &six);
+  chasles_general_set(&NAME_ik_tables, NULL, &six);
   return chasles_general_by_splits(&six, T, &found);
 }
 """
@@ -160,7 +160,7 @@ def test_splits_are_by_joints_that_tell_solutions_apart(robot):
     nominal = found.solved["ik_nominal"].function
     apart = separations(robot, found.classification.lines, nominal)
     assert max(apart[:3]) < 1e-6 < SEPARATE < min(apart[3:])
-    joints = [split.joints[2] for split in choice_at(numbers(robot), None, apart).splits]
+    joints = [split.joints[2] for split in choice_at(numbers(robot), apart=apart).splits]
     assert sorted(joints[:3]) == [3, 4, 5]
-    without = [split.joints[2] for split in choice_at(numbers(robot), None).splits]
+    without = [split.joints[2] for split in choice_at(numbers(robot)).splits]
     assert without != joints

@@ -11,6 +11,7 @@ ARMS = {
     "skew": (11, "//////"),
     "two_parallel_wrist_offset": (12, "x=//x/"),
     "seven_with_meeting_axes": (16, "xx/x/x/"),
+    "six_a_torso_and_a_slide": (17, "/x//=///", {3}),
 }
 
 
@@ -43,7 +44,7 @@ def test_there_are_as_many_solutions_as_newton_finds(judged):
     assert judged.counts(judged.arm.fk(q), q, np.random.default_rng(4)) == 0
 
 
-def test_seven_joints_keep_the_one_that_is_given(judged):
+def test_given_joints_keep_their_values(judged):
     given = [k for k in range(len(judged.robot.moving)) if judged.is_given(k)]
     assert len(given) == len(judged.robot.moving) - 6
     q = uniform(judged, 50, 5)

@@ -58,7 +58,7 @@ static void chasles_general_tool_ik(const chasles_general_tool_arm *arm, const d
                                     double *residual, double *margin)
 {
     double all[5 * CHASLES_SLOTS], left[CHASLES_SLOTS], margins[CHASLES_SLOTS];
-    chasles_general_slots(arm, 0.0, T, all, left, margins);
+    chasles_general_slots(arm, NULL, T, all, left, margins);
     for (int k = 0; k < CHASLES_SLOTS; k++)
         left[k] = chasles_general_tool_polish(arm, T, all + 5 * k);
     int slot = 0;

@@ -76,20 +76,14 @@ static int POLISH_NAME(is_doubtful)(const POLISH_NAME(search) * s, const POLISH_
 }
 #endif
 
-/* The number of the robot's coordinate that is one of the six joints. */
-static int POLISH_NAME(coordinate)(const chasles_general_six *six, int joint)
-{
-    return joint + (six->arm->given >= 0 && joint >= six->arm->given);
-}
-
 /* Whether the known solutions are one at each real root of a split, none of which is near another:
  * then they are all. Roots that meet beside the real line, surely, are no solutions. */
 static int POLISH_NAME(is_one_each)(const POLISH_NAME(search) * s, const chasles_general_six *six,
                                     const chasles_general_split *split,
                                     const chasles_circle_roots *roots)
 {
-    const int joint = split->joint[2], own = POLISH_NAME(coordinate)(six, joint);
-    const double sign = split->sense * chasles_general_direction(six->arm, joint);
+    const int joint = split->joint[2], own = six->own[joint];
+    const double sign = split->sense * chasles_general_direction(six, joint);
     int real = 0;
     for (int i = 0; i < roots->count; i++) {
         int near = 0;
@@ -116,8 +110,8 @@ static int POLISH_NAME(is_one_each)(const POLISH_NAME(search) * s, const chasles
 static int POLISH_NAME(roots)(const POLISH_NAME(search) * s, const chasles_general_six *six,
                               const chasles_general_split *split, double *root)
 {
-    const int joint = split->joint[2], own = POLISH_NAME(coordinate)(six, joint);
-    const double sign = split->sense * chasles_general_direction(six->arm, joint);
+    const int joint = split->joint[2], own = six->own[joint];
+    const double sign = split->sense * chasles_general_direction(six, joint);
     int count = 0;
     for (int k = 0; k < POLISH_RESULTS; k++) {
         if (s->taken[k])
@@ -188,7 +182,7 @@ static int POLISH_NAME(ask)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * 
         if (!isfinite(s->in[i]))
             return 0;
     }
-    chasles_general_set(&POLISH_GENERAL, POLISH_INPUTS > 16 ? s->in[POLISH_INPUTS - 1] : 0.0, &six);
+    chasles_general_set(&POLISH_GENERAL, s->in + 16, &six);
     const int is_sure = POLISH_NAME(solve_generally)(s, start, &six, &found);
     for (int k = 0; k < found.count; k++) {
         chasles_general_joints(&six, found.q[k], q);
