@@ -76,10 +76,15 @@ def pose_residual(terms: Terms, pose: Pose, wanted: Sequence[sp.Expr]) -> sp.Exp
     The distance of two rotation matrices in the Frobenius norm is sqrt(8) sin(angle / 2), for small
     angles sqrt(2) of the angle between them.
     """
+    moved, turned = pose_errors(pose, wanted)
+    return larger(terms, squares(terms, moved), terms.let(squares(terms, turned) / 2))
+
+
+def pose_errors(pose: Pose, wanted: Sequence[sp.Expr]) -> tuple[list[sp.Expr], list[sp.Expr]]:
+    """Differences of positions (metre) and of the entries of rotations from the wanted pose."""
     axes, origin = pose
     moved = [origin[i] - wanted[4 * i + 3] for i in range(3)]
-    turned = [axes[j][i] - wanted[4 * i + j] for i in range(3) for j in range(3)]
-    return larger(terms, squares(terms, moved), terms.let(squares(terms, turned) / 2))
+    return moved, [axes[j][i] - wanted[4 * i + j] for i in range(3) for j in range(3)]
 
 
 def squares(terms: Terms, values: Iterable[sp.Expr]) -> sp.Expr:
