@@ -6,12 +6,11 @@ import subprocess
 import numpy as np
 import pytest
 from calibrated import pinocchio_fk
+from compiling import compiled
 from derivations import description
 
-import chasles
 from bench.cases.calibrated import displaced
-from chasles.derive import load, write
-from chasles.derive.emit.languages import EMITTERS
+from chasles.derive import load
 
 SIZE, SEED = 5.4e-3, 13
 """Errors (metre, radian) of the arm, and the seed of the errors."""
@@ -53,11 +52,7 @@ def robot():
 @pytest.fixture(scope="module")
 def arm(robot, tmp_path_factory):
     folder = tmp_path_factory.mktemp("certified") / robot.name
-    emitters = [emitter for emitter in EMITTERS if emitter.language in ("c", "python")]
-    write(robot, folder, ("fk", "fk_jacobian_mixed", "ik"), emitters)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("CHASLES_CACHE", str(folder.parent / "cache"))
-        return chasles.load(folder)
+    return compiled(robot, folder, ("fk", "fk_jacobian_mixed", "ik"))
 
 
 @pytest.fixture(scope="module")

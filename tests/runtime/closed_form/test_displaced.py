@@ -6,12 +6,11 @@ import subprocess
 import numpy as np
 import pytest
 from calibrated import pinocchio_fk
+from compiling import compiled
 from derivations import description
 
-import chasles
 from bench.cases.calibrated import displaced
-from chasles.derive import load, write
-from chasles.derive.emit.languages import EMITTERS
+from chasles.derive import load
 from chasles.derive.inverse.general.raghavan_roth import numbers
 from chasles.derive.inverse.general.split_choice import choice_at
 from chasles.derive.inverse.led import separations
@@ -19,6 +18,7 @@ from chasles.derive.inverse.serial_inverse import inverses
 from chasles.derive.model.tolerances import SEPARATE
 from chasles.derive.terms.terms import Terms
 
+FUNCTIONS = ("fk", "fk_jacobian_mixed", "ik")
 SIZE, SEED = 4e-3, 5
 """Errors (metre, radian) of the arm, and the seed of the errors."""
 MANY, MANY_SEED = 3.6465829651e-3, 203
@@ -51,15 +51,7 @@ def robot():
 
 @pytest.fixture(scope="module")
 def arm(robot, tmp_path_factory):
-    return loaded(robot, tmp_path_factory.mktemp("displaced") / robot.name)
-
-
-def loaded(robot, folder):
-    emitters = [emitter for emitter in EMITTERS if emitter.language in ("c", "python")]
-    write(robot, folder, ("fk", "fk_jacobian_mixed", "ik"), emitters)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("CHASLES_CACHE", str(folder.parent / "cache"))
-        return chasles.load(folder)
+    return compiled(robot, tmp_path_factory.mktemp("displaced") / robot.name, FUNCTIONS)
 
 
 def near_wrist(count, seed):
@@ -114,7 +106,7 @@ def test_far_out_of_reach_the_answers_are_those_of_the_nominal_arm(arm):
 def test_poses_of_more_than_twelve_solutions_have_all(tmp_path):
     """Some have sixteen, as many as six revolute joints may have."""
     robot = displaced(load(description("irb120")), MANY, MANY_SEED)
-    arm = loaded(robot, tmp_path / robot.name)
+    arm = compiled(robot, tmp_path / robot.name, FUNCTIONS)
     q = near_wrist(60_000, 2)
     found = arm.ik(arm.fk(q))
     many = found.count > 12
@@ -130,7 +122,7 @@ def test_poses_of_more_than_twelve_solutions_have_all(tmp_path):
 def test_few_configurations_are_lost_where_the_true_arm_is_nearly_singular(tmp_path):
     """With errors of 10 mm and mrad: of random configurations, most that are lost are there."""
     robot = displaced(load(description("irb6640")), 1e-2)
-    arm = loaded(robot, tmp_path / robot.name)
+    arm = compiled(robot, tmp_path / robot.name, FUNCTIONS)
     q = np.random.default_rng(3).uniform(-np.pi, np.pi, (RANDOM, arm.n))
     T, J = arm.fk_jacobian_mixed(q)
     least = np.linalg.svd(J, compute_uv=False)[:, -1]
