@@ -120,7 +120,11 @@ def words(name: str) -> str:
     strut, dot, part = name.partition(".")
     plain = names.escape(strut.replace("_", " "))
     kinds = {"end": "far end of", "piston": "piston of", "begin": "near end of"}
-    return f"{kinds.get(part.partition('.')[0], part)} {plain}" if dot else plain
+    kind = kinds.get(part.partition(".")[0])
+    if not dot or kind is not None:
+        return f"{kind} {plain}" if dot else plain
+    # The pin where two members hang on one body.
+    return f"pin between {plain} and {words(part)}"
 
 
 class Letters:

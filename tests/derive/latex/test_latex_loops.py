@@ -407,6 +407,9 @@ def test_symbols_of_joints():
 def test_names_in_sentences():
     assert words("cylinder_1.end") == "far end of cylinder 1"
     assert words("boom_cylinder.piston") == "piston of boom cylinder"
+    # Two rods on one pin of a third body, as in the rhombus of Peaucellier's linkage.
+    assert words("side_a_swing.side_b_swing") == "pin between side a swing and side b swing"
+    assert words("arm_1.rod_2.end") == "pin between arm 1 and far end of rod 2"
     assert [is_symbol(name) for name in ("l_HI", "theta8", "x", "yaw")] == [True, True, True, False]
     assert dotted(r"\theta_{1}") == r"\dot{\theta}_{1}"
     assert dotted("x") == r"\dot{x}"
