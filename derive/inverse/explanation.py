@@ -11,7 +11,6 @@ from ..loops.iterated.closure_equations import LoopClosure
 from ..model.mechanism import Described, Mechanism
 from ..model.robot import Robot
 from ..model.tolerances import EXACT_STRUCTURE
-from ..model.words import listed
 from ..terms.terms import Terms
 from .chosen_joints import hybrid_inverses_for_given, inverses_for_given
 from .classify import Attempt, Classification
@@ -22,6 +21,7 @@ from .polished_inverse import FREEDOMS
 from .serial_inverse import Inverses
 from .steps.work import InverseStep
 from .structure.requirement import Requirement
+from .structure.words import listed
 from .tasks.task import Solved
 
 NEVER = "no small change of the arm would do"

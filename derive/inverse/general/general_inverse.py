@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 from ...model.robot import Robot
-from ...model.words import listed
 from ...terms.symbolic_function import Table, WrittenFunction
 from ..structure.lines import TOOL_AXIS
+from ..structure.words import listed
 from . import written_inverse
 from .raghavan_roth import JOINTS, is_fit, numbers
 from .split_choice import MOST_JOINTS, Choice, choice_at, choose, slides_of

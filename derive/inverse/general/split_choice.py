@@ -8,7 +8,7 @@ value of M at the solution, and the smallest of A, are far from zero; the greate
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -51,17 +51,25 @@ class Rating:
 
     Attributes:
         split: The split.
-        separations: At each configuration the lesser ratio of singular values, of M and of A; NaN
-            where det M does not have degree 8.
+        separations: At each configuration the second smallest singular value of M over the
+            greatest; NaN where det M does not have degree 8.
+        pairs: At each configuration the smallest singular value of A, from which the pair of joints
+            follows, over the greatest.
     """
 
     split: Split
     separations: tuple[float, ...]
+    pairs: tuple[float, ...]
+
+    @property
+    def least(self) -> tuple[float, ...]:
+        """At each configuration the lesser of both, NaN for NaN."""
+        return tuple(map(float, np.minimum(self.separations, self.pairs)))
 
     @property
     def good_at(self) -> frozenset[int]:
         """Indices of the configurations at which it is good."""
-        return frozenset(k for k, s in enumerate(self.separations) if s > SINGLE_SOLUTION)
+        return frozenset(k for k, s in enumerate(self.least) if s > SINGLE_SOLUTION)
 
     @property
     def good(self) -> float:
@@ -76,7 +84,7 @@ class Rating:
     @property
     def key(self) -> tuple[float, float]:
         """The greater, the better: part of good configurations, and separation at these."""
-        there = [self.separations[k] for k in self.good_at]
+        there = [self.least[k] for k in self.good_at]
         return self.good, float(np.median(there)) if there else 0.0
 
 
@@ -205,6 +213,9 @@ def _ratings(
         return not apart or apart[joint] > SEPARATE, not apart or is_new
 
     left = [rating for rating in _rated(constants, given, slides) if rating.is_fit]
+    if not any(rating.good_at for rating in left):
+        # Where four axes or more meet in two points, A is singular in every split.
+        left = [replace(rating, pairs=(1.0,) * len(rating.pairs)) for rating in left]
     kept: list[Rating] = []
     while left and len(kept) < MOST_KEPT:
         known = frozenset[int]().union(*(rating.good_at for rating in kept))
@@ -238,8 +249,10 @@ def _rated(
         for order, each in found.items()
     }
     q = np.array([_solved(angles, given) for angles in configured])
+    pairs = {order: _pairs(each) for order, each in stacked.items()}
     return [
-        Rating(split, tuple(_separations(stacked[_order(split)], split, q))) for split in splits()
+        Rating(split, _separations(stacked[_order(split)], split, q), pairs[_order(split)])
+        for split in splits()
     ]
 
 
@@ -263,12 +276,18 @@ def length(constants: Sequence[Array]) -> float:
     return sum(float(np.linalg.norm(E[:3, 3])) for E in constants[1:]) or 1.0
 
 
-def _separations(found: LineEquations, split: Split, q: Array) -> list[float]:
-    """How far a split is from taking two solutions for one, at solutions q (C, 6).
+def _pairs(found: LineEquations) -> tuple[float, ...]:
+    """Smallest singular value of A, of each pose, over the greatest.
 
-    The second smallest singular value of M over the greatest, or the smallest of A, from which the
-    pair of joints follows, over the greatest: the lesser of both. NaN where det M does not have
-    degree 8. A is singular where the pair are two of three parallel axes.
+    A is singular where the pair are two of three parallel axes: one solution for the others then
+    has two for the pair.
+    """
+    sizes = np.linalg.svd(found.left[..., 1:], compute_uv=False)
+    return tuple(map(float, sizes[:, -1] / sizes[:, 0]))
+
+
+def _separations(found: LineEquations, split: Split, q: Array) -> tuple[float, ...]:
+    """Second smallest singular value at solutions q (C, 6) over the greatest; NaN for a bad split.
 
     Args:
         found: The equations of each pose, (C, 14, 9) and (C, 3, 14, 9).
@@ -280,10 +299,9 @@ def _separations(found: LineEquations, split: Split, q: Array) -> list[float]:
     degrees = np.abs(np.fft.rfft(np.linalg.det(_at(turns, M[:, None]))))
     is_fit = degrees[:, DEGREE + 1 :].max(-1) < DETERMINANT_TAIL * degrees.max(-1)
     sizes = np.linalg.svd(_at(split.sense * q[:, split.joints[2]], M), compute_uv=False)
-    pairs = np.linalg.svd(found.left[..., 1:], compute_uv=False)
     parts = np.full(len(q), np.nan)
     np.divide(sizes[:, -2], sizes[:, 0], out=parts, where=is_fit)
-    return [float(part) for part in np.minimum(parts, pairs[:, -1] / pairs[:, 0])]
+    return tuple(map(float, parts))
 
 
 def _at(angle: Array, M: Array) -> Array:

@@ -11,9 +11,9 @@ from ...inverse.general.raghavan_roth import is_fit, numbers
 from ...inverse.general.real_solutions import real_solutions
 from ...inverse.general.split_choice import choice_at, motion_by, slides_of, without
 from ...inverse.lost_poses import TARGETS, WHOLE
+from ...inverse.structure.words import listed
 from ...model.mechanism import Coordinate
 from ...model.robot import Joint
-from ...model.words import listed
 from ...terms.branches import patterns
 from ...terms.casadi_graph import lower
 from ...terms.symbolic_function import SymbolicFunction

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-from ...model.words import listed as in_words
+from ...inverse.structure.words import listed as in_words
 from ..setting.layout import aligned
 from ..setting.page import Page, sentence, text
 from ..setting.printed_singularities import PrintedCondition, PrintedSingularities

@@ -2,7 +2,7 @@
 
 from ...inverse.general.general_inverse import GeneralInverse
 from ...inverse.general.raghavan_roth import JOINTS
-from ...model.words import listed
+from ...inverse.structure.words import listed
 from ..setting.page import Page, sentence
 
 _ADDED = r"\theta_{\mathrm{tool}}"

@@ -7,9 +7,9 @@ from itertools import groupby
 import sympy as sp
 
 from ...inverse.serial_inverse import Inverses
+from ...inverse.structure.words import listed as in_words
 from ...inverse.subproblems.equations import JointEquation
 from ...inverse.tasks.slots import POSE_SYMBOLS
-from ...model.words import listed as in_words
 from ..chain.tables import tabular
 from ..loops.loop_page import LoopPage
 from ..setting.layout import aligned

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 from ...inverse.classify import Attempt, Classification
 from ...inverse.explanation import NEVER, missed_by, nearest
-from ...model.words import listed as in_words
+from ...inverse.structure.words import listed as in_words
 from ..setting.names import escape
 
 MOST_MISSED = 3

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import sympy as sp
 from derivations import ROBOTS, description
 
 from chasles.derive import Joint, Robot, load
@@ -173,8 +174,10 @@ def test_of_seven_joints_the_one_that_is_given_becomes_part_of_a_placement():
 
 
 def test_arms_of_other_joints_are_refused_by_name():
-    with pytest.raises(RobotError, match="lynxmotion"):
-        placements(of("stanford"))
+    robot = of("jaco2")
+    screw = replace(robot.joints[2], kind="helical", pitch=sp.Rational(1, 10))
+    with pytest.raises(RobotError, match="jaco2 is no chain of joints that turn or slide"):
+        placements(replace(robot, joints=(*robot.joints[:2], screw, *robot.joints[3:])))
 
 
 @pytest.mark.parametrize("name", GENERAL)
