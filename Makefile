@@ -5,12 +5,12 @@ INSTALL := $(BIN)/pip install --quiet --disable-pip-version-check --editable
 .PHONY: derive test check check-generated format lint types bench bench-quick bench-count bench-check docs reproduce gallery clean help
 
 # Another hash seed, and a processor for which OpenBLAS and NumPy round otherwise: neither may show
-# in a generated file. `make derive AS='$(ELSEWHERE)'`
+# in a generated file. `make derive UNDER='$(ELSEWHERE)'`
 ELSEWHERE := PYTHONHASHSEED=4242 OPENBLAS_CORETYPE=Prescott \
   NPY_DISABLE_CPU_FEATURES="X86_V3 X86_V4 AVX512_ICL AVX512_SPR"
 
 derive: .venv/derive ## derive, generate and compile every robot
-	@$(AS) $(BIN)/chasles-derive && $(BIN)/python -m chasles build
+	@$(UNDER) $(BIN)/chasles-derive && $(BIN)/python -m chasles build
 
 # Tests wait for compilers and browsers, so that a worker more than cores keeps these busy.
 test: .venv/dev ## the whole test suite

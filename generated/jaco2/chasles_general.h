@@ -10,7 +10,7 @@
 static void chasles_general_ik(const chasles_general_arm *arm, const double *T, double *q,
                                double *residual, double *margin)
 {
-    chasles_general_slots(arm, 0.0, T, q, residual, margin);
+    chasles_general_slots(arm, NULL, T, q, residual, margin);
 }
 
 #endif

@@ -111,7 +111,7 @@ static void chasles_general_all(const chasles_general_six *six, const chasles_ge
     chasles_general_last(system, c, s);
     for (int k = 0; k < 6; k++) {
         const int joint = split->joint[k];
-        const double sign = split->sense * chasles_general_direction(six->arm, joint);
+        const double sign = split->sense * chasles_general_direction(six, joint);
         const chasles_vector angle = sign * chasles_general_angles(s[k], c[k]);
         for (int l = 0; l < count; l++)
             starts[l].q[joint] = angle[l];

@@ -25,7 +25,8 @@
 
 /* The quantities of a line are fifteen: p, l, p.p, p.l, p x l, (p.p) l - 2 (p.l) p, and the 1. */
 #define CHASLES_EQUATIONS 14
-#define CHASLES_MOST_JOINTS 7
+#define CHASLES_MOST_JOINTS 12
+#define CHASLES_MOST_GIVEN (CHASLES_MOST_JOINTS - 6)
 #define CHASLES_SPLITS 4
 /* Newton's steps at most. */
 #define CHASLES_STEPS 20
@@ -39,24 +40,31 @@ typedef struct {
     int halved;   /* the joint of the half angle: 0 the first of the two more, 1 the second */
 } chasles_general_split;
 
-/* What an arm is. Six of its joints are solved for; where there is one more, it is given; where
- * there is one fewer, a joint behind them turns the tool. */
+/* What a joint is. */
+#define CHASLES_SOLVED_FOR 0
+#define CHASLES_GIVEN_TURN 1
+#define CHASLES_GIVEN_SLIDE 2
+
+/* What an arm is. Six of its joints turn and are solved for; all others are given. Where there are
+ * five joints, a sixth behind them turns the tool. */
 typedef struct {
     /* fk and its Jacobian, mixed: the robot's own. */
     void (*pose_jacobian)(const double *q, double *T, double *J);
     int joints;
-    int given;                             /* index of the joint that is given, or -1 */
-    double direction[CHASLES_MOST_JOINTS]; /* angle of a joint about z at a coordinate of 1 */
-    double length;                         /* m, the arm's size: weighs metres against radians */
+    int kind[CHASLES_MOST_JOINTS];
+    double
+        direction[CHASLES_MOST_JOINTS]; /* motion of a joint about or along z by its coordinate */
+    double length;                      /* m, the arm's size: weighs metres against radians */
     double placed[CHASLES_MOST_JOINTS + 1][12]; /* (3, 4) before, between and behind the joints */
     int splits;
     chasles_general_split split[CHASLES_SPLITS]; /* the best first */
 } chasles_general_arm;
 
-/* The six joints that are solved for, at the value of the other; lengths in parts of the arm's. */
+/* The six joints that are solved for, at values of the others; lengths in parts of the arm's. */
 typedef struct {
     const chasles_general_arm *arm;
-    double value; /* rad, of the joint that is given */
+    double value[CHASLES_MOST_GIVEN]; /* rad or m, of the joints that are given */
+    int own[6];                       /* indices of the six */
     double placed[7][12];
 } chasles_general_six;
 
@@ -90,32 +98,49 @@ static void chasles_general_inverse(const double *a, double *b)
     }
 }
 
-/* The arm with its seventh joint, if it has one, at a value. */
-static void chasles_general_set(const chasles_general_arm *arm, double value,
+/* The placement behind a joint that is given, from the placement before it. */
+static void chasles_general_fixed(const chasles_general_arm *arm, int joint, double value,
+                                  double *placed)
+{
+    const double along = arm->direction[joint] * value;
+    const int turns = arm->kind[joint] == CHASLES_GIVEN_TURN;
+    const double c = turns ? cos(along) : 1.0, s = turns ? sin(along) : 0.0;
+    const double d = turns ? 0.0 : along;
+    const double motion[12] = {c, -s, 0.0, 0.0, s, c, 0.0, 0.0, 0.0, 0.0, 1.0, d};
+    double moved[12];
+    chasles_general_product(placed, motion, moved);
+    chasles_general_product(moved, arm->placed[joint + 1], placed);
+}
+
+/* The arm with the joints that are given, if there are any, at their values. */
+static void chasles_general_set(const chasles_general_arm *arm, const double *value,
                                 chasles_general_six *six)
 {
+    const int joints = arm->joints < 6 ? 6 : arm->joints;
+    int solved = 0, given = 0;
+    double placed[12];
     six->arm = arm;
-    six->value = value;
-    for (int k = 0; k < 7; k++) {
-        const int from = arm->given >= 0 && k > arm->given ? k + 1 : k;
-        memcpy(six->placed[k], arm->placed[from], sizeof six->placed[k]);
+    memcpy(placed, arm->placed[0], sizeof placed);
+    for (int k = 0; k < joints; k++) {
+        if (arm->kind[k] == CHASLES_SOLVED_FOR) {
+            memcpy(six->placed[solved], placed, sizeof placed);
+            six->own[solved++] = k;
+            memcpy(placed, arm->placed[k + 1], sizeof placed);
+        } else {
+            six->value[given] = value[given];
+            chasles_general_fixed(arm, k, value[given++], placed);
+        }
     }
-    if (arm->given >= 0) {
-        const double angle = arm->direction[arm->given] * value, c = cos(angle), s = sin(angle);
-        const double turn[12] = {c, -s, 0.0, 0.0, s, c, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0};
-        double turned[12];
-        chasles_general_product(arm->placed[arm->given], turn, turned);
-        chasles_general_product(turned, arm->placed[arm->given + 1], six->placed[arm->given]);
-    }
+    memcpy(six->placed[6], placed, sizeof placed);
     for (int k = 0; k < 7; k++) {
         for (int i = 0; i < 3; i++)
             six->placed[k][4 * i + 3] /= arm->length;
     }
 }
 
-static double chasles_general_direction(const chasles_general_arm *arm, int k)
+static double chasles_general_direction(const chasles_general_six *six, int joint)
 {
-    return arm->direction[arm->given >= 0 && k >= arm->given ? k + 1 : k];
+    return six->arm->direction[six->own[joint]];
 }
 
 /* The placements C_1 ... C_6 of the loop of arm and tool, in the order of the split. */

@@ -35,9 +35,8 @@ typedef struct {
 /* All joints of the robot, from the six that are solved for. */
 static void chasles_general_joints(const chasles_general_six *six, const double *q, double *all)
 {
-    const int given = six->arm->given;
-    for (int k = 0, from = 0; k < six->arm->joints; k++)
-        all[k] = k == given ? six->value : q[from++];
+    for (int k = 0, from = 0, given = 0; k < six->arm->joints; k++)
+        all[k] = six->arm->kind[k] == CHASLES_SOLVED_FOR ? q[from++] : six->value[given++];
 }
 
 /* The pose of five joints and of a sixth that turns the tool about an axis of the tool, and six
@@ -74,12 +73,12 @@ static void chasles_general_turned_tool(const chasles_general_six *six, const do
 static void chasles_general_forward(const chasles_general_six *six, const double *q, double *T,
                                     double *J)
 {
-    const int given = six->arm->given;
-    if (six->arm->joints < 6) {
+    const int n = six->arm->joints;
+    if (n < 6) {
         chasles_general_turned_tool(six, q, T, J);
         return;
     }
-    if (given < 0) {
+    if (n == 6) {
         six->arm->pose_jacobian(q, T, J);
         return;
     }
@@ -88,7 +87,7 @@ static void chasles_general_forward(const chasles_general_six *six, const double
     six->arm->pose_jacobian(all, T, whole);
     for (int i = 0; i < 6; i++) {
         for (int k = 0; k < 6; k++)
-            J[6 * i + k] = whole[CHASLES_MOST_JOINTS * i + (k < given ? k : k + 1)];
+            J[6 * i + k] = whole[n * i + six->own[k]];
     }
 }
 

@@ -131,7 +131,7 @@ static int chasles_general_is_short(const chasles_general_six *six,
                                     const chasles_general_found *found, int k)
 {
     const int joint = split->joint[2];
-    const double sign = split->sense * chasles_general_direction(six->arm, joint);
+    const double sign = split->sense * chasles_general_direction(six, joint);
     int roots = 0, near = 0;
     for (int i = 0; i < count; i++) {
         const double apart = chasles_circle_wrapped(starts[i].along - starts[k].along);
@@ -335,7 +335,7 @@ static void chasles_general_none(const chasles_general_six *six, const double *T
 
 /* Every solution of a pose in sixteen slots: solutions first, by the suppressed joint of the first
  * split. The others hold the nearest answers where there is none, else what is no solution. */
-static inline void chasles_general_slots(const chasles_general_arm *arm, double value,
+static inline void chasles_general_slots(const chasles_general_arm *arm, const double *value,
                                          const double *T, double *q, double *residual,
                                          double *margin)
 {
@@ -343,10 +343,12 @@ static inline void chasles_general_slots(const chasles_general_arm *arm, double 
     chasles_general_found found;
     chasles_general_rest rest;
     double margins[CHASLES_SLOTS];
-    int order[CHASLES_SLOTS], finite = value - value == 0.0;
+    int order[CHASLES_SLOTS], finite = 1;
     const int n = arm->joints, key = arm->split[0].joint[2];
     for (int k = 0; k < 16; k++)
         finite = finite && T[k] - T[k] == 0.0;
+    for (int k = 0; k < n - 6; k++)
+        finite = finite && value[k] - value[k] == 0.0;
     if (!finite) {
         for (int k = 0; k < CHASLES_SLOTS; k++) {
             for (int i = 0; i < n; i++)
