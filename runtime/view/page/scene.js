@@ -7,7 +7,7 @@ const robot = JSON.parse(document.getElementById("robot").textContent);
 const DIGITS = Math.max(1, Math.ceil(-Math.log10(robot.size))); // of millimetres
 const kinematics = new Kinematics(robot);
 const canvas = document.getElementById("canvas");
-const renderer = new THREE.WebGLRenderer({ canvas, antialias: true });
+const renderer = rendererOn(canvas);
 const scene = new THREE.Scene();
 const camera = new THREE.PerspectiveCamera(40, 1, robot.size / 100, 100 * robot.size);
 camera.up.set(0, 0, 1);
@@ -21,6 +21,15 @@ const handle = new Handle(robot.size, camera, canvas, {
     show();
   },
 });
+
+function rendererOn(canvas) {
+  try {
+    return new THREE.WebGLRenderer({ canvas, antialias: true });
+  } catch (error) {
+    say("The robot is not drawn: this browser has no WebGL, or has it switched off.");
+    throw error;
+  }
+}
 
 function decoded(text, Kind) {
   const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));

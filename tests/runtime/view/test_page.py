@@ -7,6 +7,7 @@ import pytest
 from viewed_pages import asked, coordinates, message, on_page, opened, walk
 
 import chasles
+from chasles.view import html_page
 from chasles.view.display import Display
 
 CLOSED = 1e-9
@@ -109,6 +110,16 @@ def test_a_page_loads_nothing_from_anywhere(browser, tmp_path):
       return new Set(new Uint32Array(pixels.buffer)).size;
     })()"""
     assert browser.run(script) > 100
+
+
+def test_a_browser_that_draws_nothing_is_told(browser, tmp_path):
+    blind = "<body><script>HTMLCanvasElement.prototype.getContext = () => null;</script>"
+    file = tmp_path / "blind.html"
+    text = html_page(chasles.load("four_bar"))
+    file.write_text(text.replace("<body>", blind), encoding="utf-8")
+    browser.open(file.as_uri())
+    assert "no WebGL" in message(browser)
+    browser.said.clear()
 
 
 def test_a_title_is_text(browser, tmp_path):
