@@ -30,7 +30,7 @@ from .measures import derivation, frames, scenes, studies
 from .peers.forward import absent
 from .plans import FULL, QUICK, SECTIONS, without_slow_builds
 from .report import Plan, out, records, save, tables
-from .robustness import attempts, built_arms, built_robots, open_loops, single_errors
+from .robustness import any_geometry, attempts, built_arms, built_robots, open_loops, single_errors
 
 DERIVATION = "derivation"
 ARMS = 50
@@ -46,6 +46,7 @@ COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {
     "misses": lambda o: misses.run(o.quick, o.robot),
     "field": lambda o: field.run(o.quick, o.arm),
     "general": general_arms.run,
+    "geometries": lambda o: any_geometry.run(o.first, o.seeds, o.longs, o.poses),
     "platforms": lambda o: platform_modes.run(o.count, o.starts, o.seed),
     "planar": lambda o: planar_modes.run(o.count, o.starts, o.seed),
     "displaced": lambda o: displaced_arms.run(
@@ -126,6 +127,9 @@ def _parser() -> argparse.ArgumentParser:
     met.add_argument("--arm", help="arms with this text in their names")
     general = commands.add_parser("general", help="arms without a structure: judged and timed")
     general_arms.add_arguments(general)
+    axes = commands.add_parser("geometries", help="such arms of every pattern of axes, uncompiled")
+    for name, default in (("first", 0), ("seeds", 1), ("longs", 20), ("poses", 1000)):
+        axes.add_argument(f"--{name}", type=int, default=default)
     held = commands.add_parser("platforms", help="modes of platforms on six rods, judged and timed")
     held.add_argument("--count", type=int, default=platform_modes.COUNT, help="number of platforms")
     held.add_argument("--starts", type=int, default=platform_modes.STARTS, help="of the iteration")

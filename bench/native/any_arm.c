@@ -1,0 +1,67 @@
+/* The solver of general arms, for an arm that is told by its tables alone. */
+#include <stddef.h>
+
+#include "chasles_general_solutions.h"
+
+static chasles_general_arm arm;
+
+/* Pose and mixed Jacobian of the arm from its placements. */
+static void pose_jacobian(const double *q, double *T, double *J)
+{
+    const int n = arm.joints;
+    double at[12], moved[12], axis[CHASLES_MOST_JOINTS][3], point[CHASLES_MOST_JOINTS][3];
+    memcpy(at, arm.placed[0], sizeof at);
+    for (int k = 0; k < n; k++) {
+        const double along = arm.direction[k] * q[k];
+        const int slides = arm.kind[k] == CHASLES_GIVEN_SLIDE;
+        const double c = slides ? 1.0 : cos(along), s = slides ? 0.0 : sin(along);
+        const double motion[12] = {c, -s, 0, 0, s, c, 0, 0, 0, 0, 1, slides ? along : 0.0};
+        for (int i = 0; i < 3; i++)
+            axis[k][i] = at[4 * i + 2], point[k][i] = at[4 * i + 3];
+        chasles_general_product(at, motion, moved);
+        chasles_general_product(moved, arm.placed[k + 1], at);
+    }
+    memcpy(T, at, sizeof at);
+    T[12] = T[13] = T[14] = 0.0, T[15] = 1.0;
+    for (int k = 0; k < n; k++) {
+        const int slides = arm.kind[k] == CHASLES_GIVEN_SLIDE;
+        double lever[3];
+        for (int i = 0; i < 3; i++)
+            lever[i] = at[4 * i + 3] - point[k][i];
+        for (int i = 0; i < 3; i++) {
+            const int a = (i + 1) % 3, b = (i + 2) % 3;
+            const double turned = axis[k][a] * lever[b] - axis[k][b] * lever[a];
+            J[n * i + k] = arm.direction[k] * (slides ? axis[k][i] : turned);
+            J[n * (3 + i) + k] = slides ? 0.0 : arm.direction[k] * axis[k][i];
+        }
+    }
+}
+
+/* Takes an arm; its own forward kinematics stand in for those of a generated robot. */
+void take(const chasles_general_arm *told)
+{
+    arm = *told;
+    arm.pose_jacobian = pose_jacobian;
+}
+
+/* The mixed Jacobian (6, n) at a configuration. */
+void jacobian(const double *q, double *J)
+{
+    double T[16];
+    pose_jacobian(q, T, J);
+}
+
+/* All slots of the poses of configurations, at their values of the given joints. */
+void solve(int count, const double *q, double *found, double *residual)
+{
+    double T[16], J[6 * CHASLES_MOST_JOINTS], margin[CHASLES_SLOTS], value[CHASLES_MOST_GIVEN];
+    const int n = arm.joints;
+    for (int i = 0; i < count; i++, q += n, found += CHASLES_SLOTS * n, residual += CHASLES_SLOTS) {
+        for (int k = 0, given = 0; k < n; k++) {
+            if (arm.kind[k] != CHASLES_SOLVED_FOR)
+                value[given++] = q[k];
+        }
+        pose_jacobian(q, T, J);
+        chasles_general_slots(&arm, value, T, found, residual, margin);
+    }
+}

@@ -1,0 +1,37 @@
+"""Arms of any geometry lose no pose: some patterns of axes that meet, are parallel or are skew."""
+
+import pytest
+
+from bench.cases.random_arms import long_arm, random_arm
+from bench.robustness import any_geometry
+
+PATTERNS = ["//////", "/=/==/", "==x/=/", "x/x=//", "=x/=//", "x=/x=/", "//=x=/", "xx/=//"]
+"""Of the second, three parallel axes behind two, a third of the poses were lost by splits whose
+pair are two of the three."""
+
+
+@pytest.mark.parametrize("links", PATTERNS)
+def test_no_configuration_is_lost(links):
+    found = any_geometry.judged(random_arm(11, links), 600)
+    assert found is not None
+    assert not any(found)
+
+
+@pytest.mark.parametrize("seed", [3000, 3002])
+def test_no_configuration_of_longer_arms_is_lost(seed):
+    found = any_geometry.judged(long_arm(seed), 300)
+    assert found is not None
+    assert not any(found)
+
+
+def test_what_is_lost_is_seen(monkeypatch):
+    told = any_geometry._told
+
+    def without_splits(tables):
+        arm = told(tables)
+        arm.splits = 0
+        return arm
+
+    monkeypatch.setattr(any_geometry, "_told", without_splits)
+    random, _ = any_geometry.judged(random_arm(11), 60)
+    assert random.lost > 0
