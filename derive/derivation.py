@@ -205,6 +205,8 @@ def _of_mechanism(
     found = [function for name in asked if (function := by_hand[name](hybrid)) is not None]
     written |= {function.name: function for function in found}
     laws = transmissions(mechanism, hybrid.terms, hybrid.arguments["q"])
+    # A design that leads to its robot as built gives the inverse that its legs would give.
+    capabilities = [name for name in capabilities if name not in written]
     capabilities += [*written, *laws]
     loops = None
     if parametric or not set(PARAMETRIC).isdisjoint(functions or ()):

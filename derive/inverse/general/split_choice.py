@@ -283,7 +283,9 @@ def _pairs(found: LineEquations) -> tuple[float, ...]:
     has two for the pair.
     """
     sizes = np.linalg.svd(found.left[..., 1:], compute_uv=False)
-    return tuple(map(float, sizes[:, -1] / sizes[:, 0]))
+    parts = np.zeros(len(sizes))
+    np.divide(sizes[:, -1], sizes[:, 0], out=parts, where=sizes[:, 0] > 0)
+    return tuple(map(float, parts))
 
 
 def _separations(found: LineEquations, split: Split, q: Array) -> tuple[float, ...]:

@@ -19,7 +19,7 @@ SAME = 1e-10
 def arm():
     robot = load(ROBOTS / "jaco2.toml")
     constants = numbers(robot)
-    return constants, choose(constants)
+    return constants, choose(robot)
 
 
 def test_each_is_a_solution_and_one_is_the_posture(arm):

@@ -117,7 +117,7 @@ def test_what_is_called_valid_has_the_pose_and_is_there_once(robot):
 
 
 def test_solutions_stand_first_in_the_order_of_the_suppressed_joint(robot):
-    split = choose(numbers(load(description(robot.name)))).splits[0]
+    split = choose(load(description(robot.name))).splits[0]
     solutions = robot.ik(robot.fk(configurations(robot, 500, 3)))
     assert (solutions.valid == (np.arange(16) < solutions.count[:, None])).all()
     for q, count in zip(solutions.q, solutions.count, strict=True):
