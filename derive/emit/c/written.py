@@ -64,12 +64,12 @@ def _source(robot: Described, function: WrittenFunction) -> str:
     table = f"{robot.name}_{function.name}_tables"
     kind = "arm" if function.role.is_inverse else "platform"
     copies = [line for argument in function.inputs for line in own_copy(argument)]
-    first, *given = function.inputs
-    if len(given) > 1:
-        values = ", ".join(f"*own_{argument.name}" for argument in given)
+    first, *given = (f"own_{argument.name}" for argument in function.inputs)
+    passed = [f"&{table}", first]
+    if given:
+        values = ", ".join(f"*{name}" for name in given)
         copies.append(f"  const double given[] = {{{values}}};")
-    others = ["given"] if len(given) > 1 else [f"own_{argument.name}" for argument in given]
-    passed = [f"&{table}", f"own_{first.name}", *others]
+        passed.append("given")
     passed += [result.name for result in function.outputs]
     return "\n".join(
         [
