@@ -242,18 +242,18 @@ class _Writer:
         return x, y
 
     def _name_unknowns(self) -> None:
-        known = self.printed_terms.known
+        terms = self.printed_terms
         for symbol, value in self.equations.unknowns.items():
             _, axis = letter_and_axis(symbol)
             joint = None if axis else self.values.get(value)
             self.shown[symbol] = joint or self._symbol(symbol)
             sign, term = value.as_coeff_Mul()
-            if term in self.printed_terms.terms.definitions:
-                known.setdefault(term, sign * self.shown[symbol])
+            if term in terms.terms.definitions and term not in terms.known:
+                terms.call(term, sign * self.shown[symbol])
         for angle in self.step.solved:
             if angle in self.found:
-                known[angle] = self.values.get(angle) or self.letters.next("angle")
-            self.shown[angle] = known[angle]
+                terms.call(angle, self.values.get(angle) or self.letters.next("angle"))
+            self.shown[angle] = terms.known[angle]
 
     def _add_result(self, symbol: sp.Symbol, value: sp.Expr) -> None:
         """An intermediate result by name, except for letters and numbers."""

@@ -36,6 +36,7 @@ class Rates:
         self.page = page
         self.definitions: dict[sp.Symbol, sp.Expr] = {}
         self.inner: dict[sp.Symbol, sp.Symbol] = {}
+        self._found: dict[sp.Symbol, sp.Expr] = {}
         self.dotted = {symbol: self._dotted(symbol, k) for symbol, k in moving.items()}
 
     def equations(self, step: PrintedLoopStep) -> list[tuple[PrintedRate, sp.Expr]]:
@@ -52,6 +53,7 @@ class Rates:
             for symbol, _ in rate.left:
                 if symbol not in self.dotted:
                     self.dotted[symbol] = self._dotted(symbol, len(self.dotted))
+                    self._found.clear()
             results.append((rate, self._collected(total)))
         return results
 
@@ -81,10 +83,12 @@ class Rates:
         return self.inner[part]
 
     def _of_definition(self, symbol: sp.Symbol) -> sp.Expr:
-        meaning = self.definitions[symbol]
-        if meaning.is_Pow and meaning.exp == sp.Rational(1, 2):
-            return self.of(meaning.base) / (2 * symbol)
-        return self.of(meaning)
+        if symbol not in self._found:
+            meaning = self.definitions[symbol]
+            is_root = meaning.is_Pow and meaning.exp == sp.Rational(1, 2)
+            rate = self.of(meaning.base) / (2 * symbol) if is_root else self.of(meaning)
+            self._found[symbol] = rate
+        return self._found[symbol]
 
     def _collected(self, total: sp.Expr) -> sp.Expr:
         """A sum with one term a rate, where its brackets stay short."""

@@ -22,7 +22,8 @@ class PrintedTerms:
     """The names that a solution gives to terms, and expressions in these names.
 
     Attributes:
-        known: The printed symbol, or its negative, of each named term and coordinate.
+        known: The printed symbol, or its negative, of each named term and coordinate; :meth:`call`
+            adds to it.
     """
 
     def __init__(
@@ -31,7 +32,13 @@ class PrintedTerms:
         """Begins with the names of the coordinates."""
         self.terms, self.notation, self.known = terms, notation, dict(known)
         self._long: dict[sp.Expr, sp.Symbol] = {}
+        self._written: dict[sp.Symbol, sp.Expr] = {}
         self.printer = FractionPrinter.of(notation)
+
+    def call(self, term: sp.Symbol, shown: sp.Expr) -> None:
+        """Gives a term a printed symbol, or its negative, from now on."""
+        self.known[term] = shown
+        self._written.clear()
 
     def tex(self, expression: sp.Expr) -> str:
         """A printed expression in LaTeX."""
@@ -127,8 +134,14 @@ class PrintedTerms:
         return self.notation.constant(raw)
 
     def _symbol(self, symbol: sp.Symbol) -> sp.Expr:
+        """The printed form of a symbol; terms share others, so that each is written once."""
         if symbol in self.known:
             return self.known[symbol]
+        if symbol not in self._written:
+            self._written[symbol] = self._in_full(symbol)
+        return self._written[symbol]
+
+    def _in_full(self, symbol: sp.Symbol) -> sp.Expr:
         if symbol in self.terms.constants:
             return self.constant(symbol)
         turned = self._turned(symbol)
