@@ -133,7 +133,7 @@ class MechanismFile(RobotFile):
         for k in range(self._joint_count()):
             keys: Keys = ("joints", k)
             parent = self._body((*keys, "parent"), bodies, bodies[-1])
-            kind = self.option((*keys, "type"), (*KINDS, *PLATFORMS), "revolute")
+            kind = self.joint_type((*keys, "type"), (*KINDS, *PLATFORMS))
             if kind in PLATFORMS:
                 joints += self._platform(keys, kind, parent)
             else:

@@ -1,6 +1,6 @@
 """Serial robots in robot files: joints in order from the base to the tool."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import ClassVar, NoReturn
 
@@ -22,7 +22,7 @@ from ..model.robot import (
 )
 from .assumptions import assumption
 from .conventions import CONVENTIONS, poe
-from .toml_file import FRAME, DescriptionError, Keys, TomlFile, dotted, listed
+from .toml_file import FRAME, DescriptionError, Keys, TomlFile, Word, dotted, listed
 
 MOST_JOINTS = 256
 AUTO = "auto"
@@ -45,6 +45,14 @@ SPRING_FIELDS = ("of", "compliance", "axis", "point", "mass", "centre")
 JOINT_FIELDS = ("name", "type", "convention", "limits", "link", "pitch", "direction", "assumed")
 _WAVES = ("sin1", "cos1", "sin2", "cos2")
 KINDS: tuple[JointKind, ...] = ("revolute", "prismatic", "helical", "fixed")
+_TURNS = "revolute joints in series, whose axes meet"
+IN_SERIES: Mapping[str, str] = {
+    "universal": f"two {_TURNS}",
+    "spherical": f"three {_TURNS}",
+    "ball": f"three {_TURNS}",
+    "cylindrical": "a prismatic and a revolute joint in series, on one axis",
+}
+"""Joints of several freedoms, and the joints of one freedom that they are in a file."""
 
 
 class RobotFile(TomlFile):
@@ -203,10 +211,17 @@ class RobotFile(TomlFile):
             self.fail(("joints",), "a joint with a coordinate of its own", None)
         return tuple(self._led(k, joint, leaders) for k, joint in enumerate(read))
 
+    def joint_type(self, keys: Keys, kinds: Iterable[Word]) -> Word:
+        """The type of a joint, which must be among the kinds."""
+        series = IN_SERIES.get(str(self.at(keys)))
+        if series is not None:
+            self.fail(keys, f"one of {listed(kinds)} (this joint is {series})")
+        return self.option(keys, kinds, "revolute")
+
     def _joint(self, k: int) -> Joint:
         keys: Keys = ("joints", k)
         table = self.table_at(keys)
-        kind = self.option((*keys, "type"), KINDS, "revolute")
+        kind = self.joint_type((*keys, "type"), KINDS)
         convention = self._convention(keys, table)
         names = [field.name for field in convention.fields]
         self.check_fields(keys, table, (*self.joint_fields, *names))

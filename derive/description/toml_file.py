@@ -52,6 +52,21 @@ NAMED = "a letter, then letters, digits and _, 63 at most, and no Python keyword
 FRAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_]{0,62}")
 COORDINATE = re.compile(r"qd{0,2}[0-9]*")
 MOST_CHARACTERS_SHOWN = 80
+SAME_MEANING: Mapping[str, tuple[str, ...]] = {
+    "type": ("kind",),
+    "kind": ("type",),
+    "revolute": ("pin",),
+    "hinge": ("pin", "revolute"),
+    "pin": ("revolute",),
+    "prismatic": ("slider",),
+    "linear": ("slider", "prismatic"),
+    "slider": ("prismatic",),
+    "spherical": ("ball",),
+    "fixed": ("weld",),
+    "weld": ("fixed",),
+    "floating": ("free",),
+}
+"""Words of other tables and of other programs for what a field or a choice is called here."""
 
 
 class DescriptionError(RobotError):
@@ -449,7 +464,9 @@ def _kind_of_unit(unit: str) -> ParameterKind:
 
 def hint(word: str, known: Iterable[str]) -> str:
     """The known word nearest to a word, as the end of an error; empty where none is near."""
-    close = difflib.get_close_matches(word, list(known), n=1)
+    words = list(known)
+    close = [other for other in SAME_MEANING.get(word, ()) if other in words]
+    close = close or difflib.get_close_matches(word, words, n=1)
     return f" (did you mean {close[0]!r}?)" if close else ""
 
 

@@ -208,7 +208,7 @@ def document(derivation: Derivation) -> str:
 def _article(derivation: Derivation, parts: Mapping[str, str]) -> str:
     robot = derivation.robot
     source = f"Source of the parameters: {escape(robot.source)}." if robot.source else ""
-    title = f"Kinematics of the {escape(robot.title or robot.name)}"
+    title = escape(robot.title or robot.name)
     sections = [
         _figure(derivation)
         if name == _DRAWING
@@ -221,7 +221,8 @@ def _article(derivation: Derivation, parts: Mapping[str, str]) -> str:
         [
             preamble,
             "\\begin{document}",
-            f"\\begin{{center}}\n\\LARGE {title}\n\\end{{center}}",
+            # No sentence about the title: it may be a maker's name, a plural or a possessive.
+            f"\\begin{{center}}\n{{\\LARGE {title}}}\\\\[1ex]\n\\large Kinematics\n\\end{{center}}",
             *([source] if source else []),
             *sections,
             "\\end{document}\n",

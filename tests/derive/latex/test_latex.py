@@ -14,7 +14,7 @@ from derivations import article, derivation
 from laws.lie import exp_screw
 from printed_robots import BY_NAME, ROBOTS, awkward, derived, joint, parallel, printed
 
-from chasles.derive import Joint, Robot, derive, from_urdf, load
+from chasles.derive import Joint, Robot, derive, from_urdf, load, loads
 from chasles.derive.latex import brief_files, document, equations, fragments
 from chasles.derive.latex.setting.layout import aligned, filled
 from chasles.derive.latex.setting.names import distinct, escape, parameter
@@ -283,6 +283,13 @@ def test_numbers(value, tex):
 )
 def test_text_is_escaped(text, tex):
     assert escape(text) == tex
+
+
+@pytest.mark.parametrize("title", ["Peaucellier's linkage", "Scissor lifts", "ABB IRB 460"])
+def test_a_title_stands_alone(title):
+    text = f'name = "r"\ntitle = "{title}"\nconvention = "dh"\njoints = [{{ a = 1 }}]'
+    article = document(derive(loads(text), ("fk",)))
+    assert f"{{\\LARGE {title}}}\\\\[1ex]\n\\large Kinematics\n" in article
 
 
 def test_long_words_can_break():
