@@ -44,7 +44,7 @@ def run(function: Function[Any], inputs: tuple[Any, ...], outs: tuple[Any, ...] 
     if outs:
         raise InputTypeError(f"{function.__qualname__}: a dask array is lazy, so it takes no out")
     result = _apply(dask, function, [_read(dask, function, i, x) for i, x in enumerate(inputs)])
-    return function.solutions.judged(*result) if function.solutions else result
+    return function.solutions(*result) if function.solutions else result
 
 
 def _has_protocol(value: Any) -> bool:
@@ -88,22 +88,27 @@ def _apply(dask: Any, function: Function[Any], arrays: Sequence[Any]) -> Any:
     # Every core dimension has a name of its own: the sizes of the inputs are checked already.
     numbers = itertools.count()
     inputs = [[f"i{next(numbers)}" for _ in item.shape] for item in function.inputs]
-    outputs = [[f"o{next(numbers)}" for _ in item.shape] for item in function.outputs]
-    sizes = [size for item in function.outputs for size in item.shape]
+    shapes = [item.shape for item in function.outputs]
+    types: list[type] = [float] * len(shapes)
+    if function.solutions:
+        # Which slots are valid has the shape of the residuals.
+        shapes, types = [*shapes, shapes[-1]], [*types, bool]
+    outputs = [[f"o{next(numbers)}" for _ in shape] for shape in shapes]
+    sizes = [size for shape in shapes for size in shape]
     return dask.apply_gufunc(
-        partial(_outputs, function) if function.solutions else function,
+        partial(_plain, function) if function.solutions else function,
         "->".join(",".join(f"({','.join(dims)})" for dims in side) for side in (inputs, outputs)),
         *arrays,
         output_sizes=dict(zip(itertools.chain(*outputs), sizes, strict=True)),
         # The type of the results, so that none is computed to find it out.
-        meta=tuple(np.empty(0) for _ in outputs),
+        meta=tuple(np.empty(0, dtype) for dtype in types),
         allow_rechunk=True,
     )
 
 
-def _outputs(function: Function[Any], *inputs: Any) -> tuple[Any, ...]:
-    """The generated outputs of an inverse; `valid` follows later from the lazy residual."""
-    return tuple(function(*inputs)[: len(function.outputs)])
+def _plain(function: Function[Any], *inputs: Any) -> tuple[Any, ...]:
+    """The fields of an inverse's Solutions."""
+    return tuple(function(*inputs))
 
 
 def _broadcast(

@@ -15,7 +15,7 @@ from ..call.capabilities import needs
 from ..contract.facts import Argument, Coordinate
 from ..errors import InputValueError, ShapeError
 from ..se3 import projected
-from ..tolerances import JUMP, SOLVED
+from ..tolerances import JUMP
 from .hints import no_inverse
 from .refinement import Refinement
 from .solutions import Solutions, within
@@ -193,8 +193,9 @@ class InverseMethods:
             )
         if jump is not None and not jump > 0:
             raise InputValueError(f"{self.name}.ik_path: jump must be positive, got {jump!r}")
-        poses = poses if is_part else projected(f"{self.name}.ik_path", poses)
-        asked = poses if is_part or task == "pose" else _PART_OF_POSE[task](poses)
+        # The inverse of a whole pose takes poses as they come, and allows for their rounding.
+        rigid = poses if is_part else projected(f"{self.name}.ik_path", poses)
+        asked = poses if is_part or task == "pose" else _PART_OF_POSE[task](rigid)
         solutions = inverse(asked, *given)
         if solutions.q.shape[:-2] != poses.shape[:1]:
             raise ShapeError(f"{self.name}.ik_path: inputs beside the pose must be () or (m,)")
@@ -312,8 +313,9 @@ class InverseMethods:
         ):
             return None
         refinement = Refinement(self.fk_jacobian_mixed, (), unit, judged=unit)
-        (q,), (residual,) = refinement.led(pose[None], here[None])
-        return q if residual <= SOLVED * unit else None
+        rigid = projected(f"{self.name}.ik_path", pose[None])
+        (q,), (residual,) = refinement.led(rigid, here[None])
+        return q if residual <= refinement.enough(pose[None])[0] else None
 
     def _report(self, q: FloatArray, margins: FloatArray, end: _Step | None) -> Path:
         least = int(np.argmin(margins)) if len(q) else -1

@@ -12,6 +12,9 @@ comparison per slot.
 Some closed forms lose poses where joints are at right angles: a step takes any value for an angle
 that is arbitrary, and other joints reach the pose for some values alone. The manifest names the
 inverses that do, and only there the iteration begins at least-squares answers far away, too.
+
+A pose that rounding has moved off a rigid one has been moved off those that an arm of fewer than
+six joints reaches, too. The least-squares answer for it is a solution as exact as the pose.
 """
 
 from __future__ import annotations
@@ -26,8 +29,8 @@ from numpy.typing import NDArray
 
 from ..call._call import Function
 from ..contract.facts import FunctionInfo, Manifest
-from ..se3 import projected
-from ..tolerances import AT_REST, AT_REST_BEND, AT_REST_RATE, BEND_STEP, REFINED, SOLVED
+from ..se3 import deviation, projected
+from ..tolerances import AT_REST, AT_REST_BEND, AT_REST_RATE, BEND_STEP, REFINED, ROUNDED, SOLVED
 from .aims import WHOLE, Task
 from .polish import BLOCK, STEPS, iterate
 from .saddles import ways_down
@@ -41,6 +44,10 @@ _Fields = tuple[FloatArray, FloatArray, BoolArray]
 _SEARCH = 12
 """Steps from a slot far away, after which only what is near goes on: for a pose out of reach each
 step costs time, and where a solution is double a step leaves a quarter of the error."""
+_ROUNDED_STEPS = 4
+"""Steps to a least-squares answer that is as exact as a rounded pose: each leaves a hundredth."""
+_GROWTH = 10.0
+"""Greatest factor by which a closed form magnifies the distance of a rounded pose."""
 _VALUES = 16
 """Values in a turn at which a joint is held: the error changes with the cosine of its angle."""
 
@@ -83,7 +90,7 @@ class Refinement:
     ) -> None:
         """Moves slots near a solution onto it, in place.
 
-        A slot that reaches no solution keeps its least-squares answer. A given swivel angle keeps
+        A slot that reaches no solution keeps a least-squares answer. A given swivel angle keeps
         its value up to the residual of the closed form.
 
         Args:
@@ -99,19 +106,37 @@ class Refinement:
             block = tuple(index[first : first + BLOCK] for index in slots)
             target = targets[block[:-1]]
             target = np.broadcast_to(target, (len(block[0]), *self.task.shape))
-            target = target if self.task.aims else projected("refinement", target)
-            self._refine(target, block, q, residual, valid)
+            enough = self.enough(target)
+            solved = residual[block] <= enough
+            valid[_at(block, solved)] = True
+            rounded = (enough > SOLVED * self.judged) & (residual[block] <= _GROWTH * enough)
+            near = ~solved & rounded
+            if near.any():
+                self._nearer(target[near], enough[near], _at(block, near), (q, residual, valid))
+            missed = _missed(block, valid)
+            if missed.any():
+                self._refine(target[missed], _at(block, missed), (q, residual, valid))
 
-    def _refine(
-        self,
-        target: FloatArray,
-        slots: tuple[IntArray, ...],
-        q: FloatArray,
-        residual: FloatArray,
-        valid: BoolArray,
+    def enough(self, target: FloatArray) -> FloatArray:
+        """Largest residuals (N,) of solutions for targets (N, ...), poses as they were given."""
+        solved = np.full(len(target), SOLVED * self.judged)
+        if self.task.aims:
+            return solved
+        return np.asarray(np.maximum(solved, ROUNDED * self.judged * deviation(target)))
+
+    def _nearer(
+        self, target: FloatArray, enough: FloatArray, slots: tuple[IntArray, ...], fields: _Fields
     ) -> None:
+        """Moves some slots (N of them) nearer to targets (N, ...) that were rounded, in place."""
+        found, left = self.led(self._rigid(target), fields[0][slots], _ROUNDED_STEPS)
+        self._take(slots, found, left, fields, enough)
+
+    def _rigid(self, target: FloatArray) -> FloatArray:
+        return target if self.task.aims else projected("refinement", target)
+
+    def _refine(self, target: FloatArray, slots: tuple[IntArray, ...], fields: _Fields) -> None:
         """Moves some slots (N of them) onto solutions for targets (N, ...), in place."""
-        fields = q, residual, valid
+        target, (q, _, valid) = self._rigid(target), fields
         found, left = self._tried(target, q[slots], slots, fields)
         missed = np.flatnonzero(_missed(slots, valid))
         ways = ways_down(
@@ -210,11 +235,16 @@ class Refinement:
             self._take(_at(slots, row), found, left, fields)
 
     def _take(
-        self, slots: tuple[IntArray, ...], found: FloatArray, left: FloatArray, fields: _Fields
+        self,
+        slots: tuple[IntArray, ...],
+        found: FloatArray,
+        left: FloatArray,
+        fields: _Fields,
+        enough: FloatArray | None = None,
     ) -> None:
         """Writes coordinates (N, n) with residuals (N,) into their slots where they are solved."""
         q, residual, valid = fields
-        solved = left <= SOLVED * self.judged
+        solved = left <= (SOLVED * self.judged if enough is None else enough)
         slots = _at(slots, solved)
         q[slots], residual[slots], valid[slots] = found[solved], left[solved], True
 
@@ -281,13 +311,10 @@ def refinement_of(
 
     Returns:
         None unless the function is the inverse of a pose, or of parts of one that the manifest
-        names; None for the inverse of a calibrated arm, which iterates by itself, and without a
-        Jacobian to iterate with.
+        names; None without a Jacobian to iterate with.
     """
     jacobian = manifest.with_role("pose and jacobian", "actuators")
     if not (info.is_inverse and (info.domain == "pose" or info.aims) and jacobian):
-        return None
-    if manifest.inverse.tier == "snapped":
         return None
     return Refinement(
         functions[jacobian.name],

@@ -62,8 +62,9 @@ class Solutions(_Fields):
             rigid pose nearest to it.
         margin: (..., k) least margin of the steps of the branch: 0 at the border of reach, negative
             beyond it.
-        valid: (..., k) whether the slot holds a solution (residual <= 1e-9 `unit`) that no filter
-            has removed.
+        valid: (..., k) whether the slot holds a solution that no filter has removed: its residual
+            is at most 1e-9 `unit`, or 10 `unit` times `se3.deviation` of a pose that rounding has
+            moved off a rigid one.
         unit: The robot's unit of length [m]: the power of 1000 nearest to the size of its
             workspace, 1 m for robots of 0.03 m to 30 m.
         coordinates: The elements of q.
@@ -218,6 +219,27 @@ class Solutions(_Fields):
             valid[..., slot] &= ~(same & valid[..., :slot]).any(-1)
         return type(self)(*self[:-1], valid)
 
+    def within(self, tolerance: float) -> Self:
+        """Counts every slot that comes so near to the pose as a solution, whatever filters removed.
+
+        For poses that are less exact than their digits: an arm of fewer than six joints reaches
+        none that was measured.
+
+        Args:
+            tolerance: Largest residual of a valid slot [m], as `residual`.
+
+        Returns:
+            Solutions with the same slots.
+
+        Raises:
+            InputValueError: If the tolerance is not positive.
+        """
+        if not tolerance > 0:
+            raise InputValueError(
+                f"Solutions.within: tolerance must be positive, got {tolerance!r}"
+            )
+        return type(self)(*self[:-1], self.residual <= tolerance)
+
     def nearest(self, seed: ArrayLike) -> FloatArray:
         """The solution with the smallest largest move of a joint; slides count in `unit`.
 
@@ -362,15 +384,21 @@ class Solutions(_Fields):
             )
         n = len(self.coordinates)
         if n < _FREEDOMS and least <= TILTED * size:
+            nearer = _rounded_up(float(least))
             return (
                 f"no valid solution: {n} joints reach no pose that rounding has tilted, here by "
-                f"{least:.4g} (m, rad); least_squares() has the coordinates that come so near"
+                f"{least:.4g} (m, rad); within({nearer}) counts what comes so near"
             )
         measured = "(m, rad)" if size == 1 else f"m, angles times {size:g} m"
         return (
             f"no valid solution: the pose is out of reach, by {least:.4g} {measured} at least; "
             "least_squares() has the coordinates that come so near"
         )
+
+
+def _rounded_up(value: float) -> str:
+    """A number of one digit about twice as large as a positive one."""
+    return f"{2 * value:.0e}"
 
 
 def solutions_of(
