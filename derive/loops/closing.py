@@ -23,7 +23,7 @@ from ..model.tolerances import (
 from ..terms.casadi_graph import lower
 from ..terms.symbolic_function import Argument, Result, SymbolicFunction
 from ..terms.terms import Terms
-from .constraints import configuration_names, constraints, derivative_rows
+from .constraints import configuration_names, constraints, derivative_rows, swing_angles
 from .iterated.gradient import gradient
 
 Vector = NDArray[np.float64]
@@ -70,6 +70,30 @@ def longest_length(mechanism: Mechanism, terms: Terms) -> float:
         shift = [float(terms.value(x)) for x in _shift(placement)]
         lengths.append(float(np.linalg.norm(shift)))
     return max(lengths, default=0.0) or 1.0
+
+
+def swings_at(mechanism: Mechanism, at: Mapping[str, float]) -> dict[str, float]:
+    """The swings of struts on pins at a configuration.
+
+    Args:
+        mechanism: The description.
+        at: Values of joints and cylinders (radian or metre), by name.
+
+    Returns:
+        The angle (radian) of each strut from end to end, by the name of its swing.
+    """
+    names = mechanism.swings
+    if not names:
+        return {}
+    terms = Terms({p.symbol: p.value for p in mechanism.parameters})
+    symbols = coordinates("_w", len(at))
+    angles = swing_angles(mechanism, terms, dict(zip(at, symbols, strict=True)))
+    entries = tuple(angles[name] for name in names)
+    argument = Argument("w", symbols, (len(at),), "m, rad", "joints and cylinders")
+    result = Result("swing", entries, (len(names),), "rad", "swings")
+    function = SymbolicFunction("swings", "Swings.", "", (argument,), (result,), terms)
+    found = np.array(lower([function], "at")[0](list(at.values()))).ravel()
+    return dict(zip(names, map(float, found), strict=True))
 
 
 class ClosedLoops:
@@ -135,13 +159,24 @@ class ClosedLoops:
 
     @cached_property
     def reference(self) -> Vector:
-        """The reference configuration as described, motors' coordinates through their gears."""
+        """The reference configuration as described, motors' coordinates through their gears.
+
+        A swing that is not described is the direction of its strut there: from far away, Newton's
+        method may end at a least gap where the loop does not close.
+        """
         given = dict(self.mechanism.reference)
         for c in self.mechanism.coordinates:
             if c.name in given:
                 given[c.moves] = given[c.name] * c.ratio
         described = {name: self._float(given.get(name, sp.S.Zero)) for name in self.names}
-        return np.array([self._near.get(name, described[name]) for name in self.names])
+        described |= self._near
+        missing = set(self.mechanism.swings) - set(given) - set(self._near)
+        if missing:
+            swings = set(self.mechanism.swings)
+            at = {name: value for name, value in described.items() if name not in swings}
+            along = swings_at(self.mechanism, at)
+            described |= {name: along[name] for name in missing}
+        return np.array([described[name] for name in self.names])
 
     @cached_property
     def size(self) -> float:

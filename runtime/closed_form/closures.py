@@ -58,7 +58,8 @@ def _has_leg_inverse(robot: LoopMethods) -> bool:
 
 
 def _can_check_actuators(robot: LoopMethods) -> bool:
-    return ("margin", "actuators", "") in robot._roles
+    closes_everywhere = "chain" in robot.functions and not robot._is_iterated
+    return closes_everywhere or ("margin", "actuators", "") in robot._roles
 
 
 def _can_check_chain(robot: LoopMethods) -> bool:
@@ -71,6 +72,7 @@ class LoopMethods(NewtonMethods, SizeMethods):
     n: int
     chain_joints: tuple[Coordinate, ...]
     _roles: Mapping[tuple[str, str, str], Function[Any]]
+    chain: Function[FloatArray]
     margin: Function[FloatArray]
     actuator_margin: Function[FloatArray]
     chain_all: Function[tuple[FloatArray, FloatArray]]
@@ -80,7 +82,8 @@ class LoopMethods(NewtonMethods, SizeMethods):
     def valid(self, q: ArrayLike) -> BoolArray:
         """Whether the loops close at actuated coordinates; at dead points they do.
 
-        Limits play no part. Where the loops are solved by Newton's iteration, the result is whether
+        Limits play no part. Loops without a dead point, such as parallelograms, close everywhere.
+        Where the loops are solved by Newton's iteration, the result is whether
         the iteration reaches those coordinates from the reference configuration.
 
         Args:
@@ -89,7 +92,11 @@ class LoopMethods(NewtonMethods, SizeMethods):
         Returns:
             (...,): False also where an input is not finite.
         """
-        return _closes(self._roles["margin", "actuators", ""](q))
+        guard = self._roles.get(("margin", "actuators", ""))
+        if guard is not None:
+            return _closes(guard(q))
+        is_real = np.isfinite(self.chain(q)).all(-1) & np.isfinite(q).all(-1)
+        return np.asarray(is_real)
 
     @needs("actuators", when=_can_check_chain)
     def actuators_valid(self, theta: ArrayLike) -> BoolArray:

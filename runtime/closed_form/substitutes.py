@@ -8,6 +8,7 @@ from typing import Any
 _OF_LOOPS = "its q are its joints, since it has no loops"
 _ITERATED = "its loops are solved by iteration"
 _ALWAYS_CLOSED = "its loops close everywhere, in one way"
+_NO_PASSIVE = "all its joints are in the main chain"
 _CLOSED_FORM = "it has a closed form, which needs no seed"
 _NOT_PLANAR = "it is no planar platform"
 _NO_PLATFORM = "it is no platform on legs"
@@ -19,8 +20,8 @@ INSTEAD: Mapping[str, tuple[str, ...]] = {
     "chain_D_q": ("configuration_D_q",),
     "chain_rates": ("chain_D_q",),
     "chain_accelerations": ("chain_D_q",),
-    "passive": ("configuration", "chain"),
-    "passive_D_q": ("configuration_D_q", "chain_D_q"),
+    "passive": ("chain", "configuration"),
+    "passive_D_q": ("chain_D_q", "configuration_D_q"),
     "configuration": ("chain",),
     "configuration_D_q": ("chain_D_q", "passive_D_q"),
     "actuators": ("ik", "ik_numeric"),
@@ -131,9 +132,11 @@ def _reason(robot: Any, name: str) -> str:
         return _CLOSED_FORM
     if name in _LOOPS_ALONE and robot.kind == "serial":
         return _OF_LOOPS
+    if name in ("passive", "passive_D_q") and not robot.passive_joints:
+        return _NO_PASSIVE
     if robot._is_iterated and name != "swivel":
         return _ITERATED
-    if name in ("margin", "valid", "chain_all", "chain_branches"):
+    if name in ("margin", "chain_all", "chain_branches"):
         return _ALWAYS_CLOSED
     if name in ("actuators_all", "actuator_branches", "actuator_margin", "actuators_valid"):
         return _TWO_BRANCHES

@@ -103,7 +103,8 @@ def not_closing(mechanism: Mechanism, error: RobotError) -> RobotError:
     names = [closer.name for closer in mechanism.closers]
     at = _closed(bodies, bodies.values, names)
     near = ", ".join(
-        f"{name} = {shown(at[name], bodies.is_length(name))}" for name in bodies.unknown
+        f"{name} = {shown(_wrapped(at[name], is_length), is_length)}"
+        for name, is_length in ((name, bodies.is_length(name)) for name in bodies.unknown)
     )
     if bodies.is_dead(at):
         actuated = ", ".join(mechanism.actuated)
@@ -112,6 +113,11 @@ def not_closing(mechanism: Mechanism, error: RobotError) -> RobotError:
     return RobotError(
         f"{error}\n    The loops close at {near}: write values near these in [reference]"
     )
+
+
+def _wrapped(value: float, is_length: bool) -> float:
+    """An angle within half a turn; a length as it is."""
+    return value if is_length else math.remainder(value, 2 * math.pi)
 
 
 def _closed(

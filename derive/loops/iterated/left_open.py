@@ -9,16 +9,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import sympy as sp
 from numpy.typing import NDArray
 
 from ...model.mechanism import Closure, Mechanism, Strut
 from ...model.tolerances import GAP, MEASURED_STRUCTURE, REPEATED_AS_BUILT, REPEATED_EQUATION
-from ...terms.casadi_graph import lower
-from ...terms.symbolic_function import Argument, Result, SymbolicFunction
-from ...terms.terms import Terms
 from ..checks.bodies_in_numbers import BodiesInNumbers
-from ..constraints import swing_angles
+from ..closing import swings_at
 
 Floats = NDArray[np.float64]
 TOLD = 0.05
@@ -86,23 +82,7 @@ def left_open(mechanism: Mechanism) -> LeftOpen | None:
         == J.shape[1]
     )
     told = _told(bodies, mechanism.closers, at)
-    return LeftOpen(at | _swings(mechanism, at), J.shape[0] - J.shape[1], told, spare)
-
-
-def _swings(mechanism: Mechanism, at: Mapping[str, float]) -> dict[str, float]:
-    """The swings of struts on pins at a configuration, by name."""
-    names = mechanism.swings
-    if not names:
-        return {}
-    terms = Terms({p.symbol: p.value for p in mechanism.parameters})
-    symbols = sp.symbols(f"w1:{len(at) + 1}", real=True)
-    angles = swing_angles(mechanism, terms, dict(zip(at, symbols, strict=True)))
-    entries = tuple(angles[name] for name in names)
-    argument = Argument("w", symbols, (len(at),), "m, rad", "joints and cylinders")
-    result = Result("swing", entries, (len(names),), "rad", "swings")
-    function = SymbolicFunction("swings", "Swings.", "", (argument,), (result,), terms)
-    found = np.array(lower([function], "at")[0](list(at.values()))).ravel()
-    return dict(zip(names, map(float, found), strict=True))
+    return LeftOpen(at | swings_at(mechanism, at), J.shape[0] - J.shape[1], told, spare)
 
 
 def _joints(mechanism: Mechanism, closer: Closure | Strut) -> int:

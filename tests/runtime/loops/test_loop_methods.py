@@ -45,6 +45,22 @@ def test_serial_robots_have_no_loops():
         robot.valid(np.zeros(6))
 
 
+def test_loops_that_close_everywhere_are_valid_there():
+    gantry = chasles.load("bricklaying_gantry")
+    assert not hasattr(gantry, "margin")
+    q = np.zeros((2, 3, gantry.n))
+    q[1, 2, 0], q[0, 1, -1] = np.nan, np.inf
+    np.testing.assert_array_equal(gantry.valid(q), np.isfinite(q).all(-1))
+    with pytest.raises(chasles.ShapeError):
+        gantry.valid(q[..., 1:])
+
+
+def test_a_robot_without_passive_joints_says_so():
+    hexapod = chasles.load("stewart_gough")
+    with pytest.raises(AttributeError, match="'passive': all its joints are in the main chain"):
+        hexapod.passive(np.zeros(6))
+
+
 def test_open_loop_is_named(robot):
     with pytest.raises(chasles.OutOfReachError) as caught:
         robot.chain(OPEN)

@@ -5,6 +5,7 @@ offers a length or a coordinate with a range, the middle of that range must clos
 oracle that does not know the equations of the compiler.
 """
 
+import math
 import re
 from dataclasses import replace
 from functools import cache
@@ -17,6 +18,7 @@ from derivations import ROBOTS
 from mechanisms import BASE, at, near, pin
 
 from chasles.derive import Frame, Mechanism, RobotError, Strut, derive, load, loads
+from chasles.derive.loops.checks import gaps
 from chasles.derive.loops.checks.bodies_in_numbers import BodiesInNumbers
 from chasles.derive.loops.checks.closable import doubts_of
 from chasles.derive.loops.checks.gaps import open_loop
@@ -162,6 +164,59 @@ def test_a_reference_that_tells_no_branch_is_told_a_posture():
     # In the middle of their limits these close.
     for name in ("slider_crank", "five_bar"):
         assert message(replace(mechanism(name), reference=())) == ""
+
+
+BONNET = """
+name = "bonnet"
+convention = "urdf"
+actuated = ["gas_strut"]
+units = { length = "mm", angle = "deg" }
+tool = { body = "bonnet", xyz = [1100, 0, 60] }
+[[joints]]
+name = "front"
+link = "front"
+axis = [0, -1, 0]
+[[joints]]
+name = "hinge"
+link = "bonnet"
+xyz = [130, 0, 90]
+axis = [0, -1, 0]
+[[joints]]
+name = "rear"
+parent = "0"
+link = "rear"
+xyz = [-60, 0, 60]
+axis = [0, -1, 0]
+[[closures]]
+name = "rear_pin"
+kind = "pin"
+a = { body = "bonnet", xyz = [-110, 0, 40], rpy = [90, 0, 0] }
+b = { body = "rear", xyz = [80, 0, 70], rpy = [90, 0, 0] }
+[[cylinders]]
+name = "gas_strut"
+retracted = 260
+limits = [0, 220]
+a = { body = "0", xyz = [250, 0, -60] }
+b = { body = "bonnet", xyz = [350, 0, 10] }
+[reference]
+gas_strut = 20
+"""
+
+
+def test_a_swing_that_nobody_gives_is_along_its_strut():
+    robot = loads(BONNET)
+    # The joints at zero leave the strut 1.8 mm too short; it stands upright, far from a zero swing.
+    assert message(robot) == ""
+    z = closed_configuration(robot)
+    assert max(abs(z[name]) for name in ("front", "hinge", "rear")) < 0.1
+    assert z["gas_strut_swing"] == pytest.approx(0.64, abs=0.1)
+    far = (*robot.reference, ("gas_strut_swing", sp.Rational(1, 2)))
+    assert closed_configuration(replace(robot, reference=far)) == pytest.approx(z, abs=1e-12)
+
+
+def test_postures_are_told_within_half_a_turn():
+    assert gaps._wrapped(math.radians(-615.1), False) == pytest.approx(math.radians(104.9))
+    assert gaps._wrapped(-615.1, True) == -615.1
 
 
 PIN_ACROSS = """
