@@ -24,10 +24,6 @@ of a quartic that are nearly one are known to the fourth root of rounding."""
 TILTED = 1e-5
 """Residual (length, radian) up to which rounding may have tilted a pose out of those that an arm of
 fewer than six joints reaches: poses with five printed digits."""
-ROUNDED = 10.0
-"""Residual up to which a slot holds a solution of a pose that rounding has moved off a rigid one,
-as a multiple of how far it is off: rounding moves a pose as far from those that an arm of fewer
-than six joints reaches, and one in a thousand four times as far."""
 GIVEN_ASIDE = 1e-4
 """Radians or lengths by which a given joint is moved aside from a value at which the structure of
 the others degenerates: their formulas have 1e-12 there, and Newton's iteration comes back."""

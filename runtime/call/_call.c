@@ -75,13 +75,16 @@ PyMODINIT_FUNC PyInit__call(void)
     PyObject *module = PyModule_Create(&module_definition);
     PyObject *nearly_rigid = PyFloat_FromDouble(NEARLY_RIGID);
     PyObject *rigid = PyFloat_FromDouble(RIGID_TO_ROUNDING);
+    PyObject *rounded = PyFloat_FromDouble(ROUNDED);
     if (module && (PyModule_AddObjectRef(module, "Library", (PyObject *)&LibraryType) < 0 ||
                    PyModule_AddObjectRef(module, "Function", (PyObject *)&FunctionType) < 0 ||
                    PyModule_AddObjectRef(module, "NEARLY_RIGID", nearly_rigid) < 0 ||
-                   PyModule_AddObjectRef(module, "RIGID_TO_ROUNDING", rigid) < 0)) {
+                   PyModule_AddObjectRef(module, "RIGID_TO_ROUNDING", rigid) < 0 ||
+                   PyModule_AddObjectRef(module, "ROUNDED", rounded) < 0)) {
         Py_CLEAR(module);
     }
     Py_XDECREF(nearly_rigid);
     Py_XDECREF(rigid);
+    Py_XDECREF(rounded);
     return module;
 }

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 NEARLY_RIGID: float
 RIGID_TO_ROUNDING: float
+ROUNDED: float
 
 R_co = TypeVar("R_co", covariant=True)
 

@@ -27,10 +27,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..call._call import Function
+from ..call._call import ROUNDED, Function
 from ..contract.facts import FunctionInfo, Manifest
 from ..se3 import deviation, projected
-from ..tolerances import AT_REST, AT_REST_BEND, AT_REST_RATE, BEND_STEP, REFINED, ROUNDED, SOLVED
+from ..tolerances import AT_REST, AT_REST_BEND, AT_REST_RATE, BEND_STEP, REFINED, SOLVED
 from .aims import WHOLE, Task
 from .polish import BLOCK, STEPS, iterate
 from .saddles import ways_down

@@ -61,7 +61,9 @@ class NumericSolution(NamedTuple):
         q: (..., n) coordinates [rad or m], within the limits; NaN where a pose is not finite.
         residual: (...,) the larger of the distance [m] from the pose and of the angle times the
             robot's `unit_length`, in the components that have a weight.
-        success: (...,) whether the residual is at most the tolerance.
+        success: (...,) whether the residual is at most the tolerance, or is the least one and at
+            most 10 `unit_length` times `se3.deviation` of a pose that rounding has moved off a
+            rigid one.
         ending: (...,) reason for the end, as an index into `REASONS`; see `reason`.
         iterations: (...,) number of evaluations of forward kinematics.
         restarts: (...,) number of starts after the first.
@@ -78,10 +80,10 @@ class NumericSolution(NamedTuple):
     def reason(self) -> NDArray[np.str_]:
         """The reason for the end.
 
-        "converged": the residual is within the tolerance. "limits": at a local minimum of the
-        residual at which limits hold some coordinates. "stalled": at a local minimum within the
-        limits. "budget": the budget was spent before. "no pose": the matrix is not finite, or off a
-        rigid pose by more than `se3.NEARLY_RIGID`; `se3.project` names the reason.
+        "converged": a success. "limits": at a local minimum of the residual at which limits hold
+        some coordinates. "stalled": at a local minimum within the limits. "budget": the budget was
+        spent before. "no pose": the matrix is not finite, or off a rigid pose by more than
+        `se3.NEARLY_RIGID`; `se3.project` names the reason.
         """
         return np.array(REASONS)[self.ending]
 

@@ -27,6 +27,11 @@
  * 1e-14, and solutions are judged by 1e-9. */
 #define RIGID_TO_ROUNDING 1e-13
 
+/* Residual up to which a least error reaches a pose that rounding has moved off a rigid one, as a
+ * multiple of that distance: rounding moves a pose as far from those that an arm of fewer than six
+ * joints reaches, and one in a thousand four times as far. */
+#define ROUNDED 10.0
+
 /* The same distance at which Newton's iteration ends: rounding of R^T R leaves 2e-16. */
 #define POLAR_CONVERGED 4e-16
 

@@ -67,6 +67,7 @@ typedef struct {
     const Arm *arm;
     const Task *task;
     const double *target; /* (4, 4) */
+    double rounded;       /* residual up to which a least error reaches a target that was rounded */
     Workspace *work;
 } Problem;
 

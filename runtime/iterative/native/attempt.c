@@ -30,7 +30,9 @@ Ending attempt(const Problem *problem, double least_gain, int *budget, Evaluatio
     }
     while (!(now->residual <= problem->task->tolerance)) {
         int m = find_free(problem, now->e), better = 0;
-        Ending least = m < problem->arm->n - problem->task->n_locked ? AT_LIMITS : STALLED;
+        Ending least = now->residual <= problem->rounded               ? CONVERGED
+                       : m < problem->arm->n - problem->task->n_locked ? AT_LIMITS
+                                                                       : STALLED;
         double before = now->half_square;
         normal_equations(work, work->J, now->e, m);
         while (!better) {

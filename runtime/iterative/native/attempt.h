@@ -11,8 +11,9 @@
 #include "iterative/native/arm.h"
 #include "iterative/native/pose_error.h"
 
-/* How an attempt ended: within the tolerance; at a least error, with a coordinate held by a limit
- * or with none; out of budget; without a beginning, as the target is no pose. */
+/* How an attempt ended: within the tolerance, or at the least error for a rounded target; at a
+ * least error, with a coordinate held by a limit or with none; out of budget; without a beginning,
+ * as the target is no pose. */
 typedef enum { CONVERGED, AT_LIMITS, STALLED, OUT_OF_BUDGET, NO_POSE } Ending;
 
 /* Goes from work->q to the least error nearby, for as long as steps gain the part `least_gain` of

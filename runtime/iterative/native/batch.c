@@ -54,7 +54,10 @@ static void *solve_pieces(void *argument)
                 const Results own = {all->q + k * arm->n, all->residual + k,   all->success + k,
                                      all->ending + k,     all->iterations + k, all->restarts + k};
                 const double *seed = batch->seeds ? batch->seeds + k * arm->n_all : NULL;
-                Problem problem = {arm, batch->task, batch->poses + k * POSE, &work};
+                Problem problem = {.arm = arm,
+                                   .task = batch->task,
+                                   .target = batch->poses + k * POSE,
+                                   .work = &work};
                 solve_pose(&problem, seed, &own);
             }
         }

@@ -86,7 +86,7 @@ static void search_pose(const Problem *problem, const double *seed, Ending endin
     refine_ends(problem, &search);
     memcpy(results->q, search.best_q, arm->n * sizeof(double));
     *results->residual = search.best.residual * problem->task->unit;
-    *results->success = search.best.residual <= problem->task->tolerance;
+    *results->success = search.ending == CONVERGED;
     *results->ending = search.ending;
     *results->iterations = given - search.budget;
     *results->restarts = search.tried > 1 ? search.tried - 1 : 0;
@@ -98,8 +98,10 @@ void solve_pose(const Problem *problem, const double *seed, const Results *resul
     double target[POSE];
     Rigidity found = rigidity(problem->target);
     if (found == NEAR_RIGID) {
+        double product[6];
         nearest_rigid(problem->target, target);
         rigid.target = target;
+        rigid.rounded = ROUNDED * sqrt(off_orthogonal2(problem->target, product));
     }
     search_pose(&rigid, seed, found == NOT_RIGID ? NO_POSE : STALLED, results);
 }

@@ -12,7 +12,7 @@
 typedef struct {
     double *q;              /* (n,) coordinates; NaN where no start could be evaluated */
     double *residual;       /* metre: of the distance, or the angle times the unit */
-    unsigned char *success; /* whether the residual is at most the tolerance */
+    unsigned char *success; /* whether the search converged */
     signed char *ending;    /* an Ending of attempt.h */
     int *iterations;        /* evaluations of forward kinematics */
     int *restarts;          /* starts after the first */

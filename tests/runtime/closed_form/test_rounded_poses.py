@@ -329,6 +329,24 @@ def test_paths_of_rounded_poses_are_followed_with_few_joints():
     np.testing.assert_allclose(path.q, q, atol=ALIKE)
 
 
+@pytest.mark.parametrize("name", ["delta", "excavator", "lynxmotion"])
+def test_iterations_reach_rounded_poses_with_few_joints(name):
+    robot = chasles.load(name)
+    rng = np.random.default_rng(10)
+    q = sampled(robot, 200, rng)
+    T = robot.fk(q)
+    closed = np.isfinite(T).all((-2, -1))
+    q, T = q[closed], T[closed]
+    for size in (1e-8, 1e-7, 1e-6):
+        given = noisy(T, size, rng)
+        found = robot.ik_numeric(given, q)
+        assert found.success.all()
+        assert (found.residual <= ROUNDED_AS_FAR * robot.unit_length * se3.deviation(given)).all()
+    # A tenth of a degree is no rounding.
+    turned = T @ screws.exp(np.array([0, 0, 0, 0.001, 0.001, 0.001]))
+    assert not robot.ik_numeric(noisy(turned, 1e-8, rng), q).success.any()
+
+
 def test_not_a_number_is_no_error():
     arm, T = arm_and_poses("ur5e")
     others = np.delete(arm.ik(T).valid, 2, 0)
