@@ -131,13 +131,14 @@ def _closing(
         q[k] = value
         return is_closed(q)
 
-    start = int(np.argmin(np.abs(values - reference[k])))
-    if not closes(values[start]):
+    # A grid may step over a narrow part that closes: the reference itself does.
+    start = float(np.clip(reference[k], values[0], values[-1]))
+    if not closes(start):
         return None
     ends = []
-    for steps in (values[start::-1], values[start:]):
-        inside = float(steps[0])
-        for value in map(float, steps[1:]):
+    for steps in (values[values < start][::-1], values[values > start]):
+        inside = start
+        for value in map(float, steps):
             if not closes(value):
                 inside = _edge_between(inside, value, closes)
                 break

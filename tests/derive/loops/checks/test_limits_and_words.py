@@ -42,6 +42,14 @@ def test_limits_beyond_reach_tell_where_loops_close():
     assert float(found.group(1)) == pytest.approx(reach, abs=1)
 
 
+def test_wide_limits_do_not_step_over_the_part_that_closes():
+    pins = np.hypot(0.55, 0.65), np.hypot(2.6, 0.85)
+    *_, told = limits_of(Hybrid(limited("excavator", boom_cylinder=("-1.9", "3000"))))
+    found = re.search(r"the loops close from (\S+) to (\S+) mm$", told)
+    ends = [1000 * (pins[1] - pins[0]) - 1980, 1000 * (pins[1] + pins[0]) - 1980]
+    assert [float(end) for end in found.groups()] == pytest.approx(ends, abs=1)
+
+
 def test_a_box_that_stays_open_tells_the_part_that_closes():
     robot = limited("five_bar", left=("1.9", "3.1"), right=("0", "1.25"))
     short = tuple(
