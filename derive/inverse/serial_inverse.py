@@ -78,6 +78,7 @@ def inverses(
     coordinates: int | None = None,
     families: Sequence[Family] = FAMILIES,
     give: tuple[int, ...] = (),
+    ways: "Sequence[Way] | None" = None,
 ) -> Inverses:
     """Derives the closed-form inverse of a serial robot, in all tasks that its structure solves.
 
@@ -87,9 +88,10 @@ def inverses(
         coordinates: Number of coordinates that move it, if loops couple some joints.
         families: The families to try, in order.
         give: Indices of the joints to be given; () for those that the structure needs.
+        ways: Those of :data:`WAYS` to try, all of them by default.
     """
     classification = classify(robot, terms, coordinates, families, give)
-    found = (way(robot, classification, families) for way in WAYS)
+    found = (way(robot, classification, families) for way in (WAYS if ways is None else ways))
     return next((result for result in found if result), Inverses(classification, {}))
 
 
@@ -212,3 +214,5 @@ WAYS: tuple[Way, ...] = (
     _by_determinant,
 )
 """The ways to an inverse, in the order in which they are tried."""
+STRUCTURED = WAYS[:-1]
+"""Those that print steps: all but the inverse of a general arm."""

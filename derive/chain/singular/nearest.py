@@ -142,11 +142,8 @@ def _led(S: FloatArray, q: FloatArray, scale: FloatArray) -> FloatArray | None:
 
 def _slopes(J: FloatArray) -> FloatArray:
     """The derivatives (6, n, n) of the Jacobian's columns by the coordinates, as Lie brackets."""
-    v, w = J[:3], J[3:]
-    n = J.shape[1]
-    D = np.zeros((6, n, n))
-    for i in range(n):
-        for k in range(i):
-            D[:3, i, k] = np.cross(w[:, k], v[:, i]) + np.cross(v[:, k], w[:, i])
-            D[3:, i, k] = np.cross(w[:, k], w[:, i])
-    return D
+    moved, by = J[:, :, None], J[:, None, :]
+    linear = np.cross(by[3:], moved[:3], axis=0) + np.cross(by[:3], moved[3:], axis=0)
+    angular = np.cross(by[3:], moved[3:], axis=0)
+    # A joint moves the screws of those behind it.
+    return np.asarray(np.tril(np.concatenate([linear, angular]), -1))

@@ -7,7 +7,7 @@ import sympy as sp
 
 from ...chain.body_shapes import Skeleton
 from ...derivation import Derivation, derive
-from ...inverse.serial_inverse import Inverses
+from ...inverse.serial_inverse import STRUCTURED, WAYS, Inverses
 from ...loops.checks.dead_values import DeadValues, dead_values
 from ...loops.hybrid import Hybrid
 from ...loops.parametric.mechanism_geometry import MechanismGeometry
@@ -57,9 +57,11 @@ class LoopPage:
         assert hybrid is not None
         symbols = members(mechanism)
         printed = derive(mechanism.main_chain, PRINTED, derivation.families)
-        chain = Page.of(printed, symbols.theta, len(mechanism.coordinates))
-        letters = Letters(chain.equations.notation, symbols)
         inverse, functions = derivation.inverse, derivation.functions
+        # The steps of the robot's own inverse stand in place of those of a general main chain.
+        ways = STRUCTURED if inverse and inverse.solved else WAYS
+        chain = Page.of(printed, symbols.theta, len(mechanism.coordinates), ways)
+        letters = Letters(chain.equations.notation, symbols)
         skeleton, geometry = derivation.skeleton, derivation.geometry
         assert not isinstance(geometry, Geometry)
         return cls(

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ...derivation import Derivation
-from ...inverse.serial_inverse import Inverses, inverses
+from ...inverse.serial_inverse import WAYS, Inverses, Way, inverses
 from ...model.geometry import Geometry
 from ...model.robot import Robot
 from . import transforms
@@ -51,6 +51,7 @@ class Page:
         derivation: Derivation,
         called: Sequence[str] = (),
         coordinates: int | None = None,
+        ways: Sequence[Way] = WAYS,
     ) -> "Page":
         """The page of a serial robot.
 
@@ -59,6 +60,7 @@ class Page:
             called: LaTeX of its coordinates, q_1 and so on where none is given.
             coordinates: The number of coordinates that move it, where it is the main chain of a
                 robot with loops.
+            ways: The ways to an inverse that the article may print.
         """
         robot = derivation.robot
         assert isinstance(robot, Robot)
@@ -68,7 +70,7 @@ class Page:
         screws = screw_displays(robot, found)
         terms = found.notation.terms
         derived = derivation.inverse if derivation.terms is terms else None
-        inverse = derived or inverses(robot, terms, coordinates, derivation.families)
+        inverse = derived or inverses(robot, terms, coordinates, derivation.families, ways=ways)
         geometry = derivation.geometry if isinstance(derivation.geometry, Geometry) else None
         given = inverse.solved["ik"].function.role.given if "ik" in inverse.solved else ()
         singular = printed_singularities(robot, found.notation, given)

@@ -95,5 +95,5 @@ def assemble(
 
 def _fits(clusters: Clusters, elsewhere: Sequence[AtReference]) -> bool:
     """Whether joints that repeat others fit on a branch, and pins stay apart, where it closes."""
-    is_open = any(gap > OFF_BRANCH for gap in map(clusters.gap, elsewhere))
+    is_open = any(gap > OFF_BRANCH for gap in clusters.gaps(elsewhere))
     return not is_open and not clusters.coincide(elsewhere)

@@ -7,7 +7,7 @@ constant turn and a point that is a sum of turning vectors.
 import cmath
 import math
 from abc import abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -336,19 +336,21 @@ class Clusters:
             return 0
         return min(distances, key=distances.__getitem__)
 
-    def gap(self, at: AtReference) -> float:
-        """How far joints between bodies that are rigid together are open at a configuration.
+    def gaps(self, everywhere: Sequence[AtReference]) -> list[float]:
+        """How far joints between bodies that are rigid together are open at configurations.
 
         On a branch that the reference is not on, a joint that repeats the others may not fit.
 
         Args:
-            at: The configuration.
+            everywhere: The configurations.
 
         Returns:
-            The largest gap (radian, or parts of the size); NaN where a loop does not close there.
+            The largest gap (radian, or parts of the size) at each of them; NaN where a loop does
+            not close there.
         """
-        gaps = [self._gap(edge, at) for edge in self.linkage.edges]
-        return math.nan if any(map(math.isnan, gaps)) else max(gaps)
+        measured = [gap for edge in self.linkage.edges if (gap := self._gap(edge)) is not None]
+        found = [[gap(at) for gap in measured] for at in everywhere]
+        return [math.nan if any(map(math.isnan, at)) else max(at, default=0.0) for at in found]
 
     def coincide(self, everywhere: Sequence[AtReference]) -> bool:
         """Whether two pins of a base are one point at each of some configurations.
@@ -362,22 +364,27 @@ class Clusters:
         closed = ([part for part in of if not math.isnan(part)] for of in lengths)
         return any(of and max(of) < OFF_BRANCH for of in closed)
 
-    def _gap(self, edge: Edge, at: AtReference) -> float:
-        """How far a joint is open, in parts of the size; 0 between bodies that are not joined."""
+    def _gap(self, edge: Edge) -> Callable[[AtReference], float] | None:
+        """How far a joint is open, in parts of the size; None between bodies not joined."""
         cluster = self.cluster(edge.a)
         if edge.b not in cluster:
-            return 0.0
+            return None
         on_a, on_b = cluster[edge.a], cluster[edge.b]
         at_b = (ZERO, ZERO) if isinstance(edge, WeldEdge) else edge.at_b
-        apart = at.vector(on_b.point(at_b) - on_a.point(edge.at_a)) / at.size
-        if isinstance(edge, PinEdge):
-            return abs(apart)
-        turn = at.turn(on_b.angle, on_b.rotor) - at.turn(on_a.angle, on_a.rotor)
-        turn -= cmath.phase(at.number(edge.rotor))
-        if isinstance(edge, SlideEdge):
-            along = at.vector(on_a.vector(edge.direction))
-            apart = complex(0.0, (along.conjugate() * apart).imag)
-        return max(abs(apart), abs(wrapped(turn)))
+        between = on_b.point(at_b) - on_a.point(edge.at_a)
+
+        def gap(at: AtReference) -> float:
+            apart = at.vector(between) / at.size
+            if isinstance(edge, PinEdge):
+                return abs(apart)
+            turn = at.turn(on_b.angle, on_b.rotor) - at.turn(on_a.angle, on_a.rotor)
+            turn -= cmath.phase(at.number(edge.rotor))
+            if isinstance(edge, SlideEdge):
+                along = at.vector(on_a.vector(edge.direction))
+                apart = complex(0.0, (along.conjugate() * apart).imag)
+            return max(abs(apart), abs(wrapped(turn)))
+
+        return gap
 
     # --- reading the joints between them ---
 

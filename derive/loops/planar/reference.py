@@ -126,10 +126,12 @@ class AtReference:
         self.given = dict(given)
         self.assumed = dict.fromkeys(joints, 0.0)
         self._known: dict[sp.Symbol, float] = dict(values)
+        self._values: dict[sp.Expr, float] = {}
 
     def know(self, symbol: sp.Symbol, value: float) -> None:
         """Notes the value of a symbol that no term defines."""
         self._known[symbol] = value
+        self._values.clear()
 
     def hints_of(self, names: Sequence[str]) -> dict[str, float]:
         """Given values of joints near the reference; assumed ones where no value is given."""
@@ -141,6 +143,11 @@ class AtReference:
 
     def of(self, expression: sp.Expr) -> float:
         """The value of an expression; NaN where a loop does not close."""
+        if expression not in self._values:
+            self._values[expression] = self._evaluated(expression)
+        return self._values[expression]
+
+    def _evaluated(self, expression: sp.Expr) -> float:
         symbols = expression.free_symbols
         numbers = {symbol: sp.Float(self._of_symbol(symbol)) for symbol in symbols}
         value = complex(expression.xreplace(numbers).evalf())
