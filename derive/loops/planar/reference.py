@@ -150,8 +150,12 @@ class AtReference:
     def _evaluated(self, expression: sp.Expr) -> float:
         symbols = expression.free_symbols
         numbers = {symbol: sp.Float(self._of_symbol(symbol)) for symbol in symbols}
-        value = complex(expression.xreplace(numbers).evalf())
-        return value.real if value.imag == 0 else math.nan
+        try:
+            return float(value_at(expression, numbers))
+        except NoValue:
+            # A root of a negative number: SymPy takes complex ones, many times slower.
+            value = complex(expression.xreplace(numbers).evalf())
+            return value.real if value.imag == 0 else math.nan
 
     def number(self, value: Complex) -> complex:
         """A complex number."""
