@@ -243,7 +243,7 @@ def _attempts(
 def _nearest_in_words(nearest: Attempt | None, lines: Lines) -> str:
     if nearest is None:
         count = len(lines.axes)
-        return f"no structure is known for {count} {'joints' if count > 1 else 'joint'}"
+        return f"no structure is known for {count} joints"
     missed = [r for r in nearest.requirements if r.deviation > EXACT_STRUCTURE]
     finite = [r for r in missed if np.isfinite(r.deviation)]
     text = "; ".join(f"{r.text} (off by {r.in_units(lines.length)})" for r in finite)

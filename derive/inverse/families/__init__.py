@@ -3,6 +3,7 @@
 from .column import COLUMN
 from .family import Family
 from .inner_centre import INNER_CENTRE
+from .one_joint import ONE_JOINT
 from .parallel_forearm import PARALLEL_FOREARM
 from .planar import PLANAR
 from .position import POSITION
@@ -13,6 +14,7 @@ from .turned_hand import TURNED_HAND
 from .turntable import TURNTABLE
 
 FAMILIES: tuple[Family, ...] = (
+    ONE_JOINT,
     PLANAR,
     POSITION,
     TURNTABLE,

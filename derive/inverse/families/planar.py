@@ -35,7 +35,7 @@ def _requires(lines: Lines) -> list[Requirement]:
     turning = [k for k, axis in enumerate(lines.axes) if axis.turns]
     sliding = [k for k, axis in enumerate(lines.axes) if not axis.turns]
     fits = _LEAST_TURNS <= len(turning) <= _MOST_TURNS and len(sliding) <= 1
-    count = Requirement("two or three revolute joints, one slide at most", 0.0 if fits else np.inf)
+    count = Requirement("two or three joints turn, and one slides at most", 0.0 if fits else np.inf)
     return [count, parallel(lines, *turning, *sliding)] if fits else [count]
 
 

@@ -5,6 +5,7 @@ from the joints. Where loops keep part of the chain from turning, slides take it
 actuators that move this part follow from the lengths of the slides.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
@@ -143,14 +144,14 @@ def _unled(hybrid: Hybrid, exact: Inverses, give: tuple[int, ...]) -> Inverses:
     Where joints are asked to be given, it is these that leave none.
     """
     nominal, missing = hybrid.mechanism.nominal, exact.classification.missing
-    attempts = exact.classification.attempts
+    could_fit = any(math.isfinite(one.deviation) for one in exact.classification.attempts)
     if nominal is not None:
         why = f"no inverse of the nominal robot {nominal.name!r} leads to it"
     elif (
         not give
         and hybrid.mechanism.closers
         and missing
-        and (attempts or len(hybrid.theta) > len(hybrid.q))
+        and (could_fit or len(hybrid.theta) > len(hybrid.q))
     ):
         why = 'if it is as built, nominal = "<file>" names the robot as designed'
     else:

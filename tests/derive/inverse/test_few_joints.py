@@ -1,14 +1,16 @@
-"""Arms of four and five joints: a turned hand, and five joints with an axis added."""
+"""Arms of one, four and five joints: one alone, a turned hand, five with an axis added."""
 
 import numpy as np
 import pytest
+from compiling import compiled
+from derivations import ROBOTS
 
 from bench.accuracy.losses import losses_of
 from bench.accuracy.verdict import judged
 from bench.cases.drawn_arms import cases_of, random_arm
 from bench.cases.poses import PoseSet
 from bench.cases.synthetic import robot_of
-from chasles.derive import explain, from_urdf
+from chasles.derive import explain, from_urdf, load
 from chasles.derive.inverse.classify import classify
 from chasles.derive.terms.terms import Terms
 
@@ -33,6 +35,31 @@ SOLD = """<robot name="arm"><link name="base"/>
 def lost_of(cases):
     """The sets of poses of which an inverse loses some, in words."""
     return [str(loss) for case in cases for loss in losses_of(case, 0)]
+
+
+@pytest.mark.parametrize("right", [False, True])
+@pytest.mark.parametrize("chain", ["R", "P"])
+def test_one_joint_loses_no_pose(chain, right):
+    cases = cases_of(robot_of(chain, right=right))
+    assert [case.inverses.classification.found.title for case in cases] == ["one joint"]
+    assert not lost_of(cases)
+
+
+def test_a_ram_has_both_sides_of_its_crank(tmp_path):
+    press = compiled(load(ROBOTS / "slider_crank.toml"), tmp_path / "slider_crank", ["fk", "ik"])
+    q = np.linspace(-3, 3, 50)[:, None]
+    T = press.fk(q)
+    found = press.ik(T)
+    assert found.valid.all()
+    assert found.q.shape == (50, 2, 1)
+    np.testing.assert_allclose(
+        press.fk(found.q), np.broadcast_to(T[:, None], (50, 2, 4, 4)), atol=1e-9
+    )
+    apart = np.abs(np.exp(1j * found.q) - np.exp(1j * q[:, None]))
+    np.testing.assert_allclose(apart.min(axis=(1, 2)), 0, atol=1e-9)
+    moved = T.copy()
+    moved[:, 1, 3] += 0.01
+    assert not press.ik(moved).valid.any()
 
 
 @pytest.mark.parametrize("right", [False, True])

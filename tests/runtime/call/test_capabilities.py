@@ -33,7 +33,7 @@ def test_a_name_without_a_representation_names_the_three():
     ("name", "reason", "substitutes"),
     [
         ("planar_3rrr", "its loops are solved by iteration", ("ik_planar", "actuators")),
-        ("slider_crank", "no structure", ("actuators", "ik_numeric")),
+        ("planar_3rrr_170", "its loops are solved by iteration", ("actuators", "ik_numeric")),
     ],
 )
 def test_a_robot_without_an_inverse_names_the_reason_and_substitutes(name, reason, substitutes):
@@ -181,7 +181,7 @@ def test_reasons_and_substitutes(robot, name, words):
 
 def test_what_keeps_given_joints_where_there_is_no_inverse(tmp_path):
     with pytest.raises(AttributeError, match=r"ik_numeric, .* with lock= keeps given joints at"):
-        chasles.load("slider_crank").ik(np.eye(4), given={"slider": 0.1})
+        chasles.load("planar_3rrr").ik(np.eye(4), given={"x": 0.1})
     text = "\n".join(
         ['name = "pair"', 'convention = "urdf"']
         + [f'[[joints]]\nname = "j{k}"\nxyz = [0.1, 0.2, 0.3]\naxis = [0, 1, {k}]' for k in (0, 1)]
