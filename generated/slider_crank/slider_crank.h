@@ -300,6 +300,15 @@ void slider_crank_rods_D_chain(const double theta[1], const double q[1], double 
  *   J_q: actuators, 1 x 1 (1, m) */
 void slider_crank_velocity_relation(const double theta[1], const double q[1], double J_x[1], double J_q[1]);
 
+/* Every solution of the inverse kinematics, in 2 slots.
+ * fk(q[k]) = T wherever residual[k] is rounding
+ * 74 operations: multiply 30, add 32, trig 2, other 10.
+ *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
+ *   q: joint coordinates, one solution a row, 2 x 1 (rad)
+ *   residual: distance of fk(q[k]) from the target, 2 (m or rad)
+ *   margin: distance from the boundary of the reachable set, negative beyond, 2 (1) */
+void slider_crank_ik(const double T[16], double q[2], double residual[2], double margin[2]);
+
 #ifdef __cplusplus
 }
 #endif

@@ -976,3 +976,27 @@ void slider_crank_velocity_relation_batch(size_t n, const double *theta, const d
   const ptrdiff_t input_steps[] = {1, 1}, output_steps[] = {1, 1};
   slider_crank_velocity_relation_rows(n, inputs, input_steps, outputs, output_steps);
 }
+
+/* Rows of any step, in doubles. */
+static void slider_crank_ik_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {16, 2, 2, 2};
+  static const lanes_shape shape = {1, 3, sizes};
+  CHASLES_RUN_AVX512(slider_crank_ik_avx512)
+  CHASLES_RUN_AVX2(slider_crank_ik_avx2)
+  CHASLES_RUN_BASELINE(slider_crank_ik_baseline)
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    slider_crank_ik(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1], outputs[2] + k * output_steps[2]);
+  }
+}
+
+void slider_crank_ik_batch(size_t n, const double *T, double *q, double *residual, double *margin)
+{
+  const double *const inputs[] = {T};
+  double *const outputs[] = {q, residual, margin};
+  const ptrdiff_t input_steps[] = {16}, output_steps[] = {2, 2, 2};
+  slider_crank_ik_rows(n, inputs, input_steps, outputs, output_steps);
+}

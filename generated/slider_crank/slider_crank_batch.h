@@ -48,6 +48,7 @@ void slider_crank_constraint_D_z_dot_batch(size_t n, const double *z, const doub
 void slider_crank_rods_batch(size_t n, const double *theta, const double *q, double *residual);
 void slider_crank_rods_D_chain_batch(size_t n, const double *theta, const double *q, double *residual_D_theta);
 void slider_crank_velocity_relation_batch(size_t n, const double *theta, const double *q, double *J_x, double *J_q);
+void slider_crank_ik_batch(size_t n, const double *T, double *q, double *residual, double *margin);
 
 #ifdef __cplusplus
 }

@@ -94,13 +94,13 @@ static LANES_TARGET void LANES_NAME(slider_crank_jacobian_space_dot)(const lanes
 {
   const lanes q_0 = in[0], qd_0 = in[1];
   LANES_COS_SIN(v1, v2, q_0);
-  const lanes v3 = v1 * qd_0, v4 = 0.05 * v3, v5 = 0.05 * v1, v6 = 0.05 * v2, v7 = 0.18 - v6,
-      v8 = v5 * v7, v9 = 0.18 + v6, v10 = v5 * v9, v11 = v8 - v10, v12 = v4 * v7, v13 = v9 * v4,
-      v14 = v12 - v13, v15 = v9 * v7;
-  LANES_LET1(v16, sqrt, v15);
-  const lanes v17 = v16 * v15, v18 = 0.25 / v17, v19 = v14 * v18, v20 = v11 * v19, v21 = 0.5 / v16,
-      v22 = v2 * qd_0, v23 = 0.05 * v22, v24 = v7 - v9, v25 = v23 * v24, v26 = 0.1 * v1,
-      v27 = v26 * v4, v28 = v25 + v27, v29 = v21 * v28, v30 = v20 + v29, v31 = v4 + v30, v32 = -v31;
+  const lanes v3 = v1 * qd_0, v4 = 0.05 * v3, v5 = v2 * qd_0, v6 = 0.05 * v5, v7 = 0.05 * v2,
+      v8 = 0.18 - v7, v9 = 0.18 + v7, v10 = v8 - v9, v11 = v6 * v10, v12 = 0.1 * v3,
+      v13 = 0.05 * v1, v14 = v12 * v13, v15 = v11 + v14, v16 = v9 * v8;
+  LANES_LET1(v17, sqrt, v16);
+  const lanes v18 = 0.5 / v17, v19 = v15 * v18, v20 = v4 * v8, v21 = v4 * v9, v22 = v20 - v21,
+      v23 = v17 * v16, v24 = 0.25 / v23, v25 = v22 * v24, v26 = v13 * v8, v27 = v13 * v9,
+      v28 = v26 - v27, v29 = v25 * v28, v30 = v19 + v29, v31 = v4 + v30, v32 = -v31;
   out[0] = v32; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
@@ -110,13 +110,13 @@ static LANES_TARGET void LANES_NAME(slider_crank_jacobian_body_dot)(const lanes 
 {
   const lanes q_0 = in[0], qd_0 = in[1];
   LANES_COS_SIN(v1, v2, q_0);
-  const lanes v3 = v1 * qd_0, v4 = 0.05 * v3, v5 = 0.05 * v1, v6 = 0.05 * v2, v7 = 0.18 - v6,
-      v8 = v5 * v7, v9 = 0.18 + v6, v10 = v5 * v9, v11 = v8 - v10, v12 = v4 * v7, v13 = v9 * v4,
-      v14 = v12 - v13, v15 = v9 * v7;
-  LANES_LET1(v16, sqrt, v15);
-  const lanes v17 = v16 * v15, v18 = 0.25 / v17, v19 = v14 * v18, v20 = v11 * v19, v21 = 0.5 / v16,
-      v22 = v2 * qd_0, v23 = 0.05 * v22, v24 = v7 - v9, v25 = v23 * v24, v26 = 0.1 * v1,
-      v27 = v26 * v4, v28 = v25 + v27, v29 = v21 * v28, v30 = v20 + v29, v31 = v4 + v30, v32 = -v31;
+  const lanes v3 = v1 * qd_0, v4 = 0.05 * v3, v5 = v2 * qd_0, v6 = 0.05 * v5, v7 = 0.05 * v2,
+      v8 = 0.18 - v7, v9 = 0.18 + v7, v10 = v8 - v9, v11 = v6 * v10, v12 = 0.1 * v3,
+      v13 = 0.05 * v1, v14 = v12 * v13, v15 = v11 + v14, v16 = v9 * v8;
+  LANES_LET1(v17, sqrt, v16);
+  const lanes v18 = 0.5 / v17, v19 = v15 * v18, v20 = v4 * v8, v21 = v4 * v9, v22 = v20 - v21,
+      v23 = v17 * v16, v24 = 0.25 / v23, v25 = v22 * v24, v26 = v13 * v8, v27 = v13 * v9,
+      v28 = v26 - v27, v29 = v25 * v28, v30 = v19 + v29, v31 = v4 + v30, v32 = -v31;
   out[0] = v32; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
@@ -126,13 +126,13 @@ static LANES_TARGET void LANES_NAME(slider_crank_jacobian_mixed_dot)(const lanes
 {
   const lanes q_0 = in[0], qd_0 = in[1];
   LANES_COS_SIN(v1, v2, q_0);
-  const lanes v3 = v1 * qd_0, v4 = 0.05 * v3, v5 = 0.05 * v1, v6 = 0.05 * v2, v7 = 0.18 - v6,
-      v8 = v5 * v7, v9 = 0.18 + v6, v10 = v5 * v9, v11 = v8 - v10, v12 = v4 * v7, v13 = v9 * v4,
-      v14 = v12 - v13, v15 = v9 * v7;
-  LANES_LET1(v16, sqrt, v15);
-  const lanes v17 = v16 * v15, v18 = 0.25 / v17, v19 = v14 * v18, v20 = v11 * v19, v21 = 0.5 / v16,
-      v22 = v2 * qd_0, v23 = 0.05 * v22, v24 = v7 - v9, v25 = v23 * v24, v26 = 0.1 * v1,
-      v27 = v26 * v4, v28 = v25 + v27, v29 = v21 * v28, v30 = v20 + v29, v31 = v4 + v30, v32 = -v31;
+  const lanes v3 = v1 * qd_0, v4 = 0.05 * v3, v5 = v2 * qd_0, v6 = 0.05 * v5, v7 = 0.05 * v2,
+      v8 = 0.18 - v7, v9 = 0.18 + v7, v10 = v8 - v9, v11 = v6 * v10, v12 = 0.1 * v3,
+      v13 = 0.05 * v1, v14 = v12 * v13, v15 = v11 + v14, v16 = v9 * v8;
+  LANES_LET1(v17, sqrt, v16);
+  const lanes v18 = 0.5 / v17, v19 = v15 * v18, v20 = v4 * v8, v21 = v4 * v9, v22 = v20 - v21,
+      v23 = v17 * v16, v24 = 0.25 / v23, v25 = v22 * v24, v26 = v13 * v8, v27 = v13 * v9,
+      v28 = v26 - v27, v29 = v25 * v28, v30 = v19 + v29, v31 = v4 + v30, v32 = -v31;
   out[0] = v32; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
@@ -142,12 +142,12 @@ static LANES_TARGET void LANES_NAME(slider_crank_hessian_mixed)(const lanes *in,
 {
   const lanes q_0 = in[0];
   LANES_COS_SIN(v1, v2, q_0);
-  const lanes v3 = 0.05 * v1, v4 = 0.05 * v2, v5 = 0.18 - v4, v6 = v3 * v5, v7 = 0.18 + v4,
-      v8 = v3 * v7, v9 = v6 - v8, v10 = v7 * v5;
-  LANES_LET1(v11, sqrt, v10);
-  const lanes v12 = v11 * v10, v13 = 0.25 / v12, v14 = v9 * v13, v15 = v9 * v14, v16 = 0.5 / v11,
-      v17 = v3 * v3, v18 = 2.0 * v17, v19 = v5 - v7, v20 = v4 * v19, v21 = v18 + v20,
-      v22 = v16 * v21, v23 = v15 + v22, v24 = v3 + v23, v25 = -v24;
+  const lanes v3 = 0.05 * v1, v4 = v3 * v3, v5 = 2.0 * v4, v6 = 0.05 * v2, v7 = 0.18 - v6,
+      v8 = 0.18 + v6, v9 = v7 - v8, v10 = v9 * v6, v11 = v5 + v10, v12 = v8 * v7;
+  LANES_LET1(v13, sqrt, v12);
+  const lanes v14 = 0.5 / v13, v15 = v11 * v14, v16 = v13 * v12, v17 = 0.25 / v16, v18 = v3 * v7,
+      v19 = v3 * v8, v20 = v18 - v19, v21 = v17 * v20, v22 = v21 * v20, v23 = v15 + v22,
+      v24 = v23 + v3, v25 = -v24;
   out[0] = v25; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
@@ -156,11 +156,11 @@ static LANES_TARGET void LANES_NAME(slider_crank_hessian_mixed)(const lanes *in,
 static LANES_TARGET void LANES_NAME(slider_crank_twist_space)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], qd_0 = in[1];
-  LANES_COS_SIN(v2, v1, q_0);
-  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
-  LANES_LET1(v7, sqrt, v6);
-  const lanes v8 = 0.5 / v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v4 * v10,
-      v13 = v11 - v12, v14 = v8 * v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16;
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = v1 * qd_0, v4 = 0.05 * v3, v5 = 0.05 * v2, v6 = 0.18 - v5, v7 = v4 * v6,
+      v8 = 0.18 + v5, v9 = v4 * v8, v10 = v7 - v9, v11 = v8 * v6;
+  LANES_LET1(v12, sqrt, v11);
+  const lanes v13 = 0.5 / v12, v14 = v10 * v13, v15 = v2 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16;
   out[0] = v17; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
@@ -169,11 +169,11 @@ static LANES_TARGET void LANES_NAME(slider_crank_twist_space)(const lanes *in, l
 static LANES_TARGET void LANES_NAME(slider_crank_twist_body)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], qd_0 = in[1];
-  LANES_COS_SIN(v2, v1, q_0);
-  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
-  LANES_LET1(v7, sqrt, v6);
-  const lanes v8 = 0.5 / v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v4 * v10,
-      v13 = v11 - v12, v14 = v8 * v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16;
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = v1 * qd_0, v4 = 0.05 * v3, v5 = 0.05 * v2, v6 = 0.18 - v5, v7 = v4 * v6,
+      v8 = 0.18 + v5, v9 = v4 * v8, v10 = v7 - v9, v11 = v8 * v6;
+  LANES_LET1(v12, sqrt, v11);
+  const lanes v13 = 0.5 / v12, v14 = v10 * v13, v15 = v2 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16;
   out[0] = v17; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
@@ -182,11 +182,11 @@ static LANES_TARGET void LANES_NAME(slider_crank_twist_body)(const lanes *in, la
 static LANES_TARGET void LANES_NAME(slider_crank_twist_mixed)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], qd_0 = in[1];
-  LANES_COS_SIN(v2, v1, q_0);
-  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
-  LANES_LET1(v7, sqrt, v6);
-  const lanes v8 = 0.5 / v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v4 * v10,
-      v13 = v11 - v12, v14 = v8 * v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16;
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = v1 * qd_0, v4 = 0.05 * v3, v5 = 0.05 * v2, v6 = 0.18 - v5, v7 = v4 * v6,
+      v8 = 0.18 + v5, v9 = v4 * v8, v10 = v7 - v9, v11 = v8 * v6;
+  LANES_LET1(v12, sqrt, v11);
+  const lanes v13 = 0.5 / v12, v14 = v10 * v13, v15 = v2 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16;
   out[0] = v17; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
@@ -196,14 +196,14 @@ static LANES_TARGET void LANES_NAME(slider_crank_acceleration_space)(const lanes
 {
   const lanes q_0 = in[0], qd_0 = in[1], qdd_0 = in[2];
   LANES_COS_SIN(v2, v1, q_0);
-  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
-  LANES_LET1(v7, sqrt, v6);
-  const lanes v8 = 0.5 / v7, v9 = v5 - v4, v10 = v2 * qdd_0, v11 = v1 * qd_0, v12 = v11 * qd_0,
-      v13 = v10 - v12, v14 = 0.05 * v13, v15 = v9 * v14, v16 = v2 * qd_0, v17 = 0.05 * v16,
-      v18 = v17 * v17, v19 = 2.0 * v18, v20 = v15 - v19, v21 = v8 * v20, v22 = v17 * v5,
-      v23 = v4 * v17, v24 = v22 - v23, v25 = v7 * v6, v26 = 0.25 / v25, v27 = v24 * v26,
-      v28 = v24 * v27, v29 = v21 - v28, v30 = v1 * qdd_0, v31 = v16 * qd_0, v32 = v30 + v31,
-      v33 = 0.05 * v32, v34 = v29 - v33;
+  const lanes v3 = 0.05 * v1, v4 = 0.18 - v3, v5 = 0.18 + v3, v6 = v4 - v5, v7 = v2 * qdd_0,
+      v8 = v1 * qd_0, v9 = v8 * qd_0, v10 = v7 - v9, v11 = 0.05 * v10, v12 = v6 * v11,
+      v13 = v2 * qd_0, v14 = 0.05 * v13, v15 = v14 * v14, v16 = 2.0 * v15, v17 = v12 - v16,
+      v18 = v5 * v4;
+  LANES_LET1(v19, sqrt, v18);
+  const lanes v20 = 0.5 / v19, v21 = v17 * v20, v22 = v14 * v4, v23 = v14 * v5, v24 = v22 - v23,
+      v25 = v19 * v18, v26 = 0.25 / v25, v27 = v24 * v26, v28 = v24 * v27, v29 = v21 - v28,
+      v30 = v13 * qd_0, v31 = v1 * qdd_0, v32 = v30 + v31, v33 = 0.05 * v32, v34 = v29 - v33;
   out[0] = v34; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
@@ -213,14 +213,14 @@ static LANES_TARGET void LANES_NAME(slider_crank_acceleration_body)(const lanes 
 {
   const lanes q_0 = in[0], qd_0 = in[1], qdd_0 = in[2];
   LANES_COS_SIN(v2, v1, q_0);
-  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
-  LANES_LET1(v7, sqrt, v6);
-  const lanes v8 = 0.5 / v7, v9 = v5 - v4, v10 = v2 * qdd_0, v11 = v1 * qd_0, v12 = v11 * qd_0,
-      v13 = v10 - v12, v14 = 0.05 * v13, v15 = v9 * v14, v16 = v2 * qd_0, v17 = 0.05 * v16,
-      v18 = v17 * v17, v19 = 2.0 * v18, v20 = v15 - v19, v21 = v8 * v20, v22 = v17 * v5,
-      v23 = v4 * v17, v24 = v22 - v23, v25 = v7 * v6, v26 = 0.25 / v25, v27 = v24 * v26,
-      v28 = v24 * v27, v29 = v21 - v28, v30 = v1 * qdd_0, v31 = v16 * qd_0, v32 = v30 + v31,
-      v33 = 0.05 * v32, v34 = v29 - v33;
+  const lanes v3 = 0.05 * v1, v4 = 0.18 - v3, v5 = 0.18 + v3, v6 = v4 - v5, v7 = v2 * qdd_0,
+      v8 = v1 * qd_0, v9 = v8 * qd_0, v10 = v7 - v9, v11 = 0.05 * v10, v12 = v6 * v11,
+      v13 = v2 * qd_0, v14 = 0.05 * v13, v15 = v14 * v14, v16 = 2.0 * v15, v17 = v12 - v16,
+      v18 = v5 * v4;
+  LANES_LET1(v19, sqrt, v18);
+  const lanes v20 = 0.5 / v19, v21 = v17 * v20, v22 = v14 * v4, v23 = v14 * v5, v24 = v22 - v23,
+      v25 = v19 * v18, v26 = 0.25 / v25, v27 = v24 * v26, v28 = v24 * v27, v29 = v21 - v28,
+      v30 = v13 * qd_0, v31 = v1 * qdd_0, v32 = v30 + v31, v33 = 0.05 * v32, v34 = v29 - v33;
   out[0] = v34; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
@@ -230,14 +230,14 @@ static LANES_TARGET void LANES_NAME(slider_crank_acceleration_mixed)(const lanes
 {
   const lanes q_0 = in[0], qd_0 = in[1], qdd_0 = in[2];
   LANES_COS_SIN(v2, v1, q_0);
-  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
-  LANES_LET1(v7, sqrt, v6);
-  const lanes v8 = 0.5 / v7, v9 = v5 - v4, v10 = v2 * qdd_0, v11 = v1 * qd_0, v12 = v11 * qd_0,
-      v13 = v10 - v12, v14 = 0.05 * v13, v15 = v9 * v14, v16 = v2 * qd_0, v17 = 0.05 * v16,
-      v18 = v17 * v17, v19 = 2.0 * v18, v20 = v15 - v19, v21 = v8 * v20, v22 = v17 * v5,
-      v23 = v4 * v17, v24 = v22 - v23, v25 = v7 * v6, v26 = 0.25 / v25, v27 = v24 * v26,
-      v28 = v24 * v27, v29 = v21 - v28, v30 = v1 * qdd_0, v31 = v16 * qd_0, v32 = v30 + v31,
-      v33 = 0.05 * v32, v34 = v29 - v33;
+  const lanes v3 = 0.05 * v1, v4 = 0.18 - v3, v5 = 0.18 + v3, v6 = v4 - v5, v7 = v2 * qdd_0,
+      v8 = v1 * qd_0, v9 = v8 * qd_0, v10 = v7 - v9, v11 = 0.05 * v10, v12 = v6 * v11,
+      v13 = v2 * qd_0, v14 = 0.05 * v13, v15 = v14 * v14, v16 = 2.0 * v15, v17 = v12 - v16,
+      v18 = v5 * v4;
+  LANES_LET1(v19, sqrt, v18);
+  const lanes v20 = 0.5 / v19, v21 = v17 * v20, v22 = v14 * v4, v23 = v14 * v5, v24 = v22 - v23,
+      v25 = v19 * v18, v26 = 0.25 / v25, v27 = v24 * v26, v28 = v24 * v27, v29 = v21 - v28,
+      v30 = v13 * qd_0, v31 = v1 * qdd_0, v32 = v30 + v31, v33 = 0.05 * v32, v34 = v29 - v33;
   out[0] = v34; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
@@ -269,11 +269,11 @@ static LANES_TARGET void LANES_NAME(slider_crank_chain_D_q)(const lanes *in, lan
 static LANES_TARGET void LANES_NAME(slider_crank_chain_rates)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], qd_0 = in[1];
-  LANES_COS_SIN(v2, v1, q_0);
-  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
-  LANES_LET1(v7, sqrt, v6);
-  const lanes v8 = 0.5 / v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v4 * v10,
-      v13 = v11 - v12, v14 = v8 * v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16;
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = v1 * qd_0, v4 = 0.05 * v3, v5 = 0.05 * v2, v6 = 0.18 - v5, v7 = v4 * v6,
+      v8 = 0.18 + v5, v9 = v4 * v8, v10 = v7 - v9, v11 = v8 * v6;
+  LANES_LET1(v12, sqrt, v11);
+  const lanes v13 = 0.5 / v12, v14 = v10 * v13, v15 = v2 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16;
   out[0] = v17;
 }
 
@@ -282,14 +282,14 @@ static LANES_TARGET void LANES_NAME(slider_crank_chain_accelerations)(const lane
 {
   const lanes q_0 = in[0], qd_0 = in[1], qdd_0 = in[2];
   LANES_COS_SIN(v2, v1, q_0);
-  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
-  LANES_LET1(v7, sqrt, v6);
-  const lanes v8 = 0.5 / v7, v9 = v5 - v4, v10 = v2 * qdd_0, v11 = v1 * qd_0, v12 = v11 * qd_0,
-      v13 = v10 - v12, v14 = 0.05 * v13, v15 = v9 * v14, v16 = v2 * qd_0, v17 = 0.05 * v16,
-      v18 = v17 * v17, v19 = 2.0 * v18, v20 = v15 - v19, v21 = v8 * v20, v22 = v17 * v5,
-      v23 = v4 * v17, v24 = v22 - v23, v25 = v7 * v6, v26 = 0.25 / v25, v27 = v24 * v26,
-      v28 = v24 * v27, v29 = v21 - v28, v30 = v1 * qdd_0, v31 = v16 * qd_0, v32 = v30 + v31,
-      v33 = 0.05 * v32, v34 = v29 - v33;
+  const lanes v3 = 0.05 * v1, v4 = 0.18 - v3, v5 = 0.18 + v3, v6 = v4 - v5, v7 = v2 * qdd_0,
+      v8 = v1 * qd_0, v9 = v8 * qd_0, v10 = v7 - v9, v11 = 0.05 * v10, v12 = v6 * v11,
+      v13 = v2 * qd_0, v14 = 0.05 * v13, v15 = v14 * v14, v16 = 2.0 * v15, v17 = v12 - v16,
+      v18 = v5 * v4;
+  LANES_LET1(v19, sqrt, v18);
+  const lanes v20 = 0.5 / v19, v21 = v17 * v20, v22 = v14 * v4, v23 = v14 * v5, v24 = v22 - v23,
+      v25 = v19 * v18, v26 = 0.25 / v25, v27 = v24 * v26, v28 = v24 * v27, v29 = v21 - v28,
+      v30 = v13 * qd_0, v31 = v1 * qdd_0, v32 = v30 + v31, v33 = 0.05 * v32, v34 = v29 - v33;
   out[0] = v34;
 }
 
@@ -314,7 +314,7 @@ static LANES_TARGET void LANES_NAME(slider_crank_passive_D_q)(const lanes *in, l
   const lanes v3 = 0.05 * v1, v4 = 0.05 * v2, v5 = 0.18 + v4, v6 = 0.18 - v4, v7 = v5 * v6;
   LANES_LET1(v8, sqrt, v7);
   const lanes v9 = v3 * v8, v10 = v3 * v6, v11 = v3 * v5, v12 = v10 - v11, v13 = 0.5 / v8,
-      v14 = v12 * v13, v15 = v4 * v14, v16 = v9 - v15, v17 = 30.864197530864196 * v16,
+      v14 = v12 * v13, v15 = v14 * v4, v16 = v9 - v15, v17 = 30.864197530864196 * v16,
       v18 = 1.0 + v17, v19 = -v18;
   out[0] = v19;
 }
@@ -395,15 +395,15 @@ static LANES_TARGET void LANES_NAME(slider_crank_actuator_rates)(const lanes *in
 // actuator_accelerations: 38 operations: multiply 20, add 11, other 7
 static LANES_TARGET void LANES_NAME(slider_crank_actuator_accelerations)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0], thetad_0 = in[1], thetadd_0 = in[2], v1 = theta_0 * theta_0,
-      v2 = 0.5 * v1, v3 = 0.00125 + v2, v4 = v3 - 0.0162, v5 = v4 / v1, v6 = v5 * theta_0,
-      v7 = v6 - theta_0, v8 = v7 * thetadd_0, v9 = v5 * thetad_0, v10 = 2.0 * theta_0,
-      v11 = v10 * thetad_0, v12 = 0.5 * v11, v13 = v12 / v1, v14 = v1 * v1, v15 = v4 / v14,
-      v16 = v11 * v15, v17 = v13 - v16, v18 = v17 * theta_0, v19 = v9 + v18, v20 = v19 - thetad_0,
-      v21 = v20 * thetad_0, v22 = v8 + v21, v23 = 0.0529 - v1, v24 = v1 - 0.0169, v25 = v23 * v24;
+  const lanes theta_0 = in[0], thetad_0 = in[1], thetadd_0 = in[2], v1 = 2.0 * theta_0,
+      v2 = v1 * thetad_0, v3 = 0.5 * v2, v4 = theta_0 * theta_0, v5 = v3 / v4, v6 = 0.5 * v4,
+      v7 = 0.00125 + v6, v8 = v7 - 0.0162, v9 = v4 * v4, v10 = v8 / v9, v11 = v2 * v10,
+      v12 = v5 - v11, v13 = v12 * theta_0, v14 = v8 / v4, v15 = v14 * thetad_0, v16 = v13 + v15,
+      v17 = v16 - thetad_0, v18 = v17 * thetad_0, v19 = v14 * theta_0, v20 = v19 - theta_0,
+      v21 = v20 * thetadd_0, v22 = v18 + v21, v23 = 0.0529 - v4, v24 = v4 - 0.0169, v25 = v23 * v24;
   LANES_LET1(v26, sqrt, v25);
-  const lanes v27 = 0.5 * v26, v28 = v22 / v27, v29 = v23 * v11, v30 = v24 * v11, v31 = v29 - v30,
-      v32 = 0.25 / v26, v33 = v31 * v32, v34 = v7 * thetad_0, v35 = v27 * v27, v36 = v34 / v35,
+  const lanes v27 = 0.5 * v26, v28 = v22 / v27, v29 = v2 * v23, v30 = v2 * v24, v31 = v29 - v30,
+      v32 = 0.25 / v26, v33 = v31 * v32, v34 = v20 * thetad_0, v35 = v27 * v27, v36 = v34 / v35,
       v37 = v33 * v36, v38 = v28 - v37;
   out[0] = v38;
 }
@@ -516,4 +516,34 @@ static LANES_TARGET void LANES_NAME(slider_crank_velocity_relation)(const lanes 
   const lanes v11 = 0.5 / v9, v12 = -v6, v13 = 2.0 * v12, v14 = v13 * v3, v15 = 2.0 * v4,
       v16 = v15 * v6, v17 = v14 - v16, v18 = v11 * v17;
   out[1] = v18;
+}
+
+// ik: 74 operations: multiply 30, add 32, trig 2, other 10
+static LANES_SPARING LANES_TARGET void LANES_NAME(slider_crank_ik)(const lanes *in, lanes *out)
+{
+  const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
+      T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
+      v1 = T_3 * T_3, v2 = T_11 * T_11, v3 = T_7 * T_7, v4 = T_1 * T_1, v5 = T_2 * T_2,
+      v6 = T_4 * T_4, v7 = T_6 * T_6, v8 = T_8 * T_8, v9 = T_9 * T_9, v10 = 1.0 - T_0,
+      v11 = 1.0 - T_5, v12 = 1.0 - T_10, v13 = 0.0529 - v1, v14 = v1 - 0.0169, v15 = 0.5 * v1,
+      v16 = v2 + v3, v17 = v4 + v5, v18 = v10 * v10, v19 = v11 * v11, v20 = v12 * v12,
+      v21 = v13 * v14, v22 = 0.00125 + v15, v23 = v17 + v6;
+  LANES_LET1(v24, sqrt, v21);
+  const lanes v25 = v22 - 0.0162, v26 = v23 + v7, v27 = 3086.41975308642 * v21, v28 = 0.5 * v24,
+      v29 = v25 / v1, v30 = -0.5 * v24, v31 = v26 + v8;
+  out[4] = v27; out[5] = v27;
+  const lanes v32 = v28 / v1, v33 = T_3 * v29, v34 = v30 / v1, v35 = v31 + v9, v36 = T_3 * v32,
+      v37 = 20.0 * v33, v38 = T_3 * v34, v39 = v35 + v18, v40 = 20.0 * v36, v41 = 20.0 * v38,
+      v42 = 0.18 + v36, v43 = 0.18 - v36, v44 = v39 + v19, v45 = 0.18 + v38, v46 = 0.18 - v38;
+  LANES_LET2(v47, atan2, v40, v37); LANES_LET2(v48, atan2, v41, v37);
+  const lanes v49 = v42 * v43, v50 = v44 + v20, v51 = v45 * v46;
+  out[0] = v47; LANES_LET1(v52, sqrt, v49);
+  const lanes v53 = 0.5 * v50;
+  out[1] = v48; LANES_LET1(v54, sqrt, v51);
+  const lanes v55 = v33 + v52, v56 = v33 + v54, v57 = v55 - T_3, v58 = v56 - T_3, v59 = v57 * v57,
+      v60 = v58 * v58, v61 = v16 + v59, v62 = v16 + v60, v63 = v61 + v53, v64 = v61 - v53,
+      v65 = v62 + v53, v66 = v62 - v53;
+  LANES_LET1(v67, fabs, v64); LANES_LET1(v68, fabs, v66);
+  const lanes v69 = v63 + v67, v70 = v65 + v68, v71 = 0.5 * v69, v72 = 0.5 * v70;
+  LANES_LET1(v73, sqrt, v71); LANES_LET1(v74, sqrt, v72); out[2] = v73; out[3] = v74;
 }
