@@ -145,5 +145,5 @@ def _slopes(J: FloatArray) -> FloatArray:
     moved, by = J[:, :, None], J[:, None, :]
     linear = np.cross(by[3:], moved[:3], axis=0) + np.cross(by[:3], moved[3:], axis=0)
     angular = np.cross(by[3:], moved[3:], axis=0)
-    # A joint moves the screws of those behind it.
-    return np.asarray(np.tril(np.concatenate([linear, angular]), -1))
+    # A joint moves the screws of those behind it. The order in memory is that of sums over it.
+    return np.ascontiguousarray(np.tril(np.concatenate([linear, angular]), -1))
