@@ -1,0 +1,63 @@
+/* The rigid pose nearest to a matrix; part of chasles, the same for every robot.
+ *
+ * An inverse takes T as it is: the residual of a rounded pose is never less than its own distance
+ * from a rigid one. Poses in single precision, or read from text, are projected first:
+ *
+ *   double rigid[16];
+ *   if (chasles_project(T, 1e-5, rigid)) robot_ik(rigid, q, residual, margin);
+ */
+#ifndef CHASLES_RIGID_H
+#define CHASLES_RIGID_H
+
+#include <math.h>
+
+/* Writes the rigid pose nearest to T (4 x 4), with the nearest rotation in the Frobenius norm, and
+ * returns 1; rigid may be T itself. Returns 0, and leaves rigid as it is, where T is further off
+ * than the tolerance (radian, at most 0.1): |R^T R - 1| / sqrt(8) of its rotation R or an entry of
+ * its last row, where its axes are left-handed, and where it is not finite.
+ *
+ * R <- R (3 - R^T R) / 2 squares the distance in each step and leads to the orthogonal factor of
+ * R's polar decomposition (Bjorck and Bowie 1971; Higham 1986). */
+static inline int chasles_project(const double *T, double tolerance, double *rigid)
+{
+    double R[9], E[9], off2 = 0, sum = 0;
+    int i, j, k, step;
+    const double determinant = T[0] * (T[5] * T[10] - T[6] * T[9]) -
+                               T[1] * (T[4] * T[10] - T[6] * T[8]) +
+                               T[2] * (T[4] * T[9] - T[5] * T[8]);
+    for (k = 0; k < 16; k++) {
+        sum += T[k] * 0;
+    }
+    for (k = 0; k < 9; k++) {
+        R[k] = T[k / 3 * 4 + k % 3];
+    }
+    /* Six steps lead from 0.1 to rounding. */
+    for (step = 0; step < 6; step++) {
+        for (i = 0; i < 3; i++) {
+            for (j = 0; j < 3; j++) {
+                E[3 * i + j] = R[i] * R[j] + R[3 + i] * R[3 + j] + R[6 + i] * R[6 + j] - (i == j);
+                off2 += step == 0 ? E[3 * i + j] * E[3 * i + j] / 8 : 0;
+            }
+        }
+        for (k = 0; k < 9; k += 3) {
+            const double x = R[k], y = R[k + 1], z = R[k + 2];
+            for (j = 0; j < 3; j++) {
+                R[k + j] -= (x * E[j] + y * E[3 + j] + z * E[6 + j]) / 2;
+            }
+        }
+    }
+    if (!(sum == 0 && off2 <= tolerance * tolerance && determinant > 0 &&
+          fabs(T[12]) <= tolerance && fabs(T[13]) <= tolerance && fabs(T[14]) <= tolerance &&
+          fabs(T[15] - 1) <= tolerance)) {
+        return 0;
+    }
+    for (k = 0; k < 12; k++) {
+        rigid[k] = k % 4 == 3 ? T[k] : R[k / 4 * 3 + k % 4];
+    }
+    for (k = 12; k < 16; k++) {
+        rigid[k] = k == 15;
+    }
+    return 1;
+}
+
+#endif
