@@ -14,7 +14,7 @@ from .chain.transmissions import transmissions
 from .inverse.chosen_joints import hybrid_inverses_for_given, inverses_for_given
 from .inverse.families import FAMILIES
 from .inverse.families.family import Family
-from .inverse.mechanisms import arm_inverse, leg_inverse
+from .inverse.mechanisms import backward_inverse, leg_inverse
 from .inverse.serial_inverse import Inverses
 from .loops import constraint_functions, maps, platforms
 from .loops.hybrid import Hybrid
@@ -245,7 +245,7 @@ def _unguarded_without(function: WrittenFunction, chosen: Collection[str]) -> Wr
 def _makers(hybrid: Hybrid) -> dict[str, Maker]:
     """The derivation of each function through the loops with a closed form, in order."""
     of_loops = maps.makers(hybrid) | constraint_functions.makers(hybrid)
-    of_platform = platforms.makers(hybrid) | arm_inverse.makers(hybrid)
+    of_platform = platforms.makers(hybrid) | backward_inverse.makers(hybrid)
     return of_loops | of_platform | leg_inverse.makers(hybrid)
 
 

@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 from ...loops.hybrid import Hybrid
 from ...loops.maps import chain
 from ...loops.planar.loop_step import LoopStep
-from ...loops.solution import with_free_sides
+from ...loops.solution import Solution, with_free_sides
 from ...model.tolerances import LED_BACK, SAMPLED_RANGE
 from ...terms.branches import patterns
 from ...terms.casadi_graph import lower
+from ...terms.symbolic_function import SymbolicFunction
 from ..steps.work import Work
 from ..tasks.task import Solved
 
@@ -42,6 +43,17 @@ def actuators_on_sides(hybrid: Hybrid, work: Work) -> tuple[tuple[sp.Expr, ...],
     Returns:
         The coordinates, and the margins of the loops.
     """
+    solution = solved_on_sides(hybrid, work)
+    return hybrid.actuators_in(solution), [margin for _, margin in solution.margins]
+
+
+def solved_on_sides(hybrid: Hybrid, work: Work) -> Solution:
+    """All joints from the main chain, with a sign for the side of each loop.
+
+    Args:
+        hybrid: The robot.
+        work: Receives the signs and the names of the sides; a sign of 1 is the reference's side.
+    """
     given = [joint.name for joint in hybrid.robot.moving]
     solution = with_free_sides(hybrid.loops, hybrid.backward, given, work.sign)
     chosen = [step for step in solution.steps if _is_free(step)]
@@ -51,7 +63,7 @@ def actuators_on_sides(hybrid: Hybrid, work: Work) -> tuple[tuple[sp.Expr, ...],
         told = f"{name} at {step.joints[1].split('.')[0]}" if names.count(name) > 1 else name
         (symbol,) = sp.Add(step.sign).free_symbols
         work.sides[symbol] = told, _sides(step, symbol)
-    return hybrid.actuators_in(solution), [margin for _, margin in solution.margins]
+    return solution
 
 
 def _is_free(step: LoopStep) -> bool:
@@ -82,28 +94,53 @@ def settled_choices(hybrid: Hybrid, solved: Solved, given: Sequence[int] = ()) -
         return frozenset()
     if len(function.inputs) != 1 + len(given) or len(function.signs) > MOST_CHOICES:
         return of_loops
-    q, solves = _asked(hybrid, solved, given)
-    same = frozenset(k for k in range(len(work.signs)) if _is_idle(hybrid, q, solves, k))
-    return same | frozenset(k for k in of_loops if not np.take(solves, 1, axis=k).any())
+    same, without = idle_choices(hybrid, function, *_poses(hybrid, given))
+    return same | (without & of_loops)
 
 
-def _asked(hybrid: Hybrid, solved: Solved, given: Sequence[int]) -> tuple[FloatArray, BoolArray]:
-    """Coordinates (2, ..., 2, N, n) of every slot at random poses, and whether they solve."""
-    function = solved.function
+def idle_choices(
+    hybrid: Hybrid, function: SymbolicFunction, *inputs: FloatArray
+) -> tuple[frozenset[int], frozenset[int]]:
+    """The choices of an inverse that make no difference at some poses, by their number.
+
+    Args:
+        hybrid: The robot.
+        function: Its inverse with all choices.
+        inputs: What the inverse takes: poses (16, N) first.
+
+    Returns:
+        The choices both of whose sides have the same coordinates; and those whose other side has
+        no solution.
+    """
+    q, solves = _asked(hybrid, function, inputs)
+    choices = range(len(function.signs))
+    same = frozenset(k for k in choices if _is_idle(hybrid, q, solves, k))
+    return same, frozenset(k for k in choices if not np.take(solves, 1, axis=k).any())
+
+
+def _poses(hybrid: Hybrid, given: Sequence[int]) -> list[FloatArray]:
+    """The poses (16, N) of random configurations, and given joints (1, N) there."""
     fk, theta = lower([hybrid.kinematics.function("fk"), chain(hybrid)], "true")
-    (ik,) = lower([function], "inverse")
     known = _configurations(hybrid)
     T = np.array(fk(known.T)).reshape(16, -1)
     closed = np.flatnonzero(np.isfinite(T).all(0))[:SAMPLES]
     known, T = known[closed], T[:, closed]
-    inputs = [T, *(np.array(theta(known.T))[k][None] for k in given)]
+    return [T, *(np.array(theta(known.T))[k][None] for k in given)]
+
+
+def _asked(
+    hybrid: Hybrid, function: SymbolicFunction, inputs: Sequence[FloatArray]
+) -> tuple[FloatArray, BoolArray]:
+    """Coordinates (2, ..., 2, N, n) of every slot at poses, and whether they solve."""
+    (ik,) = lower([function], "inverse")
+    count = inputs[0].shape[1]
     slots = [
-        ik(*inputs, np.repeat(np.array(signs, dtype=float)[:, None], len(known), 1))
+        ik(*inputs, np.repeat(np.array(signs, dtype=float)[:, None], count, 1))
         for signs in patterns(function)
     ]
     sides = (2,) * len(function.signs)
-    q = np.stack([np.array(slot[0]).T for slot in slots]).reshape(*sides, *known.shape)
-    residual = np.stack([np.array(slot[1])[0] for slot in slots]).reshape(*sides, len(known))
+    q = np.stack([np.array(slot[0]).T for slot in slots]).reshape(*sides, count, -1)
+    residual = np.stack([np.array(slot[1])[0] for slot in slots]).reshape(*sides, count)
     return q, np.asarray(residual < LED_BACK * min(hybrid.backward.reference.size, 1.0))
 
 

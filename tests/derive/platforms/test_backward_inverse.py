@@ -1,4 +1,4 @@
-"""Platforms on rods and arms without a closed form forward: the arms at a pose, leg by leg."""
+"""Robots whose loops have no closed form forward: the actuators at a pose, leg by leg."""
 
 from functools import cache
 from itertools import product
@@ -45,6 +45,49 @@ b = {{ body = "platform", xyz = ["150*cos({ball})", "150*sin({ball})", 0] }}
 """
 
 
+TRIPOD = """
+name = "tripod"
+convention = "urdf"
+actuated = ["leg_0", "leg_1", "leg_2"]
+units = {{ length = "mm", angle = "deg" }}
+tool = {{ body = "platform" }}
+[[joints]]
+name = "tilt_x"
+link = "fork"
+axis = [1, 0, 0]
+[[joints]]
+name = "tilt_y"
+link = "sleeve"
+axis = [0, 1, 0]
+[[joints]]
+name = "extend"
+link = "platform"
+type = "prismatic"
+xyz = [0, 0, -900]
+axis = [0, 0, -1]
+{legs}
+"""
+PISTON = """
+[[cylinders]]
+name = "leg_{k}"
+retracted = 950
+ends = "ball"
+a = {{ body = "0", xyz = ["{wide}*cos({at})", "{wide}*sin({at})", {up}] }}
+b = {{ body = "platform", xyz = ["200*cos({at})", "200*sin({at})", 0] }}
+"""
+
+
+def tripod():
+    """A tube that three cylinders tilt and push, none of them like another."""
+    sizes = enumerate(((520, 0, 10), (480, 128, -20), (505, 236, 35)))
+    return loads(
+        TRIPOD.format(
+            legs="".join(PISTON.format(k=k, wide=w, at=a, up=u) for k, (w, a, u) in sizes)
+        ),
+        "tripod.toml",
+    )
+
+
 def hexa():
     """A platform on six arms, three pairs of which stand 120 degrees apart."""
     legs = []
@@ -89,13 +132,14 @@ def poses_at(mechanism, q):
     return np.array([body_poses(mechanism, mode)["platform"] for mode in modes])
 
 
-@pytest.mark.parametrize("make", [hexa, twisted_delta])
+@pytest.mark.parametrize("make", [hexa, twisted_delta, tripod])
 def test_the_arms_of_a_pose_are_those_that_made_it(make):
     mechanism = make()
     at, ik = dict(mechanism.reference), solved(make)
     middle = np.array([float(at.get(c.name, 0)) for c in mechanism.coordinates])
     rng, checked = np.random.default_rng(0), 0
-    for q in middle + rng.uniform(-0.3, 0.3, (POSES, len(middle))):
+    reach = np.where([c.kind == "prismatic" for c in mechanism.coordinates], 0.1, 0.3)
+    for q in middle + reach * rng.uniform(-1, 1, (POSES, len(middle))):
         T = poses_at(mechanism, q)
         if not len(T):
             continue
@@ -117,6 +161,16 @@ def test_a_pose_beside_those_of_three_freedoms_has_no_arms():
         [0, 0, 1],
     ]
     assert np.nanmin(ik(T)[1]) > 1e-5
+
+
+def test_a_tilted_tube_has_one_length_of_each_leg():
+    mechanism, ik = tripod(), solved(tripod)
+    T = poses_at(mechanism, np.array([0.03, -0.05, 0.08]))
+    q, residual = ik(T)
+    assert len(q) > 1
+    assert ((residual < 1e-9).sum(0) == 1).all()
+    T[:, 0, 3] += 1e-4
+    assert ik(T)[1].min() > 1e-6
 
 
 def test_every_side_of_six_arms_holds_a_pose():

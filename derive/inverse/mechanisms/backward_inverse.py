@@ -1,0 +1,114 @@
+"""The inverse kinematics of robots with loops whose way forward is iterated.
+
+A pose of the tool gives the joints of the main chain, and these give the actuators in closed form,
+loop by loop; an arm can fold to either side. Where the loops leave the main chain fewer freedoms
+than it has joints, as in a delta whose platform is turned, the loops' equations tell whether the
+robot reaches the pose.
+"""
+
+from functools import partial
+
+import numpy as np
+
+from ...chain.kinematics import common_unit
+from ...loops.hybrid import Hybrid
+from ...loops.maps import Maker
+from ...loops.platforms import is_platform, of_open_chain, triad_of
+from ...model.tolerances import SAMPLED_RANGE
+from ...terms.casadi_graph import lower
+from ...terms.symbolic_function import SymbolicFunction
+from ..chain_solution import solve_chain
+from ..classify import Attempt, Classification, classify
+from ..steps.target import of_pose
+from ..steps.work import Work
+from ..structure.lines import home_of
+from ..tasks.slots import (
+    POSE_SYMBOLS,
+    function_of,
+    larger,
+    pose_argument,
+    pose_errors,
+    squares,
+    tool_of,
+    values_of,
+)
+from .loop_sides import MOST_CHOICES, SAMPLES, FloatArray, idle_choices, solved_on_sides
+from .substitution import substituted
+
+WHOLE = 6
+"""Freedoms of a platform that nothing but its legs holds."""
+IDENTITY = "T is a pose at which the loops close with q[k] wherever residual[k] is rounding"
+
+
+def makers(h: Hybrid) -> dict[str, Maker]:
+    """The function ``ik`` where all joints have a closed form from the main chain, else none.
+
+    Platforms on three legs in a plane have an inverse of their own.
+    """
+    fits = h.forward.open and triad_of(h) is None
+    if not fits or h.backward.open or (h.may_have_inverse and not is_platform(h.mechanism)):
+        return {}
+    classification = classify(h.robot, h.terms)
+    found = classification.found
+    if found is None or classification.tier != "exact" or found.given or found.family.inputs:
+        return {}
+    return {"ik": partial(_inverse, classification=classification, found=found)}
+
+
+def _inverse(h: Hybrid, classification: Classification, found: Attempt) -> SymbolicFunction:
+    """The function ``ik``: a slot for each choice that makes a difference."""
+    function, work = _solved(h, frozenset(), classification, found)
+    settled = _settled(h, function, work)
+    return _solved(h, settled, classification, found)[0] if settled else function
+
+
+def _settled(h: Hybrid, function: SymbolicFunction, work: Work) -> frozenset[int]:
+    """The choices that make no difference, by their number; those of the main chain come first."""
+    if len(h.theta) == WHOLE and is_platform(h.mechanism):
+        # The joints that carry a platform write one pose in several ways: its legs are the same.
+        return frozenset(range(len(work.signs) - len(work.sides)))
+    if len(h.theta) != len(h.q) or not 0 < len(work.signs) <= MOST_CHOICES:
+        return frozenset()
+    same, without = idle_choices(h, function, _poses(h))
+    return same | {k for k in without if work.signs[k] in work.sides}
+
+
+def _poses(h: Hybrid) -> FloatArray:
+    """Poses (16, N) of the main chain around the reference."""
+    (fk,) = lower([of_open_chain("fk", h)], "chain")
+    size = h.backward.reference.size
+    middle = np.array([h.at_reference[joint.name] for joint in h.robot.moving])
+    lengths = np.array([joint.kind == "prismatic" for joint in h.robot.moving])
+    reach = SAMPLED_RANGE * np.where(lengths, size, 1.0)
+    theta = middle + np.random.default_rng(0).uniform(-reach, reach, (SAMPLES, len(middle)))
+    return np.array(fk(theta.T)).reshape(16, -1)
+
+
+def _solved(
+    h: Hybrid, settled: frozenset[int], classification: Classification, found: Attempt
+) -> tuple[SymbolicFunction, Work]:
+    """The function without the choices that are settled, and its steps."""
+    terms, work = h.terms, Work(h.terms, settled=settled)
+    target = of_pose(terms, POSE_SYMBOLS, home_of(h.robot, terms))
+    solve_chain(work, classification.lines, found, target, {})
+    values = values_of(work, h.robot, {})
+    moving = zip(h.theta, h.robot.moving, values, strict=True)
+    theta = {symbol: joint.direction * value for symbol, joint, value in moving}
+    loops = solved_on_sides(h, work)
+    margins = [margin for _, margin in loops.margins]
+    z = h.named(loops, [variable.name for variable in h.variables])
+    actuators = h.actuators_in(loops)
+    q = substituted(terms, actuators, theta)
+    at_theta = dict(zip(h.arguments["z"].symbols, substituted(terms, z, theta), strict=True))
+    open_ = [entry for loop in h.equations for entry in loop.residual]
+    closing = substituted(terms, open_, at_theta)
+    moved, turned = pose_errors(tool_of(terms, h.robot, values), POSE_SYMBOLS)
+    residual = larger(
+        terms, squares(terms, [*moved, *closing]), terms.let(squares(terms, turned) / 2)
+    )
+    unit = common_unit([c.unit for c in h.mechanism.coordinates])
+    function = function_of(
+        *("ik", work, (pose_argument(h.robot),), q, unit, residual, IDENTITY, ()),
+        substituted(terms, margins, theta),
+    )
+    return function, work
