@@ -196,7 +196,7 @@ def test_turning_joints_inside_a_chain_cannot_be_given():
         ("R/R/R/R/R", "are parallel"),
         ("R/P/R", "a slide across axis 1"),
         ("P/R/P", "across its axis"),
-        ("P/P=P=P", "one slide at most"),
+        ("P/P=P=P", "one slides at most"),
     ],
 )
 def test_arms_without_a_structure_say_what_is_missing(chain, asked):
